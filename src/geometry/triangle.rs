@@ -1,0 +1,82 @@
+//! One triangle by its three corners.
+
+use super::{Point, Vector};
+
+/// Three corners, mm, in the frame of the mesh they come from. May be degenerate (a segment or a point).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle {
+    /// The corners, in the mesh's winding order (counter-clockwise seen from outside a closed solid).
+    pub corners: [Point; 3],
+}
+
+impl Triangle {
+    /// A triangle from its corners.
+    #[must_use]
+    pub const fn new(a: Point, b: Point, c: Point) -> Self {
+        Self { corners: [a, b, c] }
+    }
+
+    /// The mean of the corners, mm.
+    #[must_use]
+    pub fn centroid(&self) -> Point {
+        let [a, b, c] = &self.corners;
+        Point::from((a.coords + b.coords + c.coords) / 3.0)
+    }
+
+    /// Cross product of two edges: normal to the triangle, twice its area long (mm²).
+    #[must_use]
+    pub fn double_area_normal(&self) -> Vector {
+        let [a, b, c] = &self.corners;
+        (b - a).cross(&(c - a))
+    }
+
+    /// Area, mm²; 0 for a degenerate triangle.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        0.5 * self.double_area_normal().norm()
+    }
+
+    /// Smallest and largest coordinate of the corners on each axis, mm.
+    #[must_use]
+    pub fn bounds(&self) -> (Point, Point) {
+        let [a, b, c] = &self.corners;
+        (a.inf(b).inf(c), a.sup(b).sup(c))
+    }
+
+    /// The same triangle with every corner mapped.
+    #[must_use]
+    pub fn map(&self, f: impl Fn(&Point) -> Point) -> Self {
+        let [a, b, c] = &self.corners;
+        Self::new(f(a), f(b), f(c))
+    }
+}
+
+/// All corners of all triangles, one after the other: shared vertices appear once per triangle that uses them.
+pub fn corners(triangles: &[Triangle]) -> impl Iterator<Item = &Point> + Clone {
+    triangles.iter().flat_map(|triangle| triangle.corners.iter())
+}
+
+/// Smallest and largest coordinate over all corners, mm; `None` without triangles.
+#[must_use]
+pub fn bounds(triangles: &[Triangle]) -> Option<(Point, Point)> {
+    triangles.iter().map(Triangle::bounds).reduce(|(low, high), (l, h)| (low.inf(&l), high.sup(&h)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn right_triangle_has_half_the_product_of_its_legs() {
+        let t = Triangle::new(Point::origin(), Point::new(3.0, 0.0, 0.0), Point::new(0.0, 4.0, 0.0));
+        assert!((t.area() - 6.0).abs() < 1e-12);
+        assert_eq!(t.centroid(), Point::new(1.0, 4.0 / 3.0, 0.0));
+        assert_eq!(t.bounds(), (Point::origin(), Point::new(3.0, 4.0, 0.0)));
+    }
+
+    #[test]
+    fn collinear_corners_have_no_area() {
+        let t = Triangle::new(Point::origin(), Point::new(1.0, 1.0, 1.0), Point::new(2.0, 2.0, 2.0));
+        assert_eq!(t.area(), 0.0);
+    }
+}

@@ -1,0 +1,18 @@
+//! bvbench: bounding volumes on trial. The map, in reading order; imports point up this list, never down.
+
+pub mod geometry;
+pub mod volume;
+pub mod tree;
+pub mod truth;
+pub mod gcode;
+pub mod machine;
+pub mod scene;
+pub mod workload;
+pub mod method;
+pub mod registry;
+pub mod record;
+pub mod measure;
+pub mod analysis;
+pub mod plot;
+pub mod report;
+pub mod cli;

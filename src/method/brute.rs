@@ -1,0 +1,59 @@
+//! The control: no volume at all, every pair of triangles.
+
+use super::{Model, same};
+use crate::geometry::grid::Placement;
+use crate::geometry::{Isometry, Triangle, intersect};
+use crate::tree::tightness::TreeReport;
+use crate::tree::traverse::Counts;
+use crate::volume::Info;
+
+/// What the control is called.
+pub const INFO: Info = Info {
+    id: "brute",
+    label: "brute force",
+    reference: "every pair of triangles, no volume; the control",
+    safe: true,
+};
+
+/// The triangles of one mesh, mm, in its own frame.
+pub struct AllPairs(pub Vec<Triangle>);
+
+impl Model for AllPairs {
+    fn first(&self, other: &dyn Model, a_from_b: &[Isometry], verdicts: &mut Vec<bool>) {
+        verdicts.extend(a_from_b.iter().map(|pose| self.first_counted(other, pose).0));
+    }
+
+    fn first_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (bool, Counts) {
+        let placement = Placement::new(a_from_b);
+        let mut tests = 0;
+        let touching = same::<Self>(other).0.iter().any(|t| {
+            let moved = placement.triangle(t);
+            self.0.iter().any(|mine| {
+                tests += 1;
+                intersect::touch(mine, &moved)
+            })
+        });
+        (touching, Counts { volume_tests: 0, triangle_tests: tests })
+    }
+
+    fn all_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (Vec<(u32, u32)>, Counts) {
+        let placement = Placement::new(a_from_b);
+        let other = &same::<Self>(other).0;
+        let mut contacts = Vec::new();
+        for (t, face_b) in other.iter().zip(0..) {
+            let moved = placement.triangle(t);
+            let touching = self.0.iter().zip(0..).filter(|(mine, _)| intersect::touch(mine, &moved));
+            contacts.extend(touching.map(|(_, face_a)| (face_a, face_b)));
+        }
+        contacts.sort_unstable();
+        (contacts, Counts { volume_tests: 0, triangle_tests: (self.0.len() * other.len()) as u64 })
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(self.0.as_slice())
+    }
+
+    fn tree_report(&self) -> Option<TreeReport> {
+        None
+    }
+}

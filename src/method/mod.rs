@@ -1,0 +1,52 @@
+//! What the harness runs: a method prepared for a mesh, and asked about poses.
+//!
+//! A tree of any volume, the exhaustive control and the peers all answer through [`Model`]. The call through it is made
+//! once per chunk of poses; inside, everything is monomorphic.
+
+pub mod brute;
+pub mod parry;
+pub mod volume_tree;
+
+use crate::geometry::Isometry;
+use crate::tree::traverse::Counts;
+use std::any::Any;
+
+/// What kind of thing a variant is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// A tree of bounding volumes, built and traversed by bvbench.
+    Volume,
+    /// No volume at all: what the volumes are measured against.
+    Control,
+    /// Another library's whole system: its own tree, traversal and triangle test.
+    Peer,
+}
+
+/// A method prepared for one mesh.
+pub trait Model: Any + Send + Sync {
+    /// Mode `first`, for timing: pushes one verdict per pose, whether this mesh and `other` touch. `other` was prepared by
+    /// the same variant.
+    fn first(&self, other: &dyn Model, a_from_b: &[Isometry], verdicts: &mut Vec<bool>);
+
+    /// Mode `first` with operation counts (zero for methods that do not count).
+    fn first_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (bool, Counts);
+
+    /// Mode `all`: every pair of faces that touch, as (face of this mesh, face of `other`), sorted; with operation counts.
+    fn all_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (Vec<(u32, u32)>, Counts);
+
+    /// Memory held, bytes.
+    fn bytes(&self) -> usize;
+
+    /// What there is to say about the tree, for methods that have one of ours.
+    fn tree_report(&self) -> Option<crate::tree::tightness::TreeReport>;
+}
+
+/// The concrete model behind `other`.
+///
+/// # Panics
+/// When `other` was prepared by another variant, which only a mistake in this program can do.
+pub(crate) fn same<'a, M: Model>(other: &'a dyn Model) -> &'a M {
+    let any: &dyn Any = other;
+    any.downcast_ref().expect("both meshes of a pair are prepared by the same variant")
+}

@@ -1,0 +1,66 @@
+//! parry's `TriMesh` query as an in-process peer: its own tree, its own traversal, its own triangle test.
+//!
+//! A whole system, not a bounding volume: what differs from our variants is everything at once. It sees the unsnapped
+//! pose, and its triangle test is not exact, so it carries no promise of safety here.
+
+use super::{Model, same};
+use crate::geometry::{Isometry, Mesh};
+use crate::tree::tightness::TreeReport;
+use crate::tree::traverse::Counts;
+use crate::volume::Info;
+use parry3d_f64::math::Pose;
+use parry3d_f64::query::intersection_test;
+use parry3d_f64::shape::TriMesh;
+
+/// What the peer is called.
+pub const INFO: Info = Info {
+    id: "parry-trimesh",
+    label: "parry TriMesh (whole system)",
+    reference: "parry3d-f64, query::intersection_test on two TriMesh",
+    safe: false,
+};
+
+/// A mesh as parry holds it.
+pub struct ParryMesh(TriMesh);
+
+impl ParryMesh {
+    /// Builds parry's own tree over the mesh.
+    ///
+    /// # Panics
+    /// Never for a [`Mesh`], which is not empty and has valid indices.
+    #[must_use]
+    pub fn new(mesh: &Mesh) -> Self {
+        let vertices = mesh.vertices().iter().map(|p| p.coords.into()).collect();
+        Self(TriMesh::new(vertices, mesh.faces().to_vec()).expect("a mesh has at least one face"))
+    }
+}
+
+impl Model for ParryMesh {
+    fn first(&self, other: &dyn Model, a_from_b: &[Isometry], verdicts: &mut Vec<bool>) {
+        let (identity, other) = (Pose::IDENTITY, same::<Self>(other));
+        verdicts.extend(a_from_b.iter().map(|pose| {
+            intersection_test(&identity, &self.0, &(*pose).into(), &other.0)
+                .expect("parry supports two triangle meshes")
+                .intersecting
+        }));
+    }
+
+    fn first_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (bool, Counts) {
+        let mut verdict = Vec::with_capacity(1);
+        self.first(other, std::slice::from_ref(a_from_b), &mut verdict);
+        (verdict[0], Counts::default())
+    }
+
+    /// parry answers only whether two meshes touch; the list is empty.
+    fn all_counted(&self, _: &dyn Model, _: &Isometry) -> (Vec<(u32, u32)>, Counts) {
+        (Vec::new(), Counts::default())
+    }
+
+    fn bytes(&self) -> usize {
+        0
+    }
+
+    fn tree_report(&self) -> Option<TreeReport> {
+        None
+    }
+}

@@ -1,0 +1,37 @@
+//! Every bounding volume as a method: its tree, and the one traversal.
+
+use super::{Model, same};
+use crate::geometry::Isometry;
+use crate::tree::Tree;
+use crate::tree::tightness::TreeReport;
+use crate::tree::traverse::{self, Counts, NoProbe, Scratch};
+use crate::volume::BoundingVolume;
+
+impl<V: BoundingVolume> Model for Tree<V> {
+    fn first(&self, other: &dyn Model, a_from_b: &[Isometry], verdicts: &mut Vec<bool>) {
+        let other: &Self = same(other);
+        let mut scratch = Scratch::default();
+        verdicts.extend(a_from_b.iter().map(|pose| traverse::first(self, other, pose, &mut scratch, &mut NoProbe)));
+    }
+
+    fn first_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (bool, Counts) {
+        let mut counts = Counts::default();
+        let verdict = traverse::first(self, same(other), a_from_b, &mut Scratch::default(), &mut counts);
+        (verdict, counts)
+    }
+
+    fn all_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (Vec<(u32, u32)>, Counts) {
+        let (mut counts, mut contacts) = (Counts::default(), Vec::new());
+        traverse::all(self, same::<Self>(other), a_from_b, &mut Scratch::default(), &mut counts, &mut contacts);
+        contacts.sort_unstable();
+        (contacts, counts)
+    }
+
+    fn bytes(&self) -> usize {
+        self.bytes()
+    }
+
+    fn tree_report(&self) -> Option<TreeReport> {
+        Some(self.report())
+    }
+}

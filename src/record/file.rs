@@ -1,0 +1,101 @@
+//! Reading and writing whole files: under a temporary name, flushed to disk, then renamed. A killed run leaves a file
+//! whole or not at all.
+
+use super::rows::Row;
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Why a record could not be read or written.
+#[derive(Debug, Error)]
+pub enum RecordError {
+    /// The file system refused.
+    #[error("cannot {verb} {path}: {source}", path = path.display())]
+    Io {
+        /// `read`, `write`, `create`, ...
+        verb: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// The cause.
+        source: std::io::Error,
+    },
+    /// A row is not of its type. The message of `source` holds line and column.
+    #[error("{path}: {source}", path = path.display())]
+    Csv {
+        /// The file.
+        path: PathBuf,
+        /// The cause, with the line.
+        source: csv::Error,
+    },
+    /// A JSON file is not what it should be.
+    #[error("{path}: {source}", path = path.display())]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// The cause, with line and column.
+        source: serde_json::Error,
+    },
+}
+
+impl RecordError {
+    /// Wraps an I/O error with what was attempted on which file.
+    pub fn io(verb: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Io { verb, path, source }
+    }
+}
+
+/// Writes `bytes` to `path` all at once.
+///
+/// # Errors
+/// When the folder cannot be created or the file cannot be written.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(RecordError::io("create", folder))?;
+    }
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".partial");
+    let temporary = path.with_file_name(name);
+    let written = File::create(&temporary).and_then(|file| {
+        let mut writer = BufWriter::new(file);
+        writer.write_all(bytes)?;
+        writer.into_inner().map_err(std::io::IntoInnerError::into_error)?.sync_all()
+    });
+    written.map_err(RecordError::io("write", &temporary))?;
+    fs::rename(&temporary, path).map_err(RecordError::io("write", path))
+}
+
+/// Writes a text file all at once.
+///
+/// # Errors
+/// As [`write_bytes`].
+pub fn write_text(path: &Path, text: &str) -> Result<(), RecordError> {
+    write_bytes(path, text.as_bytes())
+}
+
+/// Writes all rows to the row type's file in `folder`.
+///
+/// # Errors
+/// As [`write_bytes`].
+pub fn write_rows<R: Row>(folder: &Path, rows: &[R]) -> Result<(), RecordError> {
+    let path = folder.join(R::FILE);
+    let csv_error = |source| RecordError::Csv { path: path.clone(), source };
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row).map_err(csv_error)?;
+    }
+    let bytes = writer.into_inner().map_err(|e| RecordError::io("write", &path)(e.into_error()))?;
+    write_bytes(&path, &bytes)
+}
+
+/// Reads all rows of the row type's file in `folder`.
+///
+/// # Errors
+/// When the file is missing or a row is not of its type.
+pub fn read_rows<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
+    let path = folder.join(R::FILE);
+    let file = File::open(&path).map_err(RecordError::io("read", &path))?;
+    let rows: Result<Vec<R>, _> = csv::Reader::from_reader(std::io::BufReader::new(file)).into_deserialize().collect();
+    rows.map_err(|source| RecordError::Csv { path, source })
+}

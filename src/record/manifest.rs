@@ -1,0 +1,172 @@
+//! The manifest: everything one must know to make the run again, and to judge its timings.
+
+use super::file::{RecordError, write_text};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// Version of the records' layout; a change of a column's meaning raises it.
+pub const SCHEMA: u32 = 1;
+
+/// What was run, with what, where.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// [`SCHEMA`] of the writer.
+    pub schema: u32,
+    /// What was asked for.
+    pub request: Request,
+    /// What it was made of: path or name to content hash, for every scene, program, mesh and claims file.
+    pub inputs: BTreeMap<String, String>,
+    /// The variants measured, with what they promise.
+    pub variants: Vec<VariantEntry>,
+    /// The scenes measured.
+    pub scenes: Vec<SceneEntry>,
+    /// The program that ran.
+    pub program: Program,
+    /// The machine it ran on.
+    pub machine: MachineFacts,
+    /// Stages finished so far, in order.
+    pub finished: Vec<Stage>,
+    /// What disturbed the timings; empty when nothing is known to have.
+    pub noise: Vec<String>,
+}
+
+/// A stage of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stage {
+    /// Verdicts against the truth.
+    Verify,
+    /// Times and counters.
+    Measure,
+    /// Summary, ratios, claims.
+    Analyze,
+    /// Figures.
+    Plot,
+    /// The report.
+    Report,
+}
+
+/// What decides the result, apart from the inputs: two runs of equal request and inputs have equal deterministic files.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Request {
+    /// `smoke`, `quick` or `full`.
+    pub profile: String,
+    /// Seed of all randomness.
+    pub seed: u64,
+    /// Scenes as given on the command line, or the profile's.
+    pub scenes: Vec<String>,
+    /// Variant ids.
+    pub variants: Vec<String>,
+    /// Workload names; empty for all.
+    pub workloads: Vec<String>,
+    /// Poses per scene in the verification.
+    pub verify_poses: u64,
+    /// Poses per scene that are timed.
+    pub measure_poses: u64,
+    /// Timed blocks per launch, without warm-up.
+    pub blocks: u32,
+    /// Process launches.
+    pub launches: u32,
+}
+
+/// A variant as measured.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct VariantEntry {
+    /// Id.
+    pub id: String,
+    /// Name in tables and plots.
+    pub label: String,
+    /// Source.
+    pub reference: String,
+    /// Whether it promises to miss nothing.
+    pub safe: bool,
+    /// `volume`, `control` or `peer`.
+    pub kind: KindName,
+    /// The policies measured, the default one first; empty without a tree of ours.
+    pub policies: Vec<String>,
+}
+
+/// What kind of method a variant is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum KindName {
+    /// A tree of bounding volumes.
+    Volume,
+    /// The exhaustive control.
+    Control,
+    /// Another library's whole system.
+    Peer,
+}
+
+/// A scene as measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneEntry {
+    /// Name.
+    pub name: String,
+    /// One line on what it shows.
+    pub title: String,
+    /// Part name to triangle count.
+    pub triangles: BTreeMap<String, u64>,
+    /// The pairs examined, `a:b`.
+    pub pairs: Vec<String>,
+}
+
+/// The program.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Program {
+    /// bvbench's version.
+    pub version: String,
+    /// Git revision it was built from; empty when unknown.
+    pub git_revision: String,
+    /// Whether that checkout had changes; `None` when unknown.
+    pub git_dirty: Option<bool>,
+    /// Compiler.
+    pub rustc: String,
+    /// Optimisation and target flags.
+    pub flags: String,
+    /// The command line.
+    pub command: String,
+}
+
+/// The machine, as far as it can be known.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MachineFacts {
+    /// CPU model.
+    pub cpu: String,
+    /// Logical cores.
+    pub cores: usize,
+    /// Memory, bytes.
+    pub memory_bytes: u64,
+    /// Operating system and kernel.
+    pub os: String,
+    /// Load average over a minute when the run began; `None` where the system does not say.
+    pub load: Option<f64>,
+}
+
+impl Manifest {
+    /// Its file in a run's folder.
+    pub const FILE: &'static str = "manifest.json";
+
+    /// Reads the manifest of a run.
+    ///
+    /// # Errors
+    /// When it is missing or not a manifest.
+    pub fn read(folder: &Path) -> Result<Self, RecordError> {
+        let path = folder.join(Self::FILE);
+        let text = fs::read_to_string(&path).map_err(RecordError::io("read", &path))?;
+        serde_json::from_str(&text).map_err(|source| RecordError::Json { path, source })
+    }
+
+    /// Writes it.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<(), RecordError> {
+        let path = folder.join(Self::FILE);
+        let text =
+            serde_json::to_string_pretty(self).map_err(|source| RecordError::Json { path: path.clone(), source })?;
+        write_text(&path, &(text + "\n"))
+    }
+}

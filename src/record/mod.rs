@@ -1,0 +1,18 @@
+//! What a run leaves behind: one row type per CSV, the manifest, and atomic writing. The only thing that the analysis, the
+//! plots and the report know.
+//!
+//! Tidy: one row per observation, units in column names, times as integer nanoseconds. Derived values are never stored
+//! beside what they derive from.
+
+pub mod file;
+pub mod manifest;
+pub mod rows;
+pub mod vocabulary;
+
+pub use file::{RecordError, read_rows, write_rows, write_text};
+pub use manifest::Manifest;
+pub use rows::{
+    BuildRow, ClaimRow, OutlineRow, QueryRow, RatioRow, Row, SummaryRow, TightnessRow, TimingRow, TreeRow,
+    VerificationRow,
+};
+pub use vocabulary::{Band, Stratum};

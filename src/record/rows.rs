@@ -1,0 +1,392 @@
+//! The rows. Column names are field names; `results/README.md` is their dictionary for readers.
+
+use super::vocabulary::{Band, Stratum};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+/// A row type and the file it lives in.
+pub trait Row: Serialize + DeserializeOwned {
+    /// The file's name in the run's folder.
+    const FILE: &'static str;
+}
+
+macro_rules! row_file {
+    ($($row:ty => $file:literal),* $(,)?) => { $(impl Row for $row { const FILE: &'static str = $file; })* };
+}
+
+row_file! {
+    QueryRow => "queries.csv",
+    VerificationRow => "verification.csv",
+    TreeRow => "trees.csv",
+    TightnessRow => "tightness.csv",
+    OutlineRow => "outlines.csv",
+    BuildRow => "builds.csv",
+    TimingRow => "timings.csv",
+    SummaryRow => "summary.csv",
+    RatioRow => "ratios.csv",
+    ClaimRow => "claims.csv",
+}
+
+/// What identifies a method and how its trees were built; part of most rows. `split` and `axes` are `none` and `leaf` is 0
+/// for methods without a tree of ours.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct CaseKey {
+    /// Variant id.
+    pub variant: String,
+    /// Split rule.
+    pub split: String,
+    /// `own` or `shared`.
+    pub axes: String,
+    /// Leaf size.
+    pub leaf: u8,
+}
+
+/// One query: one variant asked about one pose of one pair. Deterministic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct QueryRow {
+    /// Scene name.
+    pub scene: String,
+    /// Workload name within the scene.
+    pub workload: String,
+    /// Number of the pose within the pair's poses of the workload, from 0.
+    pub pose: u32,
+    /// `a:b`, the two parts.
+    pub pair: String,
+    /// Variant id.
+    pub variant: String,
+    /// Split rule.
+    pub split: String,
+    /// `own` or `shared` split axes.
+    pub axes: String,
+    /// Leaf size.
+    pub leaf: u8,
+    /// Exact verdict, 0 or 1.
+    pub exact: u8,
+    /// Verdict of the fast triangle test over the truth's candidate pairs, 0 or 1.
+    pub brute: u8,
+    /// The variant's verdict, 0 or 1.
+    pub tree: u8,
+    /// Volume overlap tests in mode `first`.
+    pub volume_tests: u64,
+    /// Triangle tests in mode `first`.
+    pub triangle_tests: u64,
+    /// Depth band.
+    pub band: Band,
+    /// Distance stratum.
+    pub stratum: Stratum,
+    /// 1 when the surfaces do not touch but one solid lies inside the other.
+    pub contained: u8,
+}
+
+/// Verdicts of one variant over all poses of one band, counted. Deterministic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VerificationRow {
+    /// Scene name.
+    pub scene: String,
+    /// Workload name.
+    pub workload: String,
+    /// `a:b`, the two parts.
+    pub pair: String,
+    /// Variant id.
+    pub variant: String,
+    /// Split rule.
+    pub split: String,
+    /// Split axes.
+    pub axes: String,
+    /// Leaf size.
+    pub leaf: u8,
+    /// 1 when the variant promises to miss nothing.
+    pub safe: u8,
+    /// Depth band.
+    pub band: Band,
+    /// Posed pairs in the band.
+    pub poses: u64,
+    /// How many touch by the exact test.
+    pub exact: u64,
+    /// How many touch by the fast triangle test.
+    pub brute: u64,
+    /// How many touch by the variant.
+    pub tree: u64,
+    /// `brute` and not `tree`: the volume's false negatives.
+    pub missed_by_volume: u64,
+    /// `exact` and not `brute`: the triangle test's.
+    pub missed_by_leaf: u64,
+    /// `exact` and not `tree`: all of the variant's false negatives, whoever is to blame.
+    pub missed: u64,
+    /// `tree` and not `exact`.
+    pub false_positives: u64,
+}
+
+/// One tree. Deterministic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TreeRow {
+    /// Scene name.
+    pub scene: String,
+    /// Part the tree is over.
+    pub part: String,
+    /// Variant id.
+    pub variant: String,
+    /// Split rule.
+    pub split: String,
+    /// Split axes.
+    pub axes: String,
+    /// Leaf size.
+    pub leaf: u8,
+    /// Triangles of the part.
+    pub triangles: u64,
+    /// Nodes of the tree.
+    pub nodes: u64,
+    /// Leaves among them.
+    pub leaves: u64,
+    /// Depth of the deepest leaf; the root has depth 0.
+    pub depth_max: u32,
+    /// Mean depth of a leaf, weighted by its triangles.
+    pub depth_mean: f64,
+    /// Mean over inner nodes of smaller child count / larger child count, weighted by the node's count; 1 is balanced.
+    pub child_ratio: f64,
+    /// Sum over nodes of volume area / root area: the expected number of nodes a random line visits.
+    pub sah_cost: f64,
+    /// Memory, bytes.
+    pub bytes: u64,
+    /// Shift of the root volume's centre from the middle of the part's extent, mm, along the direction from the
+    /// area centroid to the mean of the corners: positive is toward the finely triangulated side.
+    pub drift_mm: f64,
+}
+
+/// One level of one tree. Deterministic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TightnessRow {
+    /// Scene name.
+    pub scene: String,
+    /// Part the tree is over.
+    pub part: String,
+    /// Variant id.
+    pub variant: String,
+    /// Split rule.
+    pub split: String,
+    /// Split axes.
+    pub axes: String,
+    /// Leaf size.
+    pub leaf: u8,
+    /// Level; the root is 0.
+    pub level: u32,
+    /// Nodes on the level.
+    pub nodes: u64,
+    /// Triangles under them.
+    pub triangles: u64,
+    /// Sum of the nodes' volumes, mm³.
+    pub volume_mm3: f64,
+    /// Sum of the nodes' surface areas, mm².
+    pub area_mm2: f64,
+    /// Sum of the volumes of the convex hulls of the nodes' contents, mm³; over the nodes whose hull has a volume.
+    pub hull_mm3: f64,
+    /// Sum of the volumes of those same nodes, mm³: `hulled_volume_mm3 / hull_mm3` is the level's looseness.
+    pub hulled_volume_mm3: f64,
+    /// Corners that lie outside their node's volume, percent.
+    pub outside_corners_pct: f64,
+    /// Area of triangles with a corner outside their node's volume, percent.
+    pub outside_area_pct: f64,
+    /// Largest distance of a corner from its node's volume, mm (0 when all are inside).
+    pub overhang_mm: f64,
+}
+
+/// A line segment of a drawing: a root volume of a variant on a part, or an edge of the part itself (variant `mesh`).
+/// Deterministic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OutlineRow {
+    /// Scene name.
+    pub scene: String,
+    /// Part drawn.
+    pub part: String,
+    /// Variant id, or `mesh`.
+    pub variant: String,
+    /// Start, mm, part frame.
+    pub x1_mm: f64,
+    /// Start, mm, part frame.
+    pub y1_mm: f64,
+    /// Start, mm, part frame.
+    pub z1_mm: f64,
+    /// End, mm, part frame.
+    pub x2_mm: f64,
+    /// End, mm, part frame.
+    pub y2_mm: f64,
+    /// End, mm, part frame.
+    pub z2_mm: f64,
+}
+
+/// One timed construction. Noisy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BuildRow {
+    /// Scene name.
+    pub scene: String,
+    /// Part the tree is over.
+    pub part: String,
+    /// Variant id.
+    pub variant: String,
+    /// Split rule.
+    pub split: String,
+    /// Split axes.
+    pub axes: String,
+    /// Leaf size.
+    pub leaf: u8,
+    /// Triangles of the part.
+    pub triangles: u64,
+    /// Process launch, from 0.
+    pub launch: u32,
+    /// Block within the launch, from 0.
+    pub block: u32,
+    /// Wall time, ns.
+    pub ns: u64,
+}
+
+/// One timed chunk of queries. Noisy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimingRow {
+    /// Scene name.
+    pub scene: String,
+    /// Workload name.
+    pub workload: String,
+    /// `a:b`, the two parts.
+    pub pair: String,
+    /// Stratum of all poses of the chunk.
+    pub stratum: Stratum,
+    /// Variant id; `null` is a duplicate of another variant that shows the noise of the comparison itself.
+    pub variant: String,
+    /// Split rule.
+    pub split: String,
+    /// Split axes.
+    pub axes: String,
+    /// Leaf size.
+    pub leaf: u8,
+    /// Process launch, from 0.
+    pub launch: u32,
+    /// Block within the launch, from 0.
+    pub block: u32,
+    /// Chunk within the scene, from 0; the same poses for every variant, block and launch.
+    pub chunk: u32,
+    /// Poses in the chunk.
+    pub poses: u32,
+    /// Wall time of the whole chunk, ns.
+    pub ns: u64,
+}
+
+/// Mean, quantiles and counts of one case. Derived.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SummaryRow {
+    /// Scene name.
+    pub scene: String,
+    /// Stratum, or `all`: the four strata weighted equally.
+    pub stratum: String,
+    /// Variant id.
+    pub variant: String,
+    /// Split rule.
+    pub split: String,
+    /// Split axes.
+    pub axes: String,
+    /// Leaf size.
+    pub leaf: u8,
+    /// Timed poses.
+    pub poses: u64,
+    /// Mean time of a query, ns.
+    pub mean_ns: f64,
+    /// Lower end of the 95 % interval of the mean, ns.
+    pub mean_low_ns: f64,
+    /// Upper end, ns.
+    pub mean_high_ns: f64,
+    /// Median over chunks of the chunk's mean query time, ns.
+    pub median_ns: f64,
+    /// 95th percentile of the same, ns.
+    pub p95_ns: f64,
+    /// 99th percentile, ns.
+    pub p99_ns: f64,
+    /// Largest, ns.
+    pub max_ns: f64,
+    /// Mean volume tests of a query.
+    pub volume_tests: f64,
+    /// Mean triangle tests of a query.
+    pub triangle_tests: f64,
+    /// Colliding poses above grazing in the verification (of the whole scene; repeated on every stratum's row).
+    pub colliding: u64,
+    /// How many of them the variant missed.
+    pub missed: u64,
+    /// Lower end of the 95 % Wilson interval of the miss rate.
+    pub miss_rate_low: f64,
+    /// Upper end; 3/n when nothing was missed.
+    pub miss_rate_high: f64,
+}
+
+/// A paired ratio of two cases. Derived.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RatioRow {
+    /// Scene name.
+    pub scene: String,
+    /// Stratum, or `all`.
+    pub stratum: String,
+    /// `time`, `volume-tests` or `build`.
+    pub metric: String,
+    /// Variant on top.
+    pub variant: String,
+    /// Its policy, `split/axes/leaf`.
+    pub policy: String,
+    /// Variant below.
+    pub baseline: String,
+    /// Its policy.
+    pub baseline_policy: String,
+    /// Geometric mean of the paired ratios; below 1 means that `variant` needs less.
+    pub ratio: f64,
+    /// Lower end of the 95 % bootstrap interval.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// Pairs that went into it.
+    pub pairs: u64,
+}
+
+/// The verdict on one claim, for one reading, scene and stratum. Derived.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClaimRow {
+    /// Claim id in `claims.toml`.
+    pub claim: String,
+    /// Reading: R1, R2, R3, or `-`.
+    pub reading: String,
+    /// Scene name.
+    pub scene: String,
+    /// Stratum, `all`, or `-` where the claim is not about queries.
+    pub stratum: String,
+    /// `reproduces`, `equivalent`, `reversed`, `inconclusive`, `not-judged`.
+    pub verdict: String,
+    /// What was measured, in words: `time obb-area / obb-vertex`.
+    pub measure: String,
+    /// Its value.
+    pub value: Option<f64>,
+    /// Lower end of its interval.
+    pub low: Option<f64>,
+    /// Upper end.
+    pub high: Option<f64>,
+    /// Misses of the claim's variant above grazing.
+    pub missed: Option<u64>,
+    /// Misses of its baseline.
+    pub baseline_missed: Option<u64>,
+    /// What a reader should know beside the verdict.
+    pub note: String,
+}
+
+macro_rules! case_key {
+    ($($row:ty),* $(,)?) => { $(impl $row {
+        /// The method and tree policy of the row.
+        #[must_use]
+        pub fn case(&self) -> CaseKey {
+            CaseKey { variant: self.variant.clone(), split: self.split.clone(), axes: self.axes.clone(), leaf: self.leaf }
+        }
+    })* };
+}
+
+case_key!(QueryRow, VerificationRow, TreeRow, TightnessRow, BuildRow, TimingRow, SummaryRow);
+
+impl CaseKey {
+    /// `split/axes/leaf`.
+    #[must_use]
+    pub fn policy(&self) -> String {
+        format!("{}/{}/{}", self.split, self.axes, self.leaf)
+    }
+}

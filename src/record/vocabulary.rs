@@ -1,0 +1,154 @@
+//! The classes that poses are sorted into.
+
+use serde::{Deserialize, Serialize};
+
+/// How far a pair is from contact at a pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stratum {
+    /// The surfaces touch.
+    Colliding,
+    /// Apart by at most 1 mm.
+    NearMiss,
+    /// Apart by more than 1 mm and at most 10 mm.
+    Medium,
+    /// Apart by more than 10 mm.
+    Far,
+}
+
+impl Stratum {
+    /// All strata, nearest first.
+    pub const ALL: [Self; 4] = [Self::Colliding, Self::NearMiss, Self::Medium, Self::Far];
+
+    /// The stratum of a pose by the distance between the surfaces, mm (0 when they touch).
+    #[must_use]
+    pub fn of(touching: bool, clearance_mm: f64) -> Self {
+        match clearance_mm {
+            _ if touching => Self::Colliding,
+            d if d <= 1.0 => Self::NearMiss,
+            d if d <= 10.0 => Self::Medium,
+            _ => Self::Far,
+        }
+    }
+
+    /// The name in files.
+    #[must_use]
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::Colliding => "colliding",
+            Self::NearMiss => "near-miss",
+            Self::Medium => "medium",
+            Self::Far => "far",
+        }
+    }
+}
+
+/// How deep a colliding pose is: travel past first contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Band {
+    /// At most 1e-6 mm from first contact: either answer is right.
+    #[serde(rename = "grazing")]
+    Grazing,
+    /// (1e-6, 1e-3] mm.
+    #[serde(rename = "1e-6..1e-3")]
+    Micron,
+    /// (1e-3, 0.01] mm.
+    #[serde(rename = "1e-3..0.01")]
+    TenMicron,
+    /// (0.01, 0.1] mm.
+    #[serde(rename = "0.01..0.1")]
+    HundredMicron,
+    /// (0.1, 1] mm.
+    #[serde(rename = "0.1..1")]
+    Millimetre,
+    /// (1, 5] mm.
+    #[serde(rename = "1..5")]
+    FiveMillimetre,
+    /// More than 5 mm.
+    #[serde(rename = "over-5")]
+    Deep,
+    /// Apart by more than 1e-6 mm.
+    #[serde(rename = "clear")]
+    Clear,
+}
+
+impl Band {
+    /// All bands: grazing, then deeper and deeper, then clear.
+    pub const ALL: [Self; 8] = [
+        Self::Grazing,
+        Self::Micron,
+        Self::TenMicron,
+        Self::HundredMicron,
+        Self::Millimetre,
+        Self::FiveMillimetre,
+        Self::Deep,
+        Self::Clear,
+    ];
+
+    /// Within this travel of first contact, mm, a pose is grazing.
+    pub const GRAZING_MM: f64 = 1e-6;
+
+    /// The band of a colliding pose by its travel past first contact, mm.
+    #[must_use]
+    pub fn of_depth(depth_mm: f64) -> Self {
+        match depth_mm {
+            d if d <= Self::GRAZING_MM => Self::Grazing,
+            d if d <= 1e-3 => Self::Micron,
+            d if d <= 0.01 => Self::TenMicron,
+            d if d <= 0.1 => Self::HundredMicron,
+            d if d <= 1.0 => Self::Millimetre,
+            d if d <= 5.0 => Self::FiveMillimetre,
+            _ => Self::Deep,
+        }
+    }
+
+    /// The name in files: the interval of travel in mm, open below and closed above.
+    #[must_use]
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::Grazing => "grazing",
+            Self::Micron => "1e-6..1e-3",
+            Self::TenMicron => "1e-3..0.01",
+            Self::HundredMicron => "0.01..0.1",
+            Self::Millimetre => "0.1..1",
+            Self::FiveMillimetre => "1..5",
+            Self::Deep => "over-5",
+            Self::Clear => "clear",
+        }
+    }
+
+    /// Whether a colliding pose of this band counts against a safe variant that misses it.
+    #[must_use]
+    pub const fn is_above_grazing(self) -> bool {
+        !matches!(self, Self::Grazing | Self::Clear)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_are_open_below_and_closed_above() {
+        for (depth, band) in [
+            (1e-6, Band::Grazing),
+            (1.1e-6, Band::Micron),
+            (1e-3, Band::Micron),
+            (0.1, Band::HundredMicron),
+            (5.0, Band::FiveMillimetre),
+            (5.1, Band::Deep),
+        ] {
+            assert_eq!(Band::of_depth(depth), band, "{depth}");
+        }
+    }
+
+    #[test]
+    fn names_in_files_are_the_ids() {
+        for band in Band::ALL {
+            assert_eq!(serde_json::to_value(band).unwrap(), band.id());
+        }
+        for stratum in Stratum::ALL {
+            assert_eq!(serde_json::to_value(stratum).unwrap(), stratum.id());
+        }
+    }
+}

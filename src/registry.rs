@@ -1,0 +1,89 @@
+//! The list of variants, a line each.
+
+use crate::geometry::Mesh;
+use crate::method::brute::AllPairs;
+use crate::method::parry::ParryMesh;
+use crate::method::{Kind, Model, brute, parry};
+use crate::tree::{Policy, SplitRule, Tree};
+use crate::volume::{BoundingVolume, Info, sphere_ritter};
+
+/// Prepares a mesh for queries.
+type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;
+
+/// A method by name: what it is called, and how to prepare a mesh for it.
+#[derive(Clone, Copy, Debug)]
+pub struct Variant {
+    /// Name, reference and promise.
+    pub info: Info,
+    /// Volume tree, control or peer.
+    pub kind: Kind,
+    /// The tree policy used unless another is asked for; `None` for methods without a tree of ours.
+    pub policy: Option<Policy>,
+    prepare: Prepare,
+}
+
+impl Variant {
+    /// A tree of volumes of type `V`, split by `split` along the volume's own axes unless another policy is asked for.
+    #[must_use]
+    pub fn of<V: BoundingVolume>(split: SplitRule) -> Self {
+        Self {
+            info: V::INFO,
+            kind: Kind::Volume,
+            policy: Some(Policy::own(split)),
+            prepare: |mesh, policy| Box::new(Tree::<V>::build(&mesh.triangles(), policy)),
+        }
+    }
+
+    const fn without_tree(info: Info, kind: Kind, prepare: Prepare) -> Self {
+        Self { info, kind, policy: None, prepare }
+    }
+
+    /// Prepares a mesh; `policy` is ignored by methods without a tree of ours.
+    #[must_use]
+    pub fn prepare(&self, mesh: &Mesh, policy: Option<Policy>) -> Box<dyn Model> {
+        (self.prepare)(mesh, policy.or(self.policy).unwrap_or(Policy::own(SplitRule::Median)))
+    }
+}
+
+/// The variants of a run, in the order of tables and plots.
+#[derive(Clone, Debug)]
+pub struct Registry {
+    variants: Vec<Variant>,
+}
+
+impl Registry {
+    /// Everything that bvbench ships.
+    #[must_use]
+    pub fn standard() -> Self {
+        use SplitRule::VertexMean;
+        let variants = vec![
+            Variant::of::<sphere_ritter::SphereRitter>(VertexMean),
+            Variant::without_tree(brute::INFO, Kind::Control, |mesh, _| Box::new(AllPairs(mesh.triangles()))),
+            Variant::without_tree(parry::INFO, Kind::Peer, |mesh, _| Box::new(ParryMesh::new(mesh))),
+        ];
+        Self { variants }
+    }
+
+    /// The registry with one more variant at the end.
+    ///
+    /// # Panics
+    /// When a variant of that id is already there: an id names one method.
+    #[must_use]
+    pub fn with(mut self, variant: Variant) -> Self {
+        assert!(self.find(variant.info.id).is_none(), "variant `{}` is registered twice", variant.info.id);
+        self.variants.push(variant);
+        self
+    }
+
+    /// All variants.
+    #[must_use]
+    pub fn variants(&self) -> &[Variant] {
+        &self.variants
+    }
+
+    /// The variant of that id.
+    #[must_use]
+    pub fn find(&self, id: &str) -> Option<&Variant> {
+        self.variants.iter().find(|variant| variant.info.id == id)
+    }
+}

@@ -1,0 +1,88 @@
+//! A binary tree of bounding volumes over one mesh, generic over the volume.
+//!
+//! One file per verb: [`split`] (the rules), [`build`], [`traverse`], [`validate`], [`tightness`].
+
+pub mod build;
+pub mod policy;
+pub mod split;
+pub mod tightness;
+pub mod traverse;
+pub mod validate;
+
+pub use policy::{Axes, Policy, SplitRule};
+
+use crate::geometry::Triangle;
+
+/// One node: a volume and the range of triangles it was fitted to.
+#[derive(Clone, Debug)]
+pub struct Node<V> {
+    /// The volume around the node's own triangles; fitted to them, never merged from the children.
+    pub volume: V,
+    /// Surface area of the volume, mm²: the traversal descends the larger of two nodes.
+    pub area: f64,
+    /// Index of the left child; the right one follows it. 0 marks a leaf (the root is nobody's child).
+    children: u32,
+    /// First of the node's triangles in [`Tree::triangles`].
+    first: u32,
+    /// How many triangles it holds.
+    count: u32,
+}
+
+impl<V> Node<V> {
+    /// The left and right child's index, or `None` for a leaf.
+    #[inline]
+    #[must_use]
+    pub const fn children(&self) -> Option<(u32, u32)> {
+        if self.children == 0 { None } else { Some((self.children, self.children + 1)) }
+    }
+
+    /// The node's range in [`Tree::triangles`].
+    #[inline]
+    #[must_use]
+    pub const fn range(&self) -> std::ops::Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
+}
+
+/// A tree over one mesh, in the mesh's own frame.
+#[derive(Clone, Debug)]
+pub struct Tree<V> {
+    /// The root is node 0; siblings stand side by side, after their parent.
+    nodes: Vec<Node<V>>,
+    /// The triangles in tree order, mm.
+    triangles: Vec<Triangle>,
+    /// For each triangle in tree order, its face number in the mesh.
+    faces: Vec<u32>,
+}
+
+impl<V> Tree<V> {
+    /// All nodes, the root first.
+    #[must_use]
+    pub fn nodes(&self) -> &[Node<V>] {
+        &self.nodes
+    }
+
+    /// All triangles in tree order, mm, mesh frame.
+    #[must_use]
+    pub fn triangles(&self) -> &[Triangle] {
+        &self.triangles
+    }
+
+    /// The face number in the mesh of each triangle in tree order.
+    #[must_use]
+    pub fn faces(&self) -> &[u32] {
+        &self.faces
+    }
+
+    /// The triangles of one node.
+    #[must_use]
+    pub fn triangles_of(&self, node: &Node<V>) -> &[Triangle] {
+        &self.triangles[node.range()]
+    }
+
+    /// Memory the tree holds, bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.triangles.as_slice()) + size_of_val(self.faces.as_slice())
+    }
+}

@@ -1,0 +1,80 @@
+//! What a bounding volume is: one trait, one file per volume.
+//!
+//! To add a volume, write one file beside these with a type that implements [`BoundingVolume`], name it in a `mod` line
+//! below and in one line of [`crate::registry`]. From another crate the same trait and
+//! [`crate::registry::Registry::with`] do it without touching this one (`examples/my_volume.rs`).
+
+pub mod sphere_ritter;
+
+use crate::geometry::{Isometry, Point, Triangle, Vector};
+use nalgebra::Unit;
+use std::fmt::Debug;
+
+/// What a variant is called and what it promises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Info {
+    /// Short name in every file and on the command line, lower case with hyphens: `sphere-ritter`.
+    pub id: &'static str,
+    /// Name in tables and plots.
+    pub label: &'static str,
+    /// Where it comes from: authors, year, section.
+    pub reference: &'static str,
+    /// Whether `overlaps` is true whenever the contents touch. Variants that cannot promise it are measured all the same
+    /// but never ranked by speed: a method can look fast because it misses collisions.
+    pub safe: bool,
+}
+
+/// A line segment for drawing, mm, in the frame of the mesh.
+pub type Segment = [Point; 2];
+
+/// A volume around some triangles of one mesh, in that mesh's own frame (mm).
+///
+/// The tree over a mesh never moves. A query computes what depends on the relative pose of the two meshes once
+/// ([`BoundingVolume::pose`]) and hands it to every overlap test of that query.
+pub trait BoundingVolume: Clone + Debug + Send + Sync + 'static {
+    /// What the volume is called and whether it is safe.
+    const INFO: Info;
+
+    /// The constants of one relative pose: computed once per query, never per node.
+    type Pose;
+
+    /// The volume around `triangles` (mm, mesh frame). `triangles` is never empty, but may hold degenerate triangles,
+    /// a single one, or the same one many times. A safe volume contains every corner, widened outward by what rounding
+    /// can cost.
+    fn fit(triangles: &[Triangle]) -> Self;
+
+    /// The constants for overlap tests between volumes of mesh `a` (left) and mesh `b` (right).
+    fn pose(a_from_b: &Isometry) -> Self::Pose;
+
+    /// Whether this volume of mesh `a` and `other` of mesh `b` may touch at the pose. For a safe volume: true whenever
+    /// their contents, the vertices of `b` moved and snapped by [`crate::geometry::grid::Placement`], touch. May be
+    /// true for volumes that are apart.
+    fn overlaps(&self, other: &Self, pose: &Self::Pose) -> bool;
+
+    /// Whether `point` (mm, mesh frame) lies inside or within `slack_mm` of the volume.
+    fn contains(&self, point: &Point, slack_mm: f64) -> bool;
+
+    /// The middle of the volume (mm, mesh frame).
+    fn centre(&self) -> Point;
+
+    /// Volume, mm³.
+    fn volume(&self) -> f64;
+
+    /// Surface area, mm².
+    fn surface_area(&self) -> f64;
+
+    /// Three orthogonal directions to split along, the longest extent first. `triangles` are those the volume was
+    /// fitted to, for volumes that have no axes of their own.
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3];
+
+    /// Line segments that show the volume in a drawing (mm, mesh frame).
+    fn outline(&self) -> Vec<Segment>;
+}
+
+/// The coordinate axes ordered by decreasing `extents`; equal extents keep the order x, y, z.
+#[must_use]
+pub fn coordinate_axes_by_extent(extents: &Vector) -> [Unit<Vector>; 3] {
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| extents[j].total_cmp(&extents[i]));
+    order.map(|i| Unit::new_unchecked(Vector::ith(i, 1.0)))
+}
