@@ -1,6 +1,7 @@
 //! The manifest: everything one must know to make the run again, and to judge its timings.
 
 use super::file::{RecordError, write_text};
+use crate::method::Kind;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs;
@@ -83,21 +84,9 @@ pub struct VariantEntry {
     /// Whether it promises to miss nothing.
     pub safe: bool,
     /// `volume`, `control` or `peer`.
-    pub kind: KindName,
+    pub kind: Kind,
     /// The policies measured, the default one first; empty without a tree of ours.
     pub policies: Vec<String>,
-}
-
-/// What kind of method a variant is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum KindName {
-    /// A tree of bounding volumes.
-    Volume,
-    /// The exhaustive control.
-    Control,
-    /// Another library's whole system.
-    Peer,
 }
 
 /// A scene as measured.

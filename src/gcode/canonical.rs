@@ -1,0 +1,108 @@
+//! Canonical moves: what a program means once every mode, offset, unit and expression is resolved.
+
+/// The nine axes of ISO 841 as RS274/NGC uses them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "the names are the documentation")]
+pub enum Axis {
+    X,
+    Y,
+    Z,
+    A,
+    B,
+    C,
+    U,
+    V,
+    W,
+}
+
+impl Axis {
+    /// All axes in the order of [`Position`].
+    pub const ALL: [Self; 9] = [Self::X, Self::Y, Self::Z, Self::A, Self::B, Self::C, Self::U, Self::V, Self::W];
+
+    /// Whether the axis turns (A, B, C).
+    #[must_use]
+    pub const fn is_rotary(self) -> bool {
+        matches!(self, Self::A | Self::B | Self::C)
+    }
+
+    /// Its letter.
+    #[must_use]
+    pub const fn letter(self) -> char {
+        ['X', 'Y', 'Z', 'A', 'B', 'C', 'U', 'V', 'W'][self as usize]
+    }
+
+    /// The axis of an upper- or lower-case letter.
+    #[must_use]
+    pub fn from_letter(letter: char) -> Option<Self> {
+        Self::ALL.into_iter().find(|axis| axis.letter() == letter.to_ascii_uppercase())
+    }
+}
+
+/// A value per axis: mm for linear axes, radians for rotary ones.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Position(pub [f64; 9]);
+
+impl std::ops::Index<Axis> for Position {
+    type Output = f64;
+    fn index(&self, axis: Axis) -> &f64 {
+        &self.0[axis as usize]
+    }
+}
+
+impl std::ops::IndexMut<Axis> for Position {
+    fn index_mut(&mut self, axis: Axis) -> &mut f64 {
+        &mut self.0[axis as usize]
+    }
+}
+
+/// The plane of an arc.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Plane {
+    /// G17.
+    Xy,
+    /// G18.
+    Zx,
+    /// G19.
+    Yz,
+}
+
+/// How the tool gets to [`Move::end`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MoveKind {
+    /// G0: at rapid rate, cutting nothing.
+    Rapid,
+    /// G1 and everything that feeds in a straight line.
+    Feed,
+    /// G2, G3.
+    Arc {
+        /// The plane.
+        plane: Plane,
+        /// Centre in the plane's first and second axis (X, Y for G17; Z, X for G18; Y, Z for G19), mm, same frame as `end`.
+        centre: [f64; 2],
+        /// Angle turned, radians: positive is counter-clockwise seen from the plane's positive normal.
+        sweep: f64,
+    },
+    /// G4 and other pauses, s; `end` is where the machine already is.
+    Dwell {
+        /// Duration, s.
+        seconds: f64,
+    },
+    /// M6.
+    ToolChange {
+        /// The tool's number.
+        tool: u32,
+    },
+}
+
+/// One canonical move. The start is the previous move's end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Move {
+    /// Line of the program, from 1.
+    pub line: u32,
+    /// How.
+    pub kind: MoveKind,
+    /// Where to, in machine coordinates of the controlled point (offsets resolved): mm and radians.
+    pub end: Position,
+    /// Feed rate in force, mm/min; `None` for rapids and for modes without one.
+    pub feed_mm_min: Option<f64>,
+}
