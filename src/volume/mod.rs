@@ -4,10 +4,22 @@
 //! below and in one line of [`crate::registry`]. From another crate the same trait and
 //! [`crate::registry::Registry::with`] do it without touching this one (`examples/my_volume.rs`).
 
+pub mod aabb;
+pub mod dop;
+pub mod dop_8;
+pub mod obb;
+pub mod obb_area;
+pub mod obb_area_centroid;
+pub mod obb_area_symmetric;
+pub mod obb_vertex;
+pub mod obb_vertex_centroid;
+pub mod obb_vertex_symmetric;
+pub mod polytope;
+pub mod separating_axes;
 pub mod sphere_ritter;
 
 use crate::geometry::{Isometry, Point, Triangle, Vector};
-use nalgebra::Unit;
+use nalgebra::{Matrix3, Unit};
 use std::fmt::Debug;
 
 /// What a variant is called and what it promises.
@@ -57,6 +69,10 @@ pub trait BoundingVolume: Clone + Debug + Send + Sync + 'static {
     /// The middle of the volume (mm, mesh frame).
     fn centre(&self) -> Point;
 
+    /// How large the volume is, for choosing which of two nodes to open: any measure that grows with the extent, cheap, since
+    /// it is taken of every node when a tree is built. Compared only between volumes of one type.
+    fn size(&self) -> f64;
+
     /// Volume, mm³.
     fn volume(&self) -> f64;
 
@@ -77,4 +93,23 @@ pub fn coordinate_axes_by_extent(extents: &Vector) -> [Unit<Vector>; 3] {
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| extents[j].total_cmp(&extents[i]));
     order.map(|i| Unit::new_unchecked(Vector::ith(i, 1.0)))
+}
+
+/// The twelve edges of a box with the given centre (mm), axes (columns) and half-lengths (mm).
+#[must_use]
+pub fn box_outline(centre: &Point, axes: &Matrix3<f64>, half: &Vector) -> Vec<Segment> {
+    let corner = |signs: [f64; 3]| centre + axes * Vector::from(signs).component_mul(half);
+    let mut edges = Vec::with_capacity(12);
+    for along in 0..3 {
+        for (s, t) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+            let mut ends = [[0.0; 3]; 2];
+            for (end, sign) in ends.iter_mut().zip([-1.0, 1.0]) {
+                end[along] = sign;
+                end[(along + 1) % 3] = s;
+                end[(along + 2) % 3] = t;
+            }
+            edges.push(ends.map(corner));
+        }
+    }
+    edges
 }

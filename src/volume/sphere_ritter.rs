@@ -4,13 +4,11 @@
 //! the farthest corner from the final centre, which never enlarges the sphere and absorbs the rounding of the growing
 //! steps.
 
+use super::separating_axes::pad_mm;
 use super::{BoundingVolume, Info, Segment, coordinate_axes_by_extent};
-use crate::geometry::{Isometry, Point, Triangle, Vector, grid, triangle};
+use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use nalgebra::Unit;
 use std::f64::consts::{PI, TAU};
-
-/// Relative widening of a radius: 2⁻⁴⁰, far above the few 2⁻⁵² that the distance computations below can lose.
-const RELATIVE_PAD: f64 = 1.0 / 1_099_511_627_776.0;
 
 /// A centre and a radius, mm, mesh frame.
 #[derive(Clone, Debug)]
@@ -39,8 +37,7 @@ impl BoundingVolume for SphereRitter {
             }
         }
         let farthest = triangle::corners(triangles).map(|corner| (corner - middle).norm()).fold(0.0, f64::max);
-        let pad = RELATIVE_PAD * (middle.coords.amax() + farthest) + grid::SNAP_RADIUS_MM;
-        Self { centre: middle, radius: farthest + pad }
+        Self { centre: middle, radius: farthest + pad_mm(middle.coords.amax() + farthest) }
     }
 
     fn pose(a_from_b: &Isometry) -> Isometry {
@@ -58,6 +55,10 @@ impl BoundingVolume for SphereRitter {
 
     fn centre(&self) -> Point {
         self.centre
+    }
+
+    fn size(&self) -> f64 {
+        self.radius
     }
 
     fn volume(&self) -> f64 {

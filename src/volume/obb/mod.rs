@@ -1,0 +1,150 @@
+//! Oriented boxes: one box, one separating-axis test; how the axes and the centre are chosen are separate rules, so that
+//! the effect of each can be measured apart.
+
+pub mod centre;
+pub mod frame;
+
+use super::separating_axes::{pad_mm, separated, widened_abs};
+use super::{BoundingVolume, Info, Segment, box_outline};
+use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
+use centre::CentreRule;
+use frame::FrameRule;
+use nalgebra::{Matrix3, Unit};
+use std::fmt::Debug;
+use std::marker::PhantomData;
+
+/// What makes one oriented box a variant: its name and its two rules.
+pub trait ObbRule: Clone + Debug + Send + Sync + 'static {
+    /// Name and promise.
+    const INFO: Info;
+    /// How the axes are found.
+    type Frame: FrameRule;
+    /// Where the centre lies and how long the half-lengths are.
+    type Centre: CentreRule;
+}
+
+/// Axes, centre and half-lengths, mm, mesh frame.
+#[derive(Clone, Debug)]
+pub struct Obb<R> {
+    /// The box's axes as columns.
+    axes: Matrix3<f64>,
+    centre: Point,
+    half: Vector,
+    rule: PhantomData<R>,
+}
+
+/// Rotation and translation, mm, from the second mesh to the first.
+#[derive(Clone, Debug)]
+pub struct ObbPose {
+    rotation: Matrix3<f64>,
+    translation: Vector,
+}
+
+impl<R: ObbRule> BoundingVolume for Obb<R> {
+    const INFO: Info = R::INFO;
+
+    type Pose = ObbPose;
+
+    fn fit(triangles: &[Triangle]) -> Self {
+        let (mean, axes) = R::Frame::mean_and_axes(triangles);
+        let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
+        let mut reach: f64 = 0.0;
+        for corner in triangle::corners(triangles) {
+            // About the mean, so that a part far from its origin loses nothing.
+            let x = axes.tr_mul(&(corner - mean));
+            (low, high) = (low.inf(&x), high.sup(&x));
+            reach = reach.max(corner.coords.amax());
+        }
+        let (centre, half) = R::Centre::centre_and_half(&low, &high);
+        Self { axes, centre: mean + axes * centre, half: half + Vector::repeat(pad_mm(reach)), rule: PhantomData }
+    }
+
+    fn pose(a_from_b: &Isometry) -> ObbPose {
+        let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
+        ObbPose { rotation, translation: a_from_b.translation.vector }
+    }
+
+    #[inline]
+    fn overlaps(&self, other: &Self, pose: &ObbPose) -> bool {
+        let between = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
+        let t = self.axes.tr_mul(&between);
+        let r = self.axes.tr_mul(&(pose.rotation * other.axes));
+        !separated(&t, &r, &widened_abs(&r), &self.half, &other.half)
+    }
+
+    fn contains(&self, point: &Point, slack_mm: f64) -> bool {
+        let x = self.axes.tr_mul(&(point - self.centre));
+        (0..3).all(|i| x[i].abs() <= self.half[i] + slack_mm)
+    }
+
+    fn centre(&self) -> Point {
+        self.centre
+    }
+
+    fn size(&self) -> f64 {
+        self.half.norm_squared()
+    }
+
+    fn volume(&self) -> f64 {
+        8.0 * self.half.product()
+    }
+
+    fn surface_area(&self) -> f64 {
+        8.0 * (self.half.x * self.half.y + self.half.y * self.half.z + self.half.z * self.half.x)
+    }
+
+    fn split_axes(&self, _: &[Triangle]) -> [Unit<Vector>; 3] {
+        let mut order = [0, 1, 2];
+        order.sort_by(|&i, &j| self.half[j].total_cmp(&self.half[i]));
+        order.map(|column| Unit::new_unchecked(self.axes.column(column).into_owned()))
+    }
+
+    fn outline(&self) -> Vec<Segment> {
+        box_outline(&self.centre, &self.axes, &self.half)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{
+        obb_area::ObbArea, obb_vertex::ObbVertex, obb_vertex_centroid::ObbVertexCentroid,
+        obb_vertex_symmetric::ObbVertexSymmetric,
+    };
+    use super::*;
+
+    /// A flat strip from x = 0 to 12 and y = 0 to 2: one half of its length is a single large rectangle, the other half is
+    /// cut into ten.
+    fn strip() -> Vec<Triangle> {
+        let p = |x: f64, y: f64| Point::new(x, y, 0.0);
+        let rectangle = |x: f64, w: f64| {
+            [Triangle::new(p(x, 0.0), p(x + w, 0.0), p(x + w, 2.0)), Triangle::new(p(x, 0.0), p(x + w, 2.0), p(x, 2.0))]
+        };
+        let fine = (0..10).map(|i| rectangle(6.0 + 0.6 * f64::from(i), 0.6));
+        rectangle(0.0, 6.0).into_iter().chain(fine.flatten()).collect()
+    }
+
+    #[test]
+    fn the_literal_box_drifts_to_the_fine_side_and_leaves_the_coarse_end_outside() {
+        let coarse_end = Point::new(0.0, 1.0, 0.0);
+        let tight = Obb::<ObbVertex>::fit(&strip());
+        assert!((tight.centre - Point::new(6.0, 1.0, 0.0)).norm() < 1e-6 && tight.contains(&coarse_end, 0.0));
+        let literal = Obb::<ObbVertexCentroid>::fit(&strip());
+        // Corners: the coarse rectangle's mean x is 3, the ten fine ones' means are 6.3, 6.9 ... 11.7; each weighs the same.
+        let mean_x = (3.0 + 10.0 * 9.0) / 11.0;
+        assert!((literal.centre.x - mean_x).abs() < 0.01, "{} {mean_x}", literal.centre.x);
+        assert!(!literal.contains(&coarse_end, 2.0) && literal.contains(&coarse_end, 3.0));
+        let symmetric = Obb::<ObbVertexSymmetric>::fit(&strip());
+        assert!(symmetric.contains(&coarse_end, 0.0) && symmetric.volume() > tight.volume());
+    }
+
+    #[test]
+    fn area_weighting_finds_the_axes_of_a_rectangle_whatever_its_diagonal() {
+        let p = |x: f64, y: f64| Point::new(x, y, 0.0);
+        let rectangle = [
+            Triangle::new(p(0.0, 0.0), p(3.0, 0.0), p(3.0, 2.0)),
+            Triangle::new(p(0.0, 0.0), p(3.0, 2.0), p(0.0, 2.0)),
+        ];
+        assert!((Obb::<ObbArea>::fit(&rectangle).surface_area() - 12.0).abs() < 1e-5); // both sides of 3 x 2
+        assert!(Obb::<ObbVertex>::fit(&rectangle).surface_area() > 12.5); // turned toward the diagonal
+    }
+}
