@@ -345,7 +345,7 @@ mod tests {
         let at = |from: &str, to: &str| {
             assert!(DEFAULT_TEXT.contains(from), "{from}");
             let text = DEFAULT_TEXT.replacen(from, to, 1);
-            let line = text.lines().position(|line| line.contains(to)).unwrap() + 1;
+            let line = DEFAULT_TEXT.lines().position(|line| line.contains(from)).unwrap() + 1;
             let message = ClaimsError::to_string(&ClaimSet::parse(&text, "c.toml").unwrap_err());
             assert!(message.starts_with(&format!("c.toml:{line}:")), "{message}");
             message
@@ -353,7 +353,7 @@ mod tests {
         assert!(at("schema = 1", "schema = 9").contains("schema 1"));
         assert!(at("readings = [\"R1\",", "readings = [\"R9\",").contains("no reading `R9`"));
         assert!(at("kind = \"time-ratio\"", "kind = \"time-rate\"").contains("time-rate"));
-        assert!(at("id = \"R2\"", "id = \"control\"").contains("twice"));
+        assert!(at("id = \"R2\"", "id = \"R1\"").contains("twice"));
         assert!(at("below = 0.75 }", "beneath = 0.75 }").contains("beneath"));
         assert!(at("policy = \"area-mean/own/1\" }", "policy = 5 }").contains("5"));
         assert!(ClaimSet::parse("", "c.toml").is_err());

@@ -171,4 +171,4 @@ pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], claims: &ClaimSet) -> V
 }
 
 #[cfg(test)]
-mod tests {}
+mod tests;
