@@ -1,10 +1,10 @@
 //! The boxes drawn on the tool: the paper's plain box as its text has it, centred on the mean, against the tight box about
 //! the same axes. What the paper calls drift is the shift between the two.
 
+use super::Sketch;
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX, text};
 use super::data::{Data, Entry};
 use super::marks::{LEGEND_PX, Pixel, label, wrap};
-use super::Sketch;
 use crate::record::{MESH_OUTLINE, OutlineRow};
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
@@ -105,7 +105,13 @@ impl<'a> Part<'a> {
     /// Two projections that hold the direction of the shift, drawn to the right.
     fn views(self, scene: &str) -> [View; 2] {
         let [x, y, z] = self.shift.map(f64::abs);
-        let across = if x >= y && x >= z { 0 } else if y >= z { 1 } else { 2 };
+        let across = if x >= y && x >= z {
+            0
+        } else if y >= z {
+            1
+        } else {
+            2
+        };
         let [up, other] = [(across + 1) % 3, (across + 2) % 3];
         [up, other].map(|up| View {
             title: format!("{scene}: {}", self.name),
@@ -152,8 +158,19 @@ impl Drawing for Boxes {
         };
         line("edges of the part", MESH_COLOUR.stroke_width(2))?;
         let boxes = self.views.first().map_or(&[][..], |view| &view.boxes);
-        boxes.iter().try_for_each(|drawn| line(&drawn.entry.label, drawn.entry.look.colour.stroke_width(3)))
+        let mut widths = stroke_widths(boxes.len());
+        boxes.iter().try_for_each(|drawn| {
+            line(&drawn.entry.label, drawn.entry.look.colour.stroke_width(widths.next().unwrap_or(THIN_PX)))
+        })
     }
+}
+
+/// Width of the first box's lines, px.
+const THIN_PX: u32 = 2;
+
+/// Each further box is drawn wider, and beneath: where edges coincide all of them show.
+fn stroke_widths(boxes: usize) -> impl Iterator<Item = u32> {
+    (0..boxes as u32).map(|i| THIN_PX + 4 * i)
 }
 
 const MESH_COLOUR: RGBColor = RGBColor(150, 150, 150);
@@ -208,8 +225,9 @@ impl View {
             place.draw(&PathElement::new(edge.iter().map(pixel).collect::<Vec<_>>(), style))
         };
         self.mesh.iter().try_for_each(|edge| stroke(edge, MESH_COLOUR.stroke_width(1)))?;
-        for drawn in &self.boxes {
-            drawn.edges.iter().try_for_each(|edge| stroke(edge, drawn.entry.look.colour.stroke_width(3)))?;
+        let widths: Vec<u32> = stroke_widths(self.boxes.len()).collect();
+        for (drawn, width) in self.boxes.iter().zip(widths).rev() {
+            drawn.edges.iter().try_for_each(|edge| stroke(edge, drawn.entry.look.colour.stroke_width(width)))?;
         }
         Ok(())
     }

@@ -1,9 +1,9 @@
 //! Time to build a tree.
 
+use super::Sketch;
 use super::data::Data;
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
-use super::Sketch;
 use crate::analysis::stats::quantile;
 use std::collections::BTreeMap;
 

@@ -1,10 +1,10 @@
 //! Time ratios of all cases against the plain box, with intervals: a forest plot.
 
+use super::Sketch;
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX, text};
 use super::data::Data;
-use super::marks::{Look, label};
+use super::marks::{Look, TEXT_LIFT_PX, label};
 use super::ticks::{Axis, Scale};
-use super::Sketch;
 use crate::analysis::ALL;
 use crate::record::NULL_VARIANT;
 use plotters::prelude::*;
@@ -16,6 +16,9 @@ const LABELS_PX: u32 = 560;
 const PANEL_PX_WIDE: u32 = 520;
 const HEADER_PX: u32 = 48;
 const FOOTER_PX: u32 = 84;
+
+/// Ratios beyond this would squeeze the others together: they are written at the edge.
+const RATIO_MAX: f64 = 6.0;
 
 /// One ratio.
 #[derive(Clone, Copy, Debug)]
@@ -51,7 +54,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Forest> {
              faster. Whiskers are 95 % bootstrap intervals; the grey band is [0.95, 1.05], within which two methods are called \
              equivalent. Lines with a policy (split rule, split axes, leaf size) are trees other than the variant's default. The \
              null line is a second copy of one method against its original: it must lie on 1, or the run was noisy. Unsafe \
-             variants are shown, never ranked."
+             variants are shown, never ranked. Ratios above {RATIO_MAX} are written at the edge."
         ),
         drawing: Forest::of(data, baseline),
     }
@@ -94,7 +97,8 @@ fn describe(data: &Data, variant: &str, policy: &str) -> (String, Look) {
         let label = if variant == NULL_VARIANT { "null (against its original)" } else { variant };
         return (label.to_owned(), Look::nth(data.variants.len()));
     };
-    let label = if data.cases.is_default(variant, policy) { entry.label.clone() } else { format!("{}, {policy}", entry.label) };
+    let label =
+        if data.cases.is_default(variant, policy) { entry.label.clone() } else { format!("{}, {policy}", entry.label) };
     (label, entry.look)
 }
 
@@ -108,10 +112,10 @@ impl Drawing for Forest {
         let (names, panels) = area.split_horizontally(LABELS_PX);
         let middle = |i: usize| HEADER_PX as i32 + i as i32 * LINE_PX + LINE_PX / 2;
         for (i, line) in self.lines.iter().enumerate() {
-            line.look.mark(&names, (22, middle(i)))?;
+            line.look.mark(&names, (22, middle(i) - TEXT_LIFT_PX))?;
             label(&names, &line.label, TEXT_PX, (42, middle(i)), HPos::Left)?;
         }
-        let bars = self.lines.iter().flat_map(|line| line.bars.iter().flatten());
+        let bars = self.lines.iter().flat_map(|line| line.bars.iter().flatten()).filter(|bar| bar.ratio <= RATIO_MAX);
         let (low, high) = Scale::Log.range(bars.flat_map(|bar| [bar.low, bar.high, 0.9, 1.1]));
         for (s, panel) in panels.split_evenly((1, self.scenes.len())).iter().enumerate() {
             self.panel(panel, s, (low, high), &middle)?;
@@ -160,6 +164,12 @@ impl Forest {
         for (i, line) in self.lines.iter().enumerate() {
             let Some(bar) = line.bars[scene] else { continue };
             let (stroke, y) = (line.look.colour.stroke_width(2), middle(i));
+            if bar.ratio > RATIO_MAX {
+                let edge = x(Scale::Log.value(high));
+                line.look.mark(area, (edge - 10, y))?;
+                label(area, &format!("{:.0} →", bar.ratio), TEXT_PX, (edge - 26, y), HPos::Right)?;
+                continue;
+            }
             let (from, to) = (x(bar.low), x(bar.high));
             area.draw(&PathElement::new(vec![(from, y), (to, y)], stroke))?;
             for end in [from, to] {

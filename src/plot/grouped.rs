@@ -82,14 +82,21 @@ const fn panel_width(columns: usize) -> u32 {
 const PANEL_HEIGHT: u32 = 560;
 
 impl Grouped {
-    /// The panels that hold any value; `Err` with the reason given when none does.
+    /// The panels that hold any value; `Err` with the reason given when none does. Panels whose categories need much room
+    /// stand alone in their rows.
     ///
     /// # Errors
     /// When no panel holds a value.
     pub fn of(panels: Vec<Panel>, columns: usize, reason: &'static str) -> Result<Self, &'static str> {
         let filled = |panel: &Panel| panel.series.iter().any(|series| series.points.iter().any(Option::is_some));
         let panels: Vec<Panel> = panels.into_iter().filter(filled).collect();
-        if panels.is_empty() { Err(reason) } else { Ok(Self { columns: columns.clamp(1, panels.len()), panels }) }
+        let crowded =
+            panels.iter().any(|panel| panel.categories.iter().map(|c| c.chars().count() + 2).sum::<usize>() > 60);
+        match panels.len() {
+            0 => Err(reason),
+            _ if crowded => Ok(Self { columns: 1, panels }),
+            count => Ok(Self { columns: columns.clamp(1, count), panels }),
+        }
     }
 
     /// The variants that have a value in any panel, each once.
@@ -127,7 +134,11 @@ impl Panel {
     fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
         let points = || self.series.iter().flat_map(|series| series.points.iter().flatten());
         let values = points().flat_map(|p| [p.value, p.low, p.high]);
-        let (low, high) = self.scale.range(values);
+        let (mut low, high) = self.scale.range(values);
+        if points().any(|p| self.scale.coordinate(p.value) == f64::NEG_INFINITY) {
+            // Room below for the arrows of what the axis cannot show.
+            low -= 0.1 * (high - low);
+        }
         let count = self.categories.len();
         let centres: Vec<f64> = (0..count).map(|i| i as f64 + 0.5).collect();
         let mut chart = ChartBuilder::on(area)
@@ -162,6 +173,12 @@ impl Panel {
             let (x, y) = chart.backend_coord(&(x, y.clamp(low, high)));
             (x - corner_x, y - corner_y)
         };
+        if self.form == Form::Markers {
+            for boundary in 1..count {
+                let (top, foot) = (pixel(boundary as f64, high), pixel(boundary as f64, low));
+                area.draw(&PathElement::new(vec![top, foot], BLACK.mix(0.15)))?;
+            }
+        }
         let slot = 0.84 / self.series.len() as f64;
         for (s, series) in self.series.iter().enumerate() {
             let look = series.entry.look;

@@ -36,16 +36,8 @@ enum Shape {
     Ring,
 }
 
-const SHAPES: [Shape; 8] = [
-    Shape::Circle,
-    Shape::Square,
-    Shape::Up,
-    Shape::Diamond,
-    Shape::Down,
-    Shape::Cross,
-    Shape::Plus,
-    Shape::Ring,
-];
+const SHAPES: [Shape; 8] =
+    [Shape::Circle, Shape::Square, Shape::Up, Shape::Diamond, Shape::Down, Shape::Cross, Shape::Plus, Shape::Ring];
 
 /// Colour and marker of a variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,14 +90,14 @@ impl Look {
         [from, to].into_iter().try_for_each(|y| area.draw(&PathElement::new(vec![(x - 4, y), (x + 4, y)], line)))
     }
 
-    /// Draws an arrow pointing down from `y`: the true value is at most here.
+    /// Draws the marker with an arrow pointing down from it: the true value is at most here.
     ///
     /// # Errors
     /// When the backend refuses.
     pub fn at_most<DB: DrawingBackend>(self, area: &Area<DB>, x: i32, y: i32) -> DrawResult<DB> {
-        const LENGTH: i32 = 16;
+        const LENGTH: i32 = 24;
         let line = self.colour.stroke_width(2);
-        area.draw(&PathElement::new(vec![(x - 5, y), (x + 5, y)], line))?;
+        self.mark(area, (x, y))?;
         area.draw(&PathElement::new(vec![(x, y), (x, y + LENGTH)], line))?;
         let tip = vec![(x - 4, y + LENGTH - 5), (x, y + LENGTH), (x + 4, y + LENGTH - 5)];
         area.draw(&PathElement::new(tip, line))
@@ -122,6 +114,9 @@ pub fn label<DB: DrawingBackend>(area: &Area<DB>, words: &str, px: u32, at: Pixe
 
 /// Width of a legend, px.
 pub const LEGEND_PX: u32 = 360;
+
+/// The eye sees the middle of a text, its lower-case letters, this far above the middle of its line, px.
+pub const TEXT_LIFT_PX: i32 = 2;
 
 /// Height of a legend's line, px.
 const LEGEND_LINE_PX: i32 = 27;
@@ -157,7 +152,7 @@ pub fn legend_height(entries: &[Entry]) -> u32 {
 /// When the backend refuses.
 pub fn legend<DB: DrawingBackend>(area: &Area<DB>, entries: &[Entry], (x, mut y): Pixel) -> DrawResult<DB> {
     for entry in entries {
-        entry.look.mark(area, (x + RADIUS, y))?;
+        entry.look.mark(area, (x + RADIUS, y - TEXT_LIFT_PX))?;
         for line in wrap(&entry.label, LEGEND_CHARS) {
             label(area, &line, TEXT_PX, (x + 28, y), HPos::Left)?;
             y += LEGEND_LINE_PX;

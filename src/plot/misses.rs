@@ -1,9 +1,9 @@
 //! Contacts that the volumes hide, by depth.
 
+use super::Sketch;
 use super::data::Data;
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
-use super::Sketch;
 use crate::analysis::stats;
 use crate::record::Band;
 

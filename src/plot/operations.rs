@@ -1,9 +1,9 @@
 //! Volume tests and triangle tests of a query: the same on every machine.
 
+use super::Sketch;
 use super::data::{Data, NO_SUMMARY};
 use super::grouped::{Grouped, Point};
 use super::query_time::by_stratum;
-use super::Sketch;
 
 pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
     let shown = |count: f64| (count > 0.0).then_some(Point::bare(count));

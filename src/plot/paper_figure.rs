@@ -1,10 +1,10 @@
 //! The paper's figure 6, the time of the plain and the area-weighted box in both scenes, and beside it all five volumes of
 //! its first figure.
 
+use super::Sketch;
 use super::data::{Data, NO_SUMMARY};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
-use super::Sketch;
 use crate::analysis::ALL;
 
 pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {

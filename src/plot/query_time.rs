@@ -1,9 +1,9 @@
 //! Query time by stratum, every variant.
 
+use super::Sketch;
 use super::data::{Data, NO_SUMMARY};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
-use super::Sketch;
 use crate::record::{Stratum, SummaryRow};
 
 pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {

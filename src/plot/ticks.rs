@@ -89,8 +89,12 @@ impl Scale {
                 (first..).map(|i| i as f64 * step).take_while(|c| *c <= high).collect()
             }
             Self::Log => {
-                let mantissas: [&[f64]; 4] =
-                    [&[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0], &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0], &[1.0, 2.0, 5.0], &[1.0]];
+                let mantissas: [&[f64]; 4] = [
+                    &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+                    &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0],
+                    &[1.0, 2.0, 5.0],
+                    &[1.0],
+                ];
                 let decades = low.floor() as i32..=high.ceil() as i32;
                 let of = |mantissas: &[f64]| -> Vec<f64> {
                     let values = decades.clone().flat_map(|d| mantissas.iter().map(move |m| m.log10() + f64::from(d)));

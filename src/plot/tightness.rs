@@ -1,9 +1,9 @@
 //! How tightly each level of the trees holds its contents.
 
+use super::Sketch;
 use super::data::Data;
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
-use super::Sketch;
 
 /// Deeper levels hold few nodes and little volume.
 const LEVELS_MAX: u32 = 16;
