@@ -145,3 +145,16 @@ fn verdicts_at_their_thresholds() {
     let short = ratio_verdict(Interval { value: 0.85, low: 0.8, high: 0.9 }, 0.75);
     assert!(short.0 == Verdict::Inconclusive && short.1.is_some());
 }
+
+/// A publication run's size: the analysis of 1.2 million timings takes about two seconds, most of it reading.
+#[test]
+#[ignore = "takes several seconds; run it after a change of the tables or the bootstrap"]
+fn a_million_timings_are_analysed() {
+    let run = Run::generate(&Plan { launches: 5, blocks: 20, chunks: 100, ..Plan::default() });
+    assert!(run.timings.len() > 1_000_000, "{}", run.timings.len());
+    let folder = TempDir::new().unwrap();
+    run.write(folder.path());
+    drop(run);
+    let outcome = analyze(folder.path(), &ClaimSet::standard()).unwrap();
+    assert_eq!(verdicts(&outcome, "faster", "R1"), ["reproduces"; 10]);
+}

@@ -167,7 +167,7 @@ impl Forest {
             if bar.ratio > RATIO_MAX {
                 let edge = x(Scale::Log.value(high));
                 line.look.mark(area, (edge - 10, y))?;
-                label(area, &format!("{:.0} →", bar.ratio), TEXT_PX, (edge - 26, y), HPos::Right)?;
+                label(area, &format!("{:.0}×, off scale", bar.ratio), TEXT_PX, (edge - 26, y), HPos::Right)?;
                 continue;
             }
             let (from, to) = (x(bar.low), x(bar.high));
