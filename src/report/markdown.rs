@@ -159,15 +159,14 @@ fn ranking(contents: &Contents) -> String {
             });
             wanted.map_or_else(|| "-".to_owned(), |r| interval(Some(r.ratio), Some(r.low), Some(r.high)))
         });
-        let missed: u64 = contents
-            .misses
-            .iter()
-            .filter(|(_, case, _)| case.variant == entry.variant && is_default(contents, &case.variant, &case.policy()))
-            .map(|(_, _, tally)| tally.missed)
-            .sum();
+        let tallies = contents.misses.iter().filter(|(_, case, _)| {
+            case.variant == entry.variant && is_default(contents, &case.variant, &case.policy())
+        });
+        let missed = tallies.map(|(_, _, tally)| tally.missed).reduce(|sum, missed| sum + missed);
+        let missed = missed.map_or_else(|| "not verified".to_owned(), |missed| missed.to_string());
         let cells =
             [if is_volume { place.to_string() } else { "-".to_owned() }, entry.label.clone(), number(entry.ratio)];
-        let cells = cells.into_iter().chain(per_scene).chain([missed.to_string()]);
+        let cells = cells.into_iter().chain(per_scene).chain([missed]);
         if is_volume { volumes.row(cells) } else { others.row(cells) }
     }
     format!(
