@@ -133,6 +133,13 @@ impl Machine {
         self.parents[link]
     }
 
+    /// The link that moves a link: the nearest with a joint on its way to the world, itself included; `None` when nothing
+    /// does. Links with one answer never move against each other.
+    #[must_use]
+    pub fn rigid_body(&self, link: Option<usize>) -> Option<usize> {
+        std::iter::successors(link, |&link| self.parents[link]).find(|&link| self.links[link].joint.is_some())
+    }
+
     /// Where every link is at an axis position. Limits are not looked at: [`Machine::check_limits`] does that.
     #[must_use]
     pub fn forward(&self, position: &Position) -> Poses {
@@ -238,6 +245,7 @@ mod tests {
         assert!((slide - Point::new(7.0, 0.0, 110.0)).norm() < 1e-12);
         assert_eq!(poses.world_from(None), Isometry::identity());
         assert_eq!(machine().parent(0), Some(1));
+        assert_eq!([Some(0), Some(2), None].map(|link| machine().rigid_body(link)), [Some(0), None, None]);
     }
 
     #[test]
