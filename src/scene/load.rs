@@ -60,7 +60,8 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     if parts.is_empty() {
         return Err(SceneError::NoParts { file: document.path });
     }
-    let program = scene.program.as_ref().map(|file| read_program(&mut folder, &document, &machine, file)).transpose()?;
+    let program =
+        scene.program.as_ref().map(|file| read_program(&mut folder, &document, &machine, file)).transpose()?;
     let recording = match &scene.recorded {
         Some(recorded) => Some(read_recording(&mut folder, &recorded.file, &machine, &parts, program.as_ref())?),
         None => None,
@@ -175,7 +176,9 @@ fn part_mesh(
             tessellation.density = overrides.density.unwrap_or(tessellation.density);
             shape.mesh(&tessellation).map_err(|error| failed(error.into()))
         }
-        (None, Some(_)) if file.tessellation.is_some() => refuse("a mesh file is triangles already; drop `tessellation`"),
+        (None, Some(_)) if file.tessellation.is_some() => {
+            refuse("a mesh file is triangles already; drop `tessellation`")
+        }
         (None, Some(path)) => {
             let path = format!("{}{path}", document.base);
             // Read for its hash, and so that a missing file is reported as every other missing file is.

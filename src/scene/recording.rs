@@ -46,14 +46,10 @@ impl Layout {
 /// # Errors
 /// [`SceneError`] with file, line and column of the first thing wrong: an unknown header or part, a number that is none or not
 /// finite, a rotation that is none, no row at all.
-pub(super) fn parse(
-    text: &str,
-    file: &Path,
-    parts: &[&str],
-    initial: &[Isometry],
-) -> Result<Recording, SceneError> {
+pub(super) fn parse(text: &str, file: &Path, parts: &[&str], initial: &[Isometry]) -> Result<Recording, SceneError> {
     let place = |line: usize, column: usize| Place { file: file.to_owned(), line, column };
-    let meaning = |line: usize, column: usize, message: String| SceneError::Meaning { place: place(line, column), message };
+    let meaning =
+        |line: usize, column: usize, message: String| SceneError::Meaning { place: place(line, column), message };
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let syntax = |error: &csv::Error| {
         let line = error.position().map_or(1, csv::Position::line);
@@ -69,16 +65,19 @@ pub(super) fn parse(
     for record in reader.records() {
         let record = record.map_err(|error| syntax(&error))?;
         let line = record.position().map_or(1, csv::Position::line) as usize;
-        let part = parts.iter().position(|part| *part == &record[first_number - 1]).ok_or_else(|| SceneError::Unknown {
-            place: place(line, first_number),
-            what: "part",
-            name: record[first_number - 1].to_owned(),
-            known: parts.join(", "),
-        })?;
+        let part =
+            parts.iter().position(|part| *part == &record[first_number - 1]).ok_or_else(|| SceneError::Unknown {
+                place: place(line, first_number),
+                what: "part",
+                name: record[first_number - 1].to_owned(),
+                known: parts.join(", "),
+            })?;
         let mut numbers = Vec::with_capacity(12);
         for (index, field) in record.iter().enumerate().skip(first_number) {
             let number = field.parse::<f64>().ok().filter(|x| x.is_finite());
-            numbers.push(number.ok_or_else(|| meaning(line, index + 1, format!("`{field}` is not a finite number (column = field)")))?);
+            numbers.push(number.ok_or_else(|| {
+                meaning(line, index + 1, format!("`{field}` is not a finite number (column = field)"))
+            })?);
         }
         let pose = if layout.is_matrix { from_matrix(&numbers) } else { from_quaternion(&numbers) };
         let pose = pose.map_err(|message| meaning(line, first_number + 1, message.to_owned()))?;
@@ -127,7 +126,12 @@ mod tests {
     use crate::geometry::Point;
 
     fn read(text: &str) -> Result<Recording, SceneError> {
-        parse(text, Path::new("poses.csv"), &["bed", "arm"], &[Isometry::translation(9.0, 0.0, 0.0), Isometry::identity()])
+        parse(
+            text,
+            Path::new("poses.csv"),
+            &["bed", "arm"],
+            &[Isometry::translation(9.0, 0.0, 0.0), Isometry::identity()],
+        )
     }
 
     #[test]

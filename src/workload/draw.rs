@@ -103,7 +103,13 @@ mod tests {
         for _ in 0..3000 {
             let x = draw.log_uniform(1e-3, 1.0);
             assert!((1e-3..=1.0).contains(&x));
-            counts[if x < 1e-2 { 0 } else if x < 1e-1 { 1 } else { 2 }] += 1;
+            counts[if x < 1e-2 {
+                0
+            } else if x < 1e-1 {
+                1
+            } else {
+                2
+            }] += 1;
         }
         // Binomial: 1000 ± 26; five standard deviations.
         assert!(counts.iter().all(|count| (870..=1130).contains(count)), "{counts:?}");
