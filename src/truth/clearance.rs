@@ -68,3 +68,55 @@ impl PairOracle {
         found
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::solids;
+    use super::*;
+    use crate::geometry::grid::Placement;
+    use crate::geometry::{Mesh, Vector};
+    use proptest::prelude::*;
+    use std::sync::Arc;
+
+    fn oracle(a: &Mesh, b: &Mesh) -> PairOracle {
+        PairOracle::new(Arc::new(a.clone()), Arc::new(b.clone()))
+    }
+
+    #[test]
+    fn blocks_are_as_far_apart_as_their_nearest_features() {
+        let pair = oracle(&solids::block(4.0, 4.0, 4.0), &solids::block(2.0, 2.0, 2.0));
+        for (at, distance) in [
+            ([5.0, 0.0, 0.0], 2.0),   // face from face
+            ([6.0, 7.0, 0.0], 5.0),   // edge from edge: 3, 4
+            ([5.0, 6.0, 9.0], 7.0),   // corner from corner: 2, 3, 6
+            ([2.0, 2.0, 2.0], 0.0),   // through each other
+            ([3.0, 3.0, 3.0], 0.0),   // corner on corner
+            ([0.0, 0.25, 0.0], 0.75), // inside
+        ] {
+            let pose = Isometry::new(Vector::from(at), Vector::zeros());
+            assert!((pair.clearance_mm(&pose, f64::INFINITY) - distance).abs() < 1e-12, "{at:?}");
+            assert_eq!(pair.clearance_mm(&pose, 8.0), pair.clearance_mm(&pose, f64::INFINITY));
+            if distance > 0.0 {
+                assert_eq!(pair.clearance_mm(&pose, distance * 0.999), f64::INFINITY);
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn boxes_change_nothing(
+            turn in prop::array::uniform3(-3.0..3.0f64),
+            shift in prop::array::uniform3(-20.0..20.0f64),
+        ) {
+            let (a, b) = (solids::torus(8.0, 2.0, 12, 6), solids::block(3.0, 7.0, 5.0));
+            let (pair, pose) = (oracle(&a, &b), Isometry::new(Vector::from(shift), Vector::from(turn)));
+            prop_assume!(!pair.touches(&pose));
+            let placement = Placement::new(&pose);
+            let all = a.triangles().into_iter().flat_map(|s| {
+                b.triangles().into_iter().map(move |t| (s, t))
+            });
+            let least = all.map(|(s, t)| triangle_distance::squared(&s, &placement.triangle(&t))).fold(f64::INFINITY, f64::min);
+            prop_assert!((pair.clearance_mm(&pose, f64::INFINITY) - least.sqrt()).abs() < 1e-12);
+        }
+    }
+}

@@ -146,3 +146,114 @@ impl PairOracle {
         ControlFlow::Continue(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::solids;
+    use super::*;
+    use crate::geometry::grid::Placement;
+    use crate::geometry::{Mesh, Vector};
+    use proptest::prelude::*;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    fn block_on_block() -> PairOracle {
+        PairOracle::new(Arc::new(solids::block(4.0, 4.0, 4.0)), Arc::new(solids::block(2.0, 2.0, 2.0)))
+    }
+
+    fn verdict(exact: bool, brute: bool, contained: bool) -> Verdict {
+        Verdict { exact, brute, contained }
+    }
+
+    #[test]
+    fn blocks_touch_until_they_are_a_step_apart() {
+        let step = crate::geometry::grid::STEP_MM;
+        for (x, expected) in [
+            (0.0, verdict(false, false, true)),
+            (1.0, verdict(true, true, false)),
+            (2.0, verdict(true, true, false)),
+            (3.0, verdict(true, true, false)),
+            (3.0 + step, verdict(false, false, false)),
+            (1.0 - step, verdict(false, false, true)),
+            (50.0, verdict(false, false, false)),
+        ] {
+            let pose = Isometry::translation(x, 0.25, 0.5);
+            assert_eq!(block_on_block().judge(&pose), expected, "x = {x}");
+            assert_eq!(block_on_block().touches(&pose), expected.exact, "x = {x}");
+        }
+    }
+
+    /// All pairs of triangles, no boxes.
+    fn by_all_pairs(a: &Mesh, b: &Mesh, pose: &Isometry) -> (bool, bool) {
+        let placement = Placement::new(pose);
+        let (still, mut exact, mut brute) = (a.triangles(), false, false);
+        for moved in b.triangles().iter().map(|t| placement.triangle(t)) {
+            for t in still.iter().filter(|t| exact::bounds_overlap(t, &moved)) {
+                exact |= exact::touch(t, &moved);
+                brute |= intersect::touch(t, &moved);
+            }
+        }
+        (exact, brute)
+    }
+
+    fn pose_of(turn: [f64; 3], shift: [f64; 3]) -> Isometry {
+        Isometry::new(Vector::from(shift), Vector::from(turn))
+    }
+
+    proptest! {
+        #[test]
+        fn boxes_change_nothing(
+            turn in prop::array::uniform3(-3.0..3.0f64),
+            shift in prop::array::uniform3(-14.0..14.0f64),
+            which in 0..3usize,
+        ) {
+            let (a, b) = match which {
+                0 => (solids::torus(8.0, 2.0, 16, 8), solids::torus(6.0, 1.5, 16, 8)),
+                1 => (solids::torus(8.0, 2.0, 16, 8), solids::ball(3.0, 6)),
+                _ => (solids::block(9.0, 5.0, 3.0), solids::torus(6.0, 1.5, 16, 8)),
+            };
+            let pose = pose_of(turn, shift);
+            let oracle = PairOracle::new(Arc::new(a.clone()), Arc::new(b.clone()));
+            let verdict = oracle.judge(&pose);
+            prop_assert_eq!((verdict.exact, verdict.brute), by_all_pairs(&a, &b, &pose));
+            prop_assert_eq!(oracle.touches(&pose), verdict.exact);
+            let clearance = oracle.clearance_mm(&pose, f64::INFINITY);
+            prop_assert_eq!(clearance == 0.0, verdict.exact);
+            let cut_off = if clearance <= 0.5 { clearance } else { f64::INFINITY };
+            prop_assert_eq!(oracle.clearance_mm(&pose, 0.5), cut_off);
+        }
+    }
+
+    #[test]
+    fn the_batch_keeps_the_order_for_any_number_of_threads() {
+        let oracle = PairOracle::new(Arc::new(solids::torus(8.0, 2.0, 16, 8)), Arc::new(solids::ball(3.0, 6)));
+        let poses: Vec<Isometry> =
+            (0..500).map(|i| pose_of([0.01 * f64::from(i); 3], [0.08 * f64::from(i) - 20.0, 1.0, 0.5])).collect();
+        let run = |threads| {
+            let done = AtomicU64::new(0);
+            let progress = |n| {
+                done.fetch_add(n, Ordering::Relaxed);
+            };
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let judged = pool.install(|| judge_all(&oracle, &poses, 2.0, &progress));
+            assert_eq!(done.into_inner(), 500);
+            judged
+        };
+        let judged = run(1);
+        assert_eq!(judged, run(3));
+        for (pose, judgement) in poses.iter().zip(&judged) {
+            assert_eq!(judgement.verdict, oracle.judge(pose));
+            assert_eq!(judgement.clearance_mm, oracle.clearance_mm(pose, 2.0));
+        }
+        assert!(judged.iter().any(|j| j.verdict.exact) && judged.iter().any(|j| j.clearance_mm == f64::INFINITY));
+    }
+
+    #[test]
+    fn a_mad_pose_is_harmless() {
+        for x in [f64::NAN, f64::INFINITY, 1e300] {
+            let pose = Isometry::translation(x, 0.0, 0.0);
+            assert_eq!(block_on_block().judge(&pose), Verdict::default());
+            assert_eq!(block_on_block().clearance_mm(&pose, 10.0), f64::INFINITY);
+        }
+    }
+}
