@@ -70,13 +70,8 @@ impl<'a> Line<'a> {
         Self { approach, through: scene.a_from_b(approach.pair, &poses), direction }
     }
 
-    /// Farthest offset, mm: from there on the pair must be apart.
-    fn margin_mm(&self) -> f64 {
-        self.approach.offsets_mm.iter().copied().fold(0.0, f64::max)
-    }
-
     fn cast(&self, contact: &Contact<'_>) -> Option<Ray> {
-        Ray::cast(contact, &self.through, self.direction, self.margin_mm())
+        Ray::cast(contact, &self.through, self.direction)
     }
 
     fn cast_varied(&self, contact: &Contact<'_>, draw: &mut Draw) -> Option<Ray> {
@@ -85,7 +80,7 @@ impl<'a> Line<'a> {
             let shift = draw.in_ball() * reach;
             let direction = Unit::new_normalize(*self.direction + draw.in_ball() * TILT);
             let through = Translation3::from(shift) * self.through;
-            Ray::cast(contact, &through, direction, self.margin_mm())
+            Ray::cast(contact, &through, direction)
         })
     }
 }

@@ -227,7 +227,7 @@ fn with_contact<T>(
     then: impl FnOnce(&Contact<'_>, &Budget<'_>) -> T,
 ) -> T {
     let (a, b) = (&scene.parts[pair.a].mesh, &scene.parts[pair.b].mesh);
-    let oracle = PairOracle::new(a, b);
+    let oracle = PairOracle::new(a.clone(), b.clone());
     let pair_name = scene.pair_name(pair);
     let budget = Budget { poses, seed, labels: [&scene.name, source.name(), &pair_name] };
     then(&Contact { oracle: &oracle, a: &Target::new(a), b: &Target::new(b) }, &budget)

@@ -55,6 +55,5 @@ fn ray(contact: &Contact<'_>, draw: &mut Draw) -> Option<Ray> {
     let direction = draw.direction();
     let (on_a, on_b) = (contact.a.point(draw), contact.b.point(draw));
     let through = Isometry::from_parts(Translation3::from(on_a - rotation * on_b), rotation);
-    let farthest = DISTANCES_MM.iter().map(|&(_, high)| high).fold(0.0, f64::max);
-    Ray::cast(contact, &through, direction, farthest)
+    Ray::cast(contact, &through, direction)
 }

@@ -1,15 +1,13 @@
-//! Lines along which part `b` comes to part `a` from far away, and first contact on them.
+//! Lines along which part `b` comes to part `a` and first contact on them.
 
 use super::draw::Draw;
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector, triangle};
 use crate::truth::PairOracle;
 use nalgebra::{Translation3, Unit};
 
-/// A part as the rays see it: a ball around it, and its surface to pick points from.
+/// A part as the rays see it: its size, and its surface to pick points from.
 pub struct Target {
-    /// Centre of the bounding box, part frame, mm.
-    pub centre: Point,
-    /// Distance of the farthest corner from `centre`, mm.
+    /// Half the diagonal of the bounding box, mm.
     pub radius: f64,
     triangles: Vec<Triangle>,
     /// Area of the triangles up to and with each, mm².
@@ -21,14 +19,13 @@ impl Target {
     pub fn new(mesh: &Mesh) -> Self {
         let triangles = mesh.triangles();
         let (low, high) = triangle::bounds(&triangles).expect("a mesh has a triangle");
-        let centre = nalgebra::center(&low, &high);
-        let radius = mesh.vertices().iter().map(|vertex| (vertex - centre).norm()).fold(0.0, f64::max);
+        let radius = (high - low).norm() / 2.0;
         let mut total = 0.0;
         let areas = triangles.iter().map(|triangle| {
             total += triangle.area();
             total
         });
-        Self { centre, radius, areas: areas.collect(), triangles }
+        Self { radius, areas: areas.collect(), triangles }
     }
 
     /// A point uniform over the surface, part frame, mm.
@@ -62,19 +59,11 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// The line through a relative pose along a direction (frame of `a`), run through from so far away that `b` is clear of
-    /// `a` by more than `margin_mm`: before first contact the pair is apart, back to at least that margin. `None` when `b`
-    /// passes by.
-    pub fn cast(contact: &Contact<'_>, through: &Isometry, direction: Unit<Vector>, margin_mm: f64) -> Option<Self> {
-        let offset = through * contact.b.centre - contact.a.centre;
-        let along = offset.dot(&direction);
-        let reach = contact.a.radius + contact.b.radius;
-        if (offset - *direction * along).norm() > reach {
-            return None;
-        }
-        let start = moved(through, &direction, -(along + reach + margin_mm));
-        let travel = contact.oracle.first_contact_mm(&start, &direction)?;
-        Some(Self { first_contact: moved(&start, &direction, travel), direction })
+    /// The line through a relative pose along a direction (frame of `a`). Before first contact the pair is apart however far
+    /// back it goes. `None` when `b` passes by.
+    pub fn cast(contact: &Contact<'_>, through: &Isometry, direction: Unit<Vector>) -> Option<Self> {
+        let travel = contact.oracle.first_contact_mm(through, &direction)?;
+        Some(Self { first_contact: moved(through, &direction, travel), direction })
     }
 
     /// The pose a travel past first contact, mm; negative is before it.
