@@ -1,9 +1,11 @@
 //! Triangles, meshes, the coordinate grid, and the triangle tests everything else rests on.
 //!
 //! Reading order: [`triangle`], [`mesh`], [`grid`], [`covariance`], the triangle tests ([`intersect`] is
-//! fast, [`exact`] decides, [`exact_integer`] checks the decider), [`shapes`] and [`import`].
+//! fast, [`exact`] decides, [`exact_integer`] checks the decider, [`cross_check`]
+//! compares them), [`shapes`] and [`import`].
 
 pub mod covariance;
+pub mod cross_check;
 pub mod grid;
 pub mod exact;
 pub mod exact_integer;

@@ -1,1 +1,105 @@
-//! Exact answers (placeholder).
+//! The truth about a pair of meshes at a pose, found without any of the volumes on trial.
+//!
+//! | file | question |
+//! |---|---|
+//! | [`judge`] | do the surfaces touch (exactly; and by the fast test)? is one solid inside the other? |
+//! | [`clearance`] | how far apart are they? |
+//! | [`first_contact`] | how far can the second slide before they touch? |
+//! | [`path`] | how far past first contact is a pose of a path? |
+//! | [`cache`] | keeping the answers |
+//!
+//! `contain` counts the surfaces around a point; `boxes` holds the private tree of axis-aligned boxes and the proof of
+//! its rounding; `triangle_distance` measures two triangles.
+//!
+//! Exact: [`Verdict::exact`] and [`Verdict::contained`], as statements about the first mesh and the second one with its
+//! vertices moved and snapped to the grid ([`Placement`]). Not exact, but accurate to rounding: lengths in mm.
+
+mod boxes;
+pub mod cache;
+pub mod clearance;
+mod contain;
+pub mod first_contact;
+pub mod judge;
+pub mod path;
+mod triangle_distance;
+
+#[cfg(test)]
+mod solids;
+
+pub use cache::{CacheError, TruthCache, TruthKey};
+pub use judge::{Judgement, Verdict, judge_all};
+pub use path::path_depths;
+
+use crate::geometry::grid::Placement;
+use crate::geometry::{Isometry, Mesh, Point};
+use boxes::{Bounds, BoxTree, Mover};
+use std::sync::Arc;
+
+/// Answers for one pair of meshes at any pose. Immutable and shared between threads; building it costs one sort of the
+/// triangles of each mesh.
+#[derive(Clone, Debug)]
+pub struct PairOracle {
+    a: Side,
+    b: Side,
+}
+
+/// What the oracle keeps of one mesh, in the mesh's own frame.
+#[derive(Clone, Debug)]
+struct Side {
+    mesh: Arc<Mesh>,
+    tree: BoxTree,
+    /// One vertex of each connected component, mm.
+    representatives: Vec<Point>,
+    watertight: bool,
+}
+
+impl Side {
+    fn new(mesh: Arc<Mesh>) -> Self {
+        let triangles = mesh.triangles();
+        let (component_of, components) = mesh.components();
+        let mut representatives = vec![None; components];
+        for (triangle, &component) in triangles.iter().zip(&component_of) {
+            representatives[component as usize].get_or_insert(triangle.corners[0]);
+        }
+        Self {
+            tree: BoxTree::new(&triangles),
+            representatives: representatives.into_iter().flatten().collect(),
+            watertight: mesh.edge_report().is_watertight(),
+            mesh,
+        }
+    }
+
+    fn bounds(&self) -> &Bounds {
+        &self.tree.nodes[0].bounds
+    }
+}
+
+/// A pose as the oracle uses it: the exact placement of vertices, and the conservative one of boxes.
+struct Posed {
+    placement: Placement,
+    mover: Mover,
+}
+
+impl PairOracle {
+    /// Prepares two meshes. Poses given to the oracle place `b` in the frame of `a`.
+    #[must_use]
+    pub fn new(a: Arc<Mesh>, b: Arc<Mesh>) -> Self {
+        Self { a: Side::new(a), b: Side::new(b) }
+    }
+
+    /// The mesh in whose frame poses are given.
+    #[must_use]
+    pub fn mesh_a(&self) -> &Arc<Mesh> {
+        &self.a.mesh
+    }
+
+    /// The mesh that poses move.
+    #[must_use]
+    pub fn mesh_b(&self) -> &Arc<Mesh> {
+        &self.b.mesh
+    }
+
+    fn posed(&self, a_from_b: &Isometry) -> Posed {
+        Posed { placement: Placement::new(a_from_b), mover: Mover::new(a_from_b, self.b.bounds()) }
+    }
+}

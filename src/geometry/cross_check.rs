@@ -1,0 +1,235 @@
+//! Checks a triangle test against its integer twin on pairs made to be hard.
+//!
+//! Pairs come in five kinds, in turn: triangles of any size with coordinates anywhere on the grid; corners on a small
+//! integer lattice, where corners, edges and planes coincide all the time; triangles in one slanted plane; contacts
+//! constructed exactly and then moved by a step or two of the grid; and triangles as far out as the integer test goes.
+
+use super::grid::{STEP_MM, snap_coordinate};
+use super::{Point, Triangle, Vector, exact, exact_integer, intersect};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+
+/// How a triangle test compared with [`exact_integer`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CrossCheck {
+    /// Pairs compared.
+    pub pairs: u64,
+    /// Pairs that touch, by the integer test.
+    pub touching: u64,
+    /// Pairs in which at least one triangle has no area.
+    pub degenerate: u64,
+    /// Pairs on which the test and the integer test differ.
+    pub disagreements: u64,
+    /// The first few of those, in the order they were made.
+    pub examples: Vec<[Triangle; 2]>,
+    /// Pairs on which the fast test of [`intersect`] and the integer test differ: expected to be few, not none.
+    pub fast_disagreements: u64,
+}
+
+/// How many disagreements are kept as examples.
+const EXAMPLES: usize = 8;
+/// Pairs per unit of parallel work; part of the definition of the sequence.
+const CHUNK: u64 = 4096;
+
+/// Compares [`exact::touch`] with [`exact_integer::touch`] on `pairs` pairs. The same seed gives the same pairs on every
+/// machine and for any number of threads.
+#[must_use]
+pub fn cross_check(seed: u64, pairs: u64) -> CrossCheck {
+    compare(seed, pairs, exact::touch)
+}
+
+/// Compares any triangle test with the integer test, as [`cross_check`] does.
+pub fn compare(seed: u64, pairs: u64, test: impl Fn(&Triangle, &Triangle) -> bool + Sync) -> CrossCheck {
+    let chunks: Vec<CrossCheck> =
+        (0..pairs.div_ceil(CHUNK)).into_par_iter().map(|chunk| compare_chunk(seed, chunk, pairs, &test)).collect();
+    chunks.into_iter().fold(CrossCheck::default(), CrossCheck::and)
+}
+
+impl CrossCheck {
+    fn and(mut self, next: Self) -> Self {
+        self.pairs += next.pairs;
+        self.touching += next.touching;
+        self.degenerate += next.degenerate;
+        self.disagreements += next.disagreements;
+        self.fast_disagreements += next.fast_disagreements;
+        let room = EXAMPLES - self.examples.len();
+        self.examples.extend(next.examples.into_iter().take(room));
+        self
+    }
+}
+
+fn compare_chunk(seed: u64, chunk: u64, pairs: u64, test: &impl Fn(&Triangle, &Triangle) -> bool) -> CrossCheck {
+    let mut random = Pcg64::seed_from_u64(seed ^ (chunk + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    let mut result = CrossCheck::default();
+    for index in chunk * CHUNK..((chunk + 1) * CHUNK).min(pairs) {
+        let [a, b] = pair(&mut random, index);
+        let truth = exact_integer::touch(&a, &b);
+        result.pairs += 1;
+        result.touching += u64::from(truth == Some(true));
+        result.degenerate += u64::from(exact::has_no_area(&a) || exact::has_no_area(&b));
+        result.fast_disagreements += u64::from(truth != Some(intersect::touch(&a, &b)));
+        if truth != Some(test(&a, &b)) {
+            result.disagreements += 1;
+            if result.examples.len() < EXAMPLES {
+                result.examples.push([a, b]);
+            }
+        }
+    }
+    result
+}
+
+/// The pair with the given number; its kind follows from the number.
+fn pair(random: &mut Pcg64, index: u64) -> [Triangle; 2] {
+    match index % 5 {
+        0 => anywhere(random),
+        1 => lattice(random),
+        2 => one_plane(random),
+        3 => near_contact(random),
+        _ => far_out(random),
+    }
+}
+
+fn triangle_of(mut corner: impl FnMut() -> Point) -> Triangle {
+    Triangle::new(corner(), corner(), corner())
+}
+
+fn uniform(random: &mut Pcg64, half_width: f64) -> Vector {
+    Vector::from_fn(|_, _| random.random_range(-half_width..=half_width))
+}
+
+fn snapped(v: &Vector) -> Point {
+    Point::from(v.map(snap_coordinate))
+}
+
+/// Two triangles of similar size, 1e-6 to 1e3 mm, near each other, anywhere within 2000 mm.
+fn anywhere(random: &mut Pcg64) -> [Triangle; 2] {
+    let size = 10f64.powf(random.random_range(-6.0..3.0));
+    let (centre, flatness) = (uniform(random, 2000.0), 10f64.powf(random.random_range(-4.0..0.0)));
+    let squeeze = Vector::new(1.0, 1.0, flatness);
+    [(); 2].map(|()| triangle_of(|| snapped(&(centre + uniform(random, size).component_mul(&squeeze)))))
+}
+
+/// A point of {0, ..., n}³ as whole steps of the given length from an origin.
+fn lattice_point(random: &mut Pcg64, n: i32, origin: &Vector, step: f64) -> Point {
+    Point::from(origin + Vector::from_fn(|_, _| f64::from(random.random_range(0..=n))) * step)
+}
+
+/// Corners on a lattice of three to five points a side.
+fn lattice(random: &mut Pcg64) -> [Triangle; 2] {
+    let step = [STEP_MM, 2f64.powi(-10), 1.0, 64.0][random.random_range(0..4)];
+    let (n, origin) = (random.random_range(2..=4), snapped(&uniform(random, 100.0)).coords);
+    [(); 2].map(|()| triangle_of(|| lattice_point(random, n, &origin, step)))
+}
+
+/// Corners on a two-dimensional lattice in a slanted plane (or on a line, when its two directions are parallel).
+fn one_plane(random: &mut Pcg64) -> [Triangle; 2] {
+    let mut direction = || Vector::from_fn(|_, _| f64::from(random.random_range(-5..=5)));
+    let (u, v) = (direction(), direction());
+    let step = [STEP_MM, 0.125, 8.0][random.random_range(0..3)];
+    let lift = Vector::from_fn(|_, _| f64::from(random.random_range(-1..=1))) * STEP_MM;
+    // One pair in two stays exactly in the plane; in the other a corner is lifted off it by a step.
+    let lifted = random.random_bool(0.5);
+    let mut pair = [(); 2].map(|()| {
+        triangle_of(|| {
+            let mut along = || f64::from(random.random_range(-3..=3));
+            Point::from((u * along() + v * along()) * step)
+        })
+    });
+    if lifted {
+        pair[0].corners[random.random_range(0..3)] += lift;
+    }
+    pair
+}
+
+/// A corner, an edge's point or an inner point of one triangle put on such a point of the other, then every coordinate
+/// moved by up to two steps.
+fn near_contact(random: &mut Pcg64) -> [Triangle; 2] {
+    let steps = random.random_range(0..=2);
+    let unit = [2f64.powi(-6), 1.0, 16.0][random.random_range(0..3)];
+    let origin = Vector::zeros();
+    let [a, b] = [(); 2].map(|()| triangle_of(|| lattice_point(random, 64, &origin, unit)));
+    // Weights in quarters keep the points on the grid.
+    let mut on = |t: &Triangle| {
+        let first = random.random_range(0..=4);
+        let second = random.random_range(0..=4 - first);
+        let weights = [first, second, 4 - first - second].map(|w| f64::from(w) / 4.0);
+        t.corners.iter().zip(weights).map(|(corner, w)| corner.coords * w).sum::<Vector>()
+    };
+    let shift = on(&a) - on(&b);
+    let mut shaken = |p: &Point| p + Vector::from_fn(|_, _| f64::from(random.random_range(-steps..=steps))) * STEP_MM;
+    [a, b.map(|p| p + shift)].map(|t| Triangle { corners: t.corners.map(|corner| shaken(&corner)) })
+}
+
+/// Corners anywhere in the range of the integer test, many of them on its border.
+fn far_out(random: &mut Pcg64) -> [Triangle; 2] {
+    let mut coordinate = || {
+        let limit = exact_integer::LIMIT_MM;
+        match random.random_range(0..4) {
+            0 => limit,
+            1 => -limit,
+            _ => snap_coordinate(random.random_range(-limit..=limit)),
+        }
+    };
+    [(); 2].map(|()| triangle_of(|| Point::new(coordinate(), coordinate(), coordinate())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::exact::tests::orders;
+    use super::*;
+
+    #[test]
+    fn the_exact_test_agrees_with_its_twin_on_a_million_pairs() {
+        let check = cross_check(2, 1_000_000);
+        assert_eq!(check.disagreements, 0, "{:?}", check.examples);
+        assert_eq!(check.pairs, 1_000_000);
+        // The pairs are worth comparing: both answers and all kinds of degeneracy are common.
+        assert!(check.touching > 200_000 && check.touching < 800_000, "{check:?}");
+        assert!(check.degenerate > 20_000, "{check:?}");
+        // The fast test may err within rounding of contact, which the third and fourth kind aim at.
+        assert!(check.fast_disagreements < 20_000, "{}", check.fast_disagreements);
+    }
+
+    #[test]
+    fn the_answer_does_not_depend_on_the_order_of_corners_or_triangles() {
+        let mut random = Pcg64::seed_from_u64(3);
+        for index in 0..4000 {
+            let [a, b] = pair(&mut random, index);
+            let expected = exact_integer::touch(&a, &b).expect("generated pairs are on the grid");
+            for a in orders(&a) {
+                for b in orders(&b) {
+                    assert_eq!(exact::touch(&a, &b), expected, "pair {index}: {a:?} {b:?}");
+                    assert_eq!(exact::touch(&b, &a), expected, "pair {index}, swapped: {a:?} {b:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_wrong_test_is_caught() {
+        // Open instead of closed: contact that a shrunken triangle loses.
+        let open = |a: &Triangle, b: &Triangle| {
+            let centroid = a.centroid();
+            exact::touch(&a.map(|p| centroid + (p - centroid) * (1.0 - 1e-9)), b)
+        };
+        assert!(compare(4, 20_000, open).disagreements > 100);
+        // A tolerance where there must be none.
+        let tolerant =
+            |a: &Triangle, b: &Triangle| exact::touch(a, b) || exact::touch(&a.map(|p| p.map(|x| x + STEP_MM)), b);
+        assert!(compare(4, 20_000, tolerant).disagreements > 100);
+        // A degenerate triangle that is overlooked.
+        let no_area = |a: &Triangle, b: &Triangle| !exact::has_no_area(a) && exact::touch(a, b);
+        assert!(compare(4, 20_000, no_area).disagreements > 100);
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_pairs_for_any_number_of_threads() {
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| cross_check(5, 20_000))
+        };
+        assert_eq!(run(1), run(3));
+        assert_ne!(cross_check(5, 20_000), cross_check(6, 20_000));
+    }
+}

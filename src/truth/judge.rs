@@ -1,0 +1,259 @@
+//! Do the surfaces touch?
+//!
+//! All pairs of triangles are candidates whose coordinate intervals overlap in the frame of `a`, after the vertices of `b`
+//! have been moved and snapped. Groups of pairs are discarded by boxes that provably hold their contents, so no pair with
+//! overlapping intervals is ever lost: the answers are those of testing all pairs.
+
+use super::boxes::Bounds;
+use super::{PairOracle, Posed};
+use crate::geometry::{Isometry, Triangle, exact, intersect};
+use rayon::prelude::*;
+use std::ops::ControlFlow;
+
+/// What is true of a pair at a pose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Verdict {
+    /// Whether the surfaces share a point; exact, for the snapped vertices.
+    pub exact: bool,
+    /// Whether the fast triangle test says so for any candidate pair of triangles; no volume is involved.
+    pub brute: bool,
+    /// Whether the surfaces are apart and part of one solid lies wholly inside the other. Exact. A mesh that is not
+    /// watertight contains nothing.
+    pub contained: bool,
+}
+
+/// Everything known about a pair at a pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judgement {
+    /// Whether the surfaces touch, and how they lie when they do not.
+    pub verdict: Verdict,
+    /// Distance between the surfaces, mm; 0 when they touch, infinite when it is beyond the cut-off that was asked for.
+    pub clearance_mm: f64,
+    /// Travel past first contact, mm, where somebody has found it ([`super::path_depths`], or the workload).
+    pub depth_mm: Option<f64>,
+}
+
+/// Poses per unit of parallel work.
+const CHUNK: usize = 32;
+
+/// Judges every pose, in parallel and in order; `depth_mm` is left empty. Clearances beyond `beyond_mm` are infinite.
+/// `progress` is called now and then, from any thread, with the number of poses done since it was last called.
+///
+/// The result does not depend on the number of threads.
+pub fn judge_all(
+    oracle: &PairOracle,
+    poses: &[Isometry],
+    beyond_mm: f64,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Vec<Judgement> {
+    let judge = |pose: &Isometry| {
+        let verdict = oracle.judge(pose);
+        let clearance_mm = if verdict.exact { 0.0 } else { oracle.clearance_of_free_mm(pose, beyond_mm) };
+        Judgement { verdict, clearance_mm, depth_mm: None }
+    };
+    let chunks: Vec<Vec<Judgement>> = poses
+        .par_chunks(CHUNK)
+        .map(|chunk| {
+            let judged = chunk.iter().map(judge).collect();
+            progress(chunk.len() as u64);
+            judged
+        })
+        .collect();
+    chunks.concat()
+}
+
+impl PairOracle {
+    /// All verdicts about one pose.
+    #[must_use]
+    pub fn judge(&self, a_from_b: &Isometry) -> Verdict {
+        let posed = self.posed(a_from_b);
+        let (mut exact, mut brute) = (false, false);
+        let _ = self.candidates(&posed, |a, b| {
+            brute = brute || intersect::touch(a, b);
+            exact = exact || exact::touch(a, b);
+            if exact && brute { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        Verdict { exact, brute, contained: !exact && self.contained(&posed) }
+    }
+
+    /// Whether the surfaces share a point; exact, for the snapped vertices.
+    #[must_use]
+    pub fn touches(&self, a_from_b: &Isometry) -> bool {
+        self.candidates(&self.posed(a_from_b), |a, b| {
+            if exact::touch(a, b) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })
+        .is_break()
+    }
+
+    /// Calls `visit` with every pair of triangles (of `a`; of `b`, placed) whose boxes overlap, until it breaks.
+    fn candidates(
+        &self,
+        posed: &Posed,
+        mut visit: impl FnMut(&Triangle, &Triangle) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let (a, b) = (&self.a.tree, &self.b.tree);
+        let mut stack = vec![(0, 0, posed.mover.bounds(self.b.bounds()))];
+        while let Some((i, j, moved)) = stack.pop() {
+            if !a.nodes[i as usize].bounds.overlap(&moved) {
+                continue;
+            }
+            match (a.children(i), b.children(j)) {
+                (_, None) => self.leaf_candidates(posed, i, j, &mut visit)?,
+                (Some(children), Some(_)) if a.size(i) > b.size(j) => {
+                    stack.extend(children.map(|child| (child, j, moved)));
+                }
+                (_, Some(children)) => {
+                    stack.extend(children.map(|child| (i, child, posed.mover.bounds(&b.nodes[child as usize].bounds))));
+                }
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Places the triangles of leaf `j` of `b`, and visits the triangles of `a` below node `i` whose boxes they overlap.
+    fn leaf_candidates(
+        &self,
+        posed: &Posed,
+        i: u32,
+        j: u32,
+        visit: &mut impl FnMut(&Triangle, &Triangle) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let a = &self.a.tree;
+        for triangle in &self.b.tree.triangles[self.b.tree.range(j)] {
+            let placed = posed.placement.triangle(triangle);
+            let bounds = Bounds::of(&placed);
+            // A path through the halving tree leaves at most one sibling per level behind.
+            let (mut stack, mut height) = ([0; 40], 1);
+            stack[0] = i;
+            while height > 0 {
+                height -= 1;
+                let node = stack[height];
+                if !a.nodes[node as usize].bounds.overlap(&bounds) {
+                    continue;
+                }
+                if let Some([left, right]) = a.children(node) {
+                    (stack[height], stack[height + 1]) = (right, left);
+                    height += 2;
+                    continue;
+                }
+                for index in a.range(node) {
+                    if a.bounds[index].overlap(&bounds) {
+                        visit(&a.triangles[index], &placed)?;
+                    }
+                }
+            }
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::solids;
+    use super::*;
+    use crate::geometry::grid::Placement;
+    use crate::geometry::{Mesh, Vector};
+    use proptest::prelude::*;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    fn block_on_block() -> PairOracle {
+        PairOracle::new(Arc::new(solids::block(4.0, 4.0, 4.0)), Arc::new(solids::block(2.0, 2.0, 2.0)))
+    }
+
+    fn verdict(exact: bool, brute: bool, contained: bool) -> Verdict {
+        Verdict { exact, brute, contained }
+    }
+
+    #[test]
+    fn blocks_touch_until_they_are_a_step_apart() {
+        let step = crate::geometry::grid::STEP_MM;
+        for (x, expected) in [
+            (0.0, verdict(false, false, true)),
+            (1.0, verdict(true, true, false)),
+            (2.0, verdict(true, true, false)),
+            (3.0, verdict(true, true, false)),
+            (3.0 + step, verdict(false, false, false)),
+            (1.0 - step, verdict(false, false, true)),
+            (50.0, verdict(false, false, false)),
+        ] {
+            let pose = Isometry::translation(x, 0.25, 0.5);
+            assert_eq!(block_on_block().judge(&pose), expected, "x = {x}");
+            assert_eq!(block_on_block().touches(&pose), expected.exact, "x = {x}");
+        }
+    }
+
+    /// All pairs of triangles, no boxes.
+    fn by_all_pairs(a: &Mesh, b: &Mesh, pose: &Isometry) -> (bool, bool) {
+        let placement = Placement::new(pose);
+        let (still, mut exact, mut brute) = (a.triangles(), false, false);
+        for moved in b.triangles().iter().map(|t| placement.triangle(t)) {
+            for t in still.iter().filter(|t| exact::bounds_overlap(t, &moved)) {
+                exact |= exact::touch(t, &moved);
+                brute |= intersect::touch(t, &moved);
+            }
+        }
+        (exact, brute)
+    }
+
+    fn pose_of(turn: [f64; 3], shift: [f64; 3]) -> Isometry {
+        Isometry::new(Vector::from(shift), Vector::from(turn))
+    }
+
+    proptest! {
+        #[test]
+        fn boxes_change_nothing(
+            turn in prop::array::uniform3(-3.0..3.0f64),
+            shift in prop::array::uniform3(-14.0..14.0f64),
+            which in 0..3usize,
+        ) {
+            let (a, b) = match which {
+                0 => (solids::torus(8.0, 2.0, 16, 8), solids::torus(6.0, 1.5, 16, 8)),
+                1 => (solids::torus(8.0, 2.0, 16, 8), solids::ball(3.0, 6)),
+                _ => (solids::block(9.0, 5.0, 3.0), solids::torus(6.0, 1.5, 16, 8)),
+            };
+            let pose = pose_of(turn, shift);
+            let oracle = PairOracle::new(Arc::new(a.clone()), Arc::new(b.clone()));
+            let verdict = oracle.judge(&pose);
+            prop_assert_eq!((verdict.exact, verdict.brute), by_all_pairs(&a, &b, &pose));
+            prop_assert_eq!(oracle.touches(&pose), verdict.exact);
+            let clearance = oracle.clearance_mm(&pose, f64::INFINITY);
+            prop_assert_eq!(clearance == 0.0, verdict.exact);
+            let cut_off = if clearance <= 0.5 { clearance } else { f64::INFINITY };
+            prop_assert_eq!(oracle.clearance_mm(&pose, 0.5), cut_off);
+        }
+    }
+
+    #[test]
+    fn the_batch_keeps_the_order_for_any_number_of_threads() {
+        let oracle = PairOracle::new(Arc::new(solids::torus(8.0, 2.0, 16, 8)), Arc::new(solids::ball(3.0, 6)));
+        let poses: Vec<Isometry> =
+            (0..500).map(|i| pose_of([0.01 * f64::from(i); 3], [0.08 * f64::from(i) - 20.0, 1.0, 0.5])).collect();
+        let run = |threads| {
+            let done = AtomicU64::new(0);
+            let progress = |n| {
+                done.fetch_add(n, Ordering::Relaxed);
+            };
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let judged = pool.install(|| judge_all(&oracle, &poses, 2.0, &progress));
+            assert_eq!(done.into_inner(), 500);
+            judged
+        };
+        let judged = run(1);
+        assert_eq!(judged, run(3));
+        for (pose, judgement) in poses.iter().zip(&judged) {
+            assert_eq!(judgement.verdict, oracle.judge(pose));
+            assert_eq!(judgement.clearance_mm, oracle.clearance_mm(pose, 2.0));
+        }
+        assert!(judged.iter().any(|j| j.verdict.exact) && judged.iter().any(|j| j.clearance_mm == f64::INFINITY));
+    }
+
+    #[test]
+    fn a_mad_pose_is_harmless() {
+        for x in [f64::NAN, f64::INFINITY, 1e300] {
+            let pose = Isometry::translation(x, 0.0, 0.0);
+            assert_eq!(block_on_block().judge(&pose), Verdict::default());
+            assert_eq!(block_on_block().clearance_mm(&pose, 10.0), f64::INFINITY);
+        }
+    }
+}
