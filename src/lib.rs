@@ -11,7 +11,7 @@ pub mod workload;
 pub mod method;
 pub mod registry;
 pub mod record;
-// pub mod measure;
+pub mod measure;
 pub mod analysis;
 pub mod plot;
 pub mod report;

@@ -5,10 +5,13 @@ use super::plan::Plan;
 use crate::geometry::Isometry;
 use crate::record::{Band, Stratum};
 use crate::scene::{Pair, Scene};
-use crate::truth::{self, Judgement, PairOracle, TruthCache, TruthError};
-use crate::workload::{self, PairPoses, WorkloadError};
+use crate::truth::{self, CacheError, Judgement, PairOracle, TruthCache, TruthKey};
+use crate::workload::{self, PairPoses, Source, Workload, WorkloadError};
 use std::sync::Arc;
 use thiserror::Error;
+
+/// Clearances are found up to here, mm: the border of the farthest stratum.
+const FARTHEST_MM: f64 = 10.0;
 
 /// A pose and its truth.
 #[derive(Clone, Debug)]
@@ -44,9 +47,9 @@ pub enum JudgeError {
     /// The workload cannot be made.
     #[error(transparent)]
     Workload(#[from] WorkloadError),
-    /// The truth cannot be found or stored.
+    /// The truth cannot be stored.
     #[error(transparent)]
-    Truth(#[from] TruthError),
+    Cache(#[from] CacheError),
     /// No workload of the scene has the name asked for.
     #[error("scene `{scene}` has no workload `{asked}`; it has {known}")]
     NoSuchWorkload {
@@ -85,30 +88,73 @@ pub fn judge(
         let known = workloads.iter().map(|workload| workload.name.as_str()).collect::<Vec<_>>().join(", ");
         return Err(JudgeError::NoSuchWorkload { scene: scene.name.clone(), asked: missing.clone(), known });
     }
-    let chosen = workloads.iter().filter(|workload| asked.is_empty() || asked.contains(&workload.name));
-    let pairs: Vec<(&str, &PairPoses)> =
-        chosen.flat_map(|workload| workload.pairs.iter().map(|pair| (workload.name.as_str(), pair))).collect();
-    let total = pairs.iter().map(|(_, pair)| pair.poses.len() as u64).sum();
-    progress.begin(&format!("{}: exact truth", scene.name), total);
-    let judge_pair = |(name, pair_poses): (&str, &PairPoses)| {
-        let mesh = |part: usize| Arc::clone(&scene.parts[part].mesh);
-        let oracle = PairOracle::new(mesh(pair_poses.pair.a), mesh(pair_poses.pair.b));
-        let judgements = truth::judge_path(&oracle, &pair_poses.questions(), cache, &|done| progress.advance(done))?;
-        let judged = pair_poses.poses.iter().zip(judgements);
-        let poses = judged.map(|(pose, judgement)| judged_pose(pose.a_from_b, &judgement)).collect();
-        Ok(JudgedPair { workload: name.to_owned(), pair: pair_poses.pair, poses })
+    let chosen: Vec<&Workload> =
+        workloads.iter().filter(|workload| asked.is_empty() || asked.contains(&workload.name)).collect();
+    progress.begin(&format!("{}: exact truth", scene.name), chosen.iter().map(|workload| workload.len() as u64).sum());
+    let mut judged = Vec::new();
+    for workload in chosen {
+        for pair in &workload.pairs {
+            let judgements = judgements(scene, workload.source, pair, cache, progress)?;
+            let poses = pair.poses.iter().zip(&judgements);
+            let poses = poses.map(|(pose, judgement)| judged_pose(pose.a_from_b, judgement)).collect();
+            judged.push(JudgedPair { workload: workload.name.clone(), pair: pair.pair, poses });
+        }
+    }
+    Ok(judged)
+}
+
+/// The truth about every pose of a pair, from the cache or found anew.
+fn judgements(
+    scene: &Scene,
+    source: Source,
+    pair: &PairPoses,
+    cache: Option<&TruthCache>,
+    progress: &dyn Progress,
+) -> Result<Vec<Judgement>, JudgeError> {
+    let mesh = |part: usize| Arc::clone(&scene.parts[part].mesh);
+    let oracle = PairOracle::new(mesh(pair.pair.a), mesh(pair.pair.b));
+    let poses: Vec<Isometry> = pair.poses.iter().map(|pose| pose.a_from_b).collect();
+    let along_path = matches!(source, Source::Program | Source::Recorded);
+    let key = TruthKey::new(&oracle, &poses, &format!("clearance to {FARTHEST_MM} mm, depth along path: {along_path}"));
+    let known = cache.and_then(|cache| cache.load(&key));
+    let mut judgements = if let Some(known) = known {
+        progress.advance(poses.len() as u64);
+        known
+    } else {
+        let mut found = truth::judge_all(&oracle, &poses, FARTHEST_MM, &|done| progress.advance(done));
+        if along_path {
+            let exact: Vec<bool> = found.iter().map(|judgement| judgement.verdict.exact).collect();
+            for (judgement, depth) in found.iter_mut().zip(truth::path_depths(&oracle, &poses, &exact)) {
+                judgement.depth_mm = depth;
+            }
+        }
+        if let Some(cache) = cache {
+            cache.store(&key, &found)?;
+        }
+        found
     };
-    pairs.into_iter().map(judge_pair).collect()
+    if !along_path {
+        for (judgement, pose) in judgements.iter_mut().zip(&pair.poses) {
+            judgement.depth_mm = pose.depth_mm;
+        }
+    }
+    Ok(judgements)
 }
 
 fn judged_pose(a_from_b: Isometry, judgement: &Judgement) -> JudgedPose {
-    let touching = judgement.exact;
+    let touching = judgement.verdict.exact;
+    let band = match judgement.depth_mm {
+        _ if !touching => Band::Clear,
+        Some(depth) => Band::of_depth(depth),
+        // A contact whose depth nobody knows counts as deep, so that missing it is never excused.
+        None => Band::Deep,
+    };
     JudgedPose {
         a_from_b,
         exact: touching,
-        brute: judgement.brute,
-        contained: judgement.contained,
+        brute: judgement.verdict.brute,
+        contained: judgement.verdict.contained,
         stratum: Stratum::of(touching, judgement.clearance_mm),
-        band: if touching { Band::of_depth(judgement.depth_mm) } else { Band::Clear },
+        band,
     }
 }

@@ -100,9 +100,8 @@ impl Plan {
         let variants = choose(&selection.variants, registry)?;
         let cases = variants.iter().flat_map(|variant| cases_of(variant, &selection.policies)).collect();
         let mut scenes: Vec<Scene> = Vec::new();
-        let shipped = Scene::shipped();
         let asked: Vec<&str> = match selection.scenes.as_slice() {
-            [] => shipped,
+            [] => Scene::SHIPPED.to_vec(),
             names => names.iter().map(String::as_str).collect(),
         };
         for name in asked {
@@ -128,7 +127,7 @@ impl Plan {
         Request {
             profile: self.selection.profile.to_string(),
             seed: self.selection.seed,
-            scenes: self.scenes.iter().map(|scene| scene.name.clone()).collect(),
+            scenes: self.selection.scenes.clone(),
             variants: self.variants.iter().map(|variant| variant.info.id.to_owned()).collect(),
             policies: self.selection.policies.iter().map(ToString::to_string).collect(),
             workloads: self.selection.workloads.clone(),

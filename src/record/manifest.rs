@@ -58,7 +58,7 @@ pub struct Request {
     pub profile: String,
     /// Seed of all randomness.
     pub seed: u64,
-    /// Scenes as given on the command line, or the profile's.
+    /// Scenes as given on the command line; empty for all shipped ones.
     pub scenes: Vec<String>,
     /// Variant ids.
     pub variants: Vec<String>,
