@@ -5,7 +5,8 @@ use crate::method::brute::AllPairs;
 use crate::method::parry::ParryMesh;
 use crate::method::{Kind, Model, brute, parry};
 use crate::tree::{Policy, SplitRule, Tree};
-use crate::volume::{BoundingVolume, Info, sphere_ritter};
+use crate::volume::obb::{self, Obb};
+use crate::volume::{BoundingVolume, Info, aabb, dop, sphere_ritter};
 
 /// Prepares a mesh for queries.
 type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;
@@ -55,9 +56,17 @@ impl Registry {
     /// Everything that bvbench ships.
     #[must_use]
     pub fn standard() -> Self {
-        use SplitRule::VertexMean;
+        use SplitRule::{AreaMean, VertexMean};
         let variants = vec![
             Variant::of::<sphere_ritter::SphereRitter>(VertexMean),
+            Variant::of::<aabb::Aabb>(VertexMean),
+            Variant::of::<dop::dop_8::Dop8>(VertexMean),
+            Variant::of::<Obb<obb::vertex::ObbVertex>>(VertexMean),
+            Variant::of::<Obb<obb::area::ObbArea>>(AreaMean),
+            Variant::of::<Obb<obb::vertex_centroid::ObbVertexCentroid>>(VertexMean),
+            Variant::of::<Obb<obb::area_centroid::ObbAreaCentroid>>(AreaMean),
+            Variant::of::<Obb<obb::vertex_symmetric::ObbVertexSymmetric>>(VertexMean),
+            Variant::of::<Obb<obb::area_symmetric::ObbAreaSymmetric>>(AreaMean),
             Variant::without_tree(brute::INFO, Kind::Control, |mesh, _| Box::new(AllPairs(mesh.triangles()))),
             Variant::without_tree(parry::INFO, Kind::Peer, |mesh, _| Box::new(ParryMesh::new(mesh))),
         ];

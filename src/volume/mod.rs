@@ -4,9 +4,13 @@
 //! below and in one line of [`crate::registry`]. From another crate the same trait and
 //! [`crate::registry::Registry::with`] do it without touching this one (`examples/my_volume.rs`).
 
+pub mod separating_axis;
 pub mod sphere_ritter;
+pub mod aabb;
+pub mod dop;
+pub mod obb;
 
-use crate::geometry::{Isometry, Point, Triangle, Vector};
+use crate::geometry::{Isometry, Point, Triangle, Vector, grid};
 use nalgebra::Unit;
 use std::fmt::Debug;
 
@@ -69,6 +73,19 @@ pub trait BoundingVolume: Clone + Debug + Send + Sync + 'static {
 
     /// Line segments that show the volume in a drawing (mm, mesh frame).
     fn outline(&self) -> Vec<Segment>;
+}
+
+/// Relative part of [`rounding_pad`]: 2⁻⁴⁰, thousands of times what the few operations between a corner and a verdict lose
+/// (2⁻⁵² each).
+const RELATIVE_PAD: f64 = 1.0 / 1_099_511_627_776.0;
+
+/// How far a volume is widened on every side, mm: what rounding can cost at coordinates of `magnitude` mm (the largest
+/// coordinate of the centre plus the half-lengths), and half the diagonal of a grid cell, because the corners of the
+/// second mesh are snapped after they have been moved. Poses may be as far as 10⁶ mm away: moving a corner there loses
+/// 10⁻⁹ mm, and only one of the two volumes needs its share of the grid.
+#[must_use]
+pub fn rounding_pad(magnitude: f64) -> f64 {
+    RELATIVE_PAD * magnitude + grid::SNAP_RADIUS_MM
 }
 
 /// The coordinate axes ordered by decreasing `extents`; equal extents keep the order x, y, z.

@@ -4,13 +4,10 @@
 //! the farthest corner from the final centre, which never enlarges the sphere and absorbs the rounding of the growing
 //! steps.
 
-use super::{BoundingVolume, Info, Segment, coordinate_axes_by_extent};
-use crate::geometry::{Isometry, Point, Triangle, Vector, grid, triangle};
+use super::{BoundingVolume, Info, Segment, coordinate_axes_by_extent, rounding_pad};
+use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use nalgebra::Unit;
 use std::f64::consts::{PI, TAU};
-
-/// Relative widening of a radius: 2⁻⁴⁰, far above the few 2⁻⁵² that the distance computations below can lose.
-const RELATIVE_PAD: f64 = 1.0 / 1_099_511_627_776.0;
 
 /// A centre and a radius, mm, mesh frame.
 #[derive(Clone, Debug)]
@@ -39,8 +36,7 @@ impl BoundingVolume for SphereRitter {
             }
         }
         let farthest = triangle::corners(triangles).map(|corner| (corner - middle).norm()).fold(0.0, f64::max);
-        let pad = RELATIVE_PAD * (middle.coords.amax() + farthest) + grid::SNAP_RADIUS_MM;
-        Self { centre: middle, radius: farthest + pad }
+        Self { centre: middle, radius: farthest + rounding_pad(middle.coords.amax() + farthest) }
     }
 
     fn pose(a_from_b: &Isometry) -> Isometry {
