@@ -5,8 +5,17 @@ use crate::method::brute::AllPairs;
 use crate::method::parry::ParryMesh;
 use crate::method::{Kind, Model, brute, parry};
 use crate::tree::{Policy, SplitRule, Tree};
-use crate::volume::obb::{self, Obb};
-use crate::volume::{BoundingVolume, Info, aabb, dop, sphere_ritter};
+use crate::volume::aabb::Aabb;
+use crate::volume::dop_8::Dop8;
+use crate::volume::obb::Obb;
+use crate::volume::obb_area::ObbArea;
+use crate::volume::obb_area_centroid::ObbAreaCentroid;
+use crate::volume::obb_area_symmetric::ObbAreaSymmetric;
+use crate::volume::obb_vertex::ObbVertex;
+use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
+use crate::volume::obb_vertex_symmetric::ObbVertexSymmetric;
+use crate::volume::sphere_ritter::SphereRitter;
+use crate::volume::{BoundingVolume, Info};
 
 /// Prepares a mesh for queries.
 type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;
@@ -20,6 +29,8 @@ pub struct Variant {
     pub kind: Kind,
     /// The tree policy used unless another is asked for; `None` for methods without a tree of ours.
     pub policy: Option<Policy>,
+    /// Whether the noise of the comparison is shown on a duplicate of this variant.
+    pub is_reference: bool,
     prepare: Prepare,
 }
 
@@ -31,12 +42,20 @@ impl Variant {
             info: V::INFO,
             kind: Kind::Volume,
             policy: Some(Policy::own(split)),
+            is_reference: false,
             prepare: |mesh, policy| Box::new(Tree::<V>::build(&mesh.triangles(), policy)),
         }
     }
 
     const fn without_tree(info: Info, kind: Kind, prepare: Prepare) -> Self {
-        Self { info, kind, policy: None, prepare }
+        Self { info, kind, policy: None, is_reference: false, prepare }
+    }
+
+    /// The same variant as the one whose duplicate shows the noise of the comparison.
+    #[must_use]
+    pub const fn reference(mut self) -> Self {
+        self.is_reference = true;
+        self
     }
 
     /// Prepares a mesh; `policy` is ignored by methods without a tree of ours.
@@ -58,15 +77,15 @@ impl Registry {
     pub fn standard() -> Self {
         use SplitRule::{AreaMean, VertexMean};
         let variants = vec![
-            Variant::of::<sphere_ritter::SphereRitter>(VertexMean),
-            Variant::of::<aabb::Aabb>(VertexMean),
-            Variant::of::<dop::dop_8::Dop8>(VertexMean),
-            Variant::of::<Obb<obb::vertex::ObbVertex>>(VertexMean),
-            Variant::of::<Obb<obb::area::ObbArea>>(AreaMean),
-            Variant::of::<Obb<obb::vertex_centroid::ObbVertexCentroid>>(VertexMean),
-            Variant::of::<Obb<obb::area_centroid::ObbAreaCentroid>>(AreaMean),
-            Variant::of::<Obb<obb::vertex_symmetric::ObbVertexSymmetric>>(VertexMean),
-            Variant::of::<Obb<obb::area_symmetric::ObbAreaSymmetric>>(AreaMean),
+            Variant::of::<SphereRitter>(VertexMean),
+            Variant::of::<Aabb>(VertexMean),
+            Variant::of::<Dop8>(VertexMean),
+            Variant::of::<Obb<ObbVertex>>(VertexMean),
+            Variant::of::<Obb<ObbArea>>(AreaMean).reference(),
+            Variant::of::<Obb<ObbVertexCentroid>>(VertexMean),
+            Variant::of::<Obb<ObbAreaCentroid>>(AreaMean),
+            Variant::of::<Obb<ObbVertexSymmetric>>(VertexMean),
+            Variant::of::<Obb<ObbAreaSymmetric>>(AreaMean),
             Variant::without_tree(brute::INFO, Kind::Control, |mesh, _| Box::new(AllPairs(mesh.triangles()))),
             Variant::without_tree(parry::INFO, Kind::Peer, |mesh, _| Box::new(ParryMesh::new(mesh))),
         ];

@@ -56,14 +56,27 @@ impl std::ops::IndexMut<Axis> for Position {
 }
 
 /// The plane of an arc.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Plane {
     /// G17.
+    #[default]
     Xy,
     /// G18.
     Zx,
     /// G19.
     Yz,
+}
+
+impl Plane {
+    /// Its first and second axis and its normal, a right-handed triple.
+    #[must_use]
+    pub const fn axes(self) -> [Axis; 3] {
+        match self {
+            Self::Xy => [Axis::X, Axis::Y, Axis::Z],
+            Self::Zx => [Axis::Z, Axis::X, Axis::Y],
+            Self::Yz => [Axis::Y, Axis::Z, Axis::X],
+        }
+    }
 }
 
 /// How the tool gets to [`Move::end`].

@@ -1,5 +1,22 @@
 //! RS274/NGC programs: from text to canonical moves to sampled axis positions.
 
 pub mod canonical;
+pub mod error;
+pub mod setup;
+mod lex;
+pub mod expression;
+mod parameters;
+mod block;
+mod modal;
+mod offsets;
+pub mod arc;
+mod datum;
+mod motion;
+pub mod interpret;
+pub mod path;
 
 pub use canonical::{Axis, Move, MoveKind, Plane, Position};
+pub use error::{Cause, GcodeError};
+pub use interpret::{Program, interpret};
+pub use path::{Sample, Sampling, sample};
+pub use setup::{Setup, Tool, WorkOffset};

@@ -1,1 +1,12 @@
-//! Placeholder.
+//! Machines: a tree of links joined by fixed, prismatic and rotary joints, moved by axis positions.
+//!
+//! Axes are named as ISO 841 does. Inside, lengths are mm and angles radians; the wire form ([`file`]) speaks degrees.
+//!
+//! Reading order: [`joint`], [`tree`] (links and their poses), [`file`] (TOML).
+
+pub mod joint;
+pub mod tree;
+pub mod file;
+
+pub use joint::{Joint, JointError, Limits, Motion, OutOfLimits};
+pub use tree::{Link, Machine, MachineError, Poses};

@@ -1,1 +1,39 @@
-//! Placeholder.
+//! Measuring: verdicts against the truth, operation counts, tightness, and times. The only module that reads a clock.
+//!
+//! Reading order: [`profile`] (how much), [`plan`] (what), [`judged`] (poses with their truth), [`accuracy`],
+//! [`counts`], [`shape`], then the timed part: [`timer`], [`chunk`], [`query`], [`build`]; [`environment`] says where;
+//! [`run`] puts a run's folder together and resumes it.
+
+pub mod accuracy;
+pub mod build;
+pub mod chunk;
+pub mod counts;
+pub mod environment;
+pub mod judged;
+pub mod plan;
+pub mod profile;
+pub mod query;
+pub mod run;
+pub mod shape;
+pub mod timer;
+
+pub use plan::{Case, Plan, PlanError, Selection};
+pub use profile::{Budget, Profile};
+pub use run::{MeasureError, Run};
+
+/// Where a long task says how far it is. Called from several threads.
+pub trait Progress: Sync {
+    /// A new stretch of work of `total` steps begins; it replaces the one before.
+    fn begin(&self, what: &str, total: u64);
+    /// Some steps are done.
+    fn advance(&self, steps: u64);
+}
+
+/// Says nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn begin(&self, _: &str, _: u64) {}
+    fn advance(&self, _: u64) {}
+}

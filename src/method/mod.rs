@@ -46,7 +46,7 @@ pub trait Model: Any + Send + Sync {
 ///
 /// # Panics
 /// When `other` was prepared by another variant, which only a mistake in this program can do.
-pub(crate) fn same<M: Model>(other: &dyn Model) -> &M {
+pub(crate) fn same<'a, M: Model>(other: &'a dyn Model) -> &'a M {
     let any: &dyn Any = other;
     any.downcast_ref().expect("both meshes of a pair are prepared by the same variant")
 }

@@ -1,1 +1,151 @@
-//! Placeholder.
+//! Figures from records, one file per figure, each as SVG and PNG by the same drawing code.
+//!
+//! Every variant that has data in the records appears, whatever its name; colours and markers follow the manifest's order,
+//! so that a variant looks the same in all figures.
+
+pub mod boxes;
+pub mod build_time;
+pub mod canvas;
+pub mod data;
+pub mod forest;
+pub mod grouped;
+pub mod marks;
+pub mod misses;
+pub mod operations;
+pub mod paper_figure;
+pub mod query_time;
+pub mod ticks;
+pub mod tightness;
+
+use crate::analysis::claims::ClaimsError;
+use crate::record::{RecordError, write_text};
+use data::Data;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// The folder of the figures within a run's folder.
+pub const FOLDER: &str = "plots";
+
+/// The list of figures in [`FOLDER`].
+const INDEX: &str = "figures.json";
+
+/// Why figures could not be made.
+#[derive(Debug, Error)]
+pub enum PlotError {
+    /// A record cannot be read, or a figure not written.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The run's claims cannot be read.
+    #[error(transparent)]
+    Claims(#[from] ClaimsError),
+    /// The drawing library refused.
+    #[error("cannot draw {figure}: {problem}")]
+    Draw {
+        /// The figure.
+        figure: String,
+        /// What it said.
+        problem: String,
+    },
+}
+
+/// A figure on disk.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Figure {
+    /// Short name: the files' stem.
+    pub name: String,
+    /// What it shows.
+    pub title: String,
+    /// How to read it.
+    pub caption: String,
+    /// The SVG file, relative to the run's folder.
+    pub svg: PathBuf,
+    /// The PNG file, relative to the run's folder.
+    pub png: PathBuf,
+}
+
+/// A figure that could not be drawn for want of data.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Skipped {
+    /// Short name.
+    pub name: String,
+    /// What was missing.
+    pub reason: String,
+}
+
+/// All figures of a run.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Gallery {
+    /// Those that were drawn.
+    pub figures: Vec<Figure>,
+    /// Those that were not.
+    pub skipped: Vec<Skipped>,
+}
+
+/// What a figure is, before it is drawn.
+#[derive(Debug)]
+pub struct Sketch<D> {
+    /// Short name.
+    pub name: &'static str,
+    /// What it shows.
+    pub title: String,
+    /// How to read it.
+    pub caption: String,
+    /// The drawing, or what is missing for it.
+    pub drawing: Result<D, &'static str>,
+}
+
+/// Draws every figure that the records of the run in `folder` allow, into `plots/`, and lists them in `plots/figures.json`.
+///
+/// # Errors
+/// When a record is malformed, the manifest is missing, or a figure cannot be written. Missing CSVs only skip figures.
+pub fn draw_all(folder: &Path) -> Result<Gallery, PlotError> {
+    let data = Data::read(folder)?;
+    let mut gallery = Gallery::default();
+    add(folder, &mut gallery, paper_figure::sketch(&data))?;
+    add(folder, &mut gallery, query_time::sketch(&data))?;
+    add(folder, &mut gallery, forest::sketch(&data))?;
+    add(folder, &mut gallery, misses::sketch(&data))?;
+    add(folder, &mut gallery, boxes::sketch(&data))?;
+    add(folder, &mut gallery, tightness::sketch(&data))?;
+    add(folder, &mut gallery, operations::sketch(&data))?;
+    add(folder, &mut gallery, build_time::sketch(&data))?;
+    let path = folder.join(FOLDER).join(INDEX);
+    let text =
+        serde_json::to_string_pretty(&gallery).map_err(|source| RecordError::Json { path: path.clone(), source })?;
+    write_text(&path, &(text + "\n"))?;
+    Ok(gallery)
+}
+
+/// The figures that [`draw_all`] made earlier; none when it never ran.
+///
+/// # Errors
+/// When the list is malformed.
+pub fn read_gallery(folder: &Path) -> Result<Gallery, PlotError> {
+    let path = folder.join(FOLDER).join(INDEX);
+    if !path.exists() {
+        return Ok(Gallery::default());
+    }
+    let text = std::fs::read_to_string(&path).map_err(RecordError::io("read", &path))?;
+    Ok(serde_json::from_str(&text).map_err(|source| RecordError::Json { path, source })?)
+}
+
+fn add<D: canvas::Drawing>(folder: &Path, gallery: &mut Gallery, sketch: Sketch<D>) -> Result<(), PlotError> {
+    let name = sketch.name.to_owned();
+    match sketch.drawing {
+        Err(reason) => gallery.skipped.push(Skipped { name, reason: reason.to_owned() }),
+        Ok(drawing) => {
+            let stem = Path::new(FOLDER).join(&name);
+            let (svg, png) = (stem.with_extension("svg"), stem.with_extension("png"));
+            let problem = |problem| PlotError::Draw { figure: name.clone(), problem };
+            let titled = canvas::Titled { title: &sketch.title, drawing: &drawing };
+            write_text(&folder.join(&svg), &canvas::svg(&titled).map_err(problem)?)?;
+            canvas::write_png(&titled, &folder.join(&png)).map_err(problem)?;
+            gallery.figures.push(Figure { name, title: sketch.title, caption: sketch.caption, svg, png });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -3,7 +3,7 @@
 
 use super::rows::Row;
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::io::{BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -89,13 +89,25 @@ pub fn write_rows<R: Row>(folder: &Path, rows: &[R]) -> Result<(), RecordError> 
     write_bytes(&path, &bytes)
 }
 
+/// Hands the rows of the row type's file in `folder` to `visit` one at a time: for files too large to hold.
+///
+/// # Errors
+/// When the file is missing or a row is not of its type.
+pub fn for_each_row<R: Row>(folder: &Path, mut visit: impl FnMut(R)) -> Result<(), RecordError> {
+    let path = folder.join(R::FILE);
+    let file = File::open(&path).map_err(RecordError::io("read", &path))?;
+    for row in csv::Reader::from_reader(BufReader::new(file)).into_deserialize() {
+        visit(row.map_err(|source| RecordError::Csv { path: path.clone(), source })?);
+    }
+    Ok(())
+}
+
 /// Reads all rows of the row type's file in `folder`.
 ///
 /// # Errors
 /// When the file is missing or a row is not of its type.
 pub fn read_rows<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
-    let path = folder.join(R::FILE);
-    let file = File::open(&path).map_err(RecordError::io("read", &path))?;
-    let rows: Result<Vec<R>, _> = csv::Reader::from_reader(std::io::BufReader::new(file)).into_deserialize().collect();
-    rows.map_err(|source| RecordError::Csv { path, source })
+    let mut rows = Vec::new();
+    for_each_row(folder, |row| rows.push(row))?;
+    Ok(rows)
 }

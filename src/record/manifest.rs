@@ -27,6 +27,8 @@ pub struct Manifest {
     pub program: Program,
     /// The machine it ran on.
     pub machine: MachineFacts,
+    /// The variant whose default case the `null` method duplicates; empty without one.
+    pub null_of: String,
     /// Stages finished so far, in order.
     pub finished: Vec<Stage>,
     /// What disturbed the timings; empty when nothing is known to have.
@@ -56,10 +58,12 @@ pub struct Request {
     pub profile: String,
     /// Seed of all randomness.
     pub seed: u64,
-    /// Scenes as given on the command line, or the profile's.
+    /// Scenes as given on the command line; empty for all shipped ones.
     pub scenes: Vec<String>,
     /// Variant ids.
     pub variants: Vec<String>,
+    /// Tree policies asked for; empty for each volume's default and the shared control.
+    pub policies: Vec<String>,
     /// Workload names; empty for all.
     pub workloads: Vec<String>,
     /// Poses per scene in the verification.

@@ -9,10 +9,14 @@ pub mod manifest;
 pub mod rows;
 pub mod vocabulary;
 
-pub use file::{RecordError, read_rows, write_rows, write_text};
+#[cfg(test)]
+pub(crate) mod synthetic;
+
+pub use crate::method::Kind;
+pub use file::{RecordError, for_each_row, read_rows, write_bytes, write_rows, write_text};
 pub use manifest::Manifest;
 pub use rows::{
     BuildRow, ClaimRow, OutlineRow, QueryRow, RatioRow, Row, SummaryRow, TightnessRow, TimingRow, TreeRow,
     VerificationRow,
 };
-pub use vocabulary::{Band, Stratum};
+pub use vocabulary::{Band, MESH_OUTLINE, NULL_VARIANT, Stratum};

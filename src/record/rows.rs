@@ -287,7 +287,7 @@ pub struct SummaryRow {
     pub leaf: u8,
     /// Timed poses.
     pub poses: u64,
-    /// Mean time of a query, ns.
+    /// Mean time of a query, ns; NaN, like all times of the row, where the case was counted but not timed.
     pub mean_ns: f64,
     /// Lower end of the 95 % interval of the mean, ns.
     pub mean_low_ns: f64,
@@ -301,7 +301,7 @@ pub struct SummaryRow {
     pub p99_ns: f64,
     /// Largest, ns.
     pub max_ns: f64,
-    /// Mean volume tests of a query.
+    /// Mean volume tests of a query; NaN where nothing was counted.
     pub volume_tests: f64,
     /// Mean triangle tests of a query.
     pub triangle_tests: f64,
@@ -320,9 +320,9 @@ pub struct SummaryRow {
 pub struct RatioRow {
     /// Scene name.
     pub scene: String,
-    /// Stratum, or `all`.
+    /// Stratum, or `all`; `-` for `build`.
     pub stratum: String,
-    /// `time`, `volume-tests` or `build`.
+    /// `time`, `volume-tests`, `triangle-tests` or `build`.
     pub metric: String,
     /// Variant on top.
     pub variant: String,

@@ -2,6 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
+/// The id of the duplicate that is timed beside its original to show the noise of the comparison itself.
+pub const NULL_VARIANT: &str = "null";
+
+/// What stands in the place of a variant in an outline row that draws the part itself.
+pub const MESH_OUTLINE: &str = "mesh";
+
 /// How far a pair is from contact at a pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

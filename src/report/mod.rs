@@ -1,1 +1,100 @@
-//! Placeholder.
+//! The report of a run, written for the reader of the paper: what was asked, what was found, how to make it again.
+//!
+//! Everything comes from the run's folder, so a report of an old run can be written again. Markdown is one rendering of
+//! [`Contents`]; another one has all it needs there.
+
+mod markdown;
+mod tables;
+mod terminal;
+
+pub use terminal::{TerminalRow, terminal_rows};
+
+use crate::analysis::claims::{self, ClaimSet, ClaimsError};
+use crate::analysis::misses::Misses;
+use crate::analysis::{Ranked, noise, ranking};
+use crate::plot::{Gallery, PlotError, read_gallery};
+use crate::record::{ClaimRow, Manifest, RatioRow, RecordError, SummaryRow, VerificationRow, read_rows, write_text};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// The report's file in a run's folder.
+pub const FILE: &str = "report.md";
+
+/// Why no report can be written.
+#[derive(Debug, Error)]
+pub enum ReportError {
+    /// A record cannot be read, or the report not written.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The run's claims cannot be read.
+    #[error(transparent)]
+    Claims(#[from] ClaimsError),
+    /// The list of figures cannot be read.
+    #[error(transparent)]
+    Plot(#[from] PlotError),
+}
+
+/// All that a report says, before it has a form.
+#[derive(Debug)]
+pub struct Contents {
+    /// What was run, where.
+    pub manifest: Manifest,
+    /// What was claimed.
+    pub claims: ClaimSet,
+    /// The verdicts.
+    pub verdicts: Vec<ClaimRow>,
+    /// Times and counts.
+    pub summary: Vec<SummaryRow>,
+    /// Ratios.
+    pub ratios: Vec<RatioRow>,
+    /// Misses.
+    pub misses: Misses,
+    /// The figures.
+    pub gallery: Gallery,
+    /// What disturbed the timings.
+    pub noise: Vec<String>,
+    /// Safe volumes by speed.
+    pub ranking: Vec<Ranked>,
+}
+
+impl Contents {
+    /// Gathers the contents from an analysed run.
+    ///
+    /// # Errors
+    /// When a record is missing or malformed: `claims.csv`, `summary.csv` and `ratios.csv` are made by the analysis.
+    pub fn read(folder: &Path) -> Result<Self, ReportError> {
+        let manifest = Manifest::read(folder)?;
+        let claims = ClaimSet::read(&folder.join(claims::FILE))?;
+        let ratios: Vec<RatioRow> = read_rows(folder)?;
+        Ok(Self {
+            verdicts: read_rows(folder)?,
+            summary: read_rows(folder)?,
+            misses: Misses::of_rows(&read_rows::<VerificationRow>(folder)?),
+            gallery: read_gallery(folder)?,
+            noise: noise(&manifest, &ratios),
+            ranking: ranking(&manifest, &ratios, &claims),
+            ratios,
+            claims,
+            manifest,
+        })
+    }
+
+    /// The label of a variant; its id when the manifest does not know it.
+    #[must_use]
+    pub fn label<'a>(&'a self, id: &'a str) -> &'a str {
+        self.manifest.variants.iter().find(|entry| entry.id == id).map_or(id, |entry| &entry.label)
+    }
+}
+
+/// Writes `report.md` of the run in `folder` and returns its path.
+///
+/// # Errors
+/// When the run was not analysed, a record is malformed, or the file cannot be written.
+pub fn write(folder: &Path) -> Result<PathBuf, ReportError> {
+    let path = folder.join(FILE);
+    write_text(&path, &markdown::render(&Contents::read(folder)?))?;
+    Ok(path)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,6 +1,27 @@
 //! Scenes: parts with meshes on a machine, the pairs of them that are examined, and what moves them.
+//!
+//! Reading order: this file (the model), [`file`] (how a scene is written), [`load`] (from one to the other), [`recording`]
+//! (poses as CSV), [`folder`] and [`shipped`] (where files come from), [`error`].
 
-use crate::geometry::Mesh;
+pub mod error;
+mod shipped;
+mod folder;
+mod file;
+pub mod recording;
+mod program;
+mod load;
+
+pub use error::{Place, SceneError};
+pub use program::ProgramRun;
+pub use recording::Recording;
+
+use crate::gcode::Position;
+use crate::geometry::{Isometry, Mesh, Vector};
+use crate::machine::{Machine, Poses};
+use folder::Folder;
+use nalgebra::Unit;
+use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
 /// A part: a mesh on a link of the machine.
@@ -10,6 +31,10 @@ pub struct Part {
     pub name: String,
     /// Its mesh, mm, in the part's own frame.
     pub mesh: Arc<Mesh>,
+    /// Index of the link it is fixed to; `None` is the world.
+    pub link: Option<usize>,
+    /// The part's frame in its link's, mm.
+    pub link_from_part: Isometry,
 }
 
 /// Two parts that may collide, as indices into [`Scene::parts`]. `a` is the one whose frame the poses are given in.
@@ -21,6 +46,27 @@ pub struct Pair {
     pub b: usize,
 }
 
+/// A straight line along which a pair's part `b` comes to part `a`.
+#[derive(Clone, Debug)]
+pub struct Approach {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// The pair.
+    pub pair: Pair,
+    /// A position of the machine on the line, mm and radians.
+    pub at: Position,
+    /// The way `b` goes relative to `a`, world frame.
+    pub direction: Unit<Vector>,
+    /// Where to stop, mm before first contact; negative is past it.
+    pub offsets_mm: Vec<f64>,
+}
+
+impl Approach {
+    /// Where an approach stops when the scene does not say: every depth band, every stratum, and contact itself.
+    pub const OFFSETS_MM: [f64; 15] =
+        [-8.0, -3.0, -0.5, -0.05, -5e-3, -5e-4, -1e-5, 0.0, 1e-3, 0.5, 3.0, 8.0, 20.0, 50.0, 100.0];
+}
+
 /// A scene, loaded and checked.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -28,18 +74,114 @@ pub struct Scene {
     pub name: String,
     /// One line on what it shows.
     pub title: String,
+    /// What it shows, at length.
+    pub description: String,
+    /// Where geometry and motion come from.
+    pub provenance: String,
+    /// The machine; without links when the scene has none.
+    pub machine: Machine,
     /// The parts.
     pub parts: Vec<Part>,
     /// The pairs examined.
     pub pairs: Vec<Pair>,
+    /// The program that moves the machine.
+    pub program: Option<ProgramRun>,
+    /// The approaches.
+    pub approaches: Vec<Approach>,
+    /// The pairs posed at random.
+    pub random: Vec<Pair>,
+    /// Recorded poses.
+    pub recording: Option<Recording>,
     /// Path or name to content hash of everything the scene was made from.
-    pub inputs: std::collections::BTreeMap<String, String>,
+    pub inputs: BTreeMap<String, String>,
+}
+
+/// What a caller may change about a scene's parametric shapes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Overrides {
+    /// How unevenly shapes are triangulated, instead of what each part says.
+    pub grading: Option<f64>,
+    /// How finely shapes are triangulated, instead of what each part says.
+    pub density: Option<f64>,
 }
 
 impl Scene {
+    /// Names of the scenes that are compiled into the program.
+    pub const SHIPPED: &'static [&'static str] = shipped::NAMES;
+
+    /// Loads a scene from a folder, or from a scene file in one.
+    ///
+    /// # Errors
+    /// [`SceneError`] with file, line and column of the first thing wrong.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        Self::load_with(path, &Overrides::default())
+    }
+
+    /// As [`Scene::load`], with shapes triangulated otherwise.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn load_with(path: &Path, overrides: &Overrides) -> Result<Self, SceneError> {
+        if path.is_file() {
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            load::load(Folder::on_disk(folder), &file, overrides)
+        } else if path.is_dir() {
+            load::load(Folder::on_disk(path), load::SCENE_FILE, overrides)
+        } else {
+            Err(missing(&path.display().to_string()))
+        }
+    }
+
+    /// Loads a scene by path, or a shipped one by name. A folder that holds a `scene.toml` goes before a shipped name.
+    ///
+    /// # Errors
+    /// As [`Scene::load`]; [`SceneError::Missing`] lists the shipped scenes.
+    pub fn find(name_or_path: &str) -> Result<Self, SceneError> {
+        Self::find_with(name_or_path, &Overrides::default())
+    }
+
+    /// As [`Scene::find`], with shapes triangulated otherwise.
+    ///
+    /// # Errors
+    /// As [`Scene::find`].
+    pub fn find_with(name_or_path: &str, overrides: &Overrides) -> Result<Self, SceneError> {
+        let path = Path::new(name_or_path);
+        if path.is_file() || path.join(load::SCENE_FILE).is_file() {
+            return Self::load_with(path, overrides);
+        }
+        if Self::SHIPPED.contains(&name_or_path) {
+            return load::load(Folder::shipped(name_or_path), load::SCENE_FILE, overrides);
+        }
+        Err(missing(name_or_path))
+    }
+
     /// `a:b`, the name of a pair in files.
     #[must_use]
     pub fn pair_name(&self, pair: Pair) -> String {
         format!("{}:{}", self.parts[pair.a].name, self.parts[pair.b].name)
     }
+
+    /// Index of the part with a name.
+    #[must_use]
+    pub fn part(&self, name: &str) -> Option<usize> {
+        self.parts.iter().position(|part| part.name == name)
+    }
+
+    /// `world_from_part` when the links are at `poses`.
+    #[must_use]
+    pub fn world_from_part(&self, part: usize, poses: &Poses) -> Isometry {
+        let Part { link, link_from_part, .. } = &self.parts[part];
+        poses.world_from(*link) * link_from_part
+    }
+
+    /// Part `b` of a pair in the frame of part `a` when the links are at `poses`.
+    #[must_use]
+    pub fn a_from_b(&self, pair: Pair, poses: &Poses) -> Isometry {
+        self.world_from_part(pair.a, poses).inv_mul(&self.world_from_part(pair.b, poses))
+    }
+}
+
+fn missing(wanted: &str) -> SceneError {
+    SceneError::Missing { wanted: wanted.to_owned(), known: Scene::SHIPPED.join(", ") }
 }

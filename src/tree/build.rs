@@ -48,6 +48,6 @@ impl<V: BoundingVolume> Tree<V> {
 /// A leaf around `triangles`, which start at `first` in tree order.
 fn node<V: BoundingVolume>(triangles: &[Triangle], first: usize) -> Node<V> {
     let volume = V::fit(triangles);
-    let area = volume.surface_area();
-    Node { volume, area, children: 0, first: first as u32, count: triangles.len() as u32 }
+    let size = volume.size();
+    Node { volume, size, children: 0, first: first as u32, count: triangles.len() as u32 }
 }

@@ -18,8 +18,8 @@ use crate::geometry::Triangle;
 pub struct Node<V> {
     /// The volume around the node's own triangles; fitted to them, never merged from the children.
     pub volume: V,
-    /// Surface area of the volume, mm²: the traversal descends the larger of two nodes.
-    pub area: f64,
+    /// [`crate::volume::BoundingVolume::size`] of the volume: the traversal opens the larger of two nodes.
+    pub size: f64,
     /// Index of the left child; the right one follows it. 0 marks a leaf (the root is nobody's child).
     children: u32,
     /// First of the node's triangles in [`Tree::triangles`].

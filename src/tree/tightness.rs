@@ -1,19 +1,218 @@
 //! How good a tree is, before any query: size, balance, and how tightly each level holds its contents.
 
-use super::Tree;
-use crate::volume::BoundingVolume;
+use super::{Node, Tree};
+use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
+use crate::volume::{BoundingVolume, Segment};
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+
+/// Deepest level whose tightness is measured: below it nodes hold a few triangles and the picture no longer changes.
+pub const DEEPEST_LEVEL: u32 = 10;
 
 /// Facts about one tree.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct TreeReport {
     /// Number of nodes.
     pub nodes: usize,
+    /// Leaves among them.
+    pub leaves: usize,
+    /// Depth of the deepest leaf; the root has depth 0.
+    pub depth_max: u32,
+    /// Mean depth of a leaf, weighted by its triangles.
+    pub depth_mean: f64,
+    /// Mean of smaller / larger child count over inner nodes, weighted by the node's count; 1 is balanced.
+    pub child_ratio: f64,
+    /// Sum over nodes of surface area / root surface area.
+    pub sah_cost: f64,
+    /// Shift of the root volume's centre from the middle of the contents, mm, along the direction from the area centroid to
+    /// the mean of the corners; 0 when the two coincide.
+    pub drift_mm: f64,
+    /// Levels 0 to [`DEEPEST_LEVEL`], as far as there are nodes.
+    pub levels: Vec<LevelReport>,
+    /// The root volume, for drawing; mm, mesh frame.
+    pub root_outline: Vec<Segment>,
+}
+
+/// Sums over the nodes of one level.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LevelReport {
+    /// Level; the root is 0.
+    pub level: u32,
+    /// Nodes on it.
+    pub nodes: u64,
+    /// Triangles under them.
+    pub triangles: u64,
+    /// Sum of volumes, mm³.
+    pub volume_mm3: f64,
+    /// Sum of surface areas, mm².
+    pub area_mm2: f64,
+    /// Sum of the volumes of the contents' convex hulls, mm³, over the nodes whose hull has one.
+    pub hull_mm3: f64,
+    /// Sum of the volumes of those same nodes, mm³.
+    pub hulled_volume_mm3: f64,
+    /// Corners outside their node's volume, percent.
+    pub outside_corners_pct: f64,
+    /// Area of triangles with a corner outside, percent.
+    pub outside_area_pct: f64,
+    /// Largest distance by which a corner is outside, mm.
+    pub overhang_mm: f64,
+}
+
+/// What one node adds to its level.
+#[derive(Clone, Copy, Default)]
+struct NodeFacts {
+    report: LevelReport,
+    corners_outside: u64,
+    area_outside: f64,
+    area: f64,
 }
 
 impl<V: BoundingVolume> Tree<V> {
     /// Measures the tree.
     #[must_use]
     pub fn report(&self) -> TreeReport {
-        TreeReport { nodes: self.nodes().len() }
+        let depths = self.depths();
+        let leaves = || self.nodes.iter().zip(&depths).filter(|(node, _)| node.children().is_none());
+        let weighted_depth: f64 = leaves().map(|(node, &depth)| f64::from(depth) * f64::from(node.count)).sum();
+        let areas: Vec<f64> = self.nodes.par_iter().map(|node| node.volume.surface_area()).collect();
+        TreeReport {
+            nodes: self.nodes.len(),
+            leaves: leaves().count(),
+            depth_max: depths.iter().copied().max().unwrap_or(0),
+            depth_mean: weighted_depth / self.triangles.len() as f64,
+            child_ratio: self.child_ratio(),
+            sah_cost: areas.iter().sum::<f64>() / areas[0],
+            drift_mm: drift(&self.nodes[0].volume.centre(), &self.triangles),
+            levels: self.levels(&depths),
+            root_outline: self.nodes[0].volume.outline(),
+        }
     }
+
+    fn depths(&self) -> Vec<u32> {
+        let mut depths = vec![0; self.nodes.len()];
+        for (index, node) in self.nodes.iter().enumerate() {
+            if let Some((left, right)) = node.children() {
+                depths[left as usize] = depths[index] + 1;
+                depths[right as usize] = depths[index] + 1;
+            }
+        }
+        depths
+    }
+
+    fn child_ratio(&self) -> f64 {
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for node in &self.nodes {
+            if let Some((left, right)) = node.children() {
+                let (l, r) = (self.nodes[left as usize].count, self.nodes[right as usize].count);
+                sum += f64::from(node.count) * f64::from(l.min(r)) / f64::from(l.max(r));
+                weight += f64::from(node.count);
+            }
+        }
+        if weight > 0.0 { sum / weight } else { 1.0 }
+    }
+
+    fn levels(&self, depths: &[u32]) -> Vec<LevelReport> {
+        let deepest = depths.iter().copied().max().unwrap_or(0).min(DEEPEST_LEVEL);
+        let level = |level: u32| {
+            let members: Vec<&Node<V>> =
+                self.nodes.iter().zip(depths).filter(|(_, depth)| **depth == level).map(|(node, _)| node).collect();
+            let facts: Vec<NodeFacts> = members.par_iter().map(|node| self.facts(node)).collect();
+            sum(level, &facts)
+        };
+        (0..=deepest).map(level).collect()
+    }
+
+    fn facts(&self, node: &Node<V>) -> NodeFacts {
+        let triangles = self.triangles_of(node);
+        let volume = node.volume.volume();
+        let hull = hull_volume(triangles);
+        let outside =
+            |t: &Triangle| t.corners.iter().filter(|corner| !node.volume.contains(corner, 0.0)).count() as u64;
+        let corners_outside = triangles.iter().map(outside).sum();
+        let overhang = |corner: &Point| {
+            if node.volume.contains(corner, 0.0) { 0.0 } else { distance_outside(&node.volume, corner) }
+        };
+        let overhang_mm =
+            if corners_outside == 0 { 0.0 } else { triangle::corners(triangles).map(overhang).fold(0.0, f64::max) };
+        let report = LevelReport {
+            nodes: 1,
+            triangles: triangles.len() as u64,
+            volume_mm3: volume,
+            area_mm2: node.volume.surface_area(),
+            hull_mm3: hull.unwrap_or(0.0),
+            hulled_volume_mm3: if hull.is_some() { volume } else { 0.0 },
+            overhang_mm,
+            ..LevelReport::default()
+        };
+        let area_outside = triangles.iter().filter(|t| outside(t) > 0).map(Triangle::area).sum();
+        NodeFacts { report, corners_outside, area_outside, area: triangles.iter().map(Triangle::area).sum() }
+    }
+}
+
+fn sum(level: u32, facts: &[NodeFacts]) -> LevelReport {
+    let mut total = LevelReport { level, ..LevelReport::default() };
+    let (mut corners_outside, mut area_outside, mut area) = (0, 0.0, 0.0);
+    for fact in facts {
+        let one = &fact.report;
+        total.nodes += one.nodes;
+        total.triangles += one.triangles;
+        total.volume_mm3 += one.volume_mm3;
+        total.area_mm2 += one.area_mm2;
+        total.hull_mm3 += one.hull_mm3;
+        total.hulled_volume_mm3 += one.hulled_volume_mm3;
+        total.overhang_mm = total.overhang_mm.max(one.overhang_mm);
+        corners_outside += fact.corners_outside;
+        area_outside += fact.area_outside;
+        area += fact.area;
+    }
+    total.outside_corners_pct = 100.0 * corners_outside as f64 / (3 * total.triangles) as f64;
+    total.outside_area_pct = if area > 0.0 { 100.0 * area_outside / area } else { 0.0 };
+    total
+}
+
+/// Volume of the convex hull, mm³; `None` for contents that are flat, or nearly so, or fewer than a tetrahedron.
+fn hull_volume(triangles: &[Triangle]) -> Option<f64> {
+    /// A hull thinner than this part of a cube of its own extent is taken for flat: its volume would be rounding.
+    const FLAT: f64 = 1e-6;
+    let key = |p: &Point| [p.x, p.y, p.z].map(|x| (x + 0.0).to_bits());
+    let distinct: BTreeSet<[u64; 3]> = triangle::corners(triangles).map(key).collect();
+    if distinct.len() < 4 {
+        return None;
+    }
+    let points: Vec<_> = distinct.into_iter().map(|bits| Vector::from(bits.map(f64::from_bits)).into()).collect();
+    let (corners, faces) = parry3d_f64::transformation::try_convex_hull(&points).ok()?;
+    let corner = |v: u32| -> Vector { corners[v as usize].into() };
+    let apex = corner(*faces.first()?.first()?);
+    let volume: f64 = faces
+        .iter()
+        .map(|face| {
+            let [a, b, c] = face.map(|v| corner(v) - apex);
+            a.dot(&b.cross(&c)) / 6.0
+        })
+        .sum();
+    let (low, high) = triangle::bounds(triangles)?;
+    let volume = volume.abs();
+    (volume > FLAT * (high - low).norm().powi(3)).then_some(volume)
+}
+
+/// The smallest slack with which a volume contains a point, mm, to 1e-9 of itself, by bisection.
+fn distance_outside<V: BoundingVolume>(volume: &V, point: &Point) -> f64 {
+    let mut high = (point - volume.centre()).norm();
+    let mut low = 0.0;
+    while high - low > 1e-9 * high {
+        let middle = f64::midpoint(low, high);
+        if volume.contains(point, middle) { high = middle } else { low = middle }
+    }
+    high
+}
+
+/// See [`TreeReport::drift_mm`].
+fn drift(centre: &Point, triangles: &[Triangle]) -> f64 {
+    let toward_fine = covariance::vertex_weighted(triangles).0 - covariance::area_weighted(triangles).0;
+    let Some(direction) = toward_fine.try_normalize(1e-9) else { return 0.0 };
+    let along = |p: &Point| p.coords.dot(&direction);
+    let (low, high) = triangle::corners(triangles)
+        .map(along)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    along(centre) - f64::midpoint(low, high)
 }

@@ -52,8 +52,8 @@ pub struct Scratch {
 /// Visits every pair of triangles whose leaves' volumes overlap and calls `on_contact(face_of_a, face_of_b)` for those
 /// that touch, until it breaks.
 ///
-/// An explicit stack; a pair of nodes is tested before it is pushed; of two inner nodes the one with the larger surface
-/// area is opened, the first on a tie.
+/// An explicit stack; a pair of nodes is tested before it is pushed; of two inner nodes the one with the larger
+/// [`BoundingVolume::size`] is opened, the first on a tie.
 pub fn traverse<V: BoundingVolume, B>(
     a: &Tree<V>,
     b: &Tree<V>,
@@ -80,7 +80,7 @@ pub fn traverse<V: BoundingVolume, B>(
             }
             (Some((left, right)), None) => [(left, j), (right, j)],
             (None, Some((left, right))) => [(i, left), (i, right)],
-            (Some((left, right)), Some(_)) if node_a.area >= node_b.area => [(left, j), (right, j)],
+            (Some((left, right)), Some(_)) if node_a.size >= node_b.size => [(left, j), (right, j)],
             (Some(_), Some((left, right))) => [(i, left), (i, right)],
         };
         for (i, j) in next {

@@ -27,20 +27,21 @@ impl PairOracle {
             if gap > least {
                 continue;
             }
+            let of_a = |child: u32| (a.nodes[child as usize].bounds.gap_squared(&moved), child, j, moved);
+            let of_b = |child: u32| {
+                let moved = posed.mover.bounds(&b.nodes[child as usize].bounds);
+                (a.nodes[i as usize].bounds.gap_squared(&moved), i, child, moved)
+            };
             let mut children = match (a.children(i), b.children(j)) {
                 (None, None) => {
                     found |= self.leaves_squared(&posed, i, j, &mut least);
                     continue;
                 }
-                (Some(children), other) if other.is_none() || a.size(i) > b.size(j) => {
-                    children.map(|child| (a.nodes[child as usize].bounds.gap_squared(&moved), child, j, moved))
-                }
-                (_, Some(children)) => children.map(|child| {
-                    let moved = posed.mover.bounds(&b.nodes[child as usize].bounds);
-                    (a.nodes[i as usize].bounds.gap_squared(&moved), i, child, moved)
-                }),
-                (Some(_), None) => continue, // Covered by the arm with the guard.
+                (None, Some(children)) => children.map(of_b),
+                (Some(_), Some(children)) if a.size(i) <= b.size(j) => children.map(of_b),
+                (Some(children), _) => children.map(of_a),
             };
+            // The nearer child is looked at first.
             if children[0].0 < children[1].0 {
                 children.swap(0, 1);
             }

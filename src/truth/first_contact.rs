@@ -263,6 +263,14 @@ mod tests {
     }
 
     #[test]
+    fn upright_triangles_in_line_meet_at_a_corner() {
+        let still = Triangle::new(Point::new(1.0, 0.0, 5.0), Point::new(2.0, 0.0, 7.0), Point::new(2.0, 0.0, 9.0));
+        let moving = Triangle::new(Point::new(0.0, 0.0, 0.0), Point::new(3.0, 0.0, 3.0), Point::new(3.0, 0.0, -3.0));
+        assert_eq!(triangles_travel(&still, &moving), 4.0); // at x = 1: 5 - 1
+        assert_eq!(triangles_travel(&still, &moving.map(|p| p + Vector::y())), f64::INFINITY);
+    }
+
+    #[test]
     fn frames_are_rotations_along_the_direction() {
         for v in [Vector::x(), -Vector::y(), Vector::z(), Vector::new(1.0, -2.0, 0.5), Vector::new(1.0, 1.0, 1.0)] {
             let direction = Unit::new_normalize(v);

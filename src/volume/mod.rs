@@ -4,14 +4,22 @@
 //! below and in one line of [`crate::registry`]. From another crate the same trait and
 //! [`crate::registry::Registry::with`] do it without touching this one (`examples/my_volume.rs`).
 
-pub mod separating_axis;
-pub mod sphere_ritter;
 pub mod aabb;
 pub mod dop;
+pub mod dop_8;
 pub mod obb;
+pub mod obb_area;
+pub mod obb_area_centroid;
+pub mod obb_area_symmetric;
+pub mod obb_vertex;
+pub mod obb_vertex_centroid;
+pub mod obb_vertex_symmetric;
+pub mod polytope;
+pub mod separating_axes;
+pub mod sphere_ritter;
 
-use crate::geometry::{Isometry, Point, Triangle, Vector, grid};
-use nalgebra::Unit;
+use crate::geometry::{Isometry, Point, Triangle, Vector};
+use nalgebra::{Matrix3, Unit};
 use std::fmt::Debug;
 
 /// What a variant is called and what it promises.
@@ -61,6 +69,10 @@ pub trait BoundingVolume: Clone + Debug + Send + Sync + 'static {
     /// The middle of the volume (mm, mesh frame).
     fn centre(&self) -> Point;
 
+    /// How large the volume is, for choosing which of two nodes to open: any measure that grows with the extent, cheap, since
+    /// it is taken of every node when a tree is built. Compared only between volumes of one type.
+    fn size(&self) -> f64;
+
     /// Volume, mm³.
     fn volume(&self) -> f64;
 
@@ -75,23 +87,29 @@ pub trait BoundingVolume: Clone + Debug + Send + Sync + 'static {
     fn outline(&self) -> Vec<Segment>;
 }
 
-/// Relative part of [`rounding_pad`]: 2⁻⁴⁰, thousands of times what the few operations between a corner and a verdict lose
-/// (2⁻⁵² each).
-const RELATIVE_PAD: f64 = 1.0 / 1_099_511_627_776.0;
-
-/// How far a volume is widened on every side, mm: what rounding can cost at coordinates of `magnitude` mm (the largest
-/// coordinate of the centre plus the half-lengths), and half the diagonal of a grid cell, because the corners of the
-/// second mesh are snapped after they have been moved. Poses may be as far as 10⁶ mm away: moving a corner there loses
-/// 10⁻⁹ mm, and only one of the two volumes needs its share of the grid.
-#[must_use]
-pub fn rounding_pad(magnitude: f64) -> f64 {
-    RELATIVE_PAD * magnitude + grid::SNAP_RADIUS_MM
-}
-
 /// The coordinate axes ordered by decreasing `extents`; equal extents keep the order x, y, z.
 #[must_use]
 pub fn coordinate_axes_by_extent(extents: &Vector) -> [Unit<Vector>; 3] {
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| extents[j].total_cmp(&extents[i]));
     order.map(|i| Unit::new_unchecked(Vector::ith(i, 1.0)))
+}
+
+/// The twelve edges of a box with the given centre (mm), axes (columns) and half-lengths (mm).
+#[must_use]
+pub fn box_outline(centre: &Point, axes: &Matrix3<f64>, half: &Vector) -> Vec<Segment> {
+    let corner = |signs: [f64; 3]| centre + axes * Vector::from(signs).component_mul(half);
+    let mut edges = Vec::with_capacity(12);
+    for along in 0..3 {
+        for (s, t) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+            let mut ends = [[0.0; 3]; 2];
+            for (end, sign) in ends.iter_mut().zip([-1.0, 1.0]) {
+                end[along] = sign;
+                end[(along + 1) % 3] = s;
+                end[(along + 2) % 3] = t;
+            }
+            edges.push(ends.map(corner));
+        }
+    }
+    edges
 }

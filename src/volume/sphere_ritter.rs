@@ -4,7 +4,8 @@
 //! the farthest corner from the final centre, which never enlarges the sphere and absorbs the rounding of the growing
 //! steps.
 
-use super::{BoundingVolume, Info, Segment, coordinate_axes_by_extent, rounding_pad};
+use super::separating_axes::pad_mm;
+use super::{BoundingVolume, Info, Segment, coordinate_axes_by_extent};
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use nalgebra::Unit;
 use std::f64::consts::{PI, TAU};
@@ -36,7 +37,7 @@ impl BoundingVolume for SphereRitter {
             }
         }
         let farthest = triangle::corners(triangles).map(|corner| (corner - middle).norm()).fold(0.0, f64::max);
-        Self { centre: middle, radius: farthest + rounding_pad(middle.coords.amax() + farthest) }
+        Self { centre: middle, radius: farthest + pad_mm(middle.coords.amax() + farthest) }
     }
 
     fn pose(a_from_b: &Isometry) -> Isometry {
@@ -54,6 +55,10 @@ impl BoundingVolume for SphereRitter {
 
     fn centre(&self) -> Point {
         self.centre
+    }
+
+    fn size(&self) -> f64 {
+        self.radius
     }
 
     fn volume(&self) -> f64 {

@@ -1,7 +1,23 @@
 //! Workloads: pairs and the relative poses they are examined at.
+//!
+//! Reading order: this file, [`program`] and [`recorded`] (poses along a path), [`ray`] (first contact on a line), [`approach`]
+//! and [`random`] (poses at known depths), [`draw`] (random numbers).
+
+mod draw;
+mod ray;
+mod program;
+mod recorded;
+mod approach;
+mod random;
 
 use crate::geometry::Isometry;
-use crate::scene::Pair;
+use crate::machine::OutOfLimits;
+use crate::scene::{Approach, Pair, Scene};
+use crate::truth::PairOracle;
+use draw::Draw;
+use ray::{Contact, Target};
+use std::path::PathBuf;
+use thiserror::Error;
 
 /// Where a workload's poses come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,6 +30,19 @@ pub enum Source {
     Random,
     /// A CSV of recorded poses.
     Recorded,
+}
+
+impl Source {
+    /// The name of the source, which is the name of its workload.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Program => "program",
+            Self::Approach => "approach",
+            Self::Random => "random",
+            Self::Recorded => "recorded",
+        }
+    }
 }
 
 /// One relative pose of a pair.
@@ -48,4 +77,158 @@ pub struct Workload {
     pub source: Source,
     /// Poses, pair by pair.
     pub pairs: Vec<PairPoses>,
+}
+
+impl Workload {
+    /// Posed pairs over all pairs.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.pairs.iter().map(|pair| pair.poses.len()).sum()
+    }
+
+    /// Whether there is no pose.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// Why there are no poses.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum WorkloadError {
+    /// The program drives an axis out of its limits.
+    #[error("{file}:{line}: {cause}", file = file.display())]
+    OutOfLimits {
+        /// The program.
+        file: PathBuf,
+        /// Its line.
+        line: u32,
+        /// Which axis, where.
+        cause: OutOfLimits,
+    },
+    /// An approach that passes by.
+    #[error("approach `{approach}`: {pair} never touch on this line")]
+    NoContact {
+        /// Its name.
+        approach: String,
+        /// The pair.
+        pair: String,
+    },
+    /// The scene names nothing that would pose its pairs.
+    #[error("scene `{scene}` has no program, approaches, random pairs or recorded poses")]
+    Nothing {
+        /// The scene.
+        scene: String,
+    },
+}
+
+/// Neighbouring poses on a path that form a cluster.
+const BLOCK: usize = 64;
+
+/// The block of the pose with an index on a path.
+const fn block_of(index: usize) -> u32 {
+    (index / BLOCK) as u32
+}
+
+/// What a source may spend on a pair, and the random numbers it draws for it.
+struct Budget<'a> {
+    poses: usize,
+    seed: u64,
+    labels: [&'a str; 3],
+}
+
+impl Budget<'_> {
+    fn draw(&self, index: usize) -> Draw {
+        Draw::new(self.seed, &self.labels, index as u64)
+    }
+}
+
+/// The workloads of a scene, about `poses` posed pairs in all: recorded poses take up to half, of the rest
+/// random ones half, approaches and program a quarter each (what the scene lacks falls to the others).
+///
+/// The same for the same scene, number and seed on every run and any number of threads.
+///
+/// # Errors
+/// [`WorkloadError`]: the program leaves the machine's limits, an approach passes by, or nothing poses the pairs.
+pub fn generate(scene: &Scene, poses: usize, seed: u64) -> Result<Vec<Workload>, WorkloadError> {
+    let mut workloads = Vec::new();
+    let others = [
+        (Source::Program, usize::from(scene.program.is_some())),
+        (Source::Approach, usize::from(!scene.approaches.is_empty())),
+        (Source::Random, if scene.random.is_empty() { 0 } else { 2 }),
+    ];
+    let shares: usize = others.iter().map(|(_, share)| share).sum();
+    let mut left = poses;
+    if let Some(recording) = &scene.recording {
+        let most = if shares == 0 { left } else { left / 2 };
+        let count = most / scene.pairs.len();
+        let of = |&pair: &Pair| PairPoses { pair, poses: recorded::poses(recording, pair, count) };
+        let workload = named(Source::Recorded, scene.pairs.iter().map(of).collect());
+        left = left.saturating_sub(workload.len());
+        workloads.push(workload);
+    }
+    for (source, share) in others.into_iter().filter(|(_, share)| *share > 0) {
+        let budget = left * share / shares;
+        workloads.push(named(
+            source,
+            match source {
+                Source::Program => along_program(scene, budget)?,
+                Source::Approach => approaching(scene, budget, seed)?,
+                Source::Random | Source::Recorded => at_random(scene, budget, seed),
+            },
+        ));
+    }
+    if workloads.is_empty() {
+        return Err(WorkloadError::Nothing { scene: scene.name.clone() });
+    }
+    Ok(workloads)
+}
+
+fn named(source: Source, pairs: Vec<PairPoses>) -> Workload {
+    Workload { name: source.name().to_owned(), source, pairs }
+}
+
+fn along_program(scene: &Scene, budget: usize) -> Result<Vec<PairPoses>, WorkloadError> {
+    let Some(run) = &scene.program else { return Ok(Vec::new()) };
+    let run = program::Run::new(scene, run, budget / scene.pairs.len())?;
+    Ok(scene.pairs.iter().map(|&pair| PairPoses { pair, poses: run.poses_of(scene, pair) }).collect())
+}
+
+fn approaching(scene: &Scene, budget: usize, seed: u64) -> Result<Vec<PairPoses>, WorkloadError> {
+    let mut pairs: Vec<Pair> = Vec::new();
+    for approach in &scene.approaches {
+        if !pairs.contains(&approach.pair) {
+            pairs.push(approach.pair);
+        }
+    }
+    let share = budget / pairs.len().max(1);
+    let poses_of = |pair: Pair| {
+        let approaches: Vec<&Approach> = scene.approaches.iter().filter(|approach| approach.pair == pair).collect();
+        with_contact(scene, pair, Source::Approach, share, seed, |contact, budget| {
+            approach::poses(scene, &approaches, contact, budget)
+        })
+    };
+    pairs.iter().map(|&pair| Ok(PairPoses { pair, poses: poses_of(pair)? })).collect()
+}
+
+fn at_random(scene: &Scene, budget: usize, seed: u64) -> Vec<PairPoses> {
+    let share = budget / scene.random.len().max(1);
+    let poses_of = |pair: Pair| with_contact(scene, pair, Source::Random, share, seed, random::poses);
+    scene.random.iter().map(|&pair| PairPoses { pair, poses: poses_of(pair) }).collect()
+}
+
+/// Prepares a pair for rays and hands it on.
+fn with_contact<T>(
+    scene: &Scene,
+    pair: Pair,
+    source: Source,
+    poses: usize,
+    seed: u64,
+    then: impl FnOnce(&Contact<'_>, &Budget<'_>) -> T,
+) -> T {
+    let (a, b) = (&scene.parts[pair.a].mesh, &scene.parts[pair.b].mesh);
+    let oracle = PairOracle::new(a.clone(), b.clone());
+    let pair_name = scene.pair_name(pair);
+    let budget = Budget { poses, seed, labels: [&scene.name, source.name(), &pair_name] };
+    then(&Contact { oracle: &oracle, a: &Target::new(a), b: &Target::new(b) }, &budget)
 }

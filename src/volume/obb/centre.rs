@@ -1,56 +1,41 @@
-//! Where a box sits on its axes, and how long it is.
+//! Centre rules: where a box lies along its axes once they are chosen.
 
 use crate::geometry::Vector;
-use std::fmt::Debug;
 
-/// A rule that places a box on its axes.
-pub trait CentreRule: Debug + Send + Sync + 'static {
-    /// The centre, as an offset from the mean, and the half-lengths, from the smallest and largest coordinates of the
-    /// contents as seen from the mean; everything along the axes of the box, mm.
-    fn place(low: &Vector, high: &Vector) -> (Vector, Vector);
+/// How the centre and the half-lengths follow from the extent of the contents.
+pub trait CentreRule {
+    /// Centre relative to the mean and half-lengths, mm, along the box's axes, given the lowest and highest coordinate of
+    /// the corners relative to the mean.
+    fn centre_and_half(low: &Vector, high: &Vector) -> (Vector, Vector);
 }
 
-/// In the middle of the extent, half of it long: the smallest box on these axes that holds the contents.
+/// Centre in the middle of the extent: the tight box, which contains everything.
 #[derive(Clone, Copy, Debug)]
-pub enum MidExtent {}
-
-/// At the mean, and half the extent long: what Xu and Zhang 2011 write, read literally. The tight box shifted by the
-/// difference of mean and middle, so it leaves contents out on one side.
-#[derive(Clone, Copy, Debug)]
-pub enum MeanHalfExtent {}
-
-/// At the mean, and as long to both sides as the contents reach to the farther one: holds the contents, loosely.
-#[derive(Clone, Copy, Debug)]
-pub enum MeanFarthest {}
+pub struct MidExtent;
 
 impl CentreRule for MidExtent {
-    fn place(low: &Vector, high: &Vector) -> (Vector, Vector) {
-        ((low + high) / 2.0, (high - low) / 2.0)
+    fn centre_and_half(low: &Vector, high: &Vector) -> (Vector, Vector) {
+        ((low + high) * 0.5, (high - low) * 0.5)
     }
 }
 
-impl CentreRule for MeanHalfExtent {
-    fn place(low: &Vector, high: &Vector) -> (Vector, Vector) {
-        (Vector::zeros(), (high - low) / 2.0)
+/// Centre at the mean, half-lengths as of the tight box: what the paper's text says to the letter. Contents on the side
+/// away from the mean lie outside.
+#[derive(Clone, Copy, Debug)]
+pub struct AtMean;
+
+impl CentreRule for AtMean {
+    fn centre_and_half(low: &Vector, high: &Vector) -> (Vector, Vector) {
+        (Vector::zeros(), (high - low) * 0.5)
     }
 }
 
-impl CentreRule for MeanFarthest {
-    fn place(low: &Vector, high: &Vector) -> (Vector, Vector) {
+/// Centre at the mean, half-lengths up to the farthest corner on either side: contains everything, loosely.
+#[derive(Clone, Copy, Debug)]
+pub struct SymmetricAboutMean;
+
+impl CentreRule for SymmetricAboutMean {
+    fn centre_and_half(low: &Vector, high: &Vector) -> (Vector, Vector) {
         (Vector::zeros(), high.sup(&-low))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_three_rules_on_an_extent_of_minus_one_to_five() {
-        let (low, high) = (Vector::repeat(-1.0), Vector::repeat(5.0));
-        let each = |offset: f64, half: f64| (Vector::repeat(offset), Vector::repeat(half));
-        assert_eq!(MidExtent::place(&low, &high), each(2.0, 3.0));
-        assert_eq!(MeanHalfExtent::place(&low, &high), each(0.0, 3.0));
-        assert_eq!(MeanFarthest::place(&low, &high), each(0.0, 5.0));
     }
 }

@@ -1,0 +1,307 @@
+//! Intervals and quantiles: ours, because they decide the verdicts.
+//!
+//! - Wilson's score interval (Wilson 1927, Journal of the American Statistical Association 22) for rates.
+//! - The rule of three for rates of which nothing was seen: 0 of n is at most 3/n with 95 % confidence.
+//! - Sample quantiles of type 7 (Hyndman and Fan 1996, The American Statistician 50).
+//! - A percentile bootstrap of a mean over cells that are crossed by launch and cluster (Owen 2007, Annals of Applied
+//!   Statistics 1, the "pigeonhole" bootstrap). The clusters are the same poses in every launch, so a resample draws the
+//!   clusters once for all its launches; drawing them anew inside each launch would treat the same poses as fresh evidence
+//!   and make the interval too narrow.
+
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64;
+
+/// Resamples of a bootstrap: enough that the ends of a 95 % interval stand on 50 resamples each.
+pub const RESAMPLES: usize = 2000;
+
+/// The 97.5 % quantile of the normal distribution.
+const Z_95: f64 = 1.959_963_984_540_054;
+
+/// An estimate with its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// The estimate.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Interval {
+    /// An estimate that has no spread, because it is counted, not sampled.
+    #[must_use]
+    pub const fn exact(value: f64) -> Self {
+        Self { value, low: value, high: value }
+    }
+
+    /// Each number passed through an increasing function.
+    #[must_use]
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self { value: f(self.value), low: f(self.low), high: f(self.high) }
+    }
+
+    /// The interval of the reciprocal; for positive intervals.
+    #[must_use]
+    pub fn reciprocal(self) -> Self {
+        Self { value: 1.0 / self.value, low: 1.0 / self.high, high: 1.0 / self.low }
+    }
+
+    /// Whether the whole interval lies in `[low, high]`.
+    #[must_use]
+    pub fn is_within(&self, low: f64, high: f64) -> bool {
+        low <= self.low && self.high <= high
+    }
+}
+
+/// Wilson's 95 % interval for a rate of `successes` in `trials`; [0, 1] of no trials.
+#[must_use]
+pub fn wilson(successes: u64, trials: u64) -> (f64, f64) {
+    if trials == 0 {
+        return (0.0, 1.0);
+    }
+    let (n, p) = (trials as f64, successes as f64 / trials as f64);
+    let z2 = Z_95 * Z_95;
+    let centre = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
+    let half = Z_95 / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
+    // At the ends the formula gives 0 and 1 up to rounding; say so exactly.
+    let low = if successes == 0 { 0.0 } else { (centre - half).max(0.0) };
+    let high = if successes == trials { 1.0 } else { (centre + half).min(1.0) };
+    (low, high)
+}
+
+/// The 95 % interval of a miss rate: Wilson's, but at most 3/n when nothing was missed.
+#[must_use]
+pub fn miss_rate(missed: u64, colliding: u64) -> (f64, f64) {
+    match (missed, colliding) {
+        (0, n) if n > 0 => (0.0, (3.0 / n as f64).min(1.0)),
+        _ => wilson(missed, colliding),
+    }
+}
+
+/// The `q` quantile (0 to 1) of sorted numbers, interpolated linearly (type 7); NaN of none.
+#[must_use]
+pub fn quantile(sorted: &[f64], q: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let place = q.clamp(0.0, 1.0) * last as f64;
+    let below = place.floor() as usize;
+    let above = (below + 1).min(last);
+    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+}
+
+/// The `q` quantile of numbers that carry weights, sorted by number: the smallest number at which the cumulated weight
+/// reaches `q` of the total; NaN of none.
+#[must_use]
+pub fn weighted_quantile(sorted: &[(f64, f64)], q: f64) -> f64 {
+    let target = q * sorted.iter().map(|(_, weight)| weight).sum::<f64>();
+    let mut cumulated = 0.0;
+    for &(value, weight) in sorted {
+        cumulated += weight;
+        if cumulated >= target {
+            return value;
+        }
+    }
+    sorted.last().map_or(f64::NAN, |&(value, _)| value)
+}
+
+/// A generator whose stream is fixed by the run's seed and a purpose: what else is analysed does not change it.
+fn generator(seed: u64, purpose: &str) -> Pcg64 {
+    let hash = blake3::Hasher::new().update(&seed.to_le_bytes()).update(purpose.as_bytes()).finalize();
+    Pcg64::from_seed(*hash.as_bytes())
+}
+
+/// A number below `n`. The bias of the multiplication is under n / 2^32: nothing beside the resampling error.
+#[inline]
+fn below(generator: &mut Pcg64, n: usize) -> usize {
+    ((u64::from(generator.next_u32()) * n as u64) >> 32) as usize
+}
+
+/// The observations of one stratum, added up in cells: clusters by launches.
+#[derive(Clone, Debug, Default)]
+pub struct Group {
+    launches: usize,
+    /// Sum and number of the observations of cell `cluster * launches + launch`.
+    cells: Vec<(f64, f64)>,
+}
+
+impl Group {
+    /// A group of empty cells.
+    #[must_use]
+    pub fn new(launches: usize, clusters: usize) -> Self {
+        Self { launches, cells: vec![(0.0, 0.0); launches * clusters] }
+    }
+
+    /// Adds an observation.
+    pub fn add(&mut self, launch: usize, cluster: usize, value: f64) {
+        let cell = &mut self.cells[cluster * self.launches + launch];
+        cell.0 += value;
+        cell.1 += 1.0;
+    }
+
+    /// Number of clusters.
+    #[must_use]
+    pub fn clusters(&self) -> usize {
+        self.cells.len().checked_div(self.launches).unwrap_or(0)
+    }
+
+    /// Number of observations.
+    #[must_use]
+    pub fn observations(&self) -> u64 {
+        self.cells.iter().map(|cell| cell.1).sum::<f64>() as u64
+    }
+
+    /// The mean of all observations; NaN of none.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        let (sum, count) = self.cells.iter().fold((0.0, 0.0), |(s, n), cell| (s + cell.0, n + cell.1));
+        sum / count
+    }
+
+    /// The mean of one resample, with the multiplicity of each launch given; NaN when only empty cells were drawn.
+    fn resample(&self, generator: &mut Pcg64, multiplicity: &[f64]) -> f64 {
+        let clusters = self.clusters();
+        let (mut sum, mut count) = (0.0, 0.0);
+        for _ in 0..clusters {
+            let first = below(generator, clusters) * self.launches;
+            for (cell, times) in self.cells[first..first + self.launches].iter().zip(multiplicity) {
+                sum += times * cell.0;
+                count += times * cell.1;
+            }
+        }
+        sum / count
+    }
+}
+
+/// The mean of each group and the mean of the groups' means (every group weighted equally), with percentile intervals from
+/// [`RESAMPLES`] resamples of launches and clusters. `purpose` names the use: equal purpose and shape get equal draws.
+/// All groups have `launches` launches and at least one cluster.
+#[must_use]
+pub fn bootstrap(groups: &[Group], launches: usize, seed: u64, purpose: &str) -> (Vec<Interval>, Interval) {
+    let mut generator = generator(seed, purpose);
+    let mut draws: Vec<Vec<f64>> = vec![Vec::with_capacity(RESAMPLES); groups.len() + 1];
+    let mut multiplicity = vec![0.0; launches];
+    for _ in 0..RESAMPLES {
+        multiplicity.fill(0.0);
+        for _ in 0..launches {
+            multiplicity[below(&mut generator, launches)] += 1.0;
+        }
+        let mut total = 0.0;
+        for (group, draws) in groups.iter().zip(&mut draws) {
+            let mean = group.resample(&mut generator, &multiplicity);
+            total += mean;
+            draws.push(mean);
+        }
+        draws[groups.len()].push(total / groups.len() as f64);
+    }
+    let interval = |value: f64, draws: &mut Vec<f64>| {
+        draws.retain(|mean| mean.is_finite());
+        draws.sort_unstable_by(f64::total_cmp);
+        Interval { value, low: quantile(draws, 0.025), high: quantile(draws, 0.975) }
+    };
+    let all = groups.iter().map(Group::mean).sum::<f64>() / groups.len() as f64;
+    let all = interval(all, &mut draws[groups.len()]);
+    (groups.iter().zip(&mut draws).map(|(group, draws)| interval(group.mean(), draws)).collect(), all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(a: f64, b: f64, tolerance: f64) {
+        assert!((a - b).abs() <= tolerance, "{a} is not {b}");
+    }
+
+    /// z² = 3.8415; for 1 of 10: centre (0.1 + 0.19207) / 1.38415 = 0.21102, half 1.95996 / 1.38415 × √(0.009 + 0.0096037)
+    /// = 0.19314.
+    #[test]
+    fn wilson_by_hand() {
+        let (low, high) = wilson(1, 10);
+        close(low, 0.017_88, 2e-5);
+        close(high, 0.404_15, 2e-5);
+        // Symmetric about a half; 5 of 10 is 0.5 ± 1.95996 / 1.38415 × √(0.025 + 0.0096037) = 0.5 ± 0.26341.
+        let (low, high) = wilson(5, 10);
+        close(low, 0.236_59, 2e-5);
+        close(high, 0.763_41, 2e-5);
+    }
+
+    #[test]
+    fn rates_at_the_ends() {
+        assert_eq!(wilson(0, 0), (0.0, 1.0));
+        assert_eq!(wilson(10, 10).1, 1.0);
+        // 0 of 10 by Wilson: z² / (n + z²) = 3.84146 / 13.84146.
+        close(wilson(0, 10).1, 0.277_53, 1e-5);
+        assert_eq!(miss_rate(0, 3000), (0.0, 0.001));
+        assert_eq!(miss_rate(0, 2), (0.0, 1.0));
+        assert_eq!(miss_rate(1, 10), wilson(1, 10));
+    }
+
+    #[test]
+    fn quantiles_by_hand() {
+        // Type 7 of 1, 2, 4, 8: place 3q.
+        let x = [1.0, 2.0, 4.0, 8.0];
+        for (q, expected) in [(0.0, 1.0), (0.5, 3.0), (0.25, 1.75), (0.9, 6.8), (1.0, 8.0)] {
+            close(quantile(&x, q), expected, 1e-12);
+        }
+        assert!(quantile(&[], 0.5).is_nan());
+        let weighted = [(1.0, 1.0), (2.0, 1.0), (3.0, 2.0)];
+        assert_eq!([0.25, 0.5, 0.51, 1.0].map(|q| weighted_quantile(&weighted, q)), [1.0, 2.0, 3.0, 3.0]);
+    }
+
+    /// One launch, clusters 0, 1, ..., n-1: the mean's standard error under resampling is √((n² - 1) / 12 / n), and the
+    /// percentile interval is close to the normal one.
+    #[test]
+    fn bootstrap_of_a_mean_has_the_textbook_width() {
+        let n = 100;
+        let mut group = Group::new(1, n);
+        (0..n).for_each(|i| group.add(0, i, i as f64));
+        let (each, all) = bootstrap(&[group], 1, 7, "test");
+        let error = ((n as f64).powi(2) / 12.0 / n as f64).sqrt();
+        close(all.value, 49.5, 1e-12);
+        // The ends are quantiles of 2000 draws: √(0.025 × 0.975 / 2000) / φ(1.96) = 0.06 standard errors uncertain.
+        close(all.low, 49.5 - Z_95 * error, 0.2 * error);
+        close(all.high, 49.5 + Z_95 * error, 0.2 * error);
+        assert_eq!(each[0].value, all.value);
+    }
+
+    /// The same clusters seen again in more launches are no new evidence about other clusters: the interval must not shrink.
+    /// (Drawing the clusters anew in each launch would halve it here.)
+    #[test]
+    fn launches_do_not_multiply_the_clusters() {
+        let width = |launches: usize| {
+            let mut group = Group::new(launches, 50);
+            (0..50).for_each(|c| (0..launches).for_each(|l| group.add(l, c, c as f64)));
+            let (_, all) = bootstrap(&[group], launches, 1, "test");
+            all.high - all.low
+        };
+        close(width(4) / width(1), 1.0, 0.1);
+    }
+
+    /// What differs between launches but not between clusters must show in the interval too.
+    #[test]
+    fn launches_are_resampled() {
+        let mut group = Group::new(2, 50);
+        (0..50).for_each(|c| (0..2).for_each(|l| group.add(l, c, l as f64)));
+        let (_, all) = bootstrap(&[group], 2, 1, "test");
+        assert_eq!((all.value, all.low, all.high), (0.5, 0.0, 1.0));
+    }
+
+    #[test]
+    fn groups_weigh_the_same_whatever_their_size() {
+        let (mut small, mut large) = (Group::new(1, 2), Group::new(1, 200));
+        (0..2).for_each(|c| small.add(0, c, 1.0));
+        (0..200).for_each(|c| large.add(0, c, 3.0));
+        let (each, all) = bootstrap(&[small, large], 1, 1, "test");
+        assert_eq!(each.iter().map(|i| i.value).collect::<Vec<_>>(), [1.0, 3.0]);
+        assert_eq!(all, Interval::exact(2.0));
+    }
+
+    #[test]
+    fn the_draws_depend_on_seed_and_purpose_only() {
+        let mut group = Group::new(1, 30);
+        (0..30).for_each(|c| group.add(0, c, (c * c) as f64));
+        let run = |seed, purpose| bootstrap(&[group.clone()], 1, seed, purpose).1;
+        assert_eq!(run(1, "a"), run(1, "a"));
+        assert_ne!(run(1, "a"), run(2, "a"));
+        assert_ne!(run(1, "a"), run(1, "b"));
+    }
+}

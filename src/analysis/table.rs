@@ -1,0 +1,262 @@
+//! The observations in a form to compute with: names interned, rows grouped once by scene and case, sorted by what pairs
+//! them. Two cases are paired by merging their sorted lists, so the order of the rows in the files has no influence.
+
+use super::AnalysisError;
+use super::stats::Group;
+use crate::record::rows::CaseKey;
+use crate::record::{BuildRow, QueryRow, Stratum, TimingRow, for_each_row, read_rows};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Consecutive poses of one pair that are resampled together in counts of queries: neighbours along a path depend on one
+/// another (a block bootstrap, Künsch 1989). The records do not name the cluster of a pose, so a fixed length stands for it.
+const POSES_PER_CLUSTER: u32 = 16;
+
+/// What was observed in one scene.
+#[derive(Debug, Default)]
+pub struct Scene {
+    /// Chunks by number: stratum and poses.
+    pub chunks: BTreeMap<u32, (Stratum, u32)>,
+    /// Timed chunks by case, sorted by (launch, block, chunk).
+    pub timings: BTreeMap<CaseKey, Vec<Sample>>,
+    /// Counted queries by case, sorted by (pair, pose).
+    pub queries: BTreeMap<CaseKey, Vec<Query>>,
+    /// Timed constructions by case, sorted by (launch, block, part).
+    pub builds: BTreeMap<CaseKey, Vec<Sample>>,
+    /// Number of launches seen in timings or builds: 1 + the largest.
+    pub launches: usize,
+    /// Names that `Query::pair` numbers: (workload, pair).
+    pairs: BTreeMap<(String, String), u32>,
+    /// Names that `Sample::item` numbers in builds.
+    parts: BTreeMap<String, u32>,
+}
+
+/// One timed thing: a chunk of queries, or the construction of a part's tree.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// Launch.
+    pub launch: u32,
+    /// Block.
+    pub block: u32,
+    /// Chunk or part.
+    pub item: u32,
+    /// Time of one query or construction, ns.
+    pub ns: f64,
+}
+
+/// One counted query.
+#[derive(Clone, Copy, Debug)]
+pub struct Query {
+    /// Number of the (workload, pair).
+    pub pair: u32,
+    /// Pose of it.
+    pub pose: u32,
+    /// Stratum.
+    pub stratum: Stratum,
+    /// Volume tests.
+    pub volume_tests: u64,
+    /// Triangle tests.
+    pub triangle_tests: u64,
+}
+
+/// Which operations of a query are counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Counter {
+    /// Volume overlap tests.
+    Volume,
+    /// Triangle tests.
+    Triangle,
+}
+
+impl Query {
+    /// The count asked for.
+    #[must_use]
+    pub const fn count(&self, counter: Counter) -> u64 {
+        match counter {
+            Counter::Volume => self.volume_tests,
+            Counter::Triangle => self.triangle_tests,
+        }
+    }
+}
+
+/// Observations sorted into the strata that have any, with the scene's launches as the other dimension of their cells.
+#[derive(Debug)]
+pub struct Strata {
+    /// The strata, nearest first; `None` for a single group that is not about queries.
+    pub names: Vec<Option<Stratum>>,
+    /// Their observations.
+    pub groups: Vec<Group>,
+    /// Launches of the groups.
+    pub launches: usize,
+}
+
+/// Reads timings, queries and builds of a run's folder, by scene.
+///
+/// # Errors
+/// When `timings.csv`, `queries.csv` or `builds.csv` is missing or malformed, or contradicts itself.
+pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
+    let mut scenes: BTreeMap<String, Scene> = BTreeMap::new();
+    let mut contradiction = None;
+    for_each_row(folder, |row: TimingRow| {
+        let scene = scenes.entry(row.scene.clone()).or_default();
+        let chunk = *scene.chunks.entry(row.chunk).or_insert((row.stratum, row.poses));
+        if (chunk != (row.stratum, row.poses) || row.poses == 0) && contradiction.is_none() {
+            contradiction = Some(AnalysisError::Chunk { scene: row.scene.clone(), chunk: row.chunk });
+        }
+        scene.launches = scene.launches.max(row.launch as usize + 1);
+        let ns = row.ns as f64 / f64::from(row.poses);
+        let sample = Sample { launch: row.launch, block: row.block, item: row.chunk, ns };
+        scene.timings.entry(row.case()).or_default().push(sample);
+    })?;
+    for_each_row(folder, |row: QueryRow| {
+        let scene = scenes.entry(row.scene.clone()).or_default();
+        let case = row.case();
+        let pair = intern(&mut scene.pairs, (row.workload, row.pair));
+        let QueryRow { pose, stratum, volume_tests, triangle_tests, .. } = row;
+        scene.queries.entry(case).or_default().push(Query { pair, pose, stratum, volume_tests, triangle_tests });
+    })?;
+    for row in read_rows::<BuildRow>(folder)? {
+        let scene = scenes.entry(row.scene.clone()).or_default();
+        scene.launches = scene.launches.max(row.launch as usize + 1);
+        let case = row.case();
+        let item = intern(&mut scene.parts, row.part);
+        let sample = Sample { launch: row.launch, block: row.block, item, ns: row.ns as f64 };
+        scene.builds.entry(case).or_default().push(sample);
+    }
+    if let Some(error) = contradiction {
+        return Err(error);
+    }
+    for (name, scene) in &mut scenes {
+        scene.sort(name)?;
+    }
+    Ok(scenes)
+}
+
+fn intern<K: Ord>(numbers: &mut BTreeMap<K, u32>, key: K) -> u32 {
+    let next = u32::try_from(numbers.len()).expect("fewer than 2^32 names");
+    *numbers.entry(key).or_insert(next)
+}
+
+/// For each number given in order of appearance, its rank among the sorted names.
+fn ranks<K: Ord>(numbers: &BTreeMap<K, u32>) -> Vec<u32> {
+    let mut ranks = vec![0; numbers.len()];
+    for (rank, &number) in (0..).zip(numbers.values()) {
+        ranks[number as usize] = rank;
+    }
+    ranks
+}
+
+impl Scene {
+    fn sort(&mut self, name: &str) -> Result<(), AnalysisError> {
+        let (pairs, parts) = (ranks(&self.pairs), ranks(&self.parts));
+        let twice = |case: &CaseKey, what: String| {
+            Err(AnalysisError::Twice {
+                scene: name.to_owned(),
+                case: format!("{} {}", case.variant, case.policy()),
+                what,
+            })
+        };
+        self.builds.values_mut().flatten().for_each(|sample| sample.item = parts[sample.item as usize]);
+        for (case, samples) in self.timings.iter_mut().chain(&mut self.builds) {
+            samples.sort_by_key(Sample::key);
+            if let Some(pair) = samples.windows(2).find(|pair| pair[0].key() == pair[1].key()) {
+                let (launch, block, item) = pair[0].key();
+                return twice(case, format!("launch {launch}, block {block}, chunk or part {item}"));
+            }
+        }
+        for (case, queries) in &mut self.queries {
+            queries.iter_mut().for_each(|query| query.pair = pairs[query.pair as usize]);
+            queries.sort_by_key(Query::key);
+            if let Some(pair) = queries.windows(2).find(|pair| pair[0].key() == pair[1].key()) {
+                return twice(case, format!("pose {} of a pair", pair[0].pose));
+            }
+        }
+        Ok(())
+    }
+
+    /// Log ratios of the query times of two cases, paired by launch, block and chunk.
+    #[must_use]
+    pub fn time_ratios(&self, above: &CaseKey, below: &CaseKey) -> Option<Strata> {
+        let pairs = merge(self.timings.get(above)?, self.timings.get(below)?, Sample::key);
+        let logs = pairs.map(|(a, b)| (Some(self.chunks[&a.item].0), a.launch, a.item, (a.ns / b.ns).ln()));
+        Strata::collect(logs, self.launches)
+    }
+
+    /// Query times of a case, ns.
+    #[must_use]
+    pub fn times(&self, case: &CaseKey) -> Option<Strata> {
+        let samples = self.timings.get(case)?.iter();
+        Strata::collect(samples.map(|s| (Some(self.chunks[&s.item].0), s.launch, s.item, s.ns)), self.launches)
+    }
+
+    /// Log ratios of the construction times of two cases, paired by launch, block and part.
+    #[must_use]
+    pub fn build_ratios(&self, above: &CaseKey, below: &CaseKey) -> Option<Strata> {
+        let pairs = merge(self.builds.get(above)?, self.builds.get(below)?, Sample::key);
+        // A few parts are no sample of anything: the blocks of each part are what is resampled.
+        let logs = pairs.map(|(a, b)| (None, a.launch, a.block, (a.ns / b.ns).ln()));
+        Strata::collect(logs, self.launches)
+    }
+
+    /// Log ratios of the counts of two cases, paired by query; queries where either counts nothing are left out.
+    #[must_use]
+    pub fn count_ratios(&self, above: &CaseKey, below: &CaseKey, counter: Counter) -> Option<Strata> {
+        let pairs = merge(self.queries.get(above)?, self.queries.get(below)?, Query::key);
+        let logs = pairs.filter_map(|(a, b)| {
+            let (over, under) = (a.count(counter), b.count(counter));
+            (over > 0 && under > 0).then(|| (Some(a.stratum), 0, cluster(a), (over as f64 / under as f64).ln()))
+        });
+        Strata::collect(logs, 1)
+    }
+}
+
+/// The cluster of a query: poses per cluster fit a pair's first 2^20 poses, beyond which clusters merely grow together.
+fn cluster(query: &Query) -> u32 {
+    query.pair << 16 | (query.pose / POSES_PER_CLUSTER) & 0xffff
+}
+
+impl Sample {
+    const fn key(&self) -> (u32, u32, u32) {
+        (self.launch, self.block, self.item)
+    }
+}
+
+impl Query {
+    const fn key(&self) -> (u32, u32) {
+        (self.pair, self.pose)
+    }
+}
+
+/// The elements of two sorted lists that have equal keys.
+fn merge<'a, T, K: Ord>(a: &'a [T], b: &'a [T], key: impl Fn(&T) -> K) -> impl Iterator<Item = (&'a T, &'a T)> {
+    let mut rest = b;
+    a.iter().filter_map(move |left| {
+        let skip = rest.iter().take_while(|right| key(right) < key(left)).count();
+        rest = &rest[skip..];
+        rest.first().filter(|right| key(right) == key(left)).map(|right| (left, right))
+    })
+}
+
+impl Strata {
+    /// Sorts (stratum, launch, cluster, value) into cells; `None` of nothing.
+    fn collect(values: impl Iterator<Item = (Option<Stratum>, u32, u32, f64)>, launches: usize) -> Option<Self> {
+        let mut by_stratum: BTreeMap<Option<Stratum>, Vec<(u32, u32, f64)>> = BTreeMap::new();
+        for (stratum, launch, cluster, value) in values.filter(|v| v.3.is_finite()) {
+            by_stratum.entry(stratum).or_default().push((launch, cluster, value));
+        }
+        let groups = by_stratum.values().map(|values| {
+            let mut clusters: Vec<u32> = values.iter().map(|v| v.1).collect();
+            clusters.sort_unstable();
+            clusters.dedup();
+            let mut group = Group::new(launches, clusters.len());
+            for &(launch, cluster, value) in values {
+                let place = clusters.binary_search(&cluster).expect("every cluster was listed");
+                group.add(launch as usize, place, value);
+            }
+            group
+        });
+        let groups: Vec<Group> = groups.collect();
+        let names: Vec<_> = by_stratum.into_keys().collect();
+        (!names.is_empty()).then_some(Self { names, groups, launches })
+    }
+}

@@ -1,0 +1,196 @@
+//! One line as data: words, parameter assignments, or one control-flow word.
+//!
+//! Order in a line is free but for `/`, `N` and `O`, which come first (NISTIR 6556, section 3.3).
+
+use super::error::{Cause, Fault};
+use super::expression::Expression;
+use super::lex::Cursor;
+
+/// A letter and its value.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Word {
+    pub letter: char,
+    pub value: Expression,
+    pub column: u32,
+    pub text: String,
+}
+
+/// `#target = value`.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Assignment {
+    pub target: Target,
+    pub value: Expression,
+    pub column: u32,
+    pub text: String,
+}
+
+/// What is assigned to.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Target {
+    Numbered(Expression),
+    Named(String),
+}
+
+/// What follows an O-word's label.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Keyword {
+    Sub,
+    EndSub,
+    Return,
+    Call,
+    If,
+    ElseIf,
+    Else,
+    EndIf,
+    While,
+    EndWhile,
+    Do,
+    Repeat,
+    EndRepeat,
+    Break,
+    Continue,
+    /// A label alone: a subroutine's start for `M98`.
+    Label,
+}
+
+const KEYWORDS: [(&str, Keyword); 15] = [
+    ("sub", Keyword::Sub),
+    ("endsub", Keyword::EndSub),
+    ("return", Keyword::Return),
+    ("call", Keyword::Call),
+    ("if", Keyword::If),
+    ("elseif", Keyword::ElseIf),
+    ("else", Keyword::Else),
+    ("endif", Keyword::EndIf),
+    ("while", Keyword::While),
+    ("endwhile", Keyword::EndWhile),
+    ("do", Keyword::Do),
+    ("repeat", Keyword::Repeat),
+    ("endrepeat", Keyword::EndRepeat),
+    ("break", Keyword::Break),
+    ("continue", Keyword::Continue),
+];
+
+/// The label of an O-word.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Label {
+    /// A number in digits, or a name in `<>`.
+    Fixed(String),
+    /// A number computed when the line is executed: only for `call`.
+    Computed(Expression),
+}
+
+/// A control-flow line.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Flow {
+    pub label: Label,
+    pub keyword: Keyword,
+    pub arguments: Vec<Expression>,
+    pub column: u32,
+    pub text: String,
+}
+
+/// A line.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Block {
+    pub deletable: bool,
+    pub flow: Option<Flow>,
+    pub words: Vec<Word>,
+    pub assignments: Vec<Assignment>,
+}
+
+impl Block {
+    /// Reads a line.
+    pub fn parse(line: &str) -> Result<Self, Fault> {
+        let mut cursor = Cursor::new(line)?;
+        let mut block = Self { deletable: cursor.accept('/'), ..Self::default() };
+        cursor.skip_comments()?;
+        if cursor.accept('n') {
+            cursor.number()?;
+            cursor.skip_comments()?;
+        }
+        if cursor.peek() == Some('o') {
+            block.flow = Some(flow(&mut cursor)?);
+            cursor.skip_comments()?;
+            return if cursor.peek().is_none() {
+                Ok(block)
+            } else {
+                Err(cursor.fault_here(Cause::UnexpectedCharacter))
+            };
+        }
+        loop {
+            cursor.skip_comments()?;
+            match cursor.peek() {
+                None => return Ok(block),
+                Some('#') => block.assignments.push(assignment(&mut cursor)?),
+                Some(letter) if letter.is_ascii_alphabetic() => block.words.push(word(&mut cursor, letter)?),
+                Some(_) => return Err(cursor.fault_here(Cause::UnexpectedCharacter)),
+            }
+        }
+    }
+}
+
+fn word(cursor: &mut Cursor, letter: char) -> Result<Word, Fault> {
+    let column = cursor.column();
+    cursor.next();
+    if matches!(letter, 'n' | 'o') {
+        return Err(Fault::new(
+            column,
+            letter.to_ascii_uppercase(),
+            Cause::Expected("N and O at the start of the line"),
+        ));
+    }
+    if !matches!(letter, 'a'..='d' | 'f'..='m' | 'p'..='z') {
+        return Err(Fault::new(column, letter.to_ascii_uppercase(), Cause::UnknownLetter));
+    }
+    let value = Expression::value(cursor)?;
+    Ok(Word { letter, value, column, text: cursor.text_from(column) })
+}
+
+fn assignment(cursor: &mut Cursor) -> Result<Assignment, Fault> {
+    let column = cursor.column();
+    cursor.expect('#', "`#`")?;
+    let target = if cursor.peek() == Some('<') {
+        Target::Named(cursor.name()?)
+    } else {
+        Target::Numbered(Expression::value(cursor)?)
+    };
+    cursor.expect('=', "`=`")?;
+    let value = Expression::value(cursor)?;
+    Ok(Assignment { target, value, column, text: cursor.text_from(column) })
+}
+
+fn flow(cursor: &mut Cursor) -> Result<Flow, Fault> {
+    let column = cursor.column();
+    cursor.expect('o', "`O`")?;
+    let label = match cursor.peek() {
+        Some('<') => Label::Fixed(format!("<{}>", cursor.name()?)),
+        Some('#' | '[') => Label::Computed(Expression::value(cursor)?),
+        _ => Label::Fixed(format!("{}", cursor.number()?)),
+    };
+    let keyword_column = cursor.column();
+    let name = cursor.letters();
+    let keyword = match KEYWORDS.iter().find(|entry| entry.0 == name) {
+        Some(entry) => entry.1,
+        None if name.is_empty() => Keyword::Label,
+        None => return Err(Fault::new(keyword_column, name, Cause::Flow("unknown control-flow word"))),
+    };
+    if matches!(label, Label::Computed(_)) && keyword != Keyword::Call {
+        return Err(Fault::new(column, cursor.text_from(column), Cause::Flow("only `call` may compute its label")));
+    }
+    let text = cursor.text_from(column);
+    let mut arguments = Vec::new();
+    while cursor.peek() == Some('[') {
+        arguments.push(Expression::bracketed(cursor)?);
+    }
+    let wanted = match keyword {
+        Keyword::Call => 0..=super::parameters::LOCAL_PARAMETERS,
+        Keyword::If | Keyword::ElseIf | Keyword::While | Keyword::Repeat => 1..=1,
+        Keyword::Return | Keyword::EndSub => 0..=1,
+        _ => 0..=0,
+    };
+    if !wanted.contains(&arguments.len()) {
+        return Err(Fault::new(column, text, Cause::Flow("wrong number of values in brackets")));
+    }
+    Ok(Flow { label, keyword, arguments, column, text })
+}

@@ -1,0 +1,221 @@
+//! Codes that say where zero is: G54 to G59.3, G10, G52, G92, G43, G49; and G28, G30, which use stored places.
+//!
+//! The parameters that hold them have LinuxCNC's numbers: 5161 (G28), 5181 (G30), 5210 (G92), 5220 (system),
+//! 5221 + 20 n (origin of system n, rotation at 5230 + 20 n). Values there are mm and degrees.
+
+use super::canonical::Axis;
+use super::error::{Cause, Fault};
+use super::interpret::Interpreter;
+use super::modal::{Group, Values};
+use super::offsets::{Values9, from_canonical, turn};
+
+const HOME: usize = 5161;
+const SECOND_HOME: usize = 5181;
+const SHIFT_ACTIVE: usize = 5210;
+const SHIFT: usize = 5211;
+const SYSTEM: usize = 5220;
+const ORIGINS: usize = 5221;
+const ORIGIN_STRIDE: usize = 20;
+/// From the first value of an origin to its rotation.
+const ROTATION: usize = 9;
+
+impl Interpreter<'_> {
+    /// Puts the setup's places into the parameters and selects G54.
+    pub(super) fn load_datums(&mut self) {
+        let setup = self.setup;
+        self.store(HOME, &from_canonical(&setup.home));
+        self.store(SECOND_HOME, &from_canonical(&setup.second_home));
+        for (system, offset) in setup.work_offsets.iter().enumerate() {
+            let base = ORIGINS + system * ORIGIN_STRIDE;
+            self.store(base, &from_canonical(&offset.origin));
+            self.parameters.put(base + ROTATION, offset.rotation.to_degrees());
+        }
+        self.select_system(0);
+    }
+
+    fn store(&mut self, base: usize, values: &Values9) {
+        for (i, &value) in values.iter().enumerate() {
+            self.parameters.put(base + i, value);
+        }
+    }
+
+    fn load(&self, base: usize) -> Values9 {
+        std::array::from_fn(|i| self.parameters.at(base + i))
+    }
+
+    /// G54 is 0.
+    pub(super) fn select_system(&mut self, system: usize) {
+        self.modes.system = system;
+        self.parameters.put(SYSTEM, system as f64 + 1.0);
+        let base = ORIGINS + system * ORIGIN_STRIDE;
+        self.offsets.origin = self.load(base);
+        self.offsets.rotation = self.parameters.at(base + ROTATION);
+    }
+
+    /// Whether a code other than a motion uses the block's axis words.
+    pub(super) fn uses_axis_words(&self, values: &Values) -> bool {
+        matches!(values.number(Group::NonModal), Some(code) if code != 40)
+            || matches!(values.number(Group::ToolLength), Some(431))
+    }
+
+    /// G43, G43.1, G43.2, G49.
+    pub(super) fn set_tool_offset(&mut self, values: &Values) -> Result<(), Fault> {
+        let Some(code) = values.code(Group::ToolLength) else { return Ok(()) };
+        match code.number {
+            490 => self.offsets.tool = [0.0; 9],
+            431 => {
+                for axis in Axis::ALL {
+                    if let Some(value) = self.take_axis(values, axis) {
+                        self.offsets.tool[axis as usize] = value;
+                    }
+                }
+            }
+            _ => {
+                let range = "a whole number from 0 to 99999";
+                let named = values.take_whole('h', 0..=99_999, "H", range)?.map(i32::unsigned_abs);
+                let number = named.unwrap_or(self.tool);
+                let offset = match self.tools.get(&number) {
+                    Some(tool) => from_canonical(&tool.offset),
+                    None if number == 0 => [0.0; 9],
+                    None if named.is_some() => return Err(values.fault('h', Cause::UnknownTool)),
+                    None => return Err(code.fault(Cause::UnknownTool)),
+                };
+                let added = code.number == 432;
+                for (axis, value) in offset.into_iter().enumerate() {
+                    self.offsets.tool[axis] = if added { self.offsets.tool[axis] + value } else { value };
+                }
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn obey_datum_codes(&mut self, values: &Values) -> Result<(), Fault> {
+        match values.number(Group::NonModal) {
+            Some(100) => self.set_data(values),
+            Some(280) => self.go_home(values, HOME),
+            Some(300) => self.go_home(values, SECOND_HOME),
+            Some(281) => {
+                let position = self.position;
+                self.store(HOME, &position);
+                Ok(())
+            }
+            Some(301) => {
+                let position = self.position;
+                self.store(SECOND_HOME, &position);
+                Ok(())
+            }
+            Some(code @ (520 | 920..=923)) => self.shift(values, code),
+            _ => Ok(()),
+        }
+    }
+
+    /// G28 and G30: by way of the point the axis words name; only the named axes go home, all if none is named.
+    fn go_home(&mut self, values: &Values, base: usize) -> Result<(), Fault> {
+        let home = self.load(base);
+        if !values.has_axis() {
+            return self.rapid_to(home);
+        }
+        let named = Axis::ALL.map(|axis| values.has(axis.letter().to_ascii_lowercase()));
+        let between = self.target(values);
+        self.rapid_to(between)?;
+        self.rapid_to(std::array::from_fn(|i| if named[i] { home[i] } else { between[i] }))
+    }
+
+    /// G52 and the G92 family: they share one shift, as in LinuxCNC.
+    fn shift(&mut self, values: &Values, code: i32) -> Result<(), Fault> {
+        match code {
+            520 | 920 => {
+                if !values.has_axis() {
+                    return Err(self.fault_at(values, Group::NonModal, Cause::Missing("an axis word")));
+                }
+                let program = self.offsets.to_program(&self.position);
+                for axis in Axis::ALL {
+                    let i = axis as usize;
+                    if let Some(value) = self.take_axis(values, axis) {
+                        let shift = self.offsets.shift[i];
+                        self.offsets.shift[i] = if code == 520 { value } else { program[i] + shift - value };
+                    }
+                }
+                let shift = self.offsets.shift;
+                self.store(SHIFT, &shift);
+                self.parameters.put(SHIFT_ACTIVE, 1.0);
+            }
+            923 => {
+                self.offsets.shift = self.load(SHIFT);
+                self.parameters.put(SHIFT_ACTIVE, 1.0);
+            }
+            _ => {
+                self.offsets.shift = [0.0; 9];
+                self.parameters.put(SHIFT_ACTIVE, 0.0);
+                if code == 921 {
+                    self.store(SHIFT, &[0.0; 9]);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// G10 L1, L2 and L20.
+    fn set_data(&mut self, values: &Values) -> Result<(), Fault> {
+        let fault = |cause| self.fault_at(values, Group::NonModal, cause);
+        let kind = values.take_whole('l', 1..=20, "L", "1, 2 or 20")?.ok_or_else(|| fault(Cause::Missing("L")))?;
+        match kind {
+            1 => self.set_tool(values),
+            2 | 20 => {
+                let system =
+                    values.take_whole('p', 0..=9, "P", "a coordinate system from 0 to 9")?.ok_or_else(|| {
+                        self.fault_at(values, Group::NonModal, Cause::Missing("P, the coordinate system,"))
+                    })?;
+                let system = if system == 0 { self.modes.system } else { system.unsigned_abs() as usize - 1 };
+                self.set_origin(values, system, kind == 20);
+                Ok(())
+            }
+            _ => Err(values.fault('l', Cause::Unsupported)),
+        }
+    }
+
+    /// G10 L2: the words are the origin; L20: they are what the present position shall read.
+    fn set_origin(&mut self, values: &Values, system: usize, by_position: bool) {
+        let base = ORIGINS + system * ORIGIN_STRIDE;
+        if let Some(rotation) = values.take('r') {
+            self.parameters.put(base + ROTATION, rotation);
+        }
+        let mut reading = self.offsets.to_program(&self.position);
+        let words = Axis::ALL.map(|axis| self.take_axis(values, axis));
+        for i in 0..9 {
+            reading[i] = words[i].unwrap_or(reading[i]) + self.offsets.shift[i];
+        }
+        turn(&mut reading, self.parameters.at(base + ROTATION));
+        for i in 0..9 {
+            if let Some(word) = words[i] {
+                let origin = if by_position { self.position[i] - self.offsets.tool[i] - reading[i] } else { word };
+                self.parameters.put(base + i, origin);
+            }
+        }
+        if system == self.modes.system {
+            self.select_system(system);
+        }
+    }
+
+    /// G10 L1: an entry of the tool table.
+    fn set_tool(&mut self, values: &Values) -> Result<(), Fault> {
+        let number = values
+            .take_whole('p', 1..=99_999, "P", "a tool number from 1 to 99999")?
+            .ok_or_else(|| self.fault_at(values, Group::NonModal, Cause::Missing("P, the tool's number,")))?;
+        let mut tool = self.tools.get(&number.unsigned_abs()).copied().unwrap_or_default();
+        for axis in Axis::ALL {
+            if let Some(value) = self.take_axis(values, axis) {
+                tool.offset[axis] = if axis.is_rotary() { value.to_radians() } else { value };
+            }
+        }
+        if let Some(radius) = self.take_length(values, 'r') {
+            tool.diameter_mm = 2.0 * radius;
+        }
+        // Lathe angles and orientation matter to no axis.
+        for letter in ['i', 'j', 'q'] {
+            values.take(letter);
+        }
+        self.tools.insert(number.unsigned_abs(), tool);
+        Ok(())
+    }
+}

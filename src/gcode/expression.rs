@@ -1,0 +1,315 @@
+//! Values: numbers, parameters, functions and bracketed expressions, compiled to reverse Polish code.
+//!
+//! Operators and precedence as LinuxCNC documents them (G-code overview, "Expressions"): `**`; `* / MOD`; `+ -`;
+//! `EQ NE GT GE LT LE`; `AND OR XOR`; equal ones from left to right. Angles are in degrees. `EQ` and `NE` compare within
+//! [`EQUALITY_TOLERANCE`].
+
+use super::error::{Cause, Fault};
+use super::lex::Cursor;
+use super::parameters::Parameters;
+
+/// Deepest nesting of brackets, functions and `#`: bounds the parser's recursion.
+pub const MAX_EXPRESSION_DEPTH: usize = 64;
+
+/// Two values this close are equal for `EQ` and `NE`, in whatever unit they have (LinuxCNC's `TOLERANCE_EQUAL`).
+pub const EQUALITY_TOLERANCE: f64 = 1e-4;
+
+/// One step of reverse Polish code.
+#[derive(Clone, Debug, PartialEq)]
+enum Step {
+    Number(f64),
+    /// Replaces a number by the value of the numbered parameter.
+    Parameter,
+    Named(String),
+    Exists(String),
+    Negate,
+    Function(Function),
+    Binary(Binary),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Function {
+    Abs,
+    Acos,
+    Asin,
+    /// Of two arguments: `ATAN[y]/[x]`.
+    Atan,
+    Cos,
+    Exp,
+    Fix,
+    Fup,
+    Ln,
+    Round,
+    Sin,
+    Sqrt,
+    Tan,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Binary {
+    Power,
+    Times,
+    Divide,
+    Modulo,
+    Plus,
+    Minus,
+    Equal,
+    NotEqual,
+    Greater,
+    GreaterEqual,
+    Less,
+    LessEqual,
+    And,
+    Or,
+    Xor,
+}
+
+const FUNCTIONS: [(&str, Function); 13] = [
+    ("abs", Function::Abs),
+    ("acos", Function::Acos),
+    ("asin", Function::Asin),
+    ("atan", Function::Atan),
+    ("cos", Function::Cos),
+    ("exp", Function::Exp),
+    ("fix", Function::Fix),
+    ("fup", Function::Fup),
+    ("ln", Function::Ln),
+    ("round", Function::Round),
+    ("sin", Function::Sin),
+    ("sqrt", Function::Sqrt),
+    ("tan", Function::Tan),
+];
+
+/// Operators with their binding strength; `**` before `*`.
+const OPERATORS: [(&str, Binary, u8); 15] = [
+    ("**", Binary::Power, 5),
+    ("*", Binary::Times, 4),
+    ("/", Binary::Divide, 4),
+    ("mod", Binary::Modulo, 4),
+    ("+", Binary::Plus, 3),
+    ("-", Binary::Minus, 3),
+    ("eq", Binary::Equal, 2),
+    ("ne", Binary::NotEqual, 2),
+    ("gt", Binary::Greater, 2),
+    ("ge", Binary::GreaterEqual, 2),
+    ("lt", Binary::Less, 2),
+    ("le", Binary::LessEqual, 2),
+    ("and", Binary::And, 1),
+    ("or", Binary::Or, 1),
+    ("xor", Binary::Xor, 1),
+];
+
+/// A compiled value: its steps with the column each stands at.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Expression {
+    steps: Vec<(Step, u32)>,
+}
+
+impl Expression {
+    /// Reads one value: a number, `#...`, `[...]` or a function, with signs before it.
+    pub fn value(cursor: &mut Cursor) -> Result<Self, Fault> {
+        let mut steps = Vec::new();
+        value(cursor, &mut steps, 0)?;
+        Ok(Self { steps })
+    }
+
+    /// Reads `[...]`.
+    pub fn bracketed(cursor: &mut Cursor) -> Result<Self, Fault> {
+        let mut steps = Vec::new();
+        bracketed(cursor, &mut steps, 0)?;
+        Ok(Self { steps })
+    }
+
+    /// A plain number.
+    #[cfg(test)]
+    pub fn parse(text: &str) -> Result<Self, Fault> {
+        Self::value(&mut Cursor::new(text)?)
+    }
+
+    /// What it comes to. The result is finite.
+    pub fn evaluate(&self, parameters: &Parameters) -> Result<f64, Fault> {
+        let mut stack: Vec<f64> = Vec::new();
+        for (step, column) in &self.steps {
+            let fault = |text: &str, cause| Fault::new(*column, text, cause);
+            let result = match step {
+                Step::Number(number) => *number,
+                Step::Named(name) => {
+                    parameters.named(name).ok_or_else(|| fault(&format!("#<{name}>"), Cause::UnknownParameter))?
+                }
+                Step::Exists(name) => f64::from(parameters.named(name).is_some()),
+                Step::Parameter => {
+                    let number = pop(&mut stack);
+                    parameters.numbered(number).ok_or_else(|| fault(&format!("#{number}"), Cause::UnknownParameter))?
+                }
+                Step::Negate => -pop(&mut stack),
+                Step::Function(Function::Atan) => {
+                    let x = pop(&mut stack);
+                    pop(&mut stack).atan2(x).to_degrees()
+                }
+                Step::Function(function) => {
+                    function.apply(pop(&mut stack)).map_err(|why| fault(function.name(), Cause::Domain(why)))?
+                }
+                Step::Binary(operator) => {
+                    let right = pop(&mut stack);
+                    operator.apply(pop(&mut stack), right).map_err(|why| fault(operator.name(), Cause::Domain(why)))?
+                }
+            };
+            if !result.is_finite() {
+                return Err(fault("", Cause::Domain("the result is not a finite number")));
+            }
+            stack.push(result);
+        }
+        Ok(pop(&mut stack))
+    }
+}
+
+fn pop(stack: &mut Vec<f64>) -> f64 {
+    stack.pop().expect("the parser emits every operand before its operator")
+}
+
+impl Function {
+    fn name(self) -> &'static str {
+        FUNCTIONS.iter().find(|entry| entry.1 == self).map_or("", |entry| entry.0)
+    }
+
+    fn apply(self, x: f64) -> Result<f64, &'static str> {
+        Ok(match self {
+            Self::Abs => x.abs(),
+            Self::Acos if x.abs() > 1.0 => return Err("argument outside [-1, 1]"),
+            Self::Asin if x.abs() > 1.0 => return Err("argument outside [-1, 1]"),
+            Self::Acos => x.acos().to_degrees(),
+            Self::Asin => x.asin().to_degrees(),
+            Self::Atan => x.atan().to_degrees(),
+            Self::Cos => x.to_radians().cos(),
+            Self::Exp => x.exp(),
+            Self::Fix => x.floor(),
+            Self::Fup => x.ceil(),
+            Self::Ln if x <= 0.0 => return Err("logarithm of a number that is not positive"),
+            Self::Ln => x.ln(),
+            Self::Round => x.round(),
+            Self::Sin => x.to_radians().sin(),
+            Self::Sqrt if x < 0.0 => return Err("square root of a negative number"),
+            Self::Sqrt => x.sqrt(),
+            Self::Tan => x.to_radians().tan(),
+        })
+    }
+}
+
+impl Binary {
+    fn name(self) -> &'static str {
+        OPERATORS.iter().find(|entry| entry.1 == self).map_or("", |entry| entry.0)
+    }
+
+    fn apply(self, a: f64, b: f64) -> Result<f64, &'static str> {
+        let equal = (a - b).abs() < EQUALITY_TOLERANCE;
+        Ok(match self {
+            Self::Power if a < 0.0 && b.fract() != 0.0 => return Err("negative number to a power that is not whole"),
+            Self::Power => a.powf(b),
+            Self::Times => a * b,
+            Self::Divide if b == 0.0 => return Err("division by zero"),
+            Self::Divide => a / b,
+            Self::Modulo if b == 0.0 => return Err("modulo by zero"),
+            Self::Modulo => a.rem_euclid(b.abs()),
+            Self::Plus => a + b,
+            Self::Minus => a - b,
+            Self::Equal => f64::from(equal),
+            Self::NotEqual => f64::from(!equal),
+            Self::Greater => f64::from(a > b),
+            Self::GreaterEqual => f64::from(a >= b),
+            Self::Less => f64::from(a < b),
+            Self::LessEqual => f64::from(a <= b),
+            Self::And => f64::from(a != 0.0 && b != 0.0),
+            Self::Or => f64::from(a != 0.0 || b != 0.0),
+            Self::Xor => f64::from((a != 0.0) != (b != 0.0)),
+        })
+    }
+}
+
+type Steps = Vec<(Step, u32)>;
+
+fn check_depth(cursor: &mut Cursor, depth: usize) -> Result<(), Fault> {
+    if depth < MAX_EXPRESSION_DEPTH {
+        return Ok(());
+    }
+    Err(cursor.fault_here(Cause::Limit { limit: MAX_EXPRESSION_DEPTH, what: "expressions inside one another" }))
+}
+
+fn value(cursor: &mut Cursor, steps: &mut Steps, depth: usize) -> Result<(), Fault> {
+    check_depth(cursor, depth)?;
+    let column = cursor.column();
+    match cursor.peek() {
+        Some('[') => bracketed(cursor, steps, depth),
+        Some('#') => parameter(cursor, steps, depth),
+        Some('+') => {
+            cursor.next();
+            value(cursor, steps, depth + 1)
+        }
+        Some('-') => {
+            cursor.next();
+            value(cursor, steps, depth + 1)?;
+            steps.push((Step::Negate, column));
+            Ok(())
+        }
+        Some(letter) if letter.is_ascii_alphabetic() => function(cursor, steps, depth),
+        _ => {
+            steps.push((Step::Number(cursor.number()?), column));
+            Ok(())
+        }
+    }
+}
+
+fn parameter(cursor: &mut Cursor, steps: &mut Steps, depth: usize) -> Result<(), Fault> {
+    let column = cursor.column();
+    cursor.expect('#', "`#`")?;
+    if cursor.peek() == Some('<') {
+        steps.push((Step::Named(cursor.name()?), column));
+    } else {
+        value(cursor, steps, depth + 1)?;
+        steps.push((Step::Parameter, column));
+    }
+    Ok(())
+}
+
+fn function(cursor: &mut Cursor, steps: &mut Steps, depth: usize) -> Result<(), Fault> {
+    let column = cursor.column();
+    let name = cursor.letters();
+    if name == "exists" {
+        cursor.expect('[', "`[`")?;
+        cursor.expect('#', "`#<name>`")?;
+        steps.push((Step::Exists(cursor.name()?), column));
+        return cursor.expect(']', "`]`");
+    }
+    let Some(&(_, function)) = FUNCTIONS.iter().find(|entry| entry.0 == name) else {
+        return Err(Fault::new(column, name, Cause::UnknownFunction));
+    };
+    bracketed(cursor, steps, depth + 1)?;
+    if function == Function::Atan {
+        cursor.expect('/', "`/` between the arguments of ATAN")?;
+        bracketed(cursor, steps, depth + 1)?;
+    }
+    steps.push((Step::Function(function), column));
+    Ok(())
+}
+
+/// `[value operator value ...]` by operator precedence: a stronger or equal operator on the stack goes out first.
+fn bracketed(cursor: &mut Cursor, steps: &mut Steps, depth: usize) -> Result<(), Fault> {
+    check_depth(cursor, depth)?;
+    cursor.expect('[', "`[`")?;
+    let mut waiting: Vec<(Binary, u8, u32)> = Vec::new();
+    loop {
+        value(cursor, steps, depth + 1)?;
+        if cursor.accept(']') {
+            break;
+        }
+        let column = cursor.column();
+        let Some(&(_, operator, strength)) = OPERATORS.iter().find(|entry| cursor.accept_word(entry.0)) else {
+            return Err(cursor.fault_here(Cause::Expected("operator or `]`")));
+        };
+        while let Some((stronger, _, at)) = waiting.pop_if(|top| top.1 >= strength) {
+            steps.push((Step::Binary(stronger), at));
+        }
+        waiting.push((operator, strength, column));
+    }
+    steps.extend(waiting.into_iter().rev().map(|(operator, _, at)| (Step::Binary(operator), at)));
+    Ok(())
+}

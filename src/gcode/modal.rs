@@ -1,0 +1,248 @@
+//! The words of one block with their values, sorted into modal groups, and the modes that outlive a block.
+//!
+//! Groups as in NISTIR 6556, table 4, with LinuxCNC's additions. Two codes of one group in one block are an error.
+
+use super::block::Block;
+use super::canonical::Plane;
+use super::error::{Cause, Fault};
+use super::parameters::Parameters;
+use std::cell::Cell;
+
+/// A value must be this close to a whole number (or a tenth, for G) to be taken as one (LinuxCNC does the same).
+const WHOLE_TOLERANCE: f64 = 1e-4;
+
+/// A modal group of G or M codes; the codes are ten times the number, so that 59.3 is 593.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Group {
+    NonModal,
+    Motion,
+    Plane,
+    Distance,
+    ArcDistance,
+    FeedMode,
+    Units,
+    CutterCompensation,
+    ToolLength,
+    Return,
+    Coordinates,
+    PathControl,
+    SpindleMode,
+    Diameter,
+    Absolute,
+    Stop,
+    ToolChange,
+    Spindle,
+    Coolant,
+    Override,
+    Subprogram,
+}
+
+const GROUPS: usize = 21;
+
+fn g_group(tenths: i32) -> Option<Group> {
+    Some(match tenths {
+        40 | 100 | 280 | 281 | 300 | 301 | 520 | 920..=923 => Group::NonModal,
+        530 => Group::Absolute,
+        0 | 10 | 20 | 30 | 330 | 730 | 760 | 800 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => Group::Motion,
+        170 | 180 | 190 => Group::Plane,
+        900 | 910 => Group::Distance,
+        901 | 911 => Group::ArcDistance,
+        930 | 940 | 950 => Group::FeedMode,
+        200 | 210 => Group::Units,
+        400 | 410 | 420 => Group::CutterCompensation,
+        430 | 431 | 432 | 490 => Group::ToolLength,
+        980 | 990 => Group::Return,
+        540 | 550 | 560 | 570 | 580 | 590..=593 => Group::Coordinates,
+        610 | 611 | 640 => Group::PathControl,
+        960 | 970 => Group::SpindleMode,
+        70 | 80 => Group::Diameter,
+        _ => return None,
+    })
+}
+
+fn m_group(code: i32) -> Option<Group> {
+    Some(match code {
+        0 | 1 | 2 | 30 | 60 => Group::Stop,
+        6 | 61 => Group::ToolChange,
+        3..=5 => Group::Spindle,
+        7..=9 => Group::Coolant,
+        48..=53 => Group::Override,
+        98 | 99 => Group::Subprogram,
+        _ => return None,
+    })
+}
+
+/// A G or M code found in a block.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Code {
+    /// Ten times the number for G, the number for M.
+    pub number: i32,
+    pub column: u32,
+    pub text: String,
+}
+
+impl Code {
+    pub fn fault(&self, cause: Cause) -> Fault {
+        Fault::new(self.column, self.text.clone(), cause)
+    }
+}
+
+/// A word's value and where it stands.
+#[derive(Clone, Debug, PartialEq)]
+struct Value {
+    number: f64,
+    column: u32,
+    text: String,
+}
+
+/// An evaluated block: every word's value, and which words some code has used so far.
+#[derive(Clone, Debug)]
+pub(super) struct Values {
+    letters: [Option<Value>; 26],
+    used: Cell<u32>,
+    codes: [Option<Code>; GROUPS],
+}
+
+fn slot(letter: char) -> usize {
+    letter as usize - 'a' as usize
+}
+
+impl Values {
+    /// Evaluates all words.
+    pub fn of(block: &Block, parameters: &Parameters) -> Result<Self, Fault> {
+        let mut values = Self { letters: Default::default(), used: Cell::new(0), codes: Default::default() };
+        for word in &block.words {
+            let number = word.value.evaluate(parameters)?;
+            let fault = |cause| Fault::new(word.column, word.text.clone(), cause);
+            let (group, scaled) = match word.letter {
+                'g' => (whole(number * 10.0).and_then(|code| Some((g_group(code)?, code))), true),
+                'm' => (whole(number).and_then(|code| Some((m_group(code)?, code))), true),
+                _ => (None, false),
+            };
+            if !scaled {
+                let entry = &mut values.letters[slot(word.letter)];
+                if entry.is_some() {
+                    return Err(fault(Cause::DuplicateWord));
+                }
+                *entry = Some(Value { number, column: word.column, text: word.text.clone() });
+                continue;
+            }
+            let Some((group, number)) = group else { return Err(fault(Cause::Unsupported)) };
+            let entry = &mut values.codes[group as usize];
+            // M7 and M8 are the one pair of a group that may stand together.
+            if let Some(first) = entry
+                && group != Group::Coolant
+            {
+                return Err(fault(Cause::ModalConflict(first.text.clone())));
+            }
+            *entry = Some(Code { number, column: word.column, text: word.text.clone() });
+        }
+        Ok(values)
+    }
+
+    /// The code of a group, if the block has one.
+    pub fn code(&self, group: Group) -> Option<&Code> {
+        self.codes[group as usize].as_ref()
+    }
+
+    /// The number of [`Self::code`].
+    pub fn number(&self, group: Group) -> Option<i32> {
+        self.code(group).map(|code| code.number)
+    }
+
+    /// Whether a word is there.
+    pub fn has(&self, letter: char) -> bool {
+        self.letters[slot(letter)].is_some()
+    }
+
+    /// A word's value; from now on the word counts as used.
+    pub fn take(&self, letter: char) -> Option<f64> {
+        let value = self.letters[slot(letter)].as_ref()?;
+        self.used.set(self.used.get() | 1 << slot(letter));
+        Some(value.number)
+    }
+
+    /// A word's value as a whole number in `range`; `must_be` says what range.
+    pub fn take_whole(
+        &self,
+        letter: char,
+        range: std::ops::RangeInclusive<i32>,
+        name: &'static str,
+        must_be: &'static str,
+    ) -> Result<Option<i32>, Fault> {
+        let Some(number) = self.take(letter) else { return Ok(None) };
+        match whole(number).filter(|number| range.contains(number)) {
+            Some(number) => Ok(Some(number)),
+            None => Err(self.fault(letter, Cause::Range(name, must_be))),
+        }
+    }
+
+    /// A fault at a word.
+    pub fn fault(&self, letter: char, cause: Cause) -> Fault {
+        let value = self.letters[slot(letter)].as_ref();
+        value.map_or_else(|| Fault::new(1, "", cause.clone()), |v| Fault::new(v.column, v.text.clone(), cause.clone()))
+    }
+
+    /// An error if some word has been used by nothing.
+    pub fn check_all_used(&self) -> Result<(), Fault> {
+        let unused = self.letters.iter().enumerate().filter(|(slot, _)| self.used.get() >> slot & 1 == 0);
+        match unused.filter_map(|(_, value)| value.as_ref()).min_by_key(|value| value.column) {
+            None => Ok(()),
+            Some(value) => Err(Fault::new(value.column, value.text.clone(), Cause::UnusedWord)),
+        }
+    }
+
+    /// Whether the block has any of X, Y, Z, A, B, C, U, V, W.
+    pub fn has_axis(&self) -> bool {
+        "xyzabcuvw".chars().any(|letter| self.has(letter))
+    }
+}
+
+/// The whole number within [`WHOLE_TOLERANCE`], if there is one.
+pub(super) fn whole(number: f64) -> Option<i32> {
+    let rounded = number.round();
+    let near = (number - rounded).abs() <= WHOLE_TOLERANCE && rounded.abs() <= f64::from(i32::MAX);
+    near.then_some(rounded as i32)
+}
+
+/// What the F word means.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum FeedMode {
+    /// G93: moves per minute.
+    InverseTime,
+    /// G94.
+    #[default]
+    PerMinute,
+    /// G95: per spindle revolution.
+    PerRevolution,
+}
+
+/// The modes that outlive a block.
+#[derive(Clone, Debug)]
+pub(super) struct Modes {
+    /// The motion code, ten times its number; `None` after G80.
+    pub motion: Option<i32>,
+    pub plane: Plane,
+    pub incremental: bool,
+    pub arc_centre_absolute: bool,
+    pub feed_mode: FeedMode,
+    pub inches: bool,
+    /// Index of the work coordinate system: 0 is G54.
+    pub system: usize,
+    pub diameter: bool,
+    /// G99: cycles retract to R.
+    pub retract_to_r: bool,
+    /// G96: S is a surface speed.
+    pub constant_surface_speed: bool,
+    /// F as programmed, in mm or degrees per minute or revolution, or 1/min for G93.
+    pub feed: f64,
+    /// S as programmed.
+    pub speed: f64,
+}
+
+impl Modes {
+    /// mm per unit of length.
+    pub fn unit_mm(&self) -> f64 {
+        if self.inches { 25.4 } else { 1.0 }
+    }
+}

@@ -1,0 +1,221 @@
+//! Modes and the motion codes G0, G1, G2, G3, G53.
+
+use super::arc::{Circle, from_centre, from_radius};
+use super::canonical::{Axis, MoveKind, Plane};
+use super::error::{Cause, Fault};
+use super::interpret::Interpreter;
+use super::modal::{FeedMode, Group, Values};
+use super::offsets::{Values9, turn};
+
+/// Travel shorter than this, mm, is none: the move is timed by its rotary travel.
+const NO_TRAVEL_MM: f64 = 1e-9;
+
+impl Interpreter<'_> {
+    pub(super) fn set_modes(&mut self, values: &Values) -> Result<(), Fault> {
+        if let Some(plane) = values.number(Group::Plane) {
+            self.modes.plane = match plane {
+                170 => Plane::Xy,
+                180 => Plane::Zx,
+                _ => Plane::Yz,
+            };
+        }
+        if let Some(units) = values.number(Group::Units) {
+            self.modes.inches = units == 200;
+        }
+        if let Some(diameter) = values.number(Group::Diameter) {
+            self.modes.diameter = diameter == 70;
+        }
+        if matches!(values.number(Group::CutterCompensation), Some(410 | 420)) {
+            return Err(self.fault_at(values, Group::CutterCompensation, Cause::Unsupported));
+        }
+        self.set_tool_offset(values)?;
+        if let Some(system) = values.number(Group::Coordinates) {
+            let index = if system < 590 { (system - 540) / 10 } else { 5 + system - 590 };
+            self.select_system(index.unsigned_abs() as usize);
+        }
+        match values.number(Group::PathControl) {
+            Some(640) => {
+                values.take('p');
+                values.take('q');
+            }
+            Some(_) | None => {}
+        }
+        if let Some(distance) = values.number(Group::Distance) {
+            self.modes.incremental = distance == 910;
+        }
+        if let Some(distance) = values.number(Group::ArcDistance) {
+            self.modes.arc_centre_absolute = distance == 901;
+        }
+        if let Some(level) = values.number(Group::Return) {
+            self.modes.retract_to_r = level == 990;
+        }
+        Ok(())
+    }
+
+    /// The value of an axis word in mm or degrees, if the block has one: inches converted, diameters halved.
+    pub(super) fn take_axis(&self, values: &Values, axis: Axis) -> Option<f64> {
+        let value = values.take(axis.letter().to_ascii_lowercase())?;
+        Some(match axis {
+            Axis::A | Axis::B | Axis::C => value,
+            Axis::X if self.modes.diameter => value * self.modes.unit_mm() / 2.0,
+            _ => value * self.modes.unit_mm(),
+        })
+    }
+
+    /// A length word in mm.
+    pub(super) fn take_length(&self, values: &Values, letter: char) -> Option<f64> {
+        values.take(letter).map(|value| value * self.modes.unit_mm())
+    }
+
+    /// Where the axis words lead, as axis positions. Axes without a word stay exactly where they are.
+    pub(super) fn target(&self, values: &Values) -> Values9 {
+        let mut program = self.offsets.to_program(&self.position);
+        let mut named = [false; 9];
+        for axis in Axis::ALL {
+            if let Some(value) = self.take_axis(values, axis) {
+                let i = axis as usize;
+                program[i] = if self.modes.incremental { program[i] + value } else { value };
+                named[i] = true;
+            }
+        }
+        let machine = self.offsets.to_machine(&program);
+        let turned = self.offsets.rotation != 0.0 && (named[0] || named[1]);
+        std::array::from_fn(|i| if named[i] || (turned && i < 2) { machine[i] } else { self.position[i] })
+    }
+
+    /// Where axis words in machine coordinates lead: G53.
+    fn absolute_target(&self, values: &Values) -> Values9 {
+        std::array::from_fn(|i| self.take_axis(values, Axis::ALL[i]).unwrap_or(self.position[i]))
+    }
+
+    pub(super) fn obey_motion(&mut self, values: &Values) -> Result<(), Fault> {
+        let axes_taken = self.uses_axis_words(values);
+        if let Some(code) = values.code(Group::Motion) {
+            if axes_taken && values.has_axis() && code.number != 800 {
+                return Err(code.fault(Cause::NotAllowed("another code of this block uses the axis words")));
+            }
+            self.modes.motion = (code.number != 800).then_some(code.number);
+        }
+        let absolute = values.number(Group::Absolute).is_some();
+        if absolute && !matches!(self.modes.motion, Some(0 | 10)) {
+            return Err(self.fault_at(values, Group::Absolute, Cause::NotAllowed("G53 needs G0 or G1")));
+        }
+        if axes_taken || (!values.has_axis() && values.code(Group::Motion).is_none()) {
+            return Ok(());
+        }
+        match self.modes.motion {
+            Some(code @ (0 | 10)) => {
+                if !values.has_axis() {
+                    return Ok(());
+                }
+                let target = if absolute { self.absolute_target(values) } else { self.target(values) };
+                if code == 0 { self.rapid_to(target) } else { self.feed_to(target, values) }
+            }
+            Some(code @ (20 | 30)) => self.arc(values, code == 20),
+            Some(_) => Err(self.fault_at(values, Group::Motion, Cause::Unsupported)),
+            // Axis words without a motion mode stay unused, which is reported as such.
+            None => Ok(()),
+        }
+    }
+
+    /// A rapid move.
+    pub(super) fn rapid_to(&mut self, target: Values9) -> Result<(), Fault> {
+        self.position = target;
+        self.emit(MoveKind::Rapid, None)
+    }
+
+    /// A straight feed move.
+    pub(super) fn feed_to(&mut self, target: Values9, values: &Values) -> Result<(), Fault> {
+        let feed = self.feed_for(travel(&self.position, &target), values)?;
+        self.position = target;
+        self.emit(MoveKind::Feed, feed)
+    }
+
+    /// Feed rate in mm/min of a move of this length; degrees/min for one that only turns. `None` when it hangs on a
+    /// spindle speed that is not known.
+    pub(super) fn feed_for(&self, length: f64, values: &Values) -> Result<Option<f64>, Fault> {
+        if self.modes.feed <= 0.0 {
+            return Err(self.fault_at(values, Group::Motion, Cause::Missing("a feed rate F above 0")));
+        }
+        Ok(match self.modes.feed_mode {
+            FeedMode::PerMinute => Some(self.modes.feed),
+            FeedMode::InverseTime => Some(self.modes.feed * length),
+            FeedMode::PerRevolution => (!self.modes.constant_surface_speed && self.modes.speed > 0.0)
+                .then_some(self.modes.feed * self.modes.speed),
+        })
+    }
+
+    /// G2 and G3.
+    fn arc(&mut self, values: &Values, clockwise: bool) -> Result<(), Fault> {
+        let plane = self.modes.plane;
+        if self.offsets.rotation != 0.0 && plane != Plane::Xy {
+            let cause = Cause::NotAllowed("arcs outside the XY plane in a turned coordinate system");
+            return Err(self.fault_at(values, Group::Motion, cause));
+        }
+        let target = self.target(values);
+        let turns =
+            values.take_whole('p', 1..=MAX_TURNS, "P", "a whole number of turns from 1 to 100000")?.unwrap_or(1);
+        let circle = self.circle(values, &target, clockwise, turns)?;
+        let [first, second, _] = plane.axes().map(|axis| axis as usize);
+        let radius = (self.position[first] - circle.centre[0]).hypot(self.position[second] - circle.centre[1]);
+        let mut along = travel_squared(&self.position, &target);
+        along -= (target[first] - self.position[first]).powi(2) + (target[second] - self.position[second]).powi(2);
+        let feed = self.feed_for((radius * circle.sweep).hypot(along.max(0.0).sqrt()), values)?;
+        self.position = target;
+        self.emit(MoveKind::Arc { plane, centre: circle.centre, sweep: circle.sweep }, feed)
+    }
+
+    /// Centre, as axis positions, and sweep of the block's arc.
+    fn circle(&self, values: &Values, target: &Values9, clockwise: bool, turns: i32) -> Result<Circle, Fault> {
+        let plane = self.modes.plane;
+        let [first, second, _] = plane.axes().map(|axis| axis as usize);
+        let letters = match plane {
+            Plane::Xy => ['i', 'j'],
+            Plane::Zx => ['k', 'i'],
+            Plane::Yz => ['j', 'k'],
+        };
+        let start = [self.position[first], self.position[second]];
+        let end = [target[first], target[second]];
+        let fault = |cause| self.fault_at(values, Group::Motion, cause);
+        if let Some(radius) = self.take_length(values, 'r') {
+            return from_radius(start, end, radius, clockwise, turns).map_err(fault);
+        }
+        let given = letters.map(|letter| self.take_length(values, letter));
+        let centre = if self.modes.arc_centre_absolute {
+            let [Some(u), Some(v)] = given else {
+                return Err(fault(Cause::Missing("a centre word (G90.1 needs both of the plane)")));
+            };
+            let mut program = [0.0; 9];
+            (program[first], program[second]) = (u, v);
+            let machine = self.offsets.to_machine(&program);
+            [machine[first], machine[second]]
+        } else {
+            if given == [None, None] {
+                return Err(fault(Cause::Missing("the radius R or a centre word of the plane")));
+            }
+            let mut offset = [0.0; 9];
+            (offset[first], offset[second]) = (given[0].unwrap_or(0.0), given[1].unwrap_or(0.0));
+            turn(&mut offset, self.offsets.rotation);
+            [start[0] + offset[first], start[1] + offset[second]]
+        };
+        from_centre(start, end, centre, clockwise, turns).map_err(fault)
+    }
+}
+
+/// Most turns of one arc.
+const MAX_TURNS: i32 = 100_000;
+
+fn travel_squared(from: &Values9, to: &Values9) -> f64 {
+    let linear = Axis::ALL.into_iter().filter(|axis| !axis.is_rotary());
+    linear.map(|axis| (to[axis as usize] - from[axis as usize]).powi(2)).sum()
+}
+
+/// Length of a straight move, mm; degrees when it only turns.
+fn travel(from: &Values9, to: &Values9) -> f64 {
+    let linear = travel_squared(from, to).sqrt();
+    if linear > NO_TRAVEL_MM {
+        return linear;
+    }
+    let rotary = Axis::ALL.into_iter().filter(|axis| axis.is_rotary());
+    rotary.map(|axis| (to[axis as usize] - from[axis as usize]).powi(2)).sum::<f64>().sqrt()
+}

@@ -1,0 +1,168 @@
+//! Parameters: `#1` to `#5602`, `#<name>` local to a subroutine, `#<_name>` global, and the predefined read-only ones.
+//!
+//! Subroutine parameters `#1` to `#30` are local to each call (LinuxCNC, "O codes"). Predefined names are those of
+//! LinuxCNC's G-code overview, as far as [`SYSTEM_NAMES`] lists them.
+
+use super::error::Cause;
+use std::collections::BTreeMap;
+
+/// Highest numbered parameter (LinuxCNC: `RS274NGC_MAX_PARAMETERS` - 1).
+pub(super) const MAX_PARAMETER: usize = 5601;
+
+/// Numbered parameters local to a subroutine: `#1` to `#30`.
+pub(super) const LOCAL_PARAMETERS: usize = 30;
+
+/// The predefined named parameters, in the order of [`Parameters::system`].
+pub(super) const SYSTEM_NAMES: [&str; 38] = [
+    "_x",
+    "_y",
+    "_z",
+    "_a",
+    "_b",
+    "_c",
+    "_u",
+    "_v",
+    "_w",
+    "_abs_x",
+    "_abs_y",
+    "_abs_z",
+    "_abs_a",
+    "_abs_b",
+    "_abs_c",
+    "_abs_u",
+    "_abs_v",
+    "_abs_w",
+    "_motion_mode",
+    "_plane",
+    "_coord_system",
+    "_metric",
+    "_imperial",
+    "_absolute",
+    "_incremental",
+    "_inverse_time",
+    "_units_per_minute",
+    "_units_per_rev",
+    "_feed",
+    "_rpm",
+    "_current_tool",
+    "_selected_tool",
+    "_lathe_diameter_mode",
+    "_lathe_radius_mode",
+    "_call_level",
+    "_line",
+    "_value",
+    "_value_returned",
+];
+
+/// Values of all parameters.
+#[derive(Clone, Debug)]
+pub(super) struct Parameters {
+    numbered: Vec<f64>,
+    globals: BTreeMap<String, f64>,
+    frames: Vec<Frame>,
+    /// Values of [`SYSTEM_NAMES`]: the interpreter keeps them up to date.
+    pub system: [f64; SYSTEM_NAMES.len()],
+}
+
+/// What a call hides from its callee.
+#[derive(Clone, Debug, Default)]
+struct Frame {
+    locals: BTreeMap<String, f64>,
+    saved: [f64; LOCAL_PARAMETERS],
+}
+
+impl Parameters {
+    /// All zero but for `defaults`: names as between `<` and `>`, lower case, or numbers in digits.
+    pub fn new(defaults: &BTreeMap<String, f64>) -> Self {
+        let mut parameters = Self {
+            numbered: vec![0.0; MAX_PARAMETER + 1],
+            globals: BTreeMap::new(),
+            frames: vec![Frame::default()],
+            system: [0.0; SYSTEM_NAMES.len()],
+        };
+        for (name, &value) in defaults {
+            match name.parse::<usize>() {
+                Ok(index) if (1..=MAX_PARAMETER).contains(&index) => parameters.numbered[index] = value,
+                _ => parameters.insert(name.to_ascii_lowercase(), value),
+            }
+        }
+        parameters
+    }
+
+    /// The value of `#number`; `None` when there is no such parameter.
+    pub fn numbered(&self, number: f64) -> Option<f64> {
+        index(number).map(|index| self.numbered[index])
+    }
+
+    /// The value of parameter `index`, which exists.
+    pub fn at(&self, index: usize) -> f64 {
+        self.numbered[index]
+    }
+
+    /// Sets parameter `index`, which exists, whether programs may or not.
+    pub fn put(&mut self, index: usize, value: f64) {
+        self.numbered[index] = value;
+    }
+
+    /// The value of `#<name>`.
+    pub fn named(&self, name: &str) -> Option<f64> {
+        if name.starts_with('_') {
+            let system = SYSTEM_NAMES.iter().position(|known| *known == name).map(|index| self.system[index]);
+            return system.or_else(|| self.globals.get(name).copied());
+        }
+        self.frames.last().and_then(|frame| frame.locals.get(name).copied())
+    }
+
+    /// `#number = value`.
+    pub fn assign_numbered(&mut self, number: f64, value: f64) -> Result<(), Cause> {
+        let index = index(number).ok_or(Cause::UnknownParameter)?;
+        if matches!(index, 5400..=5428) {
+            return Err(Cause::ReadOnlyParameter);
+        }
+        self.numbered[index] = value;
+        Ok(())
+    }
+
+    /// `#<name> = value`.
+    pub fn assign_named(&mut self, name: &str, value: f64) -> Result<(), Cause> {
+        if SYSTEM_NAMES.contains(&name) {
+            return Err(Cause::ReadOnlyParameter);
+        }
+        self.insert(name.to_owned(), value);
+        Ok(())
+    }
+
+    fn insert(&mut self, name: String, value: f64) {
+        let home =
+            if name.starts_with('_') { Some(&mut self.globals) } else { self.frames.last_mut().map(|f| &mut f.locals) };
+        if let Some(home) = home {
+            home.insert(name, value);
+        }
+    }
+
+    /// Enters a subroutine: `#1` to `#30` become the arguments, then zeros; no named local is seen.
+    pub fn enter(&mut self, arguments: &[f64]) {
+        let mut frame = Frame::default();
+        frame.saved.copy_from_slice(&self.numbered[1..=LOCAL_PARAMETERS]);
+        self.frames.push(frame);
+        for (i, local) in self.numbered[1..=LOCAL_PARAMETERS].iter_mut().enumerate() {
+            *local = arguments.get(i).copied().unwrap_or(0.0);
+        }
+    }
+
+    /// Leaves a subroutine.
+    pub fn leave(&mut self) {
+        if self.frames.len() > 1
+            && let Some(frame) = self.frames.pop()
+        {
+            self.numbered[1..=LOCAL_PARAMETERS].copy_from_slice(&frame.saved);
+        }
+    }
+}
+
+/// The index of `#number`: whole within 1e-4 and in range.
+fn index(number: f64) -> Option<usize> {
+    let whole = number.round();
+    let exists = (number - whole).abs() < 1e-4 && whole >= 1.0 && whole <= MAX_PARAMETER as f64;
+    exists.then_some(whole as usize)
+}

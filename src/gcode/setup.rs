@@ -1,0 +1,65 @@
+//! What a controller knows before the program starts.
+
+use super::canonical::{Plane, Position};
+use std::collections::BTreeMap;
+
+/// One work coordinate system: its origin in machine coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WorkOffset {
+    /// Origin, mm and radians.
+    pub origin: Position,
+    /// Turn about Z, radians.
+    pub rotation: f64,
+}
+
+/// An entry of the tool table.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tool {
+    /// What G43 adds to the axes: length in Z, on lathes also X; mm and radians.
+    pub offset: Position,
+    /// Cutting diameter, mm; for G41 and G42.
+    pub diameter_mm: f64,
+}
+
+impl Tool {
+    /// A milling tool.
+    #[must_use]
+    pub fn with_length(length_mm: f64, diameter_mm: f64) -> Self {
+        Self { offset: Position([0.0, 0.0, length_mm, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), diameter_mm }
+    }
+}
+
+/// State of the controller at the program's start. The default is a mill: G54 with all offsets zero, G17, G21, G90, G94, G8.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Setup {
+    /// Axis positions, mm and radians.
+    pub start: Position,
+    /// G54, G55, ... G59, G59.1, G59.2, G59.3.
+    pub work_offsets: [WorkOffset; 9],
+    /// The tool table.
+    pub tools: BTreeMap<u32, Tool>,
+    /// The tool in the spindle; 0 is none.
+    pub tool: u32,
+    /// The plane before any G17, G18 or G19.
+    pub plane: Plane,
+    /// G7 before any G7 or G8: X words are diameters.
+    pub diameter: bool,
+    /// G20 before any G20 or G21.
+    pub inches: bool,
+    /// Where G28 goes, axis positions.
+    pub home: Position,
+    /// Where G30 goes, axis positions.
+    pub second_home: Position,
+    /// Whether lines that start with `/` are skipped.
+    pub block_delete: bool,
+    /// Parameters set beforehand: by name without `#<>`, or by number in digits.
+    pub parameters: BTreeMap<String, f64>,
+}
+
+impl Setup {
+    /// A lathe: as the default, with G18 and G7.
+    #[must_use]
+    pub fn lathe() -> Self {
+        Self { plane: Plane::Zx, diameter: true, ..Self::default() }
+    }
+}

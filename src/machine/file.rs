@@ -1,0 +1,225 @@
+//! The TOML form of a machine: a list of links.
+//!
+//! ```toml
+//! [[links]]
+//! name = "carriage"
+//! parent = "bed"                                   # without it the link stands in the world
+//! at = { xyz_mm = [0, 0, 250], rpy_deg = [0, 0, 90] }
+//! joint = { axis = "Z", direction = [0, 0, 1], min_mm = -900, max_mm = 50 }
+//! ```
+//!
+//! The letters A, B and C turn (`point_mm`, `min_deg`, `max_deg`); the other six slide (`min_mm`, `max_mm`).
+
+use super::joint::{Joint, JointError, Limits};
+use super::tree::{Link, Machine, MachineError};
+use crate::gcode::Axis;
+use crate::geometry::{Isometry, Point, Vector};
+use nalgebra::{Translation3, UnitQuaternion};
+use serde::Deserialize;
+use std::ops::Range;
+use thiserror::Error;
+use toml::Spanned;
+
+/// A link as written.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LinkFile {
+    /// Name, unique in the machine.
+    pub name: Spanned<String>,
+    /// The link it stands on.
+    pub parent: Option<String>,
+    /// Its frame in its parent's.
+    #[serde(default)]
+    pub at: PlacementFile,
+    /// How it moves.
+    pub joint: Option<JointFile>,
+}
+
+/// A placement as written: first turned, then moved.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlacementFile {
+    /// Translation, mm.
+    #[serde(default)]
+    pub xyz_mm: [f64; 3],
+    /// Turns about the fixed axes X, then Y, then Z, degrees.
+    #[serde(default)]
+    pub rpy_deg: [f64; 3],
+}
+
+impl PlacementFile {
+    /// As a rigid motion. Not finite when the numbers are not.
+    #[must_use]
+    pub fn isometry(&self) -> Isometry {
+        let [roll, pitch, yaw] = self.rpy_deg.map(f64::to_radians);
+        Isometry::from_parts(
+            Translation3::from(Vector::from(self.xyz_mm)),
+            UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+        )
+    }
+}
+
+/// A joint as written.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointFile {
+    /// Letter of the axis.
+    pub axis: char,
+    /// Direction, any length but zero.
+    pub direction: [f64; 3],
+    /// A point on a rotary joint's line, mm.
+    pub point_mm: Option<[f64; 3]>,
+    /// Lower limit of a prismatic joint, mm.
+    pub min_mm: Option<f64>,
+    /// Upper limit of a prismatic joint, mm.
+    pub max_mm: Option<f64>,
+    /// Lower limit of a rotary joint, degrees.
+    pub min_deg: Option<f64>,
+    /// Upper limit of a rotary joint, degrees.
+    pub max_deg: Option<f64>,
+}
+
+/// Why a list of links is not a machine.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum LinkError {
+    /// An axis letter that ISO 841 does not have.
+    #[error("link `{name}`: `{letter}` is not an axis; the axes are X Y Z A B C U V W")]
+    UnknownAxis {
+        /// The link.
+        name: String,
+        /// The letter.
+        letter: char,
+    },
+    /// A key that only the other kind of joint has.
+    #[error("link `{name}`: axis {axis} {verb}, so `{key}` means nothing here")]
+    ForeignKey {
+        /// The link.
+        name: String,
+        /// Letter of the axis.
+        axis: char,
+        /// `slides` or `turns`.
+        verb: &'static str,
+        /// The key.
+        key: &'static str,
+    },
+    /// Numbers that do not make a joint.
+    #[error("link `{name}`: {cause}")]
+    Joint {
+        /// The link.
+        name: String,
+        /// Why not.
+        cause: JointError,
+    },
+    /// Links that do not make a machine.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+}
+
+/// Builds the machine.
+///
+/// # Errors
+/// [`LinkError`], with the bytes of the file where the name of the link to blame stands.
+pub fn build(links: &[LinkFile]) -> Result<Machine, (Range<usize>, LinkError)> {
+    let mut built = Vec::with_capacity(links.len());
+    for link in links {
+        let name = link.name.get_ref();
+        let joint = link.joint.as_ref().map(|file| joint(name, file)).transpose();
+        built.push(Link {
+            name: name.clone(),
+            parent: link.parent.clone(),
+            parent_from_link: link.at.isometry(),
+            joint: joint.map_err(|error| (link.name.span(), error))?,
+        });
+    }
+    Machine::new(built).map_err(|error| (links[error.link()].name.span(), error.into()))
+}
+
+fn joint(name: &str, file: &JointFile) -> Result<Joint, LinkError> {
+    let name = || name.to_owned();
+    let axis =
+        Axis::from_letter(file.axis).ok_or_else(|| LinkError::UnknownAxis { name: name(), letter: file.axis })?;
+    let (verb, foreign) = if axis.is_rotary() {
+        ("turns", [("min_mm", file.min_mm.is_some()), ("max_mm", file.max_mm.is_some()), ("", false)])
+    } else {
+        let point = ("point_mm", file.point_mm.is_some());
+        ("slides", [("min_deg", file.min_deg.is_some()), ("max_deg", file.max_deg.is_some()), point])
+    };
+    if let Some((key, _)) = foreign.into_iter().find(|(_, given)| *given) {
+        return Err(LinkError::ForeignKey { name: name(), axis: axis.letter(), verb, key });
+    }
+    let limits = |min: Option<f64>, max: Option<f64>| Limits {
+        min: min.unwrap_or(Limits::NONE.min),
+        max: max.unwrap_or(Limits::NONE.max),
+    };
+    let direction = Vector::from(file.direction);
+    let joint = if axis.is_rotary() {
+        let point = Point::from(file.point_mm.unwrap_or_default());
+        let radians = |limit: Option<f64>| limit.map(f64::to_radians);
+        Joint::rotary(axis, direction, point, limits(radians(file.min_deg), radians(file.max_deg)))
+    } else {
+        Joint::prismatic(axis, direction, limits(file.min_mm, file.max_mm))
+    };
+    joint.map_err(|cause| LinkError::Joint { name: name(), cause })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gcode::Position;
+
+    #[derive(Deserialize)]
+    struct Links {
+        links: Vec<LinkFile>,
+    }
+
+    fn parse(text: &str) -> Result<Machine, (Range<usize>, LinkError)> {
+        build(&toml::from_str::<Links>(text).unwrap().links)
+    }
+
+    #[test]
+    fn degrees_become_radians_and_placements_turn_before_they_move() {
+        let machine = parse(
+            r#"
+            links = [
+                { name = "base", at = { xyz_mm = [1, 2, 3], rpy_deg = [0, 0, 90] } },
+                { name = "table", parent = "base", joint = { axis = "c", direction = [0, 0, 2], min_deg = -90, max_deg = 90 } },
+            ]"#,
+        )
+        .unwrap();
+        let mut position = Position::default();
+        position[Axis::C] = std::f64::consts::FRAC_PI_2;
+        assert!(machine.check_limits(&position).is_ok());
+        // Turned by 90° on the table and by 90° with the base: (5, 0, 0) -> (-5, 0, 0), then moved by (1, 2, 3).
+        let tip = machine.forward(&position).world_from(machine.link("table")) * Point::new(5.0, 0.0, 0.0);
+        assert!((tip - Point::new(-4.0, 2.0, 3.0)).norm() < 1e-12, "{tip}");
+        position[Axis::C] = 1.6;
+        assert_eq!(machine.check_limits(&position).unwrap_err().max, 90.0);
+    }
+
+    #[test]
+    fn errors_point_at_the_name_of_the_link() {
+        let text = "links = [{ name = \"a\" }, { name = \"slide\", joint = { axis = \"Q\", direction = [1, 0, 0] } }]";
+        let (span, error) = parse(text).unwrap_err();
+        assert_eq!(&text[span], "\"slide\"");
+        assert_eq!(error.to_string(), "link `slide`: `Q` is not an axis; the axes are X Y Z A B C U V W");
+        let text = "links = [{ name = \"a\", parent = \"b\" }]";
+        let (span, error) = parse(text).unwrap_err();
+        assert_eq!(&text[span], "\"a\"");
+        assert!(matches!(error, LinkError::Machine(MachineError::UnknownParent { .. })));
+    }
+
+    #[test]
+    fn keys_of_the_other_kind_of_joint_are_refused() {
+        for (joint, key) in [
+            ("{ axis = \"X\", direction = [1, 0, 0], min_deg = 0 }", "min_deg"),
+            ("{ axis = \"X\", direction = [1, 0, 0], point_mm = [0, 0, 0] }", "point_mm"),
+            ("{ axis = \"A\", direction = [1, 0, 0], max_mm = 0 }", "max_mm"),
+        ] {
+            let (_, error) = parse(&format!("links = [{{ name = \"a\", joint = {joint} }}]")).unwrap_err();
+            assert!(matches!(error, LinkError::ForeignKey { key: found, .. } if found == key), "{error}");
+        }
+        let (_, error) =
+            parse("links = [{ name = \"a\", joint = { axis = \"X\", direction = [0, 0, 0] } }]").unwrap_err();
+        assert_eq!(error.to_string(), "link `a`: the direction of axis X is zero");
+    }
+}

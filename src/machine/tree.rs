@@ -1,0 +1,294 @@
+//! Links on links: forward kinematics.
+
+use super::joint::{Joint, OutOfLimits};
+use crate::gcode::Position;
+use crate::geometry::Isometry;
+use std::collections::HashMap;
+use thiserror::Error;
+
+/// Why links do not make a machine. Each variant names the `link` to blame by its index.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum MachineError {
+    /// A parent that is not a link.
+    #[error("link `{name}` stands on `{parent}`, which is not a link of this machine")]
+    UnknownParent {
+        /// Index of the link.
+        link: usize,
+        /// Its name.
+        name: String,
+        /// The parent it names.
+        parent: String,
+    },
+    /// Links that stand on one another.
+    #[error("links stand on one another in a circle: {path}")]
+    Cycle {
+        /// Index of the first link of the circle.
+        link: usize,
+        /// The circle, `a -> b -> a`.
+        path: String,
+    },
+    /// Two links with one name.
+    #[error("there are two links named `{name}`")]
+    DuplicateName {
+        /// Index of the second.
+        link: usize,
+        /// The name.
+        name: String,
+    },
+    /// A placement with a number that is NaN or infinite.
+    #[error("the placement of link `{name}` is not finite")]
+    NotFinite {
+        /// Index of the link.
+        link: usize,
+        /// Its name.
+        name: String,
+    },
+}
+
+impl MachineError {
+    /// Index of the link to blame.
+    #[must_use]
+    pub const fn link(&self) -> usize {
+        match self {
+            Self::UnknownParent { link, .. }
+            | Self::Cycle { link, .. }
+            | Self::DuplicateName { link, .. }
+            | Self::NotFinite { link, .. } => *link,
+        }
+    }
+}
+
+/// A rigid member of a machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    /// Name, unique in the machine.
+    pub name: String,
+    /// Name of the link it stands on; `None` when it stands in the world.
+    pub parent: Option<String>,
+    /// The link's frame in its parent's at axis position zero, mm.
+    pub parent_from_link: Isometry,
+    /// How it moves on its parent; `None` when it is fixed.
+    pub joint: Option<Joint>,
+}
+
+/// A kinematic tree (a forest: several links may stand in the world), checked.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Machine {
+    links: Vec<Link>,
+    /// Per link: index of its parent.
+    parents: Vec<Option<usize>>,
+    /// Links in an order in which parents come first.
+    order: Vec<usize>,
+}
+
+/// `world_from_link` per link, in the order of [`Machine::links`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Poses(pub Vec<Isometry>);
+
+impl Machine {
+    /// Checks the links and sorts out who stands on whom.
+    ///
+    /// # Errors
+    /// [`MachineError`]: an unknown parent, a circle, a name given twice, a placement that is not finite.
+    pub fn new(links: Vec<Link>) -> Result<Self, MachineError> {
+        let mut index_of = HashMap::new();
+        for (link, Link { name, parent_from_link, .. }) in links.iter().enumerate() {
+            if index_of.insert(name.as_str(), link).is_some() {
+                return Err(MachineError::DuplicateName { link, name: name.clone() });
+            }
+            if !is_finite(parent_from_link) {
+                return Err(MachineError::NotFinite { link, name: name.clone() });
+            }
+        }
+        let mut parents = Vec::with_capacity(links.len());
+        for (link, Link { name, parent, .. }) in links.iter().enumerate() {
+            parents.push(match parent {
+                None => None,
+                Some(parent) => Some(*index_of.get(parent.as_str()).ok_or_else(|| MachineError::UnknownParent {
+                    link,
+                    name: name.clone(),
+                    parent: parent.clone(),
+                })?),
+            });
+        }
+        let order = parents_first(&links, &parents)?;
+        Ok(Self { links, parents, order })
+    }
+
+    /// The links, in the order given.
+    #[must_use]
+    pub fn links(&self) -> &[Link] {
+        &self.links
+    }
+
+    /// Index of the link with a name.
+    #[must_use]
+    pub fn link(&self, name: &str) -> Option<usize> {
+        self.links.iter().position(|link| link.name == name)
+    }
+
+    /// Index of the link that a link stands on; `None` when it stands in the world.
+    #[must_use]
+    pub fn parent(&self, link: usize) -> Option<usize> {
+        self.parents[link]
+    }
+
+    /// The link that moves a link: the nearest with a joint on its way to the world, itself included; `None` when nothing
+    /// does. Links with one answer never move against each other.
+    #[must_use]
+    pub fn rigid_body(&self, link: Option<usize>) -> Option<usize> {
+        std::iter::successors(link, |&link| self.parents[link]).find(|&link| self.links[link].joint.is_some())
+    }
+
+    /// Where every link is at an axis position. Limits are not looked at: [`Machine::check_limits`] does that.
+    #[must_use]
+    pub fn forward(&self, position: &Position) -> Poses {
+        let mut poses = vec![Isometry::identity(); self.links.len()];
+        for &link in &self.order {
+            let Link { parent_from_link, joint, .. } = &self.links[link];
+            let displacement = joint.as_ref().map_or_else(Isometry::identity, |joint| joint.displacement(position));
+            let world_from_parent = self.parents[link].map_or_else(Isometry::identity, |parent| poses[parent]);
+            poses[link] = world_from_parent * parent_from_link * displacement;
+        }
+        Poses(poses)
+    }
+
+    /// Whether every joint allows an axis position.
+    ///
+    /// # Errors
+    /// [`OutOfLimits`] for the first joint, in link order, that does not.
+    pub fn check_limits(&self, position: &Position) -> Result<(), OutOfLimits> {
+        self.links.iter().filter_map(|link| link.joint.as_ref()).try_for_each(|joint| joint.check(position))
+    }
+}
+
+impl Poses {
+    /// `world_from_link`; the world itself for `None`.
+    #[must_use]
+    pub fn world_from(&self, link: Option<usize>) -> Isometry {
+        link.map_or_else(Isometry::identity, |link| self.0[link])
+    }
+}
+
+/// Whether all seven numbers of a rigid motion are finite.
+#[must_use]
+pub fn is_finite(motion: &Isometry) -> bool {
+    motion.translation.vector.iter().chain(motion.rotation.coords.iter()).all(|x| x.is_finite())
+}
+
+/// The links in an order in which parents come before their children.
+fn parents_first(links: &[Link], parents: &[Option<usize>]) -> Result<Vec<usize>, MachineError> {
+    let mut order = Vec::with_capacity(links.len());
+    let mut placed = vec![false; links.len()];
+    for link in 0..links.len() {
+        let mut chain = Vec::new();
+        let mut at = Some(link);
+        while let Some(next) = at.filter(|&next| !placed[next]) {
+            if let Some(first) = chain.iter().position(|&seen| seen == next) {
+                return Err(cycle(links, &chain[first..]));
+            }
+            chain.push(next);
+            at = parents[next];
+        }
+        for &next in chain.iter().rev() {
+            placed[next] = true;
+            order.push(next);
+        }
+    }
+    Ok(order)
+}
+
+fn cycle(links: &[Link], circle: &[usize]) -> MachineError {
+    let names: Vec<&str> = circle.iter().chain(&circle[..1]).map(|&link| links[link].name.as_str()).collect();
+    MachineError::Cycle { link: circle[0], path: names.join(" -> ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gcode::Axis;
+    use crate::geometry::{Point, Vector};
+    use crate::machine::joint::Limits;
+    use std::f64::consts::FRAC_PI_2;
+
+    fn link(name: &str, parent: Option<&str>, at: [f64; 3], joint: Option<Joint>) -> Link {
+        Link {
+            name: name.to_owned(),
+            parent: parent.map(str::to_owned),
+            parent_from_link: Isometry::translation(at[0], at[1], at[2]),
+            joint,
+        }
+    }
+
+    /// A column 100 up, a slide along X on it, a table that turns about Z at (50, 0) of the slide. Declared backwards.
+    fn machine() -> Machine {
+        let slide = Joint::prismatic(Axis::X, Vector::x(), Limits { min: -200.0, max: 200.0 }).unwrap();
+        let turn = Joint::rotary(Axis::C, Vector::z(), Point::origin(), Limits::NONE).unwrap();
+        Machine::new(vec![
+            link("table", Some("slide"), [50.0, 0.0, 0.0], Some(turn)),
+            link("slide", Some("column"), [0.0, 0.0, 10.0], Some(slide)),
+            link("column", None, [0.0, 0.0, 100.0], None),
+        ])
+        .unwrap()
+    }
+
+    #[test]
+    fn poses_add_up_along_the_chain() {
+        let mut position = Position::default();
+        position[Axis::X] = 7.0;
+        position[Axis::C] = FRAC_PI_2;
+        let poses = machine().forward(&position);
+        // On the table, 3 along its x after a quarter turn is 3 along the world's y: (7 + 50, 3, 100 + 10).
+        let tip = poses.world_from(machine().link("table")) * Point::new(3.0, 0.0, 0.0);
+        assert!((tip - Point::new(57.0, 3.0, 110.0)).norm() < 1e-12, "{tip}");
+        let slide = poses.world_from(machine().link("slide")) * Point::origin();
+        assert!((slide - Point::new(7.0, 0.0, 110.0)).norm() < 1e-12);
+        assert_eq!(poses.world_from(None), Isometry::identity());
+        assert_eq!(machine().parent(0), Some(1));
+        assert_eq!([Some(0), Some(2), None].map(|link| machine().rigid_body(link)), [Some(0), None, None]);
+    }
+
+    #[test]
+    fn one_axis_may_drive_two_joints() {
+        let slide = |sign: f64| Joint::prismatic(Axis::Y, Vector::y() * sign, Limits::NONE).ok();
+        let gripper =
+            Machine::new(vec![link("left", None, [0.0; 3], slide(1.0)), link("right", None, [0.0; 3], slide(-1.0))])
+                .unwrap();
+        let mut position = Position::default();
+        position[Axis::Y] = 4.0;
+        let Poses(poses) = gripper.forward(&position);
+        assert_eq!(poses[0].translation.y, 4.0);
+        assert_eq!(poses[1].translation.y, -4.0);
+    }
+
+    #[test]
+    fn limits_are_checked_for_every_joint() {
+        let mut position = Position::default();
+        assert!(machine().check_limits(&position).is_ok());
+        position[Axis::X] = -200.5;
+        assert_eq!(machine().check_limits(&position).unwrap_err().axis, 'X');
+    }
+
+    #[test]
+    fn circles_are_named() {
+        let links = vec![
+            link("leaf", Some("a"), [0.0; 3], None),
+            link("a", Some("b"), [0.0; 3], None),
+            link("b", Some("a"), [0.0; 3], None),
+        ];
+        let error = Machine::new(links).unwrap_err();
+        assert_eq!(error.to_string(), "links stand on one another in a circle: a -> b -> a");
+        let own = Machine::new(vec![link("a", Some("a"), [0.0; 3], None)]).unwrap_err();
+        assert_eq!(own.to_string(), "links stand on one another in a circle: a -> a");
+    }
+
+    #[test]
+    fn strangers_twins_and_infinities_are_refused() {
+        let stranger = Machine::new(vec![link("a", Some("moon"), [0.0; 3], None)]).unwrap_err();
+        assert!(matches!(stranger, MachineError::UnknownParent { link: 0, ref parent, .. } if parent == "moon"));
+        let twins = Machine::new(vec![link("a", None, [0.0; 3], None), link("a", None, [0.0; 3], None)]).unwrap_err();
+        assert_eq!(twins.link(), 1);
+        let lost = Machine::new(vec![link("a", None, [0.0, f64::NAN, 0.0], None)]).unwrap_err();
+        assert!(matches!(lost, MachineError::NotFinite { link: 0, .. }));
+    }
+}

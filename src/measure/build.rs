@@ -1,0 +1,43 @@
+//! Timing construction: every case over every examined part, in a fresh random order each block.
+
+use super::plan::{Case, Plan};
+use super::{Progress, timer};
+use crate::method::Kind;
+use crate::record::BuildRow;
+use crate::scene::Scene;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_pcg::Pcg64Mcg;
+use std::collections::BTreeSet;
+
+/// Times the construction of every case's model of every part that belongs to an examined pair.
+pub fn time_builds(plan: &Plan, scene: &Scene, launch: u32, blocks: u32, progress: &dyn Progress) -> Vec<BuildRow> {
+    let parts: BTreeSet<usize> = scene.pairs.iter().flat_map(|pair| [pair.a, pair.b]).collect();
+    let cases = plan.cases.iter().filter(|case| case.variant.kind != Kind::Control);
+    let mut jobs: Vec<(&Case, usize)> = cases.flat_map(|case| parts.iter().map(move |&part| (case, part))).collect();
+    let mut rng = Pcg64Mcg::seed_from_u64(plan.selection.seed ^ (u64::from(launch) << 32) ^ 0x000b_u64);
+    let mut rows = Vec::new();
+    for block in 0..blocks {
+        jobs.shuffle(&mut rng);
+        for &(case, part) in &jobs {
+            let mesh = &scene.parts[part].mesh;
+            let (ns, _model) = timer::time(|| case.variant.prepare(mesh, case.policy));
+            let (split, axes, leaf) = case.policy_columns();
+            rows.push(BuildRow {
+                scene: scene.name.clone(),
+                part: scene.parts[part].name.clone(),
+                variant: case.id.clone(),
+                split,
+                axes,
+                leaf,
+                triangles: mesh.faces().len() as u64,
+                launch,
+                block,
+                ns,
+            });
+            progress.advance(1);
+        }
+    }
+    rows.sort_by(|x: &BuildRow, y| (x.block, &x.part).cmp(&(y.block, &y.part)).then_with(|| x.case().cmp(&y.case())));
+    rows
+}

@@ -1,0 +1,96 @@
+//! Chunks: the poses that are counted and timed together.
+//!
+//! A chunk holds poses of one workload, one pair and one stratum, consecutive where they come from a path. Every case runs
+//! the same chunks, which is what makes the comparison paired. Strata get equal shares, because a program spends most of
+//! its time far from everything and a mean over it would say little about the rest.
+
+use super::judged::JudgedPair;
+use crate::record::Stratum;
+
+/// Poses in a chunk.
+pub const CHUNK_POSES: usize = 64;
+/// A stratum with fewer poses than this in a workload is left out there.
+const FEWEST_POSES: usize = 16;
+
+/// Who runs a chunk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Every case but the control; of each workload, pair and stratum the first chunk is also for the peers.
+    Everyone,
+    /// Every case but the control and the peers, whose queries can be a hundred times slower.
+    Volumes,
+    /// The control and the reference only: one or two poses, since the control tests every pair of triangles.
+    Control,
+}
+
+/// Poses that are counted and timed together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Chunk {
+    /// Number within the scene.
+    pub number: u32,
+    /// Which of the scene's judged pairs.
+    pub pair: usize,
+    /// Stratum of all its poses.
+    pub stratum: Stratum,
+    /// Indices into the judged pair's poses.
+    pub poses: Vec<usize>,
+    /// Who runs it.
+    pub role: Role,
+}
+
+/// Chooses about `budget` poses from what was judged: equal shares for the strata, then for the pairs that have poses of
+/// a stratum; within a pair windows of consecutive poses, evenly spread.
+#[must_use]
+pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
+    let mut chunks = Vec::new();
+    for stratum in Stratum::ALL {
+        let members: Vec<(usize, Vec<usize>)> = judged
+            .iter()
+            .enumerate()
+            .map(|(index, pair)| (index, pair.poses_in(stratum)))
+            .filter(|(_, poses)| poses.len() >= FEWEST_POSES)
+            .collect();
+        let share = budget / Stratum::ALL.len() / members.len().max(1);
+        for (rank, (pair, poses)) in members.into_iter().enumerate() {
+            let mut add = |poses: &[usize], role| {
+                chunks.push(Chunk { number: chunks.len() as u32, pair, stratum, poses: poses.to_vec(), role });
+            };
+            for (window, start) in windows(poses.len(), share).into_iter().enumerate() {
+                let end = (start + CHUNK_POSES).min(poses.len());
+                add(&poses[start..end], if window == 0 { Role::Everyone } else { Role::Volumes });
+            }
+            if rank == 0 {
+                add(&poses[poses.len() / 2..=poses.len() / 2], Role::Control);
+            }
+        }
+    }
+    chunks
+}
+
+/// Starts of evenly spread, disjoint windows of [`CHUNK_POSES`] out of `available` poses, about `share` poses in all and at
+/// least one window.
+fn windows(available: usize, share: usize) -> Vec<usize> {
+    let count = (share / CHUNK_POSES).clamp(1, (available / CHUNK_POSES).max(1));
+    let slack = available.saturating_sub(count * CHUNK_POSES);
+    (0..count).map(|window| window * CHUNK_POSES + slack * (2 * window + 1) / (2 * count)).map(|start| if available < CHUNK_POSES { 0 } else { start }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_are_disjoint_and_inside() {
+        for (available, share) in [(16, 1000), (64, 64), (65, 500), (1000, 300), (100_000, 512), (130, 10)] {
+            let starts = windows(available, share);
+            assert!(!starts.is_empty());
+            for pair in starts.windows(2) {
+                assert!(pair[0] + CHUNK_POSES <= pair[1], "{available} {share}: {starts:?}");
+            }
+            if available >= CHUNK_POSES {
+                assert!(starts.last().is_some_and(|last| last + CHUNK_POSES <= available));
+            }
+        }
+        assert_eq!(windows(1000, 300).len(), 4); // 300 / 64
+    }
+}

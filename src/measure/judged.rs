@@ -1,0 +1,160 @@
+//! Poses with their truth: what every variant's verdict is held against.
+
+use super::Progress;
+use super::plan::Plan;
+use crate::geometry::Isometry;
+use crate::record::{Band, Stratum};
+use crate::scene::{Pair, Scene};
+use crate::truth::{self, CacheError, Judgement, PairOracle, TruthCache, TruthKey};
+use crate::workload::{self, PairPoses, Source, Workload, WorkloadError};
+use std::sync::Arc;
+use thiserror::Error;
+
+/// Clearances are found up to here, mm: the border of the farthest stratum.
+const FARTHEST_MM: f64 = 10.0;
+
+/// A pose and its truth.
+#[derive(Clone, Debug)]
+pub struct JudgedPose {
+    /// Part `b` in the frame of part `a`.
+    pub a_from_b: Isometry,
+    /// Whether the surfaces touch, exactly.
+    pub exact: bool,
+    /// Whether any pair of triangles touches by the fast test.
+    pub brute: bool,
+    /// Whether one solid lies wholly inside the other.
+    pub contained: bool,
+    /// Distance stratum.
+    pub stratum: Stratum,
+    /// Depth band; [`Band::Clear`] when the surfaces do not touch.
+    pub band: Band,
+}
+
+/// The judged poses of one pair of one workload.
+#[derive(Clone, Debug)]
+pub struct JudgedPair {
+    /// Workload name.
+    pub workload: String,
+    /// The pair.
+    pub pair: Pair,
+    /// Its poses, in the workload's order.
+    pub poses: Vec<JudgedPose>,
+}
+
+/// Why poses could not be judged.
+#[derive(Debug, Error)]
+pub enum JudgeError {
+    /// The workload cannot be made.
+    #[error(transparent)]
+    Workload(#[from] WorkloadError),
+    /// The truth cannot be stored.
+    #[error(transparent)]
+    Cache(#[from] CacheError),
+    /// No workload of the scene has the name asked for.
+    #[error("scene `{scene}` has no workload `{asked}`; it has {known}")]
+    NoSuchWorkload {
+        /// The scene.
+        scene: String,
+        /// What was asked for.
+        asked: String,
+        /// What there is.
+        known: String,
+    },
+}
+
+impl JudgedPair {
+    /// Indices of the poses of a stratum.
+    #[must_use]
+    pub fn poses_in(&self, stratum: Stratum) -> Vec<usize> {
+        let in_stratum = |(index, pose): (usize, &JudgedPose)| (pose.stratum == stratum).then_some(index);
+        self.poses.iter().enumerate().filter_map(in_stratum).collect()
+    }
+}
+
+/// Generates about `poses` posed pairs of a scene and judges them; truth already in `cache` is not computed again.
+///
+/// # Errors
+/// When a workload cannot be made or the cache cannot be written.
+pub fn judge(
+    plan: &Plan,
+    scene: &Scene,
+    poses: usize,
+    cache: Option<&TruthCache>,
+    progress: &dyn Progress,
+) -> Result<Vec<JudgedPair>, JudgeError> {
+    let workloads = workload::generate(scene, poses, plan.selection.seed)?;
+    let asked = &plan.selection.workloads;
+    if let Some(missing) = asked.iter().find(|name| workloads.iter().all(|workload| &workload.name != *name)) {
+        let known = workloads.iter().map(|workload| workload.name.as_str()).collect::<Vec<_>>().join(", ");
+        return Err(JudgeError::NoSuchWorkload { scene: scene.name.clone(), asked: missing.clone(), known });
+    }
+    let chosen: Vec<&Workload> =
+        workloads.iter().filter(|workload| asked.is_empty() || asked.contains(&workload.name)).collect();
+    progress.begin(&format!("{}: exact truth", scene.name), chosen.iter().map(|workload| workload.len() as u64).sum());
+    let mut judged = Vec::new();
+    for workload in chosen {
+        for pair in &workload.pairs {
+            let judgements = judgements(scene, workload.source, pair, cache, progress)?;
+            let poses = pair.poses.iter().zip(&judgements);
+            let poses = poses.map(|(pose, judgement)| judged_pose(pose.a_from_b, judgement)).collect();
+            judged.push(JudgedPair { workload: workload.name.clone(), pair: pair.pair, poses });
+        }
+    }
+    Ok(judged)
+}
+
+/// The truth about every pose of a pair, from the cache or found anew.
+fn judgements(
+    scene: &Scene,
+    source: Source,
+    pair: &PairPoses,
+    cache: Option<&TruthCache>,
+    progress: &dyn Progress,
+) -> Result<Vec<Judgement>, JudgeError> {
+    let mesh = |part: usize| Arc::clone(&scene.parts[part].mesh);
+    let oracle = PairOracle::new(mesh(pair.pair.a), mesh(pair.pair.b));
+    let poses: Vec<Isometry> = pair.poses.iter().map(|pose| pose.a_from_b).collect();
+    let along_path = matches!(source, Source::Program | Source::Recorded);
+    let key = TruthKey::new(&oracle, &poses, &format!("clearance to {FARTHEST_MM} mm, depth along path: {along_path}"));
+    let known = cache.and_then(|cache| cache.load(&key));
+    let mut judgements = if let Some(known) = known {
+        progress.advance(poses.len() as u64);
+        known
+    } else {
+        let mut found = truth::judge_all(&oracle, &poses, FARTHEST_MM, &|done| progress.advance(done));
+        if along_path {
+            let exact: Vec<bool> = found.iter().map(|judgement| judgement.verdict.exact).collect();
+            for (judgement, depth) in found.iter_mut().zip(truth::path_depths(&oracle, &poses, &exact)) {
+                judgement.depth_mm = depth;
+            }
+        }
+        if let Some(cache) = cache {
+            cache.store(&key, &found)?;
+        }
+        found
+    };
+    if !along_path {
+        for (judgement, pose) in judgements.iter_mut().zip(&pair.poses) {
+            judgement.depth_mm = pose.depth_mm;
+        }
+    }
+    Ok(judgements)
+}
+
+fn judged_pose(a_from_b: Isometry, judgement: &Judgement) -> JudgedPose {
+    let touching = judgement.verdict.exact;
+    let band = match judgement.depth_mm {
+        _ if !touching => Band::Clear,
+        Some(depth) => Band::of_depth(depth),
+        // A contact whose depth nobody knows counts as deep, so that missing it is never excused.
+        None => Band::Deep,
+    };
+    JudgedPose {
+        a_from_b,
+        exact: touching,
+        brute: judgement.verdict.brute,
+        contained: judgement.verdict.contained,
+        stratum: Stratum::of(touching, judgement.clearance_mm),
+        band,
+    }
+}

@@ -1,0 +1,199 @@
+//! What is measured: which variants with which tree policies on which scenes.
+
+use super::profile::{Budget, Profile};
+use crate::method::Kind;
+use crate::record::manifest::{Request, SceneEntry, VariantEntry};
+use crate::registry::{Registry, Variant};
+use crate::scene::{Scene, SceneError};
+use crate::tree::{Policy, SplitRule};
+use std::collections::BTreeMap;
+use thiserror::Error;
+
+/// The policy that every volume is also measured with, so that fits can be compared on one and the same topology.
+pub const CONTROL_POLICY: Policy = Policy::shared(SplitRule::Median);
+
+/// What the user asked for.
+#[derive(Clone, Debug)]
+pub struct Selection {
+    /// How much.
+    pub profile: Profile,
+    /// Scene names or paths; empty for all shipped scenes.
+    pub scenes: Vec<String>,
+    /// Variant ids; empty for all.
+    pub variants: Vec<String>,
+    /// Workload names; empty for all.
+    pub workloads: Vec<String>,
+    /// Tree policies for every volume; empty for each one's own default and [`CONTROL_POLICY`].
+    pub policies: Vec<Policy>,
+    /// Seed of all randomness.
+    pub seed: u64,
+}
+
+/// A variant with a tree policy: one column of the comparison.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The variant.
+    pub variant: Variant,
+    /// How its trees are built; `None` for methods without a tree of ours.
+    pub policy: Option<Policy>,
+    /// Its name in the records: the variant's id, or [`Case::NULL`].
+    pub id: String,
+}
+
+/// A plan that can be carried out: everything named exists and is loaded.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// What was asked for.
+    pub selection: Selection,
+    /// The variants chosen.
+    pub variants: Vec<Variant>,
+    /// Every variant with each of its policies.
+    pub cases: Vec<Case>,
+    /// The scenes, loaded.
+    pub scenes: Vec<Scene>,
+    /// Amounts.
+    pub budget: Budget,
+}
+
+/// Why a plan cannot be made.
+#[derive(Debug, Error)]
+pub enum PlanError {
+    /// A variant is not registered.
+    #[error("there is no variant `{id}`; `bvbench list` shows them: {known}")]
+    NoSuchVariant {
+        /// What was asked for.
+        id: String,
+        /// What there is.
+        known: String,
+    },
+    /// A scene cannot be loaded.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// Two scenes have one name, so that their rows could not be told apart.
+    #[error("two of the scenes are called `{name}`")]
+    SameName {
+        /// The name.
+        name: String,
+    },
+}
+
+impl Case {
+    /// The id of the duplicate that shows the noise of the comparison itself.
+    pub const NULL: &'static str = "null";
+
+    /// Split rule, axes and leaf size as records hold them.
+    #[must_use]
+    pub fn policy_columns(&self) -> (String, String, u8) {
+        self.policy.map_or_else(
+            || ("none".to_owned(), "none".to_owned(), 0),
+            |policy| (policy.split.to_string(), policy.axes.to_string(), policy.leaf),
+        )
+    }
+}
+
+impl Plan {
+    /// Resolves a selection against a registry and loads its scenes.
+    ///
+    /// # Errors
+    /// An unknown variant, or a scene that cannot be loaded.
+    pub fn new(selection: Selection, registry: &Registry) -> Result<Self, PlanError> {
+        let variants = choose(&selection.variants, registry)?;
+        let cases = variants.iter().flat_map(|variant| cases_of(variant, &selection.policies)).collect();
+        let mut scenes: Vec<Scene> = Vec::new();
+        let asked: Vec<&str> = match selection.scenes.as_slice() {
+            [] => Scene::SHIPPED.to_vec(),
+            names => names.iter().map(String::as_str).collect(),
+        };
+        for name in asked {
+            let scene = Scene::find(name)?;
+            if scenes.iter().any(|other| other.name == scene.name) {
+                return Err(PlanError::SameName { name: scene.name });
+            }
+            scenes.push(scene);
+        }
+        Ok(Self { budget: selection.profile.budget(), selection, variants, cases, scenes })
+    }
+
+    /// The case that the null method duplicates: the reference variant's default, or the first volume's.
+    #[must_use]
+    pub fn null_reference(&self) -> Option<&Case> {
+        let volumes = || self.cases.iter().filter(|case| case.variant.kind == Kind::Volume && case.variant.info.safe);
+        volumes().find(|case| case.variant.is_reference).or_else(|| volumes().next())
+    }
+
+    /// The request as the manifest holds it.
+    #[must_use]
+    pub fn request(&self) -> Request {
+        Request {
+            profile: self.selection.profile.to_string(),
+            seed: self.selection.seed,
+            scenes: self.selection.scenes.clone(),
+            variants: self.variants.iter().map(|variant| variant.info.id.to_owned()).collect(),
+            policies: self.selection.policies.iter().map(ToString::to_string).collect(),
+            workloads: self.selection.workloads.clone(),
+            verify_poses: self.budget.verify_poses as u64,
+            measure_poses: self.budget.measure_poses as u64,
+            blocks: self.budget.blocks,
+            launches: self.budget.launches,
+        }
+    }
+
+    /// The variants as the manifest holds them.
+    #[must_use]
+    pub fn variant_entries(&self) -> Vec<VariantEntry> {
+        let entry = |variant: &Variant| VariantEntry {
+            id: variant.info.id.to_owned(),
+            label: variant.info.label.to_owned(),
+            reference: variant.info.reference.to_owned(),
+            safe: variant.info.safe,
+            kind: variant.kind,
+            policies: cases_of(variant, &self.selection.policies)
+                .iter()
+                .filter_map(|case| case.policy)
+                .map(|policy| policy.to_string())
+                .collect(),
+        };
+        self.variants.iter().map(entry).collect()
+    }
+
+    /// The scenes as the manifest holds them.
+    #[must_use]
+    pub fn scene_entries(&self) -> Vec<SceneEntry> {
+        let entry = |scene: &Scene| SceneEntry {
+            name: scene.name.clone(),
+            title: scene.title.clone(),
+            triangles: scene.parts.iter().map(|part| (part.name.clone(), part.mesh.faces().len() as u64)).collect(),
+            pairs: scene.pairs.iter().map(|&pair| scene.pair_name(pair)).collect(),
+        };
+        self.scenes.iter().map(entry).collect()
+    }
+
+    /// Content hashes of everything the scenes were made from.
+    #[must_use]
+    pub fn inputs(&self) -> BTreeMap<String, String> {
+        self.scenes.iter().flat_map(|scene| scene.inputs.clone()).collect()
+    }
+}
+
+fn choose(ids: &[String], registry: &Registry) -> Result<Vec<Variant>, PlanError> {
+    if ids.is_empty() {
+        return Ok(registry.variants().to_vec());
+    }
+    if let Some(id) = ids.iter().find(|id| registry.find(id).is_none()) {
+        let known = registry.variants().iter().map(|variant| variant.info.id).collect::<Vec<_>>().join(", ");
+        return Err(PlanError::NoSuchVariant { id: id.clone(), known });
+    }
+    // Registry order, each once, whatever the order and repetition on the command line: one request, one result.
+    let chosen = |variant: &&Variant| ids.iter().any(|id| id == variant.info.id);
+    Ok(registry.variants().iter().filter(chosen).copied().collect())
+}
+
+fn cases_of(variant: &Variant, asked: &[Policy]) -> Vec<Case> {
+    let policies = match (variant.policy, asked) {
+        (None, _) => vec![None],
+        (Some(own), []) => vec![Some(own), Some(CONTROL_POLICY)],
+        (Some(_), asked) => asked.iter().copied().map(Some).collect(),
+    };
+    let case = |policy| Case { variant: *variant, policy, id: variant.info.id.to_owned() };
+    policies.into_iter().map(case).collect()
+}

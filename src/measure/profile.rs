@@ -1,0 +1,93 @@
+//! How much is measured.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// A named amount of work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Profile {
+    /// Seconds: for continuous integration and for trying a new volume.
+    Smoke,
+    /// Two minutes: for a reader.
+    Quick,
+    /// An hour: for publication.
+    Full,
+}
+
+/// What a profile amounts to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Budget {
+    /// Posed pairs per scene whose verdicts are verified.
+    pub verify_poses: usize,
+    /// Posed pairs per scene that are counted and timed.
+    pub measure_poses: usize,
+    /// Timed blocks per launch, after the warm-up block.
+    pub blocks: u32,
+    /// Process launches.
+    pub launches: u32,
+    /// Timed constructions of every tree per launch.
+    pub build_blocks: u32,
+    /// Random triangle pairs on which the exact test is compared with its integer twin.
+    pub cross_check_pairs: u64,
+}
+
+impl Profile {
+    /// All profiles, smallest first.
+    pub const ALL: [Self; 3] = [Self::Smoke, Self::Quick, Self::Full];
+
+    /// The name on the command line and in the manifest.
+    #[must_use]
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::Smoke => "smoke",
+            Self::Quick => "quick",
+            Self::Full => "full",
+        }
+    }
+
+    /// Its amounts.
+    #[must_use]
+    pub const fn budget(self) -> Budget {
+        match self {
+            Self::Smoke => Budget {
+                verify_poses: 2_000,
+                measure_poses: 512,
+                blocks: 3,
+                launches: 1,
+                build_blocks: 1,
+                cross_check_pairs: 20_000,
+            },
+            Self::Quick => Budget {
+                verify_poses: 100_000,
+                measure_poses: 2_048,
+                blocks: 6,
+                launches: 3,
+                build_blocks: 2,
+                cross_check_pairs: 1_000_000,
+            },
+            Self::Full => Budget {
+                verify_poses: 400_000,
+                measure_poses: 8_192,
+                blocks: 16,
+                launches: 8,
+                build_blocks: 5,
+                cross_check_pairs: 10_000_000,
+            },
+        }
+    }
+}
+
+impl fmt::Display for Profile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.id())
+    }
+}
+
+impl FromStr for Profile {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|profile| profile.id() == text);
+        found.ok_or_else(|| format!("`{text}` is not a profile: expected smoke, quick or full"))
+    }
+}

@@ -1,0 +1,137 @@
+//! Timing queries: randomised complete blocks.
+//!
+//! In every block every chunk is visited in a fresh random order, and for a chunk every case runs in a fresh random order,
+//! back to back, each after an untimed run over the first poses that brings its trees into the caches. The first block
+//! warms up, finds how often a short chunk must be repeated, and is dropped.
+
+use super::chunk::{Chunk, Role};
+use super::judged::JudgedPair;
+use super::plan::{Case, Plan};
+use super::{Progress, timer};
+use crate::geometry::Isometry;
+use crate::method::{Kind, Model};
+use crate::record::TimingRow;
+use crate::scene::Scene;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_pcg::Pcg64Mcg;
+use std::collections::BTreeMap;
+
+/// Poses run untimed before each sample.
+const WARM_UP_POSES: usize = 8;
+
+/// A case with its trees over the parts of a scene.
+struct Contestant {
+    case: Case,
+    models: BTreeMap<usize, Box<dyn Model>>,
+}
+
+/// Times all chunks of a scene with every case of the plan and the null duplicate.
+pub fn time_scene(
+    plan: &Plan,
+    scene: &Scene,
+    judged: &[JudgedPair],
+    chunks: &[Chunk],
+    launch: u32,
+    progress: &dyn Progress,
+) -> Vec<TimingRow> {
+    let contestants = contestants(plan, scene);
+    let chunk_poses: Vec<Vec<Isometry>> = chunks
+        .iter()
+        .map(|chunk| chunk.poses.iter().map(|&pose| judged[chunk.pair].poses[pose].a_from_b).collect())
+        .collect();
+    let mut rng = Pcg64Mcg::seed_from_u64(plan.selection.seed ^ (u64::from(launch) << 32));
+    let mut passes = vec![vec![1; contestants.len()]; chunks.len()];
+    let mut verdicts = Vec::new();
+    let mut rows = Vec::new();
+    let mut chunk_order: Vec<usize> = (0..chunks.len()).collect();
+    let mut case_order: Vec<usize> = (0..contestants.len()).collect();
+    for block in 0..=plan.budget.blocks {
+        chunk_order.shuffle(&mut rng);
+        for &c in &chunk_order {
+            let (chunk, poses) = (&chunks[c], &chunk_poses[c]);
+            case_order.shuffle(&mut rng);
+            for &k in case_order.iter().filter(|&&k| takes_part(&contestants[k], chunk, plan, block)) {
+                let (a, b) = contestants[k].pair_of(&judged[chunk.pair]);
+                let mut run = |poses: &[Isometry], passes: u32| {
+                    for _ in 0..passes {
+                        verdicts.clear();
+                        a.first(b, poses, &mut verdicts);
+                    }
+                    verdicts.last().copied()
+                };
+                if chunk.role != Role::Control {
+                    run(&poses[..poses.len().min(WARM_UP_POSES)], 1);
+                }
+                let (ns, _) = timer::time(|| run(poses, passes[c][k]));
+                if block == 0 {
+                    passes[c][k] = timer::passes_for(ns);
+                } else {
+                    rows.push(row(scene, &judged[chunk.pair], chunk, &contestants[k].case, launch, block - 1, passes[c][k], ns));
+                }
+            }
+            progress.advance(1);
+        }
+    }
+    // Written in one order whatever the order of execution.
+    rows.sort_by(|x: &TimingRow, y| (x.block, x.chunk).cmp(&(y.block, y.chunk)).then_with(|| x.case().cmp(&y.case())));
+    rows
+}
+
+impl Contestant {
+    fn prepare(case: &Case, id: &str, scene: &Scene) -> Self {
+        let parts = scene.pairs.iter().flat_map(|pair| [pair.a, pair.b]);
+        let models = parts.map(|part| (part, case.variant.prepare(&scene.parts[part].mesh, case.policy))).collect();
+        Self { case: Case { id: id.to_owned(), ..case.clone() }, models }
+    }
+
+    fn pair_of(&self, judged: &JudgedPair) -> (&dyn Model, &dyn Model) {
+        (self.models[&judged.pair.a].as_ref(), self.models[&judged.pair.b].as_ref())
+    }
+}
+
+fn contestants(plan: &Plan, scene: &Scene) -> Vec<Contestant> {
+    let null = plan.null_reference().map(|case| Contestant::prepare(case, Case::NULL, scene));
+    plan.cases.iter().map(|case| Contestant::prepare(case, &case.id, scene)).chain(null).collect()
+}
+
+/// Whether a case runs a chunk in a block. The control takes seconds, so one timed block of each launch is enough for it.
+fn takes_part(contestant: &Contestant, chunk: &Chunk, plan: &Plan, block: u32) -> bool {
+    let case = &contestant.case;
+    match (chunk.role, case.variant.kind) {
+        (Role::Control, Kind::Control) => block <= 1,
+        (Role::Control, _) => plan.null_reference().is_some_and(|reference| reference.id == case.id && reference.policy == case.policy),
+        (_, Kind::Control) => false,
+        (Role::Volumes, Kind::Peer) => false,
+        _ => true,
+    }
+}
+
+#[expect(clippy::too_many_arguments, reason = "one argument per column of the row")]
+fn row(
+    scene: &Scene,
+    judged: &JudgedPair,
+    chunk: &Chunk,
+    case: &Case,
+    launch: u32,
+    block: u32,
+    passes: u32,
+    ns: u64,
+) -> TimingRow {
+    let (split, axes, leaf) = case.policy_columns();
+    TimingRow {
+        scene: scene.name.clone(),
+        workload: if chunk.role == Role::Control { "control".to_owned() } else { judged.workload.clone() },
+        pair: scene.pair_name(judged.pair),
+        stratum: chunk.stratum,
+        variant: case.id.clone(),
+        split,
+        axes,
+        leaf,
+        launch,
+        block,
+        chunk: chunk.number,
+        poses: chunk.poses.len() as u32 * passes,
+        ns,
+    }
+}

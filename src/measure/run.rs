@@ -1,0 +1,365 @@
+//! A run's folder: what is finished, what can be taken up again, and how the parts become whole files.
+//!
+//! A run is made of units: the verification of a scene, the counts of a scene, the timings of a scene in one launch. A unit's
+//! files are written into a folder of their own that is renamed when it is whole; the last step joins all units into the
+//! run's CSV files. A run that was killed therefore goes on with the units it lacks, and what it had is as if it had
+//! never stopped.
+
+use super::judged::{self, JudgeError, JudgedPair};
+use super::plan::Plan;
+use super::{Progress, accuracy, build, chunk, counts, environment, query, shape};
+use crate::record::manifest::{SCHEMA, Stage};
+use crate::record::{
+    BuildRow, Manifest, OutlineRow, QueryRow, RecordError, Row, TightnessRow, TimingRow, TreeRow, VerificationRow,
+    read_rows, write_rows, write_text,
+};
+use crate::scene::Scene;
+use crate::truth::TruthCache;
+use std::fs;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Folder of the unfinished units inside a run's folder.
+const UNITS: &str = "units";
+/// File of a timing unit: one complaint about noise per line.
+const NOISE_FILE: &str = "noise.txt";
+/// How many times more poses are generated than measured, so that every stratum fills its share.
+const POSE_RESERVE: usize = 4;
+
+/// Why a run could not be opened or carried on.
+#[derive(Debug, Error)]
+pub enum MeasureError {
+    /// A file could not be read or written.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The poses could not be judged.
+    #[error(transparent)]
+    Judge(#[from] JudgeError),
+    /// The folder holds something that is not a run.
+    #[error("{folder} is not empty and holds no {manifest}; name another folder with --out", folder = .0.display(), manifest = Manifest::FILE)]
+    NotARun(PathBuf),
+    /// The folder holds a run of something else.
+    #[error("{folder} holds a run of another request ({difference} differs); name another folder with --out, or replace it with --fresh", folder = folder.display())]
+    AnotherRun {
+        /// The folder.
+        folder: PathBuf,
+        /// What differs.
+        difference: &'static str,
+    },
+    /// A launch in a process of its own failed.
+    #[error("launch {launch} failed: {cause}")]
+    Launch {
+        /// Its number.
+        launch: u32,
+        /// Why.
+        cause: String,
+    },
+}
+
+/// Carries out a timing launch in a process of its own, given its number.
+pub type Launcher<'a> = &'a dyn Fn(u32) -> Result<(), String>;
+
+/// A run: a plan and the folder it is carried out in.
+#[derive(Debug)]
+pub struct Run {
+    folder: PathBuf,
+    plan: Plan,
+    manifest: Manifest,
+    cache: Option<TruthCache>,
+}
+
+impl Run {
+    /// Opens a run's folder: a new one, one that was interrupted, or a finished one that is to be made again. `fresh`
+    /// allows a run of another request to be replaced.
+    ///
+    /// # Errors
+    /// When the folder holds something else or cannot be written.
+    pub fn open(plan: Plan, folder: &Path, cache: Option<TruthCache>, fresh: bool) -> Result<Self, MeasureError> {
+        let new = new_manifest(&plan);
+        let mut run = Self { folder: folder.to_owned(), plan, manifest: new, cache };
+        if folder.join(Manifest::FILE).exists() {
+            match Manifest::read(folder).map(|old| (difference(&old, &run.manifest), old)) {
+                Ok((None, old)) => run.manifest = old,
+                _ if fresh => run.clear()?,
+                Ok((Some(difference), _)) => {
+                    return Err(MeasureError::AnotherRun { folder: folder.to_owned(), difference });
+                }
+                Err(error) => return Err(error.into()),
+            }
+        } else if fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) {
+            return Err(MeasureError::NotARun(folder.to_owned()));
+        }
+        run.manifest.write(folder)?;
+        Ok(run)
+    }
+
+    /// The run's folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// What is known of the run so far.
+    #[must_use]
+    pub const fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// What is being carried out.
+    #[must_use]
+    pub const fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Whether a stage is finished.
+    #[must_use]
+    pub fn has_finished(&self, stage: Stage) -> bool {
+        self.manifest.finished.contains(&stage)
+    }
+
+    /// Starts a stage: a finished one is made again from nothing, an interrupted one goes on.
+    fn start(&mut self, stage: Stage) -> Result<(), MeasureError> {
+        if self.has_finished(stage) {
+            self.manifest.finished.retain(|&finished| finished != stage);
+            self.manifest.write(&self.folder)?;
+            remove(&self.unit_folder(stage_folder(stage)))?;
+        }
+        Ok(())
+    }
+
+    /// Notes that a stage is finished.
+    ///
+    /// # Errors
+    /// When the manifest cannot be written.
+    pub fn finish(&mut self, stage: Stage) -> Result<(), MeasureError> {
+        if !self.has_finished(stage) {
+            self.manifest.finished.push(stage);
+        }
+        self.manifest.write(&self.folder)?;
+        Ok(remove(&self.unit_folder(stage_folder(stage)))?)
+    }
+
+    /// Verifies every case on every scene and writes `verification.csv`; returns its rows.
+    ///
+    /// # Errors
+    /// When poses cannot be judged or files cannot be written.
+    pub fn verify(&mut self, progress: &dyn Progress) -> Result<Vec<VerificationRow>, MeasureError> {
+        self.start(Stage::Verify)?;
+        let poses = self.plan.budget.verify_poses;
+        let mut all = Vec::new();
+        for scene in &self.plan.scenes {
+            let unit = self.unit_folder(stage_folder(Stage::Verify)).join(&scene.name);
+            if !unit.exists() {
+                let judged = judged::judge(&self.plan, scene, poses, self.cache.as_ref(), progress)?;
+                let rows = accuracy::verify_scene(&self.plan, scene, &judged, progress);
+                write_unit(&unit, |folder| write_rows(folder, &rows))?;
+            }
+            all.extend(read_rows::<VerificationRow>(&unit)?);
+        }
+        write_rows(&self.folder, &all)?;
+        self.finish(Stage::Verify)?;
+        Ok(all)
+    }
+
+    /// Counts, describes and times every case on every scene and writes the remaining raw CSV files. `launcher` carries out
+    /// launches in processes of their own; a single launch is made in this one.
+    ///
+    /// # Errors
+    /// When poses cannot be judged, a launch fails, or files cannot be written.
+    pub fn measure(&mut self, launcher: Launcher<'_>, progress: &dyn Progress) -> Result<(), MeasureError> {
+        self.start(Stage::Measure)?;
+        for scene in &self.plan.scenes {
+            let unit = self.count_unit(scene);
+            if !unit.exists() {
+                let (judged, chunks) = self.measured_poses(scene, progress)?;
+                let rows = counts::count_scene(&self.plan, scene, &judged, &chunks, progress);
+                let shapes = shape::describe_scene(&self.plan, scene, progress);
+                write_unit(&unit, |folder| {
+                    write_rows(folder, &rows)?;
+                    write_rows(folder, &shapes.trees)?;
+                    write_rows(folder, &shapes.tightness)?;
+                    write_rows(folder, &shapes.outlines)
+                })?;
+            }
+        }
+        let launches = self.plan.budget.launches;
+        for launch in 0..launches {
+            if self.plan.scenes.iter().all(|scene| self.time_unit(launch, scene).exists()) {
+                continue;
+            }
+            if launches == 1 {
+                self.time_launch(launch, progress)?;
+            } else {
+                launcher(launch).map_err(|cause| MeasureError::Launch { launch, cause })?;
+            }
+        }
+        self.join::<QueryRow>(&self.count_units())?;
+        self.join::<TreeRow>(&self.count_units())?;
+        self.join::<TightnessRow>(&self.count_units())?;
+        self.join::<OutlineRow>(&self.count_units())?;
+        self.join::<TimingRow>(&self.time_units())?;
+        self.join::<BuildRow>(&self.time_units())?;
+        self.manifest.noise = self.noise()?;
+        self.finish(Stage::Measure)
+    }
+
+    /// One timing launch: every scene's chunks and builds, unit by unit.
+    ///
+    /// # Errors
+    /// When poses cannot be judged or files cannot be written.
+    pub fn time_launch(&self, launch: u32, progress: &dyn Progress) -> Result<(), MeasureError> {
+        for scene in &self.plan.scenes {
+            let unit = self.time_unit(launch, scene);
+            if unit.exists() {
+                continue;
+            }
+            let (judged, chunks) = self.measured_poses(scene, &super::Silent)?;
+            let blocks = u64::from(self.plan.budget.blocks + 1);
+            let what = format!("{}: timing, launch {} of {}", scene.name, launch + 1, self.plan.budget.launches);
+            progress.begin(&what, blocks * chunks.len() as u64);
+            let before = environment::BusyMeter::read();
+            let timings = query::time_scene(&self.plan, scene, &judged, &chunks, launch, progress);
+            let builds = build::time_builds(&self.plan, scene, launch, self.plan.budget.build_blocks, progress);
+            let disturbance = environment::BusyMeter::read().zip(before).and_then(|(after, before)| after.since(&before));
+            let complaint = disturbance.and_then(|disturbance| disturbance.complaint());
+            let noise = complaint.map_or_else(String::new, |text| format!("{}, launch {launch}: {text}\n", scene.name));
+            write_unit(&unit, |folder| {
+                write_rows(folder, &timings)?;
+                write_rows(folder, &builds)?;
+                write_text(&folder.join(NOISE_FILE), &noise)
+            })?;
+        }
+        Ok(())
+    }
+
+    fn measured_poses(
+        &self,
+        scene: &Scene,
+        progress: &dyn Progress,
+    ) -> Result<(Vec<JudgedPair>, Vec<chunk::Chunk>), MeasureError> {
+        let poses = self.plan.budget.measure_poses;
+        let judged = judged::judge(&self.plan, scene, poses * POSE_RESERVE, self.cache.as_ref(), progress)?;
+        let chunks = chunk::select(&judged, poses);
+        Ok((judged, chunks))
+    }
+
+    /// What the launches complained about.
+    fn noise(&self) -> Result<Vec<String>, MeasureError> {
+        let mut complaints = Vec::new();
+        for unit in self.time_units() {
+            let path = unit.join(NOISE_FILE);
+            let text = fs::read_to_string(&path).map_err(RecordError::io("read", &path))?;
+            complaints.extend(text.lines().map(str::to_owned));
+        }
+        Ok(complaints)
+    }
+
+    fn join<R: Row>(&self, units: &[PathBuf]) -> Result<(), MeasureError> {
+        let mut rows: Vec<R> = Vec::new();
+        for unit in units {
+            rows.extend(read_rows::<R>(unit)?);
+        }
+        Ok(write_rows(&self.folder, &rows)?)
+    }
+
+    fn unit_folder(&self, stage: &str) -> PathBuf {
+        self.folder.join(UNITS).join(stage)
+    }
+
+    fn count_unit(&self, scene: &Scene) -> PathBuf {
+        self.unit_folder(stage_folder(Stage::Measure)).join("counts").join(&scene.name)
+    }
+
+    fn time_unit(&self, launch: u32, scene: &Scene) -> PathBuf {
+        self.unit_folder(stage_folder(Stage::Measure)).join(format!("launch-{launch}")).join(&scene.name)
+    }
+
+    fn count_units(&self) -> Vec<PathBuf> {
+        self.plan.scenes.iter().map(|scene| self.count_unit(scene)).collect()
+    }
+
+    fn time_units(&self) -> Vec<PathBuf> {
+        let launches = 0..self.plan.budget.launches;
+        launches.flat_map(|launch| self.plan.scenes.iter().map(move |scene| self.time_unit(launch, scene))).collect()
+    }
+
+    /// Removes what another run left in the folder: its records, units, plots and report, and nothing else.
+    fn clear(&self) -> Result<(), MeasureError> {
+        let files = [
+            Manifest::FILE,
+            QueryRow::FILE,
+            VerificationRow::FILE,
+            TreeRow::FILE,
+            TightnessRow::FILE,
+            OutlineRow::FILE,
+            BuildRow::FILE,
+            TimingRow::FILE,
+            crate::record::SummaryRow::FILE,
+            crate::record::RatioRow::FILE,
+            crate::record::ClaimRow::FILE,
+            "report.md",
+            "plots",
+            UNITS,
+        ];
+        files.into_iter().try_for_each(|name| Ok(remove(&self.folder.join(name))?))
+    }
+}
+
+const fn stage_folder(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Verify => "verify",
+        Stage::Measure => "measure",
+        Stage::Analyze | Stage::Plot | Stage::Report => "derived",
+    }
+}
+
+fn new_manifest(plan: &Plan) -> Manifest {
+    Manifest {
+        schema: SCHEMA,
+        request: plan.request(),
+        inputs: plan.inputs(),
+        variants: plan.variant_entries(),
+        scenes: plan.scene_entries(),
+        program: environment::program(),
+        machine: environment::machine(),
+        null_of: plan.null_reference().map_or_else(String::new, |case| case.id.clone()),
+        finished: Vec::new(),
+        noise: Vec::new(),
+    }
+}
+
+/// What keeps one run from being continued as the other; the command line, the load and such do not.
+fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
+    let program = |manifest: &Manifest| {
+        let program = &manifest.program;
+        (program.version.clone(), program.git_revision.clone(), program.rustc.clone(), program.flags.clone())
+    };
+    let finished = old.finished.contains(&Stage::Measure);
+    match () {
+        () if old.schema != new.schema => Some("the schema"),
+        () if old.request != new.request => Some("the request"),
+        () if old.inputs != new.inputs => Some("an input file"),
+        () if old.variants != new.variants => Some("the list of variants"),
+        // A finished run is not continued but made again, so another build of the program may do it.
+        () if !finished && program(old) != program(new) => Some("the program"),
+        () => None,
+    }
+}
+
+/// Writes a unit's files into a folder beside its own and renames it when they are whole.
+fn write_unit(unit: &Path, write: impl FnOnce(&Path) -> Result<(), RecordError>) -> Result<(), RecordError> {
+    let temporary = unit.with_extension("partial");
+    remove(&temporary)?;
+    fs::create_dir_all(&temporary).map_err(RecordError::io("create", &temporary))?;
+    write(&temporary)?;
+    fs::rename(&temporary, unit).map_err(RecordError::io("write", unit))
+}
+
+/// Removes a file or a folder with all that is in it; one that is not there is fine.
+fn remove(path: &Path) -> Result<(), RecordError> {
+    let result = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
+    match result {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(RecordError::io("remove", path)(error)),
+        _ => Ok(()),
+    }
+}

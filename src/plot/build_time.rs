@@ -1,0 +1,48 @@
+//! Time to build a tree.
+
+use super::Sketch;
+use super::data::Data;
+use super::grouped::{Form, Grouped, Panel, Point, Series};
+use super::ticks::Scale;
+use crate::analysis::stats::quantile;
+use std::collections::BTreeMap;
+
+pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
+    let panels = data.scenes.iter().map(|scene| panel(data, scene)).collect();
+    Sketch {
+        name: "build-time",
+        title: "Time to build a tree".to_owned(),
+        caption: "Time to build the tree over one part, by part and variant (default tree policy). Markers are medians over all \
+                  builds, whiskers reach from the 5th to the 95th percentile. The number after a part's name is its count of \
+                  triangles."
+            .to_owned(),
+        drawing: Grouped::of(panels, 2, "builds.csv holds no rows; measure first"),
+    }
+}
+
+fn panel(data: &Data, scene: &str) -> Panel {
+    let mut times: BTreeMap<(&str, &str), Vec<f64>> = BTreeMap::new();
+    let mut parts: BTreeMap<&str, u64> = BTreeMap::new();
+    for row in data.builds.iter().filter(|row| row.scene == scene && data.is_default(&row.case())) {
+        times.entry((&row.variant, &row.part)).or_default().push(row.ns as f64 / 1e6);
+        parts.insert(&row.part, row.triangles);
+    }
+    times.values_mut().for_each(|times| times.sort_unstable_by(f64::total_cmp));
+    let point = |times: &Vec<f64>| {
+        let [low, value, high] = [0.05, 0.5, 0.95].map(|q| quantile(times, q));
+        Point { value, low, high }
+    };
+    let series = data.variants.iter().map(|entry| Series {
+        points: parts.keys().map(|part| times.get(&(entry.id.as_str(), *part)).map(point)).collect(),
+        entry: entry.clone(),
+    });
+    Panel {
+        title: scene.to_owned(),
+        measure: "build time, ms",
+        sorted_by: "part (triangles)",
+        scale: Scale::Log,
+        form: Form::Markers,
+        series: series.filter(|series| series.points.iter().any(Option::is_some)).collect(),
+        categories: parts.iter().map(|(part, triangles)| format!("{part} ({triangles})")).collect(),
+    }
+}

@@ -1,0 +1,124 @@
+//! One drawing, two files: SVG as text and PNG from pixels.
+//!
+//! The PNG needs glyphs without asking the system for fonts. They come from Ubuntu Light (Ubuntu Font Licence 1.0, which
+//! allows embedding and use in documents), as shipped by the crate `epaint_default_fonts`. The SVG names the generic family
+//! `sans-serif` and leaves the choice to the viewer.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::{FontStyle, register_font};
+use std::fs;
+use std::path::Path;
+use std::sync::Once;
+
+/// The font family of all text.
+pub const FAMILY: &str = "sans-serif";
+
+/// Text sizes, px.
+pub const TITLE_PX: u32 = 30;
+/// Titles of panels.
+pub const PANEL_PX: u32 = 24;
+/// Axis labels, legends.
+pub const TEXT_PX: u32 = 21;
+
+/// Height of the strip that holds the figure's title, px.
+const TITLE_STRIP_PX: u32 = 56;
+
+/// The surface that figures are drawn on.
+pub type Area<DB> = DrawingArea<DB, Shift>;
+
+/// What drawing on a backend may fail with.
+pub type DrawResult<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+
+/// Something that can be drawn on any backend.
+pub trait Drawing {
+    /// Width and height, px.
+    fn size(&self) -> (u32, u32);
+
+    /// Draws it; the area has that size and is white.
+    ///
+    /// # Errors
+    /// When the backend refuses.
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB>;
+}
+
+/// A drawing with a title above it.
+#[derive(Clone, Copy, Debug)]
+pub struct Titled<'a, D> {
+    /// The title.
+    pub title: &'a str,
+    /// The drawing.
+    pub drawing: &'a D,
+}
+
+impl<D: Drawing> Drawing for Titled<'_, D> {
+    fn size(&self) -> (u32, u32) {
+        let (width, height) = self.drawing.size();
+        (width, height + TITLE_STRIP_PX)
+    }
+
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+        let (strip, rest) = area.split_vertically(TITLE_STRIP_PX);
+        strip.draw_text(self.title, &text(TITLE_PX), (16, 16))?;
+        self.drawing.draw(&rest)
+    }
+}
+
+/// Black text of a size.
+#[must_use]
+pub fn text(px: u32) -> TextStyle<'static> {
+    (FAMILY, px).into_font().color(&BLACK)
+}
+
+fn register() -> Result<(), String> {
+    static ONCE: Once = Once::new();
+    let mut result = Ok(());
+    ONCE.call_once(|| {
+        result = register_font(FAMILY, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT)
+            .map_err(|_| "the embedded font cannot be read".to_owned());
+    });
+    result
+}
+
+fn paint<D: Drawing, DB: DrawingBackend>(drawing: &D, backend: DB) -> Result<(), String> {
+    let area = backend.into_drawing_area();
+    area.fill(&WHITE)
+        .and_then(|()| drawing.draw(&area))
+        .and_then(|()| area.present())
+        .map_err(|error| error.to_string())
+}
+
+/// The drawing as SVG text.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn svg<D: Drawing>(drawing: &D) -> Result<String, String> {
+    register()?;
+    let mut text = String::new();
+    paint(drawing, SVGBackend::with_string(&mut text, drawing.size()))?;
+    Ok(text)
+}
+
+/// Writes the drawing as PNG, under a temporary name first.
+///
+/// # Errors
+/// What the drawing library or the file system says.
+pub fn write_png<D: Drawing>(drawing: &D, path: &Path) -> Result<(), String> {
+    register()?;
+    let temporary = path.with_extension("partial.png");
+    paint(drawing, BitMapBackend::new(&temporary, drawing.size()))?;
+    fs::rename(&temporary, path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// The drawing as pixels, three bytes each, row by row.
+///
+/// # Errors
+/// What the drawing library says.
+#[cfg(test)]
+pub fn pixels<D: Drawing>(drawing: &D) -> Result<Vec<u8>, String> {
+    register()?;
+    let (width, height) = drawing.size();
+    let mut buffer = vec![0; (width * height * 3) as usize];
+    paint(drawing, BitMapBackend::with_buffer(&mut buffer, (width, height)))?;
+    Ok(buffer)
+}

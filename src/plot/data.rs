@@ -1,0 +1,109 @@
+//! The records a figure may need. A missing CSV is an empty list: the figure says what it lacks.
+
+use super::PlotError;
+use super::marks::Look;
+use crate::analysis::claims::{self, ClaimSet};
+use crate::analysis::ratios::Cases;
+use crate::record::rows::CaseKey;
+use crate::record::{
+    BuildRow, Kind, Manifest, NULL_VARIANT, OutlineRow, RatioRow, Row, SummaryRow, TightnessRow, VerificationRow,
+    read_rows,
+};
+use std::path::Path;
+
+/// What is wrong when the analysis has not run.
+pub const NO_SUMMARY: &str = "summary.csv holds no rows; run the analysis first";
+
+/// A variant as drawn.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// Id.
+    pub id: String,
+    /// Text in legends; says so when the variant is unsafe.
+    pub label: String,
+    /// Colour and marker.
+    pub look: Look,
+    /// Whether a timing of it is one of a method that misses nothing by construction.
+    pub safe: bool,
+    /// Volume, control or peer.
+    pub kind: Kind,
+}
+
+/// All records of a run that figures use.
+#[derive(Debug)]
+pub struct Data {
+    /// The claims the run was judged by, for the cases with a role.
+    pub claims: ClaimSet,
+    /// Variants in the order of the manifest.
+    pub variants: Vec<Entry>,
+    /// Scene names in the order of the manifest.
+    pub scenes: Vec<String>,
+    /// Default policies.
+    pub cases: Cases,
+    /// `summary.csv`.
+    pub summary: Vec<SummaryRow>,
+    /// `ratios.csv`.
+    pub ratios: Vec<RatioRow>,
+    /// `verification.csv`.
+    pub verification: Vec<VerificationRow>,
+    /// `tightness.csv`.
+    pub tightness: Vec<TightnessRow>,
+    /// `outlines.csv`.
+    pub outlines: Vec<OutlineRow>,
+    /// `builds.csv`.
+    pub builds: Vec<BuildRow>,
+}
+
+impl Data {
+    /// Reads a run's folder.
+    ///
+    /// # Errors
+    /// When the manifest is missing or anything is malformed.
+    pub fn read(folder: &Path) -> Result<Self, PlotError> {
+        let manifest = Manifest::read(folder)?;
+        let judged_by = folder.join(claims::FILE);
+        let claims = if judged_by.exists() { ClaimSet::read(&judged_by)? } else { ClaimSet::standard() };
+        let entries = manifest.variants.iter().filter(|v| v.id != NULL_VARIANT).enumerate().map(|(i, v)| Entry {
+            id: v.id.clone(),
+            label: if v.safe || v.kind != Kind::Volume { v.label.clone() } else { format!("{} (unsafe)", v.label) },
+            look: Look::nth(i),
+            safe: v.safe || v.kind != Kind::Volume,
+            kind: v.kind,
+        });
+        Ok(Self {
+            variants: entries.collect(),
+            scenes: manifest.scenes.iter().map(|scene| scene.name.clone()).collect(),
+            cases: Cases::new(&manifest),
+            claims,
+            summary: optional(folder)?,
+            ratios: optional(folder)?,
+            verification: optional(folder)?,
+            tightness: optional(folder)?,
+            outlines: optional(folder)?,
+            builds: optional(folder)?,
+        })
+    }
+
+    /// The variant of that id.
+    #[must_use]
+    pub fn variant(&self, id: &str) -> Option<&Entry> {
+        self.variants.iter().find(|entry| entry.id == id)
+    }
+
+    /// Whether a row's case is its variant under the default policy.
+    #[must_use]
+    pub fn is_default(&self, case: &CaseKey) -> bool {
+        self.cases.is_default(&case.variant, &case.policy())
+    }
+
+    /// The summary of a variant under its default policy.
+    #[must_use]
+    pub fn summary_of(&self, scene: &str, stratum: &str, variant: &str) -> Option<&SummaryRow> {
+        let mut rows = self.summary.iter().filter(|row| row.scene == scene && row.stratum == stratum);
+        rows.find(|row| row.variant == variant && self.is_default(&row.case()))
+    }
+}
+
+fn optional<R: Row>(folder: &Path) -> Result<Vec<R>, PlotError> {
+    if folder.join(R::FILE).exists() { Ok(read_rows(folder)?) } else { Ok(Vec::new()) }
+}

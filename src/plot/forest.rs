@@ -1,0 +1,182 @@
+//! Time ratios of all cases against the plain box, with intervals: a forest plot.
+
+use super::Sketch;
+use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX, text};
+use super::data::Data;
+use super::marks::{Look, TEXT_LIFT_PX, label};
+use super::ticks::{Axis, Scale};
+use crate::analysis::ALL;
+use crate::record::NULL_VARIANT;
+use plotters::prelude::*;
+use plotters::style::text_anchor::HPos;
+
+/// Height of a line, width of the labels and of a panel, px.
+const LINE_PX: i32 = 34;
+const LABELS_PX: u32 = 560;
+const PANEL_PX_WIDE: u32 = 520;
+const HEADER_PX: u32 = 48;
+const FOOTER_PX: u32 = 84;
+
+/// Ratios beyond this would squeeze the others together: they are written at the edge.
+const RATIO_MAX: f64 = 6.0;
+
+/// One ratio.
+#[derive(Clone, Copy, Debug)]
+struct Bar {
+    ratio: f64,
+    low: f64,
+    high: f64,
+}
+
+/// One case: its label, its look, and its ratio in each scene.
+#[derive(Clone, Debug)]
+struct Line {
+    label: String,
+    look: Look,
+    bars: Vec<Option<Bar>>,
+}
+
+/// The plot.
+#[derive(Clone, Debug)]
+pub struct Forest {
+    scenes: Vec<String>,
+    lines: Vec<Line>,
+}
+
+pub(super) fn sketch(data: &Data) -> Sketch<Forest> {
+    let baseline = data.claims.comparison.baselines.first().map_or("", String::as_str);
+    let name = data.variant(baseline).map_or(baseline, |entry| &entry.label);
+    Sketch {
+        name: "time-ratios",
+        title: format!("Query time against {name}"),
+        caption: format!(
+            "Geometric mean of the paired time ratios to {name} (default policy), all strata weighted equally; left of 1 is \
+             faster. Whiskers are 95 % bootstrap intervals; the grey band is [0.95, 1.05], within which two methods are called \
+             equivalent. Lines with a policy (split rule, split axes, leaf size) are trees other than the variant's default. The \
+             null line is a second copy of one method against its original: it must lie on 1, or the run was noisy. Unsafe \
+             variants are shown, never ranked. Ratios above {RATIO_MAX} are written at the edge."
+        ),
+        drawing: Forest::of(data, baseline),
+    }
+}
+
+impl Forest {
+    fn of(data: &Data, baseline: &str) -> Result<Self, &'static str> {
+        let mut lines: Vec<Line> = Vec::new();
+        for (s, scene) in data.scenes.iter().enumerate() {
+            let rows = data.ratios.iter().filter(|r| r.scene == *scene && r.metric == "time" && r.stratum == ALL);
+            let wanted = rows.filter(|r| {
+                r.variant == NULL_VARIANT
+                    || (r.baseline == baseline && data.cases.is_default(&r.baseline, &r.baseline_policy))
+            });
+            for row in wanted {
+                let (label, look) = describe(data, &row.variant, &row.policy);
+                let bar = Bar { ratio: row.ratio, low: row.low, high: row.high };
+                if !lines.iter().any(|line| line.label == label) {
+                    lines.push(Line { label: label.clone(), look, bars: vec![None; data.scenes.len()] });
+                }
+                if let Some(line) = lines.iter_mut().find(|line| line.label == label) {
+                    line.bars[s] = Some(bar);
+                }
+            }
+        }
+        let mean = |line: &Line| {
+            let logs: Vec<f64> = line.bars.iter().flatten().map(|bar| bar.ratio.ln()).collect();
+            logs.iter().sum::<f64>() / logs.len() as f64
+        };
+        lines.sort_by(|a, b| mean(a).total_cmp(&mean(b)).then_with(|| a.label.cmp(&b.label)));
+        if lines.is_empty() {
+            return Err("ratios.csv holds no time ratios; run the analysis first");
+        }
+        Ok(Self { scenes: data.scenes.clone(), lines })
+    }
+}
+
+fn describe(data: &Data, variant: &str, policy: &str) -> (String, Look) {
+    let Some(entry) = data.variant(variant) else {
+        let label = if variant == NULL_VARIANT { "null (against its original)" } else { variant };
+        return (label.to_owned(), Look::nth(data.variants.len()));
+    };
+    let label =
+        if data.cases.is_default(variant, policy) { entry.label.clone() } else { format!("{}, {policy}", entry.label) };
+    (label, entry.look)
+}
+
+impl Drawing for Forest {
+    fn size(&self) -> (u32, u32) {
+        let height = HEADER_PX + FOOTER_PX + self.lines.len() as u32 * LINE_PX as u32;
+        (LABELS_PX + self.scenes.len() as u32 * PANEL_PX_WIDE, height)
+    }
+
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+        let (names, panels) = area.split_horizontally(LABELS_PX);
+        let middle = |i: usize| HEADER_PX as i32 + i as i32 * LINE_PX + LINE_PX / 2;
+        for (i, line) in self.lines.iter().enumerate() {
+            line.look.mark(&names, (22, middle(i) - TEXT_LIFT_PX))?;
+            label(&names, &line.label, TEXT_PX, (42, middle(i)), HPos::Left)?;
+        }
+        let bars = self.lines.iter().flat_map(|line| line.bars.iter().flatten()).filter(|bar| bar.ratio <= RATIO_MAX);
+        let (low, high) = Scale::Log.range(bars.flat_map(|bar| [bar.low, bar.high, 0.9, 1.1]));
+        for (s, panel) in panels.split_evenly((1, self.scenes.len())).iter().enumerate() {
+            self.panel(panel, s, (low, high), &middle)?;
+        }
+        Ok(())
+    }
+}
+
+impl Forest {
+    fn panel<DB: DrawingBackend>(
+        &self,
+        area: &Area<DB>,
+        scene: usize,
+        (low, high): (f64, f64),
+        middle: &impl Fn(usize) -> i32,
+    ) -> DrawResult<DB> {
+        label(area, &self.scenes[scene], PANEL_PX, (PANEL_PX_WIDE as i32 / 2, 22), HPos::Center)?;
+        let height = self.lines.len() as i32 * LINE_PX;
+        let mut chart = ChartBuilder::on(area)
+            .margin_left(14)
+            .margin_right(20)
+            .margin_top(HEADER_PX)
+            .margin_bottom(8)
+            .x_label_area_size(FOOTER_PX - 8)
+            .build_cartesian_2d(
+                Axis { ends: (low, high), ticks: Scale::Log.ticks(low, high) },
+                Axis { ends: (0.0, f64::from(height)), ticks: Vec::new() },
+            )?;
+        chart
+            .configure_mesh()
+            .disable_y_mesh()
+            .disable_y_axis()
+            .bold_line_style(BLACK.mix(0.15))
+            .light_line_style(TRANSPARENT)
+            .label_style(text(TEXT_PX))
+            .axis_desc_style(text(TEXT_PX))
+            .x_labels(50)
+            .x_label_formatter(&|x| Scale::Log.tick_label(*x))
+            .x_desc("time ratio")
+            .draw()?;
+        let left = area.get_base_pixel().0;
+        let x = |ratio: f64| chart.backend_coord(&(Scale::Log.coordinate(ratio), 0.0)).0 - left;
+        let (top, bottom) = (HEADER_PX as i32, HEADER_PX as i32 + height);
+        area.draw(&Rectangle::new([(x(0.95), top), (x(1.05), bottom)], BLACK.mix(0.12).filled()))?;
+        area.draw(&PathElement::new(vec![(x(1.0), top), (x(1.0), bottom)], BLACK.stroke_width(2)))?;
+        for (i, line) in self.lines.iter().enumerate() {
+            let Some(bar) = line.bars[scene] else { continue };
+            let (stroke, y) = (line.look.colour.stroke_width(2), middle(i));
+            if bar.ratio > RATIO_MAX {
+                let edge = x(Scale::Log.value(high));
+                line.look.mark(area, (edge - 10, y))?;
+                label(area, &format!("{:.0}×, off scale", bar.ratio), TEXT_PX, (edge - 26, y), HPos::Right)?;
+                continue;
+            }
+            let (from, to) = (x(bar.low), x(bar.high));
+            area.draw(&PathElement::new(vec![(from, y), (to, y)], stroke))?;
+            for end in [from, to] {
+                area.draw(&PathElement::new(vec![(end, y - 9), (end, y + 9)], stroke))?;
+            }
+            line.look.mark(area, (x(bar.ratio), y))?;
+        }
+        Ok(())
+    }
+}

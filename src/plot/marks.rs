@@ -1,0 +1,182 @@
+//! What a variant looks like, and the marks made of it: colours of Okabe and Ito (2008), which colour-blind readers can tell
+//! apart, each with a marker of its own, so that nothing rests on colour alone.
+
+use super::canvas::{Area, DrawResult, TEXT_PX, text};
+use super::data::Entry;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// A position on the figure, px from its upper left corner.
+pub type Pixel = (i32, i32);
+
+/// Okabe and Ito's palette without its yellow, which is too faint for lines on white.
+const PALETTE: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(0, 0, 0),
+    RGBColor(213, 94, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(204, 121, 167),
+];
+
+/// Half the size of a marker, px.
+const RADIUS: i32 = 7;
+
+/// The shape of a marker.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shape {
+    Circle,
+    Square,
+    Up,
+    Diamond,
+    Down,
+    Cross,
+    Plus,
+    Ring,
+}
+
+const SHAPES: [Shape; 8] =
+    [Shape::Circle, Shape::Square, Shape::Up, Shape::Diamond, Shape::Down, Shape::Cross, Shape::Plus, Shape::Ring];
+
+/// Colour and marker of a variant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Look {
+    /// Colour.
+    pub colour: RGBColor,
+    shape: Shape,
+}
+
+impl Look {
+    /// The look of the `i`-th variant: 56 variants pass before one returns, for 7 and 8 have no common divisor.
+    #[must_use]
+    pub const fn nth(i: usize) -> Self {
+        Self { colour: PALETTE[i % PALETTE.len()], shape: SHAPES[i % SHAPES.len()] }
+    }
+
+    /// Draws the marker.
+    ///
+    /// # Errors
+    /// When the backend refuses.
+    pub fn mark<DB: DrawingBackend>(self, area: &Area<DB>, (x, y): Pixel) -> DrawResult<DB> {
+        let (fill, line, r) = (self.colour.filled(), self.colour.stroke_width(3), RADIUS);
+        let polygon = |corners: Vec<Pixel>| area.draw(&Polygon::new(corners, fill));
+        let stroke = |from: Pixel, to: Pixel| area.draw(&PathElement::new(vec![from, to], line));
+        match self.shape {
+            Shape::Circle => area.draw(&Circle::new((x, y), r, fill)),
+            Shape::Ring => area.draw(&Circle::new((x, y), r - 1, line)),
+            Shape::Square => area.draw(&Rectangle::new([(x - r + 1, y - r + 1), (x + r - 1, y + r - 1)], fill)),
+            Shape::Up => polygon(vec![(x - r, y + r - 1), (x + r, y + r - 1), (x, y - r)]),
+            Shape::Down => polygon(vec![(x - r, y - r + 1), (x + r, y - r + 1), (x, y + r)]),
+            Shape::Diamond => polygon(vec![(x - r - 1, y), (x, y - r - 1), (x + r + 1, y), (x, y + r + 1)]),
+            Shape::Cross => {
+                stroke((x - r + 1, y - r + 1), (x + r - 1, y + r - 1))?;
+                stroke((x - r + 1, y + r - 1), (x + r - 1, y - r + 1))
+            }
+            Shape::Plus => {
+                stroke((x - r, y), (x + r, y))?;
+                stroke((x, y - r), (x, y + r))
+            }
+        }
+    }
+
+    /// Draws a vertical interval with caps.
+    ///
+    /// # Errors
+    /// When the backend refuses.
+    pub fn whisker<DB: DrawingBackend>(self, area: &Area<DB>, x: i32, from: i32, to: i32) -> DrawResult<DB> {
+        let line = self.colour.stroke_width(2);
+        area.draw(&PathElement::new(vec![(x, from), (x, to)], line))?;
+        [from, to].into_iter().try_for_each(|y| area.draw(&PathElement::new(vec![(x - 4, y), (x + 4, y)], line)))
+    }
+
+    /// Draws the marker with an arrow pointing down from it: the true value is at most here.
+    ///
+    /// # Errors
+    /// When the backend refuses.
+    pub fn at_most<DB: DrawingBackend>(self, area: &Area<DB>, x: i32, y: i32) -> DrawResult<DB> {
+        const LENGTH: i32 = 24;
+        let line = self.colour.stroke_width(2);
+        self.mark(area, (x, y))?;
+        area.draw(&PathElement::new(vec![(x, y), (x, y + LENGTH)], line))?;
+        let tip = vec![(x - 4, y + LENGTH - 5), (x, y + LENGTH), (x + 4, y + LENGTH - 5)];
+        area.draw(&PathElement::new(tip, line))
+    }
+}
+
+/// Text with its middle or an end at a place.
+///
+/// # Errors
+/// When the backend refuses.
+pub fn label<DB: DrawingBackend>(area: &Area<DB>, words: &str, px: u32, at: Pixel, anchor: HPos) -> DrawResult<DB> {
+    area.draw_text(words, &text(px).pos(Pos::new(anchor, VPos::Center)), at)
+}
+
+/// Width of a legend, px.
+pub const LEGEND_PX: u32 = 360;
+
+/// The eye sees the middle of a text, its lower-case letters, this far above the middle of its line, px.
+pub const TEXT_LIFT_PX: i32 = 2;
+
+/// Height of a legend's line, px.
+const LEGEND_LINE_PX: i32 = 27;
+
+/// A label has to be broken after so many characters to fit the legend.
+const LEGEND_CHARS: usize = 34;
+
+/// Breaks a label into lines that fit a legend.
+#[must_use]
+pub fn wrap(label: &str, chars: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in label.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= chars => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+/// Height that a legend of these variants needs, px.
+#[must_use]
+pub fn legend_height(entries: &[Entry]) -> u32 {
+    entries.iter().map(|e| wrap(&e.label, LEGEND_CHARS).len() as u32 * LEGEND_LINE_PX as u32 + 8).sum::<u32>() + 24
+}
+
+/// Draws marker and label of each variant, one below the other.
+///
+/// # Errors
+/// When the backend refuses.
+pub fn legend<DB: DrawingBackend>(area: &Area<DB>, entries: &[Entry], (x, mut y): Pixel) -> DrawResult<DB> {
+    for entry in entries {
+        entry.look.mark(area, (x + RADIUS, y - TEXT_LIFT_PX))?;
+        for line in wrap(&entry.label, LEGEND_CHARS) {
+            label(area, &line, TEXT_PX, (x + 28, y), HPos::Left)?;
+            y += LEGEND_LINE_PX;
+        }
+        y += 8;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn looks_repeat_late() {
+        for i in 0..56 {
+            assert!((0..i).all(|j| Look::nth(i) != Look::nth(j)), "{i}");
+        }
+        assert_eq!(Look::nth(56), Look::nth(0));
+    }
+
+    #[test]
+    fn labels_are_broken_at_spaces() {
+        assert_eq!(wrap("one two three", 7), ["one two", "three"]);
+        assert_eq!(wrap("unbreakable", 3), ["unbreakable"]);
+    }
+}

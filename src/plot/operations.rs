@@ -1,0 +1,30 @@
+//! Volume tests and triangle tests of a query: the same on every machine.
+
+use super::Sketch;
+use super::data::{Data, NO_SUMMARY};
+use super::grouped::{Grouped, Point};
+use super::query_time::by_stratum;
+
+pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
+    let shown = |count: f64| (count > 0.0).then_some(Point::bare(count));
+    let panels = data.scenes.iter().flat_map(|scene| {
+        [
+            by_stratum(data, scene, format!("{scene}: volume tests"), "mean volume tests of a query", |row| {
+                shown(row.volume_tests)
+            }),
+            by_stratum(data, scene, format!("{scene}: triangle tests"), "mean triangle tests of a query", |row| {
+                shown(row.triangle_tests)
+            }),
+        ]
+    });
+    Sketch {
+        name: "volume-and-triangle-tests",
+        title: "Work of a query: volume tests and triangle tests".to_owned(),
+        caption: "Mean number of overlap tests between two volumes (left) and between two triangles (right) in one query that \
+                  stops at the first contact, by stratum. The counts are deterministic: the same on every machine. A test costs \
+                  a different time for each volume, so fewer tests are not yet less time. Methods that do not count, and means \
+                  of 0, are absent."
+            .to_owned(),
+        drawing: Grouped::of(panels.collect(), 2, NO_SUMMARY),
+    }
+}

@@ -1,0 +1,47 @@
+//! Query time by stratum, every variant.
+
+use super::Sketch;
+use super::data::{Data, NO_SUMMARY};
+use super::grouped::{Form, Grouped, Panel, Point, Series};
+use super::ticks::Scale;
+use crate::record::{Stratum, SummaryRow};
+
+pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
+    let point = |row: &SummaryRow| {
+        let [value, low, high] = [row.mean_ns, row.mean_low_ns, row.mean_high_ns].map(|ns| ns / 1e3);
+        value.is_finite().then_some(Point { value, low, high })
+    };
+    let panels = data.scenes.iter().map(|scene| by_stratum(data, scene, scene.clone(), "mean query time, µs", point));
+    Sketch {
+        name: "query-time-by-stratum",
+        title: "Query time by distance of the two parts".to_owned(),
+        caption: "Mean time of one query, by stratum: colliding, near miss (apart by at most 1 mm), medium (up to 10 mm), far. \
+                  Every variant under its default tree policy; whiskers are 95 % bootstrap intervals of the mean. Unsafe \
+                  variants are drawn but are not to be compared by speed: some of their time is saved by missing contacts."
+            .to_owned(),
+        drawing: Grouped::of(panels.collect(), 2, NO_SUMMARY),
+    }
+}
+
+/// A panel with one category per stratum and one series per variant.
+pub(super) fn by_stratum(
+    data: &Data,
+    scene: &str,
+    title: String,
+    measure: &'static str,
+    point: impl Fn(&SummaryRow) -> Option<Point>,
+) -> Panel {
+    let series = data.variants.iter().map(|entry| Series {
+        points: Stratum::ALL.map(|s| data.summary_of(scene, s.id(), &entry.id).and_then(&point)).to_vec(),
+        entry: entry.clone(),
+    });
+    Panel {
+        title,
+        measure,
+        sorted_by: "stratum",
+        scale: Scale::Log,
+        form: Form::Markers,
+        categories: Stratum::ALL.map(|s| s.id().to_owned()).to_vec(),
+        series: series.filter(|series| series.points.iter().any(Option::is_some)).collect(),
+    }
+}

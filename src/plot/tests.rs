@@ -1,0 +1,86 @@
+//! All figures from a made-up run, opened and looked at as far as a program can.
+
+use super::*;
+use crate::analysis::{analyze, claims::ClaimSet};
+use crate::record::synthetic::{PLANTED, Plan, Run};
+use std::fs;
+use tempfile::TempDir;
+
+/// Width and height in a PNG's header.
+fn png_size(bytes: &[u8]) -> (u32, u32) {
+    assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n");
+    let number = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap());
+    (number(16), number(20))
+}
+
+/// Every opened element is closed, in order.
+fn assert_well_formed(svg: &str) {
+    let mut open = Vec::new();
+    for tag in svg.split('<').skip(1) {
+        let (tag, _text) = tag.split_once('>').expect("a tag ends");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') && !tag.starts_with(['?', '!']) {
+            open.push(tag.split_whitespace().next().unwrap());
+        }
+    }
+    assert!(open.is_empty(), "{open:?}");
+}
+
+/// The text of an SVG, without what breaks lines and escapes.
+fn words(svg: &str) -> String {
+    let text: Vec<&str> = svg.split('<').filter_map(|tag| tag.split_once('>')).map(|(_, text)| text.trim()).collect();
+    text.join(" ").replace("&apos;", "'").split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn every_figure_is_drawn_with_every_variant() {
+    let folder = TempDir::new().unwrap();
+    // Set BVBENCH_KEEP_PLOTS to a folder to look at the figures of this made-up run.
+    let path = std::env::var_os("BVBENCH_KEEP_PLOTS").map_or_else(|| folder.path().to_owned(), PathBuf::from);
+    Run::generate(&Plan::default()).write(&path);
+    analyze(&path, &ClaimSet::standard()).unwrap();
+    let gallery = draw_all(&path).unwrap();
+    assert_eq!(gallery.skipped, []);
+    assert_eq!(gallery.figures.len(), 8);
+    assert_eq!(read_gallery(&path).unwrap(), gallery);
+    for figure in &gallery.figures {
+        let svg = fs::read_to_string(path.join(&figure.svg)).unwrap();
+        assert_well_formed(&svg);
+        let png = fs::read(path.join(&figure.png)).unwrap();
+        let (width, height) = png_size(&png);
+        assert!(width >= 1200 && height >= 400 && png.len() > 20_000, "{}: {width}x{height}", figure.name);
+        let words = words(&svg);
+        assert!(words.contains(&figure.title), "{}: {words}", figure.name);
+        if ["query-time-by-stratum", "time-ratios", "misses-by-depth", "build-time"].contains(&figure.name.as_str()) {
+            for planted in PLANTED.iter().filter(|p| figure.name != "time-ratios" || p.id != "obb-vertex") {
+                assert!(words.contains(planted.label), "{} lacks {}", figure.name, planted.label);
+            }
+        }
+    }
+}
+
+#[test]
+fn drawing_is_deterministic_and_not_blank() {
+    let folder = TempDir::new().unwrap();
+    Run::generate(&Plan::default()).write(folder.path());
+    analyze(folder.path(), &ClaimSet::standard()).unwrap();
+    let data = Data::read(folder.path()).unwrap();
+    let drawing = paper_figure::sketch(&data).drawing.unwrap();
+    let (once, again) = (canvas::pixels(&drawing).unwrap(), canvas::pixels(&drawing).unwrap());
+    assert!(once == again);
+    let coloured = once.chunks_exact(3).filter(|p| p.iter().max() != p.iter().min()).count();
+    assert!(coloured > 5000, "{coloured} coloured pixels");
+    assert_eq!(canvas::svg(&drawing).unwrap(), canvas::svg(&drawing).unwrap());
+}
+
+#[test]
+fn missing_records_skip_figures_and_say_why() {
+    let folder = TempDir::new().unwrap();
+    Run::generate(&Plan::default()).manifest.write(folder.path()).unwrap();
+    let gallery = draw_all(folder.path()).unwrap();
+    assert_eq!((gallery.figures.len(), gallery.skipped.len()), (0, 8));
+    assert!(gallery.skipped.iter().all(|skipped| skipped.reason.contains(".csv")));
+    fs::write(folder.path().join("ratios.csv"), "scene\n1\n").unwrap();
+    assert!(draw_all(folder.path()).unwrap_err().to_string().contains("ratios.csv"));
+}

@@ -1,0 +1,353 @@
+//! The report as Markdown, section by section.
+
+use super::Contents;
+use super::tables::{Table, interval, number};
+use super::terminal::stands_for_claim;
+use crate::analysis::claims::Claim;
+use crate::analysis::{ALL, stats};
+use crate::record::{ClaimRow, Kind, NULL_VARIANT};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The whole report.
+pub(super) fn render(contents: &Contents) -> String {
+    [
+        opening(contents),
+        at_a_glance(contents),
+        what_was_run(contents),
+        ranking(contents),
+        misses(contents),
+        figures(contents),
+        details(contents),
+        times(contents),
+        provenance(contents),
+        limitations(),
+    ]
+    .concat()
+}
+
+fn opening(contents: &Contents) -> String {
+    let Contents { manifest, claims, noise, .. } = contents;
+    let mut text = format!(
+        "# Bounding volumes on trial: the claims of {}\n\n\
+         The paper says that an oriented bounding box weighted by triangle areas detects machine-tool collisions faster than the \
+         plain one and repairs its faults. This run (profile `{}`) asks of each of its sentences whether that holds, on machine \
+         scenes of our own and against exact truth. It is a conceptual replication: see the limitations at the end.\n\n",
+        claims.source, manifest.request.profile
+    );
+    if !noise.is_empty() {
+        text += "> **noisy**: something disturbed the timings. Verdicts on speed are to be read with caution; counts and misses \
+                 are not affected.\n>\n";
+        text.extend(noise.iter().map(|note| format!("> - {note}\n")));
+        text.push('\n');
+    }
+    text
+}
+
+fn at_a_glance(contents: &Contents) -> String {
+    let mut table = Table::new(&["claim", "the paper says", "verdict"]);
+    for claim in &contents.claims.claims {
+        table.row([
+            format!("[`{0}`](#{0})", claim.id()),
+            claim.sentence.clone(),
+            in_one_line(claim, &contents.verdicts),
+        ]);
+    }
+    let mut readings = String::new();
+    for reading in &contents.claims.readings {
+        let case = |case: &crate::analysis::claims::CaseRef| {
+            case.policy.as_ref().map_or_else(|| format!("`{}`", case.variant), |p| format!("`{}` ({p})", case.variant))
+        };
+        readings += &format!(
+            "- **{}**, {}: {} against {}.\n",
+            reading.id.get_ref(),
+            reading.title,
+            case(&reading.subject),
+            case(&reading.baseline)
+        );
+    }
+    format!(
+        "## Verdicts at a glance\n\n{}A claim can be read in more than one way. The readings:\n\n{readings}\nThe verdicts: \
+         *reproduces*, the whole 95 % interval is on the claimed side of the threshold; *equivalent*, it lies within [0.95, 1.05]; \
+         *reversed*, it is on the other side; *inconclusive*, none of these; *not-judged*, nothing measured here can decide.\n\n",
+        table.finish()
+    )
+}
+
+/// `R1 reproduces; R2 reversed (scene-a), inconclusive (scene-b)`.
+fn in_one_line(claim: &Claim, verdicts: &[ClaimRow]) -> String {
+    if let Some(reason) = &claim.not_judged {
+        return format!("not-judged: {reason}");
+    }
+    let mut cells = Vec::new();
+    for reading in claim.readings.iter().map(|id| id.get_ref().as_str()) {
+        let mut scenes: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        let rows = verdicts.iter().filter(|row| row.claim == claim.id() && row.reading == reading);
+        for row in rows.filter(|row| stands_for_claim(row, verdicts)) {
+            scenes.entry(&row.verdict).or_default().push(&row.scene);
+        }
+        let verdict = match scenes.len() {
+            0 => "-".to_owned(),
+            1 => scenes.keys().map(|verdict| format!("**{verdict}**")).collect(),
+            _ => scenes
+                .iter()
+                .map(|(v, scenes)| format!("**{v}** ({})", scenes.join(", ")))
+                .collect::<Vec<_>>()
+                .join(", "),
+        };
+        cells.push(format!("{reading} {verdict}"));
+    }
+    cells.join("; ")
+}
+
+fn what_was_run(contents: &Contents) -> String {
+    let Contents { manifest, .. } = contents;
+    let (request, machine) = (&manifest.request, &manifest.machine);
+    let mut scenes = Table::new(&["scene", "what it shows", "parts (triangles)", "pairs examined"]);
+    for scene in &manifest.scenes {
+        let parts: Vec<String> = scene.triangles.iter().map(|(part, n)| format!("{part} ({n})")).collect();
+        scenes.row([scene.name.clone(), scene.title.clone(), parts.join(", "), scene.pairs.join(", ")]);
+    }
+    format!(
+        "## What was run\n\n{}Per scene {} posed pairs were verified against exact truth and {} poses were timed, in {} blocks of \
+         random order, {} process launch(es), seed {}. Machine: {}, {} logical cores, {:.1} GiB, {}{}.\n\n\
+         The command was\n\n    {}\n\nand the same steps one by one, where DIR is this folder:\n\n    \
+         cargo run --release -- verify --profile {p} --seed {s} --out DIR\n    \
+         cargo run --release -- measure --profile {p} --seed {s} --out DIR\n    \
+         cargo run --release -- analyze --out DIR\n    cargo run --release -- plot --out DIR\n    \
+         cargo run --release -- report --out DIR\n\n",
+        scenes.finish(),
+        request.verify_poses,
+        request.measure_poses,
+        request.blocks,
+        request.launches,
+        request.seed,
+        machine.cpu,
+        machine.cores,
+        machine.memory_bytes as f64 / f64::from(1 << 30),
+        machine.os,
+        machine.load.map_or_else(String::new, |load| format!(", load {load:.2} at the start")),
+        manifest.program.command,
+        p = request.profile,
+        s = request.seed,
+    )
+}
+
+fn ranking(contents: &Contents) -> String {
+    let Some(baseline) = contents.claims.comparison.baselines.first() else { return String::new() };
+    let scenes: Vec<&str> = contents.manifest.scenes.iter().map(|scene| scene.name.as_str()).collect();
+    let headings: Vec<String> = ["place", "variant", ">time ratio"]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(scenes.iter().map(|scene| format!(">{scene}")))
+        .chain([">missed".to_owned()])
+        .collect();
+    let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
+    let (mut volumes, mut others) = (Table::new(&headings), Table::new(&headings));
+    for (place, entry) in (1..).zip(&contents.ranking) {
+        let is_volume = entry.kind == Kind::Volume;
+        let per_scene = scenes.iter().map(|scene| {
+            let row = contents.summary.iter().filter(|r| r.scene == *scene && r.stratum == ALL);
+            let policies: Vec<String> = row.filter(|r| r.variant == entry.variant).map(|r| r.case().policy()).collect();
+            let wanted = contents.ratios.iter().find(|r| {
+                r.scene == *scene
+                    && (r.stratum.as_str(), r.metric.as_str()) == (ALL, "time")
+                    && r.variant == entry.variant
+                    && r.baseline == *baseline
+                    && policies.contains(&r.policy)
+                    && is_default(contents, &r.variant, &r.policy)
+            });
+            wanted.map_or_else(|| "-".to_owned(), |r| interval(Some(r.ratio), Some(r.low), Some(r.high)))
+        });
+        let tallies = contents.misses.iter().filter(|(_, case, _)| {
+            case.variant == entry.variant && is_default(contents, &case.variant, &case.policy())
+        });
+        let missed = tallies.map(|(_, _, tally)| tally.missed).reduce(|sum, missed| sum + missed);
+        let missed = missed.map_or_else(|| "not verified".to_owned(), |missed| missed.to_string());
+        let cells =
+            [if is_volume { place.to_string() } else { "-".to_owned() }, entry.label.clone(), number(entry.ratio)];
+        let cells = cells.into_iter().chain(per_scene).chain([missed]);
+        if is_volume { volumes.row(cells) } else { others.row(cells) }
+    }
+    format!(
+        "## Ranking by speed\n\nSafe bounding volumes under their default tree policies, by query time relative to {}: geometric \
+         mean over the scenes, all strata weighted equally, with the 95 % interval in each scene. The order holds for these \
+         scenes, this machine and these trees; neighbours whose intervals overlap are not told apart. Unsafe volumes are left \
+         out whatever their speed, because a method can look fast by missing collisions.\n\n{}\
+         Not volumes, and so not ranked: controls, and other libraries' whole systems with trees and triangle tests of their \
+         own.\n\n{}",
+        contents.label(baseline),
+        volumes.finish(),
+        others.finish()
+    )
+}
+
+fn is_default(contents: &Contents, variant: &str, policy: &str) -> bool {
+    let entry = contents.manifest.variants.iter().find(|entry| entry.id == variant);
+    entry.is_some_and(|entry| entry.policies.first().is_none_or(|default| default == policy))
+}
+
+fn misses(contents: &Contents) -> String {
+    let headings = [
+        "scene",
+        "variant",
+        "policy",
+        "promise",
+        ">colliding",
+        ">hidden by the volume",
+        ">missed in all",
+        ">miss rate, 95 %",
+    ];
+    let mut table = Table::new(&headings);
+    for (scene, case, tally) in contents.misses.iter() {
+        let safe =
+            contents.manifest.variants.iter().find(|entry| entry.id == case.variant).is_some_and(|entry| entry.safe);
+        let (low, high) = stats::miss_rate(tally.missed, tally.colliding);
+        let rate = match (tally.missed, tally.colliding) {
+            (_, 0) => "-".to_owned(),
+            (0, _) => format!("at most {}", number(high)),
+            (missed, n) => interval(Some(missed as f64 / n as f64), Some(low), Some(high)),
+        };
+        table.row([
+            scene.to_owned(),
+            contents.label(&case.variant).to_owned(),
+            case.policy(),
+            (if safe { "safe" } else { "none" }).to_owned(),
+            tally.colliding.to_string(),
+            tally.missed_by_volume.to_string(),
+            tally.missed.to_string(),
+            rate,
+        ]);
+    }
+    format!(
+        "## Contacts missed\n\nColliding poses by the exact test, grazing contacts apart; how many of them the volumes hide although \
+         the triangle test finds them; how many are missed in all (with those that the fast triangle test itself does not see). \
+         Rates with 95 % Wilson intervals; none of n is written as at most 3/n.\n\n{}",
+        table.finish()
+    )
+}
+
+fn figures(contents: &Contents) -> String {
+    let path = |path: &Path| path.display().to_string().replace('\\', "/");
+    let mut text = "## Figures\n\n".to_owned();
+    for figure in &contents.gallery.figures {
+        let (title, svg) = (&figure.title, path(&figure.svg));
+        text += &format!("### {title}\n\n![{title}]({})\n\n{} ([SVG]({svg}))\n\n", path(&figure.png), figure.caption);
+    }
+    for skipped in &contents.gallery.skipped {
+        text += &format!("Figure `{}` was not drawn: {}.\n\n", skipped.name, skipped.reason);
+    }
+    if contents.gallery == crate::plot::Gallery::default() {
+        text += "None were drawn yet.\n\n";
+    }
+    text
+}
+
+fn details(contents: &Contents) -> String {
+    let mut text = "## The claims one by one\n\nMisses are those of the reading's subject / of its baseline, above \
+                    grazing.\n\n"
+        .to_owned();
+    for claim in &contents.claims.claims {
+        text += &format!("### {}\n\n> {} ({})\n\n", claim.id(), claim.sentence, claim.source);
+        if let Some(reason) = &claim.not_judged {
+            text += &format!("Not judged: {reason}.\n\n");
+            continue;
+        }
+        let headings = ["reading", "scene", "stratum", "verdict", "measure", ">value [95 %]", ">misses", "note"];
+        let mut table = Table::new(&headings);
+        for row in contents.verdicts.iter().filter(|row| row.claim == claim.id()) {
+            let count = |missed: Option<u64>| missed.map_or_else(|| "-".to_owned(), |n| n.to_string());
+            table.row([
+                row.reading.clone(),
+                row.scene.clone(),
+                row.stratum.clone(),
+                row.verdict.clone(),
+                row.measure.clone(),
+                interval(row.value, row.low, row.high),
+                format!("{} / {}", count(row.missed), count(row.baseline_missed)),
+                row.note.clone(),
+            ]);
+        }
+        text += &table.finish();
+    }
+    text
+}
+
+fn times(contents: &Contents) -> String {
+    let headings = [
+        "scene",
+        "variant",
+        "policy",
+        ">mean, µs",
+        ">median",
+        ">p95",
+        ">p99",
+        ">max",
+        ">volume tests",
+        ">triangle tests",
+    ];
+    let mut table = Table::new(&headings);
+    for row in contents.summary.iter().filter(|row| row.stratum == ALL && row.variant != NULL_VARIANT) {
+        let us = |ns: f64| number(ns / 1e3);
+        table.row([
+            row.scene.clone(),
+            contents.label(&row.variant).to_owned(),
+            row.case().policy(),
+            interval(Some(row.mean_ns / 1e3), Some(row.mean_low_ns / 1e3), Some(row.mean_high_ns / 1e3)),
+            us(row.median_ns),
+            us(row.p95_ns),
+            us(row.p99_ns),
+            us(row.max_ns),
+            number(row.volume_tests),
+            number(row.triangle_tests),
+        ]);
+    }
+    format!(
+        "## Times and counts of a query\n\nMean with 95 % interval over poses, quantiles over chunks of poses, the four strata \
+         weighted equally; by stratum in `summary.csv`. Times of two methods are to be compared by their paired ratios \
+         (`ratios.csv`), not by these intervals.\n\n{}",
+        table.finish()
+    )
+}
+
+fn provenance(contents: &Contents) -> String {
+    let program = &contents.manifest.program;
+    let known = |text: &str| if text.is_empty() { "unknown".to_owned() } else { text.to_owned() };
+    let mut inputs = Table::new(&["input", "content hash"]);
+    contents.manifest.inputs.iter().for_each(|(name, hash)| inputs.row([name.as_str(), &format!("`{hash}`")]));
+    let mut variants = Table::new(&["id", "name", "kind", "promise", "policies, default first", "source"]);
+    for entry in &contents.manifest.variants {
+        let kind = format!("{:?}", entry.kind).to_lowercase();
+        let promise = if entry.safe { "safe" } else { "none" };
+        variants.row([&entry.id, &entry.label, kind.as_str(), promise, &entry.policies.join(", "), &entry.reference]);
+    }
+    format!(
+        "## Provenance\n\nbvbench {}, git revision {}{}, {}, flags: {}. Every number above derives from the CSV files in this folder; \
+         their columns are described in the data dictionary, `results/README.md` of the project.\n\n{}{}",
+        known(&program.version),
+        known(&program.git_revision),
+        match program.git_dirty {
+            Some(true) => " with local changes",
+            Some(false) => "",
+            None => " (state of the checkout unknown)",
+        },
+        known(&program.rustc),
+        known(&program.flags),
+        variants.finish(),
+        inputs.finish()
+    )
+}
+
+fn limitations() -> String {
+    "## Limitations\n\n\
+     - This is a conceptual replication. The paper's computer and control, its meshes and its NC programs are not available; the \
+       scenes are our own machines built after its description. Its absolute times cannot be compared with any here.\n\
+     - The paper leaves open how its plain box is centred and how its trees are split. The readings cover what its text can mean; \
+       none of them is certain to be what was programmed.\n\
+     - Intervals describe the poses of these scenes, resampled. They say nothing about other machines, tools or meshes.\n\
+     - Times belong to one computer, one compiler and one implementation of each method, all by the same authors. Operation counts \
+       and misses do not depend on the computer.\n\
+     - The sentences are paraphrased from Chinese, and the thresholds for words such as \"considerable\" are ours; both were fixed \
+       before the run and stand in `claims.toml` beside this report.\n"
+        .to_owned()
+}

@@ -1,0 +1,80 @@
+//! Markdown tables and the numbers in them.
+
+use std::fmt::Write;
+
+/// A table under construction.
+#[derive(Debug)]
+pub struct Table {
+    text: String,
+}
+
+impl Table {
+    /// A table with these headings; those that begin with `>` are aligned right.
+    #[must_use]
+    pub fn new(headings: &[&str]) -> Self {
+        let mut table = Self { text: String::new() };
+        table.row(headings.iter().map(|heading| heading.trim_start_matches('>')));
+        table.row(headings.iter().map(|heading| if heading.starts_with('>') { "---:" } else { "---" }));
+        table
+    }
+
+    /// Adds a row. What would end a cell or a line is written so that it does not.
+    pub fn row<S: AsRef<str>>(&mut self, cells: impl IntoIterator<Item = S>) {
+        self.text.push('|');
+        for cell in cells {
+            let cell = cell.as_ref().replace('|', "\\|").replace('\n', " ");
+            write!(self.text, " {cell} |").expect("writing to a String cannot fail");
+        }
+        self.text.push('\n');
+    }
+
+    /// The finished table.
+    #[must_use]
+    pub fn finish(self) -> String {
+        self.text + "\n"
+    }
+}
+
+/// Three significant digits, or more where the whole part has them; `-` of what is not a number.
+#[must_use]
+pub fn number(value: f64) -> String {
+    match value.abs() {
+        _ if !value.is_finite() => "-".to_owned(),
+        0.0 => "0".to_owned(),
+        x if x >= 100.0 => format!("{value:.0}"),
+        x if x >= 10.0 => format!("{value:.1}"),
+        x if x >= 0.1 => format!("{value:.3}"),
+        x if x >= 1e-3 => format!("{value:.4}"),
+        _ => format!("{value:.1e}"),
+    }
+}
+
+/// A value with its interval, as far as there are any.
+#[must_use]
+pub fn interval(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> String {
+    match (value, low, high) {
+        (Some(value), Some(low), Some(high)) => format!("{} [{}, {}]", number(value), number(low), number(high)),
+        (Some(value), ..) => number(value),
+        _ => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_three_digits() {
+        let shown = [0.0, 1234.5, 12.34, 0.8, 0.012_34, 1e-5, f64::NAN].map(number);
+        assert_eq!(shown, ["0", "1234", "12.3", "0.800", "0.0123", "1.0e-5", "-"]);
+        assert_eq!(interval(Some(0.8), Some(0.75), Some(0.85)), "0.800 [0.750, 0.850]");
+        assert_eq!(interval(None, None, None), "");
+    }
+
+    #[test]
+    fn cells_cannot_break_the_table() {
+        let mut table = Table::new(&["a", ">b"]);
+        table.row(["x|y", "1\n2"]);
+        assert_eq!(table.finish(), "| a | b |\n| --- | ---: |\n| x\\|y | 1 2 |\n\n");
+    }
+}

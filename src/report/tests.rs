@@ -1,0 +1,83 @@
+//! From made-up records to a report, as a reader would have it.
+
+use super::*;
+use crate::analysis::analyze;
+use crate::plot::draw_all;
+use crate::record::synthetic::{PLANTED, Plan, Run, SCENES};
+use tempfile::TempDir;
+
+fn report_of(run: &Run) -> (TempDir, String) {
+    let folder = TempDir::new().unwrap();
+    run.write(folder.path());
+    analyze(folder.path(), &ClaimSet::standard()).unwrap();
+    draw_all(folder.path()).unwrap();
+    let text = std::fs::read_to_string(write(folder.path()).unwrap()).unwrap();
+    (folder, text)
+}
+
+#[test]
+fn the_report_holds_every_claim_variant_and_figure() {
+    let (folder, text) = report_of(&Run::generate(&Plan::default()));
+    for claim in &ClaimSet::standard().claims {
+        assert!(text.contains(&format!("### {}\n", claim.id())) && text.contains(&claim.sentence), "{}", claim.id());
+    }
+    assert!(PLANTED.iter().all(|planted| text.contains(planted.label)));
+    assert!(SCENES.iter().all(|scene| text.contains(scene)));
+    let images = text.lines().filter_map(|line| line.strip_prefix("![")?.split_once("](")?.1.strip_suffix(')'));
+    let images: Vec<&str> = images.collect();
+    assert_eq!(images.len(), 8);
+    assert!(images.iter().all(|image| folder.path().join(image).exists()), "{images:?}");
+    assert!(!text.contains("NaN") && !text.contains("**noisy**"));
+    // All rows of a table have as many cells as its head.
+    let mut columns = 0;
+    for line in text.lines() {
+        let cells = line.replace("\\|", "").matches('|').count();
+        if line.starts_with('|') && columns > 0 {
+            assert_eq!(cells, columns, "{line}");
+        }
+        columns = if line.starts_with('|') { cells } else { 0 };
+    }
+}
+
+#[test]
+fn unsafe_volumes_are_not_in_the_ranking_and_noise_is_on_top() {
+    let mut run = Run::generate(&Plan::default());
+    run.manifest.noise.push("a busy neighbour".to_owned());
+    let (_folder, text) = report_of(&run);
+    let ranking = text.split("## Ranking by speed").nth(1).unwrap().split("\n## ").next().unwrap();
+    assert!(ranking.contains("| 1 | area-weighted OBB |") && !ranking.contains("centred on the mean"), "{ranking}");
+    let noisy = text.find("**noisy**").unwrap();
+    assert!(noisy < text.find("## Verdicts").unwrap() && text.contains("a busy neighbour"));
+}
+
+#[test]
+fn the_terminal_has_one_line_per_claim_reading_and_scene() {
+    let (folder, _) = report_of(&Run::generate(&Plan::default()));
+    let contents = Contents::read(folder.path()).unwrap();
+    let rows = terminal_rows(&contents.verdicts, &contents.claims);
+    let judged = contents.claims.claims.iter().map(|claim| claim.readings.len() * SCENES.len()).sum::<usize>();
+    assert_eq!(rows.len(), judged);
+    let faster = rows.iter().find(|row| row.claim == "faster" && row.reading == "R2").unwrap();
+    // Planted: 0.6 / 0.7 = 0.857 with an error of a hundredth; 0.1 and 0.3 of 1000, by depth, over six bands.
+    let ratio: f64 = faster.value.split_once(' ').unwrap().0.parse().unwrap();
+    assert!((ratio - 6.0 / 7.0).abs() < 0.005 && faster.misses == "158 / 477", "{faster:?}");
+}
+
+#[test]
+fn old_records_are_analysed_again_to_the_same_bytes() {
+    let (folder, text) = report_of(&Run::generate(&Plan::default()));
+    let read = |file: &str| std::fs::read(folder.path().join(file)).unwrap();
+    let files = ["claims.csv", "ratios.csv", "summary.csv", "plots/time-ratios.svg", "plots/time-ratios.png"];
+    let before = files.map(read);
+    analyze(folder.path(), &ClaimSet::standard()).unwrap();
+    draw_all(folder.path()).unwrap();
+    assert!(before == files.map(read));
+    assert_eq!(text, std::fs::read_to_string(write(folder.path()).unwrap()).unwrap());
+}
+
+#[test]
+fn a_run_that_was_not_analysed_is_an_error() {
+    let folder = TempDir::new().unwrap();
+    Run::generate(&Plan::default()).write(folder.path());
+    assert!(write(folder.path()).unwrap_err().to_string().contains("claims.toml"));
+}

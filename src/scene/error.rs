@@ -1,0 +1,154 @@
+//! What can be wrong with a scene, and where.
+
+use crate::gcode::GcodeError;
+use crate::machine::OutOfLimits;
+use crate::machine::file::LinkError;
+use std::fmt;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// A place in a text file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file.
+    pub file: PathBuf,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+}
+
+impl Place {
+    /// The place of a byte of a text.
+    #[must_use]
+    pub fn of_byte(file: PathBuf, text: &str, byte: usize) -> Self {
+        let before = text.get(..byte).unwrap_or(text);
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        Self { file, line: before.matches('\n').count() + 1, column: before[line_start..].chars().count() + 1 }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}:{}", self.file.display(), self.line, self.column)
+    }
+}
+
+/// Why a scene cannot be loaded.
+#[derive(Debug, Error)]
+pub enum SceneError {
+    /// Neither a path nor the name of a shipped scene.
+    #[error("there is no scene `{wanted}`: no such folder or file, and the shipped scenes are {known}")]
+    Missing {
+        /// What was asked for.
+        wanted: String,
+        /// The shipped scenes.
+        known: String,
+    },
+    /// A file that cannot be read.
+    #[error("{file}: {cause}", file = file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// Why not.
+        #[source]
+        cause: std::io::Error,
+    },
+    /// A file that is not TOML, or not the TOML of a scene.
+    #[error("{place}: {message}")]
+    Syntax {
+        /// Where.
+        place: Place,
+        /// What the parser says.
+        message: String,
+    },
+    /// A name that nothing has.
+    #[error("{place}: there is no {what} named `{name}`; there are {known}")]
+    Unknown {
+        /// Where.
+        place: Place,
+        /// `part` or `link`.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// The names that exist.
+        known: String,
+    },
+    /// Two parts, or two approaches, with one name.
+    #[error("{place}: there are two {what} named `{name}`")]
+    Duplicate {
+        /// Where the second is.
+        place: Place,
+        /// `parts` or `approaches`.
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// Something that makes no sense.
+    #[error("{place}: {message}")]
+    Meaning {
+        /// Where.
+        place: Place,
+        /// What.
+        message: String,
+    },
+    /// Links that are not a machine.
+    #[error("{place}: {cause}")]
+    Machine {
+        /// Where.
+        place: Place,
+        /// Why not.
+        cause: LinkError,
+    },
+    /// A part without a usable mesh.
+    #[error("{place}: part `{part}`: {cause}")]
+    Mesh {
+        /// Where the part is declared.
+        place: Place,
+        /// The part.
+        part: String,
+        /// Why not.
+        cause: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// A position outside the machine's limits.
+    #[error("{place}: {cause}")]
+    OutOfLimits {
+        /// Where.
+        place: Place,
+        /// Which axis.
+        cause: OutOfLimits,
+    },
+    /// A program that cannot be interpreted.
+    #[error(transparent)]
+    Program(#[from] GcodeError),
+    /// No part at all.
+    #[error("{file}: the scene has no parts", file = file.display())]
+    NoParts {
+        /// The scene file.
+        file: PathBuf,
+    },
+    /// No pair of parts that can move against each other.
+    #[error("{file}: no two parts of the scene can be examined as a pair", file = file.display())]
+    NoPairs {
+        /// The scene file.
+        file: PathBuf,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_count_from_one_in_characters() {
+        let text = "ab\nü = 1\n";
+        let at = |byte| {
+            let Place { line, column, .. } = Place::of_byte(PathBuf::new(), text, byte);
+            (line, column)
+        };
+        assert_eq!(at(0), (1, 1));
+        assert_eq!(at(3), (2, 1));
+        assert_eq!(at(5), (2, 2)); // after the two bytes of ü
+        assert_eq!(at(10_000), (3, 1));
+    }
+}

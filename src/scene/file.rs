@@ -1,0 +1,185 @@
+//! The TOML form of a scene. Apart from the model, so that the file's spelling can stay when the model changes.
+
+use crate::gcode::{Axis, Position};
+use crate::geometry::import::Unit;
+use crate::geometry::shapes::{Shape, Tessellation};
+use crate::machine::file::{LinkFile, PlacementFile};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use toml::Spanned;
+
+/// `scene.toml`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// One line on what it shows.
+    pub title: String,
+    /// What it shows, at length.
+    #[serde(default)]
+    pub description: String,
+    /// Where the geometry and the motion come from.
+    #[serde(default)]
+    pub provenance: String,
+    /// The machine.
+    #[serde(default)]
+    pub machine: MachineFile,
+    /// Parts, after those of the machine's file.
+    #[serde(default)]
+    pub parts: Vec<PartFile>,
+    /// The pairs examined; without it, every two parts that can move against each other.
+    pub pairs: Option<Vec<Spanned<[String; 2]>>>,
+    /// What moves the machine.
+    pub program: Option<ProgramFile>,
+    /// Approaches.
+    #[serde(default)]
+    pub approaches: Vec<ApproachFile>,
+    /// The pairs posed at random; without it, all pairs examined.
+    pub random: Option<Vec<Spanned<[String; 2]>>>,
+    /// Recorded poses.
+    pub recorded: Option<RecordedFile>,
+}
+
+/// The `[machine]` of a scene, or a file of its own, which has the same keys but `file`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MachineFile {
+    /// A file with `links` and `parts`. Excludes `links` here; its parts come first.
+    pub file: Option<String>,
+    /// Links.
+    #[serde(default)]
+    pub links: Vec<LinkFile>,
+    /// Parts.
+    #[serde(default)]
+    pub parts: Vec<PartFile>,
+}
+
+/// A part. Either `shape` or `mesh`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PartFile {
+    /// Name, unique in the scene.
+    pub name: Spanned<String>,
+    /// The link it is fixed to; without it, the world.
+    pub link: Option<Spanned<String>>,
+    /// Its frame in its link's.
+    #[serde(default)]
+    pub at: PlacementFile,
+    /// A parametric shape.
+    pub shape: Option<Shape>,
+    /// How the shape becomes triangles.
+    pub tessellation: Option<Tessellation>,
+    /// A mesh file.
+    pub mesh: Option<String>,
+    /// The mesh file's unit.
+    pub unit: Option<Unit>,
+}
+
+/// What moves the machine.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProgramFile {
+    /// The G-code file.
+    pub file: String,
+    /// What the controller takes for granted.
+    #[serde(default)]
+    pub controller: ControllerFile,
+    /// Greatest linear travel between poses, mm.
+    pub step_mm: Option<f64>,
+    /// Greatest turn between poses, degrees.
+    pub step_deg: Option<f64>,
+    /// Greatest distance of an arc from its chords, mm.
+    pub chord_mm: Option<f64>,
+    /// Where the machine stands at first.
+    #[serde(default)]
+    pub start: PositionFile,
+    /// Where G28 goes.
+    #[serde(default)]
+    pub home: PositionFile,
+    /// Origins of G54 to G59.3 in machine coordinates.
+    #[serde(default)]
+    pub work_offsets: BTreeMap<String, PositionFile>,
+    /// The tool table.
+    #[serde(default)]
+    pub tools: Vec<ToolFile>,
+    /// The tool in the spindle at first.
+    #[serde(default)]
+    pub tool: u32,
+}
+
+/// What a controller takes for granted before any G word.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ControllerFile {
+    /// G17, G8.
+    #[default]
+    Mill,
+    /// G18, G7.
+    Lathe,
+}
+
+/// An entry of the tool table.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ToolFile {
+    /// Its number.
+    pub number: u32,
+    /// What G43 adds.
+    #[serde(default)]
+    pub offset: PositionFile,
+    /// Cutting diameter, mm.
+    #[serde(default)]
+    pub diameter_mm: f64,
+}
+
+/// Axis positions; those not given are 0.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+#[expect(missing_docs, reason = "the names are the documentation")]
+pub struct PositionFile {
+    pub x_mm: f64,
+    pub y_mm: f64,
+    pub z_mm: f64,
+    pub a_deg: f64,
+    pub b_deg: f64,
+    pub c_deg: f64,
+    pub u_mm: f64,
+    pub v_mm: f64,
+    pub w_mm: f64,
+}
+
+impl PositionFile {
+    /// In mm and radians.
+    pub fn position(&self) -> Position {
+        let mut position = Position([
+            self.x_mm, self.y_mm, self.z_mm, self.a_deg, self.b_deg, self.c_deg, self.u_mm, self.v_mm, self.w_mm,
+        ]);
+        for axis in Axis::ALL.into_iter().filter(|axis| axis.is_rotary()) {
+            position[axis] = position[axis].to_radians();
+        }
+        position
+    }
+}
+
+/// An approach of a pair's second part to its first.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ApproachFile {
+    /// Name, unique in the scene.
+    pub name: Spanned<String>,
+    /// The pair.
+    pub pair: Spanned<[String; 2]>,
+    /// Where the machine stands: the line of approach runs through this position.
+    pub at: PositionFile,
+    /// The way the second part goes relative to the first, world frame, any length but zero.
+    pub direction: [f64; 3],
+    /// Where to stop, mm before first contact; negative is past it.
+    pub offsets_mm: Option<Vec<f64>>,
+}
+
+/// Recorded poses.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordedFile {
+    /// The CSV file.
+    pub file: String,
+}

@@ -1,0 +1,112 @@
+//! Where a scene's files come from: a folder on disk, or the scenes compiled into the program. Every file read is hashed.
+
+use super::error::SceneError;
+use super::shipped;
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Component, Path, PathBuf};
+
+/// A scene's folder and the record of what was read from it.
+pub struct Folder {
+    source: Source,
+    name: String,
+    /// File, as `scene/file` with `..` resolved, to the BLAKE3 hash of its bytes.
+    inputs: BTreeMap<String, String>,
+}
+
+enum Source {
+    Disk(PathBuf),
+    Shipped,
+}
+
+impl Folder {
+    /// A folder on disk.
+    pub fn on_disk(path: &Path) -> Self {
+        let name = path.canonicalize().ok().and_then(|full| Some(full.file_name()?.to_string_lossy().into_owned()));
+        Self {
+            source: Source::Disk(path.to_owned()),
+            name: name.unwrap_or_else(|| "scene".to_owned()),
+            inputs: BTreeMap::new(),
+        }
+    }
+
+    /// A folder compiled into the program.
+    pub fn shipped(name: &str) -> Self {
+        Self { source: Source::Shipped, name: name.to_owned(), inputs: BTreeMap::new() }
+    }
+
+    /// The folder's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What messages call a file.
+    pub fn path(&self, relative: &str) -> PathBuf {
+        match &self.source {
+            Source::Disk(folder) => folder.join(relative),
+            Source::Shipped => Path::new("bench-scenes").join(normalised(&self.name, relative)),
+        }
+    }
+
+    /// The bytes of a file, by its path relative to the folder.
+    pub fn bytes(&mut self, relative: &str) -> Result<Vec<u8>, SceneError> {
+        let key = normalised(&self.name, relative);
+        let bytes = match &self.source {
+            Source::Disk(folder) => std::fs::read(folder.join(relative)),
+            Source::Shipped => shipped::file(&key)
+                .map(|text| text.as_bytes().to_vec())
+                .ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "no such file among the shipped scenes")),
+        };
+        let bytes = bytes.map_err(|cause| SceneError::Read { file: self.path(relative), cause })?;
+        self.inputs.insert(key, blake3::hash(&bytes).to_hex().to_string());
+        Ok(bytes)
+    }
+
+    /// The text of a file.
+    pub fn text(&mut self, relative: &str) -> Result<String, SceneError> {
+        String::from_utf8(self.bytes(relative)?).map_err(|error| SceneError::Read {
+            file: self.path(relative),
+            cause: io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()),
+        })
+    }
+
+    /// The record of what was read.
+    pub fn into_inputs(self) -> BTreeMap<String, String> {
+        self.inputs
+    }
+}
+
+/// `folder/relative` with `/` between the parts and `..` resolved.
+fn normalised(folder: &str, relative: &str) -> String {
+    let mut parts = vec![folder.to_owned()];
+    for component in Path::new(relative).components() {
+        match component {
+            Component::ParentDir => {
+                parts.pop();
+            }
+            Component::Normal(part) => parts.push(part.to_string_lossy().into_owned()),
+            Component::CurDir | Component::RootDir | Component::Prefix(_) => {}
+        }
+    }
+    parts.join("/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_do_not_depend_on_where_the_folder_is() {
+        assert_eq!(normalised("lathe", "./scene.toml"), "lathe/scene.toml");
+        assert_eq!(normalised("a", "../lathe/machine.toml"), "lathe/machine.toml");
+        assert_eq!(normalised("a", "../../machine.toml"), "machine.toml");
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let error = Folder::shipped("nowhere").bytes("scene.toml").unwrap_err();
+        assert!(error.to_string().contains("scene.toml: no such file"), "{error}");
+        let error = Folder::on_disk(Path::new("no-such-folder")).text("scene.toml").unwrap_err();
+        assert!(matches!(error, SceneError::Read { file, .. } if file == Path::new("no-such-folder/scene.toml")));
+    }
+}

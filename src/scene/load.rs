@@ -1,0 +1,293 @@
+//! From `scene.toml` to a checked [`Scene`].
+
+use super::error::{Place, SceneError};
+use super::file::{ApproachFile, MachineFile, PartFile, ProgramFile, SceneFile};
+use super::folder::Folder;
+use super::program::{self, ProgramRun};
+use super::{Approach, Overrides, Pair, Part, Recording, Scene, recording};
+use crate::gcode::Position;
+use crate::geometry::{Mesh, Vector, import};
+use crate::machine::{self, Machine};
+use nalgebra::Unit;
+use serde::de::DeserializeOwned;
+use std::error::Error;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+use toml::Spanned;
+
+/// The file that makes a folder a scene.
+pub const SCENE_FILE: &str = "scene.toml";
+
+/// A text and what messages call it.
+struct Document {
+    path: PathBuf,
+    text: String,
+    /// Folder of the file relative to the scene's, `""` or ending in `/`.
+    base: String,
+}
+
+impl Document {
+    fn read(folder: &mut Folder, relative: &str) -> Result<Self, SceneError> {
+        let text = folder.text(relative)?;
+        let base = relative.rfind('/').map_or("", |slash| &relative[..=slash]);
+        Ok(Self { path: folder.path(relative), text, base: base.to_owned() })
+    }
+
+    fn parse<T: DeserializeOwned>(&self) -> Result<T, SceneError> {
+        toml::from_str(&self.text).map_err(|error: toml::de::Error| SceneError::Syntax {
+            place: self.place(&error.span().unwrap_or(0..0)),
+            message: error.message().to_owned(),
+        })
+    }
+
+    fn place(&self, span: &Range<usize>) -> Place {
+        Place::of_byte(self.path.clone(), &self.text, span.start)
+    }
+
+    /// The place of a table's header, for what has no span of its own.
+    fn header(&self, header: &str) -> Place {
+        Place::of_byte(self.path.clone(), &self.text, self.text.find(header).unwrap_or(0))
+    }
+}
+
+/// Loads the scene in a folder.
+pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Scene, SceneError> {
+    let document = Document::read(&mut folder, file)?;
+    let scene: SceneFile = document.parse()?;
+    let (machine, mut parts) = machine_and_its_parts(&mut folder, &document, &scene.machine, overrides)?;
+    add_parts(&mut parts, &mut folder, &document, &scene.parts, &machine, overrides)?;
+    if parts.is_empty() {
+        return Err(SceneError::NoParts { file: document.path });
+    }
+    let program =
+        scene.program.as_ref().map(|file| read_program(&mut folder, &document, &machine, file)).transpose()?;
+    let recording = match &scene.recorded {
+        Some(recorded) => Some(read_recording(&mut folder, &recorded.file, &machine, &parts, program.as_ref())?),
+        None => None,
+    };
+    let pairs = match &scene.pairs {
+        Some(pairs) => pairs.iter().map(|pair| find_pair(&document, &parts, pair)).collect::<Result<_, _>>()?,
+        None => movable_pairs(&machine, &parts, recording.is_some()),
+    };
+    if pairs.is_empty() {
+        return Err(SceneError::NoPairs { file: document.path });
+    }
+    let random = match &scene.random {
+        Some(random) => random.iter().map(|pair| find_pair(&document, &parts, pair)).collect::<Result<_, _>>()?,
+        None => pairs.clone(),
+    };
+    let approaches = read_approaches(&document, &machine, &parts, &scene.approaches)?;
+    Ok(Scene {
+        name: folder.name().to_owned(),
+        title: scene.title,
+        description: scene.description,
+        provenance: scene.provenance,
+        machine,
+        parts,
+        pairs,
+        program,
+        approaches,
+        random,
+        recording,
+        inputs: folder.into_inputs(),
+    })
+}
+
+/// The machine from the scene file or a file of its own, and the parts that the latter brings along.
+fn machine_and_its_parts(
+    folder: &mut Folder,
+    document: &Document,
+    file: &MachineFile,
+    overrides: &Overrides,
+) -> Result<(Machine, Vec<Part>), SceneError> {
+    let mut parts = Vec::new();
+    let Some(path) = &file.file else {
+        let machine = build_machine(document, file)?;
+        add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
+        return Ok((machine, parts));
+    };
+    let refuse = |document: &Document, message: &str| {
+        Err(SceneError::Meaning { place: document.header("[machine]"), message: message.to_owned() })
+    };
+    if !file.links.is_empty() {
+        return refuse(document, "a machine has either a file or links");
+    }
+    let machine_document = Document::read(folder, path)?;
+    let machine_file: MachineFile = machine_document.parse()?;
+    if machine_file.file.is_some() {
+        return refuse(&machine_document, "a machine's file cannot name another");
+    }
+    let machine = build_machine(&machine_document, &machine_file)?;
+    add_parts(&mut parts, folder, &machine_document, &machine_file.parts, &machine, overrides)?;
+    add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
+    Ok((machine, parts))
+}
+
+fn build_machine(document: &Document, file: &MachineFile) -> Result<Machine, SceneError> {
+    machine::file::build(&file.links)
+        .map_err(|(span, cause)| SceneError::Machine { place: document.place(&span), cause })
+}
+
+fn add_parts(
+    parts: &mut Vec<Part>,
+    folder: &mut Folder,
+    document: &Document,
+    files: &[PartFile],
+    machine: &Machine,
+    overrides: &Overrides,
+) -> Result<(), SceneError> {
+    for file in files {
+        let name = file.name.get_ref();
+        let place = || document.place(&file.name.span());
+        if parts.iter().any(|part| part.name == *name) {
+            return Err(SceneError::Duplicate { place: place(), what: "parts", name: name.clone() });
+        }
+        let link = file.link.as_ref().map(|link| find_link(document, machine, link)).transpose()?;
+        let link_from_part = file.at.isometry();
+        if !machine::tree::is_finite(&link_from_part) {
+            let message = format!("the placement of part `{name}` is not finite");
+            return Err(SceneError::Meaning { place: place(), message });
+        }
+        let mesh = part_mesh(folder, document, file, overrides)?;
+        parts.push(Part { name: name.clone(), mesh: Arc::new(mesh), link, link_from_part });
+    }
+    Ok(())
+}
+
+/// The mesh of a part: its shape's or its file's.
+fn part_mesh(
+    folder: &mut Folder,
+    document: &Document,
+    file: &PartFile,
+    overrides: &Overrides,
+) -> Result<Mesh, SceneError> {
+    let place = || document.place(&file.name.span());
+    let part = || file.name.get_ref().clone();
+    let failed = |cause: Box<dyn Error + Send + Sync>| SceneError::Mesh { place: place(), part: part(), cause };
+    let refuse = |message: &str| {
+        Err(SceneError::Meaning { place: place(), message: format!("part `{}`: {message}", file.name.get_ref()) })
+    };
+    match (&file.shape, &file.mesh) {
+        (Some(_), None) if file.unit.is_some() => refuse("a shape is in mm; `unit` goes with `mesh`"),
+        (Some(shape), None) => {
+            let mut tessellation = file.tessellation.unwrap_or_default();
+            tessellation.grading = overrides.grading.unwrap_or(tessellation.grading);
+            tessellation.density = overrides.density.unwrap_or(tessellation.density);
+            shape.mesh(&tessellation).map_err(|error| failed(error.into()))
+        }
+        (None, Some(_)) if file.tessellation.is_some() => {
+            refuse("a mesh file is triangles already; drop `tessellation`")
+        }
+        (None, Some(path)) => {
+            let path = format!("{}{path}", document.base);
+            // Read for its hash, and so that a missing file is reported as every other missing file is.
+            folder.bytes(&path)?;
+            import::load(&folder.path(&path), file.unit.unwrap_or_default()).map_err(|error| failed(error.into()))
+        }
+        _ => refuse("either `shape` or `mesh` must be given"),
+    }
+}
+
+fn read_program(
+    folder: &mut Folder,
+    document: &Document,
+    machine: &Machine,
+    file: &ProgramFile,
+) -> Result<ProgramRun, SceneError> {
+    let place = || document.header("[program]");
+    let meaning = |message: String| SceneError::Meaning { place: place(), message };
+    let setup = program::setup(file).map_err(meaning)?;
+    let sampling = program::sampling(file).map_err(meaning)?;
+    machine.check_limits(&setup.start).map_err(|cause| SceneError::OutOfLimits { place: place(), cause })?;
+    let source = folder.text(&file.file)?;
+    program::run(&source, folder.path(&file.file), &setup, sampling)
+}
+
+fn read_recording(
+    folder: &mut Folder,
+    file: &str,
+    machine: &Machine,
+    parts: &[Part],
+    program: Option<&ProgramRun>,
+) -> Result<Recording, SceneError> {
+    let start = program.map_or_else(Position::default, |program| program.start);
+    let poses = machine.forward(&start);
+    let initial: Vec<_> = parts.iter().map(|part| poses.world_from(part.link) * part.link_from_part).collect();
+    let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
+    let text = folder.text(file)?;
+    recording::parse(&text, &folder.path(file), &names, &initial)
+}
+
+fn read_approaches(
+    document: &Document,
+    machine: &Machine,
+    parts: &[Part],
+    files: &[ApproachFile],
+) -> Result<Vec<Approach>, SceneError> {
+    let mut approaches: Vec<Approach> = Vec::with_capacity(files.len());
+    for file in files {
+        let name = file.name.get_ref();
+        let place = || document.place(&file.name.span());
+        let meaning = |message: String| SceneError::Meaning { place: place(), message };
+        if approaches.iter().any(|approach| approach.name == *name) {
+            return Err(SceneError::Duplicate { place: place(), what: "approaches", name: name.clone() });
+        }
+        let at = program::finite("`at`", file.at.position()).map_err(meaning)?;
+        machine.check_limits(&at).map_err(|cause| SceneError::OutOfLimits { place: place(), cause })?;
+        let direction = Vector::from(file.direction);
+        let direction = Unit::try_new(direction, 0.0).filter(|unit| unit.iter().all(|x| x.is_finite()));
+        let direction = direction.ok_or_else(|| meaning("the direction is zero or not finite".to_owned()))?;
+        let offsets_mm = file.offsets_mm.clone().unwrap_or_else(|| Approach::OFFSETS_MM.to_vec());
+        if offsets_mm.is_empty() || !offsets_mm.iter().all(|offset| offset.is_finite()) {
+            return Err(meaning("offsets_mm must be a list of finite numbers, at least one".to_owned()));
+        }
+        let pair = find_pair(document, parts, &file.pair)?;
+        approaches.push(Approach { name: name.clone(), pair, at, direction, offsets_mm });
+    }
+    Ok(approaches)
+}
+
+fn find_link(document: &Document, machine: &Machine, name: &Spanned<String>) -> Result<usize, SceneError> {
+    machine.link(name.get_ref()).ok_or_else(|| SceneError::Unknown {
+        place: document.place(&name.span()),
+        what: "link",
+        name: name.get_ref().clone(),
+        known: list(machine.links().iter().map(|link| link.name.as_str())),
+    })
+}
+
+fn find_pair(document: &Document, parts: &[Part], names: &Spanned<[String; 2]>) -> Result<Pair, SceneError> {
+    let place = || document.place(&names.span());
+    let find = |name: &String| {
+        parts.iter().position(|part| part.name == *name).ok_or_else(|| SceneError::Unknown {
+            place: place(),
+            what: "part",
+            name: name.clone(),
+            known: list(parts.iter().map(|part| part.name.as_str())),
+        })
+    };
+    let [a, b] = names.get_ref();
+    let pair = Pair { a: find(a)?, b: find(b)? };
+    if pair.a == pair.b {
+        return Err(SceneError::Meaning { place: place(), message: format!("part `{a}` is paired with itself") });
+    }
+    Ok(pair)
+}
+
+/// Every two parts that something can move against each other: a joint between their links, or recorded poses.
+fn movable_pairs(machine: &Machine, parts: &[Part], recorded: bool) -> Vec<Pair> {
+    let body = |part: usize| machine.rigid_body(parts[part].link);
+    (0..parts.len())
+        .flat_map(|a| (a + 1..parts.len()).map(move |b| Pair { a, b }))
+        .filter(|&Pair { a, b }| recorded || body(a) != body(b))
+        .collect()
+}
+
+fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<&str> = names.collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+#[cfg(test)]
+mod tests;

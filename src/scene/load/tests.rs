@@ -1,0 +1,190 @@
+use super::super::{Pair, Scene, SceneError};
+use crate::gcode::{Axis, Position};
+use crate::geometry::Point;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A tetrahedron with legs of 1 mm.
+const TETRAHEDRON: &str = "solid t
+facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex 1 0 0\nendloop\nendfacet
+facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 0 1\nendloop\nendfacet
+facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 0 1\nvertex 0 1 0\nendloop\nendfacet
+facet normal 0 0 0\nouter loop\nvertex 1 0 0\nvertex 0 1 0\nvertex 0 0 1\nendloop\nendfacet
+endsolid t
+";
+
+/// A slide along X that carries `tool`, beside `block` in the world 10 mm further.
+const SLIDE: &str = r#"title = "A slide"
+pairs = [["block", "tool"]]
+[[machine.links]]
+name = "slide"
+joint = { axis = "X", direction = [1, 0, 0], min_mm = -100, max_mm = 50 }
+[[parts]]
+name = "tool"
+link = "slide"
+mesh = "t.stl"
+[[parts]]
+name = "block"
+at = { xyz_mm = [10, 0, 0] }
+mesh = "t.stl"
+"#;
+
+fn folder(files: &[(&str, &str)]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("t.stl"), TETRAHEDRON).unwrap();
+    for (name, text) in files {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+fn load(files: &[(&str, &str)]) -> Result<Scene, SceneError> {
+    Scene::load(folder(files).path())
+}
+
+/// The error of a scene file, without the folder's name.
+fn error_of(files: &[(&str, &str)]) -> (SceneError, String) {
+    let folder = folder(files);
+    let error = Scene::load(folder.path()).unwrap_err();
+    let text = error.to_string().replace(&format!("{}/", folder.path().display()), "");
+    (error, text)
+}
+
+#[test]
+fn a_scene_knows_its_machine_parts_pairs_and_inputs() {
+    let scene = load(&[("scene.toml", SLIDE)]).unwrap();
+    assert_eq!(scene.pairs, [Pair { a: 1, b: 0 }]);
+    assert_eq!(scene.random, scene.pairs);
+    assert_eq!(scene.pair_name(scene.pairs[0]), "block:tool");
+    assert_eq!(scene.parts[0].mesh.faces().len(), 4);
+    let mut position = Position::default();
+    position[Axis::X] = 4.0;
+    let tool_in_block = scene.a_from_b(scene.pairs[0], &scene.machine.forward(&position)) * Point::origin();
+    assert!((tool_in_block - Point::new(-6.0, 0.0, 0.0)).norm() < 1e-12); // 4 - 10
+    let inputs: Vec<&str> = scene.inputs.keys().map(|key| key.split_once('/').unwrap().1).collect();
+    assert_eq!(inputs, ["scene.toml", "t.stl"]);
+    assert_eq!(scene.inputs.values().nth(1).unwrap(), blake3::hash(TETRAHEDRON.as_bytes()).to_hex().as_str());
+}
+
+#[test]
+fn a_machine_may_have_its_own_file_that_brings_parts() {
+    let machine = "[[links]]\nname = \"slide\"\njoint = { axis = \"X\", direction = [1, 0, 0] }\n\
+                   [[parts]]\nname = \"bed\"\nmesh = \"t.stl\"\n";
+    let scene = "title = \"\"\n[machine]\nfile = \"machine.toml\"\n\
+                 [[parts]]\nname = \"arm\"\nlink = \"slide\"\nmesh = \"t.stl\"\n[[parts]]\nname = \"leg\"\nmesh = \"t.stl\"\n";
+    let loaded = load(&[("scene.toml", scene), ("machine.toml", machine)]).unwrap();
+    assert_eq!(loaded.parts.iter().map(|part| part.name.as_str()).collect::<Vec<_>>(), ["bed", "arm", "leg"]);
+    // Bed and leg stand still, so only the arm can run into them.
+    assert_eq!(loaded.pairs, [Pair { a: 0, b: 1 }, Pair { a: 1, b: 2 }]);
+    let (_, text) = error_of(&[("scene.toml", scene), ("machine.toml", "[[links]]\nname = 3\n")]);
+    assert!(text.starts_with("machine.toml:2:8: "), "{text}");
+}
+
+#[test]
+fn parts_and_recorded_poses_make_a_scene() {
+    let scene = "title = \"\"\n[[parts]]\nname = \"a\"\nmesh = \"t.stl\"\n[[parts]]\nname = \"b\"\nmesh = \"t.stl\"\n\
+                 [recorded]\nfile = \"poses.csv\"\n";
+    let poses = "part,qw,qx,qy,qz,tx,ty,tz\nb,1,0,0,0,5,0,0\nb,1,0,0,0,6,0,0\n";
+    let loaded = load(&[("scene.toml", scene), ("poses.csv", poses)]).unwrap();
+    assert_eq!(loaded.pairs, [Pair { a: 0, b: 1 }]);
+    assert_eq!(loaded.recording.unwrap().frames[1][1].translation.x, 6.0);
+    let (_, text) = error_of(&[("scene.toml", scene), ("poses.csv", "part,qw,qx,qy,qz,tx,ty,tz\nc,1,0,0,0,5,0,0\n")]);
+    assert_eq!(text, "poses.csv:2:1: there is no part named `c`; there are a, b");
+    let (_, text) = error_of(&[("scene.toml", scene)]);
+    assert!(text.starts_with("poses.csv: "), "{text}");
+}
+
+#[test]
+fn programs_and_approaches_are_read_and_checked() {
+    let scene = format!(
+        "{SLIDE}[program]\nfile = \"p.ngc\"\nstep_mm = 0.5\nstart = {{ x_mm = -20 }}\n\
+         [[approaches]]\nname = \"head-on\"\npair = [\"block\", \"tool\"]\nat = {{ x_mm = -20 }}\ndirection = [2, 0, 0]\n"
+    );
+    let loaded = load(&[("scene.toml", &scene), ("p.ngc", "G0 X5\nM2\n")]).unwrap();
+    let run = loaded.program.unwrap();
+    assert_eq!((run.start[Axis::X], run.sampling.step_mm, run.program.moves.len()), (-20.0, 0.5, 1));
+    assert_eq!(loaded.approaches[0].direction.x, 1.0);
+    assert_eq!(loaded.approaches[0].offsets_mm.len(), 15);
+
+    let (error, text) = error_of(&[("scene.toml", &scene), ("p.ngc", "G0 X5\nG0 X[\nM2\n")]);
+    assert!(matches!(error, SceneError::Program(_)) && text.starts_with("p.ngc:2:"), "{text}");
+    for (from, to, message) in [
+        ("step_mm = 0.5", "step_mm = 0", "step_mm is 0; it must be a finite number above 0"),
+        ("start = { x_mm = -20 }", "start = { x_mm = nan }", "start is not finite"),
+        ("start = { x_mm = -20 }", "start = { x_mm = -101 }", "axis X at -101 mm is outside its limits -100 to 50 mm"),
+        ("at = { x_mm = -20 }", "at = { x_mm = 51 }", "axis X at 51 mm is outside its limits -100 to 50 mm"),
+        ("direction = [2, 0, 0]", "direction = [0, 0, 0]", "the direction is zero or not finite"),
+        ("direction = [2, 0, 0]", "direction = [1, 0, 0]\noffsets_mm = []", "offsets_mm must be a list"),
+    ] {
+        let text = error_of(&[("scene.toml", &scene.replace(from, to)), ("p.ngc", "M2\n")]).1;
+        assert!(text.starts_with("scene.toml:") && text.contains(message), "{text}");
+    }
+}
+
+#[test]
+fn whatever_is_wrong_with_a_scene_file_is_said_with_its_place() {
+    for (from, to, message) in [
+        ("title = \"A slide\"", "title = ", "scene.toml:1:9: "),
+        ("title = \"A slide\"", "colour = 3", "scene.toml:1:1: unknown field `colour`"),
+        ("link = \"slide\"", "link = \"sledge\"", "scene.toml:8:8: there is no link named `sledge`; there are slide"),
+        (
+            "[\"block\", \"tool\"]",
+            "[\"block\", \"fool\"]",
+            "scene.toml:2:10: there is no part named `fool`; there are tool, block",
+        ),
+        ("[\"block\", \"tool\"]", "[\"tool\", \"tool\"]", "scene.toml:2:10: part `tool` is paired with itself"),
+        ("name = \"block\"", "name = \"tool\"", "scene.toml:11:8: there are two parts named `tool`"),
+        (
+            "at = { xyz_mm = [10, 0, 0] }",
+            "at = { xyz_mm = [inf, 0, 0] }",
+            "scene.toml:11:8: the placement of part `block` is not finite",
+        ),
+        (
+            "direction = [1, 0, 0]",
+            "direction = [0, 0, 0]",
+            "scene.toml:4:8: link `slide`: the direction of axis X is zero",
+        ),
+        (
+            "name = \"slide\"",
+            "name = \"slide\"\nparent = \"slide\"",
+            "scene.toml:4:8: links stand on one another in a circle: slide -> slide",
+        ),
+        (
+            "link = \"slide\"\nmesh = \"t.stl\"",
+            "link = \"slide\"",
+            "scene.toml:7:8: part `tool`: either `shape` or `mesh` must be given",
+        ),
+        ("link = \"slide\"\nmesh = \"t.stl\"", "mesh = \"none.stl\"", "none.stl: "),
+        ("pairs = [[\"block\", \"tool\"]]", "pairs = []", "scene.toml: no two parts"),
+    ] {
+        assert!(SLIDE.contains(from), "{from}");
+        let text = error_of(&[("scene.toml", &SLIDE.replacen(from, to, 1))]).1;
+        assert!(text.starts_with(message), "{text}\nis not\n{message}");
+    }
+}
+
+#[test]
+fn bad_meshes_are_refused_with_their_part() {
+    let scene = SLIDE.replacen("t.stl", "bad.stl", 1);
+    for bad in ["solid t\nendsolid t\n", &TETRAHEDRON.replacen("vertex 1 0 0", "vertex nan 0 0", 1), "no mesh at all"] {
+        let (error, text) = error_of(&[("scene.toml", &scene), ("bad.stl", bad)]);
+        assert!(matches!(error, SceneError::Mesh { .. }), "{text}");
+        assert!(text.starts_with("scene.toml:7:8: part `tool`: "), "{text}");
+    }
+}
+
+#[test]
+fn scenes_without_parts_or_of_another_encoding_are_refused() {
+    assert!(matches!(error_of(&[("scene.toml", "title = \"\"\n")]).0, SceneError::NoParts { .. }));
+    let folder = folder(&[]);
+    std::fs::write(folder.path().join("scene.toml"), b"title = \"\xff\"").unwrap();
+    assert!(matches!(Scene::load(folder.path()).unwrap_err(), SceneError::Read { .. }));
+}
+
+#[test]
+fn a_scene_that_is_nowhere_is_answered_with_those_that_are_somewhere() {
+    for error in [Scene::find("lathe-toolpots"), Scene::load(Path::new("no/such/folder"))].map(Result::unwrap_err) {
+        assert!(matches!(error, SceneError::Missing { .. }));
+        assert!(error.to_string().contains("lathe-toolpost, lathe-tailstock"), "{error}");
+    }
+}

@@ -1,0 +1,73 @@
+//! The program of a scene: from the file to canonical moves.
+
+use super::error::SceneError;
+use super::file::{ControllerFile, ProgramFile};
+use crate::gcode::{self, Position, Sampling, Setup, Tool, WorkOffset};
+use std::path::PathBuf;
+
+/// A program, interpreted, and how to run it.
+#[derive(Clone, Debug)]
+pub struct ProgramRun {
+    /// Its file, for messages.
+    pub file: PathBuf,
+    /// Its moves.
+    pub program: gcode::Program,
+    /// Where the machine stands at first, mm and radians.
+    pub start: Position,
+    /// How finely the scene wants it sampled.
+    pub sampling: Sampling,
+}
+
+/// Names of the work offsets, in the order of [`Setup::work_offsets`].
+const WORK_OFFSETS: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
+
+/// What the controller knows, as the scene file says it. `Err` is a message.
+pub(super) fn setup(file: &ProgramFile) -> Result<Setup, String> {
+    let mut setup = match file.controller {
+        ControllerFile::Mill => Setup::default(),
+        ControllerFile::Lathe => Setup::lathe(),
+    };
+    setup.start = finite("start", file.start.position())?;
+    setup.home = finite("home", file.home.position())?;
+    setup.tool = file.tool;
+    for (name, origin) in &file.work_offsets {
+        let index = WORK_OFFSETS.iter().position(|known| known == name);
+        let index = index.ok_or_else(|| format!("`{name}` is not one of {}", WORK_OFFSETS.join(", ")))?;
+        setup.work_offsets[index] = WorkOffset { origin: finite(name, origin.position())?, rotation: 0.0 };
+    }
+    for tool in &file.tools {
+        let offset = finite("a tool's offset", tool.offset.position())?;
+        if !(tool.diameter_mm >= 0.0 && tool.diameter_mm.is_finite()) {
+            return Err(format!("tool {}: diameter_mm must be a finite number, at least 0", tool.number));
+        }
+        if setup.tools.insert(tool.number, Tool { offset, diameter_mm: tool.diameter_mm }).is_some() {
+            return Err(format!("there are two tools with number {}", tool.number));
+        }
+    }
+    Ok(setup)
+}
+
+/// How finely to sample, as the scene file says it. `Err` is a message.
+pub(super) fn sampling(file: &ProgramFile) -> Result<Sampling, String> {
+    let default = Sampling::default();
+    let positive = |name: &str, value: Option<f64>, default: f64| match value.unwrap_or(default) {
+        value if value > 0.0 && value.is_finite() => Ok(value),
+        value => Err(format!("{name} is {value}; it must be a finite number above 0")),
+    };
+    Ok(Sampling {
+        step_mm: positive("step_mm", file.step_mm, default.step_mm)?,
+        step_deg: positive("step_deg", file.step_deg, default.step_deg)?,
+        chord_mm: positive("chord_mm", file.chord_mm, default.chord_mm)?,
+    })
+}
+
+/// Interprets the program.
+pub(super) fn run(source: &str, path: PathBuf, setup: &Setup, sampling: Sampling) -> Result<ProgramRun, SceneError> {
+    let program = gcode::interpret(source, &path, setup)?;
+    Ok(ProgramRun { file: path, program, start: setup.start, sampling })
+}
+
+/// The position, when all of it is finite. `Err` is a message.
+pub(super) fn finite(what: &str, position: Position) -> Result<Position, String> {
+    if position.0.iter().all(|x| x.is_finite()) { Ok(position) } else { Err(format!("{what} is not finite")) }
+}

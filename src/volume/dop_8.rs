@@ -1,0 +1,40 @@
+//! The 8-DOP: the four space diagonals.
+//!
+//! C. Ericson, "Real-Time Collision Detection", 2005, section 4.6.1. The paper names an 8-DOP without saying which; its
+//! figure may show a plane octagon (see the decision record on the 8-DOP's axes).
+
+use super::Info;
+use super::dop::{Cone, Directions, Dop};
+use crate::geometry::Vector;
+use std::sync::OnceLock;
+
+/// The space diagonals (1,1,1), (1,1,-1), (1,-1,1), (-1,1,1).
+#[derive(Clone, Copy, Debug)]
+pub struct Diagonals;
+
+/// The polytope of eight half-spaces.
+pub type Dop8 = Dop<Diagonals, 4>;
+
+/// 1/√3.
+const D: f64 = 0.577_350_269_189_625_8;
+
+static NORMALS: [Vector; 4] =
+    [Vector::new(D, D, D), Vector::new(D, D, -D), Vector::new(D, -D, D), Vector::new(-D, D, D)];
+
+impl Directions<4> for Diagonals {
+    const INFO: Info = Info {
+        id: "dop-8",
+        label: "8-DOP",
+        reference: "C. Ericson, Real-Time Collision Detection, 2005, section 4.6; Klosowski et al. 1998",
+        safe: true,
+    };
+
+    fn normals() -> &'static [Vector; 4] {
+        &NORMALS
+    }
+
+    fn cones() -> &'static OnceLock<Vec<Cone>> {
+        static CONES: OnceLock<Vec<Cone>> = OnceLock::new();
+        &CONES
+    }
+}

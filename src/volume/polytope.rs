@@ -1,0 +1,126 @@
+//! Convex polytopes as faces, by clipping: volume, area and edges of a volume that is given by its half-spaces.
+
+use super::Segment;
+use crate::geometry::{Point, Vector};
+
+/// A convex solid: planar faces, each a loop of corners, mm.
+#[derive(Clone, Debug)]
+pub struct Polytope {
+    faces: Vec<Vec<Point>>,
+}
+
+impl Polytope {
+    /// The cube of half-length `half`, mm, about `centre`.
+    #[must_use]
+    pub fn cube(centre: &Point, half: f64) -> Self {
+        let face = |axis: usize, side: f64| {
+            let corner = |(s, t): (f64, f64)| {
+                let mut offset = Vector::zeros();
+                offset[axis] = side * half;
+                offset[(axis + 1) % 3] = s * half;
+                offset[(axis + 2) % 3] = t * half;
+                centre + offset
+            };
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner).to_vec()
+        };
+        Self { faces: (0..3).flat_map(|axis| [face(axis, -1.0), face(axis, 1.0)]).collect() }
+    }
+
+    /// The part of the solid where `normal · x <= offset` (`normal` of unit length, `offset` in mm).
+    #[must_use]
+    pub fn clip(&self, normal: &Vector, offset: f64) -> Self {
+        let height = |p: &Point| normal.dot(&p.coords) - offset;
+        let mut rim: Vec<Point> = Vec::new();
+        let mut faces = Vec::new();
+        for face in &self.faces {
+            let mut kept = Vec::with_capacity(face.len() + 1);
+            for (i, here) in face.iter().enumerate() {
+                let next = &face[(i + 1) % face.len()];
+                let (h, n) = (height(here), height(next));
+                if h <= 0.0 {
+                    kept.push(*here);
+                }
+                if (h < 0.0 && n > 0.0) || (h > 0.0 && n < 0.0) {
+                    let crossing = here + (next - here) * (h / (h - n));
+                    kept.push(crossing);
+                    rim.push(crossing);
+                } else if h == 0.0 {
+                    rim.push(*here);
+                }
+            }
+            if kept.len() >= 3 {
+                faces.push(kept);
+            }
+        }
+        if rim.len() >= 3 {
+            faces.push(around(&rim, normal));
+        }
+        Self { faces }
+    }
+
+    /// Surface area, mm².
+    #[must_use]
+    pub fn surface_area(&self) -> f64 {
+        self.faces.iter().map(|face| area_vector(face).norm()).sum()
+    }
+
+    /// Volume, mm³: pyramids from an inner point over the faces.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        let count = self.faces.iter().map(Vec::len).sum::<usize>();
+        if count == 0 {
+            return 0.0;
+        }
+        let apex = Point::from(self.faces.iter().flatten().map(|p| p.coords).sum::<Vector>() / count as f64);
+        self.faces.iter().map(|face| area_vector(face).dot(&(face[0] - apex)).abs() / 3.0).sum()
+    }
+
+    /// The edges, each once or twice.
+    #[must_use]
+    pub fn edges(&self) -> Vec<Segment> {
+        let edges_of =
+            |face: &Vec<Point>| (0..face.len()).map(|i| [face[i], face[(i + 1) % face.len()]]).collect::<Vec<_>>();
+        self.faces.iter().flat_map(edges_of).collect()
+    }
+}
+
+/// Half the sum of cross products around a loop: normal to it, as long as its area (mm²).
+fn area_vector(face: &[Point]) -> Vector {
+    let fan = face.windows(2).skip(1).map(|pair| (pair[0] - face[0]).cross(&(pair[1] - face[0])));
+    fan.sum::<Vector>() * 0.5
+}
+
+/// Coplanar points of a convex loop, sorted around `normal`.
+fn around(points: &[Point], normal: &Vector) -> Vec<Point> {
+    let middle = Point::from(points.iter().map(|p| p.coords).sum::<Vector>() / points.len() as f64);
+    let helper = if normal.x.abs() < 0.6 { Vector::x() } else { Vector::y() };
+    let u = normal.cross(&helper).normalize();
+    let v = normal.cross(&u);
+    let angle = |p: &Point| v.dot(&(p - middle)).atan2(u.dot(&(p - middle)));
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|p, q| angle(p).total_cmp(&angle(q)));
+    sorted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cube_without_a_corner_has_lost_a_pyramid() {
+        let cube = Polytope::cube(&Point::origin(), 1.0);
+        assert!((cube.volume() - 8.0).abs() < 1e-12 && (cube.surface_area() - 24.0).abs() < 1e-12);
+        // x + y + z <= 2 cuts a right pyramid with legs of 1 off the corner (1,1,1): volume 1/6; three half squares give
+        // way to an equilateral triangle of side √2.
+        let diagonal = Vector::repeat(1.0).normalize();
+        let cut = cube.clip(&diagonal, 2.0 / 3.0_f64.sqrt());
+        assert!((cut.volume() - (8.0 - 1.0 / 6.0)).abs() < 1e-12);
+        assert!((cut.surface_area() - (24.0 - 1.5 + 3.0_f64.sqrt() / 2.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_is_left_of_a_cube_clipped_away() {
+        let gone = Polytope::cube(&Point::origin(), 1.0).clip(&Vector::x(), -2.0);
+        assert_eq!((gone.volume(), gone.surface_area(), gone.edges().len()), (0.0, 0.0, 0));
+    }
+}

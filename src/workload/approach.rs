@@ -1,0 +1,86 @@
+//! Approaches: `b` comes along a line of the scene and stops at prescribed offsets from first contact.
+//!
+//! When more poses are wanted than the scene's approaches have, the lines are varied: shifted sideways and tilted, at random.
+
+use super::draw::Draw;
+use super::ray::{Contact, Ray};
+use super::{Budget, PosedPair, WorkloadError};
+use crate::geometry::{Isometry, Vector};
+use crate::scene::{Approach, Scene};
+use nalgebra::{Translation3, Unit};
+use rayon::prelude::*;
+
+/// Farthest sideways shift of a varied line, in radii of the smaller part.
+const SHIFT: f64 = 0.25;
+
+/// Greatest tilt of a varied line, as a tangent: 15 degrees.
+const TILT: f64 = 0.268;
+
+/// How often a varied line that passes by is drawn anew before it is given up.
+const ATTEMPTS: usize = 16;
+
+/// The scene's approaches of one pair, all of them, then varied ones up to about `budget.poses` poses. A line is a cluster.
+///
+/// # Errors
+/// [`WorkloadError::NoContact`] when an approach of the scene never touches.
+pub fn poses(
+    scene: &Scene,
+    approaches: &[&Approach],
+    contact: &Contact<'_>,
+    budget: &Budget<'_>,
+) -> Result<Vec<PosedPair>, WorkloadError> {
+    let lines: Vec<Line<'_>> = approaches.iter().map(|approach| Line::of(scene, approach)).collect();
+    let per_round: usize = approaches.iter().map(|approach| approach.offsets_mm.len()).sum();
+    let rounds = budget.poses.div_ceil(per_round.max(1)).max(1);
+    let rays: Vec<Option<Ray>> = (0..rounds * lines.len())
+        .into_par_iter()
+        .map(|index| {
+            let line = &lines[index % lines.len()];
+            if index < lines.len() { line.cast(contact) } else { line.cast_varied(contact, &mut budget.draw(index)) }
+        })
+        .collect();
+    if let Some(missed) = rays[..lines.len()].iter().position(Option::is_none) {
+        let approach = approaches[missed];
+        return Err(WorkloadError::NoContact { approach: approach.name.clone(), pair: scene.pair_name(approach.pair) });
+    }
+    let mut poses = Vec::with_capacity(rounds * per_round);
+    for (index, ray) in rays.iter().enumerate() {
+        let Some(ray) = ray else { continue };
+        for &offset in &approaches[index % approaches.len()].offsets_mm {
+            let depth_mm = -offset;
+            let a_from_b = ray.at_depth(depth_mm);
+            poses.push(PosedPair { a_from_b, cluster: index as u32, line: None, depth_mm: Some(depth_mm) });
+        }
+    }
+    Ok(poses)
+}
+
+/// An approach in the frame of `a`.
+struct Line<'a> {
+    approach: &'a Approach,
+    through: Isometry,
+    direction: Unit<Vector>,
+}
+
+impl<'a> Line<'a> {
+    fn of(scene: &Scene, approach: &'a Approach) -> Self {
+        let poses = scene.machine.forward(&approach.at);
+        let a_from_world = scene.world_from_part(approach.pair.a, &poses).rotation.inverse();
+        let direction = a_from_world * approach.direction;
+        Self { approach, through: scene.a_from_b(approach.pair, &poses), direction }
+    }
+
+    fn cast(&self, contact: &Contact<'_>) -> Option<Ray> {
+        Ray::cast(contact, &self.through, self.direction)
+    }
+
+    fn cast_varied(&self, contact: &Contact<'_>, draw: &mut Draw) -> Option<Ray> {
+        let reach = SHIFT * contact.a.radius.min(contact.b.radius);
+        (0..ATTEMPTS).find_map(|_| {
+            let shift = draw.in_ball() * reach;
+            let direction = Unit::new_normalize(*self.direction + draw.in_ball() * TILT);
+            let through = Translation3::from(shift) * self.through;
+            Ray::cast(contact, &through, direction)
+        })
+    }
+}

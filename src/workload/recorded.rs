@@ -1,0 +1,34 @@
+//! Recorded poses, frame by frame.
+
+use super::{PosedPair, block_of};
+use crate::scene::{Pair, Recording};
+
+/// At most `count` poses of one pair, spread evenly over the recording. Neighbours form blocks, and a block is a cluster.
+pub fn poses(recording: &Recording, pair: Pair, count: usize) -> Vec<PosedPair> {
+    let frames = recording.frames.len();
+    let count = count.clamp(1, frames);
+    let pose = |index: usize| {
+        let frame = &recording.frames[index * frames / count];
+        let a_from_b = frame[pair.a].inv_mul(&frame[pair.b]);
+        PosedPair { a_from_b, cluster: block_of(index), line: None, depth_mm: None }
+    };
+    (0..count).map(pose).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Isometry;
+
+    #[test]
+    fn a_small_budget_keeps_poses_spread_over_the_whole() {
+        let frame = |i: usize| vec![Isometry::translation(1.0, 0.0, 0.0), Isometry::translation(i as f64, 0.0, 0.0)];
+        let recording = Recording { frames: (0..10).map(frame).collect() };
+        let x = |count| -> Vec<f64> {
+            let poses = poses(&recording, Pair { a: 0, b: 1 }, count);
+            poses.iter().map(|pose| pose.a_from_b.translation.x).collect()
+        };
+        assert_eq!(x(5), [-1.0, 1.0, 3.0, 5.0, 7.0]);
+        assert_eq!(x(1000).len(), 10);
+    }
+}
