@@ -1,1 +1,7 @@
-fn main() {}
+//! The command line over the variants that bvbench ships.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    bvbench::cli::main_with(bvbench::registry::Registry::standard())
+}

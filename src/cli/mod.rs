@@ -1,1 +1,125 @@
-//! Placeholder.
+//! The command line: one file per verb. The only module that prints.
+//!
+//! [`main_with`] gives any registry the whole of it, so that a volume from another crate is listed, verified, measured,
+//! plotted and reported like the ones that are shipped.
+
+mod analyze;
+mod launch;
+mod list;
+mod measure;
+mod options;
+mod plot;
+mod progress;
+mod report;
+mod repro;
+mod verify;
+
+use crate::registry::Registry;
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Exit code when all is well.
+const CLEAR: u8 = 0;
+/// Exit code when a safe variant missed a contact, or the exact test and its twin disagree.
+const FAILED: u8 = 1;
+/// Exit code for bad usage and bad input.
+const BAD_INPUT: u8 = 2;
+
+/// Bounding volumes on trial: compares bounding-volume methods for machine-tool collision detection against exact truth.
+#[derive(Parser)]
+#[command(name = "bvbench", version, after_help = EXAMPLES)]
+struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  bvbench repro                          check the paper: everything, in a few minutes
+  bvbench repro --profile smoke          the same in seconds, to see that it works
+  bvbench list                           the variants
+  bvbench verify --scene lathe-toolpost  verdicts of all variants against the exact truth
+  bvbench measure --variant aabb --variant dop-8 --out results/two
+  bvbench report --out results/quick     write the report of a run again
+
+Exit codes: 0 all is well, 1 a safe variant missed a contact, 2 bad usage or input.";
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Verify, measure, analyse, plot and report: does the paper hold?
+    Repro(repro::Options),
+    /// Show the variants: id, label, reference, whether safe, default tree policy
+    List(list::Options),
+    /// Hold every variant's verdicts against the exact truth
+    Verify(verify::Options),
+    /// Count operations, describe trees, and time queries and construction
+    Measure(measure::Options),
+    /// Turn a run's raw records into summary, ratios and verdicts on the claims
+    Analyze(analyze::Options),
+    /// Draw a run's figures, SVG and PNG
+    Plot(plot::Options),
+    /// Write a run's report
+    Report(report::Options),
+    /// Carry out one timing launch of a run in this process (called by `measure`)
+    #[command(hide = true)]
+    Launch(launch::Options),
+}
+
+/// Runs the command line of this process over the variants of `registry`.
+#[must_use]
+pub fn main_with(registry: Registry) -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // Help and version come as errors too, but are none; clap prints them to the right stream.
+            let code = if error.use_stderr() { BAD_INPUT } else { CLEAR };
+            let _ = error.print();
+            return ExitCode::from(code);
+        }
+    };
+    match run(arguments.verb, &registry) {
+        Ok(code) => ExitCode::from(code),
+        Err(error) => {
+            say_error(&error);
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+fn run(verb: Verb, registry: &Registry) -> Result<u8> {
+    match verb {
+        Verb::Repro(options) => repro::run(options, registry),
+        Verb::List(options) => list::run(&options, registry),
+        Verb::Verify(options) => verify::run(options, registry),
+        Verb::Measure(options) => measure::run(options, registry),
+        Verb::Analyze(options) => analyze::run(&options),
+        Verb::Plot(options) => plot::run(&options),
+        Verb::Report(options) => report::run(&options),
+        Verb::Launch(options) => launch::run(&options, registry),
+    }
+}
+
+/// Prints a line to standard output. A reader that has gone away (`bvbench list | head -1`) is no error.
+fn say(text: impl std::fmt::Display) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// Prints a line about how things go to standard error, where it does not mix with results.
+fn note(text: impl std::fmt::Display) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Prints an error and its causes; a cause that the error already tells is not told twice.
+fn say_error(error: &anyhow::Error) {
+    let mut text = error.to_string();
+    for cause in error.chain().skip(1) {
+        let cause = cause.to_string();
+        if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    note(format!("error: {text}"));
+}

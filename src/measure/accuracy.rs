@@ -56,7 +56,13 @@ fn verify_case(case: &Case, scene: &Scene, judged: &[JudgedPair], progress: &dyn
 }
 
 /// One row per band that has poses.
-fn tally(case: &Case, scene: &Scene, pair: &JudgedPair, poses: &[&JudgedPose], verdicts: &[bool]) -> Vec<VerificationRow> {
+fn tally(
+    case: &Case,
+    scene: &Scene,
+    pair: &JudgedPair,
+    poses: &[&JudgedPose],
+    verdicts: &[bool],
+) -> Vec<VerificationRow> {
     let (split, axes, leaf) = case.policy_columns();
     let row = |band| {
         let members: Vec<(&JudgedPose, bool)> =

@@ -72,7 +72,10 @@ pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
 fn windows(available: usize, share: usize) -> Vec<usize> {
     let count = (share / CHUNK_POSES).clamp(1, (available / CHUNK_POSES).max(1));
     let slack = available.saturating_sub(count * CHUNK_POSES);
-    (0..count).map(|window| window * CHUNK_POSES + slack * (2 * window + 1) / (2 * count)).map(|start| if available < CHUNK_POSES { 0 } else { start }).collect()
+    (0..count)
+        .map(|window| window * CHUNK_POSES + slack * (2 * window + 1) / (2 * count))
+        .map(|start| if available < CHUNK_POSES { 0 } else { start })
+        .collect()
 }
 
 #[cfg(test)]

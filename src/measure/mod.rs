@@ -19,7 +19,7 @@ pub mod timer;
 
 pub use plan::{Case, Plan, PlanError, Selection};
 pub use profile::{Budget, Profile};
-pub use run::{MeasureError, Run};
+pub use run::{MeasureError, Run, Verification};
 
 /// Where a long task says how far it is. Called from several threads.
 pub trait Progress: Sync {

@@ -67,7 +67,16 @@ pub fn time_scene(
                 if block == 0 {
                     passes[c][k] = timer::passes_for(ns);
                 } else {
-                    rows.push(row(scene, &judged[chunk.pair], chunk, &contestants[k].case, launch, block - 1, passes[c][k], ns));
+                    rows.push(row(
+                        scene,
+                        &judged[chunk.pair],
+                        chunk,
+                        &contestants[k].case,
+                        launch,
+                        block - 1,
+                        passes[c][k],
+                        ns,
+                    ));
                 }
             }
             progress.advance(1);
@@ -100,7 +109,9 @@ fn takes_part(contestant: &Contestant, chunk: &Chunk, plan: &Plan, block: u32) -
     let case = &contestant.case;
     match (chunk.role, case.variant.kind) {
         (Role::Control, Kind::Control) => block <= 1,
-        (Role::Control, _) => plan.null_reference().is_some_and(|reference| reference.id == case.id && reference.policy == case.policy),
+        (Role::Control, _) => {
+            plan.null_reference().is_some_and(|reference| reference.id == case.id && reference.policy == case.policy)
+        }
         (_, Kind::Control) => false,
         (Role::Volumes, Kind::Peer) => false,
         _ => true,

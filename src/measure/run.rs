@@ -8,7 +8,8 @@
 use super::judged::{self, JudgeError, JudgedPair};
 use super::plan::Plan;
 use super::{Progress, accuracy, build, chunk, counts, environment, query, shape};
-use crate::record::manifest::{SCHEMA, Stage};
+use crate::geometry::cross_check::cross_check;
+use crate::record::manifest::{CrossCheckEntry, SCHEMA, Stage};
 use crate::record::{
     BuildRow, Manifest, OutlineRow, QueryRow, RecordError, Row, TightnessRow, TimingRow, TreeRow, VerificationRow,
     read_rows, write_rows, write_text,
@@ -59,6 +60,28 @@ pub enum MeasureError {
 /// Carries out a timing launch in a process of its own, given its number.
 pub type Launcher<'a> = &'a dyn Fn(u32) -> Result<(), String>;
 
+/// What a verification found.
+#[derive(Clone, Debug)]
+pub struct Verification {
+    /// `verification.csv`.
+    pub rows: Vec<VerificationRow>,
+    /// The exact triangle test against its twin.
+    pub cross_check: CrossCheckEntry,
+}
+
+impl Verification {
+    /// The rows that break a promise: a safe variant that misses a contact above grazing.
+    pub fn broken_promises(&self) -> impl Iterator<Item = &VerificationRow> {
+        accuracy::broken_promises(&self.rows)
+    }
+
+    /// Whether every promise is kept and the exact test can be trusted.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        self.broken_promises().next().is_none() && self.cross_check.disagreements == 0
+    }
+}
+
 /// A run: a plan and the folder it is carried out in.
 #[derive(Debug)]
 pub struct Run {
@@ -74,9 +97,9 @@ impl Run {
     ///
     /// # Errors
     /// When the folder holds something else or cannot be written.
-    pub fn open(plan: Plan, folder: &Path, cache: Option<TruthCache>, fresh: bool) -> Result<Self, MeasureError> {
+    pub fn open(plan: Plan, folder: &Path, fresh: bool) -> Result<Self, MeasureError> {
         let new = new_manifest(&plan);
-        let mut run = Self { folder: folder.to_owned(), plan, manifest: new, cache };
+        let mut run = Self { folder: folder.to_owned(), plan, manifest: new, cache: None };
         if folder.join(Manifest::FILE).exists() {
             match Manifest::read(folder).map(|old| (difference(&old, &run.manifest), old)) {
                 Ok((None, old)) => run.manifest = old,
@@ -91,6 +114,13 @@ impl Run {
         }
         run.manifest.write(folder)?;
         Ok(run)
+    }
+
+    /// The same run with a place where exact answers are kept.
+    #[must_use]
+    pub fn with_cache(mut self, cache: TruthCache) -> Self {
+        self.cache = Some(cache);
+        self
     }
 
     /// The run's folder.
@@ -121,6 +151,8 @@ impl Run {
     fn start(&mut self, stage: Stage) -> Result<(), MeasureError> {
         if self.has_finished(stage) {
             self.manifest.finished.retain(|&finished| finished != stage);
+            self.manifest.program = environment::program();
+            self.manifest.machine = environment::machine();
             self.manifest.write(&self.folder)?;
             remove(&self.unit_folder(stage_folder(stage)))?;
         }
@@ -139,12 +171,14 @@ impl Run {
         Ok(remove(&self.unit_folder(stage_folder(stage)))?)
     }
 
-    /// Verifies every case on every scene and writes `verification.csv`; returns its rows.
+    /// Compares the exact triangle test with its twin, verifies every case on every scene, and writes `verification.csv`.
     ///
     /// # Errors
     /// When poses cannot be judged or files cannot be written.
-    pub fn verify(&mut self, progress: &dyn Progress) -> Result<Vec<VerificationRow>, MeasureError> {
+    pub fn verify(&mut self, progress: &dyn Progress) -> Result<Verification, MeasureError> {
         self.start(Stage::Verify)?;
+        progress.begin("exact test against its integer twin", 1);
+        let check = cross_check(self.plan.selection.seed, self.plan.budget.cross_check_pairs);
         let poses = self.plan.budget.verify_poses;
         let mut all = Vec::new();
         for scene in &self.plan.scenes {
@@ -157,8 +191,22 @@ impl Run {
             all.extend(read_rows::<VerificationRow>(&unit)?);
         }
         write_rows(&self.folder, &all)?;
+        self.manifest.cross_check = Some(CrossCheckEntry {
+            pairs: check.pairs,
+            touching: check.touching,
+            degenerate: check.degenerate,
+            disagreements: check.disagreements,
+        });
         self.finish(Stage::Verify)?;
-        Ok(all)
+        self.verification()
+    }
+
+    /// The finished verification.
+    ///
+    /// # Errors
+    /// When its records cannot be read.
+    pub fn verification(&self) -> Result<Verification, MeasureError> {
+        Ok(Verification { rows: read_rows(&self.folder)?, cross_check: self.manifest.cross_check.unwrap_or_default() })
     }
 
     /// Counts, describes and times every case on every scene and writes the remaining raw CSV files. `launcher` carries out
@@ -220,7 +268,8 @@ impl Run {
             let before = environment::BusyMeter::read();
             let timings = query::time_scene(&self.plan, scene, &judged, &chunks, launch, progress);
             let builds = build::time_builds(&self.plan, scene, launch, self.plan.budget.build_blocks, progress);
-            let disturbance = environment::BusyMeter::read().zip(before).and_then(|(after, before)| after.since(&before));
+            let disturbance =
+                environment::BusyMeter::read().zip(before).and_then(|(after, before)| after.since(&before));
             let complaint = disturbance.and_then(|disturbance| disturbance.complaint());
             let noise = complaint.map_or_else(String::new, |text| format!("{}, launch {launch}: {text}\n", scene.name));
             write_unit(&unit, |folder| {
@@ -323,6 +372,7 @@ fn new_manifest(plan: &Plan) -> Manifest {
         program: environment::program(),
         machine: environment::machine(),
         null_of: plan.null_reference().map_or_else(String::new, |case| case.id.clone()),
+        cross_check: None,
         finished: Vec::new(),
         noise: Vec::new(),
     }

@@ -132,7 +132,8 @@ mod tests {
         let vertices = vec![p(0.0, 0.0, 0.0), p(1.0, 0.0, 0.0), p(0.0, 1.0, 0.0), p(1.0, 1.0, 1.0)];
         let bent = Mesh::new(vertices.clone(), vec![[0, 1, 2], [1, 3, 2]]).unwrap();
         assert_eq!(feature_edges(&bent).len(), 5); // four rims and the bend
-        let flat = Mesh::new(vec![vertices[0], vertices[1], vertices[2], p(1.0, 1.0, 0.0)], vec![[0, 1, 2], [1, 3, 2]]).unwrap();
+        let flat = Mesh::new(vec![vertices[0], vertices[1], vertices[2], p(1.0, 1.0, 0.0)], vec![[0, 1, 2], [1, 3, 2]])
+            .unwrap();
         assert_eq!(feature_edges(&flat).len(), 4);
     }
 }

@@ -29,6 +29,8 @@ pub struct Manifest {
     pub machine: MachineFacts,
     /// The variant whose default case the `null` method duplicates; empty without one.
     pub null_of: String,
+    /// The exact triangle test against its integer twin, once verified.
+    pub cross_check: Option<CrossCheckEntry>,
     /// Stages finished so far, in order.
     pub finished: Vec<Stage>,
     /// What disturbed the timings; empty when nothing is known to have.
@@ -91,6 +93,19 @@ pub struct VariantEntry {
     pub kind: Kind,
     /// The policies measured, the default one first; empty without a tree of ours.
     pub policies: Vec<String>,
+}
+
+/// The comparison of the exact triangle test with its integer twin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CrossCheckEntry {
+    /// Pairs of triangles.
+    pub pairs: u64,
+    /// Pairs that touch.
+    pub touching: u64,
+    /// Pairs with a triangle that is a segment or a point.
+    pub degenerate: u64,
+    /// Pairs on which the two disagree.
+    pub disagreements: u64,
 }
 
 /// A scene as measured.

@@ -134,7 +134,6 @@ pub struct ToolFile {
 /// Axis positions; those not given are 0.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-#[expect(missing_docs, reason = "the names are the documentation")]
 pub struct PositionFile {
     pub x_mm: f64,
     pub y_mm: f64,

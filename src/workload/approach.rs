@@ -29,7 +29,7 @@ pub fn poses(
     contact: &Contact<'_>,
     budget: &Budget<'_>,
 ) -> Result<Vec<PosedPair>, WorkloadError> {
-    let lines: Vec<Line<'_>> = approaches.iter().map(|approach| Line::of(scene, approach)).collect();
+    let lines: Vec<Line> = approaches.iter().map(|approach| Line::of(scene, approach)).collect();
     let per_round: usize = approaches.iter().map(|approach| approach.offsets_mm.len()).sum();
     let rounds = budget.poses.div_ceil(per_round.max(1)).max(1);
     let rays: Vec<Option<Ray>> = (0..rounds * lines.len())
@@ -56,18 +56,17 @@ pub fn poses(
 }
 
 /// An approach in the frame of `a`.
-struct Line<'a> {
-    approach: &'a Approach,
+struct Line {
     through: Isometry,
     direction: Unit<Vector>,
 }
 
-impl<'a> Line<'a> {
-    fn of(scene: &Scene, approach: &'a Approach) -> Self {
+impl Line {
+    fn of(scene: &Scene, approach: &Approach) -> Self {
         let poses = scene.machine.forward(&approach.at);
         let a_from_world = scene.world_from_part(approach.pair.a, &poses).rotation.inverse();
         let direction = a_from_world * approach.direction;
-        Self { approach, through: scene.a_from_b(approach.pair, &poses), direction }
+        Self { through: scene.a_from_b(approach.pair, &poses), direction }
     }
 
     fn cast(&self, contact: &Contact<'_>) -> Option<Ray> {

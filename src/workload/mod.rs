@@ -232,3 +232,6 @@ fn with_contact<T>(
     let budget = Budget { poses, seed, labels: [&scene.name, source.name(), &pair_name] };
     then(&Contact { oracle: &oracle, a: &Target::new(a), b: &Target::new(b) }, &budget)
 }
+
+#[cfg(test)]
+mod tests;

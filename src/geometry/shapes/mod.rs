@@ -1,1 +1,124 @@
-//! Placeholder.
+//! Parametric machine parts as watertight meshes: what a scene file may describe in place of a mesh file.
+//!
+//! Reading order: [`Shape`] and [`Tessellation`]; [`outline`] (lines and arcs), [`revolve`], [`extrude`],
+//! [`rounded_box`], [`thread`], [`round`] (common solids by name), [`compound`].
+//!
+//! Bounding volumes that weigh vertices and those that weigh areas differ only on nonuniform meshes, so the
+//! tessellations are nonuniform as those of real models are: plane faces are a few large triangles, fillets, holes and threads many
+//! small ones. [`Tessellation::grading`] changes how much so, at constant shape and nearly constant number.
+
+pub mod box_holes;
+pub mod compound;
+pub mod error;
+pub mod extrude;
+pub mod outline;
+pub mod revolve;
+pub mod round;
+pub mod rounded_box;
+pub mod tessellation;
+pub mod thread;
+mod planar;
+mod polygon;
+mod solid;
+#[cfg(test)]
+mod tests;
+
+pub use compound::{Compound, Member, Placement, Repeat};
+pub use error::{Fault, ShapeError};
+pub use extrude::Extrude;
+pub use revolve::Revolve;
+pub use rounded_box::RoundedBox;
+pub use tessellation::Tessellation;
+pub use thread::Thread;
+
+use super::{Isometry, Mesh};
+use round::{Capsule, Cone, Cylinder, Sphere, Torus};
+use serde::{Deserialize, Serialize};
+use solid::Assembly;
+use tessellation::{Sizing, balance};
+
+/// A description of a solid, mm and degrees, in the part's own frame. In files a table with a `kind`.
+///
+/// ```
+/// use bvbench::geometry::shapes::{Shape, Tessellation};
+/// let shape: Shape = toml::from_str("kind = 'cylinder'\nradius_mm = 5\nheight_mm = 20").unwrap();
+/// let mesh = shape.mesh(&Tessellation::default()).unwrap();
+/// assert!(mesh.edge_report().is_watertight());
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum Shape {
+    /// A profile turned about the z axis.
+    Revolve(Revolve),
+    /// An outline drawn out along z.
+    Extrude(Extrude),
+    /// A cuboid with rounded edges and holes.
+    RoundedBox(RoundedBox),
+    /// A screw.
+    Thread(Thread),
+    /// A cylinder or tube.
+    Cylinder(Cylinder),
+    /// A cone or frustum.
+    Cone(Cone),
+    /// A sphere.
+    Sphere(Sphere),
+    /// A cylinder with half spheres at its ends.
+    Capsule(Capsule),
+    /// A ring torus.
+    Torus(Torus),
+    /// Several shapes as one.
+    Compound(Compound),
+}
+
+impl Shape {
+    /// The shape as a mesh. Every component of it is watertight, with outward winding and no triangle without area.
+    ///
+    /// # Errors
+    /// [`ShapeError`] with the field and the cause, when a number is not finite or out of range, an outline is clockwise
+    /// or meets itself, a fillet or hole does not fit, or there would be millions of triangles.
+    pub fn mesh(&self, tessellation: &Tessellation) -> Result<Mesh, ShapeError> {
+        self.assembly(tessellation)?.finish()
+    }
+
+    /// How many triangles [`Shape::mesh`] makes; quicker than making it.
+    ///
+    /// # Errors
+    /// As [`Shape::mesh`], save for what only the finished mesh can tell.
+    pub fn triangle_count(&self, tessellation: &Tessellation) -> Result<usize, ShapeError> {
+        Ok(self.assembly(tessellation)?.triangle_count())
+    }
+
+    fn assembly(&self, tessellation: &Tessellation) -> Result<Assembly, ShapeError> {
+        tessellation.check()?;
+        let assembled = |sizing: &Sizing| {
+            let mut assembly = Assembly::default();
+            self.assemble(sizing, &Isometry::identity(), 0, &mut assembly)?;
+            Ok(assembly)
+        };
+        let factor = balance(tessellation, |sizing| assembled(sizing).map(|a| a.triangle_count()))?;
+        assembled(&Sizing::new(tessellation, factor))
+    }
+
+    /// Adds the shape's components to `assembly`; `depth` compounds are around it.
+    fn assemble(
+        &self,
+        sizing: &Sizing,
+        placement: &Isometry,
+        depth: usize,
+        assembly: &mut Assembly,
+    ) -> Result<(), ShapeError> {
+        let surface = match self {
+            Self::Compound(compound) => return compound.assemble(sizing, placement, depth, assembly),
+            Self::Revolve(revolve) => revolve.surface(sizing),
+            Self::Extrude(extrude) => extrude.surface(sizing),
+            Self::RoundedBox(rounded_box) => rounded_box.surface(sizing),
+            Self::Thread(thread) => thread.surface(sizing),
+            Self::Cylinder(cylinder) => cylinder.revolve()?.surface(sizing),
+            Self::Cone(cone) => cone.revolve()?.surface(sizing),
+            Self::Sphere(sphere) => sphere.revolve()?.surface(sizing),
+            Self::Capsule(capsule) => capsule.revolve()?.surface(sizing),
+            Self::Torus(torus) => torus.revolve()?.surface(sizing),
+        };
+        assembly.push(surface?, *placement)
+    }
+}

@@ -1,0 +1,91 @@
+//! A timing launch: the parent starts this program again, the child times and tells on standard output how far it is.
+
+use super::options::open_run;
+use super::{CLEAR, say};
+use crate::measure::{Plan, Progress, Run, Selection};
+use crate::record::Manifest;
+use crate::registry::Registry;
+use anyhow::{Context, Result, anyhow};
+use clap::Args;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+#[derive(Args)]
+pub struct Options {
+    /// Folder of the run
+    #[arg(long)]
+    out: PathBuf,
+    /// Folder of exact answers
+    #[arg(long)]
+    cache: PathBuf,
+    /// Number of the launch, from 0
+    #[arg(long)]
+    number: u32,
+}
+
+/// Carries out one launch of the run in the folder.
+pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
+    let request = Manifest::read(&options.out)?.request;
+    let policies = request.policies.iter().map(|policy| policy.parse()).collect::<Result<_, _>>()?;
+    let selection = Selection {
+        profile: request.profile.parse().map_err(|cause: String| anyhow!(cause))?,
+        scenes: request.scenes,
+        variants: request.variants,
+        workloads: request.workloads,
+        policies,
+        seed: request.seed,
+    };
+    let run = open_run(Plan::new(selection, registry)?, &options.out, &options.cache, false)?;
+    run.time_launch(options.number, &Telling)?;
+    Ok(CLEAR)
+}
+
+/// Tells the parent.
+struct Telling;
+
+impl Progress for Telling {
+    fn begin(&self, what: &str, total: u64) {
+        say(format!("begin {total} {what}"));
+    }
+
+    fn advance(&self, steps: u64) {
+        say(format!("advance {steps}"));
+    }
+}
+
+/// Measures a run, each launch in a process of its own.
+pub fn measure(run: &mut Run, cache: &Path, progress: &dyn Progress) -> Result<()> {
+    let folder = run.folder().to_owned();
+    let launcher = |number| start(&folder, cache, number, progress).map_err(|error| format!("{error:#}"));
+    Ok(run.measure(&launcher, progress)?)
+}
+
+fn start(folder: &Path, cache: &Path, number: u32, progress: &dyn Progress) -> Result<()> {
+    let program = std::env::current_exe().context("this program's own file cannot be found")?;
+    let mut child = Command::new(program)
+        .arg("launch")
+        .arg("--out")
+        .arg(folder)
+        .arg("--cache")
+        .arg(cache)
+        .args(["--number", &number.to_string()])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .context("a process for the launch cannot be started")?;
+    if let Some(output) = child.stdout.take() {
+        for line in BufReader::new(output).lines() {
+            let line = line?;
+            let mut words = line.splitn(3, ' ');
+            match (words.next(), words.next().and_then(|n| n.parse().ok()), words.next()) {
+                (Some("begin"), Some(total), Some(what)) => progress.begin(what, total),
+                (Some("advance"), Some(steps), None) => progress.advance(steps),
+                _ => {}
+            }
+        }
+    }
+    let status = child.wait()?;
+    anyhow::ensure!(status.success(), "its process ended with {status}");
+    Ok(())
+}

@@ -1,0 +1,47 @@
+//! `list`: the variants.
+
+use super::{CLEAR, say};
+use crate::registry::{Registry, Variant};
+use anyhow::Result;
+use clap::Args;
+use comfy_table::{Table, presets};
+use serde_json::json;
+
+#[derive(Args)]
+#[command(after_help = "Examples:\n  bvbench list\n  bvbench list --json | jq -r '.[] | select(.safe) | .id'")]
+pub struct Options {
+    /// Print as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
+    if options.json {
+        let entries: Vec<_> = registry.variants().iter().map(entry).collect();
+        say(serde_json::to_string_pretty(&entries)?);
+        return Ok(CLEAR);
+    }
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).set_header(["ID", "LABEL", "SAFE", "POLICY", "REFERENCE"]);
+    for variant in registry.variants() {
+        let safe = if variant.info.safe { "yes" } else { "no" };
+        table.add_row([variant.info.id, variant.info.label, safe, &policy(variant), variant.info.reference]);
+    }
+    say(table.trim_fmt());
+    Ok(CLEAR)
+}
+
+fn policy(variant: &Variant) -> String {
+    variant.policy.map_or_else(|| "-".to_owned(), |policy| policy.to_string())
+}
+
+fn entry(variant: &Variant) -> serde_json::Value {
+    json!({
+        "id": variant.info.id,
+        "label": variant.info.label,
+        "reference": variant.info.reference,
+        "safe": variant.info.safe,
+        "kind": variant.kind,
+        "policy": variant.policy.map(|policy| policy.to_string()),
+    })
+}

@@ -1,0 +1,33 @@
+//! `measure`: counts, tightness and times.
+
+use super::options::RunOptions;
+use super::progress::Bar;
+use super::{CLEAR, launch, say};
+use crate::registry::Registry;
+use anyhow::Result;
+use clap::Args;
+
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  bvbench measure --scene lathe-toolpost --variant aabb --variant dop-8 --out results/two\n  bvbench measure --policy sah16/own/1 --policy sah16/own/4 --out results/leaves\n\nAn interrupted run goes on where it stopped when the same command is given again."
+)]
+pub struct Options {
+    #[command(flatten)]
+    run: RunOptions,
+}
+
+pub fn run(options: Options, registry: &Registry) -> Result<u8> {
+    let mut run = options.run.open(registry)?;
+    let bar = Bar::new(options.run.output.quiet);
+    launch::measure(&mut run, &options.run.cache_folder(), &bar)?;
+    bar.finish();
+    if options.run.output.json {
+        say(serde_json::to_string_pretty(run.manifest())?);
+    } else {
+        say(format!("Measured: {}", run.folder().display()));
+        for complaint in &run.manifest().noise {
+            say(format!("Noisy: {complaint}"));
+        }
+    }
+    Ok(CLEAR)
+}

@@ -1,0 +1,124 @@
+//! Options that several verbs share.
+
+use crate::measure::{Plan, Profile, Run, Selection};
+use crate::registry::Registry;
+use crate::tree::Policy;
+use crate::truth::TruthCache;
+use anyhow::{Context, Result};
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Seed unless another is given: the year of the paper.
+const DEFAULT_SEED: u64 = 2011;
+
+/// What to measure, and where to put it.
+#[derive(Args, Clone)]
+pub struct RunOptions {
+    /// How much: smoke (seconds), quick (minutes), full (hours)
+    #[arg(long, default_value = "quick", value_name = "PROFILE")]
+    profile: Profile,
+    /// Folder of the run [default: results/PROFILE]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Scene by name or by path; repeatable [default: all shipped scenes]
+    #[arg(long = "scene", value_name = "NAME|PATH")]
+    scenes: Vec<String>,
+    /// Variant by id (see `list`); repeatable [default: all]
+    #[arg(long = "variant", value_name = "ID")]
+    variants: Vec<String>,
+    /// Workload by name: program, approach, random, recorded; repeatable [default: all]
+    #[arg(long = "workload", value_name = "NAME")]
+    workloads: Vec<String>,
+    /// Tree policy SPLIT[/AXES[/LEAF]], as in median/shared/4; repeatable [default: each variant's own, and median/shared/1]
+    #[arg(long = "policy", value_name = "POLICY")]
+    policies: Vec<Policy>,
+    /// Seed of all randomness
+    #[arg(long, default_value_t = DEFAULT_SEED)]
+    seed: u64,
+    /// Threads for everything but timing, which uses one [default: all cores]
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Folder in which exact answers are kept for the next run [default: .truth-cache beside the run's folder]
+    #[arg(long, value_name = "DIR")]
+    cache: Option<PathBuf>,
+    /// Replace a run of another request that is in the folder
+    #[arg(long)]
+    fresh: bool,
+    #[command(flatten)]
+    pub output: OutputOptions,
+}
+
+/// How results are shown.
+#[derive(Args, Clone, Copy)]
+pub struct OutputOptions {
+    /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Print no progress
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// Which finished run.
+#[derive(Args, Clone)]
+pub struct FolderOptions {
+    /// Folder of the run
+    #[arg(long, default_value = "results/quick", value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+impl RunOptions {
+    /// The run's folder.
+    #[must_use]
+    pub fn folder(&self) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| Path::new("results").join(self.profile.id()))
+    }
+
+    /// The folder of exact answers.
+    #[must_use]
+    pub fn cache_folder(&self) -> PathBuf {
+        self.cache.clone().unwrap_or_else(|| {
+            let folder = self.folder();
+            let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
+            parent.unwrap_or(Path::new(".")).join(".truth-cache")
+        })
+    }
+
+    /// Loads what was asked for and opens its run.
+    ///
+    /// # Errors
+    /// When something named does not exist, or the folder cannot be used.
+    pub fn open(&self, registry: &Registry) -> Result<Run> {
+        use_threads(self.threads)?;
+        let selection = Selection {
+            profile: self.profile,
+            scenes: self.scenes.clone(),
+            variants: self.variants.clone(),
+            workloads: self.workloads.clone(),
+            policies: self.policies.clone(),
+            seed: self.seed,
+        };
+        let plan = Plan::new(selection, registry)?;
+        open_run(plan, &self.folder(), &self.cache_folder(), self.fresh)
+    }
+}
+
+/// Opens a run with its cache.
+///
+/// # Errors
+/// When one of the folders cannot be used.
+pub fn open_run(plan: Plan, folder: &Path, cache: &Path, fresh: bool) -> Result<Run> {
+    let run = Run::open(plan, folder, fresh)?;
+    let cache = TruthCache::at(cache).context("exact answers cannot be kept; name another folder with --cache")?;
+    Ok(run.with_cache(cache))
+}
+
+/// Sets how many threads everything but timing uses.
+///
+/// # Errors
+/// When there are none.
+pub fn use_threads(threads: Option<usize>) -> Result<()> {
+    let Some(threads) = threads else { return Ok(()) };
+    anyhow::ensure!(threads > 0, "--threads 0: at least one thread is needed");
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("threads cannot be started")
+}

@@ -1,0 +1,65 @@
+//! `repro`: the whole trial, from verdicts to report.
+
+use super::options::RunOptions;
+use super::progress::Bar;
+use super::{CLEAR, FAILED, analyze, launch, say, verify};
+use crate::analysis::claims::ClaimSet;
+use crate::measure::Progress;
+use crate::record::manifest::Stage;
+use crate::registry::Registry;
+use anyhow::Result;
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  bvbench repro                              the paper's scenes, all variants, a few minutes\n  bvbench repro --profile smoke --out /tmp/look\n  bvbench repro --scene bench-scenes/lathe-toolpost --variant obb-vertex --variant obb-area --out results/two\n\nAn interrupted run goes on where it stopped when the same command is given again; a finished one is made again."
+)]
+pub struct Options {
+    #[command(flatten)]
+    run: RunOptions,
+    /// Judge these claims instead of the paper's
+    #[arg(long, value_name = "FILE")]
+    claims: Option<PathBuf>,
+}
+
+pub fn run(options: Options, registry: &Registry) -> Result<u8> {
+    let claims = options.claims.as_deref().map_or_else(|| Ok(ClaimSet::standard()), ClaimSet::read)?;
+    let mut run = options.run.open(registry)?;
+    let bar = Bar::new(options.run.output.quiet);
+    let finished = run.has_finished(Stage::Report);
+    let verification =
+        if finished || !run.has_finished(Stage::Verify) { run.verify(&bar)? } else { run.verification()? };
+    if finished || !run.has_finished(Stage::Measure) {
+        launch::measure(&mut run, &options.run.cache_folder(), &bar)?;
+    }
+    let folder = run.folder().to_owned();
+    bar.begin("analysing", 3);
+    let outcome = crate::analysis::analyze(&folder, &claims)?;
+    run.finish(Stage::Analyze)?;
+    bar.begin("drawing", 1);
+    let gallery = crate::plot::draw_all(&folder)?;
+    run.finish(Stage::Plot)?;
+    bar.begin("reporting", 1);
+    let report = crate::report::write(&folder)?;
+    run.finish(Stage::Report)?;
+    bar.finish();
+    if options.run.output.json {
+        let result = json!({
+            "out": folder, "report": report, "verification": verify::as_json(&verification),
+            "analysis": analyze::as_json(&outcome),
+        });
+        say(serde_json::to_string_pretty(&result)?);
+    } else {
+        say(analyze::table(&outcome.claims, &claims).trim_fmt());
+        say(format!("\n{}", verify::verdict(&verification)));
+        for complaint in &outcome.noise {
+            say(format!("Noisy: {complaint}"));
+        }
+        say(format!("\nReport   {}", report.display()));
+        say(format!("Figures  {} in {}", gallery.figures.len(), folder.join("plots").display()));
+        say(format!("Records  {}", folder.join("*.csv").display()));
+    }
+    Ok(if verification.holds() { CLEAR } else { FAILED })
+}
