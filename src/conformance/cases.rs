@@ -81,7 +81,8 @@ pub fn contacts(a: &[Triangle], b: &[Triangle], a_from_b: &Isometry) -> Vec<(u32
     let moved: Vec<Triangle> = b.iter().map(|t| placement.triangle(t)).collect();
     let mut contacts = Vec::new();
     for (left, face_a) in a.iter().zip(0..) {
-        contacts.extend(moved.iter().zip(0..).filter(|(right, _)| intersect::touch(left, right)).map(|(_, f)| (face_a, f)));
+        contacts
+            .extend(moved.iter().zip(0..).filter(|(right, _)| intersect::touch(left, right)).map(|(_, f)| (face_a, f)));
     }
     contacts
 }

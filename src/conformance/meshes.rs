@@ -144,7 +144,10 @@ pub fn subjects() -> Vec<Subject> {
         subject("one triangle", mesh(&[right])),
         subject("two triangles", mesh(&[right, right.map(|q| q + Vector::z())])),
         subject("a point", mesh(&[Triangle::new(p(1.0, 2.0, 3.0), p(1.0, 2.0, 3.0), p(1.0, 2.0, 3.0))])),
-        subject("a segment, five times", mesh(&[Triangle::new(p(1.0, 2.0, 3.0), p(4.0, 2.0, 3.0), p(2.0, 2.0, 3.0)); 5])),
+        subject(
+            "a segment, five times",
+            mesh(&[Triangle::new(p(1.0, 2.0, 3.0), p(4.0, 2.0, 3.0), p(2.0, 2.0, 3.0)); 5]),
+        ),
         subject("torus of 0.001 mm", moved(&torus(12.0, 4.0, 14, 7), 0.001 / 32.0, &turned)),
         subject("cuboid of 8000 mm", moved(&cuboid(20.0, 12.0, 5.0), 400.0, &Isometry::identity())),
         subject("stepped tool far from its origin", moved(&stepped_tool(10, 6), 1.0, &far)),

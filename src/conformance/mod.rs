@@ -205,8 +205,7 @@ pub fn same_as_control(variant: &Variant) -> Result<(), Fault> {
     for case in &CASES.cases {
         let (listed, _) = models[case.a].all_counted(&*models[case.b], &case.a_from_b);
         if listed != case.contacts {
-            let what =
-                Wrong::List { a_from_b: case.a_from_b, listed: listed.len(), control: case.contacts.len() };
+            let what = Wrong::List { a_from_b: case.a_from_b, listed: listed.len(), control: case.contacts.len() };
             return Err(fault(variant, case, what));
         }
     }
@@ -262,8 +261,12 @@ pub fn rigid_motion(variant: &Variant) -> Result<(), Fault> {
         if room { Isometry::from_parts((draw.in_ball() * SHIFT).into(), draw.rotation()) } else { Isometry::identity() }
     };
     let motions: Vec<Isometry> = (0..CASES.subjects.len()).map(motion).collect();
-    let moved: Vec<Mesh> =
-        CASES.subjects.iter().zip(&motions).map(|(subject, motion)| meshes::moved(&subject.mesh, 1.0, motion)).collect();
+    let moved: Vec<Mesh> = CASES
+        .subjects
+        .iter()
+        .zip(&motions)
+        .map(|(subject, motion)| meshes::moved(&subject.mesh, 1.0, motion))
+        .collect();
     let models: Vec<_> = moved.iter().map(|mesh| variant.prepare(mesh, None)).collect();
     let triangles: Vec<_> = moved.iter().map(Mesh::triangles).collect();
     for case in &CASES.cases {

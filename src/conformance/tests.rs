@@ -24,10 +24,18 @@ fn every_registered_variant_conforms() {
 
 #[test]
 fn every_unsafe_tree_leaves_corners_outside_and_misses_contacts() {
-    let unsafe_trees = Registry::standard().variants().iter().filter(|v| v.kind == Kind::Volume && !v.info.safe).copied().collect::<Vec<_>>();
+    let unsafe_trees = Registry::standard()
+        .variants()
+        .iter()
+        .filter(|v| v.kind == Kind::Volume && !v.info.safe)
+        .copied()
+        .collect::<Vec<_>>();
     assert_eq!(unsafe_trees.len(), 2);
     for variant in unsafe_trees {
-        assert!(matches!(containment(&variant), Err(Fault { what: Wrong::Tree { fault: TreeFault::Outside { .. }, .. }, .. })));
+        assert!(matches!(
+            containment(&variant),
+            Err(Fault { what: Wrong::Tree { fault: TreeFault::Outside { .. }, .. }, .. })
+        ));
         assert!(matches!(
             same_as_control(&variant),
             Err(Fault { what: Wrong::Verdict { verdict: false, control: true, .. }, .. })
@@ -39,7 +47,10 @@ fn every_unsafe_tree_leaves_corners_outside_and_misses_contacts() {
 fn the_peer_agrees_away_from_contact() {
     let parry = *Registry::standard().variants().iter().find(|v| v.kind == Kind::Peer).unwrap();
     let models = prepared(&parry);
-    let clear = CASES.cases.iter().filter(|case| CASES.subjects[case.a].name == "torus" && CASES.subjects[case.b].name == "torus");
+    let clear = CASES
+        .cases
+        .iter()
+        .filter(|case| CASES.subjects[case.a].name == "torus" && CASES.subjects[case.b].name == "torus");
     let mut disagreements = 0;
     let mut asked = 0;
     for case in clear {
@@ -76,7 +87,10 @@ fn a_shrunken_box_fails_in_every_way() {
     let shrunken = Variant::of::<Obb<Shrunken>>(SplitRule::AreaMean);
     assert!(matches!(check(&shrunken), Err(Fault { what: Wrong::Tree { fault: TreeFault::Outside { .. }, .. }, .. })));
     for miss in [same_as_control(&shrunken), symmetry(&shrunken), rigid_motion(&shrunken), every_policy(&shrunken)] {
-        assert!(matches!(miss, Err(Fault { what: Wrong::Verdict { verdict: false, control: true, .. }, .. })), "{miss:?}");
+        assert!(
+            matches!(miss, Err(Fault { what: Wrong::Verdict { verdict: false, control: true, .. }, .. })),
+            "{miss:?}"
+        );
     }
     assert_eq!(structure(&shrunken), Ok(()));
     assert_eq!(no_false_contact(&shrunken), Ok(()));
@@ -196,7 +210,11 @@ fn wrong_overlap_tests_fail() {
     for variant in faulty {
         assert_eq!(containment(&variant), Ok(()), "the fit is right");
         let found = check(&variant);
-        assert!(matches!(found, Err(Fault { what: Wrong::Verdict { verdict: false, control: true, .. }, .. })), "{} {found:?}", variant.info.id);
+        assert!(
+            matches!(found, Err(Fault { what: Wrong::Verdict { verdict: false, control: true, .. }, .. })),
+            "{} {found:?}",
+            variant.info.id
+        );
     }
 }
 

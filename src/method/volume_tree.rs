@@ -4,8 +4,8 @@ use super::{Model, same};
 use crate::geometry::Isometry;
 use crate::tree::Tree;
 use crate::tree::tightness::TreeReport;
-use crate::tree::validate::TreeFault;
 use crate::tree::traverse::{self, Counts, NoProbe, Scratch};
+use crate::tree::validate::TreeFault;
 use crate::volume::BoundingVolume;
 
 impl<V: BoundingVolume> Model for Tree<V> {
