@@ -69,8 +69,6 @@ pub struct ClaimSet {
 pub struct Comparison {
     /// Variants that every other one is compared with; the ranking uses the first.
     pub baselines: Vec<String>,
-    /// The variant that is timed twice.
-    pub null_of: String,
     /// The volumes of the paper's first figure and its proposal.
     pub five: Vec<String>,
     /// The boxes drawn on the tool.

@@ -88,6 +88,7 @@ pub fn compare(name: &str, scene: &Scene, metric: Metric, above: &CaseKey, below
 #[derive(Debug)]
 pub struct Cases {
     defaults: BTreeMap<String, String>,
+    null_of: String,
 }
 
 impl Cases {
@@ -95,7 +96,8 @@ impl Cases {
     #[must_use]
     pub fn new(manifest: &Manifest) -> Self {
         let default = |policies: &[String]| policies.first().cloned().unwrap_or_else(|| NO_POLICY.to_owned());
-        Self { defaults: manifest.variants.iter().map(|v| (v.id.clone(), default(&v.policies))).collect() }
+        let defaults = manifest.variants.iter().map(|v| (v.id.clone(), default(&v.policies))).collect();
+        Self { defaults, null_of: manifest.null_of.clone() }
     }
 
     /// The case that a reference names; `None` when its variant was not measured and it names no policy.
@@ -113,6 +115,12 @@ impl Cases {
     /// When the manifest's policy is not `split/axes/leaf`.
     pub fn default_of(&self, variant: &str) -> Result<Option<CaseKey>, AnalysisError> {
         self.find(&CaseRef { variant: variant.to_owned(), policy: None })
+    }
+
+    /// The case that `null` duplicates.
+    #[must_use]
+    pub fn original(&self, null: &CaseKey) -> CaseKey {
+        CaseKey { variant: self.null_of.clone(), ..null.clone() }
     }
 
     /// Whether the case is its variant under the default policy.
@@ -173,15 +181,9 @@ fn comparisons(scene: &Scene, cases: &Cases, claims: &ClaimSet) -> Result<BTreeS
         }
     }
     for null in measured.into_iter().filter(|case| case.variant == NULL_VARIANT) {
-        pairs.insert((null.clone(), original(null, claims)));
+        pairs.insert((null.clone(), cases.original(null)));
     }
     Ok(pairs)
-}
-
-/// The case that `null` duplicates.
-#[must_use]
-pub fn original(null: &CaseKey, claims: &ClaimSet) -> CaseKey {
-    CaseKey { variant: claims.comparison.null_of.clone(), ..null.clone() }
 }
 
 fn row(scene: &str, metric: Metric, above: &CaseKey, below: &CaseKey, ratio: &Ratio) -> RatioRow {

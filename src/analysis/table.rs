@@ -4,8 +4,8 @@
 use super::AnalysisError;
 use super::stats::Group;
 use crate::record::rows::CaseKey;
-use crate::record::{BuildRow, QueryRow, Stratum, TimingRow, for_each_row, read_rows};
-use std::collections::BTreeMap;
+use crate::record::{BuildRow, CONTROL_WORKLOAD, QueryRow, Stratum, TimingRow, for_each_row, read_rows};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Consecutive poses of one pair that are resampled together in counts of queries: neighbours along a path depend on one
@@ -17,6 +17,8 @@ const POSES_PER_CLUSTER: u32 = 16;
 pub struct Scene {
     /// Chunks by number: stratum and poses.
     pub chunks: BTreeMap<u32, (Stratum, u32)>,
+    /// Chunks of single poses on which the exhaustive control ran.
+    pub control_chunks: BTreeSet<u32>,
     /// Timed chunks by case, sorted by (launch, block, chunk).
     pub timings: BTreeMap<CaseKey, Vec<Sample>>,
     /// Counted queries by case, sorted by (pair, pose).
@@ -100,11 +102,14 @@ pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
     for_each_row(folder, |row: TimingRow| {
         let scene = scenes.entry(row.scene.clone()).or_default();
         let chunk = *scene.chunks.entry(row.chunk).or_insert((row.stratum, row.poses));
-        if (chunk != (row.stratum, row.poses) || row.poses == 0) && contradiction.is_none() {
+        if (chunk != (row.stratum, row.poses) || row.poses == 0 || row.passes == 0) && contradiction.is_none() {
             contradiction = Some(AnalysisError::Chunk { scene: row.scene.clone(), chunk: row.chunk });
         }
         scene.launches = scene.launches.max(row.launch as usize + 1);
-        let ns = row.ns as f64 / f64::from(row.poses);
+        let ns = row.ns as f64 / (f64::from(row.poses) * f64::from(row.passes));
+        if row.workload == CONTROL_WORKLOAD {
+            scene.control_chunks.insert(row.chunk);
+        }
         let sample = Sample { launch: row.launch, block: row.block, item: row.chunk, ns };
         scene.timings.entry(row.case()).or_default().push(sample);
     })?;
@@ -185,7 +190,11 @@ impl Scene {
     /// Query times of a case, ns.
     #[must_use]
     pub fn times(&self, case: &CaseKey) -> Option<Strata> {
-        let samples = self.timings.get(case)?.iter();
+        let samples = self.timings.get(case)?;
+        // The control's few poses stand for the control alone; a case that ran others is summed up over those.
+        let is_control = |sample: &&Sample| self.control_chunks.contains(&sample.item);
+        let only_control = samples.iter().all(|sample| is_control(&sample));
+        let samples = samples.iter().filter(|sample| only_control || !is_control(sample));
         Strata::collect(samples.map(|s| (Some(self.chunks[&s.item].0), s.launch, s.item, s.ns)), self.launches)
     }
 

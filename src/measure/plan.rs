@@ -36,7 +36,7 @@ pub struct Case {
     pub variant: Variant,
     /// How its trees are built; `None` for methods without a tree of ours.
     pub policy: Option<Policy>,
-    /// Its name in the records: the variant's id, or [`Case::NULL`].
+    /// Its name in the records: the variant's id, or [`crate::record::NULL_VARIANT`].
     pub id: String,
 }
 
@@ -78,9 +78,6 @@ pub enum PlanError {
 }
 
 impl Case {
-    /// The id of the duplicate that shows the noise of the comparison itself.
-    pub const NULL: &'static str = "null";
-
     /// Split rule, axes and leaf size as records hold them.
     #[must_use]
     pub fn policy_columns(&self) -> (String, String, u8) {

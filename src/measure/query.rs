@@ -10,7 +10,7 @@ use super::plan::{Case, Plan};
 use super::{Progress, timer};
 use crate::geometry::Isometry;
 use crate::method::{Kind, Model};
-use crate::record::TimingRow;
+use crate::record::{CONTROL_WORKLOAD, NULL_VARIANT, TimingRow};
 use crate::scene::Scene;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -100,7 +100,7 @@ impl Contestant {
 }
 
 fn contestants(plan: &Plan, scene: &Scene) -> Vec<Contestant> {
-    let null = plan.null_reference().map(|case| Contestant::prepare(case, Case::NULL, scene));
+    let null = plan.null_reference().map(|case| Contestant::prepare(case, NULL_VARIANT, scene));
     plan.cases.iter().map(|case| Contestant::prepare(case, &case.id, scene)).chain(null).collect()
 }
 
@@ -132,7 +132,7 @@ fn row(
     let (split, axes, leaf) = case.policy_columns();
     TimingRow {
         scene: scene.name.clone(),
-        workload: if chunk.role == Role::Control { "control".to_owned() } else { judged.workload.clone() },
+        workload: if chunk.role == Role::Control { CONTROL_WORKLOAD.to_owned() } else { judged.workload.clone() },
         pair: scene.pair_name(judged.pair),
         stratum: chunk.stratum,
         variant: case.id.clone(),
@@ -142,7 +142,8 @@ fn row(
         launch,
         block,
         chunk: chunk.number,
-        poses: chunk.poses.len() as u32 * passes,
+        poses: chunk.poses.len() as u32,
+        passes,
         ns,
     }
 }

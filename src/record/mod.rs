@@ -19,4 +19,4 @@ pub use rows::{
     BuildRow, ClaimRow, OutlineRow, QueryRow, RatioRow, Row, SummaryRow, TightnessRow, TimingRow, TreeRow,
     VerificationRow,
 };
-pub use vocabulary::{Band, MESH_OUTLINE, NULL_VARIANT, Stratum};
+pub use vocabulary::{Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, Stratum};

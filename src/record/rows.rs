@@ -266,7 +266,9 @@ pub struct TimingRow {
     pub chunk: u32,
     /// Poses in the chunk.
     pub poses: u32,
-    /// Wall time of the whole chunk, ns.
+    /// How often the chunk was run through to fill the sample.
+    pub passes: u32,
+    /// Wall time of all passes over the whole chunk, ns.
     pub ns: u64,
 }
 

@@ -169,6 +169,7 @@ impl Run {
                                 block,
                                 chunk,
                                 poses: POSES,
+                                passes: 1,
                                 ns: ns as u64,
                             });
                         }
@@ -374,6 +375,7 @@ fn manifest(plan: &Plan) -> Manifest {
             seed: plan.seed,
             scenes: SCENES.map(str::to_owned).to_vec(),
             variants: PLANTED.map(|p| p.id.to_owned()).to_vec(),
+            policies: Vec::new(),
             workloads: Vec::new(),
             verify_poses: 8000,
             measure_poses: 2048,
@@ -389,6 +391,8 @@ fn manifest(plan: &Plan) -> Manifest {
             ..Default::default()
         },
         machine: MachineFacts { cpu: "made-up CPU".into(), cores: 2, os: "none".into(), ..Default::default() },
+        null_of: "obb-area".into(),
+        cross_check: None,
         finished: vec![Stage::Verify, Stage::Measure],
         noise: Vec::new(),
     }

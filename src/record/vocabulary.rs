@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The id of the duplicate that is timed beside its original to show the noise of the comparison itself.
+/// Workload of the few single poses that the exhaustive control is timed on.
+pub const CONTROL_WORKLOAD: &str = "control";
+/// Id of the duplicate of another variant in `timings.csv`, which shows the noise of the comparison itself.
 pub const NULL_VARIANT: &str = "null";
 
 /// What stands in the place of a variant in an outline row that draws the part itself.
