@@ -10,6 +10,7 @@ pub mod scene;
 pub mod workload;
 pub mod method;
 pub mod registry;
+pub mod conformance;
 pub mod record;
 pub mod measure;
 pub mod analysis;

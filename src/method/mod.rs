@@ -9,6 +9,7 @@ pub mod volume_tree;
 
 use crate::geometry::Isometry;
 use crate::tree::traverse::Counts;
+use crate::tree::validate::TreeFault;
 use std::any::Any;
 
 /// What kind of thing a variant is.
@@ -40,13 +41,31 @@ pub trait Model: Any + Send + Sync {
 
     /// What there is to say about the tree, for methods that have one of ours.
     fn tree_report(&self) -> Option<crate::tree::tightness::TreeReport>;
+
+    /// Whether the tree, where there is one of ours, divides the triangles properly.
+    ///
+    /// # Errors
+    /// The first fault found.
+    fn check_structure(&self) -> Result<(), TreeFault> {
+        Ok(())
+    }
+
+    /// Whether each node's volume, where there is a tree of ours, contains every corner of its triangles, within
+    /// `slack_mm`.
+    ///
+    /// # Errors
+    /// The first corner outside.
+    fn check_containment(&self, slack_mm: f64) -> Result<(), TreeFault> {
+        let _ = slack_mm;
+        Ok(())
+    }
 }
 
 /// The concrete model behind `other`.
 ///
 /// # Panics
 /// When `other` was prepared by another variant, which only a mistake in this program can do.
-pub(crate) fn same<'a, M: Model>(other: &'a dyn Model) -> &'a M {
+pub(crate) fn same<M: Model>(other: &dyn Model) -> &M {
     let any: &dyn Any = other;
     any.downcast_ref().expect("both meshes of a pair are prepared by the same variant")
 }

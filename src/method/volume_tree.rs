@@ -5,6 +5,7 @@ use crate::geometry::Isometry;
 use crate::tree::Tree;
 use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::{self, Counts, NoProbe, Scratch};
+use crate::tree::validate::TreeFault;
 use crate::volume::BoundingVolume;
 
 impl<V: BoundingVolume> Model for Tree<V> {
@@ -33,5 +34,13 @@ impl<V: BoundingVolume> Model for Tree<V> {
 
     fn tree_report(&self) -> Option<TreeReport> {
         Some(self.report())
+    }
+
+    fn check_structure(&self) -> Result<(), TreeFault> {
+        self.check_structure()
+    }
+
+    fn check_containment(&self, slack_mm: f64) -> Result<(), TreeFault> {
+        self.check_containment(slack_mm)
     }
 }

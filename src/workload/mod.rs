@@ -3,7 +3,7 @@
 //! Reading order: this file, [`program`] and [`recorded`] (poses along a path), [`ray`] (first contact on a line), [`approach`]
 //! and [`random`] (poses at known depths), [`draw`] (random numbers).
 
-mod draw;
+pub mod draw;
 mod ray;
 mod program;
 mod recorded;

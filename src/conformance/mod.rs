@@ -1,0 +1,304 @@
+//! What every variant must satisfy, as checks that anyone can run on her own: `conformance::check(&Variant::of::<MyVolume>(..))`.
+//!
+//! Each check is a function of a [`Variant`] and says what is wrong with the first thing that is. [`check`] runs those
+//! that the variant's kind and promise call for. The tests beside it run all registered variants, and show that
+//! shrunken and subtly wrong volumes do not pass.
+
+pub mod cases;
+pub mod meshes;
+#[cfg(test)]
+mod tests;
+
+use crate::geometry::{Isometry, Mesh};
+use crate::method::{Kind, Model};
+use crate::registry::Variant;
+use crate::tree::validate::TreeFault;
+use crate::tree::{Axes, Policy, SplitRule};
+use crate::workload::draw::Draw;
+use cases::{Case, Cases, contacts};
+use std::sync::LazyLock;
+
+/// The suite's meshes and poses, made once.
+static CASES: LazyLock<Cases> = LazyLock::new(Cases::new);
+
+/// The first thing found wrong with a variant.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{variant} on {subject}: {what}")]
+pub struct Fault {
+    /// Id of the variant.
+    pub variant: &'static str,
+    /// The mesh or pair of meshes.
+    pub subject: String,
+    /// What is wrong.
+    pub what: Wrong,
+}
+
+/// What can be wrong with a variant.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Wrong {
+    /// The tree is not well formed, or a corner is outside its node's volume.
+    #[error("policy {policy}: {fault}")]
+    Tree {
+        /// How the tree was built.
+        policy: Policy,
+        /// What is wrong with it.
+        fault: TreeFault,
+    },
+    /// A verdict differs from the control's.
+    #[error("{view}, pose {a_from_b}: says {verdict}, but every pair of triangles tested says {control}")]
+    Verdict {
+        /// How the pair was shown to the variant.
+        view: View,
+        /// The pose.
+        a_from_b: Isometry,
+        /// What the variant says.
+        verdict: bool,
+        /// What the control says.
+        control: bool,
+    },
+    /// The list of touching faces differs from the control's.
+    #[error("pose {a_from_b}: lists {listed} pairs of touching faces, the control {control}, not all the same")]
+    List {
+        /// The pose.
+        a_from_b: Isometry,
+        /// How many the variant lists.
+        listed: usize,
+        /// How many there are.
+        control: usize,
+    },
+    /// The same question got another answer, or another count of operations.
+    #[error("pose {a_from_b}: two runs of the same query differ")]
+    NotDeterministic {
+        /// The pose.
+        a_from_b: Isometry,
+    },
+}
+
+/// How a pair is shown to a variant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum View {
+    /// As it is.
+    Direct,
+    /// The meshes exchanged and the pose inverted.
+    Exchanged,
+    /// Both meshes moved in their own frames, and the pose with them.
+    Moved,
+}
+
+impl std::fmt::Display for View {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Self::Direct => "as it is",
+            Self::Exchanged => "meshes exchanged",
+            Self::Moved => "meshes moved in their frames",
+        })
+    }
+}
+
+/// Every policy: five split rules, both choices of axes, leaves of 1 to 8 triangles.
+fn policies() -> impl Iterator<Item = Policy> {
+    SplitRule::ALL.into_iter().flat_map(|split| {
+        [Axes::Own, Axes::Shared]
+            .into_iter()
+            .flat_map(move |axes| Policy::LEAF_RANGE.map(move |leaf| Policy { split, axes, leaf }))
+    })
+}
+
+/// Everything that the variant's kind and promise call for.
+///
+/// Trees of volumes: [`structure`], [`determinism`], [`no_false_contact`]; those that promise to be safe also
+/// [`containment`], [`same_as_control`], [`symmetry`], [`rigid_motion`], [`every_policy`]. The control: all but those about trees. Peers:
+/// [`determinism`] alone, because their triangle tests are their own.
+///
+/// # Errors
+/// The first fault found.
+pub fn check(variant: &Variant) -> Result<(), Fault> {
+    determinism(variant)?;
+    if variant.kind == Kind::Peer {
+        return Ok(());
+    }
+    structure(variant)?;
+    no_false_contact(variant)?;
+    if variant.info.safe {
+        containment(variant)?;
+        same_as_control(variant)?;
+        symmetry(variant)?;
+        rigid_motion(variant)?;
+        every_policy(variant)?;
+    }
+    Ok(())
+}
+
+/// Under every policy the tree divides the triangles of every mesh properly.
+///
+/// # Errors
+/// The first tree that does not.
+pub fn structure(variant: &Variant) -> Result<(), Fault> {
+    each_tree(variant, |model| model.check_structure())
+}
+
+/// Under every policy each node's volume contains every corner of the node's triangles, without slack.
+///
+/// # Errors
+/// The first corner outside.
+pub fn containment(variant: &Variant) -> Result<(), Fault> {
+    each_tree(variant, |model| model.check_containment(0.0))
+}
+
+fn each_tree(variant: &Variant, check: impl Fn(&dyn Model) -> Result<(), TreeFault>) -> Result<(), Fault> {
+    for subject in &CASES.subjects {
+        for policy in policies() {
+            check(&*variant.prepare(&subject.mesh, Some(policy))).map_err(|fault| Fault {
+                variant: variant.info.id,
+                subject: subject.name.to_owned(),
+                what: Wrong::Tree { policy, fault },
+            })?;
+        }
+    }
+    Ok(())
+}
+
+/// Each mesh of the suite, prepared under the variant's own policy.
+fn prepared(variant: &Variant) -> Vec<Box<dyn Model>> {
+    CASES.subjects.iter().map(|subject| variant.prepare(&subject.mesh, None)).collect()
+}
+
+fn fault(variant: &Variant, case: &Case, what: Wrong) -> Fault {
+    let name = |index: usize| CASES.subjects[index].name;
+    Fault { variant: variant.info.id, subject: format!("{} : {}", name(case.a), name(case.b)), what }
+}
+
+/// Asking twice, of models prepared twice, one by one and in a batch, gives the same verdicts and the same counts.
+///
+/// # Errors
+/// The first query that answers differently.
+pub fn determinism(variant: &Variant) -> Result<(), Fault> {
+    let (models, again) = (prepared(variant), prepared(variant));
+    for case in &CASES.cases {
+        let pose = &case.a_from_b;
+        let once = models[case.a].first_counted(&*models[case.b], pose);
+        let twice = again[case.a].first_counted(&*again[case.b], pose);
+        let mut batch = Vec::new();
+        models[case.a].first(&*models[case.b], &[*pose, *pose], &mut batch);
+        if once != twice || batch != [once.0; 2] {
+            return Err(fault(variant, case, Wrong::NotDeterministic { a_from_b: *pose }));
+        }
+    }
+    Ok(())
+}
+
+/// Never says that meshes touch when no two of their triangles do. Holds for unsafe volumes too: the leaves decide.
+///
+/// # Errors
+/// The first contact that is none.
+pub fn no_false_contact(variant: &Variant) -> Result<(), Fault> {
+    compare(variant, |verdict, control| !verdict || control)
+}
+
+/// Says of every pose what the control says, and lists the same touching faces in mode `all`.
+///
+/// # Errors
+/// The first difference.
+pub fn same_as_control(variant: &Variant) -> Result<(), Fault> {
+    compare(variant, |verdict, control| verdict == control)?;
+    let models = prepared(variant);
+    for case in &CASES.cases {
+        let (listed, _) = models[case.a].all_counted(&*models[case.b], &case.a_from_b);
+        if listed != case.contacts {
+            let what = Wrong::List { a_from_b: case.a_from_b, listed: listed.len(), control: case.contacts.len() };
+            return Err(fault(variant, case, what));
+        }
+    }
+    Ok(())
+}
+
+fn compare(variant: &Variant, agree: impl Fn(bool, bool) -> bool) -> Result<(), Fault> {
+    let models = prepared(variant);
+    for case in &CASES.cases {
+        let (verdict, _) = models[case.a].first_counted(&*models[case.b], &case.a_from_b);
+        let control = !case.contacts.is_empty();
+        if !agree(verdict, control) {
+            let what = Wrong::Verdict { view: View::Direct, a_from_b: case.a_from_b, verdict, control };
+            return Err(fault(variant, case, what));
+        }
+    }
+    Ok(())
+}
+
+/// Asked about `b` against `a` at the inverse pose, agrees with the control asked the same. (The control is asked again
+/// because now the other mesh's corners are moved and snapped, which within 1e-8 mm of contact may decide
+/// otherwise.)
+///
+/// # Errors
+/// The first difference.
+pub fn symmetry(variant: &Variant) -> Result<(), Fault> {
+    let models = prepared(variant);
+    for case in &CASES.cases {
+        let b_from_a = case.a_from_b.inverse();
+        let (a, b) = CASES.meshes(case);
+        let (verdict, _) = models[case.b].first_counted(&*models[case.a], &b_from_a);
+        let control = !contacts(&b.triangles(), &a.triangles(), &b_from_a).is_empty();
+        if verdict != control {
+            let what = Wrong::Verdict { view: View::Exchanged, a_from_b: b_from_a, verdict, control };
+            return Err(fault(variant, case, what));
+        }
+    }
+    Ok(())
+}
+
+/// With either mesh moved and turned in its own frame, and the pose changed to suit, agrees with the control asked the
+/// same: no volume may depend on where a part's origin happens to be.
+///
+/// # Errors
+/// The first difference.
+pub fn rigid_motion(variant: &Variant) -> Result<(), Fault> {
+    /// Farthest that an origin is moved, mm.
+    const SHIFT: f64 = 100.0;
+    let motion = |index: usize| {
+        let mut draw = Draw::new(0, &["conformance", "frame", CASES.subjects[index].name], 0);
+        // A mesh that fills the range has no room to be moved in.
+        let room = CASES.subjects[index].mesh.vertices().iter().all(|v| v.coords.norm() < 3500.0);
+        if room { Isometry::from_parts((draw.in_ball() * SHIFT).into(), draw.rotation()) } else { Isometry::identity() }
+    };
+    let motions: Vec<Isometry> = (0..CASES.subjects.len()).map(motion).collect();
+    let moved: Vec<Mesh> = CASES
+        .subjects
+        .iter()
+        .zip(&motions)
+        .map(|(subject, motion)| meshes::moved(&subject.mesh, 1.0, motion))
+        .collect();
+    let models: Vec<_> = moved.iter().map(|mesh| variant.prepare(mesh, None)).collect();
+    let triangles: Vec<_> = moved.iter().map(Mesh::triangles).collect();
+    for case in &CASES.cases {
+        let pose = motions[case.a] * case.a_from_b * motions[case.b].inverse();
+        let (verdict, _) = models[case.a].first_counted(&*models[case.b], &pose);
+        let control = !contacts(&triangles[case.a], &triangles[case.b], &pose).is_empty();
+        if verdict != control {
+            let what = Wrong::Verdict { view: View::Moved, a_from_b: pose, verdict, control };
+            return Err(fault(variant, case, what));
+        }
+    }
+    Ok(())
+}
+
+/// Whatever the policy, the verdicts are the control's. Every policy is tried on an eleventh of the cases.
+///
+/// # Errors
+/// The first difference.
+pub fn every_policy(variant: &Variant) -> Result<(), Fault> {
+    /// A part of the cases small enough for 80 policies, and coprime to the number of poses of a pair.
+    const PART: usize = 11;
+    for (number, policy) in policies().enumerate() {
+        let models: Vec<_> =
+            CASES.subjects.iter().map(|subject| variant.prepare(&subject.mesh, Some(policy))).collect();
+        for case in CASES.cases.iter().skip(number % PART).step_by(PART) {
+            let (verdict, _) = models[case.a].first_counted(&*models[case.b], &case.a_from_b);
+            let control = !case.contacts.is_empty();
+            if verdict != control {
+                let what = Wrong::Verdict { view: View::Direct, a_from_b: case.a_from_b, verdict, control };
+                return Err(fault(variant, case, what));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,277 @@
+//! The registered variants pass; wrong ones do not.
+
+use super::*;
+use crate::geometry::{Point, Triangle, Vector};
+use crate::registry::Registry;
+use crate::volume::obb::centre::{CentreRule, MidExtent};
+use crate::volume::obb::frame::AreaCovariance;
+use crate::volume::obb::{Obb, ObbRule};
+use crate::volume::separating_axes::{separated, widened_abs};
+use crate::volume::{BoundingVolume, Info, Segment};
+use nalgebra::{Matrix3, Unit};
+use rayon::prelude::*;
+
+const fn info(id: &'static str) -> Info {
+    Info { id, label: id, reference: "made wrong on purpose", safe: true }
+}
+
+#[test]
+fn every_registered_variant_conforms() {
+    let faults: Vec<Fault> =
+        Registry::standard().variants().par_iter().filter_map(|variant| check(variant).err()).collect();
+    assert!(faults.is_empty(), "{}", faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("\n"));
+}
+
+#[test]
+fn every_unsafe_tree_leaves_corners_outside_and_misses_contacts() {
+    let unsafe_trees = Registry::standard()
+        .variants()
+        .iter()
+        .filter(|v| v.kind == Kind::Volume && !v.info.safe)
+        .copied()
+        .collect::<Vec<_>>();
+    assert_eq!(unsafe_trees.len(), 2);
+    for variant in unsafe_trees {
+        assert!(matches!(
+            containment(&variant),
+            Err(Fault { what: Wrong::Tree { fault: TreeFault::Outside { .. }, .. }, .. })
+        ));
+        assert!(matches!(
+            same_as_control(&variant),
+            Err(Fault { what: Wrong::Verdict { verdict: false, control: true, .. }, .. })
+        ));
+    }
+}
+
+#[test]
+fn the_peer_agrees_away_from_contact() {
+    let parry = *Registry::standard().variants().iter().find(|v| v.kind == Kind::Peer).unwrap();
+    let models = prepared(&parry);
+    let clear = CASES
+        .cases
+        .iter()
+        .filter(|case| CASES.subjects[case.a].name == "torus" && CASES.subjects[case.b].name == "torus");
+    let mut disagreements = 0;
+    let mut asked = 0;
+    for case in clear {
+        asked += 1;
+        let (verdict, _) = models[case.a].first_counted(&*models[case.b], &case.a_from_b);
+        disagreements += usize::from(verdict == case.contacts.is_empty());
+    }
+    // Of seven offsets three lie within 1e-6 of the pair's size of contact, where its tolerance may decide otherwise.
+    assert!(asked >= 42 && disagreements * 7 <= asked * 3, "{disagreements} of {asked}");
+}
+
+/// Tight half-lengths, two percent too short.
+#[derive(Clone, Copy, Debug)]
+struct TwoPercentShort;
+
+impl CentreRule for TwoPercentShort {
+    fn centre_and_half(low: &Vector, high: &Vector) -> (Vector, Vector) {
+        let (centre, half) = MidExtent::centre_and_half(low, high);
+        (centre, half * 0.98)
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Shrunken;
+
+impl ObbRule for Shrunken {
+    const INFO: Info = info("shrunken");
+    type Frame = AreaCovariance;
+    type Centre = TwoPercentShort;
+}
+
+#[test]
+fn a_shrunken_box_fails_in_every_way() {
+    let shrunken = Variant::of::<Obb<Shrunken>>(SplitRule::AreaMean);
+    assert!(matches!(check(&shrunken), Err(Fault { what: Wrong::Tree { fault: TreeFault::Outside { .. }, .. }, .. })));
+    for miss in [same_as_control(&shrunken), symmetry(&shrunken), rigid_motion(&shrunken), every_policy(&shrunken)] {
+        assert!(
+            matches!(miss, Err(Fault { what: Wrong::Verdict { verdict: false, control: true, .. }, .. })),
+            "{miss:?}"
+        );
+    }
+    assert_eq!(structure(&shrunken), Ok(()));
+    assert_eq!(no_false_contact(&shrunken), Ok(()));
+}
+
+/// What is wrong with the overlap test of a [`Faulty`] box; its fit is right.
+trait Flaw: Clone + std::fmt::Debug + Send + Sync + 'static {
+    const INFO: Info;
+    fn overlaps(t: &Vector, r: &Matrix3<f64>, a: &Vector, b: &Vector) -> bool;
+}
+
+/// Forgets to widen |R|: between nearly parallel edges rounding decides.
+#[derive(Clone, Debug)]
+struct WithoutEpsilon;
+
+impl Flaw for WithoutEpsilon {
+    const INFO: Info = info("without-epsilon");
+    fn overlaps(t: &Vector, r: &Matrix3<f64>, a: &Vector, b: &Vector) -> bool {
+        !separated(t, r, &r.abs(), a, b)
+    }
+}
+
+/// Forgets the absolute value of one entry of R.
+#[derive(Clone, Debug)]
+struct WrongSign;
+
+impl Flaw for WrongSign {
+    const INFO: Info = info("wrong-sign");
+    fn overlaps(t: &Vector, r: &Matrix3<f64>, a: &Vector, b: &Vector) -> bool {
+        let mut q = widened_abs(r);
+        q[(1, 2)] = r[(1, 2)];
+        !separated(t, r, &q, a, b)
+    }
+}
+
+/// Takes the rotation for its inverse.
+#[derive(Clone, Debug)]
+struct Transposed;
+
+impl Flaw for Transposed {
+    const INFO: Info = info("transposed");
+    fn overlaps(t: &Vector, r: &Matrix3<f64>, a: &Vector, b: &Vector) -> bool {
+        let r = r.transpose();
+        !separated(t, &r, &widened_abs(&r), a, b)
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Faulty<F> {
+    axes: Matrix3<f64>,
+    centre: Point,
+    half: Vector,
+    sound: Obb<crate::volume::obb_area::ObbArea>,
+    flaw: std::marker::PhantomData<F>,
+}
+
+impl<F: Flaw> BoundingVolume for Faulty<F> {
+    const INFO: Info = F::INFO;
+    type Pose = Isometry;
+
+    fn fit(triangles: &[Triangle]) -> Self {
+        let sound = Obb::fit(triangles);
+        // The edges of the outline that run along axis 0, 1 and 2 are four in a row each.
+        let edges = sound.outline();
+        let along = [0, 4, 8].map(|edge| edges[edge][1] - edges[edge][0]);
+        let half = Vector::from(along.map(|edge| 0.5 * edge.norm()));
+        let axes = Matrix3::from_columns(&along.map(|edge| edge.normalize()));
+        Self { axes, centre: sound.centre(), half, sound, flaw: std::marker::PhantomData }
+    }
+
+    fn pose(a_from_b: &Isometry) -> Isometry {
+        *a_from_b
+    }
+
+    fn overlaps(&self, other: &Self, pose: &Isometry) -> bool {
+        let t = self.axes.tr_mul(&(pose * other.centre - self.centre));
+        let r = self.axes.tr_mul(&(pose.rotation.to_rotation_matrix() * other.axes));
+        F::overlaps(&t, &r, &self.half, &other.half)
+    }
+
+    fn contains(&self, point: &Point, slack_mm: f64) -> bool {
+        self.sound.contains(point, slack_mm)
+    }
+
+    fn centre(&self) -> Point {
+        self.centre
+    }
+
+    fn size(&self) -> f64 {
+        self.sound.size()
+    }
+
+    fn volume(&self) -> f64 {
+        self.sound.volume()
+    }
+
+    fn surface_area(&self) -> f64 {
+        self.sound.surface_area()
+    }
+
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
+        self.sound.split_axes(triangles)
+    }
+
+    fn outline(&self) -> Vec<Segment> {
+        self.sound.outline()
+    }
+}
+
+#[test]
+fn wrong_overlap_tests_fail() {
+    let faulty = [
+        Variant::of::<Faulty<WithoutEpsilon>>(SplitRule::AreaMean),
+        Variant::of::<Faulty<WrongSign>>(SplitRule::AreaMean),
+        Variant::of::<Faulty<Transposed>>(SplitRule::AreaMean),
+    ];
+    for variant in faulty {
+        assert_eq!(containment(&variant), Ok(()), "the fit is right");
+        let found = check(&variant);
+        assert!(
+            matches!(found, Err(Fault { what: Wrong::Verdict { verdict: false, control: true, .. }, .. })),
+            "{} {found:?}",
+            variant.info.id
+        );
+    }
+}
+
+/// Says no to every second pose: [`determinism`] must notice.
+#[derive(Clone, Debug)]
+struct Moody(Obb<Shrunken>);
+
+static MOOD: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
+
+impl BoundingVolume for Moody {
+    const INFO: Info = info("moody");
+    type Pose = (<Obb<Shrunken> as BoundingVolume>::Pose, bool);
+
+    fn fit(triangles: &[Triangle]) -> Self {
+        Self(Obb::fit(triangles))
+    }
+
+    fn pose(a_from_b: &Isometry) -> Self::Pose {
+        let mood = MOOD.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        (Obb::<Shrunken>::pose(a_from_b), mood.is_multiple_of(2))
+    }
+
+    fn overlaps(&self, other: &Self, (pose, mood): &Self::Pose) -> bool {
+        *mood && self.0.overlaps(&other.0, pose)
+    }
+
+    fn contains(&self, point: &Point, slack_mm: f64) -> bool {
+        self.0.contains(point, slack_mm)
+    }
+
+    fn centre(&self) -> Point {
+        self.0.centre()
+    }
+
+    fn size(&self) -> f64 {
+        self.0.size()
+    }
+
+    fn volume(&self) -> f64 {
+        self.0.volume()
+    }
+
+    fn surface_area(&self) -> f64 {
+        self.0.surface_area()
+    }
+
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
+        self.0.split_axes(triangles)
+    }
+
+    fn outline(&self) -> Vec<Segment> {
+        self.0.outline()
+    }
+}
+
+#[test]
+fn a_moody_volume_is_not_deterministic() {
+    let found = determinism(&Variant::of::<Moody>(SplitRule::Median));
+    assert!(matches!(found, Err(Fault { what: Wrong::NotDeterministic { .. }, .. })), "{found:?}");
+}

@@ -1,0 +1,245 @@
+//! The walls between the rooms, read off the source: which module may name which, who may print, who may read a clock.
+//!
+//! Comments and string literals do not count; nor do modules that only tests see (`#[cfg(test)] mod tests { .. }` at the end of a
+//! file, and the files of `#[cfg(test)] mod name;`), which may use whatever they like. A variant's id is looked for in
+//! string literals, and there too tests may name the variants they are about.
+
+use bvbench::registry::Registry;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// One source file without comments, literals and tests.
+struct Source {
+    path: PathBuf,
+    /// The top-level module it belongs to: `tree` for `src/tree/build.rs`.
+    module: String,
+    code: String,
+    literals: Vec<String>,
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+fn sources() -> Vec<Source> {
+    let mut files = Vec::new();
+    collect(&root(), &mut files);
+    files.sort();
+    let texts: Vec<(PathBuf, String)> =
+        files.into_iter().map(|path| (path.clone(), fs::read_to_string(path).unwrap())).collect();
+    let test_modules: Vec<PathBuf> = texts.iter().flat_map(|(path, text)| test_modules(path, text)).collect();
+    let is_test = |path: &Path| test_modules.iter().any(|module| path.starts_with(module) || path == module.with_extension("rs"));
+    texts
+        .into_iter()
+        .filter(|(path, _)| !is_test(path))
+        .map(|(path, text)| {
+            let (code, literals) = strip(text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default());
+            let first = path.strip_prefix(root()).unwrap().iter().next().unwrap().to_str().unwrap();
+            let module = first.trim_end_matches(".rs").to_owned();
+            Source { path, module, code, literals }
+        })
+        .collect()
+}
+
+/// The modules, as paths without extension, that a file declares for tests only: `#[cfg(test)] mod synthetic;`.
+fn test_modules(path: &Path, text: &str) -> Vec<PathBuf> {
+    let stem = path.file_stem().unwrap();
+    let folder = if stem == "mod" || stem == "lib" { path.parent().unwrap().to_owned() } else { path.with_extension("") };
+    text.split("#[cfg(test)]\n")
+        .skip(1)
+        .filter_map(|after| {
+            let line = after.lines().next()?.trim_start_matches("pub(crate) ").trim_start_matches("pub ");
+            Some(folder.join(line.strip_prefix("mod ")?.strip_suffix(';')?))
+        })
+        .collect()
+}
+
+fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            collect(&path, files);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+}
+
+/// The code without comments, with every string literal emptied; and the literals.
+fn strip(text: &str) -> (String, Vec<String>) {
+    let (mut code, mut literals) = (String::new(), Vec::new());
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        if rest.starts_with("//") {
+            rest = &rest[rest.find('\n').unwrap_or(rest.len())..];
+        } else if let Some(raw) = rest.strip_prefix("r#\"") {
+            let end = raw.find("\"#").unwrap_or(raw.len());
+            literals.push(raw[..end].to_owned());
+            code.push_str("\"\"");
+            rest = raw.get(end + 2..).unwrap_or_default();
+        } else if let Some(string) = rest.strip_prefix('"') {
+            let mut end = 0;
+            let bytes = string.as_bytes();
+            while end < bytes.len() && bytes[end] != b'"' {
+                end += if bytes[end] == b'\\' { 2 } else { 1 };
+            }
+            literals.push(string.get(..end).unwrap_or(string).to_owned());
+            code.push_str("\"\"");
+            rest = string.get(end + 1..).unwrap_or_default();
+        } else if rest.starts_with("'\"'") {
+            code.push_str("' '");
+            rest = &rest[3..];
+        } else if rest.starts_with("'\\\"'") {
+            code.push_str("' '");
+            rest = &rest[4..];
+        } else {
+            code.push(first);
+            rest = &rest[first.len_utf8()..];
+        }
+    }
+    (code, literals)
+}
+
+/// The modules of `lib.rs`, in reading order.
+fn rooms() -> Vec<String> {
+    let (code, _) = strip(&fs::read_to_string(root().join("lib.rs")).unwrap());
+    code.lines()
+        .filter_map(|line| line.trim_start_matches("pub(crate) ").trim_start_matches("pub ").strip_prefix("mod "))
+        .map(|name| name.trim_end_matches(';').to_owned())
+        .collect()
+}
+
+/// The top-level modules that a file names with a path from the crate's root, in `use` lines and elsewhere; `use crate::{a, b}`
+/// counts for each.
+fn imports(code: &str) -> Vec<String> {
+    let word = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+    let mut found = Vec::new();
+    for (position, _) in code.match_indices("crate::") {
+        let after = &code[position + "crate::".len()..];
+        match after.strip_prefix('{') {
+            Some(group) => {
+                let mut depth = 0;
+                let mut item = String::new();
+                for c in group.chars() {
+                    match c {
+                        '{' => depth += 1,
+                        '}' if depth == 0 => break,
+                        '}' => depth -= 1,
+                        ',' if depth == 0 => found.push(word(std::mem::take(&mut item).trim())),
+                        _ if depth == 0 => item.push(c),
+                        _ => {}
+                    }
+                }
+                found.push(word(item.trim()));
+            }
+            None => found.push(word(after)),
+        }
+    }
+    found.retain(|name| !name.is_empty());
+    found
+}
+
+/// Every (file, module named) that breaks a rule, one per line.
+fn offences(allowed: impl Fn(&Source, &str) -> bool) -> String {
+    let mut lines = Vec::new();
+    for source in sources() {
+        for import in imports(&source.code) {
+            if !allowed(&source, &import) {
+                lines.push(format!("{} names crate::{import}", source.path.display()));
+            }
+        }
+    }
+    lines.join("\n")
+}
+
+/// Every file outside `exempt` whose code has one of the words.
+fn files_with(words: &[&str], exempt: &[&str]) -> String {
+    let has = |source: &Source| words.iter().find(|word| source.code.contains(**word)).copied();
+    sources()
+        .iter()
+        .filter(|source| !exempt.contains(&source.module.as_str()))
+        .filter_map(|source| has(source).map(|word| format!("{} has {word}", source.path.display())))
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
+#[test]
+fn the_reader_sees_what_the_compiler_sees() {
+    let text = "use crate::a::{b, c}; // use crate::x;\nlet s = \"crate::y \\\" \"; use crate::{d::e, f, g::{h, i}};\n'\"'; \"z\"";
+    let (code, literals) = strip(text);
+    assert_eq!(imports(&code), ["a", "d", "f", "g"]);
+    assert_eq!(literals, ["crate::y \\\" ", "z"]);
+    let declared = test_modules(Path::new("src/a/mod.rs"), "mod b;\n#[cfg(test)]\npub(crate) mod c;\n#[cfg(test)]\nmod tests {");
+    assert_eq!(declared, [Path::new("src/a/c")]);
+    let (rooms, sources) = (rooms(), sources());
+    assert!(rooms.len() > 10 && sources.len() > 50, "{} rooms, {} sources", rooms.len(), sources.len());
+    for room in rooms {
+        assert!(sources.iter().any(|source| source.module == room), "{room} has no source");
+    }
+    assert!(sources.iter().any(|source| imports(&source.code).contains(&"geometry".to_owned())));
+}
+
+#[test]
+fn imports_point_up_the_list_of_modules() {
+    let rooms = rooms();
+    let place = |name: &str| rooms.iter().position(|room| room == name);
+    let found = offences(|source, import| match (place(&source.module), place(import)) {
+        (Some(here), Some(there)) => there <= here,
+        // `lib.rs`, `main.rs` and names that are not modules, such as macros.
+        _ => true,
+    });
+    assert!(found.is_empty(), "imports that point down:\n{found}");
+}
+
+#[test]
+fn what_is_made_of_records_knows_nothing_else() {
+    let found = offences(|source, import| {
+        !["analysis", "plot", "report"].contains(&source.module.as_str())
+            || ["record", "analysis", "plot", "report"].contains(&import)
+    });
+    assert!(found.is_empty(), "these must know only `record`:\n{found}");
+}
+
+#[test]
+fn volumes_and_trees_know_only_geometry() {
+    let found = offences(|source, import| {
+        !["volume", "tree"].contains(&source.module.as_str()) || ["geometry", "volume", "tree"].contains(&import)
+    });
+    assert!(found.is_empty(), "no scenes, clocks or CSV here:\n{found}");
+}
+
+#[test]
+fn only_the_measurement_reads_a_clock() {
+    let found = files_with(&["Instant", "SystemTime", "std::time::{"], &["measure"]);
+    assert!(found.is_empty(), "{found}");
+}
+
+#[test]
+fn only_the_command_line_prints() {
+    let found = files_with(
+        &["println!", "print!(", "eprintln!", "eprint!(", "dbg!(", "stdout()", "stderr()"],
+        &["cli", "main"],
+    );
+    assert!(found.is_empty(), "{found}");
+}
+
+#[test]
+fn all_randomness_is_seeded() {
+    let found = files_with(&["thread_rng", "rand::rng(", "from_os_rng", "from_entropy", "SysRng", "RandomState"], &[]);
+    assert!(found.is_empty(), "{found}");
+}
+
+#[test]
+fn a_variants_id_stands_only_in_its_own_file() {
+    let sources = sources();
+    let is_part = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+    for variant in Registry::standard().variants() {
+        let id = variant.info.id;
+        let files: Vec<_> = sources
+            .iter()
+            .filter(|source| source.literals.iter().any(|literal| literal.split(|c| !is_part(c)).any(|word| word == id)))
+            .map(|source| source.path.display().to_string())
+            .collect();
+        assert_eq!(files.len(), 1, "`{id}` stands in {files:?}");
+    }
+}
