@@ -65,10 +65,7 @@ impl BoundingVolume for Ellipsoid {
     }
 
     fn pose(a_from_b: &Isometry) -> Pose {
-        Pose {
-            rotation: a_from_b.rotation.to_rotation_matrix().into_inner(),
-            translation: a_from_b.translation.vector,
-        }
+        Pose { rotation: a_from_b.rotation.to_rotation_matrix().into_inner(), translation: a_from_b.translation.vector }
     }
 
     fn overlaps(&self, other: &Self, pose: &Pose) -> bool {
