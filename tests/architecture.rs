@@ -28,7 +28,8 @@ fn sources() -> Vec<Source> {
     let texts: Vec<(PathBuf, String)> =
         files.into_iter().map(|path| (path.clone(), fs::read_to_string(path).unwrap())).collect();
     let test_modules: Vec<PathBuf> = texts.iter().flat_map(|(path, text)| test_modules(path, text)).collect();
-    let is_test = |path: &Path| test_modules.iter().any(|module| path.starts_with(module) || path == module.with_extension("rs"));
+    let is_test =
+        |path: &Path| test_modules.iter().any(|module| path.starts_with(module) || path == module.with_extension("rs"));
     texts
         .into_iter()
         .filter(|(path, _)| !is_test(path))
@@ -44,7 +45,8 @@ fn sources() -> Vec<Source> {
 /// The modules, as paths without extension, that a file declares for tests only: `#[cfg(test)] mod synthetic;`.
 fn test_modules(path: &Path, text: &str) -> Vec<PathBuf> {
     let stem = path.file_stem().unwrap();
-    let folder = if stem == "mod" || stem == "lib" { path.parent().unwrap().to_owned() } else { path.with_extension("") };
+    let folder =
+        if stem == "mod" || stem == "lib" { path.parent().unwrap().to_owned() } else { path.with_extension("") };
     text.split("#[cfg(test)]\n")
         .skip(1)
         .filter_map(|after| {
@@ -169,7 +171,8 @@ fn the_reader_sees_what_the_compiler_sees() {
     let (code, literals) = strip(text);
     assert_eq!(imports(&code), ["a", "d", "f", "g"]);
     assert_eq!(literals, ["crate::y \\\" ", "z"]);
-    let declared = test_modules(Path::new("src/a/mod.rs"), "mod b;\n#[cfg(test)]\npub(crate) mod c;\n#[cfg(test)]\nmod tests {");
+    let declared =
+        test_modules(Path::new("src/a/mod.rs"), "mod b;\n#[cfg(test)]\npub(crate) mod c;\n#[cfg(test)]\nmod tests {");
     assert_eq!(declared, [Path::new("src/a/c")]);
     let (rooms, sources) = (rooms(), sources());
     assert!(rooms.len() > 10 && sources.len() > 50, "{} rooms, {} sources", rooms.len(), sources.len());
@@ -237,7 +240,9 @@ fn a_variants_id_stands_only_in_its_own_file() {
         let id = variant.info.id;
         let files: Vec<_> = sources
             .iter()
-            .filter(|source| source.literals.iter().any(|literal| literal.split(|c| !is_part(c)).any(|word| word == id)))
+            .filter(|source| {
+                source.literals.iter().any(|literal| literal.split(|c| !is_part(c)).any(|word| word == id))
+            })
             .map(|source| source.path.display().to_string())
             .collect();
         assert_eq!(files.len(), 1, "`{id}` stands in {files:?}");
