@@ -51,3 +51,54 @@ fn node<V: BoundingVolume>(triangles: &[Triangle], first: usize) -> Node<V> {
     let size = volume.size();
     Node { volume, size, children: 0, first: first as u32, count: triangles.len() as u32 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+    use crate::tree::SplitRule;
+    use crate::volume::aabb::Aabb;
+    use crate::volume::sphere_ritter::SphereRitter;
+
+    #[test]
+    fn single_triangle_leaves_make_one_node_less_than_twice_the_triangles() {
+        let triangles = meshes::cuboid(1.0, 2.0, 3.0).triangles();
+        for split in SplitRule::ALL {
+            let tree = Tree::<Aabb>::build(&triangles, Policy::own(split));
+            assert_eq!(tree.nodes().len(), 23, "{split}"); // 2·12 - 1
+            assert_eq!(tree.check_structure(), Ok(()));
+        }
+    }
+
+    #[test]
+    fn leaves_hold_at_most_what_the_policy_says_and_inner_nodes_more() {
+        let triangles = meshes::torus(12.0, 4.0, 14, 7).triangles();
+        for leaf in Policy::LEAF_RANGE {
+            let tree = Tree::<SphereRitter>::build(&triangles, Policy { leaf, ..Policy::own(SplitRule::Midpoint) });
+            for node in tree.nodes() {
+                assert_eq!(node.children().is_none(), node.range().len() <= leaf as usize);
+            }
+        }
+    }
+
+    #[test]
+    fn the_triangles_keep_their_face_numbers() {
+        let triangles = meshes::stepped_tool(8, 4).triangles();
+        let tree = Tree::<Aabb>::build(&triangles, Policy::own(SplitRule::Sah16));
+        for (triangle, &face) in tree.triangles().iter().zip(tree.faces()) {
+            assert_eq!(*triangle, triangles[face as usize]);
+        }
+    }
+
+    #[test]
+    fn shared_axes_give_every_volume_the_same_topology() {
+        let triangles = meshes::stepped_tool(8, 4).triangles();
+        let policy = Policy::shared(SplitRule::AreaMean);
+        let (boxes, spheres) =
+            (Tree::<Aabb>::build(&triangles, policy), Tree::<SphereRitter>::build(&triangles, policy));
+        assert_eq!(boxes.faces(), spheres.faces());
+        assert!(boxes.nodes().iter().zip(spheres.nodes()).all(|(a, b)| a.range() == b.range()));
+        let own = Tree::<Aabb>::build(&triangles, Policy::own(SplitRule::AreaMean));
+        assert_ne!(own.faces(), boxes.faces());
+    }
+}

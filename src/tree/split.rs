@@ -164,3 +164,99 @@ pub fn shared_axes(triangles: &[Triangle]) -> [Unit<Vector>; 3] {
     order.sort_by(|a, b| b.0.total_cmp(&a.0));
     order.map(|(_, axis)| axis)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+    use proptest::prelude::*;
+
+    /// Upright right triangles in planes x = const, with legs `size`, so that the centroid is at that x.
+    fn items(specification: &[(f64, f64)]) -> Vec<Item> {
+        let triangle = |x: f64, size: f64| {
+            Triangle::new(Point::new(x, 0.0, 0.0), Point::new(x, size, 0.0), Point::new(x, 0.0, size))
+        };
+        specification.iter().zip(0..).map(|(&(x, size), face)| Item { triangle: triangle(x, size), face }).collect()
+    }
+
+    fn xyz() -> [Unit<Vector>; 3] {
+        [Vector::x_axis(), Vector::y_axis(), Vector::z_axis()]
+    }
+
+    fn faces(items: &[Item]) -> Vec<u32> {
+        items.iter().map(|item| item.face).collect()
+    }
+
+    #[test]
+    fn the_rules_on_one_row_of_triangles() {
+        // x = 0, 1, 2, 9, 10; the second has the area 8 (legs of 4), all others 1/2 (legs of 1).
+        let row = items(&[(0.0, 1.0), (1.0, 4.0), (2.0, 1.0), (9.0, 1.0), (10.0, 1.0)]);
+        for (rule, left) in [
+            (SplitRule::VertexMean, 3), // 22/5 = 4.4
+            (SplitRule::AreaMean, 2),   // (8 + (0 + 2 + 9 + 10)/2) / 10 = 1.85
+            (SplitRule::Median, 2),     // 5 / 2
+            (SplitRule::Midpoint, 3),   // 10 / 2 = 5
+            // Two left: 2 (4·4 + 2·1·4) + 3 (1·1 + 2·8·1) = 99; three left: 3 (4·4 + 2·2·4) + 2 (1·1 + 2·1·1) = 102; others more.
+            (SplitRule::Sah16, 2),
+        ] {
+            let mut items = row.clone();
+            assert_eq!(divide(&mut items, rule, &xyz()), left, "{rule}");
+            assert_eq!(faces(&items), [0, 1, 2, 3, 4], "{rule} keeps the order");
+        }
+    }
+
+    #[test]
+    fn sides_keep_their_order() {
+        let mut items = items(&[(9.0, 1.0), (0.0, 1.0), (8.0, 1.0), (1.0, 1.0)]);
+        assert_eq!(divide(&mut items, SplitRule::Midpoint, &xyz()), 2);
+        assert_eq!(faces(&items), [1, 3, 0, 2]);
+    }
+
+    #[test]
+    fn the_next_axis_is_tried_when_the_first_does_not_divide() {
+        // All at x = 5: the mean along x puts everything to the left; along y the centroids are at 1/3 and 4/3.
+        let mut items = items(&[(5.0, 4.0), (5.0, 1.0), (5.0, 4.0), (5.0, 1.0)]);
+        assert_eq!(divide(&mut items, SplitRule::VertexMean, &xyz()), 2);
+        assert_eq!(faces(&items), [1, 3, 0, 2]);
+    }
+
+    #[test]
+    fn equal_triangles_are_halved() {
+        for rule in SplitRule::ALL {
+            let mut items = items(&[(5.0, 1.0); 7]);
+            assert_eq!(divide(&mut items, rule, &xyz()), 3, "{rule}");
+        }
+    }
+
+    #[test]
+    fn triangles_without_area_are_divided_by_their_corners() {
+        let mut items = items(&[(0.0, 0.0), (1.0, 0.0), (10.0, 0.0)]);
+        assert_eq!(divide(&mut items, SplitRule::AreaMean, &xyz()), 2); // 11/3
+    }
+
+    #[test]
+    fn shared_axes_run_along_the_longest_extent_first() {
+        let triangles: Vec<Triangle> =
+            items(&[(0.0, 1.0), (30.0, 1.0), (60.0, 2.0)]).iter().map(|i| i.triangle).collect();
+        let axes = shared_axes(&triangles);
+        assert!(axes[0].x.abs() > 0.99);
+        assert!((covariance::frame_of(&axes).determinant().abs() - 1.0).abs() < 1e-12);
+    }
+
+    proptest! {
+        #[test]
+        fn both_sides_get_something_and_nothing_is_lost(
+            row in prop::collection::vec((0..4_i32, 0..3_i32), 2..40),
+        ) {
+            let row: Vec<(f64, f64)> = row.into_iter().map(|(x, size)| (f64::from(x), f64::from(size))).collect();
+            for rule in SplitRule::ALL {
+                let mut items = items(&row);
+                let left = divide(&mut items, rule, &xyz());
+                prop_assert!(left > 0 && left < items.len());
+                let mut kept = faces(&items);
+                kept.sort_unstable();
+                prop_assert!(kept.iter().copied().eq(0..row.len() as u32));
+            }
+        }
+    }
+}

@@ -216,3 +216,80 @@ fn drift(centre: &Point, triangles: &[Triangle]) -> f64 {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
     along(centre) - f64::midpoint(low, high)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+    use crate::tree::{Policy, SplitRule};
+    use crate::volume::aabb::Aabb;
+    use crate::volume::obb::Obb;
+    use crate::volume::obb_vertex::ObbVertex;
+    use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
+
+    fn near(left: f64, right: f64) -> bool {
+        (left - right).abs() < 1e-5
+    }
+
+    #[test]
+    fn a_cuboid_in_its_own_box() {
+        let triangles = meshes::cuboid(2.0, 4.0, 6.0).triangles();
+        let report = Tree::<Aabb>::build(&triangles, Policy::own(SplitRule::Median)).report();
+        assert_eq!((report.nodes, report.leaves), (23, 12));
+        // Twelve halve to 6, 3, then 1 and 2, then 1: in every three leaves one at depth 3 and two at depth 4.
+        assert_eq!(report.depth_max, 4);
+        assert!(near(report.depth_mean, 11.0 / 3.0));
+        // 12 -> 6:6, two of 6 -> 3:3, four of 3 -> 1:2, four of 2 -> 1:1: (12 + 12 + 12/2 + 8) / (12 + 12 + 12 + 8).
+        assert!(near(report.child_ratio, 38.0 / 44.0));
+        assert_eq!(report.root_outline.len(), 12);
+        assert!(near(report.drift_mm, 0.0));
+        let root = report.levels[0];
+        assert!(near(root.volume_mm3, 48.0) && near(root.hull_mm3, 48.0) && near(root.hulled_volume_mm3, 48.0));
+        assert!(near(root.area_mm2, 88.0)); // 2 (8 + 12 + 24)
+        assert_eq!((root.outside_corners_pct, root.outside_area_pct, root.overhang_mm), (0.0, 0.0, 0.0));
+        assert_eq!(report.levels.iter().map(|level| level.nodes).collect::<Vec<_>>(), [1, 2, 4, 8, 8]);
+        assert!(report.levels[..4].iter().all(|level| level.triangles == 12));
+        // Single triangles are flat: no hull, and their boxes' volumes do not count beside it.
+        assert_eq!((report.levels[4].hull_mm3, report.levels[4].hulled_volume_mm3), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_torus_fills_less_than_its_hull_and_the_hull_less_than_the_box() {
+        let torus = meshes::torus(12.0, 4.0, 24, 12);
+        let report = Tree::<Aabb>::build(&torus.triangles(), Policy::own(SplitRule::VertexMean)).report();
+        let root = report.levels[0];
+        assert!(torus.signed_volume() < root.hull_mm3 && root.hull_mm3 < root.hulled_volume_mm3);
+        assert!(root.hulled_volume_mm3 <= 32.0 * 32.0 * 8.0 + 1e-3);
+    }
+
+    #[test]
+    fn the_literal_box_of_a_tool_drifts_to_the_fine_tip_and_leaves_the_holder_out() {
+        let triangles = meshes::stepped_tool(12, 40).triangles();
+        let policy = Policy::own(SplitRule::VertexMean);
+        let literal = Tree::<Obb<ObbVertexCentroid>>::build(&triangles, policy).report();
+        let tight = Tree::<Obb<ObbVertex>>::build(&triangles, policy).report();
+        // The corners' mean lies near the middle of the cutter (z about 15), the middle of the tool at 40; the extent is 80.
+        assert!(literal.drift_mm > 15.0 && literal.drift_mm < 40.0, "{}", literal.drift_mm);
+        assert!(tight.drift_mm.abs() < 1.0, "{}", tight.drift_mm);
+        let root = literal.levels[0];
+        assert!((root.overhang_mm - literal.drift_mm).abs() < 2.0, "{} {}", root.overhang_mm, literal.drift_mm);
+        assert!(root.outside_corners_pct > 0.0 && root.outside_corners_pct < root.outside_area_pct);
+        assert!(tight.levels.iter().all(|level| level.outside_corners_pct == 0.0 && level.overhang_mm == 0.0));
+    }
+
+    #[test]
+    fn a_report_is_the_same_every_time() {
+        let tree = Tree::<Obb<ObbVertex>>::build(&meshes::soup(60).triangles(), Policy::own(SplitRule::Sah16));
+        assert_eq!(format!("{:?}", tree.report()), format!("{:?}", tree.report()));
+    }
+
+    #[test]
+    fn degenerate_contents_have_no_hull() {
+        for triangles in
+            [meshes::degenerate().triangles()[..3].to_vec(), vec![meshes::cuboid(1.0, 1.0, 1.0).triangles()[0]; 5]]
+        {
+            let report = Tree::<Aabb>::build(&triangles, Policy::own(SplitRule::Median)).report();
+            assert_eq!(report.levels[0].hull_mm3, 0.0);
+        }
+    }
+}

@@ -141,3 +141,85 @@ pub fn all<V: BoundingVolume>(
         ControlFlow::<()>::Continue(())
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::{cases, meshes};
+    use crate::tree::{Policy, SplitRule};
+    use crate::volume::aabb::Aabb;
+
+    fn tree(triangles: &[Triangle]) -> Tree<Aabb> {
+        Tree::build(triangles, Policy::own(SplitRule::Median))
+    }
+
+    fn counted(a: &Tree<Aabb>, b: &Tree<Aabb>, pose: &Isometry) -> (bool, Counts) {
+        let mut counts = Counts::default();
+        (first(a, b, pose, &mut Scratch::default(), &mut counts), counts)
+    }
+
+    #[test]
+    fn roots_apart_cost_one_test() {
+        let cube = tree(&meshes::cuboid(2.0, 2.0, 2.0).triangles());
+        let (touching, counts) = counted(&cube, &cube, &Isometry::translation(2.1, 0.0, 0.0));
+        assert_eq!((touching, counts), (false, Counts { volume_tests: 1, triangle_tests: 0 }));
+    }
+
+    #[test]
+    fn two_single_triangles_cost_one_test_each() {
+        let one = tree(&meshes::cuboid(2.0, 2.0, 2.0).triangles()[..1]);
+        let (touching, counts) = counted(&one, &one, &Isometry::identity());
+        assert_eq!((touching, counts), (true, Counts { volume_tests: 1, triangle_tests: 1 }));
+    }
+
+    #[test]
+    fn the_larger_node_is_opened_first() {
+        // A large row of two triangles against a small one of two, both in the plane z = 0: the root test, then the large row's
+        // two halves against the small root. The small row lies at the right half only, and touches nothing: 4 tests of
+        // volumes (root, left, right, and the small row's two halves make 5), then its triangles.
+        let row = |pitch: f64| {
+            let triangle = |x: f64| Triangle {
+                corners: [[x, 0.0, 0.0], [x + pitch, 0.0, 0.0], [x, pitch, 0.0]].map(crate::geometry::Point::from),
+            };
+            tree(&[triangle(0.0), triangle(10.0 * pitch)])
+        };
+        let (large, small) = (row(1.0), row(0.01));
+        let pose = Isometry::translation(10.2, 0.2, 0.0);
+        let (touching, counts) = counted(&large, &small, &pose);
+        assert_eq!((touching, counts.triangle_tests), (true, 1));
+        assert_eq!(counts.volume_tests, 5); // roots; large left, large right; small left, small right
+        assert_eq!(counted(&small, &large, &pose.inverse()).1.volume_tests, 5);
+    }
+
+    #[test]
+    fn counting_changes_no_answer_and_all_lists_every_contact_once() {
+        let triangles = meshes::torus(12.0, 4.0, 14, 7).triangles();
+        let torus = tree(&triangles);
+        let mut scratch = Scratch::default();
+        for step in 0..12 {
+            let pose = Isometry::new(
+                nalgebra::Vector3::new(2.6 * f64::from(step), 1.0, 0.3),
+                nalgebra::Vector3::new(0.3, 0.1, 0.2),
+            );
+            let expected = cases::contacts(&triangles, &triangles, &pose);
+            let silent = first(&torus, &torus, &pose, &mut scratch, &mut NoProbe);
+            assert_eq!(silent, counted(&torus, &torus, &pose).0);
+            assert_eq!(silent, !expected.is_empty());
+            let mut contacts = Vec::new();
+            all(&torus, &torus, &pose, &mut scratch, &mut NoProbe, &mut contacts);
+            contacts.sort_unstable();
+            assert_eq!(contacts, expected);
+        }
+    }
+
+    #[test]
+    fn a_query_may_stop_at_any_contact() {
+        let cube = tree(&meshes::cuboid(2.0, 2.0, 2.0).triangles());
+        let mut seen = 0;
+        let stopped = traverse(&cube, &cube, &Isometry::identity(), &mut Scratch::default(), &mut NoProbe, |_, _| {
+            seen += 1;
+            if seen == 3 { ControlFlow::Break(seen) } else { ControlFlow::Continue(()) }
+        });
+        assert_eq!(stopped, ControlFlow::Break(3));
+    }
+}

@@ -70,3 +70,47 @@ impl<V: BoundingVolume> Tree<V> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+    use crate::tree::{Policy, SplitRule};
+    use crate::volume::aabb::Aabb;
+
+    fn tree() -> Tree<Aabb> {
+        Tree::build(&meshes::cuboid(2.0, 3.0, 5.0).triangles(), Policy::own(SplitRule::Median))
+    }
+
+    #[test]
+    fn a_built_tree_is_well_formed() {
+        assert_eq!((tree().check_structure(), tree().check_containment(0.0)), (Ok(()), Ok(())));
+    }
+
+    #[test]
+    fn a_face_twice_or_beyond_the_last_is_found() {
+        let mut broken = tree();
+        broken.faces[3] = broken.faces[4];
+        assert_eq!(broken.check_structure(), Err(TreeFault::Faces));
+        broken.faces[3] = 12;
+        assert_eq!(broken.check_structure(), Err(TreeFault::Faces));
+    }
+
+    #[test]
+    fn children_that_overlap_or_leave_something_out_are_found() {
+        let mut broken = tree();
+        broken.nodes[1].count -= 1;
+        assert_eq!(broken.check_structure(), Err(TreeFault::Division { node: 0 }));
+        let mut broken = tree();
+        broken.nodes[2].first -= 1;
+        assert_eq!(broken.check_structure(), Err(TreeFault::Division { node: 0 }));
+    }
+
+    #[test]
+    fn a_volume_that_does_not_hold_its_triangles_is_found() {
+        let mut broken = tree();
+        broken.nodes[0].volume = broken.nodes[22].volume.clone(); // a leaf's
+        assert!(matches!(broken.check_containment(0.0), Err(TreeFault::Outside { node: 0, .. })));
+        assert_eq!(broken.check_containment(6.2), Ok(())); // the diagonal, √(4 + 9 + 25) = 6.16
+    }
+}

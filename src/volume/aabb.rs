@@ -4,7 +4,7 @@
 //! of a mesh share its axes, the rotation between two boxes, and its absolute values, are constants of the pose. The box
 //! is not re-fitted in the world frame: that would be another variant.
 
-use super::separating_axes::{pad_mm, separated, widened_abs};
+use super::separating_axes::{box_contains, pad_mm, separated, widened_abs};
 use super::{BoundingVolume, Info, Segment, box_outline, coordinate_axes_by_extent};
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use nalgebra::{Matrix3, Unit};
@@ -52,8 +52,7 @@ impl BoundingVolume for Aabb {
     }
 
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
-        let d = point - self.centre;
-        (0..3).all(|i| d[i].abs() <= self.half[i] + slack_mm)
+        box_contains(&(point - self.centre), &self.half, slack_mm)
     }
 
     fn centre(&self) -> Point {

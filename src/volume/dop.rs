@@ -134,6 +134,7 @@ impl<D: Directions<K>, const K: usize> BoundingVolume for Dop<D, K> {
         (0..K).all(|k| !disjoint(other.high[k], other.negated_low[k], self.interval(&pose.along_b[k])))
     }
 
+    /// Slack is taken slab by slab: beyond an edge or a corner, a point may be a little farther off than that.
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         D::normals().iter().enumerate().all(|(k, normal)| {
             let x = normal.dot(&point.coords);

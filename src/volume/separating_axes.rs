@@ -57,6 +57,13 @@ pub fn separated(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: 
     false
 }
 
+/// Whether a point lies within `slack_mm` of a box with half-lengths `half`; `x` is the point seen from the centre, in the
+/// box's axes, mm.
+#[must_use]
+pub fn box_contains(x: &Vector, half: &Vector, slack_mm: f64) -> bool {
+    (x.abs() - half).sup(&Vector::zeros()).norm_squared() <= slack_mm * slack_mm
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -70,6 +77,14 @@ mod tests {
     fn aligned_unit_boxes_part_at_distance_two() {
         assert!(!apart(Vector::new(2.0, 0.0, 0.0), Matrix3::identity()));
         assert!(apart(Vector::new(2.0 + 1e-9, 0.0, 0.0), Matrix3::identity()));
+    }
+
+    #[test]
+    fn slack_is_a_distance() {
+        let half = Vector::new(1.0, 2.0, 3.0);
+        assert!(box_contains(&Vector::new(-1.0, 2.0, 0.0), &half, 0.0));
+        let x = Vector::new(4.0, -6.0, 3.0); // 3 beyond one face and 4 beyond another: 5 from the edge
+        assert!(box_contains(&x, &half, 5.0) && !box_contains(&x, &half, 4.999));
     }
 
     #[test]

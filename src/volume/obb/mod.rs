@@ -4,7 +4,7 @@
 pub mod centre;
 pub mod frame;
 
-use super::separating_axes::{pad_mm, separated, widened_abs};
+use super::separating_axes::{box_contains, pad_mm, separated, widened_abs};
 use super::{BoundingVolume, Info, Segment, box_outline};
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use centre::CentreRule;
@@ -73,8 +73,7 @@ impl<R: ObbRule> BoundingVolume for Obb<R> {
     }
 
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
-        let x = self.axes.tr_mul(&(point - self.centre));
-        (0..3).all(|i| x[i].abs() <= self.half[i] + slack_mm)
+        box_contains(&self.axes.tr_mul(&(point - self.centre)), &self.half, slack_mm)
     }
 
     fn centre(&self) -> Point {
