@@ -16,7 +16,7 @@ pub struct Options {
     run: RunOptions,
 }
 
-pub fn run(options: Options, registry: &Registry) -> Result<u8> {
+pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let mut run = options.run.open(registry)?;
     let bar = Bar::new(options.run.output.quiet);
     launch::measure(&mut run, &options.run.cache_folder(), &bar)?;

@@ -68,6 +68,7 @@ enum Verb {
 
 /// Runs the command line of this process over the variants of `registry`.
 #[must_use]
+#[expect(clippy::needless_pass_by_value, reason = "a `main` builds the registry and is done with it")]
 pub fn main_with(registry: Registry) -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
@@ -89,10 +90,10 @@ pub fn main_with(registry: Registry) -> ExitCode {
 
 fn run(verb: Verb, registry: &Registry) -> Result<u8> {
     match verb {
-        Verb::Repro(options) => repro::run(options, registry),
+        Verb::Repro(options) => repro::run(&options, registry),
         Verb::List(options) => list::run(&options, registry),
-        Verb::Verify(options) => verify::run(options, registry),
-        Verb::Measure(options) => measure::run(options, registry),
+        Verb::Verify(options) => verify::run(&options, registry),
+        Verb::Measure(options) => measure::run(&options, registry),
         Verb::Analyze(options) => analyze::run(&options),
         Verb::Plot(options) => plot::run(&options),
         Verb::Report(options) => report::run(&options),

@@ -24,7 +24,7 @@ pub struct Options {
     claims: Option<PathBuf>,
 }
 
-pub fn run(options: Options, registry: &Registry) -> Result<u8> {
+pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let claims = options.claims.as_deref().map_or_else(|| Ok(ClaimSet::standard()), ClaimSet::read)?;
     let mut run = options.run.open(registry)?;
     let bar = Bar::new(options.run.output.quiet);

@@ -21,7 +21,7 @@ pub struct Options {
     run: RunOptions,
 }
 
-pub fn run(options: Options, registry: &Registry) -> Result<u8> {
+pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let mut run = options.run.open(registry)?;
     let bar = Bar::new(options.run.output.quiet);
     let verification = run.verify(&bar)?;

@@ -134,7 +134,7 @@ pub fn check(variant: &Variant) -> Result<(), Fault> {
 /// # Errors
 /// The first tree that does not.
 pub fn structure(variant: &Variant) -> Result<(), Fault> {
-    each_tree(variant, |model| model.check_structure())
+    each_tree(variant, Model::check_structure)
 }
 
 /// Under every policy each node's volume contains every corner of the node's triangles, without slack.

@@ -86,7 +86,7 @@ fn sweep(start: [f64; 2], end: [f64; 2], centre: [f64; 2], clockwise: bool, turn
     let to = (end[1] - centre[1]).atan2(end[0] - centre[0]);
     let direction = if clockwise { -1.0 } else { 1.0 };
     let mut angle = (direction * (to - from)).rem_euclid(TAU);
-    if angle < FULL_TURN_TOLERANCE || angle > TAU - FULL_TURN_TOLERANCE {
+    if !(FULL_TURN_TOLERANCE..=TAU - FULL_TURN_TOLERANCE).contains(&angle) {
         angle = TAU;
     }
     direction * (angle + f64::from(turns - 1) * TAU)

@@ -180,7 +180,10 @@ impl Values {
     /// A fault at a word.
     pub fn fault(&self, letter: char, cause: Cause) -> Fault {
         let value = self.letters[slot(letter)].as_ref();
-        value.map_or_else(|| Fault::new(1, "", cause.clone()), |v| Fault::new(v.column, v.text.clone(), cause.clone()))
+        match value {
+            Some(value) => Fault::new(value.column, value.text.clone(), cause),
+            None => Fault::new(1, "", cause),
+        }
     }
 
     /// An error if some word has been used by nothing.

@@ -33,12 +33,9 @@ impl Interpreter<'_> {
             let index = if system < 590 { (system - 540) / 10 } else { 5 + system - 590 };
             self.select_system(index.unsigned_abs() as usize);
         }
-        match values.number(Group::PathControl) {
-            Some(640) => {
-                values.take('p');
-                values.take('q');
-            }
-            Some(_) | None => {}
+        if values.number(Group::PathControl) == Some(640) {
+            values.take('p');
+            values.take('q');
         }
         if let Some(distance) = values.number(Group::Distance) {
             self.modes.incremental = distance == 910;

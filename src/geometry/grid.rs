@@ -78,7 +78,7 @@ mod tests {
         for (x, steps) in [(0.0, 0.0), (STEP_MM * 0.49, 0.0), (STEP_MM * 0.51, 1.0), (-STEP_MM * 2.6, -3.0)] {
             assert_eq!(snap_coordinate(x), steps * STEP_MM, "{x}");
         }
-        for x in [4095.123_456_789, -4095.999_999_999, 1e-9, 0.1] {
+        for x in [4_095.123_456_789, -4_095.999_999_999, 1e-9, 0.1] {
             let snapped = snap_coordinate(x);
             assert!((snapped - x).abs() <= STEP_MM / 2.0);
             assert_eq!((snapped / STEP_MM).fract(), 0.0);

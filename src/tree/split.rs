@@ -100,15 +100,15 @@ fn halve(items: &mut [Item], axis: &Unit<Vector>) -> usize {
 fn cheapest_bin_boundary(items: &[Item], axes: &[Unit<Vector>; 3]) -> Option<(usize, f64)> {
     let frame = covariance::frame_of(axes);
     let mut best: Option<(f64, usize, f64)> = None;
-    for axis in 0..3 {
-        let (low, high) = extent(items.iter().map(|i| along(&i.triangle, &axes[axis])));
+    for (axis, direction) in axes.iter().enumerate() {
+        let (low, high) = extent(items.iter().map(|i| along(&i.triangle, direction)));
         if high <= low {
             continue;
         }
         let width = (high - low) / BINS as f64;
         let mut bins: [Option<(usize, Vector, Vector)>; BINS] = [None; BINS];
         for item in items {
-            let bin = (((along(&item.triangle, &axes[axis]) - low) / width) as usize).min(BINS - 1);
+            let bin = (((along(&item.triangle, direction) - low) / width) as usize).min(BINS - 1);
             let (l, h) = item
                 .triangle
                 .corners
