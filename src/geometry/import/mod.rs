@@ -1,7 +1,7 @@
 //! Mesh files: STL (binary and text), OBJ and OFF, with what was found in them and what was done about it.
 //!
-//! A file is read whole, its triangles are scaled to mm and welded: corners that fall on the same point of the coordinate
-//! grid become one vertex. Then, because a triangle is a set of points here:
+//! A file is read whole, its triangles are scaled to mm and welded: corners that fall on the same point of the
+//! coordinate grid become one vertex. Then, because a triangle is a set of points here:
 //!
 //! - a triangle that collapses (two corners weld) is dropped: in a closed mesh its points belong to its neighbours;
 //! - a triangle with the same three corners as an earlier one, in any order, is dropped;
@@ -110,8 +110,8 @@ const LARGEST_FILE: u64 = 1 << 32;
 /// Reads a mesh file. The extension says what it is (`.stl`, `.obj`, `.off`); without one of these, its beginning does.
 ///
 /// # Errors
-/// [`ImportError`] with the file and the line, or the triangle and the byte, when the file cannot be read, is not a mesh, is
-/// cut short, disagrees with its own header, or has a coordinate that is not finite or beyond ±4096 mm.
+/// [`ImportError`] with the file and the line, or the triangle and the byte, when the file cannot be read, is not a
+/// mesh, is cut short, disagrees with its own header, or has a coordinate that is not finite or beyond ±4096 mm.
 pub fn load(path: &Path, unit: Unit) -> Result<Imported, ImportError> {
     let unreadable = |source| ImportError::Unreadable { path: path.into(), source };
     let bytes = std::fs::metadata(path).map_err(unreadable)?.len();

@@ -1,9 +1,9 @@
 //! Wavefront OBJ, through the `tobj` crate.
 //!
 //! Only vertex positions and faces mean anything here. `tobj` is given those alone, with the texture and normal indices
-//! taken off, so that a broken texture index cannot spoil a good mesh; and a line at a time, so that its errors get line
-//! numbers. Polygons are divided into fans from their first corner, which is right for convex ones. Lines and points
-//! are ignored, objects and groups become one mesh.
+//! taken off, so that a broken texture index cannot spoil a good mesh; and a line at a time, so that its errors get
+//! line numbers. Polygons are divided into fans from their first corner, which is right for convex ones. Lines and
+//! points are ignored, objects and groups become one mesh.
 
 use super::super::Point;
 use super::Raw;

@@ -1,9 +1,9 @@
 //! OFF, the Object File Format of Geomview, as text.
 //!
-//! Read here and not by a crate: `off-rs`, the one on the registry, keeps coordinates in single precision, wants the header
-//! alone on its line and reports no edges. The format is numbers on lines: a header (`OFF`, with `ST`, `C`, `N` before it
-//! when vertices carry more than a position, which is ignored), three counts, the vertices, and the faces with their
-//! number of corners first. Polygons are divided into fans from their first corner, which is right for convex ones.
+//! Read here and not by a crate: `off-rs`, the one on the registry, keeps coordinates in single precision and accepts
+//! no header but a bare `OFF` line. The format is numbers on lines: a header (`OFF`, with `ST`, `C`, `N` before it when
+//! vertices carry more than a position, which is ignored), three counts, the vertices, and the faces with their number
+//! of corners first. Polygons are divided into fans from their first corner, which is right for convex ones.
 
 use super::super::Point;
 use super::Raw;

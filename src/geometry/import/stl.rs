@@ -51,12 +51,13 @@ pub(super) fn read_text(path: &Path, content: &[u8]) -> Result<Raw, ImportError>
     let first_word = |line: &str| line.split_ascii_whitespace().next().map(str::to_owned);
     let last = text.lines().filter_map(first_word).next_back();
     // The lines that begin and end solids are blanked, so that all facets are in one, which has no end when the last
-    // has none. Line numbers stay.
-    let blank_ends = |line: &str| match first_word(line).as_deref() {
+    // has none. Normals, which some exporters write as NaN, become zero. Line numbers stay.
+    let neutral = |line: &str| match first_word(line).as_deref() {
         Some("solid" | "endsolid") => String::new(),
+        Some("facet") => "facet normal 0 0 0".to_owned(),
         _ => line.to_owned(),
     };
-    let mut lines: Vec<String> = text.lines().map(blank_ends).collect();
+    let mut lines: Vec<String> = text.lines().map(neutral).collect();
     if let Some(first) = lines.first_mut() {
         *first = "solid ".to_owned();
     }

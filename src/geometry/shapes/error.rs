@@ -118,8 +118,8 @@ impl ShapeError {
     }
 }
 
-/// Smallest length that a description may name, mm: 1 µm, some 67 000 steps of the coordinate grid, so that even a finely
-/// divided feature stays clear of the grid.
+/// Smallest length that a description may name, mm: 1 µm, some 67 000 steps of the coordinate grid, so that even a
+/// finely divided feature stays clear of the grid.
 pub(super) const SMALLEST_MM: f64 = 1e-3;
 /// Largest length that a description may name, mm: the whole range of the coordinate grid.
 pub(super) const LARGEST_MM: f64 = 2.0 * super::super::grid::LIMIT_MM;

@@ -4,8 +4,9 @@
 //! [`rounded_box`], [`thread`], [`round`] (common solids by name), [`compound`].
 //!
 //! Bounding volumes that weigh vertices and those that weigh areas differ only on nonuniform meshes, so the
-//! tessellations are nonuniform as those of real models are: plane faces are a few large triangles, fillets, holes and threads many
-//! small ones. [`Tessellation::grading`] changes how much so, at constant shape and nearly constant number.
+//! tessellations are nonuniform as those of real models are: plane faces are a few large triangles, fillets, holes and
+//! threads many small ones. [`Tessellation::grading`] changes how much so, at constant shape and nearly constant
+//! number.
 
 pub mod box_holes;
 pub mod compound;
@@ -74,8 +75,8 @@ impl Shape {
     /// The shape as a mesh. Every component of it is watertight, with outward winding and no triangle without area.
     ///
     /// # Errors
-    /// [`ShapeError`] with the field and the cause, when a number is not finite or out of range, an outline is clockwise
-    /// or meets itself, a fillet or hole does not fit, or there would be millions of triangles.
+    /// [`ShapeError`] with the field and the cause, when a number is not finite or out of range, an outline is
+    /// clockwise or meets itself, a fillet or hole does not fit, or there would be millions of triangles.
     pub fn mesh(&self, tessellation: &Tessellation) -> Result<Mesh, ShapeError> {
         self.assembly(tessellation)?.finish()
     }

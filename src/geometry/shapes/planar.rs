@@ -10,8 +10,8 @@ use super::tessellation::{Sizing, affordable};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::VecDeque;
 
-/// A plane face: loops of vertices that exist already, one outer and any number of holes, which lie on the grid and have
-/// been found disjoint. Seen from outside the solid, coordinates are right-handed when `mirrored` is false.
+/// A plane face: loops of vertices that exist already, one outer and any number of holes, which lie on the grid and
+/// have been found disjoint. Seen from outside the solid, coordinates are right-handed when `mirrored` is false.
 pub(super) struct Face<'a> {
     /// The loops, in any order and either sense.
     pub loops: &'a [Polygon],

@@ -10,9 +10,9 @@ use std::f64::consts::TAU;
 
 /// A profile turned once about the z axis: spindles, tool holders, cutters, centres, rims.
 ///
-/// Wherever the profile runs along the axis the solid is closed there; a profile that stays away from it makes a ring or
-/// a bore. Each circle has as many segments as its radius asks for, or half, a quarter, ... of those of the largest. The
-/// circles are inscribed, so walls thinner than the sagitta of their chords would cross; they are not looked for.
+/// Wherever the profile runs along the axis the solid is closed there; a profile that stays away from it makes a ring
+/// or a bore. Each circle has as many segments as its radius asks for, or half, a quarter, ... of those of the largest.
+/// The circles are inscribed, so walls thinner than the sagitta of their chords would cross; they are not looked for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Revolve {

@@ -1,8 +1,8 @@
 //! Cuboids with rounded edges and corners, and holes in their faces.
 //!
-//! The surface is that of a cuboid of lattice cells. Cells of the outermost layers are bent round: a lattice point there
-//! stands for a direction, whose components are tangents of equal angles, so that a quarter turn is divided evenly
-//! along the edges and nearly so at the corners.
+//! The surface is that of a cuboid of lattice cells. Cells of the outermost layers are bent round: a lattice point
+//! there stands for a direction, whose components are tangents of equal angles, so that a quarter turn is divided
+//! evenly along the edges and nearly so at the corners.
 
 use super::super::{Point, Vector};
 use super::box_holes::{BoxHole, Drilled, check_holes};

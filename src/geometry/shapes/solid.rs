@@ -4,8 +4,8 @@ use super::super::{Isometry, Mesh, Point, Triangle};
 use super::error::{Fault, ShapeError};
 use super::tessellation::MOST_TRIANGLES;
 
-/// One closed component under construction. Makers share vertices by index; nothing is welded by distance but what falls
-/// on the same point of the coordinate grid at the end.
+/// One closed component under construction. Makers share vertices by index; nothing is welded by distance but what
+/// falls on the same point of the coordinate grid at the end.
 #[derive(Debug, Default)]
 pub(super) struct Surface {
     vertices: Vec<Point>,

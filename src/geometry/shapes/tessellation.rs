@@ -27,11 +27,14 @@ const GRADING: (f64, f64) = (1.0 / 16.0, 16.0);
 
 /// How finely a shape is divided, and where.
 ///
-/// A curve of radius r mm gets 2π·√(r/0.16) segments per full turn times `density · grading^(e/2)`, where
-/// e = (10 - r)/(10 + r) runs from 1 for the finest detail over 0 at a radius of 10 mm to -1 for a plane; straight edges and plane faces have edges of
-/// at most 40 mm divided by `density · grading^(-1/2)`. When the grading is not 1, all segment numbers are scaled once
-/// more by a common factor, found by bisection, that brings the number of triangles back to what it is at grading 1, as
-/// nearly as whole segments and their least numbers (8 per turn, 1 per edge) allow.
+/// A curve of radius r mm gets 2π·√(r/0.16) segments per full turn times `density · grading^(e/2)`, where e = (10 -
+/// r)/(10 + r) runs from 1 for the finest detail over 0 at a radius of 10 mm to -1 for a plane. Straight edges and
+/// plane faces are divided so that their edges are about 40 mm or shorter, divided by `density · grading^(-1/2)`.
+///
+/// When the grading is not 1, all numbers of segments are scaled once more by a common factor, found by bisection, that
+/// brings the number of triangles back to what it is at grading 1 as nearly as whole segments and their least numbers
+/// (8 per turn, 1 per edge) allow: within a few per cent for a part of some thousand triangles. A shape that has
+/// nothing to move from or to, such as a plain ball, hardly changes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tessellation {
