@@ -1,5 +1,7 @@
 //! The command line from outside: what it writes, what it refuses, and what is left of a run that was killed.
 
+#![expect(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
