@@ -1,5 +1,7 @@
 //! Canonical moves: what a program means once every mode, offset, unit and expression is resolved.
 
+use std::fmt::Write;
+
 /// The nine axes of ISO 841 as RS274/NGC uses them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[expect(missing_docs, reason = "the names are the documentation")]
@@ -114,8 +116,57 @@ pub struct Move {
     pub line: u32,
     /// How.
     pub kind: MoveKind,
-    /// Where to, in machine coordinates of the controlled point (offsets resolved): mm and radians.
+    /// Where to, as axis positions (work, G92 and tool offsets resolved): mm and radians.
     pub end: Position,
     /// Feed rate in force, mm/min; `None` for rapids and for modes without one.
     pub feed_mm_min: Option<f64>,
+}
+
+/// Moves as text, one a line: source line, kind, the end's X, Y, Z and every axis that is ever not zero,
+/// mm and degrees with four decimals; an arc adds plane, centre and sweep, a feed move its rate.
+#[must_use]
+pub fn render(moves: &[Move]) -> String {
+    let shown =
+        Axis::ALL.map(|axis| moves.iter().any(|step| step.end[axis] != 0.0) || axis as usize <= Axis::Z as usize);
+    let mut text = String::new();
+    for step in moves {
+        // Writing to a string cannot fail.
+        let _ = render_move(&mut text, step, &shown);
+    }
+    text
+}
+
+fn render_move(text: &mut String, step: &Move, shown: &[bool; 9]) -> std::fmt::Result {
+    let name = match step.kind {
+        MoveKind::Rapid => "rapid",
+        MoveKind::Feed => "feed",
+        MoveKind::Arc { .. } => "arc",
+        MoveKind::Dwell { .. } => "dwell",
+        MoveKind::ToolChange { .. } => "tool",
+    };
+    write!(text, "{:>4} {name}", step.line)?;
+    match step.kind {
+        MoveKind::Dwell { seconds } => return writeln!(text, " {}", fixed(seconds)),
+        MoveKind::ToolChange { tool } => return writeln!(text, " {tool}"),
+        _ => {}
+    }
+    for axis in Axis::ALL.into_iter().filter(|&axis| shown[axis as usize]) {
+        let value = if axis.is_rotary() { step.end[axis].to_degrees() } else { step.end[axis] };
+        write!(text, " {}{}", axis.letter(), fixed(value))?;
+    }
+    if let MoveKind::Arc { plane, centre, sweep } = step.kind {
+        let name = plane.axes().map(Axis::letter);
+        let [u, v] = centre.map(fixed);
+        write!(text, " {}{} centre {u} {v} sweep {}", name[0], name[1], fixed(sweep.to_degrees()))?;
+    }
+    match step.feed_mm_min {
+        Some(feed) => writeln!(text, " F{}", fixed(feed)),
+        None => writeln!(text),
+    }
+}
+
+/// Four decimals, and no minus before a zero.
+fn fixed(value: f64) -> String {
+    let text = format!("{value:.4}");
+    if text == "-0.0000" { "0.0000".to_owned() } else { text }
 }

@@ -120,12 +120,6 @@ impl Expression {
         Ok(Self { steps })
     }
 
-    /// A plain number.
-    #[cfg(test)]
-    pub fn parse(text: &str) -> Result<Self, Fault> {
-        Self::value(&mut Cursor::new(text)?)
-    }
-
     /// What it comes to. The result is finite.
     pub fn evaluate(&self, parameters: &Parameters) -> Result<f64, Fault> {
         let mut stack: Vec<f64> = Vec::new();

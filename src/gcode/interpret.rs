@@ -4,19 +4,20 @@
 //! Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, NISTIR 6556; LinuxCNC's G-code reference.
 
 use super::block::{Block, Target};
-use super::canonical::{Move, MoveKind};
+use super::canonical::{Axis, Move, MoveKind, Plane};
 use super::error::{Cause, Fault, GcodeError};
 use super::modal::{FeedMode, Group, Modes, Values};
 use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
+use super::oword::{Control, FlowTable};
 use super::parameters::Parameters;
 use super::setup::Setup;
 use std::path::Path;
 
 /// Most moves a program may produce.
-pub const MAX_MOVES: usize = 10_000_000;
+pub const MAX_MOVES: usize = 4_000_000;
 
 /// Most blocks a program may execute: ends loops that never end.
-pub const MAX_EXECUTED_BLOCKS: usize = 20_000_000;
+pub const MAX_EXECUTED_BLOCKS: usize = 10_000_000;
 
 /// What a program comes to.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,8 +48,17 @@ pub fn interpret(source: &str, file: &Path, setup: &Setup) -> Result<Program, Gc
 /// Whether the program goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
-    Continue,
+    /// With the line of this index.
+    Line(usize),
     End,
+}
+
+/// The lines up to the program's end as its `%` signs mark it: the second one when the text starts with one, else the
+/// first.
+fn program_text(lines: &[String]) -> &[String] {
+    let first = lines.iter().position(|line| !line.trim().is_empty()).unwrap_or(0);
+    let end = lines.iter().skip(first + 1).position(|line| line.trim() == "%").map(|i| first + 1 + i);
+    &lines[..end.unwrap_or(lines.len())]
 }
 
 /// The controller.
@@ -62,6 +72,7 @@ pub(super) struct Interpreter<'a> {
     pub tools: std::collections::BTreeMap<u32, super::setup::Tool>,
     pub tool: u32,
     pub selected_tool: u32,
+    pub control: Control,
     pub moves: Vec<Move>,
     /// The line being executed, from 1.
     pub line: u32,
@@ -91,6 +102,7 @@ impl<'a> Interpreter<'a> {
             tools: setup.tools.clone(),
             tool: setup.tool,
             selected_tool: setup.tool,
+            control: Control::default(),
             moves: Vec::new(),
             line: 0,
         };
@@ -99,33 +111,38 @@ impl<'a> Interpreter<'a> {
     }
 
     fn run(&mut self, lines: &[String]) -> Result<(), Fault> {
-        let delimited = lines.iter().find(|line| !line.trim().is_empty()).is_some_and(|line| line.trim() == "%");
-        let mut percent_signs = 0;
-        for (index, line) in lines.iter().enumerate() {
+        let lines = program_text(lines);
+        let blocks: Vec<Result<Block, Fault>> = lines.iter().map(|line| self.parse(line)).collect();
+        let table = FlowTable::of(&blocks).map_err(|(index, fault)| {
             self.line = index as u32 + 1;
-            if line.trim() == "%" {
-                percent_signs += 1;
-                if !delimited || percent_signs == 2 {
-                    return Ok(());
-                }
-                continue;
-            }
-            let block = Block::parse(line)?;
-            if block.deletable && self.setup.block_delete {
-                continue;
-            }
-            if let Some(flow) = &block.flow {
-                return Err(Fault::new(flow.column, flow.text.clone(), Cause::Unsupported));
-            }
-            if self.execute(&block)? == Next::End {
-                return Ok(());
-            }
+            fault
+        })?;
+        let mut at = 0;
+        for _ in 0..MAX_EXECUTED_BLOCKS {
+            let Some(block) = blocks.get(at) else { return Ok(()) };
+            self.line = at as u32 + 1;
+            let block = block.as_ref().map_err(Clone::clone)?;
+            self.refresh_parameters();
+            at = match &block.flow {
+                Some(flow) => self.obey_flow(&table, &blocks, flow, at)?,
+                None => match self.execute(block, &table, at)? {
+                    Next::Line(line) => line,
+                    Next::End => return Ok(()),
+                },
+            };
         }
-        Ok(())
+        Err(Fault::new(1, "", Cause::Limit { limit: MAX_EXECUTED_BLOCKS, what: "blocks executed" }))
     }
 
-    /// Executes a block: evaluates everything, then assigns, then obeys.
-    fn execute(&mut self, block: &Block) -> Result<Next, Fault> {
+    fn parse(&self, line: &str) -> Result<Block, Fault> {
+        if line.trim() == "%" || (self.setup.block_delete && line.trim_start().starts_with('/')) {
+            return Ok(Block::default());
+        }
+        Block::parse(line)
+    }
+
+    /// Executes a block at index `at`: evaluates everything, then assigns, then obeys.
+    fn execute(&mut self, block: &Block, table: &FlowTable, at: usize) -> Result<Next, Fault> {
         let values = Values::of(block, &self.parameters)?;
         self.assign(block)?;
         self.set_feed_and_speed(&values)?;
@@ -137,10 +154,60 @@ impl<'a> Interpreter<'a> {
         self.obey_motion(&values)?;
         let next = match values.number(Group::Stop) {
             Some(2 | 30) => Next::End,
-            _ => Next::Continue,
+            _ => self.obey_subprogram(table, &values, at)?,
         };
         values.check_all_used()?;
         Ok(next)
+    }
+
+    /// Brings the parameters that mirror the controller's state up to date.
+    fn refresh_parameters(&mut self) {
+        let program = self.offsets.to_program(&self.position);
+        let in_units = |i: usize, value: f64, halved: bool| match Axis::ALL[i] {
+            axis if axis.is_rotary() => value,
+            Axis::X if halved && self.modes.diameter => 2.0 * value / self.modes.unit_mm(),
+            _ => value / self.modes.unit_mm(),
+        };
+        let relative: Values9 = std::array::from_fn(|i| in_units(i, program[i], true));
+        let absolute: Values9 = std::array::from_fn(|i| in_units(i, self.position[i], false));
+        let tool: Values9 = std::array::from_fn(|i| in_units(i, self.offsets.tool[i], false));
+        let modes = &self.modes;
+        let plane = match modes.plane {
+            Plane::Xy => 170.0,
+            Plane::Zx => 180.0,
+            Plane::Yz => 190.0,
+        };
+        let system = if modes.system < 6 { 540 + 10 * modes.system } else { 585 + modes.system };
+        let yes = |condition: bool| f64::from(condition);
+        let state = [
+            modes.motion.map_or(800.0, f64::from),
+            plane,
+            system as f64,
+            yes(!modes.inches),
+            yes(modes.inches),
+            yes(!modes.incremental),
+            yes(modes.incremental),
+            yes(modes.feed_mode == FeedMode::InverseTime),
+            yes(modes.feed_mode == FeedMode::PerMinute),
+            yes(modes.feed_mode == FeedMode::PerRevolution),
+            modes.feed / if modes.feed_mode == FeedMode::InverseTime { 1.0 } else { modes.unit_mm() },
+            modes.speed,
+            f64::from(self.tool),
+            f64::from(self.selected_tool),
+            yes(modes.diameter),
+            yes(!modes.diameter),
+            self.control.depth() as f64,
+            f64::from(self.line),
+        ];
+        let parameters = &mut self.parameters;
+        parameters.system[..9].copy_from_slice(&relative);
+        parameters.system[9..18].copy_from_slice(&absolute);
+        parameters.system[18..18 + state.len()].copy_from_slice(&state);
+        parameters.put(5400, f64::from(self.tool));
+        for i in 0..9 {
+            parameters.put(5401 + i, tool[i]);
+            parameters.put(5420 + i, relative[i]);
+        }
     }
 
     /// Assigns parameters: all right-hand sides are evaluated first (NISTIR 6556, section 3.3.2.1).

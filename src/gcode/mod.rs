@@ -12,6 +12,7 @@ mod offsets;
 pub mod arc;
 mod datum;
 mod motion;
+pub mod oword;
 pub mod interpret;
 pub mod path;
 

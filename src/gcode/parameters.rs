@@ -68,7 +68,8 @@ pub(super) struct Parameters {
 #[derive(Clone, Debug, Default)]
 struct Frame {
     locals: BTreeMap<String, f64>,
-    saved: [f64; LOCAL_PARAMETERS],
+    /// The caller's `#1` to `#30`; `None` for M98, which shares them.
+    saved: Option<[f64; LOCAL_PARAMETERS]>,
 }
 
 impl Parameters {
@@ -143,19 +144,34 @@ impl Parameters {
     /// Enters a subroutine: `#1` to `#30` become the arguments, then zeros; no named local is seen.
     pub fn enter(&mut self, arguments: &[f64]) {
         let mut frame = Frame::default();
-        frame.saved.copy_from_slice(&self.numbered[1..=LOCAL_PARAMETERS]);
+        let mut saved = [0.0; LOCAL_PARAMETERS];
+        saved.copy_from_slice(&self.numbered[1..=LOCAL_PARAMETERS]);
+        frame.saved = Some(saved);
         self.frames.push(frame);
         for (i, local) in self.numbered[1..=LOCAL_PARAMETERS].iter_mut().enumerate() {
             *local = arguments.get(i).copied().unwrap_or(0.0);
         }
     }
 
+    /// Enters a subroutine by M98: it sees its caller's `#1` to `#30`, but none of its named locals.
+    pub fn enter_plain(&mut self) {
+        self.frames.push(Frame::default());
+    }
+
+    /// Sets what the last subroutine returned.
+    pub fn set_returned(&mut self, value: Option<f64>) {
+        let last = self.system.len();
+        self.system[last - 2] = value.unwrap_or(0.0);
+        self.system[last - 1] = f64::from(value.is_some());
+    }
+
     /// Leaves a subroutine.
     pub fn leave(&mut self) {
         if self.frames.len() > 1
             && let Some(frame) = self.frames.pop()
+            && let Some(saved) = frame.saved
         {
-            self.numbered[1..=LOCAL_PARAMETERS].copy_from_slice(&frame.saved);
+            self.numbered[1..=LOCAL_PARAMETERS].copy_from_slice(&saved);
         }
     }
 }

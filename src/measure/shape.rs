@@ -10,6 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Faces that meet at a sharper angle than this show an edge in a drawing, degrees.
 const FEATURE_ANGLE_DEG: f64 = 30.0;
+/// The same for edges on the convex hull: a fillet is seen as an outline, and drawings reach the part's extremes.
+const OUTLINE_ANGLE_DEG: f64 = 2.0;
 
 /// What there is to say about the trees over a scene's examined parts.
 #[derive(Clone, Debug, Default)]
@@ -102,7 +104,8 @@ fn outline_rows(scene: &Scene, part: usize, variant: &str, segments: &[Segment])
     segments.iter().map(row).collect()
 }
 
-/// The edges at which neighbouring faces meet at more than [`FEATURE_ANGLE_DEG`], or that have one face only.
+/// The edges at which neighbouring faces meet at more than [`FEATURE_ANGLE_DEG`] ([`OUTLINE_ANGLE_DEG`] on the convex hull), or
+/// that have one face only.
 fn feature_edges(mesh: &Mesh) -> Vec<Segment> {
     let normals: Vec<_> = mesh.triangles().iter().map(|t| t.double_area_normal().try_normalize(0.0)).collect();
     let mut faces_of: BTreeMap<(u32, u32), Vec<usize>> = BTreeMap::new();
@@ -112,13 +115,27 @@ fn feature_edges(mesh: &Mesh) -> Vec<Segment> {
             faces_of.entry((p.min(q), p.max(q))).or_default().push(face);
         }
     }
-    let cosine = FEATURE_ANGLE_DEG.to_radians().cos();
-    let is_feature = |faces: &[usize]| match faces {
-        &[one, other] => normals[one].zip(normals[other]).is_some_and(|(n, m)| n.dot(&m) < cosine),
-        _ => true,
+    let on_hull = hull_vertices(mesh);
+    let (sharp, slight) = (FEATURE_ANGLE_DEG.to_radians().cos(), OUTLINE_ANGLE_DEG.to_radians().cos());
+    let is_feature = |&(p, q): &(u32, u32), faces: &[usize]| {
+        let cosine = if on_hull.contains(&p) && on_hull.contains(&q) { slight } else { sharp };
+        match faces {
+            &[one, other] => normals[one].zip(normals[other]).is_some_and(|(n, m)| n.dot(&m) < cosine),
+            _ => true,
+        }
     };
     let vertex = |v: u32| mesh.vertices()[v as usize];
-    faces_of.iter().filter(|(_, faces)| is_feature(faces)).map(|(&(p, q), _)| [vertex(p), vertex(q)]).collect()
+    faces_of.iter().filter(|(edge, faces)| is_feature(edge, faces)).map(|(&(p, q), _)| [vertex(p), vertex(q)]).collect()
+}
+
+/// The vertices on the convex hull; none for a part without one.
+fn hull_vertices(mesh: &Mesh) -> BTreeSet<u32> {
+    let points: Vec<_> = mesh.vertices().iter().map(|p| p.coords.into()).collect();
+    let Ok((corners, _)) = parry3d_f64::transformation::try_convex_hull(&points) else { return BTreeSet::new() };
+    let key = |p: [f64; 3]| p.map(|x| (x + 0.0).to_bits());
+    let corners: BTreeSet<[u64; 3]> = corners.iter().map(|p| key([p.x, p.y, p.z])).collect();
+    let on_hull = mesh.vertices().iter().zip(0..).filter(|(p, _)| corners.contains(&key([p.x, p.y, p.z])));
+    on_hull.map(|(_, vertex)| vertex).collect()
 }
 
 #[cfg(test)]

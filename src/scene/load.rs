@@ -183,7 +183,9 @@ fn part_mesh(
             let path = format!("{}{path}", document.base);
             // Read for its hash, and so that a missing file is reported as every other missing file is.
             folder.bytes(&path)?;
-            import::load(&folder.path(&path), file.unit.unwrap_or_default()).map_err(|error| failed(error.into()))
+            import::load(&folder.path(&path), file.unit.unwrap_or_default())
+                .map(|imported| imported.mesh)
+                .map_err(|error| failed(error.into()))
         }
         _ => refuse("either `shape` or `mesh` must be given"),
     }

@@ -1,18 +1,186 @@
-//! SHIM
-use crate::geometry::{Mesh, Point};
-/// shim
-#[derive(Debug, Clone, Copy, Default, serde::Deserialize)]
+//! Mesh files: STL (binary and text), OBJ and OFF, with what was found in them and what was done about it.
+//!
+//! A file is read whole, its triangles are scaled to mm and welded: corners that fall on the same point of the coordinate
+//! grid become one vertex. Then, because a triangle is a set of points here:
+//!
+//! - a triangle that collapses (two corners weld) is dropped: in a closed mesh its points belong to its neighbours;
+//! - a triangle with the same three corners as an earlier one, in any order, is dropped;
+//! - a triangle with three different corners on a line is kept: it weighs nothing, its corners count, and dropping it
+//!   would open its neighbours.
+//!
+//! Nothing else is repaired. What the edges are like afterwards is in the report.
+
+mod error;
+mod lines;
+mod obj;
+mod off;
+mod stl;
+#[cfg(test)]
+mod tests;
+
+pub use error::{ImportError, Place};
+pub use stl::write as write_stl;
+
+use super::{Mesh, Point, mesh::EdgeReport};
+use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
+use std::path::Path;
+
+/// The unit of a file's coordinates; the formats do not say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Unit {
-    /// shim
+    /// Millimetres.
     #[default]
     Mm,
-    /// shim
+    /// Centimetres.
+    Cm,
+    /// Metres.
     M,
+    /// Inches.
+    Inch,
 }
-/// shim
-pub fn load(path: &std::path::Path, _: Unit) -> Result<Mesh, Box<dyn std::error::Error + Send + Sync>> {
-    let m = stl_io::read_stl(&mut std::fs::File::open(path)?)?;
-    let v = m.vertices.iter().map(|v| Point::new(v[0] as f64, v[1] as f64, v[2] as f64)).collect();
-    Ok(Mesh::new(v, m.faces.iter().map(|f| f.vertices.map(|i| i as u32)).collect())?)
+
+impl Unit {
+    /// How many mm one unit is.
+    #[must_use]
+    pub const fn in_mm(self) -> f64 {
+        match self {
+            Self::Mm => 1.0,
+            Self::Cm => 10.0,
+            Self::M => 1000.0,
+            Self::Inch => 25.4,
+        }
+    }
+}
+
+/// A file format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// STL as triangles of 50 bytes.
+    BinaryStl,
+    /// STL as text.
+    TextStl,
+    /// Wavefront OBJ.
+    Obj,
+    /// Object File Format, as text.
+    Off,
+}
+
+/// What was found in a file and what was done about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportReport {
+    /// The format it was read as.
+    pub format: Format,
+    /// Triangles in the file; polygons count as the triangles of their fans.
+    pub triangles_read: usize,
+    /// Triangles dropped because an earlier one has the same corners.
+    pub duplicate: usize,
+    /// Triangles dropped because corners of theirs fell together.
+    pub collapsed: usize,
+    /// Triangles kept although their corners are on a line.
+    pub degenerate: usize,
+    /// Vertices of the file's triangles that became one with an earlier vertex. STL has three per triangle.
+    pub welded_vertices: usize,
+    /// How the edges of the mesh fit together.
+    pub edges: EdgeReport,
+    /// Whether the mesh is closed but its triangles wind the wrong way round: its volume comes out negative.
+    pub inside_out: bool,
+}
+
+/// A mesh from a file, mm.
+#[derive(Clone, Debug)]
+pub struct Imported {
+    /// The mesh, mm, in the file's frame.
+    pub mesh: Mesh,
+    /// How it came about.
+    pub report: ImportReport,
+}
+
+/// What a reader returns: vertices in the file's unit and faces whose indices are valid.
+#[derive(Debug, Default)]
+struct Raw {
+    vertices: Vec<Point>,
+    faces: Vec<[u32; 3]>,
+}
+
+/// Largest file that is read, bytes. Text has at least 20 bytes per triangle, so that vertex indices fit 32 bits.
+const LARGEST_FILE: u64 = 1 << 32;
+
+/// Reads a mesh file. The extension says what it is (`.stl`, `.obj`, `.off`); without one of these, its beginning does.
+///
+/// # Errors
+/// [`ImportError`] with the file and the line, or the triangle and the byte, when the file cannot be read, is not a mesh, is
+/// cut short, disagrees with its own header, or has a coordinate that is not finite or beyond ±4096 mm.
+pub fn load(path: &Path, unit: Unit) -> Result<Imported, ImportError> {
+    let unreadable = |source| ImportError::Unreadable { path: path.into(), source };
+    let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
+    if bytes >= LARGEST_FILE {
+        return Err(ImportError::TooLarge { path: path.into(), bytes, most: LARGEST_FILE });
+    }
+    parse(path, &std::fs::read(path).map_err(unreadable)?, unit)
+}
+
+/// As [`load`], of a file's content; the path serves for its extension and for messages.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse(path: &Path, content: &[u8], unit: Unit) -> Result<Imported, ImportError> {
+    let Some(format) = format_of(path, content) else {
+        return Err(ImportError::UnknownFormat { path: path.into() });
+    };
+    let raw = match format {
+        Format::BinaryStl => stl::read_binary(path, content),
+        Format::TextStl => stl::read_text(path, content),
+        Format::Obj => obj::read(path, content),
+        Format::Off => off::read(path, content),
+    }?;
+    clean(raw, format, unit.in_mm()).map_err(|source| ImportError::NotAMesh { path: path.into(), source })
+}
+
+fn format_of(path: &Path, content: &[u8]) -> Option<Format> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    let stl = if stl::is_text(content) { Format::TextStl } else { Format::BinaryStl };
+    match extension.as_deref() {
+        Some("stl") => Some(stl),
+        Some("obj") => Some(Format::Obj),
+        Some("off") => Some(Format::Off),
+        _ if off::is_off(content) => Some(Format::Off),
+        _ if stl == Format::TextStl || stl::has_declared_size(content) => Some(stl),
+        _ if obj::is_obj(content) => Some(Format::Obj),
+        _ => None,
+    }
+}
+
+/// Scales, welds and drops, as the module's header says.
+fn clean(raw: Raw, format: Format, scale: f64) -> Result<Imported, super::MeshError> {
+    let triangles_read = raw.faces.len();
+    let referenced: HashSet<u32> = raw.faces.iter().flatten().copied().collect();
+    let scaled = Mesh::new(raw.vertices.iter().map(|p| p * scale).collect(), raw.faces)?;
+    let welded = Mesh::from_triangles(&scaled.triangles())?;
+    let welded_vertices = referenced.len() - welded.vertices().len();
+
+    let (mut duplicate, mut collapsed) = (0, 0);
+    let mut seen = HashSet::new();
+    let mut faces = Vec::with_capacity(triangles_read);
+    for &face in welded.faces() {
+        let mut corners = face;
+        corners.sort_unstable();
+        if corners[0] == corners[1] || corners[1] == corners[2] {
+            collapsed += 1;
+        } else if seen.insert(corners) {
+            faces.push(face);
+        } else {
+            duplicate += 1;
+        }
+    }
+    let kept = Mesh::new(welded.vertices().to_vec(), faces)?;
+    // Once more, to leave out vertices that only dropped triangles used.
+    let mesh = Mesh::from_triangles(&kept.triangles())?;
+    let degenerate = mesh.triangles().iter().filter(|t| t.area() <= 0.0).count();
+    let edges = mesh.edge_report();
+    let inside_out = edges.is_watertight() && mesh.signed_volume() < 0.0;
+    let report =
+        ImportReport { format, triangles_read, duplicate, collapsed, degenerate, welded_vertices, edges, inside_out };
+    Ok(Imported { mesh, report })
 }

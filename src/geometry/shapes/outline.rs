@@ -148,7 +148,7 @@ fn corners(field: &str, outline: &[OutlinePoint]) -> Result<Vec<Corner>, ShapeEr
             length(&name(".arc_mm"), corner.arc_mm.abs())?;
         }
         let (before, after) = (at(i) - at(i + n - 1), at(i + 1) - at(i));
-        if !(after.norm() > SAME_POINT_MM) {
+        if after.norm() <= SAME_POINT_MM {
             return Err(Fault::Coincident.at(name("")));
         }
         let turn = before.perp(&after).atan2(before.dot(&after));

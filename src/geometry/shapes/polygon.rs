@@ -115,19 +115,19 @@ pub(super) fn check_disjoint(field: &str, loops: &[Polygon]) -> Result<(), Shape
 pub(super) fn inset(polygon: &[P2], width: f64) -> Option<Polygon> {
     /// 1 + cos of the turn below which a corner is a spike: 0.01 stands for a corner of about 8°.
     const SHARPEST: f64 = 0.01;
-    let n = polygon.len();
-    let inward = |i: usize| {
-        let along = (polygon[(i + 1) % n] - polygon[i]).normalize();
+    let inward = |(from, to): (P2, P2)| {
+        let along = (to - from).normalize();
         Vector2::new(-along.y, along.x)
     };
-    let mut moved = Vec::with_capacity(n);
-    for i in 0..n {
-        let (before, after) = (inward((i + n - 1) % n), inward(i));
-        let scale = 1.0 + before.dot(&after);
+    let after: Vec<Vector2<f64>> = edges(polygon).map(inward).collect();
+    let before = after.iter().cycle().skip(after.len() - 1);
+    let mut moved = Vec::with_capacity(polygon.len());
+    for ((point, after), before) in polygon.iter().zip(&after).zip(before) {
+        let scale = 1.0 + before.dot(after);
         if scale < SHARPEST {
             return None;
         }
-        moved.push(polygon[i] + (before + after) * (width / scale));
+        moved.push(point + (before + after) * (width / scale));
     }
     let keeps_its_way = |((a, b), (c, d)): ((P2, P2), (P2, P2))| (b - a).dot(&(d - c)) > 0.0;
     let valid = edges(polygon).zip(edges(&moved)).all(keeps_its_way);

@@ -52,7 +52,7 @@ fn ring(surface: &mut Surface, radius: f64, z: f64, most: usize, sizing: &Sizing
         return vec![surface.vertex(Point::new(0.0, 0.0, z))];
     }
     let mut segments = most;
-    while segments % 2 == 0 && segments / 2 >= sizing.circle(radius) {
+    while segments.is_multiple_of(2) && segments / 2 >= sizing.circle(radius) {
         segments /= 2;
     }
     let vertex = |k: usize| {

@@ -1,0 +1,317 @@
+//! Control flow: O-words and M98, M99. Labels are matched once before the program runs; then each word is a jump.
+//!
+//! Meaning as LinuxCNC documents it ("O Codes"): `sub`, `endsub`, `return`, `call`; `if`, `elseif`, `else`, `endif`;
+//! `while`, `endwhile`; `do`, `while`; `repeat`, `endrepeat`; `break`, `continue`. `O100` alone starts a subroutine that
+//! ends at M99. Deviation: subroutines are looked for in the program itself only, never in other files.
+
+use super::block::{Block, Flow, Keyword, Label};
+use super::error::{Cause, Fault};
+use super::interpret::{Interpreter, Next};
+use super::modal::{Group, Values, whole};
+use std::collections::BTreeMap;
+
+/// Deepest nesting of subroutine calls.
+pub const MAX_CALL_DEPTH: usize = 64;
+
+/// A program's lines after parsing; a line that is wrong is an error only when it is executed.
+pub(super) type Lines = [Result<Block, Fault>];
+
+/// Partners of a control-flow line, as indices of lines.
+#[derive(Clone, Copy, Debug, Default)]
+struct Links {
+    /// The line that opens the construct.
+    open: usize,
+    /// The next branch of an `if`.
+    next: usize,
+    /// The line that closes the construct.
+    end: usize,
+}
+
+/// Where control goes from each line.
+#[derive(Debug)]
+pub(super) struct FlowTable {
+    links: Vec<Links>,
+    subroutines: BTreeMap<String, usize>,
+}
+
+/// A construct that is still open while labels are matched.
+struct Open<'a> {
+    label: &'a str,
+    keyword: Keyword,
+    line: usize,
+    branches: Vec<usize>,
+}
+
+fn flow_fault(flow: &Flow, cause: Cause) -> Fault {
+    Fault::new(flow.column, flow.text.clone(), cause)
+}
+
+impl FlowTable {
+    /// Matches the labels; an error names its line's index.
+    pub fn of(lines: &Lines) -> Result<Self, (usize, Fault)> {
+        let mut table = Self { links: vec![Links::default(); lines.len()], subroutines: BTreeMap::new() };
+        let mut open: Vec<Open> = Vec::new();
+        for (line, block) in lines.iter().enumerate() {
+            if let Ok(Block { flow: Some(flow), .. }) = block
+                && let Label::Fixed(label) = &flow.label
+            {
+                table.link(&mut open, line, label, flow.keyword).map_err(|cause| (line, flow_fault(flow, cause)))?;
+            }
+        }
+        match open.last() {
+            None => Ok(table),
+            Some(Open { line, .. }) => {
+                let flow = lines[*line].as_ref().ok().and_then(|block| block.flow.as_ref());
+                let cause = Cause::Flow("is never closed");
+                Err((*line, flow.map_or_else(|| Fault::new(1, "", cause.clone()), |f| flow_fault(f, cause.clone()))))
+            }
+        }
+    }
+
+    fn link<'a>(
+        &mut self,
+        open: &mut Vec<Open<'a>>,
+        line: usize,
+        label: &'a str,
+        keyword: Keyword,
+    ) -> Result<(), Cause> {
+        let innermost = open.last().filter(|entry| entry.label == label).map(|entry| entry.keyword);
+        match keyword {
+            Keyword::While if innermost == Some(Keyword::Do) => self.close(open, line),
+            Keyword::Sub | Keyword::If | Keyword::While | Keyword::Do | Keyword::Repeat => {
+                if keyword == Keyword::Sub {
+                    self.define(label, line)?;
+                }
+                open.push(Open { label, keyword, line, branches: vec![line] });
+            }
+            Keyword::ElseIf | Keyword::Else => match open.last_mut() {
+                Some(entry) if innermost == Some(Keyword::If) => entry.branches.push(line),
+                _ => return Err(Cause::Flow("has no `if` with this label")),
+            },
+            Keyword::EndIf if innermost == Some(Keyword::If) => self.close(open, line),
+            Keyword::EndSub if innermost == Some(Keyword::Sub) => self.close(open, line),
+            Keyword::EndWhile if innermost == Some(Keyword::While) => self.close(open, line),
+            Keyword::EndRepeat if innermost == Some(Keyword::Repeat) => self.close(open, line),
+            Keyword::EndIf | Keyword::EndSub | Keyword::EndWhile | Keyword::EndRepeat => {
+                return Err(Cause::Flow("closes nothing that is open"));
+            }
+            Keyword::Break | Keyword::Continue => {
+                let is_loop = |k| matches!(k, Keyword::While | Keyword::Do | Keyword::Repeat);
+                let enclosing = open.iter().rev().find(|entry| entry.label == label && is_loop(entry.keyword));
+                self.links[line].open = enclosing.ok_or(Cause::Flow("is in no loop with this label"))?.line;
+            }
+            Keyword::Label => self.define(label, line)?,
+            Keyword::Return | Keyword::Call => {}
+        }
+        Ok(())
+    }
+
+    fn define(&mut self, label: &str, line: usize) -> Result<(), Cause> {
+        match self.subroutines.insert(label.to_owned(), line) {
+            None => Ok(()),
+            Some(_) => Err(Cause::Flow("subroutine is defined twice")),
+        }
+    }
+
+    fn close(&mut self, open: &mut Vec<Open>, line: usize) {
+        let Some(entry) = open.pop() else { return };
+        for (i, &branch) in entry.branches.iter().enumerate() {
+            let next = entry.branches.get(i + 1).copied().unwrap_or(line);
+            self.links[branch] = Links { open: entry.line, next, end: line };
+        }
+        self.links[line] = Links { open: entry.line, next: line, end: line };
+    }
+}
+
+/// A call that has not returned.
+#[derive(Debug)]
+struct Call {
+    /// Index of the line to go on with.
+    back: usize,
+    /// First line of the body, and how often it still runs: M98 with L.
+    start: usize,
+    again: i32,
+    /// Running `repeat` loops of the callers.
+    repeats: usize,
+}
+
+/// Where control is.
+#[derive(Debug, Default)]
+pub(super) struct Control {
+    calls: Vec<Call>,
+    /// Running `repeat` loops: line and how often their body still runs.
+    repeats: Vec<(usize, f64)>,
+}
+
+impl Control {
+    /// How many subroutines are running.
+    pub fn depth(&self) -> usize {
+        self.calls.len()
+    }
+}
+
+impl Interpreter<'_> {
+    /// Obeys a control-flow line at index `at`: the index of the line to go on with.
+    pub(super) fn obey_flow(
+        &mut self,
+        table: &FlowTable,
+        lines: &Lines,
+        flow: &Flow,
+        at: usize,
+    ) -> Result<usize, Fault> {
+        let links = table.links[at];
+        Ok(match flow.keyword {
+            Keyword::Sub => links.end + 1,
+            Keyword::Label | Keyword::EndIf | Keyword::Do => at + 1,
+            Keyword::Call => return self.call(table, flow, at),
+            Keyword::Return | Keyword::EndSub => {
+                if self.control.calls.is_empty() {
+                    return Err(flow_fault(flow, Cause::Flow("is not in a subroutine that was called")));
+                }
+                if let Some(value) = flow.arguments.first() {
+                    let value = value.evaluate(&self.parameters)?;
+                    self.parameters.set_returned(Some(value));
+                } else {
+                    self.parameters.set_returned(None);
+                }
+                self.leave_subroutine().unwrap_or(at + 1)
+            }
+            Keyword::If => return self.choose_branch(table, lines, at),
+            // Reached from above: the branch before has run.
+            Keyword::ElseIf | Keyword::Else => links.end + 1,
+            Keyword::While if links.end == at => {
+                if self.condition(flow)? {
+                    links.open + 1
+                } else {
+                    at + 1
+                }
+            }
+            Keyword::While => {
+                if self.condition(flow)? {
+                    at + 1
+                } else {
+                    links.end + 1
+                }
+            }
+            Keyword::EndWhile => links.open,
+            Keyword::Repeat => {
+                let times = flow.arguments[0].evaluate(&self.parameters)?.round();
+                if times < 1.0 {
+                    links.end + 1
+                } else {
+                    self.control.repeats.push((at, times));
+                    at + 1
+                }
+            }
+            Keyword::EndRepeat => self.repeat_again(links.open, at),
+            Keyword::Break => {
+                let end = table.links[links.open].end;
+                self.drop_repeats(links.open, end);
+                end + 1
+            }
+            Keyword::Continue => {
+                let end = table.links[links.open].end;
+                self.drop_repeats(links.open + 1, end);
+                end
+            }
+        })
+    }
+
+    fn condition(&self, flow: &Flow) -> Result<bool, Fault> {
+        Ok(flow.arguments[0].evaluate(&self.parameters)? != 0.0)
+    }
+
+    fn choose_branch(&mut self, table: &FlowTable, lines: &Lines, start: usize) -> Result<usize, Fault> {
+        let mut at = start;
+        loop {
+            let Ok(Block { flow: Some(flow), .. }) = &lines[at] else { return Ok(at + 1) };
+            self.line = at as u32 + 1;
+            let taken = match flow.keyword {
+                Keyword::If | Keyword::ElseIf => self.condition(flow)?,
+                _ => true,
+            };
+            if taken {
+                return Ok(at + 1);
+            }
+            at = table.links[at].next;
+        }
+    }
+
+    fn repeat_again(&mut self, open: usize, at: usize) -> usize {
+        match self.control.repeats.last_mut() {
+            Some((line, left)) if *line == open && *left > 1.0 => {
+                *left -= 1.0;
+                open + 1
+            }
+            _ => {
+                self.drop_repeats(open, at);
+                at + 1
+            }
+        }
+    }
+
+    /// Forgets the running `repeat` loops of this call that began at lines `from` to `to`.
+    fn drop_repeats(&mut self, from: usize, to: usize) {
+        let floor = self.control.calls.last().map_or(0, |call| call.repeats);
+        while self.control.repeats.len() > floor {
+            match self.control.repeats.last() {
+                Some((line, _)) if (from..=to).contains(line) => self.control.repeats.pop(),
+                _ => break,
+            };
+        }
+    }
+
+    fn call(&mut self, table: &FlowTable, flow: &Flow, at: usize) -> Result<usize, Fault> {
+        let label = match &flow.label {
+            Label::Fixed(label) => label.clone(),
+            Label::Computed(number) => format!("{}", number.evaluate(&self.parameters)?.round()),
+        };
+        let arguments: Result<Vec<f64>, Fault> =
+            flow.arguments.iter().map(|argument| argument.evaluate(&self.parameters)).collect();
+        self.parameters.enter(&arguments?);
+        self.enter_subroutine(table, &label, at, 1).map_err(|cause| flow_fault(flow, cause))
+    }
+
+    fn enter_subroutine(&mut self, table: &FlowTable, label: &str, at: usize, times: i32) -> Result<usize, Cause> {
+        let &line = table.subroutines.get(label).ok_or(Cause::UnknownSubroutine)?;
+        if self.control.calls.len() >= MAX_CALL_DEPTH {
+            return Err(Cause::Limit { limit: MAX_CALL_DEPTH, what: "subroutine calls inside one another" });
+        }
+        let repeats = self.control.repeats.len();
+        self.control.calls.push(Call { back: at + 1, start: line + 1, again: times - 1, repeats });
+        Ok(line + 1)
+    }
+
+    /// Where to go on behind the present subroutine; `None` in the main program.
+    fn leave_subroutine(&mut self) -> Option<usize> {
+        let call = self.control.calls.last_mut()?;
+        self.control.repeats.truncate(call.repeats);
+        if call.again > 0 {
+            call.again -= 1;
+            return Some(call.start);
+        }
+        let back = call.back;
+        self.control.calls.pop();
+        self.parameters.leave();
+        Some(back)
+    }
+
+    /// M98 and M99 at the end of a block at index `at`.
+    pub(super) fn obey_subprogram(&mut self, table: &FlowTable, values: &Values, at: usize) -> Result<Next, Fault> {
+        let Some(code) = values.code(Group::Subprogram) else { return Ok(Next::Line(at + 1)) };
+        if code.number == 99 {
+            return Ok(self.leave_subroutine().map_or(Next::End, Next::Line));
+        }
+        let number = values.take('p').ok_or_else(|| code.fault(Cause::Missing("P, the subroutine's number,")))?;
+        let Some(label) = whole(number).filter(|&number| number >= 0) else {
+            return Err(values.fault('p', Cause::Range("P", "a subroutine's number")));
+        };
+        let times = values.take_whole('l', 0..=1_000_000, "L", "a whole number from 0 to 1000000")?.unwrap_or(1);
+        if times == 0 {
+            return Ok(Next::Line(at + 1));
+        }
+        self.parameters.enter_plain();
+        let line = self.enter_subroutine(table, &label.to_string(), at, times);
+        line.map(Next::Line).map_err(|cause| values.fault('p', cause))
+    }
+}

@@ -1,0 +1,96 @@
+//! Why a file is not a mesh.
+
+use super::super::MeshError;
+use std::fmt;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Where in a file something is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A line, counted from 1.
+    Line(usize),
+    /// A triangle, counted from 0, and the byte at which it begins.
+    Triangle {
+        /// Its number.
+        index: usize,
+        /// Offset from the beginning of the file.
+        byte: usize,
+    },
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Triangle { index, byte } => write!(f, "triangle {index} at byte {byte}"),
+        }
+    }
+}
+
+/// Why a file is not a mesh.
+#[derive(Debug, Error)]
+pub enum ImportError {
+    /// The file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file is too large.
+    #[error("{}: {bytes} bytes, and at most {most} are read", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its size.
+        bytes: u64,
+        /// The limit.
+        most: u64,
+    },
+    /// Neither the name nor the content says what it is.
+    #[error("{}: not an STL, OBJ or OFF file", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The header announces more or less than the file has.
+    #[error("{}: the header announces {declared} triangles, {expected} bytes, but the file has {bytes} bytes", path.display())]
+    WrongSize {
+        /// The file.
+        path: PathBuf,
+        /// Number of triangles in the header.
+        declared: u64,
+        /// Bytes that these would take, with the header.
+        expected: u64,
+        /// Bytes of the file.
+        bytes: u64,
+    },
+    /// Something in the file is wrong.
+    #[error("{}: {place}: {message}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// Where.
+        place: Place,
+        /// What.
+        message: String,
+    },
+    /// The triangles do not make a mesh.
+    #[error("{}: {source}", path.display())]
+    NotAMesh {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: MeshError,
+    },
+}
+
+/// Quotes text from a file, shortened to a readable length.
+pub(super) fn quote(text: &str) -> String {
+    const LONGEST: usize = 60;
+    let text = text.trim();
+    let short: String = text.chars().take(LONGEST).collect();
+    if short.len() < text.len() { format!("`{short}...`") } else { format!("`{short}`") }
+}

@@ -1,0 +1,109 @@
+//! STL, through the `stl_io` crate (3D Systems, StereoLithography Interface Specification, 1989).
+//!
+//! Deviations from what `stl_io` takes: a file is binary when its size is what the binary header announces, whatever it
+//! begins with, since many exporters begin binary files with `solid`; text may have several solids, which become one
+//! mesh; a solid needs no name. Normals are ignored: the winding says the same and is more often right.
+
+use super::super::{Mesh, Point};
+use super::Raw;
+use super::error::{ImportError, Place};
+use super::lines::Lines;
+use std::cell::Cell;
+use std::io::{Cursor, Write};
+use std::path::Path;
+
+/// Bytes before the first triangle, and bytes of a triangle.
+const HEADER: usize = 84;
+const TRIANGLE: usize = 50;
+
+/// Number of triangles in the header of a binary file, and the bytes that they take with the header.
+fn declared(content: &[u8]) -> Option<(u64, u64)> {
+    let count = content.get(HEADER - 4..HEADER)?;
+    let count = u64::from(u32::from_le_bytes(count.try_into().ok()?));
+    Some((count, HEADER as u64 + TRIANGLE as u64 * count))
+}
+
+/// Whether a file has the size that its binary header announces.
+pub(super) fn has_declared_size(content: &[u8]) -> bool {
+    declared(content).is_some_and(|(_, expected)| expected == content.len() as u64)
+}
+
+/// Whether a file is to be read as text.
+pub(super) fn is_text(content: &[u8]) -> bool {
+    content.trim_ascii_start().starts_with(b"solid") && !has_declared_size(content)
+}
+
+pub(super) fn read_binary(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
+    let (declared, expected) = declared(content).unwrap_or((0, HEADER as u64));
+    if expected != content.len() as u64 {
+        return Err(ImportError::WrongSize { path: path.into(), declared, expected, bytes: content.len() as u64 });
+    }
+    // stl_io takes a header that begins with `solid` for text; the header means nothing.
+    let mut file = content.to_vec();
+    file[..HEADER - 4].fill(0);
+    let mut cursor = Cursor::new(file);
+    let place = |index: usize| Place::Triangle { index, byte: HEADER + TRIANGLE * index };
+    collect(path, stl_io::create_stl_reader(&mut cursor), place)
+}
+
+pub(super) fn read_text(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
+    let text = String::from_utf8_lossy(content);
+    let first_word = |line: &str| line.split_ascii_whitespace().next().map(str::to_owned);
+    let last = text.lines().filter_map(first_word).next_back();
+    // The lines that begin and end solids are blanked, so that all facets are in one, which has no end when the last
+    // has none. Line numbers stay.
+    let blank_ends = |line: &str| match first_word(line).as_deref() {
+        Some("solid" | "endsolid") => String::new(),
+        _ => line.to_owned(),
+    };
+    let mut lines: Vec<String> = text.lines().map(blank_ends).collect();
+    if let Some(first) = lines.first_mut() {
+        *first = "solid ".to_owned();
+    }
+    if last.as_deref() == Some("endsolid") {
+        lines.push("endsolid".to_owned());
+    }
+    let number = Cell::new(0);
+    let mut reader = Lines::new(lines, &number);
+    let stl = stl_io::create_stl_reader(&mut reader);
+    collect(path, stl, |_| Place::Line(number.get()))
+}
+
+/// What `stl_io` reads with.
+type Reader<'a> = Box<dyn stl_io::TriangleIterator<Item = std::io::Result<stl_io::Triangle>> + 'a>;
+
+/// All triangles of a reader; `place` says where the one of a number is.
+fn collect(
+    path: &Path,
+    reader: std::io::Result<Reader<'_>>,
+    place: impl Fn(usize) -> Place,
+) -> Result<Raw, ImportError> {
+    let wrong = |index, message| ImportError::Content { path: path.into(), place: place(index), message };
+    let mut raw = Raw::default();
+    for (index, triangle) in reader.map_err(|error| wrong(0, error.to_string()))?.enumerate() {
+        let triangle = triangle.map_err(|error| wrong(index, error.to_string()))?;
+        for vertex in &triangle.vertices {
+            if vertex.0.iter().any(|x| !x.is_finite()) {
+                return Err(wrong(index, format!("{:?} is not finite", vertex.0)));
+            }
+        }
+        let first = raw.vertices.len() as u32;
+        raw.vertices.extend(triangle.vertices.iter().map(|v| Point::from(v.0.map(f64::from))));
+        raw.faces.push([first, first + 1, first + 2]);
+    }
+    Ok(raw)
+}
+
+/// Writes a mesh as binary STL, mm. Coordinates become single precision: up to 0.12 µm off near 4 m.
+///
+/// # Errors
+/// What the writer says.
+pub fn write(mesh: &Mesh, to: &mut impl Write) -> std::io::Result<()> {
+    let single = |v: [f64; 3]| stl_io::Vector::new(v.map(|x| x as f32));
+    let triangle = |t: &super::super::Triangle| {
+        let normal = t.double_area_normal().try_normalize(0.0).unwrap_or_default();
+        stl_io::Triangle { normal: single(normal.into()), vertices: t.corners.map(|p| single(p.coords.into())) }
+    };
+    let triangles: Vec<_> = mesh.triangles().iter().map(triangle).collect();
+    stl_io::write_stl(to, triangles.iter())
+}

@@ -1,0 +1,210 @@
+//! A tetrahedron in every format, and every way of spoiling it.
+
+use super::*;
+use proptest::prelude::*;
+
+const OBJ: &str = "# a tetrahedron
+mtllib nothing.mtl
+o part
+v 0 0 0
+v 6 0 0
+v 0 1 0 0.5 0.5 0.5
+v 0 0 1
+vt 0.5 0.5
+s off
+f 1/1 3/1 2/99999999999999999999
+f 1 2 4 # the front
+f -4//-1 -1 -2
+f 2 3 4
+l 1 2
+";
+const OFF: &str = "OFF # header
+4 4 6
+
+0 0 0
+6 0 0
+0 1 0
+0 0 1 # a comment
+3 0 2 1
+3 0 1 3 255 0 0
+3 0 3 2
+3 1 2 3
+";
+const STL: &str = "solid a
+facet normal 0 0 -1
+outer loop
+vertex 0 0 0
+vertex 0 1 0
+vertex 6 0 0
+endloop
+endfacet
+facet normal 0 -1 0
+outer loop
+vertex 0 0 0
+vertex 6 0 0
+vertex 0 0 1
+endloop
+endfacet
+endsolid a
+solid b
+facet normal -1 0 0
+outer loop
+vertex 0 0 0
+vertex 0 0 1
+vertex 0 1 0
+endloop
+endfacet
+facet normal 1 6 6
+outer loop
+vertex 6 0 0
+vertex 0 1 0
+vertex 0 0 1
+endloop
+endfacet
+endsolid b
+";
+
+fn binary_stl() -> Vec<u8> {
+    let mesh = read("a.off", OFF.as_bytes()).unwrap().mesh;
+    let mut bytes = Vec::new();
+    write_stl(&mesh, &mut bytes).unwrap();
+    bytes
+}
+
+fn read(name: &str, content: &[u8]) -> Result<Imported, ImportError> {
+    parse(Path::new(name), content, Unit::Mm)
+}
+
+fn message(name: &str, content: &[u8]) -> String {
+    read(name, content).expect_err(name).to_string()
+}
+
+#[test]
+fn every_format_gives_the_same_closed_tetrahedron() {
+    let binary = binary_stl();
+    let mut solid = binary.clone();
+    solid[..6].copy_from_slice(b"solid ");
+    for (name, content, format) in [
+        ("a.obj", OBJ.as_bytes(), Format::Obj),
+        ("a.off", OFF.as_bytes(), Format::Off),
+        ("a.stl", STL.as_bytes(), Format::TextStl),
+        ("a.STL", &binary, Format::BinaryStl),
+        ("named solid.stl", &solid, Format::BinaryStl),
+        ("obj", OBJ.as_bytes(), Format::Obj),
+        ("off", OFF.as_bytes(), Format::Off),
+        ("text", STL.as_bytes(), Format::TextStl),
+        ("binary", &binary, Format::BinaryStl),
+    ] {
+        let Imported { mesh, report } = read(name, content).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(report.format, format, "{name}");
+        assert_eq!((report.triangles_read, mesh.faces().len(), mesh.vertices().len()), (4, 4, 4), "{name}");
+        assert!(report.edges.is_watertight() && !report.inside_out, "{name}: {report:?}");
+        assert!((mesh.signed_volume() - 1.0).abs() < 1e-6, "{name}"); // 6 · 1 · 1 / 6
+        let welded = if matches!(format, Format::BinaryStl | Format::TextStl) { 12 - 4 } else { 0 };
+        assert_eq!(report.welded_vertices, welded, "{name}");
+    }
+}
+
+#[test]
+fn units_scale_to_mm() {
+    for (unit, scale) in [(Unit::Mm, 1.0_f64), (Unit::Cm, 10.0), (Unit::Inch, 25.4), (Unit::M, 1000.0)] {
+        let mesh = parse(Path::new("a.off"), OFF.replace('6', "4").as_bytes(), unit).unwrap().mesh;
+        assert!((mesh.signed_volume() / scale.powi(3) - 4.0 / 6.0).abs() < 1e-5, "{unit:?}");
+    }
+    let far = parse(Path::new("a.off"), OFF.as_bytes(), Unit::M).expect_err("6 m are beyond the grid");
+    assert!(far.to_string().contains("is the unit right?"), "{far}");
+}
+
+#[test]
+fn duplicates_and_collapsed_triangles_go_and_needles_stay() {
+    let off =
+        "OFF\n5 6 0\n0 0 0\n1 0 0\n2 0 0\n0 1 0\n0 0 1e-10\n3 0 1 3\n3 3 0 1\n3 1 0 3\n3 0 4 1\n3 0 1 2\n4 0 2 3 0\n";
+    let report = read("a.off", off.as_bytes()).unwrap().report;
+    // The polygon of four corners is two triangles, one of which collapses.
+    assert_eq!((report.triangles_read, report.duplicate, report.collapsed, report.degenerate), (7, 2, 2, 1));
+    assert_eq!(report.welded_vertices, 1);
+}
+
+#[test]
+fn an_inside_out_mesh_is_reported() {
+    let turned = OFF.replace("3 0 2 1", "3 0 1 2").replace("3 0 1 3", "3 0 3 1").replace("3 0 3 2", "3 0 2 3");
+    let report = read("a.off", turned.replace("3 1 2 3", "3 1 3 2").as_bytes()).unwrap().report;
+    assert!(report.edges.is_watertight() && report.inside_out);
+}
+
+#[test]
+fn errors_say_file_place_and_cause() {
+    let binary = binary_stl();
+    let error = message("cut.stl", &binary[..150]);
+    assert_eq!(error, "cut.stl: the header announces 4 triangles, 284 bytes, but the file has 150 bytes");
+    let mut huge = binary.clone();
+    huge[80..84].fill(0xff);
+    assert!(message("huge.stl", &huge).contains("4294967295 triangles"));
+    let mut bad = binary.clone();
+    bad[84 + 50 + 12..84 + 50 + 16].copy_from_slice(&f32::NAN.to_le_bytes());
+    assert!(message("nan.stl", &bad).starts_with("nan.stl: triangle 1 at byte 134: "));
+    assert!(
+        message("a.stl", STL.replace("0 0 1\nvertex 0 1 0\nendloop", "0 x 1\nvertex 0 1 0\nendloop").as_bytes())
+            .starts_with("a.stl: line 21: ")
+    );
+    assert!(message("cut.stl", &STL.as_bytes()[..STL.len() / 2]).starts_with("cut.stl: line "));
+    assert!(message("a.obj", OBJ.replace("f 2 3 4", "f 2 3 9").as_bytes()).starts_with("a.obj: line 13: "));
+    assert!(
+        message("a.obj", OBJ.replace("v 6 0 0", "v 6 zero 0").as_bytes())
+            .contains("line 5: position parse error: `v 6 zero 0`")
+    );
+    assert!(message("a.off", OFF.replace("3 1 2 3", "3 1 2 9").as_bytes()).contains("line 11: there is no vertex 9"));
+    assert!(message("a.off", OFF.replace("6 0 0", "6 nan 0").as_bytes()).contains("line 5: "));
+    assert!(
+        message("a.off", b"OFF\n4000000000 4000000000 0\n0 0 0\n")
+            .contains("the file ends before vertex 1 of 4000000000")
+    );
+    assert!(message("a.off", b"OFF BINARY\n").contains("binary OFF"));
+    assert!(message("a.obj", b"").contains("no triangle"));
+    assert!(message("a.stl", b"").contains("0 bytes"));
+    assert!(message("a.step", b"ISO-10303-21;").contains("not an STL, OBJ or OFF file"));
+    let missing = load(Path::new("no such folder/a.stl"), Unit::Mm).expect_err("there is no such file");
+    assert!(missing.to_string().starts_with("no such folder/a.stl: "));
+}
+
+#[test]
+fn a_file_on_disk_comes_back_as_it_was_written() {
+    let path = tempfile::tempdir().unwrap();
+    let path = path.path().join("part.stl");
+    std::fs::write(&path, binary_stl()).unwrap();
+    assert!(load(&path, Unit::Mm).unwrap().report.edges.is_watertight());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// However a file is spoilt, the answer is a mesh or an error.
+    #[test]
+    fn no_spoilt_file_panics(
+        which in 0..4_usize, cut in 0.0..1.2_f64, flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
+        copied in any::<prop::sample::Index>(), unit in prop::sample::select(vec![Unit::Mm, Unit::M, Unit::Inch]),
+    ) {
+        let (name, mut content) = match which {
+            0 => ("a.obj", OBJ.as_bytes().to_vec()),
+            1 => ("a.off", OFF.as_bytes().to_vec()),
+            2 => ("a.stl", STL.as_bytes().to_vec()),
+            _ => ("a.stl", binary_stl()),
+        };
+        // A piece of the file once more, in the middle of it, and digits where none were.
+        let (from, at) = (copied.index(content.len()), flips.len() * 7 % content.len());
+        if flips.len() > 3 {
+            let piece = content[from..content.len().min(from + 9)].to_vec();
+            content.splice(at..at, piece);
+        }
+        for (index, byte) in &flips {
+            let i = index.index(content.len());
+            content[i] = if byte % 2 == 0 { *byte } else { b"0123456789.-e/ \n"[usize::from(*byte) / 2 % 16] };
+        }
+        content.truncate((content.len() as f64 * cut) as usize);
+        for name in [name, "unknown"] {
+            if let Ok(imported) = parse(Path::new(name), &content, unit) {
+                prop_assert!(!imported.mesh.faces().is_empty());
+            }
+        }
+    }
+}

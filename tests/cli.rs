@@ -1,0 +1,202 @@
+//! The command line from outside: what it writes, what it refuses, and what is left of a run that was killed.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::thread::sleep;
+use std::time::Duration;
+
+/// A small scene of its own, so that these tests do not depend on the shipped ones and take seconds.
+const SCENE: &str = r#"
+title = "a ball against a ring"
+pairs = [["ring", "ball"]]
+
+[[machine.links]]
+name = "slide"
+joint = { axis = "X", direction = [1, 0, 0], min_mm = -500, max_mm = 500 }
+
+[[parts]]
+name = "ring"
+shape = { kind = "torus", ring_radius_mm = 40, tube_radius_mm = 12 }
+tessellation = { density = 0.3 }
+
+[[parts]]
+name = "ball"
+link = "slide"
+shape = { kind = "sphere", radius_mm = 20 }
+tessellation = { density = 0.3 }
+"#;
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        folder.write("scene/scene.toml", SCENE);
+        folder
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, text).unwrap();
+        path
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bvbench"));
+        command.current_dir(self.0.path()).args(arguments);
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    /// Runs what must be refused, and returns the message.
+    fn refused(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(!message.contains("panicked"), "{message}");
+        message
+    }
+}
+
+fn smoke<'a>(verb: &'a str, out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    let mut arguments = vec![verb, "--profile", "smoke", "--scene", "scene", "--out", out, "--quiet"];
+    arguments.extend(more);
+    arguments
+}
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The distinct values of a column.
+fn column(path: &Path, name: &str) -> BTreeSet<String> {
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    let index = reader.headers().unwrap().iter().position(|header| header == name).unwrap();
+    reader.records().map(|record| record.unwrap()[index].to_owned()).collect()
+}
+
+#[test]
+fn repro_leaves_every_record_every_figure_and_a_report() {
+    let folder = Folder::new();
+    let output = folder.run(&smoke("repro", "run", &[]));
+    let (said, complained) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{said}\n{complained}");
+    assert!(said.contains("No safe variant misses a contact above grazing."), "{said}");
+    let run = folder.path("run");
+    let listed = String::from_utf8(folder.run(&["list", "--json"]).stdout).unwrap();
+    let listed: serde_json::Value = serde_json::from_str(&listed).unwrap();
+    let ids: BTreeSet<String> =
+        listed.as_array().unwrap().iter().map(|v| v["id"].as_str().unwrap().to_owned()).collect();
+    assert!(ids.len() >= 11);
+    let measured = column(&run.join("queries.csv"), "variant");
+    assert_eq!(measured, ids, "every listed variant is measured");
+    for file in ["trees", "tightness", "builds", "timings", "summary", "ratios", "claims", "verification", "outlines"] {
+        let rows = csv::Reader::from_path(run.join(format!("{file}.csv"))).unwrap().into_records().count();
+        assert!(rows > 0, "{file}.csv is empty");
+    }
+    assert!(column(&run.join("timings.csv"), "variant").contains("null"));
+    let manifest: serde_json::Value = serde_json::from_str(&read(&run.join("manifest.json"))).unwrap();
+    assert_eq!(manifest["request"]["profile"], "smoke");
+    assert_eq!(manifest["cross_check"]["disagreements"], 0);
+    let pictures: Vec<PathBuf> = fs::read_dir(run.join("plots")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let ending = |end: &str| pictures.iter().filter(|path| path.extension().is_some_and(|e| e == end)).count();
+    assert!(ending("svg") >= 8 && ending("svg") == ending("png"), "{pictures:?}");
+    assert!(read(&run.join("report.md")).contains("plots/"));
+    let left = fs::read_dir(&run).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+    assert!(left.filter(|name| name.ends_with(".partial")).count() == 0);
+}
+
+#[test]
+fn deterministic_records_are_the_same_bytes_on_one_thread_and_two() {
+    let folder = Folder::new();
+    let variants = ["--variant", "sphere-ritter", "--variant", "obb-area", "--variant", "obb-vertex-centroid"];
+    for (out, threads) in [("one", "1"), ("two", "2")] {
+        let mut more = variants.to_vec();
+        let cache = format!("cache-{out}");
+        more.extend(["--threads", threads, "--cache", &cache]);
+        assert!(folder.run(&smoke("verify", out, &more)).status.success());
+        assert!(folder.run(&smoke("measure", out, &more)).status.success());
+    }
+    for file in ["queries.csv", "verification.csv", "trees.csv", "tightness.csv", "outlines.csv"] {
+        assert_eq!(read(&folder.path("one").join(file)), read(&folder.path("two").join(file)), "{file}");
+    }
+    // And the comparison can fail: another seed gives other poses.
+    let mut more = variants.to_vec();
+    more.extend(["--seed", "7"]);
+    assert!(folder.run(&smoke("verify", "other", &more)).status.success());
+    assert_ne!(read(&folder.path("one/verification.csv")), read(&folder.path("other/verification.csv")));
+}
+
+#[test]
+fn a_killed_run_leaves_whole_files_and_goes_on() {
+    let folder = Folder::new();
+    let more = ["--variant", "aabb", "--variant", "obb-area"];
+    for wait_ms in [50, 150, 400, 800] {
+        let mut child = folder.command(&smoke("measure", "killed", &more)).spawn().unwrap();
+        sleep(Duration::from_millis(wait_ms));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        for entry in fs::read_dir(folder.path("killed")).into_iter().flatten() {
+            let path = entry.unwrap().path();
+            if path.extension().is_some_and(|end| end == "csv") {
+                assert!(csv::Reader::from_path(&path).unwrap().into_records().all(|record| record.is_ok()), "{path:?}");
+            }
+        }
+    }
+    let resumed = folder.run(&smoke("measure", "killed", &more));
+    assert!(resumed.status.success(), "{}", String::from_utf8_lossy(&resumed.stderr));
+    assert!(folder.run(&smoke("measure", "undisturbed", &more)).status.success());
+    for file in ["queries.csv", "trees.csv", "tightness.csv"] {
+        assert_eq!(read(&folder.path("killed").join(file)), read(&folder.path("undisturbed").join(file)), "{file}");
+    }
+}
+
+#[test]
+fn what_cannot_be_done_is_refused_with_its_cause() {
+    let folder = Folder::new();
+    let missing = folder.refused(&["verify", "--scene", "no-such-scene", "--out", "x"]);
+    assert!(missing.contains("no-such-scene") && missing.contains("lathe-toolpost"), "{missing}");
+    let unknown = folder.refused(&["measure", "--variant", "dop-7", "--scene", "scene", "--out", "x"]);
+    assert!(unknown.contains("dop-7") && unknown.contains("dop-8"), "{unknown}");
+    assert!(folder.refused(&["repro", "--profile", "huge"]).contains("smoke"));
+    assert!(folder.refused(&["measure", "--policy", "median/own/9"]).contains("median/own/9"));
+    assert!(folder.refused(&["frobnicate"]).contains("frobnicate"));
+    assert!(folder.refused(&["analyze", "--out", "nowhere"]).contains("manifest.json"));
+    assert!(folder.refused(&smoke("verify", "x", &["--workload", "dance"])).contains("dance"));
+
+    folder.write("malformed/scene.toml", "title = \"x\"\nparts = [\n");
+    let malformed = folder.refused(&["verify", "--scene", "malformed", "--out", "x"]);
+    assert!(malformed.contains("scene.toml:"), "{malformed}");
+    folder.write("typo/scene.toml", &SCENE.replace("radius_mm = 20", "radus_mm = 20"));
+    assert!(folder.refused(&["verify", "--scene", "typo", "--out", "x"]).contains("radus_mm"));
+    folder.write("nan/scene.toml", &SCENE.replace("radius_mm = 20", "radius_mm = nan"));
+    assert!(folder.refused(&["verify", "--scene", "nan", "--out", "x"]).contains("scene.toml"));
+    folder.write("part/scene.toml", &SCENE.replace("[\"ring\", \"ball\"]", "[\"ring\", \"bell\"]"));
+    assert!(folder.refused(&["verify", "--scene", "part", "--out", "x"]).contains("bell"));
+
+    folder.write("blocked", "a file where the folder should be");
+    assert!(folder.refused(&smoke("verify", "blocked/run", &[])).contains("blocked"));
+    folder.write("mine/thesis.txt", "precious");
+    assert!(folder.refused(&smoke("verify", "mine", &[])).contains("--out"));
+    assert_eq!(read(&folder.path("mine/thesis.txt")), "precious");
+}
+
+#[test]
+fn a_run_of_another_request_is_not_replaced_unasked() {
+    let folder = Folder::new();
+    assert!(folder.run(&smoke("verify", "run", &["--variant", "aabb"])).status.success());
+    let message = folder.refused(&smoke("verify", "run", &["--variant", "dop-8"]));
+    assert!(message.contains("--fresh"), "{message}");
+    assert!(folder.run(&smoke("verify", "run", &["--variant", "dop-8", "--fresh"])).status.success());
+    assert!(folder.run(&smoke("verify", "run", &["--variant", "dop-8"])).status.success(), "the same again is welcome");
+}
