@@ -40,7 +40,7 @@ Examples:
   bvbench repro --profile smoke          the same in seconds, to see that it works
   bvbench list                           the variants
   bvbench verify --scene lathe-toolpost  verdicts of all variants against the exact truth
-  bvbench measure --variant aabb --variant dop-8 --out results/two
+  bvbench measure --variant ID --variant ID --out results/two
   bvbench report --out results/quick     write the report of a run again
 
 Exit codes: 0 all is well, 1 a safe variant missed a contact, 2 bad usage or input.";
