@@ -10,6 +10,9 @@ use std::hint::black_box;
 /// Pairs per case.
 const PAIRS: usize = 1024;
 
+/// A triangle test as a plain function.
+type Test = fn(&Triangle, &Triangle) -> bool;
+
 /// Pairs of a soup's triangles, the second moved so that the centroids are `apart` mm from each other.
 fn pairs(apart: f64) -> Vec<(Triangle, Triangle)> {
     let soup = meshes::soup(PAIRS as u32).triangles();
@@ -25,7 +28,7 @@ fn triangles(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("triangle-test");
     for (name, apart) in [("crossing", 0.0), ("near", 1.0), ("apart", 100.0)] {
         let pairs = pairs(apart);
-        let tests: [(&str, fn(&Triangle, &Triangle) -> bool); 3] = [
+        let tests: [(&str, Test); 3] = [
             ("fast", intersect::touch),
             ("exact", exact::touch),
             ("integer", |a, b| exact_integer::touch(a, b) == Some(true)),
