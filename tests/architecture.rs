@@ -4,6 +4,8 @@
 //! file, and the files of `#[cfg(test)] mod name;`), which may use whatever they like. A variant's id is looked for in
 //! string literals, and there too tests may name the variants they are about.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
 use bvbench::registry::Registry;
 use std::fs;
 use std::path::{Path, PathBuf};

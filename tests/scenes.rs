@@ -1,5 +1,7 @@
 //! The shipped scenes: what they are made of, and what their workloads must contain.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
 use bvbench::geometry::{Isometry, Mesh};
 use bvbench::record::vocabulary::{Band, Stratum};
 use bvbench::scene::{Overrides, Scene};

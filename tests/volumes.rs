@@ -3,6 +3,8 @@
 //!
 //! Failing seeds are printed by proptest.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
 use bvbench::geometry::{Isometry, Point, Triangle, Vector, grid};
 use bvbench::volume::aabb::Aabb;
 use bvbench::volume::dop_8::Dop8;
