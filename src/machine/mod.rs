@@ -1,8 +1,8 @@
 //! Machines: a tree of links joined by fixed, prismatic and rotary joints, moved by axis positions.
 //!
-//! Axes are named as ISO 841 does. Inside, lengths are mm and angles radians; the wire form ([`file`]) speaks degrees.
+//! Axes are named as ISO 841 does. Inside, lengths are mm and angles radians; the wire form ([`mod@file`]) speaks degrees.
 //!
-//! Reading order: [`joint`], [`tree`] (links and their poses), [`file`] (TOML).
+//! Reading order: [`joint`], [`tree`] (links and their poses), [`mod@file`] (TOML).
 
 pub mod joint;
 pub mod tree;
