@@ -1,4 +1,8 @@
 //! Verification: every variant's verdict against the exact truth, over many poses, counted by depth band.
+//!
+//! A hundred thousand poses of a loose volume's query would take minutes, and most of that would go into poses where
+//! nothing can be missed. So the query itself answers a spread of poses only, and the witness argument of
+//! [`crate::tree::witness`] answers the others, with the same verdicts; `queried` says how many were of the first kind.
 
 use super::Progress;
 use super::judged::{JudgedPair, JudgedPose};
@@ -13,8 +17,9 @@ use std::collections::BTreeMap;
 /// Poses that one thread takes at a time.
 const BATCH: usize = 256;
 
-/// Poses per pair and workload on which a peer is verified, evenly spread: its queries can be a hundred times slower.
-const PEER_POSES: usize = 1000;
+/// Poses per pair and workload, evenly spread, that a method's own query answers. For peers, whose insides the witness
+/// argument says nothing of, there are no others.
+const QUERIED_POSES: usize = 1000;
 
 /// Verdicts of every case over all judged poses. The control is not run: its verdict is the `brute` column of the others.
 pub fn verify_scene(
@@ -34,41 +39,57 @@ fn verify_case(case: &Case, scene: &Scene, judged: &[JudgedPair], progress: &dyn
     for part in judged.iter().flat_map(|pair| [pair.pair.a, pair.pair.b]) {
         models.entry(part).or_insert_with(|| case.variant.prepare(&scene.parts[part].mesh, case.policy));
     }
-    let limit = if case.variant.kind == Kind::Peer { PEER_POSES } else { usize::MAX };
+    let has_others = case.variant.kind == Kind::Volume;
     let mut rows = Vec::new();
     for pair in judged {
         let (a, b) = (models[&pair.pair.a].as_ref(), models[&pair.pair.b].as_ref());
-        let stride = pair.poses.len().div_ceil(limit).max(1);
-        let poses: Vec<&JudgedPose> = pair.poses.iter().step_by(stride).collect();
-        let verdicts: Vec<bool> = poses
-            .par_chunks(BATCH)
-            .flat_map_iter(|batch| {
-                let posed: Vec<Isometry> = batch.iter().map(|pose| pose.a_from_b).collect();
-                let mut verdicts = Vec::with_capacity(batch.len());
-                a.first(b, &posed, &mut verdicts);
-                progress.advance((batch.len() * stride) as u64);
-                verdicts
-            })
-            .collect();
-        rows.extend(tally(case, scene, pair, &poses, &verdicts));
+        let stride = pair.poses.len().div_ceil(QUERIED_POSES).max(1);
+        let answered = |index: usize, pose| Answered { pose, queried: index.is_multiple_of(stride), touching: false };
+        let answers = pair.poses.iter().enumerate().map(|(index, pose)| answered(index, pose));
+        let mut answers: Vec<Answered> = answers.filter(|answer| answer.queried || has_others).collect();
+        answers.par_chunks_mut(BATCH).for_each(|batch| {
+            answer(a, b, batch, true);
+            answer(a, b, batch, false);
+            progress.advance(batch.len() as u64);
+        });
+        progress.advance((pair.poses.len() - answers.len()) as u64);
+        rows.extend(tally(case, scene, pair, &answers));
     }
     rows
 }
 
+/// A pose with a method's verdict.
+struct Answered<'a> {
+    pose: &'a JudgedPose,
+    /// Whether the method's own query gave the verdict.
+    queried: bool,
+    /// The verdict.
+    touching: bool,
+}
+
+/// Fills in the verdicts of those members of a batch that are to be queried, or of the others.
+fn answer(a: &dyn Model, b: &dyn Model, batch: &mut [Answered], queried: bool) {
+    let members: Vec<&mut Answered> = batch.iter_mut().filter(|member| member.queried == queried).collect();
+    let poses: Vec<Isometry> = members.iter().map(|member| member.pose.a_from_b).collect();
+    let mut verdicts = Vec::with_capacity(poses.len());
+    if queried {
+        a.first(b, &poses, &mut verdicts);
+    } else {
+        let witnesses: Vec<_> = members.iter().map(|member| member.pose.witness).collect();
+        a.first_given(b, &poses, &witnesses, &mut verdicts);
+    }
+    for (member, verdict) in members.into_iter().zip(verdicts) {
+        member.touching = verdict;
+    }
+}
+
 /// One row per band that has poses.
-fn tally(
-    case: &Case,
-    scene: &Scene,
-    pair: &JudgedPair,
-    poses: &[&JudgedPose],
-    verdicts: &[bool],
-) -> Vec<VerificationRow> {
+fn tally(case: &Case, scene: &Scene, pair: &JudgedPair, answers: &[Answered]) -> Vec<VerificationRow> {
     let (split, axes, leaf) = case.policy_columns();
     let row = |band| {
-        let members: Vec<(&JudgedPose, bool)> =
-            poses.iter().copied().zip(verdicts.iter().copied()).filter(|(pose, _)| pose.band == band).collect();
+        let members: Vec<&Answered> = answers.iter().filter(|answer| answer.pose.band == band).collect();
         let count = |condition: fn(&JudgedPose, bool) -> bool| {
-            members.iter().filter(|(pose, verdict)| condition(pose, *verdict)).count() as u64
+            members.iter().filter(|member| condition(member.pose, member.touching)).count() as u64
         };
         VerificationRow {
             scene: scene.name.clone(),
@@ -81,11 +102,12 @@ fn tally(
             safe: u8::from(case.variant.info.safe),
             band,
             poses: members.len() as u64,
+            queried: members.iter().filter(|member| member.queried).count() as u64,
             exact: count(|pose, _| pose.exact),
-            brute: count(|pose, _| pose.brute),
+            brute: count(|pose, _| pose.brute()),
             tree: count(|_, verdict| verdict),
-            missed_by_volume: count(|pose, verdict| pose.brute && !verdict),
-            missed_by_leaf: count(|pose, _| pose.exact && !pose.brute),
+            missed_by_volume: count(|pose, verdict| pose.brute() && !verdict),
+            missed_by_leaf: count(|pose, _| pose.exact && !pose.brute()),
             missed: count(|pose, verdict| pose.exact && !verdict),
             false_positives: count(|pose, verdict| !pose.exact && verdict),
         }

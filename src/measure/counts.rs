@@ -70,7 +70,7 @@ fn count_case(
             axes: axes.clone(),
             leaf,
             exact: u8::from(pose.exact),
-            brute: u8::from(pose.brute),
+            brute: u8::from(pose.brute()),
             tree: u8::from(verdict),
             volume_tests: counts.volume_tests,
             triangle_tests: counts.triangle_tests,

@@ -20,8 +20,8 @@ pub struct JudgedPose {
     pub a_from_b: Isometry,
     /// Whether the surfaces touch, exactly.
     pub exact: bool,
-    /// Whether any pair of triangles touches by the fast test.
-    pub brute: bool,
+    /// A pair of triangles that touches by the fast test, (face of `a`, face of `b`), where there is one.
+    pub witness: Option<(u32, u32)>,
     /// Whether one solid lies wholly inside the other.
     pub contained: bool,
     /// Distance stratum.
@@ -60,6 +60,14 @@ pub enum JudgeError {
         /// What there is.
         known: String,
     },
+}
+
+impl JudgedPose {
+    /// Whether any pair of triangles touches by the fast test.
+    #[must_use]
+    pub const fn brute(&self) -> bool {
+        self.witness.is_some()
+    }
 }
 
 impl JudgedPair {
@@ -152,7 +160,7 @@ fn judged_pose(a_from_b: Isometry, judgement: &Judgement) -> JudgedPose {
     JudgedPose {
         a_from_b,
         exact: touching,
-        brute: judgement.verdict.brute,
+        witness: judgement.verdict.witness,
         contained: judgement.verdict.contained,
         stratum: Stratum::of(touching, judgement.clearance_mm),
         band,

@@ -58,7 +58,7 @@ impl Profile {
                 cross_check_pairs: 20_000,
             },
             Self::Quick => Budget {
-                verify_poses: 10_000,
+                verify_poses: 100_000,
                 measure_poses: 768,
                 blocks: 4,
                 launches: 2,
@@ -66,7 +66,7 @@ impl Profile {
                 cross_check_pairs: 1_000_000,
             },
             Self::Full => Budget {
-                verify_poses: 100_000,
+                verify_poses: 1_000_000,
                 measure_poses: 8_192,
                 blocks: 16,
                 launches: 8,

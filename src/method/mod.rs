@@ -30,6 +30,19 @@ pub trait Model: Any + Send + Sync {
     /// the same variant.
     fn first(&self, other: &dyn Model, a_from_b: &[Isometry], verdicts: &mut Vec<bool>);
 
+    /// The verdicts of [`Model::first`], found by a shorter way where there is one: `witnesses` names for each pose a pair of
+    /// faces (of this mesh, of `other`) that touch by the triangle test all trees share, or `None` when no pair does.
+    fn first_given(
+        &self,
+        other: &dyn Model,
+        a_from_b: &[Isometry],
+        witnesses: &[Option<(u32, u32)>],
+        verdicts: &mut Vec<bool>,
+    ) {
+        let _ = witnesses;
+        self.first(other, a_from_b, verdicts);
+    }
+
     /// Mode `first` with operation counts (zero for methods that do not count).
     fn first_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (bool, Counts);
 

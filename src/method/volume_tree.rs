@@ -6,6 +6,7 @@ use crate::tree::Tree;
 use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::{self, Counts, NoProbe, Scratch};
 use crate::tree::validate::TreeFault;
+use crate::tree::witness::{Places, reached};
 use crate::volume::BoundingVolume;
 
 impl<V: BoundingVolume> Model for Tree<V> {
@@ -13,6 +14,26 @@ impl<V: BoundingVolume> Model for Tree<V> {
         let other: &Self = same(other);
         let mut scratch = Scratch::default();
         verdicts.extend(a_from_b.iter().map(|pose| traverse::first(self, other, pose, &mut scratch, &mut NoProbe)));
+    }
+
+    /// A tree reports a contact only after the shared test of two triangles, so without a witness the answer is no; with
+    /// one, it is yes when the query comes by the witness. Else the query itself decides.
+    fn first_given(
+        &self,
+        other: &dyn Model,
+        a_from_b: &[Isometry],
+        witnesses: &[Option<(u32, u32)>],
+        verdicts: &mut Vec<bool>,
+    ) {
+        let other: &Self = same(other);
+        let (places, other_places) = (Places::of(self), Places::of(other));
+        let mut scratch = Scratch::default();
+        verdicts.extend(a_from_b.iter().zip(witnesses).map(|(pose, witness)| {
+            witness.is_some_and(|witness| {
+                reached((self, &places), (other, &other_places), pose, witness)
+                    || traverse::first(self, other, pose, &mut scratch, &mut NoProbe)
+            })
+        }));
     }
 
     fn first_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (bool, Counts) {

@@ -101,6 +101,8 @@ pub struct VerificationRow {
     pub band: Band,
     /// Posed pairs in the band.
     pub poses: u64,
+    /// How many of them the variant's own query answered; the witness argument answered the others.
+    pub queried: u64,
     /// How many touch by the exact test.
     pub exact: u64,
     /// How many touch by the fast triangle test.

@@ -242,6 +242,7 @@ impl Run {
                         safe: u8::from(planted.safe),
                         band,
                         poses: 1000,
+                        queried: 1000,
                         exact: touching,
                         brute: touching,
                         tree: touching - missed,

@@ -1,6 +1,7 @@
 //! A binary tree of bounding volumes over one mesh, generic over the volume.
 //!
-//! One file per verb: [`split`] (the rules), [`build`], [`traverse`], [`validate`], [`tightness`].
+//! One file per verb: [`split`] (the rules), [`build`], [`traverse`], [`witness`], [`validate`],
+//! [`tightness`].
 
 pub mod build;
 pub mod policy;
@@ -8,6 +9,7 @@ pub mod split;
 pub mod tightness;
 pub mod traverse;
 pub mod validate;
+pub mod witness;
 
 pub use policy::{Axes, Policy, SplitRule};
 

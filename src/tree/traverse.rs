@@ -1,6 +1,6 @@
 //! The one traversal of two trees; every query is a closure over it.
 
-use super::Tree;
+use super::{Node, Tree};
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Triangle, intersect};
 use crate::volume::BoundingVolume;
@@ -72,16 +72,9 @@ pub fn traverse<V: BoundingVolume, B>(
     }
     while let Some((i, j)) = stack.pop() {
         let (node_a, node_b) = (&a.nodes[i as usize], &b.nodes[j as usize]);
-        let (children_a, children_b) = (node_a.children(), node_b.children());
-        let next = match (children_a, children_b) {
-            (None, None) => {
-                leaf_pairs(a, node_a.range(), b, node_b.range(), &placement, probe, &mut on_contact)?;
-                continue;
-            }
-            (Some((left, right)), None) => [(left, j), (right, j)],
-            (None, Some((left, right))) => [(i, left), (i, right)],
-            (Some((left, right)), Some(_)) if node_a.size >= node_b.size => [(left, j), (right, j)],
-            (Some(_), Some((left, right))) => [(i, left), (i, right)],
+        let Some(next) = open(node_a, node_b, (i, j)) else {
+            leaf_pairs(a, node_a.range(), b, node_b.range(), &placement, probe, &mut on_contact)?;
+            continue;
         };
         for (i, j) in next {
             probe.volume_test();
@@ -91,6 +84,19 @@ pub fn traverse<V: BoundingVolume, B>(
         }
     }
     ControlFlow::Continue(())
+}
+
+/// The pairs that come after the pair of nodes `at`, of which the larger one is opened; `None` for two leaves.
+#[inline(always)]
+pub(super) fn open<V>(node_a: &Node<V>, node_b: &Node<V>, at: (u32, u32)) -> Option<[(u32, u32); 2]> {
+    let (i, j) = at;
+    match (node_a.children(), node_b.children()) {
+        (None, None) => None,
+        (Some((left, right)), None) => Some([(left, j), (right, j)]),
+        (None, Some((left, right))) => Some([(i, left), (i, right)]),
+        (Some((left, right)), Some(_)) if node_a.size >= node_b.size => Some([(left, j), (right, j)]),
+        (Some(_), Some((left, right))) => Some([(i, left), (i, right)]),
+    }
 }
 
 /// Tests all pairs of two leaves' triangles.

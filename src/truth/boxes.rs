@@ -1,7 +1,7 @@
 //! A static tree of axis-aligned boxes over a mesh, and the boxes moved without ever losing what they hold.
 
 use crate::geometry::grid::STEP_MM;
-use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
+use crate::geometry::{Isometry, Point, Triangle, Vector};
 use nalgebra::Matrix3;
 
 /// An axis-aligned box, mm, closed.
@@ -14,6 +14,14 @@ pub(super) struct Bounds {
 impl Bounds {
     pub fn of(triangle: &Triangle) -> Self {
         let (low, high) = triangle.bounds();
+        Self { low, high }
+    }
+
+    /// The box around points; the origin when there are none.
+    fn around(points: impl Iterator<Item = Point>) -> Self {
+        let wider = |(low, high): (Point, Point), (point, _): (Point, Point)| (low.inf(&point), high.sup(&point));
+        let (low, high) =
+            points.map(|point| (point, point)).reduce(wider).unwrap_or((Point::origin(), Point::origin()));
         Self { low, high }
     }
 
@@ -88,6 +96,8 @@ pub(super) struct Node {
 pub(super) struct BoxTree {
     pub nodes: Vec<Node>,
     pub triangles: Vec<Triangle>,
+    /// The number in the mesh of each triangle.
+    pub faces: Vec<u32>,
     /// The box of each triangle.
     pub bounds: Vec<Bounds>,
 }
@@ -98,31 +108,32 @@ const LEAF: usize = 4;
 impl BoxTree {
     /// Halves the triangles at the median of their centroids along the widest axis of the centroids' box.
     pub fn new(triangles: &[Triangle]) -> Self {
-        let mut tree = Self { nodes: Vec::new(), triangles: triangles.to_vec(), bounds: Vec::new() };
+        let mut tree = Self { nodes: Vec::new(), triangles: Vec::new(), faces: Vec::new(), bounds: Vec::new() };
+        let mut items: Vec<(Triangle, u32)> = triangles.iter().copied().zip(0..).collect();
         // Halving keeps the depth below 32, so recursion is safe.
-        tree.grow(0, triangles.len());
+        tree.grow(&mut items, 0);
+        (tree.triangles, tree.faces) = items.into_iter().unzip();
         tree.bounds = tree.triangles.iter().map(Bounds::of).collect();
         tree
     }
 
-    fn grow(&mut self, from: usize, to: usize) {
-        let range = &mut self.triangles[from..to];
-        let (low, high) = triangle::bounds(range).unwrap_or((Point::origin(), Point::origin()));
-        let bounds = Bounds { low, high };
+    /// Adds the nodes over `items`, which start at `first` in the tree's order, and sorts them.
+    fn grow(&mut self, items: &mut [(Triangle, u32)], first: usize) {
+        let corners = items.iter().flat_map(|(triangle, _)| triangle.corners);
+        let bounds = Bounds::around(corners);
         let node = self.nodes.len();
-        if range.len() <= LEAF {
-            self.nodes.push(Node { bounds, next: from as u32, count: (to - from) as u32 });
+        if items.len() <= LEAF {
+            self.nodes.push(Node { bounds, next: first as u32, count: items.len() as u32 });
             return;
         }
         self.nodes.push(Node { bounds, next: 0, count: 0 });
-        let centroids = range.iter().map(Triangle::centroid).map(|c| (c, c));
-        let (low, high) = centroids.reduce(|(l, h), (c, _)| (l.inf(&c), h.sup(&c))).unwrap_or((low, high));
-        let (axis, _) = Bounds { low, high }.widest();
-        let middle = range.len() / 2;
-        range.select_nth_unstable_by(middle, |s, t| s.centroid()[axis].total_cmp(&t.centroid()[axis]));
-        self.grow(from, from + middle);
+        let (axis, _) = Bounds::around(items.iter().map(|(triangle, _)| triangle.centroid())).widest();
+        let middle = items.len() / 2;
+        items.select_nth_unstable_by(middle, |s, t| s.0.centroid()[axis].total_cmp(&t.0.centroid()[axis]));
+        let (left, right) = items.split_at_mut(middle);
+        self.grow(left, first);
         self.nodes[node].next = self.nodes.len() as u32;
-        self.grow(from + middle, to);
+        self.grow(right, first + middle);
     }
 
     /// The children of an inner node; `None` for a leaf.

@@ -15,11 +15,20 @@ use std::ops::ControlFlow;
 pub struct Verdict {
     /// Whether the surfaces share a point; exact, for the snapped vertices.
     pub exact: bool,
-    /// Whether the fast triangle test says so for any candidate pair of triangles; no volume is involved.
-    pub brute: bool,
+    /// The first candidate pair of triangles that touches by the fast triangle test, (face of `a`, face of `b`); no volume
+    /// is involved.
+    pub witness: Option<(u32, u32)>,
     /// Whether the surfaces are apart and part of one solid lies wholly inside the other. Exact. A mesh that is not
     /// watertight contains nothing.
     pub contained: bool,
+}
+
+impl Verdict {
+    /// Whether the fast triangle test says of any candidate pair of triangles that it touches.
+    #[must_use]
+    pub const fn brute(&self) -> bool {
+        self.witness.is_some()
+    }
 }
 
 /// Everything known about a pair at a pose.
@@ -67,29 +76,32 @@ impl PairOracle {
     #[must_use]
     pub fn judge(&self, a_from_b: &Isometry) -> Verdict {
         let posed = self.posed(a_from_b);
-        let (mut exact, mut brute) = (false, false);
-        let _ = self.candidates(&posed, |a, b| {
-            brute = brute || intersect::touch(a, b);
+        let (mut exact, mut witness) = (false, None);
+        let _ = self.candidates(&posed, |(a, face_a), (b, face_b)| {
+            if witness.is_none() && intersect::touch(a, b) {
+                witness = Some((face_a, face_b));
+            }
             exact = exact || exact::touch(a, b);
-            if exact && brute { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if exact && witness.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
-        Verdict { exact, brute, contained: !exact && self.contained(&posed) }
+        Verdict { exact, witness, contained: !exact && self.contained(&posed) }
     }
 
     /// Whether the surfaces share a point; exact, for the snapped vertices.
     #[must_use]
     pub fn touches(&self, a_from_b: &Isometry) -> bool {
-        self.candidates(&self.posed(a_from_b), |a, b| {
+        self.candidates(&self.posed(a_from_b), |(a, _), (b, _)| {
             if exact::touch(a, b) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
         .is_break()
     }
 
-    /// Calls `visit` with every pair of triangles (of `a`; of `b`, placed) whose boxes overlap, until it breaks.
+    /// Calls `visit` with every pair of triangles (of `a`; of `b`, placed) whose boxes overlap, and their face numbers, until
+    /// it breaks.
     fn candidates(
         &self,
         posed: &Posed,
-        mut visit: impl FnMut(&Triangle, &Triangle) -> ControlFlow<()>,
+        mut visit: impl FnMut((&Triangle, u32), (&Triangle, u32)) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let (a, b) = (&self.a.tree, &self.b.tree);
         let mut stack = vec![(0, 0, posed.mover.bounds(self.b.bounds()))];
@@ -116,11 +128,11 @@ impl PairOracle {
         posed: &Posed,
         i: u32,
         j: u32,
-        visit: &mut impl FnMut(&Triangle, &Triangle) -> ControlFlow<()>,
+        visit: &mut impl FnMut((&Triangle, u32), (&Triangle, u32)) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let a = &self.a.tree;
-        for triangle in &self.b.tree.triangles[self.b.tree.range(j)] {
-            let placed = posed.placement.triangle(triangle);
+        for index_b in self.b.tree.range(j) {
+            let placed = posed.placement.triangle(&self.b.tree.triangles[index_b]);
             let bounds = Bounds::of(&placed);
             // A path through the halving tree leaves at most one sibling per level behind.
             let (mut stack, mut height) = ([0; 40], 1);
@@ -138,7 +150,7 @@ impl PairOracle {
                 }
                 for index in a.range(node) {
                     if a.bounds[index].overlap(&bounds) {
-                        visit(&a.triangles[index], &placed)?;
+                        visit((&a.triangles[index], a.faces[index]), (&placed, self.b.tree.faces[index_b]))?;
                     }
                 }
             }
@@ -161,25 +173,28 @@ mod tests {
         PairOracle::new(Arc::new(solids::block(4.0, 4.0, 4.0)), Arc::new(solids::block(2.0, 2.0, 2.0)))
     }
 
-    fn verdict(exact: bool, brute: bool, contained: bool) -> Verdict {
-        Verdict { exact, brute, contained }
+    /// Exact, brute, contained.
+    type Answers = (bool, bool, bool);
+
+    fn answers(verdict: Verdict) -> Answers {
+        (verdict.exact, verdict.brute(), verdict.contained)
     }
 
     #[test]
     fn blocks_touch_until_they_are_a_step_apart() {
         let step = crate::geometry::grid::STEP_MM;
         for (x, expected) in [
-            (0.0, verdict(false, false, true)),
-            (1.0, verdict(true, true, false)),
-            (2.0, verdict(true, true, false)),
-            (3.0, verdict(true, true, false)),
-            (3.0 + step, verdict(false, false, false)),
-            (1.0 - step, verdict(false, false, true)),
-            (50.0, verdict(false, false, false)),
+            (0.0, (false, false, true)),
+            (1.0, (true, true, false)),
+            (2.0, (true, true, false)),
+            (3.0, (true, true, false)),
+            (3.0 + step, (false, false, false)),
+            (1.0 - step, (false, false, true)),
+            (50.0, (false, false, false)),
         ] {
             let pose = Isometry::translation(x, 0.25, 0.5);
-            assert_eq!(block_on_block().judge(&pose), expected, "x = {x}");
-            assert_eq!(block_on_block().touches(&pose), expected.exact, "x = {x}");
+            assert_eq!(answers(block_on_block().judge(&pose)), expected, "x = {x}");
+            assert_eq!(block_on_block().touches(&pose), expected.0, "x = {x}");
         }
     }
 
@@ -215,7 +230,11 @@ mod tests {
             let pose = pose_of(turn, shift);
             let oracle = PairOracle::new(Arc::new(a.clone()), Arc::new(b.clone()));
             let verdict = oracle.judge(&pose);
-            prop_assert_eq!((verdict.exact, verdict.brute), by_all_pairs(&a, &b, &pose));
+            prop_assert_eq!((verdict.exact, verdict.brute()), by_all_pairs(&a, &b, &pose));
+            if let Some((face_a, face_b)) = verdict.witness {
+                let moved = Placement::new(&pose).triangle(&b.triangles()[face_b as usize]);
+                prop_assert!(intersect::touch(&a.triangles()[face_a as usize], &moved));
+            }
             prop_assert_eq!(oracle.touches(&pose), verdict.exact);
             let clearance = oracle.clearance_mm(&pose, f64::INFINITY);
             prop_assert_eq!(clearance == 0.0, verdict.exact);

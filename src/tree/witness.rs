@@ -1,0 +1,98 @@
+//! Does a query find a contact that is known?
+//!
+//! [`traverse::first`](super::traverse::first) opens pairs of nodes by a rule that does not depend on what it has seen, so exactly one chain of pairs leads
+//! from the roots to the leaves of two given triangles. The query comes to that contact, or stops earlier at another one,
+//! when all pairs of the chain overlap. To know its verdict about a pose whose contact the truth has named takes one test
+//! per level of the trees, where the query itself may take a hundred thousand.
+
+use super::Tree;
+use super::traverse::open;
+use crate::geometry::Isometry;
+use crate::volume::BoundingVolume;
+
+/// Where each face of a mesh stands in a tree's order.
+#[derive(Clone, Debug)]
+pub struct Places(Vec<u32>);
+
+impl Places {
+    /// The places in `tree`.
+    #[must_use]
+    pub fn of<V>(tree: &Tree<V>) -> Self {
+        let mut places = vec![0; tree.faces.len()];
+        for (&face, place) in tree.faces.iter().zip(0..) {
+            places[face as usize] = place;
+        }
+        Self(places)
+    }
+}
+
+/// Whether all pairs of volumes overlap on the chain that leads to the pair of faces `witness`, (face of `a`, face of `b`).
+/// If so, and if the two triangles touch, [`traverse::first`](super::traverse::first) answers that the meshes touch. If not, it may still
+/// find another contact.
+#[must_use]
+pub fn reached<V: BoundingVolume>(
+    a: (&Tree<V>, &Places),
+    b: (&Tree<V>, &Places),
+    a_from_b: &Isometry,
+    witness: (u32, u32),
+) -> bool {
+    let pose = V::pose(a_from_b);
+    let place_a = a.1.0[witness.0 as usize] as usize;
+    let place_b = b.1.0[witness.1 as usize] as usize;
+    let mut at = (0, 0);
+    loop {
+        let (node_a, node_b) = (&a.0.nodes[at.0 as usize], &b.0.nodes[at.1 as usize]);
+        if !node_a.volume.overlaps(&node_b.volume, &pose) {
+            return false;
+        }
+        let Some(next) = open(node_a, node_b, at) else { return true };
+        let holds = |(i, j): (u32, u32)| {
+            a.0.nodes[i as usize].range().contains(&place_a) && b.0.nodes[j as usize].range().contains(&place_b)
+        };
+        at = if holds(next[0]) { next[0] } else { next[1] };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::{cases, meshes};
+    use crate::tree::traverse::{self, NoProbe, Scratch};
+    use crate::tree::{Policy, SplitRule};
+    use crate::volume::aabb::Aabb;
+    use crate::volume::obb::Obb;
+    use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
+    use nalgebra::Vector3;
+
+    /// Over all contacts of many poses: one that is reached means a query that answers yes; and a query that answers yes
+    /// has a contact that is reached. Returns how many contacts were not reached.
+    fn agrees_with_the_query<V: BoundingVolume>(policy: Policy) -> usize {
+        let triangles = meshes::stepped_tool(8, 4).triangles();
+        let tree = Tree::<V>::build(&triangles, policy);
+        let places = Places::of(&tree);
+        let mut unreached = 0;
+        for step in 0..40 {
+            let shift = Vector3::new(0.7 * f64::from(step), 0.4, 0.3);
+            let pose = Isometry::new(shift, Vector3::new(0.3, 0.1, 0.2));
+            let contacts = cases::contacts(&triangles, &triangles, &pose);
+            let reached = contacts.iter().filter(|&&at| reached((&tree, &places), (&tree, &places), &pose, at)).count();
+            let answer = traverse::first(&tree, &tree, &pose, &mut Scratch::default(), &mut NoProbe);
+            assert_eq!(answer, reached > 0, "step {step}");
+            unreached += contacts.len() - reached;
+        }
+        unreached
+    }
+
+    #[test]
+    fn a_safe_volume_reaches_every_contact_and_the_query_says_so() {
+        for leaf in [1, 3] {
+            let policy = Policy { leaf, ..Policy::own(SplitRule::VertexMean) };
+            assert_eq!(agrees_with_the_query::<Aabb>(policy), 0);
+        }
+    }
+
+    #[test]
+    fn a_box_that_has_drifted_does_not_reach_all_and_the_query_still_agrees() {
+        assert!(agrees_with_the_query::<Obb<ObbVertexCentroid>>(Policy::own(SplitRule::VertexMean)) > 0);
+    }
+}
