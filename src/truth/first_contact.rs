@@ -25,11 +25,9 @@ impl PairOracle {
     pub fn first_contact_mm(&self, a_from_b: &Isometry, direction_in_a: &Unit<Vector>) -> Option<f64> {
         let frame = frame_along(direction_in_a);
         let rotation = frame * a_from_b.rotation.to_rotation_matrix().into_inner();
-        let a = Moved { tree: &self.a.tree, mover: Mover::of(frame, Vector::zeros(), self.a.bounds()) };
-        let b = Moved {
-            tree: &self.b.tree,
-            mover: Mover::of(rotation, frame * a_from_b.translation.vector, self.b.bounds()),
-        };
+        let a = Moved::new(&self.a.tree, &Mover::of(frame, Vector::zeros(), self.a.bounds()));
+        let shift = frame * a_from_b.translation.vector;
+        let b = Moved::new(&self.b.tree, &Mover::of(rotation, shift, self.b.bounds()));
         let mut least = f64::INFINITY;
         let mut queue = BinaryHeap::new();
         queue.extend(Entry::new(&a, 0, &b, 0));
@@ -39,7 +37,7 @@ impl PairOracle {
             }
             let children: [(u32, u32); 2] = match (a.tree.children(i), b.tree.children(j)) {
                 (None, None) => {
-                    least = least.min(leaves_travel(&a, i, &b, j));
+                    least = leaves_travel(&a, i, &b, j, least);
                     continue;
                 }
                 (None, Some(children)) => children.map(|child| (i, child)),
@@ -54,19 +52,20 @@ impl PairOracle {
     }
 }
 
-/// A tree and the motion that takes it into the frame of travel.
+/// A tree in the frame of travel: moved once, because a query comes to most nodes many times.
 struct Moved<'a> {
     tree: &'a BoxTree,
-    mover: Mover,
+    nodes: Vec<Bounds>,
+    triangles: Vec<Triangle>,
+    bounds: Vec<Bounds>,
 }
 
-impl Moved<'_> {
-    fn bounds(&self, node: u32) -> Bounds {
-        self.mover.bounds(&self.tree.nodes[node as usize].bounds)
-    }
-
-    fn triangles(&self, leaf: u32) -> impl Iterator<Item = Triangle> {
-        self.tree.triangles[self.tree.range(leaf)].iter().map(|t| t.map(|p| self.mover.point(p)))
+impl<'a> Moved<'a> {
+    fn new(tree: &'a BoxTree, mover: &Mover) -> Self {
+        let nodes = tree.nodes.iter().map(|node| mover.bounds(&node.bounds)).collect();
+        let triangles: Vec<Triangle> = tree.triangles.iter().map(|t| t.map(|p| mover.point(p))).collect();
+        let bounds = triangles.iter().map(Bounds::of).collect();
+        Self { tree, nodes, triangles, bounds }
     }
 }
 
@@ -80,8 +79,8 @@ struct Entry {
 impl Entry {
     /// `None` when the shadows of the nodes' boxes do not overlap.
     fn new(a: &Moved, i: u32, b: &Moved, j: u32) -> Option<Self> {
-        let (of_a, of_b) = (a.bounds(i), b.bounds(j));
-        of_a.overlap_in_xy(&of_b).then(|| Self { travel: of_a.low.z - of_b.high.z, i, j })
+        let (of_a, of_b) = (&a.nodes[i as usize], &b.nodes[j as usize]);
+        of_a.overlap_in_xy(of_b).then(|| Self { travel: of_a.low.z - of_b.high.z, i, j })
     }
 }
 
@@ -113,13 +112,13 @@ fn frame_along(direction: &Unit<Vector>) -> Matrix3<f64> {
     Matrix3::from_rows(&[x.transpose(), direction.cross(&x).transpose(), direction.transpose()])
 }
 
-/// The least travel over the pairs of triangles of two leaves, mm; infinite when none meet.
-fn leaves_travel(a: &Moved, i: u32, b: &Moved, j: u32) -> f64 {
-    let mut least = f64::INFINITY;
-    for moving in b.triangles(j) {
-        for still in a.triangles(i) {
-            if Bounds::of(&still).overlap_in_xy(&Bounds::of(&moving)) {
-                least = least.min(triangles_travel(&still, &moving));
+/// The least travel over the pairs of triangles of two leaves, mm, where it is below `least`; else `least`.
+fn leaves_travel(a: &Moved, i: u32, b: &Moved, j: u32, mut least: f64) -> f64 {
+    for moving in b.tree.range(j) {
+        for still in a.tree.range(i) {
+            let (of_still, of_moving) = (&a.bounds[still], &b.bounds[moving]);
+            if of_still.low.z - of_moving.high.z < least && of_still.overlap_in_xy(of_moving) {
+                least = least.min(triangles_travel(&a.triangles[still], &b.triangles[moving]));
             }
         }
     }
