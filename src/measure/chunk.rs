@@ -9,6 +9,8 @@ use crate::record::Stratum;
 
 /// Poses in a chunk.
 pub const CHUNK_POSES: usize = 64;
+/// Of how many pairs and workloads of a stratum the control runs a pose: enough for an interval over all strata.
+const CONTROL_PAIRS: usize = 2;
 /// A stratum with fewer poses than this in a workload is left out there.
 const FEWEST_POSES: usize = 16;
 
@@ -19,7 +21,7 @@ pub enum Role {
     Everyone,
     /// Every case but the control and the peers, whose queries can be a hundred times slower.
     Volumes,
-    /// The control and the reference only: one or two poses, since the control tests every pair of triangles.
+    /// The control and the reference only: a single pose, since the control tests every pair of triangles.
     Control,
 }
 
@@ -59,7 +61,7 @@ pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
                 let end = (start + CHUNK_POSES).min(poses.len());
                 add(&poses[start..end], if window == 0 { Role::Everyone } else { Role::Volumes });
             }
-            if rank == 0 {
+            if rank < CONTROL_PAIRS {
                 add(&poses[poses.len() / 2..=poses.len() / 2], Role::Control);
             }
         }

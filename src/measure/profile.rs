@@ -62,7 +62,7 @@ impl Profile {
                 measure_poses: 768,
                 blocks: 4,
                 launches: 2,
-                build_blocks: 1,
+                build_blocks: 2,
                 cross_check_pairs: 1_000_000,
             },
             Self::Full => Budget {

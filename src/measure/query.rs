@@ -2,7 +2,8 @@
 //!
 //! In every block every chunk is visited in a fresh random order, and for a chunk every case runs in a fresh random order,
 //! back to back, each after an untimed run over the first poses that brings its trees into the caches. The first block
-//! warms up, finds how often a short chunk must be repeated, and is dropped.
+//! warms up, finds how often a short chunk must be repeated, and is dropped. Where a chunk takes a case longer than
+//! [`LONG_SAMPLE_NS`], one timed block of each launch is enough for it: such a sample averages the machine's noise itself.
 
 use super::chunk::{Chunk, Role};
 use super::judged::JudgedPair;
@@ -19,6 +20,18 @@ use std::collections::BTreeMap;
 
 /// Poses run untimed before each sample.
 const WARM_UP_POSES: usize = 8;
+
+/// A chunk that takes a case longer than this, ns, is timed once in a launch: a hundred times the shortest sample.
+const LONG_SAMPLE_NS: u64 = 100 * timer::SHORTEST_SAMPLE_NS;
+
+/// How a case runs a chunk, as the warm-up found.
+#[derive(Clone, Copy)]
+struct Manner {
+    /// Runs over the chunk in one sample.
+    passes: u32,
+    /// Whether one timed block is enough.
+    once: bool,
+}
 
 /// A case with its trees over the parts of a scene.
 struct Contestant {
@@ -41,7 +54,9 @@ pub fn time_scene(
         .map(|chunk| chunk.poses.iter().map(|&pose| judged[chunk.pair].poses[pose].a_from_b).collect())
         .collect();
     let mut rng = Pcg64Mcg::seed_from_u64(plan.selection.seed ^ (u64::from(launch) << 32));
-    let mut passes = vec![vec![1; contestants.len()]; chunks.len()];
+    // The control needs no warm-up to be known as slow.
+    let unknown = |contestant: &Contestant| Manner { passes: 1, once: contestant.case.variant.kind == Kind::Control };
+    let mut manners = vec![contestants.iter().map(unknown).collect::<Vec<_>>(); chunks.len()];
     let mut verdicts = Vec::new();
     let mut rows = Vec::new();
     let mut chunk_order: Vec<usize> = (0..chunks.len()).collect();
@@ -51,7 +66,12 @@ pub fn time_scene(
         for &c in &chunk_order {
             let (chunk, poses) = (&chunks[c], &chunk_poses[c]);
             case_order.shuffle(&mut rng);
-            for &k in case_order.iter().filter(|&&k| takes_part(&contestants[k], chunk, plan, block)) {
+            for &k in &case_order {
+                let manner = manners[c][k];
+                let needed = if block == 0 { !manner.once } else { !manner.once || block == 1 };
+                if !needed || !takes_part(&contestants[k], chunk, plan) {
+                    continue;
+                }
                 let (a, b) = contestants[k].pair_of(&judged[chunk.pair]);
                 let mut run = |poses: &[Isometry], passes: u32| {
                     for _ in 0..passes {
@@ -63,20 +83,12 @@ pub fn time_scene(
                 if chunk.role != Role::Control {
                     run(&poses[..poses.len().min(WARM_UP_POSES)], 1);
                 }
-                let (ns, _) = timer::time(|| run(poses, passes[c][k]));
+                let (ns, _) = timer::time(|| run(poses, manner.passes));
                 if block == 0 {
-                    passes[c][k] = timer::passes_for(ns);
+                    manners[c][k] = Manner { passes: timer::passes_for(ns), once: ns > LONG_SAMPLE_NS };
                 } else {
-                    rows.push(row(
-                        scene,
-                        &judged[chunk.pair],
-                        chunk,
-                        &contestants[k].case,
-                        launch,
-                        block - 1,
-                        passes[c][k],
-                        ns,
-                    ));
+                    let (case, pair) = (&contestants[k].case, &judged[chunk.pair]);
+                    rows.push(row(scene, pair, chunk, case, launch, block - 1, manner.passes, ns));
                 }
             }
             progress.advance(1);
@@ -104,11 +116,11 @@ fn contestants(plan: &Plan, scene: &Scene) -> Vec<Contestant> {
     plan.cases.iter().map(|case| Contestant::prepare(case, &case.id, scene)).chain(null).collect()
 }
 
-/// Whether a case runs a chunk in a block. The control takes seconds, so one timed block of each launch is enough for it.
-fn takes_part(contestant: &Contestant, chunk: &Chunk, plan: &Plan, block: u32) -> bool {
+/// Whether a case runs a chunk.
+fn takes_part(contestant: &Contestant, chunk: &Chunk, plan: &Plan) -> bool {
     let case = &contestant.case;
     match (chunk.role, case.variant.kind) {
-        (Role::Control, Kind::Control) => block <= 1,
+        (Role::Control, Kind::Control) => true,
         (Role::Control, _) => {
             plan.null_reference().is_some_and(|reference| reference.id == case.id && reference.policy == case.policy)
         }
