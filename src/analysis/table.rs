@@ -202,17 +202,22 @@ impl Scene {
     #[must_use]
     pub fn build_ratios(&self, above: &CaseKey, below: &CaseKey) -> Option<Strata> {
         let pairs = merge(self.builds.get(above)?, self.builds.get(below)?, Sample::key);
-        // A few parts are no sample of anything: the blocks of each part are what is resampled.
-        let logs = pairs.map(|(a, b)| (None, a.launch, a.block, (a.ns / b.ns).ln()));
-        Strata::collect(logs, self.launches)
+        // A few parts are no sample of anything: what is resampled are the blocks, which are numbered across launches.
+        let logs = pairs.map(|(a, b)| (None, 0, a.block, (a.ns / b.ns).ln()));
+        Strata::collect(logs, 1)
     }
 
-    /// Log ratios of the counts of two cases, paired by query; queries where either counts nothing are left out.
+    /// Log ratios of the counts of two cases, paired by query. Triangle tests are counted from one instead of zero, for a
+    /// query that gets by without any would otherwise have no logarithm, and leaving it out would leave out a method's best.
     #[must_use]
     pub fn count_ratios(&self, above: &CaseKey, below: &CaseKey, counter: Counter) -> Option<Strata> {
         let pairs = merge(self.queries.get(above)?, self.queries.get(below)?, Query::key);
+        let start = match counter {
+            Counter::Volume => 0,
+            Counter::Triangle => 1,
+        };
         let logs = pairs.filter_map(|(a, b)| {
-            let (over, under) = (a.count(counter), b.count(counter));
+            let (over, under) = (start + a.count(counter), start + b.count(counter));
             (over > 0 && under > 0).then(|| (Some(a.stratum), 0, cluster(a), (over as f64 / under as f64).ln()))
         });
         Strata::collect(logs, 1)

@@ -10,6 +10,7 @@ use anyhow::Result;
 use clap::Args;
 use comfy_table::{ContentArrangement, Table, presets};
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -34,6 +35,7 @@ pub fn run(options: &Options) -> Result<u8> {
         say(serde_json::to_string_pretty(&as_json(&outcome))?);
     } else {
         say(table(&outcome.claims, &claims).trim_fmt());
+        say(format!("\n{}", tally(&outcome.claims, &claims)));
         for complaint in &outcome.noise {
             say(format!("Noisy: {complaint}"));
         }
@@ -41,7 +43,7 @@ pub fn run(options: &Options) -> Result<u8> {
     Ok(CLEAR)
 }
 
-/// Verdicts, a line each.
+/// Verdicts, a line each; a claim and a reading are named where they begin.
 pub fn table(rows: &[ClaimRow], claims: &ClaimSet) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_header([
@@ -55,10 +57,37 @@ pub fn table(rows: &[ClaimRow], claims: &ClaimSet) -> Table {
     if table.width().is_none() {
         table.set_width(100);
     }
+    let (mut claim, mut reading) = (String::new(), String::new());
     for row in terminal_rows(rows, claims) {
-        table.add_row([row.claim, row.reading, row.scene, row.verdict, row.value, row.misses]);
+        let new_claim = row.claim != claim;
+        let new_reading = new_claim || row.reading != reading;
+        (claim, reading) = (row.claim, row.reading);
+        let shown = |name: &str, is_new: bool| if is_new { name.to_owned() } else { String::new() };
+        table.add_row([
+            shown(&claim, new_claim),
+            shown(&reading, new_reading),
+            row.scene,
+            row.verdict,
+            row.value,
+            row.misses,
+        ]);
     }
+    // A space between columns, so that a row of the longest values still fits 100 columns.
+    table.column_iter_mut().for_each(|column| {
+        column.set_padding((0, 1));
+    });
     table
+}
+
+/// How many verdicts of each kind the table has.
+pub fn tally(rows: &[ClaimRow], claims: &ClaimSet) -> String {
+    let rows = terminal_rows(rows, claims);
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for row in &rows {
+        *counts.entry(&row.verdict).or_default() += 1;
+    }
+    let counts: Vec<String> = counts.iter().map(|(verdict, count)| format!("{count} {verdict}")).collect();
+    format!("{} verdicts (claim, reading, scene): {}", rows.len(), counts.join(", "))
 }
 
 /// Verdicts as data.

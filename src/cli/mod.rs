@@ -36,8 +36,8 @@ struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
-  bvbench repro                          check the paper: everything, in a few minutes
-  bvbench repro --profile smoke          the same in seconds, to see that it works
+  bvbench repro                          check the paper: everything, in two minutes
+  bvbench repro --profile smoke          the same in half a minute, to see that it works
   bvbench list                           the variants
   bvbench verify --scene lathe-toolpost  verdicts of all variants against the exact truth
   bvbench measure --variant ID --variant ID --out results/two

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench repro                              the paper's scenes, all variants, a few minutes\n  bvbench repro --profile smoke --out /tmp/look\n  bvbench repro --scene bench-scenes/lathe-toolpost --variant ID --variant ID --out results/two\n\nAn interrupted run goes on where it stopped when the same command is given again; a finished one is made again."
+    after_help = "Examples:\n  bvbench repro                              the paper's scenes, all variants, two minutes\n  bvbench repro --profile smoke --out /tmp/look\n  bvbench repro --scene bench-scenes/lathe-toolpost --variant ID --variant ID --out results/two\n\nAn interrupted run goes on where it stopped when the same command is given again; a finished one is made again."
 )]
 pub struct Options {
     #[command(flatten)]
@@ -53,7 +53,8 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         say(serde_json::to_string_pretty(&result)?);
     } else {
         say(analyze::table(&outcome.claims, &claims).trim_fmt());
-        say(format!("\n{}", verify::verdict(&verification)));
+        say(format!("\n{}", analyze::tally(&outcome.claims, &claims)));
+        say(verify::verdict(&verification));
         for complaint in &outcome.noise {
             say(format!("Noisy: {complaint}"));
         }

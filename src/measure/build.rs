@@ -10,14 +10,15 @@ use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeSet;
 
-/// Times the construction of every case's model of every part that belongs to an examined pair.
-pub fn time_builds(plan: &Plan, scene: &Scene, launch: u32, blocks: u32, progress: &dyn Progress) -> Vec<BuildRow> {
+/// Times the construction of every case's model of every part that belongs to an examined pair. The plan's blocks are
+/// dealt out to its launches, and numbered across them.
+pub fn time_builds(plan: &Plan, scene: &Scene, launch: u32, progress: &dyn Progress) -> Vec<BuildRow> {
     let parts: BTreeSet<usize> = scene.pairs.iter().flat_map(|pair| [pair.a, pair.b]).collect();
     let cases = plan.cases.iter().filter(|case| case.variant.kind != Kind::Control);
     let mut jobs: Vec<(&Case, usize)> = cases.flat_map(|case| parts.iter().map(move |&part| (case, part))).collect();
     let mut rng = Pcg64Mcg::seed_from_u64(plan.selection.seed ^ (u64::from(launch) << 32) ^ 0x000b_u64);
     let mut rows = Vec::new();
-    for block in 0..blocks {
+    for block in (launch..plan.budget.build_blocks).step_by(plan.budget.launches as usize) {
         jobs.shuffle(&mut rng);
         for &(case, part) in &jobs {
             let mesh = &scene.parts[part].mesh;

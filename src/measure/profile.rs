@@ -6,11 +6,11 @@ use std::str::FromStr;
 /// A named amount of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Profile {
-    /// Seconds: for continuous integration and for trying a new volume.
+    /// Half a minute: for continuous integration and for trying a new volume.
     Smoke,
     /// Two minutes: for a reader.
     Quick,
-    /// An hour: for publication.
+    /// Some hours: for publication.
     Full,
 }
 
@@ -25,7 +25,7 @@ pub struct Budget {
     pub blocks: u32,
     /// Process launches.
     pub launches: u32,
-    /// Timed constructions of every tree per launch.
+    /// Timed constructions of every tree, over all launches.
     pub build_blocks: u32,
     /// Random triangle pairs on which the exact test is compared with its integer twin.
     pub cross_check_pairs: u64,
@@ -62,7 +62,7 @@ impl Profile {
                 measure_poses: 768,
                 blocks: 4,
                 launches: 2,
-                build_blocks: 2,
+                build_blocks: 4,
                 cross_check_pairs: 1_000_000,
             },
             Self::Full => Budget {
@@ -70,7 +70,7 @@ impl Profile {
                 measure_poses: 8_192,
                 blocks: 16,
                 launches: 8,
-                build_blocks: 5,
+                build_blocks: 44,
                 cross_check_pairs: 10_000_000,
             },
         }

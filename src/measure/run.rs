@@ -267,7 +267,7 @@ impl Run {
             progress.begin(&what, blocks * chunks.len() as u64);
             let before = environment::BusyMeter::read();
             let timings = query::time_scene(&self.plan, scene, &judged, &chunks, launch, progress);
-            let builds = build::time_builds(&self.plan, scene, launch, self.plan.budget.build_blocks, progress);
+            let builds = build::time_builds(&self.plan, scene, launch, progress);
             let disturbance =
                 environment::BusyMeter::read().zip(before).and_then(|(after, before)| after.since(&before));
             let complaint = disturbance.and_then(|disturbance| disturbance.complaint());
