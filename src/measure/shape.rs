@@ -10,8 +10,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Faces that meet at a sharper angle than this show an edge in a drawing, degrees.
 const FEATURE_ANGLE_DEG: f64 = 30.0;
-/// The same for edges on the convex hull: a fillet is seen as an outline, and drawings reach the part's extremes.
-const OUTLINE_ANGLE_DEG: f64 = 2.0;
+/// A normal with a component smaller than this along an axis of view counts as turned away: the sides of a prism are, in
+/// spite of rounding.
+const EDGE_ON: f64 = 1e-9;
+/// The coordinate axes as records name them.
+const VIEWS: [&str; 3] = ["x", "y", "z"];
 
 /// What there is to say about the trees over a scene's examined parts.
 #[derive(Clone, Debug, Default)]
@@ -30,7 +33,11 @@ pub fn describe_scene(plan: &Plan, scene: &Scene, progress: &dyn Progress) -> Sh
     progress.begin(&format!("{}: tightness", scene.name), (parts.len() * plan.cases.len()) as u64);
     let mut shapes = Shapes::default();
     for &part in &parts {
-        shapes.outlines.extend(outline_rows(scene, part, MESH_OUTLINE, &feature_edges(&scene.parts[part].mesh)));
+        let (features, silhouettes) = drawn_edges(&scene.parts[part].mesh);
+        shapes.outlines.extend(outline_rows(scene, part, MESH_OUTLINE, "", &features));
+        for (view, silhouette) in VIEWS.into_iter().zip(&silhouettes) {
+            shapes.outlines.extend(outline_rows(scene, part, MESH_OUTLINE, view, silhouette));
+        }
         let mut drawn = BTreeSet::new();
         for case in &plan.cases {
             let first_of_variant = drawn.insert(case.id.as_str());
@@ -68,7 +75,7 @@ fn describe(case: &Case, scene: &Scene, part: usize, draw: bool, shapes: &mut Sh
         });
     }
     if draw {
-        shapes.outlines.extend(outline_rows(scene, part, &case.id, &report.root_outline));
+        shapes.outlines.extend(outline_rows(scene, part, &case.id, "", &report.root_outline));
     }
     shapes.trees.push(TreeRow {
         scene: scene_name,
@@ -89,11 +96,12 @@ fn describe(case: &Case, scene: &Scene, part: usize, draw: bool, shapes: &mut Sh
     });
 }
 
-fn outline_rows(scene: &Scene, part: usize, variant: &str, segments: &[Segment]) -> Vec<OutlineRow> {
+fn outline_rows(scene: &Scene, part: usize, variant: &str, view: &str, segments: &[Segment]) -> Vec<OutlineRow> {
     let row = |[p, q]: &Segment| OutlineRow {
         scene: scene.name.clone(),
         part: scene.parts[part].name.clone(),
         variant: variant.to_owned(),
+        view: view.to_owned(),
         x1_mm: p.x,
         y1_mm: p.y,
         z1_mm: p.z,
@@ -104,9 +112,9 @@ fn outline_rows(scene: &Scene, part: usize, variant: &str, segments: &[Segment])
     segments.iter().map(row).collect()
 }
 
-/// The edges at which neighbouring faces meet at more than [`FEATURE_ANGLE_DEG`] ([`OUTLINE_ANGLE_DEG`] on the convex hull), or
-/// that have one face only.
-fn feature_edges(mesh: &Mesh) -> Vec<Segment> {
+/// The edges at which neighbouring faces meet at more than [`FEATURE_ANGLE_DEG`] or that have one face only; and apart from
+/// these, for each coordinate axis, the edges of the silhouette seen along it.
+fn drawn_edges(mesh: &Mesh) -> (Vec<Segment>, [Vec<Segment>; 3]) {
     let normals: Vec<_> = mesh.triangles().iter().map(|t| t.double_area_normal().try_normalize(0.0)).collect();
     let mut faces_of: BTreeMap<(u32, u32), Vec<usize>> = BTreeMap::new();
     for (face, corners) in mesh.faces().iter().enumerate() {
@@ -115,27 +123,27 @@ fn feature_edges(mesh: &Mesh) -> Vec<Segment> {
             faces_of.entry((p.min(q), p.max(q))).or_default().push(face);
         }
     }
-    let on_hull = hull_vertices(mesh);
-    let (sharp, slight) = (FEATURE_ANGLE_DEG.to_radians().cos(), OUTLINE_ANGLE_DEG.to_radians().cos());
-    let is_feature = |&(p, q): &(u32, u32), faces: &[usize]| {
-        let cosine = if on_hull.contains(&p) && on_hull.contains(&q) { slight } else { sharp };
-        match faces {
-            &[one, other] => normals[one].zip(normals[other]).is_some_and(|(n, m)| n.dot(&m) < cosine),
-            _ => true,
+    let sharp = FEATURE_ANGLE_DEG.to_radians().cos();
+    let (mut features, mut silhouettes) = (Vec::new(), [const { Vec::new() }; 3]);
+    for (&(p, q), faces) in &faces_of {
+        let edge = [p, q].map(|vertex| mesh.vertices()[vertex as usize]);
+        let &[one, other] = faces.as_slice() else {
+            features.push(edge);
+            continue;
+        };
+        // A face without a direction shows nothing.
+        let Some((n, m)) = normals[one].zip(normals[other]) else { continue };
+        if n.dot(&m) < sharp {
+            features.push(edge);
+            continue;
         }
-    };
-    let vertex = |v: u32| mesh.vertices()[v as usize];
-    faces_of.iter().filter(|(edge, faces)| is_feature(edge, faces)).map(|(&(p, q), _)| [vertex(p), vertex(q)]).collect()
-}
-
-/// The vertices on the convex hull; none for a part without one.
-fn hull_vertices(mesh: &Mesh) -> BTreeSet<u32> {
-    let points: Vec<_> = mesh.vertices().iter().map(|p| p.coords.into()).collect();
-    let Ok((corners, _)) = parry3d_f64::transformation::try_convex_hull(&points) else { return BTreeSet::new() };
-    let key = |p: [f64; 3]| p.map(|x| (x + 0.0).to_bits());
-    let corners: BTreeSet<[u64; 3]> = corners.iter().map(|p| key([p.x, p.y, p.z])).collect();
-    let on_hull = mesh.vertices().iter().zip(0..).filter(|(p, _)| corners.contains(&key([p.x, p.y, p.z])));
-    on_hull.map(|(_, vertex)| vertex).collect()
+        for (axis, silhouette) in silhouettes.iter_mut().enumerate() {
+            if (n[axis] > EDGE_ON) != (m[axis] > EDGE_ON) {
+                silhouette.push(edge);
+            }
+        }
+    }
+    (features, silhouettes)
 }
 
 #[cfg(test)]
@@ -148,9 +156,24 @@ mod tests {
         let p = |x: f64, y: f64, z: f64| Point::new(x, y, z);
         let vertices = vec![p(0.0, 0.0, 0.0), p(1.0, 0.0, 0.0), p(0.0, 1.0, 0.0), p(1.0, 1.0, 1.0)];
         let bent = Mesh::new(vertices.clone(), vec![[0, 1, 2], [1, 3, 2]]).unwrap();
-        assert_eq!(feature_edges(&bent).len(), 5); // four rims and the bend
+        assert_eq!(drawn_edges(&bent).0.len(), 5); // four rims and the bend
         let flat = Mesh::new(vec![vertices[0], vertices[1], vertices[2], p(1.0, 1.0, 0.0)], vec![[0, 1, 2], [1, 3, 2]])
             .unwrap();
-        assert_eq!(feature_edges(&flat).len(), 4);
+        assert_eq!(drawn_edges(&flat).0.len(), 4);
+    }
+
+    #[test]
+    fn a_ball_has_no_features_and_a_round_silhouette_along_every_axis() {
+        let ball = crate::conformance::meshes::sphere(10.0, 24, 12);
+        let (features, silhouettes) = drawn_edges(&ball);
+        assert_eq!(features.len(), 0);
+        for (axis, silhouette) in silhouettes.iter().enumerate() {
+            assert!(!silhouette.is_empty());
+            // All of it lies near the rim of the disc that the ball is seen as, a facet's width at most inside.
+            for point in silhouette.iter().flatten() {
+                let seen = [0, 1, 2].into_iter().filter(|&i| i != axis).map(|i| point[i].powi(2)).sum::<f64>().sqrt();
+                assert!(seen > 9.0, "{axis}: {point}");
+            }
+        }
     }
 }

@@ -19,6 +19,9 @@ const EDGES_MAX: usize = 6000;
 
 const AXES: [&str; 3] = ["x, mm", "y, mm", "z, mm"];
 
+/// Coordinate axes as records name them.
+const VIEWS: [&str; 3] = ["x", "y", "z"];
+
 type Segment = [[f64; 3]; 2];
 
 /// A box with its look.
@@ -48,7 +51,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Boxes> {
     Sketch {
         name: "boxes-on-the-tool",
         title: "The paper's box and the tight box, drawn on the part".to_owned(),
-        caption: "Root boxes over the edges of the part (grey), in two orthogonal projections of the part's own frame, at equal \
+        caption: "Root boxes over the edges and the silhouette of the part (grey), in two orthogonal projections of the part's own frame, at equal \
                   scales. Of each scene the part is shown on which the boxes differ most. The paper-literal box is centred on \
                   the mean of the triangle corners and has half the extent of the part: where the mean is not in the middle the \
                   box is shifted toward the densely triangulated side, cuts off part of the mesh on the other side, and leaves \
@@ -78,7 +81,8 @@ impl Boxes {
 /// A part with the boxes drawn on it.
 struct Part<'a> {
     name: &'a str,
-    mesh: Vec<Segment>,
+    /// The edges seen along each coordinate axis.
+    mesh: [Vec<Segment>; 3],
     boxes: Vec<DrawnBox>,
     /// From the last box's centre to the first one's, mm.
     shift: [f64; 3],
@@ -96,9 +100,13 @@ impl<'a> Part<'a> {
         });
         let boxes: Vec<DrawnBox> = drawn.collect();
         let (first, last) = (centre(&boxes.first()?.edges), centre(&boxes.last()?.edges));
-        let mesh = edges(MESH_OUTLINE);
-        let every = mesh.len().div_ceil(EDGES_MAX).max(1);
-        let mesh = mesh.into_iter().step_by(every).collect();
+        let mesh = VIEWS.map(|view| {
+            let rows = data.outlines.iter().filter(|row| row.scene == scene && row.part == name);
+            let rows = rows.filter(|row| row.variant == MESH_OUTLINE && (row.view.is_empty() || row.view == view));
+            let seen: Vec<Segment> = rows.map(segment).collect();
+            let every = seen.len().div_ceil(EDGES_MAX).max(1);
+            seen.into_iter().step_by(every).collect()
+        });
         Some(Self { name, mesh, boxes, shift: std::array::from_fn(|i| first[i] - last[i]) })
     }
 
@@ -116,7 +124,7 @@ impl<'a> Part<'a> {
         [up, other].map(|up| View {
             title: format!("{scene}: {}", self.name),
             axes: [across, up],
-            mesh: self.mesh.clone(),
+            mesh: self.mesh[3 - across - up].clone(),
             boxes: self.boxes.clone(),
         })
     }
@@ -173,7 +181,7 @@ fn stroke_widths(boxes: usize) -> impl Iterator<Item = u32> {
     (0..boxes as u32).map(|i| THIN_PX + 4 * i)
 }
 
-const MESH_COLOUR: RGBColor = RGBColor(150, 150, 150);
+const MESH_COLOUR: RGBColor = RGBColor(110, 110, 110);
 
 impl View {
     /// Ranges of both axes with equal millimetres per pixel, everything inside.

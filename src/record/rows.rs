@@ -202,6 +202,8 @@ pub struct OutlineRow {
     pub part: String,
     /// Variant id, or `mesh`.
     pub variant: String,
+    /// Coordinate axis along which alone the segment is seen, as part of the silhouette: `x`, `y` or `z`; empty for all.
+    pub view: String,
     /// Start, mm, part frame.
     pub x1_mm: f64,
     /// Start, mm, part frame.

@@ -309,6 +309,7 @@ impl Run {
                 scene: scene.into(),
                 part: PARTS[0].into(),
                 variant: variant.into(),
+                view: String::new(),
                 x1_mm: a[0],
                 y1_mm: a[1],
                 z1_mm: a[2],
