@@ -87,8 +87,10 @@ pub struct Ranked {
     pub scenes: usize,
 }
 
-/// Within this interval the null comparison calls the run quiet.
-pub const QUIET: (f64, f64) = (0.99, 1.01);
+/// The null comparison's interval has to meet this one in a quiet run: the two copies are equally fast.
+pub const EQUAL: (f64, f64) = (0.99, 1.01);
+/// And it has to lie within this one: the run was steady enough to tell.
+pub const STEADY: (f64, f64) = (0.97, 1.03);
 
 /// Analyses the run in `folder` and writes `summary.csv`, `ratios.csv` and `claims.csv`, and the claims it judged as
 /// `claims.toml` beside them.
@@ -126,13 +128,13 @@ pub fn analyze(folder: &Path, claims: &ClaimSet) -> Result<Outcome, AnalysisErro
 /// What disturbed the timings: what the manifest says, and every scene whose null comparison is not quiet.
 #[must_use]
 pub fn noise(manifest: &Manifest, ratios: &[RatioRow]) -> Vec<String> {
-    let loud = ratios.iter().filter(|r| {
-        r.variant == NULL_VARIANT && r.metric == "time" && r.stratum == ALL && !(QUIET.0 <= r.low && r.high <= QUIET.1)
-    });
+    let is_quiet = |r: &RatioRow| STEADY.0 <= r.low && r.high <= STEADY.1 && r.low <= EQUAL.1 && EQUAL.0 <= r.high;
+    let loud =
+        ratios.iter().filter(|r| r.variant == NULL_VARIANT && r.metric == "time" && r.stratum == ALL && !is_quiet(r));
     let loud = loud.map(|r| {
         format!(
-            "{}: the null method (a second copy of {}) takes {:.3} [{:.3}, {:.3}] times as long as its original; a quiet run stays within [{}, {}]",
-            r.scene, r.baseline, r.ratio, r.low, r.high, QUIET.0, QUIET.1
+            "{}: the null method (a second copy of {}) takes {:.3} [{:.3}, {:.3}] times as long as its original; in a quiet run the interval stays within [{}, {}] and meets [{}, {}]",
+            r.scene, r.baseline, r.ratio, r.low, r.high, STEADY.0, STEADY.1, EQUAL.0, EQUAL.1
         )
     });
     manifest.noise.iter().cloned().chain(loud).collect()

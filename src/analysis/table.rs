@@ -2,7 +2,7 @@
 //! them. Two cases are paired by merging their sorted lists, so the order of the rows in the files has no influence.
 
 use super::AnalysisError;
-use super::stats::Group;
+use super::stats::{Group, quantile};
 use crate::record::rows::CaseKey;
 use crate::record::{BuildRow, CONTROL_WORKLOAD, QueryRow, Stratum, TimingRow, for_each_row, read_rows};
 use std::collections::{BTreeMap, BTreeSet};
@@ -179,11 +179,19 @@ impl Scene {
         Ok(())
     }
 
-    /// Log ratios of the query times of two cases, paired by launch, block and chunk.
+    /// Log ratios of the query times of two cases, paired by launch, block and chunk; of the blocks of a launch and chunk the
+    /// median, which a sample that was interrupted does not move.
     #[must_use]
     pub fn time_ratios(&self, above: &CaseKey, below: &CaseKey) -> Option<Strata> {
         let pairs = merge(self.timings.get(above)?, self.timings.get(below)?, Sample::key);
-        let logs = pairs.map(|(a, b)| (Some(self.chunks[&a.item].0), a.launch, a.item, (a.ns / b.ns).ln()));
+        let mut blocks: BTreeMap<(u32, u32), Vec<f64>> = BTreeMap::new();
+        for (a, b) in pairs {
+            blocks.entry((a.launch, a.item)).or_default().push((a.ns / b.ns).ln());
+        }
+        let logs = blocks.into_iter().map(|((launch, item), mut logs)| {
+            logs.sort_unstable_by(f64::total_cmp);
+            (Some(self.chunks[&item].0), launch, item, quantile(&logs, 0.5))
+        });
         Strata::collect(logs, self.launches)
     }
 
@@ -209,9 +217,15 @@ impl Scene {
 
     /// Log ratios of the counts of two cases, paired by query. Triangle tests are counted from one instead of zero, for a
     /// query that gets by without any would otherwise have no logarithm, and leaving it out would leave out a method's best.
+    /// A case whose every count is zero does not count and has no ratios.
     #[must_use]
     pub fn count_ratios(&self, above: &CaseKey, below: &CaseKey, counter: Counter) -> Option<Strata> {
-        let pairs = merge(self.queries.get(above)?, self.queries.get(below)?, Query::key);
+        let (above, below) = (self.queries.get(above)?, self.queries.get(below)?);
+        let counts = |queries: &[Query]| queries.iter().any(|query| query.count(counter) > 0);
+        if !counts(above) || !counts(below) {
+            return None;
+        }
+        let pairs = merge(above, below, Query::key);
         let start = match counter {
             Counter::Volume => 0,
             Counter::Triangle => 1,

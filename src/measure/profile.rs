@@ -60,7 +60,7 @@ impl Profile {
             Self::Quick => Budget {
                 verify_poses: 100_000,
                 measure_poses: 768,
-                blocks: 4,
+                blocks: 7,
                 launches: 2,
                 build_blocks: 4,
                 cross_check_pairs: 1_000_000,

@@ -1,7 +1,8 @@
 //! Timing queries: randomised complete blocks.
 //!
 //! In every block every chunk is visited in a fresh random order, and for a chunk every case runs in a fresh random order,
-//! back to back, each after an untimed run over the first poses that brings its trees into the caches. The first block
+//! back to back, each after an untimed run over the same poses that brings the parts of its trees they need into the caches
+//! and teaches the branch predictor: without it a short sample mostly measures what ran before it. The first block
 //! warms up, finds how often a short chunk must be repeated, and is dropped. Where a chunk takes a case longer than
 //! [`LONG_SAMPLE_NS`], one timed block of each launch is enough for it: such a sample averages the machine's noise itself.
 
@@ -18,7 +19,7 @@ use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
 
-/// Poses run untimed before each sample.
+/// Poses run untimed before a long sample; before a shorter one all are.
 const WARM_UP_POSES: usize = 8;
 
 /// A chunk that takes a case longer than this, ns, is timed once in a launch: a hundred times the shortest sample.
@@ -81,7 +82,8 @@ pub fn time_scene(
                     verdicts.last().copied()
                 };
                 if chunk.role != Role::Control {
-                    run(&poses[..poses.len().min(WARM_UP_POSES)], 1);
+                    let all = block > 0 && !manner.once;
+                    run(if all { poses } else { &poses[..poses.len().min(WARM_UP_POSES)] }, 1);
                 }
                 let (ns, _) = timer::time(|| run(poses, manner.passes));
                 if block == 0 {
