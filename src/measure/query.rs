@@ -4,7 +4,7 @@
 //! back to back, each after an untimed run over the same poses that brings the parts of its trees they need into the caches
 //! and teaches the branch predictor: without it a short sample mostly measures what ran before it. The first block
 //! warms up, finds how often a short chunk must be repeated, and is dropped. Where a chunk takes a case longer than
-//! [`LONG_SAMPLE_NS`], one timed block of each launch is enough for it: such a sample averages the machine's noise itself.
+//! `LONG_SAMPLE_NS`, one timed block of each launch is enough for it: such a sample averages the machine's noise itself.
 
 use super::chunk::{Chunk, Role};
 use super::judged::JudgedPair;

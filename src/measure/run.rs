@@ -168,7 +168,10 @@ impl Run {
             self.manifest.finished.push(stage);
         }
         self.manifest.write(&self.folder)?;
-        Ok(remove(&self.unit_folder(stage_folder(stage)))?)
+        remove(&self.unit_folder(stage_folder(stage)))?;
+        // Stays while another stage has units in it.
+        let _ = fs::remove_dir(self.folder.join(UNITS));
+        Ok(())
     }
 
     /// Compares the exact triangle test with its twin, verifies every case on every scene, and writes `verification.csv`.

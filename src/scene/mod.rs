@@ -1,7 +1,7 @@
 //! Scenes: parts with meshes on a machine, the pairs of them that are examined, and what moves them.
 //!
-//! Reading order: this file (the model), [`file`] (how a scene is written), [`load`] (from one to the other), [`recording`]
-//! (poses as CSV), [`folder`] and [`shipped`] (where files come from), [`error`].
+//! Reading order: this file (the model), [`file`] (how a scene is written), `load` (from one to the other), [`recording`]
+//! (poses as CSV), `folder` and `shipped` (where files come from), [`error`].
 
 pub mod error;
 mod shipped;
