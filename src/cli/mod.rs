@@ -4,6 +4,7 @@
 //! plotted and reported like the ones that are shipped.
 
 mod analyze;
+mod gcode;
 mod launch;
 mod list;
 mod measure;
@@ -42,6 +43,7 @@ Examples:
   bvbench verify --scene lathe-toolpost  verdicts of all variants against the exact truth
   bvbench measure --variant ID --variant ID --out results/two
   bvbench report --out results/quick     write the report of a run again
+  bvbench gcode part.ngc                 what a program means, move by move
 
 Exit codes: 0 all is well, 1 a safe variant missed a contact, 2 bad usage or input.";
 
@@ -61,6 +63,8 @@ enum Verb {
     Plot(plot::Options),
     /// Write a run's report
     Report(report::Options),
+    /// Print the canonical moves of a program
+    Gcode(gcode::Options),
     /// Carry out one timing launch of a run in this process (called by `measure`)
     #[command(hide = true)]
     Launch(launch::Options),
@@ -97,6 +101,7 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Analyze(options) => analyze::run(&options),
         Verb::Plot(options) => plot::run(&options),
         Verb::Report(options) => report::run(&options),
+        Verb::Gcode(options) => gcode::run(&options),
         Verb::Launch(options) => launch::run(&options, registry),
     }
 }

@@ -140,7 +140,7 @@ fn word(cursor: &mut Cursor, letter: char) -> Result<Word, Fault> {
             Cause::Expected("N and O at the start of the line"),
         ));
     }
-    if !matches!(letter, 'a'..='d' | 'f'..='m' | 'p'..='z') {
+    if !matches!(letter, 'a'..='m' | 'p'..='z') {
         return Err(Fault::new(column, letter.to_ascii_uppercase(), Cause::UnknownLetter));
     }
     let value = Expression::value(cursor)?;

@@ -109,6 +109,20 @@ pub enum MoveKind {
     },
 }
 
+impl MoveKind {
+    /// Its name in listings.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Rapid => "rapid",
+            Self::Feed => "feed",
+            Self::Arc { .. } => "arc",
+            Self::Dwell { .. } => "dwell",
+            Self::ToolChange { .. } => "tool",
+        }
+    }
+}
+
 /// One canonical move. The start is the previous move's end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Move {
@@ -137,14 +151,7 @@ pub fn render(moves: &[Move]) -> String {
 }
 
 fn render_move(text: &mut String, step: &Move, shown: &[bool; 9]) -> std::fmt::Result {
-    let name = match step.kind {
-        MoveKind::Rapid => "rapid",
-        MoveKind::Feed => "feed",
-        MoveKind::Arc { .. } => "arc",
-        MoveKind::Dwell { .. } => "dwell",
-        MoveKind::ToolChange { .. } => "tool",
-    };
-    write!(text, "{:>4} {name}", step.line)?;
+    write!(text, "{:>4} {}", step.line, step.kind.name())?;
     match step.kind {
         MoveKind::Dwell { seconds } => return writeln!(text, " {}", fixed(seconds)),
         MoveKind::ToolChange { tool } => return writeln!(text, " {tool}"),

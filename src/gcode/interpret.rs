@@ -5,6 +5,7 @@
 
 use super::block::{Block, Target};
 use super::canonical::{Axis, Move, MoveKind, Plane};
+use super::cycle::Sticky;
 use super::error::{Cause, Fault, GcodeError};
 use super::modal::{FeedMode, Group, Modes, Values};
 use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
@@ -73,6 +74,8 @@ pub(super) struct Interpreter<'a> {
     pub tool: u32,
     pub selected_tool: u32,
     pub control: Control,
+    /// What a canned cycle keeps for its next block.
+    pub sticky: Sticky,
     pub moves: Vec<Move>,
     /// The line being executed, from 1.
     pub line: u32,
@@ -95,7 +98,9 @@ impl<'a> Interpreter<'a> {
                 constant_surface_speed: false,
                 feed: 0.0,
                 speed: 0.0,
+                spindle_turns: false,
             },
+            sticky: Sticky::default(),
             parameters: Parameters::new(&setup.parameters),
             offsets: Offsets::default(),
             position: from_canonical(&setup.start),
@@ -295,6 +300,9 @@ impl<'a> Interpreter<'a> {
 
     /// Spindle, coolant and overrides move nothing; their words are checked all the same.
     fn obey_spindle_and_coolant(&mut self, values: &Values) -> Result<(), Fault> {
+        if let Some(code) = values.number(Group::Spindle) {
+            self.modes.spindle_turns = code != 5;
+        }
         if matches!(values.number(Group::Override), Some(50..=53)) {
             values.take_whole('p', 0..=1, "P", "0 or 1")?;
         }

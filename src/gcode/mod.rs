@@ -12,12 +12,16 @@ mod offsets;
 pub mod arc;
 mod datum;
 mod motion;
+mod cycle;
+mod thread;
 pub mod oword;
 pub mod interpret;
 pub mod path;
+pub mod tool_table;
 
 pub use canonical::{Axis, Move, MoveKind, Plane, Position};
 pub use error::{Cause, GcodeError};
 pub use interpret::{Program, interpret};
 pub use path::{Sample, Sampling, sample};
+pub use tool_table::read_tool_table;
 pub use setup::{Setup, Tool, WorkOffset};

@@ -43,7 +43,7 @@ fn g_group(tenths: i32) -> Option<Group> {
     Some(match tenths {
         40 | 100 | 280 | 281 | 300 | 301 | 520 | 920..=923 => Group::NonModal,
         530 => Group::Absolute,
-        0 | 10 | 20 | 30 | 330 | 730 | 760 | 800 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => Group::Motion,
+        0 | 10 | 20 | 30 | 330 | 730 | 740 | 760 | 800 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => Group::Motion,
         170 | 180 | 190 => Group::Plane,
         900 | 910 => Group::Distance,
         901 | 911 => Group::ArcDistance,
@@ -241,6 +241,8 @@ pub(super) struct Modes {
     pub feed: f64,
     /// S as programmed.
     pub speed: f64,
+    /// Whether M3 or M4 is in force.
+    pub spindle_turns: bool,
 }
 
 impl Modes {

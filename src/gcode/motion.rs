@@ -2,6 +2,7 @@
 
 use super::arc::{Circle, from_centre, from_radius};
 use super::canonical::{Axis, MoveKind, Plane};
+use super::cycle::{Sticky, is_cycle};
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{FeedMode, Group, Values};
@@ -92,6 +93,9 @@ impl Interpreter<'_> {
                 return Err(code.fault(Cause::NotAllowed("another code of this block uses the axis words")));
             }
             self.modes.motion = (code.number != 800).then_some(code.number);
+            if !is_cycle(code.number) {
+                self.sticky = Sticky::default();
+            }
         }
         let absolute = values.number(Group::Absolute).is_some();
         if absolute && !matches!(self.modes.motion, Some(0 | 10)) {
@@ -109,6 +113,9 @@ impl Interpreter<'_> {
                 if code == 0 { self.rapid_to(target) } else { self.feed_to(target, values) }
             }
             Some(code @ (20 | 30)) => self.arc(values, code == 20),
+            Some(330) => self.thread_move(values),
+            Some(760) => self.thread_cycle(values),
+            Some(code) if is_cycle(code) => self.cycle(values, code),
             Some(_) => Err(self.fault_at(values, Group::Motion, Cause::Unsupported)),
             // Axis words without a motion mode stay unused, which is reported as such.
             None => Ok(()),

@@ -1,0 +1,74 @@
+//! `gcode`: what a program means.
+
+use super::{CLEAR, say};
+use crate::gcode::{self, Axis, Move, MoveKind, Setup, canonical, read_tool_table};
+use anyhow::{Context, Result};
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// mm per inch.
+const INCH_MM: f64 = 25.4;
+
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  bvbench gcode part.ngc                      a line for each move, mm and degrees\n  bvbench gcode part.ngc --lathe              diameters and the ZX plane to begin with\n  bvbench gcode part.ngc --tool-table mill.tbl\n  bvbench gcode part.ngc --json | jq '.[] | select(.kind == \"rapid\")'\n\nExit code 2 when the program cannot be interpreted; the message names file, line, column and word."
+)]
+pub struct Options {
+    /// The program (RS274/NGC)
+    #[arg(value_name = "PROGRAM")]
+    program: PathBuf,
+    /// Begin as a lathe does: G18 and G7
+    #[arg(long)]
+    lathe: bool,
+    /// Tool table in LinuxCNC's form
+    #[arg(long, value_name = "FILE")]
+    tool_table: Option<PathBuf>,
+    /// The tool table's lengths are inches
+    #[arg(long, requires = "tool_table")]
+    tool_table_inch: bool,
+    /// Skip lines that begin with `/`
+    #[arg(long)]
+    block_delete: bool,
+    /// Print the moves as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(options: &Options) -> Result<u8> {
+    let mut setup = if options.lathe { Setup::lathe() } else { Setup::default() };
+    setup.block_delete = options.block_delete;
+    if let Some(file) = &options.tool_table {
+        let text = std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
+        setup.tools = read_tool_table(&text, file, if options.tool_table_inch { INCH_MM } else { 1.0 })?;
+    }
+    let file = &options.program;
+    let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
+    // Old programs have comments in whatever character set their writer used.
+    let program = gcode::interpret(&String::from_utf8_lossy(&bytes), file, &setup)?;
+    if options.json {
+        let moves: Vec<Value> = program.moves.iter().map(as_json).collect();
+        say(serde_json::to_string_pretty(&moves)?);
+    } else {
+        say(canonical::render(&program.moves).trim_end());
+    }
+    Ok(CLEAR)
+}
+
+/// A move as JSON: mm and degrees.
+fn as_json(step: &Move) -> Value {
+    let degrees = |axis: Axis| if axis.is_rotary() { step.end[axis].to_degrees() } else { step.end[axis] };
+    let end: serde_json::Map<String, Value> =
+        Axis::ALL.iter().map(|&axis| (axis.letter().to_string(), json!(degrees(axis)))).collect();
+    let mut value = json!({ "line": step.line, "kind": step.kind.name(), "end": end, "feed_mm_min": step.feed_mm_min });
+    match step.kind {
+        MoveKind::Arc { plane, centre, sweep } => {
+            let axes: String = plane.axes()[..2].iter().map(|axis| axis.letter()).collect();
+            value["arc"] = json!({ "plane": axes, "centre_mm": centre, "sweep_deg": sweep.to_degrees() });
+        }
+        MoveKind::Dwell { seconds } => value["seconds"] = json!(seconds),
+        MoveKind::ToolChange { tool } => value["tool"] = json!(tool),
+        MoveKind::Rapid | MoveKind::Feed => {}
+    }
+    value
+}

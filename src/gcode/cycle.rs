@@ -1,0 +1,187 @@
+//! Canned cycles: G73, G81 to G86, G88 and G89, in any plane (LinuxCNC, "Canned Cycles").
+//!
+//! A cycle drills along the plane's normal. It rises to R if it starts below, goes above the hole at that height, comes down
+//! to R, does what its code says, and ends at R (G99) or at the higher of R and where it started (G98). In G91 R counts
+//! from where the cycle starts, the bottom from R, and L repeats it a step further each time. R, the bottom, P and Q hold for the
+//! next block of the same cycle.
+//!
+//! G87 (back boring) is not performed. Pauses for an operator (G88) move nothing.
+
+use super::canonical::{Axis, MoveKind};
+use super::error::{Cause, Fault};
+use super::interpret::Interpreter;
+use super::modal::{FeedMode, Group, Values};
+use super::offsets::Values9;
+
+/// How far above the last depth a pecking cycle stops its rapid return, mm: LinuxCNC's 0.254.
+const PECK_CLEARANCE_MM: f64 = 0.254;
+
+/// Most holes of one block, and most pecks of one hole.
+const MAX_REPEATS: i32 = 100_000;
+
+/// Words that hold for the next block of the same cycle: mm and seconds.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sticky {
+    /// The code they belong to, ten times its number.
+    code: i32,
+    bottom: f64,
+    retract: f64,
+    dwell_s: f64,
+    peck: f64,
+}
+
+/// One hole, in program coordinates, mm.
+#[derive(Clone, Copy, Debug)]
+struct Hole {
+    code: i32,
+    /// Index of the axis that drills.
+    normal: usize,
+    bottom: f64,
+    retract: f64,
+    /// Where the cycle ends.
+    clear: f64,
+    dwell_s: f64,
+    peck: f64,
+}
+
+/// Whether a motion code is a cycle that is performed here.
+pub(super) const fn is_cycle(code: i32) -> bool {
+    matches!(code, 730 | 740 | 810..=860 | 880 | 890)
+}
+
+impl Interpreter<'_> {
+    /// A block of a cycle.
+    pub(super) fn cycle(&mut self, values: &Values, code: i32) -> Result<(), Fault> {
+        if self.modes.feed_mode == FeedMode::InverseTime {
+            return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed("canned cycles in G93")));
+        }
+        let [first, second, normal] = self.modes.plane.axes();
+        let start = self.offsets.to_program(&self.position)[normal as usize];
+        self.read_cycle_words(values, code, normal)?;
+        let sticky = self.sticky;
+        let incremental = self.modes.incremental;
+        let retract = if incremental { start + sticky.retract } else { sticky.retract };
+        let bottom = if incremental { retract + sticky.bottom } else { sticky.bottom };
+        if retract < bottom {
+            return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed("R below the bottom of the hole")));
+        }
+        let higher = start.max(retract);
+        let hole = Hole {
+            code,
+            normal: normal as usize,
+            bottom,
+            retract,
+            clear: if self.modes.retract_to_r { retract } else { higher },
+            dwell_s: sticky.dwell_s,
+            peck: sticky.peck,
+        };
+        let places = [first, second].map(|axis| (axis as usize, self.take_axis(values, axis)));
+        let repeats = values.take_whole('l', 1..=MAX_REPEATS, "L", "a whole number from 1 to 100000")?.unwrap_or(1);
+        if start < retract {
+            self.along(&hole, higher, None)?;
+        }
+        for _ in 0..repeats {
+            self.above_hole(&places)?;
+            self.along(&hole, retract, None)?;
+            self.drill(&hole, values)?;
+        }
+        Ok(())
+    }
+
+    /// Takes R, the bottom, P and Q from the block, or from the block before when that was the same cycle.
+    fn read_cycle_words(&mut self, values: &Values, code: i32, normal: Axis) -> Result<(), Fault> {
+        let fault = |cause| self.fault_at(values, Group::Motion, cause);
+        let before = (self.sticky.code == code).then_some(self.sticky);
+        let needed = |given: Option<f64>, held: Option<f64>, what| given.or(held).ok_or_else(|| fault(Cause::Missing(what)));
+        let bottom = needed(self.take_axis(values, normal), before.map(|s| s.bottom), "the depth of the hole")?;
+        let retract = needed(self.take_length(values, 'r'), before.map(|s| s.retract), "R, the retract height,")?;
+        let dwells = matches!(code, 820 | 860 | 880 | 890);
+        let may_dwell = dwells || matches!(code, 730 | 740 | 830 | 840);
+        let mut dwell_s = if may_dwell { values.take('p') } else { None }.or(before.map(|s| s.dwell_s));
+        if dwells {
+            dwell_s = Some(needed(dwell_s, None, "P, the dwell,")?);
+        }
+        let pecks = matches!(code, 730 | 830);
+        let peck = if pecks {
+            let peck = needed(self.take_length(values, 'q'), before.map(|s| s.peck), "Q, the depth of a peck,")?;
+            if peck <= 0.0 {
+                return Err(values.fault('q', Cause::Range("Q", "above 0")));
+            }
+            peck
+        } else {
+            0.0
+        };
+        if dwell_s.is_some_and(|seconds| seconds < 0.0) {
+            return Err(values.fault('p', Cause::Range("P", "at least 0")));
+        }
+        self.sticky = Sticky { code, bottom, retract, dwell_s: dwell_s.unwrap_or(0.0), peck };
+        Ok(())
+    }
+
+    /// Rapid to above the next hole.
+    fn above_hole(&mut self, places: &[(usize, Option<f64>); 2]) -> Result<(), Fault> {
+        let mut program = self.offsets.to_program(&self.position);
+        for &(axis, word) in places {
+            if let Some(value) = word {
+                program[axis] = if self.modes.incremental { program[axis] + value } else { value };
+            }
+        }
+        let target = self.offsets.to_machine(&program);
+        self.rapid_to(target)
+    }
+
+    /// To a height above the hole: rapid, or at the feed rate for the block `values`.
+    fn along(&mut self, hole: &Hole, height: f64, feed: Option<&Values>) -> Result<(), Fault> {
+        let mut program = self.offsets.to_program(&self.position);
+        if (program[hole.normal] - height).abs() < f64::EPSILON * height.abs().max(1.0) {
+            return Ok(());
+        }
+        program[hole.normal] = height;
+        let machine = self.offsets.to_machine(&program);
+        let mut target: Values9 = self.position;
+        target[hole.normal] = machine[hole.normal];
+        match feed {
+            Some(values) => self.feed_to(target, values),
+            None => self.rapid_to(target),
+        }
+    }
+
+    fn drill(&mut self, hole: &Hole, values: &Values) -> Result<(), Fault> {
+        self.peck(hole, values)?;
+        self.along(hole, hole.bottom, Some(values))?;
+        if matches!(hole.code, 820 | 860 | 880 | 890) || ((hole.code == 840 || hole.code == 740) && hole.dwell_s > 0.0) {
+            self.emit(MoveKind::Dwell { seconds: hole.dwell_s }, None)?;
+        }
+        match hole.code {
+            // A tap comes out as it went in, then the way is clear; a reamer or a boring bar is drawn out at feed all the way.
+            740 | 840 => {
+                self.along(hole, hole.retract, Some(values))?;
+                self.along(hole, hole.clear, None)
+            }
+            850 | 890 => {
+                self.along(hole, hole.retract, Some(values))?;
+                self.along(hole, hole.clear, None)
+            }
+            _ => self.along(hole, hole.clear, None),
+        }
+    }
+
+    /// The pecks above the bottom: G73 breaks the chip, G83 clears the hole.
+    fn peck(&mut self, hole: &Hole, values: &Values) -> Result<(), Fault> {
+        if hole.peck <= 0.0 {
+            return Ok(());
+        }
+        for peck in 1..=MAX_REPEATS {
+            let depth = hole.retract - f64::from(peck) * hole.peck;
+            if depth <= hole.bottom {
+                return Ok(());
+            }
+            self.along(hole, depth, Some(values))?;
+            if hole.code == 830 {
+                self.along(hole, hole.retract, None)?;
+            }
+            self.along(hole, depth + PECK_CLEARANCE_MM, None)?;
+        }
+        Err(values.fault('q', Cause::Limit { limit: MAX_REPEATS as usize, what: "pecks in one hole" }))
+    }
+}
