@@ -10,6 +10,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 const INCH_MM: f64 = 25.4;
+/// rs274 alone pretends that a probe trips this far before the end of its move, mm.
+const PROBE_STOPS_SHORT_MM: f64 = 0.254;
 /// Half of the last printed decimal, and how many printed numbers at most add up to a coordinate: itself, G5x, G92, tool.
 const PRINTED_HALF: f64 = 0.5e-4;
 const SUMMANDS: f64 = 4.0;
@@ -50,7 +52,7 @@ fn compare(program: &Path, output: &Path, table: &Path) -> Result<usize, String>
     let read = |path: &Path| std::fs::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
     let text = |path: &Path| read(path).map_err(|error| format!("{}: {error}", path.display()));
     let tools = gcode::read_tool_table(&text(table)?, table, INCH_MM).map_err(|error| error.to_string())?;
-    let setup = Setup { tools, ..Setup::default() };
+    let setup = Setup { tools, probe_stops_short_mm: PROBE_STOPS_SHORT_MM, ..Setup::default() };
     let ours = gcode::interpret(&text(program)?, program, &setup).map_err(|error| error.to_string())?;
     let ours = travelling(ours.moves.iter().filter_map(ours_as_call));
     let theirs = travelling(Printed::default().calls(&text(output)?)?.into_iter());
@@ -71,7 +73,8 @@ fn travelling(calls: impl Iterator<Item = Call>) -> Vec<Call> {
     let mut at = [0.0; 9];
     let mut kept = Vec::new();
     for call in calls {
-        let goes = call.arc.is_some() || call.end.iter().zip(&at).any(|(a, b)| (a - b).abs() > NO_TRAVEL + call.tolerance);
+        let goes =
+            call.arc.is_some() || call.end.iter().zip(&at).any(|(a, b)| (a - b).abs() > NO_TRAVEL + call.tolerance);
         if goes {
             at = call.end;
             kept.push(call);
@@ -150,9 +153,14 @@ impl Printed {
                 "SET_G92_OFFSET" => self.shift = self.in_mm(&values),
                 "USE_TOOL_LENGTH_OFFSET" => self.tool = self.in_mm(&values),
                 "SET_XY_ROTATION" => self.rotation_deg = values.first().copied().unwrap_or_default(),
-                "STRAIGHT_TRAVERSE" | "STRAIGHT_FEED" => {
+                // A probe is a feed that stops short of what is printed.
+                "STRAIGHT_TRAVERSE" | "STRAIGHT_FEED" | "STRAIGHT_PROBE" => {
+                    let start = self.last;
                     self.last = self.printed(&values);
-                    let kind = if name == "STRAIGHT_FEED" { "feed" } else { "traverse" };
+                    if name == "STRAIGHT_PROBE" {
+                        self.stop_short_of(&start);
+                    }
+                    let kind = if name == "STRAIGHT_TRAVERSE" { "traverse" } else { "feed" };
                     calls.push(self.call(kind, number, None));
                 }
                 "ARC_FEED" => calls.push(self.arc(number, &values)?),
@@ -161,6 +169,17 @@ impl Printed {
             }
         }
         Ok(calls)
+    }
+
+    /// Moves the last point back towards where its call started, by what a probe stops short.
+    fn stop_short_of(&mut self, start: &[f64; 9]) {
+        let length = (0..3).map(|i| (self.last[i] - start[i]).powi(2)).sum::<f64>().sqrt();
+        if length > 0.0 {
+            let back = PROBE_STOPS_SHORT_MM / self.unit_mm / length;
+            for (last, start) in self.last.iter_mut().zip(start) {
+                *last += back * (start - *last);
+            }
+        }
     }
 
     fn printed(&self, values: &[f64]) -> [f64; 9] {

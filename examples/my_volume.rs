@@ -77,6 +77,12 @@ impl BoundingVolume for Ellipsoid {
         (0..3).all(|i| !apart(&Vector::ith(i, 1.0)) && !apart(&pose.rotation.column(i).into_owned()))
     }
 
+    fn gap_mm(&self, other: &Self, pose: &Pose) -> f64 {
+        let t = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
+        let gap = |d: Vector| d.dot(&t).abs() - self.reach(&d) - other.reach(&pose.rotation.tr_mul(&d));
+        t.try_normalize(0.0).map_or(0.0, |d| gap(d).max(0.0))
+    }
+
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         (point - self.centre).component_div(&self.semi.add_scalar(slack_mm)).norm() <= 1.0
     }

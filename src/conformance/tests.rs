@@ -171,6 +171,10 @@ impl<F: Flaw> BoundingVolume for Faulty<F> {
         F::overlaps(&t, &r, &self.half, &other.half)
     }
 
+    fn gap_mm(&self, other: &Self, pose: &Isometry) -> f64 {
+        self.sound.gap_mm(&other.sound, &Obb::<crate::volume::obb_area::ObbArea>::pose(pose))
+    }
+
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         self.sound.contains(point, slack_mm)
     }
@@ -218,6 +222,65 @@ fn wrong_overlap_tests_fail() {
     }
 }
 
+/// Claims to be a millimetre farther away than it is.
+#[derive(Clone, Debug)]
+struct Distant(Obb<crate::volume::obb_area::ObbArea>);
+
+impl BoundingVolume for Distant {
+    const INFO: Info = info("distant");
+    type Pose = <Obb<crate::volume::obb_area::ObbArea> as BoundingVolume>::Pose;
+
+    fn fit(triangles: &[Triangle]) -> Self {
+        Self(Obb::fit(triangles))
+    }
+
+    fn pose(a_from_b: &Isometry) -> Self::Pose {
+        Obb::<crate::volume::obb_area::ObbArea>::pose(a_from_b)
+    }
+
+    fn overlaps(&self, other: &Self, pose: &Self::Pose) -> bool {
+        self.0.overlaps(&other.0, pose)
+    }
+
+    fn gap_mm(&self, other: &Self, pose: &Self::Pose) -> f64 {
+        self.0.gap_mm(&other.0, pose) + 1.0
+    }
+
+    fn contains(&self, point: &Point, slack_mm: f64) -> bool {
+        self.0.contains(point, slack_mm)
+    }
+
+    fn centre(&self) -> Point {
+        self.0.centre()
+    }
+
+    fn size(&self) -> f64 {
+        self.0.size()
+    }
+
+    fn volume(&self) -> f64 {
+        self.0.volume()
+    }
+
+    fn surface_area(&self) -> f64 {
+        self.0.surface_area()
+    }
+
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
+        self.0.split_axes(triangles)
+    }
+
+    fn outline(&self) -> Vec<Segment> {
+        self.0.outline()
+    }
+}
+
+#[test]
+fn a_gap_that_is_too_wide_fails() {
+    let found = check(&Variant::of::<Distant>(SplitRule::AreaMean));
+    assert!(matches!(found, Err(Fault { what: Wrong::Distance { .. }, .. })), "{found:?}");
+}
+
 /// Says no to every second pose: [`determinism`] must notice.
 #[derive(Clone, Debug)]
 struct Moody(Obb<Shrunken>);
@@ -239,6 +302,10 @@ impl BoundingVolume for Moody {
 
     fn overlaps(&self, other: &Self, (pose, mood): &Self::Pose) -> bool {
         *mood && self.0.overlaps(&other.0, pose)
+    }
+
+    fn gap_mm(&self, other: &Self, (pose, _): &Self::Pose) -> f64 {
+        self.0.gap_mm(&other.0, pose)
     }
 
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {

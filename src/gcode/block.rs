@@ -123,11 +123,18 @@ impl Block {
             match cursor.peek() {
                 None => return Ok(block),
                 Some('#') => block.assignments.push(assignment(&mut cursor)?),
-                Some(letter) if letter.is_ascii_alphabetic() => block.words.push(word(&mut cursor, letter)?),
+                Some(letter) if letter.is_ascii_alphabetic() || is_polar(letter) => {
+                    block.words.push(word(&mut cursor, letter)?);
+                }
                 Some(_) => return Err(cursor.fault_here(Cause::UnexpectedCharacter)),
             }
         }
     }
+}
+
+/// `@` and `^`: radius and angle instead of X and Y (LinuxCNC, "Polar Coordinates").
+const fn is_polar(letter: char) -> bool {
+    matches!(letter, '@' | '^')
 }
 
 fn word(cursor: &mut Cursor, letter: char) -> Result<Word, Fault> {
@@ -140,7 +147,7 @@ fn word(cursor: &mut Cursor, letter: char) -> Result<Word, Fault> {
             Cause::Expected("N and O at the start of the line"),
         ));
     }
-    if !matches!(letter, 'a'..='m' | 'p'..='z') {
+    if !matches!(letter, 'a'..='m' | 'p'..='z') && !is_polar(letter) {
         return Err(Fault::new(column, letter.to_ascii_uppercase(), Cause::UnknownLetter));
     }
     let value = Expression::value(cursor)?;

@@ -1,8 +1,8 @@
 //! Canned cycles: G73, G81 to G86, G88 and G89, in any plane (LinuxCNC, "Canned Cycles").
 //!
 //! A cycle drills along the plane's normal. It rises to R if it starts below, goes above the hole at that height, comes down
-//! to R, does what its code says, and ends at R (G99) or at the higher of R and where it started (G98). In G91 R counts
-//! from where the cycle starts, the bottom from R, and L repeats it a step further each time. R, the bottom, P and Q hold for the
+//! to R, does what its code says, and ends at R (G99) or at the higher of R and where the first of consecutive cycles started (G98). In G91 R counts
+//! from there, the bottom from R, and L repeats it a step further each time. R, the bottom, P and Q hold for the
 //! next block of the same cycle.
 //!
 //! G87 (back boring) is not performed. Pauses for an operator (G88) move nothing.
@@ -28,6 +28,8 @@ pub(super) struct Sticky {
     retract: f64,
     dwell_s: f64,
     peck: f64,
+    /// Where the first of consecutive cycles started along the normal, program coordinates.
+    initial: Option<f64>,
 }
 
 /// One hole, in program coordinates, mm.
@@ -57,31 +59,32 @@ impl Interpreter<'_> {
         }
         let [first, second, normal] = self.modes.plane.axes();
         let start = self.offsets.to_program(&self.position)[normal as usize];
+        let initial = self.sticky.initial.unwrap_or(start);
         self.read_cycle_words(values, code, normal)?;
+        self.sticky.initial = Some(initial);
         let sticky = self.sticky;
         let incremental = self.modes.incremental;
-        let retract = if incremental { start + sticky.retract } else { sticky.retract };
+        let retract = if incremental { initial + sticky.retract } else { sticky.retract };
         let bottom = if incremental { retract + sticky.bottom } else { sticky.bottom };
         if retract < bottom {
             return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed("R below the bottom of the hole")));
         }
-        let higher = start.max(retract);
         let hole = Hole {
             code,
             normal: normal as usize,
             bottom,
             retract,
-            clear: if self.modes.retract_to_r { retract } else { higher },
+            clear: if self.modes.retract_to_r { retract } else { initial.max(retract) },
             dwell_s: sticky.dwell_s,
             peck: sticky.peck,
         };
         let places = [first, second].map(|axis| (axis as usize, self.take_axis(values, axis)));
         let repeats = values.take_whole('l', 1..=MAX_REPEATS, "L", "a whole number from 1 to 100000")?.unwrap_or(1);
         if start < retract {
-            self.along(&hole, higher, None)?;
+            self.along(&hole, retract, None)?;
         }
         for _ in 0..repeats {
-            self.above_hole(&places)?;
+            self.above_hole(values, &places)?;
             self.along(&hole, retract, None)?;
             self.drill(&hole, values)?;
         }
@@ -92,7 +95,8 @@ impl Interpreter<'_> {
     fn read_cycle_words(&mut self, values: &Values, code: i32, normal: Axis) -> Result<(), Fault> {
         let fault = |cause| self.fault_at(values, Group::Motion, cause);
         let before = (self.sticky.code == code).then_some(self.sticky);
-        let needed = |given: Option<f64>, held: Option<f64>, what| given.or(held).ok_or_else(|| fault(Cause::Missing(what)));
+        let needed =
+            |given: Option<f64>, held: Option<f64>, what| given.or(held).ok_or_else(|| fault(Cause::Missing(what)));
         let bottom = needed(self.take_axis(values, normal), before.map(|s| s.bottom), "the depth of the hole")?;
         let retract = needed(self.take_length(values, 'r'), before.map(|s| s.retract), "R, the retract height,")?;
         let dwells = matches!(code, 820 | 860 | 880 | 890);
@@ -114,17 +118,20 @@ impl Interpreter<'_> {
         if dwell_s.is_some_and(|seconds| seconds < 0.0) {
             return Err(values.fault('p', Cause::Range("P", "at least 0")));
         }
-        self.sticky = Sticky { code, bottom, retract, dwell_s: dwell_s.unwrap_or(0.0), peck };
+        self.sticky = Sticky { code, bottom, retract, dwell_s: dwell_s.unwrap_or(0.0), peck, initial: None };
         Ok(())
     }
 
     /// Rapid to above the next hole.
-    fn above_hole(&mut self, places: &[(usize, Option<f64>); 2]) -> Result<(), Fault> {
+    fn above_hole(&mut self, values: &Values, places: &[(usize, Option<f64>); 2]) -> Result<(), Fault> {
         let mut program = self.offsets.to_program(&self.position);
         for &(axis, word) in places {
             if let Some(value) = word {
                 program[axis] = if self.modes.incremental { program[axis] + value } else { value };
             }
+        }
+        if let Some([x, y]) = self.take_polar(values, &program) {
+            (program[0], program[1]) = (x, y);
         }
         let target = self.offsets.to_machine(&program);
         self.rapid_to(target)
@@ -149,7 +156,8 @@ impl Interpreter<'_> {
     fn drill(&mut self, hole: &Hole, values: &Values) -> Result<(), Fault> {
         self.peck(hole, values)?;
         self.along(hole, hole.bottom, Some(values))?;
-        if matches!(hole.code, 820 | 860 | 880 | 890) || ((hole.code == 840 || hole.code == 740) && hole.dwell_s > 0.0) {
+        if matches!(hole.code, 820 | 860 | 880 | 890) || ((hole.code == 840 || hole.code == 740) && hole.dwell_s > 0.0)
+        {
             self.emit(MoveKind::Dwell { seconds: hole.dwell_s }, None)?;
         }
         match hole.code {

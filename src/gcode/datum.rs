@@ -1,6 +1,6 @@
 //! Codes that say where zero is: G54 to G59.3, G10, G52, G92, G43, G49; and G28, G30, which use stored places.
 //!
-//! The parameters that hold them have LinuxCNC's numbers: 5161 (G28), 5181 (G30), 5210 (G92), 5220 (system),
+//! The parameters that hold them have LinuxCNC's numbers: 5061 (probe), 5161 (G28), 5181 (G30), 5210 (G92), 5220 (system),
 //! 5221 + 20 n (origin of system n, rotation at 5230 + 20 n). Values there are mm and degrees.
 
 use super::canonical::Axis;
@@ -9,6 +9,7 @@ use super::interpret::Interpreter;
 use super::modal::{Group, Values};
 use super::offsets::{Values9, from_canonical, turn};
 
+const PROBED: usize = 5061;
 const HOME: usize = 5161;
 const SECOND_HOME: usize = 5181;
 const SHIFT_ACTIVE: usize = 5210;
@@ -50,6 +51,13 @@ impl Interpreter<'_> {
         let base = ORIGINS + system * ORIGIN_STRIDE;
         self.offsets.origin = self.load(base);
         self.offsets.rotation = self.parameters.at(base + ROTATION);
+    }
+
+    /// Notes where a probe ended and that it met nothing.
+    pub(super) fn note_probe(&mut self) {
+        let place = self.offsets.to_program(&self.position);
+        self.store(PROBED, &place);
+        self.parameters.put(PROBED + 9, 0.0);
     }
 
     /// Whether a code other than a motion uses the block's axis words.

@@ -12,6 +12,7 @@ use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
 use super::oword::{Control, FlowTable};
 use super::parameters::Parameters;
 use super::setup::Setup;
+use super::source::Source;
 use std::path::Path;
 
 /// Most moves a program may produce.
@@ -31,19 +32,29 @@ pub struct Program {
 
 /// Executes a program.
 ///
-/// `file` is only named in errors. Text behind M2, M30 or a second `%` is not read.
+/// `file` is named in errors, and subroutine files are looked for beside it. Text behind M2, M30 or a second `%` is not read.
 ///
 /// # Errors
 /// The first thing wrong, with file, line, column and text. Bad input never panics and never runs for ever.
 pub fn interpret(source: &str, file: &Path, setup: &Setup) -> Result<Program, GcodeError> {
-    let blocks: Vec<String> = source.lines().map(str::to_owned).collect();
+    let lines: Vec<String> = source.lines().map(str::to_owned).collect();
+    let parse = |line: &str| parse(line, setup.block_delete);
+    let text = Source::of(&lines, file, &parse);
     let mut interpreter = Interpreter::new(setup);
-    match interpreter.run(&blocks) {
-        Ok(()) => Ok(Program { moves: interpreter.moves, blocks }),
-        Err(Fault { column, text, cause }) => {
-            Err(GcodeError { file: file.to_owned(), line: interpreter.line, column, text, cause })
+    match interpreter.run(&text) {
+        Ok(()) => Ok(Program { moves: interpreter.moves, blocks: lines }),
+        Err(Fault { column, text: word, cause }) => {
+            let (file, line) = text.place(interpreter.at);
+            Err(GcodeError { file: file.to_owned(), line, column, text: word, cause })
         }
     }
+}
+
+fn parse(line: &str, block_delete: bool) -> Result<Block, Fault> {
+    if line.trim() == "%" || (block_delete && line.trim_start().starts_with('/')) {
+        return Ok(Block::default());
+    }
+    Block::parse(line)
 }
 
 /// Whether the program goes on.
@@ -52,14 +63,6 @@ pub(super) enum Next {
     /// With the line of this index.
     Line(usize),
     End,
-}
-
-/// The lines up to the program's end as its `%` signs mark it: the second one when the text starts with one, else the
-/// first.
-fn program_text(lines: &[String]) -> &[String] {
-    let first = lines.iter().position(|line| !line.trim().is_empty()).unwrap_or(0);
-    let end = lines.iter().skip(first + 1).position(|line| line.trim() == "%").map(|i| first + 1 + i);
-    &lines[..end.unwrap_or(lines.len())]
 }
 
 /// The controller.
@@ -77,7 +80,9 @@ pub(super) struct Interpreter<'a> {
     /// What a canned cycle keeps for its next block.
     pub sticky: Sticky,
     pub moves: Vec<Move>,
-    /// The line being executed, from 1.
+    /// Index of the line being executed.
+    pub at: usize,
+    /// The program's own line that is being executed, from 1: the call's while a subroutine of another file runs.
     pub line: u32,
 }
 
@@ -109,27 +114,30 @@ impl<'a> Interpreter<'a> {
             selected_tool: setup.tool,
             control: Control::default(),
             moves: Vec::new(),
+            at: 0,
             line: 0,
         };
         interpreter.load_datums();
         interpreter
     }
 
-    fn run(&mut self, lines: &[String]) -> Result<(), Fault> {
-        let lines = program_text(lines);
-        let blocks: Vec<Result<Block, Fault>> = lines.iter().map(|line| self.parse(line)).collect();
-        let table = FlowTable::of(&blocks).map_err(|(index, fault)| {
-            self.line = index as u32 + 1;
+    fn run(&mut self, source: &Source) -> Result<(), Fault> {
+        let blocks = &source.blocks;
+        let table = FlowTable::of(blocks).map_err(|(index, fault)| {
+            self.at = index;
             fault
         })?;
         let mut at = 0;
         for _ in 0..MAX_EXECUTED_BLOCKS {
             let Some(block) = blocks.get(at) else { return Ok(()) };
-            self.line = at as u32 + 1;
+            self.at = at;
+            if source.is_own(at) {
+                self.line = at as u32 + 1;
+            }
             let block = block.as_ref().map_err(Clone::clone)?;
             self.refresh_parameters();
             at = match &block.flow {
-                Some(flow) => self.obey_flow(&table, &blocks, flow, at)?,
+                Some(flow) => self.obey_flow(&table, blocks, flow, at)?,
                 None => match self.execute(block, &table, at)? {
                     Next::Line(line) => line,
                     Next::End => return Ok(()),
@@ -139,17 +147,11 @@ impl<'a> Interpreter<'a> {
         Err(Fault::new(1, "", Cause::Limit { limit: MAX_EXECUTED_BLOCKS, what: "blocks executed" }))
     }
 
-    fn parse(&self, line: &str) -> Result<Block, Fault> {
-        if line.trim() == "%" || (self.setup.block_delete && line.trim_start().starts_with('/')) {
-            return Ok(Block::default());
-        }
-        Block::parse(line)
-    }
-
     /// Executes a block at index `at`: evaluates everything, then assigns, then obeys.
     fn execute(&mut self, block: &Block, table: &FlowTable, at: usize) -> Result<Next, Fault> {
         let values = Values::of(block, &self.parameters)?;
         self.assign(block)?;
+        self.keep_or_restore_modes(&values);
         self.set_feed_and_speed(&values)?;
         self.change_tool(&values)?;
         self.obey_spindle_and_coolant(&values)?;
@@ -203,6 +205,8 @@ impl<'a> Interpreter<'a> {
             yes(!modes.diameter),
             self.control.depth() as f64,
             f64::from(self.line),
+            0.0, // _task: nobody's machine is waiting
+            0.0,
         ];
         let parameters = &mut self.parameters;
         parameters.system[..9].copy_from_slice(&relative);
@@ -302,6 +306,12 @@ impl<'a> Interpreter<'a> {
     fn obey_spindle_and_coolant(&mut self, values: &Values) -> Result<(), Fault> {
         if let Some(code) = values.number(Group::Spindle) {
             self.modes.spindle_turns = code != 5;
+        }
+        // Inputs and outputs of a controller that is not there.
+        if values.code(Group::Signal).is_some() {
+            for letter in ['p', 'e', 'l', 'q'] {
+                values.take(letter);
+            }
         }
         if matches!(values.number(Group::Override), Some(50..=53)) {
             values.take_whole('p', 0..=1, "P", "0 or 1")?;

@@ -35,15 +35,35 @@ pub(super) enum Group {
     Coolant,
     Override,
     Subprogram,
+    State,
+    Signal,
 }
 
-const GROUPS: usize = 21;
+const GROUPS: usize = 23;
 
 fn g_group(tenths: i32) -> Option<Group> {
     Some(match tenths {
         40 | 100 | 280 | 281 | 300 | 301 | 520 | 920..=923 => Group::NonModal,
         530 => Group::Absolute,
-        0 | 10 | 20 | 30 | 330 | 730 | 740 | 760 | 800 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => Group::Motion,
+        0
+        | 10
+        | 20
+        | 30
+        | 330
+        | 382..=385
+        | 730
+        | 740
+        | 760
+        | 800
+        | 810
+        | 820
+        | 830
+        | 840
+        | 850
+        | 860
+        | 870
+        | 880
+        | 890 => Group::Motion,
         170 | 180 | 190 => Group::Plane,
         900 | 910 => Group::Distance,
         901 | 911 => Group::ArcDistance,
@@ -67,6 +87,8 @@ fn m_group(code: i32) -> Option<Group> {
         3..=5 => Group::Spindle,
         7..=9 => Group::Coolant,
         48..=53 => Group::Override,
+        62..=68 => Group::Signal,
+        70..=73 => Group::State,
         98 | 99 => Group::Subprogram,
         _ => return None,
     })
@@ -98,19 +120,26 @@ struct Value {
 /// An evaluated block: every word's value, and which words some code has used so far.
 #[derive(Clone, Debug)]
 pub(super) struct Values {
-    letters: [Option<Value>; 26],
+    letters: [Option<Value>; SLOTS],
     used: Cell<u32>,
     codes: [Option<Code>; GROUPS],
 }
 
+/// The letters and `@`, `^`.
+const SLOTS: usize = 28;
+
 fn slot(letter: char) -> usize {
-    letter as usize - 'a' as usize
+    match letter {
+        '@' => 26,
+        '^' => 27,
+        _ => letter as usize - 'a' as usize,
+    }
 }
 
 impl Values {
     /// Evaluates all words.
     pub fn of(block: &Block, parameters: &Parameters) -> Result<Self, Fault> {
-        let mut values = Self { letters: Default::default(), used: Cell::new(0), codes: Default::default() };
+        let mut values = Self { letters: [const { None }; SLOTS], used: Cell::new(0), codes: Default::default() };
         for word in &block.words {
             let number = word.value.evaluate(parameters)?;
             let fault = |cause| Fault::new(word.column, word.text.clone(), cause);
@@ -195,9 +224,9 @@ impl Values {
         }
     }
 
-    /// Whether the block has any of X, Y, Z, A, B, C, U, V, W.
+    /// Whether the block has any of X, Y, Z, A, B, C, U, V, W, or X and Y as `@` and `^`.
     pub fn has_axis(&self) -> bool {
-        "xyzabcuvw".chars().any(|letter| self.has(letter))
+        "xyzabcuvw@^".chars().any(|letter| self.has(letter))
     }
 }
 

@@ -76,9 +76,32 @@ impl Interpreter<'_> {
                 named[i] = true;
             }
         }
+        if let Some([x, y]) = self.take_polar(values, &program) {
+            (program[0], program[1]) = (x, y);
+            (named[0], named[1]) = (true, true);
+        }
         let machine = self.offsets.to_machine(&program);
         let turned = self.offsets.rotation != 0.0 && (named[0] || named[1]);
         std::array::from_fn(|i| if named[i] || (turned && i < 2) { machine[i] } else { self.position[i] })
+    }
+
+    /// X and Y of `@radius ^angle` about the program's origin; a word that is missing, or in G91 is added to, is what the point
+    /// `from` has.
+    pub(super) fn take_polar(&self, values: &Values, from: &Values9) -> Option<[f64; 2]> {
+        let radius = self.take_length(values, '@');
+        let angle = values.take('^');
+        if radius.is_none() && angle.is_none() {
+            return None;
+        }
+        let (old_radius, old_angle) = (from[0].hypot(from[1]), from[1].atan2(from[0]).to_degrees());
+        let of = |word: Option<f64>, old: f64| match word {
+            Some(value) if self.modes.incremental => old + value,
+            Some(value) => value,
+            None => old,
+        };
+        let (sin, cos) = of(angle, old_angle).to_radians().sin_cos();
+        let radius = of(radius, old_radius);
+        Some([radius * cos, radius * sin])
     }
 
     /// Where axis words in machine coordinates lead: G53.
@@ -114,12 +137,25 @@ impl Interpreter<'_> {
             }
             Some(code @ (20 | 30)) => self.arc(values, code == 20),
             Some(330) => self.thread_move(values),
+            // A probe that nothing stops: the whole move.
+            Some(382..=385) if values.has_axis() => self.probe(values),
             Some(760) => self.thread_cycle(values),
             Some(code) if is_cycle(code) => self.cycle(values, code),
             Some(_) => Err(self.fault_at(values, Group::Motion, Cause::Unsupported)),
             // Axis words without a motion mode stay unused, which is reported as such.
             None => Ok(()),
         }
+    }
+
+    /// G38.2 to G38.5: as when the probe meets nothing; parameters 5061 to 5070 say so.
+    fn probe(&mut self, values: &Values) -> Result<(), Fault> {
+        let target = self.target(values);
+        let start = self.position;
+        let length = travel_squared(&start, &target).sqrt();
+        let back = if length > NO_TRAVEL_MM { self.setup.probe_stops_short_mm / length } else { 0.0 };
+        self.feed_to(std::array::from_fn(|i| target[i] + back * (start[i] - target[i])), values)?;
+        self.note_probe();
+        Ok(())
     }
 
     /// A rapid move.

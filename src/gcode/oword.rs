@@ -2,12 +2,12 @@
 //!
 //! Meaning as LinuxCNC documents it ("O Codes"): `sub`, `endsub`, `return`, `call`; `if`, `elseif`, `else`, `endif`;
 //! `while`, `endwhile`; `do`, `while`; `repeat`, `endrepeat`; `break`, `continue`. `O100` alone starts a subroutine that
-//! ends at M99. Deviation: subroutines are looked for in the program itself only, never in other files.
+//! ends at M99. Subroutines of other files are found by [`super::source`].
 
 use super::block::{Block, Flow, Keyword, Label};
 use super::error::{Cause, Fault};
 use super::interpret::{Interpreter, Next};
-use super::modal::{Group, Values, whole};
+use super::modal::{Group, Modes, Values, whole};
 use std::collections::BTreeMap;
 
 /// Deepest nesting of subroutine calls.
@@ -133,6 +133,8 @@ struct Call {
     again: i32,
     /// Running `repeat` loops of the callers.
     repeats: usize,
+    /// The caller's modes, which M73 has asked to be restored.
+    restore: Option<Modes>,
 }
 
 /// Where control is.
@@ -141,6 +143,8 @@ pub(super) struct Control {
     calls: Vec<Call>,
     /// Running `repeat` loops: line and how often their body still runs.
     repeats: Vec<(usize, f64)>,
+    /// The modes that M70 kept, for each level of calls that has kept some.
+    kept: BTreeMap<usize, Modes>,
 }
 
 impl Control {
@@ -225,7 +229,7 @@ impl Interpreter<'_> {
         let mut at = start;
         loop {
             let Ok(Block { flow: Some(flow), .. }) = &lines[at] else { return Ok(at + 1) };
-            self.line = at as u32 + 1;
+            self.at = at;
             let taken = match flow.keyword {
                 Keyword::If | Keyword::ElseIf => self.condition(flow)?,
                 _ => true,
@@ -278,7 +282,7 @@ impl Interpreter<'_> {
             return Err(Cause::Limit { limit: MAX_CALL_DEPTH, what: "subroutine calls inside one another" });
         }
         let repeats = self.control.repeats.len();
-        self.control.calls.push(Call { back: at + 1, start: line + 1, again: times - 1, repeats });
+        self.control.calls.push(Call { back: at + 1, start: line + 1, again: times - 1, repeats, restore: None });
         Ok(line + 1)
     }
 
@@ -291,9 +295,42 @@ impl Interpreter<'_> {
             return Some(call.start);
         }
         let back = call.back;
-        self.control.calls.pop();
+        if let Some(modes) = self.control.calls.pop().and_then(|call| call.restore) {
+            self.restore_modes(modes);
+        }
         self.parameters.leave();
         Some(back)
+    }
+
+    /// M70 keeps the modes, M71 forgets them, M72 restores them; M73 restores them when the subroutine returns.
+    pub(super) fn keep_or_restore_modes(&mut self, values: &Values) {
+        let level = self.control.depth();
+        match values.number(Group::State) {
+            Some(70) => {
+                self.control.kept.insert(level, self.modes.clone());
+            }
+            Some(71) => {
+                self.control.kept.remove(&level);
+            }
+            Some(72) => {
+                if let Some(modes) = self.control.kept.get(&level).cloned() {
+                    self.restore_modes(modes);
+                }
+            }
+            Some(73) => {
+                let modes = self.modes.clone();
+                if let Some(call) = self.control.calls.last_mut() {
+                    call.restore = Some(modes);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Restores kept modes; the motion code is not one of them (LinuxCNC, "M70").
+    fn restore_modes(&mut self, modes: Modes) {
+        self.modes = Modes { motion: self.modes.motion, spindle_turns: self.modes.spindle_turns, ..modes };
+        self.select_system(self.modes.system);
     }
 
     /// M98 and M99 at the end of a block at index `at`.

@@ -13,7 +13,7 @@ pub(super) const MAX_PARAMETER: usize = 5601;
 pub(super) const LOCAL_PARAMETERS: usize = 30;
 
 /// The predefined named parameters, in the order of [`Parameters::system`].
-pub(super) const SYSTEM_NAMES: [&str; 38] = [
+pub(super) const SYSTEM_NAMES: [&str; 40] = [
     "_x",
     "_y",
     "_z",
@@ -50,6 +50,8 @@ pub(super) const SYSTEM_NAMES: [&str; 38] = [
     "_lathe_radius_mode",
     "_call_level",
     "_line",
+    "_task",
+    "_remap_level",
     "_value",
     "_value_returned",
 ];

@@ -52,6 +52,8 @@ pub struct Setup {
     pub second_home: Position,
     /// Whether lines that start with `/` are skipped.
     pub block_delete: bool,
+    /// How far before the end of its move a probe (G38.2 to G38.5) stops, mm; nothing is there for it to touch.
+    pub probe_stops_short_mm: f64,
     /// Parameters set beforehand: by name without `#<>`, or by number in digits.
     pub parameters: BTreeMap<String, f64>,
 }

@@ -2,7 +2,7 @@
 //!
 //! Reading order: [`triangle`], [`mesh`], [`grid`], [`covariance`], the triangle tests ([`intersect`] is
 //! fast, [`exact`] decides, [`exact_integer`] checks the decider, [`cross_check`]
-//! compares them), [`shapes`] and [`import`].
+//! compares them), [`triangle_distance`], [`shapes`] and [`import`].
 
 pub mod covariance;
 pub mod cross_check;
@@ -14,6 +14,7 @@ pub mod intersect;
 pub mod mesh;
 pub mod shapes;
 pub mod triangle;
+pub mod triangle_distance;
 
 pub use mesh::{Mesh, MeshError};
 pub use triangle::Triangle;

@@ -1,10 +1,11 @@
 //! Distance between two triangles that do not touch: the least over the 15 pairs of features, 9 edge-edge and 6
 //! corner-face (Ericson 2005, sections 5.1.9 and 5.1.10). Accurate to rounding, not exact.
 
-use crate::geometry::{Point, Triangle, Vector};
+use super::{Point, Triangle, Vector};
 
 /// Square of the distance, mm². For triangles that pierce each other it is positive: ask that first.
-pub(super) fn squared(a: &Triangle, b: &Triangle) -> f64 {
+#[must_use]
+pub fn squared(a: &Triangle, b: &Triangle) -> f64 {
     let mut least = corners_to_face(a, b).min(corners_to_face(b, a));
     for i in 0..3 {
         let (p, u) = (&a.corners[i], a.corners[(i + 1) % 3] - a.corners[i]);

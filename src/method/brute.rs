@@ -2,7 +2,8 @@
 
 use super::{Model, same};
 use crate::geometry::grid::Placement;
-use crate::geometry::{Isometry, Triangle, intersect};
+use crate::geometry::{Isometry, Triangle, intersect, triangle_distance};
+use crate::tree::distance::Proximity;
 use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::Counts;
 use crate::volume::Info;
@@ -47,6 +48,20 @@ impl Model for AllPairs {
         }
         contacts.sort_unstable();
         (contacts, Counts { volume_tests: 0, triangle_tests: (self.0.len() * other.len()) as u64 })
+    }
+
+    fn distance_mm(&self, other: &dyn Model, a_from_b: &Isometry, below_mm: f64, _: &mut Proximity) -> f64 {
+        let placement = Placement::new(a_from_b);
+        let mut least = below_mm;
+        for moved in same::<Self>(other).0.iter().map(|t| placement.triangle(t)) {
+            for mine in &self.0 {
+                if intersect::touch(mine, &moved) {
+                    return 0.0;
+                }
+                least = least.min(triangle_distance::squared(mine, &moved).sqrt());
+            }
+        }
+        if least < below_mm { least } else { f64::INFINITY }
     }
 
     fn bytes(&self) -> usize {

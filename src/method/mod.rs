@@ -8,6 +8,7 @@ pub mod parry;
 pub mod volume_tree;
 
 use crate::geometry::Isometry;
+use crate::tree::distance::Proximity;
 use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
 use std::any::Any;
@@ -48,6 +49,10 @@ pub trait Model: Any + Send + Sync {
 
     /// Mode `all`: every pair of faces that touch, as (face of this mesh, face of `other`), sorted; with operation counts.
     fn all_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (Vec<(u32, u32)>, Counts);
+
+    /// The distance of the meshes, mm, where it is below `below_mm`, else infinity; 0 when they touch. `proximity` is what the
+    /// last query of this pair left behind.
+    fn distance_mm(&self, other: &dyn Model, a_from_b: &Isometry, below_mm: f64, proximity: &mut Proximity) -> f64;
 
     /// Memory held, bytes.
     fn bytes(&self) -> usize;

@@ -5,11 +5,12 @@
 
 use super::{Model, same};
 use crate::geometry::{Isometry, Mesh};
+use crate::tree::distance::Proximity;
 use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::Counts;
 use crate::volume::Info;
 use parry3d_f64::math::Pose;
-use parry3d_f64::query::intersection_test;
+use parry3d_f64::query::{distance, intersection_test};
 use parry3d_f64::shape::TriMesh;
 
 /// What the peer is called.
@@ -54,6 +55,13 @@ impl Model for ParryMesh {
     /// parry answers only whether two meshes touch; the list is empty.
     fn all_counted(&self, _: &dyn Model, _: &Isometry) -> (Vec<(u32, u32)>, Counts) {
         (Vec::new(), Counts::default())
+    }
+
+    fn distance_mm(&self, other: &dyn Model, a_from_b: &Isometry, below_mm: f64, _: &mut Proximity) -> f64 {
+        let found = distance(&Pose::IDENTITY, &self.0, &(*a_from_b).into(), &same::<Self>(other).0)
+            .expect("parry supports two triangle meshes")
+            .distance;
+        if found < below_mm { found } else { f64::INFINITY }
     }
 
     fn bytes(&self) -> usize {

@@ -3,6 +3,7 @@
 use super::{Model, same};
 use crate::geometry::Isometry;
 use crate::tree::Tree;
+use crate::tree::distance::{self, Proximity};
 use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::{self, Counts, NoProbe, Scratch};
 use crate::tree::validate::TreeFault;
@@ -47,6 +48,10 @@ impl<V: BoundingVolume> Model for Tree<V> {
         traverse::all(self, same::<Self>(other), a_from_b, &mut Scratch::default(), &mut counts, &mut contacts);
         contacts.sort_unstable();
         (contacts, counts)
+    }
+
+    fn distance_mm(&self, other: &dyn Model, a_from_b: &Isometry, below_mm: f64, proximity: &mut Proximity) -> f64 {
+        distance::distance_mm(self, same(other), a_from_b, below_mm, proximity)
     }
 
     fn bytes(&self) -> usize {

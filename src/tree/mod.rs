@@ -1,9 +1,10 @@
 //! A binary tree of bounding volumes over one mesh, generic over the volume.
 //!
-//! One file per verb: [`split`] (the rules), [`build`], [`traverse`], [`witness`], [`validate`],
+//! One file per verb: [`split`] (the rules), [`build`], [`traverse`], [`distance`], [`witness`], [`validate`],
 //! [`tightness`].
 
 pub mod build;
+pub mod distance;
 pub mod policy;
 pub mod split;
 pub mod tightness;

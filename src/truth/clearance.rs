@@ -4,8 +4,9 @@
 //! for its own rounding; the distance of the triangles is accurate to rounding (about 1e-12 mm at machine size).
 
 use super::boxes::Bounds;
-use super::{PairOracle, Posed, triangle_distance};
+use super::{PairOracle, Posed};
 use crate::geometry::Isometry;
+use crate::geometry::triangle_distance;
 
 impl PairOracle {
     /// Euclidean distance between the surfaces, mm: 0 when they touch (exactly), infinite when it is more than `beyond_mm`,

@@ -9,7 +9,7 @@
 //! | [`cache`] | keeping the answers |
 //!
 //! `contain` counts the surfaces around a point; `boxes` holds the private tree of axis-aligned boxes and the proof of
-//! its rounding; `triangle_distance` measures two triangles.
+//! its rounding.
 //!
 //! Exact: [`Verdict::exact`] and [`Verdict::contained`], as statements about the first mesh and the second one with its
 //! vertices moved and snapped to the grid ([`Placement`]). Not exact, but accurate to rounding: lengths in mm.
@@ -21,7 +21,6 @@ mod contain;
 pub mod first_contact;
 pub mod judge;
 pub mod path;
-mod triangle_distance;
 
 #[cfg(test)]
 mod solids;

@@ -4,7 +4,7 @@
 //! of a mesh share its axes, the rotation between two boxes, and its absolute values, are constants of the pose. The box
 //! is not re-fitted in the world frame: that would be another variant.
 
-use super::separating_axes::{box_contains, pad_mm, separated, widened_abs};
+use super::separating_axes::{box_contains, gap_mm, pad_mm, separated, widened_abs};
 use super::{BoundingVolume, Info, Segment, box_outline, coordinate_axes_by_extent};
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use nalgebra::{Matrix3, Unit};
@@ -49,6 +49,11 @@ impl BoundingVolume for Aabb {
     fn overlaps(&self, other: &Self, pose: &AabbPose) -> bool {
         let t = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
         !separated(&t, &pose.rotation, &pose.widened, &self.half, &other.half)
+    }
+
+    fn gap_mm(&self, other: &Self, pose: &AabbPose) -> f64 {
+        let t = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
+        gap_mm(&t, &pose.rotation, &pose.widened, &self.half, &other.half)
     }
 
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {

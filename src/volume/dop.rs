@@ -134,6 +134,18 @@ impl<D: Directions<K>, const K: usize> BoundingVolume for Dop<D, K> {
         (0..K).all(|k| !disjoint(other.high[k], other.negated_low[k], self.interval(&pose.along_b[k])))
     }
 
+    /// The widest gap along a normal of either polytope.
+    fn gap_mm(&self, other: &Self, pose: &DopPose<K>) -> f64 {
+        let gap = |own_high: f64, own_negated_low: f64, (negated_low, high): (f64, f64)| {
+            (-own_negated_low - high).max(-negated_low - own_high)
+        };
+        (0..K).fold(0.0, |widest: f64, k| {
+            let along_a = gap(self.high[k], self.negated_low[k], other.interval(&pose.along_a[k]));
+            let along_b = gap(other.high[k], other.negated_low[k], self.interval(&pose.along_b[k]));
+            widest.max(along_a).max(along_b)
+        })
+    }
+
     /// Slack is taken slab by slab: beyond an edge or a corner, a point may be a little farther off than that.
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         D::normals().iter().enumerate().all(|(k, normal)| {

@@ -63,6 +63,10 @@ pub trait BoundingVolume: Clone + Debug + Send + Sync + 'static {
     /// true for volumes that are apart.
     fn overlaps(&self, other: &Self, pose: &Self::Pose) -> bool;
 
+    /// A lower bound of the distance between this volume of mesh `a` and `other` of mesh `b` at the pose, mm; at least 0. For a
+    /// safe volume no two points of their contents are nearer.
+    fn gap_mm(&self, other: &Self, pose: &Self::Pose) -> f64;
+
     /// Whether `point` (mm, mesh frame) lies inside or within `slack_mm` of the volume.
     fn contains(&self, point: &Point, slack_mm: f64) -> bool;
 

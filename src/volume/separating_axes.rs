@@ -57,6 +57,16 @@ pub fn separated(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: 
     false
 }
 
+/// A lower bound of the distance of two boxes, mm; arguments as for [`separated`]. Along the three axes of a box the gaps
+/// are those of two boxes with parallel edges, the other box's hull taken; the larger of the two distances counts.
+#[inline(always)]
+#[must_use]
+pub fn gap_mm(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: &Vector) -> f64 {
+    let along_a = (t.abs() - a - q * b).sup(&Vector::zeros());
+    let along_b = (r.tr_mul(t).abs() - b - q.tr_mul(a)).sup(&Vector::zeros());
+    along_a.norm_squared().max(along_b.norm_squared()).sqrt()
+}
+
 /// Whether a point lies within `slack_mm` of a box with half-lengths `half`; `x` is the point seen from the centre, in the
 /// box's axes, mm.
 #[must_use]
@@ -77,6 +87,14 @@ mod tests {
     fn aligned_unit_boxes_part_at_distance_two() {
         assert!(!apart(Vector::new(2.0, 0.0, 0.0), Matrix3::identity()));
         assert!(apart(Vector::new(2.0 + 1e-9, 0.0, 0.0), Matrix3::identity()));
+    }
+
+    #[test]
+    fn the_gap_of_two_aligned_boxes_is_from_corner_to_corner() {
+        let (one, r) = (Vector::repeat(1.0), Matrix3::identity());
+        let gap = |t: Vector| gap_mm(&t, &r, &widened_abs(&r), &one, &one);
+        assert!((gap(Vector::new(5.0, 6.0, 0.0)) - 5.0).abs() < 1e-9); // 3 along x, 4 along y
+        assert_eq!(gap(Vector::new(1.0, 1.9, 0.0)), 0.0);
     }
 
     #[test]

@@ -49,6 +49,10 @@ impl BoundingVolume for SphereRitter {
         (a_from_b * other.centre - self.centre).norm_squared() <= reach * reach
     }
 
+    fn gap_mm(&self, other: &Self, a_from_b: &Isometry) -> f64 {
+        ((a_from_b * other.centre - self.centre).norm() - self.radius - other.radius).max(0.0)
+    }
+
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         (point - self.centre).norm() <= self.radius + slack_mm
     }

@@ -4,7 +4,7 @@
 pub mod centre;
 pub mod frame;
 
-use super::separating_axes::{box_contains, pad_mm, separated, widened_abs};
+use super::separating_axes::{box_contains, gap_mm, pad_mm, separated, widened_abs};
 use super::{BoundingVolume, Info, Segment, box_outline};
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use centre::CentreRule;
@@ -70,6 +70,13 @@ impl<R: ObbRule> BoundingVolume for Obb<R> {
         let t = self.axes.tr_mul(&between);
         let r = self.axes.tr_mul(&(pose.rotation * other.axes));
         !separated(&t, &r, &widened_abs(&r), &self.half, &other.half)
+    }
+
+    fn gap_mm(&self, other: &Self, pose: &ObbPose) -> f64 {
+        let between = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
+        let t = self.axes.tr_mul(&between);
+        let r = self.axes.tr_mul(&(pose.rotation * other.axes));
+        gap_mm(&t, &r, &widened_abs(&r), &self.half, &other.half)
     }
 
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {

@@ -1,0 +1,112 @@
+//! How far apart are two meshes? Branch and bound over pairs of nodes by a lower bound of their distance.
+//!
+//! E. Larsen, S. Gottschalk, M. C. Lin, D. Manocha, "Fast Proximity Queries with Swept Sphere Volumes", TR99-018, 1999,
+//! section 4, with the volume's own bound ([`BoundingVolume::gap_mm`]) in the place of the swept sphere's.
+
+use super::Tree;
+use super::traverse::open;
+use crate::geometry::grid::Placement;
+use crate::geometry::{Isometry, intersect, triangle_distance};
+use crate::volume::BoundingVolume;
+
+/// What queries reuse: memory, and the pair of triangles that was nearest last, which on a path is often nearest again.
+#[derive(Clone, Debug, Default)]
+pub struct Proximity {
+    stack: Vec<(f64, (u32, u32))>,
+    /// Places of the nearest triangles in the order of the two trees.
+    nearest: Option<(u32, u32)>,
+}
+
+/// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 when triangles touch. For
+/// volumes that are not safe the answer may be too large.
+pub fn distance_mm<V: BoundingVolume>(
+    a: &Tree<V>,
+    b: &Tree<V>,
+    a_from_b: &Isometry,
+    below_mm: f64,
+    proximity: &mut Proximity,
+) -> f64 {
+    let pose = V::pose(a_from_b);
+    let placement = Placement::new(a_from_b);
+    let Proximity { stack, nearest } = proximity;
+    let between = |i: usize, j: usize| {
+        let (still, moved) = (&a.triangles[i], placement.triangle(&b.triangles[j]));
+        if intersect::touch(still, &moved) { 0.0 } else { triangle_distance::squared(still, &moved).sqrt() }
+    };
+    let gap = |(i, j): (u32, u32)| a.nodes[i as usize].volume.gap_mm(&b.nodes[j as usize].volume, &pose);
+    let mut least = below_mm;
+    if let Some((i, j)) = *nearest {
+        least = least.min(between(i as usize, j as usize));
+    }
+    stack.clear();
+    stack.push((gap((0, 0)), (0, 0)));
+    while let Some((bound, at)) = stack.pop() {
+        if bound >= least {
+            continue;
+        }
+        let (node_a, node_b) = (&a.nodes[at.0 as usize], &b.nodes[at.1 as usize]);
+        let Some(next) = open(node_a, node_b, at) else {
+            for j in node_b.range() {
+                for i in node_a.range() {
+                    let distance = between(i, j);
+                    if distance < least {
+                        (least, *nearest) = (distance, Some((i as u32, j as u32)));
+                    }
+                }
+            }
+            continue;
+        };
+        let [one, other] = next.map(|pair| (gap(pair), pair));
+        // The nearer pair is opened first: it brings the distance down that the other is held against.
+        let (near, far) = if one.0 <= other.0 { (one, other) } else { (other, one) };
+        stack.extend([far, near].into_iter().filter(|(bound, _)| *bound < least));
+    }
+    if least < below_mm { least } else { f64::INFINITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+    use crate::tree::{Policy, SplitRule};
+    use crate::volume::obb::Obb;
+    use crate::volume::obb_area::ObbArea;
+    use crate::volume::sphere_ritter::SphereRitter;
+    use parry3d_f64::math::Pose;
+    use parry3d_f64::query;
+    use parry3d_f64::shape::TriMesh;
+
+    fn along_a_path<V: BoundingVolume>(leaf: u8) {
+        let (torus, tool) = (meshes::torus(12.0, 4.0, 14, 7), meshes::stepped_tool(8, 4));
+        let build = |mesh: &crate::geometry::Mesh| {
+            Tree::<V>::build(&mesh.triangles(), Policy { leaf, ..Policy::own(SplitRule::AreaMean) })
+        };
+        let parry = |mesh: &crate::geometry::Mesh| {
+            TriMesh::new(mesh.vertices().iter().map(|p| p.coords.into()).collect(), mesh.faces().to_vec()).unwrap()
+        };
+        let (a, b, parry_a, parry_b) = (build(&torus), build(&tool), parry(&torus), parry(&tool));
+        let mut proximity = Proximity::default();
+        let mut touching = 0;
+        for step in 0..60 {
+            let t = f64::from(step);
+            let shift = nalgebra::Vector3::new(60.0 - 1.5 * t, 3.0, 0.2 * t - 5.0);
+            let pose = Isometry::new(shift, nalgebra::Vector3::new(0.02 * t, 0.3, 0.1));
+            let found = distance_mm(&a, &b, &pose, f64::INFINITY, &mut proximity);
+            let fresh = distance_mm(&a, &b, &pose, f64::INFINITY, &mut Proximity::default());
+            let expected = query::distance(&Pose::IDENTITY, &parry_a, &pose.into(), &parry_b).unwrap().distance;
+            assert!((found - expected).abs() < 1e-6, "step {step}: {found}, parry {expected}");
+            assert_eq!(found, fresh, "step {step}");
+            let cut_off = distance_mm(&a, &b, &pose, 5.0, &mut proximity);
+            assert_eq!(cut_off, if found < 5.0 { found } else { f64::INFINITY }, "step {step}");
+            touching += u32::from(found == 0.0);
+        }
+        assert!((5..55).contains(&touching), "{touching}");
+    }
+
+    #[test]
+    fn distances_are_parrys_fresh_or_warm() {
+        along_a_path::<Obb<ObbArea>>(1);
+        along_a_path::<Obb<ObbArea>>(4);
+        along_a_path::<SphereRitter>(1);
+    }
+}
