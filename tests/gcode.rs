@@ -96,6 +96,150 @@ fn parameters_expressions_and_loops_are_evaluated() {
 }
 
 #[test]
+fn a_drilling_cycle_rises_crosses_dives_and_returns() {
+    // From Z 1 below R 2: up to 2, over to the hole, down to -1, up to the higher of R and the start: 2.
+    assert_ends(
+        "G0 Z1\nG81 X5 Z-1 R2 F50\nX7\nG80\nM2",
+        &[
+            [0.0, 0.0, 1.0],
+            [0.0, 0.0, 2.0],
+            [5.0, 0.0, 2.0],
+            [5.0, 0.0, -1.0],
+            [5.0, 0.0, 2.0],
+            [7.0, 0.0, 2.0],
+            [7.0, 0.0, -1.0],
+            [7.0, 0.0, 2.0],
+        ],
+    );
+    // From Z 10, back to it in G98, to R in G99.
+    assert_ends(
+        "G0 Z10\nG98 G81 Z-1 R2 F50\nG99 X1\nM2",
+        &[
+            [0.0, 0.0, 10.0],
+            [0.0, 0.0, 10.0],
+            [0.0, 0.0, 2.0],
+            [0.0, 0.0, -1.0],
+            [0.0, 0.0, 10.0],
+            [1.0, 0.0, 10.0],
+            [1.0, 0.0, 2.0],
+            [1.0, 0.0, -1.0],
+            [1.0, 0.0, 2.0],
+        ],
+    );
+    // Incremental: R is 2 above the start at 0, the bottom 3 below R, twice, a step of 4 each.
+    assert_ends(
+        "G91 G81 X4 Z-3 R2 L2 F50\nM2",
+        &[
+            [0.0, 0.0, 2.0],
+            [4.0, 0.0, 2.0],
+            [4.0, 0.0, -1.0],
+            [4.0, 0.0, 2.0],
+            [8.0, 0.0, 2.0],
+            [8.0, 0.0, -1.0],
+            [8.0, 0.0, 2.0],
+        ],
+    );
+}
+
+#[test]
+fn pecks_clear_or_break_the_chip() {
+    let depths = |source: &str| ends(&run(source)).into_iter().map(|end| end[2]).collect::<Vec<_>>();
+    // Q 2 from R 1 to -4: at -1 and -3, then the bottom. G83 goes out to R each time and comes back to 0.254 above.
+    let found = depths("G0 Z1\nG83 Z-4 R1 Q2 F50\nM2");
+    let expected = [1.0, 1.0, -1.0, 1.0, -0.746, -3.0, 1.0, -2.746, -4.0, 1.0];
+    assert!(
+        found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9),
+        "{found:?}"
+    );
+    let found = depths("G0 Z1\nG73 Z-4 R1 Q2 F50\nM2");
+    let expected = [1.0, 1.0, -1.0, -0.746, -3.0, -2.746, -4.0, 1.0];
+    assert!(
+        found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn cycles_dwell_and_draw_out_as_their_codes_say() {
+    let kinds = |source: &str| run(source).moves.iter().skip(2).map(|step| step.kind).collect::<Vec<_>>();
+    let (rapid, feed, dwell) = (MoveKind::Rapid, MoveKind::Feed, MoveKind::Dwell { seconds: 0.5 });
+    assert_eq!(kinds("G0 Z1\nG82 Z-1 R1 P0.5 F50\nM2"), [feed, dwell, rapid]);
+    assert_eq!(kinds("G0 Z1\nG85 Z-1 R1 F50\nM2"), [feed, feed]);
+    assert_eq!(kinds("G0 Z1\nG89 Z-1 R1 P0.5 F50\nM2"), [feed, dwell, feed]);
+}
+
+#[test]
+fn cycles_drill_along_the_normal_of_the_plane() {
+    assert_ends("G18 G81 X3 Z4 Y-2 R1 F50\nM2", &[[0.0, 1.0, 0.0], [3.0, 1.0, 4.0], [3.0, -2.0, 4.0], [3.0, 1.0, 4.0]]);
+}
+
+#[test]
+fn a_thread_is_cut_in_passes_of_falling_depth() {
+    // Outside thread: peak 1 below the drive line at X 20, 0.9 deep, first cut 0.3: passes at 0.3, 0.6, 0.9.
+    let program = run("G18 G8 G97 S100 M3\nG0 X20 Z5\nG76 P1.5 Z-10 I-1 J0.3 K0.9\nM2");
+    let cuts: Vec<f64> =
+        program.moves.iter().filter(|step| step.kind == MoveKind::Feed).map(|step| step.end[Axis::X]).collect();
+    let expected = [20.0 - 1.3, 20.0 - 1.6, 20.0 - 1.9];
+    assert!(cuts.len() == 3 && cuts.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{cuts:?}");
+    let last = program.moves.last().unwrap();
+    assert_eq!((last.end[Axis::X], last.end[Axis::Z], last.kind), (20.0, -10.0, MoveKind::Rapid));
+    // With degression 2 the n-th pass is 0.3 √n deep: 0.3, 0.424, ..., 0.849 (n = 8), then 0.9.
+    let program = run("G18 G8 G97 S100 M3\nG0 X20 Z5\nG76 P1.5 Z-10 I-1 J0.3 K0.9 R2 H1\nM2");
+    assert_eq!(program.moves.iter().filter(|step| step.kind == MoveKind::Feed).count(), 10); // 8, the last, a spring pass
+    let feed = program.moves.iter().find(|step| step.kind == MoveKind::Feed).unwrap();
+    assert_eq!(feed.feed_mm_min, Some(150.0)); // 1.5 mm at 100 turns a minute
+}
+
+#[test]
+fn polar_words_stand_for_x_and_y() {
+    assert_ends("G0 @2 ^90\n^180\nG91 @1\nM2", &[[0.0, 2.0, 0.0], [-2.0, 0.0, 0.0], [-3.0, 0.0, 0.0]]);
+}
+
+#[test]
+fn kept_modes_come_back() {
+    assert_ends("G21\nM70\nG20 G0 X1\nM72\nG0 X1\nM2", &[[25.4, 0.0, 0.0], [1.0, 0.0, 0.0]]);
+    assert_ends(
+        "o<in> sub\nM73\nG91 G0 X5\no<in> endsub\nG0 X1\no<in> call\nG0 X1\nM2",
+        &[[1.0, 0.0, 0.0], [6.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+    );
+}
+
+#[test]
+fn a_subroutine_may_stand_in_a_file_beside_the_program() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("hole.ngc"), "; a hole\no<hole> sub\nG1 Z#1 F10\nG0 Z0\no<hole> endsub\n")
+        .unwrap();
+    let main = folder.path().join("main.ngc");
+    let program = interpret("G0 X1\no<hole> call [-3]\nM2", &main, &Setup::default()).unwrap();
+    assert_eq!(ends(&program), [[1.0, 0.0, 0.0], [1.0, 0.0, -3.0], [1.0, 0.0, 0.0]]);
+    // Its moves are told by the line that calls it; what is wrong with it, by its own file and line.
+    assert_eq!(program.moves.iter().map(|step| step.line).collect::<Vec<_>>(), [1, 2, 2]);
+    std::fs::write(folder.path().join("hole.ngc"), "o<hole> sub\nG1 Z#1 F10\nG999\no<hole> endsub\n").unwrap();
+    let error = interpret("G0 X1\no<hole> call [-3]\nM2", &main, &Setup::default()).unwrap_err();
+    assert!(error.file.ends_with("hole.ngc") && (error.line, error.column) == (3, 1), "{error}");
+}
+
+#[test]
+fn ten_programs_that_must_fail_fail_at_their_line() {
+    for (source, line, column, text) in [
+        ("G0 Z1\nG81 X1 Z-1 F50\nM2", 2, 1, "R"),             // no retract height
+        ("G0 Z1\nG83 Z-4 R1 F50\nM2", 2, 1, "Q"),             // no peck
+        ("G0 Z1\nG83 Z-4 R1 Q0 F50\nM2", 2, 12, "Q"),         // a peck that gets nowhere
+        ("G0 Z1\nG82 Z-4 R1 F50\nM2", 2, 1, "P"),             // no dwell
+        ("G93 G81 Z-1 R1 F50\nM2", 1, 5, "G93"),              // a cycle in inverse time
+        ("G0 Z1\nG81 Z5 R1 F50\nM2", 2, 1, "bottom"),         // R below the bottom
+        ("G17 M3 S1\nG76 P1 Z-1 I-1 J1 K1\nM2", 2, 1, "G18"), // a thread in the wrong plane
+        ("G18\nG0 X5\nG33 Z-5 K1\nM2", 3, 1, "spindle"),      // a thread without a spindle
+        ("G0 X1\nG42 D1\nM2", 2, 1, "not supported"),         // not performed
+        ("G0 X1\no<gone> call\nM2", 2, 1, "not defined"),     // no such subroutine
+    ] {
+        let error = interpret(source, Path::new("bad.ngc"), &Setup::default()).unwrap_err();
+        assert_eq!((error.line, error.column), (line, column), "{source}: {error}");
+        assert!(error.to_string().contains(text), "{source}: {error}");
+    }
+}
+
+#[test]
 fn what_is_wrong_is_told_with_its_line() {
     for (source, line, text) in [
         ("G0 X1\nG1 X2\nM2", 2, "feed"),

@@ -8,6 +8,8 @@ use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{Group, Values};
 
+/// A cut this near the full depth, mm, is the full depth but for rounding.
+const ROUNDING_MM: f64 = 1e-9;
 /// Most passes of one thread.
 const MAX_PASSES: u32 = 10_000;
 /// Index of X and Z.
@@ -108,7 +110,7 @@ impl Interpreter<'_> {
         };
         for pass in 1..=MAX_PASSES {
             let cut = first_cut * f64::from(pass).powf(1.0 / degression);
-            if cut >= height {
+            if cut >= height - ROUNDING_MM {
                 for _ in 0..=springs {
                     self.thread_pass(&thread, height)?;
                 }
