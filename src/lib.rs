@@ -13,6 +13,7 @@ pub mod registry;
 pub mod conformance;
 pub mod record;
 pub mod measure;
+pub mod check;
 pub mod analysis;
 pub mod plot;
 pub mod report;

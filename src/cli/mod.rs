@@ -4,6 +4,7 @@
 //! plotted and reported like the ones that are shipped.
 
 mod analyze;
+mod check;
 mod gcode;
 mod launch;
 mod list;
@@ -13,6 +14,7 @@ mod plot;
 mod progress;
 mod report;
 mod repro;
+mod scene;
 mod verify;
 
 use crate::registry::Registry;
@@ -43,9 +45,11 @@ Examples:
   bvbench verify --scene lathe-toolpost  verdicts of all variants against the exact truth
   bvbench measure --variant ID --variant ID --out results/two
   bvbench report --out results/quick     write the report of a run again
+  bvbench check SCENE part.ngc           what collides on this machine, at which line
+  bvbench scene pairs SCENE              which parts can collide at all, and why the others cannot
   bvbench gcode part.ngc                 what a program means, move by move
 
-Exit codes: 0 all is well, 1 a safe variant missed a contact, 2 bad usage or input.";
+Exit codes: 0 all is well, 1 a safe variant missed a contact or a program collides, 2 bad usage or input.";
 
 #[derive(Subcommand)]
 enum Verb {
@@ -63,6 +67,10 @@ enum Verb {
     Plot(plot::Options),
     /// Write a run's report
     Report(report::Options),
+    /// Run a program on a machine and say what collides, at which line
+    Check(check::Options),
+    /// Show a scene: what it holds, which parts can collide
+    Scene(scene::Options),
     /// Print the canonical moves of a program
     Gcode(gcode::Options),
     /// Carry out one timing launch of a run in this process (called by `measure`)
@@ -101,6 +109,8 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Analyze(options) => analyze::run(&options),
         Verb::Plot(options) => plot::run(&options),
         Verb::Report(options) => report::run(&options),
+        Verb::Check(options) => check::run(&options, registry),
+        Verb::Scene(options) => scene::run(&options),
         Verb::Gcode(options) => gcode::run(&options),
         Verb::Launch(options) => launch::run(&options, registry),
     }

@@ -37,6 +37,8 @@ pub struct Sample {
     pub rapid: bool,
     /// Index into [`Program::moves`].
     pub move_index: usize,
+    /// How much of the move is done, above 0 and up to 1.
+    pub fraction: f64,
 }
 
 /// The samples of a program: each move's inner points and its end, in order. Moves that go nowhere (dwell, tool change)
@@ -48,9 +50,10 @@ pub fn sample(program: &Program, start: &Position, sampling: &Sampling) -> Vec<S
     for (move_index, step) in program.moves.iter().enumerate() {
         let pieces = pieces(&from, step, sampling);
         for piece in 1..=pieces {
-            let position = if piece == pieces { step.end } else { point_at(&from, step, piece as f64 / pieces as f64) };
+            let fraction = piece as f64 / pieces as f64;
+            let position = if piece == pieces { step.end } else { point_at(&from, step, fraction) };
             let rapid = step.kind == MoveKind::Rapid;
-            samples.push(Sample { position, line: step.line, rapid, move_index });
+            samples.push(Sample { position, line: step.line, rapid, move_index, fraction });
         }
         from = step.end;
     }
@@ -70,6 +73,24 @@ pub fn point_at(start: &Position, step: &Move, fraction: f64) -> Position {
         point[second] = centre[1] + radius * angle.sin();
     }
     point
+}
+
+/// Length of a move as feed rates mean it: mm along the path of the linear axes, or, for a move that only turns, degrees.
+#[must_use]
+pub fn length(start: &Position, step: &Move) -> f64 {
+    let change = |axis: Axis| step.end[axis] - start[axis];
+    let norm = |axes: &[Axis]| axes.iter().map(|&axis| change(axis).powi(2)).sum::<f64>().sqrt();
+    if let MoveKind::Arc { plane, centre, sweep } = step.kind {
+        let [first, second, normal] = plane.axes();
+        let radius = (start[first] - centre[0]).hypot(start[second] - centre[1]);
+        let others: Vec<Axis> =
+            Axis::ALL.into_iter().filter(|a| !a.is_rotary() && *a != first && *a != second).collect();
+        debug_assert!(others.contains(&normal));
+        return (radius * sweep).hypot(norm(&others));
+    }
+    let linear: Vec<Axis> = Axis::ALL.into_iter().filter(|axis| !axis.is_rotary()).collect();
+    let along = norm(&linear);
+    if along > 1e-9 { along } else { norm(&[Axis::A, Axis::B, Axis::C]).to_degrees() }
 }
 
 /// Into how many pieces a move is cut.

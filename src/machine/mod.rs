@@ -2,10 +2,11 @@
 //!
 //! Axes are named as ISO 841 does. Inside, lengths are mm and angles radians; the wire form ([`mod@file`]) speaks degrees.
 //!
-//! Reading order: [`joint`], [`tree`] (links and their poses), [`mod@file`] (TOML).
+//! Reading order: [`joint`], [`tree`] (links and their poses), [`travel`] (how far parts go), [`mod@file`] (TOML).
 
 pub mod joint;
 pub mod tree;
+pub mod travel;
 pub mod file;
 
 pub use joint::{Joint, JointError, Limits, Motion, OutOfLimits};

@@ -1,5 +1,6 @@
 //! The TOML form of a scene. Apart from the model, so that the file's spelling can stay when the model changes.
 
+use super::Role;
 use crate::gcode::{Axis, Position};
 use crate::geometry::import::Unit;
 use crate::geometry::shapes::{Shape, Tessellation};
@@ -37,6 +38,33 @@ pub struct SceneFile {
     pub random: Option<Vec<Spanned<[String; 2]>>>,
     /// Recorded poses.
     pub recorded: Option<RecordedFile>,
+    /// How `check` treats the scene.
+    #[serde(default)]
+    pub check: CheckFile,
+}
+
+/// How `check` treats a scene.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CheckFile {
+    /// Pairs of parts never examined.
+    pub ignore: Vec<Spanned<[String; 2]>>,
+    /// Rapid rate of X, Y, Z, U, V, W, mm/min.
+    pub rapid_mm_min: Option<f64>,
+    /// Rapid rate of A, B, C, degrees/min.
+    pub rapid_deg_min: Option<f64>,
+    /// Collisions that the scene's own program is known to have.
+    pub expect: Vec<ExpectFile>,
+}
+
+/// A collision that is known.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExpectFile {
+    /// The program's line on which contact begins.
+    pub line: u32,
+    /// The parts.
+    pub pair: Spanned<[String; 2]>,
 }
 
 /// The `[machine]` of a scene, or a file of its own, which has the same keys but `file`.
@@ -61,6 +89,9 @@ pub struct PartFile {
     pub name: Spanned<String>,
     /// The link it is fixed to; without it, the world.
     pub link: Option<Spanned<String>>,
+    /// What it is to the work.
+    #[serde(default)]
+    pub role: Role,
     /// Its frame in its link's.
     #[serde(default)]
     pub at: PlacementFile,

@@ -1,10 +1,10 @@
 //! From `scene.toml` to a checked [`Scene`].
 
 use super::error::{Place, SceneError};
-use super::file::{ApproachFile, MachineFile, PartFile, ProgramFile, SceneFile};
+use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, SceneFile};
 use super::folder::Folder;
 use super::program::{self, ProgramRun};
-use super::{Approach, Overrides, Pair, Part, Recording, Scene, recording};
+use super::{Approach, Expected, Overrides, Pair, Part, Rates, Recording, Scene, recording};
 use crate::gcode::Position;
 use crate::geometry::{Mesh, Vector, import};
 use crate::machine::{self, Machine};
@@ -18,6 +18,10 @@ use toml::Spanned;
 
 /// The file that makes a folder a scene.
 pub const SCENE_FILE: &str = "scene.toml";
+
+/// Rapid rates where a scene says nothing: those of an ordinary machine tool.
+const RAPID_MM_MIN: f64 = 15_000.0;
+const RAPID_DEG_MIN: f64 = 7_200.0;
 
 /// A text and what messages call it.
 struct Document {
@@ -77,6 +81,14 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         Some(random) => random.iter().map(|pair| find_pair(&document, &parts, pair)).collect::<Result<_, _>>()?,
         None => pairs.clone(),
     };
+    let ignored = scene.check.ignore.iter().map(|pair| find_pair(&document, &parts, pair)).collect::<Result<_, _>>()?;
+    let expected = scene
+        .check
+        .expect
+        .iter()
+        .map(|expected| Ok(Expected { line: expected.line, pair: find_pair(&document, &parts, &expected.pair)? }));
+    let expected = expected.collect::<Result<_, SceneError>>()?;
+    let rates = read_rates(&document, &scene.check)?;
     let approaches = read_approaches(&document, &machine, &parts, &scene.approaches)?;
     Ok(Scene {
         name: folder.name().to_owned(),
@@ -86,6 +98,10 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         machine,
         parts,
         pairs,
+        names_pairs: scene.pairs.is_some(),
+        ignored,
+        rates,
+        expected,
         program,
         approaches,
         random,
@@ -150,7 +166,7 @@ fn add_parts(
             return Err(SceneError::Meaning { place: place(), message });
         }
         let mesh = part_mesh(folder, document, file, overrides)?;
-        parts.push(Part { name: name.clone(), mesh: Arc::new(mesh), link, link_from_part });
+        parts.push(Part { name: name.clone(), mesh: Arc::new(mesh), link, link_from_part, role: file.role });
     }
     Ok(())
 }
@@ -189,6 +205,20 @@ fn part_mesh(
         }
         _ => refuse("either `shape` or `mesh` must be given"),
     }
+}
+
+fn read_rates(document: &Document, file: &CheckFile) -> Result<Rates, SceneError> {
+    let rate = |name: &str, given: Option<f64>, default: f64| match given.unwrap_or(default) {
+        rate if rate > 0.0 && rate.is_finite() => Ok(rate),
+        rate => Err(SceneError::Meaning {
+            place: document.header("[check]"),
+            message: format!("{name} is {rate}; it must be a finite number above 0"),
+        }),
+    };
+    Ok(Rates {
+        rapid_mm_min: rate("rapid_mm_min", file.rapid_mm_min, RAPID_MM_MIN)?,
+        rapid_rad_min: rate("rapid_deg_min", file.rapid_deg_min, RAPID_DEG_MIN)?.to_radians(),
+    })
 }
 
 fn read_program(

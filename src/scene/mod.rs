@@ -1,7 +1,7 @@
 //! Scenes: parts with meshes on a machine, the pairs of them that are examined, and what moves them.
 //!
 //! Reading order: this file (the model), [`file`] (how a scene is written), `load` (from one to the other), [`recording`]
-//! (poses as CSV), `folder` and `shipped` (where files come from), [`error`].
+//! (poses as CSV), `folder` and `shipped` (where files come from), [`pairs`] (which parts can collide), [`error`].
 
 pub mod error;
 mod shipped;
@@ -10,6 +10,7 @@ mod file;
 pub mod recording;
 mod program;
 mod load;
+pub mod pairs;
 
 pub use error::{Place, SceneError};
 pub use program::ProgramRun;
@@ -35,6 +36,39 @@ pub struct Part {
     pub link: Option<usize>,
     /// The part's frame in its link's, mm.
     pub link_from_part: Isometry,
+    /// What it is to the work.
+    pub role: Role,
+}
+
+/// What a part is to the work: decides which contact is intended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// Neither cuts nor is cut.
+    #[default]
+    Machine,
+    /// Is cut.
+    Workpiece,
+    /// Cuts: may touch the workpiece in a feed move.
+    Cutter,
+}
+
+/// What `check` needs to know of a scene beside its parts and motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rates {
+    /// Rapid rate of linear axes, mm/min.
+    pub rapid_mm_min: f64,
+    /// Rapid rate of rotary axes, radians/min.
+    pub rapid_rad_min: f64,
+}
+
+/// A collision that a scene's program is known to have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Expected {
+    /// Line on which contact begins.
+    pub line: u32,
+    /// The parts.
+    pub pair: Pair,
 }
 
 /// Two parts that may collide, as indices into [`Scene::parts`]. `a` is the one whose frame the poses are given in.
@@ -84,6 +118,14 @@ pub struct Scene {
     pub parts: Vec<Part>,
     /// The pairs examined.
     pub pairs: Vec<Pair>,
+    /// Whether the scene names [`Scene::pairs`] itself.
+    pub names_pairs: bool,
+    /// Pairs that `check` never examines.
+    pub ignored: Vec<Pair>,
+    /// How fast the machine's rapid moves are.
+    pub rates: Rates,
+    /// Collisions that the program is known to have.
+    pub expected: Vec<Expected>,
     /// The program that moves the machine.
     pub program: Option<ProgramRun>,
     /// The approaches.

@@ -3,7 +3,7 @@
 use super::error::SceneError;
 use super::file::{ControllerFile, ProgramFile};
 use crate::gcode::{self, Position, Sampling, Setup, Tool, WorkOffset};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A program, interpreted, and how to run it.
 #[derive(Clone, Debug)]
@@ -12,6 +12,8 @@ pub struct ProgramRun {
     pub file: PathBuf,
     /// Its moves.
     pub program: gcode::Program,
+    /// What the controller knows at first, the machine's position among it.
+    pub setup: Setup,
     /// Where the machine stands at first, mm and radians.
     pub start: Position,
     /// How finely the scene wants it sampled.
@@ -61,10 +63,33 @@ pub(super) fn sampling(file: &ProgramFile) -> Result<Sampling, String> {
     })
 }
 
+impl ProgramRun {
+    /// Another program under the same controller, machine position and sampling.
+    ///
+    /// # Errors
+    /// When the program cannot be read or interpreted.
+    pub fn with_program(&self, path: &Path) -> Result<Self, SceneError> {
+        let missing = |cause| SceneError::Read { file: path.to_owned(), cause };
+        let source = std::fs::read(path).map_err(missing)?;
+        run(&String::from_utf8_lossy(&source), path.to_owned(), &self.setup, self.sampling)
+    }
+
+    /// A program for a scene that has none: a mill's controller that starts at zero.
+    ///
+    /// # Errors
+    /// As [`ProgramRun::with_program`].
+    pub fn on_mill(path: &Path) -> Result<Self, SceneError> {
+        let empty = gcode::Program { moves: Vec::new(), blocks: Vec::new() };
+        let setup = Setup::default();
+        let start = setup.start;
+        Self { file: path.to_owned(), program: empty, setup, start, sampling: Sampling::default() }.with_program(path)
+    }
+}
+
 /// Interprets the program.
 pub(super) fn run(source: &str, path: PathBuf, setup: &Setup, sampling: Sampling) -> Result<ProgramRun, SceneError> {
     let program = gcode::interpret(source, &path, setup)?;
-    Ok(ProgramRun { file: path, program, start: setup.start, sampling })
+    Ok(ProgramRun { file: path, program, setup: setup.clone(), start: setup.start, sampling })
 }
 
 /// The position, when all of it is finite. `Err` is a message.

@@ -1,0 +1,210 @@
+//! `check`: runs a program on a machine and says what collides, where, when, and what comes near.
+//!
+//! Reading order: this file (what is asked and answered), [`motion`] (positions and times along the program), `scan` (one
+//! pair along the path), `event` (from stretches of the path to events).
+//!
+//! Method. The path is sampled as the scene says, straight in axis space between samples. At a sample the distance of a pair is
+//! found on the trees of the chosen variant; as long as the pair cannot have travelled that far
+//! ([`crate::machine::travel`]) the samples are skipped. Two samples between which contact cannot be excluded by their distances
+//! are halved until it can, or until less than [`Settings::tolerance_mm`] of travel is left. Where contact, or a near-miss
+//! zone, begins and ends is found by halving to the same travel.
+
+mod event;
+pub mod motion;
+mod scan;
+
+pub use event::{Event, Extent, Kind};
+pub use motion::Path;
+
+use crate::geometry::{Isometry, Mesh};
+use crate::machine::OutOfLimits;
+use crate::measure::Progress;
+use crate::method::Model;
+use crate::registry::Variant;
+use crate::scene::pairs::{self, Decision};
+use crate::scene::{Pair, ProgramRun, Scene};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use thiserror::Error;
+
+/// What is asked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Clearances that are told when a pair comes nearer, mm, widest first; empty for none.
+    pub zones_mm: Vec<f64>,
+    /// Travel below which contact is not looked for between two free poses, and to which beginnings and ends are found, mm.
+    pub tolerance_mm: f64,
+    /// Whether nothing behind the first collision is of interest.
+    pub stop_at_first: bool,
+}
+
+impl Settings {
+    /// The paper's zones, and hundredths of a millimetre.
+    #[must_use]
+    pub fn standard() -> Self {
+        Self { zones_mm: vec![14.0, 8.0, 2.0], tolerance_mm: 0.01, stop_at_first: false }
+    }
+}
+
+/// Why a program could not be checked.
+#[derive(Debug, Error)]
+pub enum CheckError {
+    /// The program leaves the machine's limits.
+    #[error("{file}:{line}: {cause}", file = file.display())]
+    OutOfLimits {
+        /// The program.
+        file: PathBuf,
+        /// Line.
+        line: u32,
+        /// The axis and its range.
+        cause: OutOfLimits,
+    },
+    /// No pair of parts can move against each other.
+    #[error("scene `{0}` has no two parts that could collide")]
+    NoPairs(String),
+    /// The program moves nothing.
+    #[error("{file}: the program has no moves", file = .0.display())]
+    NoMoves(PathBuf),
+}
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Collisions and near misses, by the time at which they begin.
+    pub events: Vec<Event>,
+    /// What was decided on each pair of parts.
+    pub decisions: Vec<Decision>,
+    /// Pairs in contact where the machine stands at first: neighbours that the joint tree does not show. Not examined.
+    pub touching_at_start: Vec<Pair>,
+    /// Samples of the path.
+    pub samples: usize,
+    /// Poses of a pair at which a distance was found.
+    pub queries: u64,
+    /// How long the program takes, s.
+    pub duration_s: f64,
+}
+
+impl Outcome {
+    /// Whether anything collides.
+    #[must_use]
+    pub fn collides(&self) -> bool {
+        self.events.iter().any(|event| event.kind.is_collision())
+    }
+}
+
+/// Samples that one thread takes at a time.
+const CHUNK: usize = 256;
+
+/// Runs a program on a scene's machine and looks for contact of every pair that can collide, with the trees of `variant`.
+///
+/// # Errors
+/// When the program leaves the machine's limits or there is nothing to examine.
+pub fn check(
+    scene: &Scene,
+    run: &ProgramRun,
+    variant: &Variant,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<Outcome, CheckError> {
+    let path = Path::new(scene, run);
+    if path.samples().is_empty() {
+        return Err(CheckError::NoMoves(run.file.clone()));
+    }
+    for sample in path.samples() {
+        scene.machine.check_limits(&sample.position).map_err(|cause| CheckError::OutOfLimits {
+            file: run.file.clone(),
+            line: sample.line,
+            cause,
+        })?;
+    }
+    let range = path.range();
+    let widest = settings.zones_mm.iter().copied().fold(0.0, f64::max);
+    let decisions = pairs::decide(scene, range.as_ref(), widest);
+    let pairs: Vec<Pair> = decisions.iter().filter(|d| d.dropped.is_none()).map(|d| d.pair).collect();
+    if pairs.is_empty() && decisions.iter().all(|d| d.dropped == Some(pairs::Dropped::Rigid)) {
+        return Err(CheckError::NoPairs(scene.name.clone()));
+    }
+    progress.begin("building trees", 1);
+    let bodies = Bodies::new(scene, variant, &pairs);
+    let start = scene.machine.forward(&path.position(0));
+    let (touching_at_start, pairs): (Vec<Pair>, Vec<Pair>) =
+        pairs.into_iter().partition(|&pair| bodies.touch(pair, &scene.a_from_b(pair, &start)));
+    let chunks: Vec<usize> = (0..path.samples().len()).step_by(CHUNK).collect();
+    progress.begin("checking", chunks.len() as u64);
+    let (stop, queries) = (AtomicBool::new(false), AtomicU64::new(0));
+    let scan_chunk = |&first: &usize| {
+        if settings.stop_at_first && stop.load(Ordering::Relaxed) {
+            return Vec::new();
+        }
+        let last = (first + CHUNK).min(path.samples().len());
+        let poses: Vec<_> = (first..=last).map(|at| scene.machine.forward(&path.position(at))).collect();
+        let scans: Vec<Vec<scan::Stretch>> = pairs
+            .iter()
+            .map(|&pair| {
+                let mut scan = scan::Scan::new(scene, &path, &bodies, pair, settings);
+                let stretches = scan.run(first, last, &poses);
+                queries.fetch_add(scan.queries, Ordering::Relaxed);
+                stretches
+            })
+            .collect();
+        progress.advance(1);
+        scans
+    };
+    // In order and in groups, so that a search for the first collision ends soon after it, whatever the number of threads.
+    let mut scanned: Vec<Vec<Vec<scan::Stretch>>> = Vec::with_capacity(chunks.len());
+    for group in chunks.chunks(GROUP) {
+        scanned.extend(group.par_iter().map(scan_chunk).collect::<Vec<_>>());
+        let events = event::events(scene, &path, &pairs, &scanned, settings);
+        if settings.stop_at_first && events.iter().any(|event| event.kind.is_collision()) {
+            stop.store(true, Ordering::Relaxed);
+            break;
+        }
+    }
+    let mut events = event::events(scene, &path, &pairs, &scanned, settings);
+    if settings.stop_at_first
+        && let Some(first) = events.iter().position(|event| event.kind.is_collision())
+    {
+        events.truncate(first + 1);
+    }
+    Ok(Outcome {
+        events,
+        decisions,
+        touching_at_start,
+        samples: path.samples().len(),
+        queries: queries.into_inner(),
+        duration_s: path.duration_s(),
+    })
+}
+
+/// Chunks that are scanned before it is looked whether there is a collision among them.
+const GROUP: usize = 64;
+
+/// Every examined part, prepared for the variant.
+struct Bodies {
+    models: BTreeMap<usize, Box<dyn Model>>,
+}
+
+impl Bodies {
+    fn new(scene: &Scene, variant: &Variant, pairs: &[Pair]) -> Self {
+        let mut parts: Vec<usize> = pairs.iter().flat_map(|pair| [pair.a, pair.b]).collect();
+        parts.sort_unstable();
+        parts.dedup();
+        let mesh = |part: usize| -> &Mesh { &scene.parts[part].mesh };
+        let models: Vec<(usize, Box<dyn Model>)> =
+            parts.into_par_iter().map(|part| (part, variant.prepare(mesh(part), None))).collect();
+        Self { models: models.into_iter().collect() }
+    }
+
+    fn of(&self, pair: Pair) -> (&dyn Model, &dyn Model) {
+        (self.models[&pair.a].as_ref(), self.models[&pair.b].as_ref())
+    }
+
+    fn touch(&self, pair: Pair, a_from_b: &Isometry) -> bool {
+        let (a, b) = self.of(pair);
+        let mut verdicts = Vec::with_capacity(1);
+        a.first(b, std::slice::from_ref(a_from_b), &mut verdicts);
+        verdicts == [true]
+    }
+}

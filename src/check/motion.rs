@@ -1,0 +1,111 @@
+//! The path of a program: axis positions, and the time at which the machine is there.
+//!
+//! No acceleration: a feed move takes its length over its rate, a rapid move as long as its slowest axis needs at its rapid
+//! rate, and goes straight. A feed whose rate hangs on a spindle speed that is not known takes no time.
+
+use crate::gcode::{Axis, MoveKind, Position, Sample, path};
+use crate::scene::pairs::Range;
+use crate::scene::{ProgramRun, Rates, Scene};
+
+/// A program's samples with their times. Place 0 is where the machine stands at first, place n + 1 is sample n; places
+/// between are straight between their neighbours.
+pub struct Path<'a> {
+    run: &'a ProgramRun,
+    samples: Vec<Sample>,
+    /// When each move begins, s, and when the last one ends.
+    begins: Vec<f64>,
+}
+
+impl<'a> Path<'a> {
+    /// Samples a program as its run says.
+    #[must_use]
+    pub fn new(scene: &Scene, run: &'a ProgramRun) -> Self {
+        let samples = path::sample(&run.program, &run.start, &run.sampling);
+        let (mut begins, mut from, mut time) = (vec![0.0], run.start, 0.0);
+        for step in &run.program.moves {
+            time += match step.kind {
+                MoveKind::Rapid => rapid_s(&from, &step.end, &scene.rates),
+                MoveKind::Feed | MoveKind::Arc { .. } => {
+                    step.feed_mm_min.map_or(0.0, |feed| 60.0 * path::length(&from, step) / feed)
+                }
+                MoveKind::Dwell { seconds } => seconds,
+                MoveKind::ToolChange { .. } => 0.0,
+            };
+            begins.push(time);
+            from = step.end;
+        }
+        Self { run, samples, begins }
+    }
+
+    /// The samples.
+    #[must_use]
+    pub fn samples(&self) -> &[Sample] {
+        &self.samples
+    }
+
+    /// The range of every axis over the program.
+    #[must_use]
+    pub fn range(&self) -> Option<Range> {
+        Range::of((0..=self.samples.len()).map(|at| self.position(at)))
+    }
+
+    /// The position at a whole place.
+    #[must_use]
+    pub fn position(&self, at: usize) -> Position {
+        if at == 0 { self.run.start } else { self.samples[at - 1].position }
+    }
+
+    /// The position at any place.
+    #[must_use]
+    pub fn position_at(&self, place: f64) -> Position {
+        let (at, part) = (place.floor() as usize, place.fract());
+        if part == 0.0 {
+            return self.position(at);
+        }
+        let (from, to) = (self.position(at), self.position(at + 1));
+        Position(std::array::from_fn(|i| from.0[i] + part * (to.0[i] - from.0[i])))
+    }
+
+    /// The sample that a place belongs to: the one it leads to.
+    #[must_use]
+    pub fn sample_at(&self, place: f64) -> &Sample {
+        &self.samples[(place.ceil() as usize).clamp(1, self.samples.len()) - 1]
+    }
+
+    /// The time at a place, s from the program's start.
+    #[must_use]
+    pub fn time_s(&self, place: f64) -> f64 {
+        if place <= 0.0 {
+            return 0.0;
+        }
+        let to = self.sample_at(place);
+        let before = (place.ceil() as usize).checked_sub(2).map(|at| &self.samples[at]);
+        let from = before.filter(|before| before.move_index == to.move_index).map_or(0.0, |before| before.fraction);
+        let part = if place.fract() == 0.0 { 1.0 } else { place.fract() };
+        let fraction = from + part * (to.fraction - from);
+        let (begin, end) = (self.begins[to.move_index], self.begins[to.move_index + 1]);
+        begin + fraction * (end - begin)
+    }
+
+    /// How long the program takes, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.begins.last().copied().unwrap_or(0.0)
+    }
+
+    /// Text of a line of the program.
+    #[must_use]
+    pub fn block(&self, line: u32) -> &str {
+        let index = (line as usize).checked_sub(1);
+        index.and_then(|index| self.run.program.blocks.get(index)).map_or("", |block| block.trim())
+    }
+}
+
+/// How long a rapid move takes, s.
+fn rapid_s(from: &Position, to: &Position, rates: &Rates) -> f64 {
+    let minutes = Axis::ALL.map(|axis| {
+        let rate = if axis.is_rotary() { rates.rapid_rad_min } else { rates.rapid_mm_min };
+        (to[axis] - from[axis]).abs() / rate
+    });
+    60.0 * minutes.into_iter().fold(0.0, f64::max)
+}

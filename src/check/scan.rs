@@ -1,0 +1,172 @@
+//! One pair along a part of the path.
+
+use super::motion::Path;
+use super::{Bodies, Settings};
+use crate::gcode::Position;
+use crate::machine::Poses;
+use crate::machine::travel::Ball;
+use crate::scene::{Pair, Scene, pairs};
+use crate::tree::distance::Proximity;
+
+/// How much farther than the widest zone a distance is looked for, mm: what a longer distance is worth in skipped samples.
+const OUTLOOK_MM: f64 = 60.0;
+/// Most halvings of the way between two samples.
+const HALVINGS: u32 = 40;
+
+/// How near a pair is: 0 in contact, then the zones from the narrowest, then free.
+pub(super) type Nearness = usize;
+
+/// A part of the path over which a pair is equally near.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stretch {
+    pub nearness: Nearness,
+    /// Places on the path.
+    pub from: f64,
+    pub to: f64,
+    /// The least distance found, mm, and where.
+    pub least_mm: f64,
+    pub least_at: f64,
+}
+
+/// A distance found at a place.
+#[derive(Clone, Copy)]
+struct Found {
+    place: f64,
+    distance: f64,
+    nearness: Nearness,
+}
+
+pub(super) struct Scan<'a> {
+    scene: &'a Scene,
+    path: &'a Path<'a>,
+    bodies: &'a Bodies,
+    pair: Pair,
+    balls: [Ball; 2],
+    /// Narrowest first, mm.
+    zones: Vec<f64>,
+    tolerance_mm: f64,
+    proximity: Proximity,
+    stretches: Vec<Stretch>,
+    /// Whether the last place noted was not free.
+    is_near: bool,
+    pub queries: u64,
+}
+
+impl<'a> Scan<'a> {
+    pub fn new(scene: &'a Scene, path: &'a Path<'a>, bodies: &'a Bodies, pair: Pair, settings: &Settings) -> Self {
+        let mut zones = settings.zones_mm.clone();
+        zones.sort_by(f64::total_cmp);
+        Self {
+            scene,
+            path,
+            bodies,
+            pair,
+            balls: [pair.a, pair.b].map(|part| pairs::ball(&scene.parts[part])),
+            zones,
+            tolerance_mm: settings.tolerance_mm,
+            proximity: Proximity::default(),
+            stretches: Vec::new(),
+            is_near: false,
+            queries: 0,
+        }
+    }
+
+    /// The stretches from place `first` to place `last` where the pair is not free, in order. `poses` are those of the
+    /// whole places.
+    pub fn run(&mut self, first: usize, last: usize, poses: &[Poses]) -> Vec<Stretch> {
+        let mut here = self.measure(first as f64, &poses[0]);
+        self.note(&here);
+        let mut at = first;
+        while at < last {
+            let (next, travel) = self.farthest(at, last, &here, &poses[at - first..]);
+            let there = self.measure(next as f64, &poses[next - first]);
+            if next == at + 1 {
+                self.between(&here, &there, travel, HALVINGS);
+            }
+            self.note(&there);
+            (at, here) = (next, there);
+        }
+        std::mem::take(&mut self.stretches)
+    }
+
+    /// The last place before which the pair stays free for sure, but at least the next one; and the bound on the travel to it.
+    fn farthest(&self, at: usize, last: usize, here: &Found, poses: &[Poses]) -> (usize, f64) {
+        let spare = here.distance - self.zones.last().copied().unwrap_or(0.0);
+        let mut travel = 0.0;
+        for (next, from) in (at + 1..=last).zip(poses) {
+            let step = self.step_travel(next - 1, from);
+            if next > at + 1 && travel + step > spare {
+                return (next - 1, travel);
+            }
+            travel += step;
+        }
+        (last, travel)
+    }
+
+    /// Bound on the travel from a whole place to the next.
+    fn step_travel(&self, at: usize, poses: &Poses) -> f64 {
+        let (from, to) = (self.path.position(at), self.path.position(at + 1));
+        self.travel(&from, &to, poses)
+    }
+
+    fn travel(&self, from: &Position, to: &Position, poses: &Poses) -> f64 {
+        let change = Position(std::array::from_fn(|i| to.0[i] - from.0[i]));
+        self.scene.machine.travel_bound_mm(&self.balls[0], &self.balls[1], poses, &change)
+    }
+
+    fn measure(&mut self, place: f64, poses: &Poses) -> Found {
+        self.queries += 1;
+        let (a, b) = self.bodies.of(self.pair);
+        let beyond = self.zones.last().copied().unwrap_or(0.0) + OUTLOOK_MM;
+        let a_from_b = self.scene.a_from_b(self.pair, poses);
+        // Beyond the outlook the distance is the outlook at least.
+        let distance = a.distance_mm(b, &a_from_b, beyond, &mut self.proximity).min(beyond);
+        let nearness =
+            if distance <= 0.0 { 0 } else { 1 + self.zones.iter().take_while(|&&zone| zone <= distance).count() };
+        Found { place, distance, nearness }
+    }
+
+    fn measure_between(&mut self, place: f64) -> (Found, Poses) {
+        let poses = self.scene.machine.forward(&self.path.position_at(place));
+        (self.measure(place, &poses), poses)
+    }
+
+    /// Looks between two places that `travel` may lie between: for the border when they differ, for contact when neither has
+    /// any and their distances do not exclude it.
+    fn between(&mut self, here: &Found, there: &Found, travel: f64, halvings: u32) {
+        let excluded = here.nearness > 0 && there.nearness > 0 && here.distance + there.distance > travel;
+        if halvings == 0
+            || travel <= self.tolerance_mm
+            || (here.nearness == there.nearness && (excluded || here.nearness == 0))
+        {
+            return;
+        }
+        let middle = f64::midpoint(here.place, there.place);
+        let (found, poses) = self.measure_between(middle);
+        let half =
+            |from: f64, to: f64, at: &Poses| self.travel(&self.path.position_at(from), &self.path.position_at(to), at);
+        let before = self.scene.machine.forward(&self.path.position_at(here.place));
+        let (first, second) = (half(here.place, middle, &before), half(middle, there.place, &poses));
+        self.between(here, &found, first, halvings - 1);
+        self.note(&found);
+        self.between(&found, there, second, halvings - 1);
+    }
+
+    /// Takes a place into the stretches; places come in order.
+    fn note(&mut self, found: &Found) {
+        let &Found { place, distance, nearness } = found;
+        let was_near = std::mem::replace(&mut self.is_near, nearness <= self.zones.len());
+        if !self.is_near {
+            return;
+        }
+        match self.stretches.last_mut() {
+            Some(last) if was_near && last.nearness == nearness => {
+                last.to = place;
+                if distance < last.least_mm {
+                    (last.least_mm, last.least_at) = (distance, place);
+                }
+            }
+            _ => self.stretches.push(Stretch { nearness, from: place, to: place, least_mm: distance, least_at: place }),
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! `check`: what collides when a program runs on a machine.
+
+use super::progress::Bar;
+use super::{CLEAR, FAILED, note, say};
+use crate::check::{self, Event, Extent, Kind, Outcome, Settings};
+use crate::gcode::Axis;
+use crate::measure::timer;
+use crate::registry::{Registry, Variant};
+use crate::scene::{ProgramRun, Scene};
+use anyhow::{Context, Result, anyhow, bail};
+use clap::Args;
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method aabb --csv > events.csv\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move it collides. Everything else that touches collides.\nExit codes: 0 nothing collides, 1 something does, 2 bad usage or input."
+)]
+pub struct Options {
+    /// Scene by name or by path
+    #[arg(value_name = "SCENE")]
+    scene: String,
+    /// The program (RS274/NGC) [default: the scene's own]
+    #[arg(value_name = "PROGRAM")]
+    program: Option<PathBuf>,
+    /// Variant whose trees are used (see `list`) [default: the fastest safe box]
+    #[arg(long, value_name = "ID")]
+    method: Option<String>,
+    /// Tell when parts come nearer than this, mm; repeatable; 0 for not at all [default: 14, 8 and 2]
+    #[arg(long = "clearance", value_name = "MM")]
+    clearances: Vec<f64>,
+    /// Greatest travel between samples of the path, mm [default: the scene's]
+    #[arg(long, value_name = "MM")]
+    step: Option<f64>,
+    /// Travel to which beginnings and ends of contact are found, mm
+    #[arg(long, value_name = "MM", default_value_t = 0.01)]
+    tolerance: f64,
+    /// Stop at the first collision
+    #[arg(long)]
+    first: bool,
+    /// Print the result as JSON
+    #[arg(long, conflicts_with = "csv")]
+    json: bool,
+    /// Print the events as CSV
+    #[arg(long)]
+    csv: bool,
+    /// Threads [default: all cores]
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Print no progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
+    super::options::use_threads(options.threads)?;
+    let variant = method(options.method.as_deref(), registry)?;
+    let settings = settings(options)?;
+    let scene = Scene::find(&options.scene)?;
+    let mut run = match (&options.program, &scene.program) {
+        (Some(program), Some(own)) => own.with_program(program)?,
+        (Some(program), None) => ProgramRun::on_mill(program)?,
+        (None, Some(own)) => own.clone(),
+        (None, None) => bail!("scene `{}` has no program of its own; name one", scene.name),
+    };
+    if let Some(step) = options.step {
+        if !(step > 0.0 && step.is_finite()) {
+            bail!("--step is {step}; it must be a finite number above 0");
+        }
+        run.sampling.step_mm = step;
+    }
+    if !variant.info.safe {
+        note(format!("warning: `{}` does not promise to find every contact", variant.info.id));
+    }
+    let bar = Bar::new(options.quiet);
+    let (ns, outcome) = timer::time(|| check::check(&scene, &run, variant, &settings, &bar));
+    bar.finish();
+    let outcome = outcome?;
+    let seconds = ns as f64 * 1e-9;
+    if options.json {
+        say(serde_json::to_string_pretty(&as_json(&scene, &run, variant, &outcome, seconds))?);
+    } else if options.csv {
+        say(as_csv(&scene, &outcome)?.trim_end());
+    } else {
+        print(&scene, &run, &outcome, variant, seconds);
+    }
+    Ok(if outcome.collides() { FAILED } else { CLEAR })
+}
+
+/// The variant asked for; else the reference, which is the safe box that the committed run measures as one of the fastest.
+fn method<'a>(asked: Option<&str>, registry: &'a Registry) -> Result<&'a Variant> {
+    match asked {
+        Some(id) => {
+            let known = || registry.variants().iter().map(|variant| variant.info.id).collect::<Vec<_>>().join(", ");
+            registry.find(id).ok_or_else(|| anyhow!("there is no variant `{id}`; there are {}", known()))
+        }
+        None => {
+            let safe = || registry.variants().iter().filter(|variant| variant.info.safe);
+            safe()
+                .find(|variant| variant.is_reference)
+                .or_else(|| safe().next())
+                .context("no safe variant is registered")
+        }
+    }
+}
+
+fn settings(options: &Options) -> Result<Settings> {
+    let mut settings =
+        Settings { stop_at_first: options.first, tolerance_mm: options.tolerance, ..Settings::standard() };
+    if !(options.tolerance > 0.0 && options.tolerance.is_finite()) {
+        bail!("--tolerance is {}; it must be a finite number above 0", options.tolerance);
+    }
+    if let Some(bad) = options.clearances.iter().find(|zone| !(zone.is_finite() && **zone >= 0.0)) {
+        bail!("--clearance is {bad}; it must be a finite number of at least 0");
+    }
+    if !options.clearances.is_empty() {
+        settings.zones_mm = options.clearances.iter().copied().filter(|&zone| zone > 0.0).collect();
+        settings.zones_mm.sort_by(|a, b| b.total_cmp(a));
+        settings.zones_mm.dedup();
+    }
+    Ok(settings)
+}
+
+fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, seconds: f64) {
+    let (collisions, near): (Vec<&Event>, Vec<&Event>) =
+        outcome.events.iter().partition(|event| event.kind.is_collision());
+    if !collisions.is_empty() {
+        say(table(scene, &collisions, "CONTACT ENDS").trim_fmt());
+        for event in &collisions {
+            say(format!(
+                "\nline {}: {}\n  {} at {}",
+                event.first.line,
+                event.block,
+                scene.pair_name(event.pair),
+                axes(&event.first)
+            ));
+        }
+        say("");
+    }
+    if !near.is_empty() {
+        say(table(scene, &near, "ZONE LEFT").trim_fmt());
+        say("");
+    }
+    let kept = outcome.decisions.iter().filter(|decision| decision.dropped.is_none()).count();
+    say(format!(
+        "{}: {} in {} of program time; {} near misses",
+        run.file.display(),
+        match collisions.len() {
+            0 => "nothing collides".to_owned(),
+            1 => "1 collision".to_owned(),
+            n => format!("{n} collisions"),
+        },
+        clock(outcome.duration_s),
+        near.len(),
+    ));
+    say(format!(
+        "{} of {} pairs examined (`bvbench scene pairs` says why), {} poses of the path, {} distance queries",
+        kept - outcome.touching_at_start.len(),
+        outcome.decisions.len(),
+        outcome.samples,
+        outcome.queries,
+    ));
+    let rate = outcome.samples as f64 / seconds;
+    say(format!("{seconds:.2} s with {}: {rate:.0} poses per second", variant.info.id));
+    for &pair in &outcome.touching_at_start {
+        say(format!("not examined, in contact from the start: {}", scene.pair_name(pair)));
+    }
+}
+
+fn table(scene: &Scene, events: &[&Event], end: &str) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
+    table.set_header(["LINE", "WHAT", "PARTS", "TIME", end, "LEAST mm", "AT LINE"]);
+    if table.width().is_none() {
+        table.set_width(100);
+    }
+    for event in events {
+        let what = match event.kind {
+            Kind::Collision => "COLLISION".to_owned(),
+            Kind::RapidIntoWorkpiece => "RAPID INTO WORKPIECE".to_owned(),
+            Kind::Near { zone_mm } => format!("nearer than {zone_mm} mm"),
+        };
+        let last = if event.to_the_end { "never".to_owned() } else { format!("line {}", event.last.line) };
+        table.add_row([
+            event.first.line.to_string(),
+            what,
+            scene.pair_name(event.pair),
+            clock(event.first.time_s),
+            last,
+            format!("{:.3}", event.least_mm),
+            event.nearest.line.to_string(),
+        ]);
+    }
+    for column in [0, 5, 6] {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table
+}
+
+/// Minutes and seconds.
+fn clock(seconds: f64) -> String {
+    format!("{}:{:05.2}", (seconds / 60.0).floor(), seconds % 60.0)
+}
+
+/// Axes that the position has moved, mm and degrees.
+fn axes(extent: &Extent) -> String {
+    let shown = Axis::ALL.into_iter().filter(|&axis| extent.position[axis] != 0.0 || axis as usize <= Axis::Z as usize);
+    let value = |axis: Axis| {
+        let value = extent.position[axis];
+        if axis.is_rotary() { value.to_degrees() } else { value }
+    };
+    shown.map(|axis| format!("{}{:.3}", axis.letter(), value(axis))).collect::<Vec<_>>().join(" ")
+}
+
+fn extent_json(extent: &Extent) -> Value {
+    let degrees =
+        |axis: Axis| if axis.is_rotary() { extent.position[axis].to_degrees() } else { extent.position[axis] };
+    let position: serde_json::Map<String, Value> =
+        Axis::ALL.iter().map(|&axis| (axis.letter().to_string(), json!(degrees(axis)))).collect();
+    json!({ "line": extent.line, "time_s": extent.time_s, "rapid": extent.rapid, "position": position })
+}
+
+fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome, seconds: f64) -> Value {
+    let name = |part: usize| scene.parts[part].name.clone();
+    let events = outcome.events.iter().map(|event| {
+        let zone = if let Kind::Near { zone_mm } = event.kind { Some(zone_mm) } else { None };
+        json!({
+            "kind": event.kind.name(), "zone_mm": zone, "line": event.first.line, "block": event.block,
+            "pair": [name(event.pair.a), name(event.pair.b)], "least_mm": event.least_mm, "to_the_end": event.to_the_end,
+            "first": extent_json(&event.first), "last": extent_json(&event.last), "nearest": extent_json(&event.nearest),
+        })
+    });
+    json!({
+        "scene": scene.name, "program": run.file, "method": variant.info.id, "collides": outcome.collides(),
+        "events": events.collect::<Vec<_>>(), "duration_s": outcome.duration_s, "samples": outcome.samples,
+        "queries": outcome.queries, "elapsed_s": seconds, "poses_per_s": outcome.samples as f64 / seconds,
+        "touching_at_start":
+            outcome.touching_at_start.iter().map(|pair| [name(pair.a), name(pair.b)]).collect::<Vec<_>>(),
+    })
+}
+
+fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let mut header: Vec<String> = [
+        "kind",
+        "zone_mm",
+        "a",
+        "b",
+        "first_line",
+        "first_time_s",
+        "last_line",
+        "last_time_s",
+        "least_mm",
+        "least_line",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    let axis =
+        |axis: &Axis| format!("{}_{}", axis.letter().to_ascii_lowercase(), if axis.is_rotary() { "deg" } else { "mm" });
+    header.extend(Axis::ALL.iter().map(axis));
+    header.push("block".to_owned());
+    writer.write_record(&header)?;
+    for event in &outcome.events {
+        let zone = if let Kind::Near { zone_mm } = event.kind { zone_mm.to_string() } else { String::new() };
+        let mut row = vec![
+            event.kind.name().to_owned(),
+            zone,
+            scene.parts[event.pair.a].name.clone(),
+            scene.parts[event.pair.b].name.clone(),
+            event.first.line.to_string(),
+            event.first.time_s.to_string(),
+            event.last.line.to_string(),
+            event.last.time_s.to_string(),
+            event.least_mm.to_string(),
+            event.nearest.line.to_string(),
+        ];
+        let position = &event.first.position;
+        let value = |&axis: &Axis| if axis.is_rotary() { position[axis].to_degrees() } else { position[axis] };
+        row.extend(Axis::ALL.iter().map(|axis| value(axis).to_string()));
+        row.push(event.block.clone());
+        writer.write_record(&row)?;
+    }
+    Ok(String::from_utf8(writer.into_inner()?)?)
+}

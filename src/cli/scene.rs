@@ -1,0 +1,199 @@
+//! `scene`: what a scene holds, which of its parts can collide, and its meshes as files.
+
+use super::{CLEAR, say};
+use crate::check;
+use crate::gcode::Axis;
+use crate::machine::Motion;
+use crate::scene::Scene;
+use crate::scene::pairs::{self, Range};
+use anyhow::{Context, Result};
+use clap::{Args, Subcommand};
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use serde_json::json;
+use std::fs::{self, File};
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  bvbench scene info lathe-toolpost\n  bvbench scene pairs path/to/machine --json\n  bvbench scene export lathe-tailstock --out meshes"
+)]
+pub struct Options {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    /// Links, joints, limits, parts and program
+    Info(SceneOptions),
+    /// Which pairs of parts are examined, and why the others are not
+    Pairs(PairOptions),
+    /// Write every part as binary STL, placed where the machine stands at first
+    Export(ExportOptions),
+}
+
+#[derive(Args)]
+struct SceneOptions {
+    /// Scene by name or by path
+    #[arg(value_name = "SCENE")]
+    scene: String,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args)]
+struct PairOptions {
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// Drop pairs that never come nearer than this, mm
+    #[arg(long, value_name = "MM", default_value_t = 14.0)]
+    clearance: f64,
+}
+
+#[derive(Args)]
+struct ExportOptions {
+    /// Scene by name or by path
+    #[arg(value_name = "SCENE")]
+    scene: String,
+    /// Folder for the files
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+pub fn run(options: &Options) -> Result<u8> {
+    match &options.what {
+        What::Info(options) => info(&Scene::find(&options.scene)?, options.json)?,
+        What::Pairs(options) => show_pairs(&Scene::find(&options.scene.scene)?, options)?,
+        What::Export(options) => export(&Scene::find(&options.scene)?, &options.out)?,
+    }
+    Ok(CLEAR)
+}
+
+fn table<const N: usize>(header: [&str; N]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_header(header);
+    if table.width().is_none() {
+        table.set_width(100);
+    }
+    table
+}
+
+fn info(scene: &Scene, as_json: bool) -> Result<()> {
+    let link_name = |link: Option<usize>| link.map_or("world", |link| scene.machine.links()[link].name.as_str());
+    let limits = |axis: Axis, value: f64| if axis.is_rotary() { value.to_degrees() } else { value };
+    if as_json {
+        let links = scene.machine.links().iter().map(|link| {
+            let joint = link.joint.as_ref().map(|joint| {
+                let kind = if matches!(joint.motion, Motion::Prismatic { .. }) { "prismatic" } else { "rotary" };
+                let bound = |value: f64| value.is_finite().then(|| limits(joint.axis, value));
+                json!({ "axis": joint.axis.letter().to_string(), "kind": kind, "min": bound(joint.limits.min), "max": bound(joint.limits.max) })
+            });
+            json!({ "name": link.name, "parent": link.parent, "joint": joint })
+        });
+        let parts = scene.parts.iter().map(|part| {
+            let edges = part.mesh.edge_report();
+            json!({
+                "name": part.name, "link": link_name(part.link), "triangles": part.mesh.faces().len(),
+                "vertices": part.mesh.vertices().len(), "watertight": edges.is_watertight(),
+            })
+        });
+        let program = scene.program.as_ref().map(
+            |run| json!({ "file": run.file, "lines": run.program.blocks.len(), "moves": run.program.moves.len() }),
+        );
+        let value = json!({
+            "name": scene.name, "title": scene.title, "links": links.collect::<Vec<_>>(), "parts": parts.collect::<Vec<_>>(),
+            "program": program, "inputs": scene.inputs,
+        });
+        say(serde_json::to_string_pretty(&value)?);
+        return Ok(());
+    }
+    say(format!("{}: {}\n", scene.name, scene.title));
+    if !scene.machine.links().is_empty() {
+        let mut links = table(["LINK", "STANDS ON", "AXIS", "MOVES", "LIMITS"]);
+        for link in scene.machine.links() {
+            let (axis, moves, range) = link.joint.as_ref().map_or_else(Default::default, |joint| {
+                let (moves, unit) = match joint.motion {
+                    Motion::Prismatic { .. } => ("slides", "mm"),
+                    Motion::Rotary { .. } => ("turns", "degrees"),
+                };
+                let [min, max] = [joint.limits.min, joint.limits.max].map(|value| limits(joint.axis, value));
+                let range = if min.is_finite() || max.is_finite() {
+                    format!("{min} to {max} {unit}")
+                } else {
+                    "none".to_owned()
+                };
+                (joint.axis.letter().to_string(), moves, range)
+            });
+            links.add_row([link.name.as_str(), link.parent.as_deref().unwrap_or("world"), &axis, moves, &range]);
+        }
+        say(format!("{}\n", links.trim_fmt()));
+    }
+    let mut parts = table(["PART", "ON", "TRIANGLES", "WATERTIGHT"]);
+    for part in &scene.parts {
+        let edges = part.mesh.edge_report();
+        let closed = if edges.is_watertight() { "yes" } else { "no" };
+        parts.add_row([part.name.as_str(), link_name(part.link), &part.mesh.faces().len().to_string(), closed]);
+    }
+    if let Some(column) = parts.column_mut(2) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    say(parts.trim_fmt());
+    if let Some(run) = &scene.program {
+        let (lines, moves) = (run.program.blocks.len(), run.program.moves.len());
+        say(format!("\nprogram {}: {lines} lines, {moves} moves", run.file.display()));
+    }
+    Ok(())
+}
+
+fn show_pairs(scene: &Scene, options: &PairOptions) -> Result<()> {
+    let of_program = scene.program.as_ref().and_then(|run| check::Path::new(scene, run).range());
+    let range = of_program.or_else(|| Range::of_limits(scene));
+    let decisions = pairs::decide(scene, range.as_ref(), options.clearance);
+    if options.scene.json {
+        let pair = |decision: &pairs::Decision| {
+            let reason = decision.dropped.as_ref().map(ToString::to_string);
+            let names = [decision.pair.a, decision.pair.b].map(|part| scene.parts[part].name.clone());
+            json!({ "pair": names, "kept": decision.dropped.is_none(), "reason": reason })
+        };
+        say(serde_json::to_string_pretty(&decisions.iter().map(pair).collect::<Vec<_>>())?);
+        return Ok(());
+    }
+    let mut rows = table(["PAIR", "EXAMINED", "WHY NOT"]);
+    let mut sorted: Vec<_> = decisions.iter().collect();
+    sorted.sort_by_key(|decision| decision.dropped.is_some());
+    for decision in sorted {
+        let why = decision.dropped.as_ref().map(ToString::to_string).unwrap_or_default();
+        rows.add_row([scene.pair_name(decision.pair), if why.is_empty() { "yes" } else { "no" }.to_owned(), why]);
+    }
+    say(rows.trim_fmt());
+    let kept = decisions.iter().filter(|decision| decision.dropped.is_none()).count();
+    say(format!("\n{kept} of {} pairs are examined", decisions.len()));
+    Ok(())
+}
+
+fn export(scene: &Scene, out: &Path) -> Result<()> {
+    fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
+    let start = scene.program.as_ref().map(|run| run.start).unwrap_or_default();
+    let poses = scene.machine.forward(&start);
+    for (index, part) in scene.parts.iter().enumerate() {
+        let world_from_part = scene.world_from_part(index, &poses);
+        let file = out.join(format!("{}.stl", part.name.replace(['/', '\\'], "-")));
+        let triangles = part.mesh.triangles().into_iter().map(|triangle| {
+            let placed = triangle.map(|corner| world_from_part * corner);
+            let single = |x: [f64; 3]| stl_io::Vector::new(x.map(|x| x as f32));
+            let normal = placed.double_area_normal().try_normalize(0.0).unwrap_or_default();
+            stl_io::Triangle {
+                normal: single(normal.into()),
+                vertices: placed.corners.map(|corner| single(corner.coords.into())),
+            }
+        });
+        let triangles: Vec<_> = triangles.collect();
+        let written =
+            File::create(&file).and_then(|file| stl_io::write_stl(&mut BufWriter::new(file), triangles.iter()));
+        written.with_context(|| format!("cannot write {}", file.display()))?;
+        say(format!("{} ({} triangles)", file.display(), triangles.len()));
+    }
+    Ok(())
+}

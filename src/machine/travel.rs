@@ -1,0 +1,134 @@
+//! How far can a part travel against another while axes move? A bound, for steps that must not jump over a contact.
+//!
+//! F. Schwarzer, M. Saha, J.-C. Latombe, "Adaptive dynamic collision checking", IEEE Transactions on Robotics 21(3), 2005:
+//! a slide moves every point by its travel, a turn by its angle times the point's distance from the axis. That
+//! distance may grow by what the joints between the part and the axis move it meanwhile, which is added.
+
+use super::joint::Motion;
+use super::tree::{Machine, Poses};
+use crate::gcode::Position;
+use crate::geometry::{Point, Vector};
+
+/// A ball around a part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// The link it is fixed to; `None` is the world.
+    pub link: Option<usize>,
+    /// Its centre in the link's frame, mm.
+    pub centre: Point,
+    /// Its radius, mm.
+    pub radius: f64,
+}
+
+impl Machine {
+    /// The greatest way any point of either ball goes as seen from the other's link, mm, while every axis moves steadily by
+    /// `change` (mm and radians) from where `poses` has the links.
+    #[must_use]
+    pub fn travel_bound_mm(&self, a: &Ball, b: &Ball, poses: &Poses, change: &Position) -> f64 {
+        let shared = self.nearest_shared(a.link, b.link);
+        self.travel_to(a, shared, poses, change) + self.travel_to(b, shared, poses, change)
+    }
+
+    /// The nearest link that carries both; `None` is the world.
+    fn nearest_shared(&self, a: Option<usize>, b: Option<usize>) -> Option<usize> {
+        let chain = |link: Option<usize>| std::iter::successors(link, |&link| self.parent(link));
+        chain(a).find(|&link| chain(b).any(|other| other == link))
+    }
+
+    /// The way of the ball's points as seen from `base`, which carries it.
+    fn travel_to(&self, ball: &Ball, base: Option<usize>, poses: &Poses, change: &Position) -> f64 {
+        let centre = poses.world_from(ball.link) * ball.centre;
+        let mut travel = 0.0;
+        let mut at = ball.link;
+        while at != base
+            && let Some(link) = at
+        {
+            if let Some(joint) = &self.links()[link].joint {
+                let step = change[joint.axis].abs();
+                travel += match joint.motion {
+                    Motion::Prismatic { .. } => step,
+                    Motion::Rotary { direction, point } => {
+                        let world_from_link = &poses.0[link];
+                        let from_axis: Vector = centre - world_from_link * point;
+                        let reach = (world_from_link * direction.into_inner()).cross(&from_axis).norm();
+                        step * (reach + ball.radius + travel)
+                    }
+                };
+            }
+            at = self.parent(link);
+        }
+        travel
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gcode::Axis;
+    use crate::geometry::Isometry;
+    use crate::machine::joint::{Joint, Limits};
+    use crate::machine::tree::Link;
+    use proptest::prelude::*;
+
+    fn link(name: &str, parent: Option<&str>, shift: [f64; 3], joint: Joint) -> Link {
+        let parent_from_link = Isometry::translation(shift[0], shift[1], shift[2]);
+        Link { name: name.into(), parent: parent.map(Into::into), parent_from_link, joint: Some(joint) }
+    }
+
+    /// X carries B carries C; Z stands alone.
+    fn machine() -> Machine {
+        let slide = |axis, direction| Joint::prismatic(axis, direction, Limits::NONE).unwrap();
+        let turn = |axis, direction| Joint::rotary(axis, direction, Point::new(1.0, 2.0, 3.0), Limits::NONE).unwrap();
+        Machine::new(vec![
+            link("x", None, [0.0; 3], slide(Axis::X, Vector::x())),
+            link("b", Some("x"), [10.0, 0.0, 0.0], turn(Axis::B, Vector::y())),
+            link("c", Some("b"), [0.0, 20.0, 5.0], turn(Axis::C, Vector::z())),
+            link("z", None, [0.0, 0.0, 100.0], slide(Axis::Z, Vector::z())),
+        ])
+        .unwrap()
+    }
+
+    #[test]
+    fn a_turn_moves_a_point_by_its_angle_times_its_distance() {
+        let ball = |link| Ball { link, centre: Point::new(1.0, 2.0, 10.0), radius: 0.5 };
+        let poses = machine().forward(&Position::default());
+        let mut change = Position::default();
+        change[Axis::B] = 0.1;
+        // 7 above B's axis, and half a millimetre of radius.
+        let bound = machine().travel_bound_mm(&ball(Some(1)), &ball(None), &poses, &change);
+        assert!((bound - 0.75).abs() < 1e-12, "{bound}");
+        change[Axis::Z] = -2.0;
+        let bound = machine().travel_bound_mm(&ball(Some(1)), &ball(Some(3)), &poses, &change);
+        assert!((bound - 2.75).abs() < 1e-12, "{bound}");
+        // What carries both moves neither against the other.
+        change[Axis::X] = 50.0;
+        assert_eq!(machine().travel_bound_mm(&ball(Some(2)), &ball(Some(2)), &poses, &change), 0.0);
+    }
+
+    proptest! {
+        #[test]
+        fn no_point_goes_farther(
+            start in prop::array::uniform4(-2.0..2.0f64),
+            step in prop::array::uniform4(-1.5..1.5f64),
+            offset in prop::array::uniform3(-1.0..1.0f64),
+        ) {
+            let machine = machine();
+            let position = |values: [f64; 4]| {
+                let mut position = Position::default();
+                for (axis, value) in [Axis::X, Axis::B, Axis::C, Axis::Z].into_iter().zip(values) {
+                    position[axis] = value;
+                }
+                position
+            };
+            let a = Ball { link: Some(2), centre: Point::new(3.0, -4.0, 6.0), radius: 3f64.sqrt() };
+            let b = Ball { link: Some(3), centre: Point::origin(), radius: 1.0 };
+            let bound = machine.travel_bound_mm(&a, &b, &machine.forward(&position(start)), &position(step));
+            let seen = |t: f64| {
+                let poses = machine.forward(&position(std::array::from_fn(|i| start[i] + t * step[i])));
+                poses.world_from(b.link).inverse() * poses.world_from(a.link) * (a.centre + Vector::from(offset))
+            };
+            let way: f64 = (0..200).map(|i| (seen(f64::from(i + 1) / 200.0) - seen(f64::from(i) / 200.0)).norm()).sum();
+            prop_assert!(way <= bound + 1e-9, "{} > {}", way, bound);
+        }
+    }
+}

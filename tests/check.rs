@@ -1,0 +1,253 @@
+//! `check` from outside: the planted collisions of the shipped scenes and no others, agreement with the exact truth along
+//! the path, the rule for cutting, and the command's formats and exit codes.
+
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+use assert_cmd::Command;
+use bvbench::check::{Kind, Outcome, Path as ToolPath, Settings, check};
+use bvbench::measure::Silent;
+use bvbench::registry::{Registry, Variant};
+use bvbench::scene::{Pair, ProgramRun, Scene};
+use bvbench::truth::PairOracle;
+use std::path::Path;
+use std::sync::Arc;
+
+fn reference(registry: &Registry) -> &Variant {
+    registry.variants().iter().find(|variant| variant.is_reference).unwrap()
+}
+
+fn run_own(scene: &Scene, settings: &Settings) -> Outcome {
+    check(scene, scene.program.as_ref().unwrap(), reference(&Registry::standard()), settings, &Silent).unwrap()
+}
+
+fn sorted(pair: Pair) -> [usize; 2] {
+    [pair.a.min(pair.b), pair.a.max(pair.b)]
+}
+
+#[test]
+fn shipped_scenes_have_their_planted_collisions_and_no_others() {
+    for name in Scene::SHIPPED {
+        let scene = Scene::find(name).unwrap();
+        assert!(!scene.expected.is_empty(), "{name} says nothing of what to expect");
+        let outcome = run_own(&scene, &Settings::standard());
+        let collisions = outcome.events.iter().filter(|event| event.kind.is_collision());
+        let found: Vec<_> = collisions.map(|event| (event.first.line, sorted(event.pair))).collect();
+        let expected: Vec<_> = scene.expected.iter().map(|e| (e.line, sorted(e.pair))).collect();
+        assert_eq!(found, expected, "{name}");
+        // Contact begins in the zones, which begin in order of their width.
+        for event in outcome.events.iter().filter(|event| event.kind == Kind::Collision) {
+            let zones: Vec<f64> = outcome
+                .events
+                .iter()
+                .filter(|near| near.pair == event.pair)
+                .filter_map(|near| match near.kind {
+                    Kind::Near { zone_mm }
+                        if near.first.time_s <= event.first.time_s && near.last.time_s >= event.first.time_s =>
+                    {
+                        Some(zone_mm)
+                    }
+                    _ => None,
+                })
+                .collect();
+            assert_eq!(zones, [14.0, 8.0, 2.0], "{name}");
+            assert!(event.last.time_s > event.first.time_s && event.least_mm == 0.0);
+        }
+    }
+}
+
+/// Every sample of the path at which the exact truth sees contact lies in a contact that was found, and the other way round
+/// but for the tolerance.
+#[test]
+fn contact_along_the_path_is_that_of_the_exact_truth() {
+    let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
+    for name in Scene::SHIPPED {
+        let scene = Scene::find(name).unwrap();
+        let path = ToolPath::new(&scene, scene.program.as_ref().unwrap());
+        let outcome = run_own(&scene, &settings);
+        for expected in &scene.expected {
+            let pair = Pair { a: sorted(expected.pair)[0], b: sorted(expected.pair)[1] };
+            let mesh = |part: usize| Arc::clone(&scene.parts[part].mesh);
+            let oracle = PairOracle::new(mesh(pair.a), mesh(pair.b));
+            let mut touching = 0;
+            for place in 1..=path.samples().len() {
+                let poses = scene.machine.forward(&path.position(place));
+                let exact = oracle.touches(&scene.a_from_b(pair, &poses));
+                let time = path.time_s(place as f64);
+                let told = outcome
+                    .events
+                    .iter()
+                    .any(|event| event.pair == pair && event.first.time_s <= time && time <= event.last.time_s);
+                assert_eq!(told, exact, "{name}, sample {place}, line {}", path.samples()[place - 1].line);
+                touching += u32::from(exact);
+            }
+            assert!(touching > 10, "{name}: {touching}");
+        }
+    }
+}
+
+#[test]
+fn every_safe_variant_tells_the_same() {
+    let registry = Registry::standard();
+    let scene = Scene::find(Scene::SHIPPED[0]).unwrap();
+    let run = scene.program.as_ref().unwrap();
+    let settings = Settings { zones_mm: vec![2.0], ..Settings::standard() };
+    let told = |variant: &Variant| {
+        let outcome = check(&scene, run, variant, &settings, &Silent).unwrap();
+        outcome.events.iter().map(|e| (e.first.line, e.last.line, sorted(e.pair), e.kind.name())).collect::<Vec<_>>()
+    };
+    let expected = told(reference(&registry));
+    for id in ["aabb", "obb-vertex"] {
+        assert_eq!(told(registry.find(id).unwrap()), expected, "{id}");
+    }
+}
+
+/// A cutter of 10 mm over a block of 100 x 100 x 20 whose top is at Z 0, and a clamp beside it.
+fn mill(program: &str) -> (tempfile::TempDir, Scene) {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("scene.toml"),
+        r#"
+title = "A small mill"
+[[machine.links]]
+name = "table"
+joint = { axis = "X", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 }
+[[machine.links]]
+name = "head"
+joint = { axis = "Z", direction = [0, 0, 1], min_mm = -50, max_mm = 200 }
+[[parts]]
+name = "block"
+link = "table"
+role = "workpiece"
+at = { xyz_mm = [0, 0, -10] }
+shape = { kind = "rounded-box", size_mm = [100, 100, 20], fillet_mm = 1 }
+[[parts]]
+name = "clamp"
+link = "table"
+at = { xyz_mm = [70, 0, 0] }
+shape = { kind = "rounded-box", size_mm = [20, 20, 40], fillet_mm = 1 }
+[[parts]]
+name = "cutter"
+link = "head"
+role = "cutter"
+shape = { kind = "cylinder", radius_mm = 5, height_mm = 30 }
+[program]
+file = "own.ngc"
+start = { z_mm = 50 }
+[check]
+rapid_mm_min = 6000
+"#,
+    )
+    .unwrap();
+    std::fs::write(folder.path().join("own.ngc"), program).unwrap();
+    let scene = Scene::load(folder.path()).unwrap();
+    (folder, scene)
+}
+
+fn told(program: &str) -> Vec<(&'static str, u32)> {
+    let (_folder, scene) = mill(program);
+    let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
+    run_own(&scene, &settings).events.iter().map(|event| (event.kind.name(), event.first.line)).collect()
+}
+
+#[test]
+fn feeding_into_the_workpiece_is_cutting_and_a_rapid_is_not() {
+    assert_eq!(told("G0 Z5\nG1 Z-2 F100\nG1 X20\nG0 Z50\nM2"), []);
+    assert_eq!(told("G0 Z5\nG0 Z-2\nG0 Z50\nM2"), [("rapid-into-workpiece", 2)]);
+    // Along a finished slot at rapid rate: the retreat belongs to the cut. But a new way in at rapid rate does not.
+    assert_eq!(told("G0 Z5\nG1 Z-2 F100\nG0 Z5\nG0 X20\nG0 Z-2\nG0 Z50\nM2"), [("rapid-into-workpiece", 5)]);
+    // The clamp is never to be touched.
+    assert_eq!(told("G0 Z5\nG1 X70 F100\nG0 Z50\nM2"), [("collision", 2)]);
+}
+
+#[test]
+fn a_thin_wall_between_two_samples_is_not_jumped_over() {
+    let (_folder, scene) = mill("G0 Z10\nG0 X140\nM2");
+    let own = scene.program.as_ref().unwrap();
+    let mut coarse: ProgramRun = own.clone();
+    coarse.sampling.step_mm = 500.0; // both samples of line 2 are far beside the clamp, which is 20 mm wide
+    // The clamp's top is at 20; the cutter's lower end is at 10.
+    let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
+    let outcome = check(&scene, &coarse, reference(&Registry::standard()), &settings, &Silent).unwrap();
+    assert_eq!(outcome.events.iter().map(|event| event.first.line).collect::<Vec<_>>(), [2]);
+    let event = &outcome.events[0];
+    // Contact from X 70 - 10 - 5 = 55 to 85; at 6000 mm/min, after 0.4 s for the 40 mm of line 1.
+    for (extent, x) in [(&event.first, 55.0), (&event.last, 85.0)] {
+        assert!((extent.position.0[0] - x).abs() < 0.1, "{x}: {:?}", extent.position);
+        assert!((extent.time_s - (0.4 + x / 100.0)).abs() < 0.01, "{x}: {}", extent.time_s);
+    }
+}
+
+fn bvbench() -> Command {
+    Command::cargo_bin("bvbench").unwrap()
+}
+
+#[test]
+fn formats_and_exit_codes() {
+    let clear = mill("G0 Z20\nM2").0;
+    bvbench().args(["check", "--quiet"]).arg(clear.path()).assert().code(0);
+    let (folder, _) = mill("G0 Z5\nG0 Z-2\nG0 Z50\nG0 X70\nG0 Z0\nM2");
+    let run = |arguments: &[&str]| {
+        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).args(arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let json: serde_json::Value = serde_json::from_str(&run(&["--json"])).unwrap();
+    assert_eq!(json["collides"], true);
+    assert_eq!(json["events"].as_array().unwrap().iter().filter(|e| e["kind"] != "near").count(), 2);
+    let first: serde_json::Value = serde_json::from_str(&run(&["--json", "--first", "--clearance", "0"])).unwrap();
+    assert_eq!(first["events"].as_array().unwrap().len(), 1);
+    assert_eq!(first["events"][0]["block"], "G0 Z-2");
+    let csv = run(&["--csv", "--clearance", "0"]);
+    assert_eq!(csv.lines().count(), 3);
+    assert!(csv.starts_with("kind,zone_mm,a,b,first_line"), "{csv}");
+    let shown = run(&[]);
+    let is_path = |line: &str| line.contains("own.ngc");
+    assert!(shown.lines().all(|line| is_path(line) || line.chars().count() <= 100), "{shown}");
+    // One thread or two: the same bytes.
+    assert_eq!(run(&["--csv", "--threads", "1"]), run(&["--csv", "--threads", "2"]));
+}
+
+#[test]
+fn bad_input_ends_with_2_and_names_the_place() {
+    let (folder, _) = mill("G0 Z20\nM2");
+    let bad = folder.path().join("bad.ngc");
+    let refused = |program: &str, message: &str| {
+        std::fs::write(&bad, program).unwrap();
+        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).arg(&bad).output().unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains(message), "{error}");
+    };
+    refused("G0 X1\nG0 X999\nM2", "bad.ngc:2: axis X at 201 mm is outside its limits -200 to 200 mm");
+    refused("G0 X1\nG77\nM2", "bad.ngc:2:1: code is not supported: `G77`");
+    refused("M2", "no moves");
+    let missing = Path::new("no/such.ngc");
+    bvbench().args(["check", "--quiet"]).arg(folder.path()).arg(missing).assert().code(2);
+    bvbench().args(["check", "--quiet", "no-such-scene"]).assert().code(2);
+    bvbench().args(["check", "--quiet"]).arg(folder.path()).args(["--method", "nothing"]).assert().code(2);
+    bvbench().args(["check", "--quiet"]).arg(folder.path()).args(["--step", "0"]).assert().code(2);
+}
+
+#[test]
+fn scene_tells_what_it_holds_and_writes_its_meshes() {
+    let (folder, _) = mill("G0 Z20\nG0 X50\nM2");
+    let text = |arguments: &[&str]| {
+        let output =
+            bvbench().arg("scene").arg(arguments[0]).arg(folder.path()).args(&arguments[1..]).output().unwrap();
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let info: serde_json::Value = serde_json::from_str(&text(&["info", "--json"])).unwrap();
+    assert_eq!(info["parts"].as_array().unwrap().len(), 3);
+    assert_eq!(info["links"][0]["joint"]["max"], 200.0);
+    let pairs: serde_json::Value = serde_json::from_str(&text(&["pairs", "--json"])).unwrap();
+    let kept = pairs.as_array().unwrap().iter().filter(|pair| pair["kept"] == true).count();
+    assert_eq!((pairs.as_array().unwrap().len(), kept), (3, 2)); // block and clamp are rigid
+    assert!(text(&["pairs"]).contains("no joint between them"));
+    let out = folder.path().join("meshes");
+    text(&["export", "--out", out.to_str().unwrap()]);
+    let stl = stl_io::read_stl(&mut std::fs::File::open(out.join("clamp.stl")).unwrap()).unwrap();
+    let x: Vec<f32> = stl.vertices.iter().map(|v| v[0]).collect();
+    assert!((x.iter().copied().fold(f32::INFINITY, f32::min) - 60.0).abs() < 1e-3);
+    assert!((x.iter().copied().fold(f32::NEG_INFINITY, f32::max) - 80.0).abs() < 1e-3);
+}
