@@ -62,7 +62,7 @@ fn contact_along_the_path_is_that_of_the_exact_truth() {
     let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
     for name in Scene::SHIPPED {
         let scene = Scene::find(name).unwrap();
-        let path = ToolPath::new(&scene, scene.program.as_ref().unwrap());
+        let path = ToolPath::new(&scene, scene.program.as_ref().unwrap()).unwrap();
         let outcome = run_own(&scene, &settings);
         for expected in &scene.expected {
             let pair = Pair { a: sorted(expected.pair)[0], b: sorted(expected.pair)[1] };

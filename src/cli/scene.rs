@@ -148,7 +148,8 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
 }
 
 fn show_pairs(scene: &Scene, options: &PairOptions) -> Result<()> {
-    let of_program = scene.program.as_ref().and_then(|run| check::Path::new(scene, run).range());
+    let path = scene.program.as_ref().map(|run| check::Path::new(scene, run)).transpose()?;
+    let of_program = path.and_then(|path| path.range());
     let range = of_program.or_else(|| Range::of_limits(scene));
     let decisions = pairs::decide(scene, range.as_ref(), options.clearance);
     if options.scene.json {
