@@ -5,7 +5,7 @@
 use bvbench::geometry::{Isometry, Mesh};
 use bvbench::record::vocabulary::{Band, Stratum};
 use bvbench::scene::{Overrides, Scene};
-use bvbench::truth::{Judgement, PairOracle, judge_all};
+use bvbench::truth::{Judgement, PairOracle, Sought, judge_all};
 use bvbench::workload::{PairPoses, Source, Workload, generate};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -58,7 +58,7 @@ fn judged(scene: &Scene, poses: &PairPoses) -> Vec<Judgement> {
     let mesh = |part: usize| Arc::clone(&scene.parts[part].mesh);
     let oracle = PairOracle::new(mesh(poses.pair.a), mesh(poses.pair.b));
     let isometries: Vec<Isometry> = poses.poses.iter().map(|pose| pose.a_from_b).collect();
-    judge_all(&oracle, &isometries, 20.0, &|_| ())
+    judge_all(&oracle, &isometries, &Sought::Distance { beyond_mm: 20.0 }, &|_| ())
 }
 
 #[test]

@@ -5,13 +5,10 @@ use super::plan::Plan;
 use crate::geometry::Isometry;
 use crate::record::{Band, Stratum};
 use crate::scene::{Pair, Scene};
-use crate::truth::{self, CacheError, Judgement, PairOracle, TruthCache, TruthKey};
+use crate::truth::{self, CacheError, Judgement, PairOracle, Sought, TruthCache, TruthKey};
 use crate::workload::{self, PairPoses, Source, Workload, WorkloadError};
 use std::sync::Arc;
 use thiserror::Error;
-
-/// Clearances are found up to here, mm: the border of the farthest stratum.
-const FARTHEST_MM: f64 = 10.0;
 
 /// A pose and its truth.
 #[derive(Clone, Debug)]
@@ -123,13 +120,18 @@ fn judgements(
     let oracle = PairOracle::new(mesh(pair.pair.a), mesh(pair.pair.b));
     let poses: Vec<Isometry> = pair.poses.iter().map(|pose| pose.a_from_b).collect();
     let along_path = matches!(source, Source::Program | Source::Recorded);
-    let key = TruthKey::new(&oracle, &poses, &format!("clearance to {FARTHEST_MM} mm, depth along path: {along_path}"));
+    let key = TruthKey::new(
+        &oracle,
+        &poses,
+        &format!("clearance between {:?} mm, depth along path: {along_path}", Stratum::BORDERS_MM),
+    );
     let known = cache.and_then(|cache| cache.load(&key));
     let mut judgements = if let Some(known) = known {
         progress.advance(poses.len() as u64);
         known
     } else {
-        let mut found = truth::judge_all(&oracle, &poses, FARTHEST_MM, &|done| progress.advance(done));
+        let mut found =
+            truth::judge_all(&oracle, &poses, &Sought::Borders(&Stratum::BORDERS_MM), &|done| progress.advance(done));
         if along_path {
             let exact: Vec<bool> = found.iter().map(|judgement| judgement.verdict.exact).collect();
             for (judgement, depth) in found.iter_mut().zip(truth::path_depths(&oracle, &poses, &exact)) {

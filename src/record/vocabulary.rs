@@ -28,13 +28,16 @@ impl Stratum {
     /// All strata, nearest first.
     pub const ALL: [Self; 4] = [Self::Colliding, Self::NearMiss, Self::Medium, Self::Far];
 
+    /// The distances that part near misses from medium poses and these from far ones, mm.
+    pub const BORDERS_MM: [f64; 2] = [1.0, 10.0];
+
     /// The stratum of a pose by the distance between the surfaces, mm (0 when they touch).
     #[must_use]
     pub fn of(touching: bool, clearance_mm: f64) -> Self {
         match clearance_mm {
             _ if touching => Self::Colliding,
-            d if d <= 1.0 => Self::NearMiss,
-            d if d <= 10.0 => Self::Medium,
+            d if d <= Self::BORDERS_MM[0] => Self::NearMiss,
+            d if d <= Self::BORDERS_MM[1] => Self::Medium,
             _ => Self::Far,
         }
     }

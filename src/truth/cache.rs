@@ -163,7 +163,12 @@ mod tests {
     }
 
     fn answers() -> Vec<Judgement> {
-        let mut judged = super::super::judge_all(&oracle(), &poses(), f64::INFINITY, &|_| ());
+        let mut judged = super::super::judge_all(
+            &oracle(),
+            &poses(),
+            &super::super::Sought::Distance { beyond_mm: f64::INFINITY },
+            &|_| (),
+        );
         judged[1].depth_mm = Some(0.5);
         judged[2].clearance_mm = f64::INFINITY;
         judged

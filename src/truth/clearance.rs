@@ -8,16 +8,51 @@ use super::{PairOracle, Posed};
 use crate::geometry::Isometry;
 use crate::geometry::triangle_distance;
 
+/// How exactly a clearance is sought.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sought<'a> {
+    /// The distance, where it is at most this, mm.
+    Distance {
+        /// The cut-off.
+        beyond_mm: f64,
+    },
+    /// Only which of these borders, mm, ascending, it lies between: the answer is a distance of two triangles that is on the
+    /// same sides of all borders as the least one. Where many triangles are nearly as near, this is much sooner known.
+    Borders(&'a [f64]),
+}
+
+impl Sought<'_> {
+    fn beyond_mm(&self) -> f64 {
+        match self {
+            Self::Distance { beyond_mm } => *beyond_mm,
+            Self::Borders(borders) => borders.last().copied().unwrap_or(0.0),
+        }
+    }
+
+    /// Whether a pair that is `gap` apart, mm², could change what the nearest pair so far, `least` apart, says.
+    #[inline]
+    fn is_of_interest(&self, gap: f64, least: f64) -> bool {
+        match self {
+            Self::Distance { .. } => gap <= least,
+            // Below the highest border that the least distance is above of: only that changes the answer.
+            Self::Borders(borders) => {
+                gap <= least && borders.iter().any(|x| x * x < least && gap <= x * x || x * x == least)
+            }
+        }
+    }
+}
+
 impl PairOracle {
     /// Euclidean distance between the surfaces, mm: 0 when they touch (exactly), infinite when it is more than `beyond_mm`,
     /// which may itself be infinite. A solid inside the other is as far as its surface is.
     #[must_use]
     pub fn clearance_mm(&self, a_from_b: &Isometry, beyond_mm: f64) -> f64 {
-        if self.touches(a_from_b) { 0.0 } else { self.clearance_of_free_mm(a_from_b, beyond_mm) }
+        if self.touches(a_from_b) { 0.0 } else { self.clearance_of_free_mm(a_from_b, &Sought::Distance { beyond_mm }) }
     }
 
-    /// The same for surfaces known not to touch.
-    pub(super) fn clearance_of_free_mm(&self, a_from_b: &Isometry, beyond_mm: f64) -> f64 {
+    /// The same for surfaces known not to touch, as exactly as sought.
+    pub(super) fn clearance_of_free_mm(&self, a_from_b: &Isometry, sought: &Sought) -> f64 {
+        let beyond_mm = sought.beyond_mm();
         let posed = self.posed(a_from_b);
         let (a, b) = (&self.a.tree, &self.b.tree);
         let mut least = beyond_mm * beyond_mm;
@@ -25,7 +60,7 @@ impl PairOracle {
         let moved = posed.mover.bounds(self.b.bounds());
         let mut stack = vec![(self.a.bounds().gap_squared(&moved), 0, 0, moved)];
         while let Some((gap, i, j, moved)) = stack.pop() {
-            if gap > least {
+            if !sought.is_of_interest(gap, least) {
                 continue;
             }
             let of_a = |child: u32| (a.nodes[child as usize].bounds.gap_squared(&moved), child, j, moved);
@@ -46,7 +81,7 @@ impl PairOracle {
             if children[0].0 < children[1].0 {
                 children.swap(0, 1);
             }
-            stack.extend(children.into_iter().filter(|child| child.0 <= least));
+            stack.extend(children.into_iter().filter(|child| sought.is_of_interest(child.0, least)));
         }
         if found { least.sqrt() } else { f64::INFINITY }
     }
@@ -82,6 +117,25 @@ mod tests {
 
     fn oracle(a: &Mesh, b: &Mesh) -> PairOracle {
         PairOracle::new(Arc::new(a.clone()), Arc::new(b.clone()))
+    }
+
+    #[test]
+    fn borders_put_a_clearance_where_the_distance_puts_it() {
+        let pair = oracle(&solids::torus(8.0, 2.0, 16, 8), &solids::torus(6.0, 1.5, 16, 8));
+        let borders = [1.0, 10.0];
+        let mut seen = [0; 3];
+        for step in 0..200 {
+            let pose = Isometry::new(Vector::new(0.2 * f64::from(step), 3.0, 1.0), Vector::new(0.3, 0.1, 0.2));
+            if pair.touches(&pose) {
+                continue;
+            }
+            let exact = pair.clearance_mm(&pose, f64::INFINITY);
+            let found = pair.clearance_of_free_mm(&pose, &Sought::Borders(&borders));
+            let side = |d: f64| borders.iter().filter(|&&border| d > border).count();
+            assert_eq!(side(found), side(exact), "step {step}: {found}, exactly {exact}");
+            seen[side(exact)] += 1;
+        }
+        assert!(seen.iter().all(|&count| count > 3), "{seen:?}");
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! overlapping intervals is ever lost: the answers are those of testing all pairs.
 
 use super::boxes::Bounds;
+use super::clearance::Sought;
 use super::{PairOracle, Posed};
 use crate::geometry::{Isometry, Triangle, exact, intersect};
 use rayon::prelude::*;
@@ -45,19 +46,19 @@ pub struct Judgement {
 /// Poses per unit of parallel work.
 const CHUNK: usize = 32;
 
-/// Judges every pose, in parallel and in order; `depth_mm` is left empty. Clearances beyond `beyond_mm` are infinite.
+/// Judges every pose, in parallel and in order; `depth_mm` is left empty. Clearances are as exact as `sought`, and infinite beyond it.
 /// `progress` is called now and then, from any thread, with the number of poses done since it was last called.
 ///
 /// The result does not depend on the number of threads.
 pub fn judge_all(
     oracle: &PairOracle,
     poses: &[Isometry],
-    beyond_mm: f64,
+    sought: &Sought,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Vec<Judgement> {
     let judge = |pose: &Isometry| {
         let verdict = oracle.judge(pose);
-        let clearance_mm = if verdict.exact { 0.0 } else { oracle.clearance_of_free_mm(pose, beyond_mm) };
+        let clearance_mm = if verdict.exact { 0.0 } else { oracle.clearance_of_free_mm(pose, sought) };
         Judgement { verdict, clearance_mm, depth_mm: None }
     };
     let chunks: Vec<Vec<Judgement>> = poses
@@ -254,7 +255,7 @@ mod tests {
                 done.fetch_add(n, Ordering::Relaxed);
             };
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let judged = pool.install(|| judge_all(&oracle, &poses, 2.0, &progress));
+            let judged = pool.install(|| judge_all(&oracle, &poses, &Sought::Distance { beyond_mm: 2.0 }, &progress));
             assert_eq!(done.into_inner(), 500);
             judged
         };

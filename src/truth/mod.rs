@@ -26,6 +26,7 @@ pub mod path;
 mod solids;
 
 pub use cache::{CacheError, TruthCache, TruthKey};
+pub use clearance::Sought;
 pub use judge::{Judgement, Verdict, judge_all};
 pub use path::path_depths;
 

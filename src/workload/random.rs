@@ -18,15 +18,21 @@ const DEPTHS_MM: [(f64, f64); 6] = [(2e-6, 1e-3), (1e-3, 0.01), (0.01, 0.1), (0.
 const DISTANCES_MM: [(f64, f64); 6] =
     [(1e-4, 1.0), (1e-4, 1.0), (1.0, 10.0), (1.0, 10.0), (10.0, 100.0), (10.0, 100.0)];
 
-/// Poses of one ray.
-const POSES_PER_RAY: usize = DEPTHS_MM.len() + DISTANCES_MM.len();
+/// Poses of one ray in one round: one in each interval.
+const POSES_PER_ROUND: usize = DEPTHS_MM.len() + DISTANCES_MM.len();
+
+/// Up to this many rays each has one round of poses. For more poses each ray has more rounds: finding first contact on a ray
+/// costs as much as judging hundreds of poses.
+const RAYS_OF_ONE_ROUND: usize = 700;
 
 /// How often a ray is drawn anew when rounding makes it pass by.
 const ATTEMPTS: usize = 16;
 
 /// About `budget.poses` poses, whole rays; a ray is a cluster.
 pub fn poses(contact: &Contact<'_>, budget: &Budget<'_>) -> Vec<PosedPair> {
-    let rays = budget.poses.div_ceil(POSES_PER_RAY);
+    let rounds = budget.poses / POSES_PER_ROUND;
+    let rounds_per_ray = (rounds / RAYS_OF_ONE_ROUND).max(1);
+    let rays = budget.poses.div_ceil(POSES_PER_ROUND * rounds_per_ray);
     let rays: Vec<Vec<PosedPair>> = (0..rays)
         .into_par_iter()
         .map(|index| {
@@ -34,8 +40,9 @@ pub fn poses(contact: &Contact<'_>, budget: &Budget<'_>) -> Vec<PosedPair> {
             (0..ATTEMPTS).find_map(|_| ray(contact, &mut draw)).map_or_else(Vec::new, |ray| {
                 let depths = DEPTHS_MM.iter().map(|&(low, high)| (1.0, low, high));
                 let distances = DISTANCES_MM.iter().map(|&(low, high)| (-1.0, low, high));
-                depths
-                    .chain(distances)
+                let round: Vec<_> = depths.chain(distances).collect();
+                (0..rounds_per_ray)
+                    .flat_map(|_| round.clone())
                     .map(|(sign, low, high)| {
                         let depth_mm = sign * draw.log_uniform(low, high);
                         let cluster = index as u32;
