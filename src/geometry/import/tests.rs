@@ -72,7 +72,7 @@ fn binary_stl() -> Vec<u8> {
 }
 
 fn read(name: &str, content: &[u8]) -> Result<Imported, ImportError> {
-    parse(Path::new(name), content, Unit::Mm)
+    parse(Path::new(name), content, None)
 }
 
 fn message(name: &str, content: &[u8]) -> String {
@@ -108,10 +108,10 @@ fn every_format_gives_the_same_closed_tetrahedron() {
 #[test]
 fn units_scale_to_mm() {
     for (unit, scale) in [(Unit::Mm, 1.0_f64), (Unit::Cm, 10.0), (Unit::Inch, 25.4), (Unit::M, 1000.0)] {
-        let mesh = parse(Path::new("a.off"), OFF.replace('6', "4").as_bytes(), unit).unwrap().mesh;
+        let mesh = parse(Path::new("a.off"), OFF.replace('6', "4").as_bytes(), Some(unit)).unwrap().mesh;
         assert!((mesh.signed_volume() / scale.powi(3) - 4.0 / 6.0).abs() < 1e-5, "{unit:?}");
     }
-    let far = parse(Path::new("a.off"), OFF.as_bytes(), Unit::M).expect_err("6 m are beyond the grid");
+    let far = parse(Path::new("a.off"), OFF.as_bytes(), Some(Unit::M)).expect_err("6 m are beyond the grid");
     assert!(far.to_string().contains("is the unit right?"), "{far}");
 }
 
@@ -162,8 +162,8 @@ fn errors_say_file_place_and_cause() {
     assert!(message("a.off", b"OFF BINARY\n").contains("binary OFF"));
     assert!(message("a.obj", b"").contains("no triangle"));
     assert!(message("a.stl", b"").contains("0 bytes"));
-    assert!(message("a.step", b"ISO-10303-21;").contains("not an STL, OBJ or OFF file"));
-    let missing = load(Path::new("no such folder/a.stl"), Unit::Mm).expect_err("there is no such file");
+    assert!(message("a.step", b"ISO-10303-21;").contains("not an STL, OBJ, OFF, PLY, GLB or 3MF file"));
+    let missing = load(Path::new("no such folder/a.stl"), None).expect_err("there is no such file");
     assert!(missing.to_string().starts_with("no such folder/a.stl: "));
 }
 
@@ -172,7 +172,7 @@ fn a_file_on_disk_comes_back_as_it_was_written() {
     let path = tempfile::tempdir().unwrap();
     let path = path.path().join("part.stl");
     std::fs::write(&path, binary_stl()).unwrap();
-    assert!(load(&path, Unit::Mm).unwrap().report.edges.is_watertight());
+    assert!(load(&path, None).unwrap().report.edges.is_watertight());
 }
 
 proptest! {
@@ -202,7 +202,7 @@ proptest! {
         }
         content.truncate((content.len() as f64 * cut) as usize);
         for name in [name, "unknown"] {
-            if let Ok(imported) = parse(Path::new(name), &content, unit) {
+            if let Ok(imported) = parse(Path::new(name), &content, Some(unit)) {
                 prop_assert!(!imported.mesh.faces().is_empty());
             }
         }
