@@ -9,9 +9,9 @@
 //! buffers outside the file, sparse accessors and extensions that change positions are refused by name.
 
 use super::super::{Point, Vector};
-use super::{METRE, Raw};
 use super::error::{ImportError, Place};
 use super::placement::{self, Placement};
+use super::{METRE, Raw};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 use serde::Deserialize;
 use serde::de::IgnoredAny;

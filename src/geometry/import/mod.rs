@@ -258,7 +258,16 @@ fn clean(raw: Raw, format: Format, unit_mm: f64) -> Result<Imported, super::Mesh
     let degenerate = mesh.triangles().iter().filter(|t| t.area() <= 0.0).count();
     let edges = mesh.edge_report();
     let inside_out = edges.is_watertight() && mesh.signed_volume() < 0.0;
-    let report =
-        ImportReport { format, unit_mm, triangles_read, duplicate, collapsed, degenerate, welded_vertices, edges, inside_out };
+    let report = ImportReport {
+        format,
+        unit_mm,
+        triangles_read,
+        duplicate,
+        collapsed,
+        degenerate,
+        welded_vertices,
+        edges,
+        inside_out,
+    };
     Ok(Imported { mesh, report })
 }

@@ -1,5 +1,7 @@
 //! A tetrahedron in every format, and every way of spoiling it.
 
+mod objects;
+
 use super::*;
 use proptest::prelude::*;
 
@@ -94,6 +96,10 @@ fn every_format_gives_the_same_closed_tetrahedron() {
         ("off", OFF.as_bytes(), Format::Off),
         ("text", STL.as_bytes(), Format::TextStl),
         ("binary", &binary, Format::BinaryStl),
+        ("a.ply", objects::PLY.as_bytes(), Format::Ply),
+        ("ply", objects::PLY.as_bytes(), Format::Ply),
+        ("little.ply", &objects::binary_ply(true), Format::Ply),
+        ("big", &objects::binary_ply(false), Format::Ply),
     ] {
         let Imported { mesh, report } = read(name, content).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(report.format, format, "{name}");
@@ -181,13 +187,18 @@ proptest! {
     /// However a file is spoilt, the answer is a mesh or an error.
     #[test]
     fn no_spoilt_file_panics(
-        which in 0..4_usize, cut in 0.0..1.2_f64, flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
+        which in 0..9_usize, cut in 0.0..1.2_f64, flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
         copied in any::<prop::sample::Index>(), unit in prop::sample::select(vec![Unit::Mm, Unit::M, Unit::Inch]),
     ) {
         let (name, mut content) = match which {
             0 => ("a.obj", OBJ.as_bytes().to_vec()),
             1 => ("a.off", OFF.as_bytes().to_vec()),
             2 => ("a.stl", STL.as_bytes().to_vec()),
+            3 => ("a.ply", objects::PLY.as_bytes().to_vec()),
+            4 => ("a.ply", objects::binary_ply(true)),
+            5 => ("a.ply", objects::binary_ply(false)),
+            6 => ("a.glb", objects::glb(objects::GLB)),
+            7 => ("a.3mf", objects::three_mf(objects::MODEL)),
             _ => ("a.stl", binary_stl()),
         };
         // A piece of the file once more, in the middle of it, and digits where none were.

@@ -52,26 +52,26 @@ pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
 /// What is wrong and where.
 type Fault = (Place, String);
 
-fn in_archive(name: &str, message: impl ToString) -> Fault {
+fn in_archive(name: &str, message: &(impl ToString + ?Sized)) -> Fault {
     (Place::Object(format!("archive, {name}")), message.to_string())
 }
 
 fn read_archive(content: &[u8]) -> Result<Raw, Fault> {
-    let mut archive = ZipArchive::new(Cursor::new(content)).map_err(|error| in_archive("directory", error))?;
+    let mut archive = ZipArchive::new(Cursor::new(content)).map_err(|error| in_archive("directory", &error))?;
     let mut models: Vec<(String, Model)> = Vec::new();
     let mut left = MOST_UNPACKED;
     for index in 0..archive.len() {
-        let entry = archive.by_index(index).map_err(|error| in_archive(&format!("entry {index}"), error))?;
-        let name = entry.name().map_err(|error| in_archive(&format!("entry {index}"), error))?.into_owned();
+        let entry = archive.by_index(index).map_err(|error| in_archive(&format!("entry {index}"), &error))?;
+        let name = entry.name().map_err(|error| in_archive(&format!("entry {index}"), &error))?.into_owned();
         if !name.to_ascii_lowercase().ends_with(".model") {
             continue;
         }
         let mut text = Vec::new();
-        entry.take(left + 1).read_to_end(&mut text).map_err(|error| in_archive(&name, error))?;
-        left = left.checked_sub(text.len() as u64).ok_or_else(|| {
-            in_archive(&name, format!("the model unpacks to more than {MOST_UNPACKED} bytes"))
-        })?;
-        let text = String::from_utf8(text).map_err(|error| in_archive(&name, error))?;
+        entry.take(left + 1).read_to_end(&mut text).map_err(|error| in_archive(&name, &error))?;
+        left = left
+            .checked_sub(text.len() as u64)
+            .ok_or_else(|| in_archive(&name, &format!("the model unpacks to more than {MOST_UNPACKED} bytes")))?;
+        let text = String::from_utf8(text).map_err(|error| in_archive(&name, &error))?;
         models.push((part_key(&name), Part::new(&name, &text).read()?));
     }
     let root = models.iter().find(|(name, _)| name == ROOT);
@@ -123,7 +123,7 @@ impl<'a> Part<'a> {
         Self { name, text, xml: Reader::from_str(text), begin: 0 }
     }
 
-    fn wrong(&self, message: impl ToString) -> Fault {
+    fn wrong(&self, message: &(impl ToString + ?Sized)) -> Fault {
         let before = &self.text.as_bytes()[..self.begin.min(self.text.len())];
         let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
         let line = before.iter().filter(|b| **b == b'\n').count() + 1;
@@ -138,7 +138,7 @@ impl<'a> Part<'a> {
         let mut prefix: Option<String> = None;
         loop {
             self.begin = self.xml.buffer_position() as usize;
-            let event = self.xml.read_event().map_err(|error| self.wrong(error))?;
+            let event = self.xml.read_event().map_err(|error| self.wrong(&error))?;
             let (Event::Start(tag) | Event::Empty(tag)) = &event else {
                 match event {
                     Event::Eof => break,
@@ -152,7 +152,7 @@ impl<'a> Part<'a> {
             let full = tag.name();
             let (before, name) = full.as_ref().rsplit_once(':').unwrap_or(("", full.as_ref()));
             match &prefix {
-                None if name != "model" => return Err(self.wrong(format!("expected `model`, found {}", quote(name)))),
+                None if name != "model" => return Err(self.wrong(&format!("expected `model`, found {}", quote(name)))),
                 None => prefix = Some(before.to_owned()),
                 Some(core) if core != before => continue,
                 Some(_) => {}
@@ -175,7 +175,7 @@ impl<'a> Part<'a> {
         }
         match (prefix, object) {
             (None, _) => Err(self.wrong("there is no `model`")),
-            (_, Some((id, _))) => Err(self.wrong(format!("the part ends within object {id}"))),
+            (_, Some((id, _))) => Err(self.wrong(&format!("the part ends within object {id}"))),
             _ => Ok(model),
         }
     }
@@ -185,24 +185,24 @@ impl<'a> Part<'a> {
         let Some((id, object)) = object else { return Ok(()) };
         let count = object.vertices.len();
         if let Some(vertex) = object.faces.iter().flatten().find(|&&v| v as usize >= count) {
-            return Err(self.wrong(format!("object {id} has no vertex {vertex}, only {count}")));
+            return Err(self.wrong(&format!("object {id} has no vertex {vertex}, only {count}")));
         }
         match model.objects.insert(id, object) {
-            Some(_) => Err(self.wrong(format!("there is an object {id} already"))),
+            Some(_) => Err(self.wrong(&format!("there is an object {id} already"))),
             None => Ok(()),
         }
     }
 
     fn attribute<'t>(&self, tag: &'t BytesStart, name: &str) -> Result<Option<std::borrow::Cow<'t, str>>, Fault> {
-        let attribute = tag.try_get_attribute(name).map_err(|error| self.wrong(error))?;
+        let attribute = tag.try_get_attribute(name).map_err(|error| self.wrong(&error))?;
         Ok(attribute.map(|attribute| attribute.value))
     }
 
     fn number<T: FromStr>(&self, tag: &BytesStart, name: &str) -> Result<T, Fault> {
         let Some(text) = self.attribute(tag, name)? else {
-            return Err(self.wrong(format!("`{name}` is missing: {}", quote(tag))));
+            return Err(self.wrong(&format!("`{name}` is missing: {}", quote(tag))));
         };
-        text.trim().parse().map_err(|_| self.wrong(format!("`{name}` is not a number of its kind: {}", quote(&text))))
+        text.trim().parse().map_err(|_| self.wrong(&format!("`{name}` is not a number of its kind: {}", quote(&text))))
     }
 
     fn numbers<T: FromStr>(&self, tag: &BytesStart, [a, b, c]: [&str; 3]) -> Result<[T; 3], Fault> {
@@ -218,7 +218,7 @@ impl<'a> Part<'a> {
             Some("inch") => Ok(25.4),
             Some("foot") => Ok(304.8),
             Some("meter") => Ok(1000.0),
-            Some(other) => Err(self.wrong(format!("there is no unit {}", quote(other)))),
+            Some(other) => Err(self.wrong(&format!("there is no unit {}", quote(other)))),
         }
     }
 
@@ -227,7 +227,7 @@ impl<'a> Part<'a> {
     fn placed(&self, tag: &BytesStart) -> Result<(Key, Placement), Fault> {
         let mut part = part_key(self.name);
         for attribute in tag.attributes() {
-            let attribute = attribute.map_err(|error| self.wrong(error))?;
+            let attribute = attribute.map_err(|error| self.wrong(&error))?;
             if attribute.key.local_name().as_ref() == "path" {
                 part = part_key(&attribute.value);
             }
@@ -236,7 +236,7 @@ impl<'a> Part<'a> {
         if let Some(text) = self.attribute(tag, "transform")? {
             let numbers: Option<Vec<f64>> = text.split_ascii_whitespace().map(|word| word.parse().ok()).collect();
             let Some(numbers) = numbers.filter(|n| n.len() == 12 && n.iter().all(|x| x.is_finite())) else {
-                return Err(self.wrong(format!("a transform is twelve numbers: {}", quote(&text))));
+                return Err(self.wrong(&format!("a transform is twelve numbers: {}", quote(&text))));
             };
             at.linear = Matrix3::from_column_slice(&numbers[..9]);
             at.offset = Vector::from_column_slice(&numbers[9..]);
