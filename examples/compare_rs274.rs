@@ -5,6 +5,8 @@
 //! and compares each travelling call with ours: kind, end, and for arcs centre and sense of rotation. It prints one line,
 //! `match MOVES` or `differ: WHY`, and ends with 0 or 1. `scripts/compare-rs274` runs it over a whole package.
 
+#![expect(clippy::print_stdout, reason = "a program of its own: the line is its result")]
+
 use bvbench::gcode::{self, Axis, Move, MoveKind, Plane, Setup};
 use std::path::Path;
 use std::process::ExitCode;

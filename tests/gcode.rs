@@ -191,6 +191,33 @@ fn a_thread_is_cut_in_passes_of_falling_depth() {
 }
 
 #[test]
+fn under_tool_centre_point_control_moves_are_the_tips() {
+    let tool = bvbench::gcode::Tool::with_length(90.0, 6.0);
+    let setup = Setup { tools: [(1, tool)].into(), ..Setup::default() };
+    let run = |source: &str| interpret(source, Path::new("tip.ngc"), &setup);
+    let program = run("T1 M6\nG0 Z200\nG43.4 H1\nG1 X5 Z50 A-30 F100\nG0 A0\nG49\nG0 Z150\nM2").unwrap();
+    let told: Vec<_> = program.moves.iter().map(|m| (m.line, m.end[Axis::Z], m.tip_mm)).collect();
+    // The tool change; the axis at 200; the tip 90 below it; the tip at 50 on the workpiece; and back to the axis: 50 + 90.
+    let tip = Some(90.0);
+    assert_eq!(
+        told,
+        [
+            (1, 0.0, None),
+            (2, 200.0, None),
+            (3, 110.0, tip),
+            (4, 50.0, tip),
+            (5, 50.0, tip),
+            (6, 140.0, None),
+            (7, 150.0, None)
+        ]
+    );
+    let error = run("T1 M6\nG43.4 H1\nG1 A-30 F100\nG49\nM2").unwrap_err();
+    assert_eq!((error.line, error.column), (4, 1), "{error}");
+    let error = run("T1 M6\nG43.4 H1\nG43 H1\nM2").unwrap_err();
+    assert_eq!(error.line, 3, "{error}");
+}
+
+#[test]
 fn polar_words_stand_for_x_and_y() {
     assert_ends("G0 @2 ^90\n^180\nG91 @1\nM2", &[[0.0, 2.0, 0.0], [-2.0, 0.0, 0.0], [-3.0, 0.0, 0.0]]);
 }

@@ -22,7 +22,7 @@ use crate::measure::Progress;
 use crate::method::Model;
 use crate::registry::Variant;
 use crate::scene::pairs::{self, Decision};
-use crate::scene::{Pair, ProgramRun, Scene};
+use crate::scene::{Pair, ProgramRun, Scene, TipFault};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -61,6 +61,9 @@ pub enum CheckError {
         /// The axis and its range.
         cause: OutOfLimits,
     },
+    /// The program moves the tool's tip as the machine cannot.
+    #[error(transparent)]
+    Tip(#[from] TipFault),
     /// No pair of parts can move against each other.
     #[error("scene `{0}` has no two parts that could collide")]
     NoPairs(String),
@@ -108,7 +111,7 @@ pub fn check(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Outcome, CheckError> {
-    let path = Path::new(scene, run);
+    let path = Path::new(scene, run)?;
     if path.samples().is_empty() {
         return Err(CheckError::NoMoves(run.file.clone()));
     }

@@ -5,7 +5,7 @@
 
 use crate::gcode::{Axis, MoveKind, Position, Sample, path};
 use crate::scene::pairs::Range;
-use crate::scene::{ProgramRun, Rates, Scene};
+use crate::scene::{ProgramRun, Rates, Scene, TipFault};
 
 /// A program's samples with their times. Place 0 is where the machine stands at first, place n + 1 is sample n; places
 /// between are straight between their neighbours.
@@ -18,9 +18,12 @@ pub struct Path<'a> {
 
 impl<'a> Path<'a> {
     /// Samples a program as its run says.
-    #[must_use]
-    pub fn new(scene: &Scene, run: &'a ProgramRun) -> Self {
-        let samples = path::sample(&run.program, &run.start, &run.sampling);
+    ///
+    /// # Errors
+    /// When the program moves the tool's tip as the machine cannot.
+    pub fn new(scene: &Scene, run: &'a ProgramRun) -> Result<Self, TipFault> {
+        let mut samples = path::sample(&run.program, &run.start, &run.sampling);
+        run.follow_tip(&scene.machine, &mut samples)?;
         let (mut begins, mut from, mut time) = (vec![0.0], run.start, 0.0);
         for step in &run.program.moves {
             time += match step.kind {
@@ -34,7 +37,7 @@ impl<'a> Path<'a> {
             begins.push(time);
             from = step.end;
         }
-        Self { run, samples, begins }
+        Ok(Self { run, samples, begins })
     }
 
     /// The samples.

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method aabb --csv > events.csv\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move it collides. Everything else that touches collides.\nExit codes: 0 nothing collides, 1 something does, 2 bad usage or input."
+    after_help = "Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move it collides. Everything else that touches collides.\nExit codes: 0 nothing collides, 1 something does, 2 bad usage or input."
 )]
 pub struct Options {
     /// Scene by name or by path

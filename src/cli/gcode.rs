@@ -60,7 +60,7 @@ fn as_json(step: &Move) -> Value {
     let degrees = |axis: Axis| if axis.is_rotary() { step.end[axis].to_degrees() } else { step.end[axis] };
     let end: serde_json::Map<String, Value> =
         Axis::ALL.iter().map(|&axis| (axis.letter().to_string(), json!(degrees(axis)))).collect();
-    let mut value = json!({ "line": step.line, "kind": step.kind.name(), "end": end, "feed_mm_min": step.feed_mm_min });
+    let mut value = json!({ "line": step.line, "kind": step.kind.name(), "end": end, "feed_mm_min": step.feed_mm_min, "tip_mm": step.tip_mm });
     match step.kind {
         MoveKind::Arc { plane, centre, sweep } => {
             let axes: String = plane.axes()[..2].iter().map(|axis| axis.letter()).collect();

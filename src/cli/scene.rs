@@ -82,7 +82,11 @@ fn table<const N: usize>(header: [&str; N]) -> Table {
 
 fn info(scene: &Scene, as_json: bool) -> Result<()> {
     let link_name = |link: Option<usize>| link.map_or("world", |link| scene.machine.links()[link].name.as_str());
-    let limits = |axis: Axis, value: f64| if axis.is_rotary() { value.to_degrees() } else { value };
+    // To the digits a scene file has.
+    let limits = |axis: Axis, value: f64| {
+        let value = if axis.is_rotary() { value.to_degrees() } else { value };
+        (value * 1e9).round() / 1e9
+    };
     if as_json {
         let links = scene.machine.links().iter().map(|link| {
             let joint = link.joint.as_ref().map(|joint| {
@@ -148,7 +152,8 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
 }
 
 fn show_pairs(scene: &Scene, options: &PairOptions) -> Result<()> {
-    let of_program = scene.program.as_ref().and_then(|run| check::Path::new(scene, run).range());
+    let path = scene.program.as_ref().map(|run| check::Path::new(scene, run)).transpose()?;
+    let of_program = path.and_then(|path| path.range());
     let range = of_program.or_else(|| Range::of_limits(scene));
     let decisions = pairs::decide(scene, range.as_ref(), options.clearance);
     if options.scene.json {

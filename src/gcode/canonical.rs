@@ -132,12 +132,16 @@ pub struct Move {
     pub kind: MoveKind,
     /// Where to, as axis positions (work, G92 and tool offsets resolved): mm and radians.
     pub end: Position,
+    /// Under tool-centre-point control, the tool's length, mm: X, Y, Z of [`Move::end`] are then the place of the tool's tip, in
+    /// machine coordinates with all rotary axes at zero, and whoever moves the machine finds the linear axes
+    /// ([`crate::machine::tip`]). `None` otherwise.
+    pub tip_mm: Option<f64>,
     /// Feed rate in force, mm/min; `None` for rapids and for modes without one.
     pub feed_mm_min: Option<f64>,
 }
 
 /// Moves as text, one a line: source line, kind, the end's X, Y, Z and every axis that is ever not zero,
-/// mm and degrees with four decimals; an arc adds plane, centre and sweep, a feed move its rate.
+/// mm and degrees with four decimals; an arc adds plane, centre and sweep, a move of the tip the tool's length, a feed move its rate.
 #[must_use]
 pub fn render(moves: &[Move]) -> String {
     let shown =
@@ -165,6 +169,9 @@ fn render_move(text: &mut String, step: &Move, shown: &[bool; 9]) -> std::fmt::R
         let name = plane.axes().map(Axis::letter);
         let [u, v] = centre.map(fixed);
         write!(text, " {}{} centre {u} {v} sweep {}", name[0], name[1], fixed(sweep.to_degrees()))?;
+    }
+    if let Some(length) = step.tip_mm {
+        write!(text, " tip {}", fixed(length))?;
     }
     match step.feed_mm_min {
         Some(feed) => writeln!(text, " F{}", fixed(feed)),

@@ -3,12 +3,15 @@
 //! The parameters that hold them have LinuxCNC's numbers: 5061 (probe), 5161 (G28), 5181 (G30), 5210 (G92), 5220 (system),
 //! 5221 + 20 n (origin of system n, rotation at 5230 + 20 n). Values there are mm and degrees.
 
-use super::canonical::Axis;
+use super::canonical::{Axis, MoveKind};
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
-use super::modal::{Group, Values};
+use super::modal::{Code, Group, Values};
 use super::offsets::{Values9, from_canonical, turn};
+use super::setup::UserCode;
 
+/// A rotary axis nearer than this to zero is at zero, degrees.
+const AT_ZERO_DEG: f64 = 1e-9;
 const PROBED: usize = 5061;
 const HOME: usize = 5161;
 const SECOND_HOME: usize = 5181;
@@ -70,7 +73,19 @@ impl Interpreter<'_> {
     pub(super) fn set_tool_offset(&mut self, values: &Values) -> Result<(), Fault> {
         let Some(code) = values.code(Group::ToolLength) else { return Ok(()) };
         match code.number {
-            490 => self.offsets.tool = [0.0; 9],
+            490 => {
+                self.leave_tip_control(code)?;
+                self.offsets.tool = [0.0; 9];
+            }
+            434 => {
+                let offset = self.tool_offset(values, code)?;
+                self.leave_tip_control(code)?;
+                self.offsets.tool = offset;
+                self.enter_tip_control(code)?;
+            }
+            _ if self.tip_mm.is_some() => {
+                return Err(code.fault(Cause::NotAllowed("another tool length under tool-centre-point control")));
+            }
             431 => {
                 for axis in Axis::ALL {
                     if let Some(value) = self.take_axis(values, axis) {
@@ -79,20 +94,73 @@ impl Interpreter<'_> {
                 }
             }
             _ => {
-                let range = "a whole number from 0 to 99999";
-                let named = values.take_whole('h', 0..=99_999, "H", range)?.map(i32::unsigned_abs);
-                let number = named.unwrap_or(self.tool);
-                let offset = match self.tools.get(&number) {
-                    Some(tool) => from_canonical(&tool.offset),
-                    None if number == 0 => [0.0; 9],
-                    None if named.is_some() => return Err(values.fault('h', Cause::UnknownTool)),
-                    None => return Err(code.fault(Cause::UnknownTool)),
-                };
+                let offset = self.tool_offset(values, code)?;
                 let added = code.number == 432;
                 for (axis, value) in offset.into_iter().enumerate() {
                     self.offsets.tool[axis] = if added { self.offsets.tool[axis] + value } else { value };
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// What G43 and its relatives add for the tool of H, or for the one in the spindle.
+    fn tool_offset(&self, values: &Values, code: &Code) -> Result<Values9, Fault> {
+        let range = "a whole number from 0 to 99999";
+        let named = values.take_whole('h', 0..=99_999, "H", range)?.map(i32::unsigned_abs);
+        let number = named.unwrap_or(self.tool);
+        match self.tools.get(&number) {
+            Some(tool) => Ok(from_canonical(&tool.offset)),
+            None if number == 0 => Ok([0.0; 9]),
+            None if named.is_some() => Err(values.fault('h', Cause::UnknownTool)),
+            None => Err(code.fault(Cause::UnknownTool)),
+        }
+    }
+
+    /// M codes of the machine's own.
+    pub(super) fn obey_user_code(&mut self, values: &Values) -> Result<(), Fault> {
+        let Some(code) = values.code(Group::User) else { return Ok(()) };
+        ['p', 'q'].iter().for_each(|&letter| {
+            values.take(letter);
+        });
+        match self.setup.user_codes.get(&code.number.unsigned_abs()) {
+            Some(UserCode::TipOn) if self.tip_mm.is_none() => self.enter_tip_control(code),
+            Some(UserCode::TipOff) => self.leave_tip_control(code),
+            _ => Ok(()),
+        }
+    }
+
+    /// From now on the position is the tip's: the tool's length goes from the offsets into the moves. A move that goes nowhere
+    /// marks the change.
+    fn enter_tip_control(&mut self, code: &Code) -> Result<(), Fault> {
+        self.check_rotary_at_zero(code)?;
+        let tool = std::mem::take(&mut self.offsets.tool);
+        if tool.iter().enumerate().any(|(i, &x)| x != 0.0 && i != Axis::Z as usize) {
+            return Err(code
+                .fault(Cause::NotAllowed("a tool offset along another axis than Z under tool-centre-point control")));
+        }
+        self.position[Axis::Z as usize] -= tool[Axis::Z as usize];
+        self.tip_mm = Some(tool[Axis::Z as usize]);
+        self.emit(MoveKind::Dwell { seconds: 0.0 }, None)
+    }
+
+    /// The position is the axes' again, the tool's length an offset again.
+    fn leave_tip_control(&mut self, code: &Code) -> Result<(), Fault> {
+        let Some(length) = self.tip_mm else { return Ok(()) };
+        self.check_rotary_at_zero(code)?;
+        self.tip_mm = None;
+        self.offsets.tool[Axis::Z as usize] = length;
+        self.position[Axis::Z as usize] += length;
+        self.emit(MoveKind::Dwell { seconds: 0.0 }, None)
+    }
+
+    /// Elsewhere the tip's place would depend on the machine, which an interpreter does not know.
+    fn check_rotary_at_zero(&self, code: &Code) -> Result<(), Fault> {
+        let turned =
+            Axis::ALL.into_iter().any(|axis| axis.is_rotary() && self.position[axis as usize].abs() > AT_ZERO_DEG);
+        if turned {
+            let why = "tool-centre-point control is switched only while all rotary axes are at zero";
+            return Err(code.fault(Cause::NotAllowed(why)));
         }
         Ok(())
     }

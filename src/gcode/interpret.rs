@@ -79,6 +79,8 @@ pub(super) struct Interpreter<'a> {
     pub control: Control,
     /// What a canned cycle keeps for its next block.
     pub sticky: Sticky,
+    /// Under tool-centre-point control, the tool's length, mm; X, Y, Z of the position are then the tip's.
+    pub tip_mm: Option<f64>,
     pub moves: Vec<Move>,
     /// Index of the line being executed.
     pub at: usize,
@@ -106,6 +108,7 @@ impl<'a> Interpreter<'a> {
                 spindle_turns: false,
             },
             sticky: Sticky::default(),
+            tip_mm: None,
             parameters: Parameters::new(&setup.parameters),
             offsets: Offsets::default(),
             position: from_canonical(&setup.start),
@@ -149,7 +152,7 @@ impl<'a> Interpreter<'a> {
 
     /// Executes a block at index `at`: evaluates everything, then assigns, then obeys.
     fn execute(&mut self, block: &Block, table: &FlowTable, at: usize) -> Result<Next, Fault> {
-        let values = Values::of(block, &self.parameters)?;
+        let values = Values::of(block, &self.parameters, self.setup)?;
         self.assign(block)?;
         self.keep_or_restore_modes(&values);
         self.set_feed_and_speed(&values)?;
@@ -157,6 +160,7 @@ impl<'a> Interpreter<'a> {
         self.obey_spindle_and_coolant(&values)?;
         self.dwell(&values)?;
         self.set_modes(&values)?;
+        self.obey_user_code(&values)?;
         self.obey_datum_codes(&values)?;
         self.obey_motion(&values)?;
         let next = match values.number(Group::Stop) {
@@ -343,7 +347,8 @@ impl<'a> Interpreter<'a> {
         if self.moves.len() >= MAX_MOVES {
             return Err(Fault::new(1, "", Cause::Limit { limit: MAX_MOVES, what: "moves" }));
         }
-        self.moves.push(Move { line: self.line, kind, end: to_canonical(&self.position), feed_mm_min });
+        let end = to_canonical(&self.position);
+        self.moves.push(Move { line: self.line, kind, end, tip_mm: self.tip_mm, feed_mm_min });
         Ok(())
     }
 }

@@ -24,5 +24,5 @@ pub use canonical::{Axis, Move, MoveKind, Plane, Position};
 pub use error::{Cause, GcodeError};
 pub use interpret::{Program, interpret};
 pub use path::{Sample, Sampling, sample};
-pub use setup::{Setup, Tool, WorkOffset};
+pub use setup::{Setup, Tool, UserCode, WorkOffset};
 pub use tool_table::read_tool_table;

@@ -6,6 +6,7 @@ use super::block::Block;
 use super::canonical::Plane;
 use super::error::{Cause, Fault};
 use super::parameters::Parameters;
+use super::setup::Setup;
 use std::cell::Cell;
 
 /// A value must be this close to a whole number (or a tenth, for G) to be taken as one (LinuxCNC does the same).
@@ -37,9 +38,10 @@ pub(super) enum Group {
     Subprogram,
     State,
     Signal,
+    User,
 }
 
-const GROUPS: usize = 23;
+const GROUPS: usize = 24;
 
 fn g_group(tenths: i32) -> Option<Group> {
     Some(match tenths {
@@ -70,7 +72,7 @@ fn g_group(tenths: i32) -> Option<Group> {
         930 | 940 | 950 => Group::FeedMode,
         200 | 210 => Group::Units,
         400 | 410 | 420 => Group::CutterCompensation,
-        430 | 431 | 432 | 490 => Group::ToolLength,
+        430 | 431 | 432 | 434 | 490 => Group::ToolLength,
         980 | 990 => Group::Return,
         540 | 550 | 560 | 570 | 580 | 590..=593 => Group::Coordinates,
         610 | 611 | 640 => Group::PathControl,
@@ -92,6 +94,12 @@ fn m_group(code: i32) -> Option<Group> {
         98 | 99 => Group::Subprogram,
         _ => return None,
     })
+}
+
+/// The group of the M codes that the setup gives a meaning.
+fn user_group(code: i32, setup: &Setup) -> Option<Group> {
+    let is_user = u32::try_from(code).is_ok_and(|code| setup.user_codes.contains_key(&code));
+    is_user.then_some(Group::User)
 }
 
 /// A G or M code found in a block.
@@ -138,14 +146,17 @@ fn slot(letter: char) -> usize {
 
 impl Values {
     /// Evaluates all words.
-    pub fn of(block: &Block, parameters: &Parameters) -> Result<Self, Fault> {
+    pub fn of(block: &Block, parameters: &Parameters, setup: &Setup) -> Result<Self, Fault> {
         let mut values = Self { letters: [const { None }; SLOTS], used: Cell::new(0), codes: Default::default() };
         for word in &block.words {
             let number = word.value.evaluate(parameters)?;
             let fault = |cause| Fault::new(word.column, word.text.clone(), cause);
             let (group, scaled) = match word.letter {
                 'g' => (whole(number * 10.0).and_then(|code| Some((g_group(code)?, code))), true),
-                'm' => (whole(number).and_then(|code| Some((m_group(code)?, code))), true),
+                'm' => (
+                    whole(number).and_then(|code| Some((m_group(code).or_else(|| user_group(code, setup))?, code))),
+                    true,
+                ),
                 _ => (None, false),
             };
             if !scaled {

@@ -296,7 +296,7 @@ impl Interpreter<'_> {
         }
         let back = call.back;
         if let Some(modes) = self.control.calls.pop().and_then(|call| call.restore) {
-            self.restore_modes(modes);
+            self.restore_modes(&modes);
         }
         self.parameters.leave();
         Some(back)
@@ -314,7 +314,7 @@ impl Interpreter<'_> {
             }
             Some(72) => {
                 if let Some(modes) = self.control.kept.get(&level).cloned() {
-                    self.restore_modes(modes);
+                    self.restore_modes(&modes);
                 }
             }
             Some(73) => {
@@ -328,8 +328,8 @@ impl Interpreter<'_> {
     }
 
     /// Restores kept modes; the motion code is not one of them (LinuxCNC, "M70").
-    fn restore_modes(&mut self, modes: Modes) {
-        self.modes = Modes { motion: self.modes.motion, spindle_turns: self.modes.spindle_turns, ..modes };
+    fn restore_modes(&mut self, modes: &Modes) {
+        self.modes = Modes { motion: self.modes.motion, spindle_turns: self.modes.spindle_turns, ..modes.clone() };
         self.select_system(self.modes.system);
     }
 

@@ -95,6 +95,10 @@ pub fn length(start: &Position, step: &Move) -> f64 {
 
 /// Into how many pieces a move is cut.
 fn pieces(start: &Position, step: &Move, sampling: &Sampling) -> usize {
+    // What goes nowhere may still change what positions mean: under tool-centre-point control they are the tip's.
+    if matches!(step.kind, MoveKind::Dwell { .. } | MoveKind::ToolChange { .. }) {
+        return 1;
+    }
     let change = |axis: Axis| step.end[axis] - start[axis];
     let length = |axes: [Axis; 3]| axes.map(|axis| change(axis).powi(2)).iter().sum::<f64>().sqrt();
     let mut linear = length([Axis::X, Axis::Y, Axis::Z]).max(length([Axis::U, Axis::V, Axis::W]));

@@ -29,6 +29,17 @@ impl Tool {
     }
 }
 
+/// What an M code of the machine's own does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UserCode {
+    /// Switches tool-centre-point control on, with the tool length in force.
+    TipOn,
+    /// Switches it off.
+    TipOff,
+    /// Nothing that moves an axis.
+    Ignore,
+}
+
 /// State of the controller at the program's start. The default is a mill: G54 with all offsets zero, G17, G21, G90, G94, G8.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Setup {
@@ -52,6 +63,8 @@ pub struct Setup {
     pub second_home: Position,
     /// Whether lines that start with `/` are skipped.
     pub block_delete: bool,
+    /// What the machine's own M codes mean, by number; others that RS274/NGC does not have are errors.
+    pub user_codes: BTreeMap<u32, UserCode>,
     /// How far before the end of its move a probe (G38.2 to G38.5) stops, mm; nothing is there for it to touch.
     pub probe_stops_short_mm: f64,
     /// Parameters set beforehand: by name without `#<>`, or by number in digits.

@@ -47,7 +47,7 @@ fn entry_of(line: &str, unit_mm: f64) -> Result<Option<(u32, u32, Tool)>, Fault>
         }
         match (letter, Axis::from_letter(letter)) {
             ('T', _) if value.fract() == 0.0 && (0.0..=99_999.0).contains(&value) => {
-                number = Some((value as u32, column))
+                number = Some((value as u32, column));
             }
             ('T', _) => return Err(fault(Cause::Range("T", "a whole number from 0 to 99999"))),
             ('D', _) => tool.diameter_mm = value * unit_mm,

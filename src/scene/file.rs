@@ -135,6 +135,43 @@ pub struct ProgramFile {
     /// The tool in the spindle at first.
     #[serde(default)]
     pub tool: u32,
+    /// Which links carry tool and workpiece, for tool-centre-point control.
+    pub tool_centre_point: Option<Spanned<TipFile>>,
+    /// What the machine's own M codes do: `M428 = "tool-centre-point-on"`.
+    #[serde(default)]
+    pub user_codes: BTreeMap<String, UserCodeFile>,
+}
+
+/// Which links carry tool and workpiece.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TipFile {
+    /// The link that carries the tool; without it, the world.
+    pub tool_link: Option<Spanned<String>>,
+    /// Where a tool of no length has its tip, in that link's frame.
+    #[serde(default)]
+    pub gauge_mm: [f64; 3],
+    /// From there towards the tip.
+    #[serde(default = "down")]
+    pub direction: [f64; 3],
+    /// The link that carries the workpiece; without it, the world.
+    pub work_link: Option<Spanned<String>>,
+}
+
+const fn down() -> [f64; 3] {
+    [0.0, 0.0, -1.0]
+}
+
+/// What an M code of the machine's own does.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum UserCodeFile {
+    /// Tool-centre-point control on.
+    ToolCentrePointOn,
+    /// Off.
+    ToolCentrePointOff,
+    /// Nothing that moves an axis.
+    Ignore,
 }
 
 /// What a controller takes for granted before any G word.

@@ -1,12 +1,13 @@
 //! From `scene.toml` to a checked [`Scene`].
 
 use super::error::{Place, SceneError};
-use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, SceneFile};
+use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, SceneFile, TipFile};
 use super::folder::Folder;
 use super::program::{self, ProgramRun};
 use super::{Approach, Expected, Overrides, Pair, Part, Rates, Recording, Scene, recording};
 use crate::gcode::Position;
-use crate::geometry::{Mesh, Vector, import};
+use crate::geometry::{Mesh, Point, Vector, import};
+use crate::machine::tip::TipControl;
 use crate::machine::{self, Machine};
 use nalgebra::Unit;
 use serde::de::DeserializeOwned;
@@ -232,8 +233,30 @@ fn read_program(
     let setup = program::setup(file).map_err(meaning)?;
     let sampling = program::sampling(file).map_err(meaning)?;
     machine.check_limits(&setup.start).map_err(|cause| SceneError::OutOfLimits { place: place(), cause })?;
+    let tip = file.tool_centre_point.as_ref().map(|tip| read_tip(document, machine, tip)).transpose()?;
     let source = folder.text(&file.file)?;
-    program::run(&source, folder.path(&file.file), &setup, sampling)
+    program::run(&source, folder.path(&file.file), &setup, tip, sampling)
+}
+
+fn read_tip(document: &Document, machine: &Machine, file: &Spanned<TipFile>) -> Result<TipControl, SceneError> {
+    let refuse =
+        |message: &str| Err(SceneError::Meaning { place: document.place(&file.span()), message: message.to_owned() });
+    let TipFile { tool_link, gauge_mm, direction, work_link } = file.get_ref();
+    let find =
+        |link: &Option<Spanned<String>>| link.as_ref().map(|name| find_link(document, machine, name)).transpose();
+    let Some(direction) = Unit::try_new(Vector::from(*direction), 0.0).filter(|d| d.iter().all(|x| x.is_finite()))
+    else {
+        return refuse("the direction towards the tip must be finite and not zero");
+    };
+    if !gauge_mm.iter().all(|x| x.is_finite()) {
+        return refuse("gauge_mm is not finite");
+    }
+    Ok(TipControl {
+        tool_link: find(tool_link)?,
+        gauge: Point::from(*gauge_mm),
+        direction,
+        work_link: find(work_link)?,
+    })
 }
 
 fn read_recording(

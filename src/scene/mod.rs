@@ -13,7 +13,7 @@ mod load;
 pub mod pairs;
 
 pub use error::{Place, SceneError};
-pub use program::ProgramRun;
+pub use program::{ProgramRun, TipCause, TipFault};
 pub use recording::Recording;
 
 use crate::gcode::Position;

@@ -1,9 +1,12 @@
 //! The program of a scene: from the file to canonical moves.
 
 use super::error::SceneError;
-use super::file::{ControllerFile, ProgramFile};
-use crate::gcode::{self, Position, Sampling, Setup, Tool, WorkOffset};
+use super::file::{ControllerFile, ProgramFile, UserCodeFile};
+use crate::gcode::{self, Position, Sample, Sampling, Setup, Tool, UserCode, WorkOffset};
+use crate::machine::Machine;
+use crate::machine::tip::{TipControl, TipError};
 use std::path::{Path, PathBuf};
+use thiserror::Error;
 
 /// A program, interpreted, and how to run it.
 #[derive(Clone, Debug)]
@@ -14,6 +17,8 @@ pub struct ProgramRun {
     pub program: gcode::Program,
     /// What the controller knows at first, the machine's position among it.
     pub setup: Setup,
+    /// Which links carry tool and workpiece, where the scene says so.
+    pub tip: Option<TipControl>,
     /// Where the machine stands at first, mm and radians.
     pub start: Position,
     /// How finely the scene wants it sampled.
@@ -36,6 +41,18 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, String> {
         let index = WORK_OFFSETS.iter().position(|known| known == name);
         let index = index.ok_or_else(|| format!("`{name}` is not one of {}", WORK_OFFSETS.join(", ")))?;
         setup.work_offsets[index] = WorkOffset { origin: finite(name, origin.position())?, rotation: 0.0 };
+    }
+    for (name, &code) in &file.user_codes {
+        let number = name.strip_prefix(['M', 'm']).and_then(|digits| digits.parse().ok());
+        let number = number.ok_or_else(|| format!("`{name}` is not an M code, as in M428"))?;
+        setup.user_codes.insert(
+            number,
+            match code {
+                UserCodeFile::ToolCentrePointOn => UserCode::TipOn,
+                UserCodeFile::ToolCentrePointOff => UserCode::TipOff,
+                UserCodeFile::Ignore => UserCode::Ignore,
+            },
+        );
     }
     for tool in &file.tools {
         let offset = finite("a tool's offset", tool.offset.position())?;
@@ -63,6 +80,29 @@ pub(super) fn sampling(file: &ProgramFile) -> Result<Sampling, String> {
     })
 }
 
+/// A move of the tool's tip that the machine cannot follow.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{file}:{line}: {cause}", file = file.display())]
+pub struct TipFault {
+    /// The program.
+    pub file: PathBuf,
+    /// Line.
+    pub line: u32,
+    /// Why.
+    pub cause: TipCause,
+}
+
+/// Why the machine cannot follow the tip.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum TipCause {
+    /// Nobody says which links carry tool and workpiece.
+    #[error("tool-centre-point control needs `[program.tool_centre_point]` in the scene")]
+    NoLinks,
+    /// The axes cannot.
+    #[error(transparent)]
+    Machine(#[from] TipError),
+}
+
 impl ProgramRun {
     /// Another program under the same controller, machine position and sampling.
     ///
@@ -71,7 +111,22 @@ impl ProgramRun {
     pub fn with_program(&self, path: &Path) -> Result<Self, SceneError> {
         let missing = |cause| SceneError::Read { file: path.to_owned(), cause };
         let source = std::fs::read(path).map_err(missing)?;
-        run(&String::from_utf8_lossy(&source), path.to_owned(), &self.setup, self.sampling)
+        run(&String::from_utf8_lossy(&source), path.to_owned(), &self.setup, self.tip.clone(), self.sampling)
+    }
+
+    /// Turns samples of the tip's way into axis positions: the linear axes follow. Other samples stay as they are.
+    ///
+    /// # Errors
+    /// The first line on which the axes cannot follow.
+    pub fn follow_tip(&self, machine: &Machine, samples: &mut [Sample]) -> Result<(), TipFault> {
+        for sample in samples {
+            let Some(length) = self.program.moves[sample.move_index].tip_mm else { continue };
+            let fault = |cause| TipFault { file: self.file.clone(), line: sample.line, cause };
+            let tip = self.tip.as_ref().ok_or_else(|| fault(TipCause::NoLinks))?;
+            sample.position =
+                tip.axes(machine, &sample.position, length).map_err(|error| fault(TipCause::Machine(error)))?;
+        }
+        Ok(())
     }
 
     /// A program for a scene that has none: a mill's controller that starts at zero.
@@ -82,14 +137,21 @@ impl ProgramRun {
         let empty = gcode::Program { moves: Vec::new(), blocks: Vec::new() };
         let setup = Setup::default();
         let start = setup.start;
-        Self { file: path.to_owned(), program: empty, setup, start, sampling: Sampling::default() }.with_program(path)
+        Self { file: path.to_owned(), program: empty, setup, tip: None, start, sampling: Sampling::default() }
+            .with_program(path)
     }
 }
 
 /// Interprets the program.
-pub(super) fn run(source: &str, path: PathBuf, setup: &Setup, sampling: Sampling) -> Result<ProgramRun, SceneError> {
+pub(super) fn run(
+    source: &str,
+    path: PathBuf,
+    setup: &Setup,
+    tip: Option<TipControl>,
+    sampling: Sampling,
+) -> Result<ProgramRun, SceneError> {
     let program = gcode::interpret(source, &path, setup)?;
-    Ok(ProgramRun { file: path, program, setup: setup.clone(), start: setup.start, sampling })
+    Ok(ProgramRun { file: path, program, setup: setup.clone(), tip, start: setup.start, sampling })
 }
 
 /// The position, when all of it is finite. `Err` is a message.

@@ -1,7 +1,7 @@
 //! The scenes compiled into the program, so that a run needs nothing but the binary.
 
 /// Names of the shipped scenes, in the order in which they are run.
-pub const NAMES: &[&str] = &["lathe-toolpost", "lathe-tailstock"];
+pub const NAMES: &[&str] = &["lathe-toolpost", "lathe-tailstock", "trunnion-impeller"];
 
 macro_rules! files {
     ($($path:literal),* $(,)?) => { &[$(($path, include_str!(concat!("../../bench-scenes/", $path)))),*] };
@@ -14,6 +14,8 @@ const FILES: &[(&str, &str)] = files![
     "lathe-toolpost/program.ngc",
     "lathe-tailstock/scene.toml",
     "lathe-tailstock/program.ngc",
+    "trunnion-impeller/scene.toml",
+    "trunnion-impeller/program.ngc",
 ];
 
 /// The text of a file, by its path in `bench-scenes`.

@@ -12,7 +12,7 @@ mod random;
 
 use crate::geometry::Isometry;
 use crate::machine::OutOfLimits;
-use crate::scene::{Approach, Pair, Scene};
+use crate::scene::{Approach, Pair, Scene, TipFault};
 use crate::truth::PairOracle;
 use draw::Draw;
 use ray::{Contact, Target};
@@ -106,6 +106,9 @@ pub enum WorkloadError {
         /// Which axis, where.
         cause: OutOfLimits,
     },
+    /// The program moves the tool's tip as the machine cannot.
+    #[error(transparent)]
+    Tip(#[from] TipFault),
     /// An approach that passes by.
     #[error("approach `{approach}`: {pair} never touch on this line")]
     NoContact {

@@ -22,7 +22,8 @@ impl Run {
     /// # Errors
     /// [`WorkloadError::OutOfLimits`] at the first line that leaves the machine's limits.
     pub fn new(scene: &Scene, run: &ProgramRun, count: usize) -> Result<Self, WorkloadError> {
-        let samples = sampled(run, count);
+        let mut samples = sampled(run, count);
+        run.follow_tip(&scene.machine, &mut samples)?;
         let mut poses = Vec::with_capacity(samples.len());
         for Sample { position, line, .. } in samples {
             scene.machine.check_limits(&position).map_err(|cause| WorkloadError::OutOfLimits {

@@ -1,0 +1,214 @@
+//! Tool-centre-point control: from where the tool's tip shall be on the workpiece to where the linear axes must be.
+//!
+//! Under it a program gives the tip's way over the workpiece, as if the rotary axes stood at zero, beside the rotary axes'
+//! positions. With the rotary axes given, the tip seen from the workpiece is an affine function of X, Y and Z whatever the
+//! machine's structure is, turning table, turning head or one of each; three linear equations give the one solution.
+
+use super::tree::Machine;
+use crate::gcode::{Axis, Position};
+use crate::geometry::{Point, Vector};
+use nalgebra::{Matrix3, Unit};
+use thiserror::Error;
+
+/// The linear axes that follow.
+const LINEAR: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
+/// Smallest singular value of the three equations (mm of tip per mm of axis) for which they are solved: below it an axis
+/// would run a thousand times as far as the tip.
+const SINGULAR: f64 = 1e-3;
+
+/// Which links carry the tool and the workpiece.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TipControl {
+    /// The link that carries the tool; `None` is the world.
+    pub tool_link: Option<usize>,
+    /// Where a tool of no length has its tip, in that link's frame, mm.
+    pub gauge: Point,
+    /// From there towards the tip, in that link's frame.
+    pub direction: Unit<Vector>,
+    /// The link that carries the workpiece.
+    pub work_link: Option<usize>,
+}
+
+/// X, Y and Z cannot put the tip where it shall be.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error("with the rotary axes where they are, X, Y and Z cannot move the tool's tip in every direction")]
+pub struct TipError;
+
+impl TipControl {
+    /// The tip seen from the workpiece's link, mm, with a tool of `length_mm`.
+    #[must_use]
+    pub fn tip(&self, machine: &Machine, position: &Position, length_mm: f64) -> Point {
+        let poses = machine.forward(position);
+        let tip = self.gauge + self.direction.into_inner() * length_mm;
+        poses.world_from(self.work_link).inverse() * (poses.world_from(self.tool_link) * tip)
+    }
+
+    /// Axis positions that hold the tip where `programmed` says: its X, Y, Z are the tip's place in machine coordinates with all
+    /// rotary axes at zero (where an axis position is the tip's plus the length along Z), its other axes are as they shall be.
+    ///
+    /// # Errors
+    /// When the linear axes cannot.
+    pub fn axes(&self, machine: &Machine, programmed: &Position, length_mm: f64) -> Result<Position, TipError> {
+        let mut at_zero = *programmed;
+        for axis in Axis::ALL.into_iter().filter(|axis| axis.is_rotary()) {
+            at_zero[axis] = 0.0;
+        }
+        at_zero[Axis::Z] += length_mm;
+        let wanted = self.tip(machine, &at_zero, length_mm);
+        let mut position = *programmed;
+        LINEAR.iter().for_each(|&axis| position[axis] = 0.0);
+        let base = self.tip(machine, &position, length_mm);
+        let columns = LINEAR.map(|axis| {
+            let mut moved = position;
+            moved[axis] = UNIT_MM;
+            (self.tip(machine, &moved, length_mm) - base) / UNIT_MM
+        });
+        let matrix = Matrix3::from_columns(&columns);
+        if matrix.singular_values().min() < SINGULAR {
+            return Err(TipError);
+        }
+        let solution = matrix.lu().solve(&(wanted - base)).ok_or(TipError)?;
+        LINEAR.iter().zip(solution.iter()).for_each(|(&axis, &value)| position[axis] = value);
+        Ok(position)
+    }
+}
+
+/// Travel over which the effect of an axis is found, mm: large, so that rounding is small beside it.
+const UNIT_MM: f64 = 1024.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Isometry;
+    use crate::machine::joint::{Joint, Limits};
+    use crate::machine::tree::Link;
+    use nalgebra::Matrix4;
+    use proptest::prelude::*;
+
+    fn link(name: &str, parent: Option<&str>, shift: [f64; 3], joint: Joint) -> Link {
+        let parent_from_link = Isometry::translation(shift[0], shift[1], shift[2]);
+        Link { name: name.into(), parent: parent.map(Into::into), parent_from_link, joint: Some(joint) }
+    }
+
+    fn slide(axis: Axis, direction: Vector) -> Joint {
+        Joint::prismatic(axis, direction, Limits::NONE).unwrap()
+    }
+
+    fn turn(axis: Axis, direction: Vector, point: [f64; 3]) -> Joint {
+        Joint::rotary(axis, direction, Point::from(point), Limits::NONE).unwrap()
+    }
+
+    /// X, Y under the table that tilts about A and turns about C; Z carries the head.
+    fn table_table() -> (Machine, TipControl) {
+        let machine = Machine::new(vec![
+            link("x", None, [0.0; 3], slide(Axis::X, -Vector::x())),
+            link("y", Some("x"), [0.0; 3], slide(Axis::Y, -Vector::y())),
+            link("a", Some("y"), [0.0; 3], turn(Axis::A, -Vector::x(), [0.0, 3.0, 40.0])),
+            link("c", Some("a"), [0.0; 3], turn(Axis::C, -Vector::z(), [1.0, 2.0, 0.0])),
+            link("z", None, [0.0, 0.0, 200.0], slide(Axis::Z, Vector::z())),
+        ])
+        .unwrap();
+        let control = TipControl {
+            tool_link: Some(4),
+            gauge: Point::new(0.0, 0.0, -10.0),
+            direction: -Vector::z_axis(),
+            work_link: Some(3),
+        };
+        (machine, control)
+    }
+
+    /// A head that tilts about B over a table that turns about C.
+    fn head_table() -> (Machine, TipControl) {
+        let machine = Machine::new(vec![
+            link("x", None, [0.0; 3], slide(Axis::X, -Vector::x())),
+            link("c", Some("x"), [0.0; 3], turn(Axis::C, Vector::z(), [5.0, 0.0, 0.0])),
+            link("y", None, [0.0; 3], slide(Axis::Y, Vector::y())),
+            link("z", Some("y"), [0.0, 0.0, 300.0], slide(Axis::Z, Vector::z())),
+            link("b", Some("z"), [0.0; 3], turn(Axis::B, Vector::y(), [0.0, 0.0, 30.0])),
+        ])
+        .unwrap();
+        let control =
+            TipControl { tool_link: Some(4), gauge: Point::origin(), direction: -Vector::z_axis(), work_link: Some(1) };
+        (machine, control)
+    }
+
+    /// A fork head: C carries A.
+    fn head_head() -> (Machine, TipControl) {
+        let machine = Machine::new(vec![
+            link("x", None, [0.0; 3], slide(Axis::X, Vector::x())),
+            link("y", Some("x"), [0.0; 3], slide(Axis::Y, Vector::y())),
+            link("z", Some("y"), [0.0, 0.0, 500.0], slide(Axis::Z, Vector::z())),
+            link("c", Some("z"), [0.0; 3], turn(Axis::C, Vector::z(), [0.0; 3])),
+            link("a", Some("c"), [0.0; 3], turn(Axis::A, Vector::x(), [0.0, 0.0, 80.0])),
+        ])
+        .unwrap();
+        let control =
+            TipControl { tool_link: Some(4), gauge: Point::origin(), direction: -Vector::z_axis(), work_link: None };
+        (machine, control)
+    }
+
+    /// The tip in the workpiece's frame by homogeneous matrices, written out for each machine without the joint tree.
+    fn independent(which: usize, q: &Position, length: f64) -> Point {
+        let shift = |x: f64, y: f64, z: f64| Matrix4::new_translation(&Vector::new(x, y, z));
+        let about = |axis: Vector, angle: f64, p: [f64; 3]| {
+            shift(p[0], p[1], p[2])
+                * Matrix4::from_axis_angle(&Unit::new_normalize(axis), angle)
+                * shift(-p[0], -p[1], -p[2])
+        };
+        let (x, y, z) = (q[Axis::X], q[Axis::Y], q[Axis::Z]);
+        let (work, tool) = match which {
+            0 => (
+                shift(-x, -y, 0.0)
+                    * about(-Vector::x(), q[Axis::A], [0.0, 3.0, 40.0])
+                    * about(-Vector::z(), q[Axis::C], [1.0, 2.0, 0.0]),
+                shift(0.0, 0.0, 200.0 + z - 10.0 - length),
+            ),
+            1 => (
+                shift(-x, 0.0, 0.0) * about(Vector::z(), q[Axis::C], [5.0, 0.0, 0.0]),
+                shift(0.0, y, 300.0 + z) * about(Vector::y(), q[Axis::B], [0.0, 0.0, 30.0]) * shift(0.0, 0.0, -length),
+            ),
+            _ => (
+                Matrix4::identity(),
+                shift(x, y, 500.0 + z)
+                    * about(Vector::z(), q[Axis::C], [0.0; 3])
+                    * about(Vector::x(), q[Axis::A], [0.0, 0.0, 80.0])
+                    * shift(0.0, 0.0, -length),
+            ),
+        };
+        let inverse = work.try_inverse().expect("a rigid motion has an inverse");
+        Point::from_homogeneous(inverse * tool * Point::origin().to_homogeneous()).expect("an affine motion")
+    }
+
+    proptest! {
+        #[test]
+        fn the_tip_stays_where_the_program_says(
+            which in 0..3usize,
+            linear in prop::array::uniform3(-200.0..200.0f64),
+            angles in prop::array::uniform2(-3.0..3.0f64),
+            length in 0.0..150.0f64,
+        ) {
+            let (machine, control) = [table_table(), head_table(), head_head()][which].clone();
+            let mut programmed = Position::default();
+            LINEAR.iter().zip(linear).for_each(|(&axis, value)| programmed[axis] = value);
+            let rotary = [[Axis::A, Axis::C], [Axis::B, Axis::C], [Axis::A, Axis::C]][which];
+            rotary.iter().zip(angles).for_each(|(&axis, angle)| programmed[axis] = angle);
+            let axes = control.axes(&machine, &programmed, length).unwrap();
+            let mut at_zero = programmed;
+            rotary.iter().for_each(|&axis| at_zero[axis] = 0.0);
+            at_zero[Axis::Z] += length;
+            let (found, wanted) = (independent(which, &axes, length), independent(which, &at_zero, length));
+            prop_assert!((found - wanted).norm() < 1e-9, "{} {}", found, wanted);
+            // With the rotary axes at zero nothing follows: the axes are the programmed ones and the length.
+            let plain = control.axes(&machine, &Position(std::array::from_fn(|i| if i < 3 { programmed.0[i] } else { 0.0 })), length).unwrap();
+            prop_assert!(LINEAR.iter().all(|&axis| (plain[axis] - at_zero[axis]).abs() < 1e-9));
+        }
+    }
+
+    #[test]
+    fn a_machine_without_y_is_refused() {
+        let machine = Machine::new(vec![link("z", None, [0.0; 3], slide(Axis::Z, Vector::z()))]).unwrap();
+        let control =
+            TipControl { tool_link: Some(0), gauge: Point::origin(), direction: -Vector::z_axis(), work_link: None };
+        assert_eq!(control.axes(&machine, &Position::default(), 10.0), Err(TipError));
+    }
+}
