@@ -4,8 +4,8 @@
 //! ignored, as are points and lines. Coordinates are metres unless the caller says otherwise (3.4), and stay in the
 //! file's axes: glTF's y, not z, is up.
 //!
-//! The JSON goes through `serde_json` into the few fields that positions need. The `gltf` crate is not used: it indexes
-//! buffers by what the file says and panics when that is wrong, and it costs more than these fields do. Deviations:
+//! The JSON goes through `serde_json` into the few fields that positions need. The `gltf` crate is not used: its
+//! arithmetic on the lengths, counts and strides that a file gives is unchecked, and it weighs more than these fields. Deviations:
 //! buffers outside the file, sparse accessors and extensions that change positions are refused by name.
 
 use super::super::{Point, Vector};
