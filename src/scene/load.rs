@@ -200,7 +200,7 @@ fn part_mesh(
             let path = format!("{}{path}", document.base);
             // Read for its hash, and so that a missing file is reported as every other missing file is.
             folder.bytes(&path)?;
-            import::load(&folder.path(&path), file.unit.unwrap_or_default())
+            import::load(&folder.path(&path), file.unit)
                 .map(|imported| imported.mesh)
                 .map_err(|error| failed(error.into()))
         }

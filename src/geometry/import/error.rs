@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 /// Where in a file something is wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A line, counted from 1.
     Line(usize),
@@ -17,6 +17,19 @@ pub enum Place {
         /// Offset from the beginning of the file.
         byte: usize,
     },
+    /// A byte, counted from 0.
+    Byte(usize),
+    /// A named object of the file, such as `meshes[0].primitives[1]`.
+    Object(String),
+    /// A line and a column of a file within the file, both counted from 1.
+    Part {
+        /// Its name.
+        part: String,
+        /// The line.
+        line: usize,
+        /// The column, in bytes.
+        column: usize,
+    },
 }
 
 impl fmt::Display for Place {
@@ -24,6 +37,9 @@ impl fmt::Display for Place {
         match self {
             Self::Line(line) => write!(f, "line {line}"),
             Self::Triangle { index, byte } => write!(f, "triangle {index} at byte {byte}"),
+            Self::Byte(byte) => write!(f, "byte {byte}"),
+            Self::Object(name) => write!(f, "{name}"),
+            Self::Part { part, line, column } => write!(f, "{part}: line {line}, column {column}"),
         }
     }
 }
@@ -50,10 +66,20 @@ pub enum ImportError {
         most: u64,
     },
     /// Neither the name nor the content says what it is.
-    #[error("{}: not an STL, OBJ or OFF file", path.display())]
+    #[error("{}: not an STL, OBJ, OFF, PLY, GLB or 3MF file", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
+    },
+    /// The format is read only by a build with a feature that this one does not have.
+    #[error("{}: {format} is read by a build with `--features {feature}`; this one was built without", path.display())]
+    NotBuiltIn {
+        /// The file.
+        path: PathBuf,
+        /// The format's name.
+        format: &'static str,
+        /// The feature.
+        feature: &'static str,
     },
     /// The header announces more or less than the file has.
     #[error("{}: the header announces {declared} triangles, {expected} bytes, but the file has {bytes} bytes", path.display())]

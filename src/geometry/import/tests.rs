@@ -1,5 +1,7 @@
 //! A tetrahedron in every format, and every way of spoiling it.
 
+mod objects;
+
 use super::*;
 use proptest::prelude::*;
 
@@ -72,7 +74,7 @@ fn binary_stl() -> Vec<u8> {
 }
 
 fn read(name: &str, content: &[u8]) -> Result<Imported, ImportError> {
-    parse(Path::new(name), content, Unit::Mm)
+    parse(Path::new(name), content, None)
 }
 
 fn message(name: &str, content: &[u8]) -> String {
@@ -94,6 +96,10 @@ fn every_format_gives_the_same_closed_tetrahedron() {
         ("off", OFF.as_bytes(), Format::Off),
         ("text", STL.as_bytes(), Format::TextStl),
         ("binary", &binary, Format::BinaryStl),
+        ("a.ply", objects::PLY.as_bytes(), Format::Ply),
+        ("ply", objects::PLY.as_bytes(), Format::Ply),
+        ("little.ply", &objects::binary_ply(true), Format::Ply),
+        ("big", &objects::binary_ply(false), Format::Ply),
     ] {
         let Imported { mesh, report } = read(name, content).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(report.format, format, "{name}");
@@ -108,10 +114,10 @@ fn every_format_gives_the_same_closed_tetrahedron() {
 #[test]
 fn units_scale_to_mm() {
     for (unit, scale) in [(Unit::Mm, 1.0_f64), (Unit::Cm, 10.0), (Unit::Inch, 25.4), (Unit::M, 1000.0)] {
-        let mesh = parse(Path::new("a.off"), OFF.replace('6', "4").as_bytes(), unit).unwrap().mesh;
+        let mesh = parse(Path::new("a.off"), OFF.replace('6', "4").as_bytes(), Some(unit)).unwrap().mesh;
         assert!((mesh.signed_volume() / scale.powi(3) - 4.0 / 6.0).abs() < 1e-5, "{unit:?}");
     }
-    let far = parse(Path::new("a.off"), OFF.as_bytes(), Unit::M).expect_err("6 m are beyond the grid");
+    let far = parse(Path::new("a.off"), OFF.as_bytes(), Some(Unit::M)).expect_err("6 m are beyond the grid");
     assert!(far.to_string().contains("is the unit right?"), "{far}");
 }
 
@@ -162,8 +168,8 @@ fn errors_say_file_place_and_cause() {
     assert!(message("a.off", b"OFF BINARY\n").contains("binary OFF"));
     assert!(message("a.obj", b"").contains("no triangle"));
     assert!(message("a.stl", b"").contains("0 bytes"));
-    assert!(message("a.step", b"ISO-10303-21;").contains("not an STL, OBJ or OFF file"));
-    let missing = load(Path::new("no such folder/a.stl"), Unit::Mm).expect_err("there is no such file");
+    assert!(message("a.step", b"ISO-10303-21;").contains("not an STL, OBJ, OFF, PLY, GLB or 3MF file"));
+    let missing = load(Path::new("no such folder/a.stl"), None).expect_err("there is no such file");
     assert!(missing.to_string().starts_with("no such folder/a.stl: "));
 }
 
@@ -172,7 +178,7 @@ fn a_file_on_disk_comes_back_as_it_was_written() {
     let path = tempfile::tempdir().unwrap();
     let path = path.path().join("part.stl");
     std::fs::write(&path, binary_stl()).unwrap();
-    assert!(load(&path, Unit::Mm).unwrap().report.edges.is_watertight());
+    assert!(load(&path, None).unwrap().report.edges.is_watertight());
 }
 
 proptest! {
@@ -181,13 +187,18 @@ proptest! {
     /// However a file is spoilt, the answer is a mesh or an error.
     #[test]
     fn no_spoilt_file_panics(
-        which in 0..4_usize, cut in 0.0..1.2_f64, flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
+        which in 0..9_usize, cut in 0.0..1.2_f64, flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
         copied in any::<prop::sample::Index>(), unit in prop::sample::select(vec![Unit::Mm, Unit::M, Unit::Inch]),
     ) {
         let (name, mut content) = match which {
             0 => ("a.obj", OBJ.as_bytes().to_vec()),
             1 => ("a.off", OFF.as_bytes().to_vec()),
             2 => ("a.stl", STL.as_bytes().to_vec()),
+            3 => ("a.ply", objects::PLY.as_bytes().to_vec()),
+            4 => ("a.ply", objects::binary_ply(true)),
+            5 => ("a.ply", objects::binary_ply(false)),
+            6 => ("a.glb", objects::glb(objects::GLB)),
+            7 => ("a.3mf", objects::three_mf(objects::MODEL)),
             _ => ("a.stl", binary_stl()),
         };
         // A piece of the file once more, in the middle of it, and digits where none were.
@@ -202,7 +213,7 @@ proptest! {
         }
         content.truncate((content.len() as f64 * cut) as usize);
         for name in [name, "unknown"] {
-            if let Ok(imported) = parse(Path::new(name), &content, unit) {
+            if let Ok(imported) = parse(Path::new(name), &content, Some(unit)) {
                 prop_assert!(!imported.mesh.faces().is_empty());
             }
         }

@@ -1,0 +1,202 @@
+//! PLY, text and binary of either byte order, through the `ply-rs-bw` crate (Turk, The PLY Polygon File Format, 1994).
+//!
+//! The elements `vertex` (scalars `x`, `y`, `z`) and `face` (list `vertex_indices` or `vertex_index`) make the mesh;
+//! other elements and properties are read past. Polygons are divided into fans from their first corner, which is right
+//! for convex ones. Deviation: an element whose announced number cannot fit into the rest of the file is refused before
+//! anything is read of it, since the crate would reserve or repeat as told. Triangle strips are refused.
+
+use super::super::Point;
+use super::Raw;
+use super::error::{ImportError, Place, quote};
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult};
+use ply_rs_bw::ply::{PropertyType, ScalarType};
+use std::io::Cursor;
+use std::path::Path;
+
+/// Whether a file begins as PLY does.
+pub(super) fn is_ply(content: &[u8]) -> bool {
+    content.starts_with(b"ply\n") || content.starts_with(b"ply\r")
+}
+
+/// The position of a vertex.
+#[derive(Debug)]
+struct Vertex([f64; 3]);
+
+impl PropertyAccess for Vertex {
+    fn new() -> Self {
+        Self([f64::NAN; 3])
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        let Some(axis) = ["x", "y", "z"].iter().position(|axis| *axis == name) else {
+            return PropertyAccessResult::Ignored;
+        };
+        self.0[axis] = match property {
+            Property::Char(x) => x.into(),
+            Property::UChar(x) => x.into(),
+            Property::Short(x) => x.into(),
+            Property::UShort(x) => x.into(),
+            Property::Int(x) => x.into(),
+            Property::UInt(x) => x.into(),
+            Property::Float(x) => x.into(),
+            Property::Double(x) => x,
+            _ => return PropertyAccessResult::UnsupportedType,
+        };
+        PropertyAccessResult::Set
+    }
+}
+
+/// The corners of a face, as the file numbers them.
+#[derive(Debug)]
+struct Face(Vec<i64>);
+
+impl PropertyAccess for Face {
+    fn new() -> Self {
+        Self(Vec::new())
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        if !is_corner_list(name) {
+            return PropertyAccessResult::Ignored;
+        }
+        self.0 = match property {
+            Property::ListChar(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListUChar(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListShort(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListUShort(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListInt(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListUInt(list) => list.into_iter().map(i64::from).collect(),
+            _ => return PropertyAccessResult::UnsupportedType,
+        };
+        PropertyAccessResult::Set
+    }
+}
+
+fn is_corner_list(name: &str) -> bool {
+    name == "vertex_indices" || name == "vertex_index"
+}
+
+/// An element that is read past.
+#[derive(Debug)]
+struct Skipped;
+
+impl PropertyAccess for Skipped {
+    fn new() -> Self {
+        Self
+    }
+}
+
+/// The file and where the reader is in it.
+struct File<'a> {
+    path: &'a Path,
+    content: &'a [u8],
+    reader: Reader<Cursor<&'a [u8]>>,
+}
+
+impl File<'_> {
+    /// The line of a text, the byte of what is binary.
+    fn place(&self, text: bool, line: Option<usize>) -> Place {
+        let byte = self.reader.get_ref().position() as usize;
+        if text { Place::Line(line.unwrap_or_else(|| self.reader.line())) } else { Place::Byte(byte) }
+    }
+
+    fn wrong(&self, place: Place, message: String) -> ImportError {
+        ImportError::Content { path: self.path.into(), place, message }
+    }
+
+    /// The crate's messages have the text on lines of their own; this is the first line, and the text of the file.
+    fn failed(&self, text: bool, error: &ParseError) -> ImportError {
+        let place = self.place(text, error.line());
+        let message = error.to_string();
+        let message = message.lines().next().unwrap_or_default();
+        let message = message.split_once(": ").filter(|(start, _)| start.starts_with("Line ")).map_or(message, |m| m.1);
+        let message = message.trim_end_matches('.').to_owned();
+        let line = match place {
+            Place::Line(line) => self.content.split(|b| *b == b'\n').nth(line.saturating_sub(1)),
+            _ => None,
+        };
+        match line {
+            Some(line) => self.wrong(place, format!("{message}: {}", quote(&String::from_utf8_lossy(line)))),
+            None => self.wrong(place, message),
+        }
+    }
+
+    /// All items of an element.
+    fn items<E: PropertyAccess>(&mut self, element: &ElementDef, header: &Header) -> Result<Vec<E>, ImportError> {
+        let text = header.encoding == Encoding::Ascii;
+        // A line has at least its end; binary items have their scalars and the lengths of their lists.
+        let least = if text { 1 } else { element.properties.values().map(|p| least_bytes(&p.data_type)).sum() };
+        let rest = (self.content.len() as u64).saturating_sub(self.reader.get_ref().position()) as usize;
+        if element.count.checked_mul(least).is_none_or(|bytes| bytes > rest) || (least == 0 && element.count > 0) {
+            let message = format!(
+                "the header announces {} of `{}`, at least {least} bytes each, but {rest} bytes are left",
+                element.count, element.name
+            );
+            return Err(self.wrong(self.place(text, None), message));
+        }
+        let items = Parser::<E>::new().read_payload_for_element(&mut self.reader, element, header);
+        items.map_err(|error| self.failed(text, &error))
+    }
+}
+
+/// The fewest bytes that a property takes in a binary file.
+const fn least_bytes(property: &PropertyType) -> usize {
+    match property {
+        PropertyType::Scalar(scalar) | PropertyType::List(scalar, _) => match scalar {
+            ScalarType::Char | ScalarType::UChar => 1,
+            ScalarType::Short | ScalarType::UShort => 2,
+            ScalarType::Int | ScalarType::UInt | ScalarType::Float => 4,
+            ScalarType::Double => 8,
+        },
+    }
+}
+
+pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
+    let mut file = File { path, content, reader: Reader::new(Cursor::new(content)) };
+    let header = Parser::<Skipped>::new().read_header(&mut file.reader).map_err(|error| file.failed(true, &error))?;
+    check_header(&file, &header)?;
+    let mut raw = Raw::default();
+    let mut faces = Vec::new();
+    for element in header.elements.values() {
+        match element.name.as_str() {
+            "vertex" => {
+                let vertices: Vec<Vertex> = file.items(element, &header)?;
+                raw.vertices = vertices.into_iter().map(|v| Point::from(v.0)).collect();
+            }
+            "face" => faces = file.items::<Face>(element, &header)?,
+            _ => drop(file.items::<Skipped>(element, &header)?),
+        }
+    }
+    let count = raw.vertices.len();
+    for (index, Face(corners)) in faces.iter().enumerate() {
+        let valid = |&v: &i64| usize::try_from(v).is_ok_and(|v| v < count);
+        if let Some(vertex) = corners.iter().find(|v| !valid(v)) {
+            let message = format!("there is no vertex {vertex}, only {count}");
+            return Err(file.wrong(Place::Object(format!("face {index}")), message));
+        }
+        // Points and lines, faces of one and two corners, have no triangle.
+        raw.faces.extend((2..corners.len()).map(|k| [corners[0], corners[k - 1], corners[k]].map(|v| v as u32)));
+    }
+    Ok(raw)
+}
+
+/// Refuses a header without what makes a mesh.
+fn check_header(file: &File, header: &Header) -> Result<(), ImportError> {
+    let has = |element: &str, fits: &dyn Fn(&str, &PropertyType) -> bool| {
+        let properties = header.elements.get(element).map(|element| &element.properties);
+        properties.is_some_and(|properties| properties.iter().any(|(name, p)| fits(name, &p.data_type)))
+    };
+    let refuse = |message: &str| Err(file.wrong(Place::Line(file.reader.line()), message.to_owned()));
+    for axis in ["x", "y", "z"] {
+        if !has("vertex", &|name, kind| name == axis && matches!(kind, PropertyType::Scalar(_))) {
+            return refuse(&format!("the header has no element `vertex` with a scalar `{axis}`"));
+        }
+    }
+    if !has("face", &|name, kind| is_corner_list(name) && matches!(kind, PropertyType::List(..))) {
+        let strips = header.elements.contains_key("tristrips");
+        let hint = if strips { "; triangle strips are not read" } else { "" };
+        return refuse(&format!("the header has no element `face` with a list `vertex_indices`{hint}"));
+    }
+    Ok(())
+}
