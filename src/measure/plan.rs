@@ -17,7 +17,7 @@ pub const CONTROL_POLICY: Policy = Policy::shared(SplitRule::Median);
 pub struct Selection {
     /// How much.
     pub profile: Profile,
-    /// Scene names or paths; empty for all shipped scenes.
+    /// Scene names or paths; empty for the two of the paper.
     pub scenes: Vec<String>,
     /// Variant ids; empty for all.
     pub variants: Vec<String>,
@@ -98,7 +98,7 @@ impl Plan {
         let cases = variants.iter().flat_map(|variant| cases_of(variant, &selection.policies)).collect();
         let mut scenes: Vec<Scene> = Vec::new();
         let asked: Vec<&str> = match selection.scenes.as_slice() {
-            [] => Scene::SHIPPED.to_vec(),
+            [] => Scene::OF_THE_PAPER.to_vec(),
             names => names.iter().map(String::as_str).collect(),
         };
         for name in asked {

@@ -151,6 +151,9 @@ impl Scene {
     /// Names of the scenes that are compiled into the program.
     pub const SHIPPED: &'static [&'static str] = shipped::NAMES;
 
+    /// Names of the two after the paper's, which a run examines unless it is told otherwise.
+    pub const OF_THE_PAPER: &'static [&'static str] = shipped::OF_THE_PAPER;
+
     /// Loads a scene from a folder, or from a scene file in one.
     ///
     /// # Errors

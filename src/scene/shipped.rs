@@ -1,7 +1,10 @@
 //! The scenes compiled into the program, so that a run needs nothing but the binary.
 
-/// Names of the shipped scenes, in the order in which they are run.
+/// Names of the shipped scenes, the paper's first.
 pub const NAMES: &[&str] = &["lathe-toolpost", "lathe-tailstock", "trunnion-impeller"];
+
+/// Those of the paper: what a run is about unless it is told otherwise.
+pub const OF_THE_PAPER: &[&str] = &["lathe-toolpost", "lathe-tailstock"];
 
 macro_rules! files {
     ($($path:literal),* $(,)?) => { &[$(($path, include_str!(concat!("../../bench-scenes/", $path)))),*] };

@@ -29,14 +29,19 @@ impl Sought<'_> {
         }
     }
 
-    /// Whether a pair that is `gap` apart, mm², could change what the nearest pair so far, `least` apart, says.
+    /// How near a pair must be, mm², to change what the nearest pair so far, `least` apart, says.
     #[inline]
-    fn is_of_interest(&self, gap: f64, least: f64) -> bool {
+    fn limit(&self, least: f64) -> f64 {
         match self {
-            Self::Distance { .. } => gap <= least,
-            // Below the highest border that the least distance is above of: only that changes the answer.
+            Self::Distance { .. } => least,
+            // The highest border that the least distance is above of; at the start it is the cut-off itself.
             Self::Borders(borders) => {
-                gap <= least && borders.iter().any(|x| x * x < least && gap <= x * x || x * x == least)
+                let reached = |border: &&f64| *border * *border < least;
+                match borders.iter().rev().find(reached) {
+                    _ if least == self.beyond_mm() * self.beyond_mm() => least,
+                    Some(border) => border * border,
+                    None => -1.0,
+                }
             }
         }
     }
@@ -60,7 +65,7 @@ impl PairOracle {
         let moved = posed.mover.bounds(self.b.bounds());
         let mut stack = vec![(self.a.bounds().gap_squared(&moved), 0, 0, moved)];
         while let Some((gap, i, j, moved)) = stack.pop() {
-            if !sought.is_of_interest(gap, least) {
+            if gap > sought.limit(least) {
                 continue;
             }
             let of_a = |child: u32| (a.nodes[child as usize].bounds.gap_squared(&moved), child, j, moved);
@@ -70,7 +75,7 @@ impl PairOracle {
             };
             let mut children = match (a.children(i), b.children(j)) {
                 (None, None) => {
-                    found |= self.leaves_squared(&posed, i, j, &mut least);
+                    found |= self.leaves_squared(&posed, i, j, sought, &mut least);
                     continue;
                 }
                 (None, Some(children)) => children.map(of_b),
@@ -81,20 +86,21 @@ impl PairOracle {
             if children[0].0 < children[1].0 {
                 children.swap(0, 1);
             }
-            stack.extend(children.into_iter().filter(|child| sought.is_of_interest(child.0, least)));
+            let limit = sought.limit(least);
+            stack.extend(children.into_iter().filter(|child| child.0 <= limit));
         }
         if found { least.sqrt() } else { f64::INFINITY }
     }
 
     /// Lowers `least` to the least squared distance between the triangles of two leaves; whether any was as near.
-    fn leaves_squared(&self, posed: &Posed, i: u32, j: u32, least: &mut f64) -> bool {
+    fn leaves_squared(&self, posed: &Posed, i: u32, j: u32, sought: &Sought, least: &mut f64) -> bool {
         let (a, b) = (&self.a.tree, &self.b.tree);
         let mut found = false;
         for triangle in &b.triangles[b.range(j)] {
             let placed = posed.placement.triangle(triangle);
             let bounds = Bounds::of(&placed);
             for index in a.range(i) {
-                if a.bounds[index].gap_squared(&bounds) <= *least {
+                if a.bounds[index].gap_squared(&bounds) <= sought.limit(*least) {
                     let squared = triangle_distance::squared(&a.triangles[index], &placed);
                     if squared <= *least {
                         (*least, found) = (squared, true);
