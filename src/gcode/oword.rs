@@ -2,7 +2,7 @@
 //!
 //! Meaning as LinuxCNC documents it ("O Codes"): `sub`, `endsub`, `return`, `call`; `if`, `elseif`, `else`, `endif`;
 //! `while`, `endwhile`; `do`, `while`; `repeat`, `endrepeat`; `break`, `continue`. `O100` alone starts a subroutine that
-//! ends at M99. Subroutines of other files are found by [`super::source`].
+//! ends at M99. Subroutines of other files are found by `source`.
 
 use super::block::{Block, Flow, Keyword, Label};
 use super::error::{Cause, Fault};
