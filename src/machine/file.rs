@@ -8,7 +8,8 @@
 //! joint = { axis = "Z", direction = [0, 0, 1], min_mm = -900, max_mm = 50 }
 //! ```
 //!
-//! The letters A, B and C turn (`point_mm`, `min_deg`, `max_deg`); the other six slide (`min_mm`, `max_mm`).
+//! The letters A, B and C turn (`point_mm`, `min_deg`, `max_deg`); the other six slide (`min_mm`, `max_mm`), unless `turns = true`
+//! says that a joint turns by one degree per millimetre of its axis: robots have more turning joints than three.
 
 use super::joint::{Joint, JointError, Limits};
 use super::tree::{Link, Machine, MachineError};
@@ -67,6 +68,9 @@ pub struct JointFile {
     pub axis: char,
     /// Direction, any length but zero.
     pub direction: [f64; 3],
+    /// Whether it turns although the letter is one of a linear axis: a degree per mm.
+    #[serde(default)]
+    pub turns: bool,
     /// A point on a rotary joint's line, mm.
     pub point_mm: Option<[f64; 3]>,
     /// Lower limit of a prismatic joint, mm.
@@ -138,7 +142,8 @@ fn joint(name: &str, file: &JointFile) -> Result<Joint, LinkError> {
     let name = || name.to_owned();
     let axis =
         Axis::from_letter(file.axis).ok_or_else(|| LinkError::UnknownAxis { name: name(), letter: file.axis })?;
-    let (verb, foreign) = if axis.is_rotary() {
+    let turns = axis.is_rotary() || file.turns;
+    let (verb, foreign) = if turns {
         ("turns", [("min_mm", file.min_mm.is_some()), ("max_mm", file.max_mm.is_some()), ("", false)])
     } else {
         let point = ("point_mm", file.point_mm.is_some());
@@ -152,7 +157,7 @@ fn joint(name: &str, file: &JointFile) -> Result<Joint, LinkError> {
         max: max.unwrap_or(Limits::NONE.max),
     };
     let direction = Vector::from(file.direction);
-    let joint = if axis.is_rotary() {
+    let joint = if turns {
         let point = Point::from(file.point_mm.unwrap_or_default());
         let radians = |limit: Option<f64>| limit.map(f64::to_radians);
         Joint::rotary(axis, direction, point, limits(radians(file.min_deg), radians(file.max_deg)))
@@ -194,6 +199,18 @@ mod tests {
         assert!((tip - Point::new(-4.0, 2.0, 3.0)).norm() < 1e-12, "{tip}");
         position[Axis::C] = 1.6;
         assert_eq!(machine.check_limits(&position).unwrap_err().max, 90.0);
+    }
+
+    #[test]
+    fn six_joints_may_turn() {
+        let machine =
+            parse(r#"links = [{ name = "wrist", joint = { axis = "W", turns = true, direction = [1, 0, 0], max_deg = 30 } }]"#)
+                .unwrap();
+        let mut position = Position::default();
+        position[Axis::W] = 30.0;
+        assert!(machine.check_limits(&position).is_ok());
+        position[Axis::W] = 31.0;
+        assert_eq!(machine.check_limits(&position).unwrap_err().unit, "degrees");
     }
 
     #[test]

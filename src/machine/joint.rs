@@ -9,6 +9,10 @@ use thiserror::Error;
 /// A nanometre is far below any controller's resolution and far above rounding (4096 mm · 2⁻⁵² ≈ 1e-12 mm).
 pub const LIMIT_SLACK: f64 = 1e-6;
 
+/// What a joint that turns by one of X, Y, Z, U, V, W does per mm of its axis, radians: a degree. Robots have more joints that
+/// turn than there are letters for them.
+const DEGREE_PER_MM: f64 = std::f64::consts::PI / 180.0;
+
 /// Why numbers do not make a joint.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum JointError {
@@ -121,10 +125,25 @@ impl Joint {
         Ok(Self { axis, motion: Motion::Rotary { direction, point }, limits })
     }
 
+    /// How far the joint goes per unit of its axis, mm or radians: 1, but for a joint that turns by an axis whose values are mm.
+    #[must_use]
+    pub const fn gain(&self) -> f64 {
+        match self.motion {
+            Motion::Rotary { .. } if !self.axis.is_rotary() => DEGREE_PER_MM,
+            _ => 1.0,
+        }
+    }
+
+    /// How far the joint is at an axis position, mm or radians; also how far it goes when axes change by `position`.
+    #[must_use]
+    pub fn value(&self, position: &Position) -> f64 {
+        position[self.axis] * self.gain()
+    }
+
     /// Where the link is at an axis position, relative to where it is at zero (link frame).
     #[must_use]
     pub fn displacement(&self, position: &Position) -> Isometry {
-        let value = position[self.axis];
+        let value = self.value(position);
         match self.motion {
             Motion::Prismatic { direction } => Translation3::from(direction.into_inner() * value).into(),
             Motion::Rotary { direction, point } => {
@@ -138,7 +157,7 @@ impl Joint {
     /// # Errors
     /// [`OutOfLimits`] with the value and the range, mm or degrees.
     pub fn check(&self, position: &Position) -> Result<(), OutOfLimits> {
-        let value = position[self.axis];
+        let value = self.value(position);
         let Limits { min, max } = self.limits;
         if (min - LIMIT_SLACK..=max + LIMIT_SLACK).contains(&value) {
             return Ok(());
@@ -193,6 +212,19 @@ mod tests {
         let joint = Joint::rotary(Axis::C, Vector::z(), Point::new(10.0, 0.0, 0.0), Limits::NONE).unwrap();
         let moved = joint.displacement(&at(Axis::C, FRAC_PI_2)) * Point::new(12.0, 0.0, 5.0);
         assert!((moved - Point::new(10.0, 2.0, 5.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn an_axis_in_mm_may_turn_a_joint_a_degree_at_a_time() {
+        let limits = Limits { min: -FRAC_PI_2, max: FRAC_PI_2 };
+        let joint = Joint::rotary(Axis::U, Vector::z(), Point::origin(), limits).unwrap();
+        let moved = joint.displacement(&at(Axis::U, 90.0)) * Point::new(1.0, 0.0, 0.0);
+        assert!((moved - Point::new(0.0, 1.0, 0.0)).norm() < 1e-12);
+        assert_eq!(joint.check(&at(Axis::U, 90.0)), Ok(()));
+        assert_eq!(
+            joint.check(&at(Axis::U, 135.0)).unwrap_err().to_string(),
+            "axis U at 135 degrees is outside its limits -90 to 90 degrees"
+        );
     }
 
     #[test]

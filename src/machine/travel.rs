@@ -44,7 +44,7 @@ impl Machine {
             && let Some(link) = at
         {
             if let Some(joint) = &self.links()[link].joint {
-                let step = change[joint.axis].abs();
+                let step = joint.value(change).abs();
                 travel += match joint.motion {
                     Motion::Prismatic { .. } => step,
                     Motion::Rotary { direction, point } => {
