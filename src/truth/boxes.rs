@@ -18,7 +18,7 @@ impl Bounds {
     }
 
     /// The box around points; the origin when there are none.
-    fn around(points: impl Iterator<Item = Point>) -> Self {
+    pub fn around(points: impl Iterator<Item = Point>) -> Self {
         let wider = |(low, high): (Point, Point), (point, _): (Point, Point)| (low.inf(&point), high.sup(&point));
         let (low, high) =
             points.map(|point| (point, point)).reduce(wider).unwrap_or((Point::origin(), Point::origin()));

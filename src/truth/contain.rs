@@ -1,14 +1,71 @@
 //! Is a solid wholly inside the other?
 //!
-//! A ray along +x from one vertex of each connected component crosses the other mesh an odd number of times exactly when
-//! the vertex is inside it. The ray is thought of as starting at (x, y + e, z + e²) for an infinitesimal e > 0, so that it
+//! A ray along +x from one vertex of each connected component leaves the other mesh more often than it enters it exactly
+//! when the vertex is inside it. Crossings are counted with their direction, not by their parity alone, so that solids made of
+//! bodies that overlap have an inside too, and an inner shell that faces the cavity makes it outside. The ray is thought of as starting at (x, y + e, z + e²) for an infinitesimal e > 0, so that it
 //! never meets an edge or a vertex: where a projected edge passes exactly through the start, the sign of the first
 //! derivative that is not zero decides (simulation of simplicity, Edelsbrunner and Mücke 1990). Exact; asked only when the
 //! surfaces do not touch, so that the start lies on no triangle.
 
-use super::boxes::{Bounds, BoxTree};
+use super::boxes::{Bounds, BoxTree, Mover};
 use super::{PairOracle, Posed};
-use crate::geometry::{Point, Triangle, exact};
+use crate::geometry::grid::Placement;
+use crate::geometry::{Isometry, Mesh, Point, Triangle, exact};
+use std::sync::{Arc, OnceLock};
+
+/// A mesh that can be asked what lies in it, without a partner. Immutable and shared between threads; most of what it
+/// needs is made when it is first needed, since most solids are never near being inside one another.
+#[derive(Clone, Debug)]
+pub struct Solid {
+    mesh: Arc<Mesh>,
+    bounds: Bounds,
+    /// One vertex of each connected component, mm.
+    representatives: Vec<Point>,
+    /// The tree over the mesh; `None` when it is not watertight, and so contains nothing.
+    inside: OnceLock<Option<BoxTree>>,
+}
+
+impl Solid {
+    /// Prepares a mesh.
+    #[must_use]
+    pub fn new(mesh: Arc<Mesh>) -> Self {
+        let bounds = Bounds::around(mesh.vertices().iter().copied());
+        Self { bounds, representatives: representatives(&mesh), inside: OnceLock::new(), mesh }
+    }
+
+    /// Whether a component of either solid lies inside the other when `b` is placed in the frame of `a`, given that their
+    /// surfaces do not touch there. Exact, as [`super::Verdict::contained`] is.
+    #[must_use]
+    pub fn one_in_the_other(a: &Self, b: &Self, a_from_b: &Isometry) -> bool {
+        let mover = Mover::new(a_from_b, &b.bounds);
+        let moved = mover.bounds(&b.bounds);
+        if !a.bounds.overlap(&moved) {
+            return false;
+        }
+        let placement = Placement::new(a_from_b);
+        a.representatives.iter().filter(|point| moved.contains(point)).any(|point| {
+            b.tree().is_some_and(|b| is_inside(point, b, |bounds| mover.bounds(bounds), |t| placement.triangle(t)))
+        }) || b.representatives.iter().map(|point| placement.point(point)).any(|point| {
+            let in_a = |a: &BoxTree| is_inside(&point, a, |bounds| *bounds, |triangle| *triangle);
+            a.bounds.contains(&point) && a.tree().is_some_and(in_a)
+        })
+    }
+
+    fn tree(&self) -> Option<&BoxTree> {
+        let watertight = || self.mesh.edge_report().is_watertight();
+        self.inside.get_or_init(|| watertight().then(|| BoxTree::new(&self.mesh.triangles()))).as_ref()
+    }
+}
+
+/// One vertex of each connected component of a mesh, mm.
+pub(super) fn representatives(mesh: &Mesh) -> Vec<Point> {
+    let (component_of, components) = mesh.components();
+    let mut found = vec![None; components];
+    for (face, &component) in mesh.faces().iter().zip(&component_of) {
+        found[component as usize].get_or_insert(mesh.vertices()[face[0] as usize]);
+    }
+    found.into_iter().flatten().collect()
+}
 
 impl PairOracle {
     /// Whether a component of either mesh lies inside the other mesh, given that the surfaces do not touch.
@@ -31,39 +88,41 @@ impl PairOracle {
     }
 }
 
-/// Whether the ray from `point` crosses the mesh of the tree, as placed, an odd number of times.
+/// Whether the ray from `point` leaves the mesh of the tree, as placed, another number of times than it enters it.
 fn is_inside(
     point: &Point,
     tree: &BoxTree,
     move_bounds: impl Fn(&Bounds) -> Bounds,
     place: impl Fn(&Triangle) -> Triangle,
 ) -> bool {
-    let (mut stack, mut odd) = (vec![0], false);
+    let (mut stack, mut leavings) = (vec![0], 0_i64);
     while let Some(node) = stack.pop() {
         if !move_bounds(&tree.nodes[node as usize].bounds).meets_ray_along_x(point) {
             continue;
         }
         stack.extend(tree.children(node).into_iter().flatten());
-        odd ^= tree.triangles[tree.range(node)].iter().filter(|t| ray_crosses(point, &place(t))).count() % 2 == 1;
+        let crossings = tree.triangles[tree.range(node)].iter().map(|triangle| crossing(point, &place(triangle)));
+        leavings += crossings.map(i64::from).sum::<i64>();
     }
-    odd
+    leavings != 0
 }
 
-/// Whether the ray from the nudged point along +x crosses the triangle, on which the point does not lie.
-fn ray_crosses(point: &Point, triangle: &Triangle) -> bool {
+/// How the ray from the nudged point along +x crosses the triangle, on which the point does not lie: 1 from behind its face,
+/// -1 from before it, 0 not at all.
+fn crossing(point: &Point, triangle: &Triangle) -> i8 {
     let shadow = |p: &Point| [p.y, p.z];
     let [a, b, c] = triangle.corners.each_ref().map(shadow);
     let winding = exact::turn(a, b, c);
     if winding == 0 {
-        return false; // Parallel to the ray: the nudged ray passes by.
+        return 0; // Parallel to the ray: the nudged ray passes by.
     }
     let start = shadow(point);
     if [(a, b), (b, c), (c, a)].into_iter().any(|(u, v)| nudged_turn(u, v, start) != winding) {
-        return false;
+        return 0;
     }
     // `side` is 1 where the corners appear clockwise. Seen from +x they wind by `winding`, so there it is -winding, and
-    // the point must be on the -x side.
-    exact::side(triangle, point) == winding
+    // the point must be on the -x side. A face that winds counter-clockwise seen from +x looks there, and the ray leaves by it.
+    if exact::side(triangle, point) == winding { winding } else { 0 }
 }
 
 /// The sign of turn(u, v, p + (e, e²)), never 0 for u ≠ v. The turn is (v - u) × (p - u), so its derivative is -(v - u)_2
@@ -82,9 +141,34 @@ mod tests {
 
     fn contained(a: &Mesh, b: &Mesh, shift: [f64; 3]) -> bool {
         let pose = Isometry::new(Vector::from(shift), Vector::zeros());
-        let verdict = PairOracle::new(Arc::new(a.clone()), Arc::new(b.clone())).judge(&pose);
+        let (a, b) = (Arc::new(a.clone()), Arc::new(b.clone()));
+        let verdict = PairOracle::new(Arc::clone(&a), Arc::clone(&b)).judge(&pose);
         assert!(!verdict.exact);
+        assert_eq!(Solid::one_in_the_other(&Solid::new(a), &Solid::new(b), &pose), verdict.contained);
         verdict.contained
+    }
+
+    /// Both meshes as one, the second one shifted.
+    fn both(one: &Mesh, other: &[Triangle], shift: f64) -> Mesh {
+        let shifted = other.iter().map(|t| t.map(|p| p + Vector::x() * shift));
+        Mesh::from_triangles(&one.triangles().into_iter().chain(shifted).collect::<Vec<_>>()).unwrap()
+    }
+
+    #[test]
+    fn where_two_bodies_of_a_solid_overlap_is_inside_and_a_cavity_is_outside() {
+        let (large, ball) = (solids::block(8.0, 8.0, 8.0), solids::ball(1.0, 8));
+        // From -4 to 4 and from -1 to 7: the ball at 1.5 is in both.
+        let overlapping = both(&large, &large.triangles(), 3.0);
+        assert!(contained(&overlapping, &ball, [1.5, 0.0, 0.0]));
+        assert!(contained(&overlapping, &ball, [5.5, 0.0, 0.0]));
+        assert!(!contained(&overlapping, &ball, [9.5, 0.0, 0.0]));
+        // A block of 6 cut out of one of 8.
+        let facing_in: Vec<Triangle> = solids::block(6.0, 6.0, 6.0)
+            .triangles()
+            .iter()
+            .map(|t| Triangle::new(t.corners[0], t.corners[2], t.corners[1]))
+            .collect();
+        assert!(!contained(&both(&large, &facing_in, 0.0), &ball, [0.5, 0.0, 0.0]));
     }
 
     #[test]

@@ -5,10 +5,11 @@
 //! | [`judge`] | do the surfaces touch (exactly; and by the fast test)? is one solid inside the other? |
 //! | [`clearance`] | how far apart are they? |
 //! | [`first_contact`] | how far can the second slide before they touch? |
+//! | [`contain`] | is one solid inside the other, asked of solids that have no partner? |
 //! | [`path`] | how far past first contact is a pose of a path? |
 //! | [`cache`] | keeping the answers |
 //!
-//! `contain` counts the surfaces around a point; `boxes` holds the private tree of axis-aligned boxes and the proof of
+//! `boxes` holds the private tree of axis-aligned boxes and the proof of
 //! its rounding.
 //!
 //! Exact: [`Verdict::exact`] and [`Verdict::contained`], as statements about the first mesh and the second one with its
@@ -17,7 +18,7 @@
 mod boxes;
 pub mod cache;
 pub mod clearance;
-mod contain;
+pub mod contain;
 pub mod first_contact;
 pub mod judge;
 pub mod path;
@@ -27,6 +28,7 @@ mod solids;
 
 pub use cache::{CacheError, TruthCache, TruthKey};
 pub use clearance::Sought;
+pub use contain::Solid;
 pub use judge::{Judgement, Verdict, judge_all};
 pub use path::path_depths;
 
@@ -55,15 +57,9 @@ struct Side {
 
 impl Side {
     fn new(mesh: Arc<Mesh>) -> Self {
-        let triangles = mesh.triangles();
-        let (component_of, components) = mesh.components();
-        let mut representatives = vec![None; components];
-        for (triangle, &component) in triangles.iter().zip(&component_of) {
-            representatives[component as usize].get_or_insert(triangle.corners[0]);
-        }
         Self {
-            tree: BoxTree::new(&triangles),
-            representatives: representatives.into_iter().flatten().collect(),
+            tree: BoxTree::new(&mesh.triangles()),
+            representatives: contain::representatives(&mesh),
             watertight: mesh.edge_report().is_watertight(),
             mesh,
         }
