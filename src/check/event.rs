@@ -2,7 +2,7 @@
 //!
 //! Rules. Contact of a pair is a collision, but for a cutter with the workpiece: contact that begins in a feed move is
 //! cutting and is not told, nor is the retreat from it; contact that begins in a rapid move is a collision and is
-//! named as such. Since material is not removed, a rapid that begins inside the uncut workpiece belongs to the cut before it. Nearness of
+//! named as such. Shank and holder of a tool never cut. Since material is not removed, a rapid that begins inside the uncut workpiece belongs to the cut before it. Nearness of
 //! these two is not told at all. Contacts of one pair on one line that do not leave the narrowest zone are one.
 
 use super::Settings;
@@ -10,6 +10,8 @@ use super::motion::Path;
 use super::scan::{Nearness, Stretch};
 use crate::gcode::Position;
 use crate::scene::{Pair, Role, Scene};
+use crate::truth::PairOracle;
+use std::sync::Arc;
 
 /// What happens.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -167,12 +169,21 @@ impl OfPair<'_> {
         let told = contacts.into_iter().filter_map(|contact| {
             let kind = match (self.is_cutting(), self.path.sample_at(contact.from).rapid) {
                 (true, false) => return None,
+                (true, true) if self.comes_from_inside(&contact) => return None,
                 (true, true) => Kind::RapidIntoWorkpiece,
                 (false, _) => Kind::Collision,
             };
             Some((contact.from, self.event(kind, &contact)))
         });
         told.collect()
+    }
+
+    /// Whether one part lay inside the other, their surfaces apart, before they touched: a short cutter that the cut took in whole.
+    fn comes_from_inside(&self, contact: &Stretch) -> bool {
+        let poses = self.scene.machine.forward(&self.path.position((contact.from.ceil() as usize).saturating_sub(1)));
+        let mesh = |part: usize| Arc::clone(&self.scene.parts[part].mesh);
+        let oracle = PairOracle::new(mesh(self.pair.a), mesh(self.pair.b));
+        oracle.judge(&self.scene.a_from_b(self.pair, &poses)).contained
     }
 
     fn line(&self, place: f64) -> u32 {

@@ -122,9 +122,8 @@ pub fn check(
             cause,
         })?;
     }
-    let range = path.range();
     let widest = settings.zones_mm.iter().copied().fold(0.0, f64::max);
-    let decisions = pairs::decide(scene, range.as_ref(), widest);
+    let decisions = pairs::decide(scene, &path.reach(), widest);
     let pairs: Vec<Pair> = decisions.iter().filter(|d| d.dropped.is_none()).map(|d| d.pair).collect();
     if pairs.is_empty() && decisions.iter().all(|d| d.dropped == Some(pairs::Dropped::Rigid)) {
         return Err(CheckError::NoPairs(scene.name.clone()));
@@ -132,8 +131,9 @@ pub fn check(
     progress.begin("building trees", 1);
     let bodies = Bodies::new(scene, variant, &pairs);
     let start = scene.machine.forward(&path.position(0));
-    let (touching_at_start, pairs): (Vec<Pair>, Vec<Pair>) =
-        pairs.into_iter().partition(|&pair| bodies.touch(pair, &scene.a_from_b(pair, &start)));
+    let (touching_at_start, pairs): (Vec<Pair>, Vec<Pair>) = pairs
+        .into_iter()
+        .partition(|&pair| scene.is_mounted(pair, path.tool(0)) && bodies.touch(pair, &scene.a_from_b(pair, &start)));
     let chunks: Vec<usize> = (0..path.samples().len()).step_by(CHUNK).collect();
     progress.begin("checking", chunks.len() as u64);
     let (stop, queries) = (AtomicBool::new(false), AtomicU64::new(0));
