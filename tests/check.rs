@@ -145,6 +145,12 @@ fn mill(program: &str) -> (tempfile::TempDir, Scene) {
     scene_of(MILL, program)
 }
 
+/// The same from another place, with pairs that the scene names.
+fn mill_from(start: &str, pairs: &str, program: &str) -> (tempfile::TempDir, Scene) {
+    let text = MILL.replacen("start = { z_mm = 50 }", start, 1).replacen("title", &format!("{pairs}\ntitle"), 1);
+    scene_of(&text, program)
+}
+
 fn told(program: &str) -> Vec<(&'static str, u32)> {
     told_by(MILL, program)
 }
@@ -208,6 +214,9 @@ fn a_tool_is_there_only_while_it_is_in_the_spindle() {
     };
     assert_eq!(why("clamp", "long"), None);
     assert_eq!(why("block", "tip").unwrap(), "tool 3 is never in the spindle");
+    assert!(outcome.tools_without_parts.is_empty());
+    let (_folder, strange) = scene_of(&mill_with_tools(), "T2 M6\nG0 Z40\nT8 M6\nG0 X70\nM2");
+    assert_eq!(run_own(&strange, &Settings::standard()).tools_without_parts, [8]);
     // What comes near in the zone of a tool that is there ends when it goes: tool 2 at X 0 is 5 above the block.
     let near = |line| outcome.events.iter().any(|e| e.first.line == line && scene.pair_name(e.pair) == "clamp:long");
     assert!(near(5) && near(9) && !near(2) && !near(8));
@@ -247,6 +256,59 @@ fn a_thin_wall_between_two_samples_is_not_jumped_over() {
         assert!((extent.position.0[0] - x).abs() < 0.1, "{x}: {:?}", extent.position);
         assert!((extent.time_s - (0.4 + x / 100.0)).abs() < 0.01, "{x}: {}", extent.time_s);
     }
+}
+
+#[test]
+fn a_part_wholly_inside_another_collides() {
+    // The cutter, 30 mm long, fits into the clamp, which reaches from -20 to 20 and is 20 mm wide.
+    let (_folder, scene) = mill("G0 X140\nG0 Z-15\nG1 X70 F1000\nG4 P1\nG1 X140\nM2");
+    for zones_mm in [vec![], vec![14.0, 0.5]] {
+        let outcome = run_own(&scene, &Settings { zones_mm, ..Settings::standard() });
+        let contacts: Vec<_> = outcome.events.iter().filter(|event| event.kind.is_collision()).collect();
+        assert_eq!(contacts.len(), 1, "{contacts:?}");
+        let event = contacts[0];
+        assert_eq!((event.first.line, event.last.line, event.inside, event.least_mm), (3, 5, true, 0.0));
+        // Contact begins where the cutter's side reaches 80: at 85, 55 of 70 mm into the move and as far out of it.
+        for (extent, fraction) in [(&event.first, 55.0 / 70.0), (&event.last, 15.0 / 70.0)] {
+            assert!(
+                (extent.position.0[0] - 85.0).abs() < 0.02 && (extent.fraction - fraction).abs() < 1e-3,
+                "{extent:?}"
+            );
+        }
+    }
+    // Inside from the first place on, and never through a surface.
+    let (_folder, scene) =
+        mill_from("start = { x_mm = 70, z_mm = -15 }", "pairs = [[\"clamp\", \"cutter\"]]", "G1 X69 F1000\nM2");
+    let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+    assert_eq!(outcome.events.len(), 1);
+    assert!(outcome.events[0].inside && outcome.events[0].to_the_end && outcome.events[0].first.line == 0);
+}
+
+#[test]
+fn parts_in_contact_at_first_are_examined_once_they_have_parted() {
+    let program = "G1 X60 F1000\nG1 X40\nG1 X60\nM2"; // out of the clamp at X 55, and in again
+    let start = "start = { x_mm = 70, z_mm = 0 }";
+    let told = |pairs: &str| {
+        let (_folder, scene) = mill_from(start, pairs, program);
+        let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+        let with_clamp = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
+        (outcome.touching_at_start.len(), with_clamp.map(|event| event.first.line).collect::<Vec<_>>())
+    };
+    assert_eq!(told(""), (1, vec![3]));
+    assert_eq!(told("pairs = [[\"clamp\", \"cutter\"]]"), (0, vec![0, 3]));
+}
+
+#[test]
+fn a_zone_entered_and_left_between_two_samples_is_told() {
+    // Past the clamp's edge, parallel to Y, 1.5 mm from the cutter's side: there is no Y axis, so past its top in X.
+    let (_folder, scene) = mill("G0 Z21.5\nG0 X140\nM2");
+    let mut coarse: ProgramRun = scene.program.clone().unwrap();
+    coarse.sampling.step_mm = 500.0;
+    let settings = Settings { zones_mm: vec![30.0, 2.0], ..Settings::standard() };
+    let outcome = check(&scene, &coarse, reference(&Registry::standard()), &settings, &Silent).unwrap();
+    let clamp = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
+    let near: Vec<_> = clamp.map(|event| (event.kind, event.first.line, (10.0 * event.least_mm).round())).collect();
+    assert_eq!(near, [(Kind::Near { zone_mm: 30.0 }, 2, 15.0), (Kind::Near { zone_mm: 2.0 }, 2, 15.0)]);
 }
 
 /// On LinuxCNC's 5-axis mill, made by `scripts/real-scenes`: at every pose of the 4 500 lines the tip is where the program says, by the
@@ -351,4 +413,31 @@ fn scene_tells_what_it_holds_and_writes_its_meshes() {
     let x: Vec<f32> = stl.vertices.iter().map(|v| v[0]).collect();
     assert!((x.iter().copied().fold(f32::INFINITY, f32::min) - 60.0).abs() < 1e-3);
     assert!((x.iter().copied().fold(f32::NEG_INFINITY, f32::max) - 80.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_tool_vector_has_two_solutions() {
+    let inverse = |arguments: &[&str]| {
+        let output = bvbench().args(["scene", "inverse", "trunnion-impeller"]).args(arguments).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    // tan A = 3 / 4, towards x, which C turns to y and y is where A tilts: C 90 or -90.
+    let (code, text, _) = inverse(&["--direction", "0.6,0,0.8", "--from", "A-5,C-60", "--json"]);
+    assert_eq!(code, Some(0));
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let axes = |name: &str| ["A", "C"].map(|axis| found[name]["position"][axis].as_f64().unwrap());
+    assert_eq!((axes("chosen"), axes("other")), ([-36.869_898, -90.0], [36.869_898, 90.0]));
+    assert!(found["other"]["forbidden"].as_str().unwrap().contains("axis A at 36.8"), "{text}");
+    let (code, text, _) = inverse(&["--direction=0,0,1", "--from", "C12", "--tip", "10,0,60"]);
+    assert_eq!(code, Some(0));
+    assert!(text.contains("C does not matter") && !text.contains("other"), "{text}");
+    for (arguments, message) in [
+        (["--direction", "0,0,-1"].as_slice(), "both ways to tilt the tool leave the limits"),
+        (&["--direction", "0,0,0"], "the direction has no length"),
+        (&["--direction", "0,1"], "there must be three numbers"),
+        (&["--direction", "0,1,1", "--from", "Q1"], "does not begin with one of X Y Z"),
+    ] {
+        let (code, _, error) = inverse(arguments);
+        assert!(code == Some(2) && error.contains(message), "{code:?} {error}");
+    }
 }

@@ -4,7 +4,7 @@ use super::Role;
 use crate::gcode::{Axis, Position};
 use crate::geometry::import::Unit;
 use crate::geometry::shapes::{Shape, Tessellation};
-use crate::machine::file::{LinkFile, PlacementFile};
+use crate::machine::file::{Form, LinkFile, PlacementFile};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;
@@ -75,6 +75,14 @@ pub struct ExpectFile {
 pub struct MachineFile {
     /// A file with `links` and `parts`. Excludes `links` here; its parts come first.
     pub file: Option<String>,
+    /// A URDF file with links and what they look like. Excludes `file` and `links`; its parts come first.
+    pub urdf: Option<String>,
+    /// Letters of axes for joints of the URDF file, by the joint's name; joints not named here get the next free ones.
+    #[serde(default)]
+    pub axes: BTreeMap<String, char>,
+    /// Which of the two descriptions of the URDF file's links is taken.
+    #[serde(default)]
+    pub form: Form,
     /// Links.
     #[serde(default)]
     pub links: Vec<LinkFile>,

@@ -48,6 +48,15 @@ impl Folder {
         }
     }
 
+    /// Whether there is a file.
+    #[cfg(feature = "urdf")]
+    pub fn has(&self, relative: &str) -> bool {
+        match &self.source {
+            Source::Disk(folder) => folder.join(relative).is_file(),
+            Source::Shipped => shipped::file(&normalised(&self.name, relative)).is_some(),
+        }
+    }
+
     /// The bytes of a file, by its path relative to the folder.
     pub fn bytes(&mut self, relative: &str) -> Result<Vec<u8>, SceneError> {
         let key = normalised(&self.name, relative);

@@ -6,7 +6,9 @@ use super::folder::Folder;
 use super::program::{self, ProgramRun};
 use super::{Approach, Expected, Overrides, Pair, Part, Rates, Recording, Role, Scene, recording};
 use crate::gcode::Position;
+use crate::geometry::shapes::Tessellation;
 use crate::geometry::{Mesh, Point, Vector, import};
+use crate::machine::file::Form;
 use crate::machine::tip::TipControl;
 use crate::machine::{self, Machine};
 use nalgebra::Unit;
@@ -25,15 +27,15 @@ const RAPID_MM_MIN: f64 = 15_000.0;
 const RAPID_DEG_MIN: f64 = 7_200.0;
 
 /// A text and what messages call it.
-struct Document {
+pub(super) struct Document {
     path: PathBuf,
-    text: String,
+    pub(super) text: String,
     /// Folder of the file relative to the scene's, `""` or ending in `/`.
-    base: String,
+    pub(super) base: String,
 }
 
 impl Document {
-    fn read(folder: &mut Folder, relative: &str) -> Result<Self, SceneError> {
+    pub(super) fn read(folder: &mut Folder, relative: &str) -> Result<Self, SceneError> {
         let text = folder.text(relative)?;
         let base = relative.rfind('/').map_or("", |slash| &relative[..=slash]);
         Ok(Self { path: folder.path(relative), text, base: base.to_owned() })
@@ -46,7 +48,7 @@ impl Document {
         })
     }
 
-    fn place(&self, span: &Range<usize>) -> Place {
+    pub(super) fn place(&self, span: &Range<usize>) -> Place {
         Place::of_byte(self.path.clone(), &self.text, span.start)
     }
 
@@ -123,26 +125,66 @@ fn machine_and_its_parts(
     overrides: &Overrides,
 ) -> Result<(Machine, Vec<Part>), SceneError> {
     let mut parts = Vec::new();
+    let refuse = |document: &Document, message: &str| {
+        Err(SceneError::Meaning { place: document.header("[machine]"), message: message.to_owned() })
+    };
+    if let Some(path) = &file.urdf {
+        if file.file.is_some() || !file.links.is_empty() {
+            return refuse(document, "a machine has a URDF file, a file or links, and only one of them");
+        }
+        let (machine, mut parts) = read_urdf(folder, document, file, path, overrides)?;
+        add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
+        return Ok((machine, parts));
+    }
+    if !file.axes.is_empty() || file.form != Form::default() {
+        return refuse(document, "`axes` and `form` go with `urdf`");
+    }
     let Some(path) = &file.file else {
         let machine = build_machine(document, file)?;
         add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
         return Ok((machine, parts));
-    };
-    let refuse = |document: &Document, message: &str| {
-        Err(SceneError::Meaning { place: document.header("[machine]"), message: message.to_owned() })
     };
     if !file.links.is_empty() {
         return refuse(document, "a machine has either a file or links");
     }
     let machine_document = Document::read(folder, path)?;
     let machine_file: MachineFile = machine_document.parse()?;
-    if machine_file.file.is_some() {
+    if machine_file.file.is_some() || machine_file.urdf.is_some() {
         return refuse(&machine_document, "a machine's file cannot name another");
     }
     let machine = build_machine(&machine_document, &machine_file)?;
     add_parts(&mut parts, folder, &machine_document, &machine_file.parts, &machine, overrides)?;
     add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
     Ok((machine, parts))
+}
+
+#[cfg(feature = "urdf")]
+fn read_urdf(
+    folder: &mut Folder,
+    document: &Document,
+    file: &MachineFile,
+    path: &str,
+    overrides: &Overrides,
+) -> Result<(Machine, Vec<Part>), SceneError> {
+    super::urdf::read(folder, document, file, path, &overridden(Tessellation::default(), overrides))
+}
+
+#[cfg(not(feature = "urdf"))]
+fn read_urdf(
+    _: &mut Folder,
+    document: &Document,
+    _: &MachineFile,
+    _: &str,
+    _: &Overrides,
+) -> Result<(Machine, Vec<Part>), SceneError> {
+    let message = "URDF is read only by a build with `--features urdf`".to_owned();
+    Err(SceneError::Meaning { place: document.header("[machine]"), message })
+}
+
+fn overridden(mut tessellation: Tessellation, overrides: &Overrides) -> Tessellation {
+    tessellation.grading = overrides.grading.unwrap_or(tessellation.grading);
+    tessellation.density = overrides.density.unwrap_or(tessellation.density);
+    tessellation
 }
 
 fn build_machine(document: &Document, file: &MachineFile) -> Result<Machine, SceneError> {
@@ -196,9 +238,7 @@ fn part_mesh(
     match (&file.shape, &file.mesh) {
         (Some(_), None) if file.unit.is_some() => refuse("a shape is in mm; `unit` goes with `mesh`"),
         (Some(shape), None) => {
-            let mut tessellation = file.tessellation.unwrap_or_default();
-            tessellation.grading = overrides.grading.unwrap_or(tessellation.grading);
-            tessellation.density = overrides.density.unwrap_or(tessellation.density);
+            let tessellation = overridden(file.tessellation.unwrap_or_default(), overrides);
             shape.mesh(&tessellation).map_err(|error| failed(error.into()))
         }
         (None, Some(_)) if file.tessellation.is_some() => {

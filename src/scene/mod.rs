@@ -1,6 +1,7 @@
 //! Scenes: parts with meshes on a machine, the pairs of them that are examined, and what moves them.
 //!
-//! Reading order: this file (the model), [`file`] (how a scene is written), `load` (from one to the other), [`recording`]
+//! Reading order: this file (the model), [`file`] (how a scene is written), `load` (from one to the other), `urdf` (machines
+//! of ROS), [`recording`]
 //! (poses as CSV), `folder` and `shipped` (where files come from), [`pairs`] (which parts can collide), [`error`].
 
 pub mod error;
@@ -10,6 +11,8 @@ mod file;
 pub mod recording;
 mod program;
 mod load;
+#[cfg(feature = "urdf")]
+mod urdf;
 pub mod pairs;
 
 pub use error::{Place, SceneError};
@@ -101,6 +104,14 @@ pub struct Pair {
     pub a: usize,
     /// The other part.
     pub b: usize,
+}
+
+impl Pair {
+    /// Whether both are the same two parts, in whatever order.
+    #[must_use]
+    pub fn is(self, other: Self) -> bool {
+        self == other || self == Self { a: other.b, b: other.a }
+    }
 }
 
 /// A straight line along which a pair's part `b` comes to part `a`.
@@ -230,6 +241,12 @@ impl Scene {
     #[must_use]
     pub fn pair_name(&self, pair: Pair) -> String {
         format!("{}:{}", self.parts[pair.a].name, self.parts[pair.b].name)
+    }
+
+    /// Whether the scene itself names a pair for examination.
+    #[must_use]
+    pub fn names(&self, pair: Pair) -> bool {
+        self.names_pairs && self.pairs.iter().any(|named| named.is(pair))
     }
 
     /// Index of the part with a name.

@@ -163,7 +163,7 @@ pub fn decide(scene: &Scene, reach: &Reach, beyond_mm: f64) -> Vec<Decision> {
 }
 
 fn why_dropped(scene: &Scene, balls: &[Ball], reach: &Reach, beyond_mm: f64, pair: Pair) -> Option<Dropped> {
-    let is_in = |pairs: &[Pair]| pairs.iter().any(|other| *other == pair || *other == Pair { a: pair.b, b: pair.a });
+    let is_in = |pairs: &[Pair]| pairs.iter().any(|other| other.is(pair));
     if is_in(&scene.ignored) {
         return Some(Dropped::Ignored);
     }
@@ -189,8 +189,7 @@ fn why_dropped(scene: &Scene, balls: &[Ball], reach: &Reach, beyond_mm: f64, pai
     if let Some(apart_mm) = least_distance(scene, balls, pair, range).filter(|&apart| apart > beyond_mm) {
         return Some(Dropped::OutOfReach { apart_mm });
     }
-    let named = scene.names_pairs && is_in(&scene.pairs);
-    (!named).then(|| neighbours(scene, bodies)).flatten()
+    (!scene.names(pair)).then(|| neighbours(scene, bodies)).flatten()
 }
 
 /// The axis between two bodies of which one stands on the other.

@@ -188,6 +188,18 @@ pub fn load(path: &Path, unit: Option<Unit>) -> Result<Imported, ImportError> {
 /// # Errors
 /// As [`load`].
 pub fn parse(path: &Path, content: &[u8], unit: Option<Unit>) -> Result<Imported, ImportError> {
+    parse_in(path, content, unit.map(Unit::in_mm))
+}
+
+/// As [`parse`], with a unit of any length, mm.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse_scaled(path: &Path, content: &[u8], unit_mm: f64) -> Result<Imported, ImportError> {
+    parse_in(path, content, Some(unit_mm))
+}
+
+fn parse_in(path: &Path, content: &[u8], unit_mm: Option<f64>) -> Result<Imported, ImportError> {
     let Some(format) = format_of(path, content) else {
         return Err(ImportError::UnknownFormat { path: path.into() });
     };
@@ -203,7 +215,7 @@ pub fn parse(path: &Path, content: &[u8], unit: Option<Unit>) -> Result<Imported
         #[cfg(not(feature = "3mf"))]
         Format::ThreeMf => Err(ImportError::NotBuiltIn { path: path.into(), format: "3MF", feature: "3mf" }),
     }?;
-    let unit_mm = unit.map(Unit::in_mm).or(raw.unit_mm).unwrap_or(Unit::Mm.in_mm());
+    let unit_mm = unit_mm.or(raw.unit_mm).unwrap_or(Unit::Mm.in_mm());
     clean(raw, format, unit_mm).map_err(|source| ImportError::NotAMesh { path: path.into(), source })
 }
 
