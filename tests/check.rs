@@ -103,11 +103,17 @@ fn every_safe_variant_tells_the_same() {
 
 /// A cutter of 10 mm over a block of 100 x 100 x 20 whose top is at Z 0, and a clamp beside it.
 fn mill(program: &str) -> (tempfile::TempDir, Scene) {
+    mill_from("start = { z_mm = 50 }", "", program)
+}
+
+/// The same from another place, with pairs that the scene names.
+fn mill_from(start: &str, pairs: &str, program: &str) -> (tempfile::TempDir, Scene) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(
         folder.path().join("scene.toml"),
         r#"
 title = "A small mill"
+PAIRS
 [[machine.links]]
 name = "table"
 joint = { axis = "X", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 }
@@ -132,10 +138,12 @@ role = "cutter"
 shape = { kind = "cylinder", radius_mm = 5, height_mm = 30 }
 [program]
 file = "own.ngc"
-start = { z_mm = 50 }
+START
 [check]
 rapid_mm_min = 6000
-"#,
+"#
+        .replace("START", start)
+        .replace("PAIRS", pairs),
     )
     .unwrap();
     std::fs::write(folder.path().join("own.ngc"), program).unwrap();
@@ -175,6 +183,59 @@ fn a_thin_wall_between_two_samples_is_not_jumped_over() {
         assert!((extent.position.0[0] - x).abs() < 0.1, "{x}: {:?}", extent.position);
         assert!((extent.time_s - (0.4 + x / 100.0)).abs() < 0.01, "{x}: {}", extent.time_s);
     }
+}
+
+#[test]
+fn a_part_wholly_inside_another_collides() {
+    // The cutter, 30 mm long, fits into the clamp, which reaches from -20 to 20 and is 20 mm wide.
+    let (_folder, scene) = mill("G0 X140\nG0 Z-15\nG1 X70 F1000\nG4 P1\nG1 X140\nM2");
+    for zones_mm in [vec![], vec![14.0, 0.5]] {
+        let outcome = run_own(&scene, &Settings { zones_mm, ..Settings::standard() });
+        let contacts: Vec<_> = outcome.events.iter().filter(|event| event.kind.is_collision()).collect();
+        assert_eq!(contacts.len(), 1, "{contacts:?}");
+        let event = contacts[0];
+        assert_eq!((event.first.line, event.last.line, event.inside, event.least_mm), (3, 5, true, 0.0));
+        // Contact begins where the cutter's side reaches 80: at 85, 55 of 70 mm into the move and as far out of it.
+        for (extent, fraction) in [(&event.first, 55.0 / 70.0), (&event.last, 15.0 / 70.0)] {
+            assert!(
+                (extent.position.0[0] - 85.0).abs() < 0.02 && (extent.fraction - fraction).abs() < 1e-3,
+                "{extent:?}"
+            );
+        }
+    }
+    // Inside from the first place on, and never through a surface.
+    let (_folder, scene) =
+        mill_from("start = { x_mm = 70, z_mm = -15 }", "pairs = [[\"clamp\", \"cutter\"]]", "G1 X69 F1000\nM2");
+    let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+    assert_eq!(outcome.events.len(), 1);
+    assert!(outcome.events[0].inside && outcome.events[0].to_the_end && outcome.events[0].first.line == 0);
+}
+
+#[test]
+fn parts_in_contact_at_first_are_examined_once_they_have_parted() {
+    let program = "G1 X60 F1000\nG1 X40\nG1 X60\nM2"; // out of the clamp at X 55, and in again
+    let start = "start = { x_mm = 70, z_mm = 0 }";
+    let told = |pairs: &str| {
+        let (_folder, scene) = mill_from(start, pairs, program);
+        let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+        let with_clamp = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
+        (outcome.touching_at_start.len(), with_clamp.map(|event| event.first.line).collect::<Vec<_>>())
+    };
+    assert_eq!(told(""), (1, vec![3]));
+    assert_eq!(told("pairs = [[\"clamp\", \"cutter\"]]"), (0, vec![0, 3]));
+}
+
+#[test]
+fn a_zone_entered_and_left_between_two_samples_is_told() {
+    // Past the clamp's edge, parallel to Y, 1.5 mm from the cutter's side: there is no Y axis, so past its top in X.
+    let (_folder, scene) = mill("G0 Z21.5\nG0 X140\nM2");
+    let mut coarse: ProgramRun = scene.program.clone().unwrap();
+    coarse.sampling.step_mm = 500.0;
+    let settings = Settings { zones_mm: vec![30.0, 2.0], ..Settings::standard() };
+    let outcome = check(&scene, &coarse, reference(&Registry::standard()), &settings, &Silent).unwrap();
+    let clamp = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
+    let near: Vec<_> = clamp.map(|event| (event.kind, event.first.line, (10.0 * event.least_mm).round())).collect();
+    assert_eq!(near, [(Kind::Near { zone_mm: 30.0 }, 2, 15.0), (Kind::Near { zone_mm: 2.0 }, 2, 15.0)]);
 }
 
 /// On LinuxCNC's 5-axis mill, made by `scripts/real-scenes`: at every pose of the 4 500 lines the tip is where the program says, by the

@@ -81,13 +81,22 @@ impl<'a> Path<'a> {
         if place <= 0.0 {
             return 0.0;
         }
+        let index = self.sample_at(place).move_index;
+        let (begin, end) = (self.begins[index], self.begins[index + 1]);
+        begin + self.fraction(place) * (end - begin)
+    }
+
+    /// How much of the move that a place belongs to is done there, 0 to 1.
+    #[must_use]
+    pub fn fraction(&self, place: f64) -> f64 {
+        if place <= 0.0 {
+            return 0.0;
+        }
         let to = self.sample_at(place);
         let before = (place.ceil() as usize).checked_sub(2).map(|at| &self.samples[at]);
         let from = before.filter(|before| before.move_index == to.move_index).map_or(0.0, |before| before.fraction);
         let part = if place.fract() == 0.0 { 1.0 } else { place.fract() };
-        let fraction = from + part * (to.fraction - from);
-        let (begin, end) = (self.begins[to.move_index], self.begins[to.move_index + 1]);
-        begin + fraction * (end - begin)
+        from + part * (to.fraction - from)
     }
 
     /// How long the program takes, s.

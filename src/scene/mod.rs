@@ -80,6 +80,14 @@ pub struct Pair {
     pub b: usize,
 }
 
+impl Pair {
+    /// Whether both are the same two parts, in whatever order.
+    #[must_use]
+    pub fn is(self, other: Self) -> bool {
+        self == other || self == Self { a: other.b, b: other.a }
+    }
+}
+
 /// A straight line along which a pair's part `b` comes to part `a`.
 #[derive(Clone, Debug)]
 pub struct Approach {
@@ -205,6 +213,12 @@ impl Scene {
     #[must_use]
     pub fn pair_name(&self, pair: Pair) -> String {
         format!("{}:{}", self.parts[pair.a].name, self.parts[pair.b].name)
+    }
+
+    /// Whether the scene itself names a pair for examination.
+    #[must_use]
+    pub fn names(&self, pair: Pair) -> bool {
+        self.names_pairs && self.pairs.iter().any(|named| named.is(pair))
     }
 
     /// Index of the part with a name.

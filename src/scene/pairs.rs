@@ -92,9 +92,8 @@ pub struct Decision {
 pub fn decide(scene: &Scene, range: Option<&Range>, beyond_mm: f64) -> Vec<Decision> {
     let balls: Vec<Ball> = scene.parts.iter().map(ball).collect();
     let pairs = (0..scene.parts.len()).flat_map(|a| (a + 1..scene.parts.len()).map(move |b| Pair { a, b }));
-    let same = |one: &Pair, other: Pair| *one == other || *one == Pair { a: other.b, b: other.a };
     let decide = |pair: Pair| {
-        if scene.ignored.iter().any(|ignored| same(ignored, pair)) {
+        if scene.ignored.iter().any(|ignored| ignored.is(pair)) {
             return Some(Dropped::Ignored);
         }
         let bodies = [pair.a, pair.b].map(|part| scene.machine.rigid_body(scene.parts[part].link));
@@ -106,8 +105,7 @@ pub fn decide(scene: &Scene, range: Option<&Range>, beyond_mm: f64) -> Vec<Decis
         {
             return Some(Dropped::OutOfReach { apart_mm });
         }
-        let named = scene.names_pairs && scene.pairs.iter().any(|named| same(named, pair));
-        (!named).then(|| neighbours(scene, bodies)).flatten()
+        (!scene.names(pair)).then(|| neighbours(scene, bodies)).flatten()
     };
     pairs.map(|pair| Decision { pair, dropped: decide(pair) }).collect()
 }
