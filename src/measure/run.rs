@@ -25,7 +25,7 @@ const UNITS: &str = "units";
 /// File of a timing unit: one complaint about noise per line.
 const NOISE_FILE: &str = "noise.txt";
 /// How many times more poses are generated than measured, so that every stratum fills its share.
-const POSE_RESERVE: usize = 4;
+pub(super) const POSE_RESERVE: usize = 4;
 
 /// Why a run could not be opened or carried on.
 #[derive(Debug, Error)]
