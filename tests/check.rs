@@ -147,8 +147,8 @@ fn mill(program: &str) -> (tempfile::TempDir, Scene) {
 
 /// The same from another place, with pairs that the scene names.
 fn mill_from(start: &str, pairs: &str, program: &str) -> (tempfile::TempDir, Scene) {
-    let text = MILL.replacen("start = { z_mm = 50 }", start, 1).replacen("title", &format!("{pairs}\ntitle"), 1);
-    scene_of(&text, program)
+    let title = "title = \"A small mill\"\n";
+    scene_of(&MILL.replace("start = { z_mm = 50 }", start).replace(title, &format!("{title}{pairs}\n")), program)
 }
 
 fn told(program: &str) -> Vec<(&'static str, u32)> {

@@ -150,12 +150,11 @@ pub fn check(
     progress.begin("building trees", 1);
     let bodies = Bodies::new(scene, variant, &pairs);
     let start = scene.machine.forward(&path.position(0));
-    let touching_at_start: Vec<Pair> = pairs
-        .iter()
-        .copied()
-        .filter(|&pair| scene.is_mounted(pair, path.tool(0)) && !scene.names(pair))
-        .filter(|&pair| bodies.share_a_point(pair, &scene.a_from_b(pair, &start)))
-        .collect();
+    let touches_at_first = |pair: Pair| {
+        let examined_later = !scene.names(pair) && scene.is_mounted(pair, path.tool(0));
+        examined_later && bodies.share_a_point(pair, &scene.a_from_b(pair, &start))
+    };
+    let touching_at_start: Vec<Pair> = pairs.iter().copied().filter(|&pair| touches_at_first(pair)).collect();
     let borders = settings.borders_mm();
     let chunks: Vec<usize> = (0..path.samples().len()).step_by(CHUNK).collect();
     progress.begin("checking", chunks.len() as u64);

@@ -37,7 +37,7 @@ pub enum UrdfError {
     #[error("this is xacro; expand it first, with `xacro FILE > robot.urdf`")]
     Xacro,
     /// Elements within elements without end.
-    #[error("elements are nested deeper than {MOST_NESTED}")]
+    #[error("elements are nested deeper than {limit}", limit = MOST_NESTED)]
     Nested,
     /// A joint that a letter was given to is not there.
     #[error("there is no joint `{name}` to give axis {letter} to; there are {known}")]

@@ -24,7 +24,7 @@ pub fn read(
     tessellation: &Tessellation,
 ) -> Result<(Machine, Vec<Part>), SceneError> {
     let robot = Document::read(folder, &format!("{}{path}", document.base))?;
-    let (machine, bodies) = urdf::read(&robot.text, &file.axes, file.meshes)
+    let (machine, bodies) = urdf::read(&robot.text, &file.axes, file.form)
         .map_err(|cause| SceneError::Urdf { place: place_of(&robot, cause.name()), cause: Box::new(cause) })?;
     let mut parts: Vec<Part> = Vec::with_capacity(bodies.len());
     for body in bodies {

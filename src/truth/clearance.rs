@@ -11,6 +11,8 @@ use crate::geometry::triangle_distance;
 /// How exactly a clearance is sought.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sought<'a> {
+    /// Not at all: infinite for all surfaces that do not touch.
+    Nothing,
     /// The distance, where it is at most this, mm.
     Distance {
         /// The cut-off.
@@ -24,6 +26,7 @@ pub enum Sought<'a> {
 impl Sought<'_> {
     fn beyond_mm(&self) -> f64 {
         match self {
+            Self::Nothing => 0.0,
             Self::Distance { beyond_mm } => *beyond_mm,
             Self::Borders(borders) => borders.last().copied().unwrap_or(0.0),
         }
@@ -33,7 +36,7 @@ impl Sought<'_> {
     #[inline]
     fn limit(&self, least: f64) -> f64 {
         match self {
-            Self::Distance { .. } => least,
+            Self::Nothing | Self::Distance { .. } => least,
             // The highest border that the least distance is above of; at the start it is the cut-off itself.
             Self::Borders(borders) => {
                 let reached = |border: &&f64| *border * *border < least;
@@ -65,6 +68,9 @@ impl PairOracle {
     /// The same for surfaces known not to touch, as exactly as sought. `nearest` are the triangles that were nearest at the last
     /// pose: along a path they are often nearest again, and a small distance known at once spares most of the search.
     pub(super) fn clearance_of_free_mm(&self, a_from_b: &Isometry, sought: &Sought, nearest: &mut Nearest) -> f64 {
+        if *sought == Sought::Nothing {
+            return f64::INFINITY;
+        }
         let beyond_mm = sought.beyond_mm();
         let posed = self.posed(a_from_b);
         let (a, b) = (&self.a.tree, &self.b.tree);
