@@ -1,6 +1,6 @@
 //! `scene`: what a scene holds, which of its parts can collide, and its meshes as files.
 
-use super::{CLEAR, say};
+use super::{CLEAR, say, surfaces};
 use crate::check;
 use crate::gcode::Axis;
 use crate::machine::Motion;
@@ -25,7 +25,7 @@ pub struct Options {
 
 #[derive(Subcommand)]
 enum What {
-    /// Links, joints, limits, parts and program
+    /// Links, joints, limits, parts with their surfaces, and program
     Info(SceneOptions),
     /// Which pairs of parts are examined, and why the others are not
     Pairs(PairOptions),
@@ -71,7 +71,7 @@ pub fn run(options: &Options) -> Result<u8> {
     Ok(CLEAR)
 }
 
-fn table<const N: usize>(header: [&str; N]) -> Table {
+pub(super) fn table<const N: usize>(header: [&str; N]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_header(header);
     if table.width().is_none() {
@@ -100,7 +100,7 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
             let edges = part.mesh.edge_report();
             json!({
                 "name": part.name, "link": link_name(part.link), "triangles": part.mesh.faces().len(),
-                "vertices": part.mesh.vertices().len(), "watertight": edges.is_watertight(),
+                "vertices": part.mesh.vertices().len(), "watertight": edges.is_watertight(), "surface": surfaces::json(scene, &part.name, &part.mesh),
             })
         });
         let program = scene.program.as_ref().map(
@@ -143,7 +143,8 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
     if let Some(column) = parts.column_mut(2) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    say(parts.trim_fmt());
+    say(format!("{}\n", parts.trim_fmt()));
+    say(surfaces::text(scene));
     if let Some(run) = &scene.program {
         let (lines, moves) = (run.program.blocks.len(), run.program.moves.len());
         say(format!("\nprogram {}: {lines} lines, {moves} moves", run.file.display()));
