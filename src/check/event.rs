@@ -2,9 +2,10 @@
 //!
 //! Rules. Contact of a pair is a collision, but for a cutter with the workpiece: contact that begins in a feed move is
 //! cutting and is not told, nor is the retreat from it; contact that begins in a rapid move is a collision and is
-//! named as such. Since material is not removed, a rapid that begins inside the uncut workpiece belongs to the cut before it. Nearness of
-//! these two is not told at all. Contacts of one pair on one line that part by less than [`super::PARTED_MM`] between them are one. A
-//! pair that the scene does not name and that is in contact at first is told of from where it has parted that far.
+//! named as such. Shank and holder of a tool never cut. Since material is not removed, a rapid that begins inside the uncut workpiece
+//! belongs to the cut before it. Nearness of these two is not told at all. Contacts of one pair on one line that part by less than
+//! [`super::PARTED_MM`] between them are one. A pair that the scene does not name and that is in contact at first is told of from
+//! where it has parted that far.
 
 use super::motion::Path;
 use super::scan::{Nearness, Stretch};

@@ -141,9 +141,8 @@ pub fn check(
             cause,
         })?;
     }
-    let range = path.range();
     let widest = settings.zones_mm.iter().copied().fold(0.0, f64::max);
-    let decisions = pairs::decide(scene, range.as_ref(), widest);
+    let decisions = pairs::decide(scene, &path.reach(), widest);
     let pairs: Vec<Pair> = decisions.iter().filter(|d| d.dropped.is_none()).map(|d| d.pair).collect();
     if pairs.is_empty() && decisions.iter().all(|d| d.dropped == Some(pairs::Dropped::Rigid)) {
         return Err(CheckError::NoPairs(scene.name.clone()));
@@ -151,11 +150,11 @@ pub fn check(
     progress.begin("building trees", 1);
     let (trees_ns, bodies) = timer::time(|| Bodies::new(scene, variant, &pairs));
     let start = scene.machine.forward(&path.position(0));
-    let touching_at_start: Vec<Pair> = pairs
-        .iter()
-        .copied()
-        .filter(|&pair| !scene.names(pair) && bodies.share_a_point(pair, &scene.a_from_b(pair, &start)))
-        .collect();
+    let touches_at_first = |pair: Pair| {
+        let examined_later = !scene.names(pair) && scene.is_mounted(pair, path.tool(0));
+        examined_later && bodies.share_a_point(pair, &scene.a_from_b(pair, &start))
+    };
+    let touching_at_start: Vec<Pair> = pairs.iter().copied().filter(|&pair| touches_at_first(pair)).collect();
     let borders = settings.borders_mm();
     let chunks: Vec<usize> = (0..path.samples().len()).step_by(CHUNK).collect();
     progress.begin("checking", chunks.len() as u64);

@@ -95,6 +95,24 @@ impl<'a> Scan<'a> {
     /// The stretches from place `first` to place `last` where the pair is not free, in order. `poses` are those of the
     /// whole places.
     pub fn run(&mut self, first: usize, last: usize, poses: &[Poses]) -> Vec<Stretch> {
+        let mut at = first;
+        while at <= last {
+            let is_mounted = |at: &usize| self.scene.is_mounted(self.pair, self.path.tool(*at));
+            if let Some(from) = (at..=last).find(is_mounted) {
+                let to = (from..=last).take_while(is_mounted).last().unwrap_or(from);
+                self.run_mounted(from, to, &poses[from - first..]);
+                at = to;
+            } else {
+                at = last;
+            }
+            at += 1;
+        }
+        std::mem::take(&mut self.stretches)
+    }
+
+    /// As [`Scan::run`], between places from the first to the last of which both parts are there.
+    fn run_mounted(&mut self, first: usize, last: usize, poses: &[Poses]) {
+        self.is_near = false;
         let mut here = self.measure(first as f64, &poses[0]);
         self.note(&here);
         let mut at = first;
@@ -107,7 +125,6 @@ impl<'a> Scan<'a> {
             self.note(&there);
             (at, here) = (next, there);
         }
-        std::mem::take(&mut self.stretches)
     }
 
     /// The last place before which the pair stays free for sure, but at least the next one; and the bound on the travel to it.

@@ -1,7 +1,6 @@
 //! What `scene info` says of the surfaces of parts: closed or not, in how many pieces, and what was done to their files.
 
 use super::scene::table;
-use crate::geometry::Mesh;
 use crate::geometry::surface::SurfaceReport;
 use crate::scene::{MeshFile, Scene};
 use comfy_table::CellAlignment;
@@ -31,8 +30,8 @@ pub fn text(scene: &Scene) -> String {
 }
 
 /// The same of one part.
-pub fn json(scene: &Scene, part: &str, mesh: &Mesh) -> Value {
-    let SurfaceReport { edges, components, leaking, inward, degenerate, volume_mm3, area_mm2 } = mesh.surface_report();
+pub fn json(scene: &Scene, part: &str, surface: &SurfaceReport) -> Value {
+    let SurfaceReport { edges, components, leaking, inward, degenerate, volume_mm3, area_mm2 } = *surface;
     let imported = scene.mesh_files.iter().find(|file| file.part == part).map(|MeshFile { file, report, .. }| {
         json!({
             "file": file, "format": report.format.to_string(), "unit_mm": report.unit_mm, "weld_mm": report.weld_mm,

@@ -39,6 +39,8 @@ pub struct Part {
     pub link_from_part: Isometry,
     /// What it is to the work.
     pub role: Role,
+    /// The tool that it belongs to: it is there only while that tool is in the spindle. `None` is always there.
+    pub tool: Option<u32>,
 }
 
 /// What was found in a part's mesh file.
@@ -63,6 +65,27 @@ pub enum Role {
     Workpiece,
     /// Cuts: may touch the workpiece in a feed move.
     Cutter,
+    /// The smooth part of a tool between cutter and holder; touches nothing.
+    Shank,
+    /// Holds a tool; touches nothing.
+    Holder,
+    /// Holds the workpiece; touches nothing that moves against it, unless the scene allows it.
+    Fixture,
+}
+
+impl Role {
+    /// Its name in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Machine => "machine",
+            Self::Workpiece => "workpiece",
+            Self::Cutter => "cutter",
+            Self::Shank => "shank",
+            Self::Holder => "holder",
+            Self::Fixture => "fixture",
+        }
+    }
 }
 
 /// What `check` needs to know of a scene beside its parts and motion.
@@ -142,6 +165,8 @@ pub struct Scene {
     pub names_pairs: bool,
     /// Pairs that `check` never examines.
     pub ignored: Vec<Pair>,
+    /// Pairs that may touch: never a collision.
+    pub allowed: Vec<Pair>,
     /// How fast the machine's rapid moves are.
     pub rates: Rates,
     /// Collisions that the program is known to have.
@@ -251,6 +276,25 @@ impl Scene {
     #[must_use]
     pub fn part(&self, name: &str) -> Option<usize> {
         self.parts.iter().position(|part| part.name == name)
+    }
+
+    /// Whether anything is mounted only while its tool is in the spindle.
+    #[must_use]
+    pub fn changes_tools(&self) -> bool {
+        self.parts.iter().any(|part| part.tool.is_some())
+    }
+
+    /// Whether both parts of a pair are there while `tool` is in the spindle.
+    #[must_use]
+    pub fn is_mounted(&self, pair: Pair, tool: u32) -> bool {
+        [pair.a, pair.b].iter().all(|&part| self.parts[part].tool.is_none_or(|own| own == tool))
+    }
+
+    /// The tool without which a pair is not there; `None` where it always is. Of parts of different tools, which are never a
+    /// pair, the first part's.
+    #[must_use]
+    pub fn tool_of(&self, pair: Pair) -> Option<u32> {
+        self.parts[pair.a].tool.or(self.parts[pair.b].tool)
     }
 
     /// `world_from_part` when the links are at `poses`.
