@@ -16,6 +16,7 @@ mod progress;
 mod report;
 mod repro;
 mod scene;
+mod surfaces;
 mod verify;
 
 use crate::registry::Registry;

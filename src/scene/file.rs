@@ -115,6 +115,8 @@ pub struct PartFile {
     pub mesh: Option<String>,
     /// The mesh file's unit.
     pub unit: Option<Unit>,
+    /// How far apart vertices of the mesh file may be to become one, mm; without it, they must be equal.
+    pub weld_mm: Option<f64>,
 }
 
 /// What moves the machine.

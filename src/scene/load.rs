@@ -4,7 +4,7 @@ use super::error::{Place, SceneError};
 use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, SceneFile, TipFile};
 use super::folder::Folder;
 use super::program::{self, ProgramRun};
-use super::{Approach, Expected, Overrides, Pair, Part, Rates, Recording, Role, Scene, recording};
+use super::{Approach, Expected, MeshFile, Overrides, Pair, Part, Rates, Recording, Role, Scene, recording};
 use crate::gcode::Position;
 use crate::geometry::shapes::Tessellation;
 use crate::geometry::{Mesh, Point, Vector, import};
@@ -25,6 +25,10 @@ pub const SCENE_FILE: &str = "scene.toml";
 /// Rapid rates where a scene says nothing: those of an ordinary machine tool.
 const RAPID_MM_MIN: f64 = 15_000.0;
 const RAPID_DEG_MIN: f64 = 7_200.0;
+
+/// Most triangles of all parts together, sixteen times the largest scene that was tried: what a mistake in a file meets before
+/// the memory ends.
+const MOST_TRIANGLES: usize = 1 << 24;
 
 /// A text and what messages call it.
 pub(super) struct Document {
@@ -96,8 +100,10 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     let expected = expected.collect::<Result<_, SceneError>>()?;
     let rates = read_rates(&document, &scene.check)?;
     let approaches = read_approaches(&document, &machine, &parts, &scene.approaches)?;
+    let name = folder.name().to_owned();
+    let (inputs, mesh_files) = folder.into_records();
     Ok(Scene {
-        name: folder.name().to_owned(),
+        name,
         title: scene.title,
         description: scene.description,
         provenance: scene.provenance,
@@ -113,7 +119,8 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         approaches,
         random,
         recording,
-        inputs: folder.into_inputs(),
+        inputs,
+        mesh_files,
     })
 }
 
@@ -216,7 +223,15 @@ fn add_parts(
             let message = format!("part `{name}` belongs to a tool, so it cannot be a {}", file.role.name());
             return Err(SceneError::Meaning { place: place(), message });
         }
-        let mesh = Arc::new(part_mesh(folder, document, file, overrides)?);
+        let mesh = part_mesh(folder, document, file, overrides)?;
+        let triangles = parts.iter().map(|part| part.mesh.faces().len()).sum::<usize>() + mesh.faces().len();
+        if triangles > MOST_TRIANGLES {
+            let message = format!(
+                "with part `{name}` the scene has {triangles} triangles, and at most {MOST_TRIANGLES} are taken"
+            );
+            return Err(SceneError::Meaning { place: place(), message });
+        }
+        let mesh = Arc::new(mesh);
         parts.push(Part { name: name.clone(), mesh, link, link_from_part, role: file.role, tool: file.tool });
     }
     Ok(())
@@ -237,6 +252,7 @@ fn part_mesh(
     };
     match (&file.shape, &file.mesh) {
         (Some(_), None) if file.unit.is_some() => refuse("a shape is in mm; `unit` goes with `mesh`"),
+        (Some(_), None) if file.weld_mm.is_some() => refuse("a shape has no gaps; `weld_mm` goes with `mesh`"),
         (Some(shape), None) => {
             let tessellation = overridden(file.tessellation.unwrap_or_default(), overrides);
             shape.mesh(&tessellation).map_err(|error| failed(error.into()))
@@ -246,11 +262,11 @@ fn part_mesh(
         }
         (None, Some(path)) => {
             let path = format!("{}{path}", document.base);
-            // Read for its hash, and so that a missing file is reported as every other missing file is.
-            folder.bytes(&path)?;
-            import::load(&folder.path(&path), file.unit)
-                .map(|imported| imported.mesh)
-                .map_err(|error| failed(error.into()))
+            let options = import::Options { unit: file.unit, weld_mm: file.weld_mm.unwrap_or(0.0) };
+            let imported = import::parse(&folder.path(&path), &folder.bytes(&path)?, options);
+            let import::Imported { mesh, report } = imported.map_err(|error| failed(error.into()))?;
+            folder.meshes.push(MeshFile { part: file.name.get_ref().clone(), file: path, report });
+            Ok(mesh)
         }
         _ => refuse("either `shape` or `mesh` must be given"),
     }

@@ -20,6 +20,7 @@ pub use program::{ProgramRun, TipCause, TipFault};
 pub use recording::Recording;
 
 use crate::gcode::Position;
+use crate::geometry::import::ImportReport;
 use crate::geometry::{Isometry, Mesh, Vector};
 use crate::machine::{Machine, Poses};
 use folder::Folder;
@@ -43,6 +44,17 @@ pub struct Part {
     pub role: Role,
     /// The tool that it belongs to: it is there only while that tool is in the spindle. `None` is always there.
     pub tool: Option<u32>,
+}
+
+/// What was found in a part's mesh file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshFile {
+    /// The part.
+    pub part: String,
+    /// The file, relative to the scene's folder.
+    pub file: String,
+    /// What was found in it and what was done about it.
+    pub report: ImportReport,
 }
 
 /// What a part is to the work: decides which contact is intended.
@@ -170,6 +182,8 @@ pub struct Scene {
     pub random: Vec<Pair>,
     /// Recorded poses.
     pub recording: Option<Recording>,
+    /// What was found in mesh files, by part.
+    pub mesh_files: Vec<MeshFile>,
     /// Path or name to content hash of everything the scene was made from.
     pub inputs: BTreeMap<String, String>,
 }
@@ -212,6 +226,18 @@ impl Scene {
         } else {
             Err(missing(&path.display().to_string()))
         }
+    }
+
+    /// Loads a scene from files that are only in memory, by their paths relative to the scene's folder; one is `scene.toml`.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn from_memory(
+        name: &str,
+        files: BTreeMap<String, Vec<u8>>,
+        overrides: &Overrides,
+    ) -> Result<Self, SceneError> {
+        load::load(Folder::in_memory(name, files), load::SCENE_FILE, overrides)
     }
 
     /// Loads a scene by path, or a shipped one by name. A folder that holds a `scene.toml` goes before a shipped name.
