@@ -69,12 +69,14 @@ pub struct ExpectFile {
     pub pair: Spanned<[String; 2]>,
 }
 
-/// The `[machine]` of a scene, or a file of its own, which has the same keys but `file`.
+/// The `[machine]` of a scene, or a file of its own, which has the same keys but `file` and `density`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MachineFile {
     /// A file with `links` and `parts`. Excludes `links` here; its parts come first.
     pub file: Option<String>,
+    /// How finely the shapes of that file are triangulated, instead of what its parts say.
+    pub density: Option<f64>,
     /// Links.
     #[serde(default)]
     pub links: Vec<LinkFile>,
