@@ -7,6 +7,7 @@ pub mod truth;
 pub mod gcode;
 pub mod machine;
 pub mod scene;
+pub mod picture;
 pub mod workload;
 pub mod method;
 pub mod registry;

@@ -11,6 +11,7 @@ mod list;
 mod measure;
 mod options;
 mod peers;
+mod picture;
 mod plot;
 mod progress;
 mod report;

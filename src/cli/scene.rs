@@ -2,7 +2,7 @@
 
 mod inverse;
 
-use super::{CLEAR, say, surfaces};
+use super::{CLEAR, picture, say, surfaces};
 use crate::check;
 use crate::machine::Joint;
 use crate::scene::Scene;
@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench scene info lathe-toolpost\n  bvbench scene pairs path/to/machine --json\n  bvbench scene export lathe-tailstock --out meshes\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866"
+    after_help = "Examples:\n  bvbench scene info lathe-toolpost\n  bvbench scene pairs path/to/machine --json\n  bvbench scene export lathe-tailstock --out meshes\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866\n  bvbench scene picture trunnion-impeller --program-line 60 --out impeller.png"
 )]
 pub struct Options {
     #[command(subcommand)]
@@ -34,6 +34,8 @@ enum What {
     Export(ExportOptions),
     /// Where the rotary axes must be for the tool to have a direction: both solutions
     Inverse(inverse::Options),
+    /// Draw the machine as it stands at first, or at a line of its program
+    Picture(picture::Options),
 }
 
 #[derive(Args)]
@@ -71,6 +73,7 @@ pub fn run(options: &Options) -> Result<u8> {
         What::Pairs(options) => show_pairs(&Scene::find(&options.scene.scene)?, options)?,
         What::Inverse(options) => inverse::run(options)?,
         What::Export(options) => export(&Scene::find(&options.scene)?, &options.out)?,
+        What::Picture(options) => picture::run(&Scene::find(options.scene())?, options)?,
     }
     Ok(CLEAR)
 }

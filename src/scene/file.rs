@@ -69,7 +69,7 @@ pub struct ExpectFile {
     pub pair: Spanned<[String; 2]>,
 }
 
-/// The `[machine]` of a scene, or a file of its own, which has the same keys but `file`.
+/// The `[machine]` of a scene, or a file of its own, which has the same keys but `file` and `density`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MachineFile {
@@ -83,6 +83,8 @@ pub struct MachineFile {
     /// Which of the two descriptions of the URDF file's links is taken.
     #[serde(default)]
     pub form: Form,
+    /// How finely the shapes of that file are triangulated, instead of what its parts say.
+    pub density: Option<f64>,
     /// Links.
     #[serde(default)]
     pub links: Vec<LinkFile>,

@@ -147,6 +147,9 @@ fn machine_and_its_parts(
         return refuse(document, "`axes` and `form` go with `urdf`");
     }
     let Some(path) = &file.file else {
+        if file.density.is_some() {
+            return refuse(document, "`density` goes with `file`; parts have their own `tessellation`");
+        }
         let machine = build_machine(document, file)?;
         add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
         return Ok((machine, parts));
@@ -156,11 +159,12 @@ fn machine_and_its_parts(
     }
     let machine_document = Document::read(folder, path)?;
     let machine_file: MachineFile = machine_document.parse()?;
-    if machine_file.file.is_some() || machine_file.urdf.is_some() {
-        return refuse(&machine_document, "a machine's file cannot name another");
+    if machine_file.file.is_some() || machine_file.urdf.is_some() || machine_file.density.is_some() {
+        return refuse(&machine_document, "a machine's file cannot name another, nor a density");
     }
     let machine = build_machine(&machine_document, &machine_file)?;
-    add_parts(&mut parts, folder, &machine_document, &machine_file.parts, &machine, overrides)?;
+    let of_file = Overrides { density: overrides.density.or(file.density), ..*overrides };
+    add_parts(&mut parts, folder, &machine_document, &machine_file.parts, &machine, &of_file)?;
     add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
     Ok((machine, parts))
 }

@@ -198,11 +198,14 @@ pub struct Overrides {
 }
 
 impl Scene {
-    /// Names of the scenes that are compiled into the program.
+    /// Names of the machines that are compiled into the program.
     pub const SHIPPED: &'static [&'static str] = shipped::NAMES;
 
     /// Names of the two after the paper's, which a run examines unless it is told otherwise.
     pub const OF_THE_PAPER: &'static [&'static str] = shipped::OF_THE_PAPER;
+
+    /// Names of the shipped scenes that belong to a family: one shape, triangulated in several ways.
+    pub const FAMILIES: &'static [&'static str] = shipped::FAMILIES;
 
     /// Loads a scene from a folder, or from a scene file in one.
     ///
@@ -257,7 +260,7 @@ impl Scene {
         if path.is_file() || path.join(load::SCENE_FILE).is_file() {
             return Self::load_with(path, overrides);
         }
-        if Self::SHIPPED.contains(&name_or_path) {
+        if Self::SHIPPED.contains(&name_or_path) || Self::FAMILIES.contains(&name_or_path) {
             return load::load(Folder::shipped(name_or_path), load::SCENE_FILE, overrides);
         }
         Err(missing(name_or_path))
@@ -315,5 +318,5 @@ impl Scene {
 }
 
 fn missing(wanted: &str) -> SceneError {
-    SceneError::Missing { wanted: wanted.to_owned(), known: Scene::SHIPPED.join(", ") }
+    SceneError::Missing { wanted: wanted.to_owned(), known: [Scene::SHIPPED, Scene::FAMILIES].concat().join(", ") }
 }

@@ -81,6 +81,29 @@ fn a_machine_may_have_its_own_file_that_brings_parts() {
 }
 
 #[test]
+fn a_density_for_the_machines_file_is_for_its_parts_alone() {
+    let shape = "shape = { kind = \"sphere\", radius_mm = 20 }\n";
+    let machine = format!(
+        "[[links]]\nname = \"slide\"\njoint = {{ axis = \"X\", direction = [1, 0, 0] }}\n[[parts]]\nname = \"a\"\n{shape}"
+    );
+    let scene = |density: &str| {
+        format!(
+            "title = \"\"\n[machine]\nfile = \"machine.toml\"\n{density}[[parts]]\nname = \"b\"\nlink = \"slide\"\n{shape}"
+        )
+    };
+    let faces = |density: &str| {
+        let loaded = load(&[("scene.toml", &scene(density)), ("machine.toml", &machine)]).unwrap();
+        [0, 1].map(|part| loaded.parts[part].mesh.faces().len())
+    };
+    let [a, b] = faces("density = 0.5\n");
+    assert_eq!(faces(""), [b, b]);
+    // Half as dense: about a quarter of the triangles.
+    assert!(3 * a < b && b < 5 * a, "{a} {b}");
+    let (_, text) = error_of(&[("scene.toml", "title = \"\"\n[machine]\ndensity = 2\n")]);
+    assert!(text.contains("`density` goes with `file`"), "{text}");
+}
+
+#[test]
 fn parts_and_recorded_poses_make_a_scene() {
     let scene = "title = \"\"\n[[parts]]\nname = \"a\"\nmesh = \"t.stl\"\n[[parts]]\nname = \"b\"\nmesh = \"t.stl\"\n\
                  [recorded]\nfile = \"poses.csv\"\n";
