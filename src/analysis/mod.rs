@@ -4,6 +4,7 @@
 pub mod claims;
 pub mod judge;
 pub mod misses;
+pub mod peers;
 pub mod ratios;
 pub mod stats;
 pub mod summary;

@@ -10,6 +10,7 @@ mod launch;
 mod list;
 mod measure;
 mod options;
+mod peers;
 mod plot;
 mod progress;
 mod report;
@@ -73,6 +74,8 @@ enum Verb {
     Scene(scene::Options),
     /// Print the canonical moves of a program
     Gcode(gcode::Options),
+    /// Compare whole engines, ours and others, on the same poses
+    Peers(peers::Options),
     /// Carry out one timing launch of a run in this process (called by `measure`)
     #[command(hide = true)]
     Launch(launch::Options),
@@ -112,6 +115,7 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Check(options) => check::run(&options, registry),
         Verb::Scene(options) => scene::run(&options),
         Verb::Gcode(options) => gcode::run(&options),
+        Verb::Peers(options) => peers::run(&options, registry),
         Verb::Launch(options) => launch::run(&options, registry),
     }
 }

@@ -1,6 +1,6 @@
 //! Triangles, meshes, the coordinate grid, and the triangle tests everything else rests on.
 //!
-//! Reading order: [`triangle`], [`mesh`], [`grid`], [`covariance`], the triangle tests ([`intersect`] is
+//! Reading order: [`triangle`], [`mesh`], [`grid`], [`weld`], [`surface`], [`covariance`], the triangle tests ([`intersect`] is
 //! fast, [`exact`] decides, [`exact_integer`] checks the decider, [`cross_check`]
 //! compares them), [`triangle_distance`], [`hull`], [`rectangle`], [`shapes`] and [`import`].
 
@@ -15,8 +15,10 @@ pub mod intersect;
 pub mod mesh;
 pub mod rectangle;
 pub mod shapes;
+pub mod surface;
 pub mod triangle;
 pub mod triangle_distance;
+pub mod weld;
 
 pub use mesh::{Mesh, MeshError};
 pub use triangle::Triangle;

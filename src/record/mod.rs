@@ -6,6 +6,7 @@
 
 pub mod file;
 pub mod manifest;
+pub mod peers;
 pub mod rows;
 pub mod vocabulary;
 
@@ -15,6 +16,7 @@ pub(crate) mod synthetic;
 pub use crate::method::Kind;
 pub use file::{RecordError, for_each_row, read_rows, write_bytes, write_rows, write_text};
 pub use manifest::Manifest;
+pub use peers::{PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow};
 pub use rows::{
     BuildRow, ClaimRow, OutlineRow, QueryRow, RatioRow, Row, SummaryRow, TightnessRow, TimingRow, TreeRow,
     VerificationRow,
