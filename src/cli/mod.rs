@@ -45,7 +45,7 @@ Examples:
   bvbench repro                          check the paper: everything, in two minutes
   bvbench repro --profile smoke          the same in half a minute, to see that it works
   bvbench list                           the variants
-  bvbench verify --scene lathe-toolpost  verdicts of all variants against the exact truth
+  bvbench verify --scene lathe-toolpost  verdicts of the standard variants against the exact truth
   bvbench measure --variant ID --variant ID --out results/two
   bvbench report --out results/quick     write the report of a run again
   bvbench check SCENE part.ngc           what collides on this machine, at which line
@@ -58,7 +58,7 @@ Exit codes: 0 all is well, 1 a safe variant missed a contact or a program collid
 enum Verb {
     /// Verify, measure, analyse, plot and report: does the paper hold?
     Repro(repro::Options),
-    /// Show the variants: id, label, reference, whether safe, default tree policy
+    /// Show the variants: id, label, whether safe and standard, default tree policy, reference
     List(list::Options),
     /// Hold every variant's verdicts against the exact truth
     Verify(verify::Options),
