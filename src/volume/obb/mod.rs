@@ -2,6 +2,7 @@
 //! the effect of each can be measured apart.
 
 pub mod centre;
+pub mod exit;
 pub mod frame;
 
 use super::separating_axes::{box_contains, gap_mm, pad_mm, separated, widened_abs};
@@ -38,6 +39,14 @@ pub struct Obb<R> {
 pub struct ObbPose {
     rotation: Matrix3<f64>,
     translation: Vector,
+}
+
+impl<R> Obb<R> {
+    /// The same box under another rule's name: a rule matters only while a box is fitted.
+    #[must_use]
+    pub fn renamed<S>(self) -> Obb<S> {
+        Obb { axes: self.axes, centre: self.centre, half: self.half, rule: PhantomData }
+    }
 }
 
 impl<R: ObbRule> BoundingVolume for Obb<R> {
