@@ -172,7 +172,7 @@ impl Plan {
     }
 }
 
-fn choose(ids: &[String], registry: &Registry) -> Result<Vec<Variant>, PlanError> {
+pub(super) fn choose(ids: &[String], registry: &Registry) -> Result<Vec<Variant>, PlanError> {
     if ids.is_empty() {
         return Ok(registry.variants().to_vec());
     }

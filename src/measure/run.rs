@@ -349,6 +349,10 @@ impl Run {
             crate::record::SummaryRow::FILE,
             crate::record::RatioRow::FILE,
             crate::record::ClaimRow::FILE,
+            crate::record::CostRow::FILE,
+            crate::record::CostChunkRow::FILE,
+            crate::record::DeadlineRow::FILE,
+            crate::record::RepayRow::FILE,
             "report.md",
             "plots",
             UNITS,
@@ -365,7 +369,7 @@ const fn stage_folder(stage: Stage) -> &'static str {
     }
 }
 
-fn new_manifest(plan: &Plan) -> Manifest {
+pub(super) fn new_manifest(plan: &Plan) -> Manifest {
     Manifest {
         schema: SCHEMA,
         request: plan.request(),
@@ -382,7 +386,7 @@ fn new_manifest(plan: &Plan) -> Manifest {
 }
 
 /// What keeps one run from being continued as the other; the command line, the load and such do not.
-fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
+pub(super) fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
     let program = |manifest: &Manifest| {
         let program = &manifest.program;
         (program.version.clone(), program.git_revision.clone(), program.rustc.clone(), program.flags.clone())
@@ -400,7 +404,7 @@ fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
 }
 
 /// Writes a unit's files into a folder beside its own and renames it when they are whole.
-fn write_unit(unit: &Path, write: impl FnOnce(&Path) -> Result<(), RecordError>) -> Result<(), RecordError> {
+pub(super) fn write_unit(unit: &Path, write: impl FnOnce(&Path) -> Result<(), RecordError>) -> Result<(), RecordError> {
     let temporary = unit.with_extension("partial");
     remove(&temporary)?;
     fs::create_dir_all(&temporary).map_err(RecordError::io("create", &temporary))?;
@@ -409,7 +413,7 @@ fn write_unit(unit: &Path, write: impl FnOnce(&Path) -> Result<(), RecordError>)
 }
 
 /// Removes a file or a folder with all that is in it; one that is not there is fine.
-fn remove(path: &Path) -> Result<(), RecordError> {
+pub(super) fn remove(path: &Path) -> Result<(), RecordError> {
     let result = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
     match result {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(RecordError::io("remove", path)(error)),
