@@ -123,7 +123,7 @@ fn least_squares(rows: &[Costs], free: [bool; 3]) -> Option<Costs> {
     let n = columns.len();
     // Normal equations with columns scaled to unit length, so that counts of different sizes do not matter.
     let scale: Vec<f64> = columns.iter().map(|&i| rows.iter().map(|row| row[i].powi(2)).sum::<f64>().sqrt()).collect();
-    if scale.iter().any(|length| !(*length > 0.0)) {
+    if scale.iter().any(|length| *length == 0.0 || length.is_nan()) {
         return None;
     }
     let mut matrix: Vec<Vec<f64>> = (0..n)
@@ -143,10 +143,8 @@ fn least_squares(rows: &[Costs], free: [bool; 3]) -> Option<Costs> {
         }
         for r in (0..n).filter(|&r| r != pivot) {
             let factor = matrix[r][pivot] / matrix[pivot][pivot];
-            for c in pivot..=n {
-                let above = matrix[pivot][c];
-                matrix[r][c] -= factor * above;
-            }
+            let above = matrix[pivot].clone();
+            matrix[r].iter_mut().zip(above).for_each(|(entry, above)| *entry -= factor * above);
         }
     }
     let mut costs = [0.0; 3];

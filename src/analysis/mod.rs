@@ -7,6 +7,7 @@ pub mod cost;
 pub mod factorial;
 pub mod judge;
 pub mod misses;
+pub mod peers;
 pub mod ratios;
 pub mod stats;
 pub mod summary;

@@ -203,6 +203,25 @@ pub fn bootstrap(groups: &[Group], launches: usize, seed: u64, purpose: &str) ->
     (groups.iter().zip(&mut draws).map(|(group, draws)| interval(group.mean(), draws)).collect(), all)
 }
 
+/// The ratio of two sums over paired observations, (numerator, denominator), with a percentile interval from
+/// [`RESAMPLES`] resamples of pairs within each group. No group is empty.
+#[must_use]
+pub fn bootstrap_ratio(groups: &[Vec<(f64, f64)>], seed: u64, purpose: &str) -> Interval {
+    let mut generator = generator(seed, purpose);
+    let add = |sum: (f64, f64), pair: &(f64, f64)| (sum.0 + pair.0, sum.1 + pair.1);
+    let all = groups.iter().flatten().fold((0.0, 0.0), add);
+    let mut draw = |_| {
+        let mut sum = (0.0, 0.0);
+        for group in groups {
+            sum = (0..group.len()).fold(sum, |sum, _| add(sum, &group[below(&mut generator, group.len())]));
+        }
+        sum.0 / sum.1
+    };
+    let mut draws: Vec<f64> = (0..RESAMPLES).map(&mut draw).filter(|ratio| ratio.is_finite()).collect();
+    draws.sort_unstable_by(f64::total_cmp);
+    Interval { value: all.0 / all.1, low: quantile(&draws, 0.025), high: quantile(&draws, 0.975) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -293,6 +312,19 @@ mod tests {
         let (each, all) = bootstrap(&[small, large], 1, 1, "test");
         assert_eq!(each.iter().map(|i| i.value).collect::<Vec<_>>(), [1.0, 3.0]);
         assert_eq!(all, Interval::exact(2.0));
+    }
+
+    /// Numerators 0 to 99 over denominators of 1: the ratio is the mean, and its interval that of the mean above. Pairs
+    /// that are all in the same proportion leave no doubt about it.
+    #[test]
+    fn the_ratio_of_sums_spreads_as_its_pairs_do() {
+        let ratio = bootstrap_ratio(&[(0..100).map(|i| (f64::from(i), 1.0)).collect()], 7, "test");
+        let error = (1e4_f64 / 12.0 / 100.0).sqrt();
+        close(ratio.value, 49.5, 1e-12);
+        close(ratio.low, 49.5 - Z_95 * error, 0.2 * error);
+        close(ratio.high, 49.5 + Z_95 * error, 0.2 * error);
+        let paired = [(1..40).map(|i| (2.0 * f64::from(i), f64::from(i))).collect(), vec![(1e6, 5e5)]];
+        assert_eq!(bootstrap_ratio(&paired, 7, "test"), Interval::exact(2.0));
     }
 
     #[test]

@@ -4,14 +4,17 @@
 //! rate, and goes straight. A feed whose rate hangs on a spindle speed that is not known takes no time.
 
 use crate::gcode::{Axis, MoveKind, Position, Sample, path};
-use crate::scene::pairs::Range;
+use crate::scene::pairs::{Range, Reach};
 use crate::scene::{ProgramRun, Rates, Scene, TipFault};
+use std::collections::BTreeMap;
 
 /// A program's samples with their times. Place 0 is where the machine stands at first, place n + 1 is sample n; places
 /// between are straight between their neighbours.
 pub struct Path<'a> {
     run: &'a ProgramRun,
     samples: Vec<Sample>,
+    /// The tool in the spindle during each move.
+    tools: Vec<u32>,
     /// When each move begins, s, and when the last one ends.
     begins: Vec<f64>,
 }
@@ -37,7 +40,7 @@ impl<'a> Path<'a> {
             begins.push(time);
             from = step.end;
         }
-        Ok(Self { run, samples, begins })
+        Ok(Self { run, samples, tools: run.tools(), begins })
     }
 
     /// The samples.
@@ -46,10 +49,23 @@ impl<'a> Path<'a> {
         &self.samples
     }
 
-    /// The range of every axis over the program.
+    /// The range of every axis over the program, and over what of it each tool is in the spindle.
     #[must_use]
-    pub fn range(&self) -> Option<Range> {
-        Range::of((0..=self.samples.len()).map(|at| self.position(at)))
+    pub fn reach(&self) -> Reach {
+        let mut axes = Range::at(self.position(0));
+        let mut tools = BTreeMap::from([(self.tool(0), axes)]);
+        for at in 1..=self.samples.len() {
+            let position = self.position(at);
+            axes.take_in(&position);
+            tools.entry(self.tool(at)).or_insert_with(|| Range::at(position)).take_in(&position);
+        }
+        Reach { axes, tools: Some(tools) }
+    }
+
+    /// The tool in the spindle at a whole place and on the way to it.
+    #[must_use]
+    pub fn tool(&self, at: usize) -> u32 {
+        if at == 0 { self.run.setup.tool } else { self.tools[self.samples[at - 1].move_index] }
     }
 
     /// The position at a whole place.
@@ -81,13 +97,22 @@ impl<'a> Path<'a> {
         if place <= 0.0 {
             return 0.0;
         }
+        let index = self.sample_at(place).move_index;
+        let (begin, end) = (self.begins[index], self.begins[index + 1]);
+        begin + self.fraction(place) * (end - begin)
+    }
+
+    /// How much of the move that a place belongs to is done there, 0 to 1.
+    #[must_use]
+    pub fn fraction(&self, place: f64) -> f64 {
+        if place <= 0.0 {
+            return 0.0;
+        }
         let to = self.sample_at(place);
         let before = (place.ceil() as usize).checked_sub(2).map(|at| &self.samples[at]);
         let from = before.filter(|before| before.move_index == to.move_index).map_or(0.0, |before| before.fraction);
         let part = if place.fract() == 0.0 { 1.0 } else { place.fract() };
-        let fraction = from + part * (to.fraction - from);
-        let (begin, end) = (self.begins[to.move_index], self.begins[to.move_index + 1]);
-        begin + fraction * (end - begin)
+        from + part * (to.fraction - from)
     }
 
     /// How long the program takes, s.

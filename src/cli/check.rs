@@ -156,7 +156,7 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
     ));
     say(format!(
         "{} of {} pairs examined (`bvbench scene pairs` says why), {} poses of the path, {} distance queries",
-        kept - outcome.touching_at_start.len(),
+        kept,
         outcome.decisions.len(),
         outcome.samples,
         outcome.queries,
@@ -164,7 +164,7 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
     let rate = outcome.samples as f64 / seconds;
     say(format!("{seconds:.2} s with {}: {rate:.0} poses per second", variant.info.id));
     for &pair in &outcome.touching_at_start {
-        say(format!("not examined, in contact from the start: {}", scene.pair_name(pair)));
+        say(format!("in contact at first, examined once apart by 1 mm: {}", scene.pair_name(pair)));
     }
 }
 
@@ -177,6 +177,7 @@ fn table(scene: &Scene, events: &[&Event], end: &str) -> Table {
     }
     for event in events {
         let what = match event.kind {
+            Kind::Collision if event.inside => "COLLISION, inside".to_owned(),
             Kind::Collision => "COLLISION".to_owned(),
             Kind::RapidIntoWorkpiece => "RAPID INTO WORKPIECE".to_owned(),
             Kind::Near { zone_mm } => format!("nearer than {zone_mm} mm"),
@@ -220,7 +221,7 @@ fn extent_json(extent: &Extent) -> Value {
         |axis: Axis| if axis.is_rotary() { extent.position[axis].to_degrees() } else { extent.position[axis] };
     let position: serde_json::Map<String, Value> =
         Axis::ALL.iter().map(|&axis| (axis.letter().to_string(), json!(degrees(axis)))).collect();
-    json!({ "line": extent.line, "time_s": extent.time_s, "rapid": extent.rapid, "position": position })
+    json!({ "line": extent.line, "fraction": extent.fraction, "time_s": extent.time_s, "rapid": extent.rapid, "position": position })
 }
 
 fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome, seconds: f64) -> Value {
@@ -229,7 +230,7 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         let zone = if let Kind::Near { zone_mm } = event.kind { Some(zone_mm) } else { None };
         json!({
             "kind": event.kind.name(), "zone_mm": zone, "line": event.first.line, "block": event.block,
-            "pair": [name(event.pair.a), name(event.pair.b)], "least_mm": event.least_mm, "to_the_end": event.to_the_end,
+            "pair": [name(event.pair.a), name(event.pair.b)], "least_mm": event.least_mm, "inside": event.inside, "to_the_end": event.to_the_end,
             "first": extent_json(&event.first), "last": extent_json(&event.last), "nearest": extent_json(&event.nearest),
         })
     });
@@ -255,6 +256,7 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
         "last_time_s",
         "least_mm",
         "least_line",
+        "inside",
     ]
     .map(str::to_owned)
     .to_vec();
@@ -276,6 +278,7 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
             event.last.time_s.to_string(),
             event.least_mm.to_string(),
             event.nearest.line.to_string(),
+            event.inside.to_string(),
         ];
         let position = &event.first.position;
         let value = |&axis: &Axis| if axis.is_rotary() { position[axis].to_degrees() } else { position[axis] };

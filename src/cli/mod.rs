@@ -11,6 +11,7 @@ mod launch;
 mod list;
 mod measure;
 mod options;
+mod peers;
 mod plot;
 mod progress;
 mod report;
@@ -44,7 +45,7 @@ Examples:
   bvbench repro                          check the paper: everything, in two minutes
   bvbench repro --profile smoke          the same in half a minute, to see that it works
   bvbench list                           the variants
-  bvbench verify --scene lathe-toolpost  verdicts of all variants against the exact truth
+  bvbench verify --scene lathe-toolpost  verdicts of the standard variants against the exact truth
   bvbench measure --variant ID --variant ID --out results/two
   bvbench report --out results/quick     write the report of a run again
   bvbench audit --profile smoke          what really makes a box good
@@ -58,7 +59,7 @@ Exit codes: 0 all is well, 1 a safe variant missed a contact or a program collid
 enum Verb {
     /// Verify, measure, analyse, plot and report: does the paper hold?
     Repro(repro::Options),
-    /// Show the variants: id, label, reference, whether safe, default tree policy
+    /// Show the variants: id, label, whether safe and standard, default tree policy, reference
     List(list::Options),
     /// Hold every variant's verdicts against the exact truth
     Verify(verify::Options),
@@ -80,6 +81,8 @@ enum Verb {
     Scene(scene::Options),
     /// Print the canonical moves of a program
     Gcode(gcode::Options),
+    /// Compare whole engines, ours and others, on the same poses
+    Peers(peers::Options),
     /// Carry out one timing launch of a run in this process (called by `measure`)
     #[command(hide = true)]
     Launch(launch::Options),
@@ -121,6 +124,7 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Check(options) => check::run(&options, registry),
         Verb::Scene(options) => scene::run(&options),
         Verb::Gcode(options) => gcode::run(&options),
+        Verb::Peers(options) => peers::run(&options, registry),
         Verb::Launch(options) => launch::run(&options, registry),
     }
 }

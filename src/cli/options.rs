@@ -23,7 +23,7 @@ pub struct RunOptions {
     /// Scene by name or by path; repeatable [default: the paper's two]
     #[arg(long = "scene", value_name = "NAME|PATH")]
     scenes: Vec<String>,
-    /// Variant by id (see `list`); repeatable [default: all]
+    /// Variant by id (see `list`), or `all`; repeatable [default: the standard ones]
     #[arg(long = "variant", value_name = "ID")]
     variants: Vec<String>,
     /// Workload by name: program, approach, random, recorded; repeatable [default: all]

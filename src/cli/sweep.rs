@@ -76,7 +76,7 @@ fn carry_out(sweep: Sweep, options: &Options, registry: &Registry, folder: &Path
     run.run(!options.counts_only, &bar)?;
     bar.finish();
     analyze_sweep(folder)?;
-    let gallery = crate::plot::draw_sweep(folder, sweep.about)?;
+    let gallery = crate::plot::draw_sweep(folder, sweep.about, sweep.axis)?;
     Ok(gallery.figures.iter().map(|figure| folder.join(&figure.png)).collect())
 }
 

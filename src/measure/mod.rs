@@ -2,7 +2,8 @@
 //!
 //! Reading order: [`profile`] (how much), [`plan`] (what), [`judged`] (poses with their truth), [`accuracy`],
 //! [`counts`], [`shape`], then the timed part: [`timer`], [`chunk`], [`query`], [`build`]; [`environment`] says where;
-//! [`run`] puts a run's folder together and resumes it. [`audit`] and [`sweep`] are experiments of their own.
+//! [`run`] puts a run's folder together and resumes it. [`audit`] and [`sweep`] are experiments of their own; [`peers`]
+//! compares whole engines, each in its own process.
 
 pub mod accuracy;
 pub mod audit;
@@ -11,6 +12,7 @@ pub mod chunk;
 pub mod counts;
 pub mod environment;
 pub mod judged;
+pub mod peers;
 pub mod plan;
 pub mod profile;
 pub mod query;

@@ -25,7 +25,7 @@ const UNITS: &str = "units";
 /// File of a timing unit: one complaint about noise per line.
 const NOISE_FILE: &str = "noise.txt";
 /// How many times more poses are generated than measured, so that every stratum fills its share.
-const POSE_RESERVE: usize = 4;
+pub(super) const POSE_RESERVE: usize = 4;
 
 /// Why a run could not be opened or carried on.
 #[derive(Debug, Error)]
@@ -187,7 +187,8 @@ impl Run {
         for scene in &self.plan.scenes {
             let unit = self.unit_folder(stage_folder(Stage::Verify)).join(&scene.name);
             if !unit.exists() {
-                let judged = judged::judge(&self.plan, scene, poses, self.cache.as_ref(), progress)?;
+                let judged =
+                    judged::judge(&self.plan, scene, poses, judged::Strata::Spared, self.cache.as_ref(), progress)?;
                 let rows = accuracy::verify_scene(&self.plan, scene, &judged, progress);
                 write_unit(&unit, |folder| write_rows(folder, &rows))?;
             }
@@ -290,7 +291,14 @@ impl Run {
         progress: &dyn Progress,
     ) -> Result<(Vec<JudgedPair>, Vec<chunk::Chunk>), MeasureError> {
         let poses = self.plan.budget.measure_poses;
-        let judged = judged::judge(&self.plan, scene, poses * POSE_RESERVE, self.cache.as_ref(), progress)?;
+        let judged = judged::judge(
+            &self.plan,
+            scene,
+            poses * POSE_RESERVE,
+            judged::Strata::Found,
+            self.cache.as_ref(),
+            progress,
+        )?;
         let chunks = chunk::select(&judged, poses);
         Ok((judged, chunks))
     }

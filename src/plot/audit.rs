@@ -95,11 +95,11 @@ fn factors(cells: &str, name: &'static str, effects: &[AuditEffectRow], shares: 
             .filter(|row| varies(&row.term))
             .cloned()
             .collect();
-        let of_factor = |factor: &&str| {
+        let of_factor = |factor: &str| {
             let rows = effects.iter().filter(|row| row.cells == cells && row.response == *response);
-            rows.filter(|row| row.term == **factor && together(&row.scene)).cloned().collect()
+            rows.filter(|row| row.term == factor && together(&row.scene)).cloned().collect()
         };
-        let effects = FACTORS.iter().filter(|factor| varies(factor)).map(|factor| of_factor(&factor)).collect();
+        let effects = FACTORS.iter().filter(|factor| varies(factor)).map(|factor| of_factor(factor)).collect();
         (!shares.is_empty()).then(|| Response { title: title_of(response), shares, effects })
     });
     let responses: Vec<Response> = responses.collect();

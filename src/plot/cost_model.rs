@@ -10,10 +10,13 @@ use plotters::prelude::*;
 
 const PANEL: (u32, u32) = (760, 700);
 
+/// A chunk: its variant, its time as measured and as predicted, ns.
+type Point = (Entry, f64, f64);
+
 /// A panel for each scene.
 #[derive(Clone, Debug)]
 pub struct CostModel {
-    panels: Vec<(String, Vec<(Entry, f64, f64)>)>,
+    panels: Vec<(String, Vec<Point>)>,
     entries: Vec<Entry>,
 }
 
@@ -55,7 +58,7 @@ impl Drawing for CostModel {
     }
 }
 
-fn panel<DB: DrawingBackend>(area: &Area<DB>, scene: &str, points: &[(Entry, f64, f64)]) -> DrawResult<DB> {
+fn panel<DB: DrawingBackend>(area: &Area<DB>, scene: &str, points: &[Point]) -> DrawResult<DB> {
     let (low, high) = Scale::Log.range(points.iter().flat_map(|(_, measured, predicted)| [*measured, *predicted]));
     let axis = || Axis { ends: (low, high), ticks: Scale::Log.ticks(low, high) };
     let mut chart = ChartBuilder::on(area)

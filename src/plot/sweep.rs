@@ -16,20 +16,21 @@ const MEASURES: [(&str, &str, Scale); 5] = [
     ("delay", "travel before the contact is reported, mm", Scale::Log),
 ];
 
-/// Draws the sweep in `folder`, into its `plots/`. `about` says what is swept.
+/// Draws the sweep in `folder`, into its `plots/`. `about` says what is swept, `axis` what its axis
+/// measures.
 ///
 /// # Errors
 /// When a record is missing or malformed, or the figure cannot be written.
-pub fn draw_sweep(folder: &Path, about: &str) -> Result<Gallery, PlotError> {
+pub fn draw_sweep(folder: &Path, about: &str, axis: &'static str) -> Result<Gallery, PlotError> {
     let variants = entries(&Manifest::read(folder)?);
     let rows: Vec<SweepSummaryRow> = read_rows(folder)?;
     let mut gallery = Gallery::default();
-    add(folder, &mut gallery, sketch(&variants, &rows, about))?;
+    add(folder, &mut gallery, sketch(&variants, &rows, about, axis))?;
     write_index(&folder.join(FOLDER), &gallery)?;
     Ok(gallery)
 }
 
-fn sketch(variants: &[Entry], rows: &[SweepSummaryRow], about: &str) -> Sketch<Grouped> {
+fn sketch(variants: &[Entry], rows: &[SweepSummaryRow], about: &str, axis: &'static str) -> Sketch<Grouped> {
     let mut values: Vec<f64> = Vec::new();
     for row in rows {
         if !values.contains(&row.x) {
@@ -55,7 +56,7 @@ fn sketch(variants: &[Entry], rows: &[SweepSummaryRow], about: &str) -> Sketch<G
         Panel {
             title: stratum.map_or_else(|| metric.1.to_owned(), |stratum| format!("{}, {}", metric.1, stratum.id())),
             measure: metric.1,
-            sorted_by: "",
+            sorted_by: axis,
             scale: metric.2,
             form: Form::Lines,
             categories: values.iter().map(|x| number(*x)).collect(),

@@ -8,6 +8,7 @@ pub mod audit;
 pub mod cost;
 pub mod file;
 pub mod manifest;
+pub mod peers;
 pub mod rows;
 pub mod sweep;
 pub mod vocabulary;
@@ -22,6 +23,7 @@ pub use audit::{
 pub use cost::{CostChunkRow, CostRow, DeadlineRow, RepayRow};
 pub use file::{RecordError, for_each_row, read_rows, write_bytes, write_rows, write_text};
 pub use manifest::Manifest;
+pub use peers::{PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow};
 pub use rows::{
     BuildRow, ClaimRow, OutlineRow, QueryRow, RatioRow, Row, SummaryRow, TightnessRow, TimingRow, TreeRow,
     VerificationRow,

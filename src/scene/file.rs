@@ -49,6 +49,8 @@ pub struct SceneFile {
 pub struct CheckFile {
     /// Pairs of parts never examined.
     pub ignore: Vec<Spanned<[String; 2]>>,
+    /// Pairs of parts that may touch.
+    pub allow: Vec<Spanned<[String; 2]>>,
     /// Rapid rate of X, Y, Z, U, V, W, mm/min.
     pub rapid_mm_min: Option<f64>,
     /// Rapid rate of A, B, C, degrees/min.
@@ -92,6 +94,8 @@ pub struct PartFile {
     /// What it is to the work.
     #[serde(default)]
     pub role: Role,
+    /// The tool that it belongs to: mounted only while that tool is in the spindle.
+    pub tool: Option<u32>,
     /// Its frame in its link's.
     #[serde(default)]
     pub at: PlacementFile,

@@ -4,7 +4,7 @@ use super::error::{Place, SceneError};
 use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, SceneFile, TipFile};
 use super::folder::Folder;
 use super::program::{self, ProgramRun};
-use super::{Approach, Expected, Overrides, Pair, Part, Rates, Recording, Scene, recording};
+use super::{Approach, Expected, Overrides, Pair, Part, Rates, Recording, Role, Scene, recording};
 use crate::gcode::Position;
 use crate::geometry::{Mesh, Point, Vector, import};
 use crate::machine::tip::TipControl;
@@ -82,7 +82,10 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         Some(random) => random.iter().map(|pair| find_pair(&document, &parts, pair)).collect::<Result<_, _>>()?,
         None => pairs.clone(),
     };
-    let ignored = scene.check.ignore.iter().map(|pair| find_pair(&document, &parts, pair)).collect::<Result<_, _>>()?;
+    let find_all = |pairs: &[Spanned<[String; 2]>]| -> Result<Vec<Pair>, SceneError> {
+        pairs.iter().map(|pair| find_pair(&document, &parts, pair)).collect()
+    };
+    let (ignored, allowed) = (find_all(&scene.check.ignore)?, find_all(&scene.check.allow)?);
     let expected = scene
         .check
         .expect
@@ -101,6 +104,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         pairs,
         names_pairs: scene.pairs.is_some(),
         ignored,
+        allowed,
         rates,
         expected,
         program,
@@ -166,8 +170,12 @@ fn add_parts(
             let message = format!("the placement of part `{name}` is not finite");
             return Err(SceneError::Meaning { place: place(), message });
         }
-        let mesh = part_mesh(folder, document, file, overrides)?;
-        parts.push(Part { name: name.clone(), mesh: Arc::new(mesh), link, link_from_part, role: file.role });
+        if file.tool.is_some() && matches!(file.role, Role::Workpiece | Role::Fixture) {
+            let message = format!("part `{name}` belongs to a tool, so it cannot be a {}", file.role.name());
+            return Err(SceneError::Meaning { place: place(), message });
+        }
+        let mesh = Arc::new(part_mesh(folder, document, file, overrides)?);
+        parts.push(Part { name: name.clone(), mesh, link, link_from_part, role: file.role, tool: file.tool });
     }
     Ok(())
 }
@@ -327,15 +335,23 @@ fn find_pair(document: &Document, parts: &[Part], names: &Spanned<[String; 2]>) 
     if pair.a == pair.b {
         return Err(SceneError::Meaning { place: place(), message: format!("part `{a}` is paired with itself") });
     }
+    if let (Some(one), Some(other)) = (parts[pair.a].tool, parts[pair.b].tool)
+        && one != other
+    {
+        let message = format!("`{a}` belongs to tool {one} and `{b}` to tool {other}: they are never there together");
+        return Err(SceneError::Meaning { place: place(), message });
+    }
     Ok(pair)
 }
 
-/// Every two parts that something can move against each other: a joint between their links, or recorded poses.
+/// Every two parts that something can move against each other: a joint between their links, or recorded poses. Parts of
+/// different tools are never there together.
 fn movable_pairs(machine: &Machine, parts: &[Part], recorded: bool) -> Vec<Pair> {
     let body = |part: usize| machine.rigid_body(parts[part].link);
     (0..parts.len())
         .flat_map(|a| (a + 1..parts.len()).map(move |b| Pair { a, b }))
         .filter(|&Pair { a, b }| recorded || body(a) != body(b))
+        .filter(|&Pair { a, b }| parts[a].tool.is_none() || parts[b].tool.is_none() || parts[a].tool == parts[b].tool)
         .collect()
 }
 

@@ -38,6 +38,8 @@ pub struct Part {
     pub link_from_part: Isometry,
     /// What it is to the work.
     pub role: Role,
+    /// The tool that it belongs to: it is there only while that tool is in the spindle. `None` is always there.
+    pub tool: Option<u32>,
 }
 
 /// What a part is to the work: decides which contact is intended.
@@ -51,6 +53,27 @@ pub enum Role {
     Workpiece,
     /// Cuts: may touch the workpiece in a feed move.
     Cutter,
+    /// The smooth part of a tool between cutter and holder; touches nothing.
+    Shank,
+    /// Holds a tool; touches nothing.
+    Holder,
+    /// Holds the workpiece; touches nothing that moves against it, unless the scene allows it.
+    Fixture,
+}
+
+impl Role {
+    /// Its name in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Machine => "machine",
+            Self::Workpiece => "workpiece",
+            Self::Cutter => "cutter",
+            Self::Shank => "shank",
+            Self::Holder => "holder",
+            Self::Fixture => "fixture",
+        }
+    }
 }
 
 /// What `check` needs to know of a scene beside its parts and motion.
@@ -78,6 +101,14 @@ pub struct Pair {
     pub a: usize,
     /// The other part.
     pub b: usize,
+}
+
+impl Pair {
+    /// Whether both are the same two parts, in whatever order.
+    #[must_use]
+    pub fn is(self, other: Self) -> bool {
+        self == other || self == Self { a: other.b, b: other.a }
+    }
 }
 
 /// A straight line along which a pair's part `b` comes to part `a`.
@@ -122,6 +153,8 @@ pub struct Scene {
     pub names_pairs: bool,
     /// Pairs that `check` never examines.
     pub ignored: Vec<Pair>,
+    /// Pairs that may touch: never a collision.
+    pub allowed: Vec<Pair>,
     /// How fast the machine's rapid moves are.
     pub rates: Rates,
     /// Collisions that the program is known to have.
@@ -207,10 +240,35 @@ impl Scene {
         format!("{}:{}", self.parts[pair.a].name, self.parts[pair.b].name)
     }
 
+    /// Whether the scene itself names a pair for examination.
+    #[must_use]
+    pub fn names(&self, pair: Pair) -> bool {
+        self.names_pairs && self.pairs.iter().any(|named| named.is(pair))
+    }
+
     /// Index of the part with a name.
     #[must_use]
     pub fn part(&self, name: &str) -> Option<usize> {
         self.parts.iter().position(|part| part.name == name)
+    }
+
+    /// Whether anything is mounted only while its tool is in the spindle.
+    #[must_use]
+    pub fn changes_tools(&self) -> bool {
+        self.parts.iter().any(|part| part.tool.is_some())
+    }
+
+    /// Whether both parts of a pair are there while `tool` is in the spindle.
+    #[must_use]
+    pub fn is_mounted(&self, pair: Pair, tool: u32) -> bool {
+        [pair.a, pair.b].iter().all(|&part| self.parts[part].tool.is_none_or(|own| own == tool))
+    }
+
+    /// The tool without which a pair is not there; `None` where it always is. Of parts of different tools, which are never a
+    /// pair, the first part's.
+    #[must_use]
+    pub fn tool_of(&self, pair: Pair) -> Option<u32> {
+        self.parts[pair.a].tool.or(self.parts[pair.b].tool)
     }
 
     /// `world_from_part` when the links are at `poses`.

@@ -129,6 +129,19 @@ impl ProgramRun {
         Ok(())
     }
 
+    /// The tool in the spindle during each move, 0 for none; a tool change has the new one.
+    #[must_use]
+    pub fn tools(&self) -> Vec<u32> {
+        let mut tool = self.setup.tool;
+        let during = |step: &gcode::Move| {
+            if let gcode::MoveKind::ToolChange { tool: new } = step.kind {
+                tool = new;
+            }
+            tool
+        };
+        self.program.moves.iter().map(during).collect()
+    }
+
     /// A program for a scene that has none: a mill's controller that starts at zero.
     ///
     /// # Errors

@@ -13,7 +13,15 @@ const CORRECTIONS: usize = 8;
 
 /// Machine poses along the path, about `count` of them, with their program lines.
 pub struct Run {
-    poses: Vec<(u32, Poses)>,
+    poses: Vec<MachinePose>,
+}
+
+/// The machine at a moment of the program.
+struct MachinePose {
+    line: u32,
+    /// The tool in the spindle.
+    tool: u32,
+    poses: Poses,
 }
 
 impl Run {
@@ -24,27 +32,29 @@ impl Run {
     pub fn new(scene: &Scene, run: &ProgramRun, count: usize) -> Result<Self, WorkloadError> {
         let mut samples = sampled(run, count);
         run.follow_tip(&scene.machine, &mut samples)?;
+        let tools = run.tools();
         let mut poses = Vec::with_capacity(samples.len());
-        for Sample { position, line, .. } in samples {
+        for Sample { position, line, move_index, .. } in samples {
             scene.machine.check_limits(&position).map_err(|cause| WorkloadError::OutOfLimits {
                 file: run.file.clone(),
                 line,
                 cause,
             })?;
-            poses.push((line, scene.machine.forward(&position)));
+            poses.push(MachinePose { line, tool: tools[move_index], poses: scene.machine.forward(&position) });
         }
         Ok(Self { poses })
     }
 
-    /// The poses of one pair. Neighbours on the path form blocks, and a block is a cluster.
+    /// The poses of one pair, while both parts are there. Neighbours on the path form blocks, and a block is a cluster.
     pub fn poses_of(&self, scene: &Scene, pair: Pair) -> Vec<PosedPair> {
-        let pose = |(index, (line, poses)): (usize, &(u32, Poses))| PosedPair {
-            a_from_b: scene.a_from_b(pair, poses),
+        let pose = |(index, at): (usize, &MachinePose)| PosedPair {
+            a_from_b: scene.a_from_b(pair, &at.poses),
             cluster: block_of(index),
-            line: Some(*line),
+            line: Some(at.line),
             depth_mm: None,
         };
-        self.poses.iter().enumerate().map(pose).collect()
+        let mounted = self.poses.iter().filter(|at| scene.is_mounted(pair, at.tool));
+        mounted.enumerate().map(pose).collect()
     }
 }
 

@@ -8,7 +8,9 @@ use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
 use crate::tree::{Axes, Policy, SplitRule, Tree};
 use crate::volume::Info;
 use crate::volume::obb::centre::{AtMean, CentreRule, MidExtent, SymmetricAboutMean};
-use crate::volume::obb::frame::{AreaCovariance, FrameRule, VertexCovariance};
+use crate::volume::obb::dito::Dito14;
+use crate::volume::obb::frame::{AreaCovariance, FrameRule, HullAreaCovariance, VertexCovariance};
+use crate::volume::obb::minimum::MinimumVolume;
 use crate::volume::obb::{Obb, ObbRule};
 use nalgebra::Matrix3;
 use std::fmt::Debug;
@@ -41,8 +43,13 @@ struct Orientation {
 }
 
 /// The orientations, a line each.
-const ORIENTATIONS: [Orientation; 2] =
-    [Orientation::of::<VertexCovariance>("vertex"), Orientation::of::<AreaCovariance>("area")];
+const ORIENTATIONS: [Orientation; 5] = [
+    Orientation::of::<VertexCovariance>("vertex"),
+    Orientation::of::<AreaCovariance>("area"),
+    Orientation::of::<HullAreaCovariance>("hull-area"),
+    Orientation::of::<Dito14>("dito"),
+    Orientation::of::<MinimumVolume>("min"),
+];
 
 /// The split rules.
 const SPLITS: [SplitRule; 5] = SplitRule::ALL;

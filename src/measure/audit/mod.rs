@@ -13,7 +13,7 @@ mod count;
 mod time;
 
 use super::chunk::{self, Chunk, Role};
-use super::judged::{self, JudgedPair};
+use super::judged::{self, JudgedPair, Strata};
 use super::plan::{Plan, PlanError, Selection};
 use super::run::{difference, new_manifest, remove, write_unit};
 use super::{MeasureError, Profile, Progress, Silent};
@@ -195,8 +195,9 @@ impl Audit {
     fn questions<'a>(&self, scene: &'a Scene, progress: &dyn Progress) -> Result<Questions<'a>, MeasureError> {
         let poses = self.plan.budget.measure_poses;
         progress.begin(&format!("{}: exact truth", scene.name), 1);
-        let judged = judged::judge(&self.plan, scene, poses * POSE_RESERVE, self.cache.as_ref(), &Silent)?;
-        let chunks = chosen(chunk::select(&judged, poses), self.amount.chunks);
+        let count = poses * POSE_RESERVE;
+        let judged = judged::judge(&self.plan, scene, count, Strata::Found, self.cache.as_ref(), &Silent)?;
+        let chunks = chosen(&chunk::select(&judged, poses), self.amount.chunks);
         Ok(Questions { scene, judged, chunks })
     }
 
@@ -220,7 +221,7 @@ impl Audit {
 }
 
 /// At most `most` chunks of each stratum, evenly spread; those of the control are left out.
-fn chosen(chunks: Vec<Chunk>, most: usize) -> Vec<Chunk> {
+fn chosen(chunks: &[Chunk], most: usize) -> Vec<Chunk> {
     let mut kept = Vec::new();
     for stratum in Stratum::ALL {
         let of_it: Vec<&Chunk> =

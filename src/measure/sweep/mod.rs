@@ -41,6 +41,8 @@ pub struct Sweep {
     pub name: &'static str,
     /// What it shows.
     pub about: &'static str,
+    /// What its horizontal axis measures, with the unit.
+    pub axis: &'static str,
     quantity: Quantity,
     values: &'static [f64],
 }
@@ -50,46 +52,59 @@ pub const SWEEPS: [Sweep; 8] = [
     Sweep {
         name: "grading",
         about: "triangles moved from large faces (below 1) to fine detail (above 1), at the same shape and about the same number",
+        axis: "grading",
         quantity: Quantity::Grading,
         values: &[0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0],
     },
     Sweep {
         name: "flips",
         about: "share of the diagonals of plane quadrilaterals that are flipped: another triangulation of the same surface",
+        axis: "share of diagonals flipped",
         quantity: Quantity::Flips,
         values: &[0.0, 0.25, 0.5, 0.75, 1.0],
     },
     Sweep {
         name: "size",
         about: "density of the tessellation; x is the number of triangles of both bodies",
+        axis: "triangles of both bodies",
         quantity: Quantity::Size,
         values: &[0.06, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0],
     },
     Sweep {
         name: "offset",
         about: "distance before first contact along the line of approach, mm; below 0 past it",
+        axis: "distance before first contact, mm",
         quantity: Quantity::Offset,
         values: &[-5.0, -2.0, -1.0, -0.1, -0.01, 0.01, 0.1, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0],
     },
     Sweep {
         name: "rotation",
         about: "turn of both bodies in their own frames, degrees; nothing moves in the world",
+        axis: "turn of the frames, degrees",
         quantity: Quantity::Rotation,
         values: &[0.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0],
     },
     Sweep {
         name: "aspect",
         about: "length over width of a bar of constant volume that meets the fixture",
+        axis: "length over width",
         quantity: Quantity::Aspect,
         values: &[1.0, 2.0, 5.0, 10.0, 20.0, 50.0],
     },
     Sweep {
         name: "step",
         about: "distance of the samples on a path into contact, mm: how late is the contact reported?",
+        axis: "distance of samples, mm",
         quantity: Quantity::Step,
         values: &[0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0],
     },
-    Sweep { name: "leaf", about: "most triangles in a leaf", quantity: Quantity::Leaf, values: &[1.0, 2.0, 4.0, 8.0] },
+    Sweep {
+        name: "leaf",
+        about: "most triangles in a leaf",
+        axis: "triangles in a leaf",
+        quantity: Quantity::Leaf,
+        values: &[1.0, 2.0, 4.0, 8.0],
+    },
 ];
 
 /// How much a sweep does.
@@ -142,6 +157,9 @@ pub struct SweepRun {
     manifest: Manifest,
     seed: u64,
 }
+
+/// A case with its trees over both bodies.
+type Prepared = (Case, Box<dyn Model>, Box<dyn Model>);
 
 /// The poses of one group in one stratum.
 struct Batch {
@@ -241,7 +259,7 @@ impl SweepRun {
         let stage = stage(self.sweep.quantity, x, self.amount.lines, self.seed)?;
         let triangles = (stage.a.faces().len() + stage.b.faces().len()) as u64;
         let x = if self.sweep.quantity == Quantity::Size { triangles as f64 } else { x };
-        let models: Vec<(Case, Box<dyn Model>, Box<dyn Model>)> = self
+        let models: Vec<Prepared> = self
             .cases
             .iter()
             .map(|case| {
@@ -268,21 +286,14 @@ impl SweepRun {
         Ok(())
     }
 
-    fn count(
-        &self,
-        x: f64,
-        triangles: u64,
-        stage: &Stage,
-        models: &[(Case, Box<dyn Model>, Box<dyn Model>)],
-        batches: &[Batch],
-    ) -> Vec<SweepRow> {
+    fn count(&self, x: f64, triangles: u64, stage: &Stage, models: &[Prepared], batches: &[Batch]) -> Vec<SweepRow> {
         let oracle = PairOracle::new(Arc::clone(&stage.a), Arc::clone(&stage.b));
         let touches = |batch: &Batch| -> Vec<bool> {
             batch.poses.iter().map(|pose| oracle.judge(pose).witness.is_some()).collect()
         };
         let touches: Vec<Vec<bool>> = batches.par_iter().map(touches).collect();
         let rows = models.iter().flat_map(|model| batches.iter().zip(&touches).map(move |(b, t)| (model, b, t)));
-        let row = |((case, a, b), batch, touches): (&(Case, Box<dyn Model>, Box<dyn Model>), &Batch, &Vec<bool>)| {
+        let row = |((case, a, b), batch, touches): (&Prepared, &Batch, &Vec<bool>)| {
             let mut row = empty_row(self.sweep.name, x, case, triangles, batch.group, batch.stratum);
             for (pose, &touching) in batch.poses.iter().zip(touches) {
                 let (verdict, counts) = a.first_counted(b.as_ref(), pose);
@@ -299,12 +310,7 @@ impl SweepRun {
     }
 
     /// Randomised complete blocks: in every block every batch is visited once, and every case runs it in a fresh random order.
-    fn time(
-        &self,
-        x: f64,
-        models: &[(Case, Box<dyn Model>, Box<dyn Model>)],
-        batches: &[Batch],
-    ) -> Vec<SweepTimingRow> {
+    fn time(&self, x: f64, models: &[Prepared], batches: &[Batch]) -> Vec<SweepTimingRow> {
         let mut draw = Draw::new(self.seed, &["sweep", self.sweep.name, "times"], x.to_bits());
         let (mut verdicts, mut rows) = (Vec::new(), Vec::new());
         let mut passes = vec![vec![1; models.len()]; batches.len()];

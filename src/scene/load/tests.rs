@@ -1,4 +1,4 @@
-use super::super::{Pair, Scene, SceneError};
+use super::super::{Pair, Role, Scene, SceneError};
 use crate::gcode::{Axis, Position};
 use crate::geometry::Point;
 use std::path::Path;
@@ -161,6 +161,21 @@ fn whatever_is_wrong_with_a_scene_file_is_said_with_its_place() {
         let text = error_of(&[("scene.toml", &SLIDE.replacen(from, to, 1))]).1;
         assert!(text.starts_with(message), "{text}\nis not\n{message}");
     }
+}
+
+#[test]
+fn parts_of_a_tool_are_told_from_parts_of_others() {
+    let scene = SLIDE.replacen("link = \"slide\"", "link = \"slide\"\nrole = \"holder\"\ntool = 7", 1);
+    let other = format!("{scene}[[parts]]\nname = \"other\"\ntool = 8\nmesh = \"t.stl\"\n");
+    let loaded = load(&[("scene.toml", &other.replace("pairs = [[\"block\", \"tool\"]]", ""))]).unwrap();
+    assert_eq!((loaded.parts[0].role, loaded.parts[0].tool), (Role::Holder, Some(7)));
+    // The block stands in the world, and so does `other`; `tool` and `other` are of different tools.
+    assert_eq!(loaded.pairs, [Pair { a: 0, b: 1 }]);
+    assert!(loaded.is_mounted(loaded.pairs[0], 7) && !loaded.is_mounted(loaded.pairs[0], 8));
+    let text = error_of(&[("scene.toml", &other.replace("[\"block\", \"tool\"]", "[\"other\", \"tool\"]"))]).1;
+    assert_eq!(text, "scene.toml:2:10: `other` belongs to tool 8 and `tool` to tool 7: they are never there together");
+    let text = error_of(&[("scene.toml", &scene.replacen("holder", "fixture", 1))]).1;
+    assert_eq!(text, "scene.toml:7:8: part `tool` belongs to a tool, so it cannot be a fixture");
 }
 
 #[test]

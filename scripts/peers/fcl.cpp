@@ -1,0 +1,72 @@
+// FCL 0.7 (Debian libfcl-dev). First argument: the volume, obb | rss | obbrss | kios | aabb | dop18.
+//
+// OBB, OBBRSS and kIOS keep their trees in the mesh's frame and carry the pose through the traversal; so does RSS for distances.
+// For AABB and k-DOP, FCL copies and re-fits the whole tree of b in a's frame at each query; so it does for RSS in a
+// collision query. Those are called re-fitting, and not offered for distances.
+#include <fcl/fcl.h>
+
+#include "runner.hpp"
+
+using peers::Mode;
+
+template <class Volume, bool measures> struct Fcl {
+  using Pose = fcl::Transform3d;
+  using Model = fcl::BVHModel<Volume>;
+
+  static bool has(Mode mode) { return mode != Mode::distance || measures; }
+
+  static Pose pose(const peers::Matrix& matrix) {
+    Pose pose = Pose::Identity();
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 4; ++j) pose(i, j) = matrix[i][j];
+    return pose;
+  }
+
+  Fcl(const peers::Mesh& a, const peers::Mesh& b) : a_(build(a)), b_(build(b)) {}
+
+  void forget() {}
+
+  double answer(Mode mode, const Pose& a_from_b) {
+    if (mode == Mode::distance) {
+      fcl::DistanceRequestd request;
+      fcl::DistanceResultd result;
+      return std::max(0.0, fcl::distance(a_.get(), identity_, b_.get(), a_from_b, request, result));
+    }
+    const std::size_t most = mode == Mode::all ? std::numeric_limits<std::size_t>::max() : 1;
+    fcl::CollisionRequestd request(most, false);
+    fcl::CollisionResultd result;
+    return static_cast<double>(fcl::collide(a_.get(), identity_, b_.get(), a_from_b, request, result));
+  }
+
+  std::size_t bytes() const { return static_cast<std::size_t>(a_->memUsage(0) + b_->memUsage(0)); }
+
+ private:
+  static std::unique_ptr<Model> build(const peers::Mesh& mesh) {
+    std::vector<fcl::Vector3d> vertices;
+    std::vector<fcl::Triangle> faces;
+    for (const auto& v : mesh.vertices) vertices.emplace_back(v[0], v[1], v[2]);
+    for (const auto& f : mesh.faces) faces.emplace_back(f[0], f[1], f[2]);
+    std::unique_ptr<Model> model(new Model);
+    model->beginModel(static_cast<int>(faces.size()), static_cast<int>(vertices.size()));
+    model->addSubModel(vertices, faces);
+    model->endModel();
+    return model;
+  }
+
+  std::unique_ptr<Model> a_, b_;
+  Pose identity_ = Pose::Identity();
+};
+
+int main(int count, char** words) {
+  std::vector<std::string> arguments(words + 1, words + count);
+  const std::string volume = arguments.empty() ? "" : arguments[0];
+  if (!arguments.empty()) arguments.erase(arguments.begin());
+  if (volume == "obb") return peers::serve<Fcl<fcl::OBBd, false>>(arguments);
+  if (volume == "rss") return peers::serve<Fcl<fcl::RSSd, true>>(arguments);
+  if (volume == "obbrss") return peers::serve<Fcl<fcl::OBBRSSd, true>>(arguments);
+  if (volume == "kios") return peers::serve<Fcl<fcl::kIOSd, true>>(arguments);
+  if (volume == "aabb") return peers::serve<Fcl<fcl::AABBd, false>>(arguments);
+  if (volume == "dop18") return peers::serve<Fcl<fcl::KDOP<double, 18>, false>>(arguments);
+  std::cerr << "error: the first argument is obb, rss, obbrss, kios, aabb or dop18\n";
+  return 2;
+}

@@ -1,0 +1,345 @@
+//! `peers`: whole engines side by side, ours and others, each in a process of its own.
+
+use super::options::use_threads;
+use super::progress::Bar;
+use super::{CLEAR, note, say};
+use crate::analysis::peers::summarise;
+use crate::measure::peers::drive::{self, Amounts, Engine, Found};
+use crate::measure::peers::{Mode, answer, posed};
+use crate::measure::{Plan, Profile, Selection};
+use crate::method::Kind;
+use crate::record::peers::ALL_STRATA;
+use crate::record::rows::Row;
+use crate::record::{PeerRatioRow, PeerRow, RecordError, Stratum, read_rows, write_rows};
+use crate::registry::{Registry, Variant};
+use crate::tree::Policy;
+use crate::truth::TruthCache;
+use anyhow::{Context, Result, ensure};
+use clap::{Args, Subcommand};
+use comfy_table::{CellAlignment, Table, presets};
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  scripts/peers/run --quick              install, build and compare the engines there are runners for\n  bvbench peers export --scene lathe-toolpost --out DIR\n  bvbench peers run --scene lathe-toolpost --out DIR --variant ID --runner 'mine=path/to/runner --flag'\n  bvbench peers table --out DIR\n\nHow to write a runner: docs/adding-a-peer.md"
+)]
+pub struct Options {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    /// Write meshes, poses and truth of a scene as NPY files
+    Export(ExportOptions),
+    /// Ask all engines about the same poses in turn, and hold their times and verdicts side by side
+    Run(CompareOptions),
+    /// Show the comparison in a folder again
+    Table(TableOptions),
+    /// Answer as one of our variants, by the protocol on standard input and output
+    Runner(RunnerOptions),
+}
+
+/// Which poses.
+#[derive(Args)]
+struct PoseOptions {
+    /// Scene by name or by path; repeatable [default: the paper's two]
+    #[arg(long = "scene", value_name = "NAME|PATH")]
+    scenes: Vec<String>,
+    /// Folder for all files
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// What is asked: first (does it collide?), path (the same in fine steps), all (touching pairs of triangles), distance
+    #[arg(long, default_value = "first", value_name = "MODE")]
+    mode: Mode,
+    /// Poses per scene
+    #[arg(long, default_value_t = 2048, value_name = "N")]
+    poses: usize,
+    /// Seed of all randomness
+    #[arg(long, default_value_t = 2011)]
+    seed: u64,
+    /// Threads for finding the truth; engines use one [default: all cores]
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Folder in which exact answers are kept for the next time [default: .truth-cache in the folder for all files]
+    #[arg(long, value_name = "DIR")]
+    cache: Option<PathBuf>,
+    /// Print no progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+#[derive(Args)]
+struct ExportOptions {
+    #[command(flatten)]
+    poses: PoseOptions,
+}
+
+#[derive(Args)]
+struct CompareOptions {
+    #[command(flatten)]
+    poses: PoseOptions,
+    /// Timed rounds
+    #[arg(long, default_value_t = 5, value_name = "N")]
+    rounds: u32,
+    /// A runner, as NAME=PROGRAM ARGUMENTS; repeatable
+    #[arg(long = "runner", value_name = "NAME=COMMAND")]
+    runners: Vec<String>,
+    /// A variant of ours, as ID or ID@POLICY; repeatable [default: the reference variant and the peers in the registry]
+    #[arg(long = "variant", value_name = "ID")]
+    variants: Vec<String>,
+    /// The engine that the others are held against [default: the first runner, else the first variant]
+    #[arg(long, value_name = "NAME")]
+    against: Option<String>,
+}
+
+#[derive(Args)]
+struct TableOptions {
+    /// Folder of the comparison
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// The engine that the others are held against
+    #[arg(long, value_name = "NAME")]
+    against: String,
+    /// Seed of the intervals
+    #[arg(long, default_value_t = 2011)]
+    seed: u64,
+}
+
+#[derive(Args)]
+struct RunnerOptions {
+    /// Variant by id (see `list`)
+    #[arg(long, value_name = "ID")]
+    variant: String,
+    /// Tree policy SPLIT[/AXES[/LEAF]] [default: the variant's own]
+    #[arg(long, value_name = "POLICY")]
+    policy: Option<Policy>,
+    /// first, path, all or distance
+    mode: Mode,
+    /// Folder of the pair
+    pair: PathBuf,
+    /// Folder for the answers
+    out: PathBuf,
+    /// How often at most each pose is asked about
+    rounds: usize,
+}
+
+pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
+    match &options.what {
+        What::Export(options) => export(&options.poses, registry)?,
+        What::Run(options) => compare(options, registry)?,
+        What::Table(options) => show(&options.out, &options.against, options.seed)?,
+        What::Runner(options) => answer_as(options, registry)?,
+    }
+    Ok(CLEAR)
+}
+
+impl PoseOptions {
+    fn plan(&self, registry: &Registry) -> Result<Plan> {
+        use_threads(self.threads)?;
+        // No more than the scenes, the program's workload and the seed are used of it.
+        let workloads = if self.mode == Mode::Path { vec!["program".to_owned()] } else { Vec::new() };
+        let selection = Selection {
+            profile: Profile::Quick,
+            scenes: self.scenes.clone(),
+            variants: Vec::new(),
+            workloads,
+            policies: Vec::new(),
+            seed: self.seed,
+        };
+        Ok(Plan::new(selection, registry)?)
+    }
+
+    fn cache(&self) -> Result<TruthCache> {
+        let folder = self.cache.clone().unwrap_or_else(|| self.out.join(".truth-cache"));
+        TruthCache::at(&folder).context("exact answers cannot be kept; name another folder with --cache")
+    }
+}
+
+fn export(options: &PoseOptions, registry: &Registry) -> Result<()> {
+    let (plan, cache) = (options.plan(registry)?, options.cache()?);
+    let bar = Bar::new(options.quiet);
+    for scene in &plan.scenes {
+        for posed in posed::questions(&plan, scene, options.mode, options.poses, Some(&cache), &bar)? {
+            let folder = drive::pair_folder(&options.out, &scene.name, &posed.pair);
+            posed.write(&folder)?;
+            let touching = posed.questions.iter().filter(|question| question.exact).count();
+            bar.finish();
+            say(format!("{} ({} poses, {touching} touching)", folder.display(), posed.questions.len()));
+        }
+    }
+    Ok(())
+}
+
+fn compare(options: &CompareOptions, registry: &Registry) -> Result<()> {
+    let asked = &options.poses;
+    ensure!(options.rounds > 0, "--rounds 0: at least one round is needed");
+    let engines = engines(options, registry)?;
+    let against = options.against.clone().unwrap_or_else(|| engines[0].name.clone());
+    let (plan, cache) = (asked.plan(registry)?, asked.cache()?);
+    let bar = Bar::new(asked.quiet);
+    let amounts = Amounts { mode: asked.mode, rounds: options.rounds, seed: asked.seed };
+    for scene in &plan.scenes {
+        let pairs = posed::questions(&plan, scene, asked.mode, asked.poses, Some(&cache), &bar)?;
+        let found = drive::compare(&engines, &scene.name, &pairs, amounts, &asked.out, &bar)?;
+        bar.finish();
+        for skipped in &found.skipped {
+            note(format!("SKIPPED: {skipped}"));
+        }
+        keep(&asked.out, &scene.name, found, asked.mode)?;
+    }
+    show(&asked.out, &against, asked.seed)
+}
+
+/// The runners, then our variants.
+fn engines(options: &CompareOptions, registry: &Registry) -> Result<Vec<Engine>> {
+    let own = std::env::current_exe().context("this program's own file cannot be found")?;
+    let own = own.to_str().context("this program's path is not UTF-8")?;
+    let mut engines = Vec::new();
+    for runner in &options.runners {
+        let (name, command) = runner.split_once('=').with_context(|| format!("`{runner}` is not NAME=COMMAND"))?;
+        let command: Vec<String> = command.split_whitespace().map(str::to_owned).collect();
+        ensure!(!name.is_empty() && !command.is_empty(), "`{runner}` is not NAME=COMMAND");
+        engines.push(Engine { name: name.to_owned(), command });
+    }
+    let is_default = |variant: &&Variant| variant.is_reference || variant.kind == Kind::Peer;
+    let asked: Vec<String> = match options.variants.as_slice() {
+        [] => registry.variants().iter().filter(is_default).map(|variant| variant.info.id.to_owned()).collect(),
+        ids => ids.to_vec(),
+    };
+    for name in asked {
+        let (id, policy) = name.split_once('@').map_or((name.as_str(), None), |(id, policy)| (id, Some(policy)));
+        find(registry, id)?;
+        let mut command = vec![own.to_owned(), "peers".into(), "runner".into(), "--variant".into(), id.to_owned()];
+        if let Some(policy) = policy {
+            let policy: Policy = policy.parse()?;
+            command.extend(["--policy".to_owned(), policy.to_string()]);
+        }
+        engines.push(Engine { name, command });
+    }
+    let twice = engines.iter().enumerate().find(|(i, engine)| engines[..*i].iter().any(|e| e.name == engine.name));
+    if let Some((_, engine)) = twice {
+        anyhow::bail!("two of the engines are called `{}`", engine.name);
+    }
+    ensure!(!engines.is_empty(), "there is no engine to compare; name one with --runner or --variant");
+    Ok(engines)
+}
+
+fn find<'a>(registry: &'a Registry, id: &str) -> Result<&'a Variant> {
+    registry.find(id).with_context(|| format!("there is no variant `{id}`; `bvbench list` shows them"))
+}
+
+/// Puts a scene's rows in the place of earlier ones of the same scene and mode.
+fn keep(folder: &Path, scene: &str, found: Found, mode: Mode) -> Result<()> {
+    let is_other = |row_scene: &str, row_mode: &str| row_scene != scene || row_mode != mode.id();
+    merge(folder, found.builds, |row| is_other(&row.scene, &row.mode))?;
+    merge(folder, found.timings, |row| is_other(&row.scene, &row.mode))?;
+    merge(folder, found.answers, |row| is_other(&row.scene, &row.mode))?;
+    Ok(())
+}
+
+fn merge<R: Row>(folder: &Path, new: Vec<R>, is_kept: impl Fn(&R) -> bool) -> Result<(), RecordError> {
+    let mut rows: Vec<R> = if folder.join(R::FILE).exists() { read_rows(folder)? } else { Vec::new() };
+    rows.retain(is_kept);
+    rows.extend(new);
+    write_rows(folder, &rows)
+}
+
+fn answer_as(options: &RunnerOptions, registry: &Registry) -> Result<()> {
+    let variant = find(registry, &options.variant)?;
+    let RunnerOptions { policy, mode, pair, out, rounds, .. } = options;
+    let (commands, replies) = (std::io::stdin().lock(), std::io::stdout().lock());
+    Ok(answer::run(variant, *policy, *mode, pair, out, *rounds, commands, replies)?)
+}
+
+fn show(folder: &Path, against: &str, seed: u64) -> Result<()> {
+    let (rows, ratios) = summarise(folder, against, seed)?;
+    let mut settings: Vec<(&str, &str)> = rows.iter().map(|row| (row.scene.as_str(), row.mode.as_str())).collect();
+    settings.sort_unstable();
+    settings.dedup();
+    for (scene, mode) in settings {
+        let is_here = |s: &str, m: &str| s == scene && m == mode;
+        let rows: Vec<&PeerRow> =
+            rows.iter().filter(|row| is_here(&row.scene, &row.mode) && row.stratum == ALL_STRATA).collect();
+        let ratios: Vec<&PeerRatioRow> = ratios.iter().filter(|row| is_here(&row.scene, &row.mode)).collect();
+        say(format!("\n{scene}, mode {mode}, {} poses; times faster than {against}:\n", rows[0].poses));
+        say(times(&rows, &ratios).trim_fmt());
+        say("");
+        say(by_stratum(&rows, &ratios).trim_fmt());
+    }
+    say(format!("\nRows: {}", folder.join(PeerRow::FILE).display()));
+    Ok(())
+}
+
+fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).set_header(header);
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// A row per engine, the fastest first.
+fn times(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
+    let mut table = table(&[
+        "ENGINE",
+        "MEAN us",
+        "FASTER",
+        "95 %",
+        "MEDIAN us",
+        "P99 us",
+        "FASTER",
+        "MISSED",
+        "FALSE+",
+        "BUILD ms",
+        "MB",
+    ]);
+    let mut rows = rows.to_vec();
+    rows.sort_by(|x, y| x.mean_ns.total_cmp(&y.mean_ns));
+    for row in rows {
+        let micro = |ns: f64| format!("{:.3}", ns / 1e3);
+        let ratio = ratios.iter().find(|ratio| ratio.engine == row.engine && ratio.stratum == ALL_STRATA);
+        let (faster, interval, tail) = ratio.map_or_else(Default::default, |ratio| {
+            let interval = format!("{:.2} to {:.2}", ratio.low, ratio.high);
+            (format!("{:.2}", ratio.ratio), interval, format!("{:.2}", ratio.p99_ratio))
+        });
+        table.add_row([
+            row.engine.clone(),
+            micro(row.mean_ns),
+            faster,
+            interval,
+            micro(row.median_ns),
+            micro(row.p99_ns),
+            tail,
+            row.false_negatives.to_string(),
+            row.false_positives.to_string(),
+            format!("{:.2}", row.build_ns as f64 / 1e6),
+            if row.bytes == 0 { "-".to_owned() } else { format!("{:.2}", row.bytes as f64 / 1e6) },
+        ]);
+    }
+    table
+}
+
+/// Times faster in each stratum.
+fn by_stratum(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
+    let strata = Stratum::ALL.map(Stratum::id);
+    let mut table = table(
+        &["ENGINE".to_owned()]
+            .into_iter()
+            .chain(strata.map(str::to_uppercase))
+            .collect::<Vec<_>>()
+            .iter()
+            .map(String::as_str)
+            .collect::<Vec<_>>(),
+    );
+    for row in rows {
+        let cells = strata.map(|stratum| {
+            let ratio = ratios.iter().find(|ratio| ratio.engine == row.engine && ratio.stratum == stratum);
+            ratio
+                .map_or_else(String::new, |ratio| format!("{:.2} ({:.2} to {:.2})", ratio.ratio, ratio.low, ratio.high))
+        });
+        table.add_row(std::iter::once(row.engine.clone()).chain(cells));
+    }
+    table
+}

@@ -1,0 +1,247 @@
+//! Our own variants as runners: the protocol's other end, in Rust.
+
+use super::{Mode, PeersError, npy, posed};
+use crate::geometry::{Isometry, Mesh};
+use crate::measure::timer;
+use crate::method::Model;
+use crate::registry::Variant;
+use crate::tree::Policy;
+use crate::tree::distance::Proximity;
+use std::io::{BufRead, Write};
+use std::ops::Range;
+use std::path::Path;
+
+/// Answers as a variant until it is told to stop. Reads commands from `commands` and says what it does to `replies`.
+///
+/// # Errors
+/// When the folders cannot be read or written, or a command is none.
+#[expect(clippy::too_many_arguments, reason = "the protocol's command line, and its two pipes")]
+pub fn run(
+    variant: &Variant,
+    policy: Option<Policy>,
+    mode: Mode,
+    pair: &Path,
+    out: &Path,
+    rounds: usize,
+    commands: impl BufRead,
+    mut replies: impl Write,
+) -> Result<(), PeersError> {
+    let mut say = |text: &str| writeln!(replies, "{text}").and_then(|()| replies.flush()).map_err(PeersError::Gone);
+    let mut runner = Runner::new(variant, policy, mode, posed::read_meshes(pair)?, posed::read_poses(pair)?, rounds);
+    // A peer here answers only whether two meshes touch, and how far apart they are.
+    if mode == Mode::All && variant.kind == crate::method::Kind::Peer {
+        return say("unsupported");
+    }
+    say("ready")?;
+    for line in commands.lines() {
+        let line = line.map_err(PeersError::Gone)?;
+        let no_command = || PeersError::Command { line: line.clone() };
+        let done = match line.split_whitespace().collect::<Vec<_>>().as_slice() {
+            ["build"] => runner.build(),
+            ["bytes"] => runner.models.as_ref().map_or(0, |[a, b]| (a.bytes() + b.bytes()) as u64),
+            ["chunk", start, end] => {
+                let number = |text: &str| text.parse::<usize>().map_err(|_| no_command());
+                let chunk = number(start)?..number(end)?;
+                if chunk.is_empty() || chunk.end > runner.poses.len() {
+                    return Err(no_command());
+                }
+                runner.chunk(chunk)
+            }
+            ["quit"] => {
+                runner.write(out)?;
+                return say("done 0");
+            }
+            _ => return Err(no_command()),
+        };
+        say(&format!("done {done}"))?;
+    }
+    Ok(())
+}
+
+struct Runner<'a> {
+    variant: &'a Variant,
+    policy: Option<Policy>,
+    mode: Mode,
+    meshes: [Mesh; 2],
+    models: Option<[Box<dyn Model>; 2]>,
+    poses: Vec<Isometry>,
+    rounds: usize,
+    /// Times of each pose, ns: a row per round.
+    ns: Vec<u64>,
+    /// How often each pose has been asked about.
+    asked: Vec<usize>,
+    answers: Vec<f64>,
+}
+
+impl<'a> Runner<'a> {
+    fn new(
+        variant: &'a Variant,
+        policy: Option<Policy>,
+        mode: Mode,
+        meshes: [Mesh; 2],
+        poses: Vec<Isometry>,
+        rounds: usize,
+    ) -> Self {
+        let count = poses.len();
+        let (ns, asked, answers) = (vec![0; rounds * count], vec![0; count], vec![0.0; count]);
+        Self { variant, policy, mode, meshes, models: None, poses, rounds, ns, asked, answers }
+    }
+
+    fn build(&mut self) -> u64 {
+        self.models = None;
+        let (ns, models) = timer::time(|| {
+            let [a, b] = &self.meshes;
+            [self.variant.prepare(a, self.policy), self.variant.prepare(b, self.policy)]
+        });
+        self.models = Some(models);
+        ns
+    }
+
+    fn chunk(&mut self, chunk: Range<usize>) -> u64 {
+        if self.models.is_none() {
+            self.build();
+        }
+        let Some([a, b]) = &self.models else { return 0 };
+        let mut asker =
+            Asker { mode: self.mode, a: a.as_ref(), b: b.as_ref(), verdicts: Vec::new(), answers: Vec::new() };
+        let poses = &self.poses[chunk.clone()];
+        // The untimed pass is timed all the same, to know how often a short one must be repeated.
+        let (ns, ()) = timer::time(|| asker.pass(poses));
+        self.answers[chunk.clone()].copy_from_slice(&asker.answers);
+        let passes = timer::passes_for(ns);
+        let (total, ()) = timer::time(|| (0..passes).for_each(|_| asker.pass(poses)));
+        asker.forget();
+        for (index, pose) in chunk.zip(poses) {
+            let (ns, ()) = timer::time(|| asker.ask(std::slice::from_ref(pose)));
+            if self.asked[index] < self.rounds {
+                self.ns[self.asked[index] * self.poses.len() + index] = ns.max(1);
+                self.asked[index] += 1;
+            }
+        }
+        total / u64::from(passes)
+    }
+
+    fn write(&self, out: &Path) -> Result<(), PeersError> {
+        let count = self.poses.len();
+        let touching = |&answer: &f64| u8::from(if self.mode == Mode::Distance { answer <= 0.0 } else { answer > 0.0 });
+        let verdicts: Vec<u8> = self.answers.iter().map(touching).collect();
+        npy::write(&out.join("verdicts.npy"), &[count], &verdicts)?;
+        npy::write(&out.join("ns.npy"), &[self.rounds, count], &self.ns)?;
+        if self.mode.has_values() {
+            npy::write(&out.join("values.npy"), &[count], &self.answers)?;
+        }
+        Ok(())
+    }
+}
+
+/// Two models and what asking them reuses.
+struct Asker<'a> {
+    mode: Mode,
+    a: &'a dyn Model,
+    b: &'a dyn Model,
+    verdicts: Vec<bool>,
+    /// Answers of the last pass.
+    answers: Vec<f64>,
+}
+
+impl Asker<'_> {
+    fn forget(&mut self) {
+        self.verdicts.clear();
+        self.answers.clear();
+    }
+
+    fn pass(&mut self, poses: &[Isometry]) {
+        self.forget();
+        self.ask(poses);
+    }
+
+    fn ask(&mut self, poses: &[Isometry]) {
+        match self.mode {
+            Mode::First | Mode::Path => {
+                let before = self.verdicts.len();
+                self.a.first(self.b, poses, &mut self.verdicts);
+                self.answers.extend(self.verdicts[before..].iter().map(|&touching| f64::from(u8::from(touching))));
+            }
+            Mode::All => {
+                self.answers.extend(poses.iter().map(|pose| self.a.all_counted(self.b, pose).0.len() as f64));
+            }
+            Mode::Distance => {
+                // Each query stands alone: the pair that was nearest at another pose is not handed on.
+                let (a, b) = (self.a, self.b);
+                let distance = |pose| a.distance_mm(b, pose, f64::INFINITY, &mut Proximity::default());
+                self.answers.extend(poses.iter().map(distance));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+    use crate::record::Stratum;
+    use crate::registry::Registry;
+    use std::sync::Arc;
+
+    /// A torus and a cuboid far away and in the ring's tube: each mode's answers, and what is written.
+    fn answers(mode: Mode) -> (Vec<String>, tempfile::TempDir) {
+        let folder = tempfile::tempdir().unwrap();
+        let torus = Arc::new(meshes::torus(12.0, 4.0, 14, 7));
+        let cuboid = Arc::new(meshes::cuboid(2.0, 2.0, 2.0));
+        let question = |x| posed::Question {
+            a_from_b: Isometry::translation(x, 0.0, 0.0),
+            exact: false,
+            grazing: false,
+            stratum: Stratum::Far,
+        };
+        let questions = vec![question(50.0), question(16.0), question(60.0)];
+        let chunks = vec![0..2, 2..3];
+        let asked = posed::PosedMeshes { pair: "a:b".into(), a: torus, b: cuboid, questions, chunks };
+        asked.write(folder.path()).unwrap();
+        let registry = Registry::standard();
+        let variant = registry.variants().iter().find(|variant| variant.is_reference).unwrap();
+        let commands = b"build\nbytes\nchunk 0 2\nchunk 2 3\nchunk 0 2\nquit\n";
+        let mut replies = Vec::new();
+        run(variant, None, mode, folder.path(), folder.path(), 2, commands.as_slice(), &mut replies).unwrap();
+        (String::from_utf8(replies).unwrap().lines().map(str::to_owned).collect(), folder)
+    }
+
+    #[test]
+    fn a_runner_of_ours_speaks_the_protocol() {
+        let (replies, folder) = answers(Mode::First);
+        assert_eq!(replies.len(), 7, "{replies:?}");
+        assert_eq!((replies[0].as_str(), replies[6].as_str()), ("ready", "done 0"));
+        assert!(
+            replies[1..6]
+                .iter()
+                .all(|reply| reply.strip_prefix("done ").is_some_and(|n| n.parse::<u64>().is_ok_and(|n| n > 0))),
+            "{replies:?}"
+        );
+        assert_eq!(npy::read::<u8>(&folder.path().join("verdicts.npy"), &[]).unwrap(), [0, 1, 0]);
+        let ns = npy::read::<u64>(&folder.path().join("ns.npy"), &[3]).unwrap();
+        assert_eq!(ns.iter().map(|&ns| ns > 0).collect::<Vec<_>>(), [true, true, true, true, true, false]);
+    }
+
+    #[test]
+    fn distances_and_counts_are_values() {
+        // The torus reaches to x = 16, where the cuboid, at x = 50, has its face at 49: 33 mm; at 60 it is 43 mm.
+        let (_, folder) = answers(Mode::Distance);
+        let values = npy::read::<f64>(&folder.path().join("values.npy"), &[]).unwrap();
+        assert!((values[0] - 33.0).abs() < 1e-6 && values[1] == 0.0 && (values[2] - 43.0).abs() < 1e-6, "{values:?}");
+        let (_, folder) = answers(Mode::All);
+        let values = npy::read::<f64>(&folder.path().join("values.npy"), &[]).unwrap();
+        assert!(values[0] == 0.0 && values[1] > 1.0 && values[2] == 0.0, "{values:?}");
+    }
+
+    #[test]
+    fn what_is_no_command_is_refused() {
+        let (_, folder) = answers(Mode::First);
+        let registry = Registry::standard();
+        let variant = &registry.variants()[0];
+        for bad in ["hello\n", "chunk 0\n", "chunk 0 9\n", "chunk 2 1\n", "chunk a b\n"] {
+            let result =
+                run(variant, None, Mode::First, folder.path(), folder.path(), 1, bad.as_bytes(), &mut Vec::new());
+            assert!(matches!(result, Err(PeersError::Command { .. })), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,326 @@
+//! The driver: starts the runners of all engines, and has them answer the same chunks in turn.
+//!
+//! In every round the chunks come in a fresh random order, and for each chunk the engines in a fresh random order. The first round
+//! warms up and is dropped. A chunk that takes an engine longer than [`LONG_CHUNK_NS`] is asked once more only: it
+//! averages the machine's noise itself.
+
+use super::posed::PosedMeshes;
+use super::{Mode, PeersError, npy};
+use crate::measure::Progress;
+use crate::record::{PeerAnswerRow, PeerBuildRow, PeerTimingRow, RecordError, Stratum};
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_pcg::Pcg64Mcg;
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+/// A chunk that takes an engine longer than this, ns, is asked once in the warm-up round and once timed.
+const LONG_CHUNK_NS: u64 = 20_000_000;
+
+/// Constructions that are timed, one at the beginning of each round.
+const BUILDS: u32 = 5;
+
+/// An engine, and how its runner is started.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Engine {
+    /// Name in the records.
+    pub name: String,
+    /// Program and its first arguments; mode, folders and rounds follow.
+    pub command: Vec<String>,
+}
+
+/// How much is asked, and in what order.
+#[derive(Clone, Copy, Debug)]
+pub struct Amounts {
+    /// Mode.
+    pub mode: Mode,
+    /// Timed rounds.
+    pub rounds: u32,
+    /// Seed of the random orders.
+    pub seed: u64,
+}
+
+/// What a comparison leaves behind.
+#[derive(Clone, Debug, Default)]
+pub struct Found {
+    /// Times of construction, and memory.
+    pub builds: Vec<PeerBuildRow>,
+    /// Times of chunks.
+    pub timings: Vec<PeerTimingRow>,
+    /// Answers, with the times of single poses.
+    pub answers: Vec<PeerAnswerRow>,
+    /// Engines that did not take part on a pair, with the reason.
+    pub skipped: Vec<String>,
+}
+
+/// Asks all engines about all pairs of a scene. The arrays and the runners' answers are left in `folder`.
+///
+/// An engine that cannot be started, fails, or says what the protocol does not know, is skipped, with the reason in
+/// [`Found::skipped`].
+///
+/// # Errors
+/// When the arrays cannot be written.
+pub fn compare(
+    engines: &[Engine],
+    scene: &str,
+    pairs: &[PosedMeshes],
+    amounts: Amounts,
+    folder: &Path,
+    progress: &dyn Progress,
+) -> Result<Found, PeersError> {
+    let mut found = Found::default();
+    let chunks: usize = pairs.iter().map(|pair| pair.chunks.len()).sum();
+    progress.begin(&format!("{scene}: {} engines, {}", engines.len(), amounts.mode), steps(chunks, amounts.rounds));
+    for posed in pairs {
+        let folder = pair_folder(folder, scene, &posed.pair);
+        posed.write(&folder)?;
+        // Runners may change folders.
+        let folder = folder.canonicalize().map_err(RecordError::io("find", &folder))?;
+        let place = Place { scene, posed, amounts };
+        let mut runners = Vec::new();
+        for engine in engines {
+            match Runner::start(engine, amounts, &folder) {
+                Ok(runner) => runners.push(runner),
+                Err(reason) => found.skipped.push(place.skipped(&engine.name, &reason)),
+            }
+        }
+        place.ask(&mut runners, &mut found, progress);
+        for mut runner in runners {
+            let failure = match runner.failure.take() {
+                Some(reason) => Some(reason),
+                None => place.collect(&mut runner, &mut found.answers).err(),
+            };
+            if let Some(reason) = failure {
+                let name = &runner.engine.name;
+                found.builds.retain(|row| row.engine != *name || row.pair != posed.pair);
+                found.timings.retain(|row| row.engine != *name || row.pair != posed.pair);
+                found.skipped.push(place.skipped(name, &reason));
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// The folder of a pair's arrays.
+#[must_use]
+pub fn pair_folder(folder: &Path, scene: &str, pair: &str) -> PathBuf {
+    folder.join(file_name(scene)).join(file_name(pair))
+}
+
+/// Steps of progress: the chunks of all rounds.
+const fn steps(chunks: usize, rounds: u32) -> u64 {
+    chunks as u64 * (rounds as u64 + 1)
+}
+
+/// A name as a folder's: letters, digits, `.`, `-` and `_` only.
+fn file_name(name: &str) -> String {
+    name.chars().map(|c| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '-' }).collect()
+}
+
+/// A pair of a scene, and how it is asked about.
+struct Place<'a> {
+    scene: &'a str,
+    posed: &'a PosedMeshes,
+    amounts: Amounts,
+}
+
+impl Place<'_> {
+    fn skipped(&self, engine: &str, reason: &str) -> String {
+        format!("{engine} on {} {}, mode {}: {reason}", self.scene, self.posed.pair, self.amounts.mode)
+    }
+
+    fn stratum(&self, chunk: usize) -> Stratum {
+        self.posed.questions[self.posed.chunks[chunk].start].stratum
+    }
+
+    /// All rounds. A runner that fails is asked nothing more.
+    fn ask(&self, runners: &mut [Runner], found: &mut Found, progress: &dyn Progress) {
+        let mut rng = Pcg64Mcg::seed_from_u64(self.amounts.seed);
+        let mut chunk_order: Vec<usize> = (0..self.posed.chunks.len()).collect();
+        let mut runner_order: Vec<usize> = (0..runners.len()).collect();
+        let mut is_long = vec![vec![false; runners.len()]; self.posed.chunks.len()];
+        for round in 0..=self.amounts.rounds {
+            runner_order.shuffle(&mut rng);
+            for &r in &runner_order {
+                if round <= BUILDS {
+                    self.build(&mut runners[r], round, &mut found.builds);
+                }
+            }
+            chunk_order.shuffle(&mut rng);
+            for &c in &chunk_order {
+                let chunk = &self.posed.chunks[c];
+                runner_order.shuffle(&mut rng);
+                for &r in &runner_order {
+                    if round > 1 && is_long[c][r] {
+                        continue;
+                    }
+                    let runner = &mut runners[r];
+                    let Some(ns) = runner.ask(&format!("chunk {} {}", chunk.start, chunk.end)) else { continue };
+                    if let Some(round) = round.checked_sub(1) {
+                        found.timings.push(self.timing(runner, c, round, ns));
+                    } else {
+                        is_long[c][r] = ns > LONG_CHUNK_NS;
+                    }
+                }
+                progress.advance(1);
+            }
+        }
+        // Written in one order whatever the order of execution.
+        let key = |row: &PeerTimingRow| (row.engine.clone(), row.pair.clone(), row.round, row.chunk);
+        found.timings.sort_by_cached_key(key);
+        found.builds.sort_by_cached_key(|row| (row.engine.clone(), row.pair.clone(), row.round));
+    }
+
+    fn build(&self, runner: &mut Runner, round: u32, builds: &mut Vec<PeerBuildRow>) {
+        let Some(ns) = runner.ask("build") else { return };
+        let Some(round) = round.checked_sub(1) else { return };
+        let Some(bytes) = runner.ask("bytes") else { return };
+        builds.push(PeerBuildRow {
+            engine: runner.engine.name.clone(),
+            scene: self.scene.to_owned(),
+            pair: self.posed.pair.clone(),
+            mode: self.amounts.mode.to_string(),
+            round,
+            ns,
+            bytes,
+        });
+    }
+
+    fn timing(&self, runner: &Runner, chunk: usize, round: u32, ns: u64) -> PeerTimingRow {
+        PeerTimingRow {
+            engine: runner.engine.name.clone(),
+            scene: self.scene.to_owned(),
+            pair: self.posed.pair.clone(),
+            mode: self.amounts.mode.to_string(),
+            stratum: self.stratum(chunk),
+            chunk: chunk as u32,
+            poses: self.posed.chunks[chunk].len() as u32,
+            round,
+            ns,
+        }
+    }
+
+    /// Ends a runner and reads what it leaves behind.
+    fn collect(&self, runner: &mut Runner, answers: &mut Vec<PeerAnswerRow>) -> Result<(), String> {
+        runner.request("quit")?;
+        let status = runner.child.wait().map_err(|cause| cause.to_string())?;
+        if !status.success() {
+            return Err(format!("its process ended with {status}"));
+        }
+        let (count, mode) = (self.posed.questions.len(), self.amounts.mode);
+        let text = |cause: npy::NpyError| cause.to_string();
+        let verdicts = npy::read::<u8>(&runner.out.join("verdicts.npy"), &[]).map_err(text)?;
+        let ns = npy::read::<u64>(&runner.out.join("ns.npy"), &[count]).map_err(text)?;
+        let values = match mode.has_values() {
+            true => npy::read::<f64>(&runner.out.join("values.npy"), &[]).map_err(text)?,
+            false => Vec::new(),
+        };
+        if verdicts.len() != count || (mode.has_values() && values.len() != count) {
+            return Err(format!("{} verdicts and {} values on {count} poses", verdicts.len(), values.len()));
+        }
+        for (chunk, poses) in self.posed.chunks.iter().enumerate() {
+            answers.extend(poses.clone().map(|pose| {
+                let question = &self.posed.questions[pose];
+                PeerAnswerRow {
+                    engine: runner.engine.name.clone(),
+                    scene: self.scene.to_owned(),
+                    pair: self.posed.pair.clone(),
+                    mode: mode.to_string(),
+                    pose: pose as u32,
+                    chunk: chunk as u32,
+                    stratum: self.stratum(chunk),
+                    exact: u8::from(question.exact),
+                    grazing: u8::from(question.grazing),
+                    touching: u8::from(verdicts[pose] != 0),
+                    value: values.get(pose).copied(),
+                    ns: median_after_first(ns.iter().skip(pose).step_by(count).copied()),
+                }
+            }));
+        }
+        Ok(())
+    }
+}
+
+/// The median (the lower one of two) of the times but the first, which warmed up, and those that are 0, never taken.
+fn median_after_first(ns: impl Iterator<Item = u64>) -> u64 {
+    let mut taken: Vec<u64> = ns.skip(1).filter(|&ns| ns > 0).collect();
+    taken.sort_unstable();
+    taken.get(taken.len().saturating_sub(1) / 2).copied().unwrap_or(0)
+}
+
+/// A runner's process. It is killed when it is dropped before it has ended.
+struct Runner<'a> {
+    engine: &'a Engine,
+    child: Child,
+    commands: ChildStdin,
+    replies: BufReader<ChildStdout>,
+    out: PathBuf,
+    failure: Option<String>,
+}
+
+impl<'a> Runner<'a> {
+    fn start(engine: &'a Engine, amounts: Amounts, pair: &Path) -> Result<Self, String> {
+        let out = pair.join(format!("{}-{}", file_name(&engine.name), amounts.mode));
+        fs::create_dir_all(&out).map_err(|cause| format!("cannot create {}: {cause}", out.display()))?;
+        let [program, arguments @ ..] = engine.command.as_slice() else { return Err("no program is named".to_owned()) };
+        let mut child = Command::new(program)
+            .args(arguments)
+            .arg(amounts.mode.id())
+            .args([pair, &out])
+            .arg((amounts.rounds + 1).to_string())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|cause| format!("{program} cannot be started: {cause}"))?;
+        let (Some(commands), Some(replies)) = (child.stdin.take(), child.stdout.take()) else {
+            return Err("its process has no pipes".to_owned());
+        };
+        let mut runner = Self { engine, child, commands, replies: BufReader::new(replies), out, failure: None };
+        match runner.reply()?.as_str() {
+            "ready" => Ok(runner),
+            "unsupported" => Err("it has no such mode".to_owned()),
+            other => Err(format!("it said `{other}` in the place of `ready`")),
+        }
+    }
+
+    /// The answer to a command; `None` when the runner has failed, now or before.
+    fn ask(&mut self, command: &str) -> Option<u64> {
+        if self.failure.is_some() {
+            return None;
+        }
+        self.request(command).map_err(|reason| self.failure = Some(reason)).ok()
+    }
+
+    fn request(&mut self, command: &str) -> Result<u64, String> {
+        writeln!(self.commands, "{command}")
+            .and_then(|()| self.commands.flush())
+            .map_err(|cause| format!("`{command}` cannot be sent: {cause}"))?;
+        let reply = self.reply()?;
+        let number = reply.strip_prefix("done ").and_then(|number| number.parse().ok());
+        number.ok_or_else(|| format!("it said `{reply}` to `{command}`"))
+    }
+
+    fn reply(&mut self) -> Result<String, String> {
+        let mut line = String::new();
+        match self.replies.read_line(&mut line) {
+            Ok(0) => Err(match self.child.wait() {
+                Ok(status) => format!("its process ended with {status}"),
+                Err(cause) => format!("its process ended: {cause}"),
+            }),
+            Ok(_) => Ok(line.trim_end().to_owned()),
+            Err(cause) => Err(format!("its answer cannot be read: {cause}")),
+        }
+    }
+}
+
+impl Drop for Runner<'_> {
+    fn drop(&mut self) {
+        if let Ok(None) = self.child.try_wait() {
+            // It has failed or the driver has: nothing more is wanted of it, and both calls may only find it gone.
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Whole collision engines side by side, each in a process of its own, called a runner.
+//!
+//! The protocol between the driver ([`drive`]) and a runner, whatever language it is written in:
+//!
+//! - `RUNNER ARGUMENTS... MODE PAIR OUT ROUNDS` starts it. `PAIR` is a folder of arrays ([`posed`]), `OUT` the folder for its
+//!   answers, `ROUNDS` how often at most each pose is asked about.
+//! - It loads the arrays, puts the poses into its own form, and says `ready`; or `unsupported` when it has no such mode.
+//! - `build`: it builds its structures over both meshes from the triangles in memory, in the place of earlier ones, and says
+//!   `done NS`, the time of that in ns.
+//! - `bytes`: it says `done N`, what the structures hold in memory, triangles included; 0 when it does not know.
+//! - `chunk I J`: it answers the poses I, I+1, ..., J-1 again and again: once untimed; then timed as a whole, repeated until the
+//!   sample is long enough; then pose by pose, each timed alone. It says `done NS`, the time of one pass over the chunk.
+//! - `quit`: it writes `verdicts.npy` (u1), `ns.npy` (u8; a row per round, 0 where it was not asked) and, in modes `all` and
+//!   `distance`, `values.npy` (f8: touching pairs of triangles; mm) to `OUT`, says `done 0` and ends.
+//!
+//! Anything else it says is taken for an error. It uses one thread. Since the driver waits for each answer, no two runners
+//! work at the same time; since within a round all answer a chunk before the next one comes, noise hits all alike.
+//!
+//! Files: [`npy`] (arrays), [`posed`] (what is asked), [`answer`] (our own variants as runners), [`drive`].
+
+pub mod answer;
+pub mod drive;
+pub mod npy;
+pub mod posed;
+
+use super::judged::JudgeError;
+use crate::geometry::MeshError;
+use crate::record::RecordError;
+use npy::NpyError;
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+use thiserror::Error;
+
+/// What is asked of an engine at each pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Whether the meshes touch.
+    First,
+    /// The same along fine steps of a path, in order: what a pose leaves behind may help the next one.
+    Path,
+    /// How many pairs of triangles touch.
+    All,
+    /// How far the meshes are apart, mm.
+    Distance,
+}
+
+impl Mode {
+    /// All modes.
+    pub const ALL: [Self; 4] = [Self::First, Self::Path, Self::All, Self::Distance];
+
+    /// The name in the protocol and in files.
+    #[must_use]
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::First => "first",
+            Self::Path => "path",
+            Self::All => "all",
+            Self::Distance => "distance",
+        }
+    }
+
+    /// Whether the answer is a number, and not only a verdict.
+    #[must_use]
+    pub const fn has_values(self) -> bool {
+        matches!(self, Self::All | Self::Distance)
+    }
+}
+
+impl fmt::Display for Mode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.id())
+    }
+}
+
+impl FromStr for Mode {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|mode| mode.id() == text);
+        found.ok_or_else(|| format!("`{text}` is not a mode: expected first, path, all or distance"))
+    }
+}
+
+/// Why engines cannot be compared.
+#[derive(Debug, Error)]
+pub enum PeersError {
+    /// The poses cannot be made or judged.
+    #[error(transparent)]
+    Judge(#[from] JudgeError),
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// An array is not what it should be.
+    #[error(transparent)]
+    Npy(#[from] NpyError),
+    /// A file holds no mesh.
+    #[error("{folder}: mesh {side}: {cause}", folder = folder.display())]
+    Mesh {
+        /// The folder of the pair.
+        folder: PathBuf,
+        /// `a` or `b`.
+        side: char,
+        /// Why.
+        cause: MeshError,
+    },
+    /// The arrays of a folder do not fit together.
+    #[error("{folder}: {message}", folder = folder.display())]
+    Pair {
+        /// The folder of the pair.
+        folder: PathBuf,
+        /// What does not fit.
+        message: String,
+    },
+    /// The scene has no poses for the mode.
+    #[error("scene `{scene}` has no poses for mode {mode}: it needs a program whose parts come near each other")]
+    NoPoses {
+        /// The scene.
+        scene: String,
+        /// The mode.
+        mode: Mode,
+    },
+    /// The driver asked a runner of ours for something it does not know.
+    #[error("`{line}` is not a command: expected build, bytes, chunk I J or quit")]
+    Command {
+        /// What was asked.
+        line: String,
+    },
+    /// The other end of the protocol has gone away.
+    #[error("the other end has gone away: {0}")]
+    Gone(std::io::Error),
+}

@@ -1,0 +1,252 @@
+//! What is asked of the engines: two meshes, poses in chunks, and the truth about them; and the same as a folder of arrays.
+//!
+//! | file | type, shape | content |
+//! |---|---|---|
+//! | `a_vertices.npy`, `b_vertices.npy` | f8 (n, 3) | mm, in the part's own frame |
+//! | `a_faces.npy`, `b_faces.npy` | u4 (n, 3) | indices of vertices |
+//! | `poses.npy` | f8 (n, 3, 4) | part `b` in the frame of part `a`, rotation and translation (mm), row by row |
+//! | `chunks.npy` | u4 (n, 2) | first pose of a chunk, and the one after its last |
+//! | `exact.npy` | u1 (n) | 1 when the surfaces touch |
+//! | `grazing.npy` | u1 (n) | 1 when they are within 1e-6 mm of first contact: either answer is right |
+//! | `stratum.npy` | u1 (n) | 0 colliding, 1 near miss, 2 medium, 3 far |
+
+use super::{Mode, PeersError, npy};
+use crate::geometry::{Isometry, Mesh, Point};
+use crate::measure::chunk::{self, Chunk, Role};
+use crate::measure::judged::{self, JudgedPair, JudgedPose};
+use crate::measure::run::POSE_RESERVE;
+use crate::measure::{Plan, Progress};
+use crate::record::{Band, Stratum};
+use crate::scene::{Pair, Scene};
+use crate::truth::{PairOracle, Sought, TruthCache, judge_all};
+use crate::workload::Source;
+use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Longest step of mode `path`, mm: a servo cycle of 1 ms at a feed of 1.2 m/min.
+const PATH_STEP_MM: f64 = 0.02;
+
+/// Steps of a chunk of mode `path`.
+const PATH_STEPS: usize = 64;
+
+/// A pose and the truth about it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Question {
+    /// Part `b` in the frame of part `a`.
+    pub a_from_b: Isometry,
+    /// Whether the surfaces touch, exactly.
+    pub exact: bool,
+    /// Whether they are within [`Band::GRAZING_MM`] of first contact.
+    pub grazing: bool,
+    /// Distance stratum.
+    pub stratum: Stratum,
+}
+
+/// All questions about a pair of parts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PosedMeshes {
+    /// Name of the pair, `a:b`.
+    pub pair: String,
+    /// The mesh in whose frame poses are given.
+    pub a: Arc<Mesh>,
+    /// The mesh that poses move.
+    pub b: Arc<Mesh>,
+    /// The poses.
+    pub questions: Vec<Question>,
+    /// Which consecutive poses are asked about together.
+    pub chunks: Vec<Range<usize>>,
+}
+
+/// The questions of a scene, about `poses` of them: equal shares for the strata, as in every other measurement.
+///
+/// # Errors
+/// When poses cannot be made or judged, or there are none for the mode.
+pub fn questions(
+    plan: &Plan,
+    scene: &Scene,
+    mode: Mode,
+    poses: usize,
+    cache: Option<&TruthCache>,
+    progress: &dyn Progress,
+) -> Result<Vec<PosedMeshes>, PeersError> {
+    let judged = judged::judge(plan, scene, poses * POSE_RESERVE, judged::Strata::Found, cache, progress)?;
+    let usable: Vec<JudgedPair> =
+        judged.into_iter().filter(|pair| mode != Mode::Path || pair.workload == Source::Program.name()).collect();
+    let chunks: Vec<Chunk> =
+        chunk::select(&usable, poses).into_iter().filter(|chunk| chunk.role != Role::Control).collect();
+    let mut pairs: Vec<Pair> = Vec::new();
+    for pair in &usable {
+        if !pairs.contains(&pair.pair) {
+            pairs.push(pair.pair);
+        }
+    }
+    let mut found = Vec::new();
+    for pair in pairs {
+        let mut posed = PosedMeshes {
+            pair: scene.pair_name(pair),
+            a: Arc::clone(&scene.parts[pair.a].mesh),
+            b: Arc::clone(&scene.parts[pair.b].mesh),
+            questions: Vec::new(),
+            chunks: Vec::new(),
+        };
+        let oracle = PairOracle::new(Arc::clone(&posed.a), Arc::clone(&posed.b));
+        for chunk in chunks.iter().filter(|chunk| usable[chunk.pair].pair == pair) {
+            let all = &usable[chunk.pair].poses;
+            match mode {
+                Mode::Path => posed.add(fine_steps(&oracle, all, chunk)),
+                _ => posed.add(chunk.poses.iter().map(|&index| question(&oracle, &all[index])).collect()),
+            }
+        }
+        if !posed.chunks.is_empty() {
+            found.push(posed);
+        }
+    }
+    if found.is_empty() {
+        return Err(PeersError::NoPoses { scene: scene.name.clone(), mode });
+    }
+    Ok(found)
+}
+
+fn question(oracle: &PairOracle, pose: &JudgedPose) -> Question {
+    let grazing = match pose.stratum {
+        Stratum::Colliding => pose.band == Band::Grazing,
+        Stratum::NearMiss => oracle.clearance_mm(&pose.a_from_b, Band::GRAZING_MM).is_finite(),
+        Stratum::Medium | Stratum::Far => false,
+    };
+    Question { a_from_b: pose.a_from_b, exact: pose.exact, grazing, stratum: pose.stratum }
+}
+
+/// Fine steps from a chunk's first pose towards the next pose of the path.
+fn fine_steps(oracle: &PairOracle, path: &[JudgedPose], chunk: &Chunk) -> Vec<Question> {
+    let from = chunk.poses[0];
+    let (from, to) = (&path[from].a_from_b, &path[(from + 1).min(path.len() - 1)].a_from_b);
+    let whole_mm = oracle.mesh_b().vertices().iter().map(|p| (to * p - from * p).norm()).fold(0.0, f64::max);
+    let step = if whole_mm > 0.0 { (PATH_STEP_MM / whole_mm).min(1.0 / PATH_STEPS as f64) } else { 0.0 };
+    let poses: Vec<Isometry> = (0..PATH_STEPS).map(|k| from.lerp_slerp(to, step * k as f64)).collect();
+    let judgements = judge_all(oracle, &poses, &Sought::Borders(&Stratum::BORDERS_MM), &|_| {});
+    let judged = poses.into_iter().zip(judgements).map(|(a_from_b, judgement)| {
+        let exact = judgement.verdict.exact;
+        let stratum = Stratum::of(exact, judgement.clearance_mm);
+        // How deep a step is nobody has found; grazing ones are known from the free side only.
+        let grazing = stratum == Stratum::NearMiss && oracle.clearance_mm(&a_from_b, Band::GRAZING_MM).is_finite();
+        Question { a_from_b, exact, grazing, stratum }
+    });
+    judged.collect()
+}
+
+impl PosedMeshes {
+    fn add(&mut self, chunk: Vec<Question>) {
+        let start = self.questions.len();
+        self.questions.extend(chunk);
+        self.chunks.push(start..self.questions.len());
+    }
+
+    /// Writes the arrays to a folder.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<(), PeersError> {
+        for (side, mesh) in [("a", &self.a), ("b", &self.b)] {
+            let vertices: Vec<f64> = mesh.vertices().iter().flat_map(|p| <[f64; 3]>::from(p.coords)).collect();
+            npy::write(&folder.join(format!("{side}_vertices.npy")), &[mesh.vertices().len(), 3], &vertices)?;
+            npy::write(
+                &folder.join(format!("{side}_faces.npy")),
+                &[mesh.faces().len(), 3],
+                mesh.faces().as_flattened(),
+            )?;
+        }
+        let count = self.questions.len();
+        let poses: Vec<f64> = self.questions.iter().flat_map(|question| to_matrix(&question.a_from_b)).collect();
+        npy::write(&folder.join("poses.npy"), &[count, 3, 4], &poses)?;
+        let chunks: Vec<u32> = self.chunks.iter().flat_map(|chunk| [chunk.start as u32, chunk.end as u32]).collect();
+        npy::write(&folder.join("chunks.npy"), &[self.chunks.len(), 2], &chunks)?;
+        let flags = |name: &str, flag: &dyn Fn(&Question) -> u8| {
+            npy::write(&folder.join(name), &[count], &self.questions.iter().map(flag).collect::<Vec<u8>>())
+        };
+        flags("exact.npy", &|question| u8::from(question.exact))?;
+        flags("grazing.npy", &|question| u8::from(question.grazing))?;
+        flags("stratum.npy", &|question| question.stratum as u8)?;
+        Ok(())
+    }
+}
+
+/// Reads the two meshes of a folder.
+///
+/// # Errors
+/// When a file cannot be read or holds no mesh.
+pub fn read_meshes(folder: &Path) -> Result<[Mesh; 2], PeersError> {
+    let mesh = |side: char| {
+        let vertices = npy::read::<f64>(&folder.join(format!("{side}_vertices.npy")), &[3])?;
+        let faces = npy::read::<u32>(&folder.join(format!("{side}_faces.npy")), &[3])?;
+        let vertices = vertices.as_chunks::<3>().0.iter().map(|&p| Point::from(p)).collect();
+        Mesh::new(vertices, faces.as_chunks::<3>().0.to_vec()).map_err(|cause| PeersError::Mesh {
+            folder: folder.to_owned(),
+            side,
+            cause,
+        })
+    };
+    Ok([mesh('a')?, mesh('b')?])
+}
+
+/// Reads the poses of a folder.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn read_poses(folder: &Path) -> Result<Vec<Isometry>, PeersError> {
+    let numbers = npy::read::<f64>(&folder.join("poses.npy"), &[3, 4])?;
+    Ok(numbers.as_chunks::<12>().0.iter().map(from_matrix).collect())
+}
+
+/// The upper three rows of the homogeneous matrix, row by row.
+fn to_matrix(a_from_b: &Isometry) -> [f64; 12] {
+    let matrix = a_from_b.to_homogeneous();
+    std::array::from_fn(|i| matrix[(i / 4, i % 4)])
+}
+
+fn from_matrix(numbers: &[f64; 12]) -> Isometry {
+    let rotation = Matrix3::from_fn(|row, column| numbers[4 * row + column]);
+    let translation = Vector3::from_fn(|row, _| numbers[4 * row + 3]);
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
+    Isometry::from_parts(Translation3::from(translation), rotation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+
+    #[test]
+    fn a_matrix_is_written_row_by_row() {
+        // A quarter turn about z takes x to y: rows (0, -1, 0), (1, 0, 0), (0, 0, 1).
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2);
+        let pose = Isometry::from_parts(Translation3::new(4.0, 5.0, 6.0), turn);
+        let expected = [0.0, -1.0, 0.0, 4.0, 1.0, 0.0, 0.0, 5.0, 0.0, 0.0, 1.0, 6.0];
+        let found = to_matrix(&pose);
+        assert!(found.iter().zip(expected).all(|(f, e)| (f - e).abs() < 1e-15), "{found:?}");
+        assert!((from_matrix(&found).to_homogeneous() - pose.to_homogeneous()).amax() < 1e-15);
+    }
+
+    #[test]
+    fn a_folder_holds_the_meshes_and_the_poses() {
+        let folder = tempfile::tempdir().unwrap();
+        let (a, b) = (Arc::new(meshes::torus(12.0, 4.0, 14, 7)), Arc::new(meshes::cuboid(2.0, 3.0, 4.0)));
+        let pose = |x: f64| Isometry::new(Vector3::new(x, 1.0, 0.1), Vector3::new(0.3, 0.1, x));
+        let question = |x| Question { a_from_b: pose(x), exact: true, grazing: false, stratum: Stratum::Medium };
+        let mut posed = PosedMeshes { pair: "a:b".into(), a, b, questions: Vec::new(), chunks: Vec::new() };
+        posed.add([1.0, 2.0, 3.0].map(question).to_vec());
+        posed.add([4.0].map(question).to_vec());
+        posed.write(folder.path()).unwrap();
+        let [a, b] = read_meshes(folder.path()).unwrap();
+        assert_eq!((&a, &b), (posed.a.as_ref(), posed.b.as_ref()));
+        let poses = read_poses(folder.path()).unwrap();
+        assert_eq!(poses.len(), 4);
+        for (found, x) in poses.iter().zip([1.0, 2.0, 3.0, 4.0]) {
+            assert!((found.to_homogeneous() - pose(x).to_homogeneous()).amax() < 1e-15);
+        }
+        let chunks = npy::read::<u32>(&folder.path().join("chunks.npy"), &[2]).unwrap();
+        assert_eq!(chunks, [0, 3, 3, 4]);
+        assert_eq!(npy::read::<u8>(&folder.path().join("stratum.npy"), &[]).unwrap(), [2; 4]);
+    }
+}
