@@ -203,7 +203,9 @@ fn deadline(scene: &str, case: &CaseKey, queries: &[Query], costs: Costs, slowdo
         .collect();
     times.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = times.iter().map(|(_, weight)| weight).sum();
-    let over = |ms: f64| times.iter().filter(|(ns, _)| *ns > ms * 1e6).map(|(_, weight)| weight).sum::<f64>() / total;
+    // Begins at 0.0, because the sum of no numbers is -0.0.
+    let over =
+        |ms: f64| times.iter().filter(|(ns, _)| *ns > ms * 1e6).fold(0.0, |sum, (_, weight)| sum + weight) / total;
     let [over_1_ms, over_2_ms, over_4_ms, over_8_ms] = CYCLES_MS.map(over);
     (!times.is_empty()).then(|| DeadlineRow {
         scene: scene.to_owned(),

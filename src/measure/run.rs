@@ -47,6 +47,14 @@ pub enum MeasureError {
         /// What differs.
         difference: &'static str,
     },
+    /// An orientation is none of the audit's.
+    #[error("the audit has no orientation `{asked}`; it has {known}")]
+    NoSuchOrientation {
+        /// What was asked for.
+        asked: String,
+        /// What there is.
+        known: String,
+    },
     /// A launch in a process of its own failed.
     #[error("launch {launch} failed: {cause}")]
     Launch {

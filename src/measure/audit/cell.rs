@@ -4,6 +4,7 @@
 //! tree policy. Whatever a box was fitted by, it becomes the same type afterwards, so that all cells run the very same
 //! machine code in a query and differ by their data alone.
 
+use super::memory::Remembered;
 use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
 use crate::tree::{Axes, Policy, SplitRule, Tree};
 use crate::volume::Info;
@@ -46,9 +47,9 @@ struct Orientation {
 const ORIENTATIONS: [Orientation; 5] = [
     Orientation::of::<VertexCovariance>("vertex"),
     Orientation::of::<AreaCovariance>("area"),
-    Orientation::of::<HullAreaCovariance>("hull-area"),
-    Orientation::of::<Dito14>("dito"),
-    Orientation::of::<MinimumVolume>("min"),
+    Orientation::of::<Remembered<HullAreaCovariance>>("hull-area"),
+    Orientation::of::<Remembered<Dito14>>("dito"),
+    Orientation::of::<Remembered<MinimumVolume>>("min"),
 ];
 
 /// The split rules.
@@ -259,8 +260,9 @@ mod tests {
 
     #[test]
     fn the_centre_decides_containment_whatever_else() {
-        for triangles in [meshes::stepped_tool(12, 40).triangles(), meshes::torus(12.0, 4.0, 14, 7).triangles()] {
-            for cell in Cell::all() {
+        let some = || Cell::all().into_iter().filter(|cell| cell.leaf == 4 && cell.split != SplitRule::Sah16);
+        for triangles in [meshes::stepped_tool(8, 10).triangles(), meshes::torus(12.0, 4.0, 14, 7).triangles()] {
+            for cell in some() {
                 let tree = cell.tree(&triangles);
                 assert_eq!(tree.check_structure(), Ok(()), "{}", cell.name());
                 if ["mid-extent", "symmetric"].contains(&cell.centre) {
@@ -268,12 +270,9 @@ mod tests {
                 }
             }
         }
-        let tool = meshes::stepped_tool(12, 40).triangles();
-        let outside = Cell::all()
-            .iter()
-            .filter(|cell| cell.tree(&tool).check_containment(1.0).is_err())
-            .map(|c| c.centre)
-            .collect();
+        let tool = meshes::stepped_tool(8, 10).triangles();
+        let outside =
+            some().filter(|cell| cell.tree(&tool).check_containment(1.0).is_err()).map(|c| c.centre).collect();
         assert_eq!(BTreeSet::from(["mean", "weighted-mean"]), outside);
     }
 }

@@ -10,6 +10,7 @@
 mod axes;
 pub mod cell;
 mod count;
+mod memory;
 mod time;
 
 use super::chunk::{self, Chunk, Role};
@@ -46,7 +47,7 @@ struct Amount {
 
 const fn amount(profile: Profile) -> Amount {
     match profile {
-        Profile::Smoke => Amount { chunks: 1, blocks: 1 },
+        Profile::Smoke => Amount { chunks: 3, blocks: 1 },
         Profile::Quick => Amount { chunks: 4, blocks: 2 },
         Profile::Full => Amount { chunks: 32, blocks: 8 },
     }
@@ -86,14 +87,22 @@ impl Audit {
         Ok(plan)
     }
 
-    /// Opens an audit's folder: a new one, or one to go on with. `fresh` replaces an audit of another request.
+    /// Opens an audit's folder: a new one, or one to go on with. Only cells of `orientations` are audited, when any are named;
+    /// `fresh` replaces an audit of another request.
     ///
     /// # Errors
-    /// When the folder holds something else or cannot be written.
-    pub fn open(plan: Plan, folder: &Path, fresh: bool) -> Result<Self, MeasureError> {
+    /// When there is no such orientation, or the folder holds something else or cannot be written.
+    pub fn open(plan: Plan, orientations: &[String], folder: &Path, fresh: bool) -> Result<Self, MeasureError> {
         let amount = amount(plan.selection.profile);
+        let mut cells = Cell::all();
+        if let Some(asked) = orientations.iter().find(|asked| cells.iter().all(|cell| cell.orientation != *asked)) {
+            let mut known: Vec<&str> = cells.iter().map(|cell| cell.orientation).collect();
+            known.dedup();
+            return Err(MeasureError::NoSuchOrientation { asked: asked.clone(), known: known.join(", ") });
+        }
+        cells.retain(|cell| orientations.is_empty() || orientations.iter().any(|asked| asked == cell.orientation));
         let mut manifest = new_manifest(&plan);
-        manifest.request.policies = Cell::all().iter().map(Cell::name).collect();
+        manifest.request.policies = cells.iter().map(Cell::name).collect();
         if folder.join(Manifest::FILE).exists() {
             let old = Manifest::read(folder)?;
             match difference(&old, &manifest) {
@@ -107,7 +116,7 @@ impl Audit {
             return Err(MeasureError::NotARun(folder.to_owned()));
         }
         manifest.write(folder)?;
-        Ok(Self { folder: folder.to_owned(), plan, cells: Cell::all(), amount, manifest, cache: None })
+        Ok(Self { folder: folder.to_owned(), plan, cells, amount, manifest, cache: None })
     }
 
     /// The same audit with a place where exact answers are kept.
@@ -168,6 +177,7 @@ impl Audit {
             write_unit(&self.axes_unit(scene), |folder| write_rows(folder, &rows))?;
         }
         progress.begin(&format!("{}: counting {} cells", scene.name, self.cells.len()), uncounted.len() as u64);
+        let remembering = memory::Remembering::begin();
         uncounted.par_iter().try_for_each(|cell| {
             let (rows, trees) = count::count(cell, &questions);
             progress.advance(1);
@@ -176,6 +186,7 @@ impl Audit {
                 write_rows(folder, &trees)
             })
         })?;
+        drop(remembering);
         if untimed.is_empty() {
             return Ok(());
         }
