@@ -4,6 +4,7 @@
 //! plotted and reported like the ones that are shipped.
 
 mod analyze;
+mod audit;
 mod check;
 mod gcode;
 mod launch;
@@ -18,6 +19,7 @@ mod report;
 mod repro;
 mod scene;
 mod surfaces;
+mod sweep;
 mod verify;
 
 use crate::registry::Registry;
@@ -48,6 +50,7 @@ Examples:
   bvbench verify --scene lathe-toolpost  verdicts of the standard variants against the exact truth
   bvbench measure --variant ID --variant ID --out results/two
   bvbench report --out results/quick     write the report of a run again
+  bvbench audit --profile smoke          what really makes a box good
   bvbench check SCENE part.ngc           what collides on this machine, at which line
   bvbench scene pairs SCENE              which parts can collide at all, and why the others cannot
   bvbench gcode part.ngc                 what a program means, move by move
@@ -70,6 +73,10 @@ enum Verb {
     Plot(plot::Options),
     /// Write a run's report
     Report(report::Options),
+    /// Cross orientation, centre, split and leaf size of boxes: which of them matters?
+    Audit(audit::Options),
+    /// Vary one quantity and hold everything else: tessellation, size, distance, frame, shape, path step
+    Sweep(sweep::Options),
     /// Run a program on a machine and say what collides, at which line
     Check(check::Options),
     /// Show a scene: what it holds, which parts can collide
@@ -114,6 +121,8 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Analyze(options) => analyze::run(&options),
         Verb::Plot(options) => plot::run(&options),
         Verb::Report(options) => report::run(&options),
+        Verb::Audit(options) => audit::run(&options),
+        Verb::Sweep(options) => sweep::run(&options, registry),
         Verb::Check(options) => check::run(&options, registry),
         Verb::Scene(options) => scene::run(&options),
         Verb::Gcode(options) => gcode::run(&options),

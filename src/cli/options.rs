@@ -9,7 +9,7 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 
 /// Seed unless another is given: the year of the paper.
-const DEFAULT_SEED: u64 = 2011;
+pub const DEFAULT_SEED: u64 = 2011;
 
 /// What to measure, and where to put it.
 #[derive(Args, Clone)]

@@ -175,7 +175,7 @@ impl Plan {
     }
 }
 
-fn choose(ids: &[String], registry: &Registry) -> Result<Vec<Variant>, PlanError> {
+pub(super) fn choose(ids: &[String], registry: &Registry) -> Result<Vec<Variant>, PlanError> {
     if ids.is_empty() {
         return Ok(registry.variants().iter().filter(|variant| variant.is_standard).copied().collect());
     }

@@ -3,6 +3,7 @@
 
 pub mod centre;
 pub mod dito;
+pub mod exit;
 pub mod frame;
 pub mod minimum;
 
@@ -50,6 +51,14 @@ impl ObbPose {
     pub fn new(a_from_b: &Isometry) -> Self {
         let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
         Self { rotation, translation: a_from_b.translation.vector }
+    }
+}
+
+impl<R> Obb<R> {
+    /// The same box under another rule's name: a rule matters only while a box is fitted.
+    #[must_use]
+    pub fn renamed<S>(self) -> Obb<S> {
+        Obb { axes: self.axes, centre: self.centre, half: self.half, rule: PhantomData }
     }
 }
 
