@@ -3,7 +3,7 @@
 use crate::geometry::Mesh;
 use crate::method::brute::AllPairs;
 use crate::method::parry::ParryMesh;
-use crate::method::{Kind, Model, brute, parry};
+use crate::method::{Kind, Model, brute, parry, wide_obb};
 use crate::tree::{Policy, SplitRule, Tree};
 use crate::volume::aabb::Aabb;
 use crate::volume::dop_8::Dop8;
@@ -11,11 +11,13 @@ use crate::volume::obb::Obb;
 use crate::volume::obb_area::ObbArea;
 use crate::volume::obb_area_centroid::ObbAreaCentroid;
 use crate::volume::obb_area_symmetric::ObbAreaSymmetric;
+use crate::volume::obb_least::ObbLeast;
 use crate::volume::obb_vertex::ObbVertex;
 use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
 use crate::volume::obb_vertex_symmetric::ObbVertexSymmetric;
 use crate::volume::sphere_ritter::SphereRitter;
 use crate::volume::{BoundingVolume, Info};
+use crate::wide::WideTree;
 
 /// Prepares a mesh for queries.
 type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;
@@ -75,7 +77,7 @@ impl Registry {
     /// Everything that bvbench ships.
     #[must_use]
     pub fn standard() -> Self {
-        use SplitRule::{AreaMean, VertexMean};
+        use SplitRule::{AreaMean, Sah16, VertexMean};
         let variants = vec![
             Variant::of::<SphereRitter>(VertexMean),
             Variant::of::<Aabb>(VertexMean),
@@ -86,6 +88,8 @@ impl Registry {
             Variant::of::<Obb<ObbAreaCentroid>>(AreaMean),
             Variant::of::<Obb<ObbVertexSymmetric>>(VertexMean),
             Variant::of::<Obb<ObbAreaSymmetric>>(AreaMean),
+            Variant::of::<Obb<ObbLeast>>(Sah16),
+            Variant::without_tree(wide_obb::INFO, Kind::Volume, |mesh, _| Box::new(WideTree::build(mesh))),
             Variant::without_tree(brute::INFO, Kind::Control, |mesh, _| Box::new(AllPairs(mesh.triangles()))),
             Variant::without_tree(parry::INFO, Kind::Peer, |mesh, _| Box::new(ParryMesh::new(mesh))),
         ];

@@ -11,6 +11,7 @@ pub mod obb;
 pub mod obb_area;
 pub mod obb_area_centroid;
 pub mod obb_area_symmetric;
+pub mod obb_least;
 pub mod obb_vertex;
 pub mod obb_vertex_centroid;
 pub mod obb_vertex_symmetric;
