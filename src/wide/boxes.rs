@@ -21,7 +21,7 @@
 //! Together (26.6 + 1) uD + (15.2 + 1) u(A + B). The constants are [`PER_DISTANCE`] = 29 and [`PER_HALF`] = 18, the rest pays for the slack's own
 //! rounding. To it comes the slack of the pose ([`super::pose`]). Nothing here is an absolute length: scaled data give scaled slacks.
 
-use super::lanes::Lanes;
+use super::lanes::{Lanes, three};
 use super::node::{Node, WIDTH};
 use super::pose::{PER_DISTANCE, PER_HALF, Seen, U};
 
@@ -77,26 +77,6 @@ fn axes<L: Lanes>(turn: [L; 3]) -> [[L; 3]; 3] {
     [[one - yy - zz, xy + wz, xz - wy], [xy - wz, one - xx - zz, yz + wx], [xz + wy, yz - wx, one - xx - yy]]
 }
 
-/// An array of three, written out: closures would not surely be inlined, and what is not inlined is not compiled for the machine.
-macro_rules! three {
-    ($k:ident => $of:expr) => {
-        [
-            {
-                let $k = 0;
-                $of
-            },
-            {
-                let $k = 1;
-                $of
-            },
-            {
-                let $k = 2;
-                $of
-            },
-        ]
-    };
-}
-
 #[inline(always)]
 fn dot<L: Lanes>(a: &[L; 3], b: &[L; 3]) -> L {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -132,4 +112,109 @@ fn gaps<'a, L: Lanes>(visit: impl Fn(usize) -> &'a Visit<'a>, gap: &mut [[f32; W
     most.store(gap);
     // A gap that is not a number parts nothing.
     !most.exceeds(L::splat(|i| visit(i).node.slack + visit(i).one.slack))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::code::Code;
+    use super::super::lanes::{Machine, Simd, Work};
+    use super::super::pose::Pose;
+    use super::super::turn;
+    use super::*;
+    use crate::geometry::{Isometry, Point, Vector};
+    use nalgebra::{Matrix3, Rotation3};
+    use proptest::prelude::*;
+
+    struct Visiting<'a>(&'a [Visit<'a>]);
+
+    impl Work for Visiting<'_> {
+        type Output = [Found; 2];
+
+        #[inline(always)]
+        fn run<M: Machine>(self) -> [Found; 2] {
+            let mut found = [Found::default(); 2];
+            visit::<M::Single>(self.0, &mut found);
+            found
+        }
+    }
+
+    /// The largest difference of distance and reach over the fifteen axes in `f64`, from the axes of both boxes in one frame.
+    fn gap_in_f64(u: &Matrix3<f64>, a: &Vector, v: &Matrix3<f64>, b: &Vector, d: &Vector) -> f64 {
+        let edges = (0..9).map(|n| u.column(n / 3).cross(&v.column(n % 3)));
+        let faces = (0..3).flat_map(|n| [u.column(n).into_owned(), v.column(n).into_owned()]);
+        let reach = |axis: &Vector| u.tr_mul(axis).abs().dot(a) + v.tr_mul(axis).abs().dot(b);
+        edges.chain(faces).map(|axis| axis.dot(d).abs() - reach(&axis)).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    fn vector(size: f64) -> impl Strategy<Value = Vector> {
+        prop::array::uniform3(-size..size).prop_map(Vector::from)
+    }
+
+    fn boxed(turn: Vector, half: Vector, centre: Vector, origin: [f32; 3]) -> Code {
+        let frame = Rotation3::from_scaled_axis(turn).into_inner();
+        let corners: Vec<Point> = (0..8)
+            .map(|n| {
+                let sign = Vector::from_fn(|k, _| if n >> k & 1 == 0 { 1.0 } else { -1.0 });
+                Point::from(centre + frame * half.component_mul(&sign))
+            })
+            .collect();
+        Code::fit(&frame, origin, corners.iter())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        /// At any scale, for flat, long and nearly parallel boxes, the gap is the `f64` gap within the slack, on every instruction set alike:
+        /// whatever the slack calls apart is apart.
+        #[test]
+        fn the_slack_covers_the_rounding(
+            turns in (vector(3.0), prop_oneof![vector(3.0), vector(1e-6), Just(Vector::zeros())]),
+            halves in (vector(1.0), vector(1.0)),
+            flat in prop::array::uniform2(prop_oneof![Just(1.0), Just(1e-4), Just(0.0)]),
+            centres in (vector(2.0), vector(2.0)),
+            pose in (vector(3.0), vector(1.0)),
+            exponent in -6..6_i32,
+        ) {
+            let scale = 10f64.powi(exponent);
+            let half = |half: Vector, flat: f64| half.abs().component_mul(&Vector::new(1.0, 1.0, flat)) * scale;
+            let origin = (centres.0 * 0.7 * scale).map(|x| x as f32).into();
+            let child = boxed(turns.0, half(halves.0, flat[0]), centres.0 * scale, origin);
+            // The other box is turned against the first by the second turn, once it is moved.
+            let motion = Isometry::new(pose.1 * scale, pose.0);
+            let turn = motion.rotation.inverse() * nalgebra::UnitQuaternion::from_scaled_axis(turns.0)
+                * nalgebra::UnitQuaternion::from_scaled_axis(turns.1);
+            let other_origin = (centres.1 * scale).map(|x| x as f32).into();
+            let one = boxed(turn.scaled_axis(), half(halves.1, flat[1]), centres.1 * scale, other_origin);
+
+            let mut node = Node::empty(origin);
+            node.count = 8;
+            (0..8).for_each(|place| node.put(place, &child));
+            node.slack = node_slack(&node);
+            let moved = Pose::new(&motion, 10.0 * scale);
+            let seen = Seen::new(&moved.a_from_b, &one, &other_origin, &node, 0.0);
+            let visit = Visit { node: &node, one: seen };
+            let wide = |x: [f32; 3]| Vector::from(x.map(f64::from));
+            let rotation = motion.rotation.to_rotation_matrix().into_inner();
+            let centre = rotation * (wide(other_origin) + wide(one.centre)) + motion.translation.vector - wide(origin);
+            let exact = gap_in_f64(
+                &(rotation * turn::decode(one.turn)),
+                &wide(one.half),
+                &turn::decode(child.turn),
+                &wide(child.half),
+                &(wide(child.centre) - centre),
+            );
+            let slack = f64::from(node.slack + seen.slack);
+            let results: Vec<[Found; 2]> = Simd::available().into_iter().map(|simd| simd.run(Visiting(&[visit, visit]))).collect();
+            for [first, second] in &results {
+                prop_assert_eq!(first, second);
+                prop_assert_eq!(first, &results[0][0]);
+                for gap in first.gap {
+                    prop_assert!((f64::from(gap) - exact).abs() <= slack, "{gap} {exact} {slack}");
+                }
+                prop_assert!(exact > 0.0 || first.live == 255, "{exact} {slack}");
+                // And the slack is small against the lengths involved, which are up to 20 times the scale.
+                prop_assert!(exact < 1e-4 * scale || first.live == 0, "{exact} {slack}");
+            }
+        }
+    }
 }

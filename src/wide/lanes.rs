@@ -11,6 +11,27 @@ use std::ops::{Add, Mul, Sub};
 /// Boxes per visit of a node: the lanes that belong together.
 pub(super) use super::node::WIDTH;
 
+/// An array of three, written out: closures would not surely be inlined, and what is not inlined is not compiled for the machine.
+macro_rules! three {
+    ($k:ident => $of:expr) => {
+        [
+            {
+                let $k = 0;
+                $of
+            },
+            {
+                let $k = 1;
+                $of
+            },
+            {
+                let $k = 2;
+                $of
+            },
+        ]
+    };
+}
+pub(super) use three;
+
 /// `f32` lanes: eight for each visit that fits a register.
 pub(super) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
     /// How many visits fit a register.

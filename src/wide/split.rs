@@ -8,7 +8,7 @@
 //! Here all is `f32` and without bounds of error: it decides how good the tree is, never whether it is right.
 
 use crate::geometry::{Point, Triangle, covariance};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Bins per axis, at most.
 const BINS: usize = 16;
@@ -34,8 +34,8 @@ impl Item {
     }
 
     /// The cross product of two edges.
-    fn normal(&self) -> nalgebra::Vector3<f32> {
-        let [p, q, r] = self.corners.map(nalgebra::Vector3::from);
+    fn normal(&self) -> Vector3<f32> {
+        let [p, q, r] = self.corners.map(Vector3::from);
         (q - p).cross(&(r - p))
     }
 }
@@ -109,14 +109,25 @@ fn frames(items: &[Item], stride: usize) -> impl Iterator<Item = Matrix3<f64>> {
     [Some(principal(items, stride)), Some(Matrix3::identity()), largest(items, stride)].into_iter().flatten()
 }
 
-/// The principal axes of the surface.
+/// The principal axes of the surface: [`covariance::area_weighted`] in `f32`, about the first corner.
 fn principal(items: &[Item], stride: usize) -> Matrix3<f64> {
-    let local: Vec<Triangle> = items
-        .iter()
-        .step_by(stride)
-        .map(|item| Triangle { corners: item.corners.map(|c| Point::from(c.map(f64::from))) })
-        .collect();
-    covariance::principal_frame(&covariance::area_weighted(&local).1)
+    let origin = Vector3::from(items[0].corners[0]);
+    let (mut total, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
+    for item in items.iter().step_by(stride) {
+        let [p, q, r] = item.corners.map(|corner| Vector3::from(corner) - origin);
+        let weight = (q - p).cross(&(r - p)).norm();
+        let sum = p + q + r;
+        total += weight;
+        first += sum * (weight / 3.0);
+        for one in [sum, p, q, r] {
+            second += one * (one * (weight / 12.0)).transpose();
+        }
+    }
+    if total <= 0.0 {
+        return Matrix3::identity();
+    }
+    let mean: Vector3<f32> = first / total;
+    covariance::principal_frame(&(second / total - mean * mean.transpose()).map(f64::from))
 }
 
 /// The axes of the largest triangle: along its longest edge, in its plane, and normal. `None` when none has area.

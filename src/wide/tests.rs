@@ -7,9 +7,14 @@ use crate::conformance::cases::Cases;
 use crate::conformance::meshes;
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector, exact};
+use crate::scene::{Pair, Scene};
 use crate::tree::traverse::{Counts, NoProbe};
+use crate::truth::PairOracle;
 use crate::workload::draw::Draw;
+use crate::workload::generate;
 use proptest::prelude::*;
+use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Every pair of faces that touch exactly, sorted.
 fn truth(a: &Mesh, b: &Mesh, a_from_b: &Isometry) -> Vec<(u32, u32)> {
@@ -44,6 +49,31 @@ fn verdicts_and_lists_are_the_exact_truth_and_all_counts_are_equal_on_every_inst
         assert!(counts.iter().all(|c| *c == counts[0]), "{counts:?}");
     }
     assert!(touching > cases.cases.len() / 3 && touching < 2 * cases.cases.len() / 3);
+}
+
+#[test]
+fn on_the_shipped_scenes_every_instruction_set_says_the_exact_truth() {
+    let (mut touching, mut poses) = (0, 0);
+    for name in ["lathe-toolpost", "lathe-tailstock", "trunnion-impeller"] {
+        let scene = Scene::find(name).unwrap();
+        let trees: Vec<WideTree> = scene.parts.iter().map(|part| WideTree::build(&part.mesh)).collect();
+        for pair in generate(&scene, 600, 3).unwrap().iter().flat_map(|workload| &workload.pairs) {
+            let Pair { a, b, .. } = pair.pair;
+            let mesh = |part: usize| Arc::clone(&scene.parts[part].mesh);
+            let oracle = PairOracle::new(mesh(a), mesh(b));
+            let exact: Vec<bool> = pair.poses.par_iter().map(|pose| oracle.touches(&pose.a_from_b)).collect();
+            for (pose, exact) in pair.poses.iter().zip(&exact) {
+                for simd in Simd::available() {
+                    let pose = &pose.a_from_b;
+                    let says = first(&trees[a], &trees[b], pose, simd, &mut Scratch::default(), &mut NoProbe);
+                    assert_eq!(says, *exact, "{name}, {}, {}, {pose}", scene.pair_name(pair.pair), simd.name());
+                }
+            }
+            poses += exact.len();
+            touching += exact.iter().filter(|&&touching| touching).count();
+        }
+    }
+    assert!(touching > poses / 20 && touching < poses, "{touching} of {poses}");
 }
 
 /// A mesh of the same shape in another unit, as near as the grid allows.

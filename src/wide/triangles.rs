@@ -6,8 +6,9 @@
 //!
 //! The corners of `b` are moved and snapped by the very operations of [`crate::geometry::grid::Placement`], so that all methods see the same triangles.
 
-use super::lanes::DoubleLanes;
+use super::lanes::{DoubleLanes, three};
 use super::node::WideTree;
+use crate::geometry::Triangle;
 use crate::geometry::certified::{self, ERROR};
 use crate::geometry::grid::Placement;
 
@@ -44,27 +45,24 @@ impl Batch {
     #[inline(always)]
     pub fn unparted<D: DoubleLanes>(&mut self, a: &WideTree, b: &WideTree, placement: &Placement) -> u8 {
         let mut corners = [[[[0.0; 8]; 3]; 3]; 2];
-        for i in 0..self.len {
-            let (still, moved) = (a.triangle(self.a[i]), placement.triangle(&b.triangle(self.b[i])));
-            for corner in 0..3 {
-                for k in 0..3 {
-                    corners[0][corner][k][i] = still.corners[corner][k];
-                    corners[1][corner][k][i] = moved.corners[corner][k];
-                }
-            }
+        for (lane, (&i, &j)) in self.a.iter().zip(&self.b).enumerate().take(self.len) {
+            spread(&a.triangle(i), lane, &mut corners[0]);
+            spread(&placement.triangle(&b.triangle(j)), lane, &mut corners[1]);
         }
         let waiting = ((1_u32 << self.len) - 1) as u8;
         self.len = 0;
-        let mut lanes = [[[D::splat(0.0); 3]; 3]; 2];
-        for triangle in 0..2 {
-            for corner in 0..3 {
-                for k in 0..3 {
-                    lanes[triangle][corner][k] = D::load(&corners[triangle][corner][k]);
-                }
-            }
-        }
-        let [p, q] = lanes;
+        let [p, q] = [loaded::<D>(&corners[0]), loaded::<D>(&corners[1])];
         waiting & !(on_one_side(&p, &q) | on_one_side(&q, &p))
+    }
+}
+
+/// Puts a triangle's coordinates into a lane.
+#[inline(always)]
+fn spread(triangle: &Triangle, lane: usize, to: &mut [[[f64; 8]; 3]; 3]) {
+    for (corner, lanes) in triangle.corners.iter().zip(to) {
+        for (x, lanes) in corner.iter().zip(lanes) {
+            lanes[lane] = *x;
+        }
     }
 }
 
@@ -87,6 +85,11 @@ fn on_one_side<D: DoubleLanes>(p: &[[D; 3]; 3], q: &[[D; 3]; 3]) -> u8 {
         below &= (D::splat(0.0) - height).exceeds(error);
     }
     above | below
+}
+
+#[inline(always)]
+fn loaded<D: DoubleLanes>(from: &[[[f64; 8]; 3]; 3]) -> [[D; 3]; 3] {
+    three!(corner => three!(k => D::load(&from[corner][k])))
 }
 
 #[inline(always)]
