@@ -3,7 +3,7 @@
 use crate::geometry::Mesh;
 use crate::method::brute::AllPairs;
 use crate::method::parry::ParryMesh;
-use crate::method::{Kind, Model, brute, parry};
+use crate::method::{Kind, Model, brute, parry, wide_obb};
 use crate::tree::{Policy, SplitRule, Tree};
 use crate::volume::aabb::Aabb;
 use crate::volume::aabb_f32::AabbF32;
@@ -23,6 +23,7 @@ use crate::volume::obb_area_f32::ObbAreaF32;
 use crate::volume::obb_area_symmetric::ObbAreaSymmetric;
 use crate::volume::obb_dito14::ObbDito14;
 use crate::volume::obb_hull_area::ObbHullArea;
+use crate::volume::obb_least::ObbLeast;
 use crate::volume::obb_min::ObbMin;
 use crate::volume::obb_vertex::ObbVertex;
 use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
@@ -36,6 +37,7 @@ use crate::volume::sphere_ritter::SphereRitter;
 use crate::volume::sphere_ritter_f32::SphereRitterF32;
 use crate::volume::sphere_welzl::SphereWelzl;
 use crate::volume::{BoundingVolume, Info};
+use crate::wide::WideTree;
 
 /// Prepares a mesh for queries.
 type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;
@@ -105,7 +107,7 @@ impl Registry {
     /// Everything that bvbench ships.
     #[must_use]
     pub fn standard() -> Self {
-        use SplitRule::{AreaMean, VertexMean};
+        use SplitRule::{AreaMean, Sah16, VertexMean};
         let variants = vec![
             Variant::of::<SphereRitter>(VertexMean),
             Variant::of::<Aabb>(VertexMean),
@@ -135,6 +137,8 @@ impl Registry {
             Variant::of::<Single<Dop8F32>>(VertexMean).on_request(),
             Variant::of::<Single<ObbVertexF32>>(VertexMean).on_request(),
             Variant::of::<Single<ObbAreaF32>>(AreaMean).on_request(),
+            Variant::of::<Obb<ObbLeast>>(Sah16).on_request(),
+            Variant::without_tree(wide_obb::INFO, Kind::Volume, |mesh, _| Box::new(WideTree::build(mesh))),
             Variant::without_tree(brute::INFO, Kind::Control, |mesh, _| Box::new(AllPairs(mesh.triangles()))),
             Variant::without_tree(parry::INFO, Kind::Peer, |mesh, _| Box::new(ParryMesh::new(mesh))),
         ];

@@ -1,9 +1,10 @@
 //! Triangles, meshes, the coordinate grid, and the triangle tests everything else rests on.
 //!
 //! Reading order: [`triangle`], [`mesh`], [`grid`], [`weld`], [`surface`], [`covariance`], the triangle tests ([`intersect`] is
-//! fast, [`exact`] decides, [`exact_integer`] checks the decider, [`cross_check`]
+//! fast, [`exact`] decides, [`certified`] decides fast, [`exact_integer`] checks the decider, [`cross_check`]
 //! compares them), [`triangle_distance`], [`hull`], [`rectangle`], [`shapes`] and [`import`].
 
+pub mod certified;
 pub mod covariance;
 pub mod cross_check;
 pub mod grid;

@@ -23,6 +23,7 @@ pub mod obb_area_f32;
 pub mod obb_area_symmetric;
 pub mod obb_dito14;
 pub mod obb_hull_area;
+pub mod obb_least;
 pub mod obb_min;
 pub mod obb_vertex;
 pub mod obb_vertex_centroid;
