@@ -47,7 +47,7 @@ struct Amount {
 
 const fn amount(profile: Profile) -> Amount {
     match profile {
-        Profile::Smoke => Amount { chunks: 3, blocks: 1 },
+        Profile::Smoke => Amount { chunks: 1, blocks: 1 },
         Profile::Quick => Amount { chunks: 4, blocks: 2 },
         Profile::Full => Amount { chunks: 32, blocks: 8 },
     }
