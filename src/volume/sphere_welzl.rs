@@ -118,9 +118,14 @@ mod tests {
         points.iter().map(|p| (p - ball.centre).norm()).fold(0.0, f64::max)
     }
 
+    /// The farthest point from the oracle's centre: on some clouds its own radius leaves a point outside. Infinite where it
+    /// panics, as it does of numerical instability.
     fn oracle(points: &[Vector]) -> f64 {
-        let mut points: VecDeque<_> = points.iter().map(|p| oracle_algebra::Point3::new(p.x, p.y, p.z)).collect();
-        Oracle::enclosing_points(&mut points).radius_squared.sqrt()
+        let mut queue: VecDeque<_> = points.iter().map(|p| oracle_algebra::Point3::new(p.x, p.y, p.z)).collect();
+        let ask = || Oracle::enclosing_points(&mut queue).center;
+        let Ok(centre) = std::panic::catch_unwind(std::panic::AssertUnwindSafe(ask)) else { return f64::INFINITY };
+        let centre = Vector::new(centre.x, centre.y, centre.z);
+        points.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max)
     }
 
     #[test]
@@ -166,18 +171,18 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(400))]
 
         #[test]
-        fn it_is_the_oracles(points in prop::collection::vec(prop::array::uniform3(-10.0..10.0_f64), 1..40), flat in 0..9_i32) {
+        fn it_is_no_larger_than_the_oracles(points in prop::collection::vec(prop::array::uniform3(-10.0..10.0_f64), 1..40), flat in 0..9_i32) {
             let points: Vec<Vector> = points.into_iter().map(|[x, y, z]| Vector::new(x, y, z * 10.0_f64.powi(-flat))).collect();
             let (found, expected) = (radius(&points), oracle(&points));
-            prop_assert!((found - expected).abs() <= 1e-9 * expected, "{found} {expected}");
+            prop_assert!(found <= expected * (1.0 + 1e-9), "{found} {expected}");
         }
 
         /// Lattice points: many on one sphere, many on one plane.
         #[test]
-        fn it_is_the_oracles_on_a_lattice(points in prop::collection::vec(prop::array::uniform3(0..4_i32), 1..40)) {
+        fn it_is_no_larger_than_the_oracles_on_a_lattice(points in prop::collection::vec(prop::array::uniform3(0..4_i32), 1..40)) {
             let points: Vec<Vector> = points.into_iter().map(|p| Vector::from(p.map(f64::from))).collect();
             let (found, expected) = (radius(&points), oracle(&points));
-            prop_assert!((found - expected).abs() <= 1e-9, "{found} {expected}");
+            prop_assert!(found <= expected * (1.0 + 1e-9), "{found} {expected}");
         }
     }
 }
