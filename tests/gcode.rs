@@ -345,7 +345,8 @@ fn a_program_without_end_is_given_up_with_its_line() {
 #[test]
 fn under_tool_centre_point_control_moves_are_the_tips() {
     let tool = bvbench::gcode::Tool::with_length(90.0, 6.0);
-    let setup = Setup { tools: [(1, tool)].into(), ..Setup::default() };
+    let other = bvbench::gcode::Tool::with_length(80.0, 6.0);
+    let setup = Setup { tools: [(1, tool), (2, other)].into(), ..Setup::default() };
     let run = |source: &str| interpret(source, Path::new("tip.ngc"), &setup);
     let program = run("T1 M6\nG0 Z200\nG43.4 H1\nG1 X5 Z50 A-30 F100\nG0 A0\nG49\nG0 Z150\nM2").unwrap();
     let told: Vec<_> = program.moves.iter().map(|m| (m.line, m.end[Axis::Z], m.tip_mm)).collect();
@@ -365,8 +366,11 @@ fn under_tool_centre_point_control_moves_are_the_tips() {
     );
     let error = run("T1 M6\nG43.4 H1\nG1 A-30 F100\nG49\nM2").unwrap_err();
     assert_eq!((error.line, error.column), (4, 1), "{error}");
-    let error = run("T1 M6\nG43.4 H1\nG43 H1\nM2").unwrap_err();
+    let error = run("T1 M6\nG43.4 H1\nG43 H2\nM2").unwrap_err();
     assert_eq!(error.line, 3, "{error}");
+    // The same length again is none but the same, and a whole turn is no turn.
+    let program = run("T1 M6\nG0 Z200\nG43.4 H1\nG43 H1\nG0 C-720\nG49\nM2").unwrap();
+    assert_eq!(program.moves.last().map(|m| (m.end[Axis::Z], m.tip_mm)), Some((200.0, None)));
 }
 
 #[test]

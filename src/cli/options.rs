@@ -9,7 +9,7 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 
 /// Seed unless another is given: the year of the paper.
-const DEFAULT_SEED: u64 = 2011;
+pub const DEFAULT_SEED: u64 = 2011;
 
 /// What to measure, and where to put it.
 #[derive(Args, Clone)]
@@ -23,7 +23,7 @@ pub struct RunOptions {
     /// Scene by name or by path; repeatable [default: the paper's two]
     #[arg(long = "scene", value_name = "NAME|PATH")]
     scenes: Vec<String>,
-    /// Variant by id (see `list`); repeatable [default: all]
+    /// Variant by id (see `list`), or `all`; repeatable [default: the standard ones]
     #[arg(long = "variant", value_name = "ID")]
     variants: Vec<String>,
     /// Workload by name: program, approach, random, recorded; repeatable [default: all]

@@ -100,6 +100,8 @@ impl Interpreter<'_> {
                 self.offsets.tool = offset;
                 self.enter_tip_control(code)?;
             }
+            // The length in force, named again, changes nothing.
+            430 if self.tip_mm.is_some_and(|length| self.is_length(length, values, code)) => {}
             _ if self.tip_mm.is_some() => {
                 return Err(code.fault(Cause::NotAllowed("another tool length under tool-centre-point control")));
             }
@@ -132,6 +134,13 @@ impl Interpreter<'_> {
             None if named.is_some() => Err(values.fault('h', Cause::UnknownTool)),
             None => Err(code.fault(Cause::UnknownTool)),
         }
+    }
+
+    /// Whether what G43 adds is a length of `length` mm and nothing else.
+    fn is_length(&self, length: f64, values: &Values, code: &Code) -> bool {
+        let mut wanted = [0.0; 9];
+        wanted[Axis::Z as usize] = length;
+        self.tool_offset(values, code).is_ok_and(|offset| offset == wanted)
     }
 
     /// M codes of the machine's own.
@@ -173,8 +182,10 @@ impl Interpreter<'_> {
 
     /// Elsewhere the tip's place would depend on the machine, which an interpreter does not know.
     fn check_rotary_at_zero(&self, code: &Code) -> Result<(), Fault> {
+        // Whole turns are zero to everything that turns.
+        let from_zero = |degrees: f64| (degrees - 360.0 * (degrees / 360.0).round()).abs();
         let turned =
-            Axis::ALL.into_iter().any(|axis| axis.is_rotary() && self.position[axis as usize].abs() > AT_ZERO_DEG);
+            Axis::ALL.into_iter().any(|axis| axis.is_rotary() && from_zero(self.position[axis as usize]) > AT_ZERO_DEG);
         if turned {
             let why = "tool-centre-point control is switched only while all rotary axes are at zero";
             return Err(code.fault(Cause::NotAllowed(why)));

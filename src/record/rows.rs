@@ -1,5 +1,6 @@
 //! The rows. Column names are field names; `results/README.md` is their dictionary for readers.
 
+use super::sweep::{SweepRow, SweepTimingRow};
 use super::vocabulary::{Band, Stratum};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -387,7 +388,7 @@ macro_rules! case_key {
     })* };
 }
 
-case_key!(QueryRow, VerificationRow, TreeRow, TightnessRow, BuildRow, TimingRow, SummaryRow);
+case_key!(QueryRow, VerificationRow, TreeRow, TightnessRow, BuildRow, TimingRow, SummaryRow, SweepRow, SweepTimingRow);
 
 impl CaseKey {
     /// `split/axes/leaf`.

@@ -4,7 +4,7 @@ use super::Role;
 use crate::gcode::{Axis, Position};
 use crate::geometry::import::Unit;
 use crate::geometry::shapes::{Shape, Tessellation};
-use crate::machine::file::{LinkFile, PlacementFile};
+use crate::machine::file::{Form, LinkFile, PlacementFile};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;
@@ -86,12 +86,22 @@ pub struct ExpectFile {
     pub pair: Spanned<[String; 2]>,
 }
 
-/// The `[machine]` of a scene, or a file of its own, which has the same keys but `file`.
+/// The `[machine]` of a scene, or a file of its own, which has the same keys but `file` and `density`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MachineFile {
     /// A file with `links` and `parts`. Excludes `links` here; its parts come first.
     pub file: Option<String>,
+    /// A URDF file with links and what they look like. Excludes `file` and `links`; its parts come first.
+    pub urdf: Option<String>,
+    /// Letters of axes for joints of the URDF file, by the joint's name; joints not named here get the next free ones.
+    #[serde(default)]
+    pub axes: BTreeMap<String, char>,
+    /// Which of the two descriptions of the URDF file's links is taken.
+    #[serde(default)]
+    pub form: Form,
+    /// How finely the shapes of that file are triangulated, instead of what its parts say.
+    pub density: Option<f64>,
     /// Links.
     #[serde(default)]
     pub links: Vec<LinkFile>,
@@ -124,6 +134,8 @@ pub struct PartFile {
     pub mesh: Option<String>,
     /// The mesh file's unit.
     pub unit: Option<Unit>,
+    /// How far apart vertices of the mesh file may be to become one, mm; without it, they must be equal.
+    pub weld_mm: Option<f64>,
 }
 
 /// What moves the machine.
