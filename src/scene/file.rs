@@ -51,12 +51,29 @@ pub struct CheckFile {
     pub ignore: Vec<Spanned<[String; 2]>>,
     /// Pairs of parts that may touch.
     pub allow: Vec<Spanned<[String; 2]>>,
+    /// How rapid moves go.
+    pub rapid: RapidFile,
     /// Rapid rate of X, Y, Z, U, V, W, mm/min.
     pub rapid_mm_min: Option<f64>,
     /// Rapid rate of A, B, C, degrees/min.
     pub rapid_deg_min: Option<f64>,
+    /// Rapid rates of single axes, by letter, mm/min or degrees/min.
+    pub rapid_rates: BTreeMap<String, f64>,
+    /// Greatest feed rates of single axes, by letter, mm/min or degrees/min.
+    pub feed_limits: BTreeMap<String, f64>,
     /// Collisions that the scene's own program is known to have.
     pub expect: Vec<ExpectFile>,
+}
+
+/// How rapid moves go.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RapidFile {
+    /// Straight in axis space.
+    #[default]
+    Straight,
+    /// Every axis at its own rate.
+    DogLeg,
 }
 
 /// A collision that is known.
@@ -210,9 +227,12 @@ pub struct ToolFile {
     /// What G43 adds.
     #[serde(default)]
     pub offset: PositionFile,
-    /// Cutting diameter, mm.
+    /// Cutting diameter, or twice the nose radius, mm.
     #[serde(default)]
     pub diameter_mm: f64,
+    /// Which way a lathe tool points, 1 to 9.
+    #[serde(default)]
+    pub orientation: u8,
 }
 
 /// Axis positions; those not given are 0.

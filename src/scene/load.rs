@@ -1,11 +1,11 @@
 //! From `scene.toml` to a checked [`Scene`].
 
 use super::error::{Place, SceneError};
-use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, SceneFile, TipFile};
+use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, RapidFile, SceneFile, TipFile};
 use super::folder::Folder;
 use super::program::{self, ProgramRun};
 use super::{Approach, Expected, MeshFile, Overrides, Pair, Part, Rates, Recording, Role, Scene, recording};
-use crate::gcode::Position;
+use crate::gcode::{Axis, Position, RapidPath};
 use crate::geometry::shapes::Tessellation;
 use crate::geometry::{Mesh, Point, Vector, import};
 use crate::machine::file::Form;
@@ -277,17 +277,32 @@ fn part_mesh(
 }
 
 fn read_rates(document: &Document, file: &CheckFile) -> Result<Rates, SceneError> {
-    let rate = |name: &str, given: Option<f64>, default: f64| match given.unwrap_or(default) {
+    let refuse = |message| SceneError::Meaning { place: document.header("[check]"), message };
+    let rate = |name: &str, rate: f64| match rate {
         rate if rate > 0.0 && rate.is_finite() => Ok(rate),
-        rate => Err(SceneError::Meaning {
-            place: document.header("[check]"),
-            message: format!("{name} is {rate}; it must be a finite number above 0"),
-        }),
+        rate => Err(refuse(format!("{name} is {rate}; it must be a finite number above 0"))),
     };
-    Ok(Rates {
-        rapid_mm_min: rate("rapid_mm_min", file.rapid_mm_min, RAPID_MM_MIN)?,
-        rapid_rad_min: rate("rapid_deg_min", file.rapid_deg_min, RAPID_DEG_MIN)?.to_radians(),
-    })
+    let linear = rate("rapid_mm_min", file.rapid_mm_min.unwrap_or(RAPID_MM_MIN))?;
+    let rotary = rate("rapid_deg_min", file.rapid_deg_min.unwrap_or(RAPID_DEG_MIN))?.to_radians();
+    let mut rates = Rates {
+        rapid: Axis::ALL.map(|axis| if axis.is_rotary() { rotary } else { linear }),
+        feed: [f64::INFINITY; 9],
+        rapid_path: RapidPath::Straight,
+    };
+    for (name, given, rates) in
+        [("rapid_rates", &file.rapid_rates, &mut rates.rapid), ("feed_limits", &file.feed_limits, &mut rates.feed)]
+    {
+        for (letter, &value) in given {
+            let axis = letter.parse().ok().and_then(Axis::from_letter);
+            let axis = axis.ok_or_else(|| refuse(format!("{name}: `{letter}` is not an axis, X to W")))?;
+            let value = rate(&format!("{name}.{letter}"), value)?;
+            rates[axis as usize] = if axis.is_rotary() { value.to_radians() } else { value };
+        }
+    }
+    if let RapidFile::DogLeg = file.rapid {
+        rates.rapid_path = RapidPath::DogLeg(rates.rapid);
+    }
+    Ok(rates)
 }
 
 fn read_program(

@@ -19,7 +19,7 @@ pub use error::{Place, SceneError};
 pub use program::{ProgramRun, TipCause, TipFault};
 pub use recording::Recording;
 
-use crate::gcode::Position;
+use crate::gcode::{Position, RapidPath};
 use crate::geometry::import::ImportReport;
 use crate::geometry::{Isometry, Mesh, Vector};
 use crate::machine::{Machine, Poses};
@@ -94,10 +94,12 @@ impl Role {
 /// What `check` needs to know of a scene beside its parts and motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rates {
-    /// Rapid rate of linear axes, mm/min.
-    pub rapid_mm_min: f64,
-    /// Rapid rate of rotary axes, radians/min.
-    pub rapid_rad_min: f64,
+    /// Rapid rate of each axis, mm/min or radians/min.
+    pub rapid: [f64; 9],
+    /// Greatest feed rate of each axis, mm/min or radians/min; infinite where the scene names none.
+    pub feed: [f64; 9],
+    /// How rapid moves go.
+    pub rapid_path: RapidPath,
 }
 
 /// A collision that a scene's program is known to have.
