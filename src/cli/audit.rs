@@ -16,7 +16,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench audit --profile smoke              every cell on the paper's two scenes, a chunk of poses per stratum\n  bvbench audit --counts-only                operations and containment only: the same on every machine\n  bvbench audit --scene trunnion-impeller --out results/audit-impeller\n  bvbench audit --orientation vertex --orientation area\n                                             without the search for the smallest box, which takes longest\n\nAn interrupted audit goes on where it stopped when the same command is given again."
+    after_help = "Examples:\n  bvbench audit --profile smoke              every cell, a chunk of poses per stratum\n  bvbench audit --counts-only                operations and containment only: the same on every machine\n  bvbench audit --scene trunnion-impeller --out results/audit-impeller\n  bvbench audit --orientation vertex --orientation area\n                                             without the search for the smallest box, which takes longest\n\nAn interrupted audit goes on where it stopped when the same command is given again."
 )]
 pub struct Options {
     /// How much: smoke (minutes), quick (half an hour), full (a day)
@@ -25,7 +25,7 @@ pub struct Options {
     /// Folder of the audit [default: results/audit-PROFILE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Scene by name or by path; repeatable [default: the paper's two]
+    /// Scene by name or by path; repeatable [default: two lathes and a 5-axis mill]
     #[arg(long = "scene", value_name = "NAME|PATH")]
     scenes: Vec<String>,
     /// Orientation by name: vertex, area, hull-area, dito, min; repeatable [default: all]

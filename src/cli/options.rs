@@ -20,7 +20,7 @@ pub struct RunOptions {
     /// Folder of the run [default: results/PROFILE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Scene by name or by path; repeatable [default: the paper's two]
+    /// Scene by name or by path; repeatable [default: two lathes and a 5-axis mill]
     #[arg(long = "scene", value_name = "NAME|PATH")]
     scenes: Vec<String>,
     /// Variant by id (see `list`), or `all`; repeatable [default: the standard ones]

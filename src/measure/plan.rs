@@ -20,7 +20,7 @@ pub const ALL_VARIANTS: &str = "all";
 pub struct Selection {
     /// How much.
     pub profile: Profile,
-    /// Scene names or paths; empty for the two of the paper.
+    /// Scene names or paths; empty for those of [`Scene::BY_DEFAULT`].
     pub scenes: Vec<String>,
     /// Variant ids, or [`ALL_VARIANTS`]; empty for the standard ones.
     pub variants: Vec<String>,
@@ -101,7 +101,7 @@ impl Plan {
         let cases = variants.iter().flat_map(|variant| cases_of(variant, &selection.policies)).collect();
         let mut scenes: Vec<Scene> = Vec::new();
         let asked: Vec<&str> = match selection.scenes.as_slice() {
-            [] => Scene::OF_THE_PAPER.to_vec(),
+            [] => Scene::BY_DEFAULT.to_vec(),
             names => names.iter().map(String::as_str).collect(),
         };
         for name in asked {

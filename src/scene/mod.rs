@@ -203,8 +203,8 @@ impl Scene {
     /// Names of the machines that are compiled into the program.
     pub const SHIPPED: &'static [&'static str] = shipped::NAMES;
 
-    /// Names of the two after the paper's, which a run examines unless it is told otherwise.
-    pub const OF_THE_PAPER: &'static [&'static str] = shipped::OF_THE_PAPER;
+    /// Names of those that a run examines unless it is told otherwise: two after the paper's, and a mill with five axes.
+    pub const BY_DEFAULT: &'static [&'static str] = shipped::BY_DEFAULT;
 
     /// Names of the shipped scenes that belong to a family: one shape, triangulated in several ways.
     pub const FAMILIES: &'static [&'static str] = shipped::FAMILIES;

@@ -8,8 +8,8 @@ pub const NAMES: &[&str] =
 pub const FAMILIES: &[&str] =
     &["size-1e3", "size-1e4", "size-1e5", "size-1e6", "grading-1", "grading-10", "grading-100"];
 
-/// Those of the paper: what a run is about unless it is told otherwise.
-pub const OF_THE_PAPER: &[&str] = &["lathe-toolpost", "lathe-tailstock"];
+/// What a run is about unless it is told otherwise: two lathes after the paper's scenes, and a mill with five axes.
+pub const BY_DEFAULT: &[&str] = &["lathe-toolpost", "lathe-tailstock", "trunnion-impeller"];
 
 macro_rules! files {
     ($($path:literal),* $(,)?) => { &[$(($path, include_str!(concat!("../../bench-scenes/", $path)))),*] };
