@@ -1,6 +1,6 @@
 //! A scene as a picture: orthographic, shaded, with the outlines of parts and edges drawn in.
 //!
-//! Triangles go into a depth buffer of [`SAMPLES`]² samples per pixel, each with its part's colour and its face's normal. A
+//! Triangles go into a depth buffer of `SAMPLES`² samples per pixel, each with its part's colour and its face's normal. A
 //! sample is dark where its neighbour lies on another part, in another depth or on a face that is turned away from its own
 //! by an edge, as in the non-photorealistic outlines of Saito and Takahashi (1990). The samples' mean is the pixel. The
 //! same scene gives the same bytes.

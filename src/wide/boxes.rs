@@ -9,7 +9,7 @@
 //! from the node's origin; D = |s| + |c|; A, B are the sums of the half-lengths. Stored quantities are exact by definition
 //! ([`super::code`]), s and u_i are rounded once from `f64`.
 //!
-//! 1. Axes v_j decoded in `f32` ([`axes`]). With |turn|² ≤ 0.272: xx, yy, zz are rounded once; their sum, at most 0.55, halved and taken from 1
+//! 1. Axes v_j decoded in `f32` (`axes`). With |turn|² ≤ 0.272: xx, yy, zz are rounded once; their sum, at most 0.55, halved and taken from 1
 //!    is wrong by at most 0.84u + 1u, and its root w ≥ 0.85 by at most 1.84u/(2·0.85) + 1u = 2.1u; w·2x by at most 3.2u; 2xy by 0.28u; an
 //!    off-diagonal entry, their sum, by 4.5u; a diagonal one by 2.6u. So |Δv_j| ≤ √(2·4.5² + 2.6²) u < 7u; |Δu_i| ≤ 1.01u.
 //! 2. R_ij = u_i·v_j: 1.01u + 7u + 3u (three products, two sums) < 11.2u.
@@ -18,7 +18,7 @@
 //! 5. Reaches: each half-length is multiplied by at most one wrong R on each axis (11.2u) and takes part in at most four roundings: 15.2u(A + B).
 //! 6. The difference of distance and reach is rounded once: u(D + A + B).
 //!
-//! Together (26.6 + 1) uD + (15.2 + 1) u(A + B). The constants are [`PER_DISTANCE`] = 29 and [`PER_HALF`] = 18, the rest pays for the slack's own
+//! Together (26.6 + 1) uD + (15.2 + 1) u(A + B). The constants are `PER_DISTANCE` = 29 and `PER_HALF` = 18, the rest pays for the slack's own
 //! rounding. To it comes the slack of the pose ([`super::pose`]). Nothing here is an absolute length: scaled data give scaled slacks.
 
 use super::lanes::{Lanes, three};

@@ -5,7 +5,7 @@
 //! r the largest |d|, and c the rounded centre. A computed projection on a decoded axis is within 16√3·u|d| (the axis) + u|d| (the
 //! difference) + 3u|d| (the products and sums) < 32u·r of the true one, and that of c within 31u|c| likewise. The difference of the two
 //! adds 1u(r + |c|), so that the half-length, their largest difference, is at most 34u(r + |c|) too small, and
-//! [`PAD`]·(r + |c|) with 64u restores it. Then the half-length is rounded up to `f32`.
+//! `PAD`·(r + |c|) with 64u restores it. Then the half-length is rounded up to `f32`.
 
 use super::turn;
 use crate::geometry::{Point, Vector};

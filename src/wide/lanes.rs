@@ -1,6 +1,6 @@
 //! The three instruction sets: AVX-512, AVX2, and what every machine has; chosen when the program runs.
 //!
-//! The tests are written once, over [`Lanes`] and [`DoubleLanes`]. All three do the same IEEE operations in the same order (no fused
+//! The tests are written once, over `Lanes` and `DoubleLanes`. All three do the same IEEE operations in the same order (no fused
 //! multiply-add), so that every result, and with it every count, has the same bits on every machine.
 
 #![expect(unsafe_code, reason = "vector instructions; this file alone")]

@@ -1,6 +1,6 @@
 //! The cells of the audit: every orientation with every centre, split rule and leaf size.
 //!
-//! A row of [`ORIENTATIONS`] crosses one frame rule with all centres at compile time; splits and leaf sizes are values of the
+//! A row of `ORIENTATIONS` crosses one frame rule with all centres at compile time; splits and leaf sizes are values of the
 //! tree policy. Whatever a box was fitted by, it becomes the same type afterwards, so that all cells run the very same
 //! machine code in a query and differ by their data alone.
 

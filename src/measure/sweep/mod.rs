@@ -1,6 +1,6 @@
 //! Sweeps: one quantity varied, everything else held.
 //!
-//! Every sweep is a named experiment on two parametric bodies ([`stage`]), so that it needs no files. The lines along which
+//! Every sweep is a named experiment on two parametric bodies ([`mod@stage`]), so that it needs no files. The lines along which
 //! the bodies meet are the same at every value of the quantity, and every variant answers the same poses; along each
 //! line one pose lies 1 mm before first contact and one 1 mm past it, unless the sweep itself says where.
 //!
