@@ -1,39 +1,18 @@
 //! The rows of an audit: the factorial experiment on what makes a box good.
 
-use super::rows::Row;
+use super::rows::{Row, row_file};
 use super::vocabulary::Stratum;
 use serde::{Deserialize, Serialize};
 
-impl Row for AuditRow {
-    const FILE: &'static str = "audit.csv";
-}
-
-impl Row for AuditTreeRow {
-    const FILE: &'static str = "audit_trees.csv";
-}
-
-impl Row for AuditTimingRow {
-    const FILE: &'static str = "audit_timings.csv";
-}
-
-impl Row for AuditBuildRow {
-    const FILE: &'static str = "audit_builds.csv";
-}
-
-impl Row for AuditAxisRow {
-    const FILE: &'static str = "audit_axes.csv";
-}
-
-impl Row for AuditCellRow {
-    const FILE: &'static str = "audit_cells.csv";
-}
-
-impl Row for AuditEffectRow {
-    const FILE: &'static str = "audit_effects.csv";
-}
-
-impl Row for AuditShareRow {
-    const FILE: &'static str = "audit_shares.csv";
+row_file! {
+    AuditRow => "audit.csv",
+    AuditTreeRow => "audit_trees.csv",
+    AuditTimingRow => "audit_timings.csv",
+    AuditBuildRow => "audit_builds.csv",
+    AuditAxisRow => "audit_axes.csv",
+    AuditCellRow => "audit_cells.csv",
+    AuditEffectRow => "audit_effects.csv",
+    AuditShareRow => "audit_shares.csv",
 }
 
 /// The names of the four factors, in the order of columns.

@@ -1,23 +1,14 @@
 //! Derived rows about what queries and trees cost: the cost model, deadlines, and when a dearer tree has paid for itself.
 
-use super::rows::Row;
+use super::rows::{Row, row_file};
 use super::vocabulary::Stratum;
 use serde::{Deserialize, Serialize};
 
-impl Row for CostRow {
-    const FILE: &'static str = "costs.csv";
-}
-
-impl Row for CostChunkRow {
-    const FILE: &'static str = "cost_chunks.csv";
-}
-
-impl Row for DeadlineRow {
-    const FILE: &'static str = "deadlines.csv";
-}
-
-impl Row for RepayRow {
-    const FILE: &'static str = "repay.csv";
+row_file! {
+    CostRow => "costs.csv",
+    CostChunkRow => "cost_chunks.csv",
+    DeadlineRow => "deadlines.csv",
+    RepayRow => "repay.csv",
 }
 
 /// What the operations of one case cost on the machine of the run: T = setup + tests of volumes × cost + tests of triangles ×

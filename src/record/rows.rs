@@ -11,9 +11,11 @@ pub trait Row: Serialize + DeserializeOwned {
     const FILE: &'static str;
 }
 
+/// Says which file each row type lives in.
 macro_rules! row_file {
     ($($row:ty => $file:literal),* $(,)?) => { $(impl Row for $row { const FILE: &'static str = $file; })* };
 }
+pub(super) use row_file;
 
 row_file! {
     QueryRow => "queries.csv",

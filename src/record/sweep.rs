@@ -1,19 +1,13 @@
 //! The rows of a sweep: one quantity varied, everything else held.
 
-use super::rows::Row;
+use super::rows::{Row, row_file};
 use super::vocabulary::Stratum;
 use serde::{Deserialize, Serialize};
 
-impl Row for SweepRow {
-    const FILE: &'static str = "sweep.csv";
-}
-
-impl Row for SweepTimingRow {
-    const FILE: &'static str = "sweep_timings.csv";
-}
-
-impl Row for SweepSummaryRow {
-    const FILE: &'static str = "sweep_summary.csv";
+row_file! {
+    SweepRow => "sweep.csv",
+    SweepTimingRow => "sweep_timings.csv",
+    SweepSummaryRow => "sweep_summary.csv",
 }
 
 /// One case asked about the poses of one group at one value of the swept quantity. Deterministic.
