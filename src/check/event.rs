@@ -11,7 +11,7 @@ use super::motion::Path;
 use super::scan::{Nearness, Stretch};
 use super::{PARTED_MM, Settings};
 use crate::gcode::Position;
-use crate::scene::{Pair, Role, Scene};
+use crate::scene::{Pair, Scene};
 
 /// What happens.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +48,8 @@ impl Kind {
 /// One end of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extent {
+    /// Place on the [`Path`].
+    pub place: f64,
     /// Line of the program; 0 before its first move.
     pub line: u32,
     /// Part of the way through that line's move, 0 to 1.
@@ -108,7 +110,7 @@ impl Telling<'_> {
             }
             let of_pair = OfPair { scene: self.scene, path: self.path, pair };
             found.extend(of_pair.collisions(&stretches, parted));
-            if !of_pair.is_cutting() {
+            if !self.scene.is_cutting(pair) {
                 for (nearness, zone_mm) in settings.zones_mm.iter().map(|&zone| self.border(zone)) {
                     let runs = runs(&stretches, nearness);
                     found.extend(runs.iter().map(|run| (run.from, of_pair.event(Kind::Near { zone_mm }, run))));
@@ -168,12 +170,6 @@ struct OfPair<'a> {
 }
 
 impl OfPair<'_> {
-    /// Whether this is the cutter and the workpiece.
-    fn is_cutting(&self) -> bool {
-        let roles = [self.pair.a, self.pair.b].map(|part| self.scene.parts[part].role);
-        roles == [Role::Cutter, Role::Workpiece] || roles == [Role::Workpiece, Role::Cutter]
-    }
-
     /// Contacts; those of an episode in which the pair does not get farther apart than the border `parted` are one on each line.
     fn collisions(&self, stretches: &[Stretch], parted: Nearness) -> Vec<(f64, Event)> {
         let mut contacts: Vec<Stretch> = Vec::new();
@@ -192,7 +188,7 @@ impl OfPair<'_> {
             contacts.extend(of_episode);
         }
         let told = contacts.into_iter().filter_map(|contact| {
-            let kind = match (self.is_cutting(), self.path.sample_at(contact.from).rapid) {
+            let kind = match (self.scene.is_cutting(self.pair), self.path.sample_at(contact.from).rapid) {
                 (true, false) => return None,
                 (true, true) => Kind::RapidIntoWorkpiece,
                 (false, _) => Kind::Collision,
@@ -225,6 +221,7 @@ impl OfPair<'_> {
         let sample = self.path.sample_at(place);
         let line = if place <= 0.0 { 0 } else { sample.line };
         Extent {
+            place,
             line,
             fraction: self.path.fraction(place),
             time_s: self.path.time_s(place),
