@@ -26,7 +26,7 @@ pub struct Options {
     /// The file [default: SCENE.html]
     #[arg(long, value_name = "FILE.html")]
     out: Option<PathBuf>,
-    /// Variant whose trees are drawn (see `list`); two are shown side by side [default: the paper's box, as it is and literally]
+    /// Variant whose trees are drawn (see `list`); two are shown side by side [default: the fastest safe box, and one that drifts off its contents]
     #[arg(long = "variant", value_name = "ID", value_delimiter = ',')]
     variants: Vec<String>,
     /// Levels of the trees
@@ -81,7 +81,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     Ok(CLEAR)
 }
 
-/// The reference box, and the first variant of its kind that is not safe: what the paper's argument is about.
+/// The reference box, and the first volume that is not safe: what the paper's argument is about.
 fn by_default(registry: &Registry) -> Vec<&Variant> {
     let variants = || registry.variants().iter();
     let safe = variants().find(|variant| variant.is_reference);

@@ -18,7 +18,7 @@ function layOut(view) {
   const help = make("div", { class: "bv-help", hidden: true }, make("dl", {}, ...KEYS.flatMap(([key, what]) => [make("dt", {}, key), make("dd", {}, what)])));
   const subtitle = data.program ? `${data.name}, ${data.program.file}` : data.name;
   const toggles = {
-    xray: button("See through", "See through parts that do not collide (X)", () => view.toggle("xray")),
+    xray: button("See through", "See through parts that are not of the nearest pair (X)", () => view.toggle("xray")),
     axes: button("Axes", "Axes of the machine (A)", () => view.toggle("axes")),
   };
   const tools = make("div", { class: "bv-tools" }, toggles.xray, toggles.axes,

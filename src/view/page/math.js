@@ -61,6 +61,14 @@ function applyToDirection(m, v) {
   return minus(apply(m, v), [m[12], m[13], m[14]]);
 }
 
+/** The inverse of a rotation with a shift. @param {Mat4} m @returns {Mat4} */
+function inverse(m) {
+  /** @type {Mat4} */
+  const back = [m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0, 0, 0, 0, 1];
+  [back[12], back[13], back[14]] = times(apply(back, [m[12], m[13], m[14]]), -1);
+  return back;
+}
+
 /** @param {Vec3} a @param {Vec3} b @returns {Vec3} */
 function plus(a, b) {
   return [a[0] + b[0], a[1] + b[1], a[2] + b[2]];

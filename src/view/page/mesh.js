@@ -105,3 +105,29 @@ function creases(places, faces, flat, around) {
   }
   return Uint16Array.from(found);
 }
+
+/**
+ * Whether a segment meets a surface before its last hundredth (Moeller and Trumbore 1997).
+ * @param {Surface} surface @param {PartData} part @param {Vec3} from @param {Vec3} to part frame
+ */
+function meets({ faces, places }, { low, step }, from, to) {
+  const along = minus(to, from);
+  const at = (/** @type {number} */ corner) => {
+    const vertex = 3 * faces[corner];
+    return /** @type {Vec3} */ ([0, 1, 2].map((axis) => low[axis] + step[axis] * places[vertex + axis]));
+  };
+  for (let corner = 0; corner < faces.length; corner += 3) {
+    const p = at(corner);
+    const [u, v] = [minus(at(corner + 1), p), minus(at(corner + 2), p)];
+    const normal = cross(along, v);
+    const volume = dot(u, normal);
+    if (volume === 0) continue;
+    const toEye = minus(from, p);
+    const a = dot(toEye, normal) / volume;
+    const side = cross(toEye, u);
+    const b = dot(along, side) / volume;
+    const t = dot(v, side) / volume;
+    if (a >= 0 && b >= 0 && a + b <= 1 && t > 0 && t < 0.99) return true;
+  }
+  return false;
+}

@@ -23,6 +23,12 @@ function pairName(data, pair) {
   return pair.map((part) => data.parts[part].name).join(" and ");
 }
 
+/** Whether an axis is told in degrees: one that turns, or one whose joints turn by a degree per mm. @param {ViewData} data @param {number} axis */
+function isAngle(data, axis) {
+  const joints = data.links.flatMap((link) => (link.joint?.axis === axis ? [link.joint] : []));
+  return isRotary(axis) || (joints.length > 0 && joints.every((joint) => joint.turns));
+}
+
 /** Axis positions in machine axes, tool, block, and how near it is. */
 class OperatorPanel {
   /** @param {ViewData} data @param {Motion} motion */
@@ -33,7 +39,7 @@ class OperatorPanel {
     this.pair = make("div", { class: "bv-pair" });
     this.axes = motion.axes.map((axis) => ({ axis, value: make("output") }));
     const rows = this.axes.map(({ axis, value }) =>
-      make("div", { class: "bv-axis" }, make("b", {}, AXIS_LETTERS[axis]), value, make("small", {}, isRotary(axis) ? "°" : "mm")),
+      make("div", { class: "bv-axis" }, make("b", {}, AXIS_LETTERS[axis]), value, make("small", {}, isAngle(data, axis) ? "°" : "mm")),
     );
     this.facts = make("dl", { class: "bv-facts" });
     this.fact = Object.fromEntries(
@@ -179,7 +185,7 @@ function eventsPanel(data, go) {
   const sorted = [...data.events].sort((p, q) => rank(p) - rank(q) || p.first - q.first);
   const rows = sorted.map((event) => {
     const what = isCollision(event) ? (event.kind === "collision" ? "collision" : "rapid into workpiece") : `nearer than ${event.zone_mm} mm`;
-    const least = isCollision(event) ? (event.inside ? "inside" : "") : `${event.least_mm.toFixed(2)} mm`;
+    const least = isCollision(event) ? (event.inside ? "inside" : "") : event.least_mm > 0 ? `${event.least_mm.toFixed(2)} mm` : "to contact";
     return make("button", { class: "bv-event", "data-kind": isCollision(event) ? "collision" : "near", click: () => go(event) },
       make("b", {}, `line ${event.line}`), make("span", {}, `${what}: ${pairName(data, event.pair)}`), make("small", {}, least));
   });

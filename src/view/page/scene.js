@@ -78,6 +78,16 @@ class Stage {
     return [middle, Math.max(...points.map((point) => Math.hypot(...minus(point, middle))))];
   }
 
+  /** Whether a part that is not of the nearest pair stands between the eye and a point. @param {Vec3} point @param {Showing} showing */
+  isHidden(point, showing) {
+    const poses = this.motion.posesAt(this.motion.positionAt(showing.place));
+    return this.data.parts.some((_, part) => {
+      if (!this.isShown(part, showing) || showing.pair.includes(part)) return false;
+      const partFromWorld = inverse(this.worldFromPart(part, poses));
+      return meets(this.surfaces[part], this.data.parts[part], apply(partFromWorld, this.camera.eye()), apply(partFromWorld, point));
+    });
+  }
+
   /** @param {number} part @param {Showing} showing */
   isShown(part, showing) {
     const tool = this.data.parts[part].tool;
@@ -117,7 +127,7 @@ class Stage {
     const colliding = new Map(showing.colliding.flatMap((event) => event.pair.map((part, side) => [part, side])));
     const near = new Set(showing.near.flatMap((event) => event.pair));
     const parts = this.data.parts.map((_, part) => part).filter((part) => this.isShown(part, showing));
-    const isGhost = (/** @type {number} */ part) => showing.xray && !colliding.has(part);
+    const isGhost = (/** @type {number} */ part) => showing.xray && !colliding.has(part) && !showing.pair.includes(part);
     const skyward = applyToDirection(eye, this.camera.up);
     for (const ghosts of [false, true]) {
       for (const part of parts.filter((part) => isGhost(part) === ghosts)) {

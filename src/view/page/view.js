@@ -7,6 +7,10 @@
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 /** How long a program takes on the screen unless somebody says otherwise, s. */
 const SHOW_S = 40;
+/** Time between frames above which a moving picture gets coarser, and below which it gets finer again, ms. */
+const [SLOW_MS, FAST_MS] = [40, 22];
+/** The coarsest, pixels of the picture per pixel of the screen; and how long it stays so when nothing moves any more, ms. */
+const [COARSEST, REST_MS] = [0.5, 200];
 /** Where no time passes: keys in a second. */
 const KEYS_PER_S = 4;
 
@@ -28,6 +32,8 @@ class View {
     this.held = null;
     this.speed = SPEEDS.find((speed) => this.motion.duration / speed <= SHOW_S) ?? 1000;
     this.frames = 0;
+    /** When the last frame was painted, how fine it is, and what makes it fine again. */
+    this.pace = { last: 0, fineness: 1, rest: 0 };
     this.pending = false;
     this.ui = layOut(this);
     this.stage = new Stage(new Gpu(this.ui.canvas), data, this.motion, this.camera);
@@ -80,11 +86,13 @@ class View {
     this.refresh();
   }
 
-  /** To the end of the first way through a line, or through the next one that moves anything. @param {number} line */
+  /** To the first collision that begins on a line; else to the end of the first way through it, or through the next that moves anything. @param {number} line */
   goToLine(line) {
     const runs = this.motion.runs;
+    const crash = this.data.events.find((event) => isCollision(event) && event.line === line);
     const run = runs.find((run) => run.line === line) ?? runs.find((run) => run.line > line) ?? runs[runs.length - 1];
-    if (run) this.go(run.last);
+    if (crash) this.goToEvent(crash);
+    else if (run) this.go(run.last);
   }
 
   /** @param {ViewEvent} event */
@@ -160,17 +168,18 @@ class View {
     this.refresh();
   }
 
-  /** Frames what is nearest, or collides. */
+  /** Frames what is nearest, or collides; sees through what hides it. */
   focus() {
-    const pair = this.nearness.at(this.showing.place)?.pair;
-    if (!pair) return;
-    const balls = pair.map((part) => this.stage.ballAround([part], this.showing.place));
-    const [middle, radius] = balls[0][1] < balls[1][1] ? balls[0] : balls[1];
-    const { colliding } = this.nearness.eventsAt(this.showing.place);
-    const contact = colliding[0]?.contacts[0]?.at;
-    const world = contact && this.stage.worldFromPart(colliding[0].pair[0], this.motion.posesAt(this.motion.positionAt(this.showing.place)));
-    this.camera.frame(world && contact ? apply(world, contact) : middle, clamp(1.3 * radius, 0.05 * this.camera.size, 0.2 * this.camera.size), this.aspect());
-    this.draw();
+    const { showing, stage, camera } = this;
+    if (showing.pair.length === 0) return;
+    const balls = showing.pair.map((part) => stage.ballAround([part], showing.place));
+    const [middle, radius] = balls.reduce((least, ball) => (ball[1] < least[1] ? ball : least));
+    const first = showing.colliding[0]?.contacts[0]?.at;
+    const poses = this.motion.posesAt(this.motion.positionAt(showing.place));
+    const target = first ? apply(stage.worldFromPart(showing.colliding[0].pair[0], poses), first) : middle;
+    camera.frame(target, clamp(1.3 * radius, 0.05 * camera.size, 0.2 * camera.size), this.aspect());
+    showing.xray ||= stage.isHidden(target, showing);
+    this.refresh();
   }
 
   /** Frames the machine. */
@@ -213,9 +222,12 @@ class View {
     const { motion } = this;
     const from = this.showing.place;
     let to = motion.duration > 0 ? motion.placeAt(motion.timeAt(from) + seconds * this.speed) : from + seconds * KEYS_PER_S;
-    // Where no time passes a frame must not stand still for ever.
+    // No frame leaps over the beginning of a collision, however fast.
+    const ahead = this.data.events.filter((event) => isCollision(event) && event.first >= from);
+    for (const { first } of ahead) if (first > from) to = Math.min(to, first);
+    // Where no time passes the place of a time is the last of its places.
     to = Math.max(to, from);
-    const next = this.stopBefore ? this.data.events.find((event) => isCollision(event) && event.first >= from) : undefined;
+    const next = this.stopBefore ? ahead[0] : undefined;
     const hold = next ? motion.runAt(next.first)?.first ?? 0 : Infinity;
     this.held = next && to >= hold ? next : null;
     if (this.held) to = Math.max(Math.min(to, hold), Math.min(from, hold));
@@ -268,7 +280,7 @@ class View {
     const { canvas } = this.ui;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     if (width === 0 || height === 0) return;
-    const scale = Math.min(devicePixelRatio, 2);
+    const scale = Math.min(devicePixelRatio, 2) * this.#fineness();
     const [w, h] = [Math.round(width * scale), Math.round(height * scale)];
     if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
     const beside = layout.beside && showing.trees;
@@ -284,6 +296,25 @@ class View {
       this.ui.program.show(this.motion.lineAt(showing.place));
     }
     this.frames++;
+  }
+
+  /** How fine the next picture is: while frames come one after another, as fine as the machine can; else as fine as the screen. */
+  #fineness() {
+    const { pace } = this;
+    const now = performance.now();
+    const between = now - pace.last;
+    pace.last = now;
+    clearTimeout(pace.rest);
+    if (between > 2 * REST_MS) pace.fineness = 1;
+    else if (between > SLOW_MS) pace.fineness = Math.max(COARSEST, pace.fineness * 0.8);
+    else if (between < FAST_MS) pace.fineness = Math.min(1, pace.fineness * 1.05);
+    if (pace.fineness < 1) {
+      pace.rest = setTimeout(() => {
+        pace.last = 0;
+        this.paint();
+      }, REST_MS);
+    }
+    return pace.fineness;
   }
 
   // Who may ask: docs/view.md.
@@ -310,6 +341,7 @@ class View {
       beside: this.layout.beside,
       dark: showing.dark,
       frames: this.frames,
+      fine: this.pace.fineness === 1,
     };
   }
 
