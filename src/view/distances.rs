@@ -1,12 +1,11 @@
 //! The distance of the nearest pair along the path.
 
+use super::Models;
 use super::data::Distances;
 use super::motion::Motion;
 use super::pack::Packed;
 use crate::check::{Outcome, Path};
 use crate::measure::Progress;
-use crate::method::Model;
-use crate::registry::Variant;
 use crate::scene::{Pair, Scene};
 use crate::tree::distance::Proximity;
 use rayon::prelude::*;
@@ -26,25 +25,19 @@ pub(super) fn along(
     path: &Path,
     motion: &Motion,
     outcome: &Outcome,
-    method: &Variant,
+    models: &Models,
     progress: &dyn Progress,
 ) -> Distances {
     let counts = |pair: &Pair| !scene.is_cutting(*pair) && !outcome.touching_at_start.iter().any(|it| it.is(*pair));
     let kept = outcome.decisions.iter().filter(|decision| decision.dropped.is_none()).map(|decision| decision.pair);
     let pairs: Vec<Pair> = kept.filter(counts).collect();
-    let mut parts: Vec<usize> = pairs.iter().flat_map(|pair| [pair.a, pair.b]).collect();
-    parts.sort_unstable();
-    parts.dedup();
-    let prepare = |part: usize| (part, method.prepare(&scene.parts[part].mesh, None));
-    let models: BTreeMap<usize, Box<dyn Model>> =
-        parts.into_par_iter().map(prepare).collect::<Vec<_>>().into_iter().collect();
     let stride = path.samples().len().div_ceil(MOST_PLACES).max(1);
     let mut places: Vec<f64> = (0..=path.samples().len()).step_by(stride).map(|at| at as f64).collect();
     places.extend(outcome.events.iter().flat_map(|event| [event.first.place, event.nearest.place, event.last.place]));
     places.sort_by(f64::total_cmp);
     places.dedup();
     let of_chunk = |chunk: &[f64]| {
-        let mut nearest = Nearest { scene, path, pairs: &pairs, models: &models, states: BTreeMap::new(), last: 0 };
+        let mut nearest = Nearest { scene, path, pairs: &pairs, models, states: BTreeMap::new(), last: 0 };
         let found: Vec<_> = chunk.iter().map(|&place| nearest.at(place)).collect();
         progress.advance((chunk.len() * stride) as u64);
         found
@@ -64,7 +57,7 @@ struct Nearest<'a> {
     scene: &'a Scene,
     path: &'a Path<'a>,
     pairs: &'a [Pair],
-    models: &'a BTreeMap<usize, Box<dyn Model>>,
+    models: &'a Models,
     /// What the last query of each pair left behind.
     states: BTreeMap<usize, Proximity>,
     /// The pair that was nearest: asked first, so that the others have less to look for.
@@ -84,9 +77,9 @@ impl Nearest<'_> {
                 continue;
             }
             let below = least.map_or(FARTHEST_MM, |(mm, _)| mm);
-            let (a, b) = (&self.models[&pair.a], &self.models[&pair.b]);
+            let [a, b] = self.models.of(pair);
             let state = self.states.entry(number).or_default();
-            let mm = a.distance_mm(b.as_ref(), &self.scene.a_from_b(pair, &poses), below, state);
+            let mm = a.distance_mm(b, &self.scene.a_from_b(pair, &poses), below, state);
             if mm < below {
                 least = Some((mm, number));
             }

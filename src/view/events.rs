@@ -1,12 +1,12 @@
 //! What `check` found, for the page: events at keys, and of collisions the triangles that touch and the lines along which they cut.
 
+use super::Models;
 use super::data::{Contact, EventData};
 use super::motion::Motion;
 use super::pack::Packed;
 use crate::check::{Event, Kind, Outcome, Path};
 use crate::geometry::{Isometry, Point, Triangle};
 use crate::method::Model;
-use crate::registry::Variant;
 use crate::scene::{Pair, Scene};
 use rayon::prelude::*;
 
@@ -18,12 +18,12 @@ const MOST_COLLISIONS: usize = 256;
 const MOST_TRIANGLES: usize = 500;
 
 /// Every event.
-pub(super) fn all(scene: &Scene, path: &Path, motion: &Motion, outcome: &Outcome, method: &Variant) -> Vec<EventData> {
+pub(super) fn all(scene: &Scene, path: &Path, motion: &Motion, outcome: &Outcome, models: &Models) -> Vec<EventData> {
     let collisions = outcome.events.iter().filter(|event| event.kind.is_collision()).take(MOST_COLLISIONS);
     let mut contacts: Vec<Vec<Contact>> = collisions
         .collect::<Vec<_>>()
         .into_par_iter()
-        .map(|event| touching(scene, path, motion, event, method))
+        .map(|event| touching(scene, path, motion, event, models))
         .collect();
     contacts.reverse();
     outcome.events.iter().map(|event| of(event, motion, &mut contacts)).collect()
@@ -49,21 +49,20 @@ fn of(event: &Event, motion: &Motion, contacts: &mut Vec<Vec<Contact>>) -> Event
 }
 
 /// The triangles that touch, from first contact to last.
-fn touching(scene: &Scene, path: &Path, motion: &Motion, event: &Event, method: &Variant) -> Vec<Contact> {
-    let models = [event.pair.a, event.pair.b].map(|part| method.prepare(&scene.parts[part].mesh, None));
+fn touching(scene: &Scene, path: &Path, motion: &Motion, event: &Event, models: &Models) -> Vec<Contact> {
     let (first, last) = (event.first.place, event.last.place);
     let poses = if last > first { POSES } else { 1 };
     let place = |pose: usize| first + (last - first) * pose as f64 / (poses.max(2) - 1) as f64;
     let contact = |place: f64| {
         let poses = scene.machine.forward(&path.position_at(place));
         let a_from_b = scene.a_from_b(event.pair, &poses);
-        at_pose(scene, event.pair, &models, &a_from_b, motion.key_at(place))
+        at_pose(scene, event.pair, models.of(event.pair), &a_from_b, motion.key_at(place))
     };
     (0..poses).map(|pose| contact(place(pose))).collect()
 }
 
-fn at_pose(scene: &Scene, pair: Pair, models: &[Box<dyn Model>; 2], a_from_b: &Isometry, key: f64) -> Contact {
-    let (faces, _) = models[0].all_counted(models[1].as_ref(), a_from_b);
+fn at_pose(scene: &Scene, pair: Pair, [a, b]: [&dyn Model; 2], a_from_b: &Isometry, key: f64) -> Contact {
+    let (faces, _) = a.all_counted(b, a_from_b);
     let stride = faces.len().div_ceil(MOST_TRIANGLES).max(1);
     let shown: Vec<(u32, u32)> = faces.iter().step_by(stride).copied().collect();
     let [in_a, in_b] = [pair.a, pair.b].map(|part| &scene.parts[part].mesh);

@@ -22,10 +22,13 @@ pub use page::{fragment, page};
 use crate::check::{self, CheckError, Outcome, Path, Settings};
 use crate::gcode::Plane;
 use crate::measure::Progress;
+use crate::method::Model;
 use crate::picture::Up;
 use crate::registry::Variant;
-use crate::scene::{ProgramRun, Scene, TipFault};
+use crate::scene::{Pair, ProgramRun, Scene, TipFault};
 use motion::Motion;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
 use thiserror::Error;
 
 /// What is shown.
@@ -88,15 +91,33 @@ pub fn gather(
         let outcome = examine(scene, run, choice, progress)?;
         let motion = Motion::new(&path, run, &outcome.events);
         data.set_program(scene, run, &motion, &choice.settings);
+        let models = Models::new(scene, &outcome, choice.method);
         progress.begin("finding the nearest pair", path.samples().len() as u64);
-        data.distances = distances::along(scene, &path, &motion, &outcome, choice.method, progress);
-        data.events = events::all(scene, &path, &motion, &outcome, choice.method);
+        data.distances = distances::along(scene, &path, &motion, &outcome, &models, progress);
+        data.events = events::all(scene, &path, &motion, &outcome, &models);
     }
     progress.begin("drawing trees", (choice.variants.len() * scene.parts.len()) as u64);
     for &variant in &choice.variants {
         data.variants.push(trees::of_variant(scene, variant, choice.levels, progress)?);
     }
     Ok(data)
+}
+
+/// The examined parts, prepared for one variant.
+struct Models(BTreeMap<usize, Box<dyn Model>>);
+
+impl Models {
+    fn new(scene: &Scene, outcome: &Outcome, method: &Variant) -> Self {
+        let kept = outcome.decisions.iter().filter(|decision| decision.dropped.is_none());
+        let parts: BTreeSet<usize> = kept.flat_map(|decision| [decision.pair.a, decision.pair.b]).collect();
+        let prepare = |part: usize| (part, method.prepare(&scene.parts[part].mesh, None));
+        Self(parts.into_par_iter().map(prepare).collect::<Vec<_>>().into_iter().collect())
+    }
+
+    /// Those of a pair that is examined.
+    fn of(&self, pair: Pair) -> [&dyn Model; 2] {
+        [pair.a, pair.b].map(|part| self.0[&part].as_ref())
+    }
 }
 
 /// The axis that is up unless somebody says otherwise: y under a lathe's controller, whose bed lies along z; else z.

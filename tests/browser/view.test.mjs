@@ -1,8 +1,10 @@
 // `bvbench view` in a real browser: the machine moves, what collides lights up, trees come and go, and nothing is asked of a network.
 
 import assert from "node:assert/strict";
+import { readFileSync, writeFileSync } from "node:fs";
 import { after, before, test } from "node:test";
-import { assertNotBlank, difference, existsSync, launch, open, root, shot, viewPage } from "./harness.mjs";
+import { Glb } from "./glb.mjs";
+import { assertNotBlank, bvbench, difference, existsSync, launch, open, pagePath, root, shot, viewPage } from "./harness.mjs";
 
 /** What `bench-scenes/mill-vise` is known to do: on line 93 the holder's nut runs onto the vice. */
 const CRASH = { line: 93, pair: ["vise", "holder"] };
@@ -207,6 +209,26 @@ test("dragging turns the machine, the wheel comes nearer", async () => {
   await page.context().close();
 });
 
+test("two viewers live in one page, and each starts when it comes into sight", async () => {
+  // What `view::fragment` gives is the body of a whole page but for the class `bv-whole`.
+  const body = readFileSync(mill.path, "utf8").match(/<body>([\s\S]*)<\/body>/)[1].replace("bv-view bv-whole", "bv-view");
+  const file = pagePath("two.html");
+  writeFileSync(file, `<!doctype html><html lang="en"><meta charset="utf-8"><title>two</title><body>${body}<p style="height: 2000px"></p>${body}</body></html>`);
+  const { page, faults } = await openView(file);
+  assert.equal(await page.evaluate(() => window.bvbench.length), 1);
+  await page.evaluate(() => scrollTo(0, document.body.scrollHeight));
+  await page.waitForFunction(() => window.bvbench.length === 2 && window.bvbench[1].state().frames > 0);
+  assert.equal((await page.locator(".bv-view").nth(1).boundingBox()).height, 680);
+  // Keys go to the viewer that has the focus, and to no other.
+  await page.locator(".bv-view").nth(1).focus();
+  await page.keyboard.press("ArrowRight");
+  await ask(page, () => {});
+  assert.deepEqual(await page.evaluate(() => window.bvbench.map((view) => view.state().place > 0)), [false, true]);
+  assertNotBlank(await shot(page, "view-two"), "the second viewer");
+  assert.deepEqual(faults, []);
+  await page.context().close();
+});
+
 test("dark, and on a phone", async () => {
   const dark = await openView(mill.path, { dark: true });
   const picture = await shot(dark.page, "view-dark");
@@ -238,6 +260,36 @@ test("a lathe, five axes and a robot show too", async () => {
     assert.equal(crash.state, "collision", scene);
     assertNotBlank(await shot(page, `view-${scene}-collision`), scene);
     assert.deepEqual(faults, []);
+    await page.context().close();
+  }
+});
+
+test("the page poses five axes and a robot as the GLB file does", async () => {
+  for (const scene of ["trunnion-impeller", "robot-cell"]) {
+    const file = pagePath(`${scene}.glb`);
+    bvbench("scene", "export", scene, "--format", "glb", "--out", file);
+    const glb = new Glb(file);
+    const { page } = await openView(viewPage(scene, "--levels", "1").path);
+    const parts = await page.evaluate(() => window.bvbench[0].data.parts.filter((part) => part.tool === null).map((part) => part.name));
+    let worst = 0;
+    for (let key = 0; key < glb.times.length; key += Math.ceil(glb.times.length / 9)) {
+      const poses = await page.evaluate(([time, parts]) => {
+        const view = window.bvbench[0];
+        view.go(view.motion.placeAt(time));
+        return parts.map((part) => view.pose(part));
+      }, [glb.times[key], parts]);
+      parts.forEach((part, i) => {
+        for (const [x, y, z] of [[0, 0, 0], [100, 0, 0], [0, 100, 0]]) {
+          const m = poses[i];
+          const here = [0, 1, 2].map((row) => m[row] * x + m[row + 4] * y + m[row + 8] * z + m[row + 12]);
+          const [right, up, back] = glb.place(part, key, [x, y, z]).map((metres) => 1000 * metres);
+          worst = Math.max(worst, Math.hypot(here[0] - right, here[1] + back, here[2] - up));
+        }
+      });
+    }
+    // Both round axis values to single precision, and keys may differ by what is allowed off the path.
+    assert.ok(worst < 0.05, `${scene}: ${worst} mm apart`);
+    assert.ok(glb.times.length > 100 && parts.length > 5);
     await page.context().close();
   }
 });
