@@ -24,14 +24,19 @@ type Rounds = (Stratum, u32, Vec<f64>);
 /// An engine's chunks: stratum, poses, and median time of a pass, ns.
 type Chunks = BTreeMap<Chunk, (Stratum, u32, f64)>;
 
-/// Reads the raw rows of a folder, and writes what derives from them beside them. Intervals are drawn with `seed`.
+/// Reads the raw rows of a folder, and writes what derives from them beside them. In each setting the engines are held against
+/// the first of `references` that took part. Intervals are drawn with `seed`.
 ///
 /// # Errors
 /// When a file cannot be read or written.
-pub fn summarise(folder: &Path, reference: &str, seed: u64) -> Result<(Vec<PeerRow>, Vec<PeerRatioRow>), RecordError> {
+pub fn summarise(
+    folder: &Path,
+    references: &[String],
+    seed: u64,
+) -> Result<(Vec<PeerRow>, Vec<PeerRatioRow>), RecordError> {
     let (builds, timings, answers) = (read_rows(folder)?, read_rows(folder)?, read_rows(folder)?);
     let rows = summary(&builds, &timings, &answers);
-    let ratios = ratios(&timings, &rows, reference, seed);
+    let ratios = ratios(&timings, &rows, references, seed);
     write_rows(folder, &rows)?;
     write_rows(folder, &ratios)?;
     Ok((rows, ratios))
@@ -94,6 +99,8 @@ pub fn summary(builds: &[PeerBuildRow], timings: &[PeerTimingRow], answers: &[Pe
                 let is_wrong = |row: &&&&PeerAnswerRow| row.grazing == 0 && row.exact == exact && row.touching != exact;
                 answers.iter().filter(is_wrong).count() as u64
             };
+            let errors = answers.iter().filter(|row| row.grazing == 0);
+            let errors = errors.filter_map(|row| Some((row.value? - row.true_value?).abs()));
             rows.push(PeerRow {
                 engine: engine.clone(),
                 scene: setting.0.clone(),
@@ -107,6 +114,7 @@ pub fn summary(builds: &[PeerBuildRow], timings: &[PeerTimingRow], answers: &[Pe
                 build_ns,
                 bytes,
                 mode: setting.1.clone(),
+                largest_error: errors.reduce(f64::max),
             });
         }
     }
@@ -124,16 +132,17 @@ fn construction<'a>(builds: impl Iterator<Item = &'a PeerBuildRow>) -> (u64, u64
     pairs.into_values().fold((0, 0), |(ns, bytes), pair| (ns + median(pair.0) as u64, bytes + pair.1))
 }
 
-/// How every engine compares with `reference`, setting by setting; nothing where that did not take part.
+/// How every engine compares with the first of `references` that took part, setting by setting; nothing where none did.
 #[must_use]
-pub fn ratios(timings: &[PeerTimingRow], rows: &[PeerRow], reference: &str, seed: u64) -> Vec<PeerRatioRow> {
+pub fn ratios(timings: &[PeerTimingRow], rows: &[PeerRow], references: &[String], seed: u64) -> Vec<PeerRatioRow> {
     let chunks = chunks_by_engine(timings);
     let p99: BTreeMap<_, f64> =
         rows.iter().map(|row| ((&row.engine, &row.scene, &row.mode, &row.stratum), row.p99_ns)).collect();
     let mut found = Vec::new();
     for (setting, engine) in engines(timings) {
         let of = |engine: &str| chunks.get(&(setting.clone(), engine.to_owned()));
-        let (Some(own), Some(others)) = (of(&engine), of(reference)) else { continue };
+        let held_against = references.iter().find_map(|reference| Some((reference, of(reference)?)));
+        let (Some(own), Some((reference, others))) = (of(&engine), held_against) else { continue };
         for stratum in strata() {
             let groups = paired(own, others, stratum);
             if groups.is_empty() {
@@ -145,14 +154,14 @@ pub fn ratios(timings: &[PeerTimingRow], rows: &[PeerRow], reference: &str, seed
             let tail = |engine: &String| p99.get(&(engine, &setting.0, &setting.1, &name)).copied().unwrap_or(f64::NAN);
             found.push(PeerRatioRow {
                 engine: engine.clone(),
-                reference: reference.to_owned(),
+                reference: reference.clone(),
                 scene: setting.0.clone(),
                 stratum: name.clone(),
                 mode: setting.1.clone(),
                 ratio: value,
                 low,
                 high,
-                p99_ratio: tail(&reference.to_owned()) / tail(&engine),
+                p99_ratio: tail(reference) / tail(&engine),
             });
         }
     }
@@ -199,7 +208,8 @@ mod tests {
             exact,
             grazing,
             touching,
-            value: None,
+            value: (pose == 0).then_some(3.0),
+            true_value: Some(5.0),
             ns,
         }
     }
@@ -236,18 +246,19 @@ mod tests {
         assert!((all.p99_ns - 6.94).abs() < 1e-12);
         assert_eq!((all.false_negatives, all.false_positives), (1, 0));
         assert_eq!((all.build_ns, all.bytes), (6 + 1, 200));
+        assert_eq!((all.largest_error, rows[2].largest_error), (Some(2.0), None)); // |3 - 5|
     }
 
     /// All strata: (80 + 40) / (20 + 4) = 5; colliding 80 / 20 = 4; far 40 / 4 = 10. One chunk per stratum cannot spread.
     #[test]
     fn ratios_by_hand() {
-        let found = ratios(&timings(), &[], "slow", 1);
+        let found = ratios(&timings(), &[], &["nobody".to_owned(), "slow".to_owned()], 1);
         let of = |engine: &str| {
             let rows = found.iter().filter(move |row| row.engine == engine);
             rows.map(|row| (row.stratum.as_str(), row.ratio, row.low, row.high)).collect::<Vec<_>>()
         };
         assert_eq!(of("fast"), [("all", 5.0, 5.0, 5.0), ("colliding", 4.0, 4.0, 4.0), ("far", 10.0, 10.0, 10.0)]);
         assert!(of("slow").iter().all(|row| row.1 == 1.0));
-        assert!(ratios(&timings(), &[], "nobody", 1).is_empty());
+        assert!(ratios(&timings(), &[], &["nobody".to_owned()], 1).is_empty());
     }
 }

@@ -88,9 +88,10 @@ struct CompareOptions {
     /// A variant of ours, as ID or ID@POLICY; repeatable [default: the reference variant and the peers in the registry]
     #[arg(long = "variant", value_name = "ID")]
     variants: Vec<String>,
-    /// The engine that the others are held against [default: the first runner, else the first variant]
+    /// The engine that the others are held against; of several the first that takes part [default: the first runner, else the
+    /// first variant]
     #[arg(long, value_name = "NAME")]
-    against: Option<String>,
+    against: Vec<String>,
 }
 
 #[derive(Args)]
@@ -98,9 +99,9 @@ struct TableOptions {
     /// Folder of the comparison
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// The engine that the others are held against
-    #[arg(long, value_name = "NAME")]
-    against: String,
+    /// The engine that the others are held against; of several the first that took part
+    #[arg(long, value_name = "NAME", required = true)]
+    against: Vec<String>,
     /// Seed of the intervals
     #[arg(long, default_value_t = 2011)]
     seed: u64,
@@ -175,7 +176,10 @@ fn compare(options: &CompareOptions, registry: &Registry) -> Result<()> {
     let asked = &options.poses;
     ensure!(options.rounds > 0, "--rounds 0: at least one round is needed");
     let engines = engines(options, registry)?;
-    let against = options.against.clone().unwrap_or_else(|| engines[0].name.clone());
+    let against = match options.against.as_slice() {
+        [] => vec![engines[0].name.clone()],
+        names => names.to_vec(),
+    };
     let (plan, cache) = (asked.plan(registry)?, asked.cache()?);
     let bar = Bar::new(asked.quiet);
     let amounts = Amounts { mode: asked.mode, rounds: options.rounds, seed: asked.seed };
@@ -252,7 +256,7 @@ fn answer_as(options: &RunnerOptions, registry: &Registry) -> Result<()> {
     Ok(answer::run(variant, *policy, *mode, pair, out, *rounds, commands, replies)?)
 }
 
-fn show(folder: &Path, against: &str, seed: u64) -> Result<()> {
+fn show(folder: &Path, against: &[String], seed: u64) -> Result<()> {
     let (rows, ratios) = summarise(folder, against, seed)?;
     let mut settings: Vec<(&str, &str)> = rows.iter().map(|row| (row.scene.as_str(), row.mode.as_str())).collect();
     settings.sort_unstable();
@@ -262,7 +266,8 @@ fn show(folder: &Path, against: &str, seed: u64) -> Result<()> {
         let rows: Vec<&PeerRow> =
             rows.iter().filter(|row| is_here(&row.scene, &row.mode) && row.stratum == ALL_STRATA).collect();
         let ratios: Vec<&PeerRatioRow> = ratios.iter().filter(|row| is_here(&row.scene, &row.mode)).collect();
-        say(format!("\n{scene}, mode {mode}, {} poses; times faster than {against}:\n", rows[0].poses));
+        let reference = ratios.first().map_or_else(|| "nothing".to_owned(), |ratio| ratio.reference.clone());
+        say(format!("\n{scene}, mode {mode}, {} poses; times faster than {reference}:\n", rows[0].poses));
         say(times(&rows, &ratios).trim_fmt());
         say("");
         say(by_stratum(&rows, &ratios).trim_fmt());
@@ -292,6 +297,7 @@ fn times(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
         "FASTER",
         "MISSED",
         "FALSE+",
+        "ERROR",
         "BUILD ms",
         "MB",
     ]);
@@ -314,6 +320,7 @@ fn times(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
             tail,
             row.false_negatives.to_string(),
             row.false_positives.to_string(),
+            row.largest_error.map_or_else(|| "-".to_owned(), |error| format!("{error:.1e}")),
             format!("{:.2}", row.build_ns as f64 / 1e6),
             if row.bytes == 0 { "-".to_owned() } else { format!("{:.2}", row.bytes as f64 / 1e6) },
         ]);

@@ -86,6 +86,8 @@ pub struct PeerAnswerRow {
     pub touching: u8,
     /// What the engine says in modes `all` (touching pairs of triangles) and `distance` (mm).
     pub value: Option<f64>,
+    /// What is true in these modes.
+    pub true_value: Option<f64>,
     /// Median over the rounds of the time for this pose alone, one reading of the clock included, ns.
     pub ns: u64,
 }
@@ -117,6 +119,9 @@ pub struct PeerRow {
     pub bytes: u64,
     /// Mode.
     pub mode: String,
+    /// In mode `distance` the largest error of a distance, mm; in mode `all` the largest error of a number of touching pairs;
+    /// empty in the other modes. Grazing poses are left out.
+    pub largest_error: Option<f64>,
 }
 
 /// How many times faster an engine is than the one it is held against. Derived.

@@ -20,6 +20,7 @@ pub(super) fn render(contents: &Contents) -> String {
         figures(contents),
         details(contents),
         times(contents),
+        super::peers::section(&contents.peers, &contents.peer_ratios),
         provenance(contents),
         limitations(),
     ]

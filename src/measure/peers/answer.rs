@@ -1,5 +1,6 @@
 //! Our own variants as runners: the protocol's other end, in Rust.
 
+use super::drive::LONG_CHUNK_NS;
 use super::{Mode, PeersError, npy, posed};
 use crate::geometry::{Isometry, Mesh};
 use crate::measure::timer;
@@ -105,20 +106,24 @@ impl<'a> Runner<'a> {
         let mut asker =
             Asker { mode: self.mode, a: a.as_ref(), b: b.as_ref(), verdicts: Vec::new(), answers: Vec::new() };
         let poses = &self.poses[chunk.clone()];
-        // The untimed pass is timed all the same, to know how often a short one must be repeated.
-        let (ns, ()) = timer::time(|| asker.pass(poses));
+        let mut times = asker.one_by_one(poses);
+        let once: u64 = times.iter().sum();
+        let ns = if once >= LONG_CHUNK_NS {
+            once
+        } else {
+            let passes = timer::passes_for(once);
+            let (total, ()) = timer::time(|| (0..passes).for_each(|_| asker.pass(poses)));
+            times = asker.one_by_one(poses);
+            total / u64::from(passes)
+        };
         self.answers[chunk.clone()].copy_from_slice(&asker.answers);
-        let passes = timer::passes_for(ns);
-        let (total, ()) = timer::time(|| (0..passes).for_each(|_| asker.pass(poses)));
-        asker.forget();
-        for (index, pose) in chunk.zip(poses) {
-            let (ns, ()) = timer::time(|| asker.ask(std::slice::from_ref(pose)));
+        for (index, ns) in chunk.zip(times) {
             if self.asked[index] < self.rounds {
                 self.ns[self.asked[index] * self.poses.len() + index] = ns.max(1);
                 self.asked[index] += 1;
             }
         }
-        total / u64::from(passes)
+        ns
     }
 
     fn write(&self, out: &Path) -> Result<(), PeersError> {
@@ -148,6 +153,12 @@ impl Asker<'_> {
     fn forget(&mut self) {
         self.verdicts.clear();
         self.answers.clear();
+    }
+
+    /// Answers the poses, and returns the time of each, ns.
+    fn one_by_one(&mut self, poses: &[Isometry]) -> Vec<u64> {
+        self.forget();
+        poses.iter().map(|pose| timer::time(|| self.ask(std::slice::from_ref(pose))).0).collect()
     }
 
     fn pass(&mut self, poses: &[Isometry]) {
@@ -193,6 +204,7 @@ mod tests {
             exact: false,
             grazing: false,
             stratum: Stratum::Far,
+            value: None,
         };
         let questions = vec![question(50.0), question(16.0), question(60.0)];
         let chunks = vec![0..2, 2..3];
