@@ -26,7 +26,9 @@ fn sorted(pair: Pair) -> [usize; 2] {
 
 #[test]
 fn shipped_scenes_have_their_planted_collisions_and_no_others() {
-    for name in Scene::SHIPPED {
+    // Of the size family the two that take no time; the others have the same shape.
+    let families = ["size-1e3", "size-1e4", "grading-1", "grading-10", "grading-100"];
+    for name in Scene::SHIPPED.iter().chain(&families) {
         let scene = Scene::find(name).unwrap();
         assert!(!scene.expected.is_empty(), "{name} says nothing of what to expect");
         let outcome = run_own(&scene, &Settings::standard());
@@ -102,11 +104,7 @@ fn every_safe_variant_tells_the_same() {
 }
 
 /// A cutter of 10 mm over a block of 100 x 100 x 20 whose top is at Z 0, and a clamp beside it.
-fn mill(program: &str) -> (tempfile::TempDir, Scene) {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(
-        folder.path().join("scene.toml"),
-        r#"
+const MILL: &str = r#"
 title = "A small mill"
 [[machine.links]]
 name = "table"
@@ -135,16 +133,32 @@ file = "own.ngc"
 start = { z_mm = 50 }
 [check]
 rapid_mm_min = 6000
-"#,
-    )
-    .unwrap();
+"#;
+
+fn scene_of(text: &str, program: &str) -> (tempfile::TempDir, Scene) {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
     std::fs::write(folder.path().join("own.ngc"), program).unwrap();
     let scene = Scene::load(folder.path()).unwrap();
     (folder, scene)
 }
 
+fn mill(program: &str) -> (tempfile::TempDir, Scene) {
+    scene_of(MILL, program)
+}
+
+/// The same from another place, with pairs that the scene names.
+fn mill_from(start: &str, pairs: &str, program: &str) -> (tempfile::TempDir, Scene) {
+    let title = "title = \"A small mill\"\n";
+    scene_of(&MILL.replace("start = { z_mm = 50 }", start).replace(title, &format!("{title}{pairs}\n")), program)
+}
+
 fn told(program: &str) -> Vec<(&'static str, u32)> {
-    let (_folder, scene) = mill(program);
+    told_by(MILL, program)
+}
+
+fn told_by(text: &str, program: &str) -> Vec<(&'static str, u32)> {
+    let (_folder, scene) = scene_of(text, program);
     let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
     run_own(&scene, &settings).events.iter().map(|event| (event.kind.name(), event.first.line)).collect()
 }
@@ -157,6 +171,75 @@ fn feeding_into_the_workpiece_is_cutting_and_a_rapid_is_not() {
     assert_eq!(told("G0 Z5\nG1 Z-2 F100\nG0 Z5\nG0 X20\nG0 Z-2\nG0 Z50\nM2"), [("rapid-into-workpiece", 5)]);
     // The clamp is never to be touched.
     assert_eq!(told("G0 Z5\nG1 X70 F100\nG0 Z50\nM2"), [("collision", 2)]);
+}
+
+/// The mill with the cutter as tool 1, a longer tool 2, and tool 3, whose shank begins 10 mm above its tip.
+fn mill_with_tools() -> String {
+    let tools = r#"
+[[parts]]
+name = "long"
+link = "head"
+role = "cutter"
+tool = 2
+at = { xyz_mm = [0, 0, -20] }
+shape = { kind = "cylinder", radius_mm = 5, height_mm = 50 }
+[[parts]]
+name = "tip"
+link = "head"
+role = "cutter"
+tool = 3
+shape = { kind = "cylinder", radius_mm = 5, height_mm = 10 }
+[[parts]]
+name = "shank"
+link = "head"
+role = "shank"
+tool = 3
+at = { xyz_mm = [0, 0, 10] }
+shape = { kind = "cylinder", radius_mm = 5, height_mm = 20 }
+[program]
+tool = 1
+"#;
+    MILL.replacen("role = \"cutter\"\n", "role = \"cutter\"\ntool = 1\n", 1).replacen("[program]\n", tools, 1)
+}
+
+#[test]
+fn a_tool_is_there_only_while_it_is_in_the_spindle() {
+    // The clamp reaches from X 60 to 80 and up to Z 20. At Z 25 tool 1 ends 5 above it, tool 2 at 25 - 20 = 5 within.
+    let program = "G0 Z25\nG0 X70\nG0 X0\nT2 M6\nG0 X70\nG0 X0\nT1 M6\nG0 X70\nT2 M6\nT0 M6\nG0 X0\nM2";
+    assert_eq!(told_by(&mill_with_tools(), program), [("collision", 5), ("collision", 9)]);
+    let (_folder, scene) = scene_of(&mill_with_tools(), program);
+    let outcome = run_own(&scene, &Settings::standard());
+    let why = |a: &str, b: &str| {
+        let of = |pair: Pair| [pair.a, pair.b].map(|part| scene.parts[part].name.as_str());
+        let found = outcome.decisions.iter().find(|decision| of(decision.pair) == [a, b]).unwrap();
+        found.dropped.as_ref().map(ToString::to_string)
+    };
+    assert_eq!(why("clamp", "long"), None);
+    assert_eq!(why("block", "tip").unwrap(), "tool 3 is never in the spindle");
+    assert!(outcome.tools_without_parts.is_empty());
+    let (_folder, strange) = scene_of(&mill_with_tools(), "T2 M6\nG0 Z40\nT8 M6\nG0 X70\nM2");
+    assert_eq!(run_own(&strange, &Settings::standard()).tools_without_parts, [8]);
+    // What comes near in the zone of a tool that is there ends when it goes: tool 2 at X 0 is 5 above the block.
+    let near = |line| outcome.events.iter().any(|e| e.first.line == line && scene.pair_name(e.pair) == "clamp:long");
+    assert!(near(5) && near(9) && !near(2) && !near(8));
+}
+
+#[test]
+fn only_the_cutter_cuts() {
+    let feed_to = |z: i32| told_by(&mill_with_tools(), &format!("G0 Z5\nT3 M6\nG1 Z{z} F100\nG0 Z50\nM2"));
+    assert_eq!(feed_to(-9), []);
+    assert_eq!(feed_to(-11), [("collision", 3)]); // the shank, 1 mm deep
+}
+
+#[test]
+fn allowed_contact_is_no_collision() {
+    let program = "G0 Z5\nG1 X70 F100\nG0 Z50\nM2";
+    let text = format!("{MILL}allow = [[\"cutter\", \"clamp\"]]\n");
+    assert_eq!((told(program).len(), told_by(&text, program).len()), (1, 0));
+    let (folder, _scene) = scene_of(&text, program);
+    let output = bvbench().args(["scene", "pairs"]).arg(folder.path()).output().unwrap();
+    let shown = String::from_utf8(output.stdout).unwrap();
+    assert!(shown.lines().any(|line| line.contains("clamp:cutter") && line.contains("may touch")), "{shown}");
 }
 
 #[test]
@@ -177,6 +260,59 @@ fn a_thin_wall_between_two_samples_is_not_jumped_over() {
     }
 }
 
+#[test]
+fn a_part_wholly_inside_another_collides() {
+    // The cutter, 30 mm long, fits into the clamp, which reaches from -20 to 20 and is 20 mm wide.
+    let (_folder, scene) = mill("G0 X140\nG0 Z-15\nG1 X70 F1000\nG4 P1\nG1 X140\nM2");
+    for zones_mm in [vec![], vec![14.0, 0.5]] {
+        let outcome = run_own(&scene, &Settings { zones_mm, ..Settings::standard() });
+        let contacts: Vec<_> = outcome.events.iter().filter(|event| event.kind.is_collision()).collect();
+        assert_eq!(contacts.len(), 1, "{contacts:?}");
+        let event = contacts[0];
+        assert_eq!((event.first.line, event.last.line, event.inside, event.least_mm), (3, 5, true, 0.0));
+        // Contact begins where the cutter's side reaches 80: at 85, 55 of 70 mm into the move and as far out of it.
+        for (extent, fraction) in [(&event.first, 55.0 / 70.0), (&event.last, 15.0 / 70.0)] {
+            assert!(
+                (extent.position.0[0] - 85.0).abs() < 0.02 && (extent.fraction - fraction).abs() < 1e-3,
+                "{extent:?}"
+            );
+        }
+    }
+    // Inside from the first place on, and never through a surface.
+    let (_folder, scene) =
+        mill_from("start = { x_mm = 70, z_mm = -15 }", "pairs = [[\"clamp\", \"cutter\"]]", "G1 X69 F1000\nM2");
+    let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+    assert_eq!(outcome.events.len(), 1);
+    assert!(outcome.events[0].inside && outcome.events[0].to_the_end && outcome.events[0].first.line == 0);
+}
+
+#[test]
+fn parts_in_contact_at_first_are_examined_once_they_have_parted() {
+    let program = "G1 X60 F1000\nG1 X40\nG1 X60\nM2"; // out of the clamp at X 55, and in again
+    let start = "start = { x_mm = 70, z_mm = 0 }";
+    let told = |pairs: &str| {
+        let (_folder, scene) = mill_from(start, pairs, program);
+        let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+        let with_clamp = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
+        (outcome.touching_at_start.len(), with_clamp.map(|event| event.first.line).collect::<Vec<_>>())
+    };
+    assert_eq!(told(""), (1, vec![3]));
+    assert_eq!(told("pairs = [[\"clamp\", \"cutter\"]]"), (0, vec![0, 3]));
+}
+
+#[test]
+fn a_zone_entered_and_left_between_two_samples_is_told() {
+    // Past the clamp's edge, parallel to Y, 1.5 mm from the cutter's side: there is no Y axis, so past its top in X.
+    let (_folder, scene) = mill("G0 Z21.5\nG0 X140\nM2");
+    let mut coarse: ProgramRun = scene.program.clone().unwrap();
+    coarse.sampling.step_mm = 500.0;
+    let settings = Settings { zones_mm: vec![30.0, 2.0], ..Settings::standard() };
+    let outcome = check(&scene, &coarse, reference(&Registry::standard()), &settings, &Silent).unwrap();
+    let clamp = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
+    let near: Vec<_> = clamp.map(|event| (event.kind, event.first.line, (10.0 * event.least_mm).round())).collect();
+    assert_eq!(near, [(Kind::Near { zone_mm: 30.0 }, 2, 15.0), (Kind::Near { zone_mm: 2.0 }, 2, 15.0)]);
+}
+
 /// On LinuxCNC's 5-axis mill, made by `scripts/real-scenes`: at every pose of the 4 500 lines the tip is where the program says, by the
 /// kinematics of that machine written out here.
 #[test]
@@ -185,7 +321,7 @@ fn the_tip_follows_the_impeller_program() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/real-scenes/xyzac-trt");
     let scene = Scene::load(&folder).unwrap();
     let run = scene.program.as_ref().unwrap();
-    let programmed = bvbench::gcode::sample(&run.program, &run.start, &run.sampling);
+    let programmed = bvbench::gcode::sample(&run.program, &run.start, &run.sampling, &scene.rates.rapid_path).unwrap();
     let path = ToolPath::new(&scene, run).unwrap();
     assert_eq!(programmed.len(), path.samples().len());
     let mut worst: f64 = 0.0;
@@ -279,4 +415,31 @@ fn scene_tells_what_it_holds_and_writes_its_meshes() {
     let x: Vec<f32> = stl.vertices.iter().map(|v| v[0]).collect();
     assert!((x.iter().copied().fold(f32::INFINITY, f32::min) - 60.0).abs() < 1e-3);
     assert!((x.iter().copied().fold(f32::NEG_INFINITY, f32::max) - 80.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_tool_vector_has_two_solutions() {
+    let inverse = |arguments: &[&str]| {
+        let output = bvbench().args(["scene", "inverse", "trunnion-impeller"]).args(arguments).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    // tan A = 3 / 4, towards x, which C turns to y and y is where A tilts: C 90 or -90.
+    let (code, text, _) = inverse(&["--direction", "0.6,0,0.8", "--from", "A-5,C-60", "--json"]);
+    assert_eq!(code, Some(0));
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let axes = |name: &str| ["A", "C"].map(|axis| found[name]["position"][axis].as_f64().unwrap());
+    assert_eq!((axes("chosen"), axes("other")), ([-36.869_898, -90.0], [36.869_898, 90.0]));
+    assert!(found["other"]["forbidden"].as_str().unwrap().contains("axis A at 36.8"), "{text}");
+    let (code, text, _) = inverse(&["--direction=0,0,1", "--from", "C12", "--tip", "10,0,60"]);
+    assert_eq!(code, Some(0));
+    assert!(text.contains("C does not matter") && !text.contains("other"), "{text}");
+    for (arguments, message) in [
+        (["--direction", "0,0,-1"].as_slice(), "both ways to tilt the tool leave the limits"),
+        (&["--direction", "0,0,0"], "the direction has no length"),
+        (&["--direction", "0,1"], "there must be three numbers"),
+        (&["--direction", "0,1,1", "--from", "Q1"], "does not begin with one of X Y Z"),
+    ] {
+        let (code, _, error) = inverse(arguments);
+        assert!(code == Some(2) && error.contains(message), "{code:?} {error}");
+    }
 }

@@ -2,12 +2,14 @@
 //!
 //! Rules. Contact of a pair is a collision, but for a cutter with the workpiece: contact that begins in a feed move is
 //! cutting and is not told, nor is the retreat from it; contact that begins in a rapid move is a collision and is
-//! named as such. Since material is not removed, a rapid that begins inside the uncut workpiece belongs to the cut before it. Nearness of
-//! these two is not told at all. Contacts of one pair on one line that do not leave the narrowest zone are one.
+//! named as such. Shank and holder of a tool never cut. Since material is not removed, a rapid that begins inside the uncut workpiece
+//! belongs to the cut before it. Nearness of these two is not told at all. Contacts of one pair on one line that part by less than
+//! [`super::PARTED_MM`] between them are one. A pair that the scene does not name and that is in contact at first is told of from
+//! where it has parted that far.
 
-use super::Settings;
 use super::motion::Path;
 use super::scan::{Nearness, Stretch};
+use super::{PARTED_MM, Settings};
 use crate::gcode::Position;
 use crate::scene::{Pair, Role, Scene};
 
@@ -48,6 +50,8 @@ impl Kind {
 pub struct Extent {
     /// Line of the program; 0 before its first move.
     pub line: u32,
+    /// Part of the way through that line's move, 0 to 1.
+    pub fraction: f64,
     /// Time from the program's start, s.
     pub time_s: f64,
     /// Axis positions, mm and radians.
@@ -69,39 +73,57 @@ pub struct Event {
     pub first: Extent,
     /// Where it ends.
     pub last: Extent,
-    /// The least distance found meanwhile, mm; 0 in contact.
+    /// The least distance found meanwhile, mm; 0 in contact and where one part is inside the other.
     pub least_mm: f64,
+    /// Whether meanwhile one part is wholly inside the other, surfaces apart.
+    pub inside: bool,
     /// Where the distance is least.
     pub nearest: Extent,
     /// Whether it lasts to the end of what was examined.
     pub to_the_end: bool,
 }
 
-/// All events, by the time at which they begin; `scanned` holds per chunk of the path and per pair its stretches.
-pub(super) fn events(
-    scene: &Scene,
-    path: &Path<'_>,
-    pairs: &[Pair],
-    scanned: &[Vec<Vec<Stretch>>],
-    settings: &Settings,
-) -> Vec<Event> {
-    let mut found: Vec<(f64, Event)> = Vec::new();
-    for (index, &pair) in pairs.iter().enumerate() {
-        let stretches: Vec<Stretch> = scanned.iter().filter_map(|chunk| chunk.get(index)).flatten().copied().collect();
-        let of_pair = OfPair { scene, path, pair };
-        found.extend(of_pair.collisions(&stretches));
-        if !of_pair.is_cutting() {
-            let mut zones = settings.zones_mm.clone();
-            zones.sort_by(f64::total_cmp);
-            for (zone, &zone_mm) in zones.iter().enumerate() {
-                let runs = runs(&stretches, zone + 1);
-                found.extend(runs.iter().map(|run| (run.from, of_pair.event(Kind::Near { zone_mm }, run))));
+/// What events are made of.
+pub(super) struct Telling<'a> {
+    pub scene: &'a Scene,
+    pub path: &'a Path<'a>,
+    pub pairs: &'a [Pair],
+    /// Pairs of which the contact at first is not told.
+    pub touching_at_start: &'a [Pair],
+    /// Clearances at which nearness changes, narrowest first, mm.
+    pub borders: &'a [f64],
+}
+
+impl Telling<'_> {
+    /// All events, by the time at which they begin; `scanned` holds per chunk of the path and per pair its stretches.
+    pub fn events(&self, scanned: &[Vec<Vec<Stretch>>], settings: &Settings) -> Vec<Event> {
+        let mut found: Vec<(f64, Event)> = Vec::new();
+        let (parted, _) = self.border(PARTED_MM);
+        for (index, &pair) in self.pairs.iter().enumerate() {
+            let of_chunks = scanned.iter().filter_map(|chunk| chunk.get(index));
+            let mut stretches: Vec<Stretch> = of_chunks.flatten().copied().collect();
+            if self.touching_at_start.contains(&pair) {
+                let first = runs(&stretches, parted).first().map_or(0.0, |run| run.to);
+                stretches.retain(|stretch| stretch.from > first);
+            }
+            let of_pair = OfPair { scene: self.scene, path: self.path, pair };
+            found.extend(of_pair.collisions(&stretches, parted));
+            if !of_pair.is_cutting() {
+                for (nearness, zone_mm) in settings.zones_mm.iter().map(|&zone| self.border(zone)) {
+                    let runs = runs(&stretches, nearness);
+                    found.extend(runs.iter().map(|run| (run.from, of_pair.event(Kind::Near { zone_mm }, run))));
+                }
             }
         }
+        // Wider zones begin earlier or together with narrower ones and with contact; the sort keeps that order.
+        found.sort_by(|(a, x), (b, y)| a.total_cmp(b).then_with(|| width(&y.kind).total_cmp(&width(&x.kind))));
+        found.into_iter().map(|(_, event)| event).collect()
     }
-    // Wider zones begin earlier or together with narrower ones and with contact; the sort keeps that order.
-    found.sort_by(|(a, x), (b, y)| a.total_cmp(b).then_with(|| width(&y.kind).total_cmp(&width(&x.kind))));
-    found.into_iter().map(|(_, event)| event).collect()
+
+    /// The nearness just below a border.
+    fn border(&self, mm: f64) -> (Nearness, f64) {
+        (1 + self.borders.iter().take_while(|&&border| border < mm).count(), mm)
+    }
 }
 
 fn width(kind: &Kind) -> f64 {
@@ -121,6 +143,7 @@ fn runs(stretches: &[Stretch], nearness: Nearness) -> Vec<Stretch> {
         match runs.last_mut() {
             Some(run) if near && open && joins(end, stretch.from) => {
                 run.to = stretch.to;
+                run.inside |= stretch.inside;
                 if stretch.least_mm < run.least_mm {
                     (run.least_mm, run.least_at) = (stretch.least_mm, stretch.least_at);
                 }
@@ -151,14 +174,18 @@ impl OfPair<'_> {
         roles == [Role::Cutter, Role::Workpiece] || roles == [Role::Workpiece, Role::Cutter]
     }
 
-    fn collisions(&self, stretches: &[Stretch]) -> Vec<(f64, Event)> {
+    /// Contacts; those of an episode in which the pair does not get farther apart than the border `parted` are one on each line.
+    fn collisions(&self, stretches: &[Stretch], parted: Nearness) -> Vec<(f64, Event)> {
         let mut contacts: Vec<Stretch> = Vec::new();
-        for episode in runs(stretches, 1) {
+        for episode in runs(stretches, parted) {
             let inside = |contact: &Stretch| episode.from <= contact.from && contact.to <= episode.to;
             let mut of_episode: Vec<Stretch> = Vec::new();
             for contact in runs(stretches, 0).into_iter().filter(inside) {
                 match of_episode.last_mut() {
-                    Some(last) if self.line(last.from) == self.line(contact.from) => last.to = contact.to,
+                    Some(last) if self.line(last.from) == self.line(contact.from) => {
+                        last.to = contact.to;
+                        last.inside |= contact.inside;
+                    }
                     _ => of_episode.push(contact),
                 }
             }
@@ -188,6 +215,7 @@ impl OfPair<'_> {
             first,
             last: self.extent(run.to),
             least_mm: run.least_mm,
+            inside: run.inside,
             nearest: self.extent(run.least_at),
             to_the_end: run.to >= self.path.samples().len() as f64,
         }
@@ -198,6 +226,7 @@ impl OfPair<'_> {
         let line = if place <= 0.0 { 0 } else { sample.line };
         Extent {
             line,
+            fraction: self.path.fraction(place),
             time_s: self.path.time_s(place),
             position: self.path.position_at(place),
             rapid: place > 0.0 && sample.rapid,

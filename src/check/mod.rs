@@ -4,7 +4,7 @@
 //! pair along the path), `event` (from stretches of the path to events).
 //!
 //! Method. The path is sampled as the scene says, straight in axis space between samples. At a sample the distance of a pair is
-//! found on the trees of the chosen variant; as long as the pair cannot have travelled that far
+//! found on the trees of the chosen variant, and where it is not 0, whether one part lies inside the other; as long as the pair cannot have travelled that far
 //! ([`crate::machine::travel`]) the samples are skipped. Two samples between which contact cannot be excluded by their distances
 //! are halved until it can, or until less than [`Settings::tolerance_mm`] of travel is left. Where contact, or a near-miss
 //! zone, begins and ends is found by halving to the same travel.
@@ -16,16 +16,19 @@ mod scan;
 pub use event::{Event, Extent, Kind};
 pub use motion::Path;
 
-use crate::geometry::{Isometry, Mesh};
+use crate::geometry::Isometry;
 use crate::machine::OutOfLimits;
-use crate::measure::Progress;
+use crate::machine::travel::Ball;
+use crate::measure::{Progress, timer};
 use crate::method::Model;
 use crate::registry::Variant;
 use crate::scene::pairs::{self, Decision};
 use crate::scene::{Pair, ProgramRun, Scene, TipFault};
+use crate::truth::Solid;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use thiserror::Error;
 
@@ -46,7 +49,20 @@ impl Settings {
     pub fn standard() -> Self {
         Self { zones_mm: vec![14.0, 8.0, 2.0], tolerance_mm: 0.01, stop_at_first: false }
     }
+
+    /// Clearances at which something changes, narrowest first, mm: the zones, and [`PARTED_MM`].
+    fn borders_mm(&self) -> Vec<f64> {
+        let mut borders = self.zones_mm.clone();
+        borders.push(PARTED_MM);
+        borders.sort_by(f64::total_cmp);
+        borders.dedup();
+        borders
+    }
 }
+
+/// How far apart two parts must have been for a new contact to be another event on the same line, or for parts that touch where
+/// the machine stands at first to be examined, mm. Slides that run on each other have less play.
+pub const PARTED_MM: f64 = 1.0;
 
 /// Why a program could not be checked.
 #[derive(Debug, Error)]
@@ -79,14 +95,19 @@ pub struct Outcome {
     pub events: Vec<Event>,
     /// What was decided on each pair of parts.
     pub decisions: Vec<Decision>,
-    /// Pairs in contact where the machine stands at first: neighbours that the joint tree does not show. Not examined.
+    /// Pairs in contact where the machine stands at first, which the scene does not name: taken for neighbours that the joint tree
+    /// does not show, and examined from where they have parted.
     pub touching_at_start: Vec<Pair>,
+    /// Tools that are in the spindle at some time and have no part, in a scene whose tools have parts: nobody knows what these touch.
+    pub tools_without_parts: Vec<u32>,
     /// Samples of the path.
     pub samples: usize,
     /// Poses of a pair at which a distance was found.
     pub queries: u64,
     /// How long the program takes, s.
     pub duration_s: f64,
+    /// How long it took to build the trees, ns.
+    pub trees_ns: u64,
 }
 
 impl Outcome {
@@ -122,18 +143,22 @@ pub fn check(
             cause,
         })?;
     }
-    let range = path.range();
     let widest = settings.zones_mm.iter().copied().fold(0.0, f64::max);
-    let decisions = pairs::decide(scene, range.as_ref(), widest);
+    let reach = path.reach();
+    let decisions = pairs::decide(scene, &reach, widest);
     let pairs: Vec<Pair> = decisions.iter().filter(|d| d.dropped.is_none()).map(|d| d.pair).collect();
     if pairs.is_empty() && decisions.iter().all(|d| d.dropped == Some(pairs::Dropped::Rigid)) {
         return Err(CheckError::NoPairs(scene.name.clone()));
     }
     progress.begin("building trees", 1);
-    let bodies = Bodies::new(scene, variant, &pairs);
+    let (trees_ns, bodies) = timer::time(|| Bodies::new(scene, variant, &pairs));
     let start = scene.machine.forward(&path.position(0));
-    let (touching_at_start, pairs): (Vec<Pair>, Vec<Pair>) =
-        pairs.into_iter().partition(|&pair| bodies.touch(pair, &scene.a_from_b(pair, &start)));
+    let touches_at_first = |pair: Pair| {
+        let examined_later = !scene.names(pair) && scene.is_mounted(pair, path.tool(0));
+        examined_later && bodies.share_a_point(pair, &scene.a_from_b(pair, &start))
+    };
+    let touching_at_start: Vec<Pair> = pairs.iter().copied().filter(|&pair| touches_at_first(pair)).collect();
+    let borders = settings.borders_mm();
     let chunks: Vec<usize> = (0..path.samples().len()).step_by(CHUNK).collect();
     progress.begin("checking", chunks.len() as u64);
     let (stop, queries) = (AtomicBool::new(false), AtomicU64::new(0));
@@ -146,7 +171,7 @@ pub fn check(
         let scans: Vec<Vec<scan::Stretch>> = pairs
             .iter()
             .map(|&pair| {
-                let mut scan = scan::Scan::new(scene, &path, &bodies, pair, settings);
+                let mut scan = scan::Scan::new(scene, &path, &bodies, pair, &borders, settings.tolerance_mm);
                 let stretches = scan.run(first, last, &poses);
                 queries.fetch_add(scan.queries, Ordering::Relaxed);
                 stretches
@@ -157,15 +182,16 @@ pub fn check(
     };
     // In order and in groups, so that a search for the first collision ends soon after it, whatever the number of threads.
     let mut scanned: Vec<Vec<Vec<scan::Stretch>>> = Vec::with_capacity(chunks.len());
+    let telling =
+        event::Telling { scene, path: &path, pairs: &pairs, touching_at_start: &touching_at_start, borders: &borders };
     for group in chunks.chunks(GROUP) {
         scanned.extend(group.par_iter().map(scan_chunk).collect::<Vec<_>>());
-        let events = event::events(scene, &path, &pairs, &scanned, settings);
-        if settings.stop_at_first && events.iter().any(|event| event.kind.is_collision()) {
+        if settings.stop_at_first && telling.events(&scanned, settings).iter().any(|event| event.kind.is_collision()) {
             stop.store(true, Ordering::Relaxed);
             break;
         }
     }
-    let mut events = event::events(scene, &path, &pairs, &scanned, settings);
+    let mut events = telling.events(&scanned, settings);
     if settings.stop_at_first
         && let Some(first) = events.iter().position(|event| event.kind.is_collision())
     {
@@ -175,18 +201,33 @@ pub fn check(
         events,
         decisions,
         touching_at_start,
+        tools_without_parts: tools_without_parts(scene, &reach),
         samples: path.samples().len(),
         queries: queries.into_inner(),
         duration_s: path.duration_s(),
+        trees_ns,
     })
+}
+
+fn tools_without_parts(scene: &Scene, reach: &pairs::Reach) -> Vec<u32> {
+    let has_part = |tool: u32| scene.parts.iter().any(|part| part.tool == Some(tool));
+    let used = reach.tools.iter().flatten().map(|(&tool, _)| tool);
+    used.filter(|&tool| scene.changes_tools() && tool != 0 && !has_part(tool)).collect()
 }
 
 /// Chunks that are scanned before it is looked whether there is a collision among them.
 const GROUP: usize = 64;
 
-/// Every examined part, prepared for the variant.
+/// An examined part, prepared for the variant and for the question what lies in it.
+struct Body {
+    model: Box<dyn Model>,
+    solid: Solid,
+    ball: Ball,
+}
+
+/// Every examined part.
 struct Bodies {
-    models: BTreeMap<usize, Box<dyn Model>>,
+    parts: BTreeMap<usize, Body>,
 }
 
 impl Bodies {
@@ -194,20 +235,31 @@ impl Bodies {
         let mut parts: Vec<usize> = pairs.iter().flat_map(|pair| [pair.a, pair.b]).collect();
         parts.sort_unstable();
         parts.dedup();
-        let mesh = |part: usize| -> &Mesh { &scene.parts[part].mesh };
-        let models: Vec<(usize, Box<dyn Model>)> =
-            parts.into_par_iter().map(|part| (part, variant.prepare(mesh(part), None))).collect();
-        Self { models: models.into_iter().collect() }
+        let prepare = |part: usize| {
+            let mesh = &scene.parts[part].mesh;
+            let (model, solid) = (variant.prepare(mesh, None), Solid::new(Arc::clone(mesh)));
+            (part, Body { model, solid, ball: pairs::ball(&scene.parts[part]) })
+        };
+        Self { parts: parts.into_par_iter().map(prepare).collect::<Vec<_>>().into_iter().collect() }
     }
 
     fn of(&self, pair: Pair) -> (&dyn Model, &dyn Model) {
-        (self.models[&pair.a].as_ref(), self.models[&pair.b].as_ref())
+        (self.parts[&pair.a].model.as_ref(), self.parts[&pair.b].model.as_ref())
     }
 
-    fn touch(&self, pair: Pair, a_from_b: &Isometry) -> bool {
+    fn balls(&self, pair: Pair) -> [Ball; 2] {
+        [pair.a, pair.b].map(|part| self.parts[&part].ball)
+    }
+
+    /// Whether one part is wholly inside the other, given that their surfaces do not touch.
+    fn one_in_the_other(&self, pair: Pair, a_from_b: &Isometry) -> bool {
+        Solid::one_in_the_other(&self.parts[&pair.a].solid, &self.parts[&pair.b].solid, a_from_b)
+    }
+
+    fn share_a_point(&self, pair: Pair, a_from_b: &Isometry) -> bool {
         let (a, b) = self.of(pair);
         let mut verdicts = Vec::with_capacity(1);
         a.first(b, std::slice::from_ref(a_from_b), &mut verdicts);
-        verdicts == [true]
+        verdicts == [true] || self.one_in_the_other(pair, a_from_b)
     }
 }

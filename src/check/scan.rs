@@ -1,19 +1,23 @@
 //! One pair along a part of the path.
 
+use super::Bodies;
 use super::motion::Path;
-use super::{Bodies, Settings};
 use crate::gcode::Position;
 use crate::machine::Poses;
 use crate::machine::travel::Ball;
-use crate::scene::{Pair, Scene, pairs};
+use crate::scene::{Pair, Scene};
 use crate::tree::distance::Proximity;
 
 /// How much farther than the widest zone a distance is looked for, mm: what a longer distance is worth in skipped samples.
 const OUTLOOK_MM: f64 = 60.0;
 /// Most halvings of the way between two samples.
 const HALVINGS: u32 = 40;
+/// How far a pair may come into a narrower zone and leave it again between two samples without being told, mm. Contact is looked
+/// for to the tolerance; nearness is a warning, and a pair that slides along just outside a zone would else be asked about at
+/// every hundredth of a millimetre.
+const DIP_MM: f64 = 0.05;
 
-/// How near a pair is: 0 in contact, then the zones from the narrowest, then free.
+/// How near a pair is: 0 in contact or one inside the other, then the borders from the narrowest, then free.
 pub(super) type Nearness = usize;
 
 /// A part of the path over which a pair is equally near.
@@ -26,14 +30,26 @@ pub(super) struct Stretch {
     /// The least distance found, mm, and where.
     pub least_mm: f64,
     pub least_at: f64,
+    /// Whether somewhere on it one part was wholly inside the other.
+    pub inside: bool,
 }
 
 /// A distance found at a place.
 #[derive(Clone, Copy)]
 struct Found {
     place: f64,
+    /// Of the surfaces, mm.
     distance: f64,
+    /// Whether one part is wholly inside the other.
+    inside: bool,
     nearness: Nearness,
+}
+
+impl Found {
+    /// 0 where the parts share a point, mm.
+    fn distance_of_solids(&self) -> f64 {
+        if self.inside { 0.0 } else { self.distance }
+    }
 }
 
 pub(super) struct Scan<'a> {
@@ -42,8 +58,8 @@ pub(super) struct Scan<'a> {
     bodies: &'a Bodies,
     pair: Pair,
     balls: [Ball; 2],
-    /// Narrowest first, mm.
-    zones: Vec<f64>,
+    /// Clearances at which nearness changes, narrowest first, mm.
+    borders: &'a [f64],
     tolerance_mm: f64,
     proximity: Proximity,
     stretches: Vec<Stretch>,
@@ -53,17 +69,22 @@ pub(super) struct Scan<'a> {
 }
 
 impl<'a> Scan<'a> {
-    pub fn new(scene: &'a Scene, path: &'a Path<'a>, bodies: &'a Bodies, pair: Pair, settings: &Settings) -> Self {
-        let mut zones = settings.zones_mm.clone();
-        zones.sort_by(f64::total_cmp);
+    pub fn new(
+        scene: &'a Scene,
+        path: &'a Path<'a>,
+        bodies: &'a Bodies,
+        pair: Pair,
+        borders: &'a [f64],
+        tolerance_mm: f64,
+    ) -> Self {
         Self {
             scene,
             path,
             bodies,
             pair,
-            balls: [pair.a, pair.b].map(|part| pairs::ball(&scene.parts[part])),
-            zones,
-            tolerance_mm: settings.tolerance_mm,
+            balls: bodies.balls(pair),
+            borders,
+            tolerance_mm,
             proximity: Proximity::default(),
             stretches: Vec::new(),
             is_near: false,
@@ -74,6 +95,24 @@ impl<'a> Scan<'a> {
     /// The stretches from place `first` to place `last` where the pair is not free, in order. `poses` are those of the
     /// whole places.
     pub fn run(&mut self, first: usize, last: usize, poses: &[Poses]) -> Vec<Stretch> {
+        let mut at = first;
+        while at <= last {
+            let is_mounted = |at: &usize| self.scene.is_mounted(self.pair, self.path.tool(*at));
+            if let Some(from) = (at..=last).find(is_mounted) {
+                let to = (from..=last).take_while(is_mounted).last().unwrap_or(from);
+                self.run_mounted(from, to, &poses[from - first..]);
+                at = to;
+            } else {
+                at = last;
+            }
+            at += 1;
+        }
+        std::mem::take(&mut self.stretches)
+    }
+
+    /// As [`Scan::run`], between places from the first to the last of which both parts are there.
+    fn run_mounted(&mut self, first: usize, last: usize, poses: &[Poses]) {
+        self.is_near = false;
         let mut here = self.measure(first as f64, &poses[0]);
         self.note(&here);
         let mut at = first;
@@ -86,12 +125,12 @@ impl<'a> Scan<'a> {
             self.note(&there);
             (at, here) = (next, there);
         }
-        std::mem::take(&mut self.stretches)
     }
 
     /// The last place before which the pair stays free for sure, but at least the next one; and the bound on the travel to it.
     fn farthest(&self, at: usize, last: usize, here: &Found, poses: &[Poses]) -> (usize, f64) {
-        let spare = here.distance - self.zones.last().copied().unwrap_or(0.0);
+        // Inside the other part nothing changes before the surfaces meet.
+        let spare = if here.inside { here.distance } else { here.distance - self.widest() };
         let mut travel = 0.0;
         for (next, from) in (at + 1..=last).zip(poses) {
             let step = self.step_travel(next - 1, from);
@@ -117,13 +156,21 @@ impl<'a> Scan<'a> {
     fn measure(&mut self, place: f64, poses: &Poses) -> Found {
         self.queries += 1;
         let (a, b) = self.bodies.of(self.pair);
-        let beyond = self.zones.last().copied().unwrap_or(0.0) + OUTLOOK_MM;
+        let beyond = self.widest() + OUTLOOK_MM;
         let a_from_b = self.scene.a_from_b(self.pair, poses);
         // Beyond the outlook the distance is the outlook at least.
         let distance = a.distance_mm(b, &a_from_b, beyond, &mut self.proximity).min(beyond);
-        let nearness =
-            if distance <= 0.0 { 0 } else { 1 + self.zones.iter().take_while(|&&zone| zone <= distance).count() };
-        Found { place, distance, nearness }
+        let inside = distance > 0.0 && self.bodies.one_in_the_other(self.pair, &a_from_b);
+        let nearness = if distance <= 0.0 || inside {
+            0
+        } else {
+            1 + self.borders.iter().take_while(|&&border| border <= distance).count()
+        };
+        Found { place, distance, inside, nearness }
+    }
+
+    fn widest(&self) -> f64 {
+        self.borders.last().copied().unwrap_or(0.0)
     }
 
     fn measure_between(&mut self, place: f64) -> (Found, Poses) {
@@ -131,13 +178,12 @@ impl<'a> Scan<'a> {
         (self.measure(place, &poses), poses)
     }
 
-    /// Looks between two places that `travel` may lie between: for the border when they differ, for contact when neither has
-    /// any and their distances do not exclude it.
+    /// Looks between two places that `travel` may lie between: for the border when they differ, and for contact or a narrower zone
+    /// when their distances do not exclude it.
     fn between(&mut self, here: &Found, there: &Found, travel: f64, halvings: u32) {
-        let excluded = here.nearness > 0 && there.nearness > 0 && here.distance + there.distance > travel;
         if halvings == 0
             || travel <= self.tolerance_mm
-            || (here.nearness == there.nearness && (excluded || here.nearness == 0))
+            || (here.nearness == there.nearness && !self.may_come_nearer(here, there, travel))
         {
             return;
         }
@@ -152,21 +198,43 @@ impl<'a> Scan<'a> {
         self.between(&found, there, second, halvings - 1);
     }
 
+    /// Whether the pair may be nearer between two places of one nearness than at them. Along the way from one to the other the
+    /// distance is at least (d₁ + d₂ - travel) / 2.
+    fn may_come_nearer(&self, here: &Found, there: &Found, travel: f64) -> bool {
+        let least = 0.5 * (here.distance + there.distance - travel);
+        match here.nearness {
+            // In contact, or inside, at both ends: it can only come apart, and what parts by less than the samples show is
+            // one contact.
+            0 => false,
+            1 => least <= 0.0,
+            nearness => least <= (self.borders[nearness - 2] - DIP_MM).max(0.0),
+        }
+    }
+
     /// Takes a place into the stretches; places come in order.
     fn note(&mut self, found: &Found) {
-        let &Found { place, distance, nearness } = found;
-        let was_near = std::mem::replace(&mut self.is_near, nearness <= self.zones.len());
+        let &Found { place, inside, nearness, .. } = found;
+        let distance = found.distance_of_solids();
+        let was_near = std::mem::replace(&mut self.is_near, nearness <= self.borders.len());
         if !self.is_near {
             return;
         }
         match self.stretches.last_mut() {
             Some(last) if was_near && last.nearness == nearness => {
                 last.to = place;
+                last.inside |= inside;
                 if distance < last.least_mm {
                     (last.least_mm, last.least_at) = (distance, place);
                 }
             }
-            _ => self.stretches.push(Stretch { nearness, from: place, to: place, least_mm: distance, least_at: place }),
+            _ => self.stretches.push(Stretch {
+                nearness,
+                from: place,
+                to: place,
+                least_mm: distance,
+                least_at: place,
+                inside,
+            }),
         }
     }
 }

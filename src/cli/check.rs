@@ -53,11 +53,32 @@ pub struct Options {
     quiet: bool,
 }
 
+/// How long the stages took, s.
+struct Times {
+    /// Reading the scene and making its meshes.
+    load_s: f64,
+    /// Building trees, which is a part of checking.
+    trees_s: f64,
+    /// Checking the program.
+    check_s: f64,
+}
+
+impl Times {
+    fn poses_per_s(&self, outcome: &Outcome) -> f64 {
+        outcome.samples as f64 / self.check_s
+    }
+}
+
+fn seconds(ns: u64) -> f64 {
+    ns as f64 * 1e-9
+}
+
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     super::options::use_threads(options.threads)?;
     let variant = method(options.method.as_deref(), registry)?;
     let settings = settings(options)?;
-    let scene = Scene::find(&options.scene)?;
+    let (load_ns, scene) = timer::time(|| Scene::find(&options.scene));
+    let scene = scene?;
     let mut run = match (&options.program, &scene.program) {
         (Some(program), Some(own)) => own.with_program(program)?,
         (Some(program), None) => ProgramRun::on_mill(program)?,
@@ -77,13 +98,13 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let (ns, outcome) = timer::time(|| check::check(&scene, &run, variant, &settings, &bar));
     bar.finish();
     let outcome = outcome?;
-    let seconds = ns as f64 * 1e-9;
+    let times = Times { load_s: seconds(load_ns), trees_s: seconds(outcome.trees_ns), check_s: seconds(ns) };
     if options.json {
-        say(serde_json::to_string_pretty(&as_json(&scene, &run, variant, &outcome, seconds))?);
+        say(serde_json::to_string_pretty(&as_json(&scene, &run, variant, &outcome, &times))?);
     } else if options.csv {
         say(as_csv(&scene, &outcome)?.trim_end());
     } else {
-        print(&scene, &run, &outcome, variant, seconds);
+        print(&scene, &run, &outcome, variant, &times);
     }
     Ok(if outcome.collides() { FAILED } else { CLEAR })
 }
@@ -122,7 +143,7 @@ fn settings(options: &Options) -> Result<Settings> {
     Ok(settings)
 }
 
-fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, seconds: f64) {
+fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, times: &Times) {
     let (collisions, near): (Vec<&Event>, Vec<&Event>) =
         outcome.events.iter().partition(|event| event.kind.is_collision());
     if !collisions.is_empty() {
@@ -156,15 +177,21 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
     ));
     say(format!(
         "{} of {} pairs examined (`bvbench scene pairs` says why), {} poses of the path, {} distance queries",
-        kept - outcome.touching_at_start.len(),
+        kept,
         outcome.decisions.len(),
         outcome.samples,
         outcome.queries,
     ));
-    let rate = outcome.samples as f64 / seconds;
-    say(format!("{seconds:.2} s with {}: {rate:.0} poses per second", variant.info.id));
+    let (id, rate) = (variant.info.id, times.poses_per_s(outcome));
+    say(format!(
+        "{:.2} s to load the scene; {:.2} s with {id}, {:.2} s of it to build trees: {rate:.0} poses per second",
+        times.load_s, times.check_s, times.trees_s
+    ));
+    for tool in &outcome.tools_without_parts {
+        say(format!("not examined: tool {tool}, which has no part in the scene"));
+    }
     for &pair in &outcome.touching_at_start {
-        say(format!("not examined, in contact from the start: {}", scene.pair_name(pair)));
+        say(format!("in contact at first, examined once apart by 1 mm: {}", scene.pair_name(pair)));
     }
 }
 
@@ -177,6 +204,7 @@ fn table(scene: &Scene, events: &[&Event], end: &str) -> Table {
     }
     for event in events {
         let what = match event.kind {
+            Kind::Collision if event.inside => "COLLISION, inside".to_owned(),
             Kind::Collision => "COLLISION".to_owned(),
             Kind::RapidIntoWorkpiece => "RAPID INTO WORKPIECE".to_owned(),
             Kind::Near { zone_mm } => format!("nearer than {zone_mm} mm"),
@@ -220,23 +248,24 @@ fn extent_json(extent: &Extent) -> Value {
         |axis: Axis| if axis.is_rotary() { extent.position[axis].to_degrees() } else { extent.position[axis] };
     let position: serde_json::Map<String, Value> =
         Axis::ALL.iter().map(|&axis| (axis.letter().to_string(), json!(degrees(axis)))).collect();
-    json!({ "line": extent.line, "time_s": extent.time_s, "rapid": extent.rapid, "position": position })
+    json!({ "line": extent.line, "fraction": extent.fraction, "time_s": extent.time_s, "rapid": extent.rapid, "position": position })
 }
 
-fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome, seconds: f64) -> Value {
+fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome, times: &Times) -> Value {
     let name = |part: usize| scene.parts[part].name.clone();
     let events = outcome.events.iter().map(|event| {
         let zone = if let Kind::Near { zone_mm } = event.kind { Some(zone_mm) } else { None };
         json!({
             "kind": event.kind.name(), "zone_mm": zone, "line": event.first.line, "block": event.block,
-            "pair": [name(event.pair.a), name(event.pair.b)], "least_mm": event.least_mm, "to_the_end": event.to_the_end,
+            "pair": [name(event.pair.a), name(event.pair.b)], "least_mm": event.least_mm, "inside": event.inside, "to_the_end": event.to_the_end,
             "first": extent_json(&event.first), "last": extent_json(&event.last), "nearest": extent_json(&event.nearest),
         })
     });
     json!({
         "scene": scene.name, "program": run.file, "method": variant.info.id, "collides": outcome.collides(),
         "events": events.collect::<Vec<_>>(), "duration_s": outcome.duration_s, "samples": outcome.samples,
-        "queries": outcome.queries, "elapsed_s": seconds, "poses_per_s": outcome.samples as f64 / seconds,
+        "queries": outcome.queries, "load_s": times.load_s, "trees_s": times.trees_s, "elapsed_s": times.check_s,
+        "poses_per_s": times.poses_per_s(outcome), "tools_without_parts": outcome.tools_without_parts,
         "touching_at_start":
             outcome.touching_at_start.iter().map(|pair| [name(pair.a), name(pair.b)]).collect::<Vec<_>>(),
     })
@@ -255,6 +284,7 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
         "last_time_s",
         "least_mm",
         "least_line",
+        "inside",
     ]
     .map(str::to_owned)
     .to_vec();
@@ -276,6 +306,7 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
             event.last.time_s.to_string(),
             event.least_mm.to_string(),
             event.nearest.line.to_string(),
+            event.inside.to_string(),
         ];
         let position = &event.first.position;
         let value = |&axis: &Axis| if axis.is_rotary() { position[axis].to_degrees() } else { position[axis] };

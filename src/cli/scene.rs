@@ -1,11 +1,12 @@
-//! `scene`: what a scene holds, which of its parts can collide, and its meshes as files.
+//! `scene`: what a scene holds, which of its parts can collide, its meshes as files, and where its axes tilt the tool.
 
-use super::{CLEAR, say};
+mod inverse;
+
+use super::{CLEAR, picture, say, surfaces};
 use crate::check;
-use crate::gcode::Axis;
-use crate::machine::Motion;
+use crate::machine::Joint;
 use crate::scene::Scene;
-use crate::scene::pairs::{self, Range};
+use crate::scene::pairs::{self, Reach};
 use anyhow::{Context, Result};
 use clap::{Args, Subcommand};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
@@ -16,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench scene info lathe-toolpost\n  bvbench scene pairs path/to/machine --json\n  bvbench scene export lathe-tailstock --out meshes"
+    after_help = "Examples:\n  bvbench scene info lathe-toolpost\n  bvbench scene pairs path/to/machine --json\n  bvbench scene export lathe-tailstock --out meshes\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866\n  bvbench scene picture trunnion-impeller --program-line 60 --out impeller.png"
 )]
 pub struct Options {
     #[command(subcommand)]
@@ -25,12 +26,16 @@ pub struct Options {
 
 #[derive(Subcommand)]
 enum What {
-    /// Links, joints, limits, parts and program
+    /// Links, joints, limits, parts with their surfaces, and program
     Info(SceneOptions),
     /// Which pairs of parts are examined, and why the others are not
     Pairs(PairOptions),
     /// Write every part as binary STL, placed where the machine stands at first
     Export(ExportOptions),
+    /// Where the rotary axes must be for the tool to have a direction: both solutions
+    Inverse(inverse::Options),
+    /// Draw the machine as it stands at first, or at a line of its program
+    Picture(picture::Options),
 }
 
 #[derive(Args)]
@@ -66,12 +71,14 @@ pub fn run(options: &Options) -> Result<u8> {
     match &options.what {
         What::Info(options) => info(&Scene::find(&options.scene)?, options.json)?,
         What::Pairs(options) => show_pairs(&Scene::find(&options.scene.scene)?, options)?,
+        What::Inverse(options) => inverse::run(options)?,
         What::Export(options) => export(&Scene::find(&options.scene)?, &options.out)?,
+        What::Picture(options) => picture::run(&Scene::find(options.scene())?, options)?,
     }
     Ok(CLEAR)
 }
 
-fn table<const N: usize>(header: [&str; N]) -> Table {
+pub(super) fn table<const N: usize>(header: [&str; N]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_header(header);
     if table.width().is_none() {
@@ -83,24 +90,24 @@ fn table<const N: usize>(header: [&str; N]) -> Table {
 fn info(scene: &Scene, as_json: bool) -> Result<()> {
     let link_name = |link: Option<usize>| link.map_or("world", |link| scene.machine.links()[link].name.as_str());
     // To the digits a scene file has.
-    let limits = |axis: Axis, value: f64| {
-        let value = if axis.is_rotary() { value.to_degrees() } else { value };
-        (value * 1e9).round() / 1e9
-    };
+    let limits =
+        |joint: &Joint, value: f64| ((if joint.turns() { value.to_degrees() } else { value }) * 1e9).round() / 1e9;
     if as_json {
         let links = scene.machine.links().iter().map(|link| {
             let joint = link.joint.as_ref().map(|joint| {
-                let kind = if matches!(joint.motion, Motion::Prismatic { .. }) { "prismatic" } else { "rotary" };
-                let bound = |value: f64| value.is_finite().then(|| limits(joint.axis, value));
+                let kind = if joint.turns() { "rotary" } else { "prismatic" };
+                let bound = |value: f64| value.is_finite().then(|| limits(joint, value));
                 json!({ "axis": joint.axis.letter().to_string(), "kind": kind, "min": bound(joint.limits.min), "max": bound(joint.limits.max) })
             });
             json!({ "name": link.name, "parent": link.parent, "joint": joint })
         });
         let parts = scene.parts.iter().map(|part| {
-            let edges = part.mesh.edge_report();
+            let surface = part.mesh.surface_report();
             json!({
-                "name": part.name, "link": link_name(part.link), "triangles": part.mesh.faces().len(),
-                "vertices": part.mesh.vertices().len(), "watertight": edges.is_watertight(),
+                "name": part.name, "link": link_name(part.link), "role": part.role.name(), "tool": part.tool,
+                "triangles": part.mesh.faces().len(),
+                "vertices": part.mesh.vertices().len(), "watertight": surface.leaking == 0,
+                "surface": surfaces::json(scene, &part.name, &surface),
             })
         });
         let program = scene.program.as_ref().map(
@@ -118,11 +125,8 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
         let mut links = table(["LINK", "STANDS ON", "AXIS", "MOVES", "LIMITS"]);
         for link in scene.machine.links() {
             let (axis, moves, range) = link.joint.as_ref().map_or_else(Default::default, |joint| {
-                let (moves, unit) = match joint.motion {
-                    Motion::Prismatic { .. } => ("slides", "mm"),
-                    Motion::Rotary { .. } => ("turns", "degrees"),
-                };
-                let [min, max] = [joint.limits.min, joint.limits.max].map(|value| limits(joint.axis, value));
+                let (moves, unit) = if joint.turns() { ("turns", "degrees") } else { ("slides", "mm") };
+                let [min, max] = [joint.limits.min, joint.limits.max].map(|value| limits(joint, value));
                 let range = if min.is_finite() || max.is_finite() {
                     format!("{min} to {max} {unit}")
                 } else {
@@ -134,16 +138,17 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
         }
         say(format!("{}\n", links.trim_fmt()));
     }
-    let mut parts = table(["PART", "ON", "TRIANGLES", "WATERTIGHT"]);
+    let mut parts = table(["PART", "ON", "ROLE", "TOOL", "TRIANGLES"]);
     for part in &scene.parts {
-        let edges = part.mesh.edge_report();
-        let closed = if edges.is_watertight() { "yes" } else { "no" };
-        parts.add_row([part.name.as_str(), link_name(part.link), &part.mesh.faces().len().to_string(), closed]);
+        let (tool, triangles) = (part.tool.map(|tool| tool.to_string()), part.mesh.faces().len().to_string());
+        let (link, role) = (link_name(part.link), part.role.name());
+        parts.add_row([&part.name, link, role, tool.as_deref().unwrap_or("-"), &triangles]);
     }
-    if let Some(column) = parts.column_mut(2) {
+    if let Some(column) = parts.column_mut(4) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    say(parts.trim_fmt());
+    say(format!("{}\n", parts.trim_fmt()));
+    say(surfaces::text(scene));
     if let Some(run) = &scene.program {
         let (lines, moves) = (run.program.blocks.len(), run.program.moves.len());
         say(format!("\nprogram {}: {lines} lines, {moves} moves", run.file.display()));
@@ -153,9 +158,8 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
 
 fn show_pairs(scene: &Scene, options: &PairOptions) -> Result<()> {
     let path = scene.program.as_ref().map(|run| check::Path::new(scene, run)).transpose()?;
-    let of_program = path.and_then(|path| path.range());
-    let range = of_program.or_else(|| Range::of_limits(scene));
-    let decisions = pairs::decide(scene, range.as_ref(), options.clearance);
+    let reach = path.map_or_else(|| Reach::of_limits(scene), |path| path.reach());
+    let decisions = pairs::decide(scene, &reach, options.clearance);
     if options.scene.json {
         let pair = |decision: &pairs::Decision| {
             let reason = decision.dropped.as_ref().map(ToString::to_string);

@@ -16,6 +16,25 @@ pub fn squared(a: &Triangle, b: &Triangle) -> f64 {
     least
 }
 
+/// Relative margin of [`exceeds`]: far above the rounding of its projections (a few 2⁻⁵³ of the corners' distances, which at
+/// machine size are up to a million times the limit), far below what would keep it from excluding.
+const MARGIN: f64 = 1e-8;
+
+/// Whether the square of the distance is for sure more than `squared_mm`; much sooner known than [`squared`]. Looks along three
+/// directions in which most triangles that are far apart show it: from one's middle to the other's, and the two normals.
+#[must_use]
+pub fn exceeds(a: &Triangle, b: &Triangle, squared_mm: f64) -> bool {
+    let apart = |direction: &Vector| {
+        let along = |t: &Triangle| t.corners.each_ref().map(|p| direction.dot(&(p - a.corners[0])));
+        let ([p, q, r], [u, v, w]) = (along(a), along(b));
+        let (low_a, high_a) = (p.min(q).min(r), p.max(q).max(r));
+        let (low_b, high_b) = (u.min(v).min(w), u.max(v).max(w));
+        let gap = (low_b - high_a).max(low_a - high_b);
+        gap > 0.0 && gap * gap > squared_mm * direction.norm_squared() * (1.0 + MARGIN)
+    };
+    apart(&(b.centroid() - a.centroid())) || apart(&a.double_area_normal()) || apart(&b.double_area_normal())
+}
+
 /// Least squared distance from a corner of `from` that projects into the inside of `face`; infinite when none does (its
 /// nearest point is on an edge then, which another pair of features covers).
 #[inline]
@@ -82,6 +101,17 @@ mod tests {
         }
     }
 
+    #[test]
+    fn parallel_faces_exceed_all_that_is_less_than_their_distance() {
+        let floor = triangle([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]);
+        let above = triangle([[3.0, 1.0, 2.0], [5.0, 1.0, 2.0], [3.0, 2.0, 2.0]]);
+        assert!(exceeds(&floor, &above, 3.999) && exceeds(&above, &floor, 3.999));
+        assert!(!exceeds(&floor, &above, 4.0) && !exceeds(&above, &floor, 4.0));
+        // Degenerate ones have no normal; what is left is the line between the middles.
+        let point = triangle([[0.0, 0.0, 9.0]; 3]);
+        assert!(exceeds(&floor, &point, 20.0) && !exceeds(&floor, &point, 81.0) && !exceeds(&point, &point, 0.0));
+    }
+
     proptest! {
         #[test]
         fn no_two_points_of_the_triangles_are_nearer(
@@ -92,6 +122,11 @@ mod tests {
             let a = triangle(a);
             let b = triangle(b).map(|p| p + Vector::x() * shift);
             let distance = squared(&a, &b).sqrt();
+            if !crate::geometry::exact::touch(&a, &b) {
+                for part in [0.5, 0.9, 1.0, 1.1] {
+                    prop_assert!(part < 1.0 || !exceeds(&a, &b, (part * distance).powi(2)), "{part} of {distance}");
+                }
+            }
             let n = 24;
             let points = |t: &Triangle| -> Vec<Point> {
                 let [p, q, r] = t.corners;

@@ -134,6 +134,12 @@ impl Joint {
         }
     }
 
+    /// Whether the joint turns; else it slides.
+    #[must_use]
+    pub const fn turns(&self) -> bool {
+        matches!(self.motion, Motion::Rotary { .. })
+    }
+
     /// How far the joint is at an axis position, mm or radians; also how far it goes when axes change by `position`.
     #[must_use]
     pub fn value(&self, position: &Position) -> f64 {
@@ -162,11 +168,10 @@ impl Joint {
         if (min - LIMIT_SLACK..=max + LIMIT_SLACK).contains(&value) {
             return Ok(());
         }
-        let (scale, unit) = match self.motion {
-            Motion::Prismatic { .. } => (1.0, "mm"),
-            Motion::Rotary { .. } => (1f64.to_degrees(), "degrees"),
-        };
-        Err(OutOfLimits { axis: self.axis.letter(), value: value * scale, min: min * scale, max: max * scale, unit })
+        let (scale, unit) = if self.turns() { (1f64.to_degrees(), "degrees") } else { (1.0, "mm") };
+        // Without the noise of converting radians to degrees.
+        let [value, min, max] = [value, min, max].map(|x| (x * scale * 1e9).round() / 1e9);
+        Err(OutOfLimits { axis: self.axis.letter(), value, min, max, unit })
     }
 }
 

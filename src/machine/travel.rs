@@ -29,6 +29,36 @@ impl Machine {
         self.travel_to(a, shared, poses, change) + self.travel_to(b, shared, poses, change)
     }
 
+    /// How far the distance of the balls' centres can differ from that at `poses`, mm, when every axis is anywhere within `within`
+    /// (mm and radians) of where it is there. Infinite or not a number where `within` is infinite for an axis between them.
+    #[must_use]
+    pub fn shift_bound_mm(&self, a: &Ball, b: &Ball, poses: &Poses, within: &Position) -> f64 {
+        let shared = self.nearest_shared(a.link, b.link);
+        self.shift_from(a, shared, poses, within) + self.shift_from(b, shared, poses, within)
+    }
+
+    /// How far the ball's centre can be from its place at `poses`, as seen from `base`, which carries it. A turn by an angle t moves
+    /// a point at distance d from the axis to a place 2 d sin(t / 2) away; what the joints nearer to the ball have shifted
+    /// it before stays as long as it was.
+    fn shift_from(&self, ball: &Ball, base: Option<usize>, poses: &Poses, within: &Position) -> f64 {
+        let centre = poses.world_from(ball.link) * ball.centre;
+        let links = std::iter::successors(ball.link, |&link| self.parent(link)).take_while(|&link| Some(link) != base);
+        let shift = |link: usize| {
+            let joint = self.links()[link].joint.as_ref()?;
+            let step = joint.value(within).abs();
+            Some(match joint.motion {
+                Motion::Prismatic { .. } => step,
+                Motion::Rotary { direction, point } => {
+                    let world_from_link = &poses.0[link];
+                    let from_axis: Vector = centre - world_from_link * point;
+                    let distance = (world_from_link * direction.into_inner()).cross(&from_axis).norm();
+                    2.0 * distance * (0.5 * step.min(std::f64::consts::PI)).sin()
+                }
+            })
+        };
+        links.filter_map(shift).sum()
+    }
+
     /// The nearest link that carries both; `None` is the world.
     fn nearest_shared(&self, a: Option<usize>, b: Option<usize>) -> Option<usize> {
         let chain = |link: Option<usize>| std::iter::successors(link, |&link| self.parent(link));
@@ -106,6 +136,31 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn no_centre_is_shifted_farther(
+            start in prop::array::uniform4(-2.0..2.0f64),
+            within in prop::array::uniform4(0.0..5.0f64),
+            parts in prop::array::uniform4(-1.0..1.0f64),
+        ) {
+            let machine = machine();
+            let position = |values: [f64; 4]| {
+                let mut position = Position::default();
+                for (axis, value) in [Axis::X, Axis::B, Axis::C, Axis::Z].into_iter().zip(values) {
+                    position[axis] = value;
+                }
+                position
+            };
+            let a = Ball { link: Some(2), centre: Point::new(3.0, -4.0, 6.0), radius: 0.0 };
+            let b = Ball { link: Some(3), centre: Point::origin(), radius: 0.0 };
+            let distance = |at: &Position| {
+                let poses = machine.forward(at);
+                (poses.world_from(a.link) * a.centre - poses.world_from(b.link) * b.centre).norm()
+            };
+            let bound = machine.shift_bound_mm(&a, &b, &machine.forward(&position(start)), &position(within));
+            let there = position(std::array::from_fn(|i| start[i] + parts[i] * within[i]));
+            prop_assert!((distance(&there) - distance(&position(start))).abs() <= bound + 1e-9);
+        }
+
         #[test]
         fn no_point_goes_farther(
             start in prop::array::uniform4(-2.0..2.0f64),

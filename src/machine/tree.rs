@@ -1,7 +1,7 @@
 //! Links on links: forward kinematics.
 
 use super::joint::{Joint, OutOfLimits};
-use crate::gcode::Position;
+use crate::gcode::{Axis, Position};
 use crate::geometry::Isometry;
 use std::collections::HashMap;
 use thiserror::Error;
@@ -153,6 +153,27 @@ impl Machine {
         Poses(poses)
     }
 
+    /// What all joints of an axis allow, in the unit of the axis (mm or radians): smallest and largest, infinite where there is
+    /// no limit. `None` for an axis that drives nothing.
+    #[must_use]
+    pub fn axis_limits(&self, axis: Axis) -> Option<[f64; 2]> {
+        let limits = self.joints_of(axis).map(|joint| [joint.limits.min, joint.limits.max].map(|x| x / joint.gain()));
+        limits.reduce(|[low, high], [min, max]| [low.max(min), high.min(max)])
+    }
+
+    /// The joints that an axis drives, in link order.
+    pub fn joints_of(&self, axis: Axis) -> impl Iterator<Item = &Joint> {
+        self.links.iter().filter_map(|link| link.joint.as_ref()).filter(move |joint| joint.axis == axis)
+    }
+
+    /// Whether the joints of one axis allow a position.
+    ///
+    /// # Errors
+    /// [`OutOfLimits`] for the first that does not.
+    pub fn check_axis(&self, axis: Axis, position: &Position) -> Result<(), OutOfLimits> {
+        self.joints_of(axis).try_for_each(|joint| joint.check(position))
+    }
+
     /// Whether every joint allows an axis position.
     ///
     /// # Errors
@@ -206,7 +227,6 @@ fn cycle(links: &[Link], circle: &[usize]) -> MachineError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gcode::Axis;
     use crate::geometry::{Point, Vector};
     use crate::machine::joint::Limits;
     use std::f64::consts::FRAC_PI_2;

@@ -21,10 +21,28 @@ pub struct JudgedPose {
     pub witness: Option<(u32, u32)>,
     /// Whether one solid lies wholly inside the other.
     pub contained: bool,
-    /// Distance stratum.
+    /// Distance stratum; of a pose without contact the farthest one where [`Strata::Spared`] was asked for.
     pub stratum: Stratum,
     /// Depth band; [`Band::Clear`] when the surfaces do not touch.
     pub band: Band,
+}
+
+/// Whether the distances of free poses are found: verification does without, and they are most of the truth's cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Strata {
+    /// They are.
+    Found,
+    /// They are not.
+    Spared,
+}
+
+impl Strata {
+    const fn sought(self) -> Sought<'static> {
+        match self {
+            Self::Found => Sought::Borders(&Stratum::BORDERS_MM),
+            Self::Spared => Sought::Nothing,
+        }
+    }
 }
 
 /// The judged poses of one pair of one workload.
@@ -84,6 +102,7 @@ pub fn judge(
     plan: &Plan,
     scene: &Scene,
     poses: usize,
+    strata: Strata,
     cache: Option<&TruthCache>,
     progress: &dyn Progress,
 ) -> Result<Vec<JudgedPair>, JudgeError> {
@@ -99,7 +118,7 @@ pub fn judge(
     let mut judged = Vec::new();
     for workload in chosen {
         for pair in &workload.pairs {
-            let judgements = judgements(scene, workload.source, pair, cache, progress)?;
+            let judgements = judgements(scene, workload.source, pair, strata, cache, progress)?;
             let poses = pair.poses.iter().zip(&judgements);
             let poses = poses.map(|(pose, judgement)| judged_pose(pose.a_from_b, judgement)).collect();
             judged.push(JudgedPair { workload: workload.name.clone(), pair: pair.pair, poses });
@@ -113,6 +132,7 @@ fn judgements(
     scene: &Scene,
     source: Source,
     pair: &PairPoses,
+    strata: Strata,
     cache: Option<&TruthCache>,
     progress: &dyn Progress,
 ) -> Result<Vec<Judgement>, JudgeError> {
@@ -120,18 +140,14 @@ fn judgements(
     let oracle = PairOracle::new(mesh(pair.pair.a), mesh(pair.pair.b));
     let poses: Vec<Isometry> = pair.poses.iter().map(|pose| pose.a_from_b).collect();
     let along_path = matches!(source, Source::Program | Source::Recorded);
-    let key = TruthKey::new(
-        &oracle,
-        &poses,
-        &format!("clearance between {:?} mm, depth along path: {along_path}", Stratum::BORDERS_MM),
-    );
+    let key =
+        TruthKey::new(&oracle, &poses, &format!("clearance: {:?} mm, depth along path: {along_path}", strata.sought()));
     let known = cache.and_then(|cache| cache.load(&key));
     let mut judgements = if let Some(known) = known {
         progress.advance(poses.len() as u64);
         known
     } else {
-        let mut found =
-            truth::judge_all(&oracle, &poses, &Sought::Borders(&Stratum::BORDERS_MM), &|done| progress.advance(done));
+        let mut found = truth::judge_all(&oracle, &poses, &strata.sought(), &|done| progress.advance(done));
         if along_path {
             let exact: Vec<bool> = found.iter().map(|judgement| judgement.verdict.exact).collect();
             for (judgement, depth) in found.iter_mut().zip(truth::path_depths(&oracle, &poses, &exact)) {

@@ -7,9 +7,12 @@ use super::{Pair, Part, Scene};
 use crate::gcode::{Axis, Position};
 use crate::geometry::{Mesh, Point};
 use crate::machine::travel::Ball;
+use crate::machine::{Joint, Machine};
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::fmt;
 
-/// Range of each axis, mm and radians.
+/// Range of each axis, mm and radians. Infinite where nothing bounds an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// Smallest positions.
@@ -19,31 +22,77 @@ pub struct Range {
 }
 
 impl Range {
-    /// The least range that holds all positions; `None` of none.
-    pub fn of(positions: impl IntoIterator<Item = Position>) -> Option<Self> {
-        positions.into_iter().fold(None, |range: Option<Self>, at| {
-            let Self { low, high } = range.unwrap_or(Self { low: at, high: at });
-            Some(Self {
-                low: Position(std::array::from_fn(|i| low.0[i].min(at.0[i]))),
-                high: Position(std::array::from_fn(|i| high.0[i].max(at.0[i]))),
-            })
-        })
+    /// A single position.
+    #[must_use]
+    pub const fn at(position: Position) -> Self {
+        Self { low: position, high: position }
     }
 
-    /// What the joints of a scene's machine allow; `None` where an axis that drives a joint has no limits.
-    #[must_use]
-    pub fn of_limits(scene: &Scene) -> Option<Self> {
-        let mut range = Self { low: Position::default(), high: Position::default() };
-        for axis in Axis::ALL {
-            let joints = scene.machine.links().iter().filter_map(|link| link.joint.as_ref());
-            let limits: Vec<_> = joints.filter(|joint| joint.axis == axis).map(|joint| joint.limits).collect();
-            if limits.is_empty() {
-                continue;
-            }
-            range.low[axis] = limits.iter().map(|limits| limits.min).fold(f64::NEG_INFINITY, f64::max);
-            range.high[axis] = limits.iter().map(|limits| limits.max).fold(f64::INFINITY, f64::min);
+    /// Grows until it holds `position`.
+    pub fn take_in(&mut self, position: &Position) {
+        for (i, &at) in position.0.iter().enumerate() {
+            self.low.0[i] = self.low.0[i].min(at);
+            self.high.0[i] = self.high.0[i].max(at);
         }
-        range.low.0.iter().chain(&range.high.0).all(|x| x.is_finite()).then_some(range)
+    }
+
+    /// What the joints of a machine allow. An axis that drives nothing stays at zero.
+    #[must_use]
+    pub fn of_limits(machine: &Machine) -> Self {
+        let mut range = Self::at(Position::default());
+        for axis in Axis::ALL {
+            [range.low[axis], range.high[axis]] = machine.axis_limits(axis).unwrap_or_default();
+        }
+        range
+    }
+
+    /// The same poses with axes that only turn kept to one turn: a joint that turns farther repeats itself.
+    fn folded(mut self, machine: &Machine) -> Self {
+        for axis in Axis::ALL {
+            let Some(joint) = machine.joints_of(axis).next() else { continue };
+            let turn = TAU / joint.gain();
+            let turns = machine.joints_of(axis).all(Joint::turns);
+            if turns && self.high[axis] - self.low[axis] > turn {
+                let low = [self.low[axis], self.high[axis] - turn].into_iter().find(|x| x.is_finite());
+                self.low[axis] = low.unwrap_or(-0.5 * turn);
+                self.high[axis] = self.low[axis] + turn;
+            }
+        }
+        self
+    }
+
+    /// The middle and the half widths; where an end is infinite, the other end or zero, and infinity.
+    fn middle_and_half(&self) -> (Position, Position) {
+        let mut half = Position::default();
+        let middle = std::array::from_fn(|i| {
+            let (low, high) = (self.low.0[i], self.high.0[i]);
+            half.0[i] = 0.5 * (high - low);
+            let ends = [f64::midpoint(low, high), low, high, 0.0];
+            ends.into_iter().find(|x| x.is_finite()).unwrap_or_default()
+        });
+        (Position(middle), half)
+    }
+}
+
+/// Where the axes go, and with which tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reach {
+    /// With any tool.
+    pub axes: Range,
+    /// While each tool is in the spindle; `None` when nothing is known of tools.
+    pub tools: Option<BTreeMap<u32, Range>>,
+}
+
+impl Reach {
+    /// Wherever the machine's limits let it go.
+    #[must_use]
+    pub fn of_limits(scene: &Scene) -> Self {
+        Self { axes: Range::of_limits(&scene.machine), tools: None }
+    }
+
+    /// The range while a tool is in the spindle; `None` if it never is.
+    fn with_tool(&self, tool: u32) -> Option<&Range> {
+        self.tools.as_ref().map_or(Some(&self.axes), |tools| tools.get(&tool))
     }
 }
 
@@ -62,8 +111,20 @@ pub enum Dropped {
         /// At least this far, mm.
         apart_mm: f64,
     },
+    /// They belong to different tools, of which one is in the spindle at a time.
+    DifferentTools {
+        /// The tools.
+        tools: [u32; 2],
+    },
+    /// Their tool is never in the spindle.
+    NeverMounted {
+        /// The tool.
+        tool: u32,
+    },
     /// The scene says so.
     Ignored,
+    /// The scene says that they may touch.
+    Allowed,
 }
 
 impl fmt::Display for Dropped {
@@ -72,7 +133,12 @@ impl fmt::Display for Dropped {
             Self::Rigid => write!(f, "no joint between them"),
             Self::Neighbours { axis } => write!(f, "neighbours at axis {axis}"),
             Self::OutOfReach { apart_mm } => write!(f, "never nearer than {apart_mm:.0} mm"),
+            Self::DifferentTools { tools: [one, other] } => {
+                write!(f, "tools {one} and {other} are never there together")
+            }
+            Self::NeverMounted { tool } => write!(f, "tool {tool} is never in the spindle"),
             Self::Ignored => write!(f, "ignored by the scene"),
+            Self::Allowed => write!(f, "may touch, says the scene"),
         }
     }
 }
@@ -86,30 +152,44 @@ pub struct Decision {
     pub dropped: Option<Dropped>,
 }
 
-/// Decides on every pair of parts, in order. `range` is what the axes do, if it is known; pairs that stay farther apart than
-/// `beyond_mm` are dropped. The pairs that the scene names are kept unless they are ignored or out of reach.
+/// Decides on every pair of parts, in order. `reach` is where the axes go; pairs that stay farther apart than `beyond_mm` are
+/// dropped. The pairs that the scene names are kept unless they are ignored, allowed, of a tool that is not there, or out of
+/// reach.
 #[must_use]
-pub fn decide(scene: &Scene, range: Option<&Range>, beyond_mm: f64) -> Vec<Decision> {
+pub fn decide(scene: &Scene, reach: &Reach, beyond_mm: f64) -> Vec<Decision> {
     let balls: Vec<Ball> = scene.parts.iter().map(ball).collect();
     let pairs = (0..scene.parts.len()).flat_map(|a| (a + 1..scene.parts.len()).map(move |b| Pair { a, b }));
-    let same = |one: &Pair, other: Pair| *one == other || *one == Pair { a: other.b, b: other.a };
-    let decide = |pair: Pair| {
-        if scene.ignored.iter().any(|ignored| same(ignored, pair)) {
-            return Some(Dropped::Ignored);
-        }
-        let bodies = [pair.a, pair.b].map(|part| scene.machine.rigid_body(scene.parts[part].link));
-        if bodies[0] == bodies[1] {
-            return Some(Dropped::Rigid);
-        }
-        if let Some(range) = range
-            && let Some(apart_mm) = least_distance(scene, &balls, pair, range).filter(|&apart| apart > beyond_mm)
-        {
-            return Some(Dropped::OutOfReach { apart_mm });
-        }
-        let named = scene.names_pairs && scene.pairs.iter().any(|named| same(named, pair));
-        (!named).then(|| neighbours(scene, bodies)).flatten()
+    pairs.map(|pair| Decision { pair, dropped: why_dropped(scene, &balls, reach, beyond_mm, pair) }).collect()
+}
+
+fn why_dropped(scene: &Scene, balls: &[Ball], reach: &Reach, beyond_mm: f64, pair: Pair) -> Option<Dropped> {
+    let is_in = |pairs: &[Pair]| pairs.iter().any(|other| other.is(pair));
+    if is_in(&scene.ignored) {
+        return Some(Dropped::Ignored);
+    }
+    if is_in(&scene.allowed) {
+        return Some(Dropped::Allowed);
+    }
+    let bodies = [pair.a, pair.b].map(|part| scene.machine.rigid_body(scene.parts[part].link));
+    if bodies[0] == bodies[1] {
+        return Some(Dropped::Rigid);
+    }
+    if let [Some(one), Some(other)] = [pair.a, pair.b].map(|part| scene.parts[part].tool)
+        && one != other
+    {
+        return Some(Dropped::DifferentTools { tools: [one, other] });
+    }
+    let range = match scene.tool_of(pair) {
+        None => &reach.axes,
+        Some(tool) => match reach.with_tool(tool) {
+            Some(range) => range,
+            None => return Some(Dropped::NeverMounted { tool }),
+        },
     };
-    pairs.map(|pair| Decision { pair, dropped: decide(pair) }).collect()
+    if let Some(apart_mm) = least_distance(scene, balls, pair, range).filter(|&apart| apart > beyond_mm) {
+        return Some(Dropped::OutOfReach { apart_mm });
+    }
+    (!scene.names(pair)).then(|| neighbours(scene, bodies)).flatten()
 }
 
 /// The axis between two bodies of which one stands on the other.
@@ -123,14 +203,13 @@ fn neighbours(scene: &Scene, bodies: [Option<usize>; 2]) -> Option<Dropped> {
     stands_on(bodies[0], bodies[1]).or_else(|| stands_on(bodies[1], bodies[0]))
 }
 
-/// A lower bound of the distance of a pair over a range, mm; may be negative.
+/// A lower bound of the distance of a pair over a range, mm; `None` when there is none.
 fn least_distance(scene: &Scene, balls: &[Ball], pair: Pair, range: &Range) -> Option<f64> {
-    let middle = Position(std::array::from_fn(|i| f64::midpoint(range.low.0[i], range.high.0[i])));
-    let half = Position(std::array::from_fn(|i| 0.5 * (range.high.0[i] - range.low.0[i])));
+    let (middle, half) = range.folded(&scene.machine).middle_and_half();
     let poses = scene.machine.forward(&middle);
     let (a, b) = (&balls[pair.a], &balls[pair.b]);
     let between = (poses.world_from(a.link) * a.centre - poses.world_from(b.link) * b.centre).norm();
-    let apart = between - a.radius - b.radius - scene.machine.travel_bound_mm(a, b, &poses, &half);
+    let apart = between - a.radius - b.radius - scene.machine.shift_bound_mm(a, b, &poses, &half);
     apart.is_finite().then_some(apart)
 }
 
@@ -146,4 +225,74 @@ pub fn ball(part: &Part) -> Ball {
 fn bounds(mesh: &Mesh) -> (Point, Point) {
     let first = mesh.vertices().first().copied().unwrap_or_default();
     mesh.vertices().iter().fold((first, first), |(low, high), v| (low.inf(v), high.sup(v)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Isometry, Point, Vector};
+    use crate::machine::{Limits, Link};
+
+    fn link(name: &str, at: [f64; 3], joint: Joint) -> Link {
+        Link {
+            name: name.to_owned(),
+            parent: None,
+            parent_from_link: Isometry::translation(at[0], at[1], at[2]),
+            joint: Some(joint),
+        }
+    }
+
+    /// X from -10 to 30 and C, both without company, and W that turns.
+    fn machine(x: Limits, c: Limits) -> Machine {
+        let turn = |axis, limits| Joint::rotary(axis, Vector::z(), Point::origin(), limits).unwrap();
+        let x = Joint::prismatic(Axis::X, Vector::x(), x).unwrap();
+        let w = Limits { min: -TAU / 4.0, max: TAU / 4.0 };
+        Machine::new(vec![
+            link("x", [0.0; 3], x),
+            link("c", [100.0, 0.0, 0.0], turn(Axis::C, c)),
+            link("w", [0.0; 3], turn(Axis::W, w)),
+        ])
+        .unwrap()
+    }
+
+    #[test]
+    fn ranges_are_in_the_units_of_the_axes_and_turns_are_folded() {
+        let forty = Limits { min: -10.0, max: 30.0 };
+        let range = Range::of_limits(&machine(forty, Limits::NONE));
+        assert_eq!((range.low[Axis::X], range.high[Axis::X]), (-10.0, 30.0));
+        // A quarter turn either way of an axis that turns a degree per mm is 90 mm.
+        assert!((range.low[Axis::W] + 90.0).abs() < 1e-9 && (range.high[Axis::W] - 90.0).abs() < 1e-9);
+        assert_eq!((range.low[Axis::C], range.high[Axis::C]), (f64::NEG_INFINITY, f64::INFINITY));
+        for (limits, low) in [
+            (Limits::NONE, -TAU / 2.0),
+            (Limits { min: 1.0, ..Limits::NONE }, 1.0),
+            (Limits { max: 1.0, ..Limits::NONE }, 1.0 - TAU),
+            (Limits { min: 2.0, max: 100.0 }, 2.0),
+        ] {
+            let machine = machine(forty, limits);
+            let folded = Range::of_limits(&machine).folded(&machine);
+            assert_eq!((folded.low[Axis::C], folded.high[Axis::C]), (low, low + TAU));
+        }
+        let (middle, half) = range.middle_and_half();
+        assert_eq!((middle[Axis::X], half[Axis::X]), (10.0, 20.0));
+    }
+
+    #[test]
+    fn an_unlimited_slide_hides_only_what_it_moves() {
+        let bound = |x: Limits, links: [usize; 2]| {
+            let machine = machine(x, Limits::NONE);
+            let [a, b] = links.map(|link| Ball { link: Some(link), centre: Point::new(5.0, 0.0, 0.0), radius: 1.0 });
+            let (middle, half) = Range::of_limits(&machine).folded(&machine).middle_and_half();
+            let poses = machine.forward(&middle);
+            let between = (poses.0[links[0]] * a.centre - poses.0[links[1]] * b.centre).norm();
+            between - 2.0 - machine.shift_bound_mm(&a, &b, &poses, &half)
+        };
+        let forty = Limits { min: -10.0, max: 30.0 };
+        // X in its middle: x = 15; C in its middle: x = 105. Radii 2; X goes 20 either way, C's ball lies 5 beside its axis and
+        // is carried 10 across.
+        assert!((bound(forty, [0, 1]) - (90.0 - 2.0 - 20.0 - 10.0)).abs() < 1e-9);
+        assert_eq!(bound(Limits::NONE, [0, 1]), f64::NEG_INFINITY);
+        // W turns by a quarter either way: 2 5 sin 45°.
+        assert!((bound(Limits::NONE, [1, 2]) - (100.0 - 2.0 - 10.0 - 50f64.sqrt())).abs() < 1e-9);
+    }
 }

@@ -6,15 +6,15 @@
 use super::Tree;
 use super::traverse::open;
 use crate::geometry::grid::Placement;
-use crate::geometry::{Isometry, intersect, triangle_distance};
+use crate::geometry::{Isometry, Triangle, intersect, triangle_distance};
 use crate::volume::BoundingVolume;
 
 /// What queries reuse: memory, and the pair of triangles that was nearest last, which on a path is often nearest again.
 #[derive(Clone, Debug, Default)]
 pub struct Proximity {
-    stack: Vec<(f64, (u32, u32))>,
+    pub(crate) stack: Vec<(f64, (u32, u32))>,
     /// Places of the nearest triangles in the order of the two trees.
-    nearest: Option<(u32, u32)>,
+    pub(crate) nearest: Option<(u32, u32)>,
 }
 
 /// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 when triangles touch. For
@@ -29,14 +29,21 @@ pub fn distance_mm<V: BoundingVolume>(
     let pose = V::pose(a_from_b);
     let placement = Placement::new(a_from_b);
     let Proximity { stack, nearest } = proximity;
-    let between = |i: usize, j: usize| {
-        let (still, moved) = (&a.triangles[i], placement.triangle(&b.triangles[j]));
-        if intersect::touch(still, &moved) { 0.0 } else { triangle_distance::squared(still, &moved).sqrt() }
+    // Infinite where it is for sure not below what is known.
+    let between = |i: usize, moved: &Triangle, least: f64| {
+        let still = &a.triangles[i];
+        if triangle_distance::exceeds(still, moved, least * least) {
+            f64::INFINITY
+        } else if intersect::touch(still, moved) {
+            0.0
+        } else {
+            triangle_distance::squared(still, moved).sqrt()
+        }
     };
     let gap = |(i, j): (u32, u32)| a.nodes[i as usize].volume.gap_mm(&b.nodes[j as usize].volume, &pose);
     let mut least = below_mm;
     if let Some((i, j)) = *nearest {
-        least = least.min(between(i as usize, j as usize));
+        least = least.min(between(i as usize, &placement.triangle(&b.triangles[j as usize]), least));
     }
     stack.clear();
     stack.push((gap((0, 0)), (0, 0)));
@@ -47,8 +54,9 @@ pub fn distance_mm<V: BoundingVolume>(
         let (node_a, node_b) = (&a.nodes[at.0 as usize], &b.nodes[at.1 as usize]);
         let Some(next) = open(node_a, node_b, at) else {
             for j in node_b.range() {
+                let moved = placement.triangle(&b.triangles[j]);
                 for i in node_a.range() {
-                    let distance = between(i, j);
+                    let distance = between(i, &moved, least);
                     if distance < least {
                         (least, *nearest) = (distance, Some((i as u32, j as u32)));
                     }

@@ -11,6 +11,8 @@ use crate::geometry::triangle_distance;
 /// How exactly a clearance is sought.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sought<'a> {
+    /// Not at all: infinite for all surfaces that do not touch.
+    Nothing,
     /// The distance, where it is at most this, mm.
     Distance {
         /// The cut-off.
@@ -24,6 +26,7 @@ pub enum Sought<'a> {
 impl Sought<'_> {
     fn beyond_mm(&self) -> f64 {
         match self {
+            Self::Nothing => 0.0,
             Self::Distance { beyond_mm } => *beyond_mm,
             Self::Borders(borders) => borders.last().copied().unwrap_or(0.0),
         }
@@ -33,7 +36,7 @@ impl Sought<'_> {
     #[inline]
     fn limit(&self, least: f64) -> f64 {
         match self {
-            Self::Distance { .. } => least,
+            Self::Nothing | Self::Distance { .. } => least,
             // The highest border that the least distance is above of; at the start it is the cut-off itself.
             Self::Borders(borders) => {
                 let reached = |border: &&f64| *border * *border < least;
@@ -47,21 +50,36 @@ impl Sought<'_> {
     }
 }
 
+/// Places of two triangles in the orders of the two trees.
+pub(super) type Nearest = Option<(usize, usize)>;
+
 impl PairOracle {
     /// Euclidean distance between the surfaces, mm: 0 when they touch (exactly), infinite when it is more than `beyond_mm`,
     /// which may itself be infinite. A solid inside the other is as far as its surface is.
     #[must_use]
     pub fn clearance_mm(&self, a_from_b: &Isometry, beyond_mm: f64) -> f64 {
-        if self.touches(a_from_b) { 0.0 } else { self.clearance_of_free_mm(a_from_b, &Sought::Distance { beyond_mm }) }
+        if self.touches(a_from_b) {
+            0.0
+        } else {
+            self.clearance_of_free_mm(a_from_b, &Sought::Distance { beyond_mm }, &mut None)
+        }
     }
 
-    /// The same for surfaces known not to touch, as exactly as sought.
-    pub(super) fn clearance_of_free_mm(&self, a_from_b: &Isometry, sought: &Sought) -> f64 {
+    /// The same for surfaces known not to touch, as exactly as sought. `nearest` are the triangles that were nearest at the last
+    /// pose: along a path they are often nearest again, and a small distance known at once spares most of the search.
+    pub(super) fn clearance_of_free_mm(&self, a_from_b: &Isometry, sought: &Sought, nearest: &mut Nearest) -> f64 {
+        if *sought == Sought::Nothing {
+            return f64::INFINITY;
+        }
         let beyond_mm = sought.beyond_mm();
         let posed = self.posed(a_from_b);
         let (a, b) = (&self.a.tree, &self.b.tree);
         let mut least = beyond_mm * beyond_mm;
         let mut found = false;
+        if let Some((i, j)) = *nearest {
+            let squared = triangle_distance::squared(&a.triangles[i], &posed.placement.triangle(&b.triangles[j]));
+            (least, found) = if squared <= least { (squared, true) } else { (least, false) };
+        }
         let moved = posed.mover.bounds(self.b.bounds());
         let mut stack = vec![(self.a.bounds().gap_squared(&moved), 0, 0, moved)];
         while let Some((gap, i, j, moved)) = stack.pop() {
@@ -75,7 +93,7 @@ impl PairOracle {
             };
             let mut children = match (a.children(i), b.children(j)) {
                 (None, None) => {
-                    found |= self.leaves_squared(&posed, i, j, sought, &mut least);
+                    found |= self.leaves_squared(&posed, i, j, sought, &mut least, nearest);
                     continue;
                 }
                 (None, Some(children)) => children.map(of_b),
@@ -93,18 +111,28 @@ impl PairOracle {
     }
 
     /// Lowers `least` to the least squared distance between the triangles of two leaves; whether any was as near.
-    fn leaves_squared(&self, posed: &Posed, i: u32, j: u32, sought: &Sought, least: &mut f64) -> bool {
+    fn leaves_squared(
+        &self,
+        posed: &Posed,
+        i: u32,
+        j: u32,
+        sought: &Sought,
+        least: &mut f64,
+        nearest: &mut Nearest,
+    ) -> bool {
         let (a, b) = (&self.a.tree, &self.b.tree);
         let mut found = false;
-        for triangle in &b.triangles[b.range(j)] {
-            let placed = posed.placement.triangle(triangle);
+        for index_b in b.range(j) {
+            let placed = posed.placement.triangle(&b.triangles[index_b]);
             let bounds = Bounds::of(&placed);
             for index in a.range(i) {
-                if a.bounds[index].gap_squared(&bounds) <= sought.limit(*least) {
-                    let squared = triangle_distance::squared(&a.triangles[index], &placed);
-                    if squared <= *least {
-                        (*least, found) = (squared, true);
-                    }
+                let (still, limit) = (&a.triangles[index], sought.limit(*least));
+                if a.bounds[index].gap_squared(&bounds) > limit || triangle_distance::exceeds(still, &placed, limit) {
+                    continue;
+                }
+                let squared = triangle_distance::squared(still, &placed);
+                if squared <= *least {
+                    (*least, found, *nearest) = (squared, true, Some((index, index_b)));
                 }
             }
         }
@@ -129,14 +157,14 @@ mod tests {
     fn borders_put_a_clearance_where_the_distance_puts_it() {
         let pair = oracle(&solids::torus(8.0, 2.0, 16, 8), &solids::torus(6.0, 1.5, 16, 8));
         let borders = [1.0, 10.0];
-        let mut seen = [0; 3];
+        let (mut seen, mut nearest) = ([0; 3], None);
         for step in 0..200 {
             let pose = Isometry::new(Vector::new(0.2 * f64::from(step), 3.0, 1.0), Vector::new(0.3, 0.1, 0.2));
             if pair.touches(&pose) {
                 continue;
             }
             let exact = pair.clearance_mm(&pose, f64::INFINITY);
-            let found = pair.clearance_of_free_mm(&pose, &Sought::Borders(&borders));
+            let found = pair.clearance_of_free_mm(&pose, &Sought::Borders(&borders), &mut nearest);
             let side = |d: f64| borders.iter().filter(|&&border| d > border).count();
             assert_eq!(side(found), side(exact), "step {step}: {found}, exactly {exact}");
             seen[side(exact)] += 1;

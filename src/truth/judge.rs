@@ -5,7 +5,7 @@
 //! overlapping intervals is ever lost: the answers are those of testing all pairs.
 
 use super::boxes::Bounds;
-use super::clearance::Sought;
+use super::clearance::{Nearest, Sought};
 use super::{PairOracle, Posed};
 use crate::geometry::{Isometry, Triangle, exact, intersect};
 use rayon::prelude::*;
@@ -56,15 +56,16 @@ pub fn judge_all(
     sought: &Sought,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Vec<Judgement> {
-    let judge = |pose: &Isometry| {
+    let judge = |pose: &Isometry, nearest: &mut Nearest| {
         let verdict = oracle.judge(pose);
-        let clearance_mm = if verdict.exact { 0.0 } else { oracle.clearance_of_free_mm(pose, sought) };
+        let clearance_mm = if verdict.exact { 0.0 } else { oracle.clearance_of_free_mm(pose, sought, nearest) };
         Judgement { verdict, clearance_mm, depth_mm: None }
     };
     let chunks: Vec<Vec<Judgement>> = poses
         .par_chunks(CHUNK)
         .map(|chunk| {
-            let judged = chunk.iter().map(judge).collect();
+            let mut nearest = None;
+            let judged = chunk.iter().map(|pose| judge(pose, &mut nearest)).collect();
             progress(chunk.len() as u64);
             judged
         })

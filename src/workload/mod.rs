@@ -4,7 +4,7 @@
 //! and `random` (poses at known depths), [`draw`] (random numbers).
 
 pub mod draw;
-mod ray;
+pub mod ray;
 mod program;
 mod recorded;
 mod approach;
@@ -194,7 +194,9 @@ fn named(source: Source, pairs: Vec<PairPoses>) -> Workload {
 fn along_program(scene: &Scene, budget: usize) -> Result<Vec<PairPoses>, WorkloadError> {
     let Some(run) = &scene.program else { return Ok(Vec::new()) };
     let run = program::Run::new(scene, run, budget / scene.pairs.len())?;
-    Ok(scene.pairs.iter().map(|&pair| PairPoses { pair, poses: run.poses_of(scene, pair) }).collect())
+    let posed = scene.pairs.iter().map(|&pair| PairPoses { pair, poses: run.poses_of(scene, pair) });
+    // A pair whose tool is never in the spindle has none.
+    Ok(posed.filter(|pair| !pair.poses.is_empty()).collect())
 }
 
 fn approaching(scene: &Scene, budget: usize, seed: u64) -> Result<Vec<PairPoses>, WorkloadError> {

@@ -65,6 +65,18 @@ pub enum ImportError {
         /// The limit.
         most: u64,
     },
+    /// The tolerance of welding makes no sense.
+    #[error("{}: vertices cannot be welded within {weld_mm} mm; it must be 0, or from {least} to {most}", path.display())]
+    Tolerance {
+        /// The file.
+        path: PathBuf,
+        /// What was asked for, mm.
+        weld_mm: f64,
+        /// The least, mm.
+        least: f64,
+        /// The most, mm.
+        most: f64,
+    },
     /// Neither the name nor the content says what it is.
     #[error("{}: not an STL, OBJ, OFF, PLY, GLB or 3MF file", path.display())]
     UnknownFormat {

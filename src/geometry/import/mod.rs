@@ -1,15 +1,18 @@
 //! Mesh files: STL (binary and text), OBJ, OFF, PLY, GLB and 3MF, with what was found in them and what was done about it.
 //!
-//! A file is read whole, its triangles are scaled to mm and welded: corners that fall on the same point of the
-//! coordinate grid become one vertex. Then, because a triangle is a set of points here:
+//! A file is read whole, its triangles are scaled to mm and welded: vertices that fall on the same point of the
+//! coordinate grid become one, or those within a tolerance when one is given ([`super::weld`]). Then, because a triangle is a
+//! set of points here:
 //!
 //! - a triangle that collapses (two corners weld) is dropped: in a closed mesh its points belong to its neighbours;
 //! - a triangle with the same three corners as an earlier one, in any order, is dropped;
 //! - a triangle with three different corners on a line is kept: it weighs nothing, its corners count, and dropping it
 //!   would open its neighbours.
 //!
-//! Nothing else is repaired. What the edges are like afterwards is in the report.
+//! Nothing else is repaired. What was done is in the report; what the surface is like afterwards says
+//! [`Mesh::surface_report`].
 
+mod clean;
 mod error;
 mod glb;
 mod lines;
@@ -26,9 +29,8 @@ mod tests;
 pub use error::{ImportError, Place};
 pub use stl::write as write_stl;
 
-use super::{Mesh, Point, mesh::EdgeReport};
+use super::{Mesh, Point};
 use serde::{Deserialize, Serialize};
-use std::collections::HashSet;
 use std::fmt;
 use std::path::Path;
 
@@ -93,54 +95,59 @@ impl fmt::Display for Format {
     }
 }
 
+/// How a file is to be read.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Options {
+    /// The unit of its coordinates; without it, the file's own holds (3MF), the format's (GLB: metres), or mm.
+    pub unit: Option<Unit>,
+    /// Vertices at most this far apart become one, mm: 0 for those on the same point of the grid, or 1e-6 to 1.
+    pub weld_mm: f64,
+}
+
+impl From<Option<Unit>> for Options {
+    /// In this unit, welding equal vertices only.
+    fn from(unit: Option<Unit>) -> Self {
+        Self { unit, weld_mm: 0.0 }
+    }
+}
+
+/// Tolerances that vertices may be welded within, mm: from some 70 steps of the coordinate grid, below which all tolerances do the
+/// same, to what is a feature of a part and no longer a gap between triangles.
+const WELD_MM: (f64, f64) = (1e-6, 1.0);
+
 /// What was found in a file and what was done about it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImportReport {
     /// The format it was read as.
     pub format: Format,
     /// What one unit of the file was taken to be, mm.
     pub unit_mm: f64,
+    /// How far apart vertices were that became one, mm, at most; 0 for those on the same point of the grid.
+    pub weld_mm: f64,
     /// Triangles in the file; polygons count as the triangles of their fans.
     pub triangles_read: usize,
     /// Triangles dropped because an earlier one has the same corners.
     pub duplicate: usize,
     /// Triangles dropped because corners of theirs fell together.
     pub collapsed: usize,
-    /// Triangles kept although their corners are on a line.
-    pub degenerate: usize,
     /// Vertices of the file's triangles that became one with an earlier vertex. STL has three per triangle.
     pub welded_vertices: usize,
-    /// How the edges of the mesh fit together.
-    pub edges: EdgeReport,
-    /// Whether the mesh is closed but its triangles wind the wrong way round: its volume comes out negative.
-    pub inside_out: bool,
 }
 
 impl fmt::Display for ImportReport {
-    /// In a line, what an engineer wants to know: `OFF in units of 1 mm, 4 triangles, watertight`.
+    /// In a line, what an engineer wants to know: `OFF in units of 1 mm, 4 triangles`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kept = self.triangles_read - self.duplicate - self.collapsed;
-        write!(f, "{} in units of {} mm, {kept} triangles", self.format, self.unit_mm)?;
+        write!(f, "{} in units of {} mm, {} triangles", self.format, self.unit_mm, self.triangles_read)?;
         for (number, what) in [
             (self.welded_vertices, "vertices welded"),
-            (self.duplicate, "duplicate triangles dropped"),
             (self.collapsed, "collapsed triangles dropped"),
-            (self.degenerate, "degenerate triangles kept"),
+            (self.duplicate, "duplicate triangles dropped"),
         ] {
             if number > 0 {
                 write!(f, ", {number} {what}")?;
             }
         }
-        let EdgeReport { open, non_manifold, flipped } = self.edges;
-        match (self.edges.is_watertight(), self.inside_out) {
-            (true, false) => f.write_str(", watertight"),
-            (true, true) => f.write_str(", watertight but inside out"),
-            (false, _) => write!(
-                f,
-                ", not watertight: {open} open edges, {non_manifold} between more than two triangles, {flipped} between \
-                 triangles that wind against each other"
-            ),
-        }
+        Ok(())
     }
 }
 
@@ -168,26 +175,47 @@ const METRE: f64 = Unit::M.in_mm();
 /// Largest file that is read, bytes. Text has at least 20 bytes per triangle, so that vertex indices fit 32 bits.
 const LARGEST_FILE: u64 = 1 << 32;
 
-/// Reads a mesh file. The extension says what it is (`.stl`, `.obj`, `.off`, `.ply`, `.glb`, `.3mf`);
-/// without one of these, its beginning does. Without a unit, the file's own holds (3MF), the format's (GLB: metres), or mm.
+/// Reads a mesh file. The extension says what it is (`.stl`, `.obj`, `.off`, `.ply`, `.glb`, `.3mf`); without one of these, its
+/// beginning does. A unit alone will do for the options.
 ///
 /// # Errors
 /// [`ImportError`] with the file and the line, or the triangle and the byte, when the file cannot be read, is not a
 /// mesh, is cut short, disagrees with its own header, or has a coordinate that is not finite or beyond ±4096 mm.
-pub fn load(path: &Path, unit: Option<Unit>) -> Result<Imported, ImportError> {
+pub fn load(path: &Path, options: impl Into<Options>) -> Result<Imported, ImportError> {
     let unreadable = |source| ImportError::Unreadable { path: path.into(), source };
-    let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
-    if bytes >= LARGEST_FILE {
-        return Err(ImportError::TooLarge { path: path.into(), bytes, most: LARGEST_FILE });
+    check_size(path, std::fs::metadata(path).map_err(unreadable)?.len())?;
+    parse(path, &std::fs::read(path).map_err(unreadable)?, options)
+}
+
+fn check_size(path: &Path, bytes: u64) -> Result<(), ImportError> {
+    if bytes < LARGEST_FILE {
+        return Ok(());
     }
-    parse(path, &std::fs::read(path).map_err(unreadable)?, unit)
+    Err(ImportError::TooLarge { path: path.into(), bytes, most: LARGEST_FILE })
 }
 
 /// As [`load`], of a file's content; the path serves for its extension and for messages.
 ///
 /// # Errors
 /// As [`load`].
-pub fn parse(path: &Path, content: &[u8], unit: Option<Unit>) -> Result<Imported, ImportError> {
+pub fn parse(path: &Path, content: &[u8], options: impl Into<Options>) -> Result<Imported, ImportError> {
+    let Options { unit, weld_mm } = options.into();
+    parse_in(path, content, unit.map(Unit::in_mm), weld_mm)
+}
+
+/// As [`parse`], with a unit of any length, mm, and corners welded only where they fall on the same point of the grid.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse_scaled(path: &Path, content: &[u8], unit_mm: f64) -> Result<Imported, ImportError> {
+    parse_in(path, content, Some(unit_mm), 0.0)
+}
+
+fn parse_in(path: &Path, content: &[u8], unit_mm: Option<f64>, weld_mm: f64) -> Result<Imported, ImportError> {
+    if weld_mm != 0.0 && !(WELD_MM.0..=WELD_MM.1).contains(&weld_mm) {
+        return Err(ImportError::Tolerance { path: path.into(), weld_mm, least: WELD_MM.0, most: WELD_MM.1 });
+    }
+    check_size(path, content.len() as u64)?;
     let Some(format) = format_of(path, content) else {
         return Err(ImportError::UnknownFormat { path: path.into() });
     };
@@ -203,8 +231,8 @@ pub fn parse(path: &Path, content: &[u8], unit: Option<Unit>) -> Result<Imported
         #[cfg(not(feature = "3mf"))]
         Format::ThreeMf => Err(ImportError::NotBuiltIn { path: path.into(), format: "3MF", feature: "3mf" }),
     }?;
-    let unit_mm = unit.map(Unit::in_mm).or(raw.unit_mm).unwrap_or(Unit::Mm.in_mm());
-    clean(raw, format, unit_mm).map_err(|source| ImportError::NotAMesh { path: path.into(), source })
+    let unit_mm = unit_mm.or(raw.unit_mm).unwrap_or(Unit::Mm.in_mm());
+    clean::clean(raw, format, unit_mm, weld_mm).map_err(|source| ImportError::NotAMesh { path: path.into(), source })
 }
 
 /// How an archive begins, which a 3MF file is.
@@ -228,46 +256,4 @@ fn format_of(path: &Path, content: &[u8]) -> Option<Format> {
         _ if obj::is_obj(content) => Some(Format::Obj),
         _ => None,
     }
-}
-
-/// Scales, welds and drops, as the module's header says.
-fn clean(raw: Raw, format: Format, unit_mm: f64) -> Result<Imported, super::MeshError> {
-    let triangles_read = raw.faces.len();
-    let referenced: HashSet<u32> = raw.faces.iter().flatten().copied().collect();
-    let scaled = Mesh::new(raw.vertices.iter().map(|p| p * unit_mm).collect(), raw.faces)?;
-    let welded = Mesh::from_triangles(&scaled.triangles())?;
-    let welded_vertices = referenced.len() - welded.vertices().len();
-
-    let (mut duplicate, mut collapsed) = (0, 0);
-    let mut seen = HashSet::new();
-    let mut faces = Vec::with_capacity(triangles_read);
-    for &face in welded.faces() {
-        let mut corners = face;
-        corners.sort_unstable();
-        if corners[0] == corners[1] || corners[1] == corners[2] {
-            collapsed += 1;
-        } else if seen.insert(corners) {
-            faces.push(face);
-        } else {
-            duplicate += 1;
-        }
-    }
-    let kept = Mesh::new(welded.vertices().to_vec(), faces)?;
-    // Once more, to leave out vertices that only dropped triangles used.
-    let mesh = Mesh::from_triangles(&kept.triangles())?;
-    let degenerate = mesh.triangles().iter().filter(|t| t.area() <= 0.0).count();
-    let edges = mesh.edge_report();
-    let inside_out = edges.is_watertight() && mesh.signed_volume() < 0.0;
-    let report = ImportReport {
-        format,
-        unit_mm,
-        triangles_read,
-        duplicate,
-        collapsed,
-        degenerate,
-        welded_vertices,
-        edges,
-        inside_out,
-    };
-    Ok(Imported { mesh, report })
 }

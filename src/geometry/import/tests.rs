@@ -104,7 +104,8 @@ fn every_format_gives_the_same_closed_tetrahedron() {
         let Imported { mesh, report } = read(name, content).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(report.format, format, "{name}");
         assert_eq!((report.triangles_read, mesh.faces().len(), mesh.vertices().len()), (4, 4, 4), "{name}");
-        assert!(report.edges.is_watertight() && !report.inside_out, "{name}: {report:?}");
+        let surface = mesh.surface_report();
+        assert!(surface.leaking == 0 && !surface.is_inside_out(), "{name}: {surface:?}");
         assert!((mesh.signed_volume() - 1.0).abs() < 1e-6, "{name}"); // 6 · 1 · 1 / 6
         let welded = if matches!(format, Format::BinaryStl | Format::TextStl) { 12 - 4 } else { 0 };
         assert_eq!(report.welded_vertices, welded, "{name}");
@@ -125,17 +126,42 @@ fn units_scale_to_mm() {
 fn duplicates_and_collapsed_triangles_go_and_needles_stay() {
     let off =
         "OFF\n5 6 0\n0 0 0\n1 0 0\n2 0 0\n0 1 0\n0 0 1e-10\n3 0 1 3\n3 3 0 1\n3 1 0 3\n3 0 4 1\n3 0 1 2\n4 0 2 3 0\n";
-    let report = read("a.off", off.as_bytes()).unwrap().report;
+    let Imported { mesh, report } = read("a.off", off.as_bytes()).unwrap();
     // The polygon of four corners is two triangles, one of which collapses.
-    assert_eq!((report.triangles_read, report.duplicate, report.collapsed, report.degenerate), (7, 2, 2, 1));
+    assert_eq!(
+        (report.triangles_read, report.duplicate, report.collapsed, mesh.surface_report().degenerate),
+        (7, 2, 2, 1)
+    );
     assert_eq!(report.welded_vertices, 1);
 }
 
 #[test]
 fn an_inside_out_mesh_is_reported() {
     let turned = OFF.replace("3 0 2 1", "3 0 1 2").replace("3 0 1 3", "3 0 3 1").replace("3 0 3 2", "3 0 2 3");
-    let report = read("a.off", turned.replace("3 1 2 3", "3 1 3 2").as_bytes()).unwrap().report;
-    assert!(report.edges.is_watertight() && report.inside_out);
+    let surface = read("a.off", turned.replace("3 1 2 3", "3 1 3 2").as_bytes()).unwrap().mesh.surface_report();
+    assert!(surface.edges.is_watertight() && surface.is_inside_out());
+}
+
+#[test]
+fn vertices_within_the_tolerance_become_the_first_of_them() {
+    // The tetrahedron's last face stands 0.01 mm off in x, with vertices of its own.
+    let apart = OFF.replace("4 4 6", "7 4 6").replace("0 0 1 # a comment\n", "0 0 1\n6.01 0 0\n0.01 1 0\n0.01 0 1\n");
+    let apart = apart.replace("3 1 2 3", "3 4 5 6");
+    let read = |weld_mm| parse(Path::new("a.off"), apart.as_bytes(), Options { unit: None, weld_mm });
+    for (weld_mm, welded, open) in [(0.0, 0, 6), (0.005, 0, 6), (0.02, 3, 0)] {
+        let Imported { mesh, report } = read(weld_mm).unwrap();
+        assert_eq!(
+            (report.welded_vertices, mesh.edge_report().open, mesh.vertices().len()),
+            (welded, open, 7 - welded)
+        );
+    }
+    assert_eq!(read(0.02).unwrap().mesh, parse(Path::new("a.off"), OFF.as_bytes(), None).unwrap().mesh);
+    // (0, 1, 0) and (0, 0, 1) are 1 mm from the origin and go to it; the last triangle's corners are farther, and alone remain.
+    let Imported { mesh, report } = read(1.0).unwrap();
+    assert_eq!((report.collapsed, mesh.faces().len()), (3, 1));
+    for weld_mm in [-1.0, 1e-7, 2.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(read(weld_mm), Err(ImportError::Tolerance { .. })), "{weld_mm}");
+    }
 }
 
 #[test]
@@ -178,7 +204,7 @@ fn a_file_on_disk_comes_back_as_it_was_written() {
     let path = tempfile::tempdir().unwrap();
     let path = path.path().join("part.stl");
     std::fs::write(&path, binary_stl()).unwrap();
-    assert!(load(&path, None).unwrap().report.edges.is_watertight());
+    assert!(load(&path, None).unwrap().mesh.edge_report().is_watertight());
 }
 
 proptest! {
@@ -189,6 +215,7 @@ proptest! {
     fn no_spoilt_file_panics(
         which in 0..9_usize, cut in 0.0..1.2_f64, flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
         copied in any::<prop::sample::Index>(), unit in prop::sample::select(vec![Unit::Mm, Unit::M, Unit::Inch]),
+        weld_mm in prop::sample::select(vec![0.0, 1e-6, 0.5]),
     ) {
         let (name, mut content) = match which {
             0 => ("a.obj", OBJ.as_bytes().to_vec()),
@@ -213,7 +240,7 @@ proptest! {
         }
         content.truncate((content.len() as f64 * cut) as usize);
         for name in [name, "unknown"] {
-            if let Ok(imported) = parse(Path::new(name), &content, Some(unit)) {
+            if let Ok(imported) = parse(Path::new(name), &content, Options { unit: Some(unit), weld_mm }) {
                 prop_assert!(!imported.mesh.faces().is_empty());
             }
         }

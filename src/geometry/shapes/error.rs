@@ -1,6 +1,6 @@
 //! Why a description is not a shape: the field, by its path in the description, and the cause.
 
-use super::super::{MeshError, mesh::EdgeReport};
+use super::super::{MeshError, surface::EdgeReport};
 use thiserror::Error;
 
 /// A field of a shape and what is wrong with it.

@@ -75,7 +75,7 @@ pub fn questions(
     cache: Option<&TruthCache>,
     progress: &dyn Progress,
 ) -> Result<Vec<PosedMeshes>, PeersError> {
-    let judged = judged::judge(plan, scene, poses * POSE_RESERVE, cache, progress)?;
+    let judged = judged::judge(plan, scene, poses * POSE_RESERVE, judged::Strata::Found, cache, progress)?;
     let usable: Vec<JudgedPair> =
         judged.into_iter().filter(|pair| mode != Mode::Path || pair.workload == Source::Program.name()).collect();
     let chunks: Vec<Chunk> =

@@ -137,7 +137,8 @@ fn glb_nodes_place_turn_and_mirror_and_stay_outward() {
     for name in ["a.glb", "glb"] {
         let Imported { mesh, report } = read(name, &glb(GLB)).unwrap();
         assert_eq!((report.format, report.unit_mm, report.triangles_read), (Format::Glb, 1000.0, 4));
-        assert!(report.edges.is_watertight() && !report.inside_out, "{report}");
+        let surface = mesh.surface_report();
+        assert!(surface.leaking == 0 && !surface.is_inside_out(), "{surface}");
         // 6 · 1 · 1 / 6 mm³, stretched by 2.5 three ways.
         assert!((mesh.signed_volume() - 15.625).abs() < 1e-3, "{}", mesh.signed_volume());
         // The mirror takes x = 0 .. 6 mm to 1000 - 2.5 · 6 = 985 .. 1000 mm and y to 0 .. 2.5; the turn makes them y and -x.
@@ -151,11 +152,13 @@ fn glb_nodes_place_turn_and_mirror_and_stay_outward() {
 fn glb_strips_fans_and_loose_corners_wind_alike() {
     // Without indices, four vertices: a strip of 0 1 2 and 2 1 3, a fan of 1 2 0 and 2 3 0.
     let strip = GLB.replacen(r#", "indices": 1"#, r#", "mode": 5"#, 1);
-    let Imported { mesh, report } = read("a.glb", &glb(&strip)).unwrap();
-    assert_eq!((mesh.faces().len(), report.edges.open, report.edges.flipped), (2, 4, 0));
+    let mesh = read("a.glb", &glb(&strip)).unwrap().mesh;
+    let edges = mesh.edge_report();
+    assert_eq!((mesh.faces().len(), edges.open, edges.flipped), (2, 4, 0));
     let fan = GLB.replacen(r#", "indices": 1"#, r#", "mode": 6"#, 1);
-    let Imported { mesh, report } = read("a.glb", &glb(&fan)).unwrap();
-    assert_eq!((mesh.faces().len(), report.edges.open, report.edges.flipped), (2, 4, 0));
+    let mesh = read("a.glb", &glb(&fan)).unwrap().mesh;
+    let edges = mesh.edge_report();
+    assert_eq!((mesh.faces().len(), edges.open, edges.flipped), (2, 4, 0));
     let loose = GLB.replacen(r#", "indices": 1"#, "", 1);
     let error = message("a.glb", &glb(&loose));
     assert_eq!(error, "a.glb: meshes[0].primitives[0]: 4 corners do not make triangles");
@@ -250,14 +253,16 @@ fn ply_errors_name_the_line_or_the_byte() {
 
 #[test]
 fn a_report_says_in_a_line_what_was_found() {
-    let report = |name, content: &str| read(name, content.as_bytes()).unwrap().report.to_string();
-    assert_eq!(report("a.ply", PLY), "PLY in units of 1 mm, 4 triangles, watertight");
-    assert_eq!(report("a.stl", STL), "text STL in units of 1 mm, 4 triangles, 8 vertices welded, watertight");
+    let report = |name, content: &str| {
+        let Imported { mesh, report } = read(name, content.as_bytes()).unwrap();
+        format!("{report}; {}", mesh.surface_report())
+    };
+    assert_eq!(report("a.ply", PLY), "PLY in units of 1 mm, 4 triangles; watertight");
+    assert_eq!(report("a.stl", STL), "text STL in units of 1 mm, 4 triangles, 8 vertices welded; watertight");
     let open = PLY.replace("3 1 2 3", "3 0 1 2");
     assert_eq!(
         report("a.ply", &open),
-        "PLY in units of 1 mm, 3 triangles, 1 duplicate triangles dropped, not watertight: 3 open edges, 0 between more \
-         than two triangles, 0 between triangles that wind against each other"
+        "PLY in units of 1 mm, 4 triangles, 1 duplicate triangles dropped; not watertight: 3 edges on one triangle"
     );
 }
 
@@ -292,7 +297,8 @@ fn three_mf_items_place_components_in_the_files_unit() {
     ] {
         let Imported { mesh, report } = read(name, &content).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!((report.format, report.unit_mm, report.triangles_read), (Format::ThreeMf, 10.0, 4), "{name}");
-        assert!(report.edges.is_watertight() && !report.inside_out, "{name}: {report}");
+        let surface = mesh.surface_report();
+        assert!(surface.leaking == 0 && !surface.is_inside_out(), "{name}: {surface}");
         assert!((mesh.signed_volume() - 1.0).abs() < 1e-6, "{name}"); // 6 · 1 · 1 / 6 mm³
         // Mirrored, x is -6 .. 0 mm; then (x, y) goes to (-y + 10 mm, x).
         assert_near(extent(&mesh), [[9.0, -6.0, 0.0], [10.0, 0.0, 1.0]]);

@@ -1,0 +1,236 @@
+//! The tool-vector inverse: from the direction that a tool shall have on the workpiece to the positions of two rotary axes.
+//!
+//! Between workpiece and tool lie two joints that turn, on the table's side, on the head's, or one on each; slides do not
+//! change directions. In the world with all axes at zero the tool vector is `exp(w1 t1) exp(w2 t2) p`, with `w1` the axis nearer to
+//! the workpiece, `w2` the one nearer to the tool, `p` the vector at zero, and angles of table joints taken negative (they turn the
+//! workpiece away instead). For any two axes that are not parallel this has two solutions in closed form: B. Paden, "Kinematics and
+//! control of robot manipulators", thesis, Berkeley 1986, second subproblem; R. Murray, Z. Li, S. Sastry, "A mathematical
+//! introduction to robotic manipulation", 1994, section 3.3.
+
+use super::joint::{LIMIT_SLACK, Motion, OutOfLimits};
+use super::tip::TipControl;
+use super::tree::Machine;
+use crate::gcode::{Axis, Position};
+use crate::geometry::Vector;
+use nalgebra::{Rotation3, Unit};
+use std::f64::consts::TAU;
+use thiserror::Error;
+
+/// Sine of the angle between two axes below which they are parallel for us: the solutions lose as many digits as this has.
+const PARALLEL: f64 = 1e-4;
+/// Sine of an angle below which directions are the same: a thousandth of what any rotary axis resolves, and far above
+/// rounding (1e-16 over [`PARALLEL`]).
+const SAME: f64 = 1e-9;
+/// The two solutions fall together when the square of half their distance is below this share of the vector's distance from the
+/// first axis: what rounding leaves of a difference that should be zero.
+const TOGETHER: f64 = 1e-15;
+
+/// Axis positions at which the tool has the direction asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solution {
+    /// The previous position with the two rotary axes changed.
+    pub position: Position,
+    /// The axis that does not matter here (the tool lies along it); it stays where it was.
+    pub free: Option<Axis>,
+    /// Travel of the two axes from the previous position, nearer to the workpiece first, radians.
+    pub travel: [f64; 2],
+    /// Whether the machine's limits allow it.
+    pub limits: Result<(), OutOfLimits>,
+}
+
+/// Both solutions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solutions {
+    /// Within the limits, and of two such the nearer: the one whose longer travel of the two axes is the shorter, which is reached
+    /// first when both axes are equally fast; of two equal ones the one with the shorter travel in all.
+    pub chosen: Solution,
+    /// The other, possibly outside the limits; `None` where the two fall together.
+    pub other: Option<Solution>,
+}
+
+/// Why there is no solution.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum OrientationError {
+    /// Not two joints that turn.
+    #[error(
+        "there are {found} turning joints between workpiece and tool; a tool vector is found for two, of different axes"
+    )]
+    NotTwoJoints {
+        /// How many there are.
+        found: usize,
+    },
+    /// Two parallel axes.
+    #[error("axes {0} and {1} are parallel, so they tilt the tool in one plane only", axes[0], axes[1])]
+    Parallel {
+        /// Letters of the axes.
+        axes: [char; 2],
+    },
+    /// A direction that the axes do not reach.
+    #[error("axes {0} and {1} cannot tilt the tool this way, whatever their limits", axes[0], axes[1])]
+    Unreachable {
+        /// Letters of the axes.
+        axes: [char; 2],
+    },
+    /// Solutions outside the limits only.
+    #[error("both ways to tilt the tool leave the limits; of the nearer one, {0}")]
+    OutOfLimits(#[from] OutOfLimits),
+}
+
+/// A joint that turns, as seen from the world with all axes at zero.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    axis: Axis,
+    /// Radians of the joint per unit of the axis, negative when the joint carries the workpiece.
+    gain: f64,
+    direction: Vector,
+}
+
+impl TipControl {
+    /// The direction from the tool's tip up the tool, in the frame that the workpiece carries along and that is the world's while
+    /// all axes are at zero.
+    #[must_use]
+    pub fn tool_vector(&self, machine: &Machine, position: &Position) -> Unit<Vector> {
+        let (at_zero, poses) = (machine.forward(&Position::default()), machine.forward(position));
+        let carried = at_zero.world_from(self.work_link).rotation * poses.world_from(self.work_link).rotation.inverse();
+        carried * (poses.world_from(self.tool_link).rotation * -self.direction)
+    }
+
+    /// The positions of the two rotary axes at which the tool has the direction `vector` ([`TipControl::tool_vector`]); all other axes
+    /// stay at `previous`. Angles are those next to `previous` that the limits allow, so they may leave one turn.
+    ///
+    /// # Errors
+    /// When the machine has not two such axes, they cannot, or the limits forbid it.
+    pub fn orient(
+        &self,
+        machine: &Machine,
+        vector: &Unit<Vector>,
+        previous: &Position,
+    ) -> Result<Solutions, OrientationError> {
+        let turns = self.turns(machine)?;
+        let axes = turns.map(|turn| turn.axis.letter());
+        let at_zero = self.tool_vector(machine, &Position::default());
+        let angles = angles(&turns.map(|turn| turn.direction), &at_zero, vector).map_err(|cause| match cause {
+            Cause::Parallel => OrientationError::Parallel { axes },
+            Cause::Unreachable => OrientationError::Unreachable { axes },
+        })?;
+        let mut solutions = angles.into_iter().map(|angles| solution(machine, &turns, angles, previous));
+        let Some(first) = solutions.next() else { return Err(OrientationError::Unreachable { axes }) };
+        let (chosen, other) = match solutions.next() {
+            Some(second) if is_better(&second, &first) => (second, Some(first)),
+            second => (first, second),
+        };
+        chosen.limits?;
+        Ok(Solutions { chosen, other })
+    }
+
+    /// The turning joints between workpiece and tool, in this order.
+    fn turns(&self, machine: &Machine) -> Result<[Turn; 2], OrientationError> {
+        let chain = |link: Option<usize>| std::iter::successors(link, |&link| machine.parent(link));
+        let at_zero = machine.forward(&Position::default());
+        let turn = |link: usize, sign: f64| {
+            let joint = machine.links()[link].joint.as_ref()?;
+            let Motion::Rotary { direction, .. } = joint.motion else { return None };
+            let direction = at_zero.world_from(Some(link)).rotation * direction.into_inner();
+            Some(Turn { axis: joint.axis, gain: sign * joint.gain(), direction })
+        };
+        let carries = |end: Option<usize>, link: usize| chain(end).any(|other| other == link);
+        let mut turns: Vec<Turn> = chain(self.work_link)
+            .filter(|&link| !carries(self.tool_link, link))
+            .filter_map(|link| turn(link, -1.0))
+            .collect();
+        let mut head: Vec<Turn> = chain(self.tool_link)
+            .filter(|&link| !carries(self.work_link, link))
+            .filter_map(|link| turn(link, 1.0))
+            .collect();
+        head.reverse();
+        turns.append(&mut head);
+        match turns[..] {
+            [one, other] if one.axis != other.axis => Ok([one, other]),
+            _ => Err(OrientationError::NotTwoJoints { found: turns.len() }),
+        }
+    }
+}
+
+/// Whether `one` is to be chosen before `other`.
+fn is_better(one: &Solution, other: &Solution) -> bool {
+    let longer = |solution: &Solution| solution.travel[0].abs().max(solution.travel[1].abs());
+    let sum = |solution: &Solution| solution.travel[0].abs() + solution.travel[1].abs();
+    let order = other.limits.is_ok().cmp(&one.limits.is_ok());
+    order.then(longer(one).total_cmp(&longer(other))).then(sum(one).total_cmp(&sum(other))).is_lt()
+}
+
+/// The axis positions of two joint angles; `None` is an angle that does not matter.
+fn solution(machine: &Machine, turns: &[Turn; 2], angles: [Option<f64>; 2], previous: &Position) -> Solution {
+    let mut position = *previous;
+    let (mut free, mut travel) = (None, [0.0; 2]);
+    for (index, (turn, angle)) in turns.iter().zip(angles).enumerate() {
+        let [low, high] = machine.axis_limits(turn.axis).unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        position[turn.axis] = match angle {
+            Some(angle) => nearest(angle / turn.gain, TAU / turn.gain.abs(), previous[turn.axis], low, high),
+            None => {
+                free = Some(turn.axis);
+                previous[turn.axis].max(low).min(high)
+            }
+        };
+        travel[index] = (position[turn.axis] - previous[turn.axis]) * turn.gain.abs();
+    }
+    let limits = turns.iter().try_for_each(|turn| machine.check_axis(turn.axis, &position));
+    Solution { position, free, travel, limits }
+}
+
+/// Of the positions `value + k period` the nearest to `previous` from `low` to `high`; where there is none, the nearest of all.
+fn nearest(value: f64, period: f64, previous: f64, low: f64, high: f64) -> f64 {
+    let turns = ((previous - value) / period).round();
+    let slack = LIMIT_SLACK / period;
+    let (least, most) = (((low - value) / period - slack).ceil(), ((high - value) / period + slack).floor());
+    // Clamped one side after the other, since an empty range has no meaning for `clamp`.
+    value + if least <= most { turns.max(least).min(most) } else { turns } * period
+}
+
+enum Cause {
+    Parallel,
+    Unreachable,
+}
+
+/// The pairs of angles for which `exp(w1 t1) exp(w2 t2) p = q`, one or two; an angle is `None` where it does not matter.
+fn angles([w1, w2]: &[Vector; 2], p: &Unit<Vector>, q: &Unit<Vector>) -> Result<Vec<[Option<f64>; 2]>, Cause> {
+    let (p, q) = (p.as_ref(), q.as_ref());
+    let normal = w1.cross(w2);
+    let sine = normal.norm();
+    if sine < PARALLEL {
+        return Err(Cause::Parallel);
+    }
+    // Halfway, z = exp(w2 t2) p = exp(-w1 t1) q has q's share along w1, q's distance from w1, and p's share along w2.
+    let (along, distance) = (w1.dot(q), w1.cross(q).norm());
+    let cosine = w1.dot(w2);
+    let in_plane = (w2.dot(p) - cosine * along) / sine;
+    let across_squared = (distance - in_plane) * (distance + in_plane);
+    let across = normal * (across_squared.max(0.0).sqrt() / sine);
+    let base = w1 * along + (w2 - w1 * cosine) * (in_plane / sine);
+    let (first_free, second_free) = (distance < SAME, w2.cross(p).norm() < SAME);
+    let halfway = match (first_free, second_free) {
+        (true, _) => vec![*q],
+        (false, true) => vec![*p],
+        _ if across_squared <= TOGETHER * distance => vec![base + across],
+        _ => vec![base + across, base - across],
+    };
+    let mut found = Vec::with_capacity(2);
+    for z in halfway {
+        let (first, second) = (angle_about(w1, &z, q), angle_about(w2, p, &z));
+        let turned = |axis: &Vector, angle: f64| Rotation3::from_axis_angle(&Unit::new_unchecked(*axis), angle);
+        if (turned(w1, first) * (turned(w2, second) * p) - q).norm() > SAME {
+            return Err(Cause::Unreachable);
+        }
+        found.push([(!first_free).then_some(first), (!second_free).then_some(second)]);
+    }
+    Ok(found)
+}
+
+/// The angle that turns `from` to `to` about `axis`, radians.
+fn angle_about(axis: &Vector, from: &Vector, to: &Vector) -> f64 {
+    let (from, to) = (from - axis * axis.dot(from), to - axis * axis.dot(to));
+    axis.dot(&from.cross(&to)).atan2(from.dot(&to))
+}
+
+#[cfg(test)]
+mod tests;
