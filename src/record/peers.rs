@@ -32,6 +32,8 @@ pub struct PeerBuildRow {
     pub ns: u64,
     /// Memory held by both, bytes, by the engine's own account; 0 when it gives none.
     pub bytes: u64,
+    /// Triangles of both.
+    pub triangles: u64,
 }
 
 /// One pass of an engine over a chunk. Noisy.
@@ -113,6 +115,8 @@ pub struct PeerRow {
     pub build_ns: u64,
     /// Memory held for all pairs of the scene, bytes; 0 when unknown.
     pub bytes: u64,
+    /// Triangles of the parts that `build_ns` and `bytes` are about.
+    pub triangles: u64,
     /// Mode.
     pub mode: String,
     /// In mode `distance` the largest error of a distance, mm; in mode `all` the largest error of a number of touching pairs;

@@ -29,8 +29,16 @@ pub(super) fn section(rows: &[PeerRow], ratios: &[PeerRatioRow]) -> String {
         here.sort_by(|x, y| x.mean_ns.total_cmp(&y.mean_ns));
         let reference = here.iter().find_map(|row| ratio_of(&row.engine)).map_or("-", |ratio| &ratio.reference);
         let faster = format!(">times faster than {reference}");
-        let mut table =
-            Table::new(&["engine", ">mean us", &faster, ">p99 us", ">missed", ">false", ">build ms", ">MB"]);
+        let mut table = Table::new(&[
+            "engine",
+            ">mean us",
+            &faster,
+            ">p99 us",
+            ">missed",
+            ">false",
+            ">build ms",
+            ">bytes/triangle",
+        ]);
         for row in here {
             let ratio = ratio_of(&row.engine);
             table.row([
@@ -41,7 +49,7 @@ pub(super) fn section(rows: &[PeerRow], ratios: &[PeerRatioRow]) -> String {
                 row.false_negatives.to_string(),
                 row.false_positives.to_string(),
                 number(row.build_ns as f64 / 1e6),
-                if row.bytes == 0 { "-".to_owned() } else { number(row.bytes as f64 / 1e6) },
+                if row.bytes == 0 { "-".to_owned() } else { format!("{:.0}", row.bytes as f64 / row.triangles as f64) },
             ]);
         }
         text += &format!("### {scene}, mode `{mode}`\n\n{}", table.finish());
@@ -67,6 +75,7 @@ mod tests {
             false_positives: 0,
             build_ns: 1_500_000,
             bytes: 0,
+            triangles: 10,
             mode: "first".into(),
             largest_error: None,
         };

@@ -192,6 +192,7 @@ impl Place<'_> {
             round,
             ns,
             bytes,
+            triangles: (self.posed.a.faces().len() + self.posed.b.faces().len()) as u64,
         });
     }
 
