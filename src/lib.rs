@@ -8,6 +8,7 @@ pub mod gcode;
 pub mod machine;
 pub mod scene;
 pub mod workload;
+pub mod interference;
 pub mod method;
 pub mod registry;
 pub mod conformance;

@@ -3,6 +3,7 @@
 //! [`main_with`] gives any registry the whole of it, so that a volume from another crate is listed, verified, measured,
 //! plotted and reported like the ones that are shipped.
 
+mod ablation;
 mod analyze;
 mod check;
 mod gcode;
@@ -76,6 +77,8 @@ enum Verb {
     Gcode(gcode::Options),
     /// Compare whole engines, ours and others, on the same poses
     Peers(peers::Options),
+    /// Take the octree method apart: what each part saves, what sampling misses
+    Ablation(ablation::Options),
     /// Carry out one timing launch of a run in this process (called by `measure`)
     #[command(hide = true)]
     Launch(launch::Options),
@@ -116,6 +119,7 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Scene(options) => scene::run(&options),
         Verb::Gcode(options) => gcode::run(&options),
         Verb::Peers(options) => peers::run(&options, registry),
+        Verb::Ablation(options) => ablation::run(&options),
         Verb::Launch(options) => launch::run(&options, registry),
     }
 }

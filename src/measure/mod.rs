@@ -2,8 +2,9 @@
 //!
 //! Reading order: [`profile`] (how much), [`plan`] (what), [`judged`] (poses with their truth), [`accuracy`],
 //! [`counts`], [`shape`], then the timed part: [`timer`], [`chunk`], [`query`], [`build`]; [`environment`] says where;
-//! [`run`] puts a run's folder together and resumes it. [`peers`] compares whole engines, each in its own process.
+//! [`run`] puts a run's folder together and resumes it. [`peers`] compares whole engines, each in its own process, [`ablation`] the parts of the octree method.
 
+pub mod ablation;
 pub mod accuracy;
 pub mod build;
 pub mod chunk;

@@ -4,6 +4,7 @@
 //! Tidy: one row per observation, units in column names, times as integer nanoseconds. Derived values are never stored
 //! beside what they derive from.
 
+pub mod ablation;
 pub mod file;
 pub mod manifest;
 pub mod peers;
@@ -14,6 +15,7 @@ pub mod vocabulary;
 pub(crate) mod synthetic;
 
 pub use crate::method::Kind;
+pub use ablation::{AblationRow, AblationTimeRow};
 pub use file::{RecordError, for_each_row, read_rows, write_bytes, write_rows, write_text};
 pub use manifest::Manifest;
 pub use peers::{PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow};

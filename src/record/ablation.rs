@@ -1,0 +1,94 @@
+//! Rows of the experiment on the octree method: what each part of it saves.
+
+use super::rows::Row;
+use serde::{Deserialize, Serialize};
+
+/// Counts of one form of the method over one surface, of the poses that hit or of those that do not. Deterministic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AblationRow {
+    /// What is varied: `parts`, `cap`, `depth`, `spacing` or `step`.
+    pub sweep: String,
+    /// The surface.
+    pub surface: String,
+    /// Spacing of the samples, mm.
+    pub spacing_mm: f64,
+    /// Their covering radius, mm.
+    pub covering_mm: f64,
+    /// Samples.
+    pub points: u64,
+    /// Most points of a leaf.
+    pub cap: u32,
+    /// Greatest depth.
+    pub depth: u8,
+    /// Gray octants.
+    pub octants: u64,
+    /// Memory of the octree with its points, bytes.
+    pub bytes: u64,
+    /// `points`, `leaves` or `octree`.
+    pub search: String,
+    /// `none`, `profile4`, `axial4` or `quad4`.
+    pub second_level: String,
+    /// Whether the tool is widened by the covering radius, 0 or 1.
+    pub safe: u8,
+    /// Whether the last colliding leaf is asked first, 0 or 1.
+    pub coherence: u8,
+    /// Mean distance of the tool's tip from pose to pose, mm.
+    pub step_mm: f64,
+    /// Whether these poses are those that the method calls interfering, 0 or 1.
+    pub hit: u8,
+    /// Poses.
+    pub poses: u64,
+    /// Separating-axis tests of level 1, in total.
+    pub first_level: u64,
+    /// Of level 2.
+    pub second_level_tests: u64,
+    /// Points held against a body's profile.
+    pub point_tests: u64,
+    /// Queries that coherence answered.
+    pub recalled: u64,
+    /// Poses at which the meshes of tool and surface touch, exactly.
+    pub touching: u64,
+    /// Of those, the ones the method does not call interfering.
+    pub missed: u64,
+}
+
+/// Time of one form over one surface. Noisy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AblationTimeRow {
+    /// As in [`AblationRow`].
+    pub sweep: String,
+    /// The surface.
+    pub surface: String,
+    /// Spacing of the samples, mm.
+    pub spacing_mm: f64,
+    /// Most points of a leaf.
+    pub cap: u32,
+    /// Greatest depth.
+    pub depth: u8,
+    /// As in [`AblationRow`].
+    pub search: String,
+    /// As in [`AblationRow`].
+    pub second_level: String,
+    /// As in [`AblationRow`].
+    pub safe: u8,
+    /// As in [`AblationRow`].
+    pub coherence: u8,
+    /// As in [`AblationRow`].
+    pub step_mm: f64,
+    /// Which round: within one every form runs once over all poses, in a fresh order.
+    pub round: u32,
+    /// Poses.
+    pub poses: u64,
+    /// Time of all poses, ns.
+    pub ns: u64,
+    /// Time to sample the surface and build the octree, ns.
+    pub build_ns: u64,
+}
+
+impl Row for AblationRow {
+    const FILE: &'static str = "ablation.csv";
+}
+
+impl Row for AblationTimeRow {
+    const FILE: &'static str = "ablation_times.csv";
+}
