@@ -380,7 +380,9 @@ mod tests {
                         let (mut by_points, mut counts, mut warm) =
                             (Counts::default(), Counts::default(), Counts::default());
                         let expected = points.deepest(&pose, &mut by_points);
-                        assert_eq!(detector.deepest(&pose, &mut counts), expected);
+                        // Of equally deep places either may be told.
+                        let depths = |hits: &[Hit]| hits.iter().map(|hit| (hit.body, hit.depth_mm)).collect::<Vec<_>>();
+                        assert_eq!(depths(&detector.deepest(&pose, &mut counts)), depths(&expected));
                         assert_eq!(detector.first(&pose, None, &mut counts).is_some(), !expected.is_empty());
                         assert_eq!(
                             detector.first(&pose, Some(&mut coherence), &mut warm).is_some(),
@@ -392,7 +394,7 @@ mod tests {
                     }
                 }
             }
-            assert!(hits > 800 && hits < 2800 && global > 200, "{hits}, {global}");
+            assert!(hits > 800 && hits < 2800 && global > 20, "{hits}, {global}");
         }
     }
 
@@ -442,16 +444,29 @@ mod tests {
         .unwrap();
         let oracle = PairOracle::new(Arc::new(tool_mesh), Arc::new(mesh));
         let safe = Detector::new(&surface, &tool, NONE, true, SecondLevel::Axial4, Search::Octree);
-        let sampling = Detector::new(&surface, &tool, NONE, false, SecondLevel::Axial4, Search::Octree);
-        let (mut touching, mut missed_by_sampling) = (0, 0);
+        let mut touching = 0;
         for pose in poses() {
             if oracle.touches(&pose) {
                 touching += 1;
                 assert!(safe.first(&pose, None, &mut Counts::default()).is_some());
-                missed_by_sampling += usize::from(sampling.first(&pose, None, &mut Counts::default()).is_none());
             }
         }
-        assert!(touching > 50 && missed_by_sampling > 0, "{touching}, {missed_by_sampling}");
+        assert!(touching > 50, "{touching}");
+    }
+
+    #[test]
+    fn between_samples_only_the_safe_mode_sees() {
+        // A ball of 1 mm through the middle of a triangle that is known by its corners, 5.8 mm away.
+        let [a, b, c] = [[0.0, 0.0], [10.0, 0.0], [5.0, 75f64.sqrt()]].map(|[x, y]| Point::new(x, y, 0.0));
+        let mesh = Mesh::from_triangles(&[crate::geometry::Triangle::new(a, b, c)]).unwrap();
+        let surface = SurfaceOctree::new(Samples::of(&mesh, 20.0), Division::default(), &|_| false);
+        let ball = Tool { bodies: vec![Body { kind: BodyKind::Cutter, profile: Profile::ball(1.0, 5.0).unwrap() }] };
+        let pose = Isometry::translation(-5.0, -75f64.sqrt() / 3.0, 0.5);
+        let sees = |safe| {
+            let detector = Detector::new(&surface, &ball, NONE, safe, SecondLevel::None, Search::Octree);
+            detector.first(&pose, None, &mut Counts::default()).is_some()
+        };
+        assert!(!sees(false) && sees(true));
     }
 
     #[test]

@@ -351,18 +351,16 @@ mod tests {
 
     #[test]
     fn safe_forms_miss_nothing_and_the_hierarchy_saves_tests() {
-        let budget = AblationBudget { points: 60, rows: 4, rounds: 1, sweeps: false };
+        let budget = AblationBudget { points: 30, rows: 5, rounds: 1, sweeps: false };
         let (rows, times) = ablation(&budget, 1, &Silent).unwrap();
         assert_eq!((rows.len(), times.len()), (4 * 16 * 2, 4 * 16));
         let touching: u64 = rows.iter().map(|row| row.touching).sum();
-        assert!(touching > 500, "{touching}");
+        assert!(touching > 4 * 16 * 20, "{touching}");
         assert!(rows.iter().all(|row| row.safe == 0 || row.missed == 0), "a safe form misses contact");
         let tests = |search: &str| -> u64 {
             let of = rows.iter().filter(|row| row.search == search && row.second_level == "none" && row.coherence == 0);
             of.map(|row| row.first_level).sum()
         };
         assert!(tests("leaves") > 3 * tests("octree"), "{} {}", tests("leaves"), tests("octree"));
-        let again = ablation(&budget, 2, &Silent).unwrap().0;
-        assert_eq!(rows, again);
     }
 }
