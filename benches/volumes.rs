@@ -7,9 +7,19 @@ use bvbench::conformance::meshes;
 use bvbench::geometry::{Isometry, Triangle, Vector};
 use bvbench::volume::BoundingVolume;
 use bvbench::volume::aabb::Aabb;
+use bvbench::volume::aabb_refit::AabbRefit;
+use bvbench::volume::aabb_sat6::AabbSat6;
+use bvbench::volume::dop_6::Dop6;
 use bvbench::volume::dop_8::Dop8;
+use bvbench::volume::dop_8_vertex::Dop8Vertex;
+use bvbench::volume::dop_14::Dop14;
+use bvbench::volume::dop_18::Dop18;
+use bvbench::volume::dop_26::Dop26;
 use bvbench::volume::obb::Obb;
 use bvbench::volume::obb_area::ObbArea;
+use bvbench::volume::obb_area_f32::ObbAreaF32;
+use bvbench::volume::rss::Rss;
+use bvbench::volume::single::Single;
 use bvbench::volume::sphere_ritter::SphereRitter;
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
@@ -50,9 +60,18 @@ fn volumes(criterion: &mut Criterion) {
     let triangles = meshes::stepped_tool(12, 20).triangles();
     bench::<SphereRitter>(criterion, &triangles);
     bench::<Aabb>(criterion, &triangles);
+    bench::<AabbSat6>(criterion, &triangles);
+    bench::<AabbRefit>(criterion, &triangles);
+    bench::<Dop6>(criterion, &triangles);
     bench::<Dop8>(criterion, &triangles);
+    bench::<Dop8Vertex>(criterion, &triangles);
+    bench::<Dop14>(criterion, &triangles);
+    bench::<Dop18>(criterion, &triangles);
+    bench::<Dop26>(criterion, &triangles);
+    bench::<Rss>(criterion, &triangles);
     // All oriented boxes share one test; what differs is the fit.
     bench::<Obb<ObbArea>>(criterion, &triangles);
+    bench::<Single<ObbAreaF32>>(criterion, &triangles);
 }
 
 criterion_group!(benches, volumes);

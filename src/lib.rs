@@ -3,10 +3,12 @@
 pub mod geometry;
 pub mod volume;
 pub mod tree;
+pub mod wide;
 pub mod truth;
 pub mod gcode;
 pub mod machine;
 pub mod scene;
+pub mod picture;
 pub mod workload;
 pub mod interference;
 pub mod method;

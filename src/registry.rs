@@ -3,19 +3,41 @@
 use crate::geometry::Mesh;
 use crate::method::brute::AllPairs;
 use crate::method::parry::ParryMesh;
-use crate::method::{Kind, Model, brute, parry};
+use crate::method::{Kind, Model, brute, parry, wide_obb};
 use crate::tree::{Policy, SplitRule, Tree};
 use crate::volume::aabb::Aabb;
+use crate::volume::aabb_f32::AabbF32;
+use crate::volume::aabb_refit::AabbRefit;
+use crate::volume::aabb_sat6::AabbSat6;
+use crate::volume::dop_6::Dop6;
 use crate::volume::dop_8::Dop8;
+use crate::volume::dop_8_f32::Dop8F32;
+use crate::volume::dop_8_vertex::Dop8Vertex;
+use crate::volume::dop_14::Dop14;
+use crate::volume::dop_18::Dop18;
+use crate::volume::dop_26::Dop26;
 use crate::volume::obb::Obb;
 use crate::volume::obb_area::ObbArea;
 use crate::volume::obb_area_centroid::ObbAreaCentroid;
+use crate::volume::obb_area_f32::ObbAreaF32;
 use crate::volume::obb_area_symmetric::ObbAreaSymmetric;
+use crate::volume::obb_dito14::ObbDito14;
+use crate::volume::obb_hull_area::ObbHullArea;
+use crate::volume::obb_least::ObbLeast;
+use crate::volume::obb_min::ObbMin;
 use crate::volume::obb_vertex::ObbVertex;
 use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
+use crate::volume::obb_vertex_f32::ObbVertexF32;
 use crate::volume::obb_vertex_symmetric::ObbVertexSymmetric;
+use crate::volume::obbrss::ObbRss;
+use crate::volume::rss::Rss;
+use crate::volume::single::Single;
+use crate::volume::sphere_mean::SphereMean;
 use crate::volume::sphere_ritter::SphereRitter;
+use crate::volume::sphere_ritter_f32::SphereRitterF32;
+use crate::volume::sphere_welzl::SphereWelzl;
 use crate::volume::{BoundingVolume, Info};
+use crate::wide::WideTree;
 
 /// Prepares a mesh for queries.
 type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;
@@ -31,6 +53,8 @@ pub struct Variant {
     pub policy: Option<Policy>,
     /// Whether the noise of the comparison is shown on a duplicate of this variant.
     pub is_reference: bool,
+    /// Whether a run has it unless it names its variants; the others are measured on request.
+    pub is_standard: bool,
     prepare: Prepare,
 }
 
@@ -43,18 +67,26 @@ impl Variant {
             kind: Kind::Volume,
             policy: Some(Policy::own(split)),
             is_reference: false,
+            is_standard: true,
             prepare: |mesh, policy| Box::new(Tree::<V>::build(&mesh.triangles(), policy)),
         }
     }
 
     const fn without_tree(info: Info, kind: Kind, prepare: Prepare) -> Self {
-        Self { info, kind, policy: None, is_reference: false, prepare }
+        Self { info, kind, policy: None, is_reference: false, is_standard: true, prepare }
     }
 
     /// The same variant as the one whose duplicate shows the noise of the comparison.
     #[must_use]
     pub const fn reference(mut self) -> Self {
         self.is_reference = true;
+        self
+    }
+
+    /// The same variant, left out of runs that do not name it.
+    #[must_use]
+    pub const fn on_request(mut self) -> Self {
+        self.is_standard = false;
         self
     }
 
@@ -75,7 +107,7 @@ impl Registry {
     /// Everything that bvbench ships.
     #[must_use]
     pub fn standard() -> Self {
-        use SplitRule::{AreaMean, VertexMean};
+        use SplitRule::{AreaMean, Sah16, VertexMean};
         let variants = vec![
             Variant::of::<SphereRitter>(VertexMean),
             Variant::of::<Aabb>(VertexMean),
@@ -86,6 +118,27 @@ impl Registry {
             Variant::of::<Obb<ObbAreaCentroid>>(AreaMean),
             Variant::of::<Obb<ObbVertexSymmetric>>(VertexMean),
             Variant::of::<Obb<ObbAreaSymmetric>>(AreaMean),
+            Variant::of::<Obb<ObbHullArea>>(AreaMean).on_request(),
+            Variant::of::<Obb<ObbDito14>>(AreaMean).on_request(),
+            Variant::of::<Obb<ObbMin>>(AreaMean).on_request(),
+            Variant::of::<SphereMean>(VertexMean).on_request(),
+            Variant::of::<SphereWelzl>(VertexMean).on_request(),
+            Variant::of::<AabbSat6>(VertexMean).on_request(),
+            Variant::of::<AabbRefit>(VertexMean).on_request(),
+            Variant::of::<Dop6>(VertexMean).on_request(),
+            Variant::of::<Dop14>(VertexMean).on_request(),
+            Variant::of::<Dop18>(VertexMean).on_request(),
+            Variant::of::<Dop26>(VertexMean).on_request(),
+            Variant::of::<Dop8Vertex>(VertexMean).on_request(),
+            Variant::of::<Rss>(AreaMean).on_request(),
+            Variant::of::<ObbRss>(AreaMean).on_request(),
+            Variant::of::<Single<SphereRitterF32>>(VertexMean).on_request(),
+            Variant::of::<Single<AabbF32>>(VertexMean).on_request(),
+            Variant::of::<Single<Dop8F32>>(VertexMean).on_request(),
+            Variant::of::<Single<ObbVertexF32>>(VertexMean).on_request(),
+            Variant::of::<Single<ObbAreaF32>>(AreaMean).on_request(),
+            Variant::of::<Obb<ObbLeast>>(Sah16).on_request(),
+            Variant::without_tree(wide_obb::INFO, Kind::Volume, |mesh, _| Box::new(WideTree::build(mesh))),
             Variant::without_tree(brute::INFO, Kind::Control, |mesh, _| Box::new(AllPairs(mesh.triangles()))),
             Variant::without_tree(parry::INFO, Kind::Peer, |mesh, _| Box::new(ParryMesh::new(mesh))),
         ];

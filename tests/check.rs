@@ -26,7 +26,9 @@ fn sorted(pair: Pair) -> [usize; 2] {
 
 #[test]
 fn shipped_scenes_have_their_planted_collisions_and_no_others() {
-    for name in Scene::SHIPPED {
+    // Of the size family the two that take no time; the others have the same shape.
+    let families = ["size-1e3", "size-1e4", "grading-1", "grading-10", "grading-100"];
+    for name in Scene::SHIPPED.iter().chain(&families) {
         let scene = Scene::find(name).unwrap();
         assert!(!scene.expected.is_empty(), "{name} says nothing of what to expect");
         let outcome = run_own(&scene, &Settings::standard());
@@ -214,6 +216,9 @@ fn a_tool_is_there_only_while_it_is_in_the_spindle() {
     };
     assert_eq!(why("clamp", "long"), None);
     assert_eq!(why("block", "tip").unwrap(), "tool 3 is never in the spindle");
+    assert!(outcome.tools_without_parts.is_empty());
+    let (_folder, strange) = scene_of(&mill_with_tools(), "T2 M6\nG0 Z40\nT8 M6\nG0 X70\nM2");
+    assert_eq!(run_own(&strange, &Settings::standard()).tools_without_parts, [8]);
     // What comes near in the zone of a tool that is there ends when it goes: tool 2 at X 0 is 5 above the block.
     let near = |line| outcome.events.iter().any(|e| e.first.line == line && scene.pair_name(e.pair) == "clamp:long");
     assert!(near(5) && near(9) && !near(2) && !near(8));
@@ -316,7 +321,7 @@ fn the_tip_follows_the_impeller_program() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/real-scenes/xyzac-trt");
     let scene = Scene::load(&folder).unwrap();
     let run = scene.program.as_ref().unwrap();
-    let programmed = bvbench::gcode::sample(&run.program, &run.start, &run.sampling);
+    let programmed = bvbench::gcode::sample(&run.program, &run.start, &run.sampling, &scene.rates.rapid_path).unwrap();
     let path = ToolPath::new(&scene, run).unwrap();
     assert_eq!(programmed.len(), path.samples().len());
     let mut worst: f64 = 0.0;
@@ -410,4 +415,31 @@ fn scene_tells_what_it_holds_and_writes_its_meshes() {
     let x: Vec<f32> = stl.vertices.iter().map(|v| v[0]).collect();
     assert!((x.iter().copied().fold(f32::INFINITY, f32::min) - 60.0).abs() < 1e-3);
     assert!((x.iter().copied().fold(f32::NEG_INFINITY, f32::max) - 80.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_tool_vector_has_two_solutions() {
+    let inverse = |arguments: &[&str]| {
+        let output = bvbench().args(["scene", "inverse", "trunnion-impeller"]).args(arguments).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    // tan A = 3 / 4, towards x, which C turns to y and y is where A tilts: C 90 or -90.
+    let (code, text, _) = inverse(&["--direction", "0.6,0,0.8", "--from", "A-5,C-60", "--json"]);
+    assert_eq!(code, Some(0));
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let axes = |name: &str| ["A", "C"].map(|axis| found[name]["position"][axis].as_f64().unwrap());
+    assert_eq!((axes("chosen"), axes("other")), ([-36.869_898, -90.0], [36.869_898, 90.0]));
+    assert!(found["other"]["forbidden"].as_str().unwrap().contains("axis A at 36.8"), "{text}");
+    let (code, text, _) = inverse(&["--direction=0,0,1", "--from", "C12", "--tip", "10,0,60"]);
+    assert_eq!(code, Some(0));
+    assert!(text.contains("C does not matter") && !text.contains("other"), "{text}");
+    for (arguments, message) in [
+        (["--direction", "0,0,-1"].as_slice(), "both ways to tilt the tool leave the limits"),
+        (&["--direction", "0,0,0"], "the direction has no length"),
+        (&["--direction", "0,1"], "there must be three numbers"),
+        (&["--direction", "0,1,1", "--from", "Q1"], "does not begin with one of X Y Z"),
+    ] {
+        let (code, _, error) = inverse(arguments);
+        assert!(code == Some(2) && error.contains(message), "{code:?} {error}");
+    }
 }

@@ -1,7 +1,7 @@
 //! The interpreter from outside: programs, the moves they mean, and the errors they deserve. All expectations are worked
 //! out by hand beside the program.
 
-use bvbench::gcode::{Axis, MoveKind, Plane, Program, Sampling, Setup, interpret, sample};
+use bvbench::gcode::{Axis, MoveKind, Plane, Program, RapidPath, Sampling, Setup, interpret, sample};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
@@ -60,7 +60,7 @@ fn a_quarter_circle_by_centre_and_by_radius_are_one_arc() {
 fn samples_of_an_arc_lie_on_it_and_end_where_it_ends() {
     let program = run("G0 X10 Y0\nG3 X-10 Y0 I-10 J0 Z4 F100\nM2");
     let sampling = Sampling { step_mm: 0.5, step_deg: 1.0, chord_mm: 0.01 };
-    let samples = sample(&program, &Setup::default().start, &sampling);
+    let samples = sample(&program, &Setup::default().start, &sampling, &RapidPath::Straight).unwrap();
     let on_arc: Vec<_> = samples.iter().filter(|s| s.line == 2).collect();
     assert!(on_arc.len() as f64 >= 10.0 * PI / 0.5);
     for s in &on_arc {
@@ -191,9 +191,162 @@ fn a_thread_is_cut_in_passes_of_falling_depth() {
 }
 
 #[test]
+fn boring_from_behind_goes_in_beside_the_hole() {
+    // NISTIR 6556, 3.5.16.7: aside, down, in; up to K and back; aside, up, back to the middle.
+    let source = "M3 S100\nG0 Z5\nG99 G87 X1 Y1 Z-3 R2 I0.5 J0 K-1 F50\nM2";
+    assert_ends(
+        source,
+        &[
+            [0.0, 0.0, 5.0],
+            [1.0, 1.0, 5.0],
+            [1.0, 1.0, 2.0],
+            [1.5, 1.0, 2.0],
+            [1.5, 1.0, -3.0],
+            [1.0, 1.0, -3.0],
+            [1.0, 1.0, -1.0],
+            [1.0, 1.0, -3.0],
+            [1.5, 1.0, -3.0],
+            [1.5, 1.0, 2.0],
+            [1.0, 1.0, 2.0],
+        ],
+    );
+    let turning: Vec<f64> = run(source).moves[3..].iter().map(|step| step.spindle_rpm).collect();
+    assert_eq!(turning, [100.0, 0.0, 0.0, 100.0, 100.0, 0.0, 0.0, 0.0]);
+}
+
+#[test]
+fn a_tap_turns_back_to_come_out() {
+    let program = run("G0 Z1\nM3 S200\nG84 Z-1 R1 F50\nG33.1 Z0 K0.5\nM2");
+    let told: Vec<_> = program.moves[1..].iter().map(|m| (m.end[Axis::Z], m.spindle_rpm, m.feed_mm_min)).collect();
+    let (cycle, tap) = (Some(50.0), Some(100.0)); // half a millimetre a turn, 200 turns a minute
+    assert_eq!(
+        told,
+        [(1.0, 200.0, None), (-1.0, 200.0, cycle), (1.0, -200.0, cycle), (0.0, 200.0, tap), (1.0, 200.0, tap)]
+    );
+}
+
+#[test]
+fn splines_are_chords_near_enough() {
+    // The parabola with control point (10, 10): at x it is x (20 - x) / 20 high.
+    let program = run("G5.1 X20 Y0 I10 J10 F100\nM2");
+    assert!(program.moves.len() > 30 && program.moves.iter().all(|step| step.kind == MoveKind::Feed));
+    for end in ends(&program) {
+        assert!((end[1] - end[0] * (20.0 - end[0]) / 20.0).abs() < 1e-9, "{end:?}");
+    }
+    assert_eq!(ends(&program).last(), Some(&[20.0, 0.0, 0.0]));
+    // A cubic, and one that continues it: its first control point mirrors the last, so that no corner is between them.
+    let program = run("G5 X20 Y0 I5 J10 P-5 Q10 F100\nG5 X40 Y0 P-5 Q-10\nM2");
+    let places = ends(&program);
+    let middle = places.iter().position(|end| end[0] == 20.0).unwrap();
+    let direction = |a: [f64; 3], b: [f64; 3]| (b[1] - a[1]).atan2(b[0] - a[0]);
+    let turned = direction(places[middle - 1], places[middle]) - direction(places[middle], places[middle + 1]);
+    assert!(turned.abs() < 0.1, "{turned}");
+}
+
+#[test]
+fn feeds_per_revolution_follow_the_spindle() {
+    let feeds = |source: &str| run(source).moves.iter().filter_map(|step| step.feed_mm_min).collect::<Vec<_>>();
+    assert_eq!(feeds("G95 S500 G1 X10 F0.2\nM2"), [100.0]);
+    // 100 m/min at diameter 40: 1e5 / (40 pi) turns a minute, 0.2 mm each.
+    let rate = |diameter: f64| 0.2 * 1e5 / (diameter * PI);
+    let near = |found: &[f64], expected: &[f64]| {
+        let same = found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9);
+        assert!(same, "{found:?} is not {expected:?}");
+    };
+    near(&feeds("G18 G8 G0 X20 Z0\nG96 S100 M3\nG95 G1 Z-10 F0.2\nM2"), &[rate(40.0)]);
+    // Facing from 40 to 20: as long as at the mean diameter. With D 1000 that is the limit: 200 mm/min.
+    near(&feeds("G18 G8 G0 X20 Z0\nG96 S100 M3\nG95 G1 X10 F0.2\nM2"), &[rate(30.0)]);
+    near(&feeds("G18 G8 G0 X10 Z0\nG96 S100 D1000 M3\nG95 G1 X5 F0.2\nM2"), &[200.0]);
+    let program = run("G18 G8 G0 X20 Z0\nG96 S100 M4\nG95 G1 Z-10 F0.2\nM2");
+    near(&[program.moves[1].spindle_rpm], &[-1e5 / (40.0 * PI)]);
+    // Degrees a minute are the same in inches.
+    assert_eq!(feeds("G20\nG1 A90 F100\nX1\nM2"), [100.0, 2540.0]);
+}
+
+#[test]
+fn tool_offsets_are_set_from_where_the_tool_is() {
+    // G10 L10: with the offset 10 - 5 the place at 10 reads 5; L11 counts from G59.3, 3 higher, and not from G92.
+    assert_ends("T1 M61 Q1\nG0 Z10\nG10 L10 P1 Z5\nG43\nG0 Z1\nM2", &[[0.0, 0.0, 10.0], [0.0, 0.0, 6.0]]);
+    assert_ends(
+        "M61 Q1\nG10 L2 P9 Z3\nG0 Z10\nG92 Z7\nG10 L11 P1 Z5\nG43 G92.1\nG0 Z1\nM2",
+        &[[0.0, 0.0, 10.0], [0.0, 0.0, 3.0]],
+    );
+}
+
+#[test]
+fn programs_may_ask_what_is_in_force() {
+    let asked = |before: &str, name: &str| ends(&run(&format!("{before}\nG0 X#<{name}>\nM2")))[0][0];
+    for (before, name, expected) in [
+        ("", "_retract_r_plane", 1.0),
+        ("G98", "_retract_old_z", 1.0),
+        ("M4 S1", "_spindle_on", 1.0),
+        ("M4 S1", "_spindle_cw", 0.0),
+        ("G96 S1", "_spindle_css_mode", 1.0),
+        ("M7", "_mist", 1.0),
+        ("M8", "_flood", 1.0),
+        ("M49", "_feed_override", 0.0),
+        ("M51 P0", "_speed_override", 0.0),
+        ("M52", "_adaptive_feed", 1.0),
+        ("G90.1", "_ijk_absolute_mode", 1.0),
+        ("G41.1 D0", "_ccomp", 411.0),
+        ("G43.1 Z1", "_tool_offset", 1.0),
+        ("F250", "_feed", 250.0),
+    ] {
+        let program = format!("{before}\nG40 G49");
+        let found =
+            if name.starts_with("_c") || name.starts_with("_t") { asked(before, name) } else { asked(&program, name) };
+        assert_eq!(found, expected, "{name} after {before}");
+    }
+}
+
+#[test]
+fn parameters_set_beforehand_hold_offsets() {
+    let parameters = [("5221", 100.0), ("5241", 5.0), ("5210", 1.0), ("5211", 2.0), ("31", 7.0), ("5220", 2.0)];
+    let parameters = parameters.map(|(name, value)| (name.to_owned(), value)).into();
+    let setup = Setup { parameters, ..Setup::default() };
+    let program = interpret("G0 X#31\nG54\nX0\nG92.1\nX0\nM2", Path::new("var.ngc"), &setup).unwrap();
+    // G55 and G92 are in force at first: 7 + 5 + 2; then G54: 100 + 2; then without G92.
+    assert_eq!(ends(&program).iter().map(|end| end[0]).collect::<Vec<_>>(), [14.0, 102.0, 100.0]);
+}
+
+#[test]
+fn codes_of_one_modal_group_exclude_each_other() {
+    for (source, column) in [
+        ("M8 M9", 4),
+        ("M7 M8", 4),
+        ("M3 M4", 4),
+        ("M48 M50", 5),
+        ("G17 G18", 5),
+        ("G53 G4 P1", 5),
+        ("G40 G41", 5),
+        ("M70 M72", 5),
+    ] {
+        let error = interpret(source, Path::new("x.ngc"), &Setup::default()).unwrap_err();
+        assert!(error.column == column && error.to_string().contains("modal group"), "{source}: {error}");
+    }
+}
+
+#[test]
+fn a_program_without_end_is_given_up_with_its_line() {
+    use bvbench::gcode::Limits;
+    let setup = Setup { limits: Limits { moves: 1000, blocks: 10_000 }, ..Setup::default() };
+    for (source, what) in [
+        ("G91\no1 while [1]\nG0 X1\no1 endwhile\nM2", "1000 moves"),
+        ("G91\no1 while [1]\n#1=[#1+1]\no1 endwhile\nM2", "10000 blocks"),
+        ("G91\n\nG81 X1 Z-1 R1 L5000 F1\nM2", "1000 moves"),
+    ] {
+        let error = interpret(source, Path::new("x.ngc"), &setup).unwrap_err();
+        assert!((2..=4).contains(&error.line) && error.to_string().contains(what), "{error}");
+    }
+    let far = interpret("G0 X1\nG0 X99999999999\nM2", Path::new("x.ngc"), &Setup::default()).unwrap_err();
+    assert_eq!((far.line, far.text.as_str()), (2, "X"));
+}
+
+#[test]
 fn under_tool_centre_point_control_moves_are_the_tips() {
     let tool = bvbench::gcode::Tool::with_length(90.0, 6.0);
-    let setup = Setup { tools: [(1, tool)].into(), ..Setup::default() };
+    let other = bvbench::gcode::Tool::with_length(80.0, 6.0);
+    let setup = Setup { tools: [(1, tool), (2, other)].into(), ..Setup::default() };
     let run = |source: &str| interpret(source, Path::new("tip.ngc"), &setup);
     let program = run("T1 M6\nG0 Z200\nG43.4 H1\nG1 X5 Z50 A-30 F100\nG0 A0\nG49\nG0 Z150\nM2").unwrap();
     let told: Vec<_> = program.moves.iter().map(|m| (m.line, m.end[Axis::Z], m.tip_mm)).collect();
@@ -213,8 +366,11 @@ fn under_tool_centre_point_control_moves_are_the_tips() {
     );
     let error = run("T1 M6\nG43.4 H1\nG1 A-30 F100\nG49\nM2").unwrap_err();
     assert_eq!((error.line, error.column), (4, 1), "{error}");
-    let error = run("T1 M6\nG43.4 H1\nG43 H1\nM2").unwrap_err();
+    let error = run("T1 M6\nG43.4 H1\nG43 H2\nM2").unwrap_err();
     assert_eq!(error.line, 3, "{error}");
+    // The same length again is none but the same, and a whole turn is no turn.
+    let program = run("T1 M6\nG0 Z200\nG43.4 H1\nG43 H1\nG0 C-720\nG49\nM2").unwrap();
+    assert_eq!(program.moves.last().map(|m| (m.end[Axis::Z], m.tip_mm)), Some((200.0, None)));
 }
 
 #[test]
@@ -257,7 +413,7 @@ fn ten_programs_that_must_fail_fail_at_their_line() {
         ("G0 Z1\nG81 Z5 R1 F50\nM2", 2, 1, "bottom"),         // R below the bottom
         ("G17 M3 S1\nG76 P1 Z-1 I-1 J1 K1\nM2", 2, 1, "G18"), // a thread in the wrong plane
         ("G18\nG0 X5\nG33 Z-5 K1\nM2", 3, 1, "spindle"),      // a thread without a spindle
-        ("G0 X1\nG42 D1\nM2", 2, 1, "not supported"),         // not performed
+        ("G0 X1\nG42 D1\nM2", 2, 5, "tool table"),            // no such tool
         ("G0 X1\no<gone> call\nM2", 2, 1, "not defined"),     // no such subroutine
     ] {
         let error = interpret(source, Path::new("bad.ngc"), &Setup::default()).unwrap_err();

@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// What a scene is expected to be. A change of shapes or programs that moves these numbers is a change of the benchmark.
 struct Expected {
     name: &'static str,
-    /// Part `a`, part `b` of the pair, with their triangles.
+    /// Part `a`, part `b` of the first pair, with their triangles.
     pair: [(&'static str, usize); 2],
     /// First line of the program on which they touch.
     first_colliding_line: u32,
@@ -21,7 +21,7 @@ struct Expected {
     closest_before_mm: f64,
 }
 
-const EXPECTED: [Expected; 3] = [
+const EXPECTED: [Expected; 6] = [
     Expected {
         name: "lathe-toolpost",
         pair: [("tool-post", 12_832), ("tool", 10_368)],
@@ -39,6 +39,24 @@ const EXPECTED: [Expected; 3] = [
         pair: [("impeller", 17_912), ("tool", 16_170)],
         first_colliding_line: 60,
         closest_before_mm: 0.666,
+    },
+    Expected {
+        name: "mill-vise",
+        pair: [("vise", 13_906), ("holder", 9_520)],
+        first_colliding_line: 93,
+        closest_before_mm: 0.6,
+    },
+    Expected {
+        name: "turn-mill",
+        pair: [("tailstock", 9_158), ("end-mill", 2_016)],
+        first_colliding_line: 72,
+        closest_before_mm: 0.8,
+    },
+    Expected {
+        name: "robot-cell",
+        pair: [("fixture", 10_264), ("spindle", 10_628)],
+        first_colliding_line: 98,
+        closest_before_mm: 0.8,
     },
 ];
 
@@ -74,17 +92,22 @@ fn parts_are_watertight_with_pinned_triangle_counts() {
             assert!(part.mesh.edge_report().is_watertight(), "{}: {}", scene.name, part.name);
             assert!(part.mesh.signed_volume() > 0.0, "{}: {}", scene.name, part.name);
         }
-        let [pair] = scene.pairs[..] else { panic!("one pair expected") };
+        assert!((1..=4).contains(&scene.pairs.len()), "{}", scene.name);
+        let pair = scene.pairs[0];
         let found =
             [pair.a, pair.b].map(|part| (scene.parts[part].name.as_str(), scene.parts[part].mesh.faces().len()));
         assert_eq!(found, expected.pair, "{}", scene.name);
-        assert!(found.iter().all(|(_, triangles)| (5_000..=20_000).contains(triangles)));
+        assert!(found.iter().all(|(_, triangles)| (2_000..=20_000).contains(triangles)));
+        let all: usize = scene.parts.iter().map(|part| part.mesh.faces().len()).sum();
+        assert!((10_000..=75_000).contains(&all), "{}: {all}", scene.name);
     }
 }
 
 #[test]
 fn the_shipped_scenes_are_those_in_the_folder() {
-    for name in Scene::SHIPPED {
+    // The largest is loaded elsewhere, and once is enough.
+    let families = Scene::FAMILIES.iter().filter(|name| **name != "size-1e6");
+    for name in Scene::SHIPPED.iter().chain(families) {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("bench-scenes").join(name);
         let on_disk = Scene::load(&folder).unwrap_or_else(|error| panic!("{error}"));
         let compiled_in = load(name);
@@ -156,5 +179,47 @@ fn overrides_change_the_triangles_but_not_the_shape() {
             // Chords cut off more of a curve the fewer they are: a percent for these.
             assert!((volume(after) / volume(before) - 1.0).abs() < 0.02);
         }
+    }
+}
+
+#[test]
+fn the_size_family_has_its_sizes_and_one_shape() {
+    let volume = |name: &str| -> Vec<f64> { load(name).parts.iter().map(|part| part.mesh.signed_volume()).collect() };
+    let finest = volume("size-1e5");
+    for (name, triangles) in [("size-1e3", 1e3), ("size-1e4", 1e4), ("size-1e5", 1e5), ("size-1e6", 1e6)] {
+        let scene = load(name);
+        assert!(Scene::FAMILIES.contains(&name));
+        assert!(scene.parts.iter().all(|part| part.mesh.edge_report().is_watertight()), "{name}");
+        let all: usize = scene.parts.iter().map(|part| part.mesh.faces().len()).sum();
+        assert!((all as f64 / triangles - 1.0).abs() < 0.12, "{name}: {all}");
+        // The coarsest circles are inscribed octagons, with 0.90 of the area: (8/2) sin 45° / π.
+        for (found, finest) in volume(name).iter().zip(&finest) {
+            assert!((found / finest - 1.0).abs() < 0.11, "{name}: {found} mm³, {finest} mm³");
+        }
+    }
+}
+
+#[test]
+fn the_grading_family_has_one_shape_and_one_number_of_triangles() {
+    let even = load("grading-1");
+    for (name, ratio) in [("grading-1", 1.0), ("grading-10", 10.0), ("grading-100", 100.0)] {
+        let scene = load(name);
+        assert!(Scene::FAMILIES.contains(&name));
+        for (part, like) in scene.parts.iter().zip(&even.parts) {
+            assert!(part.mesh.edge_report().is_watertight(), "{name}");
+            assert_eq!(part.mesh.faces().len(), like.mesh.faces().len(), "{name}");
+            // Corners are rounded to 1e-4 mm along the axis, which moves nothing on a cylinder.
+            let (found, expected) = (part.mesh.signed_volume(), like.mesh.signed_volume());
+            assert!((found / expected - 1.0).abs() < 1e-9, "{name}: {found} mm³, {expected} mm³");
+        }
+        let sleeve = &scene.parts[scene.part("sleeve").unwrap()].mesh;
+        let mut heights: Vec<f64> = sleeve.vertices().iter().map(|vertex| vertex.z).collect();
+        heights.sort_by(f64::total_cmp);
+        heights.dedup();
+        let spaces: Vec<f64> = heights.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let found = spaces[0] / spaces[spaces.len() - 1];
+        assert_eq!(spaces.len(), 48);
+        // The finest space, 0.113 mm, is known to 5e-5 mm at both ends.
+        assert!((found / ratio - 1.0).abs() < 2e-3, "{name}: {found}");
     }
 }

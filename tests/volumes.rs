@@ -7,18 +7,38 @@
 
 use bvbench::geometry::{Isometry, Point, Triangle, Vector, grid};
 use bvbench::volume::aabb::Aabb;
+use bvbench::volume::aabb_f32::AabbF32;
+use bvbench::volume::aabb_refit::AabbRefit;
+use bvbench::volume::aabb_sat6::AabbSat6;
+use bvbench::volume::dop_6::Dop6;
 use bvbench::volume::dop_8::Dop8;
+use bvbench::volume::dop_8_f32::Dop8F32;
+use bvbench::volume::dop_8_vertex::Dop8Vertex;
+use bvbench::volume::dop_14::Dop14;
+use bvbench::volume::dop_18::Dop18;
+use bvbench::volume::dop_26::Dop26;
 use bvbench::volume::obb::Obb;
 use bvbench::volume::obb_area::ObbArea;
+use bvbench::volume::obb_area_f32::ObbAreaF32;
 use bvbench::volume::obb_area_symmetric::ObbAreaSymmetric;
+use bvbench::volume::obb_dito14::ObbDito14;
+use bvbench::volume::obb_hull_area::ObbHullArea;
+use bvbench::volume::obb_min::ObbMin;
 use bvbench::volume::obb_vertex::ObbVertex;
+use bvbench::volume::obb_vertex_f32::ObbVertexF32;
 use bvbench::volume::obb_vertex_symmetric::ObbVertexSymmetric;
+use bvbench::volume::obbrss::ObbRss;
+use bvbench::volume::rss::Rss;
+use bvbench::volume::single::Single;
+use bvbench::volume::sphere_mean::SphereMean;
 use bvbench::volume::sphere_ritter::SphereRitter;
+use bvbench::volume::sphere_ritter_f32::SphereRitterF32;
+use bvbench::volume::sphere_welzl::SphereWelzl;
 use bvbench::volume::{BoundingVolume, Segment};
 use nalgebra::{Quaternion, UnitQuaternion};
 use proptest::prelude::*;
 
-/// A property for each safe volume.
+/// A property for each safe volume that is quick to fit.
 macro_rules! for_each_safe_volume {
     ($property:ident, $($argument:expr),*) => {
         $property::<SphereRitter>($($argument),*)?;
@@ -28,6 +48,37 @@ macro_rules! for_each_safe_volume {
         $property::<Obb<ObbArea>>($($argument),*)?;
         $property::<Obb<ObbVertexSymmetric>>($($argument),*)?;
         $property::<Obb<ObbAreaSymmetric>>($($argument),*)?;
+        $property::<SphereMean>($($argument),*)?;
+        $property::<SphereWelzl>($($argument),*)?;
+        $property::<AabbSat6>($($argument),*)?;
+        $property::<Dop6>($($argument),*)?;
+        $property::<Dop14>($($argument),*)?;
+        $property::<Dop18>($($argument),*)?;
+        $property::<Dop26>($($argument),*)?;
+        $property::<Dop8Vertex>($($argument),*)?;
+        $property::<Rss>($($argument),*)?;
+        $property::<ObbRss>($($argument),*)?;
+        $property::<Single<SphereRitterF32>>($($argument),*)?;
+        $property::<Single<AabbF32>>($($argument),*)?;
+        $property::<Single<Dop8F32>>($($argument),*)?;
+        $property::<Single<ObbVertexF32>>($($argument),*)?;
+        $property::<Single<ObbAreaF32>>($($argument),*)?;
+    };
+}
+
+/// A property for the volume whose test treats the two sides differently: it re-fits the second to the first's axes.
+macro_rules! for_the_one_sided_volume {
+    ($property:ident, $($argument:expr),*) => {
+        $property::<AabbRefit>($($argument),*)?;
+    };
+}
+
+/// A property for each box whose fit takes a hull or a search; their overlap test is that of the others.
+macro_rules! for_each_slow_box {
+    ($property:ident, $($argument:expr),*) => {
+        $property::<Obb<ObbHullArea>>($($argument),*)?;
+        $property::<Obb<ObbDito14>>($($argument),*)?;
+        $property::<Obb<ObbMin>>($($argument),*)?;
     };
 }
 
@@ -139,6 +190,7 @@ proptest! {
     ) {
         let pose = joined(rotation, &point_of(&a, s), &point_of(&b, t));
         for_each_safe_volume!(never_separated, &a, &b, &pose);
+        for_the_one_sided_volume!(never_separated, &a, &b, &pose);
     }
 
     /// The same contents against themselves, nearly parallel: every box has the other's axes up to rounding.
@@ -152,6 +204,7 @@ proptest! {
         let back = UnitQuaternion::from_scaled_axis(small * 10.0_f64.powi(-order)) * rotation.inverse();
         let pose = joined(back, &point_of(&a, s), &point_of(&b, t));
         for_each_safe_volume!(never_separated, &a, &b, &pose);
+        for_the_one_sided_volume!(never_separated, &a, &b, &pose);
     }
 
     #[test]
@@ -166,10 +219,26 @@ proptest! {
     #[test]
     fn fits_hold_their_contents(triangles in triangles(), inside in [0.0..1.0, 0.0..1.0, 0.0..1.0]) {
         for_each_safe_volume!(holds_its_contents, &triangles, inside);
+        for_the_one_sided_volume!(holds_its_contents, &triangles, inside);
     }
 
     #[test]
     fn sizes_and_drawings_are_those_of_the_volume(triangles in triangles()) {
         for_each_safe_volume!(drawn_where_it_is, &triangles);
+        for_the_one_sided_volume!(drawn_where_it_is, &triangles);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn boxes_by_hull_or_search_hold_and_never_separate_their_contents(
+        a in triangles(), b in triangles(), rotation in rotation(), s in [0.0..1.0, 0.0..1.0, 0.0..1.0], t in [0.0..1.0, 0.0..1.0, 0.0..1.0],
+    ) {
+        let pose = joined(rotation, &point_of(&a, s), &point_of(&b, t));
+        for_each_slow_box!(never_separated, &a, &b, &pose);
+        for_each_slow_box!(holds_its_contents, &a, s);
+        for_each_slow_box!(drawn_where_it_is, &b);
     }
 }

@@ -1,13 +1,17 @@
 //! From records to verdicts: summary, paired ratios, claims. Knows only the records, so that any old run can be analysed
 //! again without measuring.
 
+pub mod audit;
 pub mod claims;
+pub mod cost;
+pub mod factorial;
 pub mod judge;
 pub mod misses;
 pub mod peers;
 pub mod ratios;
 pub mod stats;
 pub mod summary;
+pub mod sweep;
 pub mod table;
 
 use crate::record::{
@@ -47,6 +51,14 @@ pub enum AnalysisError {
         case: String,
         /// Which observation.
         what: String,
+    },
+    /// An audit's records do not hold every cell.
+    #[error("{file}: scene `{scene}` lacks cells of the audit; let it finish first")]
+    Cells {
+        /// The file.
+        file: &'static str,
+        /// Scene.
+        scene: String,
     },
     /// A policy is not one.
     #[error("`{policy}` of variant `{variant}` is not SPLIT/AXES/LEAF")]
@@ -122,6 +134,7 @@ pub fn analyze(folder: &Path, claims: &ClaimSet) -> Result<Outcome, AnalysisErro
     record::write_rows(folder, &ratios)?;
     record::write_rows(folder, &rows)?;
     record::write_text(&folder.join(claims::FILE), &claims.text)?;
+    cost::write(folder, &manifest, &scenes)?;
     let ranking = ranking(&manifest, &ratios, claims);
     Ok(Outcome { summary, ratios, claims: rows, noise, ranking })
 }

@@ -105,14 +105,14 @@ pub fn weighted_quantile(sorted: &[(f64, f64)], q: f64) -> f64 {
 }
 
 /// A generator whose stream is fixed by the run's seed and a purpose: what else is analysed does not change it.
-fn generator(seed: u64, purpose: &str) -> Pcg64 {
+pub(super) fn generator(seed: u64, purpose: &str) -> Pcg64 {
     let hash = blake3::Hasher::new().update(&seed.to_le_bytes()).update(purpose.as_bytes()).finalize();
     Pcg64::from_seed(*hash.as_bytes())
 }
 
 /// A number below `n`. The bias of the multiplication is under n / 2^32: nothing beside the resampling error.
 #[inline]
-fn below(generator: &mut Pcg64, n: usize) -> usize {
+pub(super) fn below(generator: &mut Pcg64, n: usize) -> usize {
     ((u64::from(generator.next_u32()) * n as u64) >> 32) as usize
 }
 

@@ -17,6 +17,8 @@ const POSES_PER_CLUSTER: u32 = 16;
 pub struct Scene {
     /// Chunks by number: stratum and poses.
     pub chunks: BTreeMap<u32, (Stratum, u32)>,
+    /// The (workload, pair) of each chunk of several poses, numbered as in [`Query::pair`].
+    pub chunk_pairs: BTreeMap<u32, u32>,
     /// Chunks of single poses on which the exhaustive control ran.
     pub control_chunks: BTreeSet<u32>,
     /// Timed chunks by case, sorted by (launch, block, chunk).
@@ -109,6 +111,9 @@ pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
         let ns = row.ns as f64 / (f64::from(row.poses) * f64::from(row.passes));
         if row.workload == CONTROL_WORKLOAD {
             scene.control_chunks.insert(row.chunk);
+        } else if !scene.chunk_pairs.contains_key(&row.chunk) {
+            let pair = intern(&mut scene.pairs, (row.workload.clone(), row.pair.clone()));
+            scene.chunk_pairs.insert(row.chunk, pair);
         }
         let sample = Sample { launch: row.launch, block: row.block, item: row.chunk, ns };
         scene.timings.entry(row.case()).or_default().push(sample);
@@ -162,6 +167,7 @@ impl Scene {
             })
         };
         self.builds.values_mut().flatten().for_each(|sample| sample.item = parts[sample.item as usize]);
+        self.chunk_pairs.values_mut().for_each(|pair| *pair = pairs[*pair as usize]);
         for (case, samples) in self.timings.iter_mut().chain(&mut self.builds) {
             samples.sort_by_key(Sample::key);
             if let Some(pair) = samples.windows(2).find(|pair| pair[0].key() == pair[1].key()) {

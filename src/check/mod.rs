@@ -18,7 +18,8 @@ pub use motion::Path;
 
 use crate::geometry::Isometry;
 use crate::machine::OutOfLimits;
-use crate::measure::Progress;
+use crate::machine::travel::Ball;
+use crate::measure::{Progress, timer};
 use crate::method::Model;
 use crate::registry::Variant;
 use crate::scene::pairs::{self, Decision};
@@ -97,12 +98,16 @@ pub struct Outcome {
     /// Pairs in contact where the machine stands at first, which the scene does not name: taken for neighbours that the joint tree
     /// does not show, and examined from where they have parted.
     pub touching_at_start: Vec<Pair>,
+    /// Tools that are in the spindle at some time and have no part, in a scene whose tools have parts: nobody knows what these touch.
+    pub tools_without_parts: Vec<u32>,
     /// Samples of the path.
     pub samples: usize,
     /// Poses of a pair at which a distance was found.
     pub queries: u64,
     /// How long the program takes, s.
     pub duration_s: f64,
+    /// How long it took to build the trees, ns.
+    pub trees_ns: u64,
 }
 
 impl Outcome {
@@ -139,13 +144,14 @@ pub fn check(
         })?;
     }
     let widest = settings.zones_mm.iter().copied().fold(0.0, f64::max);
-    let decisions = pairs::decide(scene, &path.reach(), widest);
+    let reach = path.reach();
+    let decisions = pairs::decide(scene, &reach, widest);
     let pairs: Vec<Pair> = decisions.iter().filter(|d| d.dropped.is_none()).map(|d| d.pair).collect();
     if pairs.is_empty() && decisions.iter().all(|d| d.dropped == Some(pairs::Dropped::Rigid)) {
         return Err(CheckError::NoPairs(scene.name.clone()));
     }
     progress.begin("building trees", 1);
-    let bodies = Bodies::new(scene, variant, &pairs);
+    let (trees_ns, bodies) = timer::time(|| Bodies::new(scene, variant, &pairs));
     let start = scene.machine.forward(&path.position(0));
     let touches_at_first = |pair: Pair| {
         let examined_later = !scene.names(pair) && scene.is_mounted(pair, path.tool(0));
@@ -195,18 +201,33 @@ pub fn check(
         events,
         decisions,
         touching_at_start,
+        tools_without_parts: tools_without_parts(scene, &reach),
         samples: path.samples().len(),
         queries: queries.into_inner(),
         duration_s: path.duration_s(),
+        trees_ns,
     })
+}
+
+fn tools_without_parts(scene: &Scene, reach: &pairs::Reach) -> Vec<u32> {
+    let has_part = |tool: u32| scene.parts.iter().any(|part| part.tool == Some(tool));
+    let used = reach.tools.iter().flatten().map(|(&tool, _)| tool);
+    used.filter(|&tool| scene.changes_tools() && tool != 0 && !has_part(tool)).collect()
 }
 
 /// Chunks that are scanned before it is looked whether there is a collision among them.
 const GROUP: usize = 64;
 
-/// Every examined part, prepared for the variant and for the question what lies in it.
+/// An examined part, prepared for the variant and for the question what lies in it.
+struct Body {
+    model: Box<dyn Model>,
+    solid: Solid,
+    ball: Ball,
+}
+
+/// Every examined part.
 struct Bodies {
-    parts: BTreeMap<usize, (Box<dyn Model>, Solid)>,
+    parts: BTreeMap<usize, Body>,
 }
 
 impl Bodies {
@@ -216,18 +237,23 @@ impl Bodies {
         parts.dedup();
         let prepare = |part: usize| {
             let mesh = &scene.parts[part].mesh;
-            (part, (variant.prepare(mesh, None), Solid::new(Arc::clone(mesh))))
+            let (model, solid) = (variant.prepare(mesh, None), Solid::new(Arc::clone(mesh)));
+            (part, Body { model, solid, ball: pairs::ball(&scene.parts[part]) })
         };
         Self { parts: parts.into_par_iter().map(prepare).collect::<Vec<_>>().into_iter().collect() }
     }
 
     fn of(&self, pair: Pair) -> (&dyn Model, &dyn Model) {
-        (self.parts[&pair.a].0.as_ref(), self.parts[&pair.b].0.as_ref())
+        (self.parts[&pair.a].model.as_ref(), self.parts[&pair.b].model.as_ref())
+    }
+
+    fn balls(&self, pair: Pair) -> [Ball; 2] {
+        [pair.a, pair.b].map(|part| self.parts[&part].ball)
     }
 
     /// Whether one part is wholly inside the other, given that their surfaces do not touch.
     fn one_in_the_other(&self, pair: Pair, a_from_b: &Isometry) -> bool {
-        Solid::one_in_the_other(&self.parts[&pair.a].1, &self.parts[&pair.b].1, a_from_b)
+        Solid::one_in_the_other(&self.parts[&pair.a].solid, &self.parts[&pair.b].solid, a_from_b)
     }
 
     fn share_a_point(&self, pair: Pair, a_from_b: &Isometry) -> bool {

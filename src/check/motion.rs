@@ -1,11 +1,12 @@
 //! The path of a program: axis positions, and the time at which the machine is there.
 //!
-//! No acceleration: a feed move takes its length over its rate, a rapid move as long as its slowest axis needs at its rapid
-//! rate, and goes straight. A feed whose rate hangs on a spindle speed that is not known takes no time.
+//! No acceleration. A feed move takes its length over its rate, or longer where an axis would go faster than it may; a rapid
+//! move as long as its slowest axis needs at its rapid rate. A feed whose rate hangs on a spindle speed that is not known takes
+//! what its axes need.
 
-use crate::gcode::{Axis, MoveKind, Position, Sample, path};
+use crate::gcode::{MoveKind, Position, Sample, path};
 use crate::scene::pairs::{Range, Reach};
-use crate::scene::{ProgramRun, Rates, Scene, TipFault};
+use crate::scene::{ProgramRun, Scene, TipFault};
 use std::collections::BTreeMap;
 
 /// A program's samples with their times. Place 0 is where the machine stands at first, place n + 1 is sample n; places
@@ -23,22 +24,27 @@ impl<'a> Path<'a> {
     /// Samples a program as its run says.
     ///
     /// # Errors
-    /// When the program moves the tool's tip as the machine cannot.
+    /// When the program is too long, or moves the tool's tip as the machine cannot.
     pub fn new(scene: &Scene, run: &'a ProgramRun) -> Result<Self, TipFault> {
-        let mut samples = path::sample(&run.program, &run.start, &run.sampling);
-        run.follow_tip(&scene.machine, &mut samples)?;
+        let samples = run.samples(&scene.machine, &run.sampling, &scene.rates.rapid_path)?;
         let (mut begins, mut from, mut time) = (vec![0.0], run.start, 0.0);
-        for step in &run.program.moves {
-            time += match step.kind {
-                MoveKind::Rapid => rapid_s(&from, &step.end, &scene.rates),
+        let mut rest = samples.as_slice();
+        let mut axes_from = run.start;
+        for (index, step) in run.program.moves.iter().enumerate() {
+            let (own, behind) = rest.split_at(rest.iter().take_while(|sample| sample.move_index == index).count());
+            let rates = if step.kind == MoveKind::Rapid { &scene.rates.rapid } else { &scene.rates.feed };
+            let by_rate = match step.kind {
                 MoveKind::Feed | MoveKind::Arc { .. } => {
                     step.feed_mm_min.map_or(0.0, |feed| 60.0 * path::length(&from, step) / feed)
                 }
                 MoveKind::Dwell { seconds } => seconds,
-                MoveKind::ToolChange { .. } => 0.0,
+                MoveKind::Rapid | MoveKind::ToolChange { .. } => 0.0,
             };
+            time += by_rate.max(axes_s(&axes_from, own, rates));
             begins.push(time);
             from = step.end;
+            axes_from = own.last().map_or(axes_from, |sample| sample.position);
+            rest = behind;
         }
         Ok(Self { run, samples, tools: run.tools(), begins })
     }
@@ -129,11 +135,14 @@ impl<'a> Path<'a> {
     }
 }
 
-/// How long a rapid move takes, s.
-fn rapid_s(from: &Position, to: &Position, rates: &Rates) -> f64 {
-    let minutes = Axis::ALL.map(|axis| {
-        let rate = if axis.is_rotary() { rates.rapid_rad_min } else { rates.rapid_mm_min };
-        (to[axis] - from[axis]).abs() / rate
-    });
-    60.0 * minutes.into_iter().fold(0.0, f64::max)
+/// How long the axes need at their rates for the way through `samples`, s: between two of them, as long as the slowest.
+fn axes_s(from: &Position, samples: &[Sample], rates: &[f64; 9]) -> f64 {
+    let mut from = from;
+    let mut minutes = 0.0;
+    for Sample { position, .. } in samples {
+        let slowest = (0..9).map(|i| (position.0[i] - from.0[i]).abs() / rates[i]).fold(0.0, f64::max);
+        minutes += slowest;
+        from = position;
+    }
+    60.0 * minutes
 }

@@ -5,7 +5,7 @@ use super::motion::Path;
 use crate::gcode::Position;
 use crate::machine::Poses;
 use crate::machine::travel::Ball;
-use crate::scene::{Pair, Scene, pairs};
+use crate::scene::{Pair, Scene};
 use crate::tree::distance::Proximity;
 
 /// How much farther than the widest zone a distance is looked for, mm: what a longer distance is worth in skipped samples.
@@ -82,7 +82,7 @@ impl<'a> Scan<'a> {
             path,
             bodies,
             pair,
-            balls: [pair.a, pair.b].map(|part| pairs::ball(&scene.parts[part])),
+            balls: bodies.balls(pair),
             borders,
             tolerance_mm,
             proximity: Proximity::default(),

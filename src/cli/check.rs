@@ -53,11 +53,32 @@ pub struct Options {
     quiet: bool,
 }
 
+/// How long the stages took, s.
+struct Times {
+    /// Reading the scene and making its meshes.
+    load_s: f64,
+    /// Building trees, which is a part of checking.
+    trees_s: f64,
+    /// Checking the program.
+    check_s: f64,
+}
+
+impl Times {
+    fn poses_per_s(&self, outcome: &Outcome) -> f64 {
+        outcome.samples as f64 / self.check_s
+    }
+}
+
+fn seconds(ns: u64) -> f64 {
+    ns as f64 * 1e-9
+}
+
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     super::options::use_threads(options.threads)?;
     let variant = method(options.method.as_deref(), registry)?;
     let settings = settings(options)?;
-    let scene = Scene::find(&options.scene)?;
+    let (load_ns, scene) = timer::time(|| Scene::find(&options.scene));
+    let scene = scene?;
     let mut run = match (&options.program, &scene.program) {
         (Some(program), Some(own)) => own.with_program(program)?,
         (Some(program), None) => ProgramRun::on_mill(program)?,
@@ -77,13 +98,13 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let (ns, outcome) = timer::time(|| check::check(&scene, &run, variant, &settings, &bar));
     bar.finish();
     let outcome = outcome?;
-    let seconds = ns as f64 * 1e-9;
+    let times = Times { load_s: seconds(load_ns), trees_s: seconds(outcome.trees_ns), check_s: seconds(ns) };
     if options.json {
-        say(serde_json::to_string_pretty(&as_json(&scene, &run, variant, &outcome, seconds))?);
+        say(serde_json::to_string_pretty(&as_json(&scene, &run, variant, &outcome, &times))?);
     } else if options.csv {
         say(as_csv(&scene, &outcome)?.trim_end());
     } else {
-        print(&scene, &run, &outcome, variant, seconds);
+        print(&scene, &run, &outcome, variant, &times);
     }
     Ok(if outcome.collides() { FAILED } else { CLEAR })
 }
@@ -122,7 +143,7 @@ fn settings(options: &Options) -> Result<Settings> {
     Ok(settings)
 }
 
-fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, seconds: f64) {
+fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, times: &Times) {
     let (collisions, near): (Vec<&Event>, Vec<&Event>) =
         outcome.events.iter().partition(|event| event.kind.is_collision());
     if !collisions.is_empty() {
@@ -161,8 +182,14 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
         outcome.samples,
         outcome.queries,
     ));
-    let rate = outcome.samples as f64 / seconds;
-    say(format!("{seconds:.2} s with {}: {rate:.0} poses per second", variant.info.id));
+    let (id, rate) = (variant.info.id, times.poses_per_s(outcome));
+    say(format!(
+        "{:.2} s to load the scene; {:.2} s with {id}, {:.2} s of it to build trees: {rate:.0} poses per second",
+        times.load_s, times.check_s, times.trees_s
+    ));
+    for tool in &outcome.tools_without_parts {
+        say(format!("not examined: tool {tool}, which has no part in the scene"));
+    }
     for &pair in &outcome.touching_at_start {
         say(format!("in contact at first, examined once apart by 1 mm: {}", scene.pair_name(pair)));
     }
@@ -224,7 +251,7 @@ fn extent_json(extent: &Extent) -> Value {
     json!({ "line": extent.line, "fraction": extent.fraction, "time_s": extent.time_s, "rapid": extent.rapid, "position": position })
 }
 
-fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome, seconds: f64) -> Value {
+fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome, times: &Times) -> Value {
     let name = |part: usize| scene.parts[part].name.clone();
     let events = outcome.events.iter().map(|event| {
         let zone = if let Kind::Near { zone_mm } = event.kind { Some(zone_mm) } else { None };
@@ -237,7 +264,8 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
     json!({
         "scene": scene.name, "program": run.file, "method": variant.info.id, "collides": outcome.collides(),
         "events": events.collect::<Vec<_>>(), "duration_s": outcome.duration_s, "samples": outcome.samples,
-        "queries": outcome.queries, "elapsed_s": seconds, "poses_per_s": outcome.samples as f64 / seconds,
+        "queries": outcome.queries, "load_s": times.load_s, "trees_s": times.trees_s, "elapsed_s": times.check_s,
+        "poses_per_s": times.poses_per_s(outcome), "tools_without_parts": outcome.tools_without_parts,
         "touching_at_start":
             outcome.touching_at_start.iter().map(|pair| [name(pair.a), name(pair.b)]).collect::<Vec<_>>(),
     })

@@ -1,7 +1,7 @@
 //! `gcode`: what a program means.
 
 use super::{CLEAR, say};
-use crate::gcode::{self, Axis, Move, MoveKind, Setup, canonical, read_tool_table};
+use crate::gcode::{self, Axis, Move, MoveKind, Setup, canonical, read_parameter_file, read_tool_table};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::{Value, json};
@@ -12,7 +12,7 @@ const INCH_MM: f64 = 25.4;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench gcode part.ngc                      a line for each move, mm and degrees\n  bvbench gcode part.ngc --lathe              diameters and the ZX plane to begin with\n  bvbench gcode part.ngc --tool-table mill.tbl\n  bvbench gcode part.ngc --json | jq '.[] | select(.kind == \"rapid\")'\n\nExit code 2 when the program cannot be interpreted; the message names file, line, column and word."
+    after_help = "Examples:\n  bvbench gcode part.ngc                      a line for each move, mm and degrees\n  bvbench gcode part.ngc --lathe              diameters and the ZX plane to begin with\n  bvbench gcode part.ngc --tool-table mill.tbl --var mill.var\n  bvbench gcode part.ngc --json | jq '.[] | select(.kind == \"rapid\")'\n\nExit code 2 when the program cannot be interpreted; the message names file, line, column and word."
 )]
 pub struct Options {
     /// The program (RS274/NGC)
@@ -27,6 +27,12 @@ pub struct Options {
     /// The tool table's lengths are inches
     #[arg(long, requires = "tool_table")]
     tool_table_inch: bool,
+    /// Parameters in LinuxCNC's form: work offsets, G28, G30, G92 and the program's own; mm and degrees
+    #[arg(long, value_name = "FILE")]
+    var: Option<PathBuf>,
+    /// The lengths among the parameters are inches
+    #[arg(long, requires = "var")]
+    var_inch: bool,
     /// Skip lines that begin with `/`
     #[arg(long)]
     block_delete: bool,
@@ -41,6 +47,11 @@ pub fn run(options: &Options) -> Result<u8> {
     if let Some(file) = &options.tool_table {
         let text = std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
         setup.tools = read_tool_table(&text, file, if options.tool_table_inch { INCH_MM } else { 1.0 })?;
+    }
+    if let Some(file) = &options.var {
+        let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
+        let unit_mm = if options.var_inch { INCH_MM } else { 1.0 };
+        setup.parameters = read_parameter_file(&String::from_utf8_lossy(&bytes), file, unit_mm)?;
     }
     let file = &options.program;
     let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
@@ -60,7 +71,7 @@ fn as_json(step: &Move) -> Value {
     let degrees = |axis: Axis| if axis.is_rotary() { step.end[axis].to_degrees() } else { step.end[axis] };
     let end: serde_json::Map<String, Value> =
         Axis::ALL.iter().map(|&axis| (axis.letter().to_string(), json!(degrees(axis)))).collect();
-    let mut value = json!({ "line": step.line, "kind": step.kind.name(), "end": end, "feed_mm_min": step.feed_mm_min, "tip_mm": step.tip_mm });
+    let mut value = json!({ "line": step.line, "kind": step.kind.name(), "end": end, "feed_mm_min": step.feed_mm_min, "spindle_rpm": step.spindle_rpm, "tip_mm": step.tip_mm });
     match step.kind {
         MoveKind::Arc { plane, centre, sweep } => {
             let axes: String = plane.axes()[..2].iter().map(|axis| axis.letter()).collect();

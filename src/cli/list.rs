@@ -8,7 +8,9 @@ use comfy_table::{Table, presets};
 use serde_json::json;
 
 #[derive(Args)]
-#[command(after_help = "Examples:\n  bvbench list\n  bvbench list --json | jq -r '.[] | select(.safe) | .id'")]
+#[command(
+    after_help = "SAFE: misses no contact. STANDARD: measured unless a run names its variants; `--variant all` measures every one.\nPOLICY: how its trees are built unless another policy is asked for.\n\nExamples:\n  bvbench list\n  bvbench list --json | jq -r '.[] | select(.safe) | .id'"
+)]
 pub struct Options {
     /// Print as JSON
     #[arg(long)]
@@ -22,13 +24,18 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         return Ok(CLEAR);
     }
     let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_header(["ID", "LABEL", "SAFE", "POLICY", "REFERENCE"]);
+    table.load_style(presets::NOTHING).set_header(["ID", "LABEL", "SAFE", "STANDARD", "POLICY", "REFERENCE"]);
     for variant in registry.variants() {
-        let safe = if variant.info.safe { "yes" } else { "no" };
-        table.add_row([variant.info.id, variant.info.label, safe, &policy(variant), variant.info.reference]);
+        let info = &variant.info;
+        let row = [info.id, info.label, yes(info.safe), yes(variant.is_standard), &policy(variant), info.reference];
+        table.add_row(row);
     }
     say(table.trim_fmt());
     Ok(CLEAR)
+}
+
+const fn yes(answer: bool) -> &'static str {
+    if answer { "yes" } else { "no" }
 }
 
 fn policy(variant: &Variant) -> String {
@@ -41,6 +48,7 @@ fn entry(variant: &Variant) -> serde_json::Value {
         "label": variant.info.label,
         "reference": variant.info.reference,
         "safe": variant.info.safe,
+        "standard": variant.is_standard,
         "kind": variant.kind,
         "policy": variant.policy.map(|policy| policy.to_string()),
     })

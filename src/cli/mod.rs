@@ -5,6 +5,7 @@
 
 mod ablation;
 mod analyze;
+mod audit;
 mod check;
 mod gcode;
 mod launch;
@@ -12,11 +13,14 @@ mod list;
 mod measure;
 mod options;
 mod peers;
+mod picture;
 mod plot;
 mod progress;
 mod report;
 mod repro;
 mod scene;
+mod surfaces;
+mod sweep;
 mod verify;
 
 use crate::registry::Registry;
@@ -41,12 +45,13 @@ struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
-  bvbench repro                          check the paper: everything, in two minutes
+  bvbench repro                          check the paper: everything, in three minutes
   bvbench repro --profile smoke          the same in half a minute, to see that it works
   bvbench list                           the variants
-  bvbench verify --scene lathe-toolpost  verdicts of all variants against the exact truth
+  bvbench verify --scene lathe-toolpost  verdicts of the standard variants against the exact truth
   bvbench measure --variant ID --variant ID --out results/two
   bvbench report --out results/quick     write the report of a run again
+  bvbench audit --profile smoke          what really makes a box good
   bvbench check SCENE part.ngc           what collides on this machine, at which line
   bvbench scene pairs SCENE              which parts can collide at all, and why the others cannot
   bvbench gcode part.ngc                 what a program means, move by move
@@ -57,7 +62,7 @@ Exit codes: 0 all is well, 1 a safe variant missed a contact or a program collid
 enum Verb {
     /// Verify, measure, analyse, plot and report: does the paper hold?
     Repro(repro::Options),
-    /// Show the variants: id, label, reference, whether safe, default tree policy
+    /// Show the variants: id, label, whether safe and standard, default tree policy, reference
     List(list::Options),
     /// Hold every variant's verdicts against the exact truth
     Verify(verify::Options),
@@ -69,6 +74,10 @@ enum Verb {
     Plot(plot::Options),
     /// Write a run's report
     Report(report::Options),
+    /// Cross orientation, centre, split and leaf size of boxes: which of them matters?
+    Audit(audit::Options),
+    /// Vary one quantity and hold everything else: tessellation, size, distance, frame, shape, path step
+    Sweep(sweep::Options),
     /// Run a program on a machine and say what collides, at which line
     Check(check::Options),
     /// Show a scene: what it holds, which parts can collide
@@ -115,6 +124,8 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Analyze(options) => analyze::run(&options),
         Verb::Plot(options) => plot::run(&options),
         Verb::Report(options) => report::run(&options),
+        Verb::Audit(options) => audit::run(&options),
+        Verb::Sweep(options) => sweep::run(&options, registry),
         Verb::Check(options) => check::run(&options, registry),
         Verb::Scene(options) => scene::run(&options),
         Verb::Gcode(options) => gcode::run(&options),

@@ -9,21 +9,21 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 
 /// Seed unless another is given: the year of the paper.
-const DEFAULT_SEED: u64 = 2011;
+pub const DEFAULT_SEED: u64 = 2011;
 
 /// What to measure, and where to put it.
 #[derive(Args, Clone)]
 pub struct RunOptions {
-    /// How much: smoke (half a minute), quick (two minutes), full (hours)
+    /// How much: smoke (half a minute), quick (three minutes), full (hours)
     #[arg(long, default_value = "quick", value_name = "PROFILE")]
     profile: Profile,
     /// Folder of the run [default: results/PROFILE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Scene by name or by path; repeatable [default: the paper's two]
+    /// Scene by name or by path; repeatable [default: two lathes and a 5-axis mill]
     #[arg(long = "scene", value_name = "NAME|PATH")]
     scenes: Vec<String>,
-    /// Variant by id (see `list`); repeatable [default: all]
+    /// Variant by id (see `list`), or `all`; repeatable [default: the standard ones]
     #[arg(long = "variant", value_name = "ID")]
     variants: Vec<String>,
     /// Workload by name: program, approach, random, recorded; repeatable [default: all]

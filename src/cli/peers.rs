@@ -43,7 +43,7 @@ enum What {
 /// Which poses.
 #[derive(Args)]
 struct PoseOptions {
-    /// Scene by name or by path; repeatable [default: the paper's two]
+    /// Scene by name or by path; repeatable [default: two lathes and a 5-axis mill]
     #[arg(long = "scene", value_name = "NAME|PATH")]
     scenes: Vec<String>,
     /// Folder for all files

@@ -2,7 +2,7 @@
 
 mod inverse;
 
-use super::{CLEAR, say};
+use super::{CLEAR, picture, say, surfaces};
 use crate::check;
 use crate::machine::Joint;
 use crate::scene::Scene;
@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench scene info lathe-toolpost\n  bvbench scene pairs path/to/machine --json\n  bvbench scene export lathe-tailstock --out meshes\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866"
+    after_help = "Examples:\n  bvbench scene info lathe-toolpost\n  bvbench scene pairs path/to/machine --json\n  bvbench scene export lathe-tailstock --out meshes\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866\n  bvbench scene picture trunnion-impeller --program-line 60 --out impeller.png"
 )]
 pub struct Options {
     #[command(subcommand)]
@@ -26,7 +26,7 @@ pub struct Options {
 
 #[derive(Subcommand)]
 enum What {
-    /// Links, joints, limits, parts and program
+    /// Links, joints, limits, parts with their surfaces, and program
     Info(SceneOptions),
     /// Which pairs of parts are examined, and why the others are not
     Pairs(PairOptions),
@@ -34,6 +34,8 @@ enum What {
     Export(ExportOptions),
     /// Where the rotary axes must be for the tool to have a direction: both solutions
     Inverse(inverse::Options),
+    /// Draw the machine as it stands at first, or at a line of its program
+    Picture(picture::Options),
 }
 
 #[derive(Args)]
@@ -71,11 +73,12 @@ pub fn run(options: &Options) -> Result<u8> {
         What::Pairs(options) => show_pairs(&Scene::find(&options.scene.scene)?, options)?,
         What::Inverse(options) => inverse::run(options)?,
         What::Export(options) => export(&Scene::find(&options.scene)?, &options.out)?,
+        What::Picture(options) => picture::run(&Scene::find(options.scene())?, options)?,
     }
     Ok(CLEAR)
 }
 
-fn table<const N: usize>(header: [&str; N]) -> Table {
+pub(super) fn table<const N: usize>(header: [&str; N]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_header(header);
     if table.width().is_none() {
@@ -99,11 +102,12 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
             json!({ "name": link.name, "parent": link.parent, "joint": joint })
         });
         let parts = scene.parts.iter().map(|part| {
-            let edges = part.mesh.edge_report();
+            let surface = part.mesh.surface_report();
             json!({
                 "name": part.name, "link": link_name(part.link), "role": part.role.name(), "tool": part.tool,
                 "triangles": part.mesh.faces().len(),
-                "vertices": part.mesh.vertices().len(), "watertight": edges.is_watertight(),
+                "vertices": part.mesh.vertices().len(), "watertight": surface.leaking == 0,
+                "surface": surfaces::json(scene, &part.name, &surface),
             })
         });
         let program = scene.program.as_ref().map(
@@ -134,18 +138,17 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
         }
         say(format!("{}\n", links.trim_fmt()));
     }
-    let mut parts = table(["PART", "ON", "ROLE", "TOOL", "TRIANGLES", "WATERTIGHT"]);
+    let mut parts = table(["PART", "ON", "ROLE", "TOOL", "TRIANGLES"]);
     for part in &scene.parts {
-        let edges = part.mesh.edge_report();
-        let closed = if edges.is_watertight() { "yes" } else { "no" };
         let (tool, triangles) = (part.tool.map(|tool| tool.to_string()), part.mesh.faces().len().to_string());
         let (link, role) = (link_name(part.link), part.role.name());
-        parts.add_row([&part.name, link, role, tool.as_deref().unwrap_or("-"), &triangles, closed]);
+        parts.add_row([&part.name, link, role, tool.as_deref().unwrap_or("-"), &triangles]);
     }
     if let Some(column) = parts.column_mut(4) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    say(parts.trim_fmt());
+    say(format!("{}\n", parts.trim_fmt()));
+    say(surfaces::text(scene));
     if let Some(run) = &scene.program {
         let (lines, moves) = (run.program.blocks.len(), run.program.moves.len());
         say(format!("\nprogram {}: {lines} lines, {moves} moves", run.file.display()));

@@ -94,6 +94,8 @@ pub(super) struct Flow {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Block {
     pub deletable: bool,
+    /// Whether anything in it asks for a parameter.
+    pub reads_parameters: bool,
     pub flow: Option<Flow>,
     pub words: Vec<Word>,
     pub assignments: Vec<Assignment>,
@@ -103,7 +105,8 @@ impl Block {
     /// Reads a line.
     pub fn parse(line: &str) -> Result<Self, Fault> {
         let mut cursor = Cursor::new(line)?;
-        let mut block = Self { deletable: cursor.accept('/'), ..Self::default() };
+        let reads_parameters = line.contains('#');
+        let mut block = Self { deletable: cursor.accept('/'), reads_parameters, ..Self::default() };
         cursor.skip_comments()?;
         if cursor.accept('n') {
             cursor.number()?;
@@ -123,7 +126,7 @@ impl Block {
             match cursor.peek() {
                 None => return Ok(block),
                 Some('#') => block.assignments.push(assignment(&mut cursor)?),
-                Some(letter) if letter.is_ascii_alphabetic() || is_polar(letter) => {
+                Some(letter) if letter.is_ascii_alphabetic() || is_sign(letter) => {
                     block.words.push(word(&mut cursor, letter)?);
                 }
                 Some(_) => return Err(cursor.fault_here(Cause::UnexpectedCharacter)),
@@ -132,9 +135,9 @@ impl Block {
     }
 }
 
-/// `@` and `^`: radius and angle instead of X and Y (LinuxCNC, "Polar Coordinates").
-const fn is_polar(letter: char) -> bool {
-    matches!(letter, '@' | '^')
+/// `@` and `^`: radius and angle instead of X and Y (LinuxCNC, "Polar Coordinates"); `$`: which spindle.
+const fn is_sign(letter: char) -> bool {
+    matches!(letter, '@' | '^' | '$')
 }
 
 fn word(cursor: &mut Cursor, letter: char) -> Result<Word, Fault> {
@@ -147,7 +150,7 @@ fn word(cursor: &mut Cursor, letter: char) -> Result<Word, Fault> {
             Cause::Expected("N and O at the start of the line"),
         ));
     }
-    if !matches!(letter, 'a'..='m' | 'p'..='z') && !is_polar(letter) {
+    if !matches!(letter, 'a'..='m' | 'p'..='z') && !is_sign(letter) {
         return Err(Fault::new(column, letter.to_ascii_uppercase(), Cause::UnknownLetter));
     }
     let value = Expression::value(cursor)?;

@@ -136,8 +136,12 @@ pub struct Move {
     /// machine coordinates with all rotary axes at zero, and whoever moves the machine finds the linear axes
     /// ([`crate::machine::tip`]). `None` otherwise.
     pub tip_mm: Option<f64>,
-    /// Feed rate in force, mm/min; `None` for rapids and for modes without one.
+    /// Feed rate, mm/min, degrees/min for a move that only turns; where it changes along the move, the one that takes as
+    /// long. `None` for rapids, and where the rate hangs on a spindle speed that is not known.
     pub feed_mm_min: Option<f64>,
+    /// Revolutions per minute of the spindle at the end: above zero for M3, below for M4. Infinite on the axis of turning at a
+    /// constant surface speed without limit.
+    pub spindle_rpm: f64,
 }
 
 /// Moves as text, one a line: source line, kind, the end's X, Y, Z and every axis that is ever not zero,

@@ -1,16 +1,18 @@
-//! Canned cycles: G73, G81 to G86, G88 and G89, in any plane (LinuxCNC, "Canned Cycles").
+//! Canned cycles: G73, G74 and G81 to G89, in any plane (LinuxCNC, "Canned Cycles").
 //!
 //! A cycle drills along the plane's normal. It rises to R if it starts below, goes above the hole at that height, comes down
 //! to R, does what its code says, and ends at R (G99) or at the higher of R and where the first of consecutive cycles started (G98). In G91 R counts
 //! from there, the bottom from R, and L repeats it a step further each time. R, the bottom, P and Q hold for the
 //! next block of the same cycle.
 //!
-//! G87 (back boring) is not performed. Pauses for an operator (G88) move nothing.
+//! G87 bores from behind: it goes down beside the hole, by the words of the plane's two axes among I, J and K, then into its middle, feeds
+//! up to the third of those words and back, and leaves as it came (NISTIR 6556, section 3.5.16.7). At the pause of G88 an operator draws the tool
+//! out; that is a rapid move here.
 
 use super::canonical::{Axis, MoveKind};
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
-use super::modal::{FeedMode, Group, Values};
+use super::modal::{FeedMode, Group, Spindle, Values};
 use super::offsets::Values9;
 
 /// How far above the last depth a pecking cycle stops its rapid return, mm: LinuxCNC's 0.254.
@@ -28,6 +30,8 @@ pub(super) struct Sticky {
     retract: f64,
     dwell_s: f64,
     peck: f64,
+    beside: [f64; 2],
+    middle: f64,
     /// Where the first of consecutive cycles started along the normal, program coordinates.
     initial: Option<f64>,
 }
@@ -44,11 +48,23 @@ struct Hole {
     clear: f64,
     dwell_s: f64,
     peck: f64,
+    /// Of G87: from the hole's axis to where the tool goes in, along the plane's axes; and how far up it bores.
+    beside: [f64; 2],
+    middle: f64,
 }
 
 /// Whether a motion code is a cycle that is performed here.
 pub(super) const fn is_cycle(code: i32) -> bool {
-    matches!(code, 730 | 740 | 810..=860 | 880 | 890)
+    matches!(code, 730 | 740 | 810..=890)
+}
+
+/// The letter among I, J and K that belongs to X, Y or Z.
+const fn centre_letter(axis: Axis) -> char {
+    match axis {
+        Axis::X => 'i',
+        Axis::Y => 'j',
+        _ => 'k',
+    }
 }
 
 impl Interpreter<'_> {
@@ -77,6 +93,8 @@ impl Interpreter<'_> {
             clear: if self.modes.retract_to_r { retract } else { initial.max(retract) },
             dwell_s: sticky.dwell_s,
             peck: sticky.peck,
+            beside: sticky.beside,
+            middle: if incremental { bottom + sticky.middle } else { sticky.middle },
         };
         let places = [first, second].map(|axis| (axis as usize, self.take_axis(values, axis)));
         let repeats = values.take_whole('l', 1..=MAX_REPEATS, "L", "a whole number from 1 to 100000")?.unwrap_or(1);
@@ -118,7 +136,20 @@ impl Interpreter<'_> {
         if dwell_s.is_some_and(|seconds| seconds < 0.0) {
             return Err(values.fault('p', Cause::Range("P", "at least 0")));
         }
-        self.sticky = Sticky { code, bottom, retract, dwell_s: dwell_s.unwrap_or(0.0), peck, initial: None };
+        let (mut beside, mut middle) = ([0.0; 2], 0.0);
+        if code == 870 {
+            if self.modes.spindle == Spindle::Still {
+                return Err(fault(Cause::NotAllowed("G87 while the spindle stands still")));
+            }
+            let letters = self.modes.plane.axes().map(centre_letter);
+            let [first, second, third] = letters.map(|letter| self.take_length(values, letter));
+            let held = |at: usize| before.map(|s| s.beside[at]);
+            let way = "I, J and K, the way in and how far to bore,";
+            beside = [needed(first, held(0), way)?, needed(second, held(1), way)?];
+            middle = needed(third, before.map(|s| s.middle), way)?;
+        }
+        let dwell_s = dwell_s.unwrap_or(0.0);
+        self.sticky = Sticky { code, bottom, retract, dwell_s, peck, beside, middle, initial: None };
         Ok(())
     }
 
@@ -153,25 +184,62 @@ impl Interpreter<'_> {
         }
     }
 
+    /// G87, from above the hole at its retract height.
+    fn bore_from_behind(&mut self, hole: &Hole, values: &Values) -> Result<(), Fault> {
+        let spindle = self.modes.spindle;
+        self.step_aside(hole, 1.0)?;
+        self.modes.spindle = Spindle::Still;
+        self.along(hole, hole.bottom, None)?;
+        self.step_aside(hole, -1.0)?;
+        self.modes.spindle = spindle;
+        self.along(hole, hole.middle, Some(values))?;
+        self.along(hole, hole.bottom, Some(values))?;
+        self.modes.spindle = Spindle::Still;
+        self.step_aside(hole, 1.0)?;
+        self.along(hole, hole.clear, None)?;
+        self.step_aside(hole, -1.0)?;
+        self.modes.spindle = spindle;
+        Ok(())
+    }
+
+    /// Rapid from the hole's axis to beside it, or back.
+    fn step_aside(&mut self, hole: &Hole, sign: f64) -> Result<(), Fault> {
+        let mut program = self.offsets.to_program(&self.position);
+        let [first, second, _] = self.modes.plane.axes().map(|axis| axis as usize);
+        program[first] += sign * hole.beside[0];
+        program[second] += sign * hole.beside[1];
+        let target = self.offsets.to_machine(&program);
+        self.rapid_to(target)
+    }
+
     fn drill(&mut self, hole: &Hole, values: &Values) -> Result<(), Fault> {
+        if hole.code == 870 {
+            return self.bore_from_behind(hole, values);
+        }
         self.peck(hole, values)?;
         self.along(hole, hole.bottom, Some(values))?;
         if matches!(hole.code, 820 | 860 | 880 | 890) || ((hole.code == 840 || hole.code == 740) && hole.dwell_s > 0.0)
         {
             self.emit(MoveKind::Dwell { seconds: hole.dwell_s }, None)?;
         }
-        match hole.code {
-            // A tap comes out as it went in, then the way is clear; a reamer or a boring bar is drawn out at feed all the way.
-            740 | 840 => {
-                self.along(hole, hole.retract, Some(values))?;
-                self.along(hole, hole.clear, None)
+        let spindle = self.modes.spindle;
+        self.modes.spindle = match (hole.code, spindle) {
+            // A tap turns backwards to come out; a boring bar, and what an operator draws out, does not turn.
+            (740 | 840, Spindle::Clockwise) => Spindle::Counterclockwise,
+            (740 | 840, Spindle::Counterclockwise) => Spindle::Clockwise,
+            (860 | 880, _) => Spindle::Still,
+            (_, spindle) => spindle,
+        };
+        // A tap and a reamer are drawn out of the hole at feed.
+        if matches!(hole.code, 740 | 840 | 850 | 890) {
+            self.along(hole, hole.retract, Some(values))?;
+            if matches!(hole.code, 740 | 840) {
+                self.modes.spindle = spindle;
             }
-            850 | 890 => {
-                self.along(hole, hole.retract, Some(values))?;
-                self.along(hole, hole.clear, None)
-            }
-            _ => self.along(hole, hole.clear, None),
         }
+        self.along(hole, hole.clear, None)?;
+        self.modes.spindle = spindle;
+        Ok(())
     }
 
     /// The pecks above the bottom: G73 breaks the chip, G83 clears the hole.

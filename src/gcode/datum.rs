@@ -20,11 +20,18 @@ const SHIFT: usize = 5211;
 const SYSTEM: usize = 5220;
 const ORIGINS: usize = 5221;
 const ORIGIN_STRIDE: usize = 20;
+/// Index of G59.3.
+const LAST_SYSTEM: usize = 8;
 /// From the first value of an origin to its rotation.
 const ROTATION: usize = 9;
 
+/// Whether a parameter holds a place, an offset or the choice of a system.
+const fn is_stored(index: usize) -> bool {
+    HOME <= index && index < ORIGINS + (LAST_SYSTEM + 1) * ORIGIN_STRIDE
+}
+
 impl Interpreter<'_> {
-    /// Puts the setup's places into the parameters and selects G54.
+    /// Puts the setup's places into the parameters and selects the system they name, G54 if they name none.
     pub(super) fn load_datums(&mut self) {
         let setup = self.setup;
         self.store(HOME, &from_canonical(&setup.home));
@@ -34,7 +41,17 @@ impl Interpreter<'_> {
             self.store(base, &from_canonical(&offset.origin));
             self.parameters.put(base + ROTATION, offset.rotation.to_degrees());
         }
-        self.select_system(0);
+        // What is given by number is said more exactly.
+        for (name, &value) in &setup.parameters {
+            if let Some(index) = name.parse().ok().filter(|&index| is_stored(index)) {
+                self.parameters.put(index, value);
+            }
+        }
+        if self.parameters.at(SHIFT_ACTIVE) != 0.0 {
+            self.offsets.shift = self.load(SHIFT);
+        }
+        let system = self.parameters.at(SYSTEM);
+        self.select_system(if (1.0..=9.0).contains(&system) { system as usize - 1 } else { 0 });
     }
 
     fn store(&mut self, base: usize, values: &Values9) {
@@ -83,6 +100,8 @@ impl Interpreter<'_> {
                 self.offsets.tool = offset;
                 self.enter_tip_control(code)?;
             }
+            // The length in force, named again, changes nothing.
+            430 if self.tip_mm.is_some_and(|length| self.is_length(length, values, code)) => {}
             _ if self.tip_mm.is_some() => {
                 return Err(code.fault(Cause::NotAllowed("another tool length under tool-centre-point control")));
             }
@@ -115,6 +134,13 @@ impl Interpreter<'_> {
             None if named.is_some() => Err(values.fault('h', Cause::UnknownTool)),
             None => Err(code.fault(Cause::UnknownTool)),
         }
+    }
+
+    /// Whether what G43 adds is a length of `length` mm and nothing else.
+    fn is_length(&self, length: f64, values: &Values, code: &Code) -> bool {
+        let mut wanted = [0.0; 9];
+        wanted[Axis::Z as usize] = length;
+        self.tool_offset(values, code).is_ok_and(|offset| offset == wanted)
     }
 
     /// M codes of the machine's own.
@@ -156,8 +182,10 @@ impl Interpreter<'_> {
 
     /// Elsewhere the tip's place would depend on the machine, which an interpreter does not know.
     fn check_rotary_at_zero(&self, code: &Code) -> Result<(), Fault> {
+        // Whole turns are zero to everything that turns.
+        let from_zero = |degrees: f64| (degrees - 360.0 * (degrees / 360.0).round()).abs();
         let turned =
-            Axis::ALL.into_iter().any(|axis| axis.is_rotary() && self.position[axis as usize].abs() > AT_ZERO_DEG);
+            Axis::ALL.into_iter().any(|axis| axis.is_rotary() && from_zero(self.position[axis as usize]) > AT_ZERO_DEG);
         if turned {
             let why = "tool-centre-point control is switched only while all rotary axes are at zero";
             return Err(code.fault(Cause::NotAllowed(why)));
@@ -166,6 +194,10 @@ impl Interpreter<'_> {
     }
 
     pub(super) fn obey_datum_codes(&mut self, values: &Values) -> Result<(), Fault> {
+        if !matches!(values.number(Group::NonModal), Some(40 | 100)) {
+            let why = "places and offsets of coordinates while cutter compensation is on";
+            self.refuse_compensated(values, Group::NonModal, why)?;
+        }
         match values.number(Group::NonModal) {
             Some(100) => self.set_data(values),
             Some(280) => self.go_home(values, HOME),
@@ -231,18 +263,28 @@ impl Interpreter<'_> {
         Ok(())
     }
 
-    /// G10 L1, L2 and L20.
+    /// G10 L0, L1, L2, L10, L11 and L20.
     fn set_data(&mut self, values: &Values) -> Result<(), Fault> {
         let fault = |cause| self.fault_at(values, Group::NonModal, cause);
-        let kind = values.take_whole('l', 1..=20, "L", "1, 2 or 20")?.ok_or_else(|| fault(Cause::Missing("L")))?;
+        let kind =
+            values.take_whole('l', 0..=20, "L", "0, 1, 2, 10, 11 or 20")?.ok_or_else(|| fault(Cause::Missing("L")))?;
         match kind {
-            1 => self.set_tool(values),
+            // The tool table as it was at first: nobody edits it meanwhile.
+            0 => {
+                self.tools.clone_from(&self.setup.tools);
+                Ok(())
+            }
+            1 | 10 | 11 => self.set_tool(values, kind),
             2 | 20 => {
                 let system =
                     values.take_whole('p', 0..=9, "P", "a coordinate system from 0 to 9")?.ok_or_else(|| {
                         self.fault_at(values, Group::NonModal, Cause::Missing("P, the coordinate system,"))
                     })?;
                 let system = if system == 0 { self.modes.system } else { system.unsigned_abs() as usize - 1 };
+                if system == self.modes.system {
+                    let why = "another origin of the system in force while cutter compensation is on";
+                    self.refuse_compensated(values, Group::NonModal, why)?;
+                }
                 self.set_origin(values, system, kind == 20);
                 Ok(())
             }
@@ -273,25 +315,46 @@ impl Interpreter<'_> {
         }
     }
 
-    /// G10 L1: an entry of the tool table.
-    fn set_tool(&mut self, values: &Values) -> Result<(), Fault> {
+    /// G10 L1: an entry of the tool table; L10: the offset with which the present position would read as the words say; L11: the same
+    /// in G59.3 and without G92.
+    fn set_tool(&mut self, values: &Values, kind: i32) -> Result<(), Fault> {
         let number = values
             .take_whole('p', 1..=99_999, "P", "a tool number from 1 to 99999")?
             .ok_or_else(|| self.fault_at(values, Group::NonModal, Cause::Missing("P, the tool's number,")))?;
         let mut tool = self.tools.get(&number.unsigned_abs()).copied().unwrap_or_default();
-        for axis in Axis::ALL {
-            if let Some(value) = self.take_axis(values, axis) {
+        let words = Axis::ALL.map(|axis| self.take_axis(values, axis));
+        let offset = if kind == 1 { words } else { self.offset_for(&words, kind == 11) };
+        for (axis, value) in Axis::ALL.into_iter().zip(offset) {
+            if let Some(value) = value {
                 tool.offset[axis] = if axis.is_rotary() { value.to_radians() } else { value };
             }
         }
         if let Some(radius) = self.take_length(values, 'r') {
             tool.diameter_mm = 2.0 * radius;
         }
-        // Lathe angles and orientation matter to no axis.
-        for letter in ['i', 'j', 'q'] {
+        if let Some(orientation) = values.take_whole('q', 0..=9, "Q", "an orientation from 0 to 9")? {
+            tool.orientation = orientation as u8;
+        }
+        // The angles of a lathe tool move no axis.
+        for letter in ['i', 'j'] {
             values.take(letter);
         }
         self.tools.insert(number.unsigned_abs(), tool);
         Ok(())
+    }
+
+    /// The tool offset with which the present position reads as the words say; `None` for axes without a word.
+    fn offset_for(&self, words: &[Option<f64>; 9], in_last_system: bool) -> [Option<f64>; 9] {
+        let base = ORIGINS + LAST_SYSTEM * ORIGIN_STRIDE;
+        let mut offsets = self.offsets.clone();
+        if in_last_system {
+            (offsets.origin, offsets.rotation) = (self.load(base), self.parameters.at(base + ROTATION));
+            offsets.shift = [0.0; 9];
+        }
+        let reading = offsets.to_program(&self.position);
+        let wanted: Values9 = std::array::from_fn(|i| words[i].unwrap_or(reading[i]));
+        offsets.tool = [0.0; 9];
+        let without_tool = offsets.to_machine(&wanted);
+        std::array::from_fn(|i| words[i].map(|_| self.position[i] - without_tool[i]))
     }
 }

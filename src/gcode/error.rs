@@ -85,6 +85,9 @@ pub enum Cause {
         /// Radius at the end, mm.
         end_mm: f64,
     },
+    /// A path that the compensated tool cannot follow; the message says why.
+    #[error("cutter compensation: {0}")]
+    Compensation(&'static str),
     /// An arc that cannot be drawn; the message says why.
     #[error("impossible arc: {0}")]
     Arc(&'static str),

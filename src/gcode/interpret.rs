@@ -5,9 +5,10 @@
 
 use super::block::{Block, Target};
 use super::canonical::{Axis, Move, MoveKind, Plane};
+use super::compensation::Compensation;
 use super::cycle::Sticky;
 use super::error::{Cause, Fault, GcodeError};
-use super::modal::{FeedMode, Group, Modes, Values};
+use super::modal::{FeedMode, Group, Modes, Spindle, Values};
 use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
 use super::oword::{Control, FlowTable};
 use super::parameters::Parameters;
@@ -15,11 +16,11 @@ use super::setup::Setup;
 use super::source::Source;
 use std::path::Path;
 
-/// Most moves a program may produce.
-pub const MAX_MOVES: usize = 4_000_000;
+/// Farthest an axis may be from zero, mm or degrees; farther out a number has no tenths of micrometres left.
+pub const FARTHEST: f64 = 1e9;
 
-/// Most blocks a program may execute: ends loops that never end.
-pub const MAX_EXECUTED_BLOCKS: usize = 10_000_000;
+/// `#<_vmajor>` and `#<_vminor>`: of the LinuxCNC whose meanings are followed.
+const LANGUAGE_VERSION: [f64; 2] = [2.9, 0.0];
 
 /// What a program comes to.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +78,9 @@ pub(super) struct Interpreter<'a> {
     pub tool: u32,
     pub selected_tool: u32,
     pub control: Control,
+    pub compensation: Compensation,
+    /// From the end of a G5 to the control point of the next that continues it.
+    pub spline_leaves: Option<[f64; 2]>,
     /// What a canned cycle keeps for its next block.
     pub sticky: Sticky,
     /// Under tool-centre-point control, the tool's length, mm; X, Y, Z of the position are then the tip's.
@@ -101,12 +105,20 @@ impl<'a> Interpreter<'a> {
                 inches: setup.inches,
                 system: 0,
                 diameter: setup.diameter,
-                retract_to_r: false,
+                retract_to_r: true,
                 constant_surface_speed: false,
                 feed: 0.0,
+                turning_feed: 0.0,
                 speed: 0.0,
-                spindle_turns: false,
+                spindle: Spindle::Still,
+                greatest_speed: None,
+                surface_mm_min: 0.0,
+                mist: false,
+                flood: false,
+                overrides: [true, true, false, true],
             },
+            compensation: Compensation::Off,
+            spline_leaves: None,
             sticky: Sticky::default(),
             tip_mm: None,
             parameters: Parameters::new(&setup.parameters),
@@ -131,14 +143,16 @@ impl<'a> Interpreter<'a> {
             fault
         })?;
         let mut at = 0;
-        for _ in 0..MAX_EXECUTED_BLOCKS {
+        for _ in 0..self.setup.limits.blocks {
             let Some(block) = blocks.get(at) else { return Ok(()) };
             self.at = at;
             if source.is_own(at) {
                 self.line = at as u32 + 1;
             }
             let block = block.as_ref().map_err(Clone::clone)?;
-            self.refresh_parameters();
+            if block.reads_parameters {
+                self.refresh_parameters();
+            }
             at = match &block.flow {
                 Some(flow) => self.obey_flow(&table, blocks, flow, at)?,
                 None => match self.execute(block, &table, at)? {
@@ -147,7 +161,7 @@ impl<'a> Interpreter<'a> {
                 },
             };
         }
-        Err(Fault::new(1, "", Cause::Limit { limit: MAX_EXECUTED_BLOCKS, what: "blocks executed" }))
+        Err(Fault::new(1, "", Cause::Limit { limit: self.setup.limits.blocks, what: "blocks executed" }))
     }
 
     /// Executes a block at index `at`: evaluates everything, then assigns, then obeys.
@@ -173,15 +187,16 @@ impl<'a> Interpreter<'a> {
 
     /// Brings the parameters that mirror the controller's state up to date.
     fn refresh_parameters(&mut self) {
-        let program = self.offsets.to_program(&self.position);
+        let mut position = self.position;
+        self.compensation.place(&mut position);
+        let program = self.offsets.to_program(&position);
         let in_units = |i: usize, value: f64, halved: bool| match Axis::ALL[i] {
             axis if axis.is_rotary() => value,
             Axis::X if halved && self.modes.diameter => 2.0 * value / self.modes.unit_mm(),
             _ => value / self.modes.unit_mm(),
         };
         let relative: Values9 = std::array::from_fn(|i| in_units(i, program[i], true));
-        let absolute: Values9 = std::array::from_fn(|i| in_units(i, self.position[i], false));
-        let tool: Values9 = std::array::from_fn(|i| in_units(i, self.offsets.tool[i], false));
+        let absolute: Values9 = std::array::from_fn(|i| in_units(i, position[i], false));
         let modes = &self.modes;
         let plane = match modes.plane {
             Plane::Xy => 170.0,
@@ -211,14 +226,36 @@ impl<'a> Interpreter<'a> {
             f64::from(self.line),
             0.0, // _task: nobody's machine is waiting
             0.0,
+            self.compensation.on().map_or(400.0, |offset| f64::from(offset.code)),
+            yes(self.offsets.tool != [0.0; 9]),
+            yes(modes.retract_to_r),
+            yes(!modes.retract_to_r),
+            yes(!modes.constant_surface_speed),
+            yes(modes.constant_surface_speed),
+            yes(modes.arc_centre_absolute),
+            yes(modes.spindle != Spindle::Still),
+            yes(modes.spindle == Spindle::Clockwise),
+            yes(modes.mist),
+            yes(modes.flood),
+            yes(modes.overrides[1]),
+            yes(modes.overrides[0]),
+            yes(modes.overrides[2]),
+            yes(modes.overrides[3]),
+            1.0, // _metric_machine
+            LANGUAGE_VERSION[0],
+            LANGUAGE_VERSION[1],
         ];
         let parameters = &mut self.parameters;
         parameters.system[..9].copy_from_slice(&relative);
         parameters.system[9..18].copy_from_slice(&absolute);
         parameters.system[18..18 + state.len()].copy_from_slice(&state);
+        let tool = self.tools.get(&self.tool).copied().unwrap_or_default();
+        let offset = from_canonical(&tool.offset);
         parameters.put(5400, f64::from(self.tool));
+        parameters.put(5410, tool.diameter_mm);
+        parameters.put(5413, f64::from(tool.orientation));
         for i in 0..9 {
-            parameters.put(5401 + i, tool[i]);
+            parameters.put(5401 + i, offset[i]);
             parameters.put(5420 + i, relative[i]);
         }
     }
@@ -265,6 +302,7 @@ impl<'a> Interpreter<'a> {
             }
             let scale = if self.modes.feed_mode == FeedMode::InverseTime { 1.0 } else { self.modes.unit_mm() };
             self.modes.feed = feed * scale;
+            self.modes.turning_feed = feed;
         }
         if let Some(speed) = values.take('s') {
             if speed < 0.0 {
@@ -274,12 +312,18 @@ impl<'a> Interpreter<'a> {
         }
         match values.number(Group::SpindleMode) {
             Some(960) => {
-                // D is the greatest spindle speed.
-                values.take('d');
+                if !values.has('s') {
+                    return Err(self.fault_at(values, Group::SpindleMode, Cause::Missing("S, the surface speed,")));
+                }
+                self.modes.greatest_speed = values.take('d').filter(|&limit| limit != 0.0).map(f64::abs);
                 self.modes.constant_surface_speed = true;
             }
             Some(_) => self.modes.constant_surface_speed = false,
             None => {}
+        }
+        if values.has('s') && self.modes.constant_surface_speed {
+            // S is feet a minute in G20, metres a minute in G21.
+            self.modes.surface_mm_min = self.modes.speed * if self.modes.inches { 304.8 } else { 1000.0 };
         }
         Ok(())
     }
@@ -291,6 +335,9 @@ impl<'a> Interpreter<'a> {
         }
         match values.number(Group::ToolChange) {
             Some(6) => {
+                let why = "another tool while cutter compensation is on";
+                self.refuse_compensated(values, Group::ToolChange, why)?;
+                self.modes.spindle = Spindle::Still;
                 self.tool = self.selected_tool;
                 self.emit(MoveKind::ToolChange { tool: self.tool }, None)?;
             }
@@ -309,7 +356,23 @@ impl<'a> Interpreter<'a> {
     /// Spindle, coolant and overrides move nothing; their words are checked all the same.
     fn obey_spindle_and_coolant(&mut self, values: &Values) -> Result<(), Fault> {
         if let Some(code) = values.number(Group::Spindle) {
-            self.modes.spindle_turns = code != 5;
+            self.modes.spindle = match code {
+                3 => Spindle::Clockwise,
+                4 => Spindle::Counterclockwise,
+                _ => Spindle::Still,
+            };
+        }
+        if values.code(Group::Orient).is_some() {
+            values.take('r');
+            values.take_whole('p', 0..=2, "P", "0, 1 or 2")?;
+            values.take('q');
+        }
+        values.take_whole('$', 0..=0, "$", "0: there is one spindle")?;
+        match values.number(Group::Coolant) {
+            Some(7) => self.modes.mist = true,
+            Some(8) => self.modes.flood = true,
+            Some(_) => (self.modes.mist, self.modes.flood) = (false, false),
+            None => {}
         }
         // Inputs and outputs of a controller that is not there.
         if values.code(Group::Signal).is_some() {
@@ -317,8 +380,14 @@ impl<'a> Interpreter<'a> {
                 values.take(letter);
             }
         }
-        if matches!(values.number(Group::Override), Some(50..=53)) {
-            values.take_whole('p', 0..=1, "P", "0 or 1")?;
+        if let Some(code) = values.number(Group::Override) {
+            let overrides = &mut self.modes.overrides;
+            if code < 50 {
+                (overrides[0], overrides[1]) = (code == 48, code == 48);
+            } else {
+                let on = values.take_whole('p', 0..=1, "P", "0 or 1")?.unwrap_or(1);
+                overrides[(code - 50).unsigned_abs() as usize] = on == 1;
+            }
         }
         Ok(())
     }
@@ -336,19 +405,29 @@ impl<'a> Interpreter<'a> {
 
     /// A fault at a block's code.
     pub fn fault_at(&self, values: &Values, group: Group, cause: Cause) -> Fault {
-        match values.code(group) {
-            Some(code) => code.fault(cause),
-            None => Fault::new(1, "", cause),
-        }
+        values.fault_at(group, cause)
     }
 
     /// Records a move that ends where the machine is.
     pub fn emit(&mut self, kind: MoveKind, feed_mm_min: Option<f64>) -> Result<(), Fault> {
-        if self.moves.len() >= MAX_MOVES {
-            return Err(Fault::new(1, "", Cause::Limit { limit: MAX_MOVES, what: "moves" }));
+        let limit = self.setup.limits.moves;
+        if self.moves.len() >= limit {
+            return Err(Fault::new(1, "", Cause::Limit { limit, what: "moves" }));
         }
-        let end = to_canonical(&self.position);
-        self.moves.push(Move { line: self.line, kind, end, tip_mm: self.tip_mm, feed_mm_min });
+        let mut position = self.position;
+        self.compensation.place(&mut position);
+        if let Some((axis, _)) = Axis::ALL.into_iter().zip(position).find(|(_, x)| x.is_nan() || x.abs() > FARTHEST) {
+            return Err(Fault::new(1, axis.letter(), Cause::Domain("an axis farther than 1e9 from zero")));
+        }
+        let end = to_canonical(&position);
+        self.moves.push(Move {
+            line: self.line,
+            kind,
+            end,
+            tip_mm: self.tip_mm,
+            feed_mm_min,
+            spindle_rpm: self.spindle_rpm(),
+        });
         Ok(())
     }
 }

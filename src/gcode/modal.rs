@@ -33,6 +33,7 @@ pub(super) enum Group {
     Stop,
     ToolChange,
     Spindle,
+    Orient,
     Coolant,
     Override,
     Subprogram,
@@ -41,7 +42,7 @@ pub(super) enum Group {
     User,
 }
 
-const GROUPS: usize = 24;
+const GROUPS: usize = 25;
 
 fn g_group(tenths: i32) -> Option<Group> {
     Some(match tenths {
@@ -51,7 +52,10 @@ fn g_group(tenths: i32) -> Option<Group> {
         | 10
         | 20
         | 30
+        | 50
+        | 51
         | 330
+        | 331
         | 382..=385
         | 730
         | 740
@@ -71,7 +75,7 @@ fn g_group(tenths: i32) -> Option<Group> {
         901 | 911 => Group::ArcDistance,
         930 | 940 | 950 => Group::FeedMode,
         200 | 210 => Group::Units,
-        400 | 410 | 420 => Group::CutterCompensation,
+        400 | 410 | 411 | 420 | 421 => Group::CutterCompensation,
         430 | 431 | 432 | 434 | 490 => Group::ToolLength,
         980 | 990 => Group::Return,
         540 | 550 | 560 | 570 | 580 | 590..=593 => Group::Coordinates,
@@ -87,6 +91,7 @@ fn m_group(code: i32) -> Option<Group> {
         0 | 1 | 2 | 30 | 60 => Group::Stop,
         6 | 61 => Group::ToolChange,
         3..=5 => Group::Spindle,
+        19 => Group::Orient,
         7..=9 => Group::Coolant,
         48..=53 => Group::Override,
         62..=68 => Group::Signal,
@@ -133,13 +138,14 @@ pub(super) struct Values {
     codes: [Option<Code>; GROUPS],
 }
 
-/// The letters and `@`, `^`.
-const SLOTS: usize = 28;
+/// The letters and `@`, `^`, `$`.
+const SLOTS: usize = 29;
 
 fn slot(letter: char) -> usize {
     match letter {
         '@' => 26,
         '^' => 27,
+        '$' => 28,
         _ => letter as usize - 'a' as usize,
     }
 }
@@ -169,13 +175,15 @@ impl Values {
             }
             let Some((group, number)) = group else { return Err(fault(Cause::Unsupported)) };
             let entry = &mut values.codes[group as usize];
-            // M7 and M8 are the one pair of a group that may stand together.
-            if let Some(first) = entry
-                && group != Group::Coolant
-            {
+            if let Some(first) = entry {
                 return Err(fault(Cause::ModalConflict(first.text.clone())));
             }
             *entry = Some(Code { number, column: word.column, text: word.text.clone() });
+        }
+        // G53 is of the group of G4 and G10, but may stand beside a motion, which is not.
+        if let (Some(first), Some(second)) = (values.code(Group::NonModal), values.code(Group::Absolute)) {
+            let (first, second) = if first.column < second.column { (first, second) } else { (second, first) };
+            return Err(second.fault(Cause::ModalConflict(first.text.clone())));
         }
         Ok(values)
     }
@@ -214,6 +222,24 @@ impl Values {
         match whole(number).filter(|number| range.contains(number)) {
             Some(number) => Ok(Some(number)),
             None => Err(self.fault(letter, Cause::Range(name, must_be))),
+        }
+    }
+
+    /// A fault at the code that moves the axes, or at the block's first word when the code stands in a block before.
+    pub fn motion_fault(&self, cause: Cause) -> Fault {
+        self.fault_at(Group::Motion, cause)
+    }
+
+    /// A fault at the code of a group, or at the block's first word.
+    pub fn fault_at(&self, group: Group, cause: Cause) -> Fault {
+        if let Some(code) = self.code(group) {
+            return code.fault(cause);
+        }
+        let words = self.letters.iter().flatten().map(|value| (value.column, &value.text));
+        let codes = self.codes.iter().flatten().map(|code| (code.column, &code.text));
+        match words.chain(codes).min() {
+            Some((column, text)) => Fault::new(column, text.clone(), cause),
+            None => Fault::new(1, "", cause),
         }
     }
 
@@ -260,6 +286,18 @@ pub(super) enum FeedMode {
     PerRevolution,
 }
 
+/// What the spindle does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Spindle {
+    /// M5.
+    #[default]
+    Still,
+    /// M3.
+    Clockwise,
+    /// M4.
+    Counterclockwise,
+}
+
 /// The modes that outlive a block.
 #[derive(Clone, Debug)]
 pub(super) struct Modes {
@@ -279,10 +317,22 @@ pub(super) struct Modes {
     pub constant_surface_speed: bool,
     /// F as programmed, in mm or degrees per minute or revolution, or 1/min for G93.
     pub feed: f64,
+    /// F as programmed: for moves that only turn, degrees per minute whatever the unit of length.
+    pub turning_feed: f64,
     /// S as programmed.
     pub speed: f64,
-    /// Whether M3 or M4 is in force.
-    pub spindle_turns: bool,
+    /// Whether M3 or M4 is in force, and which.
+    pub spindle: Spindle,
+    /// The greatest spindle speed under G96, revolutions per minute; `None` for no limit.
+    pub greatest_speed: Option<f64>,
+    /// The surface speed of G96.
+    pub surface_mm_min: f64,
+    /// M7 and M8.
+    pub mist: bool,
+    pub flood: bool,
+    /// Whether feed override (M50), speed override (M51), adaptive feed (M52) and feed hold (M53) are allowed. They move
+    /// nothing, but programs may ask.
+    pub overrides: [bool; 4],
 }
 
 impl Modes {

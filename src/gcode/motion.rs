@@ -1,24 +1,27 @@
-//! Modes and the motion codes G0, G1, G2, G3, G53.
+//! Modes and the motion codes G0, G1, G2, G3, G38.2 to G38.5, G53.
 
 use super::arc::{Circle, from_centre, from_radius};
 use super::canonical::{Axis, MoveKind, Plane};
+use super::compensation::Compensation;
 use super::cycle::{Sticky, is_cycle};
 use super::error::{Cause, Fault};
+use super::feed::{NO_TRAVEL_MM, Travel, travel, travel_squared};
 use super::interpret::Interpreter;
-use super::modal::{FeedMode, Group, Values};
+use super::modal::{Group, Values};
 use super::offsets::{Values9, turn};
-
-/// Travel shorter than this, mm, is none: the move is timed by its rotary travel.
-const NO_TRAVEL_MM: f64 = 1e-9;
 
 impl Interpreter<'_> {
     pub(super) fn set_modes(&mut self, values: &Values) -> Result<(), Fault> {
         if let Some(plane) = values.number(Group::Plane) {
-            self.modes.plane = match plane {
+            let plane = match plane {
                 170 => Plane::Xy,
                 180 => Plane::Zx,
                 _ => Plane::Yz,
             };
+            if plane != self.modes.plane {
+                self.refuse_compensated(values, Group::Plane, "another plane while cutter compensation is on")?;
+            }
+            self.modes.plane = plane;
         }
         if let Some(units) = values.number(Group::Units) {
             self.modes.inches = units == 200;
@@ -26,10 +29,11 @@ impl Interpreter<'_> {
         if let Some(diameter) = values.number(Group::Diameter) {
             self.modes.diameter = diameter == 70;
         }
-        if matches!(values.number(Group::CutterCompensation), Some(410 | 420)) {
-            return Err(self.fault_at(values, Group::CutterCompensation, Cause::Unsupported));
-        }
+        self.set_compensation(values)?;
+        self.refuse_compensated(values, Group::ToolLength, "another tool offset while cutter compensation is on")?;
         self.set_tool_offset(values)?;
+        let why = "another coordinate system while cutter compensation is on";
+        self.refuse_compensated(values, Group::Coordinates, why)?;
         if let Some(system) = values.number(Group::Coordinates) {
             let index = if system < 590 { (system - 540) / 10 } else { 5 + system - 590 };
             self.select_system(index.unsigned_abs() as usize);
@@ -120,7 +124,11 @@ impl Interpreter<'_> {
                 self.sticky = Sticky::default();
             }
         }
+        if !matches!(self.modes.motion, Some(50)) {
+            self.spline_leaves = None;
+        }
         let absolute = values.number(Group::Absolute).is_some();
+        self.refuse_compensated(values, Group::Absolute, "G53 while cutter compensation is on")?;
         if absolute && !matches!(self.modes.motion, Some(0 | 10)) {
             return Err(self.fault_at(values, Group::Absolute, Cause::NotAllowed("G53 needs G0 or G1")));
         }
@@ -133,10 +141,19 @@ impl Interpreter<'_> {
                     return Ok(());
                 }
                 let target = if absolute { self.absolute_target(values) } else { self.target(values) };
-                if code == 0 { self.rapid_to(target) } else { self.feed_to(target, values) }
+                if code == 0 {
+                    self.straight_to(target, MoveKind::Rapid, None, values)
+                } else {
+                    self.feed_to(target, values)
+                }
             }
             Some(code @ (20 | 30)) => self.arc(values, code == 20),
-            Some(330) => self.thread_move(values),
+            Some(code @ (50 | 51)) => self.spline(values, code),
+            Some(_) if self.compensation.on().is_some() => {
+                let why = "another motion than G0 to G3 while cutter compensation is on";
+                Err(values.motion_fault(Cause::NotAllowed(why)))
+            }
+            Some(code @ (330 | 331)) => self.thread_move(values, code == 331),
             // A probe that nothing stops: the whole move.
             Some(382..=385) if values.has_axis() => self.probe(values),
             Some(760) => self.thread_cycle(values),
@@ -158,31 +175,24 @@ impl Interpreter<'_> {
         Ok(())
     }
 
-    /// A rapid move.
+    /// A rapid move; cutter compensation is off.
     pub(super) fn rapid_to(&mut self, target: Values9) -> Result<(), Fault> {
+        self.compensation = Compensation::Off;
         self.position = target;
         self.emit(MoveKind::Rapid, None)
     }
 
-    /// A straight feed move.
-    pub(super) fn feed_to(&mut self, target: Values9, values: &Values) -> Result<(), Fault> {
-        let feed = self.feed_for(travel(&self.position, &target), values)?;
+    /// A straight move at a feed rate; cutter compensation is off.
+    pub(super) fn feed_at(&mut self, target: Values9, feed: Option<f64>) -> Result<(), Fault> {
+        self.compensation = Compensation::Off;
         self.position = target;
         self.emit(MoveKind::Feed, feed)
     }
 
-    /// Feed rate in mm/min of a move of this length; degrees/min for one that only turns. `None` when it hangs on a
-    /// spindle speed that is not known.
-    pub(super) fn feed_for(&self, length: f64, values: &Values) -> Result<Option<f64>, Fault> {
-        if self.modes.feed <= 0.0 {
-            return Err(self.fault_at(values, Group::Motion, Cause::Missing("a feed rate F above 0")));
-        }
-        Ok(match self.modes.feed_mode {
-            FeedMode::PerMinute => Some(self.modes.feed),
-            FeedMode::InverseTime => Some(self.modes.feed * length),
-            FeedMode::PerRevolution => (!self.modes.constant_surface_speed && self.modes.speed > 0.0)
-                .then_some(self.modes.feed * self.modes.speed),
-        })
+    /// A straight feed move.
+    pub(super) fn feed_to(&mut self, target: Values9, values: &Values) -> Result<(), Fault> {
+        let feed = self.feed_for(travel(&self.position, &target), &target, values)?;
+        self.straight_to(target, MoveKind::Feed, feed, values)
     }
 
     /// G2 and G3.
@@ -200,7 +210,15 @@ impl Interpreter<'_> {
         let radius = (self.position[first] - circle.centre[0]).hypot(self.position[second] - circle.centre[1]);
         let mut along = travel_squared(&self.position, &target);
         along -= (target[first] - self.position[first]).powi(2) + (target[second] - self.position[second]).powi(2);
-        let feed = self.feed_for((radius * circle.sweep).hypot(along.max(0.0).sqrt()), values)?;
+        let feed =
+            self.feed_for(Travel::Along((radius * circle.sweep).hypot(along.max(0.0).sqrt())), &target, values)?;
+        if self.compensation.on().is_some() {
+            return self.compensated_arc(target, &circle, turns, feed, values);
+        }
+        if self.compensation.is_leaving() {
+            let why = "an arc right behind G40: the move that leads out must be straight";
+            return Err(values.motion_fault(Cause::NotAllowed(why)));
+        }
         self.position = target;
         self.emit(MoveKind::Arc { plane, centre: circle.centre, sweep: circle.sweep }, feed)
     }
@@ -244,18 +262,3 @@ impl Interpreter<'_> {
 
 /// Most turns of one arc.
 const MAX_TURNS: i32 = 100_000;
-
-fn travel_squared(from: &Values9, to: &Values9) -> f64 {
-    let linear = Axis::ALL.into_iter().filter(|axis| !axis.is_rotary());
-    linear.map(|axis| (to[axis as usize] - from[axis as usize]).powi(2)).sum()
-}
-
-/// Length of a straight move, mm; degrees when it only turns.
-fn travel(from: &Values9, to: &Values9) -> f64 {
-    let linear = travel_squared(from, to).sqrt();
-    if linear > NO_TRAVEL_MM {
-        return linear;
-    }
-    let rotary = Axis::ALL.into_iter().filter(|axis| axis.is_rotary());
-    rotary.map(|axis| (to[axis as usize] - from[axis as usize]).powi(2)).sum::<f64>().sqrt()
-}

@@ -327,9 +327,14 @@ impl Interpreter<'_> {
         }
     }
 
-    /// Restores kept modes; the motion code is not one of them (LinuxCNC, "M70").
+    /// Restores kept modes; the motion code is not one of them (LinuxCNC, "M70"), nor are plane and system while cutter
+    /// compensation hangs on them.
     fn restore_modes(&mut self, modes: &Modes) {
-        self.modes = Modes { motion: self.modes.motion, spindle_turns: self.modes.spindle_turns, ..modes.clone() };
+        let mut modes = modes.clone();
+        if self.compensation.on().is_some() {
+            (modes.plane, modes.system) = (self.modes.plane, self.modes.system);
+        }
+        self.modes = Modes { motion: self.modes.motion, spindle: self.modes.spindle, ..modes };
         self.select_system(self.modes.system);
     }
 

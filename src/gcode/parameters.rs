@@ -13,7 +13,7 @@ pub(super) const MAX_PARAMETER: usize = 5601;
 pub(super) const LOCAL_PARAMETERS: usize = 30;
 
 /// The predefined named parameters, in the order of [`Parameters::system`].
-pub(super) const SYSTEM_NAMES: [&str; 40] = [
+pub(super) const SYSTEM_NAMES: [&str; 58] = [
     "_x",
     "_y",
     "_z",
@@ -52,6 +52,24 @@ pub(super) const SYSTEM_NAMES: [&str; 40] = [
     "_line",
     "_task",
     "_remap_level",
+    "_ccomp",
+    "_tool_offset",
+    "_retract_r_plane",
+    "_retract_old_z",
+    "_spindle_rpm_mode",
+    "_spindle_css_mode",
+    "_ijk_absolute_mode",
+    "_spindle_on",
+    "_spindle_cw",
+    "_mist",
+    "_flood",
+    "_speed_override",
+    "_feed_override",
+    "_adaptive_feed",
+    "_feed_hold",
+    "_metric_machine",
+    "_vmajor",
+    "_vminor",
     "_value",
     "_value_returned",
 ];

@@ -1,13 +1,34 @@
 //! Sampling: from canonical moves to axis positions along the path.
 //!
-//! Straight moves are straight in axis space. An arc turns about its centre while all other axes, and the radius where
-//! start and end differ, change in proportion to the angle.
+//! Feed moves are straight in axis space. An arc turns about its centre while all other axes, and the radius where start and end
+//! differ, change in proportion to the angle. A rapid move is straight too, or a dog-leg: every axis sets out at its own rapid rate
+//! and stops where it arrives, one after another, as controllers do that do not interpolate G0.
 
 use super::canonical::{Axis, Move, MoveKind, Position};
 use super::interpret::Program;
+use thiserror::Error;
 
-/// Most samples of one move. A finer step than this allows is coarsened.
-pub const MAX_SAMPLES_PER_MOVE: usize = 10_000_000;
+/// Most samples of a path: about a gigabyte of them.
+pub const MAX_SAMPLES: usize = 10_000_000;
+
+/// A path that would have more than [`MAX_SAMPLES`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("the path needs more than {limit} samples up to here; larger steps need fewer", limit = MAX_SAMPLES)]
+pub struct TooManySamples {
+    /// The line on which it becomes too many.
+    pub line: u32,
+}
+
+/// How rapid moves go.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum RapidPath {
+    /// Straight in axis space.
+    #[default]
+    Straight,
+    /// Each axis at its own rate, mm/min or radians/min, above zero. Under tool-centre-point control, where positions are the
+    /// tip's, rapids go straight nevertheless.
+    DogLeg([f64; 9]),
+}
 
 /// How finely to sample. Steps that are not above zero are taken as infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,27 +64,100 @@ pub struct Sample {
 
 /// The samples of a program: each move's inner points and its end, in order. Moves that go nowhere (dwell, tool change)
 /// give one sample. The start itself is not among them.
-#[must_use]
-pub fn sample(program: &Program, start: &Position, sampling: &Sampling) -> Vec<Sample> {
-    let mut samples = Vec::new();
+///
+/// # Errors
+/// When there would be too many.
+pub fn sample(
+    program: &Program,
+    start: &Position,
+    sampling: &Sampling,
+    rapids: &RapidPath,
+) -> Result<Vec<Sample>, TooManySamples> {
+    let mut samples = Vec::with_capacity(count(program, start, sampling, rapids)?);
     let mut from = *start;
     for (move_index, step) in program.moves.iter().enumerate() {
-        let pieces = pieces(&from, step, sampling);
-        for piece in 1..=pieces {
-            let fraction = piece as f64 / pieces as f64;
-            let position = if piece == pieces { step.end } else { point_at(&from, step, fraction) };
-            let rapid = step.kind == MoveKind::Rapid;
-            samples.push(Sample { position, line: step.line, rapid, move_index, fraction });
+        let (line, rapid) = (step.line, step.kind == MoveKind::Rapid);
+        let mut begin = 0.0;
+        for leg in legs(&from, step, rapids) {
+            let pieces = pieces(&leg.from, step, &leg.to, sampling);
+            for piece in 1..=pieces {
+                let part = piece as f64 / pieces as f64;
+                let last = piece == pieces;
+                let position = if last { leg.to } else { point_at(&leg.from, step, &leg.to, part) };
+                let fraction = if last { leg.until } else { begin + part * (leg.until - begin) };
+                samples.push(Sample { position, line, rapid, move_index, fraction });
+            }
+            begin = leg.until;
         }
         from = step.end;
     }
-    samples
+    Ok(samples)
 }
 
-/// The place a part `fraction` of the way along a move from `start`.
-#[must_use]
-pub fn point_at(start: &Position, step: &Move, fraction: f64) -> Position {
-    let mut point = Position(std::array::from_fn(|i| start.0[i] + (step.end.0[i] - start.0[i]) * fraction));
+/// How many samples [`sample`] gives.
+///
+/// # Errors
+/// When they are too many.
+pub fn count(
+    program: &Program,
+    start: &Position,
+    sampling: &Sampling,
+    rapids: &RapidPath,
+) -> Result<usize, TooManySamples> {
+    let (mut total, mut from) = (0_usize, *start);
+    for step in &program.moves {
+        for leg in legs(&from, step, rapids) {
+            total = total.saturating_add(pieces(&leg.from, step, &leg.to, sampling));
+        }
+        if total > MAX_SAMPLES {
+            return Err(TooManySamples { line: step.line });
+        }
+        from = step.end;
+    }
+    Ok(total)
+}
+
+/// A stretch of a move that is an arc or straight.
+#[derive(Clone, Copy, Debug)]
+struct Leg {
+    from: Position,
+    to: Position,
+    /// How much of the move's time is over at its end.
+    until: f64,
+}
+
+/// The legs of a move: one, but for a dog-leg.
+fn legs(from: &Position, step: &Move, rapids: &RapidPath) -> Vec<Leg> {
+    let whole = Leg { from: *from, to: step.end, until: 1.0 };
+    let (RapidPath::DogLeg(rates), MoveKind::Rapid, None) = (rapids, step.kind, step.tip_mm) else {
+        return vec![whole];
+    };
+    // When each axis arrives, minutes.
+    let arrivals: [f64; 9] = std::array::from_fn(|i| (step.end.0[i] - from.0[i]).abs() / rates[i]);
+    let mut times: Vec<f64> = arrivals.into_iter().filter(|&time| time > 0.0).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    let Some(&end) = times.last() else { return vec![whole] };
+    let place = |time: f64| {
+        Position(std::array::from_fn(|i| {
+            if time >= arrivals[i] {
+                step.end.0[i]
+            } else {
+                from.0[i] + (step.end.0[i] - from.0[i]) * (time / arrivals[i])
+            }
+        }))
+    };
+    let mut legs: Vec<Leg> = Vec::with_capacity(times.len());
+    for time in times {
+        let from = legs.last().map_or(*from, |leg| leg.to);
+        legs.push(Leg { from, to: place(time), until: time / end });
+    }
+    legs
+}
+
+/// The place a part `fraction` of the way along a leg of a move.
+fn point_at(start: &Position, step: &Move, end: &Position, fraction: f64) -> Position {
+    let mut point = Position(std::array::from_fn(|i| start.0[i] + (end.0[i] - start.0[i]) * fraction));
     if let MoveKind::Arc { plane, centre, sweep } = step.kind {
         let [first, second, _] = plane.axes();
         let radius = |at: &Position| (at[first] - centre[0]).hypot(at[second] - centre[1]);
@@ -93,35 +187,81 @@ pub fn length(start: &Position, step: &Move) -> f64 {
     if along > 1e-9 { along } else { norm(&[Axis::A, Axis::B, Axis::C]).to_degrees() }
 }
 
-/// Into how many pieces a move is cut.
-fn pieces(start: &Position, step: &Move, sampling: &Sampling) -> usize {
+/// Into how many pieces a leg of a move is cut.
+fn pieces(start: &Position, step: &Move, end: &Position, sampling: &Sampling) -> usize {
     // What goes nowhere may still change what positions mean: under tool-centre-point control they are the tip's.
     if matches!(step.kind, MoveKind::Dwell { .. } | MoveKind::ToolChange { .. }) {
         return 1;
     }
-    let change = |axis: Axis| step.end[axis] - start[axis];
+    let change = |axis: Axis| end[axis] - start[axis];
     let length = |axes: [Axis; 3]| axes.map(|axis| change(axis).powi(2)).iter().sum::<f64>().sqrt();
     let mut linear = length([Axis::X, Axis::Y, Axis::Z]).max(length([Axis::U, Axis::V, Axis::W]));
     let rotary = [Axis::A, Axis::B, Axis::C].map(|axis| change(axis).abs()).into_iter().fold(0.0, f64::max);
-    let mut needed = count(rotary.to_degrees(), sampling.step_deg);
+    let mut needed = steps(rotary.to_degrees(), sampling.step_deg);
     if let MoveKind::Arc { plane, centre, sweep } = step.kind {
         let [first, second, normal] = plane.axes();
         let radius = |at: &Position| (at[first] - centre[0]).hypot(at[second] - centre[1]);
-        let radius = radius(start).max(radius(&step.end));
+        let radius = radius(start).max(radius(end));
         linear = linear.max((radius * sweep).hypot(change(normal)));
         // A chord over the angle a leaves a circle by r (1 - cos(a / 2)).
         if sampling.chord_mm > 0.0 && radius > sampling.chord_mm {
             let angle = 2.0 * (1.0 - sampling.chord_mm / radius).acos();
-            needed = needed.max(count(sweep.abs(), angle));
+            needed = needed.max(steps(sweep.abs(), angle));
         }
         // Fewer than four pieces to the turn would not look like an arc whatever the tolerance.
-        needed = needed.max(count(sweep.abs(), std::f64::consts::FRAC_PI_2));
+        needed = needed.max(steps(sweep.abs(), std::f64::consts::FRAC_PI_2));
     }
-    needed.max(count(linear, sampling.step_mm)).clamp(1, MAX_SAMPLES_PER_MOVE)
+    needed.max(steps(linear, sampling.step_mm)).max(1)
 }
 
 /// How many steps a travel needs. A travel that is a whole number of steps but for rounding needs no further one.
-fn count(travel: f64, step: f64) -> usize {
+fn steps(travel: f64, step: f64) -> usize {
     const ROUNDING: f64 = 1e-9;
     if step > 0.0 { (travel / step - ROUNDING).ceil() as usize } else { 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gcode::{Setup, interpret};
+
+    fn run(source: &str) -> Program {
+        interpret(source, std::path::Path::new("path.ngc"), &Setup::default()).unwrap()
+    }
+
+    fn ends(samples: &[Sample]) -> Vec<(f64, [f64; 3], f64)> {
+        samples.iter().map(|s| (s.position[Axis::X], [1, 2, 3].map(|i| s.position.0[i]), s.fraction)).collect()
+    }
+
+    #[test]
+    fn on_a_dog_leg_every_axis_arrives_in_its_own_time() {
+        let program = run("G0 X100 Y50 A90\nM2");
+        let coarse = Sampling { step_mm: f64::INFINITY, step_deg: f64::INFINITY, chord_mm: 0.0 };
+        // X in 0.1 min, Y in 0.05, A in 0.2: at 0.05 X is half way and A a quarter, at 0.1 A is half way.
+        let mut rates = [1000.0; 9];
+        rates[3] = 450_f64.to_radians();
+        let samples = sample(&program, &Position::default(), &coarse, &RapidPath::DogLeg(rates)).unwrap();
+        let angle = |deg: f64| deg.to_radians();
+        let expected = [
+            (50.0, [50.0, 0.0, angle(22.5)], 0.25),
+            (100.0, [50.0, 0.0, angle(45.0)], 0.5),
+            (100.0, [50.0, 0.0, angle(90.0)], 1.0),
+        ];
+        for ((x, others, fraction), wanted) in ends(&samples).into_iter().zip(expected) {
+            assert!((x - wanted.0).abs() < 1e-12 && (fraction - wanted.2).abs() < 1e-12);
+            assert!(others.iter().zip(wanted.1).all(|(a, b)| (a - b).abs() < 1e-12), "{others:?}");
+        }
+        assert_eq!(samples.len(), 3);
+        assert_eq!(sample(&program, &Position::default(), &coarse, &RapidPath::Straight).unwrap().len(), 1);
+    }
+
+    #[test]
+    fn a_path_of_too_many_samples_is_refused_before_it_is_made() {
+        let program = run("G0 X1\nG1 X100000 F1\nM2");
+        let fine = Sampling { step_mm: 0.001, step_deg: 1.0, chord_mm: 0.01 };
+        let error = sample(&program, &Position::default(), &fine, &RapidPath::Straight).unwrap_err();
+        assert_eq!(error.line, 2);
+        let counted = count(&program, &Position::default(), &Sampling::default(), &RapidPath::Straight);
+        assert_eq!(counted, Ok(100_000)); // 1 mm at 1 mm, then 99 999 mm
+    }
 }

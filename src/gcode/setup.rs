@@ -17,15 +17,18 @@ pub struct WorkOffset {
 pub struct Tool {
     /// What G43 adds to the axes: length in Z, on lathes also X; mm and radians.
     pub offset: Position,
-    /// Cutting diameter, mm; for G41 and G42.
+    /// Cutting diameter, or twice the nose radius, mm; for G41 and G42.
     pub diameter_mm: f64,
+    /// On lathes, which way the tool points: 1 to 9 as in LinuxCNC's tool table; 0 for milling tools.
+    pub orientation: u8,
 }
 
 impl Tool {
     /// A milling tool.
     #[must_use]
     pub fn with_length(length_mm: f64, diameter_mm: f64) -> Self {
-        Self { offset: Position([0.0, 0.0, length_mm, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), diameter_mm }
+        let offset = Position([0.0, 0.0, length_mm, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        Self { offset, diameter_mm, orientation: 0 }
     }
 }
 
@@ -40,7 +43,23 @@ pub enum UserCode {
     Ignore,
 }
 
-/// State of the controller at the program's start. The default is a mill: G54 with all offsets zero, G17, G21, G90, G94, G8.
+/// How far a program may go before it is given up as one that never ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Most moves: four million take about 700 MB.
+    pub moves: usize,
+    /// Most blocks executed, those of subroutines and loops each time.
+    pub blocks: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { moves: 4_000_000, blocks: 10_000_000 }
+    }
+}
+
+/// State of the controller at the program's start. The default is a mill: G54 with all offsets zero, G8, G17, G21, G90,
+/// G91.1, G94, G97, G99: LinuxCNC's.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Setup {
     /// Axis positions, mm and radians.
@@ -69,6 +88,8 @@ pub struct Setup {
     pub probe_stops_short_mm: f64,
     /// Parameters set beforehand: by name without `#<>`, or by number in digits.
     pub parameters: BTreeMap<String, f64>,
+    /// When to give up.
+    pub limits: Limits,
 }
 
 impl Setup {

@@ -1,4 +1,4 @@
-//! Threads: G33, a move in step with the spindle, and G76, the threading cycle (LinuxCNC, "G33", "G76").
+//! Threads: G33, a move in step with the spindle, G33.1, tapping, and G76, the threading cycle (LinuxCNC, "G33", "G33.1", "G76").
 //!
 //! Pass n of G76 goes J n^(1/R) deep below the thread's peak until it is K deep, then H more times. Each pass starts
 //! further along by the tangent of the compound slide's angle Q; E and L cut the entry or the exit as a slope.
@@ -6,7 +6,7 @@
 use super::canonical::Plane;
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
-use super::modal::{Group, Values};
+use super::modal::{Group, Spindle, Values};
 
 /// A cut this near the full depth, mm, is the full depth but for rounding.
 const ROUNDING_MM: f64 = 1e-9;
@@ -37,25 +37,25 @@ struct Thread {
 }
 
 impl Interpreter<'_> {
-    /// G33: a straight move whose feed is K per revolution.
-    pub(super) fn thread_move(&mut self, values: &Values) -> Result<(), Fault> {
+    /// G33: a straight move whose feed is K per revolution; G33.1 goes back the same way.
+    pub(super) fn thread_move(&mut self, values: &Values, returns: bool) -> Result<(), Fault> {
         let fault = |cause| self.fault_at(values, Group::Motion, cause);
         let pitch = self.take_length(values, 'k').ok_or_else(|| fault(Cause::Missing("K, the pitch,")))?;
         if !values.has_axis() {
             return Err(fault(Cause::Missing("an axis word")));
         }
-        if !self.modes.spindle_turns {
-            return Err(fault(Cause::NotAllowed("G33 while the spindle stands still")));
+        if self.modes.spindle == Spindle::Still {
+            return Err(fault(Cause::NotAllowed("a thread while the spindle stands still")));
         }
-        let target = self.target(values);
-        self.synchronous_to(target, pitch)
+        let (start, target) = (self.position, self.target(values));
+        self.synchronous_to(target, pitch)?;
+        if returns { self.synchronous_to(start, pitch) } else { Ok(()) }
     }
 
     /// A move that feeds `pitch` mm for each revolution.
     fn synchronous_to(&mut self, target: [f64; 9], pitch: f64) -> Result<(), Fault> {
-        let rate = pitch.abs() * self.modes.speed;
-        self.position = target;
-        self.emit(super::canonical::MoveKind::Feed, (!self.modes.constant_surface_speed && rate > 0.0).then_some(rate))
+        let feed = self.synchronous_rate(pitch.abs(), &target);
+        self.feed_at(target, feed)
     }
 
     /// G76.
@@ -91,7 +91,7 @@ impl Interpreter<'_> {
         if !values.has('z') {
             return Err(fault(Cause::Missing("Z, the end of the thread,")));
         }
-        if !self.modes.spindle_turns {
+        if self.modes.spindle == Spindle::Still {
             return Err(fault(Cause::NotAllowed("G76 while the spindle stands still")));
         }
         let target = self.target(values);

@@ -1,7 +1,7 @@
 //! LinuxCNC's tool table: a tool a line, as in `T1 P1 Z+12.5 D6 ;end mill` (LinuxCNC, "Tool Table").
 //!
-//! T is the tool's number, P its pocket, X to W what G43 adds to the axes, D the diameter; I, J and Q, a lathe tool's
-//! angles and orientation, move nothing and are read past.
+//! T is the tool's number, P its pocket, X to W what G43 adds to the axes, D the diameter, Q a lathe tool's orientation; I
+//! and J, its angles, move nothing and are read past.
 
 use super::canonical::Axis;
 use super::error::{Cause, Fault, GcodeError};
@@ -51,7 +51,9 @@ fn entry_of(line: &str, unit_mm: f64) -> Result<Option<(u32, u32, Tool)>, Fault>
             }
             ('T', _) => return Err(fault(Cause::Range("T", "a whole number from 0 to 99999"))),
             ('D', _) => tool.diameter_mm = value * unit_mm,
-            ('P' | 'I' | 'J' | 'Q', _) => {}
+            ('Q', _) if value.fract() == 0.0 && (0.0..=9.0).contains(&value) => tool.orientation = value as u8,
+            ('Q', _) => return Err(fault(Cause::Range("Q", "an orientation from 0 to 9"))),
+            ('P' | 'I' | 'J', _) => {}
             (_, Some(axis)) if axis.is_rotary() => tool.offset[axis] = value.to_radians(),
             (_, Some(axis)) => tool.offset[axis] = value * unit_mm,
             _ => return Err(fault(Cause::UnknownLetter)),
@@ -77,7 +79,7 @@ mod tests {
         let tools = read("; a comment\nT1 P1 D0.125 Z+0.5 ;1/8 end mill\n\nT10 P2 X-1 B90 Q3\n").unwrap();
         assert_eq!(tools[&1].offset[Axis::Z], 12.7);
         assert_eq!(tools[&1].diameter_mm, 3.175);
-        assert_eq!(tools[&10].offset[Axis::X], -25.4);
+        assert_eq!((tools[&10].offset[Axis::X], tools[&10].orientation), (-25.4, 3));
         assert_eq!(tools[&10].offset[Axis::B], std::f64::consts::FRAC_PI_2);
     }
 
@@ -88,6 +90,7 @@ mod tests {
             ("P1 Z1", "mill.tbl:1:1: T, the tool's number, is missing: `P1 Z1`"),
             ("T1 Zx", "mill.tbl:1:4: a number expected: `Zx`"),
             ("T1 K1", "mill.tbl:1:4: letter without meaning: `K1`"),
+            ("T1 Q10", "mill.tbl:1:4: Q must be an orientation from 0 to 9: `Q10`"),
             ("T1.5", "mill.tbl:1:1: T must be a whole number from 0 to 99999: `T1.5`"),
         ] {
             assert_eq!(read(text).unwrap_err(), message);

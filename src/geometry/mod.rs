@@ -1,17 +1,20 @@
 //! Triangles, meshes, the coordinate grid, and the triangle tests everything else rests on.
 //!
 //! Reading order: [`triangle`], [`mesh`], [`grid`], [`weld`], [`surface`], [`covariance`], the triangle tests ([`intersect`] is
-//! fast, [`exact`] decides, [`exact_integer`] checks the decider, [`cross_check`]
-//! compares them), [`triangle_distance`], [`shapes`] and [`import`].
+//! fast, [`exact`] decides, [`certified`] decides fast, [`exact_integer`] checks the decider, [`cross_check`]
+//! compares them), [`triangle_distance`], [`hull`], [`rectangle`], [`shapes`] and [`import`].
 
+pub mod certified;
 pub mod covariance;
 pub mod cross_check;
 pub mod grid;
 pub mod exact;
 pub mod exact_integer;
+pub mod hull;
 pub mod import;
 pub mod intersect;
 pub mod mesh;
+pub mod rectangle;
 pub mod shapes;
 pub mod surface;
 pub mod triangle;

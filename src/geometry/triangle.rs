@@ -1,6 +1,7 @@
 //! One triangle by its three corners.
 
 use super::{Point, Vector};
+use nalgebra::Matrix3;
 
 /// Three corners, mm, in the frame of the mesh they come from. May be degenerate (a segment or a point).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +35,28 @@ impl Triangle {
     #[must_use]
     pub fn area(&self) -> f64 {
         0.5 * self.double_area_normal().norm()
+    }
+
+    /// The triangle's own axes: along its longest edge, across it in the plane, and normal; the columns of a rotation. `None` when
+    /// the corners are collinear as far as rounding can tell.
+    #[must_use]
+    pub fn frame(&self) -> Option<Matrix3<f64>> {
+        /// A triangle this many times longer than it is high has axes that are mostly rounding.
+        const THIN: f64 = 1e12;
+        let [a, b, c] = &self.corners;
+        let edges = [b - a, c - b, a - c];
+        let mut longest = edges[0];
+        for edge in &edges[1..] {
+            if edge.norm_squared() > longest.norm_squared() {
+                longest = *edge;
+            }
+        }
+        let (normal, length) = (edges[0].cross(&edges[1]), longest.norm());
+        if normal.norm() * THIN <= length * length {
+            return None;
+        }
+        let (x, z) = (longest / length, normal.normalize());
+        Some(Matrix3::from_columns(&[x, z.cross(&x), z]))
     }
 
     /// Smallest and largest coordinate of the corners on each axis, mm.
@@ -72,6 +95,17 @@ mod tests {
         assert!((t.area() - 6.0).abs() < 1e-12);
         assert_eq!(t.centroid(), Point::new(1.0, 4.0 / 3.0, 0.0));
         assert_eq!(t.bounds(), (Point::origin(), Point::new(3.0, 4.0, 0.0)));
+    }
+
+    #[test]
+    fn the_frame_lies_along_the_longest_edge() {
+        // The hypotenuse runs from (3, 0) to (0, 4): along (-3, 4)/5; the normal is z.
+        let t = Triangle::new(Point::origin(), Point::new(3.0, 0.0, 0.0), Point::new(0.0, 4.0, 0.0));
+        let frame = t.frame().unwrap();
+        assert!((frame.column(0) - Vector::new(-0.6, 0.8, 0.0)).amax() < 1e-15);
+        assert!((frame.column(2) - Vector::z()).amax() < 1e-15 && (frame.determinant() - 1.0).abs() < 1e-15);
+        let segment = Triangle::new(Point::origin(), Point::new(1.0, 1.0, 1.0), Point::new(2.0, 2.0, 2.0));
+        assert_eq!(segment.frame(), None);
     }
 
     #[test]

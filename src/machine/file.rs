@@ -83,6 +83,17 @@ pub struct JointFile {
     pub max_deg: Option<f64>,
 }
 
+/// Which of the two descriptions of a URDF link is taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Form {
+    /// `<collision>`; `<visual>` for links without one.
+    #[default]
+    Collision,
+    /// `<visual>`.
+    Visual,
+}
+
 /// Why a list of links is not a machine.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum LinkError {

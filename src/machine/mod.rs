@@ -3,7 +3,8 @@
 //! Axes are named as ISO 841 does. Inside, lengths are mm and angles radians; the wire form ([`mod@file`]) speaks degrees.
 //!
 //! Reading order: [`joint`], [`tree`] (links and their poses), [`travel`] (how far parts go), [`tip`] (tool-centre-point control),
-//! [`orientation`] (the tool-vector inverse), [`mod@file`] (TOML).
+//! [`orientation`] (the tool-vector inverse), [`mod@file`] (TOML), `urdf` (machines of ROS, with the
+//! feature of that name).
 
 pub mod joint;
 pub mod tree;
@@ -11,6 +12,8 @@ pub mod travel;
 pub mod tip;
 pub mod orientation;
 pub mod file;
+#[cfg(feature = "urdf")]
+pub mod urdf;
 
 pub use joint::{Joint, JointError, Limits, Motion, OutOfLimits};
 pub use tree::{Link, Machine, MachineError, Poses};

@@ -2,10 +2,12 @@
 //!
 //! Reading order: [`profile`] (how much), [`plan`] (what), [`judged`] (poses with their truth), [`accuracy`],
 //! [`counts`], [`shape`], then the timed part: [`timer`], [`chunk`], [`query`], [`build`]; [`environment`] says where;
-//! [`run`] puts a run's folder together and resumes it. [`peers`] compares whole engines, each in its own process, [`ablation`] the parts of the octree method.
+//! [`run`] puts a run's folder together and resumes it. [`audit`], [`sweep`] and [`ablation`] are experiments of their own;
+//! [`peers`] compares whole engines, each in its own process.
 
 pub mod ablation;
 pub mod accuracy;
+pub mod audit;
 pub mod build;
 pub mod chunk;
 pub mod counts;
@@ -17,6 +19,7 @@ pub mod profile;
 pub mod query;
 pub mod run;
 pub mod shape;
+pub mod sweep;
 pub mod timer;
 
 pub use plan::{Case, Plan, PlanError, Selection};

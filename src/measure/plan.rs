@@ -12,14 +12,17 @@ use thiserror::Error;
 /// The policy that every volume is also measured with, so that fits can be compared on one and the same topology.
 pub const CONTROL_POLICY: Policy = Policy::shared(SplitRule::Median);
 
+/// Stands for the id of every variant.
+pub const ALL_VARIANTS: &str = "all";
+
 /// What the user asked for.
 #[derive(Clone, Debug)]
 pub struct Selection {
     /// How much.
     pub profile: Profile,
-    /// Scene names or paths; empty for the two of the paper.
+    /// Scene names or paths; empty for those of [`Scene::BY_DEFAULT`].
     pub scenes: Vec<String>,
-    /// Variant ids; empty for all.
+    /// Variant ids, or [`ALL_VARIANTS`]; empty for the standard ones.
     pub variants: Vec<String>,
     /// Workload names; empty for all.
     pub workloads: Vec<String>,
@@ -98,7 +101,7 @@ impl Plan {
         let cases = variants.iter().flat_map(|variant| cases_of(variant, &selection.policies)).collect();
         let mut scenes: Vec<Scene> = Vec::new();
         let asked: Vec<&str> = match selection.scenes.as_slice() {
-            [] => Scene::OF_THE_PAPER.to_vec(),
+            [] => Scene::BY_DEFAULT.to_vec(),
             names => names.iter().map(String::as_str).collect(),
         };
         for name in asked {
@@ -172,8 +175,11 @@ impl Plan {
     }
 }
 
-fn choose(ids: &[String], registry: &Registry) -> Result<Vec<Variant>, PlanError> {
+pub(super) fn choose(ids: &[String], registry: &Registry) -> Result<Vec<Variant>, PlanError> {
     if ids.is_empty() {
+        return Ok(registry.variants().iter().filter(|variant| variant.is_standard).copied().collect());
+    }
+    if ids.iter().any(|id| id == ALL_VARIANTS) {
         return Ok(registry.variants().to_vec());
     }
     if let Some(id) = ids.iter().find(|id| registry.find(id).is_none()) {

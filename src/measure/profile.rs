@@ -61,9 +61,9 @@ impl Profile {
             Self::Quick => Budget {
                 verify_poses: 102_000,
                 measure_poses: 768,
-                blocks: 7,
+                blocks: 5,
                 launches: 2,
-                build_blocks: 4,
+                build_blocks: 3,
                 cross_check_pairs: 1_000_000,
             },
             Self::Full => Budget {

@@ -47,6 +47,14 @@ pub enum MeasureError {
         /// What differs.
         difference: &'static str,
     },
+    /// An orientation is none of the audit's.
+    #[error("the audit has no orientation `{asked}`; it has {known}")]
+    NoSuchOrientation {
+        /// What was asked for.
+        asked: String,
+        /// What there is.
+        known: String,
+    },
     /// A launch in a process of its own failed.
     #[error("launch {launch} failed: {cause}")]
     Launch {
@@ -357,6 +365,10 @@ impl Run {
             crate::record::SummaryRow::FILE,
             crate::record::RatioRow::FILE,
             crate::record::ClaimRow::FILE,
+            crate::record::CostRow::FILE,
+            crate::record::CostChunkRow::FILE,
+            crate::record::DeadlineRow::FILE,
+            crate::record::RepayRow::FILE,
             "report.md",
             "plots",
             UNITS,
@@ -373,7 +385,7 @@ const fn stage_folder(stage: Stage) -> &'static str {
     }
 }
 
-fn new_manifest(plan: &Plan) -> Manifest {
+pub(super) fn new_manifest(plan: &Plan) -> Manifest {
     Manifest {
         schema: SCHEMA,
         request: plan.request(),
@@ -390,7 +402,7 @@ fn new_manifest(plan: &Plan) -> Manifest {
 }
 
 /// What keeps one run from being continued as the other; the command line, the load and such do not.
-fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
+pub(super) fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
     let program = |manifest: &Manifest| {
         let program = &manifest.program;
         (program.version.clone(), program.git_revision.clone(), program.rustc.clone(), program.flags.clone())
@@ -408,7 +420,7 @@ fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
 }
 
 /// Writes a unit's files into a folder beside its own and renames it when they are whole.
-fn write_unit(unit: &Path, write: impl FnOnce(&Path) -> Result<(), RecordError>) -> Result<(), RecordError> {
+pub(super) fn write_unit(unit: &Path, write: impl FnOnce(&Path) -> Result<(), RecordError>) -> Result<(), RecordError> {
     let temporary = unit.with_extension("partial");
     remove(&temporary)?;
     fs::create_dir_all(&temporary).map_err(RecordError::io("create", &temporary))?;
@@ -417,7 +429,7 @@ fn write_unit(unit: &Path, write: impl FnOnce(&Path) -> Result<(), RecordError>)
 }
 
 /// Removes a file or a folder with all that is in it; one that is not there is fine.
-fn remove(path: &Path) -> Result<(), RecordError> {
+pub(super) fn remove(path: &Path) -> Result<(), RecordError> {
     let result = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
     match result {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(RecordError::io("remove", path)(error)),

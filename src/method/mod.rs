@@ -6,6 +6,7 @@
 pub mod brute;
 pub mod parry;
 pub mod volume_tree;
+pub mod wide_obb;
 
 use crate::geometry::Isometry;
 use crate::tree::distance::Proximity;

@@ -110,6 +110,26 @@ pub fn write_png<D: Drawing>(drawing: &D, path: &Path) -> Result<(), String> {
     fs::rename(&temporary, path).map_err(|error| format!("{}: {error}", path.display()))
 }
 
+/// Writes pixels, three bytes each, row by row, as PNG, under a temporary name first.
+///
+/// # Errors
+/// What the drawing library or the file system says, and when there are not as many bytes as the size asks for.
+pub fn write_pixels(rgb: &[u8], (width, height): (usize, usize), path: &Path) -> Result<(), String> {
+    if rgb.len() != 3 * width * height {
+        return Err(format!("{} bytes are no picture of {width} x {height} pixels", rgb.len()));
+    }
+    let temporary = path.with_extension("partial.png");
+    let mut backend = BitMapBackend::new(&temporary, (width as u32, height as u32));
+    for (index, pixel) in rgb.chunks_exact(3).enumerate() {
+        let place = ((index % width) as i32, (index / width) as i32);
+        let colour = RGBColor(pixel[0], pixel[1], pixel[2]).to_backend_color();
+        backend.draw_pixel(place, colour).map_err(|error| error.to_string())?;
+    }
+    backend.present().map_err(|error| error.to_string())?;
+    drop(backend);
+    fs::rename(&temporary, path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
 /// The drawing as pixels, three bytes each, row by row.
 ///
 /// # Errors

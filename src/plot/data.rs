@@ -4,10 +4,11 @@ use super::PlotError;
 use super::marks::Look;
 use crate::analysis::claims::{self, ClaimSet};
 use crate::analysis::ratios::Cases;
+use crate::record::manifest::VariantEntry;
 use crate::record::rows::CaseKey;
 use crate::record::{
-    BuildRow, Kind, Manifest, NULL_VARIANT, OutlineRow, RatioRow, Row, SummaryRow, TightnessRow, VerificationRow,
-    read_rows,
+    BuildRow, CostChunkRow, Kind, Manifest, NULL_VARIANT, OutlineRow, RatioRow, Row, SummaryRow, TightnessRow,
+    VerificationRow, read_rows,
 };
 use std::path::Path;
 
@@ -52,6 +53,8 @@ pub struct Data {
     pub outlines: Vec<OutlineRow>,
     /// `builds.csv`.
     pub builds: Vec<BuildRow>,
+    /// `cost_chunks.csv`.
+    pub cost_chunks: Vec<CostChunkRow>,
 }
 
 impl Data {
@@ -63,15 +66,8 @@ impl Data {
         let manifest = Manifest::read(folder)?;
         let judged_by = folder.join(claims::FILE);
         let claims = if judged_by.exists() { ClaimSet::read(&judged_by)? } else { ClaimSet::standard() };
-        let entries = manifest.variants.iter().filter(|v| v.id != NULL_VARIANT).enumerate().map(|(i, v)| Entry {
-            id: v.id.clone(),
-            label: if v.safe || v.kind != Kind::Volume { v.label.clone() } else { format!("{} (unsafe)", v.label) },
-            look: Look::nth(i),
-            safe: v.safe || v.kind != Kind::Volume,
-            kind: v.kind,
-        });
         Ok(Self {
-            variants: entries.collect(),
+            variants: entries(&manifest),
             scenes: manifest.scenes.iter().map(|scene| scene.name.clone()).collect(),
             cases: Cases::new(&manifest),
             claims,
@@ -81,6 +77,7 @@ impl Data {
             tightness: optional(folder)?,
             outlines: optional(folder)?,
             builds: optional(folder)?,
+            cost_chunks: optional(folder)?,
         })
     }
 
@@ -104,6 +101,21 @@ impl Data {
     }
 }
 
-fn optional<R: Row>(folder: &Path) -> Result<Vec<R>, PlotError> {
+/// The variants of a manifest as drawn, in its order.
+#[must_use]
+pub fn entries(manifest: &Manifest) -> Vec<Entry> {
+    let variants = manifest.variants.iter().filter(|v| v.id != NULL_VARIANT).enumerate();
+    let entry = |(i, v): (usize, &VariantEntry)| Entry {
+        id: v.id.clone(),
+        label: if v.safe || v.kind != Kind::Volume { v.label.clone() } else { format!("{} (unsafe)", v.label) },
+        look: Look::nth(i),
+        safe: v.safe || v.kind != Kind::Volume,
+        kind: v.kind,
+    };
+    variants.map(entry).collect()
+}
+
+/// The rows of a file, none when it is missing.
+pub(super) fn optional<R: Row>(folder: &Path) -> Result<Vec<R>, PlotError> {
     if folder.join(R::FILE).exists() { Ok(read_rows(folder)?) } else { Ok(Vec::new()) }
 }

@@ -3,9 +3,13 @@
 //! Every variant that has data in the records appears, whatever its name; colours and markers follow the manifest's order,
 //! so that a variant looks the same in all figures.
 
+pub mod audit;
+pub mod audit_axes;
+pub mod audit_containment;
 pub mod boxes;
 pub mod build_time;
 pub mod canvas;
+pub mod cost_model;
 pub mod data;
 pub mod forest;
 pub mod grouped;
@@ -14,8 +18,12 @@ pub mod misses;
 pub mod operations;
 pub mod paper_figure;
 pub mod query_time;
+pub mod sweep;
 pub mod ticks;
 pub mod tightness;
+
+pub use audit::draw_audit;
+pub use sweep::draw_sweep;
 
 use crate::analysis::claims::ClaimsError;
 use crate::record::{RecordError, write_text};
@@ -110,11 +118,17 @@ pub fn draw_all(folder: &Path) -> Result<Gallery, PlotError> {
     add(folder, &mut gallery, tightness::sketch(&data))?;
     add(folder, &mut gallery, operations::sketch(&data))?;
     add(folder, &mut gallery, build_time::sketch(&data))?;
-    let path = folder.join(FOLDER).join(INDEX);
-    let text =
-        serde_json::to_string_pretty(&gallery).map_err(|source| RecordError::Json { path: path.clone(), source })?;
-    write_text(&path, &(text + "\n"))?;
+    add(folder, &mut gallery, cost_model::sketch(&data))?;
+    write_index(&folder.join(FOLDER), &gallery)?;
     Ok(gallery)
+}
+
+/// Lists the figures that are in `folder`, where [`read_gallery`] finds the list.
+fn write_index(folder: &Path, gallery: &Gallery) -> Result<(), PlotError> {
+    let path = folder.join(INDEX);
+    let text =
+        serde_json::to_string_pretty(gallery).map_err(|source| RecordError::Json { path: path.clone(), source })?;
+    Ok(write_text(&path, &(text + "\n"))?)
 }
 
 /// The figures that [`draw_all`] made earlier; none when it never ran.

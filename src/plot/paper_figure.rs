@@ -1,4 +1,4 @@
-//! The paper's figure 6, the time of the plain and the area-weighted box in both scenes, and beside it all five volumes of
+//! The paper's figure 6, the time of the plain and the area-weighted box in each scene, and beside it all five volumes of
 //! its first figure.
 
 use super::Sketch;
@@ -14,7 +14,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
     ];
     Sketch {
         name: "paper-figure-6",
-        title: "Mean query time in the paper's two scenes".to_owned(),
+        title: "Mean query time in each scene".to_owned(),
         caption: "The paper's figure 6 measured again. Left: the plain and the area-weighted oriented box, both tight, each \
                   with its own split. Right: all five volumes, on a logarithmic axis. Mean time of one query, the four strata \
                   weighted equally; whiskers are 95 % bootstrap intervals of the mean over poses. Whether two methods differ is \

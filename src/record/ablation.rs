@@ -1,7 +1,12 @@
 //! Rows of the experiment on the octree method: what each part of it saves.
 
-use super::rows::Row;
+use super::rows::{Row, row_file};
 use serde::{Deserialize, Serialize};
+
+row_file! {
+    AblationRow => "ablation.csv",
+    AblationTimeRow => "ablation_times.csv",
+}
 
 /// Counts of one form of the method over one surface, of the poses that hit or of those that do not. Deterministic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -83,12 +88,4 @@ pub struct AblationTimeRow {
     pub ns: u64,
     /// Time to sample the surface and build the octree, ns.
     pub build_ns: u64,
-}
-
-impl Row for AblationRow {
-    const FILE: &'static str = "ablation.csv";
-}
-
-impl Row for AblationTimeRow {
-    const FILE: &'static str = "ablation_times.csv";
 }

@@ -5,10 +5,13 @@
 //! beside what they derive from.
 
 pub mod ablation;
+pub mod audit;
+pub mod cost;
 pub mod file;
 pub mod manifest;
 pub mod peers;
 pub mod rows;
+pub mod sweep;
 pub mod vocabulary;
 
 #[cfg(test)]
@@ -16,6 +19,10 @@ pub(crate) mod synthetic;
 
 pub use crate::method::Kind;
 pub use ablation::{AblationRow, AblationTimeRow};
+pub use audit::{
+    AuditAxisRow, AuditBuildRow, AuditCellRow, AuditEffectRow, AuditRow, AuditShareRow, AuditTimingRow, AuditTreeRow,
+};
+pub use cost::{CostChunkRow, CostRow, DeadlineRow, RepayRow};
 pub use file::{RecordError, for_each_row, read_rows, write_bytes, write_rows, write_text};
 pub use manifest::Manifest;
 pub use peers::{PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow};
@@ -23,4 +30,5 @@ pub use rows::{
     BuildRow, ClaimRow, OutlineRow, QueryRow, RatioRow, Row, SummaryRow, TightnessRow, TimingRow, TreeRow,
     VerificationRow,
 };
+pub use sweep::{SweepRow, SweepSummaryRow, SweepTimingRow};
 pub use vocabulary::{Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, Stratum};

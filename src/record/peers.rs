@@ -1,12 +1,8 @@
 //! The rows of a comparison of engines: other libraries' and our own variants, each in a process of its own.
 
-use super::rows::Row;
+use super::rows::{Row, row_file};
 use super::vocabulary::Stratum;
 use serde::{Deserialize, Serialize};
-
-macro_rules! row_file {
-    ($($row:ty => $file:literal),* $(,)?) => { $(impl Row for $row { const FILE: &'static str = $file; })* };
-}
 
 row_file! {
     PeerBuildRow => "peer-builds.csv",

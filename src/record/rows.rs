@@ -1,5 +1,6 @@
 //! The rows. Column names are field names; `results/README.md` is their dictionary for readers.
 
+use super::sweep::{SweepRow, SweepTimingRow};
 use super::vocabulary::{Band, Stratum};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -10,9 +11,11 @@ pub trait Row: Serialize + DeserializeOwned {
     const FILE: &'static str;
 }
 
+/// Says which file each row type lives in.
 macro_rules! row_file {
     ($($row:ty => $file:literal),* $(,)?) => { $(impl Row for $row { const FILE: &'static str = $file; })* };
 }
+pub(super) use row_file;
 
 row_file! {
     QueryRow => "queries.csv",
@@ -387,7 +390,7 @@ macro_rules! case_key {
     })* };
 }
 
-case_key!(QueryRow, VerificationRow, TreeRow, TightnessRow, BuildRow, TimingRow, SummaryRow);
+case_key!(QueryRow, VerificationRow, TreeRow, TightnessRow, BuildRow, TimingRow, SummaryRow, SweepRow, SweepTimingRow);
 
 impl CaseKey {
     /// `split/axes/leaf`.

@@ -3,10 +3,12 @@
 //! Everything comes from the run's folder, so a report of an old run can be written again. Markdown is one rendering of
 //! [`Contents`]; another one has all it needs there.
 
+mod audit;
 mod markdown;
 mod tables;
 mod terminal;
 
+pub use audit::{AUDIT_FILE, write_audit};
 pub use terminal::{TerminalRow, terminal_rows};
 
 use crate::analysis::claims::{self, ClaimSet, ClaimsError};

@@ -100,6 +100,15 @@ pub enum SceneError {
         /// Why not.
         cause: LinkError,
     },
+    /// A URDF file that is not a machine.
+    #[cfg(feature = "urdf")]
+    #[error("{place}: {cause}")]
+    Urdf {
+        /// Where, as far as it is known.
+        place: Place,
+        /// Why not.
+        cause: Box<crate::machine::urdf::UrdfError>,
+    },
     /// A part without a usable mesh.
     #[error("{place}: part `{part}`: {cause}")]
     Mesh {

@@ -4,7 +4,7 @@ use super::Role;
 use crate::gcode::{Axis, Position};
 use crate::geometry::import::Unit;
 use crate::geometry::shapes::{Shape, Tessellation};
-use crate::machine::file::{LinkFile, PlacementFile};
+use crate::machine::file::{Form, LinkFile, PlacementFile};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;
@@ -51,12 +51,29 @@ pub struct CheckFile {
     pub ignore: Vec<Spanned<[String; 2]>>,
     /// Pairs of parts that may touch.
     pub allow: Vec<Spanned<[String; 2]>>,
+    /// How rapid moves go.
+    pub rapid: RapidFile,
     /// Rapid rate of X, Y, Z, U, V, W, mm/min.
     pub rapid_mm_min: Option<f64>,
     /// Rapid rate of A, B, C, degrees/min.
     pub rapid_deg_min: Option<f64>,
+    /// Rapid rates of single axes, by letter, mm/min or degrees/min.
+    pub rapid_rates: BTreeMap<String, f64>,
+    /// Greatest feed rates of single axes, by letter, mm/min or degrees/min.
+    pub feed_limits: BTreeMap<String, f64>,
     /// Collisions that the scene's own program is known to have.
     pub expect: Vec<ExpectFile>,
+}
+
+/// How rapid moves go.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RapidFile {
+    /// Straight in axis space.
+    #[default]
+    Straight,
+    /// Every axis at its own rate.
+    DogLeg,
 }
 
 /// A collision that is known.
@@ -69,12 +86,22 @@ pub struct ExpectFile {
     pub pair: Spanned<[String; 2]>,
 }
 
-/// The `[machine]` of a scene, or a file of its own, which has the same keys but `file`.
+/// The `[machine]` of a scene, or a file of its own, which has the same keys but `file` and `density`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MachineFile {
     /// A file with `links` and `parts`. Excludes `links` here; its parts come first.
     pub file: Option<String>,
+    /// A URDF file with links and what they look like. Excludes `file` and `links`; its parts come first.
+    pub urdf: Option<String>,
+    /// Letters of axes for joints of the URDF file, by the joint's name; joints not named here get the next free ones.
+    #[serde(default)]
+    pub axes: BTreeMap<String, char>,
+    /// Which of the two descriptions of the URDF file's links is taken.
+    #[serde(default)]
+    pub form: Form,
+    /// How finely the shapes of that file are triangulated, instead of what its parts say.
+    pub density: Option<f64>,
     /// Links.
     #[serde(default)]
     pub links: Vec<LinkFile>,
@@ -107,6 +134,8 @@ pub struct PartFile {
     pub mesh: Option<String>,
     /// The mesh file's unit.
     pub unit: Option<Unit>,
+    /// How far apart vertices of the mesh file may be to become one, mm; without it, they must be equal.
+    pub weld_mm: Option<f64>,
 }
 
 /// What moves the machine.
@@ -198,9 +227,12 @@ pub struct ToolFile {
     /// What G43 adds.
     #[serde(default)]
     pub offset: PositionFile,
-    /// Cutting diameter, mm.
+    /// Cutting diameter, or twice the nose radius, mm.
     #[serde(default)]
     pub diameter_mm: f64,
+    /// Which way a lathe tool points, 1 to 9.
+    #[serde(default)]
+    pub orientation: u8,
 }
 
 /// Axis positions; those not given are 0.

@@ -1,7 +1,7 @@
 //! Where a scene's files come from: a folder on disk, or the scenes compiled into the program. Every file read is hashed.
 
 use super::error::SceneError;
-use super::shipped;
+use super::{MeshFile, shipped};
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Component, Path, PathBuf};
@@ -12,11 +12,14 @@ pub struct Folder {
     name: String,
     /// File, as `scene/file` with `..` resolved, to the BLAKE3 hash of its bytes.
     inputs: BTreeMap<String, String>,
+    /// What was found in mesh files.
+    pub meshes: Vec<MeshFile>,
 }
 
 enum Source {
     Disk(PathBuf),
     Shipped,
+    Memory(BTreeMap<String, Vec<u8>>),
 }
 
 impl Folder {
@@ -27,12 +30,19 @@ impl Folder {
             source: Source::Disk(path.to_owned()),
             name: name.unwrap_or_else(|| "scene".to_owned()),
             inputs: BTreeMap::new(),
+            meshes: Vec::new(),
         }
     }
 
     /// A folder compiled into the program.
     pub fn shipped(name: &str) -> Self {
-        Self { source: Source::Shipped, name: name.to_owned(), inputs: BTreeMap::new() }
+        Self { source: Source::Shipped, name: name.to_owned(), inputs: BTreeMap::new(), meshes: Vec::new() }
+    }
+
+    /// Files that are nowhere, by their paths relative to the folder.
+    pub fn in_memory(name: &str, files: BTreeMap<String, Vec<u8>>) -> Self {
+        let source = Source::Memory(files);
+        Self { source, name: name.to_owned(), inputs: BTreeMap::new(), meshes: Vec::new() }
     }
 
     /// The folder's name.
@@ -45,6 +55,16 @@ impl Folder {
         match &self.source {
             Source::Disk(folder) => folder.join(relative),
             Source::Shipped => Path::new("bench-scenes").join(normalised(&self.name, relative)),
+            Source::Memory(_) => Path::new(&self.name).join(relative),
+        }
+    }
+
+    /// Whether there is a file.
+    #[cfg(feature = "urdf")]
+    pub fn has(&self, relative: &str) -> bool {
+        match &self.source {
+            Source::Disk(folder) => folder.join(relative).is_file(),
+            Source::Shipped => shipped::file(&normalised(&self.name, relative)).is_some(),
         }
     }
 
@@ -52,10 +72,14 @@ impl Folder {
     pub fn bytes(&mut self, relative: &str) -> Result<Vec<u8>, SceneError> {
         let key = normalised(&self.name, relative);
         let bytes = match &self.source {
-            Source::Disk(folder) => std::fs::read(folder.join(relative)),
+            Source::Disk(folder) => read(&folder.join(relative)),
             Source::Shipped => shipped::file(&key)
                 .map(|text| text.as_bytes().to_vec())
                 .ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "no such file among the shipped scenes")),
+            Source::Memory(files) => files
+                .get(relative)
+                .cloned()
+                .ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "no such file in memory")),
         };
         let bytes = bytes.map_err(|cause| SceneError::Read { file: self.path(relative), cause })?;
         self.inputs.insert(key, blake3::hash(&bytes).to_hex().to_string());
@@ -70,10 +94,23 @@ impl Folder {
         })
     }
 
-    /// The record of what was read.
-    pub fn into_inputs(self) -> BTreeMap<String, String> {
-        self.inputs
+    /// The record of what was read: hashes by file, and what was found in mesh files.
+    pub fn into_records(self) -> (BTreeMap<String, String>, Vec<MeshFile>) {
+        (self.inputs, self.meshes)
     }
+}
+
+/// Largest file of a scene, bytes.
+const LARGEST_FILE: u64 = 1 << 32;
+
+/// The bytes of a file that is not too large, which is asked before it is read.
+fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let bytes = std::fs::metadata(path)?.len();
+    if bytes >= LARGEST_FILE {
+        let message = format!("{bytes} bytes, and less than {LARGEST_FILE} are read");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+    }
+    std::fs::read(path)
 }
 
 /// `folder/relative` with `/` between the parts and `..` resolved.

@@ -1,12 +1,14 @@
 //! From `scene.toml` to a checked [`Scene`].
 
 use super::error::{Place, SceneError};
-use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, SceneFile, TipFile};
+use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, RapidFile, SceneFile, TipFile};
 use super::folder::Folder;
 use super::program::{self, ProgramRun};
-use super::{Approach, Expected, Overrides, Pair, Part, Rates, Recording, Role, Scene, recording};
-use crate::gcode::Position;
+use super::{Approach, Expected, MeshFile, Overrides, Pair, Part, Rates, Recording, Role, Scene, recording};
+use crate::gcode::{Axis, Position, RapidPath};
+use crate::geometry::shapes::Tessellation;
 use crate::geometry::{Mesh, Point, Vector, import};
+use crate::machine::file::Form;
 use crate::machine::tip::TipControl;
 use crate::machine::{self, Machine};
 use nalgebra::Unit;
@@ -24,16 +26,20 @@ pub const SCENE_FILE: &str = "scene.toml";
 const RAPID_MM_MIN: f64 = 15_000.0;
 const RAPID_DEG_MIN: f64 = 7_200.0;
 
+/// Most triangles of all parts together, sixteen times the largest scene that was tried: what a mistake in a file meets before
+/// the memory ends.
+const MOST_TRIANGLES: usize = 1 << 24;
+
 /// A text and what messages call it.
-struct Document {
+pub(super) struct Document {
     path: PathBuf,
-    text: String,
+    pub(super) text: String,
     /// Folder of the file relative to the scene's, `""` or ending in `/`.
-    base: String,
+    pub(super) base: String,
 }
 
 impl Document {
-    fn read(folder: &mut Folder, relative: &str) -> Result<Self, SceneError> {
+    pub(super) fn read(folder: &mut Folder, relative: &str) -> Result<Self, SceneError> {
         let text = folder.text(relative)?;
         let base = relative.rfind('/').map_or("", |slash| &relative[..=slash]);
         Ok(Self { path: folder.path(relative), text, base: base.to_owned() })
@@ -46,7 +52,7 @@ impl Document {
         })
     }
 
-    fn place(&self, span: &Range<usize>) -> Place {
+    pub(super) fn place(&self, span: &Range<usize>) -> Place {
         Place::of_byte(self.path.clone(), &self.text, span.start)
     }
 
@@ -94,8 +100,10 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     let expected = expected.collect::<Result<_, SceneError>>()?;
     let rates = read_rates(&document, &scene.check)?;
     let approaches = read_approaches(&document, &machine, &parts, &scene.approaches)?;
+    let name = folder.name().to_owned();
+    let (inputs, mesh_files) = folder.into_records();
     Ok(Scene {
-        name: folder.name().to_owned(),
+        name,
         title: scene.title,
         description: scene.description,
         provenance: scene.provenance,
@@ -111,7 +119,8 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         approaches,
         random,
         recording,
-        inputs: folder.into_inputs(),
+        inputs,
+        mesh_files,
     })
 }
 
@@ -123,26 +132,70 @@ fn machine_and_its_parts(
     overrides: &Overrides,
 ) -> Result<(Machine, Vec<Part>), SceneError> {
     let mut parts = Vec::new();
+    let refuse = |document: &Document, message: &str| {
+        Err(SceneError::Meaning { place: document.header("[machine]"), message: message.to_owned() })
+    };
+    if let Some(path) = &file.urdf {
+        if file.file.is_some() || !file.links.is_empty() {
+            return refuse(document, "a machine has a URDF file, a file or links, and only one of them");
+        }
+        let (machine, mut parts) = read_urdf(folder, document, file, path, overrides)?;
+        add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
+        return Ok((machine, parts));
+    }
+    if !file.axes.is_empty() || file.form != Form::default() {
+        return refuse(document, "`axes` and `form` go with `urdf`");
+    }
     let Some(path) = &file.file else {
+        if file.density.is_some() {
+            return refuse(document, "`density` goes with `file`; parts have their own `tessellation`");
+        }
         let machine = build_machine(document, file)?;
         add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
         return Ok((machine, parts));
-    };
-    let refuse = |document: &Document, message: &str| {
-        Err(SceneError::Meaning { place: document.header("[machine]"), message: message.to_owned() })
     };
     if !file.links.is_empty() {
         return refuse(document, "a machine has either a file or links");
     }
     let machine_document = Document::read(folder, path)?;
     let machine_file: MachineFile = machine_document.parse()?;
-    if machine_file.file.is_some() {
-        return refuse(&machine_document, "a machine's file cannot name another");
+    if machine_file.file.is_some() || machine_file.urdf.is_some() || machine_file.density.is_some() {
+        return refuse(&machine_document, "a machine's file cannot name another, nor a density");
     }
     let machine = build_machine(&machine_document, &machine_file)?;
-    add_parts(&mut parts, folder, &machine_document, &machine_file.parts, &machine, overrides)?;
+    let of_file = Overrides { density: overrides.density.or(file.density), ..*overrides };
+    add_parts(&mut parts, folder, &machine_document, &machine_file.parts, &machine, &of_file)?;
     add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
     Ok((machine, parts))
+}
+
+#[cfg(feature = "urdf")]
+fn read_urdf(
+    folder: &mut Folder,
+    document: &Document,
+    file: &MachineFile,
+    path: &str,
+    overrides: &Overrides,
+) -> Result<(Machine, Vec<Part>), SceneError> {
+    super::urdf::read(folder, document, file, path, &overridden(Tessellation::default(), overrides))
+}
+
+#[cfg(not(feature = "urdf"))]
+fn read_urdf(
+    _: &mut Folder,
+    document: &Document,
+    _: &MachineFile,
+    _: &str,
+    _: &Overrides,
+) -> Result<(Machine, Vec<Part>), SceneError> {
+    let message = "URDF is read only by a build with `--features urdf`".to_owned();
+    Err(SceneError::Meaning { place: document.header("[machine]"), message })
+}
+
+fn overridden(mut tessellation: Tessellation, overrides: &Overrides) -> Tessellation {
+    tessellation.grading = overrides.grading.unwrap_or(tessellation.grading);
+    tessellation.density = overrides.density.unwrap_or(tessellation.density);
+    tessellation
 }
 
 fn build_machine(document: &Document, file: &MachineFile) -> Result<Machine, SceneError> {
@@ -174,7 +227,15 @@ fn add_parts(
             let message = format!("part `{name}` belongs to a tool, so it cannot be a {}", file.role.name());
             return Err(SceneError::Meaning { place: place(), message });
         }
-        let mesh = Arc::new(part_mesh(folder, document, file, overrides)?);
+        let mesh = part_mesh(folder, document, file, overrides)?;
+        let triangles = parts.iter().map(|part| part.mesh.faces().len()).sum::<usize>() + mesh.faces().len();
+        if triangles > MOST_TRIANGLES {
+            let message = format!(
+                "with part `{name}` the scene has {triangles} triangles, and at most {MOST_TRIANGLES} are taken"
+            );
+            return Err(SceneError::Meaning { place: place(), message });
+        }
+        let mesh = Arc::new(mesh);
         parts.push(Part { name: name.clone(), mesh, link, link_from_part, role: file.role, tool: file.tool });
     }
     Ok(())
@@ -195,10 +256,9 @@ fn part_mesh(
     };
     match (&file.shape, &file.mesh) {
         (Some(_), None) if file.unit.is_some() => refuse("a shape is in mm; `unit` goes with `mesh`"),
+        (Some(_), None) if file.weld_mm.is_some() => refuse("a shape has no gaps; `weld_mm` goes with `mesh`"),
         (Some(shape), None) => {
-            let mut tessellation = file.tessellation.unwrap_or_default();
-            tessellation.grading = overrides.grading.unwrap_or(tessellation.grading);
-            tessellation.density = overrides.density.unwrap_or(tessellation.density);
+            let tessellation = overridden(file.tessellation.unwrap_or_default(), overrides);
             shape.mesh(&tessellation).map_err(|error| failed(error.into()))
         }
         (None, Some(_)) if file.tessellation.is_some() => {
@@ -206,28 +266,43 @@ fn part_mesh(
         }
         (None, Some(path)) => {
             let path = format!("{}{path}", document.base);
-            // Read for its hash, and so that a missing file is reported as every other missing file is.
-            folder.bytes(&path)?;
-            import::load(&folder.path(&path), file.unit)
-                .map(|imported| imported.mesh)
-                .map_err(|error| failed(error.into()))
+            let options = import::Options { unit: file.unit, weld_mm: file.weld_mm.unwrap_or(0.0) };
+            let imported = import::parse(&folder.path(&path), &folder.bytes(&path)?, options);
+            let import::Imported { mesh, report } = imported.map_err(|error| failed(error.into()))?;
+            folder.meshes.push(MeshFile { part: file.name.get_ref().clone(), file: path, report });
+            Ok(mesh)
         }
         _ => refuse("either `shape` or `mesh` must be given"),
     }
 }
 
 fn read_rates(document: &Document, file: &CheckFile) -> Result<Rates, SceneError> {
-    let rate = |name: &str, given: Option<f64>, default: f64| match given.unwrap_or(default) {
+    let refuse = |message| SceneError::Meaning { place: document.header("[check]"), message };
+    let rate = |name: &str, rate: f64| match rate {
         rate if rate > 0.0 && rate.is_finite() => Ok(rate),
-        rate => Err(SceneError::Meaning {
-            place: document.header("[check]"),
-            message: format!("{name} is {rate}; it must be a finite number above 0"),
-        }),
+        rate => Err(refuse(format!("{name} is {rate}; it must be a finite number above 0"))),
     };
-    Ok(Rates {
-        rapid_mm_min: rate("rapid_mm_min", file.rapid_mm_min, RAPID_MM_MIN)?,
-        rapid_rad_min: rate("rapid_deg_min", file.rapid_deg_min, RAPID_DEG_MIN)?.to_radians(),
-    })
+    let linear = rate("rapid_mm_min", file.rapid_mm_min.unwrap_or(RAPID_MM_MIN))?;
+    let rotary = rate("rapid_deg_min", file.rapid_deg_min.unwrap_or(RAPID_DEG_MIN))?.to_radians();
+    let mut rates = Rates {
+        rapid: Axis::ALL.map(|axis| if axis.is_rotary() { rotary } else { linear }),
+        feed: [f64::INFINITY; 9],
+        rapid_path: RapidPath::Straight,
+    };
+    for (name, given, rates) in
+        [("rapid_rates", &file.rapid_rates, &mut rates.rapid), ("feed_limits", &file.feed_limits, &mut rates.feed)]
+    {
+        for (letter, &value) in given {
+            let axis = letter.parse().ok().and_then(Axis::from_letter);
+            let axis = axis.ok_or_else(|| refuse(format!("{name}: `{letter}` is not an axis, X to W")))?;
+            let value = rate(&format!("{name}.{letter}"), value)?;
+            rates[axis as usize] = if axis.is_rotary() { value.to_radians() } else { value };
+        }
+    }
+    if let RapidFile::DogLeg = file.rapid {
+        rates.rapid_path = RapidPath::DogLeg(rates.rapid);
+    }
+    Ok(rates)
 }
 
 fn read_program(

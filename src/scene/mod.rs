@@ -1,6 +1,7 @@
 //! Scenes: parts with meshes on a machine, the pairs of them that are examined, and what moves them.
 //!
-//! Reading order: this file (the model), [`file`] (how a scene is written), `load` (from one to the other), [`recording`]
+//! Reading order: this file (the model), [`file`] (how a scene is written), `load` (from one to the other), `urdf` (machines
+//! of ROS), [`recording`]
 //! (poses as CSV), `folder` and `shipped` (where files come from), [`pairs`] (which parts can collide), [`error`].
 
 pub mod error;
@@ -10,13 +11,16 @@ mod file;
 pub mod recording;
 mod program;
 mod load;
+#[cfg(feature = "urdf")]
+mod urdf;
 pub mod pairs;
 
 pub use error::{Place, SceneError};
 pub use program::{ProgramRun, TipCause, TipFault};
 pub use recording::Recording;
 
-use crate::gcode::Position;
+use crate::gcode::{Position, RapidPath};
+use crate::geometry::import::ImportReport;
 use crate::geometry::{Isometry, Mesh, Vector};
 use crate::machine::{Machine, Poses};
 use folder::Folder;
@@ -40,6 +44,17 @@ pub struct Part {
     pub role: Role,
     /// The tool that it belongs to: it is there only while that tool is in the spindle. `None` is always there.
     pub tool: Option<u32>,
+}
+
+/// What was found in a part's mesh file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshFile {
+    /// The part.
+    pub part: String,
+    /// The file, relative to the scene's folder.
+    pub file: String,
+    /// What was found in it and what was done about it.
+    pub report: ImportReport,
 }
 
 /// What a part is to the work: decides which contact is intended.
@@ -79,10 +94,12 @@ impl Role {
 /// What `check` needs to know of a scene beside its parts and motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rates {
-    /// Rapid rate of linear axes, mm/min.
-    pub rapid_mm_min: f64,
-    /// Rapid rate of rotary axes, radians/min.
-    pub rapid_rad_min: f64,
+    /// Rapid rate of each axis, mm/min or radians/min.
+    pub rapid: [f64; 9],
+    /// Greatest feed rate of each axis, mm/min or radians/min; infinite where the scene names none.
+    pub feed: [f64; 9],
+    /// How rapid moves go.
+    pub rapid_path: RapidPath,
 }
 
 /// A collision that a scene's program is known to have.
@@ -167,6 +184,8 @@ pub struct Scene {
     pub random: Vec<Pair>,
     /// Recorded poses.
     pub recording: Option<Recording>,
+    /// What was found in mesh files, by part.
+    pub mesh_files: Vec<MeshFile>,
     /// Path or name to content hash of everything the scene was made from.
     pub inputs: BTreeMap<String, String>,
 }
@@ -181,11 +200,14 @@ pub struct Overrides {
 }
 
 impl Scene {
-    /// Names of the scenes that are compiled into the program.
+    /// Names of the machines that are compiled into the program.
     pub const SHIPPED: &'static [&'static str] = shipped::NAMES;
 
-    /// Names of the two after the paper's, which a run examines unless it is told otherwise.
-    pub const OF_THE_PAPER: &'static [&'static str] = shipped::OF_THE_PAPER;
+    /// Names of those that a run examines unless it is told otherwise: two after the paper's, and a mill with five axes.
+    pub const BY_DEFAULT: &'static [&'static str] = shipped::BY_DEFAULT;
+
+    /// Names of the shipped scenes that belong to a family: one shape, triangulated in several ways.
+    pub const FAMILIES: &'static [&'static str] = shipped::FAMILIES;
 
     /// Loads a scene from a folder, or from a scene file in one.
     ///
@@ -211,6 +233,18 @@ impl Scene {
         }
     }
 
+    /// Loads a scene from files that are only in memory, by their paths relative to the scene's folder; one is `scene.toml`.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn from_memory(
+        name: &str,
+        files: BTreeMap<String, Vec<u8>>,
+        overrides: &Overrides,
+    ) -> Result<Self, SceneError> {
+        load::load(Folder::in_memory(name, files), load::SCENE_FILE, overrides)
+    }
+
     /// Loads a scene by path, or a shipped one by name. A folder that holds a `scene.toml` goes before a shipped name.
     ///
     /// # Errors
@@ -228,7 +262,7 @@ impl Scene {
         if path.is_file() || path.join(load::SCENE_FILE).is_file() {
             return Self::load_with(path, overrides);
         }
-        if Self::SHIPPED.contains(&name_or_path) {
+        if Self::SHIPPED.contains(&name_or_path) || Self::FAMILIES.contains(&name_or_path) {
             return load::load(Folder::shipped(name_or_path), load::SCENE_FILE, overrides);
         }
         Err(missing(name_or_path))
@@ -286,5 +320,5 @@ impl Scene {
 }
 
 fn missing(wanted: &str) -> SceneError {
-    SceneError::Missing { wanted: wanted.to_owned(), known: Scene::SHIPPED.join(", ") }
+    SceneError::Missing { wanted: wanted.to_owned(), known: [Scene::SHIPPED, Scene::FAMILIES].concat().join(", ") }
 }

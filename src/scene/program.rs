@@ -2,7 +2,7 @@
 
 use super::error::SceneError;
 use super::file::{ControllerFile, ProgramFile, UserCodeFile};
-use crate::gcode::{self, Position, Sample, Sampling, Setup, Tool, UserCode, WorkOffset};
+use crate::gcode::{self, Position, RapidPath, Sample, Sampling, Setup, TooManySamples, Tool, UserCode, WorkOffset};
 use crate::machine::Machine;
 use crate::machine::tip::{TipControl, TipError};
 use std::path::{Path, PathBuf};
@@ -59,7 +59,14 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, String> {
         if !(tool.diameter_mm >= 0.0 && tool.diameter_mm.is_finite()) {
             return Err(format!("tool {}: diameter_mm must be a finite number, at least 0", tool.number));
         }
-        if setup.tools.insert(tool.number, Tool { offset, diameter_mm: tool.diameter_mm }).is_some() {
+        if tool.orientation > 9 {
+            return Err(format!("tool {}: orientation must be from 0 to 9", tool.number));
+        }
+        if setup
+            .tools
+            .insert(tool.number, Tool { offset, diameter_mm: tool.diameter_mm, orientation: tool.orientation })
+            .is_some()
+        {
             return Err(format!("there are two tools with number {}", tool.number));
         }
     }
@@ -80,7 +87,7 @@ pub(super) fn sampling(file: &ProgramFile) -> Result<Sampling, String> {
     })
 }
 
-/// A move of the tool's tip that the machine cannot follow.
+/// A path that the machine cannot follow.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{file}:{line}: {cause}", file = file.display())]
 pub struct TipFault {
@@ -92,12 +99,15 @@ pub struct TipFault {
     pub cause: TipCause,
 }
 
-/// Why the machine cannot follow the tip.
+/// Why the machine cannot follow.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum TipCause {
     /// Nobody says which links carry tool and workpiece.
     #[error("tool-centre-point control needs `[program.tool_centre_point]` in the scene")]
     NoLinks,
+    /// The path is too long.
+    #[error(transparent)]
+    TooManySamples(#[from] TooManySamples),
     /// The axes cannot.
     #[error(transparent)]
     Machine(#[from] TipError),
@@ -114,11 +124,22 @@ impl ProgramRun {
         run(&String::from_utf8_lossy(&source), path.to_owned(), &self.setup, self.tip.clone(), self.sampling)
     }
 
-    /// Turns samples of the tip's way into axis positions: the linear axes follow. Other samples stay as they are.
+    /// The program's path in axis positions.
     ///
     /// # Errors
-    /// The first line on which the axes cannot follow.
-    pub fn follow_tip(&self, machine: &Machine, samples: &mut [Sample]) -> Result<(), TipFault> {
+    /// The line on which it has too many samples, or the first on which the axes cannot follow the tool's tip.
+    pub fn samples(&self, machine: &Machine, sampling: &Sampling, rapids: &RapidPath) -> Result<Vec<Sample>, TipFault> {
+        let mut samples = gcode::sample(&self.program, &self.start, sampling, rapids).map_err(|cause| TipFault {
+            file: self.file.clone(),
+            line: cause.line,
+            cause: cause.into(),
+        })?;
+        self.follow_tip(machine, &mut samples)?;
+        Ok(samples)
+    }
+
+    /// Turns samples of the tip's way into axis positions: the linear axes follow. Other samples stay as they are.
+    fn follow_tip(&self, machine: &Machine, samples: &mut [Sample]) -> Result<(), TipFault> {
         for sample in samples {
             let Some(length) = self.program.moves[sample.move_index].tip_mm else { continue };
             let fault = |cause| TipFault { file: self.file.clone(), line: sample.line, cause };

@@ -1,10 +1,15 @@
 //! The scenes compiled into the program, so that a run needs nothing but the binary.
 
 /// Names of the shipped scenes, the paper's first.
-pub const NAMES: &[&str] = &["lathe-toolpost", "lathe-tailstock", "trunnion-impeller"];
+pub const NAMES: &[&str] =
+    &["lathe-toolpost", "lathe-tailstock", "trunnion-impeller", "mill-vise", "turn-mill", "robot-cell"];
 
-/// Those of the paper: what a run is about unless it is told otherwise.
-pub const OF_THE_PAPER: &[&str] = &["lathe-toolpost", "lathe-tailstock"];
+/// One tool and one housing with more and more triangles; one tool and one sleeve with their triangles moved towards one end.
+pub const FAMILIES: &[&str] =
+    &["size-1e3", "size-1e4", "size-1e5", "size-1e6", "grading-1", "grading-10", "grading-100"];
+
+/// What a run is about unless it is told otherwise: two lathes after the paper's scenes, and a mill with five axes.
+pub const BY_DEFAULT: &[&str] = &["lathe-toolpost", "lathe-tailstock", "trunnion-impeller"];
 
 macro_rules! files {
     ($($path:literal),* $(,)?) => { &[$(($path, include_str!(concat!("../../bench-scenes/", $path)))),*] };
@@ -19,6 +24,22 @@ const FILES: &[(&str, &str)] = files![
     "lathe-tailstock/program.ngc",
     "trunnion-impeller/scene.toml",
     "trunnion-impeller/program.ngc",
+    "mill-vise/scene.toml",
+    "mill-vise/program.ngc",
+    "turn-mill/scene.toml",
+    "turn-mill/program.ngc",
+    "robot-cell/scene.toml",
+    "robot-cell/program.ngc",
+    "size/machine.toml",
+    "size/program.ngc",
+    "size-1e3/scene.toml",
+    "size-1e4/scene.toml",
+    "size-1e5/scene.toml",
+    "size-1e6/scene.toml",
+    "grading/program.ngc",
+    "grading-1/scene.toml",
+    "grading-10/scene.toml",
+    "grading-100/scene.toml",
 ];
 
 /// The text of a file, by its path in `bench-scenes`.

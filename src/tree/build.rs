@@ -1,4 +1,7 @@
-//! Top-down construction.
+//! Top-down construction, on several threads where the caller runs on a pool of them.
+//!
+//! Which thread does what never shows: below a node, the nodes of the left side come first, then those of the right side, and each
+//! side is built from its own triangles alone. A side goes to another thread only when it is large enough to be worth it.
 
 use super::policy::{Axes, Policy};
 use super::split::{self, Item};
@@ -6,8 +9,13 @@ use super::{Node, Tree};
 use crate::geometry::Triangle;
 use crate::volume::BoundingVolume;
 
+/// Fewest triangles of a node whose two sides are built at the same time: some 10 ms of work, a thousand times what it takes to
+/// hand it over.
+const SHARED_FROM: usize = 1 << 14;
+
 impl<V: BoundingVolume> Tree<V> {
-    /// The tree over `triangles` (mm, mesh frame; at least one), the same for the same input on every machine.
+    /// The tree over `triangles` (mm, mesh frame; at least one), the same for the same input on every machine and for any number
+    /// of threads. A caller on a thread of a rayon pool has the pool at work; any other, such as a timing, stays alone.
     ///
     /// # Panics
     /// When `triangles` is empty or has more than 2³¹ members: a [`crate::geometry::Mesh`] is neither.
@@ -16,32 +24,24 @@ impl<V: BoundingVolume> Tree<V> {
         assert!(!triangles.is_empty(), "a tree needs at least one triangle");
         assert!(triangles.len() < (1 << 31), "node numbers are 32 bits");
         let mut items: Vec<Item> = triangles.iter().zip(0..).map(|(&triangle, face)| Item { triangle, face }).collect();
-        let mut scratch = triangles.to_vec();
-        let mut nodes = Vec::with_capacity(2 * triangles.len().div_ceil(policy.leaf as usize));
-        nodes.push(node(&scratch, 0));
-        let mut open = vec![0];
-        while let Some(index) = open.pop() {
-            let parent: &Node<V> = &nodes[index];
-            let range = parent.range();
-            if range.len() <= policy.leaf as usize {
-                continue;
-            }
-            let axes = match policy.axes {
-                Axes::Own => parent.volume.split_axes(&scratch[range.clone()]),
-                Axes::Shared => split::shared_axes(&scratch[range.clone()]),
-            };
-            let middle = range.start + split::divide(&mut items[range.clone()], policy.split, &axes);
-            for (slot, item) in scratch[range.clone()].iter_mut().zip(&items[range.clone()]) {
-                *slot = item.triangle;
-            }
-            let left = nodes.len();
-            nodes[index].children = left as u32;
-            nodes.push(node(&scratch[range.start..middle], range.start));
-            nodes.push(node(&scratch[middle..range.end], middle));
-            open.push(left + 1);
-            open.push(left);
+        let mut placed = triangles.to_vec();
+        let mut root = node(&placed, 0);
+        let whole = Stretch { items: &mut items, placed: &mut placed, first: 0 };
+        let builder = Builder { policy, shared: rayon::current_thread_index().is_some() };
+        let pieces = builder.below(&root, whole);
+        root.children = u32::from(!pieces.is_empty());
+        let mut nodes = Vec::with_capacity(1 + nodes_of(&pieces));
+        nodes.push(root);
+        for piece in pieces {
+            let start = nodes.len() as u32;
+            nodes.extend(piece.into_iter().map(|mut node| {
+                if node.children > 0 {
+                    node.children += start;
+                }
+                node
+            }));
         }
-        Self { nodes, triangles: scratch, faces: items.iter().map(|item| item.face).collect() }
+        Self { nodes, triangles: placed, faces: items.iter().map(|item| item.face).collect() }
     }
 }
 
@@ -50,6 +50,116 @@ fn node<V: BoundingVolume>(triangles: &[Triangle], first: usize) -> Node<V> {
     let volume = V::fit(triangles);
     let size = volume.size();
     Node { volume, size, children: 0, first: first as u32, count: triangles.len() as u32 }
+}
+
+/// The triangles of one node, in the order they have so far.
+struct Stretch<'a> {
+    items: &'a mut [Item],
+    /// The same triangles alone, as volumes are fitted to them.
+    placed: &'a mut [Triangle],
+    /// Place of the first one in tree order.
+    first: usize,
+}
+
+impl Stretch<'_> {
+    /// The part of the stretch that holds a node.
+    fn of<V>(&mut self, node: &Node<V>) -> Stretch<'_> {
+        let range = node.range().start - self.first..node.range().end - self.first;
+        Stretch { first: node.range().start, items: &mut self.items[range.clone()], placed: &mut self.placed[range] }
+    }
+
+    fn split_at(&mut self, middle: usize) -> (Stretch<'_>, Stretch<'_>) {
+        let (items, more_items) = self.items.split_at_mut(middle);
+        let (placed, more_placed) = self.placed.split_at_mut(middle);
+        let right = Stretch { items: more_items, placed: more_placed, first: self.first + middle };
+        (Stretch { items, placed, first: self.first }, right)
+    }
+
+    fn leaf<V: BoundingVolume>(&self) -> Node<V> {
+        node(self.placed, self.first)
+    }
+}
+
+/// Nodes that stand one after the other. A child's index counts from the first node of its parent's piece.
+type Piece<V> = Vec<Node<V>>;
+
+fn nodes_of<V>(pieces: &[Piece<V>]) -> usize {
+    pieces.iter().map(Vec::len).sum()
+}
+
+struct Builder {
+    policy: Policy,
+    /// Whether large nodes are shared out.
+    shared: bool,
+}
+
+impl Builder {
+    /// Everything below a node, its children first, whose triangles are `stretch`; nothing when it is to be a leaf.
+    fn below<V: BoundingVolume>(&self, parent: &Node<V>, mut stretch: Stretch<'_>) -> Vec<Piece<V>> {
+        if stretch.items.len() <= self.policy.leaf as usize {
+            return Vec::new();
+        }
+        if !self.shared || stretch.items.len() < SHARED_FROM {
+            return vec![self.below_alone(parent, stretch)];
+        }
+        let middle = self.divide(parent, &mut stretch);
+        let side = |stretch: Stretch<'_>| {
+            let node = stretch.leaf::<V>();
+            let below = self.below(&node, stretch);
+            (node, below)
+        };
+        let (left, right) = stretch.split_at(middle);
+        let ((mut left, left_below), (mut right, right_below)) = rayon::join(|| side(left), || side(right));
+        if !left_below.is_empty() {
+            left.children = 2;
+        }
+        if !right_below.is_empty() {
+            right.children = 2 + nodes_of(&left_below) as u32;
+        }
+        let mut pieces = vec![vec![left, right]];
+        pieces.extend(left_below);
+        pieces.extend(right_below);
+        pieces
+    }
+
+    /// As [`Builder::below`], for a node that is divided, in one piece.
+    fn below_alone<V: BoundingVolume>(&self, parent: &Node<V>, mut stretch: Stretch<'_>) -> Piece<V> {
+        let mut nodes = Vec::with_capacity(2 * stretch.items.len().div_ceil(self.policy.leaf as usize));
+        let push_children = |nodes: &mut Piece<V>, mut stretch: Stretch<'_>, middle: usize| {
+            let (left, right) = stretch.split_at(middle);
+            nodes.push(left.leaf());
+            nodes.push(right.leaf());
+        };
+        let middle = self.divide(parent, &mut stretch);
+        push_children(&mut nodes, stretch.of(parent), middle);
+        let mut open = vec![1, 0];
+        while let Some(index) = open.pop() {
+            let mut own = stretch.of(&nodes[index]);
+            if own.items.len() <= self.policy.leaf as usize {
+                continue;
+            }
+            let middle = self.divide(&nodes[index], &mut own);
+            let left = nodes.len();
+            nodes[index].children = left as u32;
+            push_children(&mut nodes, own, middle);
+            open.push(left + 1);
+            open.push(left);
+        }
+        nodes
+    }
+
+    /// Sorts a node's triangles into those of its left and of its right child, and returns how many are on the left.
+    fn divide<V: BoundingVolume>(&self, node: &Node<V>, stretch: &mut Stretch<'_>) -> usize {
+        let axes = match self.policy.axes {
+            Axes::Own => node.volume.split_axes(stretch.placed),
+            Axes::Shared => split::shared_axes(stretch.placed),
+        };
+        let middle = split::divide(stretch.items, self.policy.split, &axes);
+        for (slot, item) in stretch.placed.iter_mut().zip(stretch.items.iter()) {
+            *slot = item.triangle;
+        }
+        middle
+    }
 }
 
 #[cfg(test)]
@@ -87,6 +197,21 @@ mod tests {
         let tree = Tree::<Aabb>::build(&triangles, Policy::own(SplitRule::Sah16));
         for (triangle, &face) in tree.triangles().iter().zip(tree.faces()) {
             assert_eq!(*triangle, triangles[face as usize]);
+        }
+    }
+
+    #[test]
+    fn a_pool_of_threads_builds_the_same_tree() {
+        // 40 000 triangles, and so at least one node that is shared out.
+        let triangles = meshes::torus(12.0, 4.0, 200, 100).triangles();
+        assert!(triangles.len() > 2 * SHARED_FROM);
+        for policy in [Policy::own(SplitRule::AreaMean), Policy { leaf: 3, ..Policy::own(SplitRule::Median) }] {
+            let alone = Tree::<SphereRitter>::build(&triangles, policy);
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+            let shared = pool.install(|| Tree::<SphereRitter>::build(&triangles, policy));
+            assert_eq!(shared.check_structure(), Ok(()));
+            assert_eq!(shared.faces(), alone.faces());
+            assert_eq!(format!("{:?}", shared.nodes()), format!("{:?}", alone.nodes()));
         }
     }
 

@@ -12,9 +12,9 @@ use crate::volume::BoundingVolume;
 /// What queries reuse: memory, and the pair of triangles that was nearest last, which on a path is often nearest again.
 #[derive(Clone, Debug, Default)]
 pub struct Proximity {
-    stack: Vec<(f64, (u32, u32))>,
+    pub(crate) stack: Vec<(f64, (u32, u32))>,
     /// Places of the nearest triangles in the order of the two trees.
-    nearest: Option<(u32, u32)>,
+    pub(crate) nearest: Option<(u32, u32)>,
 }
 
 /// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 when triangles touch. For

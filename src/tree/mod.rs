@@ -1,12 +1,13 @@
 //! A binary tree of bounding volumes over one mesh, generic over the volume.
 //!
 //! One file per verb: [`split`] (the rules), [`build`], [`traverse`], [`distance`], [`witness`], [`validate`],
-//! [`tightness`].
+//! [`tightness`], [`summary`].
 
 pub mod build;
 pub mod distance;
 pub mod policy;
 pub mod split;
+pub mod summary;
 pub mod tightness;
 pub mod traverse;
 pub mod validate;
@@ -81,6 +82,19 @@ impl<V> Tree<V> {
     #[must_use]
     pub fn triangles_of(&self, node: &Node<V>) -> &[Triangle] {
         &self.triangles[node.range()]
+    }
+
+    /// The same tree around other volumes: `replace` gives each node's. The sizes that say which node is opened first stay.
+    #[must_use]
+    pub fn map<W>(self, replace: impl Fn(V) -> W) -> Tree<W> {
+        let node = |node: Node<V>| Node {
+            volume: replace(node.volume),
+            size: node.size,
+            children: node.children,
+            first: node.first,
+            count: node.count,
+        };
+        Tree { nodes: self.nodes.into_iter().map(node).collect(), triangles: self.triangles, faces: self.faces }
     }
 
     /// Memory the tree holds, bytes.

@@ -14,7 +14,7 @@ pub enum SplitRule {
     Median,
     /// In the middle of the corners' extent.
     Midpoint,
-    /// Where the surface-area heuristic over 16 bins of each of the three axes is smallest.
+    /// Where the surface-area heuristic over 16 bins is smallest, along each of the three axes and of the mesh's own.
     Sah16,
 }
 

@@ -2,6 +2,7 @@
 //!
 //! The rule picks a place along the longest axis and every triangle goes to the side of its centroid. When that leaves a
 //! side empty the next axis is tried; when all three fail, as for triangles with one common centroid, the list is halved.
+//! The surface-area heuristic tries the axes it is given and those of the mesh, along which most of a machine part lies.
 
 use super::policy::SplitRule;
 use crate::geometry::{Triangle, Vector, covariance, triangle};
@@ -23,8 +24,14 @@ const BINS: usize = 16;
 /// orthogonal, longest first. Within each side the order of `items` is kept, so that the result depends on nothing else.
 pub fn divide(items: &mut [Item], rule: SplitRule, axes: &[Unit<Vector>; 3]) -> usize {
     if rule == SplitRule::Sah16 {
-        if let Some((axis, threshold)) = cheapest_bin_boundary(items, axes)
-            && let Some(left) = partition(items, |t| along(t, &axes[axis]) < threshold)
+        let mesh_axes = [Vector::x_axis(), Vector::y_axis(), Vector::z_axis()];
+        let own = cheapest_bin_boundary(items, axes);
+        let cheapest = match cheapest_bin_boundary(items, &mesh_axes) {
+            Some(mesh) if own.as_ref().is_none_or(|own| mesh.cost < own.cost) => Some(mesh),
+            _ => own,
+        };
+        if let Some(Boundary { axis, threshold, .. }) = cheapest
+            && let Some(left) = partition(items, |t| along(t, &axis) < threshold)
         {
             return left;
         }
@@ -92,15 +99,22 @@ fn halve(items: &mut [Item], axis: &Unit<Vector>) -> usize {
     items.len() / 2
 }
 
-/// The bin boundary with the smallest surface-area cost: the axis' index and the coordinate, mm. `None` when all
-/// centroids coincide.
+/// A boundary between bins: centroids whose coordinate along `axis` is below `threshold`, mm, are on the left.
+struct Boundary {
+    /// Count times half box area, summed over both sides, mm².
+    cost: f64,
+    axis: Unit<Vector>,
+    threshold: f64,
+}
+
+/// The bin boundary with the smallest surface-area cost. `None` when all centroids coincide.
 ///
 /// The cost of a cut is count × box area, summed over both sides (Goldsmith and Salmon 1987; binned by Wald 2007), with
 /// boxes along `axes`.
-fn cheapest_bin_boundary(items: &[Item], axes: &[Unit<Vector>; 3]) -> Option<(usize, f64)> {
+fn cheapest_bin_boundary(items: &[Item], axes: &[Unit<Vector>; 3]) -> Option<Boundary> {
     let frame = covariance::frame_of(axes);
-    let mut best: Option<(f64, usize, f64)> = None;
-    for (axis, direction) in axes.iter().enumerate() {
+    let mut best: Option<Boundary> = None;
+    for direction in axes {
         let (low, high) = extent(items.iter().map(|i| along(&i.triangle, direction)));
         if high <= low {
             continue;
@@ -128,13 +142,13 @@ fn cheapest_bin_boundary(items: &[Item], axes: &[Unit<Vector>; 3]) -> Option<(us
             left = merge(left, bins[boundary - 1]);
             if let (Some(l), Some(r)) = (left, right[boundary]) {
                 let cost = weighted_area(&l) + weighted_area(&r);
-                if best.is_none_or(|(cheapest, ..)| cost < cheapest) {
-                    best = Some((cost, axis, low + width * boundary as f64));
+                if best.as_ref().is_none_or(|best| cost < best.cost) {
+                    best = Some(Boundary { cost, axis: *direction, threshold: low + width * boundary as f64 });
                 }
             }
         }
     }
-    best.map(|(_, axis, threshold)| (axis, threshold))
+    best
 }
 
 /// Count, low and high corner of two bins together.

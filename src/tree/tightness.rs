@@ -73,13 +73,12 @@ impl<V: BoundingVolume> Tree<V> {
     pub fn report(&self) -> TreeReport {
         let depths = self.depths();
         let leaves = || self.nodes.iter().zip(&depths).filter(|(node, _)| node.children().is_none());
-        let weighted_depth: f64 = leaves().map(|(node, &depth)| f64::from(depth) * f64::from(node.count)).sum();
         let areas: Vec<f64> = self.nodes.par_iter().map(|node| node.volume.surface_area()).collect();
         TreeReport {
             nodes: self.nodes.len(),
             leaves: leaves().count(),
             depth_max: depths.iter().copied().max().unwrap_or(0),
-            depth_mean: weighted_depth / self.triangles.len() as f64,
+            depth_mean: self.mean_leaf_depth(&depths),
             child_ratio: self.child_ratio(),
             sah_cost: areas.iter().sum::<f64>() / areas[0],
             drift_mm: drift(&self.nodes[0].volume.centre(), &self.triangles),
@@ -88,7 +87,15 @@ impl<V: BoundingVolume> Tree<V> {
         }
     }
 
-    fn depths(&self) -> Vec<u32> {
+    /// The mean depth of a leaf, weighted by its triangles.
+    pub(super) fn mean_leaf_depth(&self, depths: &[u32]) -> f64 {
+        let leaves = self.nodes.iter().zip(depths).filter(|(node, _)| node.children().is_none());
+        let weighted: f64 = leaves.map(|(node, &depth)| f64::from(depth) * f64::from(node.count)).sum();
+        weighted / self.triangles.len() as f64
+    }
+
+    /// The depth of every node; the root's is 0.
+    pub(super) fn depths(&self) -> Vec<u32> {
         let mut depths = vec![0; self.nodes.len()];
         for (index, node) in self.nodes.iter().enumerate() {
             if let Some((left, right)) = node.children() {
@@ -99,7 +106,8 @@ impl<V: BoundingVolume> Tree<V> {
         depths
     }
 
-    fn child_ratio(&self) -> f64 {
+    /// See [`TreeReport::child_ratio`].
+    pub(super) fn child_ratio(&self) -> f64 {
         let (mut sum, mut weight) = (0.0, 0.0);
         for node in &self.nodes {
             if let Some((left, right)) = node.children() {
@@ -170,8 +178,9 @@ fn sum(level: u32, facts: &[NodeFacts]) -> LevelReport {
     total
 }
 
-/// Volume of the convex hull, mm³; `None` for contents that are flat, or nearly so, or fewer than a tetrahedron.
-fn hull_volume(triangles: &[Triangle]) -> Option<f64> {
+/// Volume of the convex hull, mm³, of triangles in mm; `None` for contents that are flat, or nearly so, or fewer than a tetrahedron.
+#[must_use]
+pub fn hull_volume(triangles: &[Triangle]) -> Option<f64> {
     /// A hull thinner than this part of a cube of its own extent is taken for flat: its volume would be rounding.
     const FLAT: f64 = 1e-6;
     let key = |p: &Point| [p.x, p.y, p.z].map(|x| (x + 0.0).to_bits());
@@ -196,7 +205,7 @@ fn hull_volume(triangles: &[Triangle]) -> Option<f64> {
 }
 
 /// The smallest slack with which a volume contains a point, mm, to 1e-9 of itself, by bisection.
-fn distance_outside<V: BoundingVolume>(volume: &V, point: &Point) -> f64 {
+pub(super) fn distance_outside<V: BoundingVolume>(volume: &V, point: &Point) -> f64 {
     let mut high = (point - volume.centre()).norm();
     let mut low = 0.0;
     while high - low > 1e-9 * high {

@@ -1,30 +1,50 @@
-//! The axis-aligned box, kept in its mesh's axes and tested at any relative pose by the fifteen separating axes.
+//! Axis-aligned boxes, kept in their mesh's axes: one box; how two are tested at a relative pose is a rule.
 //!
 //! G. van den Bergen, "Efficient Collision Detection of Complex Deformable Models using AABB Trees", 1997. Because all boxes
-//! of a mesh share its axes, the rotation between two boxes, and its absolute values, are constants of the pose. The box
-//! is not re-fitted in the world frame: that would be another variant.
+//! of a mesh share its axes, the rotation between two boxes, and its absolute values, are constants of the pose. The
+//! variant of this file tries all fifteen separating axes.
 
 use super::separating_axes::{box_contains, gap_mm, pad_mm, separated, widened_abs};
 use super::{BoundingVolume, Info, Segment, box_outline, coordinate_axes_by_extent};
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use nalgebra::{Matrix3, Unit};
+use std::fmt::Debug;
+use std::marker::PhantomData;
+
+/// What makes one axis-aligned box a variant: its name and its test.
+pub trait AabbRule: Clone + Debug + Send + Sync + 'static {
+    /// Name and promise.
+    const INFO: Info;
+    /// Whether two boxes are apart: half-lengths `a` and `b`, mm, and `t` the second centre seen from the first, mm.
+    fn separated(t: &Vector, pose: &AabbPose, a: &Vector, b: &Vector) -> bool;
+}
 
 /// Centre and half-lengths, mm, mesh axes.
 #[derive(Clone, Debug)]
-pub struct Aabb {
-    centre: Point,
-    half: Vector,
+pub struct AlignedBox<R> {
+    pub(super) centre: Point,
+    pub(super) half: Vector,
+    pub(super) rule: PhantomData<R>,
 }
 
 /// Rotation, its widened absolute values, and translation, mm, from the second mesh to the first.
 #[derive(Clone, Debug)]
 pub struct AabbPose {
-    rotation: Matrix3<f64>,
-    widened: Matrix3<f64>,
+    /// Takes axes of the second mesh to axes of the first.
+    pub rotation: Matrix3<f64>,
+    /// [`widened_abs`] of it.
+    pub widened: Matrix3<f64>,
     translation: Vector,
 }
 
-impl BoundingVolume for Aabb {
+/// The rule that tries fifteen axes.
+#[derive(Clone, Copy, Debug)]
+pub struct FifteenAxes;
+
+/// The axis-aligned box with the full separating-axis test.
+pub type Aabb = AlignedBox<FifteenAxes>;
+
+impl AabbRule for FifteenAxes {
     const INFO: Info = Info {
         id: "aabb",
         label: "AABB",
@@ -32,12 +52,25 @@ impl BoundingVolume for Aabb {
         safe: true,
     };
 
+    #[inline(always)]
+    fn separated(t: &Vector, pose: &AabbPose, a: &Vector, b: &Vector) -> bool {
+        separated(t, &pose.rotation, &pose.widened, a, b)
+    }
+}
+
+impl<R: AabbRule> BoundingVolume for AlignedBox<R> {
+    const INFO: Info = R::INFO;
+
     type Pose = AabbPose;
 
     fn fit(triangles: &[Triangle]) -> Self {
         let (low, high) = triangle::bounds(triangles).unwrap_or((Point::origin(), Point::origin()));
         let pad = pad_mm(low.coords.amax().max(high.coords.amax()));
-        Self { centre: nalgebra::center(&low, &high), half: (high - low) * 0.5 + Vector::repeat(pad) }
+        Self {
+            centre: nalgebra::center(&low, &high),
+            half: (high - low) * 0.5 + Vector::repeat(pad),
+            rule: PhantomData,
+        }
     }
 
     fn pose(a_from_b: &Isometry) -> AabbPose {
@@ -48,7 +81,7 @@ impl BoundingVolume for Aabb {
     #[inline]
     fn overlaps(&self, other: &Self, pose: &AabbPose) -> bool {
         let t = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
-        !separated(&t, &pose.rotation, &pose.widened, &self.half, &other.half)
+        !R::separated(&t, pose, &self.half, &other.half)
     }
 
     fn gap_mm(&self, other: &Self, pose: &AabbPose) -> f64 {
@@ -87,6 +120,8 @@ impl BoundingVolume for Aabb {
 
 #[cfg(test)]
 mod tests {
+    use super::super::aabb_refit::{AabbRefit, Refit};
+    use super::super::aabb_sat6::{AabbSat6, SixAxes};
     use super::*;
 
     #[test]
@@ -96,5 +131,37 @@ mod tests {
         assert_eq!(fitted.centre, Point::new(3.0, 5.0, 3.0));
         assert!((fitted.volume() - 0.0).abs() < 1e-5 && (fitted.surface_area() - 2.0 * 4.0 * 6.0).abs() < 1e-5);
         assert!(fitted.contains(&Point::new(5.0, 8.0, 3.0), 0.0) && !fitted.contains(&Point::new(5.1, 8.0, 3.0), 0.05));
+    }
+
+    /// Boxes of edge 2 about the origin of their meshes.
+    fn overlap<R: AabbRule>(pose: &Isometry) -> bool {
+        let corner = |x: f64| Point::new(x, x, x);
+        let cube = AlignedBox::<R>::fit(&[Triangle::new(corner(-1.0), corner(1.0), corner(0.0))]);
+        cube.overlaps(&cube, &AlignedBox::<R>::pose(pose))
+    }
+
+    #[test]
+    fn each_rule_sees_what_its_axes_show() {
+        let quarter = std::f64::consts::FRAC_PI_4;
+        // On its edge about z at x: its width along x is 2√2, which all see.
+        let on_edge = |x: f64| Isometry::new(Vector::new(x, 0.0, 0.0), Vector::z() * quarter);
+        let reach = 1.0 + 2.0_f64.sqrt();
+        for overlap in [overlap::<FifteenAxes>, overlap::<SixAxes>, overlap::<Refit>] {
+            assert!(overlap(&on_edge(reach - 1e-6)) && !overlap(&on_edge(reach + 1e-6)));
+        }
+        // Along the diagonal the first box's corner meets the second box's face: at distance √2 + 1, but the re-fitted box
+        // reaches 1 + √2 along x and along y, so that it parts at √2 (1 + √2).
+        let diagonal = |d: f64| Isometry::new(Vector::new(1.0, 1.0, 0.0).normalize() * d, Vector::z() * quarter);
+        assert!(!overlap::<FifteenAxes>(&diagonal(reach + 1e-6)) && !overlap::<SixAxes>(&diagonal(reach + 1e-6)));
+        assert!(overlap::<Refit>(&diagonal(2.0_f64.sqrt() * reach - 1e-6)));
+        assert!(!overlap::<Refit>(&diagonal(2.0_f64.sqrt() * reach + 1e-6)));
+        // Two edges crossed along z part at 2√2; no face shows that.
+        let x = nalgebra::UnitQuaternion::from_axis_angle(&Vector::x_axis(), quarter);
+        let y = nalgebra::UnitQuaternion::from_axis_angle(&Vector::y_axis(), quarter);
+        let crossed = |z: f64| Isometry::from_parts((x.inverse() * Vector::new(0.0, 0.0, z)).into(), x.inverse() * y);
+        let touch = 2.0 * 2.0_f64.sqrt();
+        assert!(!overlap::<FifteenAxes>(&crossed(touch + 1e-6)) && overlap::<FifteenAxes>(&crossed(touch - 1e-6)));
+        assert!(overlap::<SixAxes>(&crossed(touch + 1e-6)));
+        assert_eq!((AabbSat6::INFO.safe, AabbRefit::INFO.safe), (true, true));
     }
 }

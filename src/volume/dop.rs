@@ -38,9 +38,9 @@ pub struct Cone {
 #[derive(Clone, Debug)]
 pub struct Dop<D, const K: usize> {
     /// Largest coordinate along `+u`, then along `-u` (the negated smallest).
-    high: [f64; K],
-    negated_low: [f64; K],
-    directions: PhantomData<D>,
+    pub(super) high: [f64; K],
+    pub(super) negated_low: [f64; K],
+    pub(super) directions: PhantomData<D>,
 }
 
 /// A direction of one polytope seen from the other: how to bound the other's extent along it.
@@ -248,45 +248,4 @@ fn cones_over_facets(normals: &[Vector]) -> Vec<Cone> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::dop_8::Diagonals;
-    use super::*;
-
-    type Dop8 = Dop<Diagonals, 4>;
-
-    #[test]
-    fn the_cube_of_diagonals_has_twelve_cones() {
-        assert_eq!(cones_over_facets(Diagonals::normals()).len(), 12);
-    }
-
-    #[test]
-    fn every_direction_is_a_non_negative_sum_of_a_cone() {
-        for seed in 0..2000 {
-            let f = f64::from(seed);
-            let e = Vector::new((f * 0.7).sin(), (f * 1.3).cos(), (f * 0.37).sin()).normalize();
-            let bound = bound::<Diagonals, 4>(&e, 0.0);
-            let normal = |m: usize| if m < 4 { Diagonals::normals()[m] } else { -Diagonals::normals()[m - 4] };
-            let sum: Vector = bound.members.iter().zip(bound.weights).map(|(&m, w)| normal(m) * w).sum();
-            assert!((sum - e).norm() < 1e-12, "{e:?}");
-        }
-    }
-
-    #[test]
-    fn the_eight_dop_of_a_diagonal_segment_is_an_octahedron() {
-        // The segment from (-1,0,0) to (1,0,0): |±x±y±z| <= 1, the octahedron of volume 4/3 and eight faces of √3/2.
-        let p = |x: f64| Point::new(x, 0.0, 0.0);
-        let dop = Dop8::fit(&[Triangle::new(p(-1.0), p(1.0), p(0.0))]);
-        assert!((dop.volume() - 4.0 / 3.0).abs() < 1e-6, "{}", dop.volume());
-        assert!((dop.surface_area() - 4.0 * 3.0_f64.sqrt()).abs() < 1e-6);
-        assert!(dop.contains(&Point::new(0.0, 0.99, 0.0), 0.0) && !dop.contains(&Point::new(0.5, 0.5, 0.5), 0.01));
-    }
-
-    #[test]
-    fn octahedra_part_where_their_faces_do() {
-        let p = |x: f64| Point::new(x, 0.0, 0.0);
-        let dop = Dop8::fit(&[Triangle::new(p(-1.0), p(1.0), p(0.0))]);
-        let overlaps = |x: f64| dop.overlaps(&dop, &Dop8::pose(&Isometry::translation(x, x, x)));
-        assert!(overlaps(2.0 / 3.0 - 1e-6)); // faces x + y + z = ±1 meet at 3x = 2
-        assert!(!overlaps(2.0 / 3.0 + 1e-6));
-    }
-}
+mod tests;

@@ -27,11 +27,11 @@ pub fn widened_abs(r: &Matrix3<f64>) -> Matrix3<f64> {
     r.map(|x| x.abs() + PARALLEL_EPSILON)
 }
 
-/// Whether one of the fifteen axes separates two boxes: half-lengths `a` and `b`, mm; `r` takes axes of the second box to
+/// Whether one of the six face normals separates two boxes: half-lengths `a` and `b`, mm; `r` takes axes of the second box to
 /// axes of the first, `q` is [`widened_abs`] of it; `t` is the second centre seen from the first, in its axes, mm.
 #[inline(always)]
 #[must_use]
-pub fn separated(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: &Vector) -> bool {
+pub fn separated_by_faces(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: &Vector) -> bool {
     for i in 0..3 {
         if t[i].abs() > a[i] + q[(i, 0)] * b[0] + q[(i, 1)] * b[1] + q[(i, 2)] * b[2] {
             return true;
@@ -42,6 +42,17 @@ pub fn separated(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: 
         if distance.abs() > b[j] + q[(0, j)] * a[0] + q[(1, j)] * a[1] + q[(2, j)] * a[2] {
             return true;
         }
+    }
+    false
+}
+
+/// Whether one of the fifteen axes separates two boxes: the six normals, or a product of two edges; arguments as for
+/// [`separated_by_faces`].
+#[inline(always)]
+#[must_use]
+pub fn separated(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: &Vector) -> bool {
+    if separated_by_faces(t, r, q, a, b) {
+        return true;
     }
     for i in 0..3 {
         let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
@@ -57,7 +68,7 @@ pub fn separated(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: 
     false
 }
 
-/// A lower bound of the distance of two boxes, mm; arguments as for [`separated`]. Along the three axes of a box the gaps
+/// A lower bound of the distance of two boxes, mm; arguments as for [`separated_by_faces`]. Along the three axes of a box the gaps
 /// are those of two boxes with parallel edges, the other box's hull taken; the larger of the two distances counts.
 #[inline(always)]
 #[must_use]

@@ -4,7 +4,7 @@
 //! and `random` (poses at known depths), [`draw`] (random numbers).
 
 pub mod draw;
-mod ray;
+pub mod ray;
 mod program;
 mod recorded;
 mod approach;

@@ -1,7 +1,7 @@
 //! Poses along the scene's program, in the order in which the machine takes them.
 
 use super::{PosedPair, WorkloadError, block_of};
-use crate::gcode::{Sample, Sampling, path};
+use crate::gcode::{RapidPath, Sample, Sampling, path};
 use crate::machine::Poses;
 use crate::scene::{Pair, ProgramRun, Scene};
 
@@ -30,8 +30,8 @@ impl Run {
     /// # Errors
     /// [`WorkloadError::OutOfLimits`] at the first line that leaves the machine's limits.
     pub fn new(scene: &Scene, run: &ProgramRun, count: usize) -> Result<Self, WorkloadError> {
-        let mut samples = sampled(run, count);
-        run.follow_tip(&scene.machine, &mut samples)?;
+        let rapids = &scene.rates.rapid_path;
+        let samples = run.samples(&scene.machine, &sampling(run, rapids, count), rapids)?;
         let tools = run.tools();
         let mut poses = Vec::with_capacity(samples.len());
         for Sample { position, line, move_index, .. } in samples {
@@ -58,25 +58,29 @@ impl Run {
     }
 }
 
-/// The path sampled with steps that are a common multiple of the scene's, so that about `count` samples result.
-fn sampled(run: &ProgramRun, count: usize) -> Vec<Sample> {
-    let sample = |factor: f64| path::sample(&run.program, &run.start, &scaled(&run.sampling, factor));
-    let error = |samples: &[Sample]| (samples.len() as f64 / count.max(1) as f64 - 1.0).abs();
-    let mut factor = 1.0;
-    let mut best = sample(factor);
-    let mut found = best.len();
+/// The steps, a common multiple of the scene's, with which about `count` samples result.
+fn sampling(run: &ProgramRun, rapids: &RapidPath, count: usize) -> Sampling {
+    // Too many are counted as twice the most.
+    let found = |factor: f64| {
+        let sampling = scaled(&run.sampling, factor);
+        path::count(&run.program, &run.start, &sampling, rapids).unwrap_or(2 * path::MAX_SAMPLES)
+    };
+    let wanted = count.max(1) as f64;
+    let error = |found: usize| (found as f64 / wanted - 1.0).abs();
+    let (mut factor, mut best) = (1.0, 1.0);
+    let mut samples = found(factor);
+    let mut best_error = error(samples);
     for _ in 0..CORRECTIONS {
-        if error(&best) <= COUNT_TOLERANCE || found == 0 {
+        if best_error <= COUNT_TOLERANCE || samples == 0 {
             break;
         }
-        factor *= found as f64 / count.max(1) as f64;
-        let samples = sample(factor);
-        found = samples.len();
-        if error(&samples) < error(&best) {
-            best = samples;
+        factor *= samples as f64 / wanted;
+        samples = found(factor);
+        if error(samples) < best_error {
+            (best, best_error) = (factor, error(samples));
         }
     }
-    best
+    scaled(&run.sampling, best)
 }
 
 /// Steps times `factor`; the chord tolerance goes with its square, as the gap under a chord does with its length.

@@ -3,7 +3,7 @@
 use super::draw::Draw;
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector, triangle};
 use crate::truth::PairOracle;
-use nalgebra::{Translation3, Unit};
+use nalgebra::{Translation3, Unit, UnitQuaternion};
 
 /// A part as the rays see it: its size, and its surface to pick points from.
 pub struct Target {
@@ -64,6 +64,14 @@ impl Ray {
     pub fn cast(contact: &Contact<'_>, through: &Isometry, direction: Unit<Vector>) -> Option<Self> {
         let travel = contact.oracle.first_contact_mm(through, &direction)?;
         Some(Self { first_contact: moved(through, &direction, travel), direction })
+    }
+
+    /// The same line when both parts' frames are turned, `a`'s by `turn_a` and `b`'s by `turn_b`, and the parts stay where they
+    /// are.
+    #[must_use]
+    pub fn in_frames(&self, turn_a: &UnitQuaternion<f64>, turn_b: &UnitQuaternion<f64>) -> Self {
+        let first_contact = *turn_a * self.first_contact * turn_b.inverse();
+        Self { first_contact, direction: turn_a * self.direction }
     }
 
     /// The pose a travel past first contact, mm; negative is before it.

@@ -200,6 +200,18 @@ fn check_size(path: &Path, bytes: u64) -> Result<(), ImportError> {
 /// As [`load`].
 pub fn parse(path: &Path, content: &[u8], options: impl Into<Options>) -> Result<Imported, ImportError> {
     let Options { unit, weld_mm } = options.into();
+    parse_in(path, content, unit.map(Unit::in_mm), weld_mm)
+}
+
+/// As [`parse`], with a unit of any length, mm, and corners welded only where they fall on the same point of the grid.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse_scaled(path: &Path, content: &[u8], unit_mm: f64) -> Result<Imported, ImportError> {
+    parse_in(path, content, Some(unit_mm), 0.0)
+}
+
+fn parse_in(path: &Path, content: &[u8], unit_mm: Option<f64>, weld_mm: f64) -> Result<Imported, ImportError> {
     if weld_mm != 0.0 && !(WELD_MM.0..=WELD_MM.1).contains(&weld_mm) {
         return Err(ImportError::Tolerance { path: path.into(), weld_mm, least: WELD_MM.0, most: WELD_MM.1 });
     }
@@ -219,7 +231,7 @@ pub fn parse(path: &Path, content: &[u8], options: impl Into<Options>) -> Result
         #[cfg(not(feature = "3mf"))]
         Format::ThreeMf => Err(ImportError::NotBuiltIn { path: path.into(), format: "3MF", feature: "3mf" }),
     }?;
-    let unit_mm = unit.map(Unit::in_mm).or(raw.unit_mm).unwrap_or(Unit::Mm.in_mm());
+    let unit_mm = unit_mm.or(raw.unit_mm).unwrap_or(Unit::Mm.in_mm());
     clean::clean(raw, format, unit_mm, weld_mm).map_err(|source| ImportError::NotAMesh { path: path.into(), source })
 }
 

@@ -5,8 +5,8 @@ use super::Raw;
 use nalgebra::Matrix3;
 
 /// Most triangles, and most vertices, that placing objects may add up to. A few bytes can place one object any number
-/// of times, so that the size of the file is no bound; 2^25 vertices and triangles take 1.2 GiB.
-const MOST: usize = 1 << 25;
+/// of times, so that the size of the file is no bound; 2^24 vertices and triangles take 0.6 GiB.
+const MOST: usize = 1 << 24;
 
 /// An affine map from the coordinates of an object to those of whatever holds it, both in the file's unit.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! The driver: starts the runners of all engines, and has them answer the same chunks in turn.
 //!
 //! In every round the chunks come in a fresh random order, and for each chunk the engines in a fresh random order. The first round
-//! warms up and is dropped. A chunk that takes an engine longer than [`LONG_CHUNK_NS`] is asked once more only: it
+//! warms up and is dropped. A chunk that takes an engine longer than `LONG_CHUNK_NS` is asked once more only: it
 //! averages the machine's noise itself.
 
 use super::posed::PosedMeshes;

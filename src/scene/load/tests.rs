@@ -81,6 +81,29 @@ fn a_machine_may_have_its_own_file_that_brings_parts() {
 }
 
 #[test]
+fn a_density_for_the_machines_file_is_for_its_parts_alone() {
+    let shape = "shape = { kind = \"sphere\", radius_mm = 20 }\n";
+    let machine = format!(
+        "[[links]]\nname = \"slide\"\njoint = {{ axis = \"X\", direction = [1, 0, 0] }}\n[[parts]]\nname = \"a\"\n{shape}"
+    );
+    let scene = |density: &str| {
+        format!(
+            "title = \"\"\n[machine]\nfile = \"machine.toml\"\n{density}[[parts]]\nname = \"b\"\nlink = \"slide\"\n{shape}"
+        )
+    };
+    let faces = |density: &str| {
+        let loaded = load(&[("scene.toml", &scene(density)), ("machine.toml", &machine)]).unwrap();
+        [0, 1].map(|part| loaded.parts[part].mesh.faces().len())
+    };
+    let [a, b] = faces("density = 0.5\n");
+    assert_eq!(faces(""), [b, b]);
+    // Half as dense: about a quarter of the triangles.
+    assert!(3 * a < b && b < 5 * a, "{a} {b}");
+    let (_, text) = error_of(&[("scene.toml", "title = \"\"\n[machine]\ndensity = 2\n")]);
+    assert!(text.contains("`density` goes with `file`"), "{text}");
+}
+
+#[test]
 fn parts_and_recorded_poses_make_a_scene() {
     let scene = "title = \"\"\n[[parts]]\nname = \"a\"\nmesh = \"t.stl\"\n[[parts]]\nname = \"b\"\nmesh = \"t.stl\"\n\
                  [recorded]\nfile = \"poses.csv\"\n";
@@ -201,5 +224,73 @@ fn a_scene_that_is_nowhere_is_answered_with_those_that_are_somewhere() {
     for error in [Scene::find("lathe-toolpots"), Scene::load(Path::new("no/such/folder"))].map(Result::unwrap_err) {
         assert!(matches!(error, SceneError::Missing { .. }));
         assert!(error.to_string().contains("lathe-toolpost, lathe-tailstock"), "{error}");
+    }
+}
+
+const WITH_URDF: &str = "title = \"\"\n[machine]\nurdf = \"r.urdf\"\naxes = { slide = \"Z\" }\n\
+                         [[parts]]\nname = \"tip\"\nlink = \"carriage\"\nmesh = \"t.stl\"\n";
+
+#[cfg(not(feature = "urdf"))]
+#[test]
+fn urdf_needs_its_feature() {
+    let text = error_of(&[("scene.toml", WITH_URDF)]).1;
+    assert_eq!(text, "scene.toml:2:1: URDF is read only by a build with `--features urdf`");
+}
+
+#[test]
+fn keys_of_urdf_want_urdf() {
+    let text =
+        error_of(&[("scene.toml", &SLIDE.replacen("[[machine", "[machine]\naxes = { a = \"X\" }\n[[machine", 1))]).1;
+    assert_eq!(text, "scene.toml:3:1: `axes` and `form` go with `urdf`");
+}
+
+#[cfg(feature = "urdf")]
+mod urdf {
+    use super::*;
+
+    const ROBOT: &str = r#"<robot name="robot">
+  <link name="bed"><visual><geometry><box size="1 0.5 0.1"/></geometry></visual></link>
+  <link name="carriage">
+    <visual><geometry><mesh filename="package://robot/t.stl" scale="0.002 0.002 0.002"/></geometry></visual>
+  </link>
+  <joint name="slide" type="prismatic">
+    <parent link="bed"/><child link="carriage"/><axis xyz="0 0 1"/><limit lower="0.1" upper="0.2" effort="0" velocity="1"/>
+  </joint>
+</robot>
+"#;
+
+    #[test]
+    fn a_urdf_file_is_a_machine_with_parts() {
+        let loaded = load(&[("scene.toml", WITH_URDF), ("r.urdf", ROBOT)]).unwrap();
+        let names: Vec<&str> = loaded.parts.iter().map(|part| part.name.as_str()).collect();
+        assert_eq!(names, ["bed", "carriage", "tip"]);
+        assert_eq!(loaded.machine.axis_limits(Axis::Z), Some([100.0, 200.0]));
+        assert_eq!(loaded.pairs, [Pair { a: 0, b: 1 }, Pair { a: 0, b: 2 }]);
+        // The tetrahedron's legs are 1 unit, and a unit is 0.002 m.
+        let reach = |part: usize| loaded.parts[part].mesh.vertices().iter().map(|v| v.x).fold(0.0, f64::max);
+        assert_eq!((reach(0), reach(1), reach(2)), (500.0, 2.0, 1.0));
+        let inputs: Vec<&str> = loaded.inputs.keys().map(|key| key.split_once('/').unwrap().1).collect();
+        assert_eq!(inputs, ["r.urdf", "scene.toml", "t.stl"]);
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_urdf_file_is_said_with_its_place() {
+        let text = |robot: &str| error_of(&[("scene.toml", WITH_URDF), ("r.urdf", robot)]).1;
+        let missing = text(&ROBOT.replacen("t.stl", "u.stl", 1));
+        let wanted =
+            "r.urdf:3:15: part `carriage`: there is no mesh `package://robot/u.stl`; tried robot/u.stl, u.stl, ";
+        assert!(missing.starts_with(wanted), "{missing}");
+        let cycle = text(&ROBOT.replacen("parent link=\"bed\"", "parent link=\"carriage\"", 1));
+        assert_eq!(cycle, "r.urdf:3:15: links stand on one another in a circle: carriage -> carriage");
+        let mimic = text(&ROBOT.replacen("<limit", "<mimic joint=\"other\"/><limit", 1));
+        assert!(mimic.starts_with("r.urdf:6:16: joint `slide` mimics `other`"), "{mimic}");
+        let planar = text(&ROBOT.replacen("prismatic", "planar", 1));
+        assert!(planar.starts_with("r.urdf:6:16: joint `slide` is planar"), "{planar}");
+        let flat = text(&ROBOT.replacen("0.1\"/></geometry>", "0\"/></geometry>", 1));
+        assert!(flat.starts_with("r.urdf:2:15: part `bed`: "), "{flat}");
+        assert!(text("<robot").starts_with("r.urdf:1:1: "));
+        let both = WITH_URDF.replacen("axes", "file = \"m.toml\"\naxes", 1);
+        let text = error_of(&[("scene.toml", &both), ("r.urdf", ROBOT)]).1;
+        assert_eq!(text, "scene.toml:2:1: a machine has a URDF file, a file or links, and only one of them");
     }
 }

@@ -1,11 +1,12 @@
 //! Orientation rules: the axes of a box, and the mean that belongs to them.
 
-use crate::geometry::{Point, Triangle, covariance};
+use crate::geometry::hull::Hull;
+use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
 use nalgebra::Matrix3;
 
 /// How the axes of a box are found.
 pub trait FrameRule {
-    /// The mean (mm) that the covariance is about, and the axes as columns of a rotation.
+    /// The mean (mm) that belongs to the rule, and the axes as columns of a rotation.
     fn mean_and_axes(triangles: &[Triangle]) -> (Point, Matrix3<f64>);
 }
 
@@ -28,5 +29,102 @@ impl FrameRule for AreaCovariance {
     fn mean_and_axes(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
         let (mean, covariance) = covariance::area_weighted(triangles);
         (mean, covariance::principal_frame(&covariance))
+    }
+}
+
+/// Principal axes of the surface of the convex hull: Gottschalk, Lin and Manocha 1996, section 4. What lies inside has no
+/// say.
+#[derive(Clone, Copy, Debug)]
+pub struct HullAreaCovariance;
+
+impl FrameRule for HullAreaCovariance {
+    /// A hull without a surface leaves the corners themselves.
+    fn mean_and_axes(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
+        let facets = Hull::of(triangle::corners(triangles)).map(|hull| hull.triangles()).unwrap_or_default();
+        AreaCovariance::mean_and_axes(if facets.is_empty() { triangles } else { &facets })
+    }
+}
+
+/// Of three frames the one whose tight box has the least surface: the principal axes of the surface, the mesh's own axes, and
+/// those of the largest triangle. Machine parts are mostly prisms and turned bodies along their own axes, which no covariance finds when
+/// the body's symmetry leaves its eigenvectors free. The mean is that of the surface.
+#[derive(Clone, Copy, Debug)]
+pub struct LeastSurface;
+
+impl FrameRule for LeastSurface {
+    fn mean_and_axes(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
+        let (mean, principal) = AreaCovariance::mean_and_axes(triangles);
+        let mut largest = &triangles[0];
+        for triangle in triangles {
+            if triangle.area() > largest.area() {
+                largest = triangle;
+            }
+        }
+        let mut best = (surface(triangles, &mean, &principal), principal);
+        for axes in [Some(Matrix3::identity()), largest.frame()].into_iter().flatten() {
+            let surface = surface(triangles, &mean, &axes);
+            if surface < best.0 {
+                best = (surface, axes);
+            }
+        }
+        (mean, best.1)
+    }
+}
+
+/// Half the surface of the tight box along `axes`, mm².
+fn surface(triangles: &[Triangle], mean: &Point, axes: &Matrix3<f64>) -> f64 {
+    let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
+    for corner in triangle::corners(triangles) {
+        let x = axes.tr_mul(&(corner - mean));
+        (low, high) = (low.inf(&x), high.sup(&x));
+    }
+    let d = high - low;
+    d.x * d.y + d.y * d.z + d.z * d.x
+}
+
+/// The largest coordinate of the contents, mm.
+#[must_use]
+pub fn reach_mm(triangles: &[Triangle]) -> f64 {
+    triangle::corners(triangles).map(|corner| corner.coords.amax()).fold(0.0, f64::max)
+}
+
+/// A rotation whose first column is along `direction`; the identity when that has no length.
+#[must_use]
+pub fn any_frame(direction: &Vector) -> Matrix3<f64> {
+    let Some(along) = direction.try_normalize(0.0) else { return Matrix3::identity() };
+    let helper = if along.x.abs() < 0.6 { Vector::x() } else { Vector::y() };
+    let across = along.cross(&helper).normalize();
+    Matrix3::from_columns(&[along, across, along.cross(&across)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lies_inside_does_not_turn_the_hulls_axes() {
+        // A flat 6 x 2 rectangle along x, and inside it a thousand short strips along the diagonal.
+        let p = |x: f64, y: f64| Point::new(x, y, 0.0);
+        let mut triangles = vec![
+            Triangle::new(p(0.0, 0.0), p(6.0, 0.0), p(6.0, 2.0)),
+            Triangle::new(p(0.0, 0.0), p(6.0, 2.0), p(0.0, 2.0)),
+        ];
+        triangles.extend([Triangle::new(p(2.0, 0.1), p(3.8, 1.9), p(3.7, 1.9)); 1000]);
+        let first = |axes: Matrix3<f64>| axes.column(0).x.abs();
+        assert!(first(HullAreaCovariance::mean_and_axes(&triangles).1) > 1.0 - 1e-12);
+        assert!(first(AreaCovariance::mean_and_axes(&triangles).1) < 0.95);
+        // A segment has no surface: the corners decide.
+        let segment = [Triangle::new(p(0.0, 0.0), p(1.0, 1.0), p(0.0, 0.0))];
+        let axes = HullAreaCovariance::mean_and_axes(&segment).1;
+        assert!((axes.column(0).x - 0.5_f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn any_frame_is_a_rotation_along_its_direction() {
+        for d in [Vector::x(), -Vector::y(), Vector::new(1.0, 1.0, 1.0), Vector::zeros()] {
+            let frame = any_frame(&d);
+            assert!((frame.tr_mul(&frame) - Matrix3::identity()).amax() < 1e-12 && frame.determinant() > 0.0);
+            assert!((frame.column(0).dot(&d) - d.norm()).abs() < 1e-12);
+        }
     }
 }

@@ -2,7 +2,10 @@
 //! the effect of each can be measured apart.
 
 pub mod centre;
+pub mod dito;
+pub mod exit;
 pub mod frame;
+pub mod minimum;
 
 use super::separating_axes::{box_contains, gap_mm, pad_mm, separated, widened_abs};
 use super::{BoundingVolume, Info, Segment, box_outline};
@@ -27,17 +30,36 @@ pub trait ObbRule: Clone + Debug + Send + Sync + 'static {
 #[derive(Clone, Debug)]
 pub struct Obb<R> {
     /// The box's axes as columns.
-    axes: Matrix3<f64>,
-    centre: Point,
-    half: Vector,
-    rule: PhantomData<R>,
+    pub(super) axes: Matrix3<f64>,
+    pub(super) centre: Point,
+    pub(super) half: Vector,
+    pub(super) rule: PhantomData<R>,
 }
 
 /// Rotation and translation, mm, from the second mesh to the first.
 #[derive(Clone, Debug)]
 pub struct ObbPose {
-    rotation: Matrix3<f64>,
-    translation: Vector,
+    /// Takes axes of the second mesh to axes of the first.
+    pub(super) rotation: Matrix3<f64>,
+    /// The second mesh's origin in the first.
+    pub(super) translation: Vector,
+}
+
+impl ObbPose {
+    /// The constants of a relative pose.
+    #[must_use]
+    pub fn new(a_from_b: &Isometry) -> Self {
+        let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
+        Self { rotation, translation: a_from_b.translation.vector }
+    }
+}
+
+impl<R> Obb<R> {
+    /// The same box under another rule's name: a rule matters only while a box is fitted.
+    #[must_use]
+    pub fn renamed<S>(self) -> Obb<S> {
+        Obb { axes: self.axes, centre: self.centre, half: self.half, rule: PhantomData }
+    }
 }
 
 impl<R: ObbRule> BoundingVolume for Obb<R> {
@@ -60,8 +82,7 @@ impl<R: ObbRule> BoundingVolume for Obb<R> {
     }
 
     fn pose(a_from_b: &Isometry) -> ObbPose {
-        let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
-        ObbPose { rotation, translation: a_from_b.translation.vector }
+        ObbPose::new(a_from_b)
     }
 
     #[inline]

@@ -1,0 +1,168 @@
+//! Audits made up with known effects.
+
+use super::*;
+use crate::record::Stratum;
+use crate::record::synthetic::{Plan, Run};
+use tempfile::TempDir;
+
+const ORIENTATIONS: [(&str, f64); 2] = [("turned", 1.0), ("level", 2.0)];
+const CENTRES: [(&str, f64); 3] = [("tight", 1.0), ("loose", 3.0), ("drifted", 0.5)];
+const SPLITS: [(&str, f64); 2] = [("halves", 1.0), ("thirds", 1.0)];
+const LEAVES: [(&str, f64); 2] = [("1", 1.0), ("8", 0.25)];
+
+/// All cells with the product of their levels' planted effects.
+fn cells() -> Vec<([String; 4], f64)> {
+    let mut cells = Vec::new();
+    for (o, x) in ORIENTATIONS {
+        for (c, y) in CENTRES {
+            for (s, z) in SPLITS {
+                cells.extend(LEAVES.map(|(l, w)| ([o, c, s, l].map(str::to_owned), x * y * z * w)));
+            }
+        }
+    }
+    cells
+}
+
+/// Two scenes with three chunks each; volume tests are 1200 × scene × chunk × planted effect per pose. Boxes of the
+/// drifted centre leave something out and miss a tenth.
+fn write(folder: &Path) {
+    Run::generate(&Plan::default()).manifest.write(folder).unwrap();
+    let (mut rows, mut trees) = (Vec::new(), Vec::new());
+    for (scene, scale) in [("mill", 1), ("lathe", 7)] {
+        for ([orientation, centre, split, leaf], effect) in cells() {
+            let (leaf, drifted) = (leaf.parse().unwrap(), centre == "drifted");
+            for chunk in 0..3 {
+                rows.push(AuditRow {
+                    scene: scene.into(),
+                    workload: "random".into(),
+                    pair: "a:b".into(),
+                    stratum: if chunk == 0 { Stratum::Colliding } else { Stratum::Far },
+                    chunk,
+                    poses: 10,
+                    orientation: orientation.clone(),
+                    centre: centre.clone(),
+                    split: split.clone(),
+                    leaf,
+                    volume_tests: (12_000.0 * f64::from(scale * (chunk + 1)) * effect) as u64,
+                    triangle_tests: 0,
+                    touching: if chunk == 0 { 10 } else { 0 },
+                    missed: u64::from(chunk == 0 && drifted),
+                });
+            }
+            trees.push(AuditTreeRow {
+                scene: scene.into(),
+                part: "a".into(),
+                orientation,
+                centre,
+                split,
+                leaf,
+                triangles: 12,
+                nodes: 23,
+                depth_max: 4,
+                depth_mean: 3.5,
+                child_ratio: 1.0,
+                root_volume_mm3: 8.0,
+                hull_mm3: None,
+                boxes_area_mm2: 240.0,
+                part_area_mm2: 24.0,
+                outside_nodes: u64::from(drifted),
+                outside_corners_pct: if drifted { 5.0 } else { 0.0 },
+                overhang_mm: if drifted { 1.5 } else { 0.0 },
+            });
+        }
+    }
+    write_rows(folder, &rows).unwrap();
+    write_rows(folder, &trees).unwrap();
+}
+
+fn near(a: f64, b: f64) -> bool {
+    (a / b - 1.0).abs() < 1e-9
+}
+
+#[test]
+fn planted_effects_are_found_and_what_was_not_planted_is_not() {
+    let folder = TempDir::new().unwrap();
+    write(folder.path());
+    let outcome = analyze_audit(folder.path()).unwrap();
+    let effect = |cells: &str, term: &str, level: &str| {
+        let mut rows = outcome.effects.iter().filter(|row| row.scene == ALL && row.response == "volume-tests");
+        rows.find(|row| row.cells == cells && row.term == term && row.level == level).unwrap()
+    };
+    // Levels 1 and 2 lie a factor √2 below and above their geometric mean; 1 and 3 a factor √3; 1 and 1/4 a factor 2.
+    for (term, level, expected) in [
+        ("orientation", "turned", 0.5_f64.sqrt()),
+        ("orientation", "level", 2.0_f64.sqrt()),
+        ("centre", "loose", 3.0_f64.sqrt()),
+        ("split", "thirds", 1.0),
+        ("leaf", "8", 0.5),
+        ("orientation:leaf", "level:8", 1.0),
+    ] {
+        let row = effect(SAFE, term, level);
+        assert!(near(row.effect, expected), "{row:?}");
+        // The planted effects are the same in every chunk, so that resampling changes nothing.
+        assert!(near(row.low, row.effect) && near(row.high, row.effect), "{row:?}");
+    }
+    // With the drifted centre the three are 1, 3 and 1/2, whose geometric mean is ∛1.5.
+    assert!(near(effect(ALL, "centre", "drifted").effect, 0.5 / 1.5_f64.cbrt()));
+    assert!(near(effect("tight", "leaf", "1").effect, 2.0));
+}
+
+#[test]
+fn shares_are_those_of_the_squared_logarithms() {
+    let folder = TempDir::new().unwrap();
+    write(folder.path());
+    let outcome = analyze_audit(folder.path()).unwrap();
+    let share = |term: &str| {
+        let mut rows = outcome.shares.iter().filter(|row| row.scene == "lathe" && row.response == "volume-tests");
+        rows.find(|row| row.cells == SAFE && row.term == term).unwrap().share
+    };
+    // Each factor has two levels, so the squares are (ln √2)², (ln √3)², 0, (ln 2)².
+    let squares = [2.0_f64.ln() / 2.0, 3.0_f64.ln() / 2.0, 0.0, 2.0_f64.ln()].map(|x| x * x);
+    let total: f64 = squares.iter().sum();
+    for (factor, square) in FACTORS.iter().zip(squares) {
+        assert!((share(factor) - square / total).abs() < 1e-9, "{factor}");
+    }
+    assert!(share(REST) < 1e-9 && share("orientation:centre") < 1e-9);
+}
+
+#[test]
+fn cells_carry_their_means_misses_and_containment() {
+    let folder = TempDir::new().unwrap();
+    write(folder.path());
+    let outcome = analyze_audit(folder.path()).unwrap();
+    let row = |scene: &str, centre: &str| {
+        let mut rows = outcome.cells.iter().filter(|row| row.scene == scene && row.orientation == "turned");
+        rows.find(|row| row.centre == centre && row.split == "halves" && row.leaf == 1).unwrap()
+    };
+    // One colliding chunk of 1200 tests a pose, and two far ones of 2400 and 3600: strata count the same.
+    let tight = row("mill", "tight");
+    assert!(near(tight.volume_tests, (1200.0 * (2400.0_f64 * 3600.0).sqrt()).sqrt()));
+    assert_eq!((tight.safe, tight.touching, tight.missed, tight.time_ratio), (1, 10, 0, None));
+    assert!(near(row(ALL, "tight").volume_tests, tight.volume_tests * 7.0_f64.sqrt()));
+    let drifted = row(ALL, "drifted");
+    assert_eq!((drifted.safe, drifted.touching, drifted.missed), (0, 20, 2));
+    assert_eq!((drifted.outside_corners_pct, drifted.overhang_mm, drifted.box_area_ratio.round()), (5.0, 1.5, 10.0));
+}
+
+#[test]
+fn an_audit_that_lacks_a_cell_is_refused() {
+    let folder = TempDir::new().unwrap();
+    write(folder.path());
+    let mut rows: Vec<AuditRow> = read_rows(folder.path()).unwrap();
+    rows.remove(30);
+    write_rows(folder.path(), &rows).unwrap();
+    let error = analyze_audit(folder.path()).unwrap_err();
+    assert_eq!(error.to_string(), "audit.csv: scene `mill` lacks cells of the audit; let it finish first");
+}
+
+#[test]
+fn the_same_records_give_the_same_bytes() {
+    let folder = TempDir::new().unwrap();
+    write(folder.path());
+    let written = || {
+        analyze_audit(folder.path()).unwrap();
+        [AuditCellRow::FILE, AuditEffectRow::FILE, AuditShareRow::FILE]
+            .map(|file| std::fs::read(folder.path().join(file)).unwrap())
+    };
+    assert_eq!(written(), written());
+}

@@ -1,0 +1,259 @@
+//! A cost model, and what follows from it: T = setup + Nv·Cv + Np·Cp.
+//!
+//! S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", 1996, section 3, write the cost of a query as the number of operations
+//! times what each costs. Counts are the same on every machine and costs are not, so that whoever knows the three costs of his
+//! controller can take the counts from here. Costs are fitted to the timed chunks by least squares over relative errors,
+//! none of them below 0 (Lawson and Hanson 1974, here by trying every set of free costs: there are seven).
+
+use super::AnalysisError;
+use super::stats::{quantile, weighted_quantile};
+use super::table::{Query, Scene};
+use crate::record::rows::CaseKey;
+use crate::record::{CostChunkRow, CostRow, DeadlineRow, Kind, Manifest, NULL_VARIANT, RepayRow, Stratum, write_rows};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// Control cycles, ms.
+const CYCLES_MS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+/// Machines that deadlines are told for: that of the run, and controllers several times slower.
+const SLOWDOWNS: [f64; 3] = [1.0, 4.0, 16.0];
+/// A pivot below this part of its column's length is rounding: the column depends on the others.
+const SINGULAR: f64 = 1e-12;
+
+/// What a query costs: for itself, for each volume test, for each triangle test; ns.
+type Costs = [f64; 3];
+
+/// One chunk of one case.
+#[derive(Clone, Copy, Debug)]
+struct Observed {
+    chunk: u32,
+    stratum: Stratum,
+    volume_tests: f64,
+    triangle_tests: f64,
+    ns: f64,
+}
+
+/// Writes `costs.csv`, `cost_chunks.csv`, `deadlines.csv` and `repay.csv` of a run.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write(folder: &Path, manifest: &Manifest, scenes: &BTreeMap<String, Scene>) -> Result<(), AnalysisError> {
+    let is_volume = |case: &CaseKey| {
+        manifest.variants.iter().any(|v| v.id == case.variant && v.kind == Kind::Volume && v.id != NULL_VARIANT)
+    };
+    let cases: BTreeSet<&CaseKey> =
+        scenes.values().flat_map(|scene| scene.timings.keys()).filter(|case| is_volume(case)).collect();
+    let (mut costs, mut chunks, mut deadlines) = (Vec::new(), Vec::new(), Vec::new());
+    for case in cases {
+        let observed: BTreeMap<&str, Vec<Observed>> =
+            scenes.iter().map(|(name, scene)| (name.as_str(), observe(scene, case))).collect();
+        let all: Vec<Observed> = observed.values().flatten().copied().collect();
+        let Some(fitted) = fit(&all) else { continue };
+        let predictions = predictions(case, &observed, fitted);
+        costs.push(cost_row(case, fitted, &predictions));
+        chunks.extend(predictions);
+        for (name, scene) in scenes {
+            let queries = scene.queries.get(case).map_or(&[][..], Vec::as_slice);
+            let rows = SLOWDOWNS.iter().filter_map(|&slowdown| deadline(name, case, queries, fitted, slowdown));
+            deadlines.extend(rows);
+        }
+    }
+    let repay: Vec<RepayRow> = scenes.iter().flat_map(|(name, scene)| repay(name, scene, manifest)).collect();
+    write_rows(folder, &costs)?;
+    write_rows(folder, &chunks)?;
+    write_rows(folder, &deadlines)?;
+    Ok(write_rows(folder, &repay)?)
+}
+
+/// Every chunk of a case with its mean counts and its median time.
+fn observe(scene: &Scene, case: &CaseKey) -> Vec<Observed> {
+    let (Some(samples), Some(queries)) = (scene.timings.get(case), scene.queries.get(case)) else { return Vec::new() };
+    let mut times: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+    for sample in samples.iter().filter(|sample| !scene.control_chunks.contains(&sample.item)) {
+        times.entry(sample.item).or_default().push(sample.ns);
+    }
+    // Records do not name the poses of a chunk. Chunks of one stratum and pair are numbered in the order of their poses, which
+    // they share with nobody; so the counted queries, in order, fill them one after another.
+    let mut queries_of: BTreeMap<(Stratum, u32), Vec<&Query>> = BTreeMap::new();
+    queries.iter().for_each(|query| queries_of.entry((query.stratum, query.pair)).or_default().push(query));
+    let mut rest: BTreeMap<_, _> = queries_of.into_iter().map(|(key, queries)| (key, queries.into_iter())).collect();
+    let mut observed = Vec::new();
+    for (&chunk, &pair) in &scene.chunk_pairs {
+        let (stratum, poses) = scene.chunks[&chunk];
+        let Some(queries) = rest.get_mut(&(stratum, pair)) else { continue };
+        let members: Vec<&Query> = queries.by_ref().take(poses as usize).collect();
+        let Some(ns) = times.get_mut(&chunk).filter(|_| members.len() == poses as usize) else { continue };
+        ns.sort_unstable_by(f64::total_cmp);
+        let mean = |count: &dyn Fn(&Query) -> u64| {
+            members.iter().map(|query| count(query)).sum::<u64>() as f64 / f64::from(poses)
+        };
+        observed.push(Observed {
+            chunk,
+            stratum,
+            volume_tests: mean(&|query| query.volume_tests),
+            triangle_tests: mean(&|query| query.triangle_tests),
+            ns: quantile(ns, 0.5),
+        });
+    }
+    observed
+}
+
+impl Observed {
+    const fn operations(&self) -> Costs {
+        [1.0, self.volume_tests, self.triangle_tests]
+    }
+}
+
+fn time(costs: Costs, operations: Costs) -> f64 {
+    costs.iter().zip(operations).map(|(cost, count)| cost * count).sum()
+}
+
+/// The costs, none below 0, with the least sum of squared relative errors; `None` of nothing.
+fn fit(observed: &[Observed]) -> Option<Costs> {
+    let rows: Vec<Costs> = observed.iter().map(|o| o.operations().map(|count| count / o.ns)).collect();
+    let error = |costs: Costs| rows.iter().map(|row| (time(costs, *row) - 1.0).powi(2)).sum::<f64>();
+    let candidates = (1_u8..8).filter_map(|free| least_squares(&rows, [0, 1, 2].map(|i| free >> i & 1 == 1)));
+    let feasible = candidates.filter(|costs| costs.iter().all(|cost| *cost >= 0.0));
+    feasible.min_by(|a, b| error(*a).total_cmp(&error(*b)))
+}
+
+/// The costs that solve `row · costs = 1` best, those that are not free being 0; `None` when they are not determined.
+fn least_squares(rows: &[Costs], free: [bool; 3]) -> Option<Costs> {
+    let columns: Vec<usize> = (0..3).filter(|&i| free[i]).collect();
+    let n = columns.len();
+    // Normal equations with columns scaled to unit length, so that counts of different sizes do not matter.
+    let scale: Vec<f64> = columns.iter().map(|&i| rows.iter().map(|row| row[i].powi(2)).sum::<f64>().sqrt()).collect();
+    if scale.iter().any(|length| *length == 0.0 || length.is_nan()) {
+        return None;
+    }
+    let mut matrix: Vec<Vec<f64>> = (0..n)
+        .map(|r| {
+            let entry = |c: usize| {
+                rows.iter().map(|row| row[columns[r]] * row[columns[c]]).sum::<f64>() / (scale[r] * scale[c])
+            };
+            let right = rows.iter().map(|row| row[columns[r]]).sum::<f64>() / scale[r];
+            (0..n).map(entry).chain([right]).collect()
+        })
+        .collect();
+    for pivot in 0..n {
+        let best = (pivot..n).max_by(|&a, &b| matrix[a][pivot].abs().total_cmp(&matrix[b][pivot].abs()))?;
+        matrix.swap(pivot, best);
+        if matrix[pivot][pivot].abs() < SINGULAR {
+            return None;
+        }
+        for r in (0..n).filter(|&r| r != pivot) {
+            let factor = matrix[r][pivot] / matrix[pivot][pivot];
+            let above = matrix[pivot].clone();
+            matrix[r].iter_mut().zip(above).for_each(|(entry, above)| *entry -= factor * above);
+        }
+    }
+    let mut costs = [0.0; 3];
+    for (r, &column) in columns.iter().enumerate() {
+        costs[column] = matrix[r][n] / matrix[r][r] / scale[r];
+    }
+    Some(costs)
+}
+
+/// Every chunk predicted from the other scenes, or where there are none from its own.
+fn predictions(case: &CaseKey, observed: &BTreeMap<&str, Vec<Observed>>, fitted: Costs) -> Vec<CostChunkRow> {
+    let mut rows = Vec::new();
+    for (&scene, chunks) in observed {
+        let others: Vec<Observed> =
+            observed.iter().filter(|(name, _)| **name != scene).flat_map(|(_, chunks)| chunks).copied().collect();
+        let costs = fit(&others).unwrap_or(fitted);
+        rows.extend(chunks.iter().map(|chunk| CostChunkRow {
+            scene: scene.to_owned(),
+            variant: case.variant.clone(),
+            policy: case.policy(),
+            chunk: chunk.chunk,
+            stratum: chunk.stratum,
+            volume_tests: chunk.volume_tests,
+            triangle_tests: chunk.triangle_tests,
+            measured_ns: chunk.ns,
+            predicted_ns: time(costs, chunk.operations()),
+        }));
+    }
+    rows
+}
+
+fn cost_row(case: &CaseKey, [setup_ns, volume_test_ns, triangle_test_ns]: Costs, chunks: &[CostChunkRow]) -> CostRow {
+    let mut errors: Vec<f64> = chunks.iter().map(|row| (row.predicted_ns / row.measured_ns - 1.0).abs()).collect();
+    errors.sort_unstable_by(f64::total_cmp);
+    CostRow {
+        variant: case.variant.clone(),
+        policy: case.policy(),
+        setup_ns,
+        volume_test_ns,
+        triangle_test_ns,
+        chunks: chunks.len() as u64,
+        error_median: quantile(&errors, 0.5),
+        error_p95: quantile(&errors, 0.95),
+    }
+}
+
+fn deadline(scene: &str, case: &CaseKey, queries: &[Query], costs: Costs, slowdown: f64) -> Option<DeadlineRow> {
+    let of = |stratum: Stratum| queries.iter().filter(|query| query.stratum == stratum).count();
+    let weight = BTreeMap::from(Stratum::ALL.map(|stratum| (stratum, 1.0 / of(stratum).max(1) as f64)));
+    let mut times: Vec<(f64, f64)> = queries
+        .iter()
+        .map(|query| {
+            let operations = [1.0, query.volume_tests as f64, query.triangle_tests as f64];
+            (slowdown * time(costs, operations), weight[&query.stratum])
+        })
+        .collect();
+    times.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = times.iter().map(|(_, weight)| weight).sum();
+    // Begins at 0.0, because the sum of no numbers is -0.0.
+    let over =
+        |ms: f64| times.iter().filter(|(ns, _)| *ns > ms * 1e6).fold(0.0, |sum, (_, weight)| sum + weight) / total;
+    let [over_1_ms, over_2_ms, over_4_ms, over_8_ms] = CYCLES_MS.map(over);
+    (!times.is_empty()).then(|| DeadlineRow {
+        scene: scene.to_owned(),
+        variant: case.variant.clone(),
+        policy: case.policy(),
+        slowdown,
+        queries: times.len() as u64,
+        p999_ns: weighted_quantile(&times, 0.999),
+        over_1_ms,
+        over_2_ms,
+        over_4_ms,
+        over_8_ms,
+    })
+}
+
+/// Each safe volume of a scene against the one whose trees are built fastest.
+fn repay(name: &str, scene: &Scene, manifest: &Manifest) -> Vec<RepayRow> {
+    let is_safe =
+        |case: &CaseKey| manifest.variants.iter().any(|v| v.id == case.variant && v.kind == Kind::Volume && v.safe);
+    let facts: Vec<(&CaseKey, f64, f64)> = scene
+        .builds
+        .iter()
+        .filter(|(case, _)| is_safe(case))
+        .filter_map(|(case, builds)| {
+            let mut parts: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+            builds.iter().for_each(|build| parts.entry(build.item).or_default().push(build.ns));
+            let median = |times: &mut Vec<f64>| {
+                times.sort_unstable_by(f64::total_cmp);
+                quantile(times, 0.5)
+            };
+            let build = parts.values_mut().map(median).sum::<f64>();
+            let means: Vec<f64> = scene.times(case)?.groups.iter().map(super::stats::Group::mean).collect();
+            Some((case, build, means.iter().sum::<f64>() / means.len() as f64))
+        })
+        .collect();
+    let Some(&(baseline, least, slowest)) = facts.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Vec::new() };
+    let row = |&(case, build_ns, query_ns): &(&CaseKey, f64, f64)| RepayRow {
+        scene: name.to_owned(),
+        variant: case.variant.clone(),
+        policy: case.policy(),
+        baseline: baseline.variant.clone(),
+        baseline_policy: baseline.policy(),
+        build_ns,
+        query_ns,
+        queries: (query_ns < slowest).then(|| ((build_ns - least) / (slowest - query_ns)).ceil()),
+    };
+    facts.iter().map(row).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,64 @@
+//! Sweeps made up with known means.
+
+use super::*;
+use crate::record::synthetic::{Plan, Run};
+use tempfile::TempDir;
+
+fn row(x: f64, group: u32, volume_tests: u64, missed: u64) -> SweepRow {
+    SweepRow {
+        sweep: "weight".into(),
+        x,
+        variant: "ball".into(),
+        split: "median".into(),
+        axes: "own".into(),
+        leaf: 1,
+        triangles: 100,
+        group,
+        stratum: Stratum::Colliding,
+        poses: 10,
+        queries: 40,
+        volume_tests,
+        triangle_tests: 80,
+        touching: 10,
+        missed,
+        delay_mm: 5.0 * (10 - missed) as f64,
+    }
+}
+
+#[test]
+fn metrics_are_means_over_groups() {
+    let folder = TempDir::new().unwrap();
+    Run::generate(&Plan::default()).manifest.write(folder.path()).unwrap();
+    let rows = [row(0.5, 0, 400, 0), row(0.5, 1, 1200, 5), row(2.0, 0, 4000, 10)];
+    write_rows(folder.path(), &rows).unwrap();
+    let timing = |block: u32, ns: u64| SweepTimingRow {
+        sweep: "weight".into(),
+        x: 0.5,
+        variant: "ball".into(),
+        split: "median".into(),
+        axes: "own".into(),
+        leaf: 1,
+        group: 0,
+        stratum: Stratum::Colliding,
+        block,
+        poses: 10,
+        passes: 2,
+        ns,
+    };
+    write_rows(folder.path(), &[timing(0, 2000), timing(1, 2400), timing(2, 90_000)]).unwrap();
+    let found = analyze_sweep(folder.path()).unwrap();
+    let value = |x: f64, metric: &str| {
+        let row = found.iter().find(|row| row.x == x && row.metric == metric);
+        row.map(|row| (row.value, row.low, row.high))
+    };
+    // 400 / 40 and 1200 / 40.
+    let (mean, low, high) = value(0.5, "volume-tests").unwrap();
+    assert_eq!((mean, low, high), (20.0, 10.0, 30.0));
+    assert_eq!(value(2.0, "volume-tests"), Some((100.0, 100.0, 100.0)));
+    assert_eq!(value(0.5, "triangle-tests").unwrap().0, 2.0);
+    assert_eq!(value(0.5, "miss-rate").unwrap().0, 0.25); // none and half
+    assert_eq!(value(0.5, "delay").unwrap().0, 5.0); // over the contacts that were reported
+    assert_eq!(value(2.0, "delay"), None); // none was
+    assert_eq!(value(0.5, "time").unwrap().0, 120.0); // the median block: 2400 / 2 / 10
+    assert_eq!(value(2.0, "time"), None);
+}

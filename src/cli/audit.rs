@@ -1,0 +1,108 @@
+//! `audit`: what really makes a box good.
+
+use super::options::{DEFAULT_SEED, OutputOptions, use_threads};
+use super::progress::Bar;
+use super::{CLEAR, say};
+use crate::analysis::ALL;
+use crate::analysis::audit::{AuditOutcome, SAFE, analyze_audit};
+use crate::measure::Profile;
+use crate::measure::audit::Audit;
+use crate::truth::TruthCache;
+use anyhow::{Context, Result};
+use clap::Args;
+use comfy_table::{CellAlignment, Table, presets};
+use serde_json::json;
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  bvbench audit --profile smoke              every cell, a chunk of poses per stratum\n  bvbench audit --counts-only                operations and containment only: the same on every machine\n  bvbench audit --scene trunnion-impeller --out results/audit-impeller\n  bvbench audit --orientation vertex --orientation area\n                                             without the search for the smallest box, which takes longest\n\nAn interrupted audit goes on where it stopped when the same command is given again."
+)]
+pub struct Options {
+    /// How much: smoke (minutes), quick (half an hour), full (a day)
+    #[arg(long, default_value = "quick", value_name = "PROFILE")]
+    profile: Profile,
+    /// Folder of the audit [default: results/audit-PROFILE]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Scene by name or by path; repeatable [default: two lathes and a 5-axis mill]
+    #[arg(long = "scene", value_name = "NAME|PATH")]
+    scenes: Vec<String>,
+    /// Orientation by name: vertex, area, hull-area, dito, min; repeatable [default: all]
+    #[arg(long = "orientation", value_name = "NAME")]
+    orientations: Vec<String>,
+    /// Time nothing
+    #[arg(long)]
+    counts_only: bool,
+    /// Seed of all randomness
+    #[arg(long, default_value_t = DEFAULT_SEED)]
+    seed: u64,
+    /// Threads for everything but timing, which uses one [default: all cores]
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Folder in which exact answers are kept for the next run
+    #[arg(long, value_name = "DIR", default_value = "results/.truth-cache")]
+    cache: PathBuf,
+    /// Replace an audit of another request that is in the folder
+    #[arg(long)]
+    fresh: bool,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+pub fn run(options: &Options) -> Result<u8> {
+    use_threads(options.threads)?;
+    let folder = options.out.clone().unwrap_or_else(|| format!("results/audit-{}", options.profile).into());
+    let plan = Audit::plan(options.profile, options.scenes.clone(), options.seed)?;
+    let cache =
+        TruthCache::at(&options.cache).context("exact answers cannot be kept; name another folder with --cache")?;
+    let mut audit = Audit::open(plan, &options.orientations, &folder, options.fresh)?.with_cache(cache);
+    let bar = Bar::new(options.output.quiet);
+    audit.run(!options.counts_only, &bar)?;
+    bar.finish();
+    let outcome = analyze_audit(&folder)?;
+    let gallery = crate::plot::draw_audit(&folder)?;
+    let report = crate::report::write_audit(&folder)?;
+    if options.output.json {
+        say(serde_json::to_string_pretty(&json!({
+            "out": folder, "report": report, "shares": outcome.shares, "effects": outcome.effects,
+        }))?);
+    } else {
+        say(table(&outcome).trim_fmt());
+        say(format!("\n{} cells, shares of the variance between the safe ones, %", audit.cells()));
+        say(format!("Report   {}", report.display()));
+        for figure in &gallery.figures {
+            say(format!("Figure   {}", folder.join(&figure.png).display()));
+        }
+    }
+    Ok(CLEAR)
+}
+
+/// The shares of each term in each response.
+fn table(outcome: &AuditOutcome) -> Table {
+    let together = outcome.shares.iter().any(|row| row.scene == ALL);
+    let rows: Vec<_> =
+        outcome.shares.iter().filter(|row| row.cells == SAFE && (!together || row.scene == ALL)).collect();
+    let mut responses: Vec<&str> = Vec::new();
+    let mut terms: Vec<&str> = Vec::new();
+    for row in &rows {
+        if !responses.contains(&&*row.response) {
+            responses.push(&row.response);
+        }
+        if !terms.contains(&&*row.term) {
+            terms.push(&row.term);
+        }
+    }
+    let mut table = Table::new();
+    let header = std::iter::once("TERM".to_owned()).chain(responses.iter().map(|r| r.to_uppercase()));
+    table.load_style(presets::NOTHING).set_header(header);
+    for term in terms {
+        let share = |response: &&str| {
+            let row = rows.iter().find(|row| row.term == term && row.response == *response);
+            row.map_or_else(String::new, |row| format!("{:.1}", 100.0 * row.share))
+        };
+        table.add_row(std::iter::once(term.to_owned()).chain(responses.iter().map(share)));
+    }
+    table.column_iter_mut().skip(1).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    table
+}

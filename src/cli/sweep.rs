@@ -1,0 +1,94 @@
+//! `sweep`: one quantity varied, everything else held.
+
+use super::options::{DEFAULT_SEED, OutputOptions, use_threads};
+use super::progress::Bar;
+use super::{CLEAR, say};
+use crate::analysis::sweep::analyze_sweep;
+use crate::measure::Profile;
+use crate::measure::sweep::{SWEEPS, Sweep, SweepRun};
+use crate::registry::Registry;
+use anyhow::Result;
+use clap::Args;
+use comfy_table::{Table, presets};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  bvbench sweep                              the names of the sweeps\n  bvbench sweep rotation --profile smoke     how much the choice of the model's frame matters\n  bvbench sweep grading --variant ID --variant ID --counts-only\n  bvbench sweep all --profile quick\n\nAn interrupted sweep goes on where it stopped when the same command is given again."
+)]
+pub struct Options {
+    /// Which sweep, or `all`; without a name they are listed
+    name: Option<String>,
+    /// How much: smoke (seconds each), quick (minutes), full (hours)
+    #[arg(long, default_value = "quick", value_name = "PROFILE")]
+    profile: Profile,
+    /// Folder of sweeps; each has a folder of its name in it [default: results/sweeps-PROFILE]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Variant by id (see `list`); repeatable [default: the safe volumes; for the path step all volumes]
+    #[arg(long = "variant", value_name = "ID")]
+    variants: Vec<String>,
+    /// Time nothing
+    #[arg(long)]
+    counts_only: bool,
+    /// Seed of all randomness
+    #[arg(long, default_value_t = DEFAULT_SEED)]
+    seed: u64,
+    /// Threads for everything but timing, which uses one [default: all cores]
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Replace a sweep of another request that is in the folder
+    #[arg(long)]
+    fresh: bool,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
+    use_threads(options.threads)?;
+    let out = options.out.clone().unwrap_or_else(|| format!("results/sweeps-{}", options.profile).into());
+    let Some(name) = &options.name else {
+        say(list(options.output.json)?);
+        return Ok(CLEAR);
+    };
+    let sweeps = if name == "all" { SWEEPS.to_vec() } else { vec![Sweep::find(name)?] };
+    let mut done = Vec::new();
+    for sweep in sweeps {
+        let folder = out.join(sweep.name);
+        let figures = carry_out(sweep, options, registry, &folder)?;
+        if !options.output.json {
+            say(format!("{:9} {}", sweep.name, folder.join("sweep_summary.csv").display()));
+            figures.iter().for_each(|figure| say(format!("          {}", figure.display())));
+        }
+        done.push(json!({ "sweep": sweep.name, "out": folder, "figures": figures }));
+    }
+    if options.output.json {
+        say(serde_json::to_string_pretty(&done)?);
+    }
+    Ok(CLEAR)
+}
+
+fn carry_out(sweep: Sweep, options: &Options, registry: &Registry, folder: &Path) -> Result<Vec<PathBuf>> {
+    let bar = Bar::new(options.output.quiet);
+    let (variants, seed) = (&options.variants, options.seed);
+    let mut run = SweepRun::open(sweep, options.profile, variants, registry, seed, folder, options.fresh)?;
+    run.run(!options.counts_only, &bar)?;
+    bar.finish();
+    analyze_sweep(folder)?;
+    let gallery = crate::plot::draw_sweep(folder, sweep.about, sweep.axis)?;
+    Ok(gallery.figures.iter().map(|figure| folder.join(&figure.png)).collect())
+}
+
+fn list(as_json: bool) -> Result<String> {
+    if as_json {
+        let entries: Vec<_> = SWEEPS.iter().map(|s| json!({ "name": s.name, "about": s.about })).collect();
+        return Ok(serde_json::to_string_pretty(&entries)?);
+    }
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).set_header(["SWEEP", "WHAT IS VARIED"]);
+    for sweep in SWEEPS {
+        table.add_row([sweep.name, sweep.about]);
+    }
+    Ok(table.trim_fmt())
+}

@@ -1,0 +1,335 @@
+//! Cutter compensation, G40 to G42.1: the tool's centre runs beside the programmed path, at the distance of its radius.
+//!
+//! Each line or arc of the programmed path is shifted sideways as it comes; how it joins the one before depends on the corner
+//! between them (LinuxCNC, "Cutter Compensation"; details as in its version 2.9):
+//!
+//! - An outside corner gets an arc about the programmed corner; in a rapid move a straight line to that arc's end.
+//! - At an inside corner the element before ends, and the new one begins, where the two shifted curves meet.
+//! - A corner of no more than [`SMOOTH_CORNER`] is none.
+//!
+//! The first move leads from where the tool is to the shifted end; it must be at least a radius long. An arc that leads in goes
+//! through the tool's place and ends in the programmed direction. G40 changes nothing until the next move, which must be
+//! straight and leads to its programmed end. On lathes (G18) what is shifted is the centre of the nose, and the tool's
+//! orientation says where the point lies that moves are about.
+
+use super::arc::Circle;
+use super::canonical::{MoveKind, Plane};
+use super::error::{Cause, Fault};
+use super::interpret::Interpreter;
+use super::modal::{Group, Values};
+use super::offsets::Values9;
+use super::sideways::{Curve, Point, ROUNDING_MM, leading_in, minus, norm, plus_scaled, turn};
+use std::f64::consts::{PI, TAU};
+
+#[cfg(test)]
+mod tests;
+
+/// Corners that turn by no more than this, radians, are passed as if there were none: LinuxCNC's `TOLERANCE_CONCAVE_CORNER`. The path
+/// then comes nearer to an inside corner than the radius by at most radius x (1 - cos 0.05), an eighth of a percent of it.
+pub const SMOOTH_CORNER: f64 = 0.05;
+
+/// Directions that differ from opposite ones by less, radians, are opposite: rounding.
+const ROUNDING_ANGLE: f64 = 1e-6;
+
+const GOUGE: Cause = Cause::Compensation("the tool does not fit into this inside corner without gouging");
+const SHORT_LEAD_IN: Cause = Cause::Compensation("the move that leads in is shorter than the tool's radius");
+const NO_LEAD_IN: Cause = Cause::Compensation("no arc leads from the tool's place into the shifted one");
+const NARROW_ARC: Cause = Cause::Compensation("the tool's radius is not less than the arc's");
+
+/// Whether and how the tool's centre leaves the programmed path.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) enum Compensation {
+    #[default]
+    Off,
+    On(Offset),
+    /// Off, but the tool still is at this point of the plane.
+    Leaving(Plane, Point),
+}
+
+/// Compensation in force. Points are axis positions of the plane's first and second axis, mm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Offset {
+    /// 410, 411, 420 or 421.
+    pub code: i32,
+    plane: Plane,
+    /// Of the tool's centre to the left of the path; negative to the right.
+    left: f64,
+    /// From the tool's centre to the point that moves are about: not zero for lathe tools.
+    control: Point,
+    /// Where the tool's centre is.
+    at: Point,
+    /// The last element; `None` before the move that leads in.
+    last: Option<Element>,
+}
+
+/// An element of the shifted path and its index among the moves. Those behind it have moved none of the plane's axes.
+#[derive(Clone, Copy, Debug)]
+struct Element {
+    index: usize,
+    curve: Curve,
+}
+
+/// How an element joins the one before.
+#[derive(Clone, Copy, Debug)]
+struct Joint {
+    /// What is left of the element before.
+    before: Option<Curve>,
+    /// The arc round an outside corner.
+    round: Option<Curve>,
+    /// What is left of the new element.
+    curve: Curve,
+}
+
+impl Compensation {
+    /// The compensation in force.
+    pub fn on(&self) -> Option<&Offset> {
+        if let Self::On(offset) = self { Some(offset) } else { None }
+    }
+
+    /// Whether G40 has been said and no move has been made since.
+    pub fn is_leaving(&self) -> bool {
+        matches!(self, Self::Leaving(..))
+    }
+
+    /// Puts the tool's place into a programmed position.
+    pub fn place(&self, position: &mut Values9) {
+        let (plane, [u, v]) = match self {
+            Self::Off => return,
+            Self::On(offset) => (offset.plane, plus_scaled(offset.at, 1.0, offset.control)),
+            Self::Leaving(plane, point) => (*plane, *point),
+        };
+        let [first, second, _] = plane.axes();
+        (position[first as usize], position[second as usize]) = (u, v);
+    }
+}
+
+impl Offset {
+    fn of_plane(&self, position: &Values9) -> Point {
+        in_plane(position, self.plane)
+    }
+
+    /// How the shifted curve joins the element before, at the programmed corner.
+    fn join(&self, corner: Point, curve: Curve) -> Result<Joint, Cause> {
+        // A line sets out from where the tool is; that is beside its shifted course in the move that leads in and behind a smooth corner.
+        let plain = match curve {
+            Curve::Line { to, direction, .. } => Curve::Line { from: self.at, to, direction },
+            Curve::Arc { .. } => curve,
+        };
+        let plain = Joint { before: None, round: None, curve: plain };
+        let Some(Element { curve: last, .. }) = self.last else { return Ok(plain) };
+        if self.left == 0.0 {
+            return Ok(plain);
+        }
+        let turned = turn(last.direction_at_end(), curve.direction_at_start());
+        let side = self.left.signum();
+        let inwards = turned * side;
+        if inwards.abs() <= SMOOTH_CORNER {
+            return Ok(plain);
+        }
+        // Where the path turns back on itself, how the curves bend tells whether the tool is between them: it is where together they
+        // bend away from its side.
+        let is_inside = if !(ROUNDING_ANGLE - PI..=PI - SMOOTH_CORNER).contains(&inwards) {
+            side * (last.bend(self.left) + curve.bend(self.left)) < 0.0
+        } else {
+            inwards > 0.0
+        };
+        if is_inside {
+            let parts = |point: Point| {
+                let parts = (last.ending_at(point)?, curve.starting_at(point)?);
+                Some((last.before_end(point), parts))
+            };
+            let nearest = last.meets(&curve).into_iter().flatten().filter_map(parts).min_by(|a, b| a.0.total_cmp(&b.0));
+            let (_, (before, curve)) = nearest.ok_or(GOUGE)?;
+            return Ok(Joint { before: Some(before), round: None, curve });
+        }
+        // Back on itself the path goes round its end, whichever side the turn seems to be to.
+        let angle = if inwards < 0.0 { turned.abs() } else { TAU - turned.abs() };
+        let round = Curve::Arc { centre: corner, from: self.at, to: curve.from(), sweep: angle.copysign(-self.left) };
+        Ok(Joint { before: None, round: Some(round), curve })
+    }
+}
+
+fn in_plane(position: &Values9, plane: Plane) -> Point {
+    let [first, second, _] = plane.axes();
+    [position[first as usize], position[second as usize]]
+}
+
+/// From the centre of a lathe tool's nose to the point that moves are about, in radii along Z and X, by orientation (LinuxCNC, "Lathe
+/// Tool Orientation"): 1 to 4 are corners of the square round the nose, 5 to 8 middles of its sides, 0 and 9 the centre.
+const fn control_point(orientation: u8) -> Point {
+    match orientation {
+        1 => [1.0, -1.0],
+        2 => [-1.0, -1.0],
+        3 => [-1.0, 1.0],
+        4 => [1.0, 1.0],
+        5 => [1.0, 0.0],
+        6 => [0.0, -1.0],
+        7 => [-1.0, 0.0],
+        8 => [0.0, 1.0],
+        _ => [0.0, 0.0],
+    }
+}
+
+impl Interpreter<'_> {
+    /// G40, G41, G42, G41.1, G42.1.
+    pub(super) fn set_compensation(&mut self, values: &Values) -> Result<(), Fault> {
+        let Some(code) = values.code(Group::CutterCompensation) else { return Ok(()) };
+        if code.number == 400 {
+            if let Compensation::On(offset) = self.compensation {
+                let at = plus_scaled(offset.at, 1.0, offset.control);
+                self.compensation = if at == offset.of_plane(&self.position) {
+                    Compensation::Off
+                } else {
+                    Compensation::Leaving(offset.plane, at)
+                };
+            }
+            return Ok(());
+        }
+        let plane = self.modes.plane;
+        let (diameter, orientation) = self.compensated_tool(values, code.number)?;
+        let refused = match plane {
+            _ if self.compensation.on().is_some() => Some("cutter compensation is on already"),
+            _ if self.tip_mm.is_some() => Some("cutter compensation under tool-centre-point control"),
+            Plane::Yz => Some("cutter compensation in the YZ plane (G19)"),
+            Plane::Zx if self.offsets.rotation != 0.0 => {
+                Some("cutter compensation outside the XY plane of a turned system")
+            }
+            Plane::Xy if orientation != 0 => Some("a lathe tool's orientation outside the ZX plane (G18)"),
+            _ => None,
+        };
+        if let Some(why) = refused {
+            return Err(code.fault(Cause::NotAllowed(why)));
+        }
+        let radius = diameter / 2.0;
+        let left = if matches!(code.number, 410 | 411) { radius } else { -radius };
+        let control = control_point(orientation).map(|x| x * radius);
+        let mut tool = self.position;
+        self.compensation.place(&mut tool);
+        let at = minus(in_plane(&tool, plane), control);
+        self.compensation = Compensation::On(Offset { code: code.number, plane, left, control, at, last: None });
+        Ok(())
+    }
+
+    /// Diameter, mm, and orientation of the tool: the one of D, or the one in the spindle; D and L themselves for G41.1 and
+    /// G42.1.
+    fn compensated_tool(&self, values: &Values, code: i32) -> Result<(f64, u8), Fault> {
+        let at_code = |cause| self.fault_at(values, Group::CutterCompensation, cause);
+        if matches!(code, 411 | 421) {
+            let diameter =
+                self.take_length(values, 'd').ok_or_else(|| at_code(Cause::Missing("D, the tool's diameter,")))?;
+            let orientation = values.take_whole('l', 0..=9, "L", "an orientation from 0 to 9")?.unwrap_or(0);
+            return Ok((diameter, orientation as u8));
+        }
+        let range = "a whole number from 0 to 99999";
+        let named = values.take_whole('d', 0..=99_999, "D", range)?.map(i32::unsigned_abs).filter(|&tool| tool != 0);
+        let number = named.unwrap_or(self.tool);
+        match self.tools.get(&number) {
+            Some(tool) => Ok((tool.diameter_mm, tool.orientation)),
+            None if number == 0 => Ok((0.0, 0)),
+            None if named.is_some() => Err(values.fault('d', Cause::UnknownTool)),
+            None => Err(at_code(Cause::UnknownTool)),
+        }
+    }
+
+    /// A fault at the block's code of a group when compensation is on: it would change what the shifted path is about.
+    pub(super) fn refuse_compensated(&self, values: &Values, group: Group, why: &'static str) -> Result<(), Fault> {
+        match (values.code(group), self.compensation.on()) {
+            (Some(code), Some(_)) => Err(code.fault(Cause::NotAllowed(why))),
+            _ => Ok(()),
+        }
+    }
+
+    /// A straight move to a programmed place.
+    pub(super) fn straight_to(
+        &mut self,
+        target: Values9,
+        kind: MoveKind,
+        feed: Option<f64>,
+        values: &Values,
+    ) -> Result<(), Fault> {
+        let Compensation::On(offset) = self.compensation else {
+            self.compensation = Compensation::Off;
+            self.position = target;
+            return self.emit(kind, feed);
+        };
+        let (from, to) = (offset.of_plane(&self.position), offset.of_plane(&target));
+        let length = norm(minus(to, from));
+        if offset.last.is_none() && (length < offset.left.abs() - ROUNDING_MM || length <= ROUNDING_MM) {
+            return Err(values.motion_fault(SHORT_LEAD_IN));
+        }
+        if length > ROUNDING_MM {
+            let direction = minus(to, from).map(|x| x / length);
+            let shifted = Curve::Line { from, to, direction }.shifted(offset.left);
+            let joint = offset.join(from, shifted).map_err(|cause| values.motion_fault(cause))?;
+            self.follow(&joint, kind, feed)?;
+        }
+        self.position = target;
+        self.emit(kind, feed)
+    }
+
+    /// An arc that is programmed as `circle`; the feed rate is the programmed arc's.
+    pub(super) fn compensated_arc(
+        &mut self,
+        target: Values9,
+        circle: &Circle,
+        turns: i32,
+        feed: Option<f64>,
+        values: &Values,
+    ) -> Result<(), Fault> {
+        let Compensation::On(offset) = self.compensation else { return Ok(()) };
+        let fault = |cause| values.motion_fault(cause);
+        let (from, to) = (offset.of_plane(&self.position), offset.of_plane(&target));
+        let radius = norm(minus(from, circle.centre)).min(norm(minus(to, circle.centre)));
+        let leads_in = offset.last.is_none();
+        if (leads_in || offset.left * circle.sweep > 0.0) && radius <= offset.left.abs() + ROUNDING_MM {
+            return Err(fault(NARROW_ARC));
+        }
+        let shifted = Curve::Arc { centre: circle.centre, from, to, sweep: circle.sweep }.shifted(offset.left);
+        let joint = if leads_in {
+            let curve = leading_in(offset.at, &shifted, turns).ok_or_else(|| fault(NO_LEAD_IN))?;
+            Joint { before: None, round: None, curve }
+        } else {
+            offset.join(from, shifted).map_err(fault)?
+        };
+        self.follow(&joint, MoveKind::Feed, feed)?;
+        self.position = target;
+        self.emit(offset.arc_move(&joint.curve), feed)
+    }
+
+    /// Shortens the element before, goes round the corner, and takes note of the new element, which is emitted next.
+    fn follow(&mut self, joint: &Joint, kind: MoveKind, feed: Option<f64>) -> Result<(), Fault> {
+        let Compensation::On(offset) = &mut self.compensation else { return Ok(()) };
+        if let (Some(before), Some(Element { index, .. })) = (joint.before, offset.last) {
+            let [u, v] = plus_scaled(before.to(), 1.0, offset.control);
+            let [first, second, _] = offset.plane.axes();
+            for step in &mut self.moves[index..] {
+                (step.end[first], step.end[second]) = (u, v);
+            }
+            if let Curve::Arc { .. } = before {
+                self.moves[index].kind = offset.arc_move(&before);
+            }
+        }
+        if let Some(round) = joint.round {
+            offset.at = round.to();
+            let kind = if kind == MoveKind::Rapid { kind } else { offset.arc_move(&round) };
+            self.emit(kind, feed)?;
+        }
+        if let Compensation::On(offset) = &mut self.compensation {
+            offset.at = joint.curve.to();
+            offset.last = Some(Element { index: self.moves.len(), curve: joint.curve });
+        }
+        Ok(())
+    }
+}
+
+impl Offset {
+    /// A curve as a move: what has no arc in it is a feed.
+    fn arc_move(&self, curve: &Curve) -> MoveKind {
+        match *curve {
+            Curve::Line { .. } => MoveKind::Feed,
+            Curve::Arc { centre, sweep, .. } => {
+                MoveKind::Arc { plane: self.plane, centre: plus_scaled(centre, 1.0, self.control), sweep }
+            }
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Feed rates: what F and S come to in mm/min, for a move of a given length.
+//!
+//! G93: F moves a minute. G94: F as it stands. G95: F a revolution, at S revolutions a minute, or under G96 at the speed that keeps
+//! the surface speed S at the diameter, which changes along the move: then the rate told is the one at which the move takes as long as it
+//! really does. The diameter is twice the distance from X zero of the program (LinuxCNC, "G96, G97").
+
+use super::canonical::Axis;
+use super::error::{Cause, Fault};
+use super::interpret::Interpreter;
+use super::modal::{FeedMode, Spindle, Values};
+use super::offsets::Values9;
+use std::f64::consts::TAU;
+
+/// Travel shorter than this, mm, is none: the move is timed by its rotary travel.
+pub(super) const NO_TRAVEL_MM: f64 = 1e-9;
+
+/// How far a move goes as feed rates mean it.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Travel {
+    /// Of the linear axes, mm.
+    Along(f64),
+    /// Of the rotary ones, degrees, when no other moves.
+    Turning(f64),
+}
+
+impl Interpreter<'_> {
+    /// Feed rate of a move from the present position, mm/min, or degrees/min for one that only turns.
+    pub(super) fn feed_for(&self, travel: Travel, target: &Values9, values: &Values) -> Result<Option<f64>, Fault> {
+        if self.modes.feed <= 0.0 {
+            return Err(values.motion_fault(Cause::Missing("a feed rate F above 0")));
+        }
+        match (self.modes.feed_mode, travel) {
+            (FeedMode::PerMinute, Travel::Along(_)) => Ok(Some(self.modes.feed)),
+            (FeedMode::PerMinute, Travel::Turning(_)) => Ok(Some(self.modes.turning_feed)),
+            (FeedMode::InverseTime, Travel::Along(length) | Travel::Turning(length)) => {
+                Ok(Some(self.modes.feed * length))
+            }
+            (FeedMode::PerRevolution, _) if self.modes.speed <= 0.0 => {
+                Err(values.motion_fault(Cause::Missing("a spindle speed S above 0")))
+            }
+            (FeedMode::PerRevolution, _) => Ok(self.synchronous_rate(self.modes.feed, target)),
+        }
+    }
+
+    /// Feed rate in mm/min of a move from the present position that travels `per_revolution` mm each turn of the spindle. `None`
+    /// when it has no speed, and where it turns without bound: under G96 without D, on the axis of turning.
+    pub(super) fn synchronous_rate(&self, per_revolution: f64, target: &Values9) -> Option<f64> {
+        if self.modes.speed <= 0.0 {
+            return None;
+        }
+        if !self.modes.constant_surface_speed {
+            return Some(per_revolution * self.modes.speed);
+        }
+        let x = |position: &Values9| self.offsets.to_program(position)[Axis::X as usize];
+        let minutes = self.minutes_per_revolution(x(&self.position), x(target));
+        (minutes > 0.0).then(|| per_revolution / minutes)
+    }
+
+    /// Under G96, the mean time of a revolution between two distances from the axis of turning.
+    fn minutes_per_revolution(&self, from: f64, to: f64) -> f64 {
+        let least = self.modes.greatest_speed.map_or(0.0, f64::recip);
+        mean_of_greater(TAU / self.modes.surface_mm_min, from, to, least)
+    }
+
+    /// Revolutions per minute where the tool is: above zero for M3, below for M4; infinite on the axis of turning under G96
+    /// without D.
+    pub(super) fn spindle_rpm(&self) -> f64 {
+        let x = self.offsets.to_program(&self.position)[Axis::X as usize];
+        let speed = match self.modes.spindle {
+            Spindle::Still => return 0.0,
+            _ if self.modes.constant_surface_speed && self.modes.speed > 0.0 => {
+                self.minutes_per_revolution(x, x).recip()
+            }
+            _ => self.modes.speed,
+        };
+        if self.modes.spindle == Spindle::Clockwise { speed } else { -speed }
+    }
+}
+
+/// The mean of max(slope |x|, least) over x from `from` to `to`, slope above zero.
+fn mean_of_greater(slope: f64, from: f64, to: f64, least: f64) -> f64 {
+    if (to - from).abs() < NO_TRAVEL_MM {
+        return (slope * f64::midpoint(from, to).abs()).max(least);
+    }
+    // From 0 to x: a rectangle up to the knee, then a trapezium.
+    let knee = least / slope;
+    let integral = |x: f64| {
+        let beyond = (x.abs() - knee).max(0.0);
+        (least * x.abs() + slope * beyond * beyond / 2.0).copysign(x)
+    };
+    (integral(to) - integral(from)) / (to - from)
+}
+
+pub(super) fn travel_squared(from: &Values9, to: &Values9) -> f64 {
+    let linear = Axis::ALL.into_iter().filter(|axis| !axis.is_rotary());
+    linear.map(|axis| (to[axis as usize] - from[axis as usize]).powi(2)).sum()
+}
+
+/// How far a straight move goes.
+pub(super) fn travel(from: &Values9, to: &Values9) -> Travel {
+    let linear = travel_squared(from, to).sqrt();
+    if linear > NO_TRAVEL_MM {
+        return Travel::Along(linear);
+    }
+    let rotary = Axis::ALL.into_iter().filter(|axis| axis.is_rotary());
+    Travel::Turning(rotary.map(|axis| (to[axis as usize] - from[axis as usize]).powi(2)).sum::<f64>().sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mean_follows_the_knee() {
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} is not {b}");
+        near(mean_of_greater(2.0, 3.0, 3.0, 1.0), 6.0);
+        near(mean_of_greater(2.0, 1.0, 3.0, 0.0), 4.0); // 2 to 6, straight
+        // 1 up to x = 0.5, from there 1 to 4: (0.5 x 1 + 1.5 x 2.5) / 2.
+        near(mean_of_greater(2.0, 0.0, 2.0, 1.0), 2.125);
+        // The same on the other side of the axis; and across it, from -0.5 to 0.5, all 1.
+        near(mean_of_greater(2.0, -2.0, 0.0, 1.0), 2.125);
+        near(mean_of_greater(2.0, -0.5, 0.5, 1.0), 1.0);
+    }
+}

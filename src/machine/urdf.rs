@@ -1,0 +1,382 @@
+//! Machines from URDF, the Unified Robot Description Format of ROS: links, joints and what they look like.
+//!
+//! URDF speaks metres and radians, as fixed-axis roll, pitch and yaw; here all becomes mm. Fixed, prismatic, revolute and continuous
+//! joints are taken, at version 1.0 of the format and up. Each joint that moves gets the letter of an axis, so that a program can move
+//! it: the caller's, or the next that is free of X Y Z U V W for a joint that slides, and of A B C U V W X Y Z for one that turns, in
+//! the order of the file.
+
+use super::file::Form;
+use super::joint::{Joint, JointError, Limits};
+use super::tree::{Link, Machine, MachineError};
+use crate::gcode::Axis;
+use crate::geometry::shapes::round::{Capsule, Cylinder, Sphere};
+use crate::geometry::shapes::{RoundedBox, Shape};
+use crate::geometry::{Isometry, Point, Vector};
+use nalgebra::{Translation3, UnitQuaternion};
+use std::collections::BTreeMap;
+use thiserror::Error;
+use urdf_rs::{Geometry, JointType, Pose, Robot};
+
+/// How many mm URDF's unit is.
+const METRE: f64 = 1000.0;
+/// Elements within elements: URDF has five; parsers of XML call themselves once for each.
+const MOST_NESTED: usize = 64;
+
+/// Letters for joints that slide, in the order in which they are given away.
+const SLIDING: [Axis; 6] = [Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W];
+/// Letters for joints that turn.
+const TURNING: [Axis; 9] = [Axis::A, Axis::B, Axis::C, Axis::U, Axis::V, Axis::W, Axis::X, Axis::Y, Axis::Z];
+
+/// Why a URDF file is not a machine.
+#[derive(Debug, Error)]
+pub enum UrdfError {
+    /// Not XML, or not URDF.
+    #[error("{0}")]
+    Syntax(String),
+    /// Macros of xacro, which must be expanded.
+    #[error("this is xacro; expand it first, with `xacro FILE > robot.urdf`")]
+    Xacro,
+    /// Elements within elements without end.
+    #[error("elements are nested deeper than {limit}", limit = MOST_NESTED)]
+    Nested,
+    /// A joint that a letter was given to is not there.
+    #[error("there is no joint `{name}` to give axis {letter} to; there are {known}")]
+    UnknownJoint {
+        /// The name.
+        name: String,
+        /// The letter.
+        letter: char,
+        /// The joints that move.
+        known: String,
+    },
+    /// A letter that is none, or cannot drive a joint.
+    #[error("joint `{name}` cannot be axis `{letter}`: {why}")]
+    BadLetter {
+        /// The joint.
+        name: String,
+        /// The letter.
+        letter: char,
+        /// Why not.
+        why: &'static str,
+    },
+    /// More joints than letters.
+    #[error("no letter is left for joint `{name}`; give several joints one letter, or make joints `fixed`")]
+    NoLetter {
+        /// The joint.
+        name: String,
+    },
+    /// A joint of a kind that an axis cannot drive.
+    #[error("joint `{name}` is {kind}; only fixed, prismatic, revolute and continuous joints are taken")]
+    Kind {
+        /// The joint.
+        name: String,
+        /// What it is.
+        kind: &'static str,
+    },
+    /// A joint that follows another.
+    #[error(
+        "joint `{name}` mimics `{of}`, which is not supported; give both the letter of one axis where they move alike, or fix it"
+    )]
+    Mimic {
+        /// The joint.
+        name: String,
+        /// The joint it follows.
+        of: String,
+    },
+    /// A prismatic or revolute joint whose limits leave no range.
+    #[error("joint `{name}` has no range: it needs `<limit lower=... upper=...>`, or to be `fixed` or `continuous`")]
+    NoRange {
+        /// The joint.
+        name: String,
+    },
+    /// A joint between links of which one is not there.
+    #[error("joint `{name}` names the link `{link}`, which is not there")]
+    UnknownLink {
+        /// The joint.
+        name: String,
+        /// The link.
+        link: String,
+    },
+    /// A link on two joints.
+    #[error("link `{name}` is the child of two joints, `{first}` and `{second}`: a closed chain is not a tree")]
+    TwoParents {
+        /// The link.
+        name: String,
+        /// One joint.
+        first: String,
+        /// The other.
+        second: String,
+    },
+    /// A mesh that is not scaled alike along all axes.
+    #[error("a mesh of link `{name}` is scaled by {scale:?}; only one positive factor for all axes is taken")]
+    Scale {
+        /// The link.
+        name: String,
+        /// The factors.
+        scale: [f64; 3],
+    },
+    /// A placement with a number that is not finite.
+    #[error("a placement at `{name}` is not finite")]
+    NotFinite {
+        /// The link or joint.
+        name: String,
+    },
+    /// Numbers that do not make a joint.
+    #[error("joint `{name}`: {cause}")]
+    Joint {
+        /// The joint.
+        name: String,
+        /// Why not.
+        cause: JointError,
+    },
+    /// Links that do not make a machine.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+}
+
+impl UrdfError {
+    /// The name that stands in the file where the cause is.
+    #[must_use]
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Self::Syntax(_) | Self::Xacro | Self::Nested | Self::UnknownJoint { .. } => None,
+            Self::BadLetter { name, .. }
+            | Self::NoLetter { name }
+            | Self::Kind { name, .. }
+            | Self::Mimic { name, .. }
+            | Self::NoRange { name }
+            | Self::UnknownLink { name, .. }
+            | Self::TwoParents { name, .. }
+            | Self::Scale { name, .. }
+            | Self::NotFinite { name }
+            | Self::Joint { name, .. } => Some(name),
+            Self::Machine(
+                MachineError::UnknownParent { name, .. }
+                | MachineError::DuplicateName { name, .. }
+                | MachineError::NotFinite { name, .. },
+            ) => Some(name),
+            Self::Machine(MachineError::Cycle { path, .. }) => path.split(" -> ").next(),
+        }
+    }
+}
+
+/// What a link looks like, in part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Name: the link's, numbered when it has several.
+    pub name: String,
+    /// Index of the link.
+    pub link: usize,
+    /// Its frame in the link's, mm.
+    pub link_from_body: Isometry,
+    /// Its geometry.
+    pub solid: Solid,
+}
+
+/// The geometry of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Solid {
+    /// One of URDF's own solids.
+    Shape(Shape),
+    /// A mesh file.
+    Mesh {
+        /// As the file says it: a path, or a URI of `package://` or `file://`.
+        file: String,
+        /// How many mm the mesh's unit is.
+        unit_mm: f64,
+    },
+}
+
+/// Reads a machine and the bodies on its links. `letters` gives joints the letters of axes.
+///
+/// # Errors
+/// [`UrdfError`], with the name of what is to blame.
+pub fn read(text: &str, letters: &BTreeMap<String, char>, form: Form) -> Result<(Machine, Vec<Body>), UrdfError> {
+    if text.contains("<xacro:") {
+        return Err(UrdfError::Xacro);
+    }
+    if is_nested_too_deep(text) {
+        return Err(UrdfError::Nested);
+    }
+    let robot = urdf_rs::read_from_string(text).map_err(|error| UrdfError::Syntax(error.to_string()))?;
+    let axes = axes(&robot, letters)?;
+    let parents = parents(&robot)?;
+    let mut links = Vec::with_capacity(robot.links.len());
+    for link in &robot.links {
+        let joint = parents.get(link.name.as_str()).copied();
+        links.push(Link {
+            name: link.name.clone(),
+            parent: joint.map(|joint| joint.parent.link.clone()),
+            parent_from_link: joint
+                .map_or_else(|| Ok(Isometry::identity()), |joint| placed(&joint.name, &joint.origin))?,
+            joint: joint.map(|joint| moved(joint, &axes)).transpose()?.flatten(),
+        });
+    }
+    let machine = Machine::new(links)?;
+    let mut bodies = Vec::new();
+    for (index, link) in robot.links.iter().enumerate() {
+        bodies.append(&mut bodies_of(index, link, form)?);
+    }
+    Ok((machine, bodies))
+}
+
+/// Whether opening tags run ahead of closing ones by too many. Comments are no tags.
+fn is_nested_too_deep(text: &str) -> bool {
+    let (mut depth, mut rest) = (0usize, text);
+    while let Some(start) = rest.find('<') {
+        rest = &rest[start..];
+        let end = if rest.starts_with("<!--") { rest.find("-->") } else { rest.find('>') };
+        let Some(end) = end else { return false };
+        let tag = &rest[..end];
+        if tag.starts_with("</") {
+            depth = depth.saturating_sub(1);
+        } else if !tag.starts_with("<!") && !tag.starts_with("<?") && !tag.ends_with('/') {
+            depth += 1;
+        }
+        if depth > MOST_NESTED {
+            return true;
+        }
+        rest = &rest[end..];
+    }
+    false
+}
+
+/// The axis of every joint that moves, by its name.
+fn axes<'a>(robot: &'a Robot, letters: &BTreeMap<String, char>) -> Result<BTreeMap<&'a str, Axis>, UrdfError> {
+    let slides = |joint: &urdf_rs::Joint| joint.joint_type == JointType::Prismatic;
+    let moving: Vec<&urdf_rs::Joint> =
+        robot.joints.iter().filter(|joint| joint.joint_type != JointType::Fixed).collect();
+    let mut axes = BTreeMap::new();
+    for (name, &letter) in letters {
+        let joint = moving.iter().find(|joint| joint.name == *name).ok_or_else(|| {
+            let known = moving.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>().join(", ");
+            UrdfError::UnknownJoint { name: name.clone(), letter, known }
+        })?;
+        let bad = |why| UrdfError::BadLetter { name: name.clone(), letter, why };
+        let axis = Axis::from_letter(letter).ok_or_else(|| bad("the axes are X Y Z A B C U V W"))?;
+        if slides(joint) && axis.is_rotary() {
+            return Err(bad("it slides, and A, B and C turn"));
+        }
+        axes.insert(joint.name.as_str(), axis);
+    }
+    for joint in moving {
+        if axes.contains_key(joint.name.as_str()) {
+            continue;
+        }
+        let choice: &[Axis] = if slides(joint) { &SLIDING } else { &TURNING };
+        let free = choice.iter().find(|&axis| !axes.values().any(|taken| taken == axis));
+        axes.insert(&joint.name, *free.ok_or_else(|| UrdfError::NoLetter { name: joint.name.clone() })?);
+    }
+    Ok(axes)
+}
+
+/// The joint that every link but the roots stands on, by the link's name.
+fn parents(robot: &Robot) -> Result<BTreeMap<&str, &urdf_rs::Joint>, UrdfError> {
+    let mut parents: BTreeMap<&str, &urdf_rs::Joint> = BTreeMap::new();
+    for joint in &robot.joints {
+        for link in [&joint.parent.link, &joint.child.link] {
+            if !robot.links.iter().any(|known| known.name == *link) {
+                return Err(UrdfError::UnknownLink { name: joint.name.clone(), link: link.clone() });
+            }
+        }
+        if let Some(first) = parents.insert(&joint.child.link, joint) {
+            let [first, second] = [first, joint].map(|joint| joint.name.clone());
+            return Err(UrdfError::TwoParents { name: joint.child.link.clone(), first, second });
+        }
+    }
+    Ok(parents)
+}
+
+fn placed(name: &str, origin: &Pose) -> Result<Isometry, UrdfError> {
+    if !origin.xyz.iter().chain(origin.rpy.iter()).all(|x| x.is_finite()) {
+        return Err(UrdfError::NotFinite { name: name.to_owned() });
+    }
+    let [roll, pitch, yaw] = *origin.rpy;
+    let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+    Ok(Isometry::from_parts(Translation3::from(Vector::from(*origin.xyz) * METRE), turn))
+}
+
+/// How a link moves on its parent; `None` when it is fixed.
+fn moved(joint: &urdf_rs::Joint, axes: &BTreeMap<&str, Axis>) -> Result<Option<Joint>, UrdfError> {
+    let name = || joint.name.clone();
+    let kind = |kind| Err(UrdfError::Kind { name: name(), kind });
+    if let Some(mimic) = &joint.mimic {
+        return Err(UrdfError::Mimic { name: name(), of: mimic.joint.clone() });
+    }
+    match joint.joint_type {
+        JointType::Fixed => return Ok(None),
+        JointType::Planar => return kind("planar"),
+        JointType::Floating => return kind("floating"),
+        JointType::Spherical => return kind("spherical"),
+        JointType::Prismatic | JointType::Revolute if joint.limit.lower == joint.limit.upper => {
+            return Err(UrdfError::NoRange { name: name() });
+        }
+        JointType::Prismatic | JointType::Revolute | JointType::Continuous => {}
+    }
+    let Some(&axis) = axes.get(joint.name.as_str()) else { return Err(UrdfError::NoLetter { name: name() }) };
+    let direction = Vector::from(*joint.axis.xyz);
+    let limits = |scale: f64| Limits { min: joint.limit.lower * scale, max: joint.limit.upper * scale };
+    let made = match joint.joint_type {
+        JointType::Prismatic => Joint::prismatic(axis, direction, limits(METRE)),
+        JointType::Revolute => Joint::rotary(axis, direction, Point::origin(), limits(1.0)),
+        _ => Joint::rotary(axis, direction, Point::origin(), Limits::NONE),
+    };
+    made.map(Some).map_err(|cause| UrdfError::Joint { name: name(), cause })
+}
+
+fn bodies_of(index: usize, link: &urdf_rs::Link, form: Form) -> Result<Vec<Body>, UrdfError> {
+    let described: Vec<(&Pose, &Geometry)> = if form == Form::Visual || link.collision.is_empty() {
+        link.visual.iter().map(|visual| (&visual.origin, &visual.geometry)).collect()
+    } else {
+        link.collision.iter().map(|collision| (&collision.origin, &collision.geometry)).collect()
+    };
+    let several = described.len() > 1;
+    let body = |(number, (origin, geometry)): (usize, (&Pose, &Geometry))| {
+        let (link_from_solid, solid) = solid(&link.name, geometry)?;
+        Ok(Body {
+            name: if several { format!("{}-{}", link.name, number + 1) } else { link.name.clone() },
+            link: index,
+            link_from_body: placed(&link.name, origin)? * link_from_solid,
+            solid,
+        })
+    };
+    described.into_iter().enumerate().map(body).collect()
+}
+
+/// A solid of ours with the shift that brings it to where URDF's is.
+fn solid(link: &str, geometry: &Geometry) -> Result<(Translation3<f64>, Solid), UrdfError> {
+    let mm = |metres: &f64| metres * METRE;
+    let mut shift = Translation3::identity();
+    let shape = match geometry {
+        Geometry::Box { size } => {
+            Shape::RoundedBox(RoundedBox { size_mm: size.0.map(|x| mm(&x)), fillet_mm: 0.0, holes: Vec::new() })
+        }
+        // URDF's is about the origin, ours stands on it.
+        Geometry::Cylinder { radius, length } => {
+            let height_mm = mm(length);
+            shift.z = -0.5 * height_mm;
+            Shape::Cylinder(Cylinder {
+                radius_mm: mm(radius),
+                height_mm,
+                bore_mm: 0.0,
+                fillet_mm: 0.0,
+                chamfer_mm: 0.0,
+            })
+        }
+        Geometry::Capsule { radius, length } => {
+            Shape::Capsule(Capsule { radius_mm: mm(radius), length_mm: mm(length) })
+        }
+        Geometry::Sphere { radius } => Shape::Sphere(Sphere { radius_mm: mm(radius) }),
+        Geometry::Mesh { filename, scale } => {
+            let scale = scale.map_or([1.0; 3], |scale| scale.0);
+            if !(scale[0] > 0.0 && scale[0].is_finite() && scale[1] == scale[0] && scale[2] == scale[0]) {
+                return Err(UrdfError::Scale { name: link.to_owned(), scale });
+            }
+            return Ok((shift, Solid::Mesh { file: filename.clone(), unit_mm: scale[0] * METRE }));
+        }
+    };
+    Ok((shift, Solid::Shape(shape)))
+}
+
+#[cfg(test)]
+mod tests;

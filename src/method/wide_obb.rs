@@ -1,0 +1,59 @@
+//! Oriented boxes eight at a time: the tree of [`crate::wide`].
+
+use super::{Model, same};
+use crate::geometry::Isometry;
+use crate::tree::distance::Proximity;
+use crate::tree::tightness::TreeReport;
+use crate::tree::traverse::{Counts, NoProbe};
+use crate::tree::validate::TreeFault;
+use crate::volume::Info;
+use crate::wide::traverse::{self, Scratch};
+use crate::wide::{Simd, WideTree, distance};
+
+/// What the method is called.
+pub const INFO: Info = Info {
+    id: "obb-wide",
+    label: "OBB, 8-wide nodes",
+    reference: "Gottschalk, Lin and Manocha 1996, on vectors of eight boxes; least-surface frames",
+    safe: true,
+};
+
+impl Model for WideTree {
+    fn first(&self, other: &dyn Model, a_from_b: &[Isometry], verdicts: &mut Vec<bool>) {
+        let (other, simd, mut scratch) = (same::<Self>(other), Simd::best(), Scratch::default());
+        verdicts
+            .extend(a_from_b.iter().map(|pose| traverse::first(self, other, pose, simd, &mut scratch, &mut NoProbe)));
+    }
+
+    fn first_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (bool, Counts) {
+        let mut counts = Counts::default();
+        let verdict = traverse::first(self, same(other), a_from_b, Simd::best(), &mut Scratch::default(), &mut counts);
+        (verdict, counts)
+    }
+
+    fn all_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (Vec<(u32, u32)>, Counts) {
+        let mut counts = Counts::default();
+        let contacts = traverse::all(self, same(other), a_from_b, Simd::best(), &mut Scratch::default(), &mut counts);
+        (contacts, counts)
+    }
+
+    fn distance_mm(&self, other: &dyn Model, a_from_b: &Isometry, below_mm: f64, proximity: &mut Proximity) -> f64 {
+        distance::distance_mm(self, same(other), a_from_b, below_mm, proximity)
+    }
+
+    fn bytes(&self) -> usize {
+        self.bytes()
+    }
+
+    fn tree_report(&self) -> Option<TreeReport> {
+        None
+    }
+
+    fn check_structure(&self) -> Result<(), TreeFault> {
+        self.check_structure()
+    }
+
+    fn check_containment(&self, slack_mm: f64) -> Result<(), TreeFault> {
+        self.check_containment(slack_mm)
+    }
+}

@@ -1,0 +1,83 @@
+//! Machines of scenes from URDF files: where the file's meshes are, and parts from its bodies.
+
+use super::error::{Place, SceneError};
+use super::file::MachineFile;
+use super::folder::Folder;
+use super::load::Document;
+use super::{Part, Role};
+use crate::geometry::shapes::Tessellation;
+use crate::geometry::{Mesh, import};
+use crate::machine::Machine;
+use crate::machine::urdf::{self, Solid};
+use std::error::Error;
+use std::sync::Arc;
+
+/// How far above the URDF file's folder a package is looked for.
+const LEVELS_UP: usize = 4;
+
+/// The machine of a URDF file and a part for each of its bodies.
+pub fn read(
+    folder: &mut Folder,
+    document: &Document,
+    file: &MachineFile,
+    path: &str,
+    tessellation: &Tessellation,
+) -> Result<(Machine, Vec<Part>), SceneError> {
+    let robot = Document::read(folder, &format!("{}{path}", document.base))?;
+    let (machine, bodies) = urdf::read(&robot.text, &file.axes, file.form)
+        .map_err(|cause| SceneError::Urdf { place: place_of(&robot, cause.name()), cause: Box::new(cause) })?;
+    let mut parts: Vec<Part> = Vec::with_capacity(bodies.len());
+    for body in bodies {
+        let place = || place_of(&robot, machine.links().get(body.link).map(|link| link.name.as_str()));
+        let failed = |cause| SceneError::Mesh { place: place(), part: body.name.clone(), cause };
+        if parts.iter().any(|part| part.name == body.name) {
+            return Err(SceneError::Duplicate { place: place(), what: "parts", name: body.name.clone() });
+        }
+        let mesh = match &body.solid {
+            Solid::Shape(shape) => shape.mesh(tessellation).map_err(|error| failed(error.into()))?,
+            Solid::Mesh { file, unit_mm } => read_mesh(folder, &robot.base, file, *unit_mm).map_err(failed)?,
+        };
+        parts.push(Part {
+            name: body.name.clone(),
+            mesh: Arc::new(mesh),
+            link: Some(body.link),
+            link_from_part: body.link_from_body,
+            role: Role::Machine,
+            tool: None,
+        });
+    }
+    Ok((machine, parts))
+}
+
+/// Where a name stands in the file as a value, or the file's beginning.
+fn place_of(robot: &Document, name: Option<&str>) -> Place {
+    let at =
+        name.and_then(|name| robot.text.find(&format!("\"{name}\"")).or_else(|| robot.text.find(&format!("'{name}'"))));
+    // After the quotation mark.
+    let byte = at.map_or(0, |at| at + 1);
+    robot.place(&(byte..byte))
+}
+
+fn read_mesh(folder: &mut Folder, base: &str, file: &str, unit_mm: f64) -> Result<Mesh, Box<dyn Error + Send + Sync>> {
+    let candidates = candidates(base, file);
+    let Some(path) = candidates.iter().find(|path| folder.has(path)) else {
+        let tried: Vec<String> = candidates.iter().map(|path| folder.path(path).display().to_string()).collect();
+        return Err(format!("there is no mesh `{file}`; tried {}", tried.join(", ")).into());
+    };
+    let bytes = folder.bytes(path)?;
+    Ok(import::parse_scaled(&folder.path(path), &bytes, unit_mm)?.mesh)
+}
+
+/// Where a mesh may be: `package://name/rest` in a folder `name` beside the file or above it, or in a folder around the file, which
+/// stands for the package; `file://` as it is; anything else relative to the file.
+fn candidates(base: &str, file: &str) -> Vec<String> {
+    if let Some(path) = file.strip_prefix("file://") {
+        return vec![path.to_owned()];
+    }
+    let Some(path) = file.strip_prefix("package://").or_else(|| file.strip_prefix("model://")) else {
+        return vec![format!("{base}{file}")];
+    };
+    let rest = path.split_once('/').map_or(path, |(_, rest)| rest);
+    let ups = (0..=LEVELS_UP).map(|levels| format!("{base}{}", "../".repeat(levels)));
+    ups.flat_map(|up| [format!("{up}{path}"), format!("{up}{rest}")]).collect()
+}

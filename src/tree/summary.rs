@@ -1,0 +1,105 @@
+//! A tree in a few numbers, without convex hulls: cheap enough for hundreds of trees.
+
+use super::Tree;
+use super::tightness::distance_outside;
+use crate::geometry::triangle;
+use crate::volume::BoundingVolume;
+
+/// Facts about one tree, summed over all its nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TreeSummary {
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Depth of the deepest leaf; the root has depth 0.
+    pub depth_max: u32,
+    /// Mean depth of a leaf, weighted by its triangles.
+    pub depth_mean: f64,
+    /// Mean of smaller / larger child count over inner nodes, weighted by the node's count; 1 is balanced.
+    pub child_ratio: f64,
+    /// Volume of the root, mm³.
+    pub root_volume_mm3: f64,
+    /// Sum of the surface areas of all volumes, mm².
+    pub area_mm2: f64,
+    /// Nodes with a corner outside their volume.
+    pub outside_nodes: u64,
+    /// Corners outside their node's volume, counted once for each node that holds them.
+    pub outside_corners: u64,
+    /// Corners, counted likewise.
+    pub corners: u64,
+    /// Largest distance by which a corner is outside, mm.
+    pub overhang_mm: f64,
+}
+
+impl<V: BoundingVolume> Tree<V> {
+    /// Measures the tree.
+    #[must_use]
+    pub fn summary(&self) -> TreeSummary {
+        let depths = self.depths();
+        let mut summary = TreeSummary {
+            nodes: self.nodes.len(),
+            depth_max: depths.iter().copied().max().unwrap_or(0),
+            depth_mean: self.mean_leaf_depth(&depths),
+            child_ratio: self.child_ratio(),
+            root_volume_mm3: self.nodes[0].volume.volume(),
+            area_mm2: self.nodes.iter().map(|node| node.volume.surface_area()).sum(),
+            outside_nodes: 0,
+            outside_corners: 0,
+            corners: 0,
+            overhang_mm: 0.0,
+        };
+        for node in &self.nodes {
+            let mut outside = 0;
+            for corner in triangle::corners(self.triangles_of(node)) {
+                summary.corners += 1;
+                if node.volume.contains(corner, 0.0) {
+                    continue;
+                }
+                outside += 1;
+                // Only a corner farther out than all before it has to be measured.
+                if !node.volume.contains(corner, summary.overhang_mm) {
+                    summary.overhang_mm = distance_outside(&node.volume, corner);
+                }
+            }
+            summary.outside_corners += outside;
+            summary.outside_nodes += u64::from(outside > 0);
+        }
+        summary
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+    use crate::tree::{Policy, SplitRule};
+    use crate::volume::obb::Obb;
+    use crate::volume::obb_vertex::ObbVertex;
+    use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
+
+    #[test]
+    fn the_summary_agrees_with_the_report() {
+        let triangles = meshes::stepped_tool(12, 20).triangles();
+        let policy = Policy::own(SplitRule::VertexMean);
+        let tree = Tree::<Obb<ObbVertexCentroid>>::build(&triangles, policy);
+        let (summary, report) = (tree.summary(), tree.report());
+        assert_eq!((summary.nodes, summary.depth_max), (report.nodes, report.depth_max));
+        assert_eq!((summary.depth_mean, summary.child_ratio), (report.depth_mean, report.child_ratio));
+        assert_eq!(summary.root_volume_mm3, report.levels[0].volume_mm3);
+        assert!(
+            (summary.area_mm2 / tree.nodes()[0].volume.surface_area() - report.sah_cost).abs() < 1e-9 * report.sah_cost
+        );
+        // The root is the largest box, so it has the largest overhang.
+        let overhang = report.levels[0].overhang_mm;
+        assert!(overhang > 1.0 && (summary.overhang_mm - overhang).abs() < 1e-6 * overhang);
+        assert!(0 < summary.outside_nodes && summary.outside_nodes <= summary.outside_corners);
+    }
+
+    #[test]
+    fn a_tight_tree_leaves_nothing_out_and_counts_a_corner_on_every_level() {
+        // A cuboid's 12 triangles halve to leaves of mean depth 11/3: 3 · 12 corners on each of 11/3 + 1 levels.
+        let triangles = meshes::cuboid(2.0, 4.0, 6.0).triangles();
+        let summary = Tree::<Obb<ObbVertex>>::build(&triangles, Policy::own(SplitRule::Median)).summary();
+        assert_eq!((summary.outside_nodes, summary.outside_corners, summary.overhang_mm), (0, 0, 0.0));
+        assert_eq!(summary.corners, 36 * 14 / 3);
+    }
+}

@@ -1,0 +1,37 @@
+//! The 6-DOP: the coordinate axes.
+//!
+//! J. T. Klosowski, M. Held, J. S. B. Mitchell, H. Sowizral, K. Zikan, "Efficient Collision Detection Using Bounding Volume
+//! Hierarchies of k-DOPs", 1998: the axis-aligned box as a k-DOP, tested by the k-DOPs' way instead of
+//! separating axes.
+
+use super::Info;
+use super::dop::{Cone, Directions, Dop};
+use crate::geometry::Vector;
+use std::sync::OnceLock;
+
+/// The coordinate axes.
+#[derive(Clone, Copy, Debug)]
+pub struct CubeFaces;
+
+/// The polytope of six half-spaces.
+pub type Dop6 = Dop<CubeFaces, 3>;
+
+static NORMALS: [Vector; 3] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
+
+impl Directions<3> for CubeFaces {
+    const INFO: Info = Info {
+        id: "dop-6",
+        label: "6-DOP",
+        reference: "J. T. Klosowski et al., Efficient Collision Detection Using Bounding Volume Hierarchies of k-DOPs, 1998",
+        safe: true,
+    };
+
+    fn normals() -> &'static [Vector; 3] {
+        &NORMALS
+    }
+
+    fn cones() -> &'static OnceLock<Vec<Cone>> {
+        static CONES: OnceLock<Vec<Cone>> = OnceLock::new();
+        &CONES
+    }
+}

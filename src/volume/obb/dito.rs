@@ -1,0 +1,159 @@
+//! DiTO-14: axes from two tetrahedra over one large triangle of extreme points.
+//!
+//! T. Larsson, L. Källberg, "Fast Computation of Tight-Fitting Oriented Bounding Boxes", Game Engine Gems 2, 2011, chapter 1.
+//! Extreme corners are taken along the three coordinate axes and the four space diagonals, 14 in all; the triangle of the
+//! farthest two and the one farthest from their line, and the corners farthest above and below it, make up to seven
+//! triangles, each with three candidate frames (its normal and one of its edges). The frame in which the 14 corners have
+//! the box of least surface area wins, unless the coordinate axes do better over all corners. Deviations: areas are those of the
+//! boxes as they are stored, with their pad, so that flat contents are told apart; of corners that are extreme alike the first counts.
+
+use super::super::separating_axes::pad_mm;
+use super::frame::{FrameRule, any_frame, reach_mm};
+use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
+use nalgebra::Matrix3;
+
+/// The seven directions; the diagonals unnormalised, since only the order along each counts.
+const DIRECTIONS: [[f64; 3]; 7] = [
+    [1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [1.0, 1.0, -1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, -1.0, -1.0],
+];
+
+/// Heights and lengths below this part of the contents' size count as zero: a frame from them would be rounding.
+const DEGENERATE: f64 = 1e-9;
+
+/// Axes by DiTO-14.
+#[derive(Clone, Copy, Debug)]
+pub struct Dito14;
+
+impl FrameRule for Dito14 {
+    /// The mean is that of the corners.
+    fn mean_and_axes(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
+        let (mean, _) = covariance::vertex_weighted(triangles);
+        (mean, axes(triangles))
+    }
+}
+
+/// The axes that DiTO-14 chooses, as columns of a rotation.
+fn axes(triangles: &[Triangle]) -> Matrix3<f64> {
+    let pad = pad_mm(reach_mm(triangles));
+    let extreme = extreme_corners(triangles);
+    let all: Vec<Point> = triangle::corners(triangles).copied().collect();
+    let candidates = frames(&extreme, &all);
+    let mut best = (f64::INFINITY, Matrix3::identity());
+    for frame in candidates {
+        let area = half_area(&frame, &extreme, pad);
+        if area < best.0 {
+            best = (area, frame);
+        }
+    }
+    if half_area(&Matrix3::identity(), &all, pad) <= half_area(&best.1, &all, pad) {
+        return Matrix3::identity();
+    }
+    best.1
+}
+
+/// The corners with the smallest and the largest coordinate along each direction.
+fn extreme_corners(triangles: &[Triangle]) -> [Point; 14] {
+    let first = triangles[0].corners[0];
+    let mut extreme = [first; 14];
+    let mut value = [[f64::INFINITY, f64::NEG_INFINITY]; 7];
+    for corner in triangle::corners(triangles) {
+        for (k, direction) in DIRECTIONS.iter().enumerate() {
+            let x = Vector::from(*direction).dot(&corner.coords);
+            if x < value[k][0] {
+                (value[k][0], extreme[2 * k]) = (x, *corner);
+            }
+            if x > value[k][1] {
+                (value[k][1], extreme[2 * k + 1]) = (x, *corner);
+            }
+        }
+    }
+    extreme
+}
+
+/// The candidate frames; none when all corners are one.
+fn frames(extreme: &[Point; 14], all: &[Point]) -> Vec<Matrix3<f64>> {
+    let pairs = extreme.chunks_exact(2).map(|pair| (pair[0], pair[1]));
+    let Some((p0, p1)) = pairs.max_by(|a, b| (a.1 - a.0).norm_squared().total_cmp(&(b.1 - b.0).norm_squared())) else {
+        return Vec::new();
+    };
+    let size = (p1 - p0).norm();
+    let Some(e0) = (p1 - p0).try_normalize(0.0) else { return Vec::new() };
+    let off_line = |p: &Point| e0.cross(&(p - p0)).norm();
+    let Some(p2) = extreme.iter().copied().max_by(|a, b| off_line(a).total_cmp(&off_line(b))) else {
+        return Vec::new();
+    };
+    if off_line(&p2) <= DEGENERATE * size {
+        return vec![any_frame(&e0)];
+    }
+    let normal = (p1 - p0).cross(&(p2 - p0)).normalize();
+    let height = |p: &Point| normal.dot(&(p - p0));
+    let mut found = Vec::new();
+    push_frames(&mut found, [p0, p1, p2]);
+    let top = all.iter().copied().max_by(|a, b| height(a).total_cmp(&height(b)));
+    let bottom = all.iter().copied().min_by(|a, b| height(a).total_cmp(&height(b)));
+    for apex in [top, bottom].into_iter().flatten().filter(|p| height(p).abs() > DEGENERATE * size) {
+        for [a, b] in [[p0, p1], [p1, p2], [p2, p0]] {
+            push_frames(&mut found, [a, b, apex]);
+        }
+    }
+    found
+}
+
+/// The three frames of a triangle that have its normal and one of its edges for axes.
+fn push_frames(found: &mut Vec<Matrix3<f64>>, [a, b, c]: [Point; 3]) {
+    let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { return };
+    for edge in [b - a, c - b, a - c] {
+        if let Some(along) = (edge - normal * edge.dot(&normal)).try_normalize(0.0) {
+            found.push(Matrix3::from_columns(&[along, normal.cross(&along), normal]));
+        }
+    }
+}
+
+/// Half the surface area of the box around the points, mm², widened by `pad` on all sides.
+fn half_area(frame: &Matrix3<f64>, points: &[Point], pad: f64) -> f64 {
+    let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
+    for p in points {
+        let x = frame.tr_mul(&(p - points[0]));
+        (low, high) = (low.inf(&x), high.sup(&x));
+    }
+    let size = (high - low).add_scalar(2.0 * pad);
+    size.x * size.y + size.y * size.z + size.z * size.x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+    use crate::geometry::Isometry;
+
+    #[test]
+    fn a_turned_cuboid_gets_its_own_axes() {
+        let turn = Isometry::rotation(Vector::new(0.4, -0.9, 0.5));
+        let triangles = meshes::moved(&meshes::cuboid(20.0, 12.0, 5.0), 1.0, &turn).triangles();
+        let axes = axes(&triangles);
+        // Half of 2 (20·12 + 12·5 + 5·20).
+        let corners: Vec<Point> = triangle::corners(&triangles).copied().collect();
+        assert!((half_area(&axes, &corners, 0.0) - 400.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_coordinate_axes_are_kept_where_they_are_better() {
+        assert_eq!(axes(&meshes::cuboid(3.0, 4.0, 5.0).triangles()), Matrix3::identity());
+    }
+
+    #[test]
+    fn points_and_segments_have_frames() {
+        let (p, q) = (Point::new(1.0, 2.0, 3.0), Point::new(4.0, 6.0, 3.0));
+        for triangles in [[Triangle::new(p, p, p)], [Triangle::new(p, q, p)]] {
+            let axes = axes(&triangles);
+            assert!((axes.tr_mul(&axes) - Matrix3::identity()).amax() < 1e-12 && axes.determinant() > 0.0);
+        }
+        assert!((axes(&[Triangle::new(p, q, p)]).tr_mul(&Vector::new(0.6, 0.8, 0.0)).amax() - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,91 @@
+//! A box for overlap and a swept rectangle for distance, side by side.
+//!
+//! J. Pan, S. Chitta, D. Manocha, "FCL: A General Purpose Library for Collision and Proximity Queries", ICRA 2012, where each node holds
+//! both. Deviations: both have axes by the area-weighted covariance; a distance is held against the larger of both bounds.
+
+use super::obb::{Obb, ObbPose};
+use super::obb_area::ObbArea;
+use super::rss::Rss;
+use super::{BoundingVolume, Info, Segment};
+use crate::geometry::{Isometry, Point, Triangle, Vector};
+use nalgebra::Unit;
+
+/// Both, around the same contents. What is said of size, shape and contents is said of the box.
+#[derive(Clone, Debug)]
+pub struct ObbRss {
+    obb: Obb<ObbArea>,
+    rss: Rss,
+}
+
+impl BoundingVolume for ObbRss {
+    const INFO: Info = Info {
+        id: "obbrss",
+        label: "OBB and RSS",
+        reference: "J. Pan, S. Chitta, D. Manocha, FCL: A General Purpose Library for Collision and Proximity Queries, ICRA 2012",
+        safe: true,
+    };
+
+    type Pose = ObbPose;
+
+    fn fit(triangles: &[Triangle]) -> Self {
+        Self { obb: Obb::fit(triangles), rss: Rss::fit(triangles) }
+    }
+
+    fn pose(a_from_b: &Isometry) -> ObbPose {
+        ObbPose::new(a_from_b)
+    }
+
+    #[inline]
+    fn overlaps(&self, other: &Self, pose: &ObbPose) -> bool {
+        self.obb.overlaps(&other.obb, pose)
+    }
+
+    fn gap_mm(&self, other: &Self, pose: &ObbPose) -> f64 {
+        self.rss.gap_mm(&other.rss, pose).max(self.obb.gap_mm(&other.obb, pose))
+    }
+
+    fn contains(&self, point: &Point, slack_mm: f64) -> bool {
+        self.obb.contains(point, slack_mm)
+    }
+
+    fn centre(&self) -> Point {
+        self.obb.centre()
+    }
+
+    fn size(&self) -> f64 {
+        self.obb.size()
+    }
+
+    fn volume(&self) -> f64 {
+        self.obb.volume()
+    }
+
+    fn surface_area(&self) -> f64 {
+        self.obb.surface_area()
+    }
+
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
+        self.obb.split_axes(triangles)
+    }
+
+    fn outline(&self) -> Vec<Segment> {
+        self.obb.outline()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+
+    #[test]
+    fn the_gap_of_two_balls_is_better_than_that_of_their_boxes() {
+        let ball = meshes::sphere(10.0, 24, 12).triangles();
+        let fitted = ObbRss::fit(&ball);
+        // Along the diagonal of the boxes the balls are 10 mm apart.
+        let pose =
+            ObbRss::pose(&Isometry::translation(30.0 / 3.0_f64.sqrt(), 30.0 / 3.0_f64.sqrt(), 30.0 / 3.0_f64.sqrt()));
+        let (both, alone) = (fitted.gap_mm(&fitted, &pose), fitted.obb.gap_mm(&fitted.obb, &pose));
+        assert!(both > 8.0 && both <= 10.0 && alone < 1.0, "{both} {alone}");
+    }
+}

@@ -1,0 +1,225 @@
+//! The rectangle swept by a sphere: all points within a radius of a rectangle.
+//!
+//! E. Larsen, S. Gottschalk, M. C. Lin, D. Manocha, "Fast Proximity Queries with Swept Sphere Volumes", TR99-018, 1999. Axes by
+//! the area-weighted covariance (equation (5) of Xu and Zhang 2011). Deviations: the rectangle's normal is the axis along
+//! which the contents are thinnest, whatever the eigenvalues say; after the fit the radius is set to the distance of
+//! the farthest corner from the rectangle, which absorbs rounding; before the exact distance of two rectangles two boxes are tried.
+
+use super::obb::ObbPose;
+use super::obb::frame::{AreaCovariance, FrameRule, reach_mm};
+use super::rectangle_distance::{point_squared, squared};
+use super::separating_axes::pad_mm;
+use super::{BoundingVolume, Info, Segment};
+use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
+use nalgebra::{Matrix3, Unit};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
+
+/// A rectangle and a radius, mm, mesh frame.
+#[derive(Clone, Debug)]
+pub struct Rss {
+    /// The rectangle's two directions and its normal as columns.
+    axes: Matrix3<f64>,
+    /// The rectangle's middle.
+    centre: Point,
+    half: [f64; 2],
+    radius: f64,
+}
+
+impl Rss {
+    /// The other's middle and axes in this one's.
+    fn relative(&self, other: &Self, pose: &ObbPose) -> (Vector, Matrix3<f64>) {
+        let between = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
+        (self.axes.tr_mul(&between), self.axes.tr_mul(&(pose.rotation * other.axes)))
+    }
+}
+
+/// How far the box around the second rectangle, along the first one's axes, is from the first, mm².
+fn boxes_squared(t: &Vector, r: &Matrix3<f64>, a: [f64; 2], b: [f64; 2]) -> f64 {
+    let reach = |i: usize| r[(i, 0)].abs() * b[0] + r[(i, 1)].abs() * b[1];
+    let gap = |i: usize, own: f64| (t[i].abs() - own - reach(i)).max(0.0);
+    gap(0, a[0]).powi(2) + gap(1, a[1]).powi(2) + gap(2, 0.0).powi(2)
+}
+
+impl BoundingVolume for Rss {
+    const INFO: Info = Info {
+        id: "rss",
+        label: "RSS",
+        reference: "E. Larsen, S. Gottschalk, M. C. Lin, D. Manocha, Fast Proximity Queries with Swept Sphere Volumes, 1999",
+        safe: true,
+    };
+
+    type Pose = ObbPose;
+
+    fn fit(triangles: &[Triangle]) -> Self {
+        let (mean, frame) = AreaCovariance::mean_and_axes(triangles);
+        let axes = thinnest_last(&frame, triangles);
+        let points: Vec<Vector> = triangle::corners(triangles).map(|p| axes.tr_mul(&(p - mean))).collect();
+        let (low, high) =
+            points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(p.z), high.max(p.z)));
+        let (middle, radius) = (f64::midpoint(low, high), 0.5 * (high - low));
+        let [x, y] = grown_at_corners(
+            &points,
+            [side(&points, 0, middle, radius), side(&points, 1, middle, radius)],
+            middle,
+            radius,
+        );
+        let centre = Vector::new(f64::midpoint(x[0], x[1]), f64::midpoint(y[0], y[1]), middle);
+        let half = [0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])];
+        let farthest = points.iter().map(|p| point_squared(&(p - centre), half)).fold(0.0, f64::max).sqrt();
+        Self { axes, centre: mean + axes * centre, half, radius: farthest + pad_mm(reach_mm(triangles)) }
+    }
+
+    fn pose(a_from_b: &Isometry) -> ObbPose {
+        ObbPose::new(a_from_b)
+    }
+
+    #[inline]
+    fn overlaps(&self, other: &Self, pose: &ObbPose) -> bool {
+        let (t, r) = self.relative(other, pose);
+        let reach = (self.radius + other.radius).powi(2);
+        boxes_squared(&t, &r, self.half, other.half) <= reach
+            && boxes_squared(&-r.tr_mul(&t), &r.transpose(), other.half, self.half) <= reach
+            && squared(&t, &r, self.half, other.half) <= reach
+    }
+
+    fn gap_mm(&self, other: &Self, pose: &ObbPose) -> f64 {
+        let (t, r) = self.relative(other, pose);
+        (squared(&t, &r, self.half, other.half).sqrt() - self.radius - other.radius).max(0.0)
+    }
+
+    fn contains(&self, point: &Point, slack_mm: f64) -> bool {
+        point_squared(&self.axes.tr_mul(&(point - self.centre)), self.half) <= (self.radius + slack_mm).powi(2)
+    }
+
+    fn centre(&self) -> Point {
+        self.centre
+    }
+
+    fn size(&self) -> f64 {
+        self.half[0].hypot(self.half[1]) + self.radius
+    }
+
+    /// Steiner's formula: A·2r + P·πr²/2 + 4πr³/3 of a rectangle of area A and perimeter P.
+    fn volume(&self) -> f64 {
+        let ([a, b], r) = (self.half, self.radius);
+        8.0 * a * b * r + 2.0 * PI * (a + b) * r * r + 4.0 / 3.0 * PI * r.powi(3)
+    }
+
+    /// The volume's derivative by the radius.
+    fn surface_area(&self) -> f64 {
+        let ([a, b], r) = (self.half, self.radius);
+        8.0 * a * b + 4.0 * PI * (a + b) * r + 4.0 * PI * r * r
+    }
+
+    fn split_axes(&self, _: &[Triangle]) -> [Unit<Vector>; 3] {
+        let order = if self.half[0] >= self.half[1] { [0, 1, 2] } else { [1, 0, 2] };
+        order.map(|column| Unit::new_unchecked(self.axes.column(column).into_owned()))
+    }
+
+    /// The rectangle on both sides at the radius, and half circles around its corners.
+    fn outline(&self) -> Vec<Segment> {
+        const STEPS: u32 = 12;
+        let at = |x: f64, y: f64, z: f64| self.centre + self.axes * Vector::new(x, y, z);
+        let ([a, b], r) = (self.half, self.radius);
+        let corners = [(-a, -b), (a, -b), (a, b), (-a, b)];
+        let mut segments = Vec::new();
+        for (i, &(x, y)) in corners.iter().enumerate() {
+            let (next_x, next_y) = corners[(i + 1) % 4];
+            segments.extend([-r, r].map(|z| [at(x, y, z), at(next_x, next_y, z)]));
+            for (outward_x, outward_y) in [(x.signum(), 0.0), (0.0, y.signum())] {
+                let on = |step: u32| {
+                    let (sin, cos) = (PI * f64::from(step) / f64::from(STEPS) - FRAC_PI_2).sin_cos();
+                    at(x + outward_x * r * cos, y + outward_y * r * cos, r * sin)
+                };
+                segments.extend((0..STEPS).map(|step| [on(step), on(step + 1)]));
+            }
+        }
+        segments
+    }
+}
+
+/// The frame with its columns turned round until the one along which the contents are thinnest is the last.
+fn thinnest_last(frame: &Matrix3<f64>, triangles: &[Triangle]) -> Matrix3<f64> {
+    let origin = triangles[0].corners[0];
+    let (mut low, mut high) = (Vector::zeros(), Vector::zeros());
+    for corner in triangle::corners(triangles) {
+        let x = frame.tr_mul(&(corner - origin));
+        (low, high) = (low.inf(&x), high.sup(&x));
+    }
+    let thin = (high - low).imin();
+    Matrix3::from_columns(&[1, 2, 3].map(|i| frame.column((thin + i) % 3).into_owned()))
+}
+
+/// Half the length, in the rectangle's plane, that a sphere of `radius` has at the height of `p`.
+fn chord(p: &Vector, middle: f64, radius: f64) -> f64 {
+    (radius * radius - (p.z - middle).powi(2)).max(0.0).sqrt()
+}
+
+/// The shortest side along an axis: its sphere ends reach the first and the last point.
+fn side(points: &[Vector], axis: usize, middle: f64, radius: f64) -> [f64; 2] {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for p in points {
+        let reach = chord(p, middle, radius);
+        (low, high) = (low.min(p[axis] + reach), high.max(p[axis] - reach));
+    }
+    // One sphere reaches all: any place between will do.
+    if low > high { [f64::midpoint(low, high); 2] } else { [low, high] }
+}
+
+/// The sides, longer where a point beyond a corner is out of the corner's reach: the corner moves along the diagonal until it is not.
+fn grown_at_corners(points: &[Vector], [mut x, mut y]: [[f64; 2]; 2], middle: f64, radius: f64) -> [[f64; 2]; 2] {
+    for p in points {
+        for (end_x, sign_x) in [(0, -1.0), (1, 1.0)] {
+            for (end_y, sign_y) in [(0, -1.0), (1, 1.0)] {
+                let (dx, dy) = (sign_x * (p.x - x[end_x]), sign_y * (p.y - y[end_y]));
+                if dx <= 0.0 || dy <= 0.0 {
+                    continue;
+                }
+                let (along, across) = ((dx + dy) * FRAC_1_SQRT_2, (dx - dy) * FRAC_1_SQRT_2);
+                let reach = (radius * radius - across * across - (p.z - middle).powi(2)).max(0.0).sqrt();
+                let step = (along - reach).max(0.0) * FRAC_1_SQRT_2;
+                x[end_x] += sign_x * step;
+                y[end_y] += sign_y * step;
+            }
+        }
+    }
+    [x, y]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+
+    #[test]
+    fn a_ball_gets_a_ball() {
+        let fitted = Rss::fit(&meshes::sphere(10.0, 24, 12).triangles());
+        // The facets' corners lie on the sphere; the rectangle shrinks to within what the division leaves of it.
+        assert!(fitted.half[0] < 1.0 && fitted.half[1] < 1.0 && (fitted.radius - 10.0).abs() < 0.4, "{fitted:?}");
+    }
+
+    #[test]
+    fn a_plate_gets_its_own_rectangle() {
+        let fitted = Rss::fit(&meshes::cuboid(20.0, 12.0, 2.0).triangles());
+        let mut half = fitted.half;
+        half.sort_by(f64::total_cmp);
+        // A corner is in the plane of the top, where the sphere's reach is nil: the rectangle is as large as the plate.
+        assert!((half[1] - 10.0).abs() < 1e-6 && (half[0] - 6.0).abs() < 1e-6 && (fitted.radius - 1.0).abs() < 1e-6);
+        // 4·10·6·2 + π·1²·(20 + 12) + 4/3 π.
+        let volume = 480.0 + PI * 32.0 + 4.0 / 3.0 * PI;
+        assert!((fitted.volume() - volume).abs() < 1e-3, "{}", fitted.volume());
+    }
+
+    #[test]
+    fn plates_part_at_their_radii() {
+        let plate = Rss::fit(&meshes::cuboid(20.0, 12.0, 2.0).triangles());
+        for shift in [[0.0, 0.0, 2.0], [22.0, 0.0, 0.0], [20.0 + 1.2, 12.0 + 1.6, 0.0]] {
+            let pose = |part: f64| Rss::pose(&Isometry::translation(shift[0] * part, shift[1] * part, shift[2] * part));
+            assert!(
+                plate.overlaps(&plate, &pose(1.0 - 1e-6)) && !plate.overlaps(&plate, &pose(1.0 + 1e-6)),
+                "{shift:?}"
+            );
+            assert!(plate.gap_mm(&plate, &pose(1.0 + 1e-3)) > 0.0 && plate.gap_mm(&plate, &pose(1.0 - 1e-6)) == 0.0);
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! The separating-axis test of one box against the eight of a node, and its slack.
+//!
+//! S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996, section 5. A pair is apart when on one of the fifteen axes L (u_i, v_j,
+//! u_i x v_j, none longer than 1) the distance |L·d| of the centres exceeds the reach ρ of both boxes by more than rounding can
+//! feign. There is no widening of |R| against nearly parallel edges: both sides are then nearly 0, and a slack that is a length covers that
+//! as it covers all else.
+//!
+//! The slack. u = 2⁻²⁴; terms in u² are left to the rounding up of the constants. s is the one box's centre and c a child's, both
+//! from the node's origin; D = |s| + |c|; A, B are the sums of the half-lengths. Stored quantities are exact by definition
+//! ([`super::code`]), s and u_i are rounded once from `f64`.
+//!
+//! 1. Axes v_j decoded in `f32` (`axes`). With |turn|² ≤ 0.272: xx, yy, zz are rounded once; their sum, at most 0.55, halved and taken from 1
+//!    is wrong by at most 0.84u + 1u, and its root w ≥ 0.85 by at most 1.84u/(2·0.85) + 1u = 2.1u; w·2x by at most 3.2u; 2xy by 0.28u; an
+//!    off-diagonal entry, their sum, by 4.5u; a diagonal one by 2.6u. So |Δv_j| ≤ √(2·4.5² + 2.6²) u < 7u; |Δu_i| ≤ 1.01u.
+//! 2. R_ij = u_i·v_j: 1.01u + 7u + 3u (three products, two sums) < 11.2u.
+//! 3. d = c - s: |Δd| ≤ u|s| + u|d| ≤ 2uD. t_i = u_i·d: (1.01 + 2 + 3) uD < 6.1uD. v_j·d: (7 + 2 + 3) uD = 12uD.
+//! 4. t_i2 R_i1j - t_i1 R_i2j: 6.1√2 uD from t, 11.2√2 uD from R (|(t_i1, t_i2)| ≤ D), 2uD rounding: < 26.6uD.
+//! 5. Reaches: each half-length is multiplied by at most one wrong R on each axis (11.2u) and takes part in at most four roundings: 15.2u(A + B).
+//! 6. The difference of distance and reach is rounded once: u(D + A + B).
+//!
+//! Together (26.6 + 1) uD + (15.2 + 1) u(A + B). The constants are `PER_DISTANCE` = 29 and `PER_HALF` = 18, the rest pays for the slack's own
+//! rounding. To it comes the slack of the pose ([`super::pose`]). Nothing here is an absolute length: scaled data give scaled slacks.
+
+use super::lanes::{Lanes, three};
+use super::node::{Node, WIDTH};
+use super::pose::{PER_DISTANCE, PER_HALF, Seen, U};
+
+/// One box against the children of one node.
+#[derive(Clone, Copy)]
+pub(super) struct Visit<'a> {
+    pub node: &'a Node,
+    pub one: Seen,
+}
+
+/// What a visit found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Found {
+    /// For each child the largest difference of distance and reach over the axes, mm: less than 0 by how deep the boxes overlap.
+    pub gap: [f32; WIDTH],
+    /// A bit for each child that may overlap.
+    pub live: u8,
+}
+
+/// What the children of a node contribute to the slack, mm: the largest over the children. For [`Node::slack`].
+pub(super) fn node_slack(node: &Node) -> f32 {
+    let sum = |of: &[[f32; WIDTH]; 3], i: usize| of[0][i].abs() + of[1][i].abs() + of[2][i].abs();
+    (0..node.count as usize)
+        .map(|i| U * (PER_DISTANCE * sum(&node.centre, i) + PER_HALF * sum(&node.half, i)))
+        .fold(0.0, f32::max)
+}
+
+/// Makes one or two visits.
+#[inline(always)]
+pub(super) fn visit<L: Lanes>(visits: &[Visit], found: &mut [Found; 2]) {
+    let mut first = 0;
+    while first < visits.len() {
+        let mut gap = [[0.0; WIDTH]; 2];
+        let live = gaps::<L>(|i| &visits[(first + i).min(visits.len() - 1)], &mut gap);
+        for i in first..(first + L::VISITS).min(visits.len()) {
+            let bits = (live >> (WIDTH * (i - first))) as u8;
+            found[i] = Found { gap: gap[i - first], live: bits & visits[i].node.occupied() };
+        }
+        first += L::VISITS;
+    }
+}
+
+/// The axes of the children: their coordinates in the node's frame. The same operations as [`super::turn::decode`].
+#[inline(always)]
+fn axes<L: Lanes>(turn: [L; 3]) -> [[L; 3]; 3] {
+    let [x, y, z] = turn;
+    let one = L::splat(|_| 1.0);
+    let (x2, y2, z2) = (x + x, y + y, z + z);
+    let (xx, yy, zz) = (x * x2, y * y2, z * z2);
+    let w = (one - L::splat(|_| 0.5) * (xx + yy + zz)).sqrt();
+    let (wx, wy, wz) = (w * x2, w * y2, w * z2);
+    let (xy, xz, yz) = (x * y2, x * z2, y * z2);
+    [[one - yy - zz, xy + wz, xz - wy], [xy - wz, one - xx - zz, yz + wx], [xz + wy, yz - wx, one - xx - yy]]
+}
+
+#[inline(always)]
+fn dot<L: Lanes>(a: &[L; 3], b: &[L; 3]) -> L {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The gaps of as many visits as fit a register; a bit for each child that is not apart.
+#[inline(always)]
+fn gaps<'a, L: Lanes>(visit: impl Fn(usize) -> &'a Visit<'a>, gap: &mut [[f32; WIDTH]; 2]) -> u32 {
+    let v = axes::<L>(three!(k => L::load(|i| &visit(i).node.turn[k])));
+    let b = three!(k => L::load(|i| &visit(i).node.half[k]));
+    let a = three!(k => L::splat(|i| visit(i).one.half[k]));
+    let u = three!(n => three!(k => L::splat(|i| visit(i).one.axes[n][k])));
+    let d = three!(k => L::load(|i| &visit(i).node.centre[k]) - L::splat(|i| visit(i).one.centre[k]));
+    let t = three!(i => dot(&u[i], &d));
+    let r = three!(i => three!(j => dot(&u[i], &v[j])));
+    let q = three!(i => three!(j => r[i][j].abs()));
+    // Three running maxima, so that each axis need not wait for the one before.
+    let mut most = three!(i => t[i].abs() - (a[i] + dot(&b, &q[i])));
+    for j in 0..3 {
+        let reach = b[j] + dot(&a, &[q[0][j], q[1][j], q[2][j]]);
+        most[j] = most[j].max(dot(&v[j], &d).abs() - reach);
+    }
+    for i in 0..3 {
+        let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
+        for j in 0..3 {
+            let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
+            let distance = (t[i2] * r[i1][j] - t[i1] * r[i2][j]).abs();
+            let reach = (a[i1] * q[i2][j] + a[i2] * q[i1][j]) + (b[j1] * q[i][j2] + b[j2] * q[i][j1]);
+            most[j] = most[j].max(distance - reach);
+        }
+    }
+    let most = most[0].max(most[1]).max(most[2]);
+    most.store(gap);
+    // A gap that is not a number parts nothing.
+    !most.exceeds(L::splat(|i| visit(i).node.slack + visit(i).one.slack))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::code::Code;
+    use super::super::lanes::{Machine, Simd, Work};
+    use super::super::pose::Pose;
+    use super::super::turn;
+    use super::*;
+    use crate::geometry::{Isometry, Point, Vector};
+    use nalgebra::{Matrix3, Rotation3};
+    use proptest::prelude::*;
+
+    struct Visiting<'a>(&'a [Visit<'a>]);
+
+    impl Work for Visiting<'_> {
+        type Output = [Found; 2];
+
+        #[inline(always)]
+        fn run<M: Machine>(self) -> [Found; 2] {
+            let mut found = [Found::default(); 2];
+            visit::<M::Single>(self.0, &mut found);
+            found
+        }
+    }
+
+    /// The largest difference of distance and reach over the fifteen axes in `f64`, from the axes of both boxes in one frame.
+    fn gap_in_f64(u: &Matrix3<f64>, a: &Vector, v: &Matrix3<f64>, b: &Vector, d: &Vector) -> f64 {
+        let edges = (0..9).map(|n| u.column(n / 3).cross(&v.column(n % 3)));
+        let faces = (0..3).flat_map(|n| [u.column(n).into_owned(), v.column(n).into_owned()]);
+        let reach = |axis: &Vector| u.tr_mul(axis).abs().dot(a) + v.tr_mul(axis).abs().dot(b);
+        edges.chain(faces).map(|axis| axis.dot(d).abs() - reach(&axis)).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    fn vector(size: f64) -> impl Strategy<Value = Vector> {
+        prop::array::uniform3(-size..size).prop_map(Vector::from)
+    }
+
+    fn boxed(turn: Vector, half: Vector, centre: Vector, origin: [f32; 3]) -> Code {
+        let frame = Rotation3::from_scaled_axis(turn).into_inner();
+        let corners: Vec<Point> = (0..8)
+            .map(|n| {
+                let sign = Vector::from_fn(|k, _| if n >> k & 1 == 0 { 1.0 } else { -1.0 });
+                Point::from(centre + frame * half.component_mul(&sign))
+            })
+            .collect();
+        Code::fit(&frame, origin, corners.iter())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        /// At any scale, for flat, long and nearly parallel boxes, the gap is the `f64` gap within the slack, on every instruction set alike:
+        /// whatever the slack calls apart is apart.
+        #[test]
+        fn the_slack_covers_the_rounding(
+            turns in (vector(3.0), prop_oneof![vector(3.0), vector(1e-6), Just(Vector::zeros())]),
+            halves in (vector(1.0), vector(1.0)),
+            flat in prop::array::uniform2(prop_oneof![Just(1.0), Just(1e-4), Just(0.0)]),
+            centres in (vector(2.0), vector(2.0)),
+            pose in (vector(3.0), vector(1.0)),
+            exponent in -6..6_i32,
+        ) {
+            let scale = 10f64.powi(exponent);
+            let half = |half: Vector, flat: f64| half.abs().component_mul(&Vector::new(1.0, 1.0, flat)) * scale;
+            let origin = (centres.0 * 0.7 * scale).map(|x| x as f32).into();
+            let child = boxed(turns.0, half(halves.0, flat[0]), centres.0 * scale, origin);
+            // The other box is turned against the first by the second turn, once it is moved.
+            let motion = Isometry::new(pose.1 * scale, pose.0);
+            let turn = motion.rotation.inverse() * nalgebra::UnitQuaternion::from_scaled_axis(turns.0)
+                * nalgebra::UnitQuaternion::from_scaled_axis(turns.1);
+            let other_origin = (centres.1 * scale).map(|x| x as f32).into();
+            let one = boxed(turn.scaled_axis(), half(halves.1, flat[1]), centres.1 * scale, other_origin);
+
+            let mut node = Node::empty(origin);
+            node.count = 8;
+            (0..8).for_each(|place| node.put(place, &child));
+            node.slack = node_slack(&node);
+            let moved = Pose::new(&motion, 10.0 * scale);
+            let seen = Seen::new(&moved.a_from_b, &one, &other_origin, &node, 0.0);
+            let visit = Visit { node: &node, one: seen };
+            let wide = |x: [f32; 3]| Vector::from(x.map(f64::from));
+            let rotation = motion.rotation.to_rotation_matrix().into_inner();
+            let centre = rotation * (wide(other_origin) + wide(one.centre)) + motion.translation.vector - wide(origin);
+            let exact = gap_in_f64(
+                &(rotation * turn::decode(one.turn)),
+                &wide(one.half),
+                &turn::decode(child.turn),
+                &wide(child.half),
+                &(wide(child.centre) - centre),
+            );
+            let slack = f64::from(node.slack + seen.slack);
+            let results: Vec<[Found; 2]> = Simd::available().into_iter().map(|simd| simd.run(Visiting(&[visit, visit]))).collect();
+            for [first, second] in &results {
+                prop_assert_eq!(first, second);
+                prop_assert_eq!(first, &results[0][0]);
+                for gap in first.gap {
+                    prop_assert!((f64::from(gap) - exact).abs() <= slack, "{gap} {exact} {slack}");
+                }
+                prop_assert!(exact > 0.0 || first.live == 255, "{exact} {slack}");
+                // And the slack is small against the lengths involved, which are up to 20 times the scale.
+                prop_assert!(exact < 1e-4 * scale || first.live == 0, "{exact} {slack}");
+            }
+        }
+    }
+}

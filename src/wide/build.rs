@@ -1,0 +1,210 @@
+//! Top-down construction, on as many threads as there are; the same tree for any number of them.
+//!
+//! A range of triangles becomes the children of a node by dividing its largest part again and again ([`super::split`]) until there are eight or
+//! every part fits a node. Then parts of few triangles hand them to the node directly while it has room, which fills it.
+
+use super::boxes::node_slack;
+use super::code::Code;
+use super::node::{Node, WIDTH, WideTree};
+use super::split::{self, Item};
+use crate::geometry::{Mesh, Point, Triangle, triangle};
+use rayon::prelude::*;
+
+/// Ranges with more triangles than this are built on several threads; part of what decides the order of nodes.
+const PARALLEL: usize = 4096;
+/// Widening of the ball around a mesh, relative: its radius is a few operations of `f64`, this is four thousand times 2⁻⁵³.
+const BALL_PAD: f64 = 1e-12;
+
+/// A range of items that becomes one child.
+#[derive(Clone, Copy)]
+struct Part {
+    start: usize,
+    end: usize,
+    /// Which part is divided next.
+    size: f32,
+}
+
+impl Part {
+    const fn len(&self) -> usize {
+        self.end - self.start
+    }
+}
+
+/// Nodes and triangles of a subtree, numbered from 0; node 0 is its root.
+struct Subtree {
+    nodes: Vec<Node>,
+    faces: Vec<u32>,
+}
+
+impl WideTree {
+    /// The tree over a mesh; the same on every machine and for any number of threads.
+    ///
+    /// # Panics
+    /// When the mesh has more than 2²⁸ triangles: slots are numbered in 32 bits.
+    #[must_use]
+    pub fn build(mesh: &Mesh) -> Self {
+        let triangles = mesh.triangles();
+        assert!(triangles.len() < (1 << 28), "slots are numbered in 32 bits");
+        let (low, high) = triangle::bounds(&triangles).expect("a mesh has a triangle");
+        let middle = nalgebra::center(&low, &high);
+        let mut items: Vec<Item> =
+            triangles.iter().zip(0..).map(|(triangle, face)| Item::new(triangle, &middle, face)).collect();
+        let origin = middle.coords.map(|x| x as f32).into();
+        let mut root = Node::empty(origin);
+        root.count = 1;
+        let mut nodes = vec![root];
+        let mut faces = vec![0];
+        if items.len() == 1 {
+            nodes[0].put(0, &leaf_code(&triangles[0], origin));
+        } else {
+            nodes[0].inner = 1;
+            nodes[0].first_node = 1;
+            let code = inner_code(&triangles, &items, origin);
+            nodes[0].put(0, &code);
+            let mut subtree = subtree(&triangles, &mut items, centre_of(&code, origin));
+            shift(&mut subtree.nodes, 1, 0);
+            nodes.append(&mut subtree.nodes);
+            faces = subtree.faces;
+        }
+        nodes[0].slack = node_slack(&nodes[0]);
+        let (triangles, vertices) = in_order(mesh, &faces);
+        let farthest = |from: &Point| vertices.iter().map(|v| (v - from).norm_squared()).fold(0.0, f64::max).sqrt();
+        let (reach, radius) = (farthest(&Point::origin()), farthest(&middle));
+        let ball = (middle, radius + BALL_PAD * (reach + radius));
+        Self { nodes, triangles, vertices, faces, ball, reach: reach * (1.0 + BALL_PAD) }
+    }
+}
+
+/// The triangles in tree order as places in their vertices, which are numbered as they come.
+fn in_order(mesh: &Mesh, faces: &[u32]) -> (Vec<[u32; 3]>, Vec<Point>) {
+    const UNSEEN: u32 = u32::MAX;
+    let mut place = vec![UNSEEN; mesh.vertices().len()];
+    let mut vertices = Vec::with_capacity(mesh.vertices().len());
+    let triangles = faces
+        .iter()
+        .map(|&face| {
+            mesh.faces()[face as usize].map(|vertex| {
+                let place = &mut place[vertex as usize];
+                if *place == UNSEEN {
+                    *place = vertices.len() as u32;
+                    vertices.push(mesh.vertices()[vertex as usize]);
+                }
+                *place
+            })
+        })
+        .collect();
+    vertices.shrink_to_fit();
+    (triangles, vertices)
+}
+
+/// The box of a single triangle.
+fn leaf_code(triangle: &Triangle, origin: [f32; 3]) -> Code {
+    Code::fit(&split::frame_of(triangle), origin, triangle.corners.iter())
+}
+
+/// The box of several.
+fn inner_code(triangles: &[Triangle], items: &[Item], origin: [f32; 3]) -> Code {
+    let points = items.iter().flat_map(|item| triangles[item.face as usize].corners.iter());
+    Code::fit(&split::least_frame(items), origin, points)
+}
+
+/// Where a box's node has its origin.
+fn centre_of(code: &Code, origin: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|k| origin[k] + code.centre[k])
+}
+
+/// The subtree over at least two items, its root's origin given.
+fn subtree(triangles: &[Triangle], items: &mut [Item], origin: [f32; 3]) -> Subtree {
+    let mut own = Subtree { nodes: vec![Node::empty(origin)], faces: Vec::new() };
+    if items.len() <= PARALLEL {
+        grow(triangles, items, &mut own, 0);
+        return own;
+    }
+    let inner = fill(triangles, items, &mut own, 0);
+    let origins: Vec<[f32; 3]> = own.nodes[1..].iter().map(|node| node.origin).collect();
+    let mut ranges = Vec::with_capacity(inner.len());
+    let (mut rest, mut done) = (items, 0);
+    for (part, origin) in inner.iter().zip(origins) {
+        let (_, after) = std::mem::take(&mut rest).split_at_mut(part.start - done);
+        let (range, after) = after.split_at_mut(part.len());
+        (rest, done) = (after, part.end);
+        ranges.push((range, origin));
+    }
+    let subtrees: Vec<Subtree> =
+        ranges.into_par_iter().map(|(range, origin)| subtree(triangles, range, origin)).collect();
+    for (child, mut subtree) in subtrees.into_iter().enumerate() {
+        let (first_node, first_triangle) = (own.nodes.len() as u32, own.faces.len() as u32);
+        // The subtree's root already has its place among its siblings.
+        shift(&mut subtree.nodes, first_node - 1, first_triangle);
+        let mut nodes = subtree.nodes.into_iter();
+        own.nodes[1 + child] = nodes.next().expect("a subtree has a root");
+        own.nodes.extend(nodes);
+        own.faces.append(&mut subtree.faces);
+    }
+    own
+}
+
+/// Adds to the numbers of nodes and triangles that nodes refer to.
+fn shift(nodes: &mut [Node], by_nodes: u32, by_triangles: u32) {
+    for node in nodes {
+        node.first_node += by_nodes;
+        node.first_triangle += by_triangles;
+    }
+}
+
+/// Builds what is below a node, on this thread.
+fn grow(triangles: &[Triangle], items: &mut [Item], subtree: &mut Subtree, at: usize) {
+    let first = subtree.nodes.len();
+    for (child, part) in fill(triangles, items, subtree, at).into_iter().enumerate() {
+        grow(triangles, &mut items[part.start..part.end], subtree, first + child);
+    }
+}
+
+/// Gives node `at` its children: boxes, and empty nodes at the end of the list. Returns the ranges of the latter, in order.
+fn fill(triangles: &[Triangle], items: &mut [Item], subtree: &mut Subtree, at: usize) -> Vec<Part> {
+    let parts = children(items);
+    let (inner, single): (Vec<Part>, Vec<Part>) = parts.iter().partition(|part| part.len() > 1);
+    let mut node = Node::empty(subtree.nodes[at].origin);
+    node.first_node = subtree.nodes.len() as u32;
+    node.first_triangle = subtree.faces.len() as u32;
+    node.inner = inner.len() as u8;
+    node.count = parts.len() as u8;
+    for (place, part) in inner.iter().enumerate() {
+        let code = inner_code(triangles, &items[part.start..part.end], node.origin);
+        node.put(place, &code);
+        subtree.nodes.push(Node::empty(centre_of(&code, node.origin)));
+    }
+    for (place, part) in (inner.len()..).zip(&single) {
+        let face = items[part.start].face;
+        node.put(place, &leaf_code(&triangles[face as usize], node.origin));
+        subtree.faces.push(face);
+    }
+    node.slack = node_slack(&node);
+    subtree.nodes[at] = node;
+    inner
+}
+
+/// Divides at least two items into two to eight parts, in the order of the items.
+fn children(items: &mut [Item]) -> Vec<Part> {
+    let mut parts = vec![Part { start: 0, end: items.len(), size: 1.0 }];
+    while parts.len() < WIDTH {
+        let divisible = (0..parts.len()).filter(|&i| parts[i].len() > WIDTH);
+        let Some(largest) = divisible.max_by(|&i, &j| parts[i].size.total_cmp(&parts[j].size)) else { break };
+        let Part { start, end, .. } = parts[largest];
+        let (left, sizes) = split::divide(&mut items[start..end]);
+        parts[largest] = Part { start, end: start + left, size: sizes[0] };
+        parts.push(Part { start: start + left, end, size: sizes[1] });
+    }
+    loop {
+        let few = (0..parts.len()).filter(|&i| (2..=WIDTH).contains(&parts[i].len())).min_by_key(|&i| parts[i].len());
+        match few {
+            Some(i) if parts.len() - 1 + parts[i].len() <= WIDTH => {
+                let Part { start, end, size } = parts.swap_remove(i);
+                parts.extend((start..end).map(|k| Part { start: k, end: k + 1, size }));
+            }
+            _ => break,
+        }
+    }
+    parts.sort_unstable_by_key(|part| part.start);
+    parts
+}

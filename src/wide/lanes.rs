@@ -1,0 +1,443 @@
+//! The three instruction sets: AVX-512, AVX2, and what every machine has; chosen when the program runs.
+//!
+//! The tests are written once, over `Lanes` and `DoubleLanes`. All three do the same IEEE operations in the same order (no fused
+//! multiply-add), so that every result, and with it every count, has the same bits on every machine.
+
+#![expect(unsafe_code, reason = "vector instructions; this file alone")]
+
+use std::array::from_fn;
+use std::ops::{Add, Mul, Sub};
+
+/// Boxes per visit of a node: the lanes that belong together.
+pub(super) use super::node::WIDTH;
+
+/// An array of three, written out: closures would not surely be inlined, and what is not inlined is not compiled for the machine.
+macro_rules! three {
+    ($k:ident => $of:expr) => {
+        [
+            {
+                let $k = 0;
+                $of
+            },
+            {
+                let $k = 1;
+                $of
+            },
+            {
+                let $k = 2;
+                $of
+            },
+        ]
+    };
+}
+pub(super) use three;
+
+/// `f32` lanes: eight for each visit that fits a register.
+pub(super) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    /// How many visits fit a register.
+    const VISITS: usize;
+    /// Eight numbers for each visit.
+    fn load<'a>(of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self;
+    /// One number for each visit.
+    fn splat(of: impl Fn(usize) -> f32) -> Self;
+    fn abs(self) -> Self;
+    fn sqrt(self) -> Self;
+    /// The larger, lane by lane; either when one is not a number.
+    fn max(self, other: Self) -> Self;
+    /// A bit for each lane that is larger than the other's; the first visit's are the lowest.
+    fn exceeds(self, other: Self) -> u32;
+    /// Eight numbers for each visit.
+    fn store(self, to: &mut [[f32; WIDTH]; 2]);
+}
+
+/// Eight `f64` lanes.
+pub(super) trait DoubleLanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    fn load(from: &[f64; 8]) -> Self;
+    fn splat(x: f64) -> Self;
+    fn abs(self) -> Self;
+    /// A bit for each lane that is larger than the other's.
+    fn exceeds(self, other: Self) -> u8;
+}
+
+/// What the traversal is compiled for.
+pub(super) trait Machine {
+    type Single: Lanes;
+    type Double: DoubleLanes;
+}
+
+/// Something to be done on lanes, whichever they are.
+pub(super) trait Work {
+    type Output;
+    /// Does it. Implementations are `#[inline(always)]`, so that all of it is compiled for the machine.
+    fn run<M: Machine>(self) -> Self::Output;
+}
+
+/// An instruction set that this machine has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Simd(Set);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Set {
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    Portable,
+}
+
+impl Simd {
+    /// What every machine has.
+    pub const PORTABLE: Self = Self(Set::Portable);
+
+    /// All that this machine has, the widest first.
+    #[must_use]
+    pub fn available() -> Vec<Self> {
+        let mut sets = Vec::with_capacity(3);
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") {
+                sets.push(Self(Set::Avx512));
+            }
+            if is_x86_feature_detected!("avx2") {
+                sets.push(Self(Set::Avx2));
+            }
+        }
+        sets.push(Self::PORTABLE);
+        sets
+    }
+
+    /// The widest that this machine has.
+    #[must_use]
+    pub fn best() -> Self {
+        static BEST: std::sync::OnceLock<Simd> = std::sync::OnceLock::new();
+        *BEST.get_or_init(|| Self::available()[0])
+    }
+
+    /// The name in files: `avx512`, `avx2` or `portable`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => "avx512",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => "avx2",
+            Set::Portable => "portable",
+        }
+    }
+
+    /// Does `work` on it.
+    #[inline]
+    pub(super) fn run<W: Work>(self, work: W) -> W::Output {
+        match self.0 {
+            // SAFETY: a `Simd` of this set is made in `available` alone, after the processor was asked.
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => unsafe { x86::on_avx512(work) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => unsafe { x86::on_avx2(work) },
+            Set::Portable => work.run::<Portable>(),
+        }
+    }
+}
+
+/// Arrays, which the compiler turns into whatever vectors the target always has.
+struct Portable;
+
+impl Machine for Portable {
+    type Single = Array<f32>;
+    type Double = Array<f64>;
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct Array<T>([T; 8]);
+
+macro_rules! array_operator {
+    ($trait:ident, $method:ident, $operator:tt) => {
+        impl<T: Copy + $trait<Output = T>> $trait for Array<T> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(from_fn(|i| self.0[i] $operator other.0[i]))
+            }
+        }
+    };
+}
+array_operator!(Add, add, +);
+array_operator!(Sub, sub, -);
+array_operator!(Mul, mul, *);
+
+impl Lanes for Array<f32> {
+    const VISITS: usize = 1;
+    #[inline(always)]
+    fn load<'a>(of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self {
+        Self(*of(0))
+    }
+    #[inline(always)]
+    fn splat(of: impl Fn(usize) -> f32) -> Self {
+        Self([of(0); 8])
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.map(f32::abs))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.map(f32::sqrt))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(from_fn(|i| if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
+    fn exceeds(self, other: Self) -> u32 {
+        (0..8).fold(0, |bits, i| bits | u32::from(self.0[i] > other.0[i]) << i)
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [[f32; WIDTH]; 2]) {
+        to[0] = self.0;
+    }
+}
+
+impl DoubleLanes for Array<f64> {
+    #[inline(always)]
+    fn load(from: &[f64; 8]) -> Self {
+        Self(*from)
+    }
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        Self([x; 8])
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.map(f64::abs))
+    }
+    #[inline(always)]
+    fn exceeds(self, other: Self) -> u8 {
+        (0..8).fold(0, |bits, i| bits | u8::from(self.0[i] > other.0[i]) << i)
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    //! Every value of these types comes from a function below that runs only on a processor that was asked ([`Simd::run`]); with that all
+    //! intrinsics here are sound: they touch no memory but the arrays they are given, unaligned.
+
+    use super::{Add, DoubleLanes, Lanes, Machine, Mul, Sub, WIDTH, Work};
+    use std::arch::x86_64::*;
+
+    /// Compiled with AVX-512.
+    ///
+    /// # Safety
+    /// The processor must have it.
+    #[target_feature(enable = "avx512f,avx512vl")]
+    pub(super) unsafe fn on_avx512<W: Work>(work: W) -> W::Output {
+        work.run::<Avx512>()
+    }
+
+    /// Compiled with AVX2.
+    ///
+    /// # Safety
+    /// The processor must have it.
+    #[target_feature(enable = "avx2")]
+    pub(super) unsafe fn on_avx2<W: Work>(work: W) -> W::Output {
+        work.run::<Avx2>()
+    }
+
+    struct Avx512;
+    impl Machine for Avx512 {
+        type Single = Single16;
+        type Double = Double8;
+    }
+
+    struct Avx2;
+    impl Machine for Avx2 {
+        type Single = Single8;
+        type Double = Double4x2;
+    }
+
+    /// Sixteen `f32` lanes: two visits.
+    #[derive(Clone, Copy)]
+    pub(super) struct Single16(__m512);
+    /// Eight `f32` lanes: one visit.
+    #[derive(Clone, Copy)]
+    pub(super) struct Single8(__m256);
+    /// Eight `f64` lanes.
+    #[derive(Clone, Copy)]
+    pub(super) struct Double8(__m512d);
+    /// Eight `f64` lanes in two registers.
+    #[derive(Clone, Copy)]
+    pub(super) struct Double4x2([__m256d; 2]);
+
+    macro_rules! operator {
+        ($register:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
+            impl $trait for $register {
+                type Output = Self;
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    // SAFETY: see the module.
+                    Self(unsafe { $intrinsic(self.0, other.0) })
+                }
+            }
+        };
+    }
+    operator!(Single16, Add, add, _mm512_add_ps);
+    operator!(Single16, Sub, sub, _mm512_sub_ps);
+    operator!(Single16, Mul, mul, _mm512_mul_ps);
+    operator!(Single8, Add, add, _mm256_add_ps);
+    operator!(Single8, Sub, sub, _mm256_sub_ps);
+    operator!(Single8, Mul, mul, _mm256_mul_ps);
+    operator!(Double8, Add, add, _mm512_add_pd);
+    operator!(Double8, Sub, sub, _mm512_sub_pd);
+    operator!(Double8, Mul, mul, _mm512_mul_pd);
+
+    macro_rules! paired_operator {
+        ($trait:ident, $method:ident, $intrinsic:ident) => {
+            impl $trait for Double4x2 {
+                type Output = Self;
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    let ([a, b], [c, d]) = (self.0, other.0);
+                    // SAFETY: see the module.
+                    Self(unsafe { [$intrinsic(a, c), $intrinsic(b, d)] })
+                }
+            }
+        };
+    }
+    paired_operator!(Add, add, _mm256_add_pd);
+    paired_operator!(Sub, sub, _mm256_sub_pd);
+    paired_operator!(Mul, mul, _mm256_mul_pd);
+
+    impl Lanes for Single16 {
+        const VISITS: usize = 2;
+        #[inline(always)]
+        fn load<'a>(of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self {
+            // SAFETY: see the module.
+            unsafe {
+                let (low, high) = (_mm256_loadu_ps(of(0).as_ptr()), _mm256_loadu_ps(of(1).as_ptr()));
+                let both = _mm512_castps_pd(_mm512_castps256_ps512(low));
+                Self(_mm512_castpd_ps(_mm512_insertf64x4::<1>(both, _mm256_castps_pd(high))))
+            }
+        }
+        #[inline(always)]
+        fn splat(of: impl Fn(usize) -> f32) -> Self {
+            // SAFETY: see the module.
+            unsafe { Self(_mm512_mask_broadcastss_ps(_mm512_set1_ps(of(0)), 0xFF00, _mm_set_ss(of(1)))) }
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { _mm512_abs_ps(self.0) })
+        }
+        #[inline(always)]
+        fn sqrt(self) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { _mm512_sqrt_ps(self.0) })
+        }
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { _mm512_max_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn exceeds(self, other: Self) -> u32 {
+            // SAFETY: see the module.
+            u32::from(unsafe { _mm512_cmp_ps_mask::<_CMP_GT_OQ>(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn store(self, to: &mut [[f32; WIDTH]; 2]) {
+            // SAFETY: see the module; two arrays of eight are sixteen numbers in a row.
+            unsafe { _mm512_storeu_ps(to.as_mut_ptr().cast(), self.0) }
+        }
+    }
+
+    impl Lanes for Single8 {
+        const VISITS: usize = 1;
+        #[inline(always)]
+        fn load<'a>(of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { _mm256_loadu_ps(of(0).as_ptr()) })
+        }
+        #[inline(always)]
+        fn splat(of: impl Fn(usize) -> f32) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { _mm256_set1_ps(of(0)) })
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
+        }
+        #[inline(always)]
+        fn sqrt(self) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { _mm256_sqrt_ps(self.0) })
+        }
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { _mm256_max_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn exceeds(self, other: Self) -> u32 {
+            // SAFETY: see the module.
+            unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(self.0, other.0)) as u32 }
+        }
+        #[inline(always)]
+        fn store(self, to: &mut [[f32; WIDTH]; 2]) {
+            // SAFETY: see the module.
+            unsafe { _mm256_storeu_ps(to[0].as_mut_ptr(), self.0) }
+        }
+    }
+
+    impl DoubleLanes for Double8 {
+        #[inline(always)]
+        fn load(from: &[f64; 8]) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { _mm512_loadu_pd(from.as_ptr()) })
+        }
+        #[inline(always)]
+        fn splat(x: f64) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { _mm512_set1_pd(x) })
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { _mm512_abs_pd(self.0) })
+        }
+        #[inline(always)]
+        fn exceeds(self, other: Self) -> u8 {
+            // SAFETY: see the module.
+            unsafe { _mm512_cmp_pd_mask::<_CMP_GT_OQ>(self.0, other.0) }
+        }
+    }
+
+    impl DoubleLanes for Double4x2 {
+        #[inline(always)]
+        fn load(from: &[f64; 8]) -> Self {
+            let (low, high) = from.split_at(4);
+            // SAFETY: see the module.
+            Self(unsafe { [_mm256_loadu_pd(low.as_ptr()), _mm256_loadu_pd(high.as_ptr())] })
+        }
+        #[inline(always)]
+        fn splat(x: f64) -> Self {
+            // SAFETY: see the module.
+            Self([unsafe { _mm256_set1_pd(x) }; 2])
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            // SAFETY: see the module.
+            Self(self.0.map(|half| unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), half) }))
+        }
+        #[inline(always)]
+        fn exceeds(self, other: Self) -> u8 {
+            let ([a, b], [c, d]) = (self.0, other.0);
+            // SAFETY: see the module.
+            unsafe {
+                let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(a, c));
+                let high = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(b, d));
+                (low | high << 4) as u8
+            }
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! What the tree is made of.
+//!
+//! A volume is named by its slot: the number of the node that holds it times eight, plus its place there. Node 0 holds the
+//! root alone, so that the root is a slot like all others.
+
+use super::code::Code;
+use crate::geometry::{Point, Triangle};
+
+/// Children per node.
+pub const WIDTH: usize = 8;
+
+/// Up to eight boxes, side by side: those of child nodes first, then those of single triangles. Five cache lines.
+#[repr(C, align(64))]
+#[derive(Clone, Debug)]
+pub struct Node {
+    /// The boxes' centres relative to `origin`, mm.
+    pub(super) centre: [[f32; WIDTH]; 3],
+    /// Their rotations, as [`super::turn`] has them.
+    pub(super) turn: [[f32; WIDTH]; 3],
+    /// Their half-lengths, mm.
+    pub(super) half: [[f32; WIDTH]; 3],
+    /// Near the middle of the node's contents, mm, mesh frame.
+    pub(super) origin: [f32; 3],
+    /// What the children contribute to the slack of the overlap test ([`super::boxes`]), mm.
+    pub(super) slack: f32,
+    /// The number of the first child node; the others follow it.
+    pub(super) first_node: u32,
+    /// The place of the first single triangle; the others follow it.
+    pub(super) first_triangle: u32,
+    /// How many children are nodes.
+    pub(super) inner: u8,
+    /// How many children there are.
+    pub(super) count: u8,
+}
+
+impl Node {
+    /// A node without children.
+    pub(super) const fn empty(origin: [f32; 3]) -> Self {
+        Self {
+            centre: [[0.0; WIDTH]; 3],
+            turn: [[0.0; WIDTH]; 3],
+            half: [[0.0; WIDTH]; 3],
+            origin,
+            slack: 0.0,
+            first_node: 0,
+            first_triangle: 0,
+            inner: 0,
+            count: 0,
+        }
+    }
+
+    /// Puts a box into a place.
+    pub(super) fn put(&mut self, place: usize, code: &Code) {
+        for k in 0..3 {
+            self.centre[k][place] = code.centre[k];
+            self.turn[k][place] = code.turn[k];
+            self.half[k][place] = code.half[k];
+        }
+    }
+
+    /// The box in a place.
+    #[inline(always)]
+    pub(super) fn code(&self, place: usize) -> Code {
+        let at = |of: &[[f32; WIDTH]; 3]| [of[0][place], of[1][place], of[2][place]];
+        Code { centre: at(&self.centre), turn: at(&self.turn), half: at(&self.half) }
+    }
+
+    /// A bit for each child that is there.
+    #[inline(always)]
+    pub(super) const fn occupied(&self) -> u8 {
+        ((1_u32 << self.count) - 1) as u8
+    }
+
+    /// Whether the child in a place is a node.
+    #[inline(always)]
+    pub(super) const fn is_inner(&self, place: usize) -> bool {
+        place < self.inner as usize
+    }
+}
+
+/// A tree of oriented boxes over one mesh, in the mesh's own frame.
+#[derive(Clone, Debug)]
+pub struct WideTree {
+    pub(super) nodes: Vec<Node>,
+    /// The triangles in tree order, as places in `vertices`.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// The vertices in the order in which the triangles first use them, mm.
+    pub(super) vertices: Vec<Point>,
+    /// For each triangle in tree order, its face number in the mesh.
+    pub(super) faces: Vec<u32>,
+    /// A ball around everything: centre and radius, mm.
+    pub(super) ball: (Point, f64),
+    /// The largest distance of a vertex from the mesh's own origin, mm.
+    pub(super) reach: f64,
+}
+
+impl WideTree {
+    /// Memory the tree holds, its triangles included, bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice())
+            + size_of_val(self.triangles.as_slice())
+            + size_of_val(self.vertices.as_slice())
+            + size_of_val(self.faces.as_slice())
+    }
+
+    /// How many triangles there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Never: a mesh has a triangle.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    /// A triangle in tree order, mm.
+    #[inline(always)]
+    pub(super) fn triangle(&self, place: u32) -> Triangle {
+        Triangle { corners: self.triangles[place as usize].map(|vertex| self.vertices[vertex as usize]) }
+    }
+
+    /// The node that holds a slot's volume, and the place there.
+    #[inline(always)]
+    pub(super) fn slot(&self, slot: u32) -> (&Node, usize) {
+        (&self.nodes[slot as usize / WIDTH], slot as usize % WIDTH)
+    }
+
+    /// The number of the node that a slot's volume surrounds, or the place of the triangle.
+    #[inline(always)]
+    pub(super) fn contents(&self, slot: u32) -> Contents {
+        let (node, place) = self.slot(slot);
+        if node.is_inner(place) {
+            Contents::Node(node.first_node + place as u32)
+        } else {
+            Contents::Triangle(node.first_triangle + place as u32 - u32::from(node.inner))
+        }
+    }
+}
+
+/// What a slot's volume surrounds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Contents {
+    /// A node, by its number.
+    Node(u32),
+    /// A triangle, by its place in tree order.
+    Triangle(u32),
+}

@@ -1,0 +1,180 @@
+//! The wide tree against the exact truth, on every instruction set this machine has.
+
+use super::lanes::Simd;
+use super::traverse::{Scratch, all, first};
+use super::*;
+use crate::conformance::cases::Cases;
+use crate::conformance::meshes;
+use crate::geometry::grid::Placement;
+use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector, exact};
+use crate::scene::{Pair, Scene};
+use crate::tree::traverse::{Counts, NoProbe};
+use crate::truth::PairOracle;
+use crate::workload::draw::Draw;
+use crate::workload::generate;
+use proptest::prelude::*;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Every pair of faces that touch exactly, sorted.
+fn truth(a: &Mesh, b: &Mesh, a_from_b: &Isometry) -> Vec<(u32, u32)> {
+    let placement = Placement::new(a_from_b);
+    let moved: Vec<Triangle> = b.triangles().iter().map(|t| placement.triangle(t)).collect();
+    let mut contacts = Vec::new();
+    for (still, face_a) in a.triangles().iter().zip(0..) {
+        contacts.extend(moved.iter().zip(0..).filter(|(t, _)| exact::touch(still, t)).map(|(_, f)| (face_a, f)));
+    }
+    contacts
+}
+
+#[test]
+fn verdicts_and_lists_are_the_exact_truth_and_all_counts_are_equal_on_every_instruction_set() {
+    let cases = Cases::new();
+    let trees: Vec<WideTree> = cases.subjects.iter().map(|subject| WideTree::build(&subject.mesh)).collect();
+    let mut scratch = Scratch::default();
+    let mut touching = 0;
+    for case in &cases.cases {
+        let (a, b, pose) = (&trees[case.a], &trees[case.b], &case.a_from_b);
+        let (mesh_a, mesh_b) = cases.meshes(case);
+        let expected = truth(mesh_a, mesh_b, pose);
+        touching += usize::from(!expected.is_empty());
+        let mut counts = Vec::new();
+        for simd in Simd::available() {
+            let (mut of_first, mut of_all) = (Counts::default(), Counts::default());
+            let verdict = first(a, b, pose, simd, &mut scratch, &mut of_first);
+            assert_eq!(verdict, !expected.is_empty(), "{}", simd.name());
+            assert_eq!(all(a, b, pose, simd, &mut scratch, &mut of_all), expected, "{}", simd.name());
+            counts.push((of_first, of_all));
+        }
+        assert!(counts.iter().all(|c| *c == counts[0]), "{counts:?}");
+    }
+    assert!(touching > cases.cases.len() / 3 && touching < 2 * cases.cases.len() / 3);
+}
+
+#[test]
+fn on_the_shipped_scenes_every_instruction_set_says_the_exact_truth() {
+    let (mut touching, mut poses) = (0, 0);
+    for name in ["lathe-toolpost", "lathe-tailstock", "trunnion-impeller"] {
+        let scene = Scene::find(name).unwrap();
+        let trees: Vec<WideTree> = scene.parts.iter().map(|part| WideTree::build(&part.mesh)).collect();
+        for pair in generate(&scene, 600, 3).unwrap().iter().flat_map(|workload| &workload.pairs) {
+            let Pair { a, b, .. } = pair.pair;
+            let mesh = |part: usize| Arc::clone(&scene.parts[part].mesh);
+            let oracle = PairOracle::new(mesh(a), mesh(b));
+            let exact: Vec<bool> = pair.poses.par_iter().map(|pose| oracle.touches(&pose.a_from_b)).collect();
+            for (pose, exact) in pair.poses.iter().zip(&exact) {
+                for simd in Simd::available() {
+                    let pose = &pose.a_from_b;
+                    let says = first(&trees[a], &trees[b], pose, simd, &mut Scratch::default(), &mut NoProbe);
+                    assert_eq!(says, *exact, "{name}, {}, {}, {pose}", scene.pair_name(pair.pair), simd.name());
+                }
+            }
+            poses += exact.len();
+            touching += exact.iter().filter(|&&touching| touching).count();
+        }
+    }
+    assert!(touching > poses / 20 && touching < poses, "{touching} of {poses}");
+}
+
+/// A mesh of the same shape in another unit, as near as the grid allows.
+fn scaled(mesh: &Mesh, factor: f64) -> Mesh {
+    Mesh::new(mesh.vertices().iter().map(|p| p * factor).collect(), mesh.faces().to_vec()).unwrap()
+}
+
+#[test]
+fn the_verdict_does_not_depend_on_the_unit() {
+    // Some mm, written in metres and in micrometres: in relation to the part the grid's step differs by a factor of a million.
+    let (torus, tool) = (scaled(&meshes::torus(12.0, 4.0, 40, 20), 0.05), scaled(&meshes::stepped_tool(16, 8), 0.05));
+    let (a, b) = (WideTree::build(&torus), WideTree::build(&tool));
+    let units = [1e-3, 1.0, 1e3].map(|factor| {
+        let (a, b) = (scaled(&torus, factor), scaled(&tool, factor));
+        (factor, WideTree::build(&a), WideTree::build(&b))
+    });
+    let (mut touching, mut compared) = (0, 0);
+    for step in 0..200 {
+        let mut draw = Draw::new(5, &["units"], step);
+        let pose = Isometry::from_parts((draw.in_ball() * 2.5).into(), draw.rotation());
+        // Poses that a micrometre either way would change depend on how the grid cuts off, not on the engine.
+        let near = [-1e-3, 1e-3].map(|shift| {
+            let moved = Isometry::translation(shift, shift, shift) * pose;
+            first(&a, &b, &moved, Simd::best(), &mut Scratch::default(), &mut NoProbe)
+        });
+        if near[0] != near[1] {
+            continue;
+        }
+        for (factor, a, b) in &units {
+            let mut pose = pose;
+            pose.translation.vector *= *factor;
+            let verdict = first(a, b, &pose, Simd::best(), &mut Scratch::default(), &mut NoProbe);
+            assert_eq!(verdict, near[0], "pose {step}, factor {factor}");
+        }
+        compared += 1;
+        touching += usize::from(near[0]);
+    }
+    assert!(compared > 150 && touching > 20 && touching < 130, "{touching} of {compared}");
+}
+
+#[test]
+fn the_tree_is_the_same_for_any_number_of_threads() {
+    let mesh = meshes::torus(60.0, 20.0, 120, 60); // 14 400 triangles: some ranges are built apart
+    let build = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| format!("{:?}", WideTree::build(&mesh)))
+    };
+    assert!(build(1) == build(3));
+}
+
+#[test]
+fn a_built_tree_is_well_formed_and_its_boxes_hold_their_contents() {
+    for mesh in [meshes::torus(60.0, 20.0, 120, 60), meshes::cuboid(1.0, 2.0, 3.0), meshes::stepped_tool(24, 12)] {
+        let tree = WideTree::build(&mesh);
+        assert_eq!((tree.check_structure(), tree.check_containment(0.0)), (Ok(()), Ok(())));
+    }
+}
+
+#[test]
+fn a_broken_tree_is_found() {
+    use crate::tree::validate::TreeFault;
+    let tree = WideTree::build(&meshes::stepped_tool(24, 12));
+    let mut broken = tree.clone();
+    broken.nodes[1].half[0][0] *= 0.99;
+    assert!(matches!(broken.check_containment(0.0), Err(TreeFault::Outside { node: 1, .. })));
+    let mut broken = tree.clone();
+    broken.nodes[1].first_node += 1;
+    assert!(matches!(broken.check_structure(), Err(TreeFault::Division { .. })));
+    let mut broken = tree;
+    broken.faces[3] = broken.faces[4];
+    assert_eq!(broken.check_structure(), Err(TreeFault::Faces));
+}
+
+fn corner() -> impl Strategy<Value = [f64; 3]> {
+    prop_oneof![prop::array::uniform3(-1.0..1.0_f64), prop::array::uniform3((-2..=2_i32).prop_map(f64::from))]
+}
+
+fn mesh(triangles: usize) -> impl Strategy<Value = Mesh> {
+    prop::collection::vec(prop::array::uniform3(corner()), 1..triangles).prop_map(|triangles| {
+        let triangles: Vec<Triangle> =
+            triangles.into_iter().map(|corners| Triangle { corners: corners.map(Point::from) }).collect();
+        Mesh::from_triangles(&triangles).unwrap()
+    })
+}
+
+proptest! {
+    /// Random and lattice triangles, with and without area, turned or not: the exact list on every instruction set.
+    #[test]
+    fn lists_are_exact_on_random_and_grid_triangles(
+        a in mesh(40),
+        b in mesh(40),
+        shift in corner(),
+        turn in prop_oneof![Just([0.0; 3]), prop::array::uniform3(-3.0..3.0_f64)],
+    ) {
+        let pose = Isometry::new(Vector::from(shift), Vector::from(turn));
+        let expected = truth(&a, &b, &pose);
+        let (a, b) = (WideTree::build(&a), WideTree::build(&b));
+        for simd in Simd::available() {
+            prop_assert_eq!(&all(&a, &b, &pose, simd, &mut Scratch::default(), &mut NoProbe), &expected);
+            let verdict = first(&a, &b, &pose, simd, &mut Scratch::default(), &mut NoProbe);
+            prop_assert_eq!(verdict, !expected.is_empty());
+        }
+    }
+}

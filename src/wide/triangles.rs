@@ -1,0 +1,103 @@
+//! Eight pairs of triangles at a time: which of them touch, exactly.
+//!
+//! The corners of each triangle are put on a side of the other's plane (O. Devillers, P. Guigue, INRIA RR-4488, 2002), eight pairs at once.
+//! A pair whose triangle is strictly on one side by more than the error of the determinants is apart; most are. The others go one by one to
+//! [`certified`], which knows what `f64` can decide, and what it cannot goes to the exact test.
+//!
+//! The corners of `b` are moved and snapped by the very operations of [`crate::geometry::grid::Placement`], so that all methods see the same triangles.
+
+use super::lanes::{DoubleLanes, three};
+use super::node::WideTree;
+use crate::geometry::Triangle;
+use crate::geometry::certified::{self, ERROR};
+use crate::geometry::grid::Placement;
+
+/// Pairs that wait until there are eight.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Batch {
+    a: [u32; 8],
+    b: [u32; 8],
+    len: usize,
+}
+
+impl Batch {
+    /// One pair more, by their places in tree order. Whether it is full now.
+    #[inline(always)]
+    pub fn push(&mut self, a: u32, b: u32) -> bool {
+        (self.a[self.len], self.b[self.len]) = (a, b);
+        self.len += 1;
+        self.len == 8
+    }
+
+    /// How many pairs wait.
+    #[inline(always)]
+    pub const fn len(&self) -> usize {
+        self.len
+    }
+
+    /// The pair with the given number.
+    #[inline(always)]
+    pub const fn pair(&self, i: usize) -> (u32, u32) {
+        (self.a[i], self.b[i])
+    }
+
+    /// A bit for each pair that the planes do not part; the batch is empty afterwards.
+    #[inline(always)]
+    pub fn unparted<D: DoubleLanes>(&mut self, a: &WideTree, b: &WideTree, placement: &Placement) -> u8 {
+        let mut corners = [[[[0.0; 8]; 3]; 3]; 2];
+        for (lane, (&i, &j)) in self.a.iter().zip(&self.b).enumerate().take(self.len) {
+            spread(&a.triangle(i), lane, &mut corners[0]);
+            spread(&placement.triangle(&b.triangle(j)), lane, &mut corners[1]);
+        }
+        let waiting = ((1_u32 << self.len) - 1) as u8;
+        self.len = 0;
+        let [p, q] = [loaded::<D>(&corners[0]), loaded::<D>(&corners[1])];
+        waiting & !(on_one_side(&p, &q) | on_one_side(&q, &p))
+    }
+}
+
+/// Puts a triangle's coordinates into a lane.
+#[inline(always)]
+fn spread(triangle: &Triangle, lane: usize, to: &mut [[[f64; 8]; 3]; 3]) {
+    for (corner, lanes) in triangle.corners.iter().zip(to) {
+        for (x, lanes) in corner.iter().zip(lanes) {
+            lanes[lane] = *x;
+        }
+    }
+}
+
+/// A bit for each lane in which the triangle `q` is strictly on one side of the plane of `p`.
+#[inline(always)]
+fn on_one_side<D: DoubleLanes>(p: &[[D; 3]; 3], q: &[[D; 3]; 3]) -> u8 {
+    let (e, f) = (minus(&p[1], &p[0]), minus(&p[2], &p[0]));
+    let (mut normal, mut size) = ([D::splat(0.0); 3], [D::splat(0.0); 3]);
+    for k in 0..3 {
+        let (k1, k2) = ((k + 1) % 3, (k + 2) % 3);
+        let (one, other) = (e[k1] * f[k2], e[k2] * f[k1]);
+        (normal[k], size[k]) = (one - other, one.abs() + other.abs());
+    }
+    let (mut above, mut below) = (u8::MAX, u8::MAX);
+    for corner in q {
+        let d = minus(corner, &p[0]);
+        let height = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2];
+        let error = D::splat(ERROR) * (d[0].abs() * size[0] + d[1].abs() * size[1] + d[2].abs() * size[2]);
+        above &= height.exceeds(error);
+        below &= (D::splat(0.0) - height).exceeds(error);
+    }
+    above | below
+}
+
+#[inline(always)]
+fn loaded<D: DoubleLanes>(from: &[[[f64; 8]; 3]; 3]) -> [[D; 3]; 3] {
+    three!(corner => three!(k => D::load(&from[corner][k])))
+}
+
+#[inline(always)]
+fn minus<D: DoubleLanes>(x: &[D; 3], y: &[D; 3]) -> [D; 3] {
+    [x[0] - y[0], x[1] - y[1], x[2] - y[2]]
+}
+
+/// Whether two triangles, by their places, touch; exactly.
+pub(super) fn touch(a: &WideTree, b: &WideTree, placement: &Placement, (i, j): (u32, u32)) -> bool {
+    certified::touch(&a.triangle(i), &placement.triangle(&b.triangle(j)))
+}

@@ -1,0 +1,83 @@
+//! Whether a wide tree is well formed and its boxes hold their contents.
+
+use super::node::{Contents, WideTree};
+use super::turn;
+use crate::geometry::{Triangle, Vector};
+use crate::tree::validate::TreeFault;
+
+impl WideTree {
+    /// Checks that the nodes form a tree over all faces.
+    ///
+    /// # Errors
+    /// The first [`TreeFault`] found.
+    pub fn check_structure(&self) -> Result<(), TreeFault> {
+        let mut seen = vec![false; self.len()];
+        for &face in &self.faces {
+            match seen.get_mut(face as usize) {
+                Some(flag) if !*flag => *flag = true,
+                _ => return Err(TreeFault::Faces),
+            }
+        }
+        let mut met = vec![0_u32; self.nodes.len()];
+        let mut held = vec![0_u32; self.len()];
+        met[0] = 1;
+        for (index, node) in self.nodes.iter().enumerate() {
+            let (inner, count) = (u32::from(node.inner), u32::from(node.count));
+            let nodes = node.first_node as usize..(node.first_node + inner) as usize;
+            let triangles = node.first_triangle as usize..(node.first_triangle + count.saturating_sub(inner)) as usize;
+            let least = if index == 0 { 1 } else { 2 };
+            let (Some(nodes), Some(triangles)) = (met.get_mut(nodes), held.get_mut(triangles)) else {
+                return Err(TreeFault::Division { node: index });
+            };
+            if inner > count || count > 8 || count < least {
+                return Err(TreeFault::Division { node: index });
+            }
+            nodes.iter_mut().chain(triangles).for_each(|times| *times += 1);
+        }
+        match met.iter().position(|&times| times != 1) {
+            Some(node) => Err(TreeFault::Division { node }),
+            None if held.iter().any(|&times| times != 1) => Err(TreeFault::Faces),
+            None => Ok(()),
+        }
+    }
+
+    /// Checks that every box contains every corner of the triangles below it, within `slack_mm`.
+    ///
+    /// # Errors
+    /// The first corner outside.
+    pub fn check_containment(&self, slack_mm: f64) -> Result<(), TreeFault> {
+        let mut ways = vec![0];
+        self.check_below(&mut ways, slack_mm)
+    }
+
+    /// Checks the last box of `ways`, the slots from the root down, and all below it: each corner against all boxes on the way.
+    fn check_below(&self, ways: &mut Vec<u32>, slack_mm: f64) -> Result<(), TreeFault> {
+        let Some(&slot) = ways.last() else { return Ok(()) };
+        match self.contents(slot) {
+            Contents::Triangle(place) => {
+                let triangle = self.triangle(place);
+                ways.iter().try_for_each(|&slot| self.check_contains(slot, &triangle, slack_mm))
+            }
+            Contents::Node(node) => (0..u32::from(self.nodes[node as usize].count)).try_for_each(|place| {
+                ways.push(node * 8 + place);
+                let result = self.check_below(ways, slack_mm);
+                ways.pop();
+                result
+            }),
+        }
+    }
+
+    fn check_contains(&self, slot: u32, triangle: &Triangle, slack_mm: f64) -> Result<(), TreeFault> {
+        let (node, place) = self.slot(slot);
+        let code = node.code(place);
+        let axes = turn::decode(code.turn);
+        for p in &triangle.corners {
+            let d = p.coords - Vector::from(node.origin.map(f64::from)) - Vector::from(code.centre.map(f64::from));
+            let x = axes.tr_mul(&d).abs() - Vector::from(code.half.map(f64::from));
+            if x.max() > slack_mm {
+                return Err(TreeFault::Outside { node: slot as usize / 8, x: p.x, y: p.y, z: p.z });
+            }
+        }
+        Ok(())
+    }
+}
