@@ -12,6 +12,7 @@ mod launch;
 mod list;
 mod measure;
 mod options;
+mod path;
 mod peers;
 mod picture;
 mod plot;
@@ -84,6 +85,8 @@ enum Verb {
     Scene(scene::Options),
     /// Print the canonical moves of a program
     Gcode(gcode::Options),
+    /// Write a tool path over a free-form part as a program
+    Path(path::Options),
     /// Compare whole engines, ours and others, on the same poses
     Peers(peers::Options),
     /// Take the octree method apart: what each part saves, what sampling misses
@@ -129,8 +132,9 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Check(options) => check::run(&options, registry),
         Verb::Scene(options) => scene::run(&options),
         Verb::Gcode(options) => gcode::run(&options),
+        Verb::Path(options) => path::run(&options).map(|()| CLEAR),
         Verb::Peers(options) => peers::run(&options, registry),
-        Verb::Ablation(options) => ablation::run(&options),
+        Verb::Ablation(options) => ablation::run(&options, registry),
         Verb::Launch(options) => launch::run(&options, registry),
     }
 }

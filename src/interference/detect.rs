@@ -5,8 +5,8 @@
 //! profiles. Wang (2006); the order of the tests follows its abstract.
 
 use super::octree::{SurfaceOctree, Visit};
-use super::profile::P2;
-use super::tool::{BodyKind, SecondLevel, Tool, ToolBox};
+use super::profile::{P2, Profile};
+use super::tool::{BodyKind, BoxedTool, ToolBox};
 use crate::geometry::{Isometry, Point, Vector};
 use crate::volume::separating_axes::{separated, widened_abs};
 use nalgebra::Matrix3;
@@ -92,18 +92,22 @@ pub struct Coherence {
 }
 
 /// A body prepared: its boxes with all allowances in them.
-struct Prepared {
+struct Prepared<'a> {
     kind: BodyKind,
+    profile: &'a Profile,
     allowance: f64,
     first: ToolBox,
     second: Vec<ToolBox>,
 }
 
+/// What safe mode adds to the covering radius, mm: more than meshes are moved when the truth puts their vertices on its grid (2^-27 √3 mm
+/// each), and when a profile is found from a mesh ([`super::revolved`]).
+pub const SLACK_MM: f64 = 1e-6;
+
 /// A tool and a surface, ready for queries.
 pub struct Detector<'a> {
     surface: &'a SurfaceOctree,
-    tool: &'a Tool,
-    bodies: Vec<Prepared>,
+    bodies: Vec<Prepared<'a>>,
     search: Search,
     leaves: Vec<Visit>,
 }
@@ -112,17 +116,22 @@ pub struct Detector<'a> {
 type Bodies = u32;
 
 /// A pose: constants of all separating-axis tests.
-struct Posed<'a> {
-    tool_from_surface: &'a Isometry,
+struct Posed {
     /// Takes directions of the surface's frame to the tool's.
     rotation: Matrix3<f64>,
+    shift: Vector,
     widened: Matrix3<f64>,
 }
 
-impl<'a> Posed<'a> {
-    fn new(tool_from_surface: &'a Isometry) -> Self {
+impl Posed {
+    fn new(tool_from_surface: &Isometry) -> Self {
         let rotation = tool_from_surface.rotation.to_rotation_matrix().into_inner();
-        Self { tool_from_surface, rotation, widened: widened_abs(&rotation) }
+        Self { rotation, shift: tool_from_surface.translation.vector, widened: widened_abs(&rotation) }
+    }
+
+    /// A place of the surface's frame in the tool's.
+    fn in_tool(&self, place: &Point) -> Vector {
+        self.rotation * place.coords + self.shift
     }
 
     fn meets(&self, tool: &ToolBox, octant_centre_in_tool: &Vector, half: f64) -> bool {
@@ -140,24 +149,26 @@ impl<'a> Detector<'a> {
     #[must_use]
     pub fn new(
         surface: &'a SurfaceOctree,
-        tool: &'a Tool,
+        tool: &'a BoxedTool,
         allowance: Allowance,
         is_safe: bool,
-        level: SecondLevel,
         search: Search,
     ) -> Self {
-        assert!(tool.bodies.len() <= Bodies::BITS as usize, "a tool has at most 32 bodies");
-        let prepare = |body: &super::Body| {
-            let allowance = allowance.of(body.kind) + if is_safe { surface.covering_mm } else { 0.0 };
+        let added = if is_safe { surface.covering_mm + SLACK_MM } else { 0.0 };
+        let prepare = |(body, first, second): (&'a super::Body, &ToolBox, &[ToolBox])| {
+            let allowance = allowance.of(body.kind) + added;
             Prepared {
                 kind: body.kind,
+                profile: &body.profile,
                 allowance,
-                first: body.first_level().widened(allowance),
-                second: body.second_level(level).iter().map(|b| b.widened(allowance)).collect(),
+                first: first.widened(allowance),
+                second: second.iter().map(|b| b.widened(allowance)).collect(),
             }
         };
+        let bodies: Vec<Prepared> = tool.bodies().map(prepare).collect();
+        assert!(bodies.len() <= Bodies::BITS as usize, "a tool has at most 32 bodies");
         let leaves = if search == Search::Leaves { surface.leaves() } else { Vec::new() };
-        Self { surface, tool, bodies: tool.bodies.iter().map(prepare).collect(), search, leaves }
+        Self { surface, bodies, search, leaves }
     }
 
     /// Whether anything interferes: the first place found. `coherence` may be of any earlier pose; without one every query is fresh.
@@ -263,7 +274,7 @@ impl<'a> Detector<'a> {
 
     /// Which of the bodies an octant meets.
     fn meeting(&self, posed: &Posed, visit: &Visit, among: Bodies, counts: &mut Counts) -> Bodies {
-        let centre = (posed.tool_from_surface * visit.octant.centre).coords;
+        let centre = posed.in_tool(&visit.octant.centre);
         let half = visit.octant.half;
         let mut meeting = 0;
         for (index, body) in self.bodies.iter().enumerate().filter(|(index, _)| among >> index & 1 == 1) {
@@ -303,18 +314,10 @@ impl<'a> Detector<'a> {
     ) -> bool {
         for index in range {
             let point = self.surface.points()[index];
-            let in_tool = posed.tool_from_surface * point;
-            let place = P2::new(in_tool.x.hypot(in_tool.y), in_tool.z);
-            for (body, of_tool) in self
-                .bodies
-                .iter()
-                .zip(&self.tool.bodies)
-                .enumerate()
-                .filter(|(i, _)| bodies >> i & 1 == 1)
-                .map(|(_, b)| b)
-            {
+            let place = half_plane(&posed.in_tool(&point));
+            for body in self.bodies.iter().enumerate().filter(|(i, _)| bodies >> i & 1 == 1).map(|(_, body)| body) {
                 counts.points += 1;
-                let depth_mm = body.allowance - of_tool.profile.signed_distance_mm(&place);
+                let depth_mm = body.depth_mm(&place);
                 if depth_mm > 0.0 && take(Hit { body: body.kind, point, face: self.surface.faces()[index], depth_mm }) {
                     return true;
                 }
@@ -322,11 +325,58 @@ impl<'a> Detector<'a> {
         }
         false
     }
+
+    /// The least distance of a sample from a body less what the body is allowed, mm: negative where something interferes, `below_mm`
+    /// where nothing is nearer than that. By branch and bound: a sample is at most half an octant's diagonal nearer than its middle.
+    pub fn least_mm(&self, tool_from_surface: &Isometry, below_mm: f64, counts: &mut Counts) -> f64 {
+        let posed = Posed::new(tool_from_surface);
+        let mut apart = |place: &Point| {
+            counts.points += self.bodies.len() as u64;
+            let place = half_plane(&posed.in_tool(place));
+            self.bodies.iter().map(|body| -body.depth_mm(&place)).fold(f64::INFINITY, f64::min)
+        };
+        let mut bound = |visit: &Visit| apart(&visit.octant.centre) - 3f64.sqrt() * visit.octant.half;
+        let (root, mut least) = (self.surface.root(), below_mm);
+        let mut stack = vec![(bound(&root), root)];
+        let mut leaves = Vec::new();
+        while let Some((at_least, visit)) = stack.pop() {
+            if at_least >= least {
+                continue;
+            }
+            if self.surface.is_leaf(&visit) {
+                leaves.push(visit);
+                for point in &self.surface.points()[self.surface.range(&visit)] {
+                    let place = half_plane(&posed.in_tool(point));
+                    least = self.bodies.iter().map(|body| -body.depth_mm(&place)).fold(least, f64::min);
+                }
+            } else {
+                let first = stack.len();
+                stack.extend(self.surface.children(&visit).map(|child| (bound(&child), child)));
+                // The nearest last, which is taken first.
+                stack[first..].sort_by(|(x, _), (y, _)| y.total_cmp(x));
+            }
+        }
+        let in_leaves: usize = leaves.iter().map(|leaf| self.surface.range(leaf).len()).sum();
+        counts.points += (in_leaves * self.bodies.len()) as u64;
+        least
+    }
+}
+
+impl Prepared<'_> {
+    /// How much nearer than allowed a place is, mm; negative when it is farther.
+    fn depth_mm(&self, place: &P2) -> f64 {
+        self.allowance - self.profile.signed_distance_mm(place)
+    }
+}
+
+/// A place in the tool's frame as (ρ, z).
+fn half_plane(place: &Vector) -> P2 {
+    P2::new(place.x.hypot(place.y), place.z)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Body, Division, Profile, Samples};
+    use super::super::{Body, Division, Samples, SecondLevel, Tool};
     use super::*;
     use crate::conformance::meshes;
     use crate::geometry::Mesh;
@@ -370,11 +420,13 @@ mod tests {
         let (_, surface) = surface(0.7);
         let tool = tool();
         for allowance in [NONE, Allowance { gouge_mm: 0.3, clearance_mm: 1.5 }] {
-            let points = Detector::new(&surface, &tool, allowance, false, SecondLevel::None, Search::Points);
+            let plain = BoxedTool::new(tool.clone(), SecondLevel::None);
+            let points = Detector::new(&surface, &plain, allowance, false, Search::Points);
             let (mut hits, mut global) = (0, 0);
             for level in SecondLevel::ALL {
+                let boxed = BoxedTool::new(tool.clone(), level);
                 for search in [Search::Leaves, Search::Octree] {
-                    let detector = Detector::new(&surface, &tool, allowance, false, level, search);
+                    let detector = Detector::new(&surface, &boxed, allowance, false, search);
                     let mut coherence = Coherence::default();
                     for pose in poses() {
                         let (mut by_points, mut counts, mut warm) =
@@ -402,9 +454,9 @@ mod tests {
     fn a_known_gouge_has_its_depth_and_a_known_holder_its_clearance() {
         let samples = Samples { points: vec![Point::origin()], faces: vec![7], covering_mm: 0.25, spacing_mm: 0.4 };
         let surface = SurfaceOctree::new(samples, Division::default(), &|_| false);
-        let tool = tool();
+        let tool = BoxedTool::new(tool(), SecondLevel::Profile4);
         let depths = |x: f64, z: f64, allowance: Allowance, safe: bool| {
-            let detector = Detector::new(&surface, &tool, allowance, safe, SecondLevel::Profile4, Search::Octree);
+            let detector = Detector::new(&surface, &tool, allowance, safe, Search::Octree);
             let found = detector.deepest(&Isometry::translation(x, 0.0, z), &mut Counts::default());
             found.into_iter().map(|hit| (hit.body, (hit.depth_mm * 1e9).round() / 1e9, hit.face)).collect::<Vec<_>>()
         };
@@ -412,7 +464,8 @@ mod tests {
         assert_eq!(depths(0.0, 0.05, NONE, false), [(BodyKind::Cutter, 0.05, 7)]);
         assert_eq!(depths(0.0, 0.05, Allowance { gouge_mm: 0.06, clearance_mm: 0.0 }, false), []);
         assert_eq!(depths(0.0, -0.05, NONE, false), []);
-        assert_eq!(depths(0.0, -0.05, NONE, true), [(BodyKind::Cutter, 0.2, 7)]);
+        // The covering radius of 0.25, and the slack.
+        assert_eq!(depths(0.0, -0.05, NONE, true), [(BodyKind::Cutter, 0.2 + SLACK_MM, 7)]);
         // Beside the holder at its middle height, 1 mm away.
         assert_eq!(depths(6.0, 13.0, NONE, false), []);
         assert_eq!(
@@ -443,7 +496,8 @@ mod tests {
         .mesh(&crate::geometry::shapes::Tessellation::default())
         .unwrap();
         let oracle = PairOracle::new(Arc::new(tool_mesh), Arc::new(mesh));
-        let safe = Detector::new(&surface, &tool, NONE, true, SecondLevel::Axial4, Search::Octree);
+        let tool = BoxedTool::new(tool, SecondLevel::Axial4);
+        let safe = Detector::new(&surface, &tool, NONE, true, Search::Octree);
         let mut touching = 0;
         for pose in poses() {
             if oracle.touches(&pose) {
@@ -455,15 +509,38 @@ mod tests {
     }
 
     #[test]
+    fn the_least_distance_is_that_of_all_points() {
+        let (_, surface) = surface(0.7);
+        let tool = BoxedTool::new(tool(), SecondLevel::None);
+        let allowance = Allowance { gouge_mm: 0.1, clearance_mm: 0.5 };
+        let detector = Detector::new(&surface, &tool, allowance, false, Search::Octree);
+        let (mut counts, mut near) = (Counts::default(), 0);
+        for pose in poses() {
+            let of_body = |place: &P2| detector.bodies.iter().map(|b| -b.depth_mm(place)).fold(f64::INFINITY, f64::min);
+            let of_point = |p: &Point| of_body(&half_plane(&(pose * p).coords));
+            let expected = surface.points().iter().map(of_point).fold(f64::INFINITY, f64::min);
+            let found = detector.least_mm(&pose, f64::INFINITY, &mut counts);
+            assert!((found - expected).abs() < 1e-9, "{found}, not {expected}");
+            let below = detector.least_mm(&pose, 0.3, &mut counts);
+            assert!((below - expected.min(0.3)).abs() < 1e-9);
+            near += usize::from(expected < 0.3);
+        }
+        assert!(near > 50 && near < 350, "{near}");
+        // Two questions at 400 poses, 3 bodies.
+        assert!(counts.points < 800 * 3 * surface.points().len() as u64 / 10, "{counts:?}");
+    }
+
+    #[test]
     fn between_samples_only_the_safe_mode_sees() {
         // A ball of 1 mm through the middle of a triangle that is known by its corners, 5.8 mm away.
         let [a, b, c] = [[0.0, 0.0], [10.0, 0.0], [5.0, 75f64.sqrt()]].map(|[x, y]| Point::new(x, y, 0.0));
         let mesh = Mesh::from_triangles(&[crate::geometry::Triangle::new(a, b, c)]).unwrap();
         let surface = SurfaceOctree::new(Samples::of(&mesh, 20.0), Division::default(), &|_| false);
         let ball = Tool { bodies: vec![Body { kind: BodyKind::Cutter, profile: Profile::ball(1.0, 5.0).unwrap() }] };
+        let ball = BoxedTool::new(ball, SecondLevel::None);
         let pose = Isometry::translation(-5.0, -75f64.sqrt() / 3.0, 0.5);
         let sees = |safe| {
-            let detector = Detector::new(&surface, &ball, NONE, safe, SecondLevel::None, Search::Octree);
+            let detector = Detector::new(&surface, &ball, NONE, safe, Search::Octree);
             detector.first(&pose, None, &mut Counts::default()).is_some()
         };
         assert!(!sees(false) && sees(true));
@@ -472,9 +549,9 @@ mod tests {
     #[test]
     fn the_hierarchy_and_coherence_save_tests() {
         let (_, surface) = surface(0.5);
-        let tool = tool();
+        let tool = BoxedTool::new(tool(), SecondLevel::None);
         let cost = |search, coherent: bool| {
-            let detector = Detector::new(&surface, &tool, NONE, false, SecondLevel::None, search);
+            let detector = Detector::new(&surface, &tool, NONE, false, search);
             let (mut counts, mut coherence) = (Counts::default(), Coherence::default());
             for k in 0..200 {
                 // Slowly along the surface, in contact all the way.

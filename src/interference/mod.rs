@@ -11,18 +11,23 @@
 //! | [`tool`] | cutter, shank and holder; their boxes in two levels |
 //! | [`sample`] | a mesh as points with a covering radius |
 //! | [`octree`] | gray, white and black octants |
-//! | [`path`] | contact points over a free-form surface, and the tool there |
 //! | [`detect`] | does the tool, at a pose, come too near to the surface, where, and how deep? |
+//! | [`revolved`] | a mesh as a tool |
+//! | [`path`] | contact points over a free-form surface, and the tool there |
+//! | [`program`] | a path as a program under tool-centre-point control |
 
 pub mod profile;
 pub mod tool;
 pub mod sample;
 pub mod octree;
-pub mod path;
 pub mod detect;
+pub mod revolved;
+pub mod path;
+pub mod program;
 
 pub use detect::{Coherence, Counts, Detector, Hit, Search};
 pub use octree::{Division, SurfaceOctree};
 pub use profile::Profile;
+pub use revolved::Revolved;
 pub use sample::Samples;
-pub use tool::{Body, BodyKind, SecondLevel, Tool};
+pub use tool::{Body, BodyKind, BoxedTool, SecondLevel, Tool};

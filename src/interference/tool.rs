@@ -51,6 +51,27 @@ pub struct Tool {
     pub bodies: Vec<Body>,
 }
 
+/// A tool with its boxes of both levels, in the order of its bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BoxedTool {
+    tool: Tool,
+    boxes: Vec<(ToolBox, Vec<ToolBox>)>,
+}
+
+impl BoxedTool {
+    /// Finds the boxes.
+    #[must_use]
+    pub fn new(tool: Tool, level: SecondLevel) -> Self {
+        let boxes = tool.bodies.iter().map(|body| (body.first_level(), body.second_level(level))).collect();
+        Self { tool, boxes }
+    }
+
+    /// Each body with its box of level 1 and those of level 2.
+    pub fn bodies(&self) -> impl Iterator<Item = (&Body, &ToolBox, &[ToolBox])> {
+        self.tool.bodies.iter().zip(&self.boxes).map(|(body, (first, second))| (body, first, second.as_slice()))
+    }
+}
+
 /// How the four boxes of the second level are cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum SecondLevel {

@@ -18,7 +18,7 @@ pub mod vocabulary;
 pub(crate) mod synthetic;
 
 pub use crate::method::Kind;
-pub use ablation::{AblationRow, AblationTimeRow};
+pub use ablation::{AblationKindRow, AblationRow, AblationTimeRow};
 pub use audit::{
     AuditAxisRow, AuditBuildRow, AuditCellRow, AuditEffectRow, AuditRow, AuditShareRow, AuditTimingRow, AuditTreeRow,
 };
