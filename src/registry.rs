@@ -17,7 +17,7 @@ use crate::volume::dop_8_vertex::Dop8Vertex;
 use crate::volume::dop_14::Dop14;
 use crate::volume::dop_18::Dop18;
 use crate::volume::dop_26::Dop26;
-use crate::volume::obb::Obb;
+use crate::volume::obb::{Obb, ObbRule};
 use crate::volume::obb_area::ObbArea;
 use crate::volume::obb_area_centroid::ObbAreaCentroid;
 use crate::volume::obb_area_f32::ObbAreaF32;
@@ -65,15 +65,18 @@ impl Variant {
     /// A tree of volumes of type `V`, split by `split` along the volume's own axes unless another policy is asked for.
     #[must_use]
     pub fn of<V: BoundingVolume>(split: SplitRule) -> Self {
-        Self {
-            info: V::INFO,
-            kind: Kind::Volume,
-            policy: Some(Policy::own(split)),
-            is_reference: false,
-            is_standard: true,
-            is_for_tools: false,
-            prepare: |mesh, policy| Box::new(Tree::<V>::build(&mesh.triangles(), policy)),
-        }
+        Self::tree(V::INFO, split, |mesh, policy| Box::new(Tree::<V>::build(&mesh.triangles(), policy)))
+    }
+
+    /// A tree of oriented boxes fitted by the rule `R`; as [`Variant::of`], but with the machine code that all rules share.
+    #[must_use]
+    pub fn oriented<R: ObbRule>(split: SplitRule) -> Self {
+        let prepare: Prepare = |mesh, policy| Box::new(Tree::build_by(Obb::<R>::fitted, &mesh.triangles(), policy));
+        Self::tree(R::INFO, split, prepare)
+    }
+
+    const fn tree(info: Info, split: SplitRule, prepare: Prepare) -> Self {
+        Self { policy: Some(Policy::own(split)), ..Self::without_tree(info, Kind::Volume, prepare) }
     }
 
     const fn without_tree(info: Info, kind: Kind, prepare: Prepare) -> Self {
@@ -123,15 +126,15 @@ impl Registry {
             Variant::of::<SphereRitter>(VertexMean),
             Variant::of::<Aabb>(VertexMean),
             Variant::of::<Dop8>(VertexMean),
-            Variant::of::<Obb<ObbVertex>>(VertexMean),
-            Variant::of::<Obb<ObbArea>>(AreaMean).reference(),
-            Variant::of::<Obb<ObbVertexCentroid>>(VertexMean),
-            Variant::of::<Obb<ObbAreaCentroid>>(AreaMean),
-            Variant::of::<Obb<ObbVertexSymmetric>>(VertexMean),
-            Variant::of::<Obb<ObbAreaSymmetric>>(AreaMean),
-            Variant::of::<Obb<ObbHullArea>>(AreaMean).on_request(),
-            Variant::of::<Obb<ObbDito14>>(AreaMean).on_request(),
-            Variant::of::<Obb<ObbMin>>(AreaMean).on_request(),
+            Variant::oriented::<ObbVertex>(VertexMean),
+            Variant::oriented::<ObbArea>(AreaMean).reference(),
+            Variant::oriented::<ObbVertexCentroid>(VertexMean),
+            Variant::oriented::<ObbAreaCentroid>(AreaMean),
+            Variant::oriented::<ObbVertexSymmetric>(VertexMean),
+            Variant::oriented::<ObbAreaSymmetric>(AreaMean),
+            Variant::oriented::<ObbHullArea>(AreaMean).on_request(),
+            Variant::oriented::<ObbDito14>(AreaMean).on_request(),
+            Variant::oriented::<ObbMin>(AreaMean).on_request(),
             Variant::of::<SphereMean>(VertexMean).on_request(),
             Variant::of::<SphereWelzl>(VertexMean).on_request(),
             Variant::of::<AabbSat6>(VertexMean).on_request(),
@@ -148,7 +151,7 @@ impl Registry {
             Variant::of::<Single<Dop8F32>>(VertexMean).on_request(),
             Variant::of::<Single<ObbVertexF32>>(VertexMean).on_request(),
             Variant::of::<Single<ObbAreaF32>>(AreaMean).on_request(),
-            Variant::of::<Obb<ObbLeast>>(Sah16).on_request(),
+            Variant::oriented::<ObbLeast>(Sah16).on_request(),
             Variant::without_tree(wide_obb::INFO, Kind::Volume, |mesh, _| Box::new(WideTree::build(mesh))),
             Variant::without_tree(octree_obb::INFO, Kind::Sampling, |mesh, _| Box::new(OctreeObb::new(mesh, true)))
                 .on_request()

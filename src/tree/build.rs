@@ -21,14 +21,23 @@ impl<V: BoundingVolume> Tree<V> {
     /// When `triangles` is empty or has more than 2³¹ members: a [`crate::geometry::Mesh`] is neither.
     #[must_use]
     pub fn build(triangles: &[Triangle], policy: Policy) -> Self {
+        Self::build_by(V::fit, triangles, policy)
+    }
+
+    /// As [`Tree::build`], the volumes fitted by `fit` instead of [`BoundingVolume::fit`]: volumes that differ in nothing but
+    /// how they are fitted can be of one type, and so share all machine code of construction and queries.
+    ///
+    /// # Panics
+    /// As [`Tree::build`].
+    #[must_use]
+    pub fn build_by(fit: Fit<V>, triangles: &[Triangle], policy: Policy) -> Self {
         assert!(!triangles.is_empty(), "a tree needs at least one triangle");
         assert!(triangles.len() < (1 << 31), "node numbers are 32 bits");
         let mut items: Vec<Item> = triangles.iter().zip(0..).map(|(&triangle, face)| Item { triangle, face }).collect();
         let mut placed = triangles.to_vec();
-        let mut root = node(&placed, 0);
-        let whole = Stretch { items: &mut items, placed: &mut placed, first: 0 };
-        let builder = Builder { policy, shared: rayon::current_thread_index().is_some() };
-        let pieces = builder.below(&root, whole);
+        let builder = Builder { fit, policy, shared: rayon::current_thread_index().is_some() };
+        let mut root = builder.leaf(&placed, 0);
+        let pieces = builder.below(&root, Stretch { items: &mut items, placed: &mut placed, first: 0 });
         root.children = u32::from(!pieces.is_empty());
         let mut nodes = Vec::with_capacity(1 + nodes_of(&pieces));
         nodes.push(root);
@@ -45,12 +54,8 @@ impl<V: BoundingVolume> Tree<V> {
     }
 }
 
-/// A leaf around `triangles`, which start at `first` in tree order.
-fn node<V: BoundingVolume>(triangles: &[Triangle], first: usize) -> Node<V> {
-    let volume = V::fit(triangles);
-    let size = volume.size();
-    Node { volume, size, children: 0, first: first as u32, count: triangles.len() as u32 }
-}
+/// How a volume is fitted to at least one triangle (mm, mesh frame).
+pub type Fit<V> = fn(&[Triangle]) -> V;
 
 /// The triangles of one node, in the order they have so far.
 struct Stretch<'a> {
@@ -74,10 +79,6 @@ impl Stretch<'_> {
         let right = Stretch { items: more_items, placed: more_placed, first: self.first + middle };
         (Stretch { items, placed, first: self.first }, right)
     }
-
-    fn leaf<V: BoundingVolume>(&self) -> Node<V> {
-        node(self.placed, self.first)
-    }
 }
 
 /// Nodes that stand one after the other. A child's index counts from the first node of its parent's piece.
@@ -87,15 +88,31 @@ fn nodes_of<V>(pieces: &[Piece<V>]) -> usize {
     pieces.iter().map(Vec::len).sum()
 }
 
-struct Builder {
+/// A child and everything below it.
+type Side<V> = (Node<V>, Vec<Piece<V>>);
+
+struct Builder<V> {
+    fit: Fit<V>,
     policy: Policy,
     /// Whether large nodes are shared out.
     shared: bool,
 }
 
-impl Builder {
+/// Runs both at the same time. Not generic: one copy of the scheduler's code serves the trees of all volumes.
+fn both(one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
+    rayon::join(one, other);
+}
+
+impl<V: BoundingVolume> Builder<V> {
+    /// A leaf around `triangles`, which start at `first` in tree order.
+    fn leaf(&self, triangles: &[Triangle], first: usize) -> Node<V> {
+        let volume = (self.fit)(triangles);
+        let size = volume.size();
+        Node { volume, size, children: 0, first: first as u32, count: triangles.len() as u32 }
+    }
+
     /// Everything below a node, its children first, whose triangles are `stretch`; nothing when it is to be a leaf.
-    fn below<V: BoundingVolume>(&self, parent: &Node<V>, mut stretch: Stretch<'_>) -> Vec<Piece<V>> {
+    fn below(&self, parent: &Node<V>, mut stretch: Stretch<'_>) -> Vec<Piece<V>> {
         if stretch.items.len() <= self.policy.leaf as usize {
             return Vec::new();
         }
@@ -103,13 +120,19 @@ impl Builder {
             return vec![self.below_alone(parent, stretch)];
         }
         let middle = self.divide(parent, &mut stretch);
-        let side = |stretch: Stretch<'_>| {
-            let node = stretch.leaf::<V>();
-            let below = self.below(&node, stretch);
-            (node, below)
-        };
         let (left, right) = stretch.split_at(middle);
-        let ((mut left, left_below), (mut right, right_below)) = rayon::join(|| side(left), || side(right));
+        let (mut sides, mut others) = ((Some(left), None), (Some(right), None));
+        let side = |(stretch, built): &mut (Option<Stretch<'_>>, Option<Side<V>>)| {
+            *built = stretch.take().map(|stretch| {
+                let node = self.leaf(stretch.placed, stretch.first);
+                let below = self.below(&node, stretch);
+                (node, below)
+            });
+        };
+        both(&mut || side(&mut sides), &mut || side(&mut others));
+        let (Some((mut left, left_below)), Some((mut right, right_below))) = (sides.1, others.1) else {
+            unreachable!("both sides have been built");
+        };
         if !left_below.is_empty() {
             left.children = 2;
         }
@@ -123,12 +146,12 @@ impl Builder {
     }
 
     /// As [`Builder::below`], for a node that is divided, in one piece.
-    fn below_alone<V: BoundingVolume>(&self, parent: &Node<V>, mut stretch: Stretch<'_>) -> Piece<V> {
+    fn below_alone(&self, parent: &Node<V>, mut stretch: Stretch<'_>) -> Piece<V> {
         let mut nodes = Vec::with_capacity(2 * stretch.items.len().div_ceil(self.policy.leaf as usize));
         let push_children = |nodes: &mut Piece<V>, mut stretch: Stretch<'_>, middle: usize| {
             let (left, right) = stretch.split_at(middle);
-            nodes.push(left.leaf());
-            nodes.push(right.leaf());
+            nodes.push(self.leaf(left.placed, left.first));
+            nodes.push(self.leaf(right.placed, right.first));
         };
         let middle = self.divide(parent, &mut stretch);
         push_children(&mut nodes, stretch.of(parent), middle);
@@ -149,7 +172,7 @@ impl Builder {
     }
 
     /// Sorts a node's triangles into those of its left and of its right child, and returns how many are on the left.
-    fn divide<V: BoundingVolume>(&self, node: &Node<V>, stretch: &mut Stretch<'_>) -> usize {
+    fn divide(&self, node: &Node<V>, stretch: &mut Stretch<'_>) -> usize {
         let axes = match self.policy.axes {
             Axes::Own => node.volume.split_axes(stretch.placed),
             Axes::Shared => split::shared_axes(stretch.placed),

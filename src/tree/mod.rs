@@ -84,19 +84,6 @@ impl<V> Tree<V> {
         &self.triangles[node.range()]
     }
 
-    /// The same tree around other volumes: `replace` gives each node's. The sizes that say which node is opened first stay.
-    #[must_use]
-    pub fn map<W>(self, replace: impl Fn(V) -> W) -> Tree<W> {
-        let node = |node: Node<V>| Node {
-            volume: replace(node.volume),
-            size: node.size,
-            children: node.children,
-            first: node.first,
-            count: node.count,
-        };
-        Tree { nodes: self.nodes.into_iter().map(node).collect(), triangles: self.triangles, faces: self.faces }
-    }
-
     /// Memory the tree holds, bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {

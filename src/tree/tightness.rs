@@ -73,14 +73,14 @@ impl<V: BoundingVolume> Tree<V> {
     pub fn report(&self) -> TreeReport {
         let depths = self.depths();
         let leaves = || self.nodes.iter().zip(&depths).filter(|(node, _)| node.children().is_none());
-        let areas: Vec<f64> = self.nodes.par_iter().map(|node| node.volume.surface_area()).collect();
+        let area: f64 = self.nodes.iter().map(|node| node.volume.surface_area()).sum();
         TreeReport {
             nodes: self.nodes.len(),
             leaves: leaves().count(),
             depth_max: depths.iter().copied().max().unwrap_or(0),
             depth_mean: self.mean_leaf_depth(&depths),
             child_ratio: self.child_ratio(),
-            sah_cost: areas.iter().sum::<f64>() / areas[0],
+            sah_cost: area / self.nodes[0].volume.surface_area(),
             drift_mm: drift(&self.nodes[0].volume.centre(), &self.triangles),
             levels: self.levels(&depths),
             root_outline: self.nodes[0].volume.outline(),
@@ -124,8 +124,7 @@ impl<V: BoundingVolume> Tree<V> {
         let level = |level: u32| {
             let members: Vec<&Node<V>> =
                 self.nodes.iter().zip(depths).filter(|(_, depth)| **depth == level).map(|(node, _)| node).collect();
-            let facts: Vec<NodeFacts> = members.par_iter().map(|node| self.facts(node)).collect();
-            sum(level, &facts)
+            sum(level, &in_parallel(members.len(), &|member| self.facts(members[member])))
         };
         (0..=deepest).map(level).collect()
     }
@@ -155,6 +154,11 @@ impl<V: BoundingVolume> Tree<V> {
         let area_outside = triangles.iter().filter(|t| outside(t) > 0).map(Triangle::area).sum();
         NodeFacts { report, corners_outside, area_outside, area: triangles.iter().map(Triangle::area).sum() }
     }
+}
+
+/// `facts` of 0, 1, ... in order. Not generic: one copy of the scheduler's code serves the trees of all volumes.
+fn in_parallel(count: usize, facts: &(dyn Fn(usize) -> NodeFacts + Sync)) -> Vec<NodeFacts> {
+    (0..count).into_par_iter().map(facts).collect()
 }
 
 fn sum(level: u32, facts: &[NodeFacts]) -> LevelReport {

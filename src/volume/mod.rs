@@ -117,9 +117,15 @@ pub trait BoundingVolume: Clone + Debug + Send + Sync + 'static {
 /// The coordinate axes ordered by decreasing `extents`; equal extents keep the order x, y, z.
 #[must_use]
 pub fn coordinate_axes_by_extent(extents: &Vector) -> [Unit<Vector>; 3] {
+    axes_by_extent(&Matrix3::identity(), extents)
+}
+
+/// Axes (columns) ordered by decreasing `extents` along them; equal extents keep their order.
+#[must_use]
+pub fn axes_by_extent(axes: &Matrix3<f64>, extents: &Vector) -> [Unit<Vector>; 3] {
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| extents[j].total_cmp(&extents[i]));
-    order.map(|i| Unit::new_unchecked(Vector::ith(i, 1.0)))
+    order.map(|column| Unit::new_unchecked(axes.column(column).into_owned()))
 }
 
 /// The twelve edges of a box with the given centre (mm), axes (columns) and half-lengths (mm).

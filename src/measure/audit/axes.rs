@@ -1,14 +1,14 @@
 //! How far the separating-axis test gets: which axis ends it, over all volume tests of the reference cell.
 
 use super::Questions;
-use super::cell::{BoxTree, Cell, Fitted};
+use super::cell::{BoxTree, Cell};
 use super::count::trees;
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, intersect};
 use crate::record::{AuditAxisRow, Stratum};
 use crate::volume::BoundingVolume;
-use crate::volume::obb::Obb;
 use crate::volume::obb::exit::AXES;
+use crate::volume::obb::{Fitted, Obb};
 
 /// Counts by axis; the last are tests that no axis ends.
 type Histogram = [u64; AXES + 1];

@@ -6,22 +6,20 @@
 
 use super::memory::Remembered;
 use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
+use crate::tree::build::Fit;
 use crate::tree::{Axes, Policy, SplitRule, Tree};
 use crate::volume::Info;
 use crate::volume::obb::centre::{AtMean, CentreRule, MidExtent, SymmetricAboutMean};
 use crate::volume::obb::dito::Dito14;
 use crate::volume::obb::frame::{AreaCovariance, FrameRule, HullAreaCovariance, VertexCovariance};
 use crate::volume::obb::minimum::MinimumVolume;
-use crate::volume::obb::{Obb, ObbRule};
+use crate::volume::obb::{Fitted, Obb, ObbRule};
 use nalgebra::Matrix3;
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
 /// The tree of every cell.
 pub type BoxTree = Tree<Obb<Fitted>>;
-
-/// How a cell's tree over some triangles (mm) is built.
-type Build = fn(&[Triangle], Policy) -> BoxTree;
 
 /// One combination of the four factors.
 #[derive(Clone, Copy, Debug)]
@@ -34,13 +32,13 @@ pub struct Cell {
     pub split: SplitRule,
     /// Triangles of a leaf.
     pub leaf: u8,
-    build: Build,
+    fit: Fit<Obb<Fitted>>,
 }
 
 /// An orientation rule, crossed with all centres.
 struct Orientation {
     id: &'static str,
-    builds: [(&'static str, Build); 4],
+    fits: [(&'static str, Fit<Obb<Fitted>>); 4],
 }
 
 /// The orientations, a line each.
@@ -64,9 +62,9 @@ impl Cell {
     pub fn all() -> Vec<Self> {
         let mut cells = Vec::new();
         for orientation in &ORIENTATIONS {
-            for &(centre, build) in &orientation.builds {
+            for &(centre, fit) in &orientation.fits {
                 for split in SPLITS {
-                    cells.extend(LEAVES.map(|leaf| Self { orientation: orientation.id, centre, split, leaf, build }));
+                    cells.extend(LEAVES.map(|leaf| Self { orientation: orientation.id, centre, split, leaf, fit }));
                 }
             }
         }
@@ -81,7 +79,7 @@ impl Cell {
             centre: MidExtent::ID,
             split: SplitRule::AreaMean,
             leaf: 1,
-            build: build::<AreaCovariance, MidExtent>,
+            fit: Obb::<Crossed<AreaCovariance, MidExtent>>::fitted,
         }
     }
 
@@ -94,7 +92,7 @@ impl Cell {
     /// The tree over `triangles` (mm, mesh frame; at least one), split along the boxes' own axes.
     #[must_use]
     pub fn tree(&self, triangles: &[Triangle]) -> BoxTree {
-        (self.build)(triangles, Policy { split: self.split, axes: Axes::Own, leaf: self.leaf })
+        BoxTree::build_by(self.fit, triangles, Policy { split: self.split, axes: Axes::Own, leaf: self.leaf })
     }
 }
 
@@ -163,22 +161,14 @@ impl Orientation {
     const fn of<F: FrameRule + Clone + Debug + Send + Sync + 'static>(id: &'static str) -> Self {
         Self {
             id,
-            builds: [
-                (CornerMean::ID, build::<F, CornerMean>),
-                (WeightedMean::ID, build::<F, WeightedMean>),
-                (MidExtent::ID, build::<F, MidExtent>),
-                (Symmetric::ID, build::<F, Symmetric>),
+            fits: [
+                (CornerMean::ID, Obb::<Crossed<F, CornerMean>>::fitted),
+                (WeightedMean::ID, Obb::<Crossed<F, WeightedMean>>::fitted),
+                (MidExtent::ID, Obb::<Crossed<F, MidExtent>>::fitted),
+                (Symmetric::ID, Obb::<Crossed<F, Symmetric>>::fitted),
             ],
         }
     }
-}
-
-fn build<F, C>(triangles: &[Triangle], policy: Policy) -> BoxTree
-where
-    F: FrameRule + Clone + Debug + Send + Sync + 'static,
-    C: AuditCentre,
-{
-    Tree::<Obb<Crossed<F, C>>>::build(triangles, policy).map(Obb::renamed)
 }
 
 /// An orientation rule with a centre of the experiment.
@@ -196,16 +186,6 @@ impl<F: FrameRule + Clone + Debug + Send + Sync + 'static, C: AuditCentre> ObbRu
     const INFO: Info = INFO;
     type Frame = Self;
     type Centre = C::Rule;
-}
-
-/// The common type of all cells' boxes; never fitted itself.
-#[derive(Clone, Copy, Debug)]
-pub struct Fitted;
-
-impl ObbRule for Fitted {
-    const INFO: Info = INFO;
-    type Frame = VertexCovariance;
-    type Centre = MidExtent;
 }
 
 /// No single cell of the experiment is a variant; what one promises depends on its centre.

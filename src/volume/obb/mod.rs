@@ -8,7 +8,7 @@ pub mod frame;
 pub mod minimum;
 
 use super::separating_axes::{box_contains, gap_mm, pad_mm, separated, widened_abs};
-use super::{BoundingVolume, Info, Segment, box_outline};
+use super::{BoundingVolume, Info, Segment, axes_by_extent, box_outline};
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use centre::CentreRule;
 use frame::FrameRule;
@@ -54,11 +54,23 @@ impl ObbPose {
     }
 }
 
-impl<R> Obb<R> {
-    /// The same box under another rule's name: a rule matters only while a box is fitted.
+/// The common type of all boxes, by whatever rule they were fitted ([`Obb::fitted`]): trees of it run the very same machine
+/// code in a query and differ by their data alone. Fitted by itself it is tight around the axes of the vertices.
+#[derive(Clone, Copy, Debug)]
+pub struct Fitted;
+
+impl ObbRule for Fitted {
+    const INFO: Info = Info { safe: false, ..super::obb_vertex::ObbVertex::INFO };
+    type Frame = frame::VertexCovariance;
+    type Centre = centre::MidExtent;
+}
+
+impl<R: ObbRule> Obb<R> {
+    /// The box that [`BoundingVolume::fit`] finds, without the name of its rule, which matters only while a box is fitted.
     #[must_use]
-    pub fn renamed<S>(self) -> Obb<S> {
-        Obb { axes: self.axes, centre: self.centre, half: self.half, rule: PhantomData }
+    pub fn fitted(triangles: &[Triangle]) -> Obb<Fitted> {
+        let Self { axes, centre, half, .. } = Self::fit(triangles);
+        Obb { axes, centre, half, rule: PhantomData }
     }
 }
 
@@ -121,9 +133,7 @@ impl<R: ObbRule> BoundingVolume for Obb<R> {
     }
 
     fn split_axes(&self, _: &[Triangle]) -> [Unit<Vector>; 3] {
-        let mut order = [0, 1, 2];
-        order.sort_by(|&i, &j| self.half[j].total_cmp(&self.half[i]));
-        order.map(|column| Unit::new_unchecked(self.axes.column(column).into_owned()))
+        axes_by_extent(&self.axes, &self.half)
     }
 
     fn outline(&self) -> Vec<Segment> {
