@@ -10,6 +10,7 @@ pub mod machine;
 pub mod scene;
 pub mod picture;
 pub mod workload;
+pub mod interference;
 pub mod method;
 pub mod registry;
 pub mod conformance;

@@ -1,6 +1,7 @@
 //! From records to verdicts: summary, paired ratios, claims. Knows only the records, so that any old run can be analysed
 //! again without measuring.
 
+pub mod ablation;
 pub mod audit;
 pub mod claims;
 pub mod cost;
@@ -163,7 +164,7 @@ pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], claims: &ClaimSet) -> V
     let Some(baseline) = claims.comparison.baselines.first() else { return Vec::new() };
     let mut ranking = Vec::new();
     for entry in &manifest.variants {
-        if entry.id == NULL_VARIANT || (entry.kind == Kind::Volume && !entry.safe) {
+        if entry.id == NULL_VARIANT || (entry.kind.is_ours() && !entry.safe) {
             continue;
         }
         let logs: Vec<f64> = ratios

@@ -116,13 +116,7 @@ fn method<'a>(asked: Option<&str>, registry: &'a Registry) -> Result<&'a Variant
             let known = || registry.variants().iter().map(|variant| variant.info.id).collect::<Vec<_>>().join(", ");
             registry.find(id).ok_or_else(|| anyhow!("there is no variant `{id}`; there are {}", known()))
         }
-        None => {
-            let safe = || registry.variants().iter().filter(|variant| variant.info.safe);
-            safe()
-                .find(|variant| variant.is_reference)
-                .or_else(|| safe().next())
-                .context("no safe variant is registered")
-        }
+        None => registry.reference().context("no safe variant is registered"),
     }
 }
 
@@ -207,6 +201,7 @@ fn table(scene: &Scene, events: &[&Event], end: &str) -> Table {
             Kind::Collision if event.inside => "COLLISION, inside".to_owned(),
             Kind::Collision => "COLLISION".to_owned(),
             Kind::RapidIntoWorkpiece => "RAPID INTO WORKPIECE".to_owned(),
+            Kind::Gouge => "GOUGE".to_owned(),
             Kind::Near { zone_mm } => format!("nearer than {zone_mm} mm"),
         };
         let last = if event.to_the_end { "never".to_owned() } else { format!("line {}", event.last.line) };

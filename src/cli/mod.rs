@@ -3,6 +3,7 @@
 //! [`main_with`] gives any registry the whole of it, so that a volume from another crate is listed, verified, measured,
 //! plotted and reported like the ones that are shipped.
 
+mod ablation;
 mod analyze;
 mod audit;
 mod check;
@@ -11,6 +12,7 @@ mod launch;
 mod list;
 mod measure;
 mod options;
+mod path;
 mod peers;
 mod picture;
 mod plot;
@@ -83,8 +85,12 @@ enum Verb {
     Scene(scene::Options),
     /// Print the canonical moves of a program
     Gcode(gcode::Options),
+    /// Write a tool path over a free-form part as a program
+    Path(path::Options),
     /// Compare whole engines, ours and others, on the same poses
     Peers(peers::Options),
+    /// Take the octree method apart: what each part saves, what sampling misses
+    Ablation(ablation::Options),
     /// Carry out one timing launch of a run in this process (called by `measure`)
     #[command(hide = true)]
     Launch(launch::Options),
@@ -126,7 +132,9 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Check(options) => check::run(&options, registry),
         Verb::Scene(options) => scene::run(&options),
         Verb::Gcode(options) => gcode::run(&options),
+        Verb::Path(options) => path::run(&options).map(|()| CLEAR),
         Verb::Peers(options) => peers::run(&options, registry),
+        Verb::Ablation(options) => ablation::run(&options, registry),
         Verb::Launch(options) => launch::run(&options, registry),
     }
 }

@@ -1,9 +1,10 @@
 //! What the harness runs: a method prepared for a mesh, and asked about poses.
 //!
-//! A tree of any volume, the exhaustive control and the peers all answer through [`Model`]. The call through it is made
+//! A tree of any volume, the octree of samples, the exhaustive control and the peers all answer through [`Model`]. The call through it is made
 //! once per chunk of poses; inside, everything is monomorphic.
 
 pub mod brute;
+pub mod octree_obb;
 pub mod parry;
 pub mod volume_tree;
 pub mod wide_obb;
@@ -20,10 +21,20 @@ use std::any::Any;
 pub enum Kind {
     /// A tree of bounding volumes, built and traversed by bvbench.
     Volume,
+    /// Samples of one mesh in an octree against the body around the other: a method of ours with a test of its own in its leaves.
+    Sampling,
     /// No volume at all: what the volumes are measured against.
     Control,
     /// Another library's whole system: its own tree, traversal and triangle test.
     Peer,
+}
+
+impl Kind {
+    /// Whether it is a method of ours, whose promise to be safe is held against the truth.
+    #[must_use]
+    pub const fn is_ours(self) -> bool {
+        matches!(self, Self::Volume | Self::Sampling)
+    }
 }
 
 /// A method prepared for one mesh.

@@ -4,6 +4,7 @@
 //! Tidy: one row per observation, units in column names, times as integer nanoseconds. Derived values are never stored
 //! beside what they derive from.
 
+pub mod ablation;
 pub mod audit;
 pub mod cost;
 pub mod file;
@@ -17,6 +18,7 @@ pub mod vocabulary;
 pub(crate) mod synthetic;
 
 pub use crate::method::Kind;
+pub use ablation::{AblationKindRow, AblationRow, AblationTimeRow};
 pub use audit::{
     AuditAxisRow, AuditBuildRow, AuditCellRow, AuditEffectRow, AuditRow, AuditShareRow, AuditTimingRow, AuditTreeRow,
 };
