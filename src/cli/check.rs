@@ -11,7 +11,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
@@ -79,12 +79,8 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let settings = settings(options)?;
     let (load_ns, scene) = timer::time(|| Scene::find(&options.scene));
     let scene = scene?;
-    let mut run = match (&options.program, &scene.program) {
-        (Some(program), Some(own)) => own.with_program(program)?,
-        (Some(program), None) => ProgramRun::on_mill(program)?,
-        (None, Some(own)) => own.clone(),
-        (None, None) => bail!("scene `{}` has no program of its own; name one", scene.name),
-    };
+    let run = program(&scene, options.program.as_deref())?;
+    let mut run = run.with_context(|| format!("scene `{}` has no program of its own; name one", scene.name))?;
     if let Some(step) = options.step {
         if !(step > 0.0 && step.is_finite()) {
             bail!("--step is {step}; it must be a finite number above 0");
@@ -109,8 +105,17 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     Ok(if outcome.collides() { FAILED } else { CLEAR })
 }
 
+/// The program asked for; else the scene's own, if it has one.
+pub(super) fn program(scene: &Scene, asked: Option<&Path>) -> Result<Option<ProgramRun>> {
+    Ok(match (asked, &scene.program) {
+        (Some(program), Some(own)) => Some(own.with_program(program)?),
+        (Some(program), None) => Some(ProgramRun::on_mill(program)?),
+        (None, own) => own.clone(),
+    })
+}
+
 /// The variant asked for; else the reference, which is the safe box that the committed run measures as one of the fastest.
-fn method<'a>(asked: Option<&str>, registry: &'a Registry) -> Result<&'a Variant> {
+pub(super) fn method<'a>(asked: Option<&str>, registry: &'a Registry) -> Result<&'a Variant> {
     match asked {
         Some(id) => {
             let known = || registry.variants().iter().map(|variant| variant.info.id).collect::<Vec<_>>().join(", ");

@@ -23,6 +23,7 @@ mod scene;
 mod surfaces;
 mod sweep;
 mod verify;
+mod view;
 
 use crate::registry::Registry;
 use anyhow::Result;
@@ -54,6 +55,7 @@ Examples:
   bvbench report --out results/quick     write the report of a run again
   bvbench audit --profile smoke          what really makes a box good
   bvbench check SCENE part.ngc           what collides on this machine, at which line
+  bvbench view SCENE part.ngc --open     the machine in motion, in the browser
   bvbench scene pairs SCENE              which parts can collide at all, and why the others cannot
   bvbench gcode part.ngc                 what a program means, move by move
 
@@ -81,6 +83,8 @@ enum Verb {
     Sweep(sweep::Options),
     /// Run a program on a machine and say what collides, at which line
     Check(check::Options),
+    /// Write a page that shows the machine in motion, its collisions, and trees on its parts
+    View(view::Options),
     /// Show a scene: what it holds, which parts can collide
     Scene(scene::Options),
     /// Print the canonical moves of a program
@@ -130,6 +134,7 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Audit(options) => audit::run(&options),
         Verb::Sweep(options) => sweep::run(&options, registry),
         Verb::Check(options) => check::run(&options, registry),
+        Verb::View(options) => view::run(&options, registry),
         Verb::Scene(options) => scene::run(&options),
         Verb::Gcode(options) => gcode::run(&options),
         Verb::Path(options) => path::run(&options).map(|()| CLEAR),
