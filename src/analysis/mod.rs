@@ -18,6 +18,7 @@ use crate::record::{
     self, ClaimRow, Kind, Manifest, NULL_VARIANT, RatioRow, RecordError, SummaryRow, VerificationRow, read_rows,
 };
 use claims::{ClaimSet, ClaimsError};
+use serde::Serialize;
 use std::path::Path;
 use thiserror::Error;
 
@@ -86,7 +87,7 @@ pub struct Outcome {
 }
 
 /// A place in the ranking.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Ranked {
     /// Variant id.
     pub variant: String,

@@ -11,6 +11,7 @@ pub mod manifest;
 pub mod peers;
 pub mod rows;
 pub mod sweep;
+pub mod table;
 pub mod vocabulary;
 
 #[cfg(test)]
@@ -29,4 +30,5 @@ pub use rows::{
     VerificationRow,
 };
 pub use sweep::{SweepRow, SweepSummaryRow, SweepTimingRow};
+pub use table::Table;
 pub use vocabulary::{Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, Stratum};
