@@ -3,6 +3,7 @@
 
 pub mod audit;
 pub mod claims;
+pub mod compare;
 pub mod cost;
 pub mod factorial;
 pub mod judge;

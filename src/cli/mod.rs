@@ -6,6 +6,7 @@
 mod analyze;
 mod audit;
 mod check;
+mod compare;
 mod gcode;
 mod launch;
 mod list;
@@ -18,6 +19,8 @@ mod progress;
 mod report;
 mod repro;
 mod scene;
+mod shell;
+mod style;
 mod surfaces;
 mod sweep;
 mod verify;
@@ -50,6 +53,7 @@ Examples:
   bvbench verify --scene lathe-toolpost  verdicts of the standard variants against the exact truth
   bvbench measure --variant ID --variant ID --out results/two
   bvbench report --out results/quick     write the report of a run again
+  bvbench compare RUN_A RUN_B            what changed between two runs, beyond noise
   bvbench audit --profile smoke          what really makes a box good
   bvbench check SCENE part.ngc           what collides on this machine, at which line
   bvbench scene pairs SCENE              which parts can collide at all, and why the others cannot
@@ -85,6 +89,12 @@ enum Verb {
     Gcode(gcode::Options),
     /// Compare whole engines, ours and others, on the same poses
     Peers(peers::Options),
+    /// Hold two runs against each other: what changed beyond noise
+    Compare(compare::Options),
+    /// Print completions for a shell
+    Completions(shell::CompletionOptions),
+    /// Write manual pages
+    Man(shell::ManOptions),
     /// Carry out one timing launch of a run in this process (called by `measure`)
     #[command(hide = true)]
     Launch(launch::Options),
@@ -127,6 +137,9 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Scene(options) => scene::run(&options),
         Verb::Gcode(options) => gcode::run(&options),
         Verb::Peers(options) => peers::run(&options, registry),
+        Verb::Compare(options) => compare::run(&options),
+        Verb::Completions(options) => shell::completions(&options),
+        Verb::Man(options) => shell::man(&options),
         Verb::Launch(options) => launch::run(&options, registry),
     }
 }

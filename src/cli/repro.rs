@@ -53,8 +53,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         });
         say(serde_json::to_string_pretty(&result)?);
     } else {
-        say(analyze::table(&outcome.claims, &claims).trim_fmt());
-        say(format!("\n{}", analyze::tally(&outcome.claims, &claims)));
+        analyze::print(&outcome, &claims);
         say(verify::verdict(&verification));
         for complaint in &outcome.noise {
             say(format!("Noisy: {complaint}"));

@@ -74,7 +74,7 @@ function drawFilters() {
   const { all, strata } = data.words;
   const ofStratum = /** @type {[string, string][]} */ ([all, ...strata].map((stratum) => [stratum, stratum.replace("-", " ")]));
   const ofPolicy = /** @type {[string, string][]} */ ([["default", "default trees"], ["every", "every tree policy"]]);
-  part("filters").append(
+  part("filters-body").append(
     chips("Scenes", scenes.map((scene) => [scene, scene]), chosen.scenes, changed),
     choice("Poses", ofStratum, chosen.stratum, (stratum) => {
       chosen.stratum = stratum;
@@ -86,6 +86,11 @@ function drawFilters() {
       changed();
     }),
   );
+  watch(() => {
+    const count = (/** @type {Set<string>} */ set, /** @type {number} */ all, /** @type {string} */ what) => `${set.size === all ? "all" : `${set.size} of ${all}`} ${what}`;
+    const poses = chosen.stratum === all ? "all poses" : `${chosen.stratum} poses`;
+    part("filters-now").textContent = [count(chosen.scenes, scenes.length, "scenes"), poses, count(chosen.variants, variants.length, "variants"), chosen.everyPolicy ? "every tree policy" : "default trees"].join(" · ");
+  });
 }
 
 /**

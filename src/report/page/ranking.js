@@ -57,7 +57,7 @@ function drawFacts() {
   const facts = [
     [number(request.verify_poses * scenes.length), "posed pairs verified", `against exact truth in ${scenes.length} scenes`],
     [number(missedBy(true)), "contacts missed by safe volumes", "above grazing, in all cases"],
-    [number(missedBy(false)), "contacts missed by unsafe ones", "the paper's box taken literally"],
+    [number(missedBy(false)), "contacts missed by unsafe ones", "they look fast, and report collisions as free"],
     [first ? `${number(first.ratio)} ×` : "–", first ? `${first.label}: the fastest safe volume` : "no volume was timed", `query time relative to ${base}`],
   ];
   part("facts").append(...facts.map(([figure, what, how]) => el("div", { class: "fact" }, el("b", {}, figure), el("span", {}, what), el("small", {}, how))));

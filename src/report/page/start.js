@@ -18,7 +18,7 @@ function followSections() {
   const observer = new IntersectionObserver((entries) => {
     for (const entry of entries) if (entry.isIntersecting) links.forEach((link, id) => link.classList.toggle("here", id === entry.target.id));
   }, { rootMargin: "-20% 0px -75% 0px" });
-  for (const section of document.querySelectorAll("main > section")) if (links.has(section.id)) observer.observe(section);
+  for (const section of document.querySelectorAll("main section")) if (links.has(section.id)) observer.observe(section);
 }
 
 /** Draws everything again when the width has changed. */
@@ -31,6 +31,16 @@ function followWidth() {
     cancelAnimationFrame(asked);
     asked = requestAnimationFrame(changed);
   });
+}
+
+/** Draws as wide as paper is while it is printed. */
+function followPrinter() {
+  const draw = (/** @type {boolean} */ onPaper) => () => {
+    document.body.classList.toggle("paper", onPaper);
+    changed();
+  };
+  addEventListener("beforeprint", draw(true));
+  addEventListener("afterprint", draw(false));
 }
 
 function start() {
@@ -54,6 +64,7 @@ function start() {
   drawProvenance();
   followSections();
   followWidth();
+  followPrinter();
   part("rows-close").addEventListener("click", hideRows);
   addEventListener("keydown", (event) => { if (event.key === "Escape") hideRows(); });
   addEventListener("scroll", hideTip, { passive: true });

@@ -8,7 +8,8 @@
  * @property {(item: T) => Node | string} show
  * @property {(item: T) => string | number | null} key what it is sorted by
  * @property {boolean} [right] numbers are aligned right
- * @property {boolean} [wide] takes a whole line on a phone
+ * @property {boolean} [wide] has room for a sentence, and a whole line on a phone
+ * @property {boolean} [keep] does not break
  */
 
 /** Rows drawn at once: more are asked for by a button. */
@@ -56,7 +57,7 @@ function drawTable(place, columns, items, behind) {
     const [title, sources] = behind(item);
     const open = () => showRows(title, sources);
     const cells = columns.map((column) =>
-      el("td", { class: [column.right ? "right" : "", column.wide ? "wide" : ""].join(" "), "data-label": column.name }, column.show(item)),
+      el("td", { class: [column.right ? "right" : "", column.wide ? "wide" : "", column.keep ? "keep" : ""].join(" "), "data-label": column.name }, column.show(item)),
     );
     const onkeydown = (/** @type {KeyboardEvent} */ event) => { if (event.key === "Enter") open(); };
     return el("tr", { tabindex: 0, onclick: open, onkeydown }, ...cells);

@@ -92,14 +92,12 @@ function drawVerdicts() {
   const columns = [
     { name: "claim", show: cell("claim"), key: cell("claim") },
     { name: "reading", show: cell("reading"), key: cell("reading") },
-    { name: "scene", show: cell("scene"), key: cell("scene") },
+    { name: "scene", show: cell("scene"), key: cell("scene"), keep: true },
     { name: "poses", show: cell("stratum"), key: cell("stratum") },
     { name: "verdict", show: (row) => badge(row.cells.verdict), key: cell("verdict") },
-    { name: "measure", show: cell("measure"), key: cell("measure"), wide: true },
-    { name: "value [95 %]", show: (row) => interval(row.cells.value, row.cells.low, row.cells.high), key: cell("value"), right: true },
-    { name: "interval", show: glyph, key: cell("low") },
+    { name: "measure", show: (row) => el("span", {}, row.cells.measure, row.cells.note ? el("small", {}, row.cells.note) : null), key: cell("measure"), wide: true },
+    { name: "value [95 %]", show: (row) => el("span", {}, interval(row.cells.value, row.cells.low, row.cells.high), glyph(row)), key: cell("value"), right: true },
     { name: "missed", show: missed, key: cell("missed"), right: true },
-    { name: "note", show: cell("note"), key: cell("note"), wide: true },
   ];
   function update() {
     const left = all.filter((row) => shown.verdicts.has(row.cells.verdict) && (shown.every || standing.has(row.line)) && (shown.claim === "" || row.cells.claim === shown.claim));
