@@ -98,10 +98,9 @@ impl Side {
 
     /// The inputs that belong to a scene: those in its folder, and those that are in no scene's folder.
     fn inputs(&self, scene: &str) -> BTreeMap<&str, &str> {
-        let in_folder = |path: &str, name: &str| path.split('/').rev().skip(1).any(|folder| folder == name);
-        let is_shared = |path: &str| !self.names().any(|name| in_folder(path, name));
+        let is_shared = |path: &str| !self.names().any(|name| is_in_folder(path, name));
         let inputs = self.manifest.inputs.iter().map(|(path, hash)| (path.as_str(), hash.as_str()));
-        inputs.filter(|(path, _)| in_folder(path, scene) || is_shared(path)).collect()
+        inputs.filter(|(path, _)| is_in_folder(path, scene) || is_shared(path)).collect()
     }
 
     /// How far the null comparison strays from 1 in a scene: the larger of its interval's ends, as a ratio of at least
@@ -111,6 +110,10 @@ impl Side {
         let null = self.ratios.iter().filter(is_null).find(|row| row.scene == scene);
         null.map_or(super::STEADY.1, |row| row.high.max(1.0 / row.low).max(EQUAL.1))
     }
+}
+
+fn is_in_folder(path: &str, name: &str) -> bool {
+    path.split('/').rev().skip(1).any(|folder| folder == name)
 }
 
 fn optional<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
@@ -140,8 +143,10 @@ pub fn compare_runs(before: &Path, after: &Path) -> Result<Comparison, AnalysisE
 fn scene_match(name: &str, before: &Side, after: &Side) -> SceneMatch {
     let (old, new) = (before.inputs(name), after.inputs(name));
     let paths: BTreeSet<&str> = old.keys().chain(new.keys()).copied().collect();
-    let mut differing: Vec<String> =
-        paths.into_iter().filter(|path| old.get(path) != new.get(path)).map(str::to_owned).collect();
+    // What only one run has, and not in the scene's folder, is another scene's: a scene that began to use it has changed itself.
+    let is_own = |path: &str| is_in_folder(path, name) || (old.contains_key(path) && new.contains_key(path));
+    let is_other = |path: &&str| is_own(path) && old.get(*path) != new.get(*path);
+    let mut differing: Vec<String> = paths.into_iter().filter(is_other).map(str::to_owned).collect();
     for (side, which) in [(before, "the first run"), (after, "the second run")] {
         if !side.names().any(|other| other == name) {
             differing = vec![format!("{which} has no such scene")];

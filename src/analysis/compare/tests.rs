@@ -111,6 +111,8 @@ fn a_scene_of_other_inputs_or_poses_is_not_paired() {
     assert!(comparison.notes.iter().any(|note| note.starts_with("processor: made-up CPU before")));
     let shared = compared(&|run| drop(run.manifest.inputs.insert("scenes/made-up/scene.toml".into(), "11".into())));
     assert!(shared.times.is_empty() && shared.scenes.iter().all(|scene| !scene.same_poses));
+    let more = compared(&|run| drop(run.manifest.inputs.insert("another/machine.toml".into(), "22".into())));
+    assert!(more.scenes.iter().all(|scene| scene.same_poses), "what only one run has is of another scene");
     let seed = compared(&|run| run.manifest.request.seed = 9);
     assert!(seed.times.iter().all(|row| row.metric == "build") && !seed.times.is_empty());
 }

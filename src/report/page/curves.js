@@ -16,9 +16,26 @@ function drawCurves(place, chart) {
   drawPanels(place, chart.frames, (frame, width) => curvesPanel(frame, chart, width));
   const names = new Map(chart.frames.flatMap((frame) => frame.curves.map((curve) => [curve.name, curve.look])));
   const entries = [...names].map(([name, look]) => {
-    const sample = draw("svg", { width: 30, height: 12, viewBox: "0 0 30 12", "aria-hidden": "true" }, ...pathsOf(look, "M1 6H29", chart.joined), shapeOf(look, 15, 6));
+    const sample = draw(
+      "svg",
+      { width: 30, height: 12, viewBox: "0 0 30 12", "aria-hidden": "true" },
+      ...pathsOf(look, "M1 6H29", chart.joined),
+      shapeOf(look, 15, 6),
+    );
     const over = (/** @type {boolean} */ on) => () => highlight(place, on ? name : null);
-    return el("button", { type: "button", class: "key", onpointerenter: over(true), onpointerleave: over(false), onfocus: over(true), onblur: over(false) }, sample, name);
+    return el(
+      "button",
+      {
+        type: "button",
+        class: "key",
+        onpointerenter: over(true),
+        onpointerleave: over(false),
+        onfocus: over(true),
+        onblur: over(false),
+      },
+      sample,
+      name,
+    );
   });
   if (entries.length > 0) place.append(el("div", { class: "legend" }, ...entries));
 }
@@ -45,7 +62,11 @@ function shapeOf(look, x, y) {
     "M0-4.6L4.6 0L0 4.6L-4.6 0z",
     "M0 4.4L4-3H-4z",
   ];
-  return draw("path", { class: `shape look-${look % COLOURS}`, d: paths[look % paths.length], transform: `translate(${x} ${y})` });
+  return draw("path", {
+    class: `shape look-${look % COLOURS}`,
+    d: paths[look % paths.length],
+    transform: `translate(${x} ${y})`,
+  });
 }
 
 /** @param {Frame} frame @param {Curves} chart @param {number} width */
@@ -82,7 +103,12 @@ function curvesPanel(frame, chart, width) {
     const group = draw("g", { class: "curve", "data-name": curve.name }, ...pathsOf(curve.look, steps.join(""), chart.joined));
     for (const point of curve.points) {
       const [px, py] = [x.at(point.x), y.at(point.y)];
-      const mark = draw("g", { class: "mark" }, shapeOf(curve.look, px, py), draw("circle", { class: "touch", cx: px, cy: py, r: 8 }));
+      const mark = draw(
+        "g",
+        { class: "mark" },
+        shapeOf(curve.look, px, py),
+        draw("circle", { class: "touch", cx: px, cy: py, r: 8 }),
+      );
       group.append(tells(mark, point.title, point.facts, point.sources));
     }
     drawing.append(group);

@@ -72,7 +72,12 @@ function interval(value, low, high) {
 }
 
 /** The units of time: how many nanoseconds each has. @type {[string, number][]} */
-const TIMES = [["s", 1e9], ["ms", 1e6], ["µs", 1e3], ["ns", 1]];
+const TIMES = [
+  ["s", 1e9],
+  ["ms", 1e6],
+  ["µs", 1e3],
+  ["ns", 1],
+];
 
 /** A time in the unit that suits it. @param {any} ns */
 function time(ns) {

@@ -65,7 +65,7 @@ function dotsPanel(panel, chart, values, width) {
 /** @param {Line} line @param {Scale} scale @param {number} width @param {number} top */
 function dotLine(line, scale, width, top) {
   const y = top + 27;
-  const room = Math.max(8, Math.floor((width - 16 - 6.6 * line.said.length) / 6.9));
+  const room = Math.max(8, Math.floor((width - 16 - 7 * line.said.length) / 7.4));
   const name = line.name.length > room ? `${line.name.slice(0, room - 1)}…` : line.name;
   const group = draw("g", { class: line.hollow ? "hollow" : "" });
   group.append(
@@ -81,7 +81,10 @@ function dotLine(line, scale, width, top) {
       mark.append(draw("line", { class: "interval", x1: scale.at(dot.low), x2: scale.at(dot.high), y1: y, y2: y }));
     }
     // The finger needs more than the eye.
-    mark.append(draw("circle", { class: "dot", cx: x, cy: y, r: dot.small ? 3.5 : 5.5 }), draw("circle", { class: "touch", cx: x, cy: y, r: 11 }));
+    mark.append(
+      draw("circle", { class: "dot", cx: x, cy: y, r: dot.small ? 3.5 : 5.5 }),
+      draw("circle", { class: "touch", cx: x, cy: y, r: 11 }),
+    );
     group.append(tells(mark, dot.title, dot.facts, dot.sources));
   }
   return group;

@@ -43,10 +43,19 @@ function choice(label, options, value, take) {
       for (const other of buttons) other.setAttribute("aria-pressed", String(other === button));
       take(option);
     };
-    const button = el("button", { type: "button", "aria-pressed": String(option === value), "data-value": option, onclick: press }, words);
+    const button = el(
+      "button",
+      { type: "button", "aria-pressed": String(option === value), "data-value": option, onclick: press },
+      words,
+    );
     return button;
   });
-  return el("div", { class: "choice", role: "group", "aria-label": label }, el("span", { class: "label" }, label), el("div", { class: "segments" }, ...buttons));
+  return el(
+    "div",
+    { class: "choice", role: "group", "aria-label": label },
+    el("span", { class: "label" }, label),
+    el("div", { class: "segments" }, ...buttons),
+  );
 }
 
 /**
@@ -63,33 +72,67 @@ function chips(label, options, set, after) {
       button.setAttribute("aria-pressed", String(set.has(option)));
       after();
     };
-    const button = el("button", { type: "button", class: `chip ${kind ?? ""}`, "aria-pressed": String(set.has(option)), "data-value": option, onclick: press }, words);
+    const button = el(
+      "button",
+      {
+        type: "button",
+        class: `chip ${kind ?? ""}`,
+        "aria-pressed": String(set.has(option)),
+        "data-value": option,
+        onclick: press,
+      },
+      words,
+    );
     return button;
   });
-  return el("div", { class: "choice", role: "group", "aria-label": label }, el("span", { class: "label" }, label), el("div", { class: "chips" }, ...buttons));
+  return el(
+    "div",
+    { class: "choice", role: "group", "aria-label": label },
+    el("span", { class: "label" }, label),
+    el("div", { class: "chips" }, ...buttons),
+  );
 }
 
 /** The choices that all charts share. */
 function drawFilters() {
   const { all, strata } = data.words;
   const ofStratum = /** @type {[string, string][]} */ ([all, ...strata].map((stratum) => [stratum, stratum.replace("-", " ")]));
-  const ofPolicy = /** @type {[string, string][]} */ ([["default", "default trees"], ["every", "every tree policy"]]);
+  const ofPolicy = /** @type {[string, string][]} */ ([
+    ["default", "default trees"],
+    ["every", "every tree policy"],
+  ]);
   part("filters-body").append(
-    chips("Scenes", scenes.map((scene) => [scene, scene]), chosen.scenes, changed),
+    chips(
+      "Scenes",
+      scenes.map((scene) => [scene, scene]),
+      chosen.scenes,
+      changed,
+    ),
     choice("Poses", ofStratum, chosen.stratum, (stratum) => {
       chosen.stratum = stratum;
       changed();
     }),
-    chips("Variants", variants.map((v) => [v.id, isUnsafe(v.id) ? `${v.label} (unsafe)` : v.label, isUnsafe(v.id) ? "unsafe" : ""]), chosen.variants, changed),
+    chips(
+      "Variants",
+      variants.map((v) => [v.id, isUnsafe(v.id) ? `${v.label} (unsafe)` : v.label, isUnsafe(v.id) ? "unsafe" : ""]),
+      chosen.variants,
+      changed,
+    ),
     choice("Trees", ofPolicy, "default", (which) => {
       chosen.everyPolicy = which === "every";
       changed();
     }),
   );
   watch(() => {
-    const count = (/** @type {Set<string>} */ set, /** @type {number} */ all, /** @type {string} */ what) => `${set.size === all ? "all" : `${set.size} of ${all}`} ${what}`;
+    const count = (/** @type {Set<string>} */ set, /** @type {number} */ all, /** @type {string} */ what) =>
+      `${set.size === all ? "all" : `${set.size} of ${all}`} ${what}`;
     const poses = chosen.stratum === all ? "all poses" : `${chosen.stratum} poses`;
-    part("filters-now").textContent = [count(chosen.scenes, scenes.length, "scenes"), poses, count(chosen.variants, variants.length, "variants"), chosen.everyPolicy ? "every tree policy" : "default trees"].join(" · ");
+    part("filters-now").textContent = [
+      count(chosen.scenes, scenes.length, "scenes"),
+      poses,
+      count(chosen.variants, variants.length, "variants"),
+      chosen.everyPolicy ? "every tree policy" : "default trees",
+    ].join(" · ");
   });
 }
 
@@ -102,6 +145,15 @@ function drawFilters() {
  */
 function card(parent, title, about, controls = []) {
   const place = el("div", { class: "place" });
-  part(parent).append(el("div", { class: "card", "data-card": title }, el("h3", {}, title), el("p", { class: "about" }, about), el("div", { class: "controls" }, ...controls), place));
+  part(parent).append(
+    el(
+      "div",
+      { class: "card", "data-card": title },
+      el("h3", {}, title),
+      el("p", { class: "about" }, about),
+      el("div", { class: "controls" }, ...controls),
+      place,
+    ),
+  );
   return place;
 }

@@ -15,9 +15,13 @@ function theme() {
 /** Marks the section that is being read. */
 function followSections() {
   const links = new Map([...document.querySelectorAll("nav a")].map((link) => [link.getAttribute("href")?.slice(1), link]));
-  const observer = new IntersectionObserver((entries) => {
-    for (const entry of entries) if (entry.isIntersecting) links.forEach((link, id) => link.classList.toggle("here", id === entry.target.id));
-  }, { rootMargin: "-20% 0px -75% 0px" });
+  const observer = new IntersectionObserver(
+    (entries) => {
+      for (const entry of entries)
+        if (entry.isIntersecting) links.forEach((link, id) => link.classList.toggle("here", id === entry.target.id));
+    },
+    { rootMargin: "-20% 0px -75% 0px" },
+  );
   for (const section of document.querySelectorAll("main section")) if (links.has(section.id)) observer.observe(section);
 }
 
@@ -66,7 +70,9 @@ function start() {
   followWidth();
   followPrinter();
   part("rows-close").addEventListener("click", hideRows);
-  addEventListener("keydown", (event) => { if (event.key === "Escape") hideRows(); });
+  addEventListener("keydown", (event) => {
+    if (event.key === "Escape") hideRows();
+  });
   addEventListener("scroll", hideTip, { passive: true });
   document.documentElement.dataset.ready = String(Math.round(performance.now()));
 }

@@ -28,10 +28,21 @@ function drawTable(place, columns, items, behind) {
   let falling = false;
   let most = FIRST_ROWS;
   const heads = columns.map((column, i) =>
-    el("th", { scope: "col", class: column.right ? "right" : "" }, el("button", { type: "button", onclick: () => sort(i) }, column.name)),
+    el(
+      "th",
+      { scope: "col", class: column.right ? "right" : "" },
+      el("button", { type: "button", onclick: () => sort(i) }, column.name),
+    ),
   );
   const body = el("tbody");
-  const more = el("button", { type: "button", class: "more", onclick: () => { most = Infinity; fillIn(); } });
+  const more = el("button", {
+    type: "button",
+    class: "show-all",
+    onclick: () => {
+      most = Infinity;
+      fillIn();
+    },
+  });
   place.replaceChildren(el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {}, ...heads)), body)), more);
   fillIn();
 
@@ -41,7 +52,9 @@ function drawTable(place, columns, items, behind) {
     by = column;
     const { key } = columns[column];
     sorted = [...items].sort((a, b) => (falling ? -1 : 1) * compare(key(a), key(b)));
-    heads.forEach((head, i) => (i === by ? head.setAttribute("aria-sort", falling ? "descending" : "ascending") : head.removeAttribute("aria-sort")));
+    heads.forEach((head, i) =>
+      i === by ? head.setAttribute("aria-sort", falling ? "descending" : "ascending") : head.removeAttribute("aria-sort"),
+    );
     fillIn();
   }
 
@@ -49,7 +62,8 @@ function drawTable(place, columns, items, behind) {
     body.replaceChildren(...sorted.slice(0, most).map(line));
     more.hidden = sorted.length <= most;
     more.textContent = `Show all ${sorted.length} rows`;
-    if (sorted.length === 0) body.append(el("tr", {}, el("td", { colspan: columns.length, class: "note" }, "Nothing is left by the filters.")));
+    if (sorted.length === 0)
+      body.append(el("tr", {}, el("td", { colspan: columns.length, class: "note" }, "Nothing is left by the filters.")));
   }
 
   /** @param {T} item */
@@ -57,9 +71,18 @@ function drawTable(place, columns, items, behind) {
     const [title, sources] = behind(item);
     const open = () => showRows(title, sources);
     const cells = columns.map((column) =>
-      el("td", { class: [column.right ? "right" : "", column.wide ? "wide" : "", column.keep ? "keep" : ""].join(" "), "data-label": column.name }, column.show(item)),
+      el(
+        "td",
+        {
+          class: [column.right ? "right" : "", column.wide ? "wide" : "", column.keep ? "keep" : ""].join(" "),
+          "data-label": column.name,
+        },
+        column.show(item),
+      ),
     );
-    const onkeydown = (/** @type {KeyboardEvent} */ event) => { if (event.key === "Enter") open(); };
+    const onkeydown = (/** @type {KeyboardEvent} */ event) => {
+      if (event.key === "Enter") open();
+    };
     return el("tr", { tabindex: 0, onclick: open, onkeydown }, ...cells);
   }
 }
