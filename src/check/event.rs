@@ -201,7 +201,7 @@ impl OfPair<'_> {
                 (false, _) => Kind::Collision,
             };
             let mut event = self.event(kind, &contact);
-            if let Some(allowed) = self.scene.gouge_mm.filter(|_| self.is_cutting()) {
+            if let Some(allowed) = self.scene.gouge_mm.filter(|_| self.scene.is_cutting(self.pair)) {
                 event.least_mm -= allowed;
             }
             Some((contact.from, event))

@@ -7,6 +7,7 @@ mod ablation;
 mod analyze;
 mod audit;
 mod check;
+mod compare;
 mod gcode;
 mod launch;
 mod list;
@@ -20,6 +21,8 @@ mod progress;
 mod report;
 mod repro;
 mod scene;
+mod shell;
+mod style;
 mod surfaces;
 mod sweep;
 mod verify;
@@ -53,6 +56,7 @@ Examples:
   bvbench verify --scene lathe-toolpost  verdicts of the standard variants against the exact truth
   bvbench measure --variant ID --variant ID --out results/two
   bvbench report --out results/quick     write the report of a run again
+  bvbench compare RUN_A RUN_B            what changed between two runs, beyond noise
   bvbench audit --profile smoke          what really makes a box good
   bvbench check SCENE part.ngc           what collides on this machine, at which line
   bvbench view SCENE part.ngc --open     the machine in motion, in the browser
@@ -95,6 +99,12 @@ enum Verb {
     Peers(peers::Options),
     /// Take the octree method apart: what each part saves, what sampling misses
     Ablation(ablation::Options),
+    /// Hold two runs against each other: what changed beyond noise
+    Compare(compare::Options),
+    /// Print completions for a shell
+    Completions(shell::CompletionOptions),
+    /// Write manual pages
+    Man(shell::ManOptions),
     /// Carry out one timing launch of a run in this process (called by `measure`)
     #[command(hide = true)]
     Launch(launch::Options),
@@ -140,6 +150,9 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Path(options) => path::run(&options).map(|()| CLEAR),
         Verb::Peers(options) => peers::run(&options, registry),
         Verb::Ablation(options) => ablation::run(&options, registry),
+        Verb::Compare(options) => compare::run(&options),
+        Verb::Completions(options) => shell::completions(&options),
+        Verb::Man(options) => shell::man(&options),
         Verb::Launch(options) => launch::run(&options, registry),
     }
 }
