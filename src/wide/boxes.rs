@@ -142,9 +142,7 @@ fn gaps<'a, L: Lanes>(visit: impl Fn(usize) -> &'a Visit<'a>, gap: &mut [[f32; W
     let relation = Relation::<L>::new(&visit);
     // Three running maxima, so that each axis need not wait for the one before.
     let mut most = three!(i => relation.gap_a(i));
-    for j in 0..3 {
-        most[j] = most[j].max(relation.gap_b(j));
-    }
+    most = three!(j => most[j].max(relation.gap_b(j)));
     let Relation { a, b, r, q, along_a: t, .. } = &relation;
     for i in 0..3 {
         let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);

@@ -152,10 +152,10 @@ impl Memory {
             return true;
         }
         self.witness = None;
-        if coherence == Coherence::Evidence {
-            if let Some(verdict) = self.by_evidence(a, b, a_from_b, simd) {
-                return verdict;
-            }
+        if coherence == Coherence::Evidence
+            && let Some(verdict) = self.by_evidence(a, b, a_from_b, simd)
+        {
+            return verdict;
         }
         let found =
             traverse::traverse((a, b), a_from_b, simd, &mut self.scratch, probe, |i, j| ControlFlow::Break((i, j)));

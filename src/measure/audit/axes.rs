@@ -7,8 +7,8 @@ use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, intersect};
 use crate::record::{AuditAxisRow, Stratum};
 use crate::volume::BoundingVolume;
-use crate::volume::obb::{Fitted, Obb};
 use crate::volume::obb::exit::AXES;
+use crate::volume::obb::{Fitted, Obb};
 
 /// Counts by axis; the last are tests that no axis ends.
 type Histogram = [u64; AXES + 1];
