@@ -17,6 +17,7 @@ pub mod conformance;
 pub mod record;
 pub mod measure;
 pub mod check;
+pub mod view;
 pub mod analysis;
 pub mod plot;
 pub mod report;

@@ -300,6 +300,29 @@ fn a_thin_wall_between_two_samples_is_not_jumped_over() {
 }
 
 #[test]
+fn a_rapid_that_clears_the_clamp_as_a_line_hits_it_as_a_dog_leg() {
+    // From X -100, Z 10 to X 100, Z 150. As a line the cutter passes the clamp (X 55 to 85 with its radius, top at 20) at Z 118 and
+    // above. As a dog-leg at 1000 mm/s in X and 50 in Z it is at X 55 after 0.155 s, and at Z 10 + 7.75.
+    let program = "G0 X-100 Z10\nG0 X100 Z150\nM2";
+    let rates = format!("{MILL}rapid_rates = {{ X = 60000, Z = 3000 }}\n");
+    assert_eq!(told_by(&rates, program), []);
+    assert_eq!(told_by(&format!("{rates}rapid = \"dog-leg\"\n"), program), [("collision", 2)]);
+}
+
+#[test]
+fn an_axis_at_the_limit_of_its_feed_holds_up_the_program() {
+    // 40 mm of Z and 55 mm of X to the clamp at 100 mm/s: 0.95 s; with X at 50 mm/s at most 0.4 + 1.1 s.
+    let time_s = |text: &str| {
+        let (_folder, scene) = scene_of(text, "G1 Z10 F6000\nG1 X140\nM2");
+        let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+        assert_eq!(outcome.events.len(), 1);
+        outcome.events[0].first.time_s
+    };
+    assert!((time_s(MILL) - 0.95).abs() < 0.01);
+    assert!((time_s(&format!("{MILL}feed_limits = {{ X = 3000 }}\n")) - 1.5).abs() < 0.01);
+}
+
+#[test]
 fn a_part_wholly_inside_another_collides() {
     // The cutter, 30 mm long, fits into the clamp, which reaches from -20 to 20 and is 20 mm wide.
     let (_folder, scene) = mill("G0 X140\nG0 Z-15\nG1 X70 F1000\nG4 P1\nG1 X140\nM2");

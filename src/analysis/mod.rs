@@ -4,6 +4,7 @@
 pub mod ablation;
 pub mod audit;
 pub mod claims;
+pub mod compare;
 pub mod cost;
 pub mod factorial;
 pub mod judge;
@@ -19,6 +20,7 @@ use crate::record::{
     self, ClaimRow, Kind, Manifest, NULL_VARIANT, RatioRow, RecordError, SummaryRow, VerificationRow, read_rows,
 };
 use claims::{ClaimSet, ClaimsError};
+use serde::Serialize;
 use std::path::Path;
 use thiserror::Error;
 
@@ -87,7 +89,7 @@ pub struct Outcome {
 }
 
 /// A place in the ranking.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Ranked {
     /// Variant id.
     pub variant: String,

@@ -51,6 +51,8 @@ impl Kind {
 /// One end of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extent {
+    /// Place on the [`Path`].
+    pub place: f64,
     /// Line of the program; 0 before its first move.
     pub line: u32,
     /// Part of the way through that line's move, 0 to 1.
@@ -111,7 +113,7 @@ impl Telling<'_> {
             }
             let of_pair = OfPair { scene: self.scene, path: self.path, pair };
             found.extend(of_pair.collisions(&stretches, parted));
-            if !of_pair.is_cutting() {
+            if !self.scene.is_cutting(pair) {
                 for (nearness, zone_mm) in settings.zones_mm.iter().map(|&zone| self.border(zone)) {
                     let runs = runs(&stretches, nearness);
                     found.extend(runs.iter().map(|run| (run.from, of_pair.event(Kind::Near { zone_mm }, run))));
@@ -171,10 +173,6 @@ struct OfPair<'a> {
 }
 
 impl OfPair<'_> {
-    fn is_cutting(&self) -> bool {
-        self.scene.is_cutting(self.pair)
-    }
-
     /// Contacts; those of an episode in which the pair does not get farther apart than the border `parted` are one on each line.
     fn collisions(&self, stretches: &[Stretch], parted: Nearness) -> Vec<(f64, Event)> {
         let mut contacts: Vec<Stretch> = Vec::new();
@@ -196,14 +194,14 @@ impl OfPair<'_> {
             contacts.extend(of_episode);
         }
         let told = contacts.into_iter().filter_map(|contact| {
-            let kind = match (self.is_cutting(), self.path.sample_at(contact.from).rapid) {
+            let kind = match (self.scene.is_cutting(self.pair), self.path.sample_at(contact.from).rapid) {
                 (true, false) if self.scene.gouge_mm.is_some() => Kind::Gouge,
                 (true, false) => return None,
                 (true, true) => Kind::RapidIntoWorkpiece,
                 (false, _) => Kind::Collision,
             };
             let mut event = self.event(kind, &contact);
-            if let Some(allowed) = self.scene.gouge_mm.filter(|_| self.is_cutting()) {
+            if let Some(allowed) = self.scene.gouge_mm.filter(|_| self.scene.is_cutting(self.pair)) {
                 event.least_mm -= allowed;
             }
             Some((contact.from, event))
@@ -234,6 +232,7 @@ impl OfPair<'_> {
         let sample = self.path.sample_at(place);
         let line = if place <= 0.0 { 0 } else { sample.line };
         Extent {
+            place,
             line,
             fraction: self.path.fraction(place),
             time_s: self.path.time_s(place),

@@ -11,6 +11,7 @@ pub mod wide_obb;
 
 use crate::geometry::Isometry;
 use crate::tree::distance::Proximity;
+use crate::tree::levels::Drawn;
 use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
 use std::any::Any;
@@ -71,6 +72,12 @@ pub trait Model: Any + Send + Sync {
 
     /// What there is to say about the tree, for methods that have one of ours.
     fn tree_report(&self) -> Option<crate::tree::tightness::TreeReport>;
+
+    /// The volumes of the first `levels` levels of a tree of ours, as they are drawn; none for methods without one.
+    fn drawn(&self, levels: u32) -> Vec<Drawn> {
+        let _ = levels;
+        Vec::new()
+    }
 
     /// Whether the tree, where there is one of ours, divides the triangles properly.
     ///

@@ -4,6 +4,7 @@ use super::{Model, same};
 use crate::geometry::Isometry;
 use crate::tree::Tree;
 use crate::tree::distance::{self, Proximity};
+use crate::tree::levels::Drawn;
 use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::{self, Counts, NoProbe, Scratch};
 use crate::tree::validate::TreeFault;
@@ -60,6 +61,10 @@ impl<V: BoundingVolume> Model for Tree<V> {
 
     fn tree_report(&self) -> Option<TreeReport> {
         Some(self.report())
+    }
+
+    fn drawn(&self, levels: u32) -> Vec<Drawn> {
+        self.drawn(levels)
     }
 
     fn check_structure(&self) -> Result<(), TreeFault> {

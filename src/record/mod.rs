@@ -12,6 +12,7 @@ pub mod manifest;
 pub mod peers;
 pub mod rows;
 pub mod sweep;
+pub mod table;
 pub mod vocabulary;
 
 #[cfg(test)]
@@ -31,4 +32,5 @@ pub use rows::{
     VerificationRow,
 };
 pub use sweep::{SweepRow, SweepSummaryRow, SweepTimingRow};
+pub use table::Table;
 pub use vocabulary::{Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, Stratum};

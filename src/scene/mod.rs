@@ -80,6 +80,9 @@ pub enum Role {
 }
 
 impl Role {
+    /// Every role, in the order of their declaration.
+    pub const ALL: [Self; 6] = [Self::Machine, Self::Workpiece, Self::Cutter, Self::Shank, Self::Holder, Self::Fixture];
+
     /// Its name in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -285,7 +288,7 @@ impl Scene {
         self.names_pairs && self.pairs.iter().any(|named| named.is(pair))
     }
 
-    /// Whether a pair is a cutter and the workpiece.
+    /// Whether a pair is a cutter and the workpiece, whose contact in a feed move is intended.
     #[must_use]
     pub fn is_cutting(&self, pair: Pair) -> bool {
         let roles = [pair.a, pair.b].map(|part| self.parts[part].role);
