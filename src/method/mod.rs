@@ -5,20 +5,23 @@
 
 pub mod brute;
 pub mod parry;
+pub mod space;
 pub mod volume_tree;
 pub mod wide_obb;
 
 use crate::geometry::Isometry;
+use crate::tree::Tree;
 use crate::tree::distance::Proximity;
 use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
+use crate::volume::obb::{Fitted, Obb};
 use std::any::Any;
 
 /// What kind of thing a variant is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// A tree of bounding volumes, built and traversed by bvbench.
+    /// A tree of bounding volumes, or space divided into cells, built and traversed by bvbench.
     Volume,
     /// No volume at all: what the volumes are measured against.
     Control,
@@ -60,6 +63,11 @@ pub trait Model: Any + Send + Sync {
 
     /// What there is to say about the tree, for methods that have one of ours.
     fn tree_report(&self) -> Option<crate::tree::tightness::TreeReport>;
+
+    /// The tree as one of oriented boxes, for methods that have one whose volumes are boxes.
+    fn boxes(&self) -> Option<Tree<Obb<Fitted>>> {
+        None
+    }
 
     /// Whether the tree, where there is one of ours, divides the triangles properly.
     ///
