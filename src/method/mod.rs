@@ -17,6 +17,7 @@ use crate::tree::levels::Drawn;
 use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
 use crate::volume::obb::{Fitted, Obb};
+use crate::wide::{Coherence, Memory};
 use std::any::Any;
 
 /// What kind of thing a variant is.
@@ -57,6 +58,20 @@ pub trait Model: Any + Send + Sync {
         verdicts: &mut Vec<bool>,
     ) {
         let _ = witnesses;
+        self.first(other, a_from_b, verdicts);
+    }
+
+    /// The verdicts of [`Model::first`] at poses of a path, in order, with what `memory` keeps of those before, as far as `coherence`
+    /// allows. Methods that keep nothing answer afresh.
+    fn along(
+        &self,
+        other: &dyn Model,
+        a_from_b: &[Isometry],
+        coherence: Coherence,
+        memory: &mut Memory,
+        verdicts: &mut Vec<bool>,
+    ) {
+        let _ = (coherence, memory);
         self.first(other, a_from_b, verdicts);
     }
 

@@ -121,6 +121,9 @@ pub fn draw_all(folder: &Path) -> Result<Gallery, PlotError> {
     add(folder, &mut gallery, operations::sketch(&data))?;
     add(folder, &mut gallery, build_time::sketch(&data))?;
     add(folder, &mut gallery, cost_model::sketch(&data))?;
+    if let Some(engines) = forest::engines(&data) {
+        add(folder, &mut gallery, engines)?;
+    }
     write_index(&folder.join(FOLDER), &gallery)?;
     Ok(gallery)
 }

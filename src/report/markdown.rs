@@ -20,6 +20,7 @@ pub(super) fn render(contents: &Contents) -> String {
         figures(contents),
         details(contents),
         times(contents),
+        super::peers::section(&contents.peers, &contents.peer_ratios),
         provenance(contents),
         limitations(),
     ]
@@ -110,7 +111,7 @@ fn what_was_run(contents: &Contents) -> String {
     }
     format!(
         "## What was run\n\n{}Per scene {} posed pairs were verified against exact truth and {} poses were timed, in {} blocks of \
-         random order, {} process launch(es), seed {}. Machine: {}, {} logical cores, {:.1} GiB, {}{}.\n\n\
+         random order, {} process launch(es), seed {}. Machine: {}, {} logical cores, {}{:.1} GiB, {}{}.\n\n\
          The command was\n\n    {}\n\nand the same steps one by one, where DIR is this folder:\n\n    \
          cargo run --release -- verify --profile {p} --seed {s} --out DIR\n    \
          cargo run --release -- measure --profile {p} --seed {s} --out DIR\n    \
@@ -124,6 +125,7 @@ fn what_was_run(contents: &Contents) -> String {
         request.seed,
         machine.cpu,
         machine.cores,
+        if machine.simd.is_empty() { String::new() } else { format!("wide trees on {}, ", machine.simd) },
         machine.memory_bytes as f64 / f64::from(1 << 30),
         machine.os,
         machine.load.map_or_else(String::new, |load| format!(", load {load:.2} at the start")),

@@ -6,6 +6,7 @@
 mod audit;
 mod markdown;
 mod page;
+mod peers;
 mod tables;
 mod terminal;
 
@@ -17,7 +18,11 @@ use crate::analysis::claims::{self, ClaimSet, ClaimsError};
 use crate::analysis::misses::Misses;
 use crate::analysis::{Ranked, noise, ranking};
 use crate::plot::{Gallery, PlotError, read_gallery};
-use crate::record::{ClaimRow, Manifest, RatioRow, RecordError, SummaryRow, VerificationRow, read_rows, write_text};
+use crate::record::rows::Row;
+use crate::record::{
+    ClaimRow, Manifest, PeerRatioRow, PeerRow, RatioRow, RecordError, SummaryRow, VerificationRow, read_rows,
+    write_text,
+};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -59,6 +64,10 @@ pub struct Contents {
     pub noise: Vec<String>,
     /// Safe volumes by speed.
     pub ranking: Vec<Ranked>,
+    /// Whole engines side by side; empty when the folder holds no such comparison.
+    pub peers: Vec<PeerRow>,
+    /// How they compare.
+    pub peer_ratios: Vec<PeerRatioRow>,
 }
 
 impl Contents {
@@ -72,6 +81,8 @@ impl Contents {
         let ratios: Vec<RatioRow> = read_rows(folder)?;
         Ok(Self {
             verdicts: read_rows(folder)?,
+            peers: read_if_there(folder)?,
+            peer_ratios: read_if_there(folder)?,
             summary: read_rows(folder)?,
             misses: Misses::of_rows(&read_rows::<VerificationRow>(folder)?),
             gallery: read_gallery(folder)?,
@@ -88,6 +99,11 @@ impl Contents {
     pub fn label<'a>(&'a self, id: &'a str) -> &'a str {
         self.manifest.variants.iter().find(|entry| entry.id == id).map_or(id, |entry| &entry.label)
     }
+}
+
+/// The rows of a file that a run need not have.
+fn read_if_there<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
+    if folder.join(R::FILE).exists() { read_rows(folder) } else { Ok(Vec::new()) }
 }
 
 /// Writes `report.md` of the run in `folder` and returns its path.
