@@ -4,6 +4,7 @@ pub mod geometry;
 pub mod volume;
 pub mod tree;
 pub mod wide;
+pub mod space;
 pub mod truth;
 pub mod gcode;
 pub mod machine;

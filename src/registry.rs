@@ -4,7 +4,9 @@ use crate::geometry::Mesh;
 use crate::method::brute::AllPairs;
 use crate::method::octree_obb::{self, OctreeObb};
 use crate::method::parry::ParryMesh;
-use crate::method::{Kind, Model, brute, parry, wide_obb};
+use crate::method::{Kind, Model, brute, parry, space, wide_obb};
+use crate::space::grid::Grid;
+use crate::space::octree::Octree;
 use crate::tree::{Policy, SplitRule, Tree};
 use crate::volume::aabb::Aabb;
 use crate::volume::aabb_f32::AabbF32;
@@ -159,6 +161,10 @@ impl Registry {
             Variant::without_tree(octree_obb::SAMPLED, Kind::Sampling, |mesh, _| Box::new(OctreeObb::new(mesh, false)))
                 .on_request()
                 .for_tools(),
+            Variant::without_tree(space::GRID, Kind::Volume, |mesh, _| Box::new(Grid::build(mesh.triangles())))
+                .on_request(),
+            Variant::without_tree(space::OCTREE, Kind::Volume, |mesh, _| Box::new(Octree::build(mesh.triangles())))
+                .on_request(),
             Variant::without_tree(brute::INFO, Kind::Control, |mesh, _| Box::new(AllPairs(mesh.triangles()))),
             Variant::without_tree(parry::INFO, Kind::Peer, |mesh, _| Box::new(ParryMesh::new(mesh))),
         ];

@@ -60,9 +60,9 @@ const EXPECTED: [Expected; 7] = [
     },
     Expected {
         name: "freeform-5axis",
-        pair: [("part", 14_832), ("holder", 10_640)],
+        pair: [("part", 14_832), ("holder", 11_200)],
         first_colliding_line: 339,
-        closest_before_mm: 0.8,
+        closest_before_mm: 0.447,
     },
 ];
 

@@ -107,7 +107,7 @@ fn times_table(rows: &[&TimeChange]) -> Table {
 }
 
 fn counts_table(comparison: &Comparison, all: bool) -> Table {
-    let headings = ["SCENE", "VARIANT", "POLICY", "POSES", ">DIFFER", ">VOLUME TESTS", ">TRIANGLE TESTS"];
+    let headings = ["SCENE", "VARIANT", "POLICY", "POSES", ">DIFFER", ">VOLUME TESTS", ">TRIANGLE"];
     let mut table = table(&headings);
     for row in comparison.counts.iter().filter(|row| all || row.stratum == ALL) {
         table.add_row([
@@ -124,23 +124,25 @@ fn counts_table(comparison: &Comparison, all: bool) -> Table {
 }
 
 fn trees_table(comparison: &Comparison) -> Table {
-    let mut table = table(&["SCENE", "PART", "VARIANT", "POLICY", ">NODES", ">BYTES", ">LOOSENESS", ">OVERHANG mm"]);
+    let mut table = table(&["SCENE", "PART", "VARIANT", "POLICY", "WHAT", ">BEFORE", ">AFTER"]);
     for row in &comparison.trees {
-        let floats = |(before, after): (f64, f64)| {
-            if before.to_bits() == after.to_bits() { "same".to_owned() } else { format!("{before:.4} -> {after:.4}") }
-        };
-        table.add_row([
-            row.scene.clone(),
-            row.part.clone(),
-            row.variant.clone(),
-            row.policy.clone(),
-            change(row.nodes),
-            change(row.bytes),
-            floats(row.looseness),
-            floats(row.overhang_mm),
-        ]);
+        let counts =
+            [("nodes", row.nodes), ("bytes", row.bytes)].map(|(what, (old, new))| (what, old as f64, new as f64));
+        let floats = [("looseness", row.looseness), ("overhang, mm", row.overhang_mm)];
+        let values = counts.into_iter().chain(floats.map(|(what, (old, new))| (what, old, new)));
+        // Which of them differ: a tree is named once.
+        let mut names = [&*row.scene, &row.part, &row.variant, &row.policy];
+        for (what, old, new) in values.filter(|(_, old, new)| old.to_bits() != new.to_bits()) {
+            let [scene, part, variant, policy] = std::mem::replace(&mut names, [""; 4]);
+            table.add_row([scene, part, variant, policy, what, &digits(old), &digits(new)]);
+        }
     }
     table
+}
+
+/// Whole numbers as they are, others with six digits after the point.
+fn digits(value: f64) -> String {
+    if value.fract() == 0.0 { format!("{value}") } else { format!("{value:.6}") }
 }
 
 fn misses_table(comparison: &Comparison) -> Table {
@@ -214,7 +216,7 @@ mod tests {
         });
         let comparison = compare_runs(before.path(), after.path()).unwrap();
         let text = text(&comparison, true);
-        assert!(text.contains("slower") && text.contains("3000000 -> 3000001"), "{text}");
+        assert!(text.contains("slower") && text.contains("3000000 3000001"), "{text}");
         let longest = text.lines().map(|line| line.chars().count()).max().unwrap();
         assert!(longest <= 100, "{longest}: {text}");
     }

@@ -11,6 +11,7 @@ mod compare;
 mod gcode;
 mod launch;
 mod list;
+mod machines;
 mod measure;
 mod options;
 mod path;
@@ -140,7 +141,7 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Measure(options) => measure::run(&options, registry),
         Verb::Analyze(options) => analyze::run(&options),
         Verb::Plot(options) => plot::run(&options),
-        Verb::Report(options) => report::run(&options),
+        Verb::Report(options) => report::run(&options, registry),
         Verb::Audit(options) => audit::run(&options),
         Verb::Sweep(options) => sweep::run(&options, registry),
         Verb::Check(options) => check::run(&options, registry),

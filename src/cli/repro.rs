@@ -2,7 +2,7 @@
 
 use super::options::RunOptions;
 use super::progress::Bar;
-use super::{CLEAR, FAILED, analyze, launch, say, verify};
+use super::{CLEAR, FAILED, analyze, launch, machines, say, verify};
 use crate::analysis::claims::ClaimSet;
 use crate::measure::Progress;
 use crate::record::manifest::Stage;
@@ -43,7 +43,8 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     run.finish(Stage::Plot)?;
     bar.begin("reporting", 1);
     let report = crate::report::write(&folder)?;
-    let page = crate::report::write_page(&folder, &[])?;
+    let views = machines::insets(&crate::record::Manifest::read(&folder)?, registry, &bar);
+    let page = crate::report::write_page(&folder, &views)?;
     run.finish(Stage::Report)?;
     bar.finish();
     if options.run.output.json {

@@ -5,6 +5,8 @@
 //! Computer-Aided Design 36(13), 2004). The surface is known by samples, so that the method may miss what lies between them; the safe mode
 //! widens the tool by the samples' covering radius.
 //!
+//! `docs/octree.md` says which command shows what of it.
+//!
 //! | file | what |
 //! |---|---|
 //! | [`profile`] | a tool's generating line, and the distance from it |

@@ -6,14 +6,17 @@
 pub mod brute;
 pub mod octree_obb;
 pub mod parry;
+pub mod space;
 pub mod volume_tree;
 pub mod wide_obb;
 
 use crate::geometry::Isometry;
+use crate::tree::Tree;
 use crate::tree::distance::Proximity;
 use crate::tree::levels::Drawn;
 use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
+use crate::volume::obb::{Fitted, Obb};
 use crate::wide::{Coherence, Memory};
 use std::any::Any;
 
@@ -21,7 +24,7 @@ use std::any::Any;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// A tree of bounding volumes, built and traversed by bvbench.
+    /// A tree of bounding volumes, or space divided into cells, built and traversed by bvbench.
     Volume,
     /// Samples of one mesh in an octree against the body around the other: a method of ours with a test of its own in its leaves.
     Sampling,
@@ -92,6 +95,11 @@ pub trait Model: Any + Send + Sync {
     fn drawn(&self, levels: u32) -> Vec<Drawn> {
         let _ = levels;
         Vec::new()
+    }
+
+    /// The tree as one of oriented boxes, for methods that have one whose volumes are boxes.
+    fn boxes(&self) -> Option<Tree<Obb<Fitted>>> {
+        None
     }
 
     /// Whether the tree, where there is one of ours, divides the triangles properly.

@@ -28,7 +28,7 @@ pub use file::{RecordError, for_each_row, read_rows, write_bytes, write_rows, wr
 pub use manifest::Manifest;
 pub use peers::{PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow};
 pub use rows::{
-    BuildRow, ClaimRow, OutlineRow, QueryRow, RatioRow, Row, SummaryRow, TightnessRow, TimingRow, TreeRow,
+    BuildRow, ClaimRow, ExitRow, OutlineRow, QueryRow, RatioRow, Row, SummaryRow, TightnessRow, TimingRow, TreeRow,
     VerificationRow,
 };
 pub use sweep::{SweepRow, SweepSummaryRow, SweepTimingRow};

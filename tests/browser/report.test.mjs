@@ -9,27 +9,14 @@
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { cpSync, mkdirSync, readFileSync, statSync } from "node:fs";
-import { createRequire } from "node:module";
 import path from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
+import { launch } from "./harness.mjs";
 
 const root = path.resolve(import.meta.dirname, "../..");
 const work = path.join(root, "target/browser");
 const shots = path.join(work, "shots");
-const { chromium } = createRequire(path.join(work, "x.js"))("playwright-core");
-
-/** How the browser is started: without a screen, and without anything that asks the network. */
-const FLAGS = [
-  "--headless",
-  "--no-sandbox",
-  "--disable-gpu",
-  "--disable-quic",
-  "--no-first-run",
-  "--disable-background-networking",
-  "--disable-component-update",
-  "--disable-sync",
-];
 
 /** Milliseconds from opening the page to all charts being there, and bytes of the page. */
 const MOST_MS = 2000;
@@ -43,7 +30,7 @@ let file;
 before(async () => {
   mkdirSync(shots, { recursive: true });
   file = process.env.REPORT ?? writtenAnew();
-  browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+  browser = await launch();
 });
 after(() => browser?.close());
 
@@ -61,7 +48,7 @@ async function opened(use, options = {}) {
   const tab = await context.newPage();
   const complaints = [];
   tab.on("console", (message) => {
-    if (["error", "warning"].includes(message.type())) complaints.push(message.text());
+    if (["error", "warning"].includes(message.type()) && !message.text().includes("GPU stall")) complaints.push(message.text());
   });
   tab.on("pageerror", (error) => complaints.push(String(error.stack)));
   tab.on("request", (request) => {
@@ -132,6 +119,17 @@ test("paper has everything but the controls", () =>
     },
     { viewport: { width: 794, height: 1123 } },
   ));
+
+test("a machine of the run can be looked at", () =>
+  opened(async (tab) => {
+    const views = tab.locator("#machines iframe");
+    if ((await views.count()) === 0) return;
+    await views.first().scrollIntoViewIfNeeded();
+    const view = await (await views.first().elementHandle()).contentFrame();
+    await view.waitForFunction(() => window.bvbench?.[0]?.state().frames > 0);
+    await tab.evaluate(() => document.getElementById("machines")?.scrollIntoView());
+    await shot(tab, "machines");
+  }));
 
 test("a phone shows the page's whole width", () =>
   opened(

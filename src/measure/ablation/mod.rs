@@ -81,7 +81,7 @@ const BASE: Form = Form {
     safe: true,
     coherent: false,
     division: Division { cap: 16, depth: 12 },
-    spacing_mm: 0.5,
+    spacing_mm: 1.0,
     fineness: 1,
     density: 2.0,
     stride: 1,

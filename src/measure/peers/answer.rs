@@ -32,8 +32,8 @@ pub fn run(
     let mut say = |text: &str| writeln!(replies, "{text}").and_then(|()| replies.flush()).map_err(PeersError::Gone);
     let mut runner = Runner::new(variant, policy, mode, posed::read_meshes(pair)?, posed::read_poses(pair)?, rounds);
     runner.coherence = coherence;
-    // A peer here answers only whether two meshes touch, and how far apart they are.
-    if mode == Mode::All && variant.kind == crate::method::Kind::Peer {
+    // A peer here answers only whether two meshes touch, and how far apart they are; so do samples.
+    if mode == Mode::All && matches!(variant.kind, crate::method::Kind::Peer | crate::method::Kind::Sampling) {
         return say("unsupported");
     }
     say("ready")?;

@@ -70,7 +70,7 @@ fn render(contents: &Contents, json: &str, insets: &[Inset]) -> String {
         let insets: String = insets.iter().map(inset).collect();
         (
             "<a href=\"#machines\">Machines</a>".to_owned(),
-            format!("<section id=\"machines\"><h2>The machines</h2>\n{insets}</section>"),
+            format!("<section id=\"machines\"><h2>The machines</h2>\n{insets}</section>\n"),
         )
     };
     filled(PAGE, |name| match name {

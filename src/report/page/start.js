@@ -22,7 +22,7 @@ function followSections() {
     },
     { rootMargin: "-20% 0px -75% 0px" },
   );
-  for (const section of document.querySelectorAll("main section")) if (links.has(section.id)) observer.observe(section);
+  for (const section of document.querySelectorAll("section")) if (links.has(section.id)) observer.observe(section);
 }
 
 /** Draws everything again when the width has changed. */
@@ -66,7 +66,8 @@ function start() {
   drawSweep();
   drawRecords();
   drawProvenance();
-  followSections();
+  // The machines come behind the scripts: they are large, and nobody should wait for them.
+  addEventListener("DOMContentLoaded", followSections);
   followWidth();
   followPrinter();
   part("rows-close").addEventListener("click", hideRows);
