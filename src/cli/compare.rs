@@ -133,7 +133,7 @@ fn trees_table(comparison: &Comparison) -> Table {
         // Which of them differ: a tree is named once.
         let mut names = [&*row.scene, &row.part, &row.variant, &row.policy];
         for (what, old, new) in values.filter(|(_, old, new)| old.to_bits() != new.to_bits()) {
-            let [scene, part, variant, policy] = std::mem::replace(&mut names, [""; 4]);
+            let [scene, part, variant, policy] = std::mem::take(&mut names);
             table.add_row([scene, part, variant, policy, what, &digits(old), &digits(new)]);
         }
     }
