@@ -52,6 +52,11 @@ struct Bullet {
   Bullet(const peers::Mesh& a, const peers::Mesh& b)
       : dispatcher_(&configuration_), world_(&dispatcher_, &broadphase_, &configuration_), a_(a), b_(b) {
     btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
+    // `contactPairTest` looks among the algorithms for closest points, where the line above registers nothing.
+    for (int other = 0; other < MAX_BROADPHASE_COLLISION_TYPES; ++other) {
+      dispatcher_.registerClosestPointsCreateFunc(GIMPACT_SHAPE_PROXYTYPE, other, &gimpact_);
+      dispatcher_.registerClosestPointsCreateFunc(other, GIMPACT_SHAPE_PROXYTYPE, &gimpact_);
+    }
     a_.object.setWorldTransform(Pose::getIdentity());
   }
 
@@ -80,6 +85,7 @@ struct Bullet {
     }
   };
 
+  btGImpactCollisionAlgorithm::CreateFunc gimpact_;
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
   btDbvtBroadphase broadphase_;

@@ -1,7 +1,8 @@
 // Coal 3 (PyPI wheel `coal`: its headers and its library). First argument: the volume, obb | rss | obbrss | kios | aabb.
 //
-// OBB, OBBRSS and kIOS keep their trees in the mesh's frame; so does RSS for distances. AABB (and RSS in a collision query) is
-// re-fitted: the whole tree of b is copied and fitted again in a's frame at each query.
+// OBB, OBBRSS and kIOS keep their trees in the mesh's frame and carry the pose through the traversal; RSS does so for distances
+// only, and is only asked for those. For AABB, Coal copies and re-fits the whole tree at each query: it carries `refit` in its
+// name.
 #include <coal/BVH/BVH_model.h>
 #include <coal/collision.h>
 #include <coal/distance.h>
@@ -12,11 +13,12 @@
 
 using peers::Mode;
 
-template <class Volume, bool measures> struct Coal {
+// Whether the volume's tree stays in its frame (or may be re-fitted, by name) in collision queries, and in distance queries.
+template <class Volume, bool collides, bool measures> struct Coal {
   using Pose = coal::Transform3s;
   using Model = coal::BVHModel<Volume>;
 
-  static bool has(Mode mode) { return mode != Mode::distance || measures; }
+  static bool has(Mode mode) { return mode == Mode::distance ? measures : collides; }
 
   static Pose pose(const peers::Matrix& matrix) {
     coal::Matrix3s rotation;
@@ -67,11 +69,11 @@ int main(int count, char** words) {
   std::vector<std::string> arguments(words + 1, words + count);
   const std::string volume = arguments.empty() ? "" : arguments[0];
   if (!arguments.empty()) arguments.erase(arguments.begin());
-  if (volume == "obb") return peers::serve<Coal<coal::OBB, false>>(arguments);
-  if (volume == "rss") return peers::serve<Coal<coal::RSS, true>>(arguments);
-  if (volume == "obbrss") return peers::serve<Coal<coal::OBBRSS, true>>(arguments);
-  if (volume == "kios") return peers::serve<Coal<coal::kIOS, true>>(arguments);
-  if (volume == "aabb") return peers::serve<Coal<coal::AABB, false>>(arguments);
+  if (volume == "obb") return peers::serve<Coal<coal::OBB, true, false>>(arguments);
+  if (volume == "rss") return peers::serve<Coal<coal::RSS, false, true>>(arguments);
+  if (volume == "obbrss") return peers::serve<Coal<coal::OBBRSS, true, true>>(arguments);
+  if (volume == "kios") return peers::serve<Coal<coal::kIOS, true, true>>(arguments);
+  if (volume == "aabb") return peers::serve<Coal<coal::AABB, true, false>>(arguments);
   std::cerr << "error: the first argument is obb, rss, obbrss, kios or aabb\n";
   return 2;
 }

@@ -1,19 +1,20 @@
 // FCL 0.7 (Debian libfcl-dev). First argument: the volume, obb | rss | obbrss | kios | aabb | dop18.
 //
-// OBB, OBBRSS and kIOS keep their trees in the mesh's frame and carry the pose through the traversal; so does RSS for distances.
-// For AABB and k-DOP, FCL copies and re-fits the whole tree of b in a's frame at each query; so it does for RSS in a
-// collision query. Those are called re-fitting, and not offered for distances.
+// OBB, OBBRSS and kIOS keep their trees in the mesh's frame and carry the pose through the traversal; RSS does so for distances
+// only, and is only asked for those. For AABB and k-DOP, FCL copies and re-fits the whole tree at each query: they carry
+// `refit` in their names.
 #include <fcl/fcl.h>
 
 #include "runner.hpp"
 
 using peers::Mode;
 
-template <class Volume, bool measures> struct Fcl {
+// Whether the volume's tree stays in its frame (or may be re-fitted, by name) in collision queries, and in distance queries.
+template <class Volume, bool collides, bool measures> struct Fcl {
   using Pose = fcl::Transform3d;
   using Model = fcl::BVHModel<Volume>;
 
-  static bool has(Mode mode) { return mode != Mode::distance || measures; }
+  static bool has(Mode mode) { return mode == Mode::distance ? measures : collides; }
 
   static Pose pose(const peers::Matrix& matrix) {
     Pose pose = Pose::Identity();
@@ -61,12 +62,12 @@ int main(int count, char** words) {
   std::vector<std::string> arguments(words + 1, words + count);
   const std::string volume = arguments.empty() ? "" : arguments[0];
   if (!arguments.empty()) arguments.erase(arguments.begin());
-  if (volume == "obb") return peers::serve<Fcl<fcl::OBBd, false>>(arguments);
-  if (volume == "rss") return peers::serve<Fcl<fcl::RSSd, true>>(arguments);
-  if (volume == "obbrss") return peers::serve<Fcl<fcl::OBBRSSd, true>>(arguments);
-  if (volume == "kios") return peers::serve<Fcl<fcl::kIOSd, true>>(arguments);
-  if (volume == "aabb") return peers::serve<Fcl<fcl::AABBd, false>>(arguments);
-  if (volume == "dop18") return peers::serve<Fcl<fcl::KDOP<double, 18>, false>>(arguments);
+  if (volume == "obb") return peers::serve<Fcl<fcl::OBBd, true, false>>(arguments);
+  if (volume == "rss") return peers::serve<Fcl<fcl::RSSd, false, true>>(arguments);
+  if (volume == "obbrss") return peers::serve<Fcl<fcl::OBBRSSd, true, true>>(arguments);
+  if (volume == "kios") return peers::serve<Fcl<fcl::kIOSd, true, true>>(arguments);
+  if (volume == "aabb") return peers::serve<Fcl<fcl::AABBd, true, false>>(arguments);
+  if (volume == "dop18") return peers::serve<Fcl<fcl::KDOP<double, 18>, true, false>>(arguments);
   std::cerr << "error: the first argument is obb, rss, obbrss, kios, aabb or dop18\n";
   return 2;
 }

@@ -1,6 +1,8 @@
 //! The claims: what was said, which cases it is about, and what it takes to call it reproduced. Data, not code: variants
 //! are named in `paper-repro/claims.toml` and nowhere here.
 
+use super::ablation::ThesisClaim;
+use crate::record::Stratum;
 use serde::Deserialize;
 use std::ops::Range;
 use std::path::Path;
@@ -58,6 +60,9 @@ pub struct ClaimSet {
     /// The claims, in the order of tables.
     #[serde(rename = "claim")]
     pub claims: Vec<Claim>,
+    /// The claims of the thesis on tools and octrees, which an ablation judges.
+    #[serde(default)]
+    pub thesis: Vec<ThesisClaim>,
     /// The text it was read from.
     #[serde(skip)]
     pub text: String,
@@ -127,12 +132,18 @@ pub struct Test {
     pub kind: TestKind,
     /// For ratios: the claimed effect is there when the whole interval is below this.
     pub below: Option<f64>,
+    /// Instead of `below`: the claim holds when the value, or the whole interval of a ratio, is not above this.
+    pub at_most: Option<f64>,
+    /// For ratios of queries: the only stratum that the claim is about.
+    pub stratum: Option<Stratum>,
+    /// For tightness: the only level of the trees that the claim is about; the roots are 0.
+    pub level: Option<u32>,
     /// For presence: what is larger than this is there.
     pub above: Option<f64>,
     /// For ratios: whether the subject is claimed to need less or more.
     #[serde(default)]
     pub direction: Direction,
-    /// For presence: which of the reading's two cases is examined.
+    /// For presence and sizes: which of the reading's two cases is examined.
     pub of: Option<Role>,
     /// For presence: whether the claim says that it is there.
     pub expect: Option<Expectation>,
@@ -154,6 +165,12 @@ pub enum TestKind {
     Balance,
     /// Volume over hull volume.
     Tightness,
+    /// Memory of the trees.
+    BytesRatio,
+    /// Arithmetic operations of a separating-axis test.
+    AxisOperations,
+    /// Share of the separating-axis tests that only a product of two edges ends.
+    EdgeExits,
     /// Contacts missed by the volume.
     Misses,
     /// Corners outside their volume.
@@ -165,10 +182,28 @@ pub enum TestKind {
 }
 
 impl TestKind {
-    /// Whether the kind compares two cases by a ratio; otherwise it asks for the presence of something in one of them.
+    /// Whether the kind compares two cases by a ratio; otherwise it is about one of them.
     #[must_use]
     pub const fn is_ratio(self) -> bool {
-        !matches!(self, Self::Misses | Self::Overhang | Self::Drift | Self::Gap)
+        !self.is_presence() && !self.is_size()
+    }
+
+    /// Whether the kind asks for the presence of something in one case.
+    #[must_use]
+    pub const fn is_presence(self) -> bool {
+        matches!(self, Self::Misses | Self::Overhang | Self::Drift | Self::Gap)
+    }
+
+    /// Whether the kind asks how large something of one case is.
+    #[must_use]
+    pub const fn is_size(self) -> bool {
+        matches!(self, Self::AxisOperations | Self::EdgeExits)
+    }
+
+    /// Whether the kind is about queries, which have a stratum.
+    #[must_use]
+    pub const fn is_about_queries(self) -> bool {
+        matches!(self, Self::TimeRatio | Self::VolumeTestRatio | Self::TriangleTestRatio)
     }
 }
 
@@ -292,21 +327,34 @@ impl Claim {
 
 impl Test {
     fn problem(&self) -> Option<&'static str> {
-        if self.kind.is_ratio() {
-            match self.below {
-                Some(below) if !(below > 0.0 && below <= 1.0) => Some("needs `below` in (0, 1]"),
-                None => Some("needs `below`"),
-                _ if self.of.is_some() || self.expect.is_some() || self.above.is_some() => {
-                    Some("compares two cases: `of`, `expect` and `above` have no meaning in it")
-                }
-                _ => None,
-            }
-        } else if self.of.is_none() || self.expect.is_none() || self.above.is_none() {
-            Some("needs `of`, `expect` and `above`")
-        } else if self.below.is_some() {
-            Some("asks for a presence: `below` has no meaning in it")
-        } else {
-            None
+        let named = self.of.is_some();
+        let asks = self.expect.is_some() || self.above.is_some();
+        if self.stratum.is_some() && !self.kind.is_about_queries() {
+            return Some("is not about queries: `stratum` has no meaning in it");
+        }
+        if self.level.is_some() && self.kind != TestKind::Tightness {
+            return Some("is not about the levels of trees: `level` has no meaning in it");
+        }
+        if self.kind.is_presence() {
+            return match (self.below, self.at_most) {
+                (None, None) if named && self.expect.is_some() && self.above.is_some() => None,
+                (None, None) => Some("needs `of`, `expect` and `above`"),
+                _ => Some("asks for a presence: `below` and `at_most` have no meaning in it"),
+            };
+        }
+        if self.kind.is_size() {
+            return match (self.below, self.at_most) {
+                (None, Some(most)) if most > 0.0 && named && !asks => None,
+                _ => Some("is about one case: it needs `of` and a positive `at_most`, and nothing else"),
+            };
+        }
+        match (self.below, self.at_most) {
+            (None, None) => Some("needs `below` or `at_most`"),
+            (Some(_), Some(_)) => Some("has both `below` and `at_most`"),
+            (Some(below), None) if !(below > 0.0 && below <= 1.0) => Some("needs `below` in (0, 1]"),
+            (None, Some(most)) if most < 1.0 || most.is_nan() => Some("needs `at_most` of at least 1"),
+            _ if named || asks => Some("compares two cases: `of`, `expect` and `above` have no meaning in it"),
+            _ => None,
         }
     }
 }
@@ -355,6 +403,16 @@ mod tests {
         assert!(at("below = 0.75 }", "beneath = 0.75 }").contains("beneath"));
         assert!(at("policy = \"area-mean/own/1\" }", "policy = 5 }").contains("5"));
         assert!(ClaimSet::parse("", "c.toml").is_err());
+        for (from, to, claim, word) in [
+            ("at_most = 200 }", "below = 0.9 }", "few-operations", "at_most"),
+            ("kind = \"tightness\", level = 0", "kind = \"balance\", level = 0", "dito-tight", "level"),
+            ("at_most = 1.1", "at_most = 0.9", "dito-tight", "at least 1"),
+            ("kind = \"bytes-ratio\"", "kind = \"bytes-ratio\", stratum = \"far\"", "spatial-storage", "stratum"),
+        ] {
+            assert!(DEFAULT_TEXT.contains(from), "{from}");
+            let message = ClaimSet::parse(&DEFAULT_TEXT.replacen(from, to, 1), "c").unwrap_err().to_string();
+            assert!(message.contains(claim) && message.contains(word), "{message}");
+        }
         let message = ClaimSet::parse(&DEFAULT_TEXT.replacen("below = 0.95", "above = 0.95", 1), "c").unwrap_err();
         assert!(message.to_string().contains("claim `faster` needs `below`"), "{message}");
     }

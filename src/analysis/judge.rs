@@ -2,17 +2,18 @@
 //! by the thresholds that stand in the claims file.
 
 use super::AnalysisError;
-use super::claims::{Claim, ClaimSet, Direction, Expectation, Reading, Role, Test, TestKind};
+use super::claims::{CaseRef, Claim, ClaimSet, Direction, Expectation, Reading, Role, Test, TestKind};
 use super::misses::Misses;
 use super::ratios::{Cases, Metric, compare};
 use super::stats::{self, Interval};
 use super::summary::ALL;
 use super::table::Scene;
 use crate::record::rows::CaseKey;
-use crate::record::{ClaimRow, Manifest, OutlineRow, Stratum, TightnessRow, TreeRow};
+use crate::record::{ClaimRow, ExitRow, Manifest, OutlineRow, Stratum, TightnessRow, TreeRow};
 use std::collections::{BTreeMap, BTreeSet};
 
 mod presence;
+mod sizes;
 
 /// Ratios within this are called equal.
 pub const EQUIVALENT: (f64, f64) = (0.95, 1.05);
@@ -31,6 +32,8 @@ pub struct Evidence<'a> {
     pub trees: Vec<TreeRow>,
     /// Levels of trees.
     pub tightness: Vec<TightnessRow>,
+    /// Ends of separating-axis tests.
+    pub exits: Vec<ExitRow>,
     /// Drawings.
     pub outlines: Vec<OutlineRow>,
     /// The run.
@@ -107,6 +110,10 @@ pub fn judge(evidence: &Evidence, set: &ClaimSet) -> Result<Vec<ClaimRow>, Analy
             continue;
         };
         for reading in claim.readings.iter().filter_map(|id| set.reading(id.get_ref())) {
+            if evidence.cases.find(&reading.subject)?.is_none() || evidence.cases.find(&reading.baseline)?.is_none() {
+                rows.push(not_measured(claim, test, reading));
+                continue;
+            }
             for (scene_name, scene) in evidence.scenes {
                 judge_reading(evidence, claim, test, reading, (scene_name, scene), &mut rows)?;
             }
@@ -132,6 +139,17 @@ fn not_judged(claim: &Claim) -> ClaimRow {
     }
 }
 
+fn not_measured(claim: &Claim, test: &Test, reading: &Reading) -> ClaimRow {
+    let CaseRef { variant: subject, .. } = &reading.subject;
+    let CaseRef { variant: baseline, .. } = &reading.baseline;
+    ClaimRow {
+        reading: reading.id.get_ref().clone(),
+        measure: measure(test, reading),
+        note: format!("this run does not have both {subject} and {baseline}; name them with --variant"),
+        ..not_judged(claim)
+    }
+}
+
 fn judge_reading(
     evidence: &Evidence,
     claim: &Claim,
@@ -141,12 +159,10 @@ fn judge_reading(
     rows: &mut Vec<ClaimRow>,
 ) -> Result<(), AnalysisError> {
     let found = (evidence.cases.find(&reading.subject)?, evidence.cases.find(&reading.baseline)?);
-    let (findings, misses) = if let (Some(subject), Some(baseline)) = found {
-        let judged = Judged { evidence, scene_name, scene, subject, baseline };
-        (judged.findings(test), [&judged.subject, &judged.baseline].map(|case| judged.missed(case)))
-    } else {
-        (vec![Finding::not_measured("-", "a variant of the reading was not measured in this run")], [None, None])
-    };
+    let (Some(subject), Some(baseline)) = found else { return Ok(()) };
+    let judged = Judged { evidence, scene_name, scene, subject, baseline };
+    let (findings, misses) =
+        (judged.findings(test), [&judged.subject, &judged.baseline].map(|case| judged.missed(case)));
     for mut finding in findings {
         if evidence.noisy && matches!(test.kind, TestKind::TimeRatio | TestKind::BuildRatio) {
             finding.note.push("noisy run".to_owned());
@@ -180,6 +196,9 @@ fn measure(test: &Test, reading: &Reading) -> String {
         TestKind::BuildRatio => format!("build time {subject} / {baseline}"),
         TestKind::Balance => format!("child-count ratio {baseline} / {subject}"),
         TestKind::Tightness => format!("volume over hull volume {subject} / {baseline}"),
+        TestKind::BytesRatio => format!("memory {subject} / {baseline}"),
+        TestKind::AxisOperations => format!("operations of an overlap test of {of}"),
+        TestKind::EdgeExits => format!("share of overlap tests of {of} that edges end"),
         TestKind::Misses => format!("miss rate of {of}"),
         TestKind::Overhang => format!("% corners outside {of}"),
         TestKind::Drift => format!("drift of {of}, mm"),
@@ -203,6 +222,17 @@ pub fn ratio_verdict(ratio: Interval, below: f64) -> (Verdict, Option<&'static s
     }
 }
 
+/// The verdict on a ratio by the claim's own bound, and what to add to it.
+fn decide(test: &Test, ratio: Interval) -> (Verdict, Option<&'static str>) {
+    let oriented = if test.direction == Direction::Greater { ratio.reciprocal() } else { ratio };
+    match test.at_most {
+        Some(most) if oriented.high <= most => (Verdict::Reproduces, None),
+        Some(most) if oriented.low > most => (Verdict::Reversed, None),
+        Some(_) => (Verdict::Inconclusive, None),
+        None => ratio_verdict(oriented, test.below.unwrap_or(EQUIVALENT.0)),
+    }
+}
+
 impl Judged<'_> {
     fn findings(&self, test: &Test) -> Vec<Finding> {
         let examined = if test.of == Some(Role::Subject) { &self.subject } else { &self.baseline };
@@ -215,6 +245,9 @@ impl Judged<'_> {
             TestKind::BuildRatio => self.ratios(test, Metric::Build),
             TestKind::Balance => vec![self.balance(test)],
             TestKind::Tightness => vec![self.tightness(test)],
+            TestKind::BytesRatio => vec![self.bytes(test)],
+            TestKind::AxisOperations => vec![self.axis_operations(examined, test)],
+            TestKind::EdgeExits => vec![self.edge_exits(examined, test)],
             TestKind::Misses => vec![self.misses(examined, above, expected)],
             TestKind::Overhang => vec![self.overhang(examined, above, expected)],
             TestKind::Drift => vec![self.drift(examined, above, expected)],
@@ -251,10 +284,9 @@ impl Judged<'_> {
                 "the two cases were not measured on the same items in this run",
             )];
         }
-        let findings = ratios.into_iter().map(|ratio| {
-            let oriented =
-                if test.direction == Direction::Greater { ratio.interval.reciprocal() } else { ratio.interval };
-            let (mut verdict, remark) = ratio_verdict(oriented, test.below.unwrap_or(EQUIVALENT.0));
+        let asked = ratios.into_iter().filter(|ratio| test.stratum.is_none() || ratio.stratum == test.stratum);
+        let findings = asked.map(|ratio| {
+            let (mut verdict, remark) = decide(test, ratio.interval);
             let mut note: Vec<String> = remark.map(str::to_owned).into_iter().collect();
             if ratio.clusters < CLUSTERS_MIN {
                 verdict = Verdict::Inconclusive;
@@ -287,7 +319,7 @@ impl Judged<'_> {
             return Finding::not_measured("-", "no trees of both cases in this run");
         }
         let ratio = Interval::exact((logs.iter().sum::<f64>() / logs.len() as f64).exp());
-        let (verdict, remark) = ratio_verdict(ratio, test.below.unwrap_or(EQUIVALENT.0));
+        let (verdict, remark) = decide(test, ratio);
         let (low, high) = logs.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
         let range = format!("{} {what}, from {:.3} to {:.3}", logs.len(), low.exp(), high.exp());
         let note = remark.map(str::to_owned).into_iter().chain([range]).collect();
@@ -306,8 +338,12 @@ impl Judged<'_> {
 
     fn tightness(&self, test: &Test) -> Finding {
         let looseness = |row: &TightnessRow| row.hulled_volume_mm3 / row.hull_mm3;
-        let subject: BTreeMap<(&str, u32), f64> =
-            self.levels(&self.subject).map(|row| ((row.part.as_str(), row.level), looseness(row))).collect();
+        let asked = |row: &&TightnessRow| test.level.is_none_or(|level| row.level == level);
+        let subject: BTreeMap<(&str, u32), f64> = self
+            .levels(&self.subject)
+            .filter(asked)
+            .map(|row| ((row.part.as_str(), row.level), looseness(row)))
+            .collect();
         let logs = self.levels(&self.baseline).filter_map(|row| {
             let log = (subject.get(&(row.part.as_str(), row.level))? / looseness(row)).ln();
             log.is_finite().then_some(log)

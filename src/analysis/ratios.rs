@@ -100,13 +100,13 @@ impl Cases {
         Self { defaults, null_of: manifest.null_of.clone() }
     }
 
-    /// The case that a reference names; `None` when its variant was not measured and it names no policy.
+    /// The case that a reference names; `None` when its variant was not measured.
     ///
     /// # Errors
     /// When the policy is not `split/axes/leaf`.
     pub fn find(&self, case: &CaseRef) -> Result<Option<CaseKey>, AnalysisError> {
-        let policy = case.policy.as_ref().or_else(|| self.defaults.get(&case.variant));
-        policy.map(|policy| case_key(&case.variant, policy)).transpose()
+        let default = self.defaults.get(&case.variant);
+        default.map(|default| case_key(&case.variant, case.policy.as_ref().unwrap_or(default))).transpose()
     }
 
     /// The case of a variant under its default policy.

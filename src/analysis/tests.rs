@@ -3,6 +3,7 @@
 use super::judge::{Verdict, ratio_verdict};
 use super::stats::Interval;
 use super::*;
+use crate::record::Stratum;
 use crate::record::synthetic::{Plan, Run, SCENES};
 use tempfile::TempDir;
 
@@ -56,6 +57,40 @@ fn planted_effects_are_found() {
     assert_eq!(verdicts(&outcome, "hierarchy-pays", "obb-brute"), ["reproduces"; 10]);
     assert_eq!(verdicts(&outcome, "real-time-on-controller", "-"), ["not-judged"]);
     assert!(outcome.noise.is_empty(), "{:?}", outcome.noise);
+}
+
+/// Three tests end with the first axis and one with none, of 26 and 189 operations: (3·26 + 189)/4 = 66.75. Of the aligned box's
+/// ten tests two end with a product of edges.
+#[test]
+fn ends_of_tests_are_judged_by_their_means() {
+    let folder = TempDir::new().unwrap();
+    Run::generate(&Plan::default()).write(folder.path());
+    let row = |variant: &str, split: &str, axis, tests, operations| ExitRow {
+        scene: SCENES[0].to_owned(),
+        stratum: Stratum::Far,
+        variant: variant.to_owned(),
+        split: split.to_owned(),
+        axes: "own".to_owned(),
+        leaf: 1,
+        axis,
+        tests,
+        operations,
+    };
+    let rows = [
+        row("obb-area", "area-mean", 1, 3, 26),
+        row("obb-area", "area-mean", 0, 1, 189),
+        row("aabb", "vertex-mean", 0, 6, 189),
+        row("aabb", "vertex-mean", 6, 2, 81),
+        row("aabb", "vertex-mean", 7, 2, 93),
+    ];
+    record::write_rows(folder.path(), &rows).unwrap();
+    let outcome = analyze(folder.path(), &ClaimSet::standard()).unwrap();
+    let found = |claim: &str| outcome.claims.iter().find(|row| row.claim == claim && row.scene == SCENES[0]).unwrap();
+    let operations = found("few-operations");
+    assert_eq!((operations.verdict.as_str(), operations.value), ("reproduces", Some(66.75)));
+    let edges = found("edges-rarely-decide");
+    assert_eq!((edges.verdict.as_str(), edges.value), ("reversed", Some(0.2)));
+    assert!(edges.note.contains("50.0 % of the tests that some axis ends"), "{}", edges.note);
 }
 
 #[test]

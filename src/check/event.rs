@@ -1,7 +1,7 @@
 //! From stretches of the path to what a user is told.
 //!
-//! Rules. Contact of a pair is a collision, but for a cutter with the workpiece: contact that begins in a feed move is
-//! cutting and is not told, nor is the retreat from it; contact that begins in a rapid move is a collision and is
+//! Rules. Contact of a pair is a collision, but for a cutter with the workpiece: where that is the finished part, the cutter gouges it
+//! when it goes deeper than the scene allows; where it is uncut, contact that begins in a feed move is cutting and is not told, nor is the retreat from it; contact that begins in a rapid move is a collision and is
 //! named as such. Shank and holder of a tool never cut. Since material is not removed, a rapid that begins inside the uncut workpiece
 //! belongs to the cut before it. Nearness of these two is not told at all. Contacts of one pair on one line that part by less than
 //! [`super::PARTED_MM`] between them are one. A pair that the scene does not name and that is in contact at first is told of from
@@ -20,6 +20,8 @@ pub enum Kind {
     Collision,
     /// The cutter comes into the workpiece at rapid rate.
     RapidIntoWorkpiece,
+    /// The cutter goes deeper into the finished workpiece than it may.
+    Gouge,
     /// Two parts are nearer than this, mm.
     Near {
         /// The zone.
@@ -40,6 +42,7 @@ impl Kind {
         match self {
             Self::Collision => "collision",
             Self::RapidIntoWorkpiece => "rapid-into-workpiece",
+            Self::Gouge => "gouge",
             Self::Near { .. } => "near",
         }
     }
@@ -75,7 +78,7 @@ pub struct Event {
     pub first: Extent,
     /// Where it ends.
     pub last: Extent,
-    /// The least distance found meanwhile, mm; 0 in contact and where one part is inside the other.
+    /// The least distance found meanwhile, mm; 0 in contact and where one part is inside the other; of a gouge minus its depth.
     pub least_mm: f64,
     /// Whether meanwhile one part is wholly inside the other, surfaces apart.
     pub inside: bool,
@@ -131,7 +134,7 @@ impl Telling<'_> {
 fn width(kind: &Kind) -> f64 {
     match kind {
         Kind::Near { zone_mm } => *zone_mm,
-        Kind::Collision | Kind::RapidIntoWorkpiece => 0.0,
+        Kind::Collision | Kind::RapidIntoWorkpiece | Kind::Gouge => 0.0,
     }
 }
 
@@ -181,6 +184,9 @@ impl OfPair<'_> {
                     Some(last) if self.line(last.from) == self.line(contact.from) => {
                         last.to = contact.to;
                         last.inside |= contact.inside;
+                        if contact.least_mm < last.least_mm {
+                            (last.least_mm, last.least_at) = (contact.least_mm, contact.least_at);
+                        }
                     }
                     _ => of_episode.push(contact),
                 }
@@ -189,11 +195,16 @@ impl OfPair<'_> {
         }
         let told = contacts.into_iter().filter_map(|contact| {
             let kind = match (self.scene.is_cutting(self.pair), self.path.sample_at(contact.from).rapid) {
+                (true, false) if self.scene.gouge_mm.is_some() => Kind::Gouge,
                 (true, false) => return None,
                 (true, true) => Kind::RapidIntoWorkpiece,
                 (false, _) => Kind::Collision,
             };
-            Some((contact.from, self.event(kind, &contact)))
+            let mut event = self.event(kind, &contact);
+            if let Some(allowed) = self.scene.gouge_mm.filter(|_| self.scene.is_cutting(self.pair)) {
+                event.least_mm -= allowed;
+            }
+            Some((contact.from, event))
         });
         told.collect()
     }

@@ -6,14 +6,15 @@ use super::{CLEAR, note, say};
 use crate::analysis::peers::summarise;
 use crate::measure::peers::drive::{self, Amounts, Engine, Found};
 use crate::measure::peers::{Mode, answer, posed};
-use crate::measure::{Plan, Profile, Selection};
+use crate::measure::{Plan, Profile, Selection, environment};
 use crate::method::Kind;
 use crate::record::peers::ALL_STRATA;
 use crate::record::rows::Row;
-use crate::record::{PeerRatioRow, PeerRow, RecordError, Stratum, read_rows, write_rows};
+use crate::record::{PeerRatioRow, PeerRow, RecordError, Stratum, read_rows, write_rows, write_text};
 use crate::registry::{Registry, Variant};
 use crate::tree::Policy;
 use crate::truth::TruthCache;
+use crate::wide::{Coherence, Simd};
 use anyhow::{Context, Result, ensure};
 use clap::{Args, Subcommand};
 use comfy_table::{CellAlignment, Table, presets};
@@ -85,12 +86,15 @@ struct CompareOptions {
     /// A runner, as NAME=PROGRAM ARGUMENTS; repeatable
     #[arg(long = "runner", value_name = "NAME=COMMAND")]
     runners: Vec<String>,
-    /// A variant of ours, as ID or ID@POLICY; repeatable [default: the reference variant and the peers in the registry]
-    #[arg(long = "variant", value_name = "ID")]
+    /// A variant of ours, as ID, with @POLICY for another tree, +witness or +evidence for what mode path may keep from pose to pose, and
+    /// +avx512, +avx2 or +portable for one of this machine's instruction sets; repeatable [default: the reference variant and the peers in the
+    /// registry]
+    #[arg(long = "variant", value_name = "ID[@POLICY][+OPTION]...")]
     variants: Vec<String>,
-    /// The engine that the others are held against [default: the first runner, else the first variant]
+    /// The engine that the others are held against; of several the first that takes part [default: the first runner, else the
+    /// first variant]
     #[arg(long, value_name = "NAME")]
-    against: Option<String>,
+    against: Vec<String>,
 }
 
 #[derive(Args)]
@@ -98,9 +102,9 @@ struct TableOptions {
     /// Folder of the comparison
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// The engine that the others are held against
-    #[arg(long, value_name = "NAME")]
-    against: String,
+    /// The engine that the others are held against; of several the first that took part
+    #[arg(long, value_name = "NAME", required = true)]
+    against: Vec<String>,
     /// Seed of the intervals
     #[arg(long, default_value_t = 2011)]
     seed: u64,
@@ -114,6 +118,12 @@ struct RunnerOptions {
     /// Tree policy SPLIT[/AXES[/LEAF]] [default: the variant's own]
     #[arg(long, value_name = "POLICY")]
     policy: Option<Policy>,
+    /// What a query of mode path may use of the one before: none, witness or evidence; by variants that can
+    #[arg(long, value_name = "WHAT", default_value_t)]
+    coherence: Coherence,
+    /// Instruction set of wide variants: avx512, avx2 or portable [default: the widest of this machine]
+    #[arg(long, value_name = "SET")]
+    simd: Option<String>,
     /// first, path, all or distance
     mode: Mode,
     /// Folder of the pair
@@ -175,8 +185,12 @@ fn compare(options: &CompareOptions, registry: &Registry) -> Result<()> {
     let asked = &options.poses;
     ensure!(options.rounds > 0, "--rounds 0: at least one round is needed");
     let engines = engines(options, registry)?;
-    let against = options.against.clone().unwrap_or_else(|| engines[0].name.clone());
+    let against = match options.against.as_slice() {
+        [] => vec![engines[0].name.clone()],
+        names => names.to_vec(),
+    };
     let (plan, cache) = (asked.plan(registry)?, asked.cache()?);
+    write_setting(options, &engines)?;
     let bar = Bar::new(asked.quiet);
     let amounts = Amounts { mode: asked.mode, rounds: options.rounds, seed: asked.seed };
     for scene in &plan.scenes {
@@ -189,6 +203,22 @@ fn compare(options: &CompareOptions, registry: &Registry) -> Result<()> {
         keep(&asked.out, &scene.name, found, asked.mode)?;
     }
     show(&asked.out, &against, asked.seed)
+}
+
+/// Writes what was asked of whom, by what program on what machine, beside the rows.
+fn write_setting(options: &CompareOptions, engines: &[Engine]) -> Result<()> {
+    let asked = &options.poses;
+    let setting = serde_json::json!({
+        "program": environment::program(),
+        "machine": environment::machine(),
+        "mode": asked.mode.id(),
+        "poses": asked.poses,
+        "rounds": options.rounds,
+        "seed": asked.seed,
+        "engines": engines.iter().map(|engine| &engine.name).collect::<Vec<_>>(),
+    });
+    let text = serde_json::to_string_pretty(&setting)? + "\n";
+    Ok(write_text(&asked.out.join(format!("peers-{}.json", asked.mode)), &text)?)
 }
 
 /// The runners, then our variants.
@@ -208,13 +238,7 @@ fn engines(options: &CompareOptions, registry: &Registry) -> Result<Vec<Engine>>
         ids => ids.to_vec(),
     };
     for name in asked {
-        let (id, policy) = name.split_once('@').map_or((name.as_str(), None), |(id, policy)| (id, Some(policy)));
-        find(registry, id)?;
-        let mut command = vec![own.to_owned(), "peers".into(), "runner".into(), "--variant".into(), id.to_owned()];
-        if let Some(policy) = policy {
-            let policy: Policy = policy.parse()?;
-            command.extend(["--policy".to_owned(), policy.to_string()]);
-        }
+        let command = own_command(own, &name, registry)?;
         engines.push(Engine { name, command });
     }
     let twice = engines.iter().enumerate().find(|(i, engine)| engines[..*i].iter().any(|e| e.name == engine.name));
@@ -223,6 +247,34 @@ fn engines(options: &CompareOptions, registry: &Registry) -> Result<Vec<Engine>>
     }
     ensure!(!engines.is_empty(), "there is no engine to compare; name one with --runner or --variant");
     Ok(engines)
+}
+
+/// How this program `own` is called to answer as ID[@POLICY][+OPTION]...
+fn own_command(own: &str, name: &str, registry: &Registry) -> Result<Vec<String>> {
+    let mut parts = name.split('+');
+    let variant = parts.next().unwrap_or_default();
+    let (id, policy) = variant.split_once('@').map_or((variant, None), |(id, policy)| (id, Some(policy)));
+    find(registry, id)?;
+    let mut command = [own, "peers", "runner", "--variant", id].map(str::to_owned).to_vec();
+    if let Some(policy) = policy {
+        let policy: Policy = policy.parse()?;
+        command.extend(["--policy".to_owned(), policy.to_string()]);
+    }
+    for option in parts {
+        let flag = if option.parse::<Coherence>().is_ok() { "--coherence" } else { "--simd" };
+        if flag == "--simd" {
+            simd(option).with_context(|| format!("`{name}`"))?;
+        }
+        command.extend([flag.to_owned(), option.to_owned()]);
+    }
+    Ok(command)
+}
+
+fn simd(name: &str) -> Result<Simd> {
+    Simd::named(name).with_context(|| {
+        let here: Vec<&str> = Simd::available().into_iter().map(Simd::name).collect();
+        format!("`{name}` is none of this machine's instruction sets: {}", here.join(", "))
+    })
 }
 
 fn find<'a>(registry: &'a Registry, id: &str) -> Result<&'a Variant> {
@@ -247,12 +299,15 @@ fn merge<R: Row>(folder: &Path, new: Vec<R>, is_kept: impl Fn(&R) -> bool) -> Re
 
 fn answer_as(options: &RunnerOptions, registry: &Registry) -> Result<()> {
     let variant = find(registry, &options.variant)?;
-    let RunnerOptions { policy, mode, pair, out, rounds, .. } = options;
+    let RunnerOptions { policy, coherence, mode, pair, out, rounds, .. } = options;
+    if let Some(name) = &options.simd {
+        ensure!(simd(name)?.choose(), "--simd {name}: another instruction set is in use already");
+    }
     let (commands, replies) = (std::io::stdin().lock(), std::io::stdout().lock());
-    Ok(answer::run(variant, *policy, *mode, pair, out, *rounds, commands, replies)?)
+    Ok(answer::run(variant, *policy, *coherence, *mode, pair, out, *rounds, commands, replies)?)
 }
 
-fn show(folder: &Path, against: &str, seed: u64) -> Result<()> {
+fn show(folder: &Path, against: &[String], seed: u64) -> Result<()> {
     let (rows, ratios) = summarise(folder, against, seed)?;
     let mut settings: Vec<(&str, &str)> = rows.iter().map(|row| (row.scene.as_str(), row.mode.as_str())).collect();
     settings.sort_unstable();
@@ -262,7 +317,8 @@ fn show(folder: &Path, against: &str, seed: u64) -> Result<()> {
         let rows: Vec<&PeerRow> =
             rows.iter().filter(|row| is_here(&row.scene, &row.mode) && row.stratum == ALL_STRATA).collect();
         let ratios: Vec<&PeerRatioRow> = ratios.iter().filter(|row| is_here(&row.scene, &row.mode)).collect();
-        say(format!("\n{scene}, mode {mode}, {} poses; times faster than {against}:\n", rows[0].poses));
+        let reference = ratios.first().map_or_else(|| "nothing".to_owned(), |ratio| ratio.reference.clone());
+        say(format!("\n{scene}, mode {mode}, {} poses; times faster than {reference}:\n", rows[0].poses));
         say(times(&rows, &ratios).trim_fmt());
         say("");
         say(by_stratum(&rows, &ratios).trim_fmt());
@@ -292,8 +348,9 @@ fn times(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
         "FASTER",
         "MISSED",
         "FALSE+",
+        "ERROR",
         "BUILD ms",
-        "MB",
+        "BYTES/TRI",
     ]);
     let mut rows = rows.to_vec();
     rows.sort_by(|x, y| x.mean_ns.total_cmp(&y.mean_ns));
@@ -314,8 +371,9 @@ fn times(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
             tail,
             row.false_negatives.to_string(),
             row.false_positives.to_string(),
+            row.largest_error.map_or_else(|| "-".to_owned(), |error| format!("{error:.1e}")),
             format!("{:.2}", row.build_ns as f64 / 1e6),
-            if row.bytes == 0 { "-".to_owned() } else { format!("{:.2}", row.bytes as f64 / 1e6) },
+            if row.bytes == 0 { "-".to_owned() } else { format!("{:.0}", row.bytes as f64 / row.triangles as f64) },
         ]);
     }
     table

@@ -1,7 +1,10 @@
 //! `report`: the report of a run.
 
 use super::options::FolderOptions;
-use super::{CLEAR, say};
+use super::progress::Bar;
+use super::{CLEAR, machines, say};
+use crate::record::Manifest;
+use crate::registry::Registry;
 use anyhow::Result;
 use clap::Args;
 
@@ -10,9 +13,21 @@ use clap::Args;
 pub struct Options {
     #[command(flatten)]
     folder: FolderOptions,
+    /// Leave the views of the machines out of report.html
+    #[arg(long)]
+    no_machines: bool,
+    /// Print no progress
+    #[arg(long, short)]
+    quiet: bool,
 }
 
-pub fn run(options: &Options) -> Result<u8> {
-    say(crate::report::write(&options.folder.out)?.display());
+pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
+    let folder = &options.folder.out;
+    say(crate::report::write(folder)?.display());
+    let bar = Bar::new(options.quiet);
+    let views =
+        if options.no_machines { Vec::new() } else { machines::insets(&Manifest::read(folder)?, registry, &bar) };
+    bar.finish();
+    say(crate::report::write_page(folder, &views)?.display());
     Ok(CLEAR)
 }

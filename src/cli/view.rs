@@ -82,7 +82,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
 }
 
 /// The reference box, and the first volume that is not safe: what the paper's argument is about.
-fn by_default(registry: &Registry) -> Vec<&Variant> {
+pub fn by_default(registry: &Registry) -> Vec<&Variant> {
     let variants = || registry.variants().iter();
     let safe = variants().find(|variant| variant.is_reference);
     safe.into_iter().chain(variants().find(|variant| !variant.info.safe && variant.policy.is_some())).collect()

@@ -1,6 +1,7 @@
 //! What the program is, what machine it runs on, and whether something else is running there.
 
 use crate::record::manifest::{MachineFacts, Program};
+use crate::wide::Simd;
 use std::fs;
 
 /// What this program was built from and how it was called.
@@ -42,6 +43,7 @@ pub fn machine() -> MachineFacts {
     let kernel = fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
     MachineFacts {
         cpu: field("/proc/cpuinfo", "model name"),
+        simd: Simd::in_use().name().to_owned(),
         cores: std::thread::available_parallelism().map_or(0, std::num::NonZero::get),
         memory_bytes: memory_kib.unwrap_or(0) * 1024,
         os: format!("{} {}", std::env::consts::OS, kernel.trim()).trim().to_owned(),

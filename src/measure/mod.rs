@@ -1,16 +1,19 @@
 //! Measuring: verdicts against the truth, operation counts, tightness, and times. The only module that reads a clock.
 //!
 //! Reading order: [`profile`] (how much), [`plan`] (what), [`judged`] (poses with their truth), [`accuracy`],
-//! [`counts`], [`shape`], then the timed part: [`timer`], [`chunk`], [`query`], [`build`]; [`environment`] says where;
-//! [`run`] puts a run's folder together and resumes it. [`audit`] and [`sweep`] are experiments of their own; [`peers`]
-//! compares whole engines, each in its own process.
+//! [`counts`], [`exits`], [`shape`], then the timed part: [`timer`], [`chunk`], [`query`], [`build`]; [`environment`] says where;
+//! [`run`] puts a run's folder together and resumes it. [`audit`], [`sweep`] and [`ablation`] are experiments of their own;
+//! [`peers`] compares whole engines, each in its own process.
 
+pub mod ablation;
 pub mod accuracy;
 pub mod audit;
 pub mod build;
 pub mod chunk;
 pub mod counts;
 pub mod environment;
+pub mod exits;
+mod folder;
 pub mod judged;
 pub mod peers;
 pub mod plan;

@@ -5,14 +5,15 @@
 //! run's CSV files. A run that was killed therefore goes on with the units it lacks, and what it had is as if it had
 //! never stopped.
 
+use super::folder::{self, UNITS, remove, write_unit};
 use super::judged::{self, JudgeError, JudgedPair};
 use super::plan::Plan;
-use super::{Progress, accuracy, build, chunk, counts, environment, query, shape};
+use super::{Progress, accuracy, build, chunk, counts, environment, exits, query, shape};
 use crate::geometry::cross_check::cross_check;
 use crate::record::manifest::{CrossCheckEntry, SCHEMA, Stage};
 use crate::record::{
-    BuildRow, Manifest, OutlineRow, QueryRow, RecordError, Row, TightnessRow, TimingRow, TreeRow, VerificationRow,
-    read_rows, write_rows, write_text,
+    BuildRow, ExitRow, Manifest, OutlineRow, QueryRow, RecordError, Row, TightnessRow, TimingRow, TreeRow,
+    VerificationRow, read_rows, write_rows, write_text,
 };
 use crate::scene::Scene;
 use crate::truth::TruthCache;
@@ -20,8 +21,27 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Folder of the unfinished units inside a run's folder.
-const UNITS: &str = "units";
+/// What a run leaves in its folder beside the manifest and the units.
+const FILES: [&str; 18] = [
+    QueryRow::FILE,
+    VerificationRow::FILE,
+    TreeRow::FILE,
+    TightnessRow::FILE,
+    ExitRow::FILE,
+    OutlineRow::FILE,
+    BuildRow::FILE,
+    TimingRow::FILE,
+    crate::record::SummaryRow::FILE,
+    crate::record::RatioRow::FILE,
+    crate::record::ClaimRow::FILE,
+    crate::record::CostRow::FILE,
+    crate::record::CostChunkRow::FILE,
+    crate::record::DeadlineRow::FILE,
+    crate::record::RepayRow::FILE,
+    "claims.toml",
+    "report.md",
+    "plots",
+];
 /// File of a timing unit: one complaint about noise per line.
 const NOISE_FILE: &str = "noise.txt";
 /// How many times more poses are generated than measured, so that every stratum fills its share.
@@ -106,22 +126,8 @@ impl Run {
     /// # Errors
     /// When the folder holds something else or cannot be written.
     pub fn open(plan: Plan, folder: &Path, fresh: bool) -> Result<Self, MeasureError> {
-        let new = new_manifest(&plan);
-        let mut run = Self { folder: folder.to_owned(), plan, manifest: new, cache: None };
-        if folder.join(Manifest::FILE).exists() {
-            match Manifest::read(folder).map(|old| (difference(&old, &run.manifest), old)) {
-                Ok((None, old)) => run.manifest = old,
-                _ if fresh => run.clear()?,
-                Ok((Some(difference), _)) => {
-                    return Err(MeasureError::AnotherRun { folder: folder.to_owned(), difference });
-                }
-                Err(error) => return Err(error.into()),
-            }
-        } else if fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) {
-            return Err(MeasureError::NotARun(folder.to_owned()));
-        }
-        run.manifest.write(folder)?;
-        Ok(run)
+        let manifest = folder::open(folder, new_manifest(&plan), fresh, &FILES)?;
+        Ok(Self { folder: folder.to_owned(), plan, manifest, cache: None })
     }
 
     /// The same run with a place where exact answers are kept.
@@ -233,9 +239,11 @@ impl Run {
             if !unit.exists() {
                 let (judged, chunks) = self.measured_poses(scene, progress)?;
                 let rows = counts::count_scene(&self.plan, scene, &judged, &chunks, progress);
+                let exits = exits::count_scene(&self.plan, scene, &judged, &chunks, progress);
                 let shapes = shape::describe_scene(&self.plan, scene, progress);
                 write_unit(&unit, |folder| {
                     write_rows(folder, &rows)?;
+                    write_rows(folder, &exits)?;
                     write_rows(folder, &shapes.trees)?;
                     write_rows(folder, &shapes.tightness)?;
                     write_rows(folder, &shapes.outlines)
@@ -254,6 +262,7 @@ impl Run {
             }
         }
         self.join::<QueryRow>(&self.count_units())?;
+        self.join::<ExitRow>(&self.count_units())?;
         self.join::<TreeRow>(&self.count_units())?;
         self.join::<TightnessRow>(&self.count_units())?;
         self.join::<OutlineRow>(&self.count_units())?;
@@ -350,31 +359,6 @@ impl Run {
         let launches = 0..self.plan.budget.launches;
         launches.flat_map(|launch| self.plan.scenes.iter().map(move |scene| self.time_unit(launch, scene))).collect()
     }
-
-    /// Removes what another run left in the folder: its records, units, plots and report, and nothing else.
-    fn clear(&self) -> Result<(), MeasureError> {
-        let files = [
-            Manifest::FILE,
-            QueryRow::FILE,
-            VerificationRow::FILE,
-            TreeRow::FILE,
-            TightnessRow::FILE,
-            OutlineRow::FILE,
-            BuildRow::FILE,
-            TimingRow::FILE,
-            crate::record::SummaryRow::FILE,
-            crate::record::RatioRow::FILE,
-            crate::record::ClaimRow::FILE,
-            crate::record::CostRow::FILE,
-            crate::record::CostChunkRow::FILE,
-            crate::record::DeadlineRow::FILE,
-            crate::record::RepayRow::FILE,
-            "report.md",
-            "plots",
-            UNITS,
-        ];
-        files.into_iter().try_for_each(|name| Ok(remove(&self.folder.join(name))?))
-    }
 }
 
 const fn stage_folder(stage: Stage) -> &'static str {
@@ -398,41 +382,5 @@ pub(super) fn new_manifest(plan: &Plan) -> Manifest {
         cross_check: None,
         finished: Vec::new(),
         noise: Vec::new(),
-    }
-}
-
-/// What keeps one run from being continued as the other; the command line, the load and such do not.
-pub(super) fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
-    let program = |manifest: &Manifest| {
-        let program = &manifest.program;
-        (program.version.clone(), program.git_revision.clone(), program.rustc.clone(), program.flags.clone())
-    };
-    let finished = old.finished.contains(&Stage::Measure);
-    match () {
-        () if old.schema != new.schema => Some("the schema"),
-        () if old.request != new.request => Some("the request"),
-        () if old.inputs != new.inputs => Some("an input file"),
-        () if old.variants != new.variants => Some("the list of variants"),
-        // A finished run is not continued but made again, so another build of the program may do it.
-        () if !finished && program(old) != program(new) => Some("the program"),
-        () => None,
-    }
-}
-
-/// Writes a unit's files into a folder beside its own and renames it when they are whole.
-pub(super) fn write_unit(unit: &Path, write: impl FnOnce(&Path) -> Result<(), RecordError>) -> Result<(), RecordError> {
-    let temporary = unit.with_extension("partial");
-    remove(&temporary)?;
-    fs::create_dir_all(&temporary).map_err(RecordError::io("create", &temporary))?;
-    write(&temporary)?;
-    fs::rename(&temporary, unit).map_err(RecordError::io("write", unit))
-}
-
-/// Removes a file or a folder with all that is in it; one that is not there is fine.
-pub(super) fn remove(path: &Path) -> Result<(), RecordError> {
-    let result = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
-    match result {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(RecordError::io("remove", path)(error)),
-        _ => Ok(()),
     }
 }

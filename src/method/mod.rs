@@ -1,30 +1,45 @@
 //! What the harness runs: a method prepared for a mesh, and asked about poses.
 //!
-//! A tree of any volume, the exhaustive control and the peers all answer through [`Model`]. The call through it is made
+//! A tree of any volume, the octree of samples, the exhaustive control and the peers all answer through [`Model`]. The call through it is made
 //! once per chunk of poses; inside, everything is monomorphic.
 
 pub mod brute;
+pub mod octree_obb;
 pub mod parry;
+pub mod space;
 pub mod volume_tree;
 pub mod wide_obb;
 
 use crate::geometry::Isometry;
+use crate::tree::Tree;
 use crate::tree::distance::Proximity;
 use crate::tree::levels::Drawn;
 use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
+use crate::volume::obb::{Fitted, Obb};
+use crate::wide::{Coherence, Memory};
 use std::any::Any;
 
 /// What kind of thing a variant is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// A tree of bounding volumes, built and traversed by bvbench.
+    /// A tree of bounding volumes, or space divided into cells, built and traversed by bvbench.
     Volume,
+    /// Samples of one mesh in an octree against the body around the other: a method of ours with a test of its own in its leaves.
+    Sampling,
     /// No volume at all: what the volumes are measured against.
     Control,
     /// Another library's whole system: its own tree, traversal and triangle test.
     Peer,
+}
+
+impl Kind {
+    /// Whether it is a method of ours, whose promise to be safe is held against the truth.
+    #[must_use]
+    pub const fn is_ours(self) -> bool {
+        matches!(self, Self::Volume | Self::Sampling)
+    }
 }
 
 /// A method prepared for one mesh.
@@ -43,6 +58,20 @@ pub trait Model: Any + Send + Sync {
         verdicts: &mut Vec<bool>,
     ) {
         let _ = witnesses;
+        self.first(other, a_from_b, verdicts);
+    }
+
+    /// The verdicts of [`Model::first`] at poses of a path, in order, with what `memory` keeps of those before, as far as `coherence`
+    /// allows. Methods that keep nothing answer afresh.
+    fn along(
+        &self,
+        other: &dyn Model,
+        a_from_b: &[Isometry],
+        coherence: Coherence,
+        memory: &mut Memory,
+        verdicts: &mut Vec<bool>,
+    ) {
+        let _ = (coherence, memory);
         self.first(other, a_from_b, verdicts);
     }
 
@@ -66,6 +95,11 @@ pub trait Model: Any + Send + Sync {
     fn drawn(&self, levels: u32) -> Vec<Drawn> {
         let _ = levels;
         Vec::new()
+    }
+
+    /// The tree as one of oriented boxes, for methods that have one whose volumes are boxes.
+    fn boxes(&self) -> Option<Tree<Obb<Fitted>>> {
+        None
     }
 
     /// Whether the tree, where there is one of ours, divides the triangles properly.

@@ -10,6 +10,7 @@ use crate::tree::traverse::{self, Counts, NoProbe, Scratch};
 use crate::tree::validate::TreeFault;
 use crate::tree::witness::{Places, reached};
 use crate::volume::BoundingVolume;
+use crate::volume::obb::{Fitted, Obb};
 
 impl<V: BoundingVolume> Model for Tree<V> {
     fn first(&self, other: &dyn Model, a_from_b: &[Isometry], verdicts: &mut Vec<bool>) {
@@ -65,6 +66,10 @@ impl<V: BoundingVolume> Model for Tree<V> {
 
     fn drawn(&self, levels: u32) -> Vec<Drawn> {
         self.drawn(levels)
+    }
+
+    fn boxes(&self) -> Option<Tree<Obb<Fitted>>> {
+        self.with_volumes(V::as_box)
     }
 
     fn check_structure(&self) -> Result<(), TreeFault> {

@@ -8,7 +8,7 @@ use crate::tree::traverse::{Counts, NoProbe};
 use crate::tree::validate::TreeFault;
 use crate::volume::Info;
 use crate::wide::traverse::{self, Scratch};
-use crate::wide::{Simd, WideTree, distance};
+use crate::wide::{Coherence, Memory, Simd, WideTree, distance};
 
 /// What the method is called.
 pub const INFO: Info = Info {
@@ -20,25 +20,38 @@ pub const INFO: Info = Info {
 
 impl Model for WideTree {
     fn first(&self, other: &dyn Model, a_from_b: &[Isometry], verdicts: &mut Vec<bool>) {
-        let (other, simd, mut scratch) = (same::<Self>(other), Simd::best(), Scratch::default());
+        let (other, simd, mut scratch) = (same::<Self>(other), Simd::in_use(), Scratch::default());
         verdicts
             .extend(a_from_b.iter().map(|pose| traverse::first(self, other, pose, simd, &mut scratch, &mut NoProbe)));
     }
 
+    fn along(
+        &self,
+        other: &dyn Model,
+        a_from_b: &[Isometry],
+        coherence: Coherence,
+        memory: &mut Memory,
+        verdicts: &mut Vec<bool>,
+    ) {
+        let (other, simd) = (same::<Self>(other), Simd::in_use());
+        verdicts.extend(a_from_b.iter().map(|pose| memory.first(self, other, pose, simd, coherence, &mut NoProbe)));
+    }
+
     fn first_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (bool, Counts) {
         let mut counts = Counts::default();
-        let verdict = traverse::first(self, same(other), a_from_b, Simd::best(), &mut Scratch::default(), &mut counts);
+        let verdict =
+            traverse::first(self, same(other), a_from_b, Simd::in_use(), &mut Scratch::default(), &mut counts);
         (verdict, counts)
     }
 
     fn all_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (Vec<(u32, u32)>, Counts) {
         let mut counts = Counts::default();
-        let contacts = traverse::all(self, same(other), a_from_b, Simd::best(), &mut Scratch::default(), &mut counts);
+        let contacts = traverse::all(self, same(other), a_from_b, Simd::in_use(), &mut Scratch::default(), &mut counts);
         (contacts, counts)
     }
 
     fn distance_mm(&self, other: &dyn Model, a_from_b: &Isometry, below_mm: f64, proximity: &mut Proximity) -> f64 {
-        distance::distance_mm(self, same(other), a_from_b, below_mm, proximity)
+        distance::distance_mm(self, same(other), a_from_b, Simd::in_use(), below_mm, proximity)
     }
 
     fn bytes(&self) -> usize {

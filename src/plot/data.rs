@@ -7,8 +7,8 @@ use crate::analysis::ratios::Cases;
 use crate::record::manifest::VariantEntry;
 use crate::record::rows::CaseKey;
 use crate::record::{
-    BuildRow, CostChunkRow, Kind, Manifest, NULL_VARIANT, OutlineRow, RatioRow, Row, SummaryRow, TightnessRow,
-    VerificationRow, read_rows,
+    BuildRow, CostChunkRow, Kind, Manifest, NULL_VARIANT, OutlineRow, PeerRatioRow, RatioRow, Row, SummaryRow,
+    TightnessRow, VerificationRow, read_rows,
 };
 use std::path::Path;
 
@@ -55,6 +55,8 @@ pub struct Data {
     pub builds: Vec<BuildRow>,
     /// `cost_chunks.csv`.
     pub cost_chunks: Vec<CostChunkRow>,
+    /// `peer-ratios.csv`.
+    pub peer_ratios: Vec<PeerRatioRow>,
 }
 
 impl Data {
@@ -78,6 +80,7 @@ impl Data {
             outlines: optional(folder)?,
             builds: optional(folder)?,
             cost_chunks: optional(folder)?,
+            peer_ratios: optional(folder)?,
         })
     }
 
@@ -107,9 +110,9 @@ pub fn entries(manifest: &Manifest) -> Vec<Entry> {
     let variants = manifest.variants.iter().filter(|v| v.id != NULL_VARIANT).enumerate();
     let entry = |(i, v): (usize, &VariantEntry)| Entry {
         id: v.id.clone(),
-        label: if v.safe || v.kind != Kind::Volume { v.label.clone() } else { format!("{} (unsafe)", v.label) },
+        label: if v.safe || !v.kind.is_ours() { v.label.clone() } else { format!("{} (unsafe)", v.label) },
         look: Look::nth(i),
-        safe: v.safe || v.kind != Kind::Volume,
+        safe: v.safe || !v.kind.is_ours(),
         kind: v.kind,
     };
     variants.map(entry).collect()

@@ -1,4 +1,4 @@
-//! Time ratios of all cases against the plain box, with intervals: a forest plot.
+//! Time ratios with intervals, a forest plot: of all cases against the plain box, and of whole engines against a reference.
 
 use super::Sketch;
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX, text};
@@ -39,8 +39,11 @@ struct Line {
 /// The plot.
 #[derive(Clone, Debug)]
 pub struct Forest {
-    scenes: Vec<String>,
+    /// Titles of the panels.
+    panels: Vec<String>,
     lines: Vec<Line>,
+    /// Ratios beyond this are written at the edge.
+    most: f64,
 }
 
 pub(super) fn sketch(data: &Data) -> Sketch<Forest> {
@@ -80,16 +83,51 @@ impl Forest {
                 }
             }
         }
+        if lines.is_empty() {
+            return Err("ratios.csv holds no time ratios; run the analysis first");
+        }
+        Ok(Self::sorted(data.scenes.clone(), lines, RATIO_MAX))
+    }
+
+    /// The fastest first.
+    fn sorted(panels: Vec<String>, mut lines: Vec<Line>, most: f64) -> Self {
         let mean = |line: &Line| {
             let logs: Vec<f64> = line.bars.iter().flatten().map(|bar| bar.ratio.ln()).collect();
             logs.iter().sum::<f64>() / logs.len() as f64
         };
         lines.sort_by(|a, b| mean(a).total_cmp(&mean(b)).then_with(|| a.label.cmp(&b.label)));
-        if lines.is_empty() {
-            return Err("ratios.csv holds no time ratios; run the analysis first");
-        }
-        Ok(Self { scenes: data.scenes.clone(), lines })
+        Self { panels, lines, most }
     }
+}
+
+/// Whole engines against the one they were held against, a panel per scene and mode; `None` where the run has none.
+pub(super) fn engines(data: &Data) -> Option<Sketch<Forest>> {
+    let reference = &data.peer_ratios.first()?.reference;
+    let (mut panels, mut lines): (Vec<String>, Vec<Line>) = (Vec::new(), Vec::new());
+    for row in data.peer_ratios.iter().filter(|row| row.stratum == ALL) {
+        let panel = format!("{}, {}", row.scene, row.mode);
+        let p = panels.iter().position(|known| *known == panel).unwrap_or_else(|| {
+            panels.push(panel);
+            panels.len() - 1
+        });
+        let l = lines.iter().position(|line| line.label == row.engine).unwrap_or_else(|| {
+            lines.push(Line { label: row.engine.clone(), look: Look::nth(lines.len()), bars: Vec::new() });
+            lines.len() - 1
+        });
+        let bars = &mut lines[l].bars;
+        bars.resize(panels.len(), None);
+        // The rows say how many times faster; the figure, like the other one, how much of the time is left.
+        bars[p] = Some(Bar { ratio: 1.0 / row.ratio, low: 1.0 / row.high, high: 1.0 / row.low });
+    }
+    lines.iter_mut().for_each(|line| line.bars.resize(panels.len(), None));
+    Some(Sketch {
+        name: "engines",
+        title: "Whole engines: query time against a reference".to_owned(),
+        caption: format!(
+            "Mean time of a query over that of {reference} (in modes it does not know, over the reference that peer-ratios.csv names), on              the same poses, in turn on one thread; left of 1 is faster. Whiskers are 95 % bootstrap intervals over chunks of poses.              Missed and false contacts stand in the report's table."
+        ),
+        drawing: Ok(Forest::sorted(panels, lines, f64::INFINITY)),
+    })
 }
 
 fn describe(data: &Data, variant: &str, policy: &str) -> (String, Look) {
@@ -105,7 +143,7 @@ fn describe(data: &Data, variant: &str, policy: &str) -> (String, Look) {
 impl Drawing for Forest {
     fn size(&self) -> (u32, u32) {
         let height = HEADER_PX + FOOTER_PX + self.lines.len() as u32 * LINE_PX as u32;
-        (LABELS_PX + self.scenes.len() as u32 * PANEL_PX_WIDE, height)
+        (LABELS_PX + self.panels.len() as u32 * PANEL_PX_WIDE, height)
     }
 
     fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
@@ -115,9 +153,9 @@ impl Drawing for Forest {
             line.look.mark(&names, (22, middle(i) - TEXT_LIFT_PX))?;
             label(&names, &line.label, TEXT_PX, (42, middle(i)), HPos::Left)?;
         }
-        let bars = self.lines.iter().flat_map(|line| line.bars.iter().flatten()).filter(|bar| bar.ratio <= RATIO_MAX);
+        let bars = self.lines.iter().flat_map(|line| line.bars.iter().flatten()).filter(|bar| bar.ratio <= self.most);
         let (low, high) = Scale::Log.range(bars.flat_map(|bar| [bar.low, bar.high, 0.9, 1.1]));
-        for (s, panel) in panels.split_evenly((1, self.scenes.len())).iter().enumerate() {
+        for (s, panel) in panels.split_evenly((1, self.panels.len())).iter().enumerate() {
             self.panel(panel, s, (low, high), &middle)?;
         }
         Ok(())
@@ -132,7 +170,7 @@ impl Forest {
         (low, high): (f64, f64),
         middle: &impl Fn(usize) -> i32,
     ) -> DrawResult<DB> {
-        label(area, &self.scenes[scene], PANEL_PX, (PANEL_PX_WIDE as i32 / 2, 22), HPos::Center)?;
+        label(area, &self.panels[scene], PANEL_PX, (PANEL_PX_WIDE as i32 / 2, 22), HPos::Center)?;
         let height = self.lines.len() as i32 * LINE_PX;
         let mut chart = ChartBuilder::on(area)
             .margin_left(14)
@@ -164,7 +202,7 @@ impl Forest {
         for (i, line) in self.lines.iter().enumerate() {
             let Some(bar) = line.bars[scene] else { continue };
             let (stroke, y) = (line.look.colour.stroke_width(2), middle(i));
-            if bar.ratio > RATIO_MAX {
+            if bar.ratio > self.most {
                 let edge = x(Scale::Log.value(high));
                 line.look.mark(area, (edge - 10, y))?;
                 label(area, &format!("{:.0}×, off scale", bar.ratio), TEXT_PX, (edge - 26, y), HPos::Right)?;

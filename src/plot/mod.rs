@@ -3,6 +3,7 @@
 //! Every variant that has data in the records appears, whatever its name; colours and markers follow the manifest's order,
 //! so that a variant looks the same in all figures.
 
+pub mod ablation;
 pub mod audit;
 pub mod audit_axes;
 pub mod audit_containment;
@@ -22,6 +23,7 @@ pub mod sweep;
 pub mod ticks;
 pub mod tightness;
 
+pub use ablation::draw_ablation;
 pub use audit::draw_audit;
 pub use sweep::draw_sweep;
 
@@ -119,6 +121,9 @@ pub fn draw_all(folder: &Path) -> Result<Gallery, PlotError> {
     add(folder, &mut gallery, operations::sketch(&data))?;
     add(folder, &mut gallery, build_time::sketch(&data))?;
     add(folder, &mut gallery, cost_model::sketch(&data))?;
+    if let Some(engines) = forest::engines(&data) {
+        add(folder, &mut gallery, engines)?;
+    }
     write_index(&folder.join(FOLDER), &gallery)?;
     Ok(gallery)
 }

@@ -3,6 +3,7 @@
 use super::*;
 use crate::analysis::{analyze, claims::ClaimSet};
 use crate::record::synthetic::{PLANTED, Plan, Run};
+use crate::record::{PeerRatioRow, write_rows};
 use std::fs;
 use tempfile::TempDir;
 
@@ -83,4 +84,37 @@ fn missing_records_skip_figures_and_say_why() {
     assert!(gallery.skipped.iter().all(|skipped| skipped.reason.contains(".csv")));
     fs::write(folder.path().join("ratios.csv"), "scene\n1\n").unwrap();
     assert!(draw_all(folder.path()).unwrap_err().to_string().contains("ratios.csv"));
+}
+
+#[test]
+fn engines_are_drawn_where_a_run_has_them() {
+    let folder = TempDir::new().unwrap();
+    Run::generate(&Plan::default()).manifest.write(folder.path()).unwrap();
+    let row = |engine: &str, scene: &str, stratum: &str, ratio: f64| PeerRatioRow {
+        engine: engine.into(),
+        reference: "steady".into(),
+        scene: scene.into(),
+        stratum: stratum.into(),
+        mode: "first".into(),
+        ratio,
+        low: 0.9 * ratio,
+        high: 1.1 * ratio,
+        p99_ratio: ratio,
+    };
+    let rows = [
+        row("steady", "mill", "all", 1.0),
+        row("swift", "mill", "all", 20.0),
+        row("only-far", "mill", "far", 3.0),
+        row("steady", "lathe", "all", 1.0),
+        row("late", "lathe", "all", 0.01),
+    ];
+    write_rows(folder.path(), &rows).unwrap();
+    let gallery = draw_all(folder.path()).unwrap();
+    let [figure] = gallery.figures.as_slice() else { panic!("{gallery:?}") };
+    assert!(figure.caption.contains("steady"));
+    let words = words(&fs::read_to_string(folder.path().join(&figure.svg)).unwrap());
+    for drawn in ["swift", "late", "mill, first", "lathe, first"] {
+        assert!(words.contains(drawn), "{drawn}: {words}");
+    }
+    assert!(!words.contains("only-far") && !words.contains("off scale"), "{words}");
 }

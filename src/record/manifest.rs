@@ -143,6 +143,9 @@ pub struct Program {
 pub struct MachineFacts {
     /// CPU model.
     pub cpu: String,
+    /// Instruction set that wide variants used: `avx512`, `avx2` or `portable`; empty in older manifests.
+    #[serde(default)]
+    pub simd: String,
     /// Logical cores.
     pub cores: usize,
     /// Memory, bytes.

@@ -4,6 +4,7 @@
 //! Tidy: one row per observation, units in column names, times as integer nanoseconds. Derived values are never stored
 //! beside what they derive from.
 
+pub mod ablation;
 pub mod audit;
 pub mod cost;
 pub mod file;
@@ -11,12 +12,14 @@ pub mod manifest;
 pub mod peers;
 pub mod rows;
 pub mod sweep;
+pub mod table;
 pub mod vocabulary;
 
 #[cfg(test)]
 pub(crate) mod synthetic;
 
 pub use crate::method::Kind;
+pub use ablation::{AblationKindRow, AblationRow, AblationTimeRow};
 pub use audit::{
     AuditAxisRow, AuditBuildRow, AuditCellRow, AuditEffectRow, AuditRow, AuditShareRow, AuditTimingRow, AuditTreeRow,
 };
@@ -25,8 +28,9 @@ pub use file::{RecordError, for_each_row, read_rows, write_bytes, write_rows, wr
 pub use manifest::Manifest;
 pub use peers::{PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow};
 pub use rows::{
-    BuildRow, ClaimRow, OutlineRow, QueryRow, RatioRow, Row, SummaryRow, TightnessRow, TimingRow, TreeRow,
+    BuildRow, ClaimRow, ExitRow, OutlineRow, QueryRow, RatioRow, Row, SummaryRow, TightnessRow, TimingRow, TreeRow,
     VerificationRow,
 };
 pub use sweep::{SweepRow, SweepSummaryRow, SweepTimingRow};
+pub use table::Table;
 pub use vocabulary::{Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, Stratum};

@@ -32,6 +32,8 @@ pub struct PeerBuildRow {
     pub ns: u64,
     /// Memory held by both, bytes, by the engine's own account; 0 when it gives none.
     pub bytes: u64,
+    /// Triangles of both.
+    pub triangles: u64,
 }
 
 /// One pass of an engine over a chunk. Noisy.
@@ -82,6 +84,8 @@ pub struct PeerAnswerRow {
     pub touching: u8,
     /// What the engine says in modes `all` (touching pairs of triangles) and `distance` (mm).
     pub value: Option<f64>,
+    /// What is true in these modes.
+    pub true_value: Option<f64>,
     /// Median over the rounds of the time for this pose alone, one reading of the clock included, ns.
     pub ns: u64,
 }
@@ -111,8 +115,13 @@ pub struct PeerRow {
     pub build_ns: u64,
     /// Memory held for all pairs of the scene, bytes; 0 when unknown.
     pub bytes: u64,
+    /// Triangles of the parts that `build_ns` and `bytes` are about.
+    pub triangles: u64,
     /// Mode.
     pub mode: String,
+    /// In mode `distance` the largest error of a distance, mm; in mode `all` the largest error of a number of touching pairs;
+    /// empty in the other modes. Grazing poses are left out.
+    pub largest_error: Option<f64>,
 }
 
 /// How many times faster an engine is than the one it is held against. Derived.

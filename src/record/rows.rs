@@ -22,6 +22,7 @@ row_file! {
     VerificationRow => "verification.csv",
     TreeRow => "trees.csv",
     TightnessRow => "tightness.csv",
+    ExitRow => "exits.csv",
     OutlineRow => "outlines.csv",
     BuildRow => "builds.csv",
     TimingRow => "timings.csv",
@@ -79,6 +80,31 @@ pub struct QueryRow {
     pub stratum: Stratum,
     /// 1 when the surfaces do not touch but one solid lies inside the other.
     pub contained: u8,
+}
+
+/// How many volume tests of one case end with one axis of the separating-axis test, over all counted queries of one stratum;
+/// for variants whose volumes are boxes. Deterministic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExitRow {
+    /// Scene name.
+    pub scene: String,
+    /// Stratum of the poses.
+    pub stratum: Stratum,
+    /// Variant id.
+    pub variant: String,
+    /// Split rule.
+    pub split: String,
+    /// Split axes.
+    pub axes: String,
+    /// Leaf size.
+    pub leaf: u8,
+    /// The axis that separates, in the order of the test: 1 to 3 the first box's normals, 4 to 6 the second's, 7 to 15 products
+    /// of edges; 0 when none does. A variant that tries fewer axes is told as if it tried all.
+    pub axis: u8,
+    /// Volume tests that end with it.
+    pub tests: u64,
+    /// Arithmetic operations of one such test, both boxes given in one frame.
+    pub operations: u64,
 }
 
 /// Verdicts of one variant over all poses of one band, counted. Deterministic.
@@ -390,7 +416,18 @@ macro_rules! case_key {
     })* };
 }
 
-case_key!(QueryRow, VerificationRow, TreeRow, TightnessRow, BuildRow, TimingRow, SummaryRow, SweepRow, SweepTimingRow);
+case_key!(
+    QueryRow,
+    ExitRow,
+    VerificationRow,
+    TreeRow,
+    TightnessRow,
+    BuildRow,
+    TimingRow,
+    SummaryRow,
+    SweepRow,
+    SweepTimingRow
+);
 
 impl CaseKey {
     /// `split/axes/leaf`.

@@ -20,6 +20,7 @@ pub(super) fn render(contents: &Contents) -> String {
         figures(contents),
         details(contents),
         times(contents),
+        super::peers::section(&contents.peers, &contents.peer_ratios),
         provenance(contents),
         limitations(),
     ]
@@ -110,7 +111,7 @@ fn what_was_run(contents: &Contents) -> String {
     }
     format!(
         "## What was run\n\n{}Per scene {} posed pairs were verified against exact truth and {} poses were timed, in {} blocks of \
-         random order, {} process launch(es), seed {}. Machine: {}, {} logical cores, {:.1} GiB, {}{}.\n\n\
+         random order, {} process launch(es), seed {}. Machine: {}, {} logical cores, {}{:.1} GiB, {}{}.\n\n\
          The command was\n\n    {}\n\nand the same steps one by one, where DIR is this folder:\n\n    \
          cargo run --release -- verify --profile {p} --seed {s} --out DIR\n    \
          cargo run --release -- measure --profile {p} --seed {s} --out DIR\n    \
@@ -124,6 +125,7 @@ fn what_was_run(contents: &Contents) -> String {
         request.seed,
         machine.cpu,
         machine.cores,
+        if machine.simd.is_empty() { String::new() } else { format!("wide trees on {}, ", machine.simd) },
         machine.memory_bytes as f64 / f64::from(1 << 30),
         machine.os,
         machine.load.map_or_else(String::new, |load| format!(", load {load:.2} at the start")),
@@ -174,8 +176,8 @@ fn ranking(contents: &Contents) -> String {
          mean over the scenes, all strata weighted equally, with the 95 % interval in each scene. The order holds for these \
          scenes, this machine and these trees; neighbours whose intervals overlap are not told apart. Unsafe volumes are left \
          out whatever their speed, because a method can look fast by missing collisions.\n\n{}\
-         Not volumes, and so not ranked: controls, and other libraries' whole systems with trees and triangle tests of their \
-         own.\n\n{}",
+         Not volumes, and so not ranked: controls, methods by samples, and other libraries' whole systems with trees and triangle \
+         tests of their own.\n\n{}",
         contents.label(baseline),
         volumes.finish(),
         others.finish()
@@ -338,16 +340,20 @@ fn provenance(contents: &Contents) -> String {
     )
 }
 
+/// What the results do not say.
+pub(super) const LIMITATIONS: [&str; 5] = [
+    "This is a conceptual replication. The paper's computer and control, its meshes and its NC programs are not available; the \
+     scenes are our own machines built after its description. Its absolute times cannot be compared with any here.",
+    "The paper leaves open how its plain box is centred and how its trees are split. The readings cover what its text can mean; \
+     none of them is certain to be what was programmed.",
+    "Intervals describe the poses of these scenes, resampled. They say nothing about other machines, tools or meshes.",
+    "Times belong to one computer, one compiler and one implementation of each method, all by the same authors. Operation counts \
+     and misses do not depend on the computer.",
+    "The sentences are paraphrased from Chinese, and the thresholds for words such as \"considerable\" are ours; both were fixed \
+     before the run and stand in claims.toml beside this report.",
+];
+
 fn limitations() -> String {
-    "## Limitations\n\n\
-     - This is a conceptual replication. The paper's computer and control, its meshes and its NC programs are not available; the \
-       scenes are our own machines built after its description. Its absolute times cannot be compared with any here.\n\
-     - The paper leaves open how its plain box is centred and how its trees are split. The readings cover what its text can mean; \
-       none of them is certain to be what was programmed.\n\
-     - Intervals describe the poses of these scenes, resampled. They say nothing about other machines, tools or meshes.\n\
-     - Times belong to one computer, one compiler and one implementation of each method, all by the same authors. Operation counts \
-       and misses do not depend on the computer.\n\
-     - The sentences are paraphrased from Chinese, and the thresholds for words such as \"considerable\" are ours; both were fixed \
-       before the run and stand in `claims.toml` beside this report.\n"
-        .to_owned()
+    let lines = LIMITATIONS.map(|limit| format!("- {}\n", limit.replace("claims.toml", "`claims.toml`")));
+    format!("## Limitations\n\n{}", lines.concat())
 }

@@ -1,21 +1,28 @@
 //! The report of a run, written for the reader of the paper: what was asked, what was found, how to make it again.
 //!
-//! Everything comes from the run's folder, so a report of an old run can be written again. Markdown is one rendering of
-//! [`Contents`]; another one has all it needs there.
+//! Everything comes from the run's folder, so a report of an old run can be written again. [`Contents`] is rendered
+//! as Markdown (`report.md`) and as one page that opens from disk (`report.html`).
 
 mod audit;
 mod markdown;
+mod page;
+mod peers;
 mod tables;
 mod terminal;
 
 pub use audit::{AUDIT_FILE, write_audit};
+pub use page::{Inset, PAGE_FILE, write_page};
 pub use terminal::{TerminalRow, terminal_rows};
 
 use crate::analysis::claims::{self, ClaimSet, ClaimsError};
 use crate::analysis::misses::Misses;
 use crate::analysis::{Ranked, noise, ranking};
 use crate::plot::{Gallery, PlotError, read_gallery};
-use crate::record::{ClaimRow, Manifest, RatioRow, RecordError, SummaryRow, VerificationRow, read_rows, write_text};
+use crate::record::rows::Row;
+use crate::record::{
+    ClaimRow, Manifest, PeerRatioRow, PeerRow, RatioRow, RecordError, SummaryRow, VerificationRow, read_rows,
+    write_text,
+};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -57,6 +64,10 @@ pub struct Contents {
     pub noise: Vec<String>,
     /// Safe volumes by speed.
     pub ranking: Vec<Ranked>,
+    /// Whole engines side by side; empty when the folder holds no such comparison.
+    pub peers: Vec<PeerRow>,
+    /// How they compare.
+    pub peer_ratios: Vec<PeerRatioRow>,
 }
 
 impl Contents {
@@ -70,6 +81,8 @@ impl Contents {
         let ratios: Vec<RatioRow> = read_rows(folder)?;
         Ok(Self {
             verdicts: read_rows(folder)?,
+            peers: read_if_there(folder)?,
+            peer_ratios: read_if_there(folder)?,
             summary: read_rows(folder)?,
             misses: Misses::of_rows(&read_rows::<VerificationRow>(folder)?),
             gallery: read_gallery(folder)?,
@@ -86,6 +99,11 @@ impl Contents {
     pub fn label<'a>(&'a self, id: &'a str) -> &'a str {
         self.manifest.variants.iter().find(|entry| entry.id == id).map_or(id, |entry| &entry.label)
     }
+}
+
+/// The rows of a file that a run need not have.
+fn read_if_there<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
+    if folder.join(R::FILE).exists() { read_rows(folder) } else { Ok(Vec::new()) }
 }
 
 /// Writes `report.md` of the run in `folder` and returns its path.

@@ -28,13 +28,13 @@ pub struct TerminalRow {
     pub note: String,
 }
 
-/// The verdicts that stand for a claim: over all strata, or of the one kind of pose it is about. Claims that are not judged
-/// are left out; the report names them with the reason.
+/// The verdicts that stand for a claim: over all strata, or of the one kind of pose it is about. Claims that are not judged,
+/// and readings whose variants the run does not have, are left out; the report names them with the reason.
 #[must_use]
 pub fn terminal_rows(verdicts: &[ClaimRow], claims: &ClaimSet) -> Vec<TerminalRow> {
     verdicts
         .iter()
-        .filter(|row| stands_for_claim(row, verdicts) && row.reading != "-")
+        .filter(|row| stands_for_claim(row, verdicts) && row.scene != "-")
         .map(|row| of(row, claims))
         .collect()
 }

@@ -21,6 +21,7 @@ pub use recording::Recording;
 
 use crate::gcode::{Position, RapidPath};
 use crate::geometry::import::ImportReport;
+use crate::geometry::shapes::Shape;
 use crate::geometry::{Isometry, Mesh, Vector};
 use crate::machine::{Machine, Poses};
 use folder::Folder;
@@ -40,6 +41,8 @@ pub struct Part {
     pub link: Option<usize>,
     /// The part's frame in its link's, mm.
     pub link_from_part: Isometry,
+    /// The parametric shape that the mesh was made from, where it was.
+    pub shape: Option<Arc<Shape>>,
     /// What it is to the work.
     pub role: Role,
     /// The tool that it belongs to: it is there only while that tool is in the spindle. `None` is always there.
@@ -175,6 +178,8 @@ pub struct Scene {
     pub ignored: Vec<Pair>,
     /// Pairs that may touch: never a collision.
     pub allowed: Vec<Pair>,
+    /// How deep the cutter may go into the workpiece, which is then the finished part, mm; `None` where it is uncut.
+    pub gouge_mm: Option<f64>,
     /// How fast the machine's rapid moves are.
     pub rates: Rates,
     /// Collisions that the program is known to have.

@@ -85,6 +85,17 @@ impl<V> Tree<V> {
         &self.triangles[node.range()]
     }
 
+    /// The same tree with other volumes, `None` when one of them cannot be had.
+    #[must_use]
+    pub fn with_volumes<W>(&self, volume: impl Fn(&V) -> Option<W>) -> Option<Tree<W>> {
+        let node = |node: &Node<V>| {
+            let Node { size, children, first, count, .. } = *node;
+            Some(Node { volume: volume(&node.volume)?, size, children, first, count })
+        };
+        let nodes = self.nodes.iter().map(node).collect::<Option<_>>()?;
+        Some(Tree { nodes, triangles: self.triangles.clone(), faces: self.faces.clone() })
+    }
+
     /// Memory the tree holds, bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {

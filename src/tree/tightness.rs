@@ -20,7 +20,8 @@ pub struct TreeReport {
     pub depth_max: u32,
     /// Mean depth of a leaf, weighted by its triangles.
     pub depth_mean: f64,
-    /// Mean of smaller / larger child count over inner nodes, weighted by the node's count; 1 is balanced.
+    /// Mean of smaller / larger child count over inner nodes, weighted by the node's count; 1 is balanced, NaN where
+    /// nodes do not have two children.
     pub child_ratio: f64,
     /// Sum over nodes of surface area / root surface area.
     pub sah_cost: f64,
@@ -31,6 +32,25 @@ pub struct TreeReport {
     pub levels: Vec<LevelReport>,
     /// The root volume, for drawing; mm, mesh frame.
     pub root_outline: Vec<Segment>,
+}
+
+impl TreeReport {
+    /// The report of a structure whose inner nodes do not have two children and whose nodes are not fitted to their contents:
+    /// no balance, no levels, nothing to draw.
+    #[must_use]
+    pub const fn not_binary() -> Self {
+        Self {
+            nodes: 0,
+            leaves: 0,
+            depth_max: 0,
+            depth_mean: 0.0,
+            child_ratio: f64::NAN,
+            sah_cost: f64::NAN,
+            drift_mm: f64::NAN,
+            levels: Vec::new(),
+            root_outline: Vec::new(),
+        }
+    }
 }
 
 /// Sums over the nodes of one level.

@@ -4,6 +4,7 @@
 //! of a mesh share its axes, the rotation between two boxes, and its absolute values, are constants of the pose. The
 //! variant of this file tries all fifteen separating axes.
 
+use super::obb::{Fitted, Obb};
 use super::separating_axes::{box_contains, gap_mm, pad_mm, separated, widened_abs};
 use super::{BoundingVolume, Info, Segment, box_outline, coordinate_axes_by_extent};
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
@@ -115,6 +116,10 @@ impl<R: AabbRule> BoundingVolume for AlignedBox<R> {
 
     fn outline(&self) -> Vec<Segment> {
         box_outline(&self.centre, &Matrix3::identity(), &self.half)
+    }
+
+    fn as_box(&self) -> Option<Obb<Fitted>> {
+        Some(Obb { axes: Matrix3::identity(), centre: self.centre, half: self.half, rule: PhantomData })
     }
 }
 

@@ -112,6 +112,12 @@ pub trait BoundingVolume: Clone + Debug + Send + Sync + 'static {
 
     /// Line segments that show the volume in a drawing (mm, mesh frame).
     fn outline(&self) -> Vec<Segment>;
+
+    /// The volume as an oriented box, for volumes that are boxes: how far the separating-axis test gets with them is counted
+    /// then ([`obb::exit`]).
+    fn as_box(&self) -> Option<obb::Obb<obb::Fitted>> {
+        None
+    }
 }
 
 /// The coordinate axes ordered by decreasing `extents`; equal extents keep the order x, y, z.

@@ -25,6 +25,10 @@ use super::lanes::{Lanes, three};
 use super::node::{Node, WIDTH};
 use super::pose::{PER_DISTANCE, PER_HALF, Seen, U};
 
+/// What a bound of the distance is multiplied by: the difference with the slack, square, two sums, root and this product are each rounded once,
+/// together less than 5·2⁻²⁴. Wrong axes are in the slack already.
+const LOWERED: f32 = 1.0 - 8.0 * U;
+
 /// One box against the children of one node.
 #[derive(Clone, Copy)]
 pub(super) struct Visit<'a> {
@@ -64,6 +68,19 @@ pub(super) fn visit<L: Lanes>(visits: &[Visit], found: &mut [Found; 2]) {
     }
 }
 
+/// For one or two visits, how far each child is at least from the one box, mm; 0 where they may touch.
+#[inline(always)]
+pub(super) fn distances<L: Lanes>(visits: &[Visit], least: &mut [[f32; WIDTH]; 2]) {
+    let mut first = 0;
+    while first < visits.len() {
+        let mut bound = [[0.0; WIDTH]; 2];
+        least_distances::<L>(|i| &visits[(first + i).min(visits.len() - 1)], &mut bound);
+        let last = (first + L::VISITS).min(visits.len());
+        least[first..last].copy_from_slice(&bound[..last - first]);
+        first += L::VISITS;
+    }
+}
+
 /// The axes of the children: their coordinates in the node's frame. The same operations as [`super::turn::decode`].
 #[inline(always)]
 fn axes<L: Lanes>(turn: [L; 3]) -> [[L; 3]; 3] {
@@ -82,23 +99,51 @@ fn dot<L: Lanes>(a: &[L; 3], b: &[L; 3]) -> L {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// The one box and the children in lanes: half-lengths `a` and `b`, the axes' products and their absolute values, and the way between the
+/// centres along the one box's axes and along the children's.
+struct Relation<L> {
+    a: [L; 3],
+    b: [L; 3],
+    r: [[L; 3]; 3],
+    q: [[L; 3]; 3],
+    along_a: [L; 3],
+    along_b: [L; 3],
+}
+
+impl<L: Lanes> Relation<L> {
+    #[inline(always)]
+    fn new<'a>(visit: &impl Fn(usize) -> &'a Visit<'a>) -> Self {
+        let v = axes::<L>(three!(k => L::load(|i| &visit(i).node.turn[k])));
+        let b = three!(k => L::load(|i| &visit(i).node.half[k]));
+        let a = three!(k => L::splat(|i| visit(i).one.half[k]));
+        let u = three!(n => three!(k => L::splat(|i| visit(i).one.axes[n][k])));
+        let d = three!(k => L::load(|i| &visit(i).node.centre[k]) - L::splat(|i| visit(i).one.centre[k]));
+        let r = three!(i => three!(j => dot(&u[i], &v[j])));
+        let q = three!(i => three!(j => r[i][j].abs()));
+        Self { a, b, r, q, along_a: three!(i => dot(&u[i], &d)), along_b: three!(j => dot(&v[j], &d)) }
+    }
+
+    /// The gap along the one box's axis `i`.
+    #[inline(always)]
+    fn gap_a(&self, i: usize) -> L {
+        self.along_a[i].abs() - (self.a[i] + dot(&self.b, &self.q[i]))
+    }
+
+    /// The gap along the children's axis `j`.
+    #[inline(always)]
+    fn gap_b(&self, j: usize) -> L {
+        self.along_b[j].abs() - (self.b[j] + dot(&self.a, &[self.q[0][j], self.q[1][j], self.q[2][j]]))
+    }
+}
+
 /// The gaps of as many visits as fit a register; a bit for each child that is not apart.
 #[inline(always)]
 fn gaps<'a, L: Lanes>(visit: impl Fn(usize) -> &'a Visit<'a>, gap: &mut [[f32; WIDTH]; 2]) -> u32 {
-    let v = axes::<L>(three!(k => L::load(|i| &visit(i).node.turn[k])));
-    let b = three!(k => L::load(|i| &visit(i).node.half[k]));
-    let a = three!(k => L::splat(|i| visit(i).one.half[k]));
-    let u = three!(n => three!(k => L::splat(|i| visit(i).one.axes[n][k])));
-    let d = three!(k => L::load(|i| &visit(i).node.centre[k]) - L::splat(|i| visit(i).one.centre[k]));
-    let t = three!(i => dot(&u[i], &d));
-    let r = three!(i => three!(j => dot(&u[i], &v[j])));
-    let q = three!(i => three!(j => r[i][j].abs()));
+    let relation = Relation::<L>::new(&visit);
     // Three running maxima, so that each axis need not wait for the one before.
-    let mut most = three!(i => t[i].abs() - (a[i] + dot(&b, &q[i])));
-    for j in 0..3 {
-        let reach = b[j] + dot(&a, &[q[0][j], q[1][j], q[2][j]]);
-        most[j] = most[j].max(dot(&v[j], &d).abs() - reach);
-    }
+    let mut most = three!(i => relation.gap_a(i));
+    most = three!(j => most[j].max(relation.gap_b(j)));
+    let Relation { a, b, r, q, along_a: t, .. } = &relation;
     for i in 0..3 {
         let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
         for j in 0..3 {
@@ -112,6 +157,20 @@ fn gaps<'a, L: Lanes>(visit: impl Fn(usize) -> &'a Visit<'a>, gap: &mut [[f32; W
     most.store(gap);
     // A gap that is not a number parts nothing.
     !most.exceeds(L::splat(|i| visit(i).node.slack + visit(i).one.slack))
+}
+
+/// Lower bounds of the distance of each child from the one box. A box lies on the far side of a slab of each of the other's three axes, which
+/// are square to one another, so that the three gaps make a right angle: the bound is the root of the sum of their squares. Each is lowered by the
+/// slack first, and the result by what its own seven roundings can add ([`LOWERED`]). What is not a number becomes 0.
+#[inline(always)]
+fn least_distances<'a, L: Lanes>(visit: impl Fn(usize) -> &'a Visit<'a>, least: &mut [[f32; WIDTH]; 2]) {
+    let relation = Relation::<L>::new(&visit);
+    let zero = L::splat(|_| 0.0);
+    let slack = L::splat(|i| visit(i).node.slack + visit(i).one.slack);
+    let along_a = three!(i => (relation.gap_a(i) - slack).max(zero));
+    let along_b = three!(j => (relation.gap_b(j) - slack).max(zero));
+    let squared = dot(&along_a, &along_a).max(dot(&along_b, &along_b));
+    (squared.sqrt() * L::splat(|_| LOWERED)).store(least);
 }
 
 #[cfg(test)]

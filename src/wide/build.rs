@@ -6,7 +6,7 @@
 use super::boxes::node_slack;
 use super::code::Code;
 use super::node::{Node, WIDTH, WideTree};
-use super::split::{self, Item};
+use super::split::{self, Frames, Item, Scratch};
 use crate::geometry::{Mesh, Point, Triangle, triangle};
 use rayon::prelude::*;
 
@@ -59,9 +59,10 @@ impl WideTree {
         } else {
             nodes[0].inner = 1;
             nodes[0].first_node = 1;
-            let code = inner_code(&triangles, &items, origin);
+            let frames = Frames::of(&items);
+            let code = inner_code(&triangles, &items, &frames, origin);
             nodes[0].put(0, &code);
-            let mut subtree = subtree(&triangles, &mut items, centre_of(&code, origin));
+            let mut subtree = subtree(&triangles, &mut items, &frames, centre_of(&code, origin));
             shift(&mut subtree.nodes, 1, 0);
             nodes.append(&mut subtree.nodes);
             faces = subtree.faces;
@@ -103,9 +104,9 @@ fn leaf_code(triangle: &Triangle, origin: [f32; 3]) -> Code {
 }
 
 /// The box of several.
-fn inner_code(triangles: &[Triangle], items: &[Item], origin: [f32; 3]) -> Code {
+fn inner_code(triangles: &[Triangle], items: &[Item], frames: &Frames, origin: [f32; 3]) -> Code {
     let points = items.iter().flat_map(|item| triangles[item.face as usize].corners.iter());
-    Code::fit(&split::least_frame(items), origin, points)
+    Code::fit(&frames.least(items), origin, points)
 }
 
 /// Where a box's node has its origin.
@@ -113,25 +114,26 @@ fn centre_of(code: &Code, origin: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|k| origin[k] + code.centre[k])
 }
 
-/// The subtree over at least two items, its root's origin given.
-fn subtree(triangles: &[Triangle], items: &mut [Item], origin: [f32; 3]) -> Subtree {
+/// The subtree over at least two items, its root's candidate frames and origin given.
+fn subtree(triangles: &[Triangle], items: &mut [Item], frames: &Frames, origin: [f32; 3]) -> Subtree {
     let mut own = Subtree { nodes: vec![Node::empty(origin)], faces: Vec::new() };
+    let mut scratch = Scratch::default();
     if items.len() <= PARALLEL {
-        grow(triangles, items, &mut own, 0);
+        grow(triangles, items, frames, &mut own, 0, &mut scratch);
         return own;
     }
-    let inner = fill(triangles, items, &mut own, 0);
+    let inner = fill(triangles, items, frames, &mut own, 0, &mut scratch);
     let origins: Vec<[f32; 3]> = own.nodes[1..].iter().map(|node| node.origin).collect();
     let mut ranges = Vec::with_capacity(inner.len());
     let (mut rest, mut done) = (items, 0);
-    for (part, origin) in inner.iter().zip(origins) {
+    for ((part, frames), origin) in inner.iter().zip(origins) {
         let (_, after) = std::mem::take(&mut rest).split_at_mut(part.start - done);
         let (range, after) = after.split_at_mut(part.len());
         (rest, done) = (after, part.end);
-        ranges.push((range, origin));
+        ranges.push((range, frames, origin));
     }
     let subtrees: Vec<Subtree> =
-        ranges.into_par_iter().map(|(range, origin)| subtree(triangles, range, origin)).collect();
+        ranges.into_par_iter().map(|(range, frames, origin)| subtree(triangles, range, frames, origin)).collect();
     for (child, mut subtree) in subtrees.into_iter().enumerate() {
         let (first_node, first_triangle) = (own.nodes.len() as u32, own.faces.len() as u32);
         // The subtree's root already has its place among its siblings.
@@ -153,45 +155,69 @@ fn shift(nodes: &mut [Node], by_nodes: u32, by_triangles: u32) {
 }
 
 /// Builds what is below a node, on this thread.
-fn grow(triangles: &[Triangle], items: &mut [Item], subtree: &mut Subtree, at: usize) {
+fn grow(
+    triangles: &[Triangle],
+    items: &mut [Item],
+    frames: &Frames,
+    subtree: &mut Subtree,
+    at: usize,
+    scratch: &mut Scratch,
+) {
     let first = subtree.nodes.len();
-    for (child, part) in fill(triangles, items, subtree, at).into_iter().enumerate() {
-        grow(triangles, &mut items[part.start..part.end], subtree, first + child);
+    for (child, (part, frames)) in fill(triangles, items, frames, subtree, at, scratch).iter().enumerate() {
+        grow(triangles, &mut items[part.start..part.end], frames, subtree, first + child, scratch);
     }
 }
 
-/// Gives node `at` its children: boxes, and empty nodes at the end of the list. Returns the ranges of the latter, in order.
-fn fill(triangles: &[Triangle], items: &mut [Item], subtree: &mut Subtree, at: usize) -> Vec<Part> {
-    let parts = children(items);
+/// Gives node `at` its children: boxes, and empty nodes at the end of the list. Returns the ranges of the latter with their candidate frames, in
+/// order.
+fn fill(
+    triangles: &[Triangle],
+    items: &mut [Item],
+    frames: &Frames,
+    subtree: &mut Subtree,
+    at: usize,
+    scratch: &mut Scratch,
+) -> Vec<(Part, Frames)> {
+    let parts = children(items, frames, scratch);
     let (inner, single): (Vec<Part>, Vec<Part>) = parts.iter().partition(|part| part.len() > 1);
     let mut node = Node::empty(subtree.nodes[at].origin);
     node.first_node = subtree.nodes.len() as u32;
     node.first_triangle = subtree.faces.len() as u32;
     node.inner = inner.len() as u8;
     node.count = parts.len() as u8;
-    for (place, part) in inner.iter().enumerate() {
-        let code = inner_code(triangles, &items[part.start..part.end], node.origin);
-        node.put(place, &code);
-        subtree.nodes.push(Node::empty(centre_of(&code, node.origin)));
+    let framed = |part: Part| {
+        let items = &items[part.start..part.end];
+        let frames = Frames::of(items);
+        (part, frames, inner_code(triangles, items, &frames, node.origin))
+    };
+    let framed: Vec<(Part, Frames, Code)> = if items.len() > PARALLEL {
+        inner.into_par_iter().map(framed).collect()
+    } else {
+        inner.into_iter().map(framed).collect()
+    };
+    for (place, (_, _, code)) in framed.iter().enumerate() {
+        node.put(place, code);
+        subtree.nodes.push(Node::empty(centre_of(code, node.origin)));
     }
-    for (place, part) in (inner.len()..).zip(&single) {
+    for (place, part) in (framed.len()..).zip(&single) {
         let face = items[part.start].face;
         node.put(place, &leaf_code(&triangles[face as usize], node.origin));
         subtree.faces.push(face);
     }
     node.slack = node_slack(&node);
     subtree.nodes[at] = node;
-    inner
+    framed.into_iter().map(|(part, frames, _)| (part, frames)).collect()
 }
 
 /// Divides at least two items into two to eight parts, in the order of the items.
-fn children(items: &mut [Item]) -> Vec<Part> {
+fn children(items: &mut [Item], frames: &Frames, scratch: &mut Scratch) -> Vec<Part> {
     let mut parts = vec![Part { start: 0, end: items.len(), size: 1.0 }];
     while parts.len() < WIDTH {
         let divisible = (0..parts.len()).filter(|&i| parts[i].len() > WIDTH);
         let Some(largest) = divisible.max_by(|&i, &j| parts[i].size.total_cmp(&parts[j].size)) else { break };
         let Part { start, end, .. } = parts[largest];
-        let (left, sizes) = split::divide(&mut items[start..end]);
+        let (left, sizes) = split::divide(&mut items[start..end], frames, scratch);
         parts[largest] = Part { start, end: start + left, size: sizes[0] };
         parts.push(Part { start: start + left, end, size: sizes[1] });
     }

@@ -28,15 +28,21 @@ impl Code {
     pub fn fit<'a>(frame: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a Point>) -> Self {
         let turn = turn::encode(frame);
         let axes = turn::decode(turn);
-        let from = Vector::from(origin.map(f64::from));
-        let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
+        let from = origin.map(f64::from);
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         let mut farthest: f64 = 0.0;
-        for point in points {
-            let d = point.coords - from;
-            let x = axes.tr_mul(&d);
-            (low, high) = (low.inf(&x), high.sup(&x));
-            farthest = farthest.max(d.norm_squared());
-        }
+        // Written out: this sees every corner once on each level of the tree.
+        points.for_each(|p| {
+            let d = [p.x - from[0], p.y - from[1], p.z - from[2]];
+            for k in 0..3 {
+                let x = axes[(0, k)] * d[0] + axes[(1, k)] * d[1] + axes[(2, k)] * d[2];
+                low[k] = if x < low[k] { x } else { low[k] };
+                high[k] = if x > high[k] { x } else { high[k] };
+            }
+            let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            farthest = if squared > farthest { squared } else { farthest };
+        });
+        let (low, high) = (Vector::from(low), Vector::from(high));
         let centre = (axes * ((low + high) * 0.5)).map(|x| x as f32);
         let kept = centre.map(f64::from);
         let middle = axes.tr_mul(&kept);

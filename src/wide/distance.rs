@@ -1,88 +1,227 @@
-//! How far apart are two meshes? Branch and bound as in [`crate::tree::distance`], over pairs of slots, in `f64`.
+//! How far apart are two meshes? Branch and bound as in [`crate::tree::distance`], over pairs of slots, eight or sixteen children at a time.
 //!
-//! The boxes are decoded to `f64`, whose rounding is below the slack of the pose that every bound is lowered by.
+//! Bounds come from the lanes of [`super::boxes`] and are lower bounds in spite of all rounding; triangles are measured in `f64`.
 
-use super::code::Code;
+use super::boxes;
+use super::lanes::{Machine, Simd, Work};
 use super::node::{Contents, WIDTH, WideTree};
-use super::pose::Pose;
-use super::turn;
-use crate::geometry::grid::Placement;
-use crate::geometry::{Isometry, Vector, certified, triangle_distance};
+use super::posed::{Opened, Posed};
+use crate::geometry::{Isometry, certified, triangle_distance};
 use crate::tree::distance::Proximity;
-use crate::volume::separating_axes::{gap_mm, widened_abs};
-use nalgebra::Matrix3;
+use std::ops::ControlFlow;
 
-/// A box in its mesh's frame, mm.
-struct Decoded {
-    axes: Matrix3<f64>,
-    centre: Vector,
-    half: Vector,
-}
-
-impl Decoded {
-    fn new(tree: &WideTree, slot: u32) -> Self {
-        let (node, place) = tree.slot(slot);
-        let Code { centre, turn, half } = node.code(place);
-        let wide = |x: [f32; 3]| Vector::from(x.map(f64::from));
-        Self { axes: turn::decode(turn), centre: wide(node.origin) + wide(centre), half: wide(half) }
-    }
+/// What the search found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Nearest {
+    /// The distance, mm, where it is below what was asked for; infinity where it is not. Less than that when the search was cut short.
+    pub distance_mm: f64,
+    /// Whether a pair of triangles touches, exactly: [`Proximity`] names it.
+    pub touching: bool,
+    /// Nodes opened.
+    pub visits: u32,
 }
 
 /// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 when triangles touch.
-pub fn distance_mm(a: &WideTree, b: &WideTree, a_from_b: &Isometry, below_mm: f64, proximity: &mut Proximity) -> f64 {
-    let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
-    let translation = a_from_b.translation.vector;
-    let slack = f64::from(Pose::new(a_from_b, a.reach + b.reach).slack);
-    let placement = Placement::new(a_from_b);
-    let Proximity { stack, nearest } = proximity;
-    let between = |i: u32, j: u32| {
-        let (still, moved) = (a.triangle(i), placement.triangle(&b.triangle(j)));
-        if certified::touch(&still, &moved) { 0.0 } else { triangle_distance::squared(&still, &moved).sqrt() }
-    };
-    let gap = |x: &Decoded, y: &Decoded| {
-        let t = x.axes.tr_mul(&(rotation * y.centre + translation - x.centre));
-        let r = x.axes.tr_mul(&(rotation * y.axes));
-        gap_mm(&t, &r, &widened_abs(&r), &x.half, &y.half) - slack
-    };
-    let mut least = below_mm;
-    if let Some((i, j)) = *nearest {
-        least = least.min(between(i, j));
-    }
-    stack.clear();
-    stack.push((gap(&Decoded::new(a, 0), &Decoded::new(b, 0)), (0, 0)));
-    while let Some((bound, (x, y))) = stack.pop() {
-        if bound >= least {
-            continue;
+pub fn distance_mm(
+    a: &WideTree,
+    b: &WideTree,
+    a_from_b: &Isometry,
+    simd: Simd,
+    below_mm: f64,
+    proximity: &mut Proximity,
+) -> f64 {
+    nearest(a, b, a_from_b, simd, below_mm, u32::MAX, proximity).distance_mm
+}
+
+/// As [`distance_mm`], but the search is cut short when it has opened `most_visits` nodes.
+pub(super) fn nearest(
+    a: &WideTree,
+    b: &WideTree,
+    a_from_b: &Isometry,
+    simd: Simd,
+    below_mm: f64,
+    most_visits: u32,
+    proximity: &mut Proximity,
+) -> Nearest {
+    let posed = Posed::new(a, b, a_from_b);
+    let mut search = Search { posed, proximity, least: below_mm, visits: 0, most_visits };
+    let known = search.proximity.nearest;
+    let touching = known.is_some_and(|pair| search.measure(pair).is_break()) || simd.run(&mut search).is_break();
+    // What was not opened is at least as far as its bounds say.
+    let unopened = search.proximity.stack.iter().map(|(bound, _)| *bound).fold(f64::INFINITY, f64::min);
+    let least = if search.least < below_mm || touching { search.least } else { f64::INFINITY };
+    Nearest { distance_mm: if touching { 0.0 } else { least.min(unopened) }, touching, visits: search.visits }
+}
+
+/// One search.
+struct Search<'a> {
+    posed: Posed<'a>,
+    proximity: &'a mut Proximity,
+    /// The least distance so far, mm.
+    least: f64,
+    visits: u32,
+    most_visits: u32,
+}
+
+/// A pair of triangles touches: nothing is nearer.
+struct Touching;
+
+impl Work for &mut Search<'_> {
+    type Output = ControlFlow<Touching>;
+
+    #[inline(always)]
+    fn run<M: Machine>(self) -> ControlFlow<Touching> {
+        self.proximity.stack.clear();
+        self.visit::<M>(&[Opened::ROOTS])?;
+        while self.visits < self.most_visits {
+            let Some(top) = self.next() else { break };
+            let top = self.posed.open(top);
+            match self.next() {
+                Some(next) => self.visit::<M>(&[top, self.posed.open(next)])?,
+                None => self.visit::<M>(&[top])?,
+            }
         }
-        let area = |tree: &WideTree, slot: u32| tree.slot(slot).0.code(slot as usize % WIDTH).area();
-        let (node, of_b) = match (a.contents(x), b.contents(y)) {
-            (Contents::Triangle(i), Contents::Triangle(j)) => {
-                let distance = between(i, j);
-                if distance < least {
-                    (least, *nearest) = (distance, Some((i, j)));
+        ControlFlow::Continue(())
+    }
+}
+
+impl Search<'_> {
+    /// The pair on the top of the stack that may still be nearer than what is known.
+    #[inline(always)]
+    fn next(&mut self) -> Option<(u32, u32)> {
+        while let Some((bound, pair)) = self.proximity.stack.pop() {
+            if bound < self.least {
+                return Some(pair);
+            }
+        }
+        None
+    }
+
+    /// Bounds the children of the opened nodes.
+    #[inline(always)]
+    fn visit<M: Machine>(&mut self, opened: &[Opened]) -> ControlFlow<Touching> {
+        self.visits += opened.len() as u32;
+        let mut bounds = [[0.0; WIDTH]; 2];
+        match *opened {
+            [one] => boxes::distances::<M::Single>(&[self.posed.see(one)], &mut bounds),
+            [one, other] => {
+                boxes::distances::<M::Single>(&[self.posed.see(one), self.posed.see(other)], &mut bounds);
+            }
+            _ => {}
+        }
+        for (opened, bounds) in opened.iter().zip(&bounds).rev() {
+            self.keep(*opened, bounds)?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Pairs of triangles are measured, the likely nearest first; the other pairs go to the stack, the nearest last.
+    #[inline(always)]
+    fn keep(&mut self, opened: Opened, bounds: &[f32; WIDTH]) -> ControlFlow<Touching> {
+        let (tree, other) = self.posed.trees(opened);
+        let node = &tree.nodes[opened.node as usize];
+        let (inner, count) = (usize::from(node.inner), usize::from(node.count));
+        let mut nodes = inner;
+        if let Contents::Triangle(one) = other.contents(opened.one) {
+            let mut waiting = [(0.0, 0_u32); WIDTH];
+            for (place, waiting) in (inner..count).zip(&mut waiting) {
+                *waiting = (bounds[place], node.first_triangle + (place - inner) as u32);
+            }
+            let waiting = &mut waiting[..count - inner];
+            waiting.sort_unstable_by(|p, q| p.0.total_cmp(&q.0));
+            for &(bound, triangle) in &*waiting {
+                if f64::from(bound) < self.least {
+                    self.measure(Opened { one, ..opened }.pair(triangle))?;
                 }
-                continue;
             }
-            (Contents::Node(node), Contents::Triangle(_)) => (node, false),
-            (Contents::Node(node), Contents::Node(_)) if area(a, x) > area(b, y) => (node, false),
-            (_, Contents::Node(node)) => (node, true),
-        };
+        } else {
+            nodes = count;
+        }
+        let stack = &mut self.proximity.stack;
         let from = stack.len();
-        let (one_a, one_b) = (Decoded::new(a, x), Decoded::new(b, y));
-        let count = if of_b { b.nodes[node as usize].count } else { a.nodes[node as usize].count };
-        for place in 0..u32::from(count) {
-            let slot = node * WIDTH as u32 + place;
-            let (bound, pair) = if of_b {
-                (gap(&one_a, &Decoded::new(b, slot)), (x, slot))
-            } else {
-                (gap(&Decoded::new(a, slot), &one_b), (slot, y))
-            };
-            if bound < least {
-                stack.push((bound, pair));
+        for (place, &bound) in bounds.iter().enumerate().take(nodes) {
+            let bound = f64::from(bound);
+            if bound < self.least {
+                let place_in_order = stack[from..].iter().position(|known| known.0 < bound);
+                let slot = opened.node * WIDTH as u32 + place as u32;
+                stack.insert(from + place_in_order.unwrap_or(stack.len() - from), (bound, opened.pair(slot)));
             }
         }
-        // The nearest is opened first: it brings the distance down that the others are held against.
-        stack[from..].sort_by(|p, q| q.0.total_cmp(&p.0));
+        ControlFlow::Continue(())
     }
-    if least < below_mm { least } else { f64::INFINITY }
+
+    /// Measures two triangles, by their places.
+    #[inline]
+    fn measure(&mut self, (i, j): (u32, u32)) -> ControlFlow<Touching> {
+        let Posed { a, b, placement, .. } = &self.posed;
+        let (still, moved) = (a.triangle(i), placement.triangle(&b.triangle(j)));
+        if triangle_distance::exceeds(&still, &moved, self.least * self.least) {
+            return ControlFlow::Continue(());
+        }
+        if certified::touch(&still, &moved) {
+            (self.least, self.proximity.nearest) = (0.0, Some((i, j)));
+            return ControlFlow::Break(Touching);
+        }
+        let distance = triangle_distance::squared(&still, &moved).sqrt();
+        if distance < self.least {
+            (self.least, self.proximity.nearest) = (distance, Some((i, j)));
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::traverse::{Scratch, first};
+    use super::*;
+    use crate::conformance::cases::Cases;
+    use crate::tree::traverse::NoProbe;
+
+    /// The least over all pairs of triangles, by the same measure.
+    fn of_all_pairs(a: &WideTree, b: &WideTree, a_from_b: &Isometry) -> f64 {
+        let posed = Posed::new(a, b, a_from_b);
+        let moved: Vec<_> = (0..b.len() as u32).map(|j| posed.placement.triangle(&b.triangle(j))).collect();
+        let mut least = f64::INFINITY;
+        for i in 0..a.len() as u32 {
+            let still = a.triangle(i);
+            for moved in &moved {
+                least = least.min(if certified::touch(&still, moved) {
+                    0.0
+                } else {
+                    triangle_distance::squared(&still, moved).sqrt()
+                });
+            }
+        }
+        least
+    }
+
+    #[test]
+    fn the_distance_is_the_least_of_all_pairs_fresh_or_warm_on_every_instruction_set() {
+        let cases = Cases::new();
+        let trees: Vec<WideTree> = cases.subjects.iter().map(|subject| WideTree::build(&subject.mesh)).collect();
+        let mut warm = Proximity::default();
+        let (mut last, mut apart) = ((0, 0), 0);
+        for case in cases.cases.iter().step_by(11) {
+            let (a, b, pose) = (&trees[case.a], &trees[case.b], &case.a_from_b);
+            if last != (case.a, case.b) {
+                (warm, last) = (Proximity::default(), (case.a, case.b));
+            }
+            let expected = of_all_pairs(a, b, pose);
+            apart += u32::from(expected > 0.0);
+            for simd in Simd::available() {
+                let found = nearest(a, b, pose, simd, f64::INFINITY, u32::MAX, &mut Proximity::default());
+                assert_eq!(found.distance_mm, expected, "{}", simd.name());
+                assert_eq!(distance_mm(a, b, pose, simd, f64::INFINITY, &mut warm), expected, "{}", simd.name());
+                for most_visits in [0, 3, 20] {
+                    let short = nearest(a, b, pose, simd, f64::INFINITY, most_visits, &mut Proximity::default());
+                    assert!(short.visits <= most_visits + 2 && short.distance_mm <= expected, "{short:?} {expected}");
+                    assert!(!short.touching || expected == 0.0);
+                }
+                assert_eq!(found.touching, first(a, b, pose, simd, &mut Scratch::default(), &mut NoProbe));
+                let below = distance_mm(a, b, pose, simd, 1e-3, &mut warm);
+                assert_eq!(below, if expected < 1e-3 { expected } else { f64::INFINITY }, "{}", simd.name());
+            }
+        }
+        assert!(apart > 5, "{apart}");
+    }
 }

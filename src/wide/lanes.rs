@@ -7,6 +7,7 @@
 
 use std::array::from_fn;
 use std::ops::{Add, Mul, Sub};
+use std::sync::OnceLock;
 
 /// Boxes per visit of a node: the lanes that belong together.
 pub(super) use super::node::WIDTH;
@@ -76,6 +77,9 @@ pub(super) trait Work {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Simd(Set);
 
+/// What queries of this process use.
+static IN_USE: OnceLock<Simd> = OnceLock::new();
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Set {
     #[cfg(target_arch = "x86_64")]
@@ -106,11 +110,22 @@ impl Simd {
         sets
     }
 
-    /// The widest that this machine has.
+    /// What queries of this process use: the widest that this machine has, unless another one was chosen.
     #[must_use]
-    pub fn best() -> Self {
-        static BEST: std::sync::OnceLock<Simd> = std::sync::OnceLock::new();
-        *BEST.get_or_init(|| Self::available()[0])
+    pub fn in_use() -> Self {
+        *IN_USE.get_or_init(|| Self::available()[0])
+    }
+
+    /// Chooses what [`Simd::in_use`] is, before anything has used it. Whether it could still be chosen.
+    #[must_use]
+    pub fn choose(self) -> bool {
+        *IN_USE.get_or_init(|| self) == self
+    }
+
+    /// The one of this machine with that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::available().into_iter().find(|simd| simd.name() == name)
     }
 
     /// The name in files: `avx512`, `avx2` or `portable`.

@@ -6,7 +6,7 @@
 //! of triangles that `f64` cannot decide go to [`crate::geometry::exact`], so that verdicts are the exact truth's.
 //!
 //! Reading order: [`node`] (the layout), [`turn`] and [`code`] (a box in 36 bytes), [`split`] and [`build`], [`pose`], [`lanes`] (the three
-//! instruction sets), [`boxes`] and [`triangles`] (the two tests on lanes), [`traverse`], [`distance`], [`validate`].
+//! instruction sets), [`boxes`] and [`triangles`] (the two tests on lanes), [`traverse`], [`distance`], [`path`], [`validate`].
 
 pub mod boxes;
 pub mod build;
@@ -14,7 +14,9 @@ pub mod code;
 pub mod distance;
 pub mod lanes;
 pub mod node;
+pub mod path;
 pub mod pose;
+mod posed;
 pub mod split;
 #[cfg(test)]
 mod tests;
@@ -25,3 +27,4 @@ pub mod validate;
 
 pub use lanes::Simd;
 pub use node::WideTree;
+pub use path::{Coherence, Memory};

@@ -34,35 +34,81 @@ impl Item {
     }
 
     /// The cross product of two edges.
+    #[inline(always)]
     fn normal(&self) -> Vector3<f32> {
         let [p, q, r] = self.corners.map(Vector3::from);
         (q - p).cross(&(r - p))
     }
 }
 
-/// Bounds along three axes as (low, -high), padded to four, so that joining is one minimum; and how many triangles.
+/// Bounds along three axes as (low, -high), padded to four, so that joining is one minimum.
+type Bounds = [f32; 8];
+const NOTHING: Bounds = [f32::MAX; 8];
+
+#[inline(always)]
+fn join(bounds: &mut Bounds, other: &Bounds) {
+    for k in 0..8 {
+        bounds[k] = if other[k] < bounds[k] { other[k] } else { bounds[k] };
+    }
+}
+
+/// Half of half the surface area of bounds that are not empty.
+#[inline(always)]
+fn area(bounds: &Bounds) -> f32 {
+    let (x, y, z) = (-bounds[0] - bounds[4], -bounds[1] - bounds[5], -bounds[2] - bounds[6]);
+    x * y + y * z + z * x
+}
+
+/// A triangle along the axes of a frame: three times the coordinates of its centroid, and its bounds.
 #[derive(Clone, Copy)]
-struct Bounds([f32; 8], f32);
+struct Projected {
+    centre: [f32; 4],
+    bounds: Bounds,
+}
 
-impl Bounds {
-    const EMPTY: Self = Self([f32::MAX; 8], 0.0);
+/// Memory that divisions reuse.
+#[derive(Default)]
+pub(super) struct Scratch(Vec<Projected>);
 
-    #[inline(always)]
-    fn join(&mut self, other: &Self) {
-        for k in 0..8 {
-            self.0[k] = if other.0[k] < self.0[k] { other.0[k] } else { self.0[k] };
+/// The candidate frames of a range: principal, the mesh's own, the largest triangle's. Its division into a node's children tries
+/// the axes of these alone, and its box is turned like one of them.
+#[derive(Clone, Copy)]
+pub(super) struct Frames {
+    frames: [Matrix3<f64>; 3],
+    count: usize,
+}
+
+impl Frames {
+    pub fn of(items: &[Item]) -> Self {
+        let stride = items.len().div_ceil(FRAME_SAMPLE);
+        let largest = largest(items, stride);
+        let count = if largest.is_some() { 3 } else { 2 };
+        Self {
+            frames: [principal(items, stride), Matrix3::identity(), largest.unwrap_or_else(Matrix3::identity)],
+            count,
         }
-        self.1 += other.1;
     }
 
-    /// Half of half the surface area; 0 of nothing.
-    #[inline(always)]
-    fn area(&self) -> f32 {
-        if self.1 == 0.0 {
-            return 0.0;
+    fn each(&self) -> &[Matrix3<f64>] {
+        &self.frames[..self.count]
+    }
+
+    /// The one whose box around the items, of which this was made, has the least surface.
+    pub fn least(&self, items: &[Item]) -> Matrix3<f64> {
+        let stride = items.len().div_ceil(FRAME_SAMPLE);
+        let mut best = (f32::INFINITY, Matrix3::identity());
+        for frame in self.each() {
+            let columns = columns(frame);
+            let mut bounds = NOTHING;
+            for item in items.iter().step_by(stride) {
+                join(&mut bounds, &project(item, &columns).bounds);
+            }
+            let area = area(&bounds);
+            if area < best.0 {
+                best = (area, *frame);
+            }
         }
-        let d = [0, 1, 2].map(|k| -self.0[k] - self.0[k + 4]);
-        d[0] * d[1] + d[1] * d[2] + d[2] * d[0]
+        best.1
     }
 }
 
@@ -74,13 +120,16 @@ struct Cut {
     areas: [f32; 2],
 }
 
-/// Divides `items` in place: how many are on the left (at least one, and not all), and the sizes of both sides, which are comparable among
-/// divisions of one mesh.
-pub(super) fn divide(items: &mut [Item]) -> (usize, [f32; 2]) {
+/// Divides `items` in place by the axes of `frames`: how many are on the left (at least one, and not all), and the sizes of both sides, which
+/// are comparable among divisions of one mesh.
+pub(super) fn divide(items: &mut [Item], frames: &Frames, scratch: &mut Scratch) -> (usize, [f32; 2]) {
     let stride = items.len().div_ceil(SAMPLE);
     let mut best: Option<Cut> = None;
-    for frame in frames(items, stride) {
-        cheapest(items, stride, &columns(&frame), &mut best);
+    for frame in frames.each() {
+        let columns = columns(frame);
+        scratch.0.clear();
+        scratch.0.extend(items.iter().step_by(stride).map(|item| project(item, &columns)));
+        cheapest(&scratch.0, &columns, &mut best);
     }
     let Some(cut) = best else { return (items.len() / 2, [1.0; 2]) };
     let mut left = 0;
@@ -104,33 +153,35 @@ fn along(axis: &Corner, item: &Item) -> f32 {
     axis[0] * sum(0) + axis[1] * sum(1) + axis[2] * sum(2)
 }
 
-/// The candidate frames: principal, the mesh's own, the largest triangle's.
-fn frames(items: &[Item], stride: usize) -> impl Iterator<Item = Matrix3<f64>> {
-    [Some(principal(items, stride)), Some(Matrix3::identity()), largest(items, stride)].into_iter().flatten()
-}
-
 /// The principal axes of the surface: [`covariance::area_weighted`] in `f32`, about the first corner.
 fn principal(items: &[Item], stride: usize) -> Matrix3<f64> {
-    let origin = Vector3::from(items[0].corners[0]);
-    let (mut total, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
+    let origin = items[0].corners[0];
+    let (mut total, mut first) = (0.0, [0.0_f32; 3]);
+    // Of the symmetric matrix xx, yy, zz, xy, yz, zx.
+    let mut second = [0.0_f32; 6];
     for item in items.iter().step_by(stride) {
-        let [p, q, r] = item.corners.map(|corner| Vector3::from(corner) - origin);
-        let weight = (q - p).cross(&(r - p)).norm();
-        let sum = p + q + r;
+        let from = |c: &Corner| [c[0] - origin[0], c[1] - origin[1], c[2] - origin[2]];
+        let (p, q, r) = (from(&item.corners[0]), from(&item.corners[1]), from(&item.corners[2]));
+        let weight = item.normal().norm();
+        let sum = [p[0] + q[0] + r[0], p[1] + q[1] + r[1], p[2] + q[2] + r[2]];
         total += weight;
-        first += sum * (weight / 3.0);
-        for one in [sum, p, q, r] {
-            second += one * (one * (weight / 12.0)).transpose();
+        for k in 0..3 {
+            let k1 = (k + 1) % 3;
+            first[k] += sum[k] * (weight / 3.0);
+            second[k] += (sum[k] * sum[k] + p[k] * p[k] + q[k] * q[k] + r[k] * r[k]) * (weight / 12.0);
+            second[3 + k] += (sum[k] * sum[k1] + p[k] * p[k1] + q[k] * q[k1] + r[k] * r[k1]) * (weight / 12.0);
         }
     }
     if total <= 0.0 {
         return Matrix3::identity();
     }
-    let mean: Vector3<f32> = first / total;
-    covariance::principal_frame(&(second / total - mean * mean.transpose()).map(f64::from))
+    let mean = Vector3::from(first) / total;
+    let [xx, yy, zz, xy, yz, zx] = second;
+    let second = Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz) / total;
+    covariance::principal_frame(&(second - mean * mean.transpose()).map(f64::from))
 }
 
-/// The axes of the largest triangle: along its longest edge, in its plane, and normal. `None` when none has area.
+/// The axes of the triangle with the largest area.
 fn largest(items: &[Item], stride: usize) -> Option<Matrix3<f64>> {
     let mut best: Option<(f32, &Item)> = None;
     for item in items.iter().step_by(stride) {
@@ -147,27 +198,33 @@ fn columns(frame: &Matrix3<f64>) -> Columns {
     [0, 1, 2].map(|k| [frame[(k, 0)] as f32, frame[(k, 1)] as f32, frame[(k, 2)] as f32, 0.0])
 }
 
-/// Three times the centroid's coordinates, and the bounds, along three axes.
 #[inline(always)]
-fn project(item: &Item, frame: &Columns) -> ([f32; 4], Bounds) {
-    let on = |p: &Corner| -> [f32; 4] {
-        std::array::from_fn(|j| frame[0][j] * p[0] + frame[1][j] * p[1] + frame[2][j] * p[2])
-    };
-    let [p, q, r] = item.corners.each_ref().map(on);
-    let less = |x: f32, y: f32| if x < y { x } else { y };
-    let mut bounds = [0.0; 8];
+fn on(frame: &Columns, p: &Corner) -> [f32; 4] {
+    let mut x = [0.0; 4];
     for k in 0..4 {
-        bounds[k] = less(less(p[k], q[k]), r[k]);
-        bounds[k + 4] = less(less(-p[k], -q[k]), -r[k]);
+        x[k] = frame[0][k] * p[0] + frame[1][k] * p[1] + frame[2][k] * p[2];
     }
-    (std::array::from_fn(|k| p[k] + q[k] + r[k]), Bounds(bounds, 1.0))
+    x
+}
+
+#[inline(always)]
+fn project(item: &Item, frame: &Columns) -> Projected {
+    let less = |x: f32, y: f32| if x < y { x } else { y };
+    let more = |x: f32, y: f32| if x > y { x } else { y };
+    let (p, q, r) = (on(frame, &item.corners[0]), on(frame, &item.corners[1]), on(frame, &item.corners[2]));
+    let (mut centre, mut bounds) = ([0.0; 4], [0.0; 8]);
+    for k in 0..4 {
+        centre[k] = p[k] + q[k] + r[k];
+        bounds[k] = less(less(p[k], q[k]), r[k]);
+        bounds[k + 4] = -more(more(p[k], q[k]), r[k]);
+    }
+    Projected { centre, bounds }
 }
 
 /// Replaces `best` by the cheapest boundary of bins along the axes of `frame` if that is cheaper.
-fn cheapest(items: &[Item], stride: usize, frame: &Columns, best: &mut Option<Cut>) {
-    let projected: Vec<([f32; 4], Bounds)> = items.iter().step_by(stride).map(|item| project(item, frame)).collect();
+fn cheapest(projected: &[Projected], frame: &Columns, best: &mut Option<Cut>) {
     let (mut low, mut high) = ([f32::MAX; 4], [f32::MIN; 4]);
-    for (centre, _) in &projected {
+    for Projected { centre, .. } in projected {
         for k in 0..4 {
             low[k] = if centre[k] < low[k] { centre[k] } else { low[k] };
             high[k] = if centre[k] > high[k] { centre[k] } else { high[k] };
@@ -179,46 +236,35 @@ fn cheapest(items: &[Item], stride: usize, frame: &Columns, best: &mut Option<Cu
         if !(high[axis] > low[axis] && scale.is_finite()) {
             continue;
         }
-        let mut bins = [Bounds::EMPTY; BINS];
-        for (centre, bounds) in &projected {
-            bins[(((centre[axis] - low[axis]) * scale) as usize).min(count - 1)].join(bounds);
+        let mut bins = [(NOTHING, 0.0_f32); BINS];
+        for Projected { centre, bounds } in projected {
+            let bin = &mut bins[(((centre[axis] - low[axis]) * scale) as usize).min(count - 1)];
+            join(&mut bin.0, bounds);
+            bin.1 += 1.0;
         }
-        let mut right = [Bounds::EMPTY; BINS];
-        let mut sum = Bounds::EMPTY;
+        // The cost of what is right of each boundary, and its area.
+        let mut right = [(0.0_f32, 0.0_f32); BINS];
+        let (mut bounds, mut members) = (NOTHING, 0.0);
         for bin in (1..count).rev() {
-            sum.join(&bins[bin]);
-            right[bin] = sum;
+            join(&mut bounds, &bins[bin].0);
+            members += bins[bin].1;
+            // The last bin holds the highest centroid, so this is not empty.
+            let area = area(&bounds);
+            right[bin] = (members * area, area);
         }
-        let mut left = Bounds::EMPTY;
+        let (mut bounds, mut members) = (NOTHING, 0.0);
         for bin in 1..count {
-            left.join(&bins[bin - 1]);
-            let right = &right[bin];
-            let areas = [left.area(), right.area()];
-            let cost = left.1 * areas[0] + right.1 * areas[1];
-            if right.1 > 0.0 && left.1 > 0.0 && best.as_ref().is_none_or(|best| cost < best.cost) {
-                let axis_columns = [0, 1, 2].map(|k| frame[k][axis]);
-                *best = Some(Cut { cost, axis: axis_columns, at: low[axis] + bin as f32 / scale, areas });
+            join(&mut bounds, &bins[bin - 1].0);
+            members += bins[bin - 1].1;
+            let (area, right) = (area(&bounds), right[bin]);
+            let cost = members * area + right.0;
+            if best.as_ref().is_none_or(|best| cost < best.cost) {
+                let axis_columns = [frame[0][axis], frame[1][axis], frame[2][axis]];
+                let at = low[axis] + bin as f32 / scale;
+                *best = Some(Cut { cost, axis: axis_columns, at, areas: [area, right.1] });
             }
         }
     }
-}
-
-/// Of the candidate frames the one whose box around the items has the least surface.
-pub(super) fn least_frame(items: &[Item]) -> Matrix3<f64> {
-    let stride = items.len().div_ceil(FRAME_SAMPLE);
-    let mut best: Option<(f32, Matrix3<f64>)> = None;
-    for frame in frames(items, stride) {
-        let columns = columns(&frame);
-        let mut bounds = Bounds::EMPTY;
-        for item in items.iter().step_by(stride) {
-            bounds.join(&project(item, &columns).1);
-        }
-        let area = bounds.area();
-        if best.is_none_or(|(least, _)| area < least) {
-            best = Some((area, frame));
-        }
-    }
-    best.map_or_else(Matrix3::identity, |(_, frame)| frame)
 }
 
 /// The axes of a triangle that may have no area: then along the segment that it is.
@@ -238,6 +284,11 @@ mod tests {
         Item::new(&Triangle { corners: corners.map(Point::from) }, &Point::origin(), face)
     }
 
+    fn divided(items: &mut [Item]) -> (usize, [f32; 2]) {
+        let frames = Frames::of(items);
+        divide(items, &frames, &mut Scratch::default())
+    }
+
     /// A right triangle with legs of 1 in the plane x = const.
     fn upright(x: f64, face: u32) -> Item {
         item([[x, 0.0, 0.0], [x, 1.0, 0.0], [x, 0.0, 1.0]], face)
@@ -247,7 +298,7 @@ mod tests {
     fn two_groups_are_told_apart() {
         let mut items: Vec<Item> =
             [0.0, 9.0, 1.0, 8.0, 0.5, 9.5].into_iter().zip(0..).map(|(x, face)| upright(x, face)).collect();
-        let (left, _) = divide(&mut items);
+        let (left, _) = divided(&mut items);
         assert_eq!(left, 3);
         let mut faces: Vec<u32> = items[..3].iter().map(|item| item.face).collect();
         faces.sort_unstable();
@@ -257,14 +308,15 @@ mod tests {
     #[test]
     fn equal_triangles_are_halved() {
         let mut items: Vec<Item> = (0..7).map(|face| upright(3.0, face)).collect();
-        assert_eq!(divide(&mut items).0, 3);
+        assert_eq!(divided(&mut items).0, 3);
     }
 
     #[test]
     fn the_frame_of_a_slanted_plate_lies_in_it() {
         // A 3 x 1 rectangle in the plane y = z.
         let (p, q, r, s) = ([0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 1.0, 1.0], [0.0, 1.0, 1.0]);
-        let frame = least_frame(&[item([p, q, r], 0), item([p, r, s], 1)]);
+        let items = [item([p, q, r], 0), item([p, r, s], 1)];
+        let frame = Frames::of(&items).least(&items);
         let normal = Vector::new(0.0, 1.0, -1.0).normalize();
         assert!((0..3).any(|k| frame.column(k).dot(&normal).abs() > 1.0 - 1e-6), "{frame}");
     }

@@ -4,13 +4,13 @@
 //! other moved into its node's frame, where one pass over the lanes ([`super::boxes`]) tests it against all children. Pairs of
 //! triangles gather until there are eight ([`super::triangles`]). The deepest overlap is taken first: that is where a contact is likely.
 
-use super::boxes::{self, Found, Visit};
+use super::boxes::{self, Found};
 use super::lanes::{Machine, Simd, Work};
 use super::node::{Contents, WIDTH, WideTree};
-use super::pose::{Pose, Seen};
+use super::pose::Pose;
+use super::posed::{Opened, Posed};
 use super::triangles::{self, Batch};
 use crate::geometry::Isometry;
-use crate::geometry::grid::Placement;
 use crate::tree::traverse::Probe;
 use std::ops::ControlFlow;
 
@@ -19,26 +19,35 @@ use std::ops::ControlFlow;
 pub struct Scratch {
     /// A slot of `a` and a slot of `b`.
     stack: Vec<(u32, u32)>,
+    /// Nodes that the last query opened.
+    pub(super) visits: u32,
 }
 
-/// Calls `on_contact(face_of_a, face_of_b)` for every pair of triangles that touch, exactly, until it breaks.
-pub fn traverse<B>(
-    trees: (&WideTree, &WideTree),
+/// Calls `on_contact(place_in_a, place_in_b)` for every pair of triangles that touch, exactly, until it breaks. Places are those of the
+/// trees' orders.
+pub(super) fn traverse<B>(
+    (a, b): (&WideTree, &WideTree),
     a_from_b: &Isometry,
     simd: Simd,
     scratch: &mut Scratch,
     probe: &mut impl Probe,
     mut on_contact: impl FnMut(u32, u32) -> ControlFlow<B>,
 ) -> ControlFlow<B> {
-    let (a, b) = trees;
     probe.volume_test();
-    if balls_apart(a, b, a_from_b) {
+    if balls_apart_mm(a, b, a_from_b) > 0.0 {
         return ControlFlow::Continue(());
     }
-    let pose = Pose::new(a_from_b, a.reach + b.reach);
-    let placement = Placement::new(a_from_b);
-    let contact = |(i, j): (u32, u32)| on_contact(a.faces[i as usize], b.faces[j as usize]);
-    simd.run(Traversal { a, b, pose, placement, stack: &mut scratch.stack, probe, contact, batch: Batch::default() })
+    let posed = Posed::new(a, b, a_from_b);
+    let contact = |(i, j): (u32, u32)| on_contact(i, j);
+    scratch.visits = 0;
+    simd.run(Traversal {
+        posed,
+        stack: &mut scratch.stack,
+        visits: &mut scratch.visits,
+        probe,
+        contact,
+        batch: Batch::default(),
+    })
 }
 
 /// Mode `first`: whether the meshes touch at all.
@@ -63,45 +72,35 @@ pub fn all(
     probe: &mut impl Probe,
 ) -> Vec<(u32, u32)> {
     let mut contacts = Vec::new();
-    let _ = traverse((a, b), a_from_b, simd, scratch, probe, |face_a, face_b| {
-        contacts.push((face_a, face_b));
+    let _ = traverse((a, b), a_from_b, simd, scratch, probe, |i, j| {
+        contacts.push((a.faces[i as usize], b.faces[j as usize]));
         ControlFlow::<()>::Continue(())
     });
     contacts.sort_unstable();
     contacts
 }
 
-/// Whether the balls around the meshes are apart, which settles most poses of a machine. The radii have been widened against
-/// rounding here ([`super::build`]).
-fn balls_apart(a: &WideTree, b: &WideTree, a_from_b: &Isometry) -> bool {
+/// How far the balls around the meshes are surely apart, mm, which settles most poses of a machine; negative where they may meet. The radii
+/// have been widened against rounding here ([`super::build`]).
+#[inline]
+pub(super) fn balls_apart_mm(a: &WideTree, b: &WideTree, a_from_b: &Isometry) -> f64 {
     let (centre_a, radius_a) = a.ball;
     let (centre_b, radius_b) = b.ball;
     let between = a_from_b * centre_b - centre_a;
-    let slack = Pose::ball_slack(a_from_b, a.reach + b.reach);
-    between.norm_squared() > (radius_a + radius_b + slack).powi(2)
+    let reach = radius_a + radius_b + Pose::ball_slack(a_from_b, a.reach + b.reach);
+    // The root is taken only where it is needed.
+    let squared = between.norm_squared();
+    if squared > reach * reach { squared.sqrt() - reach } else { -1.0 }
 }
 
 /// One query.
 struct Traversal<'a, P, F> {
-    a: &'a WideTree,
-    b: &'a WideTree,
-    pose: Pose,
-    placement: Placement,
+    posed: Posed<'a>,
     stack: &'a mut Vec<(u32, u32)>,
+    visits: &'a mut u32,
     probe: &'a mut P,
     contact: F,
     batch: Batch,
-}
-
-/// What is opened in a visit.
-#[derive(Clone, Copy)]
-struct Opened {
-    /// The slot that stays as it is.
-    one: u32,
-    /// The node whose children are tested against it.
-    node: u32,
-    /// Whether that node is of `b`.
-    of_b: bool,
 }
 
 impl<B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Work for Traversal<'_, P, F> {
@@ -110,12 +109,11 @@ impl<B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Work for Traversal<'_,
     #[inline(always)]
     fn run<M: Machine>(mut self) -> ControlFlow<B> {
         self.stack.clear();
-        // Node 0 of `a` holds the root alone; `b`'s root is slot 0.
-        self.visit::<M>(&[Opened { one: 0, node: 0, of_b: false }])?;
+        self.visit::<M>(&[Opened::ROOTS])?;
         while let Some(top) = self.stack.pop() {
-            let top = self.open(top);
+            let top = self.posed.open(top);
             match self.stack.pop() {
-                Some(next) => self.visit::<M>(&[top, self.open(next)])?,
+                Some(next) => self.visit::<M>(&[top, self.posed.open(next)])?,
                 None => self.visit::<M>(&[top])?,
             }
         }
@@ -123,31 +121,15 @@ impl<B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Work for Traversal<'_,
     }
 }
 
-impl<'a, B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Traversal<'a, P, F> {
-    /// Of two boxes the larger is opened, the second on a tie; never a triangle's. Not both are triangles'.
-    #[inline(always)]
-    fn open(&self, (x, y): (u32, u32)) -> Opened {
-        let area = |tree: &WideTree, slot| {
-            let (node, place) = tree.slot(slot);
-            node.code(place).area()
-        };
-        match (self.a.contents(x), self.b.contents(y)) {
-            (Contents::Node(node), Contents::Triangle(_)) => Opened { one: y, node, of_b: false },
-            (Contents::Node(node), Contents::Node(_)) if area(self.a, x) > area(self.b, y) => {
-                Opened { one: y, node, of_b: false }
-            }
-            // Two triangles are tested, never pushed.
-            (_, Contents::Node(node) | Contents::Triangle(node)) => Opened { one: x, node, of_b: true },
-        }
-    }
-
+impl<B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Traversal<'_, P, F> {
     /// Tests the one box of each visit against the children of its node, and keeps what may overlap.
     #[inline(always)]
     fn visit<M: Machine>(&mut self, opened: &[Opened]) -> ControlFlow<B> {
+        *self.visits += opened.len() as u32;
         let mut found = [Found::default(); 2];
         match *opened {
-            [one] => boxes::visit::<M::Single>(&[self.see(one)], &mut found),
-            [one, other] => boxes::visit::<M::Single>(&[self.see(one), self.see(other)], &mut found),
+            [one] => boxes::visit::<M::Single>(&[self.posed.see(one)], &mut found),
+            [one, other] => boxes::visit::<M::Single>(&[self.posed.see(one), self.posed.see(other)], &mut found),
             _ => {}
         }
         // The last on the stack is the next to be opened: the first visit's.
@@ -157,22 +139,10 @@ impl<'a, B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Traversal<'a, P, F
         ControlFlow::Continue(())
     }
 
-    /// The one box as seen from the node.
-    #[inline(always)]
-    fn see(&self, opened: Opened) -> Visit<'a> {
-        let (tree, other, motion) =
-            if opened.of_b { (self.b, self.a, &self.pose.b_from_a) } else { (self.a, self.b, &self.pose.a_from_b) };
-        let node = &tree.nodes[opened.node as usize];
-        let (holder, place) = other.slot(opened.one);
-        let one = Seen::new(motion, &holder.code(place), &holder.origin, node, self.pose.slack);
-        Visit { node, one }
-    }
-
     /// Pairs with a node in them go to the stack, the deepest overlap last; pairs of triangles to the batch.
     #[inline(always)]
     fn keep<M: Machine>(&mut self, opened: Opened, found: &Found) -> ControlFlow<B> {
-        let tree = if opened.of_b { self.b } else { self.a };
-        let other = if opened.of_b { self.a } else { self.b };
+        let (tree, other) = self.posed.trees(opened);
         let node = &tree.nodes[opened.node as usize];
         for _ in 0..node.count {
             self.probe.volume_test();
@@ -189,7 +159,7 @@ impl<'a, B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Traversal<'a, P, F
                 let place = pairs.trailing_zeros();
                 pairs &= pairs - 1;
                 let triangle = node.first_triangle + place - u32::from(node.inner);
-                let (i, j) = if opened.of_b { (one, triangle) } else { (triangle, one) };
+                let (i, j) = Opened { one, ..opened }.pair(triangle);
                 if self.batch.push(i, j) {
                     self.test::<M>()?;
                 }
@@ -212,10 +182,10 @@ impl<'a, B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Traversal<'a, P, F
                     continue;
                 }
             };
-            self.stack.push(if opened.of_b { (opened.one, later) } else { (later, opened.one) });
+            self.stack.push(opened.pair(later));
         }
         if let Some((_, slot)) = deepest {
-            self.stack.push(if opened.of_b { (opened.one, slot) } else { (slot, opened.one) });
+            self.stack.push(opened.pair(slot));
         }
         ControlFlow::Continue(())
     }
@@ -227,11 +197,12 @@ impl<'a, B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Traversal<'a, P, F
             self.probe.triangle_test();
         }
         let pairs = self.batch;
-        let mut left = self.batch.unparted::<M::Double>(self.a, self.b, &self.placement);
+        let Posed { a, b, placement, .. } = &self.posed;
+        let mut left = self.batch.unparted::<M::Double>(a, b, placement);
         while left != 0 {
             let pair = pairs.pair(left.trailing_zeros() as usize);
             left &= left - 1;
-            if triangles::touch(self.a, self.b, &self.placement, pair) {
+            if triangles::touch(a, b, placement, pair) {
                 (self.contact)(pair)?;
             }
         }

@@ -14,25 +14,35 @@ mod memory;
 mod time;
 
 use super::chunk::{self, Chunk, Role};
+use super::folder::{self, UNITS, write_unit};
 use super::judged::{self, JudgedPair, Strata};
 use super::plan::{Plan, PlanError, Selection};
-use super::run::{difference, new_manifest, remove, write_unit};
+use super::run::new_manifest;
 use super::{MeasureError, Profile, Progress, Silent};
 use crate::record::manifest::Stage;
 use crate::record::{
-    AuditAxisRow, AuditBuildRow, AuditRow, AuditTimingRow, AuditTreeRow, Manifest, RecordError, Row, Stratum,
-    read_rows, write_rows,
+    AuditAxisRow, AuditBuildRow, AuditRow, AuditTimingRow, AuditTreeRow, Manifest, Row, Stratum, read_rows, write_rows,
 };
 use crate::registry::Registry;
 use crate::scene::Scene;
 use crate::truth::TruthCache;
 use cell::Cell;
 use rayon::prelude::*;
-use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Folder of the unfinished units inside an audit's folder.
-const UNITS: &str = "units";
+/// What an audit leaves in its folder beside the manifest and the units.
+const FILES: [&str; 10] = [
+    AuditRow::FILE,
+    AuditTreeRow::FILE,
+    AuditAxisRow::FILE,
+    AuditTimingRow::FILE,
+    AuditBuildRow::FILE,
+    crate::record::AuditCellRow::FILE,
+    crate::record::AuditEffectRow::FILE,
+    crate::record::AuditShareRow::FILE,
+    "audit.md",
+    "plots",
+];
 /// How many times more poses are generated than measured, so that every stratum fills its share.
 const POSE_RESERVE: usize = 4;
 
@@ -103,19 +113,7 @@ impl Audit {
         cells.retain(|cell| orientations.is_empty() || orientations.iter().any(|asked| asked == cell.orientation));
         let mut manifest = new_manifest(&plan);
         manifest.request.policies = cells.iter().map(Cell::name).collect();
-        if folder.join(Manifest::FILE).exists() {
-            let old = Manifest::read(folder)?;
-            match difference(&old, &manifest) {
-                None => manifest = old,
-                Some(_) if fresh => clear(folder)?,
-                Some(difference) => {
-                    return Err(MeasureError::AnotherRun { folder: folder.to_owned(), difference });
-                }
-            }
-        } else if fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) {
-            return Err(MeasureError::NotARun(folder.to_owned()));
-        }
-        manifest.write(folder)?;
+        let manifest = folder::open(folder, manifest, fresh, &FILES)?;
         Ok(Self { folder: folder.to_owned(), plan, cells, amount, manifest, cache: None })
     }
 
@@ -241,22 +239,4 @@ fn chosen(chunks: &[Chunk], most: usize) -> Vec<Chunk> {
         kept.extend((0..count).map(|i| of_it[(2 * i + 1) * of_it.len() / (2 * count)].clone()));
     }
     kept
-}
-
-/// Removes what another audit left in the folder, and nothing else.
-fn clear(folder: &Path) -> Result<(), RecordError> {
-    let files = [
-        Manifest::FILE,
-        AuditRow::FILE,
-        AuditTreeRow::FILE,
-        AuditAxisRow::FILE,
-        AuditTimingRow::FILE,
-        AuditBuildRow::FILE,
-        crate::record::AuditEffectRow::FILE,
-        crate::record::AuditShareRow::FILE,
-        "audit.md",
-        "plots",
-        UNITS,
-    ];
-    files.into_iter().try_for_each(|name| remove(&folder.join(name)))
 }

@@ -1,5 +1,6 @@
 //! Our own variants as runners: the protocol's other end, in Rust.
 
+use super::drive::LONG_CHUNK_NS;
 use super::{Mode, PeersError, npy, posed};
 use crate::geometry::{Isometry, Mesh};
 use crate::measure::timer;
@@ -7,6 +8,7 @@ use crate::method::Model;
 use crate::registry::Variant;
 use crate::tree::Policy;
 use crate::tree::distance::Proximity;
+use crate::wide::{Coherence, Memory};
 use std::io::{BufRead, Write};
 use std::ops::Range;
 use std::path::Path;
@@ -19,6 +21,7 @@ use std::path::Path;
 pub fn run(
     variant: &Variant,
     policy: Option<Policy>,
+    coherence: Coherence,
     mode: Mode,
     pair: &Path,
     out: &Path,
@@ -28,8 +31,9 @@ pub fn run(
 ) -> Result<(), PeersError> {
     let mut say = |text: &str| writeln!(replies, "{text}").and_then(|()| replies.flush()).map_err(PeersError::Gone);
     let mut runner = Runner::new(variant, policy, mode, posed::read_meshes(pair)?, posed::read_poses(pair)?, rounds);
-    // A peer here answers only whether two meshes touch, and how far apart they are.
-    if mode == Mode::All && variant.kind == crate::method::Kind::Peer {
+    runner.coherence = coherence;
+    // A peer here answers only whether two meshes touch, and how far apart they are; so do samples.
+    if mode == Mode::All && matches!(variant.kind, crate::method::Kind::Peer | crate::method::Kind::Sampling) {
         return say("unsupported");
     }
     say("ready")?;
@@ -61,6 +65,7 @@ pub fn run(
 struct Runner<'a> {
     variant: &'a Variant,
     policy: Option<Policy>,
+    coherence: Coherence,
     mode: Mode,
     meshes: [Mesh; 2],
     models: Option<[Box<dyn Model>; 2]>,
@@ -84,7 +89,8 @@ impl<'a> Runner<'a> {
     ) -> Self {
         let count = poses.len();
         let (ns, asked, answers) = (vec![0; rounds * count], vec![0; count], vec![0.0; count]);
-        Self { variant, policy, mode, meshes, models: None, poses, rounds, ns, asked, answers }
+        let coherence = Coherence::None;
+        Self { variant, policy, coherence, mode, meshes, models: None, poses, rounds, ns, asked, answers }
     }
 
     fn build(&mut self) -> u64 {
@@ -102,23 +108,34 @@ impl<'a> Runner<'a> {
             self.build();
         }
         let Some([a, b]) = &self.models else { return 0 };
-        let mut asker =
-            Asker { mode: self.mode, a: a.as_ref(), b: b.as_ref(), verdicts: Vec::new(), answers: Vec::new() };
+        let mut asker = Asker {
+            mode: self.mode,
+            coherence: self.coherence,
+            a: a.as_ref(),
+            b: b.as_ref(),
+            memory: Memory::default(),
+            verdicts: Vec::new(),
+            answers: Vec::new(),
+        };
         let poses = &self.poses[chunk.clone()];
-        // The untimed pass is timed all the same, to know how often a short one must be repeated.
-        let (ns, ()) = timer::time(|| asker.pass(poses));
+        let mut times = asker.one_by_one(poses);
+        let once: u64 = times.iter().sum();
+        let ns = if once >= LONG_CHUNK_NS {
+            once
+        } else {
+            let passes = timer::passes_for(once);
+            let (total, ()) = timer::time(|| (0..passes).for_each(|_| asker.pass(poses)));
+            times = asker.one_by_one(poses);
+            total / u64::from(passes)
+        };
         self.answers[chunk.clone()].copy_from_slice(&asker.answers);
-        let passes = timer::passes_for(ns);
-        let (total, ()) = timer::time(|| (0..passes).for_each(|_| asker.pass(poses)));
-        asker.forget();
-        for (index, pose) in chunk.zip(poses) {
-            let (ns, ()) = timer::time(|| asker.ask(std::slice::from_ref(pose)));
+        for (index, ns) in chunk.zip(times) {
             if self.asked[index] < self.rounds {
                 self.ns[self.asked[index] * self.poses.len() + index] = ns.max(1);
                 self.asked[index] += 1;
             }
         }
-        total / u64::from(passes)
+        ns
     }
 
     fn write(&self, out: &Path) -> Result<(), PeersError> {
@@ -137,8 +154,11 @@ impl<'a> Runner<'a> {
 /// Two models and what asking them reuses.
 struct Asker<'a> {
     mode: Mode,
+    coherence: Coherence,
     a: &'a dyn Model,
     b: &'a dyn Model,
+    /// What poses of the pass have left behind.
+    memory: Memory,
     verdicts: Vec<bool>,
     /// Answers of the last pass.
     answers: Vec<f64>,
@@ -146,8 +166,15 @@ struct Asker<'a> {
 
 impl Asker<'_> {
     fn forget(&mut self) {
+        self.memory.forget();
         self.verdicts.clear();
         self.answers.clear();
+    }
+
+    /// Answers the poses, and returns the time of each, ns.
+    fn one_by_one(&mut self, poses: &[Isometry]) -> Vec<u64> {
+        self.forget();
+        poses.iter().map(|pose| timer::time(|| self.ask(std::slice::from_ref(pose))).0).collect()
     }
 
     fn pass(&mut self, poses: &[Isometry]) {
@@ -159,7 +186,11 @@ impl Asker<'_> {
         match self.mode {
             Mode::First | Mode::Path => {
                 let before = self.verdicts.len();
-                self.a.first(self.b, poses, &mut self.verdicts);
+                if self.mode == Mode::Path {
+                    self.a.along(self.b, poses, self.coherence, &mut self.memory, &mut self.verdicts);
+                } else {
+                    self.a.first(self.b, poses, &mut self.verdicts);
+                }
                 self.answers.extend(self.verdicts[before..].iter().map(|&touching| f64::from(u8::from(touching))));
             }
             Mode::All => {
@@ -193,6 +224,7 @@ mod tests {
             exact: false,
             grazing: false,
             stratum: Stratum::Far,
+            value: None,
         };
         let questions = vec![question(50.0), question(16.0), question(60.0)];
         let chunks = vec![0..2, 2..3];
@@ -202,7 +234,8 @@ mod tests {
         let variant = registry.variants().iter().find(|variant| variant.is_reference).unwrap();
         let commands = b"build\nbytes\nchunk 0 2\nchunk 2 3\nchunk 0 2\nquit\n";
         let mut replies = Vec::new();
-        run(variant, None, mode, folder.path(), folder.path(), 2, commands.as_slice(), &mut replies).unwrap();
+        run(variant, None, Coherence::None, mode, folder.path(), folder.path(), 2, commands.as_slice(), &mut replies)
+            .unwrap();
         (String::from_utf8(replies).unwrap().lines().map(str::to_owned).collect(), folder)
     }
 
@@ -239,8 +272,17 @@ mod tests {
         let registry = Registry::standard();
         let variant = &registry.variants()[0];
         for bad in ["hello\n", "chunk 0\n", "chunk 0 9\n", "chunk 2 1\n", "chunk a b\n"] {
-            let result =
-                run(variant, None, Mode::First, folder.path(), folder.path(), 1, bad.as_bytes(), &mut Vec::new());
+            let result = run(
+                variant,
+                None,
+                Coherence::None,
+                Mode::First,
+                folder.path(),
+                folder.path(),
+                1,
+                bad.as_bytes(),
+                &mut Vec::new(),
+            );
             assert!(matches!(result, Err(PeersError::Command { .. })), "{bad}");
         }
     }

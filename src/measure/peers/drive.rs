@@ -14,13 +14,20 @@ use rand_pcg::Pcg64Mcg;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread;
+use std::time::Duration;
 
-/// A chunk that takes an engine longer than this, ns, is asked once in the warm-up round and once timed.
-const LONG_CHUNK_NS: u64 = 20_000_000;
+/// A chunk that takes an engine longer than this, ns, is asked once in the warm-up round and once timed, and a runner needs
+/// one pass only to answer: what a cold start adds is lost in it.
+pub const LONG_CHUNK_NS: u64 = 20_000_000;
 
 /// Constructions that are timed, one at the beginning of each round.
 const BUILDS: u32 = 5;
+
+/// How long the driver waits for an answer: no pass over a chunk and no construction should take longer.
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// An engine, and how its runner is started.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -185,6 +192,7 @@ impl Place<'_> {
             round,
             ns,
             bytes,
+            triangles: (self.posed.a.faces().len() + self.posed.b.faces().len()) as u64,
         });
     }
 
@@ -235,6 +243,7 @@ impl Place<'_> {
                     grazing: u8::from(question.grazing),
                     touching: u8::from(verdicts[pose] != 0),
                     value: values.get(pose).copied(),
+                    true_value: question.value,
                     ns: median_after_first(ns.iter().skip(pose).step_by(count).copied()),
                 }
             }));
@@ -255,7 +264,8 @@ struct Runner<'a> {
     engine: &'a Engine,
     child: Child,
     commands: ChildStdin,
-    replies: BufReader<ChildStdout>,
+    /// Lines of its standard output, read by a thread of their own so that waiting can end.
+    replies: Receiver<std::io::Result<String>>,
     out: PathBuf,
     failure: Option<String>,
 }
@@ -277,7 +287,10 @@ impl<'a> Runner<'a> {
         let (Some(commands), Some(replies)) = (child.stdin.take(), child.stdout.take()) else {
             return Err("its process has no pipes".to_owned());
         };
-        let mut runner = Self { engine, child, commands, replies: BufReader::new(replies), out, failure: None };
+        let (sender, receiver) = channel();
+        // The thread ends when the process does, or with the first line after the driver has gone.
+        thread::spawn(move || BufReader::new(replies).lines().try_for_each(|line| sender.send(line)));
+        let mut runner = Self { engine, child, commands, replies: receiver, out, failure: None };
         match runner.reply()?.as_str() {
             "ready" => Ok(runner),
             "unsupported" => Err("it has no such mode".to_owned()),
@@ -303,14 +316,14 @@ impl<'a> Runner<'a> {
     }
 
     fn reply(&mut self) -> Result<String, String> {
-        let mut line = String::new();
-        match self.replies.read_line(&mut line) {
-            Ok(0) => Err(match self.child.wait() {
+        match self.replies.recv_timeout(PATIENCE) {
+            Ok(Ok(line)) => Ok(line.trim_end().to_owned()),
+            Ok(Err(cause)) => Err(format!("its answer cannot be read: {cause}")),
+            Err(RecvTimeoutError::Timeout) => Err(format!("no answer in {} s", PATIENCE.as_secs())),
+            Err(RecvTimeoutError::Disconnected) => Err(match self.child.wait() {
                 Ok(status) => format!("its process ended with {status}"),
                 Err(cause) => format!("its process ended: {cause}"),
             }),
-            Ok(_) => Ok(line.trim_end().to_owned()),
-            Err(cause) => Err(format!("its answer cannot be read: {cause}")),
         }
     }
 }

@@ -8,8 +8,9 @@
 //! - `build`: it builds its structures over both meshes from the triangles in memory, in the place of earlier ones, and says
 //!   `done NS`, the time of that in ns.
 //! - `bytes`: it says `done N`, what the structures hold in memory, triangles included; 0 when it does not know.
-//! - `chunk I J`: it answers the poses I, I+1, ..., J-1 again and again: once untimed; then timed as a whole, repeated until the
-//!   sample is long enough; then pose by pose, each timed alone. It says `done NS`, the time of one pass over the chunk.
+//! - `chunk I J`: it answers the poses I, I+1, ..., J-1 again and again: once to warm up; then timed as a whole, repeated until
+//!   the sample is long enough; then pose by pose, each timed alone. It says `done NS`, the time of one pass over the chunk.
+//!   Where one pass pose by pose takes longer than [`drive::LONG_CHUNK_NS`], that pass is enough.
 //! - `quit`: it writes `verdicts.npy` (u1), `ns.npy` (u8; a row per round, 0 where it was not asked) and, in modes `all` and
 //!   `distance`, `values.npy` (f8: touching pairs of triangles; mm) to `OUT`, says `done 0` and ends.
 //!

@@ -9,6 +9,7 @@
 //! | `exact.npy` | u1 (n) | 1 when the surfaces touch |
 //! | `grazing.npy` | u1 (n) | 1 when they are within 1e-6 mm of first contact: either answer is right |
 //! | `stratum.npy` | u1 (n) | 0 colliding, 1 near miss, 2 medium, 3 far |
+//! | `truth.npy` | f8 (n) | modes `all` and `distance` only: touching pairs of triangles; mm |
 
 use super::{Mode, PeersError, npy};
 use crate::geometry::{Isometry, Mesh, Point};
@@ -21,6 +22,7 @@ use crate::scene::{Pair, Scene};
 use crate::truth::{PairOracle, Sought, TruthCache, judge_all};
 use crate::workload::Source;
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
@@ -42,6 +44,8 @@ pub struct Question {
     pub grazing: bool,
     /// Distance stratum.
     pub stratum: Stratum,
+    /// The true answer in modes `all` (touching pairs of triangles) and `distance` (mm).
+    pub value: Option<f64>,
 }
 
 /// All questions about a pair of parts.
@@ -96,7 +100,7 @@ pub fn questions(
             let all = &usable[chunk.pair].poses;
             match mode {
                 Mode::Path => posed.add(fine_steps(&oracle, all, chunk)),
-                _ => posed.add(chunk.poses.iter().map(|&index| question(&oracle, &all[index])).collect()),
+                _ => posed.add(chunk.poses.par_iter().map(|&index| question(&oracle, &all[index], mode)).collect()),
             }
         }
         if !posed.chunks.is_empty() {
@@ -109,13 +113,18 @@ pub fn questions(
     Ok(found)
 }
 
-fn question(oracle: &PairOracle, pose: &JudgedPose) -> Question {
+fn question(oracle: &PairOracle, pose: &JudgedPose, mode: Mode) -> Question {
     let grazing = match pose.stratum {
         Stratum::Colliding => pose.band == Band::Grazing,
         Stratum::NearMiss => oracle.clearance_mm(&pose.a_from_b, Band::GRAZING_MM).is_finite(),
         Stratum::Medium | Stratum::Far => false,
     };
-    Question { a_from_b: pose.a_from_b, exact: pose.exact, grazing, stratum: pose.stratum }
+    let value = match mode {
+        Mode::All => Some(oracle.touching_pairs(&pose.a_from_b) as f64),
+        Mode::Distance => Some(oracle.clearance_mm(&pose.a_from_b, f64::INFINITY)),
+        Mode::First | Mode::Path => None,
+    };
+    Question { a_from_b: pose.a_from_b, exact: pose.exact, grazing, stratum: pose.stratum, value }
 }
 
 /// Fine steps from a chunk's first pose towards the next pose of the path.
@@ -131,7 +140,7 @@ fn fine_steps(oracle: &PairOracle, path: &[JudgedPose], chunk: &Chunk) -> Vec<Qu
         let stratum = Stratum::of(exact, judgement.clearance_mm);
         // How deep a step is nobody has found; grazing ones are known from the free side only.
         let grazing = stratum == Stratum::NearMiss && oracle.clearance_mm(&a_from_b, Band::GRAZING_MM).is_finite();
-        Question { a_from_b, exact, grazing, stratum }
+        Question { a_from_b, exact, grazing, stratum, value: None }
     });
     judged.collect()
 }
@@ -168,6 +177,10 @@ impl PosedMeshes {
         flags("exact.npy", &|question| u8::from(question.exact))?;
         flags("grazing.npy", &|question| u8::from(question.grazing))?;
         flags("stratum.npy", &|question| question.stratum as u8)?;
+        let truth: Vec<f64> = self.questions.iter().filter_map(|question| question.value).collect();
+        if truth.len() == count {
+            npy::write(&folder.join("truth.npy"), &[count], &truth)?;
+        }
         Ok(())
     }
 }
@@ -233,7 +246,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (a, b) = (Arc::new(meshes::torus(12.0, 4.0, 14, 7)), Arc::new(meshes::cuboid(2.0, 3.0, 4.0)));
         let pose = |x: f64| Isometry::new(Vector3::new(x, 1.0, 0.1), Vector3::new(0.3, 0.1, x));
-        let question = |x| Question { a_from_b: pose(x), exact: true, grazing: false, stratum: Stratum::Medium };
+        let question =
+            |x| Question { a_from_b: pose(x), exact: true, grazing: false, stratum: Stratum::Medium, value: Some(x) };
         let mut posed = PosedMeshes { pair: "a:b".into(), a, b, questions: Vec::new(), chunks: Vec::new() };
         posed.add([1.0, 2.0, 3.0].map(question).to_vec());
         posed.add([4.0].map(question).to_vec());
@@ -248,5 +262,6 @@ mod tests {
         let chunks = npy::read::<u32>(&folder.path().join("chunks.npy"), &[2]).unwrap();
         assert_eq!(chunks, [0, 3, 3, 4]);
         assert_eq!(npy::read::<u8>(&folder.path().join("stratum.npy"), &[]).unwrap(), [2; 4]);
+        assert_eq!(npy::read::<f64>(&folder.path().join("truth.npy"), &[]).unwrap(), [1.0, 2.0, 3.0, 4.0]);
     }
 }

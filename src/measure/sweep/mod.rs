@@ -10,8 +10,8 @@ mod flip;
 pub mod stage;
 mod step;
 
+use super::folder::{self, UNITS, write_unit};
 use super::plan::{Case, PlanError, choose};
-use super::run::{difference, remove, write_unit};
 use super::{MeasureError, Profile, Progress, environment, timer};
 use crate::geometry::Isometry;
 use crate::method::{Kind, Model};
@@ -24,13 +24,12 @@ use crate::workload::draw::Draw;
 use rayon::prelude::*;
 use stage::{Quantity, Stage, stage};
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use thiserror::Error;
 
-/// Folder of the unfinished units inside a sweep's folder.
-const UNITS: &str = "units";
+/// What a sweep leaves in its folder beside the manifest and the units.
+const FILES: [&str; 4] = [SweepRow::FILE, SweepTimingRow::FILE, crate::record::SweepSummaryRow::FILE, "plots"];
 /// Groups that the lines are dealt out to: what is resampled.
 const GROUPS: u32 = 12;
 
@@ -210,20 +209,7 @@ impl SweepRun {
         let cases: Vec<Case> =
             with_tree.map(|variant| Case { policy: variant.policy, id: variant.info.id.to_owned(), variant }).collect();
         let amount = amount(profile);
-        let mut manifest = manifest(&sweep, &cases, profile, amount, seed);
-        if folder.join(Manifest::FILE).exists() {
-            let old = Manifest::read(folder).map_err(MeasureError::from)?;
-            match difference(&old, &manifest) {
-                None => manifest = old,
-                Some(_) if fresh => clear(folder)?,
-                Some(difference) => {
-                    return Err(MeasureError::AnotherRun { folder: folder.to_owned(), difference }.into());
-                }
-            }
-        } else if fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) {
-            return Err(MeasureError::NotARun(folder.to_owned()).into());
-        }
-        manifest.write(folder).map_err(MeasureError::from)?;
+        let manifest = folder::open(folder, manifest(&sweep, &cases, profile, amount, seed), fresh, &FILES)?;
         Ok(Self { sweep, cases, amount, folder: folder.to_owned(), manifest, seed })
     }
 
@@ -444,11 +430,4 @@ fn manifest(sweep: &Sweep, cases: &[Case], profile: Profile, amount: Amount, see
         finished: Vec::new(),
         noise: Vec::new(),
     }
-}
-
-/// Removes what another sweep left in the folder, and nothing else.
-fn clear(folder: &Path) -> Result<(), MeasureError> {
-    let summary = crate::record::SweepSummaryRow::FILE;
-    let files = [Manifest::FILE, SweepRow::FILE, SweepTimingRow::FILE, summary, "plots", UNITS];
-    files.into_iter().try_for_each(|name| Ok(remove(&folder.join(name))?))
 }

@@ -139,6 +139,10 @@ impl<R: ObbRule> BoundingVolume for Obb<R> {
     fn outline(&self) -> Vec<Segment> {
         box_outline(&self.centre, &self.axes, &self.half)
     }
+
+    fn as_box(&self) -> Option<Obb<Fitted>> {
+        Some(Obb { axes: self.axes, centre: self.centre, half: self.half, rule: PhantomData })
+    }
 }
 
 #[cfg(test)]

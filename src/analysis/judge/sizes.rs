@@ -1,0 +1,70 @@
+//! The claims about how large something is: memory, and the arithmetic of the separating-axis test. Counted, not sampled, so
+//! that there is no interval.
+
+use super::{ALL, CaseKey, ExitRow, Finding, Judged, Stratum, Test, Verdict};
+use std::collections::BTreeMap;
+
+/// The first axis, as records number them, that is a product of two edges.
+const FIRST_EDGE_AXIS: u8 = 7;
+
+impl Judged<'_> {
+    /// Memory of the subject's trees over the baseline's, part by part.
+    pub(super) fn bytes(&self, test: &Test) -> Finding {
+        let baseline: BTreeMap<&str, f64> =
+            self.trees(&self.baseline).map(|row| (row.part.as_str(), row.bytes as f64)).collect();
+        let logs = self.trees(&self.subject).filter_map(|row| {
+            let log = (row.bytes as f64 / baseline.get(row.part.as_str())?).ln();
+            log.is_finite().then_some(log)
+        });
+        Self::mean_ratio(&logs.collect::<Vec<_>>(), test, "parts")
+    }
+
+    /// Mean arithmetic operations of a test.
+    pub(super) fn axis_operations(&self, case: &CaseKey, test: &Test) -> Finding {
+        let most = self.exits(case).filter(|row| row.tests > 0).map(|row| row.operations).max();
+        let mut finding = self.mean_of_exits(case, test, |row| row.operations as f64);
+        finding.note.extend(most.map(|most| format!("no test takes more than {most}")));
+        finding
+    }
+
+    /// Share of the tests that only a product of edges ends: a test of the six normals overlaps wrongly in these.
+    pub(super) fn edge_exits(&self, case: &CaseKey, test: &Test) -> Finding {
+        let is_edge = |row: &ExitRow| f64::from(u8::from(row.axis >= FIRST_EDGE_AXIS));
+        let mut finding = self.mean_of_exits(case, test, is_edge);
+        let (edge, ended) = self
+            .exits(case)
+            .filter(|row| row.axis > 0)
+            .fold((0.0, 0.0), |(edge, ended), row| (edge + is_edge(row) * row.tests as f64, ended + row.tests as f64));
+        if ended > 0.0 {
+            finding.note.push(format!("{:.1} % of the tests that some axis ends", 100.0 * edge / ended));
+        }
+        finding
+    }
+
+    fn exits<'b>(&'b self, case: &'b CaseKey) -> impl Iterator<Item = &'b ExitRow> {
+        self.evidence.exits.iter().filter(move |row| row.scene == self.scene_name && row.case() == *case)
+    }
+
+    /// The mean of something over all tests, against the claim's bound, with the range over the strata.
+    fn mean_of_exits(&self, case: &CaseKey, test: &Test, value: impl Fn(&ExitRow) -> f64) -> Finding {
+        let mean = |wanted: Option<Stratum>| {
+            let rows = self.exits(case).filter(|row| wanted.is_none_or(|stratum| row.stratum == stratum));
+            let (sum, tests) =
+                rows.fold((0.0, 0.0), |(s, n), row| (s + value(row) * row.tests as f64, n + row.tests as f64));
+            (tests > 0.0).then_some(sum / tests)
+        };
+        let Some(all) = mean(None) else {
+            return Finding::not_measured(ALL, "no ends of separating-axis tests of this case in this run");
+        };
+        let by_stratum = Stratum::ALL.into_iter().filter_map(|stratum| Some((stratum, mean(Some(stratum))?)));
+        let by_stratum: Vec<String> = by_stratum.map(|(stratum, mean)| format!("{} {mean:.3}", stratum.id())).collect();
+        let holds = test.at_most.is_some_and(|most| all <= most);
+        Finding {
+            stratum: ALL,
+            verdict: if holds { Verdict::Reproduces } else { Verdict::Reversed },
+            value: Some(all),
+            interval: None,
+            note: vec![by_stratum.join(", ")],
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! Queries along a path: what a pose leaves behind may settle the next one. Verdicts are those of fresh queries, always.
+//!
+//! Two things are kept. A *witness*, the pair of triangles that touched last (M. C. Lin, J. F. Canny 1991 keep a pair of features likewise): while
+//! it touches, the meshes do. And *evidence* of a free pose, a distance that the meshes were apart there: while no point of `b` has
+//! moved that far, they are apart (the motion bound of F. Schwarzer, M. Saha, J.-C. Latombe 2005). The distance is looked for only as far as
+//! some steps ahead reach, and not at all for a while where it has not paid: where a path jumps, or creeps along a surface.
+//!
+//! Why a kept verdict is the fresh one. Free at pose 0: the triangles as the truth sees them are at least `d` apart, less [`MEASURED_PAD`].
+//! Their corners are within the pose's slack ([`Pose::ball_slack`]) of where a rigid motion has them, at either pose. A point p of `b`
+//! moves by (R₁ - R₀)p + t₁ - t₀, which is the move of the ball's centre and (R₁ - R₀)(p - centre). With unit quaternions R(q)v = q v q*, so
+//! (R₁ - R₀)v = (q₁ - q₀) v q₁* + q₀ v (q₁ - q₀)*, at most 2|q₁ - q₀||v| long; q and -q are the same rotation.
+
+use super::distance;
+use super::lanes::Simd;
+use super::node::WideTree;
+use super::pose::Pose;
+use super::traverse::{self, Scratch};
+use super::triangles;
+use crate::geometry::grid::Placement;
+use crate::geometry::{Isometry, Point};
+use crate::tree::distance::Proximity;
+use crate::tree::traverse::Probe;
+use nalgebra::Vector4;
+use std::fmt;
+use std::ops::ControlFlow;
+use std::str::FromStr;
+
+/// How far ahead a distance is looked for, in steps like the last one.
+const STEPS_AHEAD: f64 = 32.0;
+/// Poses that a distance must settle to have paid, and how many times as many nodes as a fresh query its search may open.
+const PAYS: u32 = 4;
+/// Nodes that a search may open in any case.
+const LEAST_VISITS: u32 = 16;
+/// Most poses that are asked afresh before a distance is looked for again.
+const LONGEST_REST: u32 = 31;
+
+/// How much larger a measured distance of two triangles may be than the true one, relative to the size of everything: 2⁻²². The distance of two
+/// edges at an angle φ is taken at a place that rounding misplaces along the edges by at most 8·2⁻⁵³ r / φ² (r: how far the corners are from
+/// one another), which lengthens it by at most 8·2⁻⁵³ r / φ; at angles below √(8·2⁻⁵³) = 3·10⁻⁸ any place on both is within 3·10⁻⁸ r
+/// of the nearest. A corner over a face with a small angle φ is the same case, its edges taking over. 2⁻²² is eight times that.
+const MEASURED_PAD: f64 = 1.0 / 4_194_304.0;
+
+/// What a query may use of the pose before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Coherence {
+    /// Nothing: every query is fresh.
+    #[default]
+    None,
+    /// The pair of triangles that touched.
+    Witness,
+    /// That, and how far apart the meshes were.
+    Evidence,
+}
+
+impl Coherence {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::None, Self::Witness, Self::Evidence];
+
+    /// The name on the command line.
+    #[must_use]
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Witness => "witness",
+            Self::Evidence => "evidence",
+        }
+    }
+}
+
+impl fmt::Display for Coherence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.id())
+    }
+}
+
+impl FromStr for Coherence {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|coherence| coherence.id() == text);
+        found.ok_or_else(|| format!("`{text}` is not a coherence: expected none, witness or evidence"))
+    }
+}
+
+/// What the queries of one pair along a path leave behind.
+#[derive(Clone, Debug, Default)]
+pub struct Memory {
+    scratch: Scratch,
+    proximity: Proximity,
+    /// The places of the triangles that touched last.
+    witness: Option<(u32, u32)>,
+    evidence: Option<Evidence>,
+    /// Where `b` was asked about last.
+    last: Option<Place>,
+    /// Fresh queries before a distance is looked for again, and how many there are after the next failure.
+    wait: u32,
+    rest: u32,
+}
+
+/// A pose at which the meshes were apart.
+#[derive(Clone, Copy, Debug)]
+struct Evidence {
+    at: Place,
+    /// No point of `b` may have moved so far, mm; what the pose there needs is off already.
+    reach_mm: f64,
+    /// Poses that it has settled.
+    settled: u32,
+}
+
+/// Where `b` is: the centre of its ball, mm, and its unit quaternion.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    centre: Point,
+    turn: Vector4<f64>,
+}
+
+impl Place {
+    fn new(b: &WideTree, a_from_b: &Isometry) -> Self {
+        Self { centre: a_from_b * b.ball.0, turn: a_from_b.rotation.coords }
+    }
+
+    /// The farthest that a point of `b` has moved between the two, mm.
+    fn moved_mm(&self, other: &Self, b: &WideTree) -> f64 {
+        let turned = (self.turn - other.turn).norm_squared().min((self.turn + other.turn).norm_squared()).sqrt();
+        (self.centre - other.centre).norm() + 2.0 * b.ball.1 * turned
+    }
+}
+
+impl Memory {
+    /// Forgets all poses; memory is kept.
+    pub fn forget(&mut self) {
+        let (scratch, mut proximity) = (std::mem::take(&mut self.scratch), std::mem::take(&mut self.proximity));
+        proximity.nearest = None;
+        *self = Self { scratch, proximity, ..Self::default() };
+    }
+
+    /// Whether the meshes touch: [`traverse::first`], by a shorter way where `coherence` allows one. All queries until the next
+    /// [`Memory::forget`] must be about the same meshes.
+    pub fn first(
+        &mut self,
+        a: &WideTree,
+        b: &WideTree,
+        a_from_b: &Isometry,
+        simd: Simd,
+        coherence: Coherence,
+        probe: &mut impl Probe,
+    ) -> bool {
+        if coherence == Coherence::None {
+            return traverse::first(a, b, a_from_b, simd, &mut self.scratch, probe);
+        }
+        if self.witness.is_some_and(|pair| triangles::touch(a, b, &Placement::new(a_from_b), pair)) {
+            return true;
+        }
+        self.witness = None;
+        if coherence == Coherence::Evidence
+            && let Some(verdict) = self.by_evidence(a, b, a_from_b, simd)
+        {
+            return verdict;
+        }
+        let found =
+            traverse::traverse((a, b), a_from_b, simd, &mut self.scratch, probe, |i, j| ControlFlow::Break((i, j)));
+        self.witness = found.break_value();
+        self.witness.is_some()
+    }
+
+    /// The verdict where evidence has it: kept, or gained now; `None` where a fresh query is the better way.
+    fn by_evidence(&mut self, a: &WideTree, b: &WideTree, a_from_b: &Isometry, simd: Simd) -> Option<bool> {
+        let here = Place::new(b, a_from_b);
+        let reach = a.reach + b.reach;
+        let slack = Pose::ball_slack(a_from_b, reach);
+        let last = self.last.replace(here);
+        if let Some(evidence) = &mut self.evidence {
+            if here.moved_mm(&evidence.at, b) + slack < evidence.reach_mm {
+                evidence.settled += 1;
+                return Some(false);
+            }
+            let paid = evidence.settled >= PAYS;
+            self.evidence = None;
+            self.back_off(paid);
+        }
+        let balls_mm = traverse::balls_apart_mm(a, b, a_from_b);
+        if balls_mm > 0.0 {
+            self.evidence = Some(Evidence { at: here, reach_mm: balls_mm, settled: 0 });
+            return Some(false);
+        }
+        let step = here.moved_mm(&last?, b);
+        if let Some(less) = self.wait.checked_sub(1) {
+            self.wait = less;
+            return None;
+        }
+        let size = (here.centre - a.ball.0).norm() + a.ball.1 + b.ball.1;
+        let pad = slack + MEASURED_PAD * size;
+        let look_mm = STEPS_AHEAD * step + 2.0 * pad;
+        let most_visits = PAYS * self.scratch.visits + LEAST_VISITS;
+        let nearest = distance::nearest(a, b, a_from_b, simd, look_mm, most_visits, &mut self.proximity);
+        if nearest.touching {
+            self.witness = self.proximity.nearest;
+            return Some(true);
+        }
+        let reach_mm = nearest.distance_mm.min(look_mm) - pad;
+        if reach_mm <= 0.0 {
+            // So near the search may have passed over a contact.
+            self.back_off(false);
+            return None;
+        }
+        self.evidence = Some(Evidence { at: here, reach_mm, settled: 0 });
+        Some(false)
+    }
+
+    fn back_off(&mut self, paid: bool) {
+        self.rest = if paid { self.rest / 2 } else { (2 * self.rest + 1).min(LONGEST_REST) };
+        self.wait = if paid { 0 } else { self.rest };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+    use crate::tree::traverse::{Counts, NoProbe};
+    use proptest::prelude::*;
+
+    fn trees() -> (WideTree, WideTree) {
+        (WideTree::build(&meshes::torus(12.0, 4.0, 28, 14)), WideTree::build(&meshes::stepped_tool(16, 8)))
+    }
+
+    #[test]
+    fn a_step_is_known_from_the_centre_and_the_turn() {
+        let (_, b) = trees();
+        let place = |x, angle| Place::new(&b, &Isometry::new([x, 0.0, 0.0].into(), [0.0, 0.0, angle].into()));
+        assert!((place(1.0, 0.0).moved_mm(&place(4.0, 0.0), &b) - 3.0).abs() < 1e-12);
+        // A turn by θ about the centre: half of it in the quaternion, so 2 r · 2 sin(θ/4), here r (1 - small) θ, at least the chord.
+        let (radius, turn) = (b.ball.1, Isometry::rotation([0.0, 0.0, 0.1].into()));
+        let about =
+            nalgebra::Translation3::from(b.ball.0.coords) * turn * nalgebra::Translation3::from(-b.ball.0.coords);
+        let moved = Place::new(&b, &about).moved_mm(&Place::new(&b, &Isometry::identity()), &b);
+        assert!((moved - 4.0 * radius * 0.025_f64.sin()).abs() < 1e-9 && moved >= 2.0 * radius * 0.05_f64.sin());
+        // The other quaternion of the same rotation is the same place.
+        let mut other = Place::new(&b, &about);
+        other.turn = -other.turn;
+        assert!((other.moved_mm(&Place::new(&b, &Isometry::identity()), &b) - moved).abs() < 1e-12);
+    }
+
+    #[test]
+    fn evidence_settles_most_free_poses_and_a_witness_the_others() {
+        let (a, b) = trees();
+        let mut memory = Memory::default();
+        let (mut tests, mut touching) = (0, 0);
+        for step in 0..4000_u32 {
+            let pose = Isometry::translation(40.0 - 0.01 * f64::from(step), 1.0, -3.0);
+            let mut counts = Counts::default();
+            touching += u32::from(memory.first(&a, &b, &pose, Simd::in_use(), Coherence::Evidence, &mut counts));
+            tests += u32::from(counts.volume_tests > 0);
+        }
+        assert!((400..3600).contains(&touching), "{touching}");
+        assert!(tests < 200, "{tests} fresh queries");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        /// Along paths of any step, smooth or jumping, each coherence has the verdicts of fresh queries on every instruction set.
+        #[test]
+        fn verdicts_are_those_of_fresh_queries(
+            start in prop::array::uniform3(-30.0..30.0_f64),
+            turn in prop::array::uniform3(-3.0..3.0_f64),
+            exponent in -4.0..1.0_f64,
+            direction in prop::array::uniform3(-1.0..1.0_f64),
+            spin in prop::array::uniform3(-0.01..0.01_f64),
+            jumps in prop::collection::vec(0..200_usize, 0..4),
+        ) {
+            let (a, b) = trees();
+            let step = 10f64.powf(exponent);
+            // Towards the ring's middle, so that most paths come near it.
+            let aim = nalgebra::Vector3::from(direction) - nalgebra::Vector3::from(start) * 0.05;
+            for simd in Simd::available() {
+                for coherence in Coherence::ALL {
+                    let mut memory = Memory::default();
+                    let mut scratch = Scratch::default();
+                    let mut jumped = 0.0;
+                    for k in 0..200_usize {
+                        jumped += if jumps.contains(&k) { 50.0 } else { 0.0 };
+                        let along = step * (k as f64 + jumped);
+                        let shift = nalgebra::Vector3::from(start) + aim * along;
+                        let pose = Isometry::new(shift, nalgebra::Vector3::from(turn) + nalgebra::Vector3::from(spin) * along);
+                        let fresh = traverse::first(&a, &b, &pose, simd, &mut scratch, &mut NoProbe);
+                        let kept = memory.first(&a, &b, &pose, simd, coherence, &mut NoProbe);
+                        prop_assert_eq!(kept, fresh, "pose {}, {}, {}", k, coherence, simd.name());
+                    }
+                }
+            }
+        }
+    }
+}

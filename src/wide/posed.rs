@@ -1,0 +1,78 @@
+//! Two trees at a pose: which box of a pair is opened, and how the other looks from its node.
+
+use super::boxes::Visit;
+use super::node::{Contents, WideTree};
+use super::pose::{Pose, Seen};
+use crate::geometry::Isometry;
+use crate::geometry::grid::Placement;
+
+/// The trees, and the constants of the pose.
+pub(super) struct Posed<'a> {
+    pub a: &'a WideTree,
+    pub b: &'a WideTree,
+    pub placement: Placement,
+    pose: Pose,
+}
+
+/// What is opened in a visit.
+#[derive(Clone, Copy)]
+pub(super) struct Opened {
+    /// The slot that stays as it is.
+    pub one: u32,
+    /// The node whose children are tested against it.
+    pub node: u32,
+    /// Whether that node is of `b`.
+    pub of_b: bool,
+}
+
+impl Opened {
+    /// The roots: node 0 of `a` holds the root alone; `b`'s root is slot 0.
+    pub const ROOTS: Self = Self { one: 0, node: 0, of_b: false };
+
+    /// The pair (slot of `a`, slot of `b`) of the box that stays and a slot of the other tree.
+    #[inline(always)]
+    pub const fn pair(self, slot: u32) -> (u32, u32) {
+        if self.of_b { (self.one, slot) } else { (slot, self.one) }
+    }
+}
+
+impl<'a> Posed<'a> {
+    pub fn new(a: &'a WideTree, b: &'a WideTree, a_from_b: &Isometry) -> Self {
+        let (placement, pose) = (Placement::new(a_from_b), Pose::new(a_from_b, a.reach + b.reach));
+        Self { a, b, placement, pose }
+    }
+
+    /// The tree that is opened, and the other one.
+    #[inline(always)]
+    pub const fn trees(&self, opened: Opened) -> (&'a WideTree, &'a WideTree) {
+        if opened.of_b { (self.b, self.a) } else { (self.a, self.b) }
+    }
+
+    /// Of two boxes the larger is opened, the second on a tie; never a triangle's. Not both are triangles'.
+    #[inline(always)]
+    pub fn open(&self, (x, y): (u32, u32)) -> Opened {
+        let area = |tree: &WideTree, slot| {
+            let (node, place) = tree.slot(slot);
+            node.code(place).area()
+        };
+        match (self.a.contents(x), self.b.contents(y)) {
+            (Contents::Node(node), Contents::Triangle(_)) => Opened { one: y, node, of_b: false },
+            (Contents::Node(node), Contents::Node(_)) if area(self.a, x) > area(self.b, y) => {
+                Opened { one: y, node, of_b: false }
+            }
+            // Two triangles are tested, never opened.
+            (_, Contents::Node(node) | Contents::Triangle(node)) => Opened { one: x, node, of_b: true },
+        }
+    }
+
+    /// The one box as seen from the node.
+    #[inline(always)]
+    pub fn see(&self, opened: Opened) -> Visit<'a> {
+        let (tree, other) = self.trees(opened);
+        let motion = if opened.of_b { &self.pose.b_from_a } else { &self.pose.a_from_b };
+        let node = &tree.nodes[opened.node as usize];
+        let (holder, place) = other.slot(opened.one);
+        let one = Seen::new(motion, &holder.code(place), &holder.origin, node, self.pose.slack);
+        Visit { node, one }
+    }
+}
