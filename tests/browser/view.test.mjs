@@ -135,6 +135,7 @@ test("the program stops at the block before first contact", async () => {
   await page.waitForFunction(() => !window.bvbench[0].state().playing);
   assert.equal((await ask(page, () => {})).place, held.place);
   await page.getByLabel("stop before first contact").uncheck();
+  await ask(page, () => (window.bvbench[0].speed = 1)); // slow enough to be seen in contact
   await page.getByRole("button", { name: "Play (space)" }).click();
   await page.waitForFunction(() => window.bvbench[0].state().colliding.length > 0);
   await page.context().close();
