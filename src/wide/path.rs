@@ -5,8 +5,8 @@
 //! moved that far, they are apart (the motion bound of F. Schwarzer, M. Saha, J.-C. Latombe 2005). The distance is looked for only as far as
 //! some steps ahead reach, and not at all for a while where it has not paid: where a path jumps, or creeps along a surface.
 //!
-//! Why a kept verdict is the fresh one. Free at pose 0: the triangles as the truth sees them are at least `d` apart, less [`MEASURED_PAD`].
-//! Their corners are within the pose's slack ([`Pose::ball_slack`]) of where a rigid motion has them, at either pose. A point p of `b`
+//! Why a kept verdict is the fresh one. Free at pose 0: the triangles as the truth sees them are at least `d` apart, less `MEASURED_PAD`.
+//! Their corners are within the pose's slack (`Pose::ball_slack`) of where a rigid motion has them, at either pose. A point p of `b`
 //! moves by (R₁ - R₀)p + t₁ - t₀, which is the move of the ball's centre and (R₁ - R₀)(p - centre). With unit quaternions R(q)v = q v q*, so
 //! (R₁ - R₀)v = (q₁ - q₀) v q₁* + q₀ v (q₁ - q₀)*, at most 2|q₁ - q₀||v| long; q and -q are the same rotation.
 

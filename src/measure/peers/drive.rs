@@ -14,10 +14,10 @@ use rand_pcg::Pcg64Mcg;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A chunk that takes an engine longer than this, ns, is asked once in the warm-up round and once timed, and a runner needs
 /// one pass only to answer: what a cold start adds is lost in it.
@@ -28,6 +28,8 @@ const BUILDS: u32 = 5;
 
 /// How long the driver waits for an answer: no pass over a chunk and no construction should take longer.
 const PATIENCE: Duration = Duration::from_secs(600);
+/// How long a runner may take to end once its input has ended.
+const PATIENCE_AT_END: Duration = Duration::from_secs(5);
 
 /// An engine, and how its runner is started.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -213,7 +215,7 @@ impl Place<'_> {
     /// Ends a runner and reads what it leaves behind.
     fn collect(&self, runner: &mut Runner, answers: &mut Vec<PeerAnswerRow>) -> Result<(), String> {
         runner.request("quit")?;
-        let status = runner.child.wait().map_err(|cause| cause.to_string())?;
+        let status = runner.ended()?;
         if !status.success() {
             return Err(format!("its process ended with {status}"));
         }
@@ -263,7 +265,8 @@ fn median_after_first(ns: impl Iterator<Item = u64>) -> u64 {
 struct Runner<'a> {
     engine: &'a Engine,
     child: Child,
-    commands: ChildStdin,
+    /// Its standard input; `None` once nothing more will be asked.
+    commands: Option<ChildStdin>,
     /// Lines of its standard output, read by a thread of their own so that waiting can end.
     replies: Receiver<std::io::Result<String>>,
     out: PathBuf,
@@ -290,7 +293,7 @@ impl<'a> Runner<'a> {
         let (sender, receiver) = channel();
         // The thread ends when the process does, or with the first line after the driver has gone.
         thread::spawn(move || BufReader::new(replies).lines().try_for_each(|line| sender.send(line)));
-        let mut runner = Self { engine, child, commands, replies: receiver, out, failure: None };
+        let mut runner = Self { engine, child, commands: Some(commands), replies: receiver, out, failure: None };
         match runner.reply()?.as_str() {
             "ready" => Ok(runner),
             "unsupported" => Err("it has no such mode".to_owned()),
@@ -307,8 +310,9 @@ impl<'a> Runner<'a> {
     }
 
     fn request(&mut self, command: &str) -> Result<u64, String> {
-        writeln!(self.commands, "{command}")
-            .and_then(|()| self.commands.flush())
+        let Some(commands) = &mut self.commands else { return Err("nothing more can be asked".to_owned()) };
+        writeln!(commands, "{command}")
+            .and_then(|()| commands.flush())
             .map_err(|cause| format!("`{command}` cannot be sent: {cause}"))?;
         let reply = self.reply()?;
         let number = reply.strip_prefix("done ").and_then(|number| number.parse().ok());
@@ -320,11 +324,24 @@ impl<'a> Runner<'a> {
             Ok(Ok(line)) => Ok(line.trim_end().to_owned()),
             Ok(Err(cause)) => Err(format!("its answer cannot be read: {cause}")),
             Err(RecvTimeoutError::Timeout) => Err(format!("no answer in {} s", PATIENCE.as_secs())),
-            Err(RecvTimeoutError::Disconnected) => Err(match self.child.wait() {
+            Err(RecvTimeoutError::Disconnected) => Err(match self.ended() {
                 Ok(status) => format!("its process ended with {status}"),
-                Err(cause) => format!("its process ended: {cause}"),
+                Err(cause) => format!("it says nothing more: {cause}"),
             }),
         }
+    }
+
+    /// Closes its input and waits until it has ended, which takes no longer than a moment when it keeps to the protocol.
+    fn ended(&mut self) -> Result<ExitStatus, String> {
+        drop(self.commands.take());
+        let begun = Instant::now();
+        while begun.elapsed() < PATIENCE_AT_END {
+            if let Some(status) = self.child.try_wait().map_err(|cause| cause.to_string())? {
+                return Ok(status);
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+        Err(format!("it has not ended {} s after its input did", PATIENCE_AT_END.as_secs()))
     }
 }
 
