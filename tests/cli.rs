@@ -2,73 +2,14 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
+mod support;
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use std::thread::sleep;
 use std::time::Duration;
-
-/// A small scene of its own, so that these tests do not depend on the shipped ones and take seconds.
-const SCENE: &str = r#"
-title = "a ball against a ring"
-pairs = [["ring", "ball"]]
-
-[[machine.links]]
-name = "slide"
-joint = { axis = "X", direction = [1, 0, 0], min_mm = -500, max_mm = 500 }
-
-[[parts]]
-name = "ring"
-shape = { kind = "torus", ring_radius_mm = 40, tube_radius_mm = 12 }
-tessellation = { density = 0.3 }
-
-[[parts]]
-name = "ball"
-link = "slide"
-shape = { kind = "sphere", radius_mm = 20 }
-tessellation = { density = 0.3 }
-"#;
-
-struct Folder(tempfile::TempDir);
-
-impl Folder {
-    fn new() -> Self {
-        let folder = Self(tempfile::tempdir().unwrap());
-        folder.write("scene/scene.toml", SCENE);
-        folder
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, text: &str) -> PathBuf {
-        let path = self.path(name);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(&path, text).unwrap();
-        path
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_bvbench"));
-        command.current_dir(self.0.path()).args(arguments);
-        command
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        self.command(arguments).output().unwrap()
-    }
-
-    /// Runs what must be refused, and returns the message.
-    fn refused(&self, arguments: &[&str]) -> String {
-        let output = self.run(arguments);
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
-        assert!(!message.contains("panicked"), "{message}");
-        message
-    }
-}
+use support::Folder;
 
 fn smoke<'a>(verb: &'a str, out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let mut arguments = vec![verb, "--profile", "smoke", "--scene", "scene", "--out", out, "--quiet"];
@@ -89,7 +30,7 @@ fn column(path: &Path, name: &str) -> BTreeSet<String> {
 
 #[test]
 fn repro_leaves_every_record_every_figure_and_a_report() {
-    let folder = Folder::new();
+    let folder = Folder::with_scene();
     let output = folder.run(&smoke("repro", "run", &[]));
     let (said, complained) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{said}\n{complained}");
@@ -135,7 +76,7 @@ fn repro_leaves_every_record_every_figure_and_a_report() {
 
 #[test]
 fn deterministic_records_are_the_same_bytes_on_one_thread_and_two() {
-    let folder = Folder::new();
+    let folder = Folder::with_scene();
     let variants = ["--variant", "sphere-ritter", "--variant", "obb-area", "--variant", "obb-vertex-centroid"];
     for (out, threads) in [("one", "1"), ("two", "2")] {
         let mut more = variants.to_vec();
@@ -156,7 +97,7 @@ fn deterministic_records_are_the_same_bytes_on_one_thread_and_two() {
 
 #[test]
 fn a_killed_run_leaves_whole_files_and_goes_on() {
-    let folder = Folder::new();
+    let folder = Folder::with_scene();
     let more = ["--variant", "aabb", "--variant", "obb-area"];
     for wait_ms in [50, 150, 400, 800] {
         let mut child = folder.command(&smoke("measure", "killed", &more)).spawn().unwrap();
@@ -180,7 +121,7 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
 
 #[test]
 fn what_cannot_be_done_is_refused_with_its_cause() {
-    let folder = Folder::new();
+    let folder = Folder::with_scene();
     let missing = folder.refused(&["verify", "--scene", "no-such-scene", "--out", "x"]);
     assert!(missing.contains("no-such-scene") && missing.contains("lathe-toolpost"), "{missing}");
     let unknown = folder.refused(&["measure", "--variant", "dop-7", "--scene", "scene", "--out", "x"]);
@@ -210,7 +151,7 @@ fn what_cannot_be_done_is_refused_with_its_cause() {
 
 #[test]
 fn a_run_of_another_request_is_not_replaced_unasked() {
-    let folder = Folder::new();
+    let folder = Folder::with_scene();
     assert!(folder.run(&smoke("verify", "run", &["--variant", "aabb"])).status.success());
     let message = folder.refused(&smoke("verify", "run", &["--variant", "dop-8"]));
     assert!(message.contains("--fresh"), "{message}");
@@ -220,7 +161,7 @@ fn a_run_of_another_request_is_not_replaced_unasked() {
 
 #[test]
 fn an_audit_goes_on_with_the_cells_it_lacks() {
-    let folder = Folder::new();
+    let folder = Folder::with_scene();
     let audit =
         ["audit", "--profile", "smoke", "--scene", "scene", "--orientation", "vertex", "--out", "audit", "--quiet"];
     let output = folder.run(&audit);
@@ -249,7 +190,7 @@ fn an_audit_goes_on_with_the_cells_it_lacks() {
 
 #[test]
 fn a_sweep_is_the_same_every_time_and_tells_its_names() {
-    let folder = Folder::new();
+    let folder = Folder::with_scene();
     let run = |out: &str| {
         let output = folder.run(&["sweep", "leaf", "--profile", "smoke", "--counts-only", "--out", out, "--quiet"]);
         assert!(output.status.success(), "{output:?}");
@@ -268,7 +209,7 @@ fn a_sweep_is_the_same_every_time_and_tells_its_names() {
 
 #[test]
 fn shells_and_manual_readers_get_every_verb() {
-    let folder = Folder::new();
+    let folder = Folder::with_scene();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = String::from_utf8(folder.run(&["completions", shell]).stdout).unwrap();
         assert!(script.contains("compare") && script.contains("clearance"), "{shell}: {script}");

@@ -2,41 +2,11 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
+mod support;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
-
-/// A small scene, so that its truth is found in a moment.
-const SCENE: &str = r#"
-title = "a ball against a ring"
-pairs = [["ring", "ball"]]
-
-[[machine.links]]
-name = "slide"
-joint = { axis = "X", direction = [1, 0, 0], min_mm = -500, max_mm = 500 }
-
-[[parts]]
-name = "ring"
-shape = { kind = "torus", ring_radius_mm = 40, tube_radius_mm = 12 }
-tessellation = { density = 0.3 }
-
-[[parts]]
-name = "ball"
-link = "slide"
-shape = { kind = "sphere", radius_mm = 20 }
-tessellation = { density = 0.3 }
-"#;
-
-fn bvbench(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_bvbench")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn folder_with_scene() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::create_dir(folder.path().join("scene")).unwrap();
-    fs::write(folder.path().join("scene/scene.toml"), SCENE).unwrap();
-    folder
-}
+use support::Folder;
 
 /// The rows of a CSV, each as (column, cell) pairs.
 fn rows(path: &Path) -> Vec<Vec<(String, String)>> {
@@ -53,15 +23,14 @@ fn cell<'a>(row: &'a [(String, String)], column: &str) -> &'a str {
 
 #[test]
 fn engines_are_compared_and_those_that_fail_are_named() {
-    let folder = folder_with_scene();
-    let path = folder.path();
-    fs::write(path.join("empty.sh"), "echo ready; while read -r line; do echo done 5; done\n").unwrap();
-    fs::write(path.join("rude.sh"), "echo ready; while read -r line; do echo what; done\n").unwrap();
+    let folder = Folder::with_scene();
+    folder.write("empty.sh", "echo ready; while read -r line; do echo done 5; done\n");
+    folder.write("rude.sh", "echo ready; while read -r line; do echo what; done\n");
     let arguments = "peers run --scene scene --out out --poses 256 --rounds 2 --quiet --variant obb-area --variant aabb@median \
                      --runner dead=false --runner missing=no-such-program --against obb-area";
     let mut arguments: Vec<&str> = arguments.split_whitespace().collect();
     arguments.extend(["--runner", "empty=sh empty.sh", "--runner", "rude=sh rude.sh"]);
-    let output = bvbench(path, &arguments);
+    let output = folder.run(&arguments);
     let (said, noted) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
     assert!(output.status.success(), "{noted}");
     for (engine, reason) in [
@@ -74,7 +43,7 @@ fn engines_are_compared_and_those_that_fail_are_named() {
         assert!(line.is_some_and(|line| line.contains(reason)), "{engine}: {noted}");
         assert!(!said.contains(engine));
     }
-    let peers = rows(&path.join("out/peers.csv"));
+    let peers = rows(&folder.path("out/peers.csv"));
     let all: Vec<_> = peers.iter().filter(|row| cell(row, "stratum") == "all").collect();
     assert_eq!(all.iter().map(|row| cell(row, "engine")).collect::<Vec<_>>(), ["aabb@median", "obb-area"]);
     for row in all {
@@ -84,16 +53,16 @@ fn engines_are_compared_and_those_that_fail_are_named() {
             assert!(cell(row, column).parse::<f64>().unwrap() > 0.0, "{column} of {row:?}");
         }
     }
-    let ratios = rows(&path.join("out/peer-ratios.csv"));
+    let ratios = rows(&folder.path("out/peer-ratios.csv"));
     let own = ratios.iter().find(|row| cell(row, "engine") == "obb-area" && cell(row, "stratum") == "all").unwrap();
     assert_eq!(["ratio", "low", "high"].map(|column| cell(own, column)), ["1.0"; 3]);
 
     // Another mode is added to what is there.
     let arguments =
         "peers run --scene scene --out out --poses 64 --rounds 1 --quiet --variant obb-area --mode distance";
-    let output = bvbench(path, &arguments.split_whitespace().collect::<Vec<_>>());
+    let output = folder.run(&arguments.split_whitespace().collect::<Vec<_>>());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let peers = rows(&path.join("out/peers.csv"));
+    let peers = rows(&folder.path("out/peers.csv"));
     assert!(peers.iter().any(|row| cell(row, "mode") == "first"));
     let distance = peers.iter().find(|row| cell(row, "mode") == "distance" && cell(row, "stratum") == "all").unwrap();
     assert!(cell(distance, "largest_error").parse::<f64>().unwrap() < 1e-6, "{distance:?}");
@@ -101,23 +70,20 @@ fn engines_are_compared_and_those_that_fail_are_named() {
 
 #[test]
 fn a_scene_is_exported_as_arrays() {
-    let folder = folder_with_scene();
-    let output = bvbench(
-        folder.path(),
-        &["peers", "export", "--scene", "scene", "--out", "out", "--poses", "64", "--mode", "all"],
-    );
+    let folder = Folder::with_scene();
+    let output = folder.run(&["peers", "export", "--scene", "scene", "--out", "out", "--poses", "64", "--mode", "all"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     for file in
         ["a_vertices", "a_faces", "b_vertices", "b_faces", "poses", "chunks", "exact", "grazing", "stratum", "truth"]
     {
-        let bytes = fs::read(folder.path().join(format!("out/scene/ring-ball/{file}.npy"))).unwrap();
+        let bytes = fs::read(folder.path(&format!("out/scene/ring-ball/{file}.npy"))).unwrap();
         assert!(bytes.starts_with(b"\x93NUMPY\x01\x00") && bytes.len() > 128, "{file}");
     }
 }
 
 #[test]
 fn bad_usage_is_refused() {
-    let folder = folder_with_scene();
+    let folder = Folder::with_scene();
     for (arguments, reason) in [
         ("peers run --scene scene --out out --variant nobody", "there is no variant `nobody`"),
         ("peers run --scene scene --out out --variant obb-area@nothing", "`nothing` is not a tree policy"),
@@ -128,7 +94,7 @@ fn bad_usage_is_refused() {
         ("peers run --scene scene --out out --mode fast", "is not a mode"),
         ("peers table --out nowhere --against obb-area", "peer-builds.csv"),
     ] {
-        let output = bvbench(folder.path(), &arguments.split_whitespace().collect::<Vec<_>>());
+        let output = folder.run(&arguments.split_whitespace().collect::<Vec<_>>());
         let noted = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{arguments}: {noted}");
         assert!(noted.contains(reason), "{arguments}: {noted}");

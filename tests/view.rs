@@ -3,14 +3,15 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
-use assert_cmd::Command;
+mod support;
+
 use base64::prelude::{BASE64_STANDARD, Engine};
 use bvbench::check::Path as ToolPath;
 use bvbench::scene::Scene;
 use bvbench::view::glb;
 use nalgebra::{Isometry3, Matrix4, Point3, Quaternion, Translation3, UnitQuaternion};
 use serde_json::Value;
-use std::path::Path;
+use support::Folder;
 
 /// Two cubes of 10 mm on one line; the second slides.
 const SCENE: &str = r#"
@@ -38,15 +39,8 @@ start = { x_mm = -50 }
 
 const PROGRAM: &str = "G21 G90 G94\nG0 X-30\nG1 X0 F600\nM2\n";
 
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("scene.toml"), SCENE).unwrap();
-    std::fs::write(folder.path().join("blow.ngc"), PROGRAM).unwrap();
-    folder
-}
-
-fn bvbench(folder: &Path, arguments: &[&str]) -> std::process::Output {
-    Command::cargo_bin("bvbench").unwrap().current_dir(folder).args(arguments).output().unwrap()
+fn folder() -> Folder {
+    Folder::with(&[("scene.toml", SCENE), ("blow.ngc", PROGRAM)])
 }
 
 /// The data of a page.
@@ -63,9 +57,9 @@ fn f32s(packed: &Value) -> Vec<f64> {
 #[test]
 fn the_page_says_when_and_where_the_hammer_meets_the_anvil() {
     let folder = folder();
-    let output = bvbench(folder.path(), &["view", ".", "--out", "blow.html", "--quiet", "--levels", "2"]);
+    let output = folder.run(&["view", ".", "--out", "blow.html", "--quiet", "--levels", "2"]);
     assert!(output.status.success(), "{output:?}");
-    let page = std::fs::read_to_string(folder.path().join("blow.html")).unwrap();
+    let page = std::fs::read_to_string(folder.path("blow.html")).unwrap();
     let data = data(&page);
     assert_eq!((&data["format"], &data["title"]), (&"bvbench-view/1".into(), &"hammer & anvil".into()));
     let program = &data["program"];
@@ -106,9 +100,9 @@ fn the_page_is_the_same_for_any_number_of_threads() {
     let folder = folder();
     for threads in ["1", "2"] {
         let out = format!("{threads}.html");
-        assert!(bvbench(folder.path(), &["view", ".", "-q", "--out", &out, "--threads", threads]).status.success());
+        assert!(folder.run(&["view", ".", "-q", "--out", &out, "--threads", threads]).status.success());
     }
-    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    let read = |name: &str| std::fs::read(folder.path(name)).unwrap();
     assert!(read("1.html") == read("2.html"));
 }
 
@@ -122,7 +116,7 @@ fn what_cannot_be_shown_is_refused_by_name() {
         (&["--variant", "moon"][..], "no variant `moon`"),
         (&["--out", "nowhere/x.html"][..], "cannot write nowhere/x.html"),
     ] {
-        let output = bvbench(folder.path(), &[&["view", ".", "-q"], arguments].concat());
+        let output = folder.run(&[&["view", ".", "-q"], arguments].concat());
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(said.contains(complaint), "{said}");
@@ -227,14 +221,14 @@ fn another_reader_sees_the_machine_move_as_we_do() {
 fn the_command_writes_glb_into_a_folder_or_a_file() {
     let folder = folder();
     for (out, file) in [("some/where", "some/where/hammer.glb"), ("x/y.glb", "x/y.glb")] {
-        let scene = folder.path().join("hammer");
+        let scene = folder.path("hammer");
         std::fs::create_dir_all(&scene).unwrap();
         for name in ["scene.toml", "blow.ngc"] {
-            std::fs::copy(folder.path().join(name), scene.join(name)).unwrap();
+            std::fs::copy(folder.path(name), scene.join(name)).unwrap();
         }
-        let output = bvbench(folder.path(), &["scene", "export", "hammer", "--format", "glb", "--out", out]);
+        let output = folder.run(&["scene", "export", "hammer", "--format", "glb", "--out", out]);
         assert!(output.status.success(), "{output:?}");
-        let glb = Glb::read(&std::fs::read(folder.path().join(file)).unwrap());
+        let glb = Glb::read(&std::fs::read(folder.path(file)).unwrap());
         // The hammer ends 1 mm and 2 mm off the axis at X0: in metres, up along y.
         let seen = glb.world_from_part("hammer", glb.times().len() - 1).transform_point(&Point3::origin());
         assert!((seen - Point3::new(0.0, 2e-3, -1e-3)).norm() < 1e-9, "{seen}");

@@ -1,14 +1,17 @@
-//! Progress on a terminal: a bar with the time left. Elsewhere one line per stretch of work. Nothing when quiet.
+//! Progress on a terminal: a bar with the time left. Elsewhere one line per stretch of work, with the seconds since
+//! the start. Nothing when quiet.
 
 use super::note;
 use crate::measure::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
+use std::time::Instant;
 
 /// A progress bar on standard error.
 pub struct Bar {
     bar: ProgressBar,
-    lines: bool,
+    /// Since when, where lines are written.
+    lines_since: Option<Instant>,
 }
 
 impl Bar {
@@ -24,7 +27,7 @@ impl Bar {
         });
         let style = ProgressStyle::with_template("{msg:42} [{bar:30}] {percent:>3} %  {eta} left");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
-        Self { bar, lines: !quiet && !terminal }
+        Self { bar, lines_since: (!quiet && !terminal).then(Instant::now) }
     }
 
     /// Removes the bar from the terminal.
@@ -35,8 +38,8 @@ impl Bar {
 
 impl Progress for Bar {
     fn begin(&self, what: &str, total: u64) {
-        if self.lines {
-            note(format!("{what} ..."));
+        if let Some(start) = self.lines_since {
+            note(format!("[{:4.0} s] {what} ...", start.elapsed().as_secs_f64()));
         }
         self.bar.reset();
         self.bar.set_length(total);
