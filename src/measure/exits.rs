@@ -14,6 +14,7 @@ use crate::volume::obb::exit::{AXES, operations};
 use crate::volume::obb::{Fitted, Obb};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// Counts by axis; the last are tests that no axis ends.
 pub type Histogram = [u64; AXES + 1];
@@ -45,8 +46,8 @@ fn boxes(case: &Case, scene: &Scene, judged: &[JudgedPair], chunks: &[&Chunk]) -
     let mut trees = Boxes::new();
     for chunk in chunks {
         for part in [judged[chunk.pair].pair.a, judged[chunk.pair].pair.b] {
-            if !trees.contains_key(&part) {
-                trees.insert(part, case.variant.prepare(&scene.parts[part].mesh, case.policy).boxes()?);
+            if let Entry::Vacant(place) = trees.entry(part) {
+                place.insert(case.variant.prepare(&scene.parts[part].mesh, case.policy).boxes()?);
             }
         }
     }

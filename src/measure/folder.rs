@@ -21,7 +21,7 @@ pub(super) fn open(folder: &Path, new: Manifest, fresh: bool, files: &[&str]) ->
         match Manifest::read(folder).map(|old| (difference(&old, &manifest), old)) {
             Ok((None, old)) => manifest = old,
             _ if fresh => {
-                [Manifest::FILE, UNITS].iter().chain(files).try_for_each(|name| remove(&folder.join(name)))?
+                [Manifest::FILE, UNITS].iter().chain(files).try_for_each(|name| remove(&folder.join(name)))?;
             }
             Ok((Some(difference), _)) => {
                 return Err(MeasureError::AnotherRun { folder: folder.to_owned(), difference });

@@ -287,6 +287,7 @@ impl Run {
                         split: split.clone(),
                         axes: axes.clone(),
                         leaf,
+                        frame: 0,
                         level,
                         nodes: 1 << level,
                         triangles: 8000,
@@ -297,6 +298,8 @@ impl Run {
                         outside_corners_pct: if planted.safe { 0.0 } else { 40.0 * shrink },
                         outside_area_pct: if planted.safe { 0.0 } else { 30.0 * shrink },
                         overhang_mm: if planted.safe { 0.0 } else { 4.5 * shrink },
+                        hausdorff_mm: Some(4.0 * loose * shrink),
+                        sibling_overlap_mm3: Some(0.1 * hull * shrink),
                     });
                 }
             }

@@ -1,12 +1,13 @@
 //! A binary tree of bounding volumes over one mesh, generic over the volume.
 //!
 //! One file per verb: [`split`] (the rules), [`build`], [`traverse`], [`distance`], [`witness`], [`validate`],
-//! [`tightness`], [`summary`].
+//! [`tightness`], [`spread`], [`summary`].
 
 pub mod build;
 pub mod distance;
 pub mod policy;
 pub mod split;
+pub mod spread;
 pub mod summary;
 pub mod tightness;
 pub mod traverse;
