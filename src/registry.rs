@@ -2,6 +2,7 @@
 
 use crate::geometry::Mesh;
 use crate::method::brute::AllPairs;
+use crate::method::octree_obb::{self, OctreeObb};
 use crate::method::parry::ParryMesh;
 use crate::method::{Kind, Model, brute, parry, space, wide_obb};
 use crate::space::grid::Grid;
@@ -57,6 +58,8 @@ pub struct Variant {
     pub is_reference: bool,
     /// Whether a run has it unless it names its variants; the others are measured on request.
     pub is_standard: bool,
+    /// Whether it is made for a tool against a surface: `check` asks it about tools and workpieces, and the reference about the rest.
+    pub is_for_tools: bool,
     prepare: Prepare,
 }
 
@@ -79,7 +82,7 @@ impl Variant {
     }
 
     const fn without_tree(info: Info, kind: Kind, prepare: Prepare) -> Self {
-        Self { info, kind, policy: None, is_reference: false, is_standard: true, prepare }
+        Self { info, kind, policy: None, is_reference: false, is_standard: true, is_for_tools: false, prepare }
     }
 
     /// The same variant as the one whose duplicate shows the noise of the comparison.
@@ -93,6 +96,13 @@ impl Variant {
     #[must_use]
     pub const fn on_request(mut self) -> Self {
         self.is_standard = false;
+        self
+    }
+
+    /// The same variant, which `check` asks about tools and workpieces only.
+    #[must_use]
+    pub const fn for_tools(mut self) -> Self {
+        self.is_for_tools = true;
         self
     }
 
@@ -149,6 +159,12 @@ impl Registry {
                 .on_request(),
             Variant::without_tree(space::OCTREE, Kind::Volume, |mesh, _| Box::new(Octree::build(mesh.triangles())))
                 .on_request(),
+            Variant::without_tree(octree_obb::INFO, Kind::Sampling, |mesh, _| Box::new(OctreeObb::new(mesh, true)))
+                .on_request()
+                .for_tools(),
+            Variant::without_tree(octree_obb::SAMPLED, Kind::Sampling, |mesh, _| Box::new(OctreeObb::new(mesh, false)))
+                .on_request()
+                .for_tools(),
             Variant::without_tree(brute::INFO, Kind::Control, |mesh, _| Box::new(AllPairs(mesh.triangles()))),
             Variant::without_tree(parry::INFO, Kind::Peer, |mesh, _| Box::new(ParryMesh::new(mesh))),
         ];
@@ -170,6 +186,13 @@ impl Registry {
     #[must_use]
     pub fn variants(&self) -> &[Variant] {
         &self.variants
+    }
+
+    /// The variant that others are compared with: the reference, or the first that is safe.
+    #[must_use]
+    pub fn reference(&self) -> Option<&Variant> {
+        let safe = || self.variants.iter().filter(|variant| variant.info.safe);
+        safe().find(|variant| variant.is_reference).or_else(|| safe().next())
     }
 
     /// The variant of that id.

@@ -66,7 +66,8 @@ fn contact_along_the_path_is_that_of_the_exact_truth() {
         let scene = Scene::find(name).unwrap();
         let path = ToolPath::new(&scene, scene.program.as_ref().unwrap()).unwrap();
         let outcome = run_own(&scene, &settings);
-        for expected in &scene.expected {
+        // How deep a cutter gouges no two triangles tell; that has a test of its own.
+        for expected in scene.expected.iter().filter(|expected| !scene.is_cutting(expected.pair)) {
             let pair = Pair { a: sorted(expected.pair)[0], b: sorted(expected.pair)[1] };
             let mesh = |part: usize| Arc::clone(&scene.parts[part].mesh);
             let oracle = PairOracle::new(mesh(pair.a), mesh(pair.b));
@@ -84,6 +85,44 @@ fn contact_along_the_path_is_that_of_the_exact_truth() {
             }
             assert!(touching > 5, "{name}: {touching}");
         }
+    }
+}
+
+/// The finished part of a five-axis scene: a gouge of 0.05 mm and a holder that touches, by boxes and by the octree method, which is asked
+/// about the tool; and nothing on the program without the two.
+#[test]
+fn a_gouge_and_a_holder_are_found_on_their_lines_and_nothing_on_the_clean_program() {
+    let registry = Registry::standard();
+    let scene = Scene::find("freeform-5axis").unwrap();
+    let flawed = scene.program.as_ref().unwrap();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench-scenes/freeform-5axis");
+    let clean = flawed.with_program(&folder.join("clean.ngc")).unwrap();
+    let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
+    for variant in registry.variants().iter().filter(|v| v.info.safe && (v.is_reference || v.is_for_tools)) {
+        let outcome = check(&scene, flawed, variant, &settings, &Silent).unwrap();
+        let found: Vec<_> = outcome.events.iter().map(|event| (event.first.line, event.kind.name())).collect();
+        assert_eq!(found, [(185, "gouge"), (339, "collision")], "{}", variant.info.id);
+        // Sunk by 0.05 mm into a mesh whose chords are within 0.01 mm of the surface, which is sampled within 0.01 mm.
+        let depth = -outcome.events[0].least_mm;
+        assert!((0.03..=0.06).contains(&depth), "{depth}");
+        let outcome = check(&scene, &clean, variant, &settings, &Silent).unwrap();
+        assert!(outcome.events.is_empty(), "{}: {:?}", variant.info.id, outcome.events);
+    }
+}
+
+/// Both shipped programs are what `path` writes, byte for byte.
+#[test]
+fn the_programs_over_the_free_form_part_are_those_that_path_writes() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench-scenes/freeform-5axis");
+    for (file, flaws) in [("clean.ngc", &[][..]), ("program.ngc", &["--gouge", "0.05@0.3", "--lean", "66@0.53"])] {
+        let path = ["path", "freeform-5axis", "--rows", "8", "--step", "1.2", "--lead", "5", "--tilt", "3"];
+        let output = bvbench().args(path).args(flaws).output().unwrap();
+        assert!(output.status.success());
+        assert_eq!(
+            String::from_utf8(output.stdout).unwrap(),
+            std::fs::read_to_string(folder.join(file)).unwrap(),
+            "{file}"
+        );
     }
 }
 
@@ -258,6 +297,29 @@ fn a_thin_wall_between_two_samples_is_not_jumped_over() {
         assert!((extent.position.0[0] - x).abs() < 0.1, "{x}: {:?}", extent.position);
         assert!((extent.time_s - (0.4 + x / 100.0)).abs() < 0.01, "{x}: {}", extent.time_s);
     }
+}
+
+#[test]
+fn a_rapid_that_clears_the_clamp_as_a_line_hits_it_as_a_dog_leg() {
+    // From X -100, Z 10 to X 100, Z 150. As a line the cutter passes the clamp (X 55 to 85 with its radius, top at 20) at Z 118 and
+    // above. As a dog-leg at 1000 mm/s in X and 50 in Z it is at X 55 after 0.155 s, and at Z 10 + 7.75.
+    let program = "G0 X-100 Z10\nG0 X100 Z150\nM2";
+    let rates = format!("{MILL}rapid_rates = {{ X = 60000, Z = 3000 }}\n");
+    assert_eq!(told_by(&rates, program), []);
+    assert_eq!(told_by(&format!("{rates}rapid = \"dog-leg\"\n"), program), [("collision", 2)]);
+}
+
+#[test]
+fn an_axis_at_the_limit_of_its_feed_holds_up_the_program() {
+    // 40 mm of Z and 55 mm of X to the clamp at 100 mm/s: 0.95 s; with X at 50 mm/s at most 0.4 + 1.1 s.
+    let time_s = |text: &str| {
+        let (_folder, scene) = scene_of(text, "G1 Z10 F6000\nG1 X140\nM2");
+        let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+        assert_eq!(outcome.events.len(), 1);
+        outcome.events[0].first.time_s
+    };
+    assert!((time_s(MILL) - 0.95).abs() < 0.01);
+    assert!((time_s(&format!("{MILL}feed_limits = {{ X = 3000 }}\n")) - 1.5).abs() < 0.01);
 }
 
 #[test]

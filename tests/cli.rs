@@ -115,6 +115,20 @@ fn repro_leaves_every_record_every_figure_and_a_report() {
     let ending = |end: &str| pictures.iter().filter(|path| path.extension().is_some_and(|e| e == end)).count();
     assert!(ending("svg") >= 8 && ending("svg") == ending("png"), "{pictures:?}");
     assert!(read(&run.join("report.md")).contains("plots/"));
+    let page = read(&run.join("report.html"));
+    assert!(page.contains("<!doctype html>") && page.contains("\"summary.csv\"") && page.len() < 8_000_000);
+    // What a pipe gets is not coloured, and the table of verdicts fits a terminal.
+    let table: Vec<&str> = said.lines().take_while(|line| !line.is_empty()).collect();
+    assert!(table.len() > 20 && table.iter().all(|line| line.chars().count() <= 100), "{said}");
+    assert!(!said.contains('\x1b'), "{said}");
+    let compare = |variable: &str, value: &str| {
+        folder.command(&["compare", "run", "run", "--all"]).env(variable, value).output().unwrap()
+    };
+    let same = compare("NO_COLOR", "1");
+    let text = String::from_utf8(same.stdout).unwrap();
+    assert!(same.status.success() && text.contains("Contacts missed: the same") && !text.contains('\x1b'), "{text}");
+    assert!(String::from_utf8(compare("CLICOLOR_FORCE", "1").stdout).unwrap().contains('\x1b'));
+    assert!(folder.refused(&["compare", "run", "nowhere"]).contains("manifest.json"));
     let left = fs::read_dir(&run).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
     assert!(left.filter(|name| name.ends_with(".partial")).count() == 0);
 }
@@ -250,4 +264,25 @@ fn a_sweep_is_the_same_every_time_and_tells_its_names() {
     let unknown = folder.run(&["sweep", "colour"]);
     assert_eq!(unknown.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&unknown.stderr).contains("no sweep `colour`"), "{unknown:?}");
+}
+
+#[test]
+fn shells_and_manual_readers_get_every_verb() {
+    let folder = Folder::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = String::from_utf8(folder.run(&["completions", shell]).stdout).unwrap();
+        assert!(script.contains("compare") && script.contains("clearance"), "{shell}: {script}");
+    }
+    assert!(folder.refused(&["completions", "dash"]).contains("dash"));
+    assert!(folder.run(&["man", "--out", "man"]).status.success());
+    let page = read(&folder.path("man/bvbench-check.1"));
+    assert!(page.contains("bvbench") && page.contains("tolerance") && page.contains("Examples"), "{page}");
+    let pages: BTreeSet<String> = fs::read_dir(folder.path("man"))
+        .unwrap()
+        .map(|page| page.unwrap().file_name().into_string().unwrap())
+        .collect();
+    assert!(pages.contains("bvbench.1") && pages.contains("bvbench-scene-pairs.1"), "{pages:?}");
+    assert!(!pages.iter().any(|page| page.contains("launch")), "hidden verbs have no page: {pages:?}");
+    folder.write("blocked", "a file where the folder should be");
+    assert!(folder.refused(&["man", "--out", "blocked/man"]).contains("blocked"));
 }

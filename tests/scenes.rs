@@ -21,7 +21,7 @@ struct Expected {
     closest_before_mm: f64,
 }
 
-const EXPECTED: [Expected; 6] = [
+const EXPECTED: [Expected; 7] = [
     Expected {
         name: "lathe-toolpost",
         pair: [("tool-post", 12_832), ("tool", 10_368)],
@@ -56,6 +56,12 @@ const EXPECTED: [Expected; 6] = [
         name: "robot-cell",
         pair: [("fixture", 10_264), ("spindle", 10_628)],
         first_colliding_line: 98,
+        closest_before_mm: 0.8,
+    },
+    Expected {
+        name: "freeform-5axis",
+        pair: [("part", 14_832), ("holder", 10_640)],
+        first_colliding_line: 339,
         closest_before_mm: 0.8,
     },
 ];

@@ -1,6 +1,7 @@
 //! The claims: what was said, which cases it is about, and what it takes to call it reproduced. Data, not code: variants
 //! are named in `paper-repro/claims.toml` and nowhere here.
 
+use super::ablation::ThesisClaim;
 use crate::record::Stratum;
 use serde::Deserialize;
 use std::ops::Range;
@@ -59,6 +60,9 @@ pub struct ClaimSet {
     /// The claims, in the order of tables.
     #[serde(rename = "claim")]
     pub claims: Vec<Claim>,
+    /// The claims of the thesis on tools and octrees, which an ablation judges.
+    #[serde(default)]
+    pub thesis: Vec<ThesisClaim>,
     /// The text it was read from.
     #[serde(skip)]
     pub text: String,

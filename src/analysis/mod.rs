@@ -1,8 +1,10 @@
 //! From records to verdicts: summary, paired ratios, claims. Knows only the records, so that any old run can be analysed
 //! again without measuring.
 
+pub mod ablation;
 pub mod audit;
 pub mod claims;
+pub mod compare;
 pub mod cost;
 pub mod factorial;
 pub mod judge;
@@ -19,6 +21,7 @@ use crate::record::{
     read_rows,
 };
 use claims::{ClaimSet, ClaimsError};
+use serde::Serialize;
 use std::path::Path;
 use thiserror::Error;
 
@@ -87,7 +90,7 @@ pub struct Outcome {
 }
 
 /// A place in the ranking.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Ranked {
     /// Variant id.
     pub variant: String,
@@ -165,7 +168,7 @@ pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], claims: &ClaimSet) -> V
     let Some(baseline) = claims.comparison.baselines.first() else { return Vec::new() };
     let mut ranking = Vec::new();
     for entry in &manifest.variants {
-        if entry.id == NULL_VARIANT || (entry.kind == Kind::Volume && !entry.safe) {
+        if entry.id == NULL_VARIANT || (entry.kind.is_ours() && !entry.safe) {
             continue;
         }
         let logs: Vec<f64> = ratios

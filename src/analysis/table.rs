@@ -201,6 +201,46 @@ impl Scene {
         Strata::collect(logs, self.launches)
     }
 
+    /// Whether the pairs of the two runs have the same numbers, so that their queries can be held against each other.
+    #[must_use]
+    pub fn has_pairs_of(&self, other: &Self) -> bool {
+        self.pairs.keys().eq(other.pairs.keys())
+    }
+
+    /// Log ratios of a case's query times in this run to those in another, `before`, of the same poses: paired by launch and
+    /// chunk, of the blocks of either the median.
+    #[must_use]
+    pub fn time_changes(&self, before: &Self, case: &CaseKey) -> Option<Strata> {
+        let (after, earlier) = (medians(self.timings.get(case)?), medians(before.timings.get(case)?));
+        let logs = after.into_iter().filter_map(|((launch, chunk), ns)| {
+            let kind = self.chunks[&chunk];
+            let old = earlier.get(&(launch, chunk)).filter(|_| before.chunks.get(&chunk) == Some(&kind))?;
+            Some((Some(kind.0), launch, chunk, (ns / old).ln()))
+        });
+        Strata::collect(logs, self.launches.min(before.launches))
+    }
+
+    /// Log ratios of a case's construction times in this run to those in another, `before`, paired by block and part. As in
+    /// [`Self::build_ratios`] the blocks are resampled.
+    #[must_use]
+    pub fn build_changes(&self, before: &Self, case: &CaseKey) -> Option<Strata> {
+        if !self.parts.keys().eq(before.parts.keys()) {
+            return None;
+        }
+        let pairs = merge(self.builds.get(case)?, before.builds.get(case)?, Sample::key);
+        Strata::collect(pairs.map(|(a, b)| (None, 0, a.block, (a.ns / b.ns).ln())), 1)
+    }
+
+    /// The queries of a case that both runs have: (this run's, the earlier one's).
+    pub fn both_queries<'a>(
+        &'a self,
+        before: &'a Self,
+        case: &CaseKey,
+    ) -> impl Iterator<Item = (&'a Query, &'a Query)> + use<'a> {
+        let of = |scene: &'a Self| scene.queries.get(case).map_or(&[][..], Vec::as_slice);
+        merge(of(self), of(before), Query::key)
+    }
+
     /// Query times of a case, ns.
     #[must_use]
     pub fn times(&self, case: &CaseKey) -> Option<Strata> {
@@ -259,6 +299,19 @@ impl Query {
     const fn key(&self) -> (u32, u32) {
         (self.pair, self.pose)
     }
+}
+
+/// Of each launch and chunk the median over blocks, ns.
+fn medians(samples: &[Sample]) -> BTreeMap<(u32, u32), f64> {
+    let mut blocks: BTreeMap<(u32, u32), Vec<f64>> = BTreeMap::new();
+    for sample in samples {
+        blocks.entry((sample.launch, sample.item)).or_default().push(sample.ns);
+    }
+    let median = |mut ns: Vec<f64>| {
+        ns.sort_unstable_by(f64::total_cmp);
+        quantile(&ns, 0.5)
+    };
+    blocks.into_iter().map(|(key, ns)| (key, median(ns))).collect()
 }
 
 /// The elements of two sorted lists that have equal keys.

@@ -1,7 +1,7 @@
 //! From stretches of the path to what a user is told.
 //!
-//! Rules. Contact of a pair is a collision, but for a cutter with the workpiece: contact that begins in a feed move is
-//! cutting and is not told, nor is the retreat from it; contact that begins in a rapid move is a collision and is
+//! Rules. Contact of a pair is a collision, but for a cutter with the workpiece: where that is the finished part, the cutter gouges it
+//! when it goes deeper than the scene allows; where it is uncut, contact that begins in a feed move is cutting and is not told, nor is the retreat from it; contact that begins in a rapid move is a collision and is
 //! named as such. Shank and holder of a tool never cut. Since material is not removed, a rapid that begins inside the uncut workpiece
 //! belongs to the cut before it. Nearness of these two is not told at all. Contacts of one pair on one line that part by less than
 //! [`super::PARTED_MM`] between them are one. A pair that the scene does not name and that is in contact at first is told of from
@@ -11,7 +11,7 @@ use super::motion::Path;
 use super::scan::{Nearness, Stretch};
 use super::{PARTED_MM, Settings};
 use crate::gcode::Position;
-use crate::scene::{Pair, Role, Scene};
+use crate::scene::{Pair, Scene};
 
 /// What happens.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +20,8 @@ pub enum Kind {
     Collision,
     /// The cutter comes into the workpiece at rapid rate.
     RapidIntoWorkpiece,
+    /// The cutter goes deeper into the finished workpiece than it may.
+    Gouge,
     /// Two parts are nearer than this, mm.
     Near {
         /// The zone.
@@ -40,6 +42,7 @@ impl Kind {
         match self {
             Self::Collision => "collision",
             Self::RapidIntoWorkpiece => "rapid-into-workpiece",
+            Self::Gouge => "gouge",
             Self::Near { .. } => "near",
         }
     }
@@ -48,6 +51,8 @@ impl Kind {
 /// One end of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extent {
+    /// Place on the [`Path`].
+    pub place: f64,
     /// Line of the program; 0 before its first move.
     pub line: u32,
     /// Part of the way through that line's move, 0 to 1.
@@ -73,7 +78,7 @@ pub struct Event {
     pub first: Extent,
     /// Where it ends.
     pub last: Extent,
-    /// The least distance found meanwhile, mm; 0 in contact and where one part is inside the other.
+    /// The least distance found meanwhile, mm; 0 in contact and where one part is inside the other; of a gouge minus its depth.
     pub least_mm: f64,
     /// Whether meanwhile one part is wholly inside the other, surfaces apart.
     pub inside: bool,
@@ -108,7 +113,7 @@ impl Telling<'_> {
             }
             let of_pair = OfPair { scene: self.scene, path: self.path, pair };
             found.extend(of_pair.collisions(&stretches, parted));
-            if !of_pair.is_cutting() {
+            if !self.scene.is_cutting(pair) {
                 for (nearness, zone_mm) in settings.zones_mm.iter().map(|&zone| self.border(zone)) {
                     let runs = runs(&stretches, nearness);
                     found.extend(runs.iter().map(|run| (run.from, of_pair.event(Kind::Near { zone_mm }, run))));
@@ -129,7 +134,7 @@ impl Telling<'_> {
 fn width(kind: &Kind) -> f64 {
     match kind {
         Kind::Near { zone_mm } => *zone_mm,
-        Kind::Collision | Kind::RapidIntoWorkpiece => 0.0,
+        Kind::Collision | Kind::RapidIntoWorkpiece | Kind::Gouge => 0.0,
     }
 }
 
@@ -168,12 +173,6 @@ struct OfPair<'a> {
 }
 
 impl OfPair<'_> {
-    /// Whether this is the cutter and the workpiece.
-    fn is_cutting(&self) -> bool {
-        let roles = [self.pair.a, self.pair.b].map(|part| self.scene.parts[part].role);
-        roles == [Role::Cutter, Role::Workpiece] || roles == [Role::Workpiece, Role::Cutter]
-    }
-
     /// Contacts; those of an episode in which the pair does not get farther apart than the border `parted` are one on each line.
     fn collisions(&self, stretches: &[Stretch], parted: Nearness) -> Vec<(f64, Event)> {
         let mut contacts: Vec<Stretch> = Vec::new();
@@ -185,6 +184,9 @@ impl OfPair<'_> {
                     Some(last) if self.line(last.from) == self.line(contact.from) => {
                         last.to = contact.to;
                         last.inside |= contact.inside;
+                        if contact.least_mm < last.least_mm {
+                            (last.least_mm, last.least_at) = (contact.least_mm, contact.least_at);
+                        }
                     }
                     _ => of_episode.push(contact),
                 }
@@ -192,12 +194,17 @@ impl OfPair<'_> {
             contacts.extend(of_episode);
         }
         let told = contacts.into_iter().filter_map(|contact| {
-            let kind = match (self.is_cutting(), self.path.sample_at(contact.from).rapid) {
+            let kind = match (self.scene.is_cutting(self.pair), self.path.sample_at(contact.from).rapid) {
+                (true, false) if self.scene.gouge_mm.is_some() => Kind::Gouge,
                 (true, false) => return None,
                 (true, true) => Kind::RapidIntoWorkpiece,
                 (false, _) => Kind::Collision,
             };
-            Some((contact.from, self.event(kind, &contact)))
+            let mut event = self.event(kind, &contact);
+            if let Some(allowed) = self.scene.gouge_mm.filter(|_| self.scene.is_cutting(self.pair)) {
+                event.least_mm -= allowed;
+            }
+            Some((contact.from, event))
         });
         told.collect()
     }
@@ -225,6 +232,7 @@ impl OfPair<'_> {
         let sample = self.path.sample_at(place);
         let line = if place <= 0.0 { 0 } else { sample.line };
         Extent {
+            place,
             line,
             fraction: self.path.fraction(place),
             time_s: self.path.time_s(place),

@@ -7,7 +7,8 @@
 //! found on the trees of the chosen variant, and where it is not 0, whether one part lies inside the other; as long as the pair cannot have travelled that far
 //! ([`crate::machine::travel`]) the samples are skipped. Two samples between which contact cannot be excluded by their distances
 //! are halved until it can, or until less than [`Settings::tolerance_mm`] of travel is left. Where contact, or a near-miss
-//! zone, begins and ends is found by halving to the same travel.
+//! zone, begins and ends is found by halving to the same travel. How deep a cutter goes into a finished workpiece is told by samples ([`octree_obb`]) whatever the
+//! variant.
 
 mod event;
 pub mod motion;
@@ -17,13 +18,15 @@ pub use event::{Event, Extent, Kind};
 pub use motion::Path;
 
 use crate::geometry::Isometry;
+use crate::interference::SurfaceOctree;
 use crate::machine::OutOfLimits;
 use crate::machine::travel::Ball;
 use crate::measure::{Progress, timer};
 use crate::method::Model;
-use crate::registry::Variant;
+use crate::method::octree_obb::{self, ToolSide};
+use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{self, Decision};
-use crate::scene::{Pair, ProgramRun, Scene, TipFault};
+use crate::scene::{Pair, ProgramRun, Role, Scene, TipFault};
 use crate::truth::Solid;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -121,7 +124,8 @@ impl Outcome {
 /// Samples that one thread takes at a time.
 const CHUNK: usize = 256;
 
-/// Runs a program on a scene's machine and looks for contact of every pair that can collide, with the trees of `variant`.
+/// Runs a program on a scene's machine and looks for contact of every pair that can collide, with the trees of `variant`; where that is
+/// made for tools ([`Variant::is_for_tools`]), of tools with workpieces, and with the reference's of all others.
 ///
 /// # Errors
 /// When the program leaves the machine's limits or there is nothing to examine.
@@ -151,7 +155,9 @@ pub fn check(
         return Err(CheckError::NoPairs(scene.name.clone()));
     }
     progress.begin("building trees", 1);
-    let (trees_ns, bodies) = timer::time(|| Bodies::new(scene, variant, &pairs));
+    let registry = Registry::standard();
+    let reference = registry.reference().unwrap_or(variant);
+    let (trees_ns, bodies) = timer::time(|| Bodies::new(scene, [variant, reference], &pairs));
     let start = scene.machine.forward(&path.position(0));
     let touches_at_first = |pair: Pair| {
         let examined_later = !scene.names(pair) && scene.is_mounted(pair, path.tool(0));
@@ -218,9 +224,10 @@ fn tools_without_parts(scene: &Scene, reach: &pairs::Reach) -> Vec<u32> {
 /// Chunks that are scanned before it is looked whether there is a collision among them.
 const GROUP: usize = 64;
 
-/// An examined part, prepared for the variant and for the question what lies in it.
+/// An examined part, prepared for its variants and for the question what lies in it.
 struct Body {
-    model: Box<dyn Model>,
+    /// For the variant that was asked for and for the reference, where a pair needs it.
+    models: [Option<Box<dyn Model>>; 2],
     solid: Solid,
     ball: Ball,
 }
@@ -228,23 +235,36 @@ struct Body {
 /// Every examined part.
 struct Bodies {
     parts: BTreeMap<usize, Body>,
+    /// Which of the two variants each pair is asked of.
+    asked: BTreeMap<Pair, usize>,
+    gouges: BTreeMap<Pair, Gouge>,
 }
 
 impl Bodies {
-    fn new(scene: &Scene, variant: &Variant, pairs: &[Pair]) -> Self {
+    fn new(scene: &Scene, variants: [&Variant; 2], pairs: &[Pair]) -> Self {
+        let is_for_tools = variants[0].is_for_tools;
+        let asked: BTreeMap<Pair, usize> = pairs
+            .iter()
+            .map(|&pair| (pair, usize::from(is_for_tools && !is_tool_and_workpiece(scene, pair))))
+            .collect();
         let mut parts: Vec<usize> = pairs.iter().flat_map(|pair| [pair.a, pair.b]).collect();
         parts.sort_unstable();
         parts.dedup();
         let prepare = |part: usize| {
             let mesh = &scene.parts[part].mesh;
-            let (model, solid) = (variant.prepare(mesh, None), Solid::new(Arc::clone(mesh)));
-            (part, Body { model, solid, ball: pairs::ball(&scene.parts[part]) })
+            let is_asked = |which| asked.iter().any(|(pair, &of)| of == which && (pair.a == part || pair.b == part));
+            let models = [0, 1].map(|which| is_asked(which).then(|| variants[which].prepare(mesh, None)));
+            (part, Body { models, solid: Solid::new(Arc::clone(mesh)), ball: pairs::ball(&scene.parts[part]) })
         };
-        Self { parts: parts.into_par_iter().map(prepare).collect::<Vec<_>>().into_iter().collect() }
+        let parts = parts.into_par_iter().map(prepare).collect::<Vec<_>>().into_iter().collect();
+        let gouges = pairs.iter().filter_map(|&pair| Some((pair, Gouge::of(scene, pair)?))).collect();
+        Self { parts, asked, gouges }
     }
 
     fn of(&self, pair: Pair) -> (&dyn Model, &dyn Model) {
-        (self.parts[&pair.a].model.as_ref(), self.parts[&pair.b].model.as_ref())
+        let model = |part: usize| self.parts[&part].models[self.asked[&pair]].as_deref();
+        let [a, b] = [pair.a, pair.b].map(|part| model(part).expect("prepared for every pair that it is of"));
+        (a, b)
     }
 
     fn balls(&self, pair: Pair) -> [Ball; 2] {
@@ -257,9 +277,48 @@ impl Bodies {
     }
 
     fn share_a_point(&self, pair: Pair, a_from_b: &Isometry) -> bool {
+        if let Some(gouge) = self.gouges.get(&pair) {
+            return gouge.spare_mm(a_from_b, 1.0) <= 0.0;
+        }
         let (a, b) = self.of(pair);
         let mut verdicts = Vec::with_capacity(1);
         a.first(b, std::slice::from_ref(a_from_b), &mut verdicts);
         verdicts == [true] || self.one_in_the_other(pair, a_from_b)
+    }
+}
+
+/// Whether one part is of a tool and the other the workpiece.
+fn is_tool_and_workpiece(scene: &Scene, pair: Pair) -> bool {
+    let roles = [pair.a, pair.b].map(|part| scene.parts[part].role);
+    let is_tool = |role: Role| matches!(role, Role::Cutter | Role::Shank | Role::Holder);
+    roles.contains(&Role::Workpiece) && roles.into_iter().any(is_tool)
+}
+
+/// A cutter against a finished workpiece: trees of triangles say whether the two touch, samples how deep the one is in the other.
+struct Gouge {
+    surface: SurfaceOctree,
+    tool: ToolSide,
+    /// Whether the workpiece is the pair's part `a`.
+    workpiece_first: bool,
+    /// How deep the cutter may go, mm.
+    allowed_mm: f64,
+}
+
+impl Gouge {
+    /// `None` when the pair is not these two, or the scene's workpiece is uncut.
+    fn of(scene: &Scene, pair: Pair) -> Option<Self> {
+        let allowed_mm = scene.gouge_mm?;
+        let workpiece_first = scene.is_cutting(pair).then(|| scene.parts[pair.a].role == Role::Workpiece)?;
+        let (workpiece, cutter) = if workpiece_first { (pair.a, pair.b) } else { (pair.b, pair.a) };
+        let (surface, tool) =
+            (octree_obb::surface(&scene.parts[workpiece].mesh), ToolSide::new(&scene.parts[cutter].mesh));
+        Some(Self { surface, tool, workpiece_first, allowed_mm })
+    }
+
+    /// How much farther the cutter may go, mm, negative where it gouges; `below_mm` where it is at least that.
+    fn spare_mm(&self, a_from_b: &Isometry, below_mm: f64) -> f64 {
+        let cutter_from_workpiece = if self.workpiece_first { a_from_b.inverse() } else { *a_from_b };
+        let below = below_mm - self.allowed_mm;
+        self.tool.signed_distance_mm(&self.surface, &cutter_from_workpiece, below) + self.allowed_mm
     }
 }

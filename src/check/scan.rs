@@ -38,7 +38,7 @@ pub(super) struct Stretch {
 #[derive(Clone, Copy)]
 struct Found {
     place: f64,
-    /// Of the surfaces, mm.
+    /// Of the surfaces, mm; of a cutter and a finished workpiece how much farther it may go, negative where it gouges.
     distance: f64,
     /// Whether one part is wholly inside the other.
     inside: bool,
@@ -158,15 +158,19 @@ impl<'a> Scan<'a> {
         let (a, b) = self.bodies.of(self.pair);
         let beyond = self.widest() + OUTLOOK_MM;
         let a_from_b = self.scene.a_from_b(self.pair, poses);
+        if let Some(gouge) = self.bodies.gouges.get(&self.pair) {
+            let distance = gouge.spare_mm(&a_from_b, beyond);
+            return Found { place, distance, inside: false, nearness: self.nearness(distance) };
+        }
         // Beyond the outlook the distance is the outlook at least.
         let distance = a.distance_mm(b, &a_from_b, beyond, &mut self.proximity).min(beyond);
         let inside = distance > 0.0 && self.bodies.one_in_the_other(self.pair, &a_from_b);
-        let nearness = if distance <= 0.0 || inside {
-            0
-        } else {
-            1 + self.borders.iter().take_while(|&&border| border <= distance).count()
-        };
+        let nearness = if inside { 0 } else { self.nearness(distance) };
         Found { place, distance, inside, nearness }
+    }
+
+    fn nearness(&self, distance: f64) -> Nearness {
+        if distance <= 0.0 { 0 } else { 1 + self.borders.iter().take_while(|&&border| border <= distance).count() }
     }
 
     fn widest(&self) -> f64 {
@@ -206,8 +210,13 @@ impl<'a> Scan<'a> {
             // In contact, or inside, at both ends: it can only come apart, and what parts by less than the samples show is
             // one contact.
             0 => false,
+            // A cutter slides along the finished surface all the way; how deep it goes is asked at the samples, ends of blocks among them.
+            1 if self.bodies.gouges.contains_key(&self.pair) => false,
             1 => least <= 0.0,
-            nearness => least <= (self.borders[nearness - 2] - DIP_MM).max(0.0),
+            nearness => {
+                let is_told = !self.bodies.gouges.contains_key(&self.pair);
+                is_told && least <= (self.borders[nearness - 2] - DIP_MM).max(0.0)
+            }
         }
     }
 

@@ -1,6 +1,7 @@
 //! `analyze`: from raw records to verdicts.
 
 use super::options::FolderOptions;
+use super::style::{self, Tone};
 use super::{CLEAR, say};
 use crate::analysis::claims::ClaimSet;
 use crate::analysis::{Outcome, analyze};
@@ -8,7 +9,7 @@ use crate::record::ClaimRow;
 use crate::report::terminal_rows;
 use anyhow::Result;
 use clap::Args;
-use comfy_table::{ContentArrangement, Table, presets};
+use comfy_table::Table;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -34,8 +35,7 @@ pub fn run(options: &Options) -> Result<u8> {
     if options.json {
         say(serde_json::to_string_pretty(&as_json(&outcome))?);
     } else {
-        say(table(&outcome.claims, &claims).trim_fmt());
-        say(format!("\n{}", tally(&outcome.claims, &claims)));
+        print(&outcome, &claims);
         for complaint in &outcome.noise {
             say(format!("Noisy: {complaint}"));
         }
@@ -43,20 +43,20 @@ pub fn run(options: &Options) -> Result<u8> {
     Ok(CLEAR)
 }
 
+/// The verdicts and notes of an analysis, as a person reads them.
+pub fn print(outcome: &Outcome, claims: &ClaimSet) {
+    let coloured = style::is_coloured();
+    say(style::painted(&table(&outcome.claims, claims).trim_fmt(), &TONES, coloured));
+    say(format!("\n{}", style::painted(&tally(&outcome.claims, claims), &TONES, coloured)));
+}
+
+/// The words of verdicts.
+const TONES: [(&str, Tone); 4] =
+    [("reproduces", Tone::Good), ("reversed", Tone::Bad), ("inconclusive", Tone::Doubtful), ("not-judged", Tone::Dim)];
+
 /// Verdicts, a line each; a claim and a reading are named where they begin.
-pub fn table(rows: &[ClaimRow], claims: &ClaimSet) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_header([
-        "CLAIM",
-        "READING",
-        "SCENE",
-        "VERDICT",
-        "VALUE [95 %]",
-        "MISSED",
-    ]);
-    if table.width().is_none() {
-        table.set_width(100);
-    }
+fn table(rows: &[ClaimRow], claims: &ClaimSet) -> Table {
+    let mut table = style::table(&["CLAIM", "READING", "SCENE", "VERDICT", "VALUE [95 %]", "MISSED"]);
     let (mut claim, mut reading) = (String::new(), String::new());
     for row in terminal_rows(rows, claims) {
         let new_claim = row.claim != claim;
@@ -72,15 +72,11 @@ pub fn table(rows: &[ClaimRow], claims: &ClaimSet) -> Table {
             row.misses,
         ]);
     }
-    // A space between columns, so that a row of the longest values still fits 100 columns.
-    table.column_iter_mut().for_each(|column| {
-        column.set_padding((0, 1));
-    });
     table
 }
 
 /// How many verdicts of each kind the table has.
-pub fn tally(rows: &[ClaimRow], claims: &ClaimSet) -> String {
+fn tally(rows: &[ClaimRow], claims: &ClaimSet) -> String {
     let rows = terminal_rows(rows, claims);
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for row in &rows {

@@ -1,6 +1,7 @@
 //! `check`: what collides when a program runs on a machine.
 
 use super::progress::Bar;
+use super::style::{self, Tone};
 use super::{CLEAR, FAILED, note, say};
 use crate::check::{self, Event, Extent, Kind, Outcome, Settings};
 use crate::gcode::Axis;
@@ -9,9 +10,9 @@ use crate::registry::{Registry, Variant};
 use crate::scene::{ProgramRun, Scene};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use comfy_table::Table;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
@@ -79,12 +80,8 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let settings = settings(options)?;
     let (load_ns, scene) = timer::time(|| Scene::find(&options.scene));
     let scene = scene?;
-    let mut run = match (&options.program, &scene.program) {
-        (Some(program), Some(own)) => own.with_program(program)?,
-        (Some(program), None) => ProgramRun::on_mill(program)?,
-        (None, Some(own)) => own.clone(),
-        (None, None) => bail!("scene `{}` has no program of its own; name one", scene.name),
-    };
+    let run = program(&scene, options.program.as_deref())?;
+    let mut run = run.with_context(|| format!("scene `{}` has no program of its own; name one", scene.name))?;
     if let Some(step) = options.step {
         if !(step > 0.0 && step.is_finite()) {
             bail!("--step is {step}; it must be a finite number above 0");
@@ -109,20 +106,23 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     Ok(if outcome.collides() { FAILED } else { CLEAR })
 }
 
+/// The program asked for; else the scene's own, if it has one.
+pub(super) fn program(scene: &Scene, asked: Option<&Path>) -> Result<Option<ProgramRun>> {
+    Ok(match (asked, &scene.program) {
+        (Some(program), Some(own)) => Some(own.with_program(program)?),
+        (Some(program), None) => Some(ProgramRun::on_mill(program)?),
+        (None, own) => own.clone(),
+    })
+}
+
 /// The variant asked for; else the reference, which is the safe box that the committed run measures as one of the fastest.
-fn method<'a>(asked: Option<&str>, registry: &'a Registry) -> Result<&'a Variant> {
+pub(super) fn method<'a>(asked: Option<&str>, registry: &'a Registry) -> Result<&'a Variant> {
     match asked {
         Some(id) => {
             let known = || registry.variants().iter().map(|variant| variant.info.id).collect::<Vec<_>>().join(", ");
             registry.find(id).ok_or_else(|| anyhow!("there is no variant `{id}`; there are {}", known()))
         }
-        None => {
-            let safe = || registry.variants().iter().filter(|variant| variant.info.safe);
-            safe()
-                .find(|variant| variant.is_reference)
-                .or_else(|| safe().next())
-                .context("no safe variant is registered")
-        }
+        None => registry.reference().context("no safe variant is registered"),
     }
 }
 
@@ -147,7 +147,7 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
     let (collisions, near): (Vec<&Event>, Vec<&Event>) =
         outcome.events.iter().partition(|event| event.kind.is_collision());
     if !collisions.is_empty() {
-        say(table(scene, &collisions, "CONTACT ENDS").trim_fmt());
+        say(painted(&table(scene, &collisions, "CONTACT ENDS").trim_fmt()));
         for event in &collisions {
             say(format!(
                 "\nline {}: {}\n  {} at {}",
@@ -160,7 +160,7 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
         say("");
     }
     if !near.is_empty() {
-        say(table(scene, &near, "ZONE LEFT").trim_fmt());
+        say(painted(&table(scene, &near, "ZONE LEFT").trim_fmt()));
         say("");
     }
     let kept = outcome.decisions.iter().filter(|decision| decision.dropped.is_none()).count();
@@ -195,18 +195,20 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
     }
 }
 
+/// What happens at a line, in its tone.
+fn painted(text: &str) -> String {
+    let tones = [("COLLISION", Tone::Bad), ("RAPID INTO WORKPIECE", Tone::Bad), ("nearer", Tone::Doubtful)];
+    style::painted(text, &tones, style::is_coloured())
+}
+
 fn table(scene: &Scene, events: &[&Event], end: &str) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
-    table.set_header(["LINE", "WHAT", "PARTS", "TIME", end, "LEAST mm", "AT LINE"]);
-    if table.width().is_none() {
-        table.set_width(100);
-    }
+    let mut table = style::table(&[">LINE", "WHAT", "PARTS", "TIME", end, ">LEAST mm", ">AT LINE"]);
     for event in events {
         let what = match event.kind {
             Kind::Collision if event.inside => "COLLISION, inside".to_owned(),
             Kind::Collision => "COLLISION".to_owned(),
             Kind::RapidIntoWorkpiece => "RAPID INTO WORKPIECE".to_owned(),
+            Kind::Gouge => "GOUGE".to_owned(),
             Kind::Near { zone_mm } => format!("nearer than {zone_mm} mm"),
         };
         let last = if event.to_the_end { "never".to_owned() } else { format!("line {}", event.last.line) };
@@ -219,11 +221,6 @@ fn table(scene: &Scene, events: &[&Event], end: &str) -> Table {
             format!("{:.3}", event.least_mm),
             event.nearest.line.to_string(),
         ]);
-    }
-    for column in [0, 5, 6] {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
     }
     table
 }

@@ -3,14 +3,17 @@
 //! [`main_with`] gives any registry the whole of it, so that a volume from another crate is listed, verified, measured,
 //! plotted and reported like the ones that are shipped.
 
+mod ablation;
 mod analyze;
 mod audit;
 mod check;
+mod compare;
 mod gcode;
 mod launch;
 mod list;
 mod measure;
 mod options;
+mod path;
 mod peers;
 mod picture;
 mod plot;
@@ -18,9 +21,12 @@ mod progress;
 mod report;
 mod repro;
 mod scene;
+mod shell;
+mod style;
 mod surfaces;
 mod sweep;
 mod verify;
+mod view;
 
 use crate::registry::Registry;
 use anyhow::Result;
@@ -50,8 +56,10 @@ Examples:
   bvbench verify --scene lathe-toolpost  verdicts of the standard variants against the exact truth
   bvbench measure --variant ID --variant ID --out results/two
   bvbench report --out results/quick     write the report of a run again
+  bvbench compare RUN_A RUN_B            what changed between two runs, beyond noise
   bvbench audit --profile smoke          what really makes a box good
   bvbench check SCENE part.ngc           what collides on this machine, at which line
+  bvbench view SCENE part.ngc --open     the machine in motion, in the browser
   bvbench scene pairs SCENE              which parts can collide at all, and why the others cannot
   bvbench gcode part.ngc                 what a program means, move by move
 
@@ -79,12 +87,24 @@ enum Verb {
     Sweep(sweep::Options),
     /// Run a program on a machine and say what collides, at which line
     Check(check::Options),
+    /// Write a page that shows the machine in motion, its collisions, and trees on its parts
+    View(view::Options),
     /// Show a scene: what it holds, which parts can collide
     Scene(scene::Options),
     /// Print the canonical moves of a program
     Gcode(gcode::Options),
+    /// Write a tool path over a free-form part as a program
+    Path(path::Options),
     /// Compare whole engines, ours and others, on the same poses
     Peers(peers::Options),
+    /// Take the octree method apart: what each part saves, what sampling misses
+    Ablation(ablation::Options),
+    /// Hold two runs against each other: what changed beyond noise
+    Compare(compare::Options),
+    /// Print completions for a shell
+    Completions(shell::CompletionOptions),
+    /// Write manual pages
+    Man(shell::ManOptions),
     /// Carry out one timing launch of a run in this process (called by `measure`)
     #[command(hide = true)]
     Launch(launch::Options),
@@ -124,9 +144,15 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Audit(options) => audit::run(&options),
         Verb::Sweep(options) => sweep::run(&options, registry),
         Verb::Check(options) => check::run(&options, registry),
+        Verb::View(options) => view::run(&options, registry),
         Verb::Scene(options) => scene::run(&options),
         Verb::Gcode(options) => gcode::run(&options),
+        Verb::Path(options) => path::run(&options).map(|()| CLEAR),
         Verb::Peers(options) => peers::run(&options, registry),
+        Verb::Ablation(options) => ablation::run(&options, registry),
+        Verb::Compare(options) => compare::run(&options),
+        Verb::Completions(options) => shell::completions(&options),
+        Verb::Man(options) => shell::man(&options),
         Verb::Launch(options) => launch::run(&options, registry),
     }
 }

@@ -41,10 +41,20 @@ pub struct Options {
     out: Option<PathBuf>,
 }
 
+/// The axis that is up.
 #[derive(Clone, Copy, ValueEnum)]
-enum UpAxis {
+pub(super) enum UpAxis {
     Y,
     Z,
+}
+
+impl From<UpAxis> for Up {
+    fn from(axis: UpAxis) -> Self {
+        match axis {
+            UpAxis::Y => Self::Y,
+            UpAxis::Z => Self::Z,
+        }
+    }
 }
 
 impl Options {
@@ -63,10 +73,7 @@ pub fn run(scene: &Scene, options: &Options) -> Result<()> {
     let (position, tool) = position(scene, options.program_line)?;
     let view = View {
         tool,
-        up: match options.up {
-            UpAxis::Y => Up::Y,
-            UpAxis::Z => Up::Z,
-        },
+        up: options.up.into(),
         azimuth: options.azimuth.to_radians(),
         elevation: options.elevation.to_radians(),
         focus: options.focus.iter().map(part).collect::<Result<_>>()?,

@@ -14,5 +14,6 @@ pub struct Options {
 
 pub fn run(options: &Options) -> Result<u8> {
     say(crate::report::write(&options.folder.out)?.display());
+    say(crate::report::write_page(&options.folder.out, &[])?.display());
     Ok(CLEAR)
 }

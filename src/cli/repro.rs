@@ -43,22 +43,23 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     run.finish(Stage::Plot)?;
     bar.begin("reporting", 1);
     let report = crate::report::write(&folder)?;
+    let page = crate::report::write_page(&folder, &[])?;
     run.finish(Stage::Report)?;
     bar.finish();
     if options.run.output.json {
         let result = json!({
-            "out": folder, "report": report, "verification": verify::as_json(&verification),
+            "out": folder, "report": report, "page": page, "verification": verify::as_json(&verification),
             "analysis": analyze::as_json(&outcome),
         });
         say(serde_json::to_string_pretty(&result)?);
     } else {
-        say(analyze::table(&outcome.claims, &claims).trim_fmt());
-        say(format!("\n{}", analyze::tally(&outcome.claims, &claims)));
+        analyze::print(&outcome, &claims);
         say(verify::verdict(&verification));
         for complaint in &outcome.noise {
             say(format!("Noisy: {complaint}"));
         }
-        say(format!("\nReport   {}", report.display()));
+        say(format!("\nPage     {}", page.display()));
+        say(format!("Report   {}", report.display()));
         say(format!("Figures  {} in {}", gallery.figures.len(), folder.join("plots").display()));
         say(format!("Records  {}", folder.join("*.csv").display()));
     }

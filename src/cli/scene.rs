@@ -7,8 +7,9 @@ use crate::check;
 use crate::machine::Joint;
 use crate::scene::Scene;
 use crate::scene::pairs::{self, Reach};
+use crate::view::glb;
 use anyhow::{Context, Result};
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde_json::json;
 use std::fs::{self, File};
@@ -17,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench scene info lathe-toolpost\n  bvbench scene pairs path/to/machine --json\n  bvbench scene export lathe-tailstock --out meshes\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866\n  bvbench scene picture trunnion-impeller --program-line 60 --out impeller.png"
+    after_help = "Examples:\n  bvbench scene info lathe-toolpost\n  bvbench scene pairs path/to/machine --json\n  bvbench scene export lathe-tailstock --out meshes\n  bvbench scene export mill-vise --format glb --out mill.glb\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866\n  bvbench scene picture trunnion-impeller --program-line 60 --out impeller.png"
 )]
 pub struct Options {
     #[command(subcommand)]
@@ -30,7 +31,7 @@ enum What {
     Info(SceneOptions),
     /// Which pairs of parts are examined, and why the others are not
     Pairs(PairOptions),
-    /// Write every part as binary STL, placed where the machine stands at first
+    /// Write every part as binary STL, placed where the machine stands at first; or the machine and its motion as GLB
     Export(ExportOptions),
     /// Where the rotary axes must be for the tool to have a direction: both solutions
     Inverse(inverse::Options),
@@ -62,9 +63,18 @@ struct ExportOptions {
     /// Scene by name or by path
     #[arg(value_name = "SCENE")]
     scene: String,
-    /// Folder for the files
-    #[arg(long, value_name = "DIR")]
+    /// stl: a file per part; glb: one file, with the machine's links as nodes and its program as animation
+    #[arg(long, value_name = "FORMAT", default_value = "stl")]
+    format: Format,
+    /// Folder for the files; for GLB, the file or its folder
+    #[arg(long, value_name = "DIR|FILE.glb")]
     out: PathBuf,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Format {
+    Stl,
+    Glb,
 }
 
 pub fn run(options: &Options) -> Result<u8> {
@@ -72,7 +82,10 @@ pub fn run(options: &Options) -> Result<u8> {
         What::Info(options) => info(&Scene::find(&options.scene)?, options.json)?,
         What::Pairs(options) => show_pairs(&Scene::find(&options.scene.scene)?, options)?,
         What::Inverse(options) => inverse::run(options)?,
-        What::Export(options) => export(&Scene::find(&options.scene)?, &options.out)?,
+        What::Export(options) => match options.format {
+            Format::Stl => export_stl(&Scene::find(&options.scene)?, &options.out)?,
+            Format::Glb => export_glb(&Scene::find(&options.scene)?, &options.out)?,
+        },
         What::Picture(options) => picture::run(&Scene::find(options.scene())?, options)?,
     }
     Ok(CLEAR)
@@ -182,7 +195,19 @@ fn show_pairs(scene: &Scene, options: &PairOptions) -> Result<()> {
     Ok(())
 }
 
-fn export(scene: &Scene, out: &Path) -> Result<()> {
+fn export_glb(scene: &Scene, out: &Path) -> Result<()> {
+    let is_file = out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("glb"));
+    let file = if is_file { out.to_owned() } else { out.join(format!("{}.glb", scene.name)) };
+    if let Some(folder) = file.parent() {
+        fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    }
+    let content = glb::export(scene, scene.program.as_ref())?;
+    fs::write(&file, &content).with_context(|| format!("cannot write {}", file.display()))?;
+    say(format!("{} ({:.1} MB)", file.display(), content.len() as f64 * 1e-6));
+    Ok(())
+}
+
+fn export_stl(scene: &Scene, out: &Path) -> Result<()> {
     fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
     let start = scene.program.as_ref().map(|run| run.start).unwrap_or_default();
     let poses = scene.machine.forward(&start);

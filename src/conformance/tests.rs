@@ -44,6 +44,12 @@ fn every_unsafe_tree_leaves_corners_outside_and_misses_contacts() {
 }
 
 #[test]
+fn samples_alone_miss_contacts() {
+    let sampled = *Registry::standard().variants().iter().find(|v| v.kind == Kind::Sampling && !v.info.safe).unwrap();
+    assert!(matches!(no_miss(&sampled), Err(Fault { what: Wrong::Verdict { verdict: false, control: true, .. }, .. })));
+}
+
+#[test]
 fn the_peer_agrees_away_from_contact() {
     let parry = *Registry::standard().variants().iter().find(|v| v.kind == Kind::Peer).unwrap();
     let models = prepared(&parry);

@@ -55,7 +55,41 @@ impl TipControl {
         }
         at_zero[Axis::Z] += length_mm;
         let wanted = self.tip(machine, &at_zero, length_mm);
-        let mut position = *programmed;
+        self.linear_axes(machine, programmed, &wanted, length_mm)
+    }
+
+    /// What a program says under tool-centre-point control to have the tip at `tip`, in the frame of the link that carries the workpiece,
+    /// mm, with the rotary axes where `position` has them: X, Y, Z in machine coordinates, as [`TipControl::axes`] takes them.
+    ///
+    /// # Errors
+    /// When the linear axes cannot move the tip in every direction with all rotary axes at zero.
+    pub fn programmed(
+        &self,
+        machine: &Machine,
+        position: &Position,
+        tip: &Point,
+        length_mm: f64,
+    ) -> Result<Position, TipError> {
+        let mut at_zero = *position;
+        for axis in Axis::ALL.into_iter().filter(|axis| axis.is_rotary()) {
+            at_zero[axis] = 0.0;
+        }
+        let solved = self.linear_axes(machine, &at_zero, tip, length_mm)?;
+        let mut programmed = *position;
+        LINEAR.iter().for_each(|&axis| programmed[axis] = solved[axis]);
+        programmed[Axis::Z] -= length_mm;
+        Ok(programmed)
+    }
+
+    /// The position with the linear axes such that the tip is where `wanted` says, in the frame of the workpiece's link.
+    fn linear_axes(
+        &self,
+        machine: &Machine,
+        position: &Position,
+        wanted: &Point,
+        length_mm: f64,
+    ) -> Result<Position, TipError> {
+        let mut position = *position;
         LINEAR.iter().for_each(|&axis| position[axis] = 0.0);
         let base = self.tip(machine, &position, length_mm);
         let columns = LINEAR.map(|axis| {
@@ -145,6 +179,19 @@ mod tests {
         let control =
             TipControl { tool_link: Some(4), gauge: Point::origin(), direction: -Vector::z_axis(), work_link: None };
         (machine, control)
+    }
+
+    #[test]
+    fn what_is_programmed_brings_the_tip_back() {
+        for (machine, control) in [table_table(), head_table(), head_head()] {
+            let mut position = Position::default();
+            (position[Axis::A], position[Axis::B], position[Axis::C]) = (0.3, -0.2, 1.1);
+            let tip = Point::new(12.0, -34.0, 56.0);
+            let programmed = control.programmed(&machine, &position, &tip, 80.0).unwrap();
+            assert_eq!(programmed[Axis::A], 0.3);
+            let axes = control.axes(&machine, &programmed, 80.0).unwrap();
+            assert!((control.tip(&machine, &axes, 80.0) - tip).norm() < 1e-9);
+        }
     }
 
     /// The tip in the workpiece's frame by homogeneous matrices, written out for each machine without the joint tree.

@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 const BATCH: usize = 256;
 
 /// Poses per pair and workload, evenly spread, that a method's own query answers. For peers, whose insides the witness
-/// argument says nothing of, there are no others.
+/// argument says nothing of, there are no others; a method of ours without that argument is queried at all poses.
 const QUERIED_POSES: usize = 1000;
 
 /// Verdicts of every case over all judged poses. The control is not run: its verdict is the `brute` column of the others.
@@ -39,7 +39,7 @@ fn verify_case(case: &Case, scene: &Scene, judged: &[JudgedPair], progress: &dyn
     for part in judged.iter().flat_map(|pair| [pair.pair.a, pair.pair.b]) {
         models.entry(part).or_insert_with(|| case.variant.prepare(&scene.parts[part].mesh, case.policy));
     }
-    let has_others = case.variant.kind == Kind::Volume;
+    let has_others = case.variant.kind.is_ours();
     let mut rows = Vec::new();
     for pair in judged {
         let (a, b) = (models[&pair.pair.a].as_ref(), models[&pair.pair.b].as_ref());

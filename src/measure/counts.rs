@@ -25,7 +25,7 @@ pub fn count_scene(
     let mut rows = Vec::new();
     for case in &plan.cases {
         let poses = match case.variant.kind {
-            Kind::Volume => &everyone,
+            Kind::Volume | Kind::Sampling => &everyone,
             Kind::Peer => &peers,
             Kind::Control => &control,
         };

@@ -2,9 +2,10 @@
 //!
 //! Reading order: [`profile`] (how much), [`plan`] (what), [`judged`] (poses with their truth), [`accuracy`],
 //! [`counts`], [`exits`], [`shape`], then the timed part: [`timer`], [`chunk`], [`query`], [`build`]; [`environment`] says where;
-//! [`run`] puts a run's folder together and resumes it. [`audit`] and [`sweep`] are experiments of their own; [`peers`]
-//! compares whole engines, each in its own process.
+//! [`run`] puts a run's folder together and resumes it. [`audit`], [`sweep`] and [`ablation`] are experiments of their own;
+//! [`peers`] compares whole engines, each in its own process.
 
+pub mod ablation;
 pub mod accuracy;
 pub mod audit;
 pub mod build;

@@ -1,9 +1,10 @@
 //! What the harness runs: a method prepared for a mesh, and asked about poses.
 //!
-//! A tree of any volume, the exhaustive control and the peers all answer through [`Model`]. The call through it is made
+//! A tree of any volume, the octree of samples, the exhaustive control and the peers all answer through [`Model`]. The call through it is made
 //! once per chunk of poses; inside, everything is monomorphic.
 
 pub mod brute;
+pub mod octree_obb;
 pub mod parry;
 pub mod space;
 pub mod volume_tree;
@@ -12,6 +13,7 @@ pub mod wide_obb;
 use crate::geometry::Isometry;
 use crate::tree::Tree;
 use crate::tree::distance::Proximity;
+use crate::tree::levels::Drawn;
 use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
 use crate::volume::obb::{Fitted, Obb};
@@ -23,10 +25,20 @@ use std::any::Any;
 pub enum Kind {
     /// A tree of bounding volumes, or space divided into cells, built and traversed by bvbench.
     Volume,
+    /// Samples of one mesh in an octree against the body around the other: a method of ours with a test of its own in its leaves.
+    Sampling,
     /// No volume at all: what the volumes are measured against.
     Control,
     /// Another library's whole system: its own tree, traversal and triangle test.
     Peer,
+}
+
+impl Kind {
+    /// Whether it is a method of ours, whose promise to be safe is held against the truth.
+    #[must_use]
+    pub const fn is_ours(self) -> bool {
+        matches!(self, Self::Volume | Self::Sampling)
+    }
 }
 
 /// A method prepared for one mesh.
@@ -67,6 +79,12 @@ pub trait Model: Any + Send + Sync {
     /// The tree as one of oriented boxes, for methods that have one whose volumes are boxes.
     fn boxes(&self) -> Option<Tree<Obb<Fitted>>> {
         None
+    }
+
+    /// The volumes of the first `levels` levels of a tree of ours, as they are drawn; none for methods without one.
+    fn drawn(&self, levels: u32) -> Vec<Drawn> {
+        let _ = levels;
+        Vec::new()
     }
 
     /// Whether the tree, where there is one of ours, divides the triangles properly.

@@ -4,6 +4,7 @@ use super::{Model, same};
 use crate::geometry::Isometry;
 use crate::tree::Tree;
 use crate::tree::distance::{self, Proximity};
+use crate::tree::levels::Drawn;
 use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::{self, Counts, NoProbe, Scratch};
 use crate::tree::validate::TreeFault;
@@ -65,6 +66,10 @@ impl<V: BoundingVolume> Model for Tree<V> {
 
     fn boxes(&self) -> Option<Tree<Obb<Fitted>>> {
         self.with_volumes(V::as_box)
+    }
+
+    fn drawn(&self, levels: u32) -> Vec<Drawn> {
+        self.drawn(levels)
     }
 
     fn check_structure(&self) -> Result<(), TreeFault> {

@@ -7,7 +7,8 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
-use std::fs;
+use std::fs::{self, File};
+use std::io::BufWriter;
 use std::path::Path;
 use std::sync::Once;
 
@@ -104,37 +105,34 @@ pub fn svg<D: Drawing>(drawing: &D) -> Result<String, String> {
 /// # Errors
 /// What the drawing library or the file system says.
 pub fn write_png<D: Drawing>(drawing: &D, path: &Path) -> Result<(), String> {
-    register()?;
-    let temporary = path.with_extension("partial.png");
-    paint(drawing, BitMapBackend::new(&temporary, drawing.size()))?;
-    fs::rename(&temporary, path).map_err(|error| format!("{}: {error}", path.display()))
+    let (width, height) = drawing.size();
+    write_pixels(&pixels(drawing)?, (width as usize, height as usize), path)
 }
 
 /// Writes pixels, three bytes each, row by row, as PNG, under a temporary name first.
 ///
 /// # Errors
-/// What the drawing library or the file system says, and when there are not as many bytes as the size asks for.
+/// What the file system says, and when there are not as many bytes as the size asks for.
 pub fn write_pixels(rgb: &[u8], (width, height): (usize, usize), path: &Path) -> Result<(), String> {
     if rgb.len() != 3 * width * height {
         return Err(format!("{} bytes are no picture of {width} x {height} pixels", rgb.len()));
     }
     let temporary = path.with_extension("partial.png");
-    let mut backend = BitMapBackend::new(&temporary, (width as u32, height as u32));
-    for (index, pixel) in rgb.chunks_exact(3).enumerate() {
-        let place = ((index % width) as i32, (index / width) as i32);
-        let colour = RGBColor(pixel[0], pixel[1], pixel[2]).to_backend_color();
-        backend.draw_pixel(place, colour).map_err(|error| error.to_string())?;
-    }
-    backend.present().map_err(|error| error.to_string())?;
-    drop(backend);
-    fs::rename(&temporary, path).map_err(|error| format!("{}: {error}", path.display()))
+    let write = || -> Result<(), png::EncodingError> {
+        let mut encoder = png::Encoder::new(BufWriter::new(File::create(&temporary)?), width as u32, height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(rgb)?;
+        writer.finish()?;
+        Ok(fs::rename(&temporary, path)?)
+    };
+    write().map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// The drawing as pixels, three bytes each, row by row.
 ///
 /// # Errors
 /// What the drawing library says.
-#[cfg(test)]
 pub fn pixels<D: Drawing>(drawing: &D) -> Result<Vec<u8>, String> {
     register()?;
     let (width, height) = drawing.size();

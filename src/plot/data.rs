@@ -107,9 +107,9 @@ pub fn entries(manifest: &Manifest) -> Vec<Entry> {
     let variants = manifest.variants.iter().filter(|v| v.id != NULL_VARIANT).enumerate();
     let entry = |(i, v): (usize, &VariantEntry)| Entry {
         id: v.id.clone(),
-        label: if v.safe || v.kind != Kind::Volume { v.label.clone() } else { format!("{} (unsafe)", v.label) },
+        label: if v.safe || !v.kind.is_ours() { v.label.clone() } else { format!("{} (unsafe)", v.label) },
         look: Look::nth(i),
-        safe: v.safe || v.kind != Kind::Volume,
+        safe: v.safe || !v.kind.is_ours(),
         kind: v.kind,
     };
     variants.map(entry).collect()

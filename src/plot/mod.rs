@@ -3,6 +3,7 @@
 //! Every variant that has data in the records appears, whatever its name; colours and markers follow the manifest's order,
 //! so that a variant looks the same in all figures.
 
+pub mod ablation;
 pub mod audit;
 pub mod audit_axes;
 pub mod audit_containment;
@@ -22,6 +23,7 @@ pub mod sweep;
 pub mod ticks;
 pub mod tightness;
 
+pub use ablation::draw_ablation;
 pub use audit::draw_audit;
 pub use sweep::draw_sweep;
 

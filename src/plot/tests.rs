@@ -79,7 +79,7 @@ fn missing_records_skip_figures_and_say_why() {
     let folder = TempDir::new().unwrap();
     Run::generate(&Plan::default()).manifest.write(folder.path()).unwrap();
     let gallery = draw_all(folder.path()).unwrap();
-    assert_eq!((gallery.figures.len(), gallery.skipped.len()), (0, 9));
+    assert_eq!((gallery.figures.len(), gallery.skipped.len()), (0, 10));
     assert!(gallery.skipped.iter().all(|skipped| skipped.reason.contains(".csv")));
     fs::write(folder.path().join("ratios.csv"), "scene\n1\n").unwrap();
     assert!(draw_all(folder.path()).unwrap_err().to_string().contains("ratios.csv"));

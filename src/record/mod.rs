@@ -4,6 +4,7 @@
 //! Tidy: one row per observation, units in column names, times as integer nanoseconds. Derived values are never stored
 //! beside what they derive from.
 
+pub mod ablation;
 pub mod audit;
 pub mod cost;
 pub mod file;
@@ -11,12 +12,14 @@ pub mod manifest;
 pub mod peers;
 pub mod rows;
 pub mod sweep;
+pub mod table;
 pub mod vocabulary;
 
 #[cfg(test)]
 pub(crate) mod synthetic;
 
 pub use crate::method::Kind;
+pub use ablation::{AblationKindRow, AblationRow, AblationTimeRow};
 pub use audit::{
     AuditAxisRow, AuditBuildRow, AuditCellRow, AuditEffectRow, AuditRow, AuditShareRow, AuditTimingRow, AuditTreeRow,
 };
@@ -29,4 +32,5 @@ pub use rows::{
     VerificationRow,
 };
 pub use sweep::{SweepRow, SweepSummaryRow, SweepTimingRow};
+pub use table::Table;
 pub use vocabulary::{Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, Stratum};

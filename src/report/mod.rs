@@ -1,14 +1,16 @@
 //! The report of a run, written for the reader of the paper: what was asked, what was found, how to make it again.
 //!
-//! Everything comes from the run's folder, so a report of an old run can be written again. Markdown is one rendering of
-//! [`Contents`]; another one has all it needs there.
+//! Everything comes from the run's folder, so a report of an old run can be written again. [`Contents`] is rendered
+//! as Markdown (`report.md`) and as one page that opens from disk (`report.html`).
 
 mod audit;
 mod markdown;
+mod page;
 mod tables;
 mod terminal;
 
 pub use audit::{AUDIT_FILE, write_audit};
+pub use page::{Inset, PAGE_FILE, write_page};
 pub use terminal::{TerminalRow, terminal_rows};
 
 use crate::analysis::claims::{self, ClaimSet, ClaimsError};

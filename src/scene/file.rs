@@ -51,6 +51,8 @@ pub struct CheckFile {
     pub ignore: Vec<Spanned<[String; 2]>>,
     /// Pairs of parts that may touch.
     pub allow: Vec<Spanned<[String; 2]>>,
+    /// How deep the cutter may go into the workpiece, mm: says that the workpiece is the finished part.
+    pub gouge_mm: Option<f64>,
     /// How rapid moves go.
     pub rapid: RapidFile,
     /// Rapid rate of X, Y, Z, U, V, W, mm/min.

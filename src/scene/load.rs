@@ -99,6 +99,10 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         .map(|expected| Ok(Expected { line: expected.line, pair: find_pair(&document, &parts, &expected.pair)? }));
     let expected = expected.collect::<Result<_, SceneError>>()?;
     let rates = read_rates(&document, &scene.check)?;
+    if let Some(bad) = scene.check.gouge_mm.filter(|gouge| !(gouge.is_finite() && *gouge > 0.0)) {
+        let message = format!("gouge_mm is {bad}; it must be a finite number above 0");
+        return Err(SceneError::Meaning { place: document.header("[check]"), message });
+    }
     let approaches = read_approaches(&document, &machine, &parts, &scene.approaches)?;
     let name = folder.name().to_owned();
     let (inputs, mesh_files) = folder.into_records();
@@ -113,6 +117,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         names_pairs: scene.pairs.is_some(),
         ignored,
         allowed,
+        gouge_mm: scene.check.gouge_mm,
         rates,
         expected,
         program,
@@ -236,7 +241,8 @@ fn add_parts(
             return Err(SceneError::Meaning { place: place(), message });
         }
         let mesh = Arc::new(mesh);
-        parts.push(Part { name: name.clone(), mesh, link, link_from_part, role: file.role, tool: file.tool });
+        let shape = file.shape.clone().map(Arc::new);
+        parts.push(Part { name: name.clone(), mesh, link, link_from_part, shape, role: file.role, tool: file.tool });
     }
     Ok(())
 }

@@ -21,6 +21,7 @@ pub use recording::Recording;
 
 use crate::gcode::{Position, RapidPath};
 use crate::geometry::import::ImportReport;
+use crate::geometry::shapes::Shape;
 use crate::geometry::{Isometry, Mesh, Vector};
 use crate::machine::{Machine, Poses};
 use folder::Folder;
@@ -40,6 +41,8 @@ pub struct Part {
     pub link: Option<usize>,
     /// The part's frame in its link's, mm.
     pub link_from_part: Isometry,
+    /// The parametric shape that the mesh was made from, where it was.
+    pub shape: Option<Arc<Shape>>,
     /// What it is to the work.
     pub role: Role,
     /// The tool that it belongs to: it is there only while that tool is in the spindle. `None` is always there.
@@ -77,6 +80,9 @@ pub enum Role {
 }
 
 impl Role {
+    /// Every role, in the order of their declaration.
+    pub const ALL: [Self; 6] = [Self::Machine, Self::Workpiece, Self::Cutter, Self::Shank, Self::Holder, Self::Fixture];
+
     /// Its name in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -172,6 +178,8 @@ pub struct Scene {
     pub ignored: Vec<Pair>,
     /// Pairs that may touch: never a collision.
     pub allowed: Vec<Pair>,
+    /// How deep the cutter may go into the workpiece, which is then the finished part, mm; `None` where it is uncut.
+    pub gouge_mm: Option<f64>,
     /// How fast the machine's rapid moves are.
     pub rates: Rates,
     /// Collisions that the program is known to have.
@@ -278,6 +286,13 @@ impl Scene {
     #[must_use]
     pub fn names(&self, pair: Pair) -> bool {
         self.names_pairs && self.pairs.iter().any(|named| named.is(pair))
+    }
+
+    /// Whether a pair is a cutter and the workpiece, whose contact in a feed move is intended.
+    #[must_use]
+    pub fn is_cutting(&self, pair: Pair) -> bool {
+        let roles = [pair.a, pair.b].map(|part| self.parts[part].role);
+        roles == [Role::Cutter, Role::Workpiece] || roles == [Role::Workpiece, Role::Cutter]
     }
 
     /// Index of the part with a name.

@@ -1,8 +1,15 @@
 //! The scenes compiled into the program, so that a run needs nothing but the binary.
 
 /// Names of the shipped scenes, the paper's first.
-pub const NAMES: &[&str] =
-    &["lathe-toolpost", "lathe-tailstock", "trunnion-impeller", "mill-vise", "turn-mill", "robot-cell"];
+pub const NAMES: &[&str] = &[
+    "lathe-toolpost",
+    "lathe-tailstock",
+    "trunnion-impeller",
+    "mill-vise",
+    "turn-mill",
+    "robot-cell",
+    "freeform-5axis",
+];
 
 /// One tool and one housing with more and more triangles; one tool and one sleeve with their triangles moved towards one end.
 pub const FAMILIES: &[&str] =
@@ -30,6 +37,8 @@ const FILES: &[(&str, &str)] = files![
     "turn-mill/program.ngc",
     "robot-cell/scene.toml",
     "robot-cell/program.ngc",
+    "freeform-5axis/scene.toml",
+    "freeform-5axis/program.ngc",
     "size/machine.toml",
     "size/program.ngc",
     "size-1e3/scene.toml",

@@ -42,6 +42,7 @@ pub fn read(
             mesh: Arc::new(mesh),
             link: Some(body.link),
             link_from_part: body.link_from_body,
+            shape: None,
             role: Role::Machine,
             tool: None,
         });

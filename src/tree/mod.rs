@@ -1,10 +1,11 @@
 //! A binary tree of bounding volumes over one mesh, generic over the volume.
 //!
 //! One file per verb: [`split`] (the rules), [`build`], [`traverse`], [`distance`], [`witness`], [`validate`],
-//! [`tightness`], [`spread`], [`summary`].
+//! [`tightness`], [`spread`], [`summary`], [`levels`] (for the eye).
 
 pub mod build;
 pub mod distance;
+pub mod levels;
 pub mod policy;
 pub mod split;
 pub mod spread;

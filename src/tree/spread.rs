@@ -118,9 +118,12 @@ mod tests {
         let shared = overlap_mm3(&Aabb::fit(&cube(0.0)), &Aabb::fit(&cube(1.0)));
         assert!((shared - 1.0).abs() < 1e-6, "{shared}");
         assert_eq!(overlap_mm3(&Aabb::fit(&cube(0.0)), &Aabb::fit(&cube(3.0))), 0.0);
-        // Balls of radius √3 about cubes of edge 2, their middles √3 apart: a lens of 5 π r³ / 12.
-        let lens = 5.0 * std::f64::consts::PI * 3.0_f64.sqrt().powi(3) / 12.0;
-        let shared = overlap_mm3(&SphereRitter::fit(&cube(0.0)), &SphereRitter::fit(&cube(1.0)));
+        // Equal balls of radius r, their middles d apart: a lens of π (4 r + d) (2 r - d)² / 12.
+        let (one, other) = (SphereRitter::fit(&cube(0.0)), SphereRitter::fit(&cube(1.0)));
+        let pi = std::f64::consts::PI;
+        let (r, d) = ((0.75 * one.volume() / pi).cbrt(), (one.centre() - other.centre()).norm());
+        let lens = pi * (4.0 * r + d) * (2.0 * r - d).powi(2) / 12.0;
+        let shared = overlap_mm3(&one, &other);
         assert!((shared / lens - 1.0).abs() < 0.1, "{shared} {lens}");
     }
 }

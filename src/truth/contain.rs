@@ -51,6 +51,14 @@ impl Solid {
         })
     }
 
+    /// Whether a point that lies on no triangle is inside, mm, in the mesh's frame. Exact; nothing is inside a mesh that is not
+    /// watertight.
+    #[must_use]
+    pub fn holds(&self, point: &Point) -> bool {
+        self.bounds.contains(point)
+            && self.tree().is_some_and(|tree| is_inside(point, tree, |bounds| *bounds, |triangle| *triangle))
+    }
+
     fn tree(&self) -> Option<&BoxTree> {
         let watertight = || self.mesh.edge_report().is_watertight();
         self.inside.get_or_init(|| watertight().then(|| BoxTree::new(&self.mesh.triangles()))).as_ref()

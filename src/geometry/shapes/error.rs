@@ -32,6 +32,14 @@ pub enum Fault {
     /// Fewer points than an area needs.
     #[error("{0} points enclose no area")]
     TooFewPoints(usize),
+    /// A row of a net that is longer or shorter than the first.
+    #[error("the row has {found} numbers, the first one {expected}")]
+    Ragged {
+        /// Its numbers.
+        found: usize,
+        /// Those of the first row.
+        expected: usize,
+    },
     /// Two successive points coincide.
     #[error("the point coincides with the next one")]
     Coincident,

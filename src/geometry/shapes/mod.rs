@@ -1,7 +1,7 @@
 //! Parametric machine parts as watertight meshes: what a scene file may describe in place of a mesh file.
 //!
 //! Reading order: [`Shape`] and [`Tessellation`]; [`outline`] (lines and arcs), [`revolve`], [`extrude`],
-//! [`rounded_box`], [`thread`], [`round`] (common solids by name), [`compound`].
+//! [`freeform`], [`rounded_box`], [`thread`], [`round`] (common solids by name), [`compound`].
 //!
 //! Bounding volumes that weigh vertices and those that weigh areas differ only on nonuniform meshes, so the
 //! tessellations are nonuniform as those of real models are: plane faces are a few large triangles, fillets, holes and
@@ -12,6 +12,7 @@ pub mod box_holes;
 pub mod compound;
 pub mod error;
 pub mod extrude;
+pub mod freeform;
 pub mod outline;
 pub mod revolve;
 pub mod round;
@@ -27,6 +28,7 @@ mod tests;
 pub use compound::{Compound, Member, Placement, Repeat};
 pub use error::{Fault, ShapeError};
 pub use extrude::Extrude;
+pub use freeform::Freeform;
 pub use revolve::Revolve;
 pub use rounded_box::RoundedBox;
 pub use tessellation::Tessellation;
@@ -53,6 +55,8 @@ pub enum Shape {
     Revolve(Revolve),
     /// An outline drawn out along z.
     Extrude(Extrude),
+    /// A block with a free-form top.
+    Freeform(Freeform),
     /// A cuboid with rounded edges and holes.
     RoundedBox(RoundedBox),
     /// A screw.
@@ -112,6 +116,7 @@ impl Shape {
             Self::Compound(compound) => return compound.assemble(sizing, placement, depth, assembly),
             Self::Revolve(revolve) => revolve.surface(sizing),
             Self::Extrude(extrude) => extrude.surface(sizing),
+            Self::Freeform(freeform) => freeform.surface(sizing),
             Self::RoundedBox(rounded_box) => rounded_box.surface(sizing),
             Self::Thread(thread) => thread.surface(sizing),
             Self::Cylinder(cylinder) => cylinder.revolve()?.surface(sizing),

@@ -17,8 +17,8 @@ use rayon::prelude::*;
 
 /// Half-lengths of the boxes, mm.
 const HALF_MM: [f64; 2] = [0.5, 200.0];
-/// Tilt between nearly parallel boxes, radians: from below what single precision can tell to what a machine may have.
-const TILT: [f64; 2] = [1e-12, 1e-2];
+/// Tilt between nearly parallel boxes, radians: from below what double precision can tell to what a machine may have.
+const TILT: [f64; 2] = [1e-17, 1e-2];
 /// How far from the world's origin boxes lie, mm.
 const REACH_MM: f64 = 500.0;
 /// The point the boxes share lies this part of the half-lengths inside both: at least 0.005 mm, of which single precision at

@@ -1,0 +1,301 @@
+//! The changes themselves, by kind of record.
+
+use super::{Comparison, SceneMatch, Side, case_name};
+use crate::analysis::judge::CLUSTERS_MIN;
+use crate::analysis::misses::Tally;
+use crate::analysis::stats::{self, Group, Interval};
+use crate::analysis::table::{Scene, Strata};
+use crate::analysis::{ALL, stats::wilson};
+use crate::record::rows::CaseKey;
+use crate::record::{NULL_VARIANT, Stratum};
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A time in the later run over the earlier one's.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TimeChange {
+    /// Scene.
+    pub scene: String,
+    /// Variant id.
+    pub variant: String,
+    /// `split/axes/leaf`.
+    pub policy: String,
+    /// `time` or `build`.
+    pub metric: String,
+    /// Stratum, `all`, or `-` for `build`.
+    pub stratum: String,
+    /// Geometric mean of the paired ratios; above 1 the later run takes longer.
+    pub ratio: f64,
+    /// Lower end of the 95 % interval.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// `slower`, `faster`, `noise`, or `undecided` for want of clusters.
+    pub change: String,
+}
+
+/// Counts of a case's queries that differ.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CountChange {
+    /// Scene.
+    pub scene: String,
+    /// Variant id.
+    pub variant: String,
+    /// `split/axes/leaf`.
+    pub policy: String,
+    /// Stratum, or `all`.
+    pub stratum: String,
+    /// Queries that both runs counted.
+    pub queries: u64,
+    /// How many of them differ.
+    pub differing: u64,
+    /// Volume tests over all of them, before and after.
+    pub volume_tests: (u64, u64),
+    /// Triangle tests.
+    pub triangle_tests: (u64, u64),
+}
+
+/// A tree that differs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TreeChange {
+    /// Scene.
+    pub scene: String,
+    /// Part.
+    pub part: String,
+    /// Variant id.
+    pub variant: String,
+    /// `split/axes/leaf`.
+    pub policy: String,
+    /// Nodes, before and after.
+    pub nodes: (u64, u64),
+    /// Memory, bytes.
+    pub bytes: (u64, u64),
+    /// Looseness over all levels: volumes over hull volumes.
+    pub looseness: (f64, f64),
+    /// Largest overhang of a level, mm.
+    pub overhang_mm: (f64, f64),
+}
+
+/// A case that misses more or fewer contacts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MissChange {
+    /// Scene.
+    pub scene: String,
+    /// Variant id.
+    pub variant: String,
+    /// `split/axes/leaf`.
+    pub policy: String,
+    /// Contacts missed above grazing, before and after.
+    pub missed: (u64, u64),
+    /// Of so many colliding poses.
+    pub colliding: (u64, u64),
+    /// Whether more are missed: of the same poses any more; of others a rate beyond both intervals, or any at all where a
+    /// safe variant missed none.
+    pub is_regression: bool,
+}
+
+/// A verdict that differs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VerdictChange {
+    /// Claim id.
+    pub claim: String,
+    /// Reading.
+    pub reading: String,
+    /// Scene.
+    pub scene: String,
+    /// Stratum.
+    pub stratum: String,
+    /// The earlier verdict.
+    pub before: String,
+    /// The later one.
+    pub after: String,
+}
+
+/// Times, counts and trees of a scene with equal inputs.
+pub(super) fn of_scene(scene: &mut SceneMatch, before: &Side, after: &Side, comparison: &mut Comparison) {
+    if let (Some(old), Some(new)) = (before.scenes.get(&scene.scene), after.scenes.get(&scene.scene)) {
+        let (olds, news) = (cases(old), cases(new));
+        comparison.only_before.extend(olds.difference(&news).map(|case| case_name(&scene.scene, case)));
+        comparison.only_after.extend(news.difference(&olds).map(|case| case_name(&scene.scene, case)));
+        let mut logs = Vec::new();
+        for &case in olds.intersection(&news) {
+            if scene.same_poses {
+                let times = of_times(scene, "time", case, new.time_changes(old, case), after);
+                logs.extend(times.first().map(|all| all.ratio.ln()));
+                comparison.times.extend(times);
+                comparison.counts.extend(of_counts(scene, case, old, new));
+            }
+            comparison.times.extend(of_times(scene, "build", case, new.build_changes(old, case), after));
+        }
+        scene.drift = (!logs.is_empty()).then(|| (logs.iter().sum::<f64>() / logs.len() as f64).exp());
+    }
+    comparison.trees.extend(of_trees(&scene.scene, before, after));
+}
+
+/// All cases of a scene but the null copy.
+fn cases(scene: &Scene) -> BTreeSet<&CaseKey> {
+    let cases = scene.timings.keys().chain(scene.queries.keys()).chain(scene.builds.keys());
+    cases.filter(|case| case.variant != NULL_VARIANT).collect()
+}
+
+/// The change over all strata first, then in each.
+fn of_times(scene: &SceneMatch, metric: &str, case: &CaseKey, strata: Option<Strata>, after: &Side) -> Vec<TimeChange> {
+    let Some(strata) = strata else { return Vec::new() };
+    let (seed, purpose) = (after.manifest.request.seed, format!("compare {metric} {}", scene.scene));
+    let (each, all) = stats::bootstrap(&strata.groups, strata.launches, seed, &purpose);
+    let clusters = strata.groups.iter().map(Group::clusters);
+    let row = |stratum: &str, interval: Interval, clusters: usize| {
+        let Interval { value: ratio, low, high } = interval.map(f64::exp);
+        let change = match () {
+            () if clusters < CLUSTERS_MIN => "undecided",
+            () if low > scene.noise => "slower",
+            () if high < 1.0 / scene.noise => "faster",
+            () => "noise",
+        };
+        TimeChange {
+            scene: scene.scene.clone(),
+            variant: case.variant.clone(),
+            policy: case.policy(),
+            metric: metric.to_owned(),
+            stratum: stratum.to_owned(),
+            ratio,
+            low,
+            high,
+            change: change.to_owned(),
+        }
+    };
+    let together = row(if metric == "build" { "-" } else { ALL }, all, clusters.clone().sum());
+    let each = strata.names.iter().zip(each).zip(clusters);
+    let each = each.filter_map(|((name, interval), clusters)| Some(row((*name)?.id(), interval, clusters)));
+    std::iter::once(together).chain(each).collect()
+}
+
+/// The sums over all strata and over each, where any query differs.
+fn of_counts(scene: &SceneMatch, case: &CaseKey, old: &Scene, new: &Scene) -> Vec<CountChange> {
+    let mut rows: BTreeMap<Option<Stratum>, CountChange> = BTreeMap::new();
+    for (after, before) in new.both_queries(old, case) {
+        for stratum in [None, Some(after.stratum)] {
+            let row = rows.entry(stratum).or_insert_with(|| CountChange {
+                scene: scene.scene.clone(),
+                variant: case.variant.clone(),
+                policy: case.policy(),
+                stratum: stratum.map_or(ALL, Stratum::id).to_owned(),
+                queries: 0,
+                differing: 0,
+                volume_tests: (0, 0),
+                triangle_tests: (0, 0),
+            });
+            let counts = |query: &crate::analysis::table::Query| (query.volume_tests, query.triangle_tests);
+            row.queries += 1;
+            row.differing += u64::from(counts(before) != counts(after));
+            row.volume_tests.0 += before.volume_tests;
+            row.volume_tests.1 += after.volume_tests;
+            row.triangle_tests.0 += before.triangle_tests;
+            row.triangle_tests.1 += after.triangle_tests;
+        }
+    }
+    rows.into_values().filter(|row| row.differing > 0).collect()
+}
+
+/// What is compared of a tree.
+#[derive(Clone, Copy, Default)]
+struct Shape {
+    nodes: u64,
+    bytes: u64,
+    volume_mm3: f64,
+    hull_mm3: f64,
+    overhang_mm: f64,
+}
+
+impl Shape {
+    fn looseness(&self) -> f64 {
+        self.volume_mm3 / self.hull_mm3
+    }
+
+    /// Exactly: NaN, of a tree without hulls, is like NaN.
+    fn is_as(&self, other: &Self) -> bool {
+        let floats = |shape: &Self| [shape.volume_mm3, shape.hull_mm3, shape.overhang_mm].map(f64::to_bits);
+        (self.nodes, self.bytes) == (other.nodes, other.bytes) && floats(self) == floats(other)
+    }
+}
+
+fn shapes(side: &Side, scene: &str) -> BTreeMap<(String, CaseKey), Shape> {
+    let mut shapes: BTreeMap<_, Shape> = BTreeMap::new();
+    for row in side.trees.iter().filter(|row| row.scene == scene) {
+        let shape = shapes.entry((row.part.clone(), row.case())).or_default();
+        (shape.nodes, shape.bytes) = (row.nodes, row.bytes);
+    }
+    for row in side.tightness.iter().filter(|row| row.scene == scene && row.frame == 0) {
+        let shape = shapes.entry((row.part.clone(), row.case())).or_default();
+        shape.volume_mm3 += row.hulled_volume_mm3;
+        shape.hull_mm3 += row.hull_mm3;
+        shape.overhang_mm = shape.overhang_mm.max(row.overhang_mm);
+    }
+    shapes
+}
+
+fn of_trees(scene: &str, before: &Side, after: &Side) -> Vec<TreeChange> {
+    let (old, new) = (shapes(before, scene), shapes(after, scene));
+    let both = new.iter().filter_map(|(key, new)| Some((key, old.get(key)?, new)));
+    let change = |((part, case), old, new): (&(String, CaseKey), &Shape, &Shape)| TreeChange {
+        scene: scene.to_owned(),
+        part: part.clone(),
+        variant: case.variant.clone(),
+        policy: case.policy(),
+        nodes: (old.nodes, new.nodes),
+        bytes: (old.bytes, new.bytes),
+        looseness: (old.looseness(), new.looseness()),
+        overhang_mm: (old.overhang_mm, new.overhang_mm),
+    };
+    both.filter(|(_, old, new)| !old.is_as(new)).map(change).collect()
+}
+
+/// Misses of a scene, whether or not its inputs are the same: a safe variant has to miss nothing anywhere.
+pub(super) fn of_misses(scene: &SceneMatch, before: &Side, after: &Side, comparison: &mut Comparison) {
+    let request = |side: &Side| (side.manifest.request.seed, side.manifest.request.verify_poses);
+    let same_poses = scene.differing_inputs.is_empty() && request(before) == request(after);
+    for (_, case, new) in after.misses.iter().filter(|(name, ..)| *name == scene.scene) {
+        let Some(old) = before.misses.of(&scene.scene, case) else { continue };
+        let is_safe = after.manifest.variants.iter().any(|variant| variant.id == case.variant && variant.safe);
+        let is_regression = if same_poses && old.colliding == new.colliding {
+            new.missed > old.missed
+        } else {
+            (is_safe && old.missed == 0 && new.missed > 0) || rate(new).0 > rate(old).1
+        };
+        if old.missed != new.missed || is_regression {
+            comparison.misses.push(MissChange {
+                scene: scene.scene.clone(),
+                variant: case.variant.clone(),
+                policy: case.policy(),
+                missed: (old.missed, new.missed),
+                colliding: (old.colliding, new.colliding),
+                is_regression,
+            });
+        }
+    }
+}
+
+fn rate(tally: Tally) -> (f64, f64) {
+    wilson(tally.missed, tally.colliding)
+}
+
+/// Verdicts on the same claim, reading, scene and stratum.
+pub(super) fn of_verdicts(before: &Side, after: &Side, comparison: &mut Comparison) {
+    let key = |row: &crate::record::ClaimRow| {
+        (row.claim.clone(), row.reading.clone(), row.scene.clone(), row.stratum.clone())
+    };
+    let old: BTreeMap<_, &str> = before.claims.iter().map(|row| (key(row), row.verdict.as_str())).collect();
+    for row in &after.claims {
+        let Some(&verdict) = old.get(&key(row)) else { continue };
+        if verdict != row.verdict {
+            comparison.verdicts.push(VerdictChange {
+                claim: row.claim.clone(),
+                reading: row.reading.clone(),
+                scene: row.scene.clone(),
+                stratum: row.stratum.clone(),
+                before: verdict.to_owned(),
+                after: row.verdict.clone(),
+            });
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! Two runs held against each other: what changed beyond noise, and whether the later one misses more.
+//!
+//! A scene is compared where its inputs have the same content in both runs. Then the same request has the same poses, so that
+//! times are paired by launch and chunk and counts query by query. Counts, trees and misses are deterministic: any difference is a
+//! change. A time has changed when the whole interval of its paired ratio lies outside what the run's own null comparison
+//! calls equal; launches of two runs have nothing in common but their number, so the interval holds the spread of both.
+
+mod changes;
+#[cfg(test)]
+mod tests;
+
+pub use changes::{CountChange, MissChange, TimeChange, TreeChange, VerdictChange};
+
+use super::misses::Misses;
+use super::table::{self, Scene};
+use super::{ALL, AnalysisError, EQUAL};
+use crate::record::rows::CaseKey;
+use crate::record::{
+    ClaimRow, Manifest, NULL_VARIANT, RatioRow, RecordError, Row, TightnessRow, TreeRow, VerificationRow, read_rows,
+};
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// What two runs have in common and what not.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Comparison {
+    /// The scenes of either run, and how far they can be compared.
+    pub scenes: Vec<SceneMatch>,
+    /// What to know before reading on: another machine, another seed.
+    pub notes: Vec<String>,
+    /// Cases of one run only, `scene: variant policy`.
+    pub only_before: Vec<String>,
+    /// Likewise.
+    pub only_after: Vec<String>,
+    /// Query and build times of all cases that both runs timed on the same poses.
+    pub times: Vec<TimeChange>,
+    /// Cases whose counts differ.
+    pub counts: Vec<CountChange>,
+    /// Trees that differ.
+    pub trees: Vec<TreeChange>,
+    /// Cases that miss more or fewer contacts.
+    pub misses: Vec<MissChange>,
+    /// Verdicts that differ.
+    pub verdicts: Vec<VerdictChange>,
+}
+
+/// How far a scene of two runs can be compared.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SceneMatch {
+    /// Scene.
+    pub scene: String,
+    /// Inputs that differ, or that one run lacks; empty when the scene is compared.
+    pub differing_inputs: Vec<String>,
+    /// Whether poses are the same, so that times and counts are paired.
+    pub same_poses: bool,
+    /// A ratio of times within `[1 / noise, noise]` is noise, by the null comparisons of both runs.
+    pub noise: f64,
+    /// Geometric mean of the time ratios of all cases: what happened to all alike, such as another load of the machine.
+    pub drift: Option<f64>,
+}
+
+impl Comparison {
+    /// Whether a case of the later run misses contacts that it did not miss in the earlier one.
+    #[must_use]
+    pub fn has_regression(&self) -> bool {
+        self.misses.iter().any(|change| change.is_regression)
+    }
+}
+
+/// A run as far as it is compared. What the analysis derives may be missing.
+struct Side {
+    manifest: Manifest,
+    scenes: BTreeMap<String, Scene>,
+    misses: Misses,
+    trees: Vec<TreeRow>,
+    tightness: Vec<TightnessRow>,
+    ratios: Vec<RatioRow>,
+    claims: Vec<ClaimRow>,
+}
+
+impl Side {
+    fn read(folder: &Path) -> Result<Self, AnalysisError> {
+        Ok(Self {
+            manifest: Manifest::read(folder)?,
+            scenes: table::read(folder)?,
+            misses: Misses::of_rows(&read_rows::<VerificationRow>(folder)?),
+            trees: read_rows(folder)?,
+            tightness: read_rows(folder)?,
+            ratios: optional(folder)?,
+            claims: optional(folder)?,
+        })
+    }
+
+    fn names(&self) -> impl Iterator<Item = &String> {
+        self.manifest.scenes.iter().map(|scene| &scene.name)
+    }
+
+    /// The inputs that belong to a scene: those in its folder, and those that are in no scene's folder.
+    fn inputs(&self, scene: &str) -> BTreeMap<&str, &str> {
+        let is_shared = |path: &str| !self.names().any(|name| is_in_folder(path, name));
+        let inputs = self.manifest.inputs.iter().map(|(path, hash)| (path.as_str(), hash.as_str()));
+        inputs.filter(|(path, _)| is_in_folder(path, scene) || is_shared(path)).collect()
+    }
+
+    /// How far the null comparison strays from 1 in a scene: the larger of its interval's ends, as a ratio of at least
+    /// [`EQUAL`]'s upper end. A run without a null comparison is trusted no further than a steady one.
+    fn noise(&self, scene: &str) -> f64 {
+        let is_null = |row: &&RatioRow| row.variant == NULL_VARIANT && row.metric == "time" && row.stratum == ALL;
+        let null = self.ratios.iter().filter(is_null).find(|row| row.scene == scene);
+        null.map_or(super::STEADY.1, |row| row.high.max(1.0 / row.low).max(EQUAL.1))
+    }
+}
+
+fn is_in_folder(path: &str, name: &str) -> bool {
+    path.split('/').rev().skip(1).any(|folder| folder == name)
+}
+
+fn optional<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
+    if folder.join(R::FILE).exists() { read_rows(folder) } else { Ok(Vec::new()) }
+}
+
+/// Compares the run in `after` with the one in `before`.
+///
+/// # Errors
+/// When a record of either is missing, malformed or contradicts itself; `ratios.csv` and `claims.csv` may be missing.
+pub fn compare_runs(before: &Path, after: &Path) -> Result<Comparison, AnalysisError> {
+    let (before, after) = (Side::read(before)?, Side::read(after)?);
+    let mut comparison = Comparison { notes: notes(&before.manifest, &after.manifest), ..Comparison::default() };
+    let names: BTreeSet<&String> = before.names().chain(after.names()).collect();
+    for name in names {
+        let mut scene = scene_match(name, &before, &after);
+        if scene.differing_inputs.is_empty() {
+            changes::of_scene(&mut scene, &before, &after, &mut comparison);
+        }
+        changes::of_misses(&scene, &before, &after, &mut comparison);
+        comparison.scenes.push(scene);
+    }
+    changes::of_verdicts(&before, &after, &mut comparison);
+    Ok(comparison)
+}
+
+fn scene_match(name: &str, before: &Side, after: &Side) -> SceneMatch {
+    let (old, new) = (before.inputs(name), after.inputs(name));
+    let paths: BTreeSet<&str> = old.keys().chain(new.keys()).copied().collect();
+    // What only one run has, and not in the scene's folder, is another scene's: a scene that began to use it has changed itself.
+    let is_own = |path: &str| is_in_folder(path, name) || (old.contains_key(path) && new.contains_key(path));
+    let is_other = |path: &&str| is_own(path) && old.get(*path) != new.get(*path);
+    let mut differing: Vec<String> = paths.into_iter().filter(is_other).map(str::to_owned).collect();
+    for (side, which) in [(before, "the first run"), (after, "the second run")] {
+        if !side.names().any(|other| other == name) {
+            differing = vec![format!("{which} has no such scene")];
+        }
+    }
+    let (a, b) = (&before.manifest.request, &after.manifest.request);
+    let same_request = (a.seed, a.measure_poses, &a.workloads) == (b.seed, b.measure_poses, &b.workloads);
+    let scenes = before.scenes.get(name).zip(after.scenes.get(name));
+    SceneMatch {
+        scene: name.to_owned(),
+        same_poses: differing.is_empty() && same_request && scenes.is_some_and(|(old, new)| old.has_pairs_of(new)),
+        differing_inputs: differing,
+        noise: before.noise(name).max(after.noise(name)),
+        drift: None,
+    }
+}
+
+/// What to know about the two runs as wholes.
+fn notes(before: &Manifest, after: &Manifest) -> Vec<String> {
+    let mut notes = Vec::new();
+    let mut differ = |what: &str, old: String, new: String| {
+        if old != new {
+            notes.push(format!("{what}: {old} before, {new} after"));
+        }
+    };
+    differ("processor", before.machine.cpu.clone(), after.machine.cpu.clone());
+    differ("compiler", before.program.rustc.clone(), after.program.rustc.clone());
+    differ("flags", before.program.flags.clone(), after.program.flags.clone());
+    differ("git revision", before.program.git_revision.clone(), after.program.git_revision.clone());
+    differ("seed", before.request.seed.to_string(), after.request.seed.to_string());
+    differ("poses timed", before.request.measure_poses.to_string(), after.request.measure_poses.to_string());
+    differ("poses verified", before.request.verify_poses.to_string(), after.request.verify_poses.to_string());
+    for (manifest, which) in [(before, "first"), (after, "second")] {
+        notes.extend(manifest.noise.iter().map(|note| format!("noise in the {which} run: {note}")));
+    }
+    notes
+}
+
+/// `scene: variant policy`.
+fn case_name(scene: &str, case: &CaseKey) -> String {
+    format!("{scene}: {} {}", case.variant, case.policy())
+}

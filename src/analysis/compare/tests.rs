@@ -1,0 +1,143 @@
+//! Two made-up runs, the second with planted changes.
+
+use super::*;
+use crate::analysis::analyze;
+use crate::analysis::claims::ClaimSet;
+use crate::record::synthetic::{Plan, Run, SCENES};
+use tempfile::TempDir;
+
+fn folder_of(run: &Run) -> TempDir {
+    let folder = TempDir::new().unwrap();
+    run.write(folder.path());
+    analyze(folder.path(), &ClaimSet::standard()).unwrap();
+    folder
+}
+
+/// A run on the poses of another, with noise of its own.
+fn again(change: &dyn Fn(&mut Run)) -> TempDir {
+    let mut run = Run::generate(&Plan { seed: 2, ..Plan::default() });
+    run.manifest.request.seed = Plan::default().seed;
+    change(&mut run);
+    folder_of(&run)
+}
+
+fn compared(change: &dyn Fn(&mut Run)) -> Comparison {
+    let before = folder_of(&Run::generate(&Plan::default()));
+    compare_runs(before.path(), again(change).path()).unwrap()
+}
+
+fn case<'a>(comparison: &'a Comparison, metric: &str, variant: &str) -> Vec<&'a TimeChange> {
+    comparison.times.iter().filter(|row| row.metric == metric && row.variant == variant).collect()
+}
+
+/// Both runs draw their timings with an error of a hundredth about the same means: nothing changes but noise.
+#[test]
+fn two_runs_of_the_same_differ_by_noise_only() {
+    let comparison = compared(&|_| {});
+    assert_eq!(comparison.scenes.len(), SCENES.len());
+    assert!(comparison.scenes.iter().all(|scene| scene.same_poses && (scene.drift.unwrap() - 1.0).abs() < 0.01));
+    let changed: Vec<_> = comparison.times.iter().filter(|row| row.change != "noise").collect();
+    assert!(comparison.times.len() > 200 && changed.is_empty(), "{changed:?}");
+    assert!(comparison.counts.is_empty() && comparison.trees.is_empty() && comparison.misses.is_empty());
+    assert!(!comparison.has_regression());
+}
+
+#[test]
+fn planted_times_counts_and_trees_are_found_and_nothing_else() {
+    let comparison = compared(&|run| {
+        let is = |variant: &str, scene: &str| variant == "aabb" && scene == SCENES[0];
+        run.timings.iter_mut().filter(|row| is(&row.variant, &row.scene)).for_each(|row| row.ns = row.ns * 6 / 5);
+        run.builds.iter_mut().filter(|row| is(&row.variant, &row.scene)).for_each(|row| row.ns /= 2);
+        run.queries.iter_mut().find(|row| is(&row.variant, &row.scene)).unwrap().volume_tests += 7;
+        run.tightness.iter_mut().find(|row| is(&row.variant, &row.scene)).unwrap().hulled_volume_mm3 *= 1.5;
+    });
+    let changed: Vec<_> = comparison.times.iter().filter(|row| row.change != "noise").collect();
+    assert!(changed.iter().all(|row| row.variant == "aabb" && row.scene == SCENES[0]), "{changed:?}");
+    // All strata and each of four.
+    let slower = case(&comparison, "time", "aabb").into_iter().filter(|row| row.change == "slower").count();
+    assert_eq!(slower, 5);
+    let time = case(&comparison, "time", "aabb")[0];
+    assert!((time.ratio - 1.2).abs() < 0.01 && time.low < 1.2 && 1.2 < time.high, "{time:?}");
+    let build = case(&comparison, "build", "aabb")[0];
+    assert!((build.ratio - 0.5).abs() < 0.01 && build.change == "faster", "{build:?}");
+    let counts: Vec<_> = comparison.counts.iter().map(|row| (row.stratum == ALL, row.differing)).collect();
+    assert_eq!(counts, [(true, 1), (false, 1)]);
+    assert_eq!(comparison.counts[0].volume_tests.1 - comparison.counts[0].volume_tests.0, 7);
+    assert_eq!(comparison.trees.len(), 1);
+    assert!(comparison.trees[0].looseness.1 > comparison.trees[0].looseness.0);
+}
+
+#[test]
+fn one_more_miss_is_a_regression_and_one_fewer_is_none() {
+    let miss = |by: u64, variant: &'static str| {
+        move |run: &mut Run| {
+            let mut rows = run.verification.iter_mut();
+            let row = rows.find(|row| row.variant == variant && row.exact > 0 && row.band.is_above_grazing()).unwrap();
+            (row.missed, row.tree) = (row.missed.wrapping_add(by), row.tree.wrapping_sub(by));
+            row.missed_by_volume = row.missed_by_volume.wrapping_add(by);
+        }
+    };
+    let worse = compared(&miss(1, "aabb"));
+    assert!(worse.has_regression());
+    assert_eq!((worse.misses.len(), worse.misses[0].missed), (1, (0, 1)));
+    let better = compared(&miss(u64::MAX, "obb-vertex-centroid"));
+    assert!(!better.has_regression());
+    let missed = better.misses[0].missed;
+    assert_eq!(missed.0 - missed.1, 1);
+    // Other poses, and one miss more of an unsafe variant: within the intervals.
+    let other = compared(&|run| {
+        run.manifest.request.verify_poses += 1;
+        miss(1, "obb-vertex-centroid")(run);
+    });
+    assert!(!other.has_regression() && other.misses.len() == 1);
+    let broken = compared(&|run| {
+        run.manifest.request.verify_poses += 1;
+        miss(1, "aabb")(run);
+    });
+    assert!(broken.has_regression(), "a safe variant misses none on any poses");
+}
+
+#[test]
+fn a_scene_of_other_inputs_or_poses_is_not_paired() {
+    let comparison = compared(&|run| {
+        run.manifest.inputs.insert(format!("{}/scene.toml", SCENES[0]), "11".into());
+        run.manifest.machine.cpu = "another".into();
+    });
+    let [other, same] = &comparison.scenes[..] else { panic!("two scenes") };
+    // Scenes come by name: the tailstock first.
+    let (other, same) = if other.scene == SCENES[0] { (other, same) } else { (same, other) };
+    assert_eq!(other.differing_inputs, [format!("{}/scene.toml", SCENES[0])]);
+    assert!(same.same_poses && comparison.times.iter().all(|row| row.scene == same.scene));
+    assert!(comparison.notes.iter().any(|note| note.starts_with("processor: made-up CPU before")));
+    let shared = compared(&|run| drop(run.manifest.inputs.insert("scenes/made-up/scene.toml".into(), "11".into())));
+    assert!(shared.times.is_empty() && shared.scenes.iter().all(|scene| !scene.same_poses));
+    let more = compared(&|run| drop(run.manifest.inputs.insert("another/machine.toml".into(), "22".into())));
+    assert!(more.scenes.iter().all(|scene| scene.same_poses), "what only one run has is of another scene");
+    let seed = compared(&|run| run.manifest.request.seed = 9);
+    assert!(seed.times.iter().all(|row| row.metric == "build") && !seed.times.is_empty());
+}
+
+/// The null comparison of one run strays by a tenth: a change of a twentieth is not beyond that.
+#[test]
+fn a_noisy_run_hides_small_changes() {
+    let slower = |run: &mut Run| {
+        run.timings.iter_mut().filter(|row| row.variant == "aabb").for_each(|row| row.ns = row.ns * 21 / 20);
+    };
+    let quiet = compared(&slower);
+    assert!(case(&quiet, "time", "aabb").iter().filter(|row| row.stratum == ALL).all(|row| row.change == "slower"));
+    let noisy = compared(&|run| {
+        slower(run);
+        run.timings.iter_mut().filter(|row| row.variant == NULL_VARIANT).for_each(|row| row.ns = row.ns * 11 / 10);
+    });
+    assert!(case(&noisy, "time", "aabb").iter().all(|row| row.change == "noise"), "{:?}", noisy.scenes);
+}
+
+#[test]
+fn what_cannot_be_read_is_an_error_and_derived_files_may_be_missing() {
+    let (before, empty) = (folder_of(&Run::generate(&Plan::default())), TempDir::new().unwrap());
+    assert!(compare_runs(before.path(), empty.path()).unwrap_err().to_string().contains("manifest.json"));
+    let raw = TempDir::new().unwrap();
+    Run::generate(&Plan::default()).write(raw.path());
+    let comparison = compare_runs(before.path(), raw.path()).unwrap();
+    assert!(comparison.verdicts.is_empty() && comparison.times.iter().all(|row| row.change == "noise"));
+}

@@ -1,0 +1,221 @@
+//! `compare`: two runs held against each other.
+
+use super::style::{Tone, is_coloured, painted, table};
+use super::{CLEAR, FAILED, say};
+use crate::analysis::ALL;
+use crate::analysis::compare::{Comparison, SceneMatch, TimeChange, compare_runs};
+use anyhow::Result;
+use clap::Args;
+use comfy_table::Table;
+use serde_json::json;
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  bvbench compare results/reference results/quick\n  bvbench compare results/before results/after --all\n  bvbench compare results/before results/after --json | jq '.times[] | select(.change == \"slower\")'\n\nScenes are compared where their inputs have the same content in both runs. Times are paired pose by pose; one has changed when its\nwhole 95 % interval lies outside what the runs' null comparisons call equal. Counts, trees and misses are exact.\nExit codes: 0 no case misses more contacts, 1 one does, 2 a run cannot be read."
+)]
+pub struct Options {
+    /// Folder of the earlier run
+    #[arg(value_name = "RUN_A")]
+    before: PathBuf,
+    /// Folder of the later run
+    #[arg(value_name = "RUN_B")]
+    after: PathBuf,
+    /// Show times that did not change, too, and every stratum
+    #[arg(long)]
+    all: bool,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The words of a change.
+const TONES: [(&str, Tone); 5] = [
+    ("slower", Tone::Bad),
+    ("faster", Tone::Good),
+    ("REGRESSION", Tone::Bad),
+    ("undecided", Tone::Doubtful),
+    ("noise", Tone::Dim),
+];
+
+pub fn run(options: &Options) -> Result<u8> {
+    let comparison = compare_runs(&options.before, &options.after)?;
+    if options.json {
+        let mut result = serde_json::to_value(&comparison)?;
+        result["regression"] = json!(comparison.has_regression());
+        say(serde_json::to_string_pretty(&result)?);
+    } else {
+        say(painted(text(&comparison, options.all).trim_end(), &TONES, is_coloured()));
+    }
+    Ok(if comparison.has_regression() { FAILED } else { CLEAR })
+}
+
+fn text(comparison: &Comparison, all: bool) -> String {
+    let mut text = String::new();
+    let mut line = |words: String| text += &format!("{words}\n");
+    comparison.notes.iter().for_each(|note| line(format!("Note: {note}")));
+    comparison.scenes.iter().for_each(|scene| line(scene_line(scene)));
+    for (cases, which) in [(&comparison.only_before, "first"), (&comparison.only_after, "second")] {
+        if !cases.is_empty() {
+            line(format!("In the {which} run only: {}", cases.join("; ")));
+        }
+    }
+    let is_shown = |row: &&TimeChange| all || (row.change != "noise" && [ALL, "-"].contains(&row.stratum.as_str()));
+    let times: Vec<&TimeChange> = comparison.times.iter().filter(is_shown).collect();
+    section(&mut text, "Times, after / before", times.len(), "none has changed beyond noise", || times_table(&times));
+    let counts = comparison.counts.iter().filter(|row| all || row.stratum == ALL).count();
+    section(&mut text, "Counts of a query", counts, "the same, query by query", || counts_table(comparison, all));
+    section(&mut text, "Trees", comparison.trees.len(), "the same", || trees_table(comparison));
+    section(&mut text, "Contacts missed", comparison.misses.len(), "the same", || misses_table(comparison));
+    section(&mut text, "Verdicts", comparison.verdicts.len(), "the same", || verdicts_table(comparison));
+    text
+}
+
+/// A heading with its table, or with what is to be said when there are no rows.
+fn section(text: &mut String, title: &str, rows: usize, none: &str, table: impl FnOnce() -> Table) {
+    if rows == 0 {
+        *text += &format!("\n{title}: {none}\n");
+    } else {
+        *text += &format!("\n{title}\n{}\n", table().trim_fmt());
+    }
+}
+
+fn scene_line(scene: &SceneMatch) -> String {
+    let SceneMatch { scene: name, differing_inputs, same_poses, noise, drift } = scene;
+    if !differing_inputs.is_empty() {
+        return format!("{name}: not compared, for {} differ", differing_inputs.join(", "));
+    }
+    let how = if *same_poses { "the same poses" } else { "other poses, so that only builds, trees and misses compare" };
+    let all_alike = drift.map_or_else(String::new, |ratio| format!("; all cases together {ratio:.3}"));
+    format!("{name}: the same inputs, {how}; noise is up to {noise:.3}{all_alike}")
+}
+
+fn times_table(rows: &[&TimeChange]) -> Table {
+    let mut table = table(&["SCENE", "VARIANT", "POLICY", "WHAT", "POSES", ">RATIO [95 %]", "CHANGE"]);
+    for row in rows {
+        table.add_row([
+            row.scene.clone(),
+            row.variant.clone(),
+            row.policy.clone(),
+            row.metric.clone(),
+            row.stratum.clone(),
+            format!("{:.3} [{:.3}, {:.3}]", row.ratio, row.low, row.high),
+            row.change.clone(),
+        ]);
+    }
+    table
+}
+
+fn counts_table(comparison: &Comparison, all: bool) -> Table {
+    let headings = ["SCENE", "VARIANT", "POLICY", "POSES", ">DIFFER", ">VOLUME TESTS", ">TRIANGLE TESTS"];
+    let mut table = table(&headings);
+    for row in comparison.counts.iter().filter(|row| all || row.stratum == ALL) {
+        table.add_row([
+            row.scene.clone(),
+            row.variant.clone(),
+            row.policy.clone(),
+            row.stratum.clone(),
+            format!("{} of {}", row.differing, row.queries),
+            change(row.volume_tests),
+            change(row.triangle_tests),
+        ]);
+    }
+    table
+}
+
+fn trees_table(comparison: &Comparison) -> Table {
+    let mut table = table(&["SCENE", "PART", "VARIANT", "POLICY", ">NODES", ">BYTES", ">LOOSENESS", ">OVERHANG mm"]);
+    for row in &comparison.trees {
+        let floats = |(before, after): (f64, f64)| {
+            if before.to_bits() == after.to_bits() { "same".to_owned() } else { format!("{before:.4} -> {after:.4}") }
+        };
+        table.add_row([
+            row.scene.clone(),
+            row.part.clone(),
+            row.variant.clone(),
+            row.policy.clone(),
+            change(row.nodes),
+            change(row.bytes),
+            floats(row.looseness),
+            floats(row.overhang_mm),
+        ]);
+    }
+    table
+}
+
+fn misses_table(comparison: &Comparison) -> Table {
+    let mut table = table(&["SCENE", "VARIANT", "POLICY", ">BEFORE", ">AFTER", ""]);
+    for row in &comparison.misses {
+        table.add_row([
+            row.scene.clone(),
+            row.variant.clone(),
+            row.policy.clone(),
+            format!("{} of {}", row.missed.0, row.colliding.0),
+            format!("{} of {}", row.missed.1, row.colliding.1),
+            (if row.is_regression { "REGRESSION" } else { "" }).to_owned(),
+        ]);
+    }
+    table
+}
+
+fn verdicts_table(comparison: &Comparison) -> Table {
+    let mut table = table(&["CLAIM", "READING", "SCENE", "POSES", "BEFORE", "AFTER"]);
+    for row in &comparison.verdicts {
+        table.add_row([&row.claim, &row.reading, &row.scene, &row.stratum, &row.before, &row.after]);
+    }
+    table
+}
+
+/// Two counts, or that they are one.
+fn change((before, after): (u64, u64)) -> String {
+    if before == after { "same".to_owned() } else { format!("{before} -> {after}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::synthetic::{Plan, Run};
+    use tempfile::TempDir;
+
+    fn folder(change: impl Fn(&mut Run)) -> TempDir {
+        let folder = TempDir::new().unwrap();
+        let mut run = Run::generate(&Plan::default());
+        change(&mut run);
+        run.write(folder.path());
+        folder
+    }
+
+    fn options(before: &TempDir, after: &TempDir, json: bool) -> Options {
+        Options { before: before.path().to_owned(), after: after.path().to_owned(), all: false, json }
+    }
+
+    #[test]
+    fn a_regression_in_misses_is_the_exit_code() {
+        let before = folder(|_| {});
+        assert_eq!(run(&options(&before, &before, false)).unwrap(), CLEAR);
+        let deep = folder(|run| {
+            let mut rows = run.verification.iter_mut();
+            let row = rows.find(|row| row.variant == "aabb" && row.band == crate::record::Band::Deep).unwrap();
+            row.missed += 1;
+        });
+        assert_eq!(run(&options(&before, &deep, false)).unwrap(), FAILED);
+        assert_eq!(run(&options(&before, &deep, true)).unwrap(), FAILED);
+        assert_eq!(run(&options(&deep, &before, false)).unwrap(), CLEAR, "fewer misses are none");
+        assert!(run(&options(&before, &TempDir::new().unwrap(), false)).is_err());
+    }
+
+    #[test]
+    fn the_text_names_what_changed_in_a_hundred_columns() {
+        let before = folder(|_| {});
+        let after = folder(|run| {
+            run.timings.iter_mut().filter(|row| row.variant == "dop-8").for_each(|row| row.ns *= 2);
+            run.queries.iter_mut().filter(|row| row.variant == "dop-8").for_each(|row| row.volume_tests += 1);
+            run.trees.iter_mut().filter(|row| row.variant == "obb-vertex-symmetric").for_each(|row| row.bytes += 1);
+        });
+        let comparison = compare_runs(before.path(), after.path()).unwrap();
+        let text = text(&comparison, true);
+        assert!(text.contains("slower") && text.contains("3000000 -> 3000001"), "{text}");
+        let longest = text.lines().map(|line| line.chars().count()).max().unwrap();
+        assert!(longest <= 100, "{longest}: {text}");
+    }
+}

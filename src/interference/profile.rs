@@ -1,0 +1,381 @@
+//! The profile of a tool: what its generating line is, and how far a point is from the solid it sweeps.
+//!
+//! A tool is a solid of revolution about its z axis, tip at z = 0, bounded by lines and arcs in the half plane (ρ, z), ρ >= 0.
+//! The distance of a point from the solid is that of (hypot(x, y), z) from the profile: exact but for rounding, for every kind of
+//! cutter (the generalised cutter of APT, as in Chang and Lee's and Ding, Mannan and Poo's models, is the case of a corner arc
+//! between two lines).
+
+use nalgebra::{Point2, Vector2};
+use thiserror::Error;
+
+/// A point (ρ, z) of the half plane, mm.
+pub type P2 = Point2<f64>;
+
+/// Why numbers do not make a profile.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ProfileError {
+    /// A dimension is not a finite number in its range.
+    #[error("{what} is {value} mm; it must be {wanted}")]
+    Dimension {
+        /// Which.
+        what: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is possible.
+        wanted: &'static str,
+    },
+}
+
+/// A piece of a profile along which z and ρ do not turn: a line, or an arc within one quadrant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Piece {
+    from: P2,
+    to: P2,
+    /// Centre and radius of an arc.
+    arc: Option<(P2, f64)>,
+}
+
+impl Piece {
+    fn distance_squared(&self, p: &P2) -> f64 {
+        match self.arc {
+            None => {
+                let (u, v) = (self.to - self.from, p - self.from);
+                let t = (u.dot(&v) / u.norm_squared()).clamp(0.0, 1.0);
+                (v - u * t).norm_squared()
+            }
+            Some((centre, radius)) => {
+                let (v, a, b) = (p - centre, self.from - centre, self.to - centre);
+                // Within a quadrant the arc turns by less than half a turn, whichever way.
+                let turn = a.perp(&b).signum();
+                if turn * a.perp(&v) >= 0.0 && turn * v.perp(&b) >= 0.0 {
+                    (v.norm() - radius).powi(2)
+                } else {
+                    (p - self.from).norm_squared().min((p - self.to).norm_squared())
+                }
+            }
+        }
+    }
+
+    /// ρ at a height between its ends, mm.
+    fn radius_at(&self, z: f64) -> f64 {
+        let (from, to) = (self.from, self.to);
+        match self.arc {
+            None if from.y == to.y => from.x.max(to.x),
+            None => from.x + (to.x - from.x) * ((z - from.y) / (to.y - from.y)),
+            Some((centre, radius)) => {
+                let half = (radius * radius - (z - centre.y).powi(2)).max(0.0).sqrt();
+                let outside = f64::midpoint(from.x, to.x) >= centre.x;
+                centre.x + if outside { half } else { -half }
+            }
+        }
+    }
+
+    /// Whether a ray along +ρ from the point crosses it.
+    fn is_crossed(&self, p: &P2) -> bool {
+        (self.from.y <= p.y) != (self.to.y <= p.y) && self.radius_at(p.y) > p.x
+    }
+}
+
+/// A generating line from the axis to the axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    pieces: Vec<Piece>,
+    /// Largest ρ, mm.
+    radius: f64,
+    /// Range of z, mm.
+    span: [f64; 2],
+}
+
+impl Profile {
+    /// A profile of straight lines through points (ρ, z), mm, the axis to be reached at both ends. Steps of no length are left out.
+    #[must_use]
+    pub fn of_lines(points: &[P2]) -> Self {
+        let mut path = Path::at(points.first().copied().unwrap_or_default());
+        points.iter().skip(1).for_each(|&p| path.line(p));
+        path.finish()
+    }
+
+    /// A flat end mill.
+    ///
+    /// # Errors
+    /// When a dimension is not a positive finite number.
+    pub fn cylinder(radius_mm: f64, height_mm: f64) -> Result<Self, ProfileError> {
+        Self::bull_nose(radius_mm, 0.0, height_mm)
+    }
+
+    /// A ball end mill: a half sphere under a cylinder.
+    ///
+    /// # Errors
+    /// When a dimension is not a positive finite number, or the tool is lower than its ball.
+    pub fn ball(radius_mm: f64, height_mm: f64) -> Result<Self, ProfileError> {
+        Self::bull_nose(radius_mm, radius_mm, height_mm)
+    }
+
+    /// An end mill with a rounded corner.
+    ///
+    /// # Errors
+    /// When a dimension is not finite or not in its range.
+    pub fn bull_nose(radius_mm: f64, corner_mm: f64, height_mm: f64) -> Result<Self, ProfileError> {
+        let radius = positive("radius", radius_mm)?;
+        let corner = in_range("corner radius", corner_mm, 0.0, radius, "between 0 and the radius")?;
+        let height = in_range("height", height_mm, corner.max(f64::MIN_POSITIVE), f64::MAX, "above the corner radius")?;
+        let mut path = Path::at(P2::origin());
+        path.line(P2::new(radius - corner, 0.0));
+        path.arc(P2::new(radius, corner), P2::new(radius - corner, corner), corner);
+        path.line(P2::new(radius, height));
+        path.line(P2::new(0.0, height));
+        Ok(path.finish())
+    }
+
+    /// A cone, or a frustum: a taper cutter, a shank's or a holder's shoulder.
+    ///
+    /// # Errors
+    /// When a dimension is not finite or negative, or both radii are 0.
+    pub fn cone(lower_radius_mm: f64, upper_radius_mm: f64, height_mm: f64) -> Result<Self, ProfileError> {
+        let wanted = "at least 0";
+        let lower = in_range("lower radius", lower_radius_mm, 0.0, f64::MAX, wanted)?;
+        let upper = in_range("upper radius", upper_radius_mm, 0.0, f64::MAX, wanted)?;
+        positive("larger radius", lower.max(upper))?;
+        let height = positive("height", height_mm)?;
+        Ok(Self::of_lines(&[P2::origin(), P2::new(lower, 0.0), P2::new(upper, height), P2::new(0.0, height)]))
+    }
+
+    /// A barrel: a cutter whose side is an arc of a large radius that bulges outwards.
+    ///
+    /// # Errors
+    /// When a dimension is not a positive finite number, or the arc is too small to span the height.
+    pub fn barrel(end_radius_mm: f64, side_mm: f64, height_mm: f64) -> Result<Self, ProfileError> {
+        let (end, height) = (positive("end radius", end_radius_mm)?, positive("height", height_mm)?);
+        let side = in_range("side radius", side_mm, 0.5 * height, f64::MAX, "at least half the height")?;
+        let centre = P2::new(end - (side * side - 0.25 * height * height).sqrt(), 0.5 * height);
+        let mut path = Path::at(P2::origin());
+        path.line(P2::new(end, 0.0));
+        path.arc(P2::new(end, height), centre, side);
+        path.line(P2::new(0.0, height));
+        Ok(path.finish())
+    }
+
+    /// A lollipop: a ball on a thinner neck.
+    ///
+    /// # Errors
+    /// When a dimension is not finite or not in its range.
+    pub fn lollipop(radius_mm: f64, neck_mm: f64, height_mm: f64) -> Result<Self, ProfileError> {
+        let radius = positive("radius", radius_mm)?;
+        let neck = in_range("neck radius", neck_mm, f64::MIN_POSITIVE, radius, "above 0 and at most the radius")?;
+        let top = radius + (radius * radius - neck * neck).sqrt();
+        let height = in_range("height", height_mm, top, f64::MAX, "above the ball")?;
+        let mut path = Path::at(P2::origin());
+        path.arc(P2::new(neck, top), P2::new(0.0, radius), radius);
+        path.line(P2::new(neck, height));
+        path.line(P2::new(0.0, height));
+        Ok(path.finish())
+    }
+
+    /// The same, `height_mm` higher.
+    #[must_use]
+    pub fn raised(&self, height_mm: f64) -> Self {
+        let up = |p: P2| P2::new(p.x, p.y + height_mm);
+        let pieces = self.pieces.iter().map(|piece| Piece {
+            from: up(piece.from),
+            to: up(piece.to),
+            arc: piece.arc.map(|(centre, radius)| (up(centre), radius)),
+        });
+        Self { pieces: pieces.collect(), radius: self.radius, span: self.span.map(|z| z + height_mm) }
+    }
+
+    /// Distance of a point (ρ, z) from the solid's surface, mm, negative inside.
+    #[must_use]
+    pub fn signed_distance_mm(&self, p: &P2) -> f64 {
+        let mut least = f64::INFINITY;
+        let mut inside = false;
+        for piece in &self.pieces {
+            least = least.min(piece.distance_squared(p));
+            inside ^= piece.is_crossed(p);
+        }
+        if inside { -least.sqrt() } else { least.sqrt() }
+    }
+
+    /// The largest radius, mm.
+    #[must_use]
+    pub const fn radius_mm(&self) -> f64 {
+        self.radius
+    }
+
+    /// Lowest and highest z, mm.
+    #[must_use]
+    pub const fn span_mm(&self) -> [f64; 2] {
+        self.span
+    }
+
+    /// The largest radius between two heights, mm; 0 where there is nothing.
+    #[must_use]
+    pub fn radius_between_mm(&self, low: f64, high: f64) -> f64 {
+        let of_piece = |piece: &Piece| {
+            let (bottom, top) = (piece.from.y.min(piece.to.y), piece.from.y.max(piece.to.y));
+            if top < low || bottom > high {
+                return 0.0;
+            }
+            // A piece does not turn back in ρ, so its largest radius is at an end of what is left of it.
+            if bottom == top {
+                return piece.from.x.max(piece.to.x);
+            }
+            piece.radius_at(bottom.max(low)).max(piece.radius_at(top.min(high)))
+        };
+        self.pieces.iter().map(of_piece).fold(0.0, f64::max)
+    }
+
+    /// Heights at which its pieces end, mm, ascending.
+    #[must_use]
+    pub fn heights_mm(&self) -> Vec<f64> {
+        let mut heights: Vec<f64> = self.pieces.iter().flat_map(|piece| [piece.from.y, piece.to.y]).collect();
+        heights.sort_by(f64::total_cmp);
+        heights.dedup();
+        heights
+    }
+}
+
+/// A profile in the making.
+struct Path {
+    at: P2,
+    pieces: Vec<Piece>,
+}
+
+impl Path {
+    const fn at(at: P2) -> Self {
+        Self { at, pieces: Vec::new() }
+    }
+
+    fn line(&mut self, to: P2) {
+        if to != self.at {
+            self.pieces.push(Piece { from: self.at, to, arc: None });
+            self.at = to;
+        }
+    }
+
+    /// Counter-clockwise about `centre`, by at most half a turn, cut where ρ or z turns back.
+    fn arc(&mut self, to: P2, centre: P2, radius: f64) {
+        if to == self.at {
+            return;
+        }
+        let quarters = [Vector2::x(), Vector2::y(), -Vector2::x(), -Vector2::y()];
+        let (a, b) = (self.at - centre, to - centre);
+        let between = |v: &Vector2<f64>| a.perp(v) > 0.0 && v.perp(&b) > 0.0;
+        let mut cuts: Vec<Vector2<f64>> = quarters.into_iter().filter(between).collect();
+        // By the angle from the start, of which the cosine falls.
+        cuts.sort_by(|u, v| a.dot(v).total_cmp(&a.dot(u)));
+        for end in cuts.into_iter().map(|v| centre + v * radius).chain([to]) {
+            if end != self.at {
+                self.pieces.push(Piece { from: self.at, to: end, arc: Some((centre, radius)) });
+                self.at = end;
+            }
+        }
+    }
+
+    fn finish(self) -> Profile {
+        let ends = || self.pieces.iter().flat_map(|piece| [piece.from, piece.to]);
+        let radius = ends().map(|p| p.x).fold(0.0, f64::max);
+        let low = ends().map(|p| p.y).fold(f64::INFINITY, f64::min);
+        let high = ends().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max);
+        // What runs along the axis is inside the solid.
+        let pieces = self.pieces.into_iter().filter(|piece| piece.from.x > 0.0 || piece.to.x > 0.0).collect();
+        Profile { pieces, radius, span: [low, high] }
+    }
+}
+
+fn positive(what: &'static str, value: f64) -> Result<f64, ProfileError> {
+    in_range(what, value, f64::MIN_POSITIVE, f64::MAX, "a finite number above 0")
+}
+
+fn in_range(what: &'static str, value: f64, low: f64, high: f64, wanted: &'static str) -> Result<f64, ProfileError> {
+    if value >= low && value <= high { Ok(value) } else { Err(ProfileError::Dimension { what, value, wanted }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn distance(profile: &Profile, rho: f64, z: f64) -> f64 {
+        profile.signed_distance_mm(&P2::new(rho, z))
+    }
+
+    fn near(found: f64, expected: f64) {
+        assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+    }
+
+    #[test]
+    fn distances_known_by_hand() {
+        let flat = Profile::cylinder(5.0, 20.0).unwrap();
+        near(distance(&flat, 0.0, -3.0), 3.0); // under the face
+        near(distance(&flat, 8.0, -4.0), 5.0); // from the edge: 3, 4
+        near(distance(&flat, 4.0, 10.0), -1.0);
+        near(distance(&flat, 0.0, 2.0), -2.0); // the axis is no boundary
+        let ball = Profile::ball(5.0, 20.0).unwrap();
+        near(distance(&ball, 0.0, 0.0), 0.0);
+        near(distance(&ball, 3.0, 1.0), 0.0); // 3, 4 from the centre (0, 5)
+        near(distance(&ball, 6.0, -3.0), 5.0); // 6, 8 from the centre
+        near(distance(&ball, 0.0, 5.0), -5.0);
+        let bull = Profile::bull_nose(5.0, 2.0, 20.0).unwrap();
+        near(distance(&bull, 2.0, -1.0), 1.0);
+        near(distance(&bull, 3.0 + 3.0, 2.0 - 4.0), 3.0); // 3, 4 from the corner's centre (3, 2), less 2
+        let cone = Profile::cone(0.0, 4.0, 3.0).unwrap();
+        near(distance(&cone, 4.0, 0.0), 2.4); // the line 3 ρ = 4 z: |12| / 5
+        let barrel = Profile::barrel(3.0, 5.0, 6.0).unwrap(); // centre at (3 - 4, 3)
+        near(barrel.radius_mm(), 4.0);
+        near(distance(&barrel, 6.0, 3.0), 2.0);
+        let lollipop = Profile::lollipop(5.0, 3.0, 20.0).unwrap(); // ball to z = 9
+        near(lollipop.radius_mm(), 5.0);
+        near(distance(&lollipop, 4.0, 15.0), 1.0);
+        near(distance(&lollipop, 3.0, 15.0), 0.0);
+        near(distance(&lollipop.raised(7.0), 4.0, 22.0), 1.0);
+    }
+
+    #[test]
+    fn radii_between_heights() {
+        let ball = Profile::ball(5.0, 20.0).unwrap();
+        near(ball.radius_between_mm(0.0, 1.0), 3.0);
+        near(ball.radius_between_mm(0.0, 30.0), 5.0);
+        near(ball.radius_between_mm(21.0, 30.0), 0.0);
+        let lollipop = Profile::lollipop(5.0, 3.0, 20.0).unwrap();
+        near(lollipop.radius_between_mm(4.0, 6.0), 5.0); // the widest circle is between
+        near(lollipop.radius_between_mm(10.0, 12.0), 3.0);
+        assert_eq!(Profile::cylinder(5.0, 20.0).unwrap().heights_mm(), [0.0, 20.0]);
+    }
+
+    #[test]
+    fn impossible_tools_are_refused_with_the_dimension() {
+        let message = |result: Result<Profile, ProfileError>| result.unwrap_err().to_string();
+        assert_eq!(message(Profile::cylinder(-1.0, 2.0)), "radius is -1 mm; it must be a finite number above 0");
+        assert_eq!(
+            message(Profile::bull_nose(5.0, 6.0, 20.0)),
+            "corner radius is 6 mm; it must be between 0 and the radius"
+        );
+        assert!(Profile::ball(5.0, f64::NAN).is_err() && Profile::barrel(3.0, 2.0, 6.0).is_err());
+        assert!(Profile::lollipop(5.0, 3.0, 8.0).is_err() && Profile::cone(0.0, 0.0, 1.0).is_err());
+    }
+
+    proptest! {
+        /// Against the profile as many short lines: no formula in common with arcs.
+        #[test]
+        fn arcs_are_as_far_as_their_chords(rho in 0.0..15.0f64, z in -8.0..30.0f64, which in 0..3) {
+            let (exact, outline): (Profile, Vec<(P2, f64, f64, f64)>) = match which {
+                // Centre, radius, angles of the arc.
+                0 => (Profile::ball(6.0, 20.0).unwrap(), vec![(P2::new(0.0, 6.0), 6.0, -90.0, 0.0)]),
+                1 => (Profile::bull_nose(6.0, 2.0, 20.0).unwrap(), vec![(P2::new(4.0, 2.0), 2.0, -90.0, 0.0)]),
+                _ => (Profile::barrel(3.0, 12.5, 20.0).unwrap(), vec![(P2::new(3.0 - 7.5, 10.0), 12.5, -53.130_102_354_155_98, 53.130_102_354_155_98)]),
+            };
+            let mut points = vec![P2::origin()];
+            for (centre, radius, from, to) in outline {
+                points.extend((0..=4000).map(|k| {
+                    let angle = (from + (to - from) * f64::from(k) / 4000.0).to_radians();
+                    centre + Vector2::new(angle.cos(), angle.sin()) * radius
+                }));
+            }
+            let top = if which == 2 { P2::new(3.0, 20.0) } else { P2::new(6.0, 20.0) };
+            points.extend([top, P2::new(0.0, 20.0)]);
+            let chords = Profile::of_lines(&points);
+            let (found, expected) = (distance(&exact, rho, z), distance(&chords, rho, z));
+            prop_assert!((found - expected).abs() < 1e-5, "{found}, by chords {expected}");
+        }
+    }
+}

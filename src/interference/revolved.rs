@@ -1,0 +1,274 @@
+//! A mesh as a tool: the smallest body of revolution about its axis that holds it, as far as heights tell.
+//!
+//! Tools come as meshes, and turn about an axis that nobody names. Of the lines that may be it, that one is taken about which the
+//! mesh fits the smallest cylinder: for a body of revolution its axis. The body around the mesh has at each height the mesh's largest
+//! distance from the axis: along an edge of the mesh that distance is a convex function of the height, so the chord between the
+//! edge's ends bounds it, and a triangle's slice at a height is farthest from the axis at its edges. What is
+//! hollow towards the axis, flutes and bores, is filled.
+
+use super::profile::{P2, Profile};
+use crate::geometry::covariance::{area_weighted, principal_frame};
+use crate::geometry::{Isometry, Mesh, Point, Vector};
+use nalgebra::UnitQuaternion;
+use std::f64::consts::PI;
+
+/// Heights nearer than this are one, mm: what turning a mesh costs in rounding is below it, and it is below
+/// [`super::detect::SLACK_MM`], which covers it.
+const SAME_HEIGHT_MM: f64 = 1e-7;
+/// Most heights at which the profile may have a corner; a mesh with more gets steps of one height.
+const MOST_HEIGHTS: usize = 96;
+/// Sine of the angle below which three points of a profile are on one line: over a metre less than [`SAME_HEIGHT_MM`].
+const STRAIGHT: f64 = 1e-10;
+/// Least part of the body around it that a mesh must fill to be taken for round: a prism of eight sides fills 0.90 of its
+/// cylinder.
+const ROUND: f64 = 0.88;
+
+/// A mesh and the body of revolution around it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Revolved {
+    /// The body, its axis +z.
+    pub profile: Profile,
+    /// Takes the mesh's frame to the body's.
+    pub tool_from_mesh: Isometry,
+    /// Volume of the body, mm³.
+    pub volume_mm3: f64,
+    /// Part of the body that the mesh fills, 0 to 1; 0 of a mesh that encloses nothing.
+    pub filled: f64,
+}
+
+impl Revolved {
+    /// Finds the axis and the body around a mesh.
+    #[must_use]
+    pub fn around(mesh: &Mesh) -> Self {
+        let tool_from_mesh = upright(mesh);
+        let places: Vec<P2> = mesh
+            .vertices()
+            .iter()
+            .map(|vertex| tool_from_mesh * vertex)
+            .map(|p| P2::new(p.x.hypot(p.y).max(SAME_HEIGHT_MM), p.z))
+            .collect();
+        let outline = outline(&places, mesh.faces());
+        let slice = |pair: &[P2]| {
+            let (r, s) = (pair[0].x, pair[1].x);
+            PI / 3.0 * (pair[1].y - pair[0].y) * (r * r + r * s + s * s)
+        };
+        let volume_mm3 = outline.windows(2).map(slice).sum::<f64>();
+        let filled = if volume_mm3 > 0.0 { (mesh.signed_volume() / volume_mm3).clamp(0.0, 1.0) } else { 0.0 };
+        Self { profile: Profile::of_lines(&outline), tool_from_mesh, volume_mm3, filled }
+    }
+
+    /// Whether this is the tool when it is held against `other`: the one that is round, of two round ones the smaller, of two that
+    /// are not the one that fills more of its body.
+    #[must_use]
+    pub fn is_tool_against(&self, other: &Self) -> bool {
+        match (self.filled >= ROUND, other.filled >= ROUND) {
+            (true, true) => self.volume_mm3 < other.volume_mm3,
+            (false, false) => self.filled > other.filled,
+            (is_round, _) => is_round,
+        }
+    }
+}
+
+/// The motion that brings the axis of a mesh to +z.
+fn upright(mesh: &Mesh) -> Isometry {
+    let (middle, covariance) = area_weighted(&mesh.triangles());
+    let principal = principal_frame(&covariance);
+    let axes = |through: Point, directions: [Vector; 3]| directions.map(|direction| (through, direction));
+    let own = [Vector::z(), Vector::x(), Vector::y()];
+    let principal: [Vector; 3] = std::array::from_fn(|i| principal.column(i).into_owned());
+    let lines = [axes(Point::origin(), own), axes(middle, own), axes(middle, principal)].concat();
+    let cylinder = |(through, direction): &(Point, Vector)| {
+        let (mut low, mut high, mut radius) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+        for vertex in mesh.vertices() {
+            let v = vertex - through;
+            let height = v.dot(direction);
+            (low, high) = (low.min(height), high.max(height));
+            radius = radius.max((v - direction * height).norm_squared());
+        }
+        radius * (high - low)
+    };
+    let mut best = (f64::INFINITY, lines[0]);
+    for line in lines {
+        // Only by more than rounding: the mesh's own axes are those that its maker meant.
+        let volume = cylinder(&line);
+        if volume < best.0 * (1.0 - 1e-9) {
+            best = (volume, line);
+        }
+    }
+    let (through, direction) = best.1;
+    let turn = UnitQuaternion::rotation_between(&direction, &Vector::z())
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), PI));
+    Isometry::from_parts((turn * -through.coords).into(), turn)
+}
+
+/// The profile from the axis to the axis, from below, of a mesh with its vertices at `places`.
+fn outline(places: &[P2], faces: &[[u32; 3]]) -> Vec<P2> {
+    let heights = Heights::of(places);
+    let count = heights.values.len();
+    // The largest radius at a height, and at both ends of the slab above it.
+    let mut at = vec![0.0_f64; count];
+    let mut slabs = vec![[0.0_f64; 2]; count.saturating_sub(1)];
+    for place in places {
+        if heights.are_exact {
+            let index = heights.index(place.y);
+            at[index] = at[index].max(place.x);
+        }
+    }
+    for face in faces {
+        for side in 0..3 {
+            let [p, q] = [face[side], face[(side + 1) % 3]].map(|corner| places[corner as usize]);
+            let (p, q) = if p.y <= q.y { (p, q) } else { (q, p) };
+            heights.add_edge(&p, &q, &mut slabs);
+        }
+    }
+    let mut points = Vec::with_capacity(3 * count + 2);
+    let ends = |index: usize| P2::new(0.0, heights.values[index]);
+    points.push(ends(0));
+    for index in 0..count {
+        let z = heights.values[index];
+        if index > 0 {
+            add(&mut points, P2::new(slabs[index - 1][1], z));
+        }
+        if at[index] > 0.0 {
+            add(&mut points, P2::new(at[index], z));
+        }
+        if index + 1 < count {
+            add(&mut points, P2::new(slabs[index][0], z));
+        }
+    }
+    points.push(ends(count - 1));
+    points
+}
+
+/// Adds a point, instead of the last one when that lies straight between its neighbours.
+fn add(points: &mut Vec<P2>, point: P2) {
+    if let [.., before, last] = points.as_slice() {
+        let (u, v) = (last - before, point - last);
+        if u.dot(&v) > 0.0 && u.perp(&v).abs() <= STRAIGHT * u.norm() * v.norm() {
+            points.pop();
+        }
+    }
+    points.push(point);
+}
+
+/// Heights at which a profile may have a corner, ascending, mm.
+struct Heights {
+    values: Vec<f64>,
+    /// Whether every vertex is at one of them.
+    are_exact: bool,
+}
+
+impl Heights {
+    fn of(places: &[P2]) -> Self {
+        let mut all: Vec<f64> = places.iter().map(|place| place.y).collect();
+        all.sort_by(f64::total_cmp);
+        let (low, high) = (all[0], all[all.len() - 1]);
+        all.dedup_by(|next, kept| *next - *kept <= SAME_HEIGHT_MM);
+        if all.len() <= MOST_HEIGHTS {
+            return Self { values: all, are_exact: true };
+        }
+        let step = (high - low) / (MOST_HEIGHTS - 1) as f64;
+        let mut values: Vec<f64> = (0..MOST_HEIGHTS).map(|k| low + step * k as f64).collect();
+        values[MOST_HEIGHTS - 1] = high;
+        Self { values, are_exact: false }
+    }
+
+    /// The last height that is not above `z`, up to rounding.
+    fn index(&self, z: f64) -> usize {
+        self.values.partition_point(|&height| height <= z + SAME_HEIGHT_MM).saturating_sub(1)
+    }
+
+    /// Widens the slabs that an edge, `p` not above `q`, runs through.
+    fn add_edge(&self, p: &P2, q: &P2, slabs: &mut [[f64; 2]]) {
+        let radius = |z: f64| {
+            let part = if q.y > p.y { ((z - p.y) / (q.y - p.y)).clamp(0.0, 1.0) } else { 1.0 };
+            p.x + part * (q.x - p.x)
+        };
+        let (from, to) = (self.index(p.y), self.index(q.y));
+        if self.are_exact {
+            for (slab, ends) in slabs[from..to].iter_mut().zip(self.values[from..].windows(2)) {
+                *slab = [slab[0].max(radius(ends[0])), slab[1].max(radius(ends[1]))];
+            }
+            return;
+        }
+        // Steps: a slab has the largest radius anywhere in it; a vertex on a border belongs to both sides.
+        let first = from.saturating_sub(1);
+        for (slab, ends) in slabs.iter_mut().zip(self.values.windows(2)).skip(first).take(to + 1 - first) {
+            let [low, high] = [ends[0], ends[1]];
+            if p.y > high + SAME_HEIGHT_MM || q.y < low - SAME_HEIGHT_MM {
+                continue;
+            }
+            let is_within = q.y <= high && p.y >= low;
+            let most = radius(low).max(radius(high)).max(if is_within { p.x.max(q.x) } else { 0.0 });
+            *slab = slab.map(|r| r.max(most));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+    use crate::geometry::shapes::outline::OutlinePoint;
+    use crate::geometry::shapes::{Revolve, Shape, Tessellation};
+    use proptest::prelude::*;
+
+    fn stepped() -> Mesh {
+        // Radius 4 to z = 10, a cone to 6 at z = 14, 6 to z = 20.
+        let profile_mm = [[0.0, 0.0], [4.0, 0.0], [4.0, 10.0], [6.0, 14.0], [6.0, 20.0], [0.0, 20.0]];
+        Shape::Revolve(Revolve { profile_mm: profile_mm.map(OutlinePoint::Sharp).to_vec() })
+            .mesh(&Tessellation { density: 4.0, grading: 1.0 })
+            .unwrap()
+    }
+
+    fn distance(revolved: &Revolved, p: &Point) -> f64 {
+        let q = revolved.tool_from_mesh * p;
+        revolved.profile.signed_distance_mm(&P2::new(q.x.hypot(q.y), q.z))
+    }
+
+    #[test]
+    fn a_turned_part_has_its_own_profile_wherever_it_lies() {
+        let turn = UnitQuaternion::from_euler_angles(0.4, -1.1, 2.0);
+        let moved = Isometry::from_parts(Vector::new(30.0, -7.0, 55.0).into(), turn);
+        for placement in [Isometry::identity(), moved] {
+            let revolved = Revolved::around(&meshes::moved(&stepped(), 1.0, &placement));
+            for (p, expected) in [
+                (Point::new(7.0, 0.0, 5.0), 3.0),
+                (Point::new(0.0, 1.0, 5.0), -3.0),
+                (Point::new(0.0, 0.0, 25.0), 5.0),
+                (Point::new(9.0, 0.0, 24.0), 5.0), // 3, 4 from the upper edge
+                (Point::new(0.0, 8.0, 17.0), 2.0),
+            ] {
+                assert!((distance(&revolved, &(placement * p)) - expected).abs() < 1e-6, "{p}");
+            }
+            // The mesh's circles are inscribed, the body's are not.
+            assert!(revolved.filled > 0.97 && revolved.filled < 1.0, "{}", revolved.filled);
+            // 160 π below, 4 π / 3 (16 + 24 + 36) between, 216 π above.
+            assert!((revolved.volume_mm3 / PI - (160.0 + 4.0 / 3.0 * 76.0 + 216.0)).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn the_round_one_is_the_tool_and_of_two_the_smaller() {
+        let (tool, ring) = (Revolved::around(&stepped()), Revolved::around(&meshes::torus(30.0, 5.0, 24, 12)));
+        let small = Revolved::around(&meshes::moved(&stepped(), 0.5, &Isometry::identity()));
+        assert!(ring.filled < ROUND);
+        assert!(tool.is_tool_against(&ring) && !ring.is_tool_against(&tool));
+        assert!(small.is_tool_against(&tool) && !tool.is_tool_against(&small));
+        assert!(!tool.is_tool_against(&tool));
+    }
+
+    proptest! {
+        /// Of any mesh, round or not, with few heights or many.
+        #[test]
+        fn every_point_of_the_mesh_is_in_the_body(which in 0..64usize, face in 0..10_000usize, u in 0.0..1.0f64, v in 0.0..1.0f64) {
+            let subjects = meshes::subjects();
+            let mesh = &subjects[which % subjects.len()].mesh;
+            let revolved = Revolved::around(mesh);
+            let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            let [a, b, c] = mesh.triangles()[face % mesh.faces().len()].corners;
+            let outside = distance(&revolved, &(a + (b - a) * u + (c - a) * v));
+            prop_assert!(outside < super::super::detect::SLACK_MM / 2.0, "{outside} mm outside of {}", subjects[which % subjects.len()].name);
+        }
+    }
+}

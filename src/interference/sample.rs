@@ -1,0 +1,141 @@
+//! The surface as points: a mesh sampled so densely that no point of it is farther from a sample than a stated radius.
+
+use crate::geometry::{Mesh, Point, Triangle};
+use foldhash::{HashSet, HashSetExt};
+
+/// Samples of a surface, in its mesh's frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Samples {
+    /// The samples, mm.
+    pub points: Vec<Point>,
+    /// The triangle that each one lies on (one of them, on an edge).
+    pub faces: Vec<u32>,
+    /// Every point of the surface has a sample at most this far, mm.
+    pub covering_mm: f64,
+    /// The longest edge between samples, mm.
+    pub spacing_mm: f64,
+}
+
+/// What the covering radius is enlarged by: midpoints are rounded to half a unit in the last place at each of at most 52 halvings.
+const ROUNDING: f64 = 1e-12;
+
+impl Samples {
+    /// Halves triangles across their longest edges until no edge is longer than `spacing_mm` (or the mesh's coordinates are too
+    /// coarse to halve it), and takes all corners. An edge is halved whenever it is too long, so the two triangles at it have
+    /// its points in common. Of thin triangles each halving of the length makes three, where a grid of equal ones would have four.
+    #[must_use]
+    pub fn of(mesh: &Mesh, spacing_mm: f64) -> Self {
+        let mut samples = Self { points: Vec::new(), faces: Vec::new(), covering_mm: 0.0, spacing_mm: 0.0 };
+        let mut seen = HashSet::new();
+        let mut stack = Vec::new();
+        for (triangle, face) in mesh.triangles().into_iter().zip(0..) {
+            stack.push(triangle.corners);
+            while let Some([a, b, c]) = stack.pop() {
+                // The longest edge first: from a to b.
+                let lengths = [(b - a).norm(), (c - b).norm(), (a - c).norm()];
+                let longest = lengths.iter().copied().fold(0.0, f64::max);
+                let [a, b, c] = if lengths[0] == longest {
+                    [a, b, c]
+                } else if lengths[1] == longest {
+                    [b, c, a]
+                } else {
+                    [c, a, b]
+                };
+                let middle = nalgebra::center(&a, &b);
+                if longest > spacing_mm && middle != a && middle != b {
+                    stack.extend([[a, middle, c], [middle, b, c]]);
+                    continue;
+                }
+                samples.spacing_mm = samples.spacing_mm.max(longest);
+                samples.covering_mm = samples.covering_mm.max(farthest_from_corners(&Triangle::new(a, b, c)));
+                for corner in [a, b, c] {
+                    // Adding zero makes one of the two zeros.
+                    let key = [corner.x, corner.y, corner.z].map(|x| (x + 0.0).to_bits());
+                    if seen.insert(key) {
+                        samples.points.push(corner);
+                        samples.faces.push(face);
+                    }
+                }
+            }
+        }
+        samples.covering_mm *= 1.0 + ROUNDING;
+        samples
+    }
+}
+
+/// A bound on how far a point of the triangle can be from its nearest corner, mm: the radius of the circle through the corners, or,
+/// when an angle is not acute, half the edge across it (its middle is nearer to the third corner than to the others).
+fn farthest_from_corners(triangle: &Triangle) -> f64 {
+    let [a, b, c] = triangle.corners;
+    let mut squares = [(b - a).norm_squared(), (c - b).norm_squared(), (a - c).norm_squared()];
+    squares.sort_by(f64::total_cmp);
+    let [short, middle, long] = squares;
+    if long >= short + middle {
+        return 0.5 * long.sqrt();
+    }
+    let around = (short * middle * long).sqrt() / (4.0 * triangle.area());
+    // No acute triangle has a larger circle than the equilateral one over its longest edge.
+    around.min((long / 3.0).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+    use crate::geometry::Triangle;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_square_of_two_triangles_has_its_grid_once() {
+        let [a, b, c, d] = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]].map(|[x, y]| Point::new(x, y, 0.0));
+        let mesh = Mesh::from_triangles(&[Triangle::new(a, b, c), Triangle::new(a, c, d)]).unwrap();
+        // The diagonal of 2.83 is halved, then the sides of 2, then the halves of the diagonal, 1.41: a grid of 3 x 3 and the middles
+        // of its 4 squares. What is left are right angles with legs of 0.71 under an edge of 1, whose middle is 0.5 from all corners.
+        let samples = Samples::of(&mesh, 1.0);
+        assert_eq!(samples.points.len(), 13);
+        assert!((samples.spacing_mm - 1.0).abs() < 1e-15 && (samples.covering_mm - 0.5).abs() < 1e-11);
+        let mut seen: Vec<_> = samples.points.iter().map(|p| [p.x, p.y].map(|x| (2.0 * x).round() as i32)).collect();
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), 13);
+        assert_eq!(Samples::of(&mesh, 10.0).points.len(), 4);
+    }
+
+    #[test]
+    fn thin_triangles_do_not_get_a_grid() {
+        let thin = Triangle::new(Point::origin(), Point::new(100.0, 0.0, 0.0), Point::new(100.0, 0.01, 0.0));
+        let mesh = Mesh::from_triangles(&[thin]).unwrap();
+        // 100 is halved 7 times, to 0.78, so there are 3^7 triangles, and hardly more corners than triangles; a grid of
+        // equal triangles would have 129 * 130 / 2.
+        let count = Samples::of(&mesh, 1.0).points.len();
+        assert!((257..=2187 + 2).contains(&count), "{count}");
+    }
+
+    #[test]
+    fn the_equilateral_triangle_is_the_worst() {
+        let height = 0.75f64.sqrt();
+        let corners = |x: f64, y: f64| Triangle::new(Point::origin(), Point::new(1.0, 0.0, 0.0), Point::new(x, y, 0.0));
+        assert!((farthest_from_corners(&corners(0.5, height)) - 1.0 / 3f64.sqrt()).abs() < 1e-12);
+        // A right angle across an edge of 1; an obtuse one; a line.
+        assert!((farthest_from_corners(&corners(0.5, 0.5)) - 0.5).abs() < 1e-12);
+        assert!((farthest_from_corners(&corners(0.5, 0.1)) - 0.5).abs() < 1e-12);
+        assert!((farthest_from_corners(&corners(0.5, 0.0)) - 0.5).abs() < 1e-12);
+    }
+
+    proptest! {
+        #[test]
+        fn no_point_of_the_surface_is_farther_than_the_covering_radius(
+            spacing in 0.3..8.0f64, face in 0..10_000usize, u in 0.0..1.0f64, v in 0.0..1.0f64,
+        ) {
+            let mesh = meshes::stepped_tool(12, 3);
+            let samples = Samples::of(&mesh, spacing);
+            let triangle = mesh.triangles()[face % mesh.faces().len()];
+            let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            let [a, b, c] = triangle.corners;
+            let p = a + (b - a) * u + (c - a) * v;
+            let nearest = samples.points.iter().map(|q| (q - p).norm()).fold(f64::INFINITY, f64::min);
+            prop_assert!(nearest <= samples.covering_mm + 1e-12, "{nearest} > {}", samples.covering_mm);
+            prop_assert!(samples.spacing_mm <= spacing);
+        }
+    }
+}

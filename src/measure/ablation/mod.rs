@@ -1,0 +1,203 @@
+//! The thesis's method part by part: what octree, second tool level and coherence save, and what sampling misses.
+//!
+//! Each form of the method answers the same poses on the same free-form surface, and so does a tree of volumes over the meshes of tool and
+//! surface. Counts are taken apart for the poses that hit and those that do not, verdicts are held against the exact truth on the meshes.
+//!
+//! Reading order: this file (what is varied), `subject` (surfaces, tool, poses), `trial` (one form, counted and timed).
+
+mod subject;
+mod trial;
+
+use super::Progress;
+use crate::geometry::shapes::{Freeform, ShapeError};
+use crate::interference::profile::ProfileError;
+use crate::interference::{Division, Search, SecondLevel};
+use crate::record::{AblationKindRow, AblationRow, AblationTimeRow};
+use crate::registry::Variant;
+use rand::seq::SliceRandom;
+use subject::ToolSubject;
+use thiserror::Error;
+use trial::{Ground, Trial};
+
+/// Why the experiment cannot be made.
+#[derive(Debug, Error)]
+pub enum AblationError {
+    /// A surface or the tool cannot be meshed.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// The tool has impossible dimensions.
+    #[error(transparent)]
+    Profile(#[from] ProfileError),
+}
+
+/// How much is done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AblationBudget {
+    /// Rows of the path.
+    pub rows: u32,
+    /// Way from contact point to contact point, mm.
+    pub step_mm: f64,
+    /// Rounds of timing.
+    pub rounds: u32,
+    /// Whether the sweeps are made beside the parts, that of the surface's size among them.
+    pub sweeps: bool,
+}
+
+/// What was found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ablation {
+    /// Counts.
+    pub rows: Vec<AblationRow>,
+    /// Local and global interference.
+    pub kinds: Vec<AblationKindRow>,
+    /// Times.
+    pub times: Vec<AblationTimeRow>,
+}
+
+/// One form of the method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Form {
+    sweep: &'static str,
+    /// How octants are looked for; `None` for the tree of volumes over both meshes.
+    search: Option<Search>,
+    level: SecondLevel,
+    safe: bool,
+    coherent: bool,
+    division: Division,
+    spacing_mm: f64,
+    /// Poses between two contact points of the plan.
+    fineness: u32,
+    /// Density of the surface's mesh.
+    density: f64,
+    /// Only each so many-th pose is asked.
+    stride: usize,
+}
+
+/// The form that the others differ from.
+const BASE: Form = Form {
+    sweep: "parts",
+    search: Some(Search::Octree),
+    level: SecondLevel::None,
+    safe: true,
+    coherent: false,
+    division: Division { cap: 16, depth: 12 },
+    spacing_mm: 0.5,
+    fineness: 1,
+    density: 2.0,
+    stride: 1,
+};
+
+fn forms(sweeps: bool) -> Vec<Form> {
+    let mut forms = Vec::new();
+    for safe in [false, true] {
+        let base = Form { safe, ..BASE };
+        forms.extend([Search::Points, Search::Leaves].map(|search| Form { search: Some(search), ..base }));
+        forms.extend(SecondLevel::ALL.map(|level| Form { level, ..base }));
+        forms.extend([SecondLevel::None, SecondLevel::Profile4].map(|level| Form { level, coherent: true, ..base }));
+    }
+    forms.push(Form { search: None, ..BASE });
+    if sweeps {
+        let cap = |cap| Form { sweep: "cap", division: Division { cap, ..BASE.division }, ..BASE };
+        forms.extend([1, 4, 16, 64, 256].map(cap));
+        let depth = |depth| Form { sweep: "depth", division: Division { depth, ..BASE.division }, ..BASE };
+        forms.extend([3, 5, 7, 9, 12].map(depth));
+        for safe in [false, true] {
+            forms.extend([4.0, 2.0, 1.0, 0.5].map(|spacing_mm| Form { sweep: "spacing", spacing_mm, safe, ..BASE }));
+        }
+        for coherent in [false, true] {
+            forms.extend([1, 4, 16].map(|fineness| Form { sweep: "step", fineness, coherent, ..BASE }));
+        }
+    }
+    forms
+}
+
+/// Densities of the mesh and spacings of its samples, mm, at which a surface has about 10^4, 10^5 and 10^6 points, and at how many poses in a
+/// hundred all of these are asked one by one.
+const SIZES: [(f64, f64, usize); 3] = [(2.0, 1.5, 1), (6.3, 0.476, 10), (20.0, 0.15, 100)];
+
+fn sizes() -> Vec<Form> {
+    let of = |(density, spacing_mm, stride): (f64, f64, usize)| {
+        let base = Form { sweep: "size", density, spacing_mm, ..BASE };
+        [
+            Form { search: Some(Search::Points), stride, ..base },
+            base,
+            Form { level: SecondLevel::Profile4, ..base },
+            Form { coherent: true, ..base },
+            Form { search: None, ..base },
+        ]
+    };
+    SIZES.into_iter().flat_map(of).collect()
+}
+
+/// Makes the experiment; `mesh_variant` is the tree that the method is held against. Counts do not depend on the machine.
+///
+/// # Errors
+/// When a surface or the tool cannot be made.
+pub fn ablation(
+    budget: &AblationBudget,
+    mesh_variant: &Variant,
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<Ablation, AblationError> {
+    let tool = ToolSubject::new()?;
+    let mut found = Ablation::default();
+    let surfaces = subject::surfaces();
+    let parts = surfaces.iter().map(|(name, surface)| (*name, surface, forms(budget.sweeps)));
+    let sizes = surfaces.iter().take(usize::from(budget.sweeps)).map(|(name, surface)| (*name, surface, sizes()));
+    let stages: Vec<(&str, &Freeform, Vec<Form>)> = parts.chain(sizes).collect();
+    for (name, surface, forms) in stages {
+        progress.begin(&format!("octree method on `{name}`"), forms.len() as u64 * u64::from(budget.rounds + 1));
+        let mut ground = Ground::new(name, surface, budget, &tool, mesh_variant);
+        let trials: Vec<Trial> = forms.into_iter().map(|form| ground.trial(form)).collect::<Result<_, _>>()?;
+        for trial in &trials {
+            found.rows.extend(trial.count());
+            if trial.form == BASE {
+                found.kinds.extend(trial.kinds(&tool));
+            }
+            progress.advance(1);
+        }
+        for round in 0..budget.rounds {
+            let mut order: Vec<usize> = (0..trials.len()).collect();
+            order.shuffle(&mut rand_pcg::Pcg64::new(u128::from(seed), u128::from(round)));
+            let mut timed: Vec<(usize, AblationTimeRow)> = Vec::with_capacity(trials.len());
+            for index in order {
+                timed.push((index, trials[index].time(round)));
+                progress.advance(1);
+            }
+            // Written in one order whatever the order of execution.
+            timed.sort_by_key(|(index, _)| *index);
+            found.times.extend(timed.into_iter().map(|(_, row)| row));
+        }
+    }
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Silent;
+    use super::*;
+    use crate::registry::Registry;
+
+    #[test]
+    fn safe_forms_miss_nothing_and_the_hierarchy_saves_tests() {
+        let budget = AblationBudget { rows: 2, step_mm: 1.5, rounds: 1, sweeps: false };
+        let registry = Registry::standard();
+        let Ablation { rows, kinds, times } = ablation(&budget, registry.reference().unwrap(), 1, &Silent).unwrap();
+        assert_eq!((rows.len(), times.len()), (4 * 17 * 2, 4 * 17));
+        let touching: u64 = rows.iter().map(|row| row.touching).sum();
+        assert!(touching > 4 * 17 * 20, "{touching}");
+        assert!(rows.iter().all(|row| row.safe == 0 || row.missed == 0), "a safe form misses contact");
+        let tests = |search: &str| -> u64 {
+            let of = rows.iter().filter(|row| row.search == search && row.second_level == "none" && row.coherence == 0);
+            of.map(|row| row.first_level).sum()
+        };
+        assert!(tests("leaves") > 3 * tests("octree"), "{} {}", tests("leaves"), tests("octree"));
+        for kind in ["local", "global"] {
+            let of_kind = || kinds.iter().filter(|row| row.kind == kind);
+            assert!(
+                of_kind().map(|row| row.touching).sum::<u64>() > 20 && of_kind().all(|row| row.missed == 0),
+                "{kinds:?}"
+            );
+        }
+    }
+}

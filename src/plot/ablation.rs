@@ -1,0 +1,239 @@
+//! What an ablation found: tests of each form, split by poses that hit and free ones, its time, and the sweeps of its parameters.
+
+use super::data::Entry;
+use super::grouped::{Form, Grouped, Panel, Point, Series};
+use super::marks::Look;
+use super::ticks::{Scale, number};
+use super::{FOLDER, Gallery, PlotError, Sketch, add, write_index};
+use crate::analysis::ablation::PARTS;
+use crate::record::{AblationRow, AblationTimeRow, Kind, read_rows};
+use std::path::Path;
+
+/// Draws an ablation's figures into `plots/` of its folder and lists them there.
+///
+/// # Errors
+/// When a record is missing or malformed, or a figure cannot be written.
+pub fn draw_ablation(folder: &Path) -> Result<Gallery, PlotError> {
+    let (rows, times): (Vec<AblationRow>, Vec<AblationTimeRow>) = (read_rows(folder)?, read_rows(folder)?);
+    let mut gallery = Gallery::default();
+    add(folder, &mut gallery, parts(&rows, &times))?;
+    add(folder, &mut gallery, sweeps(&rows))?;
+    add(folder, &mut gallery, sizes(&times))?;
+    write_index(&folder.join(FOLDER), &gallery)?;
+    Ok(gallery)
+}
+
+/// A form of the method as a line or bar: search, second level, coherence.
+type Key<'a> = (&'a str, &'a str, u8);
+
+fn key(row: &AblationRow) -> Key<'_> {
+    (&row.search, &row.second_level, row.coherence)
+}
+
+fn time_key(row: &AblationTimeRow) -> Key<'_> {
+    (&row.search, &row.second_level, row.coherence)
+}
+
+fn label((search, level, coherence): Key) -> String {
+    let level = if level == "none" { String::new() } else { format!(" + {level}") };
+    format!("{search}{level}{}", if coherence == 1 { " + coherence" } else { "" })
+}
+
+fn entry(label: String, number: usize) -> Entry {
+    Entry { id: label.clone(), label, look: Look::nth(number), safe: true, kind: Kind::Sampling }
+}
+
+fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+    let mut kept: Vec<T> = Vec::new();
+    for value in values {
+        if !kept.contains(&value) {
+            kept.push(value);
+        }
+    }
+    kept
+}
+
+/// Tests of both kinds per pose.
+fn mean(rows: &[&AblationRow], part: fn(&AblationRow) -> u64) -> Option<Point> {
+    let poses: u64 = rows.iter().map(|row| row.poses).sum();
+    // A logarithmic axis has no place for nothing.
+    let total: u64 = rows.iter().map(|row| part(row)).sum();
+    (poses > 0 && total > 0).then(|| Point::bare(total as f64 / poses as f64))
+}
+
+/// A count of a row.
+type Part = fn(&AblationRow) -> u64;
+
+const MEASURES: [(&str, Part); 2] = [
+    ("box tests of a pose", |row| row.first_level + row.second_level_tests),
+    ("point tests of a pose", |row| row.point_tests),
+];
+
+/// The parts of the method in safe mode: a panel per kind of test and of pose, and one of time; categories are surfaces.
+fn parts(rows: &[AblationRow], times: &[AblationTimeRow]) -> Sketch<Grouped> {
+    let rows: Vec<&AblationRow> = rows.iter().filter(|row| row.sweep == PARTS && row.safe == 1).collect();
+    let times: Vec<&AblationTimeRow> = times.iter().filter(|row| row.sweep == PARTS && row.safe == 1).collect();
+    let surfaces = distinct(rows.iter().map(|row| row.surface.as_str()));
+    let keys = distinct(rows.iter().map(|row| key(row)));
+    let series = |point: &dyn Fn(Key, &str) -> Option<Point>| -> Vec<Series> {
+        let of = |(number, &key): (usize, &Key)| Series {
+            entry: entry(label(key), number),
+            points: surfaces.iter().map(|surface| point(key, surface)).collect(),
+        };
+        keys.iter().enumerate().map(of).collect()
+    };
+    let panel = |title: String, measure: &'static str, series: Vec<Series>| Panel {
+        title,
+        measure,
+        sorted_by: "",
+        scale: Scale::Log,
+        form: Form::Markers,
+        categories: surfaces.iter().map(|surface| (*surface).to_owned()).collect(),
+        series,
+    };
+    let mut panels = Vec::new();
+    for (measure, part) in MEASURES {
+        for (hit, poses) in [(1, "poses that hit"), (0, "free poses")] {
+            let point = |wanted: Key, surface: &str| {
+                let of_it = rows.iter().filter(|row| key(row) == wanted && row.surface == surface && row.hit == hit);
+                mean(&of_it.copied().collect::<Vec<_>>(), part)
+            };
+            panels.push(panel(format!("{measure}, {poses}"), measure, series(&point)));
+        }
+    }
+    let time = |wanted: Key, surface: &str| {
+        let of_it = times.iter().filter(|row| time_key(row) == wanted && row.surface == surface);
+        spread(of_it.map(|row| row.ns as f64 / 1e3 / row.poses.max(1) as f64).collect())
+    };
+    panels.push(panel("time of a pose, all poses".to_owned(), "µs", series(&time)));
+    Sketch {
+        name: "ablation-parts",
+        title: "What octree, second tool level and coherence save".to_owned(),
+        caption: "Safe mode. Of a tree of volumes, volume and triangle tests. Whiskers on times span the rounds."
+            .to_owned(),
+        drawing: Grouped::of(panels, 2, "ablation.csv holds no rows of the parts"),
+    }
+}
+
+/// The median with the extremes.
+fn spread(mut values: Vec<f64>) -> Option<Point> {
+    values.sort_by(f64::total_cmp);
+    let (low, high) = (*values.first()?, *values.last()?);
+    Some(Point { value: values[values.len() / 2], low, high })
+}
+
+/// A swept quantity of a row.
+type Quantity = fn(&AblationRow) -> f64;
+
+/// How a quantity that is swept is read off a row, and its axis.
+const SWEEPS: [(&str, &str, Quantity); 4] = [
+    ("cap", "most points of a leaf", |row| f64::from(row.cap)),
+    ("depth", "greatest depth", |row| f64::from(row.depth)),
+    ("spacing", "spacing of samples, mm", |row| row.spacing_mm),
+    ("step", "mean way of the tip between poses, mm", |row| row.step_mm),
+];
+
+/// The sweeps: tests against the quantity, over all surfaces; of the spacing also what sampling misses.
+fn sweeps(rows: &[AblationRow]) -> Sketch<Grouped> {
+    let mut panels = Vec::new();
+    for (sweep, axis, quantity) in SWEEPS {
+        let of_sweep: Vec<&AblationRow> = rows.iter().filter(|row| row.sweep == sweep).collect();
+        // Steps differ a little from surface to surface: the n-th value of each is one category.
+        let rank = |row: &AblationRow| {
+            let same = of_sweep.iter().filter(|other| other.surface == row.surface);
+            let mut values = distinct(same.map(|other| quantity(other)));
+            values.sort_by(f64::total_cmp);
+            values.iter().position(|value| *value == quantity(row)).unwrap_or(0)
+        };
+        let ranked: Vec<(usize, &AblationRow)> = of_sweep.iter().map(|row| (rank(row), *row)).collect();
+        let count = ranked.iter().map(|(rank, _)| rank + 1).max().unwrap_or(0);
+        let name = |rank: usize| {
+            let values: Vec<f64> = ranked.iter().filter(|(of, _)| *of == rank).map(|(_, row)| quantity(row)).collect();
+            number((values.iter().sum::<f64>() / values.len().max(1) as f64 * 100.0).round() / 100.0)
+        };
+        let categories: Vec<String> = (0..count).map(name).collect();
+        let variants = [(0, 1), (1, 1), (0, 0)];
+        let line =
+            |number: usize, text: &str, coherence: u8, safe: u8, part: &dyn Fn(&[&AblationRow]) -> Option<Point>| {
+                let of_rank = |rank: usize| {
+                    let members =
+                        ranked.iter().filter(|(of, row)| *of == rank && (row.coherence, row.safe) == (coherence, safe));
+                    part(&members.map(|(_, row)| *row).collect::<Vec<_>>())
+                };
+                Series { entry: entry(text.to_owned(), number), points: (0..count).map(of_rank).collect() }
+            };
+        let panel = |title: String, measure: &'static str, scale: Scale, series: Vec<Series>| Panel {
+            title,
+            measure,
+            sorted_by: axis,
+            scale,
+            form: Form::Lines,
+            categories: categories.clone(),
+            series,
+        };
+        let mut series = Vec::new();
+        for (n, (measure, part)) in MEASURES.into_iter().enumerate() {
+            for (m, (coherence, safe)) in variants.into_iter().enumerate().filter(|(_, (_, safe))| *safe == 1) {
+                let text = format!("{measure}{}", if coherence == 1 { ", coherence" } else { "" });
+                series.push(line(2 * n + m, &text, coherence, safe, &|rows| mean(rows, part)));
+            }
+        }
+        panels.push(panel(format!("sweep of the {sweep}"), "tests of a pose", Scale::Log, series));
+        if sweep == "spacing" {
+            let missed = |rows: &[&AblationRow]| {
+                let (touching, missed) = rows.iter().fold((0, 0), |(t, m), row| (t + row.touching, m + row.missed));
+                (touching > 0).then(|| Point::bare(missed as f64 / touching as f64))
+            };
+            let series =
+                vec![line(4, "samples only", 0, 0, &missed), line(5, "widened by the covering radius", 0, 1, &missed)];
+            panels.push(panel("contacts missed".to_owned(), "share of touching poses", Scale::Linear, series));
+        }
+    }
+    Sketch {
+        name: "ablation-sweeps",
+        title: "What cap, depth, spacing and step do".to_owned(),
+        caption: "The octree without a second tool level, safe mode unless said otherwise, over all surfaces."
+            .to_owned(),
+        drawing: Grouped::of(panels, 2, "the sweeps were not made; they are with --profile quick"),
+    }
+}
+
+/// Time of a pose and of building against the number of samples.
+fn sizes(times: &[AblationTimeRow]) -> Sketch<Grouped> {
+    let rows: Vec<&AblationTimeRow> = times.iter().filter(|row| row.sweep == "size").collect();
+    let spacings = distinct(rows.iter().map(|row| row.spacing_mm));
+    let keys = distinct(rows.iter().map(|row| time_key(row)));
+    let samples = |spacing: f64| {
+        let of_octree = rows.iter().find(|row| row.spacing_mm == spacing && row.coherence == 1);
+        of_octree.map_or_else(String::new, |row| format!("{} samples", row.points))
+    };
+    let panel = |title: &str, measure: &'static str, part: fn(&AblationTimeRow) -> f64| {
+        let series = keys.iter().enumerate().map(|(n, &wanted)| {
+            let of_it = |spacing: f64| {
+                let values = rows.iter().filter(|row| time_key(row) == wanted && row.spacing_mm == spacing);
+                spread(values.map(|row| part(row)).collect())
+            };
+            Series { entry: entry(label(wanted), n), points: spacings.iter().map(|&spacing| of_it(spacing)).collect() }
+        });
+        Panel {
+            title: title.to_owned(),
+            measure,
+            sorted_by: "",
+            scale: Scale::Log,
+            form: Form::Lines,
+            categories: spacings.iter().map(|&spacing| samples(spacing)).collect(),
+            series: series.collect(),
+        }
+    };
+    let panels = vec![
+        panel("time of a pose", "µs", |row| row.ns as f64 / 1e3 / row.poses.max(1) as f64),
+        panel("time to build", "s", |row| row.build_ns as f64 / 1e9),
+    ];
+    Sketch {
+        name: "ablation-sizes",
+        title: "From ten thousand samples to a million".to_owned(),
+        caption: "One surface, safe mode, one thread; whiskers span the rounds. All points are asked at every hundredth pose of the largest."
+            .to_owned(),
+        drawing: Grouped::of(panels, 2, "the sweep of the size was not made; it is with --profile quick"),
+    }
+}

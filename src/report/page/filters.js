@@ -1,0 +1,159 @@
+// @ts-check
+// What the reader has chosen to see, and the controls for it.
+
+const chosen = {
+  scenes: new Set(scenes),
+  // Controls test every pair of triangles; beside them all else is one dot at the left edge.
+  variants: new Set(variants.filter((variant) => variant.kind !== "control").map((variant) => variant.id)),
+  stratum: data.words.all,
+  everyPolicy: false,
+};
+
+/** What is drawn again when a choice changes. @type {(() => void)[]} */
+const watching = [];
+
+/** Draws now and whenever a choice changes. @param {() => void} drawing */
+function watch(drawing) {
+  watching.push(drawing);
+  drawing();
+}
+
+/** Draws everything again. */
+function changed() {
+  hideTip();
+  for (const drawing of watching) drawing();
+}
+
+/** Whether a row is of a chosen scene, variant and policy. @param {Row} row */
+function isChosen(row) {
+  const { scene, variant } = row.cells;
+  return chosen.scenes.has(scene) && chosen.variants.has(variant) && (chosen.everyPolicy || isDefault(variant, policyOf(row)));
+}
+
+/**
+ * Buttons of which one is pressed.
+ * @param {string} label
+ * @param {[string, string][]} options value and text
+ * @param {string} value
+ * @param {(value: string) => void} take
+ */
+function choice(label, options, value, take) {
+  const buttons = options.map(([option, words]) => {
+    const press = () => {
+      for (const other of buttons) other.setAttribute("aria-pressed", String(other === button));
+      take(option);
+    };
+    const button = el(
+      "button",
+      { type: "button", "aria-pressed": String(option === value), "data-value": option, onclick: press },
+      words,
+    );
+    return button;
+  });
+  return el(
+    "div",
+    { class: "choice", role: "group", "aria-label": label },
+    el("span", { class: "label" }, label),
+    el("div", { class: "segments" }, ...buttons),
+  );
+}
+
+/**
+ * Buttons of which any are pressed.
+ * @param {string} label
+ * @param {[string, string, string?][]} options value, text, class
+ * @param {Set<string>} set
+ * @param {() => void} after
+ */
+function chips(label, options, set, after) {
+  const buttons = options.map(([option, words, kind]) => {
+    const press = () => {
+      if (!set.delete(option)) set.add(option);
+      button.setAttribute("aria-pressed", String(set.has(option)));
+      after();
+    };
+    const button = el(
+      "button",
+      {
+        type: "button",
+        class: `chip ${kind ?? ""}`,
+        "aria-pressed": String(set.has(option)),
+        "data-value": option,
+        onclick: press,
+      },
+      words,
+    );
+    return button;
+  });
+  return el(
+    "div",
+    { class: "choice", role: "group", "aria-label": label },
+    el("span", { class: "label" }, label),
+    el("div", { class: "chips" }, ...buttons),
+  );
+}
+
+/** The choices that all charts share. */
+function drawFilters() {
+  const { all, strata } = data.words;
+  const ofStratum = /** @type {[string, string][]} */ ([all, ...strata].map((stratum) => [stratum, stratum.replace("-", " ")]));
+  const ofPolicy = /** @type {[string, string][]} */ ([
+    ["default", "default trees"],
+    ["every", "every tree policy"],
+  ]);
+  part("filters-body").append(
+    chips(
+      "Scenes",
+      scenes.map((scene) => [scene, scene]),
+      chosen.scenes,
+      changed,
+    ),
+    choice("Poses", ofStratum, chosen.stratum, (stratum) => {
+      chosen.stratum = stratum;
+      changed();
+    }),
+    chips(
+      "Variants",
+      variants.map((v) => [v.id, isUnsafe(v.id) ? `${v.label} (unsafe)` : v.label, isUnsafe(v.id) ? "unsafe" : ""]),
+      chosen.variants,
+      changed,
+    ),
+    choice("Trees", ofPolicy, "default", (which) => {
+      chosen.everyPolicy = which === "every";
+      changed();
+    }),
+  );
+  watch(() => {
+    const count = (/** @type {Set<string>} */ set, /** @type {number} */ all, /** @type {string} */ what) =>
+      `${set.size === all ? "all" : `${set.size} of ${all}`} ${what}`;
+    const poses = chosen.stratum === all ? "all poses" : `${chosen.stratum} poses`;
+    part("filters-now").textContent = [
+      count(chosen.scenes, scenes.length, "scenes"),
+      poses,
+      count(chosen.variants, variants.length, "variants"),
+      chosen.everyPolicy ? "every tree policy" : "default trees",
+    ].join(" · ");
+  });
+}
+
+/**
+ * A card with a heading, its own controls, and a place to draw in.
+ * @param {string} parent id of the section
+ * @param {string} title
+ * @param {string} about how to read it
+ * @param {(Node | null)[]} controls
+ */
+function card(parent, title, about, controls = []) {
+  const place = el("div", { class: "place" });
+  part(parent).append(
+    el(
+      "div",
+      { class: "card", "data-card": title },
+      el("h3", {}, title),
+      el("p", { class: "about" }, about),
+      el("div", { class: "controls" }, ...controls),
+      place,
+    ),
+  );
+  return place;
+}

@@ -1,0 +1,106 @@
+//! The report as one page that opens from disk without a network: `page.html` with its style, its scripts and the run's
+//! tables in it. The page computes nothing that the analysis could have; every mark names the CSV row behind it.
+//!
+//! The scripts are plain ones in one scope, in the order in which they must be read: the data, elements and numbers, scales,
+//! what stands behind a mark, the two forms of charts, filters, tables, then a file per part of the page.
+
+mod data;
+
+use super::{Contents, ReportError};
+use crate::record::write_text;
+use data::PageData;
+use std::path::{Path, PathBuf};
+
+/// The page's file in a run's folder.
+pub const PAGE_FILE: &str = "report.html";
+
+const PAGE: &str = include_str!("page.html");
+const STYLE: &str = include_str!("page.css");
+const SCRIPTS: [&str; 14] = [
+    include_str!("data.js"),
+    include_str!("dom.js"),
+    include_str!("scale.js"),
+    include_str!("behind.js"),
+    include_str!("dots.js"),
+    include_str!("curves.js"),
+    include_str!("filters.js"),
+    include_str!("table.js"),
+    include_str!("verdicts.js"),
+    include_str!("ranking.js"),
+    include_str!("charts.js"),
+    include_str!("misses.js"),
+    include_str!("more.js"),
+    include_str!("start.js"),
+];
+
+/// A part of the page that somebody else made: HTML that brings what it needs, such as a view of a scene's machine.
+#[derive(Clone, Debug)]
+pub struct Inset {
+    /// Its heading, text.
+    pub title: String,
+    /// The part, HTML.
+    pub html: String,
+}
+
+/// Writes `report.html` of the run in `folder`, with `insets` in a section about the machines, and returns its path.
+///
+/// # Errors
+/// When the run was not analysed, a record is malformed, or the file cannot be written.
+pub fn write_page(folder: &Path, insets: &[Inset]) -> Result<PathBuf, ReportError> {
+    let path = folder.join(PAGE_FILE);
+    let contents = Contents::read(folder)?;
+    let data = PageData::read(folder, &contents)?;
+    let json = serde_json::to_string(&data)
+        .map_err(|source| crate::record::RecordError::Json { path: path.clone(), source })?;
+    write_text(&path, &render(&contents, &json, insets))?;
+    Ok(path)
+}
+
+fn render(contents: &Contents, json: &str, insets: &[Inset]) -> String {
+    let profile = &contents.manifest.request.profile;
+    let scripts = SCRIPTS.map(|script| script.replacen("// @ts-check\n", "", 1)).concat();
+    // In a script element only `<` can end or confuse the data.
+    let json = json.replace('<', "\\u003c");
+    let limits = super::markdown::LIMITATIONS.map(|limit| format!("<li>{}</li>\n", escaped(limit))).concat();
+    let (link, machines) = if insets.is_empty() {
+        (String::new(), String::new())
+    } else {
+        let inset =
+            |inset: &Inset| format!("<div class=\"card\"><h3>{}</h3>\n{}</div>\n", escaped(&inset.title), inset.html);
+        let insets: String = insets.iter().map(inset).collect();
+        (
+            "<a href=\"#machines\">Machines</a>".to_owned(),
+            format!("<section id=\"machines\"><h2>The machines</h2>\n{insets}</section>"),
+        )
+    };
+    filled(PAGE, |name| match name {
+        "title" => escaped(&format!("Bounding volumes on trial: {profile} run")),
+        "profile" => escaped(profile),
+        "source" => escaped(&contents.claims.source),
+        "style" => STYLE.to_owned(),
+        "limits" => format!("<ul>\n{limits}</ul>"),
+        "machines-link" => link.clone(),
+        "machines" => machines.clone(),
+        "data" => json.clone(),
+        "scripts" => scripts.clone(),
+        _ => String::new(),
+    })
+}
+
+/// The template with every `{{name}}` replaced; what is put in is not looked at again.
+fn filled(template: &str, value: impl Fn(&str) -> String) -> String {
+    let mut pieces = template.split("{{");
+    let first = pieces.next().unwrap_or_default().to_owned();
+    pieces.fold(first, |text, piece| match piece.split_once("}}") {
+        Some((name, rest)) => text + &value(name) + rest,
+        None => text + "{{" + piece,
+    })
+}
+
+/// Text for HTML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,67 @@
+//! A tree for the eye: the volumes of its upper levels as line segments.
+
+use super::Tree;
+use crate::geometry::triangle;
+use crate::volume::{BoundingVolume, Segment};
+
+/// One node, to be drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawn {
+    /// Its depth; the root has depth 0.
+    pub level: u32,
+    /// Whether it has no children: it then stands for its triangles on all deeper levels too.
+    pub leaf: bool,
+    /// Its volume's outline, mm, mesh frame.
+    pub outline: Vec<Segment>,
+    /// Its volume, mm³.
+    pub volume_mm3: f64,
+    /// How many corners of its triangles are outside its volume.
+    pub outside: u32,
+}
+
+impl<V: BoundingVolume> Tree<V> {
+    /// The nodes of the first `levels` levels, in the order of [`Tree::nodes`].
+    #[must_use]
+    pub fn drawn(&self, levels: u32) -> Vec<Drawn> {
+        let mut drawn = Vec::new();
+        for (node, level) in self.nodes().iter().zip(self.depths()).filter(|&(_, level)| level < levels) {
+            let outside = |corner: &&_| !node.volume.contains(corner, 0.0);
+            drawn.push(Drawn {
+                level,
+                leaf: node.children().is_none(),
+                outline: node.volume.outline(),
+                volume_mm3: node.volume.volume(),
+                outside: triangle::corners(self.triangles_of(node)).filter(outside).count() as u32,
+            });
+        }
+        drawn
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+    use crate::tree::{Policy, SplitRule};
+    use crate::volume::aabb::Aabb;
+    use crate::volume::obb::Obb;
+    use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
+
+    #[test]
+    fn the_upper_levels_of_a_balanced_tree() {
+        let triangles = meshes::stepped_tool(8, 4).triangles();
+        let drawn = Tree::<Aabb>::build(&triangles, Policy::own(SplitRule::Median)).drawn(3);
+        // Halving at the median gives 1 + 2 + 4 nodes; a box has twelve edges.
+        let levels: Vec<u32> = drawn.iter().map(|node| node.level).collect();
+        assert_eq!(levels.iter().filter(|&&level| level == 2).count(), 4);
+        assert_eq!((drawn.len(), levels[0], drawn[0].outline.len()), (7, 0, 12));
+        assert!(drawn.iter().all(|node| node.outside == 0 && !node.leaf));
+    }
+
+    #[test]
+    fn a_box_that_has_drifted_leaves_corners_outside() {
+        let triangles = meshes::stepped_tool(8, 4).triangles();
+        let tree = Tree::<Obb<ObbVertexCentroid>>::build(&triangles, Policy::own(SplitRule::VertexMean));
+        assert!(tree.drawn(1)[0].outside > 0);
+    }
+}

@@ -1,0 +1,253 @@
+// The report page in a real browser: it opens without a complaint, filters change the charts, pointing shows numbers, a click
+// shows the row of the record, and it looks like something in light, dark, on paper and on a phone.
+//
+//   node --test tests/browser/report.test.mjs
+//
+// The page is that of results/reference, written anew by `BVBENCH` (default target/release/bvbench), or the one that `REPORT` names.
+// playwright-core and typescript are in target/browser, `CHROMIUM` is the browser.
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { cpSync, mkdirSync, readFileSync, statSync } from "node:fs";
+import { createRequire } from "node:module";
+import path from "node:path";
+import { after, before, test } from "node:test";
+import { pathToFileURL } from "node:url";
+
+const root = path.resolve(import.meta.dirname, "../..");
+const work = path.join(root, "target/browser");
+const shots = path.join(work, "shots");
+const { chromium } = createRequire(path.join(work, "x.js"))("playwright-core");
+
+/** How the browser is started: without a screen, and without anything that asks the network. */
+const FLAGS = [
+  "--headless",
+  "--no-sandbox",
+  "--disable-gpu",
+  "--disable-quic",
+  "--no-first-run",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+];
+
+/** Milliseconds from opening the page to all charts being there, and bytes of the page. */
+const MOST_MS = 2000;
+const MOST_BYTES = 8e6;
+
+/** @type {import("playwright-core").Browser} */
+let browser;
+/** @type {string} */
+let file;
+
+before(async () => {
+  mkdirSync(shots, { recursive: true });
+  file = process.env.REPORT ?? writtenAnew();
+  browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+});
+after(() => browser?.close());
+
+/** The report of the committed run, made by bvbench. */
+function writtenAnew() {
+  const folder = path.join(work, "pages/reference");
+  cpSync(path.join(root, "results/reference"), folder, { recursive: true });
+  execFileSync(path.resolve(root, process.env.BVBENCH ?? "target/release/bvbench"), ["report", "--out", folder]);
+  return path.join(folder, "report.html");
+}
+
+/** Opens the page as a reader would who has no network, and closes it again; what it complains of fails the test. */
+async function opened(use, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1360, height: 900 }, offline: true, ...options });
+  const tab = await context.newPage();
+  const complaints = [];
+  tab.on("console", (message) => {
+    if (["error", "warning"].includes(message.type())) complaints.push(message.text());
+  });
+  tab.on("pageerror", (error) => complaints.push(String(error.stack)));
+  tab.on("request", (request) => {
+    if (!/^(file|data):/.test(request.url())) complaints.push(`asks for ${request.url()}`);
+  });
+  await tab.goto(pathToFileURL(path.resolve(file)).href);
+  await tab.waitForFunction(() => document.documentElement.dataset.ready !== undefined);
+  await use(tab);
+  assert.deepEqual(complaints, []);
+  await context.close();
+}
+
+/** The page's scripts in the order in which it reads them. */
+function scripts() {
+  const folder = path.join(root, "src/report/page");
+  const names = [...readFileSync(path.join(folder, "mod.rs"), "utf8").matchAll(/include_str!\("(\w+\.js)"\)/g)];
+  return names.map((name) => path.join(folder, name[1]));
+}
+
+test("the scripts have the types that they say", () => {
+  const options = "--allowJs --checkJs --noEmit --strict --target es2022 --lib es2023,dom,dom.iterable".split(" ");
+  execFileSync("node", [path.join(work, "node_modules/typescript/bin/tsc"), ...options, ...scripts()], { stdio: "inherit" });
+});
+
+test("the page is small and soon there", async (t) => {
+  assert.ok(statSync(file).size < MOST_BYTES);
+  await opened(async (tab) => {
+    const ready = Number(await tab.evaluate(() => document.documentElement.dataset.ready));
+    t.diagnostic(`${(statSync(file).size / 1e6).toFixed(2)} MB, interactive after ${ready} ms`);
+    assert.ok(ready < MOST_MS, `interactive after ${ready} ms`);
+    await shot(tab, "light");
+  });
+});
+
+test("verdicts filter by kind and sort by value", () => opened(claims));
+test("every filter changes what is drawn", () => opened(filters));
+test("pointing tells numbers, a click tells file and line", () => opened(pointing));
+test("any record can be searched", () => opened(records));
+
+test("light and dark follow the system, and the button", () =>
+  opened(
+    async (tab) => {
+      const paper = () => tab.evaluate(() => getComputedStyle(document.body).backgroundColor);
+      const dark = await paper();
+      await tab.evaluate(() => document.getElementById("speed")?.scrollIntoView());
+      await shot(tab, "dark");
+      await tab.click("#theme");
+      assert.notEqual(await paper(), dark);
+      await tab.click("#theme");
+      assert.equal(await paper(), dark);
+    },
+    { colorScheme: "dark" },
+  ));
+
+test("paper has everything but the controls", () =>
+  opened(
+    async (tab) => {
+      const marks = () => tab.locator(".mark:visible").count();
+      const before = await marks();
+      await tab.emulateMedia({ media: "print" });
+      await tab.evaluate(() => dispatchEvent(new Event("beforeprint")));
+      assert.ok(!(await tab.isVisible("nav")) && !(await tab.isVisible("#filters")));
+      assert.ok(await tab.isVisible("#verdict-table table"));
+      assert.equal(await marks(), before, "no mark is lost");
+      await shot(tab, "print");
+      await tab.evaluate(() => document.getElementById("ranks")?.scrollIntoView());
+      await shot(tab, "print-ranking");
+    },
+    { viewport: { width: 794, height: 1123 } },
+  ));
+
+test("a phone shows the page's whole width", () =>
+  opened(
+    async (tab) => {
+      for (const section of ["verdicts", "ranks", "truth"]) {
+        await tab.evaluate((id) => document.getElementById(id)?.scrollIntoView(), section);
+        await tab.waitForTimeout(100);
+        await shot(tab, `phone-${section}`);
+      }
+      assert.equal(await tab.evaluate(() => document.documentElement.scrollWidth - innerWidth), 0);
+    },
+    { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 },
+  ));
+
+/** Verdicts filter by kind and sort by value. @param {import("playwright-core").Page} tab */
+async function claims(tab) {
+  const rows = () => tab.locator("#verdict-table tbody tr").count();
+  const all = await rows();
+  const kinds = await tab
+    .locator("#verdict-table .chip")
+    .evaluateAll((chips) => chips.map((chip) => chip.getAttribute("data-value")));
+  let left = all;
+  for (const kind of kinds.slice(1)) {
+    const badges = await tab.locator(`#verdict-table tbody .badge.${kind}`).count();
+    await tab.click(`#verdict-table .chip[data-value="${kind}"]`);
+    left -= badges;
+    assert.equal(await rows(), Math.max(left, 1), `without ${kind}`);
+  }
+  for (const kind of kinds.slice(1)) await tab.click(`#verdict-table .chip[data-value="${kind}"]`);
+  assert.equal(await rows(), all);
+  const values = () =>
+    tab
+      .locator("#verdict-table tbody td[data-label^=value]")
+      .evaluateAll((cells) =>
+        cells.map((cell) => parseFloat((cell.textContent ?? "").replace(/\u202f/g, ""))).filter(Number.isFinite),
+      );
+  await tab.click("#verdict-table th:has-text('value') button");
+  const sorted = await values();
+  assert.ok(sorted.length > 10 && sorted.every((value, i) => i === 0 || sorted[i - 1] <= value), "the table sorts");
+}
+
+/** Every filter changes what is drawn. @param {import("playwright-core").Page} tab */
+async function filters(tab) {
+  const chart = tab.locator("#charts-ratios .place");
+  const drawn = () => chart.innerHTML();
+  const panels = () => chart.locator("figure").count();
+  await tab.click("#filters summary");
+  const [before, scenes] = [await drawn(), await panels()];
+  const scene = tab.locator('#filters [aria-label="Scenes"] .chip').first();
+  await scene.click();
+  assert.equal(await panels(), scenes - 1, "a scene less is a panel less");
+  await scene.click();
+  assert.equal(await drawn(), before);
+  const variant = tab.locator('#filters [aria-label="Variants"] .chip').first();
+  const name = await variant.textContent();
+  await variant.click();
+  assert.ok(!(await chart.locator("text.name").allTextContents()).some((text) => text === name), `${name} is gone`);
+  await variant.click();
+  await tab.click('#filters [aria-label="Poses"] button[data-value="colliding"]');
+  assert.notEqual(await drawn(), before, "another stratum has other ratios");
+  await tab.click('#filters [aria-label="Poses"] button[data-value="all"]');
+  const lines = await chart.locator("g.mark").count();
+  await tab.click('#filters [aria-label="Trees"] button[data-value="every"]');
+  assert.ok((await chart.locator("g.mark").count()) > lines, "every policy is more cases");
+  await tab.click('#filters [aria-label="Trees"] button[data-value="default"]');
+  await tab.click('#charts-ratios button[data-value="volume-tests"]');
+  assert.notEqual(await drawn(), before, "another measure");
+  await tab.click('#charts-ratios button[data-value="time"]');
+  assert.equal(await drawn(), before, "and back");
+  await tab.click("#filters summary");
+}
+
+/** Pointing tells numbers, a click tells file and line. @param {import("playwright-core").Page} tab */
+async function pointing(tab) {
+  for (const card of ["#ranking", "#charts-ratios", "#misses-rates", "#tightness-levels"]) {
+    const mark = tab.locator(`${card} .mark`).nth(2);
+    await mark.scrollIntoViewIfNeeded();
+    await mark.locator(".touch").hover({ force: true });
+    assert.ok(await tab.isVisible("#tip"), `${card}: a tip`);
+    assert.match((await tab.textContent("#tip")) ?? "", /\d/, `${card}: with numbers`);
+    await mark.locator(".touch").click({ force: true });
+    assert.match((await tab.textContent("#rows-body h4")) ?? "", /^\w+\.csv, line \d+$/, `${card}: the row behind it`);
+    await tab.keyboard.press("Escape");
+    assert.ok(!(await tab.isVisible("#rows")));
+  }
+  const mark = tab.locator("#charts-ratios .mark").first();
+  const label = (await mark.getAttribute("aria-label")) ?? "";
+  await mark.focus();
+  await tab.keyboard.press("Enter");
+  const ratio = (await tab.locator("#rows-body dl dt:text-is('ratio') + dd").textContent()) ?? "";
+  assert.ok(label.includes(Number(ratio).toPrecision(3)), `${label} shows ${ratio}`);
+  await tab.click("#rows-close");
+}
+
+/** Any record can be searched. @param {import("playwright-core").Page} tab */
+async function records(tab) {
+  await tab.selectOption("#records select", "trees.csv");
+  const rows = tab.locator("#records tbody tr");
+  const all = await rows.count();
+  await tab.fill("#records input", "aabb median");
+  const found = await rows.allTextContents();
+  assert.ok(found.length > 0 && found.length < all && found.every((row) => row.includes("aabb")), "the search finds");
+  await tab.fill("#records input", "");
+}
+
+/** A screenshot, left in target/browser/shots, that must show something: more than a few colours. @param {import("playwright-core").Page} tab @param {string} name */
+async function shot(tab, name) {
+  const image = await tab.screenshot({ path: path.join(shots, `report-${name}.png`) });
+  const colours = await tab.evaluate(async (base64) => {
+    const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
+    const canvas = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+    canvas?.drawImage(bitmap, 0, 0);
+    const pixels = canvas?.getImageData(0, 0, bitmap.width, bitmap.height).data ?? new Uint8ClampedArray();
+    const seen = new Set();
+    for (let i = 0; i < pixels.length; i += 28) seen.add((pixels[i] << 16) | (pixels[i + 1] << 8) | pixels[i + 2]);
+    return seen.size;
+  }, image.toString("base64"));
+  assert.ok(colours > 40, `${name} has ${colours} colours`);
+}

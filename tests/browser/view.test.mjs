@@ -1,0 +1,272 @@
+// `bvbench view` in a real browser: the machine moves, what collides lights up, trees come and go, and nothing is asked of a network.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { assertNotBlank, difference, existsSync, launch, open, root, shot, viewPage } from "./harness.mjs";
+
+/** What `bench-scenes/mill-vise` is known to do: on line 93 the holder's nut runs onto the vice. */
+const CRASH = { line: 93, pair: ["vise", "holder"] };
+/** The largest program there is, where scripts/real-scenes has fetched it. */
+const LARGE = process.env.LARGE_SCENE ?? `${root}/target/real-scenes/xyzac-trt`;
+
+let browser, mill;
+before(async () => {
+  browser = await launch();
+  mill = viewPage("mill-vise");
+});
+after(() => browser?.close());
+
+/** Opens a view and waits until it has drawn. */
+async function openView(file, options) {
+  const opened = await open(browser, file, options);
+  await opened.page.waitForFunction(() => window.bvbench?.[0]?.state().frames > 0);
+  return opened;
+}
+
+/** Calls the view, waits for the next frames (at rest, for fine ones), and gives its state. */
+async function ask(page, call) {
+  await page.evaluate(call);
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  await page.waitForFunction(() => window.bvbench[0].state().fine || window.bvbench[0].state().playing);
+  return page.evaluate(() => window.bvbench[0].state());
+}
+
+/** The picture of the machine alone. */
+async function stage(page, name) {
+  await ask(page, () => {});
+  const box = await page.locator(".bv-stage").boundingBox();
+  return shot(page, name, box);
+}
+
+/** The red of parts that collide: of the first, and of the second, which is nearer to orange. */
+const isRed = (r, g, b) => r > 130 && g < 0.5 * r && b < 0.5 * r;
+
+test("the page opens from disk, quietly and small", async () => {
+  const { page, faults } = await openView(mill.path);
+  assertNotBlank(await shot(page, "view-start"), "the page");
+  assert.deepEqual(faults, []);
+  assert.ok(mill.bytes < 4e6, `${mill.bytes} bytes`);
+  assert.equal(await page.title(), "End mill in a taper holder against a machine vice, three axes - bvbench");
+  await page.context().close();
+});
+
+test("play moves the tool, pause holds it, and time goes on as fast as it says", async () => {
+  const { page, faults } = await openView(mill.path);
+  const pose = () => page.evaluate(() => window.bvbench[0].pose("end-mill"));
+  const start = await pose();
+  await page.getByRole("button", { name: "Play (space)" }).click();
+  await page.waitForFunction(() => window.bvbench[0].state().time_s > 5);
+  assert.equal((await page.evaluate(() => window.bvbench[0].state())).playing, true);
+  await page.keyboard.press("Space");
+  const held = await ask(page, () => {});
+  const moved = await pose();
+  // The spindle comes down from Z500.
+  assert.ok(held.axes.Z < 500 && Math.abs(moved[14] - start[14] - (held.axes.Z - 500)) < 1e-3, `${moved[14]} ${start[14]}`);
+  await page.waitForTimeout(200);
+  assert.deepEqual(await pose(), moved);
+  assert.deepEqual(faults, []);
+  await page.context().close();
+});
+
+test("a planted collision lights up the right two parts, and only these", async () => {
+  const { page, faults } = await openView(mill.path);
+  const clear = await ask(page, () => window.bvbench[0].goToLine(8));
+  assert.deepEqual([clear.state, clear.colliding], ["clear", []]);
+  const before = await stage(page, "view-clear");
+  await page.evaluate(() => document.querySelector(".bv-events").setAttribute("open", ""));
+  await page.getByRole("button", { name: /^line 93/ }).filter({ hasText: "collision" }).click();
+  const crash = await ask(page, () => window.bvbench[0].focus());
+  assert.equal(crash.line, CRASH.line);
+  assert.deepEqual(crash.colliding, [CRASH.pair]);
+  assert.deepEqual([crash.state, crash.nearest.mm], ["collision", 0]);
+  const after = await stage(page, "view-collision");
+  assertNotBlank(after, "the collision");
+  assert.ok(before.count(isRed) < 400, `${before.count(isRed)} red pixels before`); // the cutter is red, and small
+  assert.ok(after.count(isRed) > 20_000, `${after.count(isRed)} red pixels in collision`);
+  // Each of the two is red, and with both hidden no red is left but the mark of the first contact. The cutter is red by nature.
+  const parts = await page.evaluate(() => window.bvbench[0].data.parts.map((part) => part.name));
+  for (const name of CRASH.pair) {
+    const others = parts.map((_, index) => index).filter((index) => parts[index] !== name);
+    await page.evaluate((hidden) => (window.bvbench[0].showing.hidden = new Set(hidden)), others);
+    await ask(page, () => window.bvbench[0].draw());
+    assert.ok((await stage(page, `view-only-${name}`)).count(isRed) > 5_000, `${name} is not red`);
+  }
+  const pair = parts.map((_, index) => index).filter((index) => [...CRASH.pair, "end-mill"].includes(parts[index]));
+  await page.evaluate((hidden) => (window.bvbench[0].showing.hidden = new Set(hidden)), pair);
+  await ask(page, () => window.bvbench[0].draw());
+  const rest = (await stage(page, "view-without-the-pair")).count(isRed);
+  assert.ok(rest < 1_000, `${rest} red pixels`);
+  assert.deepEqual(faults, []);
+  await page.context().close();
+});
+
+test("the picture of the documentation", async () => {
+  const { page } = await openView(mill.path, { width: 1200, height: 760 });
+  await ask(page, () => {
+    const view = window.bvbench[0];
+    view.goToEvent(view.data.events.find((event) => event.kind === "collision"));
+    view.go(view.showing.place + 2);
+    view.focus();
+    view.camera.distance *= 1.5;
+    view.draw();
+  });
+  assertNotBlank(await shot(page, "view-docs"), "the picture");
+  await page.context().close();
+});
+
+test("the program stops at the block before first contact", async () => {
+  const { page } = await openView(mill.path);
+  await page.getByLabel("stop before first contact").check();
+  await ask(page, () => {
+    const view = window.bvbench[0];
+    view.goToLine(91);
+    view.speed = 50;
+  });
+  await page.getByRole("button", { name: "Play (space)" }).click();
+  await page.waitForFunction(() => window.bvbench[0].state().held !== null);
+  const held = await ask(page, () => {});
+  assert.deepEqual([held.held, held.playing, held.colliding], [CRASH.line, false, []]);
+  assert.ok(held.line < CRASH.line, `line ${held.line}`);
+  assert.match(await page.locator(".bv-banner").innerText(), /line 93: vise and holder/);
+  // Playing on holds again; without the response it goes through.
+  await page.getByRole("button", { name: "Play (space)" }).click();
+  await page.waitForFunction(() => !window.bvbench[0].state().playing);
+  assert.equal((await ask(page, () => {})).place, held.place);
+  await page.getByLabel("stop before first contact").uncheck();
+  await page.getByRole("button", { name: "Play (space)" }).click();
+  await page.waitForFunction(() => window.bvbench[0].state().colliding.length > 0);
+  await page.context().close();
+});
+
+test("lines, the strip and the keys lead through the program", async () => {
+  const { page, faults } = await openView(mill.path);
+  await page.locator(".bv-rows [data-line='8']").click();
+  assert.equal((await ask(page, () => {})).line, 8);
+  assert.equal(await page.locator(".bv-current").getAttribute("data-line"), "8");
+  await page.locator(".bv-marks").click({ position: { x: 300, y: 300 } });
+  await page.keyboard.press("ArrowRight");
+  const next = await ask(page, () => {});
+  assert.ok(next.line !== 8 && next.place > 0);
+  await page.keyboard.press("ArrowLeft");
+  assert.equal((await ask(page, () => {})).line, 8);
+  const strip = page.locator(".bv-strip");
+  const { width, height } = await strip.boundingBox();
+  await strip.click({ position: { x: width / 2, y: height / 2 } });
+  const half = await ask(page, () => {});
+  const duration = await page.evaluate(() => window.bvbench[0].motion.duration);
+  assert.ok(Math.abs(half.time_s / duration - 0.5) < 0.01, `${half.time_s} of ${duration}`);
+  await page.keyboard.press("End");
+  assert.equal((await ask(page, () => {})).place, next.places - 1);
+  await page.keyboard.press("e"); // there is no event behind the end
+  await page.keyboard.press("Shift+E");
+  assert.ok((await ask(page, () => {})).place < next.places - 1);
+  assert.deepEqual(faults, []);
+  await page.context().close();
+});
+
+test("trees come and go, level by level, and side by side", async () => {
+  const { page, faults } = await openView(mill.path);
+  await ask(page, () => {
+    const view = window.bvbench[0];
+    view.goToLine(91);
+    view.focus();
+  });
+  const without = await stage(page, "view-no-trees");
+  await page.keyboard.press("t");
+  const root_ = await stage(page, "view-level-0");
+  assert.ok(difference(without, root_) > 2_000, "the root shows");
+  for (let level = 1; level <= 4; level++) await page.keyboard.press("]");
+  assert.equal((await ask(page, () => {})).level, 4);
+  const fourth = await stage(page, "view-level-4");
+  assert.ok(difference(root_, fourth) > 2_000, "level 4 is not the root");
+  const isLeak = (r, g, b) => r > 180 && g < 90 && b > 110;
+  assert.equal(fourth.count(isLeak), 0, "a safe box holds its triangles");
+  await page.keyboard.press("b");
+  const both = await stage(page, "view-side-by-side");
+  assert.ok(both.count(isLeak) > 300, "the paper-literal box does not");
+  await page.keyboard.press("b");
+  await page.keyboard.press("t");
+  assert.ok(difference(without, await stage(page, "view-trees-gone")) < 50);
+  assert.deepEqual(faults, []);
+  await page.context().close();
+});
+
+test("dragging turns the machine, the wheel comes nearer", async () => {
+  const { page } = await openView(mill.path);
+  const eye = () => page.evaluate(() => window.bvbench[0].camera.eye());
+  const start = await eye();
+  await page.mouse.move(400, 400);
+  await page.mouse.down();
+  await page.mouse.move(500, 380, { steps: 4 });
+  await page.mouse.up();
+  const turned = await eye();
+  assert.ok(Math.hypot(...turned.map((x, i) => x - start[i])) > 100);
+  const distance = await page.evaluate(() => window.bvbench[0].camera.distance);
+  await page.mouse.wheel(0, -400);
+  await page.waitForFunction((before) => window.bvbench[0].camera.distance < 0.8 * before, distance);
+  await page.context().close();
+});
+
+test("dark, and on a phone", async () => {
+  const dark = await openView(mill.path, { dark: true });
+  const picture = await shot(dark.page, "view-dark");
+  assertNotBlank(picture, "dark");
+  const dim = picture.count((r, g, b) => r + g + b < 200) / (picture.data.length / 4);
+  assert.ok(dim > 0.7, `${(100 * dim).toFixed(0)} % of the page is dark`);
+  await dark.page.context().close();
+  const phone = await openView(mill.path, { width: 390, height: 844, phone: true });
+  await ask(phone.page, () => window.bvbench[0].goToLine(93));
+  assertNotBlank(await shot(phone.page, "view-phone"), "phone");
+  await ask(phone.page, () => window.bvbench[0].go(0));
+  const [wide, there] = await phone.page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+  assert.ok(wide <= there, `${wide} pixels wide on ${there}`);
+  await phone.page.getByRole("button", { name: "Play (space)" }).tap();
+  assert.equal((await ask(phone.page, () => {})).playing, true);
+  assert.deepEqual(phone.faults, []);
+  await phone.page.context().close();
+});
+
+test("a lathe, five axes and a robot show too", async () => {
+  for (const scene of ["lathe-toolpost", "trunnion-impeller", "robot-cell"]) {
+    const { page, faults } = await openView(viewPage(scene, "--levels", "4").path);
+    assertNotBlank(await shot(page, `view-${scene}`), scene);
+    const crash = await ask(page, () => {
+      const view = window.bvbench[0];
+      view.goToEvent(view.data.events.find((event) => event.kind !== "near"));
+      view.focus();
+    });
+    assert.equal(crash.state, "collision", scene);
+    assertNotBlank(await shot(page, `view-${scene}-collision`), scene);
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  }
+});
+
+test("a program of thousands of lines scrubs smoothly", { skip: !existsSync(LARGE) && "scripts/real-scenes has not been run" }, async (t) => {
+  const made = viewPage(LARGE);
+  const { page, faults } = await openView(made.path);
+  const found = await page.evaluate(async () => {
+    const view = window.bvbench[0];
+    const frames = 120;
+    const start = performance.now();
+    let scripts = 0;
+    const paint = view.paint.bind(view);
+    view.paint = () => {
+      const before = performance.now();
+      paint();
+      scripts += performance.now() - before;
+    };
+    for (let i = 0; i < frames; i++) {
+      view.go((((i * 37) % frames) / frames) * (view.motion.keys - 1));
+      await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+    }
+    const seconds = (performance.now() - start) / 1000;
+    return { lines: view.data.program.lines.length, keys: view.motion.keys, fps: frames / seconds, script_ms: scripts / frames };
+  });
+  t.diagnostic(`${found.lines} lines, ${found.keys} keys, ${(made.bytes / 1e6).toFixed(1)} MB: ${found.fps.toFixed(0)} frames per second ` +
+    `without a graphics card, ${found.script_ms.toFixed(1)} ms of script a frame`);
+  assertNotBlank(await shot(page, "view-large"), "the large program");
+  assert.ok(found.lines > 4000);
+  assert.deepEqual(faults, []);
+  await page.context().close();
+});
