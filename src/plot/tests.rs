@@ -42,7 +42,7 @@ fn every_figure_is_drawn_with_every_variant() {
     analyze(&path, &ClaimSet::standard()).unwrap();
     let gallery = draw_all(&path).unwrap();
     assert_eq!(gallery.skipped, []);
-    assert_eq!(gallery.figures.len(), 9);
+    assert_eq!(gallery.figures.len(), 10);
     assert_eq!(read_gallery(&path).unwrap(), gallery);
     for figure in &gallery.figures {
         let svg = fs::read_to_string(path.join(&figure.svg)).unwrap();
