@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::Duration;
-use support::Folder;
+use support::{BALL_AND_RING, Folder};
 
 fn smoke<'a>(verb: &'a str, out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let mut arguments = vec![verb, "--profile", "smoke", "--scene", "scene", "--out", out, "--quiet"];
@@ -135,11 +135,11 @@ fn what_cannot_be_done_is_refused_with_its_cause() {
     folder.write("malformed/scene.toml", "title = \"x\"\nparts = [\n");
     let malformed = folder.refused(&["verify", "--scene", "malformed", "--out", "x"]);
     assert!(malformed.contains("scene.toml:"), "{malformed}");
-    folder.write("typo/scene.toml", &SCENE.replace("radius_mm = 20", "radus_mm = 20"));
+    folder.write("typo/scene.toml", &BALL_AND_RING.replace("radius_mm = 20", "radus_mm = 20"));
     assert!(folder.refused(&["verify", "--scene", "typo", "--out", "x"]).contains("radus_mm"));
-    folder.write("nan/scene.toml", &SCENE.replace("radius_mm = 20", "radius_mm = nan"));
+    folder.write("nan/scene.toml", &BALL_AND_RING.replace("radius_mm = 20", "radius_mm = nan"));
     assert!(folder.refused(&["verify", "--scene", "nan", "--out", "x"]).contains("scene.toml"));
-    folder.write("part/scene.toml", &SCENE.replace("[\"ring\", \"ball\"]", "[\"ring\", \"bell\"]"));
+    folder.write("part/scene.toml", &BALL_AND_RING.replace("[\"ring\", \"ball\"]", "[\"ring\", \"bell\"]"));
     assert!(folder.refused(&["verify", "--scene", "part", "--out", "x"]).contains("bell"));
 
     folder.write("blocked", "a file where the folder should be");

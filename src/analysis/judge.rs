@@ -310,7 +310,8 @@ impl Judged<'_> {
     }
 
     fn levels<'b>(&'b self, case: &'b CaseKey) -> impl Iterator<Item = &'b TightnessRow> {
-        self.evidence.tightness.iter().filter(move |row| row.scene == self.scene_name && row.case() == *case)
+        let own_frame = self.evidence.tightness.iter().filter(|row| row.frame == 0);
+        own_frame.filter(move |row| row.scene == self.scene_name && row.case() == *case)
     }
 
     /// The verdict on the geometric mean of counted ratios.

@@ -59,6 +59,14 @@ fn corners_to_face(from: &Triangle, face: &Triangle) -> f64 {
     least
 }
 
+/// Squared distance of a point from a triangle, mm².
+#[must_use]
+pub fn point_squared(p: &Point, face: &Triangle) -> f64 {
+    let [a, b, c] = &face.corners;
+    let edges = [(a, b), (b, c), (c, a)].map(|(q, r)| segments_squared(p, &Vector::zeros(), q, &(r - q)));
+    edges.into_iter().fold(corners_to_face(&Triangle::new(*p, *p, *p), face), f64::min)
+}
+
 /// Squared distance of the segments p + s u and q + t v, s and t in [0, 1]; either may be a point.
 #[inline]
 fn segments_squared(p: &Point, u: &Vector, q: &Point, v: &Vector) -> f64 {
@@ -93,11 +101,15 @@ mod tests {
             ("edge over edge", [[-1.0, -1.0, 1.0], [-1.0, 5.0, 1.0], [-3.0, 1.0, 9.0]], 2f64.sqrt()),
             ("parallel faces", [[1.0, 1.0, 2.0], [2.0, 1.0, 2.0], [1.0, 2.0, 2.0]], 2.0),
             ("a point", [[1.0, 1.0, -2.0]; 3], 2.0),
+            ("a point beside", [[7.0, -4.0, 0.0]; 3], 5.0),
             ("a segment", [[-3.0, 0.0, 4.0], [-3.0, 1.0, 4.0], [-3.0, 2.0, 4.0]], 5.0),
         ] {
             let (a, b) = (triangle(floor), triangle(other));
             assert!((squared(&a, &b).sqrt() - distance).abs() < 1e-12, "{name}");
             assert!((squared(&b, &a).sqrt() - distance).abs() < 1e-12, "{name}, swapped");
+            if other[0] == other[1] {
+                assert!((point_squared(&b.corners[0], &a).sqrt() - distance).abs() < 1e-12, "{name}, as a point");
+            }
         }
     }
 

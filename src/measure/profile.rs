@@ -28,6 +28,8 @@ pub struct Budget {
     pub launches: u32,
     /// Timed constructions of every tree, over all launches.
     pub build_blocks: u32,
+    /// Random frames of each part, beside its own, in which the tightness of the trees is measured.
+    pub frames: u32,
     /// Random triangle pairs on which the exact test is compared with its integer twin.
     pub cross_check_pairs: u64,
 }
@@ -56,6 +58,7 @@ impl Profile {
                 blocks: 3,
                 launches: 1,
                 build_blocks: 1,
+                frames: 1,
                 cross_check_pairs: 20_000,
             },
             Self::Quick => Budget {
@@ -64,6 +67,7 @@ impl Profile {
                 blocks: 5,
                 launches: 2,
                 build_blocks: 3,
+                frames: 1,
                 cross_check_pairs: 1_000_000,
             },
             Self::Full => Budget {
@@ -72,6 +76,7 @@ impl Profile {
                 blocks: 16,
                 launches: 8,
                 build_blocks: 44,
+                frames: 8,
                 cross_check_pairs: 10_000_000,
             },
         }

@@ -2,10 +2,12 @@
 
 use super::Progress;
 use super::plan::{Case, Plan};
-use crate::geometry::Mesh;
+use crate::geometry::{Mesh, Point, triangle};
 use crate::record::{MESH_OUTLINE, OutlineRow, TightnessRow, TreeRow};
 use crate::scene::Scene;
+use crate::tree::tightness::LevelReport;
 use crate::volume::Segment;
+use crate::workload::draw::Draw;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Faces that meet at a sharper angle than this show an edge in a drawing, degrees.
@@ -42,6 +44,9 @@ pub fn describe_scene(plan: &Plan, scene: &Scene, progress: &dyn Progress) -> Sh
         for case in &plan.cases {
             let first_of_variant = drawn.insert(case.id.as_str());
             describe(case, scene, part, first_of_variant, &mut shapes);
+            if first_of_variant {
+                describe_turned(plan, case, scene, part, &mut shapes);
+            }
             progress.advance(1);
         }
     }
@@ -54,26 +59,7 @@ fn describe(case: &Case, scene: &Scene, part: usize, draw: bool, shapes: &mut Sh
     let Some(report) = model.tree_report() else { return };
     let (split, axes, leaf) = case.policy_columns();
     let (scene_name, part_name) = (scene.name.clone(), scene.parts[part].name.clone());
-    for level in &report.levels {
-        shapes.tightness.push(TightnessRow {
-            scene: scene_name.clone(),
-            part: part_name.clone(),
-            variant: case.id.clone(),
-            split: split.clone(),
-            axes: axes.clone(),
-            leaf,
-            level: level.level,
-            nodes: level.nodes,
-            triangles: level.triangles,
-            volume_mm3: level.volume_mm3,
-            area_mm2: level.area_mm2,
-            hull_mm3: level.hull_mm3,
-            hulled_volume_mm3: level.hulled_volume_mm3,
-            outside_corners_pct: level.outside_corners_pct,
-            outside_area_pct: level.outside_area_pct,
-            overhang_mm: level.overhang_mm,
-        });
-    }
+    shapes.tightness.extend(report.levels.iter().map(|level| tightness_row(case, scene, part, 0, level)));
     if draw {
         shapes.outlines.extend(outline_rows(scene, part, &case.id, "", &report.root_outline));
     }
@@ -94,6 +80,46 @@ fn describe(case: &Case, scene: &Scene, part: usize, draw: bool, shapes: &mut Sh
         bytes: model.bytes() as u64,
         drift_mm: report.drift_mm,
     });
+}
+
+/// The levels of the variant's trees over the part turned at random in its own frame.
+fn describe_turned(plan: &Plan, case: &Case, scene: &Scene, part: usize, shapes: &mut Shapes) {
+    let (mesh, name) = (&scene.parts[part].mesh, &scene.parts[part].name);
+    for frame in 1..=plan.budget.frames {
+        let turn = Draw::new(plan.selection.seed, &["frame", &scene.name, name], u64::from(frame)).rotation();
+        // About the middle, so that a part far from its origin stays in range.
+        let (low, high) = triangle::bounds(&mesh.triangles()).unwrap_or((Point::origin(), Point::origin()));
+        let middle = nalgebra::center(&low, &high);
+        let vertices = mesh.vertices().iter().map(|p| middle + turn * (p - middle)).collect();
+        let Ok(turned) = Mesh::new(vertices, mesh.faces().to_vec()) else { continue };
+        let Some(report) = case.variant.prepare(&turned, case.policy).tree_report() else { return };
+        shapes.tightness.extend(report.levels.iter().map(|level| tightness_row(case, scene, part, frame, level)));
+    }
+}
+
+fn tightness_row(case: &Case, scene: &Scene, part: usize, frame: u32, level: &LevelReport) -> TightnessRow {
+    let (split, axes, leaf) = case.policy_columns();
+    TightnessRow {
+        scene: scene.name.clone(),
+        part: scene.parts[part].name.clone(),
+        variant: case.id.clone(),
+        split,
+        axes,
+        leaf,
+        frame,
+        level: level.level,
+        nodes: level.nodes,
+        triangles: level.triangles,
+        volume_mm3: level.volume_mm3,
+        area_mm2: level.area_mm2,
+        hull_mm3: level.hull_mm3,
+        hulled_volume_mm3: level.hulled_volume_mm3,
+        outside_corners_pct: level.outside_corners_pct,
+        outside_area_pct: level.outside_area_pct,
+        overhang_mm: level.overhang_mm,
+        hausdorff_mm: level.hausdorff_mm,
+        sibling_overlap_mm3: level.sibling_overlap_mm3,
+    }
 }
 
 fn outline_rows(scene: &Scene, part: usize, variant: &str, view: &str, segments: &[Segment]) -> Vec<OutlineRow> {
@@ -149,7 +175,6 @@ fn drawn_edges(mesh: &Mesh) -> (Vec<Segment>, [Vec<Segment>; 3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Point;
 
     #[test]
     fn a_bent_sheet_shows_its_rim_and_its_bend() {

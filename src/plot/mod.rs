@@ -118,6 +118,7 @@ pub fn draw_all(folder: &Path) -> Result<Gallery, PlotError> {
     add(folder, &mut gallery, misses::sketch(&data))?;
     add(folder, &mut gallery, boxes::sketch(&data))?;
     add(folder, &mut gallery, tightness::sketch(&data))?;
+    add(folder, &mut gallery, tightness::frames(&data))?;
     add(folder, &mut gallery, operations::sketch(&data))?;
     add(folder, &mut gallery, build_time::sketch(&data))?;
     add(folder, &mut gallery, cost_model::sketch(&data))?;

@@ -68,10 +68,11 @@ fn sketch(variants: &[Entry], rows: &[SweepSummaryRow], about: &str, axis: &'sta
     };
     let panels =
         MEASURES.iter().flat_map(|metric| sets.iter().map(|stratum| panel(metric, *stratum)).collect::<Vec<_>>());
-    // Nothing missed anywhere needs no panel.
+    // Where nothing is counted, or the same everywhere, there is nothing to see.
     let panels = panels.filter(|panel| {
-        let points = || panel.series.iter().flat_map(|series| series.points.iter().flatten());
-        panel.measure != MEASURES[3].1 || points().any(|point| point.value > 0.0)
+        let mut points = panel.series.iter().flat_map(|series| series.points.iter().flatten());
+        let first = points.next().map(|point| point.value);
+        first.is_some_and(|first| points.any(|point| point.value != first))
     });
     let sweep = rows.first().map_or("", |row| &row.sweep);
     Sketch {

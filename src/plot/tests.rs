@@ -43,7 +43,7 @@ fn every_figure_is_drawn_with_every_variant() {
     analyze(&path, &ClaimSet::standard()).unwrap();
     let gallery = draw_all(&path).unwrap();
     assert_eq!(gallery.skipped, []);
-    assert_eq!(gallery.figures.len(), 9);
+    assert_eq!(gallery.figures.len(), 10);
     assert_eq!(read_gallery(&path).unwrap(), gallery);
     for figure in &gallery.figures {
         let svg = fs::read_to_string(path.join(&figure.svg)).unwrap();
@@ -80,7 +80,7 @@ fn missing_records_skip_figures_and_say_why() {
     let folder = TempDir::new().unwrap();
     Run::generate(&Plan::default()).manifest.write(folder.path()).unwrap();
     let gallery = draw_all(folder.path()).unwrap();
-    assert_eq!((gallery.figures.len(), gallery.skipped.len()), (0, 9));
+    assert_eq!((gallery.figures.len(), gallery.skipped.len()), (0, 10));
     assert!(gallery.skipped.iter().all(|skipped| skipped.reason.contains(".csv")));
     fs::write(folder.path().join("ratios.csv"), "scene\n1\n").unwrap();
     assert!(draw_all(folder.path()).unwrap_err().to_string().contains("ratios.csv"));

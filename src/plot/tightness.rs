@@ -26,7 +26,7 @@ fn panel(data: &Data, scene: &str) -> Panel {
     let rows: Vec<_> = data
         .tightness
         .iter()
-        .filter(|row| row.scene == scene && row.level < LEVELS_MAX && data.is_default(&row.case()))
+        .filter(|row| row.scene == scene && row.frame == 0 && row.level < LEVELS_MAX && data.is_default(&row.case()))
         .collect();
     let levels = rows.iter().map(|row| row.level + 1).max().unwrap_or(0);
     let looseness = |variant: &str, level: u32| {
@@ -46,5 +46,61 @@ fn panel(data: &Data, scene: &str) -> Panel {
         form: Form::Lines,
         categories: (0..levels).map(|level| level.to_string()).collect(),
         series: series.filter(|series| series.points.iter().any(Option::is_some)).collect(),
+    }
+}
+
+/// The three figures that tell a frame's influence, and what it is called.
+const MEASURES: [(&str, &str); 3] = [
+    ("volume / hull volume", "looseness"),
+    ("distance to the contents' hull, mm", "reach beyond the contents"),
+    ("sibling overlap / volume", "what siblings share"),
+];
+
+pub(super) fn frames(data: &Data) -> Sketch<Grouped> {
+    let panels = data.scenes.iter().flat_map(|scene| (0..MEASURES.len()).map(|measure| by_frame(data, scene, measure)));
+    Sketch {
+        name: "tightness-by-frame",
+        title: "Tightness in the parts' own frames and in random ones".to_owned(),
+        caption: "Over the upper levels of the trees of all parts, own frame against frames turned at random: the volumes over the                   volumes of the convex hulls of their contents; the largest distance from a volume to that hull; the share                   of the volumes that two siblings both claim. What changes with the frame depends on the modeller's choice of                   axes, not on the shape. Default tree policies."
+            .to_owned(),
+        drawing: Grouped::of(panels.collect(), MEASURES.len(), "tightness.csv holds no random frames; measure first"),
+    }
+}
+
+fn by_frame(data: &Data, scene: &str, measure: usize) -> Panel {
+    let value = |variant: &str, is_own: bool| {
+        let rows = data.tightness.iter().filter(|row| {
+            row.scene == scene
+                && row.variant == variant
+                && (row.frame == 0) == is_own
+                && row.hausdorff_mm.is_some()
+                && data.is_default(&row.case())
+        });
+        let (mut above, mut below, mut farthest) = (0.0, 0.0, None);
+        for row in rows {
+            match measure {
+                0 => (above, below) = (above + row.hulled_volume_mm3, below + row.hull_mm3),
+                1 => farthest = row.hausdorff_mm.into_iter().chain(farthest).reduce(f64::max),
+                _ => {
+                    above += row.sibling_overlap_mm3.unwrap_or(0.0);
+                    below += row.sibling_overlap_mm3.map_or(0.0, |_| row.volume_mm3);
+                }
+            }
+        }
+        if measure == 1 { farthest.map(Point::bare) } else { (below > 0.0).then(|| Point::bare(above / below)) }
+    };
+    let has_frames = data.tightness.iter().any(|row| row.frame > 0);
+    let series = data.variants.iter().map(|entry| Series {
+        points: [true, false].map(|is_own| value(&entry.id, is_own)).to_vec(),
+        entry: entry.clone(),
+    });
+    Panel {
+        title: format!("{scene}, {}", MEASURES[measure].1),
+        measure: MEASURES[measure].0,
+        sorted_by: "",
+        scale: Scale::Linear,
+        form: Form::Lines,
+        categories: vec!["own frame".to_owned(), "random".to_owned()],
+        series: series.filter(|series| has_frames && series.points.iter().any(Option::is_some)).collect(),
     }
 }

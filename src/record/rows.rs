@@ -199,6 +199,9 @@ pub struct TightnessRow {
     pub axes: String,
     /// Leaf size.
     pub leaf: u8,
+    /// Frame of the part: 0 its own, others turned at random, the same for all variants.
+    #[serde(default)]
+    pub frame: u32,
     /// Level; the root is 0.
     pub level: u32,
     /// Nodes on the level.
@@ -219,6 +222,12 @@ pub struct TightnessRow {
     pub outside_area_pct: f64,
     /// Largest distance of a corner from its node's volume, mm (0 when all are inside).
     pub overhang_mm: f64,
+    /// Largest directed Hausdorff distance from a node's volume to the convex hull of its contents, mm; upper levels only.
+    #[serde(default)]
+    pub hausdorff_mm: Option<f64>,
+    /// Sum of the volumes that lie in both of two siblings, mm³, by sampling; upper levels only, and not at the root.
+    #[serde(default)]
+    pub sibling_overlap_mm3: Option<f64>,
 }
 
 /// A line segment of a drawing: a root volume of a variant on a part, or an edge of the part itself (variant `mesh`).

@@ -280,24 +280,31 @@ impl Run {
                 for level in 0..14_u32 {
                     let (hull, shrink) = (1e6, 0.8_f64.powi(level.cast_signed()));
                     let loose = 1.0 + (planted.loose - 1.0) * shrink + 0.2 * f64::from(level);
-                    self.tightness.push(TightnessRow {
-                        scene: scene.into(),
-                        part: part.into(),
-                        variant: planted.id.into(),
-                        split: split.clone(),
-                        axes: axes.clone(),
-                        leaf,
-                        level,
-                        nodes: 1 << level,
-                        triangles: 8000,
-                        volume_mm3: hull * shrink * loose,
-                        area_mm2: 6e4 * loose,
-                        hull_mm3: hull * shrink,
-                        hulled_volume_mm3: hull * shrink * loose,
-                        outside_corners_pct: if planted.safe { 0.0 } else { 40.0 * shrink },
-                        outside_area_pct: if planted.safe { 0.0 } else { 30.0 * shrink },
-                        overhang_mm: if planted.safe { 0.0 } else { 4.5 * shrink },
-                    });
+                    // Every part in its own frame, and in one other in which all is looser.
+                    for frame in 0..2 {
+                        let loose = loose * (1.0 + 0.1 * f64::from(frame));
+                        self.tightness.push(TightnessRow {
+                            scene: scene.into(),
+                            part: part.into(),
+                            variant: planted.id.into(),
+                            split: split.clone(),
+                            axes: axes.clone(),
+                            leaf,
+                            frame,
+                            level,
+                            nodes: 1 << level,
+                            triangles: 8000,
+                            volume_mm3: hull * shrink * loose,
+                            area_mm2: 6e4 * loose,
+                            hull_mm3: hull * shrink,
+                            hulled_volume_mm3: hull * shrink * loose,
+                            outside_corners_pct: if planted.safe { 0.0 } else { 40.0 * shrink },
+                            outside_area_pct: if planted.safe { 0.0 } else { 30.0 * shrink },
+                            overhang_mm: if planted.safe { 0.0 } else { 4.5 * shrink },
+                            hausdorff_mm: Some(4.0 * loose * shrink),
+                            sibling_overlap_mm3: Some(0.1 * hull * shrink),
+                        });
+                    }
                 }
             }
         }

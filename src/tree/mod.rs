@@ -1,13 +1,14 @@
 //! A binary tree of bounding volumes over one mesh, generic over the volume.
 //!
 //! One file per verb: [`split`] (the rules), [`build`], [`traverse`], [`distance`], [`witness`], [`validate`],
-//! [`tightness`], [`summary`], [`levels`] (for the eye).
+//! [`tightness`], [`spread`], [`summary`], [`levels`] (for the eye).
 
 pub mod build;
 pub mod distance;
 pub mod levels;
 pub mod policy;
 pub mod split;
+pub mod spread;
 pub mod summary;
 pub mod tightness;
 pub mod traverse;

@@ -1,13 +1,15 @@
 //! How good a tree is, before any query: size, balance, and how tightly each level holds its contents.
 
-use super::{Node, Tree};
-use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
+use super::{Tree, spread};
+use crate::geometry::{Point, Triangle, covariance, triangle};
 use crate::volume::{BoundingVolume, Segment};
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 
 /// Deepest level whose tightness is measured: below it nodes hold a few triangles and the picture no longer changes.
 pub const DEEPEST_LEVEL: u32 = 10;
+
+/// Deepest level on which it is measured how far volumes reach beyond their contents and into their siblings.
+pub const DEEPEST_SPREAD_LEVEL: u32 = 4;
 
 /// Facts about one tree.
 #[derive(Clone, Debug)]
@@ -76,6 +78,12 @@ pub struct LevelReport {
     pub outside_area_pct: f64,
     /// Largest distance by which a corner is outside, mm.
     pub overhang_mm: f64,
+    /// Largest directed Hausdorff distance from a volume to the convex hull of its contents, mm, over the nodes whose hull has a
+    /// volume; measured down to [`DEEPEST_SPREAD_LEVEL`].
+    pub hausdorff_mm: Option<f64>,
+    /// Sum over the level's pairs of siblings of the volume that lies in both, mm³, by sampling; measured down to
+    /// [`DEEPEST_SPREAD_LEVEL`]; none at the root, which has no sibling.
+    pub sibling_overlap_mm3: Option<f64>,
 }
 
 /// What one node adds to its level.
@@ -142,17 +150,25 @@ impl<V: BoundingVolume> Tree<V> {
     fn levels(&self, depths: &[u32]) -> Vec<LevelReport> {
         let deepest = depths.iter().copied().max().unwrap_or(0).min(DEEPEST_LEVEL);
         let level = |level: u32| {
-            let members: Vec<&Node<V>> =
-                self.nodes.iter().zip(depths).filter(|(_, depth)| **depth == level).map(|(node, _)| node).collect();
-            sum(level, &in_parallel(members.len(), &|member| self.facts(members[member])))
+            let members: Vec<usize> = (0..self.nodes.len()).filter(|&node| depths[node] == level).collect();
+            sum(level, &in_parallel(members.len(), &|member| self.facts(members[member], level)))
         };
         (0..=deepest).map(level).collect()
     }
 
-    fn facts(&self, node: &Node<V>) -> NodeFacts {
+    fn facts(&self, index: usize, level: u32) -> NodeFacts {
+        let node = &self.nodes[index];
         let triangles = self.triangles_of(node);
         let volume = node.volume.volume();
-        let hull = hull_volume(triangles);
+        let hull = spread::hull(triangles);
+        let is_measured = level <= DEEPEST_SPREAD_LEVEL;
+        let hausdorff = |(faces, _): &(Vec<Triangle>, f64)| spread::hausdorff_mm(&node.volume, faces);
+        // Siblings stand side by side after the root, a left one at an odd place: its overlap counts once.
+        let overlap = || match index {
+            0 => None,
+            left if left % 2 == 1 => Some(spread::overlap_mm3(&node.volume, &self.nodes[left + 1].volume)),
+            _ => Some(0.0),
+        };
         let outside =
             |t: &Triangle| t.corners.iter().filter(|corner| !node.volume.contains(corner, 0.0)).count() as u64;
         let corners_outside = triangles.iter().map(outside).sum();
@@ -166,9 +182,11 @@ impl<V: BoundingVolume> Tree<V> {
             triangles: triangles.len() as u64,
             volume_mm3: volume,
             area_mm2: node.volume.surface_area(),
-            hull_mm3: hull.unwrap_or(0.0),
+            hull_mm3: hull.as_ref().map_or(0.0, |(_, volume)| *volume),
             hulled_volume_mm3: if hull.is_some() { volume } else { 0.0 },
             overhang_mm,
+            hausdorff_mm: hull.as_ref().filter(|_| is_measured).map(hausdorff),
+            sibling_overlap_mm3: if is_measured { overlap() } else { None },
             ..LevelReport::default()
         };
         let area_outside = triangles.iter().filter(|t| outside(t) > 0).map(Triangle::area).sum();
@@ -193,6 +211,9 @@ fn sum(level: u32, facts: &[NodeFacts]) -> LevelReport {
         total.hull_mm3 += one.hull_mm3;
         total.hulled_volume_mm3 += one.hulled_volume_mm3;
         total.overhang_mm = total.overhang_mm.max(one.overhang_mm);
+        total.hausdorff_mm = one.hausdorff_mm.into_iter().chain(total.hausdorff_mm).reduce(f64::max);
+        total.sibling_overlap_mm3 =
+            one.sibling_overlap_mm3.into_iter().chain(total.sibling_overlap_mm3).reduce(|x, y| x + y);
         corners_outside += fact.corners_outside;
         area_outside += fact.area_outside;
         area += fact.area;
@@ -205,27 +226,7 @@ fn sum(level: u32, facts: &[NodeFacts]) -> LevelReport {
 /// Volume of the convex hull, mm³, of triangles in mm; `None` for contents that are flat, or nearly so, or fewer than a tetrahedron.
 #[must_use]
 pub fn hull_volume(triangles: &[Triangle]) -> Option<f64> {
-    /// A hull thinner than this part of a cube of its own extent is taken for flat: its volume would be rounding.
-    const FLAT: f64 = 1e-6;
-    let key = |p: &Point| [p.x, p.y, p.z].map(|x| (x + 0.0).to_bits());
-    let distinct: BTreeSet<[u64; 3]> = triangle::corners(triangles).map(key).collect();
-    if distinct.len() < 4 {
-        return None;
-    }
-    let points: Vec<_> = distinct.into_iter().map(|bits| Vector::from(bits.map(f64::from_bits)).into()).collect();
-    let (corners, faces) = parry3d_f64::transformation::try_convex_hull(&points).ok()?;
-    let corner = |v: u32| -> Vector { corners[v as usize].into() };
-    let apex = corner(*faces.first()?.first()?);
-    let volume: f64 = faces
-        .iter()
-        .map(|face| {
-            let [a, b, c] = face.map(|v| corner(v) - apex);
-            a.dot(&b.cross(&c)) / 6.0
-        })
-        .sum();
-    let (low, high) = triangle::bounds(triangles)?;
-    let volume = volume.abs();
-    (volume > FLAT * (high - low).norm().powi(3)).then_some(volume)
+    spread::hull(triangles).map(|(_, volume)| volume)
 }
 
 /// The smallest slack with which a volume contains a point, mm, to 1e-9 of itself, by bisection.
@@ -280,6 +281,9 @@ mod tests {
         assert!(near(root.volume_mm3, 48.0) && near(root.hull_mm3, 48.0) && near(root.hulled_volume_mm3, 48.0));
         assert!(near(root.area_mm2, 88.0)); // 2 (8 + 12 + 24)
         assert_eq!((root.outside_corners_pct, root.outside_area_pct, root.overhang_mm), (0.0, 0.0, 0.0));
+        assert!(root.hausdorff_mm.unwrap() < 1e-5 && root.sibling_overlap_mm3.is_none());
+        // Halves of six triangles of the twelve; the boxes of both hold faces that they share.
+        assert!(report.levels[1].sibling_overlap_mm3.is_some());
         assert_eq!(report.levels.iter().map(|level| level.nodes).collect::<Vec<_>>(), [1, 2, 4, 8, 8]);
         assert!(report.levels[..4].iter().all(|level| level.triangles == 12));
         // Single triangles are flat: no hull, and their boxes' volumes do not count beside it.

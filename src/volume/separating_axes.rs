@@ -3,7 +3,7 @@
 //! S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996, section 5; equations (2) and (3) of Xu and Zhang 2011.
 
 use crate::geometry::{Vector, grid};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, RealField, Vector3};
 
 /// Added to every |R_ij|. When two edges are nearly parallel their cross product is nearly zero, and with it both sides of
 /// the inequality; rounding then decides. Entries of R carry an error of a few 2⁻⁵³, so 1e-12, four thousand times that,
@@ -28,10 +28,17 @@ pub fn widened_abs(r: &Matrix3<f64>) -> Matrix3<f64> {
 }
 
 /// Whether one of the six face normals separates two boxes: half-lengths `a` and `b`, mm; `r` takes axes of the second box to
-/// axes of the first, `q` is [`widened_abs`] of it; `t` is the second centre seen from the first, in its axes, mm.
+/// axes of the first, `q` is [`widened_abs`] of it; `t` is the second centre seen from the first, in its axes, mm. For single
+/// precision, too, so that the same test can be tried in it.
 #[inline(always)]
 #[must_use]
-pub fn separated_by_faces(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: &Vector) -> bool {
+pub fn separated_by_faces<T: RealField + Copy>(
+    t: &Vector3<T>,
+    r: &Matrix3<T>,
+    q: &Matrix3<T>,
+    a: &Vector3<T>,
+    b: &Vector3<T>,
+) -> bool {
     for i in 0..3 {
         if t[i].abs() > a[i] + q[(i, 0)] * b[0] + q[(i, 1)] * b[1] + q[(i, 2)] * b[2] {
             return true;
@@ -50,7 +57,13 @@ pub fn separated_by_faces(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Ve
 /// [`separated_by_faces`].
 #[inline(always)]
 #[must_use]
-pub fn separated(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: &Vector) -> bool {
+pub fn separated<T: RealField + Copy>(
+    t: &Vector3<T>,
+    r: &Matrix3<T>,
+    q: &Matrix3<T>,
+    a: &Vector3<T>,
+    b: &Vector3<T>,
+) -> bool {
     if separated_by_faces(t, r, q, a, b) {
         return true;
     }

@@ -225,7 +225,7 @@ fn shapes(side: &Side, scene: &str) -> BTreeMap<(String, CaseKey), Shape> {
         let shape = shapes.entry((row.part.clone(), row.case())).or_default();
         (shape.nodes, shape.bytes) = (row.nodes, row.bytes);
     }
-    for row in side.tightness.iter().filter(|row| row.scene == scene) {
+    for row in side.tightness.iter().filter(|row| row.scene == scene && row.frame == 0) {
         let shape = shapes.entry((row.part.clone(), row.case())).or_default();
         shape.volume_mm3 += row.hulled_volume_mm3;
         shape.hull_mm3 += row.hull_mm3;

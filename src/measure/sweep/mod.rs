@@ -7,6 +7,7 @@
 //! A unit is one value of the quantity: a sweep that was killed goes on with the values it lacks.
 
 mod flip;
+mod precision;
 pub mod stage;
 mod step;
 
@@ -47,7 +48,7 @@ pub struct Sweep {
 }
 
 /// All sweeps.
-pub const SWEEPS: [Sweep; 8] = [
+pub const SWEEPS: [Sweep; 9] = [
     Sweep {
         name: "grading",
         about: "triangles moved from large faces (below 1) to fine detail (above 1), at the same shape and about the same number",
@@ -103,6 +104,13 @@ pub const SWEEPS: [Sweep; 8] = [
         axis: "triangles in a leaf",
         quantity: Quantity::Leaf,
         values: &[1.0, 2.0, 4.0, 8.0],
+    },
+    Sweep {
+        name: "precision",
+        about: "the ε that the separating-axis test adds to every |R_ij|: how many overlapping boxes does it take for apart?",
+        axis: "ε",
+        quantity: Quantity::Precision,
+        values: &[0.0, 1e-15, 1e-12, 1e-9, 1e-7, 1e-6, 2e-6, 1e-5],
     },
 ];
 
@@ -205,6 +213,8 @@ impl SweepRun {
     ) -> Result<Self, SweepError> {
         let variants =
             if variants.is_empty() { sweep.default_variants(registry)? } else { choose(variants, registry)? };
+        // The sweep of ε is about arithmetics, not variants.
+        let variants = if sweep.quantity == Quantity::Precision { Vec::new() } else { variants };
         let with_tree = variants.into_iter().filter(|variant| variant.kind == Kind::Volume);
         let cases: Vec<Case> =
             with_tree.map(|variant| Case { policy: variant.policy, id: variant.info.id.to_owned(), variant }).collect();
@@ -242,6 +252,17 @@ impl SweepRun {
     }
 
     fn run_value(&self, x: f64, (counts, times): (&Path, &Path), timed: bool) -> Result<(), SweepError> {
+        if self.sweep.quantity == Quantity::Precision {
+            if !counts.exists() {
+                let rows = precision::rows(self.sweep.name, x, self.amount, self.seed);
+                write_unit(counts, |folder| write_rows(folder, &rows)).map_err(MeasureError::from)?;
+            }
+            if timed {
+                let untimed: [SweepTimingRow; 0] = [];
+                write_unit(times, |folder| write_rows(folder, &untimed)).map_err(MeasureError::from)?;
+            }
+            return Ok(());
+        }
         let stage = stage(self.sweep.quantity, x, self.amount.lines, self.seed)?;
         let triangles = (stage.a.faces().len() + stage.b.faces().len()) as u64;
         let x = if self.sweep.quantity == Quantity::Size { triangles as f64 } else { x };
@@ -421,7 +442,11 @@ fn manifest(sweep: &Sweep, cases: &[Case], profile: Profile, amount: Amount, see
             launches: 1,
         },
         inputs: BTreeMap::new(),
-        variants: cases.iter().map(entry).collect(),
+        variants: if sweep.quantity == Quantity::Precision {
+            precision::entries()
+        } else {
+            cases.iter().map(entry).collect()
+        },
         scenes: Vec::new(),
         program: environment::program(),
         machine: environment::machine(),

@@ -73,6 +73,8 @@ pub enum Quantity {
     Step,
     /// Triangles in a leaf.
     Leaf,
+    /// ε of the separating-axis test; needs no bodies.
+    Precision,
 }
 
 /// Two meshes and where they are examined.

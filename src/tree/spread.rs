@@ -1,0 +1,129 @@
+//! What volumes hold beyond their contents: how far a volume reaches outside the convex hull of what is in it, and how much
+//! of space two siblings both claim.
+//!
+//! Both are taken from the volume's drawing and its `contains`, so that they mean the same for every volume there is.
+
+use crate::geometry::{Point, Triangle, Vector, triangle, triangle_distance};
+use crate::volume::BoundingVolume;
+use std::collections::BTreeSet;
+
+/// Points thrown into the box around two siblings: a share of it is known to a few hundredths, a level's sum better.
+const SAMPLES: u32 = 256;
+
+/// The convex hull of triangles as triangles, mm; `None` for contents that are flat, or nearly so, or fewer than a
+/// tetrahedron.
+#[must_use]
+pub fn hull(triangles: &[Triangle]) -> Option<(Vec<Triangle>, f64)> {
+    /// A hull thinner than this part of a cube of its own extent is taken for flat: its volume would be rounding.
+    const FLAT: f64 = 1e-6;
+    let key = |p: &Point| [p.x, p.y, p.z].map(|x| (x + 0.0).to_bits());
+    let distinct: BTreeSet<[u64; 3]> = triangle::corners(triangles).map(key).collect();
+    if distinct.len() < 4 {
+        return None;
+    }
+    let points: Vec<_> = distinct.into_iter().map(|bits| Vector::from(bits.map(f64::from_bits)).into()).collect();
+    let (corners, faces) = parry3d_f64::transformation::try_convex_hull(&points).ok()?;
+    let corner = |v: u32| -> Vector { corners[v as usize].into() };
+    let apex = corner(*faces.first()?.first()?);
+    let volume: f64 = faces
+        .iter()
+        .map(|face| {
+            let [a, b, c] = face.map(|v| corner(v) - apex);
+            a.dot(&b.cross(&c)) / 6.0
+        })
+        .sum();
+    let (low, high) = triangle::bounds(triangles)?;
+    let volume = volume.abs();
+    let faces = faces.iter().map(|face| Triangle { corners: face.map(|v| Point::from(corner(v))) });
+    (volume > FLAT * (high - low).norm().powi(3)).then(|| (faces.collect(), volume))
+}
+
+/// The directed Hausdorff distance from a volume to the convex hull of its contents, mm: how far the farthest point of its
+/// drawing lies outside the hull. Exact for boxes and polytopes, whose farthest points are corners.
+pub fn hausdorff_mm<V: BoundingVolume>(volume: &V, hull: &[Triangle]) -> f64 {
+    let inside = Point::from(hull.iter().map(|face| face.centroid().coords).sum::<Vector>() / hull.len() as f64);
+    let is_outside = |point: &Point| {
+        hull.iter().any(|face| {
+            let normal = face.double_area_normal();
+            // Whichever way the face is wound, the hull lies on the side of its own inner point.
+            (point - face.corners[0]).dot(&normal) * (inside - face.corners[0]).dot(&normal) < 0.0
+        })
+    };
+    let distance = |point: &Point| {
+        let squared = hull.iter().map(|face| triangle_distance::point_squared(point, face));
+        squared.fold(f64::INFINITY, f64::min).sqrt()
+    };
+    let mut points: Vec<Point> = volume.outline().into_iter().flatten().collect();
+    points.sort_by(|p, q| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z)));
+    points.dedup();
+    points.iter().filter(|point| is_outside(point)).map(distance).fold(0.0, f64::max)
+}
+
+/// The volume that lies in both of two volumes, mm³, estimated from a fixed set of evenly spread points (Halton 1960).
+pub fn overlap_mm3<V: BoundingVolume>(one: &V, other: &V) -> f64 {
+    let bounds = |volume: &V| {
+        let points = volume.outline().into_iter().flatten().map(|point| (point, point));
+        points.reduce(|(low, high), (point, _)| (low.inf(&point), high.sup(&point)))
+    };
+    let (Some((low, high)), Some((low_b, high_b))) = (bounds(one), bounds(other)) else { return 0.0 };
+    let (low, high) = (low.sup(&low_b), high.inf(&high_b));
+    let size = high - low;
+    if size.min() <= 0.0 {
+        return 0.0;
+    }
+    let place = |i: u32| low + Vector::new(halton(i, 2), halton(i, 3), halton(i, 5)).component_mul(&size);
+    let in_both = |point: &Point| one.contains(point, 0.0) && other.contains(point, 0.0);
+    let hits = (1..=SAMPLES).filter(|&i| in_both(&place(i))).count();
+    size.product() * hits as f64 / f64::from(SAMPLES)
+}
+
+/// The `index`-th number of the van der Corput sequence in a base: its digits mirrored at the point.
+fn halton(mut index: u32, base: u32) -> f64 {
+    let (mut value, mut weight) = (0.0, 1.0);
+    while index > 0 {
+        weight /= f64::from(base);
+        value += weight * f64::from(index % base);
+        index /= base;
+    }
+    value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+    use crate::volume::aabb::Aabb;
+    use crate::volume::sphere_ritter::SphereRitter;
+
+    fn cube(low: f64) -> Vec<Triangle> {
+        let shift = Vector::repeat(low + 1.0);
+        meshes::cuboid(2.0, 2.0, 2.0).triangles().iter().map(|t| t.map(|p| p + shift)).collect()
+    }
+
+    #[test]
+    fn the_corner_opposite_a_corner_tetrahedron_is_farthest_out() {
+        let p = |x: f64, y: f64, z: f64| Point::new(x, y, z);
+        let (o, x, y, z) = (p(0.0, 0.0, 0.0), p(3.0, 0.0, 0.0), p(0.0, 3.0, 0.0), p(0.0, 0.0, 3.0));
+        let corner = [Triangle::new(o, y, x), Triangle::new(o, x, z), Triangle::new(o, z, y), Triangle::new(x, y, z)];
+        let (faces, volume) = hull(&corner).unwrap();
+        assert!((volume - 4.5).abs() < 1e-9); // 27/6
+        // (3, 3, 3) lies 6/√3 beyond the plane x + y + z = 3, and its foot (1, 1, 1) is in the face.
+        assert!((hausdorff_mm(&Aabb::fit(&corner), &faces) - 6.0 / 3.0_f64.sqrt()).abs() < 1e-6);
+        assert!(hausdorff_mm(&Aabb::fit(&cube(0.0)), &hull(&cube(0.0)).unwrap().0) < 1e-6);
+        assert!(hull(&corner[..1]).is_none());
+    }
+
+    #[test]
+    fn cubes_share_a_cube_and_balls_a_lens() {
+        let shared = overlap_mm3(&Aabb::fit(&cube(0.0)), &Aabb::fit(&cube(1.0)));
+        assert!((shared - 1.0).abs() < 1e-6, "{shared}");
+        assert_eq!(overlap_mm3(&Aabb::fit(&cube(0.0)), &Aabb::fit(&cube(3.0))), 0.0);
+        // Equal balls of radius r, their middles d apart: a lens of π (4 r + d) (2 r - d)² / 12.
+        let (one, other) = (SphereRitter::fit(&cube(0.0)), SphereRitter::fit(&cube(1.0)));
+        let pi = std::f64::consts::PI;
+        let (r, d) = ((0.75 * one.volume() / pi).cbrt(), (one.centre() - other.centre()).norm());
+        let lens = pi * (4.0 * r + d) * (2.0 * r - d).powi(2) / 12.0;
+        let shared = overlap_mm3(&one, &other);
+        assert!((shared / lens - 1.0).abs() < 0.1, "{shared} {lens}");
+    }
+}
