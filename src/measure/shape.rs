@@ -8,6 +8,7 @@ use crate::scene::Scene;
 use crate::tree::tightness::LevelReport;
 use crate::volume::Segment;
 use crate::workload::draw::Draw;
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Faces that meet at a sharper angle than this show an edge in a drawing, degrees.
@@ -29,6 +30,14 @@ pub struct Shapes {
     pub outlines: Vec<OutlineRow>,
 }
 
+impl Shapes {
+    fn extend(&mut self, more: Self) {
+        self.trees.extend(more.trees);
+        self.tightness.extend(more.tightness);
+        self.outlines.extend(more.outlines);
+    }
+}
+
 /// Describes the trees of every case over every part that belongs to an examined pair.
 pub fn describe_scene(plan: &Plan, scene: &Scene, progress: &dyn Progress) -> Shapes {
     let parts: BTreeSet<usize> = scene.pairs.iter().flat_map(|pair| [pair.a, pair.b]).collect();
@@ -41,13 +50,18 @@ pub fn describe_scene(plan: &Plan, scene: &Scene, progress: &dyn Progress) -> Sh
             shapes.outlines.extend(outline_rows(scene, part, MESH_OUTLINE, view, silhouette));
         }
         let mut drawn = BTreeSet::new();
-        for case in &plan.cases {
-            let first_of_variant = drawn.insert(case.id.as_str());
-            describe(case, scene, part, first_of_variant, &mut shapes);
-            if first_of_variant {
+        let cases: Vec<(&Case, bool)> = plan.cases.iter().map(|case| (case, drawn.insert(case.id.as_str()))).collect();
+        let of_case = |&(case, is_first_of_variant): &(&Case, bool)| {
+            let mut shapes = Shapes::default();
+            describe(case, scene, part, is_first_of_variant, &mut shapes);
+            if is_first_of_variant {
                 describe_turned(plan, case, scene, part, &mut shapes);
             }
             progress.advance(1);
+            shapes
+        };
+        for of_case in cases.par_iter().map(of_case).collect::<Vec<Shapes>>() {
+            shapes.extend(of_case);
         }
     }
     shapes
