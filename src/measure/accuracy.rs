@@ -31,7 +31,8 @@ pub fn verify_scene(
     let cases: Vec<&Case> = plan.cases.iter().filter(|case| case.variant.kind != Kind::Control).collect();
     let poses: usize = judged.iter().map(|pair| pair.poses.len()).sum();
     progress.begin(&format!("{}: verdicts", scene.name), (poses * cases.len()) as u64);
-    cases.into_iter().flat_map(|case| verify_case(case, scene, judged, progress)).collect()
+    let rows: Vec<_> = cases.into_par_iter().map(|case| verify_case(case, scene, judged, progress)).collect();
+    rows.concat()
 }
 
 fn verify_case(case: &Case, scene: &Scene, judged: &[JudgedPair], progress: &dyn Progress) -> Vec<VerificationRow> {

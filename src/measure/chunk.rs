@@ -9,8 +9,9 @@ use crate::record::Stratum;
 
 /// Poses in a chunk.
 pub const CHUNK_POSES: usize = 64;
-/// Of how many pairs and workloads of a stratum the control runs a pose: enough for an interval over all strata.
-const CONTROL_PAIRS: usize = 2;
+/// Of how many pairs and workloads of a stratum the control runs a pose: it tests some 10^8 pairs of triangles there, and nobody asks for
+/// more of it than an order of magnitude over all strata.
+const CONTROL_PAIRS: usize = 1;
 /// A stratum with fewer poses than this in a workload is left out there.
 const FEWEST_POSES: usize = 16;
 

@@ -22,16 +22,16 @@ pub fn count_scene(
     let peers = poses_of(chunks, |role| role == Role::Everyone);
     let control = poses_of(chunks, |role| role == Role::Control);
     progress.begin(&format!("{}: operation counts", scene.name), (everyone.len() * plan.cases.len()) as u64);
-    let mut rows = Vec::new();
-    for case in &plan.cases {
+    let of_case = |case: &Case| {
         let poses = match case.variant.kind {
             Kind::Volume | Kind::Sampling => &everyone,
             Kind::Peer => &peers,
             Kind::Control => &control,
         };
-        rows.extend(count_case(case, scene, judged, poses, progress));
-    }
-    rows
+        count_case(case, scene, judged, poses, progress)
+    };
+    let rows: Vec<_> = plan.cases.par_iter().map(of_case).collect();
+    rows.concat()
 }
 
 /// The chunks' poses as (judged pair, pose), each once, in order.

@@ -17,6 +17,7 @@ use crate::scene::Scene;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Poses run untimed before a long sample; before a shorter one all are.
@@ -88,7 +89,13 @@ pub fn time_scene(
                 };
                 if chunk.role != Role::Control {
                     let all = block > 0 && !manner.once;
-                    run(if all { poses } else { &poses[..poses.len().min(WARM_UP_POSES)] }, 1);
+                    let first = &poses[..poses.len().min(WARM_UP_POSES)];
+                    let (ns, _) = timer::time(|| run(if all { poses } else { first }, 1));
+                    // What its first poses show to be long need not be run whole to be known as such.
+                    if block == 0 && ns > 2 * LONG_SAMPLE_NS * first.len() as u64 / poses.len() as u64 {
+                        manners[c][k].once = true;
+                        continue;
+                    }
                 }
                 let (ns, _) = timer::time(|| run(poses, manner.passes));
                 if block == 0 {
@@ -120,7 +127,8 @@ impl Contestant {
 
 fn contestants(plan: &Plan, scene: &Scene) -> Vec<Contestant> {
     let null = plan.null_reference().map(|case| Contestant::prepare(case, NULL_VARIANT, scene));
-    plan.cases.iter().map(|case| Contestant::prepare(case, &case.id, scene)).chain(null).collect()
+    let prepare = |case: &Case| Contestant::prepare(case, &case.id, scene);
+    plan.cases.par_iter().map(prepare).collect::<Vec<_>>().into_iter().chain(null).collect()
 }
 
 /// Whether a case runs a chunk.

@@ -127,24 +127,50 @@ fn leaves_travel(a: &Moved, i: u32, b: &Moved, j: u32, mut least: f64) -> f64 {
 
 /// The least travel of `moving` along z until it touches `still`, mm; infinite when it passes by.
 fn triangles_travel(still: &Triangle, moving: &Triangle) -> f64 {
+    let of_moving = areas(still, &moving.corners);
+    if beyond_an_edge(still, &of_moving) {
+        return f64::INFINITY;
+    }
+    let of_still = areas(moving, &still.corners);
+    if beyond_an_edge(moving, &of_still) {
+        return f64::INFINITY;
+    }
+    let edge = |t: &Triangle, i: usize| [t.corners[i], t.corners[(i + 1) % 3]];
     let mut least = f64::INFINITY;
-    for p in &moving.corners {
-        if let Some(z) = height_of_face(still, p) {
-            least = least.min(z - p.z);
+    for k in 0..3 {
+        if let Some(z) = height_of_face(still, of_moving.map(|of_edge| of_edge[k])) {
+            least = least.min(z - moving.corners[k].z);
+        }
+        if let Some(z) = height_of_face(moving, of_still.map(|of_edge| of_edge[k])) {
+            least = least.min(still.corners[k].z - z);
         }
     }
-    for p in &still.corners {
-        if let Some(z) = height_of_face(moving, p) {
-            least = least.min(p.z - z);
-        }
-    }
-    let edges = |t: &Triangle| [0, 1, 2].map(|i| (t.corners[i], t.corners[(i + 1) % 3]));
-    for (p, q) in edges(still) {
-        for (r, s) in edges(moving) {
-            least = least.min(edges_travel(&p, &q, &r, &s));
+    for i in 0..3 {
+        for j in 0..3 {
+            let (after_i, after_j) = ((i + 1) % 3, (j + 1) % 3);
+            let sides = [of_moving[i][j], of_moving[i][after_j], of_still[j][i], of_still[j][after_i]];
+            least = least.min(edges_travel(edge(still, i), edge(moving, j), sides));
         }
     }
     least
+}
+
+/// For each edge of the triangle, from corner i to the next, the areas it spans with three points.
+fn areas(triangle: &Triangle, points: &[Point; 3]) -> [[f64; 3]; 3] {
+    let [a, b, c] = &triangle.corners;
+    [(a, b), (b, c), (c, a)].map(|(from, to)| points.each_ref().map(|point| area(from, to, point)))
+}
+
+/// Whether the shadows of three points, with these [`areas`], lie strictly beyond the shadow of an edge: then the shadows of the triangles
+/// do not meet. Exact.
+fn beyond_an_edge(triangle: &Triangle, areas: &[[f64; 3]; 3]) -> bool {
+    let all = |sign: f64| areas.iter().any(|of_edge| of_edge.iter().all(|&area| area * sign > 0.0));
+    if !all(1.0) && !all(-1.0) {
+        return false;
+    }
+    let [a, b, c] = &triangle.corners;
+    let own = area(a, b, c);
+    (own <= 0.0 && all(1.0)) || (own >= 0.0 && all(-1.0))
 }
 
 /// Twice the signed area of the shadow of the triangle (a, b, c), mm²; its sign is exact.
@@ -153,11 +179,11 @@ fn area(a: &Point, b: &Point, c: &Point) -> f64 {
     robust::orient2d(coord(a), coord(b), coord(c))
 }
 
-/// The height of the triangle above the shadow of `p`; `None` when the shadow of `p` is outside, or the triangle is
-/// upright (its edges speak for it then).
-fn height_of_face(triangle: &Triangle, p: &Point) -> Option<f64> {
+/// The height of the triangle above the shadow of a point that spans `areas` with its edges; `None` when the shadow is outside, or the
+/// triangle is upright (its edges speak for it then).
+fn height_of_face(triangle: &Triangle, areas: [f64; 3]) -> Option<f64> {
     let [a, b, c] = &triangle.corners;
-    let weights = [area(b, c, p), area(c, a, p), area(a, b, p)];
+    let weights = [areas[1], areas[2], areas[0]];
     let inside = weights.iter().all(|&w| w >= 0.0) || weights.iter().all(|&w| w <= 0.0);
     let total: f64 = weights.iter().sum();
     if !inside || total == 0.0 {
@@ -166,9 +192,10 @@ fn height_of_face(triangle: &Triangle, p: &Point) -> Option<f64> {
     Some((weights[0] * a.z + weights[1] * b.z + weights[2] * c.z) / total)
 }
 
-/// The least travel of the edge rs until it touches the edge pq, mm; infinite when it passes by.
-fn edges_travel(p: &Point, q: &Point, r: &Point, s: &Point) -> f64 {
-    let (r_side, s_side, p_side, q_side) = (area(p, q, r), area(p, q, s), area(r, s, p), area(r, s, q));
+/// The least travel of the edge rs until it touches the edge pq, mm; infinite when it passes by. The areas are those that pq spans with r
+/// and s, and rs with p and q.
+fn edges_travel([p, q]: [Point; 2], [r, s]: [Point; 2], areas: [f64; 4]) -> f64 {
+    let [r_side, s_side, p_side, q_side] = areas;
     let apart = |u: f64, v: f64| (u > 0.0 && v > 0.0) || (u < 0.0 && v < 0.0);
     if apart(r_side, s_side) || apart(p_side, q_side) {
         return f64::INFINITY;
@@ -176,11 +203,11 @@ fn edges_travel(p: &Point, q: &Point, r: &Point, s: &Point) -> f64 {
     let parts = |u: f64, v: f64| u != 0.0 || v != 0.0;
     if parts(r_side, s_side) && parts(p_side, q_side) {
         let along = |from: &Point, to: &Point, u: f64, v: f64| from.z + (to.z - from.z) * (u / (u - v));
-        return along(p, q, p_side, q_side) - along(r, s, r_side, s_side);
+        return along(&p, &q, p_side, q_side) - along(&r, &s, r_side, s_side);
     }
     // In line in projection, or an upright edge: the least travel is at an end of one of them.
-    let ends_of_moving = [r, s].into_iter().filter_map(|end| Some(heights_of_edge(p, q, end)?.0 - end.z));
-    let ends_of_still = [p, q].into_iter().filter_map(|end| Some(end.z - heights_of_edge(r, s, end)?.1));
+    let ends_of_moving = [r, s].into_iter().filter_map(|end| Some(heights_of_edge(&p, &q, &end)?.0 - end.z));
+    let ends_of_still = [p, q].into_iter().filter_map(|end| Some(end.z - heights_of_edge(&r, &s, &end)?.1));
     ends_of_moving.chain(ends_of_still).fold(f64::INFINITY, f64::min)
 }
 

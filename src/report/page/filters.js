@@ -31,6 +31,39 @@ function isChosen(row) {
 }
 
 /**
+ * A button that is pressed or not.
+ * @param {string} value
+ * @param {string} words
+ * @param {string} kind its class
+ * @param {boolean} pressed
+ * @param {(button: HTMLElement) => void} press
+ * @returns {HTMLElement}
+ */
+function toggle(value, words, kind, pressed, press) {
+  const button = el(
+    "button",
+    { type: "button", class: kind, "aria-pressed": String(pressed), "data-value": value, onclick: () => press(button) },
+    words,
+  );
+  return button;
+}
+
+/**
+ * Buttons under one label.
+ * @param {string} label
+ * @param {string} kind class of the row
+ * @param {HTMLElement[]} buttons
+ */
+function group(label, kind, buttons) {
+  return el(
+    "div",
+    { class: "choice", role: "group", "aria-label": label },
+    el("span", { class: "label" }, label),
+    el("div", { class: kind }, ...buttons),
+  );
+}
+
+/**
  * Buttons of which one is pressed.
  * @param {string} label
  * @param {[string, string][]} options value and text
@@ -38,24 +71,13 @@ function isChosen(row) {
  * @param {(value: string) => void} take
  */
 function choice(label, options, value, take) {
-  const buttons = options.map(([option, words]) => {
-    const press = () => {
+  const buttons = options.map(([option, words]) =>
+    toggle(option, words, "", option === value, (button) => {
       for (const other of buttons) other.setAttribute("aria-pressed", String(other === button));
       take(option);
-    };
-    const button = el(
-      "button",
-      { type: "button", "aria-pressed": String(option === value), "data-value": option, onclick: press },
-      words,
-    );
-    return button;
-  });
-  return el(
-    "div",
-    { class: "choice", role: "group", "aria-label": label },
-    el("span", { class: "label" }, label),
-    el("div", { class: "segments" }, ...buttons),
+    }),
   );
+  return group(label, "segments", buttons);
 }
 
 /**
@@ -66,31 +88,14 @@ function choice(label, options, value, take) {
  * @param {() => void} after
  */
 function chips(label, options, set, after) {
-  const buttons = options.map(([option, words, kind]) => {
-    const press = () => {
+  const buttons = options.map(([option, words, kind]) =>
+    toggle(option, words, `chip ${kind ?? ""}`, set.has(option), (button) => {
       if (!set.delete(option)) set.add(option);
       button.setAttribute("aria-pressed", String(set.has(option)));
       after();
-    };
-    const button = el(
-      "button",
-      {
-        type: "button",
-        class: `chip ${kind ?? ""}`,
-        "aria-pressed": String(set.has(option)),
-        "data-value": option,
-        onclick: press,
-      },
-      words,
-    );
-    return button;
-  });
-  return el(
-    "div",
-    { class: "choice", role: "group", "aria-label": label },
-    el("span", { class: "label" }, label),
-    el("div", { class: "chips" }, ...buttons),
+    }),
   );
+  return group(label, "chips", buttons);
 }
 
 /** The choices that all charts share. */
