@@ -7,6 +7,7 @@ pub mod claims;
 pub mod compare;
 pub mod cost;
 pub mod factorial;
+pub mod growth;
 pub mod judge;
 pub mod misses;
 pub mod peers;

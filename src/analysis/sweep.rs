@@ -2,16 +2,19 @@
 //! of lines.
 
 use super::AnalysisError;
+use super::growth::analyze_growth;
 use super::stats::{Group, bootstrap, quantile};
 use crate::record::rows::CaseKey;
-use crate::record::{Manifest, Row, Stratum, SweepRow, SweepSummaryRow, SweepTimingRow, read_rows, write_rows};
+use crate::record::{
+    Manifest, Row, Stratum, SweepBuildRow, SweepRow, SweepSummaryRow, SweepTimingRow, read_rows, write_rows,
+};
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// What identifies a mean, but for the metric: value of the quantity (as bits: all are exact), case, stratum.
 type Key = (u64, CaseKey, Stratum);
 
-/// Analyses the sweep in `folder` and writes `sweep_summary.csv`.
+/// Analyses the sweep in `folder` and writes `sweep_summary.csv`, of the sweep of the size `sweep_growth.csv` too.
 ///
 /// # Errors
 /// When a record is missing or malformed.
@@ -68,6 +71,9 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
         }
     }
     write_rows(folder, &found)?;
+    if folder.join(SweepBuildRow::FILE).exists() {
+        analyze_growth(folder, seed)?;
+    }
     Ok(found)
 }
 

@@ -3,9 +3,11 @@
 use super::options::{DEFAULT_SEED, OutputOptions, use_threads};
 use super::progress::Bar;
 use super::{CLEAR, say};
+use crate::analysis::growth::COSTS;
 use crate::analysis::sweep::analyze_sweep;
 use crate::measure::Profile;
-use crate::measure::sweep::{SWEEPS, Sweep, SweepRun};
+use crate::measure::sweep::{Asked, SWEEPS, Sweep, SweepRun};
+use crate::record::{Row, SweepGrowthRow, read_rows};
 use crate::registry::Registry;
 use anyhow::Result;
 use clap::Args;
@@ -15,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench sweep                              the names of the sweeps\n  bvbench sweep rotation --profile smoke     how much the choice of the model's frame matters\n  bvbench sweep grading --variant ID --variant ID --counts-only\n  bvbench sweep all --profile quick\n\nAn interrupted sweep goes on where it stopped when the same command is given again."
+    after_help = "Examples:\n  bvbench sweep                              the names of the sweeps\n  bvbench sweep rotation --profile smoke     how much the choice of the model's frame matters\n  bvbench sweep grading --variant ID --variant ID --counts-only\n  bvbench sweep size --density 8 --variant ID --variant parry-trimesh\n                                             how builds and queries grow, to a million triangles\n  bvbench sweep all --profile quick\n\nAn interrupted sweep goes on where it stopped when the same command is given again."
 )]
 pub struct Options {
     /// Which sweep, or `all`; without a name they are listed
@@ -29,6 +31,9 @@ pub struct Options {
     /// Variant by id (see `list`); repeatable [default: the safe volumes; for the path step all volumes]
     #[arg(long = "variant", value_name = "ID")]
     variants: Vec<String>,
+    /// Highest tessellation density in the sweep of the size; 8 makes a million triangles [default: 0.5, 2 or 16, by the profile]
+    #[arg(long, value_name = "X")]
+    density: Option<f64>,
     /// Time nothing
     #[arg(long)]
     counts_only: bool,
@@ -60,6 +65,9 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         if !options.output.json {
             say(format!("{:9} {}", sweep.name, folder.join("sweep_summary.csv").display()));
             figures.iter().for_each(|figure| say(format!("          {}", figure.display())));
+            if folder.join(SweepGrowthRow::FILE).exists() {
+                say(format!("\n{}\n", growth(&read_rows(&folder)?).trim_fmt()));
+            }
         }
         done.push(json!({ "sweep": sweep.name, "out": folder, "figures": figures }));
     }
@@ -71,13 +79,35 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
 
 fn carry_out(sweep: Sweep, options: &Options, registry: &Registry, folder: &Path) -> Result<Vec<PathBuf>> {
     let bar = Bar::new(options.output.quiet);
-    let (variants, seed) = (&options.variants, options.seed);
-    let mut run = SweepRun::open(sweep, options.profile, variants, registry, seed, folder, options.fresh)?;
+    let asked = Asked {
+        profile: options.profile,
+        variants: options.variants.clone(),
+        seed: options.seed,
+        density: options.density,
+    };
+    let mut run = SweepRun::open(sweep, &asked, registry, folder, options.fresh)?;
     run.run(!options.counts_only, &bar)?;
     bar.finish();
     analyze_sweep(folder)?;
     let gallery = crate::plot::draw_sweep(folder, sweep.about, sweep.axis)?;
     Ok(gallery.figures.iter().map(|figure| folder.join(&figure.png)).collect())
+}
+
+/// What every variant's costs grow with.
+fn growth(rows: &[SweepGrowthRow]) -> Table {
+    let mut table = Table::new();
+    let header = std::iter::once("GROWTH: COST ~ TRIANGLES^X".to_owned()).chain(COSTS.map(str::to_uppercase));
+    table.load_style(presets::NOTHING).set_header(header);
+    let mut variants: Vec<&str> = rows.iter().map(|row| &*row.variant).collect();
+    variants.dedup();
+    for variant in variants {
+        let exponent = |cost: &str| {
+            let row = rows.iter().find(|row| row.variant == variant && row.metric == cost);
+            row.map_or_else(String::new, |row| format!("{:.2} [{:.2}, {:.2}]", row.exponent, row.low, row.high))
+        };
+        table.add_row(std::iter::once(variant.to_owned()).chain(COSTS.map(exponent)));
+    }
+    table
 }
 
 fn list(as_json: bool) -> Result<String> {

@@ -99,6 +99,11 @@ impl Grouped {
         }
     }
 
+    /// Adds panels after the others.
+    pub fn add(&mut self, panels: impl IntoIterator<Item = Panel>) {
+        self.panels.extend(panels);
+    }
+
     /// The variants that have a value in any panel, each once.
     fn entries(&self) -> Vec<Entry> {
         let mut entries: Vec<Entry> = Vec::new();

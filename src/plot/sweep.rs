@@ -4,7 +4,9 @@ use super::data::{Entry, entries};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::{Scale, number};
 use super::{FOLDER, Gallery, PlotError, Sketch, add, write_index};
-use crate::record::{Manifest, Stratum, SweepSummaryRow, read_rows};
+use crate::analysis::growth::COSTS;
+use crate::record::{Manifest, Row, Stratum, SweepBuildRow, SweepGrowthRow, SweepSummaryRow, read_rows};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Metric, its axis, and its scale.
@@ -25,9 +27,57 @@ pub fn draw_sweep(folder: &Path, about: &str, axis: &'static str) -> Result<Gall
     let variants = entries(&Manifest::read(folder)?);
     let rows: Vec<SweepSummaryRow> = read_rows(folder)?;
     let mut gallery = Gallery::default();
-    add(folder, &mut gallery, sketch(&variants, &rows, about, axis))?;
+    let mut sweep = sketch(&variants, &rows, about, axis);
+    if folder.join(SweepGrowthRow::FILE).exists() {
+        let (builds, growth) = (read_rows(folder)?, read_rows(folder)?);
+        if let Ok(grouped) = &mut sweep.drawing {
+            grouped.add([builds_panel(&variants, &builds, axis), growth_panel(&variants, &growth)]);
+        }
+    }
+    add(folder, &mut gallery, sweep)?;
     write_index(&folder.join(FOLDER), &gallery)?;
     Ok(gallery)
+}
+
+/// The time that a construction of both bodies' trees takes, the median of its blocks with the least and the greatest.
+fn builds_panel(variants: &[Entry], rows: &[SweepBuildRow], axis: &'static str) -> Panel {
+    let sizes: Vec<u64> = rows.iter().map(|row| row.triangles).collect::<BTreeSet<_>>().into_iter().collect();
+    let point = |entry: &Entry, triangles: u64| {
+        let of_it = rows.iter().filter(|row| row.variant == entry.id && row.triangles == triangles);
+        let mut ms: Vec<f64> = of_it.map(|row| row.ns as f64 / 1e6).collect();
+        ms.sort_unstable_by(f64::total_cmp);
+        Some(Point { value: *ms.get(ms.len() / 2)?, low: *ms.first()?, high: *ms.last()? })
+    };
+    Panel {
+        title: "construction of both trees".to_owned(),
+        measure: "time of a construction, ms",
+        sorted_by: axis,
+        scale: Scale::Log,
+        form: Form::Lines,
+        categories: sizes.iter().map(|size| number(*size as f64)).collect(),
+        series: each(variants, |entry| sizes.iter().map(|size| point(entry, *size)).collect()),
+    }
+}
+
+/// The exponents of growth.
+fn growth_panel(variants: &[Entry], rows: &[SweepGrowthRow]) -> Panel {
+    let point = |entry: &Entry, cost: &str| {
+        let row = rows.iter().find(|row| row.variant == entry.id && row.metric == cost)?;
+        Some(Point { value: row.exponent, low: row.low, high: row.high })
+    };
+    Panel {
+        title: "growth: cost ~ triangles^x".to_owned(),
+        measure: "exponent x",
+        sorted_by: "",
+        scale: Scale::Linear,
+        form: Form::Markers,
+        categories: COSTS.map(str::to_owned).to_vec(),
+        series: each(variants, |entry| COSTS.iter().map(|cost| point(entry, cost)).collect()),
+    }
+}
+
+fn each(variants: &[Entry], points: impl Fn(&Entry) -> Vec<Option<Point>>) -> Vec<Series> {
+    variants.iter().map(|entry| Series { points: points(entry), entry: entry.clone() }).collect()
 }
 
 fn sketch(variants: &[Entry], rows: &[SweepSummaryRow], about: &str, axis: &'static str) -> Sketch<Grouped> {
@@ -60,10 +110,7 @@ fn sketch(variants: &[Entry], rows: &[SweepSummaryRow], about: &str, axis: &'sta
             scale: metric.2,
             form: Form::Lines,
             categories: values.iter().map(|x| number(*x)).collect(),
-            series: variants
-                .iter()
-                .map(|entry| Series { points: values.iter().map(|x| point(entry, *x)).collect(), entry: entry.clone() })
-                .collect(),
+            series: each(variants, |entry| values.iter().map(|x| point(entry, *x)).collect()),
         }
     };
     let panels =

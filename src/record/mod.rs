@@ -31,6 +31,6 @@ pub use rows::{
     BuildRow, ClaimRow, ExitRow, OutlineRow, QueryRow, RatioRow, Row, SummaryRow, TightnessRow, TimingRow, TreeRow,
     VerificationRow,
 };
-pub use sweep::{SweepRow, SweepSummaryRow, SweepTimingRow};
+pub use sweep::{SweepBuildRow, SweepGrowthRow, SweepRow, SweepSummaryRow, SweepTimingRow};
 pub use table::Table;
 pub use vocabulary::{Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, Stratum};

@@ -1,6 +1,6 @@
 //! The rows. Column names are field names; `results/README.md` is their dictionary for readers.
 
-use super::sweep::{SweepRow, SweepTimingRow};
+use super::sweep::{SweepBuildRow, SweepGrowthRow, SweepRow, SweepTimingRow};
 use super::vocabulary::{Band, Stratum};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -435,7 +435,9 @@ case_key!(
     TimingRow,
     SummaryRow,
     SweepRow,
-    SweepTimingRow
+    SweepTimingRow,
+    SweepBuildRow,
+    SweepGrowthRow
 );
 
 impl CaseKey {

@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 row_file! {
     SweepRow => "sweep.csv",
     SweepTimingRow => "sweep_timings.csv",
+    SweepBuildRow => "sweep_builds.csv",
     SweepSummaryRow => "sweep_summary.csv",
+    SweepGrowthRow => "sweep_growth.csv",
 }
 
 /// One case asked about the poses of one group at one value of the swept quantity. Deterministic.
@@ -97,6 +99,56 @@ pub struct SweepSummaryRow {
     pub metric: String,
     /// Mean.
     pub value: f64,
+    /// Lower end of the 95 % interval.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// One construction of a case's trees over both bodies, in the sweep of the size. Noisy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SweepBuildRow {
+    /// Name of the sweep.
+    pub sweep: String,
+    /// Value of the swept quantity.
+    pub x: f64,
+    /// Variant id.
+    pub variant: String,
+    /// Split rule.
+    pub split: String,
+    /// Split axes.
+    pub axes: String,
+    /// Leaf size.
+    pub leaf: u8,
+    /// Triangles of both bodies.
+    pub triangles: u64,
+    /// Block of random order, from 0.
+    pub block: u32,
+    /// Wall time, ns.
+    pub ns: u64,
+}
+
+/// How what a case costs grows with the number of triangles, in the sweep of the size: cost ~ triangles^exponent. Derived.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SweepGrowthRow {
+    /// Name of the sweep.
+    pub sweep: String,
+    /// Variant id.
+    pub variant: String,
+    /// Split rule.
+    pub split: String,
+    /// Split axes.
+    pub axes: String,
+    /// Leaf size.
+    pub leaf: u8,
+    /// `build` (time of one), `time`, `volume-tests` or `triangle-tests` of a query.
+    pub metric: String,
+    /// Fewest triangles of both bodies.
+    pub from_triangles: u64,
+    /// Most.
+    pub to_triangles: u64,
+    /// The exponent: slope of a straight line through the logarithms.
+    pub exponent: f64,
     /// Lower end of the 95 % interval.
     pub low: f64,
     /// Upper end.

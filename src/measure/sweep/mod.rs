@@ -17,7 +17,7 @@ use super::{MeasureError, Profile, Progress, environment, timer};
 use crate::geometry::Isometry;
 use crate::method::{Kind, Model};
 use crate::record::manifest::{Request, SCHEMA, Stage as Finished, VariantEntry};
-use crate::record::{Manifest, Row, Stratum, SweepRow, SweepTimingRow, read_rows, write_rows};
+use crate::record::{Manifest, Row, Stratum, SweepBuildRow, SweepRow, SweepTimingRow, read_rows, write_rows};
 use crate::registry::{Registry, Variant};
 use crate::tree::Policy;
 use crate::truth::PairOracle;
@@ -30,7 +30,14 @@ use std::sync::Arc;
 use thiserror::Error;
 
 /// What a sweep leaves in its folder beside the manifest and the units.
-const FILES: [&str; 4] = [SweepRow::FILE, SweepTimingRow::FILE, crate::record::SweepSummaryRow::FILE, "plots"];
+const FILES: [&str; 6] = [
+    SweepRow::FILE,
+    SweepTimingRow::FILE,
+    SweepBuildRow::FILE,
+    crate::record::SweepSummaryRow::FILE,
+    crate::record::SweepGrowthRow::FILE,
+    "plots",
+];
 /// Groups that the lines are dealt out to: what is resampled.
 const GROUPS: u32 = 12;
 
@@ -68,7 +75,7 @@ pub const SWEEPS: [Sweep; 9] = [
         about: "density of the tessellation; x is the number of triangles of both bodies",
         axis: "triangles of both bodies",
         quantity: Quantity::Size,
-        values: &[0.06, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0],
+        values: &[0.06, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0],
     },
     Sweep {
         name: "offset",
@@ -130,6 +137,19 @@ const fn amount(profile: Profile) -> Amount {
         Profile::Quick => Amount { lines: 96, blocks: 3, density: 2.0 },
         Profile::Full => Amount { lines: 600, blocks: 8, density: 16.0 },
     }
+}
+
+/// What a sweep is asked to do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asked {
+    /// How much.
+    pub profile: Profile,
+    /// Variants by id; those of a run when empty.
+    pub variants: Vec<String>,
+    /// Seed of all randomness.
+    pub seed: u64,
+    /// Highest tessellation density in the sweep of the size; the profile's when not given.
+    pub density: Option<f64>,
 }
 
 /// Why a sweep cannot be made.
@@ -204,23 +224,26 @@ impl SweepRun {
     /// When a variant is unknown, or the folder holds something else or cannot be written.
     pub fn open(
         sweep: Sweep,
-        profile: Profile,
-        variants: &[String],
+        asked: &Asked,
         registry: &Registry,
-        seed: u64,
         folder: &Path,
         fresh: bool,
     ) -> Result<Self, SweepError> {
-        let variants =
-            if variants.is_empty() { sweep.default_variants(registry)? } else { choose(variants, registry)? };
+        let by_name = !asked.variants.is_empty();
+        let variants = if by_name { choose(&asked.variants, registry)? } else { sweep.default_variants(registry)? };
         // The sweep of ε is about arithmetics, not variants.
         let variants = if sweep.quantity == Quantity::Precision { Vec::new() } else { variants };
-        let with_tree = variants.into_iter().filter(|variant| variant.kind == Kind::Volume);
+        let with_tree = variants.into_iter().filter(|variant| match variant.kind {
+            Kind::Volume => true,
+            Kind::Peer => by_name,
+            Kind::Sampling | Kind::Control => false,
+        });
         let cases: Vec<Case> =
             with_tree.map(|variant| Case { policy: variant.policy, id: variant.info.id.to_owned(), variant }).collect();
-        let amount = amount(profile);
-        let manifest = folder::open(folder, manifest(&sweep, &cases, profile, amount, seed), fresh, &FILES)?;
-        Ok(Self { sweep, cases, amount, folder: folder.to_owned(), manifest, seed })
+        let mut amount = amount(asked.profile);
+        amount.density = asked.density.unwrap_or(amount.density);
+        let manifest = folder::open(folder, manifest(&sweep, &cases, asked, amount), fresh, &FILES)?;
+        Ok(Self { sweep, cases, amount, folder: folder.to_owned(), manifest, seed: asked.seed })
     }
 
     /// Carries the sweep out, or what is lacking of it, and writes `sweep.csv` and, when `timed`, `sweep_timings.csv`.
@@ -240,6 +263,9 @@ impl SweepRun {
         self.join::<SweepRow>("counts", values.len())?;
         if timed {
             self.join::<SweepTimingRow>("times", values.len())?;
+            if self.sweep.quantity == Quantity::Size {
+                self.join::<SweepBuildRow>("times", values.len())?;
+            }
             self.manifest.finished = vec![Finished::Measure];
             self.manifest.write(&self.folder).map_err(MeasureError::from)?;
         }
@@ -288,7 +314,13 @@ impl SweepRun {
         if timed && !times.exists() {
             // Along a path there is nothing to time that the other sweeps do not time better.
             let rows = if stage.step_mm.is_some() { Vec::new() } else { self.time(x, &models, &batches) };
-            write_unit(times, |folder| write_rows(folder, &rows)).map_err(MeasureError::from)?;
+            let grows = self.sweep.quantity == Quantity::Size;
+            let builds = if grows { self.time_builds(x, triangles, &stage, &models) } else { Vec::new() };
+            write_unit(times, |folder| {
+                write_rows(folder, &rows)?;
+                if grows { write_rows(folder, &builds) } else { Ok(()) }
+            })
+            .map_err(MeasureError::from)?;
         }
         Ok(())
     }
@@ -361,6 +393,24 @@ impl SweepRun {
         rows
     }
 
+    /// Constructions of every case's trees, in every block in a fresh random order.
+    fn time_builds(&self, x: f64, triangles: u64, stage: &Stage, models: &[Prepared]) -> Vec<SweepBuildRow> {
+        let mut draw = Draw::new(self.seed, &["sweep", self.sweep.name, "builds"], x.to_bits());
+        let mut rows = Vec::new();
+        for block in 0..self.amount.blocks {
+            for k in shuffled(models.len(), &mut draw) {
+                let case = &models[k].0;
+                let build = || [&stage.a, &stage.b].map(|mesh| case.variant.prepare(mesh, case.policy));
+                let (ns, _models) = timer::time(build);
+                let (split, axes, leaf) = case.policy_columns();
+                let (sweep, variant) = (self.sweep.name.to_owned(), case.id.clone());
+                rows.push(SweepBuildRow { sweep, x, variant, split, axes, leaf, triangles, block, ns });
+            }
+        }
+        rows.sort_by(|a, b| (a.block, &a.variant).cmp(&(b.block, &b.variant)));
+        rows
+    }
+
     fn unit(&self, kind: &str, number: usize) -> PathBuf {
         self.folder.join(UNITS).join(kind).join(number.to_string())
     }
@@ -418,7 +468,7 @@ fn shuffled(count: usize, draw: &mut Draw) -> Vec<usize> {
     order
 }
 
-fn manifest(sweep: &Sweep, cases: &[Case], profile: Profile, amount: Amount, seed: u64) -> Manifest {
+fn manifest(sweep: &Sweep, cases: &[Case], asked: &Asked, amount: Amount) -> Manifest {
     let entry = |case: &Case| VariantEntry {
         id: case.id.clone(),
         label: case.variant.info.label.to_owned(),
@@ -430,12 +480,12 @@ fn manifest(sweep: &Sweep, cases: &[Case], profile: Profile, amount: Amount, see
     Manifest {
         schema: SCHEMA,
         request: Request {
-            profile: profile.to_string(),
-            seed,
+            profile: asked.profile.to_string(),
+            seed: asked.seed,
             scenes: Vec::new(),
             variants: cases.iter().map(|case| case.id.clone()).collect(),
             policies: Vec::new(),
-            workloads: vec![sweep.name.to_owned()],
+            workloads: vec![asked.density.map_or(sweep.name.to_owned(), |d| format!("{}, density to {d}", sweep.name))],
             verify_poses: 0,
             measure_poses: amount.lines as u64,
             blocks: amount.blocks,

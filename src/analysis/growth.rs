@@ -1,0 +1,181 @@
+//! How costs grow with the size of the meshes: the exponent of a power law through the sweep of the size.
+//!
+//! Every group of lines in a stratum (of builds, every block) gives a slope of its own: least squares over the logarithms. The exponent is
+//! their mean, its interval a bootstrap over them.
+
+use super::AnalysisError;
+use super::stats::{Group, bootstrap};
+use crate::record::rows::CaseKey;
+use crate::record::{Row, Stratum, SweepBuildRow, SweepGrowthRow, SweepRow, SweepTimingRow, read_rows, write_rows};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The costs whose growth is told, as records name them.
+pub const COSTS: [&str; 4] = ["build", "time", "volume-tests", "triangle-tests"];
+/// Fewest sizes that a line is laid through.
+const FEWEST_SIZES: usize = 3;
+
+/// What gives a slope: a group of lines in a stratum, or a block of builds.
+type Unit = (u32, Option<Stratum>);
+/// For each case and cost and unit the observed costs by number of triangles (as bits).
+type Costs = BTreeMap<(CaseKey, usize), BTreeMap<Unit, BTreeMap<u64, Vec<f64>>>>;
+
+/// Fits the growth of every case in the sweep of the size in `folder` and writes `sweep_growth.csv`.
+///
+/// # Errors
+/// When a record is missing or malformed.
+pub fn analyze_growth(folder: &Path, seed: u64) -> Result<Vec<SweepGrowthRow>, AnalysisError> {
+    let rows: Vec<SweepRow> = read_rows(folder)?;
+    let mut costs = Costs::new();
+    let mut order: Vec<CaseKey> = Vec::new();
+    let mut add = |case: CaseKey, cost: usize, unit: Unit, triangles: f64, value: f64| {
+        if value > 0.0 {
+            let units = costs.entry((case, cost)).or_default();
+            units.entry(unit).or_default().entry(triangles.to_bits()).or_default().push(value);
+        }
+    };
+    for row in &rows {
+        if !order.contains(&row.case()) {
+            order.push(row.case());
+        }
+        let unit = (row.group, Some(row.stratum));
+        add(row.case(), 2, unit, row.x, row.volume_tests as f64 / row.queries as f64);
+        add(row.case(), 3, unit, row.x, row.triangle_tests as f64 / row.queries as f64);
+    }
+    for row in read_where_there::<SweepTimingRow>(folder)? {
+        let ns = row.ns as f64 / (f64::from(row.passes) * f64::from(row.poses));
+        add(row.case(), 1, (row.group, Some(row.stratum)), row.x, ns);
+    }
+    for row in read_where_there::<SweepBuildRow>(folder)? {
+        add(row.case(), 0, (row.block, None), row.x, row.ns as f64);
+    }
+    let mut found = Vec::new();
+    for case in order {
+        for (cost, metric) in COSTS.into_iter().enumerate() {
+            let Some(units) = costs.get(&(case.clone(), cost)) else { continue };
+            let slopes: Vec<f64> = units.values().filter_map(slope).collect();
+            if slopes.is_empty() {
+                continue;
+            }
+            let mut group = Group::new(1, slopes.len());
+            slopes.iter().enumerate().for_each(|(i, slope)| group.add(0, i, *slope));
+            let (_, exponent) = bootstrap(&[group], 1, seed, &format!("growth {metric}"));
+            let sizes = || units.values().flat_map(BTreeMap::keys).map(|&bits| f64::from_bits(bits) as u64);
+            found.push(SweepGrowthRow {
+                sweep: rows.first().map_or_else(String::new, |row| row.sweep.clone()),
+                variant: case.variant.clone(),
+                split: case.split.clone(),
+                axes: case.axes.clone(),
+                leaf: case.leaf,
+                metric: metric.to_owned(),
+                from_triangles: sizes().min().unwrap_or(0),
+                to_triangles: sizes().max().unwrap_or(0),
+                exponent: exponent.value,
+                low: exponent.low,
+                high: exponent.high,
+            });
+        }
+    }
+    write_rows(folder, &found)?;
+    Ok(found)
+}
+
+fn read_where_there<R: Row>(folder: &Path) -> Result<Vec<R>, AnalysisError> {
+    Ok(if folder.join(R::FILE).exists() { read_rows(folder)? } else { Vec::new() })
+}
+
+/// The slope of a straight line through the logarithms of the costs (geometric means where there are several of a size) over those of
+/// the sizes; `None` of too few sizes.
+fn slope(costs: &BTreeMap<u64, Vec<f64>>) -> Option<f64> {
+    let mean_log = |values: &Vec<f64>| values.iter().map(|value| value.ln()).sum::<f64>() / values.len() as f64;
+    let points: Vec<(f64, f64)> = costs.iter().map(|(&bits, of)| (f64::from_bits(bits).ln(), mean_log(of))).collect();
+    if points.len() < FEWEST_SIZES {
+        return None;
+    }
+    let count = points.len() as f64;
+    let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / count, y + p.1 / count));
+    let (along, square) = points
+        .iter()
+        .fold((0.0, 0.0), |(along, square), p| (along + (p.0 - x) * (p.1 - y), square + (p.0 - x) * (p.0 - x)));
+    Some(along / square)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_power_law_gives_its_exponent() {
+        let of = |exponent: f64, sizes: &[f64]| {
+            let cost = |x: &f64| (x.to_bits(), vec![2.0 * 3.0 * x.powf(exponent), 1.5 * x.powf(exponent)]);
+            slope(&sizes.iter().map(cost).collect())
+        };
+        for exponent in [-0.5, 0.0, 0.4, 1.1] {
+            let found = of(exponent, &[1e3, 2e4, 7e5, 1e6]).unwrap();
+            assert!((found - exponent).abs() < 1e-12, "{found}");
+        }
+        assert_eq!(of(1.0, &[1e3, 1e6]), None);
+    }
+
+    #[test]
+    fn growth_is_told_of_builds_and_queries() {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut counted, mut timed, mut built) = (Vec::new(), Vec::new(), Vec::new());
+        for (triangles, block) in [1000.0, 10_000.0, 100_000.0].into_iter().flat_map(|x: f64| [(x, 0), (x, 1)]) {
+            let (sweep, variant) = (String::from("size"), String::from("ball"));
+            let (split, axes, leaf, stratum) = (String::from("median"), String::from("own"), 1, Stratum::ALL[0]);
+            built.push(SweepBuildRow {
+                sweep: sweep.clone(),
+                x: triangles,
+                variant: variant.clone(),
+                split: split.clone(),
+                axes: axes.clone(),
+                leaf,
+                triangles: triangles as u64,
+                block,
+                ns: (triangles * 100.0) as u64,
+            });
+            timed.push(SweepTimingRow {
+                sweep: sweep.clone(),
+                x: triangles,
+                variant: variant.clone(),
+                split: split.clone(),
+                axes: axes.clone(),
+                leaf,
+                group: block,
+                stratum,
+                block: 0,
+                poses: 10,
+                passes: 2,
+                ns: (triangles.sqrt() * 1e6) as u64,
+            });
+            counted.push(SweepRow {
+                sweep,
+                x: triangles,
+                variant,
+                split,
+                axes,
+                leaf,
+                triangles: triangles as u64,
+                group: block,
+                stratum,
+                poses: 4,
+                queries: 4,
+                volume_tests: 40,
+                triangle_tests: 0,
+                touching: 0,
+                missed: 0,
+                delay_mm: 0.0,
+            });
+        }
+        write_rows(folder.path(), &counted).unwrap();
+        write_rows(folder.path(), &timed).unwrap();
+        write_rows(folder.path(), &built).unwrap();
+        let found = analyze_growth(folder.path(), 1).unwrap();
+        let told: Vec<_> = found.iter().map(|row| (&*row.metric, (row.exponent * 1e6).round() / 1e6)).collect();
+        // No triangle was ever tested: nothing to say of that.
+        assert_eq!(told, [("build", 1.0), ("time", 0.5), ("volume-tests", 0.0)]);
+        assert!(found.iter().all(|row| (row.from_triangles, row.to_triangles) == (1000, 100_000)));
+        assert!(found.iter().all(|row| row.low <= row.exponent + 1e-9 && row.exponent <= row.high + 1e-9));
+    }
+}
