@@ -3,6 +3,7 @@
 use super::{Model, same};
 use crate::geometry::Isometry;
 use crate::tree::distance::Proximity;
+use crate::tree::levels::Drawn;
 use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::{Counts, NoProbe};
 use crate::tree::validate::TreeFault;
@@ -59,7 +60,11 @@ impl Model for WideTree {
     }
 
     fn tree_report(&self) -> Option<TreeReport> {
-        None
+        Some(self.report())
+    }
+
+    fn drawn(&self, levels: u32) -> Vec<Drawn> {
+        self.drawn(levels)
     }
 
     fn check_structure(&self) -> Result<(), TreeFault> {

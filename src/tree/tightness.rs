@@ -241,7 +241,7 @@ pub(super) fn distance_outside<V: BoundingVolume>(volume: &V, point: &Point) -> 
 }
 
 /// See [`TreeReport::drift_mm`].
-fn drift(centre: &Point, triangles: &[Triangle]) -> f64 {
+pub(crate) fn drift(centre: &Point, triangles: &[Triangle]) -> f64 {
     let toward_fine = covariance::vertex_weighted(triangles).0 - covariance::area_weighted(triangles).0;
     let Some(direction) = toward_fine.try_normalize(1e-9) else { return 0.0 };
     let along = |p: &Point| p.coords.dot(&direction);

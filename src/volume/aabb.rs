@@ -6,7 +6,7 @@
 
 use super::obb::{Fitted, Obb};
 use super::separating_axes::{box_contains, gap_mm, pad_mm, separated, widened_abs};
-use super::{BoundingVolume, Info, Segment, box_outline, coordinate_axes_by_extent};
+use super::{BoundingVolume, Info, Segment, box_area, box_outline, coordinate_axes_by_extent};
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use nalgebra::{Matrix3, Unit};
 use std::fmt::Debug;
@@ -107,7 +107,7 @@ impl<R: AabbRule> BoundingVolume for AlignedBox<R> {
     }
 
     fn surface_area(&self) -> f64 {
-        8.0 * (self.half.x * self.half.y + self.half.y * self.half.z + self.half.z * self.half.x)
+        box_area(&self.half)
     }
 
     fn split_axes(&self, _: &[Triangle]) -> [Unit<Vector>; 3] {

@@ -134,6 +134,12 @@ pub fn axes_by_extent(axes: &Matrix3<f64>, extents: &Vector) -> [Unit<Vector>; 3
     order.map(|column| Unit::new_unchecked(axes.column(column).into_owned()))
 }
 
+/// The surface area of a box with the given half-lengths (mm), mm².
+#[must_use]
+pub fn box_area(half: &Vector) -> f64 {
+    8.0 * (half.x * half.y + half.y * half.z + half.z * half.x)
+}
+
 /// The twelve edges of a box with the given centre (mm), axes (columns) and half-lengths (mm).
 #[must_use]
 pub fn box_outline(centre: &Point, axes: &Matrix3<f64>, half: &Vector) -> Vec<Segment> {

@@ -6,7 +6,7 @@
 //! of triangles that `f64` cannot decide go to [`crate::geometry::exact`], so that verdicts are the exact truth's.
 //!
 //! Reading order: [`node`] (the layout), [`turn`] and [`code`] (a box in 36 bytes), [`split`] and [`build`], [`pose`], [`lanes`] (the three
-//! instruction sets), [`boxes`] and [`triangles`] (the two tests on lanes), [`traverse`], [`distance`], [`path`], [`validate`].
+//! instruction sets), [`boxes`] and [`triangles`] (the two tests on lanes), [`traverse`], [`distance`], [`path`], `shape`, [`validate`].
 
 pub mod boxes;
 pub mod build;
@@ -17,6 +17,7 @@ pub mod node;
 pub mod path;
 pub mod pose;
 mod posed;
+mod shape;
 pub mod split;
 #[cfg(test)]
 mod tests;

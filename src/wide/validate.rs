@@ -1,8 +1,7 @@
 //! Whether a wide tree is well formed and its boxes hold their contents.
 
 use super::node::{Contents, WideTree};
-use super::turn;
-use crate::geometry::{Triangle, Vector};
+use crate::geometry::Triangle;
 use crate::tree::validate::TreeFault;
 
 impl WideTree {
@@ -68,13 +67,9 @@ impl WideTree {
     }
 
     fn check_contains(&self, slot: u32, triangle: &Triangle, slack_mm: f64) -> Result<(), TreeFault> {
-        let (node, place) = self.slot(slot);
-        let code = node.code(place);
-        let axes = turn::decode(code.turn);
+        let volume = self.decoded(slot);
         for p in &triangle.corners {
-            let d = p.coords - Vector::from(node.origin.map(f64::from)) - Vector::from(code.centre.map(f64::from));
-            let x = axes.tr_mul(&d).abs() - Vector::from(code.half.map(f64::from));
-            if x.max() > slack_mm {
+            if volume.outside_mm(&p.coords) > slack_mm {
                 return Err(TreeFault::Outside { node: slot as usize / 8, x: p.x, y: p.y, z: p.z });
             }
         }

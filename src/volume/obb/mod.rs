@@ -8,7 +8,7 @@ pub mod frame;
 pub mod minimum;
 
 use super::separating_axes::{box_contains, gap_mm, pad_mm, separated, widened_abs};
-use super::{BoundingVolume, Info, Segment, axes_by_extent, box_outline};
+use super::{BoundingVolume, Info, Segment, axes_by_extent, box_area, box_outline};
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use centre::CentreRule;
 use frame::FrameRule;
@@ -129,7 +129,7 @@ impl<R: ObbRule> BoundingVolume for Obb<R> {
     }
 
     fn surface_area(&self) -> f64 {
-        8.0 * (self.half.x * self.half.y + self.half.y * self.half.z + self.half.z * self.half.x)
+        box_area(&self.half)
     }
 
     fn split_axes(&self, _: &[Triangle]) -> [Unit<Vector>; 3] {
