@@ -27,10 +27,14 @@ use std::str::FromStr;
 
 /// How far ahead a distance is looked for, in steps like the last one.
 const STEPS_AHEAD: f64 = 32.0;
-/// Poses that a distance must settle to have paid, and how many times as many nodes as a fresh query its search may open.
+/// Poses that a distance must settle to have paid.
 const PAYS: u32 = 4;
-/// Nodes that a search may open in any case.
+/// How many times as many nodes as the last fresh query a search for a distance may open, and how many in any case.
+const DEARER: u32 = 4;
 const LEAST_VISITS: u32 = 16;
+/// Fewest nodes that some fresh query of the path has opened where a distance is looked for: below, the search would be the dearest of all
+/// queries, and spare next to nothing.
+const WORTH_VISITS: u32 = 12;
 /// Most poses that are asked afresh before a distance is looked for again.
 const LONGEST_REST: u32 = 31;
 
@@ -92,6 +96,8 @@ pub struct Memory {
     evidence: Option<Evidence>,
     /// Where `b` was asked about last.
     last: Option<Place>,
+    /// Most nodes that a fresh query has opened.
+    dearest: u32,
     /// Fresh queries before a distance is looked for again, and how many there are after the next failure.
     wait: u32,
     rest: u32,
@@ -159,6 +165,7 @@ impl Memory {
         }
         let found =
             traverse::traverse((a, b), a_from_b, simd, &mut self.scratch, probe, |i, j| ControlFlow::Break((i, j)));
+        self.dearest = self.dearest.max(self.scratch.visits);
         self.witness = found.break_value();
         self.witness.is_some()
     }
@@ -188,10 +195,13 @@ impl Memory {
             self.wait = less;
             return None;
         }
+        if self.dearest < WORTH_VISITS {
+            return None;
+        }
+        let most_visits = DEARER * self.scratch.visits + LEAST_VISITS;
         let size = (here.centre - a.ball.0).norm() + a.ball.1 + b.ball.1;
         let pad = slack + MEASURED_PAD * size;
         let look_mm = STEPS_AHEAD * step + 2.0 * pad;
-        let most_visits = PAYS * self.scratch.visits + LEAST_VISITS;
         let nearest = distance::nearest(a, b, a_from_b, simd, look_mm, most_visits, &mut self.proximity);
         if nearest.touching {
             self.witness = self.proximity.nearest;
@@ -244,7 +254,8 @@ mod tests {
     #[test]
     fn evidence_settles_most_free_poses_and_a_witness_the_others() {
         let (a, b) = trees();
-        let mut memory = Memory::default();
+        // Whether queries so cheap as these are worth a search is not the question here.
+        let mut memory = Memory { dearest: WORTH_VISITS, ..Memory::default() };
         let (mut tests, mut touching) = (0, 0);
         for step in 0..4000_u32 {
             let pose = Isometry::translation(40.0 - 0.01 * f64::from(step), 1.0, -3.0);
