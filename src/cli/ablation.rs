@@ -7,7 +7,7 @@ use crate::analysis::claims::ClaimSet;
 use crate::measure::Profile;
 use crate::measure::ablation::{Ablation, AblationBudget, ablation};
 use crate::method::wide_obb;
-use crate::record::{AblationRow, AblationTimeRow, ClaimRow, write_rows};
+use crate::record::{AblationRow, AblationTimeRow, ClaimRow};
 use crate::registry::Registry;
 use anyhow::{Context, Result};
 use clap::Args;
@@ -16,7 +16,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench ablation                     parts and sweeps over four free-form surfaces, to a million samples\n  bvbench ablation --profile smoke     the parts alone, fewer poses\n  bvbench ablation --against ID        held against the trees of another variant\n\nExit code 1 when a safe form misses a contact of the meshes."
+    after_help = "Examples:\n  bvbench ablation                     parts and sweeps over four free-form surfaces, to a million samples\n  bvbench ablation --profile smoke     the parts alone, fewer poses\n  bvbench ablation --against ID        held against the trees of another variant\n\nAn interrupted experiment goes on with the surface where it stopped when the same command is given again.\nExit code 1 when a safe form misses a contact of the meshes."
 )]
 pub struct Options {
     /// How much: smoke, quick or full
@@ -42,7 +42,7 @@ pub struct Options {
     quiet: bool,
 }
 
-const fn budget(profile: Profile) -> AblationBudget {
+pub(super) const fn budget(profile: Profile) -> AblationBudget {
     match profile {
         Profile::Smoke => AblationBudget { rows: 5, step_mm: 2.0, rounds: 1, sweeps: false },
         Profile::Quick => AblationBudget { rows: 15, step_mm: 1.0, rounds: 3, sweeps: true },
@@ -56,11 +56,9 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let against =
         against.with_context(|| format!("there is no variant `{}`; `bvbench list` shows them", options.against))?;
     let bar = Bar::new(options.quiet);
-    let Ablation { rows, kinds, times } = ablation(&budget(options.profile), against, options.seed, &bar)?;
+    let Ablation { rows, kinds, times } =
+        ablation(&budget(options.profile), against, options.seed, &options.out, &bar)?;
     bar.finish();
-    write_rows(&options.out, &rows)?;
-    write_rows(&options.out, &kinds)?;
-    write_rows(&options.out, &times)?;
     let verdicts = analyze_ablation(&options.out, &claims, options.seed)?;
     let gallery = crate::plot::draw_ablation(&options.out)?;
     if options.json {

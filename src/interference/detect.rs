@@ -326,6 +326,9 @@ impl<'a> Detector<'a> {
             let place = half_plane(&posed.in_tool(&point));
             for body in self.bodies.iter().enumerate().filter(|(i, _)| bodies >> i & 1 == 1).map(|(_, body)| body) {
                 counts.points += 1;
+                if !body.may_reach(&place) {
+                    continue;
+                }
                 let depth_mm = body.depth_mm(&place);
                 if depth_mm > 0.0 && take(Hit { body: body.kind, point, face: self.surface.faces()[index], depth_mm }) {
                     return true;
@@ -371,7 +374,19 @@ impl<'a> Detector<'a> {
     }
 }
 
+/// What signed distances of profiles may be off by rounding, mm.
+const DISTANCE_ROUNDING_MM: f64 = 1e-9;
+
 impl Prepared<'_> {
+    /// Whether a place may be nearer than allowed, by the rectangle around the profile: most places of a leaf are not.
+    fn may_reach(&self, place: &P2) -> bool {
+        let [low, high] = self.profile.span_mm();
+        let across = (place.x - self.profile.radius_mm()).max(0.0);
+        let along = (low - place.y).max(place.y - high).max(0.0);
+        let allowed = self.allowance + DISTANCE_ROUNDING_MM;
+        (allowed > 0.0 && across * across + along * along <= allowed * allowed) || (across == 0.0 && along == 0.0)
+    }
+
     /// How much nearer than allowed a place is, mm; negative when it is farther.
     fn depth_mm(&self, place: &P2) -> f64 {
         self.allowance - self.profile.signed_distance_mm(place)
@@ -380,7 +395,7 @@ impl Prepared<'_> {
 
 /// A place in the tool's frame as (ρ, z).
 fn half_plane(place: &Vector) -> P2 {
-    P2::new(place.x.hypot(place.y), place.z)
+    P2::new((place.x * place.x + place.y * place.y).sqrt(), place.z)
 }
 
 #[cfg(test)]

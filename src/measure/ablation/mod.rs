@@ -9,12 +9,15 @@ mod subject;
 mod trial;
 
 use super::Progress;
+use super::folder::{UNITS, remove, write_unit};
 use crate::geometry::shapes::{Freeform, ShapeError};
 use crate::interference::profile::ProfileError;
 use crate::interference::{Division, Search, SecondLevel};
-use crate::record::{AblationKindRow, AblationRow, AblationTimeRow};
+use crate::record::{AblationKindRow, AblationRow, AblationTimeRow, RecordError, read_rows, write_rows};
 use crate::registry::Variant;
 use rand::seq::SliceRandom;
+use rayon::prelude::*;
+use std::path::Path;
 use subject::ToolSubject;
 use thiserror::Error;
 use trial::{Ground, Trial};
@@ -28,6 +31,9 @@ pub enum AblationError {
     /// The tool has impossible dimensions.
     #[error(transparent)]
     Profile(#[from] ProfileError),
+    /// A record cannot be read or written.
+    #[error(transparent)]
+    Record(#[from] RecordError),
 }
 
 /// How much is done.
@@ -113,7 +119,7 @@ fn forms(sweeps: bool) -> Vec<Form> {
 
 /// Densities of the mesh and spacings of its samples, mm, at which a surface has about 10^4, 10^5 and 10^6 points, and at how many poses in a
 /// hundred all of these are asked one by one.
-const SIZES: [(f64, f64, usize); 3] = [(2.0, 1.5, 1), (6.3, 0.476, 10), (20.0, 0.15, 100)];
+const SIZES: [(f64, f64, usize); 3] = [(2.0, 4.0, 1), (6.3, 1.4, 10), (20.0, 0.45, 100)];
 
 fn sizes() -> Vec<Form> {
     let of = |(density, spacing_mm, stride): (f64, f64, usize)| {
@@ -129,47 +135,107 @@ fn sizes() -> Vec<Form> {
     SIZES.into_iter().flat_map(of).collect()
 }
 
-/// Makes the experiment; `mesh_variant` is the tree that the method is held against. Counts do not depend on the machine.
+/// A surface with the forms that are tried on it.
+struct Stage<'a> {
+    name: &'static str,
+    /// `parts` or `size`.
+    about: &'static str,
+    surface: &'a Freeform,
+    forms: Vec<Form>,
+}
+
+/// Makes the experiment and writes what was found into `folder`; `mesh_variant` is the tree that the method is held against. A surface that
+/// an interrupted experiment of the same kind has finished is not tried again. Counts do not depend on the machine.
 ///
 /// # Errors
-/// When a surface or the tool cannot be made.
+/// When a surface or the tool cannot be made, or a file not be written.
 pub fn ablation(
     budget: &AblationBudget,
     mesh_variant: &Variant,
     seed: u64,
+    folder: &Path,
     progress: &dyn Progress,
 ) -> Result<Ablation, AblationError> {
     let tool = ToolSubject::new()?;
-    let mut found = Ablation::default();
     let surfaces = subject::surfaces();
-    let parts = surfaces.iter().map(|(name, surface)| (*name, surface, forms(budget.sweeps)));
-    let sizes = surfaces.iter().take(usize::from(budget.sweeps)).map(|(name, surface)| (*name, surface, sizes()));
-    let stages: Vec<(&str, &Freeform, Vec<Form>)> = parts.chain(sizes).collect();
-    for (name, surface, forms) in stages {
-        progress.begin(&format!("octree method on `{name}`"), forms.len() as u64 * u64::from(budget.rounds + 1));
-        let mut ground = Ground::new(name, surface, budget, &tool, mesh_variant);
-        let trials: Vec<Trial> = forms.into_iter().map(|form| ground.trial(form)).collect::<Result<_, _>>()?;
-        for trial in &trials {
-            found.rows.extend(trial.count());
-            if trial.form == BASE {
-                found.kinds.extend(trial.kinds(&tool));
+    let parts = surfaces.iter().map(|(name, surface)| (*name, "parts", surface, forms(budget.sweeps)));
+    let sizes =
+        surfaces.iter().take(usize::from(budget.sweeps)).map(|(name, surface)| (*name, "size", surface, sizes()));
+    let stages = parts.chain(sizes).map(|(name, about, surface, forms)| Stage { name, about, surface, forms });
+    let units = folder.join(UNITS);
+    let mut found = Ablation::default();
+    for stage in stages {
+        let unit = units.join(request(budget, mesh_variant, seed)).join(format!("{}-{}", stage.name, stage.about));
+        if !unit.exists() {
+            let of_stage = try_forms(&stage, budget, mesh_variant, &tool, seed, progress)?;
+            write_unit(&unit, |folder| of_stage.write(folder))?;
+        }
+        found.read(&unit)?;
+    }
+    found.write(folder)?;
+    remove(&units)?;
+    Ok(found)
+}
+
+/// What tells one experiment's units from those of others.
+fn request(budget: &AblationBudget, mesh_variant: &Variant, seed: u64) -> String {
+    let AblationBudget { rows, step_mm, rounds, sweeps } = budget;
+    let program = super::environment::program();
+    format!("{rows}-{step_mm}-{rounds}-{sweeps}-{seed}-{}-{}", mesh_variant.info.id, program.git_revision)
+}
+
+/// Counts all forms of a stage, on all cores, and times them one by one.
+fn try_forms(
+    stage: &Stage,
+    budget: &AblationBudget,
+    mesh_variant: &Variant,
+    tool: &ToolSubject,
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<Ablation, AblationError> {
+    let what = format!("octree method on `{}`, {}", stage.name, stage.about);
+    progress.begin(&what, stage.forms.len() as u64 * u64::from(budget.rounds + 1));
+    let mut ground = Ground::new(stage.name, stage.surface, budget, tool, mesh_variant);
+    let trials: Vec<Trial> = stage.forms.iter().map(|form| ground.trial(*form)).collect::<Result<_, _>>()?;
+    let count = |trial: &Trial| {
+        let rows = trial.count();
+        progress.advance(1);
+        rows
+    };
+    let rows = trials.par_iter().map(count).collect::<Vec<_>>().concat();
+    let kinds = trials.iter().filter(|trial| trial.form == BASE).flat_map(|trial| trial.kinds(tool)).collect();
+    let mut times = Vec::new();
+    for round in 0..budget.rounds {
+        let mut order: Vec<usize> = (0..trials.len()).collect();
+        order.shuffle(&mut rand_pcg::Pcg64::new(u128::from(seed), u128::from(round)));
+        let mut timed: Vec<(usize, AblationTimeRow)> = Vec::with_capacity(trials.len());
+        for index in order {
+            // To ask all points takes so long that one round averages the machine's noise itself.
+            if round == 0 || trials[index].form.search != Some(Search::Points) {
+                timed.push((index, trials[index].time(round)));
             }
             progress.advance(1);
         }
-        for round in 0..budget.rounds {
-            let mut order: Vec<usize> = (0..trials.len()).collect();
-            order.shuffle(&mut rand_pcg::Pcg64::new(u128::from(seed), u128::from(round)));
-            let mut timed: Vec<(usize, AblationTimeRow)> = Vec::with_capacity(trials.len());
-            for index in order {
-                timed.push((index, trials[index].time(round)));
-                progress.advance(1);
-            }
-            // Written in one order whatever the order of execution.
-            timed.sort_by_key(|(index, _)| *index);
-            found.times.extend(timed.into_iter().map(|(_, row)| row));
-        }
+        // Written in one order whatever the order of execution.
+        timed.sort_by_key(|(index, _)| *index);
+        times.extend(timed.into_iter().map(|(_, row)| row));
     }
-    Ok(found)
+    Ok(Ablation { rows, kinds, times })
+}
+
+impl Ablation {
+    fn write(&self, folder: &Path) -> Result<(), RecordError> {
+        write_rows(folder, &self.rows)?;
+        write_rows(folder, &self.kinds)?;
+        write_rows(folder, &self.times)
+    }
+
+    fn read(&mut self, folder: &Path) -> Result<(), RecordError> {
+        self.rows.extend(read_rows(folder)?);
+        self.kinds.extend(read_rows(folder)?);
+        self.times.extend(read_rows(folder)?);
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -182,7 +248,13 @@ mod tests {
     fn safe_forms_miss_nothing_and_the_hierarchy_saves_tests() {
         let budget = AblationBudget { rows: 2, step_mm: 1.5, rounds: 1, sweeps: false };
         let registry = Registry::standard();
-        let Ablation { rows, kinds, times } = ablation(&budget, registry.reference().unwrap(), 1, &Silent).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let variant = registry.reference().unwrap();
+        let found = ablation(&budget, variant, 1, folder.path(), &Silent).unwrap();
+        let mut again = Ablation::default();
+        again.read(folder.path()).unwrap();
+        assert_eq!(again, found);
+        let Ablation { rows, kinds, times } = found;
         assert_eq!((rows.len(), times.len()), (4 * 17 * 2, 4 * 17));
         let touching: u64 = rows.iter().map(|row| row.touching).sum();
         assert!(touching > 4 * 17 * 20, "{touching}");
