@@ -3,15 +3,15 @@
 
 use super::note;
 use crate::measure::Progress;
+use crate::measure::timer::Stopwatch;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
-use std::time::Instant;
 
 /// A progress bar on standard error.
 pub struct Bar {
     bar: ProgressBar,
     /// Since when, where lines are written.
-    lines_since: Option<Instant>,
+    lines_since: Option<Stopwatch>,
 }
 
 impl Bar {
@@ -27,7 +27,7 @@ impl Bar {
         });
         let style = ProgressStyle::with_template("{msg:42} [{bar:30}] {percent:>3} %  {eta} left");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
-        Self { bar, lines_since: (!quiet && !terminal).then(Instant::now) }
+        Self { bar, lines_since: (!quiet && !terminal).then(Stopwatch::start) }
     }
 
     /// Removes the bar from the terminal.
@@ -39,7 +39,7 @@ impl Bar {
 impl Progress for Bar {
     fn begin(&self, what: &str, total: u64) {
         if let Some(start) = self.lines_since {
-            note(format!("[{:4.0} s] {what} ...", start.elapsed().as_secs_f64()));
+            note(format!("[{:4.0} s] {what} ...", start.seconds()));
         }
         self.bar.reset();
         self.bar.set_length(total);

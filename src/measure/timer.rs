@@ -24,6 +24,24 @@ pub const fn passes_for(ns: u64) -> u32 {
     SHORTEST_SAMPLE_NS.div_ceil(ns) as u32
 }
 
+/// Tells how long something has been going on, for people who wait.
+#[derive(Clone, Copy, Debug)]
+pub struct Stopwatch(Instant);
+
+impl Stopwatch {
+    /// Starts now.
+    #[must_use]
+    pub fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    /// Seconds since the start.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        self.0.elapsed().as_secs_f64()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
