@@ -5,6 +5,7 @@
 
 mod ablation;
 mod analyze;
+mod asides;
 mod audit;
 mod check;
 mod compare;

@@ -37,6 +37,8 @@ use thiserror::Error;
 /// The folder of the figures within a run's folder.
 pub const FOLDER: &str = "plots";
 
+/// Folders within a run's of what stands beside it: an audit, an ablation and sweeps.
+pub const ASIDES: [&str; 4] = ["audit", "ablation", "sweep-rotation", "sweep-grading"];
 /// The list of figures in [`FOLDER`].
 const INDEX: &str = "figures.json";
 
@@ -72,6 +74,14 @@ pub struct Figure {
     pub svg: PathBuf,
     /// The PNG file, relative to the run's folder.
     pub png: PathBuf,
+}
+
+impl Figure {
+    /// The figure of a folder within the run's, as one of the run's.
+    fn within(self, folder: &str) -> Self {
+        let [svg, png] = [self.svg, self.png].map(|file| Path::new(folder).join(file));
+        Self { name: format!("{folder}-{}", self.name), svg, png, ..self }
+    }
 }
 
 /// A figure that could not be drawn for want of data.
@@ -124,6 +134,11 @@ pub fn draw_all(folder: &Path) -> Result<Gallery, PlotError> {
     add(folder, &mut gallery, cost_model::sketch(&data))?;
     if let Some(engines) = forest::engines(&data) {
         add(folder, &mut gallery, engines)?;
+    }
+    for aside in ASIDES {
+        gallery
+            .figures
+            .extend(read_gallery(&folder.join(aside))?.figures.into_iter().map(|figure| figure.within(aside)));
     }
     write_index(&folder.join(FOLDER), &gallery)?;
     Ok(gallery)

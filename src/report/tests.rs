@@ -26,7 +26,7 @@ fn the_report_holds_every_claim_variant_and_figure() {
     assert!(SCENES.iter().all(|scene| text.contains(scene)));
     let images = text.lines().filter_map(|line| line.strip_prefix("![")?.split_once("](")?.1.strip_suffix(')'));
     let images: Vec<&str> = images.collect();
-    assert_eq!(images.len(), 9);
+    assert_eq!(images.len(), 10);
     assert!(images.iter().all(|image| folder.path().join(image).exists()), "{images:?}");
     assert!(!text.contains("NaN") && !text.contains("**noisy**"));
     // All rows of a table have as many cells as its head.
