@@ -1,6 +1,7 @@
-//! What stands beside a run: quick forms of the audit and of two sweeps, by counts alone, and of the ablation, in folders of their own
-//! within the run's.
+//! What stands beside a run: quick forms of the audit and of two sweeps, by counts alone, of the ablation, and the octree method's verdicts
+//! on a free-form surface, in folders of their own within the run's.
 
+use super::options::open_run;
 use crate::analysis::ablation::analyze_ablation;
 use crate::analysis::audit::analyze_audit;
 use crate::analysis::claims::ClaimSet;
@@ -8,8 +9,8 @@ use crate::analysis::sweep::analyze_sweep;
 use crate::measure::ablation::ablation;
 use crate::measure::audit::Audit;
 use crate::measure::sweep::{Asked, Sweep, SweepRun};
-use crate::measure::{Profile, Progress};
-use crate::method::wide_obb;
+use crate::measure::{Plan, Profile, Progress, Selection, Verification};
+use crate::method::{octree_obb, wide_obb};
 use crate::plot::ASIDES;
 use crate::record::manifest::Request;
 use crate::registry::Registry;
@@ -20,8 +21,18 @@ use std::path::Path;
 /// The orientations that the quick form crosses: the paper's two.
 const ORIENTATIONS: [&str; 2] = ["vertex", "area"];
 
+/// The scene on which the octree method is held against a tree over the same meshes, and its folder.
+const FREEFORM: &str = "freeform-5axis";
+
 /// Carries out what stands beside a run of `request` in `folder`. Where it was done before it is done again only where its folder lacks it.
-pub fn make(folder: &Path, request: &Request, claims: &ClaimSet, cache: &Path, progress: &dyn Progress) -> Result<()> {
+/// Returns what the octree method says on [`FREEFORM`].
+pub fn make(
+    folder: &Path,
+    request: &Request,
+    claims: &ClaimSet,
+    cache: &Path,
+    progress: &dyn Progress,
+) -> Result<Verification> {
     let [audit, ablation, sweeps @ ..] = ASIDES;
     let scenes = request.scenes.iter().take(1).cloned().collect();
     audit_in(&folder.join(audit), scenes, request.seed, cache, progress)?;
@@ -29,7 +40,7 @@ pub fn make(folder: &Path, request: &Request, claims: &ClaimSet, cache: &Path, p
     for name in sweeps {
         sweep_in(&folder.join(name), name.trim_start_matches("sweep-"), request.seed, progress)?;
     }
-    Ok(())
+    freeform_in(&folder.join(FREEFORM), request.seed, cache, progress)
 }
 
 fn audit_in(folder: &Path, scenes: Vec<String>, seed: u64, cache: &Path, progress: &dyn Progress) -> Result<()> {
@@ -51,6 +62,22 @@ fn ablation_in(folder: &Path, claims: &ClaimSet, seed: u64, progress: &dyn Progr
     analyze_ablation(folder, claims, seed)?;
     crate::plot::draw_ablation(folder)?;
     Ok(())
+}
+
+/// Some thousand verdicts of the octree method, with and without the covering radius, and of the reference.
+fn freeform_in(folder: &Path, seed: u64, cache: &Path, progress: &dyn Progress) -> Result<Verification> {
+    let registry = Registry::standard();
+    let reference = registry.reference().context("no variant is the reference")?;
+    let selection = Selection {
+        profile: Profile::Smoke,
+        scenes: vec![FREEFORM.to_owned()],
+        variants: [octree_obb::INFO.id, octree_obb::SAMPLED.id, reference.info.id].map(str::to_owned).to_vec(),
+        workloads: Vec::new(),
+        policies: vec![reference.policy.context("the reference has no tree")?],
+        seed,
+    };
+    let mut run = open_run(Plan::new(selection, &registry)?, folder, cache, true)?;
+    Ok(run.verify(progress)?)
 }
 
 fn sweep_in(folder: &Path, name: &str, seed: u64, progress: &dyn Progress) -> Result<()> {

@@ -35,7 +35,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         launch::measure(&mut run, &options.run.cache_folder(), &bar)?;
     }
     let folder = run.folder().to_owned();
-    asides::make(&folder, &run.manifest().request, &claims, &options.run.cache_folder(), &bar)?;
+    let octree = asides::make(&folder, &run.manifest().request, &claims, &options.run.cache_folder(), &bar)?;
     bar.begin("analysing", 3);
     let outcome = crate::analysis::analyze(&folder, &claims)?;
     run.finish(Stage::Analyze)?;
@@ -51,12 +51,14 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     if options.run.output.json {
         let result = json!({
             "out": folder, "report": report, "page": page, "verification": verify::as_json(&verification),
+            "octree": verify::as_json(&octree),
             "analysis": analyze::as_json(&outcome),
         });
         say(serde_json::to_string_pretty(&result)?);
     } else {
         analyze::print(&outcome, &claims);
         say(verify::verdict(&verification));
+        say(format!("\nThe octree method, beside the reference:\n{}\n", verify::table(&octree).trim_fmt()));
         for complaint in &outcome.noise {
             say(format!("Noisy: {complaint}"));
         }
@@ -65,5 +67,5 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         say(format!("Figures  {} in {}", gallery.figures.len(), folder.join("plots").display()));
         say(format!("Records  {}", folder.join("*.csv").display()));
     }
-    Ok(if verification.holds() { CLEAR } else { FAILED })
+    Ok(if verification.holds() && octree.holds() { CLEAR } else { FAILED })
 }

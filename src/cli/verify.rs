@@ -66,7 +66,7 @@ fn sums(rows: &[VerificationRow]) -> BTreeMap<(String, String, String), Sums> {
     sums
 }
 
-fn table(verification: &Verification) -> Table {
+pub fn table(verification: &Verification) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_header([
         "SCENE",

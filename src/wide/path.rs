@@ -34,7 +34,7 @@ const DEARER: u32 = 4;
 const LEAST_VISITS: u32 = 16;
 /// Fewest nodes that some fresh query of the path has opened where a distance is looked for: below, the search would be the dearest of all
 /// queries, and spare next to nothing.
-const WORTH_VISITS: u32 = 12;
+const WORTH_VISITS: u32 = 6;
 /// Most poses that are asked afresh before a distance is looked for again.
 const LONGEST_REST: u32 = 31;
 
