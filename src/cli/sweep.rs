@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench sweep                              the names of the sweeps\n  bvbench sweep rotation --profile smoke     how much the choice of the model's frame matters\n  bvbench sweep grading --variant ID --variant ID --counts-only\n  bvbench sweep size --density 8 --variant ID --variant parry-trimesh\n                                             how builds and queries grow, to a million triangles\n  bvbench sweep all --profile quick\n\nAn interrupted sweep goes on where it stopped when the same command is given again."
+    after_help = "Examples:\n  bvbench sweep                              the names of the sweeps\n  bvbench sweep rotation --profile smoke     how much the choice of the model's frame matters\n  bvbench sweep grading --variant ID --variant ID --counts-only\n  bvbench sweep size --density 10 --variant ID --variant parry-trimesh\n                                             how builds and queries grow, to a million triangles\n  bvbench sweep all --profile quick\n\nAn interrupted sweep goes on where it stopped when the same command is given again."
 )]
 pub struct Options {
     /// Which sweep, or `all`; without a name they are listed
@@ -31,7 +31,7 @@ pub struct Options {
     /// Variant by id (see `list`); repeatable [default: the safe volumes; for the path step all volumes]
     #[arg(long = "variant", value_name = "ID")]
     variants: Vec<String>,
-    /// Highest tessellation density in the sweep of the size; 8 makes a million triangles [default: 0.5, 2 or 16, by the profile]
+    /// Highest tessellation density in the sweep of the size; 10 makes a million triangles [default: 0.5, 2 or 16, by the profile]
     #[arg(long, value_name = "X")]
     density: Option<f64>,
     /// Time nothing

@@ -75,7 +75,7 @@ pub const SWEEPS: [Sweep; 9] = [
         about: "density of the tessellation; x is the number of triangles of both bodies",
         axis: "triangles of both bodies",
         quantity: Quantity::Size,
-        values: &[0.06, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0],
+        values: &[0.06, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0],
     },
     Sweep {
         name: "offset",
