@@ -208,16 +208,28 @@ impl Scene {
     }
 
     /// Log ratios of a case's query times in this run to those in another, `before`, of the same poses: paired by launch and
-    /// chunk, of the blocks of either the median.
+    /// chunk, of the blocks of either the median. Chunks go by what they hold, as another version of the program may number them otherwise.
     #[must_use]
     pub fn time_changes(&self, before: &Self, case: &CaseKey) -> Option<Strata> {
         let (after, earlier) = (medians(self.timings.get(case)?), medians(before.timings.get(case)?));
+        let numbers: BTreeMap<Held, u32> = before.held().map(|(number, held)| (held, number)).collect();
+        let held: BTreeMap<u32, Held> = self.held().collect();
         let logs = after.into_iter().filter_map(|((launch, chunk), ns)| {
-            let kind = self.chunks[&chunk];
-            let old = earlier.get(&(launch, chunk)).filter(|_| before.chunks.get(&chunk) == Some(&kind))?;
-            Some((Some(kind.0), launch, chunk, (ns / old).ln()))
+            let old = earlier.get(&(launch, *numbers.get(&held[&chunk])?))?;
+            Some((Some(self.chunks[&chunk].0), launch, chunk, (ns / old).ln()))
         });
         Strata::collect(logs, self.launches.min(before.launches))
+    }
+
+    /// What each chunk holds, by its number.
+    fn held(&self) -> impl Iterator<Item = (u32, Held)> {
+        let mut ranks: BTreeMap<(Stratum, u32, Option<u32>), u32> = BTreeMap::new();
+        self.chunks.iter().map(move |(&number, &(stratum, poses))| {
+            let kind = (stratum, poses, self.chunk_pairs.get(&number).copied());
+            let rank = ranks.entry(kind).or_default();
+            *rank += 1;
+            (number, (kind, *rank))
+        })
     }
 
     /// Log ratios of a case's construction times in this run to those in another, `before`, paired by block and part. As in
@@ -294,6 +306,9 @@ impl Sample {
         (self.launch, self.block, self.item)
     }
 }
+
+/// What a chunk holds: stratum, number of poses, (workload, pair) unless it is the control's, and its rank among those alike.
+type Held = ((Stratum, u32, Option<u32>), u32);
 
 impl Query {
     const fn key(&self) -> (u32, u32) {

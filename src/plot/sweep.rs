@@ -97,7 +97,9 @@ fn sketch(variants: &[Entry], rows: &[SweepSummaryRow], about: &str, axis: &'sta
     let panel = |metric: &(&str, &'static str, Scale), stratum: Option<Stratum>| {
         let point = |variant: &Entry, x: f64| {
             let mut of_it = rows.iter().filter(|row| row.metric == metric.0 && row.variant == variant.id && row.x == x);
-            of_it.find(|row| stratum.is_none_or(|stratum| row.stratum == stratum)).map(|row| Point {
+            // A logarithm has no zero, and a peer no counts.
+            let row = of_it.find(|row| stratum.is_none_or(|stratum| row.stratum == stratum));
+            row.filter(|row| metric.2 == Scale::Linear || row.value > 0.0).map(|row| Point {
                 value: row.value,
                 low: row.low,
                 high: row.high,

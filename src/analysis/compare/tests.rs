@@ -46,6 +46,14 @@ fn two_runs_of_the_same_differ_by_noise_only() {
     assert!(!comparison.has_regression());
 }
 
+/// Another version of the program may number chunks otherwise.
+#[test]
+fn chunks_are_paired_by_what_they_hold() {
+    let comparison = compared(&|run| run.timings.iter_mut().for_each(|row| row.chunk = 3 * row.chunk + 1));
+    let changed: Vec<_> = comparison.times.iter().filter(|row| row.change != "noise").collect();
+    assert!(changed.is_empty() && comparison.times.iter().any(|row| row.metric == "time"), "{changed:?}");
+}
+
 #[test]
 fn planted_times_counts_and_trees_are_found_and_nothing_else() {
     let comparison = compared(&|run| {
