@@ -21,7 +21,7 @@ const ROUNDING: f64 = 1e-12;
 
 impl Samples {
     /// Divides triangles until no edge is longer than `spacing_mm` (or the mesh's coordinates are too coarse to halve it), and takes all
-    /// corners: those that are thin across into strips ([`strips`]), others in two at the middle of the longest edge. Every part of an edge
+    /// corners: those that are thin across into strips, others in two at the middle of the longest edge. Every part of an edge
     /// is a half, a quarter and so on of it, so the two triangles at it have most points in common.
     #[must_use]
     pub fn of(mesh: &Mesh, spacing_mm: f64) -> Self {
