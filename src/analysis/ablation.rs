@@ -3,7 +3,7 @@
 use super::AnalysisError;
 use super::claims::ClaimSet;
 use super::judge::{Verdict, ratio_verdict};
-use super::stats::{Group, Interval, bootstrap, miss_rate};
+use super::stats::{Interval, bootstrap_mean, miss_rate};
 use super::summary::ALL;
 use crate::record::{AblationKindRow, AblationRow, AblationTimeRow, ClaimRow, read_rows, write_rows};
 use serde::Deserialize;
@@ -225,11 +225,7 @@ impl Evidence {
         let surfaces = self.surfaces();
         let observed: Vec<(&str, Vec<f64>)> = surfaces.into_iter().map(|surface| (surface, logs_of(surface))).collect();
         let observed: Vec<_> = observed.into_iter().filter(|(_, logs)| !logs.is_empty()).collect();
-        let mean = |values: &[f64], purpose: &str| {
-            let mut group = Group::new(1, values.len());
-            values.iter().enumerate().for_each(|(i, value)| group.add(0, i, *value));
-            bootstrap(&[group], 1, self.seed, purpose).1.map(f64::exp)
-        };
+        let mean = |values: &[f64], purpose: &str| bootstrap_mean(values, self.seed, purpose).map(f64::exp);
         let mut found: Vec<(String, Interval)> =
             observed.iter().map(|(surface, logs)| ((*surface).to_owned(), mean(logs, purpose))).collect();
         if observed.len() > 1 {

@@ -4,9 +4,11 @@
 //! their mean, its interval a bootstrap over them.
 
 use super::AnalysisError;
-use super::stats::{Group, bootstrap};
+use super::stats::bootstrap_mean;
 use crate::record::rows::CaseKey;
-use crate::record::{Row, Stratum, SweepBuildRow, SweepGrowthRow, SweepRow, SweepTimingRow, read_rows, write_rows};
+use crate::record::{
+    Stratum, SweepBuildRow, SweepGrowthRow, SweepRow, SweepTimingRow, read_rows, read_rows_if_there, write_rows,
+};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -42,11 +44,11 @@ pub fn analyze_growth(folder: &Path, seed: u64) -> Result<Vec<SweepGrowthRow>, A
         add(row.case(), 2, unit, row.x, row.volume_tests as f64 / row.queries as f64);
         add(row.case(), 3, unit, row.x, row.triangle_tests as f64 / row.queries as f64);
     }
-    for row in read_where_there::<SweepTimingRow>(folder)? {
+    for row in read_rows_if_there::<SweepTimingRow>(folder)? {
         let ns = row.ns as f64 / (f64::from(row.passes) * f64::from(row.poses));
         add(row.case(), 1, (row.group, Some(row.stratum)), row.x, ns);
     }
-    for row in read_where_there::<SweepBuildRow>(folder)? {
+    for row in read_rows_if_there::<SweepBuildRow>(folder)? {
         add(row.case(), 0, (row.block, None), row.x, row.ns as f64);
     }
     let mut found = Vec::new();
@@ -57,9 +59,7 @@ pub fn analyze_growth(folder: &Path, seed: u64) -> Result<Vec<SweepGrowthRow>, A
             if slopes.is_empty() {
                 continue;
             }
-            let mut group = Group::new(1, slopes.len());
-            slopes.iter().enumerate().for_each(|(i, slope)| group.add(0, i, *slope));
-            let (_, exponent) = bootstrap(&[group], 1, seed, &format!("growth {metric}"));
+            let exponent = bootstrap_mean(&slopes, seed, &format!("growth {metric}"));
             let sizes = || units.values().flat_map(BTreeMap::keys).map(|&bits| f64::from_bits(bits) as u64);
             found.push(SweepGrowthRow {
                 sweep: rows.first().map_or_else(String::new, |row| row.sweep.clone()),
@@ -78,10 +78,6 @@ pub fn analyze_growth(folder: &Path, seed: u64) -> Result<Vec<SweepGrowthRow>, A
     }
     write_rows(folder, &found)?;
     Ok(found)
-}
-
-fn read_where_there<R: Row>(folder: &Path) -> Result<Vec<R>, AnalysisError> {
-    Ok(if folder.join(R::FILE).exists() { read_rows(folder)? } else { Vec::new() })
 }
 
 /// The slope of a straight line through the logarithms of the costs (geometric means where there are several of a size) over those of

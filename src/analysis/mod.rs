@@ -18,8 +18,8 @@ pub mod sweep;
 pub mod table;
 
 use crate::record::{
-    self, ClaimRow, ExitRow, Kind, Manifest, NULL_VARIANT, RatioRow, RecordError, Row, SummaryRow, VerificationRow,
-    read_rows,
+    self, ClaimRow, Kind, Manifest, NULL_VARIANT, RatioRow, RecordError, SummaryRow, VerificationRow, read_rows,
+    read_rows_if_there,
 };
 use claims::{ClaimSet, ClaimsError};
 use serde::Serialize;
@@ -129,7 +129,7 @@ pub fn analyze(folder: &Path, claims: &ClaimSet) -> Result<Outcome, AnalysisErro
         misses: &misses,
         trees: read_rows(folder)?,
         tightness: read_rows(folder)?,
-        exits: if folder.join(ExitRow::FILE).exists() { read_rows(folder)? } else { Vec::new() },
+        exits: read_rows_if_there(folder)?,
         outlines: read_rows(folder)?,
         manifest: &manifest,
         cases: &cases,

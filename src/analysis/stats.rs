@@ -203,6 +203,14 @@ pub fn bootstrap(groups: &[Group], launches: usize, seed: u64, purpose: &str) ->
     (groups.iter().zip(&mut draws).map(|(group, draws)| interval(group.mean(), draws)).collect(), all)
 }
 
+/// The mean of values, each a cluster of its own, with a percentile interval: [`bootstrap`] of one group in one launch.
+#[must_use]
+pub fn bootstrap_mean(values: &[f64], seed: u64, purpose: &str) -> Interval {
+    let mut group = Group::new(1, values.len());
+    values.iter().enumerate().for_each(|(i, value)| group.add(0, i, *value));
+    bootstrap(&[group], 1, seed, purpose).1
+}
+
 /// The ratio of two sums over paired observations, (numerator, denominator), with a percentile interval from
 /// [`RESAMPLES`] resamples of pairs within each group. No group is empty.
 #[must_use]

@@ -3,10 +3,11 @@
 
 use super::AnalysisError;
 use super::growth::analyze_growth;
-use super::stats::{Group, bootstrap, quantile};
+use super::stats::{bootstrap_mean, quantile};
 use crate::record::rows::CaseKey;
 use crate::record::{
-    Manifest, Row, Stratum, SweepBuildRow, SweepRow, SweepSummaryRow, SweepTimingRow, read_rows, write_rows,
+    Manifest, Row, Stratum, SweepBuildRow, SweepRow, SweepSummaryRow, SweepTimingRow, read_rows, read_rows_if_there,
+    write_rows,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,8 +22,7 @@ type Key = (u64, CaseKey, Stratum);
 pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisError> {
     let seed = Manifest::read(folder)?.request.seed;
     let rows: Vec<SweepRow> = read_rows(folder)?;
-    let timings: Vec<SweepTimingRow> =
-        if folder.join(SweepTimingRow::FILE).exists() { read_rows(folder)? } else { Vec::new() };
+    let timings: Vec<SweepTimingRow> = read_rows_if_there(folder)?;
     let sweep = rows.first().map_or_else(String::new, |row| row.sweep.clone());
     // For each metric and key the value of each group, which is a ratio of two sums.
     let mut values: BTreeMap<(usize, Key), Vec<f64>> = BTreeMap::new();
@@ -51,9 +51,7 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
     for key in &order {
         for (metric, name) in METRICS.iter().enumerate() {
             let Some(groups) = values.get(&(metric, key.clone())) else { continue };
-            let mut group = Group::new(1, groups.len());
-            groups.iter().enumerate().for_each(|(i, value)| group.add(0, i, *value));
-            let (_, mean) = bootstrap(&[group], 1, seed, &format!("sweep {name}"));
+            let mean = bootstrap_mean(groups, seed, &format!("sweep {name}"));
             let (x, case, stratum) = key;
             found.push(SweepSummaryRow {
                 sweep: sweep.clone(),

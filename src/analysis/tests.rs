@@ -3,6 +3,7 @@
 use super::judge::{Verdict, ratio_verdict};
 use super::stats::Interval;
 use super::*;
+use crate::record::ExitRow;
 use crate::record::Stratum;
 use crate::record::synthetic::{Plan, Run, SCENES};
 use tempfile::TempDir;

@@ -10,7 +10,7 @@ use crate::measure::{Plan, Profile, Selection, environment};
 use crate::method::Kind;
 use crate::record::peers::ALL_STRATA;
 use crate::record::rows::Row;
-use crate::record::{PeerRatioRow, PeerRow, RecordError, Stratum, read_rows, write_rows, write_text};
+use crate::record::{PeerRatioRow, PeerRow, RecordError, Stratum, read_rows_if_there, write_rows, write_text};
 use crate::registry::{Registry, Variant};
 use crate::tree::Policy;
 use crate::truth::TruthCache;
@@ -291,7 +291,7 @@ fn keep(folder: &Path, scene: &str, found: Found, mode: Mode) -> Result<()> {
 }
 
 fn merge<R: Row>(folder: &Path, new: Vec<R>, is_kept: impl Fn(&R) -> bool) -> Result<(), RecordError> {
-    let mut rows: Vec<R> = if folder.join(R::FILE).exists() { read_rows(folder)? } else { Vec::new() };
+    let mut rows: Vec<R> = read_rows_if_there(folder)?;
     rows.retain(is_kept);
     rows.extend(new);
     write_rows(folder, &rows)

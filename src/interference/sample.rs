@@ -16,7 +16,8 @@ pub struct Samples {
     pub spacing_mm: f64,
 }
 
-/// What the covering radius is enlarged by: midpoints are rounded to half a unit in the last place at each of at most 52 halvings.
+/// What the covering radius is enlarged by: midpoints are rounded to half a unit in the last place at each of at most 52 halvings,
+/// places on the sides of strips to two.
 const ROUNDING: f64 = 1e-12;
 
 impl Samples {
@@ -34,20 +35,17 @@ impl Samples {
                 // The longest edge first: from a to b.
                 let lengths = [(b - a).norm(), (c - b).norm(), (a - c).norm()];
                 let longest = lengths.iter().copied().fold(0.0, f64::max);
-                let [a, b, c] = if lengths[0] == longest {
-                    [a, b, c]
-                } else if lengths[1] == longest {
-                    [b, c, a]
-                } else {
-                    [c, a, b]
-                };
+                // The longest edge first: from a to b.
+                let first = (0..3).find(|&edge| lengths[edge] == longest).unwrap_or(0);
+                let [a, b, c] = [0, 1, 2].map(|k| [a, b, c][(first + k) % 3]);
+                let [_, from_b, from_a] = [0, 1, 2].map(|k| lengths[(first + k) % 3]);
                 let middle = nalgebra::center(&a, &b);
                 if longest > spacing_mm && middle != a && middle != b {
-                    let (from_b, from_a) = ((c - b).norm(), (c - a).norm());
-                    if THIN * from_b.min(from_a) < longest {
+                    let shortest = from_b.min(from_a);
+                    if THIN * shortest < longest {
                         let [apex, p, q] = if from_b < from_a { [a, b, c] } else { [b, c, a] };
-                        let length = longest / from_b.min(from_a).max(spacing_mm);
-                        strips(apex, p, q, length.min(MOST_STRIPS).ceil() as u32, &mut stack);
+                        let count = (longest / shortest.max(spacing_mm)).min(MOST_STRIPS).ceil() as u32;
+                        strips(apex, p, q, count, &mut stack);
                         continue;
                     }
                     stack.extend([[a, middle, c], [middle, b, c]]);

@@ -111,3 +111,11 @@ pub fn read_rows<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
     for_each_row(folder, |row| rows.push(row))?;
     Ok(rows)
 }
+
+/// The rows of a file that a folder need not have: none when it is not there.
+///
+/// # Errors
+/// When a row is not of its type.
+pub fn read_rows_if_there<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
+    if folder.join(R::FILE).exists() { read_rows(folder) } else { Ok(Vec::new()) }
+}

@@ -18,10 +18,9 @@ use crate::analysis::claims::{self, ClaimSet, ClaimsError};
 use crate::analysis::misses::Misses;
 use crate::analysis::{Ranked, noise, ranking};
 use crate::plot::{Gallery, PlotError, read_gallery};
-use crate::record::rows::Row;
 use crate::record::{
     ClaimRow, Manifest, PeerRatioRow, PeerRow, RatioRow, RecordError, SummaryRow, VerificationRow, read_rows,
-    write_text,
+    read_rows_if_there, write_text,
 };
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -81,8 +80,8 @@ impl Contents {
         let ratios: Vec<RatioRow> = read_rows(folder)?;
         Ok(Self {
             verdicts: read_rows(folder)?,
-            peers: read_if_there(folder)?,
-            peer_ratios: read_if_there(folder)?,
+            peers: read_rows_if_there(folder)?,
+            peer_ratios: read_rows_if_there(folder)?,
             summary: read_rows(folder)?,
             misses: Misses::of_rows(&read_rows::<VerificationRow>(folder)?),
             gallery: read_gallery(folder)?,
@@ -99,11 +98,6 @@ impl Contents {
     pub fn label<'a>(&'a self, id: &'a str) -> &'a str {
         self.manifest.variants.iter().find(|entry| entry.id == id).map_or(id, |entry| &entry.label)
     }
-}
-
-/// The rows of a file that a run need not have.
-fn read_if_there<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
-    if folder.join(R::FILE).exists() { read_rows(folder) } else { Ok(Vec::new()) }
 }
 
 /// Writes `report.md` of the run in `folder` and returns its path.

@@ -88,11 +88,10 @@ impl WideTree {
 
     /// The slots below a slot; none below a triangle's.
     fn children(&self, slot: u32) -> impl Iterator<Item = u32> {
-        let slots = match self.contents(slot) {
+        match self.contents(slot) {
             Contents::Node(node) => node * 8..node * 8 + u32::from(self.nodes[node as usize].count),
             Contents::Triangle(_) => 0..0,
-        };
-        slots.into_iter()
+        }
     }
 
     fn below(&self, slot: u32, depth: u32) -> Below {

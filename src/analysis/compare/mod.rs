@@ -16,7 +16,7 @@ use super::table::{self, Scene};
 use super::{ALL, AnalysisError, EQUAL};
 use crate::record::rows::CaseKey;
 use crate::record::{
-    ClaimRow, Manifest, NULL_VARIANT, RatioRow, RecordError, Row, TightnessRow, TreeRow, VerificationRow, read_rows,
+    ClaimRow, Manifest, NULL_VARIANT, RatioRow, TightnessRow, TreeRow, VerificationRow, read_rows, read_rows_if_there,
 };
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -87,8 +87,8 @@ impl Side {
             misses: Misses::of_rows(&read_rows::<VerificationRow>(folder)?),
             trees: read_rows(folder)?,
             tightness: read_rows(folder)?,
-            ratios: optional(folder)?,
-            claims: optional(folder)?,
+            ratios: read_rows_if_there(folder)?,
+            claims: read_rows_if_there(folder)?,
         })
     }
 
@@ -114,10 +114,6 @@ impl Side {
 
 fn is_in_folder(path: &str, name: &str) -> bool {
     path.split('/').rev().skip(1).any(|folder| folder == name)
-}
-
-fn optional<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
-    if folder.join(R::FILE).exists() { read_rows(folder) } else { Ok(Vec::new()) }
 }
 
 /// Compares the run in `after` with the one in `before`.

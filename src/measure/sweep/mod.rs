@@ -10,10 +10,11 @@ mod flip;
 mod precision;
 pub mod stage;
 mod step;
+mod time;
 
 use super::folder::{self, UNITS, write_unit};
 use super::plan::{Case, PlanError, choose};
-use super::{MeasureError, Profile, Progress, environment, timer};
+use super::{MeasureError, Profile, Progress, environment};
 use crate::geometry::Isometry;
 use crate::method::{Kind, Model};
 use crate::record::manifest::{Request, SCHEMA, Stage as Finished, VariantEntry};
@@ -21,7 +22,6 @@ use crate::record::{Manifest, Row, Stratum, SweepBuildRow, SweepRow, SweepTiming
 use crate::registry::{Registry, Variant};
 use crate::tree::Policy;
 use crate::truth::PairOracle;
-use crate::workload::draw::Draw;
 use rayon::prelude::*;
 use stage::{Quantity, Stage, stage};
 use std::collections::BTreeMap;
@@ -348,69 +348,6 @@ impl SweepRun {
         rows.collect::<Vec<_>>().into_par_iter().map(row).collect()
     }
 
-    /// Randomised complete blocks: in every block every batch is visited once, and every case runs it in a fresh random order.
-    fn time(&self, x: f64, models: &[Prepared], batches: &[Batch]) -> Vec<SweepTimingRow> {
-        let mut draw = Draw::new(self.seed, &["sweep", self.sweep.name, "times"], x.to_bits());
-        let (mut verdicts, mut rows) = (Vec::new(), Vec::new());
-        let mut passes = vec![vec![1; models.len()]; batches.len()];
-        for block in 0..=self.amount.blocks {
-            for (batch, passes) in batches.iter().zip(&mut passes) {
-                for k in shuffled(models.len(), &mut draw) {
-                    let (case, a, b) = &models[k];
-                    let mut run = |passes: u32| {
-                        for _ in 0..passes {
-                            verdicts.clear();
-                            a.first(b.as_ref(), &batch.poses, &mut verdicts);
-                        }
-                    };
-                    if block > 0 {
-                        run(1);
-                    }
-                    let (ns, ()) = timer::time(|| run(passes[k]));
-                    if block == 0 {
-                        passes[k] = timer::passes_for(ns);
-                        continue;
-                    }
-                    let (split, axes, leaf) = case.policy_columns();
-                    rows.push(SweepTimingRow {
-                        sweep: self.sweep.name.to_owned(),
-                        x,
-                        variant: case.id.clone(),
-                        split,
-                        axes,
-                        leaf,
-                        group: batch.group,
-                        stratum: batch.stratum,
-                        block: block - 1,
-                        poses: batch.poses.len() as u32,
-                        passes: passes[k],
-                        ns,
-                    });
-                }
-            }
-        }
-        rows.sort_by(|a, b| (a.block, a.group, a.stratum, &a.variant).cmp(&(b.block, b.group, b.stratum, &b.variant)));
-        rows
-    }
-
-    /// Constructions of every case's trees, in every block in a fresh random order.
-    fn time_builds(&self, x: f64, triangles: u64, stage: &Stage, models: &[Prepared]) -> Vec<SweepBuildRow> {
-        let mut draw = Draw::new(self.seed, &["sweep", self.sweep.name, "builds"], x.to_bits());
-        let mut rows = Vec::new();
-        for block in 0..self.amount.blocks {
-            for k in shuffled(models.len(), &mut draw) {
-                let case = &models[k].0;
-                let build = || [&stage.a, &stage.b].map(|mesh| case.variant.prepare(mesh, case.policy));
-                let (ns, _models) = timer::time(build);
-                let (split, axes, leaf) = case.policy_columns();
-                let (sweep, variant) = (self.sweep.name.to_owned(), case.id.clone());
-                rows.push(SweepBuildRow { sweep, x, variant, split, axes, leaf, triangles, block, ns });
-            }
-        }
-        rows.sort_by(|a, b| (a.block, &a.variant).cmp(&(b.block, &b.variant)));
-        rows
-    }
-
     fn unit(&self, kind: &str, number: usize) -> PathBuf {
         self.folder.join(UNITS).join(kind).join(number.to_string())
     }
@@ -457,15 +394,6 @@ fn empty_row(sweep: &str, x: f64, case: &Case, triangles: u64, group: u32, strat
         missed: 0,
         delay_mm: 0.0,
     }
-}
-
-/// The numbers below `count` in random order (Fisher and Yates).
-fn shuffled(count: usize, draw: &mut Draw) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..count).collect();
-    for last in (1..count).rev() {
-        order.swap(last, (draw.unit() * (last + 1) as f64) as usize);
-    }
-    order
 }
 
 fn manifest(sweep: &Sweep, cases: &[Case], asked: &Asked, amount: Amount) -> Manifest {

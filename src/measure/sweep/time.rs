@@ -1,0 +1,81 @@
+//! Timing a sweep's queries and constructions.
+
+use super::super::timer;
+use super::stage::Stage;
+use super::{Batch, Prepared, SweepRun};
+use crate::record::{SweepBuildRow, SweepTimingRow};
+use crate::workload::draw::Draw;
+
+impl SweepRun {
+    /// Randomised complete blocks: in every block every batch is visited once, and every case runs it in a fresh random order.
+    pub(super) fn time(&self, x: f64, models: &[Prepared], batches: &[Batch]) -> Vec<SweepTimingRow> {
+        let mut draw = Draw::new(self.seed, &["sweep", self.sweep.name, "times"], x.to_bits());
+        let (mut verdicts, mut rows) = (Vec::new(), Vec::new());
+        let mut passes = vec![vec![1; models.len()]; batches.len()];
+        for block in 0..=self.amount.blocks {
+            for (batch, passes) in batches.iter().zip(&mut passes) {
+                for k in shuffled(models.len(), &mut draw) {
+                    let (case, a, b) = &models[k];
+                    let mut run = |passes: u32| {
+                        for _ in 0..passes {
+                            verdicts.clear();
+                            a.first(b.as_ref(), &batch.poses, &mut verdicts);
+                        }
+                    };
+                    if block > 0 {
+                        run(1);
+                    }
+                    let (ns, ()) = timer::time(|| run(passes[k]));
+                    if block == 0 {
+                        passes[k] = timer::passes_for(ns);
+                        continue;
+                    }
+                    let (split, axes, leaf) = case.policy_columns();
+                    rows.push(SweepTimingRow {
+                        sweep: self.sweep.name.to_owned(),
+                        x,
+                        variant: case.id.clone(),
+                        split,
+                        axes,
+                        leaf,
+                        group: batch.group,
+                        stratum: batch.stratum,
+                        block: block - 1,
+                        poses: batch.poses.len() as u32,
+                        passes: passes[k],
+                        ns,
+                    });
+                }
+            }
+        }
+        rows.sort_by(|a, b| (a.block, a.group, a.stratum, &a.variant).cmp(&(b.block, b.group, b.stratum, &b.variant)));
+        rows
+    }
+
+    /// Constructions of every case's trees, in every block in a fresh random order.
+    pub(super) fn time_builds(&self, x: f64, triangles: u64, stage: &Stage, models: &[Prepared]) -> Vec<SweepBuildRow> {
+        let mut draw = Draw::new(self.seed, &["sweep", self.sweep.name, "builds"], x.to_bits());
+        let mut rows = Vec::new();
+        for block in 0..self.amount.blocks {
+            for k in shuffled(models.len(), &mut draw) {
+                let case = &models[k].0;
+                let build = || [&stage.a, &stage.b].map(|mesh| case.variant.prepare(mesh, case.policy));
+                let (ns, _models) = timer::time(build);
+                let (split, axes, leaf) = case.policy_columns();
+                let (sweep, variant) = (self.sweep.name.to_owned(), case.id.clone());
+                rows.push(SweepBuildRow { sweep, x, variant, split, axes, leaf, triangles, block, ns });
+            }
+        }
+        rows.sort_by(|a, b| (a.block, &a.variant).cmp(&(b.block, &b.variant)));
+        rows
+    }
+}
+
+/// The numbers below `count` in random order (Fisher and Yates).
+fn shuffled(count: usize, draw: &mut Draw) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..count).collect();
+    for last in (1..count).rev() {
+        order.swap(last, (draw.unit() * (last + 1) as f64) as usize);
+    }
+    order
+}
