@@ -26,6 +26,13 @@ pub fn decided(a: &Triangle, b: &Triangle) -> Option<bool> {
     if !exact::bounds_overlap(a, b) {
         return Some(false);
     }
+    decided_in_bounds(a, b)
+}
+
+/// The same for triangles whose coordinate intervals overlap. What is decided here is also what [`super::intersect`] answers: its
+/// determinants are these, and their signs are certain.
+#[must_use]
+pub fn decided_in_bounds(a: &Triangle, b: &Triangle) -> Option<bool> {
     let b_sides = sides(a, b);
     if on_one_side(b_sides) {
         return Some(false);
@@ -56,7 +63,8 @@ pub fn decided(a: &Triangle, b: &Triangle) -> Option<bool> {
 fn sides(triangle: &Triangle, other: &Triangle) -> [Side; 3] {
     let [p, q, r] = &triangle.corners;
     let plane = Plane::new(p, q, r);
-    other.corners.map(|corner| plane.side(&corner))
+    let [x, y, z] = &other.corners;
+    [plane.side(x), plane.side(y), plane.side(z)]
 }
 
 fn side([p, q, r]: [&Point; 3], s: &Point) -> Side {

@@ -153,7 +153,9 @@ fn overlap_on(axis: usize, a: &Triangle, b: &Triangle) -> bool {
 /// The sides of `triangle` that the corners of `other` are on.
 fn sides(triangle: &Triangle, other: &Triangle) -> [Sign; 3] {
     let plane = Plane::of(triangle);
-    other.corners.map(|corner| plane.side(&corner).unwrap_or_else(|| side(triangle, &corner)))
+    let side = |corner: &Point| plane.side(corner).unwrap_or_else(|| side(triangle, corner));
+    let [x, y, z] = &other.corners;
+    [side(x), side(y), side(z)]
 }
 
 /// Bound on the error of a determinant of three rounded differences, relative to the sum of its terms' sizes: `o3derrboundA` of Shewchuk

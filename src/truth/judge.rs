@@ -7,7 +7,7 @@
 use super::boxes::Bounds;
 use super::clearance::{Nearest, Sought};
 use super::{PairOracle, Posed};
-use crate::geometry::{Isometry, Triangle, exact, intersect};
+use crate::geometry::{Isometry, Triangle, certified, exact, intersect};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 
@@ -80,10 +80,12 @@ impl PairOracle {
         let posed = self.posed(a_from_b);
         let (mut exact, mut witness) = (false, None);
         let _ = self.candidates(&posed, |(a, face_a), (b, face_b)| {
-            if witness.is_none() && intersect::touch(a, b) {
+            // Where rounding decides nothing, both tests say the same.
+            let decided = certified::decided_in_bounds(a, b);
+            if witness.is_none() && decided.unwrap_or_else(|| intersect::touch(a, b)) {
                 witness = Some((face_a, face_b));
             }
-            exact = exact || exact::touch(a, b);
+            exact = exact || decided.unwrap_or_else(|| exact::touch(a, b));
             if exact && witness.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         Verdict { exact, witness, contained: !exact && self.contained(&posed) }
@@ -93,7 +95,7 @@ impl PairOracle {
     #[must_use]
     pub fn touches(&self, a_from_b: &Isometry) -> bool {
         self.candidates(&self.posed(a_from_b), |(a, _), (b, _)| {
-            if exact::touch(a, b) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if touch(a, b) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
         .is_break()
     }
@@ -103,7 +105,7 @@ impl PairOracle {
     pub fn touching_pairs(&self, a_from_b: &Isometry) -> u64 {
         let mut pairs = 0;
         let _ = self.candidates(&self.posed(a_from_b), |(a, _), (b, _)| {
-            pairs += u64::from(exact::touch(a, b));
+            pairs += u64::from(touch(a, b));
             ControlFlow::Continue(())
         });
         pairs
@@ -170,6 +172,11 @@ impl PairOracle {
         }
         ControlFlow::Continue(())
     }
+}
+
+/// Whether triangles of overlapping boxes share a point. Exact.
+fn touch(a: &Triangle, b: &Triangle) -> bool {
+    certified::decided_in_bounds(a, b).unwrap_or_else(|| exact::touch(a, b))
 }
 
 #[cfg(test)]
