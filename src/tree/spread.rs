@@ -3,39 +3,51 @@
 //!
 //! Both are taken from the volume's drawing and its `contains`, so that they mean the same for every volume there is.
 
-use crate::geometry::{Point, Triangle, Vector, triangle, triangle_distance};
+use crate::geometry::hull::Hull;
+use crate::geometry::{Point, Triangle, Vector, triangle_distance};
 use crate::volume::BoundingVolume;
-use std::collections::BTreeSet;
 
 /// Points thrown into the box around two siblings: a share of it is known to a few hundredths, a level's sum better.
 const SAMPLES: u32 = 256;
 
-/// The convex hull of triangles as triangles, mm; `None` for contents that are flat, or nearly so, or fewer than a
-/// tetrahedron.
-#[must_use]
-pub fn hull(triangles: &[Triangle]) -> Option<(Vec<Triangle>, f64)> {
-    /// A hull thinner than this part of a cube of its own extent is taken for flat: its volume would be rounding.
-    const FLAT: f64 = 1e-6;
-    let key = |p: &Point| [p.x, p.y, p.z].map(|x| (x + 0.0).to_bits());
-    let distinct: BTreeSet<[u64; 3]> = triangle::corners(triangles).map(key).collect();
-    if distinct.len() < 4 {
-        return None;
+/// What is asked of the convex hull of a node's contents.
+#[derive(Clone, Debug)]
+pub struct Contents {
+    /// The hull's corners, mm.
+    pub corners: Vec<Point>,
+    /// Its faces and its volume, mm³; `None` for contents that are flat, or nearly so.
+    pub solid: Option<(Vec<Triangle>, f64)>,
+}
+
+impl Contents {
+    /// Of points, mm, in any order and repeated or not.
+    #[must_use]
+    pub fn of<'a>(points: impl Iterator<Item = &'a Point>) -> Self {
+        match Hull::of(points) {
+            None => Self { corners: Vec::new(), solid: None },
+            Some(Hull::Point(point)) => Self { corners: vec![point], solid: None },
+            Some(Hull::Segment(ends)) => Self { corners: ends.to_vec(), solid: None },
+            Some(Hull::Polygon(corners)) => Self { corners, solid: None },
+            Some(Hull::Solid(solid)) => {
+                let faces = (0..solid.faces.len()).map(|face| solid.triangle(face)).collect();
+                Self { solid: thick(&solid.vertices, faces), corners: solid.vertices }
+            }
+        }
     }
-    let points: Vec<_> = distinct.into_iter().map(|bits| Vector::from(bits.map(f64::from_bits)).into()).collect();
-    let (corners, faces) = parry3d_f64::transformation::try_convex_hull(&points).ok()?;
-    let corner = |v: u32| -> Vector { corners[v as usize].into() };
-    let apex = corner(*faces.first()?.first()?);
-    let volume: f64 = faces
-        .iter()
-        .map(|face| {
-            let [a, b, c] = face.map(|v| corner(v) - apex);
-            a.dot(&b.cross(&c)) / 6.0
-        })
-        .sum();
-    let (low, high) = triangle::bounds(triangles)?;
-    let volume = volume.abs();
-    let faces = faces.iter().map(|face| Triangle { corners: face.map(|v| Point::from(corner(v))) });
-    (volume > FLAT * (high - low).norm().powi(3)).then(|| (faces.collect(), volume))
+}
+
+/// The faces of a solid with its volume, mm³, unless it is so thin that the volume would be rounding.
+fn thick(corners: &[Point], faces: Vec<Triangle>) -> Option<(Vec<Triangle>, f64)> {
+    /// A hull thinner than this part of a cube of its own extent is taken for flat.
+    const FLAT: f64 = 1e-6;
+    let apex = corners.first()?;
+    let below = |face: &Triangle| {
+        let [a, b, c] = face.corners.map(|corner| corner - apex);
+        a.dot(&b.cross(&c)) / 6.0
+    };
+    let volume: f64 = faces.iter().map(below).sum();
+    let (low, high) = corners.iter().fold((*apex, *apex), |(low, high), p| (low.inf(p), high.sup(p)));
+    (volume > FLAT * (high - low).norm().powi(3)).then_some((faces, volume))
 }
 
 /// The directed Hausdorff distance from a volume to the convex hull of its contents, mm: how far the farthest point of its
@@ -92,6 +104,7 @@ fn halton(mut index: u32, base: u32) -> f64 {
 mod tests {
     use super::*;
     use crate::conformance::meshes;
+    use crate::geometry::triangle;
     use crate::volume::aabb::Aabb;
     use crate::volume::sphere_ritter::SphereRitter;
 
@@ -105,12 +118,14 @@ mod tests {
         let p = |x: f64, y: f64, z: f64| Point::new(x, y, z);
         let (o, x, y, z) = (p(0.0, 0.0, 0.0), p(3.0, 0.0, 0.0), p(0.0, 3.0, 0.0), p(0.0, 0.0, 3.0));
         let corner = [Triangle::new(o, y, x), Triangle::new(o, x, z), Triangle::new(o, z, y), Triangle::new(x, y, z)];
-        let (faces, volume) = hull(&corner).unwrap();
+        let hull = |triangles: &[Triangle]| Contents::of(triangle::corners(triangles));
+        let (faces, volume) = hull(&corner).solid.unwrap();
         assert!((volume - 4.5).abs() < 1e-9); // 27/6
         // (3, 3, 3) lies 6/√3 beyond the plane x + y + z = 3, and its foot (1, 1, 1) is in the face.
         assert!((hausdorff_mm(&Aabb::fit(&corner), &faces) - 6.0 / 3.0_f64.sqrt()).abs() < 1e-6);
-        assert!(hausdorff_mm(&Aabb::fit(&cube(0.0)), &hull(&cube(0.0)).unwrap().0) < 1e-6);
-        assert!(hull(&corner[..1]).is_none());
+        assert!(hausdorff_mm(&Aabb::fit(&cube(0.0)), &hull(&cube(0.0)).solid.unwrap().0) < 1e-6);
+        let flat = hull(&corner[..1]);
+        assert!(flat.solid.is_none() && flat.corners.len() == 3);
     }
 
     #[test]

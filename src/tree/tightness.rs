@@ -1,9 +1,11 @@
 //! How good a tree is, before any query: size, balance, and how tightly each level holds its contents.
 
-use super::{Tree, spread};
+use super::Tree;
+use super::spread::{self, Contents};
 use crate::geometry::{Point, Triangle, covariance, triangle};
 use crate::volume::{BoundingVolume, Segment};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Deepest level whose tightness is measured: below it nodes hold a few triangles and the picture no longer changes.
 pub const DEEPEST_LEVEL: u32 = 10;
@@ -149,18 +151,21 @@ impl<V: BoundingVolume> Tree<V> {
 
     fn levels(&self, depths: &[u32]) -> Vec<LevelReport> {
         let deepest = depths.iter().copied().max().unwrap_or(0).min(DEEPEST_LEVEL);
-        let level = |level: u32| {
-            let members: Vec<usize> = (0..self.nodes.len()).filter(|&node| depths[node] == level).collect();
-            sum(level, &in_parallel(members.len(), &|member| self.facts(members[member], level)))
+        let members = |level: u32| (0..self.nodes.len()).filter(|&node| depths[node] == level).collect();
+        let levels: Vec<Vec<usize>> = (0..=deepest).map(members).collect();
+        let hulls = hulls(&levels, &|node| self.nodes[node].children(), &|node| self.triangles_of(&self.nodes[node]));
+        let level = |(level, members): (u32, &Vec<usize>)| {
+            let facts = |member: usize| self.facts(members[member], level, &hulls[&members[member]]);
+            sum(level, &in_parallel(members.len(), &facts))
         };
-        (0..=deepest).map(level).collect()
+        (0..).zip(&levels).map(level).collect()
     }
 
-    fn facts(&self, index: usize, level: u32) -> NodeFacts {
+    fn facts(&self, index: usize, level: u32, contents: &Contents) -> NodeFacts {
         let node = &self.nodes[index];
         let triangles = self.triangles_of(node);
         let volume = node.volume.volume();
-        let hull = spread::hull(triangles);
+        let hull = contents.solid.as_ref();
         let is_measured = level <= DEEPEST_SPREAD_LEVEL;
         let hausdorff = |(faces, _): &(Vec<Triangle>, f64)| spread::hausdorff_mm(&node.volume, faces);
         // Siblings stand side by side after the root, a left one at an odd place: its overlap counts once.
@@ -182,16 +187,36 @@ impl<V: BoundingVolume> Tree<V> {
             triangles: triangles.len() as u64,
             volume_mm3: volume,
             area_mm2: node.volume.surface_area(),
-            hull_mm3: hull.as_ref().map_or(0.0, |(_, volume)| *volume),
+            hull_mm3: hull.map_or(0.0, |(_, volume)| *volume),
             hulled_volume_mm3: if hull.is_some() { volume } else { 0.0 },
             overhang_mm,
-            hausdorff_mm: hull.as_ref().filter(|_| is_measured).map(hausdorff),
+            hausdorff_mm: hull.filter(|_| is_measured).map(hausdorff),
             sibling_overlap_mm3: if is_measured { overlap() } else { None },
             ..LevelReport::default()
         };
         let area_outside = triangles.iter().filter(|t| outside(t) > 0).map(Triangle::area).sum();
         NodeFacts { report, corners_outside, area_outside, area: triangles.iter().map(Triangle::area).sum() }
     }
+}
+
+/// The hulls of the contents of all nodes of `levels`, the root's first. From below: a hull has few corners, and what is above needs
+/// no others. Not generic, as [`in_parallel`].
+fn hulls<'a>(
+    levels: &[Vec<usize>],
+    children: &(dyn Fn(usize) -> Option<(u32, u32)> + Sync),
+    triangles: &(dyn Fn(usize) -> &'a [Triangle] + Sync),
+) -> BTreeMap<usize, Contents> {
+    let mut hulls: BTreeMap<usize, Contents> = BTreeMap::new();
+    for level in levels.iter().rev() {
+        let below = |child: u32| hulls.get(&(child as usize));
+        let hull = |&node: &usize| match children(node).map(|(left, right)| (below(left), below(right))) {
+            Some((Some(left), Some(right))) => Contents::of(left.corners.iter().chain(&right.corners)),
+            _ => Contents::of(triangle::corners(triangles(node))),
+        };
+        let of_level: Vec<(usize, Contents)> = level.par_iter().map(|node| (*node, hull(node))).collect();
+        hulls.extend(of_level);
+    }
+    hulls
 }
 
 /// `facts` of 0, 1, ... in order. Not generic: one copy of the scheduler's code serves the trees of all volumes.
@@ -226,7 +251,7 @@ fn sum(level: u32, facts: &[NodeFacts]) -> LevelReport {
 /// Volume of the convex hull, mm³, of triangles in mm; `None` for contents that are flat, or nearly so, or fewer than a tetrahedron.
 #[must_use]
 pub fn hull_volume(triangles: &[Triangle]) -> Option<f64> {
-    spread::hull(triangles).map(|(_, volume)| volume)
+    Contents::of(triangle::corners(triangles)).solid.map(|(_, volume)| volume)
 }
 
 /// The smallest slack with which a volume contains a point, mm, to 1e-9 of itself, by bisection.
