@@ -56,9 +56,11 @@ pub struct Variant {
     pub policy: Option<Policy>,
     /// Whether the noise of the comparison is shown on a duplicate of this variant.
     pub is_reference: bool,
+    /// Whether `check` asks it unless another is named: the fastest safe variant of the committed run.
+    pub is_fastest: bool,
     /// Whether a run has it unless it names its variants; the others are measured on request.
     pub is_standard: bool,
-    /// Whether it is made for a tool against a surface: `check` asks it about tools and workpieces, and the reference about the rest.
+    /// Whether it is made for a tool against a surface: `check` asks it about tools and workpieces, and the fastest about the rest.
     pub is_for_tools: bool,
     prepare: Prepare,
 }
@@ -82,13 +84,29 @@ impl Variant {
     }
 
     const fn without_tree(info: Info, kind: Kind, prepare: Prepare) -> Self {
-        Self { info, kind, policy: None, is_reference: false, is_standard: true, is_for_tools: false, prepare }
+        Self {
+            info,
+            kind,
+            policy: None,
+            is_reference: false,
+            is_fastest: false,
+            is_standard: true,
+            is_for_tools: false,
+            prepare,
+        }
     }
 
     /// The same variant as the one whose duplicate shows the noise of the comparison.
     #[must_use]
     pub const fn reference(mut self) -> Self {
         self.is_reference = true;
+        self
+    }
+
+    /// The same variant as the one that `check` asks unless another is named.
+    #[must_use]
+    pub const fn fastest(mut self) -> Self {
+        self.is_fastest = true;
         self
     }
 
@@ -154,7 +172,7 @@ impl Registry {
             Variant::of::<Single<ObbVertexF32>>(VertexMean).on_request(),
             Variant::of::<Single<ObbAreaF32>>(AreaMean).on_request(),
             Variant::oriented::<ObbLeast>(Sah16).on_request(),
-            Variant::without_tree(wide_obb::INFO, Kind::Volume, |mesh, _| Box::new(WideTree::build(mesh))),
+            Variant::without_tree(wide_obb::INFO, Kind::Volume, |mesh, _| Box::new(WideTree::build(mesh))).fastest(),
             Variant::without_tree(octree_obb::INFO, Kind::Sampling, |mesh, _| Box::new(OctreeObb::new(mesh, true)))
                 .on_request()
                 .for_tools(),
@@ -191,8 +209,19 @@ impl Registry {
     /// The variant that others are compared with: the reference, or the first that is safe.
     #[must_use]
     pub fn reference(&self) -> Option<&Variant> {
+        self.safe(|variant| variant.is_reference)
+    }
+
+    /// The variant that answers fastest: the one marked so, or the first that is safe.
+    #[must_use]
+    pub fn fastest(&self) -> Option<&Variant> {
+        self.safe(|variant| variant.is_fastest)
+    }
+
+    /// The safe variant with a mark, or the first that is safe.
+    fn safe(&self, is_marked: fn(&Variant) -> bool) -> Option<&Variant> {
         let safe = || self.variants.iter().filter(|variant| variant.info.safe);
-        safe().find(|variant| variant.is_reference).or_else(|| safe().next())
+        safe().find(|variant| is_marked(variant)).or_else(|| safe().next())
     }
 
     /// The variant of that id.

@@ -125,7 +125,7 @@ impl Outcome {
 const CHUNK: usize = 256;
 
 /// Runs a program on a scene's machine and looks for contact of every pair that can collide, with the trees of `variant`; where that is
-/// made for tools ([`Variant::is_for_tools`]), of tools with workpieces, and with the reference's of all others.
+/// made for tools ([`Variant::is_for_tools`]), of tools with workpieces, and with the fastest variant's of all others.
 ///
 /// # Errors
 /// When the program leaves the machine's limits or there is nothing to examine.
@@ -156,8 +156,8 @@ pub fn check(
     }
     progress.begin("building trees", 1);
     let registry = Registry::standard();
-    let reference = registry.reference().unwrap_or(variant);
-    let (trees_ns, bodies) = timer::time(|| Bodies::new(scene, [variant, reference], &pairs));
+    let for_the_rest = registry.fastest().unwrap_or(variant);
+    let (trees_ns, bodies) = timer::time(|| Bodies::new(scene, [variant, for_the_rest], &pairs));
     let start = scene.machine.forward(&path.position(0));
     let touches_at_first = |pair: Pair| {
         let examined_later = !scene.names(pair) && scene.is_mounted(pair, path.tool(0));
@@ -226,7 +226,7 @@ const GROUP: usize = 64;
 
 /// An examined part, prepared for its variants and for the question what lies in it.
 struct Body {
-    /// For the variant that was asked for and for the reference, where a pair needs it.
+    /// For the variant that was asked for and for the fastest, where a pair needs it.
     models: [Option<Box<dyn Model>>; 2],
     solid: Solid,
     ball: Ball,

@@ -25,7 +25,7 @@ pub struct Options {
     /// The program (RS274/NGC) [default: the scene's own]
     #[arg(value_name = "PROGRAM")]
     program: Option<PathBuf>,
-    /// Variant whose trees are used (see `list`) [default: the fastest safe box]
+    /// Variant whose trees are used (see `list`) [default: the fastest safe one]
     #[arg(long, value_name = "ID")]
     method: Option<String>,
     /// Tell when parts come nearer than this, mm; repeatable; 0 for not at all [default: 14, 8 and 2]
@@ -115,14 +115,14 @@ pub(super) fn program(scene: &Scene, asked: Option<&Path>) -> Result<Option<Prog
     })
 }
 
-/// The variant asked for; else the reference, which is the safe box that the committed run measures as one of the fastest.
+/// The variant asked for; else the fastest of the safe ones.
 pub(super) fn method<'a>(asked: Option<&str>, registry: &'a Registry) -> Result<&'a Variant> {
     match asked {
         Some(id) => {
             let known = || registry.variants().iter().map(|variant| variant.info.id).collect::<Vec<_>>().join(", ");
             registry.find(id).ok_or_else(|| anyhow!("there is no variant `{id}`; there are {}", known()))
         }
-        None => registry.reference().context("no safe variant is registered"),
+        None => registry.fastest().context("no safe variant is registered"),
     }
 }
 

@@ -26,13 +26,13 @@ pub struct Options {
     /// The file [default: SCENE.html]
     #[arg(long, value_name = "FILE.html")]
     out: Option<PathBuf>,
-    /// Variant whose trees are drawn (see `list`); two are shown side by side [default: the fastest safe box, and one that drifts off its contents]
+    /// Variant whose trees are drawn (see `list`); two are shown side by side [default: the reference box, and one that drifts off its contents]
     #[arg(long = "variant", value_name = "ID", value_delimiter = ',')]
     variants: Vec<String>,
     /// Levels of the trees
     #[arg(long, value_name = "N", default_value_t = 8)]
     levels: u32,
-    /// Variant whose trees look for contact [default: the fastest safe box]
+    /// Variant whose trees look for contact [default: the fastest safe one]
     #[arg(long, value_name = "ID")]
     method: Option<String>,
     /// The axis that is up: y as on lathes [default: the one that a lathe's or a mill's controller suggests]
