@@ -3,12 +3,13 @@
 use super::check;
 use super::view::by_default;
 use crate::check::Settings;
-use crate::measure::Progress;
+use crate::measure::{Progress, Silent};
 use crate::record::Manifest;
 use crate::registry::Registry;
 use crate::report::Inset;
 use crate::scene::Scene;
 use crate::view::{self, Choice};
+use rayon::prelude::*;
 
 /// Bytes that all views of a page may have together: with its records it stays below 8 MB.
 const MOST_BYTES: usize = 4_500_000;
@@ -25,18 +26,27 @@ pub fn insets(manifest: &Manifest, registry: &Registry, progress: &dyn Progress)
     } else {
         asked.iter().collect()
     };
+    progress.begin("viewing the machines", names.len() as u64);
+    let view_of = |name: &String| {
+        let view = inset(name, manifest, registry);
+        progress.advance(1);
+        Some((name.clone(), view?))
+    };
+    let views: Vec<Option<(String, Inset)>> = names.into_par_iter().map(view_of).collect();
     let mut room = MOST_BYTES;
-    names.into_iter().filter_map(|name| inset(name, manifest, registry, &mut room, progress)).collect()
+    let fitting = |(name, view): (String, Inset)| {
+        if view.html.len() <= room {
+            room -= view.html.len();
+            return view;
+        }
+        let command = escaped(&format!("bvbench view {name}"));
+        Inset { html: format!("<p class=\"about\">Too large for this page: <code>{command}</code></p>"), ..view }
+    };
+    views.into_iter().flatten().map(fitting).collect()
 }
 
 /// Nothing, when the scene is not there, is another one by now, or cannot be shown: the report is no place to complain of that.
-fn inset(
-    name: &str,
-    manifest: &Manifest,
-    registry: &Registry,
-    room: &mut usize,
-    progress: &dyn Progress,
-) -> Option<Inset> {
+fn inset(name: &str, manifest: &Manifest, registry: &Registry) -> Option<Inset> {
     let scene = Scene::find(name).ok()?;
     if scene.inputs.iter().any(|(path, hash)| manifest.inputs.get(path) != Some(hash)) {
         return None;
@@ -48,16 +58,8 @@ fn inset(
         up: view::upright(&scene),
         settings: Settings::standard(),
     };
-    let data = view::gather(&scene, scene.program.as_ref(), &choice, progress).ok()?;
-    let html = framed(&view::page(&data));
-    let title = scene.name.clone();
-    if html.len() > *room {
-        let html =
-            format!("<p class=\"about\">Too large for this page: <code>bvbench view {}</code></p>", escaped(name));
-        return Some(Inset { title, html });
-    }
-    *room -= html.len();
-    Some(Inset { title, html })
+    let data = view::gather(&scene, scene.program.as_ref(), &choice, &Silent).ok()?;
+    Some(Inset { title: scene.name.clone(), html: framed(&view::page(&data)) })
 }
 
 /// A page within a page, with a scope of its own, that begins to draw when it is scrolled to.
