@@ -23,8 +23,8 @@ use std::collections::BTreeMap;
 /// Poses run untimed before a long sample; before a shorter one all are.
 const WARM_UP_POSES: usize = 8;
 
-/// A chunk that takes a case longer than this, ns, is timed once in a launch: a hundred times the shortest sample.
-const LONG_SAMPLE_NS: u64 = 100 * timer::SHORTEST_SAMPLE_NS;
+/// A chunk that takes a case longer than this, ns, is timed once in a launch: twenty times the shortest sample.
+const LONG_SAMPLE_NS: u64 = 20 * timer::SHORTEST_SAMPLE_NS;
 
 /// How a case runs a chunk, as the warm-up found.
 #[derive(Clone, Copy)]
