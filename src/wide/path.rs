@@ -15,7 +15,7 @@ use super::lanes::Simd;
 use super::node::WideTree;
 use super::pose::Pose;
 use super::traverse::{self, Scratch};
-use super::triangles;
+use super::triangles::{self, Batch};
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Point};
 use crate::tree::distance::Proximity;
@@ -163,8 +163,8 @@ impl Memory {
         {
             return verdict;
         }
-        let found =
-            traverse::traverse((a, b), a_from_b, simd, &mut self.scratch, probe, |i, j| ControlFlow::Break((i, j)));
+        let first = |i, j| ControlFlow::Break((i, j));
+        let found = traverse::traverse((a, b), a_from_b, Batch::FOR_ONE, simd, &mut self.scratch, probe, first);
         self.dearest = self.dearest.max(self.scratch.visits);
         self.witness = found.break_value();
         self.witness.is_some()

@@ -51,13 +51,13 @@ impl<'a> Posed<'a> {
     /// Of two boxes the larger is opened, the second on a tie; never a triangle's. Not both are triangles'.
     #[inline(always)]
     pub fn open(&self, (x, y): (u32, u32)) -> Opened {
-        let area = |tree: &WideTree, slot| {
+        let volume = |tree: &WideTree, slot| {
             let (node, place) = tree.slot(slot);
-            node.code(place).area()
+            node.code(place).volume()
         };
         match (self.a.contents(x), self.b.contents(y)) {
             (Contents::Node(node), Contents::Triangle(_)) => Opened { one: y, node, of_b: false },
-            (Contents::Node(node), Contents::Node(_)) if area(self.a, x) > area(self.b, y) => {
+            (Contents::Node(node), Contents::Node(_)) if volume(self.a, x) > volume(self.b, y) => {
                 Opened { one: y, node, of_b: false }
             }
             // Two triangles are tested, never opened.

@@ -13,9 +13,9 @@ use nalgebra::{Matrix3, Vector3};
 /// Bins per axis, at most.
 const BINS: usize = 16;
 /// Triangles that a division is judged by, at most.
-const SAMPLE: usize = 384;
+const SAMPLE: usize = 1024;
 /// Triangles that a box's frame is judged by, at most.
-const FRAME_SAMPLE: usize = 128;
+const FRAME_SAMPLE: usize = 512;
 
 type Corner = [f32; 3];
 /// Three axes, as columns padded to four: `frame[k]` holds the k-th coordinates of all axes.

@@ -24,10 +24,11 @@ pub struct Scratch {
 }
 
 /// Calls `on_contact(place_in_a, place_in_b)` for every pair of triangles that touch, exactly, until it breaks. Places are those of the
-/// trees' orders.
+/// trees' orders; pairs wait in `batch`, which is empty.
 pub(super) fn traverse<B>(
     (a, b): (&WideTree, &WideTree),
     a_from_b: &Isometry,
+    batch: Batch,
     simd: Simd,
     scratch: &mut Scratch,
     probe: &mut impl Probe,
@@ -40,14 +41,7 @@ pub(super) fn traverse<B>(
     let posed = Posed::new(a, b, a_from_b);
     let contact = |(i, j): (u32, u32)| on_contact(i, j);
     scratch.visits = 0;
-    simd.run(Traversal {
-        posed,
-        stack: &mut scratch.stack,
-        visits: &mut scratch.visits,
-        probe,
-        contact,
-        batch: Batch::default(),
-    })
+    simd.run(Traversal { posed, stack: &mut scratch.stack, visits: &mut scratch.visits, probe, contact, batch })
 }
 
 /// Mode `first`: whether the meshes touch at all.
@@ -59,7 +53,7 @@ pub fn first(
     scratch: &mut Scratch,
     probe: &mut impl Probe,
 ) -> bool {
-    traverse((a, b), a_from_b, simd, scratch, probe, |_, _| ControlFlow::Break(())).is_break()
+    traverse((a, b), a_from_b, Batch::FOR_ONE, simd, scratch, probe, |_, _| ControlFlow::Break(())).is_break()
 }
 
 /// Mode `all`: every pair of faces that touch, as (face of `a`, face of `b`), sorted.
@@ -72,7 +66,7 @@ pub fn all(
     probe: &mut impl Probe,
 ) -> Vec<(u32, u32)> {
     let mut contacts = Vec::new();
-    let _ = traverse((a, b), a_from_b, simd, scratch, probe, |i, j| {
+    let _ = traverse((a, b), a_from_b, Batch::FOR_ALL, simd, scratch, probe, |i, j| {
         contacts.push((a.faces[i as usize], b.faces[j as usize]));
         ControlFlow::<()>::Continue(())
     });
