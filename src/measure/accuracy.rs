@@ -19,7 +19,7 @@ const BATCH: usize = 256;
 
 /// Poses per pair and workload, evenly spread, that a method's own query answers. For peers, whose insides the witness
 /// argument says nothing of, there are no others; a method of ours without that argument is queried at all poses.
-const QUERIED_POSES: usize = 500;
+const QUERIED_POSES: usize = 250;
 
 /// Verdicts of every case over all judged poses. The control is not run: its verdict is the `brute` column of the others.
 pub fn verify_scene(
