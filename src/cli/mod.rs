@@ -52,7 +52,7 @@ struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
-  bvbench repro                          check the paper: everything, in three minutes
+  bvbench repro                          check the paper: everything, in two minutes
   bvbench repro --profile smoke          the same in half a minute, to see that it works
   bvbench list                           the variants
   bvbench verify --scene lathe-toolpost  verdicts of the standard variants against the exact truth

@@ -14,7 +14,7 @@ pub const DEFAULT_SEED: u64 = 2011;
 /// What to measure, and where to put it.
 #[derive(Args, Clone)]
 pub struct RunOptions {
-    /// How much: smoke (half a minute), quick (three minutes), full (hours)
+    /// How much: smoke (half a minute), quick (two minutes), full (hours)
     #[arg(long, default_value = "quick", value_name = "PROFILE")]
     profile: Profile,
     /// Folder of the run [default: results/PROFILE]

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench repro                              the paper's scenes, and a 5-axis mill, the standard variants, three minutes\n  bvbench repro --profile smoke --out /tmp/look\n  bvbench repro --scene bench-scenes/lathe-toolpost --variant ID --variant ID --out results/two\n\nAn interrupted run goes on where it stopped when the same command is given again; a finished one is made again."
+    after_help = "Examples:\n  bvbench repro                              the paper's scenes, and a 5-axis mill, the standard variants, two minutes\n  bvbench repro --profile smoke --out /tmp/look\n  bvbench repro --scene bench-scenes/lathe-toolpost --variant ID --variant ID --out results/two\n\nAn interrupted run goes on where it stopped when the same command is given again; a finished one is made again."
 )]
 pub struct Options {
     #[command(flatten)]
