@@ -9,9 +9,9 @@ use crate::record::Stratum;
 
 /// Poses in a chunk.
 pub const CHUNK_POSES: usize = 64;
-/// The strata of which the control runs a pose of one pair and workload: it tests some 10^8 pairs of triangles there, and ends early only
-/// where there is contact. Nobody asks for more of it than an order of magnitude.
-const CONTROL_STRATA: [Stratum; 2] = [Stratum::Colliding, Stratum::Far];
+/// Of how many pairs and workloads of a stratum the control runs a pose: it tests some 10^8 pairs of triangles there, and nobody asks for
+/// more of it than an order of magnitude over all strata.
+const CONTROL_PAIRS: usize = 1;
 /// A stratum with fewer poses than this in a workload is left out there.
 const FEWEST_POSES: usize = 16;
 
@@ -62,7 +62,7 @@ pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
                 let end = (start + CHUNK_POSES).min(poses.len());
                 add(&poses[start..end], if window == 0 { Role::Everyone } else { Role::Volumes });
             }
-            if rank == 0 && CONTROL_STRATA.contains(&stratum) {
+            if rank < CONTROL_PAIRS {
                 add(&poses[poses.len() / 2..=poses.len() / 2], Role::Control);
             }
         }
