@@ -2,7 +2,8 @@
 //!
 //! A hundred thousand poses of a loose volume's query would take minutes, and most of that would go into poses where
 //! nothing can be missed. So the query itself answers a spread of poses only, and the witness argument of
-//! [`crate::tree::witness`] answers the others, with the same verdicts; `queried` says how many were of the first kind.
+//! [`crate::tree::witness`] answers the others, with the same verdicts; `queried` says how many were of the first kind. For peers, whose
+//! insides that argument says nothing of, there are no others; a method of ours without it is queried at all poses.
 
 use super::Progress;
 use super::judged::{JudgedPair, JudgedPose};
@@ -17,10 +18,6 @@ use std::collections::BTreeMap;
 /// Poses that one thread takes at a time.
 const BATCH: usize = 256;
 
-/// Poses per pair and workload, evenly spread, that a method's own query answers. For peers, whose insides the witness
-/// argument says nothing of, there are no others; a method of ours without that argument is queried at all poses.
-const QUERIED_POSES: usize = 250;
-
 /// Verdicts of every case over all judged poses. The control is not run: its verdict is the `brute` column of the others.
 pub fn verify_scene(
     plan: &Plan,
@@ -31,11 +28,20 @@ pub fn verify_scene(
     let cases: Vec<&Case> = plan.cases.iter().filter(|case| case.variant.kind != Kind::Control).collect();
     let poses: usize = judged.iter().map(|pair| pair.poses.len()).sum();
     progress.begin(&format!("{}: verdicts", scene.name), (poses * cases.len()) as u64);
-    let rows: Vec<_> = cases.into_par_iter().map(|case| verify_case(case, scene, judged, progress)).collect();
+    let rows: Vec<_> = cases
+        .into_par_iter()
+        .map(|case| verify_case(case, scene, judged, plan.budget.queried_poses, progress))
+        .collect();
     rows.concat()
 }
 
-fn verify_case(case: &Case, scene: &Scene, judged: &[JudgedPair], progress: &dyn Progress) -> Vec<VerificationRow> {
+fn verify_case(
+    case: &Case,
+    scene: &Scene,
+    judged: &[JudgedPair],
+    queried_poses: usize,
+    progress: &dyn Progress,
+) -> Vec<VerificationRow> {
     let mut models: BTreeMap<usize, Box<dyn Model>> = BTreeMap::new();
     for part in judged.iter().flat_map(|pair| [pair.pair.a, pair.pair.b]) {
         models.entry(part).or_insert_with(|| case.variant.prepare(&scene.parts[part].mesh, case.policy));
@@ -44,7 +50,7 @@ fn verify_case(case: &Case, scene: &Scene, judged: &[JudgedPair], progress: &dyn
     let mut rows = Vec::new();
     for pair in judged {
         let (a, b) = (models[&pair.pair.a].as_ref(), models[&pair.pair.b].as_ref());
-        let stride = pair.poses.len().div_ceil(QUERIED_POSES).max(1);
+        let stride = pair.poses.len().div_ceil(queried_poses).max(1);
         let answered = |index: usize, pose| Answered { pose, queried: index.is_multiple_of(stride), touching: false };
         let answers = pair.poses.iter().enumerate().map(|(index, pose)| answered(index, pose));
         let mut answers: Vec<Answered> = answers.filter(|answer| answer.queried || has_others).collect();

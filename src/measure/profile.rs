@@ -20,6 +20,8 @@ pub struct Budget {
     /// Posed pairs per scene whose verdicts are verified; a program is sampled to within 2 % of its share, so a little more
     /// than the round number that is promised.
     pub verify_poses: usize,
+    /// Poses per pair and workload, evenly spread, at which a verification asks the query itself ([`super::accuracy`]).
+    pub queried_poses: usize,
     /// Posed pairs per scene that are counted and timed.
     pub measure_poses: usize,
     /// Timed blocks per launch, after the warm-up block.
@@ -54,6 +56,7 @@ impl Profile {
         match self {
             Self::Smoke => Budget {
                 verify_poses: 2_000,
+                queried_poses: 1_000,
                 measure_poses: 512,
                 blocks: 3,
                 launches: 1,
@@ -63,6 +66,7 @@ impl Profile {
             },
             Self::Quick => Budget {
                 verify_poses: 102_000,
+                queried_poses: 250,
                 measure_poses: 768,
                 blocks: 5,
                 launches: 2,
@@ -72,6 +76,7 @@ impl Profile {
             },
             Self::Full => Budget {
                 verify_poses: 1_000_000,
+                queried_poses: 1_000,
                 measure_poses: 8_192,
                 blocks: 16,
                 launches: 8,
