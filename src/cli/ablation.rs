@@ -1,15 +1,14 @@
 //! `ablation`: what the parts of the octree method save.
 
 use super::progress::Bar;
-use super::{CLEAR, FAILED, say};
+use super::{CLEAR, FAILED, check, say};
 use crate::analysis::ablation::{PARTS, analyze_ablation};
 use crate::analysis::claims::ClaimSet;
 use crate::measure::Profile;
 use crate::measure::ablation::{Ablation, AblationBudget, ablation};
-use crate::method::wide_obb;
 use crate::record::{AblationRow, AblationTimeRow, ClaimRow};
 use crate::registry::Registry;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 use std::path::PathBuf;
@@ -23,8 +22,8 @@ pub struct Options {
     #[arg(long, default_value_t = Profile::Quick)]
     profile: Profile,
     /// Variant whose trees over the meshes of tool and surface answer the same poses [default: the fastest]
-    #[arg(long, value_name = "ID", default_value = wide_obb::INFO.id, hide_default_value = true)]
-    against: String,
+    #[arg(long, value_name = "ID")]
+    against: Option<String>,
     /// The thesis's claims [default: those compiled in]
     #[arg(long, value_name = "FILE")]
     claims: Option<PathBuf>,
@@ -52,9 +51,7 @@ pub(super) const fn budget(profile: Profile) -> AblationBudget {
 
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let claims = options.claims.as_deref().map_or_else(|| Ok(ClaimSet::standard()), ClaimSet::read)?;
-    let against = registry.find(&options.against);
-    let against =
-        against.with_context(|| format!("there is no variant `{}`; `bvbench list` shows them", options.against))?;
+    let against = check::method(options.against.as_deref(), registry)?;
     let bar = Bar::new(options.quiet);
     let Ablation { rows, kinds, times } =
         ablation(&budget(options.profile), against, options.seed, &options.out, &bar)?;

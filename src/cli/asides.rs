@@ -10,7 +10,7 @@ use crate::measure::ablation::ablation;
 use crate::measure::audit::Audit;
 use crate::measure::sweep::{Asked, Sweep, SweepRun};
 use crate::measure::{Plan, Profile, Progress, Selection, Verification};
-use crate::method::{octree_obb, wide_obb};
+use crate::method::octree_obb;
 use crate::plot::ASIDES;
 use crate::record::manifest::Request;
 use crate::registry::Registry;
@@ -57,7 +57,7 @@ fn audit_in(folder: &Path, scenes: Vec<String>, seed: u64, cache: &Path, progres
 
 fn ablation_in(folder: &Path, claims: &ClaimSet, seed: u64, progress: &dyn Progress) -> Result<()> {
     let registry = Registry::standard();
-    let fastest = registry.find(wide_obb::INFO.id).context("the fastest variant is not registered")?;
+    let fastest = registry.fastest().context("no safe variant is registered")?;
     ablation(&super::ablation::budget(Profile::Smoke), fastest, seed, folder, progress)?;
     analyze_ablation(folder, claims, seed)?;
     crate::plot::draw_ablation(folder)?;

@@ -32,7 +32,7 @@ pub fn insets(manifest: &Manifest, registry: &Registry, progress: &dyn Progress)
         progress.advance(1);
         Some((name.clone(), view?))
     };
-    let views: Vec<Option<(String, Inset)>> = names.into_par_iter().map(view_of).collect();
+    let views: Vec<(String, Inset)> = names.into_par_iter().filter_map(view_of).collect();
     let mut room = MOST_BYTES;
     let fitting = |(name, view): (String, Inset)| {
         if view.html.len() <= room {
@@ -42,7 +42,7 @@ pub fn insets(manifest: &Manifest, registry: &Registry, progress: &dyn Progress)
         let command = escaped(&format!("bvbench view {name}"));
         Inset { html: format!("<p class=\"about\">Too large for this page: <code>{command}</code></p>"), ..view }
     };
-    views.into_iter().flatten().map(fitting).collect()
+    views.into_iter().map(fitting).collect()
 }
 
 /// Nothing, when the scene is not there, is another one by now, or cannot be shown: the report is no place to complain of that.

@@ -1,18 +1,10 @@
 //! Whether two closed triangles share a point: `f64` where that is certain, [`super::exact`] where it is not. Always the exact
 //! answer, and nearly always as fast as the plain test.
 //!
-//! The same determinants as in [`super::intersect`], each with a bound of its error. J. R. Shewchuk, "Adaptive Precision
-//! Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997, section 4.2: a 3 x 3 determinant of coordinate differences,
-//! expanded as here, is wrong by at most (7 + 56u)u times the same sum with every product taken positive (u = 2⁻⁵³).
-//! That holds for coordinates whose products neither overflow nor underflow.
+//! The same determinants as in [`super::intersect`], each with a bound of its error ([`super::plane`]).
 
-use super::{Point, Triangle, Vector, exact};
-
-/// (7 + 56u)u, rounded up to 8u; what is left pays for the rounding of the product with it. See the module.
-pub const ERROR: f64 = 8.0 / 9_007_199_254_740_992.0;
-
-/// The side that a point is on of a plane through three others: 1, -1, or 0 when rounding could decide.
-type Side = i8;
+use super::plane::{Plane, Side};
+use super::{Point, Triangle, exact};
 
 /// Whether the triangles, mm, share at least one point. Exact; unspecified when a coordinate is not finite.
 #[must_use]
@@ -61,38 +53,11 @@ pub fn decided_in_bounds(a: &Triangle, b: &Triangle) -> Option<bool> {
 
 /// The sides of the plane of `triangle` that the corners of `other` are on.
 fn sides(triangle: &Triangle, other: &Triangle) -> [Side; 3] {
-    let [p, q, r] = &triangle.corners;
-    let plane = Plane::new(p, q, r);
-    let [x, y, z] = &other.corners;
-    [plane.side(x), plane.side(y), plane.side(z)]
+    Plane::of(triangle).sides(other)
 }
 
 fn side([p, q, r]: [&Point; 3], s: &Point) -> Side {
     Plane::new(p, q, r).side(s)
-}
-
-/// A plane through three points.
-struct Plane {
-    point: Point,
-    normal: Vector,
-    /// The normal with every product taken positive.
-    size: Vector,
-}
-
-impl Plane {
-    #[inline(always)]
-    fn new(p: &Point, q: &Point, r: &Point) -> Self {
-        let (e, f) = (q - p, r - p);
-        let (one, other) = (Vector::new(e.y * f.z, e.z * f.x, e.x * f.y), Vector::new(e.z * f.y, e.x * f.z, e.y * f.x));
-        Self { point: *p, normal: one - other, size: one.abs() + other.abs() }
-    }
-
-    #[inline(always)]
-    fn side(&self, point: &Point) -> Side {
-        let d = point - self.point;
-        let (height, error) = (d.dot(&self.normal), ERROR * d.abs().dot(&self.size));
-        Side::from(height > error) - Side::from(height < -error)
-    }
 }
 
 const fn on_one_side([x, y, z]: [Side; 3]) -> bool {

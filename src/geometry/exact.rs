@@ -5,6 +5,7 @@
 //! products neither overflow nor underflow, the grid of [`super::grid`] included. Touching counts. A triangle whose
 //! corners are collinear is the segment between its extreme corners; one whose corners coincide is a point.
 
+use super::plane::Plane;
 use super::{Point, Triangle};
 use robust::{Coord, Coord3D};
 
@@ -152,47 +153,11 @@ fn overlap_on(axis: usize, a: &Triangle, b: &Triangle) -> bool {
 
 /// The sides of `triangle` that the corners of `other` are on.
 fn sides(triangle: &Triangle, other: &Triangle) -> [Sign; 3] {
-    let plane = Plane::of(triangle);
-    let side = |corner: &Point| plane.side(corner).unwrap_or_else(|| side(triangle, corner));
-    let [x, y, z] = &other.corners;
-    [side(x), side(y), side(z)]
-}
-
-/// Bound on the error of a determinant of three rounded differences, relative to the sum of its terms' sizes: `o3derrboundA` of Shewchuk
-/// (1997), Adaptive precision floating-point arithmetic, with ε = 2^-53.
-const DETERMINANT_ERROR: f64 = (7.0 + 56.0 * UNIT) * UNIT;
-const UNIT: f64 = f64::EPSILON / 2.0;
-
-/// The plane of a triangle with what three determinants share, so that most sides need no exact arithmetic.
-struct Plane {
-    origin: Point,
-    /// The minors of the edges from the origin: the plane's normal, mm², and the same with all terms positive.
-    normal: [f64; 3],
-    permanent: [f64; 3],
-}
-
-impl Plane {
-    fn of(triangle: &Triangle) -> Self {
-        let [a, b, c] = &triangle.corners;
-        let (u, v) = (b - a, c - a);
-        let minor = |i: usize, j: usize| (u[i] * v[j], u[j] * v[i]);
-        let minors = [minor(1, 2), minor(2, 0), minor(0, 1)];
-        Self {
-            origin: *a,
-            normal: minors.map(|(plus, minus)| plus - minus),
-            permanent: minors.map(|(plus, minus)| plus.abs() + minus.abs()),
-        }
-    }
-
-    /// The side as [`side`] tells it, where rounding cannot have changed it.
-    fn side(&self, point: &Point) -> Option<Sign> {
-        let w = point - self.origin;
-        let [nx, ny, nz] = self.normal;
-        let [px, py, pz] = self.permanent;
-        let determinant = w.x * nx + w.y * ny + w.z * nz;
-        let permanent = w.x.abs() * px + w.y.abs() * py + w.z.abs() * pz;
-        (determinant.abs() > DETERMINANT_ERROR * permanent).then(|| sign(-determinant))
-    }
+    // Most need no exact arithmetic. Above a plane its corners appear counter-clockwise.
+    let [x, y, z] = Plane::of(triangle).sides(other);
+    let sure = |side: Sign, corner: &Point| if side == 0 { self::side(triangle, corner) } else { -side };
+    let [p, q, r] = &other.corners;
+    [sure(x, p), sure(y, q), sure(z, r)]
 }
 
 fn on_one_side([x, y, z]: [Sign; 3]) -> bool {
@@ -334,26 +299,5 @@ pub(crate) mod tests {
                 }
             }
         }
-    }
-
-    /// On, next to, near and far from planes: the quick answer is the exact one, and is given unless the point is next to the plane.
-    #[test]
-    fn a_plane_tells_the_side_or_nothing() {
-        let mut told = [0; 4];
-        for (_, a, b, _) in hand_made() {
-            for t in orders(&a).into_iter().chain(orders(&b)) {
-                let third =
-                    |t: &Triangle| Point::from(t.corners.iter().map(|p| p.coords).sum::<super::super::Vector>() / 3.0);
-                let normal = (t.corners[1] - t.corners[0]).cross(&(t.corners[2] - t.corners[0]));
-                for (k, height) in [0.0, 1e-17, 1e-9, 1.0].into_iter().enumerate() {
-                    let point = third(&t) + normal * height;
-                    let quick = Plane::of(&t).side(&point);
-                    told[k] += usize::from(quick.is_some());
-                    assert!(quick.is_none_or(|side_of| side_of == side(&t, &point)), "{t:?} {point}");
-                    assert!(quick.is_some() || k < 3 || normal.norm() == 0.0, "{t:?} {point}");
-                }
-            }
-        }
-        assert!(told[0] < told[3] && told[2] == told[3], "{told:?}");
     }
 }

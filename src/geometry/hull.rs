@@ -74,7 +74,7 @@ impl Hull {
             Self::Polygon(corners) => {
                 corners.windows(2).skip(1).map(|pair| super::Triangle::new(corners[0], pair[0], pair[1])).collect()
             }
-            Self::Solid(solid) => (0..solid.faces.len()).map(|face| solid.triangle(face)).collect(),
+            Self::Solid(solid) => solid.triangles(),
         }
     }
 }
@@ -84,6 +84,12 @@ impl Solid {
     #[must_use]
     pub fn triangle(&self, face: usize) -> super::Triangle {
         super::Triangle { corners: self.faces[face].map(|v| self.vertices[v as usize]) }
+    }
+
+    /// All faces as triangles.
+    #[must_use]
+    pub fn triangles(&self) -> Vec<super::Triangle> {
+        (0..self.faces.len()).map(|face| self.triangle(face)).collect()
     }
 
     /// The outward unit normal of each face.

@@ -14,6 +14,7 @@ pub mod hull;
 pub mod import;
 pub mod intersect;
 pub mod mesh;
+pub mod plane;
 pub mod rectangle;
 pub mod shapes;
 pub mod surface;

@@ -32,7 +32,6 @@ impl Samples {
         for (triangle, face) in mesh.triangles().into_iter().zip(0..) {
             stack.push(triangle.corners);
             while let Some([a, b, c]) = stack.pop() {
-                // The longest edge first: from a to b.
                 let lengths = [(b - a).norm(), (c - b).norm(), (a - c).norm()];
                 let longest = lengths.iter().copied().fold(0.0, f64::max);
                 // The longest edge first: from a to b.

@@ -29,8 +29,7 @@ impl Contents {
             Some(Hull::Segment(ends)) => Self { corners: ends.to_vec(), solid: None },
             Some(Hull::Polygon(corners)) => Self { corners, solid: None },
             Some(Hull::Solid(solid)) => {
-                let faces = (0..solid.faces.len()).map(|face| solid.triangle(face)).collect();
-                Self { solid: thick(&solid.vertices, faces), corners: solid.vertices }
+                Self { solid: thick(&solid.vertices, solid.triangles()), corners: solid.vertices }
             }
         }
     }

@@ -95,7 +95,7 @@ impl PairOracle {
     #[must_use]
     pub fn touches(&self, a_from_b: &Isometry) -> bool {
         self.candidates(&self.posed(a_from_b), |(a, _), (b, _)| {
-            if touch(a, b) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if certified::touch(a, b) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
         .is_break()
     }
@@ -105,7 +105,7 @@ impl PairOracle {
     pub fn touching_pairs(&self, a_from_b: &Isometry) -> u64 {
         let mut pairs = 0;
         let _ = self.candidates(&self.posed(a_from_b), |(a, _), (b, _)| {
-            pairs += u64::from(touch(a, b));
+            pairs += u64::from(certified::touch(a, b));
             ControlFlow::Continue(())
         });
         pairs
@@ -172,11 +172,6 @@ impl PairOracle {
         }
         ControlFlow::Continue(())
     }
-}
-
-/// Whether triangles of overlapping boxes share a point. Exact.
-fn touch(a: &Triangle, b: &Triangle) -> bool {
-    certified::decided_in_bounds(a, b).unwrap_or_else(|| exact::touch(a, b))
 }
 
 #[cfg(test)]

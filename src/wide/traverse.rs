@@ -2,7 +2,7 @@
 //!
 //! A stack of pairs of slots whose boxes may overlap. Two pairs are taken at a time; of each the larger box is opened and the
 //! other moved into its node's frame, where one pass over the lanes ([`super::boxes`]) tests it against all children. Pairs of
-//! triangles gather until there are eight ([`super::triangles`]). The deepest overlap is taken first: that is where a contact is likely.
+//! triangles gather and are tested up to eight at a time ([`super::triangles`]). The deepest overlap is taken first: that is where a contact is likely.
 
 use super::boxes::{self, Found};
 use super::lanes::{Machine, Simd, Work};

@@ -1,4 +1,4 @@
-//! Eight pairs of triangles at a time: which of them touch, exactly.
+//! Up to eight pairs of triangles at a time: which of them touch, exactly.
 //!
 //! The corners of each triangle are put on a side of the other's plane (O. Devillers, P. Guigue, INRIA RR-4488, 2002), eight pairs at once.
 //! A pair whose triangle is strictly on one side by more than the error of the determinants is apart; most are. The others go one by one to
@@ -9,8 +9,9 @@
 use super::lanes::{DoubleLanes, three};
 use super::node::WideTree;
 use crate::geometry::Triangle;
-use crate::geometry::certified::{self, ERROR};
+use crate::geometry::certified;
 use crate::geometry::grid::Placement;
+use crate::geometry::plane::ERROR;
 
 /// Pairs that wait until there are enough of them.
 #[derive(Clone, Copy, Debug)]

@@ -4,17 +4,21 @@ use super::super::timer;
 use super::stage::Stage;
 use super::{Batch, Prepared, SweepRun};
 use crate::record::{SweepBuildRow, SweepTimingRow};
-use crate::workload::draw::Draw;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_pcg::Pcg64Mcg;
 
 impl SweepRun {
     /// Randomised complete blocks: in every block every batch is visited once, and every case runs it in a fresh random order.
     pub(super) fn time(&self, x: f64, models: &[Prepared], batches: &[Batch]) -> Vec<SweepTimingRow> {
-        let mut draw = Draw::new(self.seed, &["sweep", self.sweep.name, "times"], x.to_bits());
+        let mut rng = Pcg64Mcg::seed_from_u64(self.seed ^ x.to_bits());
+        let mut order: Vec<usize> = (0..models.len()).collect();
         let (mut verdicts, mut rows) = (Vec::new(), Vec::new());
         let mut passes = vec![vec![1; models.len()]; batches.len()];
         for block in 0..=self.amount.blocks {
             for (batch, passes) in batches.iter().zip(&mut passes) {
-                for k in shuffled(models.len(), &mut draw) {
+                order.shuffle(&mut rng);
+                for &k in &order {
                     let (case, a, b) = &models[k];
                     let mut run = |passes: u32| {
                         for _ in 0..passes {
@@ -54,10 +58,12 @@ impl SweepRun {
 
     /// Constructions of every case's trees, in every block in a fresh random order.
     pub(super) fn time_builds(&self, x: f64, triangles: u64, stage: &Stage, models: &[Prepared]) -> Vec<SweepBuildRow> {
-        let mut draw = Draw::new(self.seed, &["sweep", self.sweep.name, "builds"], x.to_bits());
+        let mut rng = Pcg64Mcg::seed_from_u64(self.seed ^ x.to_bits() ^ 0x000b_u64);
+        let mut order: Vec<usize> = (0..models.len()).collect();
         let mut rows = Vec::new();
         for block in 0..self.amount.blocks {
-            for k in shuffled(models.len(), &mut draw) {
+            order.shuffle(&mut rng);
+            for &k in &order {
                 let case = &models[k].0;
                 let build = || [&stage.a, &stage.b].map(|mesh| case.variant.prepare(mesh, case.policy));
                 let (ns, _models) = timer::time(build);
@@ -69,13 +75,4 @@ impl SweepRun {
         rows.sort_by(|a, b| (a.block, &a.variant).cmp(&(b.block, &b.variant)));
         rows
     }
-}
-
-/// The numbers below `count` in random order (Fisher and Yates).
-fn shuffled(count: usize, draw: &mut Draw) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..count).collect();
-    for last in (1..count).rev() {
-        order.swap(last, (draw.unit() * (last + 1) as f64) as usize);
-    }
-    order
 }
