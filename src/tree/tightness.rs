@@ -315,6 +315,20 @@ mod tests {
         assert_eq!((report.levels[4].hull_mm3, report.levels[4].hulled_volume_mm3), (0.0, 0.0));
     }
 
+    /// Hulls are taken from below; from a node's own triangles they are the same.
+    #[test]
+    fn hulls_from_below_are_the_hulls_of_the_contents() {
+        let triangles = meshes::torus(12.0, 4.0, 24, 12).triangles();
+        let tree = Tree::<Aabb>::build(&triangles, Policy::own(SplitRule::Median));
+        let depths = tree.depths();
+        for level in tree.report().levels {
+            let nodes =
+                tree.nodes.iter().zip(&depths).filter(|&(_, &depth)| depth == level.level).map(|(node, _)| node);
+            let direct: f64 = nodes.filter_map(|node| hull_volume(tree.triangles_of(node))).sum();
+            assert!((level.hull_mm3 - direct).abs() <= 1e-9 * direct, "{}: {} {direct}", level.level, level.hull_mm3);
+        }
+    }
+
     #[test]
     fn a_torus_fills_less_than_its_hull_and_the_hull_less_than_the_box() {
         let torus = meshes::torus(12.0, 4.0, 24, 12);

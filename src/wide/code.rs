@@ -52,7 +52,7 @@ impl Code {
     }
 
     /// An eighth of the volume, mm³: what tells which of two boxes is the larger. By surface area queries open up to a tenth more nodes, by
-    /// length a fifth.
+    /// length a third.
     #[inline(always)]
     pub fn volume(&self) -> f32 {
         let [x, y, z] = self.half;
