@@ -207,6 +207,7 @@ async function pointing(tab) {
   for (const card of ["#ranking", "#charts-ratios", "#misses-rates", "#tightness-levels"]) {
     const mark = tab.locator(`${card} .mark`).nth(2);
     await mark.scrollIntoViewIfNeeded();
+    await scrolled(tab);
     await mark.locator(".touch").hover({ force: true });
     assert.ok(await tab.isVisible("#tip"), `${card}: a tip`);
     assert.match((await tab.textContent("#tip")) ?? "", /\d/, `${card}: with numbers`);
@@ -222,6 +223,11 @@ async function pointing(tab) {
   const ratio = (await tab.locator("#rows-body dl dt:text-is('ratio') + dd").textContent()) ?? "";
   assert.ok(label.includes(Number(ratio).toPrecision(3)), `${label} shows ${ratio}`);
   await tab.click("#rows-close");
+}
+
+/** Waits until the page has told that it was scrolled, which hides tips: that comes with a later frame. @param {import("playwright-core").Page} tab */
+function scrolled(tab) {
+  return tab.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 }
 
 /** Any record can be searched. @param {import("playwright-core").Page} tab */
