@@ -7,6 +7,7 @@
 
 use super::{Isometry, Point, Triangle};
 use nalgebra::Matrix3;
+use std::ops::{Add, Mul, Sub};
 
 /// Spacing of the grid, mm.
 pub const STEP_MM: f64 = 1.0 / 67_108_864.0; // 2^-26
@@ -19,11 +20,24 @@ pub const SNAP_RADIUS_MM: f64 = 0.5 * STEP_MM * 1.732_050_807_568_877_3;
 /// |x| ≤ 2²⁵ mm, ties to even, with two additions and no library call.
 const ROUNDING: f64 = 1.5 * 67_108_864.0;
 
+/// An `f64`, or several side by side on which every operation is that of `f64`.
+pub trait Coordinate: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    /// The same number everywhere.
+    fn all(x: f64) -> Self;
+}
+
+impl Coordinate for f64 {
+    #[inline(always)]
+    fn all(x: f64) -> Self {
+        x
+    }
+}
+
 /// The nearest grid coordinate, mm. Exact for |x| ≤ 2²⁵ mm.
 #[inline(always)]
 #[must_use]
-pub fn snap_coordinate(x: f64) -> f64 {
-    (x + ROUNDING) - ROUNDING
+pub fn snap_coordinate<T: Coordinate>(x: T) -> T {
+    (x + T::all(ROUNDING)) - T::all(ROUNDING)
 }
 
 /// The nearest grid point, mm.
@@ -48,16 +62,23 @@ impl Placement {
         Self { rotation: a_from_b.rotation.to_rotation_matrix().into_inner(), translation: a_from_b.translation.vector }
     }
 
+    /// The coordinates of a point of `b`, mm, in the frame of `a`, on the grid.
+    #[inline(always)]
+    #[must_use]
+    pub fn coordinates<T: Coordinate>(&self, [x, y, z]: [T; 3]) -> [T; 3] {
+        let (r, t) = (&self.rotation, &self.translation);
+        [
+            snap_coordinate(T::all(r.m11) * x + T::all(r.m12) * y + T::all(r.m13) * z + T::all(t.x)),
+            snap_coordinate(T::all(r.m21) * x + T::all(r.m22) * y + T::all(r.m23) * z + T::all(t.y)),
+            snap_coordinate(T::all(r.m31) * x + T::all(r.m32) * y + T::all(r.m33) * z + T::all(t.z)),
+        ]
+    }
+
     /// A point of `b`, mm, in the frame of `a`, on the grid.
     #[inline(always)]
     #[must_use]
     pub fn point(&self, point_in_b: &Point) -> Point {
-        let (r, t, p) = (&self.rotation, &self.translation, point_in_b);
-        Point::new(
-            snap_coordinate(r.m11 * p.x + r.m12 * p.y + r.m13 * p.z + t.x),
-            snap_coordinate(r.m21 * p.x + r.m22 * p.y + r.m23 * p.z + t.y),
-            snap_coordinate(r.m31 * p.x + r.m32 * p.y + r.m33 * p.z + t.z),
-        )
+        Point::from(self.coordinates([point_in_b.x, point_in_b.y, point_in_b.z]))
     }
 
     /// A triangle of `b`, mm, in the frame of `a`, on the grid.

@@ -39,7 +39,8 @@ pub(super) struct Visit<'a> {
 /// What a visit found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Found {
-    /// For each child the largest difference of distance and reach over the axes, mm: less than 0 by how deep the boxes overlap.
+    /// For each child the largest difference of distance and reach over the axes, mm: less than 0 by how deep the boxes overlap. Not
+    /// found where no child may overlap.
     pub gap: [f32; WIDTH],
     /// A bit for each child that may overlap.
     pub live: u8,
@@ -58,11 +59,12 @@ pub(super) fn node_slack(node: &Node) -> f32 {
 pub(super) fn visit<L: Lanes>(visits: &[Visit], found: &mut [Found; 2]) {
     let mut first = 0;
     while first < visits.len() {
-        let mut gap = [[0.0; WIDTH]; 2];
-        let live = gaps::<L>(|i| &visits[(first + i).min(visits.len() - 1)], &mut gap);
+        let (mut gap, mut live) = ([[0.0; WIDTH]; 2], 0);
+        for part in 0..L::PARTS {
+            live |= gaps::<L>(part, |i| &visits[(first + i).min(visits.len() - 1)], &mut gap);
+        }
         for i in first..(first + L::VISITS).min(visits.len()) {
-            let bits = (live >> (WIDTH * (i - first))) as u8;
-            found[i] = Found { gap: gap[i - first], live: bits & visits[i].node.occupied() };
+            found[i] = Found { gap: gap[i - first], live: (live >> (WIDTH * (i - first))) as u8 };
         }
         first += L::VISITS;
     }
@@ -74,7 +76,9 @@ pub(super) fn distances<L: Lanes>(visits: &[Visit], least: &mut [[f32; WIDTH]; 2
     let mut first = 0;
     while first < visits.len() {
         let mut bound = [[0.0; WIDTH]; 2];
-        least_distances::<L>(|i| &visits[(first + i).min(visits.len() - 1)], &mut bound);
+        for part in 0..L::PARTS {
+            least_distances::<L>(part, |i| &visits[(first + i).min(visits.len() - 1)], &mut bound);
+        }
         let last = (first + L::VISITS).min(visits.len());
         least[first..last].copy_from_slice(&bound[..last - first]);
         first += L::VISITS;
@@ -112,12 +116,12 @@ struct Relation<L> {
 
 impl<L: Lanes> Relation<L> {
     #[inline(always)]
-    fn new<'a>(visit: &impl Fn(usize) -> &'a Visit<'a>) -> Self {
-        let v = axes::<L>(three!(k => L::load(|i| &visit(i).node.turn[k])));
-        let b = three!(k => L::load(|i| &visit(i).node.half[k]));
+    fn new<'a>(part: usize, visit: &impl Fn(usize) -> &'a Visit<'a>) -> Self {
+        let v = axes::<L>(three!(k => L::load(part, |i| &visit(i).node.turn[k])));
+        let b = three!(k => L::load(part, |i| &visit(i).node.half[k]));
         let a = three!(k => L::splat(|i| visit(i).one.half[k]));
         let u = three!(n => three!(k => L::splat(|i| visit(i).one.axes[n][k])));
-        let d = three!(k => L::load(|i| &visit(i).node.centre[k]) - L::splat(|i| visit(i).one.centre[k]));
+        let d = three!(k => L::load(part, |i| &visit(i).node.centre[k]) - L::splat(|i| visit(i).one.centre[k]));
         let r = three!(i => three!(j => dot(&u[i], &v[j])));
         let q = three!(i => three!(j => r[i][j].abs()));
         Self { a, b, r, q, along_a: three!(i => dot(&u[i], &d)), along_b: three!(j => dot(&v[j], &d)) }
@@ -134,49 +138,70 @@ impl<L: Lanes> Relation<L> {
     fn gap_b(&self, j: usize) -> L {
         self.along_b[j].abs() - (self.b[j] + dot(&self.a, &[self.q[0][j], self.q[1][j], self.q[2][j]]))
     }
+
+    /// The largest gaps along the axes of faces: three maxima of two, so that each need not wait for the one before.
+    #[inline(always)]
+    fn along_faces(&self) -> [L; 3] {
+        three!(k => self.gap_a(k).max(self.gap_b(k)))
+    }
+
+    /// The largest gap along any axis, those of faces given.
+    #[inline(always)]
+    fn along_edges(&self, mut most: [L; 3]) -> L {
+        let Self { a, b, r, q, along_a: t, .. } = self;
+        for i in 0..3 {
+            let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
+            for j in 0..3 {
+                let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
+                let distance = (t[i2] * r[i1][j] - t[i1] * r[i2][j]).abs();
+                let reach = (a[i1] * q[i2][j] + a[i2] * q[i1][j]) + (b[j1] * q[i][j2] + b[j2] * q[i][j1]);
+                most[j] = most[j].max(distance - reach);
+            }
+        }
+        most[0].max(most[1]).max(most[2])
+    }
 }
 
-/// The gaps of as many visits as fit a register; a bit for each child that is not apart.
+/// The gaps of as many visits as fit a register, or of a part of one's children; a bit for each child that is there and not apart. No gaps are
+/// found when there is none.
 #[inline(always)]
-fn gaps<'a, L: Lanes>(visit: impl Fn(usize) -> &'a Visit<'a>, gap: &mut [[f32; WIDTH]; 2]) -> u32 {
-    let relation = Relation::<L>::new(&visit);
-    // Three running maxima, so that each axis need not wait for the one before.
-    let mut most = three!(i => relation.gap_a(i));
-    most = three!(j => most[j].max(relation.gap_b(j)));
-    let Relation { a, b, r, q, along_a: t, .. } = &relation;
-    for i in 0..3 {
-        let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
-        for j in 0..3 {
-            let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
-            let distance = (t[i2] * r[i1][j] - t[i1] * r[i2][j]).abs();
-            let reach = (a[i1] * q[i2][j] + a[i2] * q[i1][j]) + (b[j1] * q[i][j2] + b[j2] * q[i][j1]);
-            most[j] = most[j].max(distance - reach);
-        }
-    }
-    let most = most[0].max(most[1]).max(most[2]);
-    most.store(gap);
+fn gaps<'a, L: Lanes>(part: usize, visit: impl Fn(usize) -> &'a Visit<'a>, gap: &mut [[f32; WIDTH]; 2]) -> u32 {
+    let relation = Relation::<L>::new(part, &visit);
+    let slack = L::splat(|i| visit(i).node.slack + visit(i).one.slack);
+    let first = part * WIDTH / L::PARTS;
+    let lanes = u32::MAX >> (32 - L::VISITS * WIDTH / L::PARTS);
+    let occupied = (0..L::VISITS).fold(0, |bits, i| bits | u32::from(visit(i).node.occupied()) << (WIDTH * i));
+    let occupied = occupied >> first & lanes;
     // A gap that is not a number parts nothing.
-    !most.exceeds(L::splat(|i| visit(i).node.slack + visit(i).one.slack))
+    let together = |most: L| occupied & !most.exceeds(slack);
+    let most = relation.along_faces();
+    // Axes of faces part nearly all boxes that are apart, and often all of a visit.
+    if together(most[0].max(most[1]).max(most[2])) == 0 {
+        return 0;
+    }
+    let most = relation.along_edges(most);
+    most.store(part, gap);
+    together(most) << first
 }
 
 /// Lower bounds of the distance of each child from the one box. A box lies on the far side of a slab of each of the other's three axes, which
 /// are square to one another, so that the three gaps make a right angle: the bound is the root of the sum of their squares. Each is lowered by the
 /// slack first, and the result by what its own seven roundings can add ([`LOWERED`]). What is not a number becomes 0.
 #[inline(always)]
-fn least_distances<'a, L: Lanes>(visit: impl Fn(usize) -> &'a Visit<'a>, least: &mut [[f32; WIDTH]; 2]) {
-    let relation = Relation::<L>::new(&visit);
+fn least_distances<'a, L: Lanes>(part: usize, visit: impl Fn(usize) -> &'a Visit<'a>, least: &mut [[f32; WIDTH]; 2]) {
+    let relation = Relation::<L>::new(part, &visit);
     let zero = L::splat(|_| 0.0);
     let slack = L::splat(|i| visit(i).node.slack + visit(i).one.slack);
     let along_a = three!(i => (relation.gap_a(i) - slack).max(zero));
     let along_b = three!(j => (relation.gap_b(j) - slack).max(zero));
     let squared = dot(&along_a, &along_a).max(dot(&along_b, &along_b));
-    (squared.sqrt() * L::splat(|_| LOWERED)).store(least);
+    (squared.sqrt() * L::splat(|_| LOWERED)).store(part, least);
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::code::Code;
-    use super::super::lanes::{Machine, Simd, Work};
+    use super::super::lanes::{Array, Machine, Simd, Work};
     use super::super::pose::Pose;
     use super::super::turn;
     use super::*;
@@ -203,6 +228,23 @@ mod tests {
         let faces = (0..3).flat_map(|n| [u.column(n).into_owned(), v.column(n).into_owned()]);
         let reach = |axis: &Vector| u.tr_mul(axis).abs().dot(a) + v.tr_mul(axis).abs().dot(b);
         edges.chain(faces).map(|axis| axis.dot(d).abs() - reach(&axis)).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Of one visit the gaps of all children, whether it needs them or not.
+    struct AllGaps<'a>(&'a Visit<'a>);
+
+    impl Work for AllGaps<'_> {
+        type Output = [f32; WIDTH];
+
+        #[inline(always)]
+        fn run<M: Machine>(self) -> [f32; WIDTH] {
+            let mut gap = [[0.0; WIDTH]; 2];
+            for part in 0..M::Single::PARTS {
+                let relation = Relation::<M::Single>::new(part, &|_| self.0);
+                relation.along_edges(relation.along_faces()).store(part, &mut gap);
+            }
+            gap[0]
+        }
     }
 
     fn vector(size: f64) -> impl Strategy<Value = Vector> {
@@ -250,7 +292,7 @@ mod tests {
             (0..8).for_each(|place| node.put(place, &child));
             node.slack = node_slack(&node);
             let moved = Pose::new(&motion, 10.0 * scale);
-            let seen = Seen::new(&moved.a_from_b, &one, &other_origin, &node, 0.0);
+            let seen = Seen::new::<Array<f64>>(&moved.a_from_b, &one, &other_origin, &node, 0.0);
             let visit = Visit { node: &node, one: seen };
             let wide = |x: [f32; 3]| Vector::from(x.map(f64::from));
             let rotation = motion.rotation.to_rotation_matrix().into_inner();
@@ -267,12 +309,17 @@ mod tests {
             for [first, second] in &results {
                 prop_assert_eq!(first, second);
                 prop_assert_eq!(first, &results[0][0]);
-                for gap in first.gap {
-                    prop_assert!((f64::from(gap) - exact).abs() <= slack, "{gap} {exact} {slack}");
-                }
                 prop_assert!(exact > 0.0 || first.live == 255, "{exact} {slack}");
                 // And the slack is small against the lengths involved, which are up to 20 times the scale.
                 prop_assert!(exact < 1e-4 * scale || first.live == 0, "{exact} {slack}");
+            }
+            let gaps: Vec<[f32; WIDTH]> = Simd::available().into_iter().map(|simd| simd.run(AllGaps(&visit))).collect();
+            for gap in &gaps {
+                prop_assert_eq!(gap, &gaps[0]);
+                prop_assert!(results[0][0].live == 0 || results[0][0].gap == *gap);
+                for &gap in gap {
+                    prop_assert!((f64::from(gap) - exact).abs() <= slack, "{gap} {exact} {slack}");
+                }
             }
         }
     }

@@ -72,7 +72,8 @@ impl Work for &mut Search<'_> {
     #[inline(always)]
     fn run<M: Machine>(self) -> ControlFlow<Touching> {
         self.proximity.stack.clear();
-        self.visit::<M>(&[Opened::ROOTS])?;
+        let first = self.posed.first();
+        self.visit::<M>(&[first])?;
         while self.visits < self.most_visits {
             let Some(top) = self.next() else { break };
             let top = self.posed.open(top);
@@ -103,9 +104,12 @@ impl Search<'_> {
         self.visits += opened.len() as u32;
         let mut bounds = [[0.0; WIDTH]; 2];
         match *opened {
-            [one] => boxes::distances::<M::Single>(&[self.posed.see(one)], &mut bounds),
+            [one] => boxes::distances::<M::Single>(&[self.posed.see::<M::Double>(one)], &mut bounds),
             [one, other] => {
-                boxes::distances::<M::Single>(&[self.posed.see(one), self.posed.see(other)], &mut bounds);
+                boxes::distances::<M::Single>(
+                    &[self.posed.see::<M::Double>(one), self.posed.see::<M::Double>(other)],
+                    &mut bounds,
+                );
             }
             _ => {}
         }

@@ -5,6 +5,7 @@
 
 #![expect(unsafe_code, reason = "vector instructions; this file alone")]
 
+use crate::geometry::grid::Coordinate;
 use std::array::from_fn;
 use std::ops::{Add, Mul, Sub};
 use std::sync::OnceLock;
@@ -33,12 +34,14 @@ macro_rules! three {
 }
 pub(super) use three;
 
-/// `f32` lanes: eight for each visit that fits a register.
+/// `f32` lanes: eight for each visit that fits a register, or half of the eight of one.
 pub(super) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
     /// How many visits fit a register.
     const VISITS: usize;
-    /// Eight numbers for each visit.
-    fn load<'a>(of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self;
+    /// How many registers the lanes of a visit take.
+    const PARTS: usize;
+    /// For each visit as many of eight numbers as fit, those of the given part.
+    fn load<'a>(part: usize, of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self;
     /// One number for each visit.
     fn splat(of: impl Fn(usize) -> f32) -> Self;
     fn abs(self) -> Self;
@@ -47,17 +50,21 @@ pub(super) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Out
     fn max(self, other: Self) -> Self;
     /// A bit for each lane that is larger than the other's; the first visit's are the lowest.
     fn exceeds(self, other: Self) -> u32;
-    /// Eight numbers for each visit.
-    fn store(self, to: &mut [[f32; WIDTH]; 2]);
+    /// The numbers of each visit, to where the part belongs.
+    fn store(self, part: usize, to: &mut [[f32; WIDTH]; 2]);
 }
 
-/// Eight `f64` lanes.
-pub(super) trait DoubleLanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
-    fn load(from: &[f64; 8]) -> Self;
-    fn splat(x: f64) -> Self;
+/// Lanes of [`DoubleLanes`].
+pub(super) const DOUBLES: usize = 4;
+
+/// Four `f64` lanes.
+pub(super) trait DoubleLanes: Coordinate {
+    fn load(from: &[f64; DOUBLES]) -> Self;
     fn abs(self) -> Self;
     /// A bit for each lane that is larger than the other's.
     fn exceeds(self, other: Self) -> u8;
+    /// Rounded to `f32`.
+    fn narrow(self) -> [f32; DOUBLES];
 }
 
 /// What the traversal is compiled for.
@@ -163,8 +170,9 @@ impl Machine for Portable {
     type Double = Array<f64>;
 }
 
+/// Four, of which the registers that every machine has hold as many as are needed at a time; of eight, some would always wait in memory.
 #[derive(Clone, Copy)]
-pub(super) struct Array<T>([T; 8]);
+pub(super) struct Array<T>([T; 4]);
 
 macro_rules! array_operator {
     ($trait:ident, $method:ident, $operator:tt) => {
@@ -183,13 +191,14 @@ array_operator!(Mul, mul, *);
 
 impl Lanes for Array<f32> {
     const VISITS: usize = 1;
+    const PARTS: usize = 2;
     #[inline(always)]
-    fn load<'a>(of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self {
-        Self(*of(0))
+    fn load<'a>(part: usize, of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self {
+        Self(of(0).as_chunks().0[part])
     }
     #[inline(always)]
     fn splat(of: impl Fn(usize) -> f32) -> Self {
-        Self([of(0); 8])
+        Self([of(0); 4])
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -205,22 +214,25 @@ impl Lanes for Array<f32> {
     }
     #[inline(always)]
     fn exceeds(self, other: Self) -> u32 {
-        (0..8).fold(0, |bits, i| bits | u32::from(self.0[i] > other.0[i]) << i)
+        (0..4).fold(0, |bits, i| bits | u32::from(self.0[i] > other.0[i]) << i)
     }
     #[inline(always)]
-    fn store(self, to: &mut [[f32; WIDTH]; 2]) {
-        to[0] = self.0;
+    fn store(self, part: usize, to: &mut [[f32; WIDTH]; 2]) {
+        to[0].as_chunks_mut().0[part] = self.0;
+    }
+}
+
+impl Coordinate for Array<f64> {
+    #[inline(always)]
+    fn all(x: f64) -> Self {
+        Self([x; 4])
     }
 }
 
 impl DoubleLanes for Array<f64> {
     #[inline(always)]
-    fn load(from: &[f64; 8]) -> Self {
+    fn load(from: &[f64; DOUBLES]) -> Self {
         Self(*from)
-    }
-    #[inline(always)]
-    fn splat(x: f64) -> Self {
-        Self([x; 8])
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -228,7 +240,11 @@ impl DoubleLanes for Array<f64> {
     }
     #[inline(always)]
     fn exceeds(self, other: Self) -> u8 {
-        (0..8).fold(0, |bits, i| bits | u8::from(self.0[i] > other.0[i]) << i)
+        (0..4).fold(0, |bits, i| bits | u8::from(self.0[i] > other.0[i]) << i)
+    }
+    #[inline(always)]
+    fn narrow(self) -> [f32; DOUBLES] {
+        self.0.map(|x| x as f32)
     }
 }
 
@@ -237,7 +253,7 @@ mod x86 {
     //! Every value of these types comes from a function below that runs only on a processor that was asked ([`Simd::run`]); with that all
     //! intrinsics here are sound: they touch no memory but the arrays they are given, unaligned.
 
-    use super::{Add, DoubleLanes, Lanes, Machine, Mul, Sub, WIDTH, Work};
+    use super::{Add, Coordinate, DOUBLES, DoubleLanes, Lanes, Machine, Mul, Sub, WIDTH, Work};
     use std::arch::x86_64::*;
 
     /// Compiled with AVX-512.
@@ -261,13 +277,13 @@ mod x86 {
     struct Avx512;
     impl Machine for Avx512 {
         type Single = Single16;
-        type Double = Double8;
+        type Double = Double4;
     }
 
     struct Avx2;
     impl Machine for Avx2 {
         type Single = Single8;
-        type Double = Double4x2;
+        type Double = Double4;
     }
 
     /// Sixteen `f32` lanes: two visits.
@@ -276,12 +292,9 @@ mod x86 {
     /// Eight `f32` lanes: one visit.
     #[derive(Clone, Copy)]
     pub(super) struct Single8(__m256);
-    /// Eight `f64` lanes.
+    /// Four `f64` lanes: pairs of triangles seldom come by the eight.
     #[derive(Clone, Copy)]
-    pub(super) struct Double8(__m512d);
-    /// Eight `f64` lanes in two registers.
-    #[derive(Clone, Copy)]
-    pub(super) struct Double4x2([__m256d; 2]);
+    pub(super) struct Double4(__m256d);
 
     macro_rules! operator {
         ($register:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
@@ -301,31 +314,15 @@ mod x86 {
     operator!(Single8, Add, add, _mm256_add_ps);
     operator!(Single8, Sub, sub, _mm256_sub_ps);
     operator!(Single8, Mul, mul, _mm256_mul_ps);
-    operator!(Double8, Add, add, _mm512_add_pd);
-    operator!(Double8, Sub, sub, _mm512_sub_pd);
-    operator!(Double8, Mul, mul, _mm512_mul_pd);
-
-    macro_rules! paired_operator {
-        ($trait:ident, $method:ident, $intrinsic:ident) => {
-            impl $trait for Double4x2 {
-                type Output = Self;
-                #[inline(always)]
-                fn $method(self, other: Self) -> Self {
-                    let ([a, b], [c, d]) = (self.0, other.0);
-                    // SAFETY: see the module.
-                    Self(unsafe { [$intrinsic(a, c), $intrinsic(b, d)] })
-                }
-            }
-        };
-    }
-    paired_operator!(Add, add, _mm256_add_pd);
-    paired_operator!(Sub, sub, _mm256_sub_pd);
-    paired_operator!(Mul, mul, _mm256_mul_pd);
+    operator!(Double4, Add, add, _mm256_add_pd);
+    operator!(Double4, Sub, sub, _mm256_sub_pd);
+    operator!(Double4, Mul, mul, _mm256_mul_pd);
 
     impl Lanes for Single16 {
         const VISITS: usize = 2;
+        const PARTS: usize = 1;
         #[inline(always)]
-        fn load<'a>(of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self {
+        fn load<'a>(_: usize, of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self {
             // SAFETY: see the module.
             unsafe {
                 let (low, high) = (_mm256_loadu_ps(of(0).as_ptr()), _mm256_loadu_ps(of(1).as_ptr()));
@@ -359,7 +356,7 @@ mod x86 {
             u32::from(unsafe { _mm512_cmp_ps_mask::<_CMP_GT_OQ>(self.0, other.0) })
         }
         #[inline(always)]
-        fn store(self, to: &mut [[f32; WIDTH]; 2]) {
+        fn store(self, _: usize, to: &mut [[f32; WIDTH]; 2]) {
             // SAFETY: see the module; two arrays of eight are sixteen numbers in a row.
             unsafe { _mm512_storeu_ps(to.as_mut_ptr().cast(), self.0) }
         }
@@ -367,8 +364,9 @@ mod x86 {
 
     impl Lanes for Single8 {
         const VISITS: usize = 1;
+        const PARTS: usize = 1;
         #[inline(always)]
-        fn load<'a>(of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self {
+        fn load<'a>(_: usize, of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self {
             // SAFETY: see the module.
             Self(unsafe { _mm256_loadu_ps(of(0).as_ptr()) })
         }
@@ -398,61 +396,42 @@ mod x86 {
             unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(self.0, other.0)) as u32 }
         }
         #[inline(always)]
-        fn store(self, to: &mut [[f32; WIDTH]; 2]) {
+        fn store(self, _: usize, to: &mut [[f32; WIDTH]; 2]) {
             // SAFETY: see the module.
             unsafe { _mm256_storeu_ps(to[0].as_mut_ptr(), self.0) }
         }
     }
 
-    impl DoubleLanes for Double8 {
+    impl Coordinate for Double4 {
         #[inline(always)]
-        fn load(from: &[f64; 8]) -> Self {
+        fn all(x: f64) -> Self {
             // SAFETY: see the module.
-            Self(unsafe { _mm512_loadu_pd(from.as_ptr()) })
-        }
-        #[inline(always)]
-        fn splat(x: f64) -> Self {
-            // SAFETY: see the module.
-            Self(unsafe { _mm512_set1_pd(x) })
-        }
-        #[inline(always)]
-        fn abs(self) -> Self {
-            // SAFETY: see the module.
-            Self(unsafe { _mm512_abs_pd(self.0) })
-        }
-        #[inline(always)]
-        fn exceeds(self, other: Self) -> u8 {
-            // SAFETY: see the module.
-            unsafe { _mm512_cmp_pd_mask::<_CMP_GT_OQ>(self.0, other.0) }
+            Self(unsafe { _mm256_set1_pd(x) })
         }
     }
 
-    impl DoubleLanes for Double4x2 {
+    impl DoubleLanes for Double4 {
         #[inline(always)]
-        fn load(from: &[f64; 8]) -> Self {
-            let (low, high) = from.split_at(4);
+        fn load(from: &[f64; DOUBLES]) -> Self {
             // SAFETY: see the module.
-            Self(unsafe { [_mm256_loadu_pd(low.as_ptr()), _mm256_loadu_pd(high.as_ptr())] })
-        }
-        #[inline(always)]
-        fn splat(x: f64) -> Self {
-            // SAFETY: see the module.
-            Self([unsafe { _mm256_set1_pd(x) }; 2])
+            Self(unsafe { _mm256_loadu_pd(from.as_ptr()) })
         }
         #[inline(always)]
         fn abs(self) -> Self {
             // SAFETY: see the module.
-            Self(self.0.map(|half| unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), half) }))
+            Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
         }
         #[inline(always)]
         fn exceeds(self, other: Self) -> u8 {
-            let ([a, b], [c, d]) = (self.0, other.0);
             // SAFETY: see the module.
-            unsafe {
-                let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(a, c));
-                let high = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(b, d));
-                (low | high << 4) as u8
-            }
+            unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(self.0, other.0)) as u8 }
+        }
+        #[inline(always)]
+        fn narrow(self) -> [f32; DOUBLES] {
+            let mut narrow = [0.0; DOUBLES];
+            // SAFETY: see the module; four numbers are stored.
+            unsafe { _mm_storeu_ps(narrow.as_mut_ptr(), _mm256_cvtpd_ps(self.0)) };
+            narrow
         }
     }
 }

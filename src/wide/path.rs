@@ -15,7 +15,7 @@ use super::lanes::Simd;
 use super::node::WideTree;
 use super::pose::Pose;
 use super::traverse::{self, Scratch};
-use super::triangles::{self, Batch};
+use super::triangles;
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Point};
 use crate::tree::distance::Proximity;
@@ -164,7 +164,7 @@ impl Memory {
             return verdict;
         }
         let first = |i, j| ControlFlow::Break((i, j));
-        let found = traverse::traverse((a, b), a_from_b, Batch::FOR_ONE, simd, &mut self.scratch, probe, first);
+        let found = traverse::traverse((a, b), a_from_b, simd, &mut self.scratch, probe, first);
         self.dearest = self.dearest.max(self.scratch.visits);
         self.witness = found.break_value();
         self.witness.is_some()
@@ -172,6 +172,9 @@ impl Memory {
 
     /// The verdict where evidence has it: kept, or gained now; `None` where a fresh query is the better way.
     fn by_evidence(&mut self, a: &WideTree, b: &WideTree, a_from_b: &Isometry, simd: Simd) -> Option<bool> {
+        if self.dearest < WORTH_VISITS {
+            return None;
+        }
         let here = Place::new(b, a_from_b);
         let reach = a.reach + b.reach;
         let slack = Pose::ball_slack(a_from_b, reach);
@@ -193,9 +196,6 @@ impl Memory {
         let step = here.moved_mm(&last?, b);
         if let Some(less) = self.wait.checked_sub(1) {
             self.wait = less;
-            return None;
-        }
-        if self.dearest < WORTH_VISITS {
             return None;
         }
         let most_visits = DEARER * self.scratch.visits + LEAST_VISITS;

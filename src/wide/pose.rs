@@ -1,6 +1,7 @@
 //! The constants of one relative pose, and a box of one mesh seen from a node of the other.
 
 use super::code::Code;
+use super::lanes::{DOUBLES, DoubleLanes, three};
 use super::node::Node;
 use super::turn;
 use crate::geometry::{Isometry, Vector, grid};
@@ -23,8 +24,25 @@ const DEFECT_FACTOR: f64 = 64.0;
 /// A motion from one mesh's frame to the other's.
 #[derive(Clone, Debug)]
 pub(super) struct Motion {
-    rotation: Matrix3<f64>,
-    translation: Vector,
+    /// The columns of the rotation, each in as many lanes as there are.
+    rotation: [[f64; DOUBLES]; 3],
+    translation: [f64; DOUBLES],
+}
+
+impl Motion {
+    fn new(rotation: &Matrix3<f64>, translation: &Vector) -> Self {
+        let lanes = |v: [f64; 3]| [v[0], v[1], v[2], 0.0];
+        Self {
+            rotation: [0, 1, 2].map(|j| lanes(rotation.column(j).into_owned().into())),
+            translation: lanes((*translation).into()),
+        }
+    }
+
+    /// The columns of the rotation, each times its coordinate of `v`: the sum is where it turns `v` to.
+    #[inline(always)]
+    fn turn<D: DoubleLanes>(&self, v: [f64; 3]) -> [D; 3] {
+        three!(j => D::load(&self.rotation[j]) * D::all(v[j]))
+    }
 }
 
 /// Both motions, and the slack that they and the snapping of moved corners need.
@@ -49,8 +67,8 @@ impl Pose {
         let defect = (back * rotation - Matrix3::identity()).amax();
         let slack = Self::slack(&translation, reach, defect);
         Self {
-            b_from_a: Motion { translation: -(back * translation), rotation: back },
-            a_from_b: Motion { rotation, translation },
+            b_from_a: Motion::new(&back, &-(back * translation)),
+            a_from_b: Motion::new(&rotation, &translation),
             slack: slack as f32 * (1.0 + 4.0 * U),
         }
     }
@@ -67,11 +85,12 @@ impl Pose {
     }
 }
 
-/// A box of the other mesh in the frame of a node, relative to the node's origin: centre, axes, half-lengths and slack, mm.
+/// A box of the other mesh in the frame of a node, relative to the node's origin: centre, axes, half-lengths and slack, mm. What is
+/// found in lanes stays in lanes; the fourth is nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Seen {
-    pub centre: [f32; 3],
-    pub axes: [[f32; 3]; 3],
+    pub centre: [f32; DOUBLES],
+    pub axes: [[f32; DOUBLES]; 3],
     pub half: [f32; 3],
     pub slack: f32,
 }
@@ -79,23 +98,20 @@ pub(super) struct Seen {
 impl Seen {
     /// The box `code`, relative to `origin`, moved by `motion` and seen from `node`.
     #[inline(always)]
-    pub fn new(motion: &Motion, code: &Code, origin: &[f32; 3], node: &Node, pose_slack: f32) -> Self {
+    pub fn new<D: DoubleLanes>(motion: &Motion, code: &Code, origin: &[f32; 3], node: &Node, pose_slack: f32) -> Self {
         let own = turn::decode(code.turn);
-        let r = &motion.rotation;
-        let p: [f64; 3] = std::array::from_fn(|k| f64::from(origin[k]) + f64::from(code.centre[k]));
-        let mut seen = Self { half: code.half, ..Self::default() };
-        let mut distance = 0.0;
-        for k in 0..3 {
-            let centre = (r[(k, 0)] * p[0] + r[(k, 1)] * p[1])
-                + (r[(k, 2)] * p[2] + (motion.translation[k] - f64::from(node.origin[k])));
-            seen.centre[k] = centre as f32;
-            distance += seen.centre[k].abs();
-            for i in 0..3 {
-                seen.axes[i][k] = (r[(k, 0)] * own[(0, i)] + r[(k, 1)] * own[(1, i)] + r[(k, 2)] * own[(2, i)]) as f32;
-            }
-        }
+        let p = three!(k => f64::from(origin[k]) + f64::from(code.centre[k]));
+        let from = node.origin.map(f64::from);
+        let [x, y, z] = motion.turn::<D>(p);
+        let way = D::load(&motion.translation) - D::load(&[from[0], from[1], from[2], 0.0]);
+        let centre = ((x + y) + (z + way)).narrow();
+        let axes = three!(i => {
+            let [x, y, z] = motion.turn::<D>([own[(0, i)], own[(1, i)], own[(2, i)]]);
+            (x + y + z).narrow()
+        });
+        let distance = centre[0].abs() + centre[1].abs() + centre[2].abs();
         let half = code.half[0] + code.half[1] + code.half[2];
-        seen.slack = U * (PER_DISTANCE * distance + PER_HALF * half) + pose_slack;
-        seen
+        let slack = U * (PER_DISTANCE * distance + PER_HALF * half) + pose_slack;
+        Self { centre, axes, half: code.half, slack }
     }
 }

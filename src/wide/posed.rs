@@ -1,6 +1,7 @@
 //! Two trees at a pose: which box of a pair is opened, and how the other looks from its node.
 
 use super::boxes::Visit;
+use super::lanes::DoubleLanes;
 use super::node::{Contents, WideTree};
 use super::pose::{Pose, Seen};
 use crate::geometry::Isometry;
@@ -27,7 +28,7 @@ pub(super) struct Opened {
 
 impl Opened {
     /// The roots: node 0 of `a` holds the root alone; `b`'s root is slot 0.
-    pub const ROOTS: Self = Self { one: 0, node: 0, of_b: false };
+    const ROOTS: Self = Self { one: 0, node: 0, of_b: false };
 
     /// The pair (slot of `a`, slot of `b`) of the box that stays and a slot of the other tree.
     #[inline(always)]
@@ -46,6 +47,13 @@ impl<'a> Posed<'a> {
     #[inline(always)]
     pub const fn trees(&self, opened: Opened) -> (&'a WideTree, &'a WideTree) {
         if opened.of_b { (self.b, self.a) } else { (self.a, self.b) }
+    }
+
+    /// What a search opens first: the larger root, since a pass over its children tells as much as one over the root alone and costs the same.
+    /// Only where both roots are triangles there is nothing to open but the node that holds one.
+    #[inline(always)]
+    pub fn first(&self) -> Opened {
+        if self.a.len() == 1 && self.b.len() == 1 { Opened::ROOTS } else { self.open((0, 0)) }
     }
 
     /// Of two boxes the larger is opened, the second on a tie; never a triangle's. Not both are triangles'.
@@ -67,12 +75,12 @@ impl<'a> Posed<'a> {
 
     /// The one box as seen from the node.
     #[inline(always)]
-    pub fn see(&self, opened: Opened) -> Visit<'a> {
+    pub fn see<D: DoubleLanes>(&self, opened: Opened) -> Visit<'a> {
         let (tree, other) = self.trees(opened);
         let motion = if opened.of_b { &self.pose.b_from_a } else { &self.pose.a_from_b };
         let node = &tree.nodes[opened.node as usize];
         let (holder, place) = other.slot(opened.one);
-        let one = Seen::new(motion, &holder.code(place), &holder.origin, node, self.pose.slack);
+        let one = Seen::new::<D>(motion, &holder.code(place), &holder.origin, node, self.pose.slack);
         Visit { node, one }
     }
 }

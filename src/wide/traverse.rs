@@ -2,7 +2,7 @@
 //!
 //! A stack of pairs of slots whose boxes may overlap. Two pairs are taken at a time; of each the larger box is opened and the
 //! other moved into its node's frame, where one pass over the lanes ([`super::boxes`]) tests it against all children. Pairs of
-//! triangles gather and are tested up to eight at a time ([`super::triangles`]). The deepest overlap is taken first: that is where a contact is likely.
+//! triangles gather and are tested four at a time ([`super::triangles`]). The deepest overlap is taken first: that is where a contact is likely.
 
 use super::boxes::{self, Found};
 use super::lanes::{Machine, Simd, Work};
@@ -24,11 +24,10 @@ pub struct Scratch {
 }
 
 /// Calls `on_contact(place_in_a, place_in_b)` for every pair of triangles that touch, exactly, until it breaks. Places are those of the
-/// trees' orders; pairs wait in `batch`, which is empty.
+/// trees' orders.
 pub(super) fn traverse<B>(
     (a, b): (&WideTree, &WideTree),
     a_from_b: &Isometry,
-    batch: Batch,
     simd: Simd,
     scratch: &mut Scratch,
     probe: &mut impl Probe,
@@ -41,7 +40,14 @@ pub(super) fn traverse<B>(
     let posed = Posed::new(a, b, a_from_b);
     let contact = |(i, j): (u32, u32)| on_contact(i, j);
     scratch.visits = 0;
-    simd.run(Traversal { posed, stack: &mut scratch.stack, visits: &mut scratch.visits, probe, contact, batch })
+    simd.run(Traversal {
+        posed,
+        stack: &mut scratch.stack,
+        visits: &mut scratch.visits,
+        probe,
+        contact,
+        batch: Batch::default(),
+    })
 }
 
 /// Mode `first`: whether the meshes touch at all.
@@ -53,7 +59,7 @@ pub fn first(
     scratch: &mut Scratch,
     probe: &mut impl Probe,
 ) -> bool {
-    traverse((a, b), a_from_b, Batch::FOR_ONE, simd, scratch, probe, |_, _| ControlFlow::Break(())).is_break()
+    traverse((a, b), a_from_b, simd, scratch, probe, |_, _| ControlFlow::Break(())).is_break()
 }
 
 /// Mode `all`: every pair of faces that touch, as (face of `a`, face of `b`), sorted.
@@ -66,7 +72,7 @@ pub fn all(
     probe: &mut impl Probe,
 ) -> Vec<(u32, u32)> {
     let mut contacts = Vec::new();
-    let _ = traverse((a, b), a_from_b, Batch::FOR_ALL, simd, scratch, probe, |i, j| {
+    let _ = traverse((a, b), a_from_b, simd, scratch, probe, |i, j| {
         contacts.push((a.faces[i as usize], b.faces[j as usize]));
         ControlFlow::<()>::Continue(())
     });
@@ -103,7 +109,8 @@ impl<B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Work for Traversal<'_,
     #[inline(always)]
     fn run<M: Machine>(mut self) -> ControlFlow<B> {
         self.stack.clear();
-        self.visit::<M>(&[Opened::ROOTS])?;
+        let first = self.posed.first();
+        self.visit::<M>(&[first])?;
         while let Some(top) = self.stack.pop() {
             let top = self.posed.open(top);
             match self.stack.pop() {
@@ -122,8 +129,11 @@ impl<B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Traversal<'_, P, F> {
         *self.visits += opened.len() as u32;
         let mut found = [Found::default(); 2];
         match *opened {
-            [one] => boxes::visit::<M::Single>(&[self.posed.see(one)], &mut found),
-            [one, other] => boxes::visit::<M::Single>(&[self.posed.see(one), self.posed.see(other)], &mut found),
+            [one] => boxes::visit::<M::Single>(&[self.posed.see::<M::Double>(one)], &mut found),
+            [one, other] => boxes::visit::<M::Single>(
+                &[self.posed.see::<M::Double>(one), self.posed.see::<M::Double>(other)],
+                &mut found,
+            ),
             _ => {}
         }
         // The last on the stack is the next to be opened: the first visit's.
@@ -153,8 +163,7 @@ impl<B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Traversal<'_, P, F> {
                 let place = pairs.trailing_zeros();
                 pairs &= pairs - 1;
                 let triangle = node.first_triangle + place - u32::from(node.inner);
-                let (i, j) = Opened { one, ..opened }.pair(triangle);
-                if self.batch.push(i, j) {
+                if self.batch.push(Opened { one, ..opened }.pair(triangle)) {
                     self.test::<M>()?;
                 }
             }
@@ -184,9 +193,12 @@ impl<B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Traversal<'_, P, F> {
         ControlFlow::Continue(())
     }
 
-    /// Tests the pairs that wait.
+    /// Tests the pairs that wait, if any.
     #[inline(always)]
     fn test<M: Machine>(&mut self) -> ControlFlow<B> {
+        if self.batch.len() == 0 {
+            return ControlFlow::Continue(());
+        }
         for _ in 0..self.batch.len() {
             self.probe.triangle_test();
         }

@@ -1,44 +1,33 @@
-//! Up to eight pairs of triangles at a time: which of them touch, exactly.
+//! Pairs of triangles, four at a time: which of them touch, exactly.
 //!
-//! The corners of each triangle are put on a side of the other's plane (O. Devillers, P. Guigue, INRIA RR-4488, 2002), eight pairs at once.
+//! The corners of each triangle are put on a side of the other's plane (O. Devillers, P. Guigue, INRIA RR-4488, 2002), four pairs at once.
 //! A pair whose triangle is strictly on one side by more than the error of the determinants is apart; most are. The others go one by one to
 //! [`certified`], which knows what `f64` can decide, and what it cannot goes to the exact test.
 //!
 //! The corners of `b` are moved and snapped by the very operations of [`crate::geometry::grid::Placement`], so that all methods see the same triangles.
 
-use super::lanes::{DoubleLanes, three};
+use super::lanes::{DOUBLES, DoubleLanes, three};
 use super::node::WideTree;
 use crate::geometry::Triangle;
 use crate::geometry::certified;
 use crate::geometry::grid::Placement;
 use crate::geometry::plane::ERROR;
 
-/// Pairs that wait until there are enough of them.
-#[derive(Clone, Copy, Debug)]
+/// Pairs that wait until they fill the lanes. Of a search that ends with the first contact more at a time would cost visits: it is
+/// known sooner with few.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Batch {
-    a: [u32; 8],
-    b: [u32; 8],
+    pairs: [(u32, u32); DOUBLES],
     len: usize,
-    full: usize,
 }
 
 impl Batch {
-    /// For a search that ends with the first contact: it is known sooner, which spares one visit in twenty of poses in contact, and a few more
-    /// passes cost less than that.
-    pub const FOR_ONE: Self = Self::new(4);
-    /// For a search for all contacts.
-    pub const FOR_ALL: Self = Self::new(8);
-
-    const fn new(full: usize) -> Self {
-        Self { a: [0; 8], b: [0; 8], len: 0, full }
-    }
-
     /// One pair more, by their places in tree order. Whether it is full now.
     #[inline(always)]
-    pub fn push(&mut self, a: u32, b: u32) -> bool {
-        (self.a[self.len], self.b[self.len]) = (a, b);
+    pub fn push(&mut self, pair: (u32, u32)) -> bool {
+        self.pairs[self.len] = pair;
         self.len += 1;
-        self.len == self.full
+        self.len == DOUBLES
     }
 
     /// How many pairs wait.
@@ -50,27 +39,28 @@ impl Batch {
     /// The pair with the given number.
     #[inline(always)]
     pub const fn pair(&self, i: usize) -> (u32, u32) {
-        (self.a[i], self.b[i])
+        self.pairs[i]
     }
 
     /// A bit for each pair that the planes do not part; the batch is empty afterwards.
     #[inline(always)]
     pub fn unparted<D: DoubleLanes>(&mut self, a: &WideTree, b: &WideTree, placement: &Placement) -> u8 {
-        let mut corners = [[[[0.0; 8]; 3]; 3]; 2];
-        for (lane, (&i, &j)) in self.a.iter().zip(&self.b).enumerate().take(self.len) {
+        let mut corners = [[[[0.0; DOUBLES]; 3]; 3]; 2];
+        for (lane, &(i, j)) in self.pairs.iter().enumerate().take(self.len) {
             spread(&a.triangle(i), lane, &mut corners[0]);
-            spread(&placement.triangle(&b.triangle(j)), lane, &mut corners[1]);
+            spread(&b.triangle(j), lane, &mut corners[1]);
         }
-        let waiting = ((1_u32 << self.len) - 1) as u8;
+        let waiting = (1 << self.len) - 1;
         self.len = 0;
         let [p, q] = [loaded::<D>(&corners[0]), loaded::<D>(&corners[1])];
+        let q = three!(corner => placement.coordinates(q[corner]));
         waiting & !(on_one_side(&p, &q) | on_one_side(&q, &p))
     }
 }
 
 /// Puts a triangle's coordinates into a lane.
 #[inline(always)]
-fn spread(triangle: &Triangle, lane: usize, to: &mut [[[f64; 8]; 3]; 3]) {
+fn spread(triangle: &Triangle, lane: usize, to: &mut [[[f64; DOUBLES]; 3]; 3]) {
     for (corner, lanes) in triangle.corners.iter().zip(to) {
         for (x, lanes) in corner.iter().zip(lanes) {
             lanes[lane] = *x;
@@ -82,7 +72,7 @@ fn spread(triangle: &Triangle, lane: usize, to: &mut [[[f64; 8]; 3]; 3]) {
 #[inline(always)]
 fn on_one_side<D: DoubleLanes>(p: &[[D; 3]; 3], q: &[[D; 3]; 3]) -> u8 {
     let (e, f) = (minus(&p[1], &p[0]), minus(&p[2], &p[0]));
-    let (mut normal, mut size) = ([D::splat(0.0); 3], [D::splat(0.0); 3]);
+    let (mut normal, mut size) = ([D::all(0.0); 3], [D::all(0.0); 3]);
     for k in 0..3 {
         let (k1, k2) = ((k + 1) % 3, (k + 2) % 3);
         let (one, other) = (e[k1] * f[k2], e[k2] * f[k1]);
@@ -92,15 +82,15 @@ fn on_one_side<D: DoubleLanes>(p: &[[D; 3]; 3], q: &[[D; 3]; 3]) -> u8 {
     for corner in q {
         let d = minus(corner, &p[0]);
         let height = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2];
-        let error = D::splat(ERROR) * (d[0].abs() * size[0] + d[1].abs() * size[1] + d[2].abs() * size[2]);
+        let error = D::all(ERROR) * (d[0].abs() * size[0] + d[1].abs() * size[1] + d[2].abs() * size[2]);
         above &= height.exceeds(error);
-        below &= (D::splat(0.0) - height).exceeds(error);
+        below &= (D::all(0.0) - height).exceeds(error);
     }
     above | below
 }
 
 #[inline(always)]
-fn loaded<D: DoubleLanes>(from: &[[[f64; 8]; 3]; 3]) -> [[D; 3]; 3] {
+fn loaded<D: DoubleLanes>(from: &[[[f64; DOUBLES]; 3]; 3]) -> [[D; 3]; 3] {
     three!(corner => three!(k => D::load(&from[corner][k])))
 }
 
