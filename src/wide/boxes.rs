@@ -259,7 +259,7 @@ mod tests {
                 Point::from(centre + frame * half.component_mul(&sign))
             })
             .collect();
-        Code::fit(&frame, origin, corners.iter())
+        Code::fit(&frame, origin, std::iter::once(corners.as_slice()))
     }
 
     proptest! {

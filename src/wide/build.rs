@@ -100,12 +100,12 @@ fn in_order(mesh: &Mesh, faces: &[u32]) -> (Vec<[u32; 3]>, Vec<Point>) {
 
 /// The box of a single triangle.
 fn leaf_code(triangle: &Triangle, origin: [f32; 3]) -> Code {
-    Code::fit(&split::frame_of(triangle), origin, triangle.corners.iter())
+    Code::fit(&split::frame_of(triangle), origin, std::iter::once(triangle.corners.as_slice()))
 }
 
 /// The box of several.
 fn inner_code(triangles: &[Triangle], items: &[Item], frames: &Frames, origin: [f32; 3]) -> Code {
-    let points = items.iter().flat_map(|item| triangles[item.face as usize].corners.iter());
+    let points = items.iter().map(|item| triangles[item.face as usize].corners.as_slice());
     Code::fit(&frames.least(items), origin, points)
 }
 

@@ -7,7 +7,9 @@
 //! adds 1u(r + |c|), so that the half-length, their largest difference, is at most 34u(r + |c|) too small, and
 //! `PAD`·(r + |c|) with 64u restores it. Then the half-length is rounded up to `f32`.
 
+use super::lanes::{DOUBLES, DoubleLanes, Machine, Simd, Work, three};
 use super::turn;
+use crate::geometry::grid::Coordinate;
 use crate::geometry::{Point, Vector};
 use nalgebra::Matrix3;
 
@@ -24,29 +26,16 @@ pub(super) struct Code {
 }
 
 impl Code {
-    /// The tight box around `points` along the axes of `frame` (columns of a rotation), as near as `f32` has them.
-    pub fn fit<'a>(frame: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a Point>) -> Self {
+    /// The tight box around all `points` along the axes of `frame` (columns of a rotation), as near as `f32` has them.
+    pub fn fit<'a>(frame: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a [Point]>) -> Self {
         let turn = turn::encode(frame);
         let axes = turn::decode(turn);
-        let from = origin.map(f64::from);
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        let mut farthest: f64 = 0.0;
-        // Written out: this sees every corner once on each level of the tree.
-        points.for_each(|p| {
-            let d = [p.x - from[0], p.y - from[1], p.z - from[2]];
-            for k in 0..3 {
-                let x = axes[(0, k)] * d[0] + axes[(1, k)] * d[1] + axes[(2, k)] * d[2];
-                low[k] = if x < low[k] { x } else { low[k] };
-                high[k] = if x > high[k] { x } else { high[k] };
-            }
-            let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-            farthest = if squared > farthest { squared } else { farthest };
-        });
-        let (low, high) = (Vector::from(low), Vector::from(high));
+        let Extent { low, high, farthest } =
+            Simd::in_use().run(Extents { axes: &axes, from: origin.map(f64::from), points });
         let centre = (axes * ((low + high) * 0.5)).map(|x| x as f32);
         let kept = centre.map(f64::from);
         let middle = axes.tr_mul(&kept);
-        let pad = PAD * (farthest.sqrt() + kept.norm());
+        let pad = PAD * (farthest + kept.norm());
         let half = (high - middle).sup(&(middle - low)).map(|h| rounded_up(h + pad));
         Self { centre: centre.into(), turn, half: half.into() }
     }
@@ -57,6 +46,44 @@ impl Code {
     pub fn volume(&self) -> f32 {
         let [x, y, z] = self.half;
         x * y * z
+    }
+}
+
+/// How far points reach along axes, mm, from an origin; and how far the farthest of them is from it.
+struct Extent {
+    low: Vector,
+    high: Vector,
+    farthest: f64,
+}
+
+/// The search for it, which sees every corner once on each level of the tree.
+struct Extents<'a, I> {
+    axes: &'a Matrix3<f64>,
+    from: [f64; 3],
+    points: I,
+}
+
+impl<'a, I: Iterator<Item = &'a [Point]>> Work for Extents<'_, I> {
+    type Output = Extent;
+
+    #[inline(always)]
+    fn run<M: Machine>(self) -> Extent {
+        let Self { axes, from, points } = self;
+        let rows = three!(j => M::Double::load(&[axes[(j, 0)], axes[(j, 1)], axes[(j, 2)], 0.0]));
+        let (mut low, mut high) = (M::Double::all(f64::INFINITY), M::Double::all(f64::NEG_INFINITY));
+        let mut farthest: f64 = 0.0;
+        for points in points {
+            for p in points {
+                let d = [p.x - from[0], p.y - from[1], p.z - from[2]];
+                let [x, y, z] = three!(j => rows[j] * M::Double::all(d[j]));
+                let along = x + y + z;
+                (low, high) = (along.min(low), along.max(high));
+                let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+                farthest = if squared > farthest { squared } else { farthest };
+            }
+        }
+        let vector = |lanes: [f64; DOUBLES]| Vector::new(lanes[0], lanes[1], lanes[2]);
+        Extent { low: vector(low.stored()), high: vector(high.stored()), farthest: farthest.sqrt() }
     }
 }
 
@@ -75,7 +102,7 @@ mod tests {
     #[test]
     fn a_box_along_the_axes_is_as_long_as_its_contents() {
         let points = [Point::new(1.0, 2.0, 3.0), Point::new(5.0, 4.0, 3.0)];
-        let code = Code::fit(&Matrix3::identity(), [1.0, 1.0, 1.0], points.iter());
+        let code = Code::fit(&Matrix3::identity(), [1.0, 1.0, 1.0], std::iter::once(points.as_slice()));
         assert_eq!(code.centre, [2.0, 2.0, 2.0]);
         for (half, exact) in code.half.into_iter().zip([2.0_f32, 1.0, 0.0]) {
             assert!(half >= exact && half <= exact + 1e-6, "{half}");
@@ -99,7 +126,7 @@ mod tests {
                 points.into_iter().map(|p| Point::from((Vector::from(p) + Vector::from(offset)) * scale)).collect();
             let origin = (Vector::from(offset) * scale).map(|x| x as f32);
             let frame = Rotation3::from_scaled_axis(Vector::from(turn)).into_inner();
-            let code = Code::fit(&frame, origin.into(), points.iter());
+            let code = Code::fit(&frame, origin.into(), std::iter::once(points.as_slice()));
             let axes = turn::decode(code.turn);
             for p in &points {
                 let d = p.coords - origin.map(f64::from) - Vector::from(code.centre.map(f64::from));

@@ -60,7 +60,12 @@ pub(super) const DOUBLES: usize = 4;
 /// Four `f64` lanes.
 pub(super) trait DoubleLanes: Coordinate {
     fn load(from: &[f64; DOUBLES]) -> Self;
+    fn stored(self) -> [f64; DOUBLES];
     fn abs(self) -> Self;
+    /// The smaller, lane by lane; the other when one is not a number.
+    fn min(self, other: Self) -> Self;
+    /// The larger, lane by lane; the other when one is not a number.
+    fn max(self, other: Self) -> Self;
     /// A bit for each lane that is larger than the other's.
     fn exceeds(self, other: Self) -> u8;
     /// Rounded to `f32`.
@@ -71,6 +76,9 @@ pub(super) trait DoubleLanes: Coordinate {
 pub(super) trait Machine {
     type Single: Lanes;
     type Double: DoubleLanes;
+    /// Puts the smaller number in each place of `into`. Written as a comparison, it would be stored place by place with AVX-512, which the next
+    /// one would wait for.
+    fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]);
 }
 
 /// Something to be done on lanes, whichever they are.
@@ -168,6 +176,13 @@ struct Portable;
 impl Machine for Portable {
     type Single = Array<f32>;
     type Double = Array<f64>;
+
+    #[inline(always)]
+    fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
+        for (x, y) in into.iter_mut().zip(other) {
+            *x = if y < x { *y } else { *x };
+        }
+    }
 }
 
 /// Four, of which the registers that every machine has hold as many as are needed at a time; of eight, some would always wait in memory.
@@ -235,8 +250,20 @@ impl DoubleLanes for Array<f64> {
         Self(*from)
     }
     #[inline(always)]
+    fn stored(self) -> [f64; DOUBLES] {
+        self.0
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         Self(self.0.map(f64::abs))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(from_fn(|i| if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(from_fn(|i| if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
     }
     #[inline(always)]
     fn exceeds(self, other: Self) -> u8 {
@@ -278,12 +305,31 @@ mod x86 {
     impl Machine for Avx512 {
         type Single = Single16;
         type Double = Double4;
+
+        #[inline(always)]
+        fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
+            join(into, other);
+        }
     }
 
     struct Avx2;
     impl Machine for Avx2 {
         type Single = Single8;
         type Double = Double4;
+
+        #[inline(always)]
+        fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
+            join(into, other);
+        }
+    }
+
+    #[inline(always)]
+    fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
+        // SAFETY: see the module; eight numbers are stored.
+        unsafe {
+            let least = _mm256_min_ps(_mm256_loadu_ps(other.as_ptr()), _mm256_loadu_ps(into.as_ptr()));
+            _mm256_storeu_ps(into.as_mut_ptr(), least);
+        }
     }
 
     /// Sixteen `f32` lanes: two visits.
@@ -415,6 +461,23 @@ mod x86 {
         fn load(from: &[f64; DOUBLES]) -> Self {
             // SAFETY: see the module.
             Self(unsafe { _mm256_loadu_pd(from.as_ptr()) })
+        }
+        #[inline(always)]
+        fn stored(self) -> [f64; DOUBLES] {
+            let mut stored = [0.0; DOUBLES];
+            // SAFETY: see the module; four numbers are stored.
+            unsafe { _mm256_storeu_pd(stored.as_mut_ptr(), self.0) };
+            stored
+        }
+        #[inline(always)]
+        fn min(self, other: Self) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { _mm256_min_pd(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { _mm256_max_pd(self.0, other.0) })
         }
         #[inline(always)]
         fn abs(self) -> Self {

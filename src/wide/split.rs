@@ -7,6 +7,7 @@
 //!
 //! Here all is `f32` and without bounds of error: it decides how good the tree is, never whether it is right.
 
+use super::lanes::{Machine, Simd, Work};
 use crate::geometry::{Point, Triangle, covariance};
 use nalgebra::{Matrix3, Vector3};
 
@@ -45,13 +46,6 @@ impl Item {
 type Bounds = [f32; 8];
 const NOTHING: Bounds = [f32::MAX; 8];
 
-#[inline(always)]
-fn join(bounds: &mut Bounds, other: &Bounds) {
-    for k in 0..8 {
-        bounds[k] = if other[k] < bounds[k] { other[k] } else { bounds[k] };
-    }
-}
-
 /// Half of half the surface area of bounds that are not empty.
 #[inline(always)]
 fn area(bounds: &Bounds) -> f32 {
@@ -60,15 +54,25 @@ fn area(bounds: &Bounds) -> f32 {
 }
 
 /// A triangle along the axes of a frame: three times the coordinates of its centroid, and its bounds.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Projected {
     centre: [f32; 4],
     bounds: Bounds,
 }
 
+/// What the bins along three axes hold: the bounds of their triangles, and how many they are.
+#[derive(Default)]
+struct Bins {
+    bounds: [[Bounds; BINS]; 3],
+    members: [[u32; BINS]; 3],
+}
+
 /// Memory that divisions reuse.
 #[derive(Default)]
-pub(super) struct Scratch(Vec<Projected>);
+pub(super) struct Scratch {
+    projected: Vec<Projected>,
+    bins: Bins,
+}
 
 /// The candidate frames of a range: principal, the mesh's own, the largest triangle's. Its division into a node's children tries
 /// the axes of these alone, and its box is turned like one of them.
@@ -95,13 +99,27 @@ impl Frames {
 
     /// The one whose box around the items, of which this was made, has the least surface.
     pub fn least(&self, items: &[Item]) -> Matrix3<f64> {
-        let stride = items.len().div_ceil(FRAME_SAMPLE);
+        Simd::in_use().run(Least { items, frames: self })
+    }
+}
+
+struct Least<'a> {
+    items: &'a [Item],
+    frames: &'a Frames,
+}
+
+impl Work for Least<'_> {
+    type Output = Matrix3<f64>;
+
+    #[inline(always)]
+    fn run<M: Machine>(self) -> Matrix3<f64> {
+        let stride = self.items.len().div_ceil(FRAME_SAMPLE);
         let mut best = (f32::INFINITY, Matrix3::identity());
-        for frame in self.each() {
+        for frame in self.frames.each() {
             let columns = columns(frame);
             let mut bounds = NOTHING;
-            for item in items.iter().step_by(stride) {
-                join(&mut bounds, &project(item, &columns).bounds);
+            for item in self.items.iter().step_by(stride) {
+                M::join(&mut bounds, &project(item, &columns).bounds);
             }
             let area = area(&bounds);
             if area < best.0 {
@@ -123,15 +141,7 @@ struct Cut {
 /// Divides `items` in place by the axes of `frames`: how many are on the left (at least one, and not all), and the sizes of both sides, which
 /// are comparable among divisions of one mesh.
 pub(super) fn divide(items: &mut [Item], frames: &Frames, scratch: &mut Scratch) -> (usize, [f32; 2]) {
-    let stride = items.len().div_ceil(SAMPLE);
-    let mut best: Option<Cut> = None;
-    for frame in frames.each() {
-        let columns = columns(frame);
-        scratch.0.clear();
-        scratch.0.extend(items.iter().step_by(stride).map(|item| project(item, &columns)));
-        cheapest(&scratch.0, &columns, &mut best);
-    }
-    let Some(cut) = best else { return (items.len() / 2, [1.0; 2]) };
+    let Some(cut) = Simd::in_use().run(Cheapest { items, frames, scratch }) else { return (items.len() / 2, [1.0; 2]) };
     let mut left = 0;
     for i in 0..items.len() {
         if along(&cut.axis, &items[i]) < cut.at {
@@ -144,6 +154,33 @@ pub(super) fn divide(items: &mut [Item], frames: &Frames, scratch: &mut Scratch)
         left = items.len() / 2;
     }
     (left, cut.areas)
+}
+
+/// The cheapest plane among those square to the axes of some frames, if there is any.
+struct Cheapest<'a> {
+    items: &'a [Item],
+    frames: &'a Frames,
+    scratch: &'a mut Scratch,
+}
+
+impl Work for Cheapest<'_> {
+    type Output = Option<Cut>;
+
+    #[inline(always)]
+    fn run<M: Machine>(self) -> Option<Cut> {
+        let stride = self.items.len().div_ceil(SAMPLE);
+        let Scratch { projected, bins } = self.scratch;
+        projected.resize(self.items.len().div_ceil(stride), Projected::default());
+        let mut best = None;
+        for frame in self.frames.each() {
+            let columns = columns(frame);
+            for (projected, item) in projected.iter_mut().zip(self.items.iter().step_by(stride)) {
+                *projected = project(item, &columns);
+            }
+            cheapest::<M>(projected, bins, &columns, &mut best);
+        }
+        best
+    }
 }
 
 /// Three times the coordinate of a triangle's centroid along a direction.
@@ -178,7 +215,36 @@ fn principal(items: &[Item], stride: usize) -> Matrix3<f64> {
     let mean = Vector3::from(first) / total;
     let [xx, yy, zz, xy, yz, zx] = second;
     let second = Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz) / total;
-    covariance::principal_frame(&(second - mean * mean.transpose()).map(f64::from))
+    nearly_diagonal((second - mean * mean.transpose()).map(f64::from))
+}
+
+/// The rotation whose columns are nearly the eigenvectors of a symmetric matrix, in any order: three rounds of C. G. J. Jacobi's rotations
+/// (1846), which leave the rest of order 1 to 10⁻⁶ or less. Every box but those of single triangles asks for this, and
+/// [`covariance::principal_frame`], which iterates to the last bit and puts the largest first, made a tenth of a build.
+fn nearly_diagonal(mut m: Matrix3<f64>) -> Matrix3<f64> {
+    let mut axes = Matrix3::identity();
+    for (p, q) in [(0, 1), (0, 2), (1, 2), (0, 1), (0, 2), (1, 2), (0, 1), (0, 2), (1, 2)] {
+        let between = m[(p, q)];
+        // It is 0, or no number to turn by.
+        if !between.is_normal() {
+            continue;
+        }
+        let cotangent = (m[(q, q)] - m[(p, p)]) / (2.0 * between);
+        let tangent = cotangent.signum() / (cotangent.abs() + (cotangent * cotangent + 1.0).sqrt());
+        let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();
+        let sine = tangent * cosine;
+        m[(p, p)] -= tangent * between;
+        m[(q, q)] += tangent * between;
+        (m[(p, q)], m[(q, p)]) = (0.0, 0.0);
+        let r = 3 - p - q;
+        let (along_p, along_q) = (cosine * m[(r, p)] - sine * m[(r, q)], sine * m[(r, p)] + cosine * m[(r, q)]);
+        (m[(r, p)], m[(p, r)], m[(r, q)], m[(q, r)]) = (along_p, along_p, along_q, along_q);
+        for k in 0..3 {
+            let (x, y) = (axes[(k, p)], axes[(k, q)]);
+            (axes[(k, p)], axes[(k, q)]) = (cosine * x - sine * y, sine * x + cosine * y);
+        }
+    }
+    axes
 }
 
 /// The axes of the triangle with the largest area.
@@ -222,7 +288,8 @@ fn project(item: &Item, frame: &Columns) -> Projected {
 }
 
 /// Replaces `best` by the cheapest boundary of bins along the axes of `frame` if that is cheaper.
-fn cheapest(projected: &[Projected], frame: &Columns, best: &mut Option<Cut>) {
+#[inline(always)]
+fn cheapest<M: Machine>(projected: &[Projected], bins: &mut Bins, frame: &Columns, best: &mut Option<Cut>) {
     let (mut low, mut high) = ([f32::MAX; 4], [f32::MIN; 4]);
     for Projected { centre, .. } in projected {
         for k in 0..4 {
@@ -231,36 +298,44 @@ fn cheapest(projected: &[Projected], frame: &Columns, best: &mut Option<Cut>) {
         }
     }
     let count = (projected.len() / 2).clamp(4, BINS);
-    for axis in 0..3 {
+    // Along an axis on which nothing is to be told apart all goes into the first bin.
+    let scale: [f32; 3] = std::array::from_fn(|axis| {
         let scale = count as f32 / (high[axis] - low[axis]);
-        if !(high[axis] > low[axis] && scale.is_finite()) {
-            continue;
+        if high[axis] > low[axis] && scale.is_finite() { scale } else { 0.0 }
+    });
+    for axis in 0..3 {
+        bins.bounds[axis][..count].fill(NOTHING);
+        bins.members[axis][..count].fill(0);
+    }
+    // Neighbours often share a bin, whose bounds one waits for after the other: the three axes take turns.
+    for Projected { centre, bounds } in projected {
+        for axis in 0..3 {
+            let bin = (((centre[axis] - low[axis]) * scale[axis]) as usize).min(count - 1);
+            M::join(&mut bins.bounds[axis][bin], bounds);
+            bins.members[axis][bin] += 1;
         }
-        let mut bins = [(NOTHING, 0.0_f32); BINS];
-        for Projected { centre, bounds } in projected {
-            let bin = &mut bins[(((centre[axis] - low[axis]) * scale) as usize).min(count - 1)];
-            join(&mut bin.0, bounds);
-            bin.1 += 1.0;
-        }
+    }
+    for axis in (0..3).filter(|&axis| scale[axis] > 0.0) {
+        let (inside, held) = (&bins.bounds[axis], &bins.members[axis]);
         // The cost of what is right of each boundary, and its area.
         let mut right = [(0.0_f32, 0.0_f32); BINS];
         let (mut bounds, mut members) = (NOTHING, 0.0);
         for bin in (1..count).rev() {
-            join(&mut bounds, &bins[bin].0);
-            members += bins[bin].1;
+            M::join(&mut bounds, &inside[bin]);
+            members += held[bin] as f32;
             // The last bin holds the highest centroid, so this is not empty.
             let area = area(&bounds);
             right[bin] = (members * area, area);
         }
         let (mut bounds, mut members) = (NOTHING, 0.0);
         for bin in 1..count {
-            join(&mut bounds, &bins[bin - 1].0);
-            members += bins[bin - 1].1;
+            M::join(&mut bounds, &inside[bin - 1]);
+            members += held[bin - 1] as f32;
             let (area, right) = (area(&bounds), right[bin]);
             let cost = members * area + right.0;
             if best.as_ref().is_none_or(|best| cost < best.cost) {
                 let axis_columns = [frame[0][axis], frame[1][axis], frame[2][axis]];
-                let at = low[axis] + bin as f32 / scale;
+                let at = low[axis] + bin as f32 / scale[axis];
                 *best = Some(Cut { cost, axis: axis_columns, at, areas: [area, right.1] });
             }
         }
@@ -279,6 +354,8 @@ pub(super) fn frame_of(triangle: &Triangle) -> Matrix3<f64> {
 mod tests {
     use super::*;
     use crate::geometry::Vector;
+    use nalgebra::Rotation3;
+    use proptest::prelude::*;
 
     fn item(corners: [[f64; 3]; 3], face: u32) -> Item {
         Item::new(&Triangle { corners: corners.map(Point::from) }, &Point::origin(), face)
@@ -319,6 +396,33 @@ mod tests {
         let frame = Frames::of(&items).least(&items);
         let normal = Vector::new(0.0, 1.0, -1.0).normalize();
         assert!((0..3).any(|k| frame.column(k).dot(&normal).abs() > 1.0 - 1e-6), "{frame}");
+    }
+
+    proptest! {
+        /// The axes are a rotation's, and the matrix is nearly diagonal along them.
+        #[test]
+        fn axes_of_a_symmetric_matrix_are_nearly_its_eigenvectors(
+            values in prop::array::uniform3(prop_oneof![0.0..1.0_f64, Just(0.25), Just(1e-9)]),
+            turn in prop::array::uniform3(-4.0..4.0_f64),
+            exponent in -12..12_i32,
+        ) {
+            let rotation = Rotation3::from_scaled_axis(Vector::from(turn)).into_inner();
+            let m = rotation * Matrix3::from_diagonal(&Vector::from(values)) * rotation.transpose() * 10f64.powi(exponent);
+            let m = (m + m.transpose()) * 0.5;
+            let axes = nearly_diagonal(m);
+            prop_assert!((axes.tr_mul(&axes) - Matrix3::identity()).amax() < 1e-14 && axes.determinant() > 0.0);
+            let along = axes.tr_mul(&m) * axes;
+            let rest = along - Matrix3::from_diagonal(&along.diagonal());
+            prop_assert!(rest.amax() <= 1e-6 * m.amax(), "{along}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_number_or_zero_has_some_axes() {
+        for x in [0.0, f64::NAN, f64::INFINITY] {
+            let axes = nearly_diagonal(Matrix3::repeat(x));
+            assert!(axes.iter().all(|x| x.is_finite()), "{axes}");
+        }
     }
 
     #[test]

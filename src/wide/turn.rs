@@ -4,7 +4,6 @@
 //! one nearest to the identity. Its angle is at most 62.8° (the largest disorientation of two cubes: J. K. Mackenzie, Biometrika 45,
 //! 1958), so that the vector part is at most sin 31.4° = 0.521 long and the scalar part at least 0.853.
 
-use crate::geometry::Vector;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
 /// The three numbers, for the box frame whose axes are the columns of `frame` (a rotation).
@@ -39,29 +38,39 @@ pub(super) fn decode(turn: [f32; 3]) -> Matrix3<f64> {
 
 /// The relabelling of a box's axes with the largest trace: the trace of a rotation grows as its angle shrinks.
 fn nearest_to_identity(frame: &Matrix3<f64>) -> Matrix3<f64> {
-    const EVEN: [[usize; 3]; 3] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]];
-    const ODD: [[usize; 3]; 3] = [[0, 2, 1], [2, 1, 0], [1, 0, 2]];
-    let mut best = (f64::NEG_INFINITY, *frame);
-    for (order, parity) in EVEN.map(|order| (order, 1.0)).into_iter().chain(ODD.map(|order| (order, -1.0))) {
-        let diagonal = Vector::from_fn(|k, _| frame[(k, order[k])]);
-        let mut sign = diagonal.map(|x| if x < 0.0 { -1.0 } else { 1.0 });
-        if sign.product() * parity < 0.0 {
-            // One axis must be turned over again: the one that costs least.
-            let k = diagonal.iamin();
-            sign[k] = -sign[k];
-        }
-        let trace = diagonal.dot(&sign);
-        if trace > best.0 {
-            let axes = [0, 1, 2].map(|k| frame.column(order[k]) * sign[k]);
-            best = (trace, Matrix3::from_columns(&axes));
+    /// Which axis becomes the first, second and third; the first three orders are even.
+    const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
+    let (mut largest, mut best) = (f64::NEG_INFINITY, (ORDERS[0], None));
+    for (n, order) in ORDERS.into_iter().enumerate() {
+        let on = [frame[(0, order[0])], frame[(1, order[1])], frame[(2, order[2])]];
+        let [x, y, z] = on.map(f64::abs);
+        let turned_over = on.iter().filter(|&&x| x < 0.0).count();
+        // An even order of axes needs an even number of them turned over, else one more: the one that costs least.
+        let least = if y < x {
+            if z < y { 2 } else { 1 }
+        } else if z < x {
+            2
+        } else {
+            0
+        };
+        let one_more = ((turned_over % 2 == 0) != (n < 3)).then_some(least);
+        let side = |k, x: f64| if one_more == Some(k) { -x } else { x };
+        let trace = side(0, x) + side(1, y) + side(2, z);
+        if trace > largest {
+            (largest, best) = (trace, (order, one_more));
         }
     }
-    best.1
+    let (order, one_more) = best;
+    Matrix3::from_columns(&[0, 1, 2].map(|k| {
+        let over = (frame[(k, order[k])] < 0.0) != (one_more == Some(k));
+        frame.column(order[k]) * if over { -1.0 } else { 1.0 }
+    }))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Vector;
     use proptest::prelude::*;
 
     #[test]
