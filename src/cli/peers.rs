@@ -86,7 +86,7 @@ struct CompareOptions {
     /// A runner, as NAME=PROGRAM ARGUMENTS; repeatable
     #[arg(long = "runner", value_name = "NAME=COMMAND")]
     runners: Vec<String>,
-    /// A variant of ours, as ID, with @POLICY for another tree, +witness or +evidence for what mode path may keep from pose to pose, and
+    /// A variant of ours, as ID, with @POLICY for another tree, +axis, +witness or +evidence for what mode path may keep from pose to pose, and
     /// +avx512, +avx2 or +portable for one of this machine's instruction sets; repeatable [default: the reference variant and the peers in the
     /// registry]
     #[arg(long = "variant", value_name = "ID[@POLICY][+OPTION]...")]
@@ -118,7 +118,7 @@ struct RunnerOptions {
     /// Tree policy SPLIT[/AXES[/LEAF]] [default: the variant's own]
     #[arg(long, value_name = "POLICY")]
     policy: Option<Policy>,
-    /// What a query of mode path may use of the one before: none, witness or evidence; by variants that can
+    /// What a query of mode path may use of the one before: none, axis, witness or evidence; by variants that can
     #[arg(long, value_name = "WHAT", default_value_t)]
     coherence: Coherence,
     /// Instruction set of wide variants: avx512, avx2 or portable [default: the widest of this machine]

@@ -6,8 +6,9 @@
 //! of triangles that `f64` cannot decide go to [`crate::geometry::exact`], so that verdicts are the exact truth's.
 //!
 //! Reading order: [`node`] (the layout), [`turn`] and [`code`] (a box in 36 bytes), [`split`] and [`build`], [`pose`], [`lanes`] (the three
-//! instruction sets), [`boxes`] and [`triangles`] (the two tests on lanes), [`traverse`], [`distance`], [`path`], `shape`, [`validate`].
+//! instruction sets), [`boxes`] and [`triangles`] (the two tests on lanes), [`traverse`], [`distance`], `axis`, [`path`], `shape`, [`validate`].
 
+mod axis;
 pub mod boxes;
 pub mod build;
 pub mod code;

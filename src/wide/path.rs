@@ -1,6 +1,6 @@
 //! Queries along a path: what a pose leaves behind may settle the next one. Verdicts are those of fresh queries, always.
 //!
-//! Two things are kept. A *witness*, the pair of triangles that touched last (M. C. Lin, J. F. Canny 1991 keep a pair of features likewise): while
+//! Three things are kept. An *axis*, a direction along which the boxes around the meshes were apart ([`super::axis`]). A *witness*, the pair of triangles that touched last (M. C. Lin, J. F. Canny 1991 keep a pair of features likewise): while
 //! it touches, the meshes do. And *evidence* of a free pose, a distance that the meshes were apart there: while no point of `b` has
 //! moved that far, they are apart (the motion bound of F. Schwarzer, M. Saha, J.-C. Latombe 2005). The distance is looked for only as far as
 //! some steps ahead reach, and not at all for a while where it has not paid: where a path jumps, or creeps along a surface.
@@ -10,6 +10,7 @@
 //! moves by (R₁ - R₀)p + t₁ - t₀, which is the move of the ball's centre and (R₁ - R₀)(p - centre). With unit quaternions R(q)v = q v q*, so
 //! (R₁ - R₀)v = (q₁ - q₀) v q₁* + q₀ v (q₁ - q₀)*, at most 2|q₁ - q₀||v| long; q and -q are the same rotation.
 
+use super::axis::Axis;
 use super::distance;
 use super::lanes::Simd;
 use super::node::WideTree;
@@ -35,7 +36,7 @@ const LEAST_VISITS: u32 = 16;
 /// Fewest nodes that some fresh query of the path has opened where a distance is looked for: below, the search would be the dearest of all
 /// queries, and spare next to nothing.
 const WORTH_VISITS: u32 = 6;
-/// Most poses that are asked afresh before a distance is looked for again.
+/// Most poses that are asked afresh before a distance is looked for again, and poses without an axis before the next search for one.
 const LONGEST_REST: u32 = 31;
 
 /// How much larger a measured distance of two triangles may be than the true one, relative to the size of everything: 2⁻²². The distance of two
@@ -50,7 +51,9 @@ pub enum Coherence {
     /// Nothing: every query is fresh.
     #[default]
     None,
-    /// The pair of triangles that touched.
+    /// A direction along which the boxes around the meshes were apart.
+    Axis,
+    /// That, and the pair of triangles that touched.
     Witness,
     /// That, and how far apart the meshes were.
     Evidence,
@@ -58,13 +61,14 @@ pub enum Coherence {
 
 impl Coherence {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::None, Self::Witness, Self::Evidence];
+    pub const ALL: [Self; 4] = [Self::None, Self::Axis, Self::Witness, Self::Evidence];
 
     /// The name on the command line.
     #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
             Self::None => "none",
+            Self::Axis => "axis",
             Self::Witness => "witness",
             Self::Evidence => "evidence",
         }
@@ -82,7 +86,7 @@ impl FromStr for Coherence {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|coherence| coherence.id() == text);
-        found.ok_or_else(|| format!("`{text}` is not a coherence: expected none, witness or evidence"))
+        found.ok_or_else(|| format!("`{text}` is not a coherence: expected none, axis, witness or evidence"))
     }
 }
 
@@ -91,6 +95,9 @@ impl FromStr for Coherence {
 pub struct Memory {
     scratch: Scratch,
     proximity: Proximity,
+    axis: Option<Axis>,
+    /// Such poses before an axis is looked for again.
+    without_axis: u32,
     /// The places of the triangles that touched last.
     witness: Option<(u32, u32)>,
     evidence: Option<Evidence>,
@@ -158,6 +165,13 @@ impl Memory {
             return true;
         }
         self.witness = None;
+        if let Some(axis) = &self.axis {
+            if axis.parts(a, b, a_from_b) {
+                return false;
+            }
+            // How far the path has come meanwhile says nothing of its steps.
+            (self.axis, self.last) = (None, None);
+        }
         if coherence == Coherence::Evidence
             && let Some(verdict) = self.by_evidence(a, b, a_from_b, simd)
         {
@@ -166,8 +180,20 @@ impl Memory {
         let first = |i, j| ControlFlow::Break((i, j));
         let found = traverse::traverse((a, b), a_from_b, simd, &mut self.scratch, probe, first);
         self.dearest = self.dearest.max(self.scratch.visits);
-        self.witness = found.break_value();
-        self.witness.is_some()
+        let touching = found.break_value();
+        if coherence != Coherence::Axis {
+            self.witness = touching;
+        }
+        // An axis is likely where one look at the roots was enough.
+        if touching.is_none() && self.scratch.visits == 1 {
+            if let Some(less) = self.without_axis.checked_sub(1) {
+                self.without_axis = less;
+            } else {
+                self.axis = Axis::of(a, b, a_from_b);
+                self.without_axis = if self.axis.is_some() { 0 } else { LONGEST_REST };
+            }
+        }
+        touching.is_some()
     }
 
     /// The verdict where evidence has it: kept, or gained now; `None` where a fresh query is the better way.

@@ -34,12 +34,12 @@ pub(super) fn traverse<B>(
     mut on_contact: impl FnMut(u32, u32) -> ControlFlow<B>,
 ) -> ControlFlow<B> {
     probe.volume_test();
+    scratch.visits = 0;
     if balls_apart_mm(a, b, a_from_b) > 0.0 {
         return ControlFlow::Continue(());
     }
     let posed = Posed::new(a, b, a_from_b);
     let contact = |(i, j): (u32, u32)| on_contact(i, j);
-    scratch.visits = 0;
     simd.run(Traversal {
         posed,
         stack: &mut scratch.stack,

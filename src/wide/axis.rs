@@ -1,0 +1,121 @@
+//! A direction along which the boxes around two meshes are apart, kept from one pose to the next.
+//!
+//! The oldest of coherences: what parted two boxes at one pose mostly parts them at the next (D. Baraff 1990; G. van den Bergen 1997 keeps one
+//! for each pair of bodies). Only the roots' boxes are asked, along the six axes of their faces: where these are apart a fresh query is
+//! short, and what is to replace it must be shorter still.
+//!
+//! Why a kept axis tells the truth. The roots' boxes contain all corners as they stand in the meshes ([`super::code`]), and a corner that is
+//! moved is within the pose's slack of where a rigid motion has it ([`Pose::ball_slack`]), which also pays for the few dozen roundings here, all
+//! of numbers no larger than the reaches and the way between the meshes. The direction is longer or shorter than 1 by a few roundings of
+//! its own, which are paid for likewise.
+
+use super::node::WideTree;
+use super::pose::Pose;
+use super::turn;
+use crate::geometry::{Isometry, Vector};
+use nalgebra::Matrix3;
+
+/// The box around a mesh, in the mesh's own frame, mm.
+struct Around {
+    centre: Vector,
+    axes: Matrix3<f64>,
+    half: Vector,
+}
+
+impl Around {
+    fn new(tree: &WideTree) -> Self {
+        let (root, place) = tree.slot(0);
+        let code = root.code(place);
+        let wide = |x: [f32; 3]| Vector::from(x.map(f64::from));
+        Self { centre: wide(root.origin) + wide(code.centre), axes: turn::decode(code.turn), half: wide(code.half) }
+    }
+
+    /// How far the box reaches from its centre along a direction, mm.
+    #[inline(always)]
+    fn reach_mm(&self, along: &Vector) -> f64 {
+        self.axes.tr_mul(along).abs().dot(&self.half)
+    }
+}
+
+/// A direction from mesh `a` to mesh `b`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Axis {
+    /// In the frame of `a`, of length 1.
+    along: Vector,
+    /// The farthest that `a` reaches along it, mm.
+    end_mm: f64,
+}
+
+impl Axis {
+    /// The axis of a face along which the boxes around the meshes are farthest apart, if they are along any.
+    pub fn of(a: &WideTree, b: &WideTree, a_from_b: &Isometry) -> Option<Self> {
+        let (around_a, around_b) = (Around::new(a), Around::new(b));
+        let turned = a_from_b.rotation.to_rotation_matrix().into_inner() * around_b.axes;
+        let way = a_from_b * around_b.centre + a_from_b.translation.vector - around_a.centre;
+        let mut best: Option<(f64, Self)> = None;
+        for k in 0..6 {
+            let along = if k < 3 { around_a.axes.column(k) } else { turned.column(k - 3) };
+            let along = if along.dot(&way) < 0.0 { -along } else { along.into_owned() };
+            let reach_b = turned.tr_mul(&along).abs().dot(&around_b.half);
+            let reach_a = around_a.reach_mm(&along);
+            let gap = along.dot(&way) - reach_a - reach_b;
+            if gap > 0.0 && best.is_none_or(|(most, _)| gap > most) {
+                best = Some((gap, Self { along, end_mm: along.dot(&around_a.centre) + reach_a }));
+            }
+        }
+        best.map(|(_, axis)| axis)
+    }
+
+    /// Whether it surely parts the meshes at this pose.
+    #[inline]
+    pub fn parts(&self, a: &WideTree, b: &WideTree, a_from_b: &Isometry) -> bool {
+        let around = Around::new(b);
+        let along_in_b = a_from_b.rotation.inverse_transform_vector(&self.along);
+        let centre = self.along.dot(&a_from_b.translation.vector) + along_in_b.dot(&around.centre);
+        let begin_mm = centre - around.reach_mm(&along_in_b);
+        begin_mm - self.end_mm > Pose::ball_slack(a_from_b, a.reach + b.reach)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::lanes::Simd;
+    use super::super::traverse::{Scratch, first};
+    use super::*;
+    use crate::conformance::cases::Cases;
+    use crate::conformance::meshes;
+    use crate::tree::traverse::NoProbe;
+
+    #[test]
+    fn what_an_axis_parts_is_apart() {
+        let cases = Cases::new();
+        let trees: Vec<WideTree> = cases.subjects.iter().map(|subject| WideTree::build(&subject.mesh)).collect();
+        let (mut parted, mut kept) = (0, None);
+        for case in &cases.cases {
+            let (a, b, pose) = (&trees[case.a], &trees[case.b], &case.a_from_b);
+            // The axis of this pose, and that of another pose of the same meshes.
+            let of_this = Axis::of(a, b, pose);
+            for axis in
+                of_this.iter().chain(kept.iter().filter(|(pair, _)| *pair == (case.a, case.b)).map(|(_, axis)| axis))
+            {
+                if axis.parts(a, b, pose) {
+                    parted += 1;
+                    assert!(!first(a, b, pose, Simd::in_use(), &mut Scratch::default(), &mut NoProbe));
+                }
+            }
+            kept = of_this.map(|axis| ((case.a, case.b), axis)).or(kept);
+        }
+        assert!(parted > 5, "{parted}");
+    }
+
+    #[test]
+    fn boxes_are_apart_up_to_their_faces() {
+        let tree = WideTree::build(&meshes::cuboid(2.0, 2.0, 2.0));
+        let at = |x: f64| Isometry::translation(x, 0.0, 0.0);
+        let extent = 2.0 * Around::new(&tree).reach_mm(&Vector::x());
+        let axis = Axis::of(&tree, &tree, &at(extent + 1.0)).expect("they are apart along x");
+        assert!((axis.along - Vector::x()).norm() < 1e-6);
+        assert!(axis.parts(&tree, &tree, &at(extent + 1e-6)) && !axis.parts(&tree, &tree, &at(extent)));
+        assert!(Axis::of(&tree, &tree, &at(extent - 1e-6)).is_none());
+    }
+}
