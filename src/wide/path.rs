@@ -23,7 +23,6 @@ use crate::tree::distance::Proximity;
 use crate::tree::traverse::Probe;
 use nalgebra::Vector4;
 use std::fmt;
-use std::ops::ControlFlow;
 use std::str::FromStr;
 
 /// How far ahead a distance is looked for, in steps like the last one.
@@ -177,10 +176,8 @@ impl Memory {
         {
             return verdict;
         }
-        let first = |i, j| ControlFlow::Break((i, j));
-        let found = traverse::traverse((a, b), a_from_b, simd, &mut self.scratch, probe, first);
+        let touching = traverse::contact(a, b, a_from_b, simd, &mut self.scratch, probe);
         self.dearest = self.dearest.max(self.scratch.visits);
-        let touching = found.break_value();
         if coherence != Coherence::Axis {
             self.witness = touching;
         }

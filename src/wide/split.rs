@@ -219,7 +219,7 @@ fn principal(items: &[Item], stride: usize) -> Matrix3<f64> {
 }
 
 /// The rotation whose columns are nearly the eigenvectors of a symmetric matrix, in any order: three rounds of C. G. J. Jacobi's rotations
-/// (1846), which leave the rest of order 1 to 10⁻⁶ or less. Every box but those of single triangles asks for this, and
+/// (1846), after which no more than a millionth of its largest entry is left outside the diagonal. Every box but those of single triangles asks for this, and
 /// [`covariance::principal_frame`], which iterates to the last bit and puts the largest first, made a tenth of a build.
 fn nearly_diagonal(mut m: Matrix3<f64>) -> Matrix3<f64> {
     let mut axes = Matrix3::identity();

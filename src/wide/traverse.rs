@@ -25,7 +25,7 @@ pub struct Scratch {
 
 /// Calls `on_contact(place_in_a, place_in_b)` for every pair of triangles that touch, exactly, until it breaks. Places are those of the
 /// trees' orders.
-pub(super) fn traverse<B>(
+fn traverse<B>(
     (a, b): (&WideTree, &WideTree),
     a_from_b: &Isometry,
     simd: Simd,
@@ -50,6 +50,18 @@ pub(super) fn traverse<B>(
     })
 }
 
+/// A pair of triangles that touch, by their places in the trees' orders, if there is any.
+pub(super) fn contact(
+    a: &WideTree,
+    b: &WideTree,
+    a_from_b: &Isometry,
+    simd: Simd,
+    scratch: &mut Scratch,
+    probe: &mut impl Probe,
+) -> Option<(u32, u32)> {
+    traverse((a, b), a_from_b, simd, scratch, probe, |i, j| ControlFlow::Break((i, j))).break_value()
+}
+
 /// Mode `first`: whether the meshes touch at all.
 pub fn first(
     a: &WideTree,
@@ -59,7 +71,7 @@ pub fn first(
     scratch: &mut Scratch,
     probe: &mut impl Probe,
 ) -> bool {
-    traverse((a, b), a_from_b, simd, scratch, probe, |_, _| ControlFlow::Break(())).is_break()
+    contact(a, b, a_from_b, simd, scratch, probe).is_some()
 }
 
 /// Mode `all`: every pair of faces that touch, as (face of `a`, face of `b`), sorted.

@@ -1,0 +1,220 @@
+//! AVX-512 and AVX2. Every value of these types comes from a function below that runs only on a processor that was asked ([`super::Simd::run`]); with that all
+//! intrinsics here are sound: they touch no memory but the arrays they are given, unaligned.
+
+use super::{Add, Coordinate, DOUBLES, DoubleLanes, Lanes, Machine, Mul, Sub, WIDTH, Work};
+use std::arch::x86_64::*;
+
+/// Compiled with AVX-512.
+///
+/// # Safety
+/// The processor must have it.
+#[target_feature(enable = "avx512f,avx512vl")]
+pub(super) unsafe fn on_avx512<W: Work>(work: W) -> W::Output {
+    work.run::<Avx512>()
+}
+
+/// Compiled with AVX2.
+///
+/// # Safety
+/// The processor must have it.
+#[target_feature(enable = "avx2")]
+pub(super) unsafe fn on_avx2<W: Work>(work: W) -> W::Output {
+    work.run::<Avx2>()
+}
+
+struct Avx512;
+impl Machine for Avx512 {
+    type Single = Single16;
+    type Double = Double4;
+
+    #[inline(always)]
+    fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
+        join(into, other);
+    }
+}
+
+struct Avx2;
+impl Machine for Avx2 {
+    type Single = Single8;
+    type Double = Double4;
+
+    #[inline(always)]
+    fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
+        join(into, other);
+    }
+}
+
+#[inline(always)]
+fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
+    // SAFETY: see the module; eight numbers are stored.
+    unsafe {
+        let least = _mm256_min_ps(_mm256_loadu_ps(other.as_ptr()), _mm256_loadu_ps(into.as_ptr()));
+        _mm256_storeu_ps(into.as_mut_ptr(), least);
+    }
+}
+
+/// Sixteen `f32` lanes: two visits.
+#[derive(Clone, Copy)]
+pub(super) struct Single16(__m512);
+/// Eight `f32` lanes: one visit.
+#[derive(Clone, Copy)]
+pub(super) struct Single8(__m256);
+/// Four `f64` lanes: pairs of triangles seldom come by the eight.
+#[derive(Clone, Copy)]
+pub(super) struct Double4(__m256d);
+
+macro_rules! operator {
+    ($register:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
+        impl $trait for $register {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: see the module.
+                Self(unsafe { $intrinsic(self.0, other.0) })
+            }
+        }
+    };
+}
+operator!(Single16, Add, add, _mm512_add_ps);
+operator!(Single16, Sub, sub, _mm512_sub_ps);
+operator!(Single16, Mul, mul, _mm512_mul_ps);
+operator!(Single8, Add, add, _mm256_add_ps);
+operator!(Single8, Sub, sub, _mm256_sub_ps);
+operator!(Single8, Mul, mul, _mm256_mul_ps);
+operator!(Double4, Add, add, _mm256_add_pd);
+operator!(Double4, Sub, sub, _mm256_sub_pd);
+operator!(Double4, Mul, mul, _mm256_mul_pd);
+
+impl Lanes for Single16 {
+    const VISITS: usize = 2;
+    const PARTS: usize = 1;
+    #[inline(always)]
+    fn load<'a>(_: usize, of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self {
+        // SAFETY: see the module.
+        unsafe {
+            let (low, high) = (_mm256_loadu_ps(of(0).as_ptr()), _mm256_loadu_ps(of(1).as_ptr()));
+            let both = _mm512_castps_pd(_mm512_castps256_ps512(low));
+            Self(_mm512_castpd_ps(_mm512_insertf64x4::<1>(both, _mm256_castps_pd(high))))
+        }
+    }
+    #[inline(always)]
+    fn splat(of: impl Fn(usize) -> f32) -> Self {
+        // SAFETY: see the module.
+        unsafe { Self(_mm512_mask_broadcastss_ps(_mm512_set1_ps(of(0)), 0xFF00, _mm_set_ss(of(1)))) }
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm512_abs_ps(self.0) })
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm512_sqrt_ps(self.0) })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm512_max_ps(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn exceeds(self, other: Self) -> u32 {
+        // SAFETY: see the module.
+        u32::from(unsafe { _mm512_cmp_ps_mask::<_CMP_GT_OQ>(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn store(self, _: usize, to: &mut [[f32; WIDTH]; 2]) {
+        // SAFETY: see the module; two arrays of eight are sixteen numbers in a row.
+        unsafe { _mm512_storeu_ps(to.as_mut_ptr().cast(), self.0) }
+    }
+}
+
+impl Lanes for Single8 {
+    const VISITS: usize = 1;
+    const PARTS: usize = 1;
+    #[inline(always)]
+    fn load<'a>(_: usize, of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_loadu_ps(of(0).as_ptr()) })
+    }
+    #[inline(always)]
+    fn splat(of: impl Fn(usize) -> f32) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_set1_ps(of(0)) })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_sqrt_ps(self.0) })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_max_ps(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn exceeds(self, other: Self) -> u32 {
+        // SAFETY: see the module.
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(self.0, other.0)) as u32 }
+    }
+    #[inline(always)]
+    fn store(self, _: usize, to: &mut [[f32; WIDTH]; 2]) {
+        // SAFETY: see the module.
+        unsafe { _mm256_storeu_ps(to[0].as_mut_ptr(), self.0) }
+    }
+}
+
+impl Coordinate for Double4 {
+    #[inline(always)]
+    fn all(x: f64) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_set1_pd(x) })
+    }
+}
+
+impl DoubleLanes for Double4 {
+    #[inline(always)]
+    fn load(from: &[f64; DOUBLES]) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_loadu_pd(from.as_ptr()) })
+    }
+    #[inline(always)]
+    fn stored(self) -> [f64; DOUBLES] {
+        let mut stored = [0.0; DOUBLES];
+        // SAFETY: see the module; four numbers are stored.
+        unsafe { _mm256_storeu_pd(stored.as_mut_ptr(), self.0) };
+        stored
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_min_pd(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_max_pd(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
+    }
+    #[inline(always)]
+    fn exceeds(self, other: Self) -> u8 {
+        // SAFETY: see the module.
+        unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(self.0, other.0)) as u8 }
+    }
+    #[inline(always)]
+    fn narrow(self) -> [f32; DOUBLES] {
+        let mut narrow = [0.0; DOUBLES];
+        // SAFETY: see the module; four numbers are stored.
+        unsafe { _mm_storeu_ps(narrow.as_mut_ptr(), _mm256_cvtpd_ps(self.0)) };
+        narrow
+    }
+}
