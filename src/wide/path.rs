@@ -1,6 +1,6 @@
 //! Queries along a path: what a pose leaves behind may settle the next one. Verdicts are those of fresh queries, always.
 //!
-//! Three things are kept. An *axis*, a direction along which the boxes around the meshes were apart ([`super::axis`]). A *witness*, the pair of triangles that touched last (M. C. Lin, J. F. Canny 1991 keep a pair of features likewise): while
+//! Three things are kept. An *axis*, a direction along which the boxes around the meshes were apart (`super::axis`). A *witness*, the pair of triangles that touched last (M. C. Lin, J. F. Canny 1991 keep a pair of features likewise): while
 //! it touches, the meshes do. And *evidence* of a free pose, a distance that the meshes were apart there: while no point of `b` has
 //! moved that far, they are apart (the motion bound of F. Schwarzer, M. Saha, J.-C. Latombe 2005). The distance is looked for only as far as
 //! some steps ahead reach, and not at all for a while where it has not paid: where a path jumps, or creeps along a surface.
