@@ -3,7 +3,7 @@
 //! Everything is computed about a local origin (the first corner), because the difference of two large second moments
 //! would otherwise cancel.
 
-use super::{Point, Triangle, Vector, triangle};
+use super::{Point, Triangle, Vector, eigen, triangle};
 use nalgebra::{Matrix3, Unit};
 
 /// Mean (mm) and covariance (mm²) of the triangle corners, equation (1): every triangle counts its three corners, so a
@@ -55,11 +55,16 @@ pub fn principal_frame(covariance: &Matrix3<f64>) -> Matrix3<f64> {
     if !(scale > 0.0 && scale.is_finite()) {
         return Matrix3::identity();
     }
-    // Scaling to order 1 keeps the iteration's convergence threshold relative.
-    let eigen = (covariance / scale).symmetric_eigen();
+    // To the last bit; scaled to order 1 nothing overflows or is lost.
+    let (along, axes) = eigen::axes(&(covariance / scale), f64::EPSILON / 2.0);
+    // Equal ones keep their order.
     let mut order = [0, 1, 2];
-    order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
-    right_handed(&eigen.eigenvectors.column(order[0]).into_owned(), &eigen.eigenvectors.column(order[1]).into_owned())
+    for (i, j) in [(0, 1), (1, 2), (0, 1)] {
+        if along[order[i]] < along[order[j]] {
+            order.swap(i, j);
+        }
+    }
+    right_handed(&axes.column(order[0]).into_owned(), &axes.column(order[1]).into_owned())
 }
 
 /// A rotation whose first column is along `first` and whose second is `second` made perpendicular to it.

@@ -7,6 +7,7 @@
 pub mod certified;
 pub mod covariance;
 pub mod cross_check;
+pub mod eigen;
 pub mod grid;
 pub mod exact;
 pub mod exact_integer;

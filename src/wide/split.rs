@@ -8,7 +8,7 @@
 //! Here all is `f32` and without bounds of error: it decides how good the tree is, never whether it is right.
 
 use super::lanes::{Machine, Simd, Work};
-use crate::geometry::{Point, Triangle, covariance};
+use crate::geometry::{Point, Triangle, covariance, eigen};
 use nalgebra::{Matrix3, Vector3};
 
 /// Bins per axis, at most.
@@ -17,6 +17,9 @@ const BINS: usize = 16;
 const SAMPLE: usize = 1024;
 /// Triangles that a box's frame is judged by, at most.
 const FRAME_SAMPLE: usize = 512;
+/// What may be left outside the diagonal of a range's second moments along its principal axes, as a share of the largest: a frame
+/// needs no more.
+const ROUND_OFF: f64 = 1e-6;
 
 type Corner = [f32; 3];
 /// Three axes, as columns padded to four: `frame[k]` holds the k-th coordinates of all axes.
@@ -215,36 +218,7 @@ fn principal(items: &[Item], stride: usize) -> Matrix3<f64> {
     let mean = Vector3::from(first) / total;
     let [xx, yy, zz, xy, yz, zx] = second;
     let second = Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz) / total;
-    nearly_diagonal((second - mean * mean.transpose()).map(f64::from))
-}
-
-/// The rotation whose columns are nearly the eigenvectors of a symmetric matrix, in any order: three rounds of C. G. J. Jacobi's rotations
-/// (1846), after which no more than a millionth of its largest entry is left outside the diagonal. Every box but those of single triangles asks for this, and
-/// [`covariance::principal_frame`], which iterates to the last bit and puts the largest first, made a tenth of a build.
-fn nearly_diagonal(mut m: Matrix3<f64>) -> Matrix3<f64> {
-    let mut axes = Matrix3::identity();
-    for (p, q) in [(0, 1), (0, 2), (1, 2), (0, 1), (0, 2), (1, 2), (0, 1), (0, 2), (1, 2)] {
-        let between = m[(p, q)];
-        // It is 0, or no number to turn by.
-        if !between.is_normal() {
-            continue;
-        }
-        let cotangent = (m[(q, q)] - m[(p, p)]) / (2.0 * between);
-        let tangent = cotangent.signum() / (cotangent.abs() + (cotangent * cotangent + 1.0).sqrt());
-        let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();
-        let sine = tangent * cosine;
-        m[(p, p)] -= tangent * between;
-        m[(q, q)] += tangent * between;
-        (m[(p, q)], m[(q, p)]) = (0.0, 0.0);
-        let r = 3 - p - q;
-        let (along_p, along_q) = (cosine * m[(r, p)] - sine * m[(r, q)], sine * m[(r, p)] + cosine * m[(r, q)]);
-        (m[(r, p)], m[(p, r)], m[(r, q)], m[(q, r)]) = (along_p, along_p, along_q, along_q);
-        for k in 0..3 {
-            let (x, y) = (axes[(k, p)], axes[(k, q)]);
-            (axes[(k, p)], axes[(k, q)]) = (cosine * x - sine * y, sine * x + cosine * y);
-        }
-    }
-    axes
+    eigen::axes(&(second - mean * mean.transpose()).map(f64::from), ROUND_OFF).1
 }
 
 /// The axes of the triangle with the largest area.
@@ -354,8 +328,6 @@ pub(super) fn frame_of(triangle: &Triangle) -> Matrix3<f64> {
 mod tests {
     use super::*;
     use crate::geometry::Vector;
-    use nalgebra::Rotation3;
-    use proptest::prelude::*;
 
     fn item(corners: [[f64; 3]; 3], face: u32) -> Item {
         Item::new(&Triangle { corners: corners.map(Point::from) }, &Point::origin(), face)
@@ -396,33 +368,6 @@ mod tests {
         let frame = Frames::of(&items).least(&items);
         let normal = Vector::new(0.0, 1.0, -1.0).normalize();
         assert!((0..3).any(|k| frame.column(k).dot(&normal).abs() > 1.0 - 1e-6), "{frame}");
-    }
-
-    proptest! {
-        /// The axes are a rotation's, and the matrix is nearly diagonal along them.
-        #[test]
-        fn axes_of_a_symmetric_matrix_are_nearly_its_eigenvectors(
-            values in prop::array::uniform3(prop_oneof![0.0..1.0_f64, Just(0.25), Just(1e-9)]),
-            turn in prop::array::uniform3(-4.0..4.0_f64),
-            exponent in -12..12_i32,
-        ) {
-            let rotation = Rotation3::from_scaled_axis(Vector::from(turn)).into_inner();
-            let m = rotation * Matrix3::from_diagonal(&Vector::from(values)) * rotation.transpose() * 10f64.powi(exponent);
-            let m = (m + m.transpose()) * 0.5;
-            let axes = nearly_diagonal(m);
-            prop_assert!((axes.tr_mul(&axes) - Matrix3::identity()).amax() < 1e-14 && axes.determinant() > 0.0);
-            let along = axes.tr_mul(&m) * axes;
-            let rest = along - Matrix3::from_diagonal(&along.diagonal());
-            prop_assert!(rest.amax() <= 1e-6 * m.amax(), "{along}");
-        }
-    }
-
-    #[test]
-    fn what_is_not_a_number_or_zero_has_some_axes() {
-        for x in [0.0, f64::NAN, f64::INFINITY] {
-            let axes = nearly_diagonal(Matrix3::repeat(x));
-            assert!(axes.iter().all(|x| x.is_finite()), "{axes}");
-        }
     }
 
     #[test]
