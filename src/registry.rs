@@ -4,7 +4,7 @@ use crate::geometry::Mesh;
 use crate::method::brute::AllPairs;
 use crate::method::octree_obb::{self, OctreeObb};
 use crate::method::parry::ParryMesh;
-use crate::method::{Kind, Model, brute, parry, space, wide_obb};
+use crate::method::{Kind, Model, brute, parry, space};
 use crate::space::grid::Grid;
 use crate::space::octree::Octree;
 use crate::tree::{Policy, SplitRule, Tree};
@@ -40,7 +40,10 @@ use crate::volume::sphere_ritter::SphereRitter;
 use crate::volume::sphere_ritter_f32::SphereRitterF32;
 use crate::volume::sphere_welzl::SphereWelzl;
 use crate::volume::{BoundingVolume, Info};
-use crate::wide::WideTree;
+use crate::wide::aligned::Aligned;
+use crate::wide::ball::Ball;
+use crate::wide::oriented::Oriented;
+use crate::wide::{WideTree, WideVolume};
 
 /// Prepares a mesh for queries.
 type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;
@@ -77,6 +80,12 @@ impl Variant {
     pub fn oriented<R: ObbRule>(split: SplitRule) -> Self {
         let prepare: Prepare = |mesh, policy| Box::new(Tree::build_by(Obb::<R>::fitted, &mesh.triangles(), policy));
         Self::tree(R::INFO, split, prepare)
+    }
+
+    /// A wide tree of volumes of type `V`; it has no other policy than its own.
+    #[must_use]
+    pub fn wide<V: WideVolume>() -> Self {
+        Self::without_tree(V::INFO, Kind::Volume, |mesh, _| Box::new(WideTree::<V>::build(mesh)))
     }
 
     const fn tree(info: Info, split: SplitRule, prepare: Prepare) -> Self {
@@ -172,7 +181,9 @@ impl Registry {
             Variant::of::<Single<ObbVertexF32>>(VertexMean).on_request(),
             Variant::of::<Single<ObbAreaF32>>(AreaMean).on_request(),
             Variant::oriented::<ObbLeast>(Sah16).on_request(),
-            Variant::without_tree(wide_obb::INFO, Kind::Volume, |mesh, _| Box::new(WideTree::build(mesh))).fastest(),
+            Variant::wide::<Oriented>().fastest(),
+            Variant::wide::<Aligned>().on_request(),
+            Variant::wide::<Ball>().on_request(),
             Variant::without_tree(octree_obb::INFO, Kind::Sampling, |mesh, _| Box::new(OctreeObb::new(mesh, true)))
                 .on_request()
                 .for_tools(),

@@ -8,7 +8,7 @@ pub mod octree_obb;
 pub mod parry;
 pub mod space;
 pub mod volume_tree;
-pub mod wide_obb;
+pub mod wide;
 
 use crate::geometry::Isometry;
 use crate::tree::Tree;

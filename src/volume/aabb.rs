@@ -59,6 +59,14 @@ impl AabbRule for FifteenAxes {
     }
 }
 
+impl<R> AlignedBox<R> {
+    /// The box with this centre and these half-lengths, mm.
+    #[must_use]
+    pub const fn new(centre: Point, half: Vector) -> Self {
+        Self { centre, half, rule: PhantomData }
+    }
+}
+
 impl<R: AabbRule> BoundingVolume for AlignedBox<R> {
     const INFO: Info = R::INFO;
 
@@ -67,11 +75,7 @@ impl<R: AabbRule> BoundingVolume for AlignedBox<R> {
     fn fit(triangles: &[Triangle]) -> Self {
         let (low, high) = triangle::bounds(triangles).unwrap_or((Point::origin(), Point::origin()));
         let pad = pad_mm(low.coords.amax().max(high.coords.amax()));
-        Self {
-            centre: nalgebra::center(&low, &high),
-            half: (high - low) * 0.5 + Vector::repeat(pad),
-            rule: PhantomData,
-        }
+        Self::new(nalgebra::center(&low, &high), (high - low) * 0.5 + Vector::repeat(pad))
     }
 
     fn pose(a_from_b: &Isometry) -> AabbPose {
@@ -119,7 +123,7 @@ impl<R: AabbRule> BoundingVolume for AlignedBox<R> {
     }
 
     fn as_box(&self) -> Option<Obb<Fitted>> {
-        Some(Obb { axes: Matrix3::identity(), centre: self.centre, half: self.half, rule: PhantomData })
+        Some(Obb::new(Matrix3::identity(), self.centre, self.half))
     }
 }
 

@@ -138,7 +138,7 @@ impl<R: SphereRule> Storable for Sphere<R> {
     }
 
     fn load(stored: &StoredSphere) -> Self {
-        Self { centre: Point::from(double(&stored.centre)), radius: f64::from(stored.radius), rule: PhantomData }
+        Self::new(Point::from(double(&stored.centre)), f64::from(stored.radius))
     }
 }
 
@@ -159,7 +159,7 @@ impl<R: AabbRule> Storable for AlignedBox<R> {
     }
 
     fn load(stored: &StoredAlignedBox) -> Self {
-        Self { centre: Point::from(double(&stored.centre)), half: double(&stored.half), rule: PhantomData }
+        Self::new(Point::from(double(&stored.centre)), double(&stored.half))
     }
 }
 

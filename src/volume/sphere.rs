@@ -30,6 +30,14 @@ pub fn farthest_mm(centre: &Point, triangles: &[Triangle]) -> f64 {
     triangle::corners(triangles).map(|corner| (corner - centre).norm()).fold(0.0, f64::max)
 }
 
+impl<R> Sphere<R> {
+    /// The sphere with this centre and radius, mm.
+    #[must_use]
+    pub const fn new(centre: Point, radius: f64) -> Self {
+        Self { centre, radius, rule: PhantomData }
+    }
+}
+
 impl<R: SphereRule> BoundingVolume for Sphere<R> {
     const INFO: Info = R::INFO;
 
@@ -38,7 +46,7 @@ impl<R: SphereRule> BoundingVolume for Sphere<R> {
     fn fit(triangles: &[Triangle]) -> Self {
         let centre = R::centre(triangles);
         let farthest = farthest_mm(&centre, triangles);
-        Self { centre, radius: farthest + pad_mm(centre.coords.amax() + farthest), rule: PhantomData }
+        Self::new(centre, farthest + pad_mm(centre.coords.amax() + farthest))
     }
 
     fn pose(a_from_b: &Isometry) -> Isometry {

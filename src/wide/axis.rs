@@ -4,15 +4,16 @@
 //! for each pair of bodies). Only the roots' boxes are asked, along the six axes of their faces: where these are apart a fresh query is
 //! short, and what is to replace it must be shorter still.
 //!
-//! Why a kept axis tells the truth. The roots' boxes contain all corners as they stand in the meshes ([`super::code`]), and a corner that is
+//! Why a kept axis tells the truth. The roots' boxes contain all corners as they stand in the meshes ([`super::oriented`]), and a corner that is
 //! moved is within the pose's slack of where a rigid motion has it ([`Pose::ball_slack`]), which also pays for the few dozen roundings here, all
 //! of numbers no larger than the reaches and the way between the meshes. The direction is longer or shorter than 1 by a few roundings of
 //! its own, which are paid for likewise.
 
 use super::node::WideTree;
 use super::pose::Pose;
-use super::turn;
+use super::volume::WideVolume;
 use crate::geometry::{Isometry, Vector};
+use crate::volume::BoundingVolume;
 use nalgebra::Matrix3;
 
 /// The box around a mesh, in the mesh's own frame, mm.
@@ -23,11 +24,11 @@ struct Around {
 }
 
 impl Around {
-    fn new(tree: &WideTree) -> Self {
-        let (root, place) = tree.slot(0);
-        let code = root.code(place);
-        let wide = |x: [f32; 3]| Vector::from(x.map(f64::from));
-        Self { centre: wide(root.origin) + wide(code.centre), axes: turn::decode(code.turn), half: wide(code.half) }
+    /// That of the root, if it is a box.
+    #[inline]
+    fn of<V: WideVolume>(tree: &WideTree<V>) -> Option<Self> {
+        let (axes, centre, half) = tree.plain(0).as_box()?.parts();
+        Some(Self { centre: centre.coords, axes, half })
     }
 
     /// How far the box reaches from its centre along a direction, mm.
@@ -48,8 +49,8 @@ pub(super) struct Axis {
 
 impl Axis {
     /// The axis of a face along which the boxes around the meshes are farthest apart, if they are along any.
-    pub fn of(a: &WideTree, b: &WideTree, a_from_b: &Isometry) -> Option<Self> {
-        let (around_a, around_b) = (Around::new(a), Around::new(b));
+    pub fn of<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> Option<Self> {
+        let (around_a, around_b) = (Around::of(a)?, Around::of(b)?);
         let turned = a_from_b.rotation.to_rotation_matrix().into_inner() * around_b.axes;
         let way = a_from_b * around_b.centre + a_from_b.translation.vector - around_a.centre;
         let mut best: Option<(f64, Self)> = None;
@@ -68,8 +69,8 @@ impl Axis {
 
     /// Whether it surely parts the meshes at this pose.
     #[inline]
-    pub fn parts(&self, a: &WideTree, b: &WideTree, a_from_b: &Isometry) -> bool {
-        let around = Around::new(b);
+    pub fn parts<V: WideVolume>(&self, a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> bool {
+        let Some(around) = Around::of(b) else { return false };
         let along_in_b = a_from_b.rotation.inverse_transform_vector(&self.along);
         let centre = self.along.dot(&a_from_b.translation.vector) + along_in_b.dot(&around.centre);
         let begin_mm = centre - around.reach_mm(&along_in_b);
@@ -80,16 +81,17 @@ impl Axis {
 #[cfg(test)]
 mod tests {
     use super::super::lanes::Simd;
+    use super::super::oriented::Oriented;
     use super::super::traverse::{Scratch, first};
     use super::*;
     use crate::conformance::cases::Cases;
     use crate::conformance::meshes;
-    use crate::tree::traverse::NoProbe;
 
     #[test]
     fn what_an_axis_parts_is_apart() {
         let cases = Cases::new();
-        let trees: Vec<WideTree> = cases.subjects.iter().map(|subject| WideTree::build(&subject.mesh)).collect();
+        let trees: Vec<WideTree<Oriented>> =
+            cases.subjects.iter().map(|subject| WideTree::build(&subject.mesh)).collect();
         let (mut parted, mut kept) = (0, None);
         for case in &cases.cases {
             let (a, b, pose) = (&trees[case.a], &trees[case.b], &case.a_from_b);
@@ -100,7 +102,7 @@ mod tests {
             {
                 if axis.parts(a, b, pose) {
                     parted += 1;
-                    assert!(!first(a, b, pose, Simd::in_use(), &mut Scratch::default(), &mut NoProbe));
+                    assert!(!first(a, b, pose, Simd::in_use(), &mut Scratch::default()));
                 }
             }
             kept = of_this.map(|axis| ((case.a, case.b), axis)).or(kept);
@@ -110,9 +112,9 @@ mod tests {
 
     #[test]
     fn boxes_are_apart_up_to_their_faces() {
-        let tree = WideTree::build(&meshes::cuboid(2.0, 2.0, 2.0));
+        let tree = WideTree::<Oriented>::build(&meshes::cuboid(2.0, 2.0, 2.0));
         let at = |x: f64| Isometry::translation(x, 0.0, 0.0);
-        let extent = 2.0 * Around::new(&tree).reach_mm(&Vector::x());
+        let extent = 2.0 * Around::of(&tree).unwrap().reach_mm(&Vector::x());
         let axis = Axis::of(&tree, &tree, &at(extent + 1.0)).expect("they are apart along x");
         assert!((axis.along - Vector::x()).norm() < 1e-6);
         assert!(axis.parts(&tree, &tree, &at(extent + 1e-6)) && !axis.parts(&tree, &tree, &at(extent)));

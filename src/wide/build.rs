@@ -3,11 +3,12 @@
 //! A range of triangles becomes the children of a node by dividing its largest part again and again ([`super::split`]) until there are eight or
 //! every part fits a node. Then parts of few triangles hand them to the node directly while it has room, which fills it.
 
-use super::boxes::node_slack;
-use super::code::Code;
 use super::node::{Node, WIDTH, WideTree};
 use super::split::{self, Frames, Item, Scratch};
+use super::visit::node_slack;
+use super::volume::WideVolume;
 use crate::geometry::{Mesh, Point, Triangle, triangle};
+use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 /// Ranges with more triangles than this are built on several threads; part of what decides the order of nodes.
@@ -31,12 +32,12 @@ impl Part {
 }
 
 /// Nodes and triangles of a subtree, numbered from 0; node 0 is its root.
-struct Subtree {
-    nodes: Vec<Node>,
+struct Subtree<V: WideVolume> {
+    nodes: Vec<Node<V>>,
     faces: Vec<u32>,
 }
 
-impl WideTree {
+impl<V: WideVolume> WideTree<V> {
     /// The tree over a mesh; the same on every machine and for any number of threads.
     ///
     /// # Panics
@@ -55,14 +56,14 @@ impl WideTree {
         let mut nodes = vec![root];
         let mut faces = vec![0];
         if items.len() == 1 {
-            nodes[0].put(0, &leaf_code(&triangles[0], origin));
+            nodes[0].put(0, &around_one(&triangles[0], origin));
         } else {
             nodes[0].inner = 1;
             nodes[0].first_node = 1;
             let frames = Frames::of(&items);
-            let code = inner_code(&triangles, &items, &frames, origin);
-            nodes[0].put(0, &code);
-            let mut subtree = subtree(&triangles, &mut items, &frames, centre_of(&code, origin));
+            let volume: V = around(&triangles, &items, &frames, origin);
+            nodes[0].put(0, &volume);
+            let mut subtree = subtree(&triangles, &mut items, &frames, centre_of(&volume, origin));
             shift(&mut subtree.nodes, 1, 0);
             nodes.append(&mut subtree.nodes);
             faces = subtree.faces;
@@ -98,24 +99,27 @@ fn in_order(mesh: &Mesh, faces: &[u32]) -> (Vec<[u32; 3]>, Vec<Point>) {
     (triangles, vertices)
 }
 
-/// The box of a single triangle.
-fn leaf_code(triangle: &Triangle, origin: [f32; 3]) -> Code {
-    Code::fit(&split::frame_of(triangle), origin, std::iter::once(triangle.corners.as_slice()))
+/// The volume around a single triangle.
+fn around_one<V: WideVolume>(triangle: &Triangle, origin: [f32; 3]) -> V {
+    let axes = if V::TURNS { split::frame_of(triangle) } else { Matrix3::identity() };
+    V::fit(&axes, origin, std::iter::once(triangle.corners.as_slice()))
 }
 
-/// The box of several.
-fn inner_code(triangles: &[Triangle], items: &[Item], frames: &Frames, origin: [f32; 3]) -> Code {
+/// The volume around several, of which `frames` were made.
+fn around<V: WideVolume>(triangles: &[Triangle], items: &[Item], frames: &Frames, origin: [f32; 3]) -> V {
     let points = items.iter().map(|item| triangles[item.face as usize].corners.as_slice());
-    Code::fit(&frames.least(items), origin, points)
+    let axes = if V::TURNS { frames.least(items) } else { Matrix3::identity() };
+    V::fit(&axes, origin, points)
 }
 
-/// Where a box's node has its origin.
-fn centre_of(code: &Code, origin: [f32; 3]) -> [f32; 3] {
-    std::array::from_fn(|k| origin[k] + code.centre[k])
+/// Where a volume's node has its origin.
+fn centre_of<V: WideVolume>(volume: &V, origin: [f32; 3]) -> [f32; 3] {
+    let centre = volume.centre();
+    std::array::from_fn(|k| origin[k] + centre[k])
 }
 
 /// The subtree over at least two items, its root's candidate frames and origin given.
-fn subtree(triangles: &[Triangle], items: &mut [Item], frames: &Frames, origin: [f32; 3]) -> Subtree {
+fn subtree<V: WideVolume>(triangles: &[Triangle], items: &mut [Item], frames: &Frames, origin: [f32; 3]) -> Subtree<V> {
     let mut own = Subtree { nodes: vec![Node::empty(origin)], faces: Vec::new() };
     let mut scratch = Scratch::default();
     if items.len() <= PARALLEL {
@@ -132,7 +136,7 @@ fn subtree(triangles: &[Triangle], items: &mut [Item], frames: &Frames, origin: 
         (rest, done) = (after, part.end);
         ranges.push((range, frames, origin));
     }
-    let subtrees: Vec<Subtree> =
+    let subtrees: Vec<Subtree<V>> =
         ranges.into_par_iter().map(|(range, frames, origin)| subtree(triangles, range, frames, origin)).collect();
     for (child, mut subtree) in subtrees.into_iter().enumerate() {
         let (first_node, first_triangle) = (own.nodes.len() as u32, own.faces.len() as u32);
@@ -147,7 +151,7 @@ fn subtree(triangles: &[Triangle], items: &mut [Item], frames: &Frames, origin: 
 }
 
 /// Adds to the numbers of nodes and triangles that nodes refer to.
-fn shift(nodes: &mut [Node], by_nodes: u32, by_triangles: u32) {
+fn shift<V: WideVolume>(nodes: &mut [Node<V>], by_nodes: u32, by_triangles: u32) {
     for node in nodes {
         node.first_node += by_nodes;
         node.first_triangle += by_triangles;
@@ -155,11 +159,11 @@ fn shift(nodes: &mut [Node], by_nodes: u32, by_triangles: u32) {
 }
 
 /// Builds what is below a node, on this thread.
-fn grow(
+fn grow<V: WideVolume>(
     triangles: &[Triangle],
     items: &mut [Item],
     frames: &Frames,
-    subtree: &mut Subtree,
+    subtree: &mut Subtree<V>,
     at: usize,
     scratch: &mut Scratch,
 ) {
@@ -169,13 +173,13 @@ fn grow(
     }
 }
 
-/// Gives node `at` its children: boxes, and empty nodes at the end of the list. Returns the ranges of the latter with their candidate frames, in
+/// Gives node `at` its children: volumes, and empty nodes at the end of the list. Returns the ranges of the latter with their candidate frames, in
 /// order.
-fn fill(
+fn fill<V: WideVolume>(
     triangles: &[Triangle],
     items: &mut [Item],
     frames: &Frames,
-    subtree: &mut Subtree,
+    subtree: &mut Subtree<V>,
     at: usize,
     scratch: &mut Scratch,
 ) -> Vec<(Part, Frames)> {
@@ -189,20 +193,20 @@ fn fill(
     let framed = |part: Part| {
         let items = &items[part.start..part.end];
         let frames = Frames::of(items);
-        (part, frames, inner_code(triangles, items, &frames, node.origin))
+        (part, frames, around(triangles, items, &frames, node.origin))
     };
-    let framed: Vec<(Part, Frames, Code)> = if items.len() > PARALLEL {
+    let framed: Vec<(Part, Frames, V)> = if items.len() > PARALLEL {
         inner.into_par_iter().map(framed).collect()
     } else {
         inner.into_iter().map(framed).collect()
     };
-    for (place, (_, _, code)) in framed.iter().enumerate() {
-        node.put(place, code);
-        subtree.nodes.push(Node::empty(centre_of(code, node.origin)));
+    for (place, (_, _, volume)) in framed.iter().enumerate() {
+        node.put(place, volume);
+        subtree.nodes.push(Node::empty(centre_of(volume, node.origin)));
     }
     for (place, part) in (framed.len()..).zip(&single) {
         let face = items[part.start].face;
-        node.put(place, &leaf_code(&triangles[face as usize], node.origin));
+        node.put(place, &around_one(&triangles[face as usize], node.origin));
         subtree.faces.push(face);
     }
     node.slack = node_slack(&node);

@@ -1,11 +1,12 @@
 //! How far apart are two meshes? Branch and bound as in [`crate::tree::distance`], over pairs of slots, eight or sixteen children at a time.
 //!
-//! Bounds come from the lanes of [`super::boxes`] and are lower bounds in spite of all rounding; triangles are measured in `f64`.
+//! Bounds come from the lanes of [`super::visit`] and are lower bounds in spite of all rounding; triangles are measured in `f64`.
 
-use super::boxes;
 use super::lanes::{Machine, Simd, Work};
 use super::node::{Contents, WIDTH, WideTree};
 use super::posed::{Opened, Posed};
+use super::visit;
+use super::volume::WideVolume;
 use crate::geometry::{Isometry, certified, triangle_distance};
 use crate::tree::distance::Proximity;
 use std::ops::ControlFlow;
@@ -22,9 +23,9 @@ pub(super) struct Nearest {
 }
 
 /// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 when triangles touch.
-pub fn distance_mm(
-    a: &WideTree,
-    b: &WideTree,
+pub fn distance_mm<V: WideVolume>(
+    a: &WideTree<V>,
+    b: &WideTree<V>,
     a_from_b: &Isometry,
     simd: Simd,
     below_mm: f64,
@@ -34,9 +35,9 @@ pub fn distance_mm(
 }
 
 /// As [`distance_mm`], but the search is cut short when it has opened `most_visits` nodes.
-pub(super) fn nearest(
-    a: &WideTree,
-    b: &WideTree,
+pub(super) fn nearest<V: WideVolume>(
+    a: &WideTree<V>,
+    b: &WideTree<V>,
     a_from_b: &Isometry,
     simd: Simd,
     below_mm: f64,
@@ -54,8 +55,8 @@ pub(super) fn nearest(
 }
 
 /// One search.
-struct Search<'a> {
-    posed: Posed<'a>,
+struct Search<'a, V: WideVolume> {
+    posed: Posed<'a, V>,
     proximity: &'a mut Proximity,
     /// The least distance so far, mm.
     least: f64,
@@ -66,7 +67,7 @@ struct Search<'a> {
 /// A pair of triangles touches: nothing is nearer.
 struct Touching;
 
-impl Work for &mut Search<'_> {
+impl<V: WideVolume> Work for &mut Search<'_, V> {
     type Output = ControlFlow<Touching>;
 
     #[inline(always)]
@@ -86,7 +87,7 @@ impl Work for &mut Search<'_> {
     }
 }
 
-impl Search<'_> {
+impl<V: WideVolume> Search<'_, V> {
     /// The pair on the top of the stack that may still be nearer than what is known.
     #[inline(always)]
     fn next(&mut self) -> Option<(u32, u32)> {
@@ -104,9 +105,9 @@ impl Search<'_> {
         self.visits += opened.len() as u32;
         let mut bounds = [[0.0; WIDTH]; 2];
         match *opened {
-            [one] => boxes::distances::<M::Single>(&[self.posed.see::<M::Double>(one)], &mut bounds),
+            [one] => visit::distances::<V, M::Single>(&[self.posed.see::<M::Double>(one)], &mut bounds),
             [one, other] => {
-                boxes::distances::<M::Single>(
+                visit::distances::<V, M::Single>(
                     &[self.posed.see::<M::Double>(one), self.posed.see::<M::Double>(other)],
                     &mut bounds,
                 );
@@ -176,13 +177,15 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::aligned::Aligned;
+    use super::super::ball::Ball;
+    use super::super::oriented::Oriented;
     use super::super::traverse::{Scratch, first};
     use super::*;
     use crate::conformance::cases::Cases;
-    use crate::tree::traverse::NoProbe;
 
     /// The least over all pairs of triangles, by the same measure.
-    fn of_all_pairs(a: &WideTree, b: &WideTree, a_from_b: &Isometry) -> f64 {
+    fn of_all_pairs<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> f64 {
         let posed = Posed::new(a, b, a_from_b);
         let moved: Vec<_> = (0..b.len() as u32).map(|j| posed.placement.triangle(&b.triangle(j))).collect();
         let mut least = f64::INFINITY;
@@ -201,8 +204,14 @@ mod tests {
 
     #[test]
     fn the_distance_is_the_least_of_all_pairs_fresh_or_warm_on_every_instruction_set() {
+        is_the_least::<Oriented>();
+        is_the_least::<Aligned>();
+        is_the_least::<Ball>();
+    }
+
+    fn is_the_least<V: WideVolume>() {
         let cases = Cases::new();
-        let trees: Vec<WideTree> = cases.subjects.iter().map(|subject| WideTree::build(&subject.mesh)).collect();
+        let trees: Vec<WideTree<V>> = cases.subjects.iter().map(|subject| WideTree::build(&subject.mesh)).collect();
         let mut warm = Proximity::default();
         let (mut last, mut apart) = ((0, 0), 0);
         for case in cases.cases.iter().step_by(11) {
@@ -221,7 +230,7 @@ mod tests {
                     assert!(short.visits <= most_visits + 2 && short.distance_mm <= expected, "{short:?} {expected}");
                     assert!(!short.touching || expected == 0.0);
                 }
-                assert_eq!(found.touching, first(a, b, pose, simd, &mut Scratch::default(), &mut NoProbe));
+                assert_eq!(found.touching, first(a, b, pose, simd, &mut Scratch::default()));
                 let below = distance_mm(a, b, pose, simd, 1e-3, &mut warm);
                 assert_eq!(below, if expected < 1e-3 { expected } else { f64::INFINITY }, "{}", simd.name());
             }

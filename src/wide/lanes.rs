@@ -14,7 +14,7 @@ use std::ops::{Add, Mul, Sub};
 use std::sync::OnceLock;
 
 /// Boxes per visit of a node: the lanes that belong together.
-pub(super) use super::node::WIDTH;
+pub use super::node::WIDTH;
 
 /// An array of three, written out: closures would not surely be inlined, and what is not inlined is not compiled for the machine.
 macro_rules! three {
@@ -38,7 +38,7 @@ macro_rules! three {
 pub(super) use three;
 
 /// `f32` lanes: eight for each visit that fits a register, or half of the eight of one.
-pub(super) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
     /// How many visits fit a register.
     const VISITS: usize;
     /// How many registers the lanes of a visit take.
@@ -47,7 +47,9 @@ pub(super) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Out
     fn load<'a>(part: usize, of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self;
     /// One number for each visit.
     fn splat(of: impl Fn(usize) -> f32) -> Self;
+    /// The absolute values.
     fn abs(self) -> Self;
+    /// The square roots.
     fn sqrt(self) -> Self;
     /// The larger, lane by lane; either when one is not a number.
     fn max(self, other: Self) -> Self;
@@ -58,12 +60,15 @@ pub(super) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Out
 }
 
 /// Lanes of [`DoubleLanes`].
-pub(super) const DOUBLES: usize = 4;
+pub const DOUBLES: usize = 4;
 
 /// Four `f64` lanes.
-pub(super) trait DoubleLanes: Coordinate {
+pub trait DoubleLanes: Coordinate {
+    /// These numbers.
     fn load(from: &[f64; DOUBLES]) -> Self;
+    /// The numbers.
     fn stored(self) -> [f64; DOUBLES];
+    /// The absolute values.
     fn abs(self) -> Self;
     /// The smaller, lane by lane; the other when one is not a number.
     fn min(self, other: Self) -> Self;

@@ -3,25 +3,21 @@
 //! A volume is named by its slot: the number of the node that holds it times eight, plus its place there. Node 0 holds the
 //! root alone, so that the root is a slot like all others.
 
-use super::code::Code;
+use super::volume::WideVolume;
 use crate::geometry::{Point, Triangle};
 
 /// Children per node.
 pub const WIDTH: usize = 8;
 
-/// Up to eight boxes, side by side: those of child nodes first, then those of single triangles. Five cache lines.
+/// Up to eight volumes, side by side: those of child nodes first, then those of single triangles. Of oriented boxes five cache lines.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
-pub struct Node {
-    /// The boxes' centres relative to `origin`, mm.
-    pub(super) centre: [[f32; WIDTH]; 3],
-    /// Their rotations, as [`super::turn`] has them.
-    pub(super) turn: [[f32; WIDTH]; 3],
-    /// Their half-lengths, mm.
-    pub(super) half: [[f32; WIDTH]; 3],
+pub struct Node<V: WideVolume> {
+    /// The volumes, relative to `origin`.
+    pub(super) volumes: V::Eight,
     /// Near the middle of the node's contents, mm, mesh frame.
     pub(super) origin: [f32; 3],
-    /// What the children contribute to the slack of the overlap test ([`super::boxes`]), mm.
+    /// What the children contribute to the slack of the overlap test ([`super::volume`]), mm.
     pub(super) slack: f32,
     /// The number of the first child node; the others follow it.
     pub(super) first_node: u32,
@@ -33,36 +29,21 @@ pub struct Node {
     pub(super) count: u8,
 }
 
-impl Node {
+impl<V: WideVolume> Node<V> {
     /// A node without children.
-    pub(super) const fn empty(origin: [f32; 3]) -> Self {
-        Self {
-            centre: [[0.0; WIDTH]; 3],
-            turn: [[0.0; WIDTH]; 3],
-            half: [[0.0; WIDTH]; 3],
-            origin,
-            slack: 0.0,
-            first_node: 0,
-            first_triangle: 0,
-            inner: 0,
-            count: 0,
-        }
+    pub(super) fn empty(origin: [f32; 3]) -> Self {
+        Self { volumes: V::Eight::default(), origin, slack: 0.0, first_node: 0, first_triangle: 0, inner: 0, count: 0 }
     }
 
-    /// Puts a box into a place.
-    pub(super) fn put(&mut self, place: usize, code: &Code) {
-        for k in 0..3 {
-            self.centre[k][place] = code.centre[k];
-            self.turn[k][place] = code.turn[k];
-            self.half[k][place] = code.half[k];
-        }
+    /// Puts a volume into a place.
+    pub(super) fn put(&mut self, place: usize, volume: &V) {
+        volume.put(&mut self.volumes, place);
     }
 
-    /// The box in a place.
+    /// The volume in a place.
     #[inline(always)]
-    pub(super) fn code(&self, place: usize) -> Code {
-        let at = |of: &[[f32; WIDTH]; 3]| [of[0][place], of[1][place], of[2][place]];
-        Code { centre: at(&self.centre), turn: at(&self.turn), half: at(&self.half) }
+    pub(super) fn volume(&self, place: usize) -> V {
+        V::get(&self.volumes, place)
     }
 
     /// A bit for each child that is there.
@@ -78,10 +59,10 @@ impl Node {
     }
 }
 
-/// A tree of oriented boxes over one mesh, in the mesh's own frame.
+/// A tree of volumes over one mesh, in the mesh's own frame.
 #[derive(Clone, Debug)]
-pub struct WideTree {
-    pub(super) nodes: Vec<Node>,
+pub struct WideTree<V: WideVolume> {
+    pub(super) nodes: Vec<Node<V>>,
     /// The triangles in tree order, as places in `vertices`.
     pub(super) triangles: Vec<[u32; 3]>,
     /// The vertices in the order in which the triangles first use them, mm.
@@ -94,7 +75,7 @@ pub struct WideTree {
     pub(super) reach: f64,
 }
 
-impl WideTree {
+impl<V: WideVolume> WideTree<V> {
     /// Memory the tree holds, its triangles included, bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -124,7 +105,7 @@ impl WideTree {
 
     /// The node that holds a slot's volume, and the place there.
     #[inline(always)]
-    pub(super) fn slot(&self, slot: u32) -> (&Node, usize) {
+    pub(super) fn slot(&self, slot: u32) -> (&Node<V>, usize) {
         (&self.nodes[slot as usize / WIDTH], slot as usize % WIDTH)
     }
 

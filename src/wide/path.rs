@@ -17,10 +17,10 @@ use super::node::WideTree;
 use super::pose::Pose;
 use super::traverse::{self, Scratch};
 use super::triangles;
+use super::volume::WideVolume;
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Point};
 use crate::tree::distance::Proximity;
-use crate::tree::traverse::Probe;
 use nalgebra::Vector4;
 use std::fmt;
 use std::str::FromStr;
@@ -127,12 +127,12 @@ struct Place {
 }
 
 impl Place {
-    fn new(b: &WideTree, a_from_b: &Isometry) -> Self {
+    fn new<V: WideVolume>(b: &WideTree<V>, a_from_b: &Isometry) -> Self {
         Self { centre: a_from_b * b.ball.0, turn: a_from_b.rotation.coords }
     }
 
     /// The farthest that a point of `b` has moved between the two, mm.
-    fn moved_mm(&self, other: &Self, b: &WideTree) -> f64 {
+    fn moved_mm<V: WideVolume>(&self, other: &Self, b: &WideTree<V>) -> f64 {
         let turned = (self.turn - other.turn).norm_squared().min((self.turn + other.turn).norm_squared()).sqrt();
         (self.centre - other.centre).norm() + 2.0 * b.ball.1 * turned
     }
@@ -148,17 +148,16 @@ impl Memory {
 
     /// Whether the meshes touch: [`traverse::first`], by a shorter way where `coherence` allows one. All queries until the next
     /// [`Memory::forget`] must be about the same meshes.
-    pub fn first(
+    pub fn first<V: WideVolume>(
         &mut self,
-        a: &WideTree,
-        b: &WideTree,
+        a: &WideTree<V>,
+        b: &WideTree<V>,
         a_from_b: &Isometry,
         simd: Simd,
         coherence: Coherence,
-        probe: &mut impl Probe,
     ) -> bool {
         if coherence == Coherence::None {
-            return traverse::first(a, b, a_from_b, simd, &mut self.scratch, probe);
+            return traverse::first(a, b, a_from_b, simd, &mut self.scratch);
         }
         if self.witness.is_some_and(|pair| triangles::touch(a, b, &Placement::new(a_from_b), pair)) {
             return true;
@@ -176,13 +175,13 @@ impl Memory {
         {
             return verdict;
         }
-        let touching = traverse::contact(a, b, a_from_b, simd, &mut self.scratch, probe);
-        self.dearest = self.dearest.max(self.scratch.visits);
+        let touching = traverse::contact(a, b, a_from_b, simd, &mut self.scratch);
+        self.dearest = self.dearest.max(self.scratch.tally.visits);
         if coherence != Coherence::Axis {
             self.witness = touching;
         }
         // An axis is likely where one look at the roots was enough.
-        if touching.is_none() && self.scratch.visits == 1 {
+        if touching.is_none() && self.scratch.tally.visits == 1 {
             if let Some(less) = self.without_axis.checked_sub(1) {
                 self.without_axis = less;
             } else {
@@ -194,7 +193,13 @@ impl Memory {
     }
 
     /// The verdict where evidence has it: kept, or gained now; `None` where a fresh query is the better way.
-    fn by_evidence(&mut self, a: &WideTree, b: &WideTree, a_from_b: &Isometry, simd: Simd) -> Option<bool> {
+    fn by_evidence<V: WideVolume>(
+        &mut self,
+        a: &WideTree<V>,
+        b: &WideTree<V>,
+        a_from_b: &Isometry,
+        simd: Simd,
+    ) -> Option<bool> {
         if self.dearest < WORTH_VISITS {
             return None;
         }
@@ -221,7 +226,7 @@ impl Memory {
             self.wait = less;
             return None;
         }
-        let most_visits = DEARER * self.scratch.visits + LEAST_VISITS;
+        let most_visits = DEARER * self.scratch.tally.visits + LEAST_VISITS;
         let size = (here.centre - a.ball.0).norm() + a.ball.1 + b.ball.1;
         let pad = slack + MEASURED_PAD * size;
         let look_mm = STEPS_AHEAD * step + 2.0 * pad;
@@ -248,12 +253,13 @@ impl Memory {
 
 #[cfg(test)]
 mod tests {
+    use super::super::oriented::Oriented;
     use super::*;
     use crate::conformance::meshes;
-    use crate::tree::traverse::{Counts, NoProbe};
+    use crate::tree::traverse::Counts;
     use proptest::prelude::*;
 
-    fn trees() -> (WideTree, WideTree) {
+    fn trees() -> (WideTree<Oriented>, WideTree<Oriented>) {
         (WideTree::build(&meshes::torus(12.0, 4.0, 28, 14)), WideTree::build(&meshes::stepped_tool(16, 8)))
     }
 
@@ -282,9 +288,9 @@ mod tests {
         let (mut tests, mut touching) = (0, 0);
         for step in 0..4000_u32 {
             let pose = Isometry::translation(40.0 - 0.01 * f64::from(step), 1.0, -3.0);
-            let mut counts = Counts::default();
-            touching += u32::from(memory.first(&a, &b, &pose, Simd::in_use(), Coherence::Evidence, &mut counts));
-            tests += u32::from(counts.volume_tests > 0);
+            memory.scratch.tally.counts = Counts::default();
+            touching += u32::from(memory.first(&a, &b, &pose, Simd::in_use(), Coherence::Evidence));
+            tests += u32::from(memory.scratch.counts() != Counts::default());
         }
         assert!((400..3600).contains(&touching), "{touching}");
         assert!(tests < 200, "{tests} fresh queries");
@@ -317,8 +323,8 @@ mod tests {
                         let along = step * (k as f64 + jumped);
                         let shift = nalgebra::Vector3::from(start) + aim * along;
                         let pose = Isometry::new(shift, nalgebra::Vector3::from(turn) + nalgebra::Vector3::from(spin) * along);
-                        let fresh = traverse::first(&a, &b, &pose, simd, &mut scratch, &mut NoProbe);
-                        let kept = memory.first(&a, &b, &pose, simd, coherence, &mut NoProbe);
+                        let fresh = traverse::first(&a, &b, &pose, simd, &mut scratch);
+                        let kept = memory.first(&a, &b, &pose, simd, coherence);
                         prop_assert_eq!(kept, fresh, "pose {}, {}, {}", k, coherence, simd.name());
                     }
                 }

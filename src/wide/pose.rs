@@ -1,18 +1,9 @@
-//! The constants of one relative pose, and a box of one mesh seen from a node of the other.
+//! The constants of one relative pose.
 
-use super::code::Code;
 use super::lanes::{DOUBLES, DoubleLanes, three};
-use super::node::Node;
-use super::turn;
+use super::volume::U;
 use crate::geometry::{Isometry, Vector, grid};
 use nalgebra::Matrix3;
-
-/// Unit roundoff of `f32`: 2⁻²⁴.
-pub(super) const U: f32 = 1.0 / 16_777_216.0;
-/// Per mm of distance, in units of [`U`]: see [`super::boxes`].
-pub(super) const PER_DISTANCE: f32 = 29.0;
-/// Per mm of half-length, in units of [`U`]: see [`super::boxes`].
-pub(super) const PER_HALF: f32 = 18.0;
 
 /// Rounding in `f64` of a moved point or box, relative to the distances involved: 2⁻⁴⁴, five hundred times 2⁻⁵³; the
 /// products and sums of a motion and its inverse are fewer than a hundred.
@@ -23,7 +14,7 @@ const DEFECT_FACTOR: f64 = 64.0;
 
 /// A motion from one mesh's frame to the other's.
 #[derive(Clone, Debug)]
-pub(super) struct Motion {
+pub struct Motion {
     /// The columns of the rotation, each in as many lanes as there are.
     rotation: [[f64; DOUBLES]; 3],
     translation: [f64; DOUBLES],
@@ -40,8 +31,29 @@ impl Motion {
 
     /// The columns of the rotation, each times its coordinate of `v`: the sum is where it turns `v` to.
     #[inline(always)]
-    fn turn<D: DoubleLanes>(&self, v: [f64; 3]) -> [D; 3] {
+    pub(super) fn turn<D: DoubleLanes>(&self, v: [f64; 3]) -> [D; 3] {
         three!(j => D::load(&self.rotation[j]) * D::all(v[j]))
+    }
+
+    /// Where the axes of the mesh's own frame are turned to.
+    #[inline(always)]
+    pub(super) fn axes<D: DoubleLanes>(&self) -> [[f32; DOUBLES]; 3] {
+        three!(j => D::load(&self.rotation[j]).narrow())
+    }
+
+    /// The point `origin` + `centre` moved, relative to `from`, mm.
+    #[inline(always)]
+    pub(super) fn point<D: DoubleLanes>(
+        &self,
+        origin: &[f32; 3],
+        centre: &[f32; 3],
+        from: &[f32; 3],
+    ) -> [f32; DOUBLES] {
+        let p = three!(k => f64::from(origin[k]) + f64::from(centre[k]));
+        let from = from.map(f64::from);
+        let [x, y, z] = self.turn::<D>(p);
+        let way = D::load(&self.translation) - D::load(&[from[0], from[1], from[2], 0.0]);
+        ((x + y) + (z + way)).narrow()
     }
 }
 
@@ -82,36 +94,5 @@ impl Pose {
 
     fn slack(translation: &Vector, reach: f64, defect: f64) -> f64 {
         grid::SNAP_RADIUS_MM + (DEFECT_FACTOR * defect + MOTION_PAD) * (reach + translation.abs().sum())
-    }
-}
-
-/// A box of the other mesh in the frame of a node, relative to the node's origin: centre, axes, half-lengths and slack, mm. What is
-/// found in lanes stays in lanes; the fourth is nothing.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Seen {
-    pub centre: [f32; DOUBLES],
-    pub axes: [[f32; DOUBLES]; 3],
-    pub half: [f32; 3],
-    pub slack: f32,
-}
-
-impl Seen {
-    /// The box `code`, relative to `origin`, moved by `motion` and seen from `node`.
-    #[inline(always)]
-    pub fn new<D: DoubleLanes>(motion: &Motion, code: &Code, origin: &[f32; 3], node: &Node, pose_slack: f32) -> Self {
-        let own = turn::decode(code.turn);
-        let p = three!(k => f64::from(origin[k]) + f64::from(code.centre[k]));
-        let from = node.origin.map(f64::from);
-        let [x, y, z] = motion.turn::<D>(p);
-        let way = D::load(&motion.translation) - D::load(&[from[0], from[1], from[2], 0.0]);
-        let centre = ((x + y) + (z + way)).narrow();
-        let axes = three!(i => {
-            let [x, y, z] = motion.turn::<D>([own[(0, i)], own[(1, i)], own[(2, i)]]);
-            (x + y + z).narrow()
-        });
-        let distance = centre[0].abs() + centre[1].abs() + centre[2].abs();
-        let half = code.half[0] + code.half[1] + code.half[2];
-        let slack = U * (PER_DISTANCE * distance + PER_HALF * half) + pose_slack;
-        Self { centre, axes, half: code.half, slack }
     }
 }

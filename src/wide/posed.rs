@@ -1,16 +1,17 @@
-//! Two trees at a pose: which box of a pair is opened, and how the other looks from its node.
+//! Two trees at a pose: which volume of a pair is opened, and how the other looks from its node.
 
-use super::boxes::Visit;
 use super::lanes::DoubleLanes;
 use super::node::{Contents, WideTree};
-use super::pose::{Pose, Seen};
+use super::pose::Pose;
+use super::visit::Visit;
+use super::volume::{WideVolume, slack_of};
 use crate::geometry::Isometry;
 use crate::geometry::grid::Placement;
 
 /// The trees, and the constants of the pose.
-pub(super) struct Posed<'a> {
-    pub a: &'a WideTree,
-    pub b: &'a WideTree,
+pub(super) struct Posed<'a, V: WideVolume> {
+    pub a: &'a WideTree<V>,
+    pub b: &'a WideTree<V>,
     pub placement: Placement,
     pose: Pose,
 }
@@ -30,22 +31,22 @@ impl Opened {
     /// The roots: node 0 of `a` holds the root alone; `b`'s root is slot 0.
     const ROOTS: Self = Self { one: 0, node: 0, of_b: false };
 
-    /// The pair (slot of `a`, slot of `b`) of the box that stays and a slot of the other tree.
+    /// The pair (slot of `a`, slot of `b`) of the volume that stays and a slot of the other tree.
     #[inline(always)]
     pub const fn pair(self, slot: u32) -> (u32, u32) {
         if self.of_b { (self.one, slot) } else { (slot, self.one) }
     }
 }
 
-impl<'a> Posed<'a> {
-    pub fn new(a: &'a WideTree, b: &'a WideTree, a_from_b: &Isometry) -> Self {
+impl<'a, V: WideVolume> Posed<'a, V> {
+    pub fn new(a: &'a WideTree<V>, b: &'a WideTree<V>, a_from_b: &Isometry) -> Self {
         let (placement, pose) = (Placement::new(a_from_b), Pose::new(a_from_b, a.reach + b.reach));
         Self { a, b, placement, pose }
     }
 
     /// The tree that is opened, and the other one.
     #[inline(always)]
-    pub const fn trees(&self, opened: Opened) -> (&'a WideTree, &'a WideTree) {
+    pub const fn trees(&self, opened: Opened) -> (&'a WideTree<V>, &'a WideTree<V>) {
         if opened.of_b { (self.b, self.a) } else { (self.a, self.b) }
     }
 
@@ -56,16 +57,16 @@ impl<'a> Posed<'a> {
         if self.a.len() == 1 && self.b.len() == 1 { Opened::ROOTS } else { self.open((0, 0)) }
     }
 
-    /// Of two boxes the larger is opened, the second on a tie; never a triangle's. Not both are triangles'.
+    /// Of two volumes the larger is opened, the second on a tie; never a triangle's. Not both are triangles'.
     #[inline(always)]
     pub fn open(&self, (x, y): (u32, u32)) -> Opened {
-        let volume = |tree: &WideTree, slot| {
+        let size = |tree: &WideTree<V>, slot| {
             let (node, place) = tree.slot(slot);
-            node.code(place).volume()
+            node.volume(place).size()
         };
         match (self.a.contents(x), self.b.contents(y)) {
             (Contents::Node(node), Contents::Triangle(_)) => Opened { one: y, node, of_b: false },
-            (Contents::Node(node), Contents::Node(_)) if volume(self.a, x) > volume(self.b, y) => {
+            (Contents::Node(node), Contents::Node(_)) if size(self.a, x) > size(self.b, y) => {
                 Opened { one: y, node, of_b: false }
             }
             // Two triangles are tested, never opened.
@@ -73,14 +74,17 @@ impl<'a> Posed<'a> {
         }
     }
 
-    /// The one box as seen from the node.
+    /// The one volume as seen from the node.
     #[inline(always)]
-    pub fn see<D: DoubleLanes>(&self, opened: Opened) -> Visit<'a> {
+    pub fn see<D: DoubleLanes>(&self, opened: Opened) -> Visit<'a, V> {
         let (tree, other) = self.trees(opened);
         let motion = if opened.of_b { &self.pose.b_from_a } else { &self.pose.a_from_b };
         let node = &tree.nodes[opened.node as usize];
         let (holder, place) = other.slot(opened.one);
-        let one = Seen::new::<D>(motion, &holder.code(place), &holder.origin, node, self.pose.slack);
-        Visit { node, one }
+        let volume = holder.volume(place);
+        let centre = motion.point::<D>(&holder.origin, &volume.centre(), &node.origin);
+        let distance = centre[0].abs() + centre[1].abs() + centre[2].abs();
+        let slack = slack_of(distance, volume.reach()) + self.pose.slack;
+        Visit { node, centre, one: volume.moved::<D>(motion), slack }
     }
 }

@@ -1,19 +1,10 @@
 //! A wide tree for the eye, and facts about it.
 
 use super::node::{Contents, WideTree};
-use super::turn;
-use crate::geometry::Vector;
+use super::volume::WideVolume;
 use crate::tree::levels::Drawn;
 use crate::tree::tightness::{TreeReport, drift};
-use crate::volume::{box_area, box_outline};
-use nalgebra::Matrix3;
-
-/// A box of the tree as numbers in f64: axes as columns, centre and half-lengths, mm, mesh frame.
-pub(super) struct Decoded {
-    axes: Matrix3<f64>,
-    centre: Vector,
-    half: Vector,
-}
+use crate::volume::BoundingVolume;
 
 /// What lies below a slot.
 #[derive(Clone, Copy, Default)]
@@ -23,31 +14,18 @@ struct Below {
     /// Sum of the depths of the leaves, each a triangle.
     depths: u64,
     depth_max: u32,
-    /// Sum of the boxes' surface areas, mm².
+    /// Sum of the volumes' surface areas, mm².
     area_mm2: f64,
 }
 
-impl Decoded {
-    /// How far a place is outside, mm, along the axis on which it is farthest; negative inside.
-    pub(super) fn outside_mm(&self, place: &Vector) -> f64 {
-        (self.axes.tr_mul(&(place - self.centre)).abs() - self.half).max()
-    }
-}
-
-impl WideTree {
-    /// The box of a slot.
-    pub(super) fn decoded(&self, slot: u32) -> Decoded {
+impl<V: WideVolume> WideTree<V> {
+    /// The volume of a slot.
+    pub(super) fn plain(&self, slot: u32) -> V::Plain {
         let (node, place) = self.slot(slot);
-        let code = node.code(place);
-        let vector = |v: [f32; 3]| Vector::from(v.map(f64::from));
-        Decoded {
-            axes: turn::decode(code.turn),
-            centre: vector(node.origin) + vector(code.centre),
-            half: vector(code.half),
-        }
+        node.volume(place).plain(node.origin)
     }
 
-    /// The boxes of the first `levels` levels, a node before what is below it.
+    /// The volumes of the first `levels` levels, a node before what is below it.
     #[must_use]
     pub fn drawn(&self, levels: u32) -> Vec<Drawn> {
         let (mut drawn, mut waiting) = (Vec::new(), vec![(0, 0)]);
@@ -55,13 +33,13 @@ impl WideTree {
             if level >= levels {
                 continue;
             }
-            let volume = self.decoded(slot);
+            let volume = self.plain(slot);
             let children: Vec<u32> = self.children(slot).collect();
             drawn.push(Drawn {
                 level,
                 leaf: children.is_empty(),
-                outline: box_outline(&volume.centre.into(), &volume.axes, &volume.half),
-                volume_mm3: 8.0 * volume.half.product(),
+                outline: volume.outline(),
+                volume_mm3: volume.volume(),
                 outside: self.corners_outside(slot, &volume),
             });
             waiting.extend(children.into_iter().rev().map(|child| (child, level + 1)));
@@ -69,19 +47,19 @@ impl WideTree {
         drawn
     }
 
-    /// Size and depth of the tree; its boxes hold their contents, and it has no levels of two.
+    /// Size and depth of the tree; its volumes hold their contents, and it has no levels of two.
     #[must_use]
     pub fn report(&self) -> TreeReport {
-        let (below, root) = (self.below(0, 0), self.decoded(0));
+        let (below, root) = (self.below(0, 0), self.plain(0));
         let triangles: Vec<_> = (0..self.len() as u32).map(|place| self.triangle(place)).collect();
         TreeReport {
             nodes: below.nodes,
             leaves: below.leaves,
             depth_max: below.depth_max,
             depth_mean: below.depths as f64 / below.leaves as f64,
-            sah_cost: below.area_mm2 / box_area(&root.half),
-            drift_mm: drift(&root.centre.into(), &triangles),
-            root_outline: box_outline(&root.centre.into(), &root.axes, &root.half),
+            sah_cost: below.area_mm2 / root.surface_area(),
+            drift_mm: drift(&root.centre(), &triangles),
+            root_outline: root.outline(),
             ..TreeReport::not_binary()
         }
     }
@@ -95,7 +73,7 @@ impl WideTree {
     }
 
     fn below(&self, slot: u32, depth: u32) -> Below {
-        let area_mm2 = box_area(&self.decoded(slot).half);
+        let area_mm2 = self.plain(slot).surface_area();
         if let Contents::Triangle(_) = self.contents(slot) {
             return Below { nodes: 1, leaves: 1, depths: u64::from(depth), depth_max: depth, area_mm2 };
         }
@@ -109,11 +87,11 @@ impl WideTree {
         })
     }
 
-    fn corners_outside(&self, slot: u32, volume: &Decoded) -> u32 {
+    fn corners_outside(&self, slot: u32, volume: &V::Plain) -> u32 {
         match self.contents(slot) {
             Contents::Triangle(place) => {
                 let corners = self.triangle(place).corners;
-                corners.iter().filter(|corner| volume.outside_mm(&corner.coords) > 0.0).count() as u32
+                corners.iter().filter(|corner| !volume.contains(corner, 0.0)).count() as u32
             }
             Contents::Node(_) => self.children(slot).map(|child| self.corners_outside(child, volume)).sum(),
         }
@@ -122,13 +100,14 @@ impl WideTree {
 
 #[cfg(test)]
 mod tests {
+    use super::super::oriented::Oriented;
     use super::*;
     use crate::conformance::meshes;
 
     #[test]
     fn every_triangle_is_a_leaf_and_every_corner_inside() {
         let mesh = meshes::stepped_tool(24, 10);
-        let tree = WideTree::build(&mesh);
+        let tree = WideTree::<Oriented>::build(&mesh);
         let report = tree.report();
         assert_eq!(report.leaves, mesh.faces().len());
         assert!(report.nodes > report.leaves && report.nodes < 2 * report.leaves, "{}", report.nodes);

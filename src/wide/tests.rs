@@ -1,6 +1,9 @@
 //! The wide tree against the exact truth, on every instruction set this machine has.
 
+use super::aligned::Aligned;
+use super::ball::Ball;
 use super::lanes::Simd;
+use super::oriented::Oriented;
 use super::traverse::{Scratch, all, first};
 use super::*;
 use crate::conformance::cases::Cases;
@@ -8,7 +11,6 @@ use crate::conformance::meshes;
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector, exact};
 use crate::scene::{Pair, Scene};
-use crate::tree::traverse::{Counts, NoProbe};
 use crate::truth::PairOracle;
 use crate::workload::draw::Draw;
 use crate::workload::generate;
@@ -27,10 +29,10 @@ fn truth(a: &Mesh, b: &Mesh, a_from_b: &Isometry) -> Vec<(u32, u32)> {
     contacts
 }
 
-#[test]
-fn verdicts_and_lists_are_the_exact_truth_and_all_counts_are_equal_on_every_instruction_set() {
+/// On every instruction set the verdict and the list are the truth's, and the counts are equal.
+fn are_exact<V: WideVolume>() {
     let cases = Cases::new();
-    let trees: Vec<WideTree> = cases.subjects.iter().map(|subject| WideTree::build(&subject.mesh)).collect();
+    let trees: Vec<WideTree<V>> = cases.subjects.iter().map(|subject| WideTree::build(&subject.mesh)).collect();
     let mut scratch = Scratch::default();
     let mut touching = 0;
     for case in &cases.cases {
@@ -40,11 +42,10 @@ fn verdicts_and_lists_are_the_exact_truth_and_all_counts_are_equal_on_every_inst
         touching += usize::from(!expected.is_empty());
         let mut counts = Vec::new();
         for simd in Simd::available() {
-            let (mut of_first, mut of_all) = (Counts::default(), Counts::default());
-            let verdict = first(a, b, pose, simd, &mut scratch, &mut of_first);
-            assert_eq!(verdict, !expected.is_empty(), "{}", simd.name());
-            assert_eq!(all(a, b, pose, simd, &mut scratch, &mut of_all), expected, "{}", simd.name());
-            counts.push((of_first, of_all));
+            assert_eq!(first(a, b, pose, simd, &mut scratch), !expected.is_empty(), "{}", simd.name());
+            let of_first = scratch.counts();
+            assert_eq!(all(a, b, pose, simd, &mut scratch), expected, "{}", simd.name());
+            counts.push((of_first, scratch.counts()));
         }
         assert!(counts.iter().all(|c| *c == counts[0]), "{counts:?}");
     }
@@ -52,22 +53,33 @@ fn verdicts_and_lists_are_the_exact_truth_and_all_counts_are_equal_on_every_inst
 }
 
 #[test]
+fn verdicts_and_lists_are_the_exact_truth_and_all_counts_are_equal_on_every_instruction_set() {
+    are_exact::<Oriented>();
+    are_exact::<Aligned>();
+    are_exact::<Ball>();
+}
+
+#[test]
 fn on_the_shipped_scenes_every_instruction_set_says_the_exact_truth() {
+    fn says<V: WideVolume>(trees: &[WideTree<V>], a: usize, b: usize, pose: &Isometry, exact: bool) {
+        for simd in Simd::available() {
+            let says = first(&trees[a], &trees[b], pose, simd, &mut Scratch::default());
+            assert_eq!(says, exact, "{}, {}, {pose}", V::INFO.id, simd.name());
+        }
+    }
     let (mut touching, mut poses) = (0, 0);
     for name in ["lathe-toolpost", "lathe-tailstock", "trunnion-impeller"] {
         let scene = Scene::find(name).unwrap();
-        let trees: Vec<WideTree> = scene.parts.iter().map(|part| WideTree::build(&part.mesh)).collect();
+        let oriented: Vec<WideTree<Oriented>> = scene.parts.iter().map(|part| WideTree::build(&part.mesh)).collect();
+        let aligned: Vec<WideTree<Aligned>> = scene.parts.iter().map(|part| WideTree::build(&part.mesh)).collect();
         for pair in generate(&scene, 600, 3).unwrap().iter().flat_map(|workload| &workload.pairs) {
             let Pair { a, b, .. } = pair.pair;
             let mesh = |part: usize| Arc::clone(&scene.parts[part].mesh);
             let oracle = PairOracle::new(mesh(a), mesh(b));
             let exact: Vec<bool> = pair.poses.par_iter().map(|pose| oracle.touches(&pose.a_from_b)).collect();
             for (pose, exact) in pair.poses.iter().zip(&exact) {
-                for simd in Simd::available() {
-                    let pose = &pose.a_from_b;
-                    let says = first(&trees[a], &trees[b], pose, simd, &mut Scratch::default(), &mut NoProbe);
-                    assert_eq!(says, *exact, "{name}, {}, {}, {pose}", scene.pair_name(pair.pair), simd.name());
-                }
+                says(&oriented, a, b, &pose.a_from_b, *exact);
+                says(&aligned, a, b, &pose.a_from_b, *exact);
             }
             poses += exact.len();
             touching += exact.iter().filter(|&&touching| touching).count();
@@ -85,10 +97,10 @@ fn scaled(mesh: &Mesh, factor: f64) -> Mesh {
 fn the_verdict_does_not_depend_on_the_unit() {
     // Some mm, written in metres and in micrometres: in relation to the part the grid's step differs by a factor of a million.
     let (torus, tool) = (scaled(&meshes::torus(12.0, 4.0, 40, 20), 0.05), scaled(&meshes::stepped_tool(16, 8), 0.05));
-    let (a, b) = (WideTree::build(&torus), WideTree::build(&tool));
+    let (a, b) = (WideTree::<Oriented>::build(&torus), WideTree::build(&tool));
     let units = [1e-3, 1.0, 1e3].map(|factor| {
         let (a, b) = (scaled(&torus, factor), scaled(&tool, factor));
-        (factor, WideTree::build(&a), WideTree::build(&b))
+        (factor, WideTree::<Oriented>::build(&a), WideTree::build(&b))
     });
     let (mut touching, mut compared) = (0, 0);
     for step in 0..200 {
@@ -97,7 +109,7 @@ fn the_verdict_does_not_depend_on_the_unit() {
         // Poses that a micrometre either way would change depend on how the grid cuts off, not on the engine.
         let near = [-1e-3, 1e-3].map(|shift| {
             let moved = Isometry::translation(shift, shift, shift) * pose;
-            first(&a, &b, &moved, Simd::in_use(), &mut Scratch::default(), &mut NoProbe)
+            first(&a, &b, &moved, Simd::in_use(), &mut Scratch::default())
         });
         if near[0] != near[1] {
             continue;
@@ -105,7 +117,7 @@ fn the_verdict_does_not_depend_on_the_unit() {
         for (factor, a, b) in &units {
             let mut pose = pose;
             pose.translation.vector *= *factor;
-            let verdict = first(a, b, &pose, Simd::in_use(), &mut Scratch::default(), &mut NoProbe);
+            let verdict = first(a, b, &pose, Simd::in_use(), &mut Scratch::default());
             assert_eq!(verdict, near[0], "pose {step}, factor {factor}");
         }
         compared += 1;
@@ -119,7 +131,7 @@ fn the_tree_is_the_same_for_any_number_of_threads() {
     let mesh = meshes::torus(60.0, 20.0, 120, 60); // 14 400 triangles: some ranges are built apart
     let build = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| format!("{:?}", WideTree::build(&mesh)))
+        pool.install(|| format!("{:?}", WideTree::<Oriented>::build(&mesh)))
     };
     assert!(build(1) == build(3));
 }
@@ -127,17 +139,22 @@ fn the_tree_is_the_same_for_any_number_of_threads() {
 #[test]
 fn a_built_tree_is_well_formed_and_its_boxes_hold_their_contents() {
     for mesh in [meshes::torus(60.0, 20.0, 120, 60), meshes::cuboid(1.0, 2.0, 3.0), meshes::stepped_tool(24, 12)] {
-        let tree = WideTree::build(&mesh);
-        assert_eq!((tree.check_structure(), tree.check_containment(0.0)), (Ok(()), Ok(())));
+        fn is_sound<V: WideVolume>(mesh: &Mesh) {
+            let tree = WideTree::<V>::build(mesh);
+            assert_eq!((tree.check_structure(), tree.check_containment(0.0)), (Ok(()), Ok(())), "{}", V::INFO.id);
+        }
+        is_sound::<Oriented>(&mesh);
+        is_sound::<Aligned>(&mesh);
+        is_sound::<Ball>(&mesh);
     }
 }
 
 #[test]
 fn a_broken_tree_is_found() {
     use crate::tree::validate::TreeFault;
-    let tree = WideTree::build(&meshes::stepped_tool(24, 12));
+    let tree = WideTree::<Oriented>::build(&meshes::stepped_tool(24, 12));
     let mut broken = tree.clone();
-    broken.nodes[1].half[0][0] *= 0.99;
+    broken.nodes[1].volumes[6][0] *= 0.99;
     assert!(matches!(broken.check_containment(0.0), Err(TreeFault::Outside { node: 1, .. })));
     let mut broken = tree.clone();
     broken.nodes[1].first_node += 1;
@@ -159,6 +176,20 @@ fn mesh(triangles: usize) -> impl Strategy<Value = Mesh> {
     })
 }
 
+fn is_the_list<V: WideVolume>(
+    a: &Mesh,
+    b: &Mesh,
+    pose: &Isometry,
+    list: &Vec<(u32, u32)>,
+) -> Result<(), TestCaseError> {
+    let (a, b) = (WideTree::<V>::build(a), WideTree::build(b));
+    for simd in Simd::available() {
+        prop_assert_eq!(&all(&a, &b, pose, simd, &mut Scratch::default()), list);
+        prop_assert_eq!(first(&a, &b, pose, simd, &mut Scratch::default()), !list.is_empty());
+    }
+    Ok(())
+}
+
 proptest! {
     /// Random and lattice triangles, with and without area, turned or not: the exact list on every instruction set.
     #[test]
@@ -170,11 +201,8 @@ proptest! {
     ) {
         let pose = Isometry::new(Vector::from(shift), Vector::from(turn));
         let expected = truth(&a, &b, &pose);
-        let (a, b) = (WideTree::build(&a), WideTree::build(&b));
-        for simd in Simd::available() {
-            prop_assert_eq!(&all(&a, &b, &pose, simd, &mut Scratch::default(), &mut NoProbe), &expected);
-            let verdict = first(&a, &b, &pose, simd, &mut Scratch::default(), &mut NoProbe);
-            prop_assert_eq!(verdict, !expected.is_empty());
-        }
+        is_the_list::<Oriented>(&a, &b, &pose, &expected)?;
+        is_the_list::<Aligned>(&a, &b, &pose, &expected)?;
+        is_the_list::<Ball>(&a, &b, &pose, &expected)?;
     }
 }

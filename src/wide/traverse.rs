@@ -1,92 +1,105 @@
 //! Which triangles of two trees touch at a pose.
 //!
-//! A stack of pairs of slots whose boxes may overlap. Two pairs are taken at a time; of each the larger box is opened and the
-//! other moved into its node's frame, where one pass over the lanes ([`super::boxes`]) tests it against all children. Pairs of
+//! A stack of pairs of slots whose volumes may overlap. Two pairs are taken at a time; of each the larger volume is opened and the
+//! other moved into its node's frame, where one pass over the lanes ([`super::visit`]) tests it against all children. Pairs of
 //! triangles gather and are tested four at a time ([`super::triangles`]). The deepest overlap is taken first: that is where a contact is likely.
 
-use super::boxes::{self, Found};
 use super::lanes::{Machine, Simd, Work};
 use super::node::{Contents, WIDTH, WideTree};
 use super::pose::Pose;
 use super::posed::{Opened, Posed};
 use super::triangles::{self, Batch};
+use super::visit::{self, Found};
+use super::volume::WideVolume;
 use crate::geometry::Isometry;
-use crate::tree::traverse::Probe;
+use crate::tree::traverse::Counts;
 use std::ops::ControlFlow;
 
-/// Memory that queries reuse, so that a timed query does not allocate.
+/// Memory that queries reuse, so that a timed query does not allocate; and what the last one did.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     /// A slot of `a` and a slot of `b`.
     stack: Vec<(u32, u32)>,
-    /// Nodes that the last query opened.
-    pub(super) visits: u32,
+    pub(super) tally: Tally,
 }
 
-/// Calls `on_contact(place_in_a, place_in_b)` for every pair of triangles that touch, exactly, until it breaks. Places are those of the
-/// trees' orders.
-fn traverse<B>(
-    (a, b): (&WideTree, &WideTree),
+impl Scratch {
+    /// Operations of the last query.
+    #[must_use]
+    pub const fn counts(&self) -> Counts {
+        self.tally.counts
+    }
+}
+
+/// What a query did.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Tally {
+    pub counts: Counts,
+    /// Nodes opened.
+    pub visits: u32,
+}
+
+impl Tally {
+    /// The balls around the meshes have been asked.
+    const BALLS: Self = Self { counts: Counts { volume_tests: 1, triangle_tests: 0 }, visits: 0 };
+}
+
+/// Calls `on_contact` with every pair of triangles that touch, exactly, until it breaks. They are named by their places in the trees' orders.
+/// Contacts are rare beside what it takes to find them: one compiled search serves all who call.
+fn traverse<V: WideVolume>(
+    (a, b): (&WideTree<V>, &WideTree<V>),
     a_from_b: &Isometry,
     simd: Simd,
     scratch: &mut Scratch,
-    probe: &mut impl Probe,
-    mut on_contact: impl FnMut(u32, u32) -> ControlFlow<B>,
-) -> ControlFlow<B> {
-    probe.volume_test();
-    scratch.visits = 0;
-    if balls_apart_mm(a, b, a_from_b) > 0.0 {
-        return ControlFlow::Continue(());
-    }
-    let posed = Posed::new(a, b, a_from_b);
-    let contact = |(i, j): (u32, u32)| on_contact(i, j);
-    simd.run(Traversal {
-        posed,
-        stack: &mut scratch.stack,
-        visits: &mut scratch.visits,
-        probe,
-        contact,
-        batch: Batch::default(),
-    })
+    on_contact: &mut dyn FnMut((u32, u32)) -> ControlFlow<()>,
+) {
+    scratch.tally = if balls_apart_mm(a, b, a_from_b) > 0.0 {
+        Tally::BALLS
+    } else {
+        let (posed, stack) = (Posed::new(a, b, a_from_b), &mut scratch.stack);
+        simd.run(Traversal { posed, stack, on_contact, batch: Batch::default(), tally: Tally::BALLS })
+    };
 }
 
 /// A pair of triangles that touch, by their places in the trees' orders, if there is any.
-pub(super) fn contact(
-    a: &WideTree,
-    b: &WideTree,
+pub(super) fn contact<V: WideVolume>(
+    a: &WideTree<V>,
+    b: &WideTree<V>,
     a_from_b: &Isometry,
     simd: Simd,
     scratch: &mut Scratch,
-    probe: &mut impl Probe,
 ) -> Option<(u32, u32)> {
-    traverse((a, b), a_from_b, simd, scratch, probe, |i, j| ControlFlow::Break((i, j))).break_value()
+    let mut found = None;
+    traverse((a, b), a_from_b, simd, scratch, &mut |pair| {
+        found = Some(pair);
+        ControlFlow::Break(())
+    });
+    found
 }
 
 /// Mode `first`: whether the meshes touch at all.
-pub fn first(
-    a: &WideTree,
-    b: &WideTree,
+pub fn first<V: WideVolume>(
+    a: &WideTree<V>,
+    b: &WideTree<V>,
     a_from_b: &Isometry,
     simd: Simd,
     scratch: &mut Scratch,
-    probe: &mut impl Probe,
 ) -> bool {
-    contact(a, b, a_from_b, simd, scratch, probe).is_some()
+    contact(a, b, a_from_b, simd, scratch).is_some()
 }
 
 /// Mode `all`: every pair of faces that touch, as (face of `a`, face of `b`), sorted.
-pub fn all(
-    a: &WideTree,
-    b: &WideTree,
+pub fn all<V: WideVolume>(
+    a: &WideTree<V>,
+    b: &WideTree<V>,
     a_from_b: &Isometry,
     simd: Simd,
     scratch: &mut Scratch,
-    probe: &mut impl Probe,
 ) -> Vec<(u32, u32)> {
     let mut contacts = Vec::new();
-    let _ = traverse((a, b), a_from_b, simd, scratch, probe, |i, j| {
+    traverse((a, b), a_from_b, simd, scratch, &mut |(i, j)| {
         contacts.push((a.faces[i as usize], b.faces[j as usize]));
-        ControlFlow::<()>::Continue(())
+        ControlFlow::Continue(())
     });
     contacts.sort_unstable();
     contacts
@@ -95,7 +108,7 @@ pub fn all(
 /// How far the balls around the meshes are surely apart, mm, which settles most poses of a machine; negative where they may meet. The radii
 /// have been widened against rounding here ([`super::build`]).
 #[inline]
-pub(super) fn balls_apart_mm(a: &WideTree, b: &WideTree, a_from_b: &Isometry) -> f64 {
+pub(super) fn balls_apart_mm<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> f64 {
     let (centre_a, radius_a) = a.ball;
     let (centre_b, radius_b) = b.ball;
     let between = a_from_b * centre_b - centre_a;
@@ -106,20 +119,28 @@ pub(super) fn balls_apart_mm(a: &WideTree, b: &WideTree, a_from_b: &Isometry) ->
 }
 
 /// One query.
-struct Traversal<'a, P, F> {
-    posed: Posed<'a>,
+struct Traversal<'a, V: WideVolume> {
+    posed: Posed<'a, V>,
     stack: &'a mut Vec<(u32, u32)>,
-    visits: &'a mut u32,
-    probe: &'a mut P,
-    contact: F,
+    on_contact: &'a mut dyn FnMut((u32, u32)) -> ControlFlow<()>,
     batch: Batch,
+    tally: Tally,
 }
 
-impl<B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Work for Traversal<'_, P, F> {
-    type Output = ControlFlow<B>;
+impl<V: WideVolume> Work for Traversal<'_, V> {
+    type Output = Tally;
 
     #[inline(always)]
-    fn run<M: Machine>(mut self) -> ControlFlow<B> {
+    fn run<M: Machine>(mut self) -> Tally {
+        let _ = self.search::<M>();
+        self.tally
+    }
+}
+
+impl<V: WideVolume> Traversal<'_, V> {
+    /// Opens pairs until none is left, or until a contact ends it.
+    #[inline(always)]
+    fn search<M: Machine>(&mut self) -> ControlFlow<()> {
         self.stack.clear();
         let first = self.posed.first();
         self.visit::<M>(&[first])?;
@@ -132,17 +153,15 @@ impl<B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Work for Traversal<'_,
         }
         self.test::<M>()
     }
-}
 
-impl<B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Traversal<'_, P, F> {
-    /// Tests the one box of each visit against the children of its node, and keeps what may overlap.
+    /// Tests the one volume of each visit against the children of its node, and keeps what may overlap.
     #[inline(always)]
-    fn visit<M: Machine>(&mut self, opened: &[Opened]) -> ControlFlow<B> {
-        *self.visits += opened.len() as u32;
+    fn visit<M: Machine>(&mut self, opened: &[Opened]) -> ControlFlow<()> {
+        self.tally.visits += opened.len() as u32;
         let mut found = [Found::default(); 2];
         match *opened {
-            [one] => boxes::visit::<M::Single>(&[self.posed.see::<M::Double>(one)], &mut found),
-            [one, other] => boxes::visit::<M::Single>(
+            [one] => visit::visit::<V, M::Single>(&[self.posed.see::<M::Double>(one)], &mut found),
+            [one, other] => visit::visit::<V, M::Single>(
                 &[self.posed.see::<M::Double>(one), self.posed.see::<M::Double>(other)],
                 &mut found,
             ),
@@ -157,12 +176,10 @@ impl<B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Traversal<'_, P, F> {
 
     /// Pairs with a node in them go to the stack, the deepest overlap last; pairs of triangles to the batch.
     #[inline(always)]
-    fn keep<M: Machine>(&mut self, opened: Opened, found: &Found) -> ControlFlow<B> {
+    fn keep<M: Machine>(&mut self, opened: Opened, found: &Found) -> ControlFlow<()> {
         let (tree, other) = self.posed.trees(opened);
         let node = &tree.nodes[opened.node as usize];
-        for _ in 0..node.count {
-            self.probe.volume_test();
-        }
+        self.tally.counts.volume_tests += u64::from(node.count);
         let mut live = found.live;
         if live == 0 {
             return ControlFlow::Continue(());
@@ -207,21 +224,19 @@ impl<B, P: Probe, F: FnMut((u32, u32)) -> ControlFlow<B>> Traversal<'_, P, F> {
 
     /// Tests the pairs that wait, if any.
     #[inline(always)]
-    fn test<M: Machine>(&mut self) -> ControlFlow<B> {
+    fn test<M: Machine>(&mut self) -> ControlFlow<()> {
         if self.batch.len() == 0 {
             return ControlFlow::Continue(());
         }
-        for _ in 0..self.batch.len() {
-            self.probe.triangle_test();
-        }
+        self.tally.counts.triangle_tests += self.batch.len() as u64;
         let pairs = self.batch;
         let Posed { a, b, placement, .. } = &self.posed;
-        let mut left = self.batch.unparted::<M::Double>(a, b, placement);
+        let mut left = self.batch.unparted::<M::Double, V>(a, b, placement);
         while left != 0 {
             let pair = pairs.pair(left.trailing_zeros() as usize);
             left &= left - 1;
             if triangles::touch(a, b, placement, pair) {
-                (self.contact)(pair)?;
+                (self.on_contact)(pair)?;
             }
         }
         ControlFlow::Continue(())

@@ -8,6 +8,7 @@
 
 use super::lanes::{DOUBLES, DoubleLanes, three};
 use super::node::WideTree;
+use super::volume::WideVolume;
 use crate::geometry::Triangle;
 use crate::geometry::certified;
 use crate::geometry::grid::Placement;
@@ -44,7 +45,12 @@ impl Batch {
 
     /// A bit for each pair that the planes do not part; the batch is empty afterwards.
     #[inline(always)]
-    pub fn unparted<D: DoubleLanes>(&mut self, a: &WideTree, b: &WideTree, placement: &Placement) -> u8 {
+    pub fn unparted<D: DoubleLanes, V: WideVolume>(
+        &mut self,
+        a: &WideTree<V>,
+        b: &WideTree<V>,
+        placement: &Placement,
+    ) -> u8 {
         let mut corners = [[[[0.0; DOUBLES]; 3]; 3]; 2];
         for (lane, &(i, j)) in self.pairs.iter().enumerate().take(self.len) {
             spread(&a.triangle(i), lane, &mut corners[0]);
@@ -100,6 +106,11 @@ fn minus<D: DoubleLanes>(x: &[D; 3], y: &[D; 3]) -> [D; 3] {
 }
 
 /// Whether two triangles, by their places, touch; exactly.
-pub(super) fn touch(a: &WideTree, b: &WideTree, placement: &Placement, (i, j): (u32, u32)) -> bool {
+pub(super) fn touch<V: WideVolume>(
+    a: &WideTree<V>,
+    b: &WideTree<V>,
+    placement: &Placement,
+    (i, j): (u32, u32),
+) -> bool {
     certified::touch(&a.triangle(i), &placement.triangle(&b.triangle(j)))
 }

@@ -1,10 +1,12 @@
-//! Whether a wide tree is well formed and its boxes hold their contents.
+//! Whether a wide tree is well formed and its volumes hold their contents.
 
 use super::node::{Contents, WideTree};
+use super::volume::WideVolume;
 use crate::geometry::Triangle;
 use crate::tree::validate::TreeFault;
+use crate::volume::BoundingVolume;
 
-impl WideTree {
+impl<V: WideVolume> WideTree<V> {
     /// Checks that the nodes form a tree over all faces.
     ///
     /// # Errors
@@ -40,7 +42,7 @@ impl WideTree {
         }
     }
 
-    /// Checks that every box contains every corner of the triangles below it, within `slack_mm`.
+    /// Checks that every volume contains every corner of the triangles below it, within `slack_mm`.
     ///
     /// # Errors
     /// The first corner outside.
@@ -49,7 +51,7 @@ impl WideTree {
         self.check_below(&mut ways, slack_mm)
     }
 
-    /// Checks the last box of `ways`, the slots from the root down, and all below it: each corner against all boxes on the way.
+    /// Checks the last volume of `ways`, the slots from the root down, and all below it: each corner against all volumes on the way.
     fn check_below(&self, ways: &mut Vec<u32>, slack_mm: f64) -> Result<(), TreeFault> {
         let Some(&slot) = ways.last() else { return Ok(()) };
         match self.contents(slot) {
@@ -67,9 +69,9 @@ impl WideTree {
     }
 
     fn check_contains(&self, slot: u32, triangle: &Triangle, slack_mm: f64) -> Result<(), TreeFault> {
-        let volume = self.decoded(slot);
+        let volume = self.plain(slot);
         for p in &triangle.corners {
-            if volume.outside_mm(&p.coords) > slack_mm {
+            if !volume.contains(p, slack_mm) {
                 return Err(TreeFault::Outside { node: slot as usize / 8, x: p.x, y: p.y, z: p.z });
             }
         }

@@ -65,12 +65,26 @@ impl ObbRule for Fitted {
     type Centre = centre::MidExtent;
 }
 
+impl Obb<Fitted> {
+    /// The box with these axes (columns of a rotation), this centre and these half-lengths, mm.
+    #[must_use]
+    pub const fn new(axes: Matrix3<f64>, centre: Point, half: Vector) -> Self {
+        Self { axes, centre, half, rule: PhantomData }
+    }
+
+    /// Axes (columns), centre and half-lengths, mm.
+    #[must_use]
+    pub const fn parts(&self) -> (Matrix3<f64>, Point, Vector) {
+        (self.axes, self.centre, self.half)
+    }
+}
+
 impl<R: ObbRule> Obb<R> {
     /// The box that [`BoundingVolume::fit`] finds, without the name of its rule, which matters only while a box is fitted.
     #[must_use]
     pub fn fitted(triangles: &[Triangle]) -> Obb<Fitted> {
         let Self { axes, centre, half, .. } = Self::fit(triangles);
-        Obb { axes, centre, half, rule: PhantomData }
+        Obb::new(axes, centre, half)
     }
 }
 

@@ -7,31 +7,50 @@
 //! adds 1u(r + |c|), so that the half-length, their largest difference, is at most 34u(r + |c|) too small, and
 //! `PAD`·(r + |c|) with 64u restores it. Then the half-length is rounded up to `f32`.
 
-use super::lanes::{DOUBLES, DoubleLanes, Machine, Simd, Work, three};
+use super::boxes::{BoxRelation, Turned, axes, dot};
+use super::lanes::{DOUBLES, DoubleLanes, Lanes, Machine, Simd, Work, three};
+use super::node::WIDTH;
+use super::pose::Motion;
 use super::turn;
+use super::visit::Visit;
+use super::volume::WideVolume;
 use crate::geometry::grid::Coordinate;
 use crate::geometry::{Point, Vector};
+use crate::volume::Info;
+use crate::volume::obb::{Fitted, Obb};
 use nalgebra::Matrix3;
 
 /// What a half-length is lengthened by, relative to the distances involved: 64·2⁻⁵³, see above.
-const PAD: f64 = 64.0 / 9_007_199_254_740_992.0;
+pub(super) const PAD: f64 = 64.0 / 9_007_199_254_740_992.0;
 
 /// A box relative to an origin, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Code {
-    pub centre: [f32; 3],
+pub struct Oriented {
+    pub(super) centre: [f32; 3],
     /// See [`super::turn`].
-    pub turn: [f32; 3],
-    pub half: [f32; 3],
+    pub(super) turn: [f32; 3],
+    pub(super) half: [f32; 3],
 }
 
-impl Code {
-    /// The tight box around all `points` along the axes of `frame` (columns of a rotation), as near as `f32` has them.
-    pub fn fit<'a>(frame: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a [Point]>) -> Self {
+impl WideVolume for Oriented {
+    const INFO: Info = Info {
+        id: "obb-wide",
+        label: "OBB, 8-wide nodes",
+        reference: "Gottschalk, Lin and Manocha 1996, on vectors of eight boxes; least-surface frames",
+        safe: true,
+    };
+    const TURNS: bool = true;
+    /// Centre, rotation and half-lengths.
+    type Eight = [[f32; WIDTH]; 9];
+    type Moved = Turned;
+    type Relation<L: Lanes> = BoxRelation<L>;
+    type Plain = Obb<Fitted>;
+
+    /// Tight along the axes as near as `f32` has them.
+    fn fit<'a>(frame: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a [Point]> + Clone) -> Self {
         let turn = turn::encode(frame);
         let axes = turn::decode(turn);
-        let Extent { low, high, farthest } =
-            Simd::in_use().run(Extents { axes: &axes, from: origin.map(f64::from), points });
+        let Extent { low, high, farthest } = Extent::along(&axes, origin, points);
         let centre = (axes * ((low + high) * 0.5)).map(|x| x as f32);
         let kept = centre.map(f64::from);
         let middle = axes.tr_mul(&kept);
@@ -40,20 +59,80 @@ impl Code {
         Self { centre: centre.into(), turn, half: half.into() }
     }
 
-    /// An eighth of the volume, mm³: what tells which of two boxes is the larger. By surface area queries open up to a tenth more nodes, by
-    /// length a third.
     #[inline(always)]
-    pub fn volume(&self) -> f32 {
+    fn centre(&self) -> [f32; 3] {
+        self.centre
+    }
+
+    #[inline(always)]
+    fn reach(&self) -> f32 {
+        self.half[0] + self.half[1] + self.half[2]
+    }
+
+    /// An eighth of the volume, mm³. By surface area queries open up to a tenth more nodes, by length a third.
+    #[inline(always)]
+    fn size(&self) -> f32 {
         let [x, y, z] = self.half;
         x * y * z
+    }
+
+    #[inline(always)]
+    fn put(&self, eight: &mut Self::Eight, place: usize) {
+        for k in 0..3 {
+            eight[k][place] = self.centre[k];
+            eight[3 + k][place] = self.turn[k];
+            eight[6 + k][place] = self.half[k];
+        }
+    }
+
+    #[inline(always)]
+    fn get(eight: &Self::Eight, place: usize) -> Self {
+        Self {
+            centre: three!(k => eight[k][place]),
+            turn: three!(k => eight[3 + k][place]),
+            half: three!(k => eight[6 + k][place]),
+        }
+    }
+
+    #[inline(always)]
+    fn moved<D: DoubleLanes>(&self, motion: &Motion) -> Turned {
+        let own = turn::decode(self.turn);
+        let axes = three!(i => {
+            let [x, y, z] = motion.turn::<D>([own[(0, i)], own[(1, i)], own[(2, i)]]);
+            (x + y + z).narrow()
+        });
+        Turned { axes, half: self.half }
+    }
+
+    #[inline(always)]
+    fn relation<'a, L: Lanes>(part: usize, visit: &impl Fn(usize) -> &'a Visit<'a, Self>) -> BoxRelation<L> {
+        let v = axes::<L>(three!(k => L::load(part, |i| &visit(i).node.volumes[3 + k])));
+        let b = three!(k => L::load(part, |i| &visit(i).node.volumes[6 + k]));
+        let a = three!(k => L::splat(|i| visit(i).one.half[k]));
+        let u = three!(n => three!(k => L::splat(|i| visit(i).one.axes[n][k])));
+        let d = three!(k => L::load(part, |i| &visit(i).node.volumes[k]) - L::splat(|i| visit(i).centre[k]));
+        let r = three!(i => three!(j => dot(&u[i], &v[j])));
+        BoxRelation::new(a, b, r, three!(i => dot(&u[i], &d)), three!(j => dot(&v[j], &d)))
+    }
+
+    fn plain(&self, origin: [f32; 3]) -> Obb<Fitted> {
+        let wide = |x: [f32; 3]| Vector::from(x.map(f64::from));
+        Obb::new(turn::decode(self.turn), Point::from(wide(origin) + wide(self.centre)), wide(self.half))
     }
 }
 
 /// How far points reach along axes, mm, from an origin; and how far the farthest of them is from it.
-struct Extent {
-    low: Vector,
-    high: Vector,
-    farthest: f64,
+pub(super) struct Extent {
+    pub low: Vector,
+    pub high: Vector,
+    pub farthest: f64,
+}
+
+impl Extent {
+    /// Of points, along the columns of a rotation and from an origin, mm.
+    pub fn along<'a>(axes: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a [Point]>) -> Self {
+        Simd::in_use().run(Extents { axes, from: origin.map(f64::from), points })
+    }
 }
 
 /// The search for it, which sees every corner once on each level of the tree.
@@ -102,9 +181,9 @@ mod tests {
     #[test]
     fn a_box_along_the_axes_is_as_long_as_its_contents() {
         let points = [Point::new(1.0, 2.0, 3.0), Point::new(5.0, 4.0, 3.0)];
-        let code = Code::fit(&Matrix3::identity(), [1.0, 1.0, 1.0], std::iter::once(points.as_slice()));
-        assert_eq!(code.centre, [2.0, 2.0, 2.0]);
-        for (half, exact) in code.half.into_iter().zip([2.0_f32, 1.0, 0.0]) {
+        let fitted = Oriented::fit(&Matrix3::identity(), [1.0, 1.0, 1.0], std::iter::once(points.as_slice()));
+        assert_eq!(fitted.centre, [2.0, 2.0, 2.0]);
+        for (half, exact) in fitted.half.into_iter().zip([2.0_f32, 1.0, 0.0]) {
             assert!(half >= exact && half <= exact + 1e-6, "{half}");
         }
         assert_eq!((rounded_up(0.1), rounded_up(0.5)), (0.1_f32, 0.5)); // 0.1 in f32 is above 0.1
@@ -126,13 +205,13 @@ mod tests {
                 points.into_iter().map(|p| Point::from((Vector::from(p) + Vector::from(offset)) * scale)).collect();
             let origin = (Vector::from(offset) * scale).map(|x| x as f32);
             let frame = Rotation3::from_scaled_axis(Vector::from(turn)).into_inner();
-            let code = Code::fit(&frame, origin.into(), std::iter::once(points.as_slice()));
-            let axes = turn::decode(code.turn);
+            let fitted = Oriented::fit(&frame, origin.into(), std::iter::once(points.as_slice()));
+            let axes = turn::decode(fitted.turn);
             for p in &points {
-                let d = p.coords - origin.map(f64::from) - Vector::from(code.centre.map(f64::from));
+                let d = p.coords - origin.map(f64::from) - Vector::from(fitted.centre.map(f64::from));
                 let x = axes.tr_mul(&d);
                 for k in 0..3 {
-                    prop_assert!(x[k].abs() <= f64::from(code.half[k]), "{} {}", x[k], code.half[k]);
+                    prop_assert!(x[k].abs() <= f64::from(fitted.half[k]), "{} {}", x[k], fitted.half[k]);
                 }
             }
         }

@@ -1,29 +1,19 @@
-//! Oriented boxes eight at a time: the tree of [`crate::wide`].
+//! Volumes eight at a time: the tree of [`crate::wide`].
 
 use super::{Model, same};
 use crate::geometry::Isometry;
 use crate::tree::distance::Proximity;
 use crate::tree::levels::Drawn;
 use crate::tree::tightness::TreeReport;
-use crate::tree::traverse::{Counts, NoProbe};
+use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
-use crate::volume::Info;
 use crate::wide::traverse::{self, Scratch};
-use crate::wide::{Coherence, Memory, Simd, WideTree, distance};
+use crate::wide::{Coherence, Memory, Simd, WideTree, WideVolume, distance};
 
-/// What the method is called.
-pub const INFO: Info = Info {
-    id: "obb-wide",
-    label: "OBB, 8-wide nodes",
-    reference: "Gottschalk, Lin and Manocha 1996, on vectors of eight boxes; least-surface frames",
-    safe: true,
-};
-
-impl Model for WideTree {
+impl<V: WideVolume> Model for WideTree<V> {
     fn first(&self, other: &dyn Model, a_from_b: &[Isometry], verdicts: &mut Vec<bool>) {
         let (other, simd, mut scratch) = (same::<Self>(other), Simd::in_use(), Scratch::default());
-        verdicts
-            .extend(a_from_b.iter().map(|pose| traverse::first(self, other, pose, simd, &mut scratch, &mut NoProbe)));
+        verdicts.extend(a_from_b.iter().map(|pose| traverse::first(self, other, pose, simd, &mut scratch)));
     }
 
     fn along(
@@ -35,20 +25,19 @@ impl Model for WideTree {
         verdicts: &mut Vec<bool>,
     ) {
         let (other, simd) = (same::<Self>(other), Simd::in_use());
-        verdicts.extend(a_from_b.iter().map(|pose| memory.first(self, other, pose, simd, coherence, &mut NoProbe)));
+        verdicts.extend(a_from_b.iter().map(|pose| memory.first(self, other, pose, simd, coherence)));
     }
 
     fn first_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (bool, Counts) {
-        let mut counts = Counts::default();
-        let verdict =
-            traverse::first(self, same(other), a_from_b, Simd::in_use(), &mut Scratch::default(), &mut counts);
-        (verdict, counts)
+        let mut scratch = Scratch::default();
+        let verdict = traverse::first(self, same(other), a_from_b, Simd::in_use(), &mut scratch);
+        (verdict, scratch.counts())
     }
 
     fn all_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (Vec<(u32, u32)>, Counts) {
-        let mut counts = Counts::default();
-        let contacts = traverse::all(self, same(other), a_from_b, Simd::in_use(), &mut Scratch::default(), &mut counts);
-        (contacts, counts)
+        let mut scratch = Scratch::default();
+        let contacts = traverse::all(self, same(other), a_from_b, Simd::in_use(), &mut scratch);
+        (contacts, scratch.counts())
     }
 
     fn distance_mm(&self, other: &dyn Model, a_from_b: &Isometry, below_mm: f64, proximity: &mut Proximity) -> f64 {

@@ -1,0 +1,90 @@
+//! A box along the axes of its mesh, in 24 bytes.
+//!
+//! All boxes of a mesh are turned alike, so that the products of the axes, which are most of the work of [`super::boxes`], are the same in all visits
+//! of a query, and nothing is decoded. Its box contains its points by the argument of [`super::oriented`], whose axes are exact here. The slack is that
+//! of [`super::boxes`] with exact v_j: each of its six terms is no larger.
+
+use super::boxes::{BoxRelation, Turned, dot};
+use super::lanes::{DoubleLanes, Lanes, three};
+use super::node::WIDTH;
+use super::oriented::Oriented;
+use super::pose::Motion;
+use super::visit::Visit;
+use super::volume::WideVolume;
+use crate::geometry::{Point, Vector};
+use crate::volume::Info;
+use crate::volume::aabb::Aabb;
+use nalgebra::Matrix3;
+
+/// A box relative to an origin, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aligned {
+    centre: [f32; 3],
+    half: [f32; 3],
+}
+
+impl WideVolume for Aligned {
+    const INFO: Info = Info {
+        id: "aabb-wide",
+        label: "AABB, 8-wide nodes",
+        reference: "G. van den Bergen 1997, on vectors of eight boxes",
+        safe: true,
+    };
+    const TURNS: bool = false;
+    /// Centre and half-lengths.
+    type Eight = [[f32; WIDTH]; 6];
+    type Moved = Turned;
+    type Relation<L: Lanes> = BoxRelation<L>;
+    type Plain = Aabb;
+
+    fn fit<'a>(_: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a [Point]> + Clone) -> Self {
+        let Oriented { centre, half, .. } = Oriented::fit(&Matrix3::identity(), origin, points);
+        Self { centre, half }
+    }
+
+    #[inline(always)]
+    fn centre(&self) -> [f32; 3] {
+        self.centre
+    }
+
+    #[inline(always)]
+    fn reach(&self) -> f32 {
+        self.half[0] + self.half[1] + self.half[2]
+    }
+
+    #[inline(always)]
+    fn size(&self) -> f32 {
+        self.half[0] * self.half[1] * self.half[2]
+    }
+
+    #[inline(always)]
+    fn put(&self, eight: &mut Self::Eight, place: usize) {
+        for k in 0..3 {
+            (eight[k][place], eight[3 + k][place]) = (self.centre[k], self.half[k]);
+        }
+    }
+
+    #[inline(always)]
+    fn get(eight: &Self::Eight, place: usize) -> Self {
+        Self { centre: three!(k => eight[k][place]), half: three!(k => eight[3 + k][place]) }
+    }
+
+    #[inline(always)]
+    fn moved<D: DoubleLanes>(&self, motion: &Motion) -> Turned {
+        Turned { axes: motion.axes::<D>(), half: self.half }
+    }
+
+    #[inline(always)]
+    fn relation<'a, L: Lanes>(part: usize, visit: &impl Fn(usize) -> &'a Visit<'a, Self>) -> BoxRelation<L> {
+        let b = three!(k => L::load(part, |i| &visit(i).node.volumes[3 + k]));
+        let a = three!(k => L::splat(|i| visit(i).one.half[k]));
+        let r = three!(n => three!(k => L::splat(|i| visit(i).one.axes[n][k])));
+        let d = three!(k => L::load(part, |i| &visit(i).node.volumes[k]) - L::splat(|i| visit(i).centre[k]));
+        BoxRelation::new(a, b, r, three!(i => dot(&r[i], &d)), d)
+    }
+
+    fn plain(&self, origin: [f32; 3]) -> Aabb {
+        let wide = |x: [f32; 3]| Vector::from(x.map(f64::from));
+        Aabb::new(Point::from(wide(origin) + wide(self.centre)), wide(self.half))
+    }
+}

@@ -1,0 +1,119 @@
+//! A ball, in 16 bytes.
+//!
+//! It contains its points: the distance of a point from the centre is found in `f64` with fewer than ten roundings, and the pad of
+//! [`super::oriented`] is 64 of them; then the radius is rounded up to `f32`.
+//!
+//! The slack, as in [`super::boxes`]: d = c - s is wrong by at most u|s| + u|d| ≤ 2uD, its length by 2.5u|d| more (squares, two sums and a root), the
+//! sum of the radii by u(A + B), the difference by u(D + A + B): together 5.5uD + 2u(A + B).
+
+use super::boxes::{LOWERED, dot};
+use super::lanes::{DoubleLanes, Lanes, three};
+use super::node::WIDTH;
+use super::oriented::{Extent, PAD, rounded_up};
+use super::pose::Motion;
+use super::visit::Visit;
+use super::volume::{Relation, WideVolume};
+use crate::geometry::{Point, Vector};
+use crate::volume::Info;
+use crate::volume::sphere_mean::SphereMean;
+use nalgebra::Matrix3;
+
+/// A ball relative to an origin, mm, about the middle of its contents' bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    centre: [f32; 3],
+    radius: f32,
+}
+
+/// How far the centres are from one another, and the sum of the radii.
+#[derive(Clone, Copy)]
+pub struct BallRelation<L> {
+    between: L,
+    reach: L,
+}
+
+impl WideVolume for Ball {
+    const INFO: Info = Info {
+        id: "sphere-wide",
+        label: "sphere, 8-wide nodes",
+        reference: "P. M. Hubbard 1996, on vectors of eight spheres",
+        safe: true,
+    };
+    const TURNS: bool = false;
+    /// Centre and radius.
+    type Eight = [[f32; WIDTH]; 4];
+    type Moved = f32;
+    type Relation<L: Lanes> = BallRelation<L>;
+    type Plain = SphereMean;
+
+    fn fit<'a>(_: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a [Point]> + Clone) -> Self {
+        let Extent { low, high, .. } = Extent::along(&Matrix3::identity(), origin, points.clone());
+        let centre = ((low + high) * 0.5).map(|x| x as f32);
+        let middle = Point::from(centre.map(f64::from) + Vector::from(origin.map(f64::from)));
+        let farthest = points.flatten().map(|p| (p - middle).norm_squared()).fold(0.0, f64::max).sqrt();
+        let pad = PAD * (farthest + centre.map(f64::from).norm());
+        Self { centre: centre.into(), radius: rounded_up(farthest + pad) }
+    }
+
+    #[inline(always)]
+    fn centre(&self) -> [f32; 3] {
+        self.centre
+    }
+
+    #[inline(always)]
+    fn reach(&self) -> f32 {
+        self.radius
+    }
+
+    #[inline(always)]
+    fn size(&self) -> f32 {
+        self.radius
+    }
+
+    #[inline(always)]
+    fn put(&self, eight: &mut Self::Eight, place: usize) {
+        for k in 0..3 {
+            eight[k][place] = self.centre[k];
+        }
+        eight[3][place] = self.radius;
+    }
+
+    #[inline(always)]
+    fn get(eight: &Self::Eight, place: usize) -> Self {
+        Self { centre: three!(k => eight[k][place]), radius: eight[3][place] }
+    }
+
+    #[inline(always)]
+    fn moved<D: DoubleLanes>(&self, _: &Motion) -> f32 {
+        self.radius
+    }
+
+    #[inline(always)]
+    fn relation<'a, L: Lanes>(part: usize, visit: &impl Fn(usize) -> &'a Visit<'a, Self>) -> BallRelation<L> {
+        let d = three!(k => L::load(part, |i| &visit(i).node.volumes[k]) - L::splat(|i| visit(i).centre[k]));
+        let reach = L::load(part, |i| &visit(i).node.volumes[3]) + L::splat(|i| visit(i).one);
+        BallRelation { between: dot(&d, &d).sqrt(), reach }
+    }
+
+    fn plain(&self, origin: [f32; 3]) -> SphereMean {
+        let wide = |x: [f32; 3]| Vector::from(x.map(f64::from));
+        SphereMean::new(Point::from(wide(origin) + wide(self.centre)), f64::from(self.radius))
+    }
+}
+
+impl<L: Lanes> Relation<L> for BallRelation<L> {
+    #[inline(always)]
+    fn soon(&self) -> [L; 3] {
+        [self.between - self.reach; 3]
+    }
+
+    #[inline(always)]
+    fn gap(&self, soon: [L; 3]) -> L {
+        soon[0]
+    }
+
+    #[inline(always)]
+    fn least_mm(&self, slack: L) -> L {
+        (self.between - self.reach - slack).max(L::splat(|_| 0.0)) * L::splat(|_| LOWERED)
+    }
+}

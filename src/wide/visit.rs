@@ -1,0 +1,278 @@
+//! One volume against the eight of a node: which may touch, and how far they are.
+
+use super::lanes::{DOUBLES, Lanes};
+use super::node::{Node, WIDTH};
+use super::volume::{Relation, WideVolume, slack_of};
+
+/// One volume of the other mesh, as a node sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Visit<'a, V: WideVolume> {
+    /// The node.
+    pub node: &'a Node<V>,
+    /// The one volume's centre relative to the node's origin, mm; the last is nothing.
+    pub centre: [f32; DOUBLES],
+    /// What else there is of it.
+    pub one: V::Moved,
+    /// What it and the pose contribute to the slack, mm.
+    pub slack: f32,
+}
+
+/// What a visit found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Found {
+    /// For each child the largest difference of distance and reach over the axes, mm: less than 0 by how deep the volumes overlap. Not
+    /// found where no child may overlap.
+    pub gap: [f32; WIDTH],
+    /// A bit for each child that may overlap.
+    pub live: u8,
+}
+
+/// What the children of a node contribute to the slack, mm: the largest over the children. For [`Node::slack`].
+pub(super) fn node_slack<V: WideVolume>(node: &Node<V>) -> f32 {
+    let slack = |place| {
+        let volume = node.volume(place);
+        slack_of(volume.centre().iter().map(|x| x.abs()).sum(), volume.reach())
+    };
+    (0..node.count as usize).map(slack).fold(0.0, f32::max)
+}
+
+/// Makes one or two visits.
+#[inline(always)]
+pub(super) fn visit<V: WideVolume, L: Lanes>(visits: &[Visit<V>], found: &mut [Found; 2]) {
+    let mut first = 0;
+    while first < visits.len() {
+        let (mut gap, mut live) = ([[0.0; WIDTH]; 2], 0);
+        for part in 0..L::PARTS {
+            live |= gaps::<V, L>(part, |i| &visits[(first + i).min(visits.len() - 1)], &mut gap);
+        }
+        for i in first..(first + L::VISITS).min(visits.len()) {
+            found[i] = Found { gap: gap[i - first], live: (live >> (WIDTH * (i - first))) as u8 };
+        }
+        first += L::VISITS;
+    }
+}
+
+/// For one or two visits, how far each child is at least from the one volume, mm; 0 where they may touch.
+#[inline(always)]
+pub(super) fn distances<V: WideVolume, L: Lanes>(visits: &[Visit<V>], least: &mut [[f32; WIDTH]; 2]) {
+    let mut first = 0;
+    while first < visits.len() {
+        let mut bound = [[0.0; WIDTH]; 2];
+        for part in 0..L::PARTS {
+            let visit = |i: usize| &visits[(first + i).min(visits.len() - 1)];
+            V::relation::<L>(part, &visit).least_mm(slack(&visit)).store(part, &mut bound);
+        }
+        let last = (first + L::VISITS).min(visits.len());
+        least[first..last].copy_from_slice(&bound[..last - first]);
+        first += L::VISITS;
+    }
+}
+
+/// What a gap must exceed, for each visit.
+#[inline(always)]
+fn slack<'a, V: WideVolume, L: Lanes>(visit: &impl Fn(usize) -> &'a Visit<'a, V>) -> L {
+    L::splat(|i| visit(i).node.slack + visit(i).slack)
+}
+
+/// The gaps of as many visits as fit a register, or of a part of one's children; a bit for each child that is there and not apart. No gaps are
+/// found when there is none.
+#[inline(always)]
+fn gaps<'a, V: WideVolume, L: Lanes>(
+    part: usize,
+    visit: impl Fn(usize) -> &'a Visit<'a, V>,
+    gap: &mut [[f32; WIDTH]; 2],
+) -> u32 {
+    let relation = V::relation::<L>(part, &visit);
+    let slack = slack(&visit);
+    let first = part * WIDTH / L::PARTS;
+    let lanes = u32::MAX >> (32 - L::VISITS * WIDTH / L::PARTS);
+    let occupied = (0..L::VISITS).fold(0, |bits, i| bits | u32::from(visit(i).node.occupied()) << (WIDTH * i));
+    let occupied = occupied >> first & lanes;
+    // A gap that is not a number parts nothing.
+    let together = |most: L| occupied & !most.exceeds(slack);
+    // What is soon found parts nearly all volumes that are apart, and often all of a visit.
+    let soon = relation.soon();
+    if together(soon[0].max(soon[1]).max(soon[2])) == 0 {
+        return 0;
+    }
+    let most = relation.gap(soon);
+    most.store(part, gap);
+    together(most) << first
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::aligned::Aligned;
+    use super::super::ball::Ball;
+    use super::super::lanes::{Array, Machine, Simd, Work};
+    use super::super::oriented::Oriented;
+    use super::super::pose::Pose;
+    use super::*;
+    use crate::geometry::{Isometry, Point, Vector};
+    use crate::volume::BoundingVolume;
+    use nalgebra::{Matrix3, Rotation3};
+    use proptest::prelude::*;
+
+    struct Visiting<'a, V: WideVolume>(&'a [Visit<'a, V>]);
+
+    impl<V: WideVolume> Work for Visiting<'_, V> {
+        type Output = [Found; 2];
+
+        #[inline(always)]
+        fn run<M: Machine>(self) -> [Found; 2] {
+            let mut found = [Found::default(); 2];
+            visit::<V, M::Single>(self.0, &mut found);
+            found
+        }
+    }
+
+    /// Of one visit the gaps of all children, whether it needs them or not, and the bounds of their distances.
+    struct AllGaps<'a, V: WideVolume>(&'a Visit<'a, V>);
+
+    impl<V: WideVolume> Work for AllGaps<'_, V> {
+        type Output = [[f32; WIDTH]; 2];
+
+        #[inline(always)]
+        fn run<M: Machine>(self) -> [[f32; WIDTH]; 2] {
+            let (mut gap, mut least) = ([[0.0; WIDTH]; 2], [[0.0; WIDTH]; 2]);
+            for part in 0..M::Single::PARTS {
+                let relation = V::relation::<M::Single>(part, &|_| self.0);
+                relation.gap(relation.soon()).store(part, &mut gap);
+            }
+            distances::<V, M::Single>(&[*self.0], &mut least);
+            [gap[0], least[0]]
+        }
+    }
+
+    /// What is exactly so of two volumes: their gap, and the distance by which they are apart (0 where they are not), mm.
+    struct Exactly {
+        gap_mm: f64,
+        distance_mm: f64,
+    }
+
+    /// The largest difference of distance and reach over the fifteen axes in `f64`, from the axes of both boxes in one frame. The distance of boxes
+    /// is at least that, and at most that of the balls about them: no bound may exceed it where the gap is along a face's axis.
+    fn of_boxes(u: &Matrix3<f64>, a: &Vector, v: &Matrix3<f64>, b: &Vector, d: &Vector) -> Exactly {
+        let edges = (0..9).map(|n| u.column(n / 3).cross(&v.column(n % 3)));
+        let faces = (0..3).flat_map(|n| [u.column(n).into_owned(), v.column(n).into_owned()]);
+        let reach = |axis: &Vector| u.tr_mul(axis).abs().dot(a) + v.tr_mul(axis).abs().dot(b);
+        let gap_mm = edges.chain(faces).map(|axis| axis.dot(d).abs() - reach(&axis)).fold(f64::NEG_INFINITY, f64::max);
+        // Corners of one that are nearest to the other box: an upper bound of the distance.
+        let nearest = |d: Vector, u: &Matrix3<f64>, a: &Vector, v: &Matrix3<f64>, b: &Vector| {
+            (0..8)
+                .map(|n| {
+                    let signs = Vector::from_fn(|k, _| if n >> k & 1 == 0 { a[k] } else { -a[k] });
+                    let local = v.tr_mul(&(u * signs - d)).abs() - b;
+                    local.map(|x| x.max(0.0)).norm()
+                })
+                .fold(f64::INFINITY, f64::min)
+        };
+        Exactly { gap_mm, distance_mm: nearest(*d, u, a, v, b).min(nearest(-d, v, b, u, a)) }
+    }
+
+    /// Where a test puts its two volumes: the node's origin and that of the other mesh's node, and the motion between the meshes.
+    struct Setting {
+        origins: [[f32; 3]; 2],
+        motion: Isometry,
+        scale: f64,
+    }
+
+    /// On every instruction set alike the gap is the exact one within the slack, whatever the slack calls apart is apart, and no bound of a distance is
+    /// above it; and the slack is small against the lengths involved, which are up to 20 times the scale.
+    fn is_covered<V: WideVolume>(
+        child: &V,
+        one: &V,
+        setting: &Setting,
+        exactly: &Exactly,
+    ) -> Result<(), TestCaseError> {
+        let Setting { origins: [origin, other], motion, scale } = setting;
+        let mut node = Node::<V>::empty(*origin);
+        node.count = 8;
+        (0..8).for_each(|place| node.put(place, child));
+        node.slack = node_slack(&node);
+        let moved = Pose::new(motion, 10.0 * scale);
+        let centre = moved.a_from_b.point::<Array<f64>>(other, &one.centre(), origin);
+        let slack = slack_of(centre[..3].iter().map(|x| x.abs()).sum(), one.reach());
+        let visit = Visit { node: &node, centre, one: one.moved::<Array<f64>>(&moved.a_from_b), slack };
+        let slack = f64::from(node.slack + visit.slack);
+        let gap_mm = exactly.gap_mm;
+        let results: Vec<[Found; 2]> =
+            Simd::available().into_iter().map(|simd| simd.run(Visiting(&[visit, visit]))).collect();
+        for [first, second] in &results {
+            prop_assert_eq!(first, second);
+            prop_assert_eq!(first, &results[0][0]);
+            prop_assert!(gap_mm > 0.0 || first.live == 255, "{gap_mm} {slack}");
+            prop_assert!(gap_mm < 1e-4 * scale || first.live == 0, "{gap_mm} {slack}");
+        }
+        let all: Vec<_> = Simd::available().into_iter().map(|simd| simd.run(AllGaps(&visit))).collect();
+        for gaps_and_least in &all {
+            prop_assert_eq!(gaps_and_least, &all[0]);
+            let [gaps, least] = gaps_and_least;
+            prop_assert!(results[0][0].live == 0 || results[0][0].gap == *gaps);
+            for (&gap, &least) in gaps.iter().zip(least) {
+                prop_assert!((f64::from(gap) - gap_mm).abs() <= slack, "{gap} {gap_mm} {slack}");
+                prop_assert!(f64::from(least) <= exactly.distance_mm, "{least} {}", exactly.distance_mm);
+            }
+        }
+        Ok(())
+    }
+
+    fn vector(size: f64) -> impl Strategy<Value = Vector> {
+        prop::array::uniform3(-size..size).prop_map(Vector::from)
+    }
+
+    fn around<V: WideVolume>(turn: Vector, half: Vector, centre: Vector, origin: [f32; 3]) -> V {
+        let frame = Rotation3::from_scaled_axis(turn).into_inner();
+        let corners: Vec<Point> = (0..8)
+            .map(|n| {
+                let sign = Vector::from_fn(|k, _| if n >> k & 1 == 0 { 1.0 } else { -1.0 });
+                Point::from(centre + frame * half.component_mul(&sign))
+            })
+            .collect();
+        V::fit(&frame, origin, std::iter::once(corners.as_slice()))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        /// At any scale, for flat, long and nearly parallel boxes, and for the boxes along the axes and the balls about them.
+        #[test]
+        fn the_slack_covers_the_rounding(
+            turns in (vector(3.0), prop_oneof![vector(3.0), vector(1e-6), Just(Vector::zeros())]),
+            halves in (vector(1.0), vector(1.0)),
+            flat in prop::array::uniform2(prop_oneof![Just(1.0), Just(1e-4), Just(0.0)]),
+            centres in (vector(2.0), vector(2.0)),
+            pose in (vector(3.0), vector(1.0)),
+            exponent in -6..6_i32,
+        ) {
+            let scale = 10f64.powi(exponent);
+            let half = |half: Vector, flat: f64| half.abs().component_mul(&Vector::new(1.0, 1.0, flat)) * scale;
+            let halves = [half(halves.0, flat[0]), half(halves.1, flat[1])];
+            let origins = [(centres.0 * 0.7 * scale), centres.1 * scale].map(|x| x.map(|x| x as f32).into());
+            let motion = Isometry::new(pose.1 * scale, pose.0);
+            // The other box is turned against the first by the second turn, once it is moved.
+            let turn = motion.rotation.inverse() * nalgebra::UnitQuaternion::from_scaled_axis(turns.0)
+                * nalgebra::UnitQuaternion::from_scaled_axis(turns.1);
+            let (first, second) = (centres.0 * scale, centres.1 * scale);
+            let rotation = motion.rotation.to_rotation_matrix().into_inner();
+            let setting = Setting { origins, motion, scale };
+
+            let child: Oriented = around(turns.0, halves[0], first, origins[0]);
+            let one: Oriented = around(turn.scaled_axis(), halves[1], second, origins[1]);
+            let ((u, p, a), (v, q, b)) = (one.plain(origins[1]).parts(), child.plain(origins[0]).parts());
+            is_covered(&child, &one, &setting, &of_boxes(&(rotation * u), &a, &v, &b, &(q - setting.motion * p)))?;
+
+            let child: Aligned = around(turns.0, halves[0], first, origins[0]);
+            let one: Aligned = around(turn.scaled_axis(), halves[1], second, origins[1]);
+            let boxed = |volume: Aligned, origin| volume.plain(origin).as_box().unwrap().parts();
+            let ((u, p, a), (v, q, b)) = (boxed(one, origins[1]), boxed(child, origins[0]));
+            is_covered(&child, &one, &setting, &of_boxes(&(rotation * u), &a, &v, &b, &(q - setting.motion * p)))?;
+
+            let child: Ball = around(turns.0, halves[0], first, origins[0]);
+            let one: Ball = around(turn.scaled_axis(), halves[1], second, origins[1]);
+            let between = (child.plain(origins[0]).centre() - setting.motion * one.plain(origins[1]).centre()).norm();
+            let gap_mm = between - f64::from(child.reach()) - f64::from(one.reach());
+            is_covered(&child, &one, &setting, &Exactly { gap_mm, distance_mm: gap_mm.max(0.0) })?;
+        }
+    }
+}

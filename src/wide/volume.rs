@@ -1,0 +1,89 @@
+//! What a wide tree can be made of: a second small trait beside [`BoundingVolume`], for volumes that have lanes.
+//!
+//! To add one, write a file beside `oriented`, `aligned` and `ball` with a type that implements [`WideVolume`], name it in a `mod` line of
+//! [`super`] and in one line of [`crate::registry`]. Building, traversal, distance, coherence, drawing and checks come with the tree.
+//!
+//! What a volume promises. In real numbers it contains the points it was fitted to. A gap that its relation computes is wrong by no
+//! more than u(`PER_DISTANCE`·D + `PER_REACH`·(A + B)), with u = 2⁻²⁴, D = |s| + |c| the distances of both centres from the node's origin, A
+//! and B the reaches; the proof stands in its file. The slack that the tree takes off ([`slack_of`]) is that, and what the pose
+//! needs ([`super::pose`]). Nothing here is an absolute length: scaled data give scaled slacks.
+
+use super::lanes::{DoubleLanes, Lanes};
+use super::node::WIDTH;
+use super::pose::Motion;
+use super::visit::Visit;
+use crate::geometry::Point;
+use crate::volume::{BoundingVolume, Info};
+use nalgebra::Matrix3;
+use std::fmt::Debug;
+
+/// Unit roundoff of `f32`: 2⁻²⁴.
+pub const U: f32 = 1.0 / 16_777_216.0;
+/// Per mm of distance, in units of [`U`].
+const PER_DISTANCE: f32 = 29.0;
+/// Per mm of reach, in units of [`U`].
+const PER_REACH: f32 = 18.0;
+
+/// A volume of which eight stand side by side, in `f32`, mm, relative to the origin of the node that holds them.
+pub trait WideVolume: Copy + Debug + Send + Sync + 'static {
+    /// Name, reference and promise of its tree.
+    const INFO: Info;
+    /// Whether it may be turned: whether [`WideVolume::fit`] wants other axes than the mesh's.
+    const TURNS: bool;
+    /// Eight of them: a row for each of their numbers.
+    type Eight: AsRef<[[f32; WIDTH]]> + Clone + Debug + Default + Send + Sync;
+    /// What there is of one but its centre, once it has been moved into the other mesh's frame.
+    type Moved: Copy;
+    /// One of them and eight of the other mesh, in lanes.
+    type Relation<L: Lanes>: Relation<L>;
+    /// The same volume in `f64` in its mesh's frame: for drawings and checks.
+    type Plain: BoundingVolume;
+
+    /// One that contains all `points` (mm, mesh frame), along `axes` (columns of a rotation) if it is turned.
+    fn fit<'a>(axes: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a [Point]> + Clone) -> Self;
+
+    /// Its middle, mm.
+    fn centre(&self) -> [f32; 3];
+
+    /// The sum of the lengths that enter a reach, mm: half-lengths, a radius.
+    fn reach(&self) -> f32;
+
+    /// What tells which of two is the larger and is opened: any measure that grows with the extent.
+    fn size(&self) -> f32;
+
+    /// Puts it into a place of eight.
+    fn put(&self, eight: &mut Self::Eight, place: usize);
+
+    /// The one in a place.
+    fn get(eight: &Self::Eight, place: usize) -> Self;
+
+    /// What there is of it but its centre, moved.
+    fn moved<D: DoubleLanes>(&self, motion: &Motion) -> Self::Moved;
+
+    /// The relation of each visit's one volume to the eight of its node, or to a part of them.
+    fn relation<'a, L: Lanes>(part: usize, visit: &impl Fn(usize) -> &'a Visit<'a, Self>) -> Self::Relation<L>;
+
+    /// The same volume in `f64`; `origin` is that of the node that holds it.
+    fn plain(&self, origin: [f32; 3]) -> Self::Plain;
+}
+
+/// One volume and some others, lane by lane. A gap is the distance of two volumes along some axis less the reach of both along it, mm: less
+/// than 0 where they overlap on it.
+pub trait Relation<L> {
+    /// Gaps that are soon found, of which each is a lower bound of [`Relation::gap`].
+    fn soon(&self) -> [L; 3];
+
+    /// The largest gap; `soon` are those of [`Relation::soon`].
+    fn gap(&self, soon: [L; 3]) -> L;
+
+    /// A lower bound of the distance of the contents, mm, at least 0. No gap may count for more than it is without `slack`, and all rounding after
+    /// that is paid for.
+    fn least_mm(&self, slack: L) -> L;
+}
+
+/// What a volume contributes to the slack, mm, by the distance of its centre from the node's origin (or the sum of its coordinates, which is
+/// more) and by its reach, mm.
+#[inline(always)]
+pub(super) fn slack_of(distance: f32, reach: f32) -> f32 {
+    U * (PER_DISTANCE * distance + PER_REACH * reach)
+}
