@@ -11,7 +11,7 @@ use super::oriented::Oriented;
 use super::pose::Motion;
 use super::visit::Visit;
 use super::volume::WideVolume;
-use crate::geometry::{Point, Vector};
+use crate::geometry::{Point, Triangle, Vector};
 use crate::volume::Info;
 use crate::volume::aabb::Aabb;
 use nalgebra::Matrix3;
@@ -37,8 +37,8 @@ impl WideVolume for Aligned {
     type Relation<L: Lanes> = BoxRelation<L>;
     type Plain = Aabb;
 
-    fn fit<'a>(_: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a [Point]> + Clone) -> Self {
-        let Oriented { centre, half, .. } = Oriented::fit(&Matrix3::identity(), origin, points);
+    fn fit(_: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self {
+        let Oriented { centre, half, .. } = Oriented::fit(&Matrix3::identity(), origin, triangles);
         Self { centre, half }
     }
 

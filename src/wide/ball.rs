@@ -13,7 +13,7 @@ use super::oriented::{Extent, PAD, rounded_up};
 use super::pose::Motion;
 use super::visit::Visit;
 use super::volume::{Relation, WideVolume};
-use crate::geometry::{Point, Vector};
+use crate::geometry::{Point, Triangle, Vector};
 use crate::volume::Info;
 use crate::volume::sphere_mean::SphereMean;
 use nalgebra::Matrix3;
@@ -46,11 +46,12 @@ impl WideVolume for Ball {
     type Relation<L: Lanes> = BallRelation<L>;
     type Plain = SphereMean;
 
-    fn fit<'a>(_: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a [Point]> + Clone) -> Self {
-        let Extent { low, high, .. } = Extent::along(&Matrix3::identity(), origin, points.clone());
+    fn fit(_: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self {
+        let Extent { low, high, .. } = Extent::along(&Matrix3::identity(), origin, triangles.clone());
         let centre = ((low + high) * 0.5).map(|x| x as f32);
         let middle = Point::from(centre.map(f64::from) + Vector::from(origin.map(f64::from)));
-        let farthest = points.flatten().map(|p| (p - middle).norm_squared()).fold(0.0, f64::max).sqrt();
+        let corners = triangles.flat_map(|triangle| triangle.corners);
+        let farthest = corners.map(|p| (p - middle).norm_squared()).fold(0.0, f64::max).sqrt();
         let pad = PAD * (farthest + centre.map(f64::from).norm());
         Self { centre: centre.into(), radius: rounded_up(farthest + pad) }
     }

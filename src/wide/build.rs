@@ -4,7 +4,7 @@
 //! every part fits a node. Then parts of few triangles hand them to the node directly while it has room, which fills it.
 
 use super::node::{Node, WIDTH, WideTree};
-use super::split::{self, Frames, Item, Scratch};
+use super::split::{self, Frames, Halves, Item, Scratch};
 use super::visit::node_slack;
 use super::volume::WideVolume;
 use crate::geometry::{Mesh, Point, Triangle, triangle};
@@ -12,7 +12,9 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 /// Ranges with more triangles than this are built on several threads; part of what decides the order of nodes.
-const PARALLEL: usize = 4096;
+const PARALLEL: usize = 1024;
+/// Parts of such a range that are divided before it is their turn, two at a time; both will be, unless one is much the larger.
+const EAGER: usize = 4;
 /// Widening of the ball around a mesh, relative: its radius is a few operations of `f64`, this is four thousand times 2⁻⁵³.
 const BALL_PAD: f64 = 1e-12;
 
@@ -23,18 +25,49 @@ struct Part {
     end: usize,
     /// Which part is divided next.
     size: f32,
+    /// How it is divided, where that is done already.
+    halves: Option<Halves>,
 }
 
 impl Part {
+    const fn new(start: usize, end: usize, size: f32) -> Self {
+        Self { start, end, size, halves: None }
+    }
+
     const fn len(&self) -> usize {
         self.end - self.start
     }
 }
 
-/// Nodes and triangles of a subtree, numbered from 0; node 0 is its root.
+/// A part of the tree: its nodes, of which the first is its root, numbered from it on, and its triangles. The parts that hang below, if it was
+/// divided among threads, are those of the nodes behind the root, in order.
 struct Subtree<V: WideVolume> {
     nodes: Vec<Node<V>>,
     faces: Vec<u32>,
+    below: Vec<Self>,
+}
+
+impl<V: WideVolume> Subtree<V> {
+    /// How many nodes there are below the root of it and of all that hangs below.
+    fn len(&self) -> usize {
+        self.nodes.len() - 1 + self.below.iter().map(Self::len).sum::<usize>()
+    }
+
+    /// Puts all nodes to where they belong, the root to place `at`, the others and the triangles behind those that are there.
+    fn lay(self, at: usize, nodes: &mut Vec<Node<V>>, faces: &mut Vec<u32>) {
+        let (first_node, first_triangle) = (nodes.len(), faces.len() as u32);
+        let mut own = self.nodes.into_iter().map(|mut node| {
+            node.first_node += first_node as u32 - 1;
+            node.first_triangle += first_triangle;
+            node
+        });
+        nodes[at] = own.next().expect("a subtree has a root");
+        nodes.extend(own);
+        faces.extend(self.faces);
+        for (child, subtree) in self.below.into_iter().enumerate() {
+            subtree.lay(first_node + child, nodes, faces);
+        }
+    }
 }
 
 impl<V: WideVolume> WideTree<V> {
@@ -44,6 +77,7 @@ impl<V: WideVolume> WideTree<V> {
     /// When the mesh has more than 2²⁸ triangles: slots are numbered in 32 bits.
     #[must_use]
     pub fn build(mesh: &Mesh) -> Self {
+        // A copy, which is gathered once: found by their vertices anew on each level they would cost a tenth of the build.
         let triangles = mesh.triangles();
         assert!(triangles.len() < (1 << 28), "slots are numbered in 32 bits");
         let (low, high) = triangle::bounds(&triangles).expect("a mesh has a triangle");
@@ -53,20 +87,21 @@ impl<V: WideVolume> WideTree<V> {
         let origin = middle.coords.map(|x| x as f32).into();
         let mut root = Node::empty(origin);
         root.count = 1;
-        let mut nodes = vec![root];
-        let mut faces = vec![0];
-        if items.len() == 1 {
-            nodes[0].put(0, &around_one(&triangles[0], origin));
+        let (mut nodes, mut faces) = (vec![root], vec![0]);
+        if let [triangle] = &*triangles {
+            nodes[0].put(0, &around_one(triangle, origin));
         } else {
             nodes[0].inner = 1;
             nodes[0].first_node = 1;
             let frames = Frames::of(&items);
             let volume: V = around(&triangles, &items, &frames, origin);
             nodes[0].put(0, &volume);
-            let mut subtree = subtree(&triangles, &mut items, &frames, centre_of(&volume, origin));
-            shift(&mut subtree.nodes, 1, 0);
-            nodes.append(&mut subtree.nodes);
-            faces = subtree.faces;
+            // Entered once: each call from outside the pool would wake a thread and wait for it.
+            let subtree = rayon::scope(|_| subtree(&triangles, &mut items, &frames, centre_of(&volume, origin)));
+            nodes.reserve_exact(subtree.len() + 1);
+            nodes.push(Node::empty(origin));
+            faces = Vec::with_capacity(triangles.len());
+            subtree.lay(1, &mut nodes, &mut faces);
         }
         nodes[0].slack = node_slack(&nodes[0]);
         let (triangles, vertices) = in_order(mesh, &faces);
@@ -102,14 +137,13 @@ fn in_order(mesh: &Mesh, faces: &[u32]) -> (Vec<[u32; 3]>, Vec<Point>) {
 /// The volume around a single triangle.
 fn around_one<V: WideVolume>(triangle: &Triangle, origin: [f32; 3]) -> V {
     let axes = if V::TURNS { split::frame_of(triangle) } else { Matrix3::identity() };
-    V::fit(&axes, origin, std::iter::once(triangle.corners.as_slice()))
+    V::fit(&axes, origin, std::iter::once(*triangle))
 }
 
 /// The volume around several, of which `frames` were made.
 fn around<V: WideVolume>(triangles: &[Triangle], items: &[Item], frames: &Frames, origin: [f32; 3]) -> V {
-    let points = items.iter().map(|item| triangles[item.face as usize].corners.as_slice());
     let axes = if V::TURNS { frames.least(items) } else { Matrix3::identity() };
-    V::fit(&axes, origin, points)
+    V::fit(&axes, origin, items.iter().map(|item| triangles[item.face as usize]))
 }
 
 /// Where a volume's node has its origin.
@@ -120,42 +154,24 @@ fn centre_of<V: WideVolume>(volume: &V, origin: [f32; 3]) -> [f32; 3] {
 
 /// The subtree over at least two items, its root's candidate frames and origin given.
 fn subtree<V: WideVolume>(triangles: &[Triangle], items: &mut [Item], frames: &Frames, origin: [f32; 3]) -> Subtree<V> {
-    let mut own = Subtree { nodes: vec![Node::empty(origin)], faces: Vec::new() };
+    let mut own = Subtree { nodes: vec![Node::empty(origin)], faces: Vec::new(), below: Vec::new() };
     let mut scratch = Scratch::default();
     if items.len() <= PARALLEL {
         grow(triangles, items, frames, &mut own, 0, &mut scratch);
         return own;
     }
     let inner = fill(triangles, items, frames, &mut own, 0, &mut scratch);
-    let origins: Vec<[f32; 3]> = own.nodes[1..].iter().map(|node| node.origin).collect();
     let mut ranges = Vec::with_capacity(inner.len());
     let (mut rest, mut done) = (items, 0);
-    for ((part, frames), origin) in inner.iter().zip(origins) {
+    for ((part, frames, _), node) in inner.iter().zip(&own.nodes[1..]) {
         let (_, after) = std::mem::take(&mut rest).split_at_mut(part.start - done);
         let (range, after) = after.split_at_mut(part.len());
         (rest, done) = (after, part.end);
-        ranges.push((range, frames, origin));
+        ranges.push((range, frames, node.origin));
     }
-    let subtrees: Vec<Subtree<V>> =
+    own.below =
         ranges.into_par_iter().map(|(range, frames, origin)| subtree(triangles, range, frames, origin)).collect();
-    for (child, mut subtree) in subtrees.into_iter().enumerate() {
-        let (first_node, first_triangle) = (own.nodes.len() as u32, own.faces.len() as u32);
-        // The subtree's root already has its place among its siblings.
-        shift(&mut subtree.nodes, first_node - 1, first_triangle);
-        let mut nodes = subtree.nodes.into_iter();
-        own.nodes[1 + child] = nodes.next().expect("a subtree has a root");
-        own.nodes.extend(nodes);
-        own.faces.append(&mut subtree.faces);
-    }
     own
-}
-
-/// Adds to the numbers of nodes and triangles that nodes refer to.
-fn shift<V: WideVolume>(nodes: &mut [Node<V>], by_nodes: u32, by_triangles: u32) {
-    for node in nodes {
-        node.first_node += by_nodes;
-        node.first_triangle += by_triangles;
-    }
 }
 
 /// Builds what is below a node, on this thread.
@@ -168,13 +184,13 @@ fn grow<V: WideVolume>(
     scratch: &mut Scratch,
 ) {
     let first = subtree.nodes.len();
-    for (child, (part, frames)) in fill(triangles, items, frames, subtree, at, scratch).iter().enumerate() {
+    for (child, (part, frames, _)) in fill(triangles, items, frames, subtree, at, scratch).iter().enumerate() {
         grow(triangles, &mut items[part.start..part.end], frames, subtree, first + child, scratch);
     }
 }
 
-/// Gives node `at` its children: volumes, and empty nodes at the end of the list. Returns the ranges of the latter with their candidate frames, in
-/// order.
+/// Gives node `at` its children: volumes, and empty nodes at the end of the list. Returns the ranges of the latter with their candidate frames and
+/// volumes, in order.
 fn fill<V: WideVolume>(
     triangles: &[Triangle],
     items: &mut [Item],
@@ -182,7 +198,7 @@ fn fill<V: WideVolume>(
     subtree: &mut Subtree<V>,
     at: usize,
     scratch: &mut Scratch,
-) -> Vec<(Part, Frames)> {
+) -> Vec<(Part, Frames, V)> {
     let parts = children(items, frames, scratch);
     let (inner, single): (Vec<Part>, Vec<Part>) = parts.iter().partition(|part| part.len() > 1);
     let mut node = Node::empty(subtree.nodes[at].origin);
@@ -211,26 +227,36 @@ fn fill<V: WideVolume>(
     }
     node.slack = node_slack(&node);
     subtree.nodes[at] = node;
-    framed.into_iter().map(|(part, frames, _)| (part, frames)).collect()
+    framed
 }
 
 /// Divides at least two items into two to eight parts, in the order of the items.
 fn children(items: &mut [Item], frames: &Frames, scratch: &mut Scratch) -> Vec<Part> {
-    let mut parts = vec![Part { start: 0, end: items.len(), size: 1.0 }];
+    let mut parts = vec![Part::new(0, items.len(), 1.0)];
     while parts.len() < WIDTH {
         let divisible = (0..parts.len()).filter(|&i| parts[i].len() > WIDTH);
         let Some(largest) = divisible.max_by(|&i, &j| parts[i].size.total_cmp(&parts[j].size)) else { break };
-        let Part { start, end, .. } = parts[largest];
-        let (left, sizes) = split::divide(&mut items[start..end], frames, scratch);
-        parts[largest] = Part { start, end: start + left, size: sizes[0] };
-        parts.push(Part { start: start + left, end, size: sizes[1] });
+        let Part { start, end, halves, .. } = parts[largest];
+        let Halves { left, sizes } = halves.unwrap_or_else(|| split::divide(&mut items[start..end], frames, scratch));
+        let (mut first, mut second) =
+            (Part::new(start, start + left, sizes[0]), Part::new(start + left, end, sizes[1]));
+        // While there are few of them, each is likely to be divided next.
+        if parts.len() < EAGER && end - start > PARALLEL {
+            let (ours, theirs) = items[start..end].split_at_mut(left);
+            let halves = |items: &mut [Item]| {
+                (items.len() > WIDTH).then(|| split::divide(items, frames, &mut Scratch::default()))
+            };
+            (first.halves, second.halves) = rayon::join(|| halves(ours), || halves(theirs));
+        }
+        parts[largest] = first;
+        parts.push(second);
     }
     loop {
         let few = (0..parts.len()).filter(|&i| (2..=WIDTH).contains(&parts[i].len())).min_by_key(|&i| parts[i].len());
         match few {
             Some(i) if parts.len() - 1 + parts[i].len() <= WIDTH => {
-                let Part { start, end, size } = parts.swap_remove(i);
-                parts.extend((start..end).map(|k| Part { start: k, end: k + 1, size }));
+                let Part { start, end, size, .. } = parts.swap_remove(i);
+                parts.extend((start..end).map(|k| Part::new(k, k + 1, size)));
             }
             _ => break,
         }

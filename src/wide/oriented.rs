@@ -15,7 +15,7 @@ use super::turn;
 use super::visit::Visit;
 use super::volume::WideVolume;
 use crate::geometry::grid::Coordinate;
-use crate::geometry::{Point, Vector};
+use crate::geometry::{Point, Triangle, Vector};
 use crate::volume::Info;
 use crate::volume::obb::{Fitted, Obb};
 use nalgebra::Matrix3;
@@ -47,10 +47,10 @@ impl WideVolume for Oriented {
     type Plain = Obb<Fitted>;
 
     /// Tight along the axes as near as `f32` has them.
-    fn fit<'a>(frame: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a [Point]> + Clone) -> Self {
+    fn fit(frame: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self {
         let turn = turn::encode(frame);
         let axes = turn::decode(turn);
-        let Extent { low, high, farthest } = Extent::along(&axes, origin, points);
+        let Extent { low, high, farthest } = Extent::along(&axes, origin, triangles);
         let centre = (axes * ((low + high) * 0.5)).map(|x| x as f32);
         let kept = centre.map(f64::from);
         let middle = axes.tr_mul(&kept);
@@ -129,9 +129,9 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    /// Of points, along the columns of a rotation and from an origin, mm.
-    pub fn along<'a>(axes: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a [Point]>) -> Self {
-        Simd::in_use().run(Extents { axes, from: origin.map(f64::from), points })
+    /// Of the corners of triangles, along the columns of a rotation and from an origin, mm.
+    pub fn along(axes: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle>) -> Self {
+        Simd::in_use().run(Extents { axes, from: origin.map(f64::from), triangles })
     }
 }
 
@@ -139,20 +139,20 @@ impl Extent {
 struct Extents<'a, I> {
     axes: &'a Matrix3<f64>,
     from: [f64; 3],
-    points: I,
+    triangles: I,
 }
 
-impl<'a, I: Iterator<Item = &'a [Point]>> Work for Extents<'_, I> {
+impl<I: Iterator<Item = Triangle>> Work for Extents<'_, I> {
     type Output = Extent;
 
     #[inline(always)]
     fn run<M: Machine>(self) -> Extent {
-        let Self { axes, from, points } = self;
+        let Self { axes, from, triangles } = self;
         let rows = three!(j => M::Double::load(&[axes[(j, 0)], axes[(j, 1)], axes[(j, 2)], 0.0]));
         let (mut low, mut high) = (M::Double::all(f64::INFINITY), M::Double::all(f64::NEG_INFINITY));
         let mut farthest: f64 = 0.0;
-        for points in points {
-            for p in points {
+        for triangle in triangles {
+            for p in &triangle.corners {
                 let d = [p.x - from[0], p.y - from[1], p.z - from[2]];
                 let [x, y, z] = three!(j => rows[j] * M::Double::all(d[j]));
                 let along = x + y + z;
@@ -178,10 +178,15 @@ mod tests {
     use nalgebra::Rotation3;
     use proptest::prelude::*;
 
+    /// A triangle that is a point.
+    fn at(p: &Point) -> Triangle {
+        Triangle { corners: [*p; 3] }
+    }
+
     #[test]
     fn a_box_along_the_axes_is_as_long_as_its_contents() {
         let points = [Point::new(1.0, 2.0, 3.0), Point::new(5.0, 4.0, 3.0)];
-        let fitted = Oriented::fit(&Matrix3::identity(), [1.0, 1.0, 1.0], std::iter::once(points.as_slice()));
+        let fitted = Oriented::fit(&Matrix3::identity(), [1.0, 1.0, 1.0], points.iter().map(at));
         assert_eq!(fitted.centre, [2.0, 2.0, 2.0]);
         for (half, exact) in fitted.half.into_iter().zip([2.0_f32, 1.0, 0.0]) {
             assert!(half >= exact && half <= exact + 1e-6, "{half}");
@@ -205,7 +210,7 @@ mod tests {
                 points.into_iter().map(|p| Point::from((Vector::from(p) + Vector::from(offset)) * scale)).collect();
             let origin = (Vector::from(offset) * scale).map(|x| x as f32);
             let frame = Rotation3::from_scaled_axis(Vector::from(turn)).into_inner();
-            let fitted = Oriented::fit(&frame, origin.into(), std::iter::once(points.as_slice()));
+            let fitted = Oriented::fit(&frame, origin.into(), points.iter().map(at));
             let axes = turn::decode(fitted.turn);
             for p in &points {
                 let d = p.coords - origin.map(f64::from) - Vector::from(fitted.centre.map(f64::from));

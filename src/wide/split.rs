@@ -141,10 +141,20 @@ struct Cut {
     areas: [f32; 2],
 }
 
-/// Divides `items` in place by the axes of `frames`: how many are on the left (at least one, and not all), and the sizes of both sides, which
-/// are comparable among divisions of one mesh.
-pub(super) fn divide(items: &mut [Item], frames: &Frames, scratch: &mut Scratch) -> (usize, [f32; 2]) {
-    let Some(cut) = Simd::in_use().run(Cheapest { items, frames, scratch }) else { return (items.len() / 2, [1.0; 2]) };
+/// How a range has been divided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Halves {
+    /// How many items are on the left: at least one, and not all.
+    pub left: usize,
+    /// The sizes of both sides, which are comparable among divisions of one mesh.
+    pub sizes: [f32; 2],
+}
+
+/// Divides `items` in place by the axes of `frames`.
+pub(super) fn divide(items: &mut [Item], frames: &Frames, scratch: &mut Scratch) -> Halves {
+    let Some(cut) = Simd::in_use().run(Cheapest { items, frames, scratch }) else {
+        return Halves { left: items.len() / 2, sizes: [1.0; 2] };
+    };
     let mut left = 0;
     for i in 0..items.len() {
         if along(&cut.axis, &items[i]) < cut.at {
@@ -156,7 +166,7 @@ pub(super) fn divide(items: &mut [Item], frames: &Frames, scratch: &mut Scratch)
         // Rounding, or a sample that misses a few: halves then.
         left = items.len() / 2;
     }
-    (left, cut.areas)
+    Halves { left, sizes: cut.areas }
 }
 
 /// The cheapest plane among those square to the axes of some frames, if there is any.
@@ -333,7 +343,7 @@ mod tests {
         Item::new(&Triangle { corners: corners.map(Point::from) }, &Point::origin(), face)
     }
 
-    fn divided(items: &mut [Item]) -> (usize, [f32; 2]) {
+    fn divided(items: &mut [Item]) -> Halves {
         let frames = Frames::of(items);
         divide(items, &frames, &mut Scratch::default())
     }
@@ -347,7 +357,7 @@ mod tests {
     fn two_groups_are_told_apart() {
         let mut items: Vec<Item> =
             [0.0, 9.0, 1.0, 8.0, 0.5, 9.5].into_iter().zip(0..).map(|(x, face)| upright(x, face)).collect();
-        let (left, _) = divided(&mut items);
+        let Halves { left, .. } = divided(&mut items);
         assert_eq!(left, 3);
         let mut faces: Vec<u32> = items[..3].iter().map(|item| item.face).collect();
         faces.sort_unstable();
@@ -357,7 +367,7 @@ mod tests {
     #[test]
     fn equal_triangles_are_halved() {
         let mut items: Vec<Item> = (0..7).map(|face| upright(3.0, face)).collect();
-        assert_eq!(divided(&mut items).0, 3);
+        assert_eq!(divided(&mut items).left, 3);
     }
 
     #[test]

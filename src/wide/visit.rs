@@ -108,7 +108,7 @@ mod tests {
     use super::super::oriented::Oriented;
     use super::super::pose::Pose;
     use super::*;
-    use crate::geometry::{Isometry, Point, Vector};
+    use crate::geometry::{Isometry, Point, Triangle, Vector};
     use crate::volume::BoundingVolume;
     use nalgebra::{Matrix3, Rotation3};
     use proptest::prelude::*;
@@ -229,7 +229,7 @@ mod tests {
                 Point::from(centre + frame * half.component_mul(&sign))
             })
             .collect();
-        V::fit(&frame, origin, std::iter::once(corners.as_slice()))
+        V::fit(&frame, origin, corners.iter().map(|&p| Triangle { corners: [p; 3] }))
     }
 
     proptest! {

@@ -3,7 +3,7 @@
 //! To add one, write a file beside `oriented`, `aligned` and `ball` with a type that implements [`WideVolume`], name it in a `mod` line of
 //! [`super`] and in one line of [`crate::registry`]. Building, traversal, distance, coherence, drawing and checks come with the tree.
 //!
-//! What a volume promises. In real numbers it contains the points it was fitted to. A gap that its relation computes is wrong by no
+//! What a volume promises. In real numbers it contains the triangles it was fitted to. A gap that its relation computes is wrong by no
 //! more than u(`PER_DISTANCE`·D + `PER_REACH`·(A + B)), with u = 2⁻²⁴, D = |s| + |c| the distances of both centres from the node's origin, A
 //! and B the reaches; the proof stands in its file. The slack that the tree takes off ([`slack_of`]) is that, and what the pose
 //! needs ([`super::pose`]). Nothing here is an absolute length: scaled data give scaled slacks.
@@ -12,7 +12,7 @@ use super::lanes::{DoubleLanes, Lanes};
 use super::node::WIDTH;
 use super::pose::Motion;
 use super::visit::Visit;
-use crate::geometry::Point;
+use crate::geometry::Triangle;
 use crate::volume::{BoundingVolume, Info};
 use nalgebra::Matrix3;
 use std::fmt::Debug;
@@ -39,8 +39,8 @@ pub trait WideVolume: Copy + Debug + Send + Sync + 'static {
     /// The same volume in `f64` in its mesh's frame: for drawings and checks.
     type Plain: BoundingVolume;
 
-    /// One that contains all `points` (mm, mesh frame), along `axes` (columns of a rotation) if it is turned.
-    fn fit<'a>(axes: &Matrix3<f64>, origin: [f32; 3], points: impl Iterator<Item = &'a [Point]> + Clone) -> Self;
+    /// One that contains all `triangles` (mm, mesh frame), along `axes` (columns of a rotation) if it is turned.
+    fn fit(axes: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self;
 
     /// Its middle, mm.
     fn centre(&self) -> [f32; 3];
