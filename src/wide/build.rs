@@ -12,7 +12,7 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 /// Ranges with more triangles than this are built on several threads; part of what decides the order of nodes.
-const PARALLEL: usize = 1024;
+const PARALLEL: usize = 512;
 /// Parts of such a range that are divided before it is their turn, two at a time; both will be, unless one is much the larger.
 const EAGER: usize = 4;
 /// Widening of the ball around a mesh, relative: its radius is a few operations of `f64`, this is four thousand times 2⁻⁵³.
@@ -53,20 +53,25 @@ impl<V: WideVolume> Subtree<V> {
         self.nodes.len() - 1 + self.below.iter().map(Self::len).sum::<usize>()
     }
 
-    /// Puts all nodes to where they belong, the root to place `at`, the others and the triangles behind those that are there.
-    fn lay(self, at: usize, nodes: &mut Vec<Node<V>>, faces: &mut Vec<u32>) {
-        let (first_node, first_triangle) = (nodes.len(), faces.len() as u32);
+    /// Puts the triangles of it and of all that hangs below behind those that are there.
+    fn gather(&self, faces: &mut Vec<u32>) {
+        faces.extend_from_slice(&self.faces);
+        self.below.iter().for_each(|subtree| subtree.gather(faces));
+    }
+
+    /// Puts all nodes to where they belong, the root to place `at`, the others behind those that are there. `triangles` is how many come before
+    /// its own; how many come before what follows is returned.
+    fn lay(self, at: usize, nodes: &mut Vec<Node<V>>, triangles: u32) -> u32 {
+        let first_node = nodes.len();
         let mut own = self.nodes.into_iter().map(|mut node| {
             node.first_node += first_node as u32 - 1;
-            node.first_triangle += first_triangle;
+            node.first_triangle += triangles;
             node
         });
         nodes[at] = own.next().expect("a subtree has a root");
         nodes.extend(own);
-        faces.extend(self.faces);
-        for (child, subtree) in self.below.into_iter().enumerate() {
-            subtree.lay(first_node + child, nodes, faces);
-        }
+        let own = triangles + self.faces.len() as u32;
+        (first_node..).zip(self.below).fold(own, |triangles, (at, subtree)| subtree.lay(at, nodes, triangles))
     }
 }
 
@@ -77,34 +82,52 @@ impl<V: WideVolume> WideTree<V> {
     /// When the mesh has more than 2²⁸ triangles: slots are numbered in 32 bits.
     #[must_use]
     pub fn build(mesh: &Mesh) -> Self {
-        // A copy, which is gathered once: found by their vertices anew on each level they would cost a tenth of the build.
-        let triangles = mesh.triangles();
-        assert!(triangles.len() < (1 << 28), "slots are numbered in 32 bits");
-        let (low, high) = triangle::bounds(&triangles).expect("a mesh has a triangle");
+        assert!(mesh.faces().len() < (1 << 28), "slots are numbered in 32 bits");
+        if mesh.faces().len() > PARALLEL {
+            // Entered once: each call from outside the pool would wake a thread and wait for it.
+            rayon::scope(|_| Self::over(mesh))
+        } else {
+            Self::over(mesh)
+        }
+    }
+
+    fn over(mesh: &Mesh) -> Self {
+        // A copy, gathered once: found by their vertices anew on each level they would cost a tenth of the build.
+        let faces = mesh.faces().par_iter().with_min_len(PARALLEL);
+        let triangles: Vec<Triangle> = faces.map(|&face| mesh.triangle(face)).collect();
+        let (low, high) = triangles
+            .par_chunks(PARALLEL)
+            .filter_map(triangle::bounds)
+            .reduce_with(|(low, high), (l, h)| (low.inf(&l), high.sup(&h)))
+            .expect("a mesh has a triangle");
         let middle = nalgebra::center(&low, &high);
-        let mut items: Vec<Item> =
-            triangles.iter().zip(0..).map(|(triangle, face)| Item::new(triangle, &middle, face)).collect();
         let origin = middle.coords.map(|x| x as f32).into();
         let mut root = Node::empty(origin);
         root.count = 1;
-        let (mut nodes, mut faces) = (vec![root], vec![0]);
-        if let [triangle] = &*triangles {
-            nodes[0].put(0, &around_one(triangle, origin));
+        let (nodes, (faces, triangles, vertices)) = if let [triangle] = &*triangles {
+            root.put(0, &around_one(triangle, origin));
+            root.slack = node_slack(&root);
+            (vec![root], in_order(mesh, vec![0]))
         } else {
-            nodes[0].inner = 1;
-            nodes[0].first_node = 1;
+            let numbered = triangles.par_iter().enumerate().with_min_len(PARALLEL);
+            let mut items: Vec<Item> =
+                numbered.map(|(face, triangle)| Item::new(triangle, &middle, face as u32)).collect();
             let frames = Frames::of(&items);
             let volume: V = around(&triangles, &items, &frames, origin);
-            nodes[0].put(0, &volume);
-            // Entered once: each call from outside the pool would wake a thread and wait for it.
-            let subtree = rayon::scope(|_| subtree(&triangles, &mut items, &frames, centre_of(&volume, origin)));
-            nodes.reserve_exact(subtree.len() + 1);
-            nodes.push(Node::empty(origin));
-            faces = Vec::with_capacity(triangles.len());
-            subtree.lay(1, &mut nodes, &mut faces);
-        }
-        nodes[0].slack = node_slack(&nodes[0]);
-        let (triangles, vertices) = in_order(mesh, &faces);
+            root.put(0, &volume);
+            (root.inner, root.first_node) = (1, 1);
+            root.slack = node_slack(&root);
+            let subtree = subtree(&triangles, &mut items, &frames, centre_of(&volume, origin));
+            let mut faces = Vec::with_capacity(triangles.len());
+            subtree.gather(&mut faces);
+            let nodes = || {
+                let mut nodes = Vec::with_capacity(2 + subtree.len());
+                nodes.extend([root, Node::empty(origin)]);
+                subtree.lay(1, &mut nodes, 0);
+                nodes
+            };
+            rayon::join(nodes, || in_order(mesh, faces))
+        };
         let farthest = |from: &Point| vertices.iter().map(|v| (v - from).norm_squared()).fold(0.0, f64::max).sqrt();
         let (reach, radius) = (farthest(&Point::origin()), farthest(&middle));
         let ball = (middle, radius + BALL_PAD * (reach + radius));
@@ -112,8 +135,8 @@ impl<V: WideVolume> WideTree<V> {
     }
 }
 
-/// The triangles in tree order as places in their vertices, which are numbered as they come.
-fn in_order(mesh: &Mesh, faces: &[u32]) -> (Vec<[u32; 3]>, Vec<Point>) {
+/// Face numbers in tree order, the triangles as places in their vertices, and these as they come.
+fn in_order(mesh: &Mesh, faces: Vec<u32>) -> (Vec<u32>, Vec<[u32; 3]>, Vec<Point>) {
     const UNSEEN: u32 = u32::MAX;
     let mut place = vec![UNSEEN; mesh.vertices().len()];
     let mut vertices = Vec::with_capacity(mesh.vertices().len());
@@ -131,7 +154,7 @@ fn in_order(mesh: &Mesh, faces: &[u32]) -> (Vec<[u32; 3]>, Vec<Point>) {
         })
         .collect();
     vertices.shrink_to_fit();
-    (triangles, vertices)
+    (faces, triangles, vertices)
 }
 
 /// The volume around a single triangle.
@@ -157,6 +180,8 @@ fn subtree<V: WideVolume>(triangles: &[Triangle], items: &mut [Item], frames: &F
     let mut own = Subtree { nodes: vec![Node::empty(origin)], faces: Vec::new(), below: Vec::new() };
     let mut scratch = Scratch::default();
     if items.len() <= PARALLEL {
+        own.nodes.reserve(items.len() / 4);
+        own.faces.reserve(items.len());
         grow(triangles, items, frames, &mut own, 0, &mut scratch);
         return own;
     }
@@ -200,27 +225,27 @@ fn fill<V: WideVolume>(
     scratch: &mut Scratch,
 ) -> Vec<(Part, Frames, V)> {
     let parts = children(items, frames, scratch);
-    let (inner, single): (Vec<Part>, Vec<Part>) = parts.iter().partition(|part| part.len() > 1);
+    let (inner, single) = parts.split_at(parts.partition_point(|part| part.len() > 1));
     let mut node = Node::empty(subtree.nodes[at].origin);
     node.first_node = subtree.nodes.len() as u32;
     node.first_triangle = subtree.faces.len() as u32;
     node.inner = inner.len() as u8;
     node.count = parts.len() as u8;
-    let framed = |part: Part| {
+    let framed = |&part: &Part| {
         let items = &items[part.start..part.end];
         let frames = Frames::of(items);
         (part, frames, around(triangles, items, &frames, node.origin))
     };
     let framed: Vec<(Part, Frames, V)> = if items.len() > PARALLEL {
-        inner.into_par_iter().map(framed).collect()
+        inner.par_iter().map(framed).collect()
     } else {
-        inner.into_iter().map(framed).collect()
+        inner.iter().map(framed).collect()
     };
     for (place, (_, _, volume)) in framed.iter().enumerate() {
         node.put(place, volume);
         subtree.nodes.push(Node::empty(centre_of(volume, node.origin)));
     }
-    for (place, part) in (framed.len()..).zip(&single) {
+    for (place, part) in (framed.len()..).zip(single) {
         let face = items[part.start].face;
         node.put(place, &around_one(&triangles[face as usize], node.origin));
         subtree.faces.push(face);
@@ -230,9 +255,10 @@ fn fill<V: WideVolume>(
     framed
 }
 
-/// Divides at least two items into two to eight parts, in the order of the items.
+/// Divides at least two items into two to eight parts: those of several items first, each kind in the order of the items.
 fn children(items: &mut [Item], frames: &Frames, scratch: &mut Scratch) -> Vec<Part> {
-    let mut parts = vec![Part::new(0, items.len(), 1.0)];
+    let mut parts = Vec::with_capacity(WIDTH);
+    parts.push(Part::new(0, items.len(), 1.0));
     while parts.len() < WIDTH {
         let divisible = (0..parts.len()).filter(|&i| parts[i].len() > WIDTH);
         let Some(largest) = divisible.max_by(|&i, &j| parts[i].size.total_cmp(&parts[j].size)) else { break };
@@ -261,6 +287,6 @@ fn children(items: &mut [Item], frames: &Frames, scratch: &mut Scratch) -> Vec<P
             _ => break,
         }
     }
-    parts.sort_unstable_by_key(|part| part.start);
+    parts.sort_unstable_by_key(|part| (part.len() == 1, part.start));
     parts
 }

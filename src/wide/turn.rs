@@ -4,14 +4,14 @@
 //! one nearest to the identity. Its angle is at most 62.8° (the largest disorientation of two cubes: J. K. Mackenzie, Biometrika 45,
 //! 1958), so that the vector part is at most sin 31.4° = 0.521 long and the scalar part at least 0.853.
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use nalgebra::Matrix3;
 
 /// The three numbers, for the box frame whose axes are the columns of `frame` (a rotation).
 pub(super) fn encode(frame: &Matrix3<f64>) -> [f32; 3] {
-    let nearest = nearest_to_identity(frame);
-    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(nearest));
-    let sign = if turn.w < 0.0 { -1.0 } else { 1.0 };
-    [turn.i, turn.j, turn.k].map(|x| (sign * x) as f32)
+    let m = nearest_to_identity(frame);
+    // Four times the scalar part, which is far from 0.
+    let w4 = 2.0 * (1.0 + m.trace()).sqrt();
+    [m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)]].map(|x| (x / w4) as f32)
 }
 
 /// The axes, as columns. Each entry is within 16·2⁻⁵³ of the rotation that the three numbers stand for.
@@ -71,6 +71,7 @@ fn nearest_to_identity(frame: &Matrix3<f64>) -> Matrix3<f64> {
 mod tests {
     use super::*;
     use crate::geometry::Vector;
+    use nalgebra::Rotation3;
     use proptest::prelude::*;
 
     #[test]
