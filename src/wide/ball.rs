@@ -73,10 +73,10 @@ impl WideVolume for Ball {
 
     #[inline(always)]
     fn put(&self, eight: &mut Self::Eight, place: usize) {
-        for k in 0..3 {
-            eight[k][place] = self.centre[k];
+        let [x, y, z] = self.centre;
+        for (row, number) in eight.iter_mut().zip([x, y, z, self.radius]) {
+            row[place] = number;
         }
-        eight[3][place] = self.radius;
     }
 
     #[inline(always)]

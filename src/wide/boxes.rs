@@ -109,7 +109,7 @@ impl<L: Lanes> Relation<L> for BoxRelation<L> {
 
     /// A box lies on the far side of a slab of each of the other's three axes, which are square to one another, so that the three gaps make a
     /// right angle: the bound is the root of the sum of their squares. Each is lowered by the slack first, and the result by what its own
-    /// seven roundings can add ([`LOWERED`]). What is not a number becomes 0.
+    /// seven roundings can add (`LOWERED`). What is not a number becomes 0.
     #[inline(always)]
     fn least_mm(&self, slack: L) -> L {
         let zero = L::splat(|_| 0.0);

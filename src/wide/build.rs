@@ -83,15 +83,6 @@ impl<V: WideVolume> WideTree<V> {
     #[must_use]
     pub fn build(mesh: &Mesh) -> Self {
         assert!(mesh.faces().len() < (1 << 28), "slots are numbered in 32 bits");
-        if mesh.faces().len() > PARALLEL {
-            // Entered once: each call from outside the pool would wake a thread and wait for it.
-            rayon::scope(|_| Self::over(mesh))
-        } else {
-            Self::over(mesh)
-        }
-    }
-
-    fn over(mesh: &Mesh) -> Self {
         // A copy, gathered once: found by their vertices anew on each level they would cost a tenth of the build.
         let faces = mesh.faces().par_iter().with_min_len(PARALLEL);
         let triangles: Vec<Triangle> = faces.map(|&face| mesh.triangle(face)).collect();
@@ -117,7 +108,9 @@ impl<V: WideVolume> WideTree<V> {
             root.put(0, &volume);
             (root.inner, root.first_node) = (1, 1);
             root.slack = node_slack(&root);
-            let subtree = subtree(&triangles, &mut items, &frames, centre_of(&volume, origin));
+            // The pool is entered once for all of it: each call from outside would wake a thread and wait for it. What is long-lived is allocated
+            // out here, where freed memory is used again; the pool's threads give theirs back and fault it in anew.
+            let subtree = rayon::scope(|_| subtree(&triangles, &mut items, &frames, centre_of(&volume, origin)));
             let mut faces = Vec::with_capacity(triangles.len());
             subtree.gather(&mut faces);
             let nodes = || {

@@ -14,7 +14,7 @@ pub const WIDTH: usize = 8;
 #[derive(Clone, Debug)]
 pub struct Node<V: WideVolume> {
     /// The volumes, relative to `origin`.
-    pub(super) volumes: V::Eight,
+    pub volumes: V::Eight,
     /// Near the middle of the node's contents, mm, mesh frame.
     pub(super) origin: [f32; 3],
     /// What the children contribute to the slack of the overlap test ([`super::volume`]), mm.

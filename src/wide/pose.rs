@@ -31,13 +31,13 @@ impl Motion {
 
     /// The columns of the rotation, each times its coordinate of `v`: the sum is where it turns `v` to.
     #[inline(always)]
-    pub(super) fn turn<D: DoubleLanes>(&self, v: [f64; 3]) -> [D; 3] {
+    pub fn turn<D: DoubleLanes>(&self, v: [f64; 3]) -> [D; 3] {
         three!(j => D::load(&self.rotation[j]) * D::all(v[j]))
     }
 
     /// Where the axes of the mesh's own frame are turned to.
     #[inline(always)]
-    pub(super) fn axes<D: DoubleLanes>(&self) -> [[f32; DOUBLES]; 3] {
+    pub fn axes<D: DoubleLanes>(&self) -> [[f32; DOUBLES]; 3] {
         three!(j => D::load(&self.rotation[j]).narrow())
     }
 

@@ -5,7 +5,7 @@
 //!
 //! What a volume promises. In real numbers it contains the triangles it was fitted to. A gap that its relation computes is wrong by no
 //! more than u(`PER_DISTANCE`·D + `PER_REACH`·(A + B)), with u = 2⁻²⁴, D = |s| + |c| the distances of both centres from the node's origin, A
-//! and B the reaches; the proof stands in its file. The slack that the tree takes off ([`slack_of`]) is that, and what the pose
+//! and B the reaches; the proof stands in its file. The slack that the tree takes off (`slack_of`) is that, and what the pose
 //! needs ([`super::pose`]). Nothing here is an absolute length: scaled data give scaled slacks.
 
 use super::lanes::{DoubleLanes, Lanes};
