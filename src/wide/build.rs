@@ -108,8 +108,8 @@ impl<V: WideVolume> WideTree<V> {
             root.put(0, &volume);
             (root.inner, root.first_node) = (1, 1);
             root.slack = node_slack(&root);
-            // The pool is entered once for all of it: each call from outside would wake a thread and wait for it. What is long-lived is allocated
-            // out here, where freed memory is used again; the pool's threads give theirs back and fault it in anew.
+            // The pool is entered once for all of it: each call from outside would wake a thread and wait for it. Entered for the whole build it
+            // would cost page faults, since its threads give freed memory back: of 34 000 triangles 750 in the place of 90.
             let subtree = rayon::scope(|_| subtree(&triangles, &mut items, &frames, centre_of(&volume, origin)));
             let mut faces = Vec::with_capacity(triangles.len());
             subtree.gather(&mut faces);
