@@ -7,11 +7,11 @@
 use super::boxes::{BoxRelation, Turned, dot};
 use super::lanes::{DoubleLanes, Lanes, three};
 use super::node::WIDTH;
-use super::oriented::Oriented;
+use super::oriented::tight;
 use super::pose::Motion;
 use super::visit::Visit;
-use super::volume::WideVolume;
-use crate::geometry::{Point, Triangle, Vector};
+use super::volume::{WideVolume, point};
+use crate::geometry::Triangle;
 use crate::volume::Info;
 use crate::volume::aabb::Aabb;
 use nalgebra::Matrix3;
@@ -38,7 +38,7 @@ impl WideVolume for Aligned {
     type Plain = Aabb;
 
     fn fit(_: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self {
-        let Oriented { centre, half, .. } = Oriented::fit(&Matrix3::identity(), origin, triangles);
+        let (centre, half) = tight(&Matrix3::identity(), origin, triangles);
         Self { centre, half }
     }
 
@@ -84,7 +84,6 @@ impl WideVolume for Aligned {
     }
 
     fn plain(&self, origin: [f32; 3]) -> Aabb {
-        let wide = |x: [f32; 3]| Vector::from(x.map(f64::from));
-        Aabb::new(Point::from(wide(origin) + wide(self.centre)), wide(self.half))
+        Aabb::new(point(origin, self.centre), self.half.map(f64::from).into())
     }
 }

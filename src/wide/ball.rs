@@ -12,8 +12,8 @@ use super::node::WIDTH;
 use super::oriented::{Extent, PAD, rounded_up};
 use super::pose::Motion;
 use super::visit::Visit;
-use super::volume::{Relation, WideVolume};
-use crate::geometry::{Point, Triangle, Vector};
+use super::volume::{Relation, WideVolume, point};
+use crate::geometry::Triangle;
 use crate::volume::Info;
 use crate::volume::sphere_mean::SphereMean;
 use nalgebra::Matrix3;
@@ -49,7 +49,7 @@ impl WideVolume for Ball {
     fn fit(_: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self {
         let Extent { low, high, .. } = Extent::along(&Matrix3::identity(), origin, triangles.clone());
         let centre = ((low + high) * 0.5).map(|x| x as f32);
-        let middle = Point::from(centre.map(f64::from) + Vector::from(origin.map(f64::from)));
+        let middle = point(origin, centre.into());
         let corners = triangles.flat_map(|triangle| triangle.corners);
         let farthest = corners.map(|p| (p - middle).norm_squared()).fold(0.0, f64::max).sqrt();
         let pad = PAD * (farthest + centre.map(f64::from).norm());
@@ -97,8 +97,7 @@ impl WideVolume for Ball {
     }
 
     fn plain(&self, origin: [f32; 3]) -> SphereMean {
-        let wide = |x: [f32; 3]| Vector::from(x.map(f64::from));
-        SphereMean::new(Point::from(wide(origin) + wide(self.centre)), f64::from(self.radius))
+        SphereMean::new(point(origin, self.centre), f64::from(self.radius))
     }
 }
 

@@ -13,9 +13,9 @@ use super::node::WIDTH;
 use super::pose::Motion;
 use super::turn;
 use super::visit::Visit;
-use super::volume::WideVolume;
+use super::volume::{WideVolume, point};
 use crate::geometry::grid::Coordinate;
-use crate::geometry::{Point, Triangle, Vector};
+use crate::geometry::{Triangle, Vector};
 use crate::volume::Info;
 use crate::volume::obb::{Fitted, Obb};
 use nalgebra::Matrix3;
@@ -49,14 +49,8 @@ impl WideVolume for Oriented {
     /// Tight along the axes as near as `f32` has them.
     fn fit(frame: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self {
         let turn = turn::encode(frame);
-        let axes = turn::decode(turn);
-        let Extent { low, high, farthest } = Extent::along(&axes, origin, triangles);
-        let centre = (axes * ((low + high) * 0.5)).map(|x| x as f32);
-        let kept = centre.map(f64::from);
-        let middle = axes.tr_mul(&kept);
-        let pad = PAD * (farthest + kept.norm());
-        let half = (high - middle).sup(&(middle - low)).map(|h| rounded_up(h + pad));
-        Self { centre: centre.into(), turn, half: half.into() }
+        let (centre, half) = tight(&turn::decode(turn), origin, triangles);
+        Self { centre, turn, half }
     }
 
     #[inline(always)]
@@ -116,9 +110,23 @@ impl WideVolume for Oriented {
     }
 
     fn plain(&self, origin: [f32; 3]) -> Obb<Fitted> {
-        let wide = |x: [f32; 3]| Vector::from(x.map(f64::from));
-        Obb::new(turn::decode(self.turn), Point::from(wide(origin) + wide(self.centre)), wide(self.half))
+        Obb::new(turn::decode(self.turn), point(origin, self.centre), self.half.map(f64::from).into())
     }
+}
+
+/// Centre and half-lengths, mm, of the box around triangles along `axes` (columns of a rotation), as tight as rounding lets it be.
+pub(super) fn tight(
+    axes: &Matrix3<f64>,
+    origin: [f32; 3],
+    triangles: impl Iterator<Item = Triangle>,
+) -> ([f32; 3], [f32; 3]) {
+    let Extent { low, high, farthest } = Extent::along(axes, origin, triangles);
+    let centre = (axes * ((low + high) * 0.5)).map(|x| x as f32);
+    let kept = centre.map(f64::from);
+    let middle = axes.tr_mul(&kept);
+    let pad = PAD * (farthest + kept.norm());
+    let half = (high - middle).sup(&(middle - low)).map(|h| rounded_up(h + pad));
+    (centre.into(), half.into())
 }
 
 /// How far points reach along axes, mm, from an origin; and how far the farthest of them is from it.
@@ -175,6 +183,7 @@ pub(super) fn rounded_up(x: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Point;
     use nalgebra::Rotation3;
     use proptest::prelude::*;
 

@@ -150,8 +150,8 @@ mod tests {
         distance_mm: f64,
     }
 
-    /// The largest difference of distance and reach over the fifteen axes in `f64`, from the axes of both boxes in one frame. The distance of boxes
-    /// is at least that, and at most that of the balls about them: no bound may exceed it where the gap is along a face's axis.
+    /// The largest difference of distance and reach over the fifteen axes in `f64`, from the axes of both boxes in one frame; the distance from
+    /// above, between the corners of one and the other box.
     fn of_boxes(u: &Matrix3<f64>, a: &Vector, v: &Matrix3<f64>, b: &Vector, d: &Vector) -> Exactly {
         let edges = (0..9).map(|n| u.column(n / 3).cross(&v.column(n % 3)));
         let faces = (0..3).flat_map(|n| [u.column(n).into_owned(), v.column(n).into_owned()]);

@@ -12,7 +12,7 @@ use super::lanes::{DoubleLanes, Lanes};
 use super::node::WIDTH;
 use super::pose::Motion;
 use super::visit::Visit;
-use crate::geometry::Triangle;
+use crate::geometry::{Point, Triangle};
 use crate::volume::{BoundingVolume, Info};
 use nalgebra::Matrix3;
 use std::fmt::Debug;
@@ -79,6 +79,12 @@ pub trait Relation<L> {
     /// A lower bound of the distance of the contents, mm, at least 0. No gap may count for more than it is without `slack`, and all rounding after
     /// that is paid for.
     fn least_mm(&self, slack: L) -> L;
+}
+
+/// The point `centre` from a node's origin, mm, mesh frame.
+pub(super) fn point(origin: [f32; 3], centre: [f32; 3]) -> Point {
+    let from = |x: [f32; 3]| Point::from(x.map(f64::from));
+    from(origin) + from(centre).coords
 }
 
 /// What a volume contributes to the slack, mm, by the distance of its centre from the node's origin (or the sum of its coordinates, which is
