@@ -103,7 +103,7 @@ impl<V: WideVolume> WideTree<V> {
             let numbered = triangles.par_iter().enumerate().with_min_len(PARALLEL);
             let mut items: Vec<Item> =
                 numbered.map(|(face, triangle)| Item::new(triangle, &middle, face as u32)).collect();
-            let frames = Frames::of(&items);
+            let frames = Frames::of(&items, V::TURNS);
             let volume: V = around(&triangles, &items, &frames, origin);
             root.put(0, &volume);
             (root.inner, root.first_node) = (1, 1);
@@ -158,8 +158,7 @@ fn around_one<V: WideVolume>(triangle: &Triangle, origin: [f32; 3]) -> V {
 
 /// The volume around several, of which `frames` were made.
 fn around<V: WideVolume>(triangles: &[Triangle], items: &[Item], frames: &Frames, origin: [f32; 3]) -> V {
-    let axes = if V::TURNS { frames.least(items) } else { Matrix3::identity() };
-    V::fit(&axes, origin, items.iter().map(|item| triangles[item.face as usize]))
+    V::fit(frames.least(), origin, items.iter().map(|item| triangles[item.face as usize]))
 }
 
 /// Where a volume's node has its origin.
@@ -226,7 +225,7 @@ fn fill<V: WideVolume>(
     node.count = parts.len() as u8;
     let framed = |&part: &Part| {
         let items = &items[part.start..part.end];
-        let frames = Frames::of(items);
+        let frames = Frames::of(items, V::TURNS);
         (part, frames, around(triangles, items, &frames, node.origin))
     };
     let framed: Vec<(Part, Frames, V)> = if items.len() > PARALLEL {

@@ -4,14 +4,18 @@
 //! one nearest to the identity. Its angle is at most 62.8° (the largest disorientation of two cubes: J. K. Mackenzie, Biometrika 45,
 //! 1958), so that the vector part is at most sin 31.4° = 0.521 long and the scalar part at least 0.853.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// The three numbers, for the box frame whose axes are the columns of `frame` (a rotation).
 pub(super) fn encode(frame: &Matrix3<f64>) -> [f32; 3] {
-    let m = nearest_to_identity(frame);
-    // Four times the scalar part, which is far from 0.
-    let w4 = 2.0 * (1.0 + m.trace()).sqrt();
-    [m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)]].map(|x| (x / w4) as f32)
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*frame));
+    let [x, y, z, w]: [f64; 4] = rotation.coords.into();
+    let relabelling = nearest_relabelling([w, x, y, z]);
+    let ([e, u @ ..], v) = (relabelling, Vector3::new(x, y, z));
+    let u = Vector3::from(u);
+    // The vector part of (w + v)(e - u), whose scalar part is positive.
+    (v * e - u * w - v.cross(&u)).map(|x| x as f32).into()
 }
 
 /// The axes, as columns. Each entry is within 16·2⁻⁵³ of the rotation that the three numbers stand for.
@@ -36,42 +40,34 @@ pub(super) fn decode(turn: [f32; 3]) -> Matrix3<f64> {
     )
 }
 
-/// The relabelling of a box's axes with the largest trace: the trace of a rotation grows as its angle shrinks.
-fn nearest_to_identity(frame: &Matrix3<f64>) -> Matrix3<f64> {
-    /// Which axis becomes the first, second and third; the first three orders are even.
-    const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
-    let (mut largest, mut best) = (f64::NEG_INFINITY, (ORDERS[0], None));
-    for (n, order) in ORDERS.into_iter().enumerate() {
-        let on = [frame[(0, order[0])], frame[(1, order[1])], frame[(2, order[2])]];
-        let [x, y, z] = on.map(f64::abs);
-        let turned_over = on.iter().filter(|&&x| x < 0.0).count();
-        // An even order of axes needs an even number of them turned over, else one more: the one that costs least.
-        let least = if y < x {
-            if z < y { 2 } else { 1 }
-        } else if z < x {
-            2
+/// The rotation of a cube onto itself that is nearest to a rotation, as quaternions (scalar part first): the one with the largest inner product. A
+/// cube's rotations are the quaternions with one component that is not 0, with two equal ones, and with four, of any signs.
+fn nearest_relabelling(rotation: [f64; 4]) -> [f64; 4] {
+    let size = rotation.map(f64::abs);
+    let larger = |i: usize, j: usize| if size[j] > size[i] { j } else { i };
+    let first = larger(larger(0, 1), larger(2, 3));
+    let second = (0..4).filter(|&k| k != first).fold((first + 1) % 4, larger);
+    let one = size[first];
+    let two = FRAC_1_SQRT_2 * (size[first] + size[second]);
+    let four = 0.5 * (size[0] + size[1] + size[2] + size[3]);
+    let component = |k: usize| {
+        if four > two && four > one {
+            0.5
+        } else if k == first {
+            if two > one { FRAC_1_SQRT_2 } else { 1.0 }
+        } else if k == second && two > one {
+            FRAC_1_SQRT_2
         } else {
-            0
-        };
-        let one_more = ((turned_over % 2 == 0) != (n < 3)).then_some(least);
-        let side = |k, x: f64| if one_more == Some(k) { -x } else { x };
-        let trace = side(0, x) + side(1, y) + side(2, z);
-        if trace > largest {
-            (largest, best) = (trace, (order, one_more));
+            0.0
         }
-    }
-    let (order, one_more) = best;
-    Matrix3::from_columns(&[0, 1, 2].map(|k| {
-        let over = (frame[(k, order[k])] < 0.0) != (one_more == Some(k));
-        frame.column(order[k]) * if over { -1.0 } else { 1.0 }
-    }))
+    };
+    [0, 1, 2, 3].map(|k| component(k).copysign(rotation[k]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::Vector;
-    use nalgebra::Rotation3;
     use proptest::prelude::*;
 
     #[test]
