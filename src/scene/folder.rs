@@ -65,6 +65,7 @@ impl Folder {
         match &self.source {
             Source::Disk(folder) => folder.join(relative).is_file(),
             Source::Shipped => shipped::file(&normalised(&self.name, relative)).is_some(),
+            Source::Memory(files) => files.contains_key(relative),
         }
     }
 
