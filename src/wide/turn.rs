@@ -7,6 +7,9 @@
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_1_SQRT_2;
 
+/// Less than this is left of nothing by a few operations on unit vectors: boxes along the mesh's axes stay exactly along them.
+const ROUNDING: f64 = 1e-15;
+
 /// The three numbers, for the box frame whose axes are the columns of `frame` (a rotation).
 pub(super) fn encode(frame: &Matrix3<f64>) -> [f32; 3] {
     let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*frame));
@@ -15,7 +18,7 @@ pub(super) fn encode(frame: &Matrix3<f64>) -> [f32; 3] {
     let ([e, u @ ..], v) = (relabelling, Vector3::new(x, y, z));
     let u = Vector3::from(u);
     // The vector part of (w + v)(e - u), whose scalar part is positive.
-    (v * e - u * w - v.cross(&u)).map(|x| x as f32).into()
+    (v * e - u * w - v.cross(&u)).map(|x| if x.abs() < ROUNDING { 0.0 } else { x as f32 }).into()
 }
 
 /// The axes, as columns. Each entry is within 16·2⁻⁵³ of the rotation that the three numbers stand for.
