@@ -1,9 +1,9 @@
 //! How a range of triangles is divided, and which way a box around it is turned.
 //!
 //! Division: the plane with the least surface-area cost (count times box area, summed over both sides: J. Goldsmith, J. Salmon 1987; bins
-//! after I. Wald 2007) among those square to the axes of up to three frames: of the principal one, the mesh's own, and the largest
-//! triangle's those whose boxes are nearly the smallest. Machine parts are mostly boxes and cylinders whose axes are the mesh's; the others find what stands askew. Large ranges are judged by a
-//! sample at equal strides, which costs little and depends on nothing but the order of the triangles.
+//! after I. Wald 2007) among those square to the axes of up to three frames: of the principal one, the mesh's own and the largest triangle's
+//! those whose boxes are nearly the smallest. Machine parts are mostly boxes and cylinders whose axes are the mesh's; the others find what
+//! stands askew. Large ranges are judged by a sample at equal strides, which costs little and depends on nothing but the order of the triangles.
 //!
 //! Here all is `f32` and without bounds of error: it decides how good the tree is, never whether it is right.
 
