@@ -113,12 +113,12 @@ impl Frames {
         areas.swap(0, least);
         self.frames.swap(0, least);
         let most = areas[0] * NEARLY;
-        let mut count = 1;
-        for (k, _) in areas.iter().enumerate().take(self.count).skip(1).filter(|&(_, &area)| area <= most) {
-            self.frames.swap(count, k);
-            count += 1;
+        for k in (1..self.count).rev() {
+            if areas[k] > most {
+                self.count -= 1;
+                self.frames.swap(k, self.count);
+            }
         }
-        self.count = count;
     }
 
     fn each(&self) -> &[Matrix3<f64>] {
@@ -411,6 +411,27 @@ mod tests {
         let frame = *Frames::of(&items, true).least();
         let normal = Vector::new(0.0, 1.0, -1.0).normalize();
         assert!((0..3).any(|k| frame.column(k).dot(&normal).abs() > 1.0 - 1e-6), "{frame}");
+    }
+
+    #[test]
+    fn frames_with_larger_boxes_are_left_out() {
+        // The plate above and one 0.1 above it: 3 x 1.5 x 0.07 along its own axes, half a surface of 4.8; 3 x 1 x 1.1 along the mesh's, 7.4.
+        let plate = |z: f64| {
+            let (p, q, r, s) = ([0.0, 0.0, z], [3.0, 0.0, z], [3.0, 1.0, 1.0 + z], [0.0, 1.0, 1.0 + z]);
+            [item([p, q, r], 0), item([p, r, s], 1)]
+        };
+        let items = [plate(0.0), plate(0.1)].concat();
+        let frames = Frames::of(&items, true);
+        assert!(frames.count < 3 && !frames.each().contains(&Matrix3::identity()), "{:?}", frames.each());
+        assert_eq!(Frames::of(&items, false).each(), [Matrix3::identity()]);
+    }
+
+    #[test]
+    fn bins_are_numbered_from_below_and_none_is_left_out() {
+        // Bins of a half from 1 on, eight of them: 1.49 is in the first, 1.5 in the second, what is at the end in the last.
+        let bins = |x: f32| bins_of(&[x, 1.0, 1.0, 0.0], &[1.0; 4], &[2.0, 0.0, 0.0, 0.0], 7.0);
+        assert_eq!([1.0, 1.49, 1.5, 4.99, 5.0].map(|x| bins(x)[0]), [0, 0, 1, 7, 7]);
+        assert_eq!(bins(3.0)[1..], [0, 0]);
     }
 
     #[test]
