@@ -1,0 +1,145 @@
+//! Axes of the box of least volume.
+//!
+//! J. O'Rourke, "Finding Minimal Enclosing Boxes", 1985: each of two neighbouring faces of the smallest box around a convex solid
+//! contains an edge of it. (Seen along any face's normal the box is a smallest rectangle, one of whose sides contains
+//! an edge.) So for every pair of edges the box whose faces contain them turns about one parameter. Deviations: O'Rourke
+//! solves a polynomial on every stretch between changes of contact; here each pair's family is searched by branch and
+//! bound ([`edges`]). Pairs that no box can have are discarded as in J. Jylänki, "An Exact Algorithm for Finding Minimum
+//! Oriented Bounding Boxes", 2015, whose further conjecture is not used.
+//!
+//! What is promised: up to [`EXACT_VERTICES`] hull vertices and [`MAX_STEPS`] steps, no box is smaller by more than the part
+//! [`TOLERANCE`]. With more vertices the search sees the extreme ones along [`EXACT_VERTICES`] directions; of contents
+//! thinner than [`FLAT`] it tries only boxes with a face in a face or an edge along an edge. In every case the result is
+//! improved until no turn about one of its axes makes it smaller, and is no larger than the boxes along the axes of all
+//! other rules, which the search begins with. Volume is that of the box as it is stored, with its pad, so that flat contents
+//! are told apart by their area.
+
+mod arc;
+mod edges;
+mod family;
+mod search;
+
+use super::super::separating_axes::pad_mm;
+use super::dito::Dito14;
+use super::frame::{AreaCovariance, FrameRule, HullAreaCovariance, VertexCovariance, any_frame, reach_mm};
+use crate::geometry::hull::{Hull, Solid};
+use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
+use edges::BoxesOnEdges;
+use nalgebra::Matrix3;
+use search::Search;
+
+/// The search may end with a box that is larger than the smallest by this part.
+pub const TOLERANCE: f64 = 1e-3;
+/// Most hull vertices that are searched exactly.
+pub const EXACT_VERTICES: usize = 400;
+/// Most boxes the branch and bound looks at.
+pub const MAX_STEPS: u32 = 200_000;
+
+/// Contents thinner than this part of their diameter count as flat: the smallest box leans against their plane, and the branch and
+/// bound would have to tell angles of this size apart.
+pub const FLAT: f64 = 1e-6;
+
+/// Axes of the smallest box.
+#[derive(Clone, Copy, Debug)]
+pub struct MinimumVolume;
+
+impl FrameRule for MinimumVolume {
+    /// The mean is that of the corners.
+    fn mean_and_axes(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
+        let (mean, _) = covariance::vertex_weighted(triangles);
+        let pad = pad_mm(reach_mm(triangles));
+        let axes = match Hull::of(triangle::corners(triangles)) {
+            None | Some(Hull::Point(_)) => Matrix3::identity(),
+            Some(Hull::Segment([p, q])) => any_frame(&(q - p)),
+            Some(Hull::Polygon(corners)) => of_polygon(&corners, pad),
+            Some(Hull::Solid(solid)) => of_solid(triangles, &solid, pad),
+        };
+        (mean, axes)
+    }
+}
+
+/// The frame of a polygon: its plane's, turned to its smallest rectangle.
+fn of_polygon(corners: &[Point], pad: f64) -> Matrix3<f64> {
+    let fan = corners.windows(2).skip(1).map(|pair| (pair[0] - corners[0]).cross(&(pair[1] - corners[0])));
+    let frame = any_frame(&fan.sum());
+    let mut search = Search::new(corners.iter(), pad);
+    search.turn_about(&frame, 0);
+    search.best.1
+}
+
+fn of_solid(triangles: &[Triangle], solid: &Solid, pad: f64) -> Matrix3<f64> {
+    let mut search = Search::new(solid.vertices.iter(), pad);
+    for axes in [
+        VertexCovariance::mean_and_axes(triangles).1,
+        AreaCovariance::mean_and_axes(triangles).1,
+        HullAreaCovariance::mean_and_axes(triangles).1,
+        Dito14::mean_and_axes(triangles).1,
+    ] {
+        search.offer(&axes);
+    }
+    search.descend();
+    if solid.vertices.len() <= EXACT_VERTICES {
+        BoxesOnEdges::new(&mut search, solid).try_all();
+    } else if let Some(Hull::Solid(coarse)) = Hull::of(extreme_vertices(solid).iter()) {
+        let mut on_coarse = Search::new(coarse.vertices.iter(), pad);
+        on_coarse.offer(&search.best.1);
+        BoxesOnEdges::new(&mut on_coarse, &coarse).try_all();
+        search.offer(&on_coarse.best.1);
+        search.descend();
+    }
+    search.best.1
+}
+
+/// The extreme vertices along [`EXACT_VERTICES`] directions that a golden spiral spreads over the sphere.
+fn extreme_vertices(solid: &Solid) -> Vec<Point> {
+    let direction = |i: usize| {
+        let z = 1.0 - (2 * i + 1) as f64 / EXACT_VERTICES as f64;
+        let turn = i as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+        let radius = (1.0 - z * z).sqrt();
+        Vector::new(radius * turn.cos(), radius * turn.sin(), z)
+    };
+    let extreme = |d: Vector| {
+        let height = |p: &&Point| d.dot(&p.coords);
+        solid.vertices.iter().max_by(|p, q| height(p).total_cmp(&height(q))).copied()
+    };
+    (0..EXACT_VERTICES).filter_map(|i| extreme(direction(i))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance::meshes;
+    use crate::geometry::Isometry;
+
+    fn volume(triangles: &[Triangle]) -> f64 {
+        let (_, axes) = MinimumVolume::mean_and_axes(triangles);
+        Search::new(triangle::corners(triangles), 0.0).widths(&axes).product()
+    }
+
+    #[test]
+    fn a_turned_cuboid_is_its_own_box() {
+        let turn = Isometry::rotation(Vector::new(0.4, -0.9, 0.5));
+        let triangles = meshes::moved(&meshes::cuboid(20.0, 12.0, 5.0), 1.0, &turn).triangles();
+        assert!((volume(&triangles) - 1200.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_regular_tetrahedron_fits_a_cube_whose_diagonals_are_its_edges() {
+        // Alternate corners of the cube of edge 2, turned: no face of the box contains a face of the tetrahedron.
+        let turn = Isometry::rotation(Vector::new(-0.3, 1.9, 0.2));
+        let [a, b, c, d] = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]]
+            .map(|p: [f64; 3]| turn * Point::from(p));
+        let triangles = [Triangle::new(a, b, c), Triangle::new(a, b, d)];
+        assert!((volume(&triangles) - 8.0).abs() < 8.0 * TOLERANCE, "{}", volume(&triangles));
+    }
+
+    #[test]
+    fn a_triangle_gets_its_smallest_rectangle() {
+        let t = Triangle::new(Point::new(0.0, 0.0, 1.0), Point::new(4.0, 0.0, 1.0), Point::new(0.0, 3.0, 1.0));
+        let (_, axes) = MinimumVolume::mean_and_axes(&[t]);
+        let mut widths: Vec<f64> = Search::new(t.corners.iter(), 0.0).widths(&axes).iter().copied().collect();
+        widths.sort_by(f64::total_cmp);
+        // Either the legs, 3 by 4, or the hypotenuse and its height, 5 by 2.4: both 12.
+        assert!(widths[0] < 1e-12 && (widths[1] * widths[2] - 12.0).abs() < 1e-12, "{widths:?}");
+    }
+}
