@@ -13,10 +13,12 @@ use crate::method::{Kind, Model};
 use crate::record::{Band, VerificationRow};
 use crate::scene::Scene;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Poses that one thread takes at a time.
 const BATCH: usize = 256;
+/// To as many poses a tree amounts in the progress; some volumes take longer to fit than to ask.
+const TREE_STEPS: u64 = 1024;
 
 /// Verdicts of every case over all judged poses. The control is not run: its verdict is the `brute` column of the others.
 pub fn verify_scene(
@@ -27,10 +29,12 @@ pub fn verify_scene(
 ) -> Vec<VerificationRow> {
     let cases: Vec<&Case> = plan.cases.iter().filter(|case| case.variant.kind != Kind::Control).collect();
     let poses: usize = judged.iter().map(|pair| pair.poses.len()).sum();
-    progress.begin(&format!("{}: verdicts", scene.name), (poses * cases.len()) as u64);
+    let parts: BTreeSet<usize> = judged.iter().flat_map(|pair| [pair.pair.a, pair.pair.b]).collect();
+    let steps = poses as u64 + parts.len() as u64 * TREE_STEPS;
+    progress.begin(&format!("{}: trees and verdicts", scene.name), steps * cases.len() as u64);
     let rows: Vec<_> = cases
         .into_par_iter()
-        .map(|case| verify_case(case, scene, judged, plan.budget.queried_poses, progress))
+        .map(|case| verify_case(case, scene, (judged, &parts), plan.budget.queried_poses, progress))
         .collect();
     rows.concat()
 }
@@ -38,13 +42,14 @@ pub fn verify_scene(
 fn verify_case(
     case: &Case,
     scene: &Scene,
-    judged: &[JudgedPair],
+    (judged, parts): (&[JudgedPair], &BTreeSet<usize>),
     queried_poses: usize,
     progress: &dyn Progress,
 ) -> Vec<VerificationRow> {
     let mut models: BTreeMap<usize, Box<dyn Model>> = BTreeMap::new();
-    for part in judged.iter().flat_map(|pair| [pair.pair.a, pair.pair.b]) {
-        models.entry(part).or_insert_with(|| case.variant.prepare(&scene.parts[part].mesh, case.policy));
+    for &part in parts {
+        models.insert(part, case.variant.prepare(&scene.parts[part].mesh, case.policy));
+        progress.advance(TREE_STEPS);
     }
     let has_others = case.variant.kind.is_ours();
     let mut rows = Vec::new();
