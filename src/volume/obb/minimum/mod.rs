@@ -4,7 +4,7 @@
 //! contains an edge of it. (Seen along any face's normal the box is a smallest rectangle, one of whose sides contains
 //! an edge.) So for every pair of edges the box whose faces contain them turns about one parameter. Deviations: O'Rourke
 //! solves a polynomial on every stretch between changes of contact; here each pair's family is searched by branch and
-//! bound ([`edges`]). Pairs that no box can have are discarded as in J. Jylänki, "An Exact Algorithm for Finding Minimum
+//! bound (`minimum/edges.rs`). Pairs that no box can have are discarded as in J. Jylänki, "An Exact Algorithm for Finding Minimum
 //! Oriented Bounding Boxes", 2015, whose further conjecture is not used.
 //!
 //! What is promised: up to [`EXACT_VERTICES`] hull vertices and [`MAX_STEPS`] steps, no box is smaller by more than the part
