@@ -17,7 +17,7 @@ const SHORTEST: f64 = 2e-7;
 /// Two edges that are perpendicular to this (the cosine of their angle) make boxes with an axis along the first: their tilt is below
 /// [`SHORTEST`] or their σ is. All those boxes have been tried.
 const PERPENDICULAR: f64 = 1e-14;
-/// Arcs are trimmed to about this angle, rad: half and twice of it give construction times within a few percent.
+/// Arcs are trimmed to about this angle, rad. Of 0.02, 0.07, 0.2 and 0.5 none was clearly the fastest on two meshes.
 const TRIM: f64 = 0.1;
 
 /// The search among the boxes that have two neighbouring faces on edges of a solid.
@@ -75,7 +75,7 @@ impl<'a> BoxesOnEdges<'a> {
         }
     }
 
-    /// Volumes from here on are small enough to matter, mm³.
+    /// A box must be smaller than this to matter, mm³.
     fn wanted(&self) -> f64 {
         self.search.best.0 * (1.0 - TOLERANCE)
     }
@@ -121,7 +121,11 @@ impl<'a> BoxesOnEdges<'a> {
             }
             self.steps += 1;
             let normal = part.middle();
-            let Some(second) = along.cross(&normal).try_normalize(SHORTEST) else { continue };
+            let divisible = part.angle > SHORTEST;
+            let Some(second) = along.cross(&normal).try_normalize(SHORTEST) else {
+                open.extend(part.halves().into_iter().filter(|_| divisible));
+                continue;
+            };
             let axes = [normal, second, normal.cross(&second)];
             let spans = [0, 1, 2].map(|i| self.span(i, &axes[i]));
             let volume: f64 = (0..3).map(|i| axes[i].dot(&spans[i]) + 2.0 * self.search.pad).product();
@@ -129,8 +133,7 @@ impl<'a> BoxesOnEdges<'a> {
                 self.search.descend();
             }
             let family = Family::new(&part, along, spans, 2.0 * self.search.pad);
-            if part.angle > SHORTEST && family.least_by_numerators().max(family.least_by_tilt(&second)) < self.wanted()
-            {
+            if divisible && family.least_by_numerators().max(family.least_by_tilt(&second)) < self.wanted() {
                 open.extend(part.halves());
             }
         }
