@@ -200,6 +200,19 @@ mod tests {
         }
     }
 
+    #[test]
+    fn an_arc_whose_middle_is_along_the_other_edge_is_divided() {
+        let solid = solid(&[[0.0; 3], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 5.0]]).unwrap();
+        let mut search = Search::new(solid.vertices.iter(), 0.0);
+        search.best.0 = f64::INFINITY;
+        let mut boxes = BoxesOnEdges::new(&mut search, &solid);
+        let normals = solid.normals();
+        let arc = solid.edges().iter().find_map(|edge| Arc::new(edge, &normals)).unwrap();
+        // Off the middle by less than makes an axis, and not quite square to the arc's edge.
+        boxes.search_pair(arc, &(arc.middle() + arc.edge * 1e-8).normalize());
+        assert!(boxes.steps > 2 && boxes.search.best.0.is_finite());
+    }
+
     proptest! {
         #[test]
         fn climbing_finds_what_looking_at_all_corners_finds(

@@ -70,14 +70,14 @@ impl<'a> Family<'a> {
         ]
     }
 
-    /// The same by the frames that are not turned; `second` is the second axis in the middle of the part.
-    pub(super) fn least_by_tilt(&self, second: &Vector) -> f64 {
+    /// The same by the frames that are not turned; `across` is the second axis in the middle of the part.
+    pub(super) fn least_by_tilt(&self, across: &Vector) -> f64 {
         let least_square = self.squares[0].min(self.squares[1]) - self.rho * self.bend;
         if least_square <= self.cosine * self.cosine {
             return 0.0;
         }
         let tilt = (2.0 / least_square).sqrt() * self.cosine.abs();
-        let still = self.part.edge * self.part.edge.dot(second).signum();
+        let still = self.part.edge * self.part.edge.dot(across).signum();
         let [first, second, third] = &self.spans;
         let lines = [
             self.part.ends.map(|n| first.dot(&n)),
