@@ -158,6 +158,33 @@ impl BoxTree {
     }
 }
 
+/// What is worked out of a tree's nodes at one pose, kept because a search comes to many of them again and again; of the nodes that it
+/// does not come to, which are most of a large mesh, nothing is worked out.
+pub(super) struct Memo<T> {
+    /// One more than where each node's items start; 0 for a node that nobody has asked for.
+    starts: Vec<u32>,
+    items: Vec<T>,
+}
+
+impl<T> Memo<T> {
+    /// For the nodes of a tree.
+    pub fn new(tree: &BoxTree) -> Self {
+        Self { starts: vec![0; tree.nodes.len()], items: Vec::new() }
+    }
+
+    /// The `count` items of a node, made when they are asked for the first time.
+    #[inline(always)]
+    pub fn of(&mut self, node: u32, count: usize, make: impl Fn(usize) -> T) -> &[T] {
+        let start = &mut self.starts[node as usize];
+        if *start == 0 {
+            *start = self.items.len() as u32 + 1;
+            self.items.extend((0..count).map(make));
+        }
+        let start = *start as usize - 1;
+        &self.items[start..start + count]
+    }
+}
+
 /// Moves boxes so that the moved box holds every moved and snapped vertex of the box's contents.
 ///
 /// For v in the box c ± h, the exact product M v + t lies in M c + t ± |M| h, for whatever matrix M the floating-point

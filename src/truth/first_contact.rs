@@ -10,12 +10,10 @@
 //! it. Vertices are not snapped here: expect the verdict to change within 1e-7 mm of the answer.
 
 use super::PairOracle;
-use super::boxes::{Bounds, BoxTree, Mover};
+use super::boxes::{Bounds, BoxTree, Memo, Mover};
 use crate::geometry::{Isometry, Point, Triangle, Vector};
 use nalgebra::{Matrix3, Unit};
 use robust::Coord;
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
 
 impl PairOracle {
     /// The least travel (mm, may be negative) along `direction_in_a`, measured from `a_from_b`, at which the surfaces
@@ -25,51 +23,64 @@ impl PairOracle {
     pub fn first_contact_mm(&self, a_from_b: &Isometry, direction_in_a: &Unit<Vector>) -> Option<f64> {
         let frame = frame_along(direction_in_a);
         let rotation = frame * a_from_b.rotation.to_rotation_matrix().into_inner();
-        let a = Moved::new(&self.a.tree, &Mover::of(frame, Vector::zeros(), self.a.bounds()));
         let shift = frame * a_from_b.translation.vector;
-        let b = Moved::new(&self.b.tree, &Mover::of(rotation, shift, self.b.bounds()));
+        let mut a = Moved::new(&self.a.tree, Mover::of(frame, Vector::zeros(), self.a.bounds()));
+        let mut b = Moved::new(&self.b.tree, Mover::of(rotation, shift, self.b.bounds()));
         let mut least = f64::INFINITY;
-        let mut queue = BinaryHeap::new();
-        queue.extend(Entry::new(&a, 0, &b, 0));
-        while let Some(Entry { travel, i, j }) = queue.pop() {
+        let mut stack = Vec::new();
+        stack.extend(Entry::new(&mut a, 0, &mut b, 0));
+        while let Some(Entry { travel, i, j }) = stack.pop() {
             if travel >= least {
-                break;
+                continue;
             }
-            let children: [(u32, u32); 2] = match (a.tree.children(i), b.tree.children(j)) {
+            let [one, other] = match (a.tree.children(i), b.tree.children(j)) {
                 (None, None) => {
-                    least = leaves_travel(&a, i, &b, j, least);
+                    least = leaves_travel(a.leaf(i), b.leaf(j), least);
                     continue;
                 }
-                (None, Some(children)) => children.map(|child| (i, child)),
-                (Some(_), Some(children)) if a.tree.size(i) <= b.tree.size(j) => children.map(|child| (i, child)),
-                (Some(children), _) => children.map(|child| (child, j)),
+                (None, Some([left, right])) => [(i, left), (i, right)],
+                (Some(_), Some([left, right])) if a.tree.size(i) <= b.tree.size(j) => [(i, left), (i, right)],
+                (Some([left, right]), _) => [(left, j), (right, j)],
             };
-            queue.extend(
-                children.into_iter().filter_map(|(i, j)| Entry::new(&a, i, &b, j)).filter(|e| e.travel < least),
-            );
+            let mut entry = |(i, j)| Entry::new(&mut a, i, &mut b, j).filter(|entry| entry.travel < least);
+            let (one, other) = (entry(one), entry(other));
+            // The one that may touch sooner is looked at first.
+            let sooner = |entry: &Option<Entry>| entry.as_ref().map_or(f64::INFINITY, |entry| entry.travel);
+            let ordered = if sooner(&one) < sooner(&other) { [other, one] } else { [one, other] };
+            stack.extend(ordered.into_iter().flatten());
         }
         (least < f64::INFINITY).then_some(least)
     }
 }
 
-/// A tree in the frame of travel: moved once, because a query comes to most nodes many times.
+/// A tree in the frame of travel.
 struct Moved<'a> {
     tree: &'a BoxTree,
-    nodes: Vec<Bounds>,
-    triangles: Vec<Triangle>,
-    bounds: Vec<Bounds>,
+    mover: Mover,
+    bounds: Memo<Bounds>,
+    /// The triangles of leaves, each with its box.
+    triangles: Memo<(Triangle, Bounds)>,
 }
 
 impl<'a> Moved<'a> {
-    fn new(tree: &'a BoxTree, mover: &Mover) -> Self {
-        let nodes = tree.nodes.iter().map(|node| mover.bounds(&node.bounds)).collect();
-        let triangles: Vec<Triangle> = tree.triangles.iter().map(|t| t.map(|p| mover.point(p))).collect();
-        let bounds = triangles.iter().map(Bounds::of).collect();
-        Self { tree, nodes, triangles, bounds }
+    fn new(tree: &'a BoxTree, mover: Mover) -> Self {
+        Self { tree, mover, bounds: Memo::new(tree), triangles: Memo::new(tree) }
+    }
+
+    fn bounds(&mut self, node: u32) -> Bounds {
+        self.bounds.of(node, 1, |_| self.mover.bounds(&self.tree.nodes[node as usize].bounds))[0]
+    }
+
+    fn leaf(&mut self, node: u32) -> &[(Triangle, Bounds)] {
+        let range = self.tree.range(node);
+        self.triangles.of(node, range.len(), |k| {
+            let triangle = self.tree.triangles[range.start + k].map(|point| self.mover.point(point));
+            (triangle, Bounds::of(&triangle))
+        })
     }
 }
 
-/// A pair of nodes and a lower bound on its travel, mm; ordered so that a heap gives the least bound first.
+/// A pair of nodes and a lower bound on its travel, mm.
 struct Entry {
     travel: f64,
     i: u32,
@@ -78,31 +89,11 @@ struct Entry {
 
 impl Entry {
     /// `None` when the shadows of the nodes' boxes do not overlap.
-    fn new(a: &Moved, i: u32, b: &Moved, j: u32) -> Option<Self> {
-        let (of_a, of_b) = (&a.nodes[i as usize], &b.nodes[j as usize]);
-        of_a.overlap_in_xy(of_b).then(|| Self { travel: of_a.low.z - of_b.high.z, i, j })
+    fn new(a: &mut Moved, i: u32, b: &mut Moved, j: u32) -> Option<Self> {
+        let (of_a, of_b) = (a.bounds(i), b.bounds(j));
+        of_a.overlap_in_xy(&of_b).then(|| Self { travel: of_a.low.z - of_b.high.z, i, j })
     }
 }
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.travel.total_cmp(&self.travel).then_with(|| (other.i, other.j).cmp(&(self.i, self.j)))
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Entry {}
 
 /// A right-handed rotation whose third row is the direction; for a coordinate axis it only swaps and negates.
 fn frame_along(direction: &Unit<Vector>) -> Matrix3<f64> {
@@ -113,12 +104,11 @@ fn frame_along(direction: &Unit<Vector>) -> Matrix3<f64> {
 }
 
 /// The least travel over the pairs of triangles of two leaves, mm, where it is below `least`; else `least`.
-fn leaves_travel(a: &Moved, i: u32, b: &Moved, j: u32, mut least: f64) -> f64 {
-    for moving in b.tree.range(j) {
-        for still in a.tree.range(i) {
-            let (of_still, of_moving) = (&a.bounds[still], &b.bounds[moving]);
+fn leaves_travel(a: &[(Triangle, Bounds)], b: &[(Triangle, Bounds)], mut least: f64) -> f64 {
+    for (moving, of_moving) in b {
+        for (still, of_still) in a {
             if of_still.low.z - of_moving.high.z < least && of_still.overlap_in_xy(of_moving) {
-                least = least.min(triangles_travel(&a.triangles[still], &b.triangles[moving]));
+                least = least.min(triangles_travel(still, moving));
             }
         }
     }
@@ -127,14 +117,8 @@ fn leaves_travel(a: &Moved, i: u32, b: &Moved, j: u32, mut least: f64) -> f64 {
 
 /// The least travel of `moving` along z until it touches `still`, mm; infinite when it passes by.
 fn triangles_travel(still: &Triangle, moving: &Triangle) -> f64 {
-    let of_moving = areas(still, &moving.corners);
-    if beyond_an_edge(still, &of_moving) {
-        return f64::INFINITY;
-    }
-    let of_still = areas(moving, &still.corners);
-    if beyond_an_edge(moving, &of_still) {
-        return f64::INFINITY;
-    }
+    let Some(of_moving) = areas(still, &moving.corners) else { return f64::INFINITY };
+    let Some(of_still) = areas(moving, &still.corners) else { return f64::INFINITY };
     let edge = |t: &Triangle, i: usize| [t.corners[i], t.corners[(i + 1) % 3]];
     let mut least = f64::INFINITY;
     for k in 0..3 {
@@ -155,22 +139,20 @@ fn triangles_travel(still: &Triangle, moving: &Triangle) -> f64 {
     least
 }
 
-/// For each edge of the triangle, from corner i to the next, the areas it spans with three points.
-fn areas(triangle: &Triangle, points: &[Point; 3]) -> [[f64; 3]; 3] {
+/// For each edge of the triangle, from corner i to the next, the areas it spans with three points. `None` when the shadows of the points
+/// lie strictly beyond the shadow of an edge: then the shadows of the triangles do not meet. Exact.
+fn areas(triangle: &Triangle, points: &[Point; 3]) -> Option<[[f64; 3]; 3]> {
     let [a, b, c] = &triangle.corners;
-    [(a, b), (b, c), (c, a)].map(|(from, to)| points.each_ref().map(|point| area(from, to, point)))
-}
-
-/// Whether the shadows of three points, with these [`areas`], lie strictly beyond the shadow of an edge: then the shadows of the triangles
-/// do not meet. Exact.
-fn beyond_an_edge(triangle: &Triangle, areas: &[[f64; 3]; 3]) -> bool {
-    let all = |sign: f64| areas.iter().any(|of_edge| of_edge.iter().all(|&area| area * sign > 0.0));
-    if !all(1.0) && !all(-1.0) {
-        return false;
+    let [p, q, r] = points;
+    let mut areas = [[0.0; 3]; 3];
+    for (of_edge, (from, to)) in areas.iter_mut().zip([(a, b), (b, c), (c, a)]) {
+        *of_edge = [area(from, to, p), area(from, to, q), area(from, to, r)];
+        let all = |sign: f64| of_edge.iter().all(|area| area * sign > 0.0);
+        if (all(1.0) && area(a, b, c) <= 0.0) || (all(-1.0) && area(a, b, c) >= 0.0) {
+            return None;
+        }
     }
-    let [a, b, c] = &triangle.corners;
-    let own = area(a, b, c);
-    (own <= 0.0 && all(1.0)) || (own >= 0.0 && all(-1.0))
+    Some(areas)
 }
 
 /// Twice the signed area of the shadow of the triangle (a, b, c), mm²; its sign is exact.
