@@ -25,11 +25,18 @@ pub fn decided(a: &Triangle, b: &Triangle) -> Option<bool> {
 /// determinants are these, and their signs are certain.
 #[must_use]
 pub fn decided_in_bounds(a: &Triangle, b: &Triangle) -> Option<bool> {
-    let b_sides = sides(a, b);
+    decided_by_planes((a, &Plane::of(a)), (b, &Plane::of(b)))
+}
+
+/// The same for whoever keeps the planes of the triangles.
+#[inline]
+#[must_use]
+pub fn decided_by_planes((a, plane_of_a): (&Triangle, &Plane), (b, plane_of_b): (&Triangle, &Plane)) -> Option<bool> {
+    let b_sides = plane_of_a.sides(b);
     if on_one_side(b_sides) {
         return Some(false);
     }
-    let a_sides = sides(b, a);
+    let a_sides = plane_of_b.sides(a);
     if on_one_side(a_sides) {
         return Some(false);
     }
@@ -49,11 +56,6 @@ pub fn decided_in_bounds(a: &Triangle, b: &Triangle) -> Option<bool> {
         return Some(false);
     }
     (low < 0 && high > 0).then_some(true)
-}
-
-/// The sides of the plane of `triangle` that the corners of `other` are on.
-fn sides(triangle: &Triangle, other: &Triangle) -> [Side; 3] {
-    Plane::of(triangle).sides(other)
 }
 
 fn side([p, q, r]: [&Point; 3], s: &Point) -> Side {

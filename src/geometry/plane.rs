@@ -13,6 +13,7 @@ pub const ERROR: f64 = 8.0 / 9_007_199_254_740_992.0;
 pub type Side = i8;
 
 /// A plane through three points, mm.
+#[derive(Clone, Copy, Debug)]
 pub struct Plane {
     point: Point,
     normal: Vector,

@@ -4,9 +4,11 @@
 //! have been moved and snapped. Groups of pairs are discarded by boxes that provably hold their contents, so no pair with
 //! overlapping intervals is ever lost: the answers are those of testing all pairs.
 
-use super::boxes::Bounds;
+use super::boxes::{Bounds, Memo};
 use super::clearance::{Nearest, Sought};
 use super::{PairOracle, Posed};
+use crate::geometry::grid::Placement;
+use crate::geometry::plane::Plane;
 use crate::geometry::{Isometry, Triangle, certified, exact, intersect};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
@@ -73,19 +75,56 @@ pub fn judge_all(
     chunks.concat()
 }
 
+/// A triangle of `b`, in the frame of `a`, on the grid.
+struct Placed {
+    triangle: Triangle,
+    bounds: Bounds,
+    plane: Plane,
+}
+
+impl Placed {
+    fn new(placement: &Placement, triangle: &Triangle) -> Self {
+        let triangle = placement.triangle(triangle);
+        Self { triangle, bounds: Bounds::of(&triangle), plane: Plane::of(&triangle) }
+    }
+}
+
+/// A pair of triangles whose boxes overlap.
+struct Candidate<'c> {
+    a: &'c Triangle,
+    /// The plane of `a`.
+    plane: &'c Plane,
+    b: &'c Placed,
+    /// Their numbers in the meshes.
+    faces: (u32, u32),
+}
+
+impl Candidate<'_> {
+    /// Whether they touch, where `f64` can tell.
+    #[inline(always)]
+    fn decided(&self) -> Option<bool> {
+        certified::decided_by_planes((self.a, self.plane), (&self.b.triangle, &self.b.plane))
+    }
+
+    /// Whether they touch; exact.
+    fn touches(&self) -> bool {
+        self.decided().unwrap_or_else(|| exact::touch(self.a, &self.b.triangle))
+    }
+}
+
 impl PairOracle {
     /// All verdicts about one pose.
     #[must_use]
     pub fn judge(&self, a_from_b: &Isometry) -> Verdict {
         let posed = self.posed(a_from_b);
         let (mut exact, mut witness) = (false, None);
-        let _ = self.candidates(&posed, |(a, face_a), (b, face_b)| {
+        let _ = self.candidates(&posed, |pair| {
             // Where rounding decides nothing, both tests say the same.
-            let decided = certified::decided_in_bounds(a, b);
-            if witness.is_none() && decided.unwrap_or_else(|| intersect::touch(a, b)) {
-                witness = Some((face_a, face_b));
+            let decided = pair.decided();
+            if witness.is_none() && decided.unwrap_or_else(|| intersect::touch(pair.a, &pair.b.triangle)) {
+                witness = Some(pair.faces);
             }
-            exact = exact || decided.unwrap_or_else(|| exact::touch(a, b));
+            exact = exact || decided.unwrap_or_else(|| exact::touch(pair.a, &pair.b.triangle));
             if exact && witness.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         Verdict { exact, witness, contained: !exact && self.contained(&posed) }
@@ -94,8 +133,8 @@ impl PairOracle {
     /// Whether the surfaces share a point; exact, for the snapped vertices.
     #[must_use]
     pub fn touches(&self, a_from_b: &Isometry) -> bool {
-        self.candidates(&self.posed(a_from_b), |(a, _), (b, _)| {
-            if certified::touch(a, b) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        self.candidates(&self.posed(a_from_b), |pair| {
+            if pair.touches() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
         .is_break()
     }
@@ -104,69 +143,65 @@ impl PairOracle {
     #[must_use]
     pub fn touching_pairs(&self, a_from_b: &Isometry) -> u64 {
         let mut pairs = 0;
-        let _ = self.candidates(&self.posed(a_from_b), |(a, _), (b, _)| {
-            pairs += u64::from(certified::touch(a, b));
+        let _ = self.candidates(&self.posed(a_from_b), |pair| {
+            pairs += u64::from(pair.touches());
             ControlFlow::Continue(())
         });
         pairs
     }
 
-    /// Calls `visit` with every pair of triangles (of `a`; of `b`, placed) whose boxes overlap, and their face numbers, until
-    /// it breaks.
-    fn candidates(
-        &self,
-        posed: &Posed,
-        mut visit: impl FnMut((&Triangle, u32), (&Triangle, u32)) -> ControlFlow<()>,
-    ) -> ControlFlow<()> {
+    /// Calls `visit` with every pair of triangles whose boxes overlap, until it breaks.
+    fn candidates(&self, posed: &Posed, mut visit: impl FnMut(&Candidate) -> ControlFlow<()>) -> ControlFlow<()> {
         let (a, b) = (&self.a.tree, &self.b.tree);
-        let mut stack = vec![(0, 0, posed.mover.bounds(self.b.bounds()))];
-        while let Some((i, j, moved)) = stack.pop() {
-            if !a.nodes[i as usize].bounds.overlap(&moved) {
+        let (mut moved, mut placed) = (Memo::new(b), Memo::new(b));
+        let mut stack = vec![(0, 0)];
+        while let Some((i, j)) = stack.pop() {
+            let bounds = &moved.of(j, 1, |_| posed.mover.bounds(&b.nodes[j as usize].bounds))[0];
+            if !a.nodes[i as usize].bounds.overlap(bounds) {
                 continue;
             }
             match (a.children(i), b.children(j)) {
-                (_, None) => self.leaf_candidates(posed, i, j, &mut visit)?,
-                (Some(children), Some(_)) if a.size(i) > b.size(j) => {
-                    stack.extend(children.map(|child| (child, j, moved)));
+                (_, None) => {
+                    let range = b.range(j);
+                    let place = |k| Placed::new(&posed.placement, &b.triangles[range.start + k]);
+                    for (placed, index) in placed.of(j, range.len(), place).iter().zip(range.clone()) {
+                        self.candidates_of(placed, b.faces[index], i, &mut visit)?;
+                    }
                 }
-                (_, Some(children)) => {
-                    stack.extend(children.map(|child| (i, child, posed.mover.bounds(&b.nodes[child as usize].bounds))));
-                }
+                (Some([left, right]), Some(_)) if a.size(i) > b.size(j) => stack.extend([(left, j), (right, j)]),
+                (_, Some([left, right])) => stack.extend([(i, left), (i, right)]),
             }
         }
         ControlFlow::Continue(())
     }
 
-    /// Places the triangles of leaf `j` of `b`, and visits the triangles of `a` below node `i` whose boxes they overlap.
-    fn leaf_candidates(
+    /// Visits the triangles of `a` below node `i` whose boxes overlap that of a triangle of `b`.
+    fn candidates_of(
         &self,
-        posed: &Posed,
+        of_b: &Placed,
+        face_b: u32,
         i: u32,
-        j: u32,
-        visit: &mut impl FnMut((&Triangle, u32), (&Triangle, u32)) -> ControlFlow<()>,
+        visit: &mut impl FnMut(&Candidate) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let a = &self.a.tree;
-        for index_b in self.b.tree.range(j) {
-            let placed = posed.placement.triangle(&self.b.tree.triangles[index_b]);
-            let bounds = Bounds::of(&placed);
-            // A path through the halving tree leaves at most one sibling per level behind.
-            let (mut stack, mut height) = ([0; 40], 1);
-            stack[0] = i;
-            while height > 0 {
-                height -= 1;
-                let node = stack[height];
-                if !a.nodes[node as usize].bounds.overlap(&bounds) {
-                    continue;
-                }
-                if let Some([left, right]) = a.children(node) {
-                    (stack[height], stack[height + 1]) = (right, left);
-                    height += 2;
-                    continue;
-                }
-                for index in a.range(node) {
-                    if a.bounds[index].overlap(&bounds) {
-                        visit((&a.triangles[index], a.faces[index]), (&placed, self.b.tree.faces[index_b]))?;
-                    }
+        // A path through the halving tree leaves at most one sibling per level behind.
+        let (mut stack, mut height) = ([0; 40], 1);
+        stack[0] = i;
+        while height > 0 {
+            height -= 1;
+            let node = stack[height];
+            if !a.nodes[node as usize].bounds.overlap(&of_b.bounds) {
+                continue;
+            }
+            if let Some([left, right]) = a.children(node) {
+                (stack[height], stack[height + 1]) = (right, left);
+                height += 2;
+                continue;
+            }
+            for index in a.range(node) {
+                if a.bounds[index].overlap(&of_b.bounds) {
+                    let plane = &self.a.planes[index];
+                    visit(&Candidate { a: &a.triangles[index], plane, b: of_b, faces: (a.faces[index], face_b) })?;
                 }
             }
         }
@@ -178,7 +213,6 @@ impl PairOracle {
 mod tests {
     use super::super::solids;
     use super::*;
-    use crate::geometry::grid::Placement;
     use crate::geometry::{Mesh, Vector};
     use proptest::prelude::*;
     use std::sync::Arc;

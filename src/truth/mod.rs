@@ -33,6 +33,7 @@ pub use judge::{Judgement, Verdict, judge_all};
 pub use path::path_depths;
 
 use crate::geometry::grid::Placement;
+use crate::geometry::plane::Plane;
 use crate::geometry::{Isometry, Mesh, Point};
 use boxes::{Bounds, BoxTree, Mover};
 use std::sync::Arc;
@@ -50,6 +51,8 @@ pub struct PairOracle {
 struct Side {
     mesh: Arc<Mesh>,
     tree: BoxTree,
+    /// The planes of the tree's triangles.
+    planes: Vec<Plane>,
     /// One vertex of each connected component, mm.
     representatives: Vec<Point>,
     watertight: bool,
@@ -57,8 +60,10 @@ struct Side {
 
 impl Side {
     fn new(mesh: Arc<Mesh>) -> Self {
+        let tree = BoxTree::new(&mesh.triangles());
         Self {
-            tree: BoxTree::new(&mesh.triangles()),
+            planes: tree.triangles.iter().map(Plane::of).collect(),
+            tree,
             representatives: contain::representatives(&mesh),
             watertight: mesh.edge_report().is_watertight(),
             mesh,
