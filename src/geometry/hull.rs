@@ -7,7 +7,6 @@
 
 use super::{Point, Vector};
 use robust::{Coord, Coord3D, orient2d, orient3d};
-use std::collections::BTreeMap;
 
 /// The convex hull of points, by what they span.
 #[derive(Clone, Debug)]
@@ -47,9 +46,12 @@ impl Hull {
     /// `None` without any.
     pub fn of<'a>(points: impl Iterator<Item = &'a Point>) -> Option<Self> {
         // Adding zero makes the negative zero positive, so that equal points are equal.
-        let mut distinct: Vec<[f64; 3]> =
-            points.map(|p| [p.x + 0.0, p.y + 0.0, p.z + 0.0]).filter(|p| p.iter().all(|x| x.is_finite())).collect();
-        distinct.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(p[2].total_cmp(&q[2])));
+        let positive = points.map(|p| [p.x + 0.0, p.y + 0.0, p.z + 0.0]);
+        Self::of_finite(positive.filter(|p| p.iter().all(|x| x.is_finite())).collect())
+    }
+
+    fn of_finite(mut distinct: Vec<[f64; 3]>) -> Option<Self> {
+        distinct.sort_unstable_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(p[2].total_cmp(&q[2])));
         distinct.dedup();
         let (&first, &last) = (distinct.first()?, distinct.last()?);
         if distinct.len() == 1 {
@@ -268,14 +270,20 @@ impl Growth<'_> {
             }
         }
         let first = self.faces.len();
-        let starting_at: BTreeMap<u32, u32> = rim.iter().map(|edge| edge.0).zip(first as u32..).collect();
-        let ending_at: BTreeMap<u32, u32> = rim.iter().map(|edge| edge.1).zip(first as u32..).collect();
+        // The new faces by the corner at which their edges of the rim start, and end.
+        let sorted = |corner: &dyn Fn(&(u32, u32, u32)) -> u32| {
+            let mut faces: Vec<(u32, u32)> = rim.iter().map(corner).zip(first as u32..).collect();
+            faces.sort_unstable();
+            faces
+        };
+        let (starting, ending) = (sorted(&|edge| edge.0), sorted(&|edge| edge.1));
+        let at = |faces: &[(u32, u32)], corner: u32| faces[faces.partition_point(|face| face.0 < corner)].1;
         for &(from, to, outer) in &rim {
             let new = self.faces.len() as u32;
             let slot = self.faces[outer as usize].corners.iter().position(|&v| v == to);
             let slot = slot.expect("the face beyond an edge has the edge's ends");
             self.faces[outer as usize].neighbours[slot] = new;
-            self.add([from, to, eye], [outer, starting_at[&to], ending_at[&from]]);
+            self.add([from, to, eye], [outer, at(&starting, to), at(&ending, from)]);
         }
         let mut loose = Vec::new();
         for face in visible {
@@ -291,17 +299,27 @@ impl Growth<'_> {
 
     fn finish(self) -> Solid {
         let alive: Vec<usize> = (0..self.faces.len()).filter(|&face| self.faces[face].is_alive).collect();
-        let face_number: BTreeMap<u32, u32> = alive.iter().map(|&face| face as u32).zip(0..).collect();
+        let face_number = numbers(self.faces.len(), alive.iter().copied());
         let mut used: Vec<u32> = alive.iter().flat_map(|&face| self.faces[face].corners).collect();
         used.sort_unstable();
         used.dedup();
-        let vertex_number: BTreeMap<u32, u32> = used.iter().copied().zip(0..).collect();
+        let vertex_number = numbers(self.points.len(), used.iter().map(|&v| v as usize));
+        let renumbered = |old: [u32; 3], numbers: &[u32]| old.map(|number| numbers[number as usize]);
         Solid {
             vertices: used.iter().map(|&v| Point::from(self.points[v as usize])).collect(),
-            faces: alive.iter().map(|&face| self.faces[face].corners.map(|v| vertex_number[&v])).collect(),
-            neighbours: alive.iter().map(|&face| self.faces[face].neighbours.map(|f| face_number[&f])).collect(),
+            faces: alive.iter().map(|&face| renumbered(self.faces[face].corners, &vertex_number)).collect(),
+            neighbours: alive.iter().map(|&face| renumbered(self.faces[face].neighbours, &face_number)).collect(),
         }
     }
+}
+
+/// The place of each of `kept` among them, by what is kept out of `count`; 0 for what is not.
+fn numbers(count: usize, kept: impl Iterator<Item = usize>) -> Vec<u32> {
+    let mut numbers = vec![0; count];
+    for (new, old) in (0..).zip(kept) {
+        numbers[old] = new;
+    }
+    numbers
 }
 
 #[cfg(test)]

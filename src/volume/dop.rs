@@ -82,11 +82,10 @@ impl<D: Directions<K>, const K: usize> Dop<D, K> {
         // The three widest-apart normals bound the polytope; a cube about its middle, twice its largest extent along any
         // slab divided by how flat the cones are, holds it.
         let size = self.high.iter().zip(&self.negated_low).map(|(high, low)| high + low).fold(0.0, f64::max);
-        let mut polytope = Polytope::cube(&self.centre(), 4.0 * size + 1.0);
-        for ((normal, high), negated_low) in D::normals().iter().zip(self.high).zip(self.negated_low) {
-            polytope = polytope.clip(normal, high).clip(&-normal, negated_low);
-        }
-        polytope
+        let normals = D::normals();
+        let slabs = normals.iter().zip(self.high.iter().zip(&self.negated_low));
+        Polytope::cube(&self.centre(), 4.0 * size + 1.0)
+            .clip(slabs.flat_map(|(n, (high, negated_low))| [(*n, *high), (-n, *negated_low)]))
     }
 }
 

@@ -2,85 +2,114 @@
 
 use super::Segment;
 use crate::geometry::{Point, Vector};
+use std::ops::Range;
 
 /// A convex solid: planar faces, each a loop of corners, mm.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Polytope {
-    faces: Vec<Vec<Point>>,
+    /// The corners of all faces, one loop behind the other.
+    corners: Vec<Point>,
+    /// Where each loop ends.
+    ends: Vec<usize>,
 }
 
 impl Polytope {
     /// The cube of half-length `half`, mm, about `centre`.
     #[must_use]
     pub fn cube(centre: &Point, half: f64) -> Self {
-        let face = |axis: usize, side: f64| {
-            let corner = |(s, t): (f64, f64)| {
+        let mut cube = Self::default();
+        for (axis, side) in [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, -1.0), (2, 1.0)] {
+            for (s, t) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
                 let mut offset = Vector::zeros();
                 offset[axis] = side * half;
                 offset[(axis + 1) % 3] = s * half;
                 offset[(axis + 2) % 3] = t * half;
-                centre + offset
-            };
-            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner).to_vec()
-        };
-        Self { faces: (0..3).flat_map(|axis| [face(axis, -1.0), face(axis, 1.0)]).collect() }
+                cube.corners.push(centre + offset);
+            }
+            cube.ends.push(cube.corners.len());
+        }
+        cube
     }
 
-    /// The part of the solid where `normal · x <= offset` (`normal` of unit length, `offset` in mm).
+    /// Leaves the part of the solid where `normal · x <= offset` for each of the half-spaces (`normal` of unit length, `offset` in mm).
     #[must_use]
-    pub fn clip(&self, normal: &Vector, offset: f64) -> Self {
-        let height = |p: &Point| normal.dot(&p.coords) - offset;
-        let mut rim: Vec<Point> = Vec::new();
-        let mut faces = Vec::new();
-        for face in &self.faces {
-            let mut kept = Vec::with_capacity(face.len() + 1);
-            for (i, here) in face.iter().enumerate() {
-                let next = &face[(i + 1) % face.len()];
-                let (h, n) = (height(here), height(next));
-                if h <= 0.0 {
-                    kept.push(*here);
-                }
-                if (h < 0.0 && n > 0.0) || (h > 0.0 && n < 0.0) {
-                    let crossing = here + (next - here) * (h / (h - n));
-                    kept.push(crossing);
-                    rim.push(crossing);
-                } else if h == 0.0 {
-                    rim.push(*here);
-                }
+    pub fn clip(mut self, half_spaces: impl IntoIterator<Item = (Vector, f64)>) -> Self {
+        let (mut kept, mut heights, mut rim) = (Self::default(), Vec::new(), Vec::new());
+        for (normal, offset) in half_spaces {
+            heights.clear();
+            heights.extend(self.corners.iter().map(|p| normal.dot(&p.coords) - offset));
+            if heights.iter().all(|&height| height < 0.0) {
+                continue;
             }
-            if kept.len() >= 3 {
-                faces.push(kept);
+            kept.corners.clear();
+            kept.ends.clear();
+            rim.clear();
+            for range in self.loops() {
+                kept.add_part(&self.corners[range.clone()], &heights[range], &mut rim);
+            }
+            if rim.len() >= 3 {
+                kept.corners.extend(around(&rim, &normal));
+                kept.ends.push(kept.corners.len());
+            }
+            std::mem::swap(&mut self, &mut kept);
+        }
+        self
+    }
+
+    /// Adds the part of a face that is not above the plane over which its corners are `heights` high, and to `rim` the points in which
+    /// its edges meet the plane.
+    fn add_part(&mut self, face: &[Point], heights: &[f64], rim: &mut Vec<Point>) {
+        let before = self.corners.len();
+        for (i, here) in face.iter().enumerate() {
+            let next = if i + 1 < face.len() { i + 1 } else { 0 };
+            let (h, n) = (heights[i], heights[next]);
+            if h <= 0.0 {
+                self.corners.push(*here);
+            }
+            if (h < 0.0 && n > 0.0) || (h > 0.0 && n < 0.0) {
+                let crossing = here + (face[next] - here) * (h / (h - n));
+                self.corners.push(crossing);
+                rim.push(crossing);
+            } else if h == 0.0 {
+                rim.push(*here);
             }
         }
-        if rim.len() >= 3 {
-            faces.push(around(&rim, normal));
+        if self.corners.len() - before >= 3 {
+            self.ends.push(self.corners.len());
+        } else {
+            self.corners.truncate(before);
         }
-        Self { faces }
+    }
+
+    fn loops(&self) -> impl Iterator<Item = Range<usize>> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        starts.zip(&self.ends).map(|(start, &end)| start..end)
+    }
+
+    fn faces(&self) -> impl Iterator<Item = &[Point]> {
+        self.loops().map(|range| &self.corners[range])
     }
 
     /// Surface area, mm².
     #[must_use]
     pub fn surface_area(&self) -> f64 {
-        self.faces.iter().map(|face| area_vector(face).norm()).sum()
+        self.faces().map(|face| area_vector(face).norm()).sum()
     }
 
     /// Volume, mm³: pyramids from an inner point over the faces.
     #[must_use]
     pub fn volume(&self) -> f64 {
-        let count = self.faces.iter().map(Vec::len).sum::<usize>();
-        if count == 0 {
+        if self.corners.is_empty() {
             return 0.0;
         }
-        let apex = Point::from(self.faces.iter().flatten().map(|p| p.coords).sum::<Vector>() / count as f64);
-        self.faces.iter().map(|face| area_vector(face).dot(&(face[0] - apex)).abs() / 3.0).sum()
+        let apex = Point::from(self.corners.iter().map(|p| p.coords).sum::<Vector>() / self.corners.len() as f64);
+        self.faces().map(|face| area_vector(face).dot(&(face[0] - apex)).abs() / 3.0).sum()
     }
 
     /// The edges, each once or twice.
     #[must_use]
     pub fn edges(&self) -> Vec<Segment> {
-        let edges_of =
-            |face: &Vec<Point>| (0..face.len()).map(|i| [face[i], face[(i + 1) % face.len()]]).collect::<Vec<_>>();
-        self.faces.iter().flat_map(edges_of).collect()
+        self.faces().flat_map(|face| (0..face.len()).map(|i| [face[i], face[(i + 1) % face.len()]])).collect()
     }
 }
 
@@ -119,7 +148,7 @@ mod tests {
         // x + y + z <= 2 cuts a right pyramid with legs of 1 off the corner (1,1,1): volume 1/6; three half squares give
         // way to an equilateral triangle of side √2.
         let diagonal = Vector::repeat(1.0).normalize();
-        let cut = cube.clip(&diagonal, 2.0 / 3.0_f64.sqrt());
+        let cut = cube.clip([(diagonal, 2.0 / 3.0_f64.sqrt())]);
         assert!((cut.volume() - (8.0 - 1.0 / 6.0)).abs() < 1e-12);
         assert!((cut.surface_area() - (24.0 - 1.5 + 3.0_f64.sqrt() / 2.0)).abs() < 1e-12);
     }
@@ -133,7 +162,7 @@ mod tests {
 
     #[test]
     fn nothing_is_left_of_a_cube_clipped_away() {
-        let gone = Polytope::cube(&Point::origin(), 1.0).clip(&Vector::x(), -2.0);
+        let gone = Polytope::cube(&Point::origin(), 1.0).clip([(Vector::x(), -2.0)]);
         assert_eq!((gone.volume(), gone.surface_area(), gone.edges().len()), (0.0, 0.0, 0));
     }
 }
