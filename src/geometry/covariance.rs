@@ -30,7 +30,8 @@ pub fn area_weighted(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
     let (mut total, mut first, mut second) = (0.0, Vector::zeros(), Matrix3::zeros());
     for t in triangles {
         let area = t.area();
-        let [p, q, r] = t.corners.map(|corner| corner - origin);
+        let [p, q, r] = &t.corners;
+        let (p, q, r) = (p - origin, q - origin, r - origin);
         let n = (p + q + r) / 3.0;
         total += area;
         first += n * area;

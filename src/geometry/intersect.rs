@@ -20,19 +20,24 @@ pub fn touch(a: &Triangle, b: &Triangle) -> bool {
 
 /// The same for triangles whose coordinate intervals overlap.
 fn touch_in_bounds(a: &Triangle, b: &Triangle) -> bool {
-    let [a0, a1, a2] = &a.corners;
-    let normal_a = (a1 - a0).cross(&(a2 - a0));
-    let b_heights = b.corners.map(|corner| normal_a.dot(&(corner - a0)));
+    let b_heights = heights(a, b);
     if on_one_side(b_heights) {
         return false;
     }
-    let [b0, b1, b2] = &b.corners;
-    let normal_b = (b1 - b0).cross(&(b2 - b0));
-    let a_heights = a.corners.map(|corner| normal_b.dot(&(corner - b0)));
+    let a_heights = heights(b, a);
     if on_one_side(a_heights) {
         return false;
     }
     intervals_overlap(a, a_heights, b, b_heights)
+}
+
+/// How far the corners of `other` are above the plane of `triangle`, each times twice its area. Corner by corner: the closure of
+/// `[T; 3]::map` is called, not inlined.
+#[inline(always)]
+fn heights(triangle: &Triangle, other: &Triangle) -> [f64; 3] {
+    let ([a, b, c], [p, q, r]) = (&triangle.corners, &other.corners);
+    let normal = (b - a).cross(&(c - a));
+    [normal.dot(&(p - a)), normal.dot(&(q - a)), normal.dot(&(r - a))]
 }
 
 /// Whether all three are positive or all three negative.

@@ -170,11 +170,12 @@ fn weighted_area((count, low, high): &(usize, Vector, Vector)) -> f64 {
 #[must_use]
 pub fn shared_axes(triangles: &[Triangle]) -> [Unit<Vector>; 3] {
     let frame = covariance::principal_frame(&covariance::area_weighted(triangles).1);
-    let mut order = [0, 1, 2].map(|column| {
+    let axis = |column: usize| {
         let axis = Unit::new_unchecked(frame.column(column).into_owned());
         let (low, high) = extent(triangle::corners(triangles).map(|p| p.coords.dot(&axis)));
         (high - low, axis)
-    });
+    };
+    let mut order = [axis(0), axis(1), axis(2)];
     order.sort_by(|a, b| b.0.total_cmp(&a.0));
     order.map(|(_, axis)| axis)
 }
