@@ -1,6 +1,7 @@
 //! A tree for the eye: the volumes of its upper levels as line segments.
 
 use super::Tree;
+use super::nodes::AnyNode;
 use crate::geometry::triangle;
 use crate::volume::{BoundingVolume, Segment};
 
@@ -23,18 +24,20 @@ impl<V: BoundingVolume> Tree<V> {
     /// The nodes of the first `levels` levels, in the order of [`Tree::nodes`].
     #[must_use]
     pub fn drawn(&self, levels: u32) -> Vec<Drawn> {
-        let mut drawn = Vec::new();
-        for (node, level) in self.nodes().iter().zip(self.depths()).filter(|&(_, level)| level < levels) {
-            let outside = |corner: &&_| !node.volume.contains(corner, 0.0);
-            drawn.push(Drawn {
-                level,
-                leaf: node.children().is_none(),
-                outline: node.volume.outline(),
-                volume_mm3: node.volume.volume(),
-                outside: triangle::corners(self.triangles_of(node)).filter(outside).count() as u32,
-            });
+        self.any_nodes().iter().filter(|node| node.depth < levels).map(Drawn::of).collect()
+    }
+}
+
+impl Drawn {
+    fn of(node: &AnyNode) -> Self {
+        let outside = |corner: &&_| !node.volume.contains(corner, 0.0);
+        Self {
+            level: node.depth,
+            leaf: node.children.is_none(),
+            outline: node.volume.outline(),
+            volume_mm3: node.volume.volume(),
+            outside: triangle::corners(node.triangles).filter(outside).count() as u32,
         }
-        drawn
     }
 }
 

@@ -1,11 +1,12 @@
 //! A binary tree of bounding volumes over one mesh, generic over the volume.
 //!
 //! One file per verb: [`split`] (the rules), [`build`], [`traverse`], [`distance`], [`witness`], [`validate`],
-//! [`tightness`], [`spread`], [`summary`], [`levels`] (for the eye).
+//! [`tightness`], [`spread`], [`summary`], [`levels`] (for the eye); the last four over [`nodes`].
 
 pub mod build;
 pub mod distance;
 pub mod levels;
+pub mod nodes;
 pub mod policy;
 pub mod split;
 pub mod spread;

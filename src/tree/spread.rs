@@ -3,9 +3,9 @@
 //!
 //! Both are taken from the volume's drawing and its `contains`, so that they mean the same for every volume there is.
 
+use super::nodes::AnyVolume;
 use crate::geometry::hull::Hull;
 use crate::geometry::{Point, Triangle, Vector, triangle_distance};
-use crate::volume::BoundingVolume;
 
 /// Points thrown into the box around two siblings: a share of it is known to a few hundredths, a level's sum better.
 const SAMPLES: u32 = 256;
@@ -51,28 +51,42 @@ fn thick(corners: &[Point], faces: Vec<Triangle>) -> Option<(Vec<Triangle>, f64)
 
 /// The directed Hausdorff distance from a volume to the convex hull of its contents, mm: how far the farthest point of its
 /// drawing lies outside the hull. Exact for boxes and polytopes, whose farthest points are corners.
-pub fn hausdorff_mm<V: BoundingVolume>(volume: &V, hull: &[Triangle]) -> f64 {
+#[must_use]
+pub fn hausdorff_mm(volume: &dyn AnyVolume, hull: &[Triangle]) -> f64 {
+    farthest_outside_mm(volume.outline().into_iter().flatten().collect(), hull)
+}
+
+/// The largest distance from a hull, mm, of points outside it; 0 when there are none.
+///
+/// Only faces that a point is above are measured: were none of the faces at the nearest point of the hull below it, the way to the
+/// point would lead on through the hull, to a nearer one.
+fn farthest_outside_mm(mut points: Vec<Point>, hull: &[Triangle]) -> f64 {
     let inside = Point::from(hull.iter().map(|face| face.centroid().coords).sum::<Vector>() / hull.len() as f64);
-    let is_outside = |point: &Point| {
-        hull.iter().any(|face| {
-            let normal = face.double_area_normal();
-            // Whichever way the face is wound, the hull lies on the side of its own inner point.
-            (point - face.corners[0]).dot(&normal) * (inside - face.corners[0]).dot(&normal) < 0.0
-        })
+    let outward = |face: &Triangle| {
+        let normal = face.double_area_normal().try_normalize(0.0).unwrap_or_default();
+        // Whichever way the face is wound, the hull lies on the side of its own inner point.
+        if (inside - face.corners[0]).dot(&normal) > 0.0 { -normal } else { normal }
     };
-    let distance = |point: &Point| {
-        let squared = hull.iter().map(|face| triangle_distance::point_squared(point, face));
-        squared.fold(f64::INFINITY, f64::min).sqrt()
+    let planes: Vec<(Vector, &Triangle)> = hull.iter().map(|face| (outward(face), face)).collect();
+    let distance_squared = |point: &Point| {
+        let mut least = f64::INFINITY;
+        for (normal, face) in &planes {
+            let height = (point - face.corners[0]).dot(normal);
+            if height > 0.0 && height * height < least {
+                least = least.min(triangle_distance::point_squared(point, face));
+            }
+        }
+        if least < f64::INFINITY { least } else { 0.0 }
     };
-    let mut points: Vec<Point> = volume.outline().into_iter().flatten().collect();
-    points.sort_by(|p, q| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z)));
+    points.sort_unstable_by(|p, q| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z)));
     points.dedup();
-    points.iter().filter(|point| is_outside(point)).map(distance).fold(0.0, f64::max)
+    points.iter().map(distance_squared).fold(0.0, f64::max).sqrt()
 }
 
 /// The volume that lies in both of two volumes, mm³, estimated from a fixed set of evenly spread points (Halton 1960).
-pub fn overlap_mm3<V: BoundingVolume>(one: &V, other: &V) -> f64 {
-    let bounds = |volume: &V| {
+#[must_use]
+pub fn overlap_mm3(one: &dyn AnyVolume, other: &dyn AnyVolume) -> f64 {
+    let bounds = |volume: &dyn AnyVolume| {
         let points = volume.outline().into_iter().flatten().map(|point| (point, point));
         points.reduce(|(low, high), (point, _)| (low.inf(&point), high.sup(&point)))
     };
@@ -101,11 +115,14 @@ fn halton(mut index: u32, base: u32) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    // One by one: a volume has the methods of both traits.
+    use super::{Contents, farthest_outside_mm, hausdorff_mm, overlap_mm3};
     use crate::conformance::meshes;
-    use crate::geometry::triangle;
+    use crate::geometry::{Point, Triangle, Vector, triangle, triangle_distance};
+    use crate::volume::BoundingVolume;
     use crate::volume::aabb::Aabb;
     use crate::volume::sphere_ritter::SphereRitter;
+    use proptest::prelude::*;
 
     fn cube(low: f64) -> Vec<Triangle> {
         let shift = Vector::repeat(low + 1.0);
@@ -125,6 +142,27 @@ mod tests {
         assert!(hausdorff_mm(&Aabb::fit(&cube(0.0)), &hull(&cube(0.0)).solid.unwrap().0) < 1e-6);
         let flat = hull(&corner[..1]);
         assert!(flat.solid.is_none() && flat.corners.len() == 3);
+    }
+
+    proptest! {
+        #[test]
+        fn the_faces_below_a_point_are_not_missed(
+            corners in prop::collection::vec(prop::array::uniform3(-3.0..3.0f64), 4..40),
+            points in prop::collection::vec(prop::array::uniform3(-5.0..5.0f64), 1..20),
+        ) {
+            let corners: Vec<Point> = corners.into_iter().map(Point::from).collect();
+            let (faces, _) = Contents::of(corners.iter()).solid.unwrap();
+            let inside = nalgebra::center(&faces[0].centroid(), &faces[faces.len() - 1].centroid());
+            let is_outside = |point: &Point| {
+                let beyond = |face: &Triangle, p: &Point| (p - face.corners[0]).dot(&face.double_area_normal());
+                faces.iter().any(|face| beyond(face, point) * beyond(face, &inside) < 0.0)
+            };
+            for point in points.into_iter().map(Point::from) {
+                let squared = faces.iter().map(|face| triangle_distance::point_squared(&point, face));
+                let distance = if is_outside(&point) { squared.fold(f64::INFINITY, f64::min).sqrt() } else { 0.0 };
+                prop_assert!((farthest_outside_mm(vec![point], &faces) - distance).abs() < 1e-9, "{point}");
+            }
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! A tree in a few numbers, without convex hulls: cheap enough for hundreds of trees.
 
 use super::Tree;
+use super::nodes::{self, AnyNode};
 use super::tightness::distance_outside;
 use crate::geometry::triangle;
 use crate::volume::BoundingVolume;
@@ -34,22 +35,27 @@ impl<V: BoundingVolume> Tree<V> {
     /// Measures the tree.
     #[must_use]
     pub fn summary(&self) -> TreeSummary {
-        let depths = self.depths();
-        let mut summary = TreeSummary {
-            nodes: self.nodes.len(),
-            depth_max: depths.iter().copied().max().unwrap_or(0),
-            depth_mean: self.mean_leaf_depth(&depths),
-            child_ratio: self.child_ratio(),
-            root_volume_mm3: self.nodes[0].volume.volume(),
-            area_mm2: self.nodes.iter().map(|node| node.volume.surface_area()).sum(),
+        TreeSummary::of(&self.any_nodes())
+    }
+}
+
+impl TreeSummary {
+    fn of(nodes: &[AnyNode]) -> Self {
+        let mut summary = Self {
+            nodes: nodes.len(),
+            depth_max: nodes.iter().map(|node| node.depth).max().unwrap_or(0),
+            depth_mean: nodes::mean_leaf_depth(nodes),
+            child_ratio: nodes::child_ratio(nodes),
+            root_volume_mm3: nodes[0].volume.volume(),
+            area_mm2: nodes.iter().map(|node| node.volume.surface_area()).sum(),
             outside_nodes: 0,
             outside_corners: 0,
             corners: 0,
             overhang_mm: 0.0,
         };
-        for node in &self.nodes {
+        for node in nodes {
             let mut outside = 0;
-            for corner in triangle::corners(self.triangles_of(node)) {
+            for corner in triangle::corners(node.triangles) {
                 summary.corners += 1;
                 if node.volume.contains(corner, 0.0) {
                     continue;
@@ -57,7 +63,7 @@ impl<V: BoundingVolume> Tree<V> {
                 outside += 1;
                 // Only a corner farther out than all before it has to be measured.
                 if !node.volume.contains(corner, summary.overhang_mm) {
-                    summary.overhang_mm = distance_outside(&node.volume, corner);
+                    summary.overhang_mm = distance_outside(node.volume, corner);
                 }
             }
             summary.outside_corners += outside;

@@ -1,6 +1,7 @@
 //! How good a tree is, before any query: size, balance, and how tightly each level holds its contents.
 
 use super::Tree;
+use super::nodes::{self, AnyNode, AnyVolume};
 use super::spread::{self, Contents};
 use crate::geometry::{Point, Triangle, covariance, triangle};
 use crate::volume::{BoundingVolume, Segment};
@@ -101,127 +102,87 @@ impl<V: BoundingVolume> Tree<V> {
     /// Measures the tree.
     #[must_use]
     pub fn report(&self) -> TreeReport {
-        let depths = self.depths();
-        let leaves = || self.nodes.iter().zip(&depths).filter(|(node, _)| node.children().is_none());
-        let area: f64 = self.nodes.iter().map(|node| node.volume.surface_area()).sum();
-        TreeReport {
-            nodes: self.nodes.len(),
-            leaves: leaves().count(),
-            depth_max: depths.iter().copied().max().unwrap_or(0),
-            depth_mean: self.mean_leaf_depth(&depths),
-            child_ratio: self.child_ratio(),
-            sah_cost: area / self.nodes[0].volume.surface_area(),
-            drift_mm: drift(&self.nodes[0].volume.centre(), &self.triangles),
-            levels: self.levels(&depths),
-            root_outline: self.nodes[0].volume.outline(),
-        }
-    }
-
-    /// The mean depth of a leaf, weighted by its triangles.
-    pub(super) fn mean_leaf_depth(&self, depths: &[u32]) -> f64 {
-        let leaves = self.nodes.iter().zip(depths).filter(|(node, _)| node.children().is_none());
-        let weighted: f64 = leaves.map(|(node, &depth)| f64::from(depth) * f64::from(node.count)).sum();
-        weighted / self.triangles.len() as f64
-    }
-
-    /// The depth of every node; the root's is 0.
-    pub(super) fn depths(&self) -> Vec<u32> {
-        let mut depths = vec![0; self.nodes.len()];
-        for (index, node) in self.nodes.iter().enumerate() {
-            if let Some((left, right)) = node.children() {
-                depths[left as usize] = depths[index] + 1;
-                depths[right as usize] = depths[index] + 1;
-            }
-        }
-        depths
-    }
-
-    /// See [`TreeReport::child_ratio`].
-    pub(super) fn child_ratio(&self) -> f64 {
-        let (mut sum, mut weight) = (0.0, 0.0);
-        for node in &self.nodes {
-            if let Some((left, right)) = node.children() {
-                let (l, r) = (self.nodes[left as usize].count, self.nodes[right as usize].count);
-                sum += f64::from(node.count) * f64::from(l.min(r)) / f64::from(l.max(r));
-                weight += f64::from(node.count);
-            }
-        }
-        if weight > 0.0 { sum / weight } else { 1.0 }
-    }
-
-    fn levels(&self, depths: &[u32]) -> Vec<LevelReport> {
-        let deepest = depths.iter().copied().max().unwrap_or(0).min(DEEPEST_LEVEL);
-        let members = |level: u32| (0..self.nodes.len()).filter(|&node| depths[node] == level).collect();
-        let levels: Vec<Vec<usize>> = (0..=deepest).map(members).collect();
-        let hulls = hulls(&levels, &|node| self.nodes[node].children(), &|node| self.triangles_of(&self.nodes[node]));
-        let level = |(level, members): (u32, &Vec<usize>)| {
-            let facts = |member: usize| self.facts(members[member], level, &hulls[&members[member]]);
-            sum(level, &in_parallel(members.len(), &facts))
-        };
-        (0..).zip(&levels).map(level).collect()
-    }
-
-    fn facts(&self, index: usize, level: u32, contents: &Contents) -> NodeFacts {
-        let node = &self.nodes[index];
-        let triangles = self.triangles_of(node);
-        let volume = node.volume.volume();
-        let hull = contents.solid.as_ref();
-        let is_measured = level <= DEEPEST_SPREAD_LEVEL;
-        let hausdorff = |(faces, _): &(Vec<Triangle>, f64)| spread::hausdorff_mm(&node.volume, faces);
-        // Siblings stand side by side after the root, a left one at an odd place: its overlap counts once.
-        let overlap = || match index {
-            0 => None,
-            left if left % 2 == 1 => Some(spread::overlap_mm3(&node.volume, &self.nodes[left + 1].volume)),
-            _ => Some(0.0),
-        };
-        let outside =
-            |t: &Triangle| t.corners.iter().filter(|corner| !node.volume.contains(corner, 0.0)).count() as u64;
-        let corners_outside = triangles.iter().map(outside).sum();
-        let overhang = |corner: &Point| {
-            if node.volume.contains(corner, 0.0) { 0.0 } else { distance_outside(&node.volume, corner) }
-        };
-        let overhang_mm =
-            if corners_outside == 0 { 0.0 } else { triangle::corners(triangles).map(overhang).fold(0.0, f64::max) };
-        let report = LevelReport {
-            nodes: 1,
-            triangles: triangles.len() as u64,
-            volume_mm3: volume,
-            area_mm2: node.volume.surface_area(),
-            hull_mm3: hull.map_or(0.0, |(_, volume)| *volume),
-            hulled_volume_mm3: if hull.is_some() { volume } else { 0.0 },
-            overhang_mm,
-            hausdorff_mm: hull.filter(|_| is_measured).map(hausdorff),
-            sibling_overlap_mm3: if is_measured { overlap() } else { None },
-            ..LevelReport::default()
-        };
-        let area_outside = triangles.iter().filter(|t| outside(t) > 0).map(Triangle::area).sum();
-        NodeFacts { report, corners_outside, area_outside, area: triangles.iter().map(Triangle::area).sum() }
+        TreeReport::of(&self.any_nodes())
     }
 }
 
+impl TreeReport {
+    fn of(nodes: &[AnyNode]) -> Self {
+        let root = &nodes[0];
+        let area: f64 = nodes.iter().map(|node| node.volume.surface_area()).sum();
+        Self {
+            nodes: nodes.len(),
+            leaves: nodes.iter().filter(|node| node.children.is_none()).count(),
+            depth_max: nodes.iter().map(|node| node.depth).max().unwrap_or(0),
+            depth_mean: nodes::mean_leaf_depth(nodes),
+            child_ratio: nodes::child_ratio(nodes),
+            sah_cost: area / root.volume.surface_area(),
+            drift_mm: drift(&root.volume.centre(), root.triangles),
+            levels: levels(nodes),
+            root_outline: root.volume.outline(),
+        }
+    }
+}
+
+fn levels(nodes: &[AnyNode]) -> Vec<LevelReport> {
+    let deepest = nodes.iter().map(|node| node.depth).max().unwrap_or(0).min(DEEPEST_LEVEL);
+    let members = |level: u32| (0..nodes.len()).filter(|&node| nodes[node].depth == level).collect();
+    let levels: Vec<Vec<usize>> = (0..=deepest).map(members).collect();
+    let hulls = hulls(&levels, nodes);
+    let level = |(level, members): (u32, &Vec<usize>)| {
+        let facts: Vec<NodeFacts> = members.par_iter().map(|&node| facts(nodes, node, &hulls[&node])).collect();
+        sum(level, &facts)
+    };
+    (0..).zip(&levels).map(level).collect()
+}
+
+fn facts(nodes: &[AnyNode], index: usize, contents: &Contents) -> NodeFacts {
+    let AnyNode { volume: own, triangles, depth, .. } = nodes[index];
+    let volume = own.volume();
+    let hull = contents.solid.as_ref();
+    let is_measured = depth <= DEEPEST_SPREAD_LEVEL;
+    let hausdorff = |(faces, _): &(Vec<Triangle>, f64)| spread::hausdorff_mm(own, faces);
+    // Siblings stand side by side after the root, a left one at an odd place: its overlap counts once.
+    let overlap = || match index {
+        0 => None,
+        left if left % 2 == 1 => Some(spread::overlap_mm3(own, nodes[left + 1].volume)),
+        _ => Some(0.0),
+    };
+    let outside = |t: &Triangle| t.corners.iter().filter(|corner| !own.contains(corner, 0.0)).count() as u64;
+    let corners_outside = triangles.iter().map(outside).sum();
+    let overhang = |corner: &Point| if own.contains(corner, 0.0) { 0.0 } else { distance_outside(own, corner) };
+    let overhang_mm =
+        if corners_outside == 0 { 0.0 } else { triangle::corners(triangles).map(overhang).fold(0.0, f64::max) };
+    let report = LevelReport {
+        nodes: 1,
+        triangles: triangles.len() as u64,
+        volume_mm3: volume,
+        area_mm2: own.surface_area(),
+        hull_mm3: hull.map_or(0.0, |(_, volume)| *volume),
+        hulled_volume_mm3: if hull.is_some() { volume } else { 0.0 },
+        overhang_mm,
+        hausdorff_mm: hull.filter(|_| is_measured).map(hausdorff),
+        sibling_overlap_mm3: if is_measured { overlap() } else { None },
+        ..LevelReport::default()
+    };
+    let area_outside = triangles.iter().filter(|t| outside(t) > 0).map(Triangle::area).sum();
+    NodeFacts { report, corners_outside, area_outside, area: triangles.iter().map(Triangle::area).sum() }
+}
+
 /// The hulls of the contents of all nodes of `levels`, the root's first. From below: a hull has few corners, and what is above needs
-/// no others. Not generic, as [`in_parallel`].
-fn hulls<'a>(
-    levels: &[Vec<usize>],
-    children: &(dyn Fn(usize) -> Option<(u32, u32)> + Sync),
-    triangles: &(dyn Fn(usize) -> &'a [Triangle] + Sync),
-) -> BTreeMap<usize, Contents> {
+/// no others.
+fn hulls(levels: &[Vec<usize>], nodes: &[AnyNode]) -> BTreeMap<usize, Contents> {
     let mut hulls: BTreeMap<usize, Contents> = BTreeMap::new();
     for level in levels.iter().rev() {
         let below = |child: u32| hulls.get(&(child as usize));
-        let hull = |&node: &usize| match children(node).map(|(left, right)| (below(left), below(right))) {
+        let hull = |&node: &usize| match nodes[node].children.map(|(left, right)| (below(left), below(right))) {
             Some((Some(left), Some(right))) => Contents::of(left.corners.iter().chain(&right.corners)),
-            _ => Contents::of(triangle::corners(triangles(node))),
+            _ => Contents::of(triangle::corners(nodes[node].triangles)),
         };
         let of_level: Vec<(usize, Contents)> = level.par_iter().map(|node| (*node, hull(node))).collect();
         hulls.extend(of_level);
     }
     hulls
-}
-
-/// `facts` of 0, 1, ... in order. Not generic: one copy of the scheduler's code serves the trees of all volumes.
-fn in_parallel(count: usize, facts: &(dyn Fn(usize) -> NodeFacts + Sync)) -> Vec<NodeFacts> {
-    (0..count).into_par_iter().map(facts).collect()
 }
 
 fn sum(level: u32, facts: &[NodeFacts]) -> LevelReport {
@@ -255,7 +216,7 @@ pub fn hull_volume(triangles: &[Triangle]) -> Option<f64> {
 }
 
 /// The smallest slack with which a volume contains a point, mm, to 1e-9 of itself, by bisection.
-pub(super) fn distance_outside<V: BoundingVolume>(volume: &V, point: &Point) -> f64 {
+pub(super) fn distance_outside(volume: &dyn AnyVolume, point: &Point) -> f64 {
     let mut high = (point - volume.centre()).norm();
     let mut low = 0.0;
     while high - low > 1e-9 * high {
@@ -320,11 +281,10 @@ mod tests {
     fn hulls_from_below_are_the_hulls_of_the_contents() {
         let triangles = meshes::torus(12.0, 4.0, 24, 12).triangles();
         let tree = Tree::<Aabb>::build(&triangles, Policy::own(SplitRule::Median));
-        let depths = tree.depths();
+        let nodes = tree.any_nodes();
         for level in tree.report().levels {
-            let nodes =
-                tree.nodes.iter().zip(&depths).filter(|&(_, &depth)| depth == level.level).map(|(node, _)| node);
-            let direct: f64 = nodes.filter_map(|node| hull_volume(tree.triangles_of(node))).sum();
+            let of_level = nodes.iter().filter(|node| node.depth == level.level);
+            let direct: f64 = of_level.filter_map(|node| hull_volume(node.triangles)).sum();
             assert!((level.hull_mm3 - direct).abs() <= 1e-9 * direct, "{}: {} {direct}", level.level, level.hull_mm3);
         }
     }

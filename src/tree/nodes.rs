@@ -1,0 +1,99 @@
+//! A tree's nodes without the type of their volumes: what is measured of a tree, and not timed, is measured by one copy of the code
+//! whatever the volume, not by one for each.
+
+use super::Tree;
+use crate::geometry::{Point, Triangle};
+use crate::volume::{BoundingVolume, Segment};
+
+/// What is asked of a volume when nobody counts the time; units and frames as in [`BoundingVolume`].
+pub trait AnyVolume: Sync {
+    /// See [`BoundingVolume::contains`].
+    fn contains(&self, point: &Point, slack_mm: f64) -> bool;
+    /// See [`BoundingVolume::centre`].
+    fn centre(&self) -> Point;
+    /// See [`BoundingVolume::volume`].
+    fn volume(&self) -> f64;
+    /// See [`BoundingVolume::surface_area`].
+    fn surface_area(&self) -> f64;
+    /// See [`BoundingVolume::outline`].
+    fn outline(&self) -> Vec<Segment>;
+}
+
+impl<V: BoundingVolume> AnyVolume for V {
+    fn contains(&self, point: &Point, slack_mm: f64) -> bool {
+        BoundingVolume::contains(self, point, slack_mm)
+    }
+
+    fn centre(&self) -> Point {
+        BoundingVolume::centre(self)
+    }
+
+    fn volume(&self) -> f64 {
+        BoundingVolume::volume(self)
+    }
+
+    fn surface_area(&self) -> f64 {
+        BoundingVolume::surface_area(self)
+    }
+
+    fn outline(&self) -> Vec<Segment> {
+        BoundingVolume::outline(self)
+    }
+}
+
+/// One node.
+#[derive(Clone, Copy)]
+pub(super) struct AnyNode<'a> {
+    pub volume: &'a dyn AnyVolume,
+    /// The left and right child's places.
+    pub children: Option<(u32, u32)>,
+    /// The root's is 0.
+    pub depth: u32,
+    /// What it holds, mm, mesh frame.
+    pub triangles: &'a [Triangle],
+}
+
+impl<V: BoundingVolume> Tree<V> {
+    /// All nodes, in the order of [`Tree::nodes`].
+    pub(super) fn any_nodes(&self) -> Vec<AnyNode<'_>> {
+        let mut nodes = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            let (volume, triangles): (&dyn AnyVolume, _) = (&node.volume, self.triangles_of(node));
+            nodes.push(AnyNode { volume, children: node.children(), depth: 0, triangles });
+        }
+        set_depths(&mut nodes);
+        nodes
+    }
+}
+
+/// Children stand after their parents.
+fn set_depths(nodes: &mut [AnyNode]) {
+    for index in 0..nodes.len() {
+        let depth = nodes[index].depth + 1;
+        if let Some((left, right)) = nodes[index].children {
+            nodes[left as usize].depth = depth;
+            nodes[right as usize].depth = depth;
+        }
+    }
+}
+
+/// The mean depth of a leaf, weighted by its triangles.
+pub(super) fn mean_leaf_depth(nodes: &[AnyNode]) -> f64 {
+    let leaves = nodes.iter().filter(|node| node.children.is_none());
+    let weighted: f64 = leaves.map(|leaf| f64::from(leaf.depth) * leaf.triangles.len() as f64).sum();
+    weighted / nodes[0].triangles.len() as f64
+}
+
+/// Mean of smaller / larger child count over inner nodes, weighted by the node's count; 1 is balanced.
+pub(super) fn child_ratio(nodes: &[AnyNode]) -> f64 {
+    let (mut sum, mut weight) = (0.0, 0.0);
+    let count = |node: u32| nodes[node as usize].triangles.len();
+    for node in nodes {
+        if let Some((l, r)) = node.children.map(|(left, right)| (count(left), count(right))) {
+            let own = node.triangles.len() as f64;
+            sum += own * l.min(r) as f64 / l.max(r) as f64;
+            weight += own;
+        }
+    }
+    if weight > 0.0 { sum / weight } else { 1.0 }
+}
