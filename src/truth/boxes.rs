@@ -237,6 +237,22 @@ mod tests {
     use super::*;
     use crate::geometry::grid::Placement;
     use proptest::prelude::*;
+    use std::cell::Cell;
+
+    #[test]
+    fn what_is_worked_out_of_a_node_is_kept() {
+        let tree = BoxTree::new(&solids::torus(10.0, 3.0, 8, 4).triangles());
+        let (mut memo, made) = (Memo::new(&tree), Cell::new(0));
+        let mut ask = |node: u32| {
+            let make = |k| {
+                made.set(made.get() + 1);
+                10 * node + k as u32
+            };
+            memo.of(node, 2, make).to_vec()
+        };
+        assert_eq!([ask(2), ask(0), ask(2), ask(0)], [[20, 21], [0, 1], [20, 21], [0, 1]]);
+        assert_eq!(made.get(), 4);
+    }
 
     #[test]
     fn every_triangle_is_in_one_leaf_and_inside_all_nodes_above_it() {
