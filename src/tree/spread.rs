@@ -151,7 +151,9 @@ mod tests {
             points in prop::collection::vec(prop::array::uniform3(-5.0..5.0f64), 1..20),
         ) {
             let corners: Vec<Point> = corners.into_iter().map(Point::from).collect();
-            let (faces, _) = Contents::of(corners.iter()).solid.unwrap();
+            let contents = Contents::of(corners.iter());
+            prop_assume!(contents.solid.is_some());
+            let (faces, _) = contents.solid.unwrap();
             let inside = nalgebra::center(&faces[0].centroid(), &faces[faces.len() - 1].centroid());
             let is_outside = |point: &Point| {
                 let beyond = |face: &Triangle, p: &Point| (p - face.corners[0]).dot(&face.double_area_normal());
