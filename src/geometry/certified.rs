@@ -18,25 +18,28 @@ pub fn decided(a: &Triangle, b: &Triangle) -> Option<bool> {
     if !exact::bounds_overlap(a, b) {
         return Some(false);
     }
-    decided_in_bounds(a, b)
+    decided_by_sides((a, b), Plane::of(a).sides(b), || Plane::of(b).sides(a))
 }
 
-/// The same for triangles whose coordinate intervals overlap. What is decided here is also what [`super::intersect`] answers: its
-/// determinants are these, and their signs are certain.
-#[must_use]
-pub fn decided_in_bounds(a: &Triangle, b: &Triangle) -> Option<bool> {
-    decided_by_planes((a, &Plane::of(a)), (b, &Plane::of(b)))
-}
-
-/// The same for whoever keeps the planes of the triangles.
+/// The same for triangles whose coordinate intervals overlap, and whose planes somebody keeps.
 #[inline]
 #[must_use]
 pub fn decided_by_planes((a, plane_of_a): (&Triangle, &Plane), (b, plane_of_b): (&Triangle, &Plane)) -> Option<bool> {
-    let b_sides = plane_of_a.sides(b);
+    decided_by_sides((a, b), plane_of_a.sides(b), || plane_of_b.sides(a))
+}
+
+/// The answer from the sides of either plane that the other's corners are on; `a_sides` are asked for where they matter. What is decided
+/// here is also what [`super::intersect`] answers: its determinants are these, and their signs are certain.
+#[inline(always)]
+fn decided_by_sides(
+    (a, b): (&Triangle, &Triangle),
+    b_sides: [Side; 3],
+    a_sides: impl FnOnce() -> [Side; 3],
+) -> Option<bool> {
     if on_one_side(b_sides) {
         return Some(false);
     }
-    let a_sides = plane_of_b.sides(a);
+    let a_sides = a_sides();
     if on_one_side(a_sides) {
         return Some(false);
     }

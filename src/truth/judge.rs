@@ -200,7 +200,7 @@ impl PairOracle {
             }
             for index in a.range(node) {
                 if a.bounds[index].overlap(&of_b.bounds) {
-                    let plane = &self.a.planes[index];
+                    let plane = &self.planes[index];
                     visit(&Candidate { a: &a.triangles[index], plane, b: of_b, faces: (a.faces[index], face_b) })?;
                 }
             }

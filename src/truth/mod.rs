@@ -44,6 +44,8 @@ use std::sync::Arc;
 pub struct PairOracle {
     a: Side,
     b: Side,
+    /// The planes of the triangles of `a`, in the order of its tree.
+    planes: Vec<Plane>,
 }
 
 /// What the oracle keeps of one mesh, in the mesh's own frame.
@@ -51,8 +53,6 @@ pub struct PairOracle {
 struct Side {
     mesh: Arc<Mesh>,
     tree: BoxTree,
-    /// The planes of the tree's triangles.
-    planes: Vec<Plane>,
     /// One vertex of each connected component, mm.
     representatives: Vec<Point>,
     watertight: bool,
@@ -60,10 +60,8 @@ struct Side {
 
 impl Side {
     fn new(mesh: Arc<Mesh>) -> Self {
-        let tree = BoxTree::new(&mesh.triangles());
         Self {
-            planes: tree.triangles.iter().map(Plane::of).collect(),
-            tree,
+            tree: BoxTree::new(&mesh.triangles()),
             representatives: contain::representatives(&mesh),
             watertight: mesh.edge_report().is_watertight(),
             mesh,
@@ -85,7 +83,8 @@ impl PairOracle {
     /// Prepares two meshes. Poses given to the oracle place `b` in the frame of `a`.
     #[must_use]
     pub fn new(a: Arc<Mesh>, b: Arc<Mesh>) -> Self {
-        Self { a: Side::new(a), b: Side::new(b) }
+        let (a, b) = (Side::new(a), Side::new(b));
+        Self { planes: a.tree.triangles.iter().map(Plane::of).collect(), a, b }
     }
 
     /// The mesh in whose frame poses are given.
