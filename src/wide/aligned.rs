@@ -4,7 +4,7 @@
 //! of a query, and nothing is decoded. Its box contains its points by the argument of [`super::oriented`], whose axes are exact here. The slack is that
 //! of [`super::boxes`] with exact v_j: each of its six terms is no larger.
 
-use super::boxes::{BoxRelation, Turned, dot};
+use super::boxes::{BoxRelation, Turned, columns, dot};
 use super::lanes::{DoubleLanes, Lanes, three};
 use super::node::WIDTH;
 use super::oriented::tight;
@@ -71,14 +71,14 @@ impl WideVolume for Aligned {
 
     #[inline(always)]
     fn moved<D: DoubleLanes>(&self, motion: &Motion) -> Turned {
-        Turned { axes: motion.axes::<D>(), half: self.half }
+        Turned { axes: motion.axes, half: self.half }
     }
 
     #[inline(always)]
     fn relation<'a, L: Lanes>(part: usize, visit: &impl Fn(usize) -> &'a Visit<'a, Self>) -> BoxRelation<L> {
         let b = three!(k => L::load(part, |i| &visit(i).node.volumes[3 + k]));
         let a = three!(k => L::splat(|i| visit(i).one.half[k]));
-        let r = three!(n => three!(k => L::splat(|i| visit(i).one.axes[n][k])));
+        let r = columns::<L>(|i| &visit(i).one.axes);
         let d = three!(k => L::load(part, |i| &visit(i).node.volumes[k]) - L::splat(|i| visit(i).centre[k]));
         BoxRelation::new(a, b, r, three!(i => dot(&r[i], &d)), d)
     }

@@ -7,7 +7,8 @@
 //!
 //! The slack. u = 2⁻²⁴; terms in u² are left to the rounding up of the constants. s is the one box's centre and c a child's, both
 //! from the node's origin; D = |s| + |c|; A, B are the sums of the half-lengths. Stored quantities are exact by definition
-//! ([`super::oriented`]), s and u_i are rounded once from `f64`.
+//! ([`super::oriented`]), s and u_i are rounded once from `f64`. Every product is counted as rounded before the sum it goes into; where both are
+//! fused ([`Lanes::mul_add`]), one of the two roundings does not take place.
 //!
 //! 1. Axes v_j decoded in `f32` (`axes`). With |turn|² ≤ 0.272: xx, yy, zz are rounded once; their sum, at most 0.55, halved and taken from 1
 //!    is wrong by at most 0.84u + 1u, and its root w ≥ 0.85 by at most 1.84u/(2·0.85) + 1u = 2.1u; w·2x by at most 3.2u; 2xy by 0.28u; an
@@ -28,30 +29,50 @@ use super::volume::{Relation, U};
 /// together less than 5·2⁻²⁴. Wrong axes are in the slack already.
 pub(super) const LOWERED: f32 = 1.0 - 8.0 * U;
 
-/// A box of the other mesh in a node's frame but for its centre: axes, whose last number is nothing, and half-lengths, mm.
+/// A box of the other mesh in a node's frame but for its centre: axes and half-lengths, mm.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Turned {
-    pub(super) axes: [[f32; DOUBLES]; 3],
+    pub(super) axes: Diagonals,
     pub(super) half: [f32; 3],
 }
 
-/// The axes of the children: their coordinates in the node's frame. The same operations as [`super::turn::decode`].
+/// A matrix of three rows and columns by what a quaternion gives at a time: the entries (k, k), (k + 1, k) and (k, k + 1), all modulo 3, for k
+/// from 0 to 2; the last number of each is nothing.
+pub(super) type Diagonals = [[f32; DOUBLES]; 3];
+
+/// The columns of a matrix for each visit.
+#[inline(always)]
+pub(super) fn columns<'a, L: Lanes>(of: impl Fn(usize) -> &'a Diagonals) -> [[L; 3]; 3] {
+    let [own, below, above] = three!(n => three!(k => L::splat(|i| of(i)[n][k])));
+    [[own[0], below[0], above[2]], [above[0], own[1], below[1]], [below[2], above[1], own[2]]]
+}
+
+/// The axes of the children: their coordinates in the node's frame, by the formulas of [`super::turn::decode`].
 #[inline(always)]
 pub(super) fn axes<L: Lanes>(turn: [L; 3]) -> [[L; 3]; 3] {
     let [x, y, z] = turn;
     let one = L::splat(|_| 1.0);
     let (x2, y2, z2) = (x + x, y + y, z + z);
-    let (xx, yy, zz) = (x * x2, y * y2, z * z2);
-    let w = (one - L::splat(|_| 0.5) * (xx + yy + zz)).sqrt();
-    let (wx, wy, wz) = (w * x2, w * y2, w * z2);
+    let w = L::splat(|_| 0.5).neg_mul_add(z.mul_add(z2, y.mul_add(y2, x * x2)), one).sqrt();
     let (xy, xz, yz) = (x * y2, x * z2, y * z2);
-    [[one - yy - zz, xy + wz, xz - wy], [xy - wz, one - xx - zz, yz + wx], [xz + wy, yz - wx, one - xx - yy]]
+    let (less_xx, less_yy) = (x.neg_mul_add(x2, one), y.neg_mul_add(y2, one));
+    [
+        [z.neg_mul_add(z2, less_yy), w.mul_add(z2, xy), w.neg_mul_add(y2, xz)],
+        [w.neg_mul_add(z2, xy), z.neg_mul_add(z2, less_xx), w.mul_add(x2, yz)],
+        [w.mul_add(y2, xz), w.neg_mul_add(x2, yz), y.neg_mul_add(y2, less_xx)],
+    ]
 }
 
 /// The sum of the products.
 #[inline(always)]
 pub(super) fn dot<L: Lanes>(a: &[L; 3], b: &[L; 3]) -> L {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
+}
+
+/// The term and the sum of the products.
+#[inline(always)]
+fn term_and_dot<L: Lanes>(term: L, a: &[L; 3], b: &[L; 3]) -> L {
+    a[2].mul_add(b[2], a[1].mul_add(b[1], a[0].mul_add(b[0], term)))
 }
 
 /// The one box and the children in lanes: half-lengths `a` and `b`, the axes' products and their absolute values, and the way between the
@@ -75,13 +96,13 @@ impl<L: Lanes> BoxRelation<L> {
     /// The gap along the one box's axis `i`.
     #[inline(always)]
     fn gap_a(&self, i: usize) -> L {
-        self.along_a[i].abs() - (self.a[i] + dot(&self.b, &self.q[i]))
+        self.along_a[i].abs() - term_and_dot(self.a[i], &self.b, &self.q[i])
     }
 
     /// The gap along the children's axis `j`.
     #[inline(always)]
     fn gap_b(&self, j: usize) -> L {
-        self.along_b[j].abs() - (self.b[j] + dot(&self.a, &[self.q[0][j], self.q[1][j], self.q[2][j]]))
+        self.along_b[j].abs() - term_and_dot(self.b[j], &self.a, &[self.q[0][j], self.q[1][j], self.q[2][j]])
     }
 }
 
@@ -99,8 +120,9 @@ impl<L: Lanes> Relation<L> for BoxRelation<L> {
             let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
             for j in 0..3 {
                 let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
-                let distance = (t[i2] * r[i1][j] - t[i1] * r[i2][j]).abs();
-                let reach = (a[i1] * q[i2][j] + a[i2] * q[i1][j]) + (b[j1] * q[i][j2] + b[j2] * q[i][j1]);
+                let distance = t[i1].neg_mul_add(r[i2][j], t[i2] * r[i1][j]).abs();
+                let reach_a = a[i2].mul_add(q[i1][j], a[i1] * q[i2][j]);
+                let reach = b[j2].mul_add(q[i][j1], b[j1].mul_add(q[i][j2], reach_a));
                 most[j] = most[j].max(distance - reach);
             }
         }

@@ -52,6 +52,12 @@ impl<V: WideVolume> Node<V> {
         ((1_u32 << self.count) - 1) as u8
     }
 
+    /// The number of the child node in a place, if there is one.
+    #[inline(always)]
+    pub(super) const fn child(&self, place: usize) -> u32 {
+        self.first_node + place as u32
+    }
+
     /// Whether the child in a place is a node.
     #[inline(always)]
     pub(super) const fn is_inner(&self, place: usize) -> bool {
@@ -114,7 +120,7 @@ impl<V: WideVolume> WideTree<V> {
     pub(super) fn contents(&self, slot: u32) -> Contents {
         let (node, place) = self.slot(slot);
         if node.is_inner(place) {
-            Contents::Node(node.first_node + place as u32)
+            Contents::Node(node.child(place))
         } else {
             Contents::Triangle(node.first_triangle + place as u32 - u32::from(node.inner))
         }

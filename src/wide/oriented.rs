@@ -7,7 +7,7 @@
 //! adds 1u(r + |c|), so that the half-length, their largest difference, is at most 34u(r + |c|) too small, and
 //! `PAD`·(r + |c|) with 64u restores it. Then the half-length is rounded up to `f32`.
 
-use super::boxes::{BoxRelation, Turned, axes, dot};
+use super::boxes::{BoxRelation, Turned, axes, columns, dot};
 use super::lanes::{DOUBLES, DoubleLanes, Lanes, Machine, Simd, Work, three};
 use super::node::WIDTH;
 use super::pose::Motion;
@@ -90,12 +90,7 @@ impl WideVolume for Oriented {
 
     #[inline(always)]
     fn moved<D: DoubleLanes>(&self, motion: &Motion) -> Turned {
-        let own = turn::decode(self.turn);
-        let axes = three!(i => {
-            let [x, y, z] = motion.turn::<D>([own[(0, i)], own[(1, i)], own[(2, i)]]);
-            (x + y + z).narrow()
-        });
-        Turned { axes, half: self.half }
+        Turned { axes: motion.turned::<D>(self.turn), half: self.half }
     }
 
     #[inline(always)]
@@ -103,7 +98,7 @@ impl WideVolume for Oriented {
         let v = axes::<L>(three!(k => L::load(part, |i| &visit(i).node.volumes[3 + k])));
         let b = three!(k => L::load(part, |i| &visit(i).node.volumes[6 + k]));
         let a = three!(k => L::splat(|i| visit(i).one.half[k]));
-        let u = three!(n => three!(k => L::splat(|i| visit(i).one.axes[n][k])));
+        let u = columns::<L>(|i| &visit(i).one.axes);
         let d = three!(k => L::load(part, |i| &visit(i).node.volumes[k]) - L::splat(|i| visit(i).centre[k]));
         let r = three!(i => three!(j => dot(&u[i], &v[j])));
         BoxRelation::new(a, b, r, three!(i => dot(&u[i], &d)), three!(j => dot(&v[j], &d)))

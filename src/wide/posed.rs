@@ -1,12 +1,13 @@
 //! Two trees at a pose: which volume of a pair is opened, and how the other looks from its node.
 
 use super::lanes::DoubleLanes;
-use super::node::{Contents, WideTree};
+use super::node::WideTree;
 use super::pose::Pose;
 use super::visit::Visit;
 use super::volume::{WideVolume, slack_of};
 use crate::geometry::Isometry;
 use crate::geometry::grid::Placement;
+use std::hint::select_unpredictable;
 
 /// The trees, and the constants of the pose.
 pub(super) struct Posed<'a, V: WideVolume> {
@@ -60,18 +61,12 @@ impl<'a, V: WideVolume> Posed<'a, V> {
     /// Of two volumes the larger is opened, the second on a tie; never a triangle's. Not both are triangles'.
     #[inline(always)]
     pub fn open(&self, (x, y): (u32, u32)) -> Opened {
-        let size = |tree: &WideTree<V>, slot| {
-            let (node, place) = tree.slot(slot);
-            node.volume(place).size()
-        };
-        match (self.a.contents(x), self.b.contents(y)) {
-            (Contents::Node(node), Contents::Triangle(_)) => Opened { one: y, node, of_b: false },
-            (Contents::Node(node), Contents::Node(_)) if size(self.a, x) > size(self.b, y) => {
-                Opened { one: y, node, of_b: false }
-            }
-            // Two triangles are tested, never opened.
-            (_, Contents::Node(node) | Contents::Triangle(node)) => Opened { one: x, node, of_b: true },
-        }
+        let ((a, i), (b, j)) = (self.a.slot(x), self.b.slot(y));
+        let larger = a.volume(i).size() > b.volume(j).size();
+        let of_a = a.is_inner(i) & (larger | !b.is_inner(j));
+        // Which one it is cannot be foreseen: both are worked out, and one is taken without a jump.
+        let node = select_unpredictable(of_a, a.child(i), b.child(j));
+        Opened { one: select_unpredictable(of_a, y, x), node, of_b: !of_a }
     }
 
     /// The one volume as seen from the node.

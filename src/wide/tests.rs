@@ -29,12 +29,13 @@ fn truth(a: &Mesh, b: &Mesh, a_from_b: &Isometry) -> Vec<(u32, u32)> {
     contacts
 }
 
-/// On every instruction set the verdict and the list are the truth's, and the counts are equal.
+/// On every instruction set the verdict and the list are the truth's. Where products are fused, all counts are equal; elsewhere the volume tests
+/// are within a hundredth in total.
 fn are_exact<V: WideVolume>() {
     let cases = Cases::new();
     let trees: Vec<WideTree<V>> = cases.subjects.iter().map(|subject| WideTree::build(&subject.mesh)).collect();
     let mut scratch = Scratch::default();
-    let mut touching = 0;
+    let (mut touching, mut fused, mut plain) = (0, 0, 0);
     for case in &cases.cases {
         let (a, b, pose) = (&trees[case.a], &trees[case.b], &case.a_from_b);
         let (mesh_a, mesh_b) = cases.meshes(case);
@@ -45,15 +46,22 @@ fn are_exact<V: WideVolume>() {
             assert_eq!(first(a, b, pose, simd, &mut scratch), !expected.is_empty(), "{}", simd.name());
             let of_first = scratch.counts();
             assert_eq!(all(a, b, pose, simd, &mut scratch), expected, "{}", simd.name());
-            counts.push((of_first, scratch.counts()));
+            let of_all = scratch.counts();
+            if simd.fuses() {
+                counts.push((of_first, of_all));
+            } else {
+                plain += of_first.volume_tests + of_all.volume_tests;
+            }
         }
         assert!(counts.iter().all(|c| *c == counts[0]), "{counts:?}");
+        fused += counts.first().map_or(0, |(of_first, of_all)| of_first.volume_tests + of_all.volume_tests);
     }
+    assert!(plain > 0 && (fused == 0 || plain.abs_diff(fused) <= plain / 100), "{plain} {fused}");
     assert!(touching > cases.cases.len() / 3 && touching < 2 * cases.cases.len() / 3);
 }
 
 #[test]
-fn verdicts_and_lists_are_the_exact_truth_and_all_counts_are_equal_on_every_instruction_set() {
+fn verdicts_and_lists_are_the_exact_truth_on_every_instruction_set_and_counts_agree() {
     are_exact::<Oriented>();
     are_exact::<Aligned>();
     are_exact::<Ball>();

@@ -13,11 +13,11 @@ pub(super) unsafe fn on_avx512<W: Work>(work: W) -> W::Output {
     work.run::<Avx512>()
 }
 
-/// Compiled with AVX2.
+/// Compiled with AVX2 and fused multiply-add, which came to processors with it.
 ///
 /// # Safety
-/// The processor must have it.
-#[target_feature(enable = "avx2")]
+/// The processor must have both.
+#[target_feature(enable = "avx2,fma")]
 pub(super) unsafe fn on_avx2<W: Work>(work: W) -> W::Output {
     work.run::<Avx2>()
 }
@@ -103,6 +103,16 @@ impl Lanes for Single16 {
         unsafe { Self(_mm512_mask_broadcastss_ps(_mm512_set1_ps(of(0)), 0xFF00, _mm_set_ss(of(1)))) }
     }
     #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm512_fmadd_ps(self.0, factor.0, term.0) })
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, factor: Self, term: Self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm512_fnmadd_ps(self.0, factor.0, term.0) })
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: see the module.
         Self(unsafe { _mm512_abs_ps(self.0) })
@@ -141,6 +151,16 @@ impl Lanes for Single8 {
     fn splat(of: impl Fn(usize) -> f32) -> Self {
         // SAFETY: see the module.
         Self(unsafe { _mm256_set1_ps(of(0)) })
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_fmadd_ps(self.0, factor.0, term.0) })
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, factor: Self, term: Self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_fnmadd_ps(self.0, factor.0, term.0) })
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -189,6 +209,21 @@ impl DoubleLanes for Double4 {
         // SAFETY: see the module; four numbers are stored.
         unsafe { _mm256_storeu_pd(stored.as_mut_ptr(), self.0) };
         stored
+    }
+    #[inline(always)]
+    fn next(self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_permute4x64_pd::<0b11_00_10_01>(self.0) })
+    }
+    #[inline(always)]
+    fn previous(self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_permute4x64_pd::<0b11_01_00_10>(self.0) })
+    }
+    #[inline(always)]
+    fn last(self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_permute4x64_pd::<0b11_11_11_11>(self.0) })
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
