@@ -85,7 +85,7 @@ impl Variant {
     /// A wide tree of volumes of type `V`; it has no other policy than its own.
     #[must_use]
     pub fn wide<V: WideVolume>() -> Self {
-        Self::without_tree(V::INFO, Kind::Volume, |mesh, _| Box::new(WideTree::<V>::build(mesh)))
+        Self::without_tree(V::INFO, Kind::Engine, |mesh, _| Box::new(WideTree::<V>::build(mesh)))
     }
 
     const fn tree(info: Info, split: SplitRule, prepare: Prepare) -> Self {

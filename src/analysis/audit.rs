@@ -9,7 +9,7 @@
 
 use super::AnalysisError;
 use super::factorial::{Decomposition, Design};
-use super::stats::{RESAMPLES, below, generator, quantile};
+use super::stats::{RESAMPLES, below, expansion, generator, quantile};
 use super::summary::ALL;
 use crate::record::audit::FACTORS;
 use crate::record::{
@@ -229,6 +229,16 @@ fn mean_response(scenes: &[&[Cluster]], cells: usize, mut draw: impl FnMut(usize
     mean
 }
 
+/// Degrees of freedom of what is drawn: scenes where there are several, else the chunks of each stratum.
+fn freedom(scenes: &[&[Cluster]]) -> f64 {
+    if scenes.len() > 1 {
+        return scenes.len() as f64 - 1.0;
+    }
+    let clusters = scenes.iter().map(|scene| scene.len()).sum::<usize>();
+    let groups = scenes.iter().flat_map(|scene| scene.iter()).map(|cluster| &cluster.group).collect::<BTreeSet<_>>();
+    (clusters - groups.len()) as f64
+}
+
 /// Adds the effects and shares of one response over some scenes.
 fn tell(
     outcome: &mut AuditOutcome,
@@ -251,8 +261,11 @@ fn tell(
         }
     }
     draws.iter_mut().for_each(|draws| draws.sort_unstable_by(f64::total_cmp));
-    let mut numbers =
-        found.iter().zip(&draws).map(|(&value, draws)| [value, quantile(draws, 0.025), quantile(draws, 0.975)]);
+    let expansion = expansion(freedom(scenes));
+    let mut numbers = found.iter().zip(&draws).map(|(&value, draws)| {
+        let end = |q: f64| value + (quantile(draws, q) - value) * expansion;
+        [value, end(0.025), end(0.975)]
+    });
     let terms = design.terms();
     let term_name = |factors: &[usize]| factors.iter().map(|&f| FACTORS[f]).collect::<Vec<_>>().join(":");
     for term in &terms {
@@ -264,7 +277,7 @@ fn tell(
         }
     }
     for term in terms.iter().map(|term| term_name(&term.factors)).chain([REST.to_owned()]) {
-        let Some([share, low, high]) = numbers.next() else { return };
+        let Some([share, low, high]) = numbers.next().map(|[share, low, high]| [share, low.max(0.0), high.min(1.0)]) else { return };
         let (scene, cells, response) = (name.clone(), cells.to_owned(), response.to_owned());
         outcome.shares.push(AuditShareRow { scene, cells, response, term, share, low, high });
     }

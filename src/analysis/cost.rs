@@ -39,7 +39,7 @@ struct Observed {
 /// When a file cannot be written.
 pub fn write(folder: &Path, manifest: &Manifest, scenes: &BTreeMap<String, Scene>) -> Result<(), AnalysisError> {
     let is_volume = |case: &CaseKey| {
-        manifest.variants.iter().any(|v| v.id == case.variant && v.kind == Kind::Volume && v.id != NULL_VARIANT)
+        manifest.variants.iter().any(|v| v.id == case.variant && v.kind.has_volumes() && v.id != NULL_VARIANT)
     };
     let cases: BTreeSet<&CaseKey> =
         scenes.values().flat_map(|scene| scene.timings.keys()).filter(|case| is_volume(case)).collect();
@@ -221,7 +221,7 @@ fn deadline(scene: &str, case: &CaseKey, queries: &[Query], costs: Costs, slowdo
     })
 }
 
-/// Each safe volume of a scene against the one whose trees are built fastest.
+/// Each safe volume of a scene against the one whose trees are built fastest. Engines are left out: they build on all threads.
 fn repay(name: &str, scene: &Scene, manifest: &Manifest) -> Vec<RepayRow> {
     let is_safe =
         |case: &CaseKey| manifest.variants.iter().any(|v| v.id == case.variant && v.kind == Kind::Volume && v.safe);

@@ -2,7 +2,7 @@
 
 use super::misses::Misses;
 use super::stats::{self, Interval};
-use super::table::{Counter, Query, Sample, Scene};
+use super::table::{Counter, Query, Sample, Scene, chunk_times};
 use crate::record::rows::CaseKey;
 use crate::record::{Stratum, SummaryRow};
 use std::collections::{BTreeMap, BTreeSet};
@@ -72,12 +72,14 @@ fn summarise_case(name: &str, scene: &Scene, case: &CaseKey, misses: &Misses, se
     }
 }
 
-/// The chunk times of some strata, ns per query, sorted, each with a weight that makes the strata count the same.
+/// The chunk times of some strata, ns per query, sorted, each with a weight that makes the strata count the same. Of each launch and chunk the
+/// median over blocks, as in [`Scene::times`].
 fn weighted_times(scene: &Scene, samples: &[Sample], wanted: &[Stratum]) -> Vec<(f64, f64)> {
-    let stratum_of = |sample: &Sample| scene.chunks[&sample.item].0;
+    let chunk_times = chunk_times(samples);
     let mut times = Vec::new();
     for stratum in wanted {
-        let of_it: Vec<f64> = samples.iter().filter(|s| stratum_of(s) == *stratum).map(|s| s.ns).collect();
+        let of_it: Vec<f64> =
+            chunk_times.iter().filter(|((_, chunk), _)| scene.chunks[chunk].0 == *stratum).map(|(_, ns)| *ns).collect();
         times.extend(of_it.iter().map(|&ns| (ns, 1.0 / of_it.len() as f64)));
     }
     times.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -211,7 +211,7 @@ impl Scene {
     /// chunk, of the blocks of either the median. Chunks go by what they hold, as another version of the program may number them otherwise.
     #[must_use]
     pub fn time_changes(&self, before: &Self, case: &CaseKey) -> Option<Strata> {
-        let (after, earlier) = (medians(self.timings.get(case)?), medians(before.timings.get(case)?));
+        let (after, earlier) = (chunk_times(self.timings.get(case)?), chunk_times(before.timings.get(case)?));
         let numbers: BTreeMap<Held, u32> = before.held().map(|(number, held)| (held, number)).collect();
         let held: BTreeMap<u32, Held> = self.held().collect();
         let logs = after.into_iter().filter_map(|((launch, chunk), ns)| {
@@ -253,15 +253,17 @@ impl Scene {
         merge(of(self), of(before), Query::key)
     }
 
-    /// Query times of a case, ns.
+    /// Query times of a case, ns: of each launch and chunk the median over blocks, so that all chunks count the same, however often each was
+    /// repeated (slow ones are timed once in a launch).
     #[must_use]
     pub fn times(&self, case: &CaseKey) -> Option<Strata> {
         let samples = self.timings.get(case)?;
         // The control's few poses stand for the control alone; a case that ran others is summed up over those.
-        let is_control = |sample: &&Sample| self.control_chunks.contains(&sample.item);
-        let only_control = samples.iter().all(|sample| is_control(&sample));
-        let samples = samples.iter().filter(|sample| only_control || !is_control(sample));
-        Strata::collect(samples.map(|s| (Some(self.chunks[&s.item].0), s.launch, s.item, s.ns)), self.launches)
+        let only_control = samples.iter().all(|sample| self.control_chunks.contains(&sample.item));
+        let times = chunk_times(samples).into_iter();
+        let times = times.filter(|((_, chunk), _)| only_control || !self.control_chunks.contains(chunk));
+        let observations = times.map(|((launch, chunk), ns)| (Some(self.chunks[&chunk].0), launch, chunk, ns));
+        Strata::collect(observations, self.launches)
     }
 
     /// Log ratios of the construction times of two cases, paired by launch, block and part.
@@ -317,7 +319,7 @@ impl Query {
 }
 
 /// Of each launch and chunk the median over blocks, ns.
-fn medians(samples: &[Sample]) -> BTreeMap<(u32, u32), f64> {
+pub(super) fn chunk_times(samples: &[Sample]) -> BTreeMap<(u32, u32), f64> {
     let mut blocks: BTreeMap<(u32, u32), Vec<f64>> = BTreeMap::new();
     for sample in samples {
         blocks.entry((sample.launch, sample.item)).or_default().push(sample.ns);

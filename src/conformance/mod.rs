@@ -130,7 +130,7 @@ pub fn check(variant: &Variant) -> Result<(), Fault> {
     match variant.kind {
         Kind::Peer => return Ok(()),
         Kind::Sampling => return if variant.info.safe { no_miss(variant) } else { Ok(()) },
-        Kind::Volume | Kind::Control => {}
+        Kind::Volume | Kind::Engine | Kind::Control => {}
     }
     no_false_contact(variant)?;
     if !variant.info.safe {

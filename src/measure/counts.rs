@@ -24,7 +24,7 @@ pub fn count_scene(
     progress.begin(&format!("{}: operation counts", scene.name), (everyone.len() * plan.cases.len()) as u64);
     let of_case = |case: &Case| {
         let poses = match case.variant.kind {
-            Kind::Volume | Kind::Sampling => &everyone,
+            Kind::Volume | Kind::Engine | Kind::Sampling => &everyone,
             Kind::Peer => &peers,
             Kind::Control => &control,
         };

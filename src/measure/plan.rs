@@ -1,7 +1,6 @@
 //! What is measured: which variants with which tree policies on which scenes.
 
 use super::profile::{Budget, Profile};
-use crate::method::Kind;
 use crate::record::manifest::{Request, SceneEntry, VariantEntry};
 use crate::registry::{Registry, Variant};
 use crate::scene::{Scene, SceneError};
@@ -117,7 +116,7 @@ impl Plan {
     /// The case that the null method duplicates: the reference variant's default, or the first volume's.
     #[must_use]
     pub fn null_reference(&self) -> Option<&Case> {
-        let volumes = || self.cases.iter().filter(|case| case.variant.kind == Kind::Volume && case.variant.info.safe);
+        let volumes = || self.cases.iter().filter(|case| case.variant.kind.has_volumes() && case.variant.info.safe);
         volumes().find(|case| case.variant.is_reference).or_else(|| volumes().next())
     }
 

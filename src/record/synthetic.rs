@@ -219,7 +219,7 @@ impl Run {
                         tree: touching,
                         volume_tests: if counts { tests as u64 + u64::from(pose % 5) } else { 0 },
                         triangle_tests: match planted.kind {
-                            Kind::Volume | Kind::Sampling => (tests / 8.0) as u64 + 1,
+                            Kind::Volume | Kind::Engine | Kind::Sampling => (tests / 8.0) as u64 + 1,
                             Kind::Control => 64_000_000,
                             Kind::Peer => 0,
                         },

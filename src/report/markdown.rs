@@ -176,8 +176,8 @@ fn ranking(contents: &Contents) -> String {
          mean over the scenes, all strata weighted equally, with the 95 % interval in each scene. The order holds for these \
          scenes, this machine and these trees; neighbours whose intervals overlap are not told apart. Unsafe volumes are left \
          out whatever their speed, because a method can look fast by missing collisions.\n\n{}\
-         Not volumes, and so not ranked: controls, methods by samples, and other libraries' whole systems with trees and triangle \
-         tests of their own.\n\n{}",
+         Not volumes on the common tree, and so not ranked: our engines, whose trees, vector arithmetic and threads are their own; controls; \
+         methods by samples; other libraries' whole systems with trees and triangle tests of their own.\n\n{}",
         contents.label(baseline),
         volumes.finish(),
         others.finish()

@@ -212,7 +212,7 @@ impl Sweep {
     fn default_variants(&self, registry: &Registry) -> Result<Vec<Variant>, PlanError> {
         let unsafe_too = self.quantity == Quantity::Step;
         let mut variants = choose(&[], registry)?;
-        variants.retain(|variant| variant.kind == Kind::Volume && (variant.info.safe || unsafe_too));
+        variants.retain(|variant| variant.kind.has_volumes() && (variant.info.safe || unsafe_too));
         Ok(variants)
     }
 }
@@ -234,7 +234,7 @@ impl SweepRun {
         // The sweep of ε is about arithmetics, not variants.
         let variants = if sweep.quantity == Quantity::Precision { Vec::new() } else { variants };
         let with_tree = variants.into_iter().filter(|variant| match variant.kind {
-            Kind::Volume => true,
+            Kind::Volume | Kind::Engine => true,
             Kind::Peer => by_name,
             Kind::Sampling | Kind::Control => false,
         });

@@ -29,7 +29,7 @@ function drawRanking() {
   const place = card(
     "ranking",
     `Query time relative to ${base}`,
-    "Safe volumes under their default tree policies: the large dot is the geometric mean over the scenes, the small ones are the scenes with their 95 % intervals. Unsafe volumes are left out whatever their speed, for a method can look fast by missing collisions. Below the ranking, other libraries' whole systems and controls.",
+    "Safe volumes under their default tree policies: the large dot is the geometric mean over the scenes, the small ones are the scenes with their 95 % intervals. Unsafe volumes are left out whatever their speed, for a method can look fast by missing collisions. Below the ranking, what is more or less than a volume on the common tree: engines of ours with trees and vector arithmetic of their own, other libraries' whole systems, controls.",
   );
   let position = 0;
   const lines = data.ranking.map((entry) => {
@@ -89,7 +89,8 @@ function toneOf(low, high) {
 function drawFacts() {
   const { request } = data.manifest;
   const safe = rows("summary.csv").filter(
-    (row) => row.cells.stratum === data.words.all && variantOf.get(row.cells.variant)?.kind === "volume",
+    (row) =>
+      row.cells.stratum === data.words.all && ["volume", "engine"].includes(variantOf.get(row.cells.variant)?.kind ?? ""),
   );
   const missedBy = (/** @type {boolean} */ promise) =>
     safe.filter((row) => isUnsafe(row.cells.variant) !== promise).reduce((sum, row) => sum + row.cells.missed, 0);
