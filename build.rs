@@ -17,7 +17,10 @@ fn main() {
     let own_checkout = std::path::Path::new(".git").exists();
     let git = |args: &[&str]| own_checkout.then(|| output("git", args)).flatten();
     set("BVBENCH_GIT_REVISION", &git(&["rev-parse", "HEAD"]).unwrap_or_default());
-    let changes = git(&["status", "--porcelain", "--untracked-files=no"]);
+    // New files count where programs are made of them: a volume that nobody has committed is a local change.
+    let tracked = git(&["status", "--porcelain", "--untracked-files=no"]);
+    let sources = git(&["status", "--porcelain", "--", "src", "examples", "benches"]);
+    let changes = tracked.zip(sources).map(|(tracked, sources)| tracked + &sources);
     set("BVBENCH_GIT_DIRTY", changes.map_or("unknown", |text| if text.is_empty() { "no" } else { "yes" }));
 }
 

@@ -5,6 +5,7 @@ use crate::method::brute::AllPairs;
 use crate::method::octree_obb::{self, OctreeObb};
 use crate::method::parry::ParryMesh;
 use crate::method::{Kind, Model, brute, parry, space};
+use crate::record::{ALL_VARIANTS, NULL_VARIANT};
 use crate::space::grid::Grid;
 use crate::space::octree::Octree;
 use crate::tree::{Policy, SplitRule, Tree};
@@ -203,9 +204,13 @@ impl Registry {
     /// The registry with one more variant at the end.
     ///
     /// # Panics
-    /// When a variant of that id is already there: an id names one method.
+    /// When a variant of that id is already there: an id names one method. When the id is one of the words that files and options use for
+    /// themselves, or has other characters than letters, digits, `-` and `+`.
     #[must_use]
     pub fn with(mut self, variant: Variant) -> Self {
+        let id = variant.info.id;
+        let is_plain = !id.is_empty() && id.chars().all(|c| c.is_ascii_alphanumeric() || "-+_".contains(c));
+        assert!(is_plain && ![NULL_VARIANT, ALL_VARIANTS].contains(&id), "`{id}` cannot be a variant's id");
         assert!(self.find(variant.info.id).is_none(), "variant `{}` is registered twice", variant.info.id);
         self.variants.push(variant);
         self
@@ -239,5 +244,18 @@ impl Registry {
     #[must_use]
     pub fn find(&self, id: &str) -> Option<&Variant> {
         self.variants.iter().find(|variant| variant.info.id == id)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[should_panic(expected = "`all` cannot be a variant's id")]
+    fn words_of_options_are_no_ids() {
+        let info = Info { id: "all", label: "all", reference: "made for a test", safe: true };
+        let _ = Registry::standard()
+            .with(Variant::without_tree(info, Kind::Volume, |mesh, _| Box::new(AllPairs(mesh.triangles()))));
     }
 }

@@ -277,7 +277,10 @@ fn tell(
         }
     }
     for term in terms.iter().map(|term| term_name(&term.factors)).chain([REST.to_owned()]) {
-        let Some([share, low, high]) = numbers.next().map(|[share, low, high]| [share, low.max(0.0), high.min(1.0)]) else { return };
+        let Some([share, low, high]) = numbers.next().map(|[share, low, high]| [share, low.max(0.0), high.min(1.0)])
+        else {
+            return;
+        };
         let (scene, cells, response) = (name.clone(), cells.to_owned(), response.to_owned());
         outcome.shares.push(AuditShareRow { scene, cells, response, term, share, low, high });
     }

@@ -47,6 +47,12 @@ impl Misses {
         self.0.get(scene)?.get(case).copied()
     }
 
+    /// Whether a variant missed a contact anywhere, under any policy.
+    #[must_use]
+    pub fn any_of(&self, variant: &str) -> bool {
+        self.iter().any(|(_, case, tally)| case.variant == variant && tally.missed > 0)
+    }
+
     /// All tallies by scene and case.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &CaseKey, Tally)> {
         self.0.iter().flat_map(|(scene, cases)| cases.iter().map(move |(case, tally)| (scene.as_str(), case, *tally)))

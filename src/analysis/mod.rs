@@ -17,6 +17,7 @@ pub mod summary;
 pub mod sweep;
 pub mod table;
 
+use self::misses::Misses;
 use crate::record::{
     self, ClaimRow, Kind, Manifest, NULL_VARIANT, RatioRow, RecordError, SummaryRow, VerificationRow, read_rows,
     read_rows_if_there,
@@ -120,7 +121,7 @@ pub fn analyze(folder: &Path, claims: &ClaimSet) -> Result<Outcome, AnalysisErro
     let scenes = table::read(folder)?;
     let cases = ratios::Cases::new(&manifest);
     let seed = manifest.request.seed;
-    let misses = misses::Misses::of_rows(&read_rows::<VerificationRow>(folder)?);
+    let misses = Misses::of_rows(&read_rows::<VerificationRow>(folder)?);
     let summary = summary::summarise(&scenes, &misses, seed);
     let ratios = ratios::all_ratios(&scenes, &cases, claims, seed)?;
     let noise = noise(&manifest, &ratios);
@@ -141,7 +142,7 @@ pub fn analyze(folder: &Path, claims: &ClaimSet) -> Result<Outcome, AnalysisErro
     record::write_rows(folder, &rows)?;
     record::write_text(&folder.join(claims::FILE), &claims.text)?;
     cost::write(folder, &manifest, &scenes)?;
-    let ranking = ranking(&manifest, &ratios, claims);
+    let ranking = ranking(&manifest, &ratios, &misses, claims);
     Ok(Outcome { summary, ratios, claims: rows, noise, ranking })
 }
 
@@ -161,15 +162,15 @@ pub fn noise(manifest: &Manifest, ratios: &[RatioRow]) -> Vec<String> {
 }
 
 /// The variants by speed: geometric mean over scenes of the time ratio to the first baseline, all strata weighted equally,
-/// every variant under its default policy. Safe volumes first, then peers and controls; unsafe volumes are left out: a
-/// method can look fast because it misses collisions.
+/// every variant under its default policy. Safe volumes first, then engines, peers and controls. What is unsafe is left out, and what
+/// calls itself safe and missed a contact: a method can look fast because it misses collisions.
 #[must_use]
-pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], claims: &ClaimSet) -> Vec<Ranked> {
+pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims: &ClaimSet) -> Vec<Ranked> {
     let cases = ratios::Cases::new(manifest);
     let Some(baseline) = claims.comparison.baselines.first() else { return Vec::new() };
     let mut ranking = Vec::new();
     for entry in &manifest.variants {
-        if entry.id == NULL_VARIANT || (entry.kind.is_ours() && !entry.safe) {
+        if entry.id == NULL_VARIANT || (entry.kind.is_ours() && (!entry.safe || misses.any_of(&entry.id))) {
             continue;
         }
         let logs: Vec<f64> = ratios

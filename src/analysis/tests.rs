@@ -108,6 +108,16 @@ fn unsafe_variants_are_noted_and_never_ranked() {
 }
 
 #[test]
+fn who_promises_to_be_safe_and_misses_is_not_ranked() {
+    let mut run = Run::generate(&Plan::default());
+    let row = run.verification.iter_mut().find(|row| row.variant == "obb-area" && row.band.is_above_grazing()).unwrap();
+    row.missed += 1;
+    let (_folder, outcome) = analyse(&run);
+    assert!(!outcome.ranking.iter().any(|place| place.variant == "obb-area"));
+    assert!(outcome.ranking.iter().any(|place| place.variant == "obb-vertex"));
+}
+
+#[test]
 fn the_order_of_rows_does_not_matter() {
     let mut run = Run::generate(&Plan::default());
     let (straight, _) = analyse(&run);

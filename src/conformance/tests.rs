@@ -30,7 +30,7 @@ fn every_unsafe_tree_leaves_corners_outside_and_misses_contacts() {
         .filter(|v| v.kind == Kind::Volume && !v.info.safe)
         .copied()
         .collect::<Vec<_>>();
-    assert_eq!(unsafe_trees.len(), 2);
+    assert!(unsafe_trees.len() >= 2, "the literal boxes at least");
     for variant in unsafe_trees {
         assert!(matches!(
             containment(&variant),

@@ -1,6 +1,7 @@
 //! What is measured: which variants with which tree policies on which scenes.
 
 use super::profile::{Budget, Profile};
+use crate::record::ALL_VARIANTS;
 use crate::record::manifest::{Request, SceneEntry, VariantEntry};
 use crate::registry::{Registry, Variant};
 use crate::scene::{Scene, SceneError};
@@ -10,9 +11,6 @@ use thiserror::Error;
 
 /// The policy that every volume is also measured with, so that fits can be compared on one and the same topology.
 pub const CONTROL_POLICY: Policy = Policy::shared(SplitRule::Median);
-
-/// Stands for the id of every variant.
-pub const ALL_VARIANTS: &str = "all";
 
 /// What the user asked for.
 #[derive(Clone, Debug)]

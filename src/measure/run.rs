@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// What a run leaves in its folder beside the manifest and the units.
-const FILES: [&str; 18] = [
+const FILES: [&str; 19] = [
     QueryRow::FILE,
     VerificationRow::FILE,
     TreeRow::FILE,
@@ -40,6 +40,7 @@ const FILES: [&str; 18] = [
     crate::record::RepayRow::FILE,
     "claims.toml",
     "report.md",
+    "report.html",
     "plots",
 ];
 /// File of a timing unit: one complaint about noise per line.

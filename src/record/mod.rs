@@ -33,4 +33,4 @@ pub use rows::{
 };
 pub use sweep::{SweepBuildRow, SweepGrowthRow, SweepRow, SweepSummaryRow, SweepTimingRow};
 pub use table::Table;
-pub use vocabulary::{Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, Stratum};
+pub use vocabulary::{ALL_VARIANTS, Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, Stratum};

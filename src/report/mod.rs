@@ -78,15 +78,16 @@ impl Contents {
         let manifest = Manifest::read(folder)?;
         let claims = ClaimSet::read(&folder.join(claims::FILE))?;
         let ratios: Vec<RatioRow> = read_rows(folder)?;
+        let misses = Misses::of_rows(&read_rows::<VerificationRow>(folder)?);
         Ok(Self {
             verdicts: read_rows(folder)?,
             peers: read_rows_if_there(folder)?,
             peer_ratios: read_rows_if_there(folder)?,
             summary: read_rows(folder)?,
-            misses: Misses::of_rows(&read_rows::<VerificationRow>(folder)?),
             gallery: read_gallery(folder)?,
             noise: noise(&manifest, &ratios),
-            ranking: ranking(&manifest, &ratios, &claims),
+            ranking: ranking(&manifest, &ratios, &misses, &claims),
+            misses,
             ratios,
             claims,
             manifest,

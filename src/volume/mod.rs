@@ -110,7 +110,8 @@ pub trait BoundingVolume: Clone + Debug + Send + Sync + 'static {
     /// fitted to, for volumes that have no axes of their own.
     fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3];
 
-    /// Line segments that show the volume in a drawing (mm, mesh frame).
+    /// Line segments that show the volume (mm, mesh frame): what drawings have of it, and what `hausdorff_mm` and `sibling_overlap_mm3` of
+    /// `tightness.csv` and `trees.csv` are measured from, as the hull of their ends. So they must reach as far as the volume does.
     fn outline(&self) -> Vec<Segment>;
 
     /// The volume as an oriented box, for volumes that are boxes: how far the separating-axis test gets with them is counted
