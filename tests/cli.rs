@@ -254,3 +254,22 @@ fn output_that_cannot_be_written_is_an_error_and_a_reader_that_left_is_none() {
         assert!(output.status.success() && output.stderr.is_empty(), "{arguments:?}: {output:?}");
     }
 }
+
+#[test]
+fn more_threads_than_any_machine_can_use_are_refused() {
+    let folder = Folder::with_scene();
+    let most = (4 * std::thread::available_parallelism().map_or(1, usize::from)).max(256);
+    let too_many = (most + 1).to_string();
+    for verb in [
+        &["check", "scene"][..],
+        &["view", "scene"],
+        &["verify", "--scene", "scene"],
+        &["sweep", "leaf"],
+        &["audit", "--scene", "scene"],
+        &["peers", "run", "--scene", "scene", "--out", "x"],
+    ] {
+        let message = folder.refused(&[verb, &["--threads", &too_many]].concat());
+        assert!(message.contains(&format!("--threads {too_many}: at most {most}")), "{verb:?}: {message}");
+    }
+    assert!(folder.refused(&["check", "scene", "--threads", "0"]).contains("at least one"));
+}
