@@ -227,6 +227,15 @@ fn a_scene_that_is_nowhere_is_answered_with_those_that_are_somewhere() {
     }
 }
 
+#[test]
+fn a_folder_without_a_scene_file_is_told_from_one_that_is_not_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_str().unwrap();
+    for error in [Scene::find(path), Scene::load(folder.path())].map(Result::unwrap_err) {
+        assert_eq!(error.to_string(), format!("{path}: the folder has no scene.toml, so it is not a scene"));
+    }
+}
+
 const WITH_URDF: &str = "title = \"\"\n[machine]\nurdf = \"r.urdf\"\naxes = { slide = \"Z\" }\n\
                          [[parts]]\nname = \"tip\"\nlink = \"carriage\"\nmesh = \"t.stl\"\n";
 
