@@ -454,3 +454,15 @@ proptest! {
         let _ = interpret(&text, Path::new("random.ngc"), &Setup::default());
     }
 }
+
+#[test]
+fn a_byte_order_mark_is_no_part_of_a_program() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("side.ngc"), "\u{feff}o<side> sub\nG0 X2\no<side> endsub\n").unwrap();
+    let main = folder.path().join("main.ngc");
+    let program = interpret("\u{feff}G0 X1\no<side> call\nM2", &main, &Setup::default()).unwrap();
+    assert_eq!(ends(&program), [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
+    assert_eq!(program.blocks[0], "G0 X1");
+    let error = interpret("\u{feff}G0 !\nM2", &main, &Setup::default()).unwrap_err();
+    assert_eq!((error.line, error.column), (1, 4));
+}
