@@ -159,6 +159,8 @@ pub struct ProgramFile {
     pub start: Option<Spanned<PositionFile>>,
     /// Where G28 goes; without it, every axis at zero.
     pub home: Option<Spanned<PositionFile>>,
+    /// Where G30 goes; without it, every axis at zero.
+    pub second_home: Option<Spanned<PositionFile>>,
     /// Origins of G54 to G59.3 in machine coordinates.
     #[serde(default)]
     pub work_offsets: BTreeMap<String, Spanned<PositionFile>>,

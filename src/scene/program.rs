@@ -45,6 +45,7 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
     };
     setup.start = position("start", &file.start)?;
     setup.home = position("home", &file.home)?;
+    setup.second_home = position("second_home", &file.second_home)?;
     setup.tool = file.tool;
     for (name, origin) in &file.work_offsets {
         let wrong = |message| (origin.span(), message);

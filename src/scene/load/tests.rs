@@ -153,6 +153,7 @@ fn wrong_values_are_told_at_their_own_place() {
         (program, "start = { x_mm = nan }", "9: start is not finite"),
         (program, "start = { x_mm = 51 }", "9: axis X at 51 mm is outside its limits"),
         (program, "home = { z_mm = inf }", "8: home is not finite"),
+        (program, "second_home = { z_mm = inf }", "15: second_home is not finite"),
         (program, "work_offsets = { G60 = { z_mm = 1 } }", "24: work_offsets: `G60` is not one of G54,"),
         (program, "work_offsets = { G54 = { z_mm = nan } }", "24: work_offsets.G54 is not finite"),
         (program, "tools = [{ number = 3, diameter_mm = -1 }]", "10: tool 3: diameter_mm must be"),
@@ -166,6 +167,15 @@ fn wrong_values_are_told_at_their_own_place() {
         let text = error_of(&[("scene.toml", &scene(&format!("{table}{line}\n"))), ("p.ngc", "M2\n")]).1;
         assert!(text.starts_with(&format!("scene.toml:16:{message}")), "{line}: {text}");
     }
+}
+
+#[test]
+fn both_homes_are_where_the_scene_says() {
+    let homes = "[program]\nfile = \"p.ngc\"\nhome = { x_mm = 40 }\nsecond_home = { x_mm = -30, z_mm = 5 }\n";
+    let scene = format!("{SLIDE}{homes}");
+    let loaded = load(&[("scene.toml", &scene), ("p.ngc", "G28\nG91 G30 X0\nM2\n")]).unwrap();
+    let moves = loaded.program.unwrap().program.moves;
+    assert_eq!(moves.iter().map(|step| step.end[Axis::X]).collect::<Vec<_>>(), [40.0, 40.0, -30.0]);
 }
 
 #[test]
