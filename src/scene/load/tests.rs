@@ -179,6 +179,19 @@ fn both_homes_are_where_the_scene_says() {
 }
 
 #[test]
+fn the_worked_example_of_the_documentation_is_a_program_table() {
+    let text = include_str!("../../../docs/format.md");
+    let example = text.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let slides = "[[machine.links]]\nname = \"z\"\njoint = { axis = \"Z\", direction = [0, 0, 1] }\n";
+    let scene = format!("{SLIDE}{slides}{example}");
+    let setup = load(&[("scene.toml", &scene), ("part.ngc", "M2\n")]).unwrap().program.unwrap().setup;
+    assert_eq!((setup.tools[&2].offset[Axis::Z], setup.tools[&2].diameter_mm), (95.5, 10.0));
+    assert_eq!(setup.work_offsets[0].origin[Axis::Z], 120.0);
+    assert_eq!([setup.start, setup.home, setup.second_home].map(|p| p[Axis::Z]), [400.0, 400.0, 350.0]);
+    assert_eq!(setup.tool, 1);
+}
+
+#[test]
 fn whatever_is_wrong_with_a_scene_file_is_said_with_its_place() {
     for (from, to, message) in [
         ("title = \"A slide\"", "title = ", "scene.toml:1:9: "),
