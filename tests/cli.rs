@@ -7,6 +7,7 @@ mod support;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 use std::thread::sleep;
 use std::time::Duration;
 use support::{BALL_AND_RING, Folder};
@@ -226,4 +227,49 @@ fn shells_and_manual_readers_get_every_verb() {
     assert!(!pages.iter().any(|page| page.contains("launch")), "hidden verbs have no page: {pages:?}");
     folder.write("blocked", "a file where the folder should be");
     assert!(folder.refused(&["man", "--out", "blocked/man"]).contains("blocked"));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn output_that_cannot_be_written_is_an_error_and_a_reader_that_left_is_none() {
+    let folder = Folder::with_scene();
+    folder.write("p.ngc", "G0 X1\nM2\n");
+    for arguments in [
+        &["list"][..],
+        &["list", "--json"],
+        &["gcode", "p.ngc", "--json"],
+        &["scene", "info", "scene"],
+        &["check", "scene", "p.ngc", "--quiet", "--json"],
+        &["completions", "bash"],
+        &["--help"],
+    ] {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = folder.command(arguments).stdout(full).output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.contains("standard output: No space left on device"), "{arguments:?}: {message}");
+        let mut left = folder.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(left.stdout.take());
+        let output = left.wait_with_output().unwrap();
+        assert!(output.status.success() && output.stderr.is_empty(), "{arguments:?}: {output:?}");
+    }
+}
+
+#[test]
+fn more_threads_than_any_machine_can_use_are_refused() {
+    let folder = Folder::with_scene();
+    let most = (4 * std::thread::available_parallelism().map_or(1, usize::from)).max(256);
+    let too_many = (most + 1).to_string();
+    for verb in [
+        &["check", "scene"][..],
+        &["view", "scene"],
+        &["verify", "--scene", "scene"],
+        &["sweep", "leaf"],
+        &["audit", "--scene", "scene"],
+        &["peers", "run", "--scene", "scene", "--out", "x"],
+    ] {
+        let message = folder.refused(&[verb, &["--threads", &too_many]].concat());
+        assert!(message.contains(&format!("--threads {too_many}: at most {most}")), "{verb:?}: {message}");
+    }
+    assert!(folder.refused(&["check", "scene", "--threads", "0"]).contains("at least one"));
 }

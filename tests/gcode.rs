@@ -454,3 +454,33 @@ proptest! {
         let _ = interpret(&text, Path::new("random.ngc"), &Setup::default());
     }
 }
+
+#[test]
+fn a_byte_order_mark_is_no_part_of_a_program() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("side.ngc"), "\u{feff}o<side> sub\nG0 X2\no<side> endsub\n").unwrap();
+    let main = folder.path().join("main.ngc");
+    let program = interpret("\u{feff}G0 X1\no<side> call\nM2", &main, &Setup::default()).unwrap();
+    assert_eq!(ends(&program), [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
+    assert_eq!(program.blocks[0], "G0 X1");
+    let error = interpret("\u{feff}G0 !\nM2", &main, &Setup::default()).unwrap_err();
+    assert_eq!((error.line, error.column), (1, 4));
+}
+
+#[test]
+fn control_flow_of_fanucs_macro_language_is_named() {
+    for (line, column, word) in [
+        ("if [#1 eq 1] goto 100", 1, "if ["),
+        ("N10 IF[#1EQ1]THEN#2=3", 5, "IF["),
+        ("GOTO 100", 1, "GOTO"),
+        ("WHILE [#1 LT 3] DO1", 1, "WHILE"),
+        ("END1", 1, "END"),
+    ] {
+        let source = format!("#1=1\n{line}\nM2");
+        let error = interpret(&source, Path::new("fanuc.ngc"), &Setup::default()).unwrap_err();
+        assert_eq!((error.line, error.column, error.text.as_str()), (2, column, word), "{error}");
+        assert!(error.to_string().contains("Fanuc") && error.to_string().contains("O-words"), "{error}");
+    }
+    // A word whose value is a function's.
+    assert_ends("G2 X2 Y0 I FIX[1.5] J0 F100\nM2", &[[2.0, 0.0, 0.0]]);
+}

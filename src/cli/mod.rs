@@ -31,15 +31,17 @@ mod verify;
 mod view;
 
 use crate::registry::Registry;
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use clap::{Parser, Subcommand};
+use std::io;
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 /// Exit code when all is well.
 const CLEAR: u8 = 0;
-/// Exit code when a safe variant missed a contact, or the exact test and its twin disagree.
+/// Exit code when what a verb looks for was found: a safe variant missed a contact, a program collides.
 const FAILED: u8 = 1;
-/// Exit code for bad usage and bad input.
+/// Exit code for bad usage, bad input, and output that cannot be written.
 const BAD_INPUT: u8 = 2;
 
 /// Bounding volumes on trial: compares bounding-volume methods for machine-tool collision detection against exact truth.
@@ -65,7 +67,8 @@ Examples:
   bvbench scene pairs SCENE              which parts can collide at all, and why the others cannot
   bvbench gcode part.ngc                 what a program means, move by move
 
-Exit codes: 0 all is well, 1 a safe variant missed a contact or a program collides, 2 bad usage or input.";
+Exit codes: 0 all is well, 1 a safe variant missed a contact, a later run misses more, or a program collides, 2 bad usage or input, or output
+that cannot be written.";
 
 #[derive(Subcommand)]
 enum Verb {
@@ -120,12 +123,19 @@ pub fn main_with(registry: Registry) -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => {
             // Help and version come as errors too, but are none; clap prints them to the right stream.
-            let code = if error.use_stderr() { BAD_INPUT } else { CLEAR };
-            let _ = error.print();
-            return ExitCode::from(code);
+            let printed = error.print();
+            if error.use_stderr() {
+                return ExitCode::from(BAD_INPUT);
+            }
+            remember(printed);
+            return exit_code(said_all().map(|()| CLEAR));
         }
     };
-    match run(arguments.verb, &registry) {
+    exit_code(run(arguments.verb, &registry).and_then(|code| said_all().map(|()| code)))
+}
+
+fn exit_code(outcome: Result<u8>) -> ExitCode {
+    match outcome {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
             say_error(&error);
@@ -159,16 +169,39 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
     }
 }
 
-/// Prints a line to standard output. A reader that has gone away (`bvbench list | head -1`) is no error.
+/// The first error of writing to standard output, kept until the verb is done: what it measured is in its files by then.
+static UNSAID: OnceLock<io::Error> = OnceLock::new();
+
+/// Prints a line to standard output; [`said_all`] tells whether it arrived.
 fn say(text: impl std::fmt::Display) {
     use std::io::Write;
-    let _ = writeln!(std::io::stdout(), "{text}");
+    remember(writeln!(io::stdout(), "{text}"));
+}
+
+/// Keeps an error of standard output. A reader that has gone away (`bvbench list | head -1`) is none.
+fn remember(written: io::Result<()>) {
+    if let Err(error) = written
+        && error.kind() != io::ErrorKind::BrokenPipe
+    {
+        // Only the first counts.
+        let _ = UNSAID.set(error);
+    }
+}
+
+/// Whether standard output has all that was said, the buffer's rest among it.
+fn said_all() -> Result<()> {
+    use std::io::Write;
+    remember(io::stdout().flush());
+    match UNSAID.get() {
+        None => Ok(()),
+        Some(error) => Err(anyhow!("cannot write to standard output: {error}")),
+    }
 }
 
 /// Prints a line about how things go to standard error, where it does not mix with results.
 fn note(text: impl std::fmt::Display) {
     use std::io::Write;
-    let _ = writeln!(std::io::stderr(), "{text}");
+    let _ = writeln!(io::stderr(), "{text}");
 }
 
 /// Prints an error and its causes; a cause that the error already tells is not told twice.

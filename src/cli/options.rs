@@ -113,12 +113,19 @@ pub fn open_run(plan: Plan, folder: &Path, cache: &Path, fresh: bool) -> Result<
     Ok(run.with_cache(cache))
 }
 
+/// Most threads per core of the machine, and most on machines of few cores: more only wait for one another, for minutes.
+const MOST_PER_CORE: usize = 4;
+const MOST_ON_FEW_CORES: usize = 256;
+
 /// Sets how many threads everything but timing uses.
 ///
 /// # Errors
-/// When there are none.
+/// When there are none, or more than any machine can use.
 pub fn use_threads(threads: Option<usize>) -> Result<()> {
     let Some(threads) = threads else { return Ok(()) };
     anyhow::ensure!(threads > 0, "--threads 0: at least one thread is needed");
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let most = (MOST_PER_CORE * cores).max(MOST_ON_FEW_CORES);
+    anyhow::ensure!(threads <= most, "--threads {threads}: at most {most} are started");
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("threads cannot be started")
 }

@@ -127,12 +127,23 @@ impl Block {
                 None => return Ok(block),
                 Some('#') => block.assignments.push(assignment(&mut cursor)?),
                 Some(letter) if letter.is_ascii_alphabetic() || is_sign(letter) => {
+                    refuse_macro_word(&mut cursor)?;
                     block.words.push(word(&mut cursor, letter)?);
                 }
                 Some(_) => return Err(cursor.fault_here(Cause::UnexpectedCharacter)),
             }
         }
     }
+}
+
+/// Control flow of Fanuc's macro language, which would else be words with unknown functions for values. `IF` needs its bracket:
+/// `IFIX[1.5]` is a word.
+fn refuse_macro_word(cursor: &mut Cursor) -> Result<(), Fault> {
+    let column = cursor.column();
+    if ["if[", "goto", "while", "end"].into_iter().any(|word| cursor.accept_word(word)) {
+        return Err(Fault::new(column, cursor.text_from(column), Cause::MacroWord));
+    }
+    Ok(())
 }
 
 /// `@` and `^`: radius and angle instead of X and Y (LinuxCNC, "Polar Coordinates"); `$`: which spindle.

@@ -41,6 +41,9 @@ pub enum Cause {
     /// Something must follow here.
     #[error("{0} expected")]
     Expected(&'static str),
+    /// A control-flow word of Fanuc's macro language.
+    #[error("control flow of Fanuc's macro language is not understood; O-words are, as in `o1 if [#1 EQ 1]`")]
+    MacroWord,
     /// A function that RS274/NGC does not have.
     #[error("unknown function")]
     UnknownFunction,

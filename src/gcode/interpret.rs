@@ -13,7 +13,7 @@ use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
 use super::oword::{Control, FlowTable};
 use super::parameters::Parameters;
 use super::setup::Setup;
-use super::source::Source;
+use super::source::{self, Source};
 use std::path::Path;
 
 /// Farthest an axis may be from zero, mm or degrees; farther out a number has no tenths of micrometres left.
@@ -38,7 +38,7 @@ pub struct Program {
 /// # Errors
 /// The first thing wrong, with file, line, column and text. Bad input never panics and never runs for ever.
 pub fn interpret(source: &str, file: &Path, setup: &Setup) -> Result<Program, GcodeError> {
-    let lines: Vec<String> = source.lines().map(str::to_owned).collect();
+    let lines: Vec<String> = source::lines(source).map(str::to_owned).collect();
     let parse = |line: &str| parse(line, setup.block_delete);
     let text = Source::of(&lines, file, &parse);
     let mut interpreter = Interpreter::new(setup);

@@ -14,6 +14,11 @@ const MAX_LINES: usize = 4_000_000;
 /// Parses a line; the interpreter decides what block delete leaves of it.
 pub(super) type Parse<'a> = &'a dyn Fn(&str) -> Result<Block, Fault>;
 
+/// The lines of a file's text, without the byte-order mark that editors on Windows put before it.
+pub(super) fn lines(text: &str) -> std::str::Lines<'_> {
+    text.strip_prefix('\u{feff}').unwrap_or(text).lines()
+}
+
 /// All lines, parsed; a line that is wrong is an error only when it is executed.
 pub(super) struct Source {
     pub blocks: Vec<Result<Block, Fault>>,
@@ -50,7 +55,7 @@ impl Source {
                 let Ok(bytes) = std::fs::read(&path) else { continue };
                 self.files.push((path, self.blocks.len()));
                 let text = String::from_utf8_lossy(&bytes);
-                self.add(&text.lines().collect::<Vec<_>>(), parse);
+                self.add(&lines(&text).collect::<Vec<_>>(), parse);
             }
         }
     }

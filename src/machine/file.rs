@@ -28,7 +28,7 @@ pub struct LinkFile {
     /// Name, unique in the machine.
     pub name: Spanned<String>,
     /// The link it stands on.
-    pub parent: Option<String>,
+    pub parent: Option<Spanned<String>>,
     /// Its frame in its parent's.
     #[serde(default)]
     pub at: PlacementFile,
@@ -65,22 +65,22 @@ impl PlacementFile {
 #[serde(deny_unknown_fields)]
 pub struct JointFile {
     /// Letter of the axis.
-    pub axis: char,
+    pub axis: Spanned<char>,
     /// Direction, any length but zero.
-    pub direction: [f64; 3],
+    pub direction: Spanned<[f64; 3]>,
     /// Whether it turns although the letter is one of a linear axis: a degree per mm.
     #[serde(default)]
     pub turns: bool,
     /// A point on a rotary joint's line, mm.
-    pub point_mm: Option<[f64; 3]>,
+    pub point_mm: Option<Spanned<[f64; 3]>>,
     /// Lower limit of a prismatic joint, mm.
-    pub min_mm: Option<f64>,
+    pub min_mm: Option<Spanned<f64>>,
     /// Upper limit of a prismatic joint, mm.
-    pub max_mm: Option<f64>,
+    pub max_mm: Option<Spanned<f64>>,
     /// Lower limit of a rotary joint, degrees.
-    pub min_deg: Option<f64>,
+    pub min_deg: Option<Spanned<f64>>,
     /// Upper limit of a rotary joint, degrees.
-    pub max_deg: Option<f64>,
+    pub max_deg: Option<Spanned<f64>>,
 }
 
 /// Which of the two descriptions of a URDF link is taken.
@@ -133,49 +133,71 @@ pub enum LinkError {
 /// Builds the machine.
 ///
 /// # Errors
-/// [`LinkError`], with the bytes of the file where the name of the link to blame stands.
+/// [`LinkError`], with the bytes of the file where the value to blame stands, or the name of the link.
 pub fn build(links: &[LinkFile]) -> Result<Machine, (Range<usize>, LinkError)> {
     let mut built = Vec::with_capacity(links.len());
     for link in links {
         let name = link.name.get_ref();
-        let joint = link.joint.as_ref().map(|file| joint(name, file)).transpose();
+        let joint = link.joint.as_ref().map(|file| joint(name, file)).transpose()?;
         built.push(Link {
             name: name.clone(),
-            parent: link.parent.clone(),
+            parent: link.parent.as_ref().map(|parent| parent.get_ref().clone()),
             parent_from_link: link.at.isometry(),
-            joint: joint.map_err(|error| (link.name.span(), error))?,
+            joint,
         });
     }
-    Machine::new(built).map_err(|error| (links[error.link()].name.span(), error.into()))
+    Machine::new(built).map_err(|error| {
+        let LinkFile { name, parent, .. } = &links[error.link()];
+        let span = match (&error, parent) {
+            (MachineError::UnknownParent { .. }, Some(parent)) => parent.span(),
+            _ => name.span(),
+        };
+        (span, error.into())
+    })
 }
 
-fn joint(name: &str, file: &JointFile) -> Result<Joint, LinkError> {
+fn joint(name: &str, file: &JointFile) -> Result<Joint, (Range<usize>, LinkError)> {
     let name = || name.to_owned();
+    let letter = *file.axis.get_ref();
     let axis =
-        Axis::from_letter(file.axis).ok_or_else(|| LinkError::UnknownAxis { name: name(), letter: file.axis })?;
+        Axis::from_letter(letter).ok_or_else(|| (file.axis.span(), LinkError::UnknownAxis { name: name(), letter }))?;
     let turns = axis.is_rotary() || file.turns;
+    let span = |limit: &Option<Spanned<f64>>| limit.as_ref().map(Spanned::span);
     let (verb, foreign) = if turns {
-        ("turns", [("min_mm", file.min_mm.is_some()), ("max_mm", file.max_mm.is_some()), ("", false)])
+        ("turns", [("min_mm", span(&file.min_mm)), ("max_mm", span(&file.max_mm)), ("", None)])
     } else {
-        let point = ("point_mm", file.point_mm.is_some());
-        ("slides", [("min_deg", file.min_deg.is_some()), ("max_deg", file.max_deg.is_some()), point])
+        let point = ("point_mm", file.point_mm.as_ref().map(Spanned::span));
+        ("slides", [("min_deg", span(&file.min_deg)), ("max_deg", span(&file.max_deg)), point])
     };
-    if let Some((key, _)) = foreign.into_iter().find(|(_, given)| *given) {
-        return Err(LinkError::ForeignKey { name: name(), axis: axis.letter(), verb, key });
+    if let Some((key, span)) = foreign.into_iter().find_map(|(key, span)| Some((key, span?))) {
+        return Err((span, LinkError::ForeignKey { name: name(), axis: axis.letter(), verb, key }));
     }
-    let limits = |min: Option<f64>, max: Option<f64>| Limits {
-        min: min.unwrap_or(Limits::NONE.min),
-        max: max.unwrap_or(Limits::NONE.max),
+    let (min, max, unit) =
+        if turns { (&file.min_deg, &file.max_deg, 1f64.to_radians()) } else { (&file.min_mm, &file.max_mm, 1.0) };
+    let limit = |limit: &Option<Spanned<f64>>| limit.as_ref().map(|limit| limit.get_ref() * unit);
+    let limits = Limits { min: limit(min).unwrap_or(Limits::NONE.min), max: limit(max).unwrap_or(Limits::NONE.max) };
+    let direction = Vector::from(*file.direction.get_ref());
+    let point = Point::from(file.point_mm.as_ref().map_or([0.0; 3], |point| *point.get_ref()));
+    let joint =
+        if turns { Joint::rotary(axis, direction, point, limits) } else { Joint::prismatic(axis, direction, limits) };
+    joint.map_err(|cause| (to_blame(file, &cause), LinkError::Joint { name: name(), cause }))
+}
+
+/// Where the numbers stand that do not make a joint.
+fn to_blame(file: &JointFile, cause: &JointError) -> Range<usize> {
+    let limits = [&file.min_mm, &file.max_mm, &file.min_deg, &file.max_deg].map(Option::as_ref);
+    let mut limits = limits.into_iter().flatten();
+    let is_finite = |vector: &Spanned<[f64; 3]>| vector.get_ref().iter().all(|x| x.is_finite());
+    let found = match cause {
+        JointError::ZeroDirection { .. } => None,
+        JointError::EmptyLimits { .. } => limits.next().map(Spanned::span),
+        JointError::NotFinite { .. } if !is_finite(&file.direction) => None,
+        JointError::NotFinite { .. } => match file.point_mm.as_ref().filter(|point| !is_finite(point)) {
+            Some(point) => Some(point.span()),
+            None => limits.find(|limit| limit.get_ref().is_nan()).map(Spanned::span),
+        },
     };
-    let direction = Vector::from(file.direction);
-    let joint = if turns {
-        let point = Point::from(file.point_mm.unwrap_or_default());
-        let radians = |limit: Option<f64>| limit.map(f64::to_radians);
-        Joint::rotary(axis, direction, point, limits(radians(file.min_deg), radians(file.max_deg)))
-    } else {
-        Joint::prismatic(axis, direction, limits(file.min_mm, file.max_mm))
-    };
-    joint.map_err(|cause| LinkError::Joint { name: name(), cause })
+    found.unwrap_or_else(|| file.direction.span())
 }
 
 #[cfg(test)]
@@ -225,15 +247,30 @@ mod tests {
     }
 
     #[test]
-    fn errors_point_at_the_name_of_the_link() {
+    fn errors_point_at_the_value_to_blame() {
         let text = "links = [{ name = \"a\" }, { name = \"slide\", joint = { axis = \"Q\", direction = [1, 0, 0] } }]";
         let (span, error) = parse(text).unwrap_err();
-        assert_eq!(&text[span], "\"slide\"");
+        assert_eq!(&text[span], "\"Q\"");
         assert_eq!(error.to_string(), "link `slide`: `Q` is not an axis; the axes are X Y Z A B C U V W");
         let text = "links = [{ name = \"a\", parent = \"b\" }]";
         let (span, error) = parse(text).unwrap_err();
-        assert_eq!(&text[span], "\"a\"");
+        assert_eq!(&text[span], "\"b\"");
         assert!(matches!(error, LinkError::Machine(MachineError::UnknownParent { .. })));
+        let text = "links = [{ name = \"a\" }, { name = \"a\" }]";
+        assert_eq!(parse(text).unwrap_err().0, 34..37, "the second name");
+        for (joint, wrong) in [
+            ("axis = \"X\", direction = [0, 0, 0]", "[0, 0, 0]"),
+            ("axis = \"X\", direction = [0, nan, 0]", "[0, nan, 0]"),
+            ("axis = \"X\", direction = [1, 0, 0], min_mm = 7, max_mm = 6", "7"),
+            ("axis = \"X\", direction = [1, 0, 0], min_mm = 7, max_mm = nan", "nan"),
+            ("axis = \"A\", direction = [1, 0, 0], point_mm = [inf, 0, 0]", "[inf, 0, 0]"),
+            ("axis = \"A\", direction = [1, 0, 0], max_deg = 9, min_deg = nan", "nan"),
+            ("axis = \"A\", direction = [1, 0, 0], max_mm = 8", "8"),
+        ] {
+            let text = format!("links = [{{ name = \"a\", joint = {{ {joint} }} }}]");
+            let (span, error) = parse(&text).unwrap_err();
+            assert_eq!(&text[span], wrong, "{error}");
+        }
     }
 
     #[test]

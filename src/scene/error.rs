@@ -45,6 +45,12 @@ pub enum SceneError {
         /// The shipped scenes.
         known: String,
     },
+    /// A folder that is there, and not a scene.
+    #[error("{folder}: the folder has no {file}, so it is not a scene", folder = folder.display(), file = super::load::SCENE_FILE)]
+    NoSceneFile {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// A file that cannot be read.
     #[error("{file}: {cause}", file = file.display())]
     Read {

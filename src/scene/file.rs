@@ -52,17 +52,17 @@ pub struct CheckFile {
     /// Pairs of parts that may touch.
     pub allow: Vec<Spanned<[String; 2]>>,
     /// How deep the cutter may go into the workpiece, mm: says that the workpiece is the finished part.
-    pub gouge_mm: Option<f64>,
+    pub gouge_mm: Option<Spanned<f64>>,
     /// How rapid moves go.
     pub rapid: RapidFile,
     /// Rapid rate of X, Y, Z, U, V, W, mm/min.
-    pub rapid_mm_min: Option<f64>,
+    pub rapid_mm_min: Option<Spanned<f64>>,
     /// Rapid rate of A, B, C, degrees/min.
-    pub rapid_deg_min: Option<f64>,
+    pub rapid_deg_min: Option<Spanned<f64>>,
     /// Rapid rates of single axes, by letter, mm/min or degrees/min.
-    pub rapid_rates: BTreeMap<String, f64>,
+    pub rapid_rates: BTreeMap<String, Spanned<f64>>,
     /// Greatest feed rates of single axes, by letter, mm/min or degrees/min.
-    pub feed_limits: BTreeMap<String, f64>,
+    pub feed_limits: BTreeMap<String, Spanned<f64>>,
     /// Collisions that the scene's own program is known to have.
     pub expect: Vec<ExpectFile>,
 }
@@ -145,28 +145,28 @@ pub struct PartFile {
 #[serde(deny_unknown_fields)]
 pub struct ProgramFile {
     /// The G-code file.
-    pub file: String,
+    pub file: Spanned<String>,
     /// What the controller takes for granted.
     #[serde(default)]
     pub controller: ControllerFile,
     /// Greatest linear travel between poses, mm.
-    pub step_mm: Option<f64>,
+    pub step_mm: Option<Spanned<f64>>,
     /// Greatest turn between poses, degrees.
-    pub step_deg: Option<f64>,
+    pub step_deg: Option<Spanned<f64>>,
     /// Greatest distance of an arc from its chords, mm.
-    pub chord_mm: Option<f64>,
-    /// Where the machine stands at first.
-    #[serde(default)]
-    pub start: PositionFile,
-    /// Where G28 goes.
-    #[serde(default)]
-    pub home: PositionFile,
+    pub chord_mm: Option<Spanned<f64>>,
+    /// Where the machine stands at first; without it, every axis at zero.
+    pub start: Option<Spanned<PositionFile>>,
+    /// Where G28 goes; without it, every axis at zero.
+    pub home: Option<Spanned<PositionFile>>,
+    /// Where G30 goes; without it, every axis at zero.
+    pub second_home: Option<Spanned<PositionFile>>,
     /// Origins of G54 to G59.3 in machine coordinates.
     #[serde(default)]
-    pub work_offsets: BTreeMap<String, PositionFile>,
+    pub work_offsets: BTreeMap<String, Spanned<PositionFile>>,
     /// The tool table.
     #[serde(default)]
-    pub tools: Vec<ToolFile>,
+    pub tools: Vec<Spanned<ToolFile>>,
     /// The tool in the spindle at first.
     #[serde(default)]
     pub tool: u32,
@@ -174,7 +174,7 @@ pub struct ProgramFile {
     pub tool_centre_point: Option<Spanned<TipFile>>,
     /// What the machine's own M codes do: `M428 = "tool-centre-point-on"`.
     #[serde(default)]
-    pub user_codes: BTreeMap<String, UserCodeFile>,
+    pub user_codes: BTreeMap<String, Spanned<UserCodeFile>>,
 }
 
 /// Which links carry tool and workpiece.

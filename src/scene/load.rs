@@ -3,7 +3,7 @@
 use super::error::{Place, SceneError};
 use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, RapidFile, SceneFile, TipFile};
 use super::folder::Folder;
-use super::program::{self, ProgramRun};
+use super::program::{self, Nonsense, ProgramRun, positive};
 use super::{Approach, Expected, MeshFile, Overrides, Pair, Part, Rates, Recording, Role, Scene, recording};
 use crate::gcode::{Axis, Position, RapidPath};
 use crate::geometry::shapes::Tessellation;
@@ -56,6 +56,10 @@ impl Document {
         Place::of_byte(self.path.clone(), &self.text, span.start)
     }
 
+    fn meaning(&self, (span, message): Nonsense) -> SceneError {
+        SceneError::Meaning { place: self.place(&span), message }
+    }
+
     /// The place of a table's header, for what has no span of its own.
     fn header(&self, header: &str) -> Place {
         Place::of_byte(self.path.clone(), &self.text, self.text.find(header).unwrap_or(0))
@@ -98,11 +102,9 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         .iter()
         .map(|expected| Ok(Expected { line: expected.line, pair: find_pair(&document, &parts, &expected.pair)? }));
     let expected = expected.collect::<Result<_, SceneError>>()?;
-    let rates = read_rates(&document, &scene.check)?;
-    if let Some(bad) = scene.check.gouge_mm.filter(|gouge| !(gouge.is_finite() && *gouge > 0.0)) {
-        let message = format!("gouge_mm is {bad}; it must be a finite number above 0");
-        return Err(SceneError::Meaning { place: document.header("[check]"), message });
-    }
+    let rates = read_rates(&scene.check).map_err(|wrong| document.meaning(wrong))?;
+    let gouge_mm = positive("gouge_mm", scene.check.gouge_mm.as_ref());
+    let gouge_mm = gouge_mm.map_err(|wrong| document.meaning(wrong))?;
     let approaches = read_approaches(&document, &machine, &parts, &scene.approaches)?;
     let name = folder.name().to_owned();
     let (inputs, mesh_files) = folder.into_records();
@@ -117,7 +119,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         names_pairs: scene.pairs.is_some(),
         ignored,
         allowed,
-        gouge_mm: scene.check.gouge_mm,
+        gouge_mm,
         rates,
         expected,
         program,
@@ -273,7 +275,8 @@ fn part_mesh(
         (None, Some(path)) => {
             let path = format!("{}{path}", document.base);
             let options = import::Options { unit: file.unit, weld_mm: file.weld_mm.unwrap_or(0.0) };
-            let imported = import::parse(&folder.path(&path), &folder.bytes(&path)?, options);
+            let content = folder.bytes(&path).map_err(|error| failed(error.into()))?;
+            let imported = import::parse(&folder.path(&path), &content, options);
             let import::Imported { mesh, report } = imported.map_err(|error| failed(error.into()))?;
             folder.meshes.push(MeshFile { part: file.name.get_ref().clone(), file: path, report });
             Ok(mesh)
@@ -282,14 +285,9 @@ fn part_mesh(
     }
 }
 
-fn read_rates(document: &Document, file: &CheckFile) -> Result<Rates, SceneError> {
-    let refuse = |message| SceneError::Meaning { place: document.header("[check]"), message };
-    let rate = |name: &str, rate: f64| match rate {
-        rate if rate > 0.0 && rate.is_finite() => Ok(rate),
-        rate => Err(refuse(format!("{name} is {rate}; it must be a finite number above 0"))),
-    };
-    let linear = rate("rapid_mm_min", file.rapid_mm_min.unwrap_or(RAPID_MM_MIN))?;
-    let rotary = rate("rapid_deg_min", file.rapid_deg_min.unwrap_or(RAPID_DEG_MIN))?.to_radians();
+fn read_rates(file: &CheckFile) -> Result<Rates, Nonsense> {
+    let linear = positive("rapid_mm_min", file.rapid_mm_min.as_ref())?.unwrap_or(RAPID_MM_MIN);
+    let rotary = positive("rapid_deg_min", file.rapid_deg_min.as_ref())?.unwrap_or(RAPID_DEG_MIN).to_radians();
     let mut rates = Rates {
         rapid: Axis::ALL.map(|axis| if axis.is_rotary() { rotary } else { linear }),
         feed: [f64::INFINITY; 9],
@@ -298,10 +296,12 @@ fn read_rates(document: &Document, file: &CheckFile) -> Result<Rates, SceneError
     for (name, given, rates) in
         [("rapid_rates", &file.rapid_rates, &mut rates.rapid), ("feed_limits", &file.feed_limits, &mut rates.feed)]
     {
-        for (letter, &value) in given {
+        for (letter, value) in given {
             let axis = letter.parse().ok().and_then(Axis::from_letter);
-            let axis = axis.ok_or_else(|| refuse(format!("{name}: `{letter}` is not an axis, X to W")))?;
-            let value = rate(&format!("{name}.{letter}"), value)?;
+            let axis = axis.ok_or_else(|| {
+                (value.span(), format!("{name}: `{letter}` is not an axis; the axes are X Y Z A B C U V W"))
+            })?;
+            let Some(value) = positive(&format!("{name}.{letter}"), Some(value))? else { continue };
             rates[axis as usize] = if axis.is_rotary() { value.to_radians() } else { value };
         }
     }
@@ -317,14 +317,16 @@ fn read_program(
     machine: &Machine,
     file: &ProgramFile,
 ) -> Result<ProgramRun, SceneError> {
-    let place = || document.header("[program]");
-    let meaning = |message: String| SceneError::Meaning { place: place(), message };
+    let meaning = |wrong| document.meaning(wrong);
     let setup = program::setup(file).map_err(meaning)?;
     let sampling = program::sampling(file).map_err(meaning)?;
-    machine.check_limits(&setup.start).map_err(|cause| SceneError::OutOfLimits { place: place(), cause })?;
+    // Where the machine stands without `start`, the program that needs it is to blame.
+    let start = || document.place(&file.start.as_ref().map_or_else(|| file.file.span(), Spanned::span));
+    machine.check_limits(&setup.start).map_err(|cause| SceneError::OutOfLimits { place: start(), cause })?;
     let tip = file.tool_centre_point.as_ref().map(|tip| read_tip(document, machine, tip)).transpose()?;
-    let source = folder.text(&file.file)?;
-    program::run(&source, folder.path(&file.file), &setup, tip, sampling)
+    let path = file.file.get_ref();
+    let source = folder.text(path)?;
+    program::run(&source, folder.path(path), &setup, tip, sampling)
 }
 
 fn read_tip(document: &Document, machine: &Machine, file: &Spanned<TipFile>) -> Result<TipControl, SceneError> {

@@ -234,7 +234,7 @@ impl Scene {
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
             let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
             load::load(Folder::on_disk(folder), &file, overrides)
-        } else if path.is_dir() {
+        } else if path.join(load::SCENE_FILE).is_file() {
             load::load(Folder::on_disk(path), load::SCENE_FILE, overrides)
         } else {
             Err(missing(&path.display().to_string()))
@@ -335,5 +335,8 @@ impl Scene {
 }
 
 fn missing(wanted: &str) -> SceneError {
+    if Path::new(wanted).is_dir() {
+        return SceneError::NoSceneFile { folder: wanted.into() };
+    }
     SceneError::Missing { wanted: wanted.to_owned(), known: [Scene::SHIPPED, Scene::FAMILIES].concat().join(", ") }
 }

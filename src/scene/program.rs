@@ -1,12 +1,14 @@
 //! The program of a scene: from the file to canonical moves.
 
 use super::error::SceneError;
-use super::file::{ControllerFile, ProgramFile, UserCodeFile};
+use super::file::{ControllerFile, PositionFile, ProgramFile, UserCodeFile};
 use crate::gcode::{self, Position, RapidPath, Sample, Sampling, Setup, TooManySamples, Tool, UserCode, WorkOffset};
 use crate::machine::Machine;
 use crate::machine::tip::{TipControl, TipError};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
+use toml::Spanned;
 
 /// A program, interpreted, and how to run it.
 #[derive(Clone, Debug)]
@@ -28,63 +30,82 @@ pub struct ProgramRun {
 /// Names of the work offsets, in the order of [`Setup::work_offsets`].
 const WORK_OFFSETS: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
 
-/// What the controller knows, as the scene file says it. `Err` is a message.
-pub(super) fn setup(file: &ProgramFile) -> Result<Setup, String> {
+/// A value that makes no sense: the bytes of the file where it stands, and a message.
+pub(super) type Nonsense = (Range<usize>, String);
+
+/// What the controller knows, as the scene file says it.
+pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
     let mut setup = match file.controller {
         ControllerFile::Mill => Setup::default(),
         ControllerFile::Lathe => Setup::lathe(),
     };
-    setup.start = finite("start", file.start.position())?;
-    setup.home = finite("home", file.home.position())?;
+    let position = |what: &str, file: &Option<Spanned<PositionFile>>| match file {
+        Some(file) => finite(what, file.get_ref().position()).map_err(|message| (file.span(), message)),
+        None => Ok(Position::default()),
+    };
+    setup.start = position("start", &file.start)?;
+    setup.home = position("home", &file.home)?;
+    setup.second_home = position("second_home", &file.second_home)?;
     setup.tool = file.tool;
     for (name, origin) in &file.work_offsets {
+        let wrong = |message| (origin.span(), message);
         let index = WORK_OFFSETS.iter().position(|known| known == name);
-        let index = index.ok_or_else(|| format!("`{name}` is not one of {}", WORK_OFFSETS.join(", ")))?;
-        setup.work_offsets[index] = WorkOffset { origin: finite(name, origin.position())?, rotation: 0.0 };
+        let index =
+            index.ok_or_else(|| wrong(format!("work_offsets: `{name}` is not one of {}", WORK_OFFSETS.join(", "))))?;
+        let origin = finite(&format!("work_offsets.{name}"), origin.get_ref().position()).map_err(wrong)?;
+        setup.work_offsets[index] = WorkOffset { origin, rotation: 0.0 };
     }
-    for (name, &code) in &file.user_codes {
+    for (name, code) in &file.user_codes {
         let number = name.strip_prefix(['M', 'm']).and_then(|digits| digits.parse().ok());
-        let number = number.ok_or_else(|| format!("`{name}` is not an M code, as in M428"))?;
+        let number = number.ok_or_else(|| (code.span(), format!("`{name}` is not an M code, as in M428")))?;
         setup.user_codes.insert(
             number,
-            match code {
+            match code.get_ref() {
                 UserCodeFile::ToolCentrePointOn => UserCode::TipOn,
                 UserCodeFile::ToolCentrePointOff => UserCode::TipOff,
                 UserCodeFile::Ignore => UserCode::Ignore,
             },
         );
     }
-    for tool in &file.tools {
-        let offset = finite("a tool's offset", tool.offset.position())?;
+    for spanned in &file.tools {
+        let tool = spanned.get_ref();
+        let wrong = |message| (spanned.span(), message);
+        let refuse = |message: &str| Err(wrong(format!("tool {}: {message}", tool.number)));
+        let offset = finite(&format!("tool {}: offset", tool.number), tool.offset.position()).map_err(wrong)?;
         if !(tool.diameter_mm >= 0.0 && tool.diameter_mm.is_finite()) {
-            return Err(format!("tool {}: diameter_mm must be a finite number, at least 0", tool.number));
+            return refuse("diameter_mm must be a finite number, at least 0");
         }
         if tool.orientation > 9 {
-            return Err(format!("tool {}: orientation must be from 0 to 9", tool.number));
+            return refuse("orientation must be from 0 to 9");
         }
         if setup
             .tools
             .insert(tool.number, Tool { offset, diameter_mm: tool.diameter_mm, orientation: tool.orientation })
             .is_some()
         {
-            return Err(format!("there are two tools with number {}", tool.number));
+            return Err(wrong(format!("there are two tools with number {}", tool.number)));
         }
     }
     Ok(setup)
 }
 
-/// How finely to sample, as the scene file says it. `Err` is a message.
-pub(super) fn sampling(file: &ProgramFile) -> Result<Sampling, String> {
+/// How finely to sample, as the scene file says it.
+pub(super) fn sampling(file: &ProgramFile) -> Result<Sampling, Nonsense> {
     let default = Sampling::default();
-    let positive = |name: &str, value: Option<f64>, default: f64| match value.unwrap_or(default) {
-        value if value > 0.0 && value.is_finite() => Ok(value),
-        value => Err(format!("{name} is {value}; it must be a finite number above 0")),
-    };
     Ok(Sampling {
-        step_mm: positive("step_mm", file.step_mm, default.step_mm)?,
-        step_deg: positive("step_deg", file.step_deg, default.step_deg)?,
-        chord_mm: positive("chord_mm", file.chord_mm, default.chord_mm)?,
+        step_mm: positive("step_mm", file.step_mm.as_ref())?.unwrap_or(default.step_mm),
+        step_deg: positive("step_deg", file.step_deg.as_ref())?.unwrap_or(default.step_deg),
+        chord_mm: positive("chord_mm", file.chord_mm.as_ref())?.unwrap_or(default.chord_mm),
     })
+}
+
+/// The number, if one is given, which must be finite and above 0.
+pub(super) fn positive(name: &str, value: Option<&Spanned<f64>>) -> Result<Option<f64>, Nonsense> {
+    let Some(spanned) = value else { return Ok(None) };
+    match *spanned.get_ref() {
+        value if value > 0.0 && value.is_finite() => Ok(Some(value)),
+        value => Err((spanned.span(), format!("{name} is {value}; it must be a finite number above 0"))),
+    }
 }
 
 /// A path that the machine cannot follow.

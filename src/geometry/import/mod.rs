@@ -216,6 +216,7 @@ fn parse_in(path: &Path, content: &[u8], unit_mm: Option<f64>, weld_mm: f64) -> 
         return Err(ImportError::Tolerance { path: path.into(), weld_mm, least: WELD_MM.0, most: WELD_MM.1 });
     }
     check_size(path, content.len() as u64)?;
+    let content = unmarked(content);
     let Some(format) = format_of(path, content) else {
         return Err(ImportError::UnknownFormat { path: path.into() });
     };
@@ -233,6 +234,14 @@ fn parse_in(path: &Path, content: &[u8], unit_mm: Option<f64>, weld_mm: f64) -> 
     }?;
     let unit_mm = unit_mm.or(raw.unit_mm).unwrap_or(Unit::Mm.in_mm());
     clean::clean(raw, format, unit_mm, weld_mm).map_err(|source| ImportError::NotAMesh { path: path.into(), source })
+}
+
+/// The content without the byte-order mark that editors on Windows put before text.
+fn unmarked(content: &[u8]) -> &[u8] {
+    match content.strip_prefix(b"\xef\xbb\xbf") {
+        Some(text) if !stl::has_declared_size(content) => text,
+        _ => content,
+    }
 }
 
 /// How an archive begins, which a 3MF file is.

@@ -2,7 +2,7 @@
 //!
 //! Deviations from what `stl_io` takes: a file is binary when its size is what the binary header announces, whatever it
 //! begins with, since many exporters begin binary files with `solid`; text may have several solids, which become one
-//! mesh; a solid needs no name. Normals are ignored: the winding says the same and is more often right.
+//! mesh; a solid needs no name; keywords may be in upper case. Normals are ignored: the winding says the same and is more often right.
 
 use super::super::{Mesh, Point};
 use super::Raw;
@@ -30,7 +30,10 @@ pub(super) fn has_declared_size(content: &[u8]) -> bool {
 
 /// Whether a file is to be read as text.
 pub(super) fn is_text(content: &[u8]) -> bool {
-    content.trim_ascii_start().starts_with(b"solid") && !has_declared_size(content)
+    let content = content.trim_ascii_start();
+    // In upper case only a word of its own: binary headers begin with `SolidWorks` and the like.
+    let word = content.split(u8::is_ascii_whitespace).next().unwrap_or_default();
+    (content.starts_with(b"solid") || word.eq_ignore_ascii_case(b"solid")) && !has_declared_size(content)
 }
 
 pub(super) fn read_binary(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
@@ -48,14 +51,14 @@ pub(super) fn read_binary(path: &Path, content: &[u8]) -> Result<Raw, ImportErro
 
 pub(super) fn read_text(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
     let text = String::from_utf8_lossy(content);
-    let first_word = |line: &str| line.split_ascii_whitespace().next().map(str::to_owned);
+    let first_word = |line: &str| line.split_ascii_whitespace().next().map(str::to_ascii_lowercase);
     let last = text.lines().filter_map(first_word).next_back();
     // The lines that begin and end solids are blanked, so that all facets are in one, which has no end when the last
     // has none. Normals, which some exporters write as NaN, become zero. Line numbers stay.
     let neutral = |line: &str| match first_word(line).as_deref() {
         Some("solid" | "endsolid") => String::new(),
         Some("facet") => "facet normal 0 0 0".to_owned(),
-        _ => line.to_owned(),
+        _ => line.to_ascii_lowercase(),
     };
     let mut lines: Vec<String> = text.lines().map(neutral).collect();
     if let Some(first) = lines.first_mut() {

@@ -113,6 +113,30 @@ fn every_format_gives_the_same_closed_tetrahedron() {
 }
 
 #[test]
+fn text_in_upper_case_or_behind_a_byte_order_mark_is_read() {
+    let marked = |text: &str| format!("\u{feff}{text}");
+    for (name, content) in [
+        ("a.stl", STL.to_uppercase()),
+        ("upper", STL.to_uppercase()),
+        ("a.stl", marked(STL)),
+        ("a.obj", marked(&OBJ[OBJ.find("v 0").unwrap()..])),
+        ("off", marked(OFF)),
+        ("a.ply", marked(objects::PLY)),
+    ] {
+        let imported = read(name, content.as_bytes()).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!((imported.mesh.faces().len(), imported.mesh.vertices().len()), (4, 4), "{name}");
+    }
+    assert!(message("a.stl", STL.to_uppercase().replacen("6 0 0", "6 O 0", 1).as_bytes()).contains("a.stl: line 6"));
+    // Binary files whose headers begin in these ways stay binary.
+    let mut binary = binary_stl();
+    binary[..3].copy_from_slice(b"\xef\xbb\xbf");
+    assert_eq!(read("a.stl", &binary).unwrap().report.format, Format::BinaryStl);
+    binary[..10].copy_from_slice(b"SolidWorks");
+    binary.push(0);
+    assert!(message("a.stl", &binary).contains("the header announces 4 triangles"));
+}
+
+#[test]
 fn units_scale_to_mm() {
     for (unit, scale) in [(Unit::Mm, 1.0_f64), (Unit::Cm, 10.0), (Unit::Inch, 25.4), (Unit::M, 1000.0)] {
         let mesh = parse(Path::new("a.off"), OFF.replace('6', "4").as_bytes(), Some(unit)).unwrap().mesh;

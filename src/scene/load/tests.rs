@@ -145,6 +145,53 @@ fn programs_and_approaches_are_read_and_checked() {
 }
 
 #[test]
+fn wrong_values_are_told_at_their_own_place() {
+    let scene = |more: &str| format!("{SLIDE}{more}");
+    let program = "[program]\nfile = \"p.ngc\"\n";
+    for (table, line, message) in [
+        (program, "step_deg = -1", "12: step_deg is -1; it must be"),
+        (program, "start = { x_mm = nan }", "9: start is not finite"),
+        (program, "start = { x_mm = 51 }", "9: axis X at 51 mm is outside its limits"),
+        (program, "home = { z_mm = inf }", "8: home is not finite"),
+        (program, "second_home = { z_mm = inf }", "15: second_home is not finite"),
+        (program, "work_offsets = { G60 = { z_mm = 1 } }", "24: work_offsets: `G60` is not one of G54,"),
+        (program, "work_offsets = { G54 = { z_mm = nan } }", "24: work_offsets.G54 is not finite"),
+        (program, "tools = [{ number = 3, diameter_mm = -1 }]", "10: tool 3: diameter_mm must be"),
+        (program, "tools = [{ number = 3 }, { number = 3 }]", "26: there are two tools with number 3"),
+        (program, "user_codes = { X428 = \"ignore\" }", "23: `X428` is not an M code"),
+        ("[check]\n\n", "rapid_mm_min = 0", "16: rapid_mm_min is 0; it must be"),
+        ("[check]\n\n", "gouge_mm = -1", "12: gouge_mm is -1; it must be"),
+        ("[check]\n\n", "rapid_rates = { Q = 3 }", "21: rapid_rates: `Q` is not an axis"),
+        ("[check]\n\n", "feed_limits = { X = 5, A = nan }", "28: feed_limits.A is NaN; it must be"),
+    ] {
+        let text = error_of(&[("scene.toml", &scene(&format!("{table}{line}\n"))), ("p.ngc", "M2\n")]).1;
+        assert!(text.starts_with(&format!("scene.toml:16:{message}")), "{line}: {text}");
+    }
+}
+
+#[test]
+fn both_homes_are_where_the_scene_says() {
+    let homes = "[program]\nfile = \"p.ngc\"\nhome = { x_mm = 40 }\nsecond_home = { x_mm = -30, z_mm = 5 }\n";
+    let scene = format!("{SLIDE}{homes}");
+    let loaded = load(&[("scene.toml", &scene), ("p.ngc", "G28\nG91 G30 X0\nM2\n")]).unwrap();
+    let moves = loaded.program.unwrap().program.moves;
+    assert_eq!(moves.iter().map(|step| step.end[Axis::X]).collect::<Vec<_>>(), [40.0, 40.0, -30.0]);
+}
+
+#[test]
+fn the_worked_example_of_the_documentation_is_a_program_table() {
+    let text = include_str!("../../../docs/format.md");
+    let example = text.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let slides = "[[machine.links]]\nname = \"z\"\njoint = { axis = \"Z\", direction = [0, 0, 1] }\n";
+    let scene = format!("{SLIDE}{slides}{example}");
+    let setup = load(&[("scene.toml", &scene), ("part.ngc", "M2\n")]).unwrap().program.unwrap().setup;
+    assert_eq!((setup.tools[&2].offset[Axis::Z], setup.tools[&2].diameter_mm), (95.5, 10.0));
+    assert_eq!(setup.work_offsets[0].origin[Axis::Z], 120.0);
+    assert_eq!([setup.start, setup.home, setup.second_home].map(|p| p[Axis::Z]), [400.0, 400.0, 350.0]);
+    assert_eq!(setup.tool, 1);
+}
+
+#[test]
 fn whatever_is_wrong_with_a_scene_file_is_said_with_its_place() {
     for (from, to, message) in [
         ("title = \"A slide\"", "title = ", "scene.toml:1:9: "),
@@ -165,7 +212,7 @@ fn whatever_is_wrong_with_a_scene_file_is_said_with_its_place() {
         (
             "direction = [1, 0, 0]",
             "direction = [0, 0, 0]",
-            "scene.toml:4:8: link `slide`: the direction of axis X is zero",
+            "scene.toml:5:35: link `slide`: the direction of axis X is zero",
         ),
         (
             "name = \"slide\"",
@@ -177,7 +224,11 @@ fn whatever_is_wrong_with_a_scene_file_is_said_with_its_place() {
             "link = \"slide\"",
             "scene.toml:7:8: part `tool`: either `shape` or `mesh` must be given",
         ),
-        ("link = \"slide\"\nmesh = \"t.stl\"", "mesh = \"none.stl\"", "none.stl: "),
+        (
+            "link = \"slide\"\nmesh = \"t.stl\"",
+            "mesh = \"none.stl\"",
+            "scene.toml:7:8: part `tool`: none.stl: No such file",
+        ),
         ("pairs = [[\"block\", \"tool\"]]", "pairs = []", "scene.toml: no two parts"),
     ] {
         assert!(SLIDE.contains(from), "{from}");
@@ -224,6 +275,15 @@ fn a_scene_that_is_nowhere_is_answered_with_those_that_are_somewhere() {
     for error in [Scene::find("lathe-toolpots"), Scene::load(Path::new("no/such/folder"))].map(Result::unwrap_err) {
         assert!(matches!(error, SceneError::Missing { .. }));
         assert!(error.to_string().contains("lathe-toolpost, lathe-tailstock"), "{error}");
+    }
+}
+
+#[test]
+fn a_folder_without_a_scene_file_is_told_from_one_that_is_not_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_str().unwrap();
+    for error in [Scene::find(path), Scene::load(folder.path())].map(Result::unwrap_err) {
+        assert_eq!(error.to_string(), format!("{path}: the folder has no scene.toml, so it is not a scene"));
     }
 }
 
