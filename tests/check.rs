@@ -378,6 +378,18 @@ fn a_zone_entered_and_left_between_two_samples_is_told() {
     assert_eq!(near, [(Kind::Near { zone_mm: 30.0 }, 2, 15.0), (Kind::Near { zone_mm: 2.0 }, 2, 15.0)]);
 }
 
+#[test]
+fn a_zone_left_and_entered_again_within_two_samples_is_two_events() {
+    // 10 mm beside the clamp, whose top is at 20: 14 mm away at Z 29.8, two thirds of the way up to 40, where it is free.
+    let (_folder, scene) = mill("G0 X45\nG0 Z10\nG0 Z40\nG0 Z10\nG0 Z40\nM2");
+    let mut coarse: ProgramRun = scene.program.clone().unwrap();
+    coarse.sampling.step_mm = 500.0;
+    let settings = Settings { zones_mm: vec![14.0], ..Settings::standard() };
+    let outcome = check(&scene, &coarse, standard(&Registry::standard()), &settings, &Silent).unwrap();
+    let near = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
+    assert_eq!(near.map(|event| (event.first.line, event.last.line)).collect::<Vec<_>>(), [(2, 3), (4, 5)]);
+}
+
 fn bvbench() -> Command {
     Command::cargo_bin("bvbench").unwrap()
 }

@@ -146,7 +146,8 @@ fn runs(stretches: &[Stretch], nearness: Nearness) -> Vec<Stretch> {
     for stretch in stretches {
         let near = stretch.nearness <= nearness;
         match runs.last_mut() {
-            Some(run) if near && open && joins(end, stretch.from) => {
+            // A chunk of the path begins with the place that ended the chunk before it.
+            Some(run) if near && open && (stretch.goes_on || stretch.from <= end) => {
                 run.to = stretch.to;
                 run.inside |= stretch.inside;
                 if stretch.least_mm < run.least_mm {
@@ -159,11 +160,6 @@ fn runs(stretches: &[Stretch], nearness: Nearness) -> Vec<Stretch> {
         (open, end) = (near, stretch.to);
     }
     runs
-}
-
-/// Whether a stretch goes on where another one ended: no whole place lies between them that would have been free.
-fn joins(end: f64, from: f64) -> bool {
-    from - end < 1.0 && (end.ceil() >= from.floor() || end.floor() + 1.0 >= from)
 }
 
 struct OfPair<'a> {

@@ -32,6 +32,8 @@ pub(super) struct Stretch {
     pub least_at: f64,
     /// Whether somewhere on it one part was wholly inside the other.
     pub inside: bool,
+    /// Whether it goes on from the stretch before it, nothing free having been found between.
+    pub goes_on: bool,
 }
 
 /// A distance found at a place.
@@ -243,6 +245,7 @@ impl<'a> Scan<'a> {
                 least_mm: distance,
                 least_at: place,
                 inside,
+                goes_on: was_near,
             }),
         }
     }
