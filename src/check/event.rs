@@ -1,16 +1,16 @@
 //! From stretches of the path to what a user is told.
 //!
 //! Rules. Contact of a pair is a collision, but for a cutter with the workpiece: where that is the finished part, the cutter gouges it
-//! when it goes deeper than the scene allows; where it is uncut, contact that begins in a feed move is cutting and is not told, nor is the retreat from it; contact that begins in a rapid move is a collision and is
-//! named as such. Shank and holder of a tool never cut. Since material is not removed, a rapid that begins inside the uncut workpiece
-//! belongs to the cut before it. Nearness of these two is not told at all. Contacts of one pair on one line that part by less than
+//! when it goes deeper than the scene allows; where it is uncut, contact that begins in a feed move is cutting and is not told, nor is the retreat from it; contact that begins in a rapid move, or by a
+//! change of tools, is a collision and is named as such, and the finished part may not even be touched by these. Shank and holder of a tool never cut. Since material is not removed, a rapid that begins inside the uncut workpiece
+//! belongs to the cut before it. Nearness of these two is not told at all. Contacts of one pair and one kind on one line that part by less than
 //! [`super::PARTED_MM`] between them are one. A pair that the scene does not name and that is in contact at first is told of from
 //! where it has parted that far.
 
 use super::motion::Path;
 use super::scan::{Nearness, Stretch};
 use super::{PARTED_MM, Settings};
-use crate::gcode::Position;
+use crate::gcode::{MoveKind, Position};
 use crate::scene::{Pair, Scene};
 
 /// What happens.
@@ -171,38 +171,47 @@ struct OfPair<'a> {
 impl OfPair<'_> {
     /// Contacts; those of an episode in which the pair does not get farther apart than the border `parted` are one on each line.
     fn collisions(&self, stretches: &[Stretch], parted: Nearness) -> Vec<(f64, Event)> {
-        let mut contacts: Vec<Stretch> = Vec::new();
+        let mut contacts: Vec<(Stretch, Option<Kind>)> = Vec::new();
         for episode in runs(stretches, parted) {
             let inside = |contact: &Stretch| episode.from <= contact.from && contact.to <= episode.to;
-            let mut of_episode: Vec<Stretch> = Vec::new();
+            let mut of_episode: Vec<(Stretch, Option<Kind>)> = Vec::new();
             for contact in runs(stretches, 0).into_iter().filter(inside) {
+                let kind = self.kind(&contact);
                 match of_episode.last_mut() {
-                    Some(last) if self.line(last.from) == self.line(contact.from) => {
+                    // One line may be a whole subroutine or cycle, with feed moves that cut and rapids that must not.
+                    Some((last, same)) if *same == kind && self.line(last.from) == self.line(contact.from) => {
                         last.to = contact.to;
                         last.inside |= contact.inside;
                         if contact.least_mm < last.least_mm {
                             (last.least_mm, last.least_at) = (contact.least_mm, contact.least_at);
                         }
                     }
-                    _ => of_episode.push(contact),
+                    _ => of_episode.push((contact, kind)),
                 }
             }
             contacts.extend(of_episode);
         }
-        let told = contacts.into_iter().filter_map(|contact| {
-            let kind = match (self.scene.is_cutting(self.pair), self.path.sample_at(contact.from).rapid) {
-                (true, false) if self.scene.gouge_mm.is_some() => Kind::Gouge,
-                (true, false) => return None,
-                (true, true) => Kind::RapidIntoWorkpiece,
-                (false, _) => Kind::Collision,
-            };
-            let mut event = self.event(kind, &contact);
+        let told = contacts.into_iter().filter_map(|(contact, kind)| {
+            let mut event = self.event(kind?, &contact);
             if let Some(allowed) = self.scene.gouge_mm.filter(|_| self.scene.is_cutting(self.pair)) {
                 event.least_mm -= allowed;
             }
             Some((contact.from, event))
         });
         told.collect()
+    }
+
+    /// What a contact is, by the move in which it begins; `None` where it is meant.
+    fn kind(&self, contact: &Stretch) -> Option<Kind> {
+        if !self.scene.is_cutting(self.pair) {
+            return Some(Kind::Collision);
+        }
+        match self.path.move_kind(contact.from) {
+            MoveKind::Rapid => Some(Kind::RapidIntoWorkpiece),
+            MoveKind::Feed | MoveKind::Arc { .. } | MoveKind::Dwell { .. } | MoveKind::ToolChange { .. } => {
+                self.scene.gouge_mm.is_some().then_some(Kind::Gouge)
+            }
+        }
     }
 
     fn line(&self, place: f64) -> u32 {
