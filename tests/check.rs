@@ -279,6 +279,12 @@ fn a_tool_is_there_only_while_it_is_in_the_spindle() {
 }
 
 #[test]
+fn a_tool_that_is_put_into_the_spindle_inside_the_workpiece_is_told() {
+    let program = "G0 Z10\nT2 M6\nG0 Z50\nM2"; // tool 2 is 20 mm longer
+    assert_eq!(told_by(&mill_with_tools(), program), [("tool-change-into-workpiece", 2)]);
+}
+
+#[test]
 fn only_the_cutter_cuts() {
     let feed_to = |z: i32| told_by(&mill_with_tools(), &format!("G0 Z5\nT3 M6\nG1 Z{z} F100\nG0 Z50\nM2"));
     assert_eq!(feed_to(-9), []);

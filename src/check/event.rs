@@ -20,6 +20,8 @@ pub enum Kind {
     Collision,
     /// The cutter comes into the workpiece at rapid rate.
     RapidIntoWorkpiece,
+    /// The cutter is in the workpiece when it is put into the spindle.
+    ToolChangeIntoWorkpiece,
     /// The cutter goes deeper into the finished workpiece than it may.
     Gouge,
     /// Two parts are nearer than this, mm.
@@ -42,6 +44,7 @@ impl Kind {
         match self {
             Self::Collision => "collision",
             Self::RapidIntoWorkpiece => "rapid-into-workpiece",
+            Self::ToolChangeIntoWorkpiece => "tool-change-into-workpiece",
             Self::Gouge => "gouge",
             Self::Near { .. } => "near",
         }
@@ -134,7 +137,7 @@ impl Telling<'_> {
 fn width(kind: &Kind) -> f64 {
     match kind {
         Kind::Near { zone_mm } => *zone_mm,
-        Kind::Collision | Kind::RapidIntoWorkpiece | Kind::Gouge => 0.0,
+        Kind::Collision | Kind::RapidIntoWorkpiece | Kind::ToolChangeIntoWorkpiece | Kind::Gouge => 0.0,
     }
 }
 
@@ -208,7 +211,8 @@ impl OfPair<'_> {
         }
         match self.path.move_kind(contact.from) {
             MoveKind::Rapid => Some(Kind::RapidIntoWorkpiece),
-            MoveKind::Feed | MoveKind::Arc { .. } | MoveKind::Dwell { .. } | MoveKind::ToolChange { .. } => {
+            MoveKind::ToolChange { .. } => Some(Kind::ToolChangeIntoWorkpiece),
+            MoveKind::Feed | MoveKind::Arc { .. } | MoveKind::Dwell { .. } => {
                 self.scene.gouge_mm.is_some().then_some(Kind::Gouge)
             }
         }

@@ -197,7 +197,13 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
 
 /// What happens at a line, in its tone.
 fn painted(text: &str) -> String {
-    let tones = [("COLLISION", Tone::Bad), ("RAPID INTO WORKPIECE", Tone::Bad), ("nearer", Tone::Doubtful)];
+    let tones = [
+        ("COLLISION", Tone::Bad),
+        ("RAPID INTO WORKPIECE", Tone::Bad),
+        ("TOOL CHANGE INTO WORKPIECE", Tone::Bad),
+        ("GOUGE", Tone::Bad),
+        ("nearer", Tone::Doubtful),
+    ];
     style::painted(text, &tones, style::is_coloured())
 }
 
@@ -208,6 +214,7 @@ fn table(scene: &Scene, events: &[&Event], end: &str) -> Table {
             Kind::Collision if event.inside => "COLLISION, inside".to_owned(),
             Kind::Collision => "COLLISION".to_owned(),
             Kind::RapidIntoWorkpiece => "RAPID INTO WORKPIECE".to_owned(),
+            Kind::ToolChangeIntoWorkpiece => "TOOL CHANGE INTO WORKPIECE".to_owned(),
             Kind::Gouge => "GOUGE".to_owned(),
             Kind::Near { zone_mm } => format!("nearer than {zone_mm} mm"),
         };
