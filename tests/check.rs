@@ -227,6 +227,19 @@ fn a_rapid_into_the_workpiece_is_told_though_a_cut_on_the_same_line_came_just_be
     assert_eq!(told, [("rapid-into-workpiece", 2)]);
 }
 
+#[test]
+fn a_finished_part_may_be_touched_in_a_feed_move_only() {
+    let part = format!("{MILL}gouge_mm = 0.1\n");
+    let told = |program: &str| told_by(&part, &format!("G0 X-100\n{program}\nM2"));
+    assert_eq!(told("G0 Z-0.09\nG1 X40 F1000\nG0 Z50"), []);
+    // Less deep than a gouge, but at rapid rate; and so after a cut that has left the part.
+    assert_eq!(told("G0 Z-0.09\nG0 X0\nG0 Z50"), [("rapid-into-workpiece", 3)]);
+    assert_eq!(told("G1 Z-0.09 F1000\nX40\nX-60\nG0 X0"), [("rapid-into-workpiece", 5)]);
+    assert_eq!(told("G0 Z-0.5\nG0 X0\nG0 Z50"), [("rapid-into-workpiece", 3)]);
+    assert_eq!(told("G0 Z-0.09\nG0 X0\nG1 Z-0.5 F100\nG0 Z50"), [("rapid-into-workpiece", 3), ("gouge", 4)]);
+    assert_eq!(told("G0 Z1\nG0 X40\nG0 Z50"), []);
+}
+
 /// The mill with the cutter as tool 1, a longer tool 2, and tool 3, whose shank begins 10 mm above its tip.
 fn mill_with_tools() -> String {
     let tools = r#"

@@ -1,11 +1,12 @@
 //! From stretches of the path to what a user is told.
 //!
-//! Rules. Contact of a pair is a collision, but for a cutter with the workpiece: where that is the finished part, the cutter gouges it
-//! when it goes deeper than the scene allows; where it is uncut, contact that begins in a feed move is cutting and is not told, nor is the retreat from it; contact that begins in a rapid move, or by a
-//! change of tools, is a collision and is named as such, and the finished part may not even be touched by these. Shank and holder of a tool never cut. Since material is not removed, a rapid that begins inside the uncut workpiece
-//! belongs to the cut before it. Nearness of these two is not told at all. Contacts of one pair and one kind on one line that part by less than
-//! [`super::PARTED_MM`] between them are one. A pair that the scene does not name and that is in contact at first is told of from
-//! where it has parted that far.
+//! Rules. Contact of a pair is a collision, but for a cutter with the workpiece. Where that is uncut, contact that begins in a feed move is
+//! cutting and is not told, nor is the retreat from it; contact that begins in a rapid move, or with a change of tools, is a collision and is
+//! named as such. Since material is not removed, a rapid that begins inside the uncut workpiece belongs to the cut before it. Where the
+//! workpiece is the finished part, the cutter gouges it when it goes deeper than the scene allows, and may not even touch it otherwise than
+//! in a feed move. Nearness of these two is not told at all. Shank and holder of a tool never cut. Contacts of one pair and one kind on one
+//! line that part by less than [`super::PARTED_MM`] between them are one. A pair that the scene does not name and that is in contact at
+//! first is told of from where it has parted that far.
 
 use super::motion::Path;
 use super::scan::{Nearness, Stretch};
@@ -115,7 +116,8 @@ impl Telling<'_> {
                 stretches.retain(|stretch| stretch.from > first);
             }
             let of_pair = OfPair { scene: self.scene, path: self.path, pair };
-            found.extend(of_pair.collisions(&stretches, parted));
+            let touching = settings.touching_mm(self.scene).filter(|_| self.scene.is_cutting(pair));
+            found.extend(of_pair.collisions(&stretches, parted, touching.map(|mm| self.border(mm).0)));
             if !self.scene.is_cutting(pair) {
                 for (nearness, zone_mm) in settings.zones_mm.iter().map(|&zone| self.border(zone)) {
                     let runs = runs(&stretches, nearness);
@@ -172,14 +174,14 @@ struct OfPair<'a> {
 }
 
 impl OfPair<'_> {
-    /// Contacts; those of an episode in which the pair does not get farther apart than the border `parted` are one on each line.
-    fn collisions(&self, stretches: &[Stretch], parted: Nearness) -> Vec<(f64, Event)> {
+    /// Contacts; those of an episode in which the pair does not get farther apart than the border `parted` are one on each line and of
+    /// each kind. `touching` is the border at which a cutter touches a finished workpiece.
+    fn collisions(&self, stretches: &[Stretch], parted: Nearness, touching: Option<Nearness>) -> Vec<(f64, Event)> {
+        let found = self.contacts(stretches, touching);
         let mut contacts: Vec<(Stretch, Option<Kind>)> = Vec::new();
-        for episode in runs(stretches, parted) {
-            let inside = |contact: &Stretch| episode.from <= contact.from && contact.to <= episode.to;
+        for episode in runs(stretches, parted.max(touching.unwrap_or(0))) {
             let mut of_episode: Vec<(Stretch, Option<Kind>)> = Vec::new();
-            for contact in runs(stretches, 0).into_iter().filter(inside) {
-                let kind = self.kind(&contact);
+            for &(contact, kind) in found.iter().filter(|(contact, _)| contact.is_in(&episode)) {
                 match of_episode.last_mut() {
                     // One line may be a whole subroutine or cycle, with feed moves that cut and rapids that must not.
                     Some((last, same)) if *same == kind && self.line(last.from) == self.line(contact.from) => {
@@ -202,6 +204,22 @@ impl OfPair<'_> {
             Some((contact.from, event))
         });
         told.collect()
+    }
+
+    /// Contacts by where they begin. A finished workpiece may be touched in feed moves only: where anything else comes to touch it, that is
+    /// contact, and what begins within it other than in a feed move belongs to it.
+    fn contacts(&self, stretches: &[Stretch], touching: Option<Nearness>) -> Vec<(Stretch, Option<Kind>)> {
+        let with_kind = |contact: Stretch| (contact, self.kind(&contact));
+        let is_feed = |kind: &Option<Kind>| *kind == Some(Kind::Gouge);
+        let mut contacts: Vec<_> = runs(stretches, 0).into_iter().map(with_kind).collect();
+        let Some(touching) = touching else { return contacts };
+        // What touches where the machine stands at first has not come there.
+        let touched = runs(stretches, touching).into_iter().filter(|run| run.from > 0.0).map(with_kind);
+        let touched: Vec<_> = touched.filter(|(_, kind)| !is_feed(kind)).collect();
+        contacts.retain(|(contact, kind)| is_feed(kind) || !touched.iter().any(|(run, _)| contact.is_in(run)));
+        contacts.extend(touched);
+        contacts.sort_by(|(a, _), (b, _)| a.from.total_cmp(&b.from));
+        contacts
     }
 
     /// What a contact is, by the move in which it begins; `None` where it is meant.

@@ -53,13 +53,20 @@ impl Settings {
         Self { zones_mm: vec![14.0, 8.0, 2.0], tolerance_mm: 0.01, stop_at_first: false }
     }
 
-    /// Clearances at which something changes, narrowest first, mm: the zones, and [`PARTED_MM`].
-    fn borders_mm(&self) -> Vec<f64> {
+    /// Clearances at which something changes, narrowest first, mm: the zones, [`PARTED_MM`], and where a cutter touches a finished workpiece.
+    fn borders_mm(&self, scene: &Scene) -> Vec<f64> {
         let mut borders = self.zones_mm.clone();
         borders.push(PARTED_MM);
+        borders.extend(self.touching_mm(scene));
         borders.sort_by(f64::total_cmp);
         borders.dedup();
         borders
+    }
+
+    /// How much farther a cutter may go where it is in a finished workpiece by the tolerance, mm; `None` where that is a gouge already.
+    /// The tolerance, because surfaces of triangles that slide on each other are in each other by chance.
+    fn touching_mm(&self, scene: &Scene) -> Option<f64> {
+        scene.gouge_mm.map(|allowed| allowed - self.tolerance_mm).filter(|&spare| spare > 0.0)
     }
 }
 
@@ -164,7 +171,7 @@ pub fn check(
         examined_later && bodies.share_a_point(pair, &scene.a_from_b(pair, &start))
     };
     let touching_at_start: Vec<Pair> = pairs.iter().copied().filter(|&pair| touches_at_first(pair)).collect();
-    let borders = settings.borders_mm();
+    let borders = settings.borders_mm(scene);
     let chunks: Vec<usize> = (0..path.samples().len()).step_by(CHUNK).collect();
     progress.begin("checking", chunks.len() as u64);
     let (stop, queries) = (AtomicBool::new(false), AtomicU64::new(0));
