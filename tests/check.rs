@@ -465,11 +465,18 @@ fn bad_input_ends_with_2_and_names_the_place() {
     refused("G0 X1\nG0 X999\nM2", "bad.ngc:2: axis X at 201 mm is outside its limits -200 to 200 mm");
     refused("G0 X1\nG77\nM2", "bad.ngc:2:1: code is not supported: `G77`");
     refused("M2", "no moves");
+    refused("G0 X1\nA90\nM2", "bad.ngc:2: the program moves axis A to 90 degrees, and no joint of the machine");
+    refused("G0 X1\nG0 Z40 U-10\nM2", "bad.ngc:2: the program moves axis U to -10 mm");
     let missing = Path::new("no/such.ngc");
     bvbench().args(["check", "--quiet"]).arg(folder.path()).arg(missing).assert().code(2);
     bvbench().args(["check", "--quiet", "no-such-scene"]).assert().code(2);
     bvbench().args(["check", "--quiet"]).arg(folder.path()).args(["--method", "nothing"]).assert().code(2);
     bvbench().args(["check", "--quiet"]).arg(folder.path()).args(["--step", "0"]).assert().code(2);
+}
+
+#[test]
+fn an_axis_that_the_machine_lacks_may_be_named_where_it_stays() {
+    assert_eq!(told("G0 Z20 Y0 A0\nG28 Y0\nM2"), []);
 }
 
 #[test]

@@ -17,6 +17,7 @@ mod scan;
 pub use event::{Event, Extent, Kind};
 pub use motion::Path;
 
+use crate::gcode::Axis;
 use crate::geometry::Isometry;
 use crate::interference::SurfaceOctree;
 use crate::machine::OutOfLimits;
@@ -87,6 +88,20 @@ pub enum CheckError {
         /// The axis and its range.
         cause: OutOfLimits,
     },
+    /// The program moves an axis that the machine lacks.
+    #[error("{file}:{line}: the program moves axis {axis} to {value} {unit}, and no joint of the machine has that axis", file = file.display())]
+    NoSuchAxis {
+        /// The program.
+        file: PathBuf,
+        /// Line.
+        line: u32,
+        /// Letter of the axis.
+        axis: char,
+        /// Where to, in `unit`.
+        value: f64,
+        /// `mm` or `degrees`.
+        unit: &'static str,
+    },
     /// The program moves the tool's tip as the machine cannot.
     #[error(transparent)]
     Tip(#[from] TipFault),
@@ -147,6 +162,7 @@ pub fn check(
     if path.samples().is_empty() {
         return Err(CheckError::NoMoves(run.file.clone()));
     }
+    refuse_missing_axes(scene, run)?;
     for sample in path.samples() {
         scene.machine.check_limits(&sample.position).map_err(|cause| CheckError::OutOfLimits {
             file: run.file.clone(),
@@ -221,6 +237,28 @@ pub fn check(
         trees_ns,
     })
 }
+
+/// Refuses a program that moves an axis which no joint follows: what is where, nobody would know. An axis may be named as long as it
+/// stays where it is.
+fn refuse_missing_axes(scene: &Scene, run: &ProgramRun) -> Result<(), CheckError> {
+    let is_missing = |axis: &Axis| scene.machine.joints_of(*axis).next().is_none();
+    let missing: Vec<Axis> = Axis::ALL.into_iter().filter(is_missing).collect();
+    for step in &run.program.moves {
+        // X, Y and Z of a tip under control are not axes.
+        let is_axis = |axis: &&Axis| step.tip_mm.is_none() || **axis as usize > Axis::Z as usize;
+        let moved = |axis: &&Axis| (step.end[**axis] - run.start[**axis]).abs() > STILL;
+        if let Some(&axis) = missing.iter().filter(is_axis).find(moved) {
+            let (value, unit) =
+                if axis.is_rotary() { (step.end[axis].to_degrees(), "degrees") } else { (step.end[axis], "mm") };
+            let (file, letter) = (run.file.clone(), axis.letter());
+            return Err(CheckError::NoSuchAxis { file, line: step.line, axis: letter, value, unit });
+        }
+    }
+    Ok(())
+}
+
+/// By how much rounding may move an axis that stays where it is, mm or radians.
+const STILL: f64 = 1e-9;
 
 fn tools_without_parts(scene: &Scene, reach: &pairs::Reach) -> Vec<u32> {
     let has_part = |tool: u32| scene.parts.iter().any(|part| part.tool == Some(tool));
