@@ -475,6 +475,21 @@ fn bad_input_ends_with_2_and_names_the_place() {
 }
 
 #[test]
+fn a_machine_whose_parts_are_all_neighbours_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let head = MILL.find("[[parts]]\nname = \"clamp\"").unwrap();
+    let (first, rest) = MILL.split_at(head);
+    let table = "name = \"table\"\njoint = { axis = \"X\", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 }";
+    let cutter = &rest[rest.find("[[parts]]\nname = \"cutter\"").unwrap()..];
+    let text = format!("{}{cutter}", first.replacen(table, "name = \"table\"", 1));
+    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
+    std::fs::write(folder.path().join("own.ngc"), "G0 Z1\nM2").unwrap();
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && error.contains("no two parts that could collide"), "{error}");
+}
+
+#[test]
 fn an_axis_that_the_machine_lacks_may_be_named_where_it_stays() {
     assert_eq!(told("G0 Z20 Y0 A0\nG28 Y0\nM2"), []);
 }

@@ -105,8 +105,8 @@ pub enum CheckError {
     /// The program moves the tool's tip as the machine cannot.
     #[error(transparent)]
     Tip(#[from] TipFault),
-    /// No pair of parts can move against each other.
-    #[error("scene `{0}` has no two parts that could collide")]
+    /// No pair of parts is left to examine, wherever the axes go.
+    #[error("scene `{0}` has no two parts that could collide; `bvbench scene pairs` says why")]
     NoPairs(String),
     /// The program moves nothing.
     #[error("{file}: the program has no moves", file = .0.display())]
@@ -174,7 +174,7 @@ pub fn check(
     let reach = path.reach();
     let decisions = pairs::decide(scene, &reach, widest);
     let pairs: Vec<Pair> = decisions.iter().filter(|d| d.dropped.is_none()).map(|d| d.pair).collect();
-    if pairs.is_empty() && decisions.iter().all(|d| d.dropped == Some(pairs::Dropped::Rigid)) {
+    if pairs.is_empty() && decisions.iter().filter_map(|d| d.dropped.as_ref()).all(pairs::Dropped::is_for_ever) {
         return Err(CheckError::NoPairs(scene.name.clone()));
     }
     progress.begin("building trees", 1);
