@@ -234,7 +234,9 @@ fn table(scene: &Scene, events: &[&Event], end: &str) -> Table {
 
 /// Minutes and seconds.
 fn clock(seconds: f64) -> String {
-    format!("{}:{:05.2}", (seconds / 60.0).floor(), seconds % 60.0)
+    // Rounded before it is split: 59.996 s is a minute.
+    let hundredths = (seconds * 100.0).round();
+    format!("{}:{:05.2}", (hundredths / 6000.0).floor(), hundredths % 6000.0 / 100.0)
 }
 
 /// Axes that the position has moved, mm and degrees.
@@ -319,4 +321,15 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
         writer.write_record(&row)?;
     }
     Ok(String::from_utf8(writer.into_inner()?)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::clock;
+
+    #[test]
+    fn the_clock_has_no_sixtieth_second() {
+        let shown = [0.0, 59.994, 59.996, 60.0, 3599.999, 61.5].map(clock);
+        assert_eq!(shown, ["0:00.00", "0:59.99", "1:00.00", "1:00.00", "60:00.00", "1:01.50"]);
+    }
 }
