@@ -474,6 +474,19 @@ fn bad_input_ends_with_2_and_names_the_place() {
     bvbench().args(["check", "--quiet"]).arg(folder.path()).args(["--step", "0"]).assert().code(2);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_whose_name_is_not_unicode_is_checked() {
+    use std::os::unix::ffi::OsStrExt;
+    let (folder, _) = mill("G0 Z20\nM2");
+    let program = folder.path().join(std::ffi::OsStr::from_bytes(b"caf\xe9.ngc"));
+    std::fs::write(&program, "G0 Z20\nM2").unwrap();
+    let output = bvbench().args(["check", "--quiet", "--json"]).arg(folder.path()).arg(&program).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(json["program"].as_str().unwrap().ends_with("caf\u{fffd}.ngc"), "{json}");
+}
+
 #[test]
 fn a_machine_whose_parts_are_all_neighbours_is_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -268,7 +268,7 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         })
     });
     json!({
-        "scene": scene.name, "program": run.file, "method": variant.info.id, "collides": outcome.collides(),
+        "scene": scene.name, "program": run.file.to_string_lossy(), "method": variant.info.id, "collides": outcome.collides(),
         "events": events.collect::<Vec<_>>(), "duration_s": outcome.duration_s, "samples": outcome.samples,
         "queries": outcome.queries, "load_s": times.load_s, "trees_s": times.trees_s, "elapsed_s": times.check_s,
         "poses_per_s": times.poses_per_s(outcome), "tools_without_parts": outcome.tools_without_parts,
