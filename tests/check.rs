@@ -462,7 +462,7 @@ fn bad_input_ends_with_2_and_names_the_place() {
         assert_eq!(output.status.code(), Some(2), "{error}");
         assert!(error.contains(message), "{error}");
     };
-    refused("G0 X1\nG0 X999\nM2", "bad.ngc:2: axis X at 201 mm is outside its limits -200 to 200 mm");
+    refused("G0 X1\nG0 X999\nM2", "bad.ngc:2: axis X at 999 mm is outside its limits -200 to 200 mm");
     refused("G0 X1\nG77\nM2", "bad.ngc:2:1: code is not supported: `G77`");
     refused("M2", "no moves");
     refused("G0 X1\nA90\nM2", "bad.ngc:2: the program moves axis A to 90 degrees, and no joint of the machine");

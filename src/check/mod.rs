@@ -164,10 +164,13 @@ pub fn check(
     }
     refuse_missing_axes(scene, run)?;
     for sample in path.samples() {
+        // What the program asks for says more than the first sample beyond.
+        let step = &run.program.moves[sample.move_index];
+        let asked = || scene.machine.check_limits(&step.end).err().filter(|_| step.tip_mm.is_none());
         scene.machine.check_limits(&sample.position).map_err(|cause| CheckError::OutOfLimits {
             file: run.file.clone(),
             line: sample.line,
-            cause,
+            cause: asked().unwrap_or(cause),
         })?;
     }
     let widest = settings.zones_mm.iter().copied().fold(0.0, f64::max);
