@@ -447,8 +447,17 @@ fn formats_and_exit_codes() {
     let shown = run(&[]);
     let is_path = |line: &str| line.contains("own.ngc");
     assert!(shown.lines().all(|line| is_path(line) || line.chars().count() <= 100), "{shown}");
+    assert!(csv.lines().next().unwrap().contains(",inside,to_the_end,"), "{csv}");
     // One thread or two: the same bytes.
     assert_eq!(run(&["--csv", "--threads", "1"]), run(&["--csv", "--threads", "2"]));
+}
+
+#[test]
+fn a_tool_without_parts_is_named_beside_the_csv() {
+    let (folder, _) = scene_of(&mill_with_tools(), "T8 M6\nG0 Z40\nM2");
+    let output = bvbench().args(["check", "--quiet", "--csv"]).arg(folder.path()).output().unwrap();
+    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 1);
+    assert!(String::from_utf8(output.stderr).unwrap().contains("not examined: tool 8"));
 }
 
 #[test]

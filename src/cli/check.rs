@@ -7,7 +7,7 @@ use crate::check::{self, Event, Extent, Kind, Outcome, Settings};
 use crate::gcode::Axis;
 use crate::measure::timer;
 use crate::registry::{Registry, Variant};
-use crate::scene::{ProgramRun, Scene};
+use crate::scene::{Pair, ProgramRun, Scene};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
@@ -100,6 +100,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         say(serde_json::to_string_pretty(&as_json(&scene, &run, variant, &outcome, &times))?);
     } else if options.csv {
         say(as_csv(&scene, &outcome)?.trim_end());
+        not_examined(&scene, &outcome).iter().for_each(note);
     } else {
         print(&scene, &run, &outcome, variant, &times);
     }
@@ -187,12 +188,14 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
         "{:.2} s to load the scene; {:.2} s with {id}, {:.2} s of it to build trees: {rate:.0} poses per second",
         times.load_s, times.check_s, times.trees_s
     ));
-    for tool in &outcome.tools_without_parts {
-        say(format!("not examined: tool {tool}, which has no part in the scene"));
-    }
-    for &pair in &outcome.touching_at_start {
-        say(format!("in contact at first, examined once apart by 1 mm: {}", scene.pair_name(pair)));
-    }
+    not_examined(scene, outcome).iter().for_each(say);
+}
+
+/// What the events say nothing about, a line each.
+fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
+    let tool = |tool: &u32| format!("not examined: tool {tool}, which has no part in the scene");
+    let pair = |&pair: &Pair| format!("in contact at first, examined once apart by 1 mm: {}", scene.pair_name(pair));
+    outcome.tools_without_parts.iter().map(tool).chain(outcome.touching_at_start.iter().map(pair)).collect()
 }
 
 /// What happens at a line, in its tone.
@@ -291,6 +294,7 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
         "least_mm",
         "least_line",
         "inside",
+        "to_the_end",
     ]
     .map(str::to_owned)
     .to_vec();
@@ -313,6 +317,7 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
             event.least_mm.to_string(),
             event.nearest.line.to_string(),
             event.inside.to_string(),
+            event.to_the_end.to_string(),
         ];
         let position = &event.first.position;
         let value = |&axis: &Axis| if axis.is_rotary() { position[axis].to_degrees() } else { position[axis] };
