@@ -453,6 +453,23 @@ fn formats_and_exit_codes() {
 }
 
 #[test]
+fn lines_with_a_slash_are_skipped_when_asked() {
+    let (folder, _) = mill("G0 Z20\n/G0 Z-2\nM2");
+    let other = folder.path().join("other.ngc");
+    std::fs::write(&other, "/G0 Z-2\nG0 Z20\nM2").unwrap();
+    for (program, block_delete, code) in
+        [(None, false, 1), (None, true, 0), (Some(&other), false, 1), (Some(&other), true, 0)]
+    {
+        let mut command = bvbench();
+        command.args(["check", "--quiet"]).arg(folder.path()).args(program);
+        if block_delete {
+            command.arg("--block-delete");
+        }
+        command.assert().code(code);
+    }
+}
+
+#[test]
 fn a_tool_without_parts_is_named_beside_the_csv() {
     let (folder, _) = scene_of(&mill_with_tools(), "T8 M6\nG0 Z40\nM2");
     let output = bvbench().args(["check", "--quiet", "--csv"]).arg(folder.path()).output().unwrap();

@@ -25,6 +25,9 @@ pub struct Options {
     /// The program (RS274/NGC) [default: the scene's own]
     #[arg(value_name = "PROGRAM")]
     program: Option<PathBuf>,
+    /// Skip lines that begin with `/`
+    #[arg(long)]
+    block_delete: bool,
     /// Variant whose trees are used (see `list`) [default: the fastest safe one]
     #[arg(long, value_name = "ID")]
     method: Option<String>,
@@ -80,7 +83,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let settings = settings(options)?;
     let (load_ns, scene) = timer::time(|| Scene::find(&options.scene));
     let scene = scene?;
-    let run = program(&scene, options.program.as_deref())?;
+    let run = program(&scene, options.program.as_deref(), options.block_delete)?;
     let mut run = run.with_context(|| format!("scene `{}` has no program of its own; name one", scene.name))?;
     if let Some(step) = options.step {
         if !(step > 0.0 && step.is_finite()) {
@@ -108,11 +111,13 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
 }
 
 /// The program asked for; else the scene's own, if it has one.
-pub(super) fn program(scene: &Scene, asked: Option<&Path>) -> Result<Option<ProgramRun>> {
-    Ok(match (asked, &scene.program) {
-        (Some(program), Some(own)) => Some(own.with_program(program)?),
-        (Some(program), None) => Some(ProgramRun::on_mill(program)?),
-        (None, own) => own.clone(),
+pub(super) fn program(scene: &Scene, asked: Option<&Path>, block_delete: bool) -> Result<Option<ProgramRun>> {
+    let mut setup = scene.program.clone().unwrap_or_else(ProgramRun::of_mill);
+    setup.setup.block_delete = block_delete;
+    Ok(match asked {
+        Some(program) => Some(setup.with_program(program)?),
+        None if block_delete && scene.program.is_some() => Some(setup.again()?),
+        None => scene.program.clone(),
     })
 }
 
