@@ -215,6 +215,31 @@ fn feeding_into_the_workpiece_is_cutting_and_a_rapid_is_not() {
     assert_eq!(told("G0 Z5\nG1 X70 F100\nG0 Z50\nM2"), [("collision", 2)]);
 }
 
+#[test]
+fn a_rapid_into_the_workpiece_is_told_though_a_cut_on_the_same_line_came_just_before() {
+    // Every move of a subroutine file is on the call's line. Half a millimetre above the block is less than parts two contacts.
+    let folder = scene_of(MILL, "G0 Z5\nO<cut> call\nM2");
+    let sub = "O<cut> sub\nG1 Z-2 F100\nG0 Z0.5\nX20\nZ-2\nZ50\nO<cut> endsub\n";
+    std::fs::write(folder.0.path().join("cut.ngc"), sub).unwrap();
+    let scene = Scene::load(folder.0.path()).unwrap();
+    let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
+    let told: Vec<_> = run_own(&scene, &settings).events.iter().map(|e| (e.kind.name(), e.first.line)).collect();
+    assert_eq!(told, [("rapid-into-workpiece", 2)]);
+}
+
+#[test]
+fn a_finished_part_may_be_touched_in_a_feed_move_only() {
+    let part = format!("{MILL}gouge_mm = 0.1\n");
+    let told = |program: &str| told_by(&part, &format!("G0 X-100\n{program}\nM2"));
+    assert_eq!(told("G0 Z-0.09\nG1 X40 F1000\nG0 Z50"), []);
+    // Less deep than a gouge, but at rapid rate; and so after a cut that has left the part.
+    assert_eq!(told("G0 Z-0.09\nG0 X0\nG0 Z50"), [("rapid-into-workpiece", 3)]);
+    assert_eq!(told("G1 Z-0.09 F1000\nX40\nX-60\nG0 X0"), [("rapid-into-workpiece", 5)]);
+    assert_eq!(told("G0 Z-0.5\nG0 X0\nG0 Z50"), [("rapid-into-workpiece", 3)]);
+    assert_eq!(told("G0 Z-0.09\nG0 X0\nG1 Z-0.5 F100\nG0 Z50"), [("rapid-into-workpiece", 3), ("gouge", 4)]);
+    assert_eq!(told("G0 Z1\nG0 X40\nG0 Z50"), []);
+}
+
 /// The mill with the cutter as tool 1, a longer tool 2, and tool 3, whose shank begins 10 mm above its tip.
 fn mill_with_tools() -> String {
     let tools = r#"
@@ -264,6 +289,12 @@ fn a_tool_is_there_only_while_it_is_in_the_spindle() {
     // What comes near in the zone of a tool that is there ends when it goes: tool 2 at X 0 is 5 above the block.
     let near = |line| outcome.events.iter().any(|e| e.first.line == line && scene.pair_name(e.pair) == "clamp:long");
     assert!(near(5) && near(9) && !near(2) && !near(8));
+}
+
+#[test]
+fn a_tool_that_is_put_into_the_spindle_inside_the_workpiece_is_told() {
+    let program = "G0 Z10\nT2 M6\nG0 Z50\nM2"; // tool 2 is 20 mm longer
+    assert_eq!(told_by(&mill_with_tools(), program), [("tool-change-into-workpiece", 2)]);
 }
 
 #[test]
@@ -378,6 +409,18 @@ fn a_zone_entered_and_left_between_two_samples_is_told() {
     assert_eq!(near, [(Kind::Near { zone_mm: 30.0 }, 2, 15.0), (Kind::Near { zone_mm: 2.0 }, 2, 15.0)]);
 }
 
+#[test]
+fn a_zone_left_and_entered_again_within_two_samples_is_two_events() {
+    // 10 mm beside the clamp, whose top is at 20: 14 mm away at Z 29.8, two thirds of the way up to 40, where it is free.
+    let (_folder, scene) = mill("G0 X45\nG0 Z10\nG0 Z40\nG0 Z10\nG0 Z40\nM2");
+    let mut coarse: ProgramRun = scene.program.clone().unwrap();
+    coarse.sampling.step_mm = 500.0;
+    let settings = Settings { zones_mm: vec![14.0], ..Settings::standard() };
+    let outcome = check(&scene, &coarse, standard(&Registry::standard()), &settings, &Silent).unwrap();
+    let near = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
+    assert_eq!(near.map(|event| (event.first.line, event.last.line)).collect::<Vec<_>>(), [(2, 3), (4, 5)]);
+}
+
 fn bvbench() -> Command {
     Command::cargo_bin("bvbench").unwrap()
 }
@@ -404,8 +447,34 @@ fn formats_and_exit_codes() {
     let shown = run(&[]);
     let is_path = |line: &str| line.contains("own.ngc");
     assert!(shown.lines().all(|line| is_path(line) || line.chars().count() <= 100), "{shown}");
+    assert!(csv.lines().next().unwrap().contains(",inside,to_the_end,"), "{csv}");
     // One thread or two: the same bytes.
     assert_eq!(run(&["--csv", "--threads", "1"]), run(&["--csv", "--threads", "2"]));
+}
+
+#[test]
+fn lines_with_a_slash_are_skipped_when_asked() {
+    let (folder, _) = mill("G0 Z20\n/G0 Z-2\nM2");
+    let other = folder.path().join("other.ngc");
+    std::fs::write(&other, "/G0 Z-2\nG0 Z20\nM2").unwrap();
+    for (program, block_delete, code) in
+        [(None, false, 1), (None, true, 0), (Some(&other), false, 1), (Some(&other), true, 0)]
+    {
+        let mut command = bvbench();
+        command.args(["check", "--quiet"]).arg(folder.path()).args(program);
+        if block_delete {
+            command.arg("--block-delete");
+        }
+        command.assert().code(code);
+    }
+}
+
+#[test]
+fn a_tool_without_parts_is_named_beside_the_csv() {
+    let (folder, _) = scene_of(&mill_with_tools(), "T8 M6\nG0 Z40\nM2");
+    let output = bvbench().args(["check", "--quiet", "--csv"]).arg(folder.path()).output().unwrap();
+    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 1);
+    assert!(String::from_utf8(output.stderr).unwrap().contains("not examined: tool 8"));
 }
 
 #[test]
@@ -419,14 +488,49 @@ fn bad_input_ends_with_2_and_names_the_place() {
         assert_eq!(output.status.code(), Some(2), "{error}");
         assert!(error.contains(message), "{error}");
     };
-    refused("G0 X1\nG0 X999\nM2", "bad.ngc:2: axis X at 201 mm is outside its limits -200 to 200 mm");
+    refused("G0 X1\nG0 X999\nM2", "bad.ngc:2: axis X at 999 mm is outside its limits -200 to 200 mm");
     refused("G0 X1\nG77\nM2", "bad.ngc:2:1: code is not supported: `G77`");
     refused("M2", "no moves");
+    refused("G0 X1\nA90\nM2", "bad.ngc:2: the program moves axis A to 90 degrees, and no joint of the machine");
+    refused("G0 X1\nG0 Z40 U-10\nM2", "bad.ngc:2: the program moves axis U to -10 mm");
     let missing = Path::new("no/such.ngc");
     bvbench().args(["check", "--quiet"]).arg(folder.path()).arg(missing).assert().code(2);
     bvbench().args(["check", "--quiet", "no-such-scene"]).assert().code(2);
     bvbench().args(["check", "--quiet"]).arg(folder.path()).args(["--method", "nothing"]).assert().code(2);
     bvbench().args(["check", "--quiet"]).arg(folder.path()).args(["--step", "0"]).assert().code(2);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_whose_name_is_not_unicode_is_checked() {
+    use std::os::unix::ffi::OsStrExt;
+    let (folder, _) = mill("G0 Z20\nM2");
+    let program = folder.path().join(std::ffi::OsStr::from_bytes(b"caf\xe9.ngc"));
+    std::fs::write(&program, "G0 Z20\nM2").unwrap();
+    let output = bvbench().args(["check", "--quiet", "--json"]).arg(folder.path()).arg(&program).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(json["program"].as_str().unwrap().ends_with("caf\u{fffd}.ngc"), "{json}");
+}
+
+#[test]
+fn a_machine_whose_parts_are_all_neighbours_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let head = MILL.find("[[parts]]\nname = \"clamp\"").unwrap();
+    let (first, rest) = MILL.split_at(head);
+    let table = "name = \"table\"\njoint = { axis = \"X\", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 }";
+    let cutter = &rest[rest.find("[[parts]]\nname = \"cutter\"").unwrap()..];
+    let text = format!("{}{cutter}", first.replacen(table, "name = \"table\"", 1));
+    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
+    std::fs::write(folder.path().join("own.ngc"), "G0 Z1\nM2").unwrap();
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && error.contains("no two parts that could collide"), "{error}");
+}
+
+#[test]
+fn an_axis_that_the_machine_lacks_may_be_named_where_it_stays() {
+    assert_eq!(told("G0 Z20 Y0 A0\nG28 Y0\nM2"), []);
 }
 
 #[test]

@@ -1,16 +1,17 @@
 //! From stretches of the path to what a user is told.
 //!
-//! Rules. Contact of a pair is a collision, but for a cutter with the workpiece: where that is the finished part, the cutter gouges it
-//! when it goes deeper than the scene allows; where it is uncut, contact that begins in a feed move is cutting and is not told, nor is the retreat from it; contact that begins in a rapid move is a collision and is
-//! named as such. Shank and holder of a tool never cut. Since material is not removed, a rapid that begins inside the uncut workpiece
-//! belongs to the cut before it. Nearness of these two is not told at all. Contacts of one pair on one line that part by less than
-//! [`super::PARTED_MM`] between them are one. A pair that the scene does not name and that is in contact at first is told of from
-//! where it has parted that far.
+//! Rules. Contact of a pair is a collision, but for a cutter with the workpiece. Where that is uncut, contact that begins in a feed move is
+//! cutting and is not told, nor is the retreat from it; contact that begins in a rapid move, or with a change of tools, is a collision and is
+//! named as such. Since material is not removed, a rapid that begins inside the uncut workpiece belongs to the cut before it. Where the
+//! workpiece is the finished part, the cutter gouges it when it goes deeper than the scene allows, and may not even touch it otherwise than
+//! in a feed move. Nearness of these two is not told at all. Shank and holder of a tool never cut. Contacts of one pair and one kind on one
+//! line that part by less than [`super::PARTED_MM`] between them are one. A pair that the scene does not name and that is in contact at
+//! first is told of from where it has parted that far.
 
 use super::motion::Path;
 use super::scan::{Nearness, Stretch};
 use super::{PARTED_MM, Settings};
-use crate::gcode::Position;
+use crate::gcode::{MoveKind, Position};
 use crate::scene::{Pair, Scene};
 
 /// What happens.
@@ -20,6 +21,8 @@ pub enum Kind {
     Collision,
     /// The cutter comes into the workpiece at rapid rate.
     RapidIntoWorkpiece,
+    /// The cutter is in the workpiece when it is put into the spindle.
+    ToolChangeIntoWorkpiece,
     /// The cutter goes deeper into the finished workpiece than it may.
     Gouge,
     /// Two parts are nearer than this, mm.
@@ -42,6 +45,7 @@ impl Kind {
         match self {
             Self::Collision => "collision",
             Self::RapidIntoWorkpiece => "rapid-into-workpiece",
+            Self::ToolChangeIntoWorkpiece => "tool-change-into-workpiece",
             Self::Gouge => "gouge",
             Self::Near { .. } => "near",
         }
@@ -112,7 +116,8 @@ impl Telling<'_> {
                 stretches.retain(|stretch| stretch.from > first);
             }
             let of_pair = OfPair { scene: self.scene, path: self.path, pair };
-            found.extend(of_pair.collisions(&stretches, parted));
+            let touching = settings.touching_mm(self.scene).filter(|_| self.scene.is_cutting(pair));
+            found.extend(of_pair.collisions(&stretches, parted, touching.map(|mm| self.border(mm).0)));
             if !self.scene.is_cutting(pair) {
                 for (nearness, zone_mm) in settings.zones_mm.iter().map(|&zone| self.border(zone)) {
                     let runs = runs(&stretches, nearness);
@@ -134,7 +139,7 @@ impl Telling<'_> {
 fn width(kind: &Kind) -> f64 {
     match kind {
         Kind::Near { zone_mm } => *zone_mm,
-        Kind::Collision | Kind::RapidIntoWorkpiece | Kind::Gouge => 0.0,
+        Kind::Collision | Kind::RapidIntoWorkpiece | Kind::ToolChangeIntoWorkpiece | Kind::Gouge => 0.0,
     }
 }
 
@@ -146,7 +151,8 @@ fn runs(stretches: &[Stretch], nearness: Nearness) -> Vec<Stretch> {
     for stretch in stretches {
         let near = stretch.nearness <= nearness;
         match runs.last_mut() {
-            Some(run) if near && open && joins(end, stretch.from) => {
+            // A chunk of the path begins with the place that ended the chunk before it.
+            Some(run) if near && open && (stretch.goes_on || stretch.from <= end) => {
                 run.to = stretch.to;
                 run.inside |= stretch.inside;
                 if stretch.least_mm < run.least_mm {
@@ -161,11 +167,6 @@ fn runs(stretches: &[Stretch], nearness: Nearness) -> Vec<Stretch> {
     runs
 }
 
-/// Whether a stretch goes on where another one ended: no whole place lies between them that would have been free.
-fn joins(end: f64, from: f64) -> bool {
-    from - end < 1.0 && (end.ceil() >= from.floor() || end.floor() + 1.0 >= from)
-}
-
 struct OfPair<'a> {
     scene: &'a Scene,
     path: &'a Path<'a>,
@@ -173,40 +174,66 @@ struct OfPair<'a> {
 }
 
 impl OfPair<'_> {
-    /// Contacts; those of an episode in which the pair does not get farther apart than the border `parted` are one on each line.
-    fn collisions(&self, stretches: &[Stretch], parted: Nearness) -> Vec<(f64, Event)> {
-        let mut contacts: Vec<Stretch> = Vec::new();
-        for episode in runs(stretches, parted) {
-            let inside = |contact: &Stretch| episode.from <= contact.from && contact.to <= episode.to;
-            let mut of_episode: Vec<Stretch> = Vec::new();
-            for contact in runs(stretches, 0).into_iter().filter(inside) {
+    /// Contacts; those of an episode in which the pair does not get farther apart than the border `parted` are one on each line and of
+    /// each kind. `touching` is the border at which a cutter touches a finished workpiece.
+    fn collisions(&self, stretches: &[Stretch], parted: Nearness, touching: Option<Nearness>) -> Vec<(f64, Event)> {
+        let found = self.contacts(stretches, touching);
+        let mut contacts: Vec<(Stretch, Option<Kind>)> = Vec::new();
+        for episode in runs(stretches, parted.max(touching.unwrap_or(0))) {
+            let mut of_episode: Vec<(Stretch, Option<Kind>)> = Vec::new();
+            for &(contact, kind) in found.iter().filter(|(contact, _)| contact.is_in(&episode)) {
                 match of_episode.last_mut() {
-                    Some(last) if self.line(last.from) == self.line(contact.from) => {
+                    // One line may be a whole subroutine or cycle, with feed moves that cut and rapids that must not.
+                    Some((last, same)) if *same == kind && self.line(last.from) == self.line(contact.from) => {
                         last.to = contact.to;
                         last.inside |= contact.inside;
                         if contact.least_mm < last.least_mm {
                             (last.least_mm, last.least_at) = (contact.least_mm, contact.least_at);
                         }
                     }
-                    _ => of_episode.push(contact),
+                    _ => of_episode.push((contact, kind)),
                 }
             }
             contacts.extend(of_episode);
         }
-        let told = contacts.into_iter().filter_map(|contact| {
-            let kind = match (self.scene.is_cutting(self.pair), self.path.sample_at(contact.from).rapid) {
-                (true, false) if self.scene.gouge_mm.is_some() => Kind::Gouge,
-                (true, false) => return None,
-                (true, true) => Kind::RapidIntoWorkpiece,
-                (false, _) => Kind::Collision,
-            };
-            let mut event = self.event(kind, &contact);
+        let told = contacts.into_iter().filter_map(|(contact, kind)| {
+            let mut event = self.event(kind?, &contact);
             if let Some(allowed) = self.scene.gouge_mm.filter(|_| self.scene.is_cutting(self.pair)) {
                 event.least_mm -= allowed;
             }
             Some((contact.from, event))
         });
         told.collect()
+    }
+
+    /// Contacts by where they begin. A finished workpiece may be touched in feed moves only: where anything else comes to touch it, that is
+    /// contact, and what begins within it other than in a feed move belongs to it.
+    fn contacts(&self, stretches: &[Stretch], touching: Option<Nearness>) -> Vec<(Stretch, Option<Kind>)> {
+        let with_kind = |contact: Stretch| (contact, self.kind(&contact));
+        let is_feed = |kind: &Option<Kind>| *kind == Some(Kind::Gouge);
+        let mut contacts: Vec<_> = runs(stretches, 0).into_iter().map(with_kind).collect();
+        let Some(touching) = touching else { return contacts };
+        // What touches where the machine stands at first has not come there.
+        let touched = runs(stretches, touching).into_iter().filter(|run| run.from > 0.0).map(with_kind);
+        let touched: Vec<_> = touched.filter(|(_, kind)| !is_feed(kind)).collect();
+        contacts.retain(|(contact, kind)| is_feed(kind) || !touched.iter().any(|(run, _)| contact.is_in(run)));
+        contacts.extend(touched);
+        contacts.sort_by(|(a, _), (b, _)| a.from.total_cmp(&b.from));
+        contacts
+    }
+
+    /// What a contact is, by the move in which it begins; `None` where it is meant.
+    fn kind(&self, contact: &Stretch) -> Option<Kind> {
+        if !self.scene.is_cutting(self.pair) {
+            return Some(Kind::Collision);
+        }
+        match self.path.move_kind(contact.from) {
+            MoveKind::Rapid => Some(Kind::RapidIntoWorkpiece),
+            MoveKind::ToolChange { .. } => Some(Kind::ToolChangeIntoWorkpiece),
+            MoveKind::Feed | MoveKind::Arc { .. } | MoveKind::Dwell { .. } => {
+                self.scene.gouge_mm.is_some().then_some(Kind::Gouge)
+            }
+        }
     }
 
     fn line(&self, place: f64) -> u32 {

@@ -17,6 +17,7 @@ mod scan;
 pub use event::{Event, Extent, Kind};
 pub use motion::Path;
 
+use crate::gcode::Axis;
 use crate::geometry::Isometry;
 use crate::interference::SurfaceOctree;
 use crate::machine::OutOfLimits;
@@ -53,13 +54,20 @@ impl Settings {
         Self { zones_mm: vec![14.0, 8.0, 2.0], tolerance_mm: 0.01, stop_at_first: false }
     }
 
-    /// Clearances at which something changes, narrowest first, mm: the zones, and [`PARTED_MM`].
-    fn borders_mm(&self) -> Vec<f64> {
+    /// Clearances at which something changes, narrowest first, mm: the zones, [`PARTED_MM`], and where a cutter touches a finished workpiece.
+    fn borders_mm(&self, scene: &Scene) -> Vec<f64> {
         let mut borders = self.zones_mm.clone();
         borders.push(PARTED_MM);
+        borders.extend(self.touching_mm(scene));
         borders.sort_by(f64::total_cmp);
         borders.dedup();
         borders
+    }
+
+    /// How much farther a cutter may go where it is in a finished workpiece by the tolerance, mm; `None` where that is a gouge already.
+    /// The tolerance, because surfaces of triangles that slide on each other are in each other by chance.
+    fn touching_mm(&self, scene: &Scene) -> Option<f64> {
+        scene.gouge_mm.map(|allowed| allowed - self.tolerance_mm).filter(|&spare| spare > 0.0)
     }
 }
 
@@ -80,11 +88,25 @@ pub enum CheckError {
         /// The axis and its range.
         cause: OutOfLimits,
     },
+    /// The program moves an axis that the machine lacks.
+    #[error("{file}:{line}: the program moves axis {axis} to {value} {unit}, and no joint of the machine has that axis", file = file.display())]
+    NoSuchAxis {
+        /// The program.
+        file: PathBuf,
+        /// Line.
+        line: u32,
+        /// Letter of the axis.
+        axis: char,
+        /// Where to, in `unit`.
+        value: f64,
+        /// `mm` or `degrees`.
+        unit: &'static str,
+    },
     /// The program moves the tool's tip as the machine cannot.
     #[error(transparent)]
     Tip(#[from] TipFault),
-    /// No pair of parts can move against each other.
-    #[error("scene `{0}` has no two parts that could collide")]
+    /// No pair of parts is left to examine, wherever the axes go.
+    #[error("scene `{0}` has no two parts that could collide; `bvbench scene pairs` says why")]
     NoPairs(String),
     /// The program moves nothing.
     #[error("{file}: the program has no moves", file = .0.display())]
@@ -140,18 +162,22 @@ pub fn check(
     if path.samples().is_empty() {
         return Err(CheckError::NoMoves(run.file.clone()));
     }
+    refuse_missing_axes(scene, run)?;
     for sample in path.samples() {
+        // What the program asks for says more than the first sample beyond.
+        let step = &run.program.moves[sample.move_index];
+        let asked = || scene.machine.check_limits(&step.end).err().filter(|_| step.tip_mm.is_none());
         scene.machine.check_limits(&sample.position).map_err(|cause| CheckError::OutOfLimits {
             file: run.file.clone(),
             line: sample.line,
-            cause,
+            cause: asked().unwrap_or(cause),
         })?;
     }
     let widest = settings.zones_mm.iter().copied().fold(0.0, f64::max);
     let reach = path.reach();
     let decisions = pairs::decide(scene, &reach, widest);
     let pairs: Vec<Pair> = decisions.iter().filter(|d| d.dropped.is_none()).map(|d| d.pair).collect();
-    if pairs.is_empty() && decisions.iter().all(|d| d.dropped == Some(pairs::Dropped::Rigid)) {
+    if pairs.is_empty() && decisions.iter().filter_map(|d| d.dropped.as_ref()).all(pairs::Dropped::is_for_ever) {
         return Err(CheckError::NoPairs(scene.name.clone()));
     }
     progress.begin("building trees", 1);
@@ -164,7 +190,7 @@ pub fn check(
         examined_later && bodies.share_a_point(pair, &scene.a_from_b(pair, &start))
     };
     let touching_at_start: Vec<Pair> = pairs.iter().copied().filter(|&pair| touches_at_first(pair)).collect();
-    let borders = settings.borders_mm();
+    let borders = settings.borders_mm(scene);
     let chunks: Vec<usize> = (0..path.samples().len()).step_by(CHUNK).collect();
     progress.begin("checking", chunks.len() as u64);
     let (stop, queries) = (AtomicBool::new(false), AtomicU64::new(0));
@@ -214,6 +240,28 @@ pub fn check(
         trees_ns,
     })
 }
+
+/// Refuses a program that moves an axis which no joint follows: what is where, nobody would know. An axis may be named as long as it
+/// stays where it is.
+fn refuse_missing_axes(scene: &Scene, run: &ProgramRun) -> Result<(), CheckError> {
+    let is_missing = |axis: &Axis| scene.machine.joints_of(*axis).next().is_none();
+    let missing: Vec<Axis> = Axis::ALL.into_iter().filter(is_missing).collect();
+    for step in &run.program.moves {
+        // X, Y and Z of a tip under control are not axes.
+        let is_axis = |axis: &&Axis| step.tip_mm.is_none() || **axis as usize > Axis::Z as usize;
+        let moved = |axis: &&Axis| (step.end[**axis] - run.start[**axis]).abs() > STILL;
+        if let Some(&axis) = missing.iter().filter(is_axis).find(moved) {
+            let (value, unit) =
+                if axis.is_rotary() { (step.end[axis].to_degrees(), "degrees") } else { (step.end[axis], "mm") };
+            let (file, letter) = (run.file.clone(), axis.letter());
+            return Err(CheckError::NoSuchAxis { file, line: step.line, axis: letter, value, unit });
+        }
+    }
+    Ok(())
+}
+
+/// By how much rounding may move an axis that stays where it is, mm or radians.
+const STILL: f64 = 1e-9;
 
 fn tools_without_parts(scene: &Scene, reach: &pairs::Reach) -> Vec<u32> {
     let has_part = |tool: u32| scene.parts.iter().any(|part| part.tool == Some(tool));

@@ -97,6 +97,12 @@ impl<'a> Path<'a> {
         &self.samples[(place.ceil() as usize).clamp(1, self.samples.len()) - 1]
     }
 
+    /// The kind of the move that a place belongs to.
+    #[must_use]
+    pub fn move_kind(&self, place: f64) -> &MoveKind {
+        &self.run.program.moves[self.sample_at(place).move_index].kind
+    }
+
     /// The time at a place, s from the program's start.
     #[must_use]
     pub fn time_s(&self, place: f64) -> f64 {

@@ -32,6 +32,15 @@ pub(super) struct Stretch {
     pub least_at: f64,
     /// Whether somewhere on it one part was wholly inside the other.
     pub inside: bool,
+    /// Whether it goes on from the stretch before it, nothing free having been found between.
+    pub goes_on: bool,
+}
+
+impl Stretch {
+    /// Whether it lies within another.
+    pub fn is_in(&self, whole: &Self) -> bool {
+        whole.from <= self.from && self.to <= whole.to
+    }
 }
 
 /// A distance found at a place.
@@ -206,17 +215,18 @@ impl<'a> Scan<'a> {
     /// distance is at least (d₁ + d₂ - travel) / 2.
     fn may_come_nearer(&self, here: &Found, there: &Found, travel: f64) -> bool {
         let least = 0.5 * (here.distance + there.distance - travel);
+        if let Some(gouge) = self.bodies.gouges.get(&self.pair) {
+            // A feed move slides along the finished surface all the way; how deep it goes is asked at the samples, ends of blocks
+            // among them. A rapid may not even touch.
+            let is_outside = here.distance > gouge.allowed_mm;
+            return is_outside && self.path.sample_at(there.place).rapid && least <= gouge.allowed_mm - DIP_MM;
+        }
         match here.nearness {
             // In contact, or inside, at both ends: it can only come apart, and what parts by less than the samples show is
             // one contact.
             0 => false,
-            // A cutter slides along the finished surface all the way; how deep it goes is asked at the samples, ends of blocks among them.
-            1 if self.bodies.gouges.contains_key(&self.pair) => false,
             1 => least <= 0.0,
-            nearness => {
-                let is_told = !self.bodies.gouges.contains_key(&self.pair);
-                is_told && least <= (self.borders[nearness - 2] - DIP_MM).max(0.0)
-            }
+            nearness => least <= (self.borders[nearness - 2] - DIP_MM).max(0.0),
         }
     }
 
@@ -243,6 +253,7 @@ impl<'a> Scan<'a> {
                 least_mm: distance,
                 least_at: place,
                 inside,
+                goes_on: was_near,
             }),
         }
     }

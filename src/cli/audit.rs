@@ -65,7 +65,7 @@ pub fn run(options: &Options) -> Result<u8> {
     let report = crate::report::write_audit(&folder)?;
     if options.output.json {
         say(serde_json::to_string_pretty(&json!({
-            "out": folder, "report": report, "shares": outcome.shares, "effects": outcome.effects,
+            "out": folder.to_string_lossy(), "report": report.to_string_lossy(), "shares": outcome.shares, "effects": outcome.effects,
         }))?);
     } else {
         say(table(&outcome).trim_fmt());

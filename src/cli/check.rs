@@ -7,7 +7,7 @@ use crate::check::{self, Event, Extent, Kind, Outcome, Settings};
 use crate::gcode::Axis;
 use crate::measure::timer;
 use crate::registry::{Registry, Variant};
-use crate::scene::{ProgramRun, Scene};
+use crate::scene::{Pair, ProgramRun, Scene};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
@@ -25,6 +25,9 @@ pub struct Options {
     /// The program (RS274/NGC) [default: the scene's own]
     #[arg(value_name = "PROGRAM")]
     program: Option<PathBuf>,
+    /// Skip lines that begin with `/`
+    #[arg(long)]
+    block_delete: bool,
     /// Variant whose trees are used (see `list`) [default: the fastest safe one]
     #[arg(long, value_name = "ID")]
     method: Option<String>,
@@ -80,7 +83,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let settings = settings(options)?;
     let (load_ns, scene) = timer::time(|| Scene::find(&options.scene));
     let scene = scene?;
-    let run = program(&scene, options.program.as_deref())?;
+    let run = program(&scene, options.program.as_deref(), options.block_delete)?;
     let mut run = run.with_context(|| format!("scene `{}` has no program of its own; name one", scene.name))?;
     if let Some(step) = options.step {
         if !(step > 0.0 && step.is_finite()) {
@@ -100,6 +103,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         say(serde_json::to_string_pretty(&as_json(&scene, &run, variant, &outcome, &times))?);
     } else if options.csv {
         say(as_csv(&scene, &outcome)?.trim_end());
+        not_examined(&scene, &outcome).iter().for_each(note);
     } else {
         print(&scene, &run, &outcome, variant, &times);
     }
@@ -107,11 +111,13 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
 }
 
 /// The program asked for; else the scene's own, if it has one.
-pub(super) fn program(scene: &Scene, asked: Option<&Path>) -> Result<Option<ProgramRun>> {
-    Ok(match (asked, &scene.program) {
-        (Some(program), Some(own)) => Some(own.with_program(program)?),
-        (Some(program), None) => Some(ProgramRun::on_mill(program)?),
-        (None, own) => own.clone(),
+pub(super) fn program(scene: &Scene, asked: Option<&Path>, block_delete: bool) -> Result<Option<ProgramRun>> {
+    let mut setup = scene.program.clone().unwrap_or_else(ProgramRun::of_mill);
+    setup.setup.block_delete = block_delete;
+    Ok(match asked {
+        Some(program) => Some(setup.with_program(program)?),
+        None if block_delete && scene.program.is_some() => Some(setup.again()?),
+        None => scene.program.clone(),
     })
 }
 
@@ -187,17 +193,25 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
         "{:.2} s to load the scene; {:.2} s with {id}, {:.2} s of it to build trees: {rate:.0} poses per second",
         times.load_s, times.check_s, times.trees_s
     ));
-    for tool in &outcome.tools_without_parts {
-        say(format!("not examined: tool {tool}, which has no part in the scene"));
-    }
-    for &pair in &outcome.touching_at_start {
-        say(format!("in contact at first, examined once apart by 1 mm: {}", scene.pair_name(pair)));
-    }
+    not_examined(scene, outcome).iter().for_each(say);
+}
+
+/// What the events say nothing about, a line each.
+fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
+    let tool = |tool: &u32| format!("not examined: tool {tool}, which has no part in the scene");
+    let pair = |&pair: &Pair| format!("in contact at first, examined once apart by 1 mm: {}", scene.pair_name(pair));
+    outcome.tools_without_parts.iter().map(tool).chain(outcome.touching_at_start.iter().map(pair)).collect()
 }
 
 /// What happens at a line, in its tone.
 fn painted(text: &str) -> String {
-    let tones = [("COLLISION", Tone::Bad), ("RAPID INTO WORKPIECE", Tone::Bad), ("nearer", Tone::Doubtful)];
+    let tones = [
+        ("COLLISION", Tone::Bad),
+        ("RAPID INTO WORKPIECE", Tone::Bad),
+        ("TOOL CHANGE INTO WORKPIECE", Tone::Bad),
+        ("GOUGE", Tone::Bad),
+        ("nearer", Tone::Doubtful),
+    ];
     style::painted(text, &tones, style::is_coloured())
 }
 
@@ -208,6 +222,7 @@ fn table(scene: &Scene, events: &[&Event], end: &str) -> Table {
             Kind::Collision if event.inside => "COLLISION, inside".to_owned(),
             Kind::Collision => "COLLISION".to_owned(),
             Kind::RapidIntoWorkpiece => "RAPID INTO WORKPIECE".to_owned(),
+            Kind::ToolChangeIntoWorkpiece => "TOOL CHANGE INTO WORKPIECE".to_owned(),
             Kind::Gouge => "GOUGE".to_owned(),
             Kind::Near { zone_mm } => format!("nearer than {zone_mm} mm"),
         };
@@ -227,7 +242,9 @@ fn table(scene: &Scene, events: &[&Event], end: &str) -> Table {
 
 /// Minutes and seconds.
 fn clock(seconds: f64) -> String {
-    format!("{}:{:05.2}", (seconds / 60.0).floor(), seconds % 60.0)
+    // Rounded before it is split: 59.996 s is a minute.
+    let hundredths = (seconds * 100.0).round();
+    format!("{}:{:05.2}", (hundredths / 6000.0).floor(), hundredths % 6000.0 / 100.0)
 }
 
 /// Axes that the position has moved, mm and degrees.
@@ -259,7 +276,7 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         })
     });
     json!({
-        "scene": scene.name, "program": run.file, "method": variant.info.id, "collides": outcome.collides(),
+        "scene": scene.name, "program": run.file.to_string_lossy(), "method": variant.info.id, "collides": outcome.collides(),
         "events": events.collect::<Vec<_>>(), "duration_s": outcome.duration_s, "samples": outcome.samples,
         "queries": outcome.queries, "load_s": times.load_s, "trees_s": times.trees_s, "elapsed_s": times.check_s,
         "poses_per_s": times.poses_per_s(outcome), "tools_without_parts": outcome.tools_without_parts,
@@ -282,6 +299,7 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
         "least_mm",
         "least_line",
         "inside",
+        "to_the_end",
     ]
     .map(str::to_owned)
     .to_vec();
@@ -304,6 +322,7 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
             event.least_mm.to_string(),
             event.nearest.line.to_string(),
             event.inside.to_string(),
+            event.to_the_end.to_string(),
         ];
         let position = &event.first.position;
         let value = |&axis: &Axis| if axis.is_rotary() { position[axis].to_degrees() } else { position[axis] };
@@ -312,4 +331,15 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
         writer.write_record(&row)?;
     }
     Ok(String::from_utf8(writer.into_inner()?)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::clock;
+
+    #[test]
+    fn the_clock_has_no_sixtieth_second() {
+        let shown = [0.0, 59.994, 59.996, 60.0, 3599.999, 61.5].map(clock);
+        assert_eq!(shown, ["0:00.00", "0:59.99", "1:00.00", "1:00.00", "60:00.00", "1:01.50"]);
+    }
 }

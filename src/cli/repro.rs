@@ -50,7 +50,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     bar.finish();
     if options.run.output.json {
         let result = json!({
-            "out": folder, "report": report, "page": page, "verification": verify::as_json(&verification),
+            "out": folder.to_string_lossy(), "report": report.to_string_lossy(), "page": page.to_string_lossy(), "verification": verify::as_json(&verification),
             "octree": verify::as_json(&octree),
             "analysis": analyze::as_json(&outcome),
         });

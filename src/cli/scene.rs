@@ -124,7 +124,7 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
             })
         });
         let program = scene.program.as_ref().map(
-            |run| json!({ "file": run.file, "lines": run.program.blocks.len(), "moves": run.program.moves.len() }),
+            |run| json!({ "file": run.file.to_string_lossy(), "lines": run.program.blocks.len(), "moves": run.program.moves.len() }),
         );
         let value = json!({
             "name": scene.name, "title": scene.title, "links": links.collect::<Vec<_>>(), "parts": parts.collect::<Vec<_>>(),

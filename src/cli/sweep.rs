@@ -69,7 +69,8 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
                 say(format!("\n{}\n", growth(&read_rows(&folder)?).trim_fmt()));
             }
         }
-        done.push(json!({ "sweep": sweep.name, "out": folder, "figures": figures }));
+        let figures: Vec<_> = figures.iter().map(|figure| figure.to_string_lossy()).collect();
+        done.push(json!({ "sweep": sweep.name, "out": folder.to_string_lossy(), "figures": figures }));
     }
     if options.output.json {
         say(serde_json::to_string_pretty(&done)?);

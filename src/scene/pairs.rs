@@ -127,6 +127,17 @@ pub enum Dropped {
     Allowed,
 }
 
+impl Dropped {
+    /// Whether no program could bring the two into question: nothing was found out about them. Pairs out of reach are known to be free.
+    #[must_use]
+    pub const fn is_for_ever(&self) -> bool {
+        match self {
+            Self::Rigid | Self::Neighbours { .. } | Self::DifferentTools { .. } | Self::Ignored => true,
+            Self::OutOfReach { .. } | Self::NeverMounted { .. } | Self::Allowed => false,
+        }
+    }
+}
+
 impl fmt::Display for Dropped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -184,16 +184,22 @@ impl ProgramRun {
         self.program.moves.iter().map(during).collect()
     }
 
-    /// A program for a scene that has none: a mill's controller that starts at zero.
+    /// The same program, interpreted again: after a change of [`ProgramRun::setup`].
     ///
     /// # Errors
-    /// As [`ProgramRun::with_program`].
-    pub fn on_mill(path: &Path) -> Result<Self, SceneError> {
-        let empty = gcode::Program { moves: Vec::new(), blocks: Vec::new() };
+    /// When the program cannot be interpreted.
+    pub fn again(&self) -> Result<Self, SceneError> {
+        let source = self.program.blocks.join("\n");
+        run(&source, self.file.clone(), &self.setup, self.tip.clone(), self.sampling)
+    }
+
+    /// For a scene without a program: no moves, and a mill's controller that starts at zero.
+    #[must_use]
+    pub fn of_mill() -> Self {
+        let program = gcode::Program { moves: Vec::new(), blocks: Vec::new() };
         let setup = Setup::default();
         let start = setup.start;
-        Self { file: path.to_owned(), program: empty, setup, tip: None, start, sampling: Sampling::default() }
-            .with_program(path)
+        Self { file: PathBuf::new(), program, setup, tip: None, start, sampling: Sampling::default() }
     }
 }
 

@@ -184,7 +184,7 @@ function eventsPanel(data, go) {
   const rank = (/** @type {ViewEvent} */ event) => (isCollision(event) ? 0 : 1);
   const sorted = [...data.events].sort((p, q) => rank(p) - rank(q) || p.first - q.first);
   const rows = sorted.map((event) => {
-    const what = isCollision(event) ? (event.kind === "collision" ? "collision" : "rapid into workpiece") : `nearer than ${event.zone_mm} mm`;
+    const what = isCollision(event) ? event.kind.replaceAll("-", " ") : `nearer than ${event.zone_mm} mm`;
     const least = isCollision(event) ? (event.inside ? "inside" : "") : event.least_mm > 0 ? `${event.least_mm.toFixed(2)} mm` : "to contact";
     return make("button", { class: "bv-event", "data-kind": isCollision(event) ? "collision" : "near", click: () => go(event) },
       make("b", {}, `line ${event.line}`), make("span", {}, `${what}: ${pairName(data, event.pair)}`), make("small", {}, least));
