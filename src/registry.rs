@@ -5,7 +5,6 @@ use crate::method::brute::AllPairs;
 use crate::method::octree_obb::{self, OctreeObb};
 use crate::method::parry::ParryMesh;
 use crate::method::{Kind, Model, brute, parry, space};
-use crate::record::{ALL_VARIANTS, NULL_VARIANT};
 use crate::space::grid::Grid;
 use crate::space::octree::Octree;
 use crate::tree::{Policy, SplitRule, Tree};
@@ -45,6 +44,11 @@ use crate::wide::aligned::Aligned;
 use crate::wide::ball::Ball;
 use crate::wide::oriented::Oriented;
 use crate::wide::{WideTree, WideVolume};
+
+/// Id of the duplicate of another variant in `timings.csv`, which shows the noise of the comparison itself.
+pub const NULL_VARIANT: &str = "null";
+/// What stands for all variants where some are asked for.
+pub const ALL_VARIANTS: &str = "all";
 
 /// Prepares a mesh for queries.
 type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;

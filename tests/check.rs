@@ -218,9 +218,10 @@ fn feeding_into_the_workpiece_is_cutting_and_a_rapid_is_not() {
 #[test]
 fn a_rapid_into_the_workpiece_is_told_though_a_cut_on_the_same_line_came_just_before() {
     // Every move of a subroutine file is on the call's line. Half a millimetre above the block is less than parts two contacts.
-    let folder = scene_of(MILL, "G0 Z5\nO<cut> call\nM2");
+    let folder = scene_of(MILL, "G0 Z5\nM2");
     let sub = "O<cut> sub\nG1 Z-2 F100\nG0 Z0.5\nX20\nZ-2\nZ50\nO<cut> endsub\n";
     std::fs::write(folder.0.path().join("cut.ngc"), sub).unwrap();
+    std::fs::write(folder.0.path().join("own.ngc"), "G0 Z5\nO<cut> call\nM2\n").unwrap();
     let scene = Scene::load(folder.0.path()).unwrap();
     let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
     let told: Vec<_> = run_own(&scene, &settings).events.iter().map(|e| (e.kind.name(), e.first.line)).collect();

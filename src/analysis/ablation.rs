@@ -315,8 +315,10 @@ mod tests {
 
     #[test]
     fn forms_are_compared_by_their_totals() {
-        // On a: (30 + 10) / (100 + 100) = 0.2; on b: 40 / 100; free poses alone: 0.1 and 0.2.
-        let rows = [("a", 30, 10, 100, 100), ("b", 30, 10, 50, 50)].into_iter().flat_map(|(surface, h, f, bh, bf)| {
+        // On a and c: (30 + 10) / (100 + 100) = 0.2; on b and d: 40 / 100; free poses alone: 0.1 and 0.2.
+        let surfaces = [("a", 100), ("b", 50), ("c", 100), ("d", 50)];
+        let rows = surfaces.map(|(surface, baseline)| (surface, 30, 10, baseline, baseline));
+        let rows = rows.into_iter().flat_map(|(surface, h, f, bh, bf)| {
             [
                 row(surface, "octree", 1, h),
                 row(surface, "octree", 0, f),
@@ -334,7 +336,7 @@ mod tests {
             evidence.judge(&claim).into_iter().filter(|row| row.measure.starts_with("box tests")).collect();
         let values: Vec<f64> = judged.iter().map(|row| row.value.unwrap()).collect();
         assert!((values[0] - 0.2).abs() < 1e-12 && (values[1] - 0.4).abs() < 1e-12);
-        assert!((values[2] - 0.08f64.sqrt()).abs() < 1e-12 && judged[2].scene == ALL);
+        assert!((values[4] - 0.08f64.sqrt()).abs() < 1e-12 && judged[4].scene == ALL);
         assert!(judged.iter().all(|row| row.verdict == "reproduces" && row.measure == "box tests octree / leaves"));
         let forms = ["octree", "leaves"].map(|search| FormRef {
             search: search.to_owned(),

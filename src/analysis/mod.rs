@@ -98,7 +98,7 @@ pub struct Ranked {
     pub variant: String,
     /// Its label.
     pub label: String,
-    /// Volume, control or peer.
+    /// What kind of thing it is.
     pub kind: Kind,
     /// Geometric mean over scenes of the time ratio to the first baseline; 1 for that baseline itself.
     pub ratio: f64,
@@ -108,8 +108,8 @@ pub struct Ranked {
 
 /// The null comparison's interval has to meet this one in a quiet run: the two copies are equally fast.
 pub const EQUAL: (f64, f64) = (0.99, 1.01);
-/// And it has to lie within this one: the run was steady enough to tell.
-pub const STEADY: (f64, f64) = (0.97, 1.03);
+/// And it has to lie within this one: the run was steady enough to tell what verdicts call equal.
+pub const STEADY: (f64, f64) = judge::EQUIVALENT;
 
 /// Analyses the run in `folder` and writes `summary.csv`, `ratios.csv` and `claims.csv`, and the claims it judged as
 /// `claims.toml` beside them.

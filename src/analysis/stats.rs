@@ -9,8 +9,8 @@
 //!   and make the interval too narrow.
 //! - Few clusters: resamples of n clusters spread by √((n - 1)/n) of what they should, and their spread is itself uncertain. Each resample's
 //!   deviation is therefore lengthened by √(n/(n - 1)), and the interval by Student's t over the normal quantile, as in the expanded percentile
-//!   interval (Hesterberg 2015, The American Statistician 69, section 4.3); over several groups with the degrees of freedom of Welch (1947,
-//!   Biometrika 34) and Satterthwaite (1946, Biometrics Bulletin 2).
+//!   interval (Hesterberg 2015, The American Statistician 69, section 4.3); over several groups with as many degrees of freedom as there are
+//!   clusters more than groups, as is usual of stratified samples (Korn and Graubard 1999, Analysis of Health Surveys, section 2.4).
 //! - Groups of a single cluster say nothing of their own spread: then each group's mean stands for one cluster of them all, which
 //!   counts what differs between groups as well ("collapsed strata", Cochran 1977, Sampling Techniques, section 5A.12).
 
@@ -184,17 +184,9 @@ impl Group {
         sum / count
     }
 
-    /// Variance of the mean as the clusters show it, those without observations left out; and its degrees of freedom.
-    fn variance(&self) -> (f64, f64) {
-        let sums = self
-            .cells
-            .chunks(self.launches.max(1))
-            .map(|cells| cells.iter().fold((0.0, 0.0), |(sum, count), cell| (sum + cell.0, count + cell.1)));
-        let means: Vec<f64> = sums.filter(|(_, count)| *count > 0.0).map(|(sum, count)| sum / count).collect();
-        let n = means.len() as f64;
-        let mean = means.iter().sum::<f64>() / n;
-        let squares = means.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
-        if n > 1.0 { (squares / (n - 1.0) / n, n - 1.0) } else { (0.0, 0.0) }
+    /// Degrees of freedom of its mean: one less than its clusters.
+    fn freedom(&self) -> f64 {
+        (self.clusters() as f64 - 1.0).max(0.0)
     }
 
     /// The mean of one resample, with the multiplicity of each launch given; NaN when only empty cells were drawn.
@@ -241,7 +233,7 @@ fn collapsed(groups: &[Group], launches: usize) -> Group {
 
 /// What [`bootstrap`] says where every group has clusters enough.
 fn resampled(groups: &[Group], launches: usize, seed: u64, purpose: &str) -> (Vec<Interval>, Interval) {
-    let spreads: Vec<(f64, f64)> = groups.iter().map(Group::variance).collect();
+    let freedoms: Vec<f64> = groups.iter().map(Group::freedom).collect();
     let means: Vec<f64> = groups.iter().map(Group::mean).collect();
     let mut generator = generator(seed, purpose);
     let mut draws: Vec<Vec<f64>> = vec![Vec::with_capacity(RESAMPLES); groups.len() + 1];
@@ -252,7 +244,7 @@ fn resampled(groups: &[Group], launches: usize, seed: u64, purpose: &str) -> (Ve
             multiplicity[below(&mut generator, launches)] += 1.0;
         }
         let mut total = 0.0;
-        for ((group, draws), (mean, (_, freedom))) in groups.iter().zip(&mut draws).zip(means.iter().zip(&spreads)) {
+        for ((group, draws), (mean, freedom)) in groups.iter().zip(&mut draws).zip(means.iter().zip(&freedoms)) {
             let lengthened = if *freedom > 0.0 { ((freedom + 1.0) / freedom).sqrt() } else { 1.0 };
             let mean = mean + (group.resample(&mut generator, &multiplicity) - mean) * lengthened;
             total += mean;
@@ -263,20 +255,16 @@ fn resampled(groups: &[Group], launches: usize, seed: u64, purpose: &str) -> (Ve
     let interval = |value: f64, freedom: f64, draws: &mut Vec<f64>| {
         draws.retain(|mean| mean.is_finite());
         draws.sort_unstable_by(f64::total_cmp);
-        let expanded = |end: f64| value + (end - value) * t_95(freedom) / Z_95;
+        // A single cluster shows what differs between launches, and nothing else.
+        let wider = if freedom > 0.0 { t_95(freedom) / Z_95 } else { 1.0 };
+        let expanded = |end: f64| value + (end - value) * wider;
         Interval { value, low: expanded(quantile(draws, 0.025)), high: expanded(quantile(draws, 0.975)) }
     };
     let all = means.iter().sum::<f64>() / groups.len() as f64;
-    let total: f64 = spreads.iter().map(|(variance, _)| variance).sum();
-    let parts: f64 = spreads.iter().filter(|(_, freedom)| *freedom > 0.0).map(|(v, freedom)| v * v / freedom).sum();
-    let clusters: f64 = spreads.iter().map(|(_, freedom)| freedom).sum();
-    let freedom = if parts > 0.0 { total * total / parts } else { clusters };
+    let freedom = freedoms.iter().sum();
     let all = interval(all, freedom, &mut draws[groups.len()]);
-    let each = means
-        .iter()
-        .zip(&spreads)
-        .zip(&mut draws)
-        .map(|((mean, (_, freedom)), draws)| interval(*mean, *freedom, draws));
+    let each =
+        means.iter().zip(&freedoms).zip(&mut draws).map(|((mean, freedom), draws)| interval(*mean, *freedom, draws));
     (each.collect(), all)
 }
 
@@ -368,7 +356,7 @@ mod tests {
     }
 
     /// Strata of two and three chunks, as a quick run has them, with spreads of their own: of 400 samples whose mean is 0 the interval must miss
-    /// about twenty. Without expansion it misses 60 to 90.
+    /// about twenty; unequal spreads make that some ten more. Without expansion it misses 60 to 90.
     #[test]
     fn intervals_of_few_clusters_hold_what_they_promise() {
         let mut noise = generator(5, "noise");
@@ -392,7 +380,7 @@ mod tests {
         };
         for sizes in [&[2, 3, 3, 3][..], &[5], &[1, 1, 1, 1], &[12, 12]] {
             let missed = missed(sizes, &mut normal);
-            assert!((6..=36).contains(&missed), "{sizes:?}: {missed} of 400");
+            assert!((6..=44).contains(&missed), "{sizes:?}: {missed} of 400");
         }
     }
 
@@ -441,7 +429,10 @@ mod tests {
         let mut group = Group::new(2, 50);
         (0..50).for_each(|c| (0..2).for_each(|l| group.add(l, c, l as f64)));
         let (_, all) = bootstrap(&[group], 2, 1, "test");
-        assert_eq!((all.value, all.low, all.high), (0.5, 0.0, 1.0));
+        // Student's t at 49 degrees is 1.0253 times the normal quantile; deviations of fifty clusters are lengthened by 1.0102.
+        assert_eq!(all.value, 0.5);
+        close(all.low, 0.5 - 0.5 * 1.0357, 1e-3);
+        close(all.high, 0.5 + 0.5 * 1.0357, 1e-3);
     }
 
     #[test]

@@ -56,7 +56,8 @@ fn summarise_case(name: &str, scene: &Scene, case: &CaseKey, misses: &Misses, se
             leaf: case.leaf,
             poses: chunks.iter().map(|chunk| u64::from(scene.chunks[chunk].1)).sum(),
             mean_ns: mean.value,
-            mean_low_ns: mean.low,
+            // Expanded to both sides alike, an interval of few and unequal chunks may end below all that was seen, even below nothing.
+            mean_low_ns: times.first().map_or(mean.low, |&(least, _)| mean.low.max(least)),
             mean_high_ns: mean.high,
             median_ns: stats::weighted_quantile(&times, 0.5),
             p95_ns: stats::weighted_quantile(&times, 0.95),

@@ -52,6 +52,7 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
         for (metric, name) in METRICS.iter().enumerate() {
             let Some(groups) = values.get(&(metric, key.clone())) else { continue };
             let mean = bootstrap_mean(groups, seed, &format!("sweep {name}"));
+            let least = groups.iter().copied().fold(f64::INFINITY, f64::min);
             let (x, case, stratum) = key;
             found.push(SweepSummaryRow {
                 sweep: sweep.clone(),
@@ -63,7 +64,8 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
                 stratum: *stratum,
                 metric: (*name).to_owned(),
                 value: mean.value,
-                low: mean.low,
+                // What is counted and timed is positive; expanded to both sides alike, an interval may end below all that was seen.
+                low: mean.low.max(least),
                 high: mean.high,
             });
         }

@@ -2,13 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::registry::{ALL_VARIANTS, NULL_VARIANT};
+
 /// Workload of the few single poses that the exhaustive control is timed on.
 pub const CONTROL_WORKLOAD: &str = "control";
-/// Id of the duplicate of another variant in `timings.csv`, which shows the noise of the comparison itself.
-pub const NULL_VARIANT: &str = "null";
-
-/// What stands for all variants where some are asked for.
-pub const ALL_VARIANTS: &str = "all";
 
 /// What stands in the place of a variant in an outline row that draws the part itself.
 pub const MESH_OUTLINE: &str = "mesh";

@@ -53,7 +53,9 @@ fn metrics_are_means_over_groups() {
     };
     // 400 / 40 and 1200 / 40.
     let (mean, low, high) = value(0.5, "volume-tests").unwrap();
-    assert_eq!((mean, low, high), (20.0, 10.0, 30.0));
+    // Two groups: 20 ± 10·√2 · t / 1.96 with t = 12.706 at one degree of freedom, and not below all that was seen.
+    assert_eq!((mean, low), (20.0, 10.0));
+    assert!((high - 111.68).abs() < 0.01, "{high}");
     assert_eq!(value(2.0, "volume-tests"), Some((100.0, 100.0, 100.0)));
     assert_eq!(value(0.5, "triangle-tests").unwrap().0, 2.0);
     assert_eq!(value(0.5, "miss-rate").unwrap().0, 0.25); // none and half
