@@ -18,7 +18,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
         caption: "The paper's figure 6 measured again. Left: the plain and the area-weighted oriented box, both tight, each \
                   with its own split. Right: all five volumes, on a logarithmic axis. Mean time of one query, the four strata \
                   weighted equally; whiskers are 95 % bootstrap intervals of the mean over poses. Whether two methods differ is \
-                  decided by the paired ratios, whose intervals are far narrower than these."
+                  decided by the paired ratios, which leave out what all methods have in common."
             .to_owned(),
         drawing: Grouped::of(panels, 2, NO_SUMMARY),
     }
