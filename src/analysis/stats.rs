@@ -128,7 +128,12 @@ fn t_95(freedom: f64) -> f64 {
 /// What the deviations of resamples are multiplied by where clusters are as few as the degrees of freedom say; 1 where there are none, for
 /// then nothing was drawn.
 pub(super) fn expansion(freedom: f64) -> f64 {
-    if freedom > 0.0 { ((freedom + 1.0) / freedom).sqrt() * t_95(freedom) / Z_95 } else { 1.0 }
+    if freedom > 0.0 { lengthening(freedom) * t_95(freedom) / Z_95 } else { 1.0 }
+}
+
+/// What restores the spread that n clusters lose when they are drawn from themselves: √(n/(n - 1)), for n - 1 degrees of freedom.
+fn lengthening(freedom: f64) -> f64 {
+    if freedom > 0.0 { ((freedom + 1.0) / freedom).sqrt() } else { 1.0 }
 }
 
 /// A generator whose stream is fixed by the run's seed and a purpose: what else is analysed does not change it.
@@ -245,8 +250,7 @@ fn resampled(groups: &[Group], launches: usize, seed: u64, purpose: &str) -> (Ve
         }
         let mut total = 0.0;
         for ((group, draws), (mean, freedom)) in groups.iter().zip(&mut draws).zip(means.iter().zip(&freedoms)) {
-            let lengthened = if *freedom > 0.0 { ((freedom + 1.0) / freedom).sqrt() } else { 1.0 };
-            let mean = mean + (group.resample(&mut generator, &multiplicity) - mean) * lengthened;
+            let mean = mean + (group.resample(&mut generator, &multiplicity) - mean) * lengthening(*freedom);
             total += mean;
             draws.push(mean);
         }
