@@ -72,16 +72,13 @@ fn observe(scene: &Scene, case: &CaseKey) -> Vec<Observed> {
     for sample in samples.iter().filter(|sample| !scene.control_chunks.contains(&sample.item)) {
         times.entry(sample.item).or_default().push(sample.ns);
     }
-    // Records do not name the poses of a chunk. Chunks of one stratum and pair are numbered in the order of their poses, which
-    // they share with nobody; so the counted queries, in order, fill them one after another.
-    let mut queries_of: BTreeMap<(Stratum, u32), Vec<&Query>> = BTreeMap::new();
-    queries.iter().for_each(|query| queries_of.entry((query.stratum, query.pair)).or_default().push(query));
-    let mut rest: BTreeMap<_, _> = queries_of.into_iter().map(|(key, queries)| (key, queries.into_iter())).collect();
+    let mut members: BTreeMap<u32, Vec<&Query>> = BTreeMap::new();
+    for query in queries {
+        query.chunk.into_iter().for_each(|chunk| members.entry(chunk).or_default().push(query));
+    }
     let mut observed = Vec::new();
-    for (&chunk, &pair) in &scene.chunk_pairs {
+    for (chunk, members) in members {
         let (stratum, poses) = scene.chunks[&chunk];
-        let Some(queries) = rest.get_mut(&(stratum, pair)) else { continue };
-        let members: Vec<&Query> = queries.by_ref().take(poses as usize).collect();
         let Some(ns) = times.get_mut(&chunk).filter(|_| members.len() == poses as usize) else { continue };
         ns.sort_unstable_by(f64::total_cmp);
         let mean = |count: &dyn Fn(&Query) -> u64| {

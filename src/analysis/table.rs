@@ -5,11 +5,11 @@ use super::AnalysisError;
 use super::stats::{Group, quantile};
 use crate::record::rows::CaseKey;
 use crate::record::{BuildRow, CONTROL_WORKLOAD, QueryRow, Stratum, TimingRow, for_each_row, read_rows};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
 
-/// Consecutive poses of one pair that are resampled together in counts of queries: neighbours along a path depend on one
-/// another (a block bootstrap, Künsch 1989). The records do not name the cluster of a pose, so a fixed length stands for it.
+/// Consecutive poses of one pair that are resampled together in counts of queries where nothing was timed, so that there are no chunks:
+/// neighbours along a path depend on one another (a block bootstrap, Künsch 1989).
 const POSES_PER_CLUSTER: u32 = 16;
 
 /// What was observed in one scene.
@@ -55,6 +55,8 @@ pub struct Query {
     pub pair: u32,
     /// Pose of it.
     pub pose: u32,
+    /// The chunk that the pose was timed in, if it was.
+    pub chunk: Option<u32>,
     /// Stratum.
     pub stratum: Stratum,
     /// Volume tests.
@@ -123,7 +125,14 @@ pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
         let case = row.case();
         let pair = intern(&mut scene.pairs, (row.workload, row.pair));
         let QueryRow { pose, stratum, volume_tests, triangle_tests, .. } = row;
-        scene.queries.entry(case).or_default().push(Query { pair, pose, stratum, volume_tests, triangle_tests });
+        scene.queries.entry(case).or_default().push(Query {
+            pair,
+            pose,
+            chunk: None,
+            stratum,
+            volume_tests,
+            triangle_tests,
+        });
     })?;
     for row in read_rows::<BuildRow>(folder)? {
         let scene = scenes.entry(row.scene.clone()).or_default();
@@ -182,7 +191,25 @@ impl Scene {
                 return twice(case, format!("pose {} of a pair", pair[0].pose));
             }
         }
+        self.find_chunks();
         Ok(())
+    }
+
+    /// Tells each query its chunk. Records do not name it, but chunks of one stratum and pair are numbered in the order of their poses, which
+    /// they share with nobody: so the poses of whoever was asked about most, in order, fill them one after another.
+    fn find_chunks(&mut self) {
+        let mut poses: BTreeMap<(Stratum, u32), VecDeque<u32>> = BTreeMap::new();
+        for query in self.queries.values().max_by_key(|queries| queries.len()).into_iter().flatten() {
+            poses.entry((query.stratum, query.pair)).or_default().push_back(query.pose);
+        }
+        let mut chunks: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+        for (&chunk, &pair) in &self.chunk_pairs {
+            let (stratum, count) = self.chunks[&chunk];
+            if let Some(rest) = poses.get_mut(&(stratum, pair)).filter(|rest| rest.len() >= count as usize) {
+                chunks.extend(rest.drain(..count as usize).map(|pose| ((pair, pose), chunk)));
+            }
+        }
+        self.queries.values_mut().flatten().for_each(|query| query.chunk = chunks.get(&query.key()).copied());
     }
 
     /// Log ratios of the query times of two cases, paired by launch, block and chunk; of the blocks of a launch and chunk the
@@ -298,9 +325,10 @@ impl Scene {
     }
 }
 
-/// The cluster of a query: poses per cluster fit a pair's first 2^20 poses, beyond which clusters merely grow together.
+/// The cluster of a query: its chunk, as in times; without one its neighbours, of a pair's first 2^19 poses, beyond which clusters merely
+/// grow together.
 fn cluster(query: &Query) -> u32 {
-    query.pair << 16 | (query.pose / POSES_PER_CLUSTER) & 0xffff
+    query.chunk.unwrap_or(1 << 31 | query.pair << 15 | (query.pose / POSES_PER_CLUSTER) & 0x7fff)
 }
 
 impl Sample {

@@ -7,8 +7,13 @@
 use super::judged::JudgedPair;
 use crate::record::Stratum;
 
-/// Poses in a chunk.
-pub const CHUNK_POSES: usize = 64;
+/// Poses in a chunk of a run. Intervals come from how chunks differ, so that of the few hundred poses of a quick run many short ones
+/// say more than few long ones; still a run over one of them is long against a call and what it finds cold.
+pub const SHORT: usize = 16;
+/// Poses in a chunk where something is kept or done for each chunk besides: a row of every cell of an audit, a message to every engine.
+pub const LONG: usize = 64;
+/// Chunks of a stratum, pair and workload that the peers run too, at most: evenly spread, so that they say where those volumes' do.
+const PEER_CHUNKS: usize = 4;
 /// Of how many pairs and workloads of a stratum the control runs a pose: it tests some 10^8 pairs of triangles there, and nobody asks for
 /// more of it than an order of magnitude over all strata.
 const CONTROL_PAIRS: usize = 1;
@@ -18,7 +23,7 @@ const FEWEST_POSES: usize = 16;
 /// Who runs a chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Every case but the control; of each workload, pair and stratum the first chunk is also for the peers.
+    /// Every case but the control; of each workload, pair and stratum a few chunks are also for the peers.
     Everyone,
     /// Every case but the control and the peers, whose queries can be a hundred times slower.
     Volumes,
@@ -42,9 +47,9 @@ pub struct Chunk {
 }
 
 /// Chooses about `budget` poses from what was judged: equal shares for the strata, then for the pairs that have poses of
-/// a stratum; within a pair windows of consecutive poses, evenly spread.
+/// a stratum; within a pair windows of `length` consecutive poses, evenly spread.
 #[must_use]
-pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
+pub fn select(judged: &[JudgedPair], budget: usize, length: usize) -> Vec<Chunk> {
     let mut chunks = Vec::new();
     for stratum in Stratum::ALL {
         let members: Vec<(usize, Vec<usize>)> = judged
@@ -58,9 +63,11 @@ pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
             let mut add = |poses: &[usize], role| {
                 chunks.push(Chunk { number: chunks.len() as u32, pair, stratum, poses: poses.to_vec(), role });
             };
-            for (window, start) in windows(poses.len(), share).into_iter().enumerate() {
-                let end = (start + CHUNK_POSES).min(poses.len());
-                add(&poses[start..end], if window == 0 { Role::Everyone } else { Role::Volumes });
+            let starts = windows(poses.len(), share, length);
+            let every = starts.len().div_ceil(PEER_CHUNKS);
+            for (window, &start) in starts.iter().enumerate() {
+                let end = (start + length).min(poses.len());
+                add(&poses[start..end], if window % every == 0 { Role::Everyone } else { Role::Volumes });
             }
             if rank < CONTROL_PAIRS {
                 add(&poses[poses.len() / 2..=poses.len() / 2], Role::Control);
@@ -70,14 +77,14 @@ pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
     chunks
 }
 
-/// Starts of evenly spread, disjoint windows of [`CHUNK_POSES`] out of `available` poses, about `share` poses in all and at
+/// Starts of evenly spread, disjoint windows of `length` out of `available` poses, about `share` poses in all and at
 /// least one window.
-fn windows(available: usize, share: usize) -> Vec<usize> {
-    let count = (share / CHUNK_POSES).clamp(1, (available / CHUNK_POSES).max(1));
-    let slack = available.saturating_sub(count * CHUNK_POSES);
+fn windows(available: usize, share: usize, length: usize) -> Vec<usize> {
+    let count = (share / length).clamp(1, (available / length).max(1));
+    let slack = available.saturating_sub(count * length);
     (0..count)
-        .map(|window| window * CHUNK_POSES + slack * (2 * window + 1) / (2 * count))
-        .map(|start| if available < CHUNK_POSES { 0 } else { start })
+        .map(|window| window * length + slack * (2 * window + 1) / (2 * count))
+        .map(|start| if available < length { 0 } else { start })
         .collect()
 }
 
@@ -88,15 +95,17 @@ mod tests {
     #[test]
     fn windows_are_disjoint_and_inside() {
         for (available, share) in [(16, 1000), (64, 64), (65, 500), (1000, 300), (100_000, 512), (130, 10)] {
-            let starts = windows(available, share);
-            assert!(!starts.is_empty());
-            for pair in starts.windows(2) {
-                assert!(pair[0] + CHUNK_POSES <= pair[1], "{available} {share}: {starts:?}");
-            }
-            if available >= CHUNK_POSES {
-                assert!(starts.last().is_some_and(|last| last + CHUNK_POSES <= available));
+            for length in [SHORT, LONG] {
+                let starts = windows(available, share, length);
+                assert!(!starts.is_empty());
+                for pair in starts.windows(2) {
+                    assert!(pair[0] + length <= pair[1], "{available} {share}: {starts:?}");
+                }
+                if available >= length {
+                    assert!(starts.last().is_some_and(|last| last + length <= available));
+                }
             }
         }
-        assert_eq!(windows(1000, 300).len(), 4); // 300 / 64
+        assert_eq!(windows(1000, 300, LONG).len(), 4); // 300 / 64
     }
 }

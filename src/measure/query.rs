@@ -21,10 +21,10 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Poses run untimed before a long sample; before a shorter one all are.
-const WARM_UP_POSES: usize = 8;
+const WARM_UP_POSES: usize = 2;
 
-/// A chunk that takes a case longer than this, ns, is timed once in a launch: twenty times the shortest sample.
-const LONG_SAMPLE_NS: u64 = 20 * timer::SHORTEST_SAMPLE_NS;
+/// A chunk that takes a case longer than this, ns, is timed once in a launch: five times the shortest sample.
+const LONG_SAMPLE_NS: u64 = 5 * timer::SHORTEST_SAMPLE_NS;
 
 /// How a case runs a chunk, as the warm-up found.
 #[derive(Clone, Copy)]

@@ -317,7 +317,7 @@ impl Run {
             self.cache.as_ref(),
             progress,
         )?;
-        let chunks = chunk::select(&judged, poses);
+        let chunks = chunk::select(&judged, poses, chunk::SHORT);
         Ok((judged, chunks))
     }
 

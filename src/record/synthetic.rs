@@ -100,7 +100,7 @@ pub(crate) struct Run {
 
 pub(crate) const SCENES: [&str; 2] = ["turret-cylinder", "tailstock-torus"];
 const PARTS: [&str; 2] = ["tool", "obstacle"];
-const POSES: u32 = 64;
+const POSES: u32 = 8;
 
 impl Planted {
     /// Its cases: (split, axes, leaf), the default one first.
@@ -200,10 +200,10 @@ impl Run {
     fn counts(&mut self, plan: &Plan, scene: &str) {
         for planted in PLANTED {
             for (split, axes, leaf) in planted.cases() {
-                for pose in 0..plan.chunks * 4 * 8 {
-                    let stratum = Stratum::ALL[(pose / (plan.chunks * 8)) as usize];
+                for pose in 0..plan.chunks * 4 * POSES {
+                    let stratum = Stratum::ALL[(pose / (plan.chunks * POSES)) as usize];
                     let touching = u8::from(stratum == Stratum::Colliding);
-                    let tests = [200.0, 400.0, 100.0, 9.0][(pose / (plan.chunks * 8)) as usize] * planted.time;
+                    let tests = [200.0, 400.0, 100.0, 9.0][(pose / (plan.chunks * POSES)) as usize] * planted.time;
                     let counts = planted.kind == Kind::Volume;
                     self.queries.push(QueryRow {
                         scene: scene.into(),

@@ -40,8 +40,14 @@ fn what_never_occurs_costs_nothing_and_nothing_has_no_costs() {
 #[test]
 fn deadlines_weigh_strata_equally() {
     let case = CaseKey { variant: "ball".into(), split: "median".into(), axes: "own".into(), leaf: 1 };
-    let query =
-        |stratum: Stratum, volume_tests: u64| Query { pair: 0, pose: 0, stratum, volume_tests, triangle_tests: 0 };
+    let query = |stratum: Stratum, volume_tests: u64| Query {
+        pair: 0,
+        pose: 0,
+        chunk: None,
+        stratum,
+        volume_tests,
+        triangle_tests: 0,
+    };
     // One colliding query of 3 ms, and three far ones of 1 microsecond, at 1000 ns a test.
     let queries =
         [query(Stratum::Colliding, 3000), query(Stratum::Far, 1), query(Stratum::Far, 1), query(Stratum::Far, 1)];

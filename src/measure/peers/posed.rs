@@ -79,7 +79,7 @@ pub fn questions(
     let usable: Vec<JudgedPair> =
         judged.into_iter().filter(|pair| mode != Mode::Path || pair.workload == Source::Program.name()).collect();
     let chunks: Vec<Chunk> =
-        chunk::select(&usable, poses).into_iter().filter(|chunk| chunk.role != Role::Control).collect();
+        chunk::select(&usable, poses, chunk::LONG).into_iter().filter(|chunk| chunk.role != Role::Control).collect();
     let mut pairs: Vec<Pair> = Vec::new();
     for pair in &usable {
         if !pairs.contains(&pair.pair) {
