@@ -1,20 +1,70 @@
 //! How far apart are two meshes? Branch and bound over pairs of nodes by a lower bound of their distance.
 //!
 //! E. Larsen, S. Gottschalk, M. C. Lin, D. Manocha, "Fast Proximity Queries with Swept Sphere Volumes", TR99-018, 1999,
-//! section 4, with the volume's own bound ([`BoundingVolume::gap_mm`]) in the place of the swept sphere's.
+//! section 4, with the volume's own bound ([`BoundingVolume::gap_mm`]) in the place of the swept sphere's. The pair with the least bound is
+//! opened first, of all that wait (G. R. Hjaltason, H. Samet, "Distance Browsing in Spatial Databases", ACM TODS 24(2), 1999): no pair is
+//! opened then whose bound is above the distance.
 
 use super::Tree;
 use super::traverse::open;
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Triangle, intersect, triangle_distance};
 use crate::volume::BoundingVolume;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 /// What queries reuse: memory, and the pair of triangles that was nearest last, which on a path is often nearest again.
 #[derive(Clone, Debug, Default)]
 pub struct Proximity {
-    pub(crate) stack: Vec<(f64, (u32, u32))>,
+    pub(crate) queue: Queue,
     /// Places of the nearest triangles in the order of the two trees.
     pub(crate) nearest: Option<(u32, u32)>,
+}
+
+/// Pairs that wait to be opened, the nearest first; of those as near the one that came last, which is the smallest.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Queue {
+    /// A bound's bits, which are in the order of what they stand for as none is negative, and below them how many pairs came after the first
+    /// 2^32: one number, so that a comparison is one instruction.
+    heap: BinaryHeap<Reverse<u64>>,
+    /// All pairs that came, by number.
+    pairs: Vec<(u32, u32)>,
+}
+
+impl Queue {
+    pub fn clear(&mut self) {
+        self.heap.clear();
+        self.pairs.clear();
+    }
+
+    /// A pair that is at least `bound_mm` apart, which is not negative.
+    #[inline]
+    pub fn push(&mut self, bound_mm: f32, pair: (u32, u32)) {
+        let number = self.pairs.len() as u32;
+        self.heap.push(Reverse(u64::from(bound_mm.to_bits()) << 32 | u64::from(!number)));
+        self.pairs.push(pair);
+    }
+
+    /// The nearest pair, if it may be nearer than `least_mm`.
+    #[inline]
+    pub fn pop_below(&mut self, least_mm: f64) -> Option<(u32, u32)> {
+        if self.bound_mm() >= least_mm {
+            return None;
+        }
+        self.heap.pop().map(|Reverse(key)| self.pairs[!(key as u32) as usize])
+    }
+
+    /// No pair that waits is nearer than this, mm; infinity where none does.
+    #[inline]
+    pub fn bound_mm(&self) -> f64 {
+        self.heap.peek().map_or(f64::INFINITY, |Reverse(key)| f32::from_bits((key >> 32) as u32).into())
+    }
+}
+
+/// The greatest `f32` that is not above `x`.
+fn rounded_down(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
 }
 
 /// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 when triangles touch. For
@@ -28,7 +78,7 @@ pub fn distance_mm<V: BoundingVolume>(
 ) -> f64 {
     let pose = V::pose(a_from_b);
     let placement = Placement::new(a_from_b);
-    let Proximity { stack, nearest } = proximity;
+    let Proximity { queue, nearest } = proximity;
     // Infinite where it is for sure not below what is known.
     let between = |i: usize, moved: &Triangle, least: f64| {
         let still = &a.triangles[i];
@@ -45,12 +95,9 @@ pub fn distance_mm<V: BoundingVolume>(
     if let Some((i, j)) = *nearest {
         least = least.min(between(i as usize, &placement.triangle(&b.triangles[j as usize]), least));
     }
-    stack.clear();
-    stack.push((gap((0, 0)), (0, 0)));
-    while let Some((bound, at)) = stack.pop() {
-        if bound >= least {
-            continue;
-        }
+    queue.clear();
+    queue.push(rounded_down(gap((0, 0))), (0, 0));
+    while let Some(at) = queue.pop_below(least) {
         let (node_a, node_b) = (&a.nodes[at.0 as usize], &b.nodes[at.1 as usize]);
         let Some(next) = open(node_a, node_b, at) else {
             for j in node_b.range() {
@@ -64,10 +111,12 @@ pub fn distance_mm<V: BoundingVolume>(
             }
             continue;
         };
-        let [one, other] = next.map(|pair| (gap(pair), pair));
-        // The nearer pair is opened first: it brings the distance down that the other is held against.
-        let (near, far) = if one.0 <= other.0 { (one, other) } else { (other, one) };
-        stack.extend([far, near].into_iter().filter(|(bound, _)| *bound < least));
+        for pair in next {
+            let bound = gap(pair);
+            if bound < least {
+                queue.push(rounded_down(bound), pair);
+            }
+        }
     }
     if least < below_mm { least } else { f64::INFINITY }
 }

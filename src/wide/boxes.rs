@@ -25,8 +25,8 @@
 use super::lanes::{DOUBLES, Lanes, three};
 use super::volume::{Relation, U};
 
-/// What a bound of the distance is multiplied by: the difference with the slack, square, two sums, root and this product are each rounded once,
-/// together less than 5·2⁻²⁴. Wrong axes are in the slack already.
+/// What a bound of the distance is multiplied by: the difference with the slack, square, two sums or a quotient, root and this product are each
+/// rounded once, together less than 5·2⁻²⁴. Wrong axes are in the slack already.
 pub(super) const LOWERED: f32 = 1.0 - 8.0 * U;
 
 /// A box of the other mesh in a node's frame but for its centre: axes and half-lengths, mm.
@@ -104,6 +104,16 @@ impl<L: Lanes> BoxRelation<L> {
     fn gap_b(&self, j: usize) -> L {
         self.along_b[j].abs() - term_and_dot(self.b[j], &self.a, &[self.q[0][j], self.q[1][j], self.q[2][j]])
     }
+
+    /// The gap along the product of the one box's axis `i` and the children's axis `j`, as long as that is: √(1 - r²) or less than 1.
+    #[inline(always)]
+    fn gap_of_edges(&self, i: usize, j: usize) -> L {
+        let Self { a, b, r, q, along_a: t, .. } = self;
+        let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
+        let distance = t[i1].neg_mul_add(r[i2][j], t[i2] * r[i1][j]).abs();
+        let reach_a = a[i2].mul_add(q[i1][j], a[i1] * q[i2][j]);
+        distance - b[j2].mul_add(q[i][j1], b[j1].mul_add(q[i][j2], reach_a))
+    }
 }
 
 impl<L: Lanes> Relation<L> for BoxRelation<L> {
@@ -115,28 +125,31 @@ impl<L: Lanes> Relation<L> for BoxRelation<L> {
 
     #[inline(always)]
     fn gap(&self, mut most: [L; 3]) -> L {
-        let Self { a, b, r, q, along_a: t, .. } = self;
         for i in 0..3 {
-            let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
-            for j in 0..3 {
-                let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
-                let distance = t[i1].neg_mul_add(r[i2][j], t[i2] * r[i1][j]).abs();
-                let reach_a = a[i2].mul_add(q[i1][j], a[i1] * q[i2][j]);
-                let reach = b[j2].mul_add(q[i][j1], b[j1].mul_add(q[i][j2], reach_a));
-                most[j] = most[j].max(distance - reach);
+            for (j, most) in most.iter_mut().enumerate() {
+                *most = most.max(self.gap_of_edges(i, j));
             }
         }
         most[0].max(most[1]).max(most[2])
     }
 
     /// A box lies on the far side of a slab of each of the other's three axes, which are square to one another, so that the three gaps make a
-    /// right angle: the bound is the root of the sum of their squares. Each is lowered by the slack first, and the result by what its own
-    /// seven roundings can add (`LOWERED`). What is not a number becomes 0.
+    /// right angle: a bound is the root of the sum of their squares. Others are the gaps along the products of edges over the products'
+    /// lengths, of which 1 - r² is the square: it is wrong by twice the error of r (2 above) and two roundings, less than 25·2⁻²⁴, and the
+    /// divisor larger than it by 64·2⁻²⁴. Each gap is lowered by the slack first, and the result by what its own roundings can add
+    /// (`LOWERED`). What is not a number becomes 0.
     #[inline(always)]
     fn least_mm(&self, slack: L) -> L {
-        let zero = L::splat(|_| 0.0);
+        let (zero, one) = (L::splat(|_| 0.0), L::splat(|_| 1.0 + 64.0 * U));
         let along_a = three!(i => (self.gap_a(i) - slack).max(zero));
         let along_b = three!(j => (self.gap_b(j) - slack).max(zero));
-        dot(&along_a, &along_a).max(dot(&along_b, &along_b)).sqrt() * L::splat(|_| LOWERED)
+        let mut most = dot(&along_a, &along_a).max(dot(&along_b, &along_b));
+        for i in 0..3 {
+            for (j, &r) in self.r[i].iter().enumerate() {
+                let gap = (self.gap_of_edges(i, j) - slack).max(zero);
+                most = most.max(gap * gap / r.neg_mul_add(r, one));
+            }
+        }
+        most.sqrt() * L::splat(|_| LOWERED)
     }
 }

@@ -1,6 +1,7 @@
 //! How far apart are two meshes? Branch and bound as in [`crate::tree::distance`], over pairs of slots, eight or sixteen children at a time.
 //!
-//! Bounds come from the lanes of [`super::visit`] and are lower bounds in spite of all rounding; triangles are measured in `f64`.
+//! Bounds come from the lanes of [`super::visit`] and are lower bounds in spite of all rounding; triangles are measured in `f64`. A first
+//! dive to a pair of triangles brings a distance that keeps most pairs from ever waiting.
 
 use super::lanes::{Machine, Simd, Work};
 use super::node::{Contents, WIDTH, WideTree};
@@ -49,7 +50,7 @@ pub(super) fn nearest<V: WideVolume>(
     let known = search.proximity.nearest;
     let touching = known.is_some_and(|pair| search.measure(pair).is_break()) || simd.run(&mut search).is_break();
     // What was not opened is at least as far as its bounds say.
-    let unopened = search.proximity.stack.iter().map(|(bound, _)| *bound).fold(f64::INFINITY, f64::min);
+    let unopened = search.proximity.queue.bound_mm();
     let least = if search.least < below_mm || touching { search.least } else { f64::INFINITY };
     Nearest { distance_mm: if touching { 0.0 } else { least.min(unopened) }, touching, visits: search.visits }
 }
@@ -72,15 +73,13 @@ impl<V: WideVolume> Work for &mut Search<'_, V> {
 
     #[inline(always)]
     fn run<M: Machine>(self) -> ControlFlow<Touching> {
-        self.proximity.stack.clear();
-        let first = self.posed.first();
-        self.visit::<M>(&[first])?;
+        self.proximity.queue.clear();
+        self.dive::<M>()?;
         while self.visits < self.most_visits {
-            let Some(top) = self.next() else { break };
-            let top = self.posed.open(top);
-            match self.next() {
-                Some(next) => self.visit::<M>(&[top, self.posed.open(next)])?,
-                None => self.visit::<M>(&[top])?,
+            let Some(one) = self.next()? else { break };
+            match self.next()? {
+                Some(other) => self.visit::<M>(&[one, other]),
+                None => self.visit::<M>(&[one]),
             }
         }
         ControlFlow::Continue(())
@@ -88,71 +87,75 @@ impl<V: WideVolume> Work for &mut Search<'_, V> {
 }
 
 impl<V: WideVolume> Search<'_, V> {
-    /// The pair on the top of the stack that may still be nearer than what is known.
+    /// What to open next: of the nearest pair that may still be nearer than what is known. Pairs of triangles that come before it are measured.
     #[inline(always)]
-    fn next(&mut self) -> Option<(u32, u32)> {
-        while let Some((bound, pair)) = self.proximity.stack.pop() {
-            if bound < self.least {
-                return Some(pair);
+    fn next(&mut self) -> ControlFlow<Touching, Option<Opened>> {
+        while let Some((x, y)) = self.proximity.queue.pop_below(self.least) {
+            match (self.posed.a.contents(x), self.posed.b.contents(y)) {
+                (Contents::Triangle(i), Contents::Triangle(j)) => self.measure((i, j))?,
+                _ => return ControlFlow::Continue(Some(self.posed.open((x, y)))),
             }
         }
-        None
+        ControlFlow::Continue(None)
     }
 
-    /// Bounds the children of the opened nodes.
+    /// Opens the nearest child again and again, as far as a pair of triangles.
     #[inline(always)]
-    fn visit<M: Machine>(&mut self, opened: &[Opened]) -> ControlFlow<Touching> {
+    fn dive<M: Machine>(&mut self) -> ControlFlow<Touching> {
+        let mut opened = self.posed.first();
+        loop {
+            let [mut bounds, _] = self.bounds::<M>(&[opened]);
+            let nearest = (0..self.children(opened)).min_by(|&i, &j| bounds[i].total_cmp(&bounds[j])).unwrap_or(0);
+            if self.visits >= self.most_visits || f64::from(bounds[nearest]) >= self.least {
+                self.wait(opened, &bounds);
+                return ControlFlow::Continue(());
+            }
+            // The nearest does not wait.
+            bounds[nearest] = f32::INFINITY;
+            self.wait(opened, &bounds);
+            let pair = opened.pair(opened.node * WIDTH as u32 + nearest as u32);
+            match (self.posed.a.contents(pair.0), self.posed.b.contents(pair.1)) {
+                (Contents::Triangle(i), Contents::Triangle(j)) => return self.measure((i, j)),
+                _ => opened = self.posed.open(pair),
+            }
+        }
+    }
+
+    /// Opens one or two nodes and has the children wait.
+    #[inline(always)]
+    fn visit<M: Machine>(&mut self, opened: &[Opened]) {
+        let bounds = self.bounds::<M>(opened);
+        opened.iter().zip(&bounds).for_each(|(&opened, bounds)| self.wait(opened, bounds));
+    }
+
+    /// How far the children of one or two nodes are at least, mm.
+    #[inline(always)]
+    fn bounds<M: Machine>(&mut self, opened: &[Opened]) -> [[f32; WIDTH]; 2] {
         self.visits += opened.len() as u32;
         let mut bounds = [[0.0; WIDTH]; 2];
+        let see = |opened: Opened| self.posed.see::<M::Double>(opened);
         match *opened {
-            [one] => visit::distances::<V, M::Single>(&[self.posed.see::<M::Double>(one)], &mut bounds),
-            [one, other] => {
-                visit::distances::<V, M::Single>(
-                    &[self.posed.see::<M::Double>(one), self.posed.see::<M::Double>(other)],
-                    &mut bounds,
-                );
-            }
+            [one] => visit::distances::<V, M::Single>(&[see(one)], &mut bounds),
+            [one, other] => visit::distances::<V, M::Single>(&[see(one), see(other)], &mut bounds),
             _ => {}
         }
-        for (opened, bounds) in opened.iter().zip(&bounds).rev() {
-            self.keep(*opened, bounds)?;
-        }
-        ControlFlow::Continue(())
+        bounds
     }
 
-    /// Pairs of triangles are measured, the likely nearest first; the other pairs go to the stack, the nearest last.
     #[inline(always)]
-    fn keep(&mut self, opened: Opened, bounds: &[f32; WIDTH]) -> ControlFlow<Touching> {
-        let (tree, other) = self.posed.trees(opened);
-        let node = &tree.nodes[opened.node as usize];
-        let (inner, count) = (usize::from(node.inner), usize::from(node.count));
-        let mut nodes = inner;
-        if let Contents::Triangle(one) = other.contents(opened.one) {
-            let mut waiting = [(0.0, 0_u32); WIDTH];
-            for (place, waiting) in (inner..count).zip(&mut waiting) {
-                *waiting = (bounds[place], node.first_triangle + (place - inner) as u32);
-            }
-            let waiting = &mut waiting[..count - inner];
-            waiting.sort_unstable_by(|p, q| p.0.total_cmp(&q.0));
-            for &(bound, triangle) in &*waiting {
-                if f64::from(bound) < self.least {
-                    self.measure(Opened { one, ..opened }.pair(triangle))?;
-                }
-            }
-        } else {
-            nodes = count;
-        }
-        let stack = &mut self.proximity.stack;
-        let from = stack.len();
-        for (place, &bound) in bounds.iter().enumerate().take(nodes) {
-            let bound = f64::from(bound);
-            if bound < self.least {
-                let place_in_order = stack[from..].iter().position(|known| known.0 < bound);
-                let slot = opened.node * WIDTH as u32 + place as u32;
-                stack.insert(from + place_in_order.unwrap_or(stack.len() - from), (bound, opened.pair(slot)));
+    fn children(&self, opened: Opened) -> usize {
+        let (tree, _) = self.posed.trees(opened);
+        tree.nodes[opened.node as usize].count.into()
+    }
+
+    /// Children that may be nearer than what is known wait to be opened.
+    #[inline(always)]
+    fn wait(&mut self, opened: Opened, bounds: &[f32; WIDTH]) {
+        for (slot, &bound) in (opened.node * WIDTH as u32..).zip(&bounds[..self.children(opened)]) {
+            if f64::from(bound) < self.least {
+                self.proximity.queue.push(bound, opened.pair(slot));
             }
         }
-        ControlFlow::Continue(())
     }
 
     /// Measures two triangles, by their places.

@@ -12,7 +12,7 @@ mod x86;
 
 use crate::geometry::grid::Coordinate;
 use std::array::from_fn;
-use std::ops::{Add, Mul, Sub};
+use std::ops::{Add, Div, Mul, Sub};
 use std::sync::OnceLock;
 
 /// Boxes per visit of a node: the lanes that belong together.
@@ -40,7 +40,7 @@ macro_rules! three {
 pub(super) use three;
 
 /// `f32` lanes: eight for each visit that fits a register, or half of the eight of one.
-pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> {
     /// How many visits fit a register.
     const VISITS: usize;
     /// How many registers the lanes of a visit take.
@@ -229,6 +229,7 @@ macro_rules! array_operator {
 array_operator!(Add, add, +);
 array_operator!(Sub, sub, -);
 array_operator!(Mul, mul, *);
+array_operator!(Div, div, /);
 
 impl Lanes for Array<f32> {
     const VISITS: usize = 1;

@@ -1,7 +1,7 @@
 //! AVX-512 and AVX2. Every value of these types comes from a function below that runs only on a processor that was asked ([`super::Simd::run`]); with that all
 //! intrinsics here are sound: they touch no memory but the arrays they are given, unaligned.
 
-use super::{Add, Coordinate, DOUBLES, DoubleLanes, Lanes, Machine, Mul, Sub, WIDTH, Work};
+use super::{Add, Coordinate, DOUBLES, Div, DoubleLanes, Lanes, Machine, Mul, Sub, WIDTH, Work};
 use std::arch::x86_64::*;
 
 /// Compiled with AVX-512.
@@ -78,9 +78,11 @@ macro_rules! operator {
 operator!(Single16, Add, add, _mm512_add_ps);
 operator!(Single16, Sub, sub, _mm512_sub_ps);
 operator!(Single16, Mul, mul, _mm512_mul_ps);
+operator!(Single16, Div, div, _mm512_div_ps);
 operator!(Single8, Add, add, _mm256_add_ps);
 operator!(Single8, Sub, sub, _mm256_sub_ps);
 operator!(Single8, Mul, mul, _mm256_mul_ps);
+operator!(Single8, Div, div, _mm256_div_ps);
 operator!(Double4, Add, add, _mm256_add_pd);
 operator!(Double4, Sub, sub, _mm256_sub_pd);
 operator!(Double4, Mul, mul, _mm256_mul_pd);
