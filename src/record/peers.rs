@@ -15,7 +15,7 @@ row_file! {
 /// Stratum column of the rows that stand for all strata together.
 pub const ALL_STRATA: &str = "all";
 
-/// One construction of an engine's structures over both meshes of a pair. Noisy.
+/// Constructions of an engine's structures over both meshes of a pair, the median of a round. Noisy.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PeerBuildRow {
     /// Engine.
@@ -26,7 +26,7 @@ pub struct PeerBuildRow {
     pub pair: String,
     /// Mode.
     pub mode: String,
-    /// Number of the construction.
+    /// Round.
     pub round: u32,
     /// Wall time of both, ns.
     pub ns: u64,
