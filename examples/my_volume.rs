@@ -39,6 +39,22 @@ impl Ellipsoid {
         self.semi.component_mul(direction).norm()
     }
 
+    /// The distance from a point outside, mm, or a little more: of the point of the surface in whose normal direction it lies, by bisection
+    /// (D. Eberly, "Distance from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid", Geometric Tools, 2013, section 4).
+    fn distance_mm(&self, point: &Point) -> f64 {
+        let out = point - self.centre;
+        let squares = self.semi.component_mul(&self.semi);
+        // At `t` the point of a surface around or inside this one, as the length of its scaled coordinates is above or below 1.
+        let nearest = |t: f64| out.component_mul(&squares).component_div(&squares.add_scalar(t));
+        let (mut low, mut high) = (0.0, self.semi.component_mul(&out).norm());
+        for _ in 0..100 {
+            let t = 0.5 * (low + high);
+            let outside = nearest(t).component_div(&self.semi).norm() > 1.0;
+            (low, high) = if outside { (t, high) } else { (low, t) };
+        }
+        (out - nearest(high)).norm()
+    }
+
     /// The direction in which the surface faces where the line to `point` leaves it.
     fn facing(&self, point: &Vector) -> Vector {
         point.component_div(&self.semi.component_mul(&self.semi))
@@ -84,7 +100,8 @@ impl BoundingVolume for Ellipsoid {
     }
 
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
-        (point - self.centre).component_div(&self.semi.add_scalar(slack_mm)).norm() <= 1.0
+        let is_inside = (point - self.centre).component_div(&self.semi).norm() <= 1.0;
+        is_inside || (slack_mm > 0.0 && self.distance_mm(point) <= slack_mm)
     }
 
     fn centre(&self) -> Point {
@@ -125,4 +142,16 @@ impl BoundingVolume for Ellipsoid {
 
 fn main() -> ExitCode {
     bvbench::cli::main_with(Registry::standard().with(Variant::of::<Ellipsoid>(SplitRule::VertexMean)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `cargo test --release --example my_volume`
+    #[test]
+    fn the_ellipsoid_conforms() {
+        bvbench::conformance::check(&Variant::of::<Ellipsoid>(SplitRule::VertexMean))
+            .unwrap_or_else(|fault| panic!("{fault}"));
+    }
 }

@@ -118,7 +118,7 @@ fn policies() -> impl Iterator<Item = Policy> {
 
 /// Everything that the variant's kind and promise call for.
 ///
-/// Trees of volumes: [`structure`], [`determinism`], [`no_false_contact`]; those that promise to be safe also
+/// Trees of volumes: [`structure`], [`statements`], [`determinism`], [`no_false_contact`]; those that promise to be safe also
 /// [`containment`], [`same_as_control`], [`symmetry`], [`rigid_motion`], [`every_policy`], [`distance`]. The control: all but those about trees. Peers:
 /// [`determinism`] alone, because their triangle tests are their own. Methods by samples: [`determinism`], and those that promise to be
 /// safe [`no_miss`].
@@ -133,6 +133,7 @@ pub fn check(variant: &Variant) -> Result<(), Fault> {
         Kind::Volume | Kind::Engine | Kind::Control => {}
     }
     no_false_contact(variant)?;
+    statements(variant)?;
     if !variant.info.safe {
         return structure(variant);
     }
@@ -159,6 +160,23 @@ pub fn structure(variant: &Variant) -> Result<(), Fault> {
 /// The first corner outside.
 pub fn containment(variant: &Variant) -> Result<(), Fault> {
     each_tree(variant, |model| model.check_containment(0.0))
+}
+
+/// In a tree by the variant's own policy, what each volume says of itself is so, as far as can be seen: where it is, how large, what it looks
+/// like, and what slack means ([`crate::volume::stated`]).
+///
+/// # Errors
+/// The first volume that says something else.
+pub fn statements(variant: &Variant) -> Result<(), Fault> {
+    let Some(policy) = variant.policy else { return Ok(()) };
+    for (model, subject) in prepared(variant).iter().zip(&CASES.subjects) {
+        model.check_statements().map_err(|fault| Fault {
+            variant: variant.info.id,
+            subject: subject.name.to_owned(),
+            what: Wrong::Tree { policy, fault },
+        })?;
+    }
+    Ok(())
 }
 
 fn each_tree(variant: &Variant, check: impl Fn(&dyn Model) -> Result<(), TreeFault>) -> Result<(), Fault> {

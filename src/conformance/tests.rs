@@ -6,6 +6,8 @@ use crate::registry::Registry;
 use crate::volume::obb::centre::{CentreRule, MidExtent};
 use crate::volume::obb::frame::AreaCovariance;
 use crate::volume::obb::{Obb, ObbRule};
+use crate::volume::obb_area_centroid::ObbAreaCentroid;
+use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
 use crate::volume::separating_axes::{separated, widened_abs};
 use crate::volume::{BoundingVolume, Info, Segment};
 use nalgebra::{Matrix3, Unit};
@@ -23,15 +25,12 @@ fn every_registered_variant_conforms() {
 }
 
 #[test]
-fn every_unsafe_tree_leaves_corners_outside_and_misses_contacts() {
-    let unsafe_trees = Registry::standard()
-        .variants()
-        .iter()
-        .filter(|v| v.kind == Kind::Volume && !v.info.safe)
-        .copied()
-        .collect::<Vec<_>>();
-    assert!(unsafe_trees.len() >= 2, "the literal boxes at least");
-    for variant in unsafe_trees {
+fn the_literal_boxes_leave_corners_outside_and_miss_contacts() {
+    let literal = [
+        Variant::oriented::<ObbVertexCentroid>(SplitRule::VertexMean),
+        Variant::oriented::<ObbAreaCentroid>(SplitRule::AreaMean),
+    ];
+    for variant in literal {
         assert!(matches!(
             containment(&variant),
             Err(Fault { what: Wrong::Tree { fault: TreeFault::Outside { .. }, .. }, .. })
@@ -228,12 +227,33 @@ fn wrong_overlap_tests_fail() {
     }
 }
 
-/// Claims to be a millimetre farther away than it is.
+/// A sound box that says one thing of itself that is not so.
 #[derive(Clone, Debug)]
-struct Distant(Obb<crate::volume::obb_area::ObbArea>);
+struct Lying<const LIE: usize>(Obb<crate::volume::obb_area::ObbArea>);
 
-impl BoundingVolume for Distant {
-    const INFO: Info = info("distant");
+/// What the lies must be found out by, in their order.
+const LIES: [&str; 10] = [
+    "split_axes: the axes are not square",
+    "centre: it lies outside",
+    "outline: it leaves the volume",
+    "outline: it ends within the volume",
+    "not all are positive",
+    "surface_area: it is too little",
+    "surface_area: it is more",
+    "volume: it is not that of the points",
+    "contains: a point nearer than the slack is left out",
+    "contains: a point farther than the slack is let in",
+];
+
+impl<const LIE: usize> Lying<LIE> {
+    /// The factor of this lie, 1 where it is another.
+    fn factor(of: [(usize, f64); 2]) -> f64 {
+        of.into_iter().find(|(lie, _)| *lie == LIE).map_or(1.0, |(_, factor)| factor)
+    }
+}
+
+impl<const LIE: usize> BoundingVolume for Lying<LIE> {
+    const INFO: Info = info("lying");
     type Pose = <Obb<crate::volume::obb_area::ObbArea> as BoundingVolume>::Pose;
 
     fn fit(triangles: &[Triangle]) -> Self {
@@ -248,42 +268,74 @@ impl BoundingVolume for Distant {
         self.0.overlaps(&other.0, pose)
     }
 
+    /// The last lie is of no single volume: two are a millimetre nearer than this says, where they are apart.
     fn gap_mm(&self, other: &Self, pose: &Self::Pose) -> f64 {
-        self.0.gap_mm(&other.0, pose) + 1.0
+        let gap_mm = self.0.gap_mm(&other.0, pose);
+        if LIE == LIES.len() && gap_mm > 0.0 { gap_mm + 1.0 } else { gap_mm }
     }
 
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
-        self.0.contains(point, slack_mm)
+        self.0.contains(point, slack_mm * Self::factor([(8, 0.9), (9, 10.0)]))
     }
 
     fn centre(&self) -> Point {
-        self.0.centre()
+        let out = self.0.outline()[0][0] - self.0.centre();
+        self.0.centre() + if LIE == 1 { out * 2.0 + Vector::x() } else { Vector::zeros() }
     }
 
     fn size(&self) -> f64 {
-        self.0.size()
+        if LIE == 4 { -1.0 } else { self.0.size() }
     }
 
     fn volume(&self) -> f64 {
-        self.0.volume()
+        self.0.volume() * if LIE == 7 { 0.9 } else { 1.0 }
     }
 
     fn surface_area(&self) -> f64 {
-        self.0.surface_area()
+        self.0.surface_area() * Self::factor([(5, 0.1), (6, 1.1)])
     }
 
     fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
-        self.0.split_axes(triangles)
+        let [x, y, z] = self.0.split_axes(triangles);
+        if LIE == 0 { [x, x, z] } else { [x, y, z] }
     }
 
     fn outline(&self) -> Vec<Segment> {
-        self.0.outline()
+        let longer = Self::factor([(2, 1.1), (3, 0.9)]);
+        let centre = self.0.centre();
+        self.0.outline().into_iter().map(|edge| edge.map(|end| centre + (end - centre) * longer)).collect()
+    }
+}
+
+fn lying<const LIE: usize>() -> Variant {
+    Variant::of::<Lying<LIE>>(SplitRule::AreaMean)
+}
+
+#[test]
+fn what_a_volume_says_of_itself_must_be_so() {
+    let liars = [
+        lying::<0>(),
+        lying::<1>(),
+        lying::<2>(),
+        lying::<3>(),
+        lying::<4>(),
+        lying::<5>(),
+        lying::<6>(),
+        lying::<7>(),
+        lying::<8>(),
+        lying::<9>(),
+    ];
+    for (liar, lie) in liars.iter().zip(LIES) {
+        let found = check(liar).expect_err(lie).to_string();
+        assert!(found.contains(lie), "{found}, where `{lie}` is wrong");
     }
 }
 
 #[test]
 fn a_gap_that_is_too_wide_fails() {
-    let found = check(&Variant::of::<Distant>(SplitRule::AreaMean));
+    let liar = lying::<{ LIES.len() }>();
+    assert_eq!(statements(&liar), Ok(()), "of itself it says what is so");
+    let found = check(&liar);
     assert!(matches!(found, Err(Fault { what: Wrong::Distance { .. }, .. })), "{found:?}");
 }
 

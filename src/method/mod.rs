@@ -127,6 +127,14 @@ pub trait Model: Any + Send + Sync {
         let _ = slack_mm;
         Ok(())
     }
+
+    /// Whether what each node's volume says of its size and shape, where there is a tree of ours, is so.
+    ///
+    /// # Errors
+    /// The first volume that says something else.
+    fn check_statements(&self) -> Result<(), TreeFault> {
+        Ok(())
+    }
 }
 
 /// The concrete model behind `other`.

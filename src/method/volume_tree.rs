@@ -79,4 +79,8 @@ impl<V: BoundingVolume> Model for Tree<V> {
     fn check_containment(&self, slack_mm: f64) -> Result<(), TreeFault> {
         self.check_containment(slack_mm)
     }
+
+    fn check_statements(&self) -> Result<(), TreeFault> {
+        self.check_statements()
+    }
 }

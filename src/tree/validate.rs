@@ -2,7 +2,7 @@
 
 use super::Tree;
 use crate::geometry::triangle;
-use crate::volume::BoundingVolume;
+use crate::volume::{BoundingVolume, stated};
 
 /// The first thing found wrong with a tree.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -27,6 +27,14 @@ pub enum TreeFault {
         y: f64,
         /// Third coordinate, mm.
         z: f64,
+    },
+    /// A volume says something of itself that cannot be true.
+    #[error("node {node}: {what}")]
+    Misstated {
+        /// The node.
+        node: usize,
+        /// What it says, and what is wrong with it.
+        what: &'static str,
     },
 }
 
@@ -68,6 +76,17 @@ impl<V: BoundingVolume> Tree<V> {
             }
         }
         Ok(())
+    }
+
+    /// Checks that what each node's volume says of its size and shape is so, as far as can be seen ([`stated`]).
+    ///
+    /// # Errors
+    /// The first volume that says something else.
+    pub fn check_statements(&self) -> Result<(), TreeFault> {
+        let misstated =
+            |node: usize| stated::misstatement(&self.nodes[node].volume, self.triangles_of(&self.nodes[node]));
+        let first = (0..self.nodes.len()).find_map(|node| Some((node, misstated(node)?)));
+        first.map_or(Ok(()), |(node, what)| Err(TreeFault::Misstated { node, what }))
     }
 }
 

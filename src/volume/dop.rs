@@ -78,13 +78,23 @@ impl<D: Directions<K>, const K: usize> Dop<D, K> {
         (negated_low, high)
     }
 
+    /// The point in the middle of all slabs, in the least-squares sense. Where slabs are wider than the polytope it can lie outside.
+    fn middle_of_slabs(&self) -> Point {
+        let (mut gram, mut moment) = (Matrix3::zeros(), Vector::zeros());
+        for (k, normal) in D::normals().iter().enumerate() {
+            gram += normal * normal.transpose();
+            moment += normal * (0.5 * (self.high[k] - self.negated_low[k]));
+        }
+        Point::from(gram.try_inverse().unwrap_or_else(Matrix3::identity) * moment)
+    }
+
     fn polytope(&self) -> Polytope {
         // The three widest-apart normals bound the polytope; a cube about its middle, twice its largest extent along any
         // slab divided by how flat the cones are, holds it.
         let size = self.high.iter().zip(&self.negated_low).map(|(high, low)| high + low).fold(0.0, f64::max);
         let normals = D::normals();
         let slabs = normals.iter().zip(self.high.iter().zip(&self.negated_low));
-        Polytope::cube(&self.centre(), 4.0 * size + 1.0)
+        Polytope::cube(&self.middle_of_slabs(), 4.0 * size + 1.0)
             .clip(slabs.flat_map(|(n, (high, negated_low))| [(*n, *high), (-n, *negated_low)]))
     }
 }
@@ -153,14 +163,11 @@ impl<D: Directions<K>, const K: usize> BoundingVolume for Dop<D, K> {
         })
     }
 
-    /// The point in the middle of all slabs, in the least-squares sense.
+    /// The mean of the corners, each counted once for every edge that ends there.
     fn centre(&self) -> Point {
-        let (mut gram, mut moment) = (Matrix3::zeros(), Vector::zeros());
-        for (k, normal) in D::normals().iter().enumerate() {
-            gram += normal * normal.transpose();
-            moment += normal * (0.5 * (self.high[k] - self.negated_low[k]));
-        }
-        Point::from(gram.try_inverse().unwrap_or_else(Matrix3::identity) * moment)
+        let ends = self.polytope().edges().into_iter().flatten().map(|end| end.coords);
+        let (count, sum) = ends.fold((0.0, Vector::zeros()), |(count, sum), end| (count + 1.0, sum + end));
+        if count > 0.0 { Point::from(sum / count) } else { self.middle_of_slabs() }
     }
 
     fn size(&self) -> f64 {

@@ -40,6 +40,7 @@ pub mod sphere_mean;
 pub mod sphere_ritter;
 pub mod sphere_ritter_f32;
 pub mod sphere_welzl;
+pub mod stated;
 
 use crate::geometry::{Isometry, Point, Triangle, Vector};
 use nalgebra::{Matrix3, Unit};
