@@ -58,7 +58,7 @@ type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;
 pub struct Variant {
     /// Name, reference and promise.
     pub info: Info,
-    /// Volume tree, control or peer.
+    /// What kind of thing it is.
     pub kind: Kind,
     /// The tree policy used unless another is asked for; `None` for methods without a tree of ours.
     pub policy: Option<Policy>,

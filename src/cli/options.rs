@@ -35,7 +35,7 @@ pub struct RunOptions {
     /// Seed of all randomness
     #[arg(long, default_value_t = DEFAULT_SEED)]
     seed: u64,
-    /// Threads for everything but timing, which uses one [default: all cores]
+    /// Threads for everything but timing, where only wide trees are built by more than one [default: all cores]
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Folder in which exact answers are kept for the next run [default: .truth-cache beside the run's folder]

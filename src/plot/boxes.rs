@@ -54,7 +54,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Boxes> {
         caption: "Root boxes over the edges and the silhouette of the part (grey), in two orthogonal projections of the part's own frame, at equal \
                   scales. Of each scene the part is shown on which the boxes differ most. The paper-literal box is centred on \
                   the mean of the triangle corners and has half the extent of the part: where the mean is not in the middle the \
-                  box is shifted toward the densely triangulated side, cuts off part of the mesh on the other side, and leaves \
+                  box is shifted toward the side with more corners, cuts off part of the mesh on the other side, and leaves \
                   an equal gap opposite."
             .to_owned(),
         drawing: Boxes::of(data),

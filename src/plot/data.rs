@@ -26,7 +26,7 @@ pub struct Entry {
     pub look: Look,
     /// Whether a timing of it is one of a method that misses nothing by construction.
     pub safe: bool,
-    /// Volume, control or peer.
+    /// What kind of thing it is.
     pub kind: Kind,
 }
 

@@ -124,7 +124,7 @@ pub(super) fn engines(data: &Data) -> Option<Sketch<Forest>> {
         name: "engines",
         title: "Whole engines: query time against a reference".to_owned(),
         caption: format!(
-            "Mean time of a query over that of {reference} (in modes it does not know, over the reference that peer-ratios.csv names), on              the same poses, in turn on one thread; left of 1 is faster. Whiskers are 95 % bootstrap intervals over chunks of poses.              Missed and false contacts stand in the report's table."
+            "Mean time of a query over that of {reference} (in modes it does not know, over the reference that peer-ratios.csv names), on the same poses, in turn on one thread; left of 1 is faster. Whiskers are 95 % bootstrap intervals over chunks of poses. Missed and false contacts stand in the report's table."
         ),
         drawing: Ok(Forest::sorted(panels, lines, f64::INFINITY)),
     })
@@ -205,7 +205,7 @@ impl Forest {
             if bar.ratio > self.most {
                 let edge = x(Scale::Log.value(high));
                 line.look.mark(area, (edge - 10, y))?;
-                label(area, &format!("{:.0}×, off scale", bar.ratio), TEXT_PX, (edge - 26, y), HPos::Right)?;
+                label(area, &format!("{:.0}×", bar.ratio), TEXT_PX, (edge - 26, y), HPos::Right)?;
                 continue;
             }
             let (from, to) = (x(bar.low), x(bar.high));

@@ -11,7 +11,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
     let panels = data.scenes.iter().map(|scene| panel(data, scene)).collect();
     Sketch {
         name: "misses-by-depth",
-        title: "Contacts missed by depth of penetration".to_owned(),
+        title: "Contacts missed, by travel past first contact".to_owned(),
         caption: "Share of the colliding poses that a variant reports as free although the triangle test over all pairs finds \
                   them, by travel past first contact in mm (intervals open below, closed above; shallower than 1e-6 mm is \
                   grazing and not counted). Whiskers are 95 % Wilson intervals; an arrow marks a variant that missed none of n \

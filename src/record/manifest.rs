@@ -60,7 +60,7 @@ pub struct Request {
     pub profile: String,
     /// Seed of all randomness.
     pub seed: u64,
-    /// Scenes as given on the command line; empty for all shipped ones.
+    /// Scenes as given on the command line; empty for those of a run by default.
     pub scenes: Vec<String>,
     /// Variant ids.
     pub variants: Vec<String>,
@@ -89,7 +89,7 @@ pub struct VariantEntry {
     pub reference: String,
     /// Whether it promises to miss nothing.
     pub safe: bool,
-    /// `volume`, `control` or `peer`.
+    /// What kind of thing it is.
     pub kind: Kind,
     /// The policies measured, the default one first; empty without a tree of ours.
     pub policies: Vec<String>,

@@ -5,7 +5,7 @@ use super::tables::{Table, interval, number};
 use super::terminal::stands_for_claim;
 use crate::analysis::claims::Claim;
 use crate::analysis::{ALL, stats};
-use crate::record::{ClaimRow, Kind, NULL_VARIANT};
+use crate::record::{ClaimRow, Kind, Manifest, NULL_VARIANT};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -110,11 +110,11 @@ fn what_was_run(contents: &Contents) -> String {
         scenes.row([scene.name.clone(), scene.title.clone(), parts.join(", "), scene.pairs.join(", ")]);
     }
     format!(
-        "## What was run\n\n{}Per scene {} posed pairs were verified against exact truth and {} poses were timed, in {} blocks of \
-         random order, {} process launch(es), seed {}. Machine: {}, {} logical cores, {}{:.1} GiB, {}{}.\n\n\
+        "## What was run\n\n{}Per scene some {} posed pairs were verified against exact truth and some {} poses were timed (equal shares of \
+         the strata, less where there are not so many), in {} blocks of random order, {} process launch(es), seed {}. Machine: {}, {} logical cores, {}{:.1} GiB, {}{}.\n\n\
          The command was\n\n    {}\n\nand the same steps one by one, where DIR is this folder:\n\n    \
-         cargo run --release -- verify --profile {p} --seed {s} --out DIR\n    \
-         cargo run --release -- measure --profile {p} --seed {s} --out DIR\n    \
+         cargo run --release -- verify --profile {p} --seed {s}{chosen} --out DIR\n    \
+         cargo run --release -- measure --profile {p} --seed {s}{chosen} --out DIR\n    \
          cargo run --release -- analyze --out DIR\n    cargo run --release -- plot --out DIR\n    \
          cargo run --release -- report --out DIR\n\n",
         scenes.finish(),
@@ -132,7 +132,23 @@ fn what_was_run(contents: &Contents) -> String {
         manifest.program.command,
         p = request.profile,
         s = request.seed,
+        chosen = chosen(manifest),
     )
+}
+
+/// The options that chose what was run, where it was not the default.
+fn chosen(manifest: &Manifest) -> String {
+    let request = &manifest.request;
+    // The request names all variants, whether they were chosen or not.
+    let variants = if manifest.program.command.contains("--variant") { &request.variants[..] } else { &[] };
+    let options = [
+        ("scene", &request.scenes[..]),
+        ("variant", variants),
+        ("workload", &request.workloads),
+        ("policy", &request.policies),
+    ];
+    let each = options.into_iter().flat_map(|(option, names)| names.iter().map(move |name| (option, name)));
+    each.map(|(option, name)| format!(" --{option} {name}")).collect()
 }
 
 fn ranking(contents: &Contents) -> String {
@@ -170,6 +186,12 @@ fn ranking(contents: &Contents) -> String {
             [if is_volume { place.to_string() } else { "-".to_owned() }, entry.label.clone(), number(entry.ratio)];
         let cells = cells.into_iter().chain(per_scene).chain([missed]);
         if is_volume { volumes.row(cells) } else { others.row(cells) }
+    }
+    if contents.ranking.is_empty() {
+        return format!(
+            "## Ranking by speed\n\nNone: this run has no times of {}, by which all others are ranked.\n\n",
+            contents.label(baseline)
+        );
     }
     format!(
         "## Ranking by speed\n\nSafe bounding volumes under their default tree policies, by query time relative to {}: geometric \
