@@ -70,7 +70,9 @@ pub fn select(judged: &[JudgedPair], budget: usize, length: usize) -> Vec<Chunk>
                 add(&poses[start..end], if window % every == 0 { Role::Everyone } else { Role::Volumes });
             }
             if rank < CONTROL_PAIRS {
-                add(&poses[poses.len() / 2..=poses.len() / 2], Role::Control);
+                // One that the others answer too.
+                let middle = starts[starts.len() / 2] + length.min(poses.len()) / 2;
+                add(&poses[middle..=middle], Role::Control);
             }
         }
     }

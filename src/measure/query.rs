@@ -4,7 +4,8 @@
 //! back to back, each after an untimed run over the same poses that brings the parts of its trees they need into the caches
 //! and teaches the branch predictor: without it a short sample mostly measures what ran before it. The first block
 //! warms up, finds how often a short chunk must be repeated, and is dropped. Where a chunk takes a case longer than
-//! `LONG_SAMPLE_NS`, one timed block of each launch is enough for it: such a sample averages the machine's noise itself.
+//! `LONG_SAMPLE_NS`, one timed block of each launch is enough for it: such a sample averages the machine's noise itself. Where it takes ten times
+//! that, one launch is: a method that slow is compared with others by factors, not by per cent.
 
 use super::chunk::{Chunk, Role};
 use super::judged::JudgedPair;
@@ -26,6 +27,9 @@ const WARM_UP_POSES: usize = 2;
 /// A chunk that takes a case longer than this, ns, is timed once in a launch: five times the shortest sample.
 const LONG_SAMPLE_NS: u64 = 5 * timer::SHORTEST_SAMPLE_NS;
 
+/// A chunk that takes a case longer than this, ns, is timed in the first launch alone.
+const VERY_LONG_SAMPLE_NS: u64 = 10 * LONG_SAMPLE_NS;
+
 /// How a case runs a chunk, as the warm-up found.
 #[derive(Clone, Copy)]
 struct Manner {
@@ -33,6 +37,8 @@ struct Manner {
     passes: u32,
     /// Whether one timed block is enough.
     once: bool,
+    /// Whether that of the first launch is.
+    first_launch: bool,
 }
 
 /// A case with its trees over the parts of a scene.
@@ -57,7 +63,11 @@ pub fn time_scene(
         .collect();
     let mut rng = Pcg64Mcg::seed_from_u64(plan.selection.seed ^ (u64::from(launch) << 32));
     // The control needs no warm-up to be known as slow.
-    let unknown = |contestant: &Contestant| Manner { passes: 1, once: contestant.case.variant.kind == Kind::Control };
+    let unknown = |contestant: &Contestant| Manner {
+        passes: 1,
+        once: contestant.case.variant.kind == Kind::Control,
+        first_launch: false,
+    };
     let mut manners = vec![contestants.iter().map(unknown).collect::<Vec<_>>(); chunks.len()];
     let mut verdicts = Vec::new();
     let mut rows = Vec::new();
@@ -76,7 +86,8 @@ pub fn time_scene(
             for &k in &case_order {
                 let manner = manners[c][k];
                 let needed = if block == 0 { !manner.once } else { !manner.once || block == 1 };
-                if !needed || !takes_part(&contestants[k], chunk, plan) {
+                let done = manner.first_launch && launch > 0;
+                if !needed || done || !takes_part(&contestants[k], chunk, plan) {
                     continue;
                 }
                 let (a, b) = contestants[k].pair_of(&judged[chunk.pair]);
@@ -92,14 +103,16 @@ pub fn time_scene(
                     let first = &poses[..poses.len().min(WARM_UP_POSES)];
                     let (ns, _) = timer::time(|| run(if all { poses } else { first }, 1));
                     // What its first poses show to be long need not be run whole to be known as such.
-                    if block == 0 && ns > 2 * LONG_SAMPLE_NS * first.len() as u64 / poses.len() as u64 {
-                        manners[c][k].once = true;
+                    let whole = ns * poses.len() as u64 / first.len() as u64;
+                    if block == 0 && whole > 2 * LONG_SAMPLE_NS {
+                        manners[c][k] = Manner { passes: 1, once: true, first_launch: whole > VERY_LONG_SAMPLE_NS };
                         continue;
                     }
                 }
                 let (ns, _) = timer::time(|| run(poses, manner.passes));
                 if block == 0 {
-                    manners[c][k] = Manner { passes: timer::passes_for(ns), once: ns > LONG_SAMPLE_NS };
+                    let (passes, once) = (timer::passes_for(ns), ns > LONG_SAMPLE_NS);
+                    manners[c][k] = Manner { passes, once, first_launch: false };
                 } else {
                     let (case, pair) = (&contestants[k].case, &judged[chunk.pair]);
                     rows.push(row(scene, pair, chunk, case, launch, block - 1, manner.passes, ns));
