@@ -70,7 +70,7 @@ impl Profile {
                 measure_poses: 768,
                 blocks: 5,
                 launches: 2,
-                build_blocks: 2,
+                build_blocks: 4,
                 frames: 1,
                 cross_check_pairs: 1_000_000,
             },

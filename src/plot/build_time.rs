@@ -13,7 +13,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
         name: "build-time",
         title: "Time to build a tree".to_owned(),
         caption: "Time to build the tree over one part, by part and variant (default tree policy). Markers are medians over all \
-                  builds, whiskers reach from the 5th to the 95th percentile (of two builds from one to the other, all but). Trees of eight-wide \
+                  builds, whiskers reach from the 5th to the 95th percentile (of a few builds nearly from the least to the most). Trees of eight-wide \
                   nodes are built on all threads, the others on one. The number after a part's name is its count of triangles."
             .to_owned(),
         drawing: Grouped::of(panels, 2, "builds.csv holds no rows; measure first"),
