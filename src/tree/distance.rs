@@ -24,8 +24,8 @@ pub struct Proximity {
 /// Pairs that wait to be opened, the nearest first; of those as near the one that came last, which is the smallest.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Queue {
-    /// A bound's bits, which are in the order of what they stand for as none is negative, and below them how many pairs came after the first
-    /// 2^32: one number, so that a comparison is one instruction.
+    /// The bits of a bound, which are in the order of the bounds since none is negative, above the pair's number, counted down from the largest:
+    /// one number, so that a comparison is one instruction.
     heap: BinaryHeap<Reverse<u64>>,
     /// All pairs that came, by number.
     pairs: Vec<(u32, u32)>,
@@ -37,11 +37,13 @@ impl Queue {
         self.pairs.clear();
     }
 
-    /// A pair that is at least `bound_mm` apart, which is not negative.
+    /// A pair that is at least `bound_mm` apart.
     #[inline]
     pub fn push(&mut self, bound_mm: f32, pair: (u32, u32)) {
         let number = self.pairs.len() as u32;
-        self.heap.push(Reverse(u64::from(bound_mm.to_bits()) << 32 | u64::from(!number)));
+        // The negative zero and what is not a number have bits above all others.
+        let bound = if bound_mm > 0.0 { bound_mm.to_bits() } else { 0 };
+        self.heap.push(Reverse(u64::from(bound) << 32 | u64::from(!number)));
         self.pairs.push(pair);
     }
 
@@ -158,6 +160,28 @@ mod tests {
             touching += u32::from(found == 0.0);
         }
         assert!((5..55).contains(&touching), "{touching}");
+    }
+
+    #[test]
+    fn the_nearest_pair_comes_first_and_of_equals_the_last() {
+        let mut queue = Queue::default();
+        for (bound, pair) in [(2.5, 0), (0.0, 1), (7.0, 2), (-0.0, 3), (2.5, 4)] {
+            queue.push(bound, (pair, 9));
+        }
+        assert_eq!(queue.bound_mm(), 0.0);
+        let order: Vec<u32> = std::iter::from_fn(|| queue.pop_below(7.0)).map(|pair| pair.0).collect();
+        assert_eq!(order, [3, 1, 4, 0], "what is no nearer than what is known stays");
+        assert_eq!(queue.bound_mm(), 7.0);
+        queue.clear();
+        assert_eq!((queue.bound_mm(), queue.pop_below(f64::INFINITY)), (f64::INFINITY, None));
+    }
+
+    #[test]
+    fn bounds_are_rounded_down() {
+        for x in [0.0, 0.1, 0.3, 1.0, 1e-300, 123.456] {
+            let down = rounded_down(x);
+            assert!(down >= 0.0 && f64::from(down) <= x && f64::from(down.next_up()) > x, "{x}");
+        }
     }
 
     #[test]
