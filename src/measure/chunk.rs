@@ -12,7 +12,7 @@ use crate::record::Stratum;
 pub const SHORT: usize = 16;
 /// Poses in a chunk where something is kept or done for each chunk besides: a row of every cell of an audit, a message to every engine.
 pub const LONG: usize = 64;
-/// Chunks of a stratum, pair and workload that the peers run too, at most: evenly spread, so that they say where those volumes' do.
+/// Chunks of a stratum, pair and workload that the peers run too, at most; spread evenly over all of them.
 const PEER_CHUNKS: usize = 4;
 /// Of how many pairs and workloads of a stratum the control runs a pose: it tests some 10^8 pairs of triangles there, and nobody asks for
 /// more of it than an order of magnitude over all strata.
