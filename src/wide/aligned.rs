@@ -2,15 +2,15 @@
 //!
 //! All boxes of a mesh are turned alike, so that the products of the axes, which are most of the work of [`super::boxes`], are the same in all visits
 //! of a query, and nothing is decoded. Its box contains its points by the argument of [`super::oriented`], whose axes are exact here. The slack is that
-//! of [`super::boxes`] with exact v_j: each of its six terms is no larger.
+//! of [`super::boxes`] with exact v_j, and with u_i and R rounded once: no term is larger.
 
-use super::boxes::{BoxRelation, Turned, columns, dot};
-use super::lanes::{DoubleLanes, Lanes, three};
+use super::boxes::{BoxRelation, dot};
+use super::lanes::{Lanes, Row, three};
 use super::node::WIDTH;
 use super::oriented::tight;
 use super::pose::Motion;
-use super::visit::Visit;
-use super::volume::{WideVolume, point};
+use super::visit::Visits;
+use super::volume::{WideVolume, point, row};
 use crate::geometry::Triangle;
 use crate::volume::Info;
 use crate::volume::aabb::Aabb;
@@ -23,6 +23,13 @@ pub struct Aligned {
     half: [f32; 3],
 }
 
+/// Boxes of the other mesh in the nodes' frames but for their centres: axes, and half-lengths, mm.
+#[derive(Clone, Copy)]
+pub struct Tilted<L> {
+    axes: [[L; 3]; 3],
+    half: [L; 3],
+}
+
 impl WideVolume for Aligned {
     const INFO: Info = Info {
         id: "aabb-wide",
@@ -33,7 +40,7 @@ impl WideVolume for Aligned {
     const TURNS: bool = false;
     /// Centre and half-lengths.
     type Eight = [[f32; WIDTH]; 6];
-    type Moved = Turned;
+    type Moved<L: Lanes> = Tilted<L>;
     type Relation<L: Lanes> = BoxRelation<L>;
     type Plain = Aabb;
 
@@ -70,17 +77,21 @@ impl WideVolume for Aligned {
     }
 
     #[inline(always)]
-    fn moved<D: DoubleLanes>(&self, motion: &Motion) -> Turned {
-        Turned { axes: motion.axes, half: self.half }
+    fn moved<'a, L: Lanes>(one: &impl Fn(usize) -> Self, motion: &impl Fn(usize) -> &'a Motion) -> (Tilted<L>, L) {
+        let [x, y, z, _] = L::spread(L::Row::of(|i| row(one(i).half)));
+        let axes = three!(k => {
+            let [x, y, z, _] = L::spread(Motion::axis(motion, k));
+            [x, y, z]
+        });
+        (Tilted { axes, half: [x, y, z] }, x + y + z)
     }
 
     #[inline(always)]
-    fn relation<'a, L: Lanes>(part: usize, visit: &impl Fn(usize) -> &'a Visit<'a, Self>) -> BoxRelation<L> {
-        let b = three!(k => L::load(part, |i| &visit(i).node.volumes[3 + k]));
-        let a = three!(k => L::splat(|i| visit(i).one.half[k]));
-        let r = columns::<L>(|i| &visit(i).one.axes);
-        let d = three!(k => L::load(part, |i| &visit(i).node.volumes[k]) - L::splat(|i| visit(i).centre[k]));
-        BoxRelation::new(a, b, r, three!(i => dot(&r[i], &d)), d)
+    fn relation<L: Lanes>(part: usize, visits: &Visits<Self, L>) -> BoxRelation<L> {
+        let b = three!(k => visits.eight(part, |eight| &eight[3 + k]));
+        let d = three!(k => visits.eight(part, |eight| &eight[k]) - visits.centre[k]);
+        let Tilted { axes, half } = visits.one;
+        BoxRelation::new(half, b, axes, three!(i => dot(&axes[i], &d)), d)
     }
 
     fn plain(&self, origin: [f32; 3]) -> Aabb {

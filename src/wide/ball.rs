@@ -7,11 +7,11 @@
 //! sum of the radii by u(A + B), the difference by u(D + A + B): together 5.5uD + 2u(A + B).
 
 use super::boxes::{LOWERED, dot};
-use super::lanes::{DoubleLanes, Lanes, three};
+use super::lanes::{Lanes, Row, three};
 use super::node::WIDTH;
 use super::oriented::{Extent, PAD, rounded_up};
 use super::pose::Motion;
-use super::visit::Visit;
+use super::visit::Visits;
 use super::volume::{Relation, WideVolume, point};
 use crate::geometry::Triangle;
 use crate::volume::Info;
@@ -25,11 +25,12 @@ pub struct Ball {
     radius: f32,
 }
 
-/// How far the centres are from one another, and the sum of the radii.
+/// How far the centres are from one another, the one ball's radius, and the others'.
 #[derive(Clone, Copy)]
 pub struct BallRelation<L> {
     between: L,
-    reach: L,
+    radius: L,
+    radii: L,
 }
 
 impl WideVolume for Ball {
@@ -42,7 +43,7 @@ impl WideVolume for Ball {
     const TURNS: bool = false;
     /// Centre and radius.
     type Eight = [[f32; WIDTH]; 4];
-    type Moved = f32;
+    type Moved<L: Lanes> = L;
     type Relation<L: Lanes> = BallRelation<L>;
     type Plain = SphereMean;
 
@@ -85,15 +86,15 @@ impl WideVolume for Ball {
     }
 
     #[inline(always)]
-    fn moved<D: DoubleLanes>(&self, _: &Motion) -> f32 {
-        self.radius
+    fn moved<'a, L: Lanes>(one: &impl Fn(usize) -> Self, _: &impl Fn(usize) -> &'a Motion) -> (L, L) {
+        let [radius, ..] = L::spread(L::Row::of(|i| [one(i).radius, 0.0, 0.0, 0.0]));
+        (radius, radius)
     }
 
     #[inline(always)]
-    fn relation<'a, L: Lanes>(part: usize, visit: &impl Fn(usize) -> &'a Visit<'a, Self>) -> BallRelation<L> {
-        let d = three!(k => L::load(part, |i| &visit(i).node.volumes[k]) - L::splat(|i| visit(i).centre[k]));
-        let reach = L::load(part, |i| &visit(i).node.volumes[3]) + L::splat(|i| visit(i).one);
-        BallRelation { between: dot(&d, &d).sqrt(), reach }
+    fn relation<L: Lanes>(part: usize, visits: &Visits<Self, L>) -> BallRelation<L> {
+        let d = three!(k => visits.eight(part, |eight| &eight[k]) - visits.centre[k]);
+        BallRelation { between: dot(&d, &d).sqrt(), radius: visits.one, radii: visits.eight(part, |eight| &eight[3]) }
     }
 
     fn plain(&self, origin: [f32; 3]) -> SphereMean {
@@ -104,7 +105,7 @@ impl WideVolume for Ball {
 impl<L: Lanes> Relation<L> for BallRelation<L> {
     #[inline(always)]
     fn soon(&self) -> [L; 3] {
-        [self.between - self.reach; 3]
+        [self.between - (self.radius + self.radii); 3]
     }
 
     #[inline(always)]
@@ -113,7 +114,12 @@ impl<L: Lanes> Relation<L> for BallRelation<L> {
     }
 
     #[inline(always)]
+    fn larger(&self) -> u32 {
+        self.radii.exceeds(self.radius)
+    }
+
+    #[inline(always)]
     fn least_mm(&self, slack: L) -> L {
-        (self.between - self.reach - slack).max(L::splat(|_| 0.0)) * L::splat(|_| LOWERED)
+        (self.between - (self.radius + self.radii) - slack).max(L::all(0.0)) * L::all(LOWERED)
     }
 }

@@ -5,62 +5,94 @@
 //! feign. There is no widening of |R| against nearly parallel edges: both sides are then nearly 0, and a slack that is a length covers that
 //! as it covers all else.
 //!
+//! The children are seen in the one box's frame: the product of its quaternion, backwards, and a child's gives the products R_ij = u_i·v_j of the
+//! axes in fewer operations than decoding the axes and multiplying them.
+//!
 //! The slack. u = 2⁻²⁴; terms in u² are left to the rounding up of the constants. s is the one box's centre and c a child's, both
-//! from the node's origin; D = |s| + |c|; A, B are the sums of the half-lengths. Stored quantities are exact by definition
-//! ([`super::oriented`]), s and u_i are rounded once from `f64`. Every product is counted as rounded before the sum it goes into; where both are
-//! fused ([`Lanes::mul_add`]), one of the two roundings does not take place.
+//! from the node's origin, d = c - s, D = |s| + |c|; A, B are the sums of the half-lengths; q and r the unit quaternions of the one box in the node's frame
+//! and of a child. Stored quantities are exact by definition ([`super::oriented`]), s is rounded once from `f64`. Every product is counted as
+//! rounded before the sum it goes into; where both are fused ([`Lanes::mul_add`]), one of the two roundings does not take place.
 //!
-//! 1. Axes v_j decoded in `f32` (`axes`). With |turn|² ≤ 0.272: xx, yy, zz are rounded once; their sum, at most 0.55, halved and taken from 1
-//!    is wrong by at most 0.84u + 1u, and its root w ≥ 0.85 by at most 1.84u/(2·0.85) + 1u = 2.1u; w·2x by at most 3.2u; 2xy by 0.28u; an
-//!    off-diagonal entry, their sum, by 4.5u; a diagonal one by 2.6u. So |Δv_j| ≤ √(2·4.5² + 2.6²) u < 7u; |Δu_i| ≤ 1.01u.
-//! 2. R_ij = u_i·v_j: 1.01u + 7u + 3u (three products, two sums) < 11.2u.
-//! 3. d = c - s: |Δd| ≤ u|s| + u|d| ≤ 2uD. t_i = u_i·d: (1.01 + 2 + 3) uD < 6.1uD. v_j·d: (7 + 2 + 3) uD = 12uD.
-//! 4. t_i2 R_i1j - t_i1 R_i2j: 6.1√2 uD from t, 11.2√2 uD from R (|(t_i1, t_i2)| ≤ D), 2uD rounding: < 26.6uD.
-//! 5. Reaches: each half-length is multiplied by at most one wrong R on each axis (11.2u) and takes part in at most four roundings: 15.2u(A + B).
-//! 6. The difference of distance and reach is rounded once: u(D + A + B).
+//! A quaternion that is wrong by e belongs to a box that is turned by a little, whose points are off by at most 2e times its half diagonal: to
+//! say that boxes are apart any axis will do, also that of boxes a little off. So such an error meets the size of a box and not
+//! its distance. The rest of it is that the quaternion is not of length 1, which makes products larger by a common factor; of the sides of
+//! "distance > reach" what both have in common does not count, and a factor 1 + f that the distance alone has is less than f times the reach.
 //!
-//! Together (26.6 + 1) uD + (15.2 + 1) u(A + B). The constants of [`super::volume`] are 29 and 18, the rest pays for the
+//! 1. Scalar parts. With |turn|² ≤ 0.272 the three differences from 1 are rounded by u/2 each, their squares by 0.28u together; the root, at least
+//!    0.85, is wrong by 1.78u/(2·0.85) + u/2 < 1.6u.
+//! 2. q is x, y, z, w of a stored rotation times four vectors of length 1, square to one another, which are the pose's, rounded, u off. Products:
+//!    (|x| + |y| + |z| + w)u < 1.8u; sums, no longer than 0.53, 0.53 and 1: 2.1u; with 1: |Δq| < 6.5u.
+//! 3. The product p of q, backwards, and r likewise, from q as it is: 1.8 + 2.1 + 1.6 = 5.5u. So the one box is off by 13uA, the child by 11uB; the
+//!    length of q is 1 + ε with |ε| < 6.5u, that of p (1 + ε)(1 + δ) with |δ| < 5.5u.
+//! 4. R from p without regard to its length: (1 + 2ε + 2δ) times the products of the axes, and of roundings 3u at most (those of four squares, of two
+//!    sums, and of their sum).
+//! 5. d: u|s| + u|d| ≤ 2uD. t = d - 2w (v × d) + 2v × (v × d) for q = (v, w): 1 + 2ε times the way along the one box's axes, less 2ε d: 13uD. Roundings: v × d
+//!    twice, 6u|v|·|d|, which goes on times w + |v|, together 7.3uD; sums of at most 1.42, 3.42 and 1 times |d|, 5.9uD; their products, 5uD. In all 33.2uD.
+//! 6. Distances. t_i: 33.2uD. Σ R_ij t_i: 33.2 + 3√3 (R) + 3 < 41.4uD. t_i2 R_i1j - t_i1 R_i2j: 33.2 + 3√2 + 2 < 39.5uD.
+//! 7. Reaches. Each half-length takes part in at most four roundings, 4u, and is multiplied by at most one wrong R, 3u. Factors of the length, over that of the distance:
+//!    2ε and 2δ (13uA, 11uB) along u_i; 2ε and 4ε + 2δ (13uA, 37uB, the latter where no R is wrong) along v_j; 2ε for both along edges.
+//! 8. The difference of distance and reach is rounded once: u(D + A + B).
+//!
+//! Together 42.4uD; 4 + 3 + 13 + 1 and 13 of step 3, 34uA; 4 + 37 + 1 and 11, 53uB. The constants of [`super::volume`] are 43 and 54, the rest pays for the
 //! slack's own rounding.
 
-use super::lanes::{DOUBLES, Lanes, three};
+use super::lanes::{FOUR, Lanes, three};
 use super::volume::{Relation, U};
 
-/// What a bound of the distance is multiplied by: the difference with the slack, square, two sums or a quotient, root and this product are each
-/// rounded once, together less than 5·2⁻²⁴. Wrong axes are in the slack already.
-pub(super) const LOWERED: f32 = 1.0 - 8.0 * U;
+/// What a bound of the distance is multiplied by: the factor 1 + 4ε + 2δ (steps 3 to 6) that gaps have, less than 1 + 37·2⁻²⁴; the difference with the
+/// slack, square, two sums or a quotient, root and this product are each rounded once, together less than 5·2⁻²⁴.
+pub(super) const LOWERED: f32 = 1.0 - 48.0 * U;
 
-/// A box of the other mesh in a node's frame but for its centre: axes and half-lengths, mm.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Turned {
-    pub(super) axes: Diagonals,
-    pub(super) half: [f32; 3],
+/// Boxes of the other mesh in the nodes' frames but for their centres: rotations, as quaternions (x, y, z, w), and half-lengths, mm.
+#[derive(Clone, Copy)]
+pub struct Turned<L> {
+    pub(super) turn: [L; FOUR],
+    pub(super) half: [L; 3],
 }
 
-/// A matrix of three rows and columns by what a quaternion gives at a time: the entries (k, k), (k + 1, k) and (k, k + 1), all modulo 3, for k
-/// from 0 to 2; the last number of each is nothing.
-pub(super) type Diagonals = [[f32; DOUBLES]; 3];
-
-/// The columns of a matrix for each visit.
+/// What the one box sees of the children: the products of its axes with theirs (a row for each of its own), and the way `d` along its axes. Of
+/// the children's quaternions the vector parts are given ([`super::turn`]).
 #[inline(always)]
-pub(super) fn columns<'a, L: Lanes>(of: impl Fn(usize) -> &'a Diagonals) -> [[L; 3]; 3] {
-    let [own, below, above] = three!(n => three!(k => L::splat(|i| of(i)[n][k])));
-    [[own[0], below[0], above[2]], [above[0], own[1], below[1]], [below[2], above[1], own[2]]]
+pub(super) fn seen_from<L: Lanes>(turn: &[L; FOUR], children: &[L; 3], d: &[L; 3]) -> ([[L; 3]; 3], [L; 3]) {
+    (products(&backwards(turn, children)), along(turn, d))
 }
 
-/// The axes of the children: their coordinates in the node's frame, by the formulas of [`super::turn::decode`].
+/// The product of a quaternion backwards and others, of which the vector parts are given. Everywhere the terms with x and y are summed first, then
+/// those with z and those with w: so the sums are no longer than step 3 says.
 #[inline(always)]
-pub(super) fn axes<L: Lanes>(turn: [L; 3]) -> [[L; 3]; 3] {
-    let [x, y, z] = turn;
-    let one = L::splat(|_| 1.0);
-    let (x2, y2, z2) = (x + x, y + y, z + z);
-    let w = L::splat(|_| 0.5).neg_mul_add(z.mul_add(z2, y.mul_add(y2, x * x2)), one).sqrt();
-    let (xy, xz, yz) = (x * y2, x * z2, y * z2);
-    let (less_xx, less_yy) = (x.neg_mul_add(x2, one), y.neg_mul_add(y2, one));
+fn backwards<L: Lanes>(&[qx, qy, qz, qw]: &[L; FOUR], &[x, y, z]: &[L; 3]) -> [L; FOUR] {
+    let w = z.neg_mul_add(z, y.neg_mul_add(y, x.neg_mul_add(x, L::all(1.0)))).sqrt();
     [
-        [z.neg_mul_add(z2, less_yy), w.mul_add(z2, xy), w.neg_mul_add(y2, xz)],
-        [w.neg_mul_add(z2, xy), z.neg_mul_add(z2, less_xx), w.mul_add(x2, yz)],
-        [w.mul_add(y2, xz), w.neg_mul_add(x2, yz), y.neg_mul_add(y2, less_xx)],
+        w.neg_mul_add(qx, z.neg_mul_add(qy, y.mul_add(qz, x * qw))),
+        w.neg_mul_add(qy, z.mul_add(qx, x.neg_mul_add(qz, y * qw))),
+        w.neg_mul_add(qz, z.mul_add(qw, y.neg_mul_add(qx, x * qy))),
+        w.mul_add(qw, z.mul_add(qz, y.mul_add(qy, x * qx))),
     ]
+}
+
+/// The matrix of a rotation, row by row, times the square of the quaternion's length.
+#[inline(always)]
+fn products<L: Lanes>(&[x, y, z, w]: &[L; FOUR]) -> [[L; 3]; 3] {
+    let (x2, y2, z2) = (x + x, y + y, z + z);
+    let (xy, xz, yz) = (x * y2, x * z2, y * z2);
+    let (ww, xx) = (w * w, x * x);
+    let (ww_less_zz, ww_and_zz) = (z.neg_mul_add(z, ww), z.mul_add(z, ww));
+    let (xx_less_yy, xx_and_yy) = (y.neg_mul_add(y, xx), y.mul_add(y, xx));
+    [
+        [ww_less_zz + xx_less_yy, w.neg_mul_add(z2, xy), w.mul_add(y2, xz)],
+        [w.mul_add(z2, xy), ww_less_zz - xx_less_yy, w.neg_mul_add(x2, yz)],
+        [w.neg_mul_add(y2, xz), w.mul_add(x2, yz), ww_and_zz - xx_and_yy],
+    ]
+}
+
+/// Vectors turned back by a quaternion.
+#[inline(always)]
+fn along<L: Lanes>(&[x, y, z, w]: &[L; FOUR], d: &[L; 3]) -> [L; 3] {
+    let cross = |j: usize, k: usize, vj: L, vk: L| (vk + vk).neg_mul_add(d[j], (vj + vj) * d[k]);
+    let g = [cross(1, 2, y, z), cross(2, 0, z, x), cross(0, 1, x, y)];
+    let turned =
+        |i: usize, j: usize, k: usize, vj: L, vk: L| vk.neg_mul_add(g[j], vj.mul_add(g[k], w.neg_mul_add(g[i], d[i])));
+    [turned(0, 1, 2, y, z), turned(1, 2, 0, z, x), turned(2, 0, 1, x, y)]
 }
 
 /// The sum of the products.
@@ -133,14 +165,20 @@ impl<L: Lanes> Relation<L> for BoxRelation<L> {
         most[0].max(most[1]).max(most[2])
     }
 
+    #[inline(always)]
+    fn larger(&self) -> u32 {
+        let size = |[x, y, z]: [L; 3]| x * y * z;
+        size(self.b).exceeds(size(self.a))
+    }
+
     /// A box lies on the far side of a slab of each of the other's three axes, which are square to one another, so that the three gaps make a
     /// right angle: a bound is the root of the sum of their squares. Others are the gaps along the products of edges over the products'
-    /// lengths, of which 1 - r² is the square: it is wrong by twice the error of r (2 above) and two roundings, less than 25·2⁻²⁴, and the
-    /// divisor larger than it by 64·2⁻²⁴. Each gap is lowered by the slack first, and the result by what its own roundings can add
-    /// (`LOWERED`). What is not a number becomes 0.
+    /// lengths, of which 1 - r² is the square: it is wrong by twice the error of r, 2ε + 2δ + 3u in step 4, and two roundings, less than 56·2⁻²⁴, and
+    /// the divisor larger than it by 64·2⁻²⁴. Each gap is lowered by the slack first, and the result by what its own roundings and the length of the
+    /// quaternions can add (`LOWERED`). What is not a number becomes 0.
     #[inline(always)]
     fn least_mm(&self, slack: L) -> L {
-        let (zero, one) = (L::splat(|_| 0.0), L::splat(|_| 1.0 + 64.0 * U));
+        let (zero, one) = (L::all(0.0), L::all(1.0 + 64.0 * U));
         let along_a = three!(i => (self.gap_a(i) - slack).max(zero));
         let along_b = three!(j => (self.gap_b(j) - slack).max(zero));
         let mut most = dot(&along_a, &along_a).max(dot(&along_b, &along_b));
@@ -150,6 +188,6 @@ impl<L: Lanes> Relation<L> for BoxRelation<L> {
                 most = most.max(gap * gap / r.neg_mul_add(r, one));
             }
         }
-        most.sqrt() * L::splat(|_| LOWERED)
+        most.sqrt() * L::all(LOWERED)
     }
 }

@@ -133,7 +133,7 @@ impl<V: WideVolume> Search<'_, V> {
     fn bounds<M: Machine>(&mut self, opened: &[Opened]) -> [[f32; WIDTH]; 2] {
         self.visits += opened.len() as u32;
         let mut bounds = [[0.0; WIDTH]; 2];
-        let see = |opened: Opened| self.posed.see::<M::Double>(opened);
+        let see = |opened: Opened| self.posed.see(opened);
         match *opened {
             [one] => visit::distances::<V, M::Single>(&[see(one)], &mut bounds),
             [one, other] => visit::distances::<V, M::Single>(&[see(one), see(other)], &mut bounds),

@@ -7,8 +7,11 @@
 
 #![expect(unsafe_code, reason = "vector instructions; here alone")]
 
+mod row;
 #[cfg(target_arch = "x86_64")]
 mod x86;
+
+pub use row::{FOUR, Row, WideRow};
 
 use crate::geometry::grid::Coordinate;
 use std::array::from_fn;
@@ -41,14 +44,18 @@ pub(super) use three;
 
 /// `f32` lanes: eight for each visit that fits a register, or half of the eight of one.
 pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> {
+    /// Four numbers for each visit that fits a register.
+    type Row: Row;
     /// How many visits fit a register.
     const VISITS: usize;
     /// How many registers the lanes of a visit take.
     const PARTS: usize;
     /// For each visit as many of eight numbers as fit, those of the given part.
     fn load<'a>(part: usize, of: impl Fn(usize) -> &'a [f32; WIDTH]) -> Self;
-    /// One number for each visit.
-    fn splat(of: impl Fn(usize) -> f32) -> Self;
+    /// The same number everywhere.
+    fn all(x: f32) -> Self;
+    /// Each of the four numbers of a row, in all lanes of its visit.
+    fn spread(row: Self::Row) -> [Self; FOUR];
     /// `self`·`factor` + `term`, rounded once where the machine can ([`Simd::fuses`]).
     fn mul_add(self, factor: Self, term: Self) -> Self;
     /// `term` - `self`·`factor`, rounded likewise.
@@ -74,12 +81,6 @@ pub trait DoubleLanes: Coordinate {
     fn load(from: &[f64; DOUBLES]) -> Self;
     /// The numbers.
     fn stored(self) -> [f64; DOUBLES];
-    /// Of (x, y, z, w) what comes next in turn: (y, z, x, w).
-    fn next(self) -> Self;
-    /// Of (x, y, z, w) what came before: (z, x, y, w).
-    fn previous(self) -> Self;
-    /// Of (x, y, z, w) the w, everywhere.
-    fn last(self) -> Self;
     /// The absolute values.
     fn abs(self) -> Self;
     /// The smaller, lane by lane; the other when one is not a number.
@@ -88,8 +89,6 @@ pub trait DoubleLanes: Coordinate {
     fn max(self, other: Self) -> Self;
     /// A bit for each lane that is larger than the other's.
     fn exceeds(self, other: Self) -> u8;
-    /// Rounded to `f32`.
-    fn narrow(self) -> [f32; DOUBLES];
 }
 
 /// What the traversal is compiled for.
@@ -232,6 +231,7 @@ array_operator!(Mul, mul, *);
 array_operator!(Div, div, /);
 
 impl Lanes for Array<f32> {
+    type Row = Self;
     const VISITS: usize = 1;
     const PARTS: usize = 2;
     #[inline(always)]
@@ -239,8 +239,12 @@ impl Lanes for Array<f32> {
         Self(of(0).as_chunks().0[part])
     }
     #[inline(always)]
-    fn splat(of: impl Fn(usize) -> f32) -> Self {
-        Self([of(0); 4])
+    fn all(x: f32) -> Self {
+        Self([x; 4])
+    }
+    #[inline(always)]
+    fn spread(row: Self) -> [Self; FOUR] {
+        row.each()
     }
     #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
@@ -289,20 +293,6 @@ impl DoubleLanes for Array<f64> {
         self.0
     }
     #[inline(always)]
-    fn next(self) -> Self {
-        let [x, y, z, w] = self.0;
-        Self([y, z, x, w])
-    }
-    #[inline(always)]
-    fn previous(self) -> Self {
-        let [x, y, z, w] = self.0;
-        Self([z, x, y, w])
-    }
-    #[inline(always)]
-    fn last(self) -> Self {
-        Self([self.0[3]; DOUBLES])
-    }
-    #[inline(always)]
     fn abs(self) -> Self {
         Self(self.0.map(f64::abs))
     }
@@ -317,9 +307,5 @@ impl DoubleLanes for Array<f64> {
     #[inline(always)]
     fn exceeds(self, other: Self) -> u8 {
         (0..4).fold(0, |bits, i| bits | u8::from(self.0[i] > other.0[i]) << i)
-    }
-    #[inline(always)]
-    fn narrow(self) -> [f32; DOUBLES] {
-        self.0.map(|x| x as f32)
     }
 }

@@ -3,6 +3,7 @@
 //! A volume is named by its slot: the number of the node that holds it times eight, plus its place there. Node 0 holds the
 //! root alone, so that the root is a slot like all others.
 
+use super::lanes::FOUR;
 use super::volume::WideVolume;
 use crate::geometry::{Point, Triangle};
 
@@ -44,6 +45,13 @@ impl<V: WideVolume> Node<V> {
     #[inline(always)]
     pub(super) fn volume(&self, place: usize) -> V {
         V::get(&self.volumes, place)
+    }
+
+    /// The origin and the slack, mm, in a row.
+    #[inline(always)]
+    pub(super) const fn origin_and_slack(&self) -> [f32; FOUR] {
+        let [x, y, z] = self.origin;
+        [x, y, z, self.slack]
     }
 
     /// A bit for each child that is there.

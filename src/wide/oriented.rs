@@ -7,13 +7,13 @@
 //! adds 1u(r + |c|), so that the half-length, their largest difference, is at most 34u(r + |c|) too small, and
 //! `PAD`·(r + |c|) with 64u restores it. Then the half-length is rounded up to `f32`.
 
-use super::boxes::{BoxRelation, Turned, axes, columns, dot};
-use super::lanes::{DOUBLES, DoubleLanes, Lanes, Machine, Simd, Work, three};
+use super::boxes::{BoxRelation, Turned, dot, seen_from};
+use super::lanes::{DOUBLES, DoubleLanes, Lanes, Machine, Row, Simd, Work, three};
 use super::node::WIDTH;
 use super::pose::Motion;
 use super::turn;
-use super::visit::Visit;
-use super::volume::{WideVolume, point};
+use super::visit::Visits;
+use super::volume::{WideVolume, point, row};
 use crate::geometry::grid::Coordinate;
 use crate::geometry::{Triangle, Vector};
 use crate::volume::Info;
@@ -42,7 +42,7 @@ impl WideVolume for Oriented {
     const TURNS: bool = true;
     /// Centre, rotation and half-lengths.
     type Eight = [[f32; WIDTH]; 9];
-    type Moved = Turned;
+    type Moved<L: Lanes> = Turned<L>;
     type Relation<L: Lanes> = BoxRelation<L>;
     type Plain = Obb<Fitted>;
 
@@ -89,19 +89,20 @@ impl WideVolume for Oriented {
     }
 
     #[inline(always)]
-    fn moved<D: DoubleLanes>(&self, motion: &Motion) -> Turned {
-        Turned { axes: motion.turned::<D>(self.turn), half: self.half }
+    fn moved<'a, L: Lanes>(one: &impl Fn(usize) -> Self, motion: &impl Fn(usize) -> &'a Motion) -> (Turned<L>, L) {
+        let turn = L::spread(Motion::turned(motion, L::Row::of(|i| row(one(i).turn))));
+        let [x, y, z, _] = L::spread(L::Row::of(|i| row(one(i).half)));
+        (Turned { turn, half: [x, y, z] }, x + y + z)
     }
 
     #[inline(always)]
-    fn relation<'a, L: Lanes>(part: usize, visit: &impl Fn(usize) -> &'a Visit<'a, Self>) -> BoxRelation<L> {
-        let v = axes::<L>(three!(k => L::load(part, |i| &visit(i).node.volumes[3 + k])));
-        let b = three!(k => L::load(part, |i| &visit(i).node.volumes[6 + k]));
-        let a = three!(k => L::splat(|i| visit(i).one.half[k]));
-        let u = columns::<L>(|i| &visit(i).one.axes);
-        let d = three!(k => L::load(part, |i| &visit(i).node.volumes[k]) - L::splat(|i| visit(i).centre[k]));
-        let r = three!(i => three!(j => dot(&u[i], &v[j])));
-        BoxRelation::new(a, b, r, three!(i => dot(&u[i], &d)), three!(j => dot(&v[j], &d)))
+    fn relation<L: Lanes>(part: usize, visits: &Visits<Self, L>) -> BoxRelation<L> {
+        let turns = three!(k => visits.eight(part, |eight| &eight[3 + k]));
+        let b = three!(k => visits.eight(part, |eight| &eight[6 + k]));
+        let d = three!(k => visits.eight(part, |eight| &eight[k]) - visits.centre[k]);
+        let (r, along_a) = seen_from(&visits.one.turn, &turns, &d);
+        let along_b = three!(j => dot(&[r[0][j], r[1][j], r[2][j]], &along_a));
+        BoxRelation::new(visits.one.half, b, r, along_a, along_b)
     }
 
     fn plain(&self, origin: [f32; 3]) -> Obb<Fitted> {

@@ -1,7 +1,6 @@
 //! The constants of one relative pose.
 
-use super::boxes::Diagonals;
-use super::lanes::{DOUBLES, DoubleLanes, three};
+use super::lanes::{FOUR, Row, WideRow};
 use super::volume::U;
 use crate::geometry::{Isometry, Vector, grid};
 use nalgebra::Matrix3;
@@ -9,71 +8,59 @@ use nalgebra::Matrix3;
 /// Rounding in `f64` of a moved point or box, relative to the distances involved: 2⁻⁴⁴, five hundred times 2⁻⁵³; the
 /// products and sums of a motion and its inverse are fewer than a hundred.
 const MOTION_PAD: f64 = 1.0 / 17_592_186_044_416.0;
-/// How much of a rotation matrix's defect counts: it enters the fifteen axes at most 28 times ([`super::boxes`]), half as often again because
-/// boxes are turned by the quaternion ([`Motion::turned`]), and the points themselves three times.
+/// How much of a rotation matrix's defect counts. A quaternion longer than 1 by e makes a matrix whose defect is 4e; the way between the centres is
+/// then wrong by 4e and boxes by 10e of what they are long ([`super::boxes`], steps 4 to 6), the points themselves by three defects.
 const DEFECT_FACTOR: f64 = 64.0;
 
 /// A motion from one mesh's frame to the other's.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// The columns of the rotation, each in as many lanes as there are.
-    rotation: [[f64; DOUBLES]; 3],
-    translation: [f64; DOUBLES],
+    /// The columns of the rotation; the last number of each is nothing.
+    rotation: [[f64; FOUR]; 3],
+    translation: [f64; FOUR],
     /// What the components x, y, z, w of a quaternion are multiplied by in the product of the rotation's own with it.
-    product: [[f64; DOUBLES]; 4],
+    product: [[f32; FOUR]; 4],
     /// Where the axes of the mesh's own frame are turned to.
-    pub(super) axes: Diagonals,
+    axes: [[f32; FOUR]; 3],
 }
 
 impl Motion {
     /// By a rotation, as a matrix and as a quaternion (x, y, z, w), and a translation, mm.
-    fn new(rotation: &Matrix3<f64>, [x, y, z, w]: [f64; 4], translation: &Vector) -> Self {
-        let lanes = |v: [f64; 3]| [v[0], v[1], v[2], 0.0];
-        let diagonal = |row: usize, column: usize| {
-            let entry = |k: usize| rotation[((row + k) % 3, (column + k) % 3)] as f32;
-            [entry(0), entry(1), entry(2), 0.0]
-        };
+    fn new(rotation: &Matrix3<f64>, quaternion: [f64; 4], translation: &Vector) -> Self {
+        let row = |v: Vector| [v.x, v.y, v.z, 0.0];
+        let columns = [0, 1, 2].map(|j| row(rotation.column(j).into_owned()));
+        let [x, y, z, w] = quaternion.map(|x| x as f32);
         Self {
-            rotation: [0, 1, 2].map(|j| lanes(rotation.column(j).into_owned().into())),
-            translation: lanes((*translation).into()),
+            rotation: columns,
+            translation: row(*translation),
             product: [[w, z, -y, -x], [-z, w, x, -y], [y, -x, w, -z], [x, y, z, w]],
-            axes: [diagonal(0, 0), diagonal(1, 0), diagonal(0, 1)],
+            axes: columns.map(|column| column.map(|x| x as f32)),
         }
     }
 
-    /// Where the axes of a box are turned to, whose rotation is given as in [`super::turn`].
-    ///
-    /// The product of the quaternions first, its matrix then: a third of the operations that turning three axes takes. With N(q) = (w² - |v|²) I +
-    /// 2vvᵀ + 2w\[v\]× the motion's own matrix is R = N(r), and N(r) N(s) = N(rs). What is made here of p = rs is N(p) - (|p|² - 1) I; the box's s has
-    /// length 1, so that this differs from turned axes by | |r|² - 1 |, half of what R lacks to being orthogonal (`DEFECT_FACTOR`), and by rounding in
-    /// `f64` (`MOTION_PAD`).
+    /// Which way boxes are turned, as quaternions (x, y, z, w), whose rotations are given as in [`super::turn`]. How exact that is, [`super::boxes`]
+    /// says.
     #[inline(always)]
-    pub(super) fn turned<D: DoubleLanes>(&self, turn: [f32; 3]) -> Diagonals {
-        let [x, y, z] = three!(k => f64::from(turn[k]));
-        let w = (1.0 - (x * x + y * y + z * z)).sqrt();
-        let [by_x, by_y, by_z, by_w] = &self.product;
-        let vector = D::load(by_x) * D::all(x) + D::load(by_y) * D::all(y) + D::load(by_z) * D::all(z);
-        let p = vector + D::load(by_w) * D::all(w);
-        let twice = p + p;
-        let squares = p * twice;
-        let own = D::all(1.0) - squares.next() - squares.previous();
-        let (mixed, scalar) = (p * twice.next(), p.last() * twice.previous());
-        [own.narrow(), (mixed + scalar).narrow(), (mixed - scalar).narrow()]
+    pub(super) fn turned<'a, R: Row>(motion: &impl Fn(usize) -> &'a Self, turn: R) -> R {
+        let [x, y, z, _] = turn.each();
+        let w = z.neg_mul_add(z, y.neg_mul_add(y, x.neg_mul_add(x, R::all(1.0)))).sqrt();
+        let by = |k: usize| R::of(|i| motion(i).product[k]);
+        by(3).mul_add(w, by(2).mul_add(z, by(1).mul_add(y, by(0) * x)))
     }
 
-    /// The point `origin` + `centre` moved, relative to `from`, mm.
+    /// Where the axis `k` of the mesh's own frame is turned to; the last number is nothing.
     #[inline(always)]
-    pub(super) fn point<D: DoubleLanes>(
-        &self,
-        origin: &[f32; 3],
-        centre: &[f32; 3],
-        from: &[f32; 3],
-    ) -> [f32; DOUBLES] {
-        let p = three!(k => f64::from(origin[k]) + f64::from(centre[k]));
-        let from = from.map(f64::from);
-        let [x, y, z] = three!(j => D::load(&self.rotation[j]) * D::all(p[j]));
-        let way = D::load(&self.translation) - D::load(&[from[0], from[1], from[2], 0.0]);
-        ((x + y) + (z + way)).narrow()
+    pub(super) fn axis<'a, R: Row>(motion: &impl Fn(usize) -> &'a Self, k: usize) -> R {
+        R::of(|i| motion(i).axes[k])
+    }
+
+    /// The points `origin` + `centre` moved, relative to `from`, mm; the last number of each is nothing.
+    #[inline(always)]
+    pub(super) fn points<'a, R: Row>(motion: &impl Fn(usize) -> &'a Self, origin: R, centre: R, from: R) -> R {
+        let [x, y, z, _] = (origin.widen() + centre.widen()).each();
+        let column = |k: usize| R::Wide::of(|i| &motion(i).rotation[k]);
+        let way = R::Wide::of(|i| &motion(i).translation) - from.widen();
+        ((column(0) * x + column(1) * y) + (column(2) * z + way)).narrow()
     }
 }
 

@@ -1,10 +1,9 @@
 //! Two trees at a pose: which volume of a pair is opened, and how the other looks from its node.
 
-use super::lanes::DoubleLanes;
 use super::node::WideTree;
 use super::pose::Pose;
 use super::visit::Visit;
-use super::volume::{WideVolume, slack_of};
+use super::volume::WideVolume;
 use crate::geometry::Isometry;
 use crate::geometry::grid::Placement;
 use std::hint::select_unpredictable;
@@ -18,7 +17,7 @@ pub(super) struct Posed<'a, V: WideVolume> {
 }
 
 /// What is opened in a visit.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Opened {
     /// The slot that stays as it is.
     pub one: u32,
@@ -69,17 +68,12 @@ impl<'a, V: WideVolume> Posed<'a, V> {
         Opened { one: select_unpredictable(of_a, y, x), node, of_b: !of_a }
     }
 
-    /// The one volume as seen from the node.
+    /// The visit of a node.
     #[inline(always)]
-    pub fn see<D: DoubleLanes>(&self, opened: Opened) -> Visit<'a, V> {
+    pub fn see(&self, opened: Opened) -> Visit<'_, V> {
         let (tree, other) = self.trees(opened);
         let motion = if opened.of_b { &self.pose.b_from_a } else { &self.pose.a_from_b };
-        let node = &tree.nodes[opened.node as usize];
         let (holder, place) = other.slot(opened.one);
-        let volume = holder.volume(place);
-        let centre = motion.point::<D>(&holder.origin, &volume.centre(), &node.origin);
-        let distance = centre[0].abs() + centre[1].abs() + centre[2].abs();
-        let slack = slack_of(distance, volume.reach()) + self.pose.slack;
-        Visit { node, centre, one: volume.moved::<D>(motion), slack }
+        Visit { node: &tree.nodes[opened.node as usize], holder, place, motion, slack: self.pose.slack }
     }
 }

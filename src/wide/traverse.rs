@@ -1,7 +1,7 @@
 //! Which triangles of two trees touch at a pose.
 //!
-//! A stack of pairs of slots whose volumes may overlap. Two pairs are taken at a time; of each the larger volume is opened and the
-//! other moved into its node's frame, where one pass over the lanes ([`super::visit`]) tests it against all children. Pairs of
+//! A stack of pairs of volumes that may overlap, of which the larger is opened. Two pairs are taken at a time; of each the volume that stays is
+//! moved into the frame of the other's node, where one pass over the lanes ([`super::visit`]) tests it against all children. Pairs of
 //! triangles gather and are tested four at a time ([`super::triangles`]). The deepest overlap is taken first: that is where a contact is likely.
 
 use super::lanes::{Machine, Simd, Work};
@@ -13,13 +13,13 @@ use super::visit::{self, Found};
 use super::volume::WideVolume;
 use crate::geometry::Isometry;
 use crate::tree::traverse::Counts;
+use std::hint::select_unpredictable;
 use std::ops::ControlFlow;
 
 /// Memory that queries reuse, so that a timed query does not allocate; and what the last one did.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
-    /// A slot of `a` and a slot of `b`.
-    stack: Vec<(u32, u32)>,
+    stack: Vec<Opened>,
     pub(super) tally: Tally,
 }
 
@@ -121,7 +121,7 @@ pub(super) fn balls_apart_mm<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_
 /// One query.
 struct Traversal<'a, V: WideVolume> {
     posed: Posed<'a, V>,
-    stack: &'a mut Vec<(u32, u32)>,
+    stack: &'a mut Vec<Opened>,
     on_contact: &'a mut dyn FnMut((u32, u32)) -> ControlFlow<()>,
     batch: Batch,
     tally: Tally,
@@ -145,9 +145,8 @@ impl<V: WideVolume> Traversal<'_, V> {
         let first = self.posed.first();
         self.visit::<M>(&[first])?;
         while let Some(top) = self.stack.pop() {
-            let top = self.posed.open(top);
             match self.stack.pop() {
-                Some(next) => self.visit::<M>(&[top, self.posed.open(next)])?,
+                Some(next) => self.visit::<M>(&[top, next])?,
                 None => self.visit::<M>(&[top])?,
             }
         }
@@ -160,11 +159,8 @@ impl<V: WideVolume> Traversal<'_, V> {
         self.tally.visits += opened.len() as u32;
         let mut found = [Found::default(); 2];
         match *opened {
-            [one] => visit::visit::<V, M::Single>(&[self.posed.see::<M::Double>(one)], &mut found),
-            [one, other] => visit::visit::<V, M::Single>(
-                &[self.posed.see::<M::Double>(one), self.posed.see::<M::Double>(other)],
-                &mut found,
-            ),
+            [one] => visit::visit::<V, M::Single>(&[self.posed.see(one)], &mut found),
+            [one, other] => visit::visit::<V, M::Single>(&[self.posed.see(one), self.posed.see(other)], &mut found),
             _ => {}
         }
         // The last on the stack is the next to be opened: the first visit's.
@@ -184,40 +180,54 @@ impl<V: WideVolume> Traversal<'_, V> {
         if live == 0 {
             return ControlFlow::Continue(());
         }
-        if let Contents::Triangle(one) = other.contents(opened.one) {
-            let inner = ((1_u32 << node.inner) - 1) as u8;
-            let mut pairs = live & !inner;
-            live &= inner;
-            while pairs != 0 {
-                let place = pairs.trailing_zeros();
-                pairs &= pairs - 1;
-                let triangle = node.first_triangle + place - u32::from(node.inner);
-                if self.batch.push(Opened { one, ..opened }.pair(triangle)) {
-                    self.test::<M>()?;
+        let inner = ((1_u32 << node.inner) - 1) as u8;
+        // Of the larger of two volumes the children are next; never of a triangle's, and not both are triangles'.
+        let (stay, below) = match other.contents(opened.one) {
+            Contents::Node(below) => (!(found.larger & inner), below),
+            Contents::Triangle(one) => {
+                let mut pairs = live & !inner;
+                live &= inner;
+                while pairs != 0 {
+                    let place = pairs.trailing_zeros();
+                    pairs &= pairs - 1;
+                    let triangle = node.first_triangle + place - u32::from(node.inner);
+                    if self.batch.push(Opened { one, ..opened }.pair(triangle)) {
+                        self.test::<M>()?;
+                    }
                 }
+                (0, 0)
             }
-        }
+        };
+        // Which one it is cannot be foreseen: it is taken without a jump.
+        let next = |place: u32| {
+            let stays = stay >> place & 1 != 0;
+            let slot = opened.node * WIDTH as u32 + place;
+            Opened {
+                one: select_unpredictable(stays, slot, opened.one),
+                node: select_unpredictable(stays, below, node.first_node + place),
+                of_b: opened.of_b ^ stays,
+            }
+        };
         let mut deepest: Option<(f32, u32)> = None;
         while live != 0 {
             let place = live.trailing_zeros();
             live &= live - 1;
-            let slot = opened.node * WIDTH as u32 + place;
             let gap = found.gap[place as usize];
             let later = match deepest {
                 Some((least, before)) if gap < least => {
-                    deepest = Some((gap, slot));
+                    deepest = Some((gap, place));
                     before
                 }
-                Some(_) => slot,
+                Some(_) => place,
                 None => {
-                    deepest = Some((gap, slot));
+                    deepest = Some((gap, place));
                     continue;
                 }
             };
-            self.stack.push(opened.pair(later));
+            self.stack.push(next(later));
         }
-        if let Some((_, slot)) = deepest {
-            self.stack.push(opened.pair(slot));
+        if let Some((_, place)) = deepest {
+            self.stack.push(next(place));
         }
         ControlFlow::Continue(())
     }

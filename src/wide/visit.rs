@@ -1,20 +1,65 @@
 //! One volume against the eight of a node: which may touch, and how far they are.
 
-use super::lanes::{DOUBLES, Lanes};
+use super::lanes::{Lanes, Row};
 use super::node::{Node, WIDTH};
-use super::volume::{Relation, WideVolume, slack_of};
+use super::pose::Motion;
+use super::volume::{Relation, U, WideVolume, row, slack_of, slacks_of};
 
-/// One volume of the other mesh, as a node sees it.
-#[derive(Clone, Copy, Debug)]
-pub struct Visit<'a, V: WideVolume> {
+/// A node, and one volume of the other mesh that is tested against its children.
+#[derive(Debug)]
+pub(super) struct Visit<'a, V: WideVolume> {
     /// The node.
     pub node: &'a Node<V>,
-    /// The one volume's centre relative to the node's origin, mm; the last is nothing.
-    pub centre: [f32; DOUBLES],
-    /// What else there is of it.
-    pub one: V::Moved,
-    /// What it and the pose contribute to the slack, mm.
+    /// The node that holds the one volume, and its place there.
+    pub holder: &'a Node<V>,
+    pub place: usize,
+    /// From the one volume's mesh to the node's.
+    pub motion: &'a Motion,
+    /// What the pose contributes to the slack, mm: the same in all visits of a query.
     pub slack: f32,
+}
+
+impl<V: WideVolume> Clone for Visit<'_, V> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<V: WideVolume> Copy for Visit<'_, V> {}
+
+/// As many visits as fit a register: their one volumes as the nodes see them.
+#[derive(Clone, Copy)]
+pub struct Visits<'a, V: WideVolume, L: Lanes> {
+    nodes: [&'a Node<V>; 2],
+    /// The one volumes' centres relative to the nodes' origins, mm.
+    pub centre: [L; 3],
+    /// What else there is of them.
+    pub one: V::Moved<L>,
+    /// What a gap must exceed, mm.
+    slack: L,
+}
+
+impl<'a, V: WideVolume, L: Lanes> Visits<'a, V, L> {
+    /// Of two visits, of which the second does not count where one fills a register.
+    #[inline(always)]
+    fn of(visits: [Visit<'a, V>; 2]) -> Self {
+        let motion = |i: usize| visits[i].motion;
+        let one = |i: usize| visits[i].holder.volume(visits[i].place);
+        let node = L::Row::of(|i| visits[i].node.origin_and_slack());
+        let holder = L::Row::of(|i| visits[i].holder.origin_and_slack());
+        let points = Motion::points::<L::Row>(&motion, holder, L::Row::of(|i| row(one(i).centre())), node);
+        let [x, y, z, _] = L::spread(points);
+        let [_, _, _, slack] = L::spread(node);
+        let (one, reach) = V::moved::<L>(&one, &motion);
+        let slack = slacks_of(x.abs() + y.abs() + z.abs(), reach, slack + L::all(visits[0].slack));
+        Self { nodes: [visits[0].node, visits[1].node], centre: [x, y, z], one, slack }
+    }
+
+    /// One of the numbers of the nodes' eight volumes, or of a part of them.
+    #[inline(always)]
+    pub fn eight(&self, part: usize, of: impl Fn(&V::Eight) -> &[f32; WIDTH]) -> L {
+        L::load(part, |i| of(&self.nodes[i].volumes))
+    }
 }
 
 /// What a visit found.
@@ -25,15 +70,18 @@ pub(super) struct Found {
     pub gap: [f32; WIDTH],
     /// A bit for each child that may overlap.
     pub live: u8,
+    /// A bit for each child that is larger than the one volume. Not found where no child may overlap.
+    pub larger: u8,
 }
 
 /// What the children of a node contribute to the slack, mm: the largest over the children. For [`Node::slack`].
 pub(super) fn node_slack<V: WideVolume>(node: &Node<V>) -> f32 {
     let slack = |place| {
         let volume = node.volume(place);
-        slack_of(volume.centre().iter().map(|x| x.abs()).sum(), volume.reach())
+        let [x, y, z] = volume.centre();
+        slack_of((x * x + y * y + z * z).sqrt(), volume.reach())
     };
-    (0..node.count as usize).map(slack).fold(0.0, f32::max)
+    (0..node.count as usize).map(slack).fold(0.0, f32::max) * (1.0 + 8.0 * U)
 }
 
 /// Makes one or two visits.
@@ -41,12 +89,15 @@ pub(super) fn node_slack<V: WideVolume>(node: &Node<V>) -> f32 {
 pub(super) fn visit<V: WideVolume, L: Lanes>(visits: &[Visit<V>], found: &mut [Found; 2]) {
     let mut first = 0;
     while first < visits.len() {
-        let (mut gap, mut live) = ([[0.0; WIDTH]; 2], 0);
+        let seen = Visits::<V, L>::of([visits[first], visits[(first + 1).min(visits.len() - 1)]]);
+        let (mut gap, mut live, mut larger) = ([[0.0; WIDTH]; 2], 0, 0);
         for part in 0..L::PARTS {
-            live |= gaps::<V, L>(part, |i| &visits[(first + i).min(visits.len() - 1)], &mut gap);
+            let bits = seen.gaps(part, &mut gap);
+            (live, larger) = (live | bits.live, larger | bits.larger);
         }
         for i in first..(first + L::VISITS).min(visits.len()) {
-            found[i] = Found { gap: gap[i - first], live: (live >> (WIDTH * (i - first))) as u8 };
+            let of = |bits: u32| (bits >> (WIDTH * (i - first))) as u8;
+            found[i] = Found { gap: gap[i - first], live: of(live), larger: of(larger) };
         }
         first += L::VISITS;
     }
@@ -57,10 +108,10 @@ pub(super) fn visit<V: WideVolume, L: Lanes>(visits: &[Visit<V>], found: &mut [F
 pub(super) fn distances<V: WideVolume, L: Lanes>(visits: &[Visit<V>], least: &mut [[f32; WIDTH]; 2]) {
     let mut first = 0;
     while first < visits.len() {
+        let seen = Visits::<V, L>::of([visits[first], visits[(first + 1).min(visits.len() - 1)]]);
         let mut bound = [[0.0; WIDTH]; 2];
         for part in 0..L::PARTS {
-            let visit = |i: usize| &visits[(first + i).min(visits.len() - 1)];
-            V::relation::<L>(part, &visit).least_mm(slack(&visit)).store(part, &mut bound);
+            V::relation::<L>(part, &seen).least_mm(seen.slack).store(part, &mut bound);
         }
         let last = (first + L::VISITS).min(visits.len());
         least[first..last].copy_from_slice(&bound[..last - first]);
@@ -68,36 +119,33 @@ pub(super) fn distances<V: WideVolume, L: Lanes>(visits: &[Visit<V>], least: &mu
     }
 }
 
-/// What a gap must exceed, for each visit.
-#[inline(always)]
-fn slack<'a, V: WideVolume, L: Lanes>(visit: &impl Fn(usize) -> &'a Visit<'a, V>) -> L {
-    L::splat(|i| visit(i).node.slack + visit(i).slack)
+/// A bit for each lane, as in [`Found`]; the first visit's are the lowest.
+#[derive(Clone, Copy, Default)]
+struct Bits {
+    live: u32,
+    larger: u32,
 }
 
-/// The gaps of as many visits as fit a register, or of a part of one's children; a bit for each child that is there and not apart. No gaps are
-/// found when there is none.
-#[inline(always)]
-fn gaps<'a, V: WideVolume, L: Lanes>(
-    part: usize,
-    visit: impl Fn(usize) -> &'a Visit<'a, V>,
-    gap: &mut [[f32; WIDTH]; 2],
-) -> u32 {
-    let relation = V::relation::<L>(part, &visit);
-    let slack = slack(&visit);
-    let first = part * WIDTH / L::PARTS;
-    let lanes = u32::MAX >> (32 - L::VISITS * WIDTH / L::PARTS);
-    let occupied = (0..L::VISITS).fold(0, |bits, i| bits | u32::from(visit(i).node.occupied()) << (WIDTH * i));
-    let occupied = occupied >> first & lanes;
-    // A gap that is not a number parts nothing.
-    let together = |most: L| occupied & !most.exceeds(slack);
-    // What is soon found parts nearly all volumes that are apart, and often all of a visit.
-    let soon = relation.soon();
-    if together(soon[0].max(soon[1]).max(soon[2])) == 0 {
-        return 0;
+impl<V: WideVolume, L: Lanes> Visits<'_, V, L> {
+    /// The gaps of all children, or of a part of them. None are found when none of those may overlap.
+    #[inline(always)]
+    fn gaps(&self, part: usize, gap: &mut [[f32; WIDTH]; 2]) -> Bits {
+        let relation = V::relation::<L>(part, self);
+        let first = part * WIDTH / L::PARTS;
+        let lanes = u32::MAX >> (32 - L::VISITS * WIDTH / L::PARTS);
+        let occupied = (0..L::VISITS).fold(0, |bits, i| bits | u32::from(self.nodes[i].occupied()) << (WIDTH * i));
+        let occupied = occupied >> first & lanes;
+        // A gap that is not a number parts nothing.
+        let together = |most: L| occupied & !most.exceeds(self.slack);
+        // What is soon found parts nearly all volumes that are apart, and often all of a visit.
+        let soon = relation.soon();
+        if together(soon[0].max(soon[1]).max(soon[2])) == 0 {
+            return Bits::default();
+        }
+        let most = relation.gap(soon);
+        most.store(part, gap);
+        Bits { live: together(most) << first, larger: relation.larger() << first }
     }
-    let most = relation.gap(soon);
-    most.store(part, gap);
-    together(most) << first
 }
 
 #[cfg(test)]
@@ -135,8 +183,9 @@ mod tests {
         #[inline(always)]
         fn run<M: Machine>(self) -> [[f32; WIDTH]; 2] {
             let (mut gap, mut least) = ([[0.0; WIDTH]; 2], [[0.0; WIDTH]; 2]);
+            let seen = Visits::<V, M::Single>::of([*self.0; 2]);
             for part in 0..M::Single::PARTS {
-                let relation = V::relation::<M::Single>(part, &|_| self.0);
+                let relation = V::relation::<M::Single>(part, &seen);
                 relation.gap(relation.soon()).store(part, &mut gap);
             }
             distances::<V, M::Single>(&[*self.0], &mut least);
@@ -186,15 +235,20 @@ mod tests {
         exactly: &Exactly,
     ) -> Result<(), TestCaseError> {
         let Setting { origins: [origin, other], motion, scale } = setting;
-        let mut node = Node::<V>::empty(*origin);
-        node.count = 8;
-        (0..8).for_each(|place| node.put(place, child));
-        node.slack = node_slack(&node);
+        let full = |volume: &V, origin| {
+            let mut node = Node::<V>::empty(origin);
+            node.count = 8;
+            (0..8).for_each(|place| node.put(place, volume));
+            node.slack = node_slack(&node);
+            node
+        };
+        let (node, holder) = (full(child, *origin), full(one, *other));
         let moved = Pose::new(motion, 10.0 * scale);
-        let centre = moved.a_from_b.point::<Array<f64>>(other, &one.centre(), origin);
-        let slack = slack_of(centre[..3].iter().map(|x| x.abs()).sum(), one.reach());
-        let visit = Visit { node: &node, centre, one: one.moved::<Array<f64>>(&moved.a_from_b), slack };
-        let slack = f64::from(node.slack + visit.slack);
+        let visit = Visit { node: &node, holder: &holder, place: 3, motion: &moved.a_from_b, slack: 0.0 };
+        let visits = Visits::<V, Array<f32>>::of([visit; 2]);
+        let mut slack = [[0.0; WIDTH]; 2];
+        visits.slack.store(0, &mut slack);
+        let slack = f64::from(slack[0][0]);
         let gap_mm = exactly.gap_mm;
         let sets = Simd::available();
         let results: Vec<[Found; 2]> = sets.iter().map(|simd| simd.run(Visiting(&[visit, visit]))).collect();

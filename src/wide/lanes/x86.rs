@@ -1,7 +1,10 @@
 //! AVX-512 and AVX2. Every value of these types comes from a function below that runs only on a processor that was asked ([`super::Simd::run`]); with that all
 //! intrinsics here are sound: they touch no memory but the arrays they are given, unaligned.
 
-use super::{Add, Coordinate, DOUBLES, Div, DoubleLanes, Lanes, Machine, Mul, Sub, WIDTH, Work};
+mod row;
+
+use super::{Add, Coordinate, DOUBLES, Div, DoubleLanes, FOUR, Lanes, Machine, Mul, Sub, WIDTH, Work};
+use row::{Row4, Row8};
 use std::arch::x86_64::*;
 
 /// Compiled with AVX-512.
@@ -88,6 +91,7 @@ operator!(Double4, Sub, sub, _mm256_sub_pd);
 operator!(Double4, Mul, mul, _mm256_mul_pd);
 
 impl Lanes for Single16 {
+    type Row = Row8;
     const VISITS: usize = 2;
     const PARTS: usize = 1;
     #[inline(always)]
@@ -100,9 +104,21 @@ impl Lanes for Single16 {
         }
     }
     #[inline(always)]
-    fn splat(of: impl Fn(usize) -> f32) -> Self {
+    fn all(x: f32) -> Self {
         // SAFETY: see the module.
-        unsafe { Self(_mm512_mask_broadcastss_ps(_mm512_set1_ps(of(0)), 0xFF00, _mm_set_ss(of(1)))) }
+        Self(unsafe { _mm512_set1_ps(x) })
+    }
+    #[inline(always)]
+    fn spread(row: Row8) -> [Self; FOUR] {
+        // SAFETY: see the module.
+        unsafe {
+            let row = _mm512_castps256_ps512(row.0);
+            let lane = |k: i32| {
+                let l = k + 4;
+                Self(_mm512_permutexvar_ps(_mm512_setr_epi32(k, k, k, k, k, k, k, k, l, l, l, l, l, l, l, l), row))
+            };
+            [lane(0), lane(1), lane(2), lane(3)]
+        }
     }
     #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
@@ -142,6 +158,7 @@ impl Lanes for Single16 {
 }
 
 impl Lanes for Single8 {
+    type Row = Row4;
     const VISITS: usize = 1;
     const PARTS: usize = 1;
     #[inline(always)]
@@ -150,9 +167,18 @@ impl Lanes for Single8 {
         Self(unsafe { _mm256_loadu_ps(of(0).as_ptr()) })
     }
     #[inline(always)]
-    fn splat(of: impl Fn(usize) -> f32) -> Self {
+    fn all(x: f32) -> Self {
         // SAFETY: see the module.
-        Self(unsafe { _mm256_set1_ps(of(0)) })
+        Self(unsafe { _mm256_set1_ps(x) })
+    }
+    #[inline(always)]
+    fn spread(row: Row4) -> [Self; FOUR] {
+        // SAFETY: see the module.
+        unsafe {
+            let row = _mm256_castps128_ps256(row.0);
+            let lane = |k: i32| Self(_mm256_permutevar8x32_ps(row, _mm256_set1_epi32(k)));
+            [lane(0), lane(1), lane(2), lane(3)]
+        }
     }
     #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
@@ -213,21 +239,6 @@ impl DoubleLanes for Double4 {
         stored
     }
     #[inline(always)]
-    fn next(self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm256_permute4x64_pd::<0b11_00_10_01>(self.0) })
-    }
-    #[inline(always)]
-    fn previous(self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm256_permute4x64_pd::<0b11_01_00_10>(self.0) })
-    }
-    #[inline(always)]
-    fn last(self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm256_permute4x64_pd::<0b11_11_11_11>(self.0) })
-    }
-    #[inline(always)]
     fn min(self, other: Self) -> Self {
         // SAFETY: see the module.
         Self(unsafe { _mm256_min_pd(self.0, other.0) })
@@ -246,12 +257,5 @@ impl DoubleLanes for Double4 {
     fn exceeds(self, other: Self) -> u8 {
         // SAFETY: see the module.
         unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(self.0, other.0)) as u8 }
-    }
-    #[inline(always)]
-    fn narrow(self) -> [f32; DOUBLES] {
-        let mut narrow = [0.0; DOUBLES];
-        // SAFETY: see the module; four numbers are stored.
-        unsafe { _mm_storeu_ps(narrow.as_mut_ptr(), _mm256_cvtpd_ps(self.0)) };
-        narrow
     }
 }
