@@ -5,7 +5,7 @@
 //! triangles gather and are tested four at a time ([`super::triangles`]). The deepest overlap is taken first: that is where a contact is likely.
 
 use super::lanes::{Machine, Simd, Work};
-use super::node::{Contents, WIDTH, WideTree};
+use super::node::{Contents, Node, WIDTH, WideTree};
 use super::pose::Pose;
 use super::posed::{Opened, Posed};
 use super::triangles::{self, Batch};
@@ -185,16 +185,8 @@ impl<V: WideVolume> Traversal<'_, V> {
         let (stay, below) = match other.contents(opened.one) {
             Contents::Node(below) => (!(found.larger & inner), below),
             Contents::Triangle(one) => {
-                let mut pairs = live & !inner;
+                self.gather::<M>(Opened { one, ..opened }, node, live & !inner)?;
                 live &= inner;
-                while pairs != 0 {
-                    let place = pairs.trailing_zeros();
-                    pairs &= pairs - 1;
-                    let triangle = node.first_triangle + place - u32::from(node.inner);
-                    if self.batch.push(Opened { one, ..opened }.pair(triangle)) {
-                        self.test::<M>()?;
-                    }
-                }
                 (0, 0)
             }
         };
@@ -228,6 +220,20 @@ impl<V: WideVolume> Traversal<'_, V> {
         }
         if let Some((_, place)) = deepest {
             self.stack.push(next(place));
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Puts the pairs of a triangle, by its place, and those in the given places of a node into the batch.
+    #[inline(always)]
+    fn gather<M: Machine>(&mut self, opened: Opened, node: &Node<V>, mut places: u8) -> ControlFlow<()> {
+        while places != 0 {
+            let place = places.trailing_zeros();
+            places &= places - 1;
+            let triangle = node.first_triangle + place - u32::from(node.inner);
+            if self.batch.push(opened.pair(triangle)) {
+                self.test::<M>()?;
+            }
         }
         ControlFlow::Continue(())
     }

@@ -255,6 +255,7 @@ mod tests {
         for (simd, [first, second]) in sets.iter().zip(&results) {
             prop_assert_eq!(first, second);
             prop_assert!(!simd.fuses() || *first == results[0][0]);
+            prop_assert!(first.live == 0 || (first.larger == 255) == (child.size() > one.size()));
             prop_assert!(gap_mm > 0.0 || first.live == 255, "{gap_mm} {slack}");
             prop_assert!(gap_mm < 1e-4 * scale || first.live == 0, "{gap_mm} {slack}");
         }

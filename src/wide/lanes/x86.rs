@@ -1,6 +1,20 @@
 //! AVX-512 and AVX2. Every value of these types comes from a function below that runs only on a processor that was asked ([`super::Simd::run`]); with that all
 //! intrinsics here are sound: they touch no memory but the arrays they are given, unaligned.
 
+/// An operator of a register by one instruction; for the rows as well.
+macro_rules! operator {
+    ($register:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
+        impl $trait for $register {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: see the module.
+                Self(unsafe { $intrinsic(self.0, other.0) })
+            }
+        }
+    };
+}
+
 mod row;
 
 use super::{Add, Coordinate, DOUBLES, Div, DoubleLanes, FOUR, Lanes, Machine, Mul, Sub, WIDTH, Work};
@@ -66,18 +80,6 @@ pub(super) struct Single8(__m256);
 #[derive(Clone, Copy)]
 pub(super) struct Double4(__m256d);
 
-macro_rules! operator {
-    ($register:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
-        impl $trait for $register {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                // SAFETY: see the module.
-                Self(unsafe { $intrinsic(self.0, other.0) })
-            }
-        }
-    };
-}
 operator!(Single16, Add, add, _mm512_add_ps);
 operator!(Single16, Sub, sub, _mm512_sub_ps);
 operator!(Single16, Mul, mul, _mm512_mul_ps);

@@ -15,18 +15,6 @@ pub(in super::super) struct Row8(pub(super) __m256);
 #[derive(Clone, Copy)]
 pub(in super::super) struct WideRow8(__m512d);
 
-macro_rules! operator {
-    ($register:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
-        impl $trait for $register {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                // SAFETY: see the module.
-                Self(unsafe { $intrinsic(self.0, other.0) })
-            }
-        }
-    };
-}
 operator!(Row4, Mul, mul, _mm_mul_ps);
 operator!(Row8, Mul, mul, _mm256_mul_ps);
 operator!(WideRow8, Add, add, _mm512_add_pd);
