@@ -7,6 +7,7 @@
 //! `LONG_SAMPLE_NS`, one timed block of each launch is enough for it: such a sample averages the machine's noise itself. Where it takes ten times
 //! that, one launch is: a method that slow is compared with others by factors, not by per cent.
 
+use super::build::Built;
 use super::chunk::{Chunk, Role};
 use super::judged::JudgedPair;
 use super::plan::{Case, Plan};
@@ -18,7 +19,6 @@ use crate::scene::Scene;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Poses run untimed before a long sample; before a shorter one all are.
@@ -47,16 +47,16 @@ struct Contestant {
     models: BTreeMap<usize, Box<dyn Model>>,
 }
 
-/// Times all chunks of a scene with every case of the plan and the null duplicate.
+/// Times all chunks of a scene with every case of the plan and the null duplicate; what is `built` already is not built again.
 pub fn time_scene(
     plan: &Plan,
     scene: &Scene,
-    judged: &[JudgedPair],
-    chunks: &[Chunk],
+    (judged, chunks): (&[JudgedPair], &[Chunk]),
+    built: Built,
     launch: u32,
     progress: &dyn Progress,
 ) -> Vec<TimingRow> {
-    let contestants = contestants(plan, scene);
+    let contestants = contestants(plan, scene, built);
     let chunk_poses: Vec<Vec<Isometry>> = chunks
         .iter()
         .map(|chunk| chunk.poses.iter().map(|&pose| judged[chunk.pair].poses[pose].a_from_b).collect())
@@ -127,9 +127,11 @@ pub fn time_scene(
 }
 
 impl Contestant {
-    fn prepare(case: &Case, id: &str, scene: &Scene) -> Self {
-        let parts = scene.pairs.iter().flat_map(|pair| [pair.a, pair.b]);
-        let models = parts.map(|part| (part, case.variant.prepare(&scene.parts[part].mesh, case.policy))).collect();
+    /// With the `models` there are already.
+    fn prepare(case: &Case, id: &str, scene: &Scene, mut models: BTreeMap<usize, Box<dyn Model>>) -> Self {
+        for part in scene.pairs.iter().flat_map(|pair| [pair.a, pair.b]) {
+            models.entry(part).or_insert_with(|| case.variant.prepare(&scene.parts[part].mesh, case.policy));
+        }
         Self { case: Case { id: id.to_owned(), ..case.clone() }, models }
     }
 
@@ -138,10 +140,14 @@ impl Contestant {
     }
 }
 
-fn contestants(plan: &Plan, scene: &Scene) -> Vec<Contestant> {
-    let null = plan.null_reference().map(|case| Contestant::prepare(case, NULL_VARIANT, scene));
-    let prepare = |case: &Case| Contestant::prepare(case, &case.id, scene);
-    plan.cases.par_iter().map(prepare).collect::<Vec<_>>().into_iter().chain(null).collect()
+fn contestants(plan: &Plan, scene: &Scene, built: Built) -> Vec<Contestant> {
+    let mut models: Vec<BTreeMap<usize, Box<dyn Model>>> = plan.cases.iter().map(|_| BTreeMap::new()).collect();
+    for ((place, part), model) in built {
+        models[place].insert(part, model);
+    }
+    let null = plan.null_reference().map(|case| Contestant::prepare(case, NULL_VARIANT, scene, BTreeMap::new()));
+    let own = plan.cases.iter().zip(models).map(|(case, models)| Contestant::prepare(case, &case.id, scene, models));
+    own.chain(null).collect()
 }
 
 /// Whether a case runs a chunk.

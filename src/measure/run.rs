@@ -288,8 +288,8 @@ impl Run {
             let what = format!("{}: timing, launch {} of {}", scene.name, launch + 1, self.plan.budget.launches);
             progress.begin(&what, blocks * chunks.len() as u64);
             let before = environment::BusyMeter::read();
-            let timings = query::time_scene(&self.plan, scene, &judged, &chunks, launch, progress);
-            let builds = build::time_builds(&self.plan, scene, launch, progress);
+            let (builds, built) = build::time_builds(&self.plan, scene, launch, progress);
+            let timings = query::time_scene(&self.plan, scene, (&judged, &chunks), built, launch, progress);
             let disturbance =
                 environment::BusyMeter::read().zip(before).and_then(|(after, before)| after.since(&before));
             let complaint = disturbance.and_then(|disturbance| disturbance.complaint());
