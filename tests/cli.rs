@@ -187,6 +187,13 @@ fn an_audit_goes_on_with_the_cells_it_lacks() {
     assert!(String::from_utf8_lossy(&other.stderr).contains("another request"), "{other:?}");
     let unknown = folder.run(&["audit", "--scene", "scene", "--orientation", "sideways", "--out", "none"]);
     assert!(String::from_utf8_lossy(&unknown.stderr).contains("no orientation `sideways`"), "{unknown:?}");
+    let ends = ["audit", "--profile", "smoke", "--scene", "scene", "--orientation", "area", "--counts-only", "--quiet"];
+    let leaves = folder.run(&[&ends[..], &["--leaf", "1", "--leaf", "8", "--out", "leaves"]].concat());
+    assert!(leaves.status.success(), "{leaves:?}");
+    assert_eq!(column(&folder.path("leaves/audit.csv"), "leaf"), ["1", "8"].map(str::to_owned).into());
+    let odd = folder.run(&["audit", "--scene", "scene", "--leaf", "3", "--out", "none"]);
+    assert_eq!(odd.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&odd.stderr).contains("no leaves of 3 triangles; it has 1, 2, 4, 8"), "{odd:?}");
 }
 
 #[test]

@@ -43,7 +43,7 @@ pub struct Options {
 
 pub(super) const fn budget(profile: Profile) -> AblationBudget {
     match profile {
-        Profile::Smoke => AblationBudget { rows: 5, step_mm: 2.0, rounds: 1, sweeps: false },
+        Profile::Smoke => AblationBudget { rows: 5, step_mm: 3.0, rounds: 1, sweeps: false },
         Profile::Quick => AblationBudget { rows: 15, step_mm: 1.0, rounds: 3, sweeps: true },
         Profile::Full => AblationBudget { rows: 60, step_mm: 0.25, rounds: 9, sweeps: true },
     }

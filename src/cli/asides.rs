@@ -21,6 +21,9 @@ use std::path::Path;
 /// The orientations that the quick form crosses: the paper's two.
 const ORIENTATIONS: [&str; 2] = ["vertex", "area"];
 
+/// The leaf sizes that it crosses: the two ends.
+const LEAVES: [u8; 2] = [1, 8];
+
 /// The scene on which the octree method is held against a tree over the same meshes, and its folder.
 const FREEFORM: &str = "freeform-5axis";
 
@@ -47,7 +50,7 @@ fn audit_in(folder: &Path, scenes: Vec<String>, seed: u64, cache: &Path, progres
     let mut plan = Audit::plan(Profile::Smoke, scenes, seed)?;
     plan.scenes.truncate(1);
     let orientations = ORIENTATIONS.map(str::to_owned);
-    let mut audit = Audit::open(plan, &orientations, folder, true)?.with_cache(TruthCache::at(cache)?);
+    let mut audit = Audit::open(plan, &orientations, &LEAVES, folder, true)?.with_cache(TruthCache::at(cache)?);
     audit.run(false, progress)?;
     analyze_audit(folder)?;
     crate::plot::draw_audit(folder)?;

@@ -31,6 +31,9 @@ pub struct Options {
     /// Orientation by name: vertex, area, hull-area, dito, min; repeatable [default: all]
     #[arg(long = "orientation", value_name = "NAME")]
     orientations: Vec<String>,
+    /// Triangles of a leaf: 1, 2, 4, 8; repeatable [default: all]
+    #[arg(long = "leaf", value_name = "N")]
+    leaves: Vec<u8>,
     /// Time nothing
     #[arg(long)]
     counts_only: bool,
@@ -56,7 +59,8 @@ pub fn run(options: &Options) -> Result<u8> {
     let plan = Audit::plan(options.profile, options.scenes.clone(), options.seed)?;
     let cache =
         TruthCache::at(&options.cache).context("exact answers cannot be kept; name another folder with --cache")?;
-    let mut audit = Audit::open(plan, &options.orientations, &folder, options.fresh)?.with_cache(cache);
+    let mut audit =
+        Audit::open(plan, &options.orientations, &options.leaves, &folder, options.fresh)?.with_cache(cache);
     let bar = Bar::new(options.output.quiet);
     audit.run(!options.counts_only, &bar)?;
     bar.finish();

@@ -76,6 +76,14 @@ pub enum MeasureError {
         /// What there is.
         known: String,
     },
+    /// A leaf size is none of the audit's.
+    #[error("the audit has no leaves of {asked} triangles; it has {known}")]
+    NoSuchLeaf {
+        /// What was asked for.
+        asked: u8,
+        /// What there is.
+        known: String,
+    },
     /// A launch in a process of its own failed.
     #[error("launch {launch} failed: {cause}")]
     Launch {

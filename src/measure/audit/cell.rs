@@ -54,7 +54,7 @@ const ORIENTATIONS: [Orientation; 5] = [
 const SPLITS: [SplitRule; 5] = SplitRule::ALL;
 
 /// The leaf sizes.
-const LEAVES: [u8; 4] = [1, 2, 4, 8];
+pub const LEAVES: [u8; 4] = [1, 2, 4, 8];
 
 impl Cell {
     /// All cells, in the order of records.

@@ -97,12 +97,18 @@ impl Audit {
         Ok(plan)
     }
 
-    /// Opens an audit's folder: a new one, or one to go on with. Only cells of `orientations` are audited, when any are named;
-    /// `fresh` replaces an audit of another request.
+    /// Opens an audit's folder: a new one, or one to go on with. Only cells of `orientations` and with leaves of `leaves` triangles are audited,
+    /// when any are named; `fresh` replaces an audit of another request.
     ///
     /// # Errors
-    /// When there is no such orientation, or the folder holds something else or cannot be written.
-    pub fn open(plan: Plan, orientations: &[String], folder: &Path, fresh: bool) -> Result<Self, MeasureError> {
+    /// When there is no such orientation or leaf size, or the folder holds something else or cannot be written.
+    pub fn open(
+        plan: Plan,
+        orientations: &[String],
+        leaves: &[u8],
+        folder: &Path,
+        fresh: bool,
+    ) -> Result<Self, MeasureError> {
         let amount = amount(plan.selection.profile);
         let mut cells = Cell::all();
         if let Some(asked) = orientations.iter().find(|asked| cells.iter().all(|cell| cell.orientation != *asked)) {
@@ -110,7 +116,14 @@ impl Audit {
             known.dedup();
             return Err(MeasureError::NoSuchOrientation { asked: asked.clone(), known: known.join(", ") });
         }
+        if let Some(&asked) = leaves.iter().find(|asked| !cell::LEAVES.contains(asked)) {
+            return Err(MeasureError::NoSuchLeaf {
+                asked,
+                known: cell::LEAVES.map(|leaf| leaf.to_string()).join(", "),
+            });
+        }
         cells.retain(|cell| orientations.is_empty() || orientations.iter().any(|asked| asked == cell.orientation));
+        cells.retain(|cell| leaves.is_empty() || leaves.contains(&cell.leaf));
         let mut manifest = new_manifest(&plan);
         manifest.request.policies = cells.iter().map(Cell::name).collect();
         let manifest = folder::open(folder, manifest, fresh, &FILES)?;
