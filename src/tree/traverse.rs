@@ -64,10 +64,11 @@ pub fn traverse<V: BoundingVolume, B>(
 ) -> ControlFlow<B> {
     let pose = V::pose(a_from_b);
     let placement = Placement::new(a_from_b);
+    let overlap = |node_a: &Node<V>, node_b: &Node<V>| node_a.volume.overlaps(&node_b.volume, &pose);
     let stack = &mut scratch.stack;
     stack.clear();
     probe.volume_test();
-    if a.nodes[0].volume.overlaps(&b.nodes[0].volume, &pose) {
+    if overlap(&a.nodes[0], &b.nodes[0]) {
         stack.push((0, 0));
     }
     while let Some((i, j)) = stack.pop() {
@@ -76,10 +77,17 @@ pub fn traverse<V: BoundingVolume, B>(
             leaf_pairs(a, node_a.range(), b, node_b.range(), &placement, probe, &mut on_contact)?;
             continue;
         };
-        for (i, j) in next {
+        let [(i1, j1), (i2, j2)] = next;
+        let (one, other) = if j1 == j2 {
+            // With nothing written in between and one `node_b` for both, the compiler moves it to the pose once.
+            (overlap(&a.nodes[i1 as usize], node_b), overlap(&a.nodes[i2 as usize], node_b))
+        } else {
+            (overlap(node_a, &b.nodes[j1 as usize]), overlap(node_a, &b.nodes[j2 as usize]))
+        };
+        for (pair, touching) in next.into_iter().zip([one, other]) {
             probe.volume_test();
-            if a.nodes[i as usize].volume.overlaps(&b.nodes[j as usize].volume, &pose) {
-                stack.push((i, j));
+            if touching {
+                stack.push(pair);
             }
         }
     }

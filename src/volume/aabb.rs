@@ -83,7 +83,7 @@ impl<R: AabbRule> BoundingVolume for AlignedBox<R> {
         AabbPose { rotation, widened: widened_abs(&rotation), translation: a_from_b.translation.vector }
     }
 
-    #[inline]
+    #[inline(always)]
     fn overlaps(&self, other: &Self, pose: &AabbPose) -> bool {
         let t = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
         !R::separated(&t, pose, &self.half, &other.half)
