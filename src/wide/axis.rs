@@ -17,6 +17,7 @@ use crate::volume::BoundingVolume;
 use nalgebra::Matrix3;
 
 /// The box around a mesh, in the mesh's own frame, mm.
+#[derive(Clone, Copy, Debug)]
 struct Around {
     centre: Vector,
     axes: Matrix3<f64>,
@@ -45,6 +46,8 @@ pub(super) struct Axis {
     along: Vector,
     /// The farthest that `a` reaches along it, mm.
     end_mm: f64,
+    /// The box around `b`.
+    around_b: Around,
 }
 
 impl Axis {
@@ -61,7 +64,7 @@ impl Axis {
             let reach_a = around_a.reach_mm(&along);
             let gap = along.dot(&way) - reach_a - reach_b;
             if gap > 0.0 && best.is_none_or(|(most, _)| gap > most) {
-                best = Some((gap, Self { along, end_mm: along.dot(&around_a.centre) + reach_a }));
+                best = Some((gap, Self { along, end_mm: along.dot(&around_a.centre) + reach_a, around_b }));
             }
         }
         best.map(|(_, axis)| axis)
@@ -70,10 +73,9 @@ impl Axis {
     /// Whether it surely parts the meshes at this pose.
     #[inline]
     pub fn parts<V: WideVolume>(&self, a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> bool {
-        let Some(around) = Around::of(b) else { return false };
         let along_in_b = a_from_b.rotation.inverse_transform_vector(&self.along);
-        let centre = self.along.dot(&a_from_b.translation.vector) + along_in_b.dot(&around.centre);
-        let begin_mm = centre - around.reach_mm(&along_in_b);
+        let centre = self.along.dot(&a_from_b.translation.vector) + along_in_b.dot(&self.around_b.centre);
+        let begin_mm = centre - self.around_b.reach_mm(&along_in_b);
         begin_mm - self.end_mm > Pose::ball_slack(a_from_b, a.reach + b.reach)
     }
 }

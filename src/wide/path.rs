@@ -27,7 +27,7 @@ use std::str::FromStr;
 
 /// How far ahead a distance is looked for, in steps like the last one.
 const STEPS_AHEAD: f64 = 32.0;
-/// Poses that a distance must settle to have paid.
+/// Poses that a distance or an axis must settle to have paid.
 const PAYS: u32 = 4;
 /// How many times as many nodes as the last fresh query a search for a distance may open, and how many in any case.
 const DEARER: u32 = 4;
@@ -35,8 +35,9 @@ const LEAST_VISITS: u32 = 16;
 /// Fewest nodes that some fresh query of the path has opened where a distance is looked for: below, the search would be the dearest of all
 /// queries, and spare next to nothing.
 const WORTH_VISITS: u32 = 6;
-/// Most poses that are asked afresh before a distance is looked for again, and poses without an axis before the next search for one.
-const LONGEST_REST: u32 = 31;
+/// Most poses that are asked afresh before a distance, or an axis, is looked for again. Searches that fail are dearer than a fresh query alone:
+/// so they are fewer than one in a hundred.
+const LONGEST_REST: u32 = 127;
 
 /// How much larger a measured distance of two triangles may be than the true one, relative to the size of everything: 2⁻²². The distance of two
 /// edges at an angle φ is taken at a place that rounding misplaces along the edges by at most 8·2⁻⁵³ r / φ² (r: how far the corners are from
@@ -94,19 +95,56 @@ impl FromStr for Coherence {
 pub struct Memory {
     scratch: Scratch,
     proximity: Proximity,
-    axis: Option<Axis>,
-    /// Such poses before an axis is looked for again.
-    without_axis: u32,
+    axis: Option<Kept<Axis>>,
+    axis_rest: Rest,
     /// The places of the triangles that touched last.
     witness: Option<(u32, u32)>,
-    evidence: Option<Evidence>,
+    evidence: Option<Kept<Evidence>>,
+    evidence_rest: Rest,
     /// Where `b` was asked about last.
     last: Option<Place>,
     /// Most nodes that a fresh query has opened.
     dearest: u32,
-    /// Fresh queries before a distance is looked for again, and how many there are after the next failure.
+}
+
+/// What a pose left behind, and how many it has settled since.
+#[derive(Clone, Copy, Debug)]
+struct Kept<T> {
+    what: T,
+    settled: u32,
+}
+
+impl<T> Kept<T> {
+    const fn new(what: T) -> Self {
+        Self { what, settled: 0 }
+    }
+}
+
+/// How long a search is left out that has not paid: longer after each failure, shorter after each success.
+#[derive(Clone, Copy, Debug, Default)]
+struct Rest {
+    /// Poses before the next search.
     wait: u32,
-    rest: u32,
+    /// The last such wait.
+    last: u32,
+}
+
+impl Rest {
+    /// Whether it is over; if not, a pose of it goes by.
+    const fn is_over(&mut self) -> bool {
+        if self.wait == 0 {
+            return true;
+        }
+        self.wait -= 1;
+        false
+    }
+
+    /// What a search found has settled as many poses: none if it found nothing.
+    fn after(&mut self, settled: u32) {
+        let paid = settled >= PAYS;
+        self.last = if paid { self.last / 2 } else { (2 * self.last + 1).min(LONGEST_REST) };
+        self.wait = if paid { 0 } else { self.last };
+    }
 }
 
 /// A pose at which the meshes were apart.
@@ -115,8 +153,6 @@ struct Evidence {
     at: Place,
     /// No point of `b` may have moved so far, mm; what the pose there needs is off already.
     reach_mm: f64,
-    /// Poses that it has settled.
-    settled: u32,
 }
 
 /// Where `b` is: the centre of its ball, mm, and its unit quaternion.
@@ -163,10 +199,12 @@ impl Memory {
             return true;
         }
         self.witness = None;
-        if let Some(axis) = &self.axis {
-            if axis.parts(a, b, a_from_b) {
+        if let Some(axis) = &mut self.axis {
+            if axis.what.parts(a, b, a_from_b) {
+                axis.settled += 1;
                 return false;
             }
+            self.axis_rest.after(axis.settled);
             // How far the path has come meanwhile says nothing of its steps.
             (self.axis, self.last) = (None, None);
         }
@@ -181,12 +219,10 @@ impl Memory {
             self.witness = touching;
         }
         // An axis is likely where one look at the roots was enough.
-        if touching.is_none() && self.scratch.tally.visits == 1 {
-            if let Some(less) = self.without_axis.checked_sub(1) {
-                self.without_axis = less;
-            } else {
-                self.axis = Axis::of(a, b, a_from_b);
-                self.without_axis = if self.axis.is_some() { 0 } else { LONGEST_REST };
+        if touching.is_none() && self.scratch.tally.visits == 1 && self.axis_rest.is_over() {
+            self.axis = Axis::of(a, b, a_from_b).map(Kept::new);
+            if self.axis.is_none() {
+                self.axis_rest.after(0);
             }
         }
         touching.is_some()
@@ -208,22 +244,20 @@ impl Memory {
         let slack = Pose::ball_slack(a_from_b, reach);
         let last = self.last.replace(here);
         if let Some(evidence) = &mut self.evidence {
-            if here.moved_mm(&evidence.at, b) + slack < evidence.reach_mm {
+            if here.moved_mm(&evidence.what.at, b) + slack < evidence.what.reach_mm {
                 evidence.settled += 1;
                 return Some(false);
             }
-            let paid = evidence.settled >= PAYS;
+            self.evidence_rest.after(evidence.settled);
             self.evidence = None;
-            self.back_off(paid);
         }
         let balls_mm = traverse::balls_apart_mm(a, b, a_from_b);
         if balls_mm > 0.0 {
-            self.evidence = Some(Evidence { at: here, reach_mm: balls_mm, settled: 0 });
+            self.evidence = Some(Kept::new(Evidence { at: here, reach_mm: balls_mm }));
             return Some(false);
         }
         let step = here.moved_mm(&last?, b);
-        if let Some(less) = self.wait.checked_sub(1) {
-            self.wait = less;
+        if !self.evidence_rest.is_over() {
             return None;
         }
         let most_visits = DEARER * self.scratch.tally.visits + LEAST_VISITS;
@@ -238,16 +272,11 @@ impl Memory {
         let reach_mm = nearest.distance_mm.min(look_mm) - pad;
         if reach_mm <= 0.0 {
             // So near the search may have passed over a contact.
-            self.back_off(false);
+            self.evidence_rest.after(0);
             return None;
         }
-        self.evidence = Some(Evidence { at: here, reach_mm, settled: 0 });
+        self.evidence = Some(Kept::new(Evidence { at: here, reach_mm }));
         Some(false)
-    }
-
-    fn back_off(&mut self, paid: bool) {
-        self.rest = if paid { self.rest / 2 } else { (2 * self.rest + 1).min(LONGEST_REST) };
-        self.wait = if paid { 0 } else { self.rest };
     }
 }
 
@@ -278,6 +307,24 @@ mod tests {
         let mut other = Place::new(&b, &about);
         other.turn = -other.turn;
         assert!((other.moved_mm(&Place::new(&b, &Isometry::identity()), &b) - moved).abs() < 1e-12);
+    }
+
+    #[test]
+    fn searches_that_fail_grow_rare_and_one_that_pays_comes_again_at_once() {
+        let mut rest = Rest::default();
+        let mut searches = Vec::new();
+        for pose in 0..1000 {
+            if rest.is_over() {
+                searches.push(pose);
+                rest.after(0);
+            }
+        }
+        assert_eq!(searches[..8], [0, 2, 6, 14, 30, 62, 126, 254]);
+        assert!(searches.windows(2).skip(7).all(|two| two[1] - two[0] == LONGEST_REST as usize + 1), "{searches:?}");
+        rest.after(PAYS);
+        assert!(rest.is_over());
+        rest.after(PAYS - 1);
+        assert!(!rest.is_over());
     }
 
     #[test]
