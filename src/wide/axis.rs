@@ -18,7 +18,7 @@ use nalgebra::Matrix3;
 
 /// The box around a mesh, in the mesh's own frame, mm.
 #[derive(Clone, Copy, Debug)]
-struct Around {
+pub(super) struct Around {
     centre: Vector,
     axes: Matrix3<f64>,
     half: Vector,
@@ -26,8 +26,7 @@ struct Around {
 
 impl Around {
     /// That of the root, if it is a box.
-    #[inline]
-    fn of<V: WideVolume>(tree: &WideTree<V>) -> Option<Self> {
+    pub fn of<V: WideVolume>(tree: &WideTree<V>) -> Option<Self> {
         let (axes, centre, half) = tree.plain(0).as_box()?.parts();
         Some(Self { centre: centre.coords, axes, half })
     }
@@ -51,23 +50,28 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// The axis of a face along which the boxes around the meshes are farthest apart, if they are along any.
+    /// The axis of a face along which the boxes around the meshes are farthest apart, if one surely parts the meshes.
     pub fn of<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> Option<Self> {
-        let (around_a, around_b) = (Around::of(a)?, Around::of(b)?);
+        let (around_a, around_b) = (a.around.as_ref()?, b.around.as_ref()?);
         let turned = a_from_b.rotation.to_rotation_matrix().into_inner() * around_b.axes;
-        let way = a_from_b * around_b.centre + a_from_b.translation.vector - around_a.centre;
-        let mut best: Option<(f64, Self)> = None;
-        for k in 0..6 {
-            let along = if k < 3 { around_a.axes.column(k) } else { turned.column(k - 3) };
-            let along = if along.dot(&way) < 0.0 { -along } else { along.into_owned() };
-            let reach_b = turned.tr_mul(&along).abs().dot(&around_b.half);
-            let reach_a = around_a.reach_mm(&along);
-            let gap = along.dot(&way) - reach_a - reach_b;
-            if gap > 0.0 && best.is_none_or(|(most, _)| gap > most) {
-                best = Some((gap, Self { along, end_mm: along.dot(&around_a.centre) + reach_a, around_b }));
-            }
+        let way = a_from_b.rotation * around_b.centre + a_from_b.translation.vector - around_a.centre;
+        // Each box reaches its half-length along its own axes, and along those of the other what `r` makes of all three.
+        let r = around_a.axes.tr_mul(&turned).abs();
+        let (reach_b, reach_a) = (r * around_b.half, r.tr_mul(&around_a.half));
+        let (way_a, way_b) = (around_a.axes.tr_mul(&way), turned.tr_mul(&way));
+        let gaps_a = way_a.abs() - around_a.half - reach_b;
+        let gaps_b = way_b.abs() - reach_a - around_b.half;
+        let (of_a, of_b) = (gaps_a.imax(), gaps_b.imax());
+        let (gap, axes, which, way, reach_mm) = if gaps_a[of_a] >= gaps_b[of_b] {
+            (gaps_a[of_a], &around_a.axes, of_a, way_a[of_a], around_a.half[of_a])
+        } else {
+            (gaps_b[of_b], &turned, of_b, way_b[of_b], reach_a[of_b])
+        };
+        if gap <= Pose::ball_slack(a_from_b, a.reach + b.reach) {
+            return None;
         }
-        best.map(|(_, axis)| axis)
+        let along = axes.column(which) * way.signum();
+        Some(Self { along, end_mm: along.dot(&around_a.centre) + reach_mm, around_b: *around_b })
     }
 
     /// Whether it surely parts the meshes at this pose.

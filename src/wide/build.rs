@@ -3,6 +3,7 @@
 //! A range of triangles becomes the children of a node by dividing its largest part again and again ([`super::split`]) until there are eight or
 //! every part fits a node. Then parts of few triangles hand them to the node directly while it has room, which fills it.
 
+use super::axis::Around;
 use super::node::{Node, WIDTH, WideTree};
 use super::split::{self, Frames, Halves, Item, Scratch};
 use super::visit::node_slack;
@@ -124,7 +125,9 @@ impl<V: WideVolume> WideTree<V> {
         let farthest = |from: &Point| vertices.iter().map(|v| (v - from).norm_squared()).fold(0.0, f64::max).sqrt();
         let (reach, radius) = (farthest(&Point::origin()), farthest(&middle));
         let ball = (middle, radius + BALL_PAD * (reach + radius));
-        Self { nodes, triangles, vertices, faces, ball, reach: reach * (1.0 + BALL_PAD) }
+        let mut tree = Self { nodes, triangles, vertices, faces, ball, reach: reach * (1.0 + BALL_PAD), around: None };
+        tree.around = Around::of(&tree);
+        tree
     }
 }
 

@@ -3,6 +3,7 @@
 //! A volume is named by its slot: the number of the node that holds it times eight, plus its place there. Node 0 holds the
 //! root alone, so that the root is a slot like all others.
 
+use super::axis::Around;
 use super::lanes::FOUR;
 use super::volume::WideVolume;
 use crate::geometry::{Point, Triangle};
@@ -87,6 +88,8 @@ pub struct WideTree<V: WideVolume> {
     pub(super) ball: (Point, f64),
     /// The largest distance of a vertex from the mesh's own origin, mm.
     pub(super) reach: f64,
+    /// The root's volume, if it is a box: decoded once, for what paths keep.
+    pub(super) around: Option<Around>,
 }
 
 impl<V: WideVolume> WideTree<V> {

@@ -97,6 +97,8 @@ pub struct Memory {
     proximity: Proximity,
     axis: Option<Kept<Axis>>,
     axis_rest: Rest,
+    /// Whether one look at the roots was enough for the last fresh query.
+    axis_is_likely: bool,
     /// The places of the triangles that touched last.
     witness: Option<(u32, u32)>,
     evidence: Option<Kept<Evidence>>,
@@ -208,6 +210,14 @@ impl Memory {
             // How far the path has come meanwhile says nothing of its steps.
             (self.axis, self.last) = (None, None);
         }
+        // Before a fresh query, not after one: where there is an axis it costs less, and no pose pays for both.
+        if self.axis_is_likely && self.axis_rest.is_over() {
+            self.axis = Axis::of(a, b, a_from_b).map(Kept::new);
+            if self.axis.is_some() {
+                return false;
+            }
+            self.axis_rest.after(0);
+        }
         if coherence == Coherence::Evidence
             && let Some(verdict) = self.by_evidence(a, b, a_from_b, simd)
         {
@@ -218,13 +228,7 @@ impl Memory {
         if coherence != Coherence::Axis {
             self.witness = touching;
         }
-        // An axis is likely where one look at the roots was enough.
-        if touching.is_none() && self.scratch.tally.visits == 1 && self.axis_rest.is_over() {
-            self.axis = Axis::of(a, b, a_from_b).map(Kept::new);
-            if self.axis.is_none() {
-                self.axis_rest.after(0);
-            }
-        }
+        self.axis_is_likely = touching.is_none() && self.scratch.tally.visits == 1;
         touching.is_some()
     }
 
