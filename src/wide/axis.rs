@@ -103,6 +103,7 @@ mod tests {
             let (a, b, pose) = (&trees[case.a], &trees[case.b], &case.a_from_b);
             // The axis of this pose, and that of another pose of the same meshes.
             let of_this = Axis::of(a, b, pose);
+            assert!(of_this.is_none() || !first(a, b, pose, Simd::in_use(), &mut Scratch::default()));
             for axis in
                 of_this.iter().chain(kept.iter().filter(|(pair, _)| *pair == (case.a, case.b)).map(|(_, axis)| axis))
             {
