@@ -12,10 +12,29 @@ use crate::geometry::{Isometry, certified, triangle_distance};
 use crate::tree::distance::Proximity;
 use std::ops::ControlFlow;
 
+/// How far a search goes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    /// Distances from here on are not told apart, mm.
+    pub below_mm: f64,
+    /// A distance below this ends the search, mm: the asker has no use for it.
+    pub useful_mm: f64,
+    /// Nodes that may be opened.
+    pub visits: u32,
+}
+
+impl Limits {
+    /// Every distance below some, whatever it costs.
+    pub const fn below(below_mm: f64) -> Self {
+        Self { below_mm, useful_mm: 0.0, visits: u32::MAX }
+    }
+}
+
 /// What the search found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Nearest {
-    /// The distance, mm, where it is below what was asked for; infinity where it is not. Less than that when the search was cut short.
+    /// The distance, mm, where it is below what was asked for; infinity where it is not. Less than that when the search was cut short, 0 when it
+    /// is of no use.
     pub distance_mm: f64,
     /// Whether a pair of triangles touches, exactly: [`Proximity`] names it.
     pub touching: bool,
@@ -32,27 +51,29 @@ pub fn distance_mm<V: WideVolume>(
     below_mm: f64,
     proximity: &mut Proximity,
 ) -> f64 {
-    nearest(a, b, a_from_b, simd, below_mm, u32::MAX, proximity).distance_mm
+    nearest(a, b, a_from_b, simd, Limits::below(below_mm), proximity).distance_mm
 }
 
-/// As [`distance_mm`], but the search is cut short when it has opened `most_visits` nodes.
+/// As [`distance_mm`], within limits.
 pub(super) fn nearest<V: WideVolume>(
     a: &WideTree<V>,
     b: &WideTree<V>,
     a_from_b: &Isometry,
     simd: Simd,
-    below_mm: f64,
-    most_visits: u32,
+    limits: Limits,
     proximity: &mut Proximity,
 ) -> Nearest {
     let posed = Posed::new(a, b, a_from_b);
-    let mut search = Search { posed, proximity, least: below_mm, visits: 0, most_visits };
-    let known = search.proximity.nearest;
-    let touching = known.is_some_and(|pair| search.measure(pair).is_break()) || simd.run(&mut search).is_break();
-    // What was not opened is at least as far as its bounds say.
-    let unopened = search.proximity.queue.bound_mm();
-    let least = if search.least < below_mm || touching { search.least } else { f64::INFINITY };
-    Nearest { distance_mm: if touching { 0.0 } else { least.min(unopened) }, touching, visits: search.visits }
+    let mut search = Search { posed, proximity, least: limits.below_mm, visits: 0, limits };
+    let (distance_mm, touching) = match search.known_and_others(simd) {
+        ControlFlow::Break(near) => (0.0, matches!(near, Near::Touching)),
+        ControlFlow::Continue(()) => {
+            let least = if search.least < limits.below_mm { search.least } else { f64::INFINITY };
+            // What was not opened is at least as far as its bounds say.
+            (least.min(search.proximity.queue.bound_mm()), false)
+        }
+    };
+    Nearest { distance_mm, touching, visits: search.visits }
 }
 
 /// One search.
@@ -62,20 +83,25 @@ struct Search<'a, V: WideVolume> {
     /// The least distance so far, mm.
     least: f64,
     visits: u32,
-    most_visits: u32,
+    limits: Limits,
 }
 
-/// A pair of triangles touches: nothing is nearer.
-struct Touching;
+/// A pair of triangles so near that the search ends.
+enum Near {
+    /// Nothing is nearer.
+    Touching,
+    /// Nearer than is of use.
+    TooNear,
+}
 
 impl<V: WideVolume> Work for &mut Search<'_, V> {
-    type Output = ControlFlow<Touching>;
+    type Output = ControlFlow<Near>;
 
     #[inline(always)]
-    fn run<M: Machine>(self) -> ControlFlow<Touching> {
+    fn run<M: Machine>(self) -> ControlFlow<Near> {
         self.proximity.queue.clear();
         self.dive::<M>()?;
-        while self.visits < self.most_visits {
+        while self.visits < self.limits.visits {
             let Some(one) = self.next()? else { break };
             match self.next()? {
                 Some(other) => self.visit::<M>(&[one, other]),
@@ -87,9 +113,17 @@ impl<V: WideVolume> Work for &mut Search<'_, V> {
 }
 
 impl<V: WideVolume> Search<'_, V> {
+    /// Measures the pair that was nearest at another pose, if one is known, and then looks for nearer ones.
+    fn known_and_others(&mut self, simd: Simd) -> ControlFlow<Near> {
+        if let Some(pair) = self.proximity.nearest {
+            self.measure(pair)?;
+        }
+        simd.run(self)
+    }
+
     /// What to open next: of the nearest pair that may still be nearer than what is known. Pairs of triangles that come before it are measured.
     #[inline(always)]
-    fn next(&mut self) -> ControlFlow<Touching, Option<Opened>> {
+    fn next(&mut self) -> ControlFlow<Near, Option<Opened>> {
         while let Some((x, y)) = self.proximity.queue.pop_below(self.least) {
             match (self.posed.a.contents(x), self.posed.b.contents(y)) {
                 (Contents::Triangle(i), Contents::Triangle(j)) => self.measure((i, j))?,
@@ -101,12 +135,12 @@ impl<V: WideVolume> Search<'_, V> {
 
     /// Opens the nearest child again and again, as far as a pair of triangles.
     #[inline(always)]
-    fn dive<M: Machine>(&mut self) -> ControlFlow<Touching> {
+    fn dive<M: Machine>(&mut self) -> ControlFlow<Near> {
         let mut opened = self.posed.first();
         loop {
             let [mut bounds, _] = self.bounds::<M>(&[opened]);
             let nearest = (0..self.children(opened)).min_by(|&i, &j| bounds[i].total_cmp(&bounds[j])).unwrap_or(0);
-            if self.visits >= self.most_visits || f64::from(bounds[nearest]) >= self.least {
+            if self.visits >= self.limits.visits || f64::from(bounds[nearest]) >= self.least {
                 self.wait(opened, &bounds);
                 return ControlFlow::Continue(());
             }
@@ -160,7 +194,7 @@ impl<V: WideVolume> Search<'_, V> {
 
     /// Measures two triangles, by their places.
     #[inline]
-    fn measure(&mut self, (i, j): (u32, u32)) -> ControlFlow<Touching> {
+    fn measure(&mut self, (i, j): (u32, u32)) -> ControlFlow<Near> {
         let Posed { a, b, placement, .. } = &self.posed;
         let (still, moved) = (a.triangle(i), placement.triangle(&b.triangle(j)));
         if triangle_distance::exceeds(&still, &moved, self.least * self.least) {
@@ -168,11 +202,14 @@ impl<V: WideVolume> Search<'_, V> {
         }
         if certified::touch(&still, &moved) {
             (self.least, self.proximity.nearest) = (0.0, Some((i, j)));
-            return ControlFlow::Break(Touching);
+            return ControlFlow::Break(Near::Touching);
         }
         let distance = triangle_distance::squared(&still, &moved).sqrt();
         if distance < self.least {
             (self.least, self.proximity.nearest) = (distance, Some((i, j)));
+            if distance < self.limits.useful_mm {
+                return ControlFlow::Break(Near::TooNear);
+            }
         }
         ControlFlow::Continue(())
     }
@@ -225,13 +262,20 @@ mod tests {
             let expected = of_all_pairs(a, b, pose);
             apart += u32::from(expected > 0.0);
             for simd in Simd::available() {
-                let found = nearest(a, b, pose, simd, f64::INFINITY, u32::MAX, &mut Proximity::default());
+                let within = |limits| nearest(a, b, pose, simd, limits, &mut Proximity::default());
+                let all = Limits::below(f64::INFINITY);
+                let found = within(all);
                 assert_eq!(found.distance_mm, expected, "{}", simd.name());
                 assert_eq!(distance_mm(a, b, pose, simd, f64::INFINITY, &mut warm), expected, "{}", simd.name());
-                for most_visits in [0, 3, 20] {
-                    let short = nearest(a, b, pose, simd, f64::INFINITY, most_visits, &mut Proximity::default());
-                    assert!(short.visits <= most_visits + 2 && short.distance_mm <= expected, "{short:?} {expected}");
+                for visits in [0, 3, 20] {
+                    let short = within(Limits { visits, ..all });
+                    assert!(short.visits <= visits + 2 && short.distance_mm <= expected, "{short:?} {expected}");
                     assert!(!short.touching || expected == 0.0);
+                }
+                for useful_mm in [0.5, 3.0] {
+                    let useful = within(Limits { useful_mm, ..all });
+                    assert_eq!(useful.distance_mm, if expected < useful_mm { 0.0 } else { expected });
+                    assert!(useful.visits <= found.visits && (!useful.touching || expected == 0.0), "{useful:?}");
                 }
                 assert_eq!(found.touching, first(a, b, pose, simd, &mut Scratch::default()));
                 let below = distance_mm(a, b, pose, simd, 1e-3, &mut warm);

@@ -3,7 +3,8 @@
 //! Three things are kept. An *axis*, a direction along which the boxes around the meshes were apart (`super::axis`). A *witness*, the pair of triangles that touched last (M. C. Lin, J. F. Canny 1991 keep a pair of features likewise): while
 //! it touches, the meshes do. And *evidence* of a free pose, a distance that the meshes were apart there: while no point of `b` has
 //! moved that far, they are apart (the motion bound of F. Schwarzer, M. Saha, J.-C. Latombe 2005). The distance is looked for only as far as
-//! some steps ahead reach, and not at all for a while where it has not paid: where a path jumps, or creeps along a surface.
+//! some steps ahead reach, no longer than it may be of use, and not at all for a while where it has not paid: where a path jumps, or creeps along a
+//! surface.
 //!
 //! Why a kept verdict is the fresh one. Free at pose 0: the triangles as the truth sees them are at least `d` apart, less `MEASURED_PAD`.
 //! Their corners are within the pose's slack (`Pose::ball_slack`) of where a rigid motion has them, at either pose. A point p of `b`
@@ -11,7 +12,7 @@
 //! (R₁ - R₀)v = (q₁ - q₀) v q₁* + q₀ v (q₁ - q₀)*, at most 2|q₁ - q₀||v| long; q and -q are the same rotation.
 
 use super::axis::Axis;
-use super::distance;
+use super::distance::{self, Limits};
 use super::lanes::Simd;
 use super::node::WideTree;
 use super::pose::Pose;
@@ -27,7 +28,8 @@ use std::str::FromStr;
 
 /// How far ahead a distance is looked for, in steps like the last one.
 const STEPS_AHEAD: f64 = 32.0;
-/// Poses that a distance or an axis must settle to have paid.
+/// Poses that a distance or an axis must settle to have paid. The search for a distance ends where it meets triangles nearer than as many steps, for
+/// beside a surface it would open the most nodes and be spent at the next pose.
 const PAYS: u32 = 4;
 /// How many times as many nodes as the last fresh query a search for a distance may open, and how many in any case.
 const DEARER: u32 = 4;
@@ -90,7 +92,7 @@ impl FromStr for Coherence {
     }
 }
 
-/// What the queries of one pair along a path leave behind.
+/// What the queries about two meshes, and only those, leave behind along a path.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
     scratch: Scratch,
@@ -177,15 +179,13 @@ impl Place {
 }
 
 impl Memory {
-    /// Forgets all poses; memory is kept.
+    /// Forgets all poses, before another path of the same meshes: no verdict rests on them. Which searches have paid is still known.
     pub fn forget(&mut self) {
-        let (scratch, mut proximity) = (std::mem::take(&mut self.scratch), std::mem::take(&mut self.proximity));
-        proximity.nearest = None;
-        *self = Self { scratch, proximity, ..Self::default() };
+        (self.axis, self.witness, self.evidence, self.last) = (None, None, None, None);
+        self.proximity.nearest = None;
     }
 
-    /// Whether the meshes touch: [`traverse::first`], by a shorter way where `coherence` allows one. All queries until the next
-    /// [`Memory::forget`] must be about the same meshes.
+    /// Whether the meshes touch: [`traverse::first`], by a shorter way where `coherence` allows one.
     pub fn first<V: WideVolume>(
         &mut self,
         a: &WideTree<V>,
@@ -264,18 +264,21 @@ impl Memory {
         if !self.evidence_rest.is_over() {
             return None;
         }
-        let most_visits = DEARER * self.scratch.tally.visits + LEAST_VISITS;
         let size = (here.centre - a.ball.0).norm() + a.ball.1 + b.ball.1;
         let pad = slack + MEASURED_PAD * size;
-        let look_mm = STEPS_AHEAD * step + 2.0 * pad;
-        let nearest = distance::nearest(a, b, a_from_b, simd, look_mm, most_visits, &mut self.proximity);
+        let limits = Limits {
+            below_mm: STEPS_AHEAD * step + 2.0 * pad,
+            useful_mm: f64::from(PAYS) * step + pad,
+            visits: DEARER * self.scratch.tally.visits + LEAST_VISITS,
+        };
+        let nearest = distance::nearest(a, b, a_from_b, simd, limits, &mut self.proximity);
         if nearest.touching {
             self.witness = self.proximity.nearest;
             return Some(true);
         }
-        let reach_mm = nearest.distance_mm.min(look_mm) - pad;
+        let reach_mm = nearest.distance_mm.min(limits.below_mm) - pad;
         if reach_mm <= 0.0 {
-            // So near the search may have passed over a contact.
+            // It is of no use, or so near that the search may have passed over a contact.
             self.evidence_rest.after(0);
             return None;
         }
@@ -347,6 +350,27 @@ mod tests {
         assert!(tests < 200, "{tests} fresh queries");
     }
 
+    #[test]
+    fn a_forgotten_path_leaves_what_has_paid_but_nothing_that_settles_a_pose() {
+        let (a, b) = trees();
+        let mut memory = Memory { dearest: WORTH_VISITS, ..Memory::default() };
+        let ask = |memory: &mut Memory, x| {
+            memory.first(&a, &b, &Isometry::translation(x, 1.0, -3.0), Simd::in_use(), Coherence::Evidence)
+        };
+        while memory.evidence.is_none() || memory.last.is_none() {
+            assert!(!ask(&mut memory, 25.0));
+        }
+        memory.evidence_rest.after(0);
+        memory.forget();
+        assert!(
+            memory.axis.is_none() && memory.witness.is_none() && memory.evidence.is_none() && memory.last.is_none()
+        );
+        assert_eq!((memory.evidence_rest.wait, memory.dearest >= WORTH_VISITS), (1, true));
+        assert!(ask(&mut memory, 12.0) && memory.witness.is_some());
+        memory.forget();
+        assert!(memory.witness.is_none() && memory.proximity.nearest.is_none() && !ask(&mut memory, 25.0));
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(48))]
 
@@ -370,6 +394,9 @@ mod tests {
                     let mut scratch = Scratch::default();
                     let mut jumped = 0.0;
                     for k in 0..200_usize {
+                        if k == 150 {
+                            memory.forget();
+                        }
                         jumped += if jumps.contains(&k) { 50.0 } else { 0.0 };
                         let along = step * (k as f64 + jumped);
                         let shift = nalgebra::Vector3::from(start) + aim * along;

@@ -206,7 +206,11 @@ impl Work for Cheapest<'_> {
     fn run<M: Machine>(self) -> Option<Cut> {
         let stride = self.items.len().div_ceil(SAMPLE);
         let Scratch { projected, bins } = self.scratch;
-        projected.resize(self.items.len().div_ceil(stride), Projected::default());
+        let seen = self.items.len().div_ceil(stride);
+        if projected.len() < seen {
+            projected.resize(seen, Projected::default());
+        }
+        let projected = &mut projected[..seen];
         let mut best = None;
         for frame in self.frames.each() {
             let columns = columns(frame);
