@@ -3,11 +3,13 @@
 //! Division: the plane with the least surface-area cost (count times box area, summed over both sides: J. Goldsmith, J. Salmon 1987; bins
 //! after I. Wald 2007) among those square to the axes of up to three frames: of the principal one, the mesh's own and the largest triangle's
 //! those whose boxes are nearly the smallest. Machine parts are mostly boxes and cylinders whose axes are the mesh's; the others find what
-//! stands askew. Large ranges are judged by a sample at equal strides, which costs little and depends on nothing but the order of the triangles.
+//! stands askew. Large ranges are judged by a sample at equal strides, which costs little and depends on nothing but the order of the triangles;
+//! in small ones sides that fill their nodes are a little cheaper.
 //!
 //! Here all is `f32` and without bounds of error: it decides how good the tree is, never whether it is right.
 
 use super::lanes::{Machine, Simd, Work};
+use super::node::WIDTH;
 use crate::geometry::{Point, Triangle, covariance, eigen};
 use nalgebra::{Matrix3, Vector3};
 
@@ -21,6 +23,11 @@ const FRAME_SAMPLE: usize = 512;
 /// plane belongs to such a frame 19 times out of 20; without a limit a build takes a third more instructions, and its tree is a hundredth
 /// better.
 const NEARLY: f32 = 1.1;
+/// Ranges of at most this many triangles count nodes as well: as many as a node of nodes of triangles holds.
+const FEW: usize = WIDTH * WIDTH;
+/// The share of whole nodes in what their triangles count for. It decides between planes that are nearly equal: without it 90.4 bytes per triangle
+/// where all triangles are alike, with it 88.9 at most; of eleven scenes' node tests three thousandths more.
+const WHOLE: f32 = 0.1;
 /// What may be left outside the diagonal of a range's second moments along its principal axes, as a share of the largest: a frame
 /// needs no more.
 const ROUND_OFF: f64 = 1e-6;
@@ -308,6 +315,13 @@ fn bins_of(centre: &[f32; 4], low: &[f32; 4], scale: &[f32; 4], last: f32) -> [u
     [bits[0], bits[1], bits[2]].map(|bits| bits as usize % BINS)
 }
 
+/// What a side of so many triangles counts for: their number, a share `whole` of it rounded up to full nodes.
+#[inline(always)]
+fn weight(members: u32, whole: f32) -> f32 {
+    let free = members.wrapping_neg() % WIDTH as u32;
+    members as f32 + whole * free as f32
+}
+
 /// Replaces `best` by the cheapest boundary of bins along the axes of `frame` if that is cheaper.
 #[inline(always)]
 fn cheapest<M: Machine>(projected: &[Projected], bins: &mut Bins, frame: &Columns, best: &mut Option<Cut>) {
@@ -325,6 +339,7 @@ fn cheapest<M: Machine>(projected: &[Projected], bins: &mut Bins, frame: &Column
         if high[axis] > low[axis] && scale.is_finite() { scale } else { 0.0 }
     });
     let last = (count - 1) as f32;
+    let whole = if projected.len() <= FEW { WHOLE } else { 0.0 };
     for axis in 0..3 {
         bins.bounds[axis][..count].fill(NOTHING);
         bins.members[axis][..count].fill(0);
@@ -340,20 +355,20 @@ fn cheapest<M: Machine>(projected: &[Projected], bins: &mut Bins, frame: &Column
         let (inside, held) = (&bins.bounds[axis], &bins.members[axis]);
         // The cost of what is right of each boundary, and its area.
         let mut right = [(0.0_f32, 0.0_f32); BINS];
-        let (mut bounds, mut members) = (NOTHING, 0.0);
+        let (mut bounds, mut members) = (NOTHING, 0);
         for bin in (1..count).rev() {
             M::join(&mut bounds, &inside[bin]);
-            members += held[bin] as f32;
+            members += held[bin];
             // The last bin holds the highest centroid, so this is not empty.
             let area = area(&bounds);
-            right[bin] = (members * area, area);
+            right[bin] = (weight(members, whole) * area, area);
         }
-        let (mut bounds, mut members) = (NOTHING, 0.0);
+        let (mut bounds, mut members) = (NOTHING, 0);
         for bin in 1..count {
             M::join(&mut bounds, &inside[bin - 1]);
-            members += held[bin - 1] as f32;
+            members += held[bin - 1];
             let (area, right) = (area(&bounds), right[bin]);
-            let cost = members * area + right.0;
+            let cost = weight(members, whole) * area + right.0;
             if best.as_ref().is_none_or(|best| cost < best.cost) {
                 let axis_columns = [frame[0][axis], frame[1][axis], frame[2][axis]];
                 let at = low[axis] + bin as f32 / scale[axis];
@@ -428,6 +443,12 @@ mod tests {
         let frames = Frames::of(&items, true);
         assert!(frames.count < 3 && !frames.each().contains(&Matrix3::identity()), "{:?}", frames.each());
         assert_eq!(Frames::of(&items, false).each(), [Matrix3::identity()]);
+    }
+
+    #[test]
+    fn full_nodes_count_for_what_they_hold_and_others_for_more() {
+        assert_eq!([1, 8, 9, 16, 1000].map(|members| weight(members, 0.0)), [1.0, 8.0, 9.0, 16.0, 1000.0]);
+        assert_eq!([1, 8, 9, 16].map(|members| weight(members, 0.5)), [4.5, 8.0, 12.5, 16.0]);
     }
 
     #[test]
