@@ -2,10 +2,10 @@
 //!
 //! `cargo bench --bench builds`; `-- --quick` for a first look.
 
-use bvbench::conformance::meshes;
 use bvbench::registry::Registry;
 use bvbench::tree::{Policy, SplitRule};
 use criterion::{Criterion, criterion_group, criterion_main};
+use obbtree::cases::meshes;
 
 fn builds(criterion: &mut Criterion) {
     let mesh = meshes::torus(60.0, 20.0, 100, 25);

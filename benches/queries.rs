@@ -3,11 +3,11 @@
 //!
 //! `cargo bench --bench queries`; `-- --quick` for a first look.
 
-use bvbench::conformance::meshes;
 use bvbench::geometry::{Isometry, Mesh, Vector};
 use bvbench::method::Kind;
 use bvbench::registry::{Registry, Variant};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use obbtree::cases::meshes;
 
 /// Poses per measurement.
 const POSES: u32 = 64;

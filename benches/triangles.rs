@@ -2,9 +2,9 @@
 //!
 //! `cargo bench --bench triangles`; `-- --quick` for a first look.
 
-use bvbench::conformance::meshes;
 use bvbench::geometry::{Triangle, Vector, exact, exact_integer, grid, intersect};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use obbtree::cases::meshes;
 use std::hint::black_box;
 
 /// Pairs per case.

@@ -3,7 +3,6 @@
 //!
 //! `cargo bench --bench volumes`; `-- --quick` for a first look.
 
-use bvbench::conformance::meshes;
 use bvbench::geometry::{Isometry, Triangle, Vector};
 use bvbench::volume::BoundingVolume;
 use bvbench::volume::aabb::Aabb;
@@ -22,6 +21,7 @@ use bvbench::volume::rss::Rss;
 use bvbench::volume::single::Single;
 use bvbench::volume::sphere_ritter::SphereRitter;
 use criterion::{Criterion, criterion_group, criterion_main};
+use obbtree::cases::meshes;
 use std::hint::black_box;
 
 /// Poses per distance: enough orientations that no branch is learnt by heart.

@@ -3,7 +3,6 @@
 pub mod geometry;
 pub mod volume;
 pub mod tree;
-pub mod wide;
 pub mod space;
 pub mod truth;
 pub mod gcode;

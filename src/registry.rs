@@ -4,7 +4,7 @@ use crate::geometry::Mesh;
 use crate::method::brute::AllPairs;
 use crate::method::octree_obb::{self, OctreeObb};
 use crate::method::parry::ParryMesh;
-use crate::method::{Kind, Model, brute, parry, space};
+use crate::method::{Kind, Model, brute, parry, space, wide};
 use crate::space::grid::Grid;
 use crate::space::octree::Octree;
 use crate::tree::{Policy, SplitRule, Tree};
@@ -40,10 +40,10 @@ use crate::volume::sphere_ritter::SphereRitter;
 use crate::volume::sphere_ritter_f32::SphereRitterF32;
 use crate::volume::sphere_welzl::SphereWelzl;
 use crate::volume::{BoundingVolume, Info};
-use crate::wide::aligned::Aligned;
-use crate::wide::ball::Ball;
-use crate::wide::oriented::Oriented;
-use crate::wide::{WideTree, WideVolume};
+use obbtree::aligned::Aligned;
+use obbtree::ball::Ball;
+use obbtree::oriented::Oriented;
+use obbtree::{WideTree, WideVolume};
 
 /// Id of the duplicate of another variant in `timings.csv`, which shows the noise of the comparison itself.
 pub const NULL_VARIANT: &str = "null";
@@ -89,8 +89,8 @@ impl Variant {
 
     /// A wide tree of volumes of type `V`; it has no other policy than its own.
     #[must_use]
-    pub fn wide<V: WideVolume>() -> Self {
-        Self::without_tree(V::INFO, Kind::Engine, |mesh, _| Box::new(WideTree::<V>::build(mesh)))
+    pub fn wide<V: WideVolume>(info: Info) -> Self {
+        Self::without_tree(info, Kind::Engine, |mesh, _| Box::new(WideTree::<V>::build(mesh)))
     }
 
     const fn tree(info: Info, split: SplitRule, prepare: Prepare) -> Self {
@@ -186,9 +186,9 @@ impl Registry {
             Variant::of::<Single<ObbVertexF32>>(VertexMean).on_request(),
             Variant::of::<Single<ObbAreaF32>>(AreaMean).on_request(),
             Variant::oriented::<ObbLeast>(Sah16).on_request(),
-            Variant::wide::<Oriented>().fastest(),
-            Variant::wide::<Aligned>().on_request(),
-            Variant::wide::<Ball>().on_request(),
+            Variant::wide::<Oriented>(wide::ORIENTED).fastest(),
+            Variant::wide::<Aligned>(wide::ALIGNED).on_request(),
+            Variant::wide::<Ball>(wide::BALL).on_request(),
             Variant::without_tree(octree_obb::INFO, Kind::Sampling, |mesh, _| Box::new(OctreeObb::new(mesh, true)))
                 .on_request()
                 .for_tools(),

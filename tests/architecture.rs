@@ -213,6 +213,29 @@ fn volumes_and_trees_know_only_geometry() {
     assert!(found.is_empty(), "no scenes, clocks or CSV here:\n{found}");
 }
 
+/// The packages in a section of a crate's manifest.
+fn dependencies(manifest: &str) -> Vec<String> {
+    let section = manifest.split("[dependencies]").nth(1).unwrap_or_default().split("\n[").next().unwrap_or_default();
+    let name = |line: &str| line.split(['.', '=', ' ']).next().unwrap_or_default().to_owned();
+    section.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#')).map(name).collect()
+}
+
+#[test]
+fn the_engine_depends_on_arithmetic_alone() {
+    let manifest = fs::read_to_string(root().join("../crates/obbtree/Cargo.toml")).unwrap();
+    let known = ["foldhash", "nalgebra", "rayon", "robust"];
+    let for_cases = ["blake3", "rand", "rand_pcg"];
+    let found = dependencies(&manifest);
+    assert!(known.iter().all(|name| found.iter().any(|found| found == name)), "{found:?}");
+    assert!(found.iter().all(|name| known.contains(&&**name) || for_cases.contains(&&**name)), "{found:?}");
+    for name in for_cases {
+        assert!(
+            manifest.contains(&format!("{name} = {{ workspace = true, optional = true }}")),
+            "{name} is not optional"
+        );
+    }
+}
+
 #[test]
 fn only_the_measurement_reads_a_clock() {
     let found = files_with(&["Instant", "SystemTime", "std::time::{"], &["measure"]);

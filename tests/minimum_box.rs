@@ -3,7 +3,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
-use bvbench::conformance::meshes;
 use bvbench::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use bvbench::scene::Scene;
 use bvbench::volume::BoundingVolume;
@@ -15,6 +14,7 @@ use bvbench::volume::obb_hull_area::ObbHullArea;
 use bvbench::volume::obb_min::ObbMin;
 use bvbench::volume::obb_vertex::ObbVertex;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
+use obbtree::cases::meshes;
 
 /// A body by its corners, and the volume of its smallest box, mm³.
 struct Body {

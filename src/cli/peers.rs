@@ -14,10 +14,10 @@ use crate::record::{PeerRatioRow, PeerRow, RecordError, Stratum, read_rows_if_th
 use crate::registry::{Registry, Variant};
 use crate::tree::Policy;
 use crate::truth::TruthCache;
-use crate::wide::{Coherence, Simd};
 use anyhow::{Context, Result, ensure};
 use clap::{Args, Subcommand};
 use comfy_table::{CellAlignment, Table, presets};
+use obbtree::{Coherence, Simd};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]

@@ -4,8 +4,6 @@
 //! that the variant's kind and promise call for. The tests beside it run all registered variants, and show that
 //! shrunken and subtly wrong volumes do not pass.
 
-pub mod cases;
-pub mod meshes;
 #[cfg(test)]
 mod tests;
 
@@ -16,8 +14,7 @@ use crate::registry::Variant;
 use crate::tree::distance::Proximity;
 use crate::tree::validate::TreeFault;
 use crate::tree::{Axes, Policy, SplitRule};
-use crate::workload::draw::Draw;
-use cases::{Case, Cases, contacts};
+use obbtree::cases::{Case, Cases, Draw, contacts, meshes};
 use std::sync::LazyLock;
 
 /// The suite's meshes and poses, made once.

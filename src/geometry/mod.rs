@@ -1,34 +1,28 @@
-//! Triangles, meshes, the coordinate grid, and the triangle tests everything else rests on.
+//! Parametric shapes, mesh files and hulls, beside the meshes and exact tests of [`obbtree::geometry`].
 //!
-//! Reading order: [`triangle`], [`mesh`], [`grid`], [`weld`], [`surface`], [`covariance`], the triangle tests ([`intersect`] is
-//! fast, [`exact`] decides, [`certified`] decides fast, [`exact_integer`] checks the decider, [`cross_check`]
-//! compares them), [`triangle_distance`], [`hull`], [`rectangle`], [`shapes`] and [`import`].
+//! Reading order: [`hull`], [`rectangle`], [`shapes`] and [`import`].
 
-pub mod certified;
-pub mod covariance;
-pub mod cross_check;
-pub mod eigen;
-pub mod grid;
-pub mod exact;
-pub mod exact_integer;
 pub mod hull;
 pub mod import;
-pub mod intersect;
-pub mod mesh;
-pub mod plane;
 pub mod rectangle;
 pub mod shapes;
-pub mod surface;
-pub mod triangle;
-pub mod triangle_distance;
-pub mod weld;
 
-pub use mesh::{Mesh, MeshError};
-pub use triangle::Triangle;
+pub use obbtree::geometry::{
+    Isometry, Mesh, MeshError, Point, Triangle, Vector, certified, covariance, cross_check, eigen, exact,
+    exact_integer, grid, intersect, mesh, plane, surface, triangle, triangle_distance, weld,
+};
 
-/// A point, mm, in the frame its name says.
-pub type Point = nalgebra::Point3<f64>;
-/// A direction or displacement, mm where it is a length.
-pub type Vector = nalgebra::Vector3<f64>;
-/// A rigid motion; `a_from_b` takes coordinates in frame `b` to coordinates in frame `a`. Translation in mm.
-pub type Isometry = nalgebra::Isometry3<f64>;
+/// A hash of the snapped vertices and the faces, as hexadecimal text: equal for equal meshes on every machine.
+#[must_use]
+pub fn content_hash(mesh: &Mesh) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for p in mesh.vertices() {
+        for x in [p.x, p.y, p.z] {
+            hasher.update(&(x + 0.0).to_le_bytes());
+        }
+    }
+    for v in mesh.faces().iter().flatten() {
+        hasher.update(&v.to_le_bytes());
+    }
+    hasher.finalize().to_hex().to_string()
+}

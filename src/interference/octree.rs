@@ -281,8 +281,8 @@ impl SurfaceOctree {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::truth::Solid;
+    use obbtree::cases::meshes;
     use std::sync::Arc;
 
     fn torus() -> (SurfaceOctree, Vec<Point>) {

@@ -208,9 +208,9 @@ impl Heights {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::geometry::shapes::outline::OutlinePoint;
     use crate::geometry::shapes::{Revolve, Shape, Tessellation};
+    use obbtree::cases::meshes;
     use proptest::prelude::*;
 
     fn stepped() -> Mesh {

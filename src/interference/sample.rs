@@ -103,8 +103,8 @@ fn farthest_from_corners(triangle: &Triangle) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::geometry::Triangle;
+    use obbtree::cases::meshes;
     use proptest::prelude::*;
 
     #[test]

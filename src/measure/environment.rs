@@ -1,7 +1,7 @@
 //! What the program is, what machine it runs on, and whether something else is running there.
 
 use crate::record::manifest::{MachineFacts, Program};
-use crate::wide::Simd;
+use obbtree::Simd;
 use std::fs;
 
 /// What this program was built from and how it was called.

@@ -124,8 +124,8 @@ pub fn query(a: &Tree<Obb<Fitted>>, b: &Tree<Obb<Fitted>>, a_from_b: &Isometry, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::registry::Registry;
+    use obbtree::cases::meshes;
 
     #[test]
     fn every_volume_test_of_a_query_is_noted_once_whatever_the_boxes() {

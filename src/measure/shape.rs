@@ -7,7 +7,7 @@ use crate::record::{MESH_OUTLINE, OutlineRow, TightnessRow, TreeRow};
 use crate::scene::Scene;
 use crate::tree::tightness::LevelReport;
 use crate::volume::Segment;
-use crate::workload::draw::Draw;
+use obbtree::cases::Draw;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn a_ball_has_no_features_and_a_round_silhouette_along_every_axis() {
-        let ball = crate::conformance::meshes::sphere(10.0, 24, 12);
+        let ball = obbtree::cases::meshes::sphere(10.0, 24, 12);
         let (features, silhouettes) = drawn_edges(&ball);
         assert_eq!(features.len(), 0);
         for (axis, silhouette) in silhouettes.iter().enumerate() {

@@ -9,6 +9,7 @@ pub mod parry;
 pub mod space;
 pub mod volume_tree;
 pub mod wide;
+mod wide_shape;
 
 use crate::geometry::Isometry;
 use crate::tree::Tree;
@@ -17,7 +18,7 @@ use crate::tree::levels::Drawn;
 use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
 use crate::volume::obb::{Fitted, Obb};
-use crate::wide::{Coherence, Memory};
+use obbtree::{Coherence, Memory};
 use std::any::Any;
 
 /// What kind of thing a variant is.

@@ -137,11 +137,11 @@ impl Model for OctreeObb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::geometry::Vector;
     use crate::geometry::shapes::outline::OutlinePoint;
     use crate::geometry::shapes::{Revolve, Shape, Tessellation};
     use crate::truth::PairOracle;
+    use obbtree::cases::meshes;
     use std::sync::Arc;
 
     fn tool() -> Mesh {

@@ -1,5 +1,6 @@
-//! Volumes eight at a time: the tree of [`crate::wide`].
+//! Volumes eight at a time: the tree of [`obbtree`].
 
+use super::wide_shape::{drawn, report};
 use super::{Model, same};
 use crate::geometry::Isometry;
 use crate::tree::distance::Proximity;
@@ -7,8 +8,31 @@ use crate::tree::levels::Drawn;
 use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
-use crate::wide::traverse::{self, Scratch};
-use crate::wide::{Coherence, Memory, Simd, WideTree, WideVolume, distance};
+use crate::volume::Info;
+use obbtree::traverse::{self, Scratch};
+use obbtree::{Coherence, Memory, Simd, WideTree, WideVolume, distance};
+
+/// Trees of oriented boxes.
+pub const ORIENTED: Info = Info {
+    id: "obb-wide",
+    label: "OBB, 8-wide nodes",
+    reference: "Gottschalk, Lin and Manocha 1996, on vectors of eight boxes; least-surface frames",
+    safe: true,
+};
+/// Trees of boxes along the axes.
+pub const ALIGNED: Info = Info {
+    id: "aabb-wide",
+    label: "AABB, 8-wide nodes",
+    reference: "G. van den Bergen 1997, on vectors of eight boxes",
+    safe: true,
+};
+/// Trees of balls.
+pub const BALL: Info = Info {
+    id: "sphere-wide",
+    label: "sphere, 8-wide nodes",
+    reference: "P. M. Hubbard 1996, on vectors of eight spheres",
+    safe: true,
+};
 
 impl<V: WideVolume> Model for WideTree<V> {
     fn first(&self, other: &dyn Model, a_from_b: &[Isometry], verdicts: &mut Vec<bool>) {
@@ -49,11 +73,11 @@ impl<V: WideVolume> Model for WideTree<V> {
     }
 
     fn tree_report(&self) -> Option<TreeReport> {
-        Some(self.report())
+        Some(report(self))
     }
 
     fn drawn(&self, levels: u32) -> Vec<Drawn> {
-        self.drawn(levels)
+        drawn(self, levels)
     }
 
     fn check_structure(&self) -> Result<(), TreeFault> {

@@ -245,8 +245,8 @@ pub(super) fn nearest<'a>(mine: impl Iterator<Item = &'a Triangle>, theirs: &[Tr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::tree::traverse::Counts;
+    use obbtree::cases::meshes;
 
     fn first(a: &Grid, b: &Grid, pose: &Isometry) -> (bool, Counts) {
         let mut counts = Counts::default();

@@ -239,8 +239,8 @@ impl Octree {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::tree::traverse::Counts;
+    use obbtree::cases::meshes;
 
     #[test]
     fn a_cube_is_divided_until_its_corners_are_apart() {

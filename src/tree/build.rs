@@ -188,10 +188,10 @@ impl<V: BoundingVolume> Builder<V> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::tree::SplitRule;
     use crate::volume::aabb::Aabb;
     use crate::volume::sphere_ritter::SphereRitter;
+    use obbtree::cases::meshes;
 
     #[test]
     fn single_triangle_leaves_make_one_node_less_than_twice_the_triangles() {

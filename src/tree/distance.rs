@@ -10,58 +10,7 @@ use super::traverse::open;
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Triangle, intersect, triangle_distance};
 use crate::volume::BoundingVolume;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
-/// What queries reuse: memory, and the pair of triangles that was nearest last, which on a path is often nearest again.
-#[derive(Clone, Debug, Default)]
-pub struct Proximity {
-    pub(crate) queue: Queue,
-    /// Places of the nearest triangles in the order of the two trees.
-    pub(crate) nearest: Option<(u32, u32)>,
-}
-
-/// Pairs that wait to be opened, the nearest first; of those as near the one that came last, which is the smallest.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Queue {
-    /// The bits of a bound, which are in the order of the bounds since none is negative, above the pair's number, counted down from the largest:
-    /// one number, so that a comparison is one instruction.
-    heap: BinaryHeap<Reverse<u64>>,
-    /// All pairs that came, by number.
-    pairs: Vec<(u32, u32)>,
-}
-
-impl Queue {
-    pub fn clear(&mut self) {
-        self.heap.clear();
-        self.pairs.clear();
-    }
-
-    /// A pair that is at least `bound_mm` apart.
-    #[inline]
-    pub fn push(&mut self, bound_mm: f32, pair: (u32, u32)) {
-        let number = self.pairs.len() as u32;
-        // The negative zero and what is not a number have bits above all others.
-        let bound = if bound_mm > 0.0 { bound_mm.to_bits() } else { 0 };
-        self.heap.push(Reverse(u64::from(bound) << 32 | u64::from(!number)));
-        self.pairs.push(pair);
-    }
-
-    /// The nearest pair, if it may be nearer than `least_mm`.
-    #[inline]
-    pub fn pop_below(&mut self, least_mm: f64) -> Option<(u32, u32)> {
-        if self.bound_mm() >= least_mm {
-            return None;
-        }
-        self.heap.pop().map(|Reverse(key)| self.pairs[!(key as u32) as usize])
-    }
-
-    /// No pair that waits is nearer than this, mm; infinity where none does.
-    #[inline]
-    pub fn bound_mm(&self) -> f64 {
-        self.heap.peek().map_or(f64::INFINITY, |Reverse(key)| f32::from_bits((key >> 32) as u32).into())
-    }
-}
+pub use obbtree::proximity::Proximity;
 
 /// The greatest `f32` that is not above `x`.
 fn rounded_down(x: f64) -> f32 {
@@ -126,11 +75,11 @@ pub fn distance_mm<V: BoundingVolume>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::tree::{Policy, SplitRule};
     use crate::volume::obb::Obb;
     use crate::volume::obb_area::ObbArea;
     use crate::volume::sphere_ritter::SphereRitter;
+    use obbtree::cases::meshes;
     use parry3d_f64::math::Pose;
     use parry3d_f64::query;
     use parry3d_f64::shape::TriMesh;
@@ -160,20 +109,6 @@ mod tests {
             touching += u32::from(found == 0.0);
         }
         assert!((5..55).contains(&touching), "{touching}");
-    }
-
-    #[test]
-    fn the_nearest_pair_comes_first_and_of_equals_the_last() {
-        let mut queue = Queue::default();
-        for (bound, pair) in [(2.5, 0), (0.0, 1), (7.0, 2), (-0.0, 3), (2.5, 4)] {
-            queue.push(bound, (pair, 9));
-        }
-        assert_eq!(queue.bound_mm(), 0.0);
-        let order: Vec<u32> = std::iter::from_fn(|| queue.pop_below(7.0)).map(|pair| pair.0).collect();
-        assert_eq!(order, [3, 1, 4, 0], "what is no nearer than what is known stays");
-        assert_eq!(queue.bound_mm(), 7.0);
-        queue.clear();
-        assert_eq!((queue.bound_mm(), queue.pop_below(f64::INFINITY)), (f64::INFINITY, None));
     }
 
     #[test]

@@ -44,11 +44,11 @@ impl Drawn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::tree::{Policy, SplitRule};
     use crate::volume::aabb::Aabb;
     use crate::volume::obb::Obb;
     use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
+    use obbtree::cases::meshes;
 
     #[test]
     fn the_upper_levels_of_a_balanced_tree() {

@@ -117,11 +117,11 @@ fn halton(mut index: u32, base: u32) -> f64 {
 mod tests {
     // One by one: a volume has the methods of both traits.
     use super::{Contents, farthest_outside_mm, hausdorff_mm, overlap_mm3};
-    use crate::conformance::meshes;
     use crate::geometry::{Point, Triangle, Vector, triangle, triangle_distance};
     use crate::volume::BoundingVolume;
     use crate::volume::aabb::Aabb;
     use crate::volume::sphere_ritter::SphereRitter;
+    use obbtree::cases::meshes;
     use proptest::prelude::*;
 
     fn cube(low: f64) -> Vec<Triangle> {

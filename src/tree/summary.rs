@@ -76,11 +76,11 @@ impl TreeSummary {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::tree::{Policy, SplitRule};
     use crate::volume::obb::Obb;
     use crate::volume::obb_vertex::ObbVertex;
     use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
+    use obbtree::cases::meshes;
 
     #[test]
     fn the_summary_agrees_with_the_report() {

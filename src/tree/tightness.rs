@@ -240,12 +240,12 @@ pub(crate) fn drift(centre: &Point, triangles: &[Triangle]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::tree::{Policy, SplitRule};
     use crate::volume::aabb::Aabb;
     use crate::volume::obb::Obb;
     use crate::volume::obb_vertex::ObbVertex;
     use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
+    use obbtree::cases::meshes;
 
     fn near(left: f64, right: f64) -> bool {
         (left - right).abs() < 1e-5

@@ -4,6 +4,7 @@ use super::{Node, Tree};
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Triangle, intersect};
 use crate::volume::BoundingVolume;
+pub use obbtree::traverse::Counts;
 use std::ops::ControlFlow;
 
 /// What a traversal reports of its work. [`NoProbe`] compiles to nothing, so timed queries pay nothing for it.
@@ -23,15 +24,6 @@ impl Probe for NoProbe {
     fn volume_test(&mut self) {}
     #[inline(always)]
     fn triangle_test(&mut self) {}
-}
-
-/// Operation counts of one query: the same on every machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Overlap tests between two volumes.
-    pub volume_tests: u64,
-    /// Contact tests between two triangles.
-    pub triangle_tests: u64,
 }
 
 impl Probe for Counts {
@@ -159,9 +151,9 @@ pub fn all<V: BoundingVolume>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::{cases, meshes};
     use crate::tree::{Policy, SplitRule};
     use crate::volume::aabb::Aabb;
+    use obbtree::cases::{self, meshes};
 
     fn tree(triangles: &[Triangle]) -> Tree<Aabb> {
         Tree::build(triangles, Policy::own(SplitRule::Median))

@@ -1,42 +1,10 @@
 //! Whether a tree is well formed.
 
+pub use obbtree::validate::TreeFault;
+
 use super::Tree;
 use crate::geometry::triangle;
 use crate::volume::{BoundingVolume, stated};
-
-/// The first thing found wrong with a tree.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum TreeFault {
-    /// Children do not divide their parent's triangles.
-    #[error("node {node}: its children do not divide its triangles")]
-    Division {
-        /// The parent.
-        node: usize,
-    },
-    /// A face is missing or occurs twice.
-    #[error("the tree does not hold every face exactly once")]
-    Faces,
-    /// A corner is outside its node's volume.
-    #[error("node {node}: corner ({x}, {y}, {z}) mm lies outside its volume")]
-    Outside {
-        /// The node.
-        node: usize,
-        /// First coordinate of the corner, mm.
-        x: f64,
-        /// Second coordinate, mm.
-        y: f64,
-        /// Third coordinate, mm.
-        z: f64,
-    },
-    /// A volume says something of itself that cannot be true.
-    #[error("node {node}: {what}")]
-    Misstated {
-        /// The node.
-        node: usize,
-        /// What it says, and what is wrong with it.
-        what: &'static str,
-    },
-}
 
 impl<V> Tree<V> {
     /// Checks that the nodes form a tree over all faces.
@@ -93,9 +61,9 @@ impl<V: BoundingVolume> Tree<V> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::tree::{Policy, SplitRule};
     use crate::volume::aabb::Aabb;
+    use obbtree::cases::meshes;
 
     fn tree() -> Tree<Aabb> {
         Tree::build(&meshes::cuboid(2.0, 3.0, 5.0).triangles(), Policy::own(SplitRule::Median))

@@ -56,13 +56,13 @@ pub fn reached<V: BoundingVolume>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::{cases, meshes};
     use crate::tree::traverse::{self, NoProbe, Scratch};
     use crate::tree::{Policy, SplitRule};
     use crate::volume::aabb::Aabb;
     use crate::volume::obb::Obb;
     use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
     use nalgebra::Vector3;
+    use obbtree::cases::{self, meshes};
 
     /// Over all contacts of many poses: one that is reached means a query that answers yes; and a query that answers yes
     /// has a contact that is reached. Returns how many contacts were not reached.

@@ -164,8 +164,8 @@ fn as_they_are(graphs: &[Graph], lattice: &Lattice) -> Shapes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::registry::Registry;
+    use obbtree::cases::meshes;
 
     /// The tree over a stepped tool: whether its nodes are images of the root, and the levels.
     fn tree_of(id: &str) -> (bool, Vec<Level>) {

@@ -179,8 +179,8 @@ impl BoundingVolume for Dop8Vertex {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
-    use crate::workload::draw::Draw;
+    use obbtree::cases::Draw;
+    use obbtree::cases::meshes;
 
     #[test]
     fn an_octahedron_has_six_corners() {

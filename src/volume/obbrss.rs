@@ -76,7 +76,7 @@ impl BoundingVolume for ObbRss {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
+    use obbtree::cases::meshes;
 
     #[test]
     fn the_gap_of_two_balls_is_better_than_that_of_their_boxes() {

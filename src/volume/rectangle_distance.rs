@@ -81,7 +81,7 @@ fn edges_squared(t: &Vector, r: &Matrix3<f64>, (a, i): ([f64; 2], usize), (b, j)
 mod tests {
     use super::*;
     use crate::geometry::{Isometry, Triangle, exact, triangle_distance};
-    use crate::workload::draw::Draw;
+    use obbtree::cases::Draw;
 
     fn distance(t: [f64; 3], turn: [f64; 3], a: [f64; 2], b: [f64; 2]) -> f64 {
         let r = nalgebra::Rotation3::from_scaled_axis(Vector::from(turn)).into_inner();

@@ -189,7 +189,7 @@ fn grown_at_corners(points: &[Vector], [mut x, mut y]: [[f64; 2]; 2], middle: f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
+    use obbtree::cases::meshes;
 
     #[test]
     fn a_ball_gets_a_ball() {

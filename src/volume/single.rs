@@ -236,7 +236,7 @@ mod tests {
     use super::super::obb_area::ObbArea;
     use super::super::sphere_ritter::SphereRitter;
     use super::*;
-    use crate::conformance::meshes;
+    use obbtree::cases::meshes;
 
     #[test]
     fn up_is_never_below() {

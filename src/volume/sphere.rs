@@ -108,7 +108,7 @@ mod tests {
     use super::super::sphere_ritter::SphereRitter;
     use super::super::sphere_welzl::SphereWelzl;
     use super::*;
-    use crate::conformance::meshes;
+    use obbtree::cases::meshes;
 
     #[test]
     fn spheres_overlap_up_to_the_sum_of_their_radii() {

@@ -105,11 +105,11 @@ fn circumscribed(points: Vec<Vector>) -> Option<Ball> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::volume::sphere::farthest_mm;
     use miniball::Ball as Oracle;
     use miniball::Enclosing;
     use miniball::nalgebra as oracle_algebra;
+    use obbtree::cases::meshes;
     use proptest::prelude::*;
     use std::collections::VecDeque;
 

@@ -2,12 +2,12 @@
 //!
 //! When more poses are wanted than the scene's approaches have, the lines are varied: shifted sideways and tilted, at random.
 
-use super::draw::Draw;
 use super::ray::{Contact, Ray};
 use super::{Budget, PosedPair, WorkloadError};
 use crate::geometry::{Isometry, Vector};
 use crate::scene::{Approach, Scene};
 use nalgebra::{Translation3, Unit};
+use obbtree::cases::Draw;
 use rayon::prelude::*;
 
 /// Farthest sideways shift of a varied line, in radii of the smaller part.

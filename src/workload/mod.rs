@@ -3,7 +3,6 @@
 //! Reading order: this file, `program` and `recorded` (poses along a path), `ray` (first contact on a line), `approach`
 //! and `random` (poses at known depths), [`draw`] (random numbers).
 
-pub mod draw;
 pub mod ray;
 mod program;
 mod recorded;
@@ -14,7 +13,7 @@ use crate::geometry::Isometry;
 use crate::machine::OutOfLimits;
 use crate::scene::{Approach, Pair, Scene, TipFault};
 use crate::truth::PairOracle;
-use draw::Draw;
+use obbtree::cases::Draw;
 use ray::{Contact, Target};
 use std::path::PathBuf;
 use thiserror::Error;

@@ -1,11 +1,11 @@
 //! Random poses: `b` in a random orientation comes along a random line, and stops in every depth band and at every
 //! distance.
 
-use super::draw::Draw;
 use super::ray::{Contact, Ray};
 use super::{Budget, PosedPair};
 use crate::geometry::Isometry;
 use nalgebra::Translation3;
+use obbtree::cases::Draw;
 use rayon::prelude::*;
 
 /// Where a ray's poses lie: travel past first contact, mm, log-uniform in each interval. One in every depth band of the

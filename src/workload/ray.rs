@@ -1,9 +1,9 @@
 //! Lines along which part `b` comes to part `a` and first contact on them.
 
-use super::draw::Draw;
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector, triangle};
 use crate::truth::PairOracle;
 use nalgebra::{Translation3, Unit, UnitQuaternion};
+use obbtree::cases::Draw;
 
 /// A part as the rays see it: its size, and its surface to pick points from.
 pub struct Target {

@@ -2,9 +2,9 @@
 
 use super::super::{Body, Division, Samples, SecondLevel, Tool};
 use super::*;
-use crate::conformance::meshes;
 use crate::geometry::Mesh;
 use crate::truth::PairOracle;
+use obbtree::cases::meshes;
 use std::sync::Arc;
 
 fn tool() -> Tool {

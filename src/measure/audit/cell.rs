@@ -199,10 +199,10 @@ const INFO: Info = Info {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::volume::BoundingVolume;
     use crate::volume::obb_area::ObbArea;
     use crate::volume::obb_vertex_symmetric::ObbVertexSymmetric;
+    use obbtree::cases::meshes;
     use std::collections::BTreeSet;
 
     #[test]

@@ -72,8 +72,8 @@ impl<F: FrameRule + 'static> FrameRule for Remembered<F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::volume::obb::frame::AreaCovariance;
+    use obbtree::cases::meshes;
     use std::sync::atomic::{AtomicU32, Ordering};
 
     static SOUGHT: AtomicU32 = AtomicU32::new(0);

@@ -11,7 +11,7 @@ use crate::geometry::Isometry;
 use crate::measure::timer;
 use crate::record::{AuditBuildRow, AuditTimingRow};
 use crate::tree::traverse::{self, NoProbe, Scratch};
-use crate::workload::draw::Draw;
+use obbtree::cases::Draw;
 use std::collections::BTreeMap;
 
 /// The reference cell's trees, and the poses of each chunk.

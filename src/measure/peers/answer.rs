@@ -8,7 +8,7 @@ use crate::method::Model;
 use crate::registry::Variant;
 use crate::tree::Policy;
 use crate::tree::distance::Proximity;
-use crate::wide::{Coherence, Memory};
+use obbtree::{Coherence, Memory};
 use std::io::{BufRead, Write};
 use std::ops::Range;
 use std::path::Path;
@@ -209,9 +209,9 @@ impl Asker<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::record::Stratum;
     use crate::registry::Registry;
+    use obbtree::cases::meshes;
     use std::sync::Arc;
 
     /// A torus and a cuboid far away and in the ring's tube: each mode's answers, and what is written.

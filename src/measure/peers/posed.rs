@@ -228,7 +228,7 @@ fn from_matrix(numbers: &[f64; 12]) -> Isometry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
+    use obbtree::cases::meshes;
 
     #[test]
     fn a_matrix_is_written_row_by_row() {

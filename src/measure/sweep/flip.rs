@@ -1,7 +1,7 @@
 //! Flipping diagonals: another triangulation of the very same surface.
 
 use crate::geometry::{Mesh, Point};
-use crate::workload::draw::Draw;
+use obbtree::cases::Draw;
 use std::collections::BTreeMap;
 
 /// Two faces whose unit normals' dot product falls short of 1 by no more than this lie in one plane: corners are on a grid of
@@ -51,8 +51,8 @@ fn is_plane_and_convex(mesh: &Mesh, quadrilateral: [u32; 4]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::geometry::Triangle;
+    use obbtree::cases::meshes;
 
     fn area(mesh: &Mesh) -> f64 {
         mesh.triangles().iter().map(Triangle::area).sum()

@@ -11,8 +11,8 @@ use super::{Amount, GROUPS};
 use crate::record::manifest::VariantEntry;
 use crate::record::{Kind, Stratum, SweepRow};
 use crate::volume::separating_axes::separated;
-use crate::workload::draw::Draw;
 use nalgebra::{Matrix3, RealField, Vector3};
+use obbtree::cases::Draw;
 use rayon::prelude::*;
 
 /// Half-lengths of the boxes, mm.

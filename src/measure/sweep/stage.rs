@@ -9,9 +9,9 @@ use super::flip::flip_diagonals;
 use crate::geometry::shapes::{Shape, Tessellation};
 use crate::geometry::{Isometry, Mesh, Point, Vector};
 use crate::truth::PairOracle;
-use crate::workload::draw::Draw;
 use crate::workload::ray::{Contact, Ray, Target};
 use nalgebra::{Translation3, Unit, UnitQuaternion};
+use obbtree::cases::Draw;
 use rayon::prelude::*;
 use std::sync::Arc;
 

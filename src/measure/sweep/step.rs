@@ -3,7 +3,7 @@
 use super::stage::{Line, Stage};
 use super::{GROUPS, Prepared, empty_row};
 use crate::record::{Stratum, SweepRow};
-use crate::workload::draw::Draw;
+use obbtree::cases::Draw;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 

@@ -6,9 +6,9 @@ use super::super::dop_14::{Dop14, FacesAndCorners};
 use super::super::dop_18::{Dop18, FacesAndEdges};
 use super::super::dop_26::{Dop26, FacesEdgesAndCorners};
 use super::*;
-use crate::conformance::meshes;
 use crate::tree::{Policy, SplitRule, Tree};
-use crate::workload::draw::Draw;
+use obbtree::cases::Draw;
+use obbtree::cases::meshes;
 
 #[test]
 fn the_hulls_of_the_normals_have_the_facets_of_their_solids() {

@@ -129,8 +129,8 @@ fn half_area(frame: &Matrix3<f64>, points: &[Point], pad: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::geometry::Isometry;
+    use obbtree::cases::meshes;
 
     #[test]
     fn a_turned_cuboid_gets_its_own_axes() {

@@ -59,12 +59,12 @@ impl<R> Obb<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::geometry::Isometry;
     use crate::volume::BoundingVolume;
     use crate::volume::obb_area::ObbArea;
-    use crate::workload::draw::Draw;
     use nalgebra::{Translation3, Vector3};
+    use obbtree::cases::Draw;
+    use obbtree::cases::meshes;
 
     fn bar(x: f64, y: f64, z: f64) -> Obb<ObbArea> {
         Obb::fit(&meshes::cuboid(x, y, z).triangles())

@@ -108,8 +108,8 @@ fn extreme_vertices(solid: &Solid) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::meshes;
     use crate::geometry::Isometry;
+    use obbtree::cases::meshes;
 
     fn volume(triangles: &[Triangle]) -> f64 {
         let (_, axes) = MinimumVolume::mean_and_axes(triangles);

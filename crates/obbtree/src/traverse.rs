@@ -12,9 +12,17 @@ use super::triangles::{self, Batch};
 use super::visit::{self, Found};
 use super::volume::WideVolume;
 use crate::geometry::Isometry;
-use crate::tree::traverse::Counts;
 use std::hint::select_unpredictable;
 use std::ops::ControlFlow;
+
+/// Operation counts of one query: the same on every machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Overlap tests between two volumes.
+    pub volume_tests: u64,
+    /// Contact tests between two triangles.
+    pub triangle_tests: u64,
+}
 
 /// Memory that queries reuse, so that a timed query does not allocate; and what the last one did.
 #[derive(Clone, Debug, Default)]

@@ -1,7 +1,7 @@
-//! What a wide tree can be made of: a second small trait beside [`BoundingVolume`], for volumes that have lanes.
+//! What a tree can be made of: a small trait for volumes that have lanes.
 //!
-//! To add one, write a file beside `oriented`, `aligned` and `ball` with a type that implements [`WideVolume`], name it in a `mod` line of
-//! [`super`] and in one line of [`crate::registry`]. Building, traversal, distance, coherence, drawing and checks come with the tree.
+//! To add one, write a file beside `oriented`, `aligned` and `ball` with a type that implements [`WideVolume`] and name it in a `mod` line of
+//! the crate's root. Building, traversal, distance, coherence and checks come with the tree.
 //!
 //! What a volume promises. In real numbers it contains the triangles it was fitted to. Where a gap that its relation computes is more than
 //! u(`PER_DISTANCE`·D + `PER_REACH`·(A + B)), the contents are apart, with u = 2⁻²⁴, D = |s| + |c| the distances of both centres from the node's origin, A
@@ -10,10 +10,10 @@
 
 use super::lanes::{FOUR, Lanes};
 use super::node::WIDTH;
+use super::plain::Plain;
 use super::pose::Motion;
 use super::visit::Visits;
 use crate::geometry::{Point, Triangle};
-use crate::volume::{BoundingVolume, Info};
 use nalgebra::Matrix3;
 use std::fmt::Debug;
 
@@ -26,8 +26,6 @@ const PER_REACH: f32 = 54.0;
 
 /// A volume of which eight stand side by side, in `f32`, mm, relative to the origin of the node that holds them.
 pub trait WideVolume: Copy + Debug + Send + Sync + 'static {
-    /// Name, reference and promise of its tree.
-    const INFO: Info;
     /// Whether it may be turned: whether [`WideVolume::fit`] wants other axes than the mesh's.
     const TURNS: bool;
     /// Eight of them: a row for each of their numbers.
@@ -36,8 +34,6 @@ pub trait WideVolume: Copy + Debug + Send + Sync + 'static {
     type Moved<L: Lanes>: Copy;
     /// One of them and eight of the other mesh, in lanes.
     type Relation<L: Lanes>: Relation<L>;
-    /// The same volume in `f64` in its mesh's frame: for drawings and checks.
-    type Plain: BoundingVolume;
 
     /// One that contains all `triangles` (mm, mesh frame), along `axes` (columns of a rotation) if it is turned.
     fn fit(axes: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self;
@@ -64,7 +60,7 @@ pub trait WideVolume: Copy + Debug + Send + Sync + 'static {
     fn relation<L: Lanes>(part: usize, visits: &Visits<Self, L>) -> Self::Relation<L>;
 
     /// The same volume in `f64`; `origin` is that of the node that holds it.
-    fn plain(&self, origin: [f32; 3]) -> Self::Plain;
+    fn plain(&self, origin: [f32; 3]) -> Plain;
 }
 
 /// One volume and some others, lane by lane. A gap is the distance of two volumes along some axis less the reach of both along it, mm: less

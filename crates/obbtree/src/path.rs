@@ -16,12 +16,12 @@ use super::distance::{self, Limits};
 use super::lanes::Simd;
 use super::node::WideTree;
 use super::pose::Pose;
+use super::proximity::Proximity;
 use super::traverse::{self, Scratch};
 use super::triangles;
 use super::volume::WideVolume;
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Point};
-use crate::tree::distance::Proximity;
 use nalgebra::Vector4;
 use std::fmt;
 use std::str::FromStr;
@@ -290,9 +290,9 @@ impl Memory {
 #[cfg(test)]
 mod tests {
     use super::super::oriented::Oriented;
+    use super::traverse::Counts;
     use super::*;
-    use crate::conformance::meshes;
-    use crate::tree::traverse::Counts;
+    use crate::cases::meshes;
     use proptest::prelude::*;
 
     fn trees() -> (WideTree<Oriented>, WideTree<Oriented>) {

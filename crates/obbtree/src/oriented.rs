@@ -10,14 +10,13 @@
 use super::boxes::{BoxRelation, Turned, dot, seen_from};
 use super::lanes::{DOUBLES, DoubleLanes, Lanes, Machine, Row, Simd, Work, three};
 use super::node::WIDTH;
+use super::plain::Plain;
 use super::pose::Motion;
 use super::turn;
 use super::visit::Visits;
 use super::volume::{WideVolume, point, row};
 use crate::geometry::grid::Coordinate;
 use crate::geometry::{Triangle, Vector};
-use crate::volume::Info;
-use crate::volume::obb::{Fitted, Obb};
 use nalgebra::Matrix3;
 
 /// What a half-length is lengthened by, relative to the distances involved: 64·2⁻⁵³, see above.
@@ -33,18 +32,11 @@ pub struct Oriented {
 }
 
 impl WideVolume for Oriented {
-    const INFO: Info = Info {
-        id: "obb-wide",
-        label: "OBB, 8-wide nodes",
-        reference: "Gottschalk, Lin and Manocha 1996, on vectors of eight boxes; least-surface frames",
-        safe: true,
-    };
     const TURNS: bool = true;
     /// Centre, rotation and half-lengths.
     type Eight = [[f32; WIDTH]; 9];
     type Moved<L: Lanes> = Turned<L>;
     type Relation<L: Lanes> = BoxRelation<L>;
-    type Plain = Obb<Fitted>;
 
     /// Tight along the axes as near as `f32` has them.
     fn fit(frame: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self {
@@ -105,8 +97,9 @@ impl WideVolume for Oriented {
         BoxRelation::new(visits.one.half, b, r, along_a, along_b)
     }
 
-    fn plain(&self, origin: [f32; 3]) -> Obb<Fitted> {
-        Obb::new(turn::decode(self.turn), point(origin, self.centre), self.half.map(f64::from).into())
+    fn plain(&self, origin: [f32; 3]) -> Plain {
+        let (axes, half) = (turn::decode(self.turn), self.half.map(f64::from).into());
+        Plain::Box { axes, centre: point(origin, self.centre), half }
     }
 }
 

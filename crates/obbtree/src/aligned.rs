@@ -8,12 +8,11 @@ use super::boxes::{BoxRelation, dot};
 use super::lanes::{Lanes, Row, three};
 use super::node::WIDTH;
 use super::oriented::tight;
+use super::plain::Plain;
 use super::pose::Motion;
 use super::visit::Visits;
 use super::volume::{WideVolume, point, row};
 use crate::geometry::Triangle;
-use crate::volume::Info;
-use crate::volume::aabb::Aabb;
 use nalgebra::Matrix3;
 
 /// A box relative to an origin, mm.
@@ -31,18 +30,11 @@ pub struct Tilted<L> {
 }
 
 impl WideVolume for Aligned {
-    const INFO: Info = Info {
-        id: "aabb-wide",
-        label: "AABB, 8-wide nodes",
-        reference: "G. van den Bergen 1997, on vectors of eight boxes",
-        safe: true,
-    };
     const TURNS: bool = false;
     /// Centre and half-lengths.
     type Eight = [[f32; WIDTH]; 6];
     type Moved<L: Lanes> = Tilted<L>;
     type Relation<L: Lanes> = BoxRelation<L>;
-    type Plain = Aabb;
 
     fn fit(_: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self {
         let (centre, half) = tight(&Matrix3::identity(), origin, triangles);
@@ -94,7 +86,8 @@ impl WideVolume for Aligned {
         BoxRelation::new(half, b, axes, three!(i => dot(&axes[i], &d)), d)
     }
 
-    fn plain(&self, origin: [f32; 3]) -> Aabb {
-        Aabb::new(point(origin, self.centre), self.half.map(f64::from).into())
+    fn plain(&self, origin: [f32; 3]) -> Plain {
+        let half = self.half.map(f64::from).into();
+        Plain::Box { axes: Matrix3::identity(), centre: point(origin, self.centre), half }
     }
 }

@@ -1,7 +1,7 @@
 //! The meshes that the suite tries volumes on: small, and together of every kind that has ever broken one.
 
+use super::draw::Draw;
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector};
-use crate::workload::draw::Draw;
 use std::f64::consts::TAU;
 
 /// A mesh and what it is called in a fault.

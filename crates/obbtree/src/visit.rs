@@ -157,7 +157,6 @@ mod tests {
     use super::super::pose::Pose;
     use super::*;
     use crate::geometry::{Isometry, Point, Triangle, Vector};
-    use crate::volume::BoundingVolume;
     use nalgebra::{Matrix3, Rotation3};
     use proptest::prelude::*;
 
@@ -314,12 +313,13 @@ mod tests {
 
             let child: Oriented = around(turns.0, halves[0], first, origins[0]);
             let one: Oriented = around(turn.scaled_axis(), halves[1], second, origins[1]);
-            let ((u, p, a), (v, q, b)) = (one.plain(origins[1]).parts(), child.plain(origins[0]).parts());
+            let ((u, p, a), (v, q, b)) =
+                (one.plain(origins[1]).as_box().unwrap(), child.plain(origins[0]).as_box().unwrap());
             is_covered(&child, &one, &setting, &of_boxes(&(rotation * u), &a, &v, &b, &(q - setting.motion * p)))?;
 
             let child: Aligned = around(turns.0, halves[0], first, origins[0]);
             let one: Aligned = around(turn.scaled_axis(), halves[1], second, origins[1]);
-            let boxed = |volume: Aligned, origin| volume.plain(origin).as_box().unwrap().parts();
+            let boxed = |volume: Aligned, origin| volume.plain(origin).as_box().unwrap();
             let ((u, p, a), (v, q, b)) = (boxed(one, origins[1]), boxed(child, origins[0]));
             is_covered(&child, &one, &setting, &of_boxes(&(rotation * u), &a, &v, &b, &(q - setting.motion * p)))?;
 

@@ -3,8 +3,52 @@
 use super::node::{Contents, WideTree};
 use super::volume::WideVolume;
 use crate::geometry::Triangle;
-use crate::tree::validate::TreeFault;
-use crate::volume::BoundingVolume;
+use std::fmt;
+
+/// The first thing found wrong with a tree.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TreeFault {
+    /// Children do not divide their parent's triangles.
+    Division {
+        /// The parent.
+        node: usize,
+    },
+    /// A face is missing or occurs twice.
+    Faces,
+    /// A corner is outside its node's volume.
+    Outside {
+        /// The node.
+        node: usize,
+        /// First coordinate of the corner, mm.
+        x: f64,
+        /// Second coordinate, mm.
+        y: f64,
+        /// Third coordinate, mm.
+        z: f64,
+    },
+    /// A volume says something of itself that cannot be true.
+    Misstated {
+        /// The node.
+        node: usize,
+        /// What it says, and what is wrong with it.
+        what: &'static str,
+    },
+}
+
+impl fmt::Display for TreeFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Division { node } => write!(f, "node {node}: its children do not divide its triangles"),
+            Self::Faces => f.write_str("the tree does not hold every face exactly once"),
+            Self::Outside { node, x, y, z } => {
+                write!(f, "node {node}: corner ({x}, {y}, {z}) mm lies outside its volume")
+            }
+            Self::Misstated { node, what } => write!(f, "node {node}: {what}"),
+        }
+    }
+}
+
+impl std::error::Error for TreeFault {}
 
 impl<V: WideVolume> WideTree<V> {
     /// Checks that the nodes form a tree over all faces.
@@ -47,7 +91,7 @@ impl<V: WideVolume> WideTree<V> {
     /// # Errors
     /// The first corner outside.
     pub fn check_containment(&self, slack_mm: f64) -> Result<(), TreeFault> {
-        let mut ways = vec![0];
+        let mut ways = vec![Self::ROOT];
         self.check_below(&mut ways, slack_mm)
     }
 

@@ -1,16 +1,14 @@
 //! A triangle mesh that has been checked: finite, in range, on the grid, not empty.
 
 use super::{Point, Triangle, grid, weld};
-use thiserror::Error;
+use std::fmt;
 
 /// Why vertices and faces do not make a mesh.
-#[derive(Debug, Error, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub enum MeshError {
     /// No triangle at all.
-    #[error("the mesh has no triangle")]
     Empty,
     /// A coordinate is NaN or infinite.
-    #[error("vertex {vertex} has a coordinate that is not finite: ({x}, {y}, {z})")]
     NotFinite {
         /// Index of the vertex.
         vertex: usize,
@@ -22,10 +20,6 @@ pub enum MeshError {
         z: f64,
     },
     /// A coordinate is outside the range in which the truth is exact.
-    #[error(
-        "vertex {vertex} at ({x}, {y}, {z}) mm is farther than {limit} mm from the origin on one axis; is the unit right?",
-        limit = grid::LIMIT_MM
-    )]
     OutOfRange {
         /// Index of the vertex.
         vertex: usize,
@@ -37,7 +31,6 @@ pub enum MeshError {
         z: f64,
     },
     /// A face names a vertex that does not exist.
-    #[error("face {face} names vertex {vertex}, but there are only {vertices}")]
     NoSuchVertex {
         /// Index of the face.
         face: usize,
@@ -47,6 +40,27 @@ pub enum MeshError {
         vertices: usize,
     },
 }
+
+impl fmt::Display for MeshError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => f.write_str("the mesh has no triangle"),
+            Self::NotFinite { vertex, x, y, z } => {
+                write!(f, "vertex {vertex} has a coordinate that is not finite: ({x}, {y}, {z})")
+            }
+            Self::OutOfRange { vertex, x, y, z } => write!(
+                f,
+                "vertex {vertex} at ({x}, {y}, {z}) mm is farther than {} mm from the origin on one axis; is the unit right?",
+                grid::LIMIT_MM
+            ),
+            Self::NoSuchVertex { face, vertex, vertices } => {
+                write!(f, "face {face} names vertex {vertex}, but there are only {vertices}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for MeshError {}
 
 /// Vertices and faces, mm, in the part's own frame. Vertices lie on the grid of [`grid`]; every face index is valid;
 /// there is at least one face.
@@ -140,21 +154,6 @@ impl Mesh {
     #[must_use]
     pub fn triangles(&self) -> Vec<Triangle> {
         self.faces.iter().map(|&face| self.triangle(face)).collect()
-    }
-
-    /// A hash of the snapped vertices and the faces, as hexadecimal text: equal for equal meshes on every machine.
-    #[must_use]
-    pub fn content_hash(&self) -> String {
-        let mut hasher = blake3::Hasher::new();
-        for p in &self.vertices {
-            for x in [p.x, p.y, p.z] {
-                hasher.update(&(x + 0.0).to_le_bytes());
-            }
-        }
-        for v in self.faces.iter().flatten() {
-            hasher.update(&v.to_le_bytes());
-        }
-        hasher.finalize().to_hex().to_string()
     }
 }
 

@@ -3,10 +3,10 @@
 //! A volume that is too small misses contacts just after they begin, so most poses lie around first contact: an approach
 //! along a random direction at a random orientation, stopped at prescribed parts of the pair's size before and after.
 
+use super::draw::Draw;
 use super::meshes::{self, Subject};
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Mesh, Triangle, intersect, triangle};
-use crate::workload::draw::Draw;
 use nalgebra::UnitQuaternion;
 
 /// Approaches per pair of meshes.

@@ -13,7 +13,6 @@ use super::node::WideTree;
 use super::pose::Pose;
 use super::volume::WideVolume;
 use crate::geometry::{Isometry, Vector};
-use crate::volume::BoundingVolume;
 use nalgebra::Matrix3;
 
 /// The box around a mesh, in the mesh's own frame, mm.
@@ -27,7 +26,7 @@ pub(super) struct Around {
 impl Around {
     /// That of the root, if it is a box.
     pub fn of<V: WideVolume>(tree: &WideTree<V>) -> Option<Self> {
-        let (axes, centre, half) = tree.plain(0).as_box()?.parts();
+        let (axes, centre, half) = tree.plain(WideTree::<V>::ROOT).as_box()?;
         Some(Self { centre: centre.coords, axes, half })
     }
 
@@ -90,8 +89,8 @@ mod tests {
     use super::super::oriented::Oriented;
     use super::super::traverse::{Scratch, first};
     use super::*;
-    use crate::conformance::cases::Cases;
-    use crate::conformance::meshes;
+    use crate::cases::Cases;
+    use crate::cases::meshes;
 
     #[test]
     fn what_an_axis_parts_is_apart() {

@@ -1,4 +1,4 @@
-//! How far apart are two meshes? Branch and bound as in [`crate::tree::distance`], over pairs of slots, eight or sixteen children at a time.
+//! How far apart are two meshes? Branch and bound as in [`Proximity`], over pairs of slots, eight or sixteen children at a time.
 //!
 //! Bounds come from the lanes of [`super::visit`] and are lower bounds in spite of all rounding; triangles are measured in `f64`. A first
 //! dive to a pair of triangles brings a distance that keeps most pairs from ever waiting.
@@ -6,10 +6,10 @@
 use super::lanes::{Machine, Simd, Work};
 use super::node::{Contents, WIDTH, WideTree};
 use super::posed::{Opened, Posed};
+use super::proximity::Proximity;
 use super::visit;
 use super::volume::WideVolume;
 use crate::geometry::{Isometry, certified, triangle_distance};
-use crate::tree::distance::Proximity;
 use std::ops::ControlFlow;
 
 /// How far a search goes.
@@ -222,7 +222,7 @@ mod tests {
     use super::super::oriented::Oriented;
     use super::super::traverse::{Scratch, first};
     use super::*;
-    use crate::conformance::cases::Cases;
+    use crate::cases::Cases;
 
     /// The least over all pairs of triangles, by the same measure.
     fn of_all_pairs<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> f64 {

@@ -10,12 +10,11 @@ use super::boxes::{LOWERED, dot};
 use super::lanes::{Lanes, Row, three};
 use super::node::WIDTH;
 use super::oriented::{Extent, PAD, rounded_up};
+use super::plain::Plain;
 use super::pose::Motion;
 use super::visit::Visits;
 use super::volume::{Relation, WideVolume, point};
 use crate::geometry::Triangle;
-use crate::volume::Info;
-use crate::volume::sphere_mean::SphereMean;
 use nalgebra::Matrix3;
 
 /// A ball relative to an origin, mm, about the middle of its contents' bounds.
@@ -34,18 +33,11 @@ pub struct BallRelation<L> {
 }
 
 impl WideVolume for Ball {
-    const INFO: Info = Info {
-        id: "sphere-wide",
-        label: "sphere, 8-wide nodes",
-        reference: "P. M. Hubbard 1996, on vectors of eight spheres",
-        safe: true,
-    };
     const TURNS: bool = false;
     /// Centre and radius.
     type Eight = [[f32; WIDTH]; 4];
     type Moved<L: Lanes> = L;
     type Relation<L: Lanes> = BallRelation<L>;
-    type Plain = SphereMean;
 
     fn fit(_: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self {
         let Extent { low, high, .. } = Extent::along(&Matrix3::identity(), origin, triangles.clone());
@@ -97,8 +89,8 @@ impl WideVolume for Ball {
         BallRelation { between: dot(&d, &d).sqrt(), radius: visits.one, radii: visits.eight(part, |eight| &eight[3]) }
     }
 
-    fn plain(&self, origin: [f32; 3]) -> SphereMean {
-        SphereMean::new(point(origin, self.centre), f64::from(self.radius))
+    fn plain(&self, origin: [f32; 3]) -> Plain {
+        Plain::Ball { centre: point(origin, self.centre), radius: f64::from(self.radius) }
     }
 }
 

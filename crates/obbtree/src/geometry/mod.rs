@@ -1,0 +1,30 @@
+//! Triangles, meshes, the coordinate grid, and the triangle tests everything else rests on.
+//!
+//! Reading order: [`triangle`], [`mesh`], [`grid`], [`weld`], [`surface`], [`covariance`], the triangle tests ([`intersect`] is
+//! fast, [`exact`] decides, [`certified`] decides fast, [`exact_integer`] checks the decider, [`cross_check`]
+//! compares them), [`triangle_distance`].
+
+pub mod certified;
+pub mod covariance;
+pub mod cross_check;
+pub mod eigen;
+pub mod exact;
+pub mod exact_integer;
+pub mod grid;
+pub mod intersect;
+pub mod mesh;
+pub mod plane;
+pub mod surface;
+pub mod triangle;
+pub mod triangle_distance;
+pub mod weld;
+
+pub use mesh::{Mesh, MeshError};
+pub use triangle::Triangle;
+
+/// A point, mm, in the frame its name says.
+pub type Point = nalgebra::Point3<f64>;
+/// A direction or displacement, mm where it is a length.
+pub type Vector = nalgebra::Vector3<f64>;
+/// A rigid motion; `a_from_b` takes coordinates in frame `b` to coordinates in frame `a`. Translation in mm.
+pub type Isometry = nalgebra::Isometry3<f64>;
