@@ -5,7 +5,6 @@ pub mod volume;
 pub mod tree;
 pub mod space;
 pub mod truth;
-pub mod gcode;
 pub mod machine;
 pub mod scene;
 pub mod picture;

@@ -285,7 +285,7 @@ fn cross(p: &Point, q: &Point, x: f64, y: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gcode::Position;
+    use rs274::Position;
 
     /// A ball of 10 mm at the origin, and a smaller one 30 mm to the right of it (+x), both examined.
     fn picture(view: &View) -> Image {

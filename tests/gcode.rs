@@ -1,7 +1,7 @@
 //! The interpreter from outside: programs, the moves they mean, and the errors they deserve. All expectations are worked
 //! out by hand beside the program.
 
-use bvbench::gcode::{Axis, MoveKind, Plane, Program, RapidPath, Sampling, Setup, interpret, sample};
+use rs274::{Axis, MoveKind, Plane, Program, RapidPath, Sampling, Setup, interpret, sample};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
@@ -328,7 +328,7 @@ fn codes_of_one_modal_group_exclude_each_other() {
 
 #[test]
 fn a_program_without_end_is_given_up_with_its_line() {
-    use bvbench::gcode::Limits;
+    use rs274::Limits;
     let setup = Setup { limits: Limits { moves: 1000, blocks: 10_000 }, ..Setup::default() };
     for (source, what) in [
         ("G91\no1 while [1]\nG0 X1\no1 endwhile\nM2", "1000 moves"),
@@ -344,8 +344,8 @@ fn a_program_without_end_is_given_up_with_its_line() {
 
 #[test]
 fn under_tool_centre_point_control_moves_are_the_tips() {
-    let tool = bvbench::gcode::Tool::with_length(90.0, 6.0);
-    let other = bvbench::gcode::Tool::with_length(80.0, 6.0);
+    let tool = rs274::Tool::with_length(90.0, 6.0);
+    let other = rs274::Tool::with_length(80.0, 6.0);
     let setup = Setup { tools: [(1, tool), (2, other)].into(), ..Setup::default() };
     let run = |source: &str| interpret(source, Path::new("tip.ngc"), &setup);
     let program = run("T1 M6\nG0 Z200\nG43.4 H1\nG1 X5 Z50 A-30 F100\nG0 A0\nG49\nG0 Z150\nM2").unwrap();

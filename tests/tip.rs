@@ -12,7 +12,7 @@ fn the_tip_follows_the_impeller_program() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/real-scenes/xyzac-trt");
     let scene = Scene::load(&folder).unwrap();
     let run = scene.program.as_ref().unwrap();
-    let programmed = bvbench::gcode::sample(&run.program, &run.start, &run.sampling, &scene.rates.rapid_path).unwrap();
+    let programmed = rs274::sample(&run.program, &run.start, &run.sampling, &scene.rates.rapid_path).unwrap();
     let path = ToolPath::new(&scene, run).unwrap();
     assert_eq!(programmed.len(), path.samples().len());
     let (mut worst, mut compared): (f64, u32) = (0.0, 0);

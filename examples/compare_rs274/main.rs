@@ -10,7 +10,7 @@
 
 mod printed;
 
-use bvbench::gcode::{self, Axis, Move, MoveKind, Plane, Setup};
+use rs274::{self, Axis, Move, MoveKind, Plane, Setup};
 use printed::Printed;
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -2,7 +2,7 @@
 //! feed rates and the spindle's state apart from the moves they belong to.
 
 use super::{Call, INCH_MM, Kind, NO_TRAVEL, PROBE_STOPS_SHORT_MM};
-use bvbench::gcode::{Axis, Plane};
+use rs274::{Axis, Plane};
 
 /// Half of the last printed decimal, and how many printed numbers at most add up to a coordinate: itself, G5x, G92, tool.
 const PRINTED_HALF: f64 = 0.5e-4;

@@ -1,7 +1,7 @@
 //! A program, interpreted on a small machine and sampled along its path.
 
-use bvbench::gcode::path::count;
-use bvbench::gcode::{Limits, Position, RapidPath, Sampling, Setup, Tool, UserCode, WorkOffset, interpret, sample};
+use rs274::path::count;
+use rs274::{Limits, Position, RapidPath, Sampling, Setup, Tool, UserCode, WorkOffset, interpret, sample};
 use std::path::Path;
 
 /// The coarsest way to walk a path that still passes through every kind of move.

@@ -11,7 +11,7 @@
 use super::motion::Path;
 use super::scan::{Nearness, Stretch};
 use super::{PARTED_MM, Settings};
-use crate::gcode::{MoveKind, Position};
+use rs274::{MoveKind, Position};
 use crate::scene::{Pair, Scene};
 
 /// What happens.

@@ -17,7 +17,7 @@ mod scan;
 pub use event::{Event, Extent, Kind};
 pub use motion::Path;
 
-use crate::gcode::Axis;
+use rs274::Axis;
 use crate::geometry::Isometry;
 use crate::interference::SurfaceOctree;
 use crate::machine::OutOfLimits;

@@ -4,7 +4,7 @@
 //! move as long as its slowest axis needs at its rapid rate. A feed whose rate hangs on a spindle speed that is not known takes
 //! what its axes need.
 
-use crate::gcode::{MoveKind, Position, Sample, path};
+use rs274::{MoveKind, Position, Sample, path};
 use crate::scene::pairs::{Range, Reach};
 use crate::scene::{ProgramRun, Scene, TipFault};
 use std::collections::BTreeMap;

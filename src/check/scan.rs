@@ -2,7 +2,7 @@
 
 use super::Bodies;
 use super::motion::Path;
-use crate::gcode::Position;
+use rs274::Position;
 use crate::machine::Poses;
 use crate::machine::travel::Ball;
 use crate::scene::{Pair, Scene};

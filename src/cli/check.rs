@@ -4,7 +4,7 @@ use super::progress::Bar;
 use super::style::{self, Tone};
 use super::{CLEAR, FAILED, note, say};
 use crate::check::{self, Event, Extent, Kind, Outcome, Settings};
-use crate::gcode::Axis;
+use rs274::Axis;
 use crate::measure::timer;
 use crate::registry::{Registry, Variant};
 use crate::scene::{Pair, ProgramRun, Scene};

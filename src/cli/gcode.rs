@@ -1,7 +1,7 @@
 //! `gcode`: what a program means.
 
 use super::{CLEAR, say};
-use crate::gcode::{self, Axis, Move, MoveKind, Setup, canonical, read_parameter_file, read_tool_table};
+use rs274::{self, Axis, Move, MoveKind, Setup, canonical, read_parameter_file, read_tool_table};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::{Value, json};

@@ -1,7 +1,7 @@
 //! `path`: a tool path over the free-form part of a scene, as a program.
 
 use super::{note, say};
-use crate::gcode::Axis;
+use rs274::Axis;
 use crate::geometry::shapes::{Freeform, Shape};
 use crate::interference::path::{Corner, Flaw, PathPlan, Pattern, stops};
 use crate::interference::program::Writer;

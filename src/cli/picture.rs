@@ -2,7 +2,7 @@
 
 use super::say;
 use crate::check;
-use crate::gcode::Position;
+use rs274::Position;
 use crate::picture::{self, Up, View};
 use crate::plot::canvas;
 use crate::scene::Scene;

@@ -2,7 +2,7 @@
 //! the tool its direction.
 
 use super::path::{Corner, Stop};
-use crate::gcode::{Axis, Position, Setup};
+use rs274::{Axis, Position, Setup};
 use crate::geometry::{Isometry, Vector};
 use crate::machine::orientation::OrientationError;
 use crate::machine::tip::{TipControl, TipError};
@@ -195,7 +195,7 @@ mod tests {
     use super::super::path::{Flaw, PathPlan, Pattern, stops};
     use super::super::profile::{P2, Profile};
     use super::*;
-    use crate::gcode::{Sampling, Tool, interpret};
+    use rs274::{Sampling, Tool, interpret};
     use crate::geometry::shapes::Freeform;
     use crate::geometry::{Isometry, Point};
     use crate::machine::joint::{Joint, Limits};
@@ -276,7 +276,7 @@ mod tests {
                 let program = interpret(&written.text, Path::new("path.ngc"), &setup).unwrap();
                 let sampling = Sampling { step_mm: 1e6, step_deg: 1e6, chord_mm: 1e6 };
                 let samples =
-                    crate::gcode::sample(&program, &setup.start, &sampling, &crate::gcode::RapidPath::Straight)
+                    rs274::sample(&program, &setup.start, &sampling, &rs274::RapidPath::Straight)
                         .unwrap();
                 let profile = Profile::bull_nose(radius_mm, corner_mm, 60.0).unwrap();
                 for (stop, line) in planned.iter().zip(&written.lines) {

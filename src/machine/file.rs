@@ -13,7 +13,7 @@
 
 use super::joint::{Joint, JointError, Limits};
 use super::tree::{Link, Machine, MachineError};
-use crate::gcode::Axis;
+use rs274::Axis;
 use crate::geometry::{Isometry, Point, Vector};
 use nalgebra::{Translation3, UnitQuaternion};
 use serde::Deserialize;
@@ -203,7 +203,7 @@ fn to_blame(file: &JointFile, cause: &JointError) -> Range<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gcode::Position;
+    use rs274::Position;
 
     #[derive(Deserialize)]
     struct Links {

@@ -1,6 +1,6 @@
 //! One joint: how a link moves on its parent when an axis moves.
 
-use crate::gcode::{Axis, Position};
+use rs274::{Axis, Position};
 use crate::geometry::{Isometry, Point, Vector};
 use nalgebra::{Translation3, Unit, UnitQuaternion};
 use thiserror::Error;

@@ -10,7 +10,7 @@
 use super::joint::{LIMIT_SLACK, Motion, OutOfLimits};
 use super::tip::TipControl;
 use super::tree::Machine;
-use crate::gcode::{Axis, Position};
+use rs274::{Axis, Position};
 use crate::geometry::Vector;
 use nalgebra::{Rotation3, Unit};
 use std::f64::consts::TAU;

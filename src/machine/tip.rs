@@ -5,7 +5,7 @@
 //! machine's structure is, turning table, turning head or one of each; three linear equations give the one solution.
 
 use super::tree::Machine;
-use crate::gcode::{Axis, Position};
+use rs274::{Axis, Position};
 use crate::geometry::{Point, Vector};
 use nalgebra::{Matrix3, Unit};
 use thiserror::Error;

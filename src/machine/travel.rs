@@ -6,7 +6,7 @@
 
 use super::joint::Motion;
 use super::tree::{Machine, Poses};
-use crate::gcode::Position;
+use rs274::Position;
 use crate::geometry::{Point, Vector};
 
 /// A ball around a part.
@@ -94,7 +94,7 @@ impl Machine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gcode::Axis;
+    use rs274::Axis;
     use crate::geometry::Isometry;
     use crate::machine::joint::{Joint, Limits};
     use crate::machine::tree::Link;

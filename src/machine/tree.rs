@@ -1,7 +1,7 @@
 //! Links on links: forward kinematics.
 
 use super::joint::{Joint, OutOfLimits};
-use crate::gcode::{Axis, Position};
+use rs274::{Axis, Position};
 use crate::geometry::Isometry;
 use std::collections::HashMap;
 use thiserror::Error;

@@ -8,7 +8,7 @@
 use super::file::Form;
 use super::joint::{Joint, JointError, Limits};
 use super::tree::{Link, Machine, MachineError};
-use crate::gcode::Axis;
+use rs274::Axis;
 use crate::geometry::shapes::round::{Capsule, Cylinder, Sphere};
 use crate::geometry::shapes::{RoundedBox, Shape};
 use crate::geometry::{Isometry, Point, Vector};

@@ -1,6 +1,6 @@
 //! What can be wrong with a scene, and where.
 
-use crate::gcode::GcodeError;
+use rs274::GcodeError;
 use crate::machine::OutOfLimits;
 use crate::machine::file::LinkError;
 use std::fmt;

@@ -5,7 +5,7 @@ use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, R
 use super::folder::Folder;
 use super::program::{self, Nonsense, ProgramRun, positive};
 use super::{Approach, Expected, MeshFile, Overrides, Pair, Part, Rates, Recording, Role, Scene, recording};
-use crate::gcode::{Axis, Position, RapidPath};
+use rs274::{Axis, Position, RapidPath};
 use crate::geometry::shapes::Tessellation;
 use crate::geometry::{Mesh, Point, Vector, import};
 use crate::machine::file::Form;

@@ -19,7 +19,7 @@ pub use error::{Place, SceneError};
 pub use program::{ProgramRun, TipCause, TipFault};
 pub use recording::Recording;
 
-use crate::gcode::{Position, RapidPath};
+use rs274::{Position, RapidPath};
 use crate::geometry::import::ImportReport;
 use crate::geometry::shapes::Shape;
 use crate::geometry::{Isometry, Mesh, Vector};

@@ -4,7 +4,7 @@
 //! joint tree and the range of the axes decide.
 
 use super::{Pair, Part, Scene};
-use crate::gcode::{Axis, Position};
+use rs274::{Axis, Position};
 use crate::geometry::{Mesh, Point};
 use crate::machine::travel::Ball;
 use crate::machine::{Joint, Machine};

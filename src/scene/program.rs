@@ -2,7 +2,7 @@
 
 use super::error::SceneError;
 use super::file::{ControllerFile, PositionFile, ProgramFile, UserCodeFile};
-use crate::gcode::{self, Position, RapidPath, Sample, Sampling, Setup, TooManySamples, Tool, UserCode, WorkOffset};
+use rs274::{self, Position, RapidPath, Sample, Sampling, Setup, TooManySamples, Tool, UserCode, WorkOffset};
 use crate::machine::Machine;
 use crate::machine::tip::{TipControl, TipError};
 use std::ops::Range;

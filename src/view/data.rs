@@ -3,7 +3,7 @@
 use super::motion::Motion;
 use super::pack::{Lattice, Packed};
 use crate::check::Settings;
-use crate::gcode::{Axis, MoveKind};
+use rs274::{Axis, MoveKind};
 use crate::geometry::{Isometry, Mesh};
 use crate::machine::joint::Motion as JointMotion;
 use crate::picture::Up;

@@ -11,7 +11,7 @@
 
 use super::motion::Motion;
 use crate::check::Path;
-use crate::gcode::{Axis, Position};
+use rs274::{Axis, Position};
 use crate::geometry::{Isometry, Mesh, Point};
 use crate::machine::Joint;
 use crate::machine::joint::Motion as JointMotion;

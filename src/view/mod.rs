@@ -20,7 +20,7 @@ pub use data::ViewData;
 pub use page::{fragment, page};
 
 use crate::check::{self, CheckError, Outcome, Path, Settings};
-use crate::gcode::Plane;
+use rs274::Plane;
 use crate::measure::Progress;
 use crate::method::Model;
 use crate::picture::Up;

@@ -4,7 +4,7 @@
 //! or its caricature", 1973, in axis space with time as the parameter: between keys the page takes axes to be linear in time.
 
 use crate::check::{Event, Path};
-use crate::gcode::{Axis, Position};
+use rs274::{Axis, Position};
 use crate::scene::ProgramRun;
 
 /// How far an axis may be from where the keys say, mm and degrees: below what a screen shows of a machine.

@@ -1,7 +1,7 @@
 //! Poses along the scene's program, in the order in which the machine takes them.
 
 use super::{PosedPair, WorkloadError, block_of};
-use crate::gcode::{RapidPath, Sample, Sampling, path};
+use rs274::{RapidPath, Sample, Sampling, path};
 use crate::machine::Poses;
 use crate::scene::{Pair, ProgramRun, Scene};
 

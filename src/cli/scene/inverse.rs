@@ -1,7 +1,7 @@
 //! `scene inverse`: where the axes must be for the tool to have a direction.
 
 use super::{say, table};
-use crate::gcode::{Axis, Position};
+use rs274::{Axis, Position};
 use crate::geometry::Vector;
 use crate::machine::Joint;
 use crate::machine::orientation::Solution;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::gcode::Position;
+use rs274::Position;
 
 /// A slide of 0.5 m along y that carries an arm, which turns about z and has a spindle that turns without end.
 const ROBOT: &str = r#"<?xml version="1.0"?>

@@ -1,5 +1,5 @@
 use super::super::{Pair, Role, Scene, SceneError};
-use crate::gcode::{Axis, Position};
+use rs274::{Axis, Position};
 use crate::geometry::Point;
 use std::path::Path;
 use tempfile::TempDir;

@@ -134,7 +134,7 @@ pub struct Move {
     pub end: Position,
     /// Under tool-centre-point control, the tool's length, mm: X, Y, Z of [`Move::end`] are then the place of the tool's tip, in
     /// machine coordinates with all rotary axes at zero, and whoever moves the machine finds the linear axes
-    /// ([`crate::machine::tip`]). `None` otherwise.
+    /// (`bvbench::machine::tip`). `None` otherwise.
     pub tip_mm: Option<f64>,
     /// Feed rate, mm/min, degrees/min for a move that only turns; where it changes along the move, the one that takes as
     /// long. `None` for rapids, and where the rate hangs on a spindle speed that is not known.

@@ -223,7 +223,7 @@ fn steps(travel: f64, step: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gcode::{Setup, interpret};
+    use crate::{Setup, interpret};
 
     fn run(source: &str) -> Program {
         interpret(source, std::path::Path::new("path.ngc"), &Setup::default()).unwrap()

@@ -1,7 +1,7 @@
 //! Compensated paths worked out by hand. Tool 1 has radius 5 mm; tool 2 is a lathe tool of nose radius 1 mm that points to
 //! the lower left (orientation 2).
 
-use crate::gcode::{Axis, MoveKind, Plane, RapidPath, Sampling, Setup, Tool, interpret, sample};
+use crate::{Axis, MoveKind, Plane, RapidPath, Sampling, Setup, Tool, interpret, sample};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
