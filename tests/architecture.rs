@@ -237,6 +237,12 @@ fn the_engine_depends_on_arithmetic_alone() {
 }
 
 #[test]
+fn the_interpreter_depends_on_nothing_of_the_project() {
+    let manifest = fs::read_to_string(root().join("../crates/rs274/Cargo.toml")).unwrap();
+    assert_eq!(dependencies(&manifest), ["thiserror"]);
+}
+
+#[test]
 fn only_the_measurement_reads_a_clock() {
     let found = files_with(&["Instant", "SystemTime", "std::time::{"], &["measure"]);
     assert!(found.is_empty(), "{found}");

@@ -11,8 +11,8 @@
 use super::motion::Path;
 use super::scan::{Nearness, Stretch};
 use super::{PARTED_MM, Settings};
-use rs274::{MoveKind, Position};
 use crate::scene::{Pair, Scene};
+use rs274::{MoveKind, Position};
 
 /// What happens.
 #[derive(Clone, Copy, Debug, PartialEq)]

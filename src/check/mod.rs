@@ -17,7 +17,6 @@ mod scan;
 pub use event::{Event, Extent, Kind};
 pub use motion::Path;
 
-use rs274::Axis;
 use crate::geometry::Isometry;
 use crate::interference::SurfaceOctree;
 use crate::machine::OutOfLimits;
@@ -30,6 +29,7 @@ use crate::scene::pairs::{self, Decision};
 use crate::scene::{Pair, ProgramRun, Role, Scene, TipFault};
 use crate::truth::Solid;
 use rayon::prelude::*;
+use rs274::Axis;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -4,9 +4,9 @@
 //! move as long as its slowest axis needs at its rapid rate. A feed whose rate hangs on a spindle speed that is not known takes
 //! what its axes need.
 
-use rs274::{MoveKind, Position, Sample, path};
 use crate::scene::pairs::{Range, Reach};
 use crate::scene::{ProgramRun, Scene, TipFault};
+use rs274::{MoveKind, Position, Sample, path};
 use std::collections::BTreeMap;
 
 /// A program's samples with their times. Place 0 is where the machine stands at first, place n + 1 is sample n; places

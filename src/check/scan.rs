@@ -2,11 +2,11 @@
 
 use super::Bodies;
 use super::motion::Path;
-use rs274::Position;
 use crate::machine::Poses;
 use crate::machine::travel::Ball;
 use crate::scene::{Pair, Scene};
 use crate::tree::distance::Proximity;
+use rs274::Position;
 
 /// How much farther than the widest zone a distance is looked for, mm: what a longer distance is worth in skipped samples.
 const OUTLOOK_MM: f64 = 60.0;

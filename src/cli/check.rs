@@ -4,13 +4,13 @@ use super::progress::Bar;
 use super::style::{self, Tone};
 use super::{CLEAR, FAILED, note, say};
 use crate::check::{self, Event, Extent, Kind, Outcome, Settings};
-use rs274::Axis;
 use crate::measure::timer;
 use crate::registry::{Registry, Variant};
 use crate::scene::{Pair, ProgramRun, Scene};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
+use rs274::Axis;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 

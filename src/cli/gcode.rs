@@ -1,9 +1,9 @@
 //! `gcode`: what a program means.
 
 use super::{CLEAR, say};
-use rs274::{self, Axis, Move, MoveKind, Setup, canonical, read_parameter_file, read_tool_table};
 use anyhow::{Context, Result};
 use clap::Args;
+use rs274::{Axis, Move, MoveKind, Setup, canonical, read_parameter_file, read_tool_table};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -56,7 +56,7 @@ pub fn run(options: &Options) -> Result<u8> {
     let file = &options.program;
     let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
     // Old programs have comments in whatever character set their writer used.
-    let program = gcode::interpret(&String::from_utf8_lossy(&bytes), file, &setup)?;
+    let program = rs274::interpret(&String::from_utf8_lossy(&bytes), file, &setup)?;
     if options.json {
         let moves: Vec<Value> = program.moves.iter().map(as_json).collect();
         say(serde_json::to_string_pretty(&moves)?);

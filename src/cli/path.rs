@@ -1,7 +1,6 @@
 //! `path`: a tool path over the free-form part of a scene, as a program.
 
 use super::{note, say};
-use rs274::Axis;
 use crate::geometry::shapes::{Freeform, Shape};
 use crate::interference::path::{Corner, Flaw, PathPlan, Pattern, stops};
 use crate::interference::program::Writer;
@@ -9,6 +8,7 @@ use crate::record::write_text;
 use crate::scene::{Part, Role, Scene};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
+use rs274::Axis;
 use std::path::PathBuf;
 
 #[derive(Args)]

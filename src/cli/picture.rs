@@ -2,12 +2,12 @@
 
 use super::say;
 use crate::check;
-use rs274::Position;
 use crate::picture::{self, Up, View};
 use crate::plot::canvas;
 use crate::scene::Scene;
 use anyhow::{Context, Result, anyhow};
 use clap::{Args, ValueEnum};
+use rs274::Position;
 use std::path::PathBuf;
 
 #[derive(Args)]

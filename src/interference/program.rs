@@ -2,12 +2,12 @@
 //! the tool its direction.
 
 use super::path::{Corner, Stop};
-use rs274::{Axis, Position, Setup};
 use crate::geometry::{Isometry, Vector};
 use crate::machine::orientation::OrientationError;
 use crate::machine::tip::{TipControl, TipError};
 use crate::machine::{Machine, OutOfLimits};
 use nalgebra::Unit;
+use rs274::{Axis, Position, Setup};
 use std::fmt::Write;
 use thiserror::Error;
 
@@ -195,12 +195,12 @@ mod tests {
     use super::super::path::{Flaw, PathPlan, Pattern, stops};
     use super::super::profile::{P2, Profile};
     use super::*;
-    use rs274::{Sampling, Tool, interpret};
     use crate::geometry::shapes::Freeform;
     use crate::geometry::{Isometry, Point};
     use crate::machine::joint::{Joint, Limits};
     use crate::machine::tree::Link;
     use crate::scene::Scene;
+    use rs274::{Sampling, Tool, interpret};
     use std::path::Path;
 
     fn hollow() -> Freeform {
@@ -275,9 +275,7 @@ mod tests {
                 let written = writer.write(&planned).unwrap();
                 let program = interpret(&written.text, Path::new("path.ngc"), &setup).unwrap();
                 let sampling = Sampling { step_mm: 1e6, step_deg: 1e6, chord_mm: 1e6 };
-                let samples =
-                    rs274::sample(&program, &setup.start, &sampling, &rs274::RapidPath::Straight)
-                        .unwrap();
+                let samples = rs274::sample(&program, &setup.start, &sampling, &rs274::RapidPath::Straight).unwrap();
                 let profile = Profile::bull_nose(radius_mm, corner_mm, 60.0).unwrap();
                 for (stop, line) in planned.iter().zip(&written.lines) {
                     let sample = samples.iter().find(|sample| sample.line == *line).unwrap();

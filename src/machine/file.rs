@@ -13,9 +13,9 @@
 
 use super::joint::{Joint, JointError, Limits};
 use super::tree::{Link, Machine, MachineError};
-use rs274::Axis;
 use crate::geometry::{Isometry, Point, Vector};
 use nalgebra::{Translation3, UnitQuaternion};
+use rs274::Axis;
 use serde::Deserialize;
 use std::ops::Range;
 use thiserror::Error;

@@ -1,8 +1,8 @@
 //! One joint: how a link moves on its parent when an axis moves.
 
-use rs274::{Axis, Position};
 use crate::geometry::{Isometry, Point, Vector};
 use nalgebra::{Translation3, Unit, UnitQuaternion};
+use rs274::{Axis, Position};
 use thiserror::Error;
 
 /// How far outside its limits an axis may be: what a controller's arithmetic may add to a programmed limit, mm or radians.

@@ -10,9 +10,9 @@
 use super::joint::{LIMIT_SLACK, Motion, OutOfLimits};
 use super::tip::TipControl;
 use super::tree::Machine;
-use rs274::{Axis, Position};
 use crate::geometry::Vector;
 use nalgebra::{Rotation3, Unit};
+use rs274::{Axis, Position};
 use std::f64::consts::TAU;
 use thiserror::Error;
 

@@ -5,9 +5,9 @@
 //! machine's structure is, turning table, turning head or one of each; three linear equations give the one solution.
 
 use super::tree::Machine;
-use rs274::{Axis, Position};
 use crate::geometry::{Point, Vector};
 use nalgebra::{Matrix3, Unit};
+use rs274::{Axis, Position};
 use thiserror::Error;
 
 /// The linear axes that follow.

@@ -6,8 +6,8 @@
 
 use super::joint::Motion;
 use super::tree::{Machine, Poses};
-use rs274::Position;
 use crate::geometry::{Point, Vector};
+use rs274::Position;
 
 /// A ball around a part.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,11 +94,11 @@ impl Machine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rs274::Axis;
     use crate::geometry::Isometry;
     use crate::machine::joint::{Joint, Limits};
     use crate::machine::tree::Link;
     use proptest::prelude::*;
+    use rs274::Axis;
 
     fn link(name: &str, parent: Option<&str>, shift: [f64; 3], joint: Joint) -> Link {
         let parent_from_link = Isometry::translation(shift[0], shift[1], shift[2]);

@@ -1,8 +1,8 @@
 //! Links on links: forward kinematics.
 
 use super::joint::{Joint, OutOfLimits};
-use rs274::{Axis, Position};
 use crate::geometry::Isometry;
+use rs274::{Axis, Position};
 use std::collections::HashMap;
 use thiserror::Error;
 

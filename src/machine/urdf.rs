@@ -8,11 +8,11 @@
 use super::file::Form;
 use super::joint::{Joint, JointError, Limits};
 use super::tree::{Link, Machine, MachineError};
-use rs274::Axis;
 use crate::geometry::shapes::round::{Capsule, Cylinder, Sphere};
 use crate::geometry::shapes::{RoundedBox, Shape};
 use crate::geometry::{Isometry, Point, Vector};
 use nalgebra::{Translation3, UnitQuaternion};
+use rs274::Axis;
 use std::collections::BTreeMap;
 use thiserror::Error;
 use urdf_rs::{Geometry, JointType, Pose, Robot};

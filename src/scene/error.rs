@@ -1,8 +1,8 @@
 //! What can be wrong with a scene, and where.
 
-use rs274::GcodeError;
 use crate::machine::OutOfLimits;
 use crate::machine::file::LinkError;
+use rs274::GcodeError;
 use std::fmt;
 use std::path::PathBuf;
 use thiserror::Error;

@@ -1,10 +1,10 @@
 //! The TOML form of a scene. Apart from the model, so that the file's spelling can stay when the model changes.
 
 use super::Role;
-use rs274::{Axis, Position};
 use crate::geometry::import::Unit;
 use crate::geometry::shapes::{Shape, Tessellation};
 use crate::machine::file::{Form, LinkFile, PlacementFile};
+use rs274::{Axis, Position};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;

@@ -5,13 +5,13 @@ use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, R
 use super::folder::Folder;
 use super::program::{self, Nonsense, ProgramRun, positive};
 use super::{Approach, Expected, MeshFile, Overrides, Pair, Part, Rates, Recording, Role, Scene, recording};
-use rs274::{Axis, Position, RapidPath};
 use crate::geometry::shapes::Tessellation;
 use crate::geometry::{Mesh, Point, Vector, import};
 use crate::machine::file::Form;
 use crate::machine::tip::TipControl;
 use crate::machine::{self, Machine};
 use nalgebra::Unit;
+use rs274::{Axis, Position, RapidPath};
 use serde::de::DeserializeOwned;
 use std::error::Error;
 use std::ops::Range;

@@ -19,13 +19,13 @@ pub use error::{Place, SceneError};
 pub use program::{ProgramRun, TipCause, TipFault};
 pub use recording::Recording;
 
-use rs274::{Position, RapidPath};
 use crate::geometry::import::ImportReport;
 use crate::geometry::shapes::Shape;
 use crate::geometry::{Isometry, Mesh, Vector};
 use crate::machine::{Machine, Poses};
 use folder::Folder;
 use nalgebra::Unit;
+use rs274::{Position, RapidPath};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;

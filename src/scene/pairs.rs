@@ -4,10 +4,10 @@
 //! joint tree and the range of the axes decide.
 
 use super::{Pair, Part, Scene};
-use rs274::{Axis, Position};
 use crate::geometry::{Mesh, Point};
 use crate::machine::travel::Ball;
 use crate::machine::{Joint, Machine};
+use rs274::{Axis, Position};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fmt;

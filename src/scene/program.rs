@@ -2,9 +2,9 @@
 
 use super::error::SceneError;
 use super::file::{ControllerFile, PositionFile, ProgramFile, UserCodeFile};
-use rs274::{self, Position, RapidPath, Sample, Sampling, Setup, TooManySamples, Tool, UserCode, WorkOffset};
 use crate::machine::Machine;
 use crate::machine::tip::{TipControl, TipError};
+use rs274::{Position, RapidPath, Sample, Sampling, Setup, TooManySamples, Tool, UserCode, WorkOffset};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -16,7 +16,7 @@ pub struct ProgramRun {
     /// Its file, for messages.
     pub file: PathBuf,
     /// Its moves.
-    pub program: gcode::Program,
+    pub program: rs274::Program,
     /// What the controller knows at first, the machine's position among it.
     pub setup: Setup,
     /// Which links carry tool and workpiece, where the scene says so.
@@ -150,7 +150,7 @@ impl ProgramRun {
     /// # Errors
     /// The line on which it has too many samples, or the first on which the axes cannot follow the tool's tip.
     pub fn samples(&self, machine: &Machine, sampling: &Sampling, rapids: &RapidPath) -> Result<Vec<Sample>, TipFault> {
-        let mut samples = gcode::sample(&self.program, &self.start, sampling, rapids).map_err(|cause| TipFault {
+        let mut samples = rs274::sample(&self.program, &self.start, sampling, rapids).map_err(|cause| TipFault {
             file: self.file.clone(),
             line: cause.line,
             cause: cause.into(),
@@ -175,8 +175,8 @@ impl ProgramRun {
     #[must_use]
     pub fn tools(&self) -> Vec<u32> {
         let mut tool = self.setup.tool;
-        let during = |step: &gcode::Move| {
-            if let gcode::MoveKind::ToolChange { tool: new } = step.kind {
+        let during = |step: &rs274::Move| {
+            if let rs274::MoveKind::ToolChange { tool: new } = step.kind {
                 tool = new;
             }
             tool
@@ -196,7 +196,7 @@ impl ProgramRun {
     /// For a scene without a program: no moves, and a mill's controller that starts at zero.
     #[must_use]
     pub fn of_mill() -> Self {
-        let program = gcode::Program { moves: Vec::new(), blocks: Vec::new() };
+        let program = rs274::Program { moves: Vec::new(), blocks: Vec::new() };
         let setup = Setup::default();
         let start = setup.start;
         Self { file: PathBuf::new(), program, setup, tip: None, start, sampling: Sampling::default() }
@@ -211,7 +211,7 @@ pub(super) fn run(
     tip: Option<TipControl>,
     sampling: Sampling,
 ) -> Result<ProgramRun, SceneError> {
-    let program = gcode::interpret(source, &path, setup)?;
+    let program = rs274::interpret(source, &path, setup)?;
     Ok(ProgramRun { file: path, program, setup: setup.clone(), tip, start: setup.start, sampling })
 }
 

@@ -3,11 +3,11 @@
 use super::motion::Motion;
 use super::pack::{Lattice, Packed};
 use crate::check::Settings;
-use rs274::{Axis, MoveKind};
 use crate::geometry::{Isometry, Mesh};
 use crate::machine::joint::Motion as JointMotion;
 use crate::picture::Up;
 use crate::scene::{Part, ProgramRun, Scene};
+use rs274::{Axis, MoveKind};
 use serde::Serialize;
 
 /// Everything that a page shows.

@@ -11,12 +11,12 @@
 
 use super::motion::Motion;
 use crate::check::Path;
-use rs274::{Axis, Position};
 use crate::geometry::{Isometry, Mesh, Point};
 use crate::machine::Joint;
 use crate::machine::joint::Motion as JointMotion;
 use crate::scene::{Part, ProgramRun, Role, Scene, TipFault};
 use nalgebra::UnitQuaternion;
+use rs274::{Axis, Position};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3};

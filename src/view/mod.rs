@@ -20,7 +20,6 @@ pub use data::ViewData;
 pub use page::{fragment, page};
 
 use crate::check::{self, CheckError, Outcome, Path, Settings};
-use rs274::Plane;
 use crate::measure::Progress;
 use crate::method::Model;
 use crate::picture::Up;
@@ -28,6 +27,7 @@ use crate::registry::Variant;
 use crate::scene::{Pair, ProgramRun, Scene, TipFault};
 use motion::Motion;
 use rayon::prelude::*;
+use rs274::Plane;
 use std::collections::{BTreeMap, BTreeSet};
 use thiserror::Error;
 

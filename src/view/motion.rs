@@ -4,8 +4,8 @@
 //! or its caricature", 1973, in axis space with time as the parameter: between keys the page takes axes to be linear in time.
 
 use crate::check::{Event, Path};
-use rs274::{Axis, Position};
 use crate::scene::ProgramRun;
+use rs274::{Axis, Position};
 
 /// How far an axis may be from where the keys say, mm and degrees: below what a screen shows of a machine.
 const OFF: f64 = 0.005;

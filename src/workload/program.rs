@@ -1,9 +1,9 @@
 //! Poses along the scene's program, in the order in which the machine takes them.
 
 use super::{PosedPair, WorkloadError, block_of};
-use rs274::{RapidPath, Sample, Sampling, path};
 use crate::machine::Poses;
 use crate::scene::{Pair, ProgramRun, Scene};
+use rs274::{RapidPath, Sample, Sampling, path};
 
 /// Samples within this part of the wanted number are near enough.
 const COUNT_TOLERANCE: f64 = 0.02;

@@ -1,4 +1,9 @@
-//! RS274/NGC programs: from text to canonical moves to sampled axis positions.
+#![doc = include_str!("../README.md")]
+//!
+//! # How it works
+//!
+//! A line becomes a [`block`](interpret), the block changes modes, offsets and parameters and adds moves ([`canonical`]), and the moves are walked by
+//! [`path`].
 
 pub mod canonical;
 pub mod error;

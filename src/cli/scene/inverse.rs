@@ -1,7 +1,6 @@
 //! `scene inverse`: where the axes must be for the tool to have a direction.
 
 use super::{say, table};
-use rs274::{Axis, Position};
 use crate::geometry::Vector;
 use crate::machine::Joint;
 use crate::machine::orientation::Solution;
@@ -10,6 +9,7 @@ use crate::scene::Scene;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use nalgebra::Unit;
+use rs274::{Axis, Position};
 use serde_json::{Value, json};
 
 #[derive(Args)]

@@ -1,6 +1,6 @@
 use super::super::{Pair, Role, Scene, SceneError};
-use rs274::{Axis, Position};
 use crate::geometry::Point;
+use rs274::{Axis, Position};
 use std::path::Path;
 use tempfile::TempDir;
 

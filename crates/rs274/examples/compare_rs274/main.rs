@@ -10,8 +10,8 @@
 
 mod printed;
 
-use rs274::{self, Axis, Move, MoveKind, Plane, Setup};
 use printed::Printed;
+use rs274::{Axis, Move, MoveKind, Plane, Setup};
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::process::ExitCode;
@@ -77,9 +77,9 @@ fn main() -> ExitCode {
 fn compare(program: &Path, output: &Path, table: &Path) -> Result<usize, String> {
     let read = |path: &Path| std::fs::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
     let text = |path: &Path| read(path).map_err(|error| format!("{}: {error}", path.display()));
-    let tools = gcode::read_tool_table(&text(table)?, table, INCH_MM).map_err(|error| error.to_string())?;
+    let tools = rs274::read_tool_table(&text(table)?, table, INCH_MM).map_err(|error| error.to_string())?;
     let setup = Setup { tools, probe_stops_short_mm: PROBE_STOPS_SHORT_MM, ..Setup::default() };
-    let ours = gcode::interpret(&text(program)?, program, &setup).map_err(|error| error.to_string())?;
+    let ours = rs274::interpret(&text(program)?, program, &setup).map_err(|error| error.to_string())?;
     let ours = effective(ours.moves.iter().map(ours_as_call));
     let theirs = effective(Printed::default().calls(&text(output)?)?.into_iter());
     let mut at = 0;

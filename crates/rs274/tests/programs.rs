@@ -1,8 +1,8 @@
 //! The interpreter from outside: programs, the moves they mean, and the errors they deserve. All expectations are worked
 //! out by hand beside the program.
 
-use rs274::{Axis, MoveKind, Plane, Program, RapidPath, Sampling, Setup, interpret, sample};
 use proptest::prelude::*;
+use rs274::{Axis, MoveKind, Plane, Program, RapidPath, Sampling, Setup, interpret, sample};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
 
