@@ -98,7 +98,7 @@ pub fn table(verification: &Verification) -> Table {
 pub fn verdict(verification: &Verification) -> String {
     let check = &verification.cross_check;
     let twin = format!(
-        "The exact triangle test and its integer twin agree on {} of {} random pairs ({} touching, {} degenerate).",
+        "The triangle test of the leaves, the exact one and their integer twin agree on {} of {} pairs ({} touching, {} degenerate).",
         check.pairs - check.disagreements,
         check.pairs,
         check.touching,

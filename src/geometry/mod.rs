@@ -1,8 +1,8 @@
 //! Triangles, meshes, the coordinate grid, and the triangle tests everything else rests on.
 //!
-//! Reading order: [`triangle`], [`mesh`], [`grid`], [`weld`], [`surface`], [`covariance`], the triangle tests ([`intersect`] is
-//! fast, [`exact`] decides, [`certified`] decides fast, [`exact_integer`] checks the decider, [`cross_check`]
-//! compares them), [`triangle_distance`], [`hull`], [`rectangle`], [`shapes`] and [`import`].
+//! Reading order: [`triangle`], [`mesh`], [`rigid`], [`grid`], [`weld`], [`surface`], [`covariance`], the triangle tests ([`certified`] is the one that
+//! all methods share, [`exact`] decides where it cannot, [`exact_integer`] checks both, [`cross_check`] compares them), [`triangle_distance`],
+//! [`hull`], [`rectangle`], [`shapes`] and [`import`].
 
 pub mod certified;
 pub mod covariance;
@@ -13,10 +13,10 @@ pub mod exact;
 pub mod exact_integer;
 pub mod hull;
 pub mod import;
-pub mod intersect;
 pub mod mesh;
 pub mod plane;
 pub mod rectangle;
+pub mod rigid;
 pub mod shapes;
 pub mod surface;
 pub mod triangle;
