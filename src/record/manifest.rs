@@ -29,7 +29,7 @@ pub struct Manifest {
     pub machine: MachineFacts,
     /// The variant whose default case the `null` method duplicates; empty without one.
     pub null_of: String,
-    /// The exact triangle test against its integer twin, once verified.
+    /// The triangle tests against their integer twin, once verified.
     pub cross_check: Option<CrossCheckEntry>,
     /// Stages finished so far, in order.
     pub finished: Vec<Stage>,
