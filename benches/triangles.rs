@@ -1,8 +1,8 @@
-//! The triangle tests: the fast one of the leaves, the exact one of the truth, and its integer twin.
+//! The triangle tests: the certified one of the leaves and the truth, the exact one behind it, and their integer twin.
 //!
 //! `cargo bench --bench triangles`; `-- --quick` for a first look.
 
-use bvbench::geometry::{Triangle, Vector, exact, exact_integer, grid, intersect};
+use bvbench::geometry::{Triangle, Vector, certified, exact, exact_integer, grid};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use obbtree::cases::meshes;
 use std::hint::black_box;
@@ -29,7 +29,7 @@ fn triangles(criterion: &mut Criterion) {
     for (name, apart) in [("crossing", 0.0), ("near", 1.0), ("apart", 100.0)] {
         let pairs = pairs(apart);
         let tests: [(&str, Test); 3] = [
-            ("fast", intersect::touch),
+            ("certified", certified::touch),
             ("exact", exact::touch),
             ("integer", |a, b| exact_integer::touch(a, b) == Some(true)),
         ];

@@ -8,7 +8,7 @@
 //! Implement the trait, register the type, hand the registry to the command line: nothing else. The overlap test bounds both
 //! ellipsoids along a handful of directions; one along which they are apart proves that they do not meet.
 
-use bvbench::geometry::{Isometry, Point, Triangle, Vector, triangle};
+use bvbench::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
 use bvbench::registry::{Registry, Variant};
 use bvbench::tree::SplitRule;
 use bvbench::volume::separating_axes::pad_mm;
@@ -81,7 +81,7 @@ impl BoundingVolume for Ellipsoid {
     }
 
     fn pose(a_from_b: &Isometry) -> Pose {
-        Pose { rotation: a_from_b.rotation.to_rotation_matrix().into_inner(), translation: a_from_b.translation.vector }
+        Pose { rotation: rigid::rotation(a_from_b), translation: a_from_b.translation.vector }
     }
 
     fn overlaps(&self, other: &Self, pose: &Pose) -> bool {

@@ -134,14 +134,14 @@ fn programs_come_near_and_collide_where_they_should() {
         let program = workloads.iter().find(|workload| workload.source == Source::Program).expect("a program");
         let pair = &program.pairs[0];
         let judged = judged(&scene, pair);
-        let first = judged.iter().position(|judgement| judgement.verdict.exact).expect("a collision");
+        let first = judged.iter().position(|judgement| judgement.verdict.touches()).expect("a collision");
         assert_eq!(pair.poses[first].line, Some(expected.first_colliding_line), "{}", scene.name);
         let before = pair.poses.iter().zip(&judged).filter(|(pose, _)| pose.line < Some(expected.first_colliding_line));
         let closest = before.map(|(_, judgement)| judgement.clearance_mm).fold(f64::INFINITY, f64::min);
         // The faces are plane there, or curved by less than a tenth of this.
         assert!((closest - expected.closest_before_mm).abs() < 0.03, "{}: {closest}", scene.name);
         let strata: BTreeSet<Stratum> =
-            judged.iter().map(|judgement| Stratum::of(judgement.verdict.exact, judgement.clearance_mm)).collect();
+            judged.iter().map(|judgement| Stratum::of(judgement.verdict.touches(), judgement.clearance_mm)).collect();
         assert_eq!(strata.len(), Stratum::ALL.len(), "{}: {strata:?}", scene.name);
     }
 }
@@ -154,7 +154,7 @@ fn prescribed_poses_are_apart_before_contact_and_touch_right_after_it_in_every_b
             let pair = &workload.pairs[0];
             let (mut bands, mut strata) = (BTreeSet::new(), BTreeSet::new());
             for (pose, judgement) in pair.poses.iter().zip(judged(&scene, pair)) {
-                let touching = judgement.verdict.exact;
+                let touching = judgement.verdict.touches();
                 let depth = pose.depth_mm.expect("a prescribed depth");
                 let place = format!("{name}, {}, cluster {}, {depth} mm", workload.name, pose.cluster);
                 assert!(depth >= -Band::GRAZING_MM || !touching, "touching too early: {place}");

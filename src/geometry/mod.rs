@@ -9,7 +9,7 @@ pub mod shapes;
 
 pub use obbtree::geometry::{
     Isometry, Mesh, MeshError, Point, Triangle, Vector, certified, covariance, cross_check, eigen, exact,
-    exact_integer, grid, intersect, mesh, plane, surface, triangle, triangle_distance, weld,
+    exact_integer, grid, mesh, plane, rigid, surface, triangle, triangle_distance, weld,
 };
 
 /// A hash of the snapped vertices and the faces, as hexadecimal text: equal for equal meshes on every machine.

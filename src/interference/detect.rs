@@ -7,7 +7,7 @@
 use super::octree::{SurfaceOctree, Visit};
 use super::profile::{P2, Profile};
 use super::tool::{BodyKind, BoxedTool, ToolBox};
-use crate::geometry::{Isometry, Point, Vector};
+use crate::geometry::{Isometry, Point, Vector, rigid};
 use crate::volume::separating_axes::{separated, widened_abs};
 use nalgebra::Matrix3;
 
@@ -125,7 +125,7 @@ struct Posed {
 
 impl Posed {
     fn new(tool_from_surface: &Isometry) -> Self {
-        let rotation = tool_from_surface.rotation.to_rotation_matrix().into_inner();
+        let rotation = rigid::rotation(tool_from_surface);
         Self { rotation, shift: tool_from_surface.translation.vector, widened: widened_abs(&rotation) }
     }
 

@@ -5,7 +5,7 @@ use super::chunk::{Chunk, Role};
 use super::judged::JudgedPair;
 use super::plan::{Case, Plan};
 use crate::geometry::grid::Placement;
-use crate::geometry::{Isometry, intersect};
+use crate::geometry::{Isometry, certified};
 use crate::record::{ExitRow, Stratum};
 use crate::scene::Scene;
 use crate::tree::Tree;
@@ -107,7 +107,7 @@ pub fn query(a: &Tree<Obb<Fitted>>, b: &Tree<Obb<Fitted>>, a_from_b: &Isometry, 
             (_, Some((l, r))) => [(i, l), (i, r)],
             (None, None) => {
                 let mut moved = b.triangles_of(node_b).iter().map(|triangle| placement.triangle(triangle));
-                if moved.any(|triangle| a.triangles_of(node_a).iter().any(|mine| intersect::touch(mine, &triangle))) {
+                if moved.any(|triangle| a.triangles_of(node_a).iter().any(|mine| certified::touch(mine, &triangle))) {
                     return;
                 }
                 continue;

@@ -15,9 +15,7 @@ use thiserror::Error;
 pub struct JudgedPose {
     /// Part `b` in the frame of part `a`.
     pub a_from_b: Isometry,
-    /// Whether the surfaces touch, exactly.
-    pub exact: bool,
-    /// A pair of triangles that touches by the fast test, (face of `a`, face of `b`), where there is one.
+    /// A pair of triangles that touches, (face of `a`, face of `b`), where there is one; exact.
     pub witness: Option<(u32, u32)>,
     /// Whether one solid lies wholly inside the other.
     pub contained: bool,
@@ -78,9 +76,9 @@ pub enum JudgeError {
 }
 
 impl JudgedPose {
-    /// Whether any pair of triangles touches by the fast test.
+    /// Whether the surfaces touch; exact.
     #[must_use]
-    pub const fn brute(&self) -> bool {
+    pub const fn touches(&self) -> bool {
         self.witness.is_some()
     }
 }
@@ -149,7 +147,7 @@ fn judgements(
     } else {
         let mut found = truth::judge_all(&oracle, &poses, &strata.sought(), &|done| progress.advance(done));
         if along_path {
-            let exact: Vec<bool> = found.iter().map(|judgement| judgement.verdict.exact).collect();
+            let exact: Vec<bool> = found.iter().map(|judgement| judgement.verdict.touches()).collect();
             for (judgement, depth) in found.iter_mut().zip(truth::path_depths(&oracle, &poses, &exact)) {
                 judgement.depth_mm = depth;
             }
@@ -168,7 +166,7 @@ fn judgements(
 }
 
 fn judged_pose(a_from_b: Isometry, judgement: &Judgement) -> JudgedPose {
-    let touching = judgement.verdict.exact;
+    let touching = judgement.verdict.touches();
     let band = match judgement.depth_mm {
         _ if !touching => Band::Clear,
         Some(depth) => Band::of_depth(depth),
@@ -177,7 +175,6 @@ fn judged_pose(a_from_b: Isometry, judgement: &Judgement) -> JudgedPose {
     };
     JudgedPose {
         a_from_b,
-        exact: touching,
         witness: judgement.verdict.witness,
         contained: judgement.verdict.contained,
         stratum: Stratum::of(touching, judgement.clearance_mm),

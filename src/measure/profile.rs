@@ -32,7 +32,7 @@ pub struct Budget {
     pub build_blocks: u32,
     /// Random frames of each part, beside its own, in which the tightness of the trees is measured.
     pub frames: u32,
-    /// Random triangle pairs on which the exact test is compared with its integer twin.
+    /// Random triangle pairs on which the triangle tests are compared with their integer twin.
     pub cross_check_pairs: u64,
 }
 

@@ -197,13 +197,13 @@ impl Run {
         Ok(())
     }
 
-    /// Compares the exact triangle test with its twin, verifies every case on every scene, and writes `verification.csv`.
+    /// Compares the triangle tests with their integer twin, verifies every case on every scene, and writes `verification.csv`.
     ///
     /// # Errors
     /// When poses cannot be judged or files cannot be written.
     pub fn verify(&mut self, progress: &dyn Progress) -> Result<Verification, MeasureError> {
         self.start(Stage::Verify)?;
-        progress.begin("exact test against its integer twin", 1);
+        progress.begin("triangle tests against their integer twin", 1);
         let check = cross_check(self.plan.selection.seed, self.plan.budget.cross_check_pairs);
         let poses = self.plan.budget.verify_poses;
         let mut all = Vec::new();

@@ -2,7 +2,7 @@
 
 use super::{Model, same};
 use crate::geometry::grid::Placement;
-use crate::geometry::{Isometry, Triangle, intersect, triangle_distance};
+use crate::geometry::{Isometry, Triangle, certified, triangle_distance};
 use crate::tree::distance::Proximity;
 use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::Counts;
@@ -31,7 +31,7 @@ impl Model for AllPairs {
             let moved = placement.triangle(t);
             self.0.iter().any(|mine| {
                 tests += 1;
-                intersect::touch(mine, &moved)
+                certified::touch(mine, &moved)
             })
         });
         (touching, Counts { volume_tests: 0, triangle_tests: tests })
@@ -43,7 +43,7 @@ impl Model for AllPairs {
         let mut contacts = Vec::new();
         for (t, face_b) in other.iter().zip(0..) {
             let moved = placement.triangle(t);
-            let touching = self.0.iter().zip(0..).filter(|(mine, _)| intersect::touch(mine, &moved));
+            let touching = self.0.iter().zip(0..).filter(|(mine, _)| certified::touch(mine, &moved));
             contacts.extend(touching.map(|(_, face_a)| (face_a, face_b)));
         }
         contacts.sort_unstable();
@@ -55,7 +55,7 @@ impl Model for AllPairs {
         let mut least = below_mm;
         for moved in same::<Self>(other).0.iter().map(|t| placement.triangle(t)) {
             for mine in &self.0 {
-                if intersect::touch(mine, &moved) {
+                if certified::touch(mine, &moved) {
                     return 0.0;
                 }
                 least = least.min(triangle_distance::squared(mine, &moved).sqrt());

@@ -29,7 +29,7 @@ pub struct Manifest {
     pub machine: MachineFacts,
     /// The variant whose default case the `null` method duplicates; empty without one.
     pub null_of: String,
-    /// The exact triangle test against its integer twin, once verified.
+    /// The triangle tests against their integer twin, once verified.
     pub cross_check: Option<CrossCheckEntry>,
     /// Stages finished so far, in order.
     pub finished: Vec<Stage>,
@@ -95,7 +95,7 @@ pub struct VariantEntry {
     pub policies: Vec<String>,
 }
 
-/// The comparison of the exact triangle test with its integer twin.
+/// The comparison of the leaves' triangle test and the exact one with their integer twin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CrossCheckEntry {
     /// Pairs of triangles.
@@ -104,7 +104,7 @@ pub struct CrossCheckEntry {
     pub touching: u64,
     /// Pairs with a triangle that is a segment or a point.
     pub degenerate: u64,
-    /// Pairs on which the two disagree.
+    /// Pairs on which either disagrees with the twin.
     pub disagreements: u64,
 }
 

@@ -66,7 +66,7 @@ pub struct QueryRow {
     pub leaf: u8,
     /// Exact verdict, 0 or 1.
     pub exact: u8,
-    /// Verdict of the fast triangle test over the truth's candidate pairs, 0 or 1.
+    /// Verdict of the leaves' triangle test over the truth's candidate pairs, 0 or 1; equal to `exact` since that test is exact.
     pub brute: u8,
     /// The variant's verdict, 0 or 1.
     pub tree: u8,
@@ -134,13 +134,13 @@ pub struct VerificationRow {
     pub queried: u64,
     /// How many touch by the exact test.
     pub exact: u64,
-    /// How many touch by the fast triangle test.
+    /// How many touch by the leaves' triangle test; equal to `exact` since that test is exact.
     pub brute: u64,
     /// How many touch by the variant.
     pub tree: u64,
     /// `brute` and not `tree`: the volume's false negatives.
     pub missed_by_volume: u64,
-    /// `exact` and not `brute`: the triangle test's.
+    /// `exact` and not `brute`: the triangle test's; 0 since that test is exact.
     pub missed_by_leaf: u64,
     /// `exact` and not `tree`: all of the variant's false negatives, whoever is to blame.
     pub missed: u64,

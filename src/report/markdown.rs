@@ -245,7 +245,7 @@ fn misses(contents: &Contents) -> String {
     }
     format!(
         "## Contacts missed\n\nColliding poses by the exact test, grazing contacts apart; how many of them the volumes hide although \
-         the triangle test finds them; how many are missed in all (with those that the fast triangle test itself does not see). \
+         the triangle test of the leaves finds them; how many are missed in all (the same since that test is exact). \
          Rates with 95 % Wilson intervals; none of n is written as at most 3/n.\n\n{}",
         table.finish()
     )

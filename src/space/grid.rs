@@ -8,7 +8,7 @@
 
 use super::{Turn, bounds_overlap, may_reach, padded_bounds};
 use crate::geometry::grid::Placement;
-use crate::geometry::{Isometry, Point, Triangle, Vector, intersect, triangle_distance};
+use crate::geometry::{Isometry, Point, Triangle, Vector, certified, triangle_distance};
 use crate::tree::traverse::Probe;
 use crate::volume::separating_axes::gap_mm;
 use std::ops::{ControlFlow, RangeInclusive};
@@ -186,7 +186,7 @@ impl Grid {
                     }
                     for (moved, their_face) in &scratch.moved {
                         probe.triangle_test();
-                        if intersect::touch(triangle, moved) {
+                        if certified::touch(triangle, moved) {
                             on_contact(face, *their_face)?;
                         }
                     }
@@ -233,7 +233,7 @@ pub(super) fn nearest<'a>(mine: impl Iterator<Item = &'a Triangle>, theirs: &[Tr
             if triangle_distance::exceeds(still, moved, least * least) {
                 continue;
             }
-            if intersect::touch(still, moved) {
+            if certified::touch(still, moved) {
                 return 0.0;
             }
             least = least.min(triangle_distance::squared(still, moved).sqrt());

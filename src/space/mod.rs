@@ -13,7 +13,7 @@
 pub mod grid;
 pub mod octree;
 
-use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
+use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
 use crate::volume::separating_axes::{pad_mm, widened_abs};
 use nalgebra::Matrix3;
 
@@ -26,7 +26,7 @@ struct Turn {
 
 impl Turn {
     fn new(pose: &Isometry) -> Self {
-        let rotation = pose.rotation.to_rotation_matrix().into_inner();
+        let rotation = rigid::rotation(pose);
         Self { rotation, widened: widened_abs(&rotation), translation: pose.translation.vector }
     }
 

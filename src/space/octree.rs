@@ -7,7 +7,7 @@
 use super::grid::nearest;
 use super::{Turn, bounds_overlap, may_reach, padded_bounds};
 use crate::geometry::grid::Placement;
-use crate::geometry::{Isometry, Point, Triangle, Vector, intersect};
+use crate::geometry::{Isometry, Point, Triangle, Vector, certified};
 use crate::tree::traverse::Probe;
 use crate::volume::separating_axes::{gap_mm, separated};
 use std::ops::ControlFlow;
@@ -182,7 +182,7 @@ impl Octree {
                 for &face in self.faces_in(a) {
                     for (moved, their_face) in &scratch.moved {
                         probe.triangle_test();
-                        if intersect::touch(&self.triangles[face as usize], moved) {
+                        if certified::touch(&self.triangles[face as usize], moved) {
                             on_contact(face, *their_face)?;
                         }
                     }

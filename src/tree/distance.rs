@@ -8,7 +8,7 @@
 use super::Tree;
 use super::traverse::open;
 use crate::geometry::grid::Placement;
-use crate::geometry::{Isometry, Triangle, intersect, triangle_distance};
+use crate::geometry::{Isometry, Triangle, certified, triangle_distance};
 use crate::volume::BoundingVolume;
 pub use obbtree::proximity::Proximity;
 
@@ -35,7 +35,7 @@ pub fn distance_mm<V: BoundingVolume>(
         let still = &a.triangles[i];
         if triangle_distance::exceeds(still, moved, least * least) {
             f64::INFINITY
-        } else if intersect::touch(still, moved) {
+        } else if certified::touch(still, moved) {
             0.0
         } else {
             triangle_distance::squared(still, moved).sqrt()

@@ -2,7 +2,7 @@
 
 use super::{Node, Tree};
 use crate::geometry::grid::Placement;
-use crate::geometry::{Isometry, Triangle, intersect};
+use crate::geometry::{Isometry, Triangle, certified};
 use crate::volume::BoundingVolume;
 pub use obbtree::traverse::Counts;
 use std::ops::ControlFlow;
@@ -114,7 +114,7 @@ fn leaf_pairs<V, B>(
         let moved: Triangle = placement.triangle(&b.triangles[index_b]);
         for index_a in range_a.clone() {
             probe.triangle_test();
-            if intersect::touch(&a.triangles[index_a], &moved) {
+            if certified::touch(&a.triangles[index_a], &moved) {
                 on_contact(a.faces[index_a], b.faces[index_b])?;
             }
         }

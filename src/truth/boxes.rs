@@ -1,7 +1,7 @@
 //! A static tree of axis-aligned boxes over a mesh, and the boxes moved without ever losing what they hold.
 
 use crate::geometry::grid::STEP_MM;
-use crate::geometry::{Isometry, Point, Triangle, Vector};
+use crate::geometry::{Isometry, Point, Triangle, Vector, rigid};
 use nalgebra::Matrix3;
 
 /// An axis-aligned box, mm, closed.
@@ -204,7 +204,7 @@ const ROUNDING: f64 = 3.552_713_678_800_501e-15; // 2^-48
 impl Mover {
     /// For boxes inside `root`.
     pub fn new(a_from_b: &Isometry, root: &Bounds) -> Self {
-        Self::of(a_from_b.rotation.to_rotation_matrix().into_inner(), a_from_b.translation.vector, root)
+        Self::of(rigid::rotation(a_from_b), a_from_b.translation.vector, root)
     }
 
     /// The motion v -> `matrix` v + `translation`, for boxes inside `root`.

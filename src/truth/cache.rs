@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// Part of every key. To be raised whenever an answer may have changed.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 /// The first bytes of every file.
 const MAGIC: &[u8; 8] = b"bvtruth\0";
 /// Bytes of one record: flags, the witness's faces, clearance, depth.
@@ -111,7 +111,7 @@ fn encode(key: &TruthKey, judgements: &[Judgement]) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend(key.hash.as_bytes());
     for Judgement { verdict, clearance_mm, depth_mm } in judgements {
-        let flags = [verdict.exact, verdict.brute(), verdict.contained, depth_mm.is_some()];
+        let flags = [verdict.touches(), verdict.contained, depth_mm.is_some()];
         bytes.push(flags.iter().enumerate().map(|(i, &flag)| u8::from(flag) << i).sum());
         let (face_a, face_b) = verdict.witness.unwrap_or_default();
         bytes.extend(face_a.to_le_bytes());
@@ -140,11 +140,11 @@ fn decode_record(record: &[u8]) -> Option<Judgement> {
     let (&face_b, numbers) = numbers.split_first_chunk::<4>()?;
     let (&clearance, depth) = numbers.split_first_chunk::<8>()?;
     let flag = |i: u8| flags >> i & 1 == 1;
-    let witness = flag(1).then_some((u32::from_le_bytes(face_a), u32::from_le_bytes(face_b)));
+    let witness = flag(0).then_some((u32::from_le_bytes(face_a), u32::from_le_bytes(face_b)));
     Some(Judgement {
-        verdict: Verdict { exact: flag(0), witness, contained: flag(2) },
+        verdict: Verdict { witness, contained: flag(1) },
         clearance_mm: f64::from_le_bytes(clearance),
-        depth_mm: flag(3).then_some(f64::from_le_bytes(depth.try_into().ok()?)),
+        depth_mm: flag(2).then_some(f64::from_le_bytes(depth.try_into().ok()?)),
     })
 }
 

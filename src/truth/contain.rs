@@ -151,7 +151,7 @@ mod tests {
         let pose = Isometry::new(Vector::from(shift), Vector::zeros());
         let (a, b) = (Arc::new(a.clone()), Arc::new(b.clone()));
         let verdict = PairOracle::new(Arc::clone(&a), Arc::clone(&b)).judge(&pose);
-        assert!(!verdict.exact);
+        assert!(!verdict.touches());
         assert_eq!(Solid::one_in_the_other(&Solid::new(a), &Solid::new(b), &pose), verdict.contained);
         verdict.contained
     }

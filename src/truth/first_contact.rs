@@ -12,7 +12,7 @@
 
 use super::PairOracle;
 use super::boxes::{Bounds, BoxTree, Memo, Mover};
-use crate::geometry::{Isometry, Point, Triangle, Vector};
+use crate::geometry::{Isometry, Point, Triangle, Vector, rigid};
 use nalgebra::{Matrix3, Unit};
 use robust::Coord;
 
@@ -23,7 +23,7 @@ impl PairOracle {
     #[must_use]
     pub fn first_contact_mm(&self, a_from_b: &Isometry, direction_in_a: &Unit<Vector>) -> Option<f64> {
         let frame = frame_along(direction_in_a);
-        let rotation = frame * a_from_b.rotation.to_rotation_matrix().into_inner();
+        let rotation = frame * rigid::rotation(a_from_b);
         let shift = frame * a_from_b.translation.vector;
         let mut a = Moved::new(&self.a.tree, Mover::of(frame, Vector::zeros(), self.a.bounds()));
         let mut b = Moved::new(&self.b.tree, Mover::of(rotation, shift, self.b.bounds()));

@@ -9,17 +9,15 @@ use super::clearance::{Nearest, Sought};
 use super::{PairOracle, Posed};
 use crate::geometry::grid::Placement;
 use crate::geometry::plane::Plane;
-use crate::geometry::{Isometry, Triangle, certified, exact, intersect};
+use crate::geometry::{Isometry, Triangle, certified};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 
 /// What is true of a pair at a pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Verdict {
-    /// Whether the surfaces share a point; exact, for the snapped vertices.
-    pub exact: bool,
-    /// The first candidate pair of triangles that touches by the fast triangle test, (face of `a`, face of `b`); no volume
-    /// is involved.
+    /// The first candidate pair of triangles that share a point, (face of `a`, face of `b`); exact, for the snapped
+    /// vertices. No volume is involved.
     pub witness: Option<(u32, u32)>,
     /// Whether the surfaces are apart and part of one solid lies wholly inside the other. Exact. A mesh that is not
     /// watertight contains nothing.
@@ -27,9 +25,9 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Whether the fast triangle test says of any candidate pair of triangles that it touches.
+    /// Whether the surfaces share a point; exact, for the snapped vertices.
     #[must_use]
-    pub const fn brute(&self) -> bool {
+    pub const fn touches(&self) -> bool {
         self.witness.is_some()
     }
 }
@@ -60,7 +58,7 @@ pub fn judge_all(
 ) -> Vec<Judgement> {
     let judge = |pose: &Isometry, nearest: &mut Nearest| {
         let verdict = oracle.judge(pose);
-        let clearance_mm = if verdict.exact { 0.0 } else { oracle.clearance_of_free_mm(pose, sought, nearest) };
+        let clearance_mm = if verdict.touches() { 0.0 } else { oracle.clearance_of_free_mm(pose, sought, nearest) };
         Judgement { verdict, clearance_mm, depth_mm: None }
     };
     let chunks: Vec<Vec<Judgement>> = poses
@@ -100,15 +98,10 @@ struct Candidate<'c> {
 }
 
 impl Candidate<'_> {
-    /// Whether they touch, where `f64` can tell.
-    #[inline(always)]
-    fn decided(&self) -> Option<bool> {
-        certified::decided_by_planes((self.a, self.plane), (&self.b.triangle, &self.b.plane))
-    }
-
     /// Whether they touch; exact.
+    #[inline(always)]
     fn touches(&self) -> bool {
-        self.decided().unwrap_or_else(|| exact::touch(self.a, &self.b.triangle))
+        certified::touch_by_planes((self.a, self.plane), (&self.b.triangle, &self.b.plane))
     }
 }
 
@@ -117,26 +110,22 @@ impl PairOracle {
     #[must_use]
     pub fn judge(&self, a_from_b: &Isometry) -> Verdict {
         let posed = self.posed(a_from_b);
-        let (mut exact, mut witness) = (false, None);
-        let _ = self.candidates(&posed, |pair| {
-            // Where rounding decides nothing, both tests say the same.
-            let decided = pair.decided();
-            if witness.is_none() && decided.unwrap_or_else(|| intersect::touch(pair.a, &pair.b.triangle)) {
-                witness = Some(pair.faces);
-            }
-            exact = exact || decided.unwrap_or_else(|| exact::touch(pair.a, &pair.b.triangle));
-            if exact && witness.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        Verdict { exact, witness, contained: !exact && self.contained(&posed) }
+        let witness = self.witness(&posed);
+        Verdict { witness, contained: witness.is_none() && self.contained(&posed) }
     }
 
     /// Whether the surfaces share a point; exact, for the snapped vertices.
     #[must_use]
     pub fn touches(&self, a_from_b: &Isometry) -> bool {
-        self.candidates(&self.posed(a_from_b), |pair| {
-            if pair.touches() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        })
-        .is_break()
+        self.witness(&self.posed(a_from_b)).is_some()
+    }
+
+    /// The first candidate pair that touches.
+    fn witness(&self, posed: &Posed) -> Option<(u32, u32)> {
+        let found = self.candidates(posed, |pair| {
+            if pair.touches() { ControlFlow::Break(pair.faces) } else { ControlFlow::Continue(()) }
+        });
+        found.break_value()
     }
 
     /// How many pairs of triangles share a point; exact, for the snapped vertices.
@@ -145,13 +134,13 @@ impl PairOracle {
         let mut pairs = 0;
         let _ = self.candidates(&self.posed(a_from_b), |pair| {
             pairs += u64::from(pair.touches());
-            ControlFlow::Continue(())
+            ControlFlow::<()>::Continue(())
         });
         pairs
     }
 
     /// Calls `visit` with every pair of triangles whose boxes overlap, until it breaks.
-    fn candidates(&self, posed: &Posed, mut visit: impl FnMut(&Candidate) -> ControlFlow<()>) -> ControlFlow<()> {
+    fn candidates<B>(&self, posed: &Posed, mut visit: impl FnMut(&Candidate) -> ControlFlow<B>) -> ControlFlow<B> {
         let (a, b) = (&self.a.tree, &self.b.tree);
         let (mut moved, mut placed) = (Memo::new(b), Memo::new(b));
         let mut stack = vec![(0, 0)];
@@ -176,13 +165,13 @@ impl PairOracle {
     }
 
     /// Visits the triangles of `a` below node `i` whose boxes overlap that of a triangle of `b`.
-    fn candidates_of(
+    fn candidates_of<B>(
         &self,
         of_b: &Placed,
         face_b: u32,
         i: u32,
-        visit: &mut impl FnMut(&Candidate) -> ControlFlow<()>,
-    ) -> ControlFlow<()> {
+        visit: &mut impl FnMut(&Candidate) -> ControlFlow<B>,
+    ) -> ControlFlow<B> {
         let a = &self.a.tree;
         // A path through the halving tree leaves at most one sibling per level behind.
         let (mut stack, mut height) = ([0; 40], 1);
@@ -213,7 +202,7 @@ impl PairOracle {
 mod tests {
     use super::super::solids;
     use super::*;
-    use crate::geometry::{Mesh, Vector};
+    use crate::geometry::{Mesh, Vector, exact};
     use proptest::prelude::*;
     use std::sync::Arc;
     use std::sync::atomic::{AtomicU64, Ordering};
@@ -222,24 +211,24 @@ mod tests {
         PairOracle::new(Arc::new(solids::block(4.0, 4.0, 4.0)), Arc::new(solids::block(2.0, 2.0, 2.0)))
     }
 
-    /// Exact, brute, contained.
-    type Answers = (bool, bool, bool);
+    /// Touches, contained.
+    type Answers = (bool, bool);
 
     fn answers(verdict: Verdict) -> Answers {
-        (verdict.exact, verdict.brute(), verdict.contained)
+        (verdict.touches(), verdict.contained)
     }
 
     #[test]
     fn blocks_touch_until_they_are_a_step_apart() {
         let step = crate::geometry::grid::STEP_MM;
         for (x, expected) in [
-            (0.0, (false, false, true)),
-            (1.0, (true, true, false)),
-            (2.0, (true, true, false)),
-            (3.0, (true, true, false)),
-            (3.0 + step, (false, false, false)),
-            (1.0 - step, (false, false, true)),
-            (50.0, (false, false, false)),
+            (0.0, (false, true)),
+            (1.0, (true, false)),
+            (2.0, (true, false)),
+            (3.0, (true, false)),
+            (3.0 + step, (false, false)),
+            (1.0 - step, (false, true)),
+            (50.0, (false, false)),
         ] {
             let pose = Isometry::translation(x, 0.25, 0.5);
             assert_eq!(answers(block_on_block().judge(&pose)), expected, "x = {x}");
@@ -247,17 +236,11 @@ mod tests {
         }
     }
 
-    /// All pairs of triangles, no boxes: how many touch exactly, and whether any does by the fast test.
-    fn by_all_pairs(a: &Mesh, b: &Mesh, pose: &Isometry) -> (u64, bool) {
+    /// All pairs of triangles, no boxes, no bound of an error: how many touch.
+    fn by_all_pairs(a: &Mesh, b: &Mesh, pose: &Isometry) -> u64 {
         let placement = Placement::new(pose);
-        let (still, mut exact, mut brute) = (a.triangles(), 0, false);
-        for moved in b.triangles().iter().map(|t| placement.triangle(t)) {
-            for t in still.iter().filter(|t| exact::bounds_overlap(t, &moved)) {
-                exact += u64::from(exact::touch(t, &moved));
-                brute |= intersect::touch(t, &moved);
-            }
-        }
-        (exact, brute)
+        let moved: Vec<Triangle> = b.triangles().iter().map(|t| placement.triangle(t)).collect();
+        a.triangles().iter().map(|t| moved.iter().filter(|other| exact::touch(t, other)).count() as u64).sum()
     }
 
     fn pose_of(turn: [f64; 3], shift: [f64; 3]) -> Isometry {
@@ -279,16 +262,16 @@ mod tests {
             let pose = pose_of(turn, shift);
             let oracle = PairOracle::new(Arc::new(a.clone()), Arc::new(b.clone()));
             let verdict = oracle.judge(&pose);
-            let (touching, brute) = by_all_pairs(&a, &b, &pose);
-            prop_assert_eq!((verdict.exact, verdict.brute()), (touching > 0, brute));
+            let touching = by_all_pairs(&a, &b, &pose);
+            prop_assert_eq!(verdict.touches(), touching > 0);
             prop_assert_eq!(oracle.touching_pairs(&pose), touching);
             if let Some((face_a, face_b)) = verdict.witness {
                 let moved = Placement::new(&pose).triangle(&b.triangles()[face_b as usize]);
-                prop_assert!(intersect::touch(&a.triangles()[face_a as usize], &moved));
+                prop_assert!(exact::touch(&a.triangles()[face_a as usize], &moved));
             }
-            prop_assert_eq!(oracle.touches(&pose), verdict.exact);
+            prop_assert_eq!(oracle.touches(&pose), verdict.touches());
             let clearance = oracle.clearance_mm(&pose, f64::INFINITY);
-            prop_assert_eq!(clearance == 0.0, verdict.exact);
+            prop_assert_eq!(clearance == 0.0, verdict.touches());
             let cut_off = if clearance <= 0.5 { clearance } else { f64::INFINITY };
             prop_assert_eq!(oracle.clearance_mm(&pose, 0.5), cut_off);
         }
@@ -315,7 +298,7 @@ mod tests {
             assert_eq!(judgement.verdict, oracle.judge(pose));
             assert_eq!(judgement.clearance_mm, oracle.clearance_mm(pose, 2.0));
         }
-        assert!(judged.iter().any(|j| j.verdict.exact) && judged.iter().any(|j| j.clearance_mm == f64::INFINITY));
+        assert!(judged.iter().any(|j| j.verdict.touches()) && judged.iter().any(|j| j.clearance_mm == f64::INFINITY));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! | file | question |
 //! |---|---|
-//! | [`judge`] | do the surfaces touch (exactly; and by the fast test)? is one solid inside the other? |
+//! | [`judge`] | do the surfaces touch? is one solid inside the other? |
 //! | [`clearance`] | how far apart are they? |
 //! | [`first_contact`] | how far can the second slide before they touch? |
 //! | [`contain`] | is one solid inside the other, asked of solids that have no partner? |
@@ -12,7 +12,7 @@
 //! `boxes` holds the private tree of axis-aligned boxes and the proof of
 //! its rounding.
 //!
-//! Exact: [`Verdict::exact`] and [`Verdict::contained`], as statements about the first mesh and the second one with its
+//! Exact: [`Verdict::touches`] and [`Verdict::contained`], as statements about the first mesh and the second one with its
 //! vertices moved and snapped to the grid ([`Placement`]). Not exact, but accurate to rounding: lengths in mm.
 
 mod boxes;

@@ -7,7 +7,7 @@
 use super::obb::{Fitted, Obb};
 use super::separating_axes::{box_contains, gap_mm, pad_mm, separated, widened_abs};
 use super::{BoundingVolume, Info, Segment, box_area, box_outline, coordinate_axes_by_extent};
-use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
+use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
 use nalgebra::{Matrix3, Unit};
 use std::fmt::Debug;
 use std::marker::PhantomData;
@@ -79,7 +79,7 @@ impl<R: AabbRule> BoundingVolume for AlignedBox<R> {
     }
 
     fn pose(a_from_b: &Isometry) -> AabbPose {
-        let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
+        let rotation = rigid::rotation(a_from_b);
         AabbPose { rotation, widened: widened_abs(&rotation), translation: a_from_b.translation.vector }
     }
 

@@ -11,7 +11,7 @@
 use super::polytope::Polytope;
 use super::separating_axes::pad_mm;
 use super::{BoundingVolume, Info, Segment, coordinate_axes_by_extent};
-use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
+use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
 use nalgebra::{Matrix3, Unit};
 use std::fmt::Debug;
 use std::marker::PhantomData;
@@ -121,7 +121,7 @@ impl<D: Directions<K>, const K: usize> BoundingVolume for Dop<D, K> {
     }
 
     fn pose(a_from_b: &Isometry) -> DopPose<K> {
-        let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
+        let rotation = rigid::rotation(a_from_b);
         let translation = a_from_b.translation.vector;
         let normals = D::normals();
         DopPose {

@@ -8,7 +8,7 @@
 use super::dop::Directions;
 use super::dop_8::{Diagonals, Dop8};
 use super::{BoundingVolume, Info, Segment};
-use crate::geometry::{Isometry, Point, Triangle, Vector};
+use crate::geometry::{Isometry, Point, Triangle, Vector, rigid};
 use nalgebra::{Matrix3, Unit};
 use std::sync::OnceLock;
 
@@ -123,7 +123,7 @@ impl BoundingVolume for Dop8Vertex {
     }
 
     fn pose(a_from_b: &Isometry) -> VertexPose {
-        let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
+        let rotation = rigid::rotation(a_from_b);
         let translation = a_from_b.translation.vector;
         let normals = Diagonals::normals();
         VertexPose {

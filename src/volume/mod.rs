@@ -79,7 +79,9 @@ pub trait BoundingVolume: Clone + Debug + Send + Sync + 'static {
     /// can cost.
     fn fit(triangles: &[Triangle]) -> Self;
 
-    /// The constants for overlap tests between volumes of mesh `a` (left) and mesh `b` (right).
+    /// The constants for overlap tests between volumes of mesh `a` (left) and mesh `b` (right). The rotation comes from
+    /// [`crate::geometry::rigid`], as that of the leaves does: a quaternion of length 1 ± 1e-7 taken as it is would stretch the
+    /// volumes of `b` by 2e-7 of their distance from the origin, and a safe volume would miss contacts.
     fn pose(a_from_b: &Isometry) -> Self::Pose;
 
     /// Whether this volume of mesh `a` and `other` of mesh `b` may touch at the pose. For a safe volume: true whenever

@@ -2,6 +2,7 @@
 
 use super::separating_axes::pad_mm;
 use super::{BoundingVolume, Info, Segment, coordinate_axes_by_extent};
+use crate::geometry::rigid::rigid;
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use nalgebra::Unit;
 use std::f64::consts::{PI, TAU};
@@ -50,7 +51,7 @@ impl<R: SphereRule> BoundingVolume for Sphere<R> {
     }
 
     fn pose(a_from_b: &Isometry) -> Isometry {
-        *a_from_b
+        rigid(a_from_b)
     }
 
     fn overlaps(&self, other: &Self, a_from_b: &Isometry) -> bool {

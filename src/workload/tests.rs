@@ -98,9 +98,9 @@ fn prescribed_depths_are_what_the_oracle_finds() {
         let pair = &workload.pairs[0];
         for (pose, verdict) in pair.poses.iter().zip(verdicts(&scene, pair)) {
             let Some(depth) = pose.depth_mm else { continue };
-            assert!(depth >= -1e-6 || !verdict.exact, "{}: touching {depth} mm", workload.name);
+            assert!(depth >= -1e-6 || !verdict.touches(), "{}: touching {depth} mm", workload.name);
             // Shallow enough that the thin block cannot have come out on the other side, nor vanished inside.
-            assert!(!(1.1e-6..0.01).contains(&depth) || verdict.exact, "{}: apart at {depth} mm", workload.name);
+            assert!(!(1.1e-6..0.01).contains(&depth) || verdict.touches(), "{}: apart at {depth} mm", workload.name);
         }
     }
 }
@@ -123,7 +123,7 @@ fn a_program_gives_its_lines_and_runs_into_the_wall_at_the_third() {
     let scene = slide();
     let workloads = generate(&scene, 2000, 1).unwrap();
     let path = &workloads[0].pairs[0];
-    let first = verdicts(&scene, path).iter().position(|verdict| verdict.exact).unwrap();
+    let first = verdicts(&scene, path).iter().position(|verdict| verdict.touches()).unwrap();
     assert_eq!(path.poses[first].line, Some(3));
     assert!(path.poses.iter().all(|pose| pose.depth_mm.is_none()));
     let x: Vec<f64> = path.poses.iter().map(|pose| pose.a_from_b.translation.x).collect();

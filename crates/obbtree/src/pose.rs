@@ -76,9 +76,10 @@ pub(super) struct Pose {
 impl Pose {
     /// `reach` is the sum of both meshes' largest distances from their origins, mm.
     ///
-    /// The truth moves a corner of `b` by the matrix R as it stands in `f64`, adds, rounds and snaps it to the grid, which moves it by up to
-    /// [`grid::SNAP_RADIUS_MM`]. R is orthogonal up to a defect max|RᵀR - I|, measured here; seen from `b`, by Rᵀ, points
-    /// of `a` are misplaced in proportion to it.
+    /// The truth moves a corner of `b` by the matrix of the unit quaternion ([`crate::geometry::rigid`]), adds, rounds and snaps it to the grid, which
+    /// moves it by up to [`grid::SNAP_RADIUS_MM`]. The matrix R here is that of the quaternion as it is, orthogonal up to a defect max|RᵀR - I|, measured
+    /// here. It moves corners by less than a defect of their distance elsewhere; seen from `b`, by Rᵀ, points of `a` are misplaced in proportion to
+    /// it as well.
     pub fn new(a_from_b: &Isometry, reach: f64) -> Self {
         let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
         let translation = a_from_b.translation.vector;

@@ -18,8 +18,8 @@ pub fn count(cell: &Cell, questions: &Questions<'_>) -> (Vec<AuditRow>, Vec<Audi
         let (mut touching, mut missed) = (0, 0);
         for pose in chunk.poses.iter().map(|&pose| &judged.poses[pose]) {
             let verdict = traverse::first(a, b, &pose.a_from_b, &mut scratch, &mut counts);
-            touching += u64::from(pose.brute());
-            missed += u64::from(pose.brute() && !verdict);
+            touching += u64::from(pose.touches());
+            missed += u64::from(pose.touches() && !verdict);
         }
         AuditRow {
             scene: questions.scene.name.clone(),

@@ -12,7 +12,7 @@
 //! | `truth.npy` | f8 (n) | modes `all` and `distance` only: touching pairs of triangles; mm |
 
 use super::{Mode, PeersError, npy};
-use crate::geometry::{Isometry, Mesh, Point};
+use crate::geometry::{Isometry, Mesh, Point, rigid};
 use crate::measure::chunk::{self, Chunk, Role};
 use crate::measure::judged::{self, JudgedPair, JudgedPose};
 use crate::measure::run::POSE_RESERVE;
@@ -124,7 +124,7 @@ fn question(oracle: &PairOracle, pose: &JudgedPose, mode: Mode) -> Question {
         Mode::Distance => Some(oracle.clearance_mm(&pose.a_from_b, f64::INFINITY)),
         Mode::First | Mode::Path => None,
     };
-    Question { a_from_b: pose.a_from_b, exact: pose.exact, grazing, stratum: pose.stratum, value }
+    Question { a_from_b: pose.a_from_b, exact: pose.touches(), grazing, stratum: pose.stratum, value }
 }
 
 /// Fine steps from a chunk's first pose towards the next pose of the path.
@@ -136,7 +136,7 @@ fn fine_steps(oracle: &PairOracle, path: &[JudgedPose], chunk: &Chunk) -> Vec<Qu
     let poses: Vec<Isometry> = (0..PATH_STEPS).map(|k| from.lerp_slerp(to, step * k as f64)).collect();
     let judgements = judge_all(oracle, &poses, &Sought::Borders(&Stratum::BORDERS_MM), &|_| {});
     let judged = poses.into_iter().zip(judgements).map(|(a_from_b, judgement)| {
-        let exact = judgement.verdict.exact;
+        let exact = judgement.verdict.touches();
         let stratum = Stratum::of(exact, judgement.clearance_mm);
         // How deep a step is nobody has found; grazing ones are known from the free side only.
         let grazing = stratum == Stratum::NearMiss && oracle.clearance_mm(&a_from_b, Band::GRAZING_MM).is_finite();
@@ -214,7 +214,7 @@ pub fn read_poses(folder: &Path) -> Result<Vec<Isometry>, PeersError> {
 
 /// The upper three rows of the homogeneous matrix, row by row.
 fn to_matrix(a_from_b: &Isometry) -> [f64; 12] {
-    let matrix = a_from_b.to_homogeneous();
+    let matrix = rigid::rigid(a_from_b).to_homogeneous();
     std::array::from_fn(|i| matrix[(i / 4, i % 4)])
 }
 

@@ -327,9 +327,7 @@ impl SweepRun {
 
     fn count(&self, x: f64, triangles: u64, stage: &Stage, models: &[Prepared], batches: &[Batch]) -> Vec<SweepRow> {
         let oracle = PairOracle::new(Arc::clone(&stage.a), Arc::clone(&stage.b));
-        let touches = |batch: &Batch| -> Vec<bool> {
-            batch.poses.iter().map(|pose| oracle.judge(pose).witness.is_some()).collect()
-        };
+        let touches = |batch: &Batch| -> Vec<bool> { batch.poses.iter().map(|pose| oracle.touches(pose)).collect() };
         let touches: Vec<Vec<bool>> = batches.par_iter().map(touches).collect();
         let rows = models.iter().flat_map(|model| batches.iter().zip(&touches).map(move |(b, t)| (model, b, t)));
         let row = |((case, a, b), batch, touches): (&Prepared, &Batch, &Vec<bool>)| {

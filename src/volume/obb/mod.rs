@@ -9,7 +9,7 @@ pub mod minimum;
 
 use super::separating_axes::{box_contains, gap_mm, pad_mm, separated, widened_abs};
 use super::{BoundingVolume, Info, Segment, axes_by_extent, box_area, box_outline};
-use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
+use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
 use centre::CentreRule;
 use frame::FrameRule;
 use nalgebra::{Matrix3, Unit};
@@ -49,7 +49,7 @@ impl ObbPose {
     /// The constants of a relative pose.
     #[must_use]
     pub fn new(a_from_b: &Isometry) -> Self {
-        let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
+        let rotation = rigid::rotation(a_from_b);
         Self { rotation, translation: a_from_b.translation.vector }
     }
 }

@@ -6,7 +6,7 @@
 use super::draw::Draw;
 use super::meshes::{self, Subject};
 use crate::geometry::grid::Placement;
-use crate::geometry::{Isometry, Mesh, Triangle, intersect, triangle};
+use crate::geometry::{Isometry, Mesh, Triangle, certified, triangle};
 use nalgebra::UnitQuaternion;
 
 /// Approaches per pair of meshes.
@@ -82,7 +82,7 @@ pub fn contacts(a: &[Triangle], b: &[Triangle], a_from_b: &Isometry) -> Vec<(u32
     let mut contacts = Vec::new();
     for (left, face_a) in a.iter().zip(0..) {
         contacts
-            .extend(moved.iter().zip(0..).filter(|(right, _)| intersect::touch(left, right)).map(|(_, f)| (face_a, f)));
+            .extend(moved.iter().zip(0..).filter(|(right, _)| certified::touch(left, right)).map(|(_, f)| (face_a, f)));
     }
     contacts
 }
@@ -98,7 +98,7 @@ impl Approach<'_> {
         let placement = Placement::new(a_from_b);
         self.b.iter().any(|t| {
             let moved = placement.triangle(t);
-            self.a.iter().any(|left| intersect::touch(left, &moved))
+            self.a.iter().any(|left| certified::touch(left, &moved))
         })
     }
 

@@ -5,7 +5,7 @@
 //! determinant of them fits an `i128`. Mesh vertices are snapped when a mesh is made; the second mesh of a pair is
 //! snapped again after it has been moved into the frame of the first ([`Placement`]).
 
-use super::{Isometry, Point, Triangle};
+use super::{Isometry, Point, Triangle, rigid};
 use nalgebra::Matrix3;
 use std::ops::{Add, Mul, Sub};
 
@@ -48,7 +48,7 @@ pub fn snap(point: &Point) -> Point {
 }
 
 /// A relative pose as the leaves and the truth apply it: `snap(fl(R v + t))`, one function for all methods, so that a
-/// difference between two methods is never a difference in the vertices they saw.
+/// difference between two methods is never a difference in the vertices they saw. R is [`rigid::rotation`] of the pose.
 #[derive(Clone, Debug)]
 pub struct Placement {
     rotation: Matrix3<f64>,
@@ -59,7 +59,7 @@ impl Placement {
     /// The placement of mesh `b` in the frame of mesh `a`.
     #[must_use]
     pub fn new(a_from_b: &Isometry) -> Self {
-        Self { rotation: a_from_b.rotation.to_rotation_matrix().into_inner(), translation: a_from_b.translation.vector }
+        Self { rotation: rigid::rotation(a_from_b), translation: a_from_b.translation.vector }
     }
 
     /// The coordinates of a point of `b`, mm, in the frame of `a`, on the grid.

@@ -1,8 +1,7 @@
 //! Triangles, meshes, the coordinate grid, and the triangle tests everything else rests on.
 //!
-//! Reading order: [`triangle`], [`mesh`], [`grid`], [`weld`], [`surface`], [`covariance`], the triangle tests ([`intersect`] is
-//! fast, [`exact`] decides, [`certified`] decides fast, [`exact_integer`] checks the decider, [`cross_check`]
-//! compares them), [`triangle_distance`].
+//! Reading order: [`triangle`], [`mesh`], [`rigid`], [`grid`], [`weld`], [`surface`], [`covariance`], the triangle tests ([`certified`] is the one that
+//! all methods share, [`exact`] decides where it cannot, [`exact_integer`] checks both, [`cross_check`] compares them), [`triangle_distance`].
 
 pub mod certified;
 pub mod covariance;
@@ -11,9 +10,9 @@ pub mod eigen;
 pub mod exact;
 pub mod exact_integer;
 pub mod grid;
-pub mod intersect;
 pub mod mesh;
 pub mod plane;
+pub mod rigid;
 pub mod surface;
 pub mod triangle;
 pub mod triangle_distance;

@@ -2,7 +2,9 @@
 //!
 //! J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997, section 4.2: a 3 x 3 determinant of
 //! coordinate differences, expanded as here, is wrong by at most (7 + 56u)u times the same sum with every product taken positive (u = 2⁻⁵³).
-//! That holds for coordinates whose products neither overflow nor underflow.
+//! That holds where no product overflows or underflows: where every difference of two coordinates is 0 or from 2⁻³²⁰ to 2³²⁰ mm, since then every
+//! product of three is from 2⁻⁹⁶⁰ to 2⁹⁶⁰. Vertices of a mesh and their images ([`super::grid`]) are multiples of 2⁻²⁶ mm, and within 2²⁵ mm wherever the
+//! bounds of the two meshes overlap: their differences are 0 or from 2⁻²⁶ to 2²⁶ mm, and exact.
 
 use super::{Point, Triangle, Vector};
 

@@ -1,5 +1,8 @@
 //! Distance between two triangles that do not touch: the least over the 15 pairs of features, 9 edge-edge and 6
-//! corner-face (Ericson 2005, sections 5.1.9 and 5.1.10). Accurate to rounding, not exact.
+//! corner-face (Ericson 2005, sections 5.1.9 and 5.1.10). Not exact: accurate to 1e-12 of the largest distance of two corners, needles included.
+//!
+//! Two differences of products lose their digits on needles: the normal of a triangle of nearly parallel edges, and the determinant of two nearly parallel
+//! edges. Where the sine of the angle is below 1e-4 ([`NEARLY_PARALLEL`]) both are computed another way; above, at most four digits are lost.
 
 use super::{Point, Triangle, Vector};
 
@@ -16,20 +19,32 @@ pub fn squared(a: &Triangle, b: &Triangle) -> f64 {
     least
 }
 
-/// Relative margin of [`exceeds`]: far above the rounding of its projections (a few 2⁻⁵³ of the corners' distances, which at
-/// machine size are up to a million times the limit), far below what would keep it from excluding.
+/// Square of the sine of an angle below which two edges count as nearly parallel.
+const NEARLY_PARALLEL: f64 = 1e-8;
+
+/// Relative margin of [`exceeds`]: far above the rounding of the squares it compares (a few 2⁻⁵³), far below what would keep it from
+/// excluding.
 const MARGIN: f64 = 1e-8;
+
+/// Rounding of a gap in [`exceeds`], relative to the direction's largest component times the farthest corner's distance along the axes: 16u, u = 2⁻⁵³.
+/// A projection has a difference, a product and two sums behind each term, so it is wrong by less than 4.1u of the sum of its terms' magnitudes; a gap
+/// is the difference of two, rounded once more.
+const PROJECTION: f64 = 16.0 / 9_007_199_254_740_992.0;
 
 /// Whether the square of the distance is for sure more than `squared_mm`; much sooner known than [`squared`]. Looks along three
 /// directions in which most triangles that are far apart show it: from one's middle to the other's, and the two normals.
 #[must_use]
 pub fn exceeds(a: &Triangle, b: &Triangle, squared_mm: f64) -> bool {
+    let from = |t: &Triangle| t.corners.each_ref().map(|p| p - a.corners[0]);
+    let (of_a, of_b) = (from(a), from(b));
+    // Summed along the axes, which bounds the magnitudes of all terms of a projection together with the direction's largest component.
+    let reach = of_a.iter().chain(&of_b).fold(0.0, |reach: f64, v| reach.max(v.x.abs() + v.y.abs() + v.z.abs()));
     let apart = |direction: &Vector| {
-        let along = |t: &Triangle| t.corners.each_ref().map(|p| direction.dot(&(p - a.corners[0])));
-        let ([p, q, r], [u, v, w]) = (along(a), along(b));
+        let along = |corners: &[Vector; 3]| corners.each_ref().map(|v| direction.dot(v));
+        let ([p, q, r], [u, v, w]) = (along(&of_a), along(&of_b));
         let (low_a, high_a) = (p.min(q).min(r), p.max(q).max(r));
         let (low_b, high_b) = (u.min(v).min(w), u.max(v).max(w));
-        let gap = (low_b - high_a).max(low_a - high_b);
+        let gap = (low_b - high_a).max(low_a - high_b) - PROJECTION * direction.amax() * reach;
         gap > 0.0 && gap * gap > squared_mm * direction.norm_squared() * (1.0 + MARGIN)
     };
     apart(&(b.centroid() - a.centroid())) || apart(&a.double_area_normal()) || apart(&b.double_area_normal())
@@ -40,7 +55,7 @@ pub fn exceeds(a: &Triangle, b: &Triangle, squared_mm: f64) -> bool {
 #[inline]
 fn corners_to_face(from: &Triangle, face: &Triangle) -> f64 {
     let [a, b, c] = &face.corners;
-    let normal = (b - a).cross(&(c - a));
+    let normal = normal(&(b - a), &(c - a));
     let inward = [normal.cross(&(b - a)), normal.cross(&(c - b)), normal.cross(&(a - c))];
     let length_squared = normal.norm_squared();
     let mut least = f64::INFINITY;
@@ -59,6 +74,29 @@ fn corners_to_face(from: &Triangle, face: &Triangle) -> f64 {
     least
 }
 
+/// The cross product; of nearly parallel vectors, too, right to the last digits of each component.
+#[inline]
+fn normal(u: &Vector, v: &Vector) -> Vector {
+    let plain = u.cross(v);
+    if plain.norm_squared() >= NEARLY_PARALLEL * u.norm_squared() * v.norm_squared() {
+        plain
+    } else {
+        careful_cross(u, v)
+    }
+}
+
+/// The cross product with every difference of products rounded as if once (W. Kahan's difference of products).
+#[cold]
+fn careful_cross(u: &Vector, v: &Vector) -> Vector {
+    // `rest` is what the rounding of the second product takes away.
+    let difference = |a: f64, b: f64, c: f64, d: f64| {
+        let product = c * d;
+        let rest = (-c).mul_add(d, product);
+        a.mul_add(b, -product) + rest
+    };
+    Vector::new(difference(u.y, v.z, u.z, v.y), difference(u.z, v.x, u.x, v.z), difference(u.x, v.y, u.y, v.x))
+}
+
 /// Squared distance of a point from a triangle, mm².
 #[must_use]
 pub fn point_squared(p: &Point, face: &Triangle) -> f64 {
@@ -73,12 +111,28 @@ fn segments_squared(p: &Point, u: &Vector, q: &Point, v: &Vector) -> f64 {
     let r = p - q;
     let (uu, uv, vv, ur, vr) = (u.norm_squared(), u.dot(v), v.norm_squared(), u.dot(&r), v.dot(&r));
     let denominator = uu * vv - uv * uv;
-    // Parallel: any s will do.
-    let s = if denominator > 0.0 { ((uv * vr - ur * vv) / denominator).clamp(0.0, 1.0) } else { 0.0 };
+    let s = if denominator > NEARLY_PARALLEL * uu * vv {
+        ((uv * vr - ur * vv) / denominator).clamp(0.0, 1.0)
+    } else if uu * vv > 0.0 {
+        nearly_parallel(u, v, &r)
+    } else {
+        0.0
+    };
     let clamped = |numerator: f64, length: f64| if length > 0.0 { (numerator / length).clamp(0.0, 1.0) } else { 0.0 };
     let t = clamped(uv * s + vr, vv);
     let s = clamped(uv * t - ur, uu);
     (r + u * s - v * t).norm_squared()
+}
+
+/// Where the first of two nearly parallel segments is nearest to the line of the second, as in [`segments_squared`].
+///
+/// With u the rounding unit, L a length and θ the angle, the cross products are wrong by uL², so that the place is wrong by uL / sin θ along the segment. The distance there
+/// grows by that times sin θ, which is uL again.
+fn nearly_parallel(u: &Vector, v: &Vector, r: &Vector) -> f64 {
+    let normal = u.cross(v);
+    let denominator = normal.norm_squared();
+    // Parallel: any s will do.
+    if denominator > 0.0 { (v.cross(r).dot(&normal) / denominator).clamp(0.0, 1.0) } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -122,6 +176,129 @@ mod tests {
         // Degenerate ones have no normal; what is left is the line between the middles.
         let point = triangle([[0.0, 0.0, 9.0]; 3]);
         assert!(exceeds(&floor, &point, 20.0) && !exceeds(&floor, &point, 81.0) && !exceeds(&point, &point, 0.0));
+    }
+
+    /// A number of twice the digits of `f64`: the sum of two, the second within half a unit of the first's last place.
+    #[derive(Clone, Copy)]
+    struct Double(f64, f64);
+
+    impl Double {
+        fn sum(a: f64, b: f64) -> Self {
+            let s = a + b;
+            let t = s - a;
+            Self(s, (a - (s - t)) + (b - t))
+        }
+        fn plus(self, other: Self) -> Self {
+            let (s, t) = (Self::sum(self.0, other.0), Self::sum(self.1, other.1));
+            let u = Self::sum(s.0, s.1 + t.0);
+            Self::sum(u.0, u.1 + t.1)
+        }
+        fn minus(self, other: Self) -> Self {
+            self.plus(Self(-other.0, -other.1))
+        }
+        fn times(self, other: Self) -> Self {
+            let p = self.0 * other.0;
+            let e = self.0.mul_add(other.0, -p);
+            Self::sum(p, e + (self.0 * other.1 + self.1 * other.0))
+        }
+        fn over(self, other: Self) -> Self {
+            let one = self.0 / other.0;
+            let rest = self.minus(other.times(Self(one, 0.0)));
+            let two = rest.0 / other.0;
+            let rest = rest.minus(other.times(Self(two, 0.0)));
+            Self::sum(one, two).plus(Self(rest.0 / other.0, 0.0))
+        }
+        fn clamped(self) -> Self {
+            if self.0 < 0.0 || self.0.is_nan() {
+                Self(0.0, 0.0)
+            } else if self.0 >= 1.0 {
+                Self(1.0, 0.0)
+            } else {
+                self
+            }
+        }
+    }
+
+    type Doubles = [Double; 3];
+
+    fn difference(p: &Point, q: &Point) -> Doubles {
+        std::array::from_fn(|i| Double::sum(p[i], -q[i]))
+    }
+
+    fn dot(p: &Doubles, q: &Doubles) -> Double {
+        p[0].times(q[0]).plus(p[1].times(q[1])).plus(p[2].times(q[2]))
+    }
+
+    fn cross(p: &Doubles, q: &Doubles) -> Doubles {
+        std::array::from_fn(|i| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            p[j].times(q[k]).minus(p[k].times(q[j]))
+        })
+    }
+
+    /// The distance of two triangles that do not touch, mm, in twice the digits: corner to face, edge to edge.
+    fn reference_mm(a: &Triangle, b: &Triangle) -> f64 {
+        let mut least = f64::INFINITY;
+        for (face, from) in [(a, b), (b, a)] {
+            let [p, q, r] = &face.corners;
+            let normal = cross(&difference(q, p), &difference(r, p));
+            let length = dot(&normal, &normal);
+            for corner in &from.corners {
+                let inside = [(p, q), (q, r), (r, p)]
+                    .into_iter()
+                    .all(|(u, v)| dot(&cross(&normal, &difference(v, u)), &difference(corner, u)).0 >= 0.0);
+                let height = dot(&normal, &difference(corner, p));
+                if inside && length.0 > 0.0 {
+                    least = least.min(height.times(height).over(length).0);
+                }
+            }
+        }
+        for i in 0..3 {
+            for j in 0..3 {
+                let (p, q) = (&a.corners[i], &b.corners[j]);
+                let (u, v) = (difference(&a.corners[(i + 1) % 3], p), difference(&b.corners[(j + 1) % 3], q));
+                let (w, n) = (difference(q, p), cross(&u, &v));
+                let (uu, vv, uv, area) = (dot(&u, &u), dot(&v, &v), dot(&u, &v), dot(&n, &n));
+                let (uw, vw) = (dot(&u, &w), dot(&v, &w));
+                // The nearest points of the lines, and of each segment to either end of the other.
+                let s = dot(&cross(&w, &v), &n).over(area).clamped();
+                let t = uv.times(s).minus(vw).over(vv).clamped();
+                let (zero, one) = (Double(0.0, 0.0), Double(1.0, 0.0));
+                let of_t = |t: Double| uv.times(t).plus(uw).over(uu).clamped();
+                let of_s = |s: Double| uv.times(s).minus(vw).over(vv).clamped();
+                for (s, t) in [(of_t(t), t), (of_t(zero), zero), (of_t(one), one), (zero, of_s(zero)), (one, of_s(one))]
+                {
+                    let gap: Doubles = std::array::from_fn(|k| w[k].plus(v[k].times(t)).minus(u[k].times(s)));
+                    least = least.min(dot(&gap, &gap).0);
+                }
+            }
+        }
+        least.sqrt()
+    }
+
+    /// Needles and their neighbours: the distance is right within rounding of the corners' distances, and what exceeds it is never claimed.
+    #[test]
+    fn needles_are_measured_as_well_as_any_triangle() {
+        use crate::geometry::cross_check::needles;
+        use rand::SeedableRng;
+        let mut random = rand_pcg::Pcg64::seed_from_u64(31);
+        let (mut apart, mut claims) = (0, 0);
+        for _ in 0..30_000 {
+            let [a, b] = needles(&mut random);
+            let touching = crate::geometry::exact::touch(&a, &b);
+            let truth = if touching { 0.0 } else { reference_mm(&a, &b) };
+            let reach = b.corners.iter().chain(&a.corners).map(|p| (p - a.corners[0]).norm()).fold(0.0, f64::max);
+            if !touching {
+                apart += 1;
+                let found = squared(&a, &b).sqrt();
+                assert!((found - truth).abs() <= 1e-12 * reach, "{found} for {truth} at {reach}: {a:?} {b:?}");
+                claims += u32::from(exceeds(&a, &b, (0.5 * truth).powi(2)));
+            }
+            for limit in [0.0, 1e-12, 1e-9, truth, truth * (1.0 + 1e-9)] {
+                assert!(limit < truth || !exceeds(&a, &b, limit * limit), "more than {limit}, is {truth}: {a:?} {b:?}");
+            }
+        }
+        assert!(apart > 5_000 && claims > 2_000, "{claims} of {apart}");
     }
 
     proptest! {

@@ -1,0 +1,69 @@
+//! What a pose means as a rigid motion.
+//!
+//! A quaternion of length 1 + e makes a matrix that stretches by 2e. The truth, the leaves and every volume of the trees take their rotation from
+//! here, so that they agree on one orthogonal matrix whatever the length.
+
+use super::Isometry;
+use nalgebra::{Matrix3, UnitQuaternion};
+
+/// How far the squared length of a quaternion may be from 1 and count as 1: 2⁻⁴⁶. Products of dozens of unit quaternions stay below; the
+/// relative widening of the volumes that trees are made of is 64 times that.
+pub const UNIT_TOLERANCE: f64 = 1.0 / 70_368_744_177_664.0;
+
+/// The pose with a quaternion of length 1. A length that is 1 within [`UNIT_TOLERANCE`] changes no bit; neither does one that is zero or not
+/// finite, which means no motion.
+#[inline]
+#[must_use]
+pub fn rigid(a_from_b: &Isometry) -> Isometry {
+    let quaternion = a_from_b.rotation.quaternion();
+    let squared = quaternion.norm_squared();
+    let off = (squared - 1.0).abs() > UNIT_TOLERANCE && squared > 0.0 && squared.is_finite();
+    if off {
+        Isometry::from_parts(a_from_b.translation, UnitQuaternion::from_quaternion(*quaternion))
+    } else {
+        *a_from_b
+    }
+}
+
+/// The rotation of [`rigid`] as a matrix: takes directions of `b` to directions of `a`.
+#[inline]
+#[must_use]
+pub fn rotation(a_from_b: &Isometry) -> Matrix3<f64> {
+    rigid(a_from_b).rotation.to_rotation_matrix().into_inner()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vector;
+    use nalgebra::Quaternion;
+
+    fn scaled(pose: &Isometry, factor: f64) -> Isometry {
+        let quaternion: Quaternion<f64> = *pose.rotation.quaternion() * factor;
+        Isometry::from_parts(pose.translation, UnitQuaternion::new_unchecked(quaternion))
+    }
+
+    #[test]
+    fn a_unit_quaternion_keeps_its_bits_and_any_other_becomes_one() {
+        for i in 0..200 {
+            let turn = Vector::new(0.3 + 0.01 * f64::from(i), -1.1, 0.02 * f64::from(i));
+            let pose = Isometry::new(Vector::new(10.0, -300.0, 2.5), turn);
+            assert_eq!(rigid(&pose), pose);
+            assert_eq!(rigid(&scaled(&pose, 1.0 + 1e-15)), scaled(&pose, 1.0 + 1e-15));
+            for factor in [1.0 + 1e-7, 1.0 - 1e-7, 1.0 + 1e-13, 3.0, 1e-3] {
+                let mended = rotation(&scaled(&pose, factor));
+                assert!((mended.tr_mul(&mended) - Matrix3::identity()).amax() < 1e-15 * 4.0, "{factor}");
+                assert!((mended - rotation(&pose)).amax() < 1e-15 * 4.0, "{factor}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_motion_stays_as_it_is() {
+        for factor in [0.0, f64::INFINITY, f64::NAN] {
+            let pose = scaled(&Isometry::rotation(Vector::new(0.1, 0.2, 0.3)), factor);
+            let same = |x: &f64, y: &f64| x.to_bits() == y.to_bits();
+            assert!(rigid(&pose).rotation.coords.iter().zip(pose.rotation.coords.iter()).all(|(x, y)| same(x, y)));
+        }
+    }
+}
