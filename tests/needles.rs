@@ -1,5 +1,7 @@
 //! Two needles that cross nearly along each other, through the whole program: no method misses a contact, none makes one up.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
 mod support;
 
 use std::fmt::Write;

@@ -123,7 +123,7 @@ fn a_program_gives_its_lines_and_runs_into_the_wall_at_the_third() {
     let scene = slide();
     let workloads = generate(&scene, 2000, 1).unwrap();
     let path = &workloads[0].pairs[0];
-    let first = verdicts(&scene, path).iter().position(|verdict| verdict.touches()).unwrap();
+    let first = verdicts(&scene, path).iter().position(Verdict::touches).unwrap();
     assert_eq!(path.poses[first].line, Some(3));
     assert!(path.poses.iter().all(|pose| pose.depth_mm.is_none()));
     let x: Vec<f64> = path.poses.iter().map(|pose| pose.a_from_b.translation.x).collect();
