@@ -5,6 +5,7 @@
 
 pub mod certified;
 pub mod covariance;
+#[cfg(any(test, feature = "cases"))]
 pub mod cross_check;
 pub mod eigen;
 pub mod exact;
