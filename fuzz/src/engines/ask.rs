@@ -29,8 +29,20 @@ fn wide<V: WideVolume>(case: &Case) -> Result<u64, Mismatch> {
         let (mut scratch, mut warm) = (Scratch::default(), Proximity::default());
         for pose in &case.poses {
             let at = &pose.a_from_b;
-            equal(case, at, || format!("{}: first", who()), traverse::first(&a, &b, at, simd, &mut scratch), !pose.contacts.is_empty())?;
-            equal(case, at, || format!("{}: all", who()), &traverse::all(&a, &b, at, simd, &mut scratch), &pose.contacts)?;
+            equal(
+                case,
+                at,
+                || format!("{}: first", who()),
+                traverse::first(&a, &b, at, simd, &mut scratch),
+                !pose.contacts.is_empty(),
+            )?;
+            equal(
+                case,
+                at,
+                || format!("{}: all", who()),
+                &traverse::all(&a, &b, at, simd, &mut scratch),
+                &pose.contacts,
+            )?;
             for proximity in [&mut Proximity::default(), &mut warm] {
                 let found = distance::distance_mm(&a, &b, at, simd, f64::INFINITY, proximity);
                 near(case, pose, || format!("{}: distance", who()), found)?;
@@ -88,7 +100,11 @@ fn equal<T: PartialEq + Debug>(
     found: T,
     expected: T,
 ) -> Result<(), Mismatch> {
-    if found == expected { Ok(()) } else { Err(mismatch(case, at, &question(), &format!("{found:?}, not {expected:?}"))) }
+    if found == expected {
+        Ok(())
+    } else {
+        Err(mismatch(case, at, &question(), &format!("{found:?}, not {expected:?}")))
+    }
 }
 
 /// A distance: 0 where the meshes touch, and that of all pairs where they do not.
