@@ -42,7 +42,7 @@ fn told(wrong: &[String]) -> String {
 
 #[test]
 fn every_engine_says_what_the_integers_say() {
-    let (tally, wrong) = run(25, 0..3000);
+    let (tally, wrong) = run(1, 0..1000);
     assert!(wrong.is_empty(), "{}", told(&wrong));
     assert!(tally.touching > tally.poses / 5 && tally.touching < tally.poses, "{tally:?}");
     assert!(tally.path_touching > tally.path_poses / 10 && tally.path_touching < tally.path_poses, "{tally:?}");

@@ -113,7 +113,7 @@ fn near(case: &Case, pose: &Posed, question: impl Fn() -> String, found: f64) ->
     if !pose.contacts.is_empty() {
         return equal(case, at, question, found, 0.0);
     }
-    let (distance, size) = case.truth.distance_and_size_mm(at);
+    let (distance, size) = pose.distance_and_size_mm;
     if (found - distance).abs() <= MEASURED * size {
         return Ok(());
     }

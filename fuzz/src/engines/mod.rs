@@ -72,13 +72,14 @@ impl std::ops::Add for Tally {
 struct Posed {
     a_from_b: Isometry,
     contacts: Vec<(u32, u32)>,
+    /// The distance and the size of everything, mm; of use where nothing touches.
+    distance_and_size_mm: (f64, f64),
 }
 
 /// Two meshes, poses, and what is so there.
 struct Case {
     a: Mesh,
     b: Mesh,
-    truth: Truth,
     poses: Vec<Posed>,
     path: Vec<(Isometry, bool)>,
 }
@@ -107,10 +108,14 @@ impl Case {
         let path = poses::path(choices, &all[0], size_mm, length);
         let reach = b.vertices().iter().map(|p| p.coords.norm()).fold(0.0, f64::max);
         let fits = |pose: &Isometry| pose.translation.vector.amax() + 1.001 * reach <= FARTHEST_MM;
-        let posed = |a_from_b: Isometry| Posed { contacts: truth.contacts(&a_from_b), a_from_b };
+        let posed = |a_from_b: Isometry| Posed {
+            contacts: truth.contacts(&a_from_b),
+            distance_and_size_mm: truth.distance_and_size_mm(&a_from_b),
+            a_from_b,
+        };
         let poses = all.into_iter().filter(fits).map(posed).collect();
         let path = path.into_iter().filter(fits).map(|pose| (pose, truth.touches(&pose))).collect();
-        Self { a, b, truth, poses, path }
+        Self { a, b, poses, path }
     }
 }
 
