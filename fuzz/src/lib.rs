@@ -3,9 +3,13 @@
 //!
 //! `tests/fuzz_corpus.rs` of the package above includes this file and replays `corpus/` through it.
 
+mod engines;
 mod gcode;
 mod mesh;
+mod record;
 mod scene;
+
+use bvbench::registry::Registry;
 
 /// A target's name, which is its folder's in `corpus/`, and what it does.
 pub type Target = (&'static str, fn(&[u8]));
@@ -20,7 +24,18 @@ pub const TARGETS: &[Target] = &[
     ("glb", |bytes| mesh::run("a.glb", bytes)),
     ("three_mf", |bytes| mesh::run("a.3mf", bytes)),
     ("scene", scene::run),
+    ("npy", record::npy),
+    ("manifest", record::manifest),
+    ("engines", ask_engines),
 ];
+
+/// Makes a case of the bytes and asks the wide trees and one variant of the registry.
+fn ask_engines(bytes: &[u8]) {
+    let asked = engines::check(&mut engines::Choices::new(bytes, 0, 0), &Registry::standard(), 1);
+    if let Err(mismatch) = asked {
+        panic!("{mismatch}");
+    }
+}
 
 /// Runs a target of [`TARGETS`].
 ///

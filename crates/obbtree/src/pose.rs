@@ -105,3 +105,27 @@ impl Pose {
         grid::SNAP_RADIUS_MM + (DEFECT_FACTOR * defect + MOTION_PAD) * (reach + translation.abs().sum())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::UnitQuaternion;
+
+    /// A quaternion of length 1 + e makes R a rotation times (1 + e)², so RᵀR - I is about 4e: with e = 1e-7 a point 1000 mm off is 2e · 1000 = 2e-4 mm
+    /// too far, and brought back by Rᵀ 4e · 1000 = 4e-4 mm.
+    #[test]
+    fn the_slack_covers_snapping_and_a_rotation_that_stretches() {
+        let still = Pose::new(&Isometry::identity(), 0.0);
+        // Half the diagonal of a cell, 2⁻²⁷ · √3 mm = 1.29e-8 mm.
+        assert!(f64::from(still.slack) >= 1.29e-8 && still.slack < 1.3e-8, "{}", still.slack);
+        assert!(Pose::ball_slack(&Isometry::identity(), 0.0) >= 1.29e-8);
+        let turned = UnitQuaternion::from_scaled_axis(Vector::new(0.3, -0.2, 0.9)).into_inner();
+        for e in [1e-7, -1e-7, 1e-10] {
+            let stretched = UnitQuaternion::new_unchecked(turned * (1.0 + e));
+            let pose = Isometry::from_parts(nalgebra::Translation3::identity(), stretched);
+            for slack in [f64::from(Pose::new(&pose, 1000.0).slack), Pose::ball_slack(&pose, 1000.0)] {
+                assert!(slack >= 4.0 * f64::abs(e) * 1000.0 && slack < 1000.0 * f64::abs(e) * 1000.0, "{slack}");
+            }
+        }
+    }
+}

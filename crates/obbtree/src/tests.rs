@@ -6,10 +6,8 @@ use super::lanes::Simd;
 use super::oriented::Oriented;
 use super::traverse::{Scratch, all, first};
 use super::*;
-use crate::cases::Cases;
-use crate::cases::Draw;
-use crate::cases::meshes;
-use crate::geometry::grid::Placement;
+use crate::cases::{Cases, Draw, meshes};
+use crate::geometry::grid::{Placement, STEP_MM};
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector, exact};
 use proptest::prelude::*;
 
@@ -60,6 +58,54 @@ fn verdicts_and_lists_are_the_exact_truth_on_every_instruction_set_and_counts_ag
     are_exact::<Oriented>();
     are_exact::<Aligned>();
     are_exact::<Ball>();
+}
+
+/// A mesh of triangles that are points, mm.
+fn points(points: &[[f64; 3]]) -> Mesh {
+    let triangles: Vec<Triangle> = points.iter().map(|&p| Triangle { corners: [Point::from(p); 3] }).collect();
+    Mesh::from_triangles(&triangles).unwrap()
+}
+
+/// The wide trees of all volumes say on every instruction set that these meshes touch.
+fn touch(a: &Mesh, b: &Mesh, pose: &Isometry) {
+    fn says<V: WideVolume>(a: &Mesh, b: &Mesh, pose: &Isometry) {
+        let (a, b) = (WideTree::<V>::build(a), WideTree::build(b));
+        for simd in Simd::available() {
+            assert!(first(&a, &b, pose, simd, &mut Scratch::default()), "{}, {}", std::any::type_name::<V>(), simd.name());
+        }
+    }
+    assert!(!truth(a, b, pose).is_empty());
+    says::<Oriented>(a, b, pose);
+    says::<Aligned>(a, b, pose);
+    says::<Ball>(a, b, pose);
+}
+
+/// A corner 0.499 steps off along each axis is snapped onto the other: 0.499 · √3 · 2⁻²⁶ = 1.29e-8 mm, and volumes of no extent around either.
+#[test]
+fn points_touch_that_meet_by_snapping_alone() {
+    let off = Vector::repeat(0.499 * STEP_MM);
+    for at in [[0.0; 3], [1.0, 2.0, 3.0], [-1e-7, 0.0, 1e-6]] {
+        let a = points(&[at]);
+        let pose = Isometry::from_parts((a.vertices()[0].coords + off).into(), nalgebra::UnitQuaternion::identity());
+        touch(&a, &points(&[[0.0; 3]]), &pose);
+        // With a node: one more point a step farther.
+        touch(&a, &points(&[[0.0; 3], [STEP_MM, 0.0, 0.0]]), &pose);
+    }
+}
+
+/// A quarter turn about z by a quaternion 1 + 1e-7 long. The leaves make it rigid and put (1000, 0, 0) at (0, 1000, 0) mm; the engine takes it as it
+/// is, by the matrix to (0, 1000.0002, 0), by the quaternion likewise 2.8e-4 mm off: the slack of `f32` at this size is 3e-6 mm at most.
+#[test]
+fn meshes_far_from_their_origins_touch_at_a_pose_that_stretches() {
+    let turn = nalgebra::Quaternion::new(0.5_f64.sqrt(), 0.0, 0.0, 0.5_f64.sqrt());
+    let rotation = nalgebra::UnitQuaternion::new_unchecked(turn * (1.0 + 1e-7));
+    let pose = Isometry::from_parts(nalgebra::Translation3::identity(), rotation);
+    let moved = Placement::new(&pose).point(&Point::new(1000.0, 0.0, 0.0));
+    assert!((rotation.to_rotation_matrix() * Vector::new(1000.0, 0.0, 0.0) - moved.coords).norm() > 1.9e-4);
+    assert!((rotation * Vector::new(1000.0, 0.0, 0.0) - moved.coords).norm() > 1.9e-4);
+    let a = points(&[moved.into()]);
+    touch(&a, &points(&[[1000.0, 0.0, 0.0]]), &pose);
+    touch(&a, &points(&[[1000.0, 0.0, 0.0], [1001.0, 0.0, 0.0]]), &pose);
 }
 
 /// A mesh of the same shape in another unit, as near as the grid allows.
