@@ -1,11 +1,11 @@
 use super::event::runs;
 use super::motion::axes_s;
 use super::scan::{Scan, Stretch};
-use super::{Bodies, Kind, Outcome, Path, Settings, check};
+use super::{Bodies, Gouge, Kind, Outcome, Path, Settings, check, is_tool_and_workpiece};
 use crate::gcode::{Axis, MoveKind, Position, Sample};
 use crate::measure::Silent;
 use crate::registry::Registry;
-use crate::scene::{Overrides, Pair, Scene};
+use crate::scene::{Overrides, Pair, Role, Scene};
 use std::collections::BTreeMap;
 
 /// A cube of 20 mm on a slide along Z that stands at 100 at first, over one that is fixed, both about their origins: they are Z - 20
@@ -204,4 +204,21 @@ fn only_nearness_is_no_collision() {
     assert_eq!(settings.borders_mm(&scene), [0.24, 1.0, 8.0, 14.0]);
     settings.tolerance_mm = 0.25;
     assert_eq!(settings.touching_mm(&scene), None);
+}
+
+#[test]
+fn tools_and_workpieces_are_told_by_their_roles() {
+    let mut scene = scene(CUBES, "G0 Z25\nM2");
+    scene.gouge_mm = Some(0.1);
+    for one in Role::ALL {
+        for other in Role::ALL {
+            (scene.parts[0].role, scene.parts[1].role) = (one, other);
+            let is_tool = |role| [Role::Cutter, Role::Shank, Role::Holder].contains(&role);
+            let wanted = (one == Role::Workpiece && is_tool(other)) || (is_tool(one) && other == Role::Workpiece);
+            let pair = Pair { a: 0, b: 1 };
+            assert_eq!(is_tool_and_workpiece(&scene, pair), wanted, "{one:?} {other:?}");
+            let gouges = [one, other].contains(&Role::Cutter) && [one, other].contains(&Role::Workpiece);
+            assert_eq!(Gouge::of(&scene, pair).is_some(), gouges, "{one:?} {other:?}");
+        }
+    }
 }

@@ -147,6 +147,9 @@ mod tests {
                 assert!(matches!(arc(refused), Err(Cause::RadiusMismatch { .. })), "{radius} {sign}");
             }
         }
+        // Exactly the tolerances: 0.01 - 0.005 and 1000.5 - 1000.
+        assert!(from_centre([0.005, 0.0], [0.0, 0.01], [0.0, 0.0], false, 1).is_ok());
+        assert!(from_centre([1000.0, 0.0], [0.0, 1000.5], [0.0, 0.0], false, 1).is_ok());
         assert!(matches!(from_centre([1.0, 1.0], [1.0, 1.0], [1.0, 1.0], false, 1), Err(Cause::Arc(_))));
         assert!(matches!(from_centre([1.0, 1.0], [1.004, 1.0], [1.0, 1.0], false, 1), Err(Cause::Arc(_))));
     }
