@@ -195,6 +195,8 @@ fn stretches_that_join_are_one_run() {
 #[test]
 fn only_nearness_is_no_collision() {
     let kinds = [Kind::Collision, Kind::RapidIntoWorkpiece, Kind::ToolChangeIntoWorkpiece, Kind::Gouge];
+    let names = ["collision", "rapid-into-workpiece", "tool-change-into-workpiece", "gouge"];
+    assert!(kinds.iter().map(Kind::name).eq(names) && Kind::Near { zone_mm: 2.0 }.name() == "near");
     assert!(kinds.iter().all(Kind::is_collision) && !Kind::Near { zone_mm: 2.0 }.is_collision());
     let mut settings = with_zones(&[14.0, 8.0]);
     let mut scene = scene(CUBES, "G0 Z25\nM2");
