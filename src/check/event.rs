@@ -144,7 +144,7 @@ fn width(kind: &Kind) -> f64 {
 }
 
 /// The longest runs of stretches that join and are at least as near as `nearness`.
-fn runs(stretches: &[Stretch], nearness: Nearness) -> Vec<Stretch> {
+pub(super) fn runs(stretches: &[Stretch], nearness: Nearness) -> Vec<Stretch> {
     let mut runs: Vec<Stretch> = Vec::new();
     let mut open = false;
     let mut end = f64::NEG_INFINITY;

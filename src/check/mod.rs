@@ -13,6 +13,8 @@
 mod event;
 pub mod motion;
 mod scan;
+#[cfg(test)]
+mod tests;
 
 pub use event::{Event, Extent, Kind};
 pub use motion::Path;

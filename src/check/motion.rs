@@ -142,7 +142,7 @@ impl<'a> Path<'a> {
 }
 
 /// How long the axes need at their rates for the way through `samples`, s: between two of them, as long as the slowest.
-fn axes_s(from: &Position, samples: &[Sample], rates: &[f64; 9]) -> f64 {
+pub(super) fn axes_s(from: &Position, samples: &[Sample], rates: &[f64; 9]) -> f64 {
     let mut from = from;
     let mut minutes = 0.0;
     for Sample { position, .. } in samples {

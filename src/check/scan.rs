@@ -45,13 +45,13 @@ impl Stretch {
 
 /// A distance found at a place.
 #[derive(Clone, Copy)]
-struct Found {
+pub(super) struct Found {
     place: f64,
     /// Of the surfaces, mm; of a cutter and a finished workpiece how much farther it may go, negative where it gouges.
     distance: f64,
     /// Whether one part is wholly inside the other.
     inside: bool,
-    nearness: Nearness,
+    pub(super) nearness: Nearness,
 }
 
 impl Found {
@@ -137,7 +137,7 @@ impl<'a> Scan<'a> {
     }
 
     /// The last place before which the pair stays free for sure, but at least the next one; and the bound on the travel to it.
-    fn farthest(&self, at: usize, last: usize, here: &Found, poses: &[Poses]) -> (usize, f64) {
+    pub(super) fn farthest(&self, at: usize, last: usize, here: &Found, poses: &[Poses]) -> (usize, f64) {
         // Inside the other part nothing changes before the surfaces meet.
         let spare = if here.inside { here.distance } else { here.distance - self.widest() };
         let mut travel = 0.0;
@@ -162,7 +162,7 @@ impl<'a> Scan<'a> {
         self.scene.machine.travel_bound_mm(&self.balls[0], &self.balls[1], poses, &change)
     }
 
-    fn measure(&mut self, place: f64, poses: &Poses) -> Found {
+    pub(super) fn measure(&mut self, place: f64, poses: &Poses) -> Found {
         self.queries += 1;
         let (a, b) = self.bodies.of(self.pair);
         let beyond = self.widest() + OUTLOOK_MM;
@@ -213,7 +213,7 @@ impl<'a> Scan<'a> {
 
     /// Whether the pair may be nearer between two places of one nearness than at them. Along the way from one to the other the
     /// distance is at least (d₁ + d₂ - travel) / 2.
-    fn may_come_nearer(&self, here: &Found, there: &Found, travel: f64) -> bool {
+    pub(super) fn may_come_nearer(&self, here: &Found, there: &Found, travel: f64) -> bool {
         let least = 0.5 * (here.distance + there.distance - travel);
         if let Some(gouge) = self.bodies.gouges.get(&self.pair) {
             // A feed move slides along the finished surface all the way; how deep it goes is asked at the samples, ends of blocks

@@ -248,6 +248,16 @@ mod tests {
     }
 
     #[test]
+    fn limits_give_way_to_rounding_only() {
+        let slide = Joint::prismatic(Axis::X, Vector::x(), Limits { min: -1.0, max: 2.0 }).unwrap();
+        for (value, is_allowed) in
+            [(2.0 + 0.9e-6, true), (2.0 + 1.1e-6, false), (-1.0 - 0.9e-6, true), (-1.0 - 1.1e-6, false)]
+        {
+            assert_eq!(slide.check(&at(Axis::X, value)).is_ok(), is_allowed, "{value}");
+        }
+    }
+
+    #[test]
     fn bad_numbers_are_refused() {
         let none = Limits::NONE;
         assert_eq!(Joint::prismatic(Axis::X, Vector::zeros(), none), Err(JointError::ZeroDirection { axis: 'X' }));

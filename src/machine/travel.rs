@@ -135,6 +135,51 @@ mod tests {
         assert_eq!(machine().travel_bound_mm(&ball(Some(2)), &ball(Some(2)), &poses, &change), 0.0);
     }
 
+    #[test]
+    fn what_slides_outwards_while_it_turns_goes_farther_than_either() {
+        // On C's axis at first; X, which C carries, slides it 10 mm outwards while C turns by 1 radian. It goes along the spiral of
+        // Archimedes r = 10 t: 10 (√2 + asinh 1) / 2 = 11.478 mm, more than the slide's 10. The bound is 10 + 1 · (0 + 10).
+        let turn = Joint::rotary(Axis::C, Vector::z(), Point::origin(), Limits::NONE).unwrap();
+        let slide = Joint::prismatic(Axis::X, Vector::x(), Limits::NONE).unwrap();
+        let links = vec![link("c", None, [0.0; 3], turn), link("x", Some("c"), [0.0; 3], slide)];
+        let machine = Machine::new(links).unwrap();
+        let ball = |link, radius| Ball { link, centre: Point::origin(), radius };
+        let mut change = Position::default();
+        (change[Axis::C], change[Axis::X]) = (1.0, 10.0);
+        let poses = machine.forward(&Position::default());
+        let bound = machine.travel_bound_mm(&ball(Some(1), 0.0), &ball(None, 0.0), &poses, &change);
+        let spiral = 5.0 * (2f64.sqrt() + 1f64.asinh());
+        assert!(bound >= spiral && (bound - 20.0).abs() < 1e-12, "{bound} {spiral}");
+        // A radius of 2 mm turns too, either way round.
+        change[Axis::C] = -1.0;
+        let bound = machine.travel_bound_mm(&ball(None, 0.0), &ball(Some(1), 2.0), &poses, &change);
+        assert!((bound - 22.0).abs() < 1e-12, "{bound}");
+    }
+
+    #[test]
+    fn a_centre_is_shifted_by_slides_and_by_chords_of_its_circles() {
+        // (9, 2, 3) is 8 mm from the axis along Y through (1, 2, 3), both in the frame of link `b`.
+        let a = Ball { link: Some(1), centre: Point::new(9.0, 2.0, 3.0), radius: 1.0 };
+        let b = Ball { link: None, centre: Point::origin(), radius: 1.0 };
+        let poses = machine().forward(&Position::default());
+        let shift = |x: f64, angle: f64| {
+            let mut within = Position::default();
+            (within[Axis::X], within[Axis::B]) = (x, angle);
+            machine().shift_bound_mm(&a, &b, &poses, &within)
+        };
+        // A quarter turn is a chord of √2 radii; half a turn or more, the diameter.
+        for (x, angle, expected) in [
+            (3.0, 0.0, 3.0),
+            (0.0, std::f64::consts::FRAC_PI_2, 8.0 * 2f64.sqrt()),
+            (-3.0, -std::f64::consts::PI, 19.0),
+            (3.0, 5.0, 19.0),
+        ] {
+            assert!((shift(x, angle) - expected).abs() < 1e-12, "{x} {angle}: {}", shift(x, angle));
+        }
+        assert!(!shift(f64::INFINITY, 0.0).is_finite());
+        assert_eq!(machine().shift_bound_mm(&a, &a, &poses, &Position([1.0; 9])), 0.0);
+    }
+
     proptest! {
         #[test]
         fn no_centre_is_shifted_farther(

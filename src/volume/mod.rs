@@ -162,3 +162,67 @@ pub fn box_outline(centre: &Point, axes: &Matrix3<f64>, half: &Vector) -> Vec<Se
     }
     edges
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::grid::SNAP_RADIUS_MM;
+    use obbtree::cases::meshes;
+
+    /// Moved corners are snapped to the grid, by as much as the snap radius in any direction: a safe volume holds them then.
+    fn holds_snapped_corners<V: BoundingVolume>() {
+        let turn = Isometry::new(Vector::new(7.0, -3.0, 2.0), Vector::new(0.4, -0.7, 0.3));
+        for mesh in [meshes::cuboid(2.0, 3.0, 5.0), meshes::stepped_tool(8, 4)] {
+            let triangles: Vec<Triangle> = mesh.triangles().iter().map(|t| t.map(|p| turn * p)).collect();
+            for part in [&triangles[..], &triangles[..1]] {
+                let volume = V::fit(part);
+                for corner in part.iter().flat_map(|t| t.corners) {
+                    for direction in [Vector::x(), Vector::y(), Vector::z(), corner - volume.centre()] {
+                        for way in [-SNAP_RADIUS_MM, SNAP_RADIUS_MM] {
+                            let snapped = corner + direction.normalize() * way;
+                            assert!(
+                                volume.contains(&snapped, 0.0),
+                                "{}: {corner} by {way} along {direction}",
+                                V::INFO.id
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn safe_volumes_hold_what_snapping_moves_out_of_their_contents() {
+        holds_snapped_corners::<sphere_ritter::SphereRitter>();
+        holds_snapped_corners::<sphere_welzl::SphereWelzl>();
+        holds_snapped_corners::<sphere_mean::SphereMean>();
+        holds_snapped_corners::<aabb::Aabb>();
+        holds_snapped_corners::<dop_6::Dop6>();
+        holds_snapped_corners::<dop_8::Dop8>();
+        holds_snapped_corners::<dop_14::Dop14>();
+        holds_snapped_corners::<dop_26::Dop26>();
+        holds_snapped_corners::<rss::Rss>();
+        holds_snapped_corners::<obbrss::ObbRss>();
+        holds_snapped_corners::<obb::Obb<obb_vertex::ObbVertex>>();
+        holds_snapped_corners::<obb::Obb<obb_area::ObbArea>>();
+        holds_snapped_corners::<obb::Obb<obb_dito14::ObbDito14>>();
+        holds_snapped_corners::<obb::Obb<obb_min::ObbMin>>();
+        holds_snapped_corners::<obb::Obb<obb_hull_area::ObbHullArea>>();
+    }
+
+    #[test]
+    fn boxes_have_areas_and_edges() {
+        // Sides of 2, 4 and 6 mm: 2 (8 + 24 + 12) = 88 mm²; four edges of each length, 48 mm in all.
+        let half = Vector::new(1.0, 2.0, 3.0);
+        assert_eq!(box_area(&half), 88.0);
+        let edges = box_outline(&Point::new(1.0, 1.0, 1.0), &Matrix3::identity(), &half);
+        let mut lengths: Vec<f64> = edges.iter().map(|[p, q]| (q - p).norm()).collect();
+        lengths.sort_by(f64::total_cmp);
+        assert_eq!(lengths, [2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0, 4.0, 6.0, 6.0, 6.0, 6.0]);
+        let is_corner = |p: &Point| (p - Point::new(1.0, 1.0, 1.0)).abs() == half;
+        assert!(edges.iter().flatten().all(is_corner));
+        let axes = coordinate_axes_by_extent(&Vector::new(2.0, 3.0, 2.0));
+        assert_eq!(axes, [Vector::y_axis(), Vector::x_axis(), Vector::z_axis()]);
+    }
+}

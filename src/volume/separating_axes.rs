@@ -148,4 +148,36 @@ mod tests {
         assert!(!apart(up(reach - 1e-9), r));
         assert!(apart(up(reach + 1e-9), r));
     }
+
+    #[test]
+    fn rounding_in_nearly_parallel_edges_separates_nothing() {
+        // One entry is off by 2⁻⁵³. Along the product of the two first edges the centres are 1.9 · 2⁻⁵³ apart and the boxes reach 2⁻⁵³.
+        let mut r = Matrix3::identity();
+        r[(1, 0)] = 1.0 / 9_007_199_254_740_992.0;
+        assert!(!apart(Vector::new(0.0, 0.0, 1.9), r));
+        assert!(!apart(Vector::new(0.0, 0.0, -1.9), r) && !apart(Vector::new(0.0, 0.0, 1.9), r.transpose()));
+    }
+
+    #[test]
+    fn the_pad_pays_for_snapping_and_rounding() {
+        // 2⁻⁴⁰ of the coordinates that meet, of which the other's may be 4096 mm: 2⁻²⁸, or twice that; and the snap radius.
+        let unit = 1.0 / 268_435_456.0;
+        assert_eq!(pad_mm(0.0), unit + grid::SNAP_RADIUS_MM);
+        assert_eq!(pad_mm(4096.0), 2.0 * unit + grid::SNAP_RADIUS_MM);
+        // Half the diagonal of a cube of a grid step.
+        assert!((grid::SNAP_RADIUS_MM - (0.75_f64).sqrt() * grid::STEP_MM).abs() < 1e-20);
+    }
+
+    #[test]
+    fn the_gap_is_never_more_than_the_distance_and_turns_with_the_boxes() {
+        // A cube on its edge beside one at rest: half a side and half a diagonal leave 5 - 1 - √2 along x.
+        let turn = nalgebra::Rotation3::from_axis_angle(&Vector::z_axis(), std::f64::consts::FRAC_PI_4).into_inner();
+        let one = Vector::repeat(1.0);
+        let gap = |t: Vector, r: &Matrix3<f64>| gap_mm(&t, r, &widened_abs(r), &one, &one);
+        let expected = 4.0 - 2f64.sqrt();
+        assert!((gap(Vector::new(5.0, 0.0, 0.0), &turn) - expected).abs() < 1e-9);
+        // The same with the roles exchanged: the first stands on its edge, the second centre is seen from it.
+        let back = turn.transpose();
+        assert!((gap(back * Vector::new(-5.0, 0.0, 0.0), &back) - expected).abs() < 1e-9);
+    }
 }

@@ -71,7 +71,12 @@ fn touch(a: &Mesh, b: &Mesh, pose: &Isometry) {
     fn says<V: WideVolume>(a: &Mesh, b: &Mesh, pose: &Isometry) {
         let (a, b) = (WideTree::<V>::build(a), WideTree::build(b));
         for simd in Simd::available() {
-            assert!(first(&a, &b, pose, simd, &mut Scratch::default()), "{}, {}", std::any::type_name::<V>(), simd.name());
+            assert!(
+                first(&a, &b, pose, simd, &mut Scratch::default()),
+                "{}, {}",
+                std::any::type_name::<V>(),
+                simd.name()
+            );
         }
     }
     assert!(!truth(a, b, pose).is_empty());

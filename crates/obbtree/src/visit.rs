@@ -165,7 +165,8 @@ mod tests {
     fn the_slack_of_a_node_is_that_of_its_farthest_and_largest_child() {
         let corners = [Point::new(2.0, 2.0, -3.0), Point::new(4.0, 6.0, 3.0)];
         let child = Aligned::fit(&Matrix3::identity(), [0.0; 3], corners.iter().map(|&p| Triangle { corners: [p; 3] }));
-        let small = Aligned::fit(&Matrix3::identity(), [0.0; 3], std::iter::once(Triangle { corners: [corners[0]; 3] }));
+        let small =
+            Aligned::fit(&Matrix3::identity(), [0.0; 3], std::iter::once(Triangle { corners: [corners[0]; 3] }));
         let mut node = Node::empty([0.0; 3]);
         node.put(0, &small);
         node.put(1, &child);

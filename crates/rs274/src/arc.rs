@@ -91,3 +91,82 @@ fn sweep(start: [f64; 2], end: [f64; 2], centre: [f64; 2], clockwise: bool, turn
     }
     direction * (angle + f64::from(turns - 1) * TAU)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    fn is_near(circle: Circle, centre: [f64; 2], sweep: f64) -> bool {
+        let off = (circle.centre[0] - centre[0]).hypot(circle.centre[1] - centre[1]);
+        off < 1e-9 && (circle.sweep - sweep).abs() < 1e-9
+    }
+
+    #[test]
+    fn the_sign_of_r_and_the_direction_choose_one_of_four_arcs() {
+        // From (10, 0) to (0, 10) at radius 10: the centre is (0, 0) or (10, 10), the sweep a quarter or three.
+        for (radius, clockwise, centre, sweep) in [
+            (10.0, false, [0.0, 0.0], FRAC_PI_2),
+            (-10.0, false, [10.0, 10.0], 3.0 * FRAC_PI_2),
+            (10.0, true, [10.0, 10.0], -FRAC_PI_2),
+            (-10.0, true, [0.0, 0.0], -3.0 * FRAC_PI_2),
+        ] {
+            let circle = from_radius([10.0, 0.0], [0.0, 10.0], radius, clockwise, 1).unwrap();
+            assert!(is_near(circle, centre, sweep), "R{radius} clockwise {clockwise}: {circle:?}");
+        }
+    }
+
+    #[test]
+    fn the_centre_of_an_r_arc_has_both_coordinates() {
+        // Chord (1, 2) to (7, 10): middle (4, 6), half length 5. With R 13 the centre is 12 to the left, along (-0.8, 0.6).
+        let circle = from_radius([1.0, 2.0], [7.0, 10.0], 13.0, false, 1).unwrap();
+        assert!(is_near(circle, [4.0 - 9.6, 6.0 + 7.2], 2.0 * (5.0_f64 / 13.0).asin()), "{circle:?}");
+    }
+
+    #[test]
+    fn r_may_fall_short_of_half_the_chord_by_the_tolerance() {
+        let arc = |radius| from_radius([0.0, 0.0], [20.0, 0.0], radius, false, 1);
+        for radius in [9.996, -9.996] {
+            assert!(is_near(arc(radius).unwrap(), [10.0, 0.0], PI), "{radius}");
+        }
+        assert!(arc(9.994).is_err() && arc(-9.994).is_err());
+        assert!(arc(0.0).is_err() && from_radius([1.0, 2.0], [1.0, 2.0], 5.0, false, 1).is_err());
+        // A radius of zero is named before a chord it cannot span.
+        assert!(matches!(arc(0.0), Err(Cause::Arc("its radius is zero"))));
+    }
+
+    #[test]
+    fn radii_may_differ_by_a_tolerance_that_grows_with_them() {
+        // Radius, by how much they may differ, by how much not: 0.005 mm, 0.1 %, never more than 0.5 mm.
+        for (radius, allowed, refused) in [(1.0, 0.0049, 0.0051), (100.0, 0.099, 0.102), (1000.0, 0.499, 0.501)] {
+            for sign in [-1.0, 1.0] {
+                let arc = |difference: f64| {
+                    from_centre([3.0 + radius, 4.0], [3.0, 4.0 + radius + sign * difference], [3.0, 4.0], false, 1)
+                };
+                assert!(is_near(arc(allowed).unwrap(), [3.0, 4.0], FRAC_PI_2), "{radius}");
+                assert!(matches!(arc(refused), Err(Cause::RadiusMismatch { .. })), "{radius} {sign}");
+            }
+        }
+        // Exactly the tolerances: 0.01 - 0.005 and 1000.5 - 1000.
+        assert!(from_centre([0.005, 0.0], [0.0, 0.01], [0.0, 0.0], false, 1).is_ok());
+        assert!(from_centre([1000.0, 0.0], [0.0, 1000.5], [0.0, 0.0], false, 1).is_ok());
+        assert!(matches!(from_centre([1.0, 1.0], [1.0, 1.0], [1.0, 1.0], false, 1), Err(Cause::Arc(_))));
+        assert!(matches!(from_centre([1.0, 1.0], [1.004, 1.0], [1.0, 1.0], false, 1), Err(Cause::Arc(_))));
+    }
+
+    #[test]
+    fn an_arc_back_to_its_start_is_a_full_turn_and_turns_add_up() {
+        let arc = |end, clockwise, turns| from_centre([5.0, 2.0], end, [3.0, 2.0], clockwise, turns).unwrap().sweep;
+        assert_eq!(arc([5.0, 2.0], false, 1), TAU);
+        assert_eq!(arc([5.0, 2.0], true, 2), -2.0 * TAU);
+        // Five ten-millionths of a radian past or before the start are rounding; five millionths are an arc.
+        let end = |angle: f64| [3.0 + 2.0 * angle.cos(), 2.0 + 2.0 * angle.sin()];
+        assert_eq!((arc(end(5e-7), false, 1), arc(end(-5e-7), false, 1)), (TAU, TAU));
+        assert!(
+            (arc(end(5e-6), false, 1) - 5e-6).abs() < 1e-12 && (arc(end(-5e-6), false, 1) - (TAU - 5e-6)).abs() < 1e-9
+        );
+        // A quarter counter-clockwise is three quarters clockwise; two more turns add two.
+        assert!((arc([3.0, 4.0], true, 1) + 1.5 * PI).abs() < 1e-12);
+        assert!((arc([3.0, 4.0], false, 3) - (FRAC_PI_2 + 2.0 * TAU)).abs() < 1e-12);
+    }
+}

@@ -223,7 +223,9 @@ fn steps(travel: f64, step: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::canonical::Plane;
     use crate::{Setup, interpret};
+    use std::f64::consts::{FRAC_PI_2, TAU};
 
     fn run(source: &str) -> Program {
         interpret(source, std::path::Path::new("path.ngc"), &Setup::default()).unwrap()
@@ -263,5 +265,96 @@ mod tests {
         assert_eq!(error.line, 2);
         let counted = count(&program, &Position::default(), &Sampling::default(), &RapidPath::Straight);
         assert_eq!(counted, Ok(100_000)); // 1 mm at 1 mm, then 99 999 mm
+    }
+
+    fn at(linear: [f64; 3]) -> Position {
+        let mut position = Position::default();
+        for (axis, value) in [Axis::X, Axis::Y, Axis::Z].into_iter().zip(linear) {
+            position[axis] = value;
+        }
+        position
+    }
+
+    fn step(kind: MoveKind, end: Position) -> Move {
+        Move { line: 1, kind, end, tip_mm: None, feed_mm_min: None, spindle_rpm: 0.0 }
+    }
+
+    /// About the origin of the plane X, Y.
+    fn arc(sweep: f64, end: [f64; 3]) -> Move {
+        step(MoveKind::Arc { plane: Plane::Xy, centre: [0.0, 0.0], sweep }, at(end))
+    }
+
+    const COARSE: Sampling = Sampling { step_mm: f64::INFINITY, step_deg: f64::INFINITY, chord_mm: 0.0 };
+
+    #[test]
+    fn an_arc_leaves_its_chords_by_no_more_than_asked() {
+        // Radius 10, chord 0.01: an angle of 2 acos(1 - 0.001) = 0.08945 a piece; pi / 2 takes 17.6 of them.
+        let (start, quarter) = (at([10.0, 0.0, 0.0]), arc(FRAC_PI_2, [0.0, 10.0, 0.0]));
+        let cut = |chord_mm| pieces(&start, &quarter, &quarter.end, &Sampling { chord_mm, ..COARSE });
+        assert_eq!(cut(0.01), 18);
+        let middle = point_at(&start, &quarter, &quarter.end, 0.5 / 18.0);
+        let end = point_at(&start, &quarter, &quarter.end, 1.0 / 18.0);
+        let chord_middle = [Axis::X, Axis::Y].map(|axis| f64::midpoint(start[axis], end[axis]));
+        let sagitta = (middle[Axis::X] - chord_middle[0]).hypot(middle[Axis::Y] - chord_middle[1]);
+        assert!((0.008..=0.01).contains(&sagitta), "{sagitta}");
+        // A tolerance of the radius or more, or none: four pieces to the turn.
+        assert_eq!((cut(10.0), cut(0.0)), (1, 1));
+        // Of 9 mm, 2 acos(0.1) = 2.94: the quarter turn is the smaller.
+        let turn = arc(TAU, [10.0, 0.0, 0.0]);
+        assert_eq!(pieces(&start, &turn, &turn.end, &Sampling { chord_mm: 9.0, ..COARSE }), 4);
+    }
+
+    #[test]
+    fn an_uneven_arc_is_cut_as_its_larger_radius_needs() {
+        // Radii 10 and 20, either way round. Chord 0.01 at 20: 2 acos(1 - 0.0005) = 0.06325, 24.8 in pi / 2; at 10 only 17.6.
+        // Steps of 1 mm: 20 pi / 2 = 31.4; at 10 only 15.7.
+        for (from, to) in [(10.0, 20.0), (20.0, 10.0)] {
+            let (start, quarter) = (at([from, 0.0, 0.0]), arc(FRAC_PI_2, [0.0, to, 0.0]));
+            let cut = |sampling| pieces(&start, &quarter, &quarter.end, &sampling);
+            assert_eq!(cut(Sampling { chord_mm: 0.01, ..COARSE }), 25, "{from} {to}");
+            assert_eq!(cut(Sampling { step_mm: 1.0, ..COARSE }), 32, "{from} {to}");
+        }
+    }
+
+    #[test]
+    fn the_radius_of_an_uneven_arc_changes_with_the_angle() {
+        // From radius 10 to 20 over a quarter turn about (0, 0), Z from 0 to 8: half way 15 at 45 degrees, and Z 4.
+        let (start, quarter) = (at([10.0, 0.0, 0.0]), arc(FRAC_PI_2, [0.0, 20.0, 8.0]));
+        let half = point_at(&start, &quarter, &quarter.end, 0.5);
+        let side = 15.0 * 0.5_f64.sqrt();
+        assert!([side, side, 4.0].iter().zip(half.0).all(|(a, b)| (a - b).abs() < 1e-12), "{half:?}");
+        // About (3, 4), a third of a clockwise quarter from the right: radius 12, 30 degrees below.
+        let off =
+            step(MoveKind::Arc { plane: Plane::Xy, centre: [3.0, 4.0], sweep: -FRAC_PI_2 }, at([3.0, -12.0, 0.0]));
+        let third = point_at(&at([13.0, 4.0, 0.0]), &off, &off.end, 1.0 / 3.0);
+        let wanted = [3.0 + 12.0 * 0.75_f64.sqrt(), 4.0 - 6.0];
+        assert!(wanted.iter().zip(third.0).all(|(a, b)| (a - b).abs() < 1e-12), "{third:?}");
+    }
+
+    #[test]
+    fn lengths_and_pieces_of_straight_and_helical_moves() {
+        let mut end = at([2.0, 3.0, 6.0]); // 7 mm
+        assert!((length(&Position::default(), &step(MoveKind::Feed, end)) - 7.0).abs() < 1e-12);
+        let cut = |from: &Position, of: &Move, sampling| pieces(from, of, &of.end, &sampling);
+        let by_mm = Sampling { step_mm: 1.0, ..COARSE };
+        assert_eq!(cut(&Position::default(), &step(MoveKind::Feed, end), by_mm), 7);
+        // U, V, W are a second triple: 24 mm, and in all the length is 25; A does not count beside them.
+        (end[Axis::V], end[Axis::A]) = (24.0, 1.0);
+        assert!((length(&Position::default(), &step(MoveKind::Feed, end)) - 25.0).abs() < 1e-12);
+        assert_eq!(cut(&Position::default(), &step(MoveKind::Feed, end), by_mm), 24);
+        // Turns of 90 and 45 degrees: the larger decides how many samples, both the length.
+        let mut turned = Position::default();
+        (turned[Axis::A], turned[Axis::C]) = (FRAC_PI_2, -FRAC_PI_2 / 2.0);
+        let turn = step(MoveKind::Feed, turned);
+        assert!((length(&Position::default(), &turn) - 90.0_f64.hypot(45.0)).abs() < 1e-9);
+        assert_eq!(cut(&Position::default(), &turn, Sampling { step_deg: 2.0, ..COARSE }), 45);
+        // A helix of radius 10: 0.3 radians are 3 mm along the circle, with 4 mm of Z 5 mm along the thread.
+        let helix = arc(0.3, [10.0 * 0.3_f64.cos(), 10.0 * 0.3_f64.sin(), 4.0]);
+        let start = at([10.0, 0.0, 0.0]);
+        assert!((length(&start, &helix) - 5.0).abs() < 1e-12);
+        assert_eq!(cut(&start, &helix, by_mm), 5);
+        // What goes nowhere is one piece.
+        assert_eq!(cut(&start, &step(MoveKind::Dwell { seconds: 1.0 }, end), by_mm), 1);
+        assert_eq!(cut(&start, &step(MoveKind::Feed, start), by_mm), 1);
     }
 }

@@ -25,7 +25,7 @@ fn wide<V: WideVolume>(case: &Case) -> Result<u64, Mismatch> {
     let (a, b) = (WideTree::<V>::build(&case.a), WideTree::<V>::build(&case.b));
     let mut questions = 0;
     for simd in Simd::available() {
-        let who = || format!("{} on {}", V::INFO.id, simd.name());
+        let who = || format!("{} on {}", std::any::type_name::<V>(), simd.name());
         let (mut scratch, mut warm) = (Scratch::default(), Proximity::default());
         for pose in &case.poses {
             let at = &pose.a_from_b;

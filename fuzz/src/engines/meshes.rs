@@ -1,8 +1,8 @@
 //! Meshes of every kind that has ever broken a volume: small, so that all pairs of triangles can be tested.
 
 use super::choices::Choices;
-use obbtree::cases::meshes;
 use bvbench::geometry::{Mesh, Point, Triangle, Vector, grid};
+use obbtree::cases::meshes;
 
 /// Most triangles of most meshes.
 const FEW: u64 = 24;

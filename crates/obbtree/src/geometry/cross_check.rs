@@ -217,12 +217,14 @@ mod tests {
 
     #[test]
     fn both_tests_agree_with_their_twin_on_a_million_pairs() {
-        let check = cross_check(2, 1_000_000);
+        // Without optimisation a million take minutes.
+        const PAIRS: u64 = if cfg!(debug_assertions) { 20_000 } else { 1_000_000 };
+        let check = cross_check(2, PAIRS);
         assert_eq!(check.disagreements, 0, "{:?}", check.examples);
-        assert_eq!(check.pairs, 1_000_000);
+        assert_eq!(check.pairs, PAIRS);
         // The pairs are worth comparing: both answers and all kinds of degeneracy are common.
-        assert!(check.touching > 200_000 && check.touching < 800_000, "{check:?}");
-        assert!(check.degenerate > 20_000, "{check:?}");
+        assert!(check.touching > PAIRS / 5 && check.touching < PAIRS / 5 * 4, "{check:?}");
+        assert!(check.degenerate > PAIRS / 50, "{check:?}");
     }
 
     #[test]
