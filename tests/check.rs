@@ -358,6 +358,34 @@ fn an_axis_at_the_limit_of_its_feed_holds_up_the_program() {
 }
 
 #[test]
+fn a_direction_of_any_length_moves_its_axis() {
+    // A thin wall in the way of a ball: a direction whose square overflows or vanishes moves it as any other does.
+    let text = |direction: &str| {
+        format!(
+            r#"
+title = "a ball and a wall"
+[[machine.links]]
+name = "slide"
+joint = {{ axis = "X", direction = {direction} }}
+[[parts]]
+name = "wall"
+at = {{ xyz_mm = [50, 0, 0] }}
+shape = {{ kind = "sphere", radius_mm = 5 }}
+[[parts]]
+name = "ball"
+link = "slide"
+shape = {{ kind = "sphere", radius_mm = 5 }}
+[program]
+file = "own.ngc"
+"#
+        )
+    };
+    for direction in ["[1, 0, 0]", "[1e200, 0, 0]", "[1e-200, 0, 0]", "[1e308, 1e-300, 0]", "[5e-324, 0, 0]"] {
+        assert_eq!(told_by(&text(direction), "G0 X100\nM2"), [("collision", 1)], "{direction}");
+    }
+}
+
+#[test]
 fn a_part_wholly_inside_another_collides() {
     // The cutter, 30 mm long, fits into the clamp, which reaches from -20 to 20 and is 20 mm wide.
     let (_folder, scene) = mill("G0 X140\nG0 Z-15\nG1 X70 F1000\nG4 P1\nG1 X140\nM2");

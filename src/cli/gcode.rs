@@ -3,6 +3,7 @@
 use super::{CLEAR, say};
 use anyhow::{Context, Result};
 use clap::Args;
+use rs274::file::{LARGEST_PROGRAM, text};
 use rs274::{Axis, Move, MoveKind, Setup, canonical, read_parameter_file, read_tool_table};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -45,18 +46,17 @@ pub fn run(options: &Options) -> Result<u8> {
     let mut setup = if options.lathe { Setup::lathe() } else { Setup::default() };
     setup.block_delete = options.block_delete;
     if let Some(file) = &options.tool_table {
-        let text = std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
+        let text = text(file, LARGEST_PROGRAM).with_context(|| format!("cannot read {}", file.display()))?;
         setup.tools = read_tool_table(&text, file, if options.tool_table_inch { INCH_MM } else { 1.0 })?;
     }
     if let Some(file) = &options.var {
-        let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
+        let parameters = text(file, LARGEST_PROGRAM).with_context(|| format!("cannot read {}", file.display()))?;
         let unit_mm = if options.var_inch { INCH_MM } else { 1.0 };
-        setup.parameters = read_parameter_file(&String::from_utf8_lossy(&bytes), file, unit_mm)?;
+        setup.parameters = read_parameter_file(&parameters, file, unit_mm)?;
     }
     let file = &options.program;
-    let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
-    // Old programs have comments in whatever character set their writer used.
-    let program = rs274::interpret(&String::from_utf8_lossy(&bytes), file, &setup)?;
+    let program = text(file, LARGEST_PROGRAM).with_context(|| format!("cannot read {}", file.display()))?;
+    let program = rs274::interpret(&program, file, &setup)?;
     if options.json {
         let moves: Vec<Value> = program.moves.iter().map(as_json).collect();
         say(serde_json::to_string_pretty(&moves)?);

@@ -116,7 +116,7 @@ pub fn run(options: &Options) -> Result<()> {
     let gouges = options.gouges.iter().map(|&(part, depth_mm)| (part, Flaw::Gouge { depth_mm }));
     let leans = options.leans.iter().map(|&(part, degrees)| (part, Flaw::Lean { angle: degrees.to_radians() }));
     let flaws: Vec<(f64, Flaw)> = gouges.chain(leans).collect();
-    let contacts = plan.contacts(surface);
+    let contacts = plan.contacts(surface)?;
     let planned = stops(&contacts, &flaws);
     let title = format!(
         "{} over {} of {}, length of tool {tool} {} mm",

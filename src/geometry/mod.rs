@@ -7,10 +7,23 @@ pub mod import;
 pub mod rectangle;
 pub mod shapes;
 
+use nalgebra::Unit;
 pub use obbtree::geometry::{
     Isometry, Mesh, MeshError, Point, Triangle, Vector, certified, covariance, cross_check, eigen, exact,
     exact_integer, grid, mesh, plane, rigid, surface, triangle, triangle_distance, weld,
 };
+
+/// The direction of a vector of any finite length but zero. Squares of its components may overflow or vanish: it is scaled first where they would.
+#[must_use]
+pub fn direction(vector: Vector) -> Option<Unit<Vector>> {
+    const SQUARES: std::ops::Range<f64> = 1e-200..1e200;
+    if !vector.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let scaled = if SQUARES.contains(&vector.norm_squared()) { vector } else { vector / vector.amax() };
+    // Zero divided by zero is not a number, and has no direction.
+    Unit::try_new(scaled, 0.0)
+}
 
 /// A hash of the snapped vertices and the faces, as hexadecimal text: equal for equal meshes on every machine.
 #[must_use]
@@ -25,4 +38,39 @@ pub fn content_hash(mesh: &Mesh) -> String {
         hasher.update(&v.to_le_bytes());
     }
     hasher.finalize().to_hex().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_vector_of_any_magnitude_has_its_direction(
+            exponents in prop::array::uniform3(-320..=308_i32),
+            signs in prop::array::uniform3(-1..=1_i32),
+        ) {
+            let vector = Vector::from_fn(|k, _| f64::from(signs[k]) * format!("1e{}", exponents[k]).parse::<f64>().unwrap());
+            let found = direction(vector);
+            prop_assert_eq!(found.is_some(), vector.amax() > 0.0);
+            if let Some(found) = found {
+                prop_assert!((found.norm() - 1.0).abs() < 1e-15);
+                // The largest component keeps its sign and is the largest; the others keep their ratio to it.
+                let largest = vector.iamax();
+                prop_assert!(found[largest] * vector[largest].signum() >= 1.0 / 3f64.sqrt() - 1e-15);
+                for k in 0..3 {
+                    prop_assert!((found[k] / found[largest] - vector[k] / vector[largest]).abs() < 1e-12);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_has_no_direction() {
+        for x in [f64::NAN, f64::INFINITY] {
+            assert_eq!(direction(Vector::new(1.0, x, 0.0)), None);
+        }
+        assert_eq!(direction(Vector::zeros()), None);
+    }
 }

@@ -68,11 +68,21 @@ pub struct Contact {
 /// Chords that a straight piece of a path in (u, v) is measured by.
 const CHORDS: u32 = 512;
 
+/// Most contact points of a path.
+const MOST_CONTACTS: usize = 1_000_000;
+
+/// A path of too many contact points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the path would have more than {MOST_CONTACTS} contact points; take a longer step or fewer rows")]
+pub struct TooManyContacts;
+
 impl PathPlan {
     /// The contact points and the tool's axis at each.
-    #[must_use]
-    pub fn contacts(&self, surface: &Freeform) -> Vec<Contact> {
-        let places = self.places(surface);
+    ///
+    /// # Errors
+    /// When there would be too many.
+    pub fn contacts(&self, surface: &Freeform) -> Result<Vec<Contact>, TooManyContacts> {
+        let places = self.places(surface)?;
         let step = 1e-4;
         let contact = |index: usize| {
             let (u, v) = places[index];
@@ -88,11 +98,11 @@ impl PathPlan {
             let axis = turned(feed, -self.tilt, turned(left, self.lead, normal));
             Contact { point, normal, feed, axis: Unit::new_normalize(axis) }
         };
-        (0..places.len()).map(contact).collect()
+        Ok((0..places.len()).map(contact).collect())
     }
 
     /// Places (u, v) on the surface in order: the ways between corners divided evenly by their length, and by how the surface bends.
-    fn places(&self, surface: &Freeform) -> Vec<(f64, f64)> {
+    fn places(&self, surface: &Freeform) -> Result<Vec<(f64, f64)>, TooManyContacts> {
         let corners = self.corners();
         let mut places: Vec<(f64, f64)> = corners.first().copied().into_iter().collect();
         for pair in corners.windows(2) {
@@ -115,6 +125,9 @@ impl PathPlan {
             }
             let length = way[way.len() - 1];
             let pieces = length.ceil().max(1.0);
+            if places.len() as f64 + pieces > MOST_CONTACTS as f64 {
+                return Err(TooManyContacts);
+            }
             for piece in 1..=pieces as usize {
                 let wanted = length * (piece as f64 / pieces);
                 let chord = way.partition_point(|&way| way < wanted).clamp(1, CHORDS as usize);
@@ -122,7 +135,7 @@ impl PathPlan {
                 places.push(between(((chord - 1) as f64 + part) / f64::from(CHORDS)));
             }
         }
-        places
+        Ok(places)
     }
 
     /// Corners (u, v) of the path.
@@ -262,7 +275,7 @@ mod tests {
         for (radius_mm, corner_mm) in [(5.0, 5.0), (6.0, 1.5), (4.0, 0.0)] {
             let profile = Profile::bull_nose(radius_mm, corner_mm, 40.0).unwrap();
             for pattern in [Pattern::ZigZag, Pattern::Spiral] {
-                let contacts = plan(pattern).contacts(&hollow());
+                let contacts = plan(pattern).contacts(&hollow()).unwrap();
                 // Five rows of 64 mm and more, or five turns around 64 by 48 mm.
                 assert!(contacts.len() > 220, "{}", contacts.len());
                 let steps = contacts.windows(2).map(|pair| (pair[1].point - pair[0].point).norm());
@@ -289,7 +302,7 @@ mod tests {
     #[test]
     fn lead_and_tilt_are_the_axis_angles() {
         let flat = Freeform { size_mm: [50.0, 50.0], heights_mm: vec![vec![10.0; 2]; 2] };
-        let first = plan(Pattern::ZigZag).contacts(&flat)[3];
+        let first = plan(Pattern::ZigZag).contacts(&flat).unwrap()[3];
         // Feed along +x: the lead leans the axis to +x, a tilt to the left to +y.
         let expected = Vector::new(0.2f64.sin(), (-0.1f64).sin() * 0.2f64.cos(), (-0.1f64).cos() * 0.2f64.cos());
         assert!((first.axis.into_inner() - expected).norm() < 1e-9, "{}", first.axis.into_inner());
@@ -297,7 +310,7 @@ mod tests {
 
     #[test]
     fn flaws_are_where_they_were_put_and_the_axis_turns_slowly() {
-        let contacts = plan(Pattern::ZigZag).contacts(&hollow());
+        let contacts = plan(Pattern::ZigZag).contacts(&hollow()).unwrap();
         let clean = stops(&contacts, &[]);
         let flawed = stops(&contacts, &[(0.25, Flaw::Gouge { depth_mm: 0.05 }), (0.7, Flaw::Lean { angle: 0.5 })]);
         for stops in [&clean, &flawed] {

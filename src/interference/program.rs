@@ -259,7 +259,7 @@ mod tests {
             for (radius_mm, corner_mm, pattern) in [(5.0, 5.0, Pattern::ZigZag), (5.0, 2.0, Pattern::Spiral)] {
                 let plan = PathPlan { pattern, rows: 4, step_mm: 2.0, margin: 0.1, lead: 0.2, tilt: 0.15 };
                 let flaws = [(0.3, Flaw::Gouge { depth_mm: 0.05 }), (0.6, Flaw::Lean { angle: 0.3 })];
-                let planned = stops(&plan.contacts(&hollow()), &flaws);
+                let planned = stops(&plan.contacts(&hollow()).unwrap(), &flaws);
                 let work_from_surface = Isometry::translation(3.0, -2.0, 40.0);
                 let writer = Writer {
                     machine: &machine,
@@ -316,7 +316,7 @@ mod tests {
         assert_eq!(writer.write(&[]), Err(WriteError::Empty));
         let contacts = |lead| {
             let plan = PathPlan { pattern: Pattern::ZigZag, rows: 2, step_mm: 9.0, margin: 0.1, lead, tilt: 0.0 };
-            stops(&plan.contacts(&hollow()), &[])
+            stops(&plan.contacts(&hollow()).unwrap(), &[])
         };
         let message = |result: Result<Written, WriteError>| result.unwrap_err().to_string();
         // A and B go to one radian, 57 degrees.

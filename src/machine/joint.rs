@@ -1,6 +1,6 @@
 //! One joint: how a link moves on its parent when an axis moves.
 
-use crate::geometry::{Isometry, Point, Vector};
+use crate::geometry::{self, Isometry, Point, Vector};
 use nalgebra::{Translation3, Unit, UnitQuaternion};
 use rs274::{Axis, Position};
 use thiserror::Error;
@@ -179,7 +179,7 @@ fn unit(axis: Axis, direction: Vector) -> Result<Unit<Vector>, JointError> {
     if !direction.iter().all(|x| x.is_finite()) {
         return Err(JointError::NotFinite { axis: axis.letter(), what: "the direction" });
     }
-    Unit::try_new(direction, 0.0).ok_or(JointError::ZeroDirection { axis: axis.letter() })
+    geometry::direction(direction).ok_or(JointError::ZeroDirection { axis: axis.letter() })
 }
 
 fn check_limits(axis: Axis, limits: Limits, scale: f64) -> Result<(), JointError> {

@@ -73,7 +73,7 @@ impl Folder {
     pub fn bytes(&mut self, relative: &str) -> Result<Vec<u8>, SceneError> {
         let key = normalised(&self.name, relative);
         let bytes = match &self.source {
-            Source::Disk(folder) => read(&folder.join(relative)),
+            Source::Disk(folder) => rs274::file::bytes(&folder.join(relative), LARGEST_FILE),
             Source::Shipped => shipped::file(&key)
                 .map(|text| text.as_bytes().to_vec())
                 .ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "no such file among the shipped scenes")),
@@ -89,10 +89,7 @@ impl Folder {
 
     /// The text of a file.
     pub fn text(&mut self, relative: &str) -> Result<String, SceneError> {
-        String::from_utf8(self.bytes(relative)?).map_err(|error| SceneError::Read {
-            file: self.path(relative),
-            cause: io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()),
-        })
+        Ok(rs274::file::decode(self.bytes(relative)?))
     }
 
     /// The record of what was read: hashes by file, and what was found in mesh files.
@@ -101,18 +98,8 @@ impl Folder {
     }
 }
 
-/// Largest file of a scene, bytes.
-const LARGEST_FILE: u64 = 1 << 32;
-
-/// The bytes of a file that is not too large, which is asked before it is read.
-fn read(path: &Path) -> io::Result<Vec<u8>> {
-    let bytes = std::fs::metadata(path)?.len();
-    if bytes >= LARGEST_FILE {
-        let message = format!("{bytes} bytes, and less than {LARGEST_FILE} are read");
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
-    }
-    std::fs::read(path)
-}
+/// Largest file of a scene, bytes: a binary STL of 20 million triangles.
+const LARGEST_FILE: u64 = 1 << 30;
 
 /// `folder/relative` with `/` between the parts and `..` resolved.
 fn normalised(folder: &str, relative: &str) -> String {

@@ -3,14 +3,14 @@
 use super::error::{Place, SceneError};
 use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, RapidFile, SceneFile, TipFile};
 use super::folder::Folder;
+use super::numbers;
 use super::program::{self, Nonsense, ProgramRun, positive};
 use super::{Approach, Expected, MeshFile, Overrides, Pair, Part, Rates, Recording, Role, Scene, recording};
 use crate::geometry::shapes::Tessellation;
-use crate::geometry::{Mesh, Point, Vector, import};
+use crate::geometry::{self, Mesh, Point, Vector, import};
 use crate::machine::file::Form;
 use crate::machine::tip::TipControl;
 use crate::machine::{self, Machine};
-use nalgebra::Unit;
 use rs274::{Axis, Position, RapidPath};
 use serde::de::DeserializeOwned;
 use std::error::Error;
@@ -18,6 +18,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 use toml::Spanned;
+use toml::de::DeTable;
 
 /// The file that makes a folder a scene.
 pub const SCENE_FILE: &str = "scene.toml";
@@ -46,10 +47,15 @@ impl Document {
     }
 
     fn parse<T: DeserializeOwned>(&self) -> Result<T, SceneError> {
-        toml::from_str(&self.text).map_err(|error: toml::de::Error| SceneError::Syntax {
+        let syntax = |error: toml::de::Error| SceneError::Syntax {
             place: self.place(&error.span().unwrap_or(0..0)),
             message: error.message().to_owned(),
-        })
+        };
+        let parsed = toml::from_str(&self.text).map_err(syntax)?;
+        match numbers::too_large(DeTable::parse(&self.text).map_err(syntax)?.get_ref()) {
+            Some(wrong) => Err(self.meaning(wrong)),
+            None => Ok(parsed),
+        }
     }
 
     pub(super) fn place(&self, span: &Range<usize>) -> Place {
@@ -335,8 +341,7 @@ fn read_tip(document: &Document, machine: &Machine, file: &Spanned<TipFile>) -> 
     let TipFile { tool_link, gauge_mm, direction, work_link } = file.get_ref();
     let find =
         |link: &Option<Spanned<String>>| link.as_ref().map(|name| find_link(document, machine, name)).transpose();
-    let Some(direction) = Unit::try_new(Vector::from(*direction), 0.0).filter(|d| d.iter().all(|x| x.is_finite()))
-    else {
+    let Some(direction) = geometry::direction(Vector::from(*direction)) else {
         return refuse("the direction towards the tip must be finite and not zero");
     };
     if !gauge_mm.iter().all(|x| x.is_finite()) {
@@ -382,7 +387,7 @@ fn read_approaches(
         let at = program::finite("`at`", file.at.position()).map_err(meaning)?;
         machine.check_limits(&at).map_err(|cause| SceneError::OutOfLimits { place: place(), cause })?;
         let direction = Vector::from(file.direction);
-        let direction = Unit::try_new(direction, 0.0).filter(|unit| unit.iter().all(|x| x.is_finite()));
+        let direction = geometry::direction(direction);
         let direction = direction.ok_or_else(|| meaning("the direction is zero or not finite".to_owned()))?;
         let offsets_mm = file.offsets_mm.clone().unwrap_or_else(|| Approach::OFFSETS_MM.to_vec());
         if offsets_mm.is_empty() || !offsets_mm.iter().all(|offset| offset.is_finite()) {

@@ -11,6 +11,7 @@ mod file;
 pub mod recording;
 mod program;
 mod load;
+mod numbers;
 #[cfg(feature = "urdf")]
 mod urdf;
 pub mod pairs;

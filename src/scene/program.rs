@@ -4,6 +4,7 @@ use super::error::SceneError;
 use super::file::{ControllerFile, PositionFile, ProgramFile, UserCodeFile};
 use crate::machine::Machine;
 use crate::machine::tip::{TipControl, TipError};
+use rs274::file::LARGEST_PROGRAM;
 use rs274::{Position, RapidPath, Sample, Sampling, Setup, TooManySamples, Tool, UserCode, WorkOffset};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -141,8 +142,8 @@ impl ProgramRun {
     /// When the program cannot be read or interpreted.
     pub fn with_program(&self, path: &Path) -> Result<Self, SceneError> {
         let missing = |cause| SceneError::Read { file: path.to_owned(), cause };
-        let source = std::fs::read(path).map_err(missing)?;
-        run(&String::from_utf8_lossy(&source), path.to_owned(), &self.setup, self.tip.clone(), self.sampling)
+        let source = rs274::file::text(path, LARGEST_PROGRAM).map_err(missing)?;
+        run(&source, path.to_owned(), &self.setup, self.tip.clone(), self.sampling)
     }
 
     /// The program's path in axis positions.

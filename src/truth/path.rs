@@ -14,12 +14,12 @@ pub const RESOLUTION_MM: f64 = 1e-7;
 const OPPOSITE: f64 = 1e-9;
 
 /// For every colliding pose of a path (consecutive poses of one cluster), the travel past first contact in mm: the lesser
-/// of the path length since contact was last entered and the path length until it is left; `None` for a free pose.
-/// `exact` holds the exact verdicts of the poses.
+/// of the path length since contact was last entered and the path length until it is left; `None` for a free pose. Infinite where neither is
+/// known, as for a recording that never leaves contact: an unknown depth counts as deep. `exact` holds the exact verdicts of the poses.
 ///
 /// Entry and exit are found by bisection, with exact verdicts at interpolated poses, between a free pose and its
 /// colliding neighbour; when contact changes more than once within that step, one of the changes is found. A path that
-/// starts in contact counts from its start; one that ends in contact is never left. A gap that lies wholly between two
+/// starts in contact never entered it; one that ends in contact is never left. A gap that lies wholly between two
 /// colliding poses is not seen. When the lists differ in length, the surplus is ignored.
 #[must_use]
 pub fn path_depths(oracle: &PairOracle, poses: &[Isometry], exact: &[bool]) -> Vec<Option<f64>> {
@@ -36,7 +36,7 @@ pub fn path_depths(oracle: &PairOracle, poses: &[Isometry], exact: &[bool]) -> V
         let last = (first..count).take_while(|&i| exact[i]).last().unwrap_or(first);
         let entered = match first.checked_sub(1) {
             Some(before) => past_contact_mm(oracle, &poses[before], &poses[first], steps[before]),
-            None => 0.0,
+            None => f64::INFINITY,
         };
         let left = match poses.get(last + 1) {
             Some(after) => past_contact_mm(oracle, after, &poses[last], steps[last]),
@@ -121,10 +121,12 @@ mod tests {
     fn a_path_that_starts_or_ends_in_contact_has_one_end() {
         let pose = |x: f64| Isometry::translation(x, 0.0, 2.5);
         let out = [pose(-1.0), pose(-2.0), pose(-4.0)];
-        assert_near(&depths(&blocks(), &out), &[Some(0.0), Some(1.0), None]);
+        assert_near(&depths(&blocks(), &out), &[Some(2.0), Some(1.0), None]);
         let into = [pose(-4.0), pose(-2.0), pose(-1.0), pose(-1.0)];
         assert_near(&depths(&blocks(), &into), &[None, Some(1.0), Some(2.0), Some(2.0)]);
-        assert_near(&depths(&blocks(), &[pose(-2.0)]), &[Some(0.0)]);
+        // How deep, nobody knows: as deep as can be.
+        assert_eq!(depths(&blocks(), &[pose(-2.0)]), [Some(f64::INFINITY)]);
+        assert_eq!(depths(&blocks(), &[pose(-2.0); 3]), [Some(f64::INFINITY); 3]);
         assert!(depths(&blocks(), &[]).is_empty());
     }
 

@@ -103,6 +103,9 @@ pub enum Cause {
     /// A subroutine that the program does not define.
     #[error("subroutine is not defined in this program")]
     UnknownSubroutine,
+    /// A subroutine's file that is there and cannot be read.
+    #[error("the file cannot be read: {0}")]
+    Unreadable(String),
     /// A limit of this interpreter, so that no program runs for ever.
     #[error("more than {limit} {what}")]
     Limit {

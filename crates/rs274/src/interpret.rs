@@ -38,9 +38,10 @@ pub struct Program {
 /// # Errors
 /// The first thing wrong, with file, line, column and text. Bad input never panics and never runs for ever.
 pub fn interpret(source: &str, file: &Path, setup: &Setup) -> Result<Program, GcodeError> {
-    let lines: Vec<String> = source::lines(source).map(str::to_owned).collect();
+    let fault = |(file, line, cause)| GcodeError { file, line, column: 1, text: String::new(), cause };
+    let lines = source::lines(source).map_err(|(line, cause)| fault((file.to_owned(), line, cause)))?;
     let parse = |line: &str| parse(line, setup.block_delete);
-    let text = Source::of(&lines, file, &parse);
+    let text = Source::of(&lines, file, &parse).map_err(fault)?;
     let mut interpreter = Interpreter::new(setup);
     match interpreter.run(&text) {
         Ok(()) => Ok(Program { moves: interpreter.moves, blocks: lines }),

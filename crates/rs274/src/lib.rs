@@ -7,6 +7,7 @@
 
 pub mod canonical;
 pub mod error;
+pub mod file;
 pub mod setup;
 mod lex;
 pub mod expression;

@@ -14,7 +14,7 @@ use std::path::Path;
 /// The first line that is wrong, with file, line and column.
 pub fn read_parameter_file(text: &str, file: &Path, unit_mm: f64) -> Result<BTreeMap<String, f64>, GcodeError> {
     let mut parameters = BTreeMap::new();
-    for (line, entry) in (1..).zip(super::source::lines(text)) {
+    for (line, entry) in (1..).zip(super::source::every_line(text)) {
         let read = entry_of(entry).and_then(|found| match found {
             Some((index, value)) => {
                 let value = if is_length(index) { value * unit_mm } else { value };

@@ -4,19 +4,34 @@
 //! Files"). Files are found before the program runs, so a label that is computed finds none.
 
 use super::block::{Block, Keyword, Label};
-use super::error::Fault;
+use super::error::{Cause, Fault};
+use super::file::{self, LARGEST_PROGRAM};
 use std::collections::BTreeSet;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Most lines of a program with its subroutine files.
-const MAX_LINES: usize = 4_000_000;
+/// Most lines of a program with its subroutine files: some 2 GB of memory.
+const MAX_LINES: usize = 2_000_000;
+
+const TOO_MANY_LINES: Cause = Cause::Limit { limit: MAX_LINES, what: "lines of the program and its subroutine files" };
 
 /// Parses a line; the interpreter decides what block delete leaves of it.
 pub(super) type Parse<'a> = &'a dyn Fn(&str) -> Result<Block, Fault>;
 
-/// The lines of a file's text, without the byte-order mark that editors on Windows put before it.
-pub(super) fn lines(text: &str) -> std::str::Lines<'_> {
-    text.strip_prefix('\u{feff}').unwrap_or(text).lines()
+/// The lines of a file's text, without the byte-order mark that editors on Windows put before it. A carriage return alone ends a line, too.
+pub(super) fn every_line(text: &str) -> impl Iterator<Item = &str> {
+    text.strip_prefix('\u{feff}').unwrap_or(text).lines().flat_map(|line| line.split('\r'))
+}
+
+/// The same, copied.
+///
+/// # Errors
+/// When there are more than `MAX_LINES`, with the number of the first that is too many.
+pub(super) fn lines(text: &str) -> Result<Vec<String>, (u32, Cause)> {
+    match every_line(text).nth(MAX_LINES) {
+        Some(_) => Err((MAX_LINES as u32 + 1, TOO_MANY_LINES)),
+        None => Ok(every_line(text).map(str::to_owned).collect()),
+    }
 }
 
 /// All lines, parsed; a line that is wrong is an error only when it is executed.
@@ -29,33 +44,43 @@ pub(super) struct Source {
 }
 
 impl Source {
-    pub fn of(text: &[String], file: &Path, parse: Parse) -> Self {
+    /// # Errors
+    /// The file to blame and its line, when a subroutine's file cannot be read or makes too many lines.
+    pub fn of(text: &[String], file: &Path, parse: Parse) -> Result<Self, (PathBuf, u32, Cause)> {
         let lines = program_text(text);
         let mut source = Self { blocks: Vec::new(), files: vec![(file.to_owned(), 0)], own: lines.len() };
         source.add(lines, parse);
         // The program ends here, whatever stands behind.
         source.blocks.push(parse("M2"));
-        source.add_called_files(file.parent().unwrap_or(Path::new("")), parse);
-        source
+        source.add_called_files(file.parent().unwrap_or(Path::new("")), parse)?;
+        Ok(source)
     }
 
-    fn add<L: AsRef<str>>(&mut self, lines: &[L], parse: Parse) {
-        self.blocks.extend(lines.iter().map(|line| parse(line.as_ref())));
+    fn add(&mut self, lines: &[String], parse: Parse) {
+        self.blocks.extend(lines.iter().map(|line| parse(line)));
     }
 
-    fn add_called_files(&mut self, folder: &Path, parse: Parse) {
+    fn add_called_files(&mut self, folder: &Path, parse: Parse) -> Result<(), (PathBuf, u32, Cause)> {
         let mut asked = BTreeSet::new();
         loop {
             let missing: Vec<String> = self.missing().into_iter().filter(|name| asked.insert(name.clone())).collect();
-            if missing.is_empty() || self.blocks.len() > MAX_LINES {
-                return;
+            if missing.is_empty() {
+                return Ok(());
             }
             for name in missing {
                 let path = folder.join(format!("{name}.ngc"));
-                let Ok(bytes) = std::fs::read(&path) else { continue };
+                let text = match file::text(&path, LARGEST_PROGRAM) {
+                    Ok(text) => text,
+                    Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => continue,
+                    Err(error) => return Err((path, 1, Cause::Unreadable(error.to_string()))),
+                };
+                let lines = match lines(&text) {
+                    Ok(lines) if self.blocks.len() + lines.len() <= MAX_LINES => lines,
+                    Ok(_) => return Err((path, 1, TOO_MANY_LINES)),
+                    Err((line, cause)) => return Err((path, line, cause)),
+                };
                 self.files.push((path, self.blocks.len()));
-                let text = String::from_utf8_lossy(&bytes);
-                self.add(&lines(&text).collect::<Vec<_>>(), parse);
+                self.add(&lines, parse);
             }
         }
     }

@@ -10,6 +10,8 @@ use super::modal::{Group, Spindle, Values};
 
 /// A cut this near the full depth, mm, is the full depth but for rounding.
 const ROUNDING_MM: f64 = 1e-9;
+/// Least pitch of G33, mm: a smaller one is no thread, and takes no finite time.
+const LEAST_PITCH_MM: f64 = 1e-6;
 /// Most passes of one thread.
 const MAX_PASSES: u32 = 10_000;
 /// Index of X and Z.
@@ -41,6 +43,9 @@ impl Interpreter<'_> {
     pub(super) fn thread_move(&mut self, values: &Values, returns: bool) -> Result<(), Fault> {
         let fault = |cause| self.fault_at(values, Group::Motion, cause);
         let pitch = self.take_length(values, 'k').ok_or_else(|| fault(Cause::Missing("K, the pitch,")))?;
+        if pitch.abs() < LEAST_PITCH_MM {
+            return Err(values.fault('k', Cause::Range("K, the pitch,", "at least 1e-6 mm")));
+        }
         if !values.has_axis() {
             return Err(fault(Cause::Missing("an axis word")));
         }

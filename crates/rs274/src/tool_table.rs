@@ -15,7 +15,7 @@ use std::path::Path;
 /// The first entry that is wrong, with file, line and column.
 pub fn read_tool_table(text: &str, file: &Path, unit_mm: f64) -> Result<BTreeMap<u32, Tool>, GcodeError> {
     let mut tools = BTreeMap::new();
-    for (line, entry) in (1..).zip(super::source::lines(text)) {
+    for (line, entry) in (1..).zip(super::source::every_line(text)) {
         let read = entry_of(entry, unit_mm).and_then(|found| match found {
             Some((number, column, tool)) => match tools.insert(number, tool) {
                 None => Ok(()),

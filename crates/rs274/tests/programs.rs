@@ -443,6 +443,49 @@ fn what_is_wrong_is_told_with_its_line() {
 }
 
 #[test]
+fn a_pitch_of_nothing_is_no_thread() {
+    for pitch in ["0", "0.00000000000000000001", "-0.000000001"] {
+        let source = format!("G18 M3 S100\nG33 Z-10 K{pitch}\nM2");
+        let error = interpret(&source, Path::new("bad.ngc"), &Setup::lathe()).unwrap_err();
+        assert_eq!((error.line, error.column), (2, 10), "{error}");
+        assert!(error.to_string().contains("K, the pitch, must be at least 1e-6 mm"), "{error}");
+    }
+    assert!(interpret("G18 M3 S100\nG33 Z-10 K0.000001\nM2", Path::new("good.ngc"), &Setup::lathe()).is_ok());
+}
+
+#[test]
+fn a_carriage_return_alone_ends_a_line() {
+    let program = interpret("G0 X1\rG0 X2\rM2\r", Path::new("mac.ngc"), &Setup::default()).unwrap();
+    assert_eq!(ends(&program), [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
+    assert_eq!(program.moves.iter().map(|step| step.line).collect::<Vec<_>>(), [1, 2]);
+    let error = interpret("G0 X1\rG0 !\r", Path::new("mac.ngc"), &Setup::default()).unwrap_err();
+    assert_eq!((error.line, error.column), (2, 4));
+}
+
+#[test]
+fn a_subroutine_that_cannot_be_read_is_not_called_undefined() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("hole.ngc")).unwrap();
+    let main = folder.path().join("main.ngc");
+    let error = interpret("o<hole> call\nM2", &main, &Setup::default()).unwrap_err();
+    assert!(error.file.ends_with("hole.ngc"), "{error}");
+    assert!(error.to_string().ends_with("the file cannot be read: it is a folder, not a regular file"), "{error}");
+}
+
+#[test]
+fn lines_have_a_limit_that_the_message_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let main = folder.path().join("main.ngc");
+    let long = "\n".repeat(2_000_001);
+    let error = interpret(&long, &main, &Setup::default()).unwrap_err();
+    assert!(error.file == main && error.line == 2_000_001, "{error}");
+    assert!(error.to_string().contains("more than 2000000 lines"), "{error}");
+    std::fs::write(folder.path().join("hole.ngc"), long).unwrap();
+    let error = interpret("o<hole> call\nM2", &main, &Setup::default()).unwrap_err();
+    assert!(error.file.ends_with("hole.ngc") && error.to_string().contains("more than 2000000 lines"), "{error}");
+}
+
+#[test]
 fn an_endless_program_ends_in_an_error() {
     let error = interpret("o1 while [1 EQ 1]\n#1=1\no1 endwhile\nM2", Path::new("x.ngc"), &Setup::default());
     assert!(error.is_err());

@@ -1,14 +1,13 @@
 //! `scene inverse`: where the axes must be for the tool to have a direction.
 
 use super::{say, table};
-use crate::geometry::Vector;
+use crate::geometry::{self, Vector};
 use crate::machine::Joint;
 use crate::machine::orientation::Solution;
 use crate::machine::tip::TipControl;
 use crate::scene::Scene;
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use nalgebra::Unit;
 use rs274::{Axis, Position};
 use serde_json::{Value, json};
 
@@ -65,7 +64,7 @@ pub fn run(options: &Options) -> Result<()> {
             scene.name
         )
     })?;
-    let direction = Unit::try_new(Vector::from(options.direction), 0.0).context("the direction has no length")?;
+    let direction = geometry::direction(Vector::from(options.direction)).context("the direction has no length")?;
     let mut from = program.map(|run| run.start).unwrap_or_default();
     options.from.iter().for_each(|&(axis, value)| from[axis] = value);
     let found = tip.orient(&scene.machine, &direction, &from)?;

@@ -31,6 +31,7 @@ pub use stl::write as write_stl;
 
 use super::{Mesh, Point};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::fmt;
 use std::path::Path;
 
@@ -173,7 +174,7 @@ struct Raw {
 const METRE: f64 = Unit::M.in_mm();
 
 /// Largest file that is read, bytes. Text has at least 20 bytes per triangle, so that vertex indices fit 32 bits.
-const LARGEST_FILE: u64 = 1 << 32;
+const LARGEST_FILE: u64 = 1 << 30;
 
 /// Reads a mesh file. The extension says what it is (`.stl`, `.obj`, `.off`, `.ply`, `.glb`, `.3mf`); without one of these, its
 /// beginning does. A unit alone will do for the options.
@@ -182,9 +183,8 @@ const LARGEST_FILE: u64 = 1 << 32;
 /// [`ImportError`] with the file and the line, or the triangle and the byte, when the file cannot be read, is not a
 /// mesh, is cut short, disagrees with its own header, or has a coordinate that is not finite or beyond ±4096 mm.
 pub fn load(path: &Path, options: impl Into<Options>) -> Result<Imported, ImportError> {
-    let unreadable = |source| ImportError::Unreadable { path: path.into(), source };
-    check_size(path, std::fs::metadata(path).map_err(unreadable)?.len())?;
-    parse(path, &std::fs::read(path).map_err(unreadable)?, options)
+    let content = rs274::file::bytes(path, LARGEST_FILE);
+    parse(path, &content.map_err(|source| ImportError::Unreadable { path: path.into(), source })?, options)
 }
 
 fn check_size(path: &Path, bytes: u64) -> Result<(), ImportError> {
@@ -216,7 +216,7 @@ fn parse_in(path: &Path, content: &[u8], unit_mm: Option<f64>, weld_mm: f64) -> 
         return Err(ImportError::Tolerance { path: path.into(), weld_mm, least: WELD_MM.0, most: WELD_MM.1 });
     }
     check_size(path, content.len() as u64)?;
-    let content = unmarked(content);
+    let content = &*plain(content);
     let Some(format) = format_of(path, content) else {
         return Err(ImportError::UnknownFormat { path: path.into() });
     };
@@ -236,11 +236,15 @@ fn parse_in(path: &Path, content: &[u8], unit_mm: Option<f64>, weld_mm: f64) -> 
     clean::clean(raw, format, unit_mm, weld_mm).map_err(|source| ImportError::NotAMesh { path: path.into(), source })
 }
 
-/// The content without the byte-order mark that editors on Windows put before text.
-fn unmarked(content: &[u8]) -> &[u8] {
-    match content.strip_prefix(b"\xef\xbb\xbf") {
-        Some(text) if !stl::has_declared_size(content) => text,
-        _ => content,
+/// The content as the readers expect it: text as UTF-8 without a byte-order mark, its lines with line feeds. Binary files, which have zeros in
+/// them, stay as they are.
+fn plain(content: &[u8]) -> Cow<'_, [u8]> {
+    let is_marked = [&b"\xef\xbb\xbf"[..], b"\xff\xfe", b"\xfe\xff"].iter().any(|mark| content.starts_with(mark));
+    let has_only_returns = || content.contains(&b'\r') && !content.contains(&b'\n') && !content.contains(&0);
+    if !stl::has_declared_size(content) && (is_marked || has_only_returns()) {
+        Cow::Owned(rs274::file::decode(content.to_vec()).into_bytes())
+    } else {
+        Cow::Borrowed(content)
     }
 }
 

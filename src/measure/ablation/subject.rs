@@ -122,8 +122,8 @@ pub fn poses(surface: &Freeform, budget: &AblationBudget, fineness: u32) -> (Vec
     };
     let stretch = STRETCH * fineness as usize;
     // A finer path is as long in poses: its first part, so that the same time buys the same counts.
-    let count = plan(1).contacts(surface).len();
-    let contacts = plan(fineness).contacts(surface);
+    let count = plan(1).contacts(surface).expect("a row has few points").len();
+    let contacts = plan(fineness).contacts(surface).expect("the experiment's steps are coarse");
     let poses: Vec<Isometry> = contacts
         .iter()
         .take(count)

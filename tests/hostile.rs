@@ -1,0 +1,333 @@
+//! Hostile inputs, hundreds of them, given to the program itself: it must end within seconds and 4 GB, with exit code 0, 1 or 2, and say which file
+//! is wrong. Never a panic, an abort or a hang.
+
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+const SEED: u64 = 2011;
+/// Longest that a run may take; without optimisation the limits of a program are met later.
+const LONGEST: Duration = Duration::from_secs(if cfg!(debug_assertions) { 120 } else { 20 });
+/// Address space of a run, in units of 1024 bytes: 4 GB.
+const MEMORY_KIB: u32 = 4 << 20;
+
+/// A run of the program.
+struct Attack {
+    name: String,
+    arguments: Vec<String>,
+    /// What the message must name when the run fails.
+    names: String,
+    /// Exit codes that are right.
+    codes: &'static [i32],
+}
+
+/// How a run ended.
+fn run(attack: &Attack) -> Result<(), String> {
+    let limited = format!("ulimit -v {MEMORY_KIB}; exec \"$0\" \"$@\"");
+    let mut child = Command::new("sh")
+        .args(["-c", &limited, env!("CARGO_BIN_EXE_bvbench")])
+        .args(&attack.arguments)
+        .env("RAYON_NUM_THREADS", "2")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| error.to_string())?;
+    let mut errors = child.stderr.take().unwrap();
+    let reader = std::thread::spawn(move || {
+        let mut text = Vec::new();
+        let _ = errors.by_ref().take(1 << 20).read_to_end(&mut text);
+        let _ = std::io::copy(&mut errors, &mut std::io::sink());
+        String::from_utf8_lossy(&text).into_owned()
+    });
+    let begin = Instant::now();
+    let status = loop {
+        match child.try_wait().map_err(|error| error.to_string())? {
+            Some(status) => break status,
+            None if begin.elapsed() > LONGEST => {
+                let _ = child.kill();
+                let _ = child.wait();
+                return Err(format!("still running after {LONGEST:?}"));
+            }
+            None => std::thread::sleep(Duration::from_millis(3)),
+        }
+    };
+    let text = reader.join().unwrap();
+    let code = status.code().ok_or_else(|| format!("killed: {status}, {text}"))?;
+    if text.contains("panicked") {
+        return Err(format!("panic: {text}"));
+    }
+    if !attack.codes.contains(&code) {
+        return Err(format!("exit code {code}, not one of {:?}: {text}", attack.codes));
+    }
+    if code == 2 && !text.contains(&attack.names) {
+        return Err(format!("the message does not name {}: {text}", attack.names));
+    }
+    Ok(())
+}
+
+/// What is made of a good file, by number.
+fn spoiled(good: &[u8], kind: usize, random: &mut Pcg64) -> Vec<u8> {
+    let mut bytes = good.to_vec();
+    let at = |random: &mut Pcg64, length: usize| (random.next_u64() % length.max(1) as u64) as usize;
+    match kind {
+        // Cut short.
+        0..=2 => bytes.truncate(at(random, good.len())),
+        // Bytes of chance.
+        3..=5 => {
+            for _ in 0..1 + at(random, 8) {
+                let place = at(random, good.len());
+                if let Some(byte) = bytes.get_mut(place) {
+                    *byte = random.next_u64() as u8;
+                }
+            }
+        }
+        // Carriage returns alone.
+        6 => bytes = String::from_utf8_lossy(good).replace("\r\n", "\n").replace('\n', "\r").into_bytes(),
+        // UTF-16, either order.
+        7 | 8 => {
+            let order = if kind == 7 { u16::to_le_bytes } else { u16::to_be_bytes };
+            let mark = '\u{feff}';
+            let text = format!("{mark}{}", String::from_utf8_lossy(good));
+            bytes = text.encode_utf16().flat_map(order).collect();
+        }
+        // Numbers that are none, too large, too small; each digit run of chance replaced.
+        9..=13 => {
+            let number = ["nan", "inf", "1e308", "-1e-320", "99999999999999999999"][kind - 9];
+            let text = String::from_utf8_lossy(good).into_owned();
+            let digits: Vec<(usize, &str)> = text.match_indices(|c: char| c.is_ascii_digit()).collect();
+            if !digits.is_empty() {
+                let (place, _) = digits[at(random, digits.len())];
+                bytes = format!("{}{number}{}", &text[..place], &text[place + 1..]).into_bytes();
+            }
+        }
+        // Nothing, zeros, all of it many times.
+        14 => bytes.clear(),
+        15 => bytes = vec![0; 10_000],
+        16 => bytes = good.repeat(50),
+        // A piece moved to another place.
+        _ => {
+            let (from, to) = (at(random, good.len()), at(random, good.len()));
+            let piece = bytes.split_off(from.min(bytes.len()));
+            let to = to.min(bytes.len());
+            bytes.splice(to..to, piece);
+        }
+    }
+    bytes
+}
+const SPOILED: usize = 22;
+
+/// The seeds of the fuzz targets for a kind of file.
+fn seeds(kind: &str) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(kind);
+    let mut files: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files.into_iter().map(|file| fs::read(file).unwrap()).collect()
+}
+
+const MESH_SCENE: &str = r#"
+title = "a mesh against a cube"
+[[machine.links]]
+name = "slide"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[parts]]
+name = "mesh"
+mesh = "MESH"
+[[parts]]
+name = "cube"
+link = "slide"
+shape = { kind = "sphere", radius_mm = 20 }
+tessellation = { density = 0.3 }
+"#;
+
+const PROGRAM_SCENE: &str = r#"
+title = "two cubes"
+[[machine.links]]
+name = "slide"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[parts]]
+name = "one"
+shape = { kind = "sphere", radius_mm = 20 }
+tessellation = { density = 0.3 }
+[[parts]]
+name = "other"
+link = "slide"
+shape = { kind = "sphere", radius_mm = 20 }
+tessellation = { density = 0.3 }
+[program]
+file = "PROGRAM"
+"#;
+
+struct Attacks {
+    folder: PathBuf,
+    random: Pcg64,
+    all: Vec<Attack>,
+}
+
+impl Attacks {
+    fn write(&self, name: &str, bytes: &[u8]) -> String {
+        let path = self.folder.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, bytes).unwrap();
+        path.to_string_lossy().into_owned()
+    }
+
+    fn add(&mut self, name: String, arguments: &[&str], names: &str, codes: &'static [i32]) {
+        let arguments = arguments.iter().map(|&argument| argument.to_owned()).collect();
+        self.all.push(Attack { name, arguments, names: names.to_owned(), codes });
+    }
+
+    fn scene_of(&mut self, name: &str, text: &str, names: &str, codes: &'static [i32]) {
+        self.write(&format!("{name}/scene.toml"), text.as_bytes());
+        let folder = self.folder.join(name).to_string_lossy().into_owned();
+        self.add(name.to_owned(), &["scene", "info", &folder], names, codes);
+    }
+
+    fn meshes(&mut self) {
+        for (kind, extension) in
+            [("stl", "stl"), ("obj", "obj"), ("off", "off"), ("ply", "ply"), ("glb", "glb"), ("three_mf", "3mf")]
+        {
+            for (number, good) in seeds(kind).iter().enumerate() {
+                for spoil in 0..SPOILED {
+                    let file = format!("mesh.{extension}");
+                    let name = format!("mesh-{kind}-{number}-{spoil}");
+                    let bytes = spoiled(good, spoil, &mut self.random);
+                    self.write(&format!("{name}/{file}"), &bytes);
+                    self.scene_of(&name, &MESH_SCENE.replace("MESH", &file), &file, &[0, 2]);
+                }
+            }
+        }
+    }
+
+    fn programs(&mut self) {
+        for (number, good) in seeds("gcode").iter().enumerate() {
+            for spoil in 0..SPOILED {
+                let name = format!("program-{number}-{spoil}.ngc");
+                let bytes = spoiled(good, spoil, &mut self.random);
+                let path = self.write(&name, &bytes);
+                self.add(name.clone(), &["gcode", &path], &name, &[0, 2]);
+            }
+        }
+        let endless = [
+            ("o1 while [1 EQ 1]\n#1=1\no1 endwhile\nM2", "loop"),
+            ("o1 while [1 EQ 1]\nG0 X1\nG0 X2\no1 endwhile\nM2", "moves"),
+            ("o1 sub\no1 call\no1 endsub\no1 call\nM2", "recursion"),
+            ("o1 repeat [1e15]\nG91 G1 X1 F100\no1 endrepeat\nM2", "repeat"),
+            ("G81 X1 Y1 Z-1 R1 L1000000000 F100\nM2", "cycle"),
+            ("G18 M3 S100 G33 Z-10 K0\nM2", "pitch"),
+            ("G18 M3 S100 G33 Z-10 K0.0000000001\nM2", "small-pitch"),
+        ];
+        for (text, what) in endless {
+            let name = format!("endless-{what}.ngc");
+            let path = self.write(&name, text.as_bytes());
+            self.add(name.clone(), &["gcode", &path], &name, &[2]);
+        }
+        for depth in [100, 10_000, 1_000_000] {
+            let name = format!("deep-{depth}.ngc");
+            let text = format!("G0 X{}1{}\nM2", "[".repeat(depth), "]".repeat(depth));
+            let path = self.write(&name, text.as_bytes());
+            self.add(name.clone(), &["gcode", &path], &name, &[0, 2]);
+        }
+        let many = self.write("lines.ngc", "G0 X1\n".repeat(2_100_000).as_bytes());
+        self.add("lines.ngc".to_owned(), &["gcode", &many], "more than 2000000 lines", &[2]);
+        let calls = self.write("calls/calls.ngc", b"o<long> call\nM2");
+        self.write("calls/long.ngc", "G0 X1\n".repeat(2_100_000).as_bytes());
+        self.add("called lines".to_owned(), &["gcode", &calls], "long.ngc", &[2]);
+        let calls = self.write("odd/odd.ngc", b"o<folder> call\nM2");
+        fs::create_dir_all(self.folder.join("odd/folder.ngc")).unwrap();
+        self.add("called folder".to_owned(), &["gcode", &calls], "it is a folder, not a regular file", &[2]);
+    }
+
+    fn scenes(&mut self) {
+        for (number, good) in seeds("scene").iter().enumerate() {
+            for spoil in 0..SPOILED {
+                let bytes = spoiled(good, spoil, &mut self.random);
+                let name = format!("scene-{number}-{spoil}");
+                self.write(&format!("{name}/scene.toml"), &bytes);
+                let folder = self.folder.join(&name).to_string_lossy().into_owned();
+                self.add(name.clone(), &["scene", "info", &folder], &name, &[0, 2]);
+            }
+        }
+        // Every number of a scene, in turn, is one that cannot be meant.
+        let scene = PROGRAM_SCENE.replace("PROGRAM", "a.ngc");
+        for (place, _) in scene.match_indices(|c: char| c.is_ascii_digit()) {
+            for number in ["1e300", "-1e300", "nan", "1e-320", "9223372036854775807", "1e12", "-0.5"] {
+                let name = format!("number-{place}-{number}");
+                self.write(&format!("{name}/a.ngc"), b"G0 X1\nM2");
+                let text = format!("{}{number}{}", &scene[..place], &scene[place + 1..]);
+                self.scene_of(&name, &text, "scene.toml:", &[0, 2]);
+            }
+        }
+        self.scene_of(
+            "beyond",
+            &scene.replace("name = \"other\"", "name = \"other\"\nat = { xyz_mm = [1e200, 0, 0] }"),
+            "scene.toml:12:18: xyz_mm: 1e200 is beyond 1e9",
+            &[2],
+        );
+        let cycle =
+            "[[machine.links]]\nname = \"a\"\nparent = \"b\"\n[[machine.links]]\nname = \"b\"\nparent = \"a\"\n";
+        self.scene_of("cycle", &format!("title = \"t\"\n{cycle}"), "scene.toml:", &[2]);
+        let deep = format!("title = {}1{}", "[".repeat(100_000), "]".repeat(100_000));
+        self.scene_of("deep", &deep, "scene.toml", &[2]);
+    }
+
+    /// Things that are no files, in the place of each kind of file.
+    fn devices(&mut self) {
+        let pipe = self.folder.join("pipe");
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let pipe = pipe.to_string_lossy().into_owned();
+        let missing = self.folder.join("missing").to_string_lossy().into_owned();
+        for (what, path) in
+            [("zero", "/dev/zero"), ("pipe", &pipe), ("folder", "/"), ("missing", &missing), ("null", "/dev/null")]
+        {
+            self.scene_of(&format!("mesh-is-{what}"), &MESH_SCENE.replace("MESH", path), path, &[2]);
+            self.scene_of(&format!("program-is-{what}"), &PROGRAM_SCENE.replace("PROGRAM", path), path, &[2]);
+            let machine = format!("title = \"t\"\n[machine]\nfile = \"{path}\"\n");
+            self.scene_of(&format!("machine-is-{what}"), &machine, path, &[2]);
+            let recorded = MESH_SCENE.replace("mesh = \"MESH\"", "shape = { kind = \"sphere\", radius_mm = 20 }");
+            self.scene_of(
+                &format!("recording-is-{what}"),
+                &format!("{recorded}[recorded]\nfile = \"{path}\"\n"),
+                path,
+                &[2],
+            );
+            self.add(format!("gcode-is-{what}"), &["gcode", path], path, &[2]);
+            self.add(format!("tools-are-{what}"), &["gcode", path, "--tool-table", path], path, &[2]);
+            self.add(format!("check-{what}"), &["check", "mill-vise", path], path, &[2]);
+        }
+    }
+
+    fn steps(&mut self) {
+        for step in ["1e-300", "1e-9", "0", "-1", "nan", "inf"] {
+            let option = format!("--step={step}");
+            self.add(format!("path-{step}"), &["path", "freeform-5axis", &option], "", &[0, 2]);
+        }
+    }
+}
+
+#[test]
+fn hostile_inputs_end_in_a_message() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut attacks = Attacks { folder: folder.path().to_owned(), random: Pcg64::seed_from_u64(SEED), all: Vec::new() };
+    attacks.meshes();
+    attacks.programs();
+    attacks.scenes();
+    attacks.devices();
+    attacks.steps();
+    let all = attacks.all;
+    assert!(all.len() >= 600, "{}", all.len());
+    let failures: Vec<String> = all
+        .par_iter()
+        .filter_map(|attack| run(attack).err().map(|error| format!("{}: {error}", attack.name)))
+        .collect();
+    let shown = failures.iter().take(30).cloned().collect::<Vec<_>>().join("\n");
+    assert!(failures.is_empty(), "{} of {} inputs:\n{shown}", failures.len(), all.len());
+}
