@@ -280,3 +280,40 @@ fn more_threads_than_any_machine_can_use_are_refused() {
     }
     assert!(folder.refused(&["check", "scene", "--threads", "0"]).contains("at least one"));
 }
+
+#[test]
+fn a_run_killed_before_its_manifest_was_whole_is_taken_up() {
+    let folder = Folder::with_scene();
+    folder.write("run/manifest.json.partial", "{ \"schema\": 1, \"requ");
+    let output = folder.run(&smoke("verify", "run", &["--variant", "aabb"]));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(!folder.path("run/manifest.json.partial").exists());
+}
+
+#[test]
+fn a_folder_in_use_is_refused() {
+    let folder = Folder::with_scene();
+    let file = folder.write("run/.lock", "4711\n");
+    let held = fs::File::options().write(true).open(file).unwrap();
+    held.lock().unwrap();
+    let message = folder.refused(&smoke("verify", "run", &["--variant", "aabb"]));
+    assert!(message.contains("run is in use") && (cfg!(windows) || message.contains("process 4711")), "{message}");
+}
+
+#[test]
+fn a_manifest_of_another_schema_is_refused_with_both_versions() {
+    let folder = Folder::with_scene();
+    for (text, found) in [("{\"schema\": 99}", "schema 99"), ("{}", "schema none")] {
+        folder.write("run/manifest.json", text);
+        for verb in ["analyze", "plot", "report"] {
+            let message = folder.refused(&[verb, "--out", "run"]);
+            assert!(message.contains(found) && message.contains("reads schema 1"), "{verb}: {message}");
+        }
+    }
+}
+
+#[test]
+fn control_characters_of_a_name_do_not_reach_the_terminal() {
+    let message = Folder::with_scene().refused(&["verify", "--scene", "no\x1b]0;owned\x07", "--out", "x"]);
+    assert!(!message.contains('\x1b') && message.contains("u{1b}"), "{message}");
+}

@@ -1,10 +1,10 @@
 //! A timing launch: the parent starts this program again, the child times and tells on standard output how far it is.
 
-use super::options::open_run;
 use super::{CLEAR, say};
 use crate::measure::{Plan, Progress, Run, Selection};
 use crate::record::Manifest;
 use crate::registry::Registry;
+use crate::truth::TruthCache;
 use anyhow::{Context, Result, anyhow};
 use clap::Args;
 use std::io::{BufRead, BufReader};
@@ -36,7 +36,9 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         policies,
         seed: request.seed,
     };
-    let run = open_run(Plan::new(selection, registry)?, &options.out, &options.cache, false)?;
+    let cache =
+        TruthCache::at(&options.cache).context("exact answers cannot be kept; name another folder with --cache")?;
+    let run = Run::join_parent(Plan::new(selection, registry)?, &options.out)?.with_cache(cache);
     run.time_launch(options.number, &Telling)?;
     Ok(CLEAR)
 }

@@ -175,7 +175,24 @@ static UNSAID: OnceLock<io::Error> = OnceLock::new();
 /// Prints a line to standard output; [`said_all`] tells whether it arrived.
 fn say(text: impl std::fmt::Display) {
     use std::io::Write;
-    remember(writeln!(io::stdout(), "{text}"));
+    remember(writeln!(io::stdout(), "{}", printable(&text.to_string())));
+}
+
+/// Text that cannot steer a terminal: control characters are shown escaped, but for line ends, tabs and colours (`ESC [ digits m`).
+fn printable(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for (place, c) in text.char_indices() {
+        let is_colour = || {
+            let code = text[place + 1..].strip_prefix('[');
+            code.is_some_and(|code| code.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';').starts_with('m'))
+        };
+        if c.is_control() && !matches!(c, '\n' | '\t') && !(c == '\x1b' && is_colour()) {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
 }
 
 /// Keeps an error of standard output. A reader that has gone away (`bvbench list | head -1`) is none.
@@ -201,7 +218,7 @@ fn said_all() -> Result<()> {
 /// Prints a line about how things go to standard error, where it does not mix with results.
 fn note(text: impl std::fmt::Display) {
     use std::io::Write;
-    let _ = writeln!(io::stderr(), "{text}");
+    let _ = writeln!(io::stderr(), "{}", printable(&text.to_string()));
 }
 
 /// Prints an error and its causes; a cause that the error already tells is not told twice.

@@ -2,7 +2,7 @@
 
 use super::MeasureError;
 use crate::record::manifest::Stage;
-use crate::record::{Manifest, RecordError};
+use crate::record::{FolderLock, Manifest, RecordError};
 use std::fs;
 use std::path::Path;
 
@@ -14,8 +14,17 @@ pub(super) const UNITS: &str = "units";
 /// are removed then.
 ///
 /// # Errors
-/// When the folder holds something else or cannot be written.
-pub(super) fn open(folder: &Path, new: Manifest, fresh: bool, files: &[&str]) -> Result<Manifest, MeasureError> {
+/// When the folder holds something else, another process works in it, or it cannot be written.
+pub(super) fn open(
+    folder: &Path,
+    new: Manifest,
+    fresh: bool,
+    files: &[&str],
+) -> Result<(Manifest, FolderLock), MeasureError> {
+    if holds_something_else(folder) {
+        return Err(MeasureError::NotARun(folder.to_owned()));
+    }
+    let lock = FolderLock::take(folder)?;
     let mut manifest = new;
     if folder.join(Manifest::FILE).exists() {
         match Manifest::read(folder).map(|old| (difference(&old, &manifest), old)) {
@@ -28,11 +37,28 @@ pub(super) fn open(folder: &Path, new: Manifest, fresh: bool, files: &[&str]) ->
             }
             Err(error) => return Err(error.into()),
         }
-    } else if fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) {
-        return Err(MeasureError::NotARun(folder.to_owned()));
     }
     manifest.write(folder)?;
-    Ok(manifest)
+    Ok((manifest, lock))
+}
+
+/// The manifest of a run that another process has opened and holds the lock of.
+///
+/// # Errors
+/// When the folder holds no run of what `new` says.
+pub(super) fn join(folder: &Path, new: &Manifest) -> Result<Manifest, MeasureError> {
+    let manifest = Manifest::read(folder)?;
+    match difference(&manifest, new) {
+        None => Ok(manifest),
+        Some(difference) => Err(MeasureError::AnotherRun { folder: folder.to_owned(), difference }),
+    }
+}
+
+/// Whether a folder without a manifest has anything in it but what a run leaves that was killed before it wrote one.
+fn holds_something_else(folder: &Path) -> bool {
+    let begun = [FolderLock::FILE.to_owned(), format!("{}.partial", Manifest::FILE)];
+    let is_foreign = |entry: fs::DirEntry| !begun.iter().any(|name| entry.file_name() == name.as_str());
+    !folder.join(Manifest::FILE).exists() && fs::read_dir(folder).is_ok_and(|entries| entries.flatten().any(is_foreign))
 }
 
 /// What keeps one run from being continued as the other; the command line, the load and such do not.

@@ -12,7 +12,7 @@ use super::{Progress, accuracy, build, chunk, counts, environment, exits, query,
 use crate::geometry::cross_check::cross_check;
 use crate::record::manifest::{CrossCheckEntry, SCHEMA, Stage};
 use crate::record::{
-    BuildRow, ExitRow, Manifest, OutlineRow, QueryRow, RecordError, Row, TightnessRow, TimingRow, TreeRow,
+    BuildRow, ExitRow, FolderLock, Manifest, OutlineRow, QueryRow, RecordError, Row, TightnessRow, TimingRow, TreeRow,
     VerificationRow, read_rows, write_rows, write_text,
 };
 use crate::scene::Scene;
@@ -126,6 +126,8 @@ pub struct Run {
     plan: Plan,
     manifest: Manifest,
     cache: Option<TruthCache>,
+    /// `None` in a launch: its parent holds the lock.
+    _lock: Option<FolderLock>,
 }
 
 impl Run {
@@ -135,8 +137,17 @@ impl Run {
     /// # Errors
     /// When the folder holds something else or cannot be written.
     pub fn open(plan: Plan, folder: &Path, fresh: bool) -> Result<Self, MeasureError> {
-        let manifest = folder::open(folder, new_manifest(&plan), fresh, &FILES)?;
-        Ok(Self { folder: folder.to_owned(), plan, manifest, cache: None })
+        let (manifest, lock) = folder::open(folder, new_manifest(&plan), fresh, &FILES)?;
+        Ok(Self { folder: folder.to_owned(), plan, manifest, cache: None, _lock: Some(lock) })
+    }
+
+    /// Joins a run that the parent process has opened, to carry out a launch of it.
+    ///
+    /// # Errors
+    /// When the folder holds no run of this plan.
+    pub fn join_parent(plan: Plan, folder: &Path) -> Result<Self, MeasureError> {
+        let manifest = folder::join(folder, &new_manifest(&plan))?;
+        Ok(Self { folder: folder.to_owned(), plan, manifest, cache: None, _lock: None })
     }
 
     /// The same run with a place where exact answers are kept.

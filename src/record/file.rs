@@ -20,6 +20,24 @@ pub enum RecordError {
         /// The cause.
         source: std::io::Error,
     },
+    /// Another process works in the folder.
+    #[error("{folder} is in use by another bvbench{holder}; wait for it, or name another folder with --out", folder = folder.display())]
+    Locked {
+        /// The folder.
+        folder: PathBuf,
+        /// ` (process ID)`; empty when unknown.
+        holder: String,
+    },
+    /// A manifest is of a layout that this program does not read.
+    #[error("{path}: schema {found}, but this bvbench reads schema {known}", path = path.display())]
+    Schema {
+        /// The manifest.
+        path: PathBuf,
+        /// What it says: a version, or `none`.
+        found: String,
+        /// The version read here.
+        known: u32,
+    },
     /// A row is not of its type. The message of `source` holds line and column.
     #[error("{path}: {source}", path = path.display())]
     Csv {

@@ -163,11 +163,18 @@ impl Manifest {
     /// Reads the manifest of a run.
     ///
     /// # Errors
-    /// When it is missing or not a manifest.
+    /// When it is missing, of another [`SCHEMA`], or not a manifest.
     pub fn read(folder: &Path) -> Result<Self, RecordError> {
         let path = folder.join(Self::FILE);
         let text = fs::read_to_string(&path).map_err(RecordError::io("read", &path))?;
-        serde_json::from_str(&text).map_err(|source| RecordError::Json { path, source })
+        let json = |source| RecordError::Json { path: path.clone(), source };
+        // The version first: the other fields of another version may not be those below.
+        let version: serde_json::Value = serde_json::from_str(&text).map_err(json)?;
+        let found = version.get("schema").map_or_else(|| "none".to_owned(), ToString::to_string);
+        if found != SCHEMA.to_string() {
+            return Err(RecordError::Schema { path, found, known: SCHEMA });
+        }
+        serde_json::from_str(&text).map_err(json)
     }
 
     /// Writes it.

@@ -8,6 +8,7 @@ pub mod ablation;
 pub mod audit;
 pub mod cost;
 pub mod file;
+pub mod lock;
 pub mod manifest;
 pub mod peers;
 pub mod rows;
@@ -25,6 +26,7 @@ pub use audit::{
 };
 pub use cost::{CostChunkRow, CostRow, DeadlineRow, RepayRow};
 pub use file::{RecordError, for_each_row, read_rows, read_rows_if_there, write_bytes, write_rows, write_text};
+pub use lock::FolderLock;
 pub use manifest::Manifest;
 pub use peers::{PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow};
 pub use rows::{

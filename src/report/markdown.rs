@@ -9,7 +9,7 @@ use crate::record::{ClaimRow, Kind, Manifest, NULL_VARIANT};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The whole report.
+/// The whole report. No text from a scene or a claims file can open an HTML element in it.
 pub(super) fn render(contents: &Contents) -> String {
     [
         opening(contents),
@@ -25,6 +25,7 @@ pub(super) fn render(contents: &Contents) -> String {
         limitations(),
     ]
     .concat()
+    .replace('<', "&lt;")
 }
 
 fn opening(contents: &Contents) -> String {

@@ -156,6 +156,7 @@ pub fn ablation(
     folder: &Path,
     progress: &dyn Progress,
 ) -> Result<Ablation, AblationError> {
+    let _lock = crate::record::FolderLock::take(folder)?;
     let tool = ToolSubject::new()?;
     let surfaces = subject::surfaces();
     let parts = surfaces.iter().map(|(name, surface)| (*name, "parts", surface, forms(budget.sweeps)));

@@ -72,6 +72,7 @@ pub struct Audit {
     amount: Amount,
     manifest: Manifest,
     cache: Option<TruthCache>,
+    _lock: crate::record::FolderLock,
 }
 
 /// What a scene's cells are asked: its chosen poses with their truth.
@@ -126,8 +127,8 @@ impl Audit {
         cells.retain(|cell| leaves.is_empty() || leaves.contains(&cell.leaf));
         let mut manifest = new_manifest(&plan);
         manifest.request.policies = cells.iter().map(Cell::name).collect();
-        let manifest = folder::open(folder, manifest, fresh, &FILES)?;
-        Ok(Self { folder: folder.to_owned(), plan, cells, amount, manifest, cache: None })
+        let (manifest, lock) = folder::open(folder, manifest, fresh, &FILES)?;
+        Ok(Self { folder: folder.to_owned(), plan, cells, amount, manifest, cache: None, _lock: lock })
     }
 
     /// The same audit with a place where exact answers are kept.

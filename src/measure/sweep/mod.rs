@@ -183,6 +183,7 @@ pub struct SweepRun {
     folder: PathBuf,
     manifest: Manifest,
     seed: u64,
+    _lock: crate::record::FolderLock,
 }
 
 /// A case with its trees over both bodies.
@@ -242,8 +243,8 @@ impl SweepRun {
             with_tree.map(|variant| Case { policy: variant.policy, id: variant.info.id.to_owned(), variant }).collect();
         let mut amount = amount(asked.profile);
         amount.density = asked.density.unwrap_or(amount.density);
-        let manifest = folder::open(folder, manifest(&sweep, &cases, asked, amount), fresh, &FILES)?;
-        Ok(Self { sweep, cases, amount, folder: folder.to_owned(), manifest, seed: asked.seed })
+        let (manifest, lock) = folder::open(folder, manifest(&sweep, &cases, asked, amount), fresh, &FILES)?;
+        Ok(Self { sweep, cases, amount, folder: folder.to_owned(), manifest, seed: asked.seed, _lock: lock })
     }
 
     /// Carries the sweep out, or what is lacking of it, and writes `sweep.csv` and, when `timed`, `sweep_timings.csv`.
