@@ -364,6 +364,7 @@ fn a_direction_of_any_length_moves_its_axis() {
         format!(
             r#"
 title = "a ball and a wall"
+pairs = [["wall", "ball"]]
 [[machine.links]]
 name = "slide"
 joint = {{ axis = "X", direction = {direction} }}

@@ -317,3 +317,66 @@ fn control_characters_of_a_name_do_not_reach_the_terminal() {
     let message = Folder::with_scene().refused(&["verify", "--scene", "no\x1b]0;owned\x07", "--out", "x"]);
     assert!(!message.contains('\x1b') && message.contains("u{1b}"), "{message}");
 }
+
+/// Replaces a file of a run by what `edit` makes of it while `asked` is called, and puts it back.
+fn edited(folder: &Folder, file: &str, edit: impl Fn(&str) -> String, asked: impl Fn()) {
+    let path = folder.path(file);
+    let good = fs::read_to_string(&path).unwrap();
+    fs::write(&path, edit(&good)).unwrap();
+    asked();
+    fs::write(&path, good).unwrap();
+}
+
+#[test]
+fn rows_that_changed_since_they_were_measured_are_refused() {
+    let folder = Folder::with_scene();
+    let title = "title = \"<script>alert(1)</script>\"";
+    folder.write("scene/scene.toml", &BALL_AND_RING.replace("title = \"a ball against a ring\"", title));
+    let measured = "--profile smoke --scene scene --variant obb-area --variant aabb --out run --quiet";
+    let arguments = |verb: &'static str| [verb].into_iter().chain(measured.split_whitespace()).collect::<Vec<_>>();
+    for verb in ["verify", "measure"] {
+        let output = folder.run(&arguments(verb));
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let analyze = || folder.run(&["analyze", "--out", "run"]);
+    assert!(analyze().status.success());
+    // A lost row, in the timings and in the verification.
+    for file in ["timings.csv", "verification.csv"] {
+        let lost = |good: &str| good.lines().take(good.lines().count() - 1).map(|line| format!("{line}\n")).collect();
+        edited(&folder, &format!("run/{file}"), lost, || {
+            for verb in ["analyze", "plot", "report"] {
+                let message = folder.refused(&[verb, "--out", "run"]);
+                assert!(message.contains(file) && message.contains("--accept-changed-rows"), "{verb}: {message}");
+            }
+            assert!(folder.refused(&["compare", "run", "run"]).contains(file));
+        });
+    }
+    // A time of zero is none, whoever accepts it; the message names file and line.
+    let zero = |good: &str| {
+        let (head, last) = good.trim_end().rsplit_once('\n').unwrap();
+        let (cells, _) = last.rsplit_once(',').unwrap();
+        format!("{head}\n{cells},0\n")
+    };
+    edited(&folder, "run/timings.csv", zero, || {
+        let message = folder.refused(&["analyze", "--out", "run", "--accept-changed-rows"]);
+        assert!(message.contains("timings.csv:") && message.contains("must be above 0"), "{message}");
+    });
+    assert!(analyze().status.success());
+    let output = folder.run(&["report", "--out", "run", "--quiet"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let report = fs::read_to_string(folder.path("run/report.md")).unwrap();
+    assert!(!report.contains("<script>") && report.contains("&lt;script"), "the title is markup in report.md");
+    let page = fs::read_to_string(folder.path("run/report.html")).unwrap();
+    assert!(!page.contains("<script>alert(1)"), "the title is a script in report.html");
+}
+
+#[test]
+fn names_that_are_formulas_or_have_control_characters_are_refused() {
+    for name in ["=1+1", "@x", "-y", "", "a\\u001Bb"] {
+        let folder = Folder::with_scene();
+        let scene = BALL_AND_RING.replace("name = \"ring\"", &format!("name = \"{name}\""));
+        folder.write("scene/scene.toml", &scene);
+        let message = folder.refused(&["scene", "info", "scene"]);
+        assert!(message.contains("scene.toml:") && message.contains("the name `"), "{name}: {message}");
+    }
+}

@@ -302,7 +302,47 @@ impl Attacks {
             self.add(format!("gcode-is-{what}"), &["gcode", path], path, &[2]);
             self.add(format!("tools-are-{what}"), &["gcode", path, "--tool-table", path], path, &[2]);
             self.add(format!("check-{what}"), &["check", "mill-vise", path], path, &[2]);
+            self.add(format!("claims-are-{what}"), &["analyze", "--claims", path, "--out", "none"], path, &[2]);
+            let run = self.folder.join(format!("run-{what}"));
+            fs::create_dir_all(&run).unwrap();
+            std::os::unix::fs::symlink(path, run.join("manifest.json")).unwrap();
+            let run = run.to_string_lossy().into_owned();
+            for verb in ["analyze", "plot", "report"] {
+                self.add(format!("{verb}-of-{what}"), &[verb, "--out", &run], "manifest.json", &[2]);
+            }
         }
+    }
+
+    /// Spoiled recordings, tool tables, parameter files and manifests.
+    fn tables(&mut self) {
+        let recording = b"part,qw,qx,qy,qz,tx,ty,tz\ncube,1,0,0,0,10,0,0\ncube,1,0,0,0,20,0,0\n";
+        let tools = b"T1 P1 D6.0 Z50.0 ; mill\nT2 P2 D10.5 Z80.25\n";
+        let parameters = b"5221 10.5\n5222 -20\n5223 0\n";
+        let scene = MESH_SCENE.replace("mesh = \"MESH\"", "shape = { kind = \"sphere\", radius_mm = 20 }");
+        let scene = format!("{scene}[recorded]\nfile = \"poses.csv\"\n");
+        let program = self.write("tables.ngc", b"G0 X1\nM2");
+        for spoil in 0..SPOILED {
+            let name = format!("recording-{spoil}");
+            let bytes = spoiled(recording, spoil, &mut self.random);
+            self.write(&format!("{name}/poses.csv"), &bytes);
+            self.scene_of(&name, &scene, "poses.csv", &[0, 2]);
+            for (option, good) in [("--tool-table", &tools[..]), ("--var", parameters)] {
+                let name = format!("table{option}-{spoil}");
+                let bytes = spoiled(good, spoil, &mut self.random);
+                let path = self.write(&name, &bytes);
+                self.add(name.clone(), &["gcode", &program, option, &path], &name, &[0, 2]);
+            }
+            for (number, good) in seeds("manifest").iter().enumerate() {
+                let name = format!("manifest-{number}-{spoil}");
+                let bytes = spoiled(good, spoil, &mut self.random);
+                self.write(&format!("{name}/manifest.json"), &bytes);
+                let run = self.folder.join(&name).to_string_lossy().into_owned();
+                self.add(name.clone(), &["analyze", "--out", &run], &name, &[2]);
+            }
+        }
+        let far = "part,qw,qx,qy,qz,tx,ty,tz\ncube,1,0,0,0,1e12,0,0\n";
+        self.write("recording-far/poses.csv", far.as_bytes());
+        self.scene_of("recording-far", &scene, "poses.csv:2:2: 1000000000000 is beyond 1e9 mm", &[2]);
     }
 
     fn steps(&mut self) {
@@ -321,6 +361,7 @@ fn hostile_inputs_end_in_a_message() {
     attacks.programs();
     attacks.scenes();
     attacks.devices();
+    attacks.tables();
     attacks.steps();
     let all = attacks.all;
     assert!(all.len() >= 600, "{}", all.len());

@@ -2,7 +2,7 @@
 //! are named in `paper-repro/claims.toml` and nowhere here.
 
 use super::ablation::ThesisClaim;
-use crate::record::Stratum;
+use crate::record::{RecordError, Stratum, read_text};
 use serde::Deserialize;
 use std::ops::Range;
 use std::path::Path;
@@ -21,14 +21,9 @@ pub const FILE: &str = "claims.toml";
 /// Why a claims file cannot be used.
 #[derive(Debug, Error)]
 pub enum ClaimsError {
-    /// The file system refused.
-    #[error("cannot read {file}: {source}")]
-    Io {
-        /// The file.
-        file: String,
-        /// The cause.
-        source: std::io::Error,
-    },
+    /// The file cannot be read.
+    #[error(transparent)]
+    Read(#[from] RecordError),
     /// Something in it is wrong.
     #[error("{file}:{line}:{column}: {problem}, at `{text}`")]
     Bad {
@@ -254,8 +249,7 @@ impl ClaimSet {
     /// When it cannot be read, or is not a claims file: with line and column.
     pub fn read(path: &Path) -> Result<Self, ClaimsError> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|source| ClaimsError::Io { file: file.clone(), source })?;
-        Self::parse(&text, &file)
+        Self::parse(&read_text(path)?, &file)
     }
 
     /// Parses the text of a claims file; `file` is its name in messages.

@@ -31,7 +31,7 @@ pub struct Options {
 
 pub fn run(options: &Options) -> Result<u8> {
     let claims = options.claims.as_deref().map_or_else(|| Ok(ClaimSet::standard()), ClaimSet::read)?;
-    let outcome = analyze(&options.folder.out, &claims)?;
+    let outcome = analyze(options.folder.checked()?, &claims)?;
     if options.json {
         say(serde_json::to_string_pretty(&as_json(&outcome))?);
     } else {

@@ -1,5 +1,6 @@
 //! `compare`: two runs held against each other.
 
+use super::options::check_rows;
 use super::style::{Tone, is_coloured, painted, table};
 use super::{CLEAR, FAILED, say};
 use crate::analysis::ALL;
@@ -27,6 +28,9 @@ pub struct Options {
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
+    /// Take raw rows that changed since a run wrote them
+    #[arg(long)]
+    accept_changed_rows: bool,
 }
 
 /// The words of a change.
@@ -39,6 +43,9 @@ const TONES: [(&str, Tone); 5] = [
 ];
 
 pub fn run(options: &Options) -> Result<u8> {
+    for run in [&options.before, &options.after] {
+        check_rows(run, options.accept_changed_rows)?;
+    }
     let comparison = compare_runs(&options.before, &options.after)?;
     if options.json {
         let mut result = serde_json::to_value(&comparison)?;
@@ -188,7 +195,13 @@ mod tests {
     }
 
     fn options(before: &TempDir, after: &TempDir, json: bool) -> Options {
-        Options { before: before.path().to_owned(), after: after.path().to_owned(), all: false, json }
+        Options {
+            before: before.path().to_owned(),
+            after: after.path().to_owned(),
+            all: false,
+            json,
+            accept_changed_rows: false,
+        }
     }
 
     #[test]

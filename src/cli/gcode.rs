@@ -58,8 +58,12 @@ pub fn run(options: &Options) -> Result<u8> {
     let program = text(file, LARGEST_PROGRAM).with_context(|| format!("cannot read {}", file.display()))?;
     let program = rs274::interpret(&program, file, &setup)?;
     if options.json {
-        let moves: Vec<Value> = program.moves.iter().map(as_json).collect();
-        say(serde_json::to_string_pretty(&moves)?);
+        // One by one: as values, all moves of a long program would not fit the memory.
+        say("[");
+        for (step, end) in program.moves.iter().zip((1..program.moves.len()).map(|_| ",").chain([""])) {
+            say(format!("  {}{end}", as_json(step)));
+        }
+        say("]");
     } else {
         say(canonical::render(&program.moves).trim_end());
     }

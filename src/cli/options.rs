@@ -1,6 +1,7 @@
 //! Options that several verbs share.
 
 use crate::measure::{Plan, Profile, Run, Selection};
+use crate::record::Manifest;
 use crate::registry::Registry;
 use crate::tree::Policy;
 use crate::truth::TruthCache;
@@ -65,6 +66,32 @@ pub struct FolderOptions {
     /// Folder of the run
     #[arg(long, default_value = "results/quick", value_name = "DIR")]
     pub out: PathBuf,
+    /// Take raw rows that changed since the run wrote them
+    #[arg(long)]
+    pub accept_changed_rows: bool,
+}
+
+impl FolderOptions {
+    /// The run's folder, its raw rows being those that the run wrote.
+    ///
+    /// # Errors
+    /// When it holds no run, or changed rows that are not accepted.
+    pub fn checked(&self) -> Result<&Path> {
+        check_rows(&self.out, self.accept_changed_rows)?;
+        Ok(&self.out)
+    }
+}
+
+/// Checks that the raw rows of a run are those that it wrote, unless others are accepted.
+///
+/// # Errors
+/// When the folder holds no run, or changed rows.
+pub fn check_rows(folder: &Path, accept: bool) -> Result<()> {
+    let manifest = Manifest::read(folder)?;
+    if !accept {
+        manifest.check_rows(folder)?;
+    }
+    Ok(())
 }
 
 impl RunOptions {

@@ -2,7 +2,7 @@
 
 use super::options::use_threads;
 use super::progress::Bar;
-use super::{CLEAR, note, say};
+use super::{CLEAR, FAILED, note, say};
 use crate::analysis::peers::summarise;
 use crate::measure::peers::drive::{self, Amounts, Engine, Found};
 use crate::measure::peers::{Mode, answer, posed};
@@ -137,7 +137,7 @@ struct RunnerOptions {
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     match &options.what {
         What::Export(options) => export(&options.poses, registry)?,
-        What::Run(options) => compare(options, registry)?,
+        What::Run(options) => return compare(options, registry),
         What::Table(options) => show(&options.out, &options.against, options.seed)?,
         What::Runner(options) => answer_as(options, registry)?,
     }
@@ -181,7 +181,8 @@ fn export(options: &PoseOptions, registry: &Registry) -> Result<()> {
     Ok(())
 }
 
-fn compare(options: &CompareOptions, registry: &Registry) -> Result<()> {
+/// Exit code: 1 when an engine failed on some pair.
+fn compare(options: &CompareOptions, registry: &Registry) -> Result<u8> {
     let asked = &options.poses;
     ensure!(options.rounds > 0, "--rounds 0: at least one round is needed");
     let engines = engines(options, registry)?;
@@ -193,6 +194,7 @@ fn compare(options: &CompareOptions, registry: &Registry) -> Result<()> {
     write_setting(options, &engines)?;
     let bar = Bar::new(asked.quiet);
     let amounts = Amounts { mode: asked.mode, rounds: options.rounds, seed: asked.seed };
+    let mut failed = false;
     for scene in &plan.scenes {
         let pairs = posed::questions(&plan, scene, asked.mode, asked.poses, Some(&cache), &bar)?;
         let found = drive::compare(&engines, &scene.name, &pairs, amounts, &asked.out, &bar)?;
@@ -200,9 +202,11 @@ fn compare(options: &CompareOptions, registry: &Registry) -> Result<()> {
         for skipped in &found.skipped {
             note(format!("SKIPPED: {skipped}"));
         }
+        failed |= !found.skipped.is_empty();
         keep(&asked.out, &scene.name, found, asked.mode)?;
     }
-    show(&asked.out, &against, asked.seed)
+    show(&asked.out, &against, asked.seed)?;
+    Ok(if failed { FAILED } else { CLEAR })
 }
 
 /// Writes what was asked of whom, by what program on what machine, beside the rows.

@@ -14,7 +14,7 @@ pub struct Options {
 }
 
 pub fn run(options: &Options) -> Result<u8> {
-    let gallery = draw_all(&options.folder.out)?;
+    let gallery = draw_all(options.folder.checked()?)?;
     for figure in &gallery.figures {
         say(format!("{}  {}", options.folder.out.join(&figure.png).display(), figure.title));
     }

@@ -29,6 +29,10 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let mut run = options.run.open(registry)?;
     let bar = Bar::new(options.run.output.quiet);
     let finished = run.has_finished(Stage::Report);
+    if !finished {
+        // Rows of stages that are not made again.
+        run.manifest().check_rows(run.folder())?;
+    }
     let verification =
         if finished || !run.has_finished(Stage::Verify) { run.verify(&bar)? } else { run.verification()? };
     if finished || !run.has_finished(Stage::Measure) {

@@ -36,7 +36,7 @@ pub enum MachineError {
         name: String,
     },
     /// A placement with a number that is NaN or infinite.
-    #[error("the placement of link `{name}` is not finite")]
+    #[error("the placement of link `{name}` is not finite, or farther than 1e9 mm")]
     NotFinite {
         /// Index of the link.
         link: usize,
@@ -96,7 +96,7 @@ impl Machine {
             if index_of.insert(name.as_str(), link).is_some() {
                 return Err(MachineError::DuplicateName { link, name: name.clone() });
             }
-            if !is_finite(parent_from_link) {
+            if !is_usable(parent_from_link) {
                 return Err(MachineError::NotFinite { link, name: name.clone() });
             }
         }
@@ -191,10 +191,12 @@ impl Poses {
     }
 }
 
-/// Whether all seven numbers of a rigid motion are finite.
+/// Whether all seven numbers of a rigid motion are finite, and the translation is one that an axis could make.
 #[must_use]
-pub fn is_finite(motion: &Isometry) -> bool {
-    motion.translation.vector.iter().chain(motion.rotation.coords.iter()).all(|x| x.is_finite())
+pub fn is_usable(motion: &Isometry) -> bool {
+    let translation = motion.translation.vector;
+    motion.rotation.coords.iter().all(|x| x.is_finite())
+        && translation.iter().all(|x| x.abs() <= rs274::interpret::FARTHEST)
 }
 
 /// The links in an order in which parents come before their children.

@@ -116,7 +116,7 @@ pub enum UrdfError {
         scale: [f64; 3],
     },
     /// A placement with a number that is not finite.
-    #[error("a placement at `{name}` is not finite")]
+    #[error("a placement at `{name}` is not finite, or farther than 1e9")]
     NotFinite {
         /// The link or joint.
         name: String,
@@ -288,7 +288,7 @@ fn parents(robot: &Robot) -> Result<BTreeMap<&str, &urdf_rs::Joint>, UrdfError> 
 }
 
 fn placed(name: &str, origin: &Pose) -> Result<Isometry, UrdfError> {
-    if !origin.xyz.iter().chain(origin.rpy.iter()).all(|x| x.is_finite()) {
+    if !origin.xyz.iter().chain(origin.rpy.iter()).all(|x| x.abs() <= rs274::interpret::FARTHEST) {
         return Err(UrdfError::NotFinite { name: name.to_owned() });
     }
     let [roll, pitch, yaw] = *origin.rpy;

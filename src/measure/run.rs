@@ -13,10 +13,11 @@ use crate::geometry::cross_check::cross_check;
 use crate::record::manifest::{CrossCheckEntry, SCHEMA, Stage};
 use crate::record::{
     BuildRow, ExitRow, FolderLock, Manifest, OutlineRow, QueryRow, RecordError, Row, TightnessRow, TimingRow, TreeRow,
-    VerificationRow, read_rows, write_rows, write_text,
+    VerificationRow, read_rows, read_text, write_rows, write_text,
 };
 use crate::scene::Scene;
 use crate::truth::TruthCache;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -185,6 +186,9 @@ impl Run {
     fn start(&mut self, stage: Stage) -> Result<(), MeasureError> {
         if self.has_finished(stage) {
             self.manifest.finished.retain(|&finished| finished != stage);
+            for file in raw_files(stage) {
+                self.manifest.rows.remove(*file);
+            }
             self.manifest.program = environment::program();
             self.manifest.machine = environment::machine();
             self.manifest.write(&self.folder)?;
@@ -201,6 +205,7 @@ impl Run {
         if !self.has_finished(stage) {
             self.manifest.finished.push(stage);
         }
+        self.manifest.seal(&self.folder, raw_files(stage))?;
         self.manifest.write(&self.folder)?;
         remove(&self.unit_folder(stage_folder(stage)))?;
         // Stays while another stage has units in it.
@@ -345,7 +350,7 @@ impl Run {
         let mut complaints = Vec::new();
         for unit in self.time_units() {
             let path = unit.join(NOISE_FILE);
-            let text = fs::read_to_string(&path).map_err(RecordError::io("read", &path))?;
+            let text = read_text(&path)?;
             complaints.extend(text.lines().map(str::to_owned));
         }
         Ok(complaints)
@@ -381,6 +386,23 @@ impl Run {
     }
 }
 
+/// The files of raw rows that a stage writes.
+const fn raw_files(stage: Stage) -> &'static [&'static str] {
+    match stage {
+        Stage::Verify => &[VerificationRow::FILE],
+        Stage::Measure => &[
+            QueryRow::FILE,
+            ExitRow::FILE,
+            TreeRow::FILE,
+            TightnessRow::FILE,
+            OutlineRow::FILE,
+            TimingRow::FILE,
+            BuildRow::FILE,
+        ],
+        Stage::Analyze | Stage::Plot | Stage::Report => &[],
+    }
+}
+
 const fn stage_folder(stage: Stage) -> &'static str {
     match stage {
         Stage::Verify => "verify",
@@ -402,5 +424,6 @@ pub(super) fn new_manifest(plan: &Plan) -> Manifest {
         cross_check: None,
         finished: Vec::new(),
         noise: Vec::new(),
+        rows: BTreeMap::new(),
     }
 }

@@ -28,7 +28,7 @@ pub use audit::draw_audit;
 pub use sweep::draw_sweep;
 
 use crate::analysis::claims::ClaimsError;
-use crate::record::{RecordError, write_text};
+use crate::record::{RecordError, read_text, write_text};
 use data::Data;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -161,7 +161,7 @@ pub fn read_gallery(folder: &Path) -> Result<Gallery, PlotError> {
     if !path.exists() {
         return Ok(Gallery::default());
     }
-    let text = std::fs::read_to_string(&path).map_err(RecordError::io("read", &path))?;
+    let text = read_text(&path)?;
     Ok(serde_json::from_str(&text).map_err(|source| RecordError::Json { path, source })?)
 }
 

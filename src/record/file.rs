@@ -46,6 +46,27 @@ pub enum RecordError {
         /// The cause, with the line.
         source: csv::Error,
     },
+    /// A value that cannot be.
+    #[error("{path}:{line}: {message}", path = path.display())]
+    Value {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// What is wrong.
+        message: &'static str,
+    },
+    /// Raw rows are not those that were measured.
+    #[error(
+        "{folder}: {files} changed since the run wrote them; make the run again, or pass --accept-changed-rows",
+        folder = folder.display()
+    )]
+    Changed {
+        /// The run.
+        folder: PathBuf,
+        /// The files.
+        files: String,
+    },
     /// A JSON file is not what it should be.
     #[error("{path}: {source}", path = path.display())]
     Json {
@@ -107,15 +128,45 @@ pub fn write_rows<R: Row>(folder: &Path, rows: &[R]) -> Result<(), RecordError> 
     write_bytes(&path, &bytes)
 }
 
+/// Opens a file for reading, if it is one: a pipe would be waited for, a device has no end.
+///
+/// # Errors
+/// When it cannot be read or is no regular file.
+pub fn open(path: &Path) -> Result<File, RecordError> {
+    let kind = fs::metadata(path).map_err(RecordError::io("read", path))?;
+    if !kind.is_file() {
+        let cause = std::io::Error::new(std::io::ErrorKind::InvalidInput, "it is not a regular file");
+        return Err(RecordError::io("read", path)(cause));
+    }
+    File::open(path).map_err(RecordError::io("read", path))
+}
+
+/// The text of a regular file.
+///
+/// # Errors
+/// As [`open`], and when the text is not UTF-8.
+pub fn read_text(path: &Path) -> Result<String, RecordError> {
+    std::io::read_to_string(open(path)?).map_err(RecordError::io("read", path))
+}
+
 /// Hands the rows of the row type's file in `folder` to `visit` one at a time: for files too large to hold.
 ///
 /// # Errors
 /// When the file is missing or a row is not of its type.
 pub fn for_each_row<R: Row>(folder: &Path, mut visit: impl FnMut(R)) -> Result<(), RecordError> {
     let path = folder.join(R::FILE);
-    let file = File::open(&path).map_err(RecordError::io("read", &path))?;
-    for row in csv::Reader::from_reader(BufReader::new(file)).into_deserialize() {
-        visit(row.map_err(|source| RecordError::Csv { path: path.clone(), source })?);
+    let file = open(&path)?;
+    let bad = |source| RecordError::Csv { path: path.clone(), source };
+    let mut reader = csv::Reader::from_reader(BufReader::new(file));
+    let headers = reader.headers().map_err(bad)?.clone();
+    let mut record = csv::StringRecord::new();
+    while reader.read_record(&mut record).map_err(bad)? {
+        let row: R = record.deserialize(Some(&headers)).map_err(bad)?;
+        row.check().map_err(|message| {
+            let line = record.position().map_or(0, csv::Position::line);
+            RecordError::Value { path: path.clone(), line, message }
+        })?;
+        visit(row);
     }
     Ok(())
 }

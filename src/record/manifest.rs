@@ -1,10 +1,10 @@
 //! The manifest: everything one must know to make the run again, and to judge its timings.
 
-use super::file::{RecordError, write_text};
+use super::file::{RecordError, open, read_text, write_text};
 use crate::method::Kind;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs;
+use std::io::Read;
 use std::path::Path;
 
 /// Version of the records' layout; a change of a column's meaning raises it.
@@ -35,6 +35,9 @@ pub struct Manifest {
     pub finished: Vec<Stage>,
     /// What disturbed the timings; empty when nothing is known to have.
     pub noise: Vec<String>,
+    /// Files of raw rows to the BLAKE3 hash of their bytes, from the stages that are finished; empty in older manifests.
+    #[serde(default)]
+    pub rows: BTreeMap<String, String>,
 }
 
 /// A stage of a run.
@@ -166,7 +169,7 @@ impl Manifest {
     /// When it is missing, of another [`SCHEMA`], or not a manifest.
     pub fn read(folder: &Path) -> Result<Self, RecordError> {
         let path = folder.join(Self::FILE);
-        let text = fs::read_to_string(&path).map_err(RecordError::io("read", &path))?;
+        let text = read_text(&path)?;
         let json = |source| RecordError::Json { path: path.clone(), source };
         // The version first: the other fields of another version may not be those below.
         let version: serde_json::Value = serde_json::from_str(&text).map_err(json)?;
@@ -175,6 +178,30 @@ impl Manifest {
             return Err(RecordError::Schema { path, found, known: SCHEMA });
         }
         serde_json::from_str(&text).map_err(json)
+    }
+
+    /// Notes the hashes of files of raw rows in the run's folder.
+    ///
+    /// # Errors
+    /// When one cannot be read.
+    pub fn seal(&mut self, folder: &Path, files: &[&str]) -> Result<(), RecordError> {
+        for file in files {
+            self.rows.insert((*file).to_owned(), hash(&folder.join(file))?);
+        }
+        Ok(())
+    }
+
+    /// Compares the files of raw rows with the hashes that were noted when they were written.
+    ///
+    /// # Errors
+    /// [`RecordError::Changed`] with the files that are others, or gone.
+    pub fn check_rows(&self, folder: &Path) -> Result<(), RecordError> {
+        let is_other = |(file, noted): &(&String, &String)| hash(&folder.join(file)).ok().as_ref() != Some(noted);
+        let files: Vec<&str> = self.rows.iter().filter(is_other).map(|(file, _)| file.as_str()).collect();
+        if files.is_empty() {
+            return Ok(());
+        }
+        Err(RecordError::Changed { folder: folder.to_owned(), files: files.join(", ") })
     }
 
     /// Writes it.
@@ -187,4 +214,10 @@ impl Manifest {
             serde_json::to_string_pretty(self).map_err(|source| RecordError::Json { path: path.clone(), source })?;
         write_text(&path, &(text + "\n"))
     }
+}
+
+fn hash(path: &Path) -> Result<String, RecordError> {
+    let mut bytes = Vec::new();
+    open(path)?.read_to_end(&mut bytes).map_err(RecordError::io("read", path))?;
+    Ok(blake3::hash(&bytes).to_hex().to_string())
 }

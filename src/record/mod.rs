@@ -25,7 +25,9 @@ pub use audit::{
     AuditAxisRow, AuditBuildRow, AuditCellRow, AuditEffectRow, AuditRow, AuditShareRow, AuditTimingRow, AuditTreeRow,
 };
 pub use cost::{CostChunkRow, CostRow, DeadlineRow, RepayRow};
-pub use file::{RecordError, for_each_row, read_rows, read_rows_if_there, write_bytes, write_rows, write_text};
+pub use file::{
+    RecordError, for_each_row, read_rows, read_rows_if_there, read_text, write_bytes, write_rows, write_text,
+};
 pub use lock::FolderLock;
 pub use manifest::Manifest;
 pub use peers::{PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow};

@@ -9,6 +9,33 @@ use serde::{Deserialize, Serialize};
 pub trait Row: Serialize + DeserializeOwned {
     /// The file's name in the run's folder.
     const FILE: &'static str;
+
+    /// Whether the values can be.
+    ///
+    /// # Errors
+    /// What is wrong with the first that cannot.
+    fn check(&self) -> Result<(), &'static str> {
+        Ok(())
+    }
+}
+
+impl Row for TimingRow {
+    const FILE: &'static str = "timings.csv";
+
+    fn check(&self) -> Result<(), &'static str> {
+        if self.ns == 0 || self.passes == 0 || self.poses == 0 {
+            return Err("ns, passes and poses must be above 0");
+        }
+        Ok(())
+    }
+}
+
+impl Row for BuildRow {
+    const FILE: &'static str = "builds.csv";
+
+    fn check(&self) -> Result<(), &'static str> {
+        if self.ns == 0 { Err("ns must be above 0") } else { Ok(()) }
+    }
 }
 
 /// Says which file each row type lives in.
@@ -24,8 +51,6 @@ row_file! {
     TightnessRow => "tightness.csv",
     ExitRow => "exits.csv",
     OutlineRow => "outlines.csv",
-    BuildRow => "builds.csv",
-    TimingRow => "timings.csv",
     SummaryRow => "summary.csv",
     RatioRow => "ratios.csv",
     ClaimRow => "claims.csv",

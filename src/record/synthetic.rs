@@ -404,5 +404,6 @@ fn manifest(plan: &Plan) -> Manifest {
         cross_check: None,
         finished: vec![Stage::Verify, Stage::Measure],
         noise: Vec::new(),
+        rows: BTreeMap::new(),
     }
 }

@@ -1,10 +1,9 @@
 //! Any record as a table of cells with the lines they stand on, for readers that want to name their source.
 
-use super::file::RecordError;
+use super::file::{self, RecordError};
 use super::rows::Row;
 use serde::Serialize;
 use serde_json::Value;
-use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
@@ -28,7 +27,7 @@ impl Table {
     pub fn of<R: Row>(folder: &Path) -> Result<Self, RecordError> {
         let path = folder.join(R::FILE);
         let bad = |source| RecordError::Csv { path: path.clone(), source };
-        let file = File::open(&path).map_err(RecordError::io("read", &path))?;
+        let file = file::open(&path)?;
         let mut reader = csv::Reader::from_reader(BufReader::new(file));
         let headers = reader.headers().map_err(bad)?.clone();
         let mut rows = Vec::new();
@@ -51,7 +50,7 @@ impl Table {
     pub fn of_file(folder: &Path, file: &str) -> Result<Self, RecordError> {
         let path = folder.join(file);
         let bad = |source| RecordError::Csv { path: path.clone(), source };
-        let text = File::open(&path).map_err(RecordError::io("read", &path))?;
+        let text = file::open(&path)?;
         let mut reader = csv::Reader::from_reader(BufReader::new(text));
         let columns: Vec<String> = reader.headers().map_err(bad)?.iter().map(str::to_owned).collect();
         let records: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().map_err(bad)?;

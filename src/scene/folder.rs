@@ -89,7 +89,13 @@ impl Folder {
 
     /// The text of a file.
     pub fn text(&mut self, relative: &str) -> Result<String, SceneError> {
-        Ok(rs274::file::decode(self.bytes(relative)?))
+        let bytes = self.bytes(relative)?;
+        let is_utf16 = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
+        if let (false, Err(error)) = (is_utf16, str::from_utf8(&bytes)) {
+            let cause = io::Error::new(io::ErrorKind::InvalidData, error);
+            return Err(SceneError::Read { file: self.path(relative), cause });
+        }
+        Ok(rs274::file::decode(bytes))
     }
 
     /// The record of what was read: hashes by file, and what was found in mesh files.

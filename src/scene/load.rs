@@ -227,13 +227,16 @@ fn add_parts(
     for file in files {
         let name = file.name.get_ref();
         let place = || document.place(&file.name.span());
+        if let Some(message) = unfit_name(name) {
+            return Err(SceneError::Meaning { place: place(), message });
+        }
         if parts.iter().any(|part| part.name == *name) {
             return Err(SceneError::Duplicate { place: place(), what: "parts", name: name.clone() });
         }
         let link = file.link.as_ref().map(|link| find_link(document, machine, link)).transpose()?;
         let link_from_part = file.at.isometry();
-        if !machine::tree::is_finite(&link_from_part) {
-            let message = format!("the placement of part `{name}` is not finite");
+        if !machine::tree::is_usable(&link_from_part) {
+            let message = format!("the placement of part `{name}` is not finite, or farther than 1e9 mm");
             return Err(SceneError::Meaning { place: place(), message });
         }
         if file.tool.is_some() && matches!(file.role, Role::Workpiece | Role::Fixture) {
@@ -253,6 +256,18 @@ fn add_parts(
         parts.push(Part { name: name.clone(), mesh, link, link_from_part, shape, role: file.role, tool: file.tool });
     }
     Ok(())
+}
+
+/// Why a part cannot have a name: it goes into CSV files, where spreadsheets take some beginnings for formulas, and to terminals.
+fn unfit_name(name: &str) -> Option<String> {
+    let is_formula = name.starts_with(['=', '+', '-', '@', '\t', '\r']);
+    let wrong = match name {
+        "" => "is empty",
+        _ if is_formula => "begins like a spreadsheet's formula",
+        _ if name.chars().any(char::is_control) => "has a control character",
+        _ => return None,
+    };
+    Some(format!("the name `{}` {wrong}", name.escape_debug()))
 }
 
 /// The mesh of a part: its shape's or its file's.

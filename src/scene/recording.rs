@@ -79,6 +79,11 @@ pub(super) fn parse(text: &str, file: &Path, parts: &[&str], initial: &[Isometry
                 meaning(line, index + 1, format!("`{field}` is not a finite number (column = field)"))
             })?);
         }
+        let farthest = rs274::interpret::FARTHEST;
+        if let Some(far) = numbers.iter().find(|x| x.abs() > farthest) {
+            let message = format!("{far} is beyond {farthest:e} mm; is the unit right?");
+            return Err(meaning(line, first_number + 1, message));
+        }
         let pose = if layout.is_matrix { from_matrix(&numbers) } else { from_quaternion(&numbers) };
         let pose = pose.map_err(|message| meaning(line, first_number + 1, message.to_owned()))?;
         let frame = layout.has_frame.then(|| record[0].to_owned());

@@ -4,7 +4,6 @@
 //! needs: little-endian `f8`, `u8`, `u4` and `u1`, row by row (C order), one to three dimensions.
 
 use crate::record::{RecordError, write_bytes};
-use std::fs;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -13,6 +12,8 @@ const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 
 /// The data begin at a multiple of this many bytes.
 const ALIGNMENT: usize = 64;
+/// Largest file that is read, bytes: 30 million poses.
+const LARGEST_FILE: u64 = 1 << 31;
 
 /// Why an array could not be read.
 #[derive(Debug, Error)]
@@ -85,7 +86,7 @@ pub fn write<T: Element>(path: &Path, shape: &[usize], numbers: &[T]) -> Result<
 /// # Errors
 /// When the file cannot be read, or holds numbers of another type, order or shape.
 pub fn read<T: Element>(path: &Path, row: &[usize]) -> Result<Vec<T>, NpyError> {
-    let bytes = fs::read(path).map_err(RecordError::io("read", path))?;
+    let bytes = rs274::file::bytes(path, LARGEST_FILE).map_err(RecordError::io("read", path))?;
     decode(&bytes, row).map_err(|message| NpyError::Format { path: path.to_owned(), message })
 }
 

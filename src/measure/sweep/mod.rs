@@ -431,5 +431,6 @@ fn manifest(sweep: &Sweep, cases: &[Case], asked: &Asked, amount: Amount) -> Man
         cross_check: None,
         finished: Vec::new(),
         noise: Vec::new(),
+        rows: BTreeMap::new(),
     }
 }
