@@ -33,8 +33,8 @@ fn wide<V: WideVolume>(case: &Case) -> Result<u64, Mismatch> {
                 case,
                 at,
                 || format!("{}: first", who()),
-                traverse::first(&a, &b, at, simd, &mut scratch),
-                !pose.contacts.is_empty(),
+                &traverse::first(&a, &b, at, simd, &mut scratch),
+                &!pose.contacts.is_empty(),
             )?;
             equal(
                 case,
@@ -53,7 +53,7 @@ fn wide<V: WideVolume>(case: &Case) -> Result<u64, Mismatch> {
             let mut memory = Memory::default();
             for (at, touching) in &case.path {
                 let found = memory.first(&a, &b, at, simd, coherence);
-                equal(case, at, || format!("{}: first, coherence {coherence}", who()), found, *touching)?;
+                equal(case, at, || format!("{}: first, coherence {coherence}", who()), &found, touching)?;
                 questions += 1;
             }
         }
@@ -75,10 +75,10 @@ pub fn variant(case: &Case, variant: &Variant) -> Result<u64, Mismatch> {
         let (at, touching) = (&pose.a_from_b, !pose.contacts.is_empty());
         let (verdict, _) = a.first_counted(&*b, at);
         if variant.kind == Kind::Sampling {
-            equal(case, at, || format!("{id}: no miss"), verdict || !touching, true)?;
+            equal(case, at, || format!("{id}: no miss"), &(verdict || !touching), &true)?;
             continue;
         }
-        equal(case, at, || format!("{id}: first"), verdict, touching)?;
+        equal(case, at, || format!("{id}: first"), &verdict, &touching)?;
         equal(case, at, || format!("{id}: all"), &a.all_counted(&*b, at).0, &pose.contacts)?;
         let found = a.distance_mm(&*b, at, f64::INFINITY, &mut Proximity::default());
         near(case, pose, || format!("{id}: distance"), found)?;
@@ -88,7 +88,7 @@ pub fn variant(case: &Case, variant: &Variant) -> Result<u64, Mismatch> {
     a.first(&*b, &poses, &mut verdicts);
     for ((at, touching), verdict) in case.path.iter().zip(verdicts) {
         let right = verdict == *touching || (verdict && variant.kind == Kind::Sampling);
-        equal(case, at, || format!("{id}: first, on a path"), right, true)?;
+        equal(case, at, || format!("{id}: first, on a path"), &right, &true)?;
     }
     Ok((3 * case.poses.len() + case.path.len()) as u64)
 }
@@ -97,8 +97,8 @@ fn equal<T: PartialEq + Debug>(
     case: &Case,
     at: &Isometry,
     question: impl Fn() -> String,
-    found: T,
-    expected: T,
+    found: &T,
+    expected: &T,
 ) -> Result<(), Mismatch> {
     if found == expected {
         Ok(())
@@ -111,7 +111,7 @@ fn equal<T: PartialEq + Debug>(
 fn near(case: &Case, pose: &Posed, question: impl Fn() -> String, found: f64) -> Result<(), Mismatch> {
     let at = &pose.a_from_b;
     if !pose.contacts.is_empty() {
-        return equal(case, at, question, found, 0.0);
+        return equal(case, at, question, &found, &0.0);
     }
     let (distance, size) = pose.distance_and_size_mm;
     if (found - distance).abs() <= MEASURED * size {
