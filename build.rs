@@ -5,6 +5,7 @@ use std::process::Command;
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=src");
+    println!("cargo:rerun-if-changed=crates");
     println!("cargo:rerun-if-changed=.git/HEAD");
     println!("cargo:rerun-if-changed=.git/logs/HEAD");
     let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
@@ -19,7 +20,7 @@ fn main() {
     set("BVBENCH_GIT_REVISION", &git(&["rev-parse", "HEAD"]).unwrap_or_default());
     // New files count where programs are made of them: a volume that nobody has committed is a local change.
     let tracked = git(&["status", "--porcelain", "--untracked-files=no"]);
-    let sources = git(&["status", "--porcelain", "--", "src", "examples", "benches"]);
+    let sources = git(&["status", "--porcelain", "--", "src", "crates", "examples", "benches"]);
     let changes = tracked.zip(sources).map(|(tracked, sources)| tracked + &sources);
     set("BVBENCH_GIT_DIRTY", changes.map_or("unknown", |text| if text.is_empty() { "no" } else { "yes" }));
 }

@@ -1,4 +1,4 @@
-//! What a tree can be made of: a small trait for volumes that have lanes.
+//! The trait of volumes that have lanes, of which trees are made.
 //!
 //! To add one, write a file beside `oriented`, `aligned` and `ball` with a type that implements [`WideVolume`] and name it in a `mod` line of
 //! the crate's root. Building, traversal, distance, coherence and checks come with the tree.

@@ -30,7 +30,7 @@ fn touch_in_bounds(a: &Triangle, b: &Triangle) -> bool {
     decided((a, b), Plane::of(a).sides(b), || Plane::of(b).sides(a)).unwrap_or_else(|| undecided(a, b))
 }
 
-/// What `f64` leaves open. Out of the way of the code that is run for every pair.
+/// Decides the pairs that `f64` leaves open. Kept out of line: few pairs come here.
 #[cold]
 #[inline(never)]
 fn undecided(a: &Triangle, b: &Triangle) -> bool {

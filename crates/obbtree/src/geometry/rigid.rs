@@ -1,4 +1,4 @@
-//! What a pose means as a rigid motion.
+//! Poses as rigid motions.
 //!
 //! A quaternion of length 1 + e makes a matrix that stretches by 2e. The truth, the leaves and every volume of the trees take their rotation from
 //! here, so that they agree on one orthogonal matrix whatever the length.
