@@ -166,7 +166,9 @@ fn contradictory_records_are_refused() {
         analyze(folder.path(), &ClaimSet::standard()).unwrap_err().to_string()
     };
     assert!(refusal(&|run| run.timings.push(run.timings[0].clone())).contains("twice"));
-    assert!(refusal(&|run| run.timings[0].poses = 0).contains("chunk 0"));
+    assert!(refusal(&|run| run.timings[0].poses += 1).contains("chunk 0"));
+    assert!(refusal(&|run| run.timings[0].poses = 0).contains("timings.csv:2: ns, passes and poses must be above 0"));
+    assert!(refusal(&|run| run.builds[0].ns = 0).contains("builds.csv:2: ns must be above 0"));
     assert!(refusal(&|run| run.manifest.variants[0].policies = vec!["best".into()]).contains("SPLIT/AXES/LEAF"));
     let empty = TempDir::new().unwrap();
     assert!(analyze(empty.path(), &ClaimSet::standard()).unwrap_err().to_string().contains("manifest.json"));
