@@ -1,7 +1,7 @@
 //! Workloads: pairs and the relative poses they are examined at.
 //!
 //! Reading order: this file, `program` and `recorded` (poses along a path), `ray` (first contact on a line), `approach`
-//! and `random` (poses at known depths), [`draw`] (random numbers).
+//! and `random` (poses at known depths).
 
 pub mod ray;
 mod program;

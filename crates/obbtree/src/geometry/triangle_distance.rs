@@ -2,7 +2,7 @@
 //! corner-face (Ericson 2005, sections 5.1.9 and 5.1.10). Not exact: accurate to 1e-12 of the largest distance of two corners, needles included.
 //!
 //! Two differences of products lose their digits on needles: the normal of a triangle of nearly parallel edges, and the determinant of two nearly parallel
-//! edges. Where the sine of the angle is below 1e-4 ([`NEARLY_PARALLEL`]) both are computed another way; above, at most four digits are lost.
+//! edges. Where the sine of the angle is below 1e-4 (`NEARLY_PARALLEL`) both are computed another way; above, at most four digits are lost.
 
 use super::{Point, Triangle, Vector};
 
