@@ -2,7 +2,7 @@
 //!
 //! # How it works
 //!
-//! A line becomes a [`block`](interpret), the block changes modes, offsets and parameters and adds moves ([`canonical`]), and the moves are walked by
+//! A line becomes a block, the block changes modes, offsets and parameters and adds moves ([`canonical`]), and the moves are walked by
 //! [`path`].
 
 pub mod canonical;
