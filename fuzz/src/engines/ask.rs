@@ -16,12 +16,13 @@ use std::fmt::Debug;
 /// are measured at a place that rounding chooses.
 const MEASURED: f64 = 1.0 / 4_194_304.0;
 
-/// Asks the wide trees of all three volumes on every instruction set.
-pub fn wide_trees(case: &Case) -> Result<u64, Mismatch> {
-    Ok(wide::<Oriented>(case)? + wide::<Aligned>(case)? + wide::<Ball>(case)?)
+/// Asks the wide trees of all three volumes: of every pose on every instruction set, and of a path on one for each coherence, another for every
+/// `turn`.
+pub fn wide_trees(case: &Case, turn: usize) -> Result<u64, Mismatch> {
+    Ok(wide::<Oriented>(case, turn)? + wide::<Aligned>(case, turn)? + wide::<Ball>(case, turn)?)
 }
 
-fn wide<V: WideVolume>(case: &Case) -> Result<u64, Mismatch> {
+fn wide<V: WideVolume>(case: &Case, turn: usize) -> Result<u64, Mismatch> {
     let (a, b) = (WideTree::<V>::build(&case.a), WideTree::<V>::build(&case.b));
     let mut questions = 0;
     for simd in Simd::available() {
@@ -49,13 +50,16 @@ fn wide<V: WideVolume>(case: &Case) -> Result<u64, Mismatch> {
             }
             questions += 4;
         }
-        for coherence in Coherence::ALL {
-            let mut memory = Memory::default();
-            for (at, touching) in &case.path {
-                let found = memory.first(&a, &b, at, simd, coherence);
-                equal(case, at, || format!("{}: first, coherence {coherence}", who()), &found, touching)?;
-                questions += 1;
-            }
+    }
+    for (k, coherence) in Coherence::ALL.into_iter().enumerate() {
+        let simds = Simd::available();
+        let simd = simds[(turn % simds.len() + k) % simds.len()];
+        let mut memory = Memory::default();
+        for (at, touching) in &case.path {
+            let found = memory.first(&a, &b, at, simd, coherence);
+            let who = || format!("{} on {}: first, coherence {coherence}", std::any::type_name::<V>(), simd.name());
+            equal(case, at, who, &found, touching)?;
+            questions += 1;
         }
     }
     Ok(questions)

@@ -73,7 +73,8 @@ pub fn of_the_grid(choices: &mut Choices) -> Mesh {
 
 /// Long triangles that meet in one point.
 pub fn fan(choices: &mut Choices) -> Mesh {
-    made(choices, Kind::Fan, Scale::Any)
+    let scale = choices.of(&[Scale::Ordinary, Scale::Huge, Scale::Any]);
+    made(choices, Kind::Fan, scale)
 }
 
 /// A mesh far from its origin, compared with its size.

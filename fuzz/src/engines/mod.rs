@@ -24,7 +24,7 @@ use truth::Truth;
 const FARTHEST_MM: f64 = 24_000.0;
 
 /// One case in as many may ask methods that sample a mesh.
-const SAMPLING: u64 = 64;
+const SAMPLING: u64 = 1024;
 
 /// An answer that is wrong.
 #[derive(Debug)]
@@ -87,11 +87,12 @@ struct Case {
 impl Case {
     fn new(choices: &mut Choices) -> Self {
         // Some cases aim at one slack each: the snapping, the rotation, and what a node contributes.
-        let (a, b, length) = match choices.below(8) {
+        let (a, b, length) = match choices.below(9) {
             0 => (meshes::of_the_grid(choices), meshes::of_the_grid(choices), Length::Unit),
             1 => (meshes::far(choices), meshes::far(choices), Length::Off),
-            2 => (meshes::fan(choices), meshes::any(choices), Length::Unit),
-            n => (meshes::any(choices), meshes::any(choices), if n == 3 { Length::Off } else { Length::Unit }),
+            2 => (meshes::fan(choices), meshes::of_the_grid(choices), Length::Unit),
+            3 => (meshes::fan(choices), meshes::any(choices), Length::Unit),
+            n => (meshes::any(choices), meshes::any(choices), if n == 4 { Length::Off } else { Length::Unit }),
         };
         let (a, b) = if choices.once_in(2) { (a, b) } else { (b, a) };
         let truth = Truth::new(&a, &b);
@@ -131,7 +132,7 @@ fn extent(mesh: &Mesh) -> (bvbench::geometry::Point, bvbench::geometry::Point) {
 pub fn check(choices: &mut Choices, registry: &Registry, variants: usize) -> Result<Tally, Mismatch> {
     let first = choices.below(u64::MAX) as usize;
     let case = Case::new(choices);
-    let mut questions = ask::wide_trees(&case)?;
+    let mut questions = ask::wide_trees(&case, first)?;
     // What samples a mesh takes a thousand times as long to build.
     let with_samples = choices.once_in(SAMPLING);
     let asked = |variant: &&Variant| ask::is_asked(variant) && (with_samples || variant.kind != Kind::Sampling);
