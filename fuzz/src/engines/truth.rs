@@ -56,17 +56,18 @@ fn distance_squared(a: &Triangle, b: &Triangle) -> f64 {
     between.chain(above(a, b)).chain(above(b, a)).fold(f64::INFINITY, f64::min)
 }
 
-/// Between two segments: where both lines are nearest to each other, if that is inside both, or from an end of one.
+/// Between two segments: where both lines are nearest to each other, if that is inside both, or from an end of one. Only differences of corners are
+/// added up: they are exact, also where the origin is far away.
 fn of_edges_squared([p, q]: &[Point; 2], [r, s]: &[Point; 2]) -> f64 {
     let (d, e, w) = (q - p, s - r, r - p);
     let normal = d.cross(&e);
     let [u, v] = [w.cross(&e), w.cross(&d)].map(|x| x.dot(&normal) / normal.norm_squared());
     let inside = |x: f64| (0.0..=1.0).contains(&x);
-    let lines = if inside(u) && inside(v) { (p + d * u - (r + e * v)).norm_squared() } else { f64::INFINITY };
+    let lines = if inside(u) && inside(v) { (d * u - e * v - w).norm_squared() } else { f64::INFINITY };
     let end = |p: &Point, [r, s]: [&Point; 2]| {
         let e = s - r;
         let along = if e == Vector::zeros() { 0.0 } else { ((p - r).dot(&e) / e.norm_squared()).clamp(0.0, 1.0) };
-        (p - (r + e * along)).norm_squared()
+        ((p - r) - e * along).norm_squared()
     };
     lines.min(end(p, [r, s])).min(end(q, [r, s])).min(end(r, [p, q])).min(end(s, [p, q]))
 }
