@@ -19,7 +19,7 @@ mod tests;
 pub use event::{Event, Extent, Kind};
 pub use motion::Path;
 
-use crate::geometry::Isometry;
+use crate::geometry::{Isometry, rigid};
 use crate::interference::SurfaceOctree;
 use crate::machine::OutOfLimits;
 use crate::machine::travel::Ball;
@@ -367,7 +367,7 @@ impl Gouge {
 
     /// How much farther the cutter may go, mm, negative where it gouges; `below_mm` where it is at least that.
     fn spare_mm(&self, a_from_b: &Isometry, below_mm: f64) -> f64 {
-        let cutter_from_workpiece = if self.workpiece_first { a_from_b.inverse() } else { *a_from_b };
+        let cutter_from_workpiece = if self.workpiece_first { rigid::inverse(a_from_b) } else { *a_from_b };
         let below = below_mm - self.allowed_mm;
         self.tool.signed_distance_mm(&self.surface, &cutter_from_workpiece, below) + self.allowed_mm
     }

@@ -5,6 +5,7 @@
 //! form says that meshes touch which do not, and the sampling form misses what lies between samples.
 
 use super::{Model, same};
+use crate::geometry::rigid::{self, rigid};
 use crate::geometry::{Isometry, Mesh};
 use crate::interference::detect::Allowance;
 use crate::interference::{
@@ -92,8 +93,9 @@ impl OctreeObb {
         let is_tool = self.tool.revolved.is_tool_against(&other.tool.revolved);
         let (tool, surface) = if is_tool { (&self.tool, &other.surface) } else { (&other.tool, &self.surface) };
         let tool_from_mesh = tool.revolved.tool_from_mesh;
-        let tool_from_surface =
-            move |a_from_b: &Isometry| tool_from_mesh * if is_tool { *a_from_b } else { a_from_b.inverse() };
+        let tool_from_surface = move |a_from_b: &Isometry| {
+            tool_from_mesh * if is_tool { rigid(a_from_b) } else { rigid::inverse(a_from_b) }
+        };
         (Detector::new(surface, &tool.boxes, CONTACT, self.is_safe, Search::Octree), tool_from_surface)
     }
 }

@@ -13,6 +13,7 @@
 pub mod grid;
 pub mod octree;
 
+use crate::geometry::plane::Plane;
 use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
 use crate::volume::separating_axes::{pad_mm, widened_abs};
 use nalgebra::Matrix3;
@@ -50,8 +51,7 @@ fn may_reach(triangle: &Triangle, centre: &Point, half: &Vector) -> bool {
     if (0..3).any(|i| low[i] > centre[i] + half[i] || high[i] < centre[i] - half[i]) {
         return false;
     }
-    let normal = triangle.double_area_normal();
-    (triangle.corners[0] - centre).dot(&normal).abs() <= normal.abs().dot(half)
+    Plane::of(triangle).may_meet_box(centre, half)
 }
 
 /// Whether the bounds of a triangle overlap the box about `centre` with half-lengths `half`, mm.

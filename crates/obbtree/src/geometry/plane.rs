@@ -50,6 +50,15 @@ impl Plane {
         Side::from(height > error) - Side::from(height < -error)
     }
 
+    /// Whether the plane may pass through the box about `centre` with half-lengths `half` along the axes, mm; it may where rounding could decide.
+    #[must_use]
+    pub fn may_meet_box(&self, centre: &Point, half: &Vector) -> bool {
+        let d = centre - self.point;
+        // The error of the normal counts for the half-lengths as well.
+        let error = ERROR * (d.abs() + half).dot(&self.size);
+        d.dot(&self.normal).abs() <= self.normal.abs().dot(half) + error
+    }
+
     /// The sides of a triangle's corners, one by one: the closure of `[T; 3]::map` is not inlined here, which costs an eighth of a verification.
     #[inline(always)]
     #[must_use]
@@ -63,7 +72,35 @@ impl Plane {
 mod tests {
     use super::super::exact::side;
     use super::super::exact::tests::{hand_made, orders};
+    use super::super::grid::snap_coordinate;
     use super::*;
+
+    #[test]
+    fn a_plane_meets_a_box_that_it_touches_and_none_beyond() {
+        let p = |x: f64, y: f64, z: f64| Point::new(x, y, z);
+        // The plane x + y + z = 3: the cube about the origin with half-lengths h reaches as far as 3h.
+        let slanted = Plane::new(&p(3.0, 0.0, 0.0), &p(0.0, 3.0, 0.0), &p(0.0, 0.0, 3.0));
+        for (half, meets) in [(1.0, true), (1.0 - 1e-12, false), (2.0, true), (0.5, false)] {
+            assert_eq!(slanted.may_meet_box(&Point::origin(), &Vector::repeat(half)), meets, "{half}");
+            assert_eq!(slanted.may_meet_box(&p(2.0, 2.0, 2.0), &Vector::repeat(half)), meets, "{half}, from above");
+        }
+    }
+
+    #[test]
+    fn a_needles_plane_meets_what_is_around_any_point_of_the_needle() {
+        // A box at the middle of a needle, of which the normal alone says that it passes by.
+        let mut excluded = 0;
+        for k in 0..200 {
+            let k = f64::from(k);
+            let along = Vector::new(71.3 + k, -48.7 - 0.3 * k, 45.1 + 0.7 * k).map(snap_coordinate);
+            let near = (along * 0.5 + Vector::new(3.0, -2.0, 1.0) * 2e-8).map(snap_coordinate);
+            let [a, b, c] = [Vector::zeros(), along, near].map(|v| Point::from(v + Vector::new(700.0, -800.0, 900.0)));
+            let (plane, half, middle) = (Plane::new(&a, &c, &b), Vector::repeat(1e-9), a + along * 0.83);
+            assert!(plane.may_meet_box(&middle, &half), "{k}");
+            excluded += i32::from((middle - a).dot(&plane.normal).abs() > plane.normal.abs().dot(&half));
+        }
+        assert!(excluded > 0);
+    }
 
     /// On, next to, near and far from planes: the quick answer is the exact one, and is given unless the point is next to the plane.
     #[test]

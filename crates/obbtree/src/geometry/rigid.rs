@@ -25,6 +25,13 @@ pub fn rigid(a_from_b: &Isometry) -> Isometry {
     }
 }
 
+/// The way back of [`rigid`]. The inverse of a pose whose quaternion has a length of 1 + e is off by 2e of the translation.
+#[inline]
+#[must_use]
+pub fn inverse(a_from_b: &Isometry) -> Isometry {
+    rigid(a_from_b).inverse()
+}
+
 /// The rotation of [`rigid`] as a matrix: takes directions of `b` to directions of `a`.
 #[inline]
 #[must_use]
@@ -54,6 +61,8 @@ mod tests {
                 let mended = rotation(&scaled(&pose, factor));
                 assert!((mended.tr_mul(&mended) - Matrix3::identity()).amax() < 1e-15 * 4.0, "{factor}");
                 assert!((mended - rotation(&pose)).amax() < 1e-15 * 4.0, "{factor}");
+                let back = inverse(&scaled(&pose, factor)) * pose;
+                assert!(back.translation.vector.amax() < 1e-12 && back.rotation.angle() < 1e-12, "{factor}");
             }
         }
     }
