@@ -155,6 +155,22 @@ mod tests {
     }
 
     #[test]
+    fn tolerances_are_met_by_what_is_exactly_as_large() {
+        let origin = [0.0, 0.0];
+        // A thousandth of 125 mm is 0.125 mm, exactly in floating point.
+        assert!(from_centre([125.0, 0.0], [0.0, 124.875], origin, false, 1).is_ok());
+        let tiny = COINCIDENT_MM;
+        assert!(from_centre([tiny, 0.0], [0.0, tiny], origin, false, 1).is_ok());
+        for (start, end) in [(0.5 * tiny, tiny), (tiny, 0.5 * tiny), (0.004, 0.0)] {
+            assert_eq!(from_centre([start, 0.0], [0.0, end], origin, false, 1), Err(Cause::Arc("its radius is zero")));
+        }
+        assert!(from_radius(origin, [tiny, 0.0], 1.0, false, 1).is_ok());
+        assert!(from_radius(origin, [tiny, 0.0], tiny, false, 1).is_ok());
+        // Half of 0.02 mm is 0.005 mm more than R 0.005.
+        assert!(from_radius(origin, [0.02, 0.0], 0.005, false, 1).is_ok());
+    }
+
+    #[test]
     fn an_arc_back_to_its_start_is_a_full_turn_and_turns_add_up() {
         let arc = |end, clockwise, turns| from_centre([5.0, 2.0], end, [3.0, 2.0], clockwise, turns).unwrap().sweep;
         assert_eq!(arc([5.0, 2.0], false, 1), TAU);

@@ -203,11 +203,10 @@ fn pieces(start: &Position, step: &Move, end: &Position, sampling: &Sampling) ->
         let radius = |at: &Position| (at[first] - centre[0]).hypot(at[second] - centre[1]);
         let radius = radius(start).max(radius(end));
         linear = linear.max((radius * sweep).hypot(change(normal)));
-        // A chord over the angle a leaves a circle by r (1 - cos(a / 2)).
-        if sampling.chord_mm > 0.0 && radius > sampling.chord_mm {
-            let angle = 2.0 * (1.0 - sampling.chord_mm / radius).acos();
-            needed = needed.max(steps(sweep.abs(), angle));
-        }
+        // A chord over the angle a leaves a circle by r (1 - cos(a / 2)); no angle asks for more than the next lines where r is
+        // smaller than the tolerance.
+        let angle = 2.0 * (1.0 - sampling.chord_mm / radius).acos();
+        needed = needed.max(steps(sweep.abs(), angle));
         // Fewer than four pieces to the turn would not look like an arc whatever the tolerance.
         needed = needed.max(steps(sweep.abs(), std::f64::consts::FRAC_PI_2));
     }
@@ -265,6 +264,54 @@ mod tests {
         assert_eq!(error.line, 2);
         let counted = count(&program, &Position::default(), &Sampling::default(), &RapidPath::Straight);
         assert_eq!(counted, Ok(100_000)); // 1 mm at 1 mm, then 99 999 mm
+    }
+
+    #[test]
+    fn the_largest_number_of_samples_is_allowed() {
+        let counted = |source| count(&run(source), &Position::default(), &Sampling::default(), &RapidPath::Straight);
+        assert_eq!(counted("G1 X10000000 F1\nM2"), Ok(MAX_SAMPLES));
+        assert_eq!(counted("G1 X10000000 F1\nX10000001\nM2"), Err(TooManySamples { line: 2 }));
+    }
+
+    /// Whether the samples are these: line, rapid, index of the move, fraction, X, Y.
+    fn are(samples: &[Sample], wanted: &[(u32, bool, usize, f64, f64, f64)]) -> bool {
+        samples.len() == wanted.len()
+            && samples.iter().zip(wanted).all(|(s, w)| {
+                let off = [s.fraction - w.3, s.position[Axis::X] - w.4, s.position[Axis::Y] - w.5];
+                (s.line, s.rapid, s.move_index) == (w.0, w.1, w.2) && off.iter().all(|d| d.abs() < 1e-12)
+            })
+    }
+
+    #[test]
+    fn samples_divide_each_move_evenly_from_where_the_last_ended() {
+        let program = run("G0 X10 Y20\nG1 X13 Y20 F100\nG3 X11 Y22 I-2 J0\nM2");
+        let start = at([8.0, 20.0, 0.0]);
+        let samples = sample(&program, &start, &Sampling { step_mm: 1.0, ..COARSE }, &RapidPath::Straight).unwrap();
+        // An arc of radius 2 over a quarter turn is 3.14 mm: four pieces.
+        let round = |part: f64| {
+            let angle = part * FRAC_PI_2;
+            (3, false, 2, part, 11.0 + 2.0 * angle.cos(), 20.0 + 2.0 * angle.sin())
+        };
+        let mut wanted = vec![(1, true, 0, 0.5, 9.0, 20.0), (1, true, 0, 1.0, 10.0, 20.0)];
+        wanted.extend([1.0, 2.0, 3.0].map(|x| (2, false, 1, x / 3.0, 10.0 + x, 20.0)));
+        wanted.extend([0.25, 0.5, 0.75, 1.0].map(round));
+        assert!(are(&samples, &wanted), "{samples:#?}");
+        assert_eq!(count(&program, &start, &Sampling { step_mm: 1.0, ..COARSE }, &RapidPath::Straight), Ok(9));
+    }
+
+    #[test]
+    fn samples_of_a_dog_leg_share_the_time_of_the_move() {
+        // From (10, 10): 4 mm of X at 1 mm/min in 4 min, 2 mm of Y in 2.
+        let program = run("G0 X14 Y12\nM2");
+        let rapids = RapidPath::DogLeg([1.0; 9]);
+        let by = |step_mm| sample(&program, &at([10.0, 10.0, 0.0]), &Sampling { step_mm, ..COARSE }, &rapids).unwrap();
+        let at_part = |fraction: f64, x: f64, y: f64| (1, true, 0, fraction, x, y);
+        let turn = at_part(0.5, 12.0, 12.0);
+        assert!(are(&by(3.0), &[turn, at_part(1.0, 14.0, 12.0)]), "{:?}", by(3.0));
+        // The first leg is 2.83 mm long: three pieces; the second two.
+        let diagonal = [1.0, 2.0].map(|x| at_part(x / 6.0, 10.0 + x * 2.0 / 3.0, 10.0 + x * 2.0 / 3.0));
+        let straight = [at_part(0.75, 13.0, 12.0), at_part(1.0, 14.0, 12.0)];
+        assert!(are(&by(1.0), &[&diagonal[..], &[turn], &straight].concat()), "{:?}", by(1.0));
     }
 
     fn at(linear: [f64; 3]) -> Position {
@@ -329,6 +376,32 @@ mod tests {
         let third = point_at(&at([13.0, 4.0, 0.0]), &off, &off.end, 1.0 / 3.0);
         let wanted = [3.0 + 12.0 * 0.75_f64.sqrt(), 4.0 - 6.0];
         assert!(wanted.iter().zip(third.0).all(|(a, b)| (a - b).abs() < 1e-12), "{third:?}");
+    }
+
+    #[test]
+    fn lengths_and_pieces_are_of_the_way_gone_wherever_it_begins() {
+        let mut start = at([100.0, 200.0, 300.0]);
+        (start[Axis::A], start[Axis::W]) = (50.0, 400.0);
+        let mut end = start;
+        for (axis, by) in [(Axis::X, 2.0), (Axis::Y, 3.0), (Axis::Z, 6.0)] {
+            end[axis] += by;
+        }
+        let by_mm = Sampling { step_mm: 1.0, ..COARSE };
+        let straight = step(MoveKind::Feed, end);
+        assert!((length(&start, &straight) - 7.0).abs() < 1e-12);
+        assert_eq!(pieces(&start, &straight, &end, &by_mm), 7);
+        // Half a turn about (97, 196), radius 5, up by 3.
+        let mut across = at([94.0, 192.0, 303.0]);
+        (across[Axis::A], across[Axis::W]) = (50.0, 400.0);
+        let helix =
+            step(MoveKind::Arc { plane: Plane::Xy, centre: [97.0, 196.0], sweep: std::f64::consts::PI }, across);
+        assert!((length(&start, &helix) - (5.0 * std::f64::consts::PI).hypot(3.0)).abs() < 1e-12);
+        assert_eq!(pieces(&start, &helix, &across, &by_mm), 16);
+        let sampling = Sampling { chord_mm: 0.01, ..COARSE }; // 2 acos(1 - 0.002) = 0.12652: 24.8 in half a turn
+        assert_eq!(pieces(&start, &helix, &across, &sampling), 25);
+        let quarter = point_at(&start, &helix, &across, 0.5);
+        let wanted = [97.0 - 4.0, 196.0 + 3.0, 301.5, 50.0];
+        assert!(wanted.iter().zip(quarter.0).all(|(a, b)| (a - b).abs() < 1e-12), "{quarter:?}");
     }
 
     #[test]
