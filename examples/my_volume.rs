@@ -5,14 +5,15 @@
 //! cargo run --release --example my_volume -- repro --profile smoke --out results/ellipsoid
 //! ```
 //!
-//! Implement the trait, register the type, hand the registry to the command line: nothing else. The overlap test bounds both
+//! Say how it is fitted, what a tree tests and what it looks like; register the type; hand the registry to the command line: nothing else.
+//! (A volume of a shape that bvbench has needs the fit alone: `obb_area.rs`.) The overlap test bounds both
 //! ellipsoids along a handful of directions; one along which they are apart proves that they do not meet.
 
 use bvbench::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
 use bvbench::registry::{Registry, Variant};
 use bvbench::tree::SplitRule;
-use bvbench::volume::separating_axes::pad_mm;
-use bvbench::volume::{BoundingVolume, Info, Segment, coordinate_axes_by_extent};
+use bvbench::volume::shape::separating_axes::pad_mm;
+use bvbench::volume::{BoundingVolume, Info, Segment, Shape, Solid, coordinate_axes_by_extent};
 use nalgebra::{Matrix3, Unit};
 use std::f64::consts::{PI, TAU};
 use std::process::ExitCode;
@@ -69,7 +70,7 @@ impl BoundingVolume for Ellipsoid {
         safe: true,
     };
 
-    type Pose = Pose;
+    type Shape = Self;
 
     fn fit(triangles: &[Triangle]) -> Self {
         let (low, high) = triangle::bounds(triangles).expect("a node holds at least one triangle");
@@ -79,6 +80,10 @@ impl BoundingVolume for Ellipsoid {
         let pad = pad_mm(low.coords.amax().max(high.coords.amax()));
         Self { centre, semi: half * scale + Vector::repeat(pad) }
     }
+}
+
+impl Shape for Ellipsoid {
+    type Pose = Pose;
 
     fn pose(a_from_b: &Isometry) -> Pose {
         Pose { rotation: rigid::rotation(a_from_b), translation: a_from_b.translation.vector }
@@ -99,6 +104,16 @@ impl BoundingVolume for Ellipsoid {
         t.try_normalize(0.0).map_or(0.0, |d| gap(d).max(0.0))
     }
 
+    fn size(&self) -> f64 {
+        self.semi.norm_squared()
+    }
+
+    fn split_axes(&self, _: &[Triangle]) -> [Unit<Vector>; 3] {
+        coordinate_axes_by_extent(&self.semi)
+    }
+}
+
+impl Solid for Ellipsoid {
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         let is_inside = (point - self.centre).component_div(&self.semi).norm() <= 1.0;
         is_inside || (slack_mm > 0.0 && self.distance_mm(point) <= slack_mm)
@@ -106,10 +121,6 @@ impl BoundingVolume for Ellipsoid {
 
     fn centre(&self) -> Point {
         self.centre
-    }
-
-    fn size(&self) -> f64 {
-        self.semi.norm_squared()
     }
 
     fn volume(&self) -> f64 {
@@ -121,10 +132,6 @@ impl BoundingVolume for Ellipsoid {
         const P: f64 = 1.6075;
         let [a, b, c] = [self.semi.x, self.semi.y, self.semi.z].map(|s| s.powf(P));
         4.0 * PI * ((a * b + b * c + c * a) / 3.0).powf(1.0 / P)
-    }
-
-    fn split_axes(&self, _: &[Triangle]) -> [Unit<Vector>; 3] {
-        coordinate_axes_by_extent(&self.semi)
     }
 
     fn outline(&self) -> Vec<Segment> {

@@ -19,7 +19,6 @@ use crate::volume::dop_8_vertex::Dop8Vertex;
 use crate::volume::dop_14::Dop14;
 use crate::volume::dop_18::Dop18;
 use crate::volume::dop_26::Dop26;
-use crate::volume::obb::{Obb, ObbRule};
 use crate::volume::obb_area::ObbArea;
 use crate::volume::obb_area_centroid::ObbAreaCentroid;
 use crate::volume::obb_area_f32::ObbAreaF32;
@@ -34,7 +33,6 @@ use crate::volume::obb_vertex_f32::ObbVertexF32;
 use crate::volume::obb_vertex_symmetric::ObbVertexSymmetric;
 use crate::volume::obbrss::ObbRss;
 use crate::volume::rss::Rss;
-use crate::volume::single::Single;
 use crate::volume::sphere_mean::SphereMean;
 use crate::volume::sphere_ritter::SphereRitter;
 use crate::volume::sphere_ritter_f32::SphereRitterF32;
@@ -74,17 +72,10 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// A tree of volumes of type `V`, split by `split` along the volume's own axes unless another policy is asked for.
+    /// A tree of the shape of `V`, fitted as `V` does and split by `split` along the volumes' own axes unless another policy is asked for.
     #[must_use]
     pub fn of<V: BoundingVolume>(split: SplitRule) -> Self {
-        Self::tree(V::INFO, split, |mesh, policy| Box::new(Tree::<V>::build(&mesh.triangles(), policy)))
-    }
-
-    /// A tree of oriented boxes fitted by the rule `R`; as [`Variant::of`], but with the machine code that all rules share.
-    #[must_use]
-    pub fn oriented<R: ObbRule>(split: SplitRule) -> Self {
-        let prepare: Prepare = |mesh, policy| Box::new(Tree::build_by(Obb::<R>::fitted, &mesh.triangles(), policy));
-        Self::tree(R::INFO, split, prepare)
+        Self::tree(V::INFO, split, |mesh, policy| Box::new(Tree::build(V::fit, &mesh.triangles(), policy)))
     }
 
     /// A wide tree of volumes of type `V`; it has no other policy than its own.
@@ -160,15 +151,15 @@ impl Registry {
             Variant::of::<SphereRitter>(VertexMean),
             Variant::of::<Aabb>(VertexMean),
             Variant::of::<Dop8>(VertexMean),
-            Variant::oriented::<ObbVertex>(VertexMean),
-            Variant::oriented::<ObbArea>(AreaMean).reference(),
-            Variant::oriented::<ObbVertexCentroid>(VertexMean),
-            Variant::oriented::<ObbAreaCentroid>(AreaMean),
-            Variant::oriented::<ObbVertexSymmetric>(VertexMean),
-            Variant::oriented::<ObbAreaSymmetric>(AreaMean),
-            Variant::oriented::<ObbHullArea>(AreaMean).on_request(),
-            Variant::oriented::<ObbDito14>(AreaMean).on_request(),
-            Variant::oriented::<ObbMin>(AreaMean).on_request(),
+            Variant::of::<ObbVertex>(VertexMean),
+            Variant::of::<ObbArea>(AreaMean).reference(),
+            Variant::of::<ObbVertexCentroid>(VertexMean),
+            Variant::of::<ObbAreaCentroid>(AreaMean),
+            Variant::of::<ObbVertexSymmetric>(VertexMean),
+            Variant::of::<ObbAreaSymmetric>(AreaMean),
+            Variant::of::<ObbHullArea>(AreaMean).on_request(),
+            Variant::of::<ObbDito14>(AreaMean).on_request(),
+            Variant::of::<ObbMin>(AreaMean).on_request(),
             Variant::of::<SphereMean>(VertexMean).on_request(),
             Variant::of::<SphereWelzl>(VertexMean).on_request(),
             Variant::of::<AabbSat6>(VertexMean).on_request(),
@@ -180,12 +171,12 @@ impl Registry {
             Variant::of::<Dop8Vertex>(VertexMean).on_request(),
             Variant::of::<Rss>(AreaMean).on_request(),
             Variant::of::<ObbRss>(AreaMean).on_request(),
-            Variant::of::<Single<SphereRitterF32>>(VertexMean).on_request(),
-            Variant::of::<Single<AabbF32>>(VertexMean).on_request(),
-            Variant::of::<Single<Dop8F32>>(VertexMean).on_request(),
-            Variant::of::<Single<ObbVertexF32>>(VertexMean).on_request(),
-            Variant::of::<Single<ObbAreaF32>>(AreaMean).on_request(),
-            Variant::oriented::<ObbLeast>(Sah16).on_request(),
+            Variant::of::<SphereRitterF32>(VertexMean).on_request(),
+            Variant::of::<AabbF32>(VertexMean).on_request(),
+            Variant::of::<Dop8F32>(VertexMean).on_request(),
+            Variant::of::<ObbVertexF32>(VertexMean).on_request(),
+            Variant::of::<ObbAreaF32>(AreaMean).on_request(),
+            Variant::of::<ObbLeast>(Sah16).on_request(),
             Variant::wide::<Oriented>(wide::ORIENTED).fastest(),
             Variant::wide::<Aligned>(wide::ALIGNED).on_request(),
             Variant::wide::<Ball>(wide::BALL).on_request(),

@@ -5,14 +5,13 @@
 
 use bvbench::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use bvbench::scene::Scene;
-use bvbench::volume::BoundingVolume;
 use bvbench::volume::aabb::Aabb;
-use bvbench::volume::obb::Obb;
 use bvbench::volume::obb_area::ObbArea;
 use bvbench::volume::obb_dito14::ObbDito14;
 use bvbench::volume::obb_hull_area::ObbHullArea;
 use bvbench::volume::obb_min::ObbMin;
 use bvbench::volume::obb_vertex::ObbVertex;
+use bvbench::volume::{BoundingVolume, Solid};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 use obbtree::cases::meshes;
 
@@ -142,7 +141,7 @@ fn the_smallest_boxes_of_ten_bodies_are_found() {
     for body in &bodies {
         for turn in [[0.0, 0.0, 0.0], [0.7, -0.4, 1.3], [-2.0, 0.9, 0.1]] {
             let turn = UnitQuaternion::from_scaled_axis(Vector::from(turn));
-            let found = Obb::<ObbMin>::fit(&turned(&body.corners, &turn)).volume();
+            let found = ObbMin::fit(&turned(&body.corners, &turn)).volume();
             let ratio = found / body.smallest;
             assert!((1.0 - 1e-6..1.01).contains(&ratio), "{}: {found} for {}", body.name, body.smallest);
         }
@@ -177,13 +176,13 @@ fn volumes(triangles: &[Triangle]) -> Boxes {
         (V::INFO.id, V::fit(triangles).volume())
     }
     Boxes {
-        smallest: Obb::<ObbMin>::fit(triangles).volume(),
+        smallest: ObbMin::fit(triangles).volume(),
         others: [
             other::<Aabb>(triangles),
-            other::<Obb<ObbVertex>>(triangles),
-            other::<Obb<ObbArea>>(triangles),
-            other::<Obb<ObbHullArea>>(triangles),
-            other::<Obb<ObbDito14>>(triangles),
+            other::<ObbVertex>(triangles),
+            other::<ObbArea>(triangles),
+            other::<ObbHullArea>(triangles),
+            other::<ObbDito14>(triangles),
         ],
     }
 }

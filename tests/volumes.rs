@@ -17,7 +17,6 @@ use bvbench::volume::dop_8_vertex::Dop8Vertex;
 use bvbench::volume::dop_14::Dop14;
 use bvbench::volume::dop_18::Dop18;
 use bvbench::volume::dop_26::Dop26;
-use bvbench::volume::obb::Obb;
 use bvbench::volume::obb_area::ObbArea;
 use bvbench::volume::obb_area_f32::ObbAreaF32;
 use bvbench::volume::obb_area_symmetric::ObbAreaSymmetric;
@@ -30,12 +29,11 @@ use bvbench::volume::obb_vertex_f32::ObbVertexF32;
 use bvbench::volume::obb_vertex_symmetric::ObbVertexSymmetric;
 use bvbench::volume::obbrss::ObbRss;
 use bvbench::volume::rss::Rss;
-use bvbench::volume::single::Single;
 use bvbench::volume::sphere_mean::SphereMean;
 use bvbench::volume::sphere_ritter::SphereRitter;
 use bvbench::volume::sphere_ritter_f32::SphereRitterF32;
 use bvbench::volume::sphere_welzl::SphereWelzl;
-use bvbench::volume::{BoundingVolume, stated};
+use bvbench::volume::{BoundingVolume, Shape, Solid, consistency};
 use nalgebra::{Quaternion, UnitQuaternion};
 use proptest::prelude::*;
 
@@ -50,10 +48,10 @@ macro_rules! for_each_safe_volume {
         $property::<SphereRitter>($($argument),*)?;
         $property::<Aabb>($($argument),*)?;
         $property::<Dop8>($($argument),*)?;
-        $property::<Obb<ObbVertex>>($($argument),*)?;
-        $property::<Obb<ObbArea>>($($argument),*)?;
-        $property::<Obb<ObbVertexSymmetric>>($($argument),*)?;
-        $property::<Obb<ObbAreaSymmetric>>($($argument),*)?;
+        $property::<ObbVertex>($($argument),*)?;
+        $property::<ObbArea>($($argument),*)?;
+        $property::<ObbVertexSymmetric>($($argument),*)?;
+        $property::<ObbAreaSymmetric>($($argument),*)?;
         $property::<SphereMean>($($argument),*)?;
         $property::<SphereWelzl>($($argument),*)?;
         $property::<AabbSat6>($($argument),*)?;
@@ -64,11 +62,11 @@ macro_rules! for_each_safe_volume {
         $property::<Dop8Vertex>($($argument),*)?;
         $property::<Rss>($($argument),*)?;
         $property::<ObbRss>($($argument),*)?;
-        $property::<Single<SphereRitterF32>>($($argument),*)?;
-        $property::<Single<AabbF32>>($($argument),*)?;
-        $property::<Single<Dop8F32>>($($argument),*)?;
-        $property::<Single<ObbVertexF32>>($($argument),*)?;
-        $property::<Single<ObbAreaF32>>($($argument),*)?;
+        $property::<SphereRitterF32>($($argument),*)?;
+        $property::<AabbF32>($($argument),*)?;
+        $property::<Dop8F32>($($argument),*)?;
+        $property::<ObbVertexF32>($($argument),*)?;
+        $property::<ObbAreaF32>($($argument),*)?;
     };
 }
 
@@ -82,10 +80,10 @@ macro_rules! for_the_one_sided_volume {
 /// A property for each box whose fit takes a hull or a search; their overlap test is that of the others.
 macro_rules! for_each_slow_box {
     ($property:ident, $($argument:expr),*) => {
-        $property::<Obb<ObbHullArea>>($($argument),*)?;
-        $property::<Obb<ObbDito14>>($($argument),*)?;
-        $property::<Obb<ObbLeast>>($($argument),*)?;
-        $property::<Obb<ObbMin>>($($argument),*)?;
+        $property::<ObbHullArea>($($argument),*)?;
+        $property::<ObbDito14>($($argument),*)?;
+        $property::<ObbLeast>($($argument),*)?;
+        $property::<ObbMin>($($argument),*)?;
     };
 }
 
@@ -132,8 +130,8 @@ fn joined(rotation: UnitQuaternion<f64>, in_a: &Point, in_b: &Point) -> Isometry
 
 fn never_separated<V: BoundingVolume>(a: &[Triangle], b: &[Triangle], pose: &Isometry) -> Result<(), TestCaseError> {
     let (left, right) = (V::fit(a), V::fit(b));
-    prop_assert!(left.overlaps(&right, &V::pose(pose)), "{} at {pose}", V::INFO.id);
-    prop_assert!(right.overlaps(&left, &V::pose(&pose.inverse())), "{} at the inverse of {pose}", V::INFO.id);
+    prop_assert!(left.overlaps(&right, &V::Shape::pose(pose)), "{} at {pose}", V::INFO.id);
+    prop_assert!(right.overlaps(&left, &V::Shape::pose(&pose.inverse())), "{} at the inverse of {pose}", V::INFO.id);
     Ok(())
 }
 
@@ -142,8 +140,9 @@ const ROUNDING_MM: f64 = 1e-6;
 
 fn symmetric<V: BoundingVolume>(a: &[Triangle], b: &[Triangle], pose: &Isometry) -> Result<(), TestCaseError> {
     let (left, right) = (V::fit(a), V::fit(b));
-    let overlap =
-        |pose: &Isometry| (left.overlaps(&right, &V::pose(pose)), right.overlaps(&left, &V::pose(&pose.inverse())));
+    let overlap = |pose: &Isometry| {
+        (left.overlaps(&right, &V::Shape::pose(pose)), right.overlaps(&left, &V::Shape::pose(&pose.inverse())))
+    };
     let (direct, exchanged) = overlap(pose);
     if direct != exchanged {
         // Then a step of a micron toward or away from each other must change one of the two.
@@ -164,7 +163,7 @@ fn holds_its_contents<V: BoundingVolume>(triangles: &[Triangle], inside: [f64; 3
 }
 
 fn says_what_is_so<V: BoundingVolume>(triangles: &[Triangle]) -> Result<(), TestCaseError> {
-    prop_assert_eq!(stated::misstatement(&V::fit(triangles), triangles), None, "{}", V::INFO.id);
+    prop_assert_eq!(consistency::inconsistency(&V::fit(triangles), triangles), None, "{}", V::INFO.id);
     Ok(())
 }
 

@@ -116,7 +116,7 @@ fn policies() -> impl Iterator<Item = Policy> {
 
 /// Everything that the variant's kind and promise call for.
 ///
-/// Trees of volumes: [`structure`], [`statements`], [`determinism`], [`no_false_contact`]; those that promise to be safe also
+/// Trees of volumes: [`structure`], [`consistency`], [`determinism`], [`no_false_contact`]; those that promise to be safe also
 /// [`containment`], [`same_as_control`], [`symmetry`], [`rigid_motion`], [`every_policy`], [`distance`]. The control: all but those about trees. Peers:
 /// [`determinism`] alone, because their triangle tests are their own. Methods by samples: [`determinism`], and those that promise to be
 /// safe [`no_miss`].
@@ -131,7 +131,7 @@ pub fn check(variant: &Variant) -> Result<(), Fault> {
         Kind::Volume | Kind::Engine | Kind::Control => {}
     }
     no_false_contact(variant)?;
-    statements(variant)?;
+    consistency(variant)?;
     if !variant.info.safe {
         return structure(variant);
     }
@@ -161,14 +161,14 @@ pub fn containment(variant: &Variant) -> Result<(), Fault> {
 }
 
 /// In a tree by the variant's own policy, what each volume says of itself is so, as far as can be seen: where it is, how large, what it looks
-/// like, and what slack means ([`crate::volume::stated`]).
+/// like, and what slack means ([`crate::volume::consistency`]).
 ///
 /// # Errors
 /// The first volume that says something else.
-pub fn statements(variant: &Variant) -> Result<(), Fault> {
+pub fn consistency(variant: &Variant) -> Result<(), Fault> {
     let Some(policy) = variant.policy else { return Ok(()) };
     for (model, subject) in prepared(variant).iter().zip(&CASES.subjects) {
-        model.check_statements().map_err(|fault| Fault {
+        model.check_consistency().map_err(|fault| Fault {
             variant: variant.info.id,
             subject: subject.name.to_owned(),
             what: Wrong::Tree { policy, fault },

@@ -3,13 +3,15 @@
 use super::*;
 use crate::geometry::{Point, Triangle, Vector};
 use crate::registry::Registry;
-use crate::volume::obb::centre::{CentreRule, MidExtent};
-use crate::volume::obb::frame::AreaCovariance;
-use crate::volume::obb::{Obb, ObbRule};
+use crate::volume::fit;
+use crate::volume::fit::centre::{CentreRule, MidExtent};
+use crate::volume::fit::frame::AreaCovariance;
+use crate::volume::obb_area::ObbArea;
 use crate::volume::obb_area_centroid::ObbAreaCentroid;
 use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
-use crate::volume::separating_axes::{separated, widened_abs};
-use crate::volume::{BoundingVolume, Info, Segment};
+use crate::volume::shape::obb::Obb;
+use crate::volume::shape::separating_axes::{separated, widened_abs};
+use crate::volume::{BoundingVolume, Info, Segment, Shape, Solid};
 use nalgebra::{Matrix3, Unit};
 use rayon::prelude::*;
 
@@ -26,10 +28,8 @@ fn every_registered_variant_conforms() {
 
 #[test]
 fn the_literal_boxes_leave_corners_outside_and_miss_contacts() {
-    let literal = [
-        Variant::oriented::<ObbVertexCentroid>(SplitRule::VertexMean),
-        Variant::oriented::<ObbAreaCentroid>(SplitRule::AreaMean),
-    ];
+    let literal =
+        [Variant::of::<ObbVertexCentroid>(SplitRule::VertexMean), Variant::of::<ObbAreaCentroid>(SplitRule::AreaMean)];
     for variant in literal {
         assert!(matches!(
             containment(&variant),
@@ -81,15 +81,18 @@ impl CentreRule for TwoPercentShort {
 #[derive(Clone, Debug)]
 struct Shrunken;
 
-impl ObbRule for Shrunken {
+impl BoundingVolume for Shrunken {
     const INFO: Info = info("shrunken");
-    type Frame = AreaCovariance;
-    type Centre = TwoPercentShort;
+    type Shape = Obb;
+
+    fn fit(triangles: &[Triangle]) -> Obb {
+        fit::oriented::<AreaCovariance, TwoPercentShort>(triangles)
+    }
 }
 
 #[test]
 fn a_shrunken_box_fails_in_every_way() {
-    let shrunken = Variant::of::<Obb<Shrunken>>(SplitRule::AreaMean);
+    let shrunken = Variant::of::<Shrunken>(SplitRule::AreaMean);
     assert!(matches!(check(&shrunken), Err(Fault { what: Wrong::Tree { fault: TreeFault::Outside { .. }, .. }, .. })));
     for miss in [same_as_control(&shrunken), symmetry(&shrunken), rigid_motion(&shrunken), every_policy(&shrunken)] {
         assert!(
@@ -148,16 +151,17 @@ struct Faulty<F> {
     axes: Matrix3<f64>,
     centre: Point,
     half: Vector,
-    sound: Obb<crate::volume::obb_area::ObbArea>,
+    sound: Obb,
     flaw: std::marker::PhantomData<F>,
 }
 
 impl<F: Flaw> BoundingVolume for Faulty<F> {
     const INFO: Info = F::INFO;
-    type Pose = Isometry;
+
+    type Shape = Self;
 
     fn fit(triangles: &[Triangle]) -> Self {
-        let sound = Obb::fit(triangles);
+        let sound = ObbArea::fit(triangles);
         // The edges of the outline that run along axis 0, 1 and 2 are four in a row each.
         let edges = sound.outline();
         let along = [0, 4, 8].map(|edge| edges[edge][1] - edges[edge][0]);
@@ -165,6 +169,10 @@ impl<F: Flaw> BoundingVolume for Faulty<F> {
         let axes = Matrix3::from_columns(&along.map(|edge| edge.normalize()));
         Self { axes, centre: sound.centre(), half, sound, flaw: std::marker::PhantomData }
     }
+}
+
+impl<F: Flaw> Shape for Faulty<F> {
+    type Pose = Isometry;
 
     fn pose(a_from_b: &Isometry) -> Isometry {
         *a_from_b
@@ -177,9 +185,19 @@ impl<F: Flaw> BoundingVolume for Faulty<F> {
     }
 
     fn gap_mm(&self, other: &Self, pose: &Isometry) -> f64 {
-        self.sound.gap_mm(&other.sound, &Obb::<crate::volume::obb_area::ObbArea>::pose(pose))
+        self.sound.gap_mm(&other.sound, &Obb::pose(pose))
     }
 
+    fn size(&self) -> f64 {
+        self.sound.size()
+    }
+
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
+        self.sound.split_axes(triangles)
+    }
+}
+
+impl<F: Flaw> Solid for Faulty<F> {
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         self.sound.contains(point, slack_mm)
     }
@@ -188,20 +206,12 @@ impl<F: Flaw> BoundingVolume for Faulty<F> {
         self.centre
     }
 
-    fn size(&self) -> f64 {
-        self.sound.size()
-    }
-
     fn volume(&self) -> f64 {
         self.sound.volume()
     }
 
     fn surface_area(&self) -> f64 {
         self.sound.surface_area()
-    }
-
-    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
-        self.sound.split_axes(triangles)
     }
 
     fn outline(&self) -> Vec<Segment> {
@@ -229,7 +239,7 @@ fn wrong_overlap_tests_fail() {
 
 /// A sound box that says one thing of itself that is not so.
 #[derive(Clone, Debug)]
-struct Lying<const LIE: usize>(Obb<crate::volume::obb_area::ObbArea>);
+struct Lying<const LIE: usize>(Obb);
 
 /// What the lies must be found out by, in their order.
 const LIES: [&str; 10] = [
@@ -254,14 +264,19 @@ impl<const LIE: usize> Lying<LIE> {
 
 impl<const LIE: usize> BoundingVolume for Lying<LIE> {
     const INFO: Info = info("lying");
-    type Pose = <Obb<crate::volume::obb_area::ObbArea> as BoundingVolume>::Pose;
+
+    type Shape = Self;
 
     fn fit(triangles: &[Triangle]) -> Self {
-        Self(Obb::fit(triangles))
+        Self(ObbArea::fit(triangles))
     }
+}
+
+impl<const LIE: usize> Shape for Lying<LIE> {
+    type Pose = <Obb as Shape>::Pose;
 
     fn pose(a_from_b: &Isometry) -> Self::Pose {
-        Obb::<crate::volume::obb_area::ObbArea>::pose(a_from_b)
+        Obb::pose(a_from_b)
     }
 
     fn overlaps(&self, other: &Self, pose: &Self::Pose) -> bool {
@@ -274,6 +289,17 @@ impl<const LIE: usize> BoundingVolume for Lying<LIE> {
         if LIE == LIES.len() && gap_mm > 0.0 { gap_mm + 1.0 } else { gap_mm }
     }
 
+    fn size(&self) -> f64 {
+        if LIE == 4 { -1.0 } else { self.0.size() }
+    }
+
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
+        let [x, y, z] = self.0.split_axes(triangles);
+        if LIE == 0 { [x, x, z] } else { [x, y, z] }
+    }
+}
+
+impl<const LIE: usize> Solid for Lying<LIE> {
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         self.0.contains(point, slack_mm * Self::factor([(8, 0.9), (9, 10.0)]))
     }
@@ -283,21 +309,12 @@ impl<const LIE: usize> BoundingVolume for Lying<LIE> {
         self.0.centre() + if LIE == 1 { out * 2.0 + Vector::x() } else { Vector::zeros() }
     }
 
-    fn size(&self) -> f64 {
-        if LIE == 4 { -1.0 } else { self.0.size() }
-    }
-
     fn volume(&self) -> f64 {
         self.0.volume() * if LIE == 7 { 0.9 } else { 1.0 }
     }
 
     fn surface_area(&self) -> f64 {
         self.0.surface_area() * Self::factor([(5, 0.1), (6, 1.1)])
-    }
-
-    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
-        let [x, y, z] = self.0.split_axes(triangles);
-        if LIE == 0 { [x, x, z] } else { [x, y, z] }
     }
 
     fn outline(&self) -> Vec<Segment> {
@@ -334,28 +351,33 @@ fn what_a_volume_says_of_itself_must_be_so() {
 #[test]
 fn a_gap_that_is_too_wide_fails() {
     let liar = lying::<{ LIES.len() }>();
-    assert_eq!(statements(&liar), Ok(()), "of itself it says what is so");
+    assert_eq!(consistency(&liar), Ok(()), "of itself it says what is so");
     let found = check(&liar);
     assert!(matches!(found, Err(Fault { what: Wrong::Distance { .. }, .. })), "{found:?}");
 }
 
 /// Says no to every second pose: [`determinism`] must notice.
 #[derive(Clone, Debug)]
-struct Moody(Obb<Shrunken>);
+struct Moody(Obb);
 
 static MOOD: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
 
 impl BoundingVolume for Moody {
     const INFO: Info = info("moody");
-    type Pose = (<Obb<Shrunken> as BoundingVolume>::Pose, bool);
+
+    type Shape = Self;
 
     fn fit(triangles: &[Triangle]) -> Self {
-        Self(Obb::fit(triangles))
+        Self(Shrunken::fit(triangles))
     }
+}
+
+impl Shape for Moody {
+    type Pose = (<Obb as Shape>::Pose, bool);
 
     fn pose(a_from_b: &Isometry) -> Self::Pose {
         let mood = MOOD.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-        (Obb::<Shrunken>::pose(a_from_b), mood.is_multiple_of(2))
+        (Obb::pose(a_from_b), mood.is_multiple_of(2))
     }
 
     fn overlaps(&self, other: &Self, (pose, mood): &Self::Pose) -> bool {
@@ -366,6 +388,16 @@ impl BoundingVolume for Moody {
         self.0.gap_mm(&other.0, pose)
     }
 
+    fn size(&self) -> f64 {
+        self.0.size()
+    }
+
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
+        self.0.split_axes(triangles)
+    }
+}
+
+impl Solid for Moody {
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         self.0.contains(point, slack_mm)
     }
@@ -374,20 +406,12 @@ impl BoundingVolume for Moody {
         self.0.centre()
     }
 
-    fn size(&self) -> f64 {
-        self.0.size()
-    }
-
     fn volume(&self) -> f64 {
         self.0.volume()
     }
 
     fn surface_area(&self) -> f64 {
         self.0.surface_area()
-    }
-
-    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
-        self.0.split_axes(triangles)
     }
 
     fn outline(&self) -> Vec<Segment> {

@@ -9,9 +9,9 @@ use crate::geometry::{Isometry, certified};
 use crate::record::{ExitRow, Stratum};
 use crate::scene::Scene;
 use crate::tree::Tree;
-use crate::volume::BoundingVolume;
-use crate::volume::obb::exit::{AXES, operations};
-use crate::volume::obb::{Fitted, Obb};
+use crate::volume::Shape;
+use crate::volume::shape::obb::Obb;
+use crate::volume::shape::obb::exit::{AXES, operations};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -20,7 +20,7 @@ use std::collections::btree_map::Entry;
 pub type Histogram = [u64; AXES + 1];
 
 /// Trees by part.
-type Boxes = BTreeMap<usize, Tree<Obb<Fitted>>>;
+type Boxes = BTreeMap<usize, Tree<Obb>>;
 
 /// One row for each stratum and axis of every variant whose volumes are boxes, under its default policy.
 pub fn count_scene(
@@ -87,8 +87,8 @@ pub fn by_axis(histogram: &Histogram) -> impl Iterator<Item = (Option<usize>, u8
 }
 
 /// A query of mode `first`, as [`crate::tree::traverse`] makes it, that notes every volume test's end.
-pub fn query(a: &Tree<Obb<Fitted>>, b: &Tree<Obb<Fitted>>, a_from_b: &Isometry, histogram: &mut Histogram) {
-    let (pose, placement) = (Obb::<Fitted>::pose(a_from_b), Placement::new(a_from_b));
+pub fn query(a: &Tree<Obb>, b: &Tree<Obb>, a_from_b: &Isometry, histogram: &mut Histogram) {
+    let (pose, placement) = (Obb::pose(a_from_b), Placement::new(a_from_b));
     let mut overlaps = |i: u32, j: u32| {
         let axis = a.nodes()[i as usize].volume.exit_axis(&b.nodes()[j as usize].volume, &pose);
         histogram[axis.unwrap_or(AXES)] += 1;

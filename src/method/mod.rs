@@ -17,7 +17,7 @@ use crate::tree::distance::Proximity;
 use crate::tree::levels::Drawn;
 use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
-use crate::volume::obb::{Fitted, Obb};
+use crate::volume::shape::obb::Obb;
 use obbtree::{Coherence, Memory};
 use std::any::Any;
 
@@ -107,7 +107,7 @@ pub trait Model: Any + Send + Sync {
     }
 
     /// The tree as one of oriented boxes, for methods that have one whose volumes are boxes.
-    fn boxes(&self) -> Option<Tree<Obb<Fitted>>> {
+    fn boxes(&self) -> Option<Tree<Obb>> {
         None
     }
 
@@ -133,7 +133,7 @@ pub trait Model: Any + Send + Sync {
     ///
     /// # Errors
     /// The first volume that says something else.
-    fn check_statements(&self) -> Result<(), TreeFault> {
+    fn check_consistency(&self) -> Result<(), TreeFault> {
         Ok(())
     }
 }

@@ -9,10 +9,10 @@ use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::{self, Counts, NoProbe, Scratch};
 use crate::tree::validate::TreeFault;
 use crate::tree::witness::{Places, reached};
-use crate::volume::BoundingVolume;
-use crate::volume::obb::{Fitted, Obb};
+use crate::volume::Shape;
+use crate::volume::shape::obb::Obb;
 
-impl<V: BoundingVolume> Model for Tree<V> {
+impl<S: Shape> Model for Tree<S> {
     fn first(&self, other: &dyn Model, a_from_b: &[Isometry], verdicts: &mut Vec<bool>) {
         let other: &Self = same(other);
         let mut scratch = Scratch::default();
@@ -68,8 +68,8 @@ impl<V: BoundingVolume> Model for Tree<V> {
         self.drawn(levels)
     }
 
-    fn boxes(&self) -> Option<Tree<Obb<Fitted>>> {
-        self.with_volumes(V::as_box)
+    fn boxes(&self) -> Option<Tree<Obb>> {
+        self.with_volumes(S::as_box)
     }
 
     fn check_structure(&self) -> Result<(), TreeFault> {
@@ -80,7 +80,7 @@ impl<V: BoundingVolume> Model for Tree<V> {
         self.check_containment(slack_mm)
     }
 
-    fn check_statements(&self) -> Result<(), TreeFault> {
-        self.check_statements()
+    fn check_consistency(&self) -> Result<(), TreeFault> {
+        self.check_consistency()
     }
 }

@@ -2,10 +2,11 @@
 
 use crate::tree::levels::Drawn;
 use crate::tree::tightness::{TreeReport, drift};
-use crate::volume::aabb::Aabb;
-use crate::volume::obb::{Fitted, Obb};
-use crate::volume::sphere_mean::SphereMean;
-use crate::volume::{BoundingVolume, Segment};
+use crate::volume::aabb::FifteenAxes;
+use crate::volume::shape::aligned_box::AlignedBox;
+use crate::volume::shape::obb::Obb;
+use crate::volume::shape::sphere::Sphere;
+use crate::volume::{Segment, Solid};
 use nalgebra::Matrix3;
 use obbtree::plain::Plain;
 use obbtree::{WideTree, WideVolume};
@@ -19,13 +20,15 @@ struct Facts {
 
 impl Facts {
     fn of(plain: &Plain) -> Self {
-        fn of<V: BoundingVolume>(volume: &V) -> Facts {
+        fn of(volume: &dyn Solid) -> Facts {
             Facts { outline: volume.outline(), volume_mm3: volume.volume(), area_mm2: volume.surface_area() }
         }
         match *plain {
-            Plain::Box { axes, centre, half } if axes == Matrix3::identity() => of(&Aabb::new(centre, half)),
-            Plain::Box { axes, centre, half } => of(&Obb::<Fitted>::new(axes, centre, half)),
-            Plain::Ball { centre, radius } => of(&SphereMean::new(centre, radius)),
+            Plain::Box { axes, centre, half } if axes == Matrix3::identity() => {
+                of(&AlignedBox::<FifteenAxes>::new(centre, half))
+            }
+            Plain::Box { axes, centre, half } => of(&Obb { axes, centre, half }),
+            Plain::Ball { centre, radius } => of(&Sphere { centre, radius }),
         }
     }
 }

@@ -10,7 +10,7 @@ use super::{Turn, bounds_overlap, may_reach, padded_bounds};
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Point, Triangle, Vector, certified, rigid, triangle_distance};
 use crate::tree::traverse::Probe;
-use crate::volume::separating_axes::gap_mm;
+use crate::volume::shape::separating_axes::gap_mm;
 use std::ops::{ControlFlow, RangeInclusive};
 
 /// Voxels for each triangle; I. Wald, T. Ize, A. Kensler, A. Knoll, S. G. Parker, "Ray Tracing Animated Scenes using Coherent Grid

@@ -15,7 +15,7 @@ pub mod octree;
 
 use crate::geometry::plane::Plane;
 use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
-use crate::volume::separating_axes::{pad_mm, widened_abs};
+use crate::volume::shape::separating_axes::{pad_mm, widened_abs};
 use nalgebra::Matrix3;
 
 /// What the rotation of a pose does to boxes with parallel edges: once per query.

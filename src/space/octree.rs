@@ -9,7 +9,7 @@ use super::{Turn, bounds_overlap, may_reach, padded_bounds};
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Point, Triangle, Vector, certified};
 use crate::tree::traverse::Probe;
-use crate::volume::separating_axes::{gap_mm, separated};
+use crate::volume::shape::separating_axes::{gap_mm, separated};
 use std::ops::ControlFlow;
 
 /// An octant with at most so many triangles is a leaf.

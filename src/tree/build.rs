@@ -7,30 +7,21 @@ use super::policy::{Axes, Policy};
 use super::split::{self, Item};
 use super::{Node, Tree};
 use crate::geometry::Triangle;
-use crate::volume::BoundingVolume;
+use crate::volume::Shape;
 
 /// Fewest triangles of a node whose two sides are built at the same time: some 10 ms of work, a thousand times what it takes to
 /// hand it over.
 const SHARED_FROM: usize = 1 << 14;
 
-impl<V: BoundingVolume> Tree<V> {
-    /// The tree over `triangles` (mm, mesh frame; at least one), the same for the same input on every machine and for any number
-    /// of threads. A caller on a thread of a rayon pool has the pool at work; any other, such as a timing, stays alone.
+impl<S: Shape> Tree<S> {
+    /// The tree over `triangles` (mm, mesh frame; at least one), its volumes put around them by `fit`, the same for the same input on every
+    /// machine and for any number of threads. Fits of one shape share all machine code of construction and queries. A caller on a thread of
+    /// a rayon pool has the pool at work; any other, such as a timing, stays alone.
     ///
     /// # Panics
     /// When `triangles` is empty or has more than 2³¹ members: a [`crate::geometry::Mesh`] is neither.
     #[must_use]
-    pub fn build(triangles: &[Triangle], policy: Policy) -> Self {
-        Self::build_by(V::fit, triangles, policy)
-    }
-
-    /// As [`Tree::build`], the volumes fitted by `fit` instead of [`BoundingVolume::fit`]: volumes that differ in nothing but
-    /// how they are fitted can be of one type, and so share all machine code of construction and queries.
-    ///
-    /// # Panics
-    /// As [`Tree::build`].
-    #[must_use]
-    pub fn build_by(fit: Fit<V>, triangles: &[Triangle], policy: Policy) -> Self {
+    pub fn build(fit: Fit<S>, triangles: &[Triangle], policy: Policy) -> Self {
         assert!(!triangles.is_empty(), "a tree needs at least one triangle");
         assert!(triangles.len() < (1 << 31), "node numbers are 32 bits");
         let mut items: Vec<Item> = triangles.iter().zip(0..).map(|(&triangle, face)| Item { triangle, face }).collect();
@@ -55,7 +46,7 @@ impl<V: BoundingVolume> Tree<V> {
 }
 
 /// How a volume is fitted to at least one triangle (mm, mesh frame).
-pub type Fit<V> = fn(&[Triangle]) -> V;
+pub type Fit<S> = fn(&[Triangle]) -> S;
 
 /// The triangles of one node, in the order they have so far.
 struct Stretch<'a> {
@@ -68,7 +59,7 @@ struct Stretch<'a> {
 
 impl Stretch<'_> {
     /// The part of the stretch that holds a node.
-    fn of<V>(&mut self, node: &Node<V>) -> Stretch<'_> {
+    fn of<S>(&mut self, node: &Node<S>) -> Stretch<'_> {
         let range = node.range().start - self.first..node.range().end - self.first;
         Stretch { first: node.range().start, items: &mut self.items[range.clone()], placed: &mut self.placed[range] }
     }
@@ -82,17 +73,17 @@ impl Stretch<'_> {
 }
 
 /// Nodes that stand one after the other. A child's index counts from the first node of its parent's piece.
-type Piece<V> = Vec<Node<V>>;
+type Piece<S> = Vec<Node<S>>;
 
-fn nodes_of<V>(pieces: &[Piece<V>]) -> usize {
+fn nodes_of<S>(pieces: &[Piece<S>]) -> usize {
     pieces.iter().map(Vec::len).sum()
 }
 
 /// A child and everything below it.
-type Side<V> = (Node<V>, Vec<Piece<V>>);
+type Side<S> = (Node<S>, Vec<Piece<S>>);
 
-struct Builder<V> {
-    fit: Fit<V>,
+struct Builder<S> {
+    fit: Fit<S>,
     policy: Policy,
     /// Whether large nodes are shared out.
     shared: bool,
@@ -103,16 +94,16 @@ fn both(one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
     rayon::join(one, other);
 }
 
-impl<V: BoundingVolume> Builder<V> {
+impl<S: Shape> Builder<S> {
     /// A leaf around `triangles`, which start at `first` in tree order.
-    fn leaf(&self, triangles: &[Triangle], first: usize) -> Node<V> {
+    fn leaf(&self, triangles: &[Triangle], first: usize) -> Node<S> {
         let volume = (self.fit)(triangles);
         let size = volume.size();
         Node { volume, size, children: 0, first: first as u32, count: triangles.len() as u32 }
     }
 
     /// Everything below a node, its children first, whose triangles are `stretch`; nothing when it is to be a leaf.
-    fn below(&self, parent: &Node<V>, mut stretch: Stretch<'_>) -> Vec<Piece<V>> {
+    fn below(&self, parent: &Node<S>, mut stretch: Stretch<'_>) -> Vec<Piece<S>> {
         if stretch.items.len() <= self.policy.leaf as usize {
             return Vec::new();
         }
@@ -122,7 +113,7 @@ impl<V: BoundingVolume> Builder<V> {
         let middle = self.divide(parent, &mut stretch);
         let (left, right) = stretch.split_at(middle);
         let (mut sides, mut others) = ((Some(left), None), (Some(right), None));
-        let side = |(stretch, built): &mut (Option<Stretch<'_>>, Option<Side<V>>)| {
+        let side = |(stretch, built): &mut (Option<Stretch<'_>>, Option<Side<S>>)| {
             *built = stretch.take().map(|stretch| {
                 let node = self.leaf(stretch.placed, stretch.first);
                 let below = self.below(&node, stretch);
@@ -146,9 +137,9 @@ impl<V: BoundingVolume> Builder<V> {
     }
 
     /// As [`Builder::below`], for a node that is divided, in one piece.
-    fn below_alone(&self, parent: &Node<V>, mut stretch: Stretch<'_>) -> Piece<V> {
+    fn below_alone(&self, parent: &Node<S>, mut stretch: Stretch<'_>) -> Piece<S> {
         let mut nodes = Vec::with_capacity(2 * stretch.items.len().div_ceil(self.policy.leaf as usize));
-        let push_children = |nodes: &mut Piece<V>, mut stretch: Stretch<'_>, middle: usize| {
+        let push_children = |nodes: &mut Piece<S>, mut stretch: Stretch<'_>, middle: usize| {
             let (left, right) = stretch.split_at(middle);
             nodes.push(self.leaf(left.placed, left.first));
             nodes.push(self.leaf(right.placed, right.first));
@@ -172,7 +163,7 @@ impl<V: BoundingVolume> Builder<V> {
     }
 
     /// Sorts a node's triangles into those of its left and of its right child, and returns how many are on the left.
-    fn divide(&self, node: &Node<V>, stretch: &mut Stretch<'_>) -> usize {
+    fn divide(&self, node: &Node<S>, stretch: &mut Stretch<'_>) -> usize {
         let axes = match self.policy.axes {
             Axes::Own => node.volume.split_axes(stretch.placed),
             Axes::Shared => split::shared_axes(stretch.placed),
@@ -189,6 +180,7 @@ impl<V: BoundingVolume> Builder<V> {
 mod tests {
     use super::*;
     use crate::tree::SplitRule;
+    use crate::volume::BoundingVolume;
     use crate::volume::aabb::Aabb;
     use crate::volume::sphere_ritter::SphereRitter;
     use obbtree::cases::meshes;
@@ -197,7 +189,7 @@ mod tests {
     fn single_triangle_leaves_make_one_node_less_than_twice_the_triangles() {
         let triangles = meshes::cuboid(1.0, 2.0, 3.0).triangles();
         for split in SplitRule::ALL {
-            let tree = Tree::<Aabb>::build(&triangles, Policy::own(split));
+            let tree = Tree::build(Aabb::fit, &triangles, Policy::own(split));
             assert_eq!(tree.nodes().len(), 23, "{split}"); // 2·12 - 1
             assert_eq!(tree.check_structure(), Ok(()));
         }
@@ -207,7 +199,7 @@ mod tests {
     fn leaves_hold_at_most_what_the_policy_says_and_inner_nodes_more() {
         let triangles = meshes::torus(12.0, 4.0, 14, 7).triangles();
         for leaf in Policy::LEAF_RANGE {
-            let tree = Tree::<SphereRitter>::build(&triangles, Policy { leaf, ..Policy::own(SplitRule::Midpoint) });
+            let tree = Tree::build(SphereRitter::fit, &triangles, Policy { leaf, ..Policy::own(SplitRule::Midpoint) });
             for node in tree.nodes() {
                 assert_eq!(node.children().is_none(), node.range().len() <= leaf as usize);
             }
@@ -217,7 +209,7 @@ mod tests {
     #[test]
     fn the_triangles_keep_their_face_numbers() {
         let triangles = meshes::stepped_tool(8, 4).triangles();
-        let tree = Tree::<Aabb>::build(&triangles, Policy::own(SplitRule::Sah16));
+        let tree = Tree::build(Aabb::fit, &triangles, Policy::own(SplitRule::Sah16));
         for (triangle, &face) in tree.triangles().iter().zip(tree.faces()) {
             assert_eq!(*triangle, triangles[face as usize]);
         }
@@ -229,9 +221,9 @@ mod tests {
         let triangles = meshes::torus(12.0, 4.0, 200, 100).triangles();
         assert!(triangles.len() > 2 * SHARED_FROM);
         for policy in [Policy::own(SplitRule::AreaMean), Policy { leaf: 3, ..Policy::own(SplitRule::Median) }] {
-            let alone = Tree::<SphereRitter>::build(&triangles, policy);
+            let alone = Tree::build(SphereRitter::fit, &triangles, policy);
             let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
-            let shared = pool.install(|| Tree::<SphereRitter>::build(&triangles, policy));
+            let shared = pool.install(|| Tree::build(SphereRitter::fit, &triangles, policy));
             assert_eq!(shared.check_structure(), Ok(()));
             assert_eq!(shared.faces(), alone.faces());
             assert_eq!(format!("{:?}", shared.nodes()), format!("{:?}", alone.nodes()));
@@ -243,10 +235,10 @@ mod tests {
         let triangles = meshes::stepped_tool(8, 4).triangles();
         let policy = Policy::shared(SplitRule::AreaMean);
         let (boxes, spheres) =
-            (Tree::<Aabb>::build(&triangles, policy), Tree::<SphereRitter>::build(&triangles, policy));
+            (Tree::build(Aabb::fit, &triangles, policy), Tree::build(SphereRitter::fit, &triangles, policy));
         assert_eq!(boxes.faces(), spheres.faces());
         assert!(boxes.nodes().iter().zip(spheres.nodes()).all(|(a, b)| a.range() == b.range()));
-        let own = Tree::<Aabb>::build(&triangles, Policy::own(SplitRule::AreaMean));
+        let own = Tree::build(Aabb::fit, &triangles, Policy::own(SplitRule::AreaMean));
         assert_ne!(own.faces(), boxes.faces());
     }
 }

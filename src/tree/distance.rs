@@ -1,7 +1,7 @@
 //! How far apart are two meshes? Branch and bound over pairs of nodes by a lower bound of their distance.
 //!
 //! E. Larsen, S. Gottschalk, M. C. Lin, D. Manocha, "Fast Proximity Queries with Swept Sphere Volumes", TR99-018, 1999,
-//! section 4, with the volume's own bound ([`BoundingVolume::gap_mm`]) in the place of the swept sphere's. The pair with the least bound is
+//! section 4, with the volume's own bound ([`Shape::gap_mm`]) in the place of the swept sphere's. The pair with the least bound is
 //! opened first, of all that wait (G. R. Hjaltason, H. Samet, "Distance Browsing in Spatial Databases", ACM TODS 24(2), 1999): no pair is
 //! opened then whose bound is above the distance.
 
@@ -9,7 +9,7 @@ use super::Tree;
 use super::traverse::open;
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Triangle, certified, triangle_distance};
-use crate::volume::BoundingVolume;
+use crate::volume::Shape;
 pub use obbtree::proximity::Proximity;
 
 /// The greatest `f32` that is not above `x`.
@@ -20,14 +20,14 @@ fn rounded_down(x: f64) -> f32 {
 
 /// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 when triangles touch. For
 /// volumes that are not safe the answer may be too large.
-pub fn distance_mm<V: BoundingVolume>(
-    a: &Tree<V>,
-    b: &Tree<V>,
+pub fn distance_mm<S: Shape>(
+    a: &Tree<S>,
+    b: &Tree<S>,
     a_from_b: &Isometry,
     below_mm: f64,
     proximity: &mut Proximity,
 ) -> f64 {
-    let pose = V::pose(a_from_b);
+    let pose = S::pose(a_from_b);
     let placement = Placement::new(a_from_b);
     let Proximity { queue, nearest } = proximity;
     // Infinite where it is for sure not below what is known.
@@ -76,7 +76,7 @@ pub fn distance_mm<V: BoundingVolume>(
 mod tests {
     use super::*;
     use crate::tree::{Policy, SplitRule};
-    use crate::volume::obb::Obb;
+    use crate::volume::BoundingVolume;
     use crate::volume::obb_area::ObbArea;
     use crate::volume::sphere_ritter::SphereRitter;
     use obbtree::cases::meshes;
@@ -87,7 +87,7 @@ mod tests {
     fn along_a_path<V: BoundingVolume>(leaf: u8) {
         let (torus, tool) = (meshes::torus(12.0, 4.0, 14, 7), meshes::stepped_tool(8, 4));
         let build = |mesh: &crate::geometry::Mesh| {
-            Tree::<V>::build(&mesh.triangles(), Policy { leaf, ..Policy::own(SplitRule::AreaMean) })
+            Tree::build(V::fit, &mesh.triangles(), Policy { leaf, ..Policy::own(SplitRule::AreaMean) })
         };
         let parry = |mesh: &crate::geometry::Mesh| {
             TriMesh::new(mesh.vertices().iter().map(|p| p.coords.into()).collect(), mesh.faces().to_vec()).unwrap()
@@ -121,8 +121,8 @@ mod tests {
 
     #[test]
     fn distances_are_parrys_fresh_or_warm() {
-        along_a_path::<Obb<ObbArea>>(1);
-        along_a_path::<Obb<ObbArea>>(4);
+        along_a_path::<ObbArea>(1);
+        along_a_path::<ObbArea>(4);
         along_a_path::<SphereRitter>(1);
     }
 }

@@ -3,7 +3,7 @@
 use super::Tree;
 use super::nodes::AnyNode;
 use crate::geometry::triangle;
-use crate::volume::{BoundingVolume, Segment};
+use crate::volume::{Segment, Shape};
 
 /// One node, to be drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub struct Drawn {
     pub outside: u32,
 }
 
-impl<V: BoundingVolume> Tree<V> {
+impl<S: Shape> Tree<S> {
     /// The nodes of the first `levels` levels, in the order of [`Tree::nodes`].
     #[must_use]
     pub fn drawn(&self, levels: u32) -> Vec<Drawn> {
@@ -45,15 +45,15 @@ impl Drawn {
 mod tests {
     use super::*;
     use crate::tree::{Policy, SplitRule};
+    use crate::volume::BoundingVolume;
     use crate::volume::aabb::Aabb;
-    use crate::volume::obb::Obb;
     use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
     use obbtree::cases::meshes;
 
     #[test]
     fn the_upper_levels_of_a_balanced_tree() {
         let triangles = meshes::stepped_tool(8, 4).triangles();
-        let drawn = Tree::<Aabb>::build(&triangles, Policy::own(SplitRule::Median)).drawn(3);
+        let drawn = Tree::build(Aabb::fit, &triangles, Policy::own(SplitRule::Median)).drawn(3);
         // Halving at the median gives 1 + 2 + 4 nodes; a box has twelve edges.
         let levels: Vec<u32> = drawn.iter().map(|node| node.level).collect();
         assert_eq!(levels.iter().filter(|&&level| level == 2).count(), 4);
@@ -64,7 +64,7 @@ mod tests {
     #[test]
     fn a_box_that_has_drifted_leaves_corners_outside() {
         let triangles = meshes::stepped_tool(8, 4).triangles();
-        let tree = Tree::<Obb<ObbVertexCentroid>>::build(&triangles, Policy::own(SplitRule::VertexMean));
+        let tree = Tree::build(ObbVertexCentroid::fit, &triangles, Policy::own(SplitRule::VertexMean));
         assert!(tree.drawn(1)[0].outside > 0);
     }
 }

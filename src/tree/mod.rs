@@ -22,10 +22,10 @@ use crate::geometry::Triangle;
 
 /// One node: a volume and the range of triangles it was fitted to.
 #[derive(Clone, Debug)]
-pub struct Node<V> {
+pub struct Node<S> {
     /// The volume around the node's own triangles; fitted to them, never merged from the children.
-    pub volume: V,
-    /// [`crate::volume::BoundingVolume::size`] of the volume: the traversal opens the larger of two nodes.
+    pub volume: S,
+    /// [`crate::volume::Shape::size`] of the volume: the traversal opens the larger of two nodes.
     pub size: f64,
     /// Index of the left child; the right one follows it. 0 marks a leaf (the root is nobody's child).
     children: u32,
@@ -35,7 +35,7 @@ pub struct Node<V> {
     count: u32,
 }
 
-impl<V> Node<V> {
+impl<S> Node<S> {
     /// The left and right child's index, or `None` for a leaf.
     #[inline]
     #[must_use]
@@ -53,19 +53,19 @@ impl<V> Node<V> {
 
 /// A tree over one mesh, in the mesh's own frame.
 #[derive(Clone, Debug)]
-pub struct Tree<V> {
+pub struct Tree<S> {
     /// The root is node 0; siblings stand side by side, after their parent.
-    nodes: Vec<Node<V>>,
+    nodes: Vec<Node<S>>,
     /// The triangles in tree order, mm.
     triangles: Vec<Triangle>,
     /// For each triangle in tree order, its face number in the mesh.
     faces: Vec<u32>,
 }
 
-impl<V> Tree<V> {
+impl<S> Tree<S> {
     /// All nodes, the root first.
     #[must_use]
-    pub fn nodes(&self) -> &[Node<V>] {
+    pub fn nodes(&self) -> &[Node<S>] {
         &self.nodes
     }
 
@@ -83,14 +83,14 @@ impl<V> Tree<V> {
 
     /// The triangles of one node.
     #[must_use]
-    pub fn triangles_of(&self, node: &Node<V>) -> &[Triangle] {
+    pub fn triangles_of(&self, node: &Node<S>) -> &[Triangle] {
         &self.triangles[node.range()]
     }
 
     /// The same tree with other volumes, `None` when one of them cannot be had.
     #[must_use]
-    pub fn with_volumes<W>(&self, volume: impl Fn(&V) -> Option<W>) -> Option<Tree<W>> {
-        let node = |node: &Node<V>| {
+    pub fn with_volumes<W>(&self, volume: impl Fn(&S) -> Option<W>) -> Option<Tree<W>> {
+        let node = |node: &Node<S>| {
             let Node { size, children, first, count, .. } = *node;
             Some(Node { volume: volume(&node.volume)?, size, children, first, count })
         };

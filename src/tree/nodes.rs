@@ -2,49 +2,13 @@
 //! whatever the volume, not by one for each.
 
 use super::Tree;
-use crate::geometry::{Point, Triangle};
-use crate::volume::{BoundingVolume, Segment};
-
-/// What is asked of a volume when nobody counts the time; units and frames as in [`BoundingVolume`].
-pub trait AnyVolume: Sync {
-    /// See [`BoundingVolume::contains`].
-    fn contains(&self, point: &Point, slack_mm: f64) -> bool;
-    /// See [`BoundingVolume::centre`].
-    fn centre(&self) -> Point;
-    /// See [`BoundingVolume::volume`].
-    fn volume(&self) -> f64;
-    /// See [`BoundingVolume::surface_area`].
-    fn surface_area(&self) -> f64;
-    /// See [`BoundingVolume::outline`].
-    fn outline(&self) -> Vec<Segment>;
-}
-
-impl<V: BoundingVolume> AnyVolume for V {
-    fn contains(&self, point: &Point, slack_mm: f64) -> bool {
-        BoundingVolume::contains(self, point, slack_mm)
-    }
-
-    fn centre(&self) -> Point {
-        BoundingVolume::centre(self)
-    }
-
-    fn volume(&self) -> f64 {
-        BoundingVolume::volume(self)
-    }
-
-    fn surface_area(&self) -> f64 {
-        BoundingVolume::surface_area(self)
-    }
-
-    fn outline(&self) -> Vec<Segment> {
-        BoundingVolume::outline(self)
-    }
-}
+use crate::geometry::Triangle;
+use crate::volume::{Shape, Solid};
 
 /// One node.
 #[derive(Clone, Copy)]
 pub(super) struct AnyNode<'a> {
-    pub volume: &'a dyn AnyVolume,
+    pub volume: &'a dyn Solid,
     /// The left and right child's places.
     pub children: Option<(u32, u32)>,
     /// The root's is 0.
@@ -53,12 +17,12 @@ pub(super) struct AnyNode<'a> {
     pub triangles: &'a [Triangle],
 }
 
-impl<V: BoundingVolume> Tree<V> {
+impl<S: Shape> Tree<S> {
     /// All nodes, in the order of [`Tree::nodes`].
     pub(super) fn any_nodes(&self) -> Vec<AnyNode<'_>> {
         let mut nodes = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
-            let (volume, triangles): (&dyn AnyVolume, _) = (&node.volume, self.triangles_of(node));
+            let (volume, triangles): (&dyn Solid, _) = (&node.volume, self.triangles_of(node));
             nodes.push(AnyNode { volume, children: node.children(), depth: 0, triangles });
         }
         set_depths(&mut nodes);

@@ -3,9 +3,9 @@
 //!
 //! Both are taken from the volume's drawing and its `contains`, so that they mean the same for every volume there is.
 
-use super::nodes::AnyVolume;
 use crate::geometry::hull::Hull;
 use crate::geometry::{Point, Triangle, Vector, triangle_distance};
+use crate::volume::Solid;
 
 /// Points thrown into the box around two siblings: a share of it is known to a few hundredths, a level's sum better.
 const SAMPLES: u32 = 256;
@@ -52,7 +52,7 @@ fn thick(corners: &[Point], faces: Vec<Triangle>) -> Option<(Vec<Triangle>, f64)
 /// The directed Hausdorff distance from a volume to the convex hull of its contents, mm: how far the farthest point of its
 /// drawing lies outside the hull. Exact for boxes and polytopes, whose farthest points are corners.
 #[must_use]
-pub fn hausdorff_mm(volume: &dyn AnyVolume, hull: &[Triangle]) -> f64 {
+pub fn hausdorff_mm(volume: &dyn Solid, hull: &[Triangle]) -> f64 {
     farthest_outside_mm(volume.outline().into_iter().flatten().collect(), hull)
 }
 
@@ -85,8 +85,8 @@ fn farthest_outside_mm(mut points: Vec<Point>, hull: &[Triangle]) -> f64 {
 
 /// The volume that lies in both of two volumes, mm³, estimated from a fixed set of evenly spread points (Halton 1960).
 #[must_use]
-pub fn overlap_mm3(one: &dyn AnyVolume, other: &dyn AnyVolume) -> f64 {
-    let bounds = |volume: &dyn AnyVolume| {
+pub fn overlap_mm3(one: &dyn Solid, other: &dyn Solid) -> f64 {
+    let bounds = |volume: &dyn Solid| {
         let points = volume.outline().into_iter().flatten().map(|point| (point, point));
         points.reduce(|(low, high), (point, _)| (low.inf(&point), high.sup(&point)))
     };
@@ -115,8 +115,7 @@ fn halton(mut index: u32, base: u32) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    // One by one: a volume has the methods of both traits.
-    use super::{Contents, farthest_outside_mm, hausdorff_mm, overlap_mm3};
+    use super::*;
     use crate::geometry::{Point, Triangle, Vector, triangle, triangle_distance};
     use crate::volume::BoundingVolume;
     use crate::volume::aabb::Aabb;
@@ -175,7 +174,7 @@ mod tests {
         // Equal balls of radius r, their middles d apart: a lens of π (4 r + d) (2 r - d)² / 12.
         let (one, other) = (SphereRitter::fit(&cube(0.0)), SphereRitter::fit(&cube(1.0)));
         let pi = std::f64::consts::PI;
-        let (r, d) = ((0.75 * one.volume() / pi).cbrt(), (one.centre() - other.centre()).norm());
+        let (r, d) = (one.radius, (one.centre - other.centre).norm());
         let lens = pi * (4.0 * r + d) * (2.0 * r - d).powi(2) / 12.0;
         let shared = overlap_mm3(&one, &other);
         assert!((shared / lens - 1.0).abs() < 0.1, "{shared} {lens}");

@@ -3,7 +3,7 @@
 use super::{Node, Tree};
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Triangle, certified};
-use crate::volume::BoundingVolume;
+use crate::volume::Shape;
 pub use obbtree::traverse::Counts;
 use std::ops::ControlFlow;
 
@@ -45,18 +45,18 @@ pub struct Scratch {
 /// that touch, until it breaks.
 ///
 /// An explicit stack; a pair of nodes is tested before it is pushed; of two inner nodes the one with the larger
-/// [`BoundingVolume::size`] is opened, the first on a tie.
-pub fn traverse<V: BoundingVolume, B>(
-    a: &Tree<V>,
-    b: &Tree<V>,
+/// [`Shape::size`] is opened, the first on a tie.
+pub fn traverse<S: Shape, B>(
+    a: &Tree<S>,
+    b: &Tree<S>,
     a_from_b: &Isometry,
     scratch: &mut Scratch,
     probe: &mut impl Probe,
     mut on_contact: impl FnMut(u32, u32) -> ControlFlow<B>,
 ) -> ControlFlow<B> {
-    let pose = V::pose(a_from_b);
+    let pose = S::pose(a_from_b);
     let placement = Placement::new(a_from_b);
-    let overlap = |node_a: &Node<V>, node_b: &Node<V>| node_a.volume.overlaps(&node_b.volume, &pose);
+    let overlap = |node_a: &Node<S>, node_b: &Node<S>| node_a.volume.overlaps(&node_b.volume, &pose);
     let stack = &mut scratch.stack;
     stack.clear();
     probe.volume_test();
@@ -88,7 +88,7 @@ pub fn traverse<V: BoundingVolume, B>(
 
 /// The pairs that come after the pair of nodes `at`, of which the larger one is opened; `None` for two leaves.
 #[inline(always)]
-pub(super) fn open<V>(node_a: &Node<V>, node_b: &Node<V>, at: (u32, u32)) -> Option<[(u32, u32); 2]> {
+pub(super) fn open<S>(node_a: &Node<S>, node_b: &Node<S>, at: (u32, u32)) -> Option<[(u32, u32); 2]> {
     let (i, j) = at;
     match (node_a.children(), node_b.children()) {
         (None, None) => None,
@@ -101,10 +101,10 @@ pub(super) fn open<V>(node_a: &Node<V>, node_b: &Node<V>, at: (u32, u32)) -> Opt
 
 /// Tests all pairs of two leaves' triangles.
 #[inline]
-fn leaf_pairs<V, B>(
-    a: &Tree<V>,
+fn leaf_pairs<S, B>(
+    a: &Tree<S>,
     range_a: std::ops::Range<usize>,
-    b: &Tree<V>,
+    b: &Tree<S>,
     range_b: std::ops::Range<usize>,
     placement: &Placement,
     probe: &mut impl Probe,
@@ -123,9 +123,9 @@ fn leaf_pairs<V, B>(
 }
 
 /// Mode `first`: whether the meshes touch at all.
-pub fn first<V: BoundingVolume>(
-    a: &Tree<V>,
-    b: &Tree<V>,
+pub fn first<S: Shape>(
+    a: &Tree<S>,
+    b: &Tree<S>,
     a_from_b: &Isometry,
     scratch: &mut Scratch,
     probe: &mut impl Probe,
@@ -134,9 +134,9 @@ pub fn first<V: BoundingVolume>(
 }
 
 /// Mode `all`: every pair of faces that touch, appended to `contacts` as (face of `a`, face of `b`), in traversal order.
-pub fn all<V: BoundingVolume>(
-    a: &Tree<V>,
-    b: &Tree<V>,
+pub fn all<S: Shape>(
+    a: &Tree<S>,
+    b: &Tree<S>,
     a_from_b: &Isometry,
     scratch: &mut Scratch,
     probe: &mut impl Probe,
@@ -152,14 +152,19 @@ pub fn all<V: BoundingVolume>(
 mod tests {
     use super::*;
     use crate::tree::{Policy, SplitRule};
+    use crate::volume::BoundingVolume;
     use crate::volume::aabb::Aabb;
     use obbtree::cases::{self, meshes};
 
-    fn tree(triangles: &[Triangle]) -> Tree<Aabb> {
-        Tree::build(triangles, Policy::own(SplitRule::Median))
+    fn tree(triangles: &[Triangle]) -> Tree<<Aabb as BoundingVolume>::Shape> {
+        Tree::build(Aabb::fit, triangles, Policy::own(SplitRule::Median))
     }
 
-    fn counted(a: &Tree<Aabb>, b: &Tree<Aabb>, pose: &Isometry) -> (bool, Counts) {
+    fn counted(
+        a: &Tree<<Aabb as BoundingVolume>::Shape>,
+        b: &Tree<<Aabb as BoundingVolume>::Shape>,
+        pose: &Isometry,
+    ) -> (bool, Counts) {
         let mut counts = Counts::default();
         (first(a, b, pose, &mut Scratch::default(), &mut counts), counts)
     }

@@ -4,9 +4,9 @@ pub use obbtree::validate::TreeFault;
 
 use super::Tree;
 use crate::geometry::triangle;
-use crate::volume::{BoundingVolume, stated};
+use crate::volume::{Shape, consistency};
 
-impl<V> Tree<V> {
+impl<S> Tree<S> {
     /// Checks that the nodes form a tree over all faces.
     ///
     /// # Errors
@@ -31,7 +31,7 @@ impl<V> Tree<V> {
     }
 }
 
-impl<V: BoundingVolume> Tree<V> {
+impl<S: Shape> Tree<S> {
     /// Checks that every node's volume contains every corner of the node's triangles, within `slack_mm`.
     ///
     /// # Errors
@@ -50,9 +50,9 @@ impl<V: BoundingVolume> Tree<V> {
     ///
     /// # Errors
     /// The first volume that says something else.
-    pub fn check_statements(&self) -> Result<(), TreeFault> {
+    pub fn check_consistency(&self) -> Result<(), TreeFault> {
         let misstated =
-            |node: usize| stated::misstatement(&self.nodes[node].volume, self.triangles_of(&self.nodes[node]));
+            |node: usize| consistency::inconsistency(&self.nodes[node].volume, self.triangles_of(&self.nodes[node]));
         let first = (0..self.nodes.len()).find_map(|node| Some((node, misstated(node)?)));
         first.map_or(Ok(()), |(node, what)| Err(TreeFault::Misstated { node, what }))
     }
@@ -62,11 +62,12 @@ impl<V: BoundingVolume> Tree<V> {
 mod tests {
     use super::*;
     use crate::tree::{Policy, SplitRule};
+    use crate::volume::BoundingVolume;
     use crate::volume::aabb::Aabb;
     use obbtree::cases::meshes;
 
-    fn tree() -> Tree<Aabb> {
-        Tree::build(&meshes::cuboid(2.0, 3.0, 5.0).triangles(), Policy::own(SplitRule::Median))
+    fn tree() -> Tree<<Aabb as BoundingVolume>::Shape> {
+        Tree::build(Aabb::fit, &meshes::cuboid(2.0, 3.0, 5.0).triangles(), Policy::own(SplitRule::Median))
     }
 
     #[test]

@@ -8,7 +8,7 @@
 use super::Tree;
 use super::traverse::open;
 use crate::geometry::Isometry;
-use crate::volume::BoundingVolume;
+use crate::volume::Shape;
 
 /// Where each face of a mesh stands in a tree's order.
 #[derive(Clone, Debug)]
@@ -17,7 +17,7 @@ pub struct Places(Vec<u32>);
 impl Places {
     /// The places in `tree`.
     #[must_use]
-    pub fn of<V>(tree: &Tree<V>) -> Self {
+    pub fn of<S>(tree: &Tree<S>) -> Self {
         let mut places = vec![0; tree.faces.len()];
         for (&face, place) in tree.faces.iter().zip(0..) {
             places[face as usize] = place;
@@ -30,13 +30,13 @@ impl Places {
 /// If so, and if the two triangles touch, [`traverse::first`](super::traverse::first) answers that the meshes touch. If not, it may still
 /// find another contact.
 #[must_use]
-pub fn reached<V: BoundingVolume>(
-    a: (&Tree<V>, &Places),
-    b: (&Tree<V>, &Places),
+pub fn reached<S: Shape>(
+    a: (&Tree<S>, &Places),
+    b: (&Tree<S>, &Places),
     a_from_b: &Isometry,
     witness: (u32, u32),
 ) -> bool {
-    let pose = V::pose(a_from_b);
+    let pose = S::pose(a_from_b);
     let place_a = a.1.0[witness.0 as usize] as usize;
     let place_b = b.1.0[witness.1 as usize] as usize;
     let mut at = (0, 0);
@@ -58,8 +58,8 @@ mod tests {
     use super::*;
     use crate::tree::traverse::{self, NoProbe, Scratch};
     use crate::tree::{Policy, SplitRule};
+    use crate::volume::BoundingVolume;
     use crate::volume::aabb::Aabb;
-    use crate::volume::obb::Obb;
     use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
     use nalgebra::Vector3;
     use obbtree::cases::{self, meshes};
@@ -68,7 +68,7 @@ mod tests {
     /// has a contact that is reached. Returns how many contacts were not reached.
     fn agrees_with_the_query<V: BoundingVolume>(policy: Policy) -> usize {
         let triangles = meshes::stepped_tool(8, 4).triangles();
-        let tree = Tree::<V>::build(&triangles, policy);
+        let tree = Tree::build(V::fit, &triangles, policy);
         let places = Places::of(&tree);
         let mut unreached = 0;
         for step in 0..40 {
@@ -93,6 +93,6 @@ mod tests {
 
     #[test]
     fn a_box_that_has_drifted_does_not_reach_all_and_the_query_still_agrees() {
-        assert!(agrees_with_the_query::<Obb<ObbVertexCentroid>>(Policy::own(SplitRule::VertexMean)) > 0);
+        assert!(agrees_with_the_query::<ObbVertexCentroid>(Policy::own(SplitRule::VertexMean)) > 0);
     }
 }

@@ -1,51 +1,21 @@
-//! Axis-aligned boxes, kept in their mesh's axes: one box; how two are tested at a relative pose is a rule.
+//! The axis-aligned box tested by all fifteen separating axes.
 //!
-//! G. van den Bergen, "Efficient Collision Detection of Complex Deformable Models using AABB Trees", 1997. Because all boxes
-//! of a mesh share its axes, the rotation between two boxes, and its absolute values, are constants of the pose. The
-//! variant of this file tries all fifteen separating axes.
+//! G. van den Bergen, "Efficient Collision Detection of Complex Deformable Models using AABB Trees", 1997, section 3.2.
 
-use super::obb::{Fitted, Obb};
-use super::separating_axes::{box_contains, gap_mm, pad_mm, separated, widened_abs};
-use super::{BoundingVolume, Info, Segment, box_area, box_outline, coordinate_axes_by_extent};
-use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
-use nalgebra::{Matrix3, Unit};
-use std::fmt::Debug;
-use std::marker::PhantomData;
+use super::shape::aligned_box::{AlignedBox, AlignedPose, BoxTest};
+use super::shape::separating_axes::separated;
+use super::{BoundingVolume, Info};
+use crate::geometry::{Triangle, Vector};
 
-/// What makes one axis-aligned box a variant: its name and its test.
-pub trait AabbRule: Clone + Debug + Send + Sync + 'static {
-    /// Name and promise.
-    const INFO: Info;
-    /// Whether two boxes are apart: half-lengths `a` and `b`, mm, and `t` the second centre seen from the first, mm.
-    fn separated(t: &Vector, pose: &AabbPose, a: &Vector, b: &Vector) -> bool;
-}
+/// The axis-aligned box with the full separating-axis test.
+#[derive(Clone, Copy, Debug)]
+pub struct Aabb;
 
-/// Centre and half-lengths, mm, mesh axes.
-#[derive(Clone, Debug)]
-pub struct AlignedBox<R> {
-    pub(super) centre: Point,
-    pub(super) half: Vector,
-    pub(super) rule: PhantomData<R>,
-}
-
-/// Rotation, its widened absolute values, and translation, mm, from the second mesh to the first.
-#[derive(Clone, Debug)]
-pub struct AabbPose {
-    /// Takes axes of the second mesh to axes of the first.
-    pub rotation: Matrix3<f64>,
-    /// [`widened_abs`] of it.
-    pub widened: Matrix3<f64>,
-    translation: Vector,
-}
-
-/// The rule that tries fifteen axes.
+/// The test by fifteen axes.
 #[derive(Clone, Copy, Debug)]
 pub struct FifteenAxes;
 
-/// The axis-aligned box with the full separating-axis test.
-pub type Aabb = AlignedBox<FifteenAxes>;
-
-impl AabbRule for FifteenAxes {
+impl BoundingVolume for Aabb {
     const INFO: Info = Info {
         id: "aabb",
         label: "AABB",
@@ -53,124 +23,16 @@ impl AabbRule for FifteenAxes {
         safe: true,
     };
 
+    type Shape = AlignedBox<FifteenAxes>;
+
+    fn fit(triangles: &[Triangle]) -> Self::Shape {
+        AlignedBox::around(triangles)
+    }
+}
+
+impl BoxTest for FifteenAxes {
     #[inline(always)]
-    fn separated(t: &Vector, pose: &AabbPose, a: &Vector, b: &Vector) -> bool {
+    fn separated(t: &Vector, pose: &AlignedPose, a: &Vector, b: &Vector) -> bool {
         separated(t, &pose.rotation, &pose.widened, a, b)
-    }
-}
-
-impl<R> AlignedBox<R> {
-    /// The box with this centre and these half-lengths, mm.
-    #[must_use]
-    pub const fn new(centre: Point, half: Vector) -> Self {
-        Self { centre, half, rule: PhantomData }
-    }
-}
-
-impl<R: AabbRule> BoundingVolume for AlignedBox<R> {
-    const INFO: Info = R::INFO;
-
-    type Pose = AabbPose;
-
-    fn fit(triangles: &[Triangle]) -> Self {
-        let (low, high) = triangle::bounds(triangles).unwrap_or((Point::origin(), Point::origin()));
-        let pad = pad_mm(low.coords.amax().max(high.coords.amax()));
-        Self::new(nalgebra::center(&low, &high), (high - low) * 0.5 + Vector::repeat(pad))
-    }
-
-    fn pose(a_from_b: &Isometry) -> AabbPose {
-        let rotation = rigid::rotation(a_from_b);
-        AabbPose { rotation, widened: widened_abs(&rotation), translation: a_from_b.translation.vector }
-    }
-
-    #[inline(always)]
-    fn overlaps(&self, other: &Self, pose: &AabbPose) -> bool {
-        let t = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
-        !R::separated(&t, pose, &self.half, &other.half)
-    }
-
-    fn gap_mm(&self, other: &Self, pose: &AabbPose) -> f64 {
-        let t = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
-        gap_mm(&t, &pose.rotation, &pose.widened, &self.half, &other.half)
-    }
-
-    fn contains(&self, point: &Point, slack_mm: f64) -> bool {
-        box_contains(&(point - self.centre), &self.half, slack_mm)
-    }
-
-    fn centre(&self) -> Point {
-        self.centre
-    }
-
-    fn size(&self) -> f64 {
-        self.half.norm_squared()
-    }
-
-    fn volume(&self) -> f64 {
-        8.0 * self.half.product()
-    }
-
-    fn surface_area(&self) -> f64 {
-        box_area(&self.half)
-    }
-
-    fn split_axes(&self, _: &[Triangle]) -> [Unit<Vector>; 3] {
-        coordinate_axes_by_extent(&self.half)
-    }
-
-    fn outline(&self) -> Vec<Segment> {
-        box_outline(&self.centre, &Matrix3::identity(), &self.half)
-    }
-
-    fn as_box(&self) -> Option<Obb<Fitted>> {
-        Some(Obb::new(Matrix3::identity(), self.centre, self.half))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::aabb_refit::{AabbRefit, Refit};
-    use super::super::aabb_sat6::{AabbSat6, SixAxes};
-    use super::*;
-
-    #[test]
-    fn a_triangle_gets_its_bounds() {
-        let t = Triangle::new(Point::new(1.0, 2.0, 3.0), Point::new(5.0, 2.0, 3.0), Point::new(1.0, 8.0, 3.0));
-        let fitted = Aabb::fit(&[t]);
-        assert_eq!(fitted.centre, Point::new(3.0, 5.0, 3.0));
-        assert!((fitted.volume() - 0.0).abs() < 1e-5 && (fitted.surface_area() - 2.0 * 4.0 * 6.0).abs() < 1e-5);
-        assert!(fitted.contains(&Point::new(5.0, 8.0, 3.0), 0.0) && !fitted.contains(&Point::new(5.1, 8.0, 3.0), 0.05));
-    }
-
-    /// Boxes of edge 2 about the origin of their meshes.
-    fn overlap<R: AabbRule>(pose: &Isometry) -> bool {
-        let corner = |x: f64| Point::new(x, x, x);
-        let cube = AlignedBox::<R>::fit(&[Triangle::new(corner(-1.0), corner(1.0), corner(0.0))]);
-        cube.overlaps(&cube, &AlignedBox::<R>::pose(pose))
-    }
-
-    #[test]
-    fn each_rule_sees_what_its_axes_show() {
-        let quarter = std::f64::consts::FRAC_PI_4;
-        // On its edge about z at x: its width along x is 2√2, which all see.
-        let on_edge = |x: f64| Isometry::new(Vector::new(x, 0.0, 0.0), Vector::z() * quarter);
-        let reach = 1.0 + 2.0_f64.sqrt();
-        for overlap in [overlap::<FifteenAxes>, overlap::<SixAxes>, overlap::<Refit>] {
-            assert!(overlap(&on_edge(reach - 1e-6)) && !overlap(&on_edge(reach + 1e-6)));
-        }
-        // Along the diagonal the first box's corner meets the second box's face: at distance √2 + 1, but the re-fitted box
-        // reaches 1 + √2 along x and along y, so that it parts at √2 (1 + √2).
-        let diagonal = |d: f64| Isometry::new(Vector::new(1.0, 1.0, 0.0).normalize() * d, Vector::z() * quarter);
-        assert!(!overlap::<FifteenAxes>(&diagonal(reach + 1e-6)) && !overlap::<SixAxes>(&diagonal(reach + 1e-6)));
-        assert!(overlap::<Refit>(&diagonal(2.0_f64.sqrt() * reach - 1e-6)));
-        assert!(!overlap::<Refit>(&diagonal(2.0_f64.sqrt() * reach + 1e-6)));
-        // Two edges crossed along z part at 2√2; no face shows that.
-        let x = nalgebra::UnitQuaternion::from_axis_angle(&Vector::x_axis(), quarter);
-        let y = nalgebra::UnitQuaternion::from_axis_angle(&Vector::y_axis(), quarter);
-        let crossed = |z: f64| Isometry::from_parts((x.inverse() * Vector::new(0.0, 0.0, z)).into(), x.inverse() * y);
-        let touch = 2.0 * 2.0_f64.sqrt();
-        assert!(!overlap::<FifteenAxes>(&crossed(touch + 1e-6)) && overlap::<FifteenAxes>(&crossed(touch - 1e-6)));
-        assert!(overlap::<SixAxes>(&crossed(touch + 1e-6)));
-        assert_eq!((AabbSat6::INFO.safe, AabbRefit::INFO.safe), (true, true));
     }
 }

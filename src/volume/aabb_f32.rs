@@ -1,19 +1,26 @@
-//! The axis-aligned box, stored in single precision (see [`super::single`]).
+//! The axis-aligned box, stored in single precision (see [`super::shape::single`]).
 
-use super::Info;
-use super::aabb::Aabb;
-use super::single::SingleRule;
+use super::aabb::{Aabb, FifteenAxes};
+use super::shape::aligned_box::AlignedBox;
+use super::shape::single::Single;
+use super::{BoundingVolume, Info};
+use crate::geometry::Triangle;
 
-/// The rule of [`super::single::Single`] that makes it this variant.
+/// The variant `aabb-f32`.
 #[derive(Clone, Copy, Debug)]
 pub struct AabbF32;
 
-impl SingleRule for AabbF32 {
+impl BoundingVolume for AabbF32 {
     const INFO: Info = Info {
         id: "aabb-f32",
         label: "AABB, f32",
         reference: "G. van den Bergen 1997; stored after C. Ericson, Real-Time Collision Detection, 2005, section 6.6, on compact nodes",
         safe: true,
     };
-    type Volume = Aabb;
+
+    type Shape = Single<AlignedBox<FifteenAxes>>;
+
+    fn fit(triangles: &[Triangle]) -> Self::Shape {
+        Single::new(&Aabb::fit(triangles))
+    }
 }

@@ -4,18 +4,19 @@
 //! mesh, not the world's, so that one of the two boxes stays tight, and
 //! exchanging the meshes may change the answer for boxes that are apart.
 
-use super::Info;
-use super::aabb::{AabbPose, AabbRule, AlignedBox};
-use crate::geometry::Vector;
+use super::shape::aligned_box::{AlignedBox, AlignedPose, BoxTest};
+use super::{BoundingVolume, Info};
+use crate::geometry::{Triangle, Vector};
 
-/// The rule of [`AlignedBox`] that makes it this variant.
+/// The axis-aligned box, re-fitted to the other's axes.
+#[derive(Clone, Copy, Debug)]
+pub struct AabbRefit;
+
+/// The test of [`AabbRefit`].
 #[derive(Clone, Copy, Debug)]
 pub struct Refit;
 
-/// The axis-aligned box, re-fitted to the other's axes.
-pub type AabbRefit = AlignedBox<Refit>;
-
-impl AabbRule for Refit {
+impl BoundingVolume for AabbRefit {
     const INFO: Info = Info {
         id: "aabb-refit",
         label: "AABB, re-fitted",
@@ -23,8 +24,16 @@ impl AabbRule for Refit {
         safe: true,
     };
 
+    type Shape = AlignedBox<Refit>;
+
+    fn fit(triangles: &[Triangle]) -> Self::Shape {
+        AlignedBox::around(triangles)
+    }
+}
+
+impl BoxTest for Refit {
     #[inline(always)]
-    fn separated(t: &Vector, pose: &AabbPose, a: &Vector, b: &Vector) -> bool {
+    fn separated(t: &Vector, pose: &AlignedPose, a: &Vector, b: &Vector) -> bool {
         let q = &pose.widened;
         (0..3).any(|i| t[i].abs() > a[i] + q[(i, 0)] * b[0] + q[(i, 1)] * b[1] + q[(i, 2)] * b[2])
     }

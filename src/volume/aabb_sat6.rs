@@ -4,19 +4,20 @@
 //! G. van den Bergen, "Efficient Collision Detection of Complex Deformable Models using AABB Trees", 1997, section 3.2
 //! ("SAT lite"), who finds that it errs in a few percent of the tests.
 
-use super::Info;
-use super::aabb::{AabbPose, AabbRule, AlignedBox};
-use super::separating_axes::separated_by_faces;
-use crate::geometry::Vector;
+use super::shape::aligned_box::{AlignedBox, AlignedPose, BoxTest};
+use super::shape::separating_axes::separated_by_faces;
+use super::{BoundingVolume, Info};
+use crate::geometry::{Triangle, Vector};
 
-/// The rule of [`AlignedBox`] that makes it this variant.
+/// The axis-aligned box tested by six axes.
+#[derive(Clone, Copy, Debug)]
+pub struct AabbSat6;
+
+/// The test of [`AabbSat6`].
 #[derive(Clone, Copy, Debug)]
 pub struct SixAxes;
 
-/// The axis-aligned box tested by six axes.
-pub type AabbSat6 = AlignedBox<SixAxes>;
-
-impl AabbRule for SixAxes {
+impl BoundingVolume for AabbSat6 {
     const INFO: Info = Info {
         id: "aabb-sat6",
         label: "AABB, 6 axes",
@@ -24,8 +25,16 @@ impl AabbRule for SixAxes {
         safe: true,
     };
 
+    type Shape = AlignedBox<SixAxes>;
+
+    fn fit(triangles: &[Triangle]) -> Self::Shape {
+        AlignedBox::around(triangles)
+    }
+}
+
+impl BoxTest for SixAxes {
     #[inline(always)]
-    fn separated(t: &Vector, pose: &AabbPose, a: &Vector, b: &Vector) -> bool {
+    fn separated(t: &Vector, pose: &AlignedPose, a: &Vector, b: &Vector) -> bool {
         separated_by_faces(t, &pose.rotation, &pose.widened, a, b)
     }
 }

@@ -3,9 +3,9 @@
 //! J. T. Klosowski, M. Held, J. S. B. Mitchell, H. Sowizral, K. Zikan, "Efficient Collision Detection Using Bounding Volume
 //! Hierarchies of k-DOPs", 1998.
 
-use super::Info;
-use super::dop::{Cone, Directions, Dop};
-use crate::geometry::Vector;
+use super::shape::dop::{Cone, Directions, Dop};
+use super::{BoundingVolume, Info};
+use crate::geometry::{Triangle, Vector};
 use std::sync::OnceLock;
 
 /// The coordinate axes and the four space diagonals.
@@ -13,7 +13,8 @@ use std::sync::OnceLock;
 pub struct FacesAndCorners;
 
 /// The polytope of fourteen half-spaces.
-pub type Dop14 = Dop<FacesAndCorners, 7>;
+#[derive(Clone, Copy, Debug)]
+pub struct Dop14;
 
 /// 1/√3.
 const D: f64 = 0.577_350_269_189_625_8;
@@ -28,7 +29,7 @@ static NORMALS: [Vector; 7] = [
     Vector::new(-D, D, D),
 ];
 
-impl Directions<7> for FacesAndCorners {
+impl BoundingVolume for Dop14 {
     const INFO: Info = Info {
         id: "dop-14",
         label: "14-DOP",
@@ -36,6 +37,14 @@ impl Directions<7> for FacesAndCorners {
         safe: true,
     };
 
+    type Shape = Dop<FacesAndCorners, 7>;
+
+    fn fit(triangles: &[Triangle]) -> Self::Shape {
+        Dop::around(triangles)
+    }
+}
+
+impl Directions<7> for FacesAndCorners {
     fn normals() -> &'static [Vector; 7] {
         &NORMALS
     }

@@ -3,9 +3,9 @@
 //! J. T. Klosowski, M. Held, J. S. B. Mitchell, H. Sowizral, K. Zikan, "Efficient Collision Detection Using Bounding Volume
 //! Hierarchies of k-DOPs", 1998, who found it the best of 6, 14, 18 and 26.
 
-use super::Info;
-use super::dop::{Cone, Directions, Dop};
-use crate::geometry::Vector;
+use super::shape::dop::{Cone, Directions, Dop};
+use super::{BoundingVolume, Info};
+use crate::geometry::{Triangle, Vector};
 use std::sync::OnceLock;
 
 /// The coordinate axes and the six diagonals of the coordinate planes.
@@ -13,7 +13,8 @@ use std::sync::OnceLock;
 pub struct FacesAndEdges;
 
 /// The polytope of eighteen half-spaces.
-pub type Dop18 = Dop<FacesAndEdges, 9>;
+#[derive(Clone, Copy, Debug)]
+pub struct Dop18;
 
 /// 1/√2.
 const E: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -30,7 +31,7 @@ static NORMALS: [Vector; 9] = [
     Vector::new(0.0, E, -E),
 ];
 
-impl Directions<9> for FacesAndEdges {
+impl BoundingVolume for Dop18 {
     const INFO: Info = Info {
         id: "dop-18",
         label: "18-DOP",
@@ -38,6 +39,14 @@ impl Directions<9> for FacesAndEdges {
         safe: true,
     };
 
+    type Shape = Dop<FacesAndEdges, 9>;
+
+    fn fit(triangles: &[Triangle]) -> Self::Shape {
+        Dop::around(triangles)
+    }
+}
+
+impl Directions<9> for FacesAndEdges {
     fn normals() -> &'static [Vector; 9] {
         &NORMALS
     }

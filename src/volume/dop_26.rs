@@ -3,9 +3,9 @@
 //! J. T. Klosowski, M. Held, J. S. B. Mitchell, H. Sowizral, K. Zikan, "Efficient Collision Detection Using Bounding Volume
 //! Hierarchies of k-DOPs", 1998.
 
-use super::Info;
-use super::dop::{Cone, Directions, Dop};
-use crate::geometry::Vector;
+use super::shape::dop::{Cone, Directions, Dop};
+use super::{BoundingVolume, Info};
+use crate::geometry::{Triangle, Vector};
 use std::sync::OnceLock;
 
 /// The coordinate axes, the six diagonals of their planes and the four space diagonals.
@@ -13,7 +13,8 @@ use std::sync::OnceLock;
 pub struct FacesEdgesAndCorners;
 
 /// The polytope of twenty-six half-spaces.
-pub type Dop26 = Dop<FacesEdgesAndCorners, 13>;
+#[derive(Clone, Copy, Debug)]
+pub struct Dop26;
 
 /// 1/√3.
 const D: f64 = 0.577_350_269_189_625_8;
@@ -37,7 +38,7 @@ static NORMALS: [Vector; 13] = [
     Vector::new(-D, D, D),
 ];
 
-impl Directions<13> for FacesEdgesAndCorners {
+impl BoundingVolume for Dop26 {
     const INFO: Info = Info {
         id: "dop-26",
         label: "26-DOP",
@@ -45,6 +46,14 @@ impl Directions<13> for FacesEdgesAndCorners {
         safe: true,
     };
 
+    type Shape = Dop<FacesEdgesAndCorners, 13>;
+
+    fn fit(triangles: &[Triangle]) -> Self::Shape {
+        Dop::around(triangles)
+    }
+}
+
+impl Directions<13> for FacesEdgesAndCorners {
     fn normals() -> &'static [Vector; 13] {
         &NORMALS
     }

@@ -4,9 +4,9 @@
 //! Hierarchies of k-DOPs", 1998: the axis-aligned box as a k-DOP, tested by the k-DOPs' way instead of
 //! separating axes.
 
-use super::Info;
-use super::dop::{Cone, Directions, Dop};
-use crate::geometry::Vector;
+use super::shape::dop::{Cone, Directions, Dop};
+use super::{BoundingVolume, Info};
+use crate::geometry::{Triangle, Vector};
 use std::sync::OnceLock;
 
 /// The coordinate axes.
@@ -14,11 +14,12 @@ use std::sync::OnceLock;
 pub struct CubeFaces;
 
 /// The polytope of six half-spaces.
-pub type Dop6 = Dop<CubeFaces, 3>;
+#[derive(Clone, Copy, Debug)]
+pub struct Dop6;
 
 static NORMALS: [Vector; 3] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
 
-impl Directions<3> for CubeFaces {
+impl BoundingVolume for Dop6 {
     const INFO: Info = Info {
         id: "dop-6",
         label: "6-DOP",
@@ -26,6 +27,14 @@ impl Directions<3> for CubeFaces {
         safe: true,
     };
 
+    type Shape = Dop<CubeFaces, 3>;
+
+    fn fit(triangles: &[Triangle]) -> Self::Shape {
+        Dop::around(triangles)
+    }
+}
+
+impl Directions<3> for CubeFaces {
     fn normals() -> &'static [Vector; 3] {
         &NORMALS
     }

@@ -3,9 +3,9 @@
 //! C. Ericson, "Real-Time Collision Detection", 2005, section 4.6.1. The paper names an 8-DOP without saying which; its
 //! figure may show a plane octagon (see the decision record on the 8-DOP's axes).
 
-use super::Info;
-use super::dop::{Cone, Directions, Dop};
-use crate::geometry::Vector;
+use super::shape::dop::{Cone, Directions, Dop};
+use super::{BoundingVolume, Info};
+use crate::geometry::{Triangle, Vector};
 use std::sync::OnceLock;
 
 /// The space diagonals (1,1,1), (1,1,-1), (1,-1,1), (-1,1,1).
@@ -13,7 +13,8 @@ use std::sync::OnceLock;
 pub struct Diagonals;
 
 /// The polytope of eight half-spaces.
-pub type Dop8 = Dop<Diagonals, 4>;
+#[derive(Clone, Copy, Debug)]
+pub struct Dop8;
 
 /// 1/√3.
 const D: f64 = 0.577_350_269_189_625_8;
@@ -21,7 +22,7 @@ const D: f64 = 0.577_350_269_189_625_8;
 static NORMALS: [Vector; 4] =
     [Vector::new(D, D, D), Vector::new(D, D, -D), Vector::new(D, -D, D), Vector::new(-D, D, D)];
 
-impl Directions<4> for Diagonals {
+impl BoundingVolume for Dop8 {
     const INFO: Info = Info {
         id: "dop-8",
         label: "8-DOP",
@@ -29,6 +30,14 @@ impl Directions<4> for Diagonals {
         safe: true,
     };
 
+    type Shape = Dop<Diagonals, 4>;
+
+    fn fit(triangles: &[Triangle]) -> Self::Shape {
+        Dop::around(triangles)
+    }
+}
+
+impl Directions<4> for Diagonals {
     fn normals() -> &'static [Vector; 4] {
         &NORMALS
     }

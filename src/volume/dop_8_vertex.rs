@@ -3,11 +3,11 @@
 //! J. T. Klosowski, M. Held, J. S. B. Mitchell, H. Sowizral, K. Zikan, "Efficient Collision Detection Using Bounding Volume
 //! Hierarchies of k-DOPs", 1998, section 4 (the "approximation method": approximate because the moved polytope's k-DOP is larger
 //! than that of the moved contents). Deviation: both polytopes are seen along the other's axes, not one along the common
-//! ones. It is here to show what the bound by duality ([`super::dop`]) gives away, and what exactness costs.
+//! ones. It is here to show what the bound by duality ([`super::shape::dop`]) gives away, and what exactness costs.
 
-use super::dop::Directions;
 use super::dop_8::{Diagonals, Dop8};
-use super::{BoundingVolume, Info, Segment};
+use super::shape::dop::{Directions, Dop};
+use super::{BoundingVolume, Info, Segment, Shape, Solid};
 use crate::geometry::{Isometry, Point, Triangle, Vector, rigid};
 use nalgebra::{Matrix3, Unit};
 use std::sync::OnceLock;
@@ -15,10 +15,13 @@ use std::sync::OnceLock;
 /// Most corners that a solid of eight faces has: 2·8 - 4.
 const CORNERS: usize = 12;
 
+/// The slabs of [`Dop8`].
+type Slabs = Dop<Diagonals, 4>;
+
 /// The slabs, and the corners of the polytope between them, mm, mesh frame.
 #[derive(Clone, Debug)]
 pub struct Dop8Vertex {
-    slabs: Dop8,
+    slabs: Slabs,
     corners: [Point; CORNERS],
     count: u8,
     /// No corner of the polytope is farther from all of `corners`, mm.
@@ -51,7 +54,7 @@ fn meeting_points() -> &'static [([usize; 3], Matrix3<f64>)] {
 }
 
 /// Every point where three planes meet that is in no slab's outside by more than `tolerance`.
-fn meeting(slabs: &Dop8, tolerance: f64) -> Vec<Point> {
+fn meeting(slabs: &Slabs, tolerance: f64) -> Vec<Point> {
     let mut found = Vec::new();
     for (three, inverse) in meeting_points() {
         for signs in 0..8_u8 {
@@ -93,7 +96,7 @@ impl BoundingVolume for Dop8Vertex {
         safe: true,
     };
 
-    type Pose = VertexPose;
+    type Shape = Self;
 
     fn fit(triangles: &[Triangle]) -> Self {
         /// Part of the largest offset by which a meeting point of three planes may be wrong: their inverse has entries below 1,
@@ -121,6 +124,10 @@ impl BoundingVolume for Dop8Vertex {
             merge *= 2.0;
         }
     }
+}
+
+impl Shape for Dop8Vertex {
+    type Pose = VertexPose;
 
     fn pose(a_from_b: &Isometry) -> VertexPose {
         let rotation = rigid::rotation(a_from_b);
@@ -147,6 +154,16 @@ impl BoundingVolume for Dop8Vertex {
         })
     }
 
+    fn size(&self) -> f64 {
+        self.slabs.size()
+    }
+
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
+        self.slabs.split_axes(triangles)
+    }
+}
+
+impl Solid for Dop8Vertex {
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         self.slabs.contains(point, slack_mm)
     }
@@ -155,20 +172,12 @@ impl BoundingVolume for Dop8Vertex {
         self.slabs.centre()
     }
 
-    fn size(&self) -> f64 {
-        self.slabs.size()
-    }
-
     fn volume(&self) -> f64 {
         self.slabs.volume()
     }
 
     fn surface_area(&self) -> f64 {
         self.slabs.surface_area()
-    }
-
-    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
-        self.slabs.split_axes(triangles)
     }
 
     fn outline(&self) -> Vec<Segment> {
@@ -204,7 +213,7 @@ mod tests {
         for _ in 0..2000 {
             let pose = Isometry::from_parts((draw.in_ball() * 60.0).into(), draw.rotation());
             let by_corners = exact.overlaps(&exact, &Dop8Vertex::pose(&pose));
-            let by_duality = dual.overlaps(&dual, &Dop8::pose(&pose));
+            let by_duality = dual.overlaps(&dual, &Slabs::pose(&pose));
             assert!(by_duality || !by_corners);
             earlier += u32::from(by_duality && !by_corners);
         }

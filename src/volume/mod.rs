@@ -1,14 +1,15 @@
-//! What a bounding volume is: one trait, one file per volume.
+//! What a bounding volume is: two traits and a third for the eye.
 //!
-//! To add a volume, write one file beside these with a type that implements [`BoundingVolume`], name it in a `mod` line
-//! below and in one line of [`crate::registry`]. From another crate the same trait and
-//! [`crate::registry::Registry::with`] do it without touching this one (`examples/my_volume.rs`).
+//! A variant ([`BoundingVolume`]) says how a shape is put around triangles; a shape ([`Shape`]) is what a tree tests. Variants that differ in the fit
+//! alone share a shape, and so every instruction of a query. To add a variant of a known shape, write one file beside these, name it in
+//! a `mod` line below and in one line of [`crate::registry`]. A variant with a shape of its own implements all three traits in its file. From
+//! another crate [`crate::registry::Registry::with`] does it without touching this one (`examples/my_volume.rs`).
 
 pub mod aabb;
 pub mod aabb_f32;
 pub mod aabb_refit;
 pub mod aabb_sat6;
-pub mod dop;
+pub mod consistency;
 pub mod dop_6;
 pub mod dop_8;
 pub mod dop_8_f32;
@@ -16,7 +17,7 @@ pub mod dop_8_vertex;
 pub mod dop_14;
 pub mod dop_18;
 pub mod dop_26;
-pub mod obb;
+pub mod fit;
 pub mod obb_area;
 pub mod obb_area_centroid;
 pub mod obb_area_f32;
@@ -30,20 +31,16 @@ pub mod obb_vertex_centroid;
 pub mod obb_vertex_f32;
 pub mod obb_vertex_symmetric;
 pub mod obbrss;
-pub mod polytope;
-pub mod rectangle_distance;
 pub mod rss;
-pub mod separating_axes;
-pub mod single;
-pub mod sphere;
+pub mod shape;
 pub mod sphere_mean;
 pub mod sphere_ritter;
 pub mod sphere_ritter_f32;
 pub mod sphere_welzl;
-pub mod stated;
 
 use crate::geometry::{Isometry, Point, Triangle, Vector};
 use nalgebra::{Matrix3, Unit};
+use shape::obb::Obb;
 use std::fmt::Debug;
 
 /// What a variant is called and what it promises.
@@ -63,21 +60,27 @@ pub struct Info {
 /// A line segment for drawing, mm, in the frame of the mesh.
 pub type Segment = [Point; 2];
 
-/// A volume around some triangles of one mesh, in that mesh's own frame (mm).
-///
-/// The tree over a mesh never moves. A query computes what depends on the relative pose of the two meshes once
-/// ([`BoundingVolume::pose`]) and hands it to every overlap test of that query.
-pub trait BoundingVolume: Clone + Debug + Send + Sync + 'static {
-    /// What the volume is called and whether it is safe.
+/// A variant: how a shape is put around triangles.
+pub trait BoundingVolume: 'static {
+    /// What the variant is called and whether it is safe.
     const INFO: Info;
 
-    /// The constants of one relative pose: computed once per query, never per node.
-    type Pose;
+    /// What is put around them.
+    type Shape: Shape;
 
-    /// The volume around `triangles` (mm, mesh frame). `triangles` is never empty, but may hold degenerate triangles,
+    /// The shape around `triangles` (mm, mesh frame). `triangles` is never empty, but may hold degenerate triangles,
     /// a single one, or the same one many times. A safe volume contains every corner, widened outward by what rounding
     /// can cost.
-    fn fit(triangles: &[Triangle]) -> Self;
+    fn fit(triangles: &[Triangle]) -> Self::Shape;
+}
+
+/// What a tree tests: a volume around some triangles of one mesh, in that mesh's own frame (mm).
+///
+/// The tree over a mesh never moves. A query computes what depends on the relative pose of the two meshes once
+/// ([`Shape::pose`]) and hands it to every overlap test of that query.
+pub trait Shape: Solid + Clone + Debug + 'static {
+    /// The constants of one relative pose: computed once per query, never per node.
+    type Pose;
 
     /// The constants for overlap tests between volumes of mesh `a` (left) and mesh `b` (right). The rotation comes from
     /// [`crate::geometry::rigid`], as that of the leaves does: a quaternion of length 1 ± 1e-7 taken as it is would stretch the
@@ -93,15 +96,22 @@ pub trait BoundingVolume: Clone + Debug + Send + Sync + 'static {
     /// safe volume no two points of their contents are nearer.
     fn gap_mm(&self, other: &Self, pose: &Self::Pose) -> f64;
 
+    /// How large the volume is, for choosing which of two nodes to open: any measure that grows with the extent, cheap, since
+    /// it is taken of every node when a tree is built. Compared only between volumes of one shape.
+    fn size(&self) -> f64;
+
+    /// Three orthogonal directions to split along, the longest extent first. `triangles` are those the volume was
+    /// fitted to, for shapes that have no axes of their own.
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3];
+}
+
+/// A body in space: what drawings, tightness and checks of containment need of a shape. No query calls it.
+pub trait Solid: Send + Sync {
     /// Whether `point` (mm, mesh frame) lies inside or within `slack_mm` of the volume.
     fn contains(&self, point: &Point, slack_mm: f64) -> bool;
 
     /// The middle of the volume (mm, mesh frame).
     fn centre(&self) -> Point;
-
-    /// How large the volume is, for choosing which of two nodes to open: any measure that grows with the extent, cheap, since
-    /// it is taken of every node when a tree is built. Compared only between volumes of one type.
-    fn size(&self) -> f64;
 
     /// Volume, mm³.
     fn volume(&self) -> f64;
@@ -109,17 +119,13 @@ pub trait BoundingVolume: Clone + Debug + Send + Sync + 'static {
     /// Surface area, mm².
     fn surface_area(&self) -> f64;
 
-    /// Three orthogonal directions to split along, the longest extent first. `triangles` are those the volume was
-    /// fitted to, for volumes that have no axes of their own.
-    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3];
-
     /// Line segments that show the volume (mm, mesh frame): what drawings have of it, and what `hausdorff_mm` and `sibling_overlap_mm3` of
     /// `tightness.csv` and `trees.csv` are measured from, as the hull of their ends. So they must reach as far as the volume does.
     fn outline(&self) -> Vec<Segment>;
 
-    /// The volume as an oriented box, for volumes that are boxes: how far the separating-axis test gets with them is counted
-    /// then ([`obb::exit`]).
-    fn as_box(&self) -> Option<obb::Obb<obb::Fitted>> {
+    /// The volume as an oriented box, for shapes that are boxes: how far the separating-axis test gets with them is counted
+    /// then ([`shape::obb::exit`]).
+    fn as_box(&self) -> Option<Obb> {
         None
     }
 }
@@ -204,11 +210,11 @@ mod tests {
         holds_snapped_corners::<dop_26::Dop26>();
         holds_snapped_corners::<rss::Rss>();
         holds_snapped_corners::<obbrss::ObbRss>();
-        holds_snapped_corners::<obb::Obb<obb_vertex::ObbVertex>>();
-        holds_snapped_corners::<obb::Obb<obb_area::ObbArea>>();
-        holds_snapped_corners::<obb::Obb<obb_dito14::ObbDito14>>();
-        holds_snapped_corners::<obb::Obb<obb_min::ObbMin>>();
-        holds_snapped_corners::<obb::Obb<obb_hull_area::ObbHullArea>>();
+        holds_snapped_corners::<obb_vertex::ObbVertex>();
+        holds_snapped_corners::<obb_area::ObbArea>();
+        holds_snapped_corners::<obb_dito14::ObbDito14>();
+        holds_snapped_corners::<obb_min::ObbMin>();
+        holds_snapped_corners::<obb_hull_area::ObbHullArea>();
     }
 
     #[test]

@@ -1,21 +1,26 @@
 //! The paper's area-weighted box as every library builds it: axes from the surface, tight around the contents.
 
-use super::Info;
-use super::obb::ObbRule;
-use super::obb::centre::MidExtent;
-use super::obb::frame::AreaCovariance;
+use super::fit::centre::MidExtent;
+use super::fit::frame::AreaCovariance;
+use super::shape::obb::Obb;
+use super::{BoundingVolume, Info, fit};
+use crate::geometry::Triangle;
 
-/// The rule of [`super::obb::Obb`] that makes it this variant.
+/// The variant `obb-area`.
 #[derive(Clone, Copy, Debug)]
 pub struct ObbArea;
 
-impl ObbRule for ObbArea {
+impl BoundingVolume for ObbArea {
     const INFO: Info = Info {
         id: "obb-area",
         label: "area-weighted OBB",
         reference: "Xu and Zhang 2011, eq. (4), (5); Gottschalk 2000",
         safe: true,
     };
-    type Frame = AreaCovariance;
-    type Centre = MidExtent;
+
+    type Shape = Obb;
+
+    fn fit(triangles: &[Triangle]) -> Obb {
+        fit::oriented::<AreaCovariance, MidExtent>(triangles)
+    }
 }

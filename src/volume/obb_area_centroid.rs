@@ -1,22 +1,27 @@
 //! The paper's improved box to the letter: centred at the area-weighted centroid, half as long as the contents. Not safe either:
 //! no mean is the middle of an extent.
 
-use super::Info;
-use super::obb::ObbRule;
-use super::obb::centre::AtMean;
-use super::obb::frame::AreaCovariance;
+use super::fit::centre::AtMean;
+use super::fit::frame::AreaCovariance;
+use super::shape::obb::Obb;
+use super::{BoundingVolume, Info, fit};
+use crate::geometry::Triangle;
 
-/// The rule of [`super::obb::Obb`] that makes it this variant.
+/// The variant `obb-area-centroid`.
 #[derive(Clone, Copy, Debug)]
 pub struct ObbAreaCentroid;
 
-impl ObbRule for ObbAreaCentroid {
+impl BoundingVolume for ObbAreaCentroid {
     const INFO: Info = Info {
         id: "obb-area-centroid",
         label: "area-weighted OBB, paper-literal",
         reference: "Xu and Zhang 2011, eq. (4), (5), read literally",
         safe: false,
     };
-    type Frame = AreaCovariance;
-    type Centre = AtMean;
+
+    type Shape = Obb;
+
+    fn fit(triangles: &[Triangle]) -> Obb {
+        fit::oriented::<AreaCovariance, AtMean>(triangles)
+    }
 }

@@ -1,21 +1,26 @@
 //! The box along the axes that DiTO-14 chooses, tight around the contents.
 
-use super::Info;
-use super::obb::ObbRule;
-use super::obb::centre::MidExtent;
-use super::obb::dito::Dito14;
+use super::fit::centre::MidExtent;
+use super::fit::dito::Dito14;
+use super::shape::obb::Obb;
+use super::{BoundingVolume, Info, fit};
+use crate::geometry::Triangle;
 
-/// The rule of [`super::obb::Obb`] that makes it this variant.
+/// The variant `obb-dito14`.
 #[derive(Clone, Copy, Debug)]
 pub struct ObbDito14;
 
-impl ObbRule for ObbDito14 {
+impl BoundingVolume for ObbDito14 {
     const INFO: Info = Info {
         id: "obb-dito14",
         label: "DiTO-14 OBB",
         reference: "T. Larsson, L. Källberg, Fast Computation of Tight-Fitting Oriented Bounding Boxes, Game Engine Gems 2, 2011",
         safe: true,
     };
-    type Frame = Dito14;
-    type Centre = MidExtent;
+
+    type Shape = Obb;
+
+    fn fit(triangles: &[Triangle]) -> Obb {
+        fit::oriented::<Dito14, MidExtent>(triangles)
+    }
 }

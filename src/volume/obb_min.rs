@@ -1,22 +1,27 @@
-//! The box of least volume, to one part in a thousand where [`super::obb::minimum`] says so. Slow to build, on purpose: a
+//! The box of least volume, to one part in a thousand where [`super::fit::minimum`] says so. Slow to build, on purpose: a
 //! reference for what orientation can give.
 
-use super::Info;
-use super::obb::ObbRule;
-use super::obb::centre::MidExtent;
-use super::obb::minimum::MinimumVolume;
+use super::fit::centre::MidExtent;
+use super::fit::minimum::MinimumVolume;
+use super::shape::obb::Obb;
+use super::{BoundingVolume, Info, fit};
+use crate::geometry::Triangle;
 
-/// The rule of [`super::obb::Obb`] that makes it this variant.
+/// The variant `obb-min`.
 #[derive(Clone, Copy, Debug)]
 pub struct ObbMin;
 
-impl ObbRule for ObbMin {
+impl BoundingVolume for ObbMin {
     const INFO: Info = Info {
         id: "obb-min",
         label: "smallest OBB",
         reference: "J. O'Rourke, Finding Minimal Enclosing Boxes, 1985",
         safe: true,
     };
-    type Frame = MinimumVolume;
-    type Centre = MidExtent;
+
+    type Shape = Obb;
+
+    fn fit(triangles: &[Triangle]) -> Obb {
+        fit::oriented::<MinimumVolume, MidExtent>(triangles)
+    }
 }

@@ -1,21 +1,26 @@
 //! The paper's plain box as every library builds it: axes from the triangle corners, tight around the contents.
 
-use super::Info;
-use super::obb::ObbRule;
-use super::obb::centre::MidExtent;
-use super::obb::frame::VertexCovariance;
+use super::fit::centre::MidExtent;
+use super::fit::frame::VertexCovariance;
+use super::shape::obb::Obb;
+use super::{BoundingVolume, Info, fit};
+use crate::geometry::Triangle;
 
-/// The rule of [`super::obb::Obb`] that makes it this variant.
+/// The variant `obb-vertex`.
 #[derive(Clone, Copy, Debug)]
 pub struct ObbVertex;
 
-impl ObbRule for ObbVertex {
+impl BoundingVolume for ObbVertex {
     const INFO: Info = Info {
         id: "obb-vertex",
         label: "plain OBB",
         reference: "Xu and Zhang 2011, eq. (1); Gottschalk, Lin and Manocha 1996",
         safe: true,
     };
-    type Frame = VertexCovariance;
-    type Centre = MidExtent;
+
+    type Shape = Obb;
+
+    fn fit(triangles: &[Triangle]) -> Obb {
+        fit::oriented::<VertexCovariance, MidExtent>(triangles)
+    }
 }

@@ -1,22 +1,27 @@
 //! The paper's plain box to the letter: centred at the mean of the corners, half as long as the contents. Not safe: that is the
 //! defect which the paper describes.
 
-use super::Info;
-use super::obb::ObbRule;
-use super::obb::centre::AtMean;
-use super::obb::frame::VertexCovariance;
+use super::fit::centre::AtMean;
+use super::fit::frame::VertexCovariance;
+use super::shape::obb::Obb;
+use super::{BoundingVolume, Info, fit};
+use crate::geometry::Triangle;
 
-/// The rule of [`super::obb::Obb`] that makes it this variant.
+/// The variant `obb-vertex-centroid`.
 #[derive(Clone, Copy, Debug)]
 pub struct ObbVertexCentroid;
 
-impl ObbRule for ObbVertexCentroid {
+impl BoundingVolume for ObbVertexCentroid {
     const INFO: Info = Info {
         id: "obb-vertex-centroid",
         label: "plain OBB, paper-literal",
         reference: "Xu and Zhang 2011, eq. (1) and section 2.3, read literally",
         safe: false,
     };
-    type Frame = VertexCovariance;
-    type Centre = AtMean;
+
+    type Shape = Obb;
+
+    fn fit(triangles: &[Triangle]) -> Obb {
+        fit::oriented::<VertexCovariance, AtMean>(triangles)
+    }
 }

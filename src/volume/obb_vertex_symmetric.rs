@@ -1,21 +1,26 @@
 //! A plain box that keeps the paper's centre and is made long enough to contain everything.
 
-use super::Info;
-use super::obb::ObbRule;
-use super::obb::centre::SymmetricAboutMean;
-use super::obb::frame::VertexCovariance;
+use super::fit::centre::SymmetricAboutMean;
+use super::fit::frame::VertexCovariance;
+use super::shape::obb::Obb;
+use super::{BoundingVolume, Info, fit};
+use crate::geometry::Triangle;
 
-/// The rule of [`super::obb::Obb`] that makes it this variant.
+/// The variant `obb-vertex-symmetric`.
 #[derive(Clone, Copy, Debug)]
 pub struct ObbVertexSymmetric;
 
-impl ObbRule for ObbVertexSymmetric {
+impl BoundingVolume for ObbVertexSymmetric {
     const INFO: Info = Info {
         id: "obb-vertex-symmetric",
         label: "plain OBB, symmetric",
         reference: "Xu and Zhang 2011, eq. (1); half-lengths to the farthest corner",
         safe: true,
     };
-    type Frame = VertexCovariance;
-    type Centre = SymmetricAboutMean;
+
+    type Shape = Obb;
+
+    fn fit(triangles: &[Triangle]) -> Obb {
+        fit::oriented::<VertexCovariance, SymmetricAboutMean>(triangles)
+    }
 }

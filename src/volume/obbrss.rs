@@ -3,17 +3,17 @@
 //! J. Pan, S. Chitta, D. Manocha, "FCL: A General Purpose Library for Collision and Proximity Queries", ICRA 2012, where each node holds
 //! both. Deviations: both have axes by the area-weighted covariance; a distance is held against the larger of both bounds.
 
-use super::obb::{Obb, ObbPose};
 use super::obb_area::ObbArea;
 use super::rss::Rss;
-use super::{BoundingVolume, Info, Segment};
+use super::shape::obb::{Obb, ObbPose};
+use super::{BoundingVolume, Info, Segment, Shape, Solid};
 use crate::geometry::{Isometry, Point, Triangle, Vector};
 use nalgebra::Unit;
 
 /// Both, around the same contents. What is said of size, shape and contents is said of the box.
 #[derive(Clone, Debug)]
 pub struct ObbRss {
-    obb: Obb<ObbArea>,
+    obb: Obb,
     rss: Rss,
 }
 
@@ -25,11 +25,15 @@ impl BoundingVolume for ObbRss {
         safe: true,
     };
 
-    type Pose = ObbPose;
+    type Shape = Self;
 
     fn fit(triangles: &[Triangle]) -> Self {
-        Self { obb: Obb::fit(triangles), rss: Rss::fit(triangles) }
+        Self { obb: ObbArea::fit(triangles), rss: Rss::fit(triangles) }
     }
+}
+
+impl Shape for ObbRss {
+    type Pose = ObbPose;
 
     fn pose(a_from_b: &Isometry) -> ObbPose {
         ObbPose::new(a_from_b)
@@ -44,6 +48,16 @@ impl BoundingVolume for ObbRss {
         self.rss.gap_mm(&other.rss, pose).max(self.obb.gap_mm(&other.obb, pose))
     }
 
+    fn size(&self) -> f64 {
+        self.obb.size()
+    }
+
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
+        self.obb.split_axes(triangles)
+    }
+}
+
+impl Solid for ObbRss {
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         self.obb.contains(point, slack_mm)
     }
@@ -52,20 +66,12 @@ impl BoundingVolume for ObbRss {
         self.obb.centre()
     }
 
-    fn size(&self) -> f64 {
-        self.obb.size()
-    }
-
     fn volume(&self) -> f64 {
         self.obb.volume()
     }
 
     fn surface_area(&self) -> f64 {
         self.obb.surface_area()
-    }
-
-    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
-        self.obb.split_axes(triangles)
     }
 
     fn outline(&self) -> Vec<Segment> {

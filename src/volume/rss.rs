@@ -5,11 +5,11 @@
 //! which the contents are thinnest, whatever the eigenvalues say; after the fit the radius is set to the distance of
 //! the farthest corner from the rectangle, which absorbs rounding; before the exact distance of two rectangles two boxes are tried.
 
-use super::obb::ObbPose;
-use super::obb::frame::{AreaCovariance, FrameRule, reach_mm};
-use super::rectangle_distance::{point_squared, squared};
-use super::separating_axes::pad_mm;
-use super::{BoundingVolume, Info, Segment};
+use super::fit::frame::{AreaCovariance, FrameRule, reach_mm};
+use super::shape::obb::ObbPose;
+use super::shape::rectangle_distance::{point_squared, squared};
+use super::shape::separating_axes::pad_mm;
+use super::{BoundingVolume, Info, Segment, Shape, Solid};
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use nalgebra::{Matrix3, Unit};
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
@@ -48,7 +48,7 @@ impl BoundingVolume for Rss {
         safe: true,
     };
 
-    type Pose = ObbPose;
+    type Shape = Self;
 
     fn fit(triangles: &[Triangle]) -> Self {
         let (mean, frame) = AreaCovariance::mean_and_axes(triangles);
@@ -68,6 +68,10 @@ impl BoundingVolume for Rss {
         let farthest = points.iter().map(|p| point_squared(&(p - centre), half)).fold(0.0, f64::max).sqrt();
         Self { axes, centre: mean + axes * centre, half, radius: farthest + pad_mm(reach_mm(triangles)) }
     }
+}
+
+impl Shape for Rss {
+    type Pose = ObbPose;
 
     fn pose(a_from_b: &Isometry) -> ObbPose {
         ObbPose::new(a_from_b)
@@ -87,16 +91,23 @@ impl BoundingVolume for Rss {
         (squared(&t, &r, self.half, other.half).sqrt() - self.radius - other.radius).max(0.0)
     }
 
+    fn size(&self) -> f64 {
+        self.half[0].hypot(self.half[1]) + self.radius
+    }
+
+    fn split_axes(&self, _: &[Triangle]) -> [Unit<Vector>; 3] {
+        let order = if self.half[0] >= self.half[1] { [0, 1, 2] } else { [1, 0, 2] };
+        order.map(|column| Unit::new_unchecked(self.axes.column(column).into_owned()))
+    }
+}
+
+impl Solid for Rss {
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         point_squared(&self.axes.tr_mul(&(point - self.centre)), self.half) <= (self.radius + slack_mm).powi(2)
     }
 
     fn centre(&self) -> Point {
         self.centre
-    }
-
-    fn size(&self) -> f64 {
-        self.half[0].hypot(self.half[1]) + self.radius
     }
 
     /// Steiner's formula: A·2r + P·πr²/2 + 4πr³/3 of a rectangle of area A and perimeter P.
@@ -109,11 +120,6 @@ impl BoundingVolume for Rss {
     fn surface_area(&self) -> f64 {
         let ([a, b], r) = (self.half, self.radius);
         8.0 * a * b + 4.0 * PI * (a + b) * r + 4.0 * PI * r * r
-    }
-
-    fn split_axes(&self, _: &[Triangle]) -> [Unit<Vector>; 3] {
-        let order = if self.half[0] >= self.half[1] { [0, 1, 2] } else { [1, 0, 2] };
-        order.map(|column| Unit::new_unchecked(self.axes.column(column).into_owned()))
     }
 
     /// The rectangle on both sides at the radius, and half circles around its corners.

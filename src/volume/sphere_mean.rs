@@ -3,18 +3,15 @@
 //! C. Ericson, "Real-Time Collision Detection", 2005, section 4.3. The mean is equation (1) of Xu and Zhang 2011: every
 //! triangle counts its three corners.
 
-use super::Info;
-use super::sphere::{Sphere, SphereRule};
+use super::shape::sphere::Sphere;
+use super::{BoundingVolume, Info};
 use crate::geometry::{Point, Triangle, Vector, triangle};
 
-/// The rule of [`Sphere`] that makes it this variant.
-#[derive(Clone, Copy, Debug)]
-pub struct Mean;
-
 /// The sphere about the mean of the corners.
-pub type SphereMean = Sphere<Mean>;
+#[derive(Clone, Copy, Debug)]
+pub struct SphereMean;
 
-impl SphereRule for Mean {
+impl BoundingVolume for SphereMean {
     const INFO: Info = Info {
         id: "sphere-mean",
         label: "sphere about the mean",
@@ -22,12 +19,19 @@ impl SphereRule for Mean {
         safe: true,
     };
 
-    fn centre(triangles: &[Triangle]) -> Point {
-        // About the first corner, so that a part far from its origin loses nothing.
-        let origin = triangles[0].corners[0];
-        let sum: Vector = triangle::corners(triangles).map(|p| p - origin).sum();
-        origin + sum / (3.0 * triangles.len() as f64)
+    type Shape = Sphere;
+
+    fn fit(triangles: &[Triangle]) -> Sphere {
+        Sphere::about(centre(triangles), triangles)
     }
+}
+
+/// The centre of the sphere around `triangles` (at least one), mm.
+fn centre(triangles: &[Triangle]) -> Point {
+    // About the first corner, so that a part far from its origin loses nothing.
+    let origin = triangles[0].corners[0];
+    let sum: Vector = triangle::corners(triangles).map(|p| p - origin).sum();
+    origin + sum / (3.0 * triangles.len() as f64)
 }
 
 #[cfg(test)]

@@ -4,18 +4,15 @@
 //! the farthest corner from the final centre, which never enlarges the sphere and absorbs the rounding of the growing
 //! steps.
 
-use super::Info;
-use super::sphere::{Sphere, SphereRule};
+use super::shape::sphere::Sphere;
+use super::{BoundingVolume, Info};
 use crate::geometry::{Point, Triangle, triangle};
 
-/// The rule of [`Sphere`] that makes it this variant.
-#[derive(Clone, Copy, Debug)]
-pub struct Ritter;
-
 /// Ritter's sphere.
-pub type SphereRitter = Sphere<Ritter>;
+#[derive(Clone, Copy, Debug)]
+pub struct SphereRitter;
 
-impl SphereRule for Ritter {
+impl BoundingVolume for SphereRitter {
     const INFO: Info = Info {
         id: "sphere-ritter",
         label: "sphere",
@@ -23,17 +20,24 @@ impl SphereRule for Ritter {
         safe: true,
     };
 
-    fn centre(triangles: &[Triangle]) -> Point {
-        let (mut middle, mut radius) = midpoint_of_widest_extreme_pair(triangles);
-        for corner in triangle::corners(triangles) {
-            let distance = (corner - middle).norm();
-            if distance > radius {
-                radius = f64::midpoint(radius, distance);
-                middle += (corner - middle) * ((distance - radius) / distance);
-            }
-        }
-        middle
+    type Shape = Sphere;
+
+    fn fit(triangles: &[Triangle]) -> Sphere {
+        Sphere::about(centre(triangles), triangles)
     }
+}
+
+/// The centre of the sphere around `triangles` (at least one), mm.
+fn centre(triangles: &[Triangle]) -> Point {
+    let (mut middle, mut radius) = midpoint_of_widest_extreme_pair(triangles);
+    for corner in triangle::corners(triangles) {
+        let distance = (corner - middle).norm();
+        if distance > radius {
+            radius = f64::midpoint(radius, distance);
+            middle += (corner - middle) * ((distance - radius) / distance);
+        }
+    }
+    middle
 }
 
 /// Of the three pairs of extreme corners along x, y and z, the pair farthest apart: its midpoint and half its distance.
@@ -64,7 +68,7 @@ fn midpoint_of_widest_extreme_pair(triangles: &[Triangle]) -> (Point, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::BoundingVolume;
+    use crate::volume::Solid;
 
     #[test]
     fn a_segment_gets_the_sphere_over_its_length() {

@@ -6,19 +6,16 @@
 //! of at most five points. The radius grows with every exchange, so that no support comes back; the search ends when no
 //! corner is outside by more than rounding.
 
-use super::Info;
-use super::sphere::{Sphere, SphereRule};
+use super::shape::sphere::Sphere;
+use super::{BoundingVolume, Info};
 use crate::geometry::{Point, Triangle, Vector, triangle};
 use nalgebra::Matrix3;
 
-/// The rule of [`Sphere`] that makes it this variant.
-#[derive(Clone, Copy, Debug)]
-pub struct Welzl;
-
 /// The smallest enclosing sphere.
-pub type SphereWelzl = Sphere<Welzl>;
+#[derive(Clone, Copy, Debug)]
+pub struct SphereWelzl;
 
-impl SphereRule for Welzl {
+impl BoundingVolume for SphereWelzl {
     const INFO: Info = Info {
         id: "sphere-welzl",
         label: "smallest sphere",
@@ -26,11 +23,18 @@ impl SphereRule for Welzl {
         safe: true,
     };
 
-    fn centre(triangles: &[Triangle]) -> Point {
-        let origin = triangles[0].corners[0];
-        let points: Vec<Vector> = triangle::corners(triangles).map(|p| p - origin).collect();
-        origin + smallest_ball(&points).centre
+    type Shape = Sphere;
+
+    fn fit(triangles: &[Triangle]) -> Sphere {
+        Sphere::about(centre(triangles), triangles)
     }
+}
+
+/// The centre of the sphere around `triangles` (at least one), mm.
+fn centre(triangles: &[Triangle]) -> Point {
+    let origin = triangles[0].corners[0];
+    let points: Vec<Vector> = triangle::corners(triangles).map(|p| p - origin).collect();
+    origin + smallest_ball(&points).centre
 }
 
 /// A sphere and the points that determine it, mm.
@@ -105,7 +109,7 @@ fn circumscribed(points: Vec<Vector>) -> Option<Ball> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::sphere::farthest_mm;
+    use crate::volume::shape::sphere::farthest_mm;
     use miniball::Ball as Oracle;
     use miniball::Enclosing;
     use miniball::nalgebra as oracle_algebra;

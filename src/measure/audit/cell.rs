@@ -8,18 +8,18 @@ use super::memory::Remembered;
 use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
 use crate::tree::build::Fit;
 use crate::tree::{Axes, Policy, SplitRule, Tree};
-use crate::volume::Info;
-use crate::volume::obb::centre::{AtMean, CentreRule, MidExtent, SymmetricAboutMean};
-use crate::volume::obb::dito::Dito14;
-use crate::volume::obb::frame::{AreaCovariance, FrameRule, HullAreaCovariance, VertexCovariance};
-use crate::volume::obb::minimum::MinimumVolume;
-use crate::volume::obb::{Fitted, Obb, ObbRule};
+use crate::volume::fit;
+use crate::volume::fit::centre::{AtMean, CentreRule, MidExtent, SymmetricAboutMean};
+use crate::volume::fit::dito::Dito14;
+use crate::volume::fit::frame::{AreaCovariance, FrameRule, HullAreaCovariance, VertexCovariance};
+use crate::volume::fit::minimum::MinimumVolume;
+use crate::volume::shape::obb::Obb;
 use nalgebra::Matrix3;
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
 /// The tree of every cell.
-pub type BoxTree = Tree<Obb<Fitted>>;
+pub type BoxTree = Tree<Obb>;
 
 /// One combination of the four factors.
 #[derive(Clone, Copy, Debug)]
@@ -32,13 +32,13 @@ pub struct Cell {
     pub split: SplitRule,
     /// Triangles of a leaf.
     pub leaf: u8,
-    fit: Fit<Obb<Fitted>>,
+    fit: Fit<Obb>,
 }
 
 /// An orientation rule, crossed with all centres.
 struct Orientation {
     id: &'static str,
-    fits: [(&'static str, Fit<Obb<Fitted>>); 4],
+    fits: [(&'static str, Fit<Obb>); 4],
 }
 
 /// The orientations, a line each.
@@ -79,7 +79,7 @@ impl Cell {
             centre: MidExtent::ID,
             split: SplitRule::AreaMean,
             leaf: 1,
-            fit: Obb::<Crossed<AreaCovariance, MidExtent>>::fitted,
+            fit: crossed::<AreaCovariance, MidExtent>,
         }
     }
 
@@ -92,12 +92,12 @@ impl Cell {
     /// The tree over `triangles` (mm, mesh frame; at least one), split along the boxes' own axes.
     #[must_use]
     pub fn tree(&self, triangles: &[Triangle]) -> BoxTree {
-        BoxTree::build_by(self.fit, triangles, Policy { split: self.split, axes: Axes::Own, leaf: self.leaf })
+        BoxTree::build(self.fit, triangles, Policy { split: self.split, axes: Axes::Own, leaf: self.leaf })
     }
 }
 
 /// A centre of the experiment: a rule for the half-lengths, and the mean it is about.
-trait AuditCentre: Clone + Debug + Send + Sync + 'static {
+trait AuditCentre {
     /// Name in records.
     const ID: &'static str;
     /// The rule.
@@ -158,21 +158,20 @@ fn corner_mean(triangles: &[Triangle]) -> Point {
 }
 
 impl Orientation {
-    const fn of<F: FrameRule + Clone + Debug + Send + Sync + 'static>(id: &'static str) -> Self {
+    const fn of<F: FrameRule>(id: &'static str) -> Self {
         Self {
             id,
             fits: [
-                (CornerMean::ID, Obb::<Crossed<F, CornerMean>>::fitted),
-                (WeightedMean::ID, Obb::<Crossed<F, WeightedMean>>::fitted),
-                (MidExtent::ID, Obb::<Crossed<F, MidExtent>>::fitted),
-                (Symmetric::ID, Obb::<Crossed<F, Symmetric>>::fitted),
+                (CornerMean::ID, crossed::<F, CornerMean>),
+                (WeightedMean::ID, crossed::<F, WeightedMean>),
+                (MidExtent::ID, crossed::<F, MidExtent>),
+                (Symmetric::ID, crossed::<F, Symmetric>),
             ],
         }
     }
 }
 
 /// An orientation rule with a centre of the experiment.
-#[derive(Clone, Debug)]
 struct Crossed<F, C>(PhantomData<(F, C)>);
 
 impl<F: FrameRule, C: AuditCentre> FrameRule for Crossed<F, C> {
@@ -182,26 +181,17 @@ impl<F: FrameRule, C: AuditCentre> FrameRule for Crossed<F, C> {
     }
 }
 
-impl<F: FrameRule + Clone + Debug + Send + Sync + 'static, C: AuditCentre> ObbRule for Crossed<F, C> {
-    const INFO: Info = INFO;
-    type Frame = Self;
-    type Centre = C::Rule;
+/// The box of a cell.
+fn crossed<F: FrameRule, C: AuditCentre>(triangles: &[Triangle]) -> Obb {
+    fit::oriented::<Crossed<F, C>, C::Rule>(triangles)
 }
-
-/// No single cell of the experiment is a variant; what one promises depends on its centre.
-const INFO: Info = Info {
-    id: "audit-cell",
-    label: "cell of the audit",
-    reference: "Xu and Zhang 2011; Gottschalk, Lin and Manocha 1996",
-    safe: false,
-};
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::BoundingVolume;
     use crate::volume::obb_area::ObbArea;
     use crate::volume::obb_vertex_symmetric::ObbVertexSymmetric;
+    use crate::volume::{BoundingVolume, Solid};
     use obbtree::cases::meshes;
     use std::collections::BTreeSet;
 
@@ -227,10 +217,10 @@ mod tests {
                 assert!((node.volume.centre() - centre).norm() < 1e-9);
             }
         };
-        let area = Tree::<Obb<ObbArea>>::build(&triangles, policy);
+        let area = Tree::build(ObbArea::fit, &triangles, policy);
         let volumes = area.nodes().iter().map(|n| (n.volume.volume(), n.volume.centre())).collect();
         same(&cell("area-mid-extent-area-mean-1"), volumes);
-        let symmetric = Tree::<Obb<ObbVertexSymmetric>>::build(&triangles, Policy { leaf: 4, ..policy });
+        let symmetric = Tree::build(ObbVertexSymmetric::fit, &triangles, Policy { leaf: 4, ..policy });
         let tree = cell("vertex-symmetric-area-mean-4");
         assert_eq!(tree.nodes().len(), symmetric.nodes().len());
         for (node, other) in tree.nodes().iter().zip(symmetric.nodes()) {

@@ -6,7 +6,7 @@
 //! same, so that results do not depend on the number of threads.
 
 use crate::geometry::{Point, Triangle};
-use crate::volume::obb::frame::FrameRule;
+use crate::volume::fit::frame::FrameRule;
 use nalgebra::Matrix3;
 use std::any::TypeId;
 use std::collections::HashMap;
@@ -72,7 +72,7 @@ impl<F: FrameRule + 'static> FrameRule for Remembered<F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::obb::frame::AreaCovariance;
+    use crate::volume::fit::frame::AreaCovariance;
     use obbtree::cases::meshes;
     use std::sync::atomic::{AtomicU32, Ordering};
 

@@ -10,7 +10,7 @@
 use super::{Amount, GROUPS};
 use crate::record::manifest::VariantEntry;
 use crate::record::{Kind, Stratum, SweepRow};
-use crate::volume::separating_axes::separated;
+use crate::volume::shape::separating_axes::separated;
 use nalgebra::{Matrix3, RealField, Vector3};
 use obbtree::cases::Draw;
 use rayon::prelude::*;

@@ -2,7 +2,7 @@
 //! axis by axis, for counting and never for timing.
 
 use super::{Obb, ObbPose};
-use crate::volume::separating_axes::widened_abs;
+use crate::volume::shape::separating_axes::widened_abs;
 
 /// Number of axes: three normals of the first box, three of the second, nine products of edges.
 pub const AXES: usize = 15;
@@ -28,7 +28,7 @@ pub const fn operations(exit: Option<usize>) -> u64 {
     WIDENED + OWN * own + OTHERS * (others - own) + EDGES * (tried - others)
 }
 
-impl<R> Obb<R> {
+impl Obb {
     /// The first axis, in the order of the test, that separates this box and `other` at the pose: 0 to 2 are this box's normals,
     /// 3 to 5 the other's, 6 + 3i + j is the product of this box's edge i and the other's edge j. `None` when none does.
     #[must_use]
@@ -60,20 +60,20 @@ impl<R> Obb<R> {
 mod tests {
     use super::*;
     use crate::geometry::Isometry;
-    use crate::volume::BoundingVolume;
     use crate::volume::obb_area::ObbArea;
+    use crate::volume::{BoundingVolume, Shape};
     use nalgebra::{Translation3, Vector3};
     use obbtree::cases::Draw;
     use obbtree::cases::meshes;
 
-    fn bar(x: f64, y: f64, z: f64) -> Obb<ObbArea> {
-        Obb::fit(&meshes::cuboid(x, y, z).triangles())
+    fn bar(x: f64, y: f64, z: f64) -> Obb {
+        ObbArea::fit(&meshes::cuboid(x, y, z).triangles())
     }
 
     #[test]
     fn the_axes_are_named_in_the_order_of_the_test() {
         let (one, other) = (bar(6.0, 4.0, 2.0), bar(3.0, 2.0, 1.0));
-        let exit = |pose: Isometry| one.exit_axis(&other, &Obb::<ObbArea>::pose(&pose));
+        let exit = |pose: Isometry| one.exit_axis(&other, &Obb::pose(&pose));
         assert_eq!(exit(Isometry::identity()), None);
         // Along x, y and z the boxes end at 3 + 1.5, 2 + 1 and 1 + 0.5; the box's axes are sorted by length.
         assert_eq!(exit(Isometry::translation(5.0, 0.0, 0.0)), Some(0));
@@ -97,7 +97,7 @@ mod tests {
         let mut seen = [0_u32; AXES + 1];
         for _ in 0..40_000 {
             let shift: Vector3<f64> = draw.in_ball() * 6.0;
-            let pose = Obb::<ObbArea>::pose(&Isometry::from_parts(Translation3::from(shift), draw.rotation()));
+            let pose = Obb::pose(&Isometry::from_parts(Translation3::from(shift), draw.rotation()));
             let axis = one.exit_axis(&other, &pose);
             assert_eq!(axis.is_none(), one.overlaps(&other, &pose));
             seen[axis.unwrap_or(AXES)] += 1;

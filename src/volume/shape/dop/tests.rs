@@ -1,12 +1,13 @@
 //! Polytopes known by hand, and the bound by duality held against the contents and against the exact rotated polytope.
 
-use super::super::dop_6::{CubeFaces, Dop6};
-use super::super::dop_8::{Diagonals, Dop8};
-use super::super::dop_14::{Dop14, FacesAndCorners};
-use super::super::dop_18::{Dop18, FacesAndEdges};
-use super::super::dop_26::{Dop26, FacesEdgesAndCorners};
 use super::*;
 use crate::tree::{Policy, SplitRule, Tree};
+use crate::volume::BoundingVolume;
+use crate::volume::dop_6::{CubeFaces, Dop6};
+use crate::volume::dop_8::{Diagonals, Dop8};
+use crate::volume::dop_14::{Dop14, FacesAndCorners};
+use crate::volume::dop_18::{Dop18, FacesAndEdges};
+use crate::volume::dop_26::{Dop26, FacesEdgesAndCorners};
 use obbtree::cases::Draw;
 use obbtree::cases::meshes;
 
@@ -58,7 +59,7 @@ fn the_eight_dop_of_a_diagonal_segment_is_an_octahedron() {
 #[test]
 fn octahedra_part_where_their_faces_do() {
     let dop = Dop8::fit(&segment());
-    let overlaps = |x: f64| dop.overlaps(&dop, &Dop8::pose(&Isometry::translation(x, x, x)));
+    let overlaps = |x: f64| dop.overlaps(&dop, &Dop::<Diagonals, 4>::pose(&Isometry::translation(x, x, x)));
     assert!(overlaps(2.0 / 3.0 - 1e-6)); // faces x + y + z = ±1 meet at 3x = 2
     assert!(!overlaps(2.0 / 3.0 + 1e-6));
 }
@@ -93,7 +94,7 @@ fn posed_nodes<D: Directions<K>, const K: usize>(nodes: u32) -> Outcome {
     const PER_POSE: u32 = 100;
     let trees: Vec<Tree<Dop<D, K>>> = meshes::subjects()
         .iter()
-        .map(|subject| Tree::build(&subject.mesh.triangles(), Policy::own(SplitRule::Median)))
+        .map(|subject| Tree::build(Dop::<D, K>::around, &subject.mesh.triangles(), Policy::own(SplitRule::Median)))
         .collect();
     // The rotated polytope's own extents, of every node; those without an inside have no width to compare.
     let corners: Vec<Vec<Vec<Point>>> = trees

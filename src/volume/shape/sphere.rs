@@ -1,28 +1,19 @@
-//! Spheres: one sphere, one test; where the centre lies is a rule, so that the effect of the fit can be measured apart.
+//! Spheres: one sphere, one test; the variants differ in where the centre lies.
 
 use super::separating_axes::pad_mm;
-use super::{BoundingVolume, Info, Segment, coordinate_axes_by_extent};
 use crate::geometry::rigid::rigid;
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
+use crate::volume::{Segment, Shape, Solid, coordinate_axes_by_extent};
 use nalgebra::Unit;
 use std::f64::consts::{PI, TAU};
-use std::fmt::Debug;
-use std::marker::PhantomData;
-
-/// What makes one sphere a variant: its name and how its centre is found.
-pub trait SphereRule: Clone + Debug + Send + Sync + 'static {
-    /// Name and promise.
-    const INFO: Info;
-    /// The centre of a sphere around `triangles` (at least one), mm.
-    fn centre(triangles: &[Triangle]) -> Point;
-}
 
 /// A centre and the distance of the farthest corner from it, mm, mesh frame.
 #[derive(Clone, Debug)]
-pub struct Sphere<R> {
-    pub(super) centre: Point,
-    pub(super) radius: f64,
-    pub(super) rule: PhantomData<R>,
+pub struct Sphere {
+    /// Its centre.
+    pub centre: Point,
+    /// Its radius.
+    pub radius: f64,
 }
 
 /// The distance of the farthest corner from `centre`, mm.
@@ -31,24 +22,17 @@ pub fn farthest_mm(centre: &Point, triangles: &[Triangle]) -> f64 {
     triangle::corners(triangles).map(|corner| (corner - centre).norm()).fold(0.0, f64::max)
 }
 
-impl<R> Sphere<R> {
-    /// The sphere with this centre and radius, mm.
+impl Sphere {
+    /// The smallest sphere about `centre` (mm) that contains `triangles`, widened by what rounding can cost.
     #[must_use]
-    pub const fn new(centre: Point, radius: f64) -> Self {
-        Self { centre, radius, rule: PhantomData }
+    pub fn about(centre: Point, triangles: &[Triangle]) -> Self {
+        let farthest = farthest_mm(&centre, triangles);
+        Self { centre, radius: farthest + pad_mm(centre.coords.amax() + farthest) }
     }
 }
 
-impl<R: SphereRule> BoundingVolume for Sphere<R> {
-    const INFO: Info = R::INFO;
-
+impl Shape for Sphere {
     type Pose = Isometry;
-
-    fn fit(triangles: &[Triangle]) -> Self {
-        let centre = R::centre(triangles);
-        let farthest = farthest_mm(&centre, triangles);
-        Self::new(centre, farthest + pad_mm(centre.coords.amax() + farthest))
-    }
 
     fn pose(a_from_b: &Isometry) -> Isometry {
         rigid(a_from_b)
@@ -63,6 +47,18 @@ impl<R: SphereRule> BoundingVolume for Sphere<R> {
         ((a_from_b * other.centre - self.centre).norm() - self.radius - other.radius).max(0.0)
     }
 
+    fn size(&self) -> f64 {
+        self.radius
+    }
+
+    /// A sphere has no long axis of its own: the coordinate axes, by the extent of the contents.
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
+        let extents = triangle::bounds(triangles).map_or_else(Vector::zeros, |(low, high)| high - low);
+        coordinate_axes_by_extent(&extents)
+    }
+}
+
+impl Solid for Sphere {
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         (point - self.centre).norm() <= self.radius + slack_mm
     }
@@ -71,22 +67,12 @@ impl<R: SphereRule> BoundingVolume for Sphere<R> {
         self.centre
     }
 
-    fn size(&self) -> f64 {
-        self.radius
-    }
-
     fn volume(&self) -> f64 {
         4.0 / 3.0 * PI * self.radius.powi(3)
     }
 
     fn surface_area(&self) -> f64 {
         4.0 * PI * self.radius.powi(2)
-    }
-
-    /// A sphere has no long axis of its own: the coordinate axes, by the extent of the contents.
-    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
-        let extents = triangle::bounds(triangles).map_or_else(Vector::zeros, |(low, high)| high - low);
-        coordinate_axes_by_extent(&extents)
     }
 
     /// Three great circles of 48 segments each.
@@ -105,10 +91,11 @@ impl<R: SphereRule> BoundingVolume for Sphere<R> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sphere_mean::SphereMean;
-    use super::super::sphere_ritter::SphereRitter;
-    use super::super::sphere_welzl::SphereWelzl;
     use super::*;
+    use crate::volume::BoundingVolume;
+    use crate::volume::sphere_mean::SphereMean;
+    use crate::volume::sphere_ritter::SphereRitter;
+    use crate::volume::sphere_welzl::SphereWelzl;
     use obbtree::cases::meshes;
 
     #[test]

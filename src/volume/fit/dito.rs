@@ -7,9 +7,9 @@
 //! the box of least surface area wins, unless the coordinate axes do better over all corners. Deviations: areas are those of the
 //! boxes as they are stored, with their pad, so that flat contents are told apart; of corners that are extreme alike the first counts.
 
-use super::super::separating_axes::pad_mm;
 use super::frame::{FrameRule, any_frame, reach_mm};
 use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
+use crate::volume::shape::separating_axes::pad_mm;
 use nalgebra::Matrix3;
 
 /// The seven directions; the diagonals unnormalised, since only the order along each counts.

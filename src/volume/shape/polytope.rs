@@ -1,7 +1,7 @@
 //! Convex polytopes as faces, by clipping: volume, area and edges of a volume that is given by its half-spaces.
 
-use super::Segment;
 use crate::geometry::{Point, Vector};
+use crate::volume::Segment;
 use std::ops::Range;
 
 /// A convex solid: planar faces, each a loop of corners, mm.

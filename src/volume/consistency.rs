@@ -3,7 +3,7 @@
 //! Drawings, the tightness of trees, the order of a traversal and the division of nodes rest on these statements, and no verdict depends on
 //! them, so that a mistake in one would otherwise show nowhere.
 
-use super::BoundingVolume;
+use super::Shape;
 use crate::geometry::{Isometry, Point, Triangle, Vector};
 use nalgebra::Matrix3;
 use std::f64::consts::PI;
@@ -18,23 +18,23 @@ const MEASURED: f64 = 0.08;
 const APPROXIMATE: f64 = 0.02;
 
 /// The first statement of a volume around `triangles` that cannot be true. Volumes are taken to be convex.
-pub fn misstatement<V: BoundingVolume>(volume: &V, triangles: &[Triangle]) -> Option<&'static str> {
+pub fn inconsistency<S: Shape>(volume: &S, triangles: &[Triangle]) -> Option<&'static str> {
     // What is checked is gathered first, so that there is one copy of the checks and not one of each volume.
-    let stated = Stated {
+    let said = Said {
         frame: Matrix3::from_columns(&volume.split_axes(triangles).map(nalgebra::Unit::into_inner)),
         centre: volume.centre(),
         ends: volume.outline().into_iter().flatten().collect(),
         size: volume.size(),
         volume: volume.volume(),
         surface_area: volume.surface_area(),
-        from_itself_mm: volume.gap_mm(volume, &V::pose(&Isometry::identity())),
+        from_itself_mm: volume.gap_mm(volume, &S::pose(&Isometry::identity())),
         contains: &|point, slack_mm| volume.contains(point, slack_mm),
     };
-    stated.in_space().or_else(|| stated.sizes()).or_else(|| stated.slack(&triangles.first()?.corners[0]))
+    said.in_space().or_else(|| said.sizes()).or_else(|| said.slack(&triangles.first()?.corners[0]))
 }
 
 /// What a volume says.
-struct Stated<'a> {
+struct Said<'a> {
     frame: Matrix3<f64>,
     centre: Point,
     ends: Vec<Point>,
@@ -45,7 +45,7 @@ struct Stated<'a> {
     contains: &'a dyn Fn(&Point, f64) -> bool,
 }
 
-impl Stated<'_> {
+impl Said<'_> {
     fn in_space(&self) -> Option<&'static str> {
         let Self { frame, centre, ends, contains, .. } = self;
         // Not a number is not near either.

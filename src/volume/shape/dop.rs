@@ -10,17 +10,15 @@
 
 use super::polytope::Polytope;
 use super::separating_axes::pad_mm;
-use super::{BoundingVolume, Info, Segment, coordinate_axes_by_extent};
 use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
+use crate::volume::{Segment, Shape, Solid, coordinate_axes_by_extent};
 use nalgebra::{Matrix3, Unit};
 use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::sync::OnceLock;
 
-/// A set of K directions, and the variant that uses it.
+/// A set of K directions.
 pub trait Directions<const K: usize>: Clone + Debug + Send + Sync + 'static {
-    /// Name and promise.
-    const INFO: Info;
     /// K unit vectors of which no two are opposite; at least three of them independent.
     fn normals() -> &'static [Vector; K];
     /// The cones over the facets of the hull of all 2K normals, computed once.
@@ -38,8 +36,8 @@ pub struct Cone {
 #[derive(Clone, Debug)]
 pub struct Dop<D, const K: usize> {
     /// Largest coordinate along `+u`, then along `-u` (the negated smallest).
-    pub(super) high: [f64; K],
-    pub(super) negated_low: [f64; K],
+    pub(in crate::volume) high: [f64; K],
+    pub(in crate::volume) negated_low: [f64; K],
     pub(super) directions: PhantomData<D>,
 }
 
@@ -60,6 +58,24 @@ pub struct DopPose<const K: usize> {
 }
 
 impl<D: Directions<K>, const K: usize> Dop<D, K> {
+    /// The slabs around `triangles`, widened by what rounding can cost.
+    #[must_use]
+    pub fn around(triangles: &[Triangle]) -> Self {
+        let (mut high, mut negated_low) = ([f64::NEG_INFINITY; K], [f64::NEG_INFINITY; K]);
+        let mut reach: f64 = 0.0;
+        for corner in triangle::corners(triangles) {
+            for (k, normal) in D::normals().iter().enumerate() {
+                let x = normal.dot(&corner.coords);
+                high[k] = high[k].max(x);
+                negated_low[k] = negated_low[k].max(-x);
+            }
+            reach = reach.max(corner.coords.amax());
+        }
+        // Coordinates along a unit vector grow up to √3 times the largest coordinate.
+        let pad = pad_mm(2.0 * reach);
+        Self { high: high.map(|x| x + pad), negated_low: negated_low.map(|x| x + pad), directions: PhantomData }
+    }
+
     /// Extent along an outward normal, mm.
     #[inline(always)]
     fn support(&self, member: usize) -> f64 {
@@ -99,26 +115,8 @@ impl<D: Directions<K>, const K: usize> Dop<D, K> {
     }
 }
 
-impl<D: Directions<K>, const K: usize> BoundingVolume for Dop<D, K> {
-    const INFO: Info = D::INFO;
-
+impl<D: Directions<K>, const K: usize> Shape for Dop<D, K> {
     type Pose = DopPose<K>;
-
-    fn fit(triangles: &[Triangle]) -> Self {
-        let (mut high, mut negated_low) = ([f64::NEG_INFINITY; K], [f64::NEG_INFINITY; K]);
-        let mut reach: f64 = 0.0;
-        for corner in triangle::corners(triangles) {
-            for (k, normal) in D::normals().iter().enumerate() {
-                let x = normal.dot(&corner.coords);
-                high[k] = high[k].max(x);
-                negated_low[k] = negated_low[k].max(-x);
-            }
-            reach = reach.max(corner.coords.amax());
-        }
-        // Coordinates along a unit vector grow up to √3 times the largest coordinate.
-        let pad = pad_mm(2.0 * reach);
-        Self { high: high.map(|x| x + pad), negated_low: negated_low.map(|x| x + pad), directions: PhantomData }
-    }
 
     fn pose(a_from_b: &Isometry) -> DopPose<K> {
         let rotation = rigid::rotation(a_from_b);
@@ -155,6 +153,18 @@ impl<D: Directions<K>, const K: usize> BoundingVolume for Dop<D, K> {
         })
     }
 
+    fn size(&self) -> f64 {
+        self.high.iter().zip(&self.negated_low).map(|(high, negated_low)| (high + negated_low).powi(2)).sum()
+    }
+
+    /// The slabs are not orthogonal: the coordinate axes, by the extent of the contents.
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
+        let extents = triangle::bounds(triangles).map_or_else(Vector::zeros, |(low, high)| high - low);
+        coordinate_axes_by_extent(&extents)
+    }
+}
+
+impl<D: Directions<K>, const K: usize> Solid for Dop<D, K> {
     /// Slack is taken slab by slab: beyond an edge or a corner, a point may be a little farther off than that.
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         D::normals().iter().enumerate().all(|(k, normal)| {
@@ -170,22 +180,12 @@ impl<D: Directions<K>, const K: usize> BoundingVolume for Dop<D, K> {
         if count > 0.0 { Point::from(sum / count) } else { self.middle_of_slabs() }
     }
 
-    fn size(&self) -> f64 {
-        self.high.iter().zip(&self.negated_low).map(|(high, negated_low)| (high + negated_low).powi(2)).sum()
-    }
-
     fn volume(&self) -> f64 {
         self.polytope().volume()
     }
 
     fn surface_area(&self) -> f64 {
         self.polytope().surface_area()
-    }
-
-    /// The slabs are not orthogonal: the coordinate axes, by the extent of the contents.
-    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
-        let extents = triangle::bounds(triangles).map_or_else(Vector::zeros, |(low, high)| high - low);
-        coordinate_axes_by_extent(&extents)
     }
 
     fn outline(&self) -> Vec<Segment> {

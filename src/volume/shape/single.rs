@@ -5,18 +5,18 @@
 //! A frame is stored as a unit quaternion and normalised when it is loaded, so that it is a rotation to the last bits of
 //! double precision and the separating-axis test keeps its small epsilon.
 
-use super::aabb::{AabbRule, AlignedBox};
+use super::aligned_box::{AlignedBox, BoxTest};
 use super::dop::{Directions, Dop};
-use super::obb::{Obb, ObbRule};
-use super::sphere::{Sphere, SphereRule};
-use super::{BoundingVolume, Info, Segment};
+use super::obb::Obb;
+use super::sphere::Sphere;
 use crate::geometry::{Isometry, Point, Triangle, Vector};
+use crate::volume::{Segment, Shape, Solid};
 use nalgebra::{Matrix3, Quaternion, Rotation3, Unit, UnitQuaternion};
-use std::fmt::{self, Debug};
+use std::fmt::Debug;
 use std::marker::PhantomData;
 
-/// A volume with a form in single precision.
-pub trait Storable: BoundingVolume {
+/// A shape with a form in single precision.
+pub trait Storable: Shape {
     /// That form.
     type Stored: Clone + Debug + Send + Sync + 'static;
     /// A stored volume that contains this one.
@@ -25,49 +25,36 @@ pub trait Storable: BoundingVolume {
     fn load(stored: &Self::Stored) -> Self;
 }
 
-/// What makes a stored volume a variant: its name and what is stored.
-pub trait SingleRule: Clone + Debug + Send + Sync + 'static {
-    /// Name and promise.
-    const INFO: Info;
-    /// The volume that is fitted, then stored.
-    type Volume: Storable;
-}
-
 /// A volume in single precision.
-pub struct Single<R: SingleRule> {
-    stored: <R::Volume as Storable>::Stored,
+#[derive(Debug)]
+pub struct Single<S: Storable> {
+    stored: S::Stored,
 }
 
-impl<R: SingleRule> Single<R> {
+impl<S: Storable> Single<S> {
+    /// The volume, stored.
+    #[must_use]
+    pub fn new(volume: &S) -> Self {
+        Self { stored: volume.store() }
+    }
+
     #[inline(always)]
-    fn load(&self) -> R::Volume {
-        R::Volume::load(&self.stored)
+    fn load(&self) -> S {
+        S::load(&self.stored)
     }
 }
 
-impl<R: SingleRule> Clone for Single<R> {
+impl<S: Storable> Clone for Single<S> {
     fn clone(&self) -> Self {
         Self { stored: self.stored.clone() }
     }
 }
 
-impl<R: SingleRule> Debug for Single<R> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.stored.fmt(f)
-    }
-}
-
-impl<R: SingleRule> BoundingVolume for Single<R> {
-    const INFO: Info = R::INFO;
-
-    type Pose = <R::Volume as BoundingVolume>::Pose;
-
-    fn fit(triangles: &[Triangle]) -> Self {
-        Self { stored: R::Volume::fit(triangles).store() }
-    }
+impl<S: Storable> Shape for Single<S> {
+    type Pose = S::Pose;
 
     fn pose(a_from_b: &Isometry) -> Self::Pose {
-        R::Volume::pose(a_from_b)
+        S::pose(a_from_b)
     }
 
     #[inline]
@@ -79,6 +66,16 @@ impl<R: SingleRule> BoundingVolume for Single<R> {
         self.load().gap_mm(&other.load(), pose)
     }
 
+    fn size(&self) -> f64 {
+        self.load().size()
+    }
+
+    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
+        self.load().split_axes(triangles)
+    }
+}
+
+impl<S: Storable> Solid for Single<S> {
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         self.load().contains(point, slack_mm)
     }
@@ -87,20 +84,12 @@ impl<R: SingleRule> BoundingVolume for Single<R> {
         self.load().centre()
     }
 
-    fn size(&self) -> f64 {
-        self.load().size()
-    }
-
     fn volume(&self) -> f64 {
         self.load().volume()
     }
 
     fn surface_area(&self) -> f64 {
         self.load().surface_area()
-    }
-
-    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
-        self.load().split_axes(triangles)
     }
 
     fn outline(&self) -> Vec<Segment> {
@@ -129,7 +118,7 @@ pub struct StoredSphere {
     radius: f32,
 }
 
-impl<R: SphereRule> Storable for Sphere<R> {
+impl Storable for Sphere {
     type Stored = StoredSphere;
 
     fn store(&self) -> StoredSphere {
@@ -138,7 +127,7 @@ impl<R: SphereRule> Storable for Sphere<R> {
     }
 
     fn load(stored: &StoredSphere) -> Self {
-        Self::new(Point::from(double(&stored.centre)), f64::from(stored.radius))
+        Self { centre: Point::from(double(&stored.centre)), radius: f64::from(stored.radius) }
     }
 }
 
@@ -149,7 +138,7 @@ pub struct StoredAlignedBox {
     half: [f32; 3],
 }
 
-impl<R: AabbRule> Storable for AlignedBox<R> {
+impl<T: BoxTest> Storable for AlignedBox<T> {
     type Stored = StoredAlignedBox;
 
     fn store(&self) -> StoredAlignedBox {
@@ -202,7 +191,7 @@ impl StoredObb {
     }
 }
 
-impl<R: ObbRule> Storable for Obb<R> {
+impl Storable for Obb {
     type Stored = StoredObb;
 
     fn store(&self) -> StoredObb {
@@ -220,22 +209,18 @@ impl<R: ObbRule> Storable for Obb<R> {
 
     #[inline(always)]
     fn load(stored: &StoredObb) -> Self {
-        Self {
-            axes: stored.axes(),
-            centre: Point::from(double(&stored.centre)),
-            half: double(&stored.half),
-            rule: PhantomData,
-        }
+        Self { axes: stored.axes(), centre: Point::from(double(&stored.centre)), half: double(&stored.half) }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::aabb::Aabb;
-    use super::super::dop_8::Dop8;
-    use super::super::obb_area::ObbArea;
-    use super::super::sphere_ritter::SphereRitter;
     use super::*;
+    use crate::volume::BoundingVolume;
+    use crate::volume::aabb::Aabb;
+    use crate::volume::dop_8::Dop8;
+    use crate::volume::obb_area::ObbArea;
+    use crate::volume::sphere_ritter::SphereRitter;
     use obbtree::cases::meshes;
 
     #[test]
@@ -248,16 +233,16 @@ mod tests {
 
     #[test]
     fn a_stored_volume_takes_half_the_memory() {
-        assert_eq!((size_of::<StoredSphere>(), size_of::<SphereRitter>()), (16, 32));
-        assert_eq!((size_of::<StoredAlignedBox>(), size_of::<Aabb>()), (24, 48));
-        assert_eq!((size_of::<StoredDop<4>>(), size_of::<Dop8>()), (32, 64));
-        assert_eq!((size_of::<StoredObb>(), size_of::<Obb<ObbArea>>()), (40, 120));
+        assert_eq!((size_of::<StoredSphere>(), size_of::<Sphere>()), (16, 32));
+        assert_eq!((size_of::<StoredAlignedBox>(), size_of::<<Aabb as BoundingVolume>::Shape>()), (24, 48));
+        assert_eq!((size_of::<StoredDop<4>>(), size_of::<<Dop8 as BoundingVolume>::Shape>()), (32, 64));
+        assert_eq!((size_of::<StoredObb>(), size_of::<Obb>()), (40, 120));
     }
 
     /// The stored volume's size against the original's, and whether it still contains the contents.
-    fn stored<V: Storable>(triangles: &[Triangle]) -> f64 {
+    fn stored<V: BoundingVolume<Shape: Storable>>(triangles: &[Triangle]) -> f64 {
         let volume = V::fit(triangles);
-        let loaded = V::load(&volume.store());
+        let loaded = V::Shape::load(&volume.store());
         assert!(crate::geometry::triangle::corners(triangles).all(|corner| loaded.contains(corner, 0.0)));
         loaded.surface_area() / volume.surface_area()
     }
@@ -271,7 +256,7 @@ mod tests {
             stored::<SphereRitter>(&triangles),
             stored::<Aabb>(&triangles),
             stored::<Dop8>(&triangles),
-            stored::<Obb<ObbArea>>(&triangles),
+            stored::<ObbArea>(&triangles),
         ] {
             assert!((1.0..1.0 + 1e-4).contains(&ratio), "{ratio}");
         }

@@ -19,11 +19,11 @@ mod edges;
 mod family;
 mod search;
 
-use super::super::separating_axes::pad_mm;
 use super::dito::Dito14;
 use super::frame::{AreaCovariance, FrameRule, HullAreaCovariance, VertexCovariance, any_frame, reach_mm};
 use crate::geometry::hull::{Hull, Solid};
 use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
+use crate::volume::shape::separating_axes::pad_mm;
 use edges::BoxesOnEdges;
 use nalgebra::Matrix3;
 use search::Search;

@@ -1,0 +1,29 @@
+//! How an oriented box is put around triangles: a rule for its axes ([`frame`]) and one for its centre ([`centre`]), so that the effect of each
+//! can be measured apart.
+
+pub mod centre;
+pub mod dito;
+pub mod frame;
+pub mod minimum;
+
+use super::shape::obb::Obb;
+use super::shape::separating_axes::pad_mm;
+use crate::geometry::{Triangle, Vector, triangle};
+use centre::CentreRule;
+use frame::FrameRule;
+
+/// The box around `triangles` (at least one, mm) along the axes of the rule `F`, centred by the rule `C`.
+#[must_use]
+pub fn oriented<F: FrameRule, C: CentreRule>(triangles: &[Triangle]) -> Obb {
+    let (mean, axes) = F::mean_and_axes(triangles);
+    let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
+    let mut reach: f64 = 0.0;
+    for corner in triangle::corners(triangles) {
+        // About the mean, so that a part far from its origin loses nothing.
+        let x = axes.tr_mul(&(corner - mean));
+        (low, high) = (low.inf(&x), high.sup(&x));
+        reach = reach.max(corner.coords.amax());
+    }
+    let (centre, half) = C::centre_and_half(&low, &high);
+    Obb { axes, centre: mean + axes * centre, half: half + Vector::repeat(pad_mm(reach)) }
+}

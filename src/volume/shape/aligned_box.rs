@@ -1,0 +1,156 @@
+//! Axis-aligned boxes, kept in their mesh's axes; the variants differ in how two are tested at a relative pose.
+//!
+//! G. van den Bergen, "Efficient Collision Detection of Complex Deformable Models using AABB Trees", 1997. Because all boxes
+//! of a mesh share its axes, the rotation between two boxes, and its absolute values, are constants of the pose.
+
+use super::obb::Obb;
+use super::separating_axes::{box_contains, gap_mm, pad_mm, widened_abs};
+use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
+use crate::volume::{Segment, Shape, Solid, box_area, box_outline, coordinate_axes_by_extent};
+use nalgebra::{Matrix3, Unit};
+use std::fmt::Debug;
+use std::marker::PhantomData;
+
+/// How two axis-aligned boxes are told apart at a relative pose.
+pub trait BoxTest: Clone + Debug + Send + Sync + 'static {
+    /// Whether two boxes are apart: half-lengths `a` and `b`, mm, and `t` the second centre seen from the first, mm.
+    fn separated(t: &Vector, pose: &AlignedPose, a: &Vector, b: &Vector) -> bool;
+}
+
+/// Centre and half-lengths, mm, mesh axes.
+#[derive(Clone, Debug)]
+pub struct AlignedBox<T> {
+    pub(in crate::volume) centre: Point,
+    pub(in crate::volume) half: Vector,
+    test: PhantomData<T>,
+}
+
+/// Rotation, its widened absolute values, and translation, mm, from the second mesh to the first.
+#[derive(Clone, Debug)]
+pub struct AlignedPose {
+    /// Takes axes of the second mesh to axes of the first.
+    pub rotation: Matrix3<f64>,
+    /// [`widened_abs`] of it.
+    pub widened: Matrix3<f64>,
+    translation: Vector,
+}
+
+impl<T> AlignedBox<T> {
+    /// The box with this centre and these half-lengths, mm.
+    #[must_use]
+    pub const fn new(centre: Point, half: Vector) -> Self {
+        Self { centre, half, test: PhantomData }
+    }
+
+    /// The bounds of `triangles`, widened by what rounding can cost.
+    #[must_use]
+    pub fn around(triangles: &[Triangle]) -> Self {
+        let (low, high) = triangle::bounds(triangles).unwrap_or((Point::origin(), Point::origin()));
+        let pad = pad_mm(low.coords.amax().max(high.coords.amax()));
+        Self::new(nalgebra::center(&low, &high), (high - low) * 0.5 + Vector::repeat(pad))
+    }
+}
+
+impl<T: BoxTest> Shape for AlignedBox<T> {
+    type Pose = AlignedPose;
+
+    fn pose(a_from_b: &Isometry) -> AlignedPose {
+        let rotation = rigid::rotation(a_from_b);
+        AlignedPose { rotation, widened: widened_abs(&rotation), translation: a_from_b.translation.vector }
+    }
+
+    #[inline(always)]
+    fn overlaps(&self, other: &Self, pose: &AlignedPose) -> bool {
+        let t = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
+        !T::separated(&t, pose, &self.half, &other.half)
+    }
+
+    fn gap_mm(&self, other: &Self, pose: &AlignedPose) -> f64 {
+        let t = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
+        gap_mm(&t, &pose.rotation, &pose.widened, &self.half, &other.half)
+    }
+
+    fn size(&self) -> f64 {
+        self.half.norm_squared()
+    }
+
+    fn split_axes(&self, _: &[Triangle]) -> [Unit<Vector>; 3] {
+        coordinate_axes_by_extent(&self.half)
+    }
+}
+
+impl<T: BoxTest> Solid for AlignedBox<T> {
+    fn contains(&self, point: &Point, slack_mm: f64) -> bool {
+        box_contains(&(point - self.centre), &self.half, slack_mm)
+    }
+
+    fn centre(&self) -> Point {
+        self.centre
+    }
+
+    fn volume(&self) -> f64 {
+        8.0 * self.half.product()
+    }
+
+    fn surface_area(&self) -> f64 {
+        box_area(&self.half)
+    }
+
+    fn outline(&self) -> Vec<Segment> {
+        box_outline(&self.centre, &Matrix3::identity(), &self.half)
+    }
+
+    fn as_box(&self) -> Option<Obb> {
+        Some(Obb { axes: Matrix3::identity(), centre: self.centre, half: self.half })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::BoundingVolume;
+    use crate::volume::aabb::{Aabb, FifteenAxes};
+    use crate::volume::aabb_refit::{AabbRefit, Refit};
+    use crate::volume::aabb_sat6::{AabbSat6, SixAxes};
+
+    #[test]
+    fn a_triangle_gets_its_bounds() {
+        let t = Triangle::new(Point::new(1.0, 2.0, 3.0), Point::new(5.0, 2.0, 3.0), Point::new(1.0, 8.0, 3.0));
+        let fitted = Aabb::fit(&[t]);
+        assert_eq!(fitted.centre, Point::new(3.0, 5.0, 3.0));
+        assert!((fitted.volume() - 0.0).abs() < 1e-5 && (fitted.surface_area() - 2.0 * 4.0 * 6.0).abs() < 1e-5);
+        assert!(fitted.contains(&Point::new(5.0, 8.0, 3.0), 0.0) && !fitted.contains(&Point::new(5.1, 8.0, 3.0), 0.05));
+    }
+
+    /// Boxes of edge 2 about the origin of their meshes.
+    fn overlap<T: BoxTest>(pose: &Isometry) -> bool {
+        let corner = |x: f64| Point::new(x, x, x);
+        let cube = AlignedBox::<T>::around(&[Triangle::new(corner(-1.0), corner(1.0), corner(0.0))]);
+        cube.overlaps(&cube, &AlignedBox::<T>::pose(pose))
+    }
+
+    #[test]
+    fn each_rule_sees_what_its_axes_show() {
+        let quarter = std::f64::consts::FRAC_PI_4;
+        // On its edge about z at x: its width along x is 2√2, which all see.
+        let on_edge = |x: f64| Isometry::new(Vector::new(x, 0.0, 0.0), Vector::z() * quarter);
+        let reach = 1.0 + 2.0_f64.sqrt();
+        for overlap in [overlap::<FifteenAxes>, overlap::<SixAxes>, overlap::<Refit>] {
+            assert!(overlap(&on_edge(reach - 1e-6)) && !overlap(&on_edge(reach + 1e-6)));
+        }
+        // Along the diagonal the first box's corner meets the second box's face: at distance √2 + 1, but the re-fitted box
+        // reaches 1 + √2 along x and along y, so that it parts at √2 (1 + √2).
+        let diagonal = |d: f64| Isometry::new(Vector::new(1.0, 1.0, 0.0).normalize() * d, Vector::z() * quarter);
+        assert!(!overlap::<FifteenAxes>(&diagonal(reach + 1e-6)) && !overlap::<SixAxes>(&diagonal(reach + 1e-6)));
+        assert!(overlap::<Refit>(&diagonal(2.0_f64.sqrt() * reach - 1e-6)));
+        assert!(!overlap::<Refit>(&diagonal(2.0_f64.sqrt() * reach + 1e-6)));
+        // Two edges crossed along z part at 2√2; no face shows that.
+        let x = nalgebra::UnitQuaternion::from_axis_angle(&Vector::x_axis(), quarter);
+        let y = nalgebra::UnitQuaternion::from_axis_angle(&Vector::y_axis(), quarter);
+        let crossed = |z: f64| Isometry::from_parts((x.inverse() * Vector::new(0.0, 0.0, z)).into(), x.inverse() * y);
+        let touch = 2.0 * 2.0_f64.sqrt();
+        assert!(!overlap::<FifteenAxes>(&crossed(touch + 1e-6)) && overlap::<FifteenAxes>(&crossed(touch - 1e-6)));
+        assert!(overlap::<SixAxes>(&crossed(touch + 1e-6)));
+        assert_eq!((AabbSat6::INFO.safe, AabbRefit::INFO.safe), (true, true));
+    }
+}

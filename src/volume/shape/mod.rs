@@ -1,0 +1,10 @@
+//! The shapes that several variants share, one file each, and what their tests are made of.
+
+pub mod aligned_box;
+pub mod dop;
+pub mod obb;
+pub mod polytope;
+pub mod rectangle_distance;
+pub mod separating_axes;
+pub mod single;
+pub mod sphere;
