@@ -71,12 +71,32 @@ impl Octree {
 
     /// Divides an octant that holds `faces`, or makes it a leaf.
     fn divide(&mut self, octant: usize, faces: Vec<u32>, levels: u32, pad: f64) {
-        let Octant { centre, half, .. } = self.octants[octant];
-        if faces.len() <= CAPACITY || levels == 0 {
+        let children = if faces.len() <= CAPACITY || levels == 0 { None } else { self.eighths(octant, &faces, pad) };
+        let Some(children) = children else {
             (self.octants[octant].first, self.octants[octant].count) = (self.faces.len() as u32, faces.len() as u32);
             self.faces.extend(faces);
             return;
+        };
+        let half = (self.octants[octant].half - pad) / 2.0 + pad;
+        let first = self.octants.len();
+        let parent = &mut self.octants[octant];
+        (parent.first, parent.count, parent.is_leaf) = (first as u32, children.len() as u32, false);
+        self.octants.extend(children.iter().map(|(centre, _)| Octant {
+            centre: *centre,
+            half,
+            first: 0,
+            count: 0,
+            is_leaf: true,
+        }));
+        for (number, (_, faces)) in children.into_iter().enumerate() {
+            self.divide(first + number, faces, levels - 1, pad);
         }
+    }
+
+    /// The middles of an octant's eighths that hold triangles, with those of its `faces` that each holds. `None` where none holds fewer: triangles
+    /// one upon the other, or all of them within the pad, are not told apart however small the cubes are.
+    fn eighths(&self, octant: usize, faces: &[u32], pad: f64) -> Option<Vec<(Point, Vec<u32>)>> {
+        let Octant { centre, half, .. } = self.octants[octant];
         let quarter = (half - pad) / 2.0;
         let padded = Vector::repeat(quarter + pad);
         let eighth = |number: usize| {
@@ -86,15 +106,8 @@ impl Octree {
             (centre, faces.iter().filter(reaches).copied().collect::<Vec<u32>>())
         };
         let mut children: Vec<_> = (0..8).map(eighth).collect();
-        children.retain(|(_, faces)| !faces.is_empty());
-        let first = self.octants.len();
-        let parent = &mut self.octants[octant];
-        (parent.first, parent.count, parent.is_leaf) = (first as u32, children.len() as u32, false);
-        let child = |centre| Octant { centre, half: quarter + pad, first: 0, count: 0, is_leaf: true };
-        self.octants.extend(children.iter().map(|(centre, _)| child(*centre)));
-        for (number, (_, faces)) in children.into_iter().enumerate() {
-            self.divide(first + number, faces, levels - 1, pad);
-        }
+        children.retain(|(_, held)| !held.is_empty());
+        children.iter().any(|(_, held)| held.len() < faces.len()).then_some(children)
     }
 
     /// The depth of every leaf; the root's is 0.
@@ -251,6 +264,21 @@ mod tests {
         assert!(tree.faces.len() >= 24 && tree.faces.len() <= 48);
         assert!((tree.relative_area() - 3.0).abs() < 1e-6); // 1 + 8/4
         assert_eq!(tree.bytes(), 9 * size_of::<Octant>() + tree.faces.len() * 4 + 12 * 72);
+    }
+
+    #[test]
+    fn what_cannot_be_told_apart_is_not_divided() {
+        let p = |x: f64, y: f64| Point::new(4000.0 + x, y, 4000.0 - x);
+        let large = Triangle::new(p(0.0, 0.0), p(90.0, 3.0), p(40.0, 70.0));
+        assert_eq!(Octree::build(vec![large; 200]).octant_count(), 1);
+        // A thousandth of the pad.
+        let tiny = |i: i32| p(f64::from(i) * 1e-12, 0.0);
+        let crumbs = (0..200).map(|i| Triangle::new(tiny(i), tiny(i + 1), tiny(i + 2))).collect();
+        assert_eq!(Octree::build(crumbs).octant_count(), 1);
+        // One more triangle parts from them at the first cut, and they stay together.
+        let apart = Triangle::new(p(0.0, 300.0), p(1.0, 300.0), p(0.0, 301.0));
+        let tree = Octree::build([vec![large; 200], vec![apart]].concat());
+        assert!(tree.octant_count() < 20 && tree.faces.len() < 2000, "{} {}", tree.octant_count(), tree.faces.len());
     }
 
     #[test]
