@@ -1,5 +1,6 @@
 //! What the program is, what machine it runs on, and whether something else is running there.
 
+use super::sources;
 use crate::record::manifest::{MachineFacts, Program};
 use obbtree::Simd;
 use std::fs;
@@ -7,18 +8,14 @@ use std::fs;
 /// What this program was built from and how it was called.
 #[must_use]
 pub fn program() -> Program {
-    let dirty = match env!("BVBENCH_GIT_DIRTY") {
-        "yes" => Some(true),
-        "no" => Some(false),
-        _ => None,
-    };
+    let (revision, dirty) = revision();
     // Only the program's name, not the folder it lies in: the record is for others.
     let mut arguments = std::env::args();
     let name = arguments.next().unwrap_or_default();
     let name = std::path::Path::new(&name).file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     Program {
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        git_revision: env!("BVBENCH_GIT_REVISION").to_owned(),
+        git_revision: revision,
         git_dirty: dirty,
         rustc: env!("BVBENCH_RUSTC").to_owned(),
         flags: format!(
@@ -29,6 +26,16 @@ pub fn program() -> Program {
         ),
         command: std::iter::once(name).chain(arguments).collect::<Vec<_>>().join(" "),
     }
+}
+
+/// The git revision of the source, and whether there were local changes: as it is now where the checkout still holds what the program was
+/// built from, else as it was when it was built.
+fn revision() -> (String, Option<bool>) {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let is_same = |now: &u64| now.to_string() == env!("BVBENCH_FINGERPRINT");
+    let now = sources::fingerprint(root).filter(is_same).and_then(|_| sources::checkout(root));
+    let then = || (env!("BVBENCH_GIT_REVISION").to_owned(), env!("BVBENCH_GIT_DIRTY").parse().ok());
+    now.map_or_else(then, |(revision, dirty)| (revision, Some(dirty)))
 }
 
 /// The machine, as far as Linux's `/proc` or the standard library tells.

@@ -21,6 +21,7 @@ pub mod profile;
 pub mod query;
 pub mod run;
 pub mod shape;
+mod sources;
 pub mod sweep;
 pub mod timer;
 
