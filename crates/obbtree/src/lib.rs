@@ -29,6 +29,8 @@ mod posed;
 pub mod proximity;
 pub mod split;
 #[cfg(test)]
+mod pinned;
+#[cfg(test)]
 mod tests;
 pub mod traverse;
 pub mod triangles;

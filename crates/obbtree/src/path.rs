@@ -288,6 +288,23 @@ impl Memory {
 }
 
 #[cfg(test)]
+impl Memory {
+    /// Operations of a query, none where what is kept settles it.
+    pub(super) fn counted<V: WideVolume>(
+        &mut self,
+        a: &WideTree<V>,
+        b: &WideTree<V>,
+        a_from_b: &Isometry,
+        simd: Simd,
+        coherence: Coherence,
+    ) -> traverse::Counts {
+        self.scratch.tally.counts = traverse::Counts::default();
+        self.first(a, b, a_from_b, simd, coherence);
+        self.scratch.counts()
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::super::oriented::Oriented;
     use super::traverse::Counts;
