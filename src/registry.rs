@@ -75,7 +75,7 @@ impl Variant {
     /// A tree of the shape of `V`, fitted as `V` does and split by `split` along the volumes' own axes unless another policy is asked for.
     #[must_use]
     pub fn of<V: BoundingVolume>(split: SplitRule) -> Self {
-        Self::tree(V::INFO, split, |mesh, policy| Box::new(Tree::build(V::fit, &mesh.triangles(), policy)))
+        Self::tree(V::INFO, split, |mesh, policy| Box::new(Tree::build(&V::fit, &mesh.triangles(), policy)))
     }
 
     /// A wide tree of volumes of type `V`; it has no other policy than its own.

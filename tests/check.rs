@@ -117,7 +117,7 @@ fn a_gouge_and_a_holder_are_found_on_their_lines_and_nothing_on_the_clean_progra
 fn the_programs_over_the_free_form_part_are_those_that_path_writes() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench-scenes/freeform-5axis");
     for (file, flaws) in [("clean.ngc", &[][..]), ("program.ngc", &["--gouge", "0.05@0.3", "--lean", "66@0.53"])] {
-        let path = ["path", "freeform-5axis", "--rows", "8", "--step", "1.2", "--lead", "5", "--tilt", "3"];
+        let path = ["program", "path", "freeform-5axis", "--rows", "8", "--step", "1.2", "--lead", "5", "--tilt", "3"];
         let output = bvbench().args(path).args(flaws).output().unwrap();
         assert!(output.status.success());
         assert_eq!(

@@ -13,7 +13,8 @@ use std::time::Duration;
 use support::{BALL_AND_RING, Folder};
 
 fn smoke<'a>(verb: &'a str, out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
-    let mut arguments = vec![verb, "--profile", "smoke", "--scene", "scene", "--out", out, "--quiet"];
+    let mut arguments = if verb == "repro" { vec![verb] } else { vec!["stage", verb] };
+    arguments.extend(["--profile", "smoke", "--scene", "scene", "--out", out, "--quiet"]);
     arguments.extend(more);
     arguments
 }
@@ -64,13 +65,13 @@ fn repro_leaves_every_record_every_figure_and_a_report() {
     assert!(table.len() > 20 && table.iter().all(|line| line.chars().count() <= 100), "{said}");
     assert!(!said.contains('\x1b'), "{said}");
     let compare = |variable: &str, value: &str| {
-        folder.command(&["compare", "run", "run", "--all"]).env(variable, value).output().unwrap()
+        folder.command(&["stage", "compare", "run", "run", "--all"]).env(variable, value).output().unwrap()
     };
     let same = compare("NO_COLOR", "1");
     let text = String::from_utf8(same.stdout).unwrap();
     assert!(same.status.success() && text.contains("Contacts missed: the same") && !text.contains('\x1b'), "{text}");
     assert!(String::from_utf8(compare("CLICOLOR_FORCE", "1").stdout).unwrap().contains('\x1b'));
-    assert!(folder.refused(&["compare", "run", "nowhere"]).contains("manifest.json"));
+    assert!(folder.refused(&["stage", "compare", "run", "nowhere"]).contains("manifest.json"));
     let left = fs::read_dir(&run).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
     assert!(left.filter(|name| name.ends_with(".partial")).count() == 0);
 }
@@ -123,25 +124,25 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
 #[test]
 fn what_cannot_be_done_is_refused_with_its_cause() {
     let folder = Folder::with_scene();
-    let missing = folder.refused(&["verify", "--scene", "no-such-scene", "--out", "x"]);
+    let missing = folder.refused(&["stage", "verify", "--scene", "no-such-scene", "--out", "x"]);
     assert!(missing.contains("no-such-scene") && missing.contains("lathe-toolpost"), "{missing}");
-    let unknown = folder.refused(&["measure", "--variant", "dop-7", "--scene", "scene", "--out", "x"]);
+    let unknown = folder.refused(&["stage", "measure", "--variant", "dop-7", "--scene", "scene", "--out", "x"]);
     assert!(unknown.contains("dop-7") && unknown.contains("dop-8"), "{unknown}");
     assert!(folder.refused(&["repro", "--profile", "huge"]).contains("smoke"));
-    assert!(folder.refused(&["measure", "--policy", "median/own/9"]).contains("median/own/9"));
+    assert!(folder.refused(&["stage", "measure", "--policy", "median/own/9"]).contains("median/own/9"));
     assert!(folder.refused(&["frobnicate"]).contains("frobnicate"));
-    assert!(folder.refused(&["analyze", "--out", "nowhere"]).contains("manifest.json"));
+    assert!(folder.refused(&["stage", "analyze", "--out", "nowhere"]).contains("manifest.json"));
     assert!(folder.refused(&smoke("verify", "x", &["--workload", "dance"])).contains("dance"));
 
     folder.write("malformed/scene.toml", "title = \"x\"\nparts = [\n");
-    let malformed = folder.refused(&["verify", "--scene", "malformed", "--out", "x"]);
+    let malformed = folder.refused(&["stage", "verify", "--scene", "malformed", "--out", "x"]);
     assert!(malformed.contains("scene.toml:"), "{malformed}");
     folder.write("typo/scene.toml", &BALL_AND_RING.replace("radius_mm = 20", "radus_mm = 20"));
-    assert!(folder.refused(&["verify", "--scene", "typo", "--out", "x"]).contains("radus_mm"));
+    assert!(folder.refused(&["stage", "verify", "--scene", "typo", "--out", "x"]).contains("radus_mm"));
     folder.write("nan/scene.toml", &BALL_AND_RING.replace("radius_mm = 20", "radius_mm = nan"));
-    assert!(folder.refused(&["verify", "--scene", "nan", "--out", "x"]).contains("scene.toml"));
+    assert!(folder.refused(&["stage", "verify", "--scene", "nan", "--out", "x"]).contains("scene.toml"));
     folder.write("part/scene.toml", &BALL_AND_RING.replace("[\"ring\", \"ball\"]", "[\"ring\", \"bell\"]"));
-    assert!(folder.refused(&["verify", "--scene", "part", "--out", "x"]).contains("bell"));
+    assert!(folder.refused(&["stage", "verify", "--scene", "part", "--out", "x"]).contains("bell"));
 
     folder.write("blocked", "a file where the folder should be");
     assert!(folder.refused(&smoke("verify", "blocked/run", &[])).contains("blocked"));
@@ -163,8 +164,19 @@ fn a_run_of_another_request_is_not_replaced_unasked() {
 #[test]
 fn an_audit_goes_on_with_the_cells_it_lacks() {
     let folder = Folder::with_scene();
-    let audit =
-        ["audit", "--profile", "smoke", "--scene", "scene", "--orientation", "vertex", "--out", "audit", "--quiet"];
+    let audit = [
+        "study",
+        "audit",
+        "--profile",
+        "smoke",
+        "--scene",
+        "scene",
+        "--orientation",
+        "vertex",
+        "--out",
+        "audit",
+        "--quiet",
+    ];
     let output = folder.run(&audit);
     assert!(output.status.success(), "{output:?}");
     let files = ["audit.csv", "audit_trees.csv", "audit_axes.csv"];
@@ -181,17 +193,38 @@ fn an_audit_goes_on_with_the_cells_it_lacks() {
     files.iter().for_each(|file| fs::remove_file(folder.path("audit").join(file)).unwrap());
     assert!(folder.run(&audit).status.success());
     assert_eq!(read(), whole);
-    let other =
-        folder.run(&["audit", "--profile", "smoke", "--scene", "scene", "--orientation", "area", "--out", "audit"]);
+    let other = folder.run(&[
+        "study",
+        "audit",
+        "--profile",
+        "smoke",
+        "--scene",
+        "scene",
+        "--orientation",
+        "area",
+        "--out",
+        "audit",
+    ]);
     assert_eq!(other.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&other.stderr).contains("another request"), "{other:?}");
-    let unknown = folder.run(&["audit", "--scene", "scene", "--orientation", "sideways", "--out", "none"]);
+    let unknown = folder.run(&["study", "audit", "--scene", "scene", "--orientation", "sideways", "--out", "none"]);
     assert!(String::from_utf8_lossy(&unknown.stderr).contains("no orientation `sideways`"), "{unknown:?}");
-    let ends = ["audit", "--profile", "smoke", "--scene", "scene", "--orientation", "area", "--counts-only", "--quiet"];
+    let ends = [
+        "study",
+        "audit",
+        "--profile",
+        "smoke",
+        "--scene",
+        "scene",
+        "--orientation",
+        "area",
+        "--counts-only",
+        "--quiet",
+    ];
     let leaves = folder.run(&[&ends[..], &["--leaf", "1", "--leaf", "8", "--out", "leaves"]].concat());
     assert!(leaves.status.success(), "{leaves:?}");
     assert_eq!(column(&folder.path("leaves/audit.csv"), "leaf"), ["1", "8"].map(str::to_owned).into());
-    let odd = folder.run(&["audit", "--scene", "scene", "--leaf", "3", "--out", "none"]);
+    let odd = folder.run(&["study", "audit", "--scene", "scene", "--leaf", "3", "--out", "none"]);
     assert_eq!(odd.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&odd.stderr).contains("no leaves of 3 triangles; it has 1, 2, 4, 8"), "{odd:?}");
 }
@@ -200,19 +233,79 @@ fn an_audit_goes_on_with_the_cells_it_lacks() {
 fn a_sweep_is_the_same_every_time_and_tells_its_names() {
     let folder = Folder::with_scene();
     let run = |out: &str| {
-        let output = folder.run(&["sweep", "leaf", "--profile", "smoke", "--counts-only", "--out", out, "--quiet"]);
+        let output =
+            folder.run(&["study", "sweep", "leaf", "--profile", "smoke", "--counts-only", "--out", out, "--quiet"]);
         assert!(output.status.success(), "{output:?}");
         ["sweep.csv", "sweep_summary.csv", "plots/sweep.svg"]
             .map(|f| fs::read(folder.path(out).join("leaf").join(f)).unwrap())
     };
     assert_eq!(run("one"), run("two"));
-    let names = String::from_utf8(folder.run(&["sweep"]).stdout).unwrap();
+    let names = String::from_utf8(folder.run(&["study", "sweep"]).stdout).unwrap();
     for name in ["grading", "flips", "size", "offset", "rotation", "aspect", "step", "leaf"] {
         assert!(names.contains(name), "{names}");
     }
-    let unknown = folder.run(&["sweep", "colour"]);
+    let unknown = folder.run(&["study", "sweep", "colour"]);
     assert_eq!(unknown.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&unknown.stderr).contains("no sweep `colour`"), "{unknown:?}");
+}
+
+#[test]
+fn a_scene_of_ones_own_is_tried_without_the_paper() {
+    let folder = Folder::with_scene();
+    let output =
+        folder.run(&["try", "scene", "--profile", "smoke", "--variant", "aabb", "--variant", "obb-vertex", "--quiet"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{said} {}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        said.contains("a ball against a ring") && said.contains("plain OBB") && !said.contains("reproduces"),
+        "{said}"
+    );
+    let run = folder.path("results/try-scene");
+    for file in ["report.md", "report.html"] {
+        let text = read(&run.join(file));
+        assert!(text.contains("a ball against a ring"), "{file}");
+        for of_the_paper in ["Xu and Zhang, Tongji", "replication", "Do the claims hold"] {
+            assert!(!text.contains(of_the_paper), "{file} has `{of_the_paper}`");
+        }
+    }
+    // The records stay, and the report can be written again.
+    assert!(folder.run(&["stage", "report", "--out", "results/try-scene", "--quiet"]).status.success());
+}
+
+#[test]
+fn meshes_and_poses_are_tried_as_a_scene() {
+    let folder = Folder::with_scene();
+    let tetrahedron = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    folder.write("a piece.obj", tetrahedron);
+    folder.write("tool.obj", tetrahedron);
+    let rows: String = (0..60).map(|i| format!("tool,1,0,0,0,{},0.5,0\n", 12.0 - 0.2 * f64::from(i))).collect();
+    folder.write("poses.csv", &format!("part,qw,qx,qy,qz,tx,ty,tz\n{rows}"));
+    let quick =
+        ["--profile", "smoke", "--workload", "recorded", "--variant", "obb-area", "--out", "run", "--quiet", "--json"];
+    let output = folder.run(&[&["try", "a piece.obj", "tool.obj", "poses.csv"][..], &quick].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let case = &result["verification"]["cases"][0];
+    // 60 poses under two policies; those nearer than 9 mm touch, less what the slant keeps apart.
+    assert!(case["poses"] == 60 && case["colliding"].as_u64().unwrap() > 30 && case["missed"] == 0, "{case}");
+    assert!(read(&folder.path("run/report.html")).contains("a_piece against tool at the poses of poses"));
+    // What is lacking or wrong is named.
+    assert!(folder.refused(&["try", "tool.obj"]).contains("one pose file (.csv), and 0 of the paths are"));
+    assert!(folder.refused(&["try", "tool.obj", "poses.csv"]).contains("two meshes at least"));
+    assert!(folder.refused(&["try", "tool.obj", "none.stl", "poses.csv"]).contains("none.stl"));
+    folder.write("other-scene/notes.txt", "somebody's own");
+    let other = folder.refused(&["try", "a piece.obj", "tool.obj", "poses.csv", "--out", "other"]);
+    assert!(other.contains("other-scene") && folder.path("other-scene/notes.txt").exists(), "{other}");
+}
+
+#[test]
+fn the_old_spelling_of_a_verb_answers_with_the_new_one() {
+    let folder = Folder::with_scene();
+    folder.write("p.ngc", "G0 X1\nM2\n");
+    let output = folder.run(&["gcode", "p.ngc"]);
+    let noted = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && noted.contains("`bvbench gcode` is now `bvbench program gcode`"), "{noted}");
+    assert_eq!(output.stdout, folder.run(&["program", "gcode", "p.ngc"]).stdout);
 }
 
 #[test]
@@ -244,7 +337,7 @@ fn output_that_cannot_be_written_is_an_error_and_a_reader_that_left_is_none() {
     for arguments in [
         &["list"][..],
         &["list", "--json"],
-        &["gcode", "p.ngc", "--json"],
+        &["program", "gcode", "p.ngc", "--json"],
         &["scene", "info", "scene"],
         &["check", "scene", "p.ngc", "--quiet", "--json"],
         &["completions", "bash"],
@@ -270,9 +363,9 @@ fn more_threads_than_any_machine_can_use_are_refused() {
     for verb in [
         &["check", "scene"][..],
         &["view", "scene"],
-        &["verify", "--scene", "scene"],
-        &["sweep", "leaf"],
-        &["audit", "--scene", "scene"],
+        &["stage", "verify", "--scene", "scene"],
+        &["study", "sweep", "leaf"],
+        &["study", "audit", "--scene", "scene"],
         &["peers", "run", "--scene", "scene", "--out", "x"],
     ] {
         let message = folder.refused(&[verb, &["--threads", &too_many]].concat());
@@ -306,7 +399,7 @@ fn a_manifest_of_another_schema_is_refused_with_both_versions() {
     for (text, found) in [("{\"schema\": 99}", "schema 99"), ("{}", "schema none")] {
         folder.write("run/manifest.json", text);
         for verb in ["analyze", "plot", "report"] {
-            let message = folder.refused(&[verb, "--out", "run"]);
+            let message = folder.refused(&["stage", verb, "--out", "run"]);
             assert!(message.contains(found) && message.contains("reads schema 1"), "{verb}: {message}");
         }
     }
@@ -314,7 +407,7 @@ fn a_manifest_of_another_schema_is_refused_with_both_versions() {
 
 #[test]
 fn control_characters_of_a_name_do_not_reach_the_terminal() {
-    let message = Folder::with_scene().refused(&["verify", "--scene", "no\x1b]0;owned\x07", "--out", "x"]);
+    let message = Folder::with_scene().refused(&["stage", "verify", "--scene", "no\x1b]0;owned\x07", "--out", "x"]);
     assert!(!message.contains('\x1b') && message.contains("u{1b}"), "{message}");
 }
 
@@ -333,22 +426,23 @@ fn rows_that_changed_since_they_were_measured_are_refused() {
     let title = "title = \"<script>alert(1)</script>\"";
     folder.write("scene/scene.toml", &BALL_AND_RING.replace("title = \"a ball against a ring\"", title));
     let measured = "--profile smoke --scene scene --variant obb-area --variant aabb --out run --quiet";
-    let arguments = |verb: &'static str| [verb].into_iter().chain(measured.split_whitespace()).collect::<Vec<_>>();
+    let arguments =
+        |verb: &'static str| ["stage", verb].into_iter().chain(measured.split_whitespace()).collect::<Vec<_>>();
     for verb in ["verify", "measure"] {
         let output = folder.run(&arguments(verb));
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
-    let analyze = || folder.run(&["analyze", "--out", "run"]);
+    let analyze = || folder.run(&["stage", "analyze", "--out", "run"]);
     assert!(analyze().status.success());
     // A lost row, in the timings and in the verification.
     for file in ["timings.csv", "verification.csv"] {
         let lost = |good: &str| good.lines().take(good.lines().count() - 1).map(|line| format!("{line}\n")).collect();
         edited(&folder, &format!("run/{file}"), lost, || {
             for verb in ["analyze", "plot", "report"] {
-                let message = folder.refused(&[verb, "--out", "run"]);
+                let message = folder.refused(&["stage", verb, "--out", "run"]);
                 assert!(message.contains(file) && message.contains("--accept-changed-rows"), "{verb}: {message}");
             }
-            assert!(folder.refused(&["compare", "run", "run"]).contains(file));
+            assert!(folder.refused(&["stage", "compare", "run", "run"]).contains(file));
         });
     }
     // A time of zero is none, whoever accepts it; the message names file and line.
@@ -358,11 +452,11 @@ fn rows_that_changed_since_they_were_measured_are_refused() {
         format!("{head}\n{cells},0\n")
     };
     edited(&folder, "run/timings.csv", zero, || {
-        let message = folder.refused(&["analyze", "--out", "run", "--accept-changed-rows"]);
+        let message = folder.refused(&["stage", "analyze", "--out", "run", "--accept-changed-rows"]);
         assert!(message.contains("timings.csv:") && message.contains("must be above 0"), "{message}");
     });
     assert!(analyze().status.success());
-    let output = folder.run(&["report", "--out", "run", "--quiet"]);
+    let output = folder.run(&["stage", "report", "--out", "run", "--quiet"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let report = fs::read_to_string(folder.path("run/report.md")).unwrap();
     assert!(!report.contains("<script>") && report.contains("&lt;script"), "the title is markup in report.md");

@@ -213,7 +213,7 @@ impl Attacks {
                 let name = format!("program-{number}-{spoil}.ngc");
                 let bytes = spoiled(good, spoil, &mut self.random);
                 let path = self.write(&name, &bytes);
-                self.add(name.clone(), &["gcode", &path], &name, &[0, 2]);
+                self.add(name.clone(), &["program", "gcode", &path], &name, &[0, 2]);
             }
         }
         let endless = [
@@ -228,22 +228,22 @@ impl Attacks {
         for (text, what) in endless {
             let name = format!("endless-{what}.ngc");
             let path = self.write(&name, text.as_bytes());
-            self.add(name.clone(), &["gcode", &path], &name, &[2]);
+            self.add(name.clone(), &["program", "gcode", &path], &name, &[2]);
         }
         for depth in [100, 10_000, 1_000_000] {
             let name = format!("deep-{depth}.ngc");
             let text = format!("G0 X{}1{}\nM2", "[".repeat(depth), "]".repeat(depth));
             let path = self.write(&name, text.as_bytes());
-            self.add(name.clone(), &["gcode", &path], &name, &[0, 2]);
+            self.add(name.clone(), &["program", "gcode", &path], &name, &[0, 2]);
         }
         let many = self.write("lines.ngc", "G0 X1\n".repeat(2_100_000).as_bytes());
-        self.add("lines.ngc".to_owned(), &["gcode", &many], "more than 2000000 lines", &[2]);
+        self.add("lines.ngc".to_owned(), &["program", "gcode", &many], "more than 2000000 lines", &[2]);
         let calls = self.write("calls/calls.ngc", b"o<long> call\nM2");
         self.write("calls/long.ngc", "G0 X1\n".repeat(2_100_000).as_bytes());
-        self.add("called lines".to_owned(), &["gcode", &calls], "long.ngc", &[2]);
+        self.add("called lines".to_owned(), &["program", "gcode", &calls], "long.ngc", &[2]);
         let calls = self.write("odd/odd.ngc", b"o<folder> call\nM2");
         fs::create_dir_all(self.folder.join("odd/folder.ngc")).unwrap();
-        self.add("called folder".to_owned(), &["gcode", &calls], "it is a folder, not a regular file", &[2]);
+        self.add("called folder".to_owned(), &["program", "gcode", &calls], "it is a folder, not a regular file", &[2]);
     }
 
     fn scenes(&mut self) {
@@ -299,16 +299,21 @@ impl Attacks {
                 path,
                 &[2],
             );
-            self.add(format!("gcode-is-{what}"), &["gcode", path], path, &[2]);
-            self.add(format!("tools-are-{what}"), &["gcode", path, "--tool-table", path], path, &[2]);
+            self.add(format!("gcode-is-{what}"), &["program", "gcode", path], path, &[2]);
+            self.add(format!("tools-are-{what}"), &["program", "gcode", path, "--tool-table", path], path, &[2]);
             self.add(format!("check-{what}"), &["check", "mill-vise", path], path, &[2]);
-            self.add(format!("claims-are-{what}"), &["analyze", "--claims", path, "--out", "none"], path, &[2]);
+            self.add(
+                format!("claims-are-{what}"),
+                &["stage", "analyze", "--claims", path, "--out", "none"],
+                path,
+                &[2],
+            );
             let run = self.folder.join(format!("run-{what}"));
             fs::create_dir_all(&run).unwrap();
             std::os::unix::fs::symlink(path, run.join("manifest.json")).unwrap();
             let run = run.to_string_lossy().into_owned();
             for verb in ["analyze", "plot", "report"] {
-                self.add(format!("{verb}-of-{what}"), &[verb, "--out", &run], "manifest.json", &[2]);
+                self.add(format!("{verb}-of-{what}"), &["stage", verb, "--out", &run], "manifest.json", &[2]);
             }
         }
     }
@@ -330,14 +335,14 @@ impl Attacks {
                 let name = format!("table{option}-{spoil}");
                 let bytes = spoiled(good, spoil, &mut self.random);
                 let path = self.write(&name, &bytes);
-                self.add(name.clone(), &["gcode", &program, option, &path], &name, &[0, 2]);
+                self.add(name.clone(), &["program", "gcode", &program, option, &path], &name, &[0, 2]);
             }
             for (number, good) in seeds("manifest").iter().enumerate() {
                 let name = format!("manifest-{number}-{spoil}");
                 let bytes = spoiled(good, spoil, &mut self.random);
                 self.write(&format!("{name}/manifest.json"), &bytes);
                 let run = self.folder.join(&name).to_string_lossy().into_owned();
-                self.add(name.clone(), &["analyze", "--out", &run], &name, &[2]);
+                self.add(name.clone(), &["stage", "analyze", "--out", &run], &name, &[2]);
             }
         }
         let far = "part,qw,qx,qy,qz,tx,ty,tz\ncube,1,0,0,0,1e12,0,0\n";
@@ -348,7 +353,7 @@ impl Attacks {
     fn steps(&mut self) {
         for step in ["1e-300", "1e-9", "0", "-1", "nan", "inf"] {
             let option = format!("--step={step}");
-            self.add(format!("path-{step}"), &["path", "freeform-5axis", &option], "", &[0, 2]);
+            self.add(format!("path-{step}"), &["program", "path", "freeform-5axis", &option], "", &[0, 2]);
         }
     }
 }

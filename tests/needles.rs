@@ -63,8 +63,19 @@ fn crossing_needles_hide_no_contact_from_any_safe_method() {
     }
     let variants =
         ["obb-area", "aabb", "sphere-ritter", "dop-14", "rss", "triangle-octree", "uniform-grid", "obb-wide"];
-    let mut arguments =
-        vec!["verify", "--profile", "smoke", "--scene", "needles", "--workload", "recorded", "--out", "run", "--quiet"];
+    let mut arguments = vec![
+        "stage",
+        "verify",
+        "--profile",
+        "smoke",
+        "--scene",
+        "needles",
+        "--workload",
+        "recorded",
+        "--out",
+        "run",
+        "--quiet",
+    ];
     for variant in variants {
         arguments.extend(["--variant", variant]);
     }

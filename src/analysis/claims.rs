@@ -50,10 +50,10 @@ pub struct ClaimSet {
     /// What every variant is compared with.
     pub comparison: Comparison,
     /// The readings.
-    #[serde(rename = "reading")]
+    #[serde(default, rename = "reading")]
     pub readings: Vec<Reading>,
     /// The claims, in the order of tables.
-    #[serde(rename = "claim")]
+    #[serde(default, rename = "claim")]
     pub claims: Vec<Claim>,
     /// The claims of the thesis on tools and octrees, which an ablation judges.
     #[serde(default)]
@@ -70,8 +70,10 @@ pub struct Comparison {
     /// Variants that every other one is compared with; the ranking uses the first.
     pub baselines: Vec<String>,
     /// The volumes of the paper's first figure and its proposal.
+    #[serde(default)]
     pub five: Vec<String>,
     /// The boxes drawn on the tool.
+    #[serde(default)]
     pub drawn: Vec<String>,
 }
 
@@ -241,6 +243,24 @@ impl ClaimSet {
     #[must_use]
     pub fn standard() -> Self {
         Self::parse(DEFAULT_TEXT, FILE).expect("the committed claims are well formed")
+    }
+
+    /// No claims at all: a comparison of variants with `baseline`, on something that `source` names.
+    ///
+    /// # Panics
+    /// Never: the text is made here.
+    #[must_use]
+    pub fn none(source: &str, baseline: &str) -> Self {
+        let quoted = |text: &str| toml::Value::from(text).to_string();
+        let (source, baseline) = (quoted(source), quoted(baseline));
+        let text = format!("schema = {SCHEMA}\nsource = {source}\n\n[comparison]\nbaselines = [{baseline}]\n");
+        Self::parse(&text, FILE).expect("the text is that of a claims file")
+    }
+
+    /// Whether anything is claimed.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.claims.is_empty()
     }
 
     /// Reads a claims file.

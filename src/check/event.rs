@@ -93,7 +93,7 @@ pub struct Event {
 }
 
 /// What events are made of.
-pub(super) struct Telling<'a> {
+pub(super) struct EventWriter<'a> {
     pub scene: &'a Scene,
     pub path: &'a Path<'a>,
     pub pairs: &'a [Pair],
@@ -103,7 +103,7 @@ pub(super) struct Telling<'a> {
     pub borders: &'a [f64],
 }
 
-impl Telling<'_> {
+impl EventWriter<'_> {
     /// All events, by the time at which they begin; `scanned` holds per chunk of the path and per pair its stretches.
     pub fn events(&self, scanned: &[Vec<Vec<Stretch>>], settings: &Settings) -> Vec<Event> {
         let mut found: Vec<(f64, Event)> = Vec::new();

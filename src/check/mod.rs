@@ -216,8 +216,13 @@ pub fn check(
     };
     // In order and in groups, so that a search for the first collision ends soon after it, whatever the number of threads.
     let mut scanned: Vec<Vec<Vec<scan::Stretch>>> = Vec::with_capacity(chunks.len());
-    let telling =
-        event::Telling { scene, path: &path, pairs: &pairs, touching_at_start: &touching_at_start, borders: &borders };
+    let telling = event::EventWriter {
+        scene,
+        path: &path,
+        pairs: &pairs,
+        touching_at_start: &touching_at_start,
+        borders: &borders,
+    };
     for group in chunks.chunks(GROUP) {
         scanned.extend(group.par_iter().map(scan_chunk).collect::<Vec<_>>());
         if settings.stop_at_first && telling.events(&scanned, settings).iter().any(|event| event.kind.is_collision()) {

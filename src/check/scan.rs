@@ -45,7 +45,7 @@ impl Stretch {
 
 /// A distance found at a place.
 #[derive(Clone, Copy)]
-pub(super) struct Found {
+pub(super) struct Measured {
     place: f64,
     /// Of the surfaces, mm; of a cutter and a finished workpiece how much farther it may go, negative where it gouges.
     distance: f64,
@@ -54,7 +54,7 @@ pub(super) struct Found {
     pub(super) nearness: Nearness,
 }
 
-impl Found {
+impl Measured {
     /// 0 where the parts share a point, mm.
     fn distance_of_solids(&self) -> f64 {
         if self.inside { 0.0 } else { self.distance }
@@ -137,7 +137,7 @@ impl<'a> Scan<'a> {
     }
 
     /// The last place before which the pair stays free for sure, but at least the next one; and the bound on the travel to it.
-    pub(super) fn farthest(&self, at: usize, last: usize, here: &Found, poses: &[Poses]) -> (usize, f64) {
+    pub(super) fn farthest(&self, at: usize, last: usize, here: &Measured, poses: &[Poses]) -> (usize, f64) {
         // Inside the other part nothing changes before the surfaces meet.
         let spare = if here.inside { here.distance } else { here.distance - self.widest() };
         let mut travel = 0.0;
@@ -162,20 +162,20 @@ impl<'a> Scan<'a> {
         self.scene.machine.travel_bound_mm(&self.balls[0], &self.balls[1], poses, &change)
     }
 
-    pub(super) fn measure(&mut self, place: f64, poses: &Poses) -> Found {
+    pub(super) fn measure(&mut self, place: f64, poses: &Poses) -> Measured {
         self.queries += 1;
         let (a, b) = self.bodies.of(self.pair);
         let beyond = self.widest() + OUTLOOK_MM;
         let a_from_b = self.scene.a_from_b(self.pair, poses);
         if let Some(gouge) = self.bodies.gouges.get(&self.pair) {
             let distance = gouge.spare_mm(&a_from_b, beyond);
-            return Found { place, distance, inside: false, nearness: self.nearness(distance) };
+            return Measured { place, distance, inside: false, nearness: self.nearness(distance) };
         }
         // Beyond the outlook the distance is the outlook at least.
         let distance = a.distance_mm(b, &a_from_b, beyond, &mut self.proximity).min(beyond);
         let inside = distance > 0.0 && self.bodies.one_in_the_other(self.pair, &a_from_b);
         let nearness = if inside { 0 } else { self.nearness(distance) };
-        Found { place, distance, inside, nearness }
+        Measured { place, distance, inside, nearness }
     }
 
     fn nearness(&self, distance: f64) -> Nearness {
@@ -186,14 +186,14 @@ impl<'a> Scan<'a> {
         self.borders.last().copied().unwrap_or(0.0)
     }
 
-    fn measure_between(&mut self, place: f64) -> (Found, Poses) {
+    fn measure_between(&mut self, place: f64) -> (Measured, Poses) {
         let poses = self.scene.machine.forward(&self.path.position_at(place));
         (self.measure(place, &poses), poses)
     }
 
     /// Looks between two places that `travel` may lie between: for the border when they differ, and for contact or a narrower zone
     /// when their distances do not exclude it.
-    fn between(&mut self, here: &Found, there: &Found, travel: f64, halvings: u32) {
+    fn between(&mut self, here: &Measured, there: &Measured, travel: f64, halvings: u32) {
         if halvings == 0
             || travel <= self.tolerance_mm
             || (here.nearness == there.nearness && !self.may_come_nearer(here, there, travel))
@@ -213,7 +213,7 @@ impl<'a> Scan<'a> {
 
     /// Whether the pair may be nearer between two places of one nearness than at them. Along the way from one to the other the
     /// distance is at least (d₁ + d₂ - travel) / 2.
-    pub(super) fn may_come_nearer(&self, here: &Found, there: &Found, travel: f64) -> bool {
+    pub(super) fn may_come_nearer(&self, here: &Measured, there: &Measured, travel: f64) -> bool {
         let least = 0.5 * (here.distance + there.distance - travel);
         if let Some(gouge) = self.bodies.gouges.get(&self.pair) {
             // A feed move slides along the finished surface all the way; how deep it goes is asked at the samples, ends of blocks
@@ -231,8 +231,8 @@ impl<'a> Scan<'a> {
     }
 
     /// Takes a place into the stretches; places come in order.
-    fn note(&mut self, found: &Found) {
-        let &Found { place, inside, nearness, .. } = found;
+    fn note(&mut self, found: &Measured) {
+        let &Measured { place, inside, nearness, .. } = found;
         let distance = found.distance_of_solids();
         let was_near = std::mem::replace(&mut self.is_near, nearness <= self.borders.len());
         if !self.is_near {

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench analyze --out results/quick\n  bvbench analyze --out results/quick --claims my-claims.toml --json\n\nNothing is measured: any run can be analysed again at any time."
+    after_help = "Examples:\n  bvbench stage analyze --out results/quick\n  bvbench stage analyze --out results/quick --claims my-claims.toml --json\n\nNothing is measured: any run can be analysed again at any time."
 )]
 pub struct Options {
     #[command(flatten)]

@@ -7,6 +7,7 @@ use crate::analysis::ALL;
 use crate::analysis::audit::{AuditOutcome, SAFE, analyze_audit};
 use crate::measure::Profile;
 use crate::measure::audit::Audit;
+use crate::registry::Registry;
 use crate::truth::TruthCache;
 use anyhow::{Context, Result};
 use clap::Args;
@@ -16,7 +17,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench audit --profile smoke              every cell, a chunk of poses per stratum\n  bvbench audit --counts-only                operations and containment only: the same on every machine\n  bvbench audit --scene trunnion-impeller --out results/audit-impeller\n  bvbench audit --orientation vertex --orientation area\n                                             without the search for the smallest box, which takes longest\n\nAn interrupted audit goes on where it stopped when the same command is given again."
+    after_help = "Examples:\n  bvbench study audit --profile smoke              every cell, a chunk of poses per stratum\n  bvbench study audit --counts-only                operations and containment only: the same on every machine\n  bvbench study audit --scene trunnion-impeller --out results/audit-impeller\n  bvbench study audit --orientation vertex --orientation area\n                                             without the search for the smallest box, which takes longest\n\nAn interrupted audit goes on where it stopped when the same command is given again."
 )]
 pub struct Options {
     /// How much: smoke (minutes), quick (half an hour), full (a day)
@@ -53,10 +54,10 @@ pub struct Options {
     output: OutputOptions,
 }
 
-pub fn run(options: &Options) -> Result<u8> {
+pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     use_threads(options.threads)?;
     let folder = options.out.clone().unwrap_or_else(|| format!("results/audit-{}", options.profile).into());
-    let plan = Audit::plan(options.profile, options.scenes.clone(), options.seed)?;
+    let plan = Audit::plan(options.profile, options.scenes.clone(), options.seed, registry)?;
     let cache =
         TruthCache::at(&options.cache).context("exact answers cannot be kept; name another folder with --cache")?;
     let mut audit =

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench compare results/reference results/quick\n  bvbench compare results/before results/after --all\n  bvbench compare results/before results/after --json | jq '.times[] | select(.change == \"slower\")'\n\nScenes are compared where their inputs have the same content in both runs. Times are paired pose by pose; one has changed when its\nwhole 95 % interval lies outside what the runs' null comparisons call equal. Counts, trees and misses are exact.\nExit codes: 0 no case misses more contacts, 1 one does, 2 a run cannot be read."
+    after_help = "Examples:\n  bvbench stage compare results/reference results/quick\n  bvbench stage compare results/before results/after --all\n  bvbench stage compare results/before results/after --json | jq '.times[] | select(.change == \"slower\")'\n\nScenes are compared where their inputs have the same content in both runs. Times are paired pose by pose; one has changed when its\nwhole 95 % interval lies outside what the runs' null comparisons call equal. Counts, trees and misses are exact.\nExit codes: 0 no case misses more contacts, 1 one does, 2 a run cannot be read."
 )]
 pub struct Options {
     /// Folder of the earlier run

@@ -13,7 +13,7 @@ const INCH_MM: f64 = 25.4;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench gcode part.ngc                      a line for each move, mm and degrees\n  bvbench gcode part.ngc --lathe              diameters and the ZX plane to begin with\n  bvbench gcode part.ngc --tool-table mill.tbl --var mill.var\n  bvbench gcode part.ngc --json | jq '.[] | select(.kind == \"rapid\")'\n\nExit code 2 when the program cannot be interpreted; the message names file, line, column and word."
+    after_help = "Examples:\n  bvbench program gcode part.ngc                      a line for each move, mm and degrees\n  bvbench program gcode part.ngc --lathe              diameters and the ZX plane to begin with\n  bvbench program gcode part.ngc --tool-table mill.tbl --var mill.var\n  bvbench program gcode part.ngc --json | jq '.[] | select(.kind == \"rapid\")'\n\nExit code 2 when the program cannot be interpreted; the message names file, line, column and word."
 )]
 pub struct Options {
     /// The program (RS274/NGC)

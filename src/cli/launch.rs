@@ -39,14 +39,14 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let cache =
         TruthCache::at(&options.cache).context("exact answers cannot be kept; name another folder with --cache")?;
     let run = Run::join_parent(Plan::new(selection, registry)?, &options.out)?.with_cache(cache);
-    run.time_launch(options.number, &Telling)?;
+    run.time_launch(options.number, &ToParent)?;
     Ok(CLEAR)
 }
 
 /// Tells the parent.
-struct Telling;
+struct ToParent;
 
-impl Progress for Telling {
+impl Progress for ToParent {
     fn begin(&self, what: &str, total: u64) {
         say(format!("begin {total} {what}"));
     }

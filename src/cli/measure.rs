@@ -9,7 +9,7 @@ use clap::Args;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench measure --scene lathe-toolpost --variant ID --variant ID --out results/two\n  bvbench measure --policy sah16/own/1 --policy sah16/own/4 --out results/leaves\n\nAn interrupted run goes on where it stopped when the same command is given again."
+    after_help = "Examples:\n  bvbench stage measure --scene lathe-toolpost --variant ID --variant ID --out results/two\n  bvbench stage measure --policy sah16/own/1 --policy sah16/own/4 --out results/leaves\n\nAn interrupted run goes on where it stopped when the same command is given again."
 )]
 pub struct Options {
     #[command(flatten)]

@@ -5,7 +5,7 @@
 
 mod ablation;
 mod analyze;
-mod asides;
+mod supplements;
 mod audit;
 mod check;
 mod compare;
@@ -20,6 +20,7 @@ mod peers;
 mod picture;
 mod plot;
 mod progress;
+mod ranking;
 mod report;
 mod repro;
 mod scene;
@@ -27,12 +28,14 @@ mod shell;
 mod style;
 mod surfaces;
 mod sweep;
+mod trial;
 mod verify;
 mod view;
 
 use crate::registry::Registry;
 use anyhow::{Result, anyhow};
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::ffi::OsString;
 use std::io;
 use std::process::ExitCode;
 use std::sync::OnceLock;
@@ -56,26 +59,76 @@ const EXAMPLES: &str = "\
 Examples:
   bvbench repro                          check the paper: everything, in two minutes
   bvbench repro --profile smoke          the same in half a minute, to see that it works
-  bvbench list                           the variants
-  bvbench verify --scene lathe-toolpost  verdicts of the standard variants against the exact truth
-  bvbench measure --variant ID --variant ID --out results/two
-  bvbench report --out results/quick     write the report of a run again
-  bvbench compare RUN_A RUN_B            what changed between two runs, beyond noise
-  bvbench audit --profile smoke          what really makes a box good
+  bvbench try my-scene                   which volume suits a machine of your own
   bvbench check SCENE part.ngc           what collides on this machine, at which line
   bvbench view SCENE part.ngc --open     the machine in motion, in the browser
   bvbench scene pairs SCENE              which parts can collide at all, and why the others cannot
-  bvbench gcode part.ngc                 what a program means, move by move
+  bvbench program gcode part.ngc         what a program means, move by move
+  bvbench study audit --profile smoke    what really makes a box good
+  bvbench stage compare RUN_A RUN_B      what changed between two runs, beyond noise
 
-Exit codes: 0 all is well, 1 a safe variant missed a contact, a later run misses more, or a program collides, 2 bad usage or input, or output
-that cannot be written.";
+Every verb has --help with examples. `bvbench completions SHELL` prints shell completions,
+`bvbench man` writes manual pages.
+
+Exit codes: 0 all is well, 1 a safe variant missed a contact, a later run misses more, or a program
+collides, 2 bad usage or input, or output that cannot be written.";
 
 #[derive(Subcommand)]
 enum Verb {
-    /// Verify, measure, analyse, plot and report: does the paper hold?
+    /// Check the paper: verify, measure, analyse, plot and report
     Repro(repro::Options),
-    /// Show the variants: id, label, whether safe and standard, default tree policy, reference
+    /// The same for a scene or meshes of your own, without the paper
+    Try(trial::Options),
+    /// Show the variants: id, label, promise, default policy, reference
     List(list::Options),
+    /// Run a program on a machine: what collides, at which line
+    Check(check::Options),
+    /// Write a page that shows the machine in motion
+    View(view::Options),
+    /// Show a scene: what it holds, which parts can collide
+    Scene(scene::Options),
+    /// Show what a G-code program means, or write one over a surface
+    #[command(subcommand)]
+    Program(Program),
+    /// Ask one question: audit (boxes), sweep (one quantity), ablation (the octree method)
+    #[command(subcommand)]
+    Study(Study),
+    /// Carry out one: verify, measure, analyze, plot, report; or compare two runs
+    #[command(subcommand)]
+    Stage(Stage),
+    /// Compare whole engines, ours and others, on the same poses
+    Peers(peers::Options),
+    /// Print completions for a shell
+    #[command(hide = true)]
+    Completions(shell::CompletionOptions),
+    /// Write manual pages
+    #[command(hide = true)]
+    Man(shell::ManOptions),
+    /// Carry out one timing launch of a run in this process (called by `measure`)
+    #[command(hide = true)]
+    Launch(launch::Options),
+}
+
+#[derive(Subcommand)]
+enum Program {
+    /// Print the canonical moves of a program
+    Gcode(gcode::Options),
+    /// Write a tool path over a free-form part as a program
+    Path(path::Options),
+}
+
+#[derive(Subcommand)]
+enum Study {
+    /// Cross orientation, centre, split and leaf size of boxes: which of them matters?
+    Audit(audit::Options),
+    /// Vary one quantity and hold everything else: tessellation, size, distance, frame, shape, path step
+    Sweep(sweep::Options),
+    /// Take the octree method apart: what each part saves, what sampling misses
+    Ablation(ablation::Options),
+}
+
+#[derive(Subcommand)]
+enum Stage {
     /// Hold every variant's verdicts against the exact truth
     Verify(verify::Options),
     /// Count operations, describe trees, and time queries and construction
@@ -86,40 +139,60 @@ enum Verb {
     Plot(plot::Options),
     /// Write a run's report
     Report(report::Options),
-    /// Cross orientation, centre, split and leaf size of boxes: which of them matters?
-    Audit(audit::Options),
-    /// Vary one quantity and hold everything else: tessellation, size, distance, frame, shape, path step
-    Sweep(sweep::Options),
-    /// Run a program on a machine and say what collides, at which line
-    Check(check::Options),
-    /// Write a page that shows the machine in motion, its collisions, and trees on its parts
-    View(view::Options),
-    /// Show a scene: what it holds, which parts can collide
-    Scene(scene::Options),
-    /// Print the canonical moves of a program
-    Gcode(gcode::Options),
-    /// Write a tool path over a free-form part as a program
-    Path(path::Options),
-    /// Compare whole engines, ours and others, on the same poses
-    Peers(peers::Options),
-    /// Take the octree method apart: what each part saves, what sampling misses
-    Ablation(ablation::Options),
     /// Hold two runs against each other: what changed beyond noise
     Compare(compare::Options),
-    /// Print completions for a shell
-    Completions(shell::CompletionOptions),
-    /// Write manual pages
-    Man(shell::ManOptions),
-    /// Carry out one timing launch of a run in this process (called by `measure`)
-    #[command(hide = true)]
-    Launch(launch::Options),
+}
+
+/// The verbs that `--help` shows, by what they are for.
+const GROUPS: [(&str, &[&str]); 5] = [
+    ("Start here", &["repro", "try", "list"]),
+    ("Your machine", &["check", "view", "scene", "program"]),
+    ("Studies", &["study"]),
+    ("Stages of a run", &["stage"]),
+    ("Other engines", &["peers"]),
+];
+
+/// Verbs that once stood alone, and the verb they belong to now.
+const MOVED: [(&str, &[&str]); 3] = [
+    ("program", &["gcode", "path"]),
+    ("study", &["audit", "sweep", "ablation"]),
+    ("stage", &["verify", "measure", "analyze", "plot", "report", "compare"]),
+];
+
+/// The command line with its verbs in groups.
+fn command() -> clap::Command {
+    let command = Arguments::command();
+    let mut verbs = String::new();
+    for (group, names) in GROUPS {
+        verbs += &format!("{group}:\n");
+        for name in names {
+            let about = command.find_subcommand(name).and_then(clap::Command::get_about).cloned().unwrap_or_default();
+            verbs += &format!("  {name:<9}{about}\n");
+        }
+        verbs.push('\n');
+    }
+    command.help_template(format!(
+        "{{about}}\n\n{{usage-heading}} {{usage}}\n\n{verbs}Options:\n{{options}}{{after-help}}"
+    ))
+}
+
+/// The words of the command line, an old spelling of a verb replaced by the new one, which it names.
+fn words() -> Vec<OsString> {
+    let mut words: Vec<OsString> = std::env::args_os().collect();
+    let verb = words.get(1).and_then(|word| word.to_str()).unwrap_or_default().to_owned();
+    if let Some((owner, _)) = MOVED.iter().find(|(_, verbs)| verbs.contains(&verb.as_str())) {
+        note(format!("`bvbench {verb}` is now `bvbench {owner} {verb}`"));
+        words.insert(1, owner.into());
+    }
+    words
 }
 
 /// Runs the command line of this process over the variants of `registry`.
 #[must_use]
 #[expect(clippy::needless_pass_by_value, reason = "a `main` builds the registry and is done with it")]
 pub fn main_with(registry: Registry) -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    let parsed = command().try_get_matches_from(words()).and_then(|found| Arguments::from_arg_matches(&found));
+    let arguments = match parsed {
         Ok(arguments) => arguments,
         Err(error) => {
             // Help and version come as errors too, but are none; clap prints them to the right stream.
@@ -147,22 +220,23 @@ fn exit_code(outcome: Result<u8>) -> ExitCode {
 fn run(verb: Verb, registry: &Registry) -> Result<u8> {
     match verb {
         Verb::Repro(options) => repro::run(&options, registry),
+        Verb::Try(options) => trial::run(&options, registry),
         Verb::List(options) => list::run(&options, registry),
-        Verb::Verify(options) => verify::run(&options, registry),
-        Verb::Measure(options) => measure::run(&options, registry),
-        Verb::Analyze(options) => analyze::run(&options),
-        Verb::Plot(options) => plot::run(&options),
-        Verb::Report(options) => report::run(&options, registry),
-        Verb::Audit(options) => audit::run(&options),
-        Verb::Sweep(options) => sweep::run(&options, registry),
         Verb::Check(options) => check::run(&options, registry),
         Verb::View(options) => view::run(&options, registry),
         Verb::Scene(options) => scene::run(&options),
-        Verb::Gcode(options) => gcode::run(&options),
-        Verb::Path(options) => path::run(&options).map(|()| CLEAR),
+        Verb::Program(Program::Gcode(options)) => gcode::run(&options),
+        Verb::Program(Program::Path(options)) => path::run(&options).map(|()| CLEAR),
+        Verb::Study(Study::Audit(options)) => audit::run(&options, registry),
+        Verb::Study(Study::Sweep(options)) => sweep::run(&options, registry),
+        Verb::Study(Study::Ablation(options)) => ablation::run(&options, registry),
+        Verb::Stage(Stage::Verify(options)) => verify::run(&options, registry),
+        Verb::Stage(Stage::Measure(options)) => measure::run(&options, registry),
+        Verb::Stage(Stage::Analyze(options)) => analyze::run(&options),
+        Verb::Stage(Stage::Plot(options)) => plot::run(&options),
+        Verb::Stage(Stage::Report(options)) => report::run(&options, registry),
+        Verb::Stage(Stage::Compare(options)) => compare::run(&options),
         Verb::Peers(options) => peers::run(&options, registry),
-        Verb::Ablation(options) => ablation::run(&options, registry),
-        Verb::Compare(options) => compare::run(&options),
         Verb::Completions(options) => shell::completions(&options),
         Verb::Man(options) => shell::man(&options),
         Verb::Launch(options) => launch::run(&options, registry),
@@ -231,4 +305,32 @@ fn say_error(error: &anyhow::Error) {
         }
     }
     note(format!("error: {text}"));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn help_shows_every_verb_in_one_group_and_ten_at_most() {
+        let command = command();
+        let visible = command.get_subcommands().filter(|verb| !verb.is_hide_set()).map(clap::Command::get_name);
+        let mut visible: Vec<&str> = visible.collect();
+        let mut grouped: Vec<&str> = GROUPS.iter().flat_map(|(_, verbs)| verbs.iter().copied()).collect();
+        visible.sort_unstable();
+        grouped.sort_unstable();
+        assert_eq!(visible, grouped);
+        assert!(grouped.len() <= 10);
+        command.clone().debug_assert();
+    }
+
+    #[test]
+    fn verbs_have_moved_to_where_the_old_spelling_says() {
+        let command = command();
+        for (owner, verbs) in MOVED {
+            let owner = command.find_subcommand(owner).unwrap();
+            assert!(verbs.iter().all(|verb| owner.find_subcommand(verb).is_some()));
+            assert!(verbs.iter().all(|verb| command.find_subcommand(verb).is_none()));
+        }
+    }
 }

@@ -15,15 +15,24 @@ pub const DEFAULT_SEED: u64 = 2011;
 /// What to measure, and where to put it.
 #[derive(Args, Clone)]
 pub struct RunOptions {
-    /// How much: smoke (half a minute), quick (two minutes), full (hours)
-    #[arg(long, default_value = "quick", value_name = "PROFILE")]
-    profile: Profile,
-    /// Folder of the run [default: results/PROFILE]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
     /// Scene by name or by path; repeatable [default: two lathes and a 5-axis mill]
     #[arg(long = "scene", value_name = "NAME|PATH")]
     scenes: Vec<String>,
+    #[command(flatten)]
+    extent: Extent,
+    #[command(flatten)]
+    pub output: OutputOptions,
+}
+
+/// How much of it to measure, with what, and where to put it.
+#[derive(Args, Clone)]
+pub struct Extent {
+    /// How much: smoke (half a minute), quick (two minutes), full (hours)
+    #[arg(long, default_value = "quick", value_name = "PROFILE")]
+    profile: Profile,
+    /// Folder of the run [default: below results, by profile or scene]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Variant by id (see `list`), or `all`; repeatable [default: the standard ones]
     #[arg(long = "variant", value_name = "ID")]
     variants: Vec<String>,
@@ -45,8 +54,6 @@ pub struct RunOptions {
     /// Replace a run of another request that is in the folder
     #[arg(long)]
     fresh: bool,
-    #[command(flatten)]
-    pub output: OutputOptions,
 }
 
 /// How results are shown.
@@ -95,20 +102,10 @@ pub fn check_rows(folder: &Path, accept: bool) -> Result<()> {
 }
 
 impl RunOptions {
-    /// The run's folder.
-    #[must_use]
-    pub fn folder(&self) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| Path::new("results").join(self.profile.id()))
-    }
-
     /// The folder of exact answers.
     #[must_use]
     pub fn cache_folder(&self) -> PathBuf {
-        self.cache.clone().unwrap_or_else(|| {
-            let folder = self.folder();
-            let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
-            parent.unwrap_or(Path::new(".")).join(".truth-cache")
-        })
+        self.extent.cache_folder(&self.extent.folder(self.extent.profile.id()))
     }
 
     /// Loads what was asked for and opens its run.
@@ -116,17 +113,42 @@ impl RunOptions {
     /// # Errors
     /// When something named does not exist, or the folder cannot be used.
     pub fn open(&self, registry: &Registry) -> Result<Run> {
+        self.extent.open(&self.scenes, &self.extent.folder(self.extent.profile.id()), registry)
+    }
+}
+
+impl Extent {
+    /// The run's folder, unless one is given that of this name below `results`.
+    #[must_use]
+    pub fn folder(&self, name: &str) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| Path::new("results").join(name))
+    }
+
+    /// The folder of exact answers of a run in `folder`.
+    #[must_use]
+    pub fn cache_folder(&self, folder: &Path) -> PathBuf {
+        self.cache.clone().unwrap_or_else(|| {
+            let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
+            parent.unwrap_or(Path::new(".")).join(".truth-cache")
+        })
+    }
+
+    /// Loads what was asked for of `scenes` and opens its run in `folder`.
+    ///
+    /// # Errors
+    /// When something named does not exist, or the folder cannot be used.
+    pub fn open(&self, scenes: &[String], folder: &Path, registry: &Registry) -> Result<Run> {
         use_threads(self.threads)?;
         let selection = Selection {
             profile: self.profile,
-            scenes: self.scenes.clone(),
+            scenes: scenes.to_vec(),
             variants: self.variants.clone(),
             workloads: self.workloads.clone(),
             policies: self.policies.clone(),
             seed: self.seed,
         };
         let plan = Plan::new(selection, registry)?;
-        open_run(plan, &self.folder(), &self.cache_folder(), self.fresh)
+        open_run(plan, folder, &self.cache_folder(folder), self.fresh)
     }
 }
 

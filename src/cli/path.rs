@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench path freeform-5axis --rows 8 --out clean.ngc\n  bvbench path freeform-5axis --pattern spiral --rows 6 --lead 8 --tilt 4\n  bvbench path freeform-5axis --gouge 0.05@0.4 --lean 25@0.8 --out gouging.ngc\n\nThe scene must have a part with `shape = { kind = \"freeform\" }` on the link that carries the workpiece, a tool table, and\n`[program.tool_centre_point]`. The program is in G54 under tool-centre-point control (G43.4). Flaws are put at a part of the path, 0 its first\ncontact point and 1 its last; on which lines they are is told on standard error."
+    after_help = "Examples:\n  bvbench program path freeform-5axis --rows 8 --out clean.ngc\n  bvbench program path freeform-5axis --pattern spiral --rows 6 --lead 8 --tilt 4\n  bvbench program path freeform-5axis --gouge 0.05@0.4 --lean 25@0.8 --out gouging.ngc\n\nThe scene must have a part with `shape = { kind = \"freeform\" }` on the link that carries the workpiece, a tool table, and\n`[program.tool_centre_point]`. The program is in G54 under tool-centre-point control (G43.4). Flaws are put at a part of the path, 0 its first\ncontact point and 1 its last; on which lines they are is told on standard error."
 )]
 pub struct Options {
     /// Scene by name or by path

@@ -4,7 +4,7 @@ use super::options::use_threads;
 use super::progress::Bar;
 use super::{CLEAR, FAILED, note, say};
 use crate::analysis::peers::summarise;
-use crate::measure::peers::drive::{self, Amounts, Engine, Found};
+use crate::measure::peers::drive::{self, Amounts, Comparison, Engine};
 use crate::measure::peers::{Mode, answer, posed};
 use crate::measure::{Plan, Profile, Selection, environment};
 use crate::method::Kind;
@@ -286,7 +286,7 @@ fn find<'a>(registry: &'a Registry, id: &str) -> Result<&'a Variant> {
 }
 
 /// Puts a scene's rows in the place of earlier ones of the same scene and mode.
-fn keep(folder: &Path, scene: &str, found: Found, mode: Mode) -> Result<()> {
+fn keep(folder: &Path, scene: &str, found: Comparison, mode: Mode) -> Result<()> {
     let is_other = |row_scene: &str, row_mode: &str| row_scene != scene || row_mode != mode.id();
     merge(folder, found.builds, |row| is_other(&row.scene, &row.mode))?;
     merge(folder, found.timings, |row| is_other(&row.scene, &row.mode))?;

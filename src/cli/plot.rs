@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::Args;
 
 #[derive(Args)]
-#[command(after_help = "Example:\n  bvbench plot --out results/quick")]
+#[command(after_help = "Example:\n  bvbench stage plot --out results/quick")]
 pub struct Options {
     #[command(flatten)]
     folder: FolderOptions,

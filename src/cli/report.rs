@@ -9,7 +9,7 @@ use anyhow::Result;
 use clap::Args;
 
 #[derive(Args)]
-#[command(after_help = "Example:\n  bvbench report --out results/quick")]
+#[command(after_help = "Example:\n  bvbench stage report --out results/quick")]
 pub struct Options {
     #[command(flatten)]
     folder: FolderOptions,

@@ -2,7 +2,7 @@
 
 use super::options::RunOptions;
 use super::progress::Bar;
-use super::{CLEAR, FAILED, analyze, asides, launch, machines, say, verify};
+use super::{CLEAR, FAILED, analyze, launch, machines, say, supplements, verify};
 use crate::analysis::claims::ClaimSet;
 use crate::measure::Progress;
 use crate::record::manifest::Stage;
@@ -39,7 +39,8 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         launch::measure(&mut run, &options.run.cache_folder(), &bar)?;
     }
     let folder = run.folder().to_owned();
-    let octree = asides::make(&folder, &run.manifest().request, &claims, &options.run.cache_folder(), &bar)?;
+    let octree =
+        supplements::make(&folder, &run.manifest().request, &claims, &options.run.cache_folder(), registry, &bar)?;
     bar.begin("analysing", 3);
     let outcome = crate::analysis::analyze(&folder, &claims)?;
     run.finish(Stage::Analyze)?;

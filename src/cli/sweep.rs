@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench sweep                              the names of the sweeps\n  bvbench sweep rotation --profile smoke     how much the choice of the model's frame matters\n  bvbench sweep grading --variant ID --variant ID --counts-only\n  bvbench sweep size --density 10 --variant ID --variant ID\n                                             how builds and queries grow, to a million triangles\n  bvbench sweep all --profile quick\n\nAn interrupted sweep goes on where it stopped when the same command is given again."
+    after_help = "Examples:\n  bvbench study sweep                              the names of the sweeps\n  bvbench study sweep rotation --profile smoke     how much the choice of the model's frame matters\n  bvbench study sweep grading --variant ID --variant ID --counts-only\n  bvbench study sweep size --density 10 --variant ID --variant ID\n                                             how builds and queries grow, to a million triangles\n  bvbench study sweep all --profile quick\n\nAn interrupted sweep goes on where it stopped when the same command is given again."
 )]
 pub struct Options {
     /// Which sweep, or `all`; without a name they are listed

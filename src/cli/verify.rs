@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench verify                         100 000 posed pairs per scene, the standard variants\n  bvbench verify --profile full          a million of them\n  bvbench verify --scene lathe-toolpost --variant ID --json\n  bvbench verify --profile smoke --policy sah16/own/4\n\nExit code 1 when a safe variant misses a contact deeper than 1e-6 mm, or a triangle test disagrees with its integer twin."
+    after_help = "Examples:\n  bvbench stage verify                         100 000 posed pairs per scene, the standard variants\n  bvbench stage verify --profile full          a million of them\n  bvbench stage verify --scene lathe-toolpost --variant ID --json\n  bvbench stage verify --profile smoke --policy sah16/own/4\n\nExit code 1 when a safe variant misses a contact deeper than 1e-6 mm, or a triangle test disagrees with its integer twin."
 )]
 pub struct Options {
     #[command(flatten)]

@@ -22,7 +22,7 @@ const FEWEST_POSES: usize = 16;
 
 /// Who runs a chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
+pub enum Participants {
     /// Every case but the control; of each workload, pair and stratum a few chunks are also for the peers.
     Everyone,
     /// Every case but the control and the peers, whose queries can be a hundred times slower.
@@ -43,7 +43,7 @@ pub struct Chunk {
     /// Indices into the judged pair's poses.
     pub poses: Vec<usize>,
     /// Who runs it.
-    pub role: Role,
+    pub participants: Participants,
 }
 
 /// Chooses about `budget` poses from what was judged: equal shares for the strata, then for the pairs that have poses of
@@ -60,19 +60,22 @@ pub fn select(judged: &[JudgedPair], budget: usize, length: usize) -> Vec<Chunk>
             .collect();
         let share = budget / Stratum::ALL.len() / members.len().max(1);
         for (rank, (pair, poses)) in members.into_iter().enumerate() {
-            let mut add = |poses: &[usize], role| {
-                chunks.push(Chunk { number: chunks.len() as u32, pair, stratum, poses: poses.to_vec(), role });
+            let mut add = |poses: &[usize], participants| {
+                chunks.push(Chunk { number: chunks.len() as u32, pair, stratum, poses: poses.to_vec(), participants });
             };
             let starts = windows(poses.len(), share, length);
             let every = starts.len().div_ceil(PEER_CHUNKS);
             for (window, &start) in starts.iter().enumerate() {
                 let end = (start + length).min(poses.len());
-                add(&poses[start..end], if window % every == 0 { Role::Everyone } else { Role::Volumes });
+                add(
+                    &poses[start..end],
+                    if window % every == 0 { Participants::Everyone } else { Participants::Volumes },
+                );
             }
             if rank < CONTROL_PAIRS {
                 // One that the others answer too.
                 let middle = starts[starts.len() / 2] + length.min(poses.len()) / 2;
-                add(&poses[middle..=middle], Role::Control);
+                add(&poses[middle..=middle], Participants::Control);
             }
         }
     }

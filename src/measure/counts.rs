@@ -1,7 +1,7 @@
 //! Verdict and operation counts of every case at every measured pose: the deterministic tier beside the timings.
 
 use super::Progress;
-use super::chunk::{Chunk, Role};
+use super::chunk::{Chunk, Participants};
 use super::judged::JudgedPair;
 use super::plan::{Case, Plan};
 use crate::method::{Kind, Model};
@@ -18,9 +18,9 @@ pub fn count_scene(
     chunks: &[Chunk],
     progress: &dyn Progress,
 ) -> Vec<QueryRow> {
-    let everyone = poses_of(chunks, |role| role != Role::Control);
-    let peers = poses_of(chunks, |role| role == Role::Everyone);
-    let control = poses_of(chunks, |role| role == Role::Control);
+    let everyone = poses_of(chunks, |who| who != Participants::Control);
+    let peers = poses_of(chunks, |who| who == Participants::Everyone);
+    let control = poses_of(chunks, |who| who == Participants::Control);
     progress.begin(&format!("{}: operation counts", scene.name), (everyone.len() * plan.cases.len()) as u64);
     let of_case = |case: &Case| {
         let poses = match case.variant.kind {
@@ -35,8 +35,8 @@ pub fn count_scene(
 }
 
 /// The chunks' poses as (judged pair, pose), each once, in order.
-fn poses_of(chunks: &[Chunk], wanted: impl Fn(Role) -> bool) -> Vec<(usize, usize)> {
-    let chosen = chunks.iter().filter(|chunk| wanted(chunk.role));
+fn poses_of(chunks: &[Chunk], wanted: impl Fn(Participants) -> bool) -> Vec<(usize, usize)> {
+    let chosen = chunks.iter().filter(|chunk| wanted(chunk.participants));
     let poses: BTreeSet<_> = chosen.flat_map(|chunk| chunk.poses.iter().map(|&pose| (chunk.pair, pose))).collect();
     poses.into_iter().collect()
 }

@@ -1,7 +1,7 @@
 //! How far the separating-axis test gets: which axis ends it, over all volume tests of a variant's queries.
 
 use super::Progress;
-use super::chunk::{Chunk, Role};
+use super::chunk::{Chunk, Participants};
 use super::judged::JudgedPair;
 use super::plan::{Case, Plan};
 use crate::geometry::grid::Placement;
@@ -30,7 +30,7 @@ pub fn count_scene(
     chunks: &[Chunk],
     progress: &dyn Progress,
 ) -> Vec<ExitRow> {
-    let chunks: Vec<&Chunk> = chunks.iter().filter(|chunk| chunk.role != Role::Control).collect();
+    let chunks: Vec<&Chunk> = chunks.iter().filter(|chunk| chunk.participants != Participants::Control).collect();
     let cases: Vec<&Case> = plan.cases.iter().filter(|case| case.policy == case.variant.policy).collect();
     progress.begin(&format!("{}: exit axes", scene.name), cases.len() as u64);
     let of_case = |case: &&Case| {

@@ -19,7 +19,7 @@ pub struct JudgedPose {
     pub witness: Option<(u32, u32)>,
     /// Whether one solid lies wholly inside the other.
     pub contained: bool,
-    /// Distance stratum; of a pose without contact the farthest one where [`Strata::Spared`] was asked for.
+    /// Distance stratum; of a pose without contact the farthest one where [`Strata::NotSought`] was asked for.
     pub stratum: Stratum,
     /// Depth band; [`Band::Clear`] when the surfaces do not touch.
     pub band: Band,
@@ -29,16 +29,16 @@ pub struct JudgedPose {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Strata {
     /// They are.
-    Found,
+    Sought,
     /// They are not.
-    Spared,
+    NotSought,
 }
 
 impl Strata {
     const fn sought(self) -> Sought<'static> {
         match self {
-            Self::Found => Sought::Borders(&Stratum::BORDERS_MM),
-            Self::Spared => Sought::Nothing,
+            Self::Sought => Sought::Borders(&Stratum::BORDERS_MM),
+            Self::NotSought => Sought::Nothing,
         }
     }
 }

@@ -8,7 +8,7 @@
 //! that, one launch is: a method that slow is compared with others by factors, not by per cent.
 
 use super::build::Built;
-use super::chunk::{Chunk, Role};
+use super::chunk::{Chunk, Participants};
 use super::judged::JudgedPair;
 use super::plan::{Case, Plan};
 use super::{Progress, timer};
@@ -32,7 +32,7 @@ const VERY_LONG_SAMPLE_NS: u64 = 10 * LONG_SAMPLE_NS;
 
 /// How a case runs a chunk, as the warm-up found.
 #[derive(Clone, Copy)]
-struct Manner {
+struct Repetition {
     /// Runs over the chunk in one sample.
     passes: u32,
     /// Whether one timed block is enough.
@@ -42,7 +42,7 @@ struct Manner {
 }
 
 /// A case with its trees over the parts of a scene.
-struct Contestant {
+struct TimedCase {
     case: Case,
     models: BTreeMap<usize, Box<dyn Model>>,
 }
@@ -56,41 +56,41 @@ pub fn time_scene(
     launch: u32,
     progress: &dyn Progress,
 ) -> Vec<TimingRow> {
-    let contestants = contestants(plan, scene, built);
+    let timed_cases = timed_cases(plan, scene, built);
     let chunk_poses: Vec<Vec<Isometry>> = chunks
         .iter()
         .map(|chunk| chunk.poses.iter().map(|&pose| judged[chunk.pair].poses[pose].a_from_b).collect())
         .collect();
     let mut rng = Pcg64Mcg::seed_from_u64(plan.selection.seed ^ (u64::from(launch) << 32));
     // The control needs no warm-up to be known as slow.
-    let unknown = |contestant: &Contestant| Manner {
+    let unknown = |timed: &TimedCase| Repetition {
         passes: 1,
-        once: contestant.case.variant.kind == Kind::Control,
+        once: timed.case.variant.kind == Kind::Control,
         first_launch: false,
     };
-    let mut manners = vec![contestants.iter().map(unknown).collect::<Vec<_>>(); chunks.len()];
+    let mut repetitions = vec![timed_cases.iter().map(unknown).collect::<Vec<_>>(); chunks.len()];
     let mut verdicts = Vec::new();
     let mut rows = Vec::new();
     let mut chunk_order: Vec<usize> = (0..chunks.len()).collect();
-    let mut case_order: Vec<usize> = (0..contestants.len()).collect();
+    let mut case_order: Vec<usize> = (0..timed_cases.len()).collect();
     for block in 0..=plan.budget.blocks {
         chunk_order.shuffle(&mut rng);
         for &c in &chunk_order {
             // One launch is enough for the control, whose samples last a second each: nobody compares it by per cent.
-            if chunks[c].role == Role::Control && launch > 0 {
+            if chunks[c].participants == Participants::Control && launch > 0 {
                 progress.advance(1);
                 continue;
             }
             let (chunk, poses) = (&chunks[c], &chunk_poses[c]);
             case_order.shuffle(&mut rng);
             for &k in &case_order {
-                let manner = manners[c][k];
-                let needed = if block == 0 { !manner.once } else { !manner.once || block == 1 };
-                let done = manner.first_launch && launch > 0;
-                if !needed || done || !takes_part(&contestants[k], chunk, plan) {
+                let repetition = repetitions[c][k];
+                let needed = if block == 0 { !repetition.once } else { !repetition.once || block == 1 };
+                let done = repetition.first_launch && launch > 0;
+                if !needed || done || !takes_part(&timed_cases[k], chunk, plan) {
                     continue;
                 }
-                let (a, b) = contestants[k].pair_of(&judged[chunk.pair]);
+                let (a, b) = timed_cases[k].pair_of(&judged[chunk.pair]);
                 let mut run = |poses: &[Isometry], passes: u32| {
                     for _ in 0..passes {
                         verdicts.clear();
@@ -98,24 +98,25 @@ pub fn time_scene(
                     }
                     verdicts.last().copied()
                 };
-                if chunk.role != Role::Control {
-                    let all = block > 0 && !manner.once;
+                if chunk.participants != Participants::Control {
+                    let all = block > 0 && !repetition.once;
                     let first = &poses[..poses.len().min(WARM_UP_POSES)];
                     let (ns, _) = timer::time(|| run(if all { poses } else { first }, 1));
                     // What its first poses show to be long need not be run whole to be known as such.
                     let whole = ns * poses.len() as u64 / first.len() as u64;
                     if block == 0 && whole > 2 * LONG_SAMPLE_NS {
-                        manners[c][k] = Manner { passes: 1, once: true, first_launch: whole > VERY_LONG_SAMPLE_NS };
+                        repetitions[c][k] =
+                            Repetition { passes: 1, once: true, first_launch: whole > VERY_LONG_SAMPLE_NS };
                         continue;
                     }
                 }
-                let (ns, _) = timer::time(|| run(poses, manner.passes));
+                let (ns, _) = timer::time(|| run(poses, repetition.passes));
                 if block == 0 {
                     let (passes, once) = (timer::passes_for(ns), ns > LONG_SAMPLE_NS);
-                    manners[c][k] = Manner { passes, once, first_launch: false };
+                    repetitions[c][k] = Repetition { passes, once, first_launch: false };
                 } else {
-                    let (case, pair) = (&contestants[k].case, &judged[chunk.pair]);
-                    rows.push(row(scene, pair, chunk, case, launch, block - 1, manner.passes, ns));
+                    let (case, pair) = (&timed_cases[k].case, &judged[chunk.pair]);
+                    rows.push(row(scene, pair, chunk, case, launch, block - 1, repetition.passes, ns));
                 }
             }
             progress.advance(1);
@@ -126,7 +127,7 @@ pub fn time_scene(
     rows
 }
 
-impl Contestant {
+impl TimedCase {
     /// With the `models` there are already.
     fn prepare(case: &Case, id: &str, scene: &Scene, mut models: BTreeMap<usize, Box<dyn Model>>) -> Self {
         for part in scene.pairs.iter().flat_map(|pair| [pair.a, pair.b]) {
@@ -140,26 +141,26 @@ impl Contestant {
     }
 }
 
-fn contestants(plan: &Plan, scene: &Scene, built: Built) -> Vec<Contestant> {
+fn timed_cases(plan: &Plan, scene: &Scene, built: Built) -> Vec<TimedCase> {
     let mut models: Vec<BTreeMap<usize, Box<dyn Model>>> = plan.cases.iter().map(|_| BTreeMap::new()).collect();
     for ((place, part), model) in built {
         models[place].insert(part, model);
     }
-    let null = plan.null_reference().map(|case| Contestant::prepare(case, NULL_VARIANT, scene, BTreeMap::new()));
-    let own = plan.cases.iter().zip(models).map(|(case, models)| Contestant::prepare(case, &case.id, scene, models));
+    let null = plan.null_reference().map(|case| TimedCase::prepare(case, NULL_VARIANT, scene, BTreeMap::new()));
+    let own = plan.cases.iter().zip(models).map(|(case, models)| TimedCase::prepare(case, &case.id, scene, models));
     own.chain(null).collect()
 }
 
 /// Whether a case runs a chunk.
-fn takes_part(contestant: &Contestant, chunk: &Chunk, plan: &Plan) -> bool {
-    let case = &contestant.case;
-    match (chunk.role, case.variant.kind) {
-        (Role::Control, Kind::Control) => true,
-        (Role::Control, _) => {
+fn takes_part(timed: &TimedCase, chunk: &Chunk, plan: &Plan) -> bool {
+    let case = &timed.case;
+    match (chunk.participants, case.variant.kind) {
+        (Participants::Control, Kind::Control) => true,
+        (Participants::Control, _) => {
             plan.null_reference().is_some_and(|reference| reference.id == case.id && reference.policy == case.policy)
         }
         (_, Kind::Control) => false,
-        (Role::Volumes, Kind::Peer) => false,
+        (Participants::Volumes, Kind::Peer) => false,
         _ => true,
     }
 }
@@ -178,7 +179,11 @@ fn row(
     let (split, axes, leaf) = case.policy_columns();
     TimingRow {
         scene: scene.name.clone(),
-        workload: if chunk.role == Role::Control { CONTROL_WORKLOAD.to_owned() } else { judged.workload.clone() },
+        workload: if chunk.participants == Participants::Control {
+            CONTROL_WORKLOAD.to_owned()
+        } else {
+            judged.workload.clone()
+        },
         pair: scene.pair_name(judged.pair),
         stratum: chunk.stratum,
         variant: case.id.clone(),

@@ -227,7 +227,7 @@ impl Run {
             let unit = self.unit_folder(stage_folder(Stage::Verify)).join(&scene.name);
             if !unit.exists() {
                 let judged =
-                    judged::judge(&self.plan, scene, poses, judged::Strata::Spared, self.cache.as_ref(), progress)?;
+                    judged::judge(&self.plan, scene, poses, judged::Strata::NotSought, self.cache.as_ref(), progress)?;
                 let rows = accuracy::verify_scene(&self.plan, scene, &judged, progress);
                 write_unit(&unit, |folder| write_rows(folder, &rows))?;
             }
@@ -337,7 +337,7 @@ impl Run {
             &self.plan,
             scene,
             poses * POSE_RESERVE,
-            judged::Strata::Found,
+            judged::Strata::Sought,
             self.cache.as_ref(),
             progress,
         )?;

@@ -108,12 +108,15 @@ impl Data {
 #[must_use]
 pub fn entries(manifest: &Manifest) -> Vec<Entry> {
     let variants = manifest.variants.iter().filter(|v| v.id != NULL_VARIANT).enumerate();
-    let entry = |(i, v): (usize, &VariantEntry)| Entry {
-        id: v.id.clone(),
-        label: if v.safe || !v.kind.is_ours() { v.label.clone() } else { format!("{} (unsafe)", v.label) },
-        look: Look::nth(i),
-        safe: v.safe || !v.kind.is_ours(),
-        kind: v.kind,
+    let entry = |(i, v): (usize, &VariantEntry)| {
+        let safe = v.safe || !v.kind.is_ours();
+        Entry {
+            id: v.id.clone(),
+            label: if safe { v.label.clone() } else { format!("{} (unsafe)", v.label) },
+            look: Look::nth(i).of_promise(safe),
+            safe,
+            kind: v.kind,
+        }
     };
     variants.map(entry).collect()
 }

@@ -23,6 +23,9 @@ const PALETTE: [RGBColor; 7] = [
 /// Half the size of a marker, px.
 const RADIUS: i32 = 7;
 
+/// Width of a marker's outline, px.
+const OUTLINE_PX: u32 = 2;
+
 /// The shape of a marker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shape {
@@ -31,27 +34,31 @@ enum Shape {
     Up,
     Diamond,
     Down,
-    Cross,
-    Plus,
-    Ring,
+    Bar,
 }
 
-const SHAPES: [Shape; 8] =
-    [Shape::Circle, Shape::Square, Shape::Up, Shape::Diamond, Shape::Down, Shape::Cross, Shape::Plus, Shape::Ring];
+const SHAPES: [Shape; 6] = [Shape::Circle, Shape::Square, Shape::Up, Shape::Diamond, Shape::Down, Shape::Bar];
 
-/// Colour and marker of a variant.
+/// Colour and marker of a variant. A hollow marker is that of an unsafe one, here and on the page, and of nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Look {
     /// Colour.
     pub colour: RGBColor,
     shape: Shape,
+    is_hollow: bool,
 }
 
 impl Look {
-    /// The look of the `i`-th variant: 56 variants pass before one returns, for 7 and 8 have no common divisor.
+    /// The look of the `i`-th variant: 42 variants pass before one returns, for 7 and 6 have no common divisor.
     #[must_use]
     pub const fn nth(i: usize) -> Self {
-        Self { colour: PALETTE[i % PALETTE.len()], shape: SHAPES[i % SHAPES.len()] }
+        Self { colour: PALETTE[i % PALETTE.len()], shape: SHAPES[i % SHAPES.len()], is_hollow: false }
+    }
+
+    /// The same, of a variant that may miss contacts where it is not `safe`.
+    #[must_use]
+    pub const fn of_promise(self, safe: bool) -> Self {
+        Self { is_hollow: !safe, ..self }
     }
 
     /// Draws the marker.
@@ -59,25 +66,21 @@ impl Look {
     /// # Errors
     /// When the backend refuses.
     pub fn mark<DB: DrawingBackend>(self, area: &Area<DB>, (x, y): Pixel) -> DrawResult<DB> {
-        let (fill, line, r) = (self.colour.filled(), self.colour.stroke_width(3), RADIUS);
-        let polygon = |corners: Vec<Pixel>| area.draw(&Polygon::new(corners, fill));
-        let stroke = |from: Pixel, to: Pixel| area.draw(&PathElement::new(vec![from, to], line));
-        match self.shape {
-            Shape::Circle => area.draw(&Circle::new((x, y), r, fill)),
-            Shape::Ring => area.draw(&Circle::new((x, y), r - 1, line)),
-            Shape::Square => area.draw(&Rectangle::new([(x - r + 1, y - r + 1), (x + r - 1, y + r - 1)], fill)),
-            Shape::Up => polygon(vec![(x - r, y + r - 1), (x + r, y + r - 1), (x, y - r)]),
-            Shape::Down => polygon(vec![(x - r, y - r + 1), (x + r, y - r + 1), (x, y + r)]),
-            Shape::Diamond => polygon(vec![(x - r - 1, y), (x, y - r - 1), (x + r + 1, y), (x, y + r + 1)]),
-            Shape::Cross => {
-                stroke((x - r + 1, y - r + 1), (x + r - 1, y + r - 1))?;
-                stroke((x - r + 1, y + r - 1), (x + r - 1, y - r + 1))
+        let (fill, r) = (if self.is_hollow { WHITE } else { self.colour }, RADIUS);
+        let corners = match self.shape {
+            Shape::Circle => {
+                area.draw(&Circle::new((x, y), r, fill.filled()))?;
+                return area.draw(&Circle::new((x, y), r, self.colour.stroke_width(OUTLINE_PX)));
             }
-            Shape::Plus => {
-                stroke((x - r, y), (x + r, y))?;
-                stroke((x, y - r), (x, y + r))
-            }
-        }
+            Shape::Square => vec![(x - r, y - r), (x + r, y - r), (x + r, y + r), (x - r, y + r)],
+            Shape::Up => vec![(x - r, y + r - 1), (x + r, y + r - 1), (x, y - r)],
+            Shape::Down => vec![(x - r, y - r + 1), (x + r, y - r + 1), (x, y + r)],
+            Shape::Diamond => vec![(x - r - 1, y), (x, y - r - 1), (x + r + 1, y), (x, y + r + 1)],
+            Shape::Bar => vec![(x - r - 2, y - 4), (x + r + 2, y - 4), (x + r + 2, y + 4), (x - r - 2, y + 4)],
+        };
+        area.draw(&Polygon::new(corners.clone(), fill.filled()))?;
+        let around = corners.iter().chain(&corners[..1]).copied().collect::<Vec<_>>();
+        area.draw(&PathElement::new(around, self.colour.stroke_width(OUTLINE_PX)))
     }
 
     /// Draws a vertical interval with caps.
@@ -168,10 +171,11 @@ mod tests {
 
     #[test]
     fn looks_repeat_late() {
-        for i in 0..56 {
+        for i in 0..42 {
             assert!((0..i).all(|j| Look::nth(i) != Look::nth(j)), "{i}");
         }
-        assert_eq!(Look::nth(56), Look::nth(0));
+        assert_eq!(Look::nth(42), Look::nth(0));
+        assert_ne!(Look::nth(0).of_promise(false), Look::nth(0));
     }
 
     #[test]

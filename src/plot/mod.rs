@@ -38,7 +38,7 @@ use thiserror::Error;
 pub const FOLDER: &str = "plots";
 
 /// Folders within a run's of what stands beside it: an audit, an ablation and sweeps.
-pub const ASIDES: [&str; 4] = ["audit", "ablation", "sweep-rotation", "sweep-grading"];
+pub const SUPPLEMENTS: [&str; 4] = ["audit", "ablation", "sweep-rotation", "sweep-grading"];
 /// The list of figures in [`FOLDER`].
 const INDEX: &str = "figures.json";
 
@@ -135,7 +135,7 @@ pub fn draw_all(folder: &Path) -> Result<Gallery, PlotError> {
     if let Some(engines) = forest::engines(&data) {
         add(folder, &mut gallery, engines)?;
     }
-    for aside in ASIDES {
+    for aside in SUPPLEMENTS {
         gallery
             .figures
             .extend(read_gallery(&folder.join(aside))?.figures.into_iter().map(|figure| figure.within(aside)));

@@ -3,7 +3,7 @@
 use super::Contents;
 use super::tables::{Table, interval, number};
 use super::terminal::stands_for_claim;
-use crate::analysis::claims::Claim;
+use crate::analysis::claims::{Claim, ClaimSet};
 use crate::analysis::{ALL, stats};
 use crate::record::{ClaimRow, Kind, Manifest, NULL_VARIANT};
 use std::collections::BTreeMap;
@@ -22,7 +22,7 @@ pub(super) fn render(contents: &Contents) -> String {
         times(contents),
         super::peers::section(&contents.peers, &contents.peer_ratios),
         provenance(contents),
-        limitations(),
+        limitations(&contents.claims),
     ]
     .concat()
     .replace('<', "&lt;")
@@ -30,13 +30,15 @@ pub(super) fn render(contents: &Contents) -> String {
 
 fn opening(contents: &Contents) -> String {
     let Contents { manifest, claims, noise, .. } = contents;
-    let mut text = format!(
-        "# Bounding volumes on trial: the claims of {}\n\n\
-         The paper says that an oriented bounding box weighted by triangle areas detects machine-tool collisions faster than the \
-         plain one and repairs its faults. This run (profile `{}`) asks of each of its sentences whether that holds, on machine \
-         scenes of our own and against exact truth. It is a conceptual replication: see the limitations at the end.\n\n",
-        claims.source, manifest.request.profile
-    );
+    let mut text = if claims.is_empty() {
+        format!(
+            "# Bounding volumes on trial: {}\n\nWhich bounding volume finds the collisions of these parts fastest, and which one misses them? This run \
+             (profile `{}`) times the variants side by side and holds every verdict against exact truth.\n\n",
+            claims.source, manifest.request.profile
+        )
+    } else {
+        opening_on_claims(contents)
+    };
     if !noise.is_empty() {
         text += "> **noisy**: something disturbed the timings. Verdicts on speed are to be read with caution; counts and misses \
                  are not affected.\n>\n";
@@ -46,7 +48,20 @@ fn opening(contents: &Contents) -> String {
     text
 }
 
+fn opening_on_claims(Contents { manifest, claims, .. }: &Contents) -> String {
+    format!(
+        "# Bounding volumes on trial: the claims of {}\n\n\
+         The paper says that an oriented bounding box weighted by triangle areas detects machine-tool collisions faster than the \
+         plain one and repairs its faults. This run (profile `{}`) asks of each of its sentences whether that holds, on machine \
+         scenes of our own and against exact truth. It is a conceptual replication: see the limitations at the end.\n\n",
+        claims.source, manifest.request.profile
+    )
+}
+
 fn at_a_glance(contents: &Contents) -> String {
+    if contents.claims.is_empty() {
+        return String::new();
+    }
     let mut table = Table::new(&["claim", "the paper says", "verdict"]);
     for claim in &contents.claims.claims {
         table.row([
@@ -114,10 +129,10 @@ fn what_was_run(contents: &Contents) -> String {
         "## What was run\n\n{}Per scene some {} posed pairs were verified against exact truth and some {} poses were timed (equal shares of \
          the strata, less where there are not so many), in {} blocks of random order, {} process launch(es), seed {}. Machine: {}, {} logical cores, {}{:.1} GiB, {}{}.\n\n\
          The command was\n\n    {}\n\nand the same steps one by one, where DIR is this folder:\n\n    \
-         cargo run --release -- verify --profile {p} --seed {s}{chosen} --out DIR\n    \
-         cargo run --release -- measure --profile {p} --seed {s}{chosen} --out DIR\n    \
-         cargo run --release -- analyze --out DIR\n    cargo run --release -- plot --out DIR\n    \
-         cargo run --release -- report --out DIR\n\n",
+         cargo run --release -- stage verify --profile {p} --seed {s}{chosen} --out DIR\n    \
+         cargo run --release -- stage measure --profile {p} --seed {s}{chosen} --out DIR\n    \
+         cargo run --release -- stage analyze --out DIR\n    cargo run --release -- stage plot --out DIR\n    \
+         cargo run --release -- stage report --out DIR\n\n",
         scenes.finish(),
         request.verify_poses,
         request.measure_poses,
@@ -269,6 +284,9 @@ fn figures(contents: &Contents) -> String {
 }
 
 fn details(contents: &Contents) -> String {
+    if contents.claims.is_empty() {
+        return String::new();
+    }
     let mut text = "## The claims one by one\n\nMisses are those of the reading's subject / of its baseline, above \
                     grazing.\n\n"
         .to_owned();
@@ -363,20 +381,40 @@ fn provenance(contents: &Contents) -> String {
     )
 }
 
-/// What the results do not say.
-pub(super) const LIMITATIONS: [&str; 5] = [
-    "This is a conceptual replication. The paper's computer and control, its meshes and its NC programs are not available; the \
+/// What the results do not say, and whether that is about the paper.
+const LIMITATIONS: [(bool, &str); 5] = [
+    (
+        true,
+        "This is a conceptual replication. The paper's computer and control, its meshes and its NC programs are not available; the \
      scenes are our own machines built after its description. Its absolute times cannot be compared with any here.",
-    "The paper leaves open how its plain box is centred and how its trees are split. The readings cover what its text can mean; \
+    ),
+    (
+        true,
+        "The paper leaves open how its plain box is centred and how its trees are split. The readings cover what its text can mean; \
      none of them is certain to be what was programmed.",
-    "Intervals describe the poses of these scenes, resampled. They say nothing about other machines, tools or meshes.",
-    "Times belong to one computer, one compiler and one implementation of each method, all by the same authors. Operation counts \
+    ),
+    (
+        false,
+        "Intervals describe the poses of these scenes, resampled. They say nothing about other machines, tools or meshes.",
+    ),
+    (
+        false,
+        "Times belong to one computer, one compiler and one implementation of each method, all by the same authors. Operation counts \
      and misses do not depend on the computer.",
-    "The sentences are paraphrased from Chinese, and the thresholds for words such as \"considerable\" are ours; both were fixed \
+    ),
+    (
+        true,
+        "The sentences are paraphrased from Chinese, and the thresholds for words such as \"considerable\" are ours; both were fixed \
      before the run and stand in claims.toml beside this report.",
+    ),
 ];
 
-fn limitations() -> String {
-    let lines = LIMITATIONS.map(|limit| format!("- {}\n", limit.replace("claims.toml", "`claims.toml`")));
-    format!("## Limitations\n\n{}", lines.concat())
+/// Those of [`LIMITATIONS`] that go for a run about these claims.
+pub(super) fn limitations_of(claims: &ClaimSet) -> impl Iterator<Item = &'static str> {
+    LIMITATIONS.into_iter().filter(|(about_paper, _)| !(*about_paper && claims.is_empty())).map(|(_, limit)| limit)
+}
+
+fn limitations(claims: &ClaimSet) -> String {
+    let line = |limit: &str| format!("- {}\n", limit.replace("claims.toml", "`claims.toml`"));
+    format!("## Limitations\n\n{}", limitations_of(claims).map(line).collect::<String>())
 }

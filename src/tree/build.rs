@@ -21,7 +21,7 @@ impl<S: Shape> Tree<S> {
     /// # Panics
     /// When `triangles` is empty or has more than 2³¹ members: a [`crate::geometry::Mesh`] is neither.
     #[must_use]
-    pub fn build(fit: Fit<S>, triangles: &[Triangle], policy: Policy) -> Self {
+    pub fn build(fit: Fit<'_, S>, triangles: &[Triangle], policy: Policy) -> Self {
         assert!(!triangles.is_empty(), "a tree needs at least one triangle");
         assert!(triangles.len() < (1 << 31), "node numbers are 32 bits");
         let mut items: Vec<Item> = triangles.iter().zip(0..).map(|(&triangle, face)| Item { triangle, face }).collect();
@@ -46,7 +46,7 @@ impl<S: Shape> Tree<S> {
 }
 
 /// How a volume is fitted to at least one triangle (mm, mesh frame).
-pub type Fit<S> = fn(&[Triangle]) -> S;
+pub type Fit<'a, S> = &'a (dyn Fn(&[Triangle]) -> S + Sync);
 
 /// The triangles of one node, in the order they have so far.
 struct Stretch<'a> {
@@ -82,8 +82,8 @@ fn nodes_of<S>(pieces: &[Piece<S>]) -> usize {
 /// A child and everything below it.
 type Side<S> = (Node<S>, Vec<Piece<S>>);
 
-struct Builder<S> {
-    fit: Fit<S>,
+struct Builder<'a, S> {
+    fit: Fit<'a, S>,
     policy: Policy,
     /// Whether large nodes are shared out.
     shared: bool,
@@ -94,7 +94,7 @@ fn both(one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
     rayon::join(one, other);
 }
 
-impl<S: Shape> Builder<S> {
+impl<S: Shape> Builder<'_, S> {
     /// A leaf around `triangles`, which start at `first` in tree order.
     fn leaf(&self, triangles: &[Triangle], first: usize) -> Node<S> {
         let volume = (self.fit)(triangles);
@@ -189,7 +189,7 @@ mod tests {
     fn single_triangle_leaves_make_one_node_less_than_twice_the_triangles() {
         let triangles = meshes::cuboid(1.0, 2.0, 3.0).triangles();
         for split in SplitRule::ALL {
-            let tree = Tree::build(Aabb::fit, &triangles, Policy::own(split));
+            let tree = Tree::build(&Aabb::fit, &triangles, Policy::own(split));
             assert_eq!(tree.nodes().len(), 23, "{split}"); // 2·12 - 1
             assert_eq!(tree.check_structure(), Ok(()));
         }
@@ -199,7 +199,7 @@ mod tests {
     fn leaves_hold_at_most_what_the_policy_says_and_inner_nodes_more() {
         let triangles = meshes::torus(12.0, 4.0, 14, 7).triangles();
         for leaf in Policy::LEAF_RANGE {
-            let tree = Tree::build(SphereRitter::fit, &triangles, Policy { leaf, ..Policy::own(SplitRule::Midpoint) });
+            let tree = Tree::build(&SphereRitter::fit, &triangles, Policy { leaf, ..Policy::own(SplitRule::Midpoint) });
             for node in tree.nodes() {
                 assert_eq!(node.children().is_none(), node.range().len() <= leaf as usize);
             }
@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn the_triangles_keep_their_face_numbers() {
         let triangles = meshes::stepped_tool(8, 4).triangles();
-        let tree = Tree::build(Aabb::fit, &triangles, Policy::own(SplitRule::Sah16));
+        let tree = Tree::build(&Aabb::fit, &triangles, Policy::own(SplitRule::Sah16));
         for (triangle, &face) in tree.triangles().iter().zip(tree.faces()) {
             assert_eq!(*triangle, triangles[face as usize]);
         }
@@ -221,9 +221,9 @@ mod tests {
         let triangles = meshes::torus(12.0, 4.0, 200, 100).triangles();
         assert!(triangles.len() > 2 * SHARED_FROM);
         for policy in [Policy::own(SplitRule::AreaMean), Policy { leaf: 3, ..Policy::own(SplitRule::Median) }] {
-            let alone = Tree::build(SphereRitter::fit, &triangles, policy);
+            let alone = Tree::build(&SphereRitter::fit, &triangles, policy);
             let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
-            let shared = pool.install(|| Tree::build(SphereRitter::fit, &triangles, policy));
+            let shared = pool.install(|| Tree::build(&SphereRitter::fit, &triangles, policy));
             assert_eq!(shared.check_structure(), Ok(()));
             assert_eq!(shared.faces(), alone.faces());
             assert_eq!(format!("{:?}", shared.nodes()), format!("{:?}", alone.nodes()));
@@ -235,10 +235,10 @@ mod tests {
         let triangles = meshes::stepped_tool(8, 4).triangles();
         let policy = Policy::shared(SplitRule::AreaMean);
         let (boxes, spheres) =
-            (Tree::build(Aabb::fit, &triangles, policy), Tree::build(SphereRitter::fit, &triangles, policy));
+            (Tree::build(&Aabb::fit, &triangles, policy), Tree::build(&SphereRitter::fit, &triangles, policy));
         assert_eq!(boxes.faces(), spheres.faces());
         assert!(boxes.nodes().iter().zip(spheres.nodes()).all(|(a, b)| a.range() == b.range()));
-        let own = Tree::build(Aabb::fit, &triangles, Policy::own(SplitRule::AreaMean));
+        let own = Tree::build(&Aabb::fit, &triangles, Policy::own(SplitRule::AreaMean));
         assert_ne!(own.faces(), boxes.faces());
     }
 }

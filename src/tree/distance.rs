@@ -87,7 +87,7 @@ mod tests {
     fn along_a_path<V: BoundingVolume>(leaf: u8) {
         let (torus, tool) = (meshes::torus(12.0, 4.0, 14, 7), meshes::stepped_tool(8, 4));
         let build = |mesh: &crate::geometry::Mesh| {
-            Tree::build(V::fit, &mesh.triangles(), Policy { leaf, ..Policy::own(SplitRule::AreaMean) })
+            Tree::build(&V::fit, &mesh.triangles(), Policy { leaf, ..Policy::own(SplitRule::AreaMean) })
         };
         let parry = |mesh: &crate::geometry::Mesh| {
             TriMesh::new(mesh.vertices().iter().map(|p| p.coords.into()).collect(), mesh.faces().to_vec()).unwrap()

@@ -53,7 +53,7 @@ mod tests {
     #[test]
     fn the_upper_levels_of_a_balanced_tree() {
         let triangles = meshes::stepped_tool(8, 4).triangles();
-        let drawn = Tree::build(Aabb::fit, &triangles, Policy::own(SplitRule::Median)).drawn(3);
+        let drawn = Tree::build(&Aabb::fit, &triangles, Policy::own(SplitRule::Median)).drawn(3);
         // Halving at the median gives 1 + 2 + 4 nodes; a box has twelve edges.
         let levels: Vec<u32> = drawn.iter().map(|node| node.level).collect();
         assert_eq!(levels.iter().filter(|&&level| level == 2).count(), 4);
@@ -64,7 +64,7 @@ mod tests {
     #[test]
     fn a_box_that_has_drifted_leaves_corners_outside() {
         let triangles = meshes::stepped_tool(8, 4).triangles();
-        let tree = Tree::build(ObbVertexCentroid::fit, &triangles, Policy::own(SplitRule::VertexMean));
+        let tree = Tree::build(&ObbVertexCentroid::fit, &triangles, Policy::own(SplitRule::VertexMean));
         assert!(tree.drawn(1)[0].outside > 0);
     }
 }

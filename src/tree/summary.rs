@@ -87,7 +87,7 @@ mod tests {
     fn the_summary_agrees_with_the_report() {
         let triangles = meshes::stepped_tool(12, 20).triangles();
         let policy = Policy::own(SplitRule::VertexMean);
-        let tree = Tree::build(ObbVertexCentroid::fit, &triangles, policy);
+        let tree = Tree::build(&ObbVertexCentroid::fit, &triangles, policy);
         let (summary, report) = (tree.summary(), tree.report());
         assert_eq!((summary.nodes, summary.depth_max), (report.nodes, report.depth_max));
         assert_eq!((summary.depth_mean, summary.child_ratio), (report.depth_mean, report.child_ratio));
@@ -105,7 +105,7 @@ mod tests {
     fn a_tight_tree_leaves_nothing_out_and_counts_a_corner_on_every_level() {
         // A cuboid's 12 triangles halve to leaves of mean depth 11/3: 3 · 12 corners on each of 11/3 + 1 levels.
         let triangles = meshes::cuboid(2.0, 4.0, 6.0).triangles();
-        let summary = Tree::build(ObbVertex::fit, &triangles, Policy::own(SplitRule::Median)).summary();
+        let summary = Tree::build(&ObbVertex::fit, &triangles, Policy::own(SplitRule::Median)).summary();
         assert_eq!((summary.outside_nodes, summary.outside_corners, summary.overhang_mm), (0, 0, 0.0));
         assert_eq!(summary.corners, 36 * 14 / 3);
     }

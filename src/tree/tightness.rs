@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn a_cuboid_in_its_own_box() {
         let triangles = meshes::cuboid(2.0, 4.0, 6.0).triangles();
-        let report = Tree::build(Aabb::fit, &triangles, Policy::own(SplitRule::Median)).report();
+        let report = Tree::build(&Aabb::fit, &triangles, Policy::own(SplitRule::Median)).report();
         assert_eq!((report.nodes, report.leaves), (23, 12));
         // Twelve halve to 6, 3, then 1 and 2, then 1: in every three leaves one at depth 3 and two at depth 4.
         assert_eq!(report.depth_max, 4);
@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn hulls_from_below_are_the_hulls_of_the_contents() {
         let triangles = meshes::torus(12.0, 4.0, 24, 12).triangles();
-        let tree = Tree::build(Aabb::fit, &triangles, Policy::own(SplitRule::Median));
+        let tree = Tree::build(&Aabb::fit, &triangles, Policy::own(SplitRule::Median));
         let nodes = tree.any_nodes();
         for level in tree.report().levels {
             let of_level = nodes.iter().filter(|node| node.depth == level.level);
@@ -292,7 +292,7 @@ mod tests {
     #[test]
     fn a_torus_fills_less_than_its_hull_and_the_hull_less_than_the_box() {
         let torus = meshes::torus(12.0, 4.0, 24, 12);
-        let report = Tree::build(Aabb::fit, &torus.triangles(), Policy::own(SplitRule::VertexMean)).report();
+        let report = Tree::build(&Aabb::fit, &torus.triangles(), Policy::own(SplitRule::VertexMean)).report();
         let root = report.levels[0];
         assert!(torus.signed_volume() < root.hull_mm3 && root.hull_mm3 < root.hulled_volume_mm3);
         assert!(root.hulled_volume_mm3 <= 32.0 * 32.0 * 8.0 + 1e-3);
@@ -302,8 +302,8 @@ mod tests {
     fn the_literal_box_of_a_tool_drifts_to_the_fine_tip_and_leaves_the_holder_out() {
         let triangles = meshes::stepped_tool(12, 40).triangles();
         let policy = Policy::own(SplitRule::VertexMean);
-        let literal = Tree::build(ObbVertexCentroid::fit, &triangles, policy).report();
-        let tight = Tree::build(ObbVertex::fit, &triangles, policy).report();
+        let literal = Tree::build(&ObbVertexCentroid::fit, &triangles, policy).report();
+        let tight = Tree::build(&ObbVertex::fit, &triangles, policy).report();
         // The corners' mean lies near the middle of the cutter (z about 15), the middle of the tool at 40; the extent is 80.
         assert!(literal.drift_mm > 15.0 && literal.drift_mm < 40.0, "{}", literal.drift_mm);
         assert!(tight.drift_mm.abs() < 1.0, "{}", tight.drift_mm);
@@ -315,7 +315,7 @@ mod tests {
 
     #[test]
     fn a_report_is_the_same_every_time() {
-        let tree = Tree::build(ObbVertex::fit, &meshes::soup(60).triangles(), Policy::own(SplitRule::Sah16));
+        let tree = Tree::build(&ObbVertex::fit, &meshes::soup(60).triangles(), Policy::own(SplitRule::Sah16));
         assert_eq!(format!("{:?}", tree.report()), format!("{:?}", tree.report()));
     }
 
@@ -324,7 +324,7 @@ mod tests {
         for triangles in
             [meshes::degenerate().triangles()[..3].to_vec(), vec![meshes::cuboid(1.0, 1.0, 1.0).triangles()[0]; 5]]
         {
-            let report = Tree::build(Aabb::fit, &triangles, Policy::own(SplitRule::Median)).report();
+            let report = Tree::build(&Aabb::fit, &triangles, Policy::own(SplitRule::Median)).report();
             assert_eq!(report.levels[0].hull_mm3, 0.0);
         }
     }

@@ -157,7 +157,7 @@ mod tests {
     use obbtree::cases::{self, meshes};
 
     fn tree(triangles: &[Triangle]) -> Tree<<Aabb as BoundingVolume>::Shape> {
-        Tree::build(Aabb::fit, triangles, Policy::own(SplitRule::Median))
+        Tree::build(&Aabb::fit, triangles, Policy::own(SplitRule::Median))
     }
 
     fn counted(

@@ -67,7 +67,7 @@ mod tests {
     use obbtree::cases::meshes;
 
     fn tree() -> Tree<<Aabb as BoundingVolume>::Shape> {
-        Tree::build(Aabb::fit, &meshes::cuboid(2.0, 3.0, 5.0).triangles(), Policy::own(SplitRule::Median))
+        Tree::build(&Aabb::fit, &meshes::cuboid(2.0, 3.0, 5.0).triangles(), Policy::own(SplitRule::Median))
     }
 
     #[test]

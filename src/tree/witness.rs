@@ -68,7 +68,7 @@ mod tests {
     /// has a contact that is reached. Returns how many contacts were not reached.
     fn agrees_with_the_query<V: BoundingVolume>(policy: Policy) -> usize {
         let triangles = meshes::stepped_tool(8, 4).triangles();
-        let tree = Tree::build(V::fit, &triangles, policy);
+        let tree = Tree::build(&V::fit, &triangles, policy);
         let places = Places::of(&tree);
         let mut unreached = 0;
         for step in 0..40 {

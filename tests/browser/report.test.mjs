@@ -38,7 +38,7 @@ after(() => browser?.close());
 function writtenAnew() {
   const folder = path.join(work, "pages/reference");
   cpSync(path.join(root, "results/reference"), folder, { recursive: true });
-  execFileSync(path.resolve(root, process.env.BVBENCH ?? "target/release/bvbench"), ["report", "--out", folder]);
+  execFileSync(path.resolve(root, process.env.BVBENCH ?? "target/release/bvbench"), ["stage", "report", "--out", folder]);
   return path.join(folder, "report.html");
 }
 

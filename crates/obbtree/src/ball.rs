@@ -96,13 +96,13 @@ impl WideVolume for Ball {
 
 impl<L: Lanes> Relation<L> for BallRelation<L> {
     #[inline(always)]
-    fn soon(&self) -> [L; 3] {
+    fn quick_gaps(&self) -> [L; 3] {
         [self.between - (self.radius + self.radii); 3]
     }
 
     #[inline(always)]
-    fn gap(&self, soon: [L; 3]) -> L {
-        soon[0]
+    fn gap(&self, quick_gaps: [L; 3]) -> L {
+        quick_gaps[0]
     }
 
     #[inline(always)]

@@ -151,7 +151,7 @@ impl<L: Lanes> BoxRelation<L> {
 impl<L: Lanes> Relation<L> for BoxRelation<L> {
     /// Along the axes of faces: three maxima of two, so that each need not wait for the one before.
     #[inline(always)]
-    fn soon(&self) -> [L; 3] {
+    fn quick_gaps(&self) -> [L; 3] {
         three!(k => self.gap_a(k).max(self.gap_b(k)))
     }
 

@@ -32,7 +32,7 @@ const STEPS_AHEAD: f64 = 32.0;
 /// beside a surface it would open the most nodes and be spent at the next pose.
 const PAYS: u32 = 4;
 /// How many times as many nodes as the last fresh query a search for a distance may open, and how many in any case.
-const DEARER: u32 = 4;
+const SEARCH_VISITS: u32 = 4;
 const LEAST_VISITS: u32 = 16;
 /// Fewest nodes that some fresh query of the path has opened where a distance is looked for: below, the search would be the dearest of all
 /// queries, and spare next to nothing.
@@ -269,7 +269,7 @@ impl Memory {
         let limits = Limits {
             below_mm: STEPS_AHEAD * step + 2.0 * pad,
             useful_mm: f64::from(PAYS) * step + pad,
-            visits: DEARER * self.scratch.tally.visits + LEAST_VISITS,
+            visits: SEARCH_VISITS * self.scratch.tally.visits + LEAST_VISITS,
         };
         let nearest = distance::nearest(a, b, a_from_b, simd, limits, &mut self.proximity);
         if nearest.touching {

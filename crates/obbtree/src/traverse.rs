@@ -9,7 +9,7 @@ use super::node::{Contents, Node, WIDTH, WideTree};
 use super::pose::Pose;
 use super::posed::{Opened, Posed};
 use super::triangles::{self, Batch};
-use super::visit::{self, Found};
+use super::visit::{self, Overlaps};
 use super::volume::WideVolume;
 use crate::geometry::Isometry;
 use std::hint::select_unpredictable;
@@ -165,7 +165,7 @@ impl<V: WideVolume> Traversal<'_, V> {
     #[inline(always)]
     fn visit<M: Machine>(&mut self, opened: &[Opened]) -> ControlFlow<()> {
         self.tally.visits += opened.len() as u32;
-        let mut found = [Found::default(); 2];
+        let mut found = [Overlaps::default(); 2];
         match *opened {
             [one] => visit::visit::<V, M::Single>(&[self.posed.see(one)], &mut found),
             [one, other] => visit::visit::<V, M::Single>(&[self.posed.see(one), self.posed.see(other)], &mut found),
@@ -180,7 +180,7 @@ impl<V: WideVolume> Traversal<'_, V> {
 
     /// Pairs with a node in them go to the stack, the deepest overlap last; pairs of triangles to the batch.
     #[inline(always)]
-    fn keep<M: Machine>(&mut self, opened: Opened, found: &Found) -> ControlFlow<()> {
+    fn keep<M: Machine>(&mut self, opened: Opened, found: &Overlaps) -> ControlFlow<()> {
         let (tree, other) = self.posed.trees(opened);
         let node = &tree.nodes[opened.node as usize];
         self.tally.counts.volume_tests += u64::from(node.count);

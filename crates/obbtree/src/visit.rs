@@ -64,7 +64,7 @@ impl<'a, V: WideVolume, L: Lanes> Visits<'a, V, L> {
 
 /// What a visit found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Found {
+pub(super) struct Overlaps {
     /// For each child the largest difference of distance and reach over the axes, mm: less than 0 by how deep the volumes overlap. Not
     /// found where no child may overlap.
     pub gap: [f32; WIDTH],
@@ -86,7 +86,7 @@ pub(super) fn node_slack<V: WideVolume>(node: &Node<V>) -> f32 {
 
 /// Makes one or two visits.
 #[inline(always)]
-pub(super) fn visit<V: WideVolume, L: Lanes>(visits: &[Visit<V>], found: &mut [Found; 2]) {
+pub(super) fn visit<V: WideVolume, L: Lanes>(visits: &[Visit<V>], found: &mut [Overlaps; 2]) {
     let mut first = 0;
     while first < visits.len() {
         let seen = Visits::<V, L>::of([visits[first], visits[(first + 1).min(visits.len() - 1)]]);
@@ -97,7 +97,7 @@ pub(super) fn visit<V: WideVolume, L: Lanes>(visits: &[Visit<V>], found: &mut [F
         }
         for i in first..(first + L::VISITS).min(visits.len()) {
             let of = |bits: u32| (bits >> (WIDTH * (i - first))) as u8;
-            found[i] = Found { gap: gap[i - first], live: of(live), larger: of(larger) };
+            found[i] = Overlaps { gap: gap[i - first], live: of(live), larger: of(larger) };
         }
         first += L::VISITS;
     }
@@ -119,7 +119,7 @@ pub(super) fn distances<V: WideVolume, L: Lanes>(visits: &[Visit<V>], least: &mu
     }
 }
 
-/// A bit for each lane, as in [`Found`]; the first visit's are the lowest.
+/// A bit for each lane, as in [`Overlaps`]; the first visit's are the lowest.
 #[derive(Clone, Copy, Default)]
 struct Bits {
     live: u32,
@@ -137,12 +137,12 @@ impl<V: WideVolume, L: Lanes> Visits<'_, V, L> {
         let occupied = occupied >> first & lanes;
         // A gap that is not a number parts nothing.
         let together = |most: L| occupied & !most.exceeds(self.slack);
-        // What is soon found parts nearly all volumes that are apart, and often all of a visit.
-        let soon = relation.soon();
-        if together(soon[0].max(soon[1]).max(soon[2])) == 0 {
+        // What is quickly found parts nearly all volumes that are apart, and often all of a visit.
+        let quick_gaps = relation.quick_gaps();
+        if together(quick_gaps[0].max(quick_gaps[1]).max(quick_gaps[2])) == 0 {
             return Bits::default();
         }
-        let most = relation.gap(soon);
+        let most = relation.gap(quick_gaps);
         most.store(part, gap);
         Bits { live: together(most) << first, larger: relation.larger() << first }
     }
@@ -178,11 +178,11 @@ mod tests {
     struct Visiting<'a, V: WideVolume>(&'a [Visit<'a, V>]);
 
     impl<V: WideVolume> Work for Visiting<'_, V> {
-        type Output = [Found; 2];
+        type Output = [Overlaps; 2];
 
         #[inline(always)]
-        fn run<M: Machine>(self) -> [Found; 2] {
-            let mut found = [Found::default(); 2];
+        fn run<M: Machine>(self) -> [Overlaps; 2] {
+            let mut found = [Overlaps::default(); 2];
             visit::<V, M::Single>(self.0, &mut found);
             found
         }
@@ -200,7 +200,7 @@ mod tests {
             let seen = Visits::<V, M::Single>::of([*self.0; 2]);
             for part in 0..M::Single::PARTS {
                 let relation = V::relation::<M::Single>(part, &seen);
-                relation.gap(relation.soon()).store(part, &mut gap);
+                relation.gap(relation.quick_gaps()).store(part, &mut gap);
             }
             distances::<V, M::Single>(&[*self.0], &mut least);
             [gap[0], least[0]]
@@ -265,7 +265,7 @@ mod tests {
         let slack = f64::from(slack[0][0]);
         let gap_mm = exactly.gap_mm;
         let sets = Simd::available();
-        let results: Vec<[Found; 2]> = sets.iter().map(|simd| simd.run(Visiting(&[visit, visit]))).collect();
+        let results: Vec<[Overlaps; 2]> = sets.iter().map(|simd| simd.run(Visiting(&[visit, visit]))).collect();
         for (simd, [first, second]) in sets.iter().zip(&results) {
             prop_assert_eq!(first, second);
             prop_assert!(!simd.fuses() || *first == results[0][0]);

@@ -66,11 +66,11 @@ pub trait WideVolume: Copy + Debug + Send + Sync + 'static {
 /// One volume and some others, lane by lane. A gap is the distance of two volumes along some axis less the reach of both along it, mm: less
 /// than 0 where they overlap on it.
 pub trait Relation<L> {
-    /// Gaps that are soon found, of which each is a lower bound of [`Relation::gap`].
-    fn soon(&self) -> [L; 3];
+    /// Gaps that are quickly found, of which each is a lower bound of [`Relation::gap`].
+    fn quick_gaps(&self) -> [L; 3];
 
-    /// The largest gap; `soon` are those of [`Relation::soon`].
-    fn gap(&self, soon: [L; 3]) -> L;
+    /// The largest gap; `quick_gaps` are those of [`Relation::quick_gaps`].
+    fn gap(&self, quick_gaps: [L; 3]) -> L;
 
     /// A bit for each of the others that is larger than the one volume, as [`WideVolume::size`] measures.
     fn larger(&self) -> u32;

@@ -17,8 +17,8 @@ use super::canonical::{MoveKind, Plane};
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{Group, Values};
+use super::offset_curve::{Curve, Point, ROUNDING_MM, leading_in, minus, norm, plus_scaled, turn};
 use super::offsets::Values9;
-use super::sideways::{Curve, Point, ROUNDING_MM, leading_in, minus, norm, plus_scaled, turn};
 use std::f64::consts::{PI, TAU};
 
 #[cfg(test)]

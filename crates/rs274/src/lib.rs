@@ -19,7 +19,7 @@ pub mod arc;
 mod datum;
 mod feed;
 mod motion;
-mod sideways;
+mod offset_curve;
 mod compensation;
 mod spline;
 mod cycle;

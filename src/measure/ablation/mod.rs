@@ -136,7 +136,7 @@ fn sizes() -> Vec<Form> {
 }
 
 /// A surface with the forms that are tried on it.
-struct Stage<'a> {
+struct Trials<'a> {
     name: &'static str,
     /// `parts` or `size`.
     about: &'static str,
@@ -162,7 +162,7 @@ pub fn ablation(
     let parts = surfaces.iter().map(|(name, surface)| (*name, "parts", surface, forms(budget.sweeps)));
     let sizes =
         surfaces.iter().take(usize::from(budget.sweeps)).map(|(name, surface)| (*name, "size", surface, sizes()));
-    let stages = parts.chain(sizes).map(|(name, about, surface, forms)| Stage { name, about, surface, forms });
+    let stages = parts.chain(sizes).map(|(name, about, surface, forms)| Trials { name, about, surface, forms });
     let units = folder.join(UNITS);
     let mut found = Ablation::default();
     for stage in stages {
@@ -187,7 +187,7 @@ fn request(budget: &AblationBudget, mesh_variant: &Variant, seed: u64) -> String
 
 /// Counts all forms of a stage, on all cores, and times them one by one.
 fn try_forms(
-    stage: &Stage,
+    stage: &Trials,
     budget: &AblationBudget,
     mesh_variant: &Variant,
     tool: &ToolSubject,

@@ -8,7 +8,7 @@ use crate::record::{AuditAxisRow, Stratum};
 
 /// One row for each stratum and axis, in the order of the test.
 pub fn axes(questions: &Questions<'_>) -> Vec<AuditAxisRow> {
-    let trees = trees(&Cell::reference(), questions);
+    let trees = trees(&Cell::reference(), questions, None);
     let mut rows = Vec::new();
     for stratum in Stratum::ALL {
         let mut histogram = Histogram::default();

@@ -1,22 +1,16 @@
-//! The cells of the audit: every orientation with every centre, split rule and leaf size.
-//!
-//! A row of `ORIENTATIONS` crosses one frame rule with all centres at compile time; splits and leaf sizes are values of the
-//! tree policy. Whatever a box was fitted by, it becomes the same type afterwards, so that all cells run the very same
-//! machine code in a query and differ by their data alone.
+//! The cells of the audit: every orientation with every centre, split rule and leaf size. All are plain values, and all boxes of one type, so
+//! that the cells run the very same machine code and differ by their data alone.
 
-use super::memory::Remembered;
+use super::memory::Memory;
 use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
-use crate::tree::build::Fit;
 use crate::tree::{Axes, Policy, SplitRule, Tree};
-use crate::volume::fit;
 use crate::volume::fit::centre::{AtMean, CentreRule, MidExtent, SymmetricAboutMean};
 use crate::volume::fit::dito::Dito14;
 use crate::volume::fit::frame::{AreaCovariance, FrameRule, HullAreaCovariance, VertexCovariance};
 use crate::volume::fit::minimum::MinimumVolume;
+use crate::volume::fit::{Centring, around};
 use crate::volume::shape::obb::Obb;
 use nalgebra::Matrix3;
-use std::fmt::Debug;
-use std::marker::PhantomData;
 
 /// The tree of every cell.
 pub type BoxTree = Tree<Obb>;
@@ -32,23 +26,61 @@ pub struct Cell {
     pub split: SplitRule,
     /// Triangles of a leaf.
     pub leaf: u8,
-    fit: Fit<Obb>,
+    frame: Orientation,
+    placing: Centre,
 }
 
-/// An orientation rule, crossed with all centres.
+/// An orientation: how the axes are found, and the mean that goes with them, mm.
+#[derive(Clone, Copy, Debug)]
 struct Orientation {
     id: &'static str,
-    fits: [(&'static str, Fit<Obb>); 4],
+    mean_and_axes: fn(&[Triangle]) -> (Point, Matrix3<f64>),
+    /// Whether finding them takes so long that they are sought once while cells are counted.
+    is_slow: bool,
 }
 
 /// The orientations, a line each.
 const ORIENTATIONS: [Orientation; 5] = [
-    Orientation::of::<VertexCovariance>("vertex"),
-    Orientation::of::<AreaCovariance>("area"),
-    Orientation::of::<Remembered<HullAreaCovariance>>("hull-area"),
-    Orientation::of::<Remembered<Dito14>>("dito"),
-    Orientation::of::<Remembered<MinimumVolume>>("min"),
+    Orientation { id: "vertex", mean_and_axes: VertexCovariance::mean_and_axes, is_slow: false },
+    AREA,
+    Orientation { id: "hull-area", mean_and_axes: HullAreaCovariance::mean_and_axes, is_slow: true },
+    Orientation { id: "dito", mean_and_axes: Dito14::mean_and_axes, is_slow: true },
+    Orientation { id: "min", mean_and_axes: MinimumVolume::mean_and_axes, is_slow: true },
 ];
+const AREA: Orientation = Orientation { id: "area", mean_and_axes: AreaCovariance::mean_and_axes, is_slow: false };
+
+/// A centre: the mean that a box is about (mm; given that of the orientation), and how centre and half-lengths follow from it.
+#[derive(Clone, Copy, Debug)]
+struct Centre {
+    id: &'static str,
+    mean: fn(&[Triangle], Point) -> Point,
+    rule: Centring,
+}
+
+/// The centres, a line each: the mean of the corners, equation (1) of the paper, with half the extent to each side; the area-weighted mean,
+/// equation (4), likewise; the middle of the extent; the mean of the corners, as far to each side as the farther contents reach, which is
+/// what the first would have to be to contain everything.
+const CENTRES: [Centre; 4] = [
+    Centre { id: "mean", mean: corner_mean, rule: AtMean::centre_and_half },
+    Centre { id: "weighted-mean", mean: weighted_mean, rule: AtMean::centre_and_half },
+    MID_EXTENT,
+    Centre { id: "symmetric", mean: corner_mean, rule: SymmetricAboutMean::centre_and_half },
+];
+const MID_EXTENT: Centre = Centre { id: "mid-extent", mean: own_mean, rule: MidExtent::centre_and_half };
+
+const fn own_mean(_: &[Triangle], own: Point) -> Point {
+    own
+}
+
+fn weighted_mean(triangles: &[Triangle], _: Point) -> Point {
+    covariance::area_weighted(triangles).0
+}
+
+fn corner_mean(triangles: &[Triangle], _: Point) -> Point {
+    let origin = triangles[0].corners[0];
+    let sum: Vector = triangle::corners(triangles).map(|p| p - origin).sum();
+    origin + sum / (3.0 * triangles.len() as f64)
+}
 
 /// The split rules.
 const SPLITS: [SplitRule; 5] = SplitRule::ALL;
@@ -61,10 +93,10 @@ impl Cell {
     #[must_use]
     pub fn all() -> Vec<Self> {
         let mut cells = Vec::new();
-        for orientation in &ORIENTATIONS {
-            for &(centre, fit) in &orientation.fits {
+        for frame in ORIENTATIONS {
+            for placing in CENTRES {
                 for split in SPLITS {
-                    cells.extend(LEAVES.map(|leaf| Self { orientation: orientation.id, centre, split, leaf, fit }));
+                    cells.extend(LEAVES.map(|leaf| Self::new(frame, placing, split, leaf)));
                 }
             }
         }
@@ -74,13 +106,11 @@ impl Cell {
     /// The cell all others are timed against: the box and the split of the paper's better method.
     #[must_use]
     pub const fn reference() -> Self {
-        Self {
-            orientation: "area",
-            centre: MidExtent::ID,
-            split: SplitRule::AreaMean,
-            leaf: 1,
-            fit: crossed::<AreaCovariance, MidExtent>,
-        }
+        Self::new(AREA, MID_EXTENT, SplitRule::AreaMean, 1)
+    }
+
+    const fn new(frame: Orientation, placing: Centre, split: SplitRule, leaf: u8) -> Self {
+        Self { orientation: frame.id, centre: placing.id, split, leaf, frame, placing }
     }
 
     /// `orientation-centre-split-leaf`, for folders and messages.
@@ -89,101 +119,19 @@ impl Cell {
         format!("{}-{}-{}-{}", self.orientation, self.centre, self.split, self.leaf)
     }
 
-    /// The tree over `triangles` (mm, mesh frame; at least one), split along the boxes' own axes.
+    /// The tree over `triangles` (mm, mesh frame; at least one), split along the boxes' own axes. Axes that take long to find are taken from
+    /// `memory` where there is one.
     #[must_use]
-    pub fn tree(&self, triangles: &[Triangle]) -> BoxTree {
-        BoxTree::build(self.fit, triangles, Policy { split: self.split, axes: Axes::Own, leaf: self.leaf })
+    pub fn tree(&self, triangles: &[Triangle], memory: Option<&Memory>) -> BoxTree {
+        let Orientation { id, mean_and_axes, is_slow } = self.frame;
+        let memory = memory.filter(|_| is_slow);
+        let fit = |triangles: &[Triangle]| {
+            let found =
+                memory.map_or_else(|| mean_and_axes(triangles), |memory| memory.recall(id, triangles, mean_and_axes));
+            around(((self.placing.mean)(triangles, found.0), found.1), self.placing.rule, triangles)
+        };
+        BoxTree::build(&fit, triangles, Policy { split: self.split, axes: Axes::Own, leaf: self.leaf })
     }
-}
-
-/// A centre of the experiment: a rule for the half-lengths, and the mean it is about.
-trait AuditCentre {
-    /// Name in records.
-    const ID: &'static str;
-    /// The rule.
-    type Rule: CentreRule;
-    /// The mean, mm; `own` is that of the orientation rule.
-    fn mean(triangles: &[Triangle], own: Point) -> Point;
-}
-
-impl AuditCentre for MidExtent {
-    const ID: &'static str = "mid-extent";
-    type Rule = Self;
-    fn mean(_: &[Triangle], own: Point) -> Point {
-        own
-    }
-}
-
-/// At the mean of the corners, equation (1) of the paper; half the extent to each side.
-#[derive(Clone, Copy, Debug)]
-struct CornerMean;
-
-impl AuditCentre for CornerMean {
-    const ID: &'static str = "mean";
-    type Rule = AtMean;
-    fn mean(triangles: &[Triangle], _: Point) -> Point {
-        corner_mean(triangles)
-    }
-}
-
-/// At the area-weighted mean, equation (4) of the paper; half the extent to each side.
-#[derive(Clone, Copy, Debug)]
-struct WeightedMean;
-
-impl AuditCentre for WeightedMean {
-    const ID: &'static str = "weighted-mean";
-    type Rule = AtMean;
-    fn mean(triangles: &[Triangle], _: Point) -> Point {
-        covariance::area_weighted(triangles).0
-    }
-}
-
-/// At the mean of the corners, as far to each side as the farther contents reach: what [`CornerMean`] would have to be to
-/// contain everything.
-#[derive(Clone, Copy, Debug)]
-struct Symmetric;
-
-impl AuditCentre for Symmetric {
-    const ID: &'static str = "symmetric";
-    type Rule = SymmetricAboutMean;
-    fn mean(triangles: &[Triangle], _: Point) -> Point {
-        corner_mean(triangles)
-    }
-}
-
-fn corner_mean(triangles: &[Triangle]) -> Point {
-    let origin = triangles[0].corners[0];
-    let sum: Vector = triangle::corners(triangles).map(|p| p - origin).sum();
-    origin + sum / (3.0 * triangles.len() as f64)
-}
-
-impl Orientation {
-    const fn of<F: FrameRule>(id: &'static str) -> Self {
-        Self {
-            id,
-            fits: [
-                (CornerMean::ID, crossed::<F, CornerMean>),
-                (WeightedMean::ID, crossed::<F, WeightedMean>),
-                (MidExtent::ID, crossed::<F, MidExtent>),
-                (Symmetric::ID, crossed::<F, Symmetric>),
-            ],
-        }
-    }
-}
-
-/// An orientation rule with a centre of the experiment.
-struct Crossed<F, C>(PhantomData<(F, C)>);
-
-impl<F: FrameRule, C: AuditCentre> FrameRule for Crossed<F, C> {
-    fn mean_and_axes(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
-        let (own, axes) = F::mean_and_axes(triangles);
-        (C::mean(triangles, own), axes)
-    }
-}
-
-/// The box of a cell.
-fn crossed<F: FrameRule, C: AuditCentre>(triangles: &[Triangle]) -> Obb {
-    fit::oriented::<Crossed<F, C>, C::Rule>(triangles)
 }
 
 #[cfg(test)]
@@ -208,7 +156,7 @@ mod tests {
     fn a_cell_is_the_variant_it_stands_for() {
         let triangles = meshes::stepped_tool(12, 40).triangles();
         let cells = Cell::all();
-        let cell = |name: &str| cells.iter().find(|cell| cell.name() == name).unwrap().tree(&triangles);
+        let cell = |name: &str| cells.iter().find(|cell| cell.name() == name).unwrap().tree(&triangles, None);
         let policy = Policy::own(SplitRule::AreaMean);
         let same = |a: &BoxTree, volumes: Vec<(f64, Point)>| {
             assert_eq!(a.nodes().len(), volumes.len());
@@ -217,10 +165,10 @@ mod tests {
                 assert!((node.volume.centre() - centre).norm() < 1e-9);
             }
         };
-        let area = Tree::build(ObbArea::fit, &triangles, policy);
+        let area = Tree::build(&ObbArea::fit, &triangles, policy);
         let volumes = area.nodes().iter().map(|n| (n.volume.volume(), n.volume.centre())).collect();
         same(&cell("area-mid-extent-area-mean-1"), volumes);
-        let symmetric = Tree::build(ObbVertexSymmetric::fit, &triangles, Policy { leaf: 4, ..policy });
+        let symmetric = Tree::build(&ObbVertexSymmetric::fit, &triangles, Policy { leaf: 4, ..policy });
         let tree = cell("vertex-symmetric-area-mean-4");
         assert_eq!(tree.nodes().len(), symmetric.nodes().len());
         for (node, other) in tree.nodes().iter().zip(symmetric.nodes()) {
@@ -233,7 +181,7 @@ mod tests {
         let some = || Cell::all().into_iter().filter(|cell| cell.leaf == 4 && cell.split != SplitRule::Sah16);
         for triangles in [meshes::stepped_tool(8, 10).triangles(), meshes::torus(12.0, 4.0, 14, 7).triangles()] {
             for cell in some() {
-                let tree = cell.tree(&triangles);
+                let tree = cell.tree(&triangles, None);
                 assert_eq!(tree.check_structure(), Ok(()), "{}", cell.name());
                 if ["mid-extent", "symmetric"].contains(&cell.centre) {
                     assert_eq!(tree.check_containment(1e-9), Ok(()), "{}", cell.name());
@@ -242,7 +190,7 @@ mod tests {
         }
         let tool = meshes::stepped_tool(8, 10).triangles();
         let outside =
-            some().filter(|cell| cell.tree(&tool).check_containment(1.0).is_err()).map(|c| c.centre).collect();
+            some().filter(|cell| cell.tree(&tool, None).check_containment(1.0).is_err()).map(|c| c.centre).collect();
         assert_eq!(BTreeSet::from(["mean", "weighted-mean"]), outside);
     }
 }

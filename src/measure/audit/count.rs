@@ -2,6 +2,7 @@
 
 use super::Questions;
 use super::cell::{BoxTree, Cell};
+use super::memory::Memory;
 use crate::geometry::Triangle;
 use crate::record::{AuditRow, AuditTreeRow};
 use crate::tree::tightness::hull_volume;
@@ -9,8 +10,8 @@ use crate::tree::traverse::{self, Counts, Scratch};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Builds a cell's trees over the scene's examined parts, asks them everything, and describes them.
-pub fn count(cell: &Cell, questions: &Questions<'_>) -> (Vec<AuditRow>, Vec<AuditTreeRow>) {
-    let trees = trees(cell, questions);
+pub fn count(cell: &Cell, questions: &Questions<'_>, memory: &Memory) -> (Vec<AuditRow>, Vec<AuditTreeRow>) {
+    let trees = trees(cell, questions, Some(memory));
     let rows = questions.chunks.iter().map(|chunk| {
         let judged = &questions.judged[chunk.pair];
         let (a, b) = (&trees[&judged.pair.a], &trees[&judged.pair.b]);
@@ -49,8 +50,8 @@ pub fn parts(questions: &Questions<'_>) -> BTreeSet<usize> {
 }
 
 /// A cell's tree over every part in question.
-pub fn trees(cell: &Cell, questions: &Questions<'_>) -> BTreeMap<usize, BoxTree> {
-    let tree = |part: usize| (part, cell.tree(&questions.scene.parts[part].mesh.triangles()));
+pub fn trees(cell: &Cell, questions: &Questions<'_>, memory: Option<&Memory>) -> BTreeMap<usize, BoxTree> {
+    let tree = |part: usize| (part, cell.tree(&questions.scene.parts[part].mesh.triangles(), memory));
     parts(questions).into_iter().map(tree).collect()
 }
 

@@ -6,100 +6,63 @@
 //! same, so that results do not depend on the number of threads.
 
 use crate::geometry::{Point, Triangle};
-use crate::volume::fit::frame::FrameRule;
 use nalgebra::Matrix3;
-use std::any::TypeId;
 use std::collections::HashMap;
-use std::marker::PhantomData;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// An orientation rule that remembers.
-#[derive(Clone, Copy, Debug)]
-pub struct Remembered<F>(PhantomData<F>);
+/// Mean (mm) and axes of the boxes around some triangles.
+type Found = (Point, Matrix3<f64>);
 
-/// Rule and triangles.
-type Key = (TypeId, [u8; 32]);
+/// What was found, by rule and triangles.
+#[derive(Debug, Default)]
+pub struct Memory(Mutex<HashMap<(&'static str, [u8; 32]), Found>>);
 
-/// Mean and axes by key; `None` while nothing shall be remembered.
-type Memory = Option<HashMap<Key, (Point, Matrix3<f64>)>>;
-
-static MEMORY: Mutex<Memory> = Mutex::new(None);
-
-/// Remembers from now on, and forgets everything when dropped.
-#[derive(Debug)]
-pub struct Remembering(());
-
-impl Remembering {
-    /// Begins with an empty memory.
-    pub fn begin() -> Self {
-        *memory() = Some(HashMap::new());
-        Self(())
-    }
-}
-
-impl Drop for Remembering {
-    fn drop(&mut self) {
-        *memory() = None;
-    }
-}
-
-/// A thread that panicked while it held the memory left it whole: entries are inserted at once.
-fn memory() -> MutexGuard<'static, Memory> {
-    MEMORY.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl<F: FrameRule + 'static> FrameRule for Remembered<F> {
-    fn mean_and_axes(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
-        if memory().is_none() {
-            return F::mean_and_axes(triangles);
-        }
+impl Memory {
+    /// What the rule `find`, called `rule`, finds for `triangles`.
+    pub fn recall(&self, rule: &'static str, triangles: &[Triangle], find: fn(&[Triangle]) -> Found) -> Found {
         let mut hasher = blake3::Hasher::new();
         for x in triangles.iter().flat_map(|t| t.corners).flat_map(|p| [p.x, p.y, p.z]) {
             hasher.update(&x.to_le_bytes());
         }
-        let key = (TypeId::of::<F>(), *hasher.finalize().as_bytes());
-        if let Some(found) = memory().as_ref().and_then(|memory| memory.get(&key)) {
+        let key = (rule, *hasher.finalize().as_bytes());
+        if let Some(found) = self.entries().get(&key) {
             return *found;
         }
-        let found = F::mean_and_axes(triangles);
-        if let Some(memory) = memory().as_mut() {
-            memory.insert(key, found);
-        }
+        // Not while the lock is held: finding takes long.
+        let found = find(triangles);
+        self.entries().insert(key, found);
         found
+    }
+
+    /// A thread that panicked while it held the lock left the entries whole: they are inserted at once.
+    fn entries(&self) -> MutexGuard<'_, HashMap<(&'static str, [u8; 32]), Found>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::fit::frame::AreaCovariance;
+    use crate::volume::fit::frame::{AreaCovariance, FrameRule};
     use obbtree::cases::meshes;
     use std::sync::atomic::{AtomicU32, Ordering};
 
     static SOUGHT: AtomicU32 = AtomicU32::new(0);
 
-    /// Counts how often it is asked.
-    struct Counted;
-
-    impl FrameRule for Counted {
-        fn mean_and_axes(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
-            SOUGHT.fetch_add(1, Ordering::Relaxed);
-            AreaCovariance::mean_and_axes(triangles)
-        }
+    fn counted(triangles: &[Triangle]) -> Found {
+        SOUGHT.fetch_add(1, Ordering::Relaxed);
+        AreaCovariance::mean_and_axes(triangles)
     }
 
     #[test]
-    fn axes_are_sought_once_and_forgotten_in_the_end() {
+    fn axes_are_sought_once_for_each_rule_and_triangles() {
         let triangles = meshes::stepped_tool(8, 4).triangles();
-        let (all, some) = (triangles.as_slice(), &triangles[1..]);
-        let find = |of: &[Triangle]| {
+        let (all, some, memory) = (triangles.as_slice(), &triangles[1..], Memory::default());
+        let find = |rule, of: &[Triangle]| {
             let before = SOUGHT.load(Ordering::Relaxed);
-            assert_eq!(Remembered::<Counted>::mean_and_axes(of), AreaCovariance::mean_and_axes(of));
+            assert_eq!(memory.recall(rule, of, counted), AreaCovariance::mean_and_axes(of));
             SOUGHT.load(Ordering::Relaxed) - before
         };
-        let remembering = Remembering::begin();
-        assert_eq!([find(all), find(all), find(some), find(all)], [1, 0, 1, 0]);
-        drop(remembering);
-        assert_eq!([find(all), find(all)], [1, 1]);
+        assert_eq!([find("a", all), find("a", all), find("a", some), find("b", all), find("a", all)], [1, 0, 1, 1, 0]);
     }
 }

@@ -13,7 +13,8 @@ mod count;
 mod memory;
 mod time;
 
-use super::chunk::{self, Chunk, Role};
+use self::memory::Memory;
+use super::chunk::{self, Chunk, Participants};
 use super::folder::{self, UNITS, write_unit};
 use super::judged::{self, JudgedPair, Strata};
 use super::plan::{Plan, PlanError, Selection};
@@ -87,10 +88,10 @@ impl Audit {
     ///
     /// # Errors
     /// When a scene cannot be loaded.
-    pub fn plan(profile: Profile, scenes: Vec<String>, seed: u64) -> Result<Plan, PlanError> {
+    pub fn plan(profile: Profile, scenes: Vec<String>, seed: u64, registry: &Registry) -> Result<Plan, PlanError> {
         let selection =
             Selection { profile, scenes, variants: Vec::new(), workloads: Vec::new(), policies: Vec::new(), seed };
-        let mut plan = Plan::new(selection, &Registry::standard())?;
+        let mut plan = Plan::new(selection, registry)?;
         // The cells take the place of the variants.
         (plan.variants, plan.cases) = (Vec::new(), Vec::new());
         let amount = amount(profile);
@@ -189,16 +190,15 @@ impl Audit {
             write_unit(&self.axes_unit(scene), |folder| write_rows(folder, &rows))?;
         }
         progress.begin(&format!("{}: counting {} cells", scene.name, self.cells.len()), uncounted.len() as u64);
-        let remembering = memory::Remembering::begin();
+        let memory = Memory::default();
         uncounted.par_iter().try_for_each(|cell| {
-            let (rows, trees) = count::count(cell, &questions);
+            let (rows, trees) = count::count(cell, &questions, &memory);
             progress.advance(1);
             write_unit(&self.unit("counts", scene, cell), |folder| {
                 write_rows(folder, &rows)?;
                 write_rows(folder, &trees)
             })
         })?;
-        drop(remembering);
         if untimed.is_empty() {
             return Ok(());
         }
@@ -219,7 +219,7 @@ impl Audit {
         let poses = self.plan.budget.measure_poses;
         progress.begin(&format!("{}: exact truth", scene.name), 1);
         let count = poses * POSE_RESERVE;
-        let judged = judged::judge(&self.plan, scene, count, Strata::Found, self.cache.as_ref(), &Silent)?;
+        let judged = judged::judge(&self.plan, scene, count, Strata::Sought, self.cache.as_ref(), &Silent)?;
         let chunks = chosen(&chunk::select(&judged, poses, chunk::LONG), self.amount.chunks);
         Ok(Questions { scene, judged, chunks })
     }
@@ -247,8 +247,10 @@ impl Audit {
 fn chosen(chunks: &[Chunk], most: usize) -> Vec<Chunk> {
     let mut kept = Vec::new();
     for stratum in Stratum::ALL {
-        let of_it: Vec<&Chunk> =
-            chunks.iter().filter(|chunk| chunk.stratum == stratum && chunk.role != Role::Control).collect();
+        let of_it: Vec<&Chunk> = chunks
+            .iter()
+            .filter(|chunk| chunk.stratum == stratum && chunk.participants != Participants::Control)
+            .collect();
         let count = of_it.len().min(most);
         kept.extend((0..count).map(|i| of_it[(2 * i + 1) * of_it.len() / (2 * count)].clone()));
     }

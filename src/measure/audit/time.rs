@@ -26,7 +26,7 @@ impl Reference {
         let poses = |chunk: &crate::measure::chunk::Chunk| {
             chunk.poses.iter().map(|&pose| questions.judged[chunk.pair].poses[pose].a_from_b).collect()
         };
-        Self { trees: trees(&Cell::reference(), questions), poses: questions.chunks.iter().map(poses).collect() }
+        Self { trees: trees(&Cell::reference(), questions, None), poses: questions.chunks.iter().map(poses).collect() }
     }
 }
 
@@ -95,7 +95,7 @@ fn build(cell: &Cell, questions: &Questions<'_>, draw: &mut Draw) -> (BTreeMap<u
         let mut ns = [0; 2];
         for who in in_random_order(draw) {
             let builder = if who == 0 { *cell } else { Cell::reference() };
-            let (taken, tree) = timer::time(|| builder.tree(&triangles));
+            let (taken, tree) = timer::time(|| builder.tree(&triangles, None));
             ns[who] = taken;
             if who == 0 {
                 own.insert(part, tree);

@@ -60,7 +60,7 @@ pub struct Amounts {
 
 /// What a comparison leaves behind.
 #[derive(Clone, Debug, Default)]
-pub struct Found {
+pub struct Comparison {
     /// Times of construction, and memory.
     pub builds: Vec<PeerBuildRow>,
     /// Times of chunks.
@@ -74,7 +74,7 @@ pub struct Found {
 /// Asks all engines about all pairs of a scene. The arrays and the runners' answers are left in `folder`.
 ///
 /// An engine that cannot be started, fails, or says what the protocol does not know, is skipped, with the reason in
-/// [`Found::skipped`].
+/// [`Comparison::skipped`].
 ///
 /// # Errors
 /// When the arrays cannot be written.
@@ -85,8 +85,8 @@ pub fn compare(
     amounts: Amounts,
     folder: &Path,
     progress: &dyn Progress,
-) -> Result<Found, PeersError> {
-    let mut found = Found::default();
+) -> Result<Comparison, PeersError> {
+    let mut found = Comparison::default();
     let chunks: usize = pairs.iter().map(|pair| pair.chunks.len()).sum();
     progress.begin(&format!("{scene}: {} engines, {}", engines.len(), amounts.mode), steps(chunks, amounts.rounds));
     for posed in pairs {
@@ -152,7 +152,7 @@ impl Place<'_> {
     }
 
     /// All rounds. A runner that fails is asked nothing more.
-    fn ask(&self, runners: &mut [Runner], found: &mut Found, progress: &dyn Progress) {
+    fn ask(&self, runners: &mut [Runner], found: &mut Comparison, progress: &dyn Progress) {
         let mut rng = Pcg64Mcg::seed_from_u64(self.amounts.seed);
         let mut chunk_order: Vec<usize> = (0..self.posed.chunks.len()).collect();
         let mut runner_order: Vec<usize> = (0..runners.len()).collect();

@@ -13,7 +13,7 @@
 
 use super::{Mode, PeersError, npy};
 use crate::geometry::{Isometry, Mesh, Point, rigid};
-use crate::measure::chunk::{self, Chunk, Role};
+use crate::measure::chunk::{self, Chunk, Participants};
 use crate::measure::judged::{self, JudgedPair, JudgedPose};
 use crate::measure::run::POSE_RESERVE;
 use crate::measure::{Plan, Progress};
@@ -75,11 +75,13 @@ pub fn questions(
     cache: Option<&TruthCache>,
     progress: &dyn Progress,
 ) -> Result<Vec<PosedMeshes>, PeersError> {
-    let judged = judged::judge(plan, scene, poses * POSE_RESERVE, judged::Strata::Found, cache, progress)?;
+    let judged = judged::judge(plan, scene, poses * POSE_RESERVE, judged::Strata::Sought, cache, progress)?;
     let usable: Vec<JudgedPair> =
         judged.into_iter().filter(|pair| mode != Mode::Path || pair.workload == Source::Program.name()).collect();
-    let chunks: Vec<Chunk> =
-        chunk::select(&usable, poses, chunk::LONG).into_iter().filter(|chunk| chunk.role != Role::Control).collect();
+    let chunks: Vec<Chunk> = chunk::select(&usable, poses, chunk::LONG)
+        .into_iter()
+        .filter(|chunk| chunk.participants != Participants::Control)
+        .collect();
     let mut pairs: Vec<Pair> = Vec::new();
     for pair in &usable {
         if !pairs.contains(&pair.pair) {

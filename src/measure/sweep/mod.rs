@@ -17,13 +17,13 @@ use super::plan::{Case, PlanError, choose};
 use super::{MeasureError, Profile, Progress, environment};
 use crate::geometry::Isometry;
 use crate::method::{Kind, Model};
-use crate::record::manifest::{Request, SCHEMA, Stage as Finished, VariantEntry};
+use crate::record::manifest::{Request, SCHEMA, Stage, VariantEntry};
 use crate::record::{Manifest, Row, Stratum, SweepBuildRow, SweepRow, SweepTimingRow, read_rows, write_rows};
 use crate::registry::{Registry, Variant};
 use crate::tree::Policy;
 use crate::truth::PairOracle;
 use rayon::prelude::*;
-use stage::{Quantity, Stage, stage};
+use stage::{Bodies, Quantity, stage};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -267,7 +267,7 @@ impl SweepRun {
             if self.sweep.quantity == Quantity::Size {
                 self.join::<SweepBuildRow>("times", values.len())?;
             }
-            self.manifest.finished = vec![Finished::Measure];
+            self.manifest.finished = vec![Stage::Measure];
             self.manifest.write(&self.folder).map_err(MeasureError::from)?;
         }
         Ok(())
@@ -326,7 +326,7 @@ impl SweepRun {
         Ok(())
     }
 
-    fn count(&self, x: f64, triangles: u64, stage: &Stage, models: &[Prepared], batches: &[Batch]) -> Vec<SweepRow> {
+    fn count(&self, x: f64, triangles: u64, stage: &Bodies, models: &[Prepared], batches: &[Batch]) -> Vec<SweepRow> {
         let oracle = PairOracle::new(Arc::clone(&stage.a), Arc::clone(&stage.b));
         let touches = |batch: &Batch| -> Vec<bool> { batch.poses.iter().map(|pose| oracle.touches(pose)).collect() };
         let touches: Vec<Vec<bool>> = batches.par_iter().map(touches).collect();
@@ -361,7 +361,7 @@ impl SweepRun {
 }
 
 /// The poses of a stage, by group of lines and stratum.
-fn batches(stage: &Stage) -> Vec<Batch> {
+fn batches(stage: &Bodies) -> Vec<Batch> {
     let mut batches: BTreeMap<(u32, Stratum), Vec<Isometry>> = BTreeMap::new();
     for line in &stage.lines {
         for &depth in &stage.depths_mm {

@@ -79,7 +79,7 @@ pub enum Quantity {
 
 /// Two meshes and where they are examined.
 #[derive(Debug)]
-pub struct Stage {
+pub struct Bodies {
     /// The mesh in whose frame poses are given.
     pub a: Arc<Mesh>,
     /// The mesh that poses move.
@@ -117,7 +117,7 @@ struct Course {
 }
 
 /// Sets up a sweep's quantity at `x` with `lines` lines of approach.
-pub fn stage(quantity: Quantity, x: f64, lines: usize, seed: u64) -> Result<Stage, SweepError> {
+pub fn stage(quantity: Quantity, x: f64, lines: usize, seed: u64) -> Result<Bodies, SweepError> {
     let even = Tessellation { density: 0.5, grading: 1.0 };
     let with =
         |tessellation: Tessellation| Ok::<_, SweepError>([mesh(FIXTURE, &tessellation)?, mesh(TOOL, &tessellation)?]);
@@ -145,7 +145,7 @@ pub fn stage(quantity: Quantity, x: f64, lines: usize, seed: u64) -> Result<Stag
     };
     let lines: Vec<Line> = courses.par_iter().filter_map(cast).collect();
     let depths_mm = if quantity == Quantity::Offset { vec![-x] } else { DEPTHS_MM.to_vec() };
-    let mut stage = Stage { a, b, lines, depths_mm, leaf: None, step_mm: None };
+    let mut stage = Bodies { a, b, lines, depths_mm, leaf: None, step_mm: None };
     match quantity {
         Quantity::Rotation => stage.turn_frames(x),
         Quantity::Step => stage.step_mm = Some(x),
@@ -155,7 +155,7 @@ pub fn stage(quantity: Quantity, x: f64, lines: usize, seed: u64) -> Result<Stag
     Ok(stage)
 }
 
-impl Stage {
+impl Bodies {
     /// Turns both bodies in their own frames, and the lines with them, so that nothing moves in the world.
     fn turn_frames(&mut self, degrees: f64) {
         let axis = Unit::new_normalize(Vector::from(TURN_ABOUT));

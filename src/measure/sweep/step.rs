@@ -1,6 +1,6 @@
 //! The sweep of the path step: a body runs into contact along each line, sampled at equal distances from a random start.
 
-use super::stage::{Line, Stage};
+use super::stage::{Bodies, Line};
 use super::{GROUPS, Prepared, empty_row};
 use crate::record::{Stratum, SweepRow};
 use obbtree::cases::Draw;
@@ -13,7 +13,7 @@ const SAMPLES_BEFORE: u32 = 4;
 const GIVE_UP_MM: f64 = 20.0;
 
 /// One row for each group of lines.
-pub fn rows(sweep: &str, (case, a, b): &Prepared, stage: &Stage, step_mm: f64, seed: u64) -> Vec<SweepRow> {
+pub fn rows(sweep: &str, (case, a, b): &Prepared, stage: &Bodies, step_mm: f64, seed: u64) -> Vec<SweepRow> {
     let triangles = (stage.a.faces().len() + stage.b.faces().len()) as u64;
     let run = |line: &Line| {
         let mut row = empty_row(sweep, step_mm, case, triangles, line.number % GROUPS, Stratum::Colliding);

@@ -1,7 +1,7 @@
 //! Timing a sweep's queries and constructions.
 
 use super::super::timer;
-use super::stage::Stage;
+use super::stage::Bodies;
 use super::{Batch, Prepared, SweepRun};
 use crate::record::{SweepBuildRow, SweepTimingRow};
 use rand::SeedableRng;
@@ -57,7 +57,13 @@ impl SweepRun {
     }
 
     /// Constructions of every case's trees, in every block in a fresh random order.
-    pub(super) fn time_builds(&self, x: f64, triangles: u64, stage: &Stage, models: &[Prepared]) -> Vec<SweepBuildRow> {
+    pub(super) fn time_builds(
+        &self,
+        x: f64,
+        triangles: u64,
+        stage: &Bodies,
+        models: &[Prepared],
+    ) -> Vec<SweepBuildRow> {
         let mut rng = Pcg64Mcg::seed_from_u64(self.seed ^ x.to_bits() ^ 0x000b_u64);
         let mut order: Vec<usize> = (0..models.len()).collect();
         let mut rows = Vec::new();

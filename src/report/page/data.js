@@ -67,7 +67,7 @@ function isDefault(id, policy) {
 /** Whether a variant's speed must not be praised, since it may miss contacts. @param {string} id */
 function isUnsafe(id) {
   const variant = variantOf.get(id);
-  return variant !== undefined && ["volume", "engine"].includes(variant.kind) && !variant.safe;
+  return variant !== undefined && ["volume", "engine", "sampling"].includes(variant.kind) && !variant.safe;
 }
 
 /** The name of a case: the variant's label, with its policy where that is not the default. @param {Row} row */

@@ -3,7 +3,7 @@
 // right of its line, so that the drawing can be read on paper too.
 
 /** @typedef {{value: number, low?: number, high?: number, tone?: string, title: string, facts: [string, string][], sources: Row[], small?: boolean}} Dot */
-/** @typedef {{name: string, tag?: string, hollow?: boolean, said: string, dots: Dot[]}} Line */
+/** @typedef {{name: string, tag?: string, hollow?: boolean, square?: boolean, said: string, dots: Dot[]}} Line */
 /** @typedef {{title: string, lines: Line[]}} Panel */
 /** @typedef {{panels: Panel[], log: boolean, unit: string, reference?: number, from?: number}} Dots */
 
@@ -80,9 +80,12 @@ function dotLine(line, scale, width, top) {
     if (dot.low !== undefined && dot.high !== undefined) {
       mark.append(draw("line", { class: "interval", x1: scale.at(dot.low), x2: scale.at(dot.high), y1: y, y2: y }));
     }
+    const r = dot.small ? 3.5 : 5.5;
     // The finger needs more than the eye.
     mark.append(
-      draw("circle", { class: "dot", cx: x, cy: y, r: dot.small ? 3.5 : 5.5 }),
+      line.square
+        ? draw("rect", { class: "dot", x: x - r, y: y - r, width: 2 * r, height: 2 * r })
+        : draw("circle", { class: "dot", cx: x, cy: y, r }),
       draw("circle", { class: "touch", cx: x, cy: y, r: 11 }),
     );
     group.append(tells(mark, dot.title, dot.facts, dot.sources));

@@ -15,6 +15,14 @@ use std::path::{Path, PathBuf};
 pub const PAGE_FILE: &str = "report.html";
 
 const PAGE: &str = include_str!("page.html");
+/// What a run is about that judges claims, and one that judges none.
+const LEAD_ON_CLAIMS: &str = "The paper says that an oriented box weighted by triangle areas detects machine-tool collisions faster than the plain
+  one and repairs its faults. This run asks of each of its sentences whether that holds, on machine scenes of our own and against exact
+  truth. It is a conceptual replication of {{source}}.";
+const LEAD: &str = "Which bounding volume finds the collisions of these parts fastest, and which one misses them? The variants are timed side by side, and
+  every verdict is held against exact truth.";
+/// The section on the claims.
+const VERDICTS: &str = include_str!("verdicts.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPTS: [&str; 14] = [
     include_str!("data.js"),
@@ -58,10 +66,12 @@ pub fn write_page(folder: &Path, insets: &[Inset]) -> Result<PathBuf, ReportErro
 
 fn render(contents: &Contents, json: &str, insets: &[Inset]) -> String {
     let profile = &contents.manifest.request.profile;
+    let has_claims = !contents.claims.is_empty();
     let scripts = SCRIPTS.map(|script| script.replacen("// @ts-check\n", "", 1)).concat();
     // In a script element only `<` can end or confuse the data.
     let json = json.replace('<', "\\u003c");
-    let limits = super::markdown::LIMITATIONS.map(|limit| format!("<li>{}</li>\n", escaped(limit))).concat();
+    let limits = super::markdown::limitations_of(&contents.claims);
+    let limits: String = limits.map(|limit| format!("<li>{}</li>\n", escaped(limit))).collect();
     let (link, machines) = if insets.is_empty() {
         (String::new(), String::new())
     } else {
@@ -74,9 +84,15 @@ fn render(contents: &Contents, json: &str, insets: &[Inset]) -> String {
         )
     };
     filled(PAGE, |name| match name {
-        "title" => escaped(&format!("Bounding volumes on trial: {profile} run")),
+        "title" if has_claims => escaped(&format!("Bounding volumes on trial: {profile} run")),
+        "title" => escaped(&format!("Bounding volumes on trial: {}", contents.claims.source)),
+        "heading" if has_claims => "Bounding volumes on trial".to_owned(),
+        "heading" => escaped(&contents.claims.source),
+        "lead" if has_claims => filled(LEAD_ON_CLAIMS, |_| escaped(&contents.claims.source)),
+        "lead" => LEAD.to_owned(),
+        "verdicts-link" if has_claims => "<a href=\"#verdicts\">Verdicts</a>".to_owned(),
+        "verdicts" if has_claims => VERDICTS.to_owned(),
         "profile" => escaped(profile),
-        "source" => escaped(&contents.claims.source),
         "style" => STYLE.to_owned(),
         "limits" => format!("<ul>\n{limits}</ul>"),
         "machines-link" => link.clone(),

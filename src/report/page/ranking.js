@@ -29,7 +29,7 @@ function drawRanking() {
   const place = card(
     "ranking",
     `Query time relative to ${base}`,
-    "Safe volumes under their default tree policies: the large dot is the geometric mean over the scenes, the small ones are the scenes with their 95 % intervals. Unsafe volumes are left out whatever their speed, for a method can look fast by missing collisions. Below the ranking, what is more or less than a volume on the common tree: engines of ours with trees and vector arithmetic of their own, other libraries' whole systems, controls.",
+    "Safe volumes under their default tree policies: the large dot is the geometric mean over the scenes, the small ones are the scenes with their 95 % intervals. Unsafe volumes are left out whatever their speed, for a method can look fast by missing collisions. Below the ranking, with square marks, what is more or less than a volume on the common tree: engines of ours with trees and vector arithmetic of their own, other libraries' whole systems, controls.",
   );
   let position = 0;
   const lines = data.ranking.map((entry) => {
@@ -64,7 +64,7 @@ function drawRanking() {
     const rank = entry.kind === "volume" ? `${++position}.  ` : "";
     return {
       name: `${rank}${entry.label}${entry.kind === "volume" ? "" : ` (${entry.kind})`}`,
-      hollow: entry.kind !== "volume",
+      square: entry.kind !== "volume",
       said: `${number(entry.ratio)} ×`,
       dots: [...each, mean],
     };

@@ -50,9 +50,11 @@ function followPrinter() {
 function start() {
   theme();
   drawFacts();
-  drawTally(part("tally"));
-  drawClaims();
-  drawVerdicts();
+  if (data.claims.length > 0) {
+    drawTally(part("tally"));
+    drawClaims();
+    drawVerdicts();
+  }
   drawFilters();
   drawRanking();
   drawRatios();

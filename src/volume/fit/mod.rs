@@ -8,14 +8,23 @@ pub mod minimum;
 
 use super::shape::obb::Obb;
 use super::shape::separating_axes::pad_mm;
-use crate::geometry::{Triangle, Vector, triangle};
+use crate::geometry::{Point, Triangle, Vector, triangle};
 use centre::CentreRule;
 use frame::FrameRule;
+use nalgebra::Matrix3;
+
+/// Centre and half-lengths by the lowest and the highest coordinates: see [`CentreRule::centre_and_half`].
+pub type Centring = fn(&Vector, &Vector) -> (Vector, Vector);
 
 /// The box around `triangles` (at least one, mm) along the axes of the rule `F`, centred by the rule `C`.
 #[must_use]
 pub fn oriented<F: FrameRule, C: CentreRule>(triangles: &[Triangle]) -> Obb {
-    let (mean, axes) = F::mean_and_axes(triangles);
+    around(F::mean_and_axes(triangles), C::centre_and_half, triangles)
+}
+
+/// The box around `triangles` (at least one, mm) along `axes` (columns of a rotation), centred about `mean` (mm) by a rule.
+#[must_use]
+pub fn around((mean, axes): (Point, Matrix3<f64>), centring: Centring, triangles: &[Triangle]) -> Obb {
     let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
     let mut reach: f64 = 0.0;
     for corner in triangle::corners(triangles) {
@@ -24,6 +33,6 @@ pub fn oriented<F: FrameRule, C: CentreRule>(triangles: &[Triangle]) -> Obb {
         (low, high) = (low.inf(&x), high.sup(&x));
         reach = reach.max(corner.coords.amax());
     }
-    let (centre, half) = C::centre_and_half(&low, &high);
+    let (centre, half) = centring(&low, &high);
     Obb { axes, centre: mean + axes * centre, half: half + Vector::repeat(pad_mm(reach)) }
 }

@@ -94,7 +94,7 @@ fn posed_nodes<D: Directions<K>, const K: usize>(nodes: u32) -> Outcome {
     const PER_POSE: u32 = 100;
     let trees: Vec<Tree<Dop<D, K>>> = meshes::subjects()
         .iter()
-        .map(|subject| Tree::build(Dop::<D, K>::around, &subject.mesh.triangles(), Policy::own(SplitRule::Median)))
+        .map(|subject| Tree::build(&Dop::<D, K>::around, &subject.mesh.triangles(), Policy::own(SplitRule::Median)))
         .collect();
     // The rotated polytope's own extents, of every node; those without an inside have no width to compare.
     let corners: Vec<Vec<Vec<Point>>> = trees

@@ -11,7 +11,7 @@ use crate::measure::audit::Audit;
 use crate::measure::sweep::{Asked, Sweep, SweepRun};
 use crate::measure::{Plan, Profile, Progress, Selection, Verification};
 use crate::method::octree_obb;
-use crate::plot::ASIDES;
+use crate::plot::SUPPLEMENTS;
 use crate::record::manifest::Request;
 use crate::registry::Registry;
 use crate::truth::TruthCache;
@@ -34,20 +34,28 @@ pub fn make(
     request: &Request,
     claims: &ClaimSet,
     cache: &Path,
+    registry: &Registry,
     progress: &dyn Progress,
 ) -> Result<Verification> {
-    let [audit, ablation, sweeps @ ..] = ASIDES;
+    let [audit, ablation, sweeps @ ..] = SUPPLEMENTS;
     let scenes = request.scenes.iter().take(1).cloned().collect();
-    audit_in(&folder.join(audit), scenes, request.seed, cache, progress)?;
-    ablation_in(&folder.join(ablation), claims, request.seed, progress)?;
+    audit_in(&folder.join(audit), scenes, request.seed, cache, registry, progress)?;
+    ablation_in(&folder.join(ablation), claims, request.seed, registry, progress)?;
     for name in sweeps {
-        sweep_in(&folder.join(name), name.trim_start_matches("sweep-"), request.seed, progress)?;
+        sweep_in(&folder.join(name), name.trim_start_matches("sweep-"), request.seed, registry, progress)?;
     }
-    freeform_in(&folder.join(FREEFORM), request.seed, cache, progress)
+    freeform_in(&folder.join(FREEFORM), request.seed, cache, registry, progress)
 }
 
-fn audit_in(folder: &Path, scenes: Vec<String>, seed: u64, cache: &Path, progress: &dyn Progress) -> Result<()> {
-    let mut plan = Audit::plan(Profile::Smoke, scenes, seed)?;
+fn audit_in(
+    folder: &Path,
+    scenes: Vec<String>,
+    seed: u64,
+    cache: &Path,
+    registry: &Registry,
+    progress: &dyn Progress,
+) -> Result<()> {
+    let mut plan = Audit::plan(Profile::Smoke, scenes, seed, registry)?;
     plan.scenes.truncate(1);
     let orientations = ORIENTATIONS.map(str::to_owned);
     let mut audit = Audit::open(plan, &orientations, &LEAVES, folder, true)?.with_cache(TruthCache::at(cache)?);
@@ -58,8 +66,13 @@ fn audit_in(folder: &Path, scenes: Vec<String>, seed: u64, cache: &Path, progres
     Ok(())
 }
 
-fn ablation_in(folder: &Path, claims: &ClaimSet, seed: u64, progress: &dyn Progress) -> Result<()> {
-    let registry = Registry::standard();
+fn ablation_in(
+    folder: &Path,
+    claims: &ClaimSet,
+    seed: u64,
+    registry: &Registry,
+    progress: &dyn Progress,
+) -> Result<()> {
     let fastest = registry.fastest().context("no safe variant is registered")?;
     ablation(&super::ablation::budget(Profile::Smoke), fastest, seed, folder, progress)?;
     analyze_ablation(folder, claims, seed)?;
@@ -68,8 +81,13 @@ fn ablation_in(folder: &Path, claims: &ClaimSet, seed: u64, progress: &dyn Progr
 }
 
 /// Some thousand verdicts of the octree method, with and without the covering radius, and of the reference.
-fn freeform_in(folder: &Path, seed: u64, cache: &Path, progress: &dyn Progress) -> Result<Verification> {
-    let registry = Registry::standard();
+fn freeform_in(
+    folder: &Path,
+    seed: u64,
+    cache: &Path,
+    registry: &Registry,
+    progress: &dyn Progress,
+) -> Result<Verification> {
     let reference = registry.reference().context("no variant is the reference")?;
     let selection = Selection {
         profile: Profile::Smoke,
@@ -79,14 +97,14 @@ fn freeform_in(folder: &Path, seed: u64, cache: &Path, progress: &dyn Progress) 
         policies: vec![reference.policy.context("the reference has no tree")?],
         seed,
     };
-    let mut run = open_run(Plan::new(selection, &registry)?, folder, cache, true)?;
+    let mut run = open_run(Plan::new(selection, registry)?, folder, cache, true)?;
     Ok(run.verify(progress)?)
 }
 
-fn sweep_in(folder: &Path, name: &str, seed: u64, progress: &dyn Progress) -> Result<()> {
+fn sweep_in(folder: &Path, name: &str, seed: u64, registry: &Registry, progress: &dyn Progress) -> Result<()> {
     let asked = Asked { profile: Profile::Smoke, variants: Vec::new(), seed, density: None };
     let sweep = Sweep::find(name)?;
-    SweepRun::open(sweep, &asked, &Registry::standard(), folder, true)?.run(false, progress)?;
+    SweepRun::open(sweep, &asked, registry, folder, true)?.run(false, progress)?;
     analyze_sweep(folder)?;
     crate::plot::draw_sweep(folder, sweep.about, sweep.axis)?;
     Ok(())

@@ -1,0 +1,138 @@
+//! `try`: a scene or meshes of one's own through every stage, on a page about them and not about the paper.
+
+use super::options::{Extent, OutputOptions};
+use super::progress::Bar;
+use super::{CLEAR, FAILED, analyze, launch, machines, ranking, say, verify};
+use crate::analysis::claims::ClaimSet;
+use crate::measure::{Progress, Run};
+use crate::record::manifest::Stage;
+use crate::registry::Registry;
+use crate::scene::Scene;
+use anyhow::{Context, Result, bail, ensure};
+use clap::Args;
+use serde_json::json;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  bvbench try my-machine                       a folder with a scene.toml (docs/format.md), or the name of a shipped scene\n  bvbench try fixture.stl arm.ply poses.csv    meshes, and the poses at which they are held against each other\n  bvbench try my-machine --profile smoke --variant ID --variant ID\n\nThe pose file has a row for each pose: part, qw, qx, qy, qz, tx, ty, tz (mm), where part is a mesh's file name without its ending; a mesh that is\nnot named stays where its file has it. Exit code 1 when a safe variant misses a contact."
+)]
+pub struct Options {
+    /// A scene, by name or folder; or two or more mesh files and a pose file (CSV)
+    #[arg(value_name = "PATH", required = true, num_args = 1..)]
+    paths: Vec<String>,
+    #[command(flatten)]
+    extent: Extent,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
+    let names: Vec<String> = options.paths.iter().map(|path| stem(path)).collect();
+    let folder = options.extent.folder(&format!("try-{}", names.join("-")));
+    let scene = match options.paths.as_slice() {
+        [scene] if !is_mesh(scene) => scene.clone(),
+        files => scene_of(files, &folder)?,
+    };
+    let title = Scene::find(&scene)?.title;
+    let mut run = options.extent.open(&[scene], &folder, registry)?;
+    let bar = Bar::new(options.output.quiet);
+    let verification = if run.has_finished(Stage::Verify) { run.verification()? } else { run.verify(&bar)? };
+    if !run.has_finished(Stage::Measure) {
+        launch::measure(&mut run, &options.extent.cache_folder(&folder), &bar)?;
+    }
+    run.manifest().check_rows(&folder)?;
+    bar.begin("analysing", 1);
+    let outcome = crate::analysis::analyze(&folder, &ClaimSet::none(&title, baseline(&run)?))?;
+    run.finish(Stage::Analyze)?;
+    bar.begin("drawing", 1);
+    let gallery = crate::plot::draw_all(&folder)?;
+    run.finish(Stage::Plot)?;
+    bar.begin("reporting", 1);
+    let report = crate::report::write(&folder)?;
+    let page = crate::report::write_page(&folder, &machines::insets(run.manifest(), registry, &bar))?;
+    run.finish(Stage::Report)?;
+    bar.finish();
+    if options.output.json {
+        let result = json!({
+            "out": folder.to_string_lossy(), "report": report.to_string_lossy(), "page": page.to_string_lossy(),
+            "verification": verify::as_json(&verification), "ranking": outcome.ranking, "analysis": analyze::as_json(&outcome),
+        });
+        say(serde_json::to_string_pretty(&result)?);
+    } else {
+        say(format!("{title}\n\n{}\n", ranking::table(&outcome).trim_fmt()));
+        say(verify::verdict(&verification));
+        for complaint in &outcome.noise {
+            say(format!("Noisy: {complaint}"));
+        }
+        say(format!("\nPage     {}", page.display()));
+        say(format!("Report   {}", report.display()));
+        say(format!("Figures  {} in {}", gallery.figures.len(), folder.join("plots").display()));
+    }
+    Ok(if verification.holds() { CLEAR } else { FAILED })
+}
+
+/// The variant that the others are compared with: the reference where the run has it.
+fn baseline(run: &Run) -> Result<&str> {
+    let manifest = run.manifest();
+    let first = || manifest.variants.iter().find(|entry| entry.safe).map(|entry| entry.id.as_str());
+    let null_of = Some(manifest.null_of.as_str()).filter(|id| !id.is_empty());
+    null_of.or_else(first).context("none of the variants is safe, so there is none to compare the others with")
+}
+
+/// A file's or folder's name without its ending, in letters that any file system takes.
+fn stem(path: &str) -> String {
+    let absolute = fs::canonicalize(path).unwrap_or_else(|_| PathBuf::from(path));
+    let stem = absolute.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    stem.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
+}
+
+/// Whether a file's name is that of a mesh or of poses, and not of a scene.
+fn is_mesh(path: &str) -> bool {
+    let ending = Path::new(path).extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    ending.is_some_and(|ending| ["stl", "obj", "off", "ply", "glb", "3mf", "csv"].contains(&ending.as_str()))
+}
+
+/// First line of a scene that was made here, which may be made again.
+const MADE: &str = "# Made by `bvbench try` from the files beside it.\n";
+
+/// Writes a folder with a scene of meshes and poses, beside that of the run, and returns its path.
+fn scene_of(files: &[String], run: &Path) -> Result<String> {
+    let (poses, meshes): (Vec<&String>, Vec<&String>) =
+        files.iter().partition(|file| Path::new(file).extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")));
+    let [poses] = poses.as_slice() else {
+        bail!("meshes need one pose file (.csv), and {} of the paths are", poses.len());
+    };
+    ensure!(
+        meshes.len() >= 2,
+        "two meshes at least are held against each other, and {} of the paths are",
+        meshes.len()
+    );
+    let folder = PathBuf::from(format!("{}-scene", run.display()));
+    let scene = folder.join("scene.toml");
+    let is_ours = fs::read_to_string(&scene).is_ok_and(|text| text.starts_with(MADE));
+    ensure!(
+        is_ours || !folder.exists(),
+        "{} is there and not from here; name another folder with --out",
+        folder.display()
+    );
+    fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    let copy = |from: &str, to: &str| {
+        fs::copy(from, folder.join(to)).with_context(|| format!("{from}: cannot be copied to {}", folder.display()))
+    };
+    let quoted = |text: &str| toml::Value::from(text).to_string();
+    let names = meshes.iter().map(|mesh| stem(mesh)).collect::<Vec<_>>();
+    let title = format!("{} at the poses of {}", names.join(" against "), stem(poses));
+    let mut text = format!("{MADE}title = {}\n", quoted(&title));
+    for (mesh, name) in meshes.iter().zip(&names) {
+        let ending = Path::new(mesh).extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
+        let file = format!("{name}{ending}");
+        copy(mesh, &file)?;
+        text += &format!("\n[[parts]]\nname = {}\nmesh = {}\n", quoted(name), quoted(&file));
+    }
+    copy(poses, "poses.csv")?;
+    text += "\n[recorded]\nfile = \"poses.csv\"\n";
+    fs::write(&scene, text).with_context(|| format!("cannot write {}", scene.display()))?;
+    Ok(folder.display().to_string())
+}
