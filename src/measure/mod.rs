@@ -8,6 +8,7 @@
 pub mod ablation;
 pub mod accuracy;
 pub mod audit;
+mod blocks;
 pub mod build;
 pub mod chunk;
 pub mod counts;

@@ -9,13 +9,13 @@ mod subject;
 mod trial;
 
 use super::Progress;
+use super::blocks::{self, Extent, Participation, Work};
 use super::folder::{UNITS, remove, write_unit};
 use crate::geometry::shapes::{Freeform, ShapeError};
 use crate::interference::profile::ProfileError;
 use crate::interference::{Division, Search, SecondLevel};
 use crate::record::{AblationKindRow, AblationRow, AblationTimeRow, RecordError, read_rows, write_rows};
 use crate::registry::Variant;
-use rand::seq::SliceRandom;
 use rayon::prelude::*;
 use std::path::Path;
 use subject::ToolSubject;
@@ -195,7 +195,7 @@ fn try_forms(
     progress: &dyn Progress,
 ) -> Result<Ablation, AblationError> {
     let what = format!("octree method on `{}`, {}", stage.name, stage.about);
-    progress.begin(&what, stage.forms.len() as u64 * u64::from(budget.rounds + 1));
+    progress.begin(&what, stage.forms.len() as u64 + u64::from(budget.rounds));
     let mut ground = Ground::new(stage.name, stage.surface, budget, tool, mesh_variant);
     let trials: Vec<Trial> = stage.forms.iter().map(|form| ground.trial(*form)).collect::<Result<_, _>>()?;
     let count = |trial: &Trial| {
@@ -205,23 +205,32 @@ fn try_forms(
     };
     let rows = trials.par_iter().map(count).collect::<Vec<_>>().concat();
     let kinds = trials.iter().filter(|trial| trial.form == BASE).flat_map(|trial| trial.kinds(tool)).collect();
-    let mut times = Vec::new();
-    for round in 0..budget.rounds {
-        let mut order: Vec<usize> = (0..trials.len()).collect();
-        order.shuffle(&mut rand_pcg::Pcg64::new(u128::from(seed), u128::from(round)));
-        let mut timed: Vec<(usize, AblationTimeRow)> = Vec::with_capacity(trials.len());
-        for index in order {
-            // To ask all points takes so long that one round averages the machine's noise itself.
-            if round == 0 || trials[index].form.search != Some(Search::Points) {
-                timed.push((index, trials[index].time(round)));
-            }
-            progress.advance(1);
-        }
-        // Written in one order whatever the order of execution.
-        timed.sort_by_key(|(index, _)| *index);
-        times.extend(timed.into_iter().map(|(_, row)| row));
-    }
+    let extent = Extent { blocks: budget.rounds, launch: 0, warms_up: false, long_once: false };
+    let samples = blocks::time(&mut Timed(&trials), extent, seed, progress);
+    let times = samples.into_iter().map(|sample| trials[sample.case].time_row(sample.block, sample.ns)).collect();
     Ok(Ablation { rows, kinds, times })
+}
+
+/// Trials, each of which runs all its poses as one chunk.
+struct Timed<'a>(&'a [Trial]);
+
+impl Work for Timed<'_> {
+    fn cases(&self) -> usize {
+        self.0.len()
+    }
+
+    fn chunks(&self) -> Vec<usize> {
+        vec![1]
+    }
+
+    /// To ask all points takes so long that one round averages the machine's noise itself.
+    fn participation(&self, case: usize, _: usize) -> Participation {
+        if self.0[case].form.search == Some(Search::Points) { Participation::Once } else { Participation::Always }
+    }
+
+    fn run(&mut self, case: usize, _: usize, _: usize, _: u32) {
+        self.0[case].run_once();
+    }
 }
 
 impl Ablation {

@@ -226,17 +226,22 @@ impl Trial {
         vec![of("local", true, &tool.cutter), of("global", false, &tool.above)]
     }
 
-    /// All poses once, timed.
-    pub fn time(&self, round: u32) -> AblationTimeRow {
-        let (ns, _) = match &self.contender {
-            Contender::Octree { .. } => timer::time(|| self.run().len()),
-            // As a run times them: in one batch, and without counting.
-            Contender::Trees { surface, tool, .. } => timer::time(|| {
+    /// All poses once, as they are timed; trees in one batch and without counting, as a run asks them.
+    pub fn run_once(&self) {
+        match &self.contender {
+            Contender::Octree { .. } => {
+                std::hint::black_box(self.run());
+            }
+            Contender::Trees { surface, tool, .. } => {
                 let mut verdicts = Vec::with_capacity(self.posed.poses.len());
                 tool.first(surface.as_ref(), &self.posed.poses, &mut verdicts);
-                std::hint::black_box(verdicts).len()
-            }),
-        };
+                std::hint::black_box(verdicts);
+            }
+        }
+    }
+
+    /// The row of a sample.
+    pub fn time_row(&self, round: u32, ns: u64) -> AblationTimeRow {
         AblationTimeRow {
             sweep: self.form.sweep.to_owned(),
             surface: self.name.to_owned(),

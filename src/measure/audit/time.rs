@@ -8,7 +8,8 @@ use super::Questions;
 use super::cell::{BoxTree, Cell};
 use super::count::{parts, trees};
 use crate::geometry::Isometry;
-use crate::measure::timer;
+use crate::measure::blocks::{self, Extent, Participation, Work};
+use crate::measure::{Silent, timer};
 use crate::record::{AuditBuildRow, AuditTimingRow};
 use crate::tree::traverse::{self, NoProbe, Scratch};
 use obbtree::cases::Draw;
@@ -30,7 +31,42 @@ impl Reference {
     }
 }
 
-/// Times a cell's construction and its queries beside the reference's. The order of the two is drawn anew each time.
+/// A cell, case 0, beside the reference, case 1.
+struct Queries<'a> {
+    questions: &'a Questions<'a>,
+    reference: &'a Reference,
+    own: BTreeMap<usize, BoxTree>,
+    scratch: Scratch,
+}
+
+impl Work for Queries<'_> {
+    fn cases(&self) -> usize {
+        2
+    }
+
+    fn chunks(&self) -> Vec<usize> {
+        self.reference.poses.iter().map(Vec::len).collect()
+    }
+
+    fn participation(&self, _: usize, _: usize) -> Participation {
+        Participation::Always
+    }
+
+    fn run(&mut self, case: usize, chunk: usize, poses: usize, passes: u32) {
+        let trees = if case == 0 { &self.own } else { &self.reference.trees };
+        let pair = self.questions.judged[self.questions.chunks[chunk].pair].pair;
+        let (a, b) = (&trees[&pair.a], &trees[&pair.b]);
+        let mut touching = 0_u32;
+        for _ in 0..passes {
+            for pose in &self.reference.poses[chunk][..poses] {
+                touching += u32::from(traverse::first(a, b, pose, &mut self.scratch, &mut NoProbe));
+            }
+        }
+        std::hint::black_box(touching);
+    }
+}
+
+/// Times a cell's construction and its queries beside the reference's.
 pub fn time(
     cell: &Cell,
     reference: &Reference,
@@ -40,51 +76,26 @@ pub fn time(
 ) -> (Vec<AuditTimingRow>, Vec<AuditBuildRow>) {
     let mut draw = Draw::new(seed, &["audit", &questions.scene.name, &cell.name()], 0);
     let (own, builds) = build(cell, questions, &mut draw);
-    let mut scratch = Scratch::default();
-    let mut rows = Vec::new();
-    let mut passes = vec![[1; 2]; questions.chunks.len()];
-    for block in 0..=blocks {
-        for (c, chunk) in questions.chunks.iter().enumerate() {
-            let pair = questions.judged[chunk.pair].pair;
-            let mut sample = |who: usize, passes: u32| {
-                let trees = if who == 0 { &own } else { &reference.trees };
-                let (a, b) = (&trees[&pair.a], &trees[&pair.b]);
-                let mut touching = 0_u32;
-                for _ in 0..passes {
-                    for pose in &reference.poses[c] {
-                        touching += u32::from(traverse::first(a, b, pose, &mut scratch, &mut NoProbe));
-                    }
-                }
-                touching
-            };
-            let mut ns = [0; 2];
-            for who in in_random_order(&mut draw) {
-                // Brings the parts of the trees that the poses need into the caches, and teaches the branch predictor.
-                if block > 0 {
-                    std::hint::black_box(sample(who, 1));
-                }
-                ns[who] = timer::time(|| sample(who, passes[c][who])).0;
-            }
-            if block == 0 {
-                passes[c] = ns.map(timer::passes_for);
-                continue;
-            }
-            rows.push(AuditTimingRow {
-                scene: questions.scene.name.clone(),
-                chunk: chunk.number,
-                orientation: cell.orientation.to_owned(),
-                centre: cell.centre.to_owned(),
-                split: cell.split.to_string(),
-                leaf: cell.leaf,
-                block: block - 1,
-                passes: passes[c][0],
-                ns: ns[0],
-                reference_passes: passes[c][1],
-                reference_ns: ns[1],
-            });
-        }
-    }
-    (rows, builds)
+    let mut queries = Queries { questions, reference, own, scratch: Scratch::default() };
+    let extent = Extent { blocks, launch: 0, warms_up: true, long_once: false };
+    let order = (draw.unit() * 2_f64.powi(53)) as u64;
+    let samples = blocks::time(&mut queries, extent, order, &Silent);
+    // The two cases of a chunk stand side by side.
+    let (pairs, _) = samples.as_chunks::<2>();
+    let row = |[sample, of_reference]: &[blocks::Sample; 2]| AuditTimingRow {
+        scene: questions.scene.name.clone(),
+        chunk: questions.chunks[sample.chunk].number,
+        orientation: cell.orientation.to_owned(),
+        centre: cell.centre.to_owned(),
+        split: cell.split.to_string(),
+        leaf: cell.leaf,
+        block: sample.block,
+        passes: sample.passes,
+        ns: sample.ns,
+        reference_passes: of_reference.passes,
+        reference_ns: of_reference.ns,
+    };
+    (pairs.iter().map(row).collect(), builds)
 }
 
 /// The cell's trees, with the time that each took beside the reference's.

@@ -1,6 +1,7 @@
 //! Timing a sweep's queries and constructions.
 
-use super::super::timer;
+use super::super::blocks::{self, Extent, Participation, Work};
+use super::super::{Silent, timer};
 use super::stage::Bodies;
 use super::{Batch, Prepared, SweepRun};
 use crate::record::{SweepBuildRow, SweepTimingRow};
@@ -8,50 +9,60 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 
-impl SweepRun {
-    /// Randomised complete blocks: in every block every batch is visited once, and every case runs it in a fresh random order.
-    pub(super) fn time(&self, x: f64, models: &[Prepared], batches: &[Batch]) -> Vec<SweepTimingRow> {
-        let mut rng = Pcg64Mcg::seed_from_u64(self.seed ^ x.to_bits());
-        let mut order: Vec<usize> = (0..models.len()).collect();
-        let (mut verdicts, mut rows) = (Vec::new(), Vec::new());
-        let mut passes = vec![vec![1; models.len()]; batches.len()];
-        for block in 0..=self.amount.blocks {
-            for (batch, passes) in batches.iter().zip(&mut passes) {
-                order.shuffle(&mut rng);
-                for &k in &order {
-                    let (case, a, b) = &models[k];
-                    let mut run = |passes: u32| {
-                        for _ in 0..passes {
-                            verdicts.clear();
-                            a.first(b.as_ref(), &batch.poses, &mut verdicts);
-                        }
-                    };
-                    if block > 0 {
-                        run(1);
-                    }
-                    let (ns, ()) = timer::time(|| run(passes[k]));
-                    if block == 0 {
-                        passes[k] = timer::passes_for(ns);
-                        continue;
-                    }
-                    let (split, axes, leaf) = case.policy_columns();
-                    rows.push(SweepTimingRow {
-                        sweep: self.sweep.name.to_owned(),
-                        x,
-                        variant: case.id.clone(),
-                        split,
-                        axes,
-                        leaf,
-                        group: batch.group,
-                        stratum: batch.stratum,
-                        block: block - 1,
-                        poses: batch.poses.len() as u32,
-                        passes: passes[k],
-                        ns,
-                    });
-                }
-            }
+/// Every case on the batches of one value.
+struct Queries<'a> {
+    models: &'a [Prepared],
+    batches: &'a [Batch],
+    verdicts: Vec<bool>,
+}
+
+impl Work for Queries<'_> {
+    fn cases(&self) -> usize {
+        self.models.len()
+    }
+
+    fn chunks(&self) -> Vec<usize> {
+        self.batches.iter().map(|batch| batch.poses.len()).collect()
+    }
+
+    fn participation(&self, _: usize, _: usize) -> Participation {
+        Participation::Always
+    }
+
+    fn run(&mut self, case: usize, chunk: usize, poses: usize, passes: u32) {
+        let (_, a, b) = &self.models[case];
+        for _ in 0..passes {
+            self.verdicts.clear();
+            a.first(b.as_ref(), &self.batches[chunk].poses[..poses], &mut self.verdicts);
         }
+    }
+}
+
+impl SweepRun {
+    /// Queries of every case on every batch.
+    pub(super) fn time(&self, x: f64, models: &[Prepared], batches: &[Batch]) -> Vec<SweepTimingRow> {
+        let mut queries = Queries { models, batches, verdicts: Vec::new() };
+        let extent = Extent { blocks: self.amount.blocks, launch: 0, warms_up: true, long_once: false };
+        let samples = blocks::time(&mut queries, extent, self.seed ^ x.to_bits(), &Silent);
+        let row = |sample: blocks::Sample| {
+            let (case, batch) = (&models[sample.case].0, &batches[sample.chunk]);
+            let (split, axes, leaf) = case.policy_columns();
+            SweepTimingRow {
+                sweep: self.sweep.name.to_owned(),
+                x,
+                variant: case.id.clone(),
+                split,
+                axes,
+                leaf,
+                group: batch.group,
+                stratum: batch.stratum,
+                block: sample.block,
+                poses: batch.poses.len() as u32,
+                passes: sample.passes,
+                ns: sample.ns,
+            }
+        };
+        let mut rows: Vec<SweepTimingRow> = samples.into_iter().map(row).collect();
         rows.sort_by(|a, b| (a.block, a.group, a.stratum, &a.variant).cmp(&(b.block, b.group, b.stratum, &b.variant)));
         rows
     }
