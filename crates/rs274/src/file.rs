@@ -1,6 +1,6 @@
 //! Input files: regular files of limited size, as bytes or as text.
 //!
-//! Text may be UTF-8, with or without a byte-order mark, or UTF-16 with one. Lines may end in LF, CR LF or CR.
+//! Text may be UTF-8 or UTF-16, with or without a byte-order mark. Lines may end in LF, CR LF or CR.
 
 use std::fs::{self, File, FileType};
 use std::io::{self, Read};
@@ -41,10 +41,9 @@ pub fn text(path: &Path, limit: u64) -> io::Result<String> {
 /// Bytes as text without a byte-order mark, with LF at the ends of lines.
 #[must_use]
 pub fn decode(bytes: Vec<u8>) -> String {
-    let text = match bytes.as_slice() {
-        [0xFF, 0xFE, rest @ ..] => utf16(rest, u16::from_le_bytes),
-        [0xFE, 0xFF, rest @ ..] => utf16(rest, u16::from_be_bytes),
-        _ => String::from_utf8(bytes).unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()),
+    let text = match utf16_order(&bytes) {
+        Some(order) => utf16(&bytes, order),
+        None => String::from_utf8(bytes).unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()),
     };
     let text = match text.strip_prefix('\u{feff}') {
         Some(text) => text.to_owned(),
@@ -53,7 +52,28 @@ pub fn decode(bytes: Vec<u8>) -> String {
     if text.contains('\r') { text.replace("\r\n", "\n").replace('\r', "\n") } else { text }
 }
 
-fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
+/// A UTF-16 unit from two bytes.
+type Order = fn([u8; 2]) -> u16;
+
+/// Pairs of bytes that show the byte order of UTF-16 without a mark.
+const TELLING_PAIRS: usize = 4;
+
+/// Byte order of UTF-16: by its mark, or else because the first characters are ASCII, a zero beside each.
+#[must_use]
+pub fn utf16_order(bytes: &[u8]) -> Option<Order> {
+    let is_ascii = |byte: u8| matches!(byte, b'\t' | b'\n' | b'\r' | b' '..=b'~');
+    let first = &bytes.as_chunks::<2>().0[..TELLING_PAIRS.min(bytes.len() / 2)];
+    match first {
+        [[0xFF, 0xFE], ..] => Some(u16::from_le_bytes),
+        [[0xFE, 0xFF], ..] => Some(u16::from_be_bytes),
+        _ if first.len() < TELLING_PAIRS => None,
+        _ if first.iter().all(|&[low, high]| is_ascii(low) && high == 0) => Some(u16::from_le_bytes),
+        _ if first.iter().all(|&[high, low]| is_ascii(low) && high == 0) => Some(u16::from_be_bytes),
+        _ => None,
+    }
+}
+
+fn utf16(bytes: &[u8], unit: Order) -> String {
     let units: Vec<u16> = bytes.as_chunks::<2>().0.iter().map(|&pair| unit(pair)).collect();
     String::from_utf16_lossy(&units)
 }
@@ -92,6 +112,9 @@ mod tests {
             expected.replace('\n', "\r").into_bytes(),
             utf16(u16::to_le_bytes, [0xFF, 0xFE]),
             utf16(u16::to_be_bytes, [0xFE, 0xFF]),
+            utf16(u16::to_le_bytes, [0xFF, 0xFE])[2..].to_vec(),
+            utf16(u16::to_be_bytes, [0xFE, 0xFF])[2..].to_vec(),
+            b"G0 X1\rG1 Y2 (\xC3\xBC)\r\n".to_vec(),
         ] {
             assert_eq!(decode(bytes), expected);
         }

@@ -236,12 +236,17 @@ fn parse_in(path: &Path, content: &[u8], unit_mm: Option<f64>, weld_mm: f64) -> 
     clean::clean(raw, format, unit_mm, weld_mm).map_err(|source| ImportError::NotAMesh { path: path.into(), source })
 }
 
-/// The content as the readers expect it: text as UTF-8 without a byte-order mark, its lines with line feeds. Binary files, which have zeros in
-/// them, stay as they are.
+/// The content as the readers expect it: text, and the header of a binary PLY file, as UTF-8 without a byte-order mark, their lines with
+/// line feeds. Other binary files stay as they are: they have zeros in them.
 fn plain(content: &[u8]) -> Cow<'_, [u8]> {
-    let is_marked = [&b"\xef\xbb\xbf"[..], b"\xff\xfe", b"\xfe\xff"].iter().any(|mark| content.starts_with(mark));
-    let has_only_returns = || content.contains(&b'\r') && !content.contains(&b'\n') && !content.contains(&0);
-    if !stl::has_declared_size(content) && (is_marked || has_only_returns()) {
+    let header = ply::binary_header(content);
+    if let Some(header) = header.filter(|header| !header.contains(&b'\n')) {
+        let text = rs274::file::decode(header.to_vec()).into_bytes();
+        return Cow::Owned([&text, &content[header.len()..]].concat());
+    }
+    let is_marked = content.starts_with(b"\xef\xbb\xbf") || rs274::file::utf16_order(content).is_some();
+    let has_returns = || content.contains(&b'\r') && !content.contains(&0);
+    if header.is_none() && !stl::has_declared_size(content) && (is_marked || has_returns()) {
         Cow::Owned(rs274::file::decode(content.to_vec()).into_bytes())
     } else {
         Cow::Borrowed(content)

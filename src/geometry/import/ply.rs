@@ -19,6 +19,24 @@ pub(super) fn is_ply(content: &[u8]) -> bool {
     content.starts_with(b"ply\n") || content.starts_with(b"ply\r")
 }
 
+/// Longest header looked for, bytes.
+const LONGEST_HEADER: usize = 1 << 16;
+
+/// The header of a binary file, with the end of its last line: CR, LF or CR LF, as the first line ends.
+pub(super) fn binary_header(content: &[u8]) -> Option<&[u8]> {
+    let end: &[u8] = match content {
+        [b'p', b'l', b'y', b'\n', ..] => b"\n",
+        [b'p', b'l', b'y', b'\r', b'\n', ..] => b"\r\n",
+        [b'p', b'l', b'y', b'\r', ..] => b"\r",
+        _ => return None,
+    };
+    let last = [b"end_header", end].concat();
+    let searched = &content[..content.len().min(LONGEST_HEADER)];
+    let length = searched.windows(last.len()).position(|window| window == last)? + last.len();
+    let header = &content[..length];
+    header.windows(13).any(|window| window == b"format binary").then_some(header)
+}
+
 /// The position of a vertex.
 #[derive(Debug)]
 struct Vertex([f64; 3]);

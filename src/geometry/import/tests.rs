@@ -113,6 +113,34 @@ fn every_format_gives_the_same_closed_tetrahedron() {
 }
 
 #[test]
+fn every_line_end_and_encoding_of_text_gives_the_same_tetrahedron() {
+    let mixed = |text: &str| text.replacen('\n', "\r\n", 1).replacen("\nv", "\rv", 1);
+    let texts = [("a.obj", OBJ), ("a.off", OFF), ("a.stl", STL), ("a.ply", objects::PLY)];
+    let of = |text: &str| {
+        let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let big: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
+        [
+            text.replace('\n', "\r").into_bytes(),
+            text.replace('\n', "\r\n").into_bytes(),
+            mixed(text).into_bytes(),
+            little,
+            big,
+        ]
+    };
+    let mut files: Vec<_> = texts.iter().flat_map(|&(name, text)| of(text).map(|content| (name, content))).collect();
+    for little in [true, false] {
+        let binary = objects::binary_ply(little);
+        let header = binary.windows(11).position(|window| window == b"end_header\n").unwrap() + 11;
+        let returns: Vec<u8> = binary[..header].iter().map(|&byte| if byte == b'\n' { b'\r' } else { byte }).collect();
+        files.push(("a.ply", [&returns, &binary[header..]].concat()));
+    }
+    for (index, (name, content)) in files.iter().enumerate() {
+        let imported = read(name, content).unwrap_or_else(|error| panic!("{index} {error}"));
+        assert_eq!((imported.mesh.faces().len(), imported.mesh.vertices().len()), (4, 4), "{index} {name}");
+    }
+}
+
+#[test]
 fn text_in_upper_case_or_behind_a_byte_order_mark_is_read() {
     let marked = |text: &str| format!("\u{feff}{text}");
     for (name, content) in [
