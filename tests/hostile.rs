@@ -166,6 +166,22 @@ tessellation = { density = 0.3 }
 file = "PROGRAM"
 "#;
 
+#[cfg(feature = "urdf")]
+const URDF: &str = r#"<?xml version="1.0"?>
+<robot name="small">
+  <link name="bed"><visual><geometry><box size="1 0.2 0.1"/></geometry></visual></link>
+  <link name="arm"><collision><origin xyz="0.1 0 0" rpy="0 0 1.5"/><geometry><cylinder radius="0.03" length="0.2"/></geometry></collision></link>
+  <link name="hand"><visual><geometry><sphere radius="0.04"/></geometry></visual></link>
+  <joint name="slide" type="prismatic">
+    <origin xyz="0 0.1 0.2" rpy="0 0 0.5"/><parent link="bed"/><child link="arm"/>
+    <axis xyz="0 1 0"/><limit lower="-0.25" upper="0.25" effort="1" velocity="1"/>
+  </joint>
+  <joint name="swing" type="revolute">
+    <parent link="arm"/><child link="hand"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>
+  </joint>
+</robot>
+"#;
+
 struct Attacks {
     folder: PathBuf,
     random: Pcg64,
@@ -350,6 +366,31 @@ impl Attacks {
         self.scene_of("recording-far", &scene, "poses.csv:2:2: 1000000000000 is beyond 1e9 mm", &[2]);
     }
 
+    /// Spoiled robots, robots with numbers that cannot be meant, and robots that never end.
+    #[cfg(feature = "urdf")]
+    fn robots(&mut self) {
+        let scene = "title = \"a robot\"\n[machine]\nurdf = \"robot.urdf\"\n";
+        let mut robots: Vec<Vec<u8>> =
+            (0..4 * SPOILED).map(|spoil| spoiled(URDF.as_bytes(), spoil % SPOILED, &mut self.random)).collect();
+        for (place, _) in URDF.match_indices(|c: char| c.is_ascii_digit()) {
+            for number in ["1e300", "nan", "-1e-320"] {
+                robots.push(format!("{}{number}{}", &URDF[..place], &URDF[place + 1..]).into_bytes());
+            }
+        }
+        robots.push(URDF.replace("<parent link=\"bed\"/>", "<parent link=\"hand\"/>").into_bytes());
+        robots.push(format!("{}{}", "<a>".repeat(200_000), URDF).into_bytes());
+        let entities: String = (1..30).map(|i| format!("<!ENTITY e{i} \"&e{};&e{};\">", i - 1, i - 1)).collect();
+        robots.push(
+            format!("<!DOCTYPE robot [<!ENTITY e0 \"laugh\">{entities}]>{}", URDF.replace("small", "&e29;"))
+                .into_bytes(),
+        );
+        for (number, robot) in robots.iter().enumerate() {
+            let name = format!("robot-{number}");
+            self.write(&format!("{name}/robot.urdf"), robot);
+            self.scene_of(&name, scene, &name, &[0, 2]);
+        }
+    }
+
     fn steps(&mut self) {
         for step in ["1e-300", "1e-9", "0", "-1", "nan", "inf"] {
             let option = format!("--step={step}");
@@ -367,6 +408,8 @@ fn hostile_inputs_end_in_a_message() {
     attacks.scenes();
     attacks.devices();
     attacks.tables();
+    #[cfg(feature = "urdf")]
+    attacks.robots();
     attacks.steps();
     let all = attacks.all;
     assert!(all.len() >= 600, "{}", all.len());
