@@ -38,10 +38,10 @@ use crate::volume::sphere_ritter::SphereRitter;
 use crate::volume::sphere_ritter_f32::SphereRitterF32;
 use crate::volume::sphere_welzl::SphereWelzl;
 use crate::volume::{BoundingVolume, Info};
-use obbtree::aligned::Aligned;
-use obbtree::ball::Ball;
-use obbtree::oriented::Oriented;
-use obbtree::{WideTree, WideVolume};
+use obbtree::engine::aligned::Aligned;
+use obbtree::engine::ball::Ball;
+use obbtree::engine::oriented::Oriented;
+use obbtree::engine::{WideTree, WideVolume};
 
 /// Id of the duplicate of another variant in `timings.csv`, which shows the noise of the comparison itself.
 pub const NULL_VARIANT: &str = "null";

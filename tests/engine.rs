@@ -5,10 +5,10 @@
 use bvbench::scene::{Pair, Scene};
 use bvbench::truth::PairOracle;
 use bvbench::workload::generate;
-use obbtree::aligned::Aligned;
-use obbtree::oriented::Oriented;
-use obbtree::traverse::{Scratch, first};
-use obbtree::{Isometry, Simd, WideTree, WideVolume};
+use obbtree::engine::aligned::Aligned;
+use obbtree::engine::oriented::Oriented;
+use obbtree::engine::traverse::{Scratch, first};
+use obbtree::engine::{Isometry, Simd, WideTree, WideVolume};
 use rayon::prelude::*;
 use std::sync::Arc;
 

@@ -17,7 +17,7 @@ use crate::truth::TruthCache;
 use anyhow::{Context, Result, ensure};
 use clap::{Args, Subcommand};
 use comfy_table::{CellAlignment, Table, presets};
-use obbtree::{Coherence, Simd};
+use obbtree::engine::{Coherence, Simd};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]

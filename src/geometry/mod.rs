@@ -1,4 +1,4 @@
-//! Parametric shapes, mesh files and hulls, beside the meshes and exact tests of [`obbtree::geometry`].
+//! Parametric shapes, mesh files and hulls, beside the meshes and exact tests of [`obbtree::engine::geometry`].
 //!
 //! Reading order: [`hull`], [`rectangle`], [`shapes`] and [`import`].
 
@@ -8,8 +8,8 @@ pub mod rectangle;
 pub mod shapes;
 
 use nalgebra::Unit;
-pub use obbtree::geometry::{
-    Isometry, Mesh, MeshError, Point, Triangle, Vector, certified, covariance, cross_check, eigen, exact,
+pub use obbtree::engine::geometry::{
+    GridMesh as Mesh, Isometry, MeshError, Point, Triangle, Vector, certified, covariance, cross_check, eigen, exact,
     exact_integer, grid, mesh, plane, rigid, surface, triangle, triangle_distance, weld,
 };
 

@@ -2,7 +2,7 @@
 
 use super::sources;
 use crate::record::manifest::{MachineFacts, Program};
-use obbtree::Simd;
+use obbtree::engine::Simd;
 use std::fs;
 
 /// What this program was built from and how it was called.

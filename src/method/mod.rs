@@ -18,7 +18,7 @@ use crate::tree::levels::Drawn;
 use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
 use crate::volume::shape::obb::Obb;
-use obbtree::{Coherence, Memory};
+use obbtree::engine::{Coherence, Memory};
 use std::any::Any;
 
 /// What kind of thing a variant is.

@@ -9,8 +9,8 @@ use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
 use crate::volume::Info;
-use obbtree::traverse::{self, Scratch};
-use obbtree::{Coherence, Memory, Simd, WideTree, WideVolume, distance};
+use obbtree::engine::traverse::{self, Scratch};
+use obbtree::engine::{Coherence, Memory, Simd, WideTree, WideVolume, distance};
 
 /// Trees of oriented boxes.
 pub const ORIENTED: Info = Info {

@@ -8,8 +8,8 @@ use crate::volume::shape::obb::Obb;
 use crate::volume::shape::sphere::Sphere;
 use crate::volume::{Segment, Solid};
 use nalgebra::Matrix3;
-use obbtree::plain::Plain;
-use obbtree::{WideTree, WideVolume};
+use obbtree::engine::plain::Plain;
+use obbtree::engine::{WideTree, WideVolume};
 
 /// What the drawings and the tightness take of a volume.
 struct Facts {
@@ -106,7 +106,7 @@ fn corners_outside<V: WideVolume>(tree: &WideTree<V>, slot: u32, volume: &Plain)
 mod tests {
     use super::*;
     use obbtree::cases::meshes;
-    use obbtree::oriented::Oriented;
+    use obbtree::engine::oriented::Oriented;
 
     #[test]
     fn every_triangle_is_a_leaf_and_every_corner_inside() {

@@ -10,7 +10,7 @@ use super::traverse::open;
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Triangle, certified, triangle_distance};
 use crate::volume::Shape;
-pub use obbtree::proximity::Proximity;
+pub use obbtree::engine::proximity::Proximity;
 
 /// The greatest `f32` that is not above `x`.
 fn rounded_down(x: f64) -> f32 {

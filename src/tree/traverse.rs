@@ -4,7 +4,7 @@ use super::{Node, Tree};
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Triangle, certified};
 use crate::volume::Shape;
-pub use obbtree::traverse::Counts;
+pub use obbtree::engine::traverse::Counts;
 use std::ops::ControlFlow;
 
 /// What a traversal reports of its work. [`NoProbe`] compiles to nothing, so timed queries pay nothing for it.

@@ -1,6 +1,6 @@
 //! Whether a tree is well formed.
 
-pub use obbtree::validate::TreeFault;
+pub use obbtree::engine::validate::TreeFault;
 
 use super::Tree;
 use crate::geometry::triangle;

@@ -5,11 +5,11 @@ use bvbench::geometry::{Isometry, Mesh};
 use bvbench::method::Kind;
 use bvbench::registry::Variant;
 use bvbench::tree::distance::Proximity;
-use obbtree::aligned::Aligned;
-use obbtree::ball::Ball;
-use obbtree::oriented::Oriented;
-use obbtree::traverse::{self, Scratch};
-use obbtree::{Coherence, Memory, Simd, WideTree, WideVolume, distance};
+use obbtree::engine::aligned::Aligned;
+use obbtree::engine::ball::Ball;
+use obbtree::engine::oriented::Oriented;
+use obbtree::engine::traverse::{self, Scratch};
+use obbtree::engine::{Coherence, Memory, Simd, WideTree, WideVolume, distance};
 use std::fmt::Debug;
 
 /// How much a measured distance may be off, relative to the size of everything: 2⁻²², what `wide::path` allows for. Two edges that are nearly parallel

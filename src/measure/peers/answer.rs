@@ -8,7 +8,7 @@ use crate::method::Model;
 use crate::registry::Variant;
 use crate::tree::Policy;
 use crate::tree::distance::Proximity;
-use obbtree::{Coherence, Memory};
+use obbtree::engine::{Coherence, Memory};
 use std::io::{BufRead, Write};
 use std::ops::Range;
 use std::path::Path;

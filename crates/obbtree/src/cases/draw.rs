@@ -4,7 +4,7 @@
 //! and threads do not matter. Only operations that IEEE 754 rounds correctly (no `exp`, no `sin`) stand between
 //! the generator and a pose.
 
-use crate::geometry::Vector;
+use crate::engine::geometry::Vector;
 use nalgebra::{Quaternion, Unit, UnitQuaternion};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;

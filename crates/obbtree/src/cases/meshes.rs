@@ -1,7 +1,7 @@
 //! The meshes that the suite tries volumes on: small, and together of every kind that has ever broken one.
 
 use super::draw::Draw;
-use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector};
+use crate::engine::geometry::{GridMesh, Isometry, Point, Triangle, Vector};
 use std::f64::consts::TAU;
 
 /// A mesh and what it is called in a fault.
@@ -10,19 +10,19 @@ pub struct Subject {
     /// Its name.
     pub name: &'static str,
     /// Its surface, mm.
-    pub mesh: Mesh,
+    pub mesh: GridMesh,
 }
 
 /// The mesh of loose triangles, which are known to be good.
-fn mesh(triangles: &[Triangle]) -> Mesh {
-    Mesh::from_triangles(triangles).expect("the suite's meshes are finite and in range")
+fn mesh(triangles: &[Triangle]) -> GridMesh {
+    GridMesh::from_triangles(triangles).expect("the suite's meshes are finite and in range")
 }
 
 /// A polygon in the half plane (radius, height), mm, turned about z in `steps` steps. The polygon is closed when `is_closed`
 /// (a torus), otherwise its ends should lie on the axis (a sphere, a tool). Triangles without area, at the axis, are left
 /// out.
 #[must_use]
-pub fn revolve(profile: &[[f64; 2]], is_closed: bool, steps: u32) -> Mesh {
+pub fn revolve(profile: &[[f64; 2]], is_closed: bool, steps: u32) -> GridMesh {
     let at = |[radius, height]: [f64; 2], step: u32| {
         let (sin, cos) = (TAU * f64::from(step % steps) / f64::from(steps)).sin_cos();
         Point::new(radius * cos, radius * sin, height)
@@ -43,7 +43,7 @@ pub fn revolve(profile: &[[f64; 2]], is_closed: bool, steps: u32) -> Mesh {
 
 /// A ring of radius `ring` whose wire has the radius `wire`, mm, with `around` by `across` quadrilaterals.
 #[must_use]
-pub fn torus(ring: f64, wire: f64, around: u32, across: u32) -> Mesh {
+pub fn torus(ring: f64, wire: f64, around: u32, across: u32) -> GridMesh {
     let profile: Vec<[f64; 2]> = (0..across)
         .map(|i| {
             let (sin, cos) = (TAU * f64::from(i) / f64::from(across)).sin_cos();
@@ -55,7 +55,7 @@ pub fn torus(ring: f64, wire: f64, around: u32, across: u32) -> Mesh {
 
 /// A sphere of the given radius, mm, with `around` meridians and `across` bands.
 #[must_use]
-pub fn sphere(radius: f64, around: u32, across: u32) -> Mesh {
+pub fn sphere(radius: f64, around: u32, across: u32) -> GridMesh {
     let profile: Vec<[f64; 2]> = (0..=across)
         .map(|i| {
             let (sin, cos) = (0.5 * TAU * f64::from(i) / f64::from(across)).sin_cos();
@@ -68,7 +68,7 @@ pub fn sphere(radius: f64, around: u32, across: u32) -> Mesh {
 /// A tool: a slim cutter, finely divided along its length, on a shank and a holder with few large faces. Corners crowd at
 /// the tip, area at the other end.
 #[must_use]
-pub fn stepped_tool(around: u32, bands: u32) -> Mesh {
+pub fn stepped_tool(around: u32, bands: u32) -> GridMesh {
     let mut profile = vec![[0.0, 0.0]];
     profile.extend((0..=bands).map(|i| [3.0, 20.0 * f64::from(i) / f64::from(bands)]));
     profile.extend([[6.0, 20.0], [6.0, 50.0], [20.0, 50.0], [20.0, 80.0], [0.0, 80.0]]);
@@ -77,7 +77,7 @@ pub fn stepped_tool(around: u32, bands: u32) -> Mesh {
 
 /// A cuboid of twelve triangles about the origin, with the given edge lengths, mm.
 #[must_use]
-pub fn cuboid(x: f64, y: f64, z: f64) -> Mesh {
+pub fn cuboid(x: f64, y: f64, z: f64) -> GridMesh {
     let corner = |i: u8| {
         let side = |bit: u8, length: f64| if i >> bit & 1 == 1 { length / 2.0 } else { -length / 2.0 };
         Point::new(side(0, x), side(1, y), side(2, z))
@@ -89,7 +89,7 @@ pub fn cuboid(x: f64, y: f64, z: f64) -> Mesh {
 
 /// Unconnected triangles of very different sizes inside ±30 mm.
 #[must_use]
-pub fn soup(count: u32) -> Mesh {
+pub fn soup(count: u32) -> GridMesh {
     let mut draw = Draw::new(0, &["conformance", "soup"], 0);
     let mut triangles = Vec::new();
     for _ in 0..count {
@@ -102,7 +102,7 @@ pub fn soup(count: u32) -> Mesh {
 
 /// Points, segments, slivers, and the same triangle again and again.
 #[must_use]
-pub fn degenerate() -> Mesh {
+pub fn degenerate() -> GridMesh {
     let mut draw = Draw::new(0, &["conformance", "degenerate"], 0);
     let mut triangles = Vec::new();
     for _ in 0..4 {
@@ -119,11 +119,11 @@ pub fn degenerate() -> Mesh {
 /// A mesh moved and scaled: every vertex `v` becomes `motion · (scale · v)`, snapped.
 ///
 /// # Panics
-/// When that leaves the range of a [`Mesh`].
+/// When that leaves the range of a [`GridMesh`].
 #[must_use]
-pub fn moved(mesh: &Mesh, scale: f64, motion: &Isometry) -> Mesh {
+pub fn moved(mesh: &GridMesh, scale: f64, motion: &Isometry) -> GridMesh {
     let vertices = mesh.vertices().iter().map(|v| motion * (v * scale)).collect();
-    Mesh::new(vertices, mesh.faces().to_vec()).expect("the suite moves meshes within their range")
+    GridMesh::new(vertices, mesh.faces().to_vec()).expect("the suite moves meshes within their range")
 }
 
 /// Everything that a tree must be able to hold.

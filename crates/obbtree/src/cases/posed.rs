@@ -5,8 +5,8 @@
 
 use super::draw::Draw;
 use super::meshes::{self, Subject};
-use crate::geometry::grid::Placement;
-use crate::geometry::{Isometry, Mesh, Triangle, certified, triangle};
+use crate::engine::geometry::grid::Placement;
+use crate::engine::geometry::{GridMesh, Isometry, Triangle, certified, triangle};
 use nalgebra::UnitQuaternion;
 
 /// Approaches per pair of meshes.
@@ -62,7 +62,7 @@ impl Cases {
 
     /// The two meshes of a case.
     #[must_use]
-    pub fn meshes(&self, case: &Case) -> (&Mesh, &Mesh) {
+    pub fn meshes(&self, case: &Case) -> (&GridMesh, &GridMesh) {
         (&self.subjects[case.a].mesh, &self.subjects[case.b].mesh)
     }
 }

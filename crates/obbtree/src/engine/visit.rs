@@ -156,7 +156,7 @@ mod tests {
     use super::super::oriented::Oriented;
     use super::super::pose::Pose;
     use super::*;
-    use crate::geometry::{Isometry, Point, Triangle, Vector};
+    use crate::engine::geometry::{Isometry, Point, Triangle, Vector};
     use nalgebra::{Matrix3, Rotation3};
     use proptest::prelude::*;
 

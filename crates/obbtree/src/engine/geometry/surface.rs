@@ -3,7 +3,7 @@
 //! Edges are those of faces that name the same vertices, so that vertices must be welded first ([`super::weld`]). Terms are
 //! those of Botsch, Kobbelt, Pauly, Alliez and Lévy, Polygon Mesh Processing, 2010.
 
-use super::Mesh;
+use super::GridMesh;
 use std::fmt;
 
 /// How the edges of a mesh fit together.
@@ -97,7 +97,7 @@ struct HalfEdges {
 }
 
 impl HalfEdges {
-    fn new(mesh: &Mesh) -> Self {
+    fn new(mesh: &GridMesh) -> Self {
         let half_edges = || mesh.faces().iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
         // Counted one further on, and moved on by one while they are put there, `begins` ends as it is described.
         let mut begins = vec![0_u32; mesh.vertices().len() + 2];
@@ -130,7 +130,7 @@ impl HalfEdges {
     }
 }
 
-impl Mesh {
+impl GridMesh {
     /// How the edges fit together.
     #[must_use]
     pub fn edge_report(&self) -> EdgeReport {
@@ -233,23 +233,23 @@ mod tests {
     use std::collections::BTreeMap;
 
     /// A tetrahedron of 6 · 1 · 1 / 6 = 1 mm³, moved along x.
-    fn tetrahedron(x: f64) -> Mesh {
+    fn tetrahedron(x: f64) -> GridMesh {
         let vertices = [[0.0, 0.0, 0.0], [6.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let vertices = vertices.map(|[a, b, c]| Point::new(a + x, b, c)).to_vec();
-        Mesh::new(vertices, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).unwrap()
+        GridMesh::new(vertices, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).unwrap()
     }
 
-    fn turned(mesh: &Mesh, faces: std::ops::Range<usize>) -> Mesh {
+    fn turned(mesh: &GridMesh, faces: std::ops::Range<usize>) -> GridMesh {
         let mut turned = mesh.faces().to_vec();
         turned[faces].iter_mut().for_each(|face| face.swap(0, 1));
-        Mesh::new(mesh.vertices().to_vec(), turned).unwrap()
+        GridMesh::new(mesh.vertices().to_vec(), turned).unwrap()
     }
 
     /// Both meshes as one, vertices apart.
-    fn both(a: &Mesh, b: &Mesh) -> Mesh {
+    fn both(a: &GridMesh, b: &GridMesh) -> GridMesh {
         let first = a.vertices().len() as u32;
         let faces = a.faces().iter().copied().chain(b.faces().iter().map(|f| f.map(|v| v + first)));
-        Mesh::new([a.vertices(), b.vertices()].concat(), faces.collect()).unwrap()
+        GridMesh::new([a.vertices(), b.vertices()].concat(), faces.collect()).unwrap()
     }
 
     #[test]
@@ -266,7 +266,7 @@ mod tests {
     #[test]
     fn a_missing_face_opens_three_edges_and_a_turned_one_flips_three() {
         let mesh = tetrahedron(0.0);
-        let open = Mesh::new(mesh.vertices().to_vec(), mesh.faces()[..3].to_vec()).unwrap();
+        let open = GridMesh::new(mesh.vertices().to_vec(), mesh.faces()[..3].to_vec()).unwrap();
         assert_eq!(open.edge_report(), EdgeReport { open: 3, ..EdgeReport::default() });
         assert_eq!(open.surface_report().to_string(), "not watertight: 3 edges on one triangle");
         let flipped = turned(&mesh, 0..1).surface_report();
@@ -278,7 +278,7 @@ mod tests {
     fn two_triangles_on_an_edge_are_enough() {
         // Three wings on the edge 0-1, two one way and one the other: it is one edge too many, and six rims are open.
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
-        let wings = Mesh::new(corners.map(Point::from).to_vec(), vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]]).unwrap();
+        let wings = GridMesh::new(corners.map(Point::from).to_vec(), vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]]).unwrap();
         assert_eq!(wings.edge_report(), EdgeReport { open: 6, non_manifold: 1, flipped: 0 });
     }
 
@@ -302,7 +302,7 @@ mod tests {
     #[test]
     fn faces_without_area_are_counted() {
         let points = [0.0, 1.0, 2.0].map(|x| Point::new(x, 0.0, 0.0)).to_vec();
-        let report = Mesh::new(points, vec![[0, 1, 2], [0, 0, 1]]).unwrap().surface_report();
+        let report = GridMesh::new(points, vec![[0, 1, 2], [0, 0, 1]]).unwrap().surface_report();
         assert_eq!((report.degenerate, report.leaking, report.components), (2, 1, 1));
     }
 
@@ -311,7 +311,7 @@ mod tests {
         #[test]
         fn edges_are_those_of_a_table(faces in prop::collection::vec([0..7_u32, 0..7_u32, 0..7_u32], 1..40)) {
             let vertices = (0..7).map(|i| Point::new(f64::from(i), f64::from(i * i), 0.0)).collect();
-            let mesh = Mesh::new(vertices, faces.clone()).unwrap();
+            let mesh = GridMesh::new(vertices, faces.clone()).unwrap();
             let mut uses: BTreeMap<(u32, u32), (usize, usize)> = BTreeMap::new();
             for (from, to) in faces.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]) {
                 let entry = uses.entry((from.min(to), from.max(to))).or_default();

@@ -2,7 +2,7 @@
 
 use super::lanes::{FOUR, Row, WideRow};
 use super::volume::U;
-use crate::geometry::{Isometry, Vector, grid};
+use crate::engine::geometry::{Isometry, Vector, grid};
 use nalgebra::Matrix3;
 
 /// Rounding in `f64` of a moved point or box, relative to the distances involved: 2⁻⁴⁴, five hundred times 2⁻⁵³; the
@@ -76,7 +76,7 @@ pub(super) struct Pose {
 impl Pose {
     /// `reach` is the sum of both meshes' largest distances from their origins, mm.
     ///
-    /// The truth moves a corner of `b` by the matrix of the unit quaternion ([`crate::geometry::rigid`]), adds, rounds and snaps it to the grid, which
+    /// The truth moves a corner of `b` by the matrix of the unit quaternion ([`crate::engine::geometry::rigid`]), adds, rounds and snaps it to the grid, which
     /// moves it by up to [`grid::SNAP_RADIUS_MM`]. The matrix R here is that of the quaternion as it is, orthogonal up to a defect max|RᵀR - I|, measured
     /// here. It moves corners by less than a defect of their distance elsewhere; seen from `b`, by Rᵀ, points of `a` are misplaced in proportion to
     /// it as well.

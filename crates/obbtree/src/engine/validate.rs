@@ -2,7 +2,7 @@
 
 use super::node::{Contents, WideTree};
 use super::volume::WideVolume;
-use crate::geometry::Triangle;
+use crate::engine::geometry::Triangle;
 use std::fmt;
 
 /// The first thing found wrong with a tree.

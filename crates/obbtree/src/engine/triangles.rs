@@ -4,15 +4,15 @@
 //! A pair whose triangle is strictly on one side by more than the error of the determinants is apart; most are. The others go one by one to
 //! [`certified`], which knows what `f64` can decide, and what it cannot goes to the exact test.
 //!
-//! The corners of `b` are moved and snapped by the very operations of [`crate::geometry::grid::Placement`], so that all methods see the same triangles.
+//! The corners of `b` are moved and snapped by the very operations of [`crate::engine::geometry::grid::Placement`], so that all methods see the same triangles.
 
 use super::lanes::{DOUBLES, DoubleLanes, three};
 use super::node::WideTree;
 use super::volume::WideVolume;
-use crate::geometry::Triangle;
-use crate::geometry::certified;
-use crate::geometry::grid::Placement;
-use crate::geometry::plane::ERROR;
+use crate::engine::geometry::Triangle;
+use crate::engine::geometry::certified;
+use crate::engine::geometry::grid::Placement;
+use crate::engine::geometry::plane::ERROR;
 
 /// Pairs that wait until they fill the lanes. Of a search that ends with the first contact more at a time would cost visits: it is
 /// known sooner with few.

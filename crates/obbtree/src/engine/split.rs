@@ -10,7 +10,7 @@
 
 use super::lanes::{Machine, Simd, Work};
 use super::node::WIDTH;
-use crate::geometry::{Point, Triangle, covariance, eigen};
+use crate::engine::geometry::{Point, Triangle, covariance, eigen};
 use nalgebra::{Matrix3, Vector3};
 
 /// Bins per axis, at most.
@@ -389,7 +389,7 @@ pub(super) fn frame_of(triangle: &Triangle) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Vector;
+    use crate::engine::geometry::Vector;
 
     fn item(corners: [[f64; 3]; 3], face: u32) -> Item {
         Item::new(&Triangle { corners: corners.map(Point::from) }, &Point::origin(), face)

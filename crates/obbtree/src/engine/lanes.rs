@@ -13,7 +13,7 @@ mod x86;
 
 pub use row::{FOUR, Row, WideRow};
 
-use crate::geometry::grid::Coordinate;
+use crate::engine::geometry::grid::Coordinate;
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 use std::sync::OnceLock;

@@ -11,7 +11,7 @@ use super::posed::{Opened, Posed};
 use super::triangles::{self, Batch};
 use super::visit::{self, Overlaps};
 use super::volume::WideVolume;
-use crate::geometry::Isometry;
+use crate::engine::geometry::Isometry;
 use std::hint::select_unpredictable;
 use std::ops::ControlFlow;
 

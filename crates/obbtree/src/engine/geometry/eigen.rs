@@ -52,7 +52,7 @@ fn turn_out(m: &mut Matrix3<f64>, axes: &mut Matrix3<f64>, p: usize, q: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Vector;
+    use crate::engine::geometry::Vector;
     use nalgebra::Rotation3;
     use proptest::prelude::*;
 

@@ -4,8 +4,8 @@ use super::node::WideTree;
 use super::pose::Pose;
 use super::visit::Visit;
 use super::volume::WideVolume;
-use crate::geometry::Isometry;
-use crate::geometry::grid::Placement;
+use crate::engine::geometry::Isometry;
+use crate::engine::geometry::grid::Placement;
 use std::hint::select_unpredictable;
 
 /// The trees, and the constants of the pose.

@@ -14,7 +14,7 @@ use super::plain::Plain;
 use super::pose::Motion;
 use super::visit::Visits;
 use super::volume::{Relation, WideVolume, point};
-use crate::geometry::Triangle;
+use crate::engine::geometry::Triangle;
 use nalgebra::Matrix3;
 
 /// A ball relative to an origin, mm, about the middle of its contents' bounds.

@@ -19,7 +19,7 @@ pub mod triangle;
 pub mod triangle_distance;
 pub mod weld;
 
-pub use mesh::{Mesh, MeshError};
+pub use mesh::{GridMesh, MeshError};
 pub use triangle::Triangle;
 
 /// A point, mm, in the frame its name says.

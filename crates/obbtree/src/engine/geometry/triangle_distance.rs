@@ -279,13 +279,13 @@ mod tests {
     /// Needles and their neighbours: the distance is right within rounding of the corners' distances, and what exceeds it is never claimed.
     #[test]
     fn needles_are_measured_as_well_as_any_triangle() {
-        use crate::geometry::cross_check::needles;
+        use crate::engine::geometry::cross_check::needles;
         use rand::SeedableRng;
         let mut random = rand_pcg::Pcg64::seed_from_u64(31);
         let (mut apart, mut claims) = (0, 0);
         for _ in 0..30_000 {
             let [a, b] = needles(&mut random);
-            let touching = crate::geometry::exact::touch(&a, &b);
+            let touching = crate::engine::geometry::exact::touch(&a, &b);
             let truth = if touching { 0.0 } else { reference_mm(&a, &b) };
             let reach = b.corners.iter().chain(&a.corners).map(|p| (p - a.corners[0]).norm()).fold(0.0, f64::max);
             if !touching {
@@ -311,7 +311,7 @@ mod tests {
             let a = triangle(a);
             let b = triangle(b).map(|p| p + Vector::x() * shift);
             let distance = squared(&a, &b).sqrt();
-            if !crate::geometry::exact::touch(&a, &b) {
+            if !crate::engine::geometry::exact::touch(&a, &b) {
                 for part in [0.5, 0.9, 1.0, 1.1] {
                     prop_assert!(part < 1.0 || !exceeds(&a, &b, (part * distance).powi(2)), "{part} of {distance}");
                 }
@@ -325,7 +325,7 @@ mod tests {
             };
             let (in_a, in_b) = (points(&a), points(&b));
             let sampled = in_a.iter().flat_map(|p| in_b.iter().map(move |q| (p - q).norm())).fold(f64::INFINITY, f64::min);
-            if !crate::geometry::exact::touch(&a, &b) {
+            if !crate::engine::geometry::exact::touch(&a, &b) {
                 prop_assert!(distance <= sampled + 1e-9, "{distance} {sampled}");
                 // Edges are at most 17.4 mm long, so some sample is within 17.4/24 mm of each nearest point.
                 prop_assert!(sampled <= distance + 2.0, "{distance} {sampled}");

@@ -7,12 +7,12 @@ use super::oriented::Oriented;
 use super::traverse::{Scratch, all, first};
 use super::*;
 use crate::cases::{Cases, Draw, meshes};
-use crate::geometry::grid::{Placement, STEP_MM};
-use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector, exact};
+use crate::engine::geometry::grid::{Placement, STEP_MM};
+use crate::engine::geometry::{GridMesh, Isometry, Point, Triangle, Vector, exact};
 use proptest::prelude::*;
 
 /// Every pair of faces that touch exactly, sorted.
-fn truth(a: &Mesh, b: &Mesh, a_from_b: &Isometry) -> Vec<(u32, u32)> {
+fn truth(a: &GridMesh, b: &GridMesh, a_from_b: &Isometry) -> Vec<(u32, u32)> {
     let placement = Placement::new(a_from_b);
     let moved: Vec<Triangle> = b.triangles().iter().map(|t| placement.triangle(t)).collect();
     let mut contacts = Vec::new();
@@ -61,14 +61,14 @@ fn verdicts_and_lists_are_the_exact_truth_on_every_instruction_set_and_counts_ag
 }
 
 /// A mesh of triangles that are points, mm.
-fn points(points: &[[f64; 3]]) -> Mesh {
+fn points(points: &[[f64; 3]]) -> GridMesh {
     let triangles: Vec<Triangle> = points.iter().map(|&p| Triangle { corners: [Point::from(p); 3] }).collect();
-    Mesh::from_triangles(&triangles).unwrap()
+    GridMesh::from_triangles(&triangles).unwrap()
 }
 
 /// The wide trees of all volumes say on every instruction set that these meshes touch.
-fn touch(a: &Mesh, b: &Mesh, pose: &Isometry) {
-    fn says<V: WideVolume>(a: &Mesh, b: &Mesh, pose: &Isometry) {
+fn touch(a: &GridMesh, b: &GridMesh, pose: &Isometry) {
+    fn says<V: WideVolume>(a: &GridMesh, b: &GridMesh, pose: &Isometry) {
         let (a, b) = (WideTree::<V>::build(a), WideTree::build(b));
         for simd in Simd::available() {
             assert!(
@@ -114,8 +114,8 @@ fn meshes_far_from_their_origins_touch_at_a_pose_that_stretches() {
 }
 
 /// A mesh of the same shape in another unit, as near as the grid allows.
-fn scaled(mesh: &Mesh, factor: f64) -> Mesh {
-    Mesh::new(mesh.vertices().iter().map(|p| p * factor).collect(), mesh.faces().to_vec()).unwrap()
+fn scaled(mesh: &GridMesh, factor: f64) -> GridMesh {
+    GridMesh::new(mesh.vertices().iter().map(|p| p * factor).collect(), mesh.faces().to_vec()).unwrap()
 }
 
 #[test]
@@ -164,7 +164,7 @@ fn the_tree_is_the_same_for_any_number_of_threads() {
 #[test]
 fn a_built_tree_is_well_formed_and_its_boxes_hold_their_contents() {
     for mesh in [meshes::torus(60.0, 20.0, 120, 60), meshes::cuboid(1.0, 2.0, 3.0), meshes::stepped_tool(24, 12)] {
-        fn is_sound<V: WideVolume>(mesh: &Mesh) {
+        fn is_sound<V: WideVolume>(mesh: &GridMesh) {
             let tree = WideTree::<V>::build(mesh);
             assert_eq!(
                 (tree.check_structure(), tree.check_containment(0.0)),
@@ -181,7 +181,7 @@ fn a_built_tree_is_well_formed_and_its_boxes_hold_their_contents() {
 
 #[test]
 fn a_broken_tree_is_found() {
-    use crate::validate::TreeFault;
+    use crate::engine::validate::TreeFault;
     let tree = WideTree::<Oriented>::build(&meshes::stepped_tool(24, 12));
     let mut broken = tree.clone();
     broken.nodes[1].volumes[6][0] *= 0.99;
@@ -198,17 +198,17 @@ fn corner() -> impl Strategy<Value = [f64; 3]> {
     prop_oneof![prop::array::uniform3(-1.0..1.0_f64), prop::array::uniform3((-2..=2_i32).prop_map(f64::from))]
 }
 
-fn mesh(triangles: usize) -> impl Strategy<Value = Mesh> {
+fn mesh(triangles: usize) -> impl Strategy<Value = GridMesh> {
     prop::collection::vec(prop::array::uniform3(corner()), 1..triangles).prop_map(|triangles| {
         let triangles: Vec<Triangle> =
             triangles.into_iter().map(|corners| Triangle { corners: corners.map(Point::from) }).collect();
-        Mesh::from_triangles(&triangles).unwrap()
+        GridMesh::from_triangles(&triangles).unwrap()
     })
 }
 
 fn is_the_list<V: WideVolume>(
-    a: &Mesh,
-    b: &Mesh,
+    a: &GridMesh,
+    b: &GridMesh,
     pose: &Isometry,
     list: &Vec<(u32, u32)>,
 ) -> Result<(), TestCaseError> {

@@ -2,7 +2,7 @@
 
 use super::node::{Contents, WIDTH, WideTree};
 use super::volume::WideVolume;
-use crate::geometry::{Point, Triangle, Vector};
+use crate::engine::geometry::{Point, Triangle, Vector};
 use nalgebra::Matrix3;
 use std::ops::Range;
 

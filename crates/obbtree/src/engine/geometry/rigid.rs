@@ -42,7 +42,7 @@ pub fn rotation(a_from_b: &Isometry) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Vector;
+    use crate::engine::geometry::Vector;
     use nalgebra::Quaternion;
 
     fn scaled(pose: &Isometry, factor: f64) -> Isometry {

@@ -9,7 +9,7 @@ use super::posed::{Opened, Posed};
 use super::proximity::Proximity;
 use super::visit;
 use super::volume::WideVolume;
-use crate::geometry::{Isometry, certified, triangle_distance};
+use crate::engine::geometry::{Isometry, certified, triangle_distance};
 use std::ops::ControlFlow;
 
 /// How far a search goes.

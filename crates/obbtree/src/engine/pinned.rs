@@ -13,7 +13,7 @@ use super::plain::Plain;
 use super::traverse::{Counts, Scratch, all, first};
 use super::*;
 use crate::cases::meshes;
-use crate::geometry::{Isometry, Mesh, Vector};
+use crate::engine::geometry::{GridMesh, Isometry, Vector};
 
 /// FNV-1a, 64 bits.
 fn mix(hash: u64, value: u64) -> u64 {
@@ -35,7 +35,7 @@ fn fingerprint<V: WideVolume>(tree: &WideTree<V>) -> u64 {
     corners.fold(hash, |hash, x| mix(hash, x.to_bits()))
 }
 
-fn subjects() -> [Mesh; 6] {
+fn subjects() -> [GridMesh; 6] {
     let turn = Isometry::new(Vector::new(700.0, -300.0, 50.0), Vector::new(0.4, -1.1, 0.7));
     [
         meshes::stepped_tool(24, 12),

@@ -65,12 +65,12 @@ impl std::error::Error for MeshError {}
 /// Vertices and faces, mm, in the part's own frame. Vertices lie on the grid of [`grid`]; every face index is valid;
 /// there is at least one face.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mesh {
+pub struct GridMesh {
     vertices: Vec<Point>,
     faces: Vec<[u32; 3]>,
 }
 
-impl Mesh {
+impl GridMesh {
     /// Checks the parts and snaps the vertices to the grid.
     ///
     /// # Errors
@@ -101,7 +101,7 @@ impl Mesh {
     /// A mesh from loose triangles; corners that fall on the same point of the grid become one vertex.
     ///
     /// # Errors
-    /// As [`Mesh::new`].
+    /// As [`GridMesh::new`].
     pub fn from_triangles(triangles: &[Triangle]) -> Result<Self, MeshError> {
         let snapped: Vec<Point> = triangles.iter().flat_map(|t| &t.corners).map(grid::snap).collect();
         let vertex_of = weld::equal(&snapped);
@@ -138,7 +138,7 @@ impl Mesh {
         (self.vertices, self.faces)
     }
 
-    /// The faces, as indices into [`Mesh::vertices`].
+    /// The faces, as indices into [`GridMesh::vertices`].
     #[must_use]
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
@@ -161,27 +161,27 @@ impl Mesh {
 mod tests {
     use super::*;
 
-    fn tetrahedron() -> Mesh {
+    fn tetrahedron() -> GridMesh {
         let vertices =
             vec![Point::origin(), Point::new(6.0, 0.0, 0.0), Point::new(0.0, 1.0, 0.0), Point::new(0.0, 0.0, 1.0)];
-        Mesh::new(vertices, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).unwrap()
+        GridMesh::new(vertices, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).unwrap()
     }
 
     #[test]
     fn bad_input_is_refused() {
         let p = |x: f64| Point::new(x, 0.0, 0.0);
-        assert_eq!(Mesh::new(vec![], vec![]), Err(MeshError::Empty));
+        assert_eq!(GridMesh::new(vec![], vec![]), Err(MeshError::Empty));
         let vertices = vec![p(0.0), p(f64::NAN), p(1.0)];
-        assert!(matches!(Mesh::new(vertices, vec![[0, 1, 2]]), Err(MeshError::NotFinite { vertex: 1, .. })));
+        assert!(matches!(GridMesh::new(vertices, vec![[0, 1, 2]]), Err(MeshError::NotFinite { vertex: 1, .. })));
         let vertices = vec![p(0.0), p(1.0), p(5000.0)];
-        assert!(matches!(Mesh::new(vertices, vec![[0, 1, 2]]), Err(MeshError::OutOfRange { vertex: 2, .. })));
-        assert!(matches!(Mesh::new(vec![p(0.0)], vec![[0, 0, 7]]), Err(MeshError::NoSuchVertex { vertex: 7, .. })));
+        assert!(matches!(GridMesh::new(vertices, vec![[0, 1, 2]]), Err(MeshError::OutOfRange { vertex: 2, .. })));
+        assert!(matches!(GridMesh::new(vec![p(0.0)], vec![[0, 0, 7]]), Err(MeshError::NoSuchVertex { vertex: 7, .. })));
     }
 
     #[test]
     fn loose_triangles_are_welded() {
         let mesh = tetrahedron();
-        let welded = Mesh::from_triangles(&mesh.triangles()).unwrap();
+        let welded = GridMesh::from_triangles(&mesh.triangles()).unwrap();
         assert_eq!(welded.vertices().len(), 4);
         assert!(welded.edge_report().is_watertight());
     }

@@ -70,7 +70,7 @@ fn nearest_relabelling(rotation: [f64; 4]) -> [f64; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Vector;
+    use crate::engine::geometry::Vector;
     use proptest::prelude::*;
 
     #[test]

@@ -12,7 +12,7 @@ use super::plain::Plain;
 use super::pose::Motion;
 use super::visit::Visits;
 use super::volume::{WideVolume, point, row};
-use crate::geometry::Triangle;
+use crate::engine::geometry::Triangle;
 use nalgebra::Matrix3;
 
 /// A box relative to an origin, mm.

@@ -13,7 +13,7 @@ use super::node::WIDTH;
 use super::plain::Plain;
 use super::pose::Motion;
 use super::visit::Visits;
-use crate::geometry::{Point, Triangle};
+use crate::engine::geometry::{Point, Triangle};
 use nalgebra::Matrix3;
 use std::fmt::Debug;
 

@@ -12,7 +12,7 @@
 use super::node::WideTree;
 use super::pose::Pose;
 use super::volume::WideVolume;
-use crate::geometry::{Isometry, Vector};
+use crate::engine::geometry::{Isometry, Vector};
 use nalgebra::Matrix3;
 
 /// The box around a mesh, in the mesh's own frame, mm.

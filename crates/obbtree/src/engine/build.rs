@@ -8,7 +8,7 @@ use super::node::{Node, WIDTH, WideTree};
 use super::split::{self, Frames, Halves, Item, Scratch};
 use super::visit::node_slack;
 use super::volume::WideVolume;
-use crate::geometry::{Mesh, Point, Triangle, triangle};
+use crate::engine::geometry::{GridMesh, Point, Triangle, triangle};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -82,7 +82,7 @@ impl<V: WideVolume> WideTree<V> {
     /// # Panics
     /// When the mesh has more than 2²⁸ triangles: slots are numbered in 32 bits.
     #[must_use]
-    pub fn build(mesh: &Mesh) -> Self {
+    pub fn build(mesh: &GridMesh) -> Self {
         assert!(mesh.faces().len() < (1 << 28), "slots are numbered in 32 bits");
         // A copy, gathered once: found by their vertices anew on each level they would cost a tenth of the build.
         let faces = mesh.faces().par_iter().with_min_len(PARALLEL);
@@ -132,7 +132,7 @@ impl<V: WideVolume> WideTree<V> {
 }
 
 /// Face numbers in tree order, the triangles as places in their vertices, and these as they come.
-fn in_order(mesh: &Mesh, faces: Vec<u32>) -> (Vec<u32>, Vec<[u32; 3]>, Vec<Point>) {
+fn in_order(mesh: &GridMesh, faces: Vec<u32>) -> (Vec<u32>, Vec<[u32; 3]>, Vec<Point>) {
     const UNSEEN: u32 = u32::MAX;
     let mut place = vec![UNSEEN; mesh.vertices().len()];
     let mut vertices = Vec::with_capacity(mesh.vertices().len());

@@ -6,7 +6,7 @@
 use super::axis::Around;
 use super::lanes::FOUR;
 use super::volume::WideVolume;
-use crate::geometry::{Point, Triangle};
+use crate::engine::geometry::{Point, Triangle};
 
 /// Children per node.
 pub const WIDTH: usize = 8;

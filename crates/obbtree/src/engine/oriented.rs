@@ -15,8 +15,8 @@ use super::pose::Motion;
 use super::turn;
 use super::visit::Visits;
 use super::volume::{WideVolume, point, row};
-use crate::geometry::grid::Coordinate;
-use crate::geometry::{Triangle, Vector};
+use crate::engine::geometry::grid::Coordinate;
+use crate::engine::geometry::{Triangle, Vector};
 use nalgebra::Matrix3;
 
 /// What a half-length is lengthened by, relative to the distances involved: 64·2⁻⁵³, see above.
@@ -172,7 +172,7 @@ pub(super) fn rounded_up(x: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Point;
+    use crate::engine::geometry::Point;
     use nalgebra::Rotation3;
     use proptest::prelude::*;
 

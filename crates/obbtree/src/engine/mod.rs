@@ -1,0 +1,45 @@
+//! Trees of eight-wide nodes, traversals, exact predicates: for those who measure or extend the engine.
+//!
+//! Lengths are millimetres, coordinates lie within 4096 mm of the mesh's origin, and vertices are rounded to a grid of 2⁻²⁶ mm
+//! ([`geometry::grid`]).
+//!
+//! A node holds the volumes of its eight children side by side in `f32`, so that one instruction tests all of them; triangles stay in `f64`, and each
+//! leaf is one triangle. What rounding can cost is derived and paid for ([`volume`], [`pose`]). Pairs of triangles that `f64` cannot decide go
+//! to exact predicates ([`geometry::exact`]), so that every verdict is exact.
+//!
+//! Reading order: [`geometry`] (meshes and the exact triangle test), [`node`] (the layout), [`volume`] (the trait), [`turn`] and [`oriented`] (a box in
+//! 36 bytes), [`aligned`], [`ball`], [`split`] and [`build`], [`pose`], [`lanes`] (the three instruction sets), [`visit`], [`boxes`] and [`triangles`] (the
+//! tests on lanes), [`traverse`], [`proximity`] and [`distance`], `axis`, [`path`], [`plain`], [`validate`].
+
+pub mod aligned;
+mod axis;
+pub mod ball;
+pub mod boxes;
+pub mod build;
+pub mod distance;
+pub mod geometry;
+pub mod lanes;
+pub mod node;
+pub mod oriented;
+pub mod path;
+#[cfg(test)]
+mod pinned;
+pub mod plain;
+pub mod pose;
+mod posed;
+pub mod proximity;
+pub mod split;
+#[cfg(test)]
+mod tests;
+pub mod traverse;
+pub mod triangles;
+pub mod turn;
+pub mod validate;
+pub mod visit;
+pub mod volume;
+
+pub use geometry::{GridMesh, Isometry, MeshError, Point, Triangle, Vector};
+pub use lanes::Simd;
+pub use node::WideTree;
+pub use path::{Coherence, Memory};
+pub use volume::WideVolume;
