@@ -1,19 +1,26 @@
 //! Arcs: from the words of a block to centre and sweep, in program coordinates.
 //!
-//! Formats and tolerances as LinuxCNC documents them ("G2, G3 Arc Move"): in centre format the two radii may differ by
-//! 0.005 mm, or by 0.1 % of the radius up to 0.5 mm. The end point is kept as programmed: the radius then changes
-//! linearly with the angle.
+//! Formats as LinuxCNC documents them ("G2, G3 Arc Move"), tolerances as its interpreter has them by default: in centre format the two
+//! radii may differ by [`CENTRE_TOLERANCE_MM`] in G21 and [`CENTRE_TOLERANCE_INCH`] in G20, or by 0.1 % of the radius up to a hundred
+//! times as much. The end point is kept as programmed: the radius then changes linearly with the angle, a spiral.
 
 use super::error::Cause;
-use std::f64::consts::TAU;
+use std::f64::consts::{SQRT_2, TAU};
 
-/// Radii that differ by no more than this are equal: LinuxCNC's 0.005 mm.
+/// In G21, radii that differ by no more than this, mm, are equal: LinuxCNC's `CENTER_ARC_RADIUS_TOLERANCE_MM`, the diagonal of a
+/// square whose side is twice the last of two decimals.
+pub const CENTRE_TOLERANCE_MM: f64 = 0.02 * SQRT_2;
+
+/// The same in G20, inches: LinuxCNC's `CENTER_ARC_RADIUS_TOLERANCE_INCH`, for three decimals.
+pub const CENTRE_TOLERANCE_INCH: f64 = 0.002 * SQRT_2;
+
+/// Radii that differ by more than this many tolerances are never accepted.
+const LARGEST_TOLERANCES: f64 = 100.0;
+
+/// The chord of an R arc may exceed its diameter by twice this, mm.
 pub const RADIUS_TOLERANCE_MM: f64 = 0.005;
 
-/// Radii that differ by more than this are never accepted: LinuxCNC's 0.5 mm.
-pub const RADIUS_TOLERANCE_LARGEST_MM: f64 = 0.5;
-
-/// Between the two: the part of the radius by which radii may differ.
+/// Between tolerance and a hundred tolerances: the part of the radius by which radii may differ.
 pub const RADIUS_TOLERANCE_RELATIVE: f64 = 1e-3;
 
 /// A sweep smaller than this, radians, is a full turn: start and end are the same point but for rounding
@@ -31,19 +38,20 @@ pub(super) struct Circle {
     pub sweep: f64,
 }
 
-/// Centre format: `centre` is resolved already.
+/// Centre format: `centre` is resolved already; radii that differ by up to `tolerance_mm` are equal.
 pub(super) fn from_centre(
     start: [f64; 2],
     end: [f64; 2],
     centre: [f64; 2],
     clockwise: bool,
     turns: i32,
+    tolerance_mm: f64,
 ) -> Result<Circle, Cause> {
     let start_mm = (start[0] - centre[0]).hypot(start[1] - centre[1]);
     let end_mm = (end[0] - centre[0]).hypot(end[1] - centre[1]);
     let difference = (start_mm - end_mm).abs();
     let relative = RADIUS_TOLERANCE_RELATIVE * start_mm.max(end_mm);
-    if difference > RADIUS_TOLERANCE_LARGEST_MM || (difference > RADIUS_TOLERANCE_MM && difference > relative) {
+    if difference > LARGEST_TOLERANCES * tolerance_mm || (difference > tolerance_mm && difference > relative) {
         return Err(Cause::RadiusMismatch { start_mm, end_mm });
     }
     if start_mm < COINCIDENT_MM || end_mm < COINCIDENT_MM {
@@ -137,32 +145,43 @@ mod tests {
 
     #[test]
     fn radii_may_differ_by_a_tolerance_that_grows_with_them() {
-        // Radius, by how much they may differ, by how much not: 0.005 mm, 0.1 %, never more than 0.5 mm.
-        for (radius, allowed, refused) in [(1.0, 0.0049, 0.0051), (100.0, 0.099, 0.102), (1000.0, 0.499, 0.501)] {
+        // Tolerance, radius, by how much radii may differ, by how much not: the tolerance, 0.1 %, never more than a hundred tolerances.
+        for (tolerance, radius, allowed, refused) in [
+            (CENTRE_TOLERANCE_MM, 1.0, 0.028, 0.029),
+            (CENTRE_TOLERANCE_MM, 100.0, 0.099, 0.102),
+            (CENTRE_TOLERANCE_MM, 4000.0, 2.82, 2.83),
+            (CENTRE_TOLERANCE_INCH * 25.4, 1.0, 0.0718, 0.0719),
+            (CENTRE_TOLERANCE_INCH * 25.4, 9000.0, 7.18, 7.19),
+        ] {
             for sign in [-1.0, 1.0] {
                 let arc = |difference: f64| {
-                    from_centre([3.0 + radius, 4.0], [3.0, 4.0 + radius + sign * difference], [3.0, 4.0], false, 1)
+                    let end = [3.0, 4.0 + radius + sign * difference];
+                    from_centre([3.0 + radius, 4.0], end, [3.0, 4.0], false, 1, tolerance)
                 };
                 assert!(is_near(arc(allowed).unwrap(), [3.0, 4.0], FRAC_PI_2), "{radius}");
                 assert!(matches!(arc(refused), Err(Cause::RadiusMismatch { .. })), "{radius} {sign}");
             }
         }
-        // Exactly the tolerances: 0.01 - 0.005 and 1000.5 - 1000.
-        assert!(from_centre([0.005, 0.0], [0.0, 0.01], [0.0, 0.0], false, 1).is_ok());
-        assert!(from_centre([1000.0, 0.0], [0.0, 1000.5], [0.0, 0.0], false, 1).is_ok());
-        assert!(matches!(from_centre([1.0, 1.0], [1.0, 1.0], [1.0, 1.0], false, 1), Err(Cause::Arc(_))));
-        assert!(matches!(from_centre([1.0, 1.0], [1.004, 1.0], [1.0, 1.0], false, 1), Err(Cause::Arc(_))));
+        // Exactly the tolerances, which are numbers of few digits here: 0.01 - 0.005 and 1000.5 - 1000.
+        let arc = |start, end, centre| from_centre(start, end, centre, false, 1, 0.005);
+        assert!(arc([0.005, 0.0], [0.0, 0.01], [0.0, 0.0]).is_ok());
+        assert!(arc([1000.0, 0.0], [0.0, 1000.5], [0.0, 0.0]).is_ok());
+        assert!(matches!(arc([1.0, 1.0], [1.0, 1.0], [1.0, 1.0]), Err(Cause::Arc(_))));
+        assert!(matches!(arc([1.0, 1.0], [1.004, 1.0], [1.0, 1.0]), Err(Cause::Arc(_))));
     }
 
     #[test]
     fn tolerances_are_met_by_what_is_exactly_as_large() {
         let origin = [0.0, 0.0];
         // A thousandth of 125 mm is 0.125 mm, exactly in floating point.
-        assert!(from_centre([125.0, 0.0], [0.0, 124.875], origin, false, 1).is_ok());
+        assert!(from_centre([125.0, 0.0], [0.0, 124.875], origin, false, 1, 0.005).is_ok());
         let tiny = COINCIDENT_MM;
-        assert!(from_centre([tiny, 0.0], [0.0, tiny], origin, false, 1).is_ok());
+        assert!(from_centre([tiny, 0.0], [0.0, tiny], origin, false, 1, 0.005).is_ok());
         for (start, end) in [(0.5 * tiny, tiny), (tiny, 0.5 * tiny), (0.004, 0.0)] {
-            assert_eq!(from_centre([start, 0.0], [0.0, end], origin, false, 1), Err(Cause::Arc("its radius is zero")));
+            assert_eq!(
+                from_centre([start, 0.0], [0.0, end], origin, false, 1, 0.005),
+                Err(Cause::Arc("its radius is zero"))
+            );
         }
         assert!(from_radius(origin, [tiny, 0.0], 1.0, false, 1).is_ok());
         assert!(from_radius(origin, [tiny, 0.0], tiny, false, 1).is_ok());
@@ -172,7 +191,8 @@ mod tests {
 
     #[test]
     fn an_arc_back_to_its_start_is_a_full_turn_and_turns_add_up() {
-        let arc = |end, clockwise, turns| from_centre([5.0, 2.0], end, [3.0, 2.0], clockwise, turns).unwrap().sweep;
+        let arc =
+            |end, clockwise, turns| from_centre([5.0, 2.0], end, [3.0, 2.0], clockwise, turns, 0.005).unwrap().sweep;
         assert_eq!(arc([5.0, 2.0], false, 1), TAU);
         assert_eq!(arc([5.0, 2.0], true, 2), -2.0 * TAU);
         // Five ten-millionths of a radian past or before the start are rounding; five millionths are an arc.

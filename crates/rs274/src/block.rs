@@ -201,8 +201,10 @@ fn flow(cursor: &mut Cursor) -> Result<Flow, Fault> {
     }
     let text = cursor.text_from(column);
     let mut arguments = Vec::new();
+    cursor.skip_comments()?;
     while cursor.peek() == Some('[') {
         arguments.push(Expression::bracketed(cursor)?);
+        cursor.skip_comments()?;
     }
     let wanted = match keyword {
         Keyword::Call => 0..=super::parameters::LOCAL_PARAMETERS,

@@ -178,6 +178,10 @@ impl Interpreter<'_> {
         let machine = self.offsets.to_machine(&program);
         let mut target: Values9 = self.position;
         target[hole.normal] = machine[hole.normal];
+        let mixed = self.offsets.mixed_axes();
+        if hole.normal < mixed {
+            target[..mixed].copy_from_slice(&machine[..mixed]);
+        }
         match feed {
             Some(values) => self.feed_to(target, values),
             None => self.rapid_to(target),
@@ -218,24 +222,31 @@ impl Interpreter<'_> {
         }
         self.peck(hole, values)?;
         self.along(hole, hole.bottom, Some(values))?;
-        if matches!(hole.code, 820 | 860 | 880 | 890) || ((hole.code == 840 || hole.code == 740) && hole.dwell_s > 0.0)
-        {
+        let spindle = self.modes.spindle;
+        let taps = matches!(hole.code, 740 | 840);
+        if taps {
+            // A tap turns backwards to come out, and does so before it dwells.
+            self.modes.spindle = match spindle {
+                Spindle::Clockwise => Spindle::Counterclockwise,
+                Spindle::Counterclockwise => Spindle::Clockwise,
+                Spindle::Still => Spindle::Still,
+            };
+        }
+        if matches!(hole.code, 820 | 860 | 880 | 890) || (taps && hole.dwell_s > 0.0) {
             self.emit(MoveKind::Dwell { seconds: hole.dwell_s }, None)?;
         }
-        let spindle = self.modes.spindle;
-        self.modes.spindle = match (hole.code, spindle) {
-            // A tap turns backwards to come out; a boring bar, and what an operator draws out, does not turn.
-            (740 | 840, Spindle::Clockwise) => Spindle::Counterclockwise,
-            (740 | 840, Spindle::Counterclockwise) => Spindle::Clockwise,
-            (860 | 880, _) => Spindle::Still,
-            (_, spindle) => spindle,
-        };
-        // A tap and a reamer are drawn out of the hole at feed.
-        if matches!(hole.code, 740 | 840 | 850 | 890) {
-            self.along(hole, hole.retract, Some(values))?;
-            if matches!(hole.code, 740 | 840) {
-                self.modes.spindle = spindle;
-            }
+        if matches!(hole.code, 860 | 880) {
+            // A boring bar, and what an operator draws out, does not turn.
+            self.modes.spindle = Spindle::Still;
+        }
+        match hole.code {
+            // Out at feed all the way, as LinuxCNC does.
+            740 | 840 | 890 => self.along(hole, hole.clear, Some(values))?,
+            850 => self.along(hole, hole.retract, Some(values))?,
+            _ => {}
+        }
+        if taps {
+            self.modes.spindle = spindle;
         }
         self.along(hole, hole.clear, None)?;
         self.modes.spindle = spindle;

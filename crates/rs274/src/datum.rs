@@ -285,34 +285,54 @@ impl Interpreter<'_> {
                     let why = "another origin of the system in force while cutter compensation is on";
                     self.refuse_compensated(values, Group::NonModal, why)?;
                 }
-                self.set_origin(values, system, kind == 20);
+                if kind == 20 {
+                    self.set_origin_by_reading(values, system)?;
+                } else {
+                    self.set_origin(values, system);
+                }
+                if system == self.modes.system {
+                    self.select_system(system);
+                }
                 Ok(())
             }
             _ => Err(values.fault('l', Cause::Unsupported)),
         }
     }
 
-    /// G10 L2: the words are the origin; L20: they are what the present position shall read.
-    fn set_origin(&mut self, values: &Values, system: usize, by_position: bool) {
+    /// G10 L2: the words are the origin and the turn.
+    fn set_origin(&mut self, values: &Values, system: usize) {
         let base = ORIGINS + system * ORIGIN_STRIDE;
         if let Some(rotation) = values.take('r') {
             self.parameters.put(base + ROTATION, rotation);
         }
-        let mut reading = self.offsets.to_program(&self.position);
-        let words = Axis::ALL.map(|axis| self.take_axis(values, axis));
-        for i in 0..9 {
-            reading[i] = words[i].unwrap_or(reading[i]) + self.offsets.shift[i];
-        }
-        turn(&mut reading, self.parameters.at(base + ROTATION));
-        for i in 0..9 {
-            if let Some(word) = words[i] {
-                let origin = if by_position { self.position[i] - self.offsets.tool[i] - reading[i] } else { word };
-                self.parameters.put(base + i, origin);
+        for axis in Axis::ALL {
+            if let Some(value) = self.take_axis(values, axis) {
+                self.parameters.put(base + axis as usize, value);
             }
         }
-        if system == self.modes.system {
-            self.select_system(system);
+    }
+
+    /// G10 L20: the present position shall read as the words say in a system, and on axes without a word as it did there.
+    fn set_origin_by_reading(&mut self, values: &Values, system: usize) -> Result<(), Fault> {
+        if values.has('r') {
+            return Err(values.fault('r', Cause::NotAllowed("R, a turn, with G10 L20; G10 L2 sets it")));
         }
+        let base = ORIGINS + system * ORIGIN_STRIDE;
+        let mut offsets = self.offsets.clone();
+        (offsets.origin, offsets.rotation) = (self.load(base), self.parameters.at(base + ROTATION));
+        let words = Axis::ALL.map(|axis| self.take_axis(values, axis));
+        let reading = offsets.to_program(&self.position);
+        let wanted: Values9 = std::array::from_fn(|i| words[i].unwrap_or(reading[i]));
+        offsets.origin = [0.0; 9];
+        let without_origin = offsets.to_machine(&wanted);
+        // In a turned system a word for X moves the origin in X and in Y.
+        let turns = offsets.rotation != 0.0 && (words[0].is_some() || words[1].is_some());
+        for i in 0..9 {
+            if words[i].is_some() || (turns && i < 2) {
+                self.parameters.put(base + i, self.position[i] - without_origin[i]);
+            }
+        }
+        Ok(())
     }
 
     /// G10 L1: an entry of the tool table; L10: the offset with which the present position would read as the words say; L11: the same
@@ -323,7 +343,8 @@ impl Interpreter<'_> {
             .ok_or_else(|| self.fault_at(values, Group::NonModal, Cause::Missing("P, the tool's number,")))?;
         let mut tool = self.tools.get(&number.unsigned_abs()).copied().unwrap_or_default();
         let words = Axis::ALL.map(|axis| self.take_axis(values, axis));
-        let offset = if kind == 1 { words } else { self.offset_for(&words, kind == 11) };
+        let entry = from_canonical(&tool.offset);
+        let offset = if kind == 1 { words } else { self.offset_for(&words, &entry, kind == 11) };
         for (axis, value) in Axis::ALL.into_iter().zip(offset) {
             if let Some(value) = value {
                 tool.offset[axis] = if axis.is_rotary() { value.to_radians() } else { value };
@@ -343,18 +364,24 @@ impl Interpreter<'_> {
         Ok(())
     }
 
-    /// The tool offset with which the present position reads as the words say; `None` for axes without a word.
-    fn offset_for(&self, words: &[Option<f64>; 9], in_last_system: bool) -> [Option<f64>; 9] {
+    /// The tool offset with which the present position reads as the words say; `None` for axes that keep the table's. In a turned system
+    /// a word for X sets the part of the offset along the turned X axis, and the table's `entry` keeps its part along the turned Y axis.
+    fn offset_for(&self, words: &[Option<f64>; 9], entry: &Values9, in_last_system: bool) -> [Option<f64>; 9] {
         let base = ORIGINS + LAST_SYSTEM * ORIGIN_STRIDE;
         let mut offsets = self.offsets.clone();
         if in_last_system {
             (offsets.origin, offsets.rotation) = (self.load(base), self.parameters.at(base + ROTATION));
             offsets.shift = [0.0; 9];
         }
-        let reading = offsets.to_program(&self.position);
-        let wanted: Values9 = std::array::from_fn(|i| words[i].unwrap_or(reading[i]));
         offsets.tool = [0.0; 9];
-        let without_tool = offsets.to_machine(&wanted);
-        std::array::from_fn(|i| words[i].map(|_| self.position[i] - without_tool[i]))
+        let reading = offsets.to_program(&self.position);
+        let mut offset = *entry;
+        turn(&mut offset, -offsets.rotation);
+        for i in 0..9 {
+            offset[i] = words[i].map_or(offset[i], |word| reading[i] - word);
+        }
+        turn(&mut offset, offsets.rotation);
+        let turns = offsets.rotation != 0.0 && (words[0].is_some() || words[1].is_some());
+        std::array::from_fn(|i| (words[i].is_some() || (turns && i < 2)).then_some(offset[i]))
     }
 }

@@ -21,7 +21,10 @@ enum Step {
     /// Replaces a number by the value of the numbered parameter.
     Parameter,
     Named(String),
+    /// Whether there is a parameter of this name.
     Exists(String),
+    /// Replaces a number by whether there is a parameter of this number.
+    ExistsNumbered,
     Negate,
     Function(Function),
     Binary(Binary),
@@ -131,6 +134,7 @@ impl Expression {
                     parameters.named(name).ok_or_else(|| fault(&format!("#<{name}>"), Cause::UnknownParameter))?
                 }
                 Step::Exists(name) => f64::from(parameters.named(name).is_some()),
+                Step::ExistsNumbered => f64::from(parameters.numbered(pop(&mut stack)).is_some()),
                 Step::Parameter => {
                     let number = pop(&mut stack);
                     parameters.numbered(number).ok_or_else(|| fault(&format!("#{number}"), Cause::UnknownParameter))?
@@ -269,8 +273,13 @@ fn function(cursor: &mut Cursor, steps: &mut Steps, depth: usize) -> Result<(), 
     let name = cursor.letters();
     if name == "exists" {
         cursor.expect('[', "`[`")?;
-        cursor.expect('#', "`#<name>`")?;
-        steps.push((Step::Exists(cursor.name()?), column));
+        cursor.expect('#', "`#` and a parameter's number or name")?;
+        if cursor.peek() == Some('<') {
+            steps.push((Step::Exists(cursor.name()?), column));
+        } else {
+            value(cursor, steps, depth + 1)?;
+            steps.push((Step::ExistsNumbered, column));
+        }
         return cursor.expect(']', "`]`");
     }
     let Some(&(_, function)) = FUNCTIONS.iter().find(|entry| entry.0 == name) else {

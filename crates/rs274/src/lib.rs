@@ -14,6 +14,7 @@ pub mod expression;
 mod parameters;
 mod block;
 mod modal;
+mod affine;
 mod offsets;
 pub mod arc;
 mod datum;

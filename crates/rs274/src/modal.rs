@@ -12,6 +12,9 @@ use std::cell::Cell;
 /// A value must be this close to a whole number (or a tenth, for G) to be taken as one (LinuxCNC does the same).
 const WHOLE_TOLERANCE: f64 = 1e-4;
 
+/// G80, times ten.
+pub(super) const CANCEL_CYCLE: i32 = 800;
+
 /// A modal group of G or M codes; the codes are ten times the number, so that 59.3 is 593.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Group {
@@ -175,8 +178,12 @@ impl Values {
             }
             let Some((group, number)) = group else { return Err(fault(Cause::Unsupported)) };
             let entry = &mut values.codes[group as usize];
-            if let Some(first) = entry {
-                return Err(fault(Cause::ModalConflict(first.text.clone())));
+            match entry {
+                // Where G80 stands beside a motion, the motion wins, as in LinuxCNC: safety lines have `G0 ... G80`.
+                Some(_) if group == Group::Motion && number == CANCEL_CYCLE => continue,
+                Some(first) if group == Group::Motion && first.number == CANCEL_CYCLE => {}
+                Some(first) => return Err(fault(Cause::ModalConflict(first.text.clone()))),
+                None => {}
             }
             *entry = Some(Code { number, column: word.column, text: word.text.clone() });
         }

@@ -1,6 +1,6 @@
 //! Modes and the motion codes G0, G1, G2, G3, G38.2 to G38.5, G53.
 
-use super::arc::{Circle, from_centre, from_radius};
+use super::arc::{CENTRE_TOLERANCE_INCH, CENTRE_TOLERANCE_MM, Circle, from_centre, from_radius};
 use super::canonical::{Axis, MoveKind, Plane};
 use super::compensation::Compensation;
 use super::cycle::{Sticky, is_cycle};
@@ -8,7 +8,8 @@ use super::error::{Cause, Fault};
 use super::feed::{NO_TRAVEL_MM, Travel, travel, travel_squared};
 use super::interpret::Interpreter;
 use super::modal::{Group, Values};
-use super::offsets::{Values9, turn};
+use super::offsets::{Similar, Values9};
+use super::spline::SPLINE_CHORD_MM;
 
 impl Interpreter<'_> {
     pub(super) fn set_modes(&mut self, values: &Values) -> Result<(), Fault> {
@@ -85,8 +86,9 @@ impl Interpreter<'_> {
             (named[0], named[1]) = (true, true);
         }
         let machine = self.offsets.to_machine(&program);
-        let turned = self.offsets.rotation != 0.0 && (named[0] || named[1]);
-        std::array::from_fn(|i| if named[i] || (turned && i < 2) { machine[i] } else { self.position[i] })
+        let mixed = self.offsets.mixed_axes();
+        let turned = named[..mixed].contains(&true);
+        std::array::from_fn(|i| if named[i] || (turned && i < mixed) { machine[i] } else { self.position[i] })
     }
 
     /// X and Y of `@radius ^angle` about the program's origin; a word that is missing, or in G91 is added to, is what the point
@@ -132,7 +134,10 @@ impl Interpreter<'_> {
         if absolute && !matches!(self.modes.motion, Some(0 | 10)) {
             return Err(self.fault_at(values, Group::Absolute, Cause::NotAllowed("G53 needs G0 or G1")));
         }
-        if axes_taken || (!values.has_axis() && values.code(Group::Motion).is_none()) {
+        // A full circle in an arc's mode needs no more than its centre.
+        let is_circle = matches!(self.modes.motion, Some(20 | 30)) && "ijk".chars().any(|letter| values.has(letter));
+        let moves = values.has_axis() || values.code(Group::Motion).is_some() || is_circle;
+        if axes_taken || !moves {
             return Ok(());
         }
         match self.modes.motion {
@@ -198,33 +203,85 @@ impl Interpreter<'_> {
     /// G2 and G3.
     fn arc(&mut self, values: &Values, clockwise: bool) -> Result<(), Fault> {
         let plane = self.modes.plane;
-        if self.offsets.rotation != 0.0 && plane != Plane::Xy {
-            let cause = Cause::NotAllowed("arcs outside the XY plane in a turned coordinate system");
-            return Err(self.fault_at(values, Group::Motion, cause));
-        }
         let target = self.target(values);
         let turns =
             values.take_whole('p', 1..=MAX_TURNS, "P", "a whole number of turns from 1 to 100000")?.unwrap_or(1);
-        let circle = self.circle(values, &target, clockwise, turns)?;
-        let [first, second, _] = plane.axes().map(|axis| axis as usize);
-        let radius = (self.position[first] - circle.centre[0]).hypot(self.position[second] - circle.centre[1]);
-        let mut along = travel_squared(&self.position, &target);
-        along -= (target[first] - self.position[first]).powi(2) + (target[second] - self.position[second]).powi(2);
-        let feed =
-            self.feed_for(Travel::Along((radius * circle.sweep).hypot(along.max(0.0).sqrt())), &target, values)?;
+        let Some(similar) = self.offsets.similar(plane) else {
+            return self.bent_arc(values, &target, clockwise, turns);
+        };
+        let circle = self.circle(values, &self.position, &target, clockwise, turns, Some(similar))?;
+        let feed = self.arc_feed(&circle, &target, values)?;
         if self.compensation.on().is_some() {
             return self.compensated_arc(target, &circle, turns, feed, values);
         }
-        if self.compensation.is_leaving() {
-            let why = "an arc right behind G40: the move that leads out must be straight";
-            return Err(values.motion_fault(Cause::NotAllowed(why)));
-        }
+        self.refuse_leading_out_by_an_arc(values)?;
         self.position = target;
         self.emit(MoveKind::Arc { plane, centre: circle.centre, sweep: circle.sweep }, feed)
     }
 
-    /// Centre, as axis positions, and sweep of the block's arc.
-    fn circle(&self, values: &Values, target: &Values9, clockwise: bool, turns: i32) -> Result<Circle, Fault> {
+    fn refuse_leading_out_by_an_arc(&self, values: &Values) -> Result<(), Fault> {
+        if self.compensation.is_leaving() {
+            let why = "an arc right behind G40: the move that leads out must be straight";
+            return Err(values.motion_fault(Cause::NotAllowed(why)));
+        }
+        Ok(())
+    }
+
+    /// The feed rate of an arc in axis positions.
+    fn arc_feed(&self, circle: &Circle, target: &Values9, values: &Values) -> Result<Option<f64>, Fault> {
+        let [first, second, _] = self.modes.plane.axes().map(|axis| axis as usize);
+        let radius = (self.position[first] - circle.centre[0]).hypot(self.position[second] - circle.centre[1]);
+        let mut along = travel_squared(&self.position, target);
+        along -= (target[first] - self.position[first]).powi(2) + (target[second] - self.position[second]).powi(2);
+        self.feed_for(Travel::Along((radius * circle.sweep).hypot(along.max(0.0).sqrt())), target, values)
+    }
+
+    /// An arc whose plane is none of the machine's, or that is no circle there: straight feeds that leave it by no more than
+    /// [`SPLINE_CHORD_MM`].
+    fn bent_arc(&mut self, values: &Values, target: &Values9, clockwise: bool, turns: i32) -> Result<(), Fault> {
+        if self.compensation.on().is_some() {
+            let why = "an arc in a plane that is turned, scaled or tilted out of the machine's while cutter compensation is on";
+            return Err(values.motion_fault(Cause::NotAllowed(why)));
+        }
+        self.refuse_leading_out_by_an_arc(values)?;
+        let (start, end) = (self.offsets.to_program(&self.position), self.offsets.to_program(target));
+        let circle = self.circle(values, &start, &end, clockwise, turns, None)?;
+        let [first, second, _] = self.modes.plane.axes().map(|axis| axis as usize);
+        let radius = |at: &Values9| (at[first] - circle.centre[0]).hypot(at[second] - circle.centre[1]);
+        let radii = [radius(&start), radius(&end)];
+        let larger = radii[0].max(radii[1]);
+        let feed = self.feed_for(Travel::Along(larger * circle.sweep.abs()), target, values)?;
+        // As a function of the fraction, the curve's second derivative is at most this; see `path`.
+        let bend = (2.0 * (radii[1] - radii[0]) * circle.sweep).hypot(larger * circle.sweep * circle.sweep);
+        let chords = (self.offsets.largest_scale() * bend / (8.0 * SPLINE_CHORD_MM)).sqrt().ceil().max(4.0);
+        if chords > MAX_CHORDS {
+            let cause = Cause::Limit { limit: MAX_CHORDS as usize, what: "straight pieces of one arc" };
+            return Err(values.motion_fault(cause));
+        }
+        let from = (start[second] - circle.centre[1]).atan2(start[first] - circle.centre[0]);
+        for chord in 1..chords as u32 {
+            let part = f64::from(chord) / chords;
+            let mut point: Values9 = std::array::from_fn(|i| start[i] + part * (end[i] - start[i]));
+            let radius = radii[0] + part * (radii[1] - radii[0]);
+            let (sin, cos) = (from + part * circle.sweep).sin_cos();
+            (point[first], point[second]) = (circle.centre[0] + radius * cos, circle.centre[1] + radius * sin);
+            let machine = self.offsets.to_machine(&point);
+            self.feed_at(machine, feed)?;
+        }
+        self.feed_at(*target, feed)
+    }
+
+    /// Centre and sweep of the block's arc from `start` to `target`: axis positions, where circles of the program are `similar` circles,
+    /// or program coordinates.
+    fn circle(
+        &self,
+        values: &Values,
+        start: &Values9,
+        target: &Values9,
+        clockwise: bool,
+        turns: i32,
+        similar: Option<Similar>,
+    ) -> Result<Circle, Fault> {
         let plane = self.modes.plane;
         let [first, second, _] = plane.axes().map(|axis| axis as usize);
         let letters = match plane {
@@ -232,33 +289,41 @@ impl Interpreter<'_> {
             Plane::Zx => ['k', 'i'],
             Plane::Yz => ['j', 'k'],
         };
-        let start = [self.position[first], self.position[second]];
+        let start = [start[first], start[second]];
         let end = [target[first], target[second]];
         let fault = |cause| self.fault_at(values, Group::Motion, cause);
+        let in_machine = similar.is_some();
+        let Similar { scale, mirrors } = similar.unwrap_or(Similar { scale: 1.0, mirrors: false });
+        let clockwise = clockwise != mirrors;
         if let Some(radius) = self.take_length(values, 'r') {
-            return from_radius(start, end, radius, clockwise, turns).map_err(fault);
+            return from_radius(start, end, radius * scale, clockwise, turns).map_err(fault);
         }
         let given = letters.map(|letter| self.take_length(values, letter));
-        let centre = if self.modes.arc_centre_absolute {
-            let [Some(u), Some(v)] = given else {
+        let mut centre = [0.0; 9];
+        (centre[first], centre[second]) = (given[0].unwrap_or(0.0), given[1].unwrap_or(0.0));
+        if self.modes.arc_centre_absolute {
+            if given.contains(&None) {
                 return Err(fault(Cause::Missing("a centre word (G90.1 needs both of the plane)")));
-            };
-            let mut program = [0.0; 9];
-            (program[first], program[second]) = (u, v);
-            let machine = self.offsets.to_machine(&program);
-            [machine[first], machine[second]]
+            }
+            if in_machine {
+                centre = self.offsets.to_machine(&centre);
+            }
         } else {
             if given == [None, None] {
                 return Err(fault(Cause::Missing("the radius R or a centre word of the plane")));
             }
-            let mut offset = [0.0; 9];
-            (offset[first], offset[second]) = (given[0].unwrap_or(0.0), given[1].unwrap_or(0.0));
-            turn(&mut offset, self.offsets.rotation);
-            [start[0] + offset[first], start[1] + offset[second]]
-        };
-        from_centre(start, end, centre, clockwise, turns).map_err(fault)
+            if in_machine {
+                self.offsets.to_machine_vector(&mut centre);
+            }
+            (centre[first], centre[second]) = (centre[first] + start[0], centre[second] + start[1]);
+        }
+        let tolerance = if self.modes.inches { CENTRE_TOLERANCE_INCH * 25.4 } else { CENTRE_TOLERANCE_MM };
+        from_centre(start, end, [centre[first], centre[second]], clockwise, turns, tolerance * scale).map_err(fault)
     }
 }
+
+/// Most straight pieces of one arc.
+const MAX_CHORDS: f64 = 1_000_000.0;
 
 /// Most turns of one arc.
 const MAX_TURNS: i32 = 100_000;

@@ -1,12 +1,17 @@
 //! Between program coordinates and axis positions.
 //!
-//! axis = rotate(program + G92) + work origin + tool offset, the turn being about Z (LinuxCNC, "Coordinate Systems").
+//! axis = rotate(local(program) + G92) + work origin + tool offset, the turn being about Z (LinuxCNC, "Coordinate Systems"). `local` is
+//! what a block of codes does to X, Y and Z before all else: a turn, a scale, a mirror or a tilted plane.
 //! Values here are mm and degrees, as programs give them; [`to_canonical`] turns them to radians.
 
-use super::canonical::{Axis, Position};
+use super::affine::Affine;
+use super::canonical::{Axis, Plane, Position};
 
 /// Nine values: mm and degrees.
 pub(super) type Values9 = [f64; 9];
+
+/// Parts of a matrix below this are rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// Everything between program coordinates and axis positions.
 #[derive(Clone, Debug, Default)]
@@ -19,12 +24,29 @@ pub(super) struct Offsets {
     pub shift: Values9,
     /// G43 and relatives.
     pub tool: Values9,
+    /// Turned, scaled, mirrored or tilted coordinates of the program.
+    pub local: Option<Affine>,
+}
+
+/// What a plane's circles become in axis positions: circles of the same plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Similar {
+    /// By how much they grow.
+    pub scale: f64,
+    /// Whether left becomes right.
+    pub mirrors: bool,
 }
 
 impl Offsets {
     /// Axis positions of a point in program coordinates.
     pub fn to_machine(&self, program: &Values9) -> Values9 {
-        let mut shifted: Values9 = std::array::from_fn(|i| program[i] + self.shift[i]);
+        let mut shifted = *program;
+        if let Some(local) = &self.local {
+            local.apply(&mut shifted);
+        }
+        for (value, shift) in shifted.iter_mut().zip(&self.shift) {
+            *value += shift;
+        }
         turn(&mut shifted, self.rotation);
         std::array::from_fn(|i| shifted[i] + self.origin[i] + self.tool[i])
     }
@@ -33,7 +55,58 @@ impl Offsets {
     pub fn to_program(&self, machine: &Values9) -> Values9 {
         let mut shifted: Values9 = std::array::from_fn(|i| machine[i] - self.origin[i] - self.tool[i]);
         turn(&mut shifted, -self.rotation);
-        std::array::from_fn(|i| shifted[i] - self.shift[i])
+        for (value, shift) in shifted.iter_mut().zip(&self.shift) {
+            *value -= shift;
+        }
+        if let Some(local) = &self.local {
+            local.undo(&mut shifted);
+        }
+        shifted
+    }
+
+    /// Turns a difference of two points in program coordinates into one of axis positions.
+    pub fn to_machine_vector(&self, vector: &mut Values9) {
+        if let Some(local) = &self.local {
+            local.apply_linear(vector);
+        }
+        turn(vector, self.rotation);
+    }
+
+    /// How many of X, Y and Z, from the first, a word for one of them may move: none for an upright system but that one.
+    pub fn mixed_axes(&self) -> usize {
+        match (&self.local, self.rotation) {
+            (Some(_), _) => 3,
+            (None, 0.0) => 0,
+            _ => 2,
+        }
+    }
+
+    /// Whether circles of a plane stay circles of that plane, and which.
+    pub fn similar(&self, plane: Plane) -> Option<Similar> {
+        if self.local.is_none() && (self.rotation == 0.0 || plane == Plane::Xy) {
+            return Some(Similar { scale: 1.0, mirrors: false });
+        }
+        let [first, second, normal] = plane.axes().map(|axis| axis as usize);
+        let column = |axis: usize| {
+            let mut vector = [0.0; 9];
+            vector[axis] = 1.0;
+            self.to_machine_vector(&mut vector);
+            vector
+        };
+        let [u, v, w] = [first, second, normal].map(column);
+        let (scale, other) = (u[first].hypot(u[second]), v[first].hypot(v[second]));
+        let slack = ROUNDING * scale.max(other).max(1.0);
+        let stays = u[normal].abs() <= slack && v[normal].abs() <= slack;
+        let upright = w[first].abs() <= slack && w[second].abs() <= slack;
+        let round =
+            (scale - other).abs() <= slack && (u[first] * v[first] + u[second] * v[second]).abs() <= slack * scale;
+        let mirrors = u[first] * v[second] - u[second] * v[first] < 0.0;
+        (stays && upright && round).then_some(Similar { scale, mirrors })
+    }
+
+    /// The most by which a length grows from program coordinates to axis positions, or a little more.
+    pub fn largest_scale(&self) -> f64 {
+        self.local.as_ref().map_or(1.0, Affine::norm)
     }
 }
 

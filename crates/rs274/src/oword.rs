@@ -100,7 +100,10 @@ impl FlowTable {
                 let enclosing = open.iter().rev().find(|entry| entry.label == label && is_loop(entry.keyword));
                 self.links[line].open = enclosing.ok_or(Cause::Flow("is in no loop with this label"))?.line;
             }
-            Keyword::Label => self.define(label, line)?,
+            // Of two programs of one number the first is found, as on LinuxCNC, which reads a file from its start.
+            Keyword::Label => {
+                self.subroutines.entry(label.to_owned()).or_insert(line);
+            }
             Keyword::Return | Keyword::Call => {}
         }
         Ok(())

@@ -187,6 +187,9 @@ pub fn length(start: &Position, step: &Move) -> f64 {
     if along > 1e-9 { along } else { norm(&[Axis::A, Axis::B, Axis::C]).to_degrees() }
 }
 
+/// Radii that differ by less than this, mm, do so by rounding, and leave a circle by no more.
+const NO_SPIRAL_MM: f64 = 1e-9;
+
 /// Into how many pieces a leg of a move is cut.
 fn pieces(start: &Position, step: &Move, end: &Position, sampling: &Sampling) -> usize {
     // What goes nowhere may still change what positions mean: under tool-centre-point control they are the tip's.
@@ -201,12 +204,20 @@ fn pieces(start: &Position, step: &Move, end: &Position, sampling: &Sampling) ->
     if let MoveKind::Arc { plane, centre, sweep } = step.kind {
         let [first, second, normal] = plane.axes();
         let radius = |at: &Position| (at[first] - centre[0]).hypot(at[second] - centre[1]);
-        let radius = radius(start).max(radius(end));
+        let radii = [radius(start), radius(end)];
+        let radius = radii[0].max(radii[1]);
+        let grown = (radii[1] - radii[0]).abs();
         linear = linear.max((radius * sweep).hypot(change(normal)));
         // A chord over the angle a leaves a circle by r (1 - cos(a / 2)); no angle asks for more than the next lines where r is
         // smaller than the tolerance.
         let angle = 2.0 * (1.0 - sampling.chord_mm / radius).acos();
         needed = needed.max(steps(sweep.abs(), angle));
+        // Where the radius changes by g over the sweep w, the path is a spiral, as a function of the fraction with a second derivative of
+        // at most sqrt((2 g w)^2 + (r w^2)^2); a chord over 1/n of a curve leaves it by at most an eighth of that over n^2.
+        if grown > NO_SPIRAL_MM && sampling.chord_mm > 0.0 {
+            let bend = (2.0 * grown * sweep).hypot(radius * sweep * sweep);
+            needed = needed.max(steps((bend / (8.0 * sampling.chord_mm)).sqrt(), 1.0));
+        }
         // Fewer than four pieces to the turn would not look like an arc whatever the tolerance.
         needed = needed.max(steps(sweep.abs(), std::f64::consts::FRAC_PI_2));
     }
@@ -353,13 +364,39 @@ mod tests {
 
     #[test]
     fn an_uneven_arc_is_cut_as_its_larger_radius_needs() {
-        // Radii 10 and 20, either way round. Chord 0.01 at 20: 2 acos(1 - 0.0005) = 0.06325, 24.8 in pi / 2; at 10 only 17.6.
+        // Radii 10 and 20, either way round. Chord 0.01 on a spiral: hypot(2 x 10 x 1.571, 20 x 1.571^2) = 58.5, sqrt(58.5 / 0.08) = 27.04.
         // Steps of 1 mm: 20 pi / 2 = 31.4; at 10 only 15.7.
         for (from, to) in [(10.0, 20.0), (20.0, 10.0)] {
             let (start, quarter) = (at([from, 0.0, 0.0]), arc(FRAC_PI_2, [0.0, to, 0.0]));
             let cut = |sampling| pieces(&start, &quarter, &quarter.end, &sampling);
-            assert_eq!(cut(Sampling { chord_mm: 0.01, ..COARSE }), 25, "{from} {to}");
+            assert_eq!(cut(Sampling { chord_mm: 0.01, ..COARSE }), 28, "{from} {to}");
             assert_eq!(cut(Sampling { step_mm: 1.0, ..COARSE }), 32, "{from} {to}");
+        }
+    }
+
+    #[test]
+    fn chords_of_a_spiral_keep_to_their_tolerance() {
+        for (from, to, sweep) in
+            [(1.0, 20.0, FRAC_PI_2), (20.0, 0.5, FRAC_PI_2), (30.0, 30.028, TAU), (0.03, 0.002, -TAU)]
+        {
+            let (sin, cos) = sweep.sin_cos();
+            let (start, spiral) = (at([from, 0.0, 0.0]), arc(sweep, [to * cos, to * sin, 0.0]));
+            let sampling = Sampling { chord_mm: 0.01, ..COARSE };
+            let count = pieces(&start, &spiral, &spiral.end, &sampling);
+            let point = |fraction: f64| {
+                let point = point_at(&start, &spiral, &spiral.end, fraction);
+                [point[Axis::X], point[Axis::Y]]
+            };
+            for piece in 0..count {
+                let ends = [piece, piece + 1].map(|i| point(i as f64 / count as f64));
+                let along = [ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]];
+                let length = along[0].hypot(along[1]);
+                for inner in 1..20 {
+                    let p = point((piece as f64 + f64::from(inner) / 20.0) / count as f64);
+                    let off = (along[0] * (p[1] - ends[0][1]) - along[1] * (p[0] - ends[0][0])).abs() / length;
+                    assert!(off <= 0.01, "{from} to {to}: piece {piece} of {count} is off by {off}");
+                }
+            }
         }
     }
 

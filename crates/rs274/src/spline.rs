@@ -8,7 +8,7 @@ use super::error::{Cause, Fault};
 use super::feed::travel;
 use super::interpret::Interpreter;
 use super::modal::{Group, Values};
-use super::offsets::{Values9, turn};
+use super::offsets::Values9;
 
 /// Greatest distance of a spline from the chords that stand for it, mm.
 pub const SPLINE_CHORD_MM: f64 = 1e-3;
@@ -38,7 +38,7 @@ impl Interpreter<'_> {
             }
             let mut offset: Values9 = [0.0; 9];
             (offset[0], offset[1]) = (given[0].unwrap_or(0.0), given[1].unwrap_or(0.0));
-            turn(&mut offset, self.offsets.rotation);
+            self.offsets.to_machine_vector(&mut offset);
             Some([offset[0], offset[1]])
         };
         let (start, end) = ([self.position[0], self.position[1]], [target[0], target[1]]);
