@@ -519,7 +519,10 @@ fn bad_input_ends_with_2_and_names_the_place() {
         assert!(error.contains(message), "{error}");
     };
     refused("G0 X1\nG0 X999\nM2", "bad.ngc:2: axis X at 999 mm is outside its limits -200 to 200 mm");
-    refused("G0 X1\nG77\nM2", "bad.ngc:2:1: code is not supported: `G77`");
+    refused(
+        "G0 X1\nG77\nM2",
+        "bad.ngc:2:1: code is not supported; if it moves nothing, ignore it (`--ignore G77`): `G77`",
+    );
     refused("M2", "no moves");
     refused("G0 X1\nA90\nM2", "bad.ngc:2: the program moves axis A to 90 degrees, and no joint of the machine");
     refused("G0 X1\nG0 Z40 U-10\nM2", "bad.ngc:2: the program moves axis U to -10 mm");

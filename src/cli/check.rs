@@ -1,5 +1,6 @@
 //! `check`: what collides when a program runs on a machine.
 
+use super::gcode::{Reading, print_notes};
 use super::progress::Bar;
 use super::style::{self, Tone};
 use super::{CLEAR, FAILED, note, say};
@@ -25,9 +26,8 @@ pub struct Options {
     /// The program (RS274/NGC) [default: the scene's own]
     #[arg(value_name = "PROGRAM")]
     program: Option<PathBuf>,
-    /// Skip lines that begin with `/`
-    #[arg(long)]
-    block_delete: bool,
+    #[command(flatten)]
+    reading: Reading,
     /// Variant whose trees are used (see `list`) [default: the fastest safe one]
     #[arg(long, value_name = "ID")]
     method: Option<String>,
@@ -83,7 +83,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let settings = settings(options)?;
     let (load_ns, scene) = timer::time(|| Scene::find(&options.scene));
     let scene = scene?;
-    let run = program(&scene, options.program.as_deref(), options.block_delete)?;
+    let run = program(&scene, options.program.as_deref(), &options.reading)?;
     let mut run = run.with_context(|| format!("scene `{}` has no program of its own; name one", scene.name))?;
     if let Some(step) = options.step {
         if !(step > 0.0 && step.is_finite()) {
@@ -111,14 +111,16 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
 }
 
 /// The program asked for; else the scene's own, if it has one.
-pub(super) fn program(scene: &Scene, asked: Option<&Path>, block_delete: bool) -> Result<Option<ProgramRun>> {
+pub(super) fn program(scene: &Scene, asked: Option<&Path>, reading: &Reading) -> Result<Option<ProgramRun>> {
     let mut setup = scene.program.clone().unwrap_or_else(ProgramRun::of_mill);
-    setup.setup.block_delete = block_delete;
-    Ok(match asked {
+    let is_changed = reading.apply(&mut setup.setup);
+    let run = match asked {
         Some(program) => Some(setup.with_program(program)?),
-        None if block_delete && scene.program.is_some() => Some(setup.again()?),
+        None if is_changed && scene.program.is_some() => Some(setup.again()?),
         None => scene.program.clone(),
-    })
+    };
+    run.iter().for_each(|run| print_notes(&run.program));
+    Ok(run)
 }
 
 /// The variant asked for; else the fastest of the safe ones.

@@ -1,10 +1,10 @@
 //! `gcode`: what a program means.
 
-use super::{CLEAR, say};
+use super::{CLEAR, note, say};
 use anyhow::{Context, Result};
 use clap::Args;
 use rs274::file::{LARGEST_PROGRAM, text};
-use rs274::{Axis, Move, MoveKind, Setup, canonical, read_parameter_file, read_tool_table};
+use rs274::{Axis, CodeName, Dialect, Move, MoveKind, Program, Setup, canonical, read_parameter_file, read_tool_table};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ const INCH_MM: f64 = 25.4;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench program gcode part.ngc                      a line for each move, mm and degrees\n  bvbench program gcode part.ngc --lathe              diameters and the ZX plane to begin with\n  bvbench program gcode part.ngc --tool-table mill.tbl --var mill.var\n  bvbench program gcode part.ngc --json | jq '.[] | select(.kind == \"rapid\")'\n\nExit code 2 when the program cannot be interpreted; the message names file, line, column and word."
+    after_help = "Examples:\n  bvbench program gcode part.ngc                      a line for each move, mm and degrees\n  bvbench program gcode part.ngc --lathe              diameters and the ZX plane to begin with\n  bvbench program gcode part.ngc --tool-table mill.tbl --var mill.var\n  bvbench program gcode O0001.nc --dialect fanuc      macros, subprograms and cycles of a Fanuc control\n  bvbench program gcode part.ngc --ignore M31 --ignore G187\n  bvbench program gcode part.ngc --json | jq '.[] | select(.kind == \"rapid\")'\n\nExit code 2 when the program cannot be interpreted; the message names file, line, column and word."
 )]
 pub struct Options {
     /// The program (RS274/NGC)
@@ -34,17 +34,47 @@ pub struct Options {
     /// The lengths among the parameters are inches
     #[arg(long, requires = "var")]
     var_inch: bool,
-    /// Skip lines that begin with `/`
-    #[arg(long)]
-    block_delete: bool,
+    #[command(flatten)]
+    reading: Reading,
     /// Print the moves as JSON
     #[arg(long)]
     json: bool,
 }
 
+/// How a program is read, by whichever verb.
+#[derive(Args, Clone, Debug, Default)]
+pub(super) struct Reading {
+    /// The control that the program is written for: linuxcnc, fanuc or haas [default: the scene's, else linuxcnc]
+    #[arg(long, value_name = "NAME")]
+    dialect: Option<Dialect>,
+    /// Skip a G or M code, with a note; repeatable
+    #[arg(long, value_name = "CODE")]
+    ignore: Vec<CodeName>,
+    /// Skip lines that begin with `/`
+    #[arg(long)]
+    block_delete: bool,
+}
+
+impl Reading {
+    /// Changes what the controller knows; whether that changes anything.
+    pub(super) fn apply(&self, setup: &mut Setup) -> bool {
+        setup.dialect = self.dialect.unwrap_or(setup.dialect);
+        setup.block_delete |= self.block_delete;
+        setup.ignored.extend(&self.ignore);
+        self.dialect.is_some() || self.block_delete || !self.ignore.is_empty()
+    }
+}
+
+/// Prints what the reader of a program should know.
+pub(super) fn print_notes(program: &Program) {
+    for told in &program.notes {
+        note(format!("note: {told}"));
+    }
+}
+
 pub fn run(options: &Options) -> Result<u8> {
     let mut setup = if options.lathe { Setup::lathe() } else { Setup::default() };
-    setup.block_delete = options.block_delete;
+    options.reading.apply(&mut setup);
     if let Some(file) = &options.tool_table {
         let text = text(file, LARGEST_PROGRAM).with_context(|| format!("cannot read {}", file.display()))?;
         setup.tools = read_tool_table(&text, file, if options.tool_table_inch { INCH_MM } else { 1.0 })?;
@@ -57,6 +87,7 @@ pub fn run(options: &Options) -> Result<u8> {
     let file = &options.program;
     let program = text(file, LARGEST_PROGRAM).with_context(|| format!("cannot read {}", file.display()))?;
     let program = rs274::interpret(&program, file, &setup)?;
+    print_notes(&program);
     if options.json {
         // One by one: as values, all moves of a long program would not fit the memory.
         say("[");

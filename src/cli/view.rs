@@ -1,5 +1,6 @@
 //! `view`: a page that shows a machine in motion.
 
+use super::gcode::Reading;
 use super::picture::UpAxis;
 use super::progress::Bar;
 use super::{CLEAR, check, say};
@@ -23,9 +24,8 @@ pub struct Options {
     /// The program (RS274/NGC) [default: the scene's own]
     #[arg(value_name = "PROGRAM")]
     program: Option<PathBuf>,
-    /// Skip lines that begin with `/`
-    #[arg(long)]
-    block_delete: bool,
+    #[command(flatten)]
+    reading: Reading,
     /// The file [default: SCENE.html]
     #[arg(long, value_name = "FILE.html")]
     out: Option<PathBuf>,
@@ -63,7 +63,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         options.variants.iter().map(|id| check::method(Some(id), registry)).collect()
     };
     let scene = Scene::find(&options.scene)?;
-    let program = check::program(&scene, options.program.as_deref(), options.block_delete)?;
+    let program = check::program(&scene, options.program.as_deref(), &options.reading)?;
     let choice = Choice {
         method: check::method(options.method.as_deref(), registry)?,
         variants: drawn?,

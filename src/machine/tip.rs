@@ -7,7 +7,8 @@
 use super::tree::Machine;
 use crate::geometry::{Point, Vector};
 use nalgebra::{Matrix3, Unit};
-use rs274::{Axis, Position};
+use rs274::{Axis, Kinematics, Position, TipKinematics};
+use std::sync::Arc;
 use thiserror::Error;
 
 /// The linear axes that follow.
@@ -81,6 +82,12 @@ impl TipControl {
         Ok(programmed)
     }
 
+    /// This control of a machine, as programs ask for it.
+    #[must_use]
+    pub fn kinematics(&self, machine: &Machine) -> Kinematics {
+        Kinematics(Arc::new(ControlledMachine { machine: machine.clone(), control: self.clone() }))
+    }
+
     /// The position with the linear axes such that the tip is where `wanted` says, in the frame of the workpiece's link.
     fn linear_axes(
         &self,
@@ -104,6 +111,32 @@ impl TipControl {
         let solution = matrix.lu().solve(&(wanted - base)).ok_or(TipError)?;
         LINEAR.iter().zip(solution.iter()).for_each(|(&axis, &value)| position[axis] = value);
         Ok(position)
+    }
+}
+
+/// A machine and which of its links carry tool and workpiece.
+#[derive(Debug)]
+struct ControlledMachine {
+    machine: Machine,
+    control: TipControl,
+}
+
+impl TipKinematics for ControlledMachine {
+    fn tip(&self, axes: &Position, length_mm: f64) -> Result<Position, String> {
+        let tip = self.control.tip(&self.machine, axes, length_mm);
+        self.control.programmed(&self.machine, axes, &tip, length_mm).map_err(|error| error.to_string())
+    }
+
+    fn axes(&self, tip: &Position, length_mm: f64) -> Result<Position, String> {
+        self.control.axes(&self.machine, tip, length_mm).map_err(|error| error.to_string())
+    }
+
+    fn orient(&self, vector: [f64; 3], axes: &Position) -> Result<Position, String> {
+        let vector = Unit::try_new(Vector::from(vector), f64::MIN_POSITIVE);
+        let vector = vector.ok_or_else(|| "a tool vector of no length".to_owned())?;
+        let solutions = self.control.orient(&self.machine, &vector, axes).map_err(|error| error.to_string())?;
+        solutions.chosen.limits.map_err(|error| error.to_string())?;
+        Ok(solutions.chosen.position)
     }
 }
 
@@ -249,6 +282,99 @@ mod tests {
             let plain = control.axes(&machine, &Position(std::array::from_fn(|i| if i < 3 { programmed.0[i] } else { 0.0 })), length).unwrap();
             prop_assert!(LINEAR.iter().all(|&axis| (plain[axis] - at_zero[axis]).abs() < 1e-9));
         }
+    }
+
+    /// The axes at the end of a program's moves, and the last tool length under tool-centre-point control.
+    fn axes_after(program: &str, machine: &Machine, control: &TipControl) -> Position {
+        let tool = rs274::Tool::with_length(80.0, 10.0);
+        let setup = rs274::Setup {
+            tools: [(1, tool)].into(),
+            kinematics: Some(control.kinematics(machine)),
+            ..rs274::Setup::default()
+        };
+        let program =
+            rs274::interpret(program, std::path::Path::new("tip.ngc"), &setup).unwrap_or_else(|e| panic!("{e}"));
+        let last = program.moves.last().unwrap();
+        last.tip_mm.map_or(last.end, |length| control.axes(machine, &last.end, length).unwrap())
+    }
+
+    fn differ(a: &Position, b: &Position) -> f64 {
+        a.0.iter().zip(b.0).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn control_is_switched_while_the_axes_are_tilted_and_moves_nothing() {
+        for (machine, control) in [table_table(), head_table(), head_head()] {
+            let rotary = if machine.links().iter().any(|link| link.name == "b") { "B" } else { "A" };
+            let there = format!("G0 X20 Y-30 Z100 {rotary}30 C45\n");
+            let before = axes_after(&format!("{there}M2"), &machine, &control);
+            for switch in ["G43.4 H1\n", "G43.4 H1\nG49\n", "G43 H1\nG43.4 H1\nG49\n", "G43.5 H1\nG43.4 H1\n"] {
+                let after = axes_after(&format!("{there}{switch}M2"), &machine, &control);
+                assert!(differ(&before, &after) < 1e-9, "{switch}: {before:?} {after:?}");
+            }
+            // The tip goes where the program says: 5 mm above the workpiece's zero.
+            let at = axes_after(&format!("{there}G43.4 H1\nG0 X0 Y0 Z5\nM2"), &machine, &control);
+            let upright = Position([0.0, 0.0, 85.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            let [found, wanted] = [&at, &upright].map(|axes| control.tip(&machine, axes, 80.0));
+            assert!((found - wanted).norm() < 1e-9, "{found} {wanted}");
+            // The machine's own coordinates are still to be had: Z alone goes to 200.
+            let up = axes_after(&format!("{there}G43.4 H1\nG0 X0 Y0 Z5\nG53 G0 Z200\nM2"), &machine, &control);
+            let mut wanted = at;
+            wanted[Axis::Z] = 200.0;
+            assert!(differ(&up, &wanted) < 1e-9, "{up:?} {wanted:?}");
+            let home = axes_after(&format!("{there}G43.4 H1\nG0 X0 Y0 Z5\nG91 G28 Z0\nM2"), &machine, &control);
+            wanted[Axis::Z] = 0.0;
+            assert!(differ(&home, &wanted) < 1e-9, "{home:?} {wanted:?}");
+        }
+    }
+
+    #[test]
+    fn in_a_tilted_plane_the_tool_stands_upright_on_it_and_the_tip_is_where_the_program_says() {
+        for (machine, control) in [table_table(), head_table(), head_head()] {
+            for tool in
+                ["G43 H1\nG68.2 X10 Y20 Z-5 I30 J25 K0\nG53.1\n", "G68.2 X10 Y20 Z-5 I30 J25 K0\nG53.1\nG43 H1\n"]
+            {
+                let at = axes_after(&format!("{tool}G0 X3 Y4 Z2\nM2"), &machine, &control);
+                // The plane's axes: X turned by 30 about Z, then the plane by 25 about that X.
+                let turn = nalgebra::Rotation3::from_axis_angle(&Vector::z_axis(), 30_f64.to_radians())
+                    * nalgebra::Rotation3::from_axis_angle(&Vector::x_axis(), 25_f64.to_radians());
+                let place = Vector::new(10.0, 20.0, -5.0) + turn * Vector::new(3.0, 4.0, 2.0);
+                let upright = Position([place.x, place.y, place.z + 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                let [found, wanted] = [&at, &upright].map(|axes| control.tip(&machine, axes, 80.0));
+                assert!((found - wanted).norm() < 1e-9, "{tool}: {found} {wanted}");
+                let vector = control.tool_vector(&machine, &at);
+                assert!((vector.into_inner() - turn * Vector::z()).norm() < 1e-9, "{tool}: {vector:?}");
+                // G53.1 itself moves the rotary axes alone, and after G69 X, Y and Z are the machine's.
+                let turned = axes_after("G0 X1 Y2 Z3\nG68.2 I30 J25 K0\nG53.1\nG69\nM2", &machine, &control);
+                assert!(LINEAR.iter().zip([1.0, 2.0, 3.0]).all(|(&axis, wanted)| (turned[axis] - wanted).abs() < 1e-9));
+                let plain = axes_after(&format!("{tool}G69\nG0 X7 Y8 Z9\nM2"), &machine, &control);
+                assert_eq!((plain[Axis::X], plain[Axis::Y], plain[Axis::Z]), (7.0, 8.0, 89.0));
+            }
+        }
+    }
+
+    #[test]
+    fn tool_vectors_turn_the_rotary_axes() {
+        for (machine, control) in [table_table(), head_table(), head_head()] {
+            let at = axes_after("G43.5 H1\nG1 X5 Y6 Z7 I1 J2 K3 F100\nM2", &machine, &control);
+            let vector = control.tool_vector(&machine, &at).into_inner();
+            assert!((vector - Vector::new(1.0, 2.0, 3.0).normalize()).norm() < 1e-9, "{vector}");
+            let upright = Position([5.0, 6.0, 87.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            let [found, wanted] = [&at, &upright].map(|axes| control.tip(&machine, axes, 80.0));
+            assert!((found - wanted).norm() < 1e-9, "{found} {wanted}");
+        }
+    }
+
+    #[test]
+    fn without_the_machine_control_is_switched_at_rotary_zero_only() {
+        let setup =
+            rs274::Setup { tools: [(1, rs274::Tool::with_length(80.0, 10.0))].into(), ..rs274::Setup::default() };
+        let run = |text: &str| rs274::interpret(text, std::path::Path::new("tip.ngc"), &setup);
+        assert!(run("G43.4 H1\nG1 X1 A30 F100\nG0 A0\nG49\nM2").is_ok());
+        let error = run("G0 A30\nG43.4 H1\nM2").unwrap_err().to_string();
+        assert!(error.contains("tip.ngc:2:1") && error.contains("[program.tool_centre_point]"), "{error}");
+        let error = run("G68.2 J30\nG53.1\nM2").unwrap_err().to_string();
+        assert!(error.contains("tip.ngc:2:1") && error.contains("[program.tool_centre_point]"), "{error}");
     }
 
     #[test]

@@ -149,6 +149,11 @@ pub struct ProgramFile {
     /// What the controller takes for granted.
     #[serde(default)]
     pub controller: ControllerFile,
+    /// The control that the program is written for: `linuxcnc`, `fanuc` or `haas`.
+    pub dialect: Option<Spanned<String>>,
+    /// Codes that are skipped, as in `["G187", "M31"]`.
+    #[serde(default)]
+    pub ignored_codes: Vec<Spanned<String>>,
     /// Greatest linear travel between poses, mm.
     pub step_mm: Option<Spanned<f64>>,
     /// Greatest turn between poses, degrees.

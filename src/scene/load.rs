@@ -339,12 +339,13 @@ fn read_program(
     file: &ProgramFile,
 ) -> Result<ProgramRun, SceneError> {
     let meaning = |wrong| document.meaning(wrong);
-    let setup = program::setup(file).map_err(meaning)?;
+    let mut setup = program::setup(file).map_err(meaning)?;
     let sampling = program::sampling(file).map_err(meaning)?;
     // Where the machine stands without `start`, the program that needs it is to blame.
     let start = || document.place(&file.start.as_ref().map_or_else(|| file.file.span(), Spanned::span));
     machine.check_limits(&setup.start).map_err(|cause| SceneError::OutOfLimits { place: start(), cause })?;
     let tip = file.tool_centre_point.as_ref().map(|tip| read_tip(document, machine, tip)).transpose()?;
+    setup.kinematics = tip.as_ref().map(|tip| tip.kinematics(machine));
     let path = file.file.get_ref();
     let source = folder.text(path)?;
     program::run(&source, folder.path(path), &setup, tip, sampling)

@@ -48,6 +48,12 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
     setup.home = position("home", &file.home)?;
     setup.second_home = position("second_home", &file.second_home)?;
     setup.tool = file.tool;
+    if let Some(dialect) = &file.dialect {
+        setup.dialect = dialect.get_ref().parse().map_err(|message| (dialect.span(), message))?;
+    }
+    for code in &file.ignored_codes {
+        setup.ignored.insert(code.get_ref().parse().map_err(|message| (code.span(), message))?);
+    }
     for (name, origin) in &file.work_offsets {
         let wrong = |message| (origin.span(), message);
         let index = WORK_OFFSETS.iter().position(|known| known == name);
@@ -197,7 +203,7 @@ impl ProgramRun {
     /// For a scene without a program: no moves, and a mill's controller that starts at zero.
     #[must_use]
     pub fn of_mill() -> Self {
-        let program = rs274::Program { moves: Vec::new(), blocks: Vec::new() };
+        let program = rs274::Program { moves: Vec::new(), blocks: Vec::new(), notes: Vec::new() };
         let setup = Setup::default();
         let start = setup.start;
         Self { file: PathBuf::new(), program, setup, tip: None, start, sampling: Sampling::default() }

@@ -2,6 +2,7 @@
 //!
 //! Order in a line is free but for `/`, `N` and `O`, which come first (NISTIR 6556, section 3.3).
 
+use super::dialect::Dialect;
 use super::error::{Cause, Fault};
 use super::expression::Expression;
 use super::lex::Cursor;
@@ -103,8 +104,8 @@ pub(super) struct Block {
 
 impl Block {
     /// Reads a line.
-    pub fn parse(line: &str) -> Result<Self, Fault> {
-        let mut cursor = Cursor::new(line)?;
+    pub fn parse(line: &str, dialect: Dialect) -> Result<Self, Fault> {
+        let mut cursor = Cursor::new(line, dialect)?;
         let reads_parameters = line.contains('#');
         let mut block = Self { deletable: cursor.accept('/'), reads_parameters, ..Self::default() };
         cursor.skip_comments()?;

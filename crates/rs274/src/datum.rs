@@ -3,15 +3,13 @@
 //! The parameters that hold them have LinuxCNC's numbers: 5061 (probe), 5161 (G28), 5181 (G30), 5210 (G92), 5220 (system),
 //! 5221 + 20 n (origin of system n, rotation at 5230 + 20 n). Values there are mm and degrees.
 
-use super::canonical::{Axis, MoveKind};
+use super::canonical::Axis;
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{Code, Group, Values};
 use super::offsets::{Values9, from_canonical, turn};
 use super::setup::UserCode;
 
-/// A rotary axis nearer than this to zero is at zero, degrees.
-const AT_ZERO_DEG: f64 = 1e-9;
 const PROBED: usize = 5061;
 const HOME: usize = 5161;
 const SECOND_HOME: usize = 5181;
@@ -83,28 +81,51 @@ impl Interpreter<'_> {
     /// Whether a code other than a motion uses the block's axis words.
     pub(super) fn uses_axis_words(&self, values: &Values) -> bool {
         matches!(values.number(Group::NonModal), Some(code) if code != 40)
+            || matches!(values.number(Group::Turn), Some(code) if code != 690)
             || matches!(values.number(Group::ToolLength), Some(431))
     }
 
-    /// G43, G43.1, G43.2, G49.
+    /// G43, G43.1, G43.2, G43.4, G43.5, G44, G49.
     pub(super) fn set_tool_offset(&mut self, values: &Values) -> Result<(), Fault> {
         let Some(code) = values.code(Group::ToolLength) else { return Ok(()) };
+        // The length in force, named again, changes nothing.
+        if code.number == 430 && self.tip_mm.is_some_and(|length| self.is_length(length, values, code)) {
+            return Ok(());
+        }
+        // In a tilted plane the length is the tip's, whichever code sets it.
+        if self.is_tilted {
+            let why = "tool-centre-point control in a tilted plane; G69 cancels the plane";
+            if matches!(code.number, 434 | 435) {
+                return Err(code.fault(Cause::NotAllowed(why)));
+            }
+            self.leave_tip_control(code)?;
+            self.change_tool_offset(values, code)?;
+            return self.enter_tip_control(code);
+        }
         match code.number {
             490 => {
                 self.leave_tip_control(code)?;
-                self.offsets.tool = [0.0; 9];
+                self.change_tool_offset(values, code)
             }
-            434 => {
+            434 | 435 => {
                 let offset = self.tool_offset(values, code)?;
                 self.leave_tip_control(code)?;
                 self.offsets.tool = offset;
                 self.enter_tip_control(code)?;
+                self.has_tool_vectors = code.number == 435;
+                Ok(())
             }
-            // The length in force, named again, changes nothing.
-            430 if self.tip_mm.is_some_and(|length| self.is_length(length, values, code)) => {}
             _ if self.tip_mm.is_some() => {
-                return Err(code.fault(Cause::NotAllowed("another tool length under tool-centre-point control")));
+                Err(code.fault(Cause::NotAllowed("another tool length under tool-centre-point control")))
             }
+            _ => self.change_tool_offset(values, code),
+        }
+    }
+
+    /// Sets what is added to the axes.
+    fn change_tool_offset(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
+        match code.number {
+            490 => self.offsets.tool = [0.0; 9],
             431 => {
                 for axis in Axis::ALL {
                     if let Some(value) = self.take_axis(values, axis) {
@@ -114,9 +135,9 @@ impl Interpreter<'_> {
             }
             _ => {
                 let offset = self.tool_offset(values, code)?;
-                let added = code.number == 432;
-                for (axis, value) in offset.into_iter().enumerate() {
-                    self.offsets.tool[axis] = if added { self.offsets.tool[axis] + value } else { value };
+                let (kept, sign) = (code.number == 432, if code.number == 440 { -1.0 } else { 1.0 });
+                for (old, new) in self.offsets.tool.iter_mut().zip(offset) {
+                    *old = if kept { *old } else { 0.0 } + sign * new;
                 }
             }
         }
@@ -156,49 +177,22 @@ impl Interpreter<'_> {
         }
     }
 
-    /// From now on the position is the tip's: the tool's length goes from the offsets into the moves. A move that goes nowhere
-    /// marks the change.
-    fn enter_tip_control(&mut self, code: &Code) -> Result<(), Fault> {
-        self.check_rotary_at_zero(code)?;
-        let tool = std::mem::take(&mut self.offsets.tool);
-        if tool.iter().enumerate().any(|(i, &x)| x != 0.0 && i != Axis::Z as usize) {
-            return Err(code
-                .fault(Cause::NotAllowed("a tool offset along another axis than Z under tool-centre-point control")));
-        }
-        self.position[Axis::Z as usize] -= tool[Axis::Z as usize];
-        self.tip_mm = Some(tool[Axis::Z as usize]);
-        self.emit(MoveKind::Dwell { seconds: 0.0 }, None)
-    }
-
-    /// The position is the axes' again, the tool's length an offset again.
-    fn leave_tip_control(&mut self, code: &Code) -> Result<(), Fault> {
-        let Some(length) = self.tip_mm else { return Ok(()) };
-        self.check_rotary_at_zero(code)?;
-        self.tip_mm = None;
-        self.offsets.tool[Axis::Z as usize] = length;
-        self.position[Axis::Z as usize] += length;
-        self.emit(MoveKind::Dwell { seconds: 0.0 }, None)
-    }
-
-    /// Elsewhere the tip's place would depend on the machine, which an interpreter does not know.
-    fn check_rotary_at_zero(&self, code: &Code) -> Result<(), Fault> {
-        // Whole turns are zero to everything that turns.
-        let from_zero = |degrees: f64| (degrees - 360.0 * (degrees / 360.0).round()).abs();
-        let turned =
-            Axis::ALL.into_iter().any(|axis| axis.is_rotary() && from_zero(self.position[axis as usize]) > AT_ZERO_DEG);
-        if turned {
-            let why = "tool-centre-point control is switched only while all rotary axes are at zero";
-            return Err(code.fault(Cause::NotAllowed(why)));
-        }
-        Ok(())
-    }
-
     pub(super) fn obey_datum_codes(&mut self, values: &Values) -> Result<(), Fault> {
         if !matches!(values.number(Group::NonModal), Some(40 | 100)) {
             let why = "places and offsets of coordinates while cutter compensation is on";
             self.refuse_compensated(values, Group::NonModal, why)?;
         }
+        if let Some(code) = values.code(Group::Turn) {
+            match code.number {
+                682 => self.tilt(values, code)?,
+                _ => self.untransform(code)?,
+            }
+        }
         match values.number(Group::NonModal) {
+            Some(531) => match values.code(Group::NonModal) {
+                Some(code) => self.turn_upright(values, code),
+                None => Ok(()),
+            },
             Some(100) => self.set_data(values),
             Some(280) => self.go_home(values, HOME),
             Some(300) => self.go_home(values, SECOND_HOME),
@@ -220,13 +214,16 @@ impl Interpreter<'_> {
     /// G28 and G30: by way of the point the axis words name; only the named axes go home, all if none is named.
     fn go_home(&mut self, values: &Values, base: usize) -> Result<(), Fault> {
         let home = self.load(base);
-        if !values.has_axis() {
-            return self.rapid_to(home);
-        }
         let named = Axis::ALL.map(|axis| values.has(axis.letter().to_ascii_lowercase()));
-        let between = self.target(values);
-        self.rapid_to(between)?;
-        self.rapid_to(std::array::from_fn(|i| if named[i] { home[i] } else { between[i] }))
+        if values.has_axis() {
+            let between = self.target(values);
+            self.rapid_to(between)?;
+        }
+        let goes = |i: usize| named[i] || !values.has_axis();
+        self.with_axes(values, Group::NonModal, |interpreter| {
+            let start = interpreter.position;
+            interpreter.rapid_to(std::array::from_fn(|i| if goes(i) { home[i] } else { start[i] }))
+        })
     }
 
     /// G52 and the G92 family: they share one shift, as in LinuxCNC.

@@ -1,11 +1,12 @@
 //! What can be wrong with a program, and where.
 
-use std::path::PathBuf;
+use super::dialect::CodeName;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// A program that cannot be interpreted: the first thing wrong with it.
+/// A program that cannot be interpreted: the first thing wrong with it, and what else can be told without it.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{file}:{line}:{column}: {cause}{quoted}", file = file.display(), quoted = quoted(text))]
+#[error("{}", told(self))]
 pub struct GcodeError {
     /// The program.
     pub file: PathBuf,
@@ -17,10 +18,53 @@ pub struct GcodeError {
     pub text: String,
     /// What is wrong with it.
     pub cause: Cause,
+    /// On how many further lines the same is wrong with the same text.
+    pub more: u32,
+    /// What else is wrong, at most [`MOST_ERRORS`], each without others of its own: only what does not hang on the errors before.
+    pub others: Vec<GcodeError>,
+    /// What to try, when the program seems to be written for another control.
+    pub hint: Option<String>,
 }
 
-fn quoted(text: &str) -> String {
-    if text.is_empty() { String::new() } else { format!(": `{text}`") }
+/// Most errors that are told of one program.
+pub const MOST_ERRORS: usize = 20;
+
+impl GcodeError {
+    /// An error at a place of a file.
+    #[must_use]
+    pub fn new(file: PathBuf, line: u32, column: u32, text: String, cause: Cause) -> Self {
+        Self { file, line, column, text, cause, more: 0, others: Vec::new(), hint: None }
+    }
+
+    /// An error inside a line of a file.
+    pub(super) fn of(file: &Path, line: u32, fault: Fault) -> Self {
+        Self::new(file.to_owned(), line, fault.column, fault.text, fault.cause)
+    }
+}
+
+/// All errors, a line each, and the hint.
+fn told(error: &GcodeError) -> String {
+    let mut text = one(error);
+    for other in &error.others {
+        text.push('\n');
+        text.push_str(&one(other));
+    }
+    if let Some(hint) = &error.hint {
+        text.push('\n');
+        text.push_str(hint);
+    }
+    text
+}
+
+fn one(error: &GcodeError) -> String {
+    let GcodeError { file, line, column, text, cause, more, .. } = error;
+    let quoted = if text.is_empty() { String::new() } else { format!(": `{text}`") };
+    let again = match more {
+        0 => String::new(),
+        1 => " (and on another line)".to_owned(),
+        more => format!(" (and on {more} more lines)"),
+    };
+    format!("{}:{line}:{column}: {cause}{quoted}{again}", file.display())
 }
 
 /// What is wrong.
@@ -41,9 +85,20 @@ pub enum Cause {
     /// Something must follow here.
     #[error("{0} expected")]
     Expected(&'static str),
-    /// A control-flow word of Fanuc's macro language.
-    #[error("control flow of Fanuc's macro language is not understood; O-words are, as in `o1 if [#1 EQ 1]`")]
+    /// A control-flow word of Fanuc's macro language in another dialect.
+    #[error(
+        "control flow of Fanuc's macro language is understood in the dialects fanuc and haas; here O-words are, as in `o1 if [#1 EQ 1]`"
+    )]
     MacroWord,
+    /// A program in a language that is not interpreted.
+    #[error("{0}")]
+    Foreign(String),
+    /// A macro's own alarm: `#3000 = 1 (MESSAGE)`.
+    #[error("the program raises alarm {0}")]
+    Alarm(String),
+    /// What the machine cannot do; the message says why.
+    #[error("{0}")]
+    Machine(String),
     /// A function that RS274/NGC does not have.
     #[error("unknown function")]
     UnknownFunction,
@@ -71,6 +126,9 @@ pub enum Cause {
     /// A code of RS274/NGC that this interpreter does not perform, or one that nobody knows.
     #[error("code is not supported")]
     Unsupported,
+    /// The same, of a code that programs may be asked to skip.
+    #[error("code is not supported; if it moves nothing, ignore it (`--ignore {0}`)")]
+    UnsupportedCode(CodeName),
     /// Two codes that exclude each other.
     #[error("excludes {0} in the same block: same modal group")]
     ModalConflict(String),
@@ -95,7 +153,7 @@ pub enum Cause {
     #[error("impossible arc: {0}")]
     Arc(&'static str),
     /// A tool that the table lacks.
-    #[error("tool is not in the tool table")]
+    #[error("tool is not in the tool table (`--tool-table`, or `[[program.tools]]` in the scene)")]
     UnknownTool,
     /// A control-flow word without its partner.
     #[error("{0}")]
@@ -114,6 +172,29 @@ pub enum Cause {
         /// Of what.
         what: &'static str,
     },
+}
+
+impl Cause {
+    /// Whether it is wrong whatever the lines before have done.
+    pub(super) const fn stands_alone(&self) -> bool {
+        matches!(
+            self,
+            Self::UnexpectedCharacter
+                | Self::UnclosedComment
+                | Self::NestedComment
+                | Self::UnclosedName
+                | Self::Expected(_)
+                | Self::MacroWord
+                | Self::UnknownFunction
+                | Self::UnknownLetter
+                | Self::DuplicateWord
+                | Self::Unsupported
+                | Self::UnsupportedCode(_)
+                | Self::ModalConflict(_)
+                | Self::UnknownTool
+                | Self::UnknownSubroutine
+        )
+    }
 }
 
 /// An error inside one line: the interpreter adds file and line.

@@ -7,13 +7,16 @@ use super::block::{Block, Target};
 use super::canonical::{Axis, Move, MoveKind, Plane};
 use super::compensation::Compensation;
 use super::cycle::Sticky;
-use super::error::{Cause, Fault, GcodeError};
+use super::dialect::Note;
+use super::error::{Cause, Fault, GcodeError, MOST_ERRORS};
+use super::foreign;
 use super::modal::{FeedMode, Group, Modes, Spindle, Values};
 use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
 use super::oword::{Control, FlowTable};
 use super::parameters::Parameters;
 use super::setup::Setup;
 use super::source::{self, Source};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Farthest an axis may be from zero, mm or degrees; farther out a number has no tenths of micrometres left.
@@ -22,6 +25,12 @@ pub const FARTHEST: f64 = 1e9;
 /// `#<_vmajor>` and `#<_vminor>`: of the LinuxCNC whose meanings are followed.
 const LANGUAGE_VERSION: [f64; 2] = [2.9, 0.0];
 
+/// Most lines that are looked at for errors of a program: many of them may be one error.
+const MOST_FAULTS: usize = 1000;
+
+/// Most different notes on one program.
+const MOST_NOTES: usize = 100;
+
 /// What a program comes to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program {
@@ -29,6 +38,8 @@ pub struct Program {
     pub moves: Vec<Move>,
     /// Its lines; line `n` of a move is `blocks[n - 1]`.
     pub blocks: Vec<String>,
+    /// What its reader should know: codes that were skipped, numbers whose meaning is a guess.
+    pub notes: Vec<Note>,
 }
 
 /// Executes a program.
@@ -36,27 +47,43 @@ pub struct Program {
 /// `file` is named in errors, and subroutine files are looked for beside it. Text behind M2, M30 or a second `%` is not read.
 ///
 /// # Errors
-/// The first thing wrong, with file, line, column and text. Bad input never panics and never runs for ever.
+/// What is wrong, with file, line, column and text: the first thing, and what else is wrong whatever the first has done, [`MOST_ERRORS`] in
+/// all. Bad input never panics and never runs for ever.
 pub fn interpret(source: &str, file: &Path, setup: &Setup) -> Result<Program, GcodeError> {
-    let fault = |(file, line, cause)| GcodeError { file, line, column: 1, text: String::new(), cause };
+    let fault = |(file, line, cause)| GcodeError::new(file, line, 1, String::new(), cause);
     let lines = source::lines(source).map_err(|(line, cause)| fault((file.to_owned(), line, cause)))?;
-    let parse = |line: &str| parse(line, setup.block_delete);
+    let parse = |line: &str| parse(line, setup);
     let text = Source::of(&lines, file, &parse).map_err(fault)?;
     let mut interpreter = Interpreter::new(setup);
-    match interpreter.run(&text) {
-        Ok(()) => Ok(Program { moves: interpreter.moves, blocks: lines }),
-        Err(Fault { column, text: word, cause }) => {
-            let (file, line) = text.place(interpreter.at);
-            Err(GcodeError { file: file.to_owned(), line, column, text: word, cause })
-        }
+    let errors = interpreter.run(&text);
+    if errors.is_empty() {
+        return Ok(Program { moves: interpreter.moves, blocks: lines, notes: interpreter.notes });
     }
+    let error = all_in_one(errors, &text);
+    Err(foreign::recognise(&lines, file, setup.dialect, error))
 }
 
-fn parse(line: &str, block_delete: bool) -> Result<Block, Fault> {
-    if line.trim() == "%" || (block_delete && line.trim_start().starts_with('/')) {
+/// The first error with the others in it.
+fn all_in_one(errors: Vec<(usize, Fault)>, text: &Source) -> GcodeError {
+    let mut told: Vec<GcodeError> = Vec::new();
+    for (at, fault) in errors {
+        if let Some(error) = told.iter_mut().find(|error| error.cause == fault.cause && error.text == fault.text) {
+            error.more += 1;
+        } else if told.len() < MOST_ERRORS {
+            let (file, line) = text.place(at);
+            told.push(GcodeError::of(file, line, fault));
+        }
+    }
+    let mut first = told.remove(0);
+    first.others = told;
+    first
+}
+
+fn parse(line: &str, setup: &Setup) -> Result<Block, Fault> {
+    if line.trim() == "%" || (setup.block_delete && line.trim_start().starts_with('/')) {
         return Ok(Block::default());
     }
-    Block::parse(line)
+    Block::parse(line, setup.dialect)
 }
 
 /// Whether the program goes on.
@@ -86,7 +113,12 @@ pub(super) struct Interpreter<'a> {
     pub sticky: Sticky,
     /// Under tool-centre-point control, the tool's length, mm; X, Y, Z of the position are then the tip's.
     pub tip_mm: Option<f64>,
+    /// Whether that is so because of a tilted plane (G68.2).
+    pub is_tilted: bool,
+    /// Whether I, J and K say which way the tool points (G43.5).
+    pub has_tool_vectors: bool,
     pub moves: Vec<Move>,
+    pub notes: Vec<Note>,
     /// Index of the line being executed.
     pub at: usize,
     /// The program's own line that is being executed, from 1: the call's while a subroutine of another file runs.
@@ -122,6 +154,8 @@ impl<'a> Interpreter<'a> {
             spline_leaves: None,
             sticky: Sticky::default(),
             tip_mm: None,
+            is_tilted: false,
+            has_tool_vectors: false,
             parameters: Parameters::new(&setup.parameters),
             offsets: Offsets::default(),
             position: from_canonical(&setup.start),
@@ -130,6 +164,7 @@ impl<'a> Interpreter<'a> {
             selected_tool: setup.tool,
             control: Control::default(),
             moves: Vec::new(),
+            notes: Vec::new(),
             at: 0,
             line: 0,
         };
@@ -137,37 +172,72 @@ impl<'a> Interpreter<'a> {
         interpreter
     }
 
-    fn run(&mut self, source: &Source) -> Result<(), Fault> {
+    /// Runs the program: what is wrong with it, by the index of the line. Behind the first error it goes on to find what else is wrong
+    /// that does not hang on what went wrong before.
+    fn run(&mut self, source: &Source) -> Vec<(usize, Fault)> {
         let blocks = &source.blocks;
-        let table = FlowTable::of(blocks).map_err(|(index, fault)| {
-            self.at = index;
-            fault
-        })?;
+        let table = match FlowTable::of(blocks) {
+            Ok(table) => table,
+            Err(error) => return std::iter::once(error).chain(source.unread_lines()).collect(),
+        };
+        let mut errors: Vec<(usize, Fault)> = Vec::new();
+        let mut wrong = BTreeSet::new();
         let mut at = 0;
         for _ in 0..self.setup.limits.blocks {
-            let Some(block) = blocks.get(at) else { return Ok(()) };
-            self.at = at;
-            if source.is_own(at) {
-                self.line = at as u32 + 1;
+            match self.step(source, &table, at) {
+                Ok(Next::Line(next)) => at = next,
+                Ok(Next::End) => return errors,
+                Err(fault) => {
+                    let gives_up = matches!(fault.cause, Cause::Limit { .. } | Cause::Alarm(_));
+                    if errors.is_empty() || (fault.cause.stands_alone() && wrong.insert(self.at)) {
+                        wrong.insert(self.at);
+                        errors.push((self.at, fault));
+                    }
+                    if gives_up || errors.len() > MOST_FAULTS {
+                        return errors;
+                    }
+                    at += 1;
+                }
             }
-            let block = block.as_ref().map_err(Clone::clone)?;
-            if block.reads_parameters {
-                self.refresh_parameters();
-            }
-            at = match &block.flow {
-                Some(flow) => self.obey_flow(&table, blocks, flow, at)?,
-                None => match self.execute(block, &table, at)? {
-                    Next::Line(line) => line,
-                    Next::End => return Ok(()),
-                },
-            };
         }
-        Err(Fault::new(1, "", Cause::Limit { limit: self.setup.limits.blocks, what: "blocks executed" }))
+        if errors.is_empty() {
+            let cause = Cause::Limit { limit: self.setup.limits.blocks, what: "blocks executed" };
+            errors.push((self.at, Fault::new(1, "", cause)));
+        }
+        errors
+    }
+
+    /// Executes the line of an index.
+    fn step(&mut self, source: &Source, table: &FlowTable, at: usize) -> Result<Next, Fault> {
+        let blocks = &source.blocks;
+        let Some(block) = blocks.get(at) else { return Ok(Next::End) };
+        self.at = at;
+        if source.is_own(at) {
+            self.line = at as u32 + 1;
+        }
+        let block = block.as_ref().map_err(Clone::clone)?;
+        if block.reads_parameters {
+            self.refresh_parameters();
+        }
+        match &block.flow {
+            Some(flow) => self.obey_flow(table, blocks, flow, at).map(Next::Line),
+            None => self.execute(block, table, at),
+        }
+    }
+
+    /// Notes what the reader should know, once, with how often it is so.
+    pub fn note(&mut self, text: String) {
+        if let Some(note) = self.notes.iter_mut().find(|note| note.text == text) {
+            note.more = note.more.saturating_add(1);
+        } else if self.notes.len() < MOST_NOTES {
+            self.notes.push(Note { line: self.line, more: 0, text });
+        }
     }
 
     /// Executes a block at index `at`: evaluates everything, then assigns, then obeys.
     fn execute(&mut self, block: &Block, table: &FlowTable, at: usize) -> Result<Next, Fault> {
         let values = Values::of(block, &self.parameters, self.setup)?;
+        values.skipped().for_each(|skipped| self.note(skipped.to_owned()));
         self.assign(block)?;
         self.keep_or_restore_modes(&values);
         self.set_feed_and_speed(&values)?;

@@ -2,6 +2,7 @@
 //!
 //! RS274/NGC (Kramer, Proctor, Messina, NISTIR 6556, section 3.3) ignores case and spaces outside comments.
 
+use super::dialect::Dialect;
 use super::error::{Cause, Fault};
 
 /// Longest line accepted, in characters. LinuxCNC stops at 255; generated programs have longer comments.
@@ -10,19 +11,21 @@ pub(super) const MAX_LINE_LENGTH: usize = 4096;
 /// A place in a line.
 #[derive(Clone, Debug)]
 pub(super) struct Cursor {
+    /// Whose words these are.
+    pub dialect: Dialect,
     characters: Vec<char>,
     at: usize,
 }
 
 impl Cursor {
     /// At the first character of a line.
-    pub fn new(line: &str) -> Result<Self, Fault> {
+    pub fn new(line: &str, dialect: Dialect) -> Result<Self, Fault> {
         let characters: Vec<char> = line.chars().collect();
         if characters.len() > MAX_LINE_LENGTH {
             let cause = Cause::Limit { limit: MAX_LINE_LENGTH, what: "characters in a line" };
             return Err(Fault::new(MAX_LINE_LENGTH as u32 + 1, "", cause));
         }
-        Ok(Self { characters, at: 0 })
+        Ok(Self { dialect, characters, at: 0 })
     }
 
     /// The next character that is not a space, in lower case; `None` at the end of the line.

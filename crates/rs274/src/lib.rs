@@ -7,6 +7,8 @@
 
 pub mod canonical;
 pub mod error;
+pub mod dialect;
+pub mod kinematics;
 pub mod file;
 pub mod setup;
 mod lex;
@@ -18,6 +20,7 @@ mod affine;
 mod offsets;
 pub mod arc;
 mod datum;
+mod tip_control;
 mod feed;
 mod motion;
 mod offset_curve;
@@ -27,14 +30,17 @@ mod cycle;
 mod thread;
 pub mod oword;
 mod source;
+mod foreign;
 pub mod interpret;
 pub mod path;
 pub mod tool_table;
 pub mod parameter_file;
 
 pub use canonical::{Axis, Move, MoveKind, Plane, Position};
+pub use dialect::{CodeName, Dialect, Note};
 pub use error::{Cause, GcodeError};
 pub use interpret::{Program, interpret};
+pub use kinematics::{Kinematics, TipKinematics};
 pub use parameter_file::read_parameter_file;
 pub use path::{RapidPath, Sample, Sampling, TooManySamples, sample};
 pub use setup::{Limits, Setup, Tool, UserCode, WorkOffset};

@@ -4,6 +4,7 @@
 
 use super::block::Block;
 use super::canonical::Plane;
+use super::dialect::CodeName;
 use super::error::{Cause, Fault};
 use super::parameters::Parameters;
 use super::setup::Setup;
@@ -32,6 +33,8 @@ pub(super) enum Group {
     PathControl,
     SpindleMode,
     Diameter,
+    /// Turned and tilted coordinates.
+    Turn,
     Absolute,
     Stop,
     ToolChange,
@@ -45,11 +48,11 @@ pub(super) enum Group {
     User,
 }
 
-const GROUPS: usize = 25;
+const GROUPS: usize = 26;
 
 fn g_group(tenths: i32) -> Option<Group> {
     Some(match tenths {
-        40 | 100 | 280 | 281 | 300 | 301 | 520 | 920..=923 => Group::NonModal,
+        40 | 100 | 531 | 280 | 281 | 300 | 301 | 520 | 920..=923 => Group::NonModal,
         530 => Group::Absolute,
         0
         | 10
@@ -79,12 +82,13 @@ fn g_group(tenths: i32) -> Option<Group> {
         930 | 940 | 950 => Group::FeedMode,
         200 | 210 => Group::Units,
         400 | 410 | 411 | 420 | 421 => Group::CutterCompensation,
-        430 | 431 | 432 | 434 | 490 => Group::ToolLength,
+        430 | 431 | 432 | 434 | 435 | 490 => Group::ToolLength,
         980 | 990 => Group::Return,
         540 | 550 | 560 | 570 | 580 | 590..=593 => Group::Coordinates,
         610 | 611 | 640 => Group::PathControl,
         960 | 970 => Group::SpindleMode,
         70 | 80 => Group::Diameter,
+        682 | 690 => Group::Turn,
         _ => return None,
     })
 }
@@ -139,6 +143,10 @@ pub(super) struct Values {
     letters: [Option<Value>; SLOTS],
     used: Cell<u32>,
     codes: [Option<Code>; GROUPS],
+    /// Notes on the codes that are skipped.
+    skipped: Vec<String>,
+    /// Whether words other than axes may be left over: a skipped code's.
+    lenient: bool,
 }
 
 /// The letters and `@`, `^`, `$`.
@@ -156,7 +164,14 @@ fn slot(letter: char) -> usize {
 impl Values {
     /// Evaluates all words.
     pub fn of(block: &Block, parameters: &Parameters, setup: &Setup) -> Result<Self, Fault> {
-        let mut values = Self { letters: [const { None }; SLOTS], used: Cell::new(0), codes: Default::default() };
+        let mut values = Self {
+            letters: [const { None }; SLOTS],
+            used: Cell::new(0),
+            codes: Default::default(),
+            skipped: Vec::new(),
+            lenient: false,
+        };
+        let mut skips_words = false;
         for word in &block.words {
             let number = word.value.evaluate(parameters)?;
             let fault = |cause| Fault::new(word.column, word.text.clone(), cause);
@@ -176,7 +191,13 @@ impl Values {
                 *entry = Some(Value { number, column: word.column, text: word.text.clone() });
                 continue;
             }
-            let Some((group, number)) = group else { return Err(fault(Cause::Unsupported)) };
+            if let Some(name) = ignored(word.letter, number, setup) {
+                values.skipped.push(format!("{name} is ignored, as asked"));
+                skips_words |= word.letter == 'g';
+                values.lenient = true;
+                continue;
+            }
+            let Some((group, number)) = group else { return Err(fault(unsupported(word.letter, number))) };
             let entry = &mut values.codes[group as usize];
             match entry {
                 // Where G80 stands beside a motion, the motion wins, as in LinuxCNC: safety lines have `G0 ... G80`.
@@ -186,6 +207,9 @@ impl Values {
                 None => {}
             }
             *entry = Some(Code { number, column: word.column, text: word.text.clone() });
+        }
+        if skips_words && values.code(Group::Motion).is_none() {
+            values.letters = [const { None }; SLOTS];
         }
         // G53 is of the group of G4 and G10, but may stand beside a motion, which is not.
         if let (Some(first), Some(second)) = (values.code(Group::NonModal), values.code(Group::Absolute)) {
@@ -232,6 +256,14 @@ impl Values {
         }
     }
 
+    /// The code that moves the axes; without one in the block, one at its first word, for messages.
+    pub fn motion_code(&self) -> Code {
+        self.code(Group::Motion).cloned().unwrap_or_else(|| {
+            let Fault { column, text, .. } = self.motion_fault(Cause::Unsupported);
+            Code { number: 0, column, text }
+        })
+    }
+
     /// A fault at the code that moves the axes, or at the block's first word when the code stands in a block before.
     pub fn motion_fault(&self, cause: Cause) -> Fault {
         self.fault_at(Group::Motion, cause)
@@ -261,7 +293,8 @@ impl Values {
 
     /// An error if some word has been used by nothing.
     pub fn check_all_used(&self) -> Result<(), Fault> {
-        let unused = self.letters.iter().enumerate().filter(|(slot, _)| self.used.get() >> slot & 1 == 0);
+        let counts = |at: usize| !self.lenient || AXES.chars().any(|letter| slot(letter) == at);
+        let unused = self.letters.iter().enumerate().filter(|(at, _)| self.used.get() >> at & 1 == 0 && counts(*at));
         match unused.filter_map(|(_, value)| value.as_ref()).min_by_key(|value| value.column) {
             None => Ok(()),
             Some(value) => Err(Fault::new(value.column, value.text.clone(), Cause::UnusedWord)),
@@ -270,8 +303,32 @@ impl Values {
 
     /// Whether the block has any of X, Y, Z, A, B, C, U, V, W, or X and Y as `@` and `^`.
     pub fn has_axis(&self) -> bool {
-        "xyzabcuvw@^".chars().any(|letter| self.has(letter))
+        AXES.chars().any(|letter| self.has(letter))
     }
+
+    /// Notes on the codes that are skipped.
+    pub fn skipped(&self) -> impl Iterator<Item = &str> {
+        self.skipped.iter().map(String::as_str)
+    }
+}
+
+/// Letters of words that say where the axes go.
+const AXES: &str = "xyzabcuvw@^";
+
+fn unsupported(letter: char, number: f64) -> Cause {
+    match whole(number * 10.0) {
+        Some(tenths) if tenths >= 0 => Cause::UnsupportedCode(CodeName::new(letter, tenths)),
+        _ => Cause::Unsupported,
+    }
+}
+
+/// The code's name, if the setup asks to ignore it.
+fn ignored(letter: char, number: f64, setup: &Setup) -> Option<CodeName> {
+    if setup.ignored.is_empty() {
+        return None;
+    }
+    let name = CodeName::new(letter, whole(number * 10.0)?);
+    setup.ignored.contains(&name).then_some(name)
 }
 
 /// The whole number within [`WHOLE_TOLERANCE`], if there is one.

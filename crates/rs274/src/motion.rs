@@ -135,17 +135,26 @@ impl Interpreter<'_> {
             return Err(self.fault_at(values, Group::Absolute, Cause::NotAllowed("G53 needs G0 or G1")));
         }
         // A full circle in an arc's mode needs no more than its centre.
-        let is_circle = matches!(self.modes.motion, Some(20 | 30)) && "ijk".chars().any(|letter| values.has(letter));
-        let moves = values.has_axis() || values.code(Group::Motion).is_some() || is_circle;
+        let has_vector = "ijk".chars().any(|letter| values.has(letter));
+        let is_circle = matches!(self.modes.motion, Some(20 | 30)) && has_vector;
+        let turns = self.has_tool_vectors && has_vector;
+        let moves = values.has_axis() || values.code(Group::Motion).is_some() || is_circle || turns;
         if axes_taken || !moves {
             return Ok(());
         }
         match self.modes.motion {
             Some(code @ (0 | 10)) => {
-                if !values.has_axis() {
+                if !values.has_axis() && !turns {
                     return Ok(());
                 }
-                let target = if absolute { self.absolute_target(values) } else { self.target(values) };
+                if absolute {
+                    return self.with_axes(values, Group::Absolute, |interpreter| {
+                        let target = interpreter.absolute_target(values);
+                        if code == 0 { interpreter.rapid_to(target) } else { interpreter.feed_to(target, values) }
+                    });
+                }
+                let mut target = self.target(values);
+                self.point_tool(values, &mut target)?;
                 if code == 0 {
                     self.straight_to(target, MoveKind::Rapid, None, values)
                 } else {

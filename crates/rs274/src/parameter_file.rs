@@ -25,7 +25,7 @@ pub fn read_parameter_file(text: &str, file: &Path, unit_mm: f64) -> Result<BTre
             }
             None => Ok(()),
         });
-        read.map_err(|Fault { column, text, cause }| GcodeError { file: file.to_owned(), line, column, text, cause })?;
+        read.map_err(|fault| GcodeError::of(file, line, fault))?;
     }
     Ok(parameters)
 }

@@ -1,7 +1,9 @@
 //! What a controller knows before the program starts.
 
 use super::canonical::{Plane, Position};
-use std::collections::BTreeMap;
+use super::dialect::{CodeName, Dialect};
+use super::kinematics::Kinematics;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// One work coordinate system: its origin in machine coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -90,6 +92,12 @@ pub struct Setup {
     pub parameters: BTreeMap<String, f64>,
     /// When to give up.
     pub limits: Limits,
+    /// The control that the program is written for.
+    pub dialect: Dialect,
+    /// Codes to skip, each with a note. With a G code the words of its block are skipped, too, unless another code moves the axes.
+    pub ignored: BTreeSet<CodeName>,
+    /// The machine's rotary axes, for tool-centre-point control while they are tilted, for tilted planes and for tool vectors.
+    pub kinematics: Option<Kinematics>,
 }
 
 impl Setup {

@@ -101,6 +101,11 @@ impl Source {
         called.difference(&defined).filter(|name| is_name(name)).cloned().collect()
     }
 
+    /// The lines that cannot be read.
+    pub fn unread_lines(&self) -> impl Iterator<Item = (usize, Fault)> {
+        self.blocks.iter().enumerate().filter_map(|(at, block)| Some((at, block.as_ref().err()?.clone())))
+    }
+
     /// The file of a line's index, and its number in it from 1.
     pub fn place(&self, at: usize) -> (&Path, u32) {
         let after = self.files.partition_point(|(_, first)| *first <= at);

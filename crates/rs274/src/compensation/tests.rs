@@ -193,7 +193,10 @@ fn what_the_tool_cannot_follow_is_told_with_line_and_word() {
         ("G19 G41", "t.ngc:1:10: not allowed: cutter compensation in the YZ plane (G19): `G41`"),
         ("G41\nG42", "t.ngc:2:1: not allowed: cutter compensation is on already: `G42`"),
         ("G41 D2", "t.ngc:1:6: not allowed: a lathe tool's orientation outside the ZX plane (G18): `G41`"),
-        ("G41 D9", "t.ngc:1:10: tool is not in the tool table: `D9`"),
+        (
+            "G41 D9",
+            "t.ngc:1:10: tool is not in the tool table (`--tool-table`, or `[[program.tools]]` in the scene): `D9`",
+        ),
         ("G41.1", "t.ngc:1:6: D, the tool's diameter, is missing: `G41.1`"),
     ] {
         let found = message(&format!("F100 {source}\nM2"));

@@ -1,0 +1,150 @@
+//! Programs for other controls, told by their words once interpreting has failed: what to try, or what is missing.
+
+use super::dialect::Dialect;
+use super::error::{Cause, GcodeError};
+use std::path::Path;
+
+/// Most lines that are looked at.
+const LINES: usize = 20_000;
+/// Most words of another control that a message names.
+const NAMED: usize = 6;
+
+/// Words of Siemens' SINUMERIK controls, without spaces, in upper case.
+const SIEMENS: [&str; 24] = [
+    "CYCLE8",
+    "CYCLE9",
+    "TRAORI",
+    "TRAFOOF",
+    "MSG(",
+    "SUPA",
+    "%_N_",
+    "MCALL",
+    "HOLES1(",
+    "POCKET",
+    "SLOT1(",
+    "WORKPIECE(",
+    "GOTOF",
+    "GOTOB",
+    "ATRANS",
+    "AROT",
+    "ASCALE",
+    "AMIRROR",
+    "DEFREAL",
+    "DEFINT",
+    "DIAMON",
+    "DIAMOF",
+    "ORIWKS",
+    "T=\"",
+];
+
+/// Words that begin a line of Heidenhain's conversational language, behind its number.
+const HEIDENHAIN: [&str; 14] = [
+    "BEGINPGM", "BLKFORM", "TOOLCALL", "TOOLDEF", "CYCLDEF", "CYCLCALL", "CALLLBL", "FN0:", "ENDPGM", "LX+", "LX-",
+    "LZ+", "LZ-", "CCX",
+];
+
+/// Words of Fanuc's and Haas's controls that LinuxCNC has not.
+const FANUC: [&str; 15] = [
+    "IF[", "GOTO", "WHILE[", "G65", "M98P", "G54.1", "G05.1", "G5.1Q", "G68.2", "G50S", "G28U0", "G28W0", "G71U",
+    "G76P0", "#3000",
+];
+
+/// Words of Haas's controls alone.
+const HAAS: [&str; 5] = ["G187", "G154", "M97", "G234", "HAAS"];
+
+/// The error of a program that is in a dialect which it may not be written in: with a hint, or as that of a language not interpreted.
+pub(super) fn recognise(lines: &[String], file: &Path, dialect: Dialect, mut error: GcodeError) -> GcodeError {
+    if matches!(error.cause, Cause::Limit { .. } | Cause::Alarm(_) | Cause::Unreadable(_)) {
+        return error;
+    }
+    let lines: Vec<String> = lines.iter().take(LINES).map(|line| bare(line)).collect();
+    let siemens = found(&lines, &SIEMENS, |line, word| line.contains(word));
+    let heidenhain = found(&lines, &HEIDENHAIN, |line, word| {
+        line.trim_start_matches(|c: char| c.is_ascii_digit()).starts_with(word)
+    });
+    let assigns_r = lines.iter().position(|line| assigns_r_parameter(line));
+    for (name, words, certain) in [
+        ("Heidenhain's conversational language", heidenhain, &["BEGINPGM", "TOOLCALL", "CYCLDEF"][..]),
+        ("Siemens' SINUMERIK language", siemens.into_iter().chain(assigns_r.map(|line| ("R1=", line))).collect(), &[]),
+    ] {
+        let is_certain = words.len() > 1 || words.iter().any(|(word, _)| certain.is_empty() || certain.contains(word));
+        if let Some(first) = words.iter().map(|(_, line)| *line).min().filter(|_| is_certain) {
+            let mut names: Vec<&str> = words.iter().map(|(word, _)| *word).take(NAMED).map(spelled).collect();
+            names.dedup();
+            let message = format!(
+                "the program is in {name} ({}), which is not interpreted; post it for LinuxCNC, Fanuc or Haas",
+                names.join(", ")
+            );
+            return GcodeError::new(file.to_owned(), first as u32 + 1, 1, String::new(), Cause::Foreign(message));
+        }
+    }
+    if dialect == Dialect::LinuxCnc {
+        let haas = found(&lines, &HAAS, |line, word| line.contains(word));
+        let fanuc = found(&lines, &FANUC, |line, word| line.contains(word));
+        let (likely, words) = if haas.is_empty() { (Dialect::Fanuc, fanuc) } else { (Dialect::Haas, haas) };
+        if !words.is_empty() {
+            let names: Vec<&str> = words.iter().map(|(word, _)| spelled(word)).take(NAMED).collect();
+            error.hint = Some(format!(
+                "the program looks as if it were written for a {likely} control ({}): try the dialect `{likely}` (`--dialect {likely}`)",
+                names.join(", ")
+            ));
+        }
+    }
+    error
+}
+
+/// A line in upper case, without spaces and what stands in parentheses or behind a semicolon; `HAAS` is looked for in comments, too.
+fn bare(line: &str) -> String {
+    let mut depth = 0_u32;
+    let mut text = String::new();
+    for character in line.chars() {
+        match character {
+            // Siemens' calls and messages have their parenthesis directly behind a word.
+            '(' => {
+                text.push('(');
+                depth += 1;
+            }
+            ')' => depth = depth.saturating_sub(1),
+            ';' if depth == 0 => break,
+            _ if depth > 0 || character.is_whitespace() => {}
+            _ => text.extend(character.to_uppercase()),
+        }
+    }
+    if line.to_ascii_uppercase().contains("HAAS") {
+        text.push_str("HAAS");
+    }
+    text
+}
+
+/// The words that occur, each with the index of its first line.
+fn found(lines: &[String], words: &[&'static str], is_in: fn(&str, &str) -> bool) -> Vec<(&'static str, usize)> {
+    words.iter().filter_map(|&word| Some((word, lines.iter().position(|line| is_in(line, word))?))).collect()
+}
+
+/// `R1=...`, Siemens' parameters.
+fn assigns_r_parameter(line: &str) -> bool {
+    line.match_indices('R').any(|(at, _)| {
+        let digits = line[at + 1..].trim_start_matches(|c: char| c.is_ascii_digit());
+        digits.len() < line.len() - at - 1 && digits.starts_with('=')
+    })
+}
+
+/// A word as programs spell it.
+fn spelled(word: &str) -> &str {
+    match word {
+        "BEGINPGM" => "BEGIN PGM",
+        "BLKFORM" => "BLK FORM",
+        "TOOLCALL" => "TOOL CALL",
+        "TOOLDEF" => "TOOL DEF",
+        "CYCLDEF" => "CYCL DEF",
+        "CYCLCALL" => "CYCL CALL",
+        "CALLLBL" => "CALL LBL",
+        "ENDPGM" => "END PGM",
+        "LX+" | "LX-" | "LZ+" | "LZ-" => "L",
+        "CCX" => "CC",
+        "CYCLE8" | "CYCLE9" => "CYCLE",
+        "MSG(" => "MSG",
+        "DEFREAL" | "DEFINT" => "DEF",
+        word => word.trim_end_matches(['[', '(']),
+    }
+}

@@ -1,0 +1,39 @@
+//! What a program needs to know of the machine that runs it: where the tool's tip is while rotary axes are tilted.
+
+use super::canonical::Position;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+/// A machine with rotary axes. Lengths are mm, angles radians; `length_mm` is the tool's length.
+pub trait TipKinematics: Debug + Send + Sync {
+    /// What a program under tool-centre-point control says at these axis positions: X, Y and Z of the tip in machine coordinates as if
+    /// all rotary axes stood at zero, the rotary axes as they are.
+    ///
+    /// # Errors
+    /// Why there is no such place.
+    fn tip(&self, axes: &Position, length_mm: f64) -> Result<Position, String>;
+
+    /// The opposite of [`TipKinematics::tip`].
+    ///
+    /// # Errors
+    /// Why the axes cannot hold the tip there.
+    fn axes(&self, tip: &Position, length_mm: f64) -> Result<Position, String>;
+
+    /// The axis positions with the rotary axes turned such that the tool points along `vector`, from its tip up the tool, as the workpiece
+    /// sees it; linear axes stay.
+    ///
+    /// # Errors
+    /// Why the rotary axes cannot.
+    fn orient(&self, vector: [f64; 3], axes: &Position) -> Result<Position, String>;
+}
+
+/// A machine that interpreters share.
+#[derive(Clone, Debug)]
+pub struct Kinematics(pub Arc<dyn TipKinematics>);
+
+impl PartialEq for Kinematics {
+    /// Whether both are one and the same machine.
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}

@@ -1,0 +1,159 @@
+//! Tool-centre-point control (G43.4), tool vectors (G43.5), and tilted planes (G68.2, G53.1): X, Y and Z say where the tool's tip is on
+//! the workpiece, and the tool's length goes from the offsets into the moves.
+//!
+//! While all rotary axes stand at zero the tip is below the axes by the tool's length, on every machine. Elsewhere its place hangs on the
+//! machine: [`Setup::kinematics`](super::setup::Setup::kinematics) knows.
+
+use super::affine::Affine;
+use super::canonical::{Axis, MoveKind, Position};
+use super::error::{Cause, Fault};
+use super::interpret::Interpreter;
+use super::kinematics::TipKinematics;
+use super::modal::{Code, Group, Values};
+use super::offsets::{Values9, from_canonical, to_canonical};
+
+/// A rotary axis nearer than this to zero is at zero, degrees.
+const AT_ZERO_DEG: f64 = 1e-9;
+
+impl Interpreter<'_> {
+    /// From now on the position is the tip's. A move that goes nowhere marks the change.
+    pub(super) fn enter_tip_control(&mut self, code: &Code) -> Result<(), Fault> {
+        let tool = self.offsets.tool;
+        if tool.iter().enumerate().any(|(i, &x)| x != 0.0 && i != Axis::Z as usize) {
+            let why = "a tool offset along another axis than Z under tool-centre-point control";
+            return Err(code.fault(Cause::NotAllowed(why)));
+        }
+        let length = tool[Axis::Z as usize];
+        self.position = self.through_machine(code, -length, |machine, axes| machine.tip(axes, length))?;
+        self.offsets.tool = [0.0; 9];
+        self.tip_mm = Some(length);
+        self.emit(MoveKind::Dwell { seconds: 0.0 }, None)
+    }
+
+    /// The position is the axes' again, the tool's length an offset again.
+    pub(super) fn leave_tip_control(&mut self, code: &Code) -> Result<(), Fault> {
+        let Some(length) = self.tip_mm else { return Ok(()) };
+        self.position = self.through_machine(code, length, |machine, tip| machine.axes(tip, length))?;
+        self.tip_mm = None;
+        self.has_tool_vectors = false;
+        self.offsets.tool[Axis::Z as usize] = length;
+        self.emit(MoveKind::Dwell { seconds: 0.0 }, None)
+    }
+
+    /// The position seen the other way: `shift` along Z while the rotary axes are at zero, else as the machine says.
+    fn through_machine(
+        &self,
+        code: &Code,
+        shift: f64,
+        seen: impl Fn(&dyn TipKinematics, &Position) -> Result<Position, String>,
+    ) -> Result<Values9, Fault> {
+        // Whole turns are zero to everything that turns.
+        let from_zero = |degrees: f64| (degrees - 360.0 * (degrees / 360.0).round()).abs();
+        let turned =
+            Axis::ALL.into_iter().any(|axis| axis.is_rotary() && from_zero(self.position[axis as usize]) > AT_ZERO_DEG);
+        let mut position = self.position;
+        if !turned {
+            position[Axis::Z as usize] += shift;
+            return Ok(position);
+        }
+        let machine = self.machine(code)?;
+        let seen = seen(machine, &to_canonical(&self.position)).map_err(|why| code.fault(Cause::Machine(why)))?;
+        for axis in [Axis::X, Axis::Y, Axis::Z] {
+            position[axis as usize] = seen[axis];
+        }
+        Ok(position)
+    }
+
+    /// The machine, which this code needs.
+    fn machine(&self, code: &Code) -> Result<&dyn TipKinematics, Fault> {
+        let why = "this while rotary axes are not at zero needs to know the machine: a scene with `[program.tool_centre_point]`";
+        self.setup.kinematics.as_ref().map(|machine| &*machine.0).ok_or_else(|| code.fault(Cause::NotAllowed(why)))
+    }
+
+    /// Does something in axis positions, also under tool-centre-point control.
+    pub(super) fn with_axes(
+        &mut self,
+        values: &Values,
+        group: Group,
+        act: impl FnOnce(&mut Self) -> Result<(), Fault>,
+    ) -> Result<(), Fault> {
+        let (Some(_), Some(code)) = (self.tip_mm, values.code(group)) else { return act(self) };
+        let has_tool_vectors = self.has_tool_vectors;
+        self.leave_tip_control(code)?;
+        act(self)?;
+        self.enter_tip_control(code)?;
+        self.has_tool_vectors = has_tool_vectors;
+        Ok(())
+    }
+
+    /// G43.5: turns the target's rotary axes such that the tool points along I, J, K.
+    pub(super) fn point_tool(&self, values: &Values, target: &mut Values9) -> Result<(), Fault> {
+        if !self.has_tool_vectors || !"ijk".chars().any(|letter| values.has(letter)) {
+            return Ok(());
+        }
+        let code = values.motion_code();
+        let given = ['i', 'j', 'k'].map(|letter| values.take(letter).unwrap_or(0.0));
+        let mut vector = [0.0; 9];
+        vector[..3].copy_from_slice(&given);
+        self.offsets.to_machine_vector(&mut vector);
+        self.orient(&code, [vector[0], vector[1], vector[2]], target)
+    }
+
+    /// Turns the rotary axes of a position such that the tool points along `vector`.
+    fn orient(&self, code: &Code, vector: [f64; 3], position: &mut Values9) -> Result<(), Fault> {
+        let machine = self.machine(code)?;
+        let turned = machine.orient(vector, &to_canonical(&self.position));
+        let turned = from_canonical(&turned.map_err(|why| code.fault(Cause::Machine(why)))?);
+        for axis in Axis::ALL.into_iter().filter(|axis| axis.is_rotary()) {
+            position[axis as usize] = turned[axis as usize];
+        }
+        Ok(())
+    }
+
+    /// G68.2: coordinates in a plane with its origin at X, Y, Z, tilted by Euler's angles I, J, K (about Z, the new X, the new Z).
+    pub(super) fn tilt(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
+        if self.tip_mm.is_some() && !self.is_tilted {
+            return Err(
+                code.fault(Cause::NotAllowed("a tilted plane under tool-centre-point control; G49 cancels that"))
+            );
+        }
+        if values.take_whole('p', 0..=9, "P", "a whole number")?.is_some_and(|kind| kind != 0) {
+            return Err(values.fault('p', Cause::NotAllowed("a tilted plane by other than Euler's angles (P0)")));
+        }
+        self.untransform(code)?;
+        let origin = [Axis::X, Axis::Y, Axis::Z].map(|axis| self.take_axis(values, axis).unwrap_or(0.0));
+        let angles = ['i', 'j', 'k'].map(|letter| values.take(letter).unwrap_or(0.0));
+        self.enter_tip_control(code)?;
+        self.is_tilted = true;
+        self.offsets.local = Some(Affine::tilted(angles, origin));
+        Ok(())
+    }
+
+    /// G53.1: turns the rotary axes until the tool stands upright on the tilted plane; X, Y and Z of the machine stay.
+    pub(super) fn turn_upright(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
+        if !self.is_tilted {
+            return Err(code.fault(Cause::NotAllowed("G53.1 without a tilted plane (G68.2)")));
+        }
+        values.take('p');
+        let mut normal = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        self.offsets.to_machine_vector(&mut normal);
+        self.leave_tip_control(code)?;
+        let mut target = self.position;
+        self.orient(code, [normal[0], normal[1], normal[2]], &mut target)?;
+        self.rapid_to(target)?;
+        self.enter_tip_control(code)
+    }
+
+    /// G69 and what else ends turned, tilted, scaled or mirrored coordinates.
+    pub(super) fn untransform(&mut self, code: &Code) -> Result<(), Fault> {
+        if self.compensation.on().is_some() {
+            return Err(code.fault(Cause::NotAllowed("other coordinates while cutter compensation is on")));
+        }
+        if self.is_tilted {
+            self.leave_tip_control(code)?;
+            self.is_tilted = false;
+        }
+        self.offsets.local = None;
+        Ok(())
+    }
+}

@@ -1,0 +1,85 @@
+//! What is told of programs that are wrong, or written for another control, and of codes that are skipped.
+
+use rs274::{CodeName, Dialect, GcodeError, MoveKind, Setup, interpret};
+use std::path::Path;
+
+fn error_of(source: &str) -> GcodeError {
+    interpret(source, Path::new("bad.ngc"), &Setup::default()).unwrap_err()
+}
+
+#[test]
+fn all_errors_that_stand_alone_are_told_at_once() {
+    let error = error_of("G0 X1\nG77\nM31\nG1 Y2 !\nM31\nG43 H5\nM31\nX1 X2\nG77\nM2\nG78");
+    let told: Vec<String> = error.to_string().lines().map(str::to_owned).collect();
+    assert_eq!(
+        told,
+        [
+            "bad.ngc:2:1: code is not supported; if it moves nothing, ignore it (`--ignore G77`): `G77` (and on another line)",
+            "bad.ngc:3:1: code is not supported; if it moves nothing, ignore it (`--ignore M31`): `M31` (and on 2 more lines)",
+            "bad.ngc:4:7: unexpected character: `!`",
+            "bad.ngc:6:5: tool is not in the tool table (`--tool-table`, or `[[program.tools]]` in the scene): `H5`",
+            "bad.ngc:8:4: word given twice in one block: `X2`",
+        ]
+    );
+    // What may follow from the first error is not told: without G1 the arc has another start.
+    let error = error_of("G1 X10\nG2 X0 Y0 I-5 F100\nM2");
+    assert!(error.others.is_empty() && error.to_string().contains("feed rate"), "{error}");
+}
+
+#[test]
+fn the_number_of_errors_has_a_bound() {
+    let source: String = (0..5000).map(|i| format!("M{}\n", 200 + i % 700)).collect();
+    let error = error_of(&source);
+    assert_eq!(error.others.len(), 19);
+    // An error in an endless loop is told once, and the loop ends at its limit.
+    let error = error_of("o1 while [1 EQ 1]\nM31\no1 endwhile\nM2");
+    assert_eq!((error.line, error.more, error.others.len()), (2, 0, 0), "{error}");
+}
+
+#[test]
+fn a_code_is_ignored_with_a_note() {
+    let ignored = ["G187", "M31", "G5.1"].map(|name| name.parse::<CodeName>().unwrap()).into();
+    let setup = Setup { ignored, ..Setup::default() };
+    let run = |source: &str| interpret(source, Path::new("part.nc"), &setup);
+    let program = run("G187 P3 E0.01\nM31\nG0 X1 M31\nG5.1 Q1\nX2 M31\nG5.1 X50 Q1\nM2").unwrap();
+    let ends: Vec<f64> = program.moves.iter().map(|step| step.end.0[0]).collect();
+    assert_eq!(ends, [1.0, 2.0]);
+    let notes: Vec<String> = program.notes.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        notes,
+        [
+            "line 1: G187 is ignored, as asked",
+            "line 2: M31 is ignored, as asked (and 2 times more)",
+            "line 4: G5.1 is ignored, as asked (and once more)"
+        ]
+    );
+    assert_eq!(program.moves[0].kind, MoveKind::Rapid);
+    // Words that no other code uses go with an M code, axes do not.
+    assert!(run("M31 P1\nM2").is_ok());
+    assert!(run("M31 X1\nM2").is_err());
+}
+
+#[test]
+fn programs_for_other_controls_are_recognised() {
+    let heidenhain =
+        error_of("0  BEGIN PGM PART MM\n1  BLK FORM 0.1 Z X+0 Y+0 Z-20\n2  TOOL CALL 1 Z S2000\n3  L X+10 Y+0 R0 FMAX");
+    let told = heidenhain.to_string();
+    assert!(told.starts_with("bad.ngc:1:1:") && told.contains("Heidenhain") && told.contains("TOOL CALL"), "{told}");
+    assert!(told.contains("post it for LinuxCNC, Fanuc or Haas") && heidenhain.others.is_empty());
+    let siemens = error_of("N10 G54 G0 X0\nN20 TRAORI\nN30 CYCLE832(0.01,_FINISH,1)\nN40 R1=5\nN50 M30");
+    assert!(siemens.line == 2 && siemens.to_string().contains("SINUMERIK"), "{siemens}");
+    let one = error_of("N40 R12=5\nN50 M30");
+    assert!(one.line == 1 && one.to_string().contains("SINUMERIK"), "{one}");
+    for (source, dialect) in [
+        ("O1000\nIF[#1EQ1]GOTO10\nN10 M30", Dialect::Fanuc),
+        ("G50 S2000\nM30", Dialect::Fanuc),
+        ("G187 P1\nM30", Dialect::Haas),
+    ] {
+        let error = error_of(source);
+        let hint = error.hint.clone().unwrap_or_default();
+        assert!(hint.contains(&format!("--dialect {dialect}")), "{source}: {error}");
+        assert!(error.to_string().ends_with(&hint), "{error}");
+    }
+    // A program of LinuxCNC's with an error has no hint.
+    assert_eq!(error_of("G0 X1\nM31\nM2").hint, None);
+}
