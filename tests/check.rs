@@ -207,10 +207,10 @@ fn told_by(text: &str, program: &str) -> Vec<(&'static str, u32)> {
 
 #[test]
 fn feeding_into_the_workpiece_is_cutting_and_a_rapid_is_not() {
-    assert_eq!(told("G0 Z5\nG1 Z-2 F100\nG1 X20\nG0 Z50\nM2"), []);
+    assert_eq!(told("M3 S1000 G0 Z5\nG1 Z-2 F100\nG1 X20\nG0 Z50\nM2"), []);
     assert_eq!(told("G0 Z5\nG0 Z-2\nG0 Z50\nM2"), [("rapid-into-workpiece", 2)]);
     // Along a finished slot at rapid rate: the retreat belongs to the cut. But a new way in at rapid rate does not.
-    assert_eq!(told("G0 Z5\nG1 Z-2 F100\nG0 Z5\nG0 X20\nG0 Z-2\nG0 Z50\nM2"), [("rapid-into-workpiece", 5)]);
+    assert_eq!(told("M3 S1000 G0 Z5\nG1 Z-2 F100\nG0 Z5\nG0 X20\nG0 Z-2\nG0 Z50\nM2"), [("rapid-into-workpiece", 5)]);
     // The clamp is never to be touched.
     assert_eq!(told("G0 Z5\nG1 X70 F100\nG0 Z50\nM2"), [("collision", 2)]);
 }
@@ -219,7 +219,7 @@ fn feeding_into_the_workpiece_is_cutting_and_a_rapid_is_not() {
 fn a_rapid_into_the_workpiece_is_told_though_a_cut_on_the_same_line_came_just_before() {
     // Every move of a subroutine file is on the call's line. Half a millimetre above the block is less than parts two contacts.
     let folder = scene_of(MILL, "G0 Z5\nM2");
-    let sub = "O<cut> sub\nG1 Z-2 F100\nG0 Z0.5\nX20\nZ-2\nZ50\nO<cut> endsub\n";
+    let sub = "O<cut> sub\nM3 S1000 G1 Z-2 F100\nG0 Z0.5\nX20\nZ-2\nZ50\nO<cut> endsub\n";
     std::fs::write(folder.0.path().join("cut.ngc"), sub).unwrap();
     std::fs::write(folder.0.path().join("own.ngc"), "G0 Z5\nO<cut> call\nM2\n").unwrap();
     let scene = Scene::load(folder.0.path()).unwrap();
@@ -300,7 +300,7 @@ fn a_tool_that_is_put_into_the_spindle_inside_the_workpiece_is_told() {
 
 #[test]
 fn only_the_cutter_cuts() {
-    let feed_to = |z: i32| told_by(&mill_with_tools(), &format!("G0 Z5\nT3 M6\nG1 Z{z} F100\nG0 Z50\nM2"));
+    let feed_to = |z: i32| told_by(&mill_with_tools(), &format!("M3 S1000 G0 Z5\nT3 M6\nG1 Z{z} F100\nG0 Z50\nM2"));
     assert_eq!(feed_to(-9), []);
     assert_eq!(feed_to(-11), [("collision", 3)]); // the shank, 1 mm deep
 }
@@ -413,17 +413,71 @@ fn a_part_wholly_inside_another_collides() {
 }
 
 #[test]
-fn parts_in_contact_at_first_are_examined_once_they_have_parted() {
+fn contact_before_the_first_move_is_told_whether_or_not_the_scene_names_the_pair() {
     let program = "G1 X60 F1000\nG1 X40\nG1 X60\nM2"; // out of the clamp at X 55, and in again
     let start = "start = { x_mm = 70, z_mm = 0 }";
-    let told = |pairs: &str| {
+    for pairs in ["", "pairs = [[\"clamp\", \"cutter\"]]"] {
         let (_folder, scene) = mill_from(start, pairs, program);
         let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
         let with_clamp = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
-        (outcome.touching_at_start.len(), with_clamp.map(|event| event.first.line).collect::<Vec<_>>())
+        assert_eq!(with_clamp.map(|event| event.first.line).collect::<Vec<_>>(), [0, 3], "{pairs}");
+    }
+    // Cutter in the workpiece before the first move, a feed: nobody knows how it came there.
+    let (_folder, scene) = mill_from("start = { z_mm = -5 }", "", "M3 S1000 G1 X20 F100\nG0 Z50\nM2");
+    let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+    let found: Vec<_> = outcome.events.iter().map(|event| (event.kind, event.first.line)).collect();
+    assert_eq!(found, [(Kind::Collision, 0)]);
+    // A holder wholly inside a block.
+    let holder = MILL.replace("role = \"cutter\"", "role = \"holder\"").replace("[100, 100, 20]", "[100, 100, 200]");
+    let told = told_by(&holder.replace("start = { z_mm = 50 }", "start = { z_mm = -25 }"), "G0 X1\nM2");
+    assert_eq!(told, [("collision", 0)]);
+}
+
+#[test]
+fn only_the_structure_of_the_machine_has_neighbours() {
+    // A post that stands on the frame as the head does: one joint is between them.
+    let post = MILL.replace("name = \"clamp\"\nlink = \"table\"", "name = \"clamp\"");
+    let told_of = |role: &str| {
+        let text = post.replace("role = \"cutter\"", &format!("role = \"{role}\""));
+        told_by(&text.replace("[70, 0, 0]", "[0, 0, 21]"), "G0 Z20\nG0 Z50\nM2")
     };
-    assert_eq!(told(""), (1, vec![3]));
-    assert_eq!(told("pairs = [[\"clamp\", \"cutter\"]]"), (0, vec![0, 3]));
+    for role in ["cutter", "shank", "holder", "fixture", "workpiece"] {
+        assert_eq!(told_of(role), [("collision", 1)], "{role}");
+    }
+    assert_eq!(told_of("machine"), []);
+}
+
+#[test]
+fn a_feed_into_the_workpiece_while_the_spindle_stands_still_is_told() {
+    let stopped = "stopped-spindle-into-workpiece";
+    assert_eq!(told("G0 Z5\nG1 Z-2 F100\nX20\nG0 Z50\nM2"), [(stopped, 2), (stopped, 3)]);
+    assert_eq!(told("M3 S1000 G0 Z5\nG1 Z-2 F100\nX20\nM5\nX30\nG0 Z50\nM2"), [(stopped, 5)]);
+    assert_eq!(told("M3 G0 Z5\nG1 Z-2 F100\nG0 Z50\nM2"), [(stopped, 2)]); // M3 without S
+    assert_eq!(told("M4 S1 G0 Z5\nG1 Z-2 F100\nG0 Z50\nM2"), []);
+}
+
+#[test]
+fn an_axis_beyond_its_limits_hides_no_collision() {
+    // Z goes to 260 of 200 on line 4, X to 300 and -300 of 200; the clamp is hit on lines 1 and 6.
+    let program = "M3 S1000 G0 X70 Z0\nG0 Z50\nG0 X0\nZ260\nX300 Z50\nG1 X70 Z0 F1000\nX-300\nM2";
+    let (folder, scene) = mill(program);
+    let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+    let over: Vec<_> = outcome.over_travel.iter().map(|over| (over.line, over.cause.axis, over.cause.value)).collect();
+    assert_eq!(over, [(4, 'Z', 260.0), (5, 'X', 300.0), (7, 'X', -300.0)]);
+    assert_eq!(outcome.events.iter().map(|event| event.first.line).collect::<Vec<_>>(), [1, 6]);
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    let shown = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        shown.contains("OVER-TRAVEL") && shown.contains("axis Z at 260 mm is outside its limits -50 to 200 mm"),
+        "{shown}"
+    );
+    // Over-travel alone is not clear either.
+    let (folder, _) = mill("G0 Z260\nM2");
+    let output = bvbench().args(["check", "--quiet", "--json"]).arg(folder.path()).output().unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((output.status.code(), &json["clear"], &json["collides"]), (Some(1), &false.into(), &false.into()));
+    assert_eq!(json["over_travel"][0]["line"], 1);
 }
 
 #[test]
@@ -518,7 +572,6 @@ fn bad_input_ends_with_2_and_names_the_place() {
         assert_eq!(output.status.code(), Some(2), "{error}");
         assert!(error.contains(message), "{error}");
     };
-    refused("G0 X1\nG0 X999\nM2", "bad.ngc:2: axis X at 999 mm is outside its limits -200 to 200 mm");
     refused(
         "G0 X1\nG77\nM2",
         "bad.ngc:2:1: code is not supported; if it moves nothing, ignore it (`--ignore G77`): `G77`",
@@ -554,6 +607,7 @@ fn a_machine_whose_parts_are_all_neighbours_is_refused() {
     let table = "name = \"table\"\njoint = { axis = \"X\", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 }";
     let cutter = &rest[rest.find("[[parts]]\nname = \"cutter\"").unwrap()..];
     let text = format!("{}{cutter}", first.replacen(table, "name = \"table\"", 1));
+    let text = text.replace("role = \"workpiece\"", "").replace("role = \"cutter\"", "");
     std::fs::write(folder.path().join("scene.toml"), text).unwrap();
     std::fs::write(folder.path().join("own.ngc"), "G0 Z1\nM2").unwrap();
     let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();

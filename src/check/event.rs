@@ -1,12 +1,11 @@
 //! From stretches of the path to what a user is told.
 //!
-//! Rules. Contact of a pair is a collision, but for a cutter with the workpiece. Where that is uncut, contact that begins in a feed move is
-//! cutting and is not told, nor is the retreat from it; contact that begins in a rapid move, or with a change of tools, is a collision and is
-//! named as such. Since material is not removed, a rapid that begins inside the uncut workpiece belongs to the cut before it. Where the
+//! Rules. Contact of a pair is a collision, before the first move as after it, but for a cutter with the workpiece. Where that is uncut, contact
+//! that begins in a feed move is cutting and is not told, nor is the retreat from it; contact that begins in a rapid move, with a change of tools or
+//! before the first move is a collision, and so is a feed into it while the spindle stands still. Since material is not removed, a rapid that begins inside the uncut workpiece belongs to the cut before it. Where the
 //! workpiece is the finished part, the cutter gouges it when it goes deeper than the scene allows, and may not even touch it otherwise than
 //! in a feed move. Nearness of these two is not told at all. Shank and holder of a tool never cut. Contacts of one pair and one kind on one
-//! line that part by less than [`super::PARTED_MM`] between them are one. A pair that the scene does not name and that is in contact at
-//! first is told of from where it has parted that far.
+//! line that part by less than [`super::PARTED_MM`] between them are one.
 
 use super::motion::Path;
 use super::scan::{Nearness, Stretch};
@@ -23,6 +22,8 @@ pub enum Kind {
     RapidIntoWorkpiece,
     /// The cutter is in the workpiece when it is put into the spindle.
     ToolChangeIntoWorkpiece,
+    /// The cutter feeds into the workpiece while the spindle stands still.
+    StoppedSpindleIntoWorkpiece,
     /// The cutter goes deeper into the finished workpiece than it may.
     Gouge,
     /// Two parts are nearer than this, mm.
@@ -46,6 +47,7 @@ impl Kind {
             Self::Collision => "collision",
             Self::RapidIntoWorkpiece => "rapid-into-workpiece",
             Self::ToolChangeIntoWorkpiece => "tool-change-into-workpiece",
+            Self::StoppedSpindleIntoWorkpiece => "stopped-spindle-into-workpiece",
             Self::Gouge => "gouge",
             Self::Near { .. } => "near",
         }
@@ -97,8 +99,6 @@ pub(super) struct EventWriter<'a> {
     pub scene: &'a Scene,
     pub path: &'a Path<'a>,
     pub pairs: &'a [Pair],
-    /// Pairs of which the contact at first is not told.
-    pub touching_at_start: &'a [Pair],
     /// Clearances at which nearness changes, narrowest first, mm.
     pub borders: &'a [f64],
 }
@@ -110,11 +110,7 @@ impl EventWriter<'_> {
         let (parted, _) = self.border(PARTED_MM);
         for (index, &pair) in self.pairs.iter().enumerate() {
             let of_chunks = scanned.iter().filter_map(|chunk| chunk.get(index));
-            let mut stretches: Vec<Stretch> = of_chunks.flatten().copied().collect();
-            if self.touching_at_start.contains(&pair) {
-                let first = runs(&stretches, parted).first().map_or(0.0, |run| run.to);
-                stretches.retain(|stretch| stretch.from > first);
-            }
+            let stretches: Vec<Stretch> = of_chunks.flatten().copied().collect();
             let of_pair = OfPair { scene: self.scene, path: self.path, pair };
             let touching = settings.touching_mm(self.scene).filter(|_| self.scene.is_cutting(pair));
             found.extend(of_pair.collisions(&stretches, parted, touching.map(|mm| self.border(mm).0)));
@@ -139,7 +135,7 @@ impl EventWriter<'_> {
 fn width(kind: &Kind) -> f64 {
     match kind {
         Kind::Near { zone_mm } => *zone_mm,
-        Kind::Collision | Kind::RapidIntoWorkpiece | Kind::ToolChangeIntoWorkpiece | Kind::Gouge => 0.0,
+        _ => 0.0,
     }
 }
 
@@ -212,12 +208,17 @@ impl OfPair<'_> {
         let with_kind = |contact: Stretch| (contact, self.kind(&contact));
         let is_feed = |kind: &Option<Kind>| *kind == Some(Kind::Gouge);
         let mut contacts: Vec<_> = runs(stretches, 0).into_iter().map(with_kind).collect();
-        let Some(touching) = touching else { return contacts };
-        // What touches where the machine stands at first has not come there.
-        let touched = runs(stretches, touching).into_iter().filter(|run| run.from > 0.0).map(with_kind);
-        let touched: Vec<_> = touched.filter(|(_, kind)| !is_feed(kind)).collect();
-        contacts.retain(|(contact, kind)| is_feed(kind) || !touched.iter().any(|(run, _)| contact.is_in(run)));
-        contacts.extend(touched);
+        if self.scene.is_cutting(self.pair) && self.scene.gouge_mm.is_none() {
+            let stopped: Vec<_> = contacts.iter().flat_map(|(contact, _)| self.with_stopped_spindle(contact)).collect();
+            contacts.extend(stopped.into_iter().map(|part| (part, Some(Kind::StoppedSpindleIntoWorkpiece))));
+        }
+        if let Some(touching) = touching {
+            // What touches where the machine stands at first has not come there.
+            let touched = runs(stretches, touching).into_iter().filter(|run| run.from > 0.0).map(with_kind);
+            let touched: Vec<_> = touched.filter(|(_, kind)| !is_feed(kind)).collect();
+            contacts.retain(|(contact, kind)| is_feed(kind) || !touched.iter().any(|(run, _)| contact.is_in(run)));
+            contacts.extend(touched);
+        }
         contacts.sort_by(|(a, _), (b, _)| a.from.total_cmp(&b.from));
         contacts
     }
@@ -227,13 +228,33 @@ impl OfPair<'_> {
         if !self.scene.is_cutting(self.pair) {
             return Some(Kind::Collision);
         }
-        match self.path.move_kind(contact.from) {
+        match self.path.step(contact.from).kind {
+            _ if contact.from <= 0.0 && self.scene.gouge_mm.is_none() => Some(Kind::Collision),
             MoveKind::Rapid => Some(Kind::RapidIntoWorkpiece),
             MoveKind::ToolChange { .. } => Some(Kind::ToolChangeIntoWorkpiece),
             MoveKind::Feed | MoveKind::Arc { .. } | MoveKind::Dwell { .. } => {
                 self.scene.gouge_mm.is_some().then_some(Kind::Gouge)
             }
         }
+    }
+
+    /// The parts of a contact in which the cutter feeds while the spindle stands still.
+    fn with_stopped_spindle(&self, contact: &Stretch) -> Vec<Stretch> {
+        let mut parts: Vec<Stretch> = Vec::new();
+        for place in contact.from.floor() as usize..contact.to.ceil() as usize {
+            // A whole place belongs to the move that leads to it.
+            let begin = (place as f64).next_up();
+            let (from, to) = (contact.from.max(begin), contact.to.min(place as f64 + 1.0));
+            let step = self.path.step(to);
+            if !matches!(step.kind, MoveKind::Feed | MoveKind::Arc { .. }) || step.spindle_rpm != 0.0 {
+                continue;
+            }
+            match parts.last_mut() {
+                Some(last) if last.to.next_up() >= from && self.line(last.to) == self.line(to) => last.to = to,
+                _ => parts.push(Stretch { from, to, least_mm: 0.0, least_at: to, ..*contact }),
+            }
+        }
+        parts
     }
 
     fn line(&self, place: f64) -> u32 {

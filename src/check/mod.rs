@@ -73,23 +73,12 @@ impl Settings {
     }
 }
 
-/// How far apart two parts must have been for a new contact to be another event on the same line, or for parts that touch where
-/// the machine stands at first to be examined, mm. Slides that run on each other have less play.
+/// How far apart two parts must have been for a new contact to be another event on the same line, mm.
 pub const PARTED_MM: f64 = 1.0;
 
 /// Why a program could not be checked.
 #[derive(Debug, Error)]
 pub enum CheckError {
-    /// The program leaves the machine's limits.
-    #[error("{file}:{line}: {cause}", file = file.display())]
-    OutOfLimits {
-        /// The program.
-        file: PathBuf,
-        /// Line.
-        line: u32,
-        /// The axis and its range.
-        cause: OutOfLimits,
-    },
     /// The program moves an axis that the machine lacks.
     #[error("{file}:{line}: the program moves axis {axis} to {value} {unit}, and no joint of the machine has that axis", file = file.display())]
     NoSuchAxis {
@@ -122,9 +111,10 @@ pub struct Outcome {
     pub events: Vec<Event>,
     /// What was decided on each pair of parts.
     pub decisions: Vec<Decision>,
-    /// Pairs in contact where the machine stands at first, which the scene does not name: taken for neighbours that the joint tree
-    /// does not show, and examined from where they have parted.
-    pub touching_at_start: Vec<Pair>,
+    /// Where the program leaves the machine's limits: once for each line and axis, in the order of the program.
+    pub over_travel: Vec<OverTravel>,
+    /// Examined parts whose meshes are not watertight: whether something lies wholly inside them, nobody knows.
+    pub open_parts: Vec<usize>,
     /// Tools that are in the spindle at some time and have no part, in a scene whose tools have parts: nobody knows what these touch.
     pub tools_without_parts: Vec<u32>,
     /// Samples of the path.
@@ -143,6 +133,27 @@ impl Outcome {
     pub fn collides(&self) -> bool {
         self.events.iter().any(|event| event.kind.is_collision())
     }
+
+    /// Whether the program may run: nothing collides, and no axis leaves its limits.
+    #[must_use]
+    pub fn is_clear(&self) -> bool {
+        !self.collides() && self.over_travel.is_empty()
+    }
+}
+
+/// An axis beyond its limits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OverTravel {
+    /// The first sample beyond, a whole place on the [`Path`].
+    pub place: usize,
+    /// Line.
+    pub line: u32,
+    /// Text of the line.
+    pub block: String,
+    /// Time from the program's start, s.
+    pub time_s: f64,
+    /// The axis, its range, and what the line asks for; of an arc and of a tool's tip, the first sample beyond.
+    pub cause: OutOfLimits,
 }
 
 /// Samples that one thread takes at a time.
@@ -165,16 +176,6 @@ pub fn check(
         return Err(CheckError::NoMoves(run.file.clone()));
     }
     refuse_missing_axes(scene, run)?;
-    for sample in path.samples() {
-        // What the program asks for says more than the first sample beyond.
-        let step = &run.program.moves[sample.move_index];
-        let asked = || scene.machine.check_limits(&step.end).err().filter(|_| step.tip_mm.is_none());
-        scene.machine.check_limits(&sample.position).map_err(|cause| CheckError::OutOfLimits {
-            file: run.file.clone(),
-            line: sample.line,
-            cause: asked().unwrap_or(cause),
-        })?;
-    }
     let widest = settings.zones_mm.iter().copied().fold(0.0, f64::max);
     let reach = path.reach();
     let decisions = pairs::decide(scene, &reach, widest);
@@ -186,12 +187,6 @@ pub fn check(
     let registry = Registry::standard();
     let for_the_rest = registry.fastest().unwrap_or(variant);
     let (trees_ns, bodies) = timer::time(|| Bodies::new(scene, [variant, for_the_rest], &pairs));
-    let start = scene.machine.forward(&path.position(0));
-    let touches_at_first = |pair: Pair| {
-        let examined_later = !scene.names(pair) && scene.is_mounted(pair, path.tool(0));
-        examined_later && bodies.share_a_point(pair, &scene.a_from_b(pair, &start))
-    };
-    let touching_at_start: Vec<Pair> = pairs.iter().copied().filter(|&pair| touches_at_first(pair)).collect();
     let borders = settings.borders_mm(scene);
     let chunks: Vec<usize> = (0..path.samples().len()).step_by(CHUNK).collect();
     progress.begin("checking", chunks.len() as u64);
@@ -216,36 +211,57 @@ pub fn check(
     };
     // In order and in groups, so that a search for the first collision ends soon after it, whatever the number of threads.
     let mut scanned: Vec<Vec<Vec<scan::Stretch>>> = Vec::with_capacity(chunks.len());
-    let telling = event::EventWriter {
-        scene,
-        path: &path,
-        pairs: &pairs,
-        touching_at_start: &touching_at_start,
-        borders: &borders,
-    };
+    let writer = event::EventWriter { scene, path: &path, pairs: &pairs, borders: &borders };
     for group in chunks.chunks(GROUP) {
         scanned.extend(group.par_iter().map(scan_chunk).collect::<Vec<_>>());
-        if settings.stop_at_first && telling.events(&scanned, settings).iter().any(|event| event.kind.is_collision()) {
+        if settings.stop_at_first && writer.events(&scanned, settings).iter().any(|event| event.kind.is_collision()) {
             stop.store(true, Ordering::Relaxed);
             break;
         }
     }
-    let mut events = telling.events(&scanned, settings);
+    let mut events = writer.events(&scanned, settings);
+    let mut over_travel = over_travel(scene, run, &path);
     if settings.stop_at_first
         && let Some(first) = events.iter().position(|event| event.kind.is_collision())
     {
         events.truncate(first + 1);
+        over_travel.retain(|over| over.place as f64 <= events[first].first.place);
     }
     Ok(Outcome {
         events,
         decisions,
-        touching_at_start,
+        over_travel,
+        open_parts: bodies.open_parts(),
         tools_without_parts: tools_without_parts(scene, &reach),
         samples: path.samples().len(),
         queries: queries.into_inner(),
         duration_s: path.duration_s(),
         trees_ns,
     })
+}
+
+/// Where the program leaves the machine's limits: the first sample of each line that takes an axis beyond, or asks for a place beyond.
+fn over_travel(scene: &Scene, run: &ProgramRun, path: &Path<'_>) -> Vec<OverTravel> {
+    let mut found: Vec<OverTravel> = Vec::new();
+    for (index, sample) in path.samples().iter().enumerate() {
+        if scene.machine.check_limits(&sample.position).is_ok() {
+            continue;
+        }
+        let (place, line, step) = (index + 1, sample.line, &run.program.moves[sample.move_index]);
+        for axis in Axis::ALL {
+            let Err(cause) = scene.machine.check_axis(axis, &sample.position) else { continue };
+            let came = scene.machine.check_axis(axis, &path.position(index)).is_ok();
+            // What the line asks for says more than the first sample beyond.
+            let asked = scene.machine.check_axis(axis, &step.end).err().filter(|_| step.tip_mm.is_none());
+            let is_same = |other: &OverTravel| other.line == line && other.cause.axis == cause.axis;
+            if (!came && asked.is_none()) || found.iter().rev().take(Axis::ALL.len()).any(is_same) {
+                continue;
+            }
+            let (block, time_s) = (path.block(line).to_owned(), path.time_s(place as f64));
+            found.push(OverTravel { place, line, block, time_s, cause: asked.unwrap_or(cause) });
+        }
+    }
+    found
 }
 
 /// Refuses a program that moves an axis which no joint follows: what is where, nobody would know. An axis may be named as long as it
@@ -331,14 +347,9 @@ impl Bodies {
         Solid::one_in_the_other(&self.parts[&pair.a].solid, &self.parts[&pair.b].solid, a_from_b)
     }
 
-    fn share_a_point(&self, pair: Pair, a_from_b: &Isometry) -> bool {
-        if let Some(gouge) = self.gouges.get(&pair) {
-            return gouge.spare_mm(a_from_b, 1.0) <= 0.0;
-        }
-        let (a, b) = self.of(pair);
-        let mut verdicts = Vec::with_capacity(1);
-        a.first(b, std::slice::from_ref(a_from_b), &mut verdicts);
-        verdicts == [true] || self.one_in_the_other(pair, a_from_b)
+    /// Parts that are not watertight, in order.
+    fn open_parts(&self) -> Vec<usize> {
+        self.parts.iter().filter(|(_, body)| !body.solid.is_watertight()).map(|(&part, _)| part).collect()
     }
 }
 

@@ -6,7 +6,7 @@
 
 use crate::scene::pairs::{Range, Reach};
 use crate::scene::{ProgramRun, Scene, TipFault};
-use rs274::{MoveKind, Position, Sample, path};
+use rs274::{Move, MoveKind, Position, Sample, path};
 use std::collections::BTreeMap;
 
 /// A program's samples with their times. Place 0 is where the machine stands at first, place n + 1 is sample n; places
@@ -97,10 +97,10 @@ impl<'a> Path<'a> {
         &self.samples[(place.ceil() as usize).clamp(1, self.samples.len()) - 1]
     }
 
-    /// The kind of the move that a place belongs to.
+    /// The move that a place belongs to.
     #[must_use]
-    pub fn move_kind(&self, place: f64) -> &MoveKind {
-        &self.run.program.moves[self.sample_at(place).move_index].kind
+    pub fn step(&self, place: f64) -> &Move {
+        &self.run.program.moves[self.sample_at(place).move_index]
     }
 
     /// The time at a place, s from the program's start.

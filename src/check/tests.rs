@@ -162,7 +162,7 @@ fn times_and_fractions_along_a_program() {
         let position = path.position_at(place);
         assert!((position[Axis::X] - x).abs() < 1e-9 && (position[Axis::Z] - z).abs() < 1e-9, "{place}");
     }
-    assert!(matches!(path.move_kind(50.5), MoveKind::Dwell { .. }) && *path.move_kind(51.5) == MoveKind::Feed);
+    assert!(matches!(path.step(50.5).kind, MoveKind::Dwell { .. }) && path.step(51.5).kind == MoveKind::Feed);
     assert_eq!((path.block(3), path.block(0), path.block(99)), ("G1 X20 F600", "", ""));
 }
 
@@ -194,8 +194,15 @@ fn stretches_that_join_are_one_run() {
 
 #[test]
 fn only_nearness_is_no_collision() {
-    let kinds = [Kind::Collision, Kind::RapidIntoWorkpiece, Kind::ToolChangeIntoWorkpiece, Kind::Gouge];
-    let names = ["collision", "rapid-into-workpiece", "tool-change-into-workpiece", "gouge"];
+    let kinds = [
+        Kind::Collision,
+        Kind::RapidIntoWorkpiece,
+        Kind::ToolChangeIntoWorkpiece,
+        Kind::StoppedSpindleIntoWorkpiece,
+        Kind::Gouge,
+    ];
+    let names =
+        ["collision", "rapid-into-workpiece", "tool-change-into-workpiece", "stopped-spindle-into-workpiece", "gouge"];
     assert!(kinds.iter().map(Kind::name).eq(names) && Kind::Near { zone_mm: 2.0 }.name() == "near");
     assert!(kinds.iter().all(Kind::is_collision) && !Kind::Near { zone_mm: 2.0 }.is_collision());
     let mut settings = with_zones(&[14.0, 8.0]);

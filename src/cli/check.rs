@@ -4,10 +4,12 @@ use super::gcode::{Reading, print_notes};
 use super::progress::Bar;
 use super::style::{self, Tone};
 use super::{CLEAR, FAILED, note, say};
-use crate::check::{self, Event, Extent, Kind, Outcome, Settings};
+use crate::check::{self, Event, Extent, Kind, Outcome, OverTravel, Settings};
+use crate::machine::OutOfLimits;
 use crate::measure::timer;
 use crate::registry::{Registry, Variant};
-use crate::scene::{Pair, ProgramRun, Scene};
+use crate::scene::pairs::{Decision, Dropped};
+use crate::scene::{ProgramRun, Scene};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
@@ -17,7 +19,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move it collides. Everything else that touches collides.\nExit codes: 0 nothing collides, 1 something does, 2 bad usage or input."
+    after_help = "Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move, or while the spindle stands still, it collides. Everything else that touches collides.\nExit codes: 0 clear, 1 something collides or an axis leaves its limits, 2 bad usage or input."
 )]
 pub struct Options {
     /// Scene by name or by path
@@ -107,7 +109,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     } else {
         print(&scene, &run, &outcome, variant, &times);
     }
-    Ok(if outcome.collides() { FAILED } else { CLEAR })
+    Ok(if outcome.is_clear() { CLEAR } else { FAILED })
 }
 
 /// The program asked for; else the scene's own, if it has one.
@@ -154,35 +156,34 @@ fn settings(options: &Options) -> Result<Settings> {
 fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, times: &Times) {
     let (collisions, near): (Vec<&Event>, Vec<&Event>) =
         outcome.events.iter().partition(|event| event.kind.is_collision());
-    if !collisions.is_empty() {
-        say(painted(&table(scene, &collisions, "CONTACT ENDS").trim_fmt()));
+    if !outcome.is_clear() {
+        say(painted(&table(scene, &collisions, &outcome.over_travel, "CONTACT ENDS").trim_fmt()));
         for event in &collisions {
             say(format!(
                 "\nline {}: {}\n  {} at {}",
                 event.first.line,
-                event.block,
+                if event.first.line == 0 { "(before the first move)" } else { &event.block },
                 scene.pair_name(event.pair),
                 axes(&event.first)
             ));
         }
+        for over in &outcome.over_travel {
+            say(format!("\nline {}: {}\n  {}", over.line, over.block, over.cause));
+        }
         say("");
     }
     if !near.is_empty() {
-        say(painted(&table(scene, &near, "ZONE LEFT").trim_fmt()));
+        say(painted(&table(scene, &near, &[], "ZONE LEFT").trim_fmt()));
         say("");
     }
-    let kept = outcome.decisions.iter().filter(|decision| decision.dropped.is_none()).count();
     say(format!(
         "{}: {} in {} of program time; {} near misses",
         run.file.display(),
-        match collisions.len() {
-            0 => "nothing collides".to_owned(),
-            1 => "1 collision".to_owned(),
-            n => format!("{n} collisions"),
-        },
+        found(collisions.len(), outcome.over_travel.len()),
         clock(outcome.duration_s),
         near.len(),
     ));
+    let kept = outcome.decisions.iter().filter(|decision| decision.dropped.is_none()).count();
     say(format!(
         "{} of {} pairs examined (`bvbench scene pairs` says why), {} poses of the path, {} distance queries",
         kept,
@@ -196,13 +197,55 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
         times.load_s, times.check_s, times.trees_s
     ));
     not_examined(scene, outcome).iter().for_each(say);
+    if collisions.iter().any(|event| event.first.line == 0) {
+        say(
+            "parts that touch before the first move, because they are built so, belong into `allow` of `[check]` in scene.toml",
+        );
+    }
 }
 
-/// What the events say nothing about, a line each.
+/// The answer in a few words.
+fn found(collisions: usize, over_travel: usize) -> String {
+    let over = match over_travel {
+        0 => String::new(),
+        1 => "1 axis beyond its limits".to_owned(),
+        n => format!("{n} times an axis beyond its limits"),
+    };
+    match (collisions, over_travel) {
+        (0, 0) => "nothing collides".to_owned(),
+        (0, _) => over,
+        (1, 0) => "1 collision".to_owned(),
+        (n, 0) => format!("{n} collisions"),
+        (1, _) => format!("1 collision, {over}"),
+        (n, _) => format!("{n} collisions, {over}"),
+    }
+}
+
+/// What the answer says nothing about, a line each.
 fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     let tool = |tool: &u32| format!("not examined: tool {tool}, which has no part in the scene");
-    let pair = |&pair: &Pair| format!("in contact at first, examined once apart by 1 mm: {}", scene.pair_name(pair));
-    outcome.tools_without_parts.iter().map(tool).chain(outcome.touching_at_start.iter().map(pair)).collect()
+    let open = |&part: &usize| {
+        let name = &scene.parts[part].name;
+        format!(
+            "not examined: what lies wholly inside `{name}`, whose mesh is not watertight (`bvbench scene info` says where)"
+        )
+    };
+    let dropped = |decision: &Decision| match &decision.dropped {
+        Some(why @ (Dropped::Ignored | Dropped::Allowed)) => {
+            Some(format!("not examined: {}, {why}", scene.pair_name(decision.pair)))
+        }
+        _ => None,
+    };
+    let is_neighbours = |decision: &&Decision| matches!(decision.dropped, Some(Dropped::Neighbours { .. }));
+    let neighbours = match outcome.decisions.iter().filter(is_neighbours).count() {
+        0 => None,
+        n => Some(format!(
+            "not examined: {n} pairs of the machine's structure with one joint between them (`bvbench scene pairs`)"
+        )),
+    };
+    let tools = outcome.tools_without_parts.iter().map(tool);
+    let pairs = outcome.decisions.iter().filter_map(dropped).chain(neighbours);
+    tools.chain(outcome.open_parts.iter().map(open)).chain(pairs).collect()
 }
 
 /// What happens at a line, in its tone.
@@ -211,25 +254,23 @@ fn painted(text: &str) -> String {
         ("COLLISION", Tone::Bad),
         ("RAPID INTO WORKPIECE", Tone::Bad),
         ("TOOL CHANGE INTO WORKPIECE", Tone::Bad),
+        ("STOPPED SPINDLE INTO WORKPIECE", Tone::Bad),
         ("GOUGE", Tone::Bad),
+        ("OVER-TRAVEL", Tone::Bad),
         ("nearer", Tone::Doubtful),
     ];
     style::painted(text, &tones, style::is_coloured())
 }
 
-fn table(scene: &Scene, events: &[&Event], end: &str) -> Table {
-    let mut table = style::table(&[">LINE", "WHAT", "PARTS", "TIME", end, ">LEAST mm", ">AT LINE"]);
+fn table(scene: &Scene, events: &[&Event], over_travel: &[OverTravel], end: &str) -> Table {
+    let mut rows: Vec<(f64, [String; 7])> = Vec::new();
     for event in events {
         let what = match event.kind {
-            Kind::Collision if event.inside => "COLLISION, inside".to_owned(),
-            Kind::Collision => "COLLISION".to_owned(),
-            Kind::RapidIntoWorkpiece => "RAPID INTO WORKPIECE".to_owned(),
-            Kind::ToolChangeIntoWorkpiece => "TOOL CHANGE INTO WORKPIECE".to_owned(),
-            Kind::Gouge => "GOUGE".to_owned(),
             Kind::Near { zone_mm } => format!("nearer than {zone_mm} mm"),
+            kind => kind.name().replace('-', " ").to_uppercase() + if event.inside { ", inside" } else { "" },
         };
         let last = if event.to_the_end { "never".to_owned() } else { format!("line {}", event.last.line) };
-        table.add_row([
+        let row = [
             event.first.line.to_string(),
             what,
             scene.pair_name(event.pair),
@@ -237,7 +278,18 @@ fn table(scene: &Scene, events: &[&Event], end: &str) -> Table {
             last,
             format!("{:.3}", event.least_mm),
             event.nearest.line.to_string(),
-        ]);
+        ];
+        rows.push((event.first.time_s, row));
+    }
+    for over in over_travel {
+        let (line, axis) = (over.line.to_string(), format!("axis {}", over.cause.axis));
+        let what = "OVER-TRAVEL".to_owned();
+        rows.push((over.time_s, [line.clone(), what, axis, clock(over.time_s), String::new(), String::new(), line]));
+    }
+    rows.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let mut table = style::table(&[">LINE", "WHAT", "PARTS", "TIME", end, ">LEAST mm", ">AT LINE"]);
+    for (_, row) in rows {
+        table.add_row(row);
     }
     table
 }
@@ -267,6 +319,15 @@ fn extent_json(extent: &Extent) -> Value {
     json!({ "line": extent.line, "fraction": extent.fraction, "time_s": extent.time_s, "rapid": extent.rapid, "position": position })
 }
 
+fn over_travel_json(over: &OverTravel) -> Value {
+    let OutOfLimits { axis, value, min, max, unit } = &over.cause;
+    let finite = |limit: &f64| limit.is_finite().then_some(*limit);
+    json!({
+        "line": over.line, "block": over.block, "time_s": over.time_s, "axis": axis, "value": value,
+        "min": finite(min), "max": finite(max), "unit": unit,
+    })
+}
+
 fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome, times: &Times) -> Value {
     let name = |part: usize| scene.parts[part].name.clone();
     let events = outcome.events.iter().map(|event| {
@@ -278,12 +339,17 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         })
     });
     json!({
-        "scene": scene.name, "program": run.file.to_string_lossy(), "method": variant.info.id, "collides": outcome.collides(),
+        "scene": scene.name, "program": run.file.to_string_lossy(), "method": variant.info.id, "clear": outcome.is_clear(), "collides": outcome.collides(),
         "events": events.collect::<Vec<_>>(), "duration_s": outcome.duration_s, "samples": outcome.samples,
         "queries": outcome.queries, "load_s": times.load_s, "trees_s": times.trees_s, "elapsed_s": times.check_s,
-        "poses_per_s": times.poses_per_s(outcome), "tools_without_parts": outcome.tools_without_parts,
-        "touching_at_start":
-            outcome.touching_at_start.iter().map(|pair| [name(pair.a), name(pair.b)]).collect::<Vec<_>>(),
+        "poses_per_s": times.poses_per_s(outcome),
+        "over_travel": outcome.over_travel.iter().map(over_travel_json).collect::<Vec<_>>(),
+        "tools_without_parts": outcome.tools_without_parts,
+        "open_parts": outcome.open_parts.iter().map(|&part| name(part)).collect::<Vec<_>>(),
+        "pairs_not_examined": outcome.decisions.iter().filter_map(|decision| {
+            let why = decision.dropped.as_ref()?.to_string();
+            Some(json!({ "pair": [name(decision.pair.a), name(decision.pair.b)], "why": why }))
+        }).collect::<Vec<_>>(),
     })
 }
 

@@ -3,7 +3,7 @@
 //! Xu and Zhang (2011) choose the pairs from the machine's structure, the head's range and the tool's size by hand; here the
 //! joint tree and the range of the axes decide.
 
-use super::{Pair, Part, Scene};
+use super::{Pair, Part, Role, Scene};
 use crate::geometry::{Mesh, Point};
 use crate::machine::travel::Ball;
 use crate::machine::{Joint, Machine};
@@ -101,7 +101,7 @@ impl Reach {
 pub enum Dropped {
     /// No joint is between them.
     Rigid,
-    /// One joint is between them: its bearings touch by construction.
+    /// Two parts of the machine's structure with one joint between them: its bearings touch by construction.
     Neighbours {
         /// The joint's axis.
         axis: char,
@@ -200,10 +200,12 @@ fn why_dropped(scene: &Scene, balls: &[Ball], reach: &Reach, beyond_mm: f64, pai
     if let Some(apart_mm) = least_distance(scene, balls, pair, range).filter(|&apart| apart > beyond_mm) {
         return Some(Dropped::OutOfReach { apart_mm });
     }
-    (!scene.names(pair)).then(|| neighbours(scene, bodies)).flatten()
+    let is_structure = [pair.a, pair.b].iter().all(|&part| scene.parts[part].role == Role::Machine);
+    (is_structure && !scene.names(pair)).then(|| neighbours(scene, bodies)).flatten()
 }
 
-/// The axis between two bodies of which one stands on the other.
+/// The axis between two bodies of which one stands on the other. Only structure runs in bearings: what cuts, holds or is cut is a neighbour of
+/// nothing.
 fn neighbours(scene: &Scene, bodies: [Option<usize>; 2]) -> Option<Dropped> {
     let stands_on = |above: Option<usize>, below: Option<usize>| {
         let above = above?;

@@ -59,9 +59,14 @@ impl Solid {
             && self.tree().is_some_and(|tree| is_inside(point, tree, |bounds| *bounds, |triangle| *triangle))
     }
 
+    /// Whether the mesh encloses a space: nothing is inside one that does not.
+    #[must_use]
+    pub fn is_watertight(&self) -> bool {
+        self.mesh.edge_report().is_watertight()
+    }
+
     fn tree(&self) -> Option<&BoxTree> {
-        let watertight = || self.mesh.edge_report().is_watertight();
-        self.inside.get_or_init(|| watertight().then(|| BoxTree::new(&self.mesh.triangles()))).as_ref()
+        self.inside.get_or_init(|| self.is_watertight().then(|| BoxTree::new(&self.mesh.triangles()))).as_ref()
     }
 }
 

@@ -18,6 +18,11 @@ const MOST_PLACES: usize = 4096;
 /// Places that one thread takes at a time; within them a query begins with what the last one found.
 const CHUNK: usize = 128;
 
+/// Whether a pair touches before the first move.
+fn touch_at_first(outcome: &Outcome, pair: Pair) -> bool {
+    outcome.events.iter().any(|event| event.kind.is_collision() && event.first.place <= 0.0 && event.pair.is(pair))
+}
+
 /// The nearest pair and its distance at places along the path and where events are nearest. Cutter and workpiece do not count, nor
 /// pairs that `check` takes for neighbours.
 pub(super) fn along(
@@ -28,7 +33,7 @@ pub(super) fn along(
     models: &Models,
     progress: &dyn Progress,
 ) -> Distances {
-    let counts = |pair: &Pair| !scene.is_cutting(*pair) && !outcome.touching_at_start.iter().any(|it| it.is(*pair));
+    let counts = |pair: &Pair| !scene.is_cutting(*pair) && !touch_at_first(outcome, *pair);
     let kept = outcome.decisions.iter().filter(|decision| decision.dropped.is_none()).map(|decision| decision.pair);
     let pairs: Vec<Pair> = kept.filter(counts).collect();
     let stride = path.samples().len().div_ceil(MOST_PLACES).max(1);

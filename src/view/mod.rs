@@ -136,7 +136,8 @@ fn examine(scene: &Scene, run: &ProgramRun, choice: &Choice, progress: &dyn Prog
         Err(CheckError::NoPairs(_) | CheckError::NoMoves(_)) => Ok(Outcome {
             events: Vec::new(),
             decisions: Vec::new(),
-            touching_at_start: Vec::new(),
+            over_travel: Vec::new(),
+            open_parts: Vec::new(),
             tools_without_parts: Vec::new(),
             samples: 0,
             queries: 0,
