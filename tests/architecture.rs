@@ -7,8 +7,10 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 use bvbench::registry::Registry;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// One source file without comments, literals and tests.
 struct Source {
@@ -224,15 +226,27 @@ fn dependencies(manifest: &str) -> Vec<String> {
 fn the_engine_depends_on_arithmetic_alone() {
     let manifest = fs::read_to_string(root().join("../crates/obbtree/Cargo.toml")).unwrap();
     let known = ["foldhash", "nalgebra", "rayon", "robust"];
-    let for_cases = ["blake3", "rand", "rand_pcg"];
+    let on_demand = ["blake3", "rand", "rand_pcg", "serde"];
     let found = dependencies(&manifest);
     assert!(known.iter().all(|name| found.iter().any(|found| found == name)), "{found:?}");
-    assert!(found.iter().all(|name| known.contains(&&**name) || for_cases.contains(&&**name)), "{found:?}");
-    for name in for_cases {
-        assert!(
-            manifest.contains(&format!("{name} = {{ workspace = true, optional = true }}")),
-            "{name} is not optional"
-        );
+    assert!(found.iter().all(|name| known.contains(&&**name) || on_demand.contains(&&**name)), "{found:?}");
+    for name in on_demand {
+        let line = manifest.lines().find(|line| line.starts_with(&format!("{name} = "))).unwrap();
+        assert!(line.contains("optional = true"), "{name} is not optional");
+    }
+}
+
+/// Whoever depends on the engine gets few crates, and none for serialisation, plots or a command line.
+#[test]
+fn the_engine_brings_few_crates() {
+    let arguments = "tree --locked --offline --package obbtree --edges normal --prefix none --format {p}";
+    let output = Command::new(env!("CARGO")).args(arguments.split(' ')).current_dir(root()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let crates: BTreeSet<&str> = text.lines().filter_map(|line| line.split(' ').next()).collect();
+    assert!(crates.contains("obbtree") && crates.contains("nalgebra") && crates.len() <= 25, "{crates:?}");
+    for name in ["clap", "plotters", "serde", "serde_core", "parry3d-f64"] {
+        assert!(!crates.contains(name), "{name} comes with the engine");
     }
 }
 

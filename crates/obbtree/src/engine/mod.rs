@@ -1,7 +1,8 @@
-//! Trees of eight-wide nodes, traversals, exact predicates: for those who measure or extend the engine.
+//! Trees of eight-wide nodes, traversals, exact predicates: what [`Collider`](crate::Collider) is made of, for those who measure or extend it. Names
+//! here change from release to release.
 //!
 //! Lengths are millimetres, coordinates lie within 4096 mm of the mesh's origin, and vertices are rounded to a grid of 2⁻²⁶ mm
-//! ([`geometry::grid`]).
+//! ([`geometry::grid`]); a [`Mesh`](crate::Mesh) of any size is scaled to that.
 //!
 //! A node holds the volumes of its eight children side by side in `f32`, so that one instruction tests all of them; triangles stay in `f64`, and each
 //! leaf is one triangle. What rounding can cost is derived and paid for ([`volume`], [`pose`]). Pairs of triangles that `f64` cannot decide go

@@ -83,7 +83,7 @@ pub struct WideTree<V: WideVolume> {
     /// The vertices in the order in which the triangles first use them, mm.
     pub(super) vertices: Vec<Point>,
     /// For each triangle in tree order, its face number in the mesh.
-    pub(super) faces: Vec<u32>,
+    pub(crate) faces: Vec<u32>,
     /// A ball around everything: centre and radius, mm.
     pub(super) ball: (Point, f64),
     /// The largest distance of a vertex from the mesh's own origin, mm.
@@ -116,7 +116,7 @@ impl<V: WideVolume> WideTree<V> {
 
     /// A triangle in tree order, mm.
     #[inline(always)]
-    pub(super) fn triangle(&self, place: u32) -> Triangle {
+    pub(crate) fn triangle(&self, place: u32) -> Triangle {
         Triangle { corners: self.triangles[place as usize].map(|vertex| self.vertices[vertex as usize]) }
     }
 

@@ -105,7 +105,7 @@ fn costs<V: WideVolume>() -> Option<Vec<[u64; 2]>> {
         sums.push(
             poses
                 .iter()
-                .map(|pose| counts(pose))
+                .map(&mut *counts)
                 .fold([0, 0], |sum, counts| [sum[0] + counts.volume_tests, sum[1] + counts.triangle_tests]),
         );
     };

@@ -54,7 +54,7 @@ impl Tally {
 
 /// Calls `on_contact` with every pair of triangles that touch, exactly, until it breaks. They are named by their places in the trees' orders.
 /// Contacts are rare beside what it takes to find them: one compiled search serves all who call.
-fn traverse<V: WideVolume>(
+pub(crate) fn traverse<V: WideVolume>(
     (a, b): (&WideTree<V>, &WideTree<V>),
     a_from_b: &Isometry,
     simd: Simd,

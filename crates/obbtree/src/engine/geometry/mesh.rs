@@ -4,7 +4,8 @@ use super::{Point, Triangle, grid, weld};
 use std::fmt;
 
 /// Why vertices and faces do not make a mesh.
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum MeshError {
     /// No triangle at all.
     Empty,
@@ -19,16 +20,18 @@ pub enum MeshError {
         /// Its third coordinate.
         z: f64,
     },
-    /// A coordinate is outside the range in which the truth is exact.
+    /// A coordinate is outside the range that the mesh can have.
     OutOfRange {
         /// Index of the vertex.
         vertex: usize,
-        /// Its first coordinate, mm.
+        /// Its first coordinate.
         x: f64,
-        /// Its second coordinate, mm.
+        /// Its second coordinate.
         y: f64,
-        /// Its third coordinate, mm.
+        /// Its third coordinate.
         z: f64,
+        /// Largest magnitude of a coordinate.
+        limit: f64,
     },
     /// A face names a vertex that does not exist.
     NoSuchVertex {
@@ -48,10 +51,9 @@ impl fmt::Display for MeshError {
             Self::NotFinite { vertex, x, y, z } => {
                 write!(f, "vertex {vertex} has a coordinate that is not finite: ({x}, {y}, {z})")
             }
-            Self::OutOfRange { vertex, x, y, z } => write!(
+            Self::OutOfRange { vertex, x, y, z, limit } => write!(
                 f,
-                "vertex {vertex} at ({x}, {y}, {z}) mm is farther than {} mm from the origin on one axis; is the unit right?",
-                grid::LIMIT_MM
+                "vertex {vertex} at ({x}, {y}, {z}) is farther than {limit:?} from the origin on one axis; is the unit right?"
             ),
             Self::NoSuchVertex { face, vertex, vertices } => {
                 write!(f, "face {face} names vertex {vertex}, but there are only {vertices}")
@@ -86,7 +88,7 @@ impl GridMesh {
                 return Err(MeshError::NotFinite { vertex, x, y, z });
             }
             if p.coords.amax() > grid::LIMIT_MM {
-                return Err(MeshError::OutOfRange { vertex, x, y, z });
+                return Err(MeshError::OutOfRange { vertex, x, y, z, limit: grid::LIMIT_MM });
             }
             *p = grid::snap(p);
         }

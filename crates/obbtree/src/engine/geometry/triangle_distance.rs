@@ -76,7 +76,7 @@ fn corners_to_face(from: &Triangle, face: &Triangle) -> f64 {
 
 /// The cross product; of nearly parallel vectors, too, right to the last digits of each component.
 #[inline]
-fn normal(u: &Vector, v: &Vector) -> Vector {
+pub(crate) fn normal(u: &Vector, v: &Vector) -> Vector {
     let plain = u.cross(v);
     if plain.norm_squared() >= NEARLY_PARALLEL * u.norm_squared() * v.norm_squared() {
         plain

@@ -1,0 +1,198 @@
+//! Meshes that can be asked about.
+
+use crate::batch::{self, BatchError};
+use crate::engine::geometry::{GridMesh, MeshError};
+use crate::engine::node::WideTree;
+use crate::engine::oriented::Oriented;
+use crate::frame::Frame;
+use crate::mesh::Mesh;
+use crate::pair::Pair;
+use crate::pose::PoseError;
+use nalgebra::{Isometry3, Point3};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The tree of a collider.
+pub(crate) type Tree = WideTree<Oriented>;
+
+/// A mesh with the tree that queries need. Clones share both.
+///
+/// Lengths are in the mesh's unit. A pose `a_from_b` takes coordinates in the frame of the other mesh `b` to those in the frame of this one, `a`; where
+/// both have a pose in a common world, it is `world_from_a.inverse() * world_from_b`.
+///
+/// Contact and distance are those of surfaces: a mesh wholly inside another does not touch it. Verdicts are exact for the vertices as the engine
+/// holds them: rounded to 2⁻³⁰ of the largest coordinate of the larger mesh or finer, before and after they are moved by the pose.
+#[derive(Clone, Debug)]
+pub struct Collider(Arc<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    mesh: Mesh,
+    frame: Frame,
+    tree: Arc<Tree>,
+    /// Trees in larger units, by exponent, for pairs with larger meshes.
+    coarser: Mutex<Vec<(i32, Arc<Tree>)>>,
+}
+
+/// The nearest points of two meshes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Nearest {
+    /// The distance, in the meshes' unit: 0 exactly where they touch.
+    pub distance: f64,
+    /// The nearest point of the first mesh and that of the second, in the frame of the first unless said otherwise.
+    pub points: [Point3<f64>; 2],
+    /// The faces that the points lie on.
+    pub faces: [u32; 2],
+}
+
+/// Two triangles that touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Contact {
+    /// The face of the first mesh and that of the second.
+    pub faces: [u32; 2],
+    /// A point that both have, up to rounding, in the frame of the first mesh unless said otherwise.
+    pub point: Point3<f64>,
+}
+
+impl Collider {
+    /// Builds the tree over a mesh, on as many threads as there are; about a second for a million triangles.
+    #[must_use]
+    pub fn new(mesh: Mesh) -> Self {
+        let frame = Frame::of(&mesh);
+        let tree = Arc::new(tree_of(&mesh, &frame, frame.exponent));
+        Self(Arc::new(Inner { mesh, frame, tree, coarser: Mutex::default() }))
+    }
+
+    /// The mesh.
+    #[must_use]
+    pub fn mesh(&self) -> &Mesh {
+        &self.0.mesh
+    }
+
+    /// Whether the meshes share a point at a pose. Touching counts.
+    ///
+    /// ```
+    /// use obbtree::{Collider, Mesh};
+    /// use obbtree::nalgebra::Isometry3;
+    ///
+    /// let plate = Collider::new(Mesh::new([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]], [[0, 1, 2]])?);
+    /// assert!(plate.collides(&plate, &Isometry3::translation(1.0, 1.0, 0.0))?);
+    /// assert!(!plate.collides(&plate, &Isometry3::translation(1.0, 1.0, 1e-6))?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`PoseError`] when the pose is not finite or has no rotation.
+    pub fn collides(&self, other: &Self, a_from_b: &Isometry3<f64>) -> Result<bool, PoseError> {
+        Pair::new(self, other).collides(a_from_b)
+    }
+
+    /// Pairs of triangles that touch, at most `limit` of them, sorted by faces. Which ones are found where there are more is unspecified.
+    ///
+    /// # Errors
+    /// As [`Collider::collides`].
+    pub fn contacts(&self, other: &Self, a_from_b: &Isometry3<f64>, limit: usize) -> Result<Vec<Contact>, PoseError> {
+        Pair::new(self, other).contacts(a_from_b, limit)
+    }
+
+    /// The distance of the meshes and their nearest points, in the frame of this mesh. The distance is accurate to about 10⁻¹² of the larger mesh.
+    ///
+    /// ```
+    /// use obbtree::{Collider, Mesh};
+    /// use obbtree::nalgebra::{Isometry3, Point3};
+    ///
+    /// let plate = Collider::new(Mesh::new([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]], [[0, 1, 2]])?);
+    /// let nearest = plate.distance(&plate, &Isometry3::translation(12.0, 0.0, 4.0))?;
+    /// assert_eq!(nearest.distance, 5.0);
+    /// assert_eq!(nearest.points, [Point3::new(9.0, 0.0, 0.0), Point3::new(12.0, 0.0, 4.0)]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`PoseError`] when the pose is not finite, has no rotation, or is too far for a distance.
+    pub fn distance(&self, other: &Self, a_from_b: &Isometry3<f64>) -> Result<Nearest, PoseError> {
+        let found = Pair::new(self, other).distance_below(a_from_b, f64::INFINITY)?;
+        Ok(found.expect("two meshes have a distance"))
+    }
+
+    /// As [`Collider::distance`] where the distance is below `limit`; `None`, and sooner known, where it is not.
+    ///
+    /// # Errors
+    /// As [`Collider::distance`].
+    pub fn distance_below(
+        &self,
+        other: &Self,
+        a_from_b: &Isometry3<f64>,
+        limit: f64,
+    ) -> Result<Option<Nearest>, PoseError> {
+        Pair::new(self, other).distance_below(a_from_b, limit)
+    }
+
+    /// [`Collider::collides`] at many poses, on as many threads as there are.
+    ///
+    /// # Errors
+    /// The first pose, by its number, that [`Collider::collides`] refuses.
+    pub fn collides_each(&self, other: &Self, a_from_b: &[Isometry3<f64>]) -> Result<Vec<bool>, BatchError> {
+        let pair = Pair::new(self, other);
+        batch::each(a_from_b, |pose| pair.collides(pose))
+    }
+
+    /// [`Collider::distance`] at many poses, on as many threads as there are.
+    ///
+    /// # Errors
+    /// The first pose, by its number, that [`Collider::distance`] refuses.
+    pub fn distance_each(&self, other: &Self, a_from_b: &[Isometry3<f64>]) -> Result<Vec<Nearest>, BatchError> {
+        let pair = Pair::new(self, other);
+        batch::each(a_from_b, |pose| {
+            let found = pair.distance_below(pose, f64::INFINITY)?;
+            Ok(found.expect("two meshes have a distance"))
+        })
+    }
+
+    pub(crate) fn frame(&self) -> &Frame {
+        &self.0.frame
+    }
+
+    /// The tree in units of 2 to the power of `exponent`, which is not below the mesh's own; built when it is first needed.
+    pub(crate) fn tree(&self, exponent: i32) -> Arc<Tree> {
+        let Inner { mesh, frame, tree, coarser } = &*self.0;
+        if exponent == frame.exponent {
+            return tree.clone();
+        }
+        let kept = || coarser.lock().unwrap_or_else(PoisonError::into_inner);
+        let find =
+            |trees: &[(i32, Arc<Tree>)]| trees.iter().find(|(of, _)| *of == exponent).map(|(_, tree)| tree.clone());
+        if let Some(found) = find(&kept()) {
+            return found;
+        }
+        // The lock is free meanwhile: the build may run other queries on this thread.
+        let built = Arc::new(tree_of(mesh, frame, exponent));
+        let mut kept = kept();
+        find(&kept).unwrap_or_else(|| {
+            kept.push((exponent, built.clone()));
+            built
+        })
+    }
+
+    /// Memory that the collider holds, bytes: the mesh and its trees.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let Inner { mesh, tree, coarser, .. } = &*self.0;
+        let coarser = coarser.lock().unwrap_or_else(PoisonError::into_inner);
+        size_of_val(mesh.vertices())
+            + size_of_val(mesh.faces())
+            + tree.bytes()
+            + coarser.iter().map(|(_, tree)| tree.bytes()).sum::<usize>()
+    }
+}
+
+/// The tree in units of 2 to the power of `exponent`. Vertices that no face has may be anywhere and are left at the origin.
+fn tree_of(mesh: &Mesh, frame: &Frame, exponent: i32) -> Tree {
+    let mut vertices = vec![Point3::origin(); mesh.vertices().len()];
+    for &vertex in mesh.faces().as_flattened() {
+        vertices[vertex as usize] = frame.seen(&mesh.vertices()[vertex as usize], exponent);
+    }
+    let on_grid: Result<GridMesh, MeshError> = GridMesh::new(vertices, mesh.faces().to_vec());
+    Tree::build(&on_grid.expect("the frame holds the mesh"))
+}

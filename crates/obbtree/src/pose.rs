@@ -1,0 +1,128 @@
+//! Poses: what is a rigid motion, and what is not.
+
+use crate::engine::geometry::rigid;
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
+use std::fmt;
+
+/// How far from orthogonal the rotation of a 4 × 4 matrix may be, as max|RᵀR - I|: single precision passes.
+const ORTHOGONAL: f64 = 1e-4;
+
+/// Why a pose cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum PoseError {
+    /// A number of the pose is NaN or infinite.
+    NotFinite,
+    /// The quaternion is zero.
+    NoRotation,
+    /// The matrix scales, shears or mirrors, or its last row is not (0, 0, 0, 1).
+    NotRigid,
+    /// The translation between the meshes is too large for a distance.
+    TooFar {
+        /// Largest translation along an axis that these meshes allow, in their unit.
+        limit: f64,
+    },
+}
+
+impl fmt::Display for PoseError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite => f.write_str("the pose has a number that is not finite"),
+            Self::NoRotation => f.write_str("the pose's quaternion is zero; no rotation is (0, 0, 0, 1)"),
+            Self::NotRigid => f.write_str(
+                "the matrix is not a rotation and a translation: it scales, shears or mirrors, or its last row is not 0 0 0 1",
+            ),
+            Self::TooFar { limit } => {
+                write!(f, "the meshes are farther apart than {limit:?} on one axis: too far for a distance")
+            }
+        }
+    }
+}
+
+impl std::error::Error for PoseError {}
+
+/// The pose with a quaternion of length 1.
+pub(crate) fn checked(pose: &Isometry3<f64>) -> Result<Isometry3<f64>, PoseError> {
+    let (rotation, translation) = (&pose.rotation.coords, &pose.translation.vector);
+    if !rotation.iter().chain(translation).all(|x| x.is_finite()) {
+        return Err(PoseError::NotFinite);
+    }
+    let squared = rotation.norm_squared();
+    if squared == 0.0 || !squared.is_finite() {
+        return Err(PoseError::NoRotation);
+    }
+    Ok(rigid::rigid(pose))
+}
+
+/// The pose of a 4 × 4 matrix, row by row, which takes column vectors of one frame to another.
+///
+/// The rotation may be off by what single precision rounds; the nearest quaternion is taken.
+///
+/// ```
+/// let lifted = obbtree::pose_from_matrix([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 5.0], [0.0, 0.0, 0.0, 1.0]])?;
+/// assert_eq!(lifted.translation.z, 5.0);
+/// # Ok::<(), obbtree::PoseError>(())
+/// ```
+///
+/// # Errors
+/// [`PoseError::NotFinite`], or [`PoseError::NotRigid`] when the matrix is not a rotation and a translation.
+pub fn pose_from_matrix(rows: [[f64; 4]; 4]) -> Result<Isometry3<f64>, PoseError> {
+    if !rows.as_flattened().iter().all(|x| x.is_finite()) {
+        return Err(PoseError::NotFinite);
+    }
+    let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
+    let is_rotation = (matrix.tr_mul(&matrix) - Matrix3::identity()).amax() <= ORTHOGONAL && matrix.determinant() > 0.0;
+    if !is_rotation || rows[3] != [0.0, 0.0, 0.0, 1.0] {
+        return Err(PoseError::NotRigid);
+    }
+    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
+    let translation = Translation3::new(rows[0][3], rows[1][3], rows[2][3]);
+    Ok(Isometry3::from_parts(translation, UnitQuaternion::new_normalize(turn.into_inner())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Quaternion, Vector3};
+
+    #[test]
+    fn a_matrix_and_its_pose_move_points_alike() {
+        for i in 0..200 {
+            let turn = Vector3::new(0.03, -0.02, 0.01) * f64::from(i);
+            let pose = Isometry3::new(Vector3::new(1.0, -2.0, 3.0), turn);
+            let matrix = pose.to_homogeneous();
+            let rows = [0, 1, 2, 3].map(|i| [0, 1, 2, 3].map(|j| matrix[(i, j)]));
+            let found = pose_from_matrix(rows).unwrap();
+            assert!((found.to_homogeneous() - matrix).amax() < 1e-14, "{i}");
+            let single = rows.map(|row| row.map(|x| f64::from(x as f32)));
+            assert!((pose_from_matrix(single).unwrap().to_homogeneous() - matrix).amax() < 1e-6, "{i}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_rigid_is_refused() {
+        let identity = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+        for (row, column, value) in [(0, 0, 2.0), (0, 0, -1.0), (0, 1, 0.1), (3, 0, 1.0), (3, 3, 2.0)] {
+            let mut rows = identity;
+            rows[row][column] = value;
+            assert_eq!(pose_from_matrix(rows), Err(PoseError::NotRigid), "{row} {column} {value}");
+            rows[row][column] = f64::NAN;
+            assert_eq!(pose_from_matrix(rows), Err(PoseError::NotFinite), "{row} {column}");
+        }
+    }
+
+    #[test]
+    fn a_pose_must_be_finite_and_have_a_rotation() {
+        let nowhere = Isometry3::translation(0.0, f64::INFINITY, 0.0);
+        assert_eq!(checked(&nowhere), Err(PoseError::NotFinite));
+        let unturned = |w| {
+            Isometry3::from_parts(
+                Translation3::identity(),
+                UnitQuaternion::new_unchecked(Quaternion::new(w, 0.0, 0.0, 0.0)),
+            )
+        };
+        assert_eq!(checked(&unturned(0.0)), Err(PoseError::NoRotation));
+        assert_eq!(checked(&unturned(f64::NAN)), Err(PoseError::NotFinite));
+        assert_eq!(checked(&unturned(3.0)), Ok(Isometry3::identity()));
+    }
+}

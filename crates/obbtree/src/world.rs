@@ -1,0 +1,89 @@
+//! Posed colliders with boxes around them, and which pairs may touch: sort and sweep along one axis (D. Baraff, 1992).
+//!
+//! A sweep of a few lines, not a library's tree: the smallest maintained one that would do (`rstar`) brings five crates, `parry3d-f64` more than thirty.
+
+use crate::collider::Collider;
+use crate::mesh::power_of_two;
+use nalgebra::{Isometry3, Point3, Vector3};
+
+/// What rounding may do to a corner: of a pose, relative to the coordinates involved.
+const ROUNDING: f64 = power_of_two(-44);
+/// The same of the engine's grid, as an exponent of two relative to its unit: more than three times half the diagonal of a cell.
+const GRID: i32 = -24;
+
+/// A posed collider.
+#[derive(Clone, Debug)]
+pub(crate) struct Item<'a> {
+    pub name: &'a str,
+    pub collider: &'a Collider,
+    pub pose: Isometry3<f64>,
+    pub bounds: Bounds,
+}
+
+impl<'a> Item<'a> {
+    pub fn new(name: &'a str, collider: &'a Collider, pose: Isometry3<f64>) -> Self {
+        Self { name, collider, pose, bounds: Bounds::new(collider, &pose) }
+    }
+}
+
+/// A box along the axes of the world that contains a posed mesh, as the engine sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bounds {
+    low: Point3<f64>,
+    high: Point3<f64>,
+}
+
+impl Bounds {
+    pub fn new(collider: &Collider, pose: &Isometry3<f64>) -> Self {
+        let [low, high] = collider.mesh().bounds();
+        let middle = pose * nalgebra::center(&low, &high);
+        let turn = pose.rotation.to_rotation_matrix().into_inner().abs();
+        let largest = low.coords.amax().max(high.coords.amax()) + pose.translation.vector.amax();
+        let pad = ROUNDING * largest + power_of_two(collider.frame().exponent + GRID);
+        let half = turn * ((high - low) * 0.5) + Vector3::repeat(pad);
+        Self { low: middle - half, high: middle + half }
+    }
+
+    /// Its longest edge.
+    pub fn size(&self) -> f64 {
+        (self.high - self.low).amax()
+    }
+
+    /// No point of one is nearer to a point of the other.
+    pub fn gap(&self, other: &Self) -> f64 {
+        (self.low - other.high).sup(&(other.low - self.high)).sup(&Vector3::zeros()).norm()
+    }
+}
+
+/// The pairs of numbers `i < j` whose bounds are no more than `reach` apart, in order.
+pub(crate) fn near(items: &[Item], reach: f64) -> Vec<(usize, usize)> {
+    let all: Vec<usize> = (0..items.len()).collect();
+    sweep(&all, |i| &items[i].bounds, reach, |_, _| true)
+}
+
+/// The same of pairs (number in `ours`, number in `theirs`).
+pub(crate) fn near_between(ours: &[Item], theirs: &[Item], reach: f64) -> Vec<(usize, usize)> {
+    let all: Vec<usize> = (0..ours.len() + theirs.len()).collect();
+    let bounds = |i: usize| if i < ours.len() { &ours[i].bounds } else { &theirs[i - ours.len()].bounds };
+    let pairs = sweep(&all, bounds, reach, |i, j| (i < ours.len()) != (j < ours.len()));
+    pairs.into_iter().map(|(i, j)| (i, j - ours.len())).collect()
+}
+
+fn sweep<'a>(
+    all: &[usize],
+    bounds: impl Fn(usize) -> &'a Bounds,
+    reach: f64,
+    wanted: impl Fn(usize, usize) -> bool,
+) -> Vec<(usize, usize)> {
+    let mut order = all.to_vec();
+    order.sort_by(|&i, &j| bounds(i).low.x.total_cmp(&bounds(j).low.x));
+    let (mut open, mut pairs) = (Vec::<usize>::new(), Vec::new());
+    for next in order {
+        open.retain(|&i| bounds(i).high.x + reach >= bounds(next).low.x);
+        let meets = |&&i: &&usize| wanted(i.min(next), i.max(next)) && bounds(i).gap(bounds(next)) <= reach;
+        pairs.extend(open.iter().filter(meets).map(|&i| (i.min(next), i.max(next))));
+        open.push(next);
+    }
+    pairs.sort_unstable();
+    pairs
+}
