@@ -1,7 +1,7 @@
 //! A program, interpreted on a small machine and sampled along its path.
 
 use rs274::path::count;
-use rs274::{Limits, Position, RapidPath, Sampling, Setup, Tool, UserCode, WorkOffset, interpret, sample};
+use rs274::{Dialect, Limits, Position, RapidPath, Sampling, Setup, Tool, UserCode, WorkOffset, interpret, sample};
 use std::path::Path;
 
 /// The coarsest way to walk a path that still passes through every kind of move.
@@ -9,8 +9,10 @@ const SAMPLING: Sampling = Sampling { step_mm: 1e5, step_deg: 1e4, chord_mm: 10.
 
 pub fn run(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
-    // The first bit of the program chooses the machine, so that both are reached.
-    let is_lathe = bytes.first().is_some_and(|byte| byte & 1 == 1);
+    // The first bits of the program choose the machine and the dialect, so that all are reached.
+    let choice = bytes.first().copied().unwrap_or(0);
+    let is_lathe = choice & 1 == 1;
+    let dialect = Dialect::ALL[usize::from(choice >> 1) % Dialect::ALL.len()];
     let setup = if is_lathe { Setup::lathe() } else { Setup::default() };
     let turned = WorkOffset { origin: Position([10.0, -20.0, 5.0, 0.1, 0.0, 0.0, 1.0, 0.0, 0.0]), rotation: 0.5 };
     let mut work_offsets = setup.work_offsets;
@@ -21,6 +23,8 @@ pub fn run(bytes: &[u8]) {
         user_codes: [(428, UserCode::TipOn), (429, UserCode::TipOff), (100, UserCode::Ignore)].into(),
         // Small, or the search spends its time in loops.
         limits: Limits { moves: 20_000, blocks: 20_000 },
+        dialect,
+        ignored: ["M31".parse(), "G187".parse()].into_iter().flatten().collect(),
         ..setup
     };
     // No folder of that name: a subroutine of another file is never found.

@@ -14,6 +14,8 @@ pub(super) struct Word {
     pub value: Expression,
     pub column: u32,
     pub text: String,
+    /// Whether it is a length in digits without a decimal point, in a dialect where that may mean another length.
+    pub lacks_point: bool,
 }
 
 /// `#target = value`.
@@ -91,10 +93,26 @@ pub(super) struct Flow {
     pub text: String,
 }
 
+/// A control-flow word of Fanuc's macro language.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Jump {
+    /// GOTO and the number of a line.
+    Goto(Expression),
+    /// DO and the loop's number; with a condition, WHILE.
+    Do(u32),
+    /// END and the loop's number.
+    End(u32),
+}
+
 /// A line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Block {
     pub deletable: bool,
+    /// The line's number: N.
+    pub sequence: Option<u32>,
+    /// What must hold for the line to be executed: IF and WHILE of Fanuc's macro language.
+    pub condition: Option<Expression>,
+    pub jump: Option<Jump>,
     /// Whether anything in it asks for a parameter.
     pub reads_parameters: bool,
     pub flow: Option<Flow>,
@@ -106,35 +124,103 @@ impl Block {
     /// Reads a line.
     pub fn parse(line: &str, dialect: Dialect) -> Result<Self, Fault> {
         let mut cursor = Cursor::new(line, dialect)?;
+        let like_fanuc = dialect.is_fanuc_like();
         let reads_parameters = line.contains('#');
         let mut block = Self { deletable: cursor.accept('/'), reads_parameters, ..Self::default() };
+        if like_fanuc && block.deletable {
+            // The switch's number.
+            cursor.accept_digit();
+        }
         cursor.skip_comments()?;
+        if like_fanuc && is_told_elsewhere(&mut cursor) {
+            return Ok(block);
+        }
         if cursor.accept('n') {
-            cursor.number()?;
+            block.sequence = line_number(cursor.number()?);
             cursor.skip_comments()?;
         }
-        if cursor.peek() == Some('o') {
+        if cursor.peek() == Some('o') || (like_fanuc && cursor.peek() == Some(':')) {
             block.flow = Some(flow(&mut cursor)?);
             cursor.skip_comments()?;
-            return if cursor.peek().is_none() {
-                Ok(block)
-            } else {
-                Err(cursor.fault_here(Cause::UnexpectedCharacter))
-            };
+            let only_label = block.flow.as_ref().is_some_and(|flow| flow.keyword == Keyword::Label);
+            match cursor.peek() {
+                None => return Ok(block),
+                Some(_) if like_fanuc && only_label => {}
+                Some(_) => return Err(cursor.fault_here(Cause::UnexpectedCharacter)),
+            }
         }
         loop {
             cursor.skip_comments()?;
             match cursor.peek() {
                 None => return Ok(block),
                 Some('#') => block.assignments.push(assignment(&mut cursor)?),
+                Some(',') if like_fanuc => block.words.push(corner_word(&mut cursor)?),
                 Some(letter) if letter.is_ascii_alphabetic() || is_sign(letter) => {
-                    refuse_macro_word(&mut cursor)?;
+                    if like_fanuc {
+                        if macro_word(&mut cursor, &mut block)? {
+                            continue;
+                        }
+                    } else {
+                        refuse_macro_word(&mut cursor)?;
+                    }
                     block.words.push(word(&mut cursor, letter)?);
                 }
                 Some(_) => return Err(cursor.fault_here(Cause::UnexpectedCharacter)),
             }
         }
     }
+}
+
+/// The number of N as an integer; `None` where it is none, as in N10.5.
+fn line_number(number: f64) -> Option<u32> {
+    (number.fract() == 0.0 && number <= f64::from(u32::MAX)).then_some(number as u32)
+}
+
+/// A program's name in `<>`, and lines that print: nothing to execute.
+fn is_told_elsewhere(cursor: &mut Cursor) -> bool {
+    cursor.peek() == Some('<')
+        || ["dprnt[", "bprnt[", "popen", "pclos"].into_iter().any(|word| cursor.accept_word(word))
+}
+
+/// Reads a control-flow word of the macro language, if one comes next.
+fn macro_word(cursor: &mut Cursor, block: &mut Block) -> Result<bool, Fault> {
+    let column = cursor.column();
+    let loop_number = |cursor: &mut Cursor| {
+        let number = line_number(cursor.number()?).filter(|&number| number > 0);
+        number.ok_or_else(|| {
+            Fault::new(column, cursor.text_from(column), Cause::Range("the loop's number", "a whole number above 0"))
+        })
+    };
+    if cursor.accept_word("goto") {
+        block.jump = Some(Jump::Goto(Expression::value(cursor)?));
+    } else if cursor.accept_word("end") {
+        block.jump = Some(Jump::End(loop_number(cursor)?));
+    } else if cursor.accept_word("do") {
+        block.jump = Some(Jump::Do(loop_number(cursor)?));
+    } else if cursor.accept_word("then") {
+        if block.condition.is_none() {
+            return Err(Fault::new(column, cursor.text_from(column), Cause::Flow("has no IF before it")));
+        }
+    } else if ["if[", "while["].into_iter().any(|word| cursor.looks_at_word(word)) {
+        cursor.letters();
+        block.condition = Some(Expression::bracketed(cursor)?);
+    } else {
+        return Ok(false);
+    }
+    Ok(true)
+}
+
+/// `,R` and `,C`: the radius and the length of a corner.
+fn corner_word(cursor: &mut Cursor) -> Result<Word, Fault> {
+    let column = cursor.column();
+    cursor.expect(',', "`,`")?;
+    let letter = match cursor.next() {
+        Some('r') => 'R',
+        Some('c') => 'C',
+        _ => return Err(Fault::new(column, cursor.text_from(column), Cause::Expected("R or C behind `,`"))),
+    };
+    let value = Expression::value(cursor)?;
+    Ok(Word { letter, value, column, text: cursor.text_from(column), lacks_point: false })
 }
 
 /// Control flow of Fanuc's macro language, which would else be words with unknown functions for values. `IF` needs its bracket:
@@ -166,7 +252,10 @@ fn word(cursor: &mut Cursor, letter: char) -> Result<Word, Fault> {
         return Err(Fault::new(column, letter.to_ascii_uppercase(), Cause::UnknownLetter));
     }
     let value = Expression::value(cursor)?;
-    Ok(Word { letter, value, column, text: cursor.text_from(column) })
+    let text = cursor.text_from(column);
+    let is_length = matches!(letter, 'x' | 'y' | 'z' | 'u' | 'v' | 'w' | 'i' | 'j' | 'r');
+    let lacks_point = cursor.dialect.is_fanuc_like() && is_length && value.is_literal() && !text.contains('.');
+    Ok(Word { letter, value, column, text, lacks_point })
 }
 
 fn assignment(cursor: &mut Cursor) -> Result<Assignment, Fault> {
@@ -178,20 +267,24 @@ fn assignment(cursor: &mut Cursor) -> Result<Assignment, Fault> {
         Target::Numbered(Expression::value(cursor)?)
     };
     cursor.expect('=', "`=`")?;
-    let value = Expression::value(cursor)?;
+    let value = if cursor.dialect.is_fanuc_like() { Expression::open(cursor)? } else { Expression::value(cursor)? };
     Ok(Assignment { target, value, column, text: cursor.text_from(column) })
 }
 
 fn flow(cursor: &mut Cursor) -> Result<Flow, Fault> {
     let column = cursor.column();
-    cursor.expect('o', "`O`")?;
+    if !cursor.accept(':') {
+        cursor.expect('o', "`O`")?;
+    }
     let label = match cursor.peek() {
         Some('<') => Label::Fixed(format!("<{}>", cursor.name()?)),
         Some('#' | '[') => Label::Computed(Expression::value(cursor)?),
         _ => Label::Fixed(format!("{}", cursor.number()?)),
     };
     let keyword_column = cursor.column();
-    let name = cursor.letters();
+    // Where O only names a program, words may follow it.
+    let name =
+        if cursor.dialect.is_fanuc_like() && !cursor.looks_at_keyword() { String::new() } else { cursor.letters() };
     let keyword = match KEYWORDS.iter().find(|entry| entry.0 == name) {
         Some(entry) => entry.1,
         None if name.is_empty() => Keyword::Label,

@@ -187,12 +187,13 @@ impl Interpreter<'_> {
         }
         let plane = self.modes.plane;
         let (diameter, orientation) = self.compensated_tool(values, code.number)?;
+        let similar = self.offsets.similar(plane);
         let refused = match plane {
             _ if self.compensation.on().is_some() => Some("cutter compensation is on already"),
             _ if self.tip_mm.is_some() => Some("cutter compensation under tool-centre-point control"),
             Plane::Yz => Some("cutter compensation in the YZ plane (G19)"),
-            Plane::Zx if self.offsets.rotation != 0.0 => {
-                Some("cutter compensation outside the XY plane of a turned system")
+            _ if similar.is_none() => {
+                Some("cutter compensation in a plane that is turned, scaled or tilted out of the machine's")
             }
             Plane::Xy if orientation != 0 => Some("a lathe tool's orientation outside the ZX plane (G18)"),
             _ => None,
@@ -201,7 +202,9 @@ impl Interpreter<'_> {
             return Err(code.fault(Cause::NotAllowed(why)));
         }
         let radius = diameter / 2.0;
-        let left = if matches!(code.number, 410 | 411) { radius } else { -radius };
+        // A mirror makes left right.
+        let is_left = matches!(code.number, 410 | 411) != similar.is_some_and(|similar| similar.mirrors);
+        let left = if is_left { radius } else { -radius };
         let control = control_point(orientation).map(|x| x * radius);
         let mut tool = self.position;
         self.compensation.place(&mut tool);

@@ -9,7 +9,8 @@
 //! up to the third of those words and back, and leaves as it came (NISTIR 6556, section 3.5.16.7). At the pause of G88 an operator draws the tool
 //! out; that is a rapid move here.
 
-use super::canonical::{Axis, MoveKind};
+use super::canonical::{Axis, MoveKind, Plane};
+use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{FeedMode, Group, Spindle, Values};
@@ -55,7 +56,7 @@ struct Hole {
 
 /// Whether a motion code is a cycle that is performed here.
 pub(super) const fn is_cycle(code: i32) -> bool {
-    matches!(code, 730 | 740 | 810..=890)
+    matches!(code, 730 | 740 | 810..=890 | own::FINE_BORE)
 }
 
 /// The letter among I, J and K that belongs to X, Y or Z.
@@ -73,14 +74,17 @@ impl Interpreter<'_> {
         if self.modes.feed_mode == FeedMode::InverseTime {
             return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed("canned cycles in G93")));
         }
-        let [first, second, normal] = self.modes.plane.axes();
+        // On Fanuc's lathes drills go along Z whatever the plane.
+        let lathe = self.setup.is_fanuc_lathe();
+        let [first, second, normal] = if lathe { Plane::Xy.axes() } else { self.modes.plane.axes() };
         let start = self.offsets.to_program(&self.position)[normal as usize];
         let initial = self.sticky.initial.unwrap_or(start);
         self.read_cycle_words(values, code, normal)?;
         self.sticky.initial = Some(initial);
         let sticky = self.sticky;
         let incremental = self.modes.incremental;
-        let retract = if incremental { initial + sticky.retract } else { sticky.retract };
+        let steps_to_r = lathe && self.setup.dialect == Dialect::Fanuc;
+        let retract = if incremental || steps_to_r { initial + sticky.retract } else { sticky.retract };
         let bottom = if incremental { retract + sticky.bottom } else { sticky.bottom };
         if retract < bottom {
             return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed("R below the bottom of the hole")));
@@ -97,7 +101,7 @@ impl Interpreter<'_> {
             middle: if incremental { bottom + sticky.middle } else { sticky.middle },
         };
         let places = [first, second].map(|axis| (axis as usize, self.take_axis(values, axis)));
-        let repeats = values.take_whole('l', 1..=MAX_REPEATS, "L", "a whole number from 1 to 100000")?.unwrap_or(1);
+        let repeats = self.repeats(values)?;
         if start < retract {
             self.along(&hole, retract, None)?;
         }
@@ -109,6 +113,15 @@ impl Interpreter<'_> {
         Ok(())
     }
 
+    /// How many holes the block drills: L; on Fanuc's controls K or L, of which 0 only sets the cycle up.
+    fn repeats(&self, values: &Values) -> Result<i32, Fault> {
+        const RANGE: &str = "a whole number up to 100000, at least 1, or 0 in the dialects fanuc and haas";
+        let like_fanuc = self.setup.dialect.is_fanuc_like();
+        let letter = if like_fanuc && !values.has('l') && self.modes.motion != Some(870) { 'k' } else { 'l' };
+        let least = i32::from(!like_fanuc);
+        Ok(values.take_whole(letter, least..=MAX_REPEATS, "the number of holes", RANGE)?.unwrap_or(1))
+    }
+
     /// Takes R, the bottom, P and Q from the block, or from the block before when that was the same cycle.
     fn read_cycle_words(&mut self, values: &Values, code: i32, normal: Axis) -> Result<(), Fault> {
         let fault = |cause| self.fault_at(values, Group::Motion, cause);
@@ -117,20 +130,28 @@ impl Interpreter<'_> {
             |given: Option<f64>, held: Option<f64>, what| given.or(held).ok_or_else(|| fault(Cause::Missing(what)));
         let bottom = needed(self.take_axis(values, normal), before.map(|s| s.bottom), "the depth of the hole")?;
         let retract = needed(self.take_length(values, 'r'), before.map(|s| s.retract), "R, the retract height,")?;
-        let dwells = matches!(code, 820 | 860 | 880 | 890);
-        let may_dwell = dwells || matches!(code, 730 | 740 | 830 | 840);
-        let mut dwell_s = if may_dwell { values.take('p') } else { None }.or(before.map(|s| s.dwell_s));
-        if dwells {
+        let like_fanuc = self.setup.dialect.is_fanuc_like();
+        let dwells = matches!(code, 820 | 860 | 880 | 890 | own::FINE_BORE);
+        let may_dwell = dwells || matches!(code, 730 | 740 | 830 | 840) || like_fanuc;
+        let mut dwell_s = if may_dwell { self.take_dwell(values, 'p') } else { None }.or(before.map(|s| s.dwell_s));
+        if dwells && !like_fanuc {
             dwell_s = Some(needed(dwell_s, None, "P, the dwell,")?);
         }
         let pecks = matches!(code, 730 | 830);
         let peck = if pecks {
-            let peck = needed(self.take_length(values, 'q'), before.map(|s| s.peck), "Q, the depth of a peck,")?;
-            if peck <= 0.0 {
+            // Without Q Fanuc's controls drill in one go.
+            let held = before.map(|s| s.peck).or(like_fanuc.then_some(0.0));
+            let given = values.has('q');
+            let peck = needed(self.take_length(values, 'q'), held, "Q, the depth of a peck,")?;
+            if peck <= 0.0 && (given || !like_fanuc) {
                 return Err(values.fault('q', Cause::Range("Q", "above 0")));
             }
             peck
         } else {
+            if code == own::FINE_BORE {
+                // The step aside, which touches nothing.
+                values.drop_word('q');
+            }
             0.0
         };
         if dwell_s.is_some_and(|seconds| seconds < 0.0) {
@@ -155,13 +176,14 @@ impl Interpreter<'_> {
 
     /// Rapid to above the next hole.
     fn above_hole(&mut self, values: &Values, places: &[(usize, Option<f64>); 2]) -> Result<(), Fault> {
-        let mut program = self.offsets.to_program(&self.position);
+        let from = self.offsets.to_program(&self.position);
+        let mut program = from;
         for &(axis, word) in places {
             if let Some(value) = word {
                 program[axis] = if self.modes.incremental { program[axis] + value } else { value };
             }
         }
-        if let Some([x, y]) = self.take_polar(values, &program) {
+        if let Some([x, y]) = self.take_polar(values, &from) {
             (program[0], program[1]) = (x, y);
         }
         let target = self.offsets.to_machine(&program);
@@ -232,17 +254,19 @@ impl Interpreter<'_> {
                 Spindle::Still => Spindle::Still,
             };
         }
-        if matches!(hole.code, 820 | 860 | 880 | 890) || (taps && hole.dwell_s > 0.0) {
+        let like_fanuc = self.setup.dialect.is_fanuc_like();
+        let always = matches!(hole.code, 820 | 860 | 880 | 890) && !like_fanuc;
+        if always || ((taps || like_fanuc) && hole.dwell_s > 0.0) {
             self.emit(MoveKind::Dwell { seconds: hole.dwell_s }, None)?;
         }
-        if matches!(hole.code, 860 | 880) {
+        if matches!(hole.code, 860 | 880 | own::FINE_BORE) {
             // A boring bar, and what an operator draws out, does not turn.
             self.modes.spindle = Spindle::Still;
         }
         match hole.code {
-            // Out at feed all the way, as LinuxCNC does.
-            740 | 840 | 890 => self.along(hole, hole.clear, Some(values))?,
-            850 => self.along(hole, hole.retract, Some(values))?,
+            // Out at feed all the way, as LinuxCNC does; Fanuc's controls feed to R.
+            740 | 840 | 890 if !like_fanuc => self.along(hole, hole.clear, Some(values))?,
+            740 | 840 | 850 | 890 => self.along(hole, hole.retract, Some(values))?,
             _ => {}
         }
         if taps {

@@ -4,7 +4,9 @@
 //! 5221 + 20 n (origin of system n, rotation at 5230 + 20 n). Values there are mm and degrees.
 
 use super::canonical::Axis;
+use super::dialect::own;
 use super::error::{Cause, Fault};
+use super::fanuc::origin_of;
 use super::interpret::Interpreter;
 use super::modal::{Code, Group, Values};
 use super::offsets::{Values9, from_canonical, turn};
@@ -16,10 +18,12 @@ const SECOND_HOME: usize = 5181;
 const SHIFT_ACTIVE: usize = 5210;
 const SHIFT: usize = 5211;
 const SYSTEM: usize = 5220;
-const ORIGINS: usize = 5221;
-const ORIGIN_STRIDE: usize = 20;
+pub(super) const ORIGINS: usize = 5221;
+pub(super) const ORIGIN_STRIDE: usize = 20;
+/// G54 to G59.3.
+pub(super) const SYSTEMS: usize = 9;
 /// Index of G59.3.
-const LAST_SYSTEM: usize = 8;
+const LAST_SYSTEM: usize = SYSTEMS - 1;
 /// From the first value of an origin to its rotation.
 const ROTATION: usize = 9;
 
@@ -58,7 +62,7 @@ impl Interpreter<'_> {
         }
     }
 
-    fn load(&self, base: usize) -> Values9 {
+    pub(super) fn load(&self, base: usize) -> Values9 {
         std::array::from_fn(|i| self.parameters.at(base + i))
     }
 
@@ -66,7 +70,7 @@ impl Interpreter<'_> {
     pub(super) fn select_system(&mut self, system: usize) {
         self.modes.system = system;
         self.parameters.put(SYSTEM, system as f64 + 1.0);
-        let base = ORIGINS + system * ORIGIN_STRIDE;
+        let base = origin_of(system);
         self.offsets.origin = self.load(base);
         self.offsets.rotation = self.parameters.at(base + ROTATION);
     }
@@ -80,8 +84,10 @@ impl Interpreter<'_> {
 
     /// Whether a code other than a motion uses the block's axis words.
     pub(super) fn uses_axis_words(&self, values: &Values) -> bool {
-        matches!(values.number(Group::NonModal), Some(code) if code != 40)
+        matches!(values.number(Group::NonModal), Some(code) if code != 40 || self.setup.dialect.is_fanuc_like())
             || matches!(values.number(Group::Turn), Some(code) if code != 690)
+            || matches!(values.number(Group::Scale), Some(510))
+            || values.code(Group::Mirror).is_some()
             || matches!(values.number(Group::ToolLength), Some(431))
     }
 
@@ -182,18 +188,17 @@ impl Interpreter<'_> {
             let why = "places and offsets of coordinates while cutter compensation is on";
             self.refuse_compensated(values, Group::NonModal, why)?;
         }
-        if let Some(code) = values.code(Group::Turn) {
-            match code.number {
-                682 => self.tilt(values, code)?,
-                _ => self.untransform(code)?,
-            }
-        }
+        self.obey_transforms(values)?;
         match values.number(Group::NonModal) {
             Some(531) => match values.code(Group::NonModal) {
                 Some(code) => self.turn_upright(values, code),
                 None => Ok(()),
             },
+            Some(100) if self.setup.dialect.is_fanuc_like() => self.set_fanuc_data(values),
             Some(100) => self.set_data(values),
+            Some(own::SKIP) => self.probe(values),
+            Some(own::SPEED_LIMIT) if values.has_axis() => self.shift(values, 920),
+            Some(920) if self.setup.dialect.is_fanuc_like() && !values.has_axis() => Ok(()),
             Some(280) => self.go_home(values, HOME),
             Some(300) => self.go_home(values, SECOND_HOME),
             Some(281) => {
@@ -214,7 +219,10 @@ impl Interpreter<'_> {
     /// G28 and G30: by way of the point the axis words name; only the named axes go home, all if none is named.
     fn go_home(&mut self, values: &Values, base: usize) -> Result<(), Fault> {
         let home = self.load(base);
-        let named = Axis::ALL.map(|axis| values.has(axis.letter().to_ascii_lowercase()));
+        let named = Axis::ALL.map(|axis| {
+            let step = self.step_letter(axis).is_some_and(|letter| values.has(letter));
+            step || (values.has(axis.letter().to_ascii_lowercase()) && !self.is_step_axis(axis))
+        });
         if values.has_axis() {
             let between = self.target(values);
             self.rapid_to(between)?;

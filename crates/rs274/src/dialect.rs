@@ -3,6 +3,7 @@
 //! LinuxCNC's is the base. Fanuc's and Haas's differ by the tables of this file (codes that move nothing, codes with another meaning), by
 //! the macro language (`macro_flow`), by subprograms and calls (`fanuc`) and, on lathes, by G-code system A (`lathe`).
 
+use super::modal::Group;
 use std::fmt;
 use std::str::FromStr;
 
@@ -116,6 +117,95 @@ impl fmt::Display for Note {
             1 => write!(f, " (and once more)"),
             more => write!(f, " (and {more} times more)"),
         }
+    }
+}
+
+/// What a code means in a dialect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Meaning {
+    /// As the code of this group and number: ten times the number for G, the number for M.
+    Code(Group, i32),
+    /// Nothing that moves an axis.
+    Nothing,
+    /// Nothing that moves an axis, as far as this control's manuals say; the reader is told.
+    Noted,
+    /// As on LinuxCNC.
+    Common,
+    /// Not performed.
+    Unknown,
+}
+
+/// Numbers of codes that LinuxCNC has not, or has for something else, apart from all of LinuxCNC's.
+pub(super) mod own {
+    /// G31: a feed move that a probe may stop.
+    pub const SKIP: i32 = 310;
+    /// G65: a call with arguments.
+    pub const MACRO_CALL: i32 = 650;
+    /// M97: a call to a line of the same program.
+    pub const LOCAL_CALL: i32 = 97;
+    /// G76 of mills: boring with a step aside at the bottom.
+    pub const FINE_BORE: i32 = 761;
+    /// G50 S of lathes: the greatest spindle speed.
+    pub const SPEED_LIMIT: i32 = 505;
+}
+
+/// What a G code means on a Fanuc or Haas control.
+pub(super) fn fanuc_g(tenths: i32, dialect: Dialect, lathe: bool) -> Meaning {
+    use Meaning::{Code, Common, Noted, Nothing, Unknown};
+    let haas = dialect == Dialect::Haas;
+    match tenths {
+        320 if lathe => Code(Group::Motion, 330),
+        500 if lathe => Code(Group::NonModal, own::SPEED_LIMIT),
+        900 | 920 | 940 if lathe => Unknown,
+        980 if lathe => Code(Group::FeedMode, 940),
+        990 if lathe => Code(Group::FeedMode, 950),
+        730 | 740 | 750 | 760 if lathe => Unknown,
+        700 | 710 | 720 => Unknown,
+        760 => Code(Group::Motion, own::FINE_BORE),
+        842 | 843 => Code(Group::Motion, if tenths == 842 { 840 } else { 740 }),
+        // Look-ahead, smoothing, exact stop, path modes, stored strokes, look-ahead off.
+        50 | 51 | 80 | 1870 | 1030 | 220 | 230 | 640 => Noted,
+        90 | 110 | 610 | 620 | 630 | 641 => Nothing,
+        150 | 160 => Code(Group::Polar, tenths),
+        310 => Code(Group::NonModal, own::SKIP),
+        440 => Code(Group::ToolLength, 440),
+        500 | 510 => Code(Group::Scale, tenths),
+        501 | 511 => Code(Group::Mirror, tenths),
+        541 => Code(Group::Coordinates, 541),
+        1540 if haas => Code(Group::Coordinates, 541),
+        // Haas: G110 is G154 P1.
+        1100..=1290 if haas && tenths % 10 == 0 => Code(Group::Coordinates, tenths),
+        2340 if haas => Code(Group::ToolLength, 434),
+        650 => Code(Group::Subprogram, own::MACRO_CALL),
+        680 => Code(Group::Turn, 680),
+        // What these mean on LinuxCNC, they do not here.
+        52 | 53 | 70 | 331 | 382..=385 | 411 | 421 | 431 | 432 | 591..=593 | 611 | 901 | 911 | 921..=923 => Unknown,
+        _ => Common,
+    }
+}
+
+/// What an M code means on a Fanuc or Haas control.
+pub(super) fn fanuc_m(number: i32, dialect: Dialect) -> Meaning {
+    match number {
+        97 if dialect == Dialect::Haas => Meaning::Code(Group::Subprogram, own::LOCAL_CALL),
+        // Clamps, chucks, tailstocks, conveyors, coolant, gears, doors, lights, chips, probes, rigid tapping: the builder's, not the axes'.
+        10..=18
+        | 20..=29
+        | 31..=36
+        | 38
+        | 39
+        | 40..=45
+        | 51..=59
+        | 61..=69
+        | 70..=89
+        | 95
+        | 104
+        | 105
+        | 109..=149
+        | 154
+        | 155 => Meaning::Noted,
+        50 => Meaning::Unknown,
+        _ => Meaning::Common,
     }
 }
 

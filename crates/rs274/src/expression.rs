@@ -35,8 +35,14 @@ enum Function {
     Abs,
     Acos,
     Asin,
-    /// Of two arguments: `ATAN[y]/[x]`.
+    /// Of two arguments: `ATAN[y]/[x]`, in Fanuc's macros also `ATAN[y, x]` and `ATAN[tangent]`.
     Atan,
+    ArcTangent,
+    /// Of two arguments: `POW[base, exponent]`.
+    Raise,
+    /// Towards zero, and away from it: Fanuc's FIX and FUP.
+    Truncate,
+    Expand,
     Cos,
     Exp,
     Fix,
@@ -123,7 +129,27 @@ impl Expression {
         Ok(Self { steps })
     }
 
-    /// What it comes to. The result is finite.
+    /// Reads a value, or several with operators between them and no brackets around.
+    pub fn open(cursor: &mut Cursor) -> Result<Self, Fault> {
+        let mut steps = Vec::new();
+        operators(cursor, &mut steps, 0, false)?;
+        Ok(Self { steps })
+    }
+
+    /// Whether it is a number in digits.
+    pub fn is_literal(&self) -> bool {
+        matches!(self.steps.as_slice(), [(Step::Number(_), _)] | [(Step::Number(_), _), (Step::Negate, _)])
+    }
+
+    /// The whole number it is in digits, if it is one.
+    pub fn literal(&self) -> Option<f64> {
+        match self.steps.as_slice() {
+            [(Step::Number(number), _)] if number.fract() == 0.0 => Some(*number),
+            _ => None,
+        }
+    }
+
+    /// What it comes to. The result is finite, or vacant (not a number) where it is a vacant variable of a dialect that has such.
     pub fn evaluate(&self, parameters: &Parameters) -> Result<f64, Fault> {
         let mut stack: Vec<f64> = Vec::new();
         for (step, column) in &self.steps {
@@ -140,25 +166,36 @@ impl Expression {
                     parameters.numbered(number).ok_or_else(|| fault(&format!("#{number}"), Cause::UnknownParameter))?
                 }
                 Step::Negate => -pop(&mut stack),
-                Step::Function(Function::Atan) => {
-                    let x = pop(&mut stack);
-                    pop(&mut stack).atan2(x).to_degrees()
+                Step::Function(function @ (Function::Atan | Function::Raise)) => {
+                    let second = or_zero(pop(&mut stack));
+                    let first = or_zero(pop(&mut stack));
+                    if *function == Function::Atan {
+                        first.atan2(second).to_degrees()
+                    } else {
+                        Binary::Power.apply(first, second).map_err(|why| fault("pow", Cause::Domain(why)))?
+                    }
                 }
-                Step::Function(function) => {
-                    function.apply(pop(&mut stack)).map_err(|why| fault(function.name(), Cause::Domain(why)))?
-                }
+                Step::Function(function) => function
+                    .apply(or_zero(pop(&mut stack)))
+                    .map_err(|why| fault(function.name(), Cause::Domain(why)))?,
                 Step::Binary(operator) => {
                     let right = pop(&mut stack);
                     operator.apply(pop(&mut stack), right).map_err(|why| fault(operator.name(), Cause::Domain(why)))?
                 }
             };
-            if !result.is_finite() {
+            let may_be_vacant = matches!(step, Step::Parameter | Step::Negate);
+            if !(result.is_finite() || (may_be_vacant && result.is_nan())) {
                 return Err(fault("", Cause::Domain("the result is not a finite number")));
             }
             stack.push(result);
         }
         Ok(pop(&mut stack))
     }
+}
+
+/// A vacant value is zero to whatever computes with it.
+fn or_zero(value: f64) -> f64 {
+    if value.is_nan() { 0.0 } else { value }
 }
 
 fn pop(stack: &mut Vec<f64>) -> f64 {
@@ -177,7 +214,10 @@ impl Function {
             Self::Asin if x.abs() > 1.0 => return Err("argument outside [-1, 1]"),
             Self::Acos => x.acos().to_degrees(),
             Self::Asin => x.asin().to_degrees(),
-            Self::Atan => x.atan().to_degrees(),
+            Self::Atan | Self::ArcTangent => x.atan().to_degrees(),
+            Self::Raise => x,
+            Self::Truncate => x.trunc(),
+            Self::Expand => x.abs().ceil().copysign(x),
             Self::Cos => x.to_radians().cos(),
             Self::Exp => x.exp(),
             Self::Fix => x.floor(),
@@ -199,7 +239,10 @@ impl Binary {
     }
 
     fn apply(self, a: f64, b: f64) -> Result<f64, &'static str> {
-        let equal = (a - b).abs() < EQUALITY_TOLERANCE;
+        // A vacant value equals a vacant one alone.
+        let equal =
+            if a.is_nan() || b.is_nan() { a.is_nan() && b.is_nan() } else { (a - b).abs() < EQUALITY_TOLERANCE };
+        let (a, b) = (or_zero(a), or_zero(b));
         Ok(match self {
             Self::Power if a < 0.0 && b.fract() != 0.0 => return Err("negative number to a power that is not whole"),
             Self::Power => a.powf(b),
@@ -282,8 +325,21 @@ fn function(cursor: &mut Cursor, steps: &mut Steps, depth: usize) -> Result<(), 
         }
         return cursor.expect(']', "`]`");
     }
-    let Some(&(_, function)) = FUNCTIONS.iter().find(|entry| entry.0 == name) else {
-        return Err(Fault::new(column, name, Cause::UnknownFunction));
+    let like_fanuc = cursor.dialect.is_fanuc_like();
+    let known = FUNCTIONS.iter().find(|entry| entry.0 == name).map(|entry| entry.1);
+    let function = match (known, name.as_str()) {
+        (Some(Function::Fix), _) if like_fanuc => Function::Truncate,
+        (Some(Function::Fup), _) if like_fanuc => Function::Expand,
+        (Some(Function::Atan), _) if like_fanuc => return arc_tangent(cursor, steps, depth, column),
+        (Some(function), _) => function,
+        (None, "rnd") if like_fanuc => Function::Round,
+        (None, "sqr") if like_fanuc => Function::Sqrt,
+        (None, "pow") if like_fanuc => {
+            two_arguments(cursor, steps, depth)?;
+            steps.push((Step::Function(Function::Raise), column));
+            return Ok(());
+        }
+        (None, _) => return Err(Fault::new(column, name, Cause::UnknownFunction)),
     };
     bracketed(cursor, steps, depth + 1)?;
     if function == Function::Atan {
@@ -294,19 +350,58 @@ fn function(cursor: &mut Cursor, steps: &mut Steps, depth: usize) -> Result<(), 
     Ok(())
 }
 
-/// `[value operator value ...]` by operator precedence: a stronger or equal operator on the stack goes out first.
+/// Fanuc's ATAN of one or two arguments.
+fn arc_tangent(cursor: &mut Cursor, steps: &mut Steps, depth: usize, column: u32) -> Result<(), Fault> {
+    check_depth(cursor, depth)?;
+    cursor.expect('[', "`[`")?;
+    operators(cursor, steps, depth + 1, true)?;
+    let two = if cursor.accept(',') {
+        operators(cursor, steps, depth + 1, true)?;
+        cursor.expect(']', "`]`")?;
+        true
+    } else {
+        cursor.expect(']', "`,` or `]`")?;
+        let two = cursor.looks_at_word("/[") && cursor.accept('/');
+        if two {
+            bracketed(cursor, steps, depth + 1)?;
+        }
+        two
+    };
+    steps.push((Step::Function(if two { Function::Atan } else { Function::ArcTangent }), column));
+    Ok(())
+}
+
+/// `[value, value]`.
+fn two_arguments(cursor: &mut Cursor, steps: &mut Steps, depth: usize) -> Result<(), Fault> {
+    check_depth(cursor, depth)?;
+    cursor.expect('[', "`[`")?;
+    operators(cursor, steps, depth + 1, true)?;
+    cursor.expect(',', "`,`")?;
+    operators(cursor, steps, depth + 1, true)?;
+    cursor.expect(']', "`]`")
+}
+
+/// `[value operator value ...]`.
 fn bracketed(cursor: &mut Cursor, steps: &mut Steps, depth: usize) -> Result<(), Fault> {
     check_depth(cursor, depth)?;
     cursor.expect('[', "`[`")?;
+    operators(cursor, steps, depth, true)?;
+    cursor.expect(']', "operator or `]`")
+}
+
+/// `value operator value ...` by operator precedence: a stronger or equal operator on the stack goes out first. Outside brackets a
+/// division is one only before a value, and words may follow.
+fn operators(cursor: &mut Cursor, steps: &mut Steps, depth: usize, in_brackets: bool) -> Result<(), Fault> {
+    check_depth(cursor, depth)?;
     let mut waiting: Vec<(Binary, u8, u32)> = Vec::new();
     loop {
         value(cursor, steps, depth + 1)?;
-        if cursor.accept(']') {
+        let column = cursor.column();
+        if in_brackets && matches!(cursor.peek(), Some(']' | ',')) {
             break;
         }
-        let column = cursor.column();
         let Some(&(_, operator, strength)) = OPERATORS.iter().find(|entry| cursor.accept_word(entry.0)) else {
-            return Err(cursor.fault_here(Cause::Expected("operator or `]`")));
+            break;
         };
         while let Some((stronger, _, at)) = waiting.pop_if(|top| top.1 >= strength) {
             steps.push((Step::Binary(stronger), at));

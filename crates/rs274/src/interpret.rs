@@ -6,8 +6,9 @@
 use super::block::{Block, Target};
 use super::canonical::{Axis, Move, MoveKind, Plane};
 use super::compensation::Compensation;
+use super::corner::{Corner, OPEN_CORNER};
 use super::cycle::Sticky;
-use super::dialect::Note;
+use super::dialect::{Note, own};
 use super::error::{Cause, Fault, GcodeError, MOST_ERRORS};
 use super::foreign;
 use super::modal::{FeedMode, Group, Modes, Spindle, Values};
@@ -16,6 +17,7 @@ use super::oword::{Control, FlowTable};
 use super::parameters::Parameters;
 use super::setup::Setup;
 use super::source::{self, Source};
+use super::transform::Transforms;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -53,7 +55,7 @@ pub fn interpret(source: &str, file: &Path, setup: &Setup) -> Result<Program, Gc
     let fault = |(file, line, cause)| GcodeError::new(file, line, 1, String::new(), cause);
     let lines = source::lines(source).map_err(|(line, cause)| fault((file.to_owned(), line, cause)))?;
     let parse = |line: &str| parse(line, setup);
-    let text = Source::of(&lines, file, &parse).map_err(fault)?;
+    let text = Source::of(&lines, file, &parse, setup.dialect.is_fanuc_like()).map_err(fault)?;
     let mut interpreter = Interpreter::new(setup);
     let errors = interpreter.run(&text);
     if errors.is_empty() {
@@ -105,6 +107,8 @@ pub(super) struct Interpreter<'a> {
     pub tools: std::collections::BTreeMap<u32, super::setup::Tool>,
     pub tool: u32,
     pub selected_tool: u32,
+    /// A tool that T has selected and no M6 has changed to.
+    pub waiting_tool: Option<u32>,
     pub control: Control,
     pub compensation: Compensation,
     /// From the end of a G5 to the control point of the next that continues it.
@@ -113,6 +117,10 @@ pub(super) struct Interpreter<'a> {
     pub sticky: Sticky,
     /// Under tool-centre-point control, the tool's length, mm; X, Y, Z of the position are then the tip's.
     pub tip_mm: Option<f64>,
+    /// Turned, scaled and mirrored coordinates.
+    pub transforms: Transforms,
+    /// A straight move whose end is rounded or chamfered once the next is known.
+    pub corner: Option<Corner>,
     /// Whether that is so because of a tilted plane (G68.2).
     pub is_tilted: bool,
     /// Whether I, J and K say which way the tool points (G43.5).
@@ -130,15 +138,15 @@ impl<'a> Interpreter<'a> {
         let mut interpreter = Self {
             setup,
             modes: Modes {
-                motion: None,
+                motion: setup.dialect.is_fanuc_like().then_some(0),
                 plane: setup.plane,
                 incremental: false,
                 arc_centre_absolute: false,
-                feed_mode: FeedMode::PerMinute,
+                feed_mode: if setup.is_fanuc_lathe() { FeedMode::PerRevolution } else { FeedMode::PerMinute },
                 inches: setup.inches,
                 system: 0,
                 diameter: setup.diameter,
-                retract_to_r: true,
+                retract_to_r: !setup.dialect.is_fanuc_like(),
                 constant_surface_speed: false,
                 feed: 0.0,
                 turning_feed: 0.0,
@@ -146,6 +154,8 @@ impl<'a> Interpreter<'a> {
                 spindle: Spindle::Still,
                 greatest_speed: None,
                 surface_mm_min: 0.0,
+                polar: false,
+                plain_motion: setup.dialect.is_fanuc_like().then_some(0),
                 mist: false,
                 flood: false,
                 overrides: [true, true, false, true],
@@ -155,13 +165,16 @@ impl<'a> Interpreter<'a> {
             sticky: Sticky::default(),
             tip_mm: None,
             is_tilted: false,
+            transforms: Transforms::default(),
+            corner: None,
             has_tool_vectors: false,
-            parameters: Parameters::new(&setup.parameters),
+            parameters: Parameters::new(&setup.parameters, setup.dialect),
             offsets: Offsets::default(),
             position: from_canonical(&setup.start),
             tools: setup.tools.clone(),
             tool: setup.tool,
             selected_tool: setup.tool,
+            waiting_tool: None,
             control: Control::default(),
             moves: Vec::new(),
             notes: Vec::new(),
@@ -176,7 +189,7 @@ impl<'a> Interpreter<'a> {
     /// that does not hang on what went wrong before.
     fn run(&mut self, source: &Source) -> Vec<(usize, Fault)> {
         let blocks = &source.blocks;
-        let table = match FlowTable::of(blocks) {
+        let table = match FlowTable::of(blocks, source.own_lines()) {
             Ok(table) => table,
             Err(error) => return std::iter::once(error).chain(source.unread_lines()).collect(),
         };
@@ -220,7 +233,11 @@ impl<'a> Interpreter<'a> {
             self.refresh_parameters();
         }
         match &block.flow {
-            Some(flow) => self.obey_flow(table, blocks, flow, at).map(Next::Line),
+            Some(flow) if block.words.is_empty() => return self.obey_flow(table, blocks, flow, at).map(Next::Line),
+            _ => {}
+        }
+        match self.obey_macro_word(block, table, at)? {
+            Some(next) => Ok(Next::Line(next)),
             None => self.execute(block, table, at),
         }
     }
@@ -237,8 +254,11 @@ impl<'a> Interpreter<'a> {
     /// Executes a block at index `at`: evaluates everything, then assigns, then obeys.
     fn execute(&mut self, block: &Block, table: &FlowTable, at: usize) -> Result<Next, Fault> {
         let values = Values::of(block, &self.parameters, self.setup)?;
-        values.skipped().for_each(|skipped| self.note(skipped.to_owned()));
+        values.notes().for_each(|note| self.note(note.to_owned()));
         self.assign(block)?;
+        if values.number(Group::Subprogram) == Some(own::MACRO_CALL) {
+            return self.call_macro(table, &values, at);
+        }
         self.keep_or_restore_modes(&values);
         self.set_feed_and_speed(&values)?;
         self.change_tool(&values)?;
@@ -249,7 +269,11 @@ impl<'a> Interpreter<'a> {
         self.obey_datum_codes(&values)?;
         self.obey_motion(&values)?;
         let next = match values.number(Group::Stop) {
-            Some(2 | 30) => Next::End,
+            Some(2 | 30) => {
+                self.refuse_open_corner(&values)?;
+                self.note_unchanged_tool();
+                Next::End
+            }
             _ => self.obey_subprogram(table, &values, at)?,
         };
         values.check_all_used()?;
@@ -320,6 +344,10 @@ impl<'a> Interpreter<'a> {
         parameters.system[..9].copy_from_slice(&relative);
         parameters.system[9..18].copy_from_slice(&absolute);
         parameters.system[18..18 + state.len()].copy_from_slice(&state);
+        if self.setup.dialect.is_fanuc_like() {
+            self.refresh_variables(&absolute, &relative);
+            return;
+        }
         let tool = self.tools.get(&self.tool).copied().unwrap_or_default();
         let offset = from_canonical(&tool.offset);
         parameters.put(5400, f64::from(self.tool));
@@ -375,6 +403,9 @@ impl<'a> Interpreter<'a> {
             self.modes.feed = feed * scale;
             self.modes.turning_feed = feed;
         }
+        if self.limit_speed(values) {
+            return Ok(());
+        }
         if let Some(speed) = values.take('s') {
             if speed < 0.0 {
                 return Err(values.fault('s', Cause::Range("S", "at least 0")));
@@ -386,7 +417,10 @@ impl<'a> Interpreter<'a> {
                 if !values.has('s') {
                     return Err(self.fault_at(values, Group::SpindleMode, Cause::Missing("S, the surface speed,")));
                 }
-                self.modes.greatest_speed = values.take('d').filter(|&limit| limit != 0.0).map(f64::abs);
+                // Fanuc's limit is that of G50 S, and stays.
+                if !self.setup.dialect.is_fanuc_like() {
+                    self.modes.greatest_speed = values.take('d').filter(|&limit| limit != 0.0).map(f64::abs);
+                }
                 self.modes.constant_surface_speed = true;
             }
             Some(_) => self.modes.constant_surface_speed = false,
@@ -401,8 +435,15 @@ impl<'a> Interpreter<'a> {
 
     fn change_tool(&mut self, values: &Values) -> Result<(), Fault> {
         const RANGE: &str = "a whole number from 0 to 99999";
+        if self.setup.is_fanuc_lathe() {
+            return self.call_lathe_tool(values);
+        }
         if let Some(tool) = values.take_whole('t', 0..=99_999, "T", RANGE)? {
             self.selected_tool = tool.unsigned_abs();
+            self.waiting_tool = Some(self.selected_tool);
+        }
+        if values.code(Group::ToolChange).is_some() {
+            self.waiting_tool = None;
         }
         match values.number(Group::ToolChange) {
             Some(6) => {
@@ -467,10 +508,28 @@ impl<'a> Interpreter<'a> {
         if values.number(Group::NonModal) != Some(40) {
             return Ok(());
         }
-        match values.take('p') {
+        let like_fanuc = self.setup.dialect.is_fanuc_like();
+        let letter = ['p', 'x', 'u']
+            .into_iter()
+            .find(|&letter| values.has(letter) && (letter == 'p' || like_fanuc))
+            .unwrap_or('p');
+        match self.take_dwell(values, letter) {
             Some(seconds) if seconds >= 0.0 => self.emit(MoveKind::Dwell { seconds }, None),
-            Some(_) => Err(values.fault('p', Cause::Range("P", "at least 0"))),
-            None => Err(self.fault_at(values, Group::NonModal, Cause::Missing("P, the time in seconds,"))),
+            Some(_) => Err(values.fault(letter, Cause::Range("a dwell", "at least 0"))),
+            None if like_fanuc => Ok(()),
+            None => {
+                let missing = "P, the time in seconds (X, U, or P in milliseconds in the dialects fanuc and haas),";
+                Err(self.fault_at(values, Group::NonModal, Cause::Missing(missing)))
+            }
+        }
+    }
+
+    /// Notes that a tool was selected and never put into the spindle.
+    fn note_unchanged_tool(&mut self) {
+        if let Some(tool) = self.waiting_tool.take().filter(|&tool| tool != self.tool) {
+            self.note(format!(
+                "T{tool} selects a tool that no M6 changes to; on Fanuc's and Haas's lathes T0101 does both (dialect `fanuc`)"
+            ));
         }
     }
 
@@ -481,6 +540,9 @@ impl<'a> Interpreter<'a> {
 
     /// Records a move that ends where the machine is.
     pub fn emit(&mut self, kind: MoveKind, feed_mm_min: Option<f64>) -> Result<(), Fault> {
+        if let Some(corner) = &self.corner {
+            return Err(Fault::new(1, corner.text.clone(), OPEN_CORNER));
+        }
         let limit = self.setup.limits.moves;
         if self.moves.len() >= limit {
             return Err(Fault::new(1, "", Cause::Limit { limit, what: "moves" }));

@@ -67,6 +67,29 @@ impl Cursor {
         true
     }
 
+    /// Whether `word` comes next.
+    pub fn looks_at_word(&mut self, word: &str) -> bool {
+        let before = self.at;
+        let found = self.accept_word(word);
+        self.at = before;
+        found
+    }
+
+    /// Whether two letters come next: no word of a block begins so.
+    pub fn looks_at_keyword(&mut self) -> bool {
+        let before = self.at;
+        let count = self.letters().len();
+        self.at = before;
+        count > 1
+    }
+
+    /// Takes a digit if one comes next.
+    pub fn accept_digit(&mut self) -> bool {
+        let found = self.peek().is_some_and(|character| character.is_ascii_digit());
+        self.at += usize::from(found);
+        found
+    }
+
     /// Column of the next character, from 1.
     pub fn column(&mut self) -> u32 {
         self.peek();

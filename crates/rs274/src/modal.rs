@@ -4,7 +4,7 @@
 
 use super::block::Block;
 use super::canonical::Plane;
-use super::dialect::CodeName;
+use super::dialect::{CodeName, Meaning, fanuc_g, fanuc_m};
 use super::error::{Cause, Fault};
 use super::parameters::Parameters;
 use super::setup::Setup;
@@ -35,6 +35,12 @@ pub(super) enum Group {
     Diameter,
     /// Turned and tilted coordinates.
     Turn,
+    /// Scaled coordinates.
+    Scale,
+    /// Mirrored coordinates.
+    Mirror,
+    /// Coordinates by radius and angle.
+    Polar,
     Absolute,
     Stop,
     ToolChange,
@@ -48,7 +54,7 @@ pub(super) enum Group {
     User,
 }
 
-const GROUPS: usize = 26;
+const GROUPS: usize = 29;
 
 fn g_group(tenths: i32) -> Option<Group> {
     Some(match tenths {
@@ -108,10 +114,21 @@ fn m_group(code: i32) -> Option<Group> {
     })
 }
 
-/// The group of the M codes that the setup gives a meaning.
-fn user_group(code: i32, setup: &Setup) -> Option<Group> {
-    let is_user = u32::try_from(code).is_ok_and(|code| setup.user_codes.contains_key(&code));
-    is_user.then_some(Group::User)
+/// What a G or M code means to this setup.
+fn meaning(letter: char, number: f64, setup: &Setup) -> Meaning {
+    let common = |group: Option<Group>, number| group.map_or(Meaning::Unknown, |group| Meaning::Code(group, number));
+    let like_fanuc = setup.dialect.is_fanuc_like();
+    if letter == 'g' {
+        let Some(tenths) = whole(number * 10.0) else { return Meaning::Unknown };
+        let own = if like_fanuc { fanuc_g(tenths, setup.dialect, setup.is_fanuc_lathe()) } else { Meaning::Common };
+        return if own == Meaning::Common { common(g_group(tenths), tenths) } else { own };
+    }
+    let Some(code) = whole(number) else { return Meaning::Unknown };
+    if u32::try_from(code).is_ok_and(|code| setup.user_codes.contains_key(&code)) && m_group(code).is_none() {
+        return Meaning::Code(Group::User, code);
+    }
+    let own = if like_fanuc { fanuc_m(code, setup.dialect) } else { Meaning::Common };
+    if own == Meaning::Common { common(m_group(code), code) } else { own }
 }
 
 /// A G or M code found in a block.
@@ -143,20 +160,22 @@ pub(super) struct Values {
     letters: [Option<Value>; SLOTS],
     used: Cell<u32>,
     codes: [Option<Code>; GROUPS],
-    /// Notes on the codes that are skipped.
-    skipped: Vec<String>,
+    /// What the reader should know of the block.
+    notes: Vec<String>,
     /// Whether words other than axes may be left over: a skipped code's.
     lenient: bool,
 }
 
-/// The letters and `@`, `^`, `$`.
-const SLOTS: usize = 29;
+/// The letters, `@`, `^`, `$`, and `,R` and `,C`, whose letters are `R` and `C`.
+const SLOTS: usize = 31;
 
 fn slot(letter: char) -> usize {
     match letter {
         '@' => 26,
         '^' => 27,
         '$' => 28,
+        'R' => 29,
+        'C' => 30,
         _ => letter as usize - 'a' as usize,
     }
 }
@@ -168,36 +187,50 @@ impl Values {
             letters: [const { None }; SLOTS],
             used: Cell::new(0),
             codes: Default::default(),
-            skipped: Vec::new(),
+            notes: Vec::new(),
             lenient: false,
         };
         let mut skips_words = false;
         for word in &block.words {
             let number = word.value.evaluate(parameters)?;
             let fault = |cause| Fault::new(word.column, word.text.clone(), cause);
-            let (group, scaled) = match word.letter {
-                'g' => (whole(number * 10.0).and_then(|code| Some((g_group(code)?, code))), true),
-                'm' => (
-                    whole(number).and_then(|code| Some((m_group(code).or_else(|| user_group(code, setup))?, code))),
-                    true,
-                ),
-                _ => (None, false),
-            };
-            if !scaled {
+            if !matches!(word.letter, 'g' | 'm') {
+                if number.is_nan() {
+                    // A vacant variable: as if the word were not there.
+                    continue;
+                }
                 let entry = &mut values.letters[slot(word.letter)];
                 if entry.is_some() {
                     return Err(fault(Cause::DuplicateWord));
+                }
+                if word.lacks_point && number != 0.0 {
+                    values.notes.push(format!(
+                        "{} has no decimal point and is read as if it had one behind its last digit; a control that counts in least increments \
+                         reads a thousandth or less",
+                        word.letter.to_ascii_uppercase()
+                    ));
                 }
                 *entry = Some(Value { number, column: word.column, text: word.text.clone() });
                 continue;
             }
             if let Some(name) = ignored(word.letter, number, setup) {
-                values.skipped.push(format!("{name} is ignored, as asked"));
+                values.notes.push(format!("{name} is ignored, as asked"));
                 skips_words |= word.letter == 'g';
                 values.lenient = true;
                 continue;
             }
-            let Some((group, number)) = group else { return Err(fault(unsupported(word.letter, number))) };
+            let (group, number) = match meaning(word.letter, number, setup) {
+                Meaning::Code(group, number) => (group, number),
+                Meaning::Nothing => continue,
+                Meaning::Noted => {
+                    let name = whole(number * 10.0)
+                        .map_or_else(|| word.text.clone(), |tenths| CodeName::new(word.letter, tenths).to_string());
+                    values.notes.push(format!("{name} is taken to move no axis"));
+                    values.lenient = true;
+                    continue;
+                }
+                Meaning::Common | Meaning::Unknown => return Err(fault(unsupported(word.letter, number))),
+            };
             let entry = &mut values.codes[group as usize];
             match entry {
                 // Where G80 stands beside a motion, the motion wins, as in LinuxCNC: safety lines have `G0 ... G80`.
@@ -306,9 +339,24 @@ impl Values {
         AXES.chars().any(|letter| self.has(letter))
     }
 
-    /// Notes on the codes that are skipped.
-    pub fn skipped(&self) -> impl Iterator<Item = &str> {
-        self.skipped.iter().map(String::as_str)
+    /// What the reader should know of the block.
+    pub fn notes(&self) -> impl Iterator<Item = &str> {
+        self.notes.iter().map(String::as_str)
+    }
+
+    /// Whether a word is there and is written with a decimal point.
+    pub fn has_point(&self, letter: char) -> bool {
+        self.letters[slot(letter)].as_ref().is_some_and(|value| value.text.contains('.'))
+    }
+
+    /// All words that are there, by letter.
+    pub fn words(&self) -> impl Iterator<Item = (char, f64)> {
+        ('a'..='z').filter_map(|letter| self.letters[slot(letter)].as_ref().map(|value| (letter, value.number)))
+    }
+
+    /// Counts a word as used, whether it is there or not.
+    pub fn drop_word(&self, letter: char) {
+        self.used.set(self.used.get() | 1 << slot(letter));
     }
 }
 
@@ -391,6 +439,10 @@ pub(super) struct Modes {
     pub greatest_speed: Option<f64>,
     /// The surface speed of G96.
     pub surface_mm_min: f64,
+    /// G16: X and Y are radius and angle.
+    pub polar: bool,
+    /// The last motion that is no cycle: what G80 goes back to on Fanuc's controls.
+    pub plain_motion: Option<i32>,
     /// M7 and M8.
     pub mist: bool,
     pub flood: bool,

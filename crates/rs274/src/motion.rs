@@ -7,7 +7,7 @@ use super::cycle::{Sticky, is_cycle};
 use super::error::{Cause, Fault};
 use super::feed::{NO_TRAVEL_MM, Travel, travel, travel_squared};
 use super::interpret::Interpreter;
-use super::modal::{Group, Values};
+use super::modal::{CANCEL_CYCLE, Group, Values};
 use super::offsets::{Similar, Values9};
 use super::spline::SPLINE_CHORD_MM;
 
@@ -36,8 +36,8 @@ impl Interpreter<'_> {
         let why = "another coordinate system while cutter compensation is on";
         self.refuse_compensated(values, Group::Coordinates, why)?;
         if let Some(system) = values.number(Group::Coordinates) {
-            let index = if system < 590 { (system - 540) / 10 } else { 5 + system - 590 };
-            self.select_system(index.unsigned_abs() as usize);
+            let system = self.system_of(values, system)?;
+            self.select_system(system);
         }
         if values.number(Group::PathControl) == Some(640) {
             values.take('p');
@@ -57,9 +57,39 @@ impl Interpreter<'_> {
 
     /// The value of an axis word in mm or degrees, if the block has one: inches converted, diameters halved.
     pub(super) fn take_axis(&self, values: &Values, axis: Axis) -> Option<f64> {
+        if self.is_step_axis(axis) {
+            return None;
+        }
         let value = values.take(axis.letter().to_ascii_lowercase())?;
         Some(match axis {
             Axis::A | Axis::B | Axis::C => value,
+            Axis::X if self.modes.diameter => value * self.modes.unit_mm() / 2.0,
+            _ => value * self.modes.unit_mm(),
+        })
+    }
+
+    /// Whether the axis's letter means steps of another axis: U, V and W on Fanuc's and Haas's lathes.
+    pub(super) fn is_step_axis(&self, axis: Axis) -> bool {
+        matches!(axis, Axis::U | Axis::V | Axis::W) && self.setup.is_fanuc_lathe()
+    }
+
+    /// The letter of the word that moves an axis by a step, on Fanuc's and Haas's lathes.
+    pub(super) fn step_letter(&self, axis: Axis) -> Option<char> {
+        let letter = match axis {
+            Axis::X => 'u',
+            Axis::Y => 'v',
+            Axis::Z => 'w',
+            Axis::C => 'h',
+            _ => return None,
+        };
+        self.setup.is_fanuc_lathe().then_some(letter)
+    }
+
+    /// The step of an axis in mm or degrees, if the block has one.
+    fn take_step(&self, values: &Values, axis: Axis) -> Option<f64> {
+        let value = values.take(self.step_letter(axis)?)?;
+        Some(match axis {
+            Axis::C => value,
             Axis::X if self.modes.diameter => value * self.modes.unit_mm() / 2.0,
             _ => value * self.modes.unit_mm(),
         })
@@ -80,8 +110,14 @@ impl Interpreter<'_> {
                 program[i] = if self.modes.incremental { program[i] + value } else { value };
                 named[i] = true;
             }
+            if let Some(step) = self.take_step(values, axis) {
+                let i = axis as usize;
+                program[i] += step;
+                named[i] = true;
+            }
         }
-        if let Some([x, y]) = self.take_polar(values, &program) {
+        let from = self.offsets.to_program(&self.position);
+        if let Some([x, y]) = self.take_polar(values, &from) {
             (program[0], program[1]) = (x, y);
             (named[0], named[1]) = (true, true);
         }
@@ -94,8 +130,11 @@ impl Interpreter<'_> {
     /// X and Y of `@radius ^angle` about the program's origin; a word that is missing, or in G91 is added to, is what the point
     /// `from` has.
     pub(super) fn take_polar(&self, values: &Values, from: &Values9) -> Option<[f64; 2]> {
-        let radius = self.take_length(values, '@');
-        let angle = values.take('^');
+        let (radius, angle) = if self.modes.polar {
+            (self.take_length(values, 'x'), values.take('y'))
+        } else {
+            (self.take_length(values, '@'), values.take('^'))
+        };
         if radius.is_none() && angle.is_none() {
             return None;
         }
@@ -118,10 +157,18 @@ impl Interpreter<'_> {
     pub(super) fn obey_motion(&mut self, values: &Values) -> Result<(), Fault> {
         let axes_taken = self.uses_axis_words(values);
         if let Some(code) = values.code(Group::Motion) {
-            if axes_taken && values.has_axis() && code.number != 800 {
+            if axes_taken && values.has_axis() && code.number != CANCEL_CYCLE {
                 return Err(code.fault(Cause::NotAllowed("another code of this block uses the axis words")));
             }
-            self.modes.motion = (code.number != 800).then_some(code.number);
+            if code.number == CANCEL_CYCLE {
+                // On Fanuc's controls cycles are a group of their own, beside G0 to G3.
+                self.modes.motion = if self.setup.dialect.is_fanuc_like() { self.modes.plain_motion } else { None };
+            } else {
+                self.modes.motion = Some(code.number);
+            }
+            if matches!(code.number, 0..=30) {
+                self.modes.plain_motion = Some(code.number);
+            }
             if !is_cycle(code.number) {
                 self.sticky = Sticky::default();
             }
@@ -158,7 +205,7 @@ impl Interpreter<'_> {
                 if code == 0 {
                     self.straight_to(target, MoveKind::Rapid, None, values)
                 } else {
-                    self.feed_to(target, values)
+                    self.feed_with_corners(target, values)
                 }
             }
             Some(code @ (20 | 30)) => self.arc(values, code == 20),
@@ -179,7 +226,7 @@ impl Interpreter<'_> {
     }
 
     /// G38.2 to G38.5: as when the probe meets nothing; parameters 5061 to 5070 say so.
-    fn probe(&mut self, values: &Values) -> Result<(), Fault> {
+    pub(super) fn probe(&mut self, values: &Values) -> Result<(), Fault> {
         let target = self.target(values);
         let start = self.position;
         let length = travel_squared(&start, &target).sqrt();
@@ -223,9 +270,23 @@ impl Interpreter<'_> {
         if self.compensation.on().is_some() {
             return self.compensated_arc(target, &circle, turns, feed, values);
         }
+        self.round_to(target, &circle, feed, values)
+    }
+
+    /// An arc of one turn at most under cutter compensation.
+    pub(super) fn round_to(
+        &mut self,
+        target: Values9,
+        circle: &Circle,
+        feed: Option<f64>,
+        values: &Values,
+    ) -> Result<(), Fault> {
+        if self.compensation.on().is_some() {
+            return self.compensated_arc(target, circle, 1, feed, values);
+        }
         self.refuse_leading_out_by_an_arc(values)?;
         self.position = target;
-        self.emit(MoveKind::Arc { plane, centre: circle.centre, sweep: circle.sweep }, feed)
+        self.emit(MoveKind::Arc { plane: self.modes.plane, centre: circle.centre, sweep: circle.sweep }, feed)
     }
 
     fn refuse_leading_out_by_an_arc(&self, values: &Values) -> Result<(), Fault> {

@@ -5,10 +5,12 @@
 //! ends at M99. Subroutines of other files are found by `source`.
 
 use super::block::{Block, Flow, Keyword, Label};
+use super::dialect::own;
 use super::error::{Cause, Fault};
 use super::interpret::{Interpreter, Next};
+use super::macro_flow::Jumps;
 use super::modal::{Group, Modes, Values, whole};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Deepest nesting of subroutine calls.
 pub const MAX_CALL_DEPTH: usize = 64;
@@ -32,6 +34,10 @@ struct Links {
 pub(super) struct FlowTable {
     links: Vec<Links>,
     subroutines: BTreeMap<String, usize>,
+    /// Labels with words beside them.
+    starts_with_words: BTreeSet<usize>,
+    /// Of Fanuc's macro language.
+    pub jumps: Jumps,
 }
 
 /// A construct that is still open while labels are matched.
@@ -47,15 +53,24 @@ fn flow_fault(flow: &Flow, cause: Cause) -> Fault {
 }
 
 impl FlowTable {
-    /// Matches the labels; an error names its line's index.
-    pub fn of(lines: &Lines) -> Result<Self, (usize, Fault)> {
-        let mut table = Self { links: vec![Links::default(); lines.len()], subroutines: BTreeMap::new() };
+    /// Matches the labels of lines, the first `own` of which are the program's; an error names its line's index.
+    pub fn of(lines: &Lines, own: usize) -> Result<Self, (usize, Fault)> {
+        let jumps = Jumps::of(lines, own)?;
+        let mut table = Self {
+            links: vec![Links::default(); lines.len()],
+            subroutines: BTreeMap::new(),
+            starts_with_words: BTreeSet::new(),
+            jumps,
+        };
         let mut open: Vec<Open> = Vec::new();
         for (line, block) in lines.iter().enumerate() {
             if let Ok(Block { flow: Some(flow), .. }) = block
                 && let Label::Fixed(label) = &flow.label
             {
                 table.link(&mut open, line, label, flow.keyword).map_err(|cause| (line, flow_fault(flow, cause)))?;
+                if block.as_ref().is_ok_and(|block| !block.words.is_empty()) {
+                    table.starts_with_words.insert(line);
+                }
             }
         }
         match open.last() {
@@ -281,12 +296,19 @@ impl Interpreter<'_> {
 
     fn enter_subroutine(&mut self, table: &FlowTable, label: &str, at: usize, times: i32) -> Result<usize, Cause> {
         let &line = table.subroutines.get(label).ok_or(Cause::UnknownSubroutine)?;
+        // On Fanuc's controls words may stand beside the program's number.
+        let start = if table.starts_with_words.contains(&line) { line } else { line + 1 };
+        self.enter_lines(start, at, times)
+    }
+
+    /// Calls the lines from `start` on, from the line `at`.
+    fn enter_lines(&mut self, start: usize, at: usize, times: i32) -> Result<usize, Cause> {
         if self.control.calls.len() >= MAX_CALL_DEPTH {
             return Err(Cause::Limit { limit: MAX_CALL_DEPTH, what: "subroutine calls inside one another" });
         }
         let repeats = self.control.repeats.len();
-        self.control.calls.push(Call { back: at + 1, start: line + 1, again: times - 1, repeats, restore: None });
-        Ok(line + 1)
+        self.control.calls.push(Call { back: at + 1, start, again: times - 1, repeats, restore: None });
+        Ok(start)
     }
 
     /// Where to go on behind the present subroutine; `None` in the main program.
@@ -341,22 +363,94 @@ impl Interpreter<'_> {
         self.select_system(self.modes.system);
     }
 
-    /// M98 and M99 at the end of a block at index `at`.
+    /// M97, M98 and M99 at the end of a block at index `at`.
     pub(super) fn obey_subprogram(&mut self, table: &FlowTable, values: &Values, at: usize) -> Result<Next, Fault> {
         let Some(code) = values.code(Group::Subprogram) else { return Ok(Next::Line(at + 1)) };
+        let like_fanuc = self.setup.dialect.is_fanuc_like();
         if code.number == 99 {
-            return Ok(self.leave_subroutine().map_or(Next::End, Next::Line));
+            let to = if like_fanuc { values.take('p') } else { None };
+            let depth = self.control.depth();
+            let Some(back) = self.leave_subroutine() else { return Ok(Next::End) };
+            // A body that runs again does not go elsewhere; from the caller's line P is looked for.
+            let again = self.control.depth() == depth;
+            return Ok(Next::Line(match to {
+                Some(number) if !again => {
+                    self.line_of(table, number, back - 1).map_err(|cause| values.fault('p', cause))?
+                }
+                _ => back,
+            }));
         }
         let number = values.take('p').ok_or_else(|| code.fault(Cause::Missing("P, the subroutine's number,")))?;
         let Some(label) = whole(number).filter(|&number| number >= 0) else {
             return Err(values.fault('p', Cause::Range("P", "a subroutine's number")));
         };
-        let times = values.take_whole('l', 0..=1_000_000, "L", "a whole number from 0 to 1000000")?.unwrap_or(1);
+        let given = values.take_whole('l', 0..=1_000_000, "L", "a whole number from 0 to 1000000")?;
+        // Without L, Fanuc's P has the repeats before the last four digits: P31000 runs O1000 three times.
+        let (label, times) = match given {
+            None if like_fanuc
+                && code.number == 98
+                && label > 9999
+                && !table.subroutines.contains_key(&label.to_string()) =>
+            {
+                (label % 10_000, label / 10_000)
+            }
+            given => (label, given.unwrap_or(1)),
+        };
         if times == 0 {
             return Ok(Next::Line(at + 1));
         }
-        self.parameters.enter_plain();
+        let fault = |cause| values.fault('p', cause);
+        let line = if code.number == own::LOCAL_CALL {
+            // The line of the number itself is executed.
+            let start = self.line_of(table, f64::from(label), at).map_err(fault)?;
+            self.parameters.enter_plain();
+            self.enter_lines(start, at, times)
+        } else {
+            self.parameters.enter_plain();
+            self.enter_subroutine(table, &label.to_string(), at, times)
+        };
+        line.map(Next::Line).map_err(fault)
+    }
+
+    /// G65: a subprogram with the block's words as its arguments.
+    pub(super) fn call_macro(&mut self, table: &FlowTable, values: &Values, at: usize) -> Result<Next, Fault> {
+        let Some(code) = values.code(Group::Subprogram) else { return Ok(Next::Line(at + 1)) };
+        let number = values.take('p').ok_or_else(|| code.fault(Cause::Missing("P, the macro's number,")))?;
+        let label = whole(number).filter(|&number| number >= 0);
+        let label = label.ok_or_else(|| values.fault('p', Cause::Range("P", "a macro's number")))?;
+        let times = values.take_whole('l', 1..=1_000_000, "L", "a whole number from 1 to 1000000")?.unwrap_or(1);
+        let mut arguments = [f64::NAN; 26];
+        for (letter, value) in values.words() {
+            if let Some(variable) = ARGUMENTS.iter().find(|entry| entry.0 == letter) {
+                arguments[variable.1 - 1] = value;
+            }
+        }
+        self.parameters.enter(&arguments);
         let line = self.enter_subroutine(table, &label.to_string(), at, times);
         line.map(Next::Line).map_err(|cause| values.fault('p', cause))
     }
 }
+
+/// The local variable that each word of G65 sets.
+const ARGUMENTS: [(char, usize); 20] = [
+    ('a', 1),
+    ('b', 2),
+    ('c', 3),
+    ('i', 4),
+    ('j', 5),
+    ('k', 6),
+    ('d', 7),
+    ('e', 8),
+    ('f', 9),
+    ('h', 11),
+    ('q', 17),
+    ('r', 18),
+    ('s', 19),
+    ('t', 20),
+    ('u', 21),
+    ('v', 22),
+    ('w', 23),
+    ('x', 24),
+    ('y', 25),
+    ('z', 26),
+];

@@ -3,6 +3,7 @@
 //! Subroutine parameters `#1` to `#30` are local to each call (LinuxCNC, "O codes"). Predefined names are those of
 //! LinuxCNC's G-code overview, as far as [`SYSTEM_NAMES`] lists them.
 
+use super::dialect::Dialect;
 use super::error::Cause;
 use std::collections::BTreeMap;
 
@@ -11,6 +12,18 @@ pub(super) const MAX_PARAMETER: usize = 5601;
 
 /// Numbered parameters local to a subroutine: `#1` to `#30`.
 pub(super) const LOCAL_PARAMETERS: usize = 30;
+
+/// Variables local to a macro of Fanuc's: `#1` to `#33`.
+const LOCAL_VARIABLES: usize = 33;
+
+/// Highest variable of Fanuc's and Haas's controls.
+const MAX_VARIABLE: usize = 19_999;
+
+/// Value of a variable that holds none: Fanuc's `#0`.
+const VACANT: f64 = f64::NAN;
+
+/// Value of a system variable that is not modelled: reading it is an error.
+const UNKNOWN: f64 = f64::INFINITY;
 
 /// The predefined named parameters, in the order of [`Parameters::system`].
 pub(super) const SYSTEM_NAMES: [&str; 58] = [
@@ -78,6 +91,10 @@ pub(super) const SYSTEM_NAMES: [&str; 58] = [
 #[derive(Clone, Debug)]
 pub(super) struct Parameters {
     numbered: Vec<f64>,
+    /// How many of them, from `#1`, are local to a subroutine.
+    locals: usize,
+    /// Whether a variable may be vacant, as on Fanuc's controls.
+    has_vacant: bool,
     globals: BTreeMap<String, f64>,
     frames: Vec<Frame>,
     /// Values of [`SYSTEM_NAMES`]: the interpreter keeps them up to date.
@@ -89,14 +106,17 @@ pub(super) struct Parameters {
 struct Frame {
     locals: BTreeMap<String, f64>,
     /// The caller's `#1` to `#30`; `None` for M98, which shares them.
-    saved: Option<[f64; LOCAL_PARAMETERS]>,
+    saved: Option<Vec<f64>>,
 }
 
 impl Parameters {
     /// All zero but for `defaults`: names as between `<` and `>`, lower case, or numbers in digits.
-    pub fn new(defaults: &BTreeMap<String, f64>) -> Self {
+    pub fn new(defaults: &BTreeMap<String, f64>, dialect: Dialect) -> Self {
+        let has_vacant = dialect.is_fanuc_like();
         let mut parameters = Self {
-            numbered: vec![0.0; MAX_PARAMETER + 1],
+            numbered: if has_vacant { variables() } else { vec![0.0; MAX_PARAMETER + 1] },
+            locals: if has_vacant { LOCAL_VARIABLES } else { LOCAL_PARAMETERS },
+            has_vacant,
             globals: BTreeMap::new(),
             frames: vec![Frame::default()],
             system: [0.0; SYSTEM_NAMES.len()],
@@ -112,7 +132,10 @@ impl Parameters {
 
     /// The value of `#number`; `None` when there is no such parameter.
     pub fn numbered(&self, number: f64) -> Option<f64> {
-        index(number).map(|index| self.numbered[index])
+        if self.has_vacant && number == 0.0 {
+            return Some(VACANT);
+        }
+        self.index(number).map(|index| self.numbered[index]).filter(|value| *value != UNKNOWN)
     }
 
     /// The value of parameter `index`, which exists.
@@ -136,9 +159,12 @@ impl Parameters {
 
     /// `#number = value`.
     pub fn assign_numbered(&mut self, number: f64, value: f64) -> Result<(), Cause> {
-        let index = index(number).ok_or(Cause::UnknownParameter)?;
-        if matches!(index, 5400..=5428) {
+        let index = self.index(number).ok_or(Cause::UnknownParameter)?;
+        if matches!(index, 5400..=5428) && !self.has_vacant {
             return Err(Cause::ReadOnlyParameter);
+        }
+        if self.has_vacant && index == ALARM {
+            return Err(Cause::Alarm(format!("{value}")));
         }
         self.numbered[index] = value;
         Ok(())
@@ -161,15 +187,13 @@ impl Parameters {
         }
     }
 
-    /// Enters a subroutine: `#1` to `#30` become the arguments, then zeros; no named local is seen.
+    /// Enters a subroutine: `#1` to `#30` become the arguments, then zeros, or vacant; no named local is seen.
     pub fn enter(&mut self, arguments: &[f64]) {
-        let mut frame = Frame::default();
-        let mut saved = [0.0; LOCAL_PARAMETERS];
-        saved.copy_from_slice(&self.numbered[1..=LOCAL_PARAMETERS]);
-        frame.saved = Some(saved);
-        self.frames.push(frame);
-        for (i, local) in self.numbered[1..=LOCAL_PARAMETERS].iter_mut().enumerate() {
-            *local = arguments.get(i).copied().unwrap_or(0.0);
+        let locals = &mut self.numbered[1..=self.locals];
+        self.frames.push(Frame { saved: Some(locals.to_vec()), ..Frame::default() });
+        let none = if self.has_vacant { VACANT } else { 0.0 };
+        for (i, local) in locals.iter_mut().enumerate() {
+            *local = arguments.get(i).copied().unwrap_or(none);
         }
     }
 
@@ -191,14 +215,29 @@ impl Parameters {
             && let Some(frame) = self.frames.pop()
             && let Some(saved) = frame.saved
         {
-            self.numbered[1..=LOCAL_PARAMETERS].copy_from_slice(&saved);
+            self.numbered[1..=self.locals].copy_from_slice(&saved);
         }
+    }
+
+    /// The index of `#number`: whole within 1e-4 and in range.
+    fn index(&self, number: f64) -> Option<usize> {
+        let whole = number.round();
+        let last = (self.numbered.len() - 1) as f64;
+        let exists = (number - whole).abs() < 1e-4 && whole >= 1.0 && whole <= last;
+        exists.then_some(whole as usize)
     }
 }
 
-/// The index of `#number`: whole within 1e-4 and in range.
-fn index(number: f64) -> Option<usize> {
-    let whole = number.round();
-    let exists = (number - whole).abs() < 1e-4 && whole >= 1.0 && whole <= MAX_PARAMETER as f64;
-    exists.then_some(whole as usize)
+/// `#3000 = number`: the program stops with this alarm.
+const ALARM: usize = 3000;
+
+/// Fanuc's variables before a program: local and common ones vacant; clocks, messages and modes of execution, external offset and all that
+/// holds places and offsets zero; other system variables unknown.
+fn variables() -> Vec<f64> {
+    let value = |index| match index {
+        1..=33 | 100..=999 => VACANT,
+        ALARM..=3012 | 5001..=5610 | 7001..=7960 | 14_001..=MAX_VARIABLE => 0.0,
+        _ => UNKNOWN,
+    };
+    (0..=MAX_VARIABLE).map(value).collect()
 }

@@ -106,4 +106,9 @@ impl Setup {
     pub fn lathe() -> Self {
         Self { plane: Plane::Zx, diameter: true, ..Self::default() }
     }
+
+    /// Whether programs are those of a Fanuc or Haas lathe: G-code system A, U and W as steps, T with an offset's number.
+    pub(super) fn is_fanuc_lathe(&self) -> bool {
+        self.dialect.is_fanuc_like() && self.plane == Plane::Zx
+    }
 }

@@ -1,7 +1,8 @@
 //! The lines of a program and of the subroutine files it calls.
 //!
 //! A subroutine that the program does not define is looked for beside it, as `NAME.ngc` for `O<NAME> call` (LinuxCNC, "Calling
-//! Files"). Files are found before the program runs, so a label that is computed finds none.
+//! Files"), and as `O1000.nc`, `1000.nc` and the like for Fanuc's `M98 P1000` and `G65 P1000`. Files are found before the program runs, so a
+//! label that is computed finds none.
 
 use super::block::{Block, Keyword, Label};
 use super::error::{Cause, Fault};
@@ -41,14 +42,19 @@ pub(super) struct Source {
     files: Vec<(PathBuf, usize)>,
     /// How many lines are the program's own.
     own: usize,
+    /// Whether M98 and G65 call files.
+    like_fanuc: bool,
 }
+
+/// How files of Fanuc's programs end.
+const EXTENSIONS: [&str; 8] = [".nc", ".NC", ".ngc", ".cnc", ".CNC", ".tap", ".txt", ""];
 
 impl Source {
     /// # Errors
     /// The file to blame and its line, when a subroutine's file cannot be read or makes too many lines.
-    pub fn of(text: &[String], file: &Path, parse: Parse) -> Result<Self, (PathBuf, u32, Cause)> {
+    pub fn of(text: &[String], file: &Path, parse: Parse, like_fanuc: bool) -> Result<Self, (PathBuf, u32, Cause)> {
         let lines = program_text(text);
-        let mut source = Self { blocks: Vec::new(), files: vec![(file.to_owned(), 0)], own: lines.len() };
+        let mut source = Self { blocks: Vec::new(), files: vec![(file.to_owned(), 0)], own: lines.len(), like_fanuc };
         source.add(lines, parse);
         // The program ends here, whatever stands behind.
         source.blocks.push(parse("M2"));
@@ -68,21 +74,55 @@ impl Source {
                 return Ok(());
             }
             for name in missing {
-                let path = folder.join(format!("{name}.ngc"));
-                let text = match file::text(&path, LARGEST_PROGRAM) {
-                    Ok(text) => text,
-                    Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => continue,
-                    Err(error) => return Err((path, 1, Cause::Unreadable(error.to_string()))),
-                };
+                let Some((path, text)) = self.file_of(folder, &name)? else { continue };
                 let lines = match lines(&text) {
                     Ok(lines) if self.blocks.len() + lines.len() <= MAX_LINES => lines,
                     Ok(_) => return Err((path, 1, TOO_MANY_LINES)),
                     Err((line, cause)) => return Err((path, line, cause)),
                 };
                 self.files.push((path, self.blocks.len()));
-                self.add(&lines, parse);
+                self.add(program_text(&lines), parse);
+                // A file ends where it ends, not in the next.
+                self.blocks.push(parse("M2"));
             }
         }
+    }
+
+    /// The file of a subroutine, if there is one.
+    fn file_of(&self, folder: &Path, name: &str) -> Result<Option<(PathBuf, String)>, (PathBuf, u32, Cause)> {
+        let number: Option<u32> = if self.like_fanuc { name.parse().ok() } else { None };
+        let names: Vec<String> = match number {
+            None => vec![format!("{name}.ngc")],
+            Some(number) => {
+                [format!("O{number:04}"), format!("o{number:04}"), format!("{number:04}"), format!("{number}")]
+                    .into_iter()
+                    .flat_map(|stem| EXTENSIONS.map(|extension| format!("{stem}{extension}")))
+                    .collect()
+            }
+        };
+        for path in names.into_iter().map(|name| folder.join(name)) {
+            match file::text(&path, LARGEST_PROGRAM) {
+                Ok(text) => return Ok(Some((path, text))),
+                Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {}
+                Err(error) => return Err((path, 1, Cause::Unreadable(error.to_string()))),
+            }
+        }
+        Ok(None)
+    }
+
+    /// Numbers of the programs that the macro language calls.
+    fn called_numbers(&self) -> impl Iterator<Item = String> {
+        let blocks = self.blocks.iter().filter_map(|block| block.as_ref().ok()).filter(|_| self.like_fanuc);
+        blocks.flat_map(|block| {
+            let literal = |letter: char| {
+                let mut words = block.words.iter().filter(move |word| word.letter == letter);
+                words.find_map(|word| word.value.literal())
+            };
+            let calls = literal('m') == Some(98.0) || literal('g') == Some(65.0);
+            let number = literal('p').filter(|_| calls);
+            // Both meanings of P31000.
+            number.into_iter().flat_map(|number| [number, number % 10_000.0]).map(|number| format!("{number}"))
+        })
     }
 
     /// Names of subroutines that are called and not defined, and that can be a file's name.
@@ -96,7 +136,8 @@ impl Source {
             fixed.collect()
         };
         let defined = labels(|keyword| matches!(keyword, Keyword::Sub | Keyword::Label));
-        let called = labels(|keyword| keyword == Keyword::Call);
+        let called: BTreeSet<String> =
+            labels(|keyword| keyword == Keyword::Call).into_iter().chain(self.called_numbers()).collect();
         let is_name = |name: &String| name.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | ' '));
         called.difference(&defined).filter(|name| is_name(name)).cloned().collect()
     }
@@ -111,6 +152,11 @@ impl Source {
         let after = self.files.partition_point(|(_, first)| *first <= at);
         let (file, first) = &self.files[after - 1];
         (file, (at - first) as u32 + 1)
+    }
+
+    /// How many lines are the program's own.
+    pub fn own_lines(&self) -> usize {
+        self.own
     }
 
     /// Whether a line is the program's own.

@@ -1,0 +1,171 @@
+//! What Fanuc's and Haas's controls do otherwise: dwells, tool calls of lathes, more coordinate systems, G10, system variables.
+
+use super::canonical::{Axis, MoveKind};
+use super::datum::{ORIGIN_STRIDE, ORIGINS, SYSTEMS};
+use super::error::{Cause, Fault};
+use super::interpret::Interpreter;
+use super::modal::{FeedMode, Group, Values};
+use super::offsets::{Values9, from_canonical};
+
+/// Origins of G54.1 P1 to P48, and of the further ones.
+const FIRST_ORIGINS: usize = 7001;
+const FURTHER_ORIGINS: usize = 14_001;
+const FIRST_COUNT: usize = 48;
+/// Most coordinate systems behind G59.
+const MORE_SYSTEMS: i32 = 298;
+
+/// Where the origin of a system stands among the variables.
+pub(super) const fn origin_of(system: usize) -> usize {
+    match system.checked_sub(SYSTEMS) {
+        None => ORIGINS + system * ORIGIN_STRIDE,
+        Some(more) if more < FIRST_COUNT => FIRST_ORIGINS + more * ORIGIN_STRIDE,
+        Some(more) => FURTHER_ORIGINS + more * ORIGIN_STRIDE,
+    }
+}
+
+impl Interpreter<'_> {
+    /// The seconds of a dwell: P in milliseconds, or with a decimal point in seconds.
+    pub(super) fn take_dwell(&self, values: &Values, letter: char) -> Option<f64> {
+        let counts = letter == 'p' && self.setup.dialect.is_fanuc_like() && !values.has_point('p');
+        values.take(letter).map(|value| if counts { value / 1000.0 } else { value })
+    }
+
+    /// T of a lathe, as in T0101: the tool, and the number of its offset, which holds from now on.
+    pub(super) fn call_lathe_tool(&mut self, values: &Values) -> Result<(), Fault> {
+        let range = "a tool and its offset, as in T0101";
+        let Some(word) = values.take_whole('t', 0..=9999, "T", range)? else { return Ok(()) };
+        let (tool, offset) = (word.unsigned_abs() / 100, word.unsigned_abs() % 100);
+        if tool == 0 && offset != 0 {
+            return Err(values.fault('t', Cause::Range("T", range)));
+        }
+        if self.compensation.on().is_some() {
+            return Err(values.fault('t', Cause::NotAllowed("another tool while cutter compensation is on")));
+        }
+        if tool != 0 {
+            self.selected_tool = tool;
+            if tool != self.tool {
+                self.tool = tool;
+                self.emit(MoveKind::ToolChange { tool }, None)?;
+            }
+        }
+        self.offsets.tool = match self.tools.get(&offset) {
+            Some(entry) if offset != 0 => from_canonical(&entry.offset),
+            None if offset != 0 => return Err(values.fault('t', Cause::UnknownTool)),
+            _ => [0.0; 9],
+        };
+        Ok(())
+    }
+
+    /// The coordinate system of G54 to G59, G54.1 P, G154 P and G110 to G129.
+    pub(super) fn system_of(&mut self, values: &Values, number: i32) -> Result<usize, Fault> {
+        let more = match number {
+            1100..=1290 => (number - 1100) / 10 + 1,
+            541 => self.take_system(values)?.ok_or_else(|| {
+                self.fault_at(values, Group::Coordinates, Cause::Missing("P, the number of the coordinate system,"))
+            })?,
+            540 if self.setup.dialect.is_fanuc_like() => self.take_system(values)?.unwrap_or(0),
+            _ => 0,
+        };
+        let Some(more) = usize::try_from(more).ok().filter(|&more| more > 0) else {
+            let index = if number < 590 { (number - 540) / 10 } else { 5 + number - 590 };
+            return Ok(index.unsigned_abs() as usize);
+        };
+        let system = SYSTEMS + more - 1;
+        if self.load(origin_of(system)) == [0.0; 9] {
+            self.note(format!("the origin of G54.1 P{more} is zero: nothing has set it"));
+        }
+        Ok(system)
+    }
+
+    fn take_system(&self, values: &Values) -> Result<Option<i32>, Fault> {
+        values.take_whole('p', 1..=MORE_SYSTEMS, "P", "a coordinate system from 1 to 298")
+    }
+
+    /// G10: L2 sets origins, L20 those of G54.1, L10 a tool's length and L12 its radius.
+    pub(super) fn set_fanuc_data(&mut self, values: &Values) -> Result<(), Fault> {
+        let at_code = |cause| self.fault_at(values, Group::NonModal, cause);
+        let kind =
+            values.take_whole('l', 0..=99, "L", "a whole number")?.ok_or_else(|| at_code(Cause::Missing("L")))?;
+        match kind {
+            2 | 20 => {
+                let range = if kind == 2 { 1..=6 } else { 1..=MORE_SYSTEMS };
+                let number =
+                    values.take_whole('p', range, "P", "a coordinate system: 1 to 6 with L2, 1 to 298 with L20")?;
+                let number = number.ok_or_else(|| at_code(Cause::Missing("P, the coordinate system,")))?;
+                let system = number.unsigned_abs() as usize - 1 + if kind == 2 { 0 } else { SYSTEMS };
+                if system == self.modes.system {
+                    let why = "another origin of the system in force while cutter compensation is on";
+                    self.refuse_compensated(values, Group::NonModal, why)?;
+                }
+                let base = origin_of(system);
+                for axis in Axis::ALL {
+                    if let Some(value) = self.take_axis(values, axis) {
+                        let at = base + axis as usize;
+                        let old = if self.modes.incremental { self.parameters.at(at) } else { 0.0 };
+                        self.parameters.put(at, old + value);
+                    }
+                }
+                if system == self.modes.system {
+                    self.select_system(system);
+                }
+                Ok(())
+            }
+            10..=13 => {
+                let number = values.take_whole('p', 1..=9999, "P", "the number of an offset from 1 to 9999")?;
+                let number = number.ok_or_else(|| at_code(Cause::Missing("P, the number of the offset,")))?;
+                let value = self.take_length(values, 'r').ok_or_else(|| at_code(Cause::Missing("R, the offset,")))?;
+                if kind % 2 == 1 && value != 0.0 {
+                    return Err(values.fault('r', Cause::NotAllowed("a wear offset other than 0")));
+                }
+                let tool = self.tools.entry(number.unsigned_abs()).or_default();
+                match kind {
+                    10 => tool.offset[Axis::Z] = value,
+                    12 => tool.diameter_mm = 2.0 * value,
+                    _ => {}
+                }
+                Ok(())
+            }
+            _ => Err(values.fault('l', Cause::Unsupported)),
+        }
+    }
+
+    /// G50 S and G92 S: the greatest spindle speed under G96.
+    pub(super) fn limit_speed(&mut self, values: &Values) -> bool {
+        let limits = matches!(values.number(Group::NonModal), Some(super::dialect::own::SPEED_LIMIT | 920));
+        let limits = limits && self.setup.dialect.is_fanuc_like() && values.has('s') && !values.has_axis();
+        if limits {
+            self.modes.greatest_speed = values.take('s').filter(|&limit| limit != 0.0).map(f64::abs);
+        }
+        limits
+    }
+
+    /// Brings the system variables up to date: where the tool is, and the modes.
+    pub(super) fn refresh_variables(&mut self, absolute: &Values9, relative: &Values9) {
+        let modes = &self.modes;
+        let plane = [17.0, 18.0, 19.0][modes.plane as usize];
+        let feed_mode = match modes.feed_mode {
+            FeedMode::InverseTime => 93.0,
+            FeedMode::PerMinute => 94.0,
+            FeedMode::PerRevolution => 95.0,
+        };
+        let modal = [
+            (4001, modes.motion.map_or(0.0, |motion| f64::from(motion) / 10.0)),
+            (4002, plane),
+            (4003, if modes.incremental { 91.0 } else { 90.0 }),
+            (4005, feed_mode),
+            (4006, if modes.inches { 20.0 } else { 21.0 }),
+            (4109, modes.feed / modes.unit_mm()),
+            (4119, modes.speed),
+            (4120, f64::from(self.tool)),
+        ];
+        let parameters = &mut self.parameters;
+        for (index, value) in modal {
+            parameters.put(index, value);
+        }
+        for i in 0..6 {
+            parameters.put(5001 + i, relative[i]);
+            parameters.put(5021 + i, absolute[i]);
+            parameters.put(5041 + i, relative[i]);
+        }
+    }
+}

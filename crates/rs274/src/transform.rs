@@ -1,0 +1,132 @@
+//! Turned (G68), scaled (G51), mirrored (G51.1, Haas's G101) and polar (G16) coordinates of Fanuc's and Haas's controls.
+//!
+//! A program's point is mirrored first, then scaled, then turned, as Fanuc's manuals have it.
+
+use super::affine::Affine;
+use super::canonical::{Axis, Plane};
+use super::error::{Cause, Fault};
+use super::interpret::Interpreter;
+use super::modal::{Code, Group, Values};
+
+const LINEAR: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
+
+/// What is in force of them, in program coordinates.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Transforms {
+    /// Where the mirror of each axis stands.
+    mirrors: [Option<f64>; 3],
+    scale: Option<Affine>,
+    turn: Option<Affine>,
+}
+
+impl Transforms {
+    /// All of them in one.
+    fn affine(&self) -> Option<Affine> {
+        let about = self.mirrors.map(|mirror| mirror.unwrap_or(0.0));
+        let flips = self.mirrors.map(|mirror| if mirror.is_some() { -1.0 } else { 1.0 });
+        let mirror = self.mirrors.iter().any(Option::is_some).then(|| Affine::scale(flips, about)).flatten();
+        let parts = [mirror, self.scale.clone(), self.turn.clone()];
+        parts.into_iter().flatten().reduce(|first, then| then.after(&first))
+    }
+}
+
+impl Interpreter<'_> {
+    /// The block's codes of this file.
+    pub(super) fn obey_transforms(&mut self, values: &Values) -> Result<(), Fault> {
+        if let Some(code) = values.code(Group::Turn) {
+            match code.number {
+                680 => self.turn_coordinates(values, code)?,
+                682 => self.tilt(values, code)?,
+                _ => {
+                    self.untransform(code)?;
+                    self.transforms.turn = None;
+                    self.transform(code)?;
+                }
+            }
+        }
+        if let Some(code) = values.code(Group::Mirror) {
+            self.mirror(values, code)?;
+        }
+        if let Some(code) = values.code(Group::Scale) {
+            self.scale(values, code)?;
+        }
+        if let Some(code) = values.code(Group::Polar) {
+            if code.number == 160 && self.modes.plane != Plane::Xy {
+                return Err(code.fault(Cause::NotAllowed("polar coordinates outside the XY plane (G17)")));
+            }
+            self.modes.polar = code.number == 160;
+        }
+        Ok(())
+    }
+
+    /// Puts what is in force before all other offsets.
+    fn transform(&mut self, code: &Code) -> Result<(), Fault> {
+        if self.compensation.on().is_some() {
+            return Err(code.fault(Cause::NotAllowed("other coordinates while cutter compensation is on")));
+        }
+        if self.is_tilted {
+            return Err(
+                code.fault(Cause::NotAllowed("turned, scaled or mirrored coordinates in a tilted plane (G68.2)"))
+            );
+        }
+        self.offsets.local = self.transforms.affine();
+        Ok(())
+    }
+
+    /// G68: by R degrees about the point of the plane's two axis words, or about where the tool is.
+    fn turn_coordinates(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
+        if ['i', 'j', 'k'].iter().any(|&letter| values.has(letter)) {
+            return Err(code.fault(Cause::NotAllowed("a turn in space; G68.2 tilts a plane")));
+        }
+        let degrees = values.take('r').ok_or_else(|| code.fault(Cause::Missing("R, the angle,")))?;
+        let [first, second, normal] = self.modes.plane.axes();
+        let mut centre = [0.0; 3];
+        let here = self.offsets.to_program(&self.position);
+        for axis in [first, second] {
+            centre[axis as usize] = self.take_axis(values, axis).unwrap_or(here[axis as usize]);
+        }
+        self.transforms.turn = Some(Affine::rotation(normal as usize, degrees, centre));
+        self.transform(code)
+    }
+
+    /// G51: by P, or by I, J and K along X, Y and Z, about the point of the axis words; G50 ends it.
+    fn scale(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
+        if code.number == 500 {
+            self.transforms.scale = None;
+            return self.transform(code);
+        }
+        let here = self.offsets.to_program(&self.position);
+        let about = LINEAR.map(|axis| self.take_axis(values, axis).unwrap_or(here[axis as usize]));
+        // Without a decimal point Fanuc's factors count thousandths.
+        let factor = |letter: char| {
+            let counts = self.setup.dialect == super::dialect::Dialect::Fanuc && !values.has_point(letter);
+            values.take(letter).map(|value| if counts { value / 1000.0 } else { value })
+        };
+        let whole = factor('p');
+        let factors = match (whole, ['i', 'j', 'k'].map(factor)) {
+            (Some(whole), [None, None, None]) => [whole; 3],
+            (None, [None, None, None]) => return Err(code.fault(Cause::Missing("P, or I, J and K, the scale,"))),
+            (_, factors) => factors.map(|factor| factor.unwrap_or(1.0)),
+        };
+        let scale = Affine::scale(factors, about).ok_or_else(|| code.fault(Cause::Range("a scale", "other than 0")))?;
+        self.transforms.scale = Some(scale);
+        self.transform(code)
+    }
+
+    /// G51.1: the named axes are mirrored where their words say; G50.1 ends that for the named axes, or all.
+    fn mirror(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
+        let words = LINEAR.map(|axis| self.take_axis(values, axis));
+        let any = words.iter().any(Option::is_some);
+        if code.number == 511 && !any {
+            return Err(code.fault(Cause::Missing("an axis word, where the mirror stands,")));
+        }
+        for (mirror, word) in self.transforms.mirrors.iter_mut().zip(words) {
+            match word {
+                Some(at) if code.number == 511 => *mirror = Some(at),
+                None if any || code.number == 511 => {}
+                _ => *mirror = None,
+            }
+        }
+        self.transform(code)
+    }
+}

@@ -1,0 +1,278 @@
+//! Programs for Fanuc's and Haas's controls. Expectations are worked out by hand beside the programs.
+
+use rs274::{Axis, Dialect, Limits, MoveKind, Position, Program, Setup, Tool, interpret};
+use std::f64::consts::FRAC_PI_2;
+use std::path::Path;
+
+fn fanuc() -> Setup {
+    Setup { dialect: Dialect::Fanuc, tools: [(1, Tool::with_length(50.0, 6.0))].into(), ..Setup::default() }
+}
+
+fn haas() -> Setup {
+    Setup { dialect: Dialect::Haas, ..fanuc() }
+}
+
+fn lathe() -> Setup {
+    let offset = |x, z| Tool { offset: Position([x, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), ..Tool::default() };
+    Setup { dialect: Dialect::Fanuc, tools: [(1, offset(1.0, 2.0)), (12, offset(0.0, 5.0))].into(), ..Setup::lathe() }
+}
+
+fn run(source: &str, setup: &Setup) -> Program {
+    interpret(source, Path::new("O0001.nc"), setup).unwrap_or_else(|error| panic!("{source}: {error}"))
+}
+
+fn refused(source: &str, setup: &Setup) -> String {
+    interpret(source, Path::new("bad.nc"), setup).unwrap_err().to_string()
+}
+
+/// X, Y, Z of every end, mm.
+fn ends(program: &Program) -> Vec<[f64; 3]> {
+    program.moves.iter().map(|m| [m.end[Axis::X], m.end[Axis::Y], m.end[Axis::Z]]).collect()
+}
+
+fn assert_ends(source: &str, setup: &Setup, expected: &[[f64; 3]]) {
+    let found = ends(&run(source, setup));
+    assert_eq!(found.len(), expected.len(), "{source}: {found:?}");
+    for (f, e) in found.iter().zip(expected) {
+        assert!(f.iter().zip(e).all(|(x, y)| (x - y).abs() < 1e-9), "{source}: {found:?}, expected {expected:?}");
+    }
+}
+
+fn xs(source: &str) -> Vec<f64> {
+    ends(&run(source, &fanuc())).into_iter().map(|end| end[0]).collect()
+}
+
+#[test]
+fn conditions_jumps_and_loops_of_the_macro_language() {
+    assert_eq!(xs("#1=1\nIF[#1EQ1]GOTO10\nG0X1.\nN10G0X2.\nM30"), [2.0]);
+    assert_eq!(xs("#1=1\nIF [#1 EQ 2] THEN #1=7.\nIF [#1 EQ 1] THEN #2=5.\nG0 X#1 Y#2\nM30"), [1.0]);
+    assert_eq!(xs("#1=0\nWHILE[#1LT3]DO1\n#1=#1+1\nG0X#1\nEND1\nM30"), [1.0, 2.0, 3.0]);
+    assert_eq!(
+        xs("#1=0\nWHILE[#1LT2]DO1\n#1=#1+1\n#2=0\nWHILE[#2LT2]DO2\n#2=#2+1\nG0X[#1*10+#2]\nEND2\nEND1\nM30"),
+        [11.0, 12.0, 21.0, 22.0]
+    );
+    // A loop without a condition is left by GOTO; a computed GOTO; back and forth.
+    assert_eq!(xs("#1=0\nDO1\n#1=#1+1\nG0X#1\nIF[#1GE3]GOTO99\nEND1\nN99M30"), [1.0, 2.0, 3.0]);
+    assert_eq!(xs("#5=20\nGOTO#5\nN10 X1.\nM30\nN20 X2.\nGOTO10"), [2.0, 1.0]);
+    // Expressions stand without brackets behind `=`.
+    assert_eq!(xs("#1=2.+3.*[4.-1.]-SQRT[16.]/2\nX#1\nM30"), [9.0]);
+    assert_eq!(
+        xs("#1=FIX[-1.5]\nX#1\n#1=FUP[1.2]\nX#1\n#1=ATAN[1.,1.]\nX#1\n#1=ATAN[1.]/[1.]\nX#1\nM30"),
+        [-1.0, 2.0, 45.0, 45.0]
+    );
+}
+
+#[test]
+fn what_never_ends_ends_at_the_limit() {
+    let setup = Setup { limits: Limits { blocks: 1000, ..Limits::default() }, ..fanuc() };
+    for source in ["N10\nGOTO10", "WHILE[1EQ1]DO1\nEND1", "M98P1\nM30\nO1\nM98P1\nM99", "DO1\nX1.\nEND1\nM30"] {
+        let told = refused(source, &setup);
+        assert!(
+            told.contains("more than 1000 blocks executed") || told.contains("more than 64 subroutine calls"),
+            "{told}"
+        );
+    }
+    assert!(refused("GOTO10\nM30", &fanuc()).contains("bad.nc:1:1: there is no line with this number N: `GOTO 10`"));
+    assert!(refused("DO1\nM30", &fanuc()).contains("is never ended"));
+    assert!(refused("END1\nM30", &fanuc()).contains("no DO with this number"));
+    assert!(refused("#3000=1(TOOL BROKEN)\nM30", &fanuc()).contains("bad.nc:1:1: the program raises alarm 1"));
+}
+
+#[test]
+fn variables_may_be_vacant() {
+    // Nothing has set #1: X has no word, and it equals #0 but not 0.
+    assert_ends("G0X5.\nG0X#1Y3.\nM30", &fanuc(), &[[5.0, 0.0, 0.0], [5.0, 3.0, 0.0]]);
+    assert_eq!(xs("IF[#1EQ#0]GOTO1\nX9.\nN1X1.\nM30"), [1.0]);
+    assert_eq!(xs("IF[#1EQ0]GOTO1\nX9.\nN1X1.\nM30"), [9.0, 1.0]);
+    assert_eq!(xs("#1=#2+1\nX#1\nM30"), [1.0]);
+    assert!(refused("X#2001\nM30", &fanuc()).contains("parameter does not exist"));
+}
+
+#[test]
+fn subprograms_are_called_by_number_with_repeats_and_arguments() {
+    assert_eq!(xs("M98P1000\nM30\nO1000\nG91G0X1.\nM99"), [1.0]);
+    assert_eq!(xs("G91\nM98P31000\nM30\nO1000\nG0X1.\nM99"), [1.0, 2.0, 3.0]);
+    assert_eq!(xs("G91\nM98P1000L2\nM30\nO1000\nG0X1.\nM99"), [1.0, 2.0]);
+    assert_eq!(xs("G65P9010A1.X7.\nX#24\nM30\nO9010\nG0X#1\nX#24\nM99"), [1.0, 7.0]);
+    // A vacant argument, and a return to a line of the caller.
+    assert_eq!(xs("G65P9010A1.\nX5.\nN7X6.\nM30\nO9010\nIF[#2EQ#0]GOTO5\nX9.\nN5M99P7"), [6.0]);
+    // Haas calls lines of the same program.
+    let local = "G91\nM97P100L2\nM30\nN100G0X1.\nM99";
+    assert_ends(local, &haas(), &[[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
+    assert!(refused("M98P7\nM30", &fanuc()).contains("subroutine is not defined"));
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("O1000.nc"), "%\nO1000\nG0X4.\nM99\n%\n").unwrap();
+    let main = folder.path().join("main.nc");
+    assert_eq!(ends(&interpret("M98P1000\nX5.\nM30", &main, &fanuc()).unwrap()), [[4.0, 0.0, 0.0], [5.0, 0.0, 0.0]]);
+}
+
+#[test]
+fn dwells_have_their_own_units() {
+    let seconds = |source: &str| match run(source, &fanuc()).moves[0].kind {
+        MoveKind::Dwell { seconds } => seconds,
+        kind => panic!("{source}: {kind:?}"),
+    };
+    for source in ["G04X1.5\nM30", "G04U1.5\nM30", "G04P1500\nM30", "G4P1.5\nM30"] {
+        assert!((seconds(source) - 1.5).abs() < 1e-12, "{source}");
+    }
+    assert!(run("G04\nM30", &fanuc()).moves.is_empty());
+    let error = interpret("G04X1.5\nM2", Path::new("bad.ngc"), &Setup::default()).unwrap_err();
+    assert!(error.to_string().contains("in the dialects fanuc and haas"), "{error}");
+}
+
+#[test]
+fn a_lathe_calls_tool_and_offset_in_one() {
+    let program = run("T0101\nG0X20.Z10.\nT0112\nG0Z10.\nT0100\nZ0\nM30", &lathe());
+    let told: Vec<_> = program.moves.iter().map(|m| (m.kind, m.end[Axis::X], m.end[Axis::Z])).collect();
+    let rapid = MoveKind::Rapid;
+    // Diameter 20 at offset 1, length 10 at offset 2; then offset 12 with 5 along Z; then none.
+    assert_eq!(
+        told,
+        [(MoveKind::ToolChange { tool: 1 }, 0.0, 0.0), (rapid, 11.0, 12.0), (rapid, 11.0, 15.0), (rapid, 11.0, 0.0)]
+    );
+    assert!(refused("T0105\nM30", &lathe()).contains("tool is not in the tool table"));
+    assert!(refused("T5\nM30", &lathe()).contains("as in T0101"));
+    // U and W are steps.
+    assert_ends("G0X20.Z10.\nU-4.W-1.\nM30", &lathe(), &[[10.0, 0.0, 10.0], [8.0, 0.0, 9.0]]);
+    // On LinuxCNC the same words change nothing, and that is told.
+    let program = run("T0202\nG0 X1\nM2", &Setup::lathe());
+    assert!(program.moves.iter().all(|step| step.kind == rapid));
+    assert!(program.notes[0].to_string().contains("T202 selects a tool that no M6 changes to"), "{:?}", program.notes);
+    assert!(run("T2 M6\nG0 X1\nM2", &Setup::default()).notes.is_empty());
+}
+
+#[test]
+fn a_lathes_codes_are_those_of_system_a() {
+    // G50 limits the speed, G99 feeds per revolution, G98 per minute, G96 keeps the surface speed.
+    let program = run("G50S2000\nG96S200M3\nG0X100.Z0\nG99G1Z-10.F0.2\nX1.\nG98G1Z-20.F100.\nM30", &lathe());
+    let rpm = 200_000.0 / (std::f64::consts::PI * 100.0);
+    assert!((program.moves[1].spindle_rpm - rpm).abs() < 1e-6);
+    assert!((program.moves[1].feed_mm_min.unwrap() - 0.2 * rpm).abs() < 1e-6);
+    assert_eq!(program.moves[2].spindle_rpm, 2000.0);
+    assert_eq!(program.moves[3].feed_mm_min, Some(100.0));
+    assert_ends("G50X100.Z50.\nG0X80.Z40.\nM30", &lathe(), &[[-10.0, 0.0, -10.0]]);
+    assert_ends("G28U0W0\nM30", &lathe(), &[[0.0; 3], [0.0; 3]]);
+    // Drilling goes along Z; R is a step from where the cycle begins.
+    assert_ends(
+        "G0X0Z5.\nG83Z-9.R-3.F0.1S100M3\nG80\nM30",
+        &lathe(),
+        &[[0.0, 0.0, 5.0], [0.0, 0.0, 5.0], [0.0, 0.0, 2.0], [0.0, 0.0, -9.0], [0.0, 0.0, 5.0]],
+    );
+}
+
+#[test]
+fn coordinates_are_turned_scaled_and_mirrored() {
+    assert_ends("G68X1.Y0R90.\nG0X3.Y0\nG69\nX3.Y0\nM30", &fanuc(), &[[1.0, 2.0, 0.0], [3.0, 0.0, 0.0]]);
+    // About the place where the tool is: (1, 0).
+    assert_ends("G0X1.\nG68R90.\nX3.\nM30", &fanuc(), &[[1.0, 0.0, 0.0], [1.0, 2.0, 0.0]]);
+    assert_ends("G51X0Y0Z0P2000\nG0X3.Y1.\nG50\nX3.\nM30", &fanuc(), &[[6.0, 2.0, 0.0], [3.0, 2.0, 0.0]]);
+    assert_ends("G51X0Y0Z0P2.\nG0X3.Y1.\nM30", &haas(), &[[6.0, 2.0, 0.0]]);
+    assert_ends("G51.1X10.\nG0X3.Y1.\nG50.1X0\nX3.\nM30", &fanuc(), &[[17.0, 1.0, 0.0], [3.0, 1.0, 0.0]]);
+    // Mirrored, then turned: (3, 1) becomes (-3, 1), then (-1, -3).
+    assert_ends("G68X0Y0R90.\nG51.1X0\nG0X3.Y1.\nM30", &fanuc(), &[[-1.0, -3.0, 0.0]]);
+    // A circle stays one: turned, larger, the other way round in a mirror, and chords where it becomes an ellipse.
+    let arc = |source: &str| match run(source, &fanuc()).moves[1].kind {
+        MoveKind::Arc { centre, sweep, .. } => (centre, sweep),
+        kind => panic!("{source}: {kind:?}"),
+    };
+    let near = |found: ([f64; 2], f64), centre: [f64; 2], sweep: f64| {
+        assert!(
+            (found.0[0] - centre[0]).hypot(found.0[1] - centre[1]) < 1e-9 && (found.1 - sweep).abs() < 1e-9,
+            "{found:?}"
+        );
+    };
+    near(arc("G68X0Y0R90.\nG0X10.Y1.\nG3X0Y11.I-10.F100\nM30"), [-1.0, 0.0], FRAC_PI_2);
+    near(arc("G51X0Y0Z0P2.\nG0X10.Y1.\nG3X0Y11.R10.F100\nM30"), [0.0, 2.0], FRAC_PI_2);
+    near(arc("G51.1X0\nG0X10.Y1.\nG3X0Y11.I-10.F100\nM30"), [0.0, 1.0], -FRAC_PI_2);
+    let ellipse = run("G51X0Y0Z0I2.J1.K1.\nG0X10.Y0\nG3X0Y10.I-10.F100\nM30", &fanuc());
+    assert!(ellipse.moves.len() > 20);
+    assert!(ellipse.moves[1..].iter().all(|step| {
+        let (x, y) = (step.end[Axis::X] / 20.0, step.end[Axis::Y] / 10.0);
+        step.kind == MoveKind::Feed && (x.hypot(y) - 1.0).abs() < 1e-9
+    }));
+    // In a mirror the tool is on the other side: G41 of radius 3 along +X at X-mirror runs along -X, on its right.
+    let comp = run("G51.1X0\nG0X0Y0\nG41D1G1X10.Y10.F100\nX30.\nG40\nM30", &fanuc());
+    assert!((comp.moves[2].end[Axis::Y] - 13.0).abs() < 1e-9, "{:?}", ends(&comp));
+    // Polar coordinates: radius and angle.
+    let root = 50_f64.sqrt();
+    assert_ends(
+        "G16\nG0X10.Y45.\nY90.\nG15X1.\nM30",
+        &fanuc(),
+        &[[root, root, 0.0], [0.0, 10.0, 0.0], [1.0, 10.0, 0.0]],
+    );
+}
+
+#[test]
+fn there_are_more_coordinate_systems() {
+    assert_ends("G10L20P3X100.Y10.\nG54.1P3G0X1.Y1.\nG54X1.\nM30", &fanuc(), &[[101.0, 11.0, 0.0], [1.0, 11.0, 0.0]]);
+    assert_ends("#7041=100.\nG54P3G0X1.\nM30", &fanuc(), &[[101.0, 0.0, 0.0]]);
+    assert_ends("G10L20P2X7.\nG154P2G0X1.\nG111X2.\nM30", &haas(), &[[8.0, 0.0, 0.0], [9.0, 0.0, 0.0]]);
+    let program = run("G54.1P298G0X1.\nM30", &fanuc());
+    assert!(program.notes[0].text.contains("G54.1 P298 is zero"), "{:?}", program.notes);
+    assert!(refused("G54.1P299\nM30", &fanuc()).contains("1 to 298"));
+    assert_ends("G10L2P1X5.\nG54G0X1.\nG91G10L2P1X2.\nG90X1.\nM30", &fanuc(), &[[6.0, 0.0, 0.0], [8.0, 0.0, 0.0]]);
+    // G10 L10 sets a length, L12 a radius.
+    assert_ends("G10L10P5R20.\nG43H5G0Z1.\nM30", &fanuc(), &[[0.0, 0.0, 21.0]]);
+    // G44 subtracts it.
+    assert_ends("G44H1G0Z1.\nM30", &fanuc(), &[[0.0, 0.0, -49.0]]);
+}
+
+#[test]
+fn a_skip_goes_all_the_way_and_the_motion_before_goes_on() {
+    let program = run("G1X1.F100\nG31X5.F50\nX6.\nM30", &fanuc());
+    let told: Vec<_> = program.moves.iter().map(|m| (m.end[Axis::X], m.feed_mm_min)).collect();
+    assert_eq!(told, [(1.0, Some(100.0)), (5.0, Some(50.0)), (6.0, Some(50.0))]);
+}
+
+#[test]
+fn corners_are_rounded_and_cut() {
+    let source = "G0X0Y0\nG1X10.,R2.F100\nY10.,C3.\nX0\nM30";
+    let corners = [[0.0; 3], [8.0, 0.0, 0.0], [10.0, 2.0, 0.0], [10.0, 7.0, 0.0], [7.0, 10.0, 0.0], [0.0, 10.0, 0.0]];
+    assert_ends(source, &fanuc(), &corners);
+    let program = run(source, &fanuc());
+    let MoveKind::Arc { centre, sweep, .. } = program.moves[2].kind else { panic!("{:?}", program.moves[2]) };
+    assert!((centre[0] - 8.0).abs() < 1e-9 && (centre[1] - 2.0).abs() < 1e-9 && (sweep - FRAC_PI_2).abs() < 1e-9);
+    assert_eq!(program.moves.iter().map(|m| m.line).collect::<Vec<_>>(), [1, 2, 2, 3, 3, 4]);
+    // To the right the arc is clockwise; with a tool beside the path its radius is another.
+    let program = run("G0X0Y0\nG1X10.,R2.F100\nY-10.\nM30", &fanuc());
+    assert!(matches!(program.moves[2].kind, MoveKind::Arc { sweep, .. } if (sweep + FRAC_PI_2).abs() < 1e-9));
+    let program = run("G0X0Y-10.\nG41D1G1X0Y0F100\nX20.,R5.\nY20.\nG40X30.\nM30", &fanuc());
+    let at_corner = |m: &rs274::Move| matches!(m.kind, MoveKind::Arc { centre, .. } if (centre[0] - 15.0).hypot(centre[1] - 5.0) < 1e-9);
+    assert_eq!(program.moves.iter().filter(|m| at_corner(m)).count(), 1, "{:?}", program.moves);
+    assert!(refused("G1X10.,R2.F100\nM30", &fanuc()).contains("right behind its own: `,R2.`"));
+    assert!(refused("G1X10.,R2.F100\nG0Y5.\nM30", &fanuc()).contains("right behind its own"));
+    assert!(refused("G1X10.,R20.F100\nY5.\nM30", &fanuc()).contains("longer than one of its two moves"));
+    assert!(refused("G1X10.,R2.F100\nX20.\nM30", &fanuc()).contains("straight on"));
+}
+
+#[test]
+fn cycles_return_to_where_they_began_and_dwell_in_milliseconds() {
+    let program = run("G0Z5.\nG82X1.Z-1.R1.P500F100\nX2.K0\nX3.\nG80\nX9.\nM30", &fanuc());
+    let told: Vec<_> = program.moves.iter().map(|m| (m.kind, m.end[Axis::X], m.end[Axis::Z])).collect();
+    let (rapid, feed, dwell) = (MoveKind::Rapid, MoveKind::Feed, MoveKind::Dwell { seconds: 0.5 });
+    let hole = |x| [(rapid, x, 5.0), (rapid, x, 1.0), (feed, x, -1.0), (dwell, x, -1.0), (rapid, x, 5.0)];
+    let expected: Vec<_> =
+        [(rapid, 0.0, 5.0)].into_iter().chain(hole(1.0)).chain(hole(3.0)).chain([(rapid, 9.0, 5.0)]).collect();
+    assert_eq!(told, expected);
+    // A tap feeds to R and goes on at rapid; G76 bores.
+    let kinds =
+        |source: &str| run(source, &fanuc()).moves.iter().skip(3).map(|m| (m.kind, m.end[Axis::Z])).collect::<Vec<_>>();
+    assert_eq!(kinds("M3S1G0Z5.\nG84X1.Z-1.R1.F100\nM30"), [(feed, -1.0), (feed, 1.0), (rapid, 5.0)]);
+    assert_eq!(kinds("M3S1G0Z5.\nG76X1.Z-1.R1.Q0.3F100\nM30"), [(feed, -1.0), (rapid, 5.0)]);
+}
+
+#[test]
+fn what_moves_nothing_is_noted() {
+    let program = run("%\nO0001(PART)\n/1G0X1.\nG187P1E0.1\nG5.1Q1\nM31\nG64\nX2.M88\nDPRNT[X#1]\n:2\nM30\n%", &haas());
+    assert_eq!(program.moves.len(), 2);
+    let notes: Vec<String> = program.notes.iter().map(ToString::to_string).collect();
+    assert_eq!(notes.len(), 5, "{notes:?}");
+    assert!(notes[0].starts_with("line 4: G187 is taken to move no axis"), "{notes:?}");
+    // A length without a decimal point may be another.
+    let program = run("G0X100Y0Z1.\nX200\nM30", &fanuc());
+    assert_eq!(program.notes.len(), 1);
+    assert!(program.notes[0].to_string().starts_with("line 1: X has no decimal point") && program.notes[0].more == 1);
+    // Block delete with a switch's number.
+    let setup = Setup { block_delete: true, ..fanuc() };
+    assert_eq!(ends(&run("/1G0X1.\nX2.\nM30", &setup)), [[2.0, 0.0, 0.0]]);
+}
