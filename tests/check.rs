@@ -537,6 +537,80 @@ fn formats_and_exit_codes() {
 }
 
 #[test]
+fn a_machine_changes_tools_where_it_says() {
+    // Tool 2 is 20 mm longer: changed at Z 10 it is in the block. The machine goes up to Z 150 first, Z before X, and comes back on line 3.
+    let program = "G0 X70 Z25\nG0 X-60\nT2 M6\nG0 X0 Z30\nM2";
+    let text = mill_with_tools();
+    let changes = text.replacen("[program]\n", "[program]\ntool_change = { Z = 150, X = -150 }\n", 1);
+    assert_eq!(told_by(&text, "G0 Z10\nT2 M6\nG0 Z50\nM2"), [("tool-change-into-workpiece", 2)]);
+    assert_eq!(told_by(&changes, "G0 Z10\nT2 M6\nG0 Z50\nM2"), []);
+    let (_folder, scene) = scene_of(&changes, program);
+    let moves: Vec<_> =
+        scene.program.as_ref().unwrap().program.moves.iter().map(|m| (m.line, m.kind.name(), m.end)).collect();
+    let at = |x: f64, z: f64| rs274::Position([x, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let wanted = [
+        (1, "rapid", at(70.0, 25.0)),
+        (2, "rapid", at(-60.0, 25.0)),
+        (3, "rapid", at(-60.0, 150.0)),
+        (3, "rapid", at(-150.0, 150.0)),
+        (3, "tool", at(-150.0, 150.0)),
+        (4, "rapid", at(0.0, 30.0)),
+    ];
+    assert_eq!(moves, wanted);
+    let (folder, _scene) = scene_of(&text, program);
+    std::fs::write(
+        folder.path().join("scene.toml"),
+        text.replacen("[program]\n", "[program]\ntool_change = { Q = 1 }\n", 1),
+    )
+    .unwrap();
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    assert!(String::from_utf8(output.stderr).unwrap().contains("tool_change: `Q` is not an axis"));
+}
+
+#[test]
+fn another_program_runs_though_the_scenes_own_is_missing_and_offsets_and_tools_come_from_the_command_line() {
+    let (folder, _) = mill("G0 Z20\nM2");
+    let other = folder.path().join("other.ngc");
+    std::fs::write(&other, "G0 X0 Z-25\nM2").unwrap();
+    std::fs::remove_file(folder.path().join("own.ngc")).unwrap();
+    let run =
+        |arguments: &[&str]| bvbench().args(["check", "--quiet"]).arg(folder.path()).args(arguments).output().unwrap();
+    let program = other.to_str().unwrap();
+    assert_eq!(run(&[program]).status.code(), Some(1));
+    assert_eq!(run(&[]).status.code(), Some(2));
+    // 50 mm higher all is clear; so it is with a tool of 50 mm.
+    assert_eq!(run(&[program, "--offset", "G54=0,0,50"]).status.code(), Some(0));
+    std::fs::write(&other, "G43 H7 G0 X0 Z-25\nM2").unwrap();
+    let unknown = run(&[program]);
+    let error = String::from_utf8(unknown.stderr).unwrap();
+    assert!(unknown.status.code() == Some(2) && error.contains("--tool-table"), "{error}");
+    let table = folder.path().join("mill.tbl");
+    std::fs::write(&table, "T7 P7 Z50 D10\n").unwrap();
+    assert_eq!(run(&[program, "--tool-table", table.to_str().unwrap()]).status.code(), Some(0));
+    for (offset, message) in [
+        ("G54", "must be like"),
+        ("G60=1,2,3", "is not one of"),
+        ("G54=1,2", "2 numbers"),
+        ("G54=1,2,inf", "not finite"),
+    ] {
+        let output = run(&[program, "--offset", offset]);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && error.contains(message), "{offset}: {error}");
+    }
+}
+
+#[test]
+fn near_misses_are_one_line_for_each_pair() {
+    // Three times 1 mm over the clamp, within all three zones; then into it.
+    let (folder, _) = mill("G0 Z21\nG0 X70\nG0 X0\nG0 X70\nG0 X140\nG0 Z15\nG0 X70\nM2");
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    let shown = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<&str> = shown.lines().filter(|line| line.trim_start().starts_with("clamp:cutter")).collect();
+    assert!(shown.contains("NEAR MISSES") && lines.len() == 2, "{shown}");
+    assert!(lines[1].contains("1.000") && lines[1].split_whitespace().nth(1) == Some("2"), "{shown}");
+}
+
+#[test]
 fn lines_with_a_slash_are_skipped_when_asked() {
     let (folder, _) = mill("G0 Z20\n/G0 Z-2\nM2");
     let other = folder.path().join("other.ngc");

@@ -176,8 +176,10 @@ fn prescribed_poses_are_apart_before_contact_and_touch_right_after_it_in_every_b
 fn overrides_change_the_triangles_but_not_the_shape() {
     let volume = |mesh: &Mesh| mesh.signed_volume();
     let plain = load("lathe-toolpost");
-    for overrides in [Overrides { grading: Some(4.0), density: None }, Overrides { grading: None, density: Some(0.5) }]
-    {
+    for overrides in [
+        Overrides { grading: Some(4.0), ..Overrides::default() },
+        Overrides { density: Some(0.5), ..Overrides::default() },
+    ] {
         let changed = Scene::find_with("lathe-toolpost", &overrides).unwrap_or_else(|error| panic!("{error}"));
         for part in [plain.pairs[0].a, plain.pairs[0].b] {
             let (before, after) = (&plain.parts[part].mesh, &changed.parts[part].mesh);

@@ -9,27 +9,21 @@ use crate::machine::OutOfLimits;
 use crate::measure::timer;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{Decision, Dropped};
-use crate::scene::{ProgramRun, Scene};
+use crate::scene::{Overrides, ProgramRun, Scene, SceneError};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
-use rs274::Axis;
+use rs274::{Axis, Position};
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move, or while the spindle stands still, it collides. Everything else that touches collides.\nExit codes: 0 clear, 1 something collides or an axis leaves its limits, 2 bad usage or input."
 )]
 pub struct Options {
-    /// Scene by name or by path
-    #[arg(value_name = "SCENE")]
-    scene: String,
-    /// The program (RS274/NGC) [default: the scene's own]
-    #[arg(value_name = "PROGRAM")]
-    program: Option<PathBuf>,
     #[command(flatten)]
-    reading: Reading,
+    subject: Subject,
     /// Variant whose trees are used (see `list`) [default: the fastest safe one]
     #[arg(long, value_name = "ID")]
     method: Option<String>,
@@ -83,9 +77,8 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     super::options::use_threads(options.threads)?;
     let variant = method(options.method.as_deref(), registry)?;
     let settings = settings(options)?;
-    let (load_ns, scene) = timer::time(|| Scene::find(&options.scene));
-    let scene = scene?;
-    let run = program(&scene, options.program.as_deref(), &options.reading)?;
+    let (load_ns, loaded) = timer::time(|| options.subject.load());
+    let (scene, run) = loaded?;
     let mut run = run.with_context(|| format!("scene `{}` has no program of its own; name one", scene.name))?;
     if let Some(step) = options.step {
         if !(step > 0.0 && step.is_finite()) {
@@ -112,17 +105,77 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     Ok(if outcome.is_clear() { CLEAR } else { FAILED })
 }
 
-/// The program asked for; else the scene's own, if it has one.
-pub(super) fn program(scene: &Scene, asked: Option<&Path>, reading: &Reading) -> Result<Option<ProgramRun>> {
-    let mut setup = scene.program.clone().unwrap_or_else(ProgramRun::of_mill);
-    let is_changed = reading.apply(&mut setup.setup);
-    let run = match asked {
-        Some(program) => Some(setup.with_program(program)?),
-        None if is_changed && scene.program.is_some() => Some(setup.again()?),
-        None => scene.program.clone(),
-    };
-    run.iter().for_each(|run| print_notes(&run.program));
-    Ok(run)
+/// A scene and the program that runs on it.
+#[derive(Args)]
+pub(super) struct Subject {
+    /// Scene by name or by path
+    #[arg(value_name = "SCENE")]
+    pub scene: String,
+    /// The program (RS274/NGC) [default: the scene's own]
+    #[arg(value_name = "PROGRAM")]
+    program: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
+    /// Put the origin of a work offset elsewhere, machine coordinates, mm and degrees: G54=X,Y,Z[,A,B,C]; repeatable
+    #[arg(long = "offset", value_name = "NAME=X,Y,Z")]
+    offsets: Vec<String>,
+    /// Take tools from a LinuxCNC tool table in place of the scene's
+    #[arg(long, value_name = "FILE")]
+    tool_table: Option<PathBuf>,
+    /// The tool table's lengths are inches
+    #[arg(long, requires = "tool_table")]
+    tool_table_inch: bool,
+}
+
+impl Subject {
+    /// The scene, and the program asked for; else the scene's own, if it has one.
+    pub fn load(&self) -> Result<(Scene, Option<ProgramRun>)> {
+        let overrides = Overrides { skips_program: self.program.is_some(), ..Overrides::default() };
+        let scene = Scene::find_with(&self.scene, &overrides)?;
+        let mut setup = scene.program.clone().unwrap_or_else(ProgramRun::of_mill);
+        let mut is_changed = self.reading.apply(&mut setup.setup) || !self.offsets.is_empty();
+        for offset in &self.offsets {
+            let wrong = |message: String| anyhow!("--offset {offset}: {message}");
+            let (name, origin) =
+                offset.split_once('=').ok_or_else(|| wrong("it must be like G54=100,-50,30".to_owned()))?;
+            setup.set_work_offset(name, place(origin).map_err(wrong)?).map_err(wrong)?;
+        }
+        if let Some(path) = &self.tool_table {
+            setup.setup.tools = super::gcode::tool_table(path, self.tool_table_inch)?;
+            is_changed = true;
+        }
+        let run = match &self.program {
+            Some(program) => Some(setup.with_program(program).map_err(with_hint)?),
+            None if is_changed && scene.program.is_some() => Some(setup.again().map_err(with_hint)?),
+            None => scene.program.clone(),
+        };
+        run.iter().for_each(|run| print_notes(&run.program));
+        Ok((scene, run))
+    }
+}
+
+/// X,Y,Z or X,Y,Z,A,B,C; mm and degrees.
+fn place(text: &str) -> std::result::Result<Position, String> {
+    let numbers: std::result::Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    let numbers = numbers.map_err(|error| error.to_string())?;
+    if numbers.len() != 3 && numbers.len() != 6 {
+        return Err(format!("{} numbers; it must have 3 (X,Y,Z) or 6 (X,Y,Z,A,B,C)", numbers.len()));
+    }
+    let mut position = Position::default();
+    for (axis, number) in Axis::ALL.into_iter().zip(numbers) {
+        position[axis] = if axis.is_rotary() { number.to_radians() } else { number };
+    }
+    Ok(position)
+}
+
+/// What to do about a tool that nobody knows.
+fn with_hint(error: SceneError) -> anyhow::Error {
+    let error = anyhow::Error::from(error);
+    if format!("{error:#}").contains("tool table") {
+        error.context("a tool is unknown: name it in `tools` of [program] in scene.toml, or give --tool-table FILE")
+    } else {
+        error
+    }
 }
 
 /// The variant asked for; else the fastest of the safe ones.
@@ -157,7 +210,7 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
     let (collisions, near): (Vec<&Event>, Vec<&Event>) =
         outcome.events.iter().partition(|event| event.kind.is_collision());
     if !outcome.is_clear() {
-        say(painted(&table(scene, &collisions, &outcome.over_travel, "CONTACT ENDS").trim_fmt()));
+        say(painted(&table(scene, &collisions, &outcome.over_travel).trim_fmt()));
         for event in &collisions {
             say(format!(
                 "\nline {}: {}\n  {} at {}",
@@ -173,15 +226,14 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
         say("");
     }
     if !near.is_empty() {
-        say(painted(&table(scene, &near, &[], "ZONE LEFT").trim_fmt()));
+        say(painted(&near_misses(scene, &near, &collisions).trim_fmt()));
         say("");
     }
     say(format!(
-        "{}: {} in {} of program time; {} near misses",
+        "{}: {} in {} of program time",
         run.file.display(),
         found(collisions.len(), outcome.over_travel.len()),
         clock(outcome.duration_s),
-        near.len(),
     ));
     let kept = outcome.decisions.iter().filter(|decision| decision.dropped.is_none()).count();
     say(format!(
@@ -257,18 +309,17 @@ fn painted(text: &str) -> String {
         ("STOPPED SPINDLE INTO WORKPIECE", Tone::Bad),
         ("GOUGE", Tone::Bad),
         ("OVER-TRAVEL", Tone::Bad),
-        ("nearer", Tone::Doubtful),
+        ("NEAR MISSES", Tone::Doubtful),
     ];
     style::painted(text, &tones, style::is_coloured())
 }
 
-fn table(scene: &Scene, events: &[&Event], over_travel: &[OverTravel], end: &str) -> Table {
+/// Collisions and over-travel, by time.
+fn table(scene: &Scene, events: &[&Event], over_travel: &[OverTravel]) -> Table {
     let mut rows: Vec<(f64, [String; 7])> = Vec::new();
     for event in events {
-        let what = match event.kind {
-            Kind::Near { zone_mm } => format!("nearer than {zone_mm} mm"),
-            kind => kind.name().replace('-', " ").to_uppercase() + if event.inside { ", inside" } else { "" },
-        };
+        let inside = if event.inside { ", inside" } else { "" };
+        let what = event.kind.name().replace('-', " ").to_uppercase() + inside;
         let last = if event.to_the_end { "never".to_owned() } else { format!("line {}", event.last.line) };
         let row = [
             event.first.line.to_string(),
@@ -287,9 +338,43 @@ fn table(scene: &Scene, events: &[&Event], over_travel: &[OverTravel], end: &str
         rows.push((over.time_s, [line.clone(), what, axis, clock(over.time_s), String::new(), String::new(), line]));
     }
     rows.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    let mut table = style::table(&[">LINE", "WHAT", "PARTS", "TIME", end, ">LEAST mm", ">AT LINE"]);
+    let mut table = style::table(&[">LINE", "WHAT", "PARTS", "TIME", "CONTACT ENDS", ">LEAST mm", ">AT LINE"]);
     for (_, row) in rows {
         table.add_row(row);
+    }
+    table
+}
+
+/// Pairs that come near, a line each. What leads to a collision is told there.
+fn near_misses(scene: &Scene, near: &[&Event], collisions: &[&Event]) -> Table {
+    let leads_to_collision = |event: &Event| {
+        let is_in = |hit: &&Event| {
+            hit.pair == event.pair && event.first.place <= hit.first.place && hit.first.place <= event.last.place
+        };
+        collisions.iter().any(is_in)
+    };
+    // Widest zone first: its events are the episodes, and the least of an episode is theirs.
+    let mut pairs: Vec<(Vec<&Event>, f64)> = Vec::new();
+    for &event in near.iter().filter(|event| !leads_to_collision(event)) {
+        let Kind::Near { zone_mm } = event.kind else { continue };
+        match pairs.iter_mut().find(|(events, _)| events[0].pair == event.pair) {
+            Some((events, zone)) if *zone == zone_mm => events.push(event),
+            Some((events, zone)) if *zone < zone_mm => (*events, *zone) = (vec![event], zone_mm),
+            Some(_) => {}
+            None => pairs.push((vec![event], zone_mm)),
+        }
+    }
+    let mut table = style::table(&["NEAR MISSES", ">TIMES", ">WITHIN mm", ">LEAST mm", ">AT LINE", "AT TIME"]);
+    for (events, zone_mm) in pairs {
+        let Some(least) = events.iter().min_by(|a, b| a.least_mm.total_cmp(&b.least_mm)) else { continue };
+        table.add_row([
+            scene.pair_name(least.pair),
+            events.len().to_string(),
+            zone_mm.to_string(),
+            format!("{:.3}", least.least_mm),
+            least.nearest.line.to_string(),
+            clock(least.nearest.time_s),
+        ]);
     }
     table
 }

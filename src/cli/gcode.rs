@@ -4,9 +4,12 @@ use super::{CLEAR, note, say};
 use anyhow::{Context, Result};
 use clap::Args;
 use rs274::file::{LARGEST_PROGRAM, text};
-use rs274::{Axis, CodeName, Dialect, Move, MoveKind, Program, Setup, canonical, read_parameter_file, read_tool_table};
+use rs274::{
+    Axis, CodeName, Dialect, Move, MoveKind, Program, Setup, Tool, canonical, read_parameter_file, read_tool_table,
+};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 /// mm per inch.
 const INCH_MM: f64 = 25.4;
@@ -72,12 +75,17 @@ pub(super) fn print_notes(program: &Program) {
     }
 }
 
+/// A tool table in LinuxCNC's form.
+pub(super) fn tool_table(file: &Path, is_inch: bool) -> Result<BTreeMap<u32, Tool>> {
+    let text = text(file, LARGEST_PROGRAM).with_context(|| format!("cannot read {}", file.display()))?;
+    Ok(read_tool_table(&text, file, if is_inch { INCH_MM } else { 1.0 })?)
+}
+
 pub fn run(options: &Options) -> Result<u8> {
     let mut setup = if options.lathe { Setup::lathe() } else { Setup::default() };
     options.reading.apply(&mut setup);
     if let Some(file) = &options.tool_table {
-        let text = text(file, LARGEST_PROGRAM).with_context(|| format!("cannot read {}", file.display()))?;
-        setup.tools = read_tool_table(&text, file, if options.tool_table_inch { INCH_MM } else { 1.0 })?;
+        setup.tools = tool_table(file, options.tool_table_inch)?;
     }
     if let Some(file) = &options.var {
         let parameters = text(file, LARGEST_PROGRAM).with_context(|| format!("cannot read {}", file.display()))?;

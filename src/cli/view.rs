@@ -1,12 +1,10 @@
 //! `view`: a page that shows a machine in motion.
 
-use super::gcode::Reading;
 use super::picture::UpAxis;
 use super::progress::Bar;
 use super::{CLEAR, check, say};
 use crate::check::Settings;
 use crate::registry::{Registry, Variant};
-use crate::scene::Scene;
 use crate::view::{self, Choice};
 use anyhow::{Context, Result, bail};
 use clap::Args;
@@ -18,14 +16,8 @@ use std::process::{Command, Stdio};
     after_help = "Examples:\n  bvbench view mill-vise --open                         a shipped scene with its own program\n  bvbench view path/to/machine part.ngc --out part.html  your machine, your program\n  bvbench view lathe-toolpost --up y --variant ID,ID      two variants' trees side by side\n\nThe page is one file without a network. Space plays, the arrows step by line, E goes to the next event, ? shows all keys."
 )]
 pub struct Options {
-    /// Scene by name or by path
-    #[arg(value_name = "SCENE")]
-    scene: String,
-    /// The program (RS274/NGC) [default: the scene's own]
-    #[arg(value_name = "PROGRAM")]
-    program: Option<PathBuf>,
     #[command(flatten)]
-    reading: Reading,
+    subject: check::Subject,
     /// The file [default: SCENE.html]
     #[arg(long, value_name = "FILE.html")]
     out: Option<PathBuf>,
@@ -62,8 +54,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     } else {
         options.variants.iter().map(|id| check::method(Some(id), registry)).collect()
     };
-    let scene = Scene::find(&options.scene)?;
-    let program = check::program(&scene, options.program.as_deref(), &options.reading)?;
+    let (scene, program) = options.subject.load()?;
     let choice = Choice {
         method: check::method(options.method.as_deref(), registry)?,
         variants: drawn?,

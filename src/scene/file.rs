@@ -166,6 +166,9 @@ pub struct ProgramFile {
     pub home: Option<Spanned<PositionFile>>,
     /// Where G30 goes; without it, every axis at zero.
     pub second_home: Option<Spanned<PositionFile>>,
+    /// Where M6 changes tools: letters of axes, mm and degrees. Without it, tools change where the machine stands.
+    #[serde(default)]
+    pub tool_change: BTreeMap<String, Spanned<f64>>,
     /// Origins of G54 to G59.3 in machine coordinates.
     #[serde(default)]
     pub work_offsets: BTreeMap<String, Spanned<PositionFile>>,

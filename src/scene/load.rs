@@ -81,8 +81,11 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     if parts.is_empty() {
         return Err(SceneError::NoParts { file: document.path });
     }
-    let program =
-        scene.program.as_ref().map(|file| read_program(&mut folder, &document, &machine, file)).transpose()?;
+    let program = scene
+        .program
+        .as_ref()
+        .map(|file| read_program(&mut folder, &document, &machine, file, overrides))
+        .transpose()?;
     let recording = match &scene.recorded {
         Some(recorded) => Some(read_recording(&mut folder, &recorded.file, &machine, &parts, program.as_ref())?),
         None => None,
@@ -337,6 +340,7 @@ fn read_program(
     document: &Document,
     machine: &Machine,
     file: &ProgramFile,
+    overrides: &Overrides,
 ) -> Result<ProgramRun, SceneError> {
     let meaning = |wrong| document.meaning(wrong);
     let mut setup = program::setup(file).map_err(meaning)?;
@@ -347,7 +351,7 @@ fn read_program(
     let tip = file.tool_centre_point.as_ref().map(|tip| read_tip(document, machine, tip)).transpose()?;
     setup.kinematics = tip.as_ref().map(|tip| tip.kinematics(machine));
     let path = file.file.get_ref();
-    let source = folder.text(path)?;
+    let source = if overrides.skips_program { String::new() } else { folder.text(path)? };
     program::run(&source, folder.path(path), &setup, tip, sampling)
 }
 
@@ -355,8 +359,11 @@ fn read_tip(document: &Document, machine: &Machine, file: &Spanned<TipFile>) -> 
     let refuse =
         |message: &str| Err(SceneError::Meaning { place: document.place(&file.span()), message: message.to_owned() });
     let TipFile { tool_link, gauge_mm, direction, work_link } = file.get_ref();
-    let find =
-        |link: &Option<Spanned<String>>| link.as_ref().map(|name| find_link(document, machine, name)).transpose();
+    // A machine may have a link of that name; else it is what carries everything.
+    let is_world = |name: &&Spanned<String>| name.get_ref() == "world" && machine.link("world").is_none();
+    let find = |link: &Option<Spanned<String>>| {
+        link.as_ref().filter(|name| !is_world(name)).map(|name| find_link(document, machine, name)).transpose()
+    };
     let Some(direction) = geometry::direction(Vector::from(*direction)) else {
         return refuse("the direction towards the tip must be finite and not zero");
     };

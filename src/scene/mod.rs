@@ -199,13 +199,15 @@ pub struct Scene {
     pub inputs: BTreeMap<String, String>,
 }
 
-/// What a caller may change about a scene's parametric shapes.
+/// What a caller may change about a scene while it is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Overrides {
     /// How unevenly shapes are triangulated, instead of what each part says.
     pub grading: Option<f64>,
     /// How finely shapes are triangulated, instead of what each part says.
     pub density: Option<f64>,
+    /// Whether the scene's own program stays unread: another one runs under its setup.
+    pub skips_program: bool,
 }
 
 impl Scene {

@@ -5,7 +5,7 @@ use super::file::{ControllerFile, PositionFile, ProgramFile, UserCodeFile};
 use crate::machine::Machine;
 use crate::machine::tip::{TipControl, TipError};
 use rs274::file::LARGEST_PROGRAM;
-use rs274::{Position, RapidPath, Sample, Sampling, Setup, TooManySamples, Tool, UserCode, WorkOffset};
+use rs274::{Axis, Position, RapidPath, Sample, Sampling, Setup, TooManySamples, Tool, UserCode, WorkOffset};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -47,6 +47,14 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
     setup.start = position("start", &file.start)?;
     setup.home = position("home", &file.home)?;
     setup.second_home = position("second_home", &file.second_home)?;
+    for (letter, value) in &file.tool_change {
+        let wrong = |message| (value.span(), format!("tool_change: {message}"));
+        let axis = letter.parse().ok().and_then(Axis::from_letter);
+        let axis = axis.ok_or_else(|| wrong(format!("`{letter}` is not an axis; the axes are X Y Z A B C U V W")))?;
+        let value = Some(*value.get_ref()).filter(|value| value.is_finite());
+        let value = value.ok_or_else(|| wrong(format!("{letter} is not finite")))?;
+        setup.tool_change[axis as usize] = Some(if axis.is_rotary() { value.to_radians() } else { value });
+    }
     setup.tool = file.tool;
     if let Some(dialect) = &file.dialect {
         setup.dialect = dialect.get_ref().parse().map_err(|message| (dialect.span(), message))?;
@@ -189,6 +197,17 @@ impl ProgramRun {
             tool
         };
         self.program.moves.iter().map(during).collect()
+    }
+
+    /// Puts the origin of a work offset (`G54` to `G59.3`) elsewhere, machine coordinates, mm and radians.
+    ///
+    /// # Errors
+    /// A message when there is no offset of that name or the place is not finite.
+    pub fn set_work_offset(&mut self, name: &str, origin: Position) -> Result<(), String> {
+        let known = WORK_OFFSETS.iter().position(|known| known.eq_ignore_ascii_case(name));
+        let index = known.ok_or_else(|| format!("`{name}` is not one of {}", WORK_OFFSETS.join(", ")))?;
+        self.setup.work_offsets[index].origin = finite(name, origin)?;
+        Ok(())
     }
 
     /// The same program, interpreted again: after a change of [`ProgramRun::setup`].

@@ -3,7 +3,7 @@
 //! The parameters that hold them have LinuxCNC's numbers: 5061 (probe), 5161 (G28), 5181 (G30), 5210 (G92), 5220 (system),
 //! 5221 + 20 n (origin of system n, rotation at 5230 + 20 n). Values there are mm and degrees.
 
-use super::canonical::Axis;
+use super::canonical::{Axis, Plane, Position};
 use super::dialect::own;
 use super::error::{Cause, Fault};
 use super::fanuc::origin_of;
@@ -231,6 +231,27 @@ impl Interpreter<'_> {
         self.with_axes(values, Group::NonModal, |interpreter| {
             let start = interpreter.position;
             interpreter.rapid_to(std::array::from_fn(|i| if goes(i) { home[i] } else { start[i] }))
+        })
+    }
+
+    /// M6: to where the machine changes tools, Z first, on lathes X.
+    pub(super) fn go_to_tool_change(&mut self, values: &Values) -> Result<(), Fault> {
+        let named = self.setup.tool_change;
+        if named.iter().all(Option::is_none) {
+            return Ok(());
+        }
+        let retreats = if self.setup.plane == Plane::Zx { Axis::X } else { Axis::Z } as usize;
+        let place = from_canonical(&Position(named.map(Option::unwrap_or_default)));
+        self.with_axes(values, Group::ToolChange, |interpreter| {
+            for is_retreat in [true, false] {
+                let start = interpreter.position;
+                let goes = |i: usize| named[i].is_some() && (i == retreats) == is_retreat;
+                let target = std::array::from_fn(|i| if goes(i) { place[i] } else { start[i] });
+                if target != start {
+                    interpreter.rapid_to(target)?;
+                }
+            }
+            Ok(())
         })
     }
 

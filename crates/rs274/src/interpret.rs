@@ -450,6 +450,7 @@ impl<'a> Interpreter<'a> {
                 let why = "another tool while cutter compensation is on";
                 self.refuse_compensated(values, Group::ToolChange, why)?;
                 self.modes.spindle = Spindle::Still;
+                self.go_to_tool_change(values)?;
                 self.tool = self.selected_tool;
                 self.emit(MoveKind::ToolChange { tool: self.tool }, None)?;
             }

@@ -82,6 +82,8 @@ pub struct Setup {
     pub home: Position,
     /// Where G30 goes, axis positions.
     pub second_home: Position,
+    /// Where M6 changes tools: the axes that go there at rapid rate, mm and radians, in the order of [`Position`]. Z goes first, on lathes X.
+    pub tool_change: [Option<f64>; 9],
     /// Whether lines that start with `/` are skipped.
     pub block_delete: bool,
     /// What the machine's own M codes mean, by number; others that RS274/NGC does not have are errors.
