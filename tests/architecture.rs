@@ -251,6 +251,12 @@ fn the_engine_brings_few_crates() {
 }
 
 #[test]
+fn the_workspace_needs_no_python() {
+    let lock = fs::read_to_string(root().join("../Cargo.lock")).unwrap();
+    assert!(lock.contains("name = \"obbtree\"") && !lock.contains("pyo3"), "crates/obbtree-py is in the workspace");
+}
+
+#[test]
 fn the_interpreter_depends_on_nothing_of_the_project() {
     let manifest = fs::read_to_string(root().join("../crates/rs274/Cargo.toml")).unwrap();
     assert_eq!(dependencies(&manifest), ["thiserror"]);

@@ -204,6 +204,13 @@ impl Manager {
         pairs.into_iter().filter_map(|(i, j)| contacts(&items[i], &items[j], limit)).collect()
     }
 
+    /// The pairs of objects, but those ignored, whose boxes along the axes of the world are at most `reach` apart: what is left to ask about in detail.
+    #[must_use]
+    pub fn near_pairs(&self, reach: f64) -> Vec<[&str; 2]> {
+        let items = self.items();
+        self.pairs(&items, reach).into_iter().map(|(i, j)| [items[i].name, items[j].name]).collect()
+    }
+
     /// The nearest pair of objects, but those ignored; `None` where there is no pair.
     ///
     /// # Errors
@@ -251,6 +258,14 @@ impl Manager {
         let (ours, theirs) = (self.items(), other.items());
         let pairs = world::near_between(&ours, &theirs, 0.0).into_iter();
         pairs.filter_map(|(i, j)| contacts(&ours[i], &theirs[j], limit)).collect()
+    }
+
+    /// [`Manager::near_pairs`] of (object, object of another manager).
+    #[must_use]
+    pub fn near_pairs_with<'a>(&'a self, other: &'a Self, reach: f64) -> Vec<[&'a str; 2]> {
+        let (ours, theirs) = (self.items(), other.items());
+        let pairs = world::near_between(&ours, &theirs, reach).into_iter();
+        pairs.map(|(i, j)| [ours[i].name, theirs[j].name]).collect()
     }
 
     /// The nearest pair (object, object of another manager); `None` where either is empty.

@@ -74,7 +74,7 @@ fn is_witnessed(manager: &Manager, name: &str, point: &Point3<f64>, face: u32) {
 
 #[test]
 fn a_manager_answers_as_every_pair_of_objects_does() {
-    let (mut touching, mut apart) = (0, 0);
+    let (mut touching, mut apart, mut near_of_all) = (0, 0, [0, 0]);
     for seed in 0..40 {
         let mut manager = strewn(seed, 0..2 + seed as usize % 15);
         let names: Vec<String> = manager.names().map(str::to_owned).collect();
@@ -87,6 +87,14 @@ fn a_manager_answers_as_every_pair_of_objects_does() {
         apart += u32::from(pairs.is_empty());
         assert_eq!(manager.colliding_pairs(), pairs);
         assert_eq!(manager.collides(), !pairs.is_empty());
+        for reach in [0.0, 10.0] {
+            let near = manager.near_pairs(reach);
+            for (names, pair, pose) in all_pairs(&manager, None) {
+                let is_near = pair.distance_below(&pose, reach).unwrap().is_some() || pairs.contains(&names);
+                assert!(!is_near || near.contains(&names), "{reach} {names:?}");
+            }
+            near_of_all[usize::from(reach > 0.0)] += near.len();
+        }
         let contacts = manager.contacts(3);
         assert!(contacts.iter().map(|contacts| contacts.names).eq(pairs.iter().copied()));
         for ObjectContacts { names, contacts } in &contacts {
@@ -118,6 +126,8 @@ fn a_manager_answers_as_every_pair_of_objects_does() {
         }
     }
     assert!(touching > 8 && apart > 5, "{touching} {apart}");
+    let all: usize = (0..40).map(|seed| 2 + seed % 15).map(|count| count * (count - 1) / 2).sum();
+    assert!(near_of_all[0] < near_of_all[1] && near_of_all[1] < all / 2, "{near_of_all:?} of {all}");
 }
 
 #[test]
@@ -129,6 +139,8 @@ fn two_managers_answer_as_every_pair_of_objects_does() {
         touching += u32::from(!pairs.is_empty());
         assert_eq!(ours.colliding_pairs_with(&theirs), pairs);
         assert_eq!(ours.collides_with(&theirs), !pairs.is_empty());
+        let near = ours.near_pairs_with(&theirs, 0.0);
+        assert!(near.len() <= ours.len() * theirs.len() && pairs.iter().all(|pair| near.contains(pair)));
         assert!(ours.contacts_with(&theirs, 1).iter().map(|contacts| contacts.names).eq(pairs));
         assert_eq!(ours.nearest_with(&theirs).unwrap().map(|nearest| nearest.nearest.distance), distance);
         assert_eq!(ours.nearest_with(&Manager::new()), Ok(None));

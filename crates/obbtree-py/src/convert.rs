@@ -1,0 +1,121 @@
+//! From arrays to points, faces and poses, and back.
+
+use numpy::{PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
+use obbtree::nalgebra::{Isometry3, Point3};
+use obbtree::{BatchError, ManagerError, pose_from_matrix};
+use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::fmt::Display;
+
+/// Bad values become a `ValueError` with the message of the cause.
+pub fn value_error(error: impl Display) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// Names that are not there become a `KeyError`, bad values a `ValueError`.
+pub fn manager_error(error: ManagerError) -> PyErr {
+    match error {
+        ManagerError::NoSuchObject(name) => PyKeyError::new_err(name),
+        other => value_error(other),
+    }
+}
+
+/// The number of the pose and what is wrong with it.
+pub fn batch_error(error: BatchError) -> PyErr {
+    value_error(error)
+}
+
+/// Anything like an array, as numbers of type `f64` with their shape.
+fn numbers(data: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64>)> {
+    let options = PyDict::new(data.py());
+    options.set_item("dtype", "float64")?;
+    let array = data.py().import("numpy")?.call_method("asarray", (data,), Some(&options))?;
+    let array: PyReadonlyArrayDyn<f64> = array.extract()?;
+    Ok((array.shape().to_vec(), array.as_array().iter().copied().collect()))
+}
+
+/// An array of shape (n, 3).
+pub fn points(data: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
+    match numbers(data)? {
+        (shape, numbers) if shape.len() == 2 && shape[1] == 3 => Ok(numbers.as_chunks::<3>().0.to_vec()),
+        (shape, _) => Err(value_error(format!("vertices have shape {shape:?}; (n, 3) is expected"))),
+    }
+}
+
+/// An array of integers of shape (n, 3).
+pub fn faces(data: &Bound<'_, PyAny>) -> PyResult<Vec<[u32; 3]>> {
+    let numpy = data.py().import("numpy")?;
+    let array = numpy.call_method1("asarray", (data,))?;
+    let untyped = array.cast::<PyUntypedArray>()?;
+    let (shape, kind) = (untyped.shape().to_vec(), untyped.dtype().getattr("kind")?.extract::<char>()?);
+    // An array without numbers has no type that counts.
+    if !shape.contains(&0) && !['i', 'u'].contains(&kind) {
+        return Err(PyTypeError::new_err("faces are not integers"));
+    }
+    if shape.contains(&0) {
+        return Ok(Vec::new());
+    }
+    if shape.len() != 2 || shape[1] != 3 {
+        return Err(value_error(format!("faces have shape {shape:?}; (n, 3) is expected")));
+    }
+    let options = PyDict::new(data.py());
+    options.set_item("dtype", "int64")?;
+    let array: PyReadonlyArrayDyn<i64> = numpy.call_method("asarray", (array,), Some(&options))?.extract()?;
+    let numbers = array.as_array().iter().map(|&x| u32::try_from(x)).collect::<Result<Vec<u32>, _>>();
+    let numbers = numbers.map_err(|_| value_error("a face has a negative vertex, or one above 4294967295"))?;
+    Ok(numbers.as_chunks::<3>().0.to_vec())
+}
+
+fn rows(numbers: &[f64; 16]) -> [[f64; 4]; 4] {
+    [0, 4, 8, 12].map(|row| [numbers[row], numbers[row + 1], numbers[row + 2], numbers[row + 3]])
+}
+
+/// A 4 × 4 matrix; no motion where there is none.
+pub fn pose(data: Option<&Bound<'_, PyAny>>) -> PyResult<Isometry3<f64>> {
+    let Some(data) = data else { return Ok(Isometry3::identity()) };
+    match numbers(data)? {
+        (shape, numbers) if shape == [4, 4] => {
+            pose_from_matrix(rows(&numbers.as_chunks::<16>().0[0])).map_err(value_error)
+        }
+        (shape, _) => Err(value_error(format!("the pose has shape {shape:?}; (4, 4) is expected"))),
+    }
+}
+
+/// An array of shape (n, 4, 4).
+pub fn poses(data: &Bound<'_, PyAny>) -> PyResult<Vec<Isometry3<f64>>> {
+    match numbers(data)? {
+        (shape, numbers) if shape.len() == 3 && shape[1..] == [4, 4] => matrices(&numbers),
+        (shape, _) => Err(value_error(format!("the poses have shape {shape:?}; (n, 4, 4) is expected"))),
+    }
+}
+
+/// An array of shape (n, k, 4, 4), row by row.
+pub fn pose_rows(data: &Bound<'_, PyAny>, k: usize) -> PyResult<Vec<Vec<Isometry3<f64>>>> {
+    match numbers(data)? {
+        (shape, numbers) if shape.len() == 4 && shape[1..] == [k, 4, 4] => {
+            let poses = matrices(&numbers)?;
+            let row = |row| poses[row * k..(row + 1) * k].to_vec();
+            Ok((0..shape[0]).map(row).collect())
+        }
+        (shape, _) => Err(value_error(format!("the poses have shape {shape:?}; (n, {k}, 4, 4) is expected"))),
+    }
+}
+
+fn matrices(numbers: &[f64]) -> PyResult<Vec<Isometry3<f64>>> {
+    let pose = |(index, numbers): (usize, &[f64; 16])| {
+        pose_from_matrix(rows(numbers)).map_err(|error| value_error(BatchError { index, error }))
+    };
+    numbers.as_chunks::<16>().0.iter().enumerate().map(pose).collect()
+}
+
+/// A pose as a 4 × 4 matrix, row by row.
+pub fn matrix(pose: &Isometry3<f64>) -> Vec<Vec<f64>> {
+    let matrix = pose.to_homogeneous();
+    (0..4).map(|i| (0..4).map(|j| matrix[(i, j)]).collect()).collect()
+}
+
+/// Coordinates, point by point.
+pub fn coordinates(points: &[Point3<f64>]) -> Vec<Vec<f64>> {
+    points.iter().map(|p| vec![p.x, p.y, p.z]).collect()
+}

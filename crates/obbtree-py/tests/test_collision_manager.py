@@ -1,0 +1,95 @@
+"""What trimesh's own tests do not ask of the manager that stands in for its own."""
+
+import numpy as np
+import pytest
+import trimesh
+from test_face import at, turned
+
+import obbtree
+
+
+def test_depths_of_convex_solids_are_the_least_motion_that_parts_them():
+    random = np.random.default_rng(3)
+    shapes = [
+        trimesh.creation.box(extents=[1, 2, 3]),
+        trimesh.creation.icosphere(subdivisions=1),
+        trimesh.convex.convex_hull(random.standard_normal((12, 3))),
+    ]
+    deep = 0
+    for i in range(60):
+        a, b = shapes[i % 3], shapes[(i // 3) % 3]
+        pose = turned(random, 1.5)
+        overlap = obbtree.Convex(a).penetration(obbtree.Convex(b), pose)
+        # The Minkowski difference contains the origin where they overlap; its nearest facet is as far away as they are deep.
+        moved = b.vertices @ pose[:3, :3].T + pose[:3, 3]
+        hull = trimesh.convex.convex_hull((moved[None] - a.vertices[:, None]).reshape(-1, 3))
+        heights = np.einsum("ij,ij->i", hull.face_normals, -hull.triangles[:, 0])
+        if overlap is None:
+            assert heights.max() > -1e-9
+            continue
+        deep += 1
+        assert overlap.depth == pytest.approx(-heights.max(), abs=1e-6)
+        first, second = np.array(overlap.points)
+        np.testing.assert_allclose(first - second, np.array(overlap.normal) * overlap.depth, atol=1e-9)
+        apart = np.eye(4)
+        apart[:3, 3] = np.array(overlap.normal) * (overlap.depth + 1e-6)
+        assert obbtree.Convex(a).penetration(obbtree.Convex(b), apart @ pose) is None
+    assert 15 < deep < 60
+
+
+def test_what_is_inside_a_convex_solid_collides_with_it():
+    box, torus = trimesh.creation.box(extents=[9, 9, 9]), trimesh.creation.torus(1.0, 0.3)
+    for inner in (trimesh.creation.box(), torus):
+        manager = obbtree.CollisionManager()
+        manager.add_object("outer", box)
+        hit, names, data = manager.in_collision_single(inner, at(1), return_names=True, return_data=True)
+        assert hit and names == {"outer"} and data[0].names == {"outer", "__external"}
+        assert not manager.in_collision_single(inner, at(20))
+    # A surface holds nothing.
+    manager = obbtree.CollisionManager()
+    manager.add_object("outer", trimesh.creation.torus(10.0, 4.0))
+    assert not manager.in_collision_single(trimesh.creation.box(), at(10))
+
+
+def test_contacts_of_surfaces_have_faces_points_normals_and_depths():
+    manager = obbtree.CollisionManager()
+    torus = trimesh.creation.torus(2.0, 0.5)
+    manager.add_object("a", torus)
+    manager.add_object("b", torus, at(4.5, 0.1))
+    hit, data = manager.in_collision_internal(return_data=True)
+    assert hit and len(data) > 3
+    for contact in data:
+        assert contact.names == {"a", "b"} and 0 <= contact.index("a") < len(torus.faces)
+        assert np.linalg.norm(contact.normal) == pytest.approx(1.0) and 0 <= contact.depth < 1
+        corners = torus.triangles[contact.index("b")] + [4.5, 0.1, 0]
+        assert np.all(contact.point >= corners.min(axis=0) - 1e-9) and np.all(contact.point <= corners.max(axis=0) + 1e-9)
+    assert manager.min_distance_internal() == 0.0
+
+
+def test_transforms_may_scale():
+    manager = obbtree.CollisionManager()
+    manager.add_object("cube", trimesh.creation.box(), np.diag([4.0, 1.0, 1.0, 1.0]))
+    probe = trimesh.creation.box()
+    assert manager.in_collision_single(probe, at(2.4)) and not manager.in_collision_single(probe, at(2.6))
+    manager.set_transform("cube", at(1))
+    assert manager.min_distance_single(probe, at(4)) == pytest.approx(2.0)
+    manager.set_transform("cube", np.diag([1.0, 1.0, -2.0, 1.0]))
+    assert manager.min_distance_single(probe, at(0, 0, 3)) == pytest.approx(1.5)
+
+
+def test_names_are_any_that_can_be_hashed_and_objects_are_replaced():
+    manager, box = obbtree.CollisionManager(), trimesh.creation.box()
+    manager.add_object(7, box)
+    manager.add_object(12, box, at(0.5))
+    assert manager.in_collision_internal(return_names=True) == (True, {(7, 12)})
+    manager.add_object(12, box, at(3))
+    assert manager.in_collision_internal() is False
+    assert manager.min_distance_internal(return_names=True) == (2.0, (7, 12))
+    manager.remove_object(12)
+    for call in (manager.remove_object, lambda name: manager.set_transform(name, at()), manager.min_distance_internal):
+        with pytest.raises(ValueError, match="not in collision manager"):
+            call(12)
+    with pytest.raises(ValueError, match="no pair"):
+        manager.min_distance_internal()
+    with pytest.raises(ValueError, match=r"\(4,4\)"):
+        manager.add_object("bad", box, np.eye(3))

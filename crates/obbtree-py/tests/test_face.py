@@ -1,0 +1,166 @@
+"""The face against numpy: brute force over triangles, shapes of what comes back, errors, threads."""
+
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import obbtree
+
+
+def cuboid(x=1.0, y=1.0, z=1.0):
+    corners = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
+    sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    faces = [face for a, b, c, d in sides for face in ([a, b, c], [a, c, d])]
+    return obbtree.Mesh(corners * [x, y, z], faces)
+
+
+def sphere(radius, n):
+    u, v = np.meshgrid(np.linspace(0, 2 * np.pi, n), np.linspace(0, np.pi, n), indexing="ij")
+    vertices = radius * np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1).reshape(-1, 3)
+    corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    faces = np.concatenate([np.stack([corner, corner + n, corner + 1], 1), np.stack([corner + 1, corner + n, corner + n + 1], 1)])
+    return obbtree.Mesh(vertices, faces)
+
+
+def at(x=0.0, y=0.0, z=0.0):
+    pose = np.eye(4)
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+def turned(random, scale):
+    rotation, _ = np.linalg.qr(random.standard_normal((3, 3)))
+    pose = np.eye(4)
+    pose[:3, :3] = rotation * np.sign(np.linalg.det(rotation))
+    pose[:3, 3] = random.uniform(-scale, scale, 3)
+    return pose
+
+
+def test_verdicts_and_distances_of_boxes_are_those_of_intervals():
+    random = np.random.default_rng(1)
+    a, b = obbtree.Collider(cuboid(2, 3, 4)), obbtree.Collider(cuboid(1, 6, 2))
+    half, poses, expected = (np.array([2, 3, 4]) + [1, 6, 2]) / 2, [], []
+    for shift in random.integers(-40, 40, (200, 3)) / 8:
+        gap = np.linalg.norm(np.maximum(np.abs(shift) - half, 0))
+        poses.append(at(*shift))
+        expected.append(gap)
+        assert a.distance(b, poses[-1]).distance == pytest.approx(gap if gap else a.distance(b, poses[-1]).distance, abs=1e-12)
+        assert not (gap > 0 and a.collides(b, poses[-1]))
+    expected, poses = np.array(expected), np.array(poses)
+    distances, points, faces = a.distance_each(b, poses)
+    assert distances.shape == (200,) and points.shape == (200, 2, 3) and faces.shape == (200, 2)
+    np.testing.assert_allclose(distances[expected > 0], expected[expected > 0], atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(points[:, 0] - points[:, 1], axis=1), distances, atol=1e-12)
+    assert 20 < (expected > 0).sum() < 190
+    np.testing.assert_array_equal(a.collides_each(b, poses), [a.collides(b, pose) for pose in poses])
+
+
+def test_contacts_are_the_pairs_of_faces_that_touch():
+    a, b = obbtree.Collider(sphere(2, 12)), obbtree.Collider(sphere(1, 9))
+    pose = at(2.5, 0.25, 0)
+    contacts = a.contacts(b, pose)
+    assert contacts.faces.dtype == np.uint32 and contacts.faces.shape == (len(contacts), 2) and contacts.points.shape == (len(contacts), 3)
+    assert 10 < len(contacts) and np.all(np.diff(contacts.faces[:, 0].astype(int)) >= 0)
+    assert np.all(np.linalg.norm(contacts.points, axis=1) < 2.01)
+    single = {(i, j) for i, j in contacts.faces.tolist()}
+    for i, j in list(single)[:5]:
+        one = [obbtree.Collider(obbtree.Mesh(c.mesh.vertices, c.mesh.faces[[f]])) for c, f in ((a, i), (b, j))]
+        assert one[0].collides(one[1], pose)
+    assert len(a.contacts(b, pose, limit=3)) == 3
+    assert a.contacts(b, at(9)).faces.shape == (0, 2) and a.contacts(b, at(9)).points.shape == (0, 3)
+
+
+def test_paths_answer_as_single_queries_do():
+    a, b = obbtree.Collider(sphere(2, 20)), obbtree.Collider(cuboid())
+    path = obbtree.Path(a, b)
+    for i in range(200):
+        pose = at(0.02 * i, 0.1, 0)
+        assert path.collides(pose) == a.collides(b, pose)
+        assert path.distance(pose).distance == a.distance(b, pose).distance
+    assert a.distance_below(b, pose, 0.5) is None
+    assert a.distance_below(b, pose, 5.0).distance == a.distance(b, pose).distance
+
+
+def test_no_pose_is_no_motion_and_any_unit_will_do():
+    for unit in (1e-9, 1.0, 1e12):
+        a = obbtree.Collider(obbtree.Mesh(cuboid().vertices * unit, cuboid().faces))
+        assert a.collides(a) and not a.collides(a, at(1.001 * unit))
+        assert a.distance(a, at(3 * unit)).distance == pytest.approx(2 * unit, rel=1e-9)
+
+
+def test_meshes_come_back_and_other_objects_will_do():
+    mesh = cuboid(1, 2, 3)
+    assert mesh.vertices.shape == (8, 3) and mesh.faces.shape == (12, 3) and mesh.faces.dtype == np.uint32
+    np.testing.assert_array_equal(mesh.bounds, [[-0.5, -1, -1.5], [0.5, 1, 1.5]])
+
+    class Other:
+        vertices, faces = mesh.vertices.tolist(), mesh.faces.astype(np.int16)
+
+    collider = obbtree.Collider(Other())
+    np.testing.assert_array_equal(collider.mesh.vertices, mesh.vertices)
+    assert "12 faces" in repr(collider) and "8 vertices" in repr(mesh) and collider.bytes > 0
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "message"),
+    [
+        (np.zeros((0, 3)), np.zeros((0, 3), int), "no triangle"),
+        (np.zeros((3, 3)), np.zeros((0, 3), int), "no triangle"),
+        ([[0, 0, np.nan]], [[0, 0, 0]], "not finite"),
+        ([[0, 0, np.inf]], [[0, 0, 0]], "not finite"),
+        ([[0, 0, 1e200]], [[0, 0, 0]], "farther than"),
+        ([[0, 0, 0]], [[0, 0, 1]], "names vertex 1"),
+        ([[0, 0, 0]], [[0, 0, -1]], "negative"),
+        ([[0, 0]], [[0, 0, 0]], r"\(n, 3\)"),
+        ([[0, 0, 0]], [[0, 0]], r"\(n, 3\)"),
+    ],
+)
+def test_bad_meshes_raise(vertices, faces, message):
+    with pytest.raises(ValueError, match=message):
+        obbtree.Mesh(vertices, faces)
+
+
+def test_bad_values_raise():
+    with pytest.raises(TypeError, match="integers"):
+        obbtree.Mesh([[0, 0, 0]], [[0.0, 0.0, 0.5]])
+    a = obbtree.Collider(cuboid())
+    for pose, message in [
+        (np.eye(3), r"\(4, 4\)"),
+        (np.eye(4) * 2, "not a rotation"),
+        (np.full((4, 4), np.nan), "not finite"),
+        (at(1e300), "too far"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            a.distance(a, pose)
+    with pytest.raises(ValueError, match=r"\(n, 4, 4\)"):
+        a.collides_each(a, np.eye(4))
+    with pytest.raises(ValueError, match="pose 1"):
+        a.collides_each(a, [np.eye(4), np.diag([1, 1, -1, 1])])
+    assert a.collides_each(a, np.zeros((0, 4, 4))).shape == (0,)
+    assert [part.shape for part in a.distance_each(a, np.zeros((0, 4, 4)))] == [(0,), (0, 2, 3), (0, 2)]
+
+
+def test_a_query_lets_other_threads_run():
+    a = obbtree.Collider(sphere(1, 200))
+    poses = np.array([at(0.001 * i, 0.002, 0.003) for i in range(3000)])
+    done, ticks = threading.Event(), 0
+
+    def ask():
+        a.distance_each(a, poses)
+        done.set()
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(10.0)  # Who does not let go keeps the lock.
+    try:
+        thread = threading.Thread(target=ask)
+        thread.start()
+        while not done.is_set():
+            ticks += 1
+            time.sleep(0.0005)
+        thread.join()
+    finally:
+        sys.setswitchinterval(interval)
+    assert ticks > 5, ticks
