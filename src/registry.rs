@@ -43,8 +43,8 @@ use obbtree::engine::ball::Ball;
 use obbtree::engine::oriented::Oriented;
 use obbtree::engine::{WideTree, WideVolume};
 
-/// Id of the duplicate of another variant in `timings.csv`, which shows the noise of the comparison itself.
-pub const NULL_VARIANT: &str = "null";
+/// Id of the duplicate of another variant in the records, which shows the noise of the comparison itself.
+pub const NULL_VARIANT: &str = "null-duplicate";
 /// What stands for all variants where some are asked for.
 pub const ALL_VARIANTS: &str = "all";
 

@@ -231,3 +231,29 @@ fn the_grading_family_has_one_shape_and_one_number_of_triangles() {
         assert!((found / ratio - 1.0).abs() < 2e-3, "{name}: {found}");
     }
 }
+
+/// Each of the paper's scenes has three programs that end in a collision, and one that does not: on these the paper's quantity is taken.
+#[test]
+fn programs_of_the_papers_scenes_end_as_they_should() {
+    for (name, ends) in [
+        ("lathe-toolpost", [("program.ngc", Some(62)), ("rapid.ngc", Some(15)), ("swivelled.ngc", Some(15)), ("clear.ngc", None)]),
+        ("lathe-tailstock", [("program.ngc", Some(56)), ("plunge.ngc", Some(15)), ("hand-wheel.ngc", Some(18)), ("clear.ngc", None)]),
+    ] {
+        let scene = Scene::find(name).unwrap();
+        let programs: Vec<_> = scene.program.iter().chain(&scene.more_programs).collect();
+        assert_eq!(programs.len(), ends.len());
+        for (run, (file, line)) in programs.into_iter().zip(ends) {
+            assert!(run.file.ends_with(file), "{}", run.file.display());
+            let pairs = bvbench::workload::along(&scene, run, 1000).unwrap();
+            let first = pairs.iter().flat_map(|pair| {
+                let mesh = |part: usize| Arc::clone(&scene.parts[part].mesh);
+                let oracle = PairOracle::new(mesh(pair.poses.pair.a), mesh(pair.poses.pair.b));
+                let poses: Vec<Isometry> = pair.poses.poses.iter().map(|pose| pose.a_from_b).collect();
+                let judged = judge_all(&oracle, &poses, &Sought::Nothing, &|_| {});
+                let touching = judged.iter().zip(&pair.poses.poses).find(|(judgement, _)| judgement.verdict.touches());
+                touching.and_then(|(_, pose)| pose.line)
+            });
+            assert_eq!(first.min(), line, "{name}/{file}");
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::AnalysisError;
 use super::claims::ClaimSet;
-use super::judge::{Verdict, ratio_verdict};
+use super::judge::{Effect, Verdict, ratio_verdict};
 use super::stats::{Interval, bootstrap_mean, miss_rate};
 use super::summary::ALL;
 use crate::record::{AblationKindRow, AblationRow, AblationTimeRow, ClaimRow, read_rows, write_rows};
@@ -164,18 +164,15 @@ impl Evidence {
                     let poses = if measure == Measure::Time { Poses::All } else { *poses };
                     let text = format!("{} {} / {}", measure.name(), subject.describe(), baseline.describe());
                     let ratios = self.ratios([subject, baseline], measure, poses, claim.id.get_ref());
-                    ratios.into_iter().map(move |(surface, ratio)| {
-                        let (verdict, remark) = ratio_verdict(ratio, *below);
-                        ClaimRow {
-                            stratum: poses.name().to_owned(),
-                            verdict: verdict.id().to_owned(),
-                            measure: text.clone(),
-                            value: Some(ratio.value),
-                            low: Some(ratio.low),
-                            high: Some(ratio.high),
-                            note: remark.unwrap_or_default().to_owned(),
-                            ..empty(claim, &surface)
-                        }
+                    ratios.into_iter().map(move |(surface, ratio)| ClaimRow {
+                        stratum: poses.name().to_owned(),
+                        verdict: ratio_verdict(ratio, *below).id().to_owned(),
+                        effect: Effect::of(ratio).id().to_owned(),
+                        measure: text.clone(),
+                        value: Some(ratio.value),
+                        low: Some(ratio.low),
+                        high: Some(ratio.high),
+                        ..empty(claim, &surface)
                     })
                 })
                 .collect(),
@@ -246,8 +243,8 @@ impl Evidence {
             let (low, high) = miss_rate(missed, touching);
             let verdict = match (touching, missed) {
                 (0, _) => Verdict::NotJudged,
-                (_, 0) => Verdict::Reproduces,
-                _ => Verdict::Reversed,
+                (_, 0) => Verdict::Supported,
+                _ => Verdict::Refuted,
             };
             rows.push(ClaimRow {
                 stratum: kind.to_owned(),
@@ -268,10 +265,14 @@ impl Evidence {
 fn empty(claim: &ThesisClaim, surface: &str) -> ClaimRow {
     ClaimRow {
         claim: claim.id.get_ref().clone(),
+        role: "exploratory".to_owned(),
         reading: "-".to_owned(),
         scene: surface.to_owned(),
+        workload: "-".to_owned(),
         stratum: "-".to_owned(),
         verdict: Verdict::NotJudged.id().to_owned(),
+        effect: "-".to_owned(),
+        p_holm: None,
         measure: String::new(),
         value: None,
         low: None,
@@ -337,7 +338,9 @@ mod tests {
         let values: Vec<f64> = judged.iter().map(|row| row.value.unwrap()).collect();
         assert!((values[0] - 0.2).abs() < 1e-12 && (values[1] - 0.4).abs() < 1e-12);
         assert!((values[4] - 0.08f64.sqrt()).abs() < 1e-12 && judged[4].scene == ALL);
-        assert!(judged.iter().all(|row| row.verdict == "reproduces" && row.measure == "box tests octree / leaves"));
+        assert!(judged.iter().all(|row| row.verdict == "supported"
+            && row.effect == "less"
+            && row.measure == "box tests octree / leaves"));
         let forms = ["octree", "leaves"].map(|search| FormRef {
             search: search.to_owned(),
             second_level: none(),

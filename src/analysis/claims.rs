@@ -69,6 +69,9 @@ pub struct ClaimSet {
 pub struct Comparison {
     /// Variants that every other one is compared with; the ranking uses the first.
     pub baselines: Vec<String>,
+    /// The scenes that primary rows are about; empty for all.
+    #[serde(default)]
+    pub scenes: Vec<String>,
     /// The volumes of the paper's first figure and its proposal.
     #[serde(default)]
     pub five: Vec<String>,
@@ -115,6 +118,8 @@ pub struct Claim {
     /// Ids of the readings it is judged in.
     #[serde(default)]
     pub readings: Vec<Spanned<String>>,
+    /// The reading of its primary row; without it all its rows are exploratory.
+    pub primary: Option<Spanned<String>>,
     /// How it is judged.
     pub test: Option<Test>,
     /// Why it is not.
@@ -133,6 +138,11 @@ pub struct Test {
     pub at_most: Option<f64>,
     /// For ratios of queries: the only stratum that the claim is about.
     pub stratum: Option<Stratum>,
+    /// For ratios of queries: the workload of the primary row; without it whole programs for times, and `program` for counts.
+    pub workload: Option<String>,
+    /// For tightness: the frames of the parts.
+    #[serde(default)]
+    pub frames: Frames,
     /// For tightness: the only level of the trees that the claim is about; the roots are 0.
     pub level: Option<u32>,
     /// For presence: what is larger than this is there.
@@ -202,6 +212,17 @@ impl TestKind {
     pub const fn is_about_queries(self) -> bool {
         matches!(self, Self::TimeRatio | Self::VolumeTestRatio | Self::TriangleTestRatio)
     }
+}
+
+/// In which frames of the parts something is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Frames {
+    /// The frame that the part was drawn in.
+    #[default]
+    Own,
+    /// Frames turned at random: for volumes whose size depends on the frame.
+    Random,
 }
 
 /// Which way a ratio is claimed to go.
@@ -307,6 +328,11 @@ impl ClaimSet {
                 return Err((reading.span(), format!("there is no reading `{}`", reading.get_ref())));
             }
         }
+        if let Some(primary) = &claim.primary
+            && !claim.readings.iter().any(|reading| reading.get_ref() == primary.get_ref())
+        {
+            return Err((primary.span(), format!("`{}` is none of the claim's readings", primary.get_ref())));
+        }
         let problem = match (&claim.test, &claim.not_judged) {
             (Some(_), Some(_)) => Some("has both a `test` and a reason why it is `not_judged`"),
             (None, None) => Some("has neither a `test` nor a reason why it is `not_judged`"),
@@ -345,6 +371,12 @@ impl Test {
         let asks = self.expect.is_some() || self.above.is_some();
         if self.stratum.is_some() && !self.kind.is_about_queries() {
             return Some("is not about queries: `stratum` has no meaning in it");
+        }
+        if self.workload.is_some() && !self.kind.is_about_queries() {
+            return Some("is not about queries: `workload` has no meaning in it");
+        }
+        if self.frames != Frames::default() && self.kind != TestKind::Tightness {
+            return Some("is not about tightness: `frames` has no meaning in it");
         }
         if self.level.is_some() && self.kind != TestKind::Tightness {
             return Some("is not about the levels of trees: `level` has no meaning in it");

@@ -9,7 +9,9 @@ use super::AnalysisError;
 use super::stats::{quantile, weighted_quantile};
 use super::table::{Query, Scene};
 use crate::record::rows::CaseKey;
-use crate::record::{CostChunkRow, CostRow, DeadlineRow, Kind, Manifest, NULL_VARIANT, RepayRow, Stratum, write_rows};
+use crate::record::{
+    CONTROL_WORKLOAD, CostChunkRow, CostRow, DeadlineRow, Kind, Manifest, NULL_VARIANT, RepayRow, Stratum, write_rows,
+};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -69,16 +71,16 @@ pub fn write(folder: &Path, manifest: &Manifest, scenes: &BTreeMap<String, Scene
 fn observe(scene: &Scene, case: &CaseKey) -> Vec<Observed> {
     let (Some(samples), Some(queries)) = (scene.timings.get(case), scene.queries.get(case)) else { return Vec::new() };
     let mut times: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-    for sample in samples.iter().filter(|sample| !scene.control_chunks.contains(&sample.item)) {
+    for sample in samples.iter().filter(|sample| !scene.chunks[&sample.item].is_control()) {
         times.entry(sample.item).or_default().push(sample.ns);
     }
     let mut members: BTreeMap<u32, Vec<&Query>> = BTreeMap::new();
     for query in queries {
-        query.chunk.into_iter().for_each(|chunk| members.entry(chunk).or_default().push(query));
+        members.entry(query.chunk).or_default().push(query);
     }
     let mut observed = Vec::new();
     for (chunk, members) in members {
-        let (stratum, poses) = scene.chunks[&chunk];
+        let (stratum, poses) = (scene.chunks[&chunk].stratum, scene.chunks[&chunk].poses);
         let Some(ns) = times.get_mut(&chunk).filter(|_| members.len() == poses as usize) else { continue };
         ns.sort_unstable_by(f64::total_cmp);
         let mean = |count: &dyn Fn(&Query) -> u64| {
@@ -234,8 +236,7 @@ fn repay(name: &str, scene: &Scene, manifest: &Manifest) -> Vec<RepayRow> {
                 quantile(times, 0.5)
             };
             let build = parts.values_mut().map(median).sum::<f64>();
-            let means: Vec<f64> = scene.times(case)?.groups.iter().map(super::stats::Group::mean).collect();
-            Some((case, build, means.iter().sum::<f64>() / means.len() as f64))
+            Some((case, build, mean_query(scene, case)?))
         })
         .collect();
     let Some(&(baseline, least, slowest)) = facts.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Vec::new() };
@@ -250,6 +251,18 @@ fn repay(name: &str, scene: &Scene, manifest: &Manifest) -> Vec<RepayRow> {
         queries: (query_ns < slowest).then(|| ((build_ns - least) / (slowest - query_ns)).ceil()),
     };
     facts.iter().map(row).collect()
+}
+
+/// Mean time of a query on the way of the scene's programs; without programs that of its first workload, ns.
+fn mean_query(scene: &Scene, case: &CaseKey) -> Option<f64> {
+    let programs = scene.chunks.values().filter(|chunk| chunk.is_program());
+    let queries: u32 = programs.map(|chunk| chunk.poses).sum();
+    if queries > 0 {
+        let totals = scene.program_totals(case, None)?;
+        return Some(totals.iter().sum::<f64>() / totals.len() as f64 / f64::from(queries));
+    }
+    let cell = scene.cells().into_iter().find(|cell| cell.workload != CONTROL_WORKLOAD && cell.stratum.is_none())?;
+    Some(scene.mean_time(case, cell, 0)?.interval.value)
 }
 
 #[cfg(test)]

@@ -1,22 +1,24 @@
-//! The verdicts. Each claim is judged for each of its readings in each scene and, where it is about queries, each stratum,
-//! by the thresholds that stand in the claims file.
+//! The verdicts. Each claim is judged for each of its readings in each scene and, where it is about queries, each workload, by the thresholds
+//! that stand in the claims file. One row answers the sentence, the primary one, which the file declares; [`primary`] makes it.
 
 use super::AnalysisError;
-use super::claims::{CaseRef, Claim, ClaimSet, Direction, Expectation, Reading, Role, Test, TestKind};
+use super::claims::{CaseRef, Claim, ClaimSet, Direction, Expectation, Frames, Reading, Role, Test, TestKind};
 use super::misses::Misses;
-use super::ratios::{Cases, Metric, compare};
-use super::stats::{self, Interval};
+use super::ratios::{Cases, Metric, NoisyCells, Ratio, compare};
+use super::stats::Interval;
 use super::summary::ALL;
 use super::table::Scene;
+use super::totals::{Estimate, over_launches};
 use crate::record::rows::CaseKey;
-use crate::record::{ClaimRow, ExitRow, Manifest, OutlineRow, Stratum, TightnessRow, TreeRow};
+use crate::record::{ClaimRow, ExitRow, Manifest, OutlineRow, PROGRAM_TIME, Stratum, TightnessRow, TreeRow};
 use std::collections::{BTreeMap, BTreeSet};
 
 mod presence;
+mod primary;
 mod sizes;
 
-/// Ratios within this are called equal.
-pub const EQUIVALENT: (f64, f64) = (0.95, 1.05);
+/// Ratios within this are called the same.
+pub const SAME: (f64, f64) = (0.95, 1.05);
 
 /// Fewer resampled clusters than this say nothing about the spread.
 pub const CLUSTERS_MIN: usize = 4;
@@ -24,7 +26,7 @@ pub const CLUSTERS_MIN: usize = 4;
 /// What the verdicts rest on.
 #[derive(Debug)]
 pub struct Evidence<'a> {
-    /// Timings, queries and builds by scene.
+    /// Poses, timings, answers and builds by scene.
     pub scenes: &'a BTreeMap<String, Scene>,
     /// Misses.
     pub misses: &'a Misses,
@@ -40,35 +42,75 @@ pub struct Evidence<'a> {
     pub manifest: &'a Manifest,
     /// Default policies.
     pub cases: &'a Cases,
-    /// Whether anything disturbed the timings.
-    pub noisy: bool,
+    /// Where the null duplicate is not quiet.
+    pub noisy: NoisyCells,
 }
 
 /// The verdict on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// As claimed.
-    Reproduces,
-    /// No difference.
-    Equivalent,
-    /// The opposite.
-    Reversed,
+    /// The whole interval is beyond the claim's threshold.
+    Supported,
+    /// The whole interval is on the other side of it.
+    Refuted,
     /// The evidence does not decide.
-    Inconclusive,
+    Undecided,
+    /// Nothing was broken that could be repaired.
+    NotApplicable,
     /// Nothing was measured that could decide.
     NotJudged,
 }
 
 impl Verdict {
+    /// All verdicts.
+    pub const ALL: [Self; 5] = [Self::Supported, Self::Refuted, Self::Undecided, Self::NotApplicable, Self::NotJudged];
+
     /// The name in files.
     #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
-            Self::Reproduces => "reproduces",
-            Self::Equivalent => "equivalent",
-            Self::Reversed => "reversed",
-            Self::Inconclusive => "inconclusive",
+            Self::Supported => "supported",
+            Self::Refuted => "refuted",
+            Self::Undecided => "undecided",
+            Self::NotApplicable => "not-applicable",
             Self::NotJudged => "not-judged",
+        }
+    }
+}
+
+/// What a ratio says by itself, whatever is claimed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Effect {
+    /// The whole interval is below 1, and not all of it within 5 %.
+    Less,
+    /// The whole interval is within 5 % of 1.
+    Same,
+    /// The whole interval is above 1, and not all of it within 5 %.
+    More,
+    /// None of these.
+    Unclear,
+}
+
+impl Effect {
+    /// The effect that an interval shows.
+    #[must_use]
+    pub fn of(interval: Interval) -> Self {
+        match () {
+            () if interval.is_within(SAME.0, SAME.1) => Self::Same,
+            () if interval.high < 1.0 => Self::Less,
+            () if interval.low > 1.0 => Self::More,
+            () => Self::Unclear,
+        }
+    }
+
+    /// The name in files.
+    #[must_use]
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::Less => "less",
+            Self::Same => "same",
+            Self::More => "more",
+            Self::Unclear => "unclear",
         }
     }
 }
@@ -76,16 +118,26 @@ impl Verdict {
 /// What was found, before it becomes a row.
 #[derive(Clone, Debug)]
 struct Finding {
-    stratum: &'static str,
+    workload: String,
+    stratum: String,
     verdict: Verdict,
+    effect: Option<Effect>,
     value: Option<f64>,
     interval: Option<(f64, f64)>,
+    /// Of ratios that were sampled: probability of the data if the truth were on the threshold.
+    p: Option<f64>,
     note: Vec<String>,
 }
 
 impl Finding {
-    fn not_measured(stratum: &'static str, what: &str) -> Self {
-        Self { stratum, verdict: Verdict::NotJudged, value: None, interval: None, note: vec![what.to_owned()] }
+    /// Something about the trees or drawings of a scene, without an interval.
+    fn of_trees(verdict: Verdict, value: Option<f64>, note: Vec<String>) -> Self {
+        let (workload, stratum) = ("-".to_owned(), "-".to_owned());
+        Self { workload, stratum, verdict, effect: None, value, interval: None, p: None, note }
+    }
+
+    fn not_measured(what: &str) -> Self {
+        Self::of_trees(Verdict::NotJudged, None, vec![what.to_owned()])
     }
 }
 
@@ -98,41 +150,63 @@ struct Judged<'a> {
     baseline: CaseKey,
 }
 
-/// All verdicts, in the order of the claims.
+/// A row with what decides the primary one.
+#[derive(Clone, Debug)]
+struct Candidate {
+    row: ClaimRow,
+    verdict: Verdict,
+    p: Option<f64>,
+}
+
+/// All verdicts, in the order of the claims; of each claim the primary row first.
 ///
 /// # Errors
 /// When a policy of the manifest or the claims is malformed.
 pub fn judge(evidence: &Evidence, set: &ClaimSet) -> Result<Vec<ClaimRow>, AnalysisError> {
-    let mut rows = Vec::new();
+    let mut judged: Vec<(Option<primary::Primary>, Vec<ClaimRow>)> = Vec::new();
     for claim in &set.claims {
         let Some(test) = &claim.test else {
-            rows.push(not_judged(claim));
+            judged.push((None, vec![ClaimRow { role: primary::PRIMARY.to_owned(), ..not_judged(claim) }]));
             continue;
         };
+        let mut candidates = Vec::new();
         for reading in claim.readings.iter().filter_map(|id| set.reading(id.get_ref())) {
             if evidence.cases.find(&reading.subject)?.is_none() || evidence.cases.find(&reading.baseline)?.is_none() {
-                rows.push(not_measured(claim, test, reading));
+                let row = not_measured(claim, test, reading);
+                candidates.push(Candidate { row, verdict: Verdict::NotJudged, p: None });
                 continue;
             }
             for (scene_name, scene) in evidence.scenes {
-                judge_reading(evidence, claim, test, reading, (scene_name, scene), &mut rows)?;
+                judge_reading(evidence, claim, test, reading, (scene_name, scene), &mut candidates)?;
             }
         }
+        let primary = claim
+            .primary
+            .as_ref()
+            .map(|reading| primary::Primary::of(claim, test, reading.get_ref(), &set.comparison.scenes, &candidates));
+        judged.push((primary, candidates.into_iter().map(|candidate| candidate.row).collect()));
     }
-    Ok(rows)
+    primary::correct(judged.iter_mut().filter_map(|(primary, _)| primary.as_mut()));
+    let rows =
+        judged.into_iter().flat_map(|(primary, rows)| primary.map(|primary| primary.row).into_iter().chain(rows));
+    Ok(rows.collect())
 }
 
 fn not_judged(claim: &Claim) -> ClaimRow {
     ClaimRow {
         claim: claim.id().to_owned(),
+        role: primary::EXPLORATORY.to_owned(),
         reading: "-".to_owned(),
         scene: "-".to_owned(),
+        workload: "-".to_owned(),
         stratum: "-".to_owned(),
         verdict: Verdict::NotJudged.id().to_owned(),
+        effect: "-".to_owned(),
         measure: "-".to_owned(),
         value: None,
         low: None,
         high: None,
+        p_holm: None,
         missed: None,
         baseline_missed: None,
         note: claim.not_judged.clone().unwrap_or_default(),
@@ -156,23 +230,21 @@ fn judge_reading(
     test: &Test,
     reading: &Reading,
     (scene_name, scene): (&str, &Scene),
-    rows: &mut Vec<ClaimRow>,
+    candidates: &mut Vec<Candidate>,
 ) -> Result<(), AnalysisError> {
     let found = (evidence.cases.find(&reading.subject)?, evidence.cases.find(&reading.baseline)?);
     let (Some(subject), Some(baseline)) = found else { return Ok(()) };
     let judged = Judged { evidence, scene_name, scene, subject, baseline };
     let (findings, misses) =
         (judged.findings(test), [&judged.subject, &judged.baseline].map(|case| judged.missed(case)));
-    for mut finding in findings {
-        if evidence.noisy && matches!(test.kind, TestKind::TimeRatio | TestKind::BuildRatio) {
-            finding.note.push("noisy run".to_owned());
-        }
-        rows.push(ClaimRow {
-            claim: claim.id().to_owned(),
+    for finding in findings {
+        let row = ClaimRow {
             reading: reading.id.get_ref().clone(),
             scene: scene_name.to_owned(),
-            stratum: finding.stratum.to_owned(),
+            workload: finding.workload,
+            stratum: finding.stratum,
             verdict: finding.verdict.id().to_owned(),
+            effect: finding.effect.map_or("-", Effect::id).to_owned(),
             measure: measure(test, reading),
             value: finding.value,
             low: finding.interval.map(|i| i.0),
@@ -180,7 +252,9 @@ fn judge_reading(
             missed: misses[0],
             baseline_missed: misses[1],
             note: finding.note.join("; "),
-        });
+            ..not_judged(claim)
+        };
+        candidates.push(Candidate { row, verdict: finding.verdict, p: finding.p });
     }
     Ok(())
 }
@@ -206,30 +280,36 @@ fn measure(test: &Test, reading: &Reading) -> String {
     }
 }
 
-/// The verdict on a ratio that is claimed to lie below `below`, and what to add to it.
+/// The verdict on a ratio that is claimed to lie below `below`.
 #[must_use]
-pub fn ratio_verdict(ratio: Interval, below: f64) -> (Verdict, Option<&'static str>) {
+pub fn ratio_verdict(ratio: Interval, below: f64) -> Verdict {
     if ratio.high < below {
-        (Verdict::Reproduces, None)
-    } else if ratio.low > EQUIVALENT.1 {
-        (Verdict::Reversed, None)
-    } else if ratio.is_within(EQUIVALENT.0, EQUIVALENT.1) {
-        (Verdict::Equivalent, None)
-    } else if ratio.high < EQUIVALENT.0 {
-        (Verdict::Inconclusive, Some("the effect is there, but not shown to be as large as claimed"))
+        Verdict::Supported
+    } else if ratio.low >= below {
+        Verdict::Refuted
     } else {
-        (Verdict::Inconclusive, None)
+        Verdict::Undecided
     }
 }
 
-/// The verdict on a ratio by the claim's own bound, and what to add to it.
-fn decide(test: &Test, ratio: Interval) -> (Verdict, Option<&'static str>) {
-    let oriented = if test.direction == Direction::Greater { ratio.reciprocal() } else { ratio };
+/// The threshold of a ratio's test, for the ratio as claimed: turned round where the subject is claimed to need more.
+fn threshold(test: &Test) -> f64 {
+    test.at_most.or(test.below).unwrap_or(SAME.0)
+}
+
+/// A ratio as the claim turns it.
+fn oriented(test: &Test, estimate: Estimate) -> Estimate {
+    if test.direction == Direction::Greater { estimate.reciprocal() } else { estimate }
+}
+
+/// The verdict on a ratio by the claim's own bound.
+fn decide(test: &Test, estimate: Estimate) -> Verdict {
+    let ratio = oriented(test, estimate).interval;
     match test.at_most {
-        Some(most) if oriented.high <= most => (Verdict::Reproduces, None),
-        Some(most) if oriented.low > most => (Verdict::Reversed, None),
-        Some(_) => (Verdict::Inconclusive, None),
-        None => ratio_verdict(oriented, test.below.unwrap_or(EQUIVALENT.0)),
+        Some(most) if ratio.high <= most => Verdict::Supported,
+        Some(most) if ratio.low > most => Verdict::Refuted,
+        Some(_) => Verdict::Undecided,
+        None => ratio_verdict(ratio, threshold(test)),
     }
 }
 
@@ -239,24 +319,48 @@ impl Judged<'_> {
         let above = test.above.unwrap_or(0.0);
         let expected = test.expect.unwrap_or(Expectation::Present);
         match test.kind {
-            TestKind::TimeRatio => self.ratios(test, Metric::Time),
-            TestKind::VolumeTestRatio => self.ratios(test, Metric::VolumeTests),
-            TestKind::TriangleTestRatio => self.ratios(test, Metric::TriangleTests),
-            TestKind::BuildRatio => self.ratios(test, Metric::Build),
+            TestKind::TimeRatio => self.ratios(test, &[Metric::ProgramTime, Metric::Time]),
+            TestKind::VolumeTestRatio => self.ratios(test, &[Metric::VolumeTests]),
+            TestKind::TriangleTestRatio => self.ratios(test, &[Metric::TriangleTests]),
+            TestKind::BuildRatio => self.ratios(test, &[Metric::Build]),
             TestKind::Balance => vec![self.balance(test)],
             TestKind::Tightness => vec![self.tightness(test)],
             TestKind::BytesRatio => vec![self.bytes(test)],
             TestKind::AxisOperations => vec![self.axis_operations(examined, test)],
             TestKind::EdgeExits => vec![self.edge_exits(examined, test)],
-            TestKind::Misses => vec![self.misses(examined, above, expected)],
-            TestKind::Overhang => vec![self.overhang(examined, above, expected)],
-            TestKind::Drift => vec![self.drift(examined, above, expected)],
-            TestKind::Gap => vec![self.gap(examined, above, expected)],
+            TestKind::Misses | TestKind::Overhang | TestKind::Drift | TestKind::Gap => {
+                vec![self.presence(test, examined, above, expected)]
+            }
         }
     }
 
+    fn presence(&self, test: &Test, case: &CaseKey, above: f64, expected: Expectation) -> Finding {
+        let found = |case: &CaseKey, expected| match test.kind {
+            TestKind::Misses => self.misses(case, above, expected),
+            TestKind::Overhang => self.overhang(case, above, expected),
+            TestKind::Drift => self.drift(case, above, expected),
+            _ => self.gap(case, above, expected),
+        };
+        let mut finding = found(case, expected);
+        // A repair: the fault has to be there before it can be mended.
+        let repairs = expected == Expectation::Absent && test.of == Some(Role::Subject);
+        if repairs && finding.verdict != Verdict::NotJudged {
+            let fault = found(&self.baseline, Expectation::Present);
+            let is_there = match test.kind {
+                TestKind::Drift => fault.value.is_some_and(|drift| drift.abs() > above),
+                TestKind::Misses => fault.value.is_some_and(|rate| rate > 0.0),
+                _ => fault.verdict != Verdict::Refuted,
+            };
+            if !is_there {
+                finding.verdict = Verdict::NotApplicable;
+                finding.note.insert(0, format!("{} has no such fault here", self.baseline.variant));
+            }
+        }
+        finding
+    }
+
     fn missed(&self, case: &CaseKey) -> Option<u64> {
-        self.evidence.misses.of(self.scene_name, case).map(|tally| tally.missed)
+        self.evidence.misses.of(self.scene_name, case).map(|tally| tally.missed())
     }
 
     /// What to say beside a speed: which of the two cases is unsafe or was not verified.
@@ -274,34 +378,58 @@ impl Judged<'_> {
         notes
     }
 
-    fn ratios(&self, test: &Test, metric: Metric) -> Vec<Finding> {
+    fn ratios(&self, test: &Test, metrics: &[Metric]) -> Vec<Finding> {
         let seed = self.evidence.manifest.request.seed;
-        let ratios = compare(self.scene_name, self.scene, metric, &self.subject, &self.baseline, seed);
-        let together = if metric == Metric::Build { "-" } else { ALL };
-        if ratios.is_empty() {
-            return vec![Finding::not_measured(
-                together,
-                "the two cases were not measured on the same items in this run",
-            )];
-        }
-        let asked = ratios.into_iter().filter(|ratio| test.stratum.is_none() || ratio.stratum == test.stratum);
-        let findings = asked.map(|ratio| {
-            let (mut verdict, remark) = decide(test, ratio.interval);
-            let mut note: Vec<String> = remark.map(str::to_owned).into_iter().collect();
-            if ratio.clusters < CLUSTERS_MIN {
-                verdict = Verdict::Inconclusive;
-                note.push(format!("only {} clusters: too few for an interval", ratio.clusters));
-            }
-            note.extend(self.caution());
-            Finding {
-                stratum: ratio.stratum.map_or(together, Stratum::id),
-                verdict,
-                value: Some(ratio.interval.value),
-                interval: Some((ratio.interval.low, ratio.interval.high)),
-                note,
-            }
+        let all = metrics.iter().flat_map(|&metric| {
+            let ratios = compare(self.scene, metric, &self.subject, &self.baseline, seed);
+            ratios.into_iter().map(move |ratio| (metric, ratio))
         });
-        findings.collect()
+        let asked = |ratio: &Ratio| match test.stratum {
+            None => ratio.is_whole(),
+            Some(stratum) => ratio.stratum == stratum.id(),
+        };
+        let findings: Vec<Finding> =
+            all.filter(|(_, ratio)| asked(ratio)).map(|(metric, ratio)| self.ratio(test, metric, &ratio)).collect();
+        if findings.is_empty() {
+            return vec![Finding::not_measured("the two cases were not measured on the same items in this run")];
+        }
+        findings
+    }
+
+    fn ratio(&self, test: &Test, metric: Metric, ratio: &Ratio) -> Finding {
+        let interval = ratio.estimate.interval;
+        let (mut verdict, mut effect) = (decide(test, ratio.estimate), Effect::of(interval));
+        let mut p = Some(oriented(test, ratio.estimate).p_value(threshold(test)));
+        let mut note = Vec::new();
+        let mut doubt = |why: String| {
+            (verdict, p) = (Verdict::Undecided, Some(1.0));
+            note.push(why);
+        };
+        if ratio.has_few_clusters() {
+            effect = Effect::Unclear;
+            let unit = if metric == Metric::ProgramTime { "launches" } else { "clusters" };
+            doubt(format!("only {} {unit}: too few for an interval", ratio.estimate.clusters));
+        }
+        if matches!(metric, Metric::ProgramTime | Metric::Time)
+            && let Some(null) = self.evidence.noisy.get(self.scene_name, &ratio.workload, &ratio.stratum)
+        {
+            doubt(format!("noisy: the null duplicate takes {:.3} [{:.3}, {:.3}]", null.value, null.low, null.high));
+        }
+        if !self.evidence.manifest.noise.is_empty() && metric != Metric::VolumeTests && metric != Metric::TriangleTests
+        {
+            note.push("other processes were at work during the run".to_owned());
+        }
+        note.extend(self.caution());
+        Finding {
+            workload: ratio.workload.clone(),
+            stratum: ratio.stratum.clone(),
+            verdict,
+            effect: Some(effect),
+            value: Some(interval.value),
+            interval: Some((interval.low, interval.high)),
+            p,
+            note,
+        }
     }
 
     /// The rows of one case in this scene.
@@ -310,21 +438,24 @@ impl Judged<'_> {
     }
 
     fn levels<'b>(&'b self, case: &'b CaseKey) -> impl Iterator<Item = &'b TightnessRow> {
-        let own_frame = self.evidence.tightness.iter().filter(|row| row.frame == 0);
-        own_frame.filter(move |row| row.scene == self.scene_name && row.case() == *case)
+        self.levels_in(case, Frames::Own)
+    }
+
+    fn levels_in<'b>(&'b self, case: &'b CaseKey, frames: Frames) -> impl Iterator<Item = &'b TightnessRow> {
+        let in_frame = self.evidence.tightness.iter().filter(move |row| (row.frame == 0) == (frames == Frames::Own));
+        in_frame.filter(move |row| row.scene == self.scene_name && row.case() == *case)
     }
 
     /// The verdict on the geometric mean of counted ratios.
     fn mean_ratio(logs: &[f64], test: &Test, what: &str) -> Finding {
         if logs.is_empty() {
-            return Finding::not_measured("-", "no trees of both cases in this run");
+            return Finding::not_measured("no trees of both cases in this run");
         }
-        let ratio = Interval::exact((logs.iter().sum::<f64>() / logs.len() as f64).exp());
-        let (verdict, remark) = decide(test, ratio);
+        let ratio = Estimate::exact((logs.iter().sum::<f64>() / logs.len() as f64).exp());
         let (low, high) = logs.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
         let range = format!("{} {what}, from {:.3} to {:.3}", logs.len(), low.exp(), high.exp());
-        let note = remark.map(str::to_owned).into_iter().chain([range]).collect();
-        Finding { stratum: "-", verdict, value: Some(ratio.value), interval: None, note }
+        let effect = Some(Effect::of(ratio.interval));
+        Finding { effect, ..Finding::of_trees(decide(test, ratio), Some(ratio.interval.value), vec![range]) }
     }
 
     fn balance(&self, test: &Test) -> Finding {
@@ -340,46 +471,78 @@ impl Judged<'_> {
     fn tightness(&self, test: &Test) -> Finding {
         let looseness = |row: &TightnessRow| row.hulled_volume_mm3 / row.hull_mm3;
         let asked = |row: &&TightnessRow| test.level.is_none_or(|level| row.level == level);
-        let subject: BTreeMap<(&str, u32), f64> = self
-            .levels(&self.subject)
-            .filter(asked)
-            .map(|row| ((row.part.as_str(), row.level), looseness(row)))
-            .collect();
-        let logs = self.levels(&self.baseline).filter_map(|row| {
-            let log = (subject.get(&(row.part.as_str(), row.level))? / looseness(row)).ln();
-            log.is_finite().then_some(log)
-        });
-        let mut finding = Self::mean_ratio(&logs.collect::<Vec<_>>(), test, "levels of trees");
+        let key = |row: &TightnessRow| (row.frame, row.part.clone(), row.level);
+        let subject: BTreeMap<_, f64> =
+            self.levels_in(&self.subject, test.frames).filter(asked).map(|row| (key(row), looseness(row))).collect();
+        let mut frames: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+        for row in self.levels_in(&self.baseline, test.frames) {
+            let Some(of_subject) = subject.get(&key(row)) else { continue };
+            let log = (of_subject / looseness(row)).ln();
+            if log.is_finite() {
+                frames.entry(row.frame).or_default().push(log);
+            }
+        }
+        let mut finding = match test.frames {
+            Frames::Own => {
+                Self::mean_ratio(&frames.into_values().flatten().collect::<Vec<_>>(), test, "levels of trees")
+            }
+            Frames::Random => Self::over_frames(&frames, test),
+        };
         if !self.caution().iter().all(|note| !note.contains("unsafe")) {
             finding.note.push("an unsafe box has the volume of the tight one without holding its contents".to_owned());
         }
         finding
     }
 
-    fn misses(&self, case: &CaseKey, above: f64, expected: Expectation) -> Finding {
-        let Some(tally) = self.evidence.misses.of(self.scene_name, case) else {
-            return Finding::not_measured(Stratum::Colliding.id(), "not verified in this run");
+    /// The verdict on the geometric mean over parts and levels, in frames that were drawn at random.
+    fn over_frames(frames: &BTreeMap<u32, Vec<f64>>, test: &Test) -> Finding {
+        let mean = |logs: &Vec<f64>| (logs.iter().sum::<f64>() / logs.len() as f64).exp();
+        let ratios: Vec<f64> = frames.values().map(mean).collect();
+        let logs = ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len() as f64;
+        let Some(mut estimate) = over_launches(&ratios.iter().map(|ratio| (*ratio, 1.0)).collect::<Vec<_>>()) else {
+            return Finding::not_measured("no trees of both cases over turned parts in this run");
         };
-        let (low, high) = stats::miss_rate(tally.missed_by_volume, tally.brute);
-        let verdict = match expected {
-            _ if tally.brute == 0 => Verdict::Inconclusive,
-            Expectation::Present if tally.missed_by_volume > 0 => Verdict::Reproduces,
-            Expectation::Absent if tally.missed_by_volume > 0 => Verdict::Reversed,
-            _ if high > above => Verdict::Inconclusive,
-            Expectation::Present => Verdict::Reversed,
-            Expectation::Absent => Verdict::Reproduces,
-        };
-        let mut note =
-            vec![format!("{} of {} colliding poses hidden by the volume", tally.missed_by_volume, tally.brute)];
-        if tally.missed_by_leaf > 0 {
-            note.push(format!("{} more missed by the triangle test itself", tally.missed_by_leaf));
+        // Of ratios the geometric mean, not that of totals.
+        let shift = logs.exp() / estimate.interval.value;
+        estimate.interval = estimate.interval.map(|x| x * shift);
+        let mut note = vec![format!("{} random frames", ratios.len())];
+        let (mut verdict, mut p) = (decide(test, estimate), oriented(test, estimate).p_value(threshold(test)));
+        if ratios.len() < CLUSTERS_MIN {
+            (verdict, p) = (Verdict::Undecided, 1.0);
+            note.push("too few for an interval".to_owned());
         }
         Finding {
-            stratum: Stratum::Colliding.id(),
-            verdict,
-            value: (tally.brute > 0).then(|| tally.missed_by_volume as f64 / tally.brute as f64),
+            effect: Some(Effect::of(estimate.interval)),
+            interval: Some((estimate.interval.low, estimate.interval.high)),
+            p: Some(p),
+            ..Finding::of_trees(verdict, Some(estimate.interval.value), note)
+        }
+    }
+
+    fn misses(&self, case: &CaseKey, above: f64, expected: Expectation) -> Finding {
+        let Some(tally) = self.evidence.misses.of(self.scene_name, case) else {
+            return Finding::not_measured("not verified in this run");
+        };
+        let (contacts, missed) = (tally.contacts(), tally.missed());
+        let (low, high) = tally.interval();
+        let verdict = match expected {
+            _ if contacts == 0 => Verdict::Undecided,
+            Expectation::Present if missed > 0 => Verdict::Supported,
+            Expectation::Absent if missed > 0 => Verdict::Refuted,
+            _ if high > above => Verdict::Undecided,
+            Expectation::Present => Verdict::Refuted,
+            Expectation::Absent => Verdict::Supported,
+        };
+        let note = vec![
+            format!("{missed} of {contacts} contacts asked directly, on {} lines", tally.lines.len()),
+            format!("{} of {} with the answers by witness", tally.missed_in_all, tally.contacts_in_all),
+        ];
+        let value = (contacts > 0).then(|| missed as f64 / contacts as f64);
+        Finding {
+            stratum: Stratum::Colliding.id().to_owned(),
+            workload: ALL.to_owned(),
             interval: Some((low, high)),
-            note,
+            ..Finding::of_trees(verdict, value, note)
         }
     }
 }

@@ -1,60 +1,110 @@
-//! The misses of each case, added up over workloads, pairs and the bands above grazing.
+//! The misses of each case, by line: what the case's own queries missed, and what it missed with the answers by witness added.
 
-use crate::record::VerificationRow;
+use super::stats::clustered_rate;
 use crate::record::rows::CaseKey;
+use crate::record::{CaseRow, Kind, LineRow, MissRow, RecordError, read_rows};
 use std::collections::BTreeMap;
+use std::path::Path;
 
-/// Verdicts of one case over a scene, above grazing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Contacts above grazing of one case, and how many of them it missed.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Posed pairs that touch by the exact test.
-    pub colliding: u64,
-    /// Posed pairs that touch by the leaves' triangle test.
-    pub brute: u64,
-    /// Touching pairs that the case does not report, whoever is to blame.
-    pub missed: u64,
-    /// Pairs the triangle test finds and the volumes hide.
-    pub missed_by_volume: u64,
-    /// Pairs the triangle test itself does not find; none in records made since that test is exact.
-    pub missed_by_leaf: u64,
+    /// Of each line that the case's own query was asked about: (missed, contacts).
+    pub lines: Vec<(u64, u64)>,
+    /// Contacts, however the verdict was obtained.
+    pub contacts_in_all: u64,
+    /// How many of those were missed.
+    pub missed_in_all: u64,
+}
+
+impl Tally {
+    /// Contacts that the case's own query was asked about.
+    #[must_use]
+    pub fn contacts(&self) -> u64 {
+        self.lines.iter().map(|(_, contacts)| contacts).sum()
+    }
+
+    /// How many of them it missed.
+    #[must_use]
+    pub fn missed(&self) -> u64 {
+        self.lines.iter().map(|(missed, _)| missed).sum()
+    }
+
+    /// The 95 % interval of the miss rate, by line.
+    #[must_use]
+    pub fn interval(&self) -> (f64, f64) {
+        clustered_rate(&self.lines)
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.lines.extend(&other.lines);
+        self.contacts_in_all += other.contacts_in_all;
+        self.missed_in_all += other.missed_in_all;
+    }
 }
 
 /// The tallies of a run.
 #[derive(Clone, Debug, Default)]
-pub struct Misses(BTreeMap<String, BTreeMap<CaseKey, Tally>>);
+pub struct Misses(BTreeMap<(String, CaseKey), BTreeMap<String, Tally>>);
 
 impl Misses {
-    /// Adds up the rows.
-    #[must_use]
-    pub fn of_rows(rows: &[VerificationRow]) -> Self {
-        let mut scenes: BTreeMap<String, BTreeMap<CaseKey, Tally>> = BTreeMap::new();
-        for row in rows {
-            let tally = scenes.entry(row.scene.clone()).or_default().entry(row.case()).or_default();
-            if row.band.is_above_grazing() {
-                tally.colliding += row.exact;
-                tally.brute += row.brute;
-                tally.missed += row.missed;
-                tally.missed_by_volume += row.missed_by_volume;
-                tally.missed_by_leaf += row.missed_by_leaf;
+    /// Reads and adds up `lines.csv` and `misses.csv`.
+    ///
+    /// # Errors
+    /// When a file is missing or malformed.
+    pub fn read(folder: &Path) -> Result<Self, RecordError> {
+        let mut missed: BTreeMap<(String, String, String, String, u32), (u64, u64)> = BTreeMap::new();
+        for row in read_rows::<MissRow>(folder)? {
+            missed.insert((row.case, row.scene, row.workload, row.pair, row.line), (row.missed, row.missed_asked));
+        }
+        let mut lines = read_rows::<LineRow>(folder)?;
+        // Sums of rounded numbers depend on the order.
+        lines.sort_by(|a, b| (&a.scene, &a.workload, &a.pair, a.line).cmp(&(&b.scene, &b.workload, &b.pair, b.line)));
+        let mut misses = Self::default();
+        let verified = |case: &CaseRow| case.kind != Kind::Control && case.duplicate_of.is_empty();
+        for case in read_rows::<CaseRow>(folder)?.iter().filter(|case| verified(case)) {
+            let everywhere = case.asked_everywhere == 1;
+            for line in &lines {
+                let key = (case.case.clone(), line.scene.clone(), line.workload.clone(), line.pair.clone(), line.line);
+                let (all, asked) = missed.get(&key).copied().unwrap_or_default();
+                let workloads = misses.0.entry((line.scene.clone(), case.case())).or_default();
+                let tally = workloads.entry(line.workload.clone()).or_default();
+                let contacts = if everywhere { line.contacts } else { line.sampled };
+                if contacts > 0 {
+                    tally.lines.push((asked, contacts));
+                }
+                tally.contacts_in_all += if case.kind.is_ours() { line.contacts } else { line.sampled };
+                tally.missed_in_all += all;
             }
         }
-        Self(scenes)
+        Ok(misses)
     }
 
-    /// The tally of a case in a scene; `None` when it was not verified.
+    /// The tally of a case in a scene, over its workloads; `None` when it was not verified.
     #[must_use]
     pub fn of(&self, scene: &str, case: &CaseKey) -> Option<Tally> {
-        self.0.get(scene)?.get(case).copied()
+        let workloads = self.0.get(&(scene.to_owned(), case.clone()))?;
+        Some(workloads.values().fold(Tally::default(), |mut sum, tally| {
+            sum.add(tally);
+            sum
+        }))
+    }
+
+    /// The tally of a case in a workload of a scene; of nothing when it was not verified there.
+    #[must_use]
+    pub fn in_workload(&self, scene: &str, case: &CaseKey, workload: &str) -> Tally {
+        let workloads = self.0.get(&(scene.to_owned(), case.clone()));
+        workloads.and_then(|workloads| workloads.get(workload)).cloned().unwrap_or_default()
     }
 
     /// Whether a variant missed a contact anywhere, under any policy.
     #[must_use]
     pub fn any_of(&self, variant: &str) -> bool {
-        self.iter().any(|(_, case, tally)| case.variant == variant && tally.missed > 0)
+        self.iter().any(|(_, case, tally)| case.variant == variant && tally.missed_in_all > 0)
     }
 
-    /// All tallies by scene and case.
+    /// All tallies by scene and case, over the workloads.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &CaseKey, Tally)> {
-        self.0.iter().flat_map(|(scene, cases)| cases.iter().map(move |(case, tally)| (scene.as_str(), case, *tally)))
+        self.0.keys().filter_map(|(scene, case)| Some((scene.as_str(), case, self.of(scene, case)?)))
     }
 }

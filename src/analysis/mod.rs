@@ -11,16 +11,18 @@ pub mod growth;
 pub mod judge;
 pub mod misses;
 pub mod peers;
+pub mod programs;
 pub mod ratios;
 pub mod stats;
 pub mod summary;
 pub mod sweep;
 pub mod table;
+pub mod totals;
 
 use self::misses::Misses;
 use crate::record::{
-    self, ClaimRow, Kind, Manifest, NULL_VARIANT, RatioRow, RecordError, SummaryRow, VerificationRow, read_rows,
-    read_rows_if_there,
+    self, ClaimRow, Kind, Manifest, NULL_VARIANT, PROGRAM_TIME, ProgramTimeRow, RatioRow, RecordError, SummaryRow,
+    read_rows, read_rows_if_there,
 };
 use claims::{ClaimSet, ClaimsError};
 use serde::Serialize;
@@ -38,15 +40,25 @@ pub enum AnalysisError {
     /// The claims cannot be read.
     #[error(transparent)]
     Claims(#[from] ClaimsError),
-    /// The rows of one chunk disagree.
+    /// A pose does not fit its chunk.
     #[error(
-        "timings.csv: chunk {chunk} of scene `{scene}` has no poses, or not the same stratum and poses in all rows"
+        "poses.csv: pose {pose} of scene `{scene}` is there twice, or has another workload, pair or stratum than its chunk"
     )]
-    Chunk {
+    Pose {
         /// Scene.
         scene: String,
-        /// Chunk.
-        chunk: u32,
+        /// Pose.
+        pose: u32,
+    },
+    /// A row names what no other file knows.
+    #[error("{file}: scene `{scene}` has a row of {what}, which cases.csv or poses.csv do not name")]
+    Unknown {
+        /// The file.
+        file: &'static str,
+        /// Scene.
+        scene: String,
+        /// What is named.
+        what: String,
     },
     /// One observation is there more than once.
     #[error("scene `{scene}`, {case}: {what} is recorded twice")]
@@ -81,6 +93,8 @@ pub enum AnalysisError {
 pub struct Outcome {
     /// `summary.csv`.
     pub summary: Vec<SummaryRow>,
+    /// `program_times.csv`.
+    pub program_times: Vec<ProgramTimeRow>,
     /// `ratios.csv`.
     pub ratios: Vec<RatioRow>,
     /// `claims.csv`.
@@ -100,18 +114,15 @@ pub struct Ranked {
     pub label: String,
     /// What kind of thing it is.
     pub kind: Kind,
-    /// Geometric mean over scenes of the time ratio to the first baseline; 1 for that baseline itself.
+    /// Geometric mean over scenes of the ratio to the first baseline; 1 for that baseline itself. A summary of the scenes' own ratios.
     pub ratio: f64,
     /// Scenes that went into it.
     pub scenes: usize,
 }
 
-/// The null comparison's interval has to meet this one in a quiet run: the two copies are equally fast.
-pub const EQUAL: (f64, f64) = (0.99, 1.01);
-/// And it has to lie within this one: the run was steady enough to tell what verdicts call equal.
-pub const STEADY: (f64, f64) = judge::EQUIVALENT;
+pub use ratios::{EQUAL, STEADY};
 
-/// Analyses the run in `folder` and writes `summary.csv`, `ratios.csv` and `claims.csv`, and the claims it judged as
+/// Analyses the run in `folder` and writes `summary.csv`, `program_times.csv`, `ratios.csv` and `claims.csv`, and the claims it judged as
 /// `claims.toml` beside them.
 ///
 /// # Errors
@@ -121,10 +132,10 @@ pub fn analyze(folder: &Path, claims: &ClaimSet) -> Result<Outcome, AnalysisErro
     let scenes = table::read(folder)?;
     let cases = ratios::Cases::new(&manifest);
     let seed = manifest.request.seed;
-    let misses = Misses::of_rows(&read_rows::<VerificationRow>(folder)?);
+    let misses = Misses::read(folder)?;
     let summary = summary::summarise(&scenes, &misses, seed);
+    let program_times = programs::program_times(&scenes, &cases, claims)?;
     let ratios = ratios::all_ratios(&scenes, &cases, claims, seed)?;
-    let noise = noise(&manifest, &ratios);
     let evidence = judge::Evidence {
         scenes: &scenes,
         misses: &misses,
@@ -134,40 +145,57 @@ pub fn analyze(folder: &Path, claims: &ClaimSet) -> Result<Outcome, AnalysisErro
         outlines: read_rows(folder)?,
         manifest: &manifest,
         cases: &cases,
-        noisy: !noise.is_empty(),
+        noisy: ratios::NoisyCells::of(&ratios),
     };
     let rows = judge::judge(&evidence, claims)?;
     record::write_rows(folder, &summary)?;
+    record::write_rows(folder, &program_times)?;
     record::write_rows(folder, &ratios)?;
     record::write_rows(folder, &rows)?;
     record::write_text(&folder.join(claims::FILE), &claims.text)?;
     cost::write(folder, &manifest, &scenes)?;
+    let noise = noise(&manifest, &ratios);
     let ranking = ranking(&manifest, &ratios, &misses, claims);
-    Ok(Outcome { summary, ratios, claims: rows, noise, ranking })
+    Ok(Outcome { summary, program_times, ratios, claims: rows, noise, ranking })
 }
 
-/// What disturbed the timings: what the manifest says, and every scene whose null comparison is not quiet.
+/// What disturbed the timings: what the manifest says, and every scene with cells in which the null duplicate is not quiet.
 #[must_use]
 pub fn noise(manifest: &Manifest, ratios: &[RatioRow]) -> Vec<String> {
-    let is_quiet = |r: &RatioRow| STEADY.0 <= r.low && r.high <= STEADY.1 && r.low <= EQUAL.1 && EQUAL.0 <= r.high;
-    let loud =
-        ratios.iter().filter(|r| r.variant == NULL_VARIANT && r.metric == "time" && r.stratum == ALL && !is_quiet(r));
-    let loud = loud.map(|r| {
-        format!(
-            "{}: the null method (a second copy of {}) takes {:.3} [{:.3}, {:.3}] times as long as its original; in a quiet run the interval stays within [{}, {}] and meets [{}, {}]",
-            r.scene, r.baseline, r.ratio, r.low, r.high, STEADY.0, STEADY.1, EQUAL.0, EQUAL.1
-        )
-    });
-    manifest.noise.iter().cloned().chain(loud).collect()
+    manifest.noise.iter().cloned().chain(ratios::NoisyCells::of(ratios).complaints()).collect()
 }
 
-/// The variants by speed: geometric mean over scenes of the time ratio to the first baseline, all strata weighted equally,
-/// every variant under its default policy. Safe volumes first, then engines, peers and controls. What is unsafe is left out, and what
-/// calls itself safe and missed a contact: a method can look fast because it misses collisions.
+/// Metric and workload that methods are ranked by: the time of whole programs, or without programs the query time of the first workload there is.
+#[must_use]
+pub fn ranked_by(ratios: &[RatioRow]) -> (String, String) {
+    if ratios.iter().any(|r| r.metric == PROGRAM_TIME) {
+        return (PROGRAM_TIME.to_owned(), PROGRAM_TIME.to_owned());
+    }
+    let is_sample = |r: &&RatioRow| r.metric == "time" && r.workload != record::CONTROL_WORKLOAD;
+    let first = ratios.iter().filter(is_sample).map(|r| r.workload.as_str()).min().unwrap_or("-");
+    ("time".to_owned(), first.to_owned())
+}
+
+/// The variants by speed, by [`ranked_by`], every variant under its default policy. Safe volumes first, then engines, peers and controls. What is
+/// unsafe is left out, and what calls itself safe and missed a contact: a method can look fast because it misses collisions.
 #[must_use]
 pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims: &ClaimSet) -> Vec<Ranked> {
+    let (metric, workload) = ranked_by(ratios);
+    ranking_by(manifest, ratios, misses, claims, (&metric, &workload))
+}
+
+/// As [`ranking`], by a metric and a workload.
+#[must_use]
+pub fn ranking_by(
+    manifest: &Manifest,
+    ratios: &[RatioRow],
+    misses: &Misses,
+    claims: &ClaimSet,
+    (metric, workload): (&str, &str),
+) -> Vec<Ranked> {
     let cases = ratios::Cases::new(manifest);
     let Some(baseline) = claims.comparison.baselines.first() else { return Vec::new() };
+    let wanted = |r: &&RatioRow| r.metric == metric && r.workload == workload && r.stratum == ALL;
     let mut ranking = Vec::new();
     for entry in &manifest.variants {
         if entry.id == NULL_VARIANT || (entry.kind.is_ours() && (!entry.safe || misses.any_of(&entry.id))) {
@@ -175,7 +203,8 @@ pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims
         }
         let logs: Vec<f64> = ratios
             .iter()
-            .filter(|r| r.metric == "time" && r.stratum == ALL && r.variant == entry.id && r.baseline == *baseline)
+            .filter(wanted)
+            .filter(|r| r.variant == entry.id && r.baseline == *baseline)
             .filter(|r| cases.is_default(&r.variant, &r.policy) && cases.is_default(&r.baseline, &r.baseline_policy))
             .map(|r| r.ratio.ln())
             .collect();

@@ -1,17 +1,21 @@
-//! Paired ratios: every case against each baseline, the two cases of each reading, and the null against its original.
+//! Ratios of totals: every case against each baseline, the two cases of each reading, and the null duplicate against its original.
 
 use super::AnalysisError;
 use super::claims::{CaseRef, ClaimSet};
-use super::stats::{self, Interval};
-use super::summary::ALL;
-use super::table::{Counter, Scene, Strata};
+use super::judge::{CLUSTERS_MIN, Effect};
+use super::stats::Interval;
+use super::summary::{ALL, Cell};
+use super::table::{Counter, Scene};
+use super::totals::Estimate;
 use crate::record::rows::CaseKey;
-use crate::record::{Manifest, NULL_VARIANT, RatioRow, Stratum};
+use crate::record::{Manifest, NULL_VARIANT, PROGRAM_TIME, RatioRow};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Metric {
+    /// Time of whole programs.
+    ProgramTime,
     /// Query time.
     Time,
     /// Volume tests of a query.
@@ -24,64 +28,128 @@ pub enum Metric {
 
 impl Metric {
     /// All metrics.
-    pub const ALL: [Self; 4] = [Self::Time, Self::VolumeTests, Self::TriangleTests, Self::Build];
+    pub const ALL: [Self; 5] = [Self::ProgramTime, Self::Time, Self::VolumeTests, Self::TriangleTests, Self::Build];
 
     /// The name in files.
     #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
+            Self::ProgramTime => PROGRAM_TIME,
             Self::Time => "time",
             Self::VolumeTests => "volume-tests",
             Self::TriangleTests => "triangle-tests",
             Self::Build => "build",
         }
     }
+}
 
-    fn observe(self, scene: &Scene, above: &CaseKey, below: &CaseKey) -> Option<Strata> {
-        match self {
-            Self::Time => scene.time_ratios(above, below),
-            Self::VolumeTests => scene.count_ratios(above, below, Counter::Volume),
-            Self::TriangleTests => scene.count_ratios(above, below, Counter::Triangle),
-            Self::Build => scene.build_ratios(above, below),
-        }
+/// A ratio with the place it is about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ratio {
+    /// Workload as `ratios.csv` names it.
+    pub workload: String,
+    /// Stratum, program, `all` or `-`.
+    pub stratum: String,
+    /// The ratio.
+    pub estimate: Estimate,
+}
+
+impl Ratio {
+    /// Whether it is about a workload, the programs or the parts as a whole.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.stratum == ALL || self.stratum == "-"
+    }
+
+    /// Whether too little was drawn for an interval. Launches are few and Student's quantile says so; of one there is no interval at all.
+    #[must_use]
+    pub fn has_few_clusters(&self) -> bool {
+        let least = if self.workload == PROGRAM_TIME { 2 } else { CLUSTERS_MIN };
+        self.estimate.clusters < least as u64
     }
 }
 
-/// A ratio in one stratum, with what stands behind it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ratio {
-    /// The stratum; `None` for all together, or where there are none.
-    pub stratum: Option<Stratum>,
-    /// Geometric mean with its interval.
-    pub interval: Interval,
-    /// Pairs.
-    pub pairs: u64,
-    /// Clusters that were resampled.
-    pub clusters: usize,
+/// The ratios of two cases in every workload and stratum; empty when nothing pairs.
+#[must_use]
+pub fn compare(scene: &Scene, metric: Metric, above: &CaseKey, below: &CaseKey, seed: u64) -> Vec<Ratio> {
+    let ratio = |workload: &str, stratum: &str, estimate: Option<Estimate>| {
+        let estimate = estimate.filter(|estimate| estimate.interval.value.is_finite())?;
+        Some(Ratio { workload: workload.to_owned(), stratum: stratum.to_owned(), estimate })
+    };
+    let in_cells = |of: &dyn Fn(Cell<'_>) -> Option<Estimate>| {
+        let cells = scene.cells().into_iter();
+        cells.filter_map(|cell| ratio(cell.workload, cell.stratum_name(), of(cell))).collect()
+    };
+    match metric {
+        Metric::ProgramTime => {
+            let programs = scene.programs().map(|(file, _)| Some(file));
+            let each = [None].into_iter().chain(programs);
+            let of = |program: Option<&str>| {
+                ratio(PROGRAM_TIME, program.unwrap_or(ALL), scene.program_ratio(above, below, program))
+            };
+            each.filter_map(of).collect()
+        }
+        Metric::Time => in_cells(&|cell| scene.time_ratio(above, below, cell, seed)),
+        Metric::VolumeTests => in_cells(&|cell| scene.count_ratio(above, below, Counter::Volume, cell, seed)),
+        Metric::TriangleTests => in_cells(&|cell| scene.count_ratio(above, below, Counter::Triangle, cell, seed)),
+        Metric::Build => ratio("-", "-", scene.build_ratio(above, below, seed)).into_iter().collect(),
+    }
 }
 
-/// The ratio of two cases over all strata and in each; empty when nothing pairs.
-#[must_use]
-pub fn compare(name: &str, scene: &Scene, metric: Metric, above: &CaseKey, below: &CaseKey, seed: u64) -> Vec<Ratio> {
-    let Some(strata) = metric.observe(scene, above, below) else { return Vec::new() };
-    let purpose = format!("ratio {} {name}", metric.id());
-    let (each, all) = stats::bootstrap(&strata.groups, strata.launches, seed, &purpose);
-    let sum = |f: &dyn Fn(&stats::Group) -> u64| strata.groups.iter().map(f).sum::<u64>();
-    let all = Ratio {
-        stratum: None,
-        interval: all.map(f64::exp),
-        pairs: sum(&stats::Group::observations),
-        clusters: sum(&|group| group.clusters() as u64) as usize,
-    };
-    let each = strata.names.iter().zip(&strata.groups).zip(each).filter_map(|((name, group), interval)| {
-        name.map(|stratum| Ratio {
-            stratum: Some(stratum),
-            interval: interval.map(f64::exp),
-            pairs: group.observations(),
-            clusters: group.clusters(),
-        })
-    });
-    std::iter::once(all).chain(each).collect()
+/// The null duplicate's ratio has to be within this in a quiet cell: the two copies are equally fast.
+pub const EQUAL: (f64, f64) = (0.99, 1.01);
+/// And its interval within this: the cell is steady enough to tell what is called the same.
+pub const STEADY: (f64, f64) = super::judge::SAME;
+
+/// Scene, workload and stratum (or program) in which the null duplicate is not quiet.
+#[derive(Clone, Debug, Default)]
+pub struct NoisyCells(BTreeMap<(String, String, String), Interval>);
+
+impl NoisyCells {
+    /// Those of a run: cells of its null comparison.
+    #[must_use]
+    pub fn of(rows: &[RatioRow]) -> Self {
+        let is_quiet = |r: &RatioRow| {
+            let equal = EQUAL.0 <= r.ratio && r.ratio <= EQUAL.1;
+            // Where nothing is known of the spread nothing is decided anyway.
+            equal && (r.low.is_nan() || (STEADY.0 <= r.low && r.high <= STEADY.1))
+        };
+        let is_time = |r: &&RatioRow| r.metric == Metric::Time.id() || r.metric == PROGRAM_TIME;
+        let loud = rows.iter().filter(|r| r.variant == NULL_VARIANT).filter(is_time).filter(|r| !is_quiet(r));
+        Self(
+            loud.map(|r| {
+                let interval = Interval { value: r.ratio, low: r.low, high: r.high };
+                ((r.scene.clone(), r.workload.clone(), r.stratum.clone()), interval)
+            })
+            .collect(),
+        )
+    }
+
+    /// The null duplicate's ratio where it is not quiet.
+    #[must_use]
+    pub fn get(&self, scene: &str, workload: &str, stratum: &str) -> Option<Interval> {
+        self.0.get(&(scene.to_owned(), workload.to_owned(), stratum.to_owned())).copied()
+    }
+
+    /// A line for each scene that has such cells.
+    #[must_use]
+    pub fn complaints(&self) -> Vec<String> {
+        let mut scenes: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+        for ((scene, workload, stratum), Interval { value, low, high }) in &self.0 {
+            scenes.entry(scene).or_default().push(format!("{workload} {stratum} {value:.3} [{low:.3}, {high:.3}]"));
+        }
+        let line = |(scene, cells): (&str, Vec<String>)| {
+            format!(
+                "{scene}: the null duplicate takes another time than its original in {}; no speed is judged there. A quiet cell is within [{}, {}], its interval within [{}, {}]",
+                cells.join(", "),
+                EQUAL.0,
+                EQUAL.1,
+                STEADY.0,
+                STEADY.1
+            )
+        };
+        scenes.into_iter().map(line).collect()
+    }
 }
 
 /// Finds cases by name.
@@ -136,9 +204,9 @@ const NO_POLICY: &str = "none/none/0";
 fn case_key(variant: &str, policy: &str) -> Result<CaseKey, AnalysisError> {
     let error = || AnalysisError::Policy { variant: variant.to_owned(), policy: policy.to_owned() };
     let parts: Vec<&str> = policy.split('/').collect();
-    let [split, axes, leaf] = parts[..] else { return Err(error()) };
+    let [split, split_axes, leaf] = parts[..] else { return Err(error()) };
     let leaf = leaf.parse().map_err(|_| error())?;
-    Ok(CaseKey { variant: variant.to_owned(), split: split.to_owned(), axes: axes.to_owned(), leaf })
+    Ok(CaseKey { variant: variant.to_owned(), split: split.to_owned(), split_axes: split_axes.to_owned(), leaf })
 }
 
 /// All ratios of a run.
@@ -155,11 +223,14 @@ pub fn all_ratios(
     for (name, scene) in scenes {
         for (above, below) in comparisons(scene, cases, claims)? {
             for metric in Metric::ALL {
-                for ratio in compare(name, scene, metric, &above, &below, seed) {
-                    rows.push(row(name, metric, &above, &below, &ratio));
-                }
+                let ratios = compare(scene, metric, &above, &below, seed);
+                rows.extend(ratios.iter().map(|ratio| row(name, metric, &above, &below, ratio)));
             }
         }
+    }
+    let noisy = NoisyCells::of(&rows);
+    for row in rows.iter_mut().filter(|row| row.metric == Metric::Time.id() || row.metric == PROGRAM_TIME) {
+        row.noisy = u8::from(noisy.get(&row.scene, &row.workload, &row.stratum).is_some());
     }
     Ok(rows)
 }
@@ -187,18 +258,22 @@ fn comparisons(scene: &Scene, cases: &Cases, claims: &ClaimSet) -> Result<BTreeS
 }
 
 fn row(scene: &str, metric: Metric, above: &CaseKey, below: &CaseKey, ratio: &Ratio) -> RatioRow {
-    let together = if metric == Metric::Build { "-" } else { ALL };
+    let Interval { value, low, high } = ratio.estimate.interval;
+    let effect = if ratio.has_few_clusters() { Effect::Unclear } else { Effect::of(ratio.estimate.interval) };
     RatioRow {
         scene: scene.to_owned(),
-        stratum: ratio.stratum.map_or(together, Stratum::id).to_owned(),
+        workload: ratio.workload.clone(),
+        stratum: ratio.stratum.clone(),
         metric: metric.id().to_owned(),
         variant: above.variant.clone(),
         policy: above.policy(),
         baseline: below.variant.clone(),
         baseline_policy: below.policy(),
-        ratio: ratio.interval.value,
-        low: ratio.interval.low,
-        high: ratio.interval.high,
-        pairs: ratio.pairs,
+        ratio: value,
+        low,
+        high,
+        clusters: ratio.estimate.clusters,
+        effect: effect.id().to_owned(),
+        noisy: 0,
     }
 }

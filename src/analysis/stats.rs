@@ -66,14 +66,17 @@ pub fn wilson(successes: u64, trials: u64) -> (f64, f64) {
     if trials == 0 {
         return (0.0, 1.0);
     }
-    let (n, p) = (trials as f64, successes as f64 / trials as f64);
+    let (low, high) = wilson_of(successes as f64 / trials as f64, trials as f64);
+    // At the ends the formula gives 0 and 1 up to rounding; say so exactly.
+    (if successes == 0 { 0.0 } else { low }, if successes == trials { 1.0 } else { high })
+}
+
+/// Wilson's 95 % interval for a rate `p` in `n` trials, which need not be whole.
+fn wilson_of(p: f64, n: f64) -> (f64, f64) {
     let z2 = Z_95 * Z_95;
     let centre = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
     let half = Z_95 / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
-    // At the ends the formula gives 0 and 1 up to rounding; say so exactly.
-    let low = if successes == 0 { 0.0 } else { (centre - half).max(0.0) };
-    let high = if successes == trials { 1.0 } else { (centre + half).min(1.0) };
-    (low, high)
+    ((centre - half).max(0.0), (centre + half).min(1.0))
 }
 
 /// The 95 % interval of a miss rate: Wilson's, but at most 3/n when nothing was missed.
@@ -123,6 +126,53 @@ fn t_95(freedom: f64) -> f64 {
                 + (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * freedom.powi(2))
         }
     }
+}
+
+/// Student's 97.5 % quantile, as [`t_95`]; that of the normal distribution at infinitely many degrees of freedom.
+#[must_use]
+pub fn student_95(freedom: f64) -> f64 {
+    if freedom.is_finite() { t_95(freedom) } else { Z_95 }
+}
+
+/// Probability that Student's t at a number of degrees of freedom, at least 1, is farther from 0 than `t`. With t = √ν tan θ its density is
+/// proportional to cos^(ν-1) θ.
+#[must_use]
+pub fn student_tails(t: f64, freedom: f64) -> f64 {
+    /// Even; right to five digits at any degrees of freedom that occur.
+    const STEPS: usize = 2000;
+    // Beyond this the normal distribution is as good, and the density is too narrow for the steps.
+    let freedom = freedom.min(10_000.0);
+    let integral = |from: f64, to: f64| {
+        let width = (to - from) / STEPS as f64;
+        let at = |i: usize| (from + width * i as f64).cos().max(0.0).powf(freedom - 1.0);
+        let inner = (1..STEPS).map(|i| if i % 2 == 1 { 4.0 * at(i) } else { 2.0 * at(i) });
+        (at(0) + inner.sum::<f64>() + at(STEPS)) * width / 3.0
+    };
+    // Nearly all of the density lies within some deviations of 0.
+    let end = std::f64::consts::FRAC_PI_2.min(40.0 / freedom.sqrt());
+    let start = (t.abs() / freedom.sqrt()).atan();
+    if start >= end { 0.0 } else { (integral(start, end) / integral(0.0, end)).min(1.0) }
+}
+
+/// The 95 % interval of a rate over lines, each (missed, contacts): the variance of a ratio over clusters (Cochran 1977, section 3.12) says to
+/// how many independent contacts the observed ones amount, and Wilson's interval is that of so many (Korn and Graubard 1998, Survey
+/// Methodology 24). None missed on m lines is at most 3/m; [0, 1] of nothing.
+#[must_use]
+pub fn clustered_rate(lines: &[(u64, u64)]) -> (f64, f64) {
+    let count = lines.iter().filter(|(_, contacts)| *contacts > 0).count();
+    let (missed, contacts) = lines.iter().fold((0, 0), |(m, n), (x, y)| (m + x, n + y));
+    if contacts == 0 {
+        return (0.0, 1.0);
+    }
+    if missed == 0 {
+        return (0.0, (3.0 / count as f64).min(1.0));
+    }
+    let (rate, lines_count) = (missed as f64 / contacts as f64, count as f64);
+    let squares: f64 = lines.iter().map(|(m, n)| (*m as f64 - rate * *n as f64).powi(2)).sum();
+    let variance = squares * lines_count / (lines_count - 1.0) / (contacts as f64).powi(2);
+    // Contacts of one line never say more than as many of different lines.
+    let independent = if count < 2 { 1.0 } else { (rate * (1.0 - rate) / variance).min(contacts as f64).max(1.0) };
+    wilson_of(rate, independent)
 }
 
 /// What the deviations of resamples are multiplied by where clusters are as few as the degrees of freedom say; 1 where there are none, for
@@ -386,6 +436,35 @@ mod tests {
             let missed = missed(sizes, &mut normal);
             assert!((6..=44).contains(&missed), "{sizes:?}: {missed} of 400");
         }
+    }
+
+    /// Tails of Student's t from its table, and of the normal distribution.
+    #[test]
+    fn tails_by_the_table() {
+        for (t, freedom, tails) in
+            [(12.706, 1.0, 0.05), (4.303, 2.0, 0.05), (3.365, 5.0, 0.02), (2.042, 30.0, 0.05), (1.96, 1e9, 0.05)]
+        {
+            close(student_tails(t, freedom), tails, 2e-4);
+            close(student_tails(-t, freedom), tails, 2e-4);
+        }
+        close(student_tails(0.0, 3.0), 1.0, 1e-9);
+        assert!(student_tails(100.0, 50.0) < 1e-6);
+    }
+
+    /// Ten lines of ten contacts each, all missed or none, are ten observations, not a hundred; lines that each miss the same share are at
+    /// least as many as their contacts.
+    #[test]
+    fn a_line_that_is_missed_as_a_whole_is_one_observation() {
+        let lines: Vec<(u64, u64)> = (0..10).map(|line| if line < 3 { (10, 10) } else { (0, 10) }).collect();
+        let (low, high) = clustered_rate(&lines);
+        let (few, many) = (wilson(3, 10), wilson(30, 100));
+        // Over n - 1 lines instead of n the variance is a ninth more: nine lines' worth.
+        assert!((few.0 - low).abs() < 0.02 && (few.1 - high).abs() < 0.02, "{low} {high} {few:?}");
+        assert!(high - low > 1.8 * (many.1 - many.0));
+        let even: Vec<(u64, u64)> = vec![(3, 10); 10];
+        assert_eq!(clustered_rate(&even), wilson(30, 100));
+        assert_eq!(clustered_rate(&vec![(0, 15); 3000]), (0.0, 0.001));
+        assert_eq!(clustered_rate(&[]), (0.0, 1.0));
     }
 
     /// Values of t from Student's table; above ten degrees from its expansion.

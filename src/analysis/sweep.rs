@@ -59,7 +59,7 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
                 x: f64::from_bits(*x),
                 variant: case.variant.clone(),
                 split: case.split.clone(),
-                axes: case.axes.clone(),
+                split_axes: case.split_axes.clone(),
                 leaf: case.leaf,
                 stratum: *stratum,
                 metric: (*name).to_owned(),

@@ -3,36 +3,74 @@
 
 use super::AnalysisError;
 use super::stats::{Group, quantile};
+use super::summary::Cell;
+use super::totals::{self, Estimate, Observation, Totals};
 use crate::record::rows::CaseKey;
-use crate::record::{BuildRow, CONTROL_WORKLOAD, QueryRow, Stratum, TimingRow, for_each_row, read_rows};
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use crate::record::{
+    AnswerRow, BuildRow, CONTROL_WORKLOAD, CaseRow, PROGRAM_TIME, PoseRow, Stratum, TimingRow, for_each_row, read_rows,
+};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-
-/// Consecutive poses of one pair that are resampled together in counts of queries where nothing was timed, so that there are no chunks:
-/// neighbours along a path depend on one another (a block bootstrap, Künsch 1989).
-const POSES_PER_CLUSTER: u32 = 16;
 
 /// What was observed in one scene.
 #[derive(Debug, Default)]
 pub struct Scene {
-    /// Chunks by number: stratum and poses.
-    pub chunks: BTreeMap<u32, (Stratum, u32)>,
-    /// The (workload, pair) of each chunk of several poses, numbered as in [`Query::pair`].
-    pub chunk_pairs: BTreeMap<u32, u32>,
-    /// Chunks of single poses on which the exhaustive control ran.
-    pub control_chunks: BTreeSet<u32>,
+    /// Chunks by number.
+    pub chunks: BTreeMap<u32, Chunk>,
     /// Timed chunks by case, sorted by (launch, block, chunk).
     pub timings: BTreeMap<CaseKey, Vec<Sample>>,
-    /// Counted queries by case, sorted by (pair, pose).
+    /// Counted queries by case, sorted by pose.
     pub queries: BTreeMap<CaseKey, Vec<Query>>,
     /// Timed constructions by case, sorted by (launch, block, part).
     pub builds: BTreeMap<CaseKey, Vec<Sample>>,
     /// Number of launches seen in timings or builds: 1 + the largest.
     pub launches: usize,
-    /// Names that `Query::pair` numbers: (workload, pair).
-    pairs: BTreeMap<(String, String), u32>,
+    /// The chunk and the line of each pose.
+    poses: BTreeMap<u32, (u32, u32)>,
     /// Names that `Sample::item` numbers in builds.
     parts: BTreeMap<String, u32>,
+}
+
+/// What a chunk holds.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Chunk {
+    /// Workload of all its poses.
+    pub workload: String,
+    /// Program that it is the whole of; else empty.
+    pub program: String,
+    /// The two parts, of its first pose.
+    pub pair: String,
+    /// Stratum of all its poses; of a program that of the first.
+    pub stratum: Stratum,
+    /// Number of its first pose in its pair and workload.
+    pub first_step: u32,
+    /// Number of poses.
+    pub poses: u32,
+    /// Whether its last pose touches: a program ends in a collision.
+    pub ends_in_contact: bool,
+    /// Chunks with a line in common have the same cluster.
+    pub cluster: u32,
+    /// Whether its cluster has chunks of other strata.
+    pub spans_strata: bool,
+}
+
+impl Chunk {
+    /// Whether it is a whole program.
+    #[must_use]
+    pub fn is_program(&self) -> bool {
+        self.workload == PROGRAM_TIME
+    }
+
+    /// Whether it is one of the single poses on which the exhaustive control ran.
+    #[must_use]
+    pub fn is_control(&self) -> bool {
+        self.workload == CONTROL_WORKLOAD
+    }
+
+    /// Without what another version of the program may number otherwise.
+    fn held(&self) -> Self {
+        Self { cluster: 0, spans_strata: false, ..self.clone() }
+    }
 }
 
 /// One timed thing: a chunk of queries, or the construction of a part's tree.
@@ -51,14 +89,16 @@ pub struct Sample {
 /// One counted query.
 #[derive(Clone, Copy, Debug)]
 pub struct Query {
-    /// Number of the (workload, pair).
-    pub pair: u32,
-    /// Pose of it.
+    /// Its pose.
     pub pose: u32,
-    /// The chunk that the pose was timed in, if it was.
-    pub chunk: Option<u32>,
+    /// The chunk that the pose belongs to.
+    pub chunk: u32,
+    /// The line that the pose lies on, unique in the scene.
+    pub line: u32,
     /// Stratum.
     pub stratum: Stratum,
+    /// The case's verdict.
+    pub touches: bool,
     /// Volume tests.
     pub volume_tests: u64,
     /// Triangle tests.
@@ -96,43 +136,50 @@ pub struct Strata {
     pub launches: usize,
 }
 
-/// Reads timings, queries and builds of a run's folder, by scene.
+/// Reads poses, timings, answers and builds of a run's folder, by scene.
 ///
 /// # Errors
-/// When `timings.csv`, `queries.csv` or `builds.csv` is missing or malformed, or contradicts itself.
+/// When one of the files is missing or malformed, or contradicts another.
 pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
+    let cases: BTreeMap<String, CaseKey> =
+        read_rows::<CaseRow>(folder)?.into_iter().map(|row| (row.case.clone(), row.case())).collect();
     let mut scenes: BTreeMap<String, Scene> = BTreeMap::new();
-    let mut contradiction = None;
+    let mut wrong: Option<AnalysisError> = None;
+    let mut lines: BTreeMap<(String, String, String, u32), u32> = BTreeMap::new();
+    for_each_row(folder, |row: PoseRow| {
+        let scene = scenes.entry(row.scene.clone()).or_default();
+        if !scene.add_pose(&row, &mut lines) {
+            let (scene, pose) = (row.scene, row.pose);
+            wrong.get_or_insert(AnalysisError::Pose { scene, pose });
+        }
+    })?;
+    let unknown = |file, scene: &str, what: String| AnalysisError::Unknown { file, scene: scene.to_owned(), what };
     for_each_row(folder, |row: TimingRow| {
         let scene = scenes.entry(row.scene.clone()).or_default();
-        let chunk = *scene.chunks.entry(row.chunk).or_insert((row.stratum, row.poses));
-        if (chunk != (row.stratum, row.poses) || row.poses == 0 || row.passes == 0) && contradiction.is_none() {
-            contradiction = Some(AnalysisError::Chunk { scene: row.scene.clone(), chunk: row.chunk });
-        }
+        let (case, chunk) = (cases.get(&row.case), scene.chunks.get(&row.chunk));
+        let (Some(case), Some(chunk)) = (case, chunk) else {
+            let what = format!("case `{}` or chunk {}", row.case, row.chunk);
+            wrong.get_or_insert(unknown("timings.csv", &row.scene, what));
+            return;
+        };
         scene.launches = scene.launches.max(row.launch as usize + 1);
-        let ns = row.ns as f64 / (f64::from(row.poses) * f64::from(row.passes));
-        if row.workload == CONTROL_WORKLOAD {
-            scene.control_chunks.insert(row.chunk);
-        } else if !scene.chunk_pairs.contains_key(&row.chunk) {
-            let pair = intern(&mut scene.pairs, (row.workload.clone(), row.pair.clone()));
-            scene.chunk_pairs.insert(row.chunk, pair);
-        }
+        let ns = row.ns as f64 / (f64::from(chunk.poses) * f64::from(row.passes));
         let sample = Sample { launch: row.launch, block: row.block, item: row.chunk, ns };
-        scene.timings.entry(row.case()).or_default().push(sample);
+        scene.timings.entry(case.clone()).or_default().push(sample);
     })?;
-    for_each_row(folder, |row: QueryRow| {
+    for_each_row(folder, |row: AnswerRow| {
         let scene = scenes.entry(row.scene.clone()).or_default();
-        let case = row.case();
-        let pair = intern(&mut scene.pairs, (row.workload, row.pair));
-        let QueryRow { pose, stratum, volume_tests, triangle_tests, .. } = row;
-        scene.queries.entry(case).or_default().push(Query {
-            pair,
-            pose,
-            chunk: None,
-            stratum,
-            volume_tests,
-            triangle_tests,
-        });
+        let (case, pose) = (cases.get(&row.case), scene.poses.get(&row.pose));
+        let (Some(case), Some(&(chunk, line))) = (case, pose) else {
+            let what = format!("case `{}` or pose {}", row.case, row.pose);
+            wrong.get_or_insert(unknown("answers.csv", &row.scene, what));
+            return;
+        };
+        let AnswerRow { pose, volume_tests, triangle_tests, .. } = row;
+        let stratum = scene.chunks[&chunk].stratum;
+        let touches = row.verdict == 1;
+        let query = Query { pose, chunk, line, stratum, touches, volume_tests, triangle_tests };
+        scene.queries.entry(case.clone()).or_default().push(query);
     })?;
     for row in read_rows::<BuildRow>(folder)? {
         let scene = scenes.entry(row.scene.clone()).or_default();
@@ -142,7 +189,7 @@ pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
         let sample = Sample { launch: row.launch, block: row.block, item, ns: row.ns as f64 };
         scene.builds.entry(case).or_default().push(sample);
     }
-    if let Some(error) = contradiction {
+    if let Some(error) = wrong {
         return Err(error);
     }
     for (name, scene) in &mut scenes {
@@ -166,8 +213,32 @@ fn ranks<K: Ord>(numbers: &BTreeMap<K, u32>) -> Vec<u32> {
 }
 
 impl Scene {
+    /// Adds a pose to its chunk; `false` when it does not fit there, or is there already.
+    fn add_pose(&mut self, row: &PoseRow, lines: &mut BTreeMap<(String, String, String, u32), u32>) -> bool {
+        let line = intern(lines, (row.scene.clone(), row.workload.clone(), row.pair.clone(), row.line));
+        if self.poses.insert(row.pose, (row.chunk, line)).is_some() {
+            return false;
+        }
+        let new = || Chunk {
+            workload: row.workload.clone(),
+            program: row.program.clone(),
+            pair: row.pair.clone(),
+            stratum: row.stratum,
+            first_step: row.step,
+            poses: 0,
+            ends_in_contact: false,
+            cluster: row.chunk,
+            spans_strata: false,
+        };
+        let chunk = self.chunks.entry(row.chunk).or_insert_with(new);
+        chunk.poses += 1;
+        chunk.ends_in_contact = row.exact == 1;
+        let alike = chunk.workload == row.workload && chunk.program == row.program;
+        alike && (chunk.is_program() || (chunk.stratum == row.stratum && chunk.pair == row.pair))
+    }
+
     fn sort(&mut self, name: &str) -> Result<(), AnalysisError> {
-        let (pairs, parts) = (ranks(&self.pairs), ranks(&self.parts));
+        let parts = ranks(&self.parts);
         let twice = |case: &CaseKey, what: String| {
             Err(AnalysisError::Twice {
                 scene: name.to_owned(),
@@ -176,7 +247,6 @@ impl Scene {
             })
         };
         self.builds.values_mut().flatten().for_each(|sample| sample.item = parts[sample.item as usize]);
-        self.chunk_pairs.values_mut().for_each(|pair| *pair = pairs[*pair as usize]);
         for (case, samples) in self.timings.iter_mut().chain(&mut self.builds) {
             samples.sort_by_key(Sample::key);
             if let Some(pair) = samples.windows(2).find(|pair| pair[0].key() == pair[1].key()) {
@@ -185,53 +255,152 @@ impl Scene {
             }
         }
         for (case, queries) in &mut self.queries {
-            queries.iter_mut().for_each(|query| query.pair = pairs[query.pair as usize]);
             queries.sort_by_key(Query::key);
             if let Some(pair) = queries.windows(2).find(|pair| pair[0].key() == pair[1].key()) {
-                return twice(case, format!("pose {} of a pair", pair[0].pose));
+                return twice(case, format!("pose {}", pair[0].pose));
             }
         }
-        self.find_chunks();
+        self.find_clusters();
         Ok(())
     }
 
-    /// Tells each query its chunk. Records do not name it, but chunks of one stratum and pair are numbered in the order of their poses, which
-    /// they share with nobody: so the poses of whoever was asked about most, in order, fill them one after another.
-    fn find_chunks(&mut self) {
-        let mut poses: BTreeMap<(Stratum, u32), VecDeque<u32>> = BTreeMap::new();
-        for query in self.queries.values().max_by_key(|queries| queries.len()).into_iter().flatten() {
-            poses.entry((query.stratum, query.pair)).or_default().push_back(query.pose);
+    /// Gives chunks that share a line, directly or through others, the same cluster: the least of their numbers. Whole programs are no sample
+    /// of poses, so that they stay apart.
+    fn find_clusters(&mut self) {
+        let mut of_line: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+        for &(chunk, line) in self.poses.values().filter(|(chunk, _)| !self.chunks[chunk].is_program()) {
+            of_line.entry(line).or_default().insert(chunk);
         }
-        let mut chunks: BTreeMap<(u32, u32), u32> = BTreeMap::new();
-        for (&chunk, &pair) in &self.chunk_pairs {
-            let (stratum, count) = self.chunks[&chunk];
-            if let Some(rest) = poses.get_mut(&(stratum, pair)).filter(|rest| rest.len() >= count as usize) {
-                chunks.extend(rest.drain(..count as usize).map(|pose| ((pair, pose), chunk)));
+        loop {
+            let mut changed = false;
+            for chunks in of_line.values() {
+                let least = chunks.iter().map(|chunk| self.chunks[chunk].cluster).min().expect("a line has a pose");
+                for number in chunks {
+                    let chunk = self.chunks.get_mut(number).expect("its pose was read");
+                    changed |= chunk.cluster != least;
+                    chunk.cluster = least;
+                }
+            }
+            if !changed {
+                break;
             }
         }
-        self.queries.values_mut().flatten().for_each(|query| query.chunk = chunks.get(&query.key()).copied());
-    }
-
-    /// Log ratios of the query times of two cases, paired by launch, block and chunk; of the blocks of a launch and chunk the
-    /// median, which a sample that was interrupted does not move.
-    #[must_use]
-    pub fn time_ratios(&self, above: &CaseKey, below: &CaseKey) -> Option<Strata> {
-        let pairs = merge(self.timings.get(above)?, self.timings.get(below)?, Sample::key);
-        let mut blocks: BTreeMap<(u32, u32), Vec<f64>> = BTreeMap::new();
-        for (a, b) in pairs {
-            blocks.entry((a.launch, a.item)).or_default().push((a.ns / b.ns).ln());
-        }
-        let logs = blocks.into_iter().map(|((launch, item), mut logs)| {
-            logs.sort_unstable_by(f64::total_cmp);
-            (Some(self.chunks[&item].0), launch, item, quantile(&logs, 0.5))
+        let mut strata: BTreeMap<u32, BTreeSet<Stratum>> = BTreeMap::new();
+        self.chunks.values().for_each(|chunk| {
+            strata.entry(chunk.cluster).or_default().insert(chunk.stratum);
         });
-        Strata::collect(logs, self.launches)
+        self.chunks.values_mut().for_each(|chunk| chunk.spans_strata = strata[&chunk.cluster].len() > 1);
     }
 
-    /// Whether the pairs of the two runs have the same numbers, so that their queries can be held against each other.
+    /// The workloads of the scene's chunks, each once, in order; not whole programs.
     #[must_use]
-    pub fn has_pairs_of(&self, other: &Self) -> bool {
-        self.pairs.keys().eq(other.pairs.keys())
+    pub fn workloads(&self) -> BTreeSet<&str> {
+        self.chunks.values().filter(|chunk| !chunk.is_program()).map(|chunk| chunk.workload.as_str()).collect()
+    }
+
+    /// The programs that were timed as wholes: file, chunk.
+    pub fn programs(&self) -> impl Iterator<Item = (&str, u32)> {
+        let programs = self.chunks.iter().filter(|(_, chunk)| chunk.is_program());
+        programs.map(|(&number, chunk)| (chunk.program.as_str(), number))
+    }
+
+    /// The total query time of one case over that of another in a cell, of the chunks that both ran.
+    #[must_use]
+    pub fn time_ratio(&self, above: &CaseKey, below: &CaseKey, cell: Cell<'_>, seed: u64) -> Option<Estimate> {
+        let (above, below) = (chunk_times(self.timings.get(above)?), chunk_times(self.timings.get(below)?));
+        let both = above.iter().filter_map(|(key, a)| Some((key, *a, *below.get(key)?)));
+        let totals = Totals::of(both.filter_map(|(&(launch, number), a, b)| {
+            let chunk = self.chunks.get(&number).filter(|chunk| cell.has(chunk))?;
+            let poses = f64::from(chunk.poses);
+            Some(observation(chunk, launch, (a * poses, b * poses)))
+        }))?;
+        Some(totals.estimate(seed, &format!("time {cell}")))
+    }
+
+    /// The mean query time of a case in a cell, ns.
+    #[must_use]
+    pub fn mean_time(&self, case: &CaseKey, cell: Cell<'_>, seed: u64) -> Option<Estimate> {
+        let times = chunk_times(self.timings.get(case)?);
+        let totals = Totals::of(times.into_iter().filter_map(|((launch, number), ns)| {
+            let chunk = self.chunks.get(&number).filter(|chunk| cell.has(chunk))?;
+            let poses = f64::from(chunk.poses);
+            Some(observation(chunk, launch, (ns * poses, poses)))
+        }))?;
+        Some(totals.estimate(seed, &format!("mean {cell}")))
+    }
+
+    /// The total count of one case over that of another in a cell, of the poses that both were asked about. A case whose every count is zero does
+    /// not count and has no ratio.
+    #[must_use]
+    pub fn count_ratio(
+        &self,
+        above: &CaseKey,
+        below: &CaseKey,
+        counter: Counter,
+        cell: Cell<'_>,
+        seed: u64,
+    ) -> Option<Estimate> {
+        let pairs = merge(self.queries.get(above)?, self.queries.get(below)?, Query::key);
+        let pairs: Vec<_> = pairs.filter(|(query, _)| cell.has(&self.chunks[&query.chunk])).collect();
+        let sum = |count: &dyn Fn(&(&Query, &Query)) -> u64| pairs.iter().map(count).sum::<u64>();
+        if sum(&|(a, _)| a.count(counter)) == 0 || sum(&|(_, b)| b.count(counter)) == 0 {
+            return None;
+        }
+        let totals = Totals::of(pairs.iter().map(|(a, b)| Observation {
+            stratum: a.stratum as u32,
+            cluster: a.line,
+            launch: 0,
+            numerator: a.count(counter) as f64,
+            denominator: b.count(counter) as f64,
+        }))?;
+        Some(totals.estimate(seed, &format!("count {cell}")))
+    }
+
+    /// The total construction time of one case over that of another, of the parts that both built; blocks are drawn, since a few parts are no
+    /// sample of anything, and blocks are numbered across launches.
+    #[must_use]
+    pub fn build_ratio(&self, above: &CaseKey, below: &CaseKey, seed: u64) -> Option<Estimate> {
+        let pairs = merge(self.builds.get(above)?, self.builds.get(below)?, Sample::key);
+        let totals = Totals::of(pairs.map(|(a, b)| Observation {
+            stratum: 0,
+            cluster: a.block,
+            launch: 0,
+            numerator: a.ns,
+            denominator: b.ns,
+        }))?;
+        Some(totals.estimate(seed, "build"))
+    }
+
+    /// The total time of a program, or of all programs, by launch, ns: of each launch the median over its blocks. `None` where a program of these was
+    /// not timed.
+    #[must_use]
+    pub fn program_totals(&self, case: &CaseKey, program: Option<&str>) -> Option<Vec<f64>> {
+        let wanted: Vec<u32> =
+            self.programs().filter(|(file, _)| program.is_none_or(|p| p == *file)).map(|(_, chunk)| chunk).collect();
+        let times = chunk_times(self.timings.get(case)?);
+        let total = |launch: u32| {
+            let of = wanted.iter().map(|chunk| {
+                let ns = times.get(&(launch, *chunk))?;
+                Some(ns * f64::from(self.chunks[chunk].poses))
+            });
+            of.sum::<Option<f64>>()
+        };
+        let totals: Option<Vec<f64>> = (0..self.launches as u32).map(total).collect();
+        totals.filter(|totals| !wanted.is_empty() && !totals.is_empty())
+    }
+
+    /// The total time of a program, or of all programs, by one case over that by another.
+    #[must_use]
+    pub fn program_ratio(&self, above: &CaseKey, below: &CaseKey, program: Option<&str>) -> Option<Estimate> {
+        let (above, below) = (self.program_totals(above, program)?, self.program_totals(below, program)?);
+        totals::over_launches(&above.into_iter().zip(below).collect::<Vec<_>>())
+    }
+
+    /// Whether the chunks of the two runs hold the same poses, so that their queries can be held against each other.
+    #[must_use]
+    pub fn has_poses_of(&self, other: &Self) -> bool {
+        let held = |scene: &Self| scene.chunks.values().map(Chunk::held).collect::<BTreeSet<_>>();
+        self.poses.keys().eq(other.poses.keys()) && held(self) == held(other)
     }
 
     /// Log ratios of a case's query times in this run to those in another, `before`, of the same poses: paired by launch and
@@ -239,24 +408,14 @@ impl Scene {
     #[must_use]
     pub fn time_changes(&self, before: &Self, case: &CaseKey) -> Option<Strata> {
         let (after, earlier) = (chunk_times(self.timings.get(case)?), chunk_times(before.timings.get(case)?));
-        let numbers: BTreeMap<Held, u32> = before.held().map(|(number, held)| (held, number)).collect();
-        let held: BTreeMap<u32, Held> = self.held().collect();
-        let logs = after.into_iter().filter_map(|((launch, chunk), ns)| {
-            let old = earlier.get(&(launch, *numbers.get(&held[&chunk])?))?;
-            Some((Some(self.chunks[&chunk].0), launch, chunk, (ns / old).ln()))
+        let numbers: BTreeMap<Chunk, u32> =
+            before.chunks.iter().map(|(&number, chunk)| (chunk.held(), number)).collect();
+        let logs = after.into_iter().filter_map(|((launch, number), ns)| {
+            let chunk = self.chunks.get(&number).filter(|chunk| !chunk.is_program())?;
+            let old = earlier.get(&(launch, *numbers.get(&chunk.held())?))?;
+            Some((Some(chunk.stratum), launch, number, (ns / old).ln()))
         });
         Strata::collect(logs, self.launches.min(before.launches))
-    }
-
-    /// What each chunk holds, by its number.
-    fn held(&self) -> impl Iterator<Item = (u32, Held)> {
-        let mut ranks: BTreeMap<(Stratum, u32, Option<u32>), u32> = BTreeMap::new();
-        self.chunks.iter().map(move |(&number, &(stratum, poses))| {
-            let kind = (stratum, poses, self.chunk_pairs.get(&number).copied());
-            let rank = ranks.entry(kind).or_default();
-            *rank += 1;
-            (number, (kind, *rank))
-        })
     }
 
     /// Log ratios of a case's construction times in this run to those in another, `before`, paired by block and part. As in
@@ -279,56 +438,12 @@ impl Scene {
         let of = |scene: &'a Self| scene.queries.get(case).map_or(&[][..], Vec::as_slice);
         merge(of(self), of(before), Query::key)
     }
-
-    /// Query times of a case, ns: of each launch and chunk the median over blocks, so that all chunks count the same, however often each was
-    /// repeated (slow ones are timed once in a launch).
-    #[must_use]
-    pub fn times(&self, case: &CaseKey) -> Option<Strata> {
-        let samples = self.timings.get(case)?;
-        // The control's few poses stand for the control alone; a case that ran others is summed up over those.
-        let only_control = samples.iter().all(|sample| self.control_chunks.contains(&sample.item));
-        let times = chunk_times(samples).into_iter();
-        let times = times.filter(|((_, chunk), _)| only_control || !self.control_chunks.contains(chunk));
-        let observations = times.map(|((launch, chunk), ns)| (Some(self.chunks[&chunk].0), launch, chunk, ns));
-        Strata::collect(observations, self.launches)
-    }
-
-    /// Log ratios of the construction times of two cases, paired by launch, block and part.
-    #[must_use]
-    pub fn build_ratios(&self, above: &CaseKey, below: &CaseKey) -> Option<Strata> {
-        let pairs = merge(self.builds.get(above)?, self.builds.get(below)?, Sample::key);
-        // A few parts are no sample of anything: what is resampled are the blocks, which are numbered across launches.
-        let logs = pairs.map(|(a, b)| (None, 0, a.block, (a.ns / b.ns).ln()));
-        Strata::collect(logs, 1)
-    }
-
-    /// Log ratios of the counts of two cases, paired by query. Triangle tests are counted from one instead of zero, for a
-    /// query that gets by without any would otherwise have no logarithm, and leaving it out would leave out a method's best.
-    /// A case whose every count is zero does not count and has no ratios.
-    #[must_use]
-    pub fn count_ratios(&self, above: &CaseKey, below: &CaseKey, counter: Counter) -> Option<Strata> {
-        let (above, below) = (self.queries.get(above)?, self.queries.get(below)?);
-        let counts = |queries: &[Query]| queries.iter().any(|query| query.count(counter) > 0);
-        if !counts(above) || !counts(below) {
-            return None;
-        }
-        let pairs = merge(above, below, Query::key);
-        let start = match counter {
-            Counter::Volume => 0,
-            Counter::Triangle => 1,
-        };
-        let logs = pairs.filter_map(|(a, b)| {
-            let (over, under) = (start + a.count(counter), start + b.count(counter));
-            (over > 0 && under > 0).then(|| (Some(a.stratum), 0, cluster(a), (over as f64 / under as f64).ln()))
-        });
-        Strata::collect(logs, 1)
-    }
 }
 
-/// The cluster of a query: its chunk, as in times; without one its neighbours, of a pair's first 2^19 poses, beyond which clusters merely
-/// grow together.
-fn cluster(query: &Query) -> u32 {
-    query.chunk.unwrap_or(1 << 31 | query.pair << 15 | (query.pose / POSES_PER_CLUSTER) & 0x7fff)
+fn observation(chunk: &Chunk, launch: u32, (numerator, denominator): (f64, f64)) -> Observation {
+    // Clusters that span strata are drawn as one.
+    let stratum = if chunk.spans_strata { Stratum::ALL.len() as u32 } else { chunk.stratum as u32 };
+    Observation { stratum, cluster: chunk.cluster, launch, numerator, denominator }
 }
 
 impl Sample {
@@ -337,12 +452,9 @@ impl Sample {
     }
 }
 
-/// What a chunk holds: stratum, number of poses, (workload, pair) unless it is the control's, and its rank among those alike.
-type Held = ((Stratum, u32, Option<u32>), u32);
-
 impl Query {
-    const fn key(&self) -> (u32, u32) {
-        (self.pair, self.pose)
+    const fn key(&self) -> u32 {
+        self.pose
     }
 }
 

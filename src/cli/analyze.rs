@@ -52,7 +52,7 @@ pub fn print(outcome: &Outcome, claims: &ClaimSet) {
 
 /// The words of verdicts.
 const TONES: [(&str, Tone); 4] =
-    [("reproduces", Tone::Good), ("reversed", Tone::Bad), ("inconclusive", Tone::Doubtful), ("not-judged", Tone::Dim)];
+    [("supported", Tone::Good), ("refuted", Tone::Bad), ("undecided", Tone::Doubtful), ("not-judged", Tone::Dim)];
 
 /// Verdicts, a line each; a claim and a reading are named where they begin.
 fn table(rows: &[ClaimRow], claims: &ClaimSet) -> Table {

@@ -1,16 +1,16 @@
 //! Verification: every variant's verdict against the exact truth, over many poses, counted by depth band.
 //!
 //! A hundred thousand poses of a loose volume's query would take minutes, and most of that would go into poses where
-//! nothing can be missed. So the query itself answers a spread of poses only, and the witness argument of
-//! [`crate::tree::witness`] answers the others, with the same verdicts; `queried` says how many were of the first kind. For peers, whose
-//! insides that argument says nothing of, there are no others; a method of ours without it is queried at all poses.
+//! nothing can be missed. So the query of a safe volume answers a spread of poses only, and the witness argument of
+//! [`crate::tree::witness`] answers the others, with the same verdicts. Whatever promises nothing, or is no volume, answers everywhere by its
+//! own query; peers, of whose insides that argument says nothing, answer the spread alone. `asked` says how many were asked.
 
 use super::Progress;
 use super::judged::{JudgedPair, JudgedPose};
 use super::plan::{Case, Plan};
 use crate::geometry::Isometry;
 use crate::method::{Kind, Model};
-use crate::record::{Band, VerificationRow};
+use crate::record::{Band, LineRow, MissRow, VerificationRow};
 use crate::scene::Scene;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -20,45 +20,83 @@ const BATCH: usize = 256;
 /// To as many poses a tree amounts in the progress; some volumes take longer to fit than to ask.
 const TREE_STEPS: u64 = 1024;
 
-/// Verdicts of every case over all judged poses. The control is not run: its verdict is the `brute` column of the others.
-pub fn verify_scene(
-    plan: &Plan,
-    scene: &Scene,
-    judged: &[JudgedPair],
-    progress: &dyn Progress,
-) -> Vec<VerificationRow> {
+/// What a verification finds in a scene.
+#[derive(Clone, Debug, Default)]
+pub struct SceneVerdicts {
+    /// Verdicts of each case by band.
+    pub rows: Vec<VerificationRow>,
+    /// Lines with contacts above grazing.
+    pub lines: Vec<LineRow>,
+    /// Contacts missed, by case and line.
+    pub misses: Vec<MissRow>,
+}
+
+/// Verdicts of every case over all judged poses. The control is not run: it tests every pair of triangles by the exact test.
+pub fn verify_scene(plan: &Plan, scene: &Scene, judged: &[JudgedPair], progress: &dyn Progress) -> SceneVerdicts {
     let cases: Vec<&Case> = plan.cases.iter().filter(|case| case.variant.kind != Kind::Control).collect();
     let poses: usize = judged.iter().map(|pair| pair.poses.len()).sum();
     let parts: BTreeSet<usize> = judged.iter().flat_map(|pair| [pair.pair.a, pair.pair.b]).collect();
     let steps = poses as u64 + parts.len() as u64 * TREE_STEPS;
     progress.begin(&format!("{}: trees and verdicts", scene.name), steps * cases.len() as u64);
-    let rows: Vec<_> = cases
+    let mut verdicts = SceneVerdicts {
+        lines: judged.iter().flat_map(|pair| lines(scene, pair, plan.budget.asked_poses)).collect(),
+        ..SceneVerdicts::default()
+    };
+    let of_cases: Vec<_> = cases
         .into_par_iter()
-        .map(|case| verify_case(case, scene, (judged, &parts), plan.budget.queried_poses, progress))
+        .map(|case| verify_case(case, scene, (judged, &parts), plan.budget.asked_poses, progress))
         .collect();
-    rows.concat()
+    for (rows, misses) in of_cases {
+        verdicts.rows.extend(rows);
+        verdicts.misses.extend(misses);
+    }
+    verdicts
+}
+
+/// Every how many poses of a pair all cases are asked.
+fn stride(pair: &JudgedPair, asked_poses: usize) -> usize {
+    pair.poses.len().div_ceil(asked_poses).max(1)
+}
+
+fn lines(scene: &Scene, pair: &JudgedPair, asked_poses: usize) -> Vec<LineRow> {
+    let mut lines: BTreeMap<u32, LineRow> = BTreeMap::new();
+    for (index, pose) in pair.poses.iter().enumerate().filter(|(_, pose)| pose.band.is_above_grazing()) {
+        let row = lines.entry(pose.line).or_insert_with(|| LineRow {
+            scene: scene.name.clone(),
+            workload: pair.workload.clone(),
+            pair: scene.pair_name(pair.pair),
+            line: pose.line,
+            contacts: 0,
+            sampled: 0,
+        });
+        row.contacts += 1;
+        row.sampled += u64::from(index.is_multiple_of(stride(pair, asked_poses)));
+    }
+    lines.into_values().collect()
 }
 
 fn verify_case(
     case: &Case,
     scene: &Scene,
     (judged, parts): (&[JudgedPair], &BTreeSet<usize>),
-    queried_poses: usize,
+    asked_poses: usize,
     progress: &dyn Progress,
-) -> Vec<VerificationRow> {
+) -> (Vec<VerificationRow>, Vec<MissRow>) {
     let mut models: BTreeMap<usize, Box<dyn Model>> = BTreeMap::new();
     for &part in parts {
         models.insert(part, case.variant.prepare(&scene.parts[part].mesh, case.policy));
         progress.advance(TREE_STEPS);
     }
     let has_others = case.variant.kind.is_ours();
-    let mut rows = Vec::new();
+    let everywhere = case.is_asked_everywhere();
+    let (mut rows, mut misses) = (Vec::new(), Vec::new());
     for pair in judged {
         let (a, b) = (models[&pair.pair.a].as_ref(), models[&pair.pair.b].as_ref());
-        let stride = pair.poses.len().div_ceil(queried_poses).max(1);
-        let answered = |index: usize, pose| Answered { pose, queried: index.is_multiple_of(stride), touching: false };
-        let answers = pair.poses.iter().enumerate().map(|(index, pose)| answered(index, pose));
-        let mut answers: Vec<Answered> = answers.filter(|answer| answer.queried || has_others).collect();
+        let stride = stride(pair, asked_poses);
+        let asked = |index: usize| everywhere || index.is_multiple_of(stride);
+        let answers = pair.poses.iter().enumerate();
+        let answers = answers.map(|(index, pose)| Answered { pose, asked: asked(index), touching: false });
+        let mut answers: Vec<Answered> = answers.filter(|answer| answer.asked || has_others).collect();
         answers.par_chunks_mut(BATCH).for_each(|batch| {
             answer(a, b, batch, true);
             answer(a, b, batch, false);
@@ -66,25 +104,44 @@ fn verify_case(
         });
         progress.advance((pair.poses.len() - answers.len()) as u64);
         rows.extend(tally(case, scene, pair, &answers));
+        misses.extend(misses_by_line(case, scene, pair, &answers));
     }
-    rows
+    (rows, misses)
+}
+
+fn misses_by_line(case: &Case, scene: &Scene, pair: &JudgedPair, answers: &[Answered]) -> Vec<MissRow> {
+    let mut lines: BTreeMap<u32, MissRow> = BTreeMap::new();
+    for answer in answers.iter().filter(|answer| answer.pose.band.is_above_grazing() && !answer.touching) {
+        let row = lines.entry(answer.pose.line).or_insert_with(|| MissRow {
+            scene: scene.name.clone(),
+            case: case.name(),
+            workload: pair.workload.clone(),
+            pair: scene.pair_name(pair.pair),
+            line: answer.pose.line,
+            missed: 0,
+            missed_asked: 0,
+        });
+        row.missed += 1;
+        row.missed_asked += u64::from(answer.asked);
+    }
+    lines.into_values().collect()
 }
 
 /// A pose with a method's verdict.
 struct Answered<'a> {
     pose: &'a JudgedPose,
     /// Whether the method's own query gave the verdict.
-    queried: bool,
+    asked: bool,
     /// The verdict.
     touching: bool,
 }
 
-/// Fills in the verdicts of those members of a batch that are to be queried, or of the others.
-fn answer(a: &dyn Model, b: &dyn Model, batch: &mut [Answered], queried: bool) {
-    let members: Vec<&mut Answered> = batch.iter_mut().filter(|member| member.queried == queried).collect();
+/// Fills in the verdicts of those members of a batch that are asked, or of the others.
+fn answer(a: &dyn Model, b: &dyn Model, batch: &mut [Answered], asked: bool) {
+    let members: Vec<&mut Answered> = batch.iter_mut().filter(|member| member.asked == asked).collect();
     let poses: Vec<Isometry> = members.iter().map(|member| member.pose.a_from_b).collect();
     let mut verdicts = Vec::with_capacity(poses.len());
-    if queried {
+    if asked {
         a.first(b, &poses, &mut verdicts);
     } else {
         let witnesses: Vec<_> = members.iter().map(|member| member.pose.witness).collect();
@@ -109,12 +166,14 @@ fn tally(case: &Case, scene: &Scene, pair: &JudgedPair, answers: &[Answered]) ->
             pair: scene.pair_name(pair.pair),
             variant: case.id.clone(),
             split: split.clone(),
-            axes: axes.clone(),
+            split_axes: axes.clone(),
             leaf,
             safe: u8::from(case.variant.info.safe),
             band,
             poses: members.len() as u64,
-            queried: members.iter().filter(|member| member.queried).count() as u64,
+            asked: members.iter().filter(|member| member.asked).count() as u64,
+            asked_exact: members.iter().filter(|member| member.asked && member.pose.touches()).count() as u64,
+            asked_missed: members.iter().filter(|m| m.asked && m.pose.touches() && !m.touching).count() as u64,
             exact: count(|pose, _| pose.touches()),
             brute: count(|pose, _| pose.touches()),
             tree: count(|_, verdict| verdict),

@@ -1,25 +1,21 @@
 //! The one loop that times queries: randomised complete blocks.
 //!
-//! In every block every chunk is visited in a fresh random order, and for a chunk every case runs in a fresh random order,
-//! back to back, each after an untimed run over the same poses that brings the parts of its trees they need into the caches
-//! and teaches the branch predictor: without it a short sample mostly measures what ran before it. The first block
-//! warms up, finds how often a short chunk must be repeated, and is dropped. Where a chunk takes a case longer than
-//! `LONG_SAMPLE_NS`, one timed block of each launch can be enough for it: such a sample averages the machine's noise itself. Where it takes ten
-//! times that, one launch can: a method that slow is compared with others by factors, not by per cent.
+//! In every block every chunk is visited in a fresh random order, and for a chunk every case runs in a fresh random order, back to back, each
+//! after one whole untimed pass over the same poses, the same for fast and slow cases: it brings the parts of its trees they need into the
+//! caches and teaches the branch predictor. Without it a short sample mostly measures what ran before it. The first block finds how often a
+//! short chunk must be repeated, and is dropped. Where a chunk takes a case longer than `LONG_SAMPLE_NS`, one timed block of each launch can be
+//! enough for it: such a sample averages the machine's noise itself. No case is left out of a launch.
 
 use super::{Progress, timer};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 
-/// Poses run untimed before a long sample; before a shorter one all are.
-const WARM_UP_POSES: usize = 2;
+/// Poses run in the block that is dropped to see whether a chunk takes a case long.
+const PROBED_POSES: usize = 2;
 
 /// A chunk that takes a case longer than this, ns, is long: five times the shortest sample.
 const LONG_SAMPLE_NS: u64 = 5 * timer::SHORTEST_SAMPLE_NS;
-
-/// A chunk that takes a case longer than this, ns, is very long.
-const VERY_LONG_SAMPLE_NS: u64 = 10 * LONG_SAMPLE_NS;
 
 /// Cases that run chunks of poses, both by number.
 pub trait Work {
@@ -38,7 +34,7 @@ pub trait Work {
 pub enum Participation {
     /// Not at all.
     Absent,
-    /// By one sample of the first launch, without warming up: it is known to take long.
+    /// By one sample of each launch: it is known to take long.
     Once,
     /// In every block.
     Always,
@@ -49,11 +45,9 @@ pub enum Participation {
 pub struct Extent {
     /// Timed blocks.
     pub blocks: u32,
-    /// Number of the launch, from 0.
-    pub launch: u32,
     /// Whether cases are warmed up and short chunks repeated; else every sample is one run.
     pub warms_up: bool,
-    /// Whether one block is enough for long samples, and one launch for very long ones.
+    /// Whether one block is enough for long samples.
     pub long_once: bool,
 }
 
@@ -78,8 +72,6 @@ struct Repetition {
     passes: u32,
     /// Whether one timed block is enough.
     once: bool,
-    /// Whether that of the first launch is.
-    first_launch: bool,
 }
 
 /// Times all cases on all chunks; the samples in the order of block, chunk and case, whatever the order of execution. Advances by one for every chunk
@@ -87,7 +79,7 @@ struct Repetition {
 pub fn time(work: &mut impl Work, extent: Extent, seed: u64, progress: &dyn Progress) -> Vec<Sample> {
     let (cases, poses) = (work.cases(), work.chunks());
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    let mut repetitions = vec![vec![Repetition { passes: 1, once: false, first_launch: false }; cases]; poses.len()];
+    let mut repetitions = vec![vec![Repetition { passes: 1, once: false }; cases]; poses.len()];
     let mut samples = Vec::new();
     let (mut chunk_order, mut case_order): (Vec<usize>, Vec<usize>) =
         ((0..poses.len()).collect(), (0..cases).collect());
@@ -98,7 +90,10 @@ pub fn time(work: &mut impl Work, extent: Extent, seed: u64, progress: &dyn Prog
             for &case in &case_order {
                 let sample = match work.participation(case, chunk) {
                     Participation::Absent => None,
-                    Participation::Once => (block == 1 && extent.launch == 0).then(|| {
+                    Participation::Once => (block == 1).then(|| {
+                        if extent.warms_up {
+                            work.run(case, chunk, poses[chunk], 1);
+                        }
                         let (ns, ()) = timer::time(|| work.run(case, chunk, poses[chunk], 1));
                         (1, ns)
                     }),
@@ -123,26 +118,27 @@ fn one(
     extent: Extent,
     repetition: &mut Repetition,
 ) -> Option<(u32, u64)> {
-    if (repetition.once && block > 1) || (repetition.first_launch && extent.launch > 0) {
+    if repetition.once && block > 1 {
         return None;
     }
-    if extent.warms_up {
-        let first = if block > 0 && !repetition.once { poses } else { poses.min(WARM_UP_POSES) };
-        let (ns, ()) = timer::time(|| work.run(case, chunk, first, 1));
+    if block == 0 && extent.long_once {
+        let probed = poses.min(PROBED_POSES);
+        let (ns, ()) = timer::time(|| work.run(case, chunk, probed, 1));
         // What its first poses show to be long need not be run whole to be known as such.
-        let whole = ns * poses as u64 / first as u64;
-        if block == 0 && extent.long_once && whole > 2 * LONG_SAMPLE_NS {
-            *repetition = Repetition { passes: 1, once: true, first_launch: whole > VERY_LONG_SAMPLE_NS };
+        if ns * poses as u64 / probed as u64 > 2 * LONG_SAMPLE_NS {
+            *repetition = Repetition { passes: 1, once: true };
             return None;
         }
+    }
+    if block > 0 && extent.warms_up {
+        work.run(case, chunk, poses, 1);
     }
     let passes = repetition.passes;
     let (ns, ()) = timer::time(|| work.run(case, chunk, poses, passes));
     if block > 0 {
         return Some((passes, ns));
     }
-    let once = extent.long_once && ns > LONG_SAMPLE_NS;
-    *repetition = Repetition { passes: timer::passes_for(ns), once, first_launch: false };
+    *repetition = Repetition { passes: timer::passes_for(ns), once: extent.long_once && ns > LONG_SAMPLE_NS };
     None
 }
 
@@ -187,7 +183,7 @@ mod tests {
         (samples, work.runs)
     }
 
-    const EXTENT: Extent = Extent { blocks: 3, launch: 0, warms_up: true, long_once: true };
+    const EXTENT: Extent = Extent { blocks: 3, warms_up: true, long_once: true };
 
     #[test]
     fn every_case_has_a_sample_of_every_chunk_in_every_block() {
@@ -197,26 +193,25 @@ mod tests {
         let mut wanted = [all(0), vec![(0, 1, 3)], all(1), all(2)].concat();
         wanted.sort_unstable();
         assert_eq!(keys, wanted);
-        // Work of no time is repeated; it is warmed up over all poses, but over two in the block that is dropped.
+        // Work of no time is repeated, after one whole pass in each block but the dropped one.
         assert!(samples.iter().all(|s| s.case == 3 || s.passes > 1), "{samples:?}");
-        assert_eq!(
-            runs.iter().filter(|run| (run.0, run.1) == (0, 0)).map(|run| run.2).collect::<Vec<_>>(),
-            [2, 8, 8, 8, 8, 8, 8, 8]
-        );
+        let of_first: Vec<_> = runs.iter().filter(|run| (run.0, run.1) == (0, 0)).map(|run| (run.2, run.3)).collect();
+        assert_eq!(of_first.len(), 7);
+        assert!(of_first[1..].chunks(2).all(|run| run[0] == (8, 1) && run[1].0 == 8 && run[1].1 > 1), "{of_first:?}");
     }
 
     #[test]
-    fn what_takes_long_is_timed_once_where_that_is_enough() {
-        // 5 ms for two poses is 20 ms for eight: very long.
-        let (samples, _) = timed(Duration::from_millis(5), EXTENT);
-        let of_long = |samples: &[Sample]| {
-            samples.iter().filter(|s| s.case == 2).map(|s| (s.block, s.passes)).collect::<Vec<_>>()
-        };
-        assert_eq!(of_long(&samples), [(0, 1), (0, 1)]);
-        let (later, _) = timed(Duration::from_millis(5), Extent { launch: 1, ..EXTENT });
-        assert!(of_long(&later).is_empty() && later.iter().all(|s| s.case != 3));
+    fn what_takes_long_is_timed_in_one_block_of_every_launch_after_a_whole_pass() {
+        // 5 ms for a call is far above the limit, in whichever launch.
+        let (samples, runs) = timed(Duration::from_millis(5), EXTENT);
+        let of_long: Vec<_> = samples.iter().filter(|s| s.case == 2).map(|s| (s.block, s.chunk, s.passes)).collect();
+        assert_eq!(of_long, [(0, 0, 1), (0, 1, 1)]);
+        let first_chunk: Vec<_> = runs.iter().filter(|run| (run.0, run.1) == (2, 0)).map(|run| run.2).collect();
+        assert_eq!(first_chunk, [2, 8, 8], "two poses to see that it is long, a whole pass untimed, the sample");
+        // The case that is known to take long is warmed up like the others.
+        assert_eq!(runs.iter().filter(|run| (run.0, run.1) == (3, 1)).map(|run| run.2).collect::<Vec<_>>(), [3, 3]);
         let (every, _) = timed(Duration::from_millis(5), Extent { long_once: false, ..EXTENT });
-        assert_eq!(of_long(&every).len(), 6);
+        assert_eq!(every.iter().filter(|s| s.case == 2).count(), 6);
     }
 
     #[test]

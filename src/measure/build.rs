@@ -37,7 +37,7 @@ pub fn time_builds(plan: &Plan, scene: &Scene, launch: u32, progress: &dyn Progr
                 part: scene.parts[part].name.clone(),
                 variant: case.id.clone(),
                 split,
-                axes,
+                split_axes: axes,
                 leaf,
                 triangles: mesh.faces().len() as u64,
                 launch,

@@ -2,14 +2,18 @@
 //!
 //! A chunk holds poses of one workload, one pair and one stratum, consecutive where they come from a path. Every case runs
 //! the same chunks, which is what makes the comparison paired. Strata get equal shares, because a program spends most of
-//! its time far from everything and a mean over it would say little about the rest.
+//! its time far from everything and a mean over it would say little about the rest. No two chunks of a run share a line (an approach, a ray,
+//! a stretch of a path), so that chunks are independent of one another.
 
 use super::judged::JudgedPair;
 use crate::record::Stratum;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// Poses in a chunk of a run. Intervals come from how chunks differ, so that of the few hundred poses of a quick run many short ones
+/// Most poses in a chunk of a run. Intervals come from how chunks differ, so that of the few hundred poses of a quick run many short ones
 /// say more than few long ones; still a run over one of them is long against a call and what it finds cold.
 pub const SHORT: usize = 16;
+/// A shorter chunk of a run is not worth timing.
+const SHORTEST: usize = 8;
 /// Poses in a chunk where something is kept or done for each chunk besides: a row of every cell of an audit, a message to every engine.
 pub const LONG: usize = 64;
 /// Chunks of a stratum, pair and workload that the peers run too, at most; spread evenly over all of them.
@@ -46,10 +50,101 @@ pub struct Chunk {
     pub participants: Participants,
 }
 
-/// Chooses about `budget` poses from what was judged: equal shares for the strata, then for the pairs that have poses of
-/// a stratum; within a pair windows of `length` consecutive poses, evenly spread.
+/// Chooses about `budget` poses from what was judged: equal shares for the strata, then for the pairs that have poses of a stratum. Chunks
+/// hold at most [`SHORT`] poses, of whole lines as far as these fit, and no line has poses in two chunks: where lines run out there
+/// are fewer chunks.
 #[must_use]
-pub fn select(judged: &[JudgedPair], budget: usize, length: usize) -> Vec<Chunk> {
+pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
+    let mut chosen: Vec<(Stratum, usize, Vec<Vec<usize>>)> = Vec::new();
+    let members = |stratum: Stratum| judged.iter().filter(|pair| is_member(pair, stratum)).count();
+    let quotas = Stratum::ALL.map(|stratum| budget / Stratum::ALL.len() / members(stratum).max(1) / SHORT);
+    for (index, pair) in judged.iter().enumerate() {
+        let mut strata: Vec<Supply> = Stratum::ALL
+            .into_iter()
+            .zip(quotas)
+            .filter(|(stratum, _)| is_member(pair, *stratum))
+            .map(|(stratum, quota)| Supply::new(pair, stratum, quota.max(1)))
+            .collect();
+        // The rarest has the first choice.
+        strata.sort_by_key(|supply| supply.lines.len());
+        let mut used = BTreeSet::new();
+        while strata.iter_mut().map(|supply| supply.take(&mut used)).fold(false, |any, taken| any | taken) {}
+        chosen.extend(strata.into_iter().map(|supply| (supply.stratum, index, supply.chunks)));
+    }
+    chosen.sort_by_key(|(stratum, pair, _)| (*stratum, *pair));
+    let mut chunks = Vec::new();
+    let mut with_control = BTreeSet::new();
+    for (stratum, pair, of_pair) in chosen {
+        let every = of_pair.len().div_ceil(PEER_CHUNKS).max(1);
+        let mut add = |poses: Vec<usize>, participants| {
+            chunks.push(Chunk { number: chunks.len() as u32, pair, stratum, poses, participants });
+        };
+        // One that the others answer too.
+        let control = of_pair.get(of_pair.len() / 2).map(|poses| poses[poses.len() / 2]);
+        for (place, poses) in of_pair.into_iter().enumerate() {
+            add(poses, if place % every == 0 { Participants::Everyone } else { Participants::Volumes });
+        }
+        if let Some(pose) = control.filter(|_| with_control.insert(stratum)) {
+            add(vec![pose], Participants::Control);
+        }
+    }
+    chunks
+}
+
+fn is_member(pair: &JudgedPair, stratum: Stratum) -> bool {
+    pair.poses.iter().filter(|pose| pose.stratum == stratum).take(FEWEST_POSES).count() == FEWEST_POSES
+}
+
+/// The lines of a pair that have poses of a stratum, and the chunks made of them.
+struct Supply {
+    stratum: Stratum,
+    quota: usize,
+    /// Lines with their poses, in an order that spreads over all of them.
+    lines: Vec<(u32, Vec<usize>)>,
+    chunks: Vec<Vec<usize>>,
+}
+
+impl Supply {
+    fn new(pair: &JudgedPair, stratum: Stratum, quota: usize) -> Self {
+        let mut lines: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        for pose in pair.poses_in(stratum) {
+            lines.entry(pair.poses[pose].line).or_default().push(pose);
+        }
+        let mut lines: Vec<_> = lines.into_iter().collect();
+        // Multiples of the golden ratio modulo 1 divide the lines evenly, however many are taken.
+        let place = |line: u32| (f64::from(line) * 0.618_033_988_749_895).fract();
+        lines.sort_by(|a, b| place(a.0).total_cmp(&place(b.0)));
+        Self { stratum, quota, lines, chunks: Vec::new() }
+    }
+
+    /// Makes one more chunk of lines that are not used yet; `false` when there need not or cannot be one.
+    fn take(&mut self, used: &mut BTreeSet<u32>) -> bool {
+        if self.chunks.len() == self.quota {
+            return false;
+        }
+        let (mut poses, mut lines) = (Vec::new(), Vec::new());
+        for (line, of_line) in self.lines.iter().filter(|(line, _)| !used.contains(line)) {
+            poses.extend(of_line.iter().copied().take(SHORT - poses.len()));
+            lines.push(*line);
+            if poses.len() == SHORT {
+                break;
+            }
+        }
+        if poses.len() < SHORTEST {
+            self.quota = self.chunks.len();
+            return false;
+        }
+        used.extend(lines);
+        poses.sort_unstable();
+        self.chunks.push(poses);
+        true
+    }
+}
+
+/// As [`select`], but windows of `length` consecutive poses, evenly spread over each pair and stratum, whatever lines they share: for
+/// an audit's cells and for other engines, which are asked about few and long chunks.
+#[must_use]
+pub fn select_windows(judged: &[JudgedPair], budget: usize, length: usize) -> Vec<Chunk> {
     let mut chunks = Vec::new();
     for stratum in Stratum::ALL {
         let members: Vec<(usize, Vec<usize>)> = judged

@@ -69,7 +69,7 @@ fn rows(case: &Case, scene: &Scene, judged: &[JudgedPair], chunks: &[&Chunk], tr
             stratum,
             variant: case.id.clone(),
             split: split.clone(),
-            axes: axes.clone(),
+            split_axes: axes.clone(),
             leaf,
             axis,
             tests,

@@ -1,12 +1,13 @@
 //! Poses with their truth: what every variant's verdict is held against.
 
 use super::Progress;
+use super::measured::ProgramQuery;
 use super::plan::Plan;
 use crate::geometry::Isometry;
-use crate::record::{Band, Stratum};
-use crate::scene::{Pair, Scene};
+use crate::record::{Band, PROGRAM_TIME, Stratum};
+use crate::scene::{Pair, ProgramRun, Scene};
 use crate::truth::{self, CacheError, Judgement, PairOracle, Sought, TruthCache, TruthKey};
-use crate::workload::{self, PairPoses, Source, Workload, WorkloadError};
+use crate::workload::{self, PairPoses, PairSteps, PosedPair, Source, Workload, WorkloadError};
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -23,6 +24,10 @@ pub struct JudgedPose {
     pub stratum: Stratum,
     /// Depth band; [`Band::Clear`] when the surfaces do not touch.
     pub band: Band,
+    /// Distance of the surfaces, mm, or more, but on the same side of the strata's borders; 0 when they touch, infinite when not sought.
+    pub clearance_mm: f64,
+    /// The approach, ray or stretch of a path that the pose lies on.
+    pub line: u32,
 }
 
 /// Whether the distances of free poses are found: verification does without, and they are most of the truth's cost.
@@ -106,7 +111,8 @@ pub fn judge(
 ) -> Result<Vec<JudgedPair>, JudgeError> {
     let workloads = workload::generate(scene, poses, plan.selection.seed)?;
     let asked = &plan.selection.workloads;
-    if let Some(missing) = asked.iter().find(|name| workloads.iter().all(|workload| &workload.name != *name)) {
+    let is_known = |name: &String| name == PROGRAM_TIME || workloads.iter().any(|workload| workload.name == *name);
+    if let Some(missing) = asked.iter().find(|name| !is_known(name)) {
         let known = workloads.iter().map(|workload| workload.name.as_str()).collect::<Vec<_>>().join(", ");
         return Err(JudgeError::NoSuchWorkload { scene: scene.name.clone(), asked: missing.clone(), known });
     }
@@ -118,11 +124,43 @@ pub fn judge(
         for pair in &workload.pairs {
             let judgements = judgements(scene, workload.source, pair, strata, cache, progress)?;
             let poses = pair.poses.iter().zip(&judgements);
-            let poses = poses.map(|(pose, judgement)| judged_pose(pose.a_from_b, judgement)).collect();
+            let poses = poses.map(|(pose, judgement)| judged_pose(pose, judgement)).collect();
             judged.push(JudgedPair { workload: workload.name.clone(), pair: pair.pair, poses });
         }
     }
     Ok(judged)
+}
+
+/// A program of the scene, judged query by query in the order in which a controller would ask, up to and with the first that touches.
+///
+/// # Errors
+/// When the program leaves the machine's limits or the cache cannot be written.
+pub fn judge_program(
+    plan: &Plan,
+    scene: &Scene,
+    run: &ProgramRun,
+    cache: Option<&TruthCache>,
+    progress: &dyn Progress,
+) -> Result<Vec<ProgramQuery>, JudgeError> {
+    let pairs = workload::along(scene, run, plan.budget.program_steps)?;
+    let total = pairs.iter().map(|pair| pair.steps.len() as u64).sum();
+    progress.begin(&format!("{}: exact truth along {}", scene.name, run.file.display()), total);
+    let mut queries = Vec::new();
+    for PairSteps { poses, steps } in pairs {
+        let judgements = judgements(scene, Source::Program, &poses, Strata::Sought, cache, progress)?;
+        let judged = poses.poses.iter().zip(&judgements).zip(steps);
+        queries.extend(judged.map(|((pose, judgement), step)| ProgramQuery {
+            pair: poses.pair,
+            step,
+            pose: judged_pose(pose, judgement),
+        }));
+    }
+    // Stable: the pairs of a step stay in the scene's order.
+    queries.sort_by_key(|query| query.step);
+    if let Some(first) = queries.iter().position(|query| query.pose.touches()) {
+        queries.truncate(first + 1);
+    }
+    Ok(queries)
 }
 
 /// The truth about every pose of a pair, from the cache or found anew.
@@ -165,7 +203,7 @@ fn judgements(
     Ok(judgements)
 }
 
-fn judged_pose(a_from_b: Isometry, judgement: &Judgement) -> JudgedPose {
+fn judged_pose(pose: &PosedPair, judgement: &Judgement) -> JudgedPose {
     let touching = judgement.verdict.touches();
     let band = match judgement.depth_mm {
         _ if !touching => Band::Clear,
@@ -174,7 +212,9 @@ fn judged_pose(a_from_b: Isometry, judgement: &Judgement) -> JudgedPose {
         None => Band::Deep,
     };
     JudgedPose {
-        a_from_b,
+        a_from_b: pose.a_from_b,
+        clearance_mm: if touching { 0.0 } else { judgement.clearance_mm },
+        line: pose.cluster,
         witness: judgement.verdict.witness,
         contained: judgement.verdict.contained,
         stratum: Stratum::of(touching, judgement.clearance_mm),

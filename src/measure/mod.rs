@@ -1,7 +1,7 @@
 //! Measuring: verdicts against the truth, operation counts, tightness, and times. The only module that reads a clock.
 //!
 //! Reading order: [`profile`] (how much), [`plan`] (what), [`judged`] (poses with their truth), [`accuracy`],
-//! [`counts`], [`exits`], [`shape`], then the timed part: [`timer`], [`chunk`], [`query`], [`build`]; [`environment`] says where;
+//! [`counts`], [`exits`], [`shape`], then the timed part: [`timer`], [`chunk`], `measured`, [`query`], [`build`]; [`environment`] says where;
 //! [`run`] puts a run's folder together and resumes it. [`audit`], [`sweep`] and [`ablation`] are experiments of their own;
 //! [`peers`] compares whole engines, each in its own process.
 
@@ -16,6 +16,7 @@ pub mod environment;
 pub mod exits;
 mod folder;
 pub mod judged;
+mod measured;
 pub mod peers;
 pub mod plan;
 pub mod profile;

@@ -1,8 +1,10 @@
 //! What is measured: which variants with which tree policies on which scenes.
 
 use super::profile::{Budget, Profile};
-use crate::record::ALL_VARIANTS;
+use crate::method::Kind;
 use crate::record::manifest::{Request, SceneEntry, VariantEntry};
+use crate::record::rows::CaseKey;
+use crate::record::{ALL_VARIANTS, CaseRow, NULL_VARIANT};
 use crate::registry::{Registry, Variant};
 use crate::scene::{Scene, SceneError};
 use crate::tree::{Policy, SplitRule};
@@ -86,6 +88,27 @@ impl Case {
             |policy| (policy.split.to_string(), policy.axes.to_string(), policy.leaf),
         )
     }
+
+    /// Variant and policy as records hold them.
+    #[must_use]
+    pub fn key(&self) -> CaseKey {
+        let (split, split_axes, leaf) = self.policy_columns();
+        CaseKey { variant: self.id.clone(), split, split_axes, leaf }
+    }
+
+    /// Name in `cases.csv`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.key().name()
+    }
+
+    /// Whether a verification asks the case's own query at every pose. A safe volume is asked at a sample of them, and answers the others by the
+    /// witness argument; a variant that promises nothing is asked, since its misses are what the verification is about.
+    #[must_use]
+    pub fn is_asked_everywhere(&self) -> bool {
+        let Variant { kind, info, .. } = &self.variant;
+        kind.is_ours() && !(*kind == Kind::Volume && info.safe)
+    }
 }
 
 impl Plan {
@@ -130,9 +153,43 @@ impl Plan {
             workloads: self.selection.workloads.clone(),
             verify_poses: self.budget.verify_poses as u64,
             measure_poses: self.budget.measure_poses as u64,
+            program_steps: self.budget.program_steps as u64,
             blocks: self.budget.blocks,
             launches: self.budget.launches,
         }
+    }
+
+    /// The cases as `cases.csv` holds them, the null duplicate last.
+    #[must_use]
+    pub fn case_rows(&self) -> Vec<CaseRow> {
+        let row = |case: &Case| {
+            let CaseKey { variant, split, split_axes, leaf } = case.key();
+            CaseRow {
+                case: case.name(),
+                variant,
+                label: case.variant.info.label.to_owned(),
+                kind: case.variant.kind,
+                safe: u8::from(case.variant.info.safe),
+                split,
+                split_axes,
+                leaf,
+                default: u8::from(self.is_default(case)),
+                asked_everywhere: u8::from(case.is_asked_everywhere()),
+                duplicate_of: String::new(),
+            }
+        };
+        let null = self.null_reference().map(|case| CaseRow {
+            label: format!("{}, second copy", case.variant.info.label),
+            duplicate_of: case.name(),
+            ..row(&Case { id: NULL_VARIANT.to_owned(), ..case.clone() })
+        });
+        self.cases.iter().map(row).chain(null).collect()
+    }
+
+    /// Whether a case has the first of its variant's policies.
+    fn is_default(&self, case: &Case) -> bool {
+        let first = self.cases.iter().find(|other| other.variant.info.id == case.variant.info.id);
+        first.is_some_and(|first| first.policy == case.policy)
     }
 
     /// The variants as the manifest holds them.

@@ -20,10 +20,13 @@ pub struct Budget {
     /// Posed pairs per scene whose verdicts are verified; a program is sampled to within 2 % of its share, so a little more
     /// than the round number that is promised.
     pub verify_poses: usize,
-    /// Poses per pair and workload, evenly spread, at which a verification asks the query itself ([`super::accuracy`]).
-    pub queried_poses: usize,
+    /// Poses per pair and workload, evenly spread, at which a verification asks the queries of safe volumes too ([`super::accuracy`]); all others
+    /// are asked everywhere.
+    pub asked_poses: usize,
     /// Posed pairs per scene that are counted and timed.
     pub measure_poses: usize,
+    /// Steps that each program is sampled in, about, when it is timed as a whole.
+    pub program_steps: usize,
     /// Timed blocks per launch, after the warm-up block.
     pub blocks: u32,
     /// Process launches.
@@ -56,8 +59,9 @@ impl Profile {
         match self {
             Self::Smoke => Budget {
                 verify_poses: 2_000,
-                queried_poses: 1_000,
+                asked_poses: 1_000,
                 measure_poses: 512,
+                program_steps: 64,
                 blocks: 3,
                 launches: 1,
                 build_blocks: 1,
@@ -66,18 +70,20 @@ impl Profile {
             },
             Self::Quick => Budget {
                 verify_poses: 102_000,
-                queried_poses: 250,
+                asked_poses: 250,
                 measure_poses: 768,
+                program_steps: 400,
                 blocks: 5,
                 launches: 2,
                 build_blocks: 4,
-                frames: 1,
+                frames: 4,
                 cross_check_pairs: 1_000_000,
             },
             Self::Full => Budget {
                 verify_poses: 1_000_000,
-                queried_poses: 1_000,
+                asked_poses: 300_000,
                 measure_poses: 8_192,
+                program_steps: 4_096,
                 blocks: 16,
                 launches: 8,
                 build_blocks: 44,

@@ -3,12 +3,11 @@
 use super::Progress;
 use super::blocks::{self, Extent, Participation, Work};
 use super::build::Built;
-use super::chunk::{Chunk, Participants};
-use super::judged::JudgedPair;
+use super::chunk::Participants;
+use super::measured::TimedChunk;
 use super::plan::{Case, Plan};
-use crate::geometry::Isometry;
 use crate::method::{Kind, Model};
-use crate::record::{CONTROL_WORKLOAD, NULL_VARIANT, TimingRow};
+use crate::record::{NULL_VARIANT, TimingRow};
 use crate::scene::Scene;
 use std::collections::BTreeMap;
 
@@ -22,29 +21,25 @@ struct TimedCase {
 pub fn time_scene(
     plan: &Plan,
     scene: &Scene,
-    (judged, chunks): (&[JudgedPair], &[Chunk]),
+    chunks: &[TimedChunk],
     built: Built,
     launch: u32,
     progress: &dyn Progress,
 ) -> Vec<TimingRow> {
-    let poses = |chunk: &Chunk| chunk.poses.iter().map(|&pose| judged[chunk.pair].poses[pose].a_from_b).collect();
-    let mut queries = Queries {
-        plan,
-        cases: timed_cases(plan, scene, built),
-        chunks,
-        judged,
-        launch,
-        poses: chunks.iter().map(poses).collect(),
-        verdicts: Vec::new(),
-    };
-    let extent = Extent { blocks: plan.budget.blocks, launch, warms_up: true, long_once: true };
+    let mut queries = Queries { plan, cases: timed_cases(plan, scene, built), chunks, verdicts: Vec::new() };
+    let extent = Extent { blocks: plan.budget.blocks, warms_up: true, long_once: true };
     let samples = blocks::time(&mut queries, extent, plan.selection.seed ^ (u64::from(launch) << 32), progress);
-    let row = |sample: blocks::Sample| {
-        let (chunk, case) = (&chunks[sample.chunk], &queries.cases[sample.case].case);
-        row(scene, &judged[chunk.pair], chunk, case, launch, sample)
+    let row = |sample: blocks::Sample| TimingRow {
+        scene: scene.name.clone(),
+        case: queries.cases[sample.case].case.name(),
+        launch,
+        block: sample.block,
+        chunk: chunks[sample.chunk].number,
+        passes: sample.passes,
+        ns: sample.ns,
     };
     let mut rows: Vec<TimingRow> = samples.into_iter().map(row).collect();
-    rows.sort_by(|x, y| (x.block, x.chunk).cmp(&(y.block, y.chunk)).then_with(|| x.case().cmp(&y.case())));
+    rows.sort_by(|x, y| (x.block, x.chunk, &x.case).cmp(&(y.block, y.chunk, &y.case)));
     rows
 }
 
@@ -52,11 +47,7 @@ pub fn time_scene(
 struct Queries<'a> {
     plan: &'a Plan,
     cases: Vec<TimedCase>,
-    chunks: &'a [Chunk],
-    judged: &'a [JudgedPair],
-    launch: u32,
-    /// Of each chunk.
-    poses: Vec<Vec<Isometry>>,
+    chunks: &'a [TimedChunk],
     verdicts: Vec<bool>,
 }
 
@@ -66,27 +57,49 @@ impl Work for Queries<'_> {
     }
 
     fn chunks(&self) -> Vec<usize> {
-        self.poses.iter().map(Vec::len).collect()
+        self.chunks.iter().map(TimedChunk::len).collect()
     }
 
     fn participation(&self, case: usize, chunk: usize) -> Participation {
-        let is_control = self.cases[case].case.variant.kind == Kind::Control;
-        // One launch is enough for the control, whose samples last a second each: nobody compares it by per cent.
-        let is_over = self.chunks[chunk].participants == Participants::Control && self.launch > 0;
-        match takes_part(&self.cases[case], &self.chunks[chunk], self.plan) {
-            true if is_control => Participation::Once,
-            true if !is_over => Participation::Always,
-            _ => Participation::Absent,
+        let timed = &self.cases[case].case;
+        let is_control = timed.variant.kind == Kind::Control;
+        match self.chunks[chunk].participants {
+            // Samples of the control last a second each: nobody asks for more of it than an order of magnitude, at one pose of a scene.
+            Participants::Control if self.is_first_of_control(chunk) && is_control => Participation::Once,
+            Participants::Control if self.is_first_of_control(chunk) && self.is_reference(timed) => {
+                Participation::Always
+            }
+            Participants::Control => Participation::Absent,
+            _ if is_control => Participation::Absent,
+            Participants::Volumes if timed.variant.kind == Kind::Peer => Participation::Absent,
+            _ => Participation::Always,
         }
     }
 
     fn run(&mut self, case: usize, chunk: usize, poses: usize, passes: u32) {
-        let (a, b) = self.cases[case].pair_of(&self.judged[self.chunks[chunk].pair]);
+        let models = &self.cases[case].models;
         for _ in 0..passes {
             self.verdicts.clear();
-            a.first(b, &self.poses[chunk][..poses], &mut self.verdicts);
+            let mut left = poses;
+            for (pair, run) in &self.chunks[chunk].runs {
+                let count = run.len().min(left);
+                left -= count;
+                models[&pair.a].first(models[&pair.b].as_ref(), &run[..count], &mut self.verdicts);
+            }
         }
         std::hint::black_box(self.verdicts.last());
+    }
+}
+
+impl Queries<'_> {
+    fn is_first_of_control(&self, chunk: usize) -> bool {
+        self.chunks[..chunk].iter().all(|other| other.participants != Participants::Control)
+    }
+
+    /// Whether a case is the one that the null duplicate copies.
+    fn is_reference(&self, case: &Case) -> bool {
+        let is = |reference: &Case| reference.id == case.id && reference.policy == case.policy;
+        self.plan.null_reference().is_some_and(is)
     }
 }
 
@@ -98,10 +111,6 @@ impl TimedCase {
         }
         Self { case: Case { id: id.to_owned(), ..case.clone() }, models }
     }
-
-    fn pair_of(&self, judged: &JudgedPair) -> (&dyn Model, &dyn Model) {
-        (self.models[&judged.pair.a].as_ref(), self.models[&judged.pair.b].as_ref())
-    }
 }
 
 fn timed_cases(plan: &Plan, scene: &Scene, built: Built) -> Vec<TimedCase> {
@@ -112,49 +121,4 @@ fn timed_cases(plan: &Plan, scene: &Scene, built: Built) -> Vec<TimedCase> {
     let null = plan.null_reference().map(|case| TimedCase::prepare(case, NULL_VARIANT, scene, BTreeMap::new()));
     let own = plan.cases.iter().zip(models).map(|(case, models)| TimedCase::prepare(case, &case.id, scene, models));
     own.chain(null).collect()
-}
-
-/// Whether a case runs a chunk.
-fn takes_part(timed: &TimedCase, chunk: &Chunk, plan: &Plan) -> bool {
-    let case = &timed.case;
-    match (chunk.participants, case.variant.kind) {
-        (Participants::Control, Kind::Control) => true,
-        (Participants::Control, _) => {
-            plan.null_reference().is_some_and(|reference| reference.id == case.id && reference.policy == case.policy)
-        }
-        (_, Kind::Control) => false,
-        (Participants::Volumes, Kind::Peer) => false,
-        _ => true,
-    }
-}
-
-fn row(
-    scene: &Scene,
-    judged: &JudgedPair,
-    chunk: &Chunk,
-    case: &Case,
-    launch: u32,
-    blocks::Sample { block, passes, ns, .. }: blocks::Sample,
-) -> TimingRow {
-    let (split, axes, leaf) = case.policy_columns();
-    TimingRow {
-        scene: scene.name.clone(),
-        workload: if chunk.participants == Participants::Control {
-            CONTROL_WORKLOAD.to_owned()
-        } else {
-            judged.workload.clone()
-        },
-        pair: scene.pair_name(judged.pair),
-        stratum: chunk.stratum,
-        variant: case.id.clone(),
-        split,
-        axes,
-        leaf,
-        launch,
-        block,
-        chunk: chunk.number,
-        poses: chunk.poses.len() as u32,
-        passes,
-        ns,
-    }
 }

@@ -6,14 +6,15 @@
 //! never stopped.
 
 use super::folder::{self, UNITS, remove, write_unit};
-use super::judged::{self, JudgeError, JudgedPair};
+use super::judged::{self, JudgeError};
+use super::measured::Measured;
 use super::plan::Plan;
-use super::{Progress, accuracy, build, chunk, counts, environment, exits, query, shape};
+use super::{Progress, accuracy, build, counts, environment, exits, query, shape};
 use crate::geometry::cross_check::cross_check;
-use crate::record::manifest::{CrossCheckEntry, SCHEMA, Stage};
+use crate::record::manifest::{CrossCheckEntry, PROTOCOL, SCHEMA, Stage};
 use crate::record::{
-    BuildRow, ExitRow, FolderLock, Manifest, OutlineRow, QueryRow, RecordError, Row, TightnessRow, TimingRow, TreeRow,
-    VerificationRow, read_rows, read_text, write_rows, write_text,
+    AnswerRow, BuildRow, CaseRow, ExitRow, FolderLock, LineRow, Manifest, MissRow, OutlineRow, PoseRow, RecordError,
+    Row, TightnessRow, TimingRow, TreeRow, VerificationRow, read_rows, read_text, write_rows, write_text,
 };
 use crate::scene::Scene;
 use crate::truth::TruthCache;
@@ -22,9 +23,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// What a run leaves in its folder beside the manifest and the units.
-const FILES: [&str; 19] = [
-    QueryRow::FILE,
+/// What a run leaves in its folder beside the manifest and the units; of older layouts too, so that `--fresh` leaves nothing behind.
+const FILES: [&str; 25] = [
+    CaseRow::FILE,
+    PoseRow::FILE,
+    AnswerRow::FILE,
+    LineRow::FILE,
+    MissRow::FILE,
     VerificationRow::FILE,
     TreeRow::FILE,
     TightnessRow::FILE,
@@ -33,12 +38,14 @@ const FILES: [&str; 19] = [
     BuildRow::FILE,
     TimingRow::FILE,
     crate::record::SummaryRow::FILE,
+    crate::record::ProgramTimeRow::FILE,
     crate::record::RatioRow::FILE,
     crate::record::ClaimRow::FILE,
     crate::record::CostRow::FILE,
     crate::record::CostChunkRow::FILE,
     crate::record::DeadlineRow::FILE,
     crate::record::RepayRow::FILE,
+    "queries.csv",
     "claims.toml",
     "report.md",
     "report.html",
@@ -46,8 +53,6 @@ const FILES: [&str; 19] = [
 ];
 /// File of a timing unit: one complaint about noise per line.
 const NOISE_FILE: &str = "noise.txt";
-/// How many times more poses are generated than measured, so that every stratum fills its share.
-pub(super) const POSE_RESERVE: usize = 4;
 
 /// Why a run could not be opened or carried on.
 #[derive(Debug, Error)]
@@ -222,18 +227,25 @@ impl Run {
         progress.begin("triangle tests against their integer twin", 1);
         let check = cross_check(self.plan.selection.seed, self.plan.budget.cross_check_pairs);
         let poses = self.plan.budget.verify_poses;
-        let mut all = Vec::new();
+        let unit_of = |scene: &Scene| self.unit_folder(stage_folder(Stage::Verify)).join(&scene.name);
         for scene in &self.plan.scenes {
-            let unit = self.unit_folder(stage_folder(Stage::Verify)).join(&scene.name);
+            let unit = unit_of(scene);
             if !unit.exists() {
                 let judged =
                     judged::judge(&self.plan, scene, poses, judged::Strata::NotSought, self.cache.as_ref(), progress)?;
-                let rows = accuracy::verify_scene(&self.plan, scene, &judged, progress);
-                write_unit(&unit, |folder| write_rows(folder, &rows))?;
+                let verdicts = accuracy::verify_scene(&self.plan, scene, &judged, progress);
+                write_unit(&unit, |folder| {
+                    write_rows(folder, &verdicts.rows)?;
+                    write_rows(folder, &verdicts.lines)?;
+                    write_rows(folder, &verdicts.misses)
+                })?;
             }
-            all.extend(read_rows::<VerificationRow>(&unit)?);
         }
-        write_rows(&self.folder, &all)?;
+        let units: Vec<PathBuf> = self.plan.scenes.iter().map(unit_of).collect();
+        self.join::<VerificationRow>(&units)?;
+        self.join::<LineRow>(&units)?;
+        self.join::<MissRow>(&units)?;
+        write_rows(&self.folder, &self.plan.case_rows())?;
         self.manifest.cross_check = Some(CrossCheckEntry {
             pairs: check.pairs,
             touching: check.touching,
@@ -262,11 +274,12 @@ impl Run {
         for scene in &self.plan.scenes {
             let unit = self.count_unit(scene);
             if !unit.exists() {
-                let (judged, chunks) = self.measured_poses(scene, progress)?;
-                let rows = counts::count_scene(&self.plan, scene, &judged, &chunks, progress);
-                let exits = exits::count_scene(&self.plan, scene, &judged, &chunks, progress);
+                let measured = Measured::choose(&self.plan, scene, self.cache.as_ref(), progress)?;
+                let rows = counts::count_scene(&self.plan, scene, &measured, progress);
+                let exits = exits::count_scene(&self.plan, scene, &measured.judged, &measured.chunks, progress);
                 let shapes = shape::describe_scene(&self.plan, scene, progress);
                 write_unit(&unit, |folder| {
+                    write_rows(folder, &measured.rows(scene))?;
                     write_rows(folder, &rows)?;
                     write_rows(folder, &exits)?;
                     write_rows(folder, &shapes.trees)?;
@@ -286,7 +299,9 @@ impl Run {
                 launcher(launch).map_err(|cause| MeasureError::Launch { launch, cause })?;
             }
         }
-        self.join::<QueryRow>(&self.count_units())?;
+        write_rows(&self.folder, &self.plan.case_rows())?;
+        self.join::<PoseRow>(&self.count_units())?;
+        self.join::<AnswerRow>(&self.count_units())?;
         self.join::<ExitRow>(&self.count_units())?;
         self.join::<TreeRow>(&self.count_units())?;
         self.join::<TightnessRow>(&self.count_units())?;
@@ -307,13 +322,13 @@ impl Run {
             if unit.exists() {
                 continue;
             }
-            let (judged, chunks) = self.measured_poses(scene, &super::Silent)?;
+            let chunks = Measured::choose(&self.plan, scene, self.cache.as_ref(), &super::Silent)?.timed();
             let blocks = u64::from(self.plan.budget.blocks + 1);
             let what = format!("{}: timing, launch {} of {}", scene.name, launch + 1, self.plan.budget.launches);
             progress.begin(&what, blocks * chunks.len() as u64);
             let before = environment::BusyMeter::read();
             let (builds, built) = build::time_builds(&self.plan, scene, launch, progress);
-            let timings = query::time_scene(&self.plan, scene, (&judged, &chunks), built, launch, progress);
+            let timings = query::time_scene(&self.plan, scene, &chunks, built, launch, progress);
             let disturbance =
                 environment::BusyMeter::read().zip(before).and_then(|(after, before)| after.since(&before));
             let complaint = disturbance.and_then(|disturbance| disturbance.complaint());
@@ -325,24 +340,6 @@ impl Run {
             })?;
         }
         Ok(())
-    }
-
-    fn measured_poses(
-        &self,
-        scene: &Scene,
-        progress: &dyn Progress,
-    ) -> Result<(Vec<JudgedPair>, Vec<chunk::Chunk>), MeasureError> {
-        let poses = self.plan.budget.measure_poses;
-        let judged = judged::judge(
-            &self.plan,
-            scene,
-            poses * POSE_RESERVE,
-            judged::Strata::Sought,
-            self.cache.as_ref(),
-            progress,
-        )?;
-        let chunks = chunk::select(&judged, poses, chunk::SHORT);
-        Ok((judged, chunks))
     }
 
     /// What the launches complained about.
@@ -389,9 +386,11 @@ impl Run {
 /// The files of raw rows that a stage writes.
 const fn raw_files(stage: Stage) -> &'static [&'static str] {
     match stage {
-        Stage::Verify => &[VerificationRow::FILE],
+        Stage::Verify => &[CaseRow::FILE, VerificationRow::FILE, LineRow::FILE, MissRow::FILE],
         Stage::Measure => &[
-            QueryRow::FILE,
+            CaseRow::FILE,
+            PoseRow::FILE,
+            AnswerRow::FILE,
             ExitRow::FILE,
             TreeRow::FILE,
             TightnessRow::FILE,
@@ -414,6 +413,7 @@ const fn stage_folder(stage: Stage) -> &'static str {
 pub(super) fn new_manifest(plan: &Plan) -> Manifest {
     Manifest {
         schema: SCHEMA,
+        protocol: PROTOCOL.to_owned(),
         request: plan.request(),
         inputs: plan.inputs(),
         variants: plan.variant_entries(),

@@ -7,9 +7,10 @@ use crate::analysis::ratios::Cases;
 use crate::record::manifest::VariantEntry;
 use crate::record::rows::CaseKey;
 use crate::record::{
-    BuildRow, CostChunkRow, Kind, Manifest, NULL_VARIANT, OutlineRow, PeerRatioRow, RatioRow, Row, SummaryRow,
-    TightnessRow, VerificationRow, read_rows,
+    BuildRow, CONTROL_WORKLOAD, CostChunkRow, Kind, Manifest, NULL_VARIANT, OutlineRow, PeerRatioRow, ProgramTimeRow,
+    RatioRow, Row, SummaryRow, TightnessRow, VerificationRow, read_rows,
 };
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// What is wrong when the analysis has not run.
@@ -45,6 +46,8 @@ pub struct Data {
     pub summary: Vec<SummaryRow>,
     /// `ratios.csv`.
     pub ratios: Vec<RatioRow>,
+    /// `program_times.csv`.
+    pub program_times: Vec<ProgramTimeRow>,
     /// `verification.csv`.
     pub verification: Vec<VerificationRow>,
     /// `tightness.csv`.
@@ -75,6 +78,7 @@ impl Data {
             claims,
             summary: optional(folder)?,
             ratios: optional(folder)?,
+            program_times: optional(folder)?,
             verification: optional(folder)?,
             tightness: optional(folder)?,
             outlines: optional(folder)?,
@@ -90,16 +94,34 @@ impl Data {
         self.variants.iter().find(|entry| entry.id == id)
     }
 
+    /// The time of a scene's programs by a variant under its default policy.
+    #[must_use]
+    pub fn program_time_of(&self, scene: &str, program: &str, variant: &str) -> Option<&ProgramTimeRow> {
+        let mut rows = self.program_times.iter().filter(|row| row.scene == scene && row.program == program);
+        rows.find(|row| row.variant == variant && self.is_default(&row.case()))
+    }
+
+    /// Scenes with each of their workloads that have a summary, in order; not the control's poses.
+    #[must_use]
+    pub fn workloads(&self) -> Vec<(String, String)> {
+        let of = |scene: &String| {
+            let rows = self.summary.iter().filter(|row| row.scene == *scene && row.workload != CONTROL_WORKLOAD);
+            rows.map(|row| (scene.clone(), row.workload.clone())).collect::<BTreeSet<_>>()
+        };
+        self.scenes.iter().flat_map(of).collect()
+    }
+
     /// Whether a row's case is its variant under the default policy.
     #[must_use]
     pub fn is_default(&self, case: &CaseKey) -> bool {
         self.cases.is_default(&case.variant, &case.policy())
     }
 
-    /// The summary of a variant under its default policy.
+    /// The summary of a variant under its default policy in a workload.
     #[must_use]
-    pub fn summary_of(&self, scene: &str, stratum: &str, variant: &str) -> Option<&SummaryRow> {
-        let mut rows = self.summary.iter().filter(|row| row.scene == scene && row.stratum == stratum);
+    pub fn summary_of(&self, scene: &str, workload: &str, stratum: &str, variant: &str) -> Option<&SummaryRow> {
+        let of_scene = self.summary.iter().filter(|row| row.scene == scene && row.workload == workload);
+        let mut rows = of_scene.filter(|row| row.stratum == stratum);
         rows.find(|row| row.variant == variant && self.is_default(&row.case()))
     }
 }

@@ -51,11 +51,11 @@ pub(super) fn sketch(data: &Data) -> Sketch<Forest> {
     let name = data.variant(baseline).map_or(baseline, |entry| &entry.label);
     Sketch {
         name: "time-ratios",
-        title: format!("Query time against {name}"),
+        title: format!("Time of the programs against {name}"),
         caption: format!(
-            "Geometric mean of the paired time ratios to {name} (default policy), all strata weighted equally; left of 1 is \
-             faster. Whiskers are 95 % bootstrap intervals; the grey band is [0.95, 1.05], within which two methods are called \
-             equivalent. Lines with a policy (split rule, split axes, leaf size) are trees other than the variant's default. The \
+            "Time of the scene's programs over that of {name} (default policy), or without programs the query time in the first workload; left \
+             of 1 is faster. Whiskers are 95 % intervals over launches; the grey band is [0.95, 1.05], within which two methods are called \
+             the same. Lines with a policy (split rule, split axes, leaf size) are trees other than the variant's default. The \
              null line is a second copy of one method against its original: it must lie on 1, or the run was noisy. Unsafe \
              variants are shown, never ranked. Ratios above {RATIO_MAX} are written at the edge."
         ),
@@ -65,9 +65,13 @@ pub(super) fn sketch(data: &Data) -> Sketch<Forest> {
 
 impl Forest {
     fn of(data: &Data, baseline: &str) -> Result<Self, &'static str> {
+        let (metric, workload) = crate::analysis::ranked_by(&data.ratios);
         let mut lines: Vec<Line> = Vec::new();
         for (s, scene) in data.scenes.iter().enumerate() {
-            let rows = data.ratios.iter().filter(|r| r.scene == *scene && r.metric == "time" && r.stratum == ALL);
+            let rows = data
+                .ratios
+                .iter()
+                .filter(|r| r.scene == *scene && r.metric == metric && r.workload == workload && r.stratum == ALL);
             let wanted = rows.filter(|r| {
                 r.variant == NULL_VARIANT
                     || (r.baseline == baseline && data.cases.is_default(&r.baseline, &r.baseline_policy))

@@ -7,14 +7,23 @@ use super::query_time::by_stratum;
 
 pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
     let shown = |count: f64| (count > 0.0).then_some(Point::bare(count));
-    let panels = data.scenes.iter().flat_map(|scene| {
+    let panels = data.workloads().into_iter().flat_map(|(scene, workload)| {
+        let place = (scene.as_str(), workload.as_str());
         [
-            by_stratum(data, scene, format!("{scene}: volume tests"), "mean volume tests of a query", |row| {
-                shown(row.volume_tests)
-            }),
-            by_stratum(data, scene, format!("{scene}: triangle tests"), "mean triangle tests of a query", |row| {
-                shown(row.triangle_tests)
-            }),
+            by_stratum(
+                data,
+                place,
+                format!("{scene}, {workload}: volume tests"),
+                "mean volume tests of a query",
+                |row| shown(row.volume_tests),
+            ),
+            by_stratum(
+                data,
+                place,
+                format!("{scene}, {workload}: triangle tests"),
+                "mean triangle tests of a query",
+                |row| shown(row.triangle_tests),
+            ),
         ]
     });
     Sketch {

@@ -11,7 +11,10 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
         let [value, low, high] = [row.mean_ns, row.mean_low_ns, row.mean_high_ns].map(|ns| ns / 1e3);
         value.is_finite().then_some(Point { value, low, high })
     };
-    let panels = data.scenes.iter().map(|scene| by_stratum(data, scene, scene.clone(), "mean query time, µs", point));
+    let panels = data.workloads().into_iter().map(|(scene, workload)| {
+        let title = format!("{scene}, {workload}");
+        by_stratum(data, (&scene, &workload), title, "mean query time, µs", point)
+    });
     Sketch {
         name: "query-time-by-stratum",
         title: "Query time by distance of the two parts".to_owned(),
@@ -26,13 +29,13 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
 /// A panel with one category per stratum and one series per variant.
 pub(super) fn by_stratum(
     data: &Data,
-    scene: &str,
+    (scene, workload): (&str, &str),
     title: String,
     measure: &'static str,
     point: impl Fn(&SummaryRow) -> Option<Point>,
 ) -> Panel {
     let series = data.variants.iter().map(|entry| Series {
-        points: Stratum::ALL.map(|s| data.summary_of(scene, s.id(), &entry.id).and_then(&point)).to_vec(),
+        points: Stratum::ALL.map(|s| data.summary_of(scene, workload, s.id(), &entry.id).and_then(&point)).to_vec(),
         entry: entry.clone(),
     });
     Panel {

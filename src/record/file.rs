@@ -29,7 +29,7 @@ pub enum RecordError {
         holder: String,
     },
     /// A manifest is of a layout that this program does not read.
-    #[error("{path}: schema {found}, but this bvbench reads schema {known}", path = path.display())]
+    #[error("{path}: schema {found}, but this bvbench reads schema {known}; make the run again, or read it with the bvbench that made it", path = path.display())]
     Schema {
         /// The manifest.
         path: PathBuf,

@@ -8,13 +8,18 @@ use std::io::Read;
 use std::path::Path;
 
 /// Version of the records' layout; a change of a column's meaning raises it.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
+
+/// Version of the protocol that decides what is measured and how it is judged: `docs/protocol.md`.
+pub const PROTOCOL: &str = "2.0";
 
 /// What was run, with what, where.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// [`SCHEMA`] of the writer.
     pub schema: u32,
+    /// [`PROTOCOL`] of the writer.
+    pub protocol: String,
     /// What was asked for.
     pub request: Request,
     /// What it was made of: path or name to content hash, for every scene, program, mesh and claims file.
@@ -75,6 +80,8 @@ pub struct Request {
     pub verify_poses: u64,
     /// Poses per scene that are timed.
     pub measure_poses: u64,
+    /// Steps that each program is sampled in, about, when it is timed as a whole.
+    pub program_steps: u64,
     /// Timed blocks per launch, without warm-up.
     pub blocks: u32,
     /// Process launches.

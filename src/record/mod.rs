@@ -32,9 +32,9 @@ pub use lock::FolderLock;
 pub use manifest::Manifest;
 pub use peers::{PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow};
 pub use rows::{
-    BuildRow, ClaimRow, ExitRow, OutlineRow, QueryRow, RatioRow, Row, SummaryRow, TightnessRow, TimingRow, TreeRow,
-    VerificationRow,
+    AnswerRow, BuildRow, CaseRow, ClaimRow, ExitRow, LineRow, MissRow, OutlineRow, PoseRow, ProgramTimeRow, RatioRow,
+    Row, SummaryRow, TightnessRow, TimingRow, TreeRow, VerificationRow,
 };
 pub use sweep::{SweepBuildRow, SweepGrowthRow, SweepRow, SweepSummaryRow, SweepTimingRow};
 pub use table::Table;
-pub use vocabulary::{ALL_VARIANTS, Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, Stratum};
+pub use vocabulary::{ALL_VARIANTS, Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, PROGRAM_TIME, Stratum};

@@ -2,6 +2,7 @@
 
 use super::sweep::{SweepBuildRow, SweepGrowthRow, SweepRow, SweepTimingRow};
 use super::vocabulary::{Band, Stratum};
+use crate::method::Kind;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -23,8 +24,8 @@ impl Row for TimingRow {
     const FILE: &'static str = "timings.csv";
 
     fn check(&self) -> Result<(), &'static str> {
-        if self.ns == 0 || self.passes == 0 || self.poses == 0 {
-            return Err("ns, passes and poses must be above 0");
+        if self.ns == 0 || self.passes == 0 {
+            return Err("ns and passes must be above 0");
         }
         Ok(())
     }
@@ -45,7 +46,12 @@ macro_rules! row_file {
 pub(super) use row_file;
 
 row_file! {
-    QueryRow => "queries.csv",
+    CaseRow => "cases.csv",
+    PoseRow => "poses.csv",
+    AnswerRow => "answers.csv",
+    LineRow => "lines.csv",
+    MissRow => "misses.csv",
+    ProgramTimeRow => "program_times.csv",
     VerificationRow => "verification.csv",
     TreeRow => "trees.csv",
     TightnessRow => "tightness.csv",
@@ -56,7 +62,7 @@ row_file! {
     ClaimRow => "claims.csv",
 }
 
-/// What identifies a method and how its trees were built; part of most rows. `split` and `axes` are `none` and `leaf` is 0
+/// What identifies a method and how its trees were built; part of most rows. `split` and `split_axes` are `none` and `leaf` is 0
 /// for methods without a tree of ours.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct CaseKey {
@@ -65,46 +71,120 @@ pub struct CaseKey {
     /// Split rule.
     pub split: String,
     /// `own` or `shared`.
-    pub axes: String,
+    pub split_axes: String,
     /// Leaf size.
     pub leaf: u8,
 }
 
-/// One query: one variant asked about one pose of one pair. Deterministic.
+/// One case: a variant with a tree policy. Every other table names it by `case` or by variant and policy.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct QueryRow {
+pub struct CaseRow {
+    /// Name, unique in the run: `variant@split/axes/leaf`, or the variant's id without a tree of ours.
+    pub case: String,
+    /// Variant id.
+    pub variant: String,
+    /// Its name in tables and plots.
+    pub label: String,
+    /// What kind of thing it is.
+    pub kind: Kind,
+    /// 1 when the variant promises to miss nothing.
+    pub safe: u8,
+    /// Split rule; `none` without a tree of ours.
+    pub split: String,
+    /// `own` or `shared`; `none` without a tree of ours.
+    pub split_axes: String,
+    /// Leaf size; 0 without a tree of ours.
+    pub leaf: u8,
+    /// 1 for the variant's default policy.
+    pub default: u8,
+    /// 1 when the verification asks the case's own query at every pose; 0 when it asks at a sample of them.
+    pub asked_everywhere: u8,
+    /// The case that this one is a second copy of; empty for all but the null duplicate.
+    pub duplicate_of: String,
+}
+
+/// One posed pair that is counted or timed. Deterministic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PoseRow {
     /// Scene name.
     pub scene: String,
-    /// Workload name within the scene.
-    pub workload: String,
-    /// Number of the pose within the pair's poses of the workload, from 0.
+    /// Number within the scene, from 0, in the order of the chunks.
     pub pose: u32,
     /// `a:b`, the two parts.
     pub pair: String,
-    /// Variant id.
-    pub variant: String,
-    /// Split rule.
-    pub split: String,
-    /// `own` or `shared` split axes.
-    pub axes: String,
-    /// Leaf size.
-    pub leaf: u8,
+    /// Workload name within the scene.
+    pub workload: String,
+    /// File of the program that the pose is a step of, for poses of a whole program (workload `program-time`); else empty.
+    pub program: String,
+    /// The approach, ray or stretch of a path that the pose lies on, within workload and pair: poses of one line depend on one another.
+    pub line: u32,
+    /// Number of the pose among the pair's poses of the workload, from 0.
+    pub step: u32,
+    /// The chunk it is counted and timed in.
+    pub chunk: u32,
+    /// Distance stratum.
+    pub stratum: Stratum,
+    /// Depth band.
+    pub band: Band,
+    /// Distance of the surfaces, mm, or more, but on the same side of the strata's borders; 0 when they touch, empty when it was not sought.
+    pub clearance_mm: Option<f64>,
     /// Exact verdict, 0 or 1.
     pub exact: u8,
-    /// Verdict of the leaves' triangle test over the truth's candidate pairs, 0 or 1; equal to `exact` since that test is exact.
-    pub brute: u8,
-    /// The variant's verdict, 0 or 1.
-    pub tree: u8,
+    /// 1 when the surfaces do not touch but one solid lies inside the other.
+    pub contained: u8,
+}
+
+/// One answer: one case's own query at one pose. Deterministic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AnswerRow {
+    /// Scene name.
+    pub scene: String,
+    /// Case, by its name in `cases.csv`.
+    pub case: String,
+    /// Pose, by its number in `poses.csv`.
+    pub pose: u32,
+    /// The case's verdict, 0 or 1.
+    pub verdict: u8,
     /// Volume overlap tests in mode `first`.
     pub volume_tests: u64,
     /// Triangle tests in mode `first`.
     pub triangle_tests: u64,
-    /// Depth band.
-    pub band: Band,
-    /// Distance stratum.
-    pub stratum: Stratum,
-    /// 1 when the surfaces do not touch but one solid lies inside the other.
-    pub contained: u8,
+}
+
+/// One line of poses of the verification that touches somewhere above grazing. Deterministic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LineRow {
+    /// Scene name.
+    pub scene: String,
+    /// Workload name.
+    pub workload: String,
+    /// `a:b`, the two parts.
+    pub pair: String,
+    /// The line, within workload and pair.
+    pub line: u32,
+    /// Its contacts above grazing.
+    pub contacts: u64,
+    /// How many of them are in the sample of poses at which every case is asked.
+    pub sampled: u64,
+}
+
+/// The contacts above grazing that one case missed on one line; lines without a miss have no row. Deterministic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MissRow {
+    /// Scene name.
+    pub scene: String,
+    /// Case, by its name in `cases.csv`.
+    pub case: String,
+    /// Workload name.
+    pub workload: String,
+    /// `a:b`, the two parts.
+    pub pair: String,
+    /// The line, within workload and pair.
+    pub line: u32,
+    /// Contacts missed, however the verdict was obtained.
+    pub missed: u64,
+    /// Contacts missed by the case's own query.
+    pub missed_asked: u64,
 }
 
 /// How many volume tests of one case end with one axis of the separating-axis test, over all counted queries of one stratum;
@@ -120,7 +200,7 @@ pub struct ExitRow {
     /// Split rule.
     pub split: String,
     /// Split axes.
-    pub axes: String,
+    pub split_axes: String,
     /// Leaf size.
     pub leaf: u8,
     /// The axis that separates, in the order of the test: 1 to 3 the first box's normals, 4 to 6 the second's, 7 to 15 products
@@ -146,7 +226,7 @@ pub struct VerificationRow {
     /// Split rule.
     pub split: String,
     /// Split axes.
-    pub axes: String,
+    pub split_axes: String,
     /// Leaf size.
     pub leaf: u8,
     /// 1 when the variant promises to miss nothing.
@@ -156,7 +236,11 @@ pub struct VerificationRow {
     /// Posed pairs in the band.
     pub poses: u64,
     /// How many of them the variant's own query answered; the witness argument answered the others.
-    pub queried: u64,
+    pub asked: u64,
+    /// How many of those asked touch by the exact test.
+    pub asked_exact: u64,
+    /// How many of those the variant's own query missed.
+    pub asked_missed: u64,
     /// How many touch by the exact test.
     pub exact: u64,
     /// How many touch by the leaves' triangle test; equal to `exact` since that test is exact.
@@ -185,7 +269,7 @@ pub struct TreeRow {
     /// Split rule.
     pub split: String,
     /// Split axes.
-    pub axes: String,
+    pub split_axes: String,
     /// Leaf size.
     pub leaf: u8,
     /// Triangles of the part.
@@ -221,7 +305,7 @@ pub struct TightnessRow {
     /// Split rule.
     pub split: String,
     /// Split axes.
-    pub axes: String,
+    pub split_axes: String,
     /// Leaf size.
     pub leaf: u8,
     /// Frame of the part: 0 its own, others turned at random, the same for all variants.
@@ -293,7 +377,7 @@ pub struct BuildRow {
     /// Split rule.
     pub split: String,
     /// Split axes.
-    pub axes: String,
+    pub split_axes: String,
     /// Leaf size.
     pub leaf: u8,
     /// Triangles of the part.
@@ -311,52 +395,42 @@ pub struct BuildRow {
 pub struct TimingRow {
     /// Scene name.
     pub scene: String,
-    /// Workload name.
-    pub workload: String,
-    /// `a:b`, the two parts.
-    pub pair: String,
-    /// Stratum of all poses of the chunk.
-    pub stratum: Stratum,
-    /// Variant id; `null` is a duplicate of another variant that shows the noise of the comparison itself.
-    pub variant: String,
-    /// Split rule.
-    pub split: String,
-    /// Split axes.
-    pub axes: String,
-    /// Leaf size.
-    pub leaf: u8,
+    /// Case, by its name in `cases.csv`.
+    pub case: String,
     /// Process launch, from 0.
     pub launch: u32,
     /// Block within the launch, from 0.
     pub block: u32,
-    /// Chunk within the scene, from 0; the same poses for every variant, block and launch.
+    /// Chunk within the scene, from 0; `poses.csv` names its poses, the same for every case, block and launch.
     pub chunk: u32,
-    /// Poses in the chunk.
-    pub poses: u32,
     /// How often the chunk was run through to fill the sample.
     pub passes: u32,
     /// Wall time of all passes over the whole chunk, ns.
     pub ns: u64,
 }
 
-/// Mean, quantiles and counts of one case. Derived.
+/// Mean, quantiles and counts of one case in one workload. Derived.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SummaryRow {
     /// Scene name.
     pub scene: String,
-    /// Stratum, or `all`: the four strata weighted equally.
+    /// Workload name.
+    pub workload: String,
+    /// Stratum, or `all`: every pose of the workload alike.
     pub stratum: String,
     /// Variant id.
     pub variant: String,
     /// Split rule.
     pub split: String,
     /// Split axes.
-    pub axes: String,
+    pub split_axes: String,
     /// Leaf size.
     pub leaf: u8,
     /// Timed poses.
     pub poses: u64,
-    /// Mean time of a query, ns; NaN, like all times of the row, where the case was counted but not timed.
+    /// Independent groups of lines among them: what intervals are made of.
+    pub clusters: u64,
+    /// Arithmetic mean time of a query, ns; NaN, like all times of the row, where the case was counted but not timed.
     pub mean_ns: f64,
     /// Lower end of the 95 % interval of the mean, ns.
     pub mean_low_ns: f64,
@@ -366,32 +440,68 @@ pub struct SummaryRow {
     pub median_ns: f64,
     /// 95th percentile of the same, ns.
     pub p95_ns: f64,
-    /// 99th percentile, ns.
-    pub p99_ns: f64,
     /// Largest, ns.
     pub max_ns: f64,
     /// Mean volume tests of a query; NaN where nothing was counted.
     pub volume_tests: f64,
     /// Mean triangle tests of a query.
     pub triangle_tests: f64,
-    /// Colliding poses above grazing in the verification (of the whole scene; repeated on every stratum's row).
-    pub colliding: u64,
-    /// How many of them the variant missed.
+    /// Contacts above grazing of the verification that the case's own query was asked about (of scene and workload; repeated on every
+    /// stratum's row).
+    pub contacts: u64,
+    /// How many of them it missed.
     pub missed: u64,
-    /// Lower end of the 95 % Wilson interval of the miss rate.
+    /// Lower end of the 95 % interval of the miss rate, by line.
     pub miss_rate_low: f64,
-    /// Upper end; 3/n when nothing was missed.
+    /// Upper end; 3/m when nothing was missed on m lines.
     pub miss_rate_high: f64,
 }
 
-/// A paired ratio of two cases. Derived.
+/// The time that one case needs for a whole program, up to its first collision: the paper's quantity. Derived.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProgramTimeRow {
+    /// Scene name.
+    pub scene: String,
+    /// File of the program, or `all`: the programs of the scene together.
+    pub program: String,
+    /// `collision` or `end`: where the program ends; `-` for `all`.
+    pub ends_at: String,
+    /// Queries up to there.
+    pub queries: u64,
+    /// Variant id.
+    pub variant: String,
+    /// Split rule.
+    pub split: String,
+    /// Split axes.
+    pub split_axes: String,
+    /// Leaf size.
+    pub leaf: u8,
+    /// Sum of the query times, ns.
+    pub total_ns: f64,
+    /// Lower end of its 95 % interval over launches and blocks, ns.
+    pub total_low_ns: f64,
+    /// Upper end, ns.
+    pub total_high_ns: f64,
+    /// Case that it is compared with: the first baseline under its default policy.
+    pub baseline: String,
+    /// Total over the baseline's total; empty without a baseline.
+    pub ratio: Option<f64>,
+    /// Lower end of its 95 % interval.
+    pub low: Option<f64>,
+    /// Upper end.
+    pub high: Option<f64>,
+}
+
+/// A ratio of two cases: of totals, paired. Derived.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RatioRow {
     /// Scene name.
     pub scene: String,
-    /// Stratum, or `all`; `-` for `build`.
+    /// Workload name; `program-time` for metric `program-time`; `-` for `build`.
+    pub workload: String,
+    /// Stratum, or `all`; for `program-time` the program's file, or `all`; `-` for `build`.
     pub stratum: String,
-    /// `time`, `volume-tests`, `triangle-tests` or `build`.
+    /// `program-time`, `time`, `volume-tests`, `triangle-tests` or `build`.
     pub metric: String,
     /// Variant on top.
     pub variant: String,
@@ -401,29 +511,39 @@ pub struct RatioRow {
     pub baseline: String,
     /// Its policy.
     pub baseline_policy: String,
-    /// Geometric mean of the paired ratios; below 1 means that `variant` needs less.
+    /// Ratio of the totals; below 1 means that `variant` needs less.
     pub ratio: f64,
     /// Lower end of the 95 % bootstrap interval.
     pub low: f64,
     /// Upper end.
     pub high: f64,
-    /// Pairs that went into it.
-    pub pairs: u64,
+    /// Independent clusters that were resampled: groups of lines, launches and blocks, or blocks.
+    pub clusters: u64,
+    /// `less`, `same` (the interval lies within 5 % of 1), `more` or `unclear`.
+    pub effect: String,
+    /// 1 when the null duplicate is not within 1 % of its original in this scene, workload and stratum: nothing is decided here.
+    pub noisy: u8,
 }
 
-/// The verdict on one claim, for one reading, scene and stratum. Derived.
+/// The verdict on one claim, for one reading, scene, workload and stratum. Derived.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClaimRow {
     /// Claim id in `claims.toml`.
     pub claim: String,
+    /// `primary`: the one row that answers the sentence; `exploratory`: all others.
+    pub role: String,
     /// Reading: R1, R2, R3, or `-`.
     pub reading: String,
-    /// Scene name.
+    /// Scene name; in a primary row all of its scenes, with `+` between them.
     pub scene: String,
-    /// Stratum, `all`, or `-` where the claim is not about queries.
+    /// Workload name, `program-time`, or `-` where the claim is not about queries.
+    pub workload: String,
+    /// Stratum, `all`, a program's file, or `-` where the claim is not about queries.
     pub stratum: String,
-    /// `reproduces`, `equivalent`, `reversed`, `inconclusive`, `not-judged`.
+    /// `supported`, `refuted`, `undecided`, `not-applicable`, `not-judged`.
     pub verdict: String,
+    /// `less`, `same`, `more`, `unclear`; `-` where nothing is compared.
+    pub effect: String,
     /// What was measured, in words: `time obb-area / obb-vertex`.
     pub measure: String,
     /// Its value.
@@ -432,7 +552,9 @@ pub struct ClaimRow {
     pub low: Option<f64>,
     /// Upper end.
     pub high: Option<f64>,
-    /// Misses of the claim's variant above grazing.
+    /// In primary rows: probability of data at least as far beyond the threshold if the truth were on it, after Holm's correction.
+    pub p_holm: Option<f64>,
+    /// Misses of the claim's variant above grazing, by its own queries.
     pub missed: Option<u64>,
     /// Misses of its baseline.
     pub baseline_missed: Option<u64>,
@@ -445,30 +567,44 @@ macro_rules! case_key {
         /// The method and tree policy of the row.
         #[must_use]
         pub fn case(&self) -> CaseKey {
-            CaseKey { variant: self.variant.clone(), split: self.split.clone(), axes: self.axes.clone(), leaf: self.leaf }
+            CaseKey { variant: self.variant.clone(), split: self.split.clone(), split_axes: self.split_axes.clone(), leaf: self.leaf }
         }
     })* };
 }
 
 case_key!(
-    QueryRow,
+    CaseRow,
     ExitRow,
     VerificationRow,
     TreeRow,
     TightnessRow,
     BuildRow,
-    TimingRow,
     SummaryRow,
+    ProgramTimeRow,
     SweepRow,
     SweepTimingRow,
     SweepBuildRow,
     SweepGrowthRow
 );
 
+impl TimingRow {
+    /// Id of the variant of its case.
+    #[must_use]
+    pub fn variant(&self) -> &str {
+        self.case.split('@').next().unwrap_or(&self.case)
+    }
+}
+
 impl CaseKey {
+    /// Name in `cases.csv`: `variant@split/axes/leaf`, or the variant's id without a tree of ours.
+    #[must_use]
+    pub fn name(&self) -> String {
+        if self.split == "none" { self.variant.clone() } else { format!("{}@{}", self.variant, self.policy()) }
+    }
+
     /// `split/axes/leaf`.
     #[must_use]
     pub fn policy(&self) -> String {
-        format!("{}/{}/{}", self.split, self.axes, self.leaf)
+        format!("{}/{}/{}", self.split, self.split_axes, self.leaf)
     }
 }

@@ -24,7 +24,7 @@ pub struct SweepRow {
     /// Split rule.
     pub split: String,
     /// Split axes.
-    pub axes: String,
+    pub split_axes: String,
     /// Leaf size.
     pub leaf: u8,
     /// Triangles of both meshes.
@@ -61,7 +61,7 @@ pub struct SweepTimingRow {
     /// Split rule.
     pub split: String,
     /// Split axes.
-    pub axes: String,
+    pub split_axes: String,
     /// Leaf size.
     pub leaf: u8,
     /// Group of lines of approach.
@@ -90,7 +90,7 @@ pub struct SweepSummaryRow {
     /// Split rule.
     pub split: String,
     /// Split axes.
-    pub axes: String,
+    pub split_axes: String,
     /// Leaf size.
     pub leaf: u8,
     /// Stratum.
@@ -117,7 +117,7 @@ pub struct SweepBuildRow {
     /// Split rule.
     pub split: String,
     /// Split axes.
-    pub axes: String,
+    pub split_axes: String,
     /// Leaf size.
     pub leaf: u8,
     /// Triangles of both bodies.
@@ -138,7 +138,7 @@ pub struct SweepGrowthRow {
     /// Split rule.
     pub split: String,
     /// Split axes.
-    pub axes: String,
+    pub split_axes: String,
     /// Leaf size.
     pub leaf: u8,
     /// `build` (time of one), `time`, `volume-tests` or `triangle-tests` of a query.

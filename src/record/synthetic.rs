@@ -82,14 +82,18 @@ pub(crate) struct Plan {
 
 impl Default for Plan {
     fn default() -> Self {
-        Self { seed: 1, launches: 2, blocks: 4, chunks: 8, noise: 0.01 }
+        Self { seed: 1, launches: 3, blocks: 4, chunks: 4, noise: 0.005 }
     }
 }
 
 /// All records that the measuring side writes.
 pub(crate) struct Run {
     pub manifest: Manifest,
-    pub queries: Vec<QueryRow>,
+    pub cases: Vec<CaseRow>,
+    pub poses: Vec<PoseRow>,
+    pub answers: Vec<AnswerRow>,
+    pub lines: Vec<LineRow>,
+    pub misses: Vec<MissRow>,
     pub verification: Vec<VerificationRow>,
     pub trees: Vec<TreeRow>,
     pub tightness: Vec<TightnessRow>,
@@ -98,9 +102,77 @@ pub(crate) struct Run {
     pub timings: Vec<TimingRow>,
 }
 
-pub(crate) const SCENES: [&str; 2] = ["turret-cylinder", "tailstock-torus"];
+pub(crate) const SCENES: [&str; 2] = ["lathe-toolpost", "lathe-tailstock"];
+/// Workloads, from the one with the longest to the one with the shortest queries.
+pub(crate) const WORKLOADS: [&str; 2] = ["approach", "program"];
+/// Programs; the first ends in a collision.
+const PROGRAMS: [&str; 2] = ["crash.ngc", "clear.ngc"];
+/// Lines of the verification with contacts.
+const LINES: u32 = 700;
 const PARTS: [&str; 2] = ["tool", "obstacle"];
 const POSES: u32 = 8;
+
+/// What a chunk of the run is.
+#[derive(Clone, Copy, PartialEq)]
+enum Place {
+    Sample(&'static str, Stratum),
+    Control,
+    Program(&'static str),
+}
+
+impl Place {
+    const fn poses(self) -> u32 {
+        match self {
+            Self::Sample(..) => POSES,
+            Self::Control => 1,
+            Self::Program(_) => 5 * POSES,
+        }
+    }
+
+    const fn workload(self) -> &'static str {
+        match self {
+            Self::Sample(workload, _) => workload,
+            Self::Control => CONTROL_WORKLOAD,
+            Self::Program(_) => PROGRAM_TIME,
+        }
+    }
+
+    /// About the time of a query of the plain box.
+    fn base_ns(self) -> f64 {
+        match self {
+            Self::Sample(workload, stratum) => {
+                let slow = if workload == WORKLOADS[0] { 1.0 } else { 0.1 };
+                slow * [4000.0, 6000.0, 1500.0, 150.0][stratum as usize]
+            }
+            Self::Control => 4000.0,
+            Self::Program(_) => 200.0,
+        }
+    }
+}
+
+impl Plan {
+    /// Chunks of a scene: of each workload and stratum, four of the control, the programs.
+    const fn all_chunks(&self) -> u32 {
+        self.chunks * 4 * WORKLOADS.len() as u32 + 4 + PROGRAMS.len() as u32
+    }
+
+    fn place(&self, chunk: u32) -> Place {
+        let sampled = self.chunks * 4 * WORKLOADS.len() as u32;
+        match chunk.checked_sub(sampled) {
+            None => {
+                let workload = WORKLOADS[(chunk / (self.chunks * 4)) as usize];
+                Place::Sample(workload, Stratum::ALL[(chunk % (self.chunks * 4) / self.chunks) as usize])
+            }
+            Some(0..4) => Place::Control,
+            Some(place) => Place::Program(PROGRAMS[place as usize - 4]),
+        }
+    }
+}
+
+fn case_name(planted: &Planted, (split, split_axes, leaf): &(String, String, u8)) -> String {
+    let (split, split_axes) = (split.clone(), split_axes.clone());
+    rows::CaseKey { variant: planted.id.into(), split, split_axes, leaf: *leaf }.name()
+}
 
 impl Planted {
     /// Its cases: (split, axes, leaf), the default one first.
@@ -126,7 +198,11 @@ impl Run {
     pub(crate) fn generate(plan: &Plan) -> Self {
         let mut run = Self {
             manifest: manifest(plan),
-            queries: Vec::new(),
+            cases: Vec::new(),
+            poses: Vec::new(),
+            answers: Vec::new(),
+            lines: Vec::new(),
+            misses: Vec::new(),
             verification: Vec::new(),
             trees: Vec::new(),
             tightness: Vec::new(),
@@ -135,7 +211,9 @@ impl Run {
             timings: Vec::new(),
         };
         let mut rng = Pcg64::seed_from_u64(plan.seed);
+        run.cases();
         for scene in SCENES {
+            run.poses(plan, scene);
             run.timings(plan, scene, &mut rng);
             run.counts(plan, scene);
             run.trees(scene);
@@ -144,31 +222,80 @@ impl Run {
         run
     }
 
+    fn cases(&mut self) {
+        let null_of = case_name(&PLANTED[4], &PLANTED[4].cases()[0]);
+        for planted in timed() {
+            for (place, case) in planted.cases().into_iter().enumerate() {
+                let (split, split_axes, leaf) = case.clone();
+                self.cases.push(CaseRow {
+                    case: case_name(&planted, &case),
+                    variant: planted.id.into(),
+                    label: planted.label.into(),
+                    kind: planted.kind,
+                    safe: u8::from(planted.safe),
+                    split,
+                    split_axes,
+                    leaf,
+                    default: u8::from(place == 0),
+                    asked_everywhere: u8::from(!planted.safe),
+                    duplicate_of: if planted.id == NULL_VARIANT { null_of.clone() } else { String::new() },
+                });
+            }
+        }
+    }
+
+    /// The poses of every chunk, each chunk on a line of its own: workload by workload, stratum by stratum, then the programs.
+    fn poses(&mut self, plan: &Plan, scene: &str) {
+        for chunk in 0..plan.all_chunks() {
+            let place = plan.place(chunk);
+            let touches = match place {
+                Place::Sample(_, stratum) => stratum == Stratum::Colliding,
+                Place::Control | Place::Program(_) => false,
+            };
+            for step in 0..place.poses() {
+                let ends = place == Place::Program(PROGRAMS[0]) && step + 1 == place.poses();
+                self.poses.push(PoseRow {
+                    scene: scene.into(),
+                    pose: self.poses.iter().filter(|row| row.scene == scene).count() as u32,
+                    pair: "tool:obstacle".into(),
+                    workload: place.workload().into(),
+                    program: if let Place::Program(file) = place { file.into() } else { String::new() },
+                    line: chunk,
+                    step: chunk * POSES + step,
+                    chunk,
+                    stratum: if let Place::Sample(_, stratum) = place { stratum } else { Stratum::Far },
+                    band: if touches || ends { Band::Millimetre } else { Band::Clear },
+                    clearance_mm: Some(if touches || ends { 0.0 } else { 5.0 }),
+                    exact: u8::from(touches || ends),
+                    contained: 0,
+                });
+            }
+        }
+    }
+
     fn timings(&mut self, plan: &Plan, scene: &str, rng: &mut Pcg64) {
         for launch in 0..plan.launches {
             for block in 0..plan.blocks {
-                for chunk in 0..plan.chunks * 4 {
-                    let stratum = Stratum::ALL[(chunk / plan.chunks) as usize];
-                    let base =
-                        [4000.0, 6000.0, 1500.0, 150.0][(chunk / plan.chunks) as usize] * f64::from(1 + chunk % 3);
+                for chunk in 0..plan.all_chunks() {
+                    let place = plan.place(chunk);
+                    let base = place.base_ns() * f64::from(1 + chunk % 3);
                     for planted in timed() {
-                        for (split, axes, leaf) in planted.cases() {
+                        let is_control = planted.kind == Kind::Control;
+                        if is_control != (place == Place::Control)
+                            && !(place == Place::Control && planted.id == "obb-vertex")
+                        {
+                            continue;
+                        }
+                        for case in planted.cases() {
                             let noise: f64 =
                                 (0..4).map(|_| rng.random_range(-1.0..1.0)).sum::<f64>() * 0.87 * plan.noise;
-                            let ns = base * planted.time * f64::from(POSES) * noise.exp();
+                            let ns = base * planted.time * f64::from(place.poses()) * noise.exp();
                             self.timings.push(TimingRow {
                                 scene: scene.into(),
-                                workload: "program".into(),
-                                pair: "tool:obstacle".into(),
-                                stratum,
-                                variant: planted.id.into(),
-                                split,
-                                axes,
-                                leaf,
+                                case: case_name(&planted, &case),
                                 launch,
                                 block,
                                 chunk,
-                                poses: POSES,
                                 passes: 1,
                                 ns: ns as u64,
                             });
@@ -177,13 +304,13 @@ impl Run {
                 }
                 for part in PARTS {
                     for planted in timed().into_iter().filter(|p| p.id != NULL_VARIANT) {
-                        for (split, axes, leaf) in planted.cases() {
+                        for (split, split_axes, leaf) in planted.cases() {
                             self.builds.push(BuildRow {
                                 scene: scene.into(),
                                 part: part.into(),
                                 variant: planted.id.into(),
                                 split,
-                                axes,
+                                split_axes,
                                 leaf,
                                 triangles: 8000,
                                 launch,
@@ -198,74 +325,103 @@ impl Run {
     }
 
     fn counts(&mut self, plan: &Plan, scene: &str) {
+        let poses: Vec<PoseRow> = self.poses.iter().filter(|row| row.scene == scene).cloned().collect();
         for planted in PLANTED {
-            for (split, axes, leaf) in planted.cases() {
-                for pose in 0..plan.chunks * 4 * POSES {
-                    let stratum = Stratum::ALL[(pose / (plan.chunks * POSES)) as usize];
-                    let touching = u8::from(stratum == Stratum::Colliding);
-                    let tests = [200.0, 400.0, 100.0, 9.0][(pose / (plan.chunks * POSES)) as usize] * planted.time;
-                    let counts = planted.kind == Kind::Volume;
-                    self.queries.push(QueryRow {
+            for case in planted.cases() {
+                for row in &poses {
+                    let place = plan.place(row.chunk);
+                    let is_control = planted.kind == Kind::Control;
+                    let is_volume_there = place == Place::Control && planted.id == "obb-vertex";
+                    let counted = matches!(place, Place::Sample(..)) && !is_control;
+                    if !(counted || is_volume_there || (is_control && place == Place::Control)) {
+                        continue;
+                    }
+                    let tests = place.base_ns() / 20.0 * planted.time;
+                    self.answers.push(AnswerRow {
                         scene: scene.into(),
-                        workload: "program".into(),
-                        pose,
-                        pair: "tool:obstacle".into(),
-                        variant: planted.id.into(),
-                        split: split.clone(),
-                        axes: axes.clone(),
-                        leaf,
-                        exact: touching,
-                        brute: touching,
-                        tree: touching,
-                        volume_tests: if counts { tests as u64 + u64::from(pose % 5) } else { 0 },
+                        case: case_name(&planted, &case),
+                        pose: row.pose,
+                        verdict: row.exact,
+                        volume_tests: match planted.kind {
+                            Kind::Volume => tests as u64 + u64::from(row.pose % 5),
+                            _ => 0,
+                        },
                         triangle_tests: match planted.kind {
                             Kind::Volume | Kind::Engine | Kind::Sampling => (tests / 8.0) as u64 + 1,
                             Kind::Control => 64_000_000,
                             Kind::Peer => 0,
                         },
-                        band: if touching == 1 { Band::Millimetre } else { Band::Clear },
-                        stratum,
-                        contained: 0,
                     });
                 }
-                for (depth, band) in Band::ALL.into_iter().enumerate() {
-                    let touching = if band == Band::Clear { 0 } else { 1000 };
-                    let missed = (planted.missed * 1000.0 / (depth + 1) as f64) as u64 * u64::from(touching > 0);
-                    self.verification.push(VerificationRow {
-                        scene: scene.into(),
-                        workload: "approach".into(),
-                        pair: "tool:obstacle".into(),
-                        variant: planted.id.into(),
-                        split: split.clone(),
-                        axes: axes.clone(),
-                        leaf,
-                        safe: u8::from(planted.safe),
-                        band,
-                        poses: 1000,
-                        queried: 1000,
-                        exact: touching,
-                        brute: touching,
-                        tree: touching - missed,
-                        missed_by_volume: missed,
-                        missed_by_leaf: 0,
-                        missed,
-                        false_positives: 0,
-                    });
-                }
+                self.verdicts(scene, &planted, &case);
             }
         }
+        // A thousand contacts of each band, on 700 lines of ten.
+        self.lines.extend((0..LINES).map(|line| LineRow {
+            scene: scene.into(),
+            workload: "approach".into(),
+            pair: "tool:obstacle".into(),
+            line,
+            contacts: 10,
+            sampled: 5,
+        }));
+    }
+
+    /// What one case misses in each band, and on the first lines.
+    fn verdicts(&mut self, scene: &str, planted: &Planted, case: &(String, String, u8)) {
+        let (split, split_axes, leaf) = case.clone();
+        let mut total = 0;
+        for (depth, band) in Band::ALL.into_iter().enumerate() {
+            let touching = if band == Band::Clear { 0 } else { 1000 };
+            let missed = (planted.missed * 1000.0 / (depth + 1) as f64) as u64 * u64::from(touching > 0);
+            total += if band.is_above_grazing() { missed } else { 0 };
+            self.verification.push(VerificationRow {
+                scene: scene.into(),
+                workload: "approach".into(),
+                pair: "tool:obstacle".into(),
+                variant: planted.id.into(),
+                split: split.clone(),
+                split_axes: split_axes.clone(),
+                leaf,
+                safe: u8::from(planted.safe),
+                band,
+                poses: 1000,
+                asked: 1000,
+                asked_exact: touching,
+                asked_missed: missed,
+                exact: touching,
+                brute: touching,
+                tree: touching - missed,
+                missed_by_volume: missed,
+                missed_by_leaf: 0,
+                missed,
+                false_positives: 0,
+            });
+        }
+        let of_line = |line: u64| total.saturating_sub(10 * line).min(10);
+        self.misses.extend((0..u64::from(LINES)).filter(|line| of_line(*line) > 0).map(|line| MissRow {
+            scene: scene.into(),
+            case: case_name(planted, case),
+            workload: "approach".into(),
+            pair: "tool:obstacle".into(),
+            line: line as u32,
+            missed: of_line(line),
+            missed_asked: of_line(line),
+        }));
     }
 
     fn trees(&mut self, scene: &str) {
         for planted in PLANTED.into_iter().filter(|p| p.kind == Kind::Volume) {
-            for ((split, axes, leaf), part) in planted.cases().into_iter().flat_map(|c| PARTS.map(|p| (c.clone(), p))) {
+            for ((split, split_axes, leaf), part) in
+                planted.cases().into_iter().flat_map(|c| PARTS.map(|p| (c.clone(), p)))
+            {
                 let centred = planted.id.contains("centroid") || planted.id.contains("symmetric");
                 self.trees.push(TreeRow {
                     scene: scene.into(),
                     part: part.into(),
                     variant: planted.id.into(),
                     split: split.clone(),
-                    axes: axes.clone(),
+                    split_axes: split_axes.clone(),
                     leaf,
                     triangles: 8000,
                     nodes: 15_999,
@@ -288,7 +444,7 @@ impl Run {
                             part: part.into(),
                             variant: planted.id.into(),
                             split: split.clone(),
-                            axes: axes.clone(),
+                            split_axes: split_axes.clone(),
                             leaf,
                             frame,
                             level,
@@ -352,7 +508,11 @@ impl Run {
     /// Writes everything to a run's folder.
     pub(crate) fn write(&self, folder: &Path) {
         self.manifest.write(folder).unwrap();
-        write_rows(folder, &self.queries).unwrap();
+        write_rows(folder, &self.cases).unwrap();
+        write_rows(folder, &self.poses).unwrap();
+        write_rows(folder, &self.answers).unwrap();
+        write_rows(folder, &self.lines).unwrap();
+        write_rows(folder, &self.misses).unwrap();
         write_rows(folder, &self.verification).unwrap();
         write_rows(folder, &self.trees).unwrap();
         write_rows(folder, &self.tightness).unwrap();
@@ -379,6 +539,7 @@ fn manifest(plan: &Plan) -> Manifest {
     };
     Manifest {
         schema: manifest::SCHEMA,
+        protocol: manifest::PROTOCOL.into(),
         request: Request {
             profile: "smoke".into(),
             seed: plan.seed,
@@ -388,6 +549,7 @@ fn manifest(plan: &Plan) -> Manifest {
             workloads: Vec::new(),
             verify_poses: 8000,
             measure_poses: 2048,
+            program_steps: 64,
             blocks: plan.blocks,
             launches: plan.launches,
         },

@@ -81,10 +81,14 @@ mod tests {
     fn claim(note: &str) -> ClaimRow {
         ClaimRow {
             claim: "faster".into(),
+            role: "primary".into(),
             reading: "1".into(),
             scene: "s".into(),
+            workload: "w".into(),
             stratum: "all".into(),
-            verdict: "reversed".into(),
+            verdict: "refuted".into(),
+            effect: "more".into(),
+            p_holm: None,
             measure: "m".into(),
             value: Some(1.5),
             low: Some(f64::NAN),
@@ -101,12 +105,30 @@ mod tests {
         let folder = tempfile::TempDir::new().unwrap();
         write_rows(folder.path(), &[claim("two\nlines"), claim("")]).unwrap();
         let table = Table::of::<ClaimRow>(folder.path()).unwrap();
-        assert_eq!((table.columns.len(), table.columns[1].as_str()), (12, "reading"));
-        let first = json!([2, "faster", "1", "s", "all", "reversed", "m", 1.5, null, null, 3, null, "two\nlines"]);
+        assert_eq!((table.columns.len(), table.columns[1].as_str()), (16, "role"));
+        let first = json!([
+            2,
+            "faster",
+            "primary",
+            "1",
+            "s",
+            "w",
+            "all",
+            "refuted",
+            "more",
+            "m",
+            1.5,
+            null,
+            null,
+            null,
+            3,
+            null,
+            "two\nlines"
+        ]);
         assert_eq!(json!(table.rows[0]), first);
         assert_eq!(table.rows[1][0], 4);
         let text = std::fs::read_to_string(folder.path().join("claims.csv")).unwrap();
-        assert!(text.lines().nth(3).unwrap().starts_with("faster,1,s"), "{text}");
+        assert!(text.lines().nth(3).unwrap().starts_with("faster,primary,1,s"), "{text}");
     }
 
     #[test]

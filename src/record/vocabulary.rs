@@ -7,6 +7,9 @@ pub use crate::registry::{ALL_VARIANTS, NULL_VARIANT};
 /// Workload of the few single poses that the exhaustive control is timed on.
 pub const CONTROL_WORKLOAD: &str = "control";
 
+/// Workload of the poses of whole programs, from start to first collision; also the metric that is made of their times.
+pub const PROGRAM_TIME: &str = "program-time";
+
 /// What stands in the place of a variant in an outline row that draws the part itself.
 pub const MESH_OUTLINE: &str = "mesh";
 

@@ -4,7 +4,7 @@ use super::Contents;
 use super::tables::{Table, interval, number};
 use super::terminal::stands_for_claim;
 use crate::analysis::claims::{Claim, ClaimSet};
-use crate::analysis::{ALL, stats};
+use crate::analysis::{ALL, ranked_by};
 use crate::record::{ClaimRow, Kind, Manifest, NULL_VARIANT};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -85,8 +85,8 @@ fn at_a_glance(contents: &Contents) -> String {
     }
     format!(
         "## Verdicts at a glance\n\n{}A claim can be read in more than one way. The readings:\n\n{readings}\nThe verdicts: \
-         *reproduces*, the whole 95 % interval is on the claimed side of the threshold; *equivalent*, it lies within [0.95, 1.05]; \
-         *reversed*, it is on the other side; *inconclusive*, none of these; *not-judged*, nothing measured here can decide.\n\n",
+         *supported*, the whole 95 % interval is beyond the claim's threshold; *refuted*, it is on the other side of it; *undecided*, neither; \
+         *not-applicable*, nothing was broken that could be repaired; *not-judged*, nothing measured here can decide.\n\n",
         table.finish()
     )
 }
@@ -169,6 +169,7 @@ fn chosen(manifest: &Manifest) -> String {
 
 fn ranking(contents: &Contents) -> String {
     let Some(baseline) = contents.claims.comparison.baselines.first() else { return String::new() };
+    let (metric, workload) = ranked_by(&contents.ratios);
     let scenes: Vec<&str> = contents.manifest.scenes.iter().map(|scene| scene.name.as_str()).collect();
     let headings: Vec<String> = ["place", "variant", ">time ratio"]
         .map(str::to_owned)
@@ -181,14 +182,11 @@ fn ranking(contents: &Contents) -> String {
     for (place, entry) in (1..).zip(&contents.ranking) {
         let is_volume = entry.kind == Kind::Volume;
         let per_scene = scenes.iter().map(|scene| {
-            let row = contents.summary.iter().filter(|r| r.scene == *scene && r.stratum == ALL);
-            let policies: Vec<String> = row.filter(|r| r.variant == entry.variant).map(|r| r.case().policy()).collect();
             let wanted = contents.ratios.iter().find(|r| {
                 r.scene == *scene
-                    && (r.stratum.as_str(), r.metric.as_str()) == (ALL, "time")
+                    && (r.stratum.as_str(), r.metric.as_str(), r.workload.as_str()) == (ALL, &*metric, &*workload)
                     && r.variant == entry.variant
                     && r.baseline == *baseline
-                    && policies.contains(&r.policy)
                     && is_default(contents, &r.variant, &r.policy)
             });
             wanted.map_or_else(|| "-".to_owned(), |r| interval(Some(r.ratio), Some(r.low), Some(r.high)))
@@ -196,7 +194,7 @@ fn ranking(contents: &Contents) -> String {
         let tallies = contents.misses.iter().filter(|(_, case, _)| {
             case.variant == entry.variant && is_default(contents, &case.variant, &case.policy())
         });
-        let missed = tallies.map(|(_, _, tally)| tally.missed).reduce(|sum, missed| sum + missed);
+        let missed = tallies.map(|(_, _, tally)| tally.missed_in_all).reduce(|sum, missed| sum + missed);
         let missed = missed.map_or_else(|| "not verified".to_owned(), |missed| missed.to_string());
         let cells =
             [if is_volume { place.to_string() } else { "-".to_owned() }, entry.label.clone(), number(entry.ratio)];
@@ -210,12 +208,17 @@ fn ranking(contents: &Contents) -> String {
         );
     }
     format!(
-        "## Ranking by speed\n\nSafe bounding volumes under their default tree policies, by query time relative to {}: geometric \
-         mean over the scenes, all strata weighted equally, with the 95 % interval in each scene. The order holds for these \
+        "## Ranking by speed\n\nSafe bounding volumes under their default tree policies, by {} relative to {}: geometric \
+         mean over the scenes as a summary, and the 95 % interval in each scene. The order holds for these \
          scenes, this machine and these trees; neighbours whose intervals overlap are not told apart. Unsafe volumes are left \
          out whatever their speed, because a method can look fast by missing collisions.\n\n{}\
          Not volumes on the common tree, and so not ranked: our engines, whose trees, vector arithmetic and threads are their own; controls; \
          methods by samples; other libraries' whole systems with trees and triangle tests of their own.\n\n{}",
+        if metric == workload {
+            "the time of whole programs".to_owned()
+        } else {
+            format!("query time in `{workload}`")
+        },
         contents.label(baseline),
         volumes.finish(),
         others.finish()
@@ -233,17 +236,18 @@ fn misses(contents: &Contents) -> String {
         "variant",
         "policy",
         "promise",
-        ">colliding",
-        ">hidden by the volume",
-        ">missed in all",
+        ">contacts asked",
+        ">lines",
+        ">missed",
         ">miss rate, 95 %",
+        ">with answers by witness",
     ];
     let mut table = Table::new(&headings);
     for (scene, case, tally) in contents.misses.iter() {
         let safe =
             contents.manifest.variants.iter().find(|entry| entry.id == case.variant).is_some_and(|entry| entry.safe);
-        let (low, high) = stats::miss_rate(tally.missed, tally.colliding);
-        let rate = match (tally.missed, tally.colliding) {
+        let (low, high) = tally.interval();
+        let rate = match (tally.missed(), tally.contacts()) {
             (_, 0) => "-".to_owned(),
             (0, _) => format!("at most {}", number(high)),
             (missed, n) => interval(Some(missed as f64 / n as f64), Some(low), Some(high)),
@@ -253,16 +257,18 @@ fn misses(contents: &Contents) -> String {
             contents.label(&case.variant).to_owned(),
             case.policy(),
             (if safe { "safe" } else { "none" }).to_owned(),
-            tally.colliding.to_string(),
-            tally.missed_by_volume.to_string(),
-            tally.missed.to_string(),
+            tally.contacts().to_string(),
+            tally.lines.len().to_string(),
+            tally.missed().to_string(),
             rate,
+            format!("{} of {}", tally.missed_in_all, tally.contacts_in_all),
         ]);
     }
     format!(
-        "## Contacts missed\n\nColliding poses by the exact test, grazing contacts apart; how many of them the volumes hide although \
-         the triangle test of the leaves finds them; how many are missed in all (the same since that test is exact). \
-         Rates with 95 % Wilson intervals; none of n is written as at most 3/n.\n\n{}",
+        "## Contacts missed\n\nContacts by the exact test, grazing ones apart, at which the variant's own query was asked, and how many of them it \
+         missed. Rates with 95 % intervals by line (an approach, a ray, a stretch of a path): contacts of one line depend on one another; \
+         none missed on m lines is written as at most 3/m. The last column adds verdicts that follow from a contact that the truth \
+         names.\n\n{}",
         table.finish()
     )
 }
@@ -296,15 +302,30 @@ fn details(contents: &Contents) -> String {
             text += &format!("Not judged: {reason}.\n\n");
             continue;
         }
-        let headings = ["reading", "scene", "stratum", "verdict", "measure", ">value [95 %]", ">misses", "note"];
+        let headings = [
+            "role",
+            "reading",
+            "scene",
+            "workload",
+            "stratum",
+            "verdict",
+            "effect",
+            "measure",
+            ">value [95 %]",
+            ">misses",
+            "note",
+        ];
         let mut table = Table::new(&headings);
         for row in contents.verdicts.iter().filter(|row| row.claim == claim.id()) {
             let count = |missed: Option<u64>| missed.map_or_else(|| "-".to_owned(), |n| n.to_string());
             table.row([
+                row.role.clone(),
                 row.reading.clone(),
                 row.scene.clone(),
+                row.workload.clone(),
                 row.stratum.clone(),
                 row.verdict.clone(),
+                row.effect.clone(),
                 row.measure.clone(),
                 interval(row.value, row.low, row.high),
                 format!("{} / {}", count(row.missed), count(row.baseline_missed)),
@@ -319,12 +340,12 @@ fn details(contents: &Contents) -> String {
 fn times(contents: &Contents) -> String {
     let headings = [
         "scene",
+        "workload",
         "variant",
         "policy",
         ">mean, µs",
         ">median",
         ">p95",
-        ">p99",
         ">max",
         ">volume tests",
         ">triangle tests",
@@ -334,20 +355,20 @@ fn times(contents: &Contents) -> String {
         let us = |ns: f64| number(ns / 1e3);
         table.row([
             row.scene.clone(),
+            row.workload.clone(),
             contents.label(&row.variant).to_owned(),
             row.case().policy(),
             interval(Some(row.mean_ns / 1e3), Some(row.mean_low_ns / 1e3), Some(row.mean_high_ns / 1e3)),
             us(row.median_ns),
             us(row.p95_ns),
-            us(row.p99_ns),
             us(row.max_ns),
             number(row.volume_tests),
             number(row.triangle_tests),
         ]);
     }
     format!(
-        "## Times and counts of a query\n\nMean with 95 % interval over poses, quantiles over chunks of poses, the four strata \
-         weighted equally; by stratum in `summary.csv`. Times of two methods are to be compared by their paired ratios \
+        "## Times and counts of a query\n\nArithmetic mean over the poses of each workload with its 95 % interval, quantiles over chunks of \
+         poses; by stratum in `summary.csv`. Times of two methods are to be compared by their paired ratios \
          (`ratios.csv`), not by these intervals.\n\n{}",
         table.finish()
     )

@@ -19,7 +19,7 @@ use crate::analysis::misses::Misses;
 use crate::analysis::{Ranked, noise, ranking};
 use crate::plot::{Gallery, PlotError, read_gallery};
 use crate::record::{
-    ClaimRow, Manifest, PeerRatioRow, PeerRow, RatioRow, RecordError, SummaryRow, VerificationRow, read_rows,
+    ClaimRow, Manifest, PeerRatioRow, PeerRow, ProgramTimeRow, RatioRow, RecordError, SummaryRow, read_rows,
     read_rows_if_there, write_text,
 };
 use std::path::{Path, PathBuf};
@@ -53,6 +53,8 @@ pub struct Contents {
     pub verdicts: Vec<ClaimRow>,
     /// Times and counts.
     pub summary: Vec<SummaryRow>,
+    /// `program_times.csv`.
+    pub program_times: Vec<ProgramTimeRow>,
     /// Ratios.
     pub ratios: Vec<RatioRow>,
     /// Misses.
@@ -78,12 +80,13 @@ impl Contents {
         let manifest = Manifest::read(folder)?;
         let claims = ClaimSet::read(&folder.join(claims::FILE))?;
         let ratios: Vec<RatioRow> = read_rows(folder)?;
-        let misses = Misses::of_rows(&read_rows::<VerificationRow>(folder)?);
+        let misses = Misses::read(folder)?;
         Ok(Self {
             verdicts: read_rows(folder)?,
             peers: read_rows_if_there(folder)?,
             peer_ratios: read_rows_if_there(folder)?,
             summary: read_rows(folder)?,
+            program_times: read_rows(folder)?,
             gallery: read_gallery(folder)?,
             noise: noise(&manifest, &ratios),
             ranking: ranking(&manifest, &ratios, &misses, &claims),

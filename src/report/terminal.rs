@@ -1,9 +1,8 @@
 //! The closing table of the command line, as data.
 
 use super::tables::interval;
-use crate::analysis::ALL;
 use crate::analysis::claims::ClaimSet;
-use crate::record::{ClaimRow, Stratum};
+use crate::record::ClaimRow;
 
 /// One line: a claim under one reading in one scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,8 +40,8 @@ pub fn terminal_rows(verdicts: &[ClaimRow], claims: &ClaimSet) -> Vec<TerminalRo
 
 /// Whether the row is not merely one stratum of a claim that also has a verdict over all of them.
 pub(super) fn stands_for_claim(row: &ClaimRow, verdicts: &[ClaimRow]) -> bool {
-    let is_part = |stratum: &str| Stratum::ALL.iter().any(|s| s.id() == stratum);
-    !is_part(&row.stratum) || !verdicts.iter().any(|other| other.claim == row.claim && other.stratum == ALL)
+    let of_claim = || verdicts.iter().filter(|other| other.claim == row.claim);
+    row.role == "primary" || of_claim().all(|other| other.role != "primary")
 }
 
 fn of(row: &ClaimRow, claims: &ClaimSet) -> TerminalRow {

@@ -146,6 +146,9 @@ pub struct PartFile {
 pub struct ProgramFile {
     /// The G-code file.
     pub file: Spanned<String>,
+    /// Other G-code files for the same machine, tool and offsets.
+    #[serde(default)]
+    pub more: Vec<String>,
     /// What the controller takes for granted.
     #[serde(default)]
     pub controller: ControllerFile,

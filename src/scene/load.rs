@@ -86,6 +86,12 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         .as_ref()
         .map(|file| read_program(&mut folder, &document, &machine, file, overrides))
         .transpose()?;
+    let files = scene.program.iter().filter(|_| !overrides.skips_program).flat_map(|file| &file.more);
+    let more = files.zip(program.iter().cycle()).map(|(path, first)| {
+        let source = folder.text(path)?;
+        program::run(&source, folder.path(path), &first.setup, first.tip.clone(), first.sampling)
+    });
+    let more_programs = more.collect::<Result<_, SceneError>>()?;
     let recording = match &scene.recorded {
         Some(recorded) => Some(read_recording(&mut folder, &recorded.file, &machine, &parts, program.as_ref())?),
         None => None,
@@ -132,6 +138,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         rates,
         expected,
         program,
+        more_programs,
         approaches,
         random,
         recording,

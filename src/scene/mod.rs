@@ -187,6 +187,8 @@ pub struct Scene {
     pub expected: Vec<Expected>,
     /// The program that moves the machine.
     pub program: Option<ProgramRun>,
+    /// Other programs under the same controller, timed as wholes beside the first.
+    pub more_programs: Vec<ProgramRun>,
     /// The approaches.
     pub approaches: Vec<Approach>,
     /// The pairs posed at random.

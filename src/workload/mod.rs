@@ -11,7 +11,7 @@ mod random;
 
 use crate::geometry::Isometry;
 use crate::machine::OutOfLimits;
-use crate::scene::{Approach, Pair, Scene, TipFault};
+use crate::scene::{Approach, Pair, ProgramRun, Role, Scene, TipFault};
 use crate::truth::PairOracle;
 use obbtree::cases::Draw;
 use ray::{Contact, Target};
@@ -184,6 +184,34 @@ pub fn generate(scene: &Scene, poses: usize, seed: u64) -> Result<Vec<Workload>,
         return Err(WorkloadError::Nothing { scene: scene.name.clone() });
     }
     Ok(workloads)
+}
+
+/// The poses of one pair along a program, each with the number of its step.
+#[derive(Clone, Debug)]
+pub struct PairSteps {
+    /// The poses.
+    pub poses: PairPoses,
+    /// Step of each.
+    pub steps: Vec<u32>,
+}
+
+/// A program in about `steps` steps, pair by pair. Pairs whose contact is meant, a cutter and the workpiece or what the scene allows to touch,
+/// are left out: they do not end a program.
+///
+/// # Errors
+/// [`WorkloadError`]: the program leaves the machine's limits.
+pub fn along(scene: &Scene, run: &ProgramRun, steps: usize) -> Result<Vec<PairSteps>, WorkloadError> {
+    let run = program::Run::new(scene, run, steps)?;
+    let cuts = |pair: &Pair| {
+        let roles = [pair.a, pair.b].map(|part| scene.parts[part].role);
+        roles.contains(&Role::Cutter) && roles.contains(&Role::Workpiece)
+    };
+    let examined = scene.pairs.iter().filter(|pair| !cuts(pair) && !scene.allowed.iter().any(|other| pair.is(*other)));
+    let of = |&pair: &Pair| {
+        let (steps, poses) = run.steps_of(scene, pair).map(|(step, pose)| (step as u32, pose)).unzip();
+        PairSteps { poses: PairPoses { pair, poses }, steps }
+    };
+    Ok(examined.map(of).filter(|pair| !pair.steps.is_empty()).collect())
 }
 
 fn named(source: Source, pairs: Vec<PairPoses>) -> Workload {

@@ -47,14 +47,17 @@ impl Run {
 
     /// The poses of one pair, while both parts are there. Neighbours on the path form blocks, and a block is a cluster.
     pub fn poses_of(&self, scene: &Scene, pair: Pair) -> Vec<PosedPair> {
-        let pose = |(index, at): (usize, &MachinePose)| PosedPair {
-            a_from_b: scene.a_from_b(pair, &at.poses),
-            cluster: block_of(index),
-            line: Some(at.line),
-            depth_mm: None,
+        self.steps_of(scene, pair).map(|(_, pose)| pose).collect()
+    }
+
+    /// As [`Run::poses_of`], each pose with the number of its step in the program.
+    pub fn steps_of(&self, scene: &Scene, pair: Pair) -> impl Iterator<Item = (usize, PosedPair)> {
+        let pose = move |(index, (step, at)): (usize, (usize, &MachinePose))| {
+            let a_from_b = scene.a_from_b(pair, &at.poses);
+            (step, PosedPair { a_from_b, cluster: block_of(index), line: Some(at.line), depth_mm: None })
         };
-        let mounted = self.poses.iter().filter(|at| scene.is_mounted(pair, at.tool));
-        mounted.enumerate().map(pose).collect()
+        let mounted = self.poses.iter().enumerate().filter(move |(_, at)| scene.is_mounted(pair, at.tool));
+        mounted.enumerate().map(pose)
     }
 }
 

@@ -1,11 +1,11 @@
 //! The changes themselves, by kind of record.
 
 use super::{Comparison, SceneMatch, Side, case_name};
+use crate::analysis::ALL;
 use crate::analysis::judge::CLUSTERS_MIN;
 use crate::analysis::misses::Tally;
 use crate::analysis::stats::{self, Group, Interval};
 use crate::analysis::table::{Scene, Strata};
-use crate::analysis::{ALL, stats::wilson};
 use crate::record::rows::CaseKey;
 use crate::record::{NULL_VARIANT, Stratum};
 use serde::Serialize;
@@ -103,6 +103,8 @@ pub struct VerdictChange {
     pub reading: String,
     /// Scene.
     pub scene: String,
+    /// Workload.
+    pub workload: String,
     /// Stratum.
     pub stratum: String,
     /// The earlier verdict.
@@ -257,32 +259,39 @@ pub(super) fn of_misses(scene: &SceneMatch, before: &Side, after: &Side, compari
     for (_, case, new) in after.misses.iter().filter(|(name, ..)| *name == scene.scene) {
         let Some(old) = before.misses.of(&scene.scene, case) else { continue };
         let is_safe = after.manifest.variants.iter().any(|variant| variant.id == case.variant && variant.safe);
-        let is_regression = if same_poses && old.colliding == new.colliding {
-            new.missed > old.missed
+        let is_regression = if same_poses && old.contacts_in_all == new.contacts_in_all {
+            new.missed_in_all > old.missed_in_all
         } else {
-            (is_safe && old.missed == 0 && new.missed > 0) || rate(new).0 > rate(old).1
+            (is_safe && old.missed_in_all == 0 && new.missed_in_all > 0) || rate(&new).0 > rate(&old).1
         };
-        if old.missed != new.missed || is_regression {
+        if old.missed_in_all != new.missed_in_all || is_regression {
             comparison.misses.push(MissChange {
                 scene: scene.scene.clone(),
                 variant: case.variant.clone(),
                 policy: case.policy(),
-                missed: (old.missed, new.missed),
-                colliding: (old.colliding, new.colliding),
+                missed: (old.missed_in_all, new.missed_in_all),
+                colliding: (old.contacts_in_all, new.contacts_in_all),
                 is_regression,
             });
         }
     }
 }
 
-fn rate(tally: Tally) -> (f64, f64) {
-    wilson(tally.missed, tally.colliding)
+fn rate(tally: &Tally) -> (f64, f64) {
+    tally.interval()
 }
 
 /// Verdicts on the same claim, reading, scene and stratum.
 pub(super) fn of_verdicts(before: &Side, after: &Side, comparison: &mut Comparison) {
     let key = |row: &crate::record::ClaimRow| {
-        (row.claim.clone(), row.reading.clone(), row.scene.clone(), row.stratum.clone())
+        (
+            row.claim.clone(),
+            row.role.clone(),
+            row.reading.clone(),
+            row.scene.clone(),
+            row.workload.clone(),
+            row.stratum.clone(),
+        )
     };
     let old: BTreeMap<_, &str> = before.claims.iter().map(|row| (key(row), row.verdict.as_str())).collect();
     for row in &after.claims {
@@ -292,6 +301,7 @@ pub(super) fn of_verdicts(before: &Side, after: &Side, comparison: &mut Comparis
                 claim: row.claim.clone(),
                 reading: row.reading.clone(),
                 scene: row.scene.clone(),
+                workload: row.workload.clone(),
                 stratum: row.stratum.clone(),
                 before: verdict.to_owned(),
                 after: row.verdict.clone(),

@@ -15,9 +15,7 @@ use super::misses::Misses;
 use super::table::{self, Scene};
 use super::{ALL, AnalysisError, EQUAL};
 use crate::record::rows::CaseKey;
-use crate::record::{
-    ClaimRow, Manifest, NULL_VARIANT, RatioRow, TightnessRow, TreeRow, VerificationRow, read_rows, read_rows_if_there,
-};
+use crate::record::{ClaimRow, Manifest, NULL_VARIANT, RatioRow, TightnessRow, TreeRow, read_rows, read_rows_if_there};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -84,7 +82,7 @@ impl Side {
         Ok(Self {
             manifest: Manifest::read(folder)?,
             scenes: table::read(folder)?,
-            misses: Misses::of_rows(&read_rows::<VerificationRow>(folder)?),
+            misses: Misses::read(folder)?,
             trees: read_rows(folder)?,
             tightness: read_rows(folder)?,
             ratios: read_rows_if_there(folder)?,
@@ -107,8 +105,9 @@ impl Side {
     /// [`EQUAL`]'s upper end. A run without a null comparison is trusted no further than a steady one.
     fn noise(&self, scene: &str) -> f64 {
         let is_null = |row: &&RatioRow| row.variant == NULL_VARIANT && row.metric == "time" && row.stratum == ALL;
-        let null = self.ratios.iter().filter(is_null).find(|row| row.scene == scene);
-        null.map_or(super::STEADY.1, |row| row.high.max(1.0 / row.low).max(EQUAL.1))
+        let nulls = self.ratios.iter().filter(is_null).filter(|row| row.scene == scene);
+        let farthest = nulls.map(|row| row.high.max(1.0 / row.low)).filter(|end| end.is_finite()).reduce(f64::max);
+        farthest.map_or(super::STEADY.1, |end| end.max(EQUAL.1))
     }
 }
 
@@ -153,7 +152,7 @@ fn scene_match(name: &str, before: &Side, after: &Side) -> SceneMatch {
     let scenes = before.scenes.get(name).zip(after.scenes.get(name));
     SceneMatch {
         scene: name.to_owned(),
-        same_poses: differing.is_empty() && same_request && scenes.is_some_and(|(old, new)| old.has_pairs_of(new)),
+        same_poses: differing.is_empty() && same_request && scenes.is_some_and(|(old, new)| old.has_poses_of(new)),
         differing_inputs: differing,
         noise: before.noise(name).max(after.noise(name)),
         drift: None,

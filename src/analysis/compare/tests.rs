@@ -3,6 +3,7 @@
 use super::*;
 use crate::analysis::analyze;
 use crate::analysis::claims::ClaimSet;
+use crate::record::MissRow;
 use crate::record::synthetic::{PLANTED, Plan, Run, SCENES};
 use tempfile::TempDir;
 
@@ -41,7 +42,8 @@ fn two_runs_of_the_same_differ_by_noise_only() {
     assert!(changed.is_empty(), "{changed:?}");
     // Of each case the time of all strata and of each of four, and the construction.
     let cases: usize = PLANTED.iter().map(|planted| planted.policies.len().max(1)).sum();
-    assert_eq!(comparison.times.len(), SCENES.len() * cases * 6);
+    // The control runs at far poses alone.
+    assert_eq!(comparison.times.len(), SCENES.len() * (cases * 6 - 3));
     assert!(comparison.counts.is_empty() && comparison.trees.is_empty() && comparison.misses.is_empty());
     assert!(!comparison.has_regression());
 }
@@ -49,7 +51,10 @@ fn two_runs_of_the_same_differ_by_noise_only() {
 /// Another version of the program may number chunks otherwise.
 #[test]
 fn chunks_are_paired_by_what_they_hold() {
-    let comparison = compared(&|run| run.timings.iter_mut().for_each(|row| row.chunk = 3 * row.chunk + 1));
+    let comparison = compared(&|run| {
+        run.timings.iter_mut().for_each(|row| row.chunk = 3 * row.chunk + 1);
+        run.poses.iter_mut().for_each(|row| row.chunk = 3 * row.chunk + 1);
+    });
     let changed: Vec<_> = comparison.times.iter().filter(|row| row.change != "noise").collect();
     assert!(changed.is_empty() && comparison.times.iter().any(|row| row.metric == "time"), "{changed:?}");
 }
@@ -58,9 +63,10 @@ fn chunks_are_paired_by_what_they_hold() {
 fn planted_times_counts_and_trees_are_found_and_nothing_else() {
     let comparison = compared(&|run| {
         let is = |variant: &str, scene: &str| variant == "aabb" && scene == SCENES[0];
-        run.timings.iter_mut().filter(|row| is(&row.variant, &row.scene)).for_each(|row| row.ns = row.ns * 6 / 5);
+        run.timings.iter_mut().filter(|row| is(row.variant(), &row.scene)).for_each(|row| row.ns = row.ns * 6 / 5);
         run.builds.iter_mut().filter(|row| is(&row.variant, &row.scene)).for_each(|row| row.ns /= 2);
-        run.queries.iter_mut().find(|row| is(&row.variant, &row.scene)).unwrap().volume_tests += 7;
+        run.answers.iter_mut().find(|row| is(row.case.split('@').next().unwrap(), &row.scene)).unwrap().volume_tests +=
+            7;
         run.tightness.iter_mut().find(|row| is(&row.variant, &row.scene)).unwrap().hulled_volume_mm3 *= 1.5;
     });
     let changed: Vec<_> = comparison.times.iter().filter(|row| row.change != "noise").collect();
@@ -83,10 +89,12 @@ fn planted_times_counts_and_trees_are_found_and_nothing_else() {
 fn one_more_miss_is_a_regression_and_one_fewer_is_none() {
     let miss = |by: u64, variant: &'static str| {
         move |run: &mut Run| {
-            let mut rows = run.verification.iter_mut();
-            let row = rows.find(|row| row.variant == variant && row.exact > 0 && row.band.is_above_grazing()).unwrap();
-            (row.missed, row.tree) = (row.missed.wrapping_add(by), row.tree.wrapping_sub(by));
-            row.missed_by_volume = row.missed_by_volume.wrapping_add(by);
+            let stray = run.misses[0].clone();
+            let row = run.misses.iter_mut().find(|row| row.case.starts_with(&format!("{variant}@")));
+            match row {
+                Some(row) => row.missed = row.missed.wrapping_add(by),
+                None => run.misses.push(MissRow { case: format!("{variant}@vertex-mean/own/1"), missed: by, ..stray }),
+            }
         }
     };
     let worse = compared(&miss(1, "aabb"));
@@ -133,13 +141,13 @@ fn a_scene_of_other_inputs_or_poses_is_not_paired() {
 #[test]
 fn a_noisy_run_hides_small_changes() {
     let slower = |run: &mut Run| {
-        run.timings.iter_mut().filter(|row| row.variant == "aabb").for_each(|row| row.ns = row.ns * 21 / 20);
+        run.timings.iter_mut().filter(|row| row.variant() == "aabb").for_each(|row| row.ns = row.ns * 21 / 20);
     };
     let quiet = compared(&slower);
     assert!(case(&quiet, "time", "aabb").iter().filter(|row| row.stratum == ALL).all(|row| row.change == "slower"));
     let noisy = compared(&|run| {
         slower(run);
-        run.timings.iter_mut().filter(|row| row.variant == NULL_VARIANT).for_each(|row| row.ns = row.ns * 11 / 10);
+        run.timings.iter_mut().filter(|row| row.variant() == NULL_VARIANT).for_each(|row| row.ns = row.ns * 11 / 10);
     });
     assert!(case(&noisy, "time", "aabb").iter().all(|row| row.change == "noise"), "{:?}", noisy.scenes);
 }

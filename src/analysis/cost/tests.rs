@@ -39,11 +39,12 @@ fn what_never_occurs_costs_nothing_and_nothing_has_no_costs() {
 
 #[test]
 fn deadlines_weigh_strata_equally() {
-    let case = CaseKey { variant: "ball".into(), split: "median".into(), axes: "own".into(), leaf: 1 };
+    let case = CaseKey { variant: "ball".into(), split: "median".into(), split_axes: "own".into(), leaf: 1 };
     let query = |stratum: Stratum, volume_tests: u64| Query {
-        pair: 0,
+        line: 0,
+        touches: false,
         pose: 0,
-        chunk: None,
+        chunk: 0,
         stratum,
         volume_tests,
         triangle_tests: 0,

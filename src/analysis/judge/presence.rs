@@ -10,7 +10,7 @@ const GAP_TOLERANCE: f64 = 0.1;
 
 /// The verdict on whether something is there.
 fn presence(present: bool, expected: Expectation) -> Verdict {
-    if present == (expected == Expectation::Present) { Verdict::Reproduces } else { Verdict::Reversed }
+    if present == (expected == Expectation::Present) { Verdict::Supported } else { Verdict::Refuted }
 }
 
 impl Judged<'_> {
@@ -19,7 +19,7 @@ impl Judged<'_> {
             .levels(case)
             .max_by(|a, b| a.outside_corners_pct.total_cmp(&b.outside_corners_pct).then(b.level.cmp(&a.level)))
         else {
-            return Finding::not_measured("-", "no tree of this case in this run");
+            return Finding::not_measured("no tree of this case in this run");
         };
         let reach = self.levels(case).map(|row| row.overhang_mm).fold(0.0, f64::max);
         let root =
@@ -28,29 +28,22 @@ impl Judged<'_> {
             "worst level {} of {}; at the roots up to {root:.1} %; reaches {reach:.3} mm outside",
             worst.level, worst.part
         );
-        Finding {
-            stratum: "-",
-            verdict: presence(worst.outside_corners_pct > above_pct, expected),
-            value: Some(worst.outside_corners_pct),
-            interval: None,
-            note: vec![note],
-        }
+        let verdict = presence(worst.outside_corners_pct > above_pct, expected);
+        Finding::of_trees(verdict, Some(worst.outside_corners_pct), vec![note])
     }
 
     pub(super) fn drift(&self, case: &CaseKey, above_mm: f64, expected: Expectation) -> Finding {
         let Some(largest) = self.trees(case).max_by(|a, b| a.drift_mm.abs().total_cmp(&b.drift_mm.abs())) else {
-            return Finding::not_measured("-", "no tree of this case in this run");
+            return Finding::not_measured("no tree of this case in this run");
         };
         let displaced = || self.trees(case).filter(|row| row.drift_mm.abs() > above_mm);
         let dense = names(displaced().filter(|row| row.drift_mm > 0.0).map(|row| row.part.as_str()));
         let sparse = names(displaced().filter(|row| row.drift_mm < 0.0).map(|row| row.part.as_str()));
         let verdict = match (expected, dense.is_empty(), sparse.is_empty()) {
-            (Expectation::Present, true, true) => Verdict::Equivalent,
-            (Expectation::Present, false, true) => Verdict::Reproduces,
-            (Expectation::Present, true, false) => Verdict::Reversed,
-            (Expectation::Present, false, false) => Verdict::Inconclusive,
-            (Expectation::Absent, true, true) => Verdict::Reproduces,
-            (Expectation::Absent, ..) => Verdict::Reversed,
+            // Displaced nowhere, or somewhere toward the other side: not as the sentence says.
+            (Expectation::Present, true, true) | (Expectation::Present, _, false) => Verdict::Refuted,
+            (Expectation::Present, false, true) | (Expectation::Absent, true, true) => Verdict::Supported,
+            (Expectation::Absent, ..) => Verdict::Refuted,
         };
         let mut note = vec![format!("largest on {}", largest.part)];
         for (parts, side) in [(dense, "dense"), (sparse, "sparse")] {
@@ -58,7 +51,7 @@ impl Judged<'_> {
                 note.push(format!("toward the {side} side: {parts}"));
             }
         }
-        Finding { stratum: "-", verdict, value: Some(largest.drift_mm), interval: None, note }
+        Finding::of_trees(verdict, Some(largest.drift_mm), note)
     }
 
     pub(super) fn gap(&self, case: &CaseKey, above_mm: f64, expected: Expectation) -> Finding {
@@ -67,16 +60,16 @@ impl Judged<'_> {
         parts.dedup();
         let displaced = parts.into_iter().filter_map(|part| Some((part, self.displacement(part, &case.variant)?)));
         let Some((part, found)) = displaced.max_by(|a, b| a.1.overhang_mm.total_cmp(&b.1.overhang_mm)) else {
-            return Finding::not_measured("-", "no box of this variant was drawn in this run");
+            return Finding::not_measured("no box of this variant was drawn in this run");
         };
         if found.overhang_mm <= above_mm {
             let note = vec!["no corner of a drawn edge lies outside a root box".to_owned()];
-            return Finding { stratum: "-", verdict: presence(false, expected), value: None, interval: None, note };
+            return Finding::of_trees(presence(false, expected), None, note);
         }
         let ratio = found.gap_mm / found.overhang_mm;
         let note = vec![format!("{part}: overhang {:.3} mm, gap {:.3} mm", found.overhang_mm, found.gap_mm)];
         let present = (ratio - 1.0).abs() <= GAP_TOLERANCE;
-        Finding { stratum: "-", verdict: presence(present, expected), value: Some(ratio), interval: None, note }
+        Finding::of_trees(presence(present, expected), Some(ratio), note)
     }
 
     fn drawn<'b>(&'b self, variant: &'b str) -> impl Iterator<Item = &'b OutlineRow> {

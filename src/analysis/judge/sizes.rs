@@ -54,17 +54,12 @@ impl Judged<'_> {
             (tests > 0.0).then_some(sum / tests)
         };
         let Some(all) = mean(None) else {
-            return Finding::not_measured(ALL, "no ends of separating-axis tests of this case in this run");
+            return Finding::not_measured("no ends of separating-axis tests of this case in this run");
         };
         let by_stratum = Stratum::ALL.into_iter().filter_map(|stratum| Some((stratum, mean(Some(stratum))?)));
         let by_stratum: Vec<String> = by_stratum.map(|(stratum, mean)| format!("{} {mean:.3}", stratum.id())).collect();
         let holds = test.at_most.is_some_and(|most| all <= most);
-        Finding {
-            stratum: ALL,
-            verdict: if holds { Verdict::Reproduces } else { Verdict::Reversed },
-            value: Some(all),
-            interval: None,
-            note: vec![by_stratum.join(", ")],
-        }
+        let verdict = if holds { Verdict::Supported } else { Verdict::Refuted };
+        Finding { stratum: ALL.to_owned(), ..Finding::of_trees(verdict, Some(all), vec![by_stratum.join(", ")]) }
     }
 }

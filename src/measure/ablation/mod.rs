@@ -205,7 +205,7 @@ fn try_forms(
     };
     let rows = trials.par_iter().map(count).collect::<Vec<_>>().concat();
     let kinds = trials.iter().filter(|trial| trial.form == BASE).flat_map(|trial| trial.kinds(tool)).collect();
-    let extent = Extent { blocks: budget.rounds, launch: 0, warms_up: false, long_once: false };
+    let extent = Extent { blocks: budget.rounds, warms_up: false, long_once: false };
     let samples = blocks::time(&mut Timed(&trials), extent, seed, progress);
     let times = samples.into_iter().map(|sample| trials[sample.case].time_row(sample.block, sample.ns)).collect();
     Ok(Ablation { rows, kinds, times })

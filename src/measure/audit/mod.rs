@@ -220,7 +220,7 @@ impl Audit {
         progress.begin(&format!("{}: exact truth", scene.name), 1);
         let count = poses * POSE_RESERVE;
         let judged = judged::judge(&self.plan, scene, count, Strata::Sought, self.cache.as_ref(), &Silent)?;
-        let chunks = chosen(&chunk::select(&judged, poses, chunk::LONG), self.amount.chunks);
+        let chunks = chosen(&chunk::select_windows(&judged, poses, chunk::LONG), self.amount.chunks);
         Ok(Questions { scene, judged, chunks })
     }
 

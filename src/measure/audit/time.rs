@@ -77,7 +77,7 @@ pub fn time(
     let mut draw = Draw::new(seed, &["audit", &questions.scene.name, &cell.name()], 0);
     let (own, builds) = build(cell, questions, &mut draw);
     let mut queries = Queries { questions, reference, own, scratch: Scratch::default() };
-    let extent = Extent { blocks, launch: 0, warms_up: true, long_once: false };
+    let extent = Extent { blocks, warms_up: true, long_once: false };
     let order = (draw.unit() * 2_f64.powi(53)) as u64;
     let samples = blocks::time(&mut queries, extent, order, &Silent);
     // The two cases of a chunk stand side by side.

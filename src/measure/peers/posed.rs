@@ -15,7 +15,7 @@ use super::{Mode, PeersError, npy};
 use crate::geometry::{Isometry, Mesh, Point, rigid};
 use crate::measure::chunk::{self, Chunk, Participants};
 use crate::measure::judged::{self, JudgedPair, JudgedPose};
-use crate::measure::run::POSE_RESERVE;
+use crate::measure::measured::POSE_RESERVE;
 use crate::measure::{Plan, Progress};
 use crate::record::{Band, Stratum};
 use crate::scene::{Pair, Scene};
@@ -78,7 +78,7 @@ pub fn questions(
     let judged = judged::judge(plan, scene, poses * POSE_RESERVE, judged::Strata::Sought, cache, progress)?;
     let usable: Vec<JudgedPair> =
         judged.into_iter().filter(|pair| mode != Mode::Path || pair.workload == Source::Program.name()).collect();
-    let chunks: Vec<Chunk> = chunk::select(&usable, poses, chunk::LONG)
+    let chunks: Vec<Chunk> = chunk::select_windows(&usable, poses, chunk::LONG)
         .into_iter()
         .filter(|chunk| chunk.participants != Participants::Control)
         .collect();

@@ -17,7 +17,7 @@ use super::plan::{Case, PlanError, choose};
 use super::{MeasureError, Profile, Progress, environment};
 use crate::geometry::Isometry;
 use crate::method::{Kind, Model};
-use crate::record::manifest::{Request, SCHEMA, Stage, VariantEntry};
+use crate::record::manifest::{PROTOCOL, Request, SCHEMA, Stage, VariantEntry};
 use crate::record::{Manifest, Row, Stratum, SweepBuildRow, SweepRow, SweepTimingRow, read_rows, write_rows};
 use crate::registry::{Registry, Variant};
 use crate::tree::Policy;
@@ -380,7 +380,7 @@ fn empty_row(sweep: &str, x: f64, case: &Case, triangles: u64, group: u32, strat
         x,
         variant: case.id.clone(),
         split,
-        axes,
+        split_axes: axes,
         leaf,
         triangles,
         group,
@@ -406,6 +406,7 @@ fn manifest(sweep: &Sweep, cases: &[Case], asked: &Asked, amount: Amount) -> Man
     };
     Manifest {
         schema: SCHEMA,
+        protocol: PROTOCOL.to_owned(),
         request: Request {
             profile: asked.profile.to_string(),
             seed: asked.seed,
@@ -415,6 +416,7 @@ fn manifest(sweep: &Sweep, cases: &[Case], asked: &Asked, amount: Amount) -> Man
             workloads: vec![asked.density.map_or(sweep.name.to_owned(), |d| format!("{}, density to {d}", sweep.name))],
             verify_poses: 0,
             measure_poses: amount.lines as u64,
+            program_steps: 0,
             blocks: amount.blocks,
             launches: 1,
         },

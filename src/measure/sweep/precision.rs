@@ -78,7 +78,7 @@ pub fn rows(sweep: &str, epsilon: f64, amount: Amount, seed: u64) -> Vec<SweepRo
             x: epsilon,
             variant: id.to_owned(),
             split: "none".to_owned(),
-            axes: "none".to_owned(),
+            split_axes: "none".to_owned(),
             leaf: 0,
             triangles: 0,
             group,

@@ -42,7 +42,7 @@ impl SweepRun {
     /// Queries of every case on every batch.
     pub(super) fn time(&self, x: f64, models: &[Prepared], batches: &[Batch]) -> Vec<SweepTimingRow> {
         let mut queries = Queries { models, batches, verdicts: Vec::new() };
-        let extent = Extent { blocks: self.amount.blocks, launch: 0, warms_up: true, long_once: false };
+        let extent = Extent { blocks: self.amount.blocks, warms_up: true, long_once: false };
         let samples = blocks::time(&mut queries, extent, self.seed ^ x.to_bits(), &Silent);
         let row = |sample: blocks::Sample| {
             let (case, batch) = (&models[sample.case].0, &batches[sample.chunk]);
@@ -52,7 +52,7 @@ impl SweepRun {
                 x,
                 variant: case.id.clone(),
                 split,
-                axes,
+                split_axes: axes,
                 leaf,
                 group: batch.group,
                 stratum: batch.stratum,
@@ -86,7 +86,7 @@ impl SweepRun {
                 let (ns, _models) = timer::time(build);
                 let (split, axes, leaf) = case.policy_columns();
                 let (sweep, variant) = (self.sweep.name.to_owned(), case.id.clone());
-                rows.push(SweepBuildRow { sweep, x, variant, split, axes, leaf, triangles, block, ns });
+                rows.push(SweepBuildRow { sweep, x, variant, split, split_axes: axes, leaf, triangles, block, ns });
             }
         }
         rows.sort_by(|a, b| (a.block, &a.variant).cmp(&(b.block, &b.variant)));

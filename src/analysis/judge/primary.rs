@@ -1,0 +1,158 @@
+//! The primary row of a claim: one answer to one sentence, over the scenes that it is about.
+//!
+//! The sentence is about all of its scenes. It is supported when it is in each of them (an intersection-union test: the largest p counts;
+//! Berger 1982, Technometrics 24), and refuted when it is in one (the least p times the number of scenes). All primary rows that rest on
+//! samples are corrected together (Holm 1979, Scandinavian Journal of Statistics 6).
+
+use super::{ALL, Candidate, Claim, ClaimRow, PROGRAM_TIME, Test, TestKind, Verdict, not_judged};
+
+/// Role of the row that answers a sentence.
+pub const PRIMARY: &str = "primary";
+/// Role of every other row.
+pub const EXPLORATORY: &str = "exploratory";
+/// A primary row with a larger p, after the correction, decides nothing.
+const LEVEL: f64 = 0.05;
+
+/// A primary row before and after the correction.
+pub(super) struct Primary {
+    pub(super) row: ClaimRow,
+    p: Option<f64>,
+}
+
+impl Primary {
+    /// Makes the row from those of the claim's scenes.
+    pub(super) fn of(claim: &Claim, test: &Test, reading: &str, scenes: &[String], candidates: &[Candidate]) -> Self {
+        let (workload, stratum) = place(test);
+        let is_asked = |row: &ClaimRow| {
+            row.reading == reading
+                && (scenes.is_empty() || scenes.contains(&row.scene))
+                && workload.is_none_or(|workload| row.workload == workload)
+                && stratum.is_none_or(|stratum| row.stratum == stratum)
+        };
+        let judged: Vec<&Candidate> =
+            candidates.iter().filter(|c| is_asked(&c.row) && c.verdict != Verdict::NotJudged).collect();
+        let Some(deciding) = deciding(&judged) else {
+            let missing = candidates.iter().find(|c| c.row.reading == reading && c.verdict == Verdict::NotJudged);
+            let note = missing.map_or_else(
+                || format!("this run has none of its scenes with {}", workload.unwrap_or("what is asked")),
+                |missing| missing.row.note.clone(),
+            );
+            let row = ClaimRow { role: PRIMARY.into(), reading: reading.into(), note, ..not_judged(claim) };
+            return Self { row, p: None };
+        };
+        let verdict = together(&judged);
+        let p = deciding.p.map(|p| if verdict == Verdict::Refuted { p * judged.len() as f64 } else { p }.min(1.0));
+        let mut notes = vec![deciding.row.note.clone()];
+        if judged.len() > 1 {
+            let each = judged.iter().map(|c| match c.row.value {
+                Some(value) => format!("{} {} ({value:.3})", c.row.scene, c.verdict.id()),
+                None => format!("{} {}", c.row.scene, c.verdict.id()),
+            });
+            notes.insert(0, each.collect::<Vec<_>>().join(", "));
+            notes.insert(1, format!("numbers of {}", deciding.row.scene));
+        }
+        notes.retain(|note| !note.is_empty());
+        let scenes: Vec<&str> = judged.iter().map(|c| c.row.scene.as_str()).collect();
+        let row = ClaimRow {
+            role: PRIMARY.to_owned(),
+            scene: scenes.join("+"),
+            verdict: verdict.id().to_owned(),
+            note: notes.join("; "),
+            ..deciding.row.clone()
+        };
+        Self { row, p }
+    }
+}
+
+/// Workload and stratum of a claim's primary row; `None` where it has none.
+fn place(test: &Test) -> (Option<&str>, Option<&str>) {
+    if !test.kind.is_about_queries() {
+        return (None, None);
+    }
+    let stratum = test.stratum.map_or(ALL, crate::record::Stratum::id);
+    let usual = match test.kind {
+        TestKind::TimeRatio if test.stratum.is_none() => PROGRAM_TIME,
+        _ => "program",
+    };
+    (Some(test.workload.as_deref().unwrap_or(usual)), Some(stratum))
+}
+
+/// The verdict over several scenes.
+fn together(judged: &[&Candidate]) -> Verdict {
+    let all = |verdict: Verdict| judged.iter().all(|c| c.verdict == verdict);
+    let applicable = || judged.iter().filter(|c| c.verdict != Verdict::NotApplicable);
+    match () {
+        () if all(Verdict::NotApplicable) => Verdict::NotApplicable,
+        () if applicable().all(|c| c.verdict == Verdict::Supported) => Verdict::Supported,
+        () if judged.iter().any(|c| c.verdict == Verdict::Refuted) => Verdict::Refuted,
+        () => Verdict::Undecided,
+    }
+}
+
+/// The scene that decides: the surest refutation, else the weakest support.
+fn deciding<'a>(judged: &[&'a Candidate]) -> Option<&'a Candidate> {
+    let p = |c: &Candidate| c.p.unwrap_or(0.0);
+    let refuted = judged.iter().filter(|c| c.verdict == Verdict::Refuted).min_by(|a, b| p(a).total_cmp(&p(b)));
+    let applicable = judged.iter().filter(|c| c.verdict != Verdict::NotApplicable);
+    refuted.or_else(|| applicable.max_by(|a, b| p(a).total_cmp(&p(b)))).or_else(|| judged.first()).copied()
+}
+
+/// Holm's correction over the primary rows that rest on samples.
+pub(super) fn correct<'a>(primaries: impl Iterator<Item = &'a mut Primary>) {
+    let mut family: Vec<(f64, &mut Primary)> = primaries.filter_map(|row| Some((row.p?, row))).collect();
+    family.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let count = family.len();
+    let mut adjusted: f64 = 0.0;
+    for (place, (p, primary)) in family.into_iter().enumerate() {
+        adjusted = adjusted.max(((count - place) as f64 * p).min(1.0));
+        primary.row.p_holm = Some(adjusted);
+        let decided = [Verdict::Supported, Verdict::Refuted].map(Verdict::id).contains(&primary.row.verdict.as_str());
+        if decided && adjusted > LEVEL {
+            let before = std::mem::replace(&mut primary.row.verdict, Verdict::Undecided.id().to_owned());
+            primary.row.note = format!("{before} before Holm's correction; {}", primary.row.note);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::claims::ClaimSet;
+
+    fn primary(verdict: Verdict, p: f64) -> Primary {
+        let claim = &ClaimSet::standard().claims[0];
+        let row = ClaimRow { verdict: verdict.id().to_owned(), ..not_judged(claim) };
+        Primary { row, p: Some(p) }
+    }
+
+    /// Of 0.01, 0.02, 0.03: 3 × 0.01 = 0.03 holds, 2 × 0.02 = 0.04 holds, and 0.03 may not fall below 0.04. With 0.02 and 0.03 alone,
+    /// 2 × 0.03 and then 0.03 raised to it fail.
+    #[test]
+    fn holm_by_hand() {
+        let mut rows = [0.03, 0.01, 0.02].map(|p| primary(Verdict::Supported, p));
+        correct(rows.iter_mut());
+        assert_eq!(rows.each_ref().map(|row| row.row.p_holm.unwrap()), [0.04, 0.03, 0.04]);
+        assert!(rows.iter().all(|row| row.row.verdict == "supported"));
+        let mut rows = [0.03, 0.04].map(|p| primary(Verdict::Refuted, p));
+        correct(rows.iter_mut());
+        assert!(rows.iter().all(|row| row.row.verdict == "undecided" && row.row.note.contains("refuted before Holm")));
+    }
+
+    #[test]
+    fn a_sentence_about_two_scenes_must_hold_in_both() {
+        let candidate = |verdict: Verdict, p| Candidate { row: primary(verdict, p).row, verdict, p: Some(p) };
+        let (yes, no, open) = (
+            candidate(Verdict::Supported, 0.01),
+            candidate(Verdict::Refuted, 0.001),
+            candidate(Verdict::Undecided, 0.4),
+        );
+        let idle = candidate(Verdict::NotApplicable, 0.0);
+        assert_eq!(together(&[&yes, &yes]), Verdict::Supported);
+        assert_eq!(together(&[&yes, &no]), Verdict::Refuted);
+        assert_eq!(together(&[&yes, &open]), Verdict::Undecided);
+        assert_eq!(together(&[&idle, &yes]), Verdict::Supported);
+        assert_eq!(together(&[&idle, &idle]), Verdict::NotApplicable);
+        assert_eq!(deciding(&[&yes, &open]).unwrap().p, Some(0.4));
+        assert_eq!(deciding(&[&yes, &no]).unwrap().p, Some(0.001));
+    }
+}

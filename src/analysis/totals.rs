@@ -1,0 +1,285 @@
+//! Ratios of totals with their uncertainty: the one estimator of protocol 2. A mean time is the total time over the number of poses; a
+//! comparison of two methods is the total of the one over the total of the other, on the same items.
+//!
+//! - Poses: a percentile bootstrap that draws clusters of poses within each stratum and, with all clusters, launches (Owen 2007, Annals of
+//!   Applied Statistics 1). A cluster is drawn with everything that belongs to it; one that was drawn counts in all drawn launches, because
+//!   it is the same poses in each.
+//! - Few clusters: deviations are lengthened, by √(n/(n - 1)) in a stratum of n, and by Student's t over the normal quantile (the expanded
+//!   percentile interval: Hesterberg 2015, The American Statistician 69, section 4.3), at the degrees of freedom that Satterthwaite (1946,
+//!   Biometrics 2) gives to the strata together. Where a stratum has a single cluster, all are one stratum, which counts what differs
+//!   between them as well.
+//! - Whole programs: nothing about the poses is a sample, so that launches are what differs: Student's interval of the logarithm over them
+//!   (Kalibera and Jones 2013, ISMM, section 9: repeat at the highest level). A single launch says nothing about them: no interval.
+
+use super::stats::{Interval, RESAMPLES, below, generator, quantile, student_95, student_tails};
+
+/// A ratio of totals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The ratio with its 95 % interval.
+    pub interval: Interval,
+    /// Standard error of its logarithm.
+    pub error: f64,
+    /// Degrees of freedom of that error; 0 when nothing can be said about it.
+    pub freedom: f64,
+    /// What was drawn: clusters of poses, or launches, or blocks.
+    pub clusters: u64,
+}
+
+impl Estimate {
+    /// A ratio that is counted, not sampled.
+    #[must_use]
+    pub const fn exact(value: f64) -> Self {
+        Self { interval: Interval::exact(value), error: 0.0, freedom: f64::INFINITY, clusters: 0 }
+    }
+
+    /// The estimate of the reciprocal.
+    #[must_use]
+    pub fn reciprocal(self) -> Self {
+        Self { interval: self.interval.reciprocal(), ..self }
+    }
+
+    /// Probability of a ratio at least as far from `threshold`, on either side, if the truth were there.
+    #[must_use]
+    pub fn p_value(&self, threshold: f64) -> f64 {
+        let distance = (self.interval.value / threshold).ln();
+        match self.freedom {
+            _ if !distance.is_finite() || self.freedom < 1.0 => 1.0,
+            _ if self.error == 0.0 => f64::from(u8::from(distance == 0.0)),
+            freedom => student_tails(distance / self.error, freedom),
+        }
+    }
+}
+
+/// Numerators and denominators, by stratum, cluster and launch.
+#[derive(Clone, Debug)]
+pub struct Totals {
+    launches: usize,
+    strata: Vec<Vec<Cluster>>,
+}
+
+/// Numerator and denominator of a cluster in each launch; `None` where it was not observed.
+type Cluster = Vec<Option<(f64, f64)>>;
+
+/// One observation.
+#[derive(Clone, Copy, Debug)]
+pub struct Observation {
+    /// What is drawn apart.
+    pub stratum: u32,
+    /// What is drawn together.
+    pub cluster: u32,
+    /// Launch.
+    pub launch: u32,
+    /// Added to the numerator.
+    pub numerator: f64,
+    /// Added to the denominator.
+    pub denominator: f64,
+}
+
+impl Totals {
+    /// Adds up observations; `None` of nothing.
+    #[must_use]
+    pub fn of(observations: impl IntoIterator<Item = Observation>) -> Option<Self> {
+        let mut sorted: Vec<Observation> = observations.into_iter().collect();
+        sorted.sort_by_key(|o| (o.stratum, o.cluster, o.launch));
+        let launches = sorted.iter().map(|o| o.launch as usize + 1).max()?;
+        let mut strata: Vec<Vec<Cluster>> = Vec::new();
+        let mut last = None;
+        for Observation { stratum, cluster, launch, numerator, denominator } in sorted {
+            if last.is_none_or(|(s, _)| s != stratum) {
+                strata.push(Vec::new());
+            }
+            let clusters = strata.last_mut().expect("one was pushed");
+            if last != Some((stratum, cluster)) {
+                clusters.push(vec![None; launches]);
+            }
+            last = Some((stratum, cluster));
+            let cell = &mut clusters.last_mut().expect("one was pushed")[launch as usize];
+            let (n, d) = cell.unwrap_or((0.0, 0.0));
+            *cell = Some((n + numerator, d + denominator));
+        }
+        if strata.iter().any(|clusters| clusters.len() < 2) {
+            strata = vec![strata.concat()];
+        }
+        Some(Self { launches, strata })
+    }
+
+    /// Number of clusters.
+    #[must_use]
+    pub fn clusters(&self) -> usize {
+        self.strata.iter().map(Vec::len).sum()
+    }
+
+    /// The ratio of the totals; every cluster is the mean over the launches in which it was observed.
+    #[must_use]
+    pub fn ratio(&self) -> f64 {
+        let weights = vec![1.0; self.launches];
+        let all = self.strata.iter().flatten().filter_map(|cluster| mean(cluster, &weights));
+        let (n, d) = all.fold((0.0, 0.0), |(n, d), (x, y)| (n + x, d + y));
+        n / d
+    }
+
+    /// Degrees of freedom of the ratio `r`, and how much longer than that of resamples its deviation is: by the variances of the strata's sums of
+    /// numerator - r · denominator.
+    fn freedom(&self, r: f64) -> (f64, f64) {
+        let weights = vec![1.0; self.launches];
+        let (mut sum, mut squares, mut drawn) = (0.0, 0.0, 0.0);
+        for stratum in self.strata.iter().filter(|stratum| stratum.len() > 1) {
+            let errors = stratum.iter().filter_map(|cluster| mean(cluster, &weights)).map(|(n, d)| n - r * d);
+            let errors: Vec<f64> = errors.collect();
+            let count = errors.len() as f64;
+            let middle = errors.iter().sum::<f64>() / count;
+            let variance = errors.iter().map(|e| (e - middle).powi(2)).sum::<f64>() * count / (count - 1.0);
+            sum += variance;
+            squares += variance * variance / (count - 1.0);
+            drawn += variance * (count - 1.0) / count;
+        }
+        if sum > 0.0 {
+            return (sum * sum / squares, (sum / drawn).sqrt());
+        }
+        // No spread at all: as many as there are.
+        ((self.clusters() - self.strata.len()) as f64, 1.0)
+    }
+
+    /// The ratio with its uncertainty. `purpose` names the use: equal purpose and shape get equal draws.
+    #[must_use]
+    pub fn estimate(&self, seed: u64, purpose: &str) -> Estimate {
+        let value = self.ratio();
+        let clusters = self.clusters();
+        let (freedom, lengthening) = self.freedom(value);
+        let mut generator = generator(seed, purpose);
+        let mut weights = vec![0.0; self.launches];
+        let mut deviations = Vec::with_capacity(RESAMPLES);
+        for _ in 0..RESAMPLES {
+            weights.fill(0.0);
+            (0..self.launches).for_each(|_| weights[below(&mut generator, self.launches)] += 1.0);
+            let (mut n, mut d) = (0.0, 0.0);
+            for stratum in &self.strata {
+                for _ in 0..stratum.len() {
+                    if let Some((x, y)) = mean(&stratum[below(&mut generator, stratum.len())], &weights) {
+                        (n, d) = (n + x, d + y);
+                    }
+                }
+            }
+            let deviation = (n / d / value).ln() * lengthening;
+            if deviation.is_finite() {
+                deviations.push(deviation);
+            }
+        }
+        deviations.sort_unstable_by(f64::total_cmp);
+        let error = (deviations.iter().map(|x| x * x).sum::<f64>() / deviations.len().max(1) as f64).sqrt();
+        // A single cluster shows what differs between launches, and nothing else.
+        let wider = if freedom > 0.0 { student_95(freedom) / student_95(f64::INFINITY) } else { 1.0 };
+        let end = |q: f64| {
+            let deviation = quantile(&deviations, q);
+            if deviation.is_finite() { value * (wider * deviation).exp() } else { value }
+        };
+        let interval = Interval { value, low: end(0.025), high: end(0.975) };
+        Estimate { interval, error, freedom, clusters: clusters as u64 }
+    }
+}
+
+/// Mean of a cluster over the launches in which it was observed, with the launches' weights.
+fn mean(cluster: &Cluster, weights: &[f64]) -> Option<(f64, f64)> {
+    let (mut n, mut d, mut total) = (0.0, 0.0, 0.0);
+    for (cell, weight) in cluster.iter().zip(weights) {
+        if let Some((x, y)) = cell {
+            (n, d, total) = (n + weight * x, d + weight * y, total + weight);
+        }
+    }
+    (total > 0.0).then(|| (n / total, d / total))
+}
+
+/// The ratio of the totals of launches, each (numerator, denominator), with Student's interval of the logarithm over them.
+/// `None` of no launch.
+#[must_use]
+pub fn over_launches(launches: &[(f64, f64)]) -> Option<Estimate> {
+    let (n, d) = launches.iter().fold((0.0, 0.0), |(n, d), (x, y)| (n + x, d + y));
+    let value = n / d;
+    let count = launches.len() as f64;
+    if launches.is_empty() || !value.is_finite() {
+        return None;
+    }
+    let logs: Vec<f64> = launches.iter().map(|(x, y)| (x / y).ln()).collect();
+    let mean = logs.iter().sum::<f64>() / count;
+    let variance = logs.iter().map(|log| (log - mean).powi(2)).sum::<f64>() / (count - 1.0) / count;
+    let (freedom, error) = if launches.len() > 1 { (count - 1.0, variance.sqrt()) } else { (0.0, f64::NAN) };
+    let half = if freedom > 0.0 { student_95(freedom) * error } else { f64::NAN };
+    let interval = Interval { value, low: value * (-half).exp(), high: value * half.exp() };
+    Some(Estimate { interval, error, freedom, clusters: launches.len() as u64 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::Rng;
+
+    fn close(a: f64, b: f64, tolerance: f64) {
+        assert!((a - b).abs() <= tolerance, "{a} is not {b}");
+    }
+
+    fn observation(stratum: u32, cluster: u32, launch: u32, numerator: f64, denominator: f64) -> Observation {
+        Observation { stratum, cluster, launch, numerator, denominator }
+    }
+
+    /// 300 of 3 and 10 of 1: the mean of the ratios would be 55, the ratio of the totals is 310/4.
+    #[test]
+    fn it_is_the_ratio_of_the_totals() {
+        let totals = Totals::of([observation(0, 0, 0, 300.0, 3.0), observation(0, 1, 0, 10.0, 1.0)]).unwrap();
+        assert_eq!(totals.ratio(), 77.5);
+    }
+
+    /// A cluster that was seen in one launch of two counts as much as one that was seen in both: (10 + 20) / 2, where the mean over cells is
+    /// (10 + 10 + 20) / 3.
+    #[test]
+    fn clusters_weigh_the_same_however_often_they_were_timed() {
+        let cells = [observation(0, 0, 0, 10.0, 1.0), observation(0, 0, 1, 10.0, 1.0), observation(0, 1, 0, 20.0, 1.0)];
+        assert_eq!(Totals::of(cells).unwrap().ratio(), 15.0);
+    }
+
+    /// Clusters of three strata with a common effect of 1: of 300 samples some 15 intervals miss it.
+    #[test]
+    fn intervals_hold_what_they_promise() {
+        let mut noise = generator(5, "noise");
+        let mut normal = || (0..12).map(|_| f64::from(noise.next_u32()) / 4_294_967_296.0).sum::<f64>() - 6.0;
+        for clusters in [4, 20] {
+            let mut missed = 0;
+            for sample in 0..300 {
+                let mut cells = Vec::new();
+                for stratum in 0..3_u32 {
+                    let size = 10_f64.powi(stratum.cast_signed());
+                    for cluster in 0..clusters {
+                        let factor = (0.1 * normal()).exp();
+                        cells.push(observation(stratum, cluster, 0, size * factor, size));
+                    }
+                }
+                let interval = Totals::of(cells).unwrap().estimate(sample, "test").interval;
+                // The mean of exp(0.1 z) is exp(0.005).
+                missed += u32::from(interval.low > 1.005 || interval.high < 1.005);
+            }
+            assert!((3..=33).contains(&missed), "{clusters} clusters: {missed} of 300");
+        }
+    }
+
+    /// What the clusters share, the ratio does not feel: its interval is a point.
+    #[test]
+    fn pairs_in_one_proportion_leave_no_doubt() {
+        let totals =
+            Totals::of((0..9).map(|i| observation(0, i, 0, 2.0 * f64::from(i + 1), f64::from(i + 1)))).unwrap();
+        let estimate = totals.estimate(1, "test");
+        close(estimate.interval.low, 2.0, 1e-12);
+        close(estimate.interval.high, 2.0, 1e-12);
+        assert!(estimate.p_value(1.9) < 1e-12, "{estimate:?}");
+    }
+
+    /// Two launches whose ratios are 1.0 and 1.1: the logarithm's mean is 0.04766, its error 0.04766, Student's t at one degree 12.706.
+    #[test]
+    fn two_launches_promise_little() {
+        let estimate = over_launches(&[(100.0, 100.0), (110.0, 100.0)]).unwrap();
+        close(estimate.interval.value, 1.05, 1e-12);
+        close(estimate.interval.high / estimate.interval.value, (12.706 * 0.047_655_f64).exp(), 1e-2);
+        let one = over_launches(&[(100.0, 100.0)]).unwrap();
+        assert!(one.freedom == 0.0 && one.interval.high.is_nan() && one.p_value(0.5) == 1.0);
+        assert!(over_launches(&[]).is_none());
+    }
+}

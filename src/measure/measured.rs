@@ -1,0 +1,186 @@
+//! What is counted and timed in a scene: chunks of its workloads, and whole programs up to their first collision.
+
+use super::Progress;
+use super::chunk::{self, Chunk, Participants};
+use super::judged::{self, JudgeError, JudgedPair, JudgedPose, Strata};
+use super::plan::Plan;
+use crate::geometry::Isometry;
+use crate::record::{CONTROL_WORKLOAD, PROGRAM_TIME, PoseRow};
+use crate::scene::{Pair, Scene};
+use crate::truth::TruthCache;
+
+/// How many times more poses are generated than measured, so that every stratum fills its share.
+pub const POSE_RESERVE: usize = 4;
+
+/// Everything that is counted and timed in a scene. Poses are numbered through: those of the chunks in their order, then those of the programs.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// The judged poses that chunks refer to.
+    pub judged: Vec<JudgedPair>,
+    /// The chunks.
+    pub chunks: Vec<Chunk>,
+    /// The programs; each is one more chunk.
+    pub programs: Vec<ProgramSteps>,
+}
+
+/// A program, step by step and pair by pair, up to its first collision.
+#[derive(Clone, Debug)]
+pub struct ProgramSteps {
+    /// Its file.
+    pub file: String,
+    /// The chunk it is timed in.
+    pub chunk: u32,
+    /// The queries in the order in which a controller would ask them.
+    pub queries: Vec<ProgramQuery>,
+}
+
+/// One query of a program.
+#[derive(Clone, Debug)]
+pub struct ProgramQuery {
+    /// The pair.
+    pub pair: Pair,
+    /// Step of the program.
+    pub step: u32,
+    /// The pose with its truth.
+    pub pose: JudgedPose,
+}
+
+/// A pose of a chunk with its number.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbered {
+    /// The number.
+    pub number: u32,
+    /// Which of the judged pairs.
+    pub pair: usize,
+    /// Index into that pair's poses.
+    pub pose: usize,
+    /// Who answers.
+    pub participants: Participants,
+}
+
+impl Measured {
+    /// Chooses and judges the poses of a scene.
+    ///
+    /// # Errors
+    /// When poses cannot be made or judged.
+    pub fn choose(
+        plan: &Plan,
+        scene: &Scene,
+        cache: Option<&TruthCache>,
+        progress: &dyn Progress,
+    ) -> Result<Self, JudgeError> {
+        let poses = plan.budget.measure_poses;
+        let judged = judged::judge(plan, scene, poses * POSE_RESERVE, Strata::Sought, cache, progress)?;
+        let chunks = chunk::select(&judged, poses);
+        let mut programs = Vec::new();
+        let asked = &plan.selection.workloads;
+        if asked.is_empty() || asked.iter().any(|workload| workload == PROGRAM_TIME) {
+            for run in scene.program.iter().chain(&scene.more_programs) {
+                let queries = judged::judge_program(plan, scene, run, cache, progress)?;
+                if !queries.is_empty() {
+                    let file =
+                        run.file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+                    programs.push(ProgramSteps { file, chunk: (chunks.len() + programs.len()) as u32, queries });
+                }
+            }
+        }
+        Ok(Self { judged, chunks, programs })
+    }
+
+    /// The poses of the chunks, in the order of their numbers.
+    pub fn numbered(&self) -> impl Iterator<Item = Numbered> {
+        let of = |chunk: &Chunk| {
+            let (pair, participants) = (chunk.pair, chunk.participants);
+            chunk.poses.clone().into_iter().map(move |pose| (pair, pose, participants))
+        };
+        let poses = self.chunks.iter().flat_map(of).zip(0..);
+        poses.map(|((pair, pose, participants), number)| Numbered { number, pair, pose, participants })
+    }
+
+    /// `poses.csv` of the scene.
+    #[must_use]
+    pub fn rows(&self, scene: &Scene) -> Vec<PoseRow> {
+        let row = |pair: Pair, step: usize, chunk: u32, pose: &JudgedPose| PoseRow {
+            scene: scene.name.clone(),
+            pose: 0,
+            pair: scene.pair_name(pair),
+            workload: String::new(),
+            program: String::new(),
+            line: pose.line,
+            step: step as u32,
+            chunk,
+            stratum: pose.stratum,
+            band: pose.band,
+            clearance_mm: pose.clearance_mm.is_finite().then_some(pose.clearance_mm),
+            exact: u8::from(pose.touches()),
+            contained: u8::from(pose.contained),
+        };
+        let mut rows = Vec::new();
+        for chunk in &self.chunks {
+            let judged = &self.judged[chunk.pair];
+            let is_control = chunk.participants == Participants::Control;
+            let workload = if is_control { CONTROL_WORKLOAD } else { judged.workload.as_str() };
+            rows.extend(chunk.poses.iter().map(|&pose| PoseRow {
+                workload: workload.to_owned(),
+                ..row(judged.pair, pose, chunk.number, &judged.poses[pose])
+            }));
+        }
+        for program in &self.programs {
+            rows.extend(program.queries.iter().map(|query| PoseRow {
+                workload: PROGRAM_TIME.to_owned(),
+                program: program.file.clone(),
+                ..row(query.pair, query.step as usize, program.chunk, &query.pose)
+            }));
+        }
+        for (number, row) in (0..).zip(&mut rows) {
+            row.pose = number;
+        }
+        rows
+    }
+
+    /// What is timed, chunk by chunk.
+    #[must_use]
+    pub fn timed(&self) -> Vec<TimedChunk> {
+        let of_chunk = |chunk: &Chunk| {
+            let judged = &self.judged[chunk.pair];
+            let poses = chunk.poses.iter().map(|&pose| judged.poses[pose].a_from_b).collect();
+            TimedChunk { number: chunk.number, participants: chunk.participants, runs: vec![(judged.pair, poses)] }
+        };
+        let of_program = |program: &ProgramSteps| {
+            let mut runs: Vec<(Pair, Vec<Isometry>)> = Vec::new();
+            for query in &program.queries {
+                match runs.last_mut() {
+                    Some((pair, poses)) if *pair == query.pair => poses.push(query.pose.a_from_b),
+                    _ => runs.push((query.pair, vec![query.pose.a_from_b])),
+                }
+            }
+            TimedChunk { number: program.chunk, participants: Participants::Everyone, runs }
+        };
+        self.chunks.iter().map(of_chunk).chain(self.programs.iter().map(of_program)).collect()
+    }
+}
+
+/// Queries that are timed together: consecutive poses of a pair, then of the next.
+#[derive(Clone, Debug)]
+pub struct TimedChunk {
+    /// Number within the scene.
+    pub number: u32,
+    /// Who runs it.
+    pub participants: Participants,
+    /// The poses.
+    pub runs: Vec<(Pair, Vec<Isometry>)>,
+}
+
+impl TimedChunk {
+    /// Number of poses.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.runs.iter().map(|(_, poses)| poses.len()).sum()
+    }
+
+    /// Whether there is no pose.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
