@@ -91,7 +91,7 @@ fn crossing_needles_hide_no_contact_from_any_safe_method() {
         assert_eq!((number("missed"), number("false_positives"), number("missed_by_leaf")), (0, 0, 0), "{record:?}");
         if cell("band") != "grazing" {
             *seen
-                .entry((cell("variant").to_owned(), cell("split").to_owned(), cell("axes").to_owned()))
+                .entry((cell("variant").to_owned(), cell("split").to_owned(), cell("split_axes").to_owned()))
                 .or_insert(0) += number("exact");
         }
     }

@@ -236,8 +236,14 @@ fn the_grading_family_has_one_shape_and_one_number_of_triangles() {
 #[test]
 fn programs_of_the_papers_scenes_end_as_they_should() {
     for (name, ends) in [
-        ("lathe-toolpost", [("program.ngc", Some(62)), ("rapid.ngc", Some(15)), ("swivelled.ngc", Some(15)), ("clear.ngc", None)]),
-        ("lathe-tailstock", [("program.ngc", Some(56)), ("plunge.ngc", Some(15)), ("hand-wheel.ngc", Some(18)), ("clear.ngc", None)]),
+        (
+            "lathe-toolpost",
+            [("program.ngc", Some(62)), ("rapid.ngc", Some(15)), ("swivelled.ngc", Some(15)), ("clear.ngc", None)],
+        ),
+        (
+            "lathe-tailstock",
+            [("program.ngc", Some(56)), ("plunge.ngc", Some(15)), ("hand-wheel.ngc", Some(18)), ("clear.ngc", None)],
+        ),
     ] {
         let scene = Scene::find(name).unwrap();
         let programs: Vec<_> = scene.program.iter().chain(&scene.more_programs).collect();

@@ -164,6 +164,9 @@ struct Candidate {
 /// When a policy of the manifest or the claims is malformed.
 pub fn judge(evidence: &Evidence, set: &ClaimSet) -> Result<Vec<ClaimRow>, AnalysisError> {
     let mut judged: Vec<(Option<primary::Primary>, Vec<ClaimRow>)> = Vec::new();
+    // A run that has none of the scenes is about its own.
+    let named = &set.comparison.scenes;
+    let scenes = if named.iter().any(|name| evidence.scenes.contains_key(name)) { &named[..] } else { &[] };
     for claim in &set.claims {
         let Some(test) = &claim.test else {
             judged.push((None, vec![ClaimRow { role: primary::PRIMARY.to_owned(), ..not_judged(claim) }]));
@@ -183,7 +186,7 @@ pub fn judge(evidence: &Evidence, set: &ClaimSet) -> Result<Vec<ClaimRow>, Analy
         let primary = claim
             .primary
             .as_ref()
-            .map(|reading| primary::Primary::of(claim, test, reading.get_ref(), &set.comparison.scenes, &candidates));
+            .map(|reading| primary::Primary::of(claim, test, reading.get_ref(), scenes, &candidates));
         judged.push((primary, candidates.into_iter().map(|candidate| candidate.row).collect()));
     }
     primary::correct(judged.iter_mut().filter_map(|(primary, _)| primary.as_mut()));

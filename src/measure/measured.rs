@@ -9,8 +9,8 @@ use crate::record::{CONTROL_WORKLOAD, PROGRAM_TIME, PoseRow};
 use crate::scene::{Pair, Scene};
 use crate::truth::TruthCache;
 
-/// How many times more poses are generated than measured, so that every stratum fills its share.
-pub const POSE_RESERVE: usize = 4;
+/// How many times more poses are generated than measured, so that every stratum finds lines of its own.
+const POSE_RESERVE: usize = 6;
 
 /// Everything that is counted and timed in a scene. Poses are numbered through: those of the chunks in their order, then those of the programs.
 #[derive(Clone, Debug)]

@@ -71,10 +71,10 @@ impl Profile {
             Self::Quick => Budget {
                 verify_poses: 102_000,
                 asked_poses: 250,
-                measure_poses: 768,
+                measure_poses: 576,
                 program_steps: 400,
-                blocks: 5,
-                launches: 2,
+                blocks: 3,
+                launches: 3,
                 build_blocks: 4,
                 frames: 4,
                 cross_check_pairs: 1_000_000,

@@ -15,7 +15,6 @@ use super::{Mode, PeersError, npy};
 use crate::geometry::{Isometry, Mesh, Point, rigid};
 use crate::measure::chunk::{self, Chunk, Participants};
 use crate::measure::judged::{self, JudgedPair, JudgedPose};
-use crate::measure::measured::POSE_RESERVE;
 use crate::measure::{Plan, Progress};
 use crate::record::{Band, Stratum};
 use crate::scene::{Pair, Scene};
@@ -26,6 +25,9 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
+
+/// How many times more poses are generated than asked about, so that every stratum fills its share.
+const POSE_RESERVE: usize = 4;
 
 /// Longest step of mode `path`, mm: a servo cycle of 1 ms at a feed of 1.2 m/min.
 const PATH_STEP_MM: f64 = 0.02;
