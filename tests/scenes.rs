@@ -251,7 +251,7 @@ fn programs_of_the_papers_scenes_end_as_they_should() {
         for (run, (file, line)) in programs.into_iter().zip(ends) {
             assert!(run.file.ends_with(file), "{}", run.file.display());
             let pairs = bvbench::workload::along(&scene, run, 1000).unwrap();
-            let first = pairs.iter().flat_map(|pair| {
+            let first = pairs.iter().filter_map(|pair| {
                 let mesh = |part: usize| Arc::clone(&scene.parts[part].mesh);
                 let oracle = PairOracle::new(mesh(pair.poses.pair.a), mesh(pair.poses.pair.b));
                 let poses: Vec<Isometry> = pair.poses.poses.iter().map(|pose| pose.a_from_b).collect();

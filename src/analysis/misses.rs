@@ -43,6 +43,9 @@ impl Tally {
     }
 }
 
+/// Case, scene, workload, pair, line.
+type LineOfCase = (String, String, String, String, u32);
+
 /// The tallies of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Misses(BTreeMap<(String, CaseKey), BTreeMap<String, Tally>>);
@@ -53,7 +56,7 @@ impl Misses {
     /// # Errors
     /// When a file is missing or malformed.
     pub fn read(folder: &Path) -> Result<Self, RecordError> {
-        let mut missed: BTreeMap<(String, String, String, String, u32), (u64, u64)> = BTreeMap::new();
+        let mut missed: BTreeMap<LineOfCase, (u64, u64)> = BTreeMap::new();
         for row in read_rows::<MissRow>(folder)? {
             missed.insert((row.case, row.scene, row.workload, row.pair, row.line), (row.missed, row.missed_asked));
         }

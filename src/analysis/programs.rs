@@ -7,6 +7,7 @@ use super::summary::ALL;
 use super::table::Scene;
 use super::totals::over_launches;
 use crate::record::ProgramTimeRow;
+use crate::record::rows::CaseKey;
 use std::collections::BTreeMap;
 
 /// The rows of all scenes: for each case all programs together, then each.
@@ -47,7 +48,7 @@ pub fn program_times(
                     total_ns: total.interval.value,
                     total_low_ns: total.interval.low,
                     total_high_ns: total.interval.high,
-                    baseline: baseline.as_ref().map_or_else(String::new, |baseline| baseline.name()),
+                    baseline: baseline.as_ref().map_or_else(String::new, CaseKey::name),
                     ratio: ratio.map(|ratio| ratio.interval.value),
                     low: ratio.map(|ratio| ratio.interval.low),
                     high: ratio.map(|ratio| ratio.interval.high),

@@ -148,9 +148,12 @@ mod tests {
     use super::*;
     use std::time::Duration;
 
+    /// Case, chunk, poses, passes.
+    type Run = (usize, usize, usize, u32);
+
     /// Notes what it is asked to run; case 2 takes as long as `long`.
     struct Noted {
-        runs: Vec<(usize, usize, usize, u32)>,
+        runs: Vec<Run>,
         long: Duration,
     }
 
@@ -177,7 +180,7 @@ mod tests {
         }
     }
 
-    fn timed(long: Duration, extent: Extent) -> (Vec<Sample>, Vec<(usize, usize, usize, u32)>) {
+    fn timed(long: Duration, extent: Extent) -> (Vec<Sample>, Vec<Run>) {
         let mut work = Noted { runs: Vec::new(), long };
         let samples = time(&mut work, extent, 7, &Silent);
         (samples, work.runs)
