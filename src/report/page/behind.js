@@ -47,6 +47,32 @@ function hideRows() {
 }
 
 /**
+ * Makes the marks of a place one stop of the tab key; arrow keys go from mark to mark, Home and End to the first and the last.
+ * @template {Element} E
+ * @param {E} place
+ * @returns {E}
+ */
+function oneStop(place) {
+  const marks = () => /** @type {(HTMLElement | SVGElement)[]} */ ([...place.querySelectorAll(".tells, tbody tr[tabindex]")]);
+  const first = marks()[0];
+  first?.setAttribute("tabindex", "0");
+  if (place.hasAttribute("data-one-stop")) return place;
+  place.setAttribute("data-one-stop", "");
+  place.addEventListener("keydown", (event) => {
+    const { key, target } = /** @type {KeyboardEvent} */ (event);
+    const all = marks();
+    const at = all.findIndex((mark) => mark === target);
+    const steps = { ArrowRight: at + 1, ArrowDown: at + 1, ArrowLeft: at - 1, ArrowUp: at - 1, Home: 0, End: all.length - 1 };
+    if (at < 0 || !(key in steps)) return;
+    event.preventDefault();
+    const to = all[Math.min(Math.max(steps[/** @type {keyof typeof steps} */ (key)], 0), all.length - 1)];
+    for (const mark of all) mark.setAttribute("tabindex", mark === to ? "0" : "-1");
+    to.focus();
+  });
+  return place;
+}
+
+/**
  * Makes a mark tell what stands behind it, to the mouse, to a finger and to the keyboard.
  * @template {Element} E
  * @param {E} mark
@@ -58,7 +84,7 @@ function hideRows() {
 function tells(mark, title, facts, sources) {
   const show = () => showTip(mark, title, facts);
   mark.classList.add("tells");
-  mark.setAttribute("tabindex", "0");
+  mark.setAttribute("tabindex", "-1");
   mark.setAttribute("role", "button");
   mark.setAttribute("aria-label", [title, ...facts.map((fact) => fact.join(" "))].join(", "));
   for (const event of ["pointerenter", "focus"]) mark.addEventListener(event, show);

@@ -38,6 +38,7 @@ function drawPanels(place, panels, drawing) {
     const width = Math.max(220, Math.round(frame.clientWidth - 2) || 340);
     frame.append(drawing(panel, width));
   }
+  oneStop(place);
 }
 
 /** @param {Panel} panel @param {Dots} chart @param {number[]} values @param {number} width */

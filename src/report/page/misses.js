@@ -115,7 +115,8 @@ const LEVELS = [
 /** Tightness by level. */
 function drawTightness() {
   const all = rows("tightness.csv");
-  const chart = { measure: LEVELS[0] };
+  const frames = [...new Set(all.map((row) => row.cells.frame))].sort((a, b) => a - b);
+  const chart = { measure: LEVELS[0], frame: frames[0] };
   const units = ["volume / hull volume", "% of corners", "mm"];
   const place = card(
     "tightness-levels",
@@ -131,13 +132,22 @@ function drawTightness() {
           update();
         },
       ),
+      choice(
+        "Frame",
+        frames.map((frame) => [String(frame), frame === 0 ? "the part's own" : `turned at random, ${frame}`]),
+        String(chart.frame),
+        (id) => {
+          chart.frame = Number(id);
+          update();
+        },
+      ),
     ],
   );
   function update() {
     const [, words, valueOf, log] = chart.measure;
-    const found = all.filter((row) => isChosen(row) && Number.isFinite(valueOf(row)));
+    const found = all.filter((row) => row.cells.frame === chart.frame && isChosen(row) && Number.isFinite(valueOf(row)));
     const parts = [...new Set(found.map((row) => `${row.cells.scene}, ${row.cells.part}`))];
-    const frames = parts.map((title) => ({
+    const panels = parts.map((title) => ({
       title,
       curves: curvesOf(
         found.filter((row) => `${row.cells.scene}, ${row.cells.part}` === title),
@@ -157,7 +167,7 @@ function drawTightness() {
       ),
     }));
     drawCurves(place, {
-      frames,
+      frames: panels,
       x: "level of the tree",
       y: units[LEVELS.indexOf(chart.measure)],
       logX: false,

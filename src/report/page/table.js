@@ -60,6 +60,7 @@ function drawTable(place, columns, items, behind) {
 
   function fillIn() {
     body.replaceChildren(...sorted.slice(0, most).map(line));
+    oneStop(body.parentElement ?? body);
     more.hidden = sorted.length <= most;
     more.textContent = `Show all ${sorted.length} rows`;
     if (sorted.length === 0)
@@ -83,7 +84,7 @@ function drawTable(place, columns, items, behind) {
     const onkeydown = (/** @type {KeyboardEvent} */ event) => {
       if (event.key === "Enter") open();
     };
-    return el("tr", { tabindex: 0, onclick: open, onkeydown }, ...cells);
+    return el("tr", { tabindex: -1, onclick: open, onkeydown }, ...cells);
   }
 }
 
