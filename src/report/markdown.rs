@@ -91,7 +91,7 @@ fn at_a_glance(contents: &Contents) -> String {
     )
 }
 
-/// `R1 reproduces; R2 reversed (scene-a), inconclusive (scene-b)`.
+/// `R1 refuted; R2 supported (scene-a), undecided (scene-b)`.
 fn in_one_line(claim: &Claim, verdicts: &[ClaimRow]) -> String {
     if let Some(reason) = &claim.not_judged {
         return format!("not-judged: {reason}");

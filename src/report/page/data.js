@@ -54,8 +54,8 @@ const variantOf = new Map(variants.map((variant) => [variant.id, variant]));
 
 /** The policy of a row, which has it in one cell or in three. @param {Row} row @returns {string} */
 function policyOf(row) {
-  const { policy, split, axes, leaf } = row.cells;
-  return policy ?? `${split}/${axes}/${leaf}`;
+  const { policy, split, split_axes, leaf } = row.cells;
+  return policy ?? `${split}/${split_axes}/${leaf}`;
 }
 
 /** Whether a policy is its variant's default. @param {string} id @param {string} policy */

@@ -4,11 +4,12 @@
 /** The row of `ratios.csv` that a place in the ranking has in a scene. @param {string} id @param {string} scene */
 function placeIn(id, scene) {
   const { all } = data.words;
+  const metric = rows("ratios.csv").some(({ cells }) => cells.metric === "program-time") ? "program-time" : "time";
   return rows("ratios.csv").find(
     ({ cells }) =>
       cells.scene === scene &&
       cells.stratum === all &&
-      cells.metric === "time" &&
+      cells.metric === metric &&
       cells.variant === id &&
       cells.baseline === data.baselines[0] &&
       isDefault(id, cells.policy) &&

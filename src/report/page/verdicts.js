@@ -2,7 +2,7 @@
 // The claims: one card each at a glance, and all verdicts as a table with filters.
 
 /** Verdicts with their signs, in the order of tables. @type {Record<string, string>} */
-const SIGNS = { reproduces: "✓", equivalent: "=", reversed: "✕", inconclusive: "?", "not-judged": "–" };
+const SIGNS = { supported: "✓", refuted: "✕", undecided: "?", "not-applicable": "=", "not-judged": "–" };
 
 const standing = new Set(data.standing);
 
