@@ -3,6 +3,7 @@
 
 /** The metrics of `ratios.csv`. @type {[string, string][]} */
 const METRICS = [
+  ["program-time", "time of whole programs"],
   ["time", "query time"],
   ["volume-tests", "volume tests"],
   ["triangle-tests", "triangle tests"],
@@ -14,7 +15,7 @@ const MEASURES = [
   ["mean_ns", "mean time", true],
   ["median_ns", "median", true],
   ["p95_ns", "95 %", true],
-  ["p99_ns", "99 %", true],
+  ["max_ns", "largest", true],
   ["volume_tests", "volume tests", false],
   ["triangle_tests", "triangle tests", false],
 ];
@@ -43,10 +44,16 @@ function panelsOf(found, valueOf, lineOf) {
     .filter((panel) => panel.lines.length > 0);
 }
 
+/** The workloads of some rows, but the control's. @param {Row[]} all */
+function workloadsOf(all) {
+  return [...new Set(all.map((row) => String(row.cells.workload)))].filter((workload) => workload !== "control").sort();
+}
+
 /** Ratios to a baseline. */
 function drawRatios() {
   const all = rows("ratios.csv");
-  const chart = { metric: METRICS[0][0], baseline: data.baselines[0] };
+  const workloads = workloadsOf(all.filter((row) => row.cells.metric === "time"));
+  const chart = { metric: METRICS[0][0], baseline: data.baselines[0], workload: workloads[0] };
   const labels = data.baselines.map((id) => /** @type {[string, string]} */ ([id, variantOf.get(id)?.label ?? id]));
   const place = card(
     "charts-ratios",
@@ -57,6 +64,10 @@ function drawRatios() {
         chart.metric = metric;
         update();
       }),
+      choice("Workload", workloads.map((id) => [id, id]), chart.workload, (workload) => {
+        chart.workload = workload;
+        update();
+      }),
       choice("Baseline", labels, chart.baseline, (baseline) => {
         chart.baseline = baseline;
         update();
@@ -65,11 +76,13 @@ function drawRatios() {
   );
   function update() {
     const [, words] = METRICS.find(([metric]) => metric === chart.metric) ?? METRICS[0];
-    const stratum = chart.metric === "build" ? "-" : chosen.stratum;
+    const whole = chart.metric === "program-time" ? "program-time" : chart.metric === "build" ? "-" : undefined;
+    const stratum = whole === undefined ? chosen.stratum : whole === "-" ? "-" : data.words.all;
     const found = all.filter(
       (row) =>
         isChosen(row) &&
         row.cells.metric === chart.metric &&
+        row.cells.workload === (whole ?? chart.workload) &&
         row.cells.stratum === stratum &&
         row.cells.baseline === chart.baseline &&
         isDefault(chart.baseline, row.cells.baseline_policy),
@@ -78,7 +91,7 @@ function drawRatios() {
       found,
       (row) => row.cells.ratio,
       (row) => {
-        const { ratio, low, high, pairs, scene, variant } = row.cells;
+        const { ratio, low, high, clusters, scene, variant } = row.cells;
         const said = interval(ratio, low, high);
         return {
           name: caseName(row),
@@ -94,7 +107,7 @@ function drawRatios() {
               facts: [
                 [`${words} ratio`, said],
                 ["poses", row.cells.stratum],
-                ["pairs", number(pairs)],
+                ["clusters", number(clusters)],
               ],
               sources: [row],
             },
@@ -111,7 +124,8 @@ function drawRatios() {
 /** Times and counts of a query. */
 function drawQueries() {
   const all = rows("summary.csv").filter((row) => row.cells.variant !== data.words.null);
-  const chart = { measure: MEASURES[0] };
+  const workloads = workloadsOf(all);
+  const chart = { measure: MEASURES[0], workload: workloads[0] };
   const place = card(
     "charts-queries",
     "A query",
@@ -126,12 +140,19 @@ function drawQueries() {
           update();
         },
       ),
+      choice("Workload", workloads.map((id) => [id, id]), chart.workload, (workload) => {
+        chart.workload = workload;
+        update();
+      }),
     ],
   );
   function update() {
     const [column, words, isTime] = chart.measure;
     // A count of none has no place on a logarithmic scale, and no time was taken of what was only counted.
-    const found = all.filter((row) => isChosen(row) && row.cells.stratum === chosen.stratum && row.cells[column] > 0);
+    const { workload } = chart;
+    const isThere = (/** @type {Row} */ { cells }) =>
+      cells.workload === workload && cells.stratum === chosen.stratum && cells[column] > 0;
+    const found = all.filter((row) => isChosen(row) && isThere(row));
     const panels = panelsOf(
       found,
       (row) => row.cells[column],
@@ -145,7 +166,7 @@ function drawQueries() {
           ["mean", time(cells.mean_ns)],
           ["interval", `${time(cells.mean_low_ns)} to ${time(cells.mean_high_ns)}`],
           ["median", time(cells.median_ns)],
-          ["99 %", time(cells.p99_ns)],
+          ["95 %", time(cells.p95_ns)],
           ["volume tests", number(cells.volume_tests)],
           ["triangle tests", number(cells.triangle_tests)],
         ];

@@ -4,12 +4,12 @@
 /** Rates of missed contacts. */
 function drawMisses() {
   const all = rows("summary.csv").filter(
-    (row) => row.cells.stratum === data.words.all && row.cells.variant !== data.words.null && row.cells.colliding > 0,
+    (row) => row.cells.stratum === data.words.all && row.cells.variant !== data.words.null && row.cells.contacts > 0,
   );
   const place = card(
     "misses-rates",
     "Contacts missed",
-    "Share of the colliding poses above grazing that a variant reports as free, with 95 % Wilson intervals; none of n is at most 3/n. A safe volume must miss none.",
+    "Share of the colliding poses above grazing that a variant reports as free, asked directly, with 95 % intervals by line; none on m lines is at most 3/m. A safe volume must miss none.",
   );
   watch(() => {
     const found = all.filter(isChosen);
@@ -17,22 +17,22 @@ function drawMisses() {
       found,
       (row) => -row.cells.missed - 1e-9,
       (row) => {
-        const { missed, colliding, miss_rate_low, miss_rate_high, scene, variant } = row.cells;
-        const said = missed === 0 ? `none of ${number(colliding)}` : `${number(missed)} of ${number(colliding)}`;
+        const { missed, contacts, workload, miss_rate_low, miss_rate_high, scene, variant } = row.cells;
+        const said = missed === 0 ? `none of ${number(contacts)}` : `${number(missed)} of ${number(contacts)}`;
         return {
-          name: caseName(row),
+          name: `${caseName(row)}, ${workload}`,
           hollow: isUnsafe(variant),
           said,
           dots: [
             {
-              value: (100 * missed) / colliding,
+              value: (100 * missed) / contacts,
               low: 100 * miss_rate_low,
               high: 100 * miss_rate_high,
               tone: missed > 0 ? "more" : "less",
               title: `${caseName(row)}, ${scene}`,
               facts: [
                 ["missed", said],
-                ["rate", percent(missed / colliding)],
+                ["rate", percent(missed / contacts)],
                 ["interval", `${percent(miss_rate_low)} to ${percent(miss_rate_high)}`],
               ],
               sources: [row],

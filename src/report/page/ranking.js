@@ -29,8 +29,8 @@ function drawRanking() {
   const base = variantOf.get(data.baselines[0])?.label ?? data.baselines[0];
   const place = card(
     "ranking",
-    `Query time relative to ${base}`,
-    "Safe volumes under their default tree policies: the large dot is the geometric mean over the scenes, the small ones are the scenes with their 95 % intervals. Unsafe volumes are left out whatever their speed, for a method can look fast by missing collisions. Below the ranking, with square marks, what is more or less than a volume on the common tree: engines of ours with trees and vector arithmetic of their own, other libraries' whole systems, controls.",
+    `Time relative to ${base}`,
+    "Safe volumes under their default tree policies by the time of whole programs, or without programs the query time of a workload: the large dot is the geometric mean over the scenes, the small ones are the scenes with their 95 % intervals. Unsafe volumes are left out whatever their speed, for a method can look fast by missing collisions. Below the ranking, with square marks, what is more or less than a volume on the common tree: engines of ours with trees and vector arithmetic of their own, other libraries' whole systems, controls.",
   );
   let position = 0;
   const lines = data.ranking.map((entry) => {
@@ -44,13 +44,13 @@ function drawRanking() {
       title: `${entry.label}, ${row.cells.scene}`,
       facts: /** @type {[string, string][]} */ ([
         ["time ratio", interval(row.cells.ratio, row.cells.low, row.cells.high)],
-        ["pairs", number(row.cells.pairs)],
+        ["clusters", number(row.cells.clusters)],
       ]),
       sources: [row],
     }));
     const verified = verifiedOf(entry.variant);
     const missed = verified.reduce((sum, row) => sum + row.cells.missed, 0);
-    const colliding = verified.reduce((sum, row) => sum + row.cells.colliding, 0);
+    const colliding = verified.reduce((sum, row) => sum + row.cells.contacts, 0);
     const mean = {
       value: entry.ratio,
       tone: toneOf(entry.ratio, entry.ratio),
@@ -105,7 +105,7 @@ function drawFacts() {
     [
       first ? `${number(first.ratio)} ×` : "–",
       first ? `${first.label}: the fastest safe volume` : "no volume was timed",
-      `query time relative to ${base}`,
+      `time relative to ${base}`,
     ],
   ];
   part("facts").append(
