@@ -20,10 +20,15 @@ pub struct GcodeError {
     pub cause: Cause,
     /// On how many further lines the same is wrong with the same text.
     pub more: u32,
-    /// What else is wrong, at most [`MOST_ERRORS`], each without others of its own: only what does not hang on the errors before.
-    pub others: Vec<GcodeError>,
-    /// What to try, when the program seems to be written for another control.
-    pub hint: Option<String>,
+    /// Apart, so that the error stays small.
+    further: Option<Box<Further>>,
+}
+
+/// What there is to tell beside the first error.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Further {
+    others: Vec<GcodeError>,
+    hint: Option<String>,
 }
 
 /// Most errors that are told of one program.
@@ -33,7 +38,27 @@ impl GcodeError {
     /// An error at a place of a file.
     #[must_use]
     pub fn new(file: PathBuf, line: u32, column: u32, text: String, cause: Cause) -> Self {
-        Self { file, line, column, text, cause, more: 0, others: Vec::new(), hint: None }
+        Self { file, line, column, text, cause, more: 0, further: None }
+    }
+
+    /// What else is wrong, fewer than [`MOST_ERRORS`], each without others of its own: only what does not hang on the errors before.
+    #[must_use]
+    pub fn others(&self) -> &[Self] {
+        self.further.as_ref().map_or(&[], |further| &further.others)
+    }
+
+    /// What to try, when the program seems to be written for another control.
+    #[must_use]
+    pub fn hint(&self) -> Option<&str> {
+        self.further.as_ref()?.hint.as_deref()
+    }
+
+    pub(super) fn set_others(&mut self, others: Vec<Self>) {
+        self.further.get_or_insert_default().others = others;
+    }
+
+    pub(super) fn set_hint(&mut self, hint: String) {
+        self.further.get_or_insert_default().hint = Some(hint);
     }
 
     /// An error inside a line of a file.
@@ -45,11 +70,11 @@ impl GcodeError {
 /// All errors, a line each, and the hint.
 fn told(error: &GcodeError) -> String {
     let mut text = one(error);
-    for other in &error.others {
+    for other in error.others() {
         text.push('\n');
         text.push_str(&one(other));
     }
-    if let Some(hint) = &error.hint {
+    if let Some(hint) = error.hint() {
         text.push('\n');
         text.push_str(hint);
     }

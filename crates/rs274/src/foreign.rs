@@ -84,7 +84,7 @@ pub(super) fn recognise(lines: &[String], file: &Path, dialect: Dialect, mut err
         let (likely, words) = if haas.is_empty() { (Dialect::Fanuc, fanuc) } else { (Dialect::Haas, haas) };
         if !words.is_empty() {
             let names: Vec<&str> = words.iter().map(|(word, _)| spelled(word)).take(NAMED).collect();
-            error.hint = Some(format!(
+            error.set_hint(format!(
                 "the program looks as if it were written for a {likely} control ({}): try the dialect `{likely}` (`--dialect {likely}`)",
                 names.join(", ")
             ));

@@ -77,7 +77,7 @@ fn all_in_one(errors: Vec<(usize, Fault)>, text: &Source) -> GcodeError {
         }
     }
     let mut first = told.remove(0);
-    first.others = told;
+    first.set_others(told);
     first
 }
 

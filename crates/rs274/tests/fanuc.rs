@@ -22,7 +22,7 @@ fn run(source: &str, setup: &Setup) -> Program {
 }
 
 fn refused(source: &str, setup: &Setup) -> String {
-    interpret(source, Path::new("bad.nc"), setup).unwrap_err().to_string()
+    interpret(source, Path::new("bad.nc"), setup).expect_err("the program is wrong").to_string()
 }
 
 /// X, Y, Z of every end, mm.

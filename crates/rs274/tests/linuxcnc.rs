@@ -13,12 +13,12 @@ fn run_with(source: &str, setup: &Setup) -> Program {
 }
 
 fn refused(source: &str) -> String {
-    interpret(source, Path::new("bad.ngc"), &Setup::default()).unwrap_err().to_string()
+    interpret(source, Path::new("bad.ngc"), &Setup::default()).expect_err("the program is wrong").to_string()
 }
 
 /// X, Y, Z of the end, mm.
 fn end(program: &Program) -> [f64; 3] {
-    let end = program.moves.last().unwrap().end;
+    let end = program.moves.last().expect("the program moves").end;
     [end[Axis::X], end[Axis::Y], end[Axis::Z]]
 }
 
