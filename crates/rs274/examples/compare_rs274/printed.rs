@@ -70,10 +70,17 @@ impl Printed {
                     _ => Plane::Xy,
                 }
             }
-            "SET_G5X_OFFSET" => self.origin = self.in_mm(values.get(1..).unwrap_or_default()),
-            "SET_G92_OFFSET" => self.shift = self.in_mm(values),
-            "USE_TOOL_LENGTH_OFFSET" => self.tool = self.in_mm(values),
-            "SET_XY_ROTATION" => self.rotation_deg = first,
+            "SET_G5X_OFFSET" | "SET_G92_OFFSET" | "USE_TOOL_LENGTH_OFFSET" | "SET_XY_ROTATION" => {
+                // The tool stays where it is, and its printed coordinates become others.
+                let axes = self.axes(&self.last);
+                match name {
+                    "SET_G5X_OFFSET" => self.origin = self.in_mm(values.get(1..).unwrap_or_default()),
+                    "SET_G92_OFFSET" => self.shift = self.in_mm(values),
+                    "USE_TOOL_LENGTH_OFFSET" => self.tool = self.in_mm(values),
+                    _ => self.rotation_deg = first,
+                }
+                self.last = self.printed(&axes);
+            }
             "SET_FEED_RATE" => self.feed = first,
             "SET_FEED_MODE" => self.per_revolution = second != 0.0,
             "START_SPEED_FEED_SYNC" => self.pitch = Some(first),
@@ -140,6 +147,15 @@ impl Printed {
         let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
         (point[0], point[1]) = (point[0] * cos - point[1] * sin, point[0] * sin + point[1] * cos);
         std::array::from_fn(|i| point[i] + self.origin[i] + self.tool[i])
+    }
+
+    /// Printed coordinates of axis positions.
+    fn printed(&self, axes: &[f64; 9]) -> [f64; 9] {
+        let mut point: [f64; 9] = std::array::from_fn(|i| axes[i] - self.origin[i] - self.tool[i]);
+        let (sin, cos) = (-self.rotation_deg).to_radians().sin_cos();
+        (point[0], point[1]) = (point[0] * cos - point[1] * sin, point[0] * sin + point[1] * cos);
+        let scale = |i: usize| if Axis::ALL[i].is_rotary() { 1.0 } else { self.unit_mm };
+        std::array::from_fn(|i| (point[i] - self.shift[i]) / scale(i))
     }
 
     /// A call that ends at the last point; with start and end it feeds.
