@@ -174,6 +174,10 @@ impl Interpreter<'_> {
     /// G40, G41, G42, G41.1, G42.1.
     pub(super) fn set_compensation(&mut self, values: &Values) -> Result<(), Fault> {
         let Some(code) = values.code(Group::CutterCompensation) else { return Ok(()) };
+        if self.ignores_compensation {
+            values.drop_word('d');
+            return Ok(());
+        }
         if code.number == 400 {
             if let Compensation::On(offset) = self.compensation {
                 let at = plus_scaled(offset.at, 1.0, offset.control);

@@ -147,6 +147,18 @@ pub(super) mod own {
     pub const FINE_BORE: i32 = 761;
     /// G50 S of lathes: the greatest spindle speed.
     pub const SPEED_LIMIT: i32 = 505;
+    /// G90, G92, G94 of lathes: one cut along, one thread, one cut across.
+    pub const TURN_CUT: i32 = 10_900;
+    pub const THREAD_CUT: i32 = 10_920;
+    pub const FACE_CUT: i32 = 10_940;
+    /// G70 to G76 of lathes.
+    pub const FINISH: i32 = 10_700;
+    pub const ROUGH_TURN: i32 = 10_710;
+    pub const ROUGH_FACE: i32 = 10_720;
+    pub const REPEAT_PATTERN: i32 = 10_730;
+    pub const PECK_FACE: i32 = 10_740;
+    pub const PECK_GROOVE: i32 = 10_750;
+    pub const THREAD: i32 = 10_760;
 }
 
 /// What a G code means on a Fanuc or Haas control.
@@ -156,10 +168,9 @@ pub(super) fn fanuc_g(tenths: i32, dialect: Dialect, lathe: bool) -> Meaning {
     match tenths {
         320 if lathe => Code(Group::Motion, 330),
         500 if lathe => Code(Group::NonModal, own::SPEED_LIMIT),
-        900 | 920 | 940 if lathe => Unknown,
         980 if lathe => Code(Group::FeedMode, 940),
         990 if lathe => Code(Group::FeedMode, 950),
-        730 | 740 | 750 | 760 if lathe => Unknown,
+        700 | 710 | 720 | 730 | 740 | 750 | 760 | 900 | 920 | 940 if lathe => Code(Group::Motion, 10_000 + tenths),
         700 | 710 | 720 => Unknown,
         760 => Code(Group::Motion, own::FINE_BORE),
         842 | 843 => Code(Group::Motion, if tenths == 842 { 840 } else { 740 }),

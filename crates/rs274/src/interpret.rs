@@ -6,14 +6,16 @@
 use super::block::{Block, Target};
 use super::canonical::{Axis, Move, MoveKind, Plane};
 use super::compensation::Compensation;
+use super::contour::follows_contour;
 use super::corner::{Corner, OPEN_CORNER};
 use super::cycle::Sticky;
 use super::dialect::{Note, own};
 use super::error::{Cause, Fault, GcodeError, MOST_ERRORS};
 use super::foreign;
+use super::lathe::LatheMemory;
 use super::modal::{FeedMode, Group, Modes, Spindle, Values};
 use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
-use super::oword::{Control, FlowTable};
+use super::oword::{Control, FlowTable, Lines};
 use super::parameters::Parameters;
 use super::setup::Setup;
 use super::source::{self, Source};
@@ -119,6 +121,13 @@ pub(super) struct Interpreter<'a> {
     pub tip_mm: Option<f64>,
     /// Turned, scaled and mirrored coordinates.
     pub transforms: Transforms,
+    /// What lathe cycles keep.
+    pub lathe: LatheMemory,
+    /// Whether the lines of a cycle's contour are being executed, and whether cutter compensation does not count there.
+    pub in_contour: bool,
+    pub ignores_compensation: bool,
+    /// Lines executed so far.
+    pub steps: usize,
     /// A straight move whose end is rounded or chamfered once the next is known.
     pub corner: Option<Corner>,
     /// Whether that is so because of a tilted plane (G68.2).
@@ -167,6 +176,10 @@ impl<'a> Interpreter<'a> {
             is_tilted: false,
             transforms: Transforms::default(),
             corner: None,
+            lathe: LatheMemory::default(),
+            in_contour: false,
+            ignores_compensation: false,
+            steps: 0,
             has_tool_vectors: false,
             parameters: Parameters::new(&setup.parameters, setup.dialect),
             offsets: Offsets::default(),
@@ -196,11 +209,13 @@ impl<'a> Interpreter<'a> {
         let mut errors: Vec<(usize, Fault)> = Vec::new();
         let mut wrong = BTreeSet::new();
         let mut at = 0;
-        for _ in 0..self.setup.limits.blocks {
+        while self.steps < self.setup.limits.blocks {
+            self.steps += 1;
             match self.step(source, &table, at) {
                 Ok(Next::Line(next)) => at = next,
                 Ok(Next::End) => return errors,
                 Err(fault) => {
+                    self.in_contour = false;
                     let gives_up = matches!(fault.cause, Cause::Limit { .. } | Cause::Alarm(_));
                     if errors.is_empty() || (fault.cause.stands_alone() && wrong.insert(self.at)) {
                         wrong.insert(self.at);
@@ -238,7 +253,7 @@ impl<'a> Interpreter<'a> {
         }
         match self.obey_macro_word(block, table, at)? {
             Some(next) => Ok(Next::Line(next)),
-            None => self.execute(block, table, at),
+            None => self.execute(block, blocks, table, at),
         }
     }
 
@@ -252,7 +267,13 @@ impl<'a> Interpreter<'a> {
     }
 
     /// Executes a block at index `at`: evaluates everything, then assigns, then obeys.
-    fn execute(&mut self, block: &Block, table: &FlowTable, at: usize) -> Result<Next, Fault> {
+    pub(super) fn execute(
+        &mut self,
+        block: &Block,
+        lines: &Lines,
+        table: &FlowTable,
+        at: usize,
+    ) -> Result<Next, Fault> {
         let values = Values::of(block, &self.parameters, self.setup)?;
         values.notes().for_each(|note| self.note(note.to_owned()));
         self.assign(block)?;
@@ -267,6 +288,11 @@ impl<'a> Interpreter<'a> {
         self.set_modes(&values)?;
         self.obey_user_code(&values)?;
         self.obey_datum_codes(&values)?;
+        if let Some(code) = values.code(Group::Motion).filter(|code| follows_contour(code.number)) {
+            let next = self.contour_cycle(lines, table, &values, code, at)?;
+            values.check_all_used()?;
+            return Ok(Next::Line(next));
+        }
         self.obey_motion(&values)?;
         let next = match values.number(Group::Stop) {
             Some(2 | 30) => {

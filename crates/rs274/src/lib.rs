@@ -33,6 +33,8 @@ mod macro_flow;
 mod transform;
 mod fanuc;
 mod corner;
+mod lathe;
+mod contour;
 mod source;
 mod foreign;
 pub mod interpret;

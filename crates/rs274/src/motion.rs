@@ -4,6 +4,7 @@ use super::arc::{CENTRE_TOLERANCE_INCH, CENTRE_TOLERANCE_MM, Circle, from_centre
 use super::canonical::{Axis, MoveKind, Plane};
 use super::compensation::Compensation;
 use super::cycle::{Sticky, is_cycle};
+use super::dialect::own;
 use super::error::{Cause, Fault};
 use super::feed::{NO_TRAVEL_MM, Travel, travel, travel_squared};
 use super::interpret::Interpreter;
@@ -156,6 +157,7 @@ impl Interpreter<'_> {
 
     pub(super) fn obey_motion(&mut self, values: &Values) -> Result<(), Fault> {
         let axes_taken = self.uses_axis_words(values);
+        self.forget_held_cut(values);
         if let Some(code) = values.code(Group::Motion) {
             if axes_taken && values.has_axis() && code.number != CANCEL_CYCLE {
                 return Err(code.fault(Cause::NotAllowed("another code of this block uses the axis words")));
@@ -218,6 +220,12 @@ impl Interpreter<'_> {
             // A probe that nothing stops: the whole move.
             Some(382..=385) if values.has_axis() => self.probe(values),
             Some(760) => self.thread_cycle(values),
+            Some(code @ (own::TURN_CUT | own::THREAD_CUT | own::FACE_CUT)) => self.lathe_cycle(values, code),
+            Some(code @ (own::PECK_FACE | own::PECK_GROOVE | own::THREAD)) => {
+                // These hold for their own block alone.
+                self.modes.motion = self.modes.plain_motion;
+                self.lathe_cycle(values, code)
+            }
             Some(code) if is_cycle(code) => self.cycle(values, code),
             Some(_) => Err(self.fault_at(values, Group::Motion, Cause::Unsupported)),
             // Axis words without a motion mode stay unused, which is reported as such.

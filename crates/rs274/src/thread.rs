@@ -60,7 +60,7 @@ impl Interpreter<'_> {
     }
 
     /// A move that feeds `pitch` mm for each revolution.
-    fn synchronous_to(&mut self, target: [f64; 9], pitch: f64) -> Result<(), Fault> {
+    pub(super) fn synchronous_to(&mut self, target: [f64; 9], pitch: f64) -> Result<(), Fault> {
         let feed = self.synchronous_rate(pitch.abs(), &target);
         self.feed_at(target, feed)
     }

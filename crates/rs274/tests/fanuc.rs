@@ -276,3 +276,156 @@ fn what_moves_nothing_is_noted() {
     let setup = Setup { block_delete: true, ..fanuc() };
     assert_eq!(ends(&run("/1G0X1.\nX2.\nM30", &setup)), [[2.0, 0.0, 0.0]]);
 }
+
+/// X and Z of every end, mm, and whether the machine gets there at rapid rate.
+fn turned(source: &str) -> Vec<(f64, f64, bool)> {
+    let round = |x: f64| (x * 1e6).round() / 1e6 + 0.0;
+    let moves = run(source, &lathe()).moves;
+    moves.iter().map(|m| (round(m.end[Axis::X]), round(m.end[Axis::Z]), m.kind == MoveKind::Rapid)).collect()
+}
+
+#[test]
+fn single_cuts_of_a_lathe_hold_for_the_next_block() {
+    // To diameter 40 at rapid, along, out, back; then the same at 38.
+    assert_eq!(
+        turned("S100M3G0X50.Z2.\nG90X40.Z-20.F0.2\nX38.\nG0X60.\nM30"),
+        [
+            (25.0, 2.0, true),
+            (20.0, 2.0, true),
+            (20.0, -20.0, false),
+            (25.0, -20.0, false),
+            (25.0, 2.0, true),
+            (19.0, 2.0, true),
+            (19.0, -20.0, false),
+            (25.0, -20.0, false),
+            (25.0, 2.0, true),
+            (30.0, 2.0, true)
+        ]
+    );
+    assert_eq!(
+        turned("S100M3G0X50.Z2.\nG94X10.Z-1.F0.2\nM30")[1..],
+        [(25.0, -1.0, true), (5.0, -1.0, false), (5.0, 2.0, false), (25.0, 2.0, true)]
+    );
+    // A thread with a taper: it begins 1 mm nearer to the axis.
+    assert_eq!(
+        turned("S100M3G0X50.Z2.\nG92X40.Z-20.R-1.F1.5\nM30")[1..],
+        [(19.0, 2.0, true), (20.0, -20.0, false), (25.0, -20.0, true), (25.0, 2.0, true)]
+    );
+    assert!(refused("G0X50.Z2.\nG92X40.Z-20.F1.5\nM30", &lathe()).contains("spindle stands still"));
+    assert!(refused("S100M3\nG90X40.F0.2\nM30", &lathe()).contains("X and Z, where the cut ends"));
+}
+
+const CONTOUR: &str = "N10G0X10.\nG1Z-10.F0.1\nX20.Z-20.\nN20X30.\n";
+
+#[test]
+fn roughing_cuts_to_the_contour_and_finishing_follows_it() {
+    // From diameter 30: cuts at 26, 22, 18, 14 with 2 mm each; the contour is 10 up to Z-10, then a cone up to 20 at Z-20, then 30.
+    let source = format!("S100M3G0X30.Z2.\nG71U2.R1.\nG71P10Q20U0W0F0.2\n{CONTOUR}G70P10Q20\nG0X99.\nM30");
+    let cut = |x: f64, z: f64| [(x, 2.0, true), (x, z, false), (x + 1.0, z + 1.0, true), (x + 1.0, 2.0, true)];
+    let finish = [(5.0, 2.0, true), (5.0, -10.0, false), (10.0, -20.0, false), (15.0, -20.0, false), (15.0, 2.0, true)];
+    let expected: Vec<_> = [(15.0, 2.0, true)]
+        .into_iter()
+        .chain(cut(13.0, -20.0))
+        .chain(cut(11.0, -20.0))
+        .chain(cut(9.0, -18.0))
+        .chain(cut(7.0, -14.0))
+        .chain([(15.0, 2.0, true)])
+        .chain(finish)
+        .chain(finish)
+        .chain([(49.5, 2.0, true)])
+        .collect();
+    assert_eq!(turned(&source), expected);
+    let program = run(&source, &lathe());
+    // Roughing at its own feed, finishing at the contour's; each move at its own line.
+    let told: Vec<_> =
+        program.moves.iter().filter(|m| m.kind == MoveKind::Feed).map(|m| (m.line, m.feed_mm_min.unwrap())).collect();
+    let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+    assert!(
+        told[..7].iter().all(|(_, feed)| near(*feed, 20.0)) && told[7..].iter().all(|(_, feed)| near(*feed, 10.0)),
+        "{told:?}"
+    );
+    assert_eq!(told.iter().map(|t| t.0).collect::<Vec<_>>(), [3, 3, 3, 3, 5, 6, 7, 5, 6, 7]);
+    // With allowances the last cut is further out, by half of U, and to the right, by W.
+    let source = format!("S100M3G0X30.Z2.\nG71U5.R1.\nG71P10Q20U1.W0.5F0.2\n{CONTOUR}M30");
+    assert_eq!(
+        turned(&source)[5..],
+        [
+            (15.0, 2.0, true),
+            (5.5, 2.5, true),
+            (5.5, -9.5, false),
+            (10.5, -19.5, false),
+            (15.5, -19.5, false),
+            (15.0, 2.0, true)
+        ]
+    );
+}
+
+#[test]
+fn a_pattern_is_repeated_nearer_and_nearer() {
+    let source = format!("S100M3G0X30.Z2.\nG73U4.W2.R3\nG73P10Q20U0W0F0.2\n{CONTOUR}M30");
+    let pass = |x: f64, z: f64| {
+        [
+            (5.0 + x, 2.0 + z, true),
+            (5.0 + x, -10.0 + z, false),
+            (10.0 + x, -20.0 + z, false),
+            (15.0 + x, -20.0 + z, false),
+            (15.0, 2.0, true),
+        ]
+    };
+    let expected: Vec<_> =
+        [(15.0, 2.0, true)].into_iter().chain(pass(4.0, 2.0)).chain(pass(2.0, 1.0)).chain(pass(0.0, 0.0)).collect();
+    assert_eq!(turned(&source), expected);
+}
+
+#[test]
+fn pecks_and_threads_of_a_lathe() {
+    // Q2000 is 2 mm: to -2, back by 0.5, to -4, back, to -5, out.
+    assert_eq!(
+        turned("S100M3G0X0Z1.\nG74R0.5\nG74Z-5.Q2000F0.1\nM30")[1..],
+        [
+            (0.0, 1.0, true),
+            (0.0, -1.0, false),
+            (0.0, -0.5, true),
+            (0.0, -3.0, false),
+            (0.0, -2.5, true),
+            (0.0, -5.0, false),
+            (0.0, 1.0, true),
+            (0.0, 1.0, true)
+        ]
+    );
+    // A thread 1 mm high with a first cut of 0.5: at 0.5, 0.707, 0.866, 1, and once more as P says.
+    let cuts: Vec<f64> = turned("S100M3G0X30.Z5.\nG76P020060Q50R0\nG76X20.Z-20.P1000Q500F1.5\nM30")
+        .into_iter()
+        .filter(|step| !step.2)
+        .map(|step| step.0)
+        .collect();
+    let expected = [10.5, 11.0 - 0.5 * 2_f64.sqrt(), 11.0 - 0.5 * 3_f64.sqrt(), 10.0, 10.0];
+    assert!(cuts.len() == 5 && cuts.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{cuts:?}");
+}
+
+#[test]
+fn contours_have_bounds_and_their_errors_their_lines() {
+    let start = "S100M3G0X30.Z2.\nG71U2.R1.\n";
+    assert!(
+        refused(&format!("{start}G71P10Q20F0.2\nM30"), &lathe())
+            .contains("bad.nc:3:4: there is no line with this number N: `P10`")
+    );
+    assert!(
+        refused(&format!("{start}G71P10Q20F0.2\nN10G1X10.F0.1\nN20GOTO10\nM30"), &lathe())
+            .contains("a jump or an end inside")
+    );
+    assert!(
+        refused(&format!("{start}G71P10Q20F0.2\nN10G1X10.F0.1\nN20G71P10Q20\nM30"), &lathe())
+            .contains("inside a cycle's contour")
+    );
+    assert!(
+        refused("S100M3G0X30.Z2.\nG71P10Q20F0.2\nN10G0X10.\nN20G1Z-5.F0.1\nM30", &lathe()).contains("the depth of cut")
+    );
+    assert!(
+        refused(&format!("S100M3G0X30.Z2.\nG71U0.0001\nG71P10Q20F0.2\n{CONTOUR}M30"), &lathe())
+            .contains("more than 10000 cuts")
+    );
+    // Cycles in an endless loop count the lines of their contours.
+    let setup = Setup { limits: Limits { blocks: 1000, ..Limits::default() }, ..lathe() };
+    assert!(refused(&format!("{start}DO1\nG71P10Q20F0.2\n{CONTOUR}END1"), &setup).contains("more than 1000 blocks"));
+}
