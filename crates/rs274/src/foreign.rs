@@ -80,7 +80,7 @@ pub(super) fn recognise(lines: &[String], file: &Path, dialect: Dialect, mut err
     }
     if dialect == Dialect::LinuxCnc {
         let haas = found(&lines, &HAAS, |line, word| line.contains(word));
-        let fanuc = found(&lines, &FANUC, |line, word| line.contains(word));
+        let fanuc = found(&lines, &FANUC, |line, word| line.contains(word) && !is_o_word(line));
         let (likely, words) = if haas.is_empty() { (Dialect::Fanuc, fanuc) } else { (Dialect::Haas, haas) };
         if !words.is_empty() {
             let names: Vec<&str> = words.iter().map(|(word, _)| spelled(word)).take(NAMED).collect();
@@ -119,6 +119,11 @@ fn bare(line: &str) -> String {
 /// The words that occur, each with the index of its first line.
 fn found(lines: &[String], words: &[&'static str], is_in: fn(&str, &str) -> bool) -> Vec<(&'static str, usize)> {
     words.iter().filter_map(|&word| Some((word, lines.iter().position(|line| is_in(line, word))?))).collect()
+}
+
+/// Whether the line begins with O behind its number: LinuxCNC's own control flow.
+fn is_o_word(line: &str) -> bool {
+    line.trim_start_matches(|c: char| c == 'N' || c.is_ascii_digit()).starts_with('O')
 }
 
 /// `R1=...`, Siemens' parameters.

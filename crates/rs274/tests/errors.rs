@@ -73,6 +73,7 @@ fn programs_for_other_controls_are_recognised() {
     for (source, dialect) in [
         ("O1000\nIF[#1EQ1]GOTO10\nN10 M30", Dialect::Fanuc),
         ("G50 S2000\nM30", Dialect::Fanuc),
+        ("WHILE[#1LT1]DO1\nEND1", Dialect::Fanuc),
         ("G187 P1\nM30", Dialect::Haas),
     ] {
         let error = error_of(source);
@@ -82,4 +83,8 @@ fn programs_for_other_controls_are_recognised() {
     }
     // A program of LinuxCNC's with an error has no hint.
     assert_eq!(error_of("G0 X1\nM31\nM2").hint(), None);
+    assert_eq!(
+        error_of("o1 while [#1 LT 1]\n#1=1\no<two> if [#1 EQ 1]\nM31\no<two> endif\no1 endwhile\nM2").hint(),
+        None
+    );
 }
