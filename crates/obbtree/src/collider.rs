@@ -27,6 +27,8 @@ pub struct Collider(Arc<Inner>);
 #[derive(Debug)]
 struct Inner {
     mesh: Mesh,
+    /// Smallest and largest coordinates, asked for by every query of a manager.
+    bounds: [Point3<f64>; 2],
     frame: Frame,
     tree: Arc<Tree>,
     /// Trees in larger units, by exponent, for pairs with larger meshes.
@@ -59,9 +61,10 @@ impl Collider {
     /// Builds the tree over a mesh, on as many threads as there are; about a second for a million triangles.
     #[must_use]
     pub fn new(mesh: Mesh) -> Self {
-        let frame = Frame::of(&mesh);
+        let bounds = mesh.bounds();
+        let frame = Frame::of(bounds);
         let tree = Arc::new(tree_of(&mesh, &frame, frame.exponent));
-        Self(Arc::new(Inner { mesh, frame, tree, coarser: Mutex::default() }))
+        Self(Arc::new(Inner { mesh, bounds, frame, tree, coarser: Mutex::default() }))
     }
 
     /// The mesh.
@@ -150,13 +153,17 @@ impl Collider {
         })
     }
 
+    pub(crate) fn bounds(&self) -> [Point3<f64>; 2] {
+        self.0.bounds
+    }
+
     pub(crate) fn frame(&self) -> &Frame {
         &self.0.frame
     }
 
     /// The tree in units of 2 to the power of `exponent`, which is not below the mesh's own; built when it is first needed.
     pub(crate) fn tree(&self, exponent: i32) -> Arc<Tree> {
-        let Inner { mesh, frame, tree, coarser } = &*self.0;
+        let Inner { mesh, frame, tree, coarser, .. } = &*self.0;
         if exponent == frame.exponent {
             return tree.clone();
         }

@@ -4,7 +4,7 @@
 //! Powers are multiples of 2⁸: meshes of similar size then share one, and two meshes of different size need one more tree at most in
 //! nearly all scenes. The largest coordinate is then above 16, and the grid at most 2⁻³⁰ of it.
 
-use crate::mesh::{Mesh, power_of_two};
+use crate::mesh::power_of_two;
 use nalgebra::Point3;
 
 /// The engine's coordinates reach to 2 to the power of this.
@@ -24,9 +24,8 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// The finest that a mesh fits.
-    pub fn of(mesh: &Mesh) -> Self {
-        let [low, high] = mesh.bounds();
+    /// The finest that a mesh fits, by its smallest and largest coordinates.
+    pub fn of([low, high]: [Point3<f64>; 2]) -> Self {
         let farthest = low.coords.amax().max(high.coords.amax());
         // Halved first: the difference may exceed the largest number.
         let half = (high.coords * 0.5 - low.coords * 0.5).amax();
@@ -63,9 +62,10 @@ fn exponent_for(farthest: f64) -> i32 {
 mod tests {
     use super::*;
     use crate::engine::geometry::grid::LIMIT_MM;
+    use crate::mesh::Mesh;
 
     fn frame(points: [[f64; 3]; 2]) -> Frame {
-        Frame::of(&Mesh::new(points, [[0, 1, 0]]).unwrap())
+        Frame::of(Mesh::new(points, [[0, 1, 0]]).unwrap().bounds())
     }
 
     #[test]

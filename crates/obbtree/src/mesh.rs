@@ -17,6 +17,9 @@ impl Mesh {
     /// Largest magnitude of a coordinate: 2⁵⁰⁰, about 3·10¹⁵⁰.
     pub const MAX_COORDINATE: f64 = power_of_two(500);
 
+    /// Largest number of faces: 2²⁸ - 1.
+    pub const MAX_FACES: usize = (1 << 28) - 1;
+
     /// A mesh from vertices and faces, which are indices into the vertices.
     ///
     /// ```
@@ -29,7 +32,8 @@ impl Mesh {
     /// ```
     ///
     /// # Errors
-    /// [`MeshError`] when there is no face, a coordinate is not finite or beyond [`Mesh::MAX_COORDINATE`], or a face names a missing vertex.
+    /// [`MeshError`] when there is no face or more than [`Mesh::MAX_FACES`], a coordinate is not finite or beyond [`Mesh::MAX_COORDINATE`], or a face
+    /// names a missing vertex.
     pub fn new(
         vertices: impl IntoIterator<Item = impl Into<Point3<f64>>>,
         faces: impl IntoIterator<Item = [u32; 3]>,
@@ -39,6 +43,7 @@ impl Mesh {
         if faces.is_empty() {
             return Err(MeshError::Empty);
         }
+        few_enough(faces.len())?;
         for (vertex, &p) in vertices.iter().enumerate() {
             let [x, y, z] = p.into();
             if !(x.is_finite() && y.is_finite() && z.is_finite()) {
@@ -62,6 +67,7 @@ impl Mesh {
     /// As [`Mesh::new`].
     pub fn from_triangles(triangles: impl IntoIterator<Item = [impl Into<Point3<f64>>; 3]>) -> Result<Self, MeshError> {
         let corners: Vec<Point3<f64>> = triangles.into_iter().flatten().map(Into::into).collect();
+        few_enough(corners.len() / 3)?;
         let mut number_of = vec![0; corners.len()];
         let mut vertices = Vec::new();
         for (corner, &first) in weld::equal(&corners).iter().enumerate() {
@@ -105,6 +111,11 @@ impl Mesh {
     }
 }
 
+/// More could not be numbered.
+const fn few_enough(faces: usize) -> Result<(), MeshError> {
+    if faces <= Mesh::MAX_FACES { Ok(()) } else { Err(MeshError::TooManyFaces { faces, limit: Mesh::MAX_FACES }) }
+}
+
 /// 2 to the power of `exponent`, which lies within ±1022.
 pub(crate) const fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(((1023 + exponent) as u64) << 52)
@@ -129,6 +140,16 @@ mod tests {
         assert_eq!(
             Mesh::new([[0.0; 3]], [[0, 0, 0], [0, 7, 0]]),
             Err(MeshError::NoSuchVertex { face: 1, vertex: 7, vertices: 1 })
+        );
+    }
+
+    #[test]
+    fn more_faces_than_can_be_numbered_are_refused() {
+        assert_eq!(few_enough(Mesh::MAX_FACES), Ok(()));
+        let error = few_enough(Mesh::MAX_FACES + 1).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "the mesh has 268435456 faces; at most 268435455 can be numbered: divide it into several"
         );
     }
 

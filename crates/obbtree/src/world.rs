@@ -1,6 +1,7 @@
 //! Posed colliders with boxes around them, and which pairs may touch: sort and sweep along one axis (D. Baraff, 1992).
 //!
-//! A sweep of a few lines, not a library's tree: the smallest maintained one that would do (`rstar`) brings five crates, `parry3d-f64` more than thirty.
+//! A sweep of a few lines, not a library's tree: the crate brings at most 25 crates, and the smallest maintained tree that would do (`rstar` 0.14) adds eight to
+//! its 22, `parry3d-f64` more still.
 
 use crate::collider::Collider;
 use crate::mesh::power_of_two;
@@ -35,7 +36,7 @@ pub(crate) struct Bounds {
 
 impl Bounds {
     pub fn new(collider: &Collider, pose: &Isometry3<f64>) -> Self {
-        let [low, high] = collider.mesh().bounds();
+        let [low, high] = collider.bounds();
         let middle = pose * nalgebra::center(&low, &high);
         let turn = pose.rotation.to_rotation_matrix().into_inner().abs();
         let largest = low.coords.amax().max(high.coords.amax()) + pose.translation.vector.amax();

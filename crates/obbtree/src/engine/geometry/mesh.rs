@@ -33,6 +33,13 @@ pub enum MeshError {
         /// Largest magnitude of a coordinate.
         limit: f64,
     },
+    /// More faces than can be numbered.
+    TooManyFaces {
+        /// How many there are.
+        faces: usize,
+        /// How many there may be.
+        limit: usize,
+    },
     /// A face names a vertex that does not exist.
     NoSuchVertex {
         /// Index of the face.
@@ -55,6 +62,9 @@ impl fmt::Display for MeshError {
                 f,
                 "vertex {vertex} at ({x}, {y}, {z}) is farther than {limit:?} from the origin on one axis; is the unit right?"
             ),
+            Self::TooManyFaces { faces, limit } => {
+                write!(f, "the mesh has {faces} faces; at most {limit} can be numbered: divide it into several")
+            }
             Self::NoSuchVertex { face, vertex, vertices } => {
                 write!(f, "face {face} names vertex {vertex}, but there are only {vertices}")
             }
