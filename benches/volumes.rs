@@ -53,7 +53,7 @@ fn bench<V: BoundingVolume>(criterion: &mut Criterion, triangles: &[Triangle]) {
     group.finish();
     let relative = pose(&volume, &volume, 1, 0.0);
     criterion.bench_function(&format!("pose/{}", V::INFO.id), |bencher| {
-        bencher.iter(|| V::Shape::pose(black_box(&relative)))
+        bencher.iter(|| V::Shape::pose(black_box(&relative)));
     });
 }
 
