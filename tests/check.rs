@@ -300,7 +300,7 @@ fn a_tool_that_is_put_into_the_spindle_inside_the_workpiece_is_told() {
 
 #[test]
 fn only_the_cutter_cuts() {
-    let feed_to = |z: i32| told_by(&mill_with_tools(), &format!("M3 S1000 G0 Z5\nT3 M6\nG1 Z{z} F100\nG0 Z50\nM2"));
+    let feed_to = |z: i32| told_by(&mill_with_tools(), &format!("G0 Z5\nT3 M6\nM3 S1000 G1 Z{z} F100\nG0 Z50\nM2"));
     assert_eq!(feed_to(-9), []);
     assert_eq!(feed_to(-11), [("collision", 3)]); // the shank, 1 mm deep
 }

@@ -118,10 +118,7 @@ fn the_shipped_scenes_are_those_in_the_folder() {
         let on_disk = Scene::load(&folder).unwrap_or_else(|error| panic!("{error}"));
         let compiled_in = load(name);
         assert_eq!(on_disk.inputs, compiled_in.inputs);
-        assert!(
-            (2..=3).contains(&on_disk.inputs.len()),
-            "scene and program, and the machine where it has a file of its own"
-        );
+        assert!(on_disk.inputs.len() >= 2, "{name}: the scene and a program at least");
         assert_eq!((on_disk.name, on_disk.pairs), (compiled_in.name, compiled_in.pairs));
     }
 }
