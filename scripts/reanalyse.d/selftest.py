@@ -1,0 +1,125 @@
+"""Each of these changes of one number must be found, and what is no number must be refused. The copies hold one scene of the study, so that the
+test is quick: what differs because the others are missing is left out of account."""
+
+import json
+import shutil
+import tempfile
+from pathlib import Path
+
+from study import DERIVED as DERIVED_TABLES
+from study import RAW as RAW_TABLES
+from study import BadInput
+
+
+def row_of(*words):
+    """Finds the first line that has all the words as whole cells."""
+    return lambda cells: set(words) <= set(cells)
+
+
+# File, which row, column, and what becomes of the cell. A row of None is the first one.
+RAW = [
+    ("timings.csv", None, "ns", lambda x: str(int(x) * 2)),
+    ("timings.csv", row_of("obb-area@area-mean/own/1", "2"), "passes", lambda x: str(int(x) + 1)),
+    ("answers.csv", row_of("obb-area@area-mean/own/1"), "volume_tests", lambda x: str(int(x) + 1)),
+    ("answers.csv", row_of("obb-vertex@vertex-mean/own/1"), "verdict", lambda x: str(1 - int(x))),
+    ("lines.csv", row_of("approach"), "contacts", lambda x: str(int(x) + 1)),
+    ("misses.csv", None, "missed_asked", lambda x: str(int(x) + 1)),
+    ("verification.csv", row_of("over-5", "obb-area-centroid"), "missed", lambda x: str(int(x) + 1)),
+    ("builds.csv", row_of("aabb"), "ns", lambda x: str(int(x) + 1)),
+    ("trees.csv", row_of("obb-area-centroid", "area-mean"), "drift_mm", lambda x: str(99.0)),
+    ("trees.csv", row_of("obb-area", "area-mean"), "child_ratio", lambda x: str(float(x) / 2)),
+    ("tightness.csv", row_of("obb-area", "area-mean", "0"), "hulled_volume_mm3", lambda x: str(float(x) * 1.001)),
+    ("exits.csv", row_of("aabb", "7"), "tests", lambda x: str(int(x) + 1000)),
+    ("outlines.csv", row_of("obb-vertex-centroid"), "x1_mm", lambda x: str(float(x) - 50)),
+]
+DERIVED = [
+    ("ratios.csv", row_of("time", "approach", "all", "obb-area"), "ratio", lambda x: str(float(x) * (1 + 3e-9))),
+    ("program_times.csv", None, "high", lambda x: str(float(x) * 1.0001)),
+    ("summary.csv", None, "p95_ns", lambda x: str(float(x) * 1.01)),
+    ("claims.csv", row_of("R1", "exploratory"), "verdict", lambda x: "supported" if x != "supported" else "refuted"),
+    ("deadlines.csv", None, "p999_ns", lambda x: str(float(x) * 1.01)),
+]
+# Ends of resampled intervals, moved by a fifth of the interval; these take the bootstrap.
+ENDS = [("ratios.csv", row_of("time", "approach", "all", "obb-area", "obb-vertex"), "high", 0.2)]
+BAD = [
+    ("timings.csv", None, "ns", lambda x: "0"),
+    ("timings.csv", None, "chunk", lambda x: "99999"),
+    ("poses.csv", row_of("approach", "near-miss"), "chunk", lambda x: str(int(x) - 1)),
+    ("poses.csv", None, "exact", lambda x: "yes"),
+    ("answers.csv", None, "case", lambda x: "no-such-case"),
+]
+
+
+def change(path, wanted, column, edit):
+    """Changes one cell; the line's number and its old and new text."""
+    lines = path.read_text().splitlines(keepends=True)
+    names = lines[0].rstrip("\n").split(",")
+    for place, line in enumerate(lines[1:], 1):
+        cells = line.rstrip("\n").split(",")
+        if len(cells) == len(names) and (wanted is None or wanted(cells)):
+            at = names.index(column)
+            old, cells[at] = cells[at], edit(cells[at]) if not isinstance(edit, float) else moved(names, cells, edit)
+            lines[place] = ",".join(cells) + "\n"
+            path.write_text("".join(lines))
+            return f"{path.name}, line {place + 1}, {column}: {old} -> {cells[at]}"
+    raise BadInput(f"{path}: no row to change")
+
+
+def moved(names, cells, share):
+    """The upper end, higher by a share of the interval."""
+    low, high = (float(cells[names.index(name)]) for name in ("low", "high"))
+    return str(high + share * (high - low))
+
+
+def cut(reference, folder):
+    """Copies what a study has of its first scene."""
+    folder.mkdir()
+    manifest = json.loads((reference / "manifest.json").read_text())
+    scenes = manifest["scenes"]
+    (folder / "manifest.json").write_text(json.dumps(manifest | {"scenes": scenes[:1]}))
+    shutil.copy(reference / "claims.toml", folder)
+    others = [f"{scene['name']}," for scene in scenes[1:]]
+    for table in [*RAW_TABLES, *DERIVED_TABLES]:
+        lines = (reference / table).read_text().splitlines(keepends=True)
+        kept = [line for line in lines if not any(line.startswith(other) or f",{other}" in line for other in others)]
+        (folder / table).write_text("".join(kept))
+
+
+def self_test(reference, readme, check):
+    """0 when every change is found."""
+    failed = 0
+    workplace = Path(tempfile.mkdtemp())
+    small = workplace / "small"
+    cut(reference, small)
+    before = set(check(small, False, readme)[0].found)
+
+    def trial(changes, intervals, refused=False):
+        nonlocal failed
+        for file, wanted, column, edit in changes:
+            copy = workplace / "study"
+            shutil.copytree(small, copy)
+            told = change(copy / file, wanted, column, edit)
+            try:
+                found = check(copy, intervals)[0].found
+                new = [text for text in found if "standard errors" in text] if intervals else [text for text in found if text not in before]
+                outcome, good = f"{len(new)} differences, such as: {new[0]}" if new else "", bool(new) and not refused
+            except BadInput as error:
+                outcome, good = f"refused: {str(error).removeprefix(str(copy)).lstrip('/: ')}", refused
+            print(f"{'found' if good else 'NOT FOUND'}: {told}\n    {outcome[:180]}", flush=True)
+            failed += not good
+            shutil.rmtree(copy)
+
+    trial(RAW + DERIVED, False)
+    trial(ENDS, True)
+    trial(BAD, False, refused=True)
+    text = readme.read_text()
+    copy = workplace / "README.md"
+    place = text.index("|", text.index("| ---", text.index("<!-- table: ")) + 4)
+    digit = next(i for i in range(text.index("\n", place), len(text)) if text[i].isdigit() and text[i - 1] == ".")
+    copy.write_text(text[:digit] + str((int(text[digit]) + 1) % 10) + text[digit + 1 :])
+    found = [text for text in check(small, False, copy)[0].found if text not in before]
+    print(f"{'found' if found else 'NOT FOUND'}: a digit of a table of README.md\n    {(found or [''])[0][:180]}")
+    failed += not found
+    shutil.rmtree(workplace)
+    print(f"self-test: {failed} changes were not found" if failed else "self-test: every change was found")
+    return int(failed > 0)
