@@ -1,4 +1,10 @@
 //! `check`: what collides when a program runs on a machine.
+//!
+//! Reading order: this file (options, the run, and what a terminal shows), `findings` (the list that other programs get), `sarif`, `junit`.
+
+mod findings;
+mod junit;
+mod sarif;
 
 use super::gcode::{Reading, print_notes};
 use super::progress::Bar;
@@ -7,6 +13,7 @@ use super::{CLEAR, FAILED, note, say};
 use crate::check::{self, Event, Extent, Kind, Outcome, OverTravel, Settings};
 use crate::machine::OutOfLimits;
 use crate::measure::timer;
+use crate::record::file::write_text;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{Decision, Dropped};
 use crate::scene::{Overrides, ProgramRun, Scene, SceneError};
@@ -15,11 +22,11 @@ use clap::Args;
 use comfy_table::Table;
 use rs274::{Axis, Position};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move, or while the spindle stands still, it collides. Everything else that touches collides.\nExit codes: 0 clear, 1 something collides or an axis leaves its limits, 2 bad usage or input."
+    after_help = "Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move, or while the spindle stands still, it collides. Everything else that touches collides.\nExit codes: 0 clear, 1 something collides or an axis leaves its limits, 2 bad usage or input."
 )]
 pub struct Options {
     #[command(flatten)]
@@ -45,12 +52,81 @@ pub struct Options {
     /// Print the events as CSV
     #[arg(long)]
     csv: bool,
+    #[command(flatten)]
+    reports: Reports,
     /// Threads [default: all cores]
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Print no progress
     #[arg(long, short)]
     quiet: bool,
+}
+
+/// Reports for other programs, beside what is printed.
+#[derive(Args)]
+struct Reports {
+    /// Also write the findings as SARIF 2.1.0, which code hosts and editors show at their lines
+    #[arg(long, value_name = "FILE")]
+    sarif: Option<PathBuf>,
+    /// Also write the findings as JUnit XML, a test case for each pair, which build servers show
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+}
+
+impl Reports {
+    /// Refuses files that are no place for a report: the program itself, devices, folders.
+    fn refuse_bad_files(&self, program: Option<&Path>) -> Result<()> {
+        for (option, file) in [("--sarif", &self.sarif), ("--junit", &self.junit)] {
+            let Some(file) = file.as_deref().filter(|file| file.exists()) else { continue };
+            if !file.is_file() {
+                bail!("{option} {}: a report goes into a file of its own, and this is none", file.display());
+            }
+            let is_program = program.is_some_and(|program| program.canonicalize().ok() == file.canonicalize().ok());
+            if is_program || file.file_name().is_some_and(|name| name == "scene.toml") {
+                bail!("{option} {}: the report would replace what is checked; name another file", file.display());
+            }
+        }
+        if self.sarif.is_some() && self.sarif == self.junit {
+            bail!("--sarif and --junit name the same file");
+        }
+        Ok(())
+    }
+
+    fn write(&self, checked: &Checked<'_>) -> Result<()> {
+        if let Some(file) = &self.sarif {
+            write_text(file, &pretty(&sarif::report(checked))?)?;
+        }
+        if let Some(file) = &self.junit {
+            write_text(file, &junit::report(checked)?)?;
+        }
+        Ok(())
+    }
+
+    /// Reports that there is no answer, so that those of an earlier run are not taken for one.
+    fn write_failure(&self, subject: &Subject, error: &anyhow::Error) -> Result<()> {
+        let error = super::error_text(error);
+        if let Some(file) = &self.sarif {
+            write_text(file, &pretty(&sarif::failure(&error))?)?;
+        }
+        if let Some(file) = &self.junit {
+            let program = subject.program.as_deref().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
+            write_text(file, &junit::failure(&subject.scene, &program, &error)?)?;
+        }
+        Ok(())
+    }
+}
+
+fn pretty(value: &Value) -> Result<String> {
+    Ok(serde_json::to_string_pretty(value)? + "\n")
+}
+
+/// A program that was checked, and what was found.
+struct Checked<'a> {
+    scene: Scene,
+    run: ProgramRun,
+    variant: &'a Variant,
+    outcome: Outcome,
+    times: Times,
 }
 
 /// How long the stages took, s.
@@ -74,6 +150,28 @@ fn seconds(ns: u64) -> f64 {
 }
 
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
+    options.reports.refuse_bad_files(options.subject.program.as_deref())?;
+    let checked = match examine(options, registry) {
+        Ok(checked) => checked,
+        Err(error) => {
+            options.reports.write_failure(&options.subject, &error)?;
+            return Err(error);
+        }
+    };
+    options.reports.write(&checked)?;
+    let Checked { scene, run, variant, outcome, times } = &checked;
+    if options.json {
+        say(serde_json::to_string_pretty(&as_json(scene, run, variant, outcome, times))?);
+    } else if options.csv {
+        say(as_csv(scene, outcome)?.trim_end());
+        not_examined(scene, outcome).iter().for_each(note);
+    } else {
+        print(scene, run, outcome, variant, times);
+    }
+    Ok(if outcome.is_clear() { CLEAR } else { FAILED })
+}
+
+fn examine<'a>(options: &Options, registry: &'a Registry) -> Result<Checked<'a>> {
     super::options::use_threads(options.threads)?;
     let variant = method(options.method.as_deref(), registry)?;
     let settings = settings(options)?;
@@ -94,15 +192,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     bar.finish();
     let outcome = outcome?;
     let times = Times { load_s: seconds(load_ns), trees_s: seconds(outcome.trees_ns), check_s: seconds(ns) };
-    if options.json {
-        say(serde_json::to_string_pretty(&as_json(&scene, &run, variant, &outcome, &times))?);
-    } else if options.csv {
-        say(as_csv(&scene, &outcome)?.trim_end());
-        not_examined(&scene, &outcome).iter().for_each(note);
-    } else {
-        print(&scene, &run, &outcome, variant, &times);
-    }
-    Ok(if outcome.is_clear() { CLEAR } else { FAILED })
+    Ok(Checked { scene, run, variant, outcome, times })
 }
 
 /// A scene and the program that runs on it.
@@ -345,8 +435,8 @@ fn table(scene: &Scene, events: &[&Event], over_travel: &[OverTravel]) -> Table 
     table
 }
 
-/// Pairs that come near, a line each. What leads to a collision is told there.
-fn near_misses(scene: &Scene, near: &[&Event], collisions: &[&Event]) -> Table {
+/// The events of each pair that comes near, in the widest zone that it enters, and that zone, mm. What leads to a collision is told there.
+fn near_pairs<'a>(near: &[&'a Event], collisions: &[&Event]) -> Vec<(Vec<&'a Event>, f64)> {
     let leads_to_collision = |event: &Event| {
         let is_in = |hit: &&Event| {
             hit.pair == event.pair && event.first.place <= hit.first.place && hit.first.place <= event.last.place
@@ -364,8 +454,13 @@ fn near_misses(scene: &Scene, near: &[&Event], collisions: &[&Event]) -> Table {
             None => pairs.push((vec![event], zone_mm)),
         }
     }
+    pairs
+}
+
+/// Pairs that come near, a line each.
+fn near_misses(scene: &Scene, near: &[&Event], collisions: &[&Event]) -> Table {
     let mut table = style::table(&["NEAR MISSES", ">TIMES", ">WITHIN mm", ">LEAST mm", ">AT LINE", "AT TIME"]);
-    for (events, zone_mm) in pairs {
+    for (events, zone_mm) in near_pairs(near, collisions) {
         let Some(least) = events.iter().min_by(|a, b| a.least_mm.total_cmp(&b.least_mm)) else { continue };
         table.add_row([
             scene.pair_name(least.pair),

@@ -295,8 +295,8 @@ fn note(text: impl std::fmt::Display) {
     let _ = writeln!(io::stderr(), "{}", printable(&text.to_string()));
 }
 
-/// Prints an error and its causes; a cause that the error already tells is not told twice.
-fn say_error(error: &anyhow::Error) {
+/// An error and its causes; a cause that the error already tells is not told twice.
+fn error_text(error: &anyhow::Error) -> String {
     let mut text = error.to_string();
     for cause in error.chain().skip(1) {
         let cause = cause.to_string();
@@ -304,7 +304,12 @@ fn say_error(error: &anyhow::Error) {
             text = format!("{text}: {cause}");
         }
     }
-    note(format!("error: {text}"));
+    text
+}
+
+/// Prints an error and its causes.
+fn say_error(error: &anyhow::Error) {
+    note(format!("error: {}", error_text(error)));
 }
 
 #[cfg(test)]

@@ -1,0 +1,190 @@
+//! What `check` found, as a list that reports for other programs are made of: each finding with its rule and its line.
+
+use super::{axes, clock, near_pairs};
+use crate::check::{Event, Extent, Kind, Outcome, OverTravel};
+use crate::scene::{Pair, Scene};
+
+/// A kind of finding.
+pub struct Rule {
+    /// Its name in every output of `check`.
+    pub id: &'static str,
+    /// The same as one word.
+    pub name: &'static str,
+    /// What it is, in a sentence.
+    pub what: &'static str,
+    /// What it means and what to do about it.
+    pub help: &'static str,
+    /// Whether it is nearness and no fault.
+    pub is_note: bool,
+}
+
+/// Every rule; [`rule_of`] finds an event's.
+pub const RULES: [Rule; 7] = [
+    Rule {
+        id: "collision",
+        name: "Collision",
+        what: "Two parts touch, or one is inside the other.",
+        help: "Everything that touches collides, but for the cutter that feeds into the workpiece. Contact before the first move has no line of \
+            its own and is shown at line 1: parts that are built so belong into `allow` of `[check]` in scene.toml.",
+        is_note: false,
+    },
+    Rule {
+        id: "rapid-into-workpiece",
+        name: "RapidIntoWorkpiece",
+        what: "The cutter comes into the workpiece at rapid rate.",
+        help: "Stop the rapid above the workpiece and feed in, or retract before the move. A wrong work offset or tool length shows like this too.",
+        is_note: false,
+    },
+    Rule {
+        id: "tool-change-into-workpiece",
+        name: "ToolChangeIntoWorkpiece",
+        what: "A tool is in the workpiece when it is put into the spindle.",
+        help: "Retract before M6, or give the machine's change position as `tool_change` of `[program]` in scene.toml.",
+        is_note: false,
+    },
+    Rule {
+        id: "stopped-spindle-into-workpiece",
+        name: "StoppedSpindleIntoWorkpiece",
+        what: "The cutter feeds into the workpiece while the spindle stands still.",
+        help: "Start the spindle (M3 or M4 with S) before the feed move.",
+        is_note: false,
+    },
+    Rule {
+        id: "gouge",
+        name: "Gouge",
+        what: "The cutter goes deeper into the finished workpiece than it may.",
+        help: "`gouge_mm` of `[check]` in scene.toml says how deep it may go; the depth is in the message.",
+        is_note: false,
+    },
+    Rule {
+        id: "over-travel",
+        name: "OverTravel",
+        what: "An axis leaves its limits.",
+        help: "Limits are those of the joints in scene.toml. Look at the work offset first: it moves the whole program.",
+        is_note: false,
+    },
+    Rule {
+        id: "near",
+        name: "NearMiss",
+        what: "Two parts come nearer than a clearance without touching.",
+        help: "One note for each pair, at the line where it is nearest. `--clearance` sets the distances; 0 asks for none.",
+        is_note: true,
+    },
+];
+
+fn rule(id: &str) -> &'static Rule {
+    // Every kind has its rule: a test asks for them all.
+    RULES.iter().find(|rule| rule.id == id).unwrap_or(&RULES[0])
+}
+
+/// Something found at a line of the program.
+pub struct Finding<'a> {
+    /// What kind it is of.
+    pub rule: &'static Rule,
+    /// The line, from 1; 1 for what is there before the first move.
+    pub line: u32,
+    /// Text of the line.
+    pub block: &'a str,
+    /// What happens, where and when, in a sentence.
+    pub message: String,
+    /// The parts; `None` for over-travel.
+    pub pair: Option<Pair>,
+    /// When, s from the program's start.
+    pub time_s: f64,
+    /// The least distance, mm, and where it happens; `None` for over-travel.
+    pub at: Option<(f64, &'a Extent)>,
+}
+
+/// Collisions and over-travel by time, then a near miss for each pair.
+pub fn findings<'a>(scene: &Scene, outcome: &'a Outcome) -> Vec<Finding<'a>> {
+    let (collisions, near): (Vec<&Event>, Vec<&Event>) =
+        outcome.events.iter().partition(|event| event.kind.is_collision());
+    let mut found: Vec<Finding<'_>> = collisions.iter().map(|event| of_collision(scene, event)).collect();
+    found.extend(outcome.over_travel.iter().map(of_over_travel));
+    found.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    found.extend(near_pairs(&near, &collisions).into_iter().filter_map(|(events, _)| of_near_miss(scene, &events)));
+    found
+}
+
+fn of_collision<'a>(scene: &Scene, event: &'a Event) -> Finding<'a> {
+    let rule = rule(event.kind.name());
+    let what = match &event.kind {
+        Kind::Gouge => format!("gouge {:.3} mm deep", -event.least_mm),
+        kind => kind.name().replace('-', " "),
+    };
+    let inside = if event.inside { ", one inside the other" } else { "" };
+    let ends = match (event.to_the_end, event.last.line) {
+        (true, _) => "contact never ends".to_owned(),
+        (false, line) => format!("contact ends on line {line}"),
+    };
+    let begin = if event.first.line == 0 { "before the first move" } else { "into the program" };
+    let when = if event.first.line == 0 { String::new() } else { format!("{} ", clock(event.first.time_s)) };
+    let message =
+        format!("{}: {what}{inside}, {when}{begin}, at {}; {ends}", scene.pair_name(event.pair), axes(&event.first));
+    let (line, block) = (event.first.line.max(1), event.block.as_str());
+    Finding {
+        rule,
+        line,
+        block,
+        message,
+        pair: Some(event.pair),
+        time_s: event.first.time_s,
+        at: Some((event.least_mm, &event.first)),
+    }
+}
+
+fn of_over_travel(over: &OverTravel) -> Finding<'_> {
+    let message = format!("{}, {} into the program", over.cause, clock(over.time_s));
+    let rule = rule("over-travel");
+    Finding { rule, line: over.line, block: &over.block, message, pair: None, time_s: over.time_s, at: None }
+}
+
+fn of_near_miss<'a>(scene: &Scene, events: &[&'a Event]) -> Option<Finding<'a>> {
+    let event = *events.iter().min_by(|a, b| a.least_mm.total_cmp(&b.least_mm))?;
+    let times = if events.len() == 1 { "once".to_owned() } else { format!("{} times", events.len()) };
+    let Kind::Near { zone_mm } = event.kind else { return None };
+    let message = format!(
+        "{}: nearer than {zone_mm} mm {times}, nearest {:.3} mm, {} into the program, at {}",
+        scene.pair_name(event.pair),
+        event.least_mm,
+        clock(event.nearest.time_s),
+        axes(&event.nearest),
+    );
+    // The block of an event is the one where it begins.
+    let block = if event.first.line == event.nearest.line { event.block.as_str() } else { "" };
+    Some(Finding {
+        rule: rule(event.kind.name()),
+        line: event.nearest.line.max(1),
+        block,
+        message,
+        pair: Some(event.pair),
+        time_s: event.nearest.time_s,
+        at: Some((event.least_mm, &event.nearest)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_has_a_rule_of_its_name() {
+        let kinds = [
+            Kind::Collision,
+            Kind::RapidIntoWorkpiece,
+            Kind::ToolChangeIntoWorkpiece,
+            Kind::StoppedSpindleIntoWorkpiece,
+            Kind::Gouge,
+            Kind::Near { zone_mm: 2.0 },
+        ];
+        for kind in kinds {
+            let rule = rule(kind.name());
+            assert_eq!((rule.id, rule.is_note), (kind.name(), !kind.is_collision()));
+        }
+        assert_eq!(rule("over-travel").id, "over-travel");
+        let mut ids: Vec<_> = RULES.iter().map(|rule| rule.id).collect();
+        ids.sort_unstable();
+        ids.dedup();
+        assert_eq!(ids.len(), RULES.len());
+    }
+}

@@ -1,0 +1,347 @@
+//! What `check` writes for other programs: SARIF by the rules of its specification (OASIS 2.1.0), JUnit XML read back.
+
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+use assert_cmd::Command;
+use quick_xml::escape::resolve_predefined_entity;
+use quick_xml::events::Event;
+use quick_xml::{Reader, XmlVersion};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A cutter of 10 mm over a block whose top is at Z 0, a clamp beside it from X 60 to 80 and up to Z 20, and a finger that may be touched.
+const MILL: &str = r#"
+title = "A small mill"
+[[machine.links]]
+name = "table"
+joint = { axis = "X", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 }
+[[machine.links]]
+name = "head"
+joint = { axis = "Z", direction = [0, 0, 1], min_mm = -50, max_mm = 200 }
+[[parts]]
+name = "block"
+link = "table"
+role = "workpiece"
+at = { xyz_mm = [0, 0, -10] }
+shape = { kind = "rounded-box", size_mm = [100, 100, 20], fillet_mm = 1 }
+[[parts]]
+name = "clamp <A & B>"
+link = "table"
+at = { xyz_mm = [70, 0, 0] }
+shape = { kind = "rounded-box", size_mm = [20, 20, 40], fillet_mm = 1 }
+[[parts]]
+name = "finger"
+link = "table"
+at = { xyz_mm = [-70, 0, 0] }
+shape = { kind = "rounded-box", size_mm = [4, 4, 4], fillet_mm = 1 }
+[[parts]]
+name = "cutter"
+link = "head"
+role = "cutter"
+shape = { kind = "cylinder", radius_mm = 5, height_mm = 30 }
+[program]
+file = "own.ngc"
+start = { z_mm = 50 }
+[check]
+rapid_mm_min = 6000
+allow = [["cutter", "finger"]]
+"#;
+
+/// A rapid into the block, a feed into the clamp, a near miss above the clamp, and a Z beyond its limit.
+const CRASHES: &str = "(<crash> & \x1b[31mcontrol\x1b[0m)\nG0 Z5\nG0 Z-2\nG0 Z50\nG1 X70 Z10 F1000 (\x07bell)\nG0 Z21\nG0 X0\nG0 Z260\nM2\n";
+
+fn scene(program: &str) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), MILL).unwrap();
+    fs::write(folder.path().join("own.ngc"), program).unwrap();
+    folder
+}
+
+/// Runs `check` in the scene's folder, where both reports go; the exit code.
+fn check(folder: &Path, arguments: &[&str]) -> i32 {
+    let mut command = Command::cargo_bin("bvbench").unwrap();
+    command.current_dir(folder).args(["check", "--quiet", "."]).args(arguments);
+    command.output().unwrap().status.code().unwrap()
+}
+
+fn sarif_of(program: &str, code: i32, arguments: &[&str]) -> Value {
+    let folder = scene(program);
+    assert_eq!(check(folder.path(), &[arguments, &["--sarif", "out.sarif"]].concat()), code);
+    let log: Value = serde_json::from_slice(&fs::read(folder.path().join("out.sarif")).unwrap()).unwrap();
+    obeys_the_rules(&log);
+    log
+}
+
+fn text(value: &Value) -> &str {
+    value.as_str().unwrap_or_else(|| panic!("{value} is no string"))
+}
+
+/// The rules of the specification that apply to these logs, by section.
+fn obeys_the_rules(log: &Value) {
+    assert_eq!(text(&log["version"]), "2.1.0"); // 3.13.2
+    assert!(text(&log["$schema"]).ends_with("sarif-2.1.0.json")); // 3.13.3
+    let runs = log["runs"].as_array().unwrap(); // 3.13.4
+    assert_eq!(runs.len(), 1);
+    let run = &runs[0];
+    let driver = &run["tool"]["driver"]; // 3.14.6, 3.18.2
+    assert_eq!(text(&driver["name"]), "bvbench"); // 3.19.8
+    assert_eq!(text(&driver["semanticVersion"]), env!("CARGO_PKG_VERSION")); // 3.19.12
+    let rules = driver["rules"].as_array().unwrap(); // 3.19.23
+    let mut ids: Vec<&str> = rules.iter().map(|rule| text(&rule["id"])).collect(); // 3.49.3
+    for rule in rules {
+        let name = text(&rule["name"]); // 3.49.7: an identifier
+        assert!(name.starts_with(char::is_uppercase) && name.chars().all(char::is_alphanumeric), "{name}");
+        for key in ["shortDescription", "fullDescription", "help"] {
+            assert!(text(&rule[key]["text"]).ends_with(['.', ';']), "{rule}"); // 3.49.9 to 3.49.13
+        }
+        assert!(["note", "error"].contains(&text(&rule["defaultConfiguration"]["level"]))); // 3.50.3
+    }
+    for invocation in run["invocations"].as_array().unwrap() {
+        assert!(invocation["executionSuccessful"].is_boolean()); // 3.20.14
+        for notice in invocation["toolExecutionNotifications"].as_array().unwrap() {
+            assert!(!text(&notice["message"]["text"]).is_empty()); // 3.58.5
+            assert!(["warning", "error"].contains(&text(&notice["level"]))); // 3.58.6
+        }
+    }
+    let mut prints = Vec::new();
+    for result in run["results"].as_array().unwrap() {
+        let index = usize::try_from(result["ruleIndex"].as_u64().unwrap()).unwrap();
+        assert_eq!(ids[index], text(&result["ruleId"])); // 3.27.5, 3.27.6
+        assert_eq!(result["level"], rules[index]["defaultConfiguration"]["level"]); // 3.27.10
+        assert!(!text(&result["message"]["text"]).is_empty()); // 3.27.11
+        let place = &result["locations"][0]["physicalLocation"]; // 3.27.12, 3.28.3
+        let uri = text(&place["artifactLocation"]["uri"]); // 3.4.3: RFC 3986
+        assert!(uri.chars().all(|c| c.is_ascii_alphanumeric() || "-._~/%:".contains(c)), "{uri}");
+        let artifact = usize::try_from(place["artifactLocation"]["index"].as_u64().unwrap()).unwrap();
+        assert_eq!(text(&run["artifacts"][artifact]["location"]["uri"]), uri); // 3.4.5
+        assert!(place["region"]["startLine"].as_u64().unwrap() >= 1); // 3.30.5
+        prints.push(text(&result["partialFingerprints"]["kindPartsBlock/v1"]).to_owned()); // 3.27.17
+    }
+    ids.sort_unstable();
+    ids.dedup();
+    prints.sort_unstable();
+    prints.dedup();
+    assert_eq!((ids.len(), prints.len()), (rules.len(), run["results"].as_array().unwrap().len()));
+}
+
+#[test]
+fn sarif_has_a_result_at_the_line_of_each_finding() {
+    let log = sarif_of(CRASHES, 1, &[]);
+    let run = &log["runs"][0];
+    let found: Vec<(&str, &str, u64)> = run["results"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|r| {
+            let region = &r["locations"][0]["physicalLocation"]["region"];
+            (text(&r["ruleId"]), text(&r["level"]), region["startLine"].as_u64().unwrap())
+        })
+        .collect();
+    let wanted = [("rapid-into-workpiece", "error", 3), ("collision", "error", 5), ("over-travel", "error", 8)];
+    assert_eq!(found, wanted);
+    let collision = &run["results"][1];
+    let message = text(&collision["message"]["text"]);
+    for part in ["clamp <A & B>:cutter", "collision", "0:", "X5", "Z"] {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    assert_eq!(collision["properties"]["parts"], serde_json::json!(["clamp <A & B>", "cutter"]));
+    assert!(collision["properties"]["position"]["X"].as_f64().unwrap() > 50.0);
+    let place = &collision["locations"][0]["physicalLocation"];
+    assert_eq!(text(&place["artifactLocation"]["uri"]), "own.ngc");
+    assert!(text(&place["region"]["snippet"]["text"]).starts_with("G1 X70"));
+    assert!(text(&run["results"][2]["message"]["text"]).contains("axis Z at 260 mm"));
+    assert_eq!(run["invocations"][0]["executionSuccessful"], true);
+    let notices = run["invocations"][0]["toolExecutionNotifications"].as_array().unwrap();
+    assert!(notices.iter().any(|notice| text(&notice["message"]["text"]).contains("finger:cutter")), "{notices:?}");
+}
+
+#[test]
+fn near_misses_are_notes_and_what_is_there_at_first_is_at_line_1() {
+    let near = sarif_of("G0 Z21\nG0 X70\nG0 X0\nM2", 0, &[]);
+    let results = near["runs"][0]["results"].as_array().unwrap();
+    assert_eq!(results.len(), 1, "{results:?}");
+    let line = &results[0]["locations"][0]["physicalLocation"]["region"]["startLine"];
+    assert_eq!((text(&results[0]["level"]), line.as_u64()), ("note", Some(2)));
+    assert!(text(&results[0]["message"]["text"]).contains("nearest 1.000 mm"), "{}", results[0]);
+    assert!(
+        sarif_of("G0 Z21\nG0 X70\nG0 X0\nM2", 0, &["--clearance", "0"])["runs"][0]["results"] == serde_json::json!([])
+    );
+    let lowered = ["--offset", "G54=0,0,0"];
+    let folder = scene("G0 Z60\nM2");
+    fs::write(folder.path().join("scene.toml"), MILL.replace("z_mm = 50", "z_mm = -5")).unwrap();
+    assert_eq!(check(folder.path(), &[&lowered[..], &["--sarif", "out.sarif"]].concat()), 1);
+    let log: Value = serde_json::from_slice(&fs::read(folder.path().join("out.sarif")).unwrap()).unwrap();
+    obeys_the_rules(&log);
+    let result = &log["runs"][0]["results"][0];
+    assert_eq!(result["locations"][0]["physicalLocation"]["region"]["startLine"], 1);
+    assert!(text(&result["message"]["text"]).contains("before the first move"), "{result}");
+}
+
+#[test]
+fn a_check_without_an_answer_replaces_the_reports_of_an_earlier_one() {
+    let folder = scene("G0 Z21\nM2");
+    let reports = ["--sarif", "out.sarif", "--junit", "out.xml"];
+    assert_eq!(check(folder.path(), &reports), 0);
+    fs::write(folder.path().join("own.ngc"), "G0 Z21\nG77\nM2").unwrap();
+    assert_eq!(check(folder.path(), &reports), 2);
+    let log: Value = serde_json::from_slice(&fs::read(folder.path().join("out.sarif")).unwrap()).unwrap();
+    obeys_the_rules(&log);
+    let invocation = &log["runs"][0]["invocations"][0];
+    assert_eq!(invocation["executionSuccessful"], false);
+    assert!(text(&invocation["toolExecutionNotifications"][0]["message"]["text"]).contains("own.ngc:2:1"));
+    let suite = read_junit(&folder.path().join("out.xml"));
+    assert_eq!((&*suite.counts["tests"], &*suite.counts["errors"]), ("1", "1"));
+    assert!(suite.cases[0].texts["error"].contains("own.ngc:2:1"), "{:?}", suite.cases[0]);
+}
+
+#[test]
+fn reports_replace_neither_the_program_nor_the_scene() {
+    let folder = scene("G0 Z21\nM2");
+    for bad in ["own.ngc", "scene.toml", "."] {
+        assert_eq!(check(folder.path(), &["own.ngc", "--sarif", bad]), 2, "{bad}");
+        assert_eq!(check(folder.path(), &["own.ngc", "--junit", bad]), 2, "{bad}");
+    }
+    assert_eq!(check(folder.path(), &["own.ngc", "--sarif", "x", "--junit", "x"]), 2);
+    assert_eq!(fs::read_to_string(folder.path().join("own.ngc")).unwrap(), "G0 Z21\nM2");
+}
+
+#[derive(Debug, Default)]
+struct Case {
+    name: String,
+    class: String,
+    /// Text and message of each element of the case.
+    texts: BTreeMap<String, String>,
+    /// Types of failures.
+    kinds: Vec<String>,
+}
+
+#[derive(Debug, Default)]
+struct Suite {
+    counts: BTreeMap<String, String>,
+    cases: Vec<Case>,
+}
+
+/// Adds to the text of the element that is open, where a case has it.
+fn add(suite: &mut Suite, open: &[String], content: &str) {
+    let case = suite.cases.last_mut().filter(|_| open.iter().any(|name| name == "testcase"));
+    if let Some(text) = case.and_then(|case| case.texts.get_mut(open.last().unwrap())) {
+        *text += content;
+    }
+}
+
+/// Reads a report with an XML parser, and holds the counts of suite and suites against the cases.
+fn read_junit(file: &Path) -> Suite {
+    let text = fs::read_to_string(file).unwrap();
+    let mut reader = Reader::from_str(&text);
+    let (mut suite, mut open): (Suite, Vec<String>) = Default::default();
+    loop {
+        let event = reader.read_event().unwrap();
+        let empty = matches!(event, Event::Empty(_));
+        match event {
+            Event::Start(start) | Event::Empty(start) => {
+                let name = String::from_utf8(start.name().as_ref().as_bytes().to_vec()).unwrap();
+                let attributes: BTreeMap<String, String> = start
+                    .attributes()
+                    .map(|attribute| attribute.unwrap())
+                    .map(|a| {
+                        (
+                            String::from_utf8(a.key.as_ref().as_bytes().to_vec()).unwrap(),
+                            a.normalized_value(XmlVersion::Implicit1_0).unwrap().into_owned(),
+                        )
+                    })
+                    .collect();
+                let parent = open.last().map(String::as_str);
+                match (parent, name.as_str()) {
+                    (None, "testsuites") => suite.counts = attributes,
+                    (Some("testsuites"), "testsuite") => {
+                        for (key, value) in &suite.counts {
+                            assert!(key == "name" || attributes[key] == *value, "{key}");
+                        }
+                        suite.counts.insert("skipped".to_owned(), attributes["skipped"].clone());
+                    }
+                    (Some("testsuite"), "properties") | (Some("properties"), "property") => {}
+                    (Some("testsuite"), "testcase") => suite.cases.push(Case {
+                        name: attributes["name"].clone(),
+                        class: attributes["classname"].clone(),
+                        ..Case::default()
+                    }),
+                    (Some("testcase"), "failure" | "error" | "skipped" | "system-out") => {
+                        let case = suite.cases.last_mut().unwrap();
+                        case.kinds.extend(attributes.get("type").cloned());
+                        case.texts.insert(name.clone(), attributes.get("message").cloned().unwrap_or_default());
+                    }
+                    other => panic!("{other:?}"),
+                }
+                if !empty {
+                    open.push(name);
+                }
+            }
+            Event::Text(content) => add(&mut suite, &open, &content.xml_content(XmlVersion::Implicit1_0)),
+            Event::GeneralRef(name) => {
+                let name = name.into_inner();
+                add(&mut suite, &open, resolve_predefined_entity(&name).unwrap());
+            }
+            Event::End(_) => drop(open.pop()),
+            Event::Eof => break,
+            _ => {}
+        }
+    }
+    assert!(open.is_empty());
+    let with = |element: &str| suite.cases.iter().filter(|case| case.texts.contains_key(element)).count().to_string();
+    assert_eq!(suite.counts["tests"], suite.cases.len().to_string());
+    for (count, element) in [("failures", "failure"), ("errors", "error"), ("skipped", "skipped")] {
+        assert_eq!(suite.counts[count], with(element), "{count}");
+    }
+    suite
+}
+
+#[test]
+fn junit_has_a_case_for_each_pair_and_one_for_the_limits() {
+    let folder = scene(CRASHES);
+    assert_eq!(check(folder.path(), &["--junit", "reports/out.xml"]), 1);
+    let suite = read_junit(&folder.path().join("reports/out.xml"));
+    let failed: Vec<(&str, &str)> = suite
+        .cases
+        .iter()
+        .filter(|case| case.texts.contains_key("failure"))
+        .map(|case| (case.name.as_str(), case.kinds[0].as_str()))
+        .collect();
+    let wanted = [
+        ("own.ngc: block:cutter", "rapid-into-workpiece"),
+        ("own.ngc: clamp <A & B>:cutter", "collision"),
+        ("own.ngc: limits of the axes", "over-travel"),
+    ];
+    assert_eq!(failed, wanted);
+    let clamp = &suite.cases.iter().find(|case| case.name.contains("clamp")).unwrap().texts["failure"];
+    assert!(clamp.starts_with("line 5: ") && clamp.contains("own.ngc:5: "), "{clamp}");
+    assert!(suite.cases.iter().any(|case| case.texts.contains_key("skipped") && case.name.contains("finger:cutter")));
+    let class = &suite.cases[0].class;
+    assert!(!class.is_empty() && suite.cases.iter().all(|case| case.class == *class));
+    // A clear program fails no case, and tells what came near.
+    fs::write(folder.path().join("own.ngc"), "G0 Z21\nG0 X70\nG0 X0\nM2").unwrap();
+    assert_eq!(check(folder.path(), &["--junit", "reports/out.xml"]), 0);
+    let clear = read_junit(&folder.path().join("reports/out.xml"));
+    assert_eq!(clear.counts["failures"], "0");
+    let near = clear.cases.iter().find(|case| case.name.contains("clamp")).unwrap();
+    assert!(near.texts["system-out"].contains("own.ngc:2: "), "{near:?}");
+    let names = |suite: &Suite| suite.cases.iter().map(|case| case.name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&suite), names(&clear), "a pipeline compares cases by name");
+}
+
+#[test]
+fn reports_come_beside_what_is_printed() {
+    let folder = scene(CRASHES);
+    let mut command = Command::cargo_bin("bvbench").unwrap();
+    command
+        .current_dir(folder.path())
+        .args(["check", "--quiet", ".", "--json", "--sarif", "a.sarif", "--junit", "b.xml"]);
+    let output = command.output().unwrap();
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((output.status.code(), &json["collides"]), (Some(1), &Value::Bool(true)));
+    assert!(folder.path().join("a.sarif").is_file() && folder.path().join("b.xml").is_file());
+    let help = Command::cargo_bin("bvbench").unwrap().args(["check", "--help"]).output().unwrap();
+    assert!(String::from_utf8(help.stdout).unwrap().contains("part.ngc --sarif part.sarif --junit part.xml"));
+}
