@@ -1,5 +1,5 @@
 //! The verdicts. Each claim is judged for each of its readings in each scene and, where it is about queries, each workload, by the thresholds
-//! that stand in the claims file. One row answers the sentence, the primary one, which the file declares; [`primary`] makes it.
+//! that stand in the claims file. One row answers the sentence, the primary one, which the file declares; `primary` makes it.
 
 use super::AnalysisError;
 use super::claims::{CaseRef, Claim, ClaimSet, Direction, Expectation, Frames, Reading, Role, Test, TestKind};

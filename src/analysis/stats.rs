@@ -128,7 +128,7 @@ fn t_95(freedom: f64) -> f64 {
     }
 }
 
-/// Student's 97.5 % quantile, as [`t_95`]; that of the normal distribution at infinitely many degrees of freedom.
+/// Student's 97.5 % quantile, as `t_95`; that of the normal distribution at infinitely many degrees of freedom.
 #[must_use]
 pub fn student_95(freedom: f64) -> f64 {
     if freedom.is_finite() { t_95(freedom) } else { Z_95 }

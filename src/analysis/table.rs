@@ -419,7 +419,7 @@ impl Scene {
     }
 
     /// Log ratios of a case's construction times in this run to those in another, `before`, paired by block and part. As in
-    /// [`Self::build_ratios`] the blocks are resampled.
+    /// [`Self::build_ratio`] the blocks are resampled.
     #[must_use]
     pub fn build_changes(&self, before: &Self, case: &CaseKey) -> Option<Strata> {
         if !self.parts.keys().eq(before.parts.keys()) {

@@ -1,4 +1,4 @@
-//! The queries of a run: every case and the null duplicate on the chunks of a scene, in [`super::blocks`].
+//! The queries of a run: every case and the null duplicate on the chunks of a scene, in `super::blocks`.
 
 use super::Progress;
 use super::blocks::{self, Extent, Participation, Work};

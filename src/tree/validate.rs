@@ -46,7 +46,7 @@ impl<S: Shape> Tree<S> {
         Ok(())
     }
 
-    /// Checks that what each node's volume says of its size and shape is so, as far as can be seen ([`stated`]).
+    /// Checks that what each node's volume says of its size and shape is so, as far as can be seen (`stated`).
     ///
     /// # Errors
     /// The first volume that says something else.
