@@ -416,7 +416,7 @@ impl Judged<'_> {
         if matches!(metric, Metric::ProgramTime | Metric::Time)
             && let Some(null) = self.evidence.noisy.get(self.scene_name, &ratio.workload, &ratio.stratum)
         {
-            doubt(format!("noisy: the null duplicate takes {:.3} [{:.3}, {:.3}]", null.value, null.low, null.high));
+            doubt(format!("noisy: the null duplicate takes {null}"));
         }
         if !self.evidence.manifest.noise.is_empty() && metric != Metric::VolumeTests && metric != Metric::TriangleTests
         {

@@ -135,8 +135,8 @@ impl NoisyCells {
     #[must_use]
     pub fn complaints(&self) -> Vec<String> {
         let mut scenes: BTreeMap<&str, Vec<String>> = BTreeMap::new();
-        for ((scene, workload, stratum), Interval { value, low, high }) in &self.0 {
-            scenes.entry(scene).or_default().push(format!("{workload} {stratum} {value:.3} [{low:.3}, {high:.3}]"));
+        for ((scene, workload, stratum), null) in &self.0 {
+            scenes.entry(scene).or_default().push(format!("{workload} {stratum} {null}"));
         }
         let line = |(scene, cells): (&str, Vec<String>)| {
             format!(

@@ -34,6 +34,16 @@ pub struct Interval {
     pub high: f64,
 }
 
+/// `1.014 [0.990, 1.039]`; without an interval the estimate and why.
+impl std::fmt::Display for Interval {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.low.is_nan() || self.high.is_nan() {
+            return write!(f, "{:.3} (no interval)", self.value);
+        }
+        write!(f, "{:.3} [{:.3}, {:.3}]", self.value, self.low, self.high)
+    }
+}
+
 impl Interval {
     /// An estimate that has no spread, because it is counted, not sampled.
     #[must_use]
@@ -539,6 +549,12 @@ mod tests {
         close(ratio.high, 49.5 + Z_95 * error, 0.2 * error);
         let paired = [(1..40).map(|i| (2.0 * f64::from(i), f64::from(i))).collect(), vec![(1e6, 5e5)]];
         assert_eq!(bootstrap_ratio(&paired, 7, "test"), Interval::exact(2.0));
+    }
+
+    #[test]
+    fn an_interval_that_is_not_known_is_not_printed_as_one() {
+        assert_eq!(Interval { value: 1.0144, low: 0.99, high: 1.039 }.to_string(), "1.014 [0.990, 1.039]");
+        assert_eq!(Interval { value: 1.0144, low: f64::NAN, high: f64::NAN }.to_string(), "1.014 (no interval)");
     }
 
     #[test]

@@ -10,12 +10,13 @@ use crate::scene::Scene;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// One row per case and pose of a chunk. The control answers only at the control's poses; poses of whole programs are timed and not counted.
+/// One row per case and pose of a chunk. The control answers only at its own few poses, where all others answer too; poses of whole programs are timed
+/// and not counted.
 pub fn count_scene(plan: &Plan, scene: &Scene, measured: &Measured, progress: &dyn Progress) -> Vec<AnswerRow> {
     let poses = |wanted: fn(Participants) -> bool| {
         measured.numbered().filter(|pose| wanted(pose.participants)).collect::<Vec<_>>()
     };
-    let everyone = poses(|who| who != Participants::Control);
+    let everyone = poses(|_| true);
     let peers = poses(|who| who == Participants::Everyone);
     let control = poses(|who| who == Participants::Control);
     progress.begin(&format!("{}: operation counts", scene.name), (everyone.len() * plan.cases.len()) as u64);
