@@ -1,6 +1,7 @@
-//! A timing launch: the parent starts this program again, the child times and tells on standard output how far it is.
+//! A timing launch: the parent starts this program again, the child times and tells on standard output how far it is. The child ends
+//! when its standard input does, so that it does not outlive a parent that was killed, and nothing else is timed beside the run that takes its place.
 
-use super::{CLEAR, say};
+use super::{CLEAR, FAILED, say};
 use crate::measure::{Plan, Progress, Run, Selection};
 use crate::record::Manifest;
 use crate::registry::Registry;
@@ -26,6 +27,7 @@ pub struct Options {
 
 /// Carries out one launch of the run in the folder.
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
+    end_with_parent();
     let request = Manifest::read(&options.out)?.request;
     let policies = request.policies.iter().map(|policy| policy.parse()).collect::<Result<_, _>>()?;
     let selection = Selection {
@@ -41,6 +43,15 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let run = Run::join_parent(Plan::new(selection, registry)?, &options.out)?.with_cache(cache);
     run.time_launch(options.number, &ToParent)?;
     Ok(CLEAR)
+}
+
+/// Ends this process when the parent is gone, and its end of the pipe with it.
+fn end_with_parent() {
+    std::thread::spawn(|| {
+        // Nothing is ever written to it.
+        let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
+        std::process::exit(FAILED.into());
+    });
 }
 
 /// Tells the parent.
@@ -72,10 +83,12 @@ fn start(folder: &Path, cache: &Path, number: u32, progress: &dyn Progress) -> R
         .arg("--cache")
         .arg(cache)
         .args(["--number", &number.to_string()])
-        .stdin(Stdio::null())
+        .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
         .context("a process for the launch cannot be started")?;
+    // Open until the child has ended: `wait` would close it.
+    let _pipe = child.stdin.take();
     if let Some(output) = child.stdout.take() {
         for line in BufReader::new(output).lines() {
             let line = line?;
