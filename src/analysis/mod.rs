@@ -18,11 +18,12 @@ pub mod summary;
 pub mod sweep;
 pub mod table;
 pub mod totals;
+pub mod variance;
 
 use self::misses::Misses;
 use crate::record::{
     self, ClaimRow, Kind, Manifest, NULL_VARIANT, PROGRAM_TIME, ProgramTimeRow, RatioRow, RecordError, SummaryRow,
-    read_rows, read_rows_if_there,
+    VarianceRow, read_rows, read_rows_if_there,
 };
 use claims::{ClaimSet, ClaimsError};
 use serde::Serialize;
@@ -70,6 +71,14 @@ pub enum AnalysisError {
         /// Which observation.
         what: String,
     },
+    /// A launch runs one binary.
+    #[error("scene `{scene}`: the rows of launch {launch} name two binaries")]
+    Binary {
+        /// Scene.
+        scene: String,
+        /// Launch.
+        launch: u32,
+    },
     /// An audit's records do not hold every cell.
     #[error("{file}: scene `{scene}` lacks cells of the audit; let it finish first")]
     Cells {
@@ -97,6 +106,8 @@ pub struct Outcome {
     pub program_times: Vec<ProgramTimeRow>,
     /// `ratios.csv`.
     pub ratios: Vec<RatioRow>,
+    /// `variance.csv`.
+    pub variance: Vec<VarianceRow>,
     /// `claims.csv`.
     pub claims: Vec<ClaimRow>,
     /// What disturbed the timings: the manifest's notes and those of the null comparison; empty for a quiet run.
@@ -122,7 +133,7 @@ pub struct Ranked {
 
 pub use ratios::{EQUAL, STEADY};
 
-/// Analyses the run in `folder` and writes `summary.csv`, `program_times.csv`, `ratios.csv` and `claims.csv`, and the claims it judged as
+/// Analyses the run in `folder` and writes `summary.csv`, `program_times.csv`, `ratios.csv`, `variance.csv` and `claims.csv`, and the claims it judged as
 /// `claims.toml` beside them.
 ///
 /// # Errors
@@ -136,6 +147,7 @@ pub fn analyze(folder: &Path, claims: &ClaimSet) -> Result<Outcome, AnalysisErro
     let summary = summary::summarise(&scenes, &misses, seed);
     let program_times = programs::program_times(&scenes, &cases, claims)?;
     let ratios = ratios::all_ratios(&scenes, &cases, claims, seed)?;
+    let variance = variance::components(&scenes, &cases, claims)?;
     let evidence = judge::Evidence {
         scenes: &scenes,
         misses: &misses,
@@ -151,12 +163,13 @@ pub fn analyze(folder: &Path, claims: &ClaimSet) -> Result<Outcome, AnalysisErro
     record::write_rows(folder, &summary)?;
     record::write_rows(folder, &program_times)?;
     record::write_rows(folder, &ratios)?;
+    record::write_rows(folder, &variance)?;
     record::write_rows(folder, &rows)?;
     record::write_text(&folder.join(claims::FILE), &claims.text)?;
     cost::write(folder, &manifest, &scenes)?;
     let noise = noise(&manifest, &ratios);
     let ranking = ranking(&manifest, &ratios, &misses, claims);
-    Ok(Outcome { summary, program_times, ratios, claims: rows, noise, ranking })
+    Ok(Outcome { summary, program_times, ratios, variance, claims: rows, noise, ranking })
 }
 
 /// What disturbed the timings: what the manifest says, and every scene with cells in which the null duplicate is not quiet.

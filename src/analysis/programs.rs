@@ -27,7 +27,7 @@ pub fn program_times(
             for program in [None].into_iter().chain(programs) {
                 let Some(totals) = scene.program_totals(case, program) else { continue };
                 let parts: Vec<(f64, f64)> = totals.into_iter().map(|ns| (ns, 1.0)).collect();
-                let Some(total) = over_launches(&parts) else { continue };
+                let Some(total) = over_launches(&scene.binaries.repeated(&parts)) else { continue };
                 let ratio = baseline.as_ref().and_then(|baseline| scene.program_ratio(case, baseline, program));
                 let chunks = || scene.chunks.values().filter(|chunk| chunk.is_program());
                 let wanted = || chunks().filter(|chunk| program.is_none_or(|program| chunk.program == program));

@@ -8,7 +8,7 @@ use super::summary::{ALL, Cell};
 use super::table::{Counter, Scene};
 use super::totals::Estimate;
 use crate::record::rows::CaseKey;
-use crate::record::{Manifest, NULL_VARIANT, PROGRAM_TIME, RatioRow};
+use crate::record::{Manifest, NULL_VARIANT, PROGRAM_TIME, PROGRAM_TIME_COLD, RatioRow};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What is compared.
@@ -16,6 +16,8 @@ use std::collections::{BTreeMap, BTreeSet};
 pub enum Metric {
     /// Time of whole programs.
     ProgramTime,
+    /// Time of queries of whole programs with cold caches.
+    ProgramTimeCold,
     /// Query time.
     Time,
     /// Volume tests of a query.
@@ -28,19 +30,31 @@ pub enum Metric {
 
 impl Metric {
     /// All metrics.
-    pub const ALL: [Self; 5] = [Self::ProgramTime, Self::Time, Self::VolumeTests, Self::TriangleTests, Self::Build];
+    pub const ALL: [Self; 6] =
+        [Self::ProgramTime, Self::ProgramTimeCold, Self::Time, Self::VolumeTests, Self::TriangleTests, Self::Build];
 
     /// The name in files.
     #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
             Self::ProgramTime => PROGRAM_TIME,
+            Self::ProgramTimeCold => PROGRAM_TIME_COLD,
             Self::Time => "time",
             Self::VolumeTests => "volume-tests",
             Self::TriangleTests => "triangle-tests",
             Self::Build => "build",
         }
     }
+
+    /// Whether the null duplicate shows the noise of it.
+    fn is_timed(id: &str) -> bool {
+        [Self::ProgramTime, Self::ProgramTimeCold, Self::Time].iter().any(|metric| metric.id() == id)
+    }
+}
+
+/// Whether a workload is made of whole programs.
+fn is_of_programs(workload: &str) -> bool {
+    workload == PROGRAM_TIME || workload == PROGRAM_TIME_COLD
 }
 
 /// A ratio with the place it is about.
@@ -61,10 +75,10 @@ impl Ratio {
         self.stratum == ALL || self.stratum == "-"
     }
 
-    /// Whether too little was drawn for an interval. Launches are few and Student's quantile says so; of one there is no interval at all.
+    /// Whether too little was drawn for an interval. Launches and binaries are few and Student's quantile says so; of one there is no interval at all.
     #[must_use]
     pub fn has_few_clusters(&self) -> bool {
-        let least = if self.workload == PROGRAM_TIME { 2 } else { CLUSTERS_MIN };
+        let least = if is_of_programs(&self.workload) { 2 } else { CLUSTERS_MIN };
         self.estimate.clusters < least as u64
     }
 }
@@ -80,15 +94,14 @@ pub fn compare(scene: &Scene, metric: Metric, above: &CaseKey, below: &CaseKey, 
         let cells = scene.cells().into_iter();
         cells.filter_map(|cell| ratio(cell.workload, cell.stratum_name(), of(cell))).collect()
     };
+    let of_programs = |of: &dyn Fn(Option<&str>) -> Option<Estimate>| {
+        let programs = scene.programs().map(|(file, _)| Some(file));
+        let each = [None].into_iter().chain(programs);
+        each.filter_map(|program| ratio(metric.id(), program.unwrap_or(ALL), of(program))).collect()
+    };
     match metric {
-        Metric::ProgramTime => {
-            let programs = scene.programs().map(|(file, _)| Some(file));
-            let each = [None].into_iter().chain(programs);
-            let of = |program: Option<&str>| {
-                ratio(PROGRAM_TIME, program.unwrap_or(ALL), scene.program_ratio(above, below, program))
-            };
-            each.filter_map(of).collect()
-        }
+        Metric::ProgramTime => of_programs(&|program| scene.program_ratio(above, below, program)),
+        Metric::ProgramTimeCold => of_programs(&|program| scene.cold_ratio(above, below, program)),
         Metric::Time => in_cells(&|cell| scene.time_ratio(above, below, cell, seed)),
         Metric::VolumeTests => in_cells(&|cell| scene.count_ratio(above, below, Counter::Volume, cell, seed)),
         Metric::TriangleTests => in_cells(&|cell| scene.count_ratio(above, below, Counter::Triangle, cell, seed)),
@@ -114,7 +127,7 @@ impl NoisyCells {
             // Where nothing is known of the spread nothing is decided anyway.
             equal && (r.low.is_nan() || (STEADY.0 <= r.low && r.high <= STEADY.1))
         };
-        let is_time = |r: &&RatioRow| r.metric == Metric::Time.id() || r.metric == PROGRAM_TIME;
+        let is_time = |r: &&RatioRow| Metric::is_timed(&r.metric);
         let loud = rows.iter().filter(|r| r.variant == NULL_VARIANT).filter(is_time).filter(|r| !is_quiet(r));
         Self(
             loud.map(|r| {
@@ -229,7 +242,7 @@ pub fn all_ratios(
         }
     }
     let noisy = NoisyCells::of(&rows);
-    for row in rows.iter_mut().filter(|row| row.metric == Metric::Time.id() || row.metric == PROGRAM_TIME) {
+    for row in rows.iter_mut().filter(|row| Metric::is_timed(&row.metric)) {
         row.noisy = u8::from(noisy.get(&row.scene, &row.workload, &row.stratum).is_some());
     }
     Ok(rows)

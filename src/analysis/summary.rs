@@ -2,9 +2,9 @@
 
 use super::misses::Misses;
 use super::stats;
-use super::table::{Chunk, Counter, Query, Sample, Scene, chunk_times};
+use super::table::{Chunk, Counter, Query, Sample, Scene, Single, chunk_times};
 use crate::record::rows::CaseKey;
-use crate::record::{Stratum, SummaryRow};
+use crate::record::{Cache, Stratum, SummaryRow};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -89,6 +89,8 @@ fn summarise_case(
         estimate.map_or((f64::NAN, f64::NAN, f64::NAN), |e| (e.interval.value, e.interval.low, e.interval.high));
     let times = weighted_times(scene, &samples);
     let chunks: BTreeSet<u32> = samples.iter().map(|sample| sample.item).collect();
+    let single = single_times(scene.singles.get(case).map_or(&[][..], Vec::as_slice), is_in);
+    let percentile = |q: f64| (!single.is_empty()).then(|| stats::quantile(&single, q));
     let tally = misses.in_workload(name, case, cell.workload);
     let (miss_rate_low, miss_rate_high) = tally.interval();
     Some(SummaryRow {
@@ -105,9 +107,14 @@ fn summarise_case(
         // Expanded to both sides alike, an interval of few and unequal chunks may end below all that was seen.
         mean_low_ns: times.first().map_or(low, |&(least, _)| low.max(least.min(mean))),
         mean_high_ns: high,
-        median_ns: stats::weighted_quantile(&times, 0.5),
-        p95_ns: stats::weighted_quantile(&times, 0.95),
-        max_ns: times.last().map_or(f64::NAN, |&(ns, _)| ns),
+        single_poses: single.len() as u64,
+        query_p50_ns: percentile(0.5),
+        query_p95_ns: percentile(0.95),
+        query_p99_ns: percentile(0.99),
+        query_max_ns: percentile(1.0),
+        chunk_median_ns: stats::weighted_quantile(&times, 0.5),
+        chunk_p95_ns: stats::weighted_quantile(&times, 0.95),
+        chunk_max_ns: times.last().map_or(f64::NAN, |&(ns, _)| ns),
         volume_tests: mean_count(&queries, Counter::Volume),
         triangle_tests: mean_count(&queries, Counter::Triangle),
         contacts: tally.contacts(),
@@ -127,6 +134,22 @@ fn weighted_times(scene: &Scene, samples: &[Sample]) -> Vec<(f64, f64)> {
     let mut times: Vec<(f64, f64)> =
         of_chunk.iter().map(|(chunk, ns)| (mean(ns), f64::from(scene.chunks[chunk].poses))).collect();
     times.sort_by(|a, b| a.0.total_cmp(&b.0));
+    times
+}
+
+/// Of each pose the median reading over a single warm query, ns, sorted.
+fn single_times(singles: &[Single], is_in: impl Fn(u32) -> bool) -> Vec<f64> {
+    let wanted = |single: &&Single| single.cache == Cache::Warm && is_in(single.chunk);
+    let mut of_pose: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+    for single in singles.iter().filter(wanted) {
+        of_pose.entry(single.pose).or_default().push(single.ns);
+    }
+    let median = |mut ns: Vec<f64>| {
+        ns.sort_unstable_by(f64::total_cmp);
+        stats::quantile(&ns, 0.5)
+    };
+    let mut times: Vec<f64> = of_pose.into_values().map(median).collect();
+    times.sort_unstable_by(f64::total_cmp);
     times
 }
 

@@ -4,10 +4,11 @@
 use super::AnalysisError;
 use super::stats::{Group, quantile};
 use super::summary::Cell;
-use super::totals::{self, Estimate, Observation, Totals};
+use super::totals::{self, Binaries, Estimate, Observation, Totals};
 use crate::record::rows::CaseKey;
 use crate::record::{
-    AnswerRow, BuildRow, CONTROL_WORKLOAD, CaseRow, PROGRAM_TIME, PoseRow, Stratum, TimingRow, for_each_row, read_rows,
+    AnswerRow, BuildRow, CONTROL_WORKLOAD, Cache, CaseRow, PROGRAM_TIME, PoseRow, SingleRow, Stratum, TimingRow,
+    for_each_row, read_rows, read_rows_if_there,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -23,8 +24,12 @@ pub struct Scene {
     pub queries: BTreeMap<CaseKey, Vec<Query>>,
     /// Timed constructions by case, sorted by (launch, block, part).
     pub builds: BTreeMap<CaseKey, Vec<Sample>>,
+    /// Readings of single queries by case, sorted by (cache, pose, launch).
+    pub singles: BTreeMap<CaseKey, Vec<Single>>,
     /// Number of launches seen in timings or builds: 1 + the largest.
     pub launches: usize,
+    /// Which binary each launch ran.
+    pub binaries: Binaries,
     /// The chunk and the line of each pose.
     poses: BTreeMap<u32, (u32, u32)>,
     /// Names that `Sample::item` numbers in builds.
@@ -83,6 +88,21 @@ pub struct Sample {
     /// Chunk or part.
     pub item: u32,
     /// Time of one query or construction, ns.
+    pub ns: f64,
+}
+
+/// One reading over a single query.
+#[derive(Clone, Copy, Debug)]
+pub struct Single {
+    /// What the query found in the caches.
+    pub cache: Cache,
+    /// Its pose.
+    pub pose: u32,
+    /// The chunk that the pose belongs to.
+    pub chunk: u32,
+    /// Launch.
+    pub launch: u32,
+    /// The reading, ns.
     pub ns: f64,
 }
 
@@ -163,6 +183,9 @@ pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
             return;
         };
         scene.launches = scene.launches.max(row.launch as usize + 1);
+        if !scene.binaries.note(row.launch, row.binary) {
+            wrong.get_or_insert(two_binaries(&row.scene, row.launch));
+        }
         let ns = row.ns as f64 / (f64::from(chunk.poses) * f64::from(row.passes));
         let sample = Sample { launch: row.launch, block: row.block, item: row.chunk, ns };
         scene.timings.entry(case.clone()).or_default().push(sample);
@@ -181,9 +204,27 @@ pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
         let query = Query { pose, chunk, line, stratum, touches, volume_tests, triangle_tests };
         scene.queries.entry(case.clone()).or_default().push(query);
     })?;
+    for row in read_rows_if_there::<SingleRow>(folder)? {
+        let scene = scenes.entry(row.scene.clone()).or_default();
+        let (case, pose) = (cases.get(&row.case), scene.poses.get(&row.pose));
+        let (Some(case), Some(&(chunk, _))) = (case, pose) else {
+            let what = format!("case `{}` or pose {}", row.case, row.pose);
+            wrong.get_or_insert(unknown("singles.csv", &row.scene, what));
+            continue;
+        };
+        if !scene.binaries.note(row.launch, row.binary) {
+            wrong.get_or_insert(two_binaries(&row.scene, row.launch));
+        }
+        let SingleRow { cache, pose, launch, ns, .. } = row;
+        let single = Single { cache, pose, chunk, launch, ns: ns as f64 };
+        scene.singles.entry(case.clone()).or_default().push(single);
+    }
     for row in read_rows::<BuildRow>(folder)? {
         let scene = scenes.entry(row.scene.clone()).or_default();
         scene.launches = scene.launches.max(row.launch as usize + 1);
+        if !scene.binaries.note(row.launch, row.binary) {
+            wrong.get_or_insert(two_binaries(&row.scene, row.launch));
+        }
         let case = row.case();
         let item = intern(&mut scene.parts, row.part);
         let sample = Sample { launch: row.launch, block: row.block, item, ns: row.ns as f64 };
@@ -196,6 +237,10 @@ pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
         scene.sort(name)?;
     }
     Ok(scenes)
+}
+
+fn two_binaries(scene: &str, launch: u32) -> AnalysisError {
+    AnalysisError::Binary { scene: scene.to_owned(), launch }
 }
 
 fn intern<K: Ord>(numbers: &mut BTreeMap<K, u32>, key: K) -> u32 {
@@ -260,6 +305,12 @@ impl Scene {
                 return twice(case, format!("pose {}", pair[0].pose));
             }
         }
+        for (case, singles) in &mut self.singles {
+            singles.sort_by_key(Single::key);
+            if let Some(pair) = singles.windows(2).find(|pair| pair[0].key() == pair[1].key()) {
+                return twice(case, format!("the single query at pose {} in launch {}", pair[0].pose, pair[0].launch));
+            }
+        }
         self.find_clusters();
         Ok(())
     }
@@ -314,7 +365,7 @@ impl Scene {
             let poses = f64::from(chunk.poses);
             Some(observation(chunk, launch, (a * poses, b * poses)))
         }))?;
-        Some(totals.estimate(seed, &format!("time {cell}")))
+        Some(totals.of_binaries(&self.binaries).estimate(seed, &format!("time {cell}")))
     }
 
     /// The mean query time of a case in a cell, ns.
@@ -326,7 +377,7 @@ impl Scene {
             let poses = f64::from(chunk.poses);
             Some(observation(chunk, launch, (ns * poses, poses)))
         }))?;
-        Some(totals.estimate(seed, &format!("mean {cell}")))
+        Some(totals.of_binaries(&self.binaries).estimate(seed, &format!("mean {cell}")))
     }
 
     /// The total count of one case over that of another in a cell, of the poses that both were asked about. A case whose every count is zero does
@@ -357,13 +408,14 @@ impl Scene {
     }
 
     /// The total construction time of one case over that of another, of the parts that both built; blocks are drawn, since a few parts are no
-    /// sample of anything, and blocks are numbered across launches.
+    /// sample of anything, and blocks are numbered across launches; of several binaries the binaries.
     #[must_use]
     pub fn build_ratio(&self, above: &CaseKey, below: &CaseKey, seed: u64) -> Option<Estimate> {
         let pairs = merge(self.builds.get(above)?, self.builds.get(below)?, Sample::key);
+        let several = self.binaries.launches().len() > 1;
         let totals = Totals::of(pairs.map(|(a, b)| Observation {
             stratum: 0,
-            cluster: a.block,
+            cluster: if several { self.binaries.of(a.launch) } else { a.block },
             launch: 0,
             numerator: a.ns,
             denominator: b.ns,
@@ -393,7 +445,31 @@ impl Scene {
     #[must_use]
     pub fn program_ratio(&self, above: &CaseKey, below: &CaseKey, program: Option<&str>) -> Option<Estimate> {
         let (above, below) = (self.program_totals(above, program)?, self.program_totals(below, program)?);
-        totals::over_launches(&above.into_iter().zip(below).collect::<Vec<_>>())
+        let by_launch: Vec<(f64, f64)> = above.into_iter().zip(below).collect();
+        totals::over_launches(&self.binaries.repeated(&by_launch))
+    }
+
+    /// The total time of the cold queries of a program, or of all programs, by one case over that by another, at the poses that both were asked
+    /// in a launch.
+    #[must_use]
+    pub fn cold_ratio(&self, above: &CaseKey, below: &CaseKey, program: Option<&str>) -> Option<Estimate> {
+        let pairs = merge(self.singles.get(above)?, self.singles.get(below)?, Single::key);
+        let is_wanted = |single: &Single| {
+            let chunk = &self.chunks[&single.chunk];
+            single.cache == Cache::Cold && program.is_none_or(|program| chunk.program == program)
+        };
+        let mut by_launch: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
+        for (a, b) in pairs.filter(|(a, _)| is_wanted(a)) {
+            let (n, d) = by_launch.entry(a.launch).or_default();
+            (*n, *d) = (*n + a.ns, *d + b.ns);
+        }
+        let mut by_binary: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
+        for (launch, (n, d)) in &by_launch {
+            let (x, y) = by_binary.entry(self.binaries.of(*launch)).or_default();
+            (*x, *y) = (*x + n, *y + d);
+        }
+        let repeated = if by_binary.len() > 1 { by_binary } else { by_launch };
+        totals::over_launches(&repeated.into_values().collect::<Vec<_>>())
     }
 
     /// Whether the chunks of the two runs hold the same poses, so that their queries can be held against each other.
@@ -449,6 +525,12 @@ fn observation(chunk: &Chunk, launch: u32, (numerator, denominator): (f64, f64))
 impl Sample {
     const fn key(&self) -> (u32, u32, u32) {
         (self.launch, self.block, self.item)
+    }
+}
+
+impl Single {
+    const fn key(&self) -> (Cache, u32, u32) {
+        (self.cache, self.pose, self.launch)
     }
 }
 

@@ -2,7 +2,8 @@
 //! when its standard input does, so that it does not outlive a parent that was killed, and nothing else is timed beside the run that takes its place.
 
 use super::{CLEAR, FAILED, say};
-use crate::measure::{Plan, Progress, Run, Selection};
+use crate::measure::binaries::binary_of;
+use crate::measure::{Budget, Plan, Progress, Run, Selection};
 use crate::record::Manifest;
 use crate::registry::Registry;
 use crate::truth::TruthCache;
@@ -40,7 +41,11 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     };
     let cache =
         TruthCache::at(&options.cache).context("exact answers cannot be kept; name another folder with --cache")?;
-    let run = Run::join_parent(Plan::new(selection, registry)?, &options.out)?.with_cache(cache);
+    let mut plan = Plan::new(selection, registry)?;
+    let launches = request.launches / request.binaries.max(1);
+    plan.budget = Budget { launches, blocks: request.blocks, ..plan.budget }.over(request.binaries);
+    let run = Run::join_parent(plan, &options.out)?.with_cache(cache);
+    run.check_binary(options.number)?;
     run.time_launch(options.number, &ToParent)?;
     Ok(CLEAR)
 }
@@ -70,12 +75,23 @@ impl Progress for ToParent {
 /// Measures a run, each launch in a process of its own.
 pub fn measure(run: &mut Run, cache: &Path, progress: &dyn Progress) -> Result<()> {
     let folder = run.folder().to_owned();
-    let launcher = |number| start(&folder, cache, number, progress).map_err(|error| format!("{error:#}"));
+    let binaries: Vec<PathBuf> = run.plan().binaries.iter().map(|binary| binary.path.clone()).collect();
+    let launcher = |number: u32| {
+        let turn = binary_of(number, binaries.len() as u32) as usize;
+        start(binaries.get(turn), (&folder, cache), number, progress).map_err(|error| format!("{error:#}"))
+    };
     Ok(run.measure(&launcher, progress)?)
 }
 
-fn start(folder: &Path, cache: &Path, number: u32, progress: &dyn Progress) -> Result<()> {
-    let program = std::env::current_exe().context("this program's own file cannot be found")?;
+/// Carries out a launch in a process of its own, of `binary` or of this program.
+fn start(
+    binary: Option<&PathBuf>,
+    (folder, cache): (&Path, &Path),
+    number: u32,
+    progress: &dyn Progress,
+) -> Result<()> {
+    let own = || std::env::current_exe().context("this program's own file cannot be found");
+    let program = binary.map_or_else(own, |binary| Ok(binary.clone()))?;
     let mut child = Command::new(program)
         .arg("launch")
         .arg("--out")

@@ -10,6 +10,7 @@ mod audit;
 mod check;
 mod compare;
 mod gcode;
+mod identity;
 mod launch;
 mod list;
 mod machines;
@@ -21,6 +22,7 @@ mod picture;
 mod plot;
 mod progress;
 mod ranking;
+mod repetitions;
 mod report;
 mod repro;
 mod scene;
@@ -104,6 +106,9 @@ enum Verb {
     /// Write manual pages
     #[command(hide = true)]
     Man(shell::ManOptions),
+    /// Print what this binary was built from (asked by runs over several binaries)
+    #[command(hide = true)]
+    Identity,
     /// Carry out one timing launch of a run in this process (called by `measure`)
     #[command(hide = true)]
     Launch(launch::Options),
@@ -239,6 +244,7 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Peers(options) => peers::run(&options, registry),
         Verb::Completions(options) => shell::completions(&options),
         Verb::Man(options) => shell::man(&options),
+        Verb::Identity => identity::run(),
         Verb::Launch(options) => launch::run(&options, registry),
     }
 }

@@ -1,5 +1,6 @@
 //! Options that several verbs share.
 
+use super::repetitions::Repetitions;
 use crate::measure::{Plan, Profile, Run, Selection};
 use crate::record::Manifest;
 use crate::registry::Registry;
@@ -48,6 +49,8 @@ pub struct Extent {
     /// Threads for everything but timing, where only wide trees are built by more than one [default: all cores]
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
+    #[command(flatten)]
+    repetitions: Repetitions,
     /// Folder in which exact answers are kept for the next run [default: .truth-cache beside the run's folder]
     #[arg(long, value_name = "DIR")]
     cache: Option<PathBuf>,
@@ -147,7 +150,7 @@ impl Extent {
             policies: self.policies.clone(),
             seed: self.seed,
         };
-        let plan = Plan::new(selection, registry)?;
+        let plan = self.repetitions.apply(Plan::new(selection, registry)?)?;
         open_run(plan, folder, &self.cache_folder(folder), self.fresh)
     }
 }

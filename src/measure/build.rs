@@ -1,6 +1,7 @@
 //! Timing construction: every case over every examined part, in a fresh random order each block. What the last block builds is what the
 //! launch's queries are timed with.
 
+use super::binaries::binary_of;
 use super::plan::{Case, Plan};
 use super::{Progress, timer};
 use crate::method::{Kind, Model};
@@ -40,6 +41,7 @@ pub fn time_builds(plan: &Plan, scene: &Scene, launch: u32, progress: &dyn Progr
                 split_axes: axes,
                 leaf,
                 triangles: mesh.faces().len() as u64,
+                binary: binary_of(launch, plan.budget.binaries),
                 launch,
                 block,
                 ns,

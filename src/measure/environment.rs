@@ -3,6 +3,7 @@
 use super::sources;
 use crate::record::manifest::{MachineFacts, Program};
 use obbtree::engine::Simd;
+use serde::{Deserialize, Serialize};
 use std::fs;
 
 /// What this program was built from and how it was called.
@@ -13,10 +14,53 @@ pub fn program() -> Program {
     let mut arguments = std::env::args();
     let name = arguments.next().unwrap_or_default();
     let name = std::path::Path::new(&name).file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let command = std::iter::once(name).chain(arguments).collect::<Vec<_>>().join(" ");
+    Program { git_revision: revision, git_dirty: dirty, command, ..built() }
+}
+
+/// What a binary was built from, by its own account: two of equal identity differ in layout at most.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Identity {
+    /// bvbench's version.
+    pub version: String,
+    /// Fingerprint of the source; empty when it was unknown.
+    pub source: String,
+    /// Git revision when it was built; empty when unknown.
+    pub revision: String,
+    /// Compiler.
+    pub rustc: String,
+    /// Optimisation and target flags.
+    pub flags: String,
+}
+
+/// What this binary was built from.
+#[must_use]
+pub fn identity() -> Identity {
+    let Program { version, rustc, flags, .. } = built();
+    let (source, revision) = (env!("BVBENCH_FINGERPRINT").to_owned(), env!("BVBENCH_GIT_REVISION").to_owned());
+    Identity { version, source, revision, rustc, flags }
+}
+
+impl Identity {
+    /// What differs from another one, with both values. Of known sources the fingerprint tells, else the revision.
+    #[must_use]
+    pub fn difference(&self, other: &Self) -> Option<(&'static str, String, String)> {
+        let pairs = [
+            ("version", &self.version, &other.version),
+            ("source", &self.source, &other.source),
+            ("compiler", &self.rustc, &other.rustc),
+            ("set of flags", &self.flags, &other.flags),
+        ];
+        let revision = [("revision", &self.revision, &other.revision)];
+        let asked = pairs.iter().chain(revision.iter().filter(|_| self.source.is_empty()));
+        asked.filter(|(_, mine, others)| mine != others).map(|(name, a, b)| (*name, (*a).clone(), (*b).clone())).next()
+    }
+}
+
+/// What the build script noted, without what a run adds.
+fn built() -> Program {
     Program {
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        git_revision: revision,
-        git_dirty: dirty,
         rustc: env!("BVBENCH_RUSTC").to_owned(),
         flags: format!(
             "target {}, opt-level {}, RUSTFLAGS `{}`",
@@ -24,8 +68,29 @@ pub fn program() -> Program {
             env!("BVBENCH_OPT_LEVEL"),
             env!("BVBENCH_RUSTFLAGS")
         ),
-        command: std::iter::once(name).chain(arguments).collect::<Vec<_>>().join(" "),
+        ..Program::default()
     }
+}
+
+/// The size of the machine's largest cache, bytes; 0 where the system does not tell.
+#[must_use]
+pub fn largest_cache_bytes() -> u64 {
+    let sizes = (0..8).map(|index| format!("/sys/devices/system/cpu/cpu0/cache/index{index}/size"));
+    sizes.filter_map(|file| kib(&fs::read_to_string(file).ok()?)).max().unwrap_or(0)
+}
+
+/// Bytes of a size as the system writes it: `512K`, `32M`.
+fn kib(text: &str) -> Option<u64> {
+    let text = text.trim();
+    let (number, unit) = text.split_at(text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len()));
+    let shift = match unit {
+        "" => 0,
+        "K" => 10,
+        "M" => 20,
+        "G" => 30,
+        _ => return None,
+    };
+    number.parse::<u64>().ok()?.checked_shl(shift)
 }
 
 /// The git revision of the source, and whether there were local changes: as it is now where the checkout still holds what the program was
@@ -132,6 +197,27 @@ impl Disturbance {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sizes_of_caches() {
+        assert_eq!(
+            [kib("512K\n"), kib("32M"), kib("100"), kib("many")],
+            [Some(524_288), Some(33_554_432), Some(100), None]
+        );
+    }
+
+    #[test]
+    fn a_binary_of_another_source_is_told_apart() {
+        let here = identity();
+        assert_eq!(here.difference(&here), None);
+        let other = Identity { source: "1".into(), ..here.clone() };
+        assert_eq!(other.difference(&here).map(|d| d.0), Some("source"));
+        // A commit alone does not change what is built.
+        let committed = Identity { source: "1".into(), revision: "later".into(), ..here.clone() };
+        assert_eq!(committed.difference(&other), None);
+        let unknown = |revision: &str| Identity { source: String::new(), revision: revision.into(), ..here.clone() };
+        assert_eq!(unknown("a").difference(&unknown("b")).map(|d| d.0), Some("revision"));
+    }
 
     #[test]
     fn a_busy_loop_beside_us_is_noise_and_our_own_work_is_not() {

@@ -1,6 +1,7 @@
 //! The folder of a run, an audit or a sweep: opening it, and the units in it that are written whole or not at all.
 
 use super::MeasureError;
+use crate::record::file::compressed;
 use crate::record::manifest::Stage;
 use crate::record::{FolderLock, Manifest, RecordError};
 use std::fs;
@@ -30,7 +31,10 @@ pub(super) fn open(
         match Manifest::read(folder).map(|old| (difference(&old, &manifest), old)) {
             Ok((None, old)) => manifest = old,
             _ if fresh => {
-                [Manifest::FILE, UNITS].iter().chain(files).try_for_each(|name| remove(&folder.join(name)))?;
+                [Manifest::FILE, UNITS].iter().chain(files).try_for_each(|name| {
+                    remove(&folder.join(name))?;
+                    remove(&folder.join(compressed(name)))
+                })?;
             }
             Ok((Some(difference), _)) => {
                 return Err(MeasureError::AnotherRun { folder: folder.to_owned(), difference });
@@ -48,7 +52,9 @@ pub(super) fn open(
 /// When the folder holds no run of what `new` says.
 pub(super) fn join(folder: &Path, new: &Manifest) -> Result<Manifest, MeasureError> {
     let manifest = Manifest::read(folder)?;
-    match difference(&manifest, new) {
+    // The parent's binary, or its binaries, may be others than this one.
+    let new = Manifest { binaries: manifest.binaries.clone(), ..new.clone() };
+    match difference(&manifest, &new) {
         None => Ok(manifest),
         Some(difference) => Err(MeasureError::AnotherRun { folder: folder.to_owned(), difference }),
     }
@@ -67,6 +73,7 @@ fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
         let program = &manifest.program;
         (program.version.clone(), program.git_revision.clone(), program.rustc.clone(), program.flags.clone())
     };
+    let hashes = |manifest: &Manifest| manifest.binaries.iter().map(|b| b.hash.clone()).collect::<Vec<_>>();
     let finished = old.finished.contains(&Stage::Measure);
     match () {
         () if old.schema != new.schema => Some("the schema"),
@@ -75,6 +82,8 @@ fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
         () if old.variants != new.variants => Some("the list of variants"),
         // A finished run is not continued but made again, so another build of the program may do it.
         () if !finished && program(old) != program(new) => Some("the program"),
+        () if !finished && old.protocol != new.protocol => Some("the protocol"),
+        () if !finished && hashes(old) != hashes(new) => Some("a binary"),
         () => None,
     }
 }

@@ -144,7 +144,12 @@ impl Measured {
         let of_chunk = |chunk: &Chunk| {
             let judged = &self.judged[chunk.pair];
             let poses = chunk.poses.iter().map(|&pose| judged.poses[pose].a_from_b).collect();
-            TimedChunk { number: chunk.number, participants: chunk.participants, runs: vec![(judged.pair, poses)] }
+            TimedChunk {
+                number: chunk.number,
+                participants: chunk.participants,
+                is_program: false,
+                runs: vec![(judged.pair, poses)],
+            }
         };
         let of_program = |program: &ProgramSteps| {
             let mut runs: Vec<(Pair, Vec<Isometry>)> = Vec::new();
@@ -154,7 +159,7 @@ impl Measured {
                     _ => runs.push((query.pair, vec![query.pose.a_from_b])),
                 }
             }
-            TimedChunk { number: program.chunk, participants: Participants::Everyone, runs }
+            TimedChunk { number: program.chunk, participants: Participants::Everyone, is_program: true, runs }
         };
         self.chunks.iter().map(of_chunk).chain(self.programs.iter().map(of_program)).collect()
     }
@@ -167,6 +172,8 @@ pub struct TimedChunk {
     pub number: u32,
     /// Who runs it.
     pub participants: Participants,
+    /// Whether it is a whole program.
+    pub is_program: bool,
     /// The poses.
     pub runs: Vec<(Pair, Vec<Isometry>)>,
 }

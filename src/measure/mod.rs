@@ -1,13 +1,15 @@
 //! Measuring: verdicts against the truth, operation counts, tightness, and times. The only module that reads a clock.
 //!
 //! Reading order: [`profile`] (how much), [`plan`] (what), [`judged`] (poses with their truth), [`accuracy`],
-//! [`counts`], [`exits`], [`shape`], then the timed part: [`timer`], [`chunk`], `measured`, [`query`], [`build`]; [`environment`] says where;
+//! [`counts`], [`exits`], [`shape`], then the timed part: [`timer`], [`chunk`], `measured`, [`query`], [`single`], [`build`]; [`binaries`] says with
+//! what, [`environment`] where;
 //! [`run`] puts a run's folder together and resumes it. [`audit`], [`sweep`] and [`ablation`] are experiments of their own;
 //! [`peers`] compares whole engines, each in its own process.
 
 pub mod ablation;
 pub mod accuracy;
 pub mod audit;
+pub mod binaries;
 mod blocks;
 pub mod build;
 pub mod chunk;
@@ -23,10 +25,12 @@ pub mod profile;
 pub mod query;
 pub mod run;
 pub mod shape;
+pub mod single;
 mod sources;
 pub mod sweep;
 pub mod timer;
 
+pub use binaries::{Binary, BinaryError};
 pub use plan::{Case, Plan, PlanError, Selection};
 pub use profile::{Budget, Profile};
 pub use run::{MeasureError, Run, Verification};

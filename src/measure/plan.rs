@@ -1,5 +1,6 @@
 //! What is measured: which variants with which tree policies on which scenes.
 
+use super::binaries::Binary;
 use super::profile::{Budget, Profile};
 use crate::method::Kind;
 use crate::record::manifest::{Request, SceneEntry, VariantEntry};
@@ -55,6 +56,10 @@ pub struct Plan {
     pub scenes: Vec<Scene>,
     /// Amounts.
     pub budget: Budget,
+    /// Binaries that carry out the launches in turn; none for the one that is running.
+    pub binaries: Vec<Binary>,
+    /// Whether raw rows are compressed.
+    pub gzip: bool,
 }
 
 /// Why a plan cannot be made.
@@ -131,7 +136,8 @@ impl Plan {
             }
             scenes.push(scene);
         }
-        Ok(Self { budget: selection.profile.budget(), selection, variants, cases, scenes })
+        let (budget, gzip) = (selection.profile.budget(), selection.profile == Profile::Full);
+        Ok(Self { budget, selection, variants, cases, scenes, binaries: Vec::new(), gzip })
     }
 
     /// The case that the null method duplicates: the reference variant's default, or the first volume's.
@@ -156,6 +162,8 @@ impl Plan {
             program_steps: self.budget.program_steps as u64,
             blocks: self.budget.blocks,
             launches: self.budget.launches,
+            binaries: self.budget.binaries,
+            cold_poses: self.budget.cold_poses as u64,
         }
     }
 
@@ -187,7 +195,8 @@ impl Plan {
     }
 
     /// Whether a case has the first of its variant's policies.
-    fn is_default(&self, case: &Case) -> bool {
+    #[must_use]
+    pub fn is_default(&self, case: &Case) -> bool {
         let first = self.cases.iter().find(|other| other.variant.info.id == case.variant.info.id);
         first.is_some_and(|first| first.policy == case.policy)
     }

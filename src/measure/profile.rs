@@ -29,14 +29,28 @@ pub struct Budget {
     pub program_steps: usize,
     /// Timed blocks per launch, after the warm-up block.
     pub blocks: u32,
-    /// Process launches.
+    /// Process launches, of all binaries together.
     pub launches: u32,
+    /// Binaries that take turns, launch by launch.
+    pub binaries: u32,
+    /// Poses of each program, evenly spread, that are asked with cold caches.
+    pub cold_poses: usize,
     /// Timed constructions of every tree, over all launches.
     pub build_blocks: u32,
     /// Random frames of each part, beside its own, in which the tightness of the trees is measured.
     pub frames: u32,
     /// Random triangle pairs on which the triangle tests are compared with their integer twin.
     pub cross_check_pairs: u64,
+}
+
+impl Budget {
+    /// The same amounts over so many binaries: each has the launches that the profile gives to one, and every launch times a construction.
+    #[must_use]
+    pub const fn over(self, binaries: u32) -> Self {
+        let launches = self.launches * binaries;
+        let build_blocks = if binaries > 1 && launches > self.build_blocks { launches } else { self.build_blocks };
+        Self { binaries, launches, build_blocks, ..self }
+    }
 }
 
 impl Profile {
@@ -64,6 +78,8 @@ impl Profile {
                 program_steps: 64,
                 blocks: 3,
                 launches: 1,
+                binaries: 1,
+                cold_poses: 4,
                 build_blocks: 1,
                 frames: 1,
                 cross_check_pairs: 20_000,
@@ -75,6 +91,8 @@ impl Profile {
                 program_steps: 400,
                 blocks: 3,
                 launches: 3,
+                binaries: 1,
+                cold_poses: 16,
                 build_blocks: 4,
                 frames: 4,
                 cross_check_pairs: 1_000_000,
@@ -86,6 +104,8 @@ impl Profile {
                 program_steps: 4_096,
                 blocks: 16,
                 launches: 8,
+                binaries: 1,
+                cold_poses: 64,
                 build_blocks: 44,
                 frames: 8,
                 cross_check_pairs: 10_000_000,

@@ -1,6 +1,7 @@
 //! The queries of a run: every case and the null duplicate on the chunks of a scene, in `super::blocks`.
 
 use super::Progress;
+use super::binaries::binary_of;
 use super::blocks::{self, Extent, Participation, Work};
 use super::build::Built;
 use super::chunk::Participants;
@@ -8,30 +9,32 @@ use super::measured::TimedChunk;
 use super::plan::{Case, Plan};
 use crate::method::{Kind, Model};
 use crate::record::{NULL_VARIANT, TimingRow};
-use crate::scene::Scene;
+use crate::scene::{Pair, Scene};
 use std::collections::BTreeMap;
 
 /// A case with its trees over the parts of a scene.
-struct TimedCase {
-    case: Case,
+pub struct TimedCase {
+    /// The case.
+    pub case: Case,
     models: BTreeMap<usize, Box<dyn Model>>,
 }
 
-/// Times all chunks of a scene with every case of the plan and the null duplicate; what is `built` already is not built again.
+/// Times all chunks of a scene with the cases.
 pub fn time_scene(
     plan: &Plan,
     scene: &Scene,
+    cases: &[TimedCase],
     chunks: &[TimedChunk],
-    built: Built,
     launch: u32,
     progress: &dyn Progress,
 ) -> Vec<TimingRow> {
-    let mut queries = Queries { plan, cases: timed_cases(plan, scene, built), chunks, verdicts: Vec::new() };
+    let mut queries = Queries { plan, cases, chunks, verdicts: Vec::new() };
     let extent = Extent { blocks: plan.budget.blocks, warms_up: true, long_once: true };
     let samples = blocks::time(&mut queries, extent, plan.selection.seed ^ (u64::from(launch) << 32), progress);
     let row = |sample: blocks::Sample| TimingRow {
         scene: scene.name.clone(),
-        case: queries.cases[sample.case].case.name(),
+        case: cases[sample.case].case.name(),
+        binary: binary_of(launch, plan.budget.binaries),
         launch,
         block: sample.block,
         chunk: chunks[sample.chunk].number,
@@ -46,7 +49,7 @@ pub fn time_scene(
 /// The queries of a scene.
 struct Queries<'a> {
     plan: &'a Plan,
-    cases: Vec<TimedCase>,
+    cases: &'a [TimedCase],
     chunks: &'a [TimedChunk],
     verdicts: Vec<bool>,
 }
@@ -77,14 +80,15 @@ impl Work for Queries<'_> {
     }
 
     fn run(&mut self, case: usize, chunk: usize, poses: usize, passes: u32) {
-        let models = &self.cases[case].models;
+        let case = &self.cases[case];
         for _ in 0..passes {
             self.verdicts.clear();
             let mut left = poses;
             for (pair, run) in &self.chunks[chunk].runs {
                 let count = run.len().min(left);
                 left -= count;
-                models[&pair.a].first(models[&pair.b].as_ref(), &run[..count], &mut self.verdicts);
+                let (a, b) = case.models_of(*pair);
+                a.first(b, &run[..count], &mut self.verdicts);
             }
         }
         std::hint::black_box(self.verdicts.last());
@@ -111,9 +115,17 @@ impl TimedCase {
         }
         Self { case: Case { id: id.to_owned(), ..case.clone() }, models }
     }
+
+    /// The trees over both parts of a pair.
+    #[must_use]
+    pub fn models_of(&self, pair: Pair) -> (&dyn Model, &dyn Model) {
+        (self.models[&pair.a].as_ref(), self.models[&pair.b].as_ref())
+    }
 }
 
-fn timed_cases(plan: &Plan, scene: &Scene, built: Built) -> Vec<TimedCase> {
+/// Every case of the plan and the null duplicate, with their trees; what is `built` already is not built again.
+#[must_use]
+pub fn timed_cases(plan: &Plan, scene: &Scene, built: Built) -> Vec<TimedCase> {
     let mut models: Vec<BTreeMap<usize, Box<dyn Model>>> = plan.cases.iter().map(|_| BTreeMap::new()).collect();
     for ((place, part), model) in built {
         models[place].insert(part, model);

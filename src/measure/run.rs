@@ -9,12 +9,13 @@ use super::folder::{self, UNITS, remove, write_unit};
 use super::judged::{self, JudgeError};
 use super::measured::Measured;
 use super::plan::Plan;
-use super::{Progress, accuracy, build, counts, environment, exits, query, shape};
+use super::{Progress, accuracy, binaries, build, counts, environment, exits, query, shape, single, timer};
 use crate::geometry::cross_check::cross_check;
-use crate::record::manifest::{CrossCheckEntry, PROTOCOL, SCHEMA, Stage};
+use crate::record::manifest::{BinaryEntry, CrossCheckEntry, PROTOCOL, SCHEMA, Stage};
 use crate::record::{
     AnswerRow, BuildRow, CaseRow, ExitRow, FolderLock, LineRow, Manifest, MissRow, OutlineRow, PoseRow, RecordError,
-    Row, TightnessRow, TimingRow, TreeRow, VerificationRow, read_rows, read_text, write_rows, write_text,
+    Row, SingleRow, TightnessRow, TimingRow, TreeRow, VerificationRow, read_rows, read_text, write_rows,
+    write_rows_compressed, write_text,
 };
 use crate::scene::Scene;
 use crate::truth::TruthCache;
@@ -24,7 +25,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// What a run leaves in its folder beside the manifest and the units; of older layouts too, so that `--fresh` leaves nothing behind.
-const FILES: [&str; 25] = [
+const FILES: [&str; 27] = [
     CaseRow::FILE,
     PoseRow::FILE,
     AnswerRow::FILE,
@@ -37,6 +38,8 @@ const FILES: [&str; 25] = [
     OutlineRow::FILE,
     BuildRow::FILE,
     TimingRow::FILE,
+    SingleRow::FILE,
+    crate::record::VarianceRow::FILE,
     crate::record::SummaryRow::FILE,
     crate::record::ProgramTimeRow::FILE,
     crate::record::RatioRow::FILE,
@@ -89,6 +92,18 @@ pub enum MeasureError {
         asked: u8,
         /// What there is.
         known: String,
+    },
+    /// A launch runs in a binary that is not the run's.
+    #[error(
+        "launch {launch} runs in {running}, but {expected} is the binary of its turn: they were built again since the run began; make the run again with --fresh"
+    )]
+    AnotherBinary {
+        /// Its number.
+        launch: u32,
+        /// The file that runs.
+        running: String,
+        /// The file that should.
+        expected: String,
     },
     /// A launch in a process of its own failed.
     #[error("launch {launch} failed: {cause}")]
@@ -192,8 +207,9 @@ impl Run {
         if self.has_finished(stage) {
             self.manifest.finished.retain(|&finished| finished != stage);
             for file in raw_files(stage) {
-                self.manifest.rows.remove(*file);
+                self.manifest.unseal(file);
             }
+            self.manifest.protocol = PROTOCOL.to_owned();
             self.manifest.program = environment::program();
             self.manifest.machine = environment::machine();
             self.manifest.write(&self.folder)?;
@@ -271,6 +287,10 @@ impl Run {
     /// When poses cannot be judged, a launch fails, or files cannot be written.
     pub fn measure(&mut self, launcher: Launcher<'_>, progress: &dyn Progress) -> Result<(), MeasureError> {
         self.start(Stage::Measure)?;
+        self.manifest.binaries = binary_entries(&self.plan);
+        self.manifest.clock = Some(timer::clock());
+        self.manifest.cold = (self.plan.budget.cold_poses > 0).then(single::eviction);
+        self.manifest.write(&self.folder)?;
         for scene in &self.plan.scenes {
             let unit = self.count_unit(scene);
             if !unit.exists() {
@@ -293,7 +313,7 @@ impl Run {
             if self.plan.scenes.iter().all(|scene| self.time_unit(launch, scene).exists()) {
                 continue;
             }
-            if launches == 1 {
+            if launches == 1 && self.plan.binaries.is_empty() {
                 self.time_launch(launch, progress)?;
             } else {
                 launcher(launch).map_err(|cause| MeasureError::Launch { launch, cause })?;
@@ -308,8 +328,26 @@ impl Run {
         self.join::<OutlineRow>(&self.count_units())?;
         self.join::<TimingRow>(&self.time_units())?;
         self.join::<BuildRow>(&self.time_units())?;
+        self.join::<SingleRow>(&self.time_units())?;
         self.manifest.noise = self.noise()?;
         self.finish(Stage::Measure)
+    }
+
+    /// Whether the binary that is running is the one whose turn a launch is.
+    ///
+    /// # Errors
+    /// When it is not.
+    pub fn check_binary(&self, launch: u32) -> Result<(), MeasureError> {
+        let turn = binaries::binary_of(launch, self.plan.budget.binaries);
+        let expected = self.manifest.binaries.get(turn as usize);
+        let running = binaries::running();
+        match (expected, running) {
+            (Some(expected), Some(running)) if expected.hash != running.hash => {
+                let (running, expected) = (running.file, expected.file.clone());
+                Err(MeasureError::AnotherBinary { launch, running, expected })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// One timing launch: every scene's chunks and builds, unit by unit.
@@ -328,7 +366,9 @@ impl Run {
             progress.begin(&what, blocks * chunks.len() as u64);
             let before = environment::BusyMeter::read();
             let (builds, built) = build::time_builds(&self.plan, scene, launch, progress);
-            let timings = query::time_scene(&self.plan, scene, &chunks, built, launch, progress);
+            let cases = query::timed_cases(&self.plan, scene, built);
+            let timings = query::time_scene(&self.plan, scene, &cases, &chunks, launch, progress);
+            let singles = single::time_scene(&self.plan, scene, &cases, &chunks, launch, progress);
             let disturbance =
                 environment::BusyMeter::read().zip(before).and_then(|(after, before)| after.since(&before));
             let complaint = disturbance.and_then(|disturbance| disturbance.complaint());
@@ -336,6 +376,7 @@ impl Run {
             write_unit(&unit, |folder| {
                 write_rows(folder, &timings)?;
                 write_rows(folder, &builds)?;
+                write_rows(folder, &singles)?;
                 write_text(&folder.join(NOISE_FILE), &noise)
             })?;
         }
@@ -358,7 +399,8 @@ impl Run {
         for unit in units {
             rows.extend(read_rows::<R>(unit)?);
         }
-        Ok(write_rows(&self.folder, &rows)?)
+        let write = if self.plan.gzip { write_rows_compressed } else { write_rows };
+        Ok(write(&self.folder, &rows)?)
     }
 
     fn unit_folder(&self, stage: &str) -> PathBuf {
@@ -397,6 +439,7 @@ const fn raw_files(stage: Stage) -> &'static [&'static str] {
             OutlineRow::FILE,
             TimingRow::FILE,
             BuildRow::FILE,
+            SingleRow::FILE,
         ],
         Stage::Analyze | Stage::Plot | Stage::Report => &[],
     }
@@ -410,6 +453,12 @@ const fn stage_folder(stage: Stage) -> &'static str {
     }
 }
 
+/// The binaries of the plan, or the one that is running.
+fn binary_entries(plan: &Plan) -> Vec<BinaryEntry> {
+    let given: Vec<BinaryEntry> = plan.binaries.iter().map(|binary| binary.entry.clone()).collect();
+    if given.is_empty() { binaries::running().into_iter().collect() } else { given }
+}
+
 pub(super) fn new_manifest(plan: &Plan) -> Manifest {
     Manifest {
         schema: SCHEMA,
@@ -419,7 +468,10 @@ pub(super) fn new_manifest(plan: &Plan) -> Manifest {
         variants: plan.variant_entries(),
         scenes: plan.scene_entries(),
         program: environment::program(),
+        binaries: binary_entries(plan),
         machine: environment::machine(),
+        clock: None,
+        cold: None,
         null_of: plan.null_reference().map_or_else(String::new, |case| case.id.clone()),
         cross_check: None,
         finished: Vec::new(),

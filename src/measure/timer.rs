@@ -1,5 +1,6 @@
 //! The clock.
 
+use crate::record::manifest::ClockEntry;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -12,6 +13,17 @@ pub fn time<R>(work: impl FnOnce() -> R) -> (u64, R) {
     let result = black_box(work());
     let ns = u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
     (ns, result)
+}
+
+/// Measures the clock: how long no work at all takes by it.
+#[must_use]
+pub fn clock() -> ClockEntry {
+    const READINGS: usize = 100_001;
+    let mut readings: Vec<u64> = (0..READINGS).map(|_| time(|| ()).0).collect();
+    readings.sort_unstable();
+    let steps = readings.windows(2).map(|pair| pair[1] - pair[0]);
+    let tick_ns = steps.filter(|&step| step > 0).min().unwrap_or(0);
+    ClockEntry { empty_ns: readings[READINGS / 2], empty_p99_ns: readings[READINGS / 100 * 99], tick_ns }
 }
 
 /// How often a piece of work that once took `ns` must be repeated to fill [`SHORTEST_SAMPLE_NS`].
@@ -45,6 +57,13 @@ impl Stopwatch {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_clock_has_a_cost() {
+        let ClockEntry { empty_ns, empty_p99_ns, tick_ns } = clock();
+        assert!(empty_ns <= empty_p99_ns && tick_ns > 0);
+        assert!(empty_ns < SHORTEST_SAMPLE_NS / 10, "a reading of {empty_ns} ns drowns in no sample");
+    }
 
     #[test]
     fn short_work_is_repeated_until_it_fills_a_sample() {

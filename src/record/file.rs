@@ -1,9 +1,12 @@
 //! Reading and writing whole files: under a temporary name, flushed to disk, then renamed. A killed run leaves a file
-//! whole or not at all.
+//! whole or not at all. A table is `NAME.csv`, or `NAME.csv.gz` where it is compressed; readers take whichever is there.
 
 use super::rows::Row;
+use flate2::Compression;
+use flate2::read::MultiGzDecoder;
+use flate2::write::GzEncoder;
 use std::fs::{self, File};
-use std::io::{BufReader, BufWriter, Write};
+use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -113,19 +116,70 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), RecordError> {
     write_bytes(path, text.as_bytes())
 }
 
+/// What is added to the name of a compressed table.
+const GZIP: &str = ".gz";
+
+/// A table's name where it is compressed.
+#[must_use]
+pub fn compressed(file: &str) -> String {
+    format!("{file}{GZIP}")
+}
+
+/// The place of a table in `folder`: plain, or compressed where only that is there.
+#[must_use]
+pub fn located(folder: &Path, file: &str) -> PathBuf {
+    let (plain, packed) = (folder.join(file), folder.join(compressed(file)));
+    if !plain.exists() && packed.exists() { packed } else { plain }
+}
+
+/// Opens a table in `folder` for reading, plain or compressed.
+///
+/// # Errors
+/// When it is missing or no regular file.
+pub fn open_table(folder: &Path, file: &str) -> Result<Box<dyn Read>, RecordError> {
+    let path = located(folder, file);
+    let opened = BufReader::new(open(&path)?);
+    let is_packed = path.extension().is_some_and(|extension| extension == GZIP.trim_start_matches('.'));
+    Ok(if is_packed { Box::new(MultiGzDecoder::new(opened)) } else { Box::new(opened) })
+}
+
 /// Writes all rows to the row type's file in `folder`.
 ///
 /// # Errors
 /// As [`write_bytes`].
 pub fn write_rows<R: Row>(folder: &Path, rows: &[R]) -> Result<(), RecordError> {
+    write_bytes(&folder.join(R::FILE), &csv_bytes(folder, rows)?)?;
+    remove_file(&folder.join(compressed(R::FILE)))
+}
+
+/// As [`write_rows`], compressed: equal rows make equal bytes.
+///
+/// # Errors
+/// As [`write_bytes`].
+pub fn write_rows_compressed<R: Row>(folder: &Path, rows: &[R]) -> Result<(), RecordError> {
+    let path = folder.join(compressed(R::FILE));
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    let packed = encoder.write_all(&csv_bytes(folder, rows)?).and_then(|()| encoder.finish());
+    write_bytes(&path, &packed.map_err(RecordError::io("write", &path))?)?;
+    remove_file(&folder.join(R::FILE))
+}
+
+/// Removes a file; one that is not there is fine.
+fn remove_file(path: &Path) -> Result<(), RecordError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(RecordError::io("remove", path)(error)),
+        _ => Ok(()),
+    }
+}
+
+fn csv_bytes<R: Row>(folder: &Path, rows: &[R]) -> Result<Vec<u8>, RecordError> {
     let path = folder.join(R::FILE);
     let csv_error = |source| RecordError::Csv { path: path.clone(), source };
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
         writer.serialize(row).map_err(csv_error)?;
     }
-    let bytes = writer.into_inner().map_err(|e| RecordError::io("write", &path)(e.into_error()))?;
-    write_bytes(&path, &bytes)
+    writer.into_inner().map_err(|e| RecordError::io("write", &path)(e.into_error()))
 }
 
 /// Opens a file for reading, if it is one: a pipe would be waited for, a device has no end.
@@ -154,10 +208,9 @@ pub fn read_text(path: &Path) -> Result<String, RecordError> {
 /// # Errors
 /// When the file is missing or a row is not of its type.
 pub fn for_each_row<R: Row>(folder: &Path, mut visit: impl FnMut(R)) -> Result<(), RecordError> {
-    let path = folder.join(R::FILE);
-    let file = open(&path)?;
+    let path = located(folder, R::FILE);
     let bad = |source| RecordError::Csv { path: path.clone(), source };
-    let mut reader = csv::Reader::from_reader(BufReader::new(file));
+    let mut reader = csv::Reader::from_reader(open_table(folder, R::FILE)?);
     let headers = reader.headers().map_err(bad)?.clone();
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record).map_err(bad)? {
@@ -186,5 +239,56 @@ pub fn read_rows<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
 /// # Errors
 /// When a row is not of its type.
 pub fn read_rows_if_there<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
-    if folder.join(R::FILE).exists() { read_rows(folder) } else { Ok(Vec::new()) }
+    if located(folder, R::FILE).exists() { read_rows(folder) } else { Ok(Vec::new()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::{Cache, SingleRow};
+
+    fn rows() -> Vec<SingleRow> {
+        let row = |pose| SingleRow {
+            scene: "s".into(),
+            case: "c".into(),
+            cache: Cache::Warm,
+            binary: 0,
+            launch: 0,
+            pose,
+            ns: 100,
+        };
+        (0..1000).map(row).collect()
+    }
+
+    /// A compressed table is read like a plain one, its bytes are the same each time, and of the two forms the folder has one.
+    #[test]
+    fn a_compressed_table_reads_as_a_plain_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let (plain, packed) = (folder.join("singles.csv"), folder.join("singles.csv.gz"));
+        write_rows(folder, &rows()).unwrap();
+        let long = fs::metadata(&plain).unwrap().len();
+        write_rows_compressed(folder, &rows()).unwrap();
+        let bytes = fs::read(&packed).unwrap();
+        assert!(!plain.exists() && (bytes.len() as u64) * 4 < long);
+        assert_eq!(read_rows::<SingleRow>(folder).unwrap(), rows());
+        assert_eq!(read_rows_if_there::<SingleRow>(folder).unwrap().len(), 1000);
+        write_rows_compressed(folder, &rows()).unwrap();
+        assert_eq!(fs::read(&packed).unwrap(), bytes);
+        write_rows(folder, &rows()[..1]).unwrap();
+        assert!(!packed.exists());
+        assert_eq!(read_rows::<SingleRow>(folder).unwrap().len(), 1);
+    }
+
+    /// Half a file is no table.
+    #[test]
+    fn a_truncated_table_is_an_error_that_names_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        write_rows_compressed(folder.path(), &rows()).unwrap();
+        let path = folder.path().join("singles.csv.gz");
+        let bytes = fs::read(&path).unwrap();
+        fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+        let error = read_rows::<SingleRow>(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("singles.csv.gz"), "{error}");
+    }
 }

@@ -1,6 +1,6 @@
 //! The manifest: everything one must know to make the run again, and to judge its timings.
 
-use super::file::{RecordError, open, read_text, write_text};
+use super::file::{RecordError, compressed, located, open, read_text, write_text};
 use crate::method::Kind;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -11,7 +11,7 @@ use std::path::Path;
 pub const SCHEMA: u32 = 2;
 
 /// Version of the protocol that decides what is measured and how it is judged: `docs/protocol.md`.
-pub const PROTOCOL: &str = "2.0";
+pub const PROTOCOL: &str = "2.1";
 
 /// What was run, with what, where.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,8 +30,17 @@ pub struct Manifest {
     pub scenes: Vec<SceneEntry>,
     /// The program that ran.
     pub program: Program,
+    /// The binaries that timed, in the order of their numbers; empty in records from before protocol 2.1.
+    #[serde(default)]
+    pub binaries: Vec<BinaryEntry>,
     /// The machine it ran on.
     pub machine: MachineFacts,
+    /// The clock that timed it; `None` before it was measured.
+    #[serde(default)]
+    pub clock: Option<ClockEntry>,
+    /// How the caches were emptied before cold queries; `None` without cold queries.
+    #[serde(default)]
+    pub cold: Option<ColdEntry>,
     /// The variant whose default case the `null` method duplicates; empty without one.
     pub null_of: String,
     /// The triangle tests against their integer twin, once verified.
@@ -84,8 +93,49 @@ pub struct Request {
     pub program_steps: u64,
     /// Timed blocks per launch, without warm-up.
     pub blocks: u32,
-    /// Process launches.
+    /// Process launches, of all binaries together.
     pub launches: u32,
+    /// Binaries that take turns, launch by launch.
+    #[serde(default = "one")]
+    pub binaries: u32,
+    /// Poses of each program that are asked with cold caches.
+    #[serde(default)]
+    pub cold_poses: u64,
+}
+
+const fn one() -> u32 {
+    1
+}
+
+/// A binary that timed. Binaries of one source differ in the order of their sections alone.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BinaryEntry {
+    /// Name of its file.
+    pub file: String,
+    /// BLAKE3 hash of its bytes.
+    pub hash: String,
+    /// Seed of the order of its sections, from the end of its name, `-shuffled-SEED`; `None` for the linker's own order.
+    pub seed: Option<u64>,
+}
+
+/// What the clock adds to the time of a single query.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ClockEntry {
+    /// Median time of no work at all, ns: the part of every single reading that is the clock's own.
+    pub empty_ns: u64,
+    /// 99th percentile of the same, ns.
+    pub empty_p99_ns: u64,
+    /// Smallest difference of two readings that is not zero, ns.
+    pub tick_ns: u64,
+}
+
+/// How the caches are emptied: a buffer is read, one word of every 64 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ColdEntry {
+    /// Size of the buffer, bytes.
+    pub buffer_bytes: u64,
+    /// Size of the machine's largest cache, bytes; 0 where the system does not tell.
+    pub largest_cache_bytes: u64,
 }
 
 /// A variant as measured.
@@ -193,9 +243,18 @@ impl Manifest {
     /// When one cannot be read.
     pub fn seal(&mut self, folder: &Path, files: &[&str]) -> Result<(), RecordError> {
         for file in files {
-            self.rows.insert((*file).to_owned(), hash(&folder.join(file))?);
+            self.unseal(file);
+            let path = located(folder, file);
+            let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+            self.rows.insert(name, hash(&path)?);
         }
         Ok(())
+    }
+
+    /// Forgets the hash of a file of raw rows, plain or compressed.
+    pub fn unseal(&mut self, file: &str) {
+        self.rows.remove(file);
+        self.rows.remove(&compressed(file));
     }
 
     /// Compares the files of raw rows with the hashes that were noted when they were written.

@@ -11,6 +11,7 @@ pub mod file;
 pub mod lock;
 pub mod manifest;
 pub mod peers;
+pub mod repeats;
 pub mod rows;
 pub mod sweep;
 pub mod table;
@@ -26,15 +27,19 @@ pub use audit::{
 };
 pub use cost::{CostChunkRow, CostRow, DeadlineRow, RepayRow};
 pub use file::{
-    RecordError, for_each_row, read_rows, read_rows_if_there, read_text, write_bytes, write_rows, write_text,
+    RecordError, for_each_row, read_rows, read_rows_if_there, read_text, write_bytes, write_rows,
+    write_rows_compressed, write_text,
 };
 pub use lock::FolderLock;
 pub use manifest::Manifest;
 pub use peers::{PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow};
+pub use repeats::{Cache, SingleRow, VarianceRow};
 pub use rows::{
     AnswerRow, BuildRow, CaseRow, ClaimRow, ExitRow, LineRow, MissRow, OutlineRow, PoseRow, ProgramTimeRow, RatioRow,
     Row, SummaryRow, TightnessRow, TimingRow, TreeRow, VerificationRow,
 };
 pub use sweep::{SweepBuildRow, SweepGrowthRow, SweepRow, SweepSummaryRow, SweepTimingRow};
 pub use table::Table;
-pub use vocabulary::{ALL_VARIANTS, Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, PROGRAM_TIME, Stratum};
+pub use vocabulary::{
+    ALL_VARIANTS, Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, PROGRAM_TIME, PROGRAM_TIME_COLD, Stratum,
+};

@@ -1,5 +1,6 @@
 //! The rows. Column names are field names; `results/README.md` is their dictionary for readers.
 
+use super::repeats::{SingleRow, VarianceRow};
 use super::sweep::{SweepBuildRow, SweepGrowthRow, SweepRow, SweepTimingRow};
 use super::vocabulary::{Band, Stratum};
 use crate::method::Kind;
@@ -60,6 +61,8 @@ row_file! {
     SummaryRow => "summary.csv",
     RatioRow => "ratios.csv",
     ClaimRow => "claims.csv",
+    SingleRow => "singles.csv",
+    VarianceRow => "variance.csv",
 }
 
 /// What identifies a method and how its trees were built; part of most rows. `split` and `split_axes` are `none` and `leaf` is 0
@@ -382,6 +385,9 @@ pub struct BuildRow {
     pub leaf: u8,
     /// Triangles of the part.
     pub triangles: u64,
+    /// Binary that ran, by its number in the manifest; 0 in records from before protocol 2.1.
+    #[serde(default)]
+    pub binary: u32,
     /// Process launch, from 0.
     pub launch: u32,
     /// Block within the launch, from 0.
@@ -397,6 +403,9 @@ pub struct TimingRow {
     pub scene: String,
     /// Case, by its name in `cases.csv`.
     pub case: String,
+    /// Binary that ran, by its number in the manifest; 0 in records from before protocol 2.1.
+    #[serde(default)]
+    pub binary: u32,
     /// Process launch, from 0.
     pub launch: u32,
     /// Block within the launch, from 0.
@@ -436,12 +445,30 @@ pub struct SummaryRow {
     pub mean_low_ns: f64,
     /// Upper end, ns.
     pub mean_high_ns: f64,
-    /// Median over chunks of the chunk's mean query time, ns.
-    pub median_ns: f64,
+    /// Poses of which single queries were timed; 0 where none were.
+    #[serde(default)]
+    pub single_poses: u64,
+    /// Median over poses of the time of a single query, warm, with one reading of the clock in it, ns; of each pose the median reading.
+    #[serde(default)]
+    pub query_p50_ns: Option<f64>,
     /// 95th percentile of the same, ns.
-    pub p95_ns: f64,
+    #[serde(default)]
+    pub query_p95_ns: Option<f64>,
+    /// 99th percentile, ns.
+    #[serde(default)]
+    pub query_p99_ns: Option<f64>,
     /// Largest, ns.
-    pub max_ns: f64,
+    #[serde(default)]
+    pub query_max_ns: Option<f64>,
+    /// Median over chunks of the chunk's mean query time, ns.
+    #[serde(alias = "median_ns")]
+    pub chunk_median_ns: f64,
+    /// 95th percentile of the same, ns.
+    #[serde(alias = "p95_ns")]
+    pub chunk_p95_ns: f64,
+    /// Largest, ns.
+    #[serde(alias = "max_ns")]
+    pub chunk_max_ns: f64,
     /// Mean volume tests of a query; NaN where nothing was counted.
     pub volume_tests: f64,
     /// Mean triangle tests of a query.
@@ -478,7 +505,7 @@ pub struct ProgramTimeRow {
     pub leaf: u8,
     /// Sum of the query times, ns.
     pub total_ns: f64,
-    /// Lower end of its 95 % interval over launches and blocks, ns.
+    /// Lower end of its 95 % interval over binaries, or over the launches of a single one, ns.
     pub total_low_ns: f64,
     /// Upper end, ns.
     pub total_high_ns: f64,
@@ -497,11 +524,11 @@ pub struct ProgramTimeRow {
 pub struct RatioRow {
     /// Scene name.
     pub scene: String,
-    /// Workload name; `program-time` for metric `program-time`; `-` for `build`.
+    /// Workload name; `program-time` and `program-time-cold` for the metrics of these names; `-` for `build`.
     pub workload: String,
-    /// Stratum, or `all`; for `program-time` the program's file, or `all`; `-` for `build`.
+    /// Stratum, or `all`; for whole programs the program's file, or `all`; `-` for `build`.
     pub stratum: String,
-    /// `program-time`, `time`, `volume-tests`, `triangle-tests` or `build`.
+    /// `program-time`, `program-time-cold`, `time`, `volume-tests`, `triangle-tests` or `build`.
     pub metric: String,
     /// Variant on top.
     pub variant: String,
@@ -517,7 +544,7 @@ pub struct RatioRow {
     pub low: f64,
     /// Upper end.
     pub high: f64,
-    /// Independent clusters that were resampled: groups of lines, launches and blocks, or blocks.
+    /// Independent clusters that were resampled: groups of lines, launches or binaries, blocks or binaries.
     pub clusters: u64,
     /// `less`, `same` (the interval lies within 5 % of 1), `more` or `unclear`.
     pub effect: String,
@@ -581,6 +608,7 @@ case_key!(
     BuildRow,
     SummaryRow,
     ProgramTimeRow,
+    VarianceRow,
     SweepRow,
     SweepTimingRow,
     SweepBuildRow,

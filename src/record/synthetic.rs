@@ -74,6 +74,8 @@ pub(crate) const PLANTED: [Planted; 12] = [
 pub(crate) struct Plan {
     pub seed: u64,
     pub launches: u32,
+    /// Binaries that take turns.
+    pub binaries: u32,
     pub blocks: u32,
     pub chunks: u32,
     /// Standard deviation of the log of a single timing about.
@@ -82,7 +84,7 @@ pub(crate) struct Plan {
 
 impl Default for Plan {
     fn default() -> Self {
-        Self { seed: 1, launches: 3, blocks: 4, chunks: 4, noise: 0.005 }
+        Self { seed: 1, launches: 3, binaries: 1, blocks: 4, chunks: 4, noise: 0.005 }
     }
 }
 
@@ -293,6 +295,7 @@ impl Run {
                             self.timings.push(TimingRow {
                                 scene: scene.into(),
                                 case: case_name(&planted, &case),
+                                binary: launch % plan.binaries,
                                 launch,
                                 block,
                                 chunk,
@@ -313,6 +316,7 @@ impl Run {
                                 split_axes,
                                 leaf,
                                 triangles: 8000,
+                                binary: launch % plan.binaries,
                                 launch,
                                 block,
                                 ns: (2e7 * planted.build * (1.0 + plan.noise * rng.random_range(-1.0..1.0))) as u64,
@@ -552,6 +556,8 @@ fn manifest(plan: &Plan) -> Manifest {
             program_steps: 64,
             blocks: plan.blocks,
             launches: plan.launches,
+            binaries: plan.binaries,
+            cold_poses: 0,
         },
         inputs: BTreeMap::from([("scenes/made-up/scene.toml".into(), "00".into())]),
         variants: PLANTED.iter().map(entry).collect(),
@@ -561,6 +567,9 @@ fn manifest(plan: &Plan) -> Manifest {
             command: "bvbench repro --profile smoke".into(),
             ..Default::default()
         },
+        binaries: Vec::new(),
+        clock: None,
+        cold: None,
         machine: MachineFacts { cpu: "made-up CPU".into(), cores: 2, os: "none".into(), ..Default::default() },
         null_of: "obb-area".into(),
         cross_check: None,

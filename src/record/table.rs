@@ -4,7 +4,6 @@ use super::file::{self, RecordError};
 use super::rows::Row;
 use serde::Serialize;
 use serde_json::Value;
-use std::io::BufReader;
 use std::path::Path;
 
 /// A record: its columns, and of each row the line in the file followed by the cells. Numbers are numbers; what is empty or
@@ -25,10 +24,9 @@ impl Table {
     /// # Errors
     /// When the file is missing or a row is not of its type.
     pub fn of<R: Row>(folder: &Path) -> Result<Self, RecordError> {
-        let path = folder.join(R::FILE);
+        let path = file::located(folder, R::FILE);
         let bad = |source| RecordError::Csv { path: path.clone(), source };
-        let file = file::open(&path)?;
-        let mut reader = csv::Reader::from_reader(BufReader::new(file));
+        let mut reader = csv::Reader::from_reader(file::open_table(folder, R::FILE)?);
         let headers = reader.headers().map_err(bad)?.clone();
         let mut rows = Vec::new();
         let mut record = csv::StringRecord::new();
@@ -48,10 +46,9 @@ impl Table {
     /// # Errors
     /// When the file is missing or no CSV.
     pub fn of_file(folder: &Path, file: &str) -> Result<Self, RecordError> {
-        let path = folder.join(file);
+        let path = file::located(folder, file);
         let bad = |source| RecordError::Csv { path: path.clone(), source };
-        let text = file::open(&path)?;
-        let mut reader = csv::Reader::from_reader(BufReader::new(text));
+        let mut reader = csv::Reader::from_reader(file::open_table(folder, file)?);
         let columns: Vec<String> = reader.headers().map_err(bad)?.iter().map(str::to_owned).collect();
         let records: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().map_err(bad)?;
         let is_number = |cell: &str| cell.is_empty() || cell.parse::<f64>().is_ok();

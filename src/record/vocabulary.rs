@@ -10,6 +10,9 @@ pub const CONTROL_WORKLOAD: &str = "control";
 /// Workload of the poses of whole programs, from start to first collision; also the metric that is made of their times.
 pub const PROGRAM_TIME: &str = "program-time";
 
+/// Metric, and workload in `ratios.csv`, of queries of whole programs that find the caches empty.
+pub const PROGRAM_TIME_COLD: &str = "program-time-cold";
+
 /// What stands in the place of a variant in an outline row that draws the part itself.
 pub const MESH_OUTLINE: &str = "mesh";
 

@@ -20,6 +20,7 @@ pub(super) fn render(contents: &Contents) -> String {
         figures(contents),
         details(contents),
         times(contents),
+        super::variance::section(contents),
         super::peers::section(&contents.peers, &contents.peer_ratios),
         provenance(contents),
         limitations(&contents.claims),
@@ -346,29 +347,34 @@ fn times(contents: &Contents) -> String {
         ">mean, µs",
         ">median",
         ">p95",
+        ">p99",
         ">max",
         ">volume tests",
         ">triangle tests",
     ];
     let mut table = Table::new(&headings);
     for row in contents.summary.iter().filter(|row| row.stratum == ALL && row.variant != NULL_VARIANT) {
-        let us = |ns: f64| number(ns / 1e3);
+        let us = |ns: Option<f64>| ns.map_or_else(|| "-".to_owned(), |ns| number(ns / 1e3));
         table.row([
             row.scene.clone(),
             row.workload.clone(),
             contents.label(&row.variant).to_owned(),
             row.case().policy(),
             interval(Some(row.mean_ns / 1e3), Some(row.mean_low_ns / 1e3), Some(row.mean_high_ns / 1e3)),
-            us(row.median_ns),
-            us(row.p95_ns),
-            us(row.max_ns),
+            us(row.query_p50_ns),
+            us(row.query_p95_ns),
+            us(row.query_p99_ns),
+            us(row.query_max_ns),
             number(row.volume_tests),
             number(row.triangle_tests),
         ]);
     }
+    let clock = contents.manifest.clock.map_or_else(String::new, |clock| {
+        format!(" Each reading holds the clock's own {} ns (99 % of {}).", clock.empty_ns, clock.empty_p99_ns)
+    });
     format!(
-        "## Times and counts of a query\n\nArithmetic mean over the poses of each workload with its 95 % interval, quantiles over chunks of \
-         poses; by stratum in `summary.csv`. Times of two methods are to be compared by their paired ratios \
+        "## Times and counts of a query\n\nArithmetic mean over the poses of each workload with its 95 % interval; median, 95th and 99th \
+         percentile and largest of single queries, of each pose the median reading, of cases under their default policies.{clock} By stratum in `summary.csv`. Times of two methods are to be compared by their paired ratios \
          (`ratios.csv`), not by these intervals.\n\n{}",
         table.finish()
     )

@@ -9,6 +9,7 @@ mod page;
 mod peers;
 mod tables;
 mod terminal;
+mod variance;
 
 pub use audit::{AUDIT_FILE, write_audit};
 pub use page::{Inset, PAGE_FILE, write_page};
@@ -19,8 +20,8 @@ use crate::analysis::misses::Misses;
 use crate::analysis::{Ranked, noise, ranking};
 use crate::plot::{Gallery, PlotError, read_gallery};
 use crate::record::{
-    ClaimRow, Manifest, PeerRatioRow, PeerRow, ProgramTimeRow, RatioRow, RecordError, SummaryRow, read_rows,
-    read_rows_if_there, write_text,
+    ClaimRow, Manifest, PeerRatioRow, PeerRow, ProgramTimeRow, RatioRow, RecordError, SummaryRow, VarianceRow,
+    read_rows, read_rows_if_there, write_text,
 };
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -57,6 +58,8 @@ pub struct Contents {
     pub program_times: Vec<ProgramTimeRow>,
     /// Ratios.
     pub ratios: Vec<RatioRow>,
+    /// Variance components; empty for a run that was analysed before there were any.
+    pub variance: Vec<VarianceRow>,
     /// Misses.
     pub misses: Misses,
     /// The figures.
@@ -87,6 +90,7 @@ impl Contents {
             peer_ratios: read_rows_if_there(folder)?,
             summary: read_rows(folder)?,
             program_times: read_rows(folder)?,
+            variance: read_rows_if_there(folder)?,
             gallery: read_gallery(folder)?,
             noise: noise(&manifest, &ratios),
             ranking: ranking(&manifest, &ratios, &misses, &claims),

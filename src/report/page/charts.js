@@ -4,6 +4,7 @@
 /** The metrics of `ratios.csv`. @type {[string, string][]} */
 const METRICS = [
   ["program-time", "time of whole programs"],
+  ["program-time-cold", "time of whole programs, cold"],
   ["time", "query time"],
   ["volume-tests", "volume tests"],
   ["triangle-tests", "triangle tests"],
@@ -13,9 +14,10 @@ const METRICS = [
 /** What `summary.csv` tells of a query: column, words, whether it is a time. @type {[string, string, boolean][]} */
 const MEASURES = [
   ["mean_ns", "mean time", true],
-  ["median_ns", "median", true],
-  ["p95_ns", "95 %", true],
-  ["max_ns", "largest", true],
+  ["query_p50_ns", "median of single queries", true],
+  ["query_p95_ns", "95 % of single queries", true],
+  ["query_p99_ns", "99 % of single queries", true],
+  ["query_max_ns", "slowest single query", true],
   ["volume_tests", "volume tests", false],
   ["triangle_tests", "triangle tests", false],
 ];
@@ -165,8 +167,8 @@ function drawQueries() {
           ["poses", `${cells.stratum}, ${number(cells.poses)}`],
           ["mean", time(cells.mean_ns)],
           ["interval", `${time(cells.mean_low_ns)} to ${time(cells.mean_high_ns)}`],
-          ["median", time(cells.median_ns)],
-          ["95 %", time(cells.p95_ns)],
+          ["median", time(cells.query_p50_ns)],
+          ["99 %", time(cells.query_p99_ns)],
           ["volume tests", number(cells.volume_tests)],
           ["triangle tests", number(cells.triangle_tests)],
         ];

@@ -2,6 +2,7 @@
 
 use crate::analysis::claims::{CaseRef, Claim};
 use crate::analysis::{ALL, Ranked};
+use crate::record::file::located;
 use crate::record::{
     AuditCellRow, AuditEffectRow, AuditShareRow, Band, ClaimRow, CostChunkRow, CostRow, DeadlineRow, Manifest,
     NULL_VARIANT, PeerRatioRow, PeerRow, RatioRow, RecordError, RepayRow, Row, Stratum, SummaryRow, SweepSummaryRow,
@@ -132,6 +133,9 @@ fn reading(reading: &crate::analysis::claims::Reading) -> ReadingEntry<'_> {
     }
 }
 
+/// A compressed table is about so many times as long when it is read.
+const TIMES_COMPRESSED: u64 = 12;
+
 /// The records that the page holds, as long as there is room.
 struct Shelf<'a> {
     folder: &'a Path,
@@ -172,7 +176,7 @@ impl Shelf<'_> {
     }
 
     fn add<R: Row>(&mut self) -> Result<(), RecordError> {
-        if self.folder.join(R::FILE).exists() { self.put(R::FILE, self.room, Table::of::<R>) } else { Ok(()) }
+        if located(self.folder, R::FILE).exists() { self.put(R::FILE, self.room, Table::of::<R>) } else { Ok(()) }
     }
 
     fn put(
@@ -181,8 +185,11 @@ impl Shelf<'_> {
         most: u64,
         read: impl FnOnce(&Path) -> Result<Table, RecordError>,
     ) -> Result<(), RecordError> {
-        let path = self.folder.join(file);
-        let bytes = std::fs::metadata(&path).map_err(RecordError::io("read", &path))?.len();
+        let path = located(self.folder, file);
+        let mut bytes = std::fs::metadata(&path).map_err(RecordError::io("read", &path))?.len();
+        if path != self.folder.join(file) {
+            bytes *= TIMES_COMPRESSED;
+        }
         if bytes > most.min(self.room) {
             self.left_out.push(file.to_owned());
         } else {

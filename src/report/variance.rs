@@ -1,0 +1,72 @@
+//! The report's section on repetition: where the spread of program times comes from, and how often the next run should repeat.
+
+use super::Contents;
+use super::tables::{Table, interval, number};
+use crate::analysis::{ranked_by, variance};
+use crate::record::{NULL_VARIANT, VarianceRow};
+
+/// The section; empty for a run that was analysed before there were components.
+pub(super) fn section(contents: &Contents) -> String {
+    let (_, workload) = ranked_by(&contents.ratios);
+    let is_default = |row: &&VarianceRow| {
+        let entry = contents.manifest.variants.iter().find(|entry| entry.id == row.variant);
+        let policy = row.case().policy();
+        row.variant == NULL_VARIANT
+            || entry.is_some_and(|entry| entry.policies.first().is_none_or(|first| *first == policy))
+    };
+    let wanted = |row: &&VarianceRow| row.workload == workload && !row.baseline.is_empty();
+    let rows: Vec<&VarianceRow> = contents.variance.iter().filter(wanted).filter(is_default).collect();
+    let Some(first) = rows.first() else { return String::new() };
+    let headings = [
+        "scene",
+        "variant",
+        ">binary, %",
+        ">launch, %",
+        ">block, %",
+        "ratio [over binaries]",
+        "[over launches alone]",
+        "binaries × launches × blocks for ± 2.5 %",
+    ];
+    let mut table = Table::new(&headings);
+    for row in &rows {
+        let percent = |sd: Option<f64>| sd.map_or_else(|| "-".to_owned(), |sd| number(100.0 * sd));
+        let within = interval(Some(row.value), row.low_within, row.high_within);
+        let planned = [row.planned_binaries, row.planned_launches, row.planned_blocks];
+        let planned: Option<Vec<String>> = planned.iter().map(|n| n.map(|n| n.to_string())).collect();
+        table.row([
+            row.scene.clone(),
+            contents.label(&row.variant).to_owned(),
+            percent(row.binary_sd),
+            percent(row.launch_sd),
+            percent(row.block_sd),
+            interval(Some(row.value), row.low, row.high),
+            row.low_within.map_or_else(|| "-".to_owned(), |_| within),
+            planned.map_or_else(|| "-".to_owned(), |planned| planned.join(" × ")),
+        ]);
+    }
+    let VarianceRow { binaries, launches, blocks, baseline, .. } = first;
+    let advice = variance::decisive(&contents.variance, &contents.manifest).map_or_else(
+        || {
+            "This run plans nothing: a pilot needs two binaries, two launches of each and two blocks of each launch (`scripts/binaries`, \
+             `--binary`).\n\n"
+                .to_owned()
+        },
+        |row| {
+            format!(
+                "The next run needs {} binaries, {} launch(es) of each and {} block(s) of each launch: `--plan-from` this folder. {} in {} \
+                 decides.\n\n",
+                row.planned_binaries.unwrap_or(0),
+                row.planned_launches.unwrap_or(0),
+                row.planned_blocks.unwrap_or(0),
+                contents.label(&row.variant),
+                row.scene
+            )
+        },
+    );
+    format!(
+        "## Variance components\n\nStandard deviations of the ratio to {baseline} in workload `{workload}`, by what was repeated: {binaries} \
+         binary(ies) of shuffled layout, {launches} launch(es) of each, {blocks} block(s) of each launch. `-` where nothing was repeated. All \
+         cases and workloads are in `variance.csv`.\n\n{}{advice}",
+        table.finish()
+    )
+}
