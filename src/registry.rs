@@ -49,7 +49,7 @@ pub const NULL_VARIANT: &str = "null-duplicate";
 pub const ALL_VARIANTS: &str = "all";
 
 /// Prepares a mesh for queries.
-type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;
+pub type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;
 
 /// A method by name: what it is called, and how to prepare a mesh for it.
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +88,9 @@ impl Variant {
         Self { policy: Some(Policy::own(split)), ..Self::without_tree(info, Kind::Volume, prepare) }
     }
 
-    const fn without_tree(info: Info, kind: Kind, prepare: Prepare) -> Self {
+    /// A method that prepares its meshes in a way of its own; it has no policy unless one is set.
+    #[must_use]
+    pub const fn without_tree(info: Info, kind: Kind, prepare: Prepare) -> Self {
         Self {
             info,
             kind,

@@ -7,10 +7,11 @@ import math
 
 import numpy as np
 
-from estimate import over_launches, rate_by_line, ratio, type7, weighted
+from estimate import over_launches, rate_by_line, ratio, repeated, type7, weighted
 from study import ALL, in_cell
 
 PROGRAM_TIME = "program-time"
+COLD = "program-time-cold"
 
 
 class Derivation:
@@ -20,6 +21,9 @@ class Derivation:
         self.study, self.draws = study, draws
         self.queries = {key: rows for key, rows in study.queries.groupby(["scene", "case"])}
         self.builds = {key: rows for key, rows in study.builds.groupby(["scene", "case"])}
+        singles = study.singles.merge(study.poses[["scene", "pose", "workload", "stratum", "program"]], on=["scene", "pose"], how="left")
+        self.cold = {key: rows for key, rows in singles[singles.cache == "cold"].groupby(["scene", "case"])}
+        self.warm = {key: rows for key, rows in singles[singles.cache == "warm"].groupby(["scene", "case"])}
         self.tallies = self.tally()
         baselines = study.claims["comparison"]["baselines"]
         self.baselines = [case for case in map(study.default, baselines) if case]
@@ -44,7 +48,22 @@ class Derivation:
     def program_ratio(self, scene, above, below, program):
         """The ratio of two cases' program times."""
         totals = [self.program_totals(scene, case, program) for case in (above, below)]
-        return None if any(total is None for total in totals) else over_launches(*totals)
+        if any(total is None for total in totals):
+            return None
+        return over_launches(*(repeated(total, self.study.binaries[scene]) for total in totals))
+
+    def cold_ratio(self, scene, above, below, program):
+        """The ratio of two cases' cold queries, at the poses that both were asked in a launch."""
+        rows = self.cold.get((scene, above)), self.cold.get((scene, below))
+        if any(table is None for table in rows):
+            return None
+        both = rows[0].merge(rows[1], on=["launch", "pose"], suffixes=("", "_below"))
+        both = both if program == ALL else both[both.program == program]
+        sums = both.groupby("launch")[["ns", "ns_below"]].sum()
+        place = self.study.binary_of(scene)
+        by_binary = sums.groupby(sums.index.map(lambda launch: place.get(launch, 0))).sum()
+        sums = by_binary if len(by_binary) > 1 else sums
+        return over_launches(sums.ns, sums.ns_below) if len(sums) else None
 
     def program_times(self):
         """The rows of program_times.csv."""
@@ -56,6 +75,7 @@ class Derivation:
                 if totals is None:
                     continue
                 # The mean of the launches is their sum over their number, and their spread that of logarithms.
+                totals = repeated(totals, self.study.binaries[scene])
                 total = over_launches(totals, np.ones(len(totals)))
                 against = baseline and self.program_ratio(scene, case, baseline, program)
                 wanted = programs if program == ALL else programs[programs.program == program]
@@ -149,7 +169,15 @@ class Derivation:
             return None
         drawn_in, cluster, poses = (self.study.column("chunks", scene, name)[chunks] for name in ("drawn_in", "cluster", "poses"))
         above = times[chunks]
-        return ratio(drawn_in, cluster, above, np.where(np.isnan(above), np.nan, poses[:, None]), self.draws)
+        below = np.where(np.isnan(above), np.nan, poses[:, None])
+        return ratio(drawn_in, cluster, above, below, self.draws, self.study.binaries[scene])
+
+    def single_times(self, scene, case, workload, stratum):
+        """Of each pose of a cell the median reading over a single warm query."""
+        rows = self.warm.get((scene, case))
+        if rows is None:
+            return np.array([])
+        return rows[in_cell(rows, workload, stratum)].groupby("pose").ns.median().to_numpy()
 
     def summary(self):
         """The rows of summary.csv."""
@@ -165,7 +193,11 @@ class Derivation:
                 if mean is None and not counted:
                     continue
                 row = {"scene": scene, "workload": workload, "stratum": stratum, "case": case, "mean_ns": mean}
-                names = ["median_ns", "p95_ns", "max_ns"]
+                single = self.single_times(scene, case, workload, stratum)
+                row |= {"single_poses": len(single)}
+                for name, quantile in [("query_p50_ns", 0.5), ("query_p95_ns", 0.95), ("query_p99_ns", 0.99), ("query_max_ns", 1.0)]:
+                    row[name] = type7(single, quantile) if len(single) else math.nan
+                names = ["chunk_median_ns", "chunk_p95_ns", "chunk_max_ns"]
                 if mean:
                     times, count = study.times[scene, case][chunks], study.chunks_of(scene).poses.to_numpy()[chunks]
                     timed = ~np.isnan(times).all(axis=1)
@@ -198,9 +230,10 @@ class Derivation:
 
     def compare(self, scene, above, below, metric):
         """The ratios of two cases by one metric: (workload, stratum, Ratio)."""
-        if metric == PROGRAM_TIME:
+        if metric in (PROGRAM_TIME, COLD):
+            of = self.program_ratio if metric == PROGRAM_TIME else self.cold_ratio
             for program in [ALL, *self.programs(scene).program]:
-                yield PROGRAM_TIME, program, self.program_ratio(scene, above, below, program)
+                yield metric, program, of(scene, above, below, program)
         elif metric == "build":
             yield "-", "-", self.build_ratio(scene, above, below)
         else:
@@ -225,7 +258,8 @@ class Derivation:
         first, second = (np.where(neither, np.nan, values) for values in (first, second))
         if metric != "time" and not (np.nansum(first) and np.nansum(second)):
             return None
-        return ratio(*(study.column(table, scene, column)[of_cell] for column in names), first, second, self.draws)
+        binaries = study.binaries[scene] if metric == "time" else []
+        return ratio(*(study.column(table, scene, column)[of_cell] for column in names), first, second, self.draws, binaries)
 
     def build_ratio(self, scene, above, below):
         """The ratio of two cases' construction times, of the parts that both built; blocks are drawn."""
@@ -234,11 +268,13 @@ class Derivation:
             return None
         rows = pair[0].merge(pair[1], on=["part", "launch", "block"], suffixes=("", "_below"))
         times = (rows[[name]].to_numpy(float) for name in ("ns", "ns_below"))
-        return ratio(np.zeros(len(rows)), rows.block.to_numpy(), *times, self.draws)
+        place = self.study.binary_of(scene)
+        drawn = rows.launch.map(place) if place else rows.block
+        return ratio(np.zeros(len(rows)), drawn.to_numpy(), *times, self.draws)
 
     def ratios(self):
         """The rows of ratios.csv."""
-        metrics = [PROGRAM_TIME, "time", "volume-tests", "triangle-tests", "build"]
+        metrics = [PROGRAM_TIME, COLD, "time", "volume-tests", "triangle-tests", "build"]
         for scene in sorted(self.study.scenes):
             for (above, below), metric in itertools.product(self.comparisons(scene), metrics):
                 for workload, stratum, found in self.compare(scene, above, below, metric):

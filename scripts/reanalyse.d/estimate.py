@@ -73,23 +73,37 @@ def over_launches(above, below):
     return Ratio(value, count, count - 1, ends=(value * math.exp(-half), value * math.exp(half)), error=error)
 
 
+def repeated(by_launch, binaries):
+    """Totals by launch, the last axis, as means by what is repeated at the highest level: binaries where there are several."""
+    if not binaries:
+        return by_launch
+    return np.stack([by_launch[..., launches].mean(axis=-1) for launches in binaries], axis=-1)
+
+
 class Draws:
-    """Resamples by shape: as many clusters in each stratum, as many launches. Equal shapes share their draws."""
+    """Resamples by shape: as many clusters in each stratum, as many launches; of several binaries one fewer than there are, with their
+    launches. Equal shapes share their draws."""
 
     def __init__(self, seed):
         self.seed, self.known = seed, {}
 
-    def of(self, shape, launches):
-        key = (tuple(shape), launches)
+    def of(self, shape, launches, binaries=()):
+        key = (tuple(shape), launches, tuple(map(tuple, binaries)))
         if key not in self.known:
             generator = np.random.default_rng([self.seed, launches, *shape])
-            launch = generator.multinomial(launches, [1 / launches] * launches, size=OURS).astype(float)
+            if binaries:
+                drawn = generator.multinomial(len(binaries) - 1, [1 / len(binaries)] * len(binaries), size=OURS)
+                launch = np.zeros((OURS, launches))
+                for place, of_binary in enumerate(binaries):
+                    launch[:, of_binary] = drawn[:, [place]]
+            else:
+                launch = generator.multinomial(launches, [1 / launches] * launches, size=OURS).astype(float)
             cluster = [generator.multinomial(size, [1 / size] * size, size=OURS) for size in shape]
             self.known[key] = (launch, np.concatenate(cluster, axis=1).astype(float))
         return self.known[key]
 
 
-def ratio(drawn_in, cluster, above, below, draws):
+def ratio(drawn_in, cluster, above, below, draws, binaries=()):
     """The ratio of totals of items, each with what it is drawn in, its cluster, and numerator and denominator by launch, NaN where it was not
     observed; draws are None where only the point is wanted. None of nothing."""
     seen = ~np.isnan(above).all(axis=1)
@@ -117,9 +131,20 @@ def ratio(drawn_in, cluster, above, below, draws):
     found = Ratio(value, count)
     if draws is None or not math.isfinite(value):
         return found
-    found.freedom, lengthening = satterthwaite(mean[0] - value * mean[1], shape)
+    found.freedom, lengthening, variance = satterthwaite(mean[0] - value * mean[1], shape)
+    if binaries:
+        variance /= mean[0].sum() ** 2
+        logs = []
+        for launches_of in binaries:
+            weight = seen[:, launches_of].sum(axis=1)
+            weight = np.divide(1.0, weight, out=np.zeros_like(weight), where=weight > 0)
+            logs.append(math.log((above[:, launches_of].sum(axis=1) * weight).sum() / (below[:, launches_of].sum(axis=1) * weight).sum()))
+        between = float(np.var(logs, ddof=1)) / len(logs)
+        if variance + between > 0:
+            squares = between**2 / (len(logs) - 1) + (variance**2 / found.freedom if variance > 0 else 0.0)
+            found.freedom = (variance + between) ** 2 / squares
     found.wider = student(found.freedom) / Z if found.freedom > 0 else 1.0
-    launch, cluster = draws.of(shape, launches)
+    launch, cluster = draws.of(shape, launches, binaries)
     if seen.all():
         n = (cluster @ above * launch).sum(axis=1)
         d = (cluster @ below * launch).sum(axis=1)
@@ -135,7 +160,7 @@ def ratio(drawn_in, cluster, above, below, draws):
 
 
 def satterthwaite(errors, shape):
-    """Degrees of freedom, and what lengthens the deviations, by the variances of the strata's sums of numerator - ratio x denominator."""
+    """Degrees of freedom, what lengthens the deviations, and the variance of the sum, by the variances of the strata's sums of numerator - ratio x denominator."""
     total = squares = drawn = 0.0
     start = 0
     for size in shape:
@@ -148,8 +173,8 @@ def satterthwaite(errors, shape):
         squares += variance**2 / (size - 1)
         drawn += variance * (size - 1) / size
     if total > 0:
-        return total**2 / squares, math.sqrt(total / drawn)
-    return float(len(errors) - len(shape)), 1.0
+        return total**2 / squares, math.sqrt(total / drawn), total
+    return float(len(errors) - len(shape)), 1.0, 0.0
 
 
 def strictness(ends):

@@ -13,9 +13,11 @@ from derive import Derivation, costs, repay
 from estimate import Draws, distance, strictness
 from report import report_tables
 from study import BadInput, Study
+from variance import variance_rows
 
 SHOWN = 40
 POINT = 1e-9  # relative
+TIMES = ["time", "program-time", "program-time-cold"]
 
 
 class Differences:
@@ -109,8 +111,9 @@ def check(folder, intervals=True, readme=None):
 
     file = "summary.csv"
     for place, there, row in pair_up(differences, file, study.derived[file], derivation.summary(), ["scene", "workload", "stratum", "case"]):
-        for column in ["poses", "clusters", "median_ns", "p95_ns", "max_ns", "volume_tests", "triangle_tests", "contacts", "missed",
-                       "miss_rate_low", "miss_rate_high"]:  # fmt: skip
+        for column in ["poses", "clusters", "single_poses", "query_p50_ns", "query_p95_ns", "query_p99_ns", "query_max_ns", "chunk_median_ns",
+                       "chunk_p95_ns", "chunk_max_ns", "volume_tests", "triangle_tests", "contacts", "missed", "miss_rate_low",
+                       "miss_rate_high"]:  # fmt: skip
             differences.same(file, place, column, getattr(there, column), row[column])
         if row["mean_ns"] is None:
             differences.same(file, place, "mean_ns", there.mean_ns, math.nan)
@@ -126,7 +129,7 @@ def check(folder, intervals=True, readme=None):
     keys = ["scene", "workload", "stratum", "metric", "case", "below"]
     noisy = {
         (row.scene, row.workload, row.stratum): (row.ratio, row.low, row.high)
-        for row in table[(table.variant == "null-duplicate") & table.metric.isin(["time", "program-time"])].itertuples()
+        for row in table[(table.variant == "null-duplicate") & table.metric.isin(TIMES)].itertuples()
         if not is_quiet(row.ratio, row.low, row.high)
     }
     ratios = {}
@@ -135,11 +138,12 @@ def check(folder, intervals=True, readme=None):
         ratios[tuple(row[key] for key in keys)] = (found, there)
         differences.same(file, place, "clusters", there.clusters, row["clusters"])
         differences.interval(file, place, found, there.ratio, there.low, there.high)
-        few = there.clusters < (2 if there.metric == "program-time" else 4)
+        few = there.clusters < (2 if there.metric.startswith("program-time") else 4)
         differences.same(file, place, "effect", there.effect, "unclear" if few else effect_of(there.low, there.high))
-        wanted = there.metric in ("time", "program-time") and (there.scene, there.workload, there.stratum) in noisy
+        wanted = there.metric in TIMES and (there.scene, there.workload, there.stratum) in noisy
         differences.same(file, place, "noisy", there.noisy, int(wanted))
 
+    variance_rows(differences, derivation, study, pair_up)
     cost, predicted, deadlines = costs(derivation)
     for file, expected, keys, columns in [
         ("costs.csv", cost, ["case"], "setup_ns volume_test_ns triangle_test_ns chunks error_median error_p95"),

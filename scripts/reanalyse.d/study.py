@@ -3,6 +3,7 @@
 import functools
 import json
 import tomllib
+import zlib
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,8 @@ STRATA = ["colliding", "near-miss", "medium", "far"]
 ALL = "all"
 SCHEMA = 2
 
-# Columns by file: t is text, i an integer of 0 or more, f a number, F a number or empty.
+# Columns by file: t is text, i an integer of 0 or more, f a number, F a number or empty. What follows `=` is the value in records that do not
+# have the column.
 RAW = {
     "cases.csv": "case:t variant:t label:t kind:t safe:i split:t split_axes:t leaf:i default:i asked_everywhere:i duplicate_of:t",
     "poses.csv": "scene:t pose:i pair:t workload:t program:t line:i step:i chunk:i stratum:t band:t clearance_mm:F exact:i contained:i",
@@ -25,15 +27,25 @@ RAW = {
     "tightness.csv": "scene:t part:t variant:t split:t split_axes:t leaf:i frame:i level:i hull_mm3:f hulled_volume_mm3:f"
     " outside_corners_pct:f",
     "outlines.csv": "scene:t part:t variant:t x1_mm:f y1_mm:f z1_mm:f x2_mm:f y2_mm:f z2_mm:f",
-    "builds.csv": "scene:t part:t variant:t split:t split_axes:t leaf:i launch:i block:i ns:i",
-    "timings.csv": "scene:t case:t launch:i block:i chunk:i passes:i ns:i",
+    "builds.csv": "scene:t part:t variant:t split:t split_axes:t leaf:i binary:i=0 launch:i block:i ns:i",
+    "timings.csv": "scene:t case:t binary:i=0 launch:i block:i chunk:i passes:i ns:i",
 }
+
+# Files that records from before protocol 2.1 do not have.
+LATER_RAW = {"singles.csv": "scene:t case:t cache:t binary:i launch:i pose:i ns:i"}
+LATER_DERIVED = {
+    "variance.csv": "scene:t workload:t variant:t split:t split_axes:t leaf:i baseline:t binaries:i launches:i blocks:i value:f binary_sd:F"
+    " launch_sd:F block_sd:F low:F high:F low_within:F high_within:F planned_binaries:F planned_launches:F planned_blocks:F",
+}
+# Names that columns had before protocol 2.1.
+OLD_NAMES = {"median_ns": "chunk_median_ns", "p95_ns": "chunk_p95_ns", "max_ns": "chunk_max_ns"}
 
 DERIVED = {
     "program_times.csv": "scene:t program:t ends_at:t queries:i variant:t split:t split_axes:t leaf:i total_ns:f total_low_ns:f total_high_ns:f"
     " baseline:t ratio:F low:F high:F",
     "summary.csv": "scene:t workload:t stratum:t variant:t split:t split_axes:t leaf:i poses:i clusters:i mean_ns:f mean_low_ns:f mean_high_ns:f"
-    " median_ns:f p95_ns:f max_ns:f volume_tests:f triangle_tests:f contacts:i missed:i miss_rate_low:f miss_rate_high:f",
+    " single_poses:i=0 query_p50_ns:F= query_p95_ns:F= query_p99_ns:F= query_max_ns:F= chunk_median_ns:f chunk_p95_ns:f chunk_max_ns:f"
+    " volume_tests:f triangle_tests:f contacts:i missed:i miss_rate_low:f miss_rate_high:f",
     "ratios.csv": "scene:t workload:t stratum:t metric:t variant:t policy:t baseline:t baseline_policy:t ratio:f low:f high:f clusters:i effect:t"
     " noisy:i",
     "claims.csv": "claim:t role:t reading:t scene:t workload:t stratum:t verdict:t effect:t measure:t value:F low:F high:F p_holm:F missed:F"
@@ -49,13 +61,28 @@ class BadInput(Exception):
     """Something cannot be read, or contradicts itself: exit code 2."""
 
 
-def read_table(path, columns):
-    """A CSV with at least these columns, each of its type."""
+def located(path):
+    """The file, or its compressed form where only that is there."""
+    packed = path.with_name(path.name + ".gz")
+    return packed if packed.exists() and not path.exists() else path
+
+
+def read_table(path, columns, later=False):
+    """A CSV, plain or compressed, with at least these columns, each of its type. One that came `later` may be missing."""
+    path = located(path)
+    wanted = dict(column.split(":") for column in columns.split())
+    if later and not path.exists():
+        return pd.DataFrame({name: pd.Series(dtype="int64" if kind == "i" else float if kind in "fF" else str) for name, kind in wanted.items()})
     try:
         table = pd.read_csv(path, dtype=str, keep_default_na=False)
-    except (OSError, ValueError) as error:
+    except (OSError, EOFError, zlib.error, ValueError) as error:
         raise BadInput(f"{path}: {error}") from None
-    wanted = dict(column.split(":") for column in columns.split())
+    if "chunk_median_ns" in wanted and "chunk_median_ns" not in table.columns:
+        table = table.rename(columns=OLD_NAMES)
+    for name, kind in list(wanted.items()):
+        wanted[name], has_default, default = kind.partition("=")
+        if has_default and name not in table.columns:
+            table[name] = default
     missing = [name for name in wanted if name not in table.columns]
     if missing:
         raise BadInput(f"{path} has no column {', '.join(missing)}")
@@ -106,16 +133,18 @@ class Study:
         except (OSError, ValueError, KeyError) as error:
             raise BadInput(f"{folder}: manifest.json and claims.toml of a run are needed: {error!r}") from None
         raw = {name: with_case(read_table(folder / name, columns)) for name, columns in RAW.items()}
+        raw |= {name: read_table(folder / name, columns, later=True) for name, columns in LATER_RAW.items()}
         for name, table in raw.items():
             setattr(self, name.removesuffix(".csv"), table)
         if (self.timings.ns == 0).any() or (self.timings.passes == 0).any() or (self.builds.ns == 0).any():
             raise BadInput(f"{folder}: a time of zero in timings.csv or builds.csv")
         self.cases = self.cases.set_index("case")
-        for name in ["answers", "misses", "timings", "builds"]:
+        for name in ["answers", "misses", "timings", "builds", "singles"]:
             unknown = set(raw[f"{name}.csv"].case) - set(self.cases.index)
             if unknown:
                 raise BadInput(f"{folder}/{name}.csv: cases.csv has no case {sorted(unknown)[0]}")
         self.parts = {}
+        self.binaries = self.find_binaries()
         self.poses["of_line"] = self.poses.groupby(["workload", "pair", "line"]).ngroup()
         self.poses["rank"] = self.poses.stratum.map({name: i for i, name in enumerate(STRATA)})
         self.chunks = self.find_chunks()
@@ -127,6 +156,24 @@ class Study:
             raise BadInput(f"{folder}/answers.csv: a case answers twice at one pose")
         self.counts = self.find_counts()
         self.derived = {name: with_case(read_table(folder / name, columns)) for name, columns in DERIVED.items()}
+        is_old = self.manifest.get("protocol") == "2.0"
+        self.derived |= {name: with_case(read_table(folder / name, columns, is_old)) for name, columns in LATER_DERIVED.items()}
+
+    def find_binaries(self):
+        """Of each scene the launches of each binary; none where all launches ran the same one."""
+        ran = [table[["scene", "launch", "binary"]] for table in (self.timings, self.builds, self.singles)]
+        ran = pd.concat(ran).drop_duplicates()
+        if ran.duplicated(["scene", "launch"]).any():
+            raise BadInput(f"{self.folder}: the rows of a launch name two binaries")
+        binaries = {}
+        for scene, rows in ran.groupby("scene"):
+            launches = [sorted(of.launch) for _, of in rows.groupby("binary")]
+            binaries[scene] = launches if len(launches) > 1 else []
+        return binaries
+
+    def binary_of(self, scene):
+        """The place of each launch's binary."""
+        return {launch: place for place, launches in enumerate(self.binaries.get(scene, [])) for launch in launches}
 
     def policy(self, case):
         """Its policy, `split/axes/leaf`."""
