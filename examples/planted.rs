@@ -116,7 +116,9 @@ mod tests {
     fn three_of_a_hundred_are_asked_again_and_every_pose_equally_often() {
         for poses in [16, 400, 1000] {
             let mut again = vec![0_u32; poses];
-            (0..1000 * poses).filter(|&number| is_asked_again(number as u64)).for_each(|number| again[number % poses] += 1);
+            (0..1000 * poses)
+                .filter(|&number| is_asked_again(number as u64))
+                .for_each(|number| again[number % poses] += 1);
             let share = f64::from(again.iter().sum::<u32>()) / (1000 * poses) as f64;
             assert!((share - SHARE).abs() < 1e-3, "{poses} poses: {share}");
             assert!(again.iter().all(|count| (20..=40).contains(count)), "{poses} poses: {again:?}");

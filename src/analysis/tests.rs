@@ -5,7 +5,7 @@ use super::stats::Interval;
 use super::*;
 use crate::record::Stratum;
 use crate::record::synthetic::{Plan, Run, SCENES};
-use crate::record::{ExitRow, MissRow};
+use crate::record::{Cache, ExitRow, MissRow, TimingRow};
 use std::collections::BTreeSet;
 use tempfile::TempDir;
 
@@ -189,11 +189,126 @@ fn contradictory_records_are_refused() {
     assert!(refusal(&|run| run.poses[1].pose = 0).contains("pose 0"));
     assert!(refusal(&|run| run.timings[0].case = "cube".into()).contains("case `cube`"));
     assert!(refusal(&|run| run.answers[0].pose = 1 << 20).contains("answers.csv"));
+    assert!(refusal(&|run| run.timings[0].binary = 1).contains("launch 0 name two binaries"));
     assert!(refusal(&|run| run.timings[0].passes = 0).contains("timings.csv:2: ns and passes must be above 0"));
     assert!(refusal(&|run| run.builds[0].ns = 0).contains("builds.csv:2: ns must be above 0"));
     assert!(refusal(&|run| run.manifest.variants[0].policies = vec!["best".into()]).contains("SPLIT/AXES/LEAF"));
     let empty = TempDir::new().unwrap();
     assert!(analyze(empty.path(), &ClaimSet::standard()).unwrap_err().to_string().contains("manifest.json"));
+}
+
+/// Five binaries of two launches; one variant is 8 % slower in one of them.
+fn of_binaries() -> Run {
+    let mut run = Run::generate(&Plan { launches: 10, binaries: 5, ..Plan::default() });
+    let is_slow = |row: &TimingRow| row.variant() == "obb-area" && row.binary == 3;
+    run.timings.iter_mut().filter(|row| is_slow(row)).for_each(|row| row.ns += row.ns * 8 / 100);
+    run
+}
+
+/// An accident of one binary is in the interval, of programs and of poses, where binaries are drawn; where the launches count as those of one
+/// binary the interval is narrower.
+#[test]
+fn an_accident_of_layout_widens_the_interval() {
+    let run = of_binaries();
+    let (_folder, outcome) = analyse(&run);
+    let of = |outcome: &Outcome, metric: &str| ratio(outcome, metric, "obb-area", "area-mean/own/1", "obb-vertex").clone();
+    let mut one = run;
+    one.timings.iter_mut().for_each(|row| row.binary = 0);
+    one.builds.iter_mut().for_each(|row| row.binary = 0);
+    let (_folder, alone) = analyse(&one);
+    for (metric, clusters) in [("program-time", 5), ("time", 16)] {
+        let (wide, narrow) = (of(&outcome, metric), of(&alone, metric));
+        assert_eq!(wide.clusters, clusters, "{metric}");
+        assert!((wide.ratio / narrow.ratio - 1.0).abs() < 1e-12 && (wide.ratio - 0.8 * 1.016).abs() < 0.01, "{wide:?}");
+        let width = |row: &RatioRow| (row.high / row.low).ln();
+        // At launches 0.08 · 2.262 · 0.4 √(10/9) / √10, at binaries 2.776 / √5 · √(5/4) of 0.08 · 0.4: 1.8 times.
+        assert!(width(&wide) > 1.4 * width(&narrow), "{metric}: {wide:?} {narrow:?}");
+        assert!(wide.low < 0.8 && wide.high > 0.8, "the truth of the four other binaries: {wide:?}");
+    }
+    assert_eq!(of(&outcome, "build").clusters, 5);
+    let row = |outcome: &Outcome| {
+        let is_it = |row: &&VarianceRow| {
+            (row.scene.as_str(), row.workload.as_str()) == (SCENES[0], PROGRAM_TIME)
+                && row.case().name() == "obb-area@area-mean/own/1"
+                && !row.baseline.is_empty()
+        };
+        outcome.variance.iter().find(is_it).unwrap().clone()
+    };
+    let components = row(&outcome);
+    assert_eq!((components.binaries, components.launches, components.blocks), (5, 2, 4));
+    // One of five is off by ln 1.08: the standard deviation is ln 1.08 / √5.
+    assert!((components.binary_sd.unwrap() - 1.08_f64.ln() / 5_f64.sqrt()).abs() < 0.002, "{components:?}");
+    assert!(components.launch_sd.unwrap() < 0.004 && components.block_sd.unwrap() < 0.01, "{components:?}");
+    let half = |low: Option<f64>, high: Option<f64>| (high.unwrap() / low.unwrap()).ln() / 2.0;
+    assert!(
+        half(components.low, components.high) > 5.0 * half(components.low_within, components.high_within),
+        "{components:?}"
+    );
+    assert!(components.planned_binaries.unwrap() > 5, "{components:?}");
+    let components = row(&alone);
+    assert!(components.binary_sd.is_none() && components.planned_binaries.is_none() && components.low.is_some());
+}
+
+/// A record from before there were several binaries has no column for them, and says the same.
+#[test]
+fn records_without_binaries_are_those_of_one() {
+    let (folder, outcome) = analyse(&Run::generate(&Plan::default()));
+    for file in ["timings.csv", "builds.csv"] {
+        let path = folder.path().join(file);
+        let mut reader = csv::Reader::from_path(&path).unwrap();
+        let place = reader.headers().unwrap().iter().position(|name| name == "binary").unwrap();
+        let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+        let mut writer = csv::Writer::from_path(&path).unwrap();
+        for row in std::iter::once(reader.headers().unwrap()).chain(&rows) {
+            writer.write_record(row.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, cell)| cell)).unwrap();
+        }
+        writer.flush().unwrap();
+    }
+    let again = analyze(folder.path(), &ClaimSet::standard()).unwrap();
+    assert_eq!(again.ratios, outcome.ratios);
+    assert_eq!(again.variance, outcome.variance);
+}
+
+/// Warm queries of 100, 200, ... ns at 8 poses: the median reading of each counts, so that an interrupt of a millisecond in one launch of three does
+/// not. Cold ones of programs are added up: 300 + 500 over 200 + 200.
+#[test]
+fn single_queries_have_percentiles_and_cold_ones_a_ratio() {
+    let run = Run::generate(&Plan::default());
+    let of = |workload: &str| run.poses.iter().filter(move |row| row.scene == SCENES[0] && row.workload == workload);
+    let warm: Vec<u32> = of("approach").map(|row| row.pose).take(8).collect();
+    let cold: Vec<u32> = of(PROGRAM_TIME).map(|row| row.pose).take(2).collect();
+    let mut singles = Vec::new();
+    for launch in 0..3 {
+        let mut add = |case: &str, cache, pose, ns| {
+            let (scene, case) = (SCENES[0].to_owned(), case.to_owned());
+            singles.push(record::SingleRow { scene, case, cache, binary: 0, launch, pose, ns });
+        };
+        for (place, &pose) in (1..).zip(&warm) {
+            let interrupt = if launch == 1 { 1_000_000 } else { 0 };
+            add("obb-area@area-mean/own/1", Cache::Warm, pose, 100 * place + interrupt);
+        }
+        for (place, &pose) in (0..).zip(&cold) {
+            add("obb-area@area-mean/own/1", Cache::Cold, pose, 300 + 200 * place);
+            add("obb-vertex@vertex-mean/own/1", Cache::Cold, pose, 200);
+        }
+    }
+    let folder = TempDir::new().unwrap();
+    run.write(folder.path());
+    record::write_rows_compressed(folder.path(), &singles).unwrap();
+    let outcome = analyze(folder.path(), &ClaimSet::standard()).unwrap();
+    let is_it = |row: &&SummaryRow| row.variant == "obb-area" && row.split == "area-mean" && row.workload == "approach";
+    let row = outcome.summary.iter().filter(is_it).find(|row| row.stratum == ALL && row.scene == SCENES[0]).unwrap();
+    assert_eq!((row.single_poses, row.query_p50_ns, row.query_max_ns), (8, Some(450.0), Some(800.0)));
+    // Type 7 of eight numbers: at place 0.99 · 7 = 6.93.
+    assert!((row.query_p99_ns.unwrap() - 793.0).abs() < 1e-9 && (row.query_p95_ns.unwrap() - 765.0).abs() < 1e-9);
+    let other = outcome.summary.iter().find(|row| row.variant == "aabb").unwrap();
+    assert_eq!((other.single_poses, other.query_p50_ns), (0, None));
+    let is_cold = |row: &&RatioRow| row.metric == "program-time-cold" && row.stratum == ALL && row.variant == "obb-area";
+    let row = outcome.ratios.iter().filter(is_cold).find(|row| row.baseline == "obb-vertex").unwrap();
+    assert_eq!((row.workload.as_str(), row.ratio, row.clusters), ("program-time-cold", 2.0, 3));
+    singles.push(singles[0].clone());
+    record::write_rows(folder.path(), &singles).unwrap();
+    assert!(analyze(folder.path(), &ClaimSet::standard()).unwrap_err().to_string().contains("twice"));
 }
 
 #[test]

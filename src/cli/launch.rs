@@ -43,7 +43,8 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         TruthCache::at(&options.cache).context("exact answers cannot be kept; name another folder with --cache")?;
     let mut plan = Plan::new(selection, registry)?;
     let launches = request.launches / request.binaries.max(1);
-    plan.budget = Budget { launches, blocks: request.blocks, ..plan.budget }.over(request.binaries);
+    let cold_poses = request.cold_poses as usize;
+    plan.budget = Budget { launches, cold_poses, blocks: request.blocks, ..plan.budget }.over(request.binaries);
     let run = Run::join_parent(plan, &options.out)?.with_cache(cache);
     run.check_binary(options.number)?;
     run.time_launch(options.number, &ToParent)?;

@@ -22,6 +22,9 @@ pub struct Repetitions {
     /// Timed blocks of each launch [default: by profile: 3, 3, 8]
     #[arg(long, value_name = "N")]
     blocks: Option<u32>,
+    /// Poses of each program that are asked with cold caches too [default: by profile: 4, 16, 64]
+    #[arg(long, value_name = "N")]
+    cold_poses: Option<usize>,
     /// Take launches and blocks from the variance components of an analysed run
     #[arg(long, value_name = "DIR", conflicts_with_all = ["launches", "blocks"])]
     plan_from: Option<PathBuf>,
@@ -57,6 +60,7 @@ impl Repetitions {
         }
         plan.budget.launches = launches.unwrap_or(plan.budget.launches);
         plan.budget.blocks = blocks.unwrap_or(plan.budget.blocks);
+        plan.budget.cold_poses = self.cold_poses.unwrap_or(plan.budget.cold_poses);
         plan.budget = plan.budget.over(plan.binaries.len().max(1) as u32);
         plan.gzip |= self.gzip;
         Ok(plan)

@@ -6,14 +6,16 @@
 //! own query; peers, of whose insides that argument says nothing, answer the spread alone. `asked` says how many were asked.
 
 use super::Progress;
+use super::folder::write_unit;
 use super::judged::{JudgedPair, JudgedPose};
 use super::plan::{Case, Plan};
 use crate::geometry::Isometry;
 use crate::method::{Kind, Model};
-use crate::record::{Band, LineRow, MissRow, VerificationRow};
+use crate::record::{Band, LineRow, MissRow, RecordError, VerificationRow, read_rows, write_rows};
 use crate::scene::Scene;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 /// Poses that one thread takes at a time.
 const BATCH: usize = 256;
@@ -31,8 +33,18 @@ pub struct SceneVerdicts {
     pub misses: Vec<MissRow>,
 }
 
-/// Verdicts of every case over all judged poses. The control is not run: it tests every pair of triangles by the exact test.
-pub fn verify_scene(plan: &Plan, scene: &Scene, judged: &[JudgedPair], progress: &dyn Progress) -> SceneVerdicts {
+/// Verdicts of every case over all judged poses. The control is not run: it tests every pair of triangles by the exact test. What a case is found
+/// to say is kept in `folder`, where an interrupted verification goes on.
+///
+/// # Errors
+/// When the folder cannot be written or read.
+pub fn verify_scene(
+    plan: &Plan,
+    scene: &Scene,
+    judged: &[JudgedPair],
+    folder: &Path,
+    progress: &dyn Progress,
+) -> Result<SceneVerdicts, RecordError> {
     let cases: Vec<&Case> = plan.cases.iter().filter(|case| case.variant.kind != Kind::Control).collect();
     let poses: usize = judged.iter().map(|pair| pair.poses.len()).sum();
     let parts: BTreeSet<usize> = judged.iter().flat_map(|pair| [pair.pair.a, pair.pair.b]).collect();
@@ -42,15 +54,27 @@ pub fn verify_scene(plan: &Plan, scene: &Scene, judged: &[JudgedPair], progress:
         lines: judged.iter().flat_map(|pair| lines(scene, pair, plan.budget.asked_poses)).collect(),
         ..SceneVerdicts::default()
     };
-    let of_cases: Vec<_> = cases
-        .into_par_iter()
-        .map(|case| verify_case(case, scene, (judged, &parts), plan.budget.asked_poses, progress))
-        .collect();
-    for (rows, misses) in of_cases {
+    let kept = |(place, case): (usize, &Case)| {
+        let unit = folder.join(place.to_string());
+        if unit.exists() {
+            progress.advance(steps);
+        } else {
+            let (rows, misses) = verify_case(case, scene, (judged, &parts), plan.budget.asked_poses, progress);
+            write_unit(&unit, |folder| {
+                write_rows(folder, &rows)?;
+                write_rows(folder, &misses)
+            })?;
+        }
+        Ok((read_rows(&unit)?, read_rows(&unit)?))
+    };
+    let of_cases: Vec<Result<(Vec<VerificationRow>, Vec<MissRow>), RecordError>> =
+        cases.into_par_iter().enumerate().map(kept).collect();
+    for of_case in of_cases {
+        let (rows, misses) = of_case?;
         verdicts.rows.extend(rows);
         verdicts.misses.extend(misses);
     }
-    verdicts
+    Ok(verdicts)
 }
 
 /// Every how many poses of a pair all cases are asked.

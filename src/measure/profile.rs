@@ -10,7 +10,7 @@ pub enum Profile {
     Smoke,
     /// Two minutes: for a reader.
     Quick,
-    /// Some hours: for publication.
+    /// Some three hours over five binaries: for publication.
     Full,
 }
 
@@ -99,14 +99,14 @@ impl Profile {
             },
             Self::Full => Budget {
                 verify_poses: 1_000_000,
-                asked_poses: 300_000,
-                measure_poses: 8_192,
-                program_steps: 4_096,
-                blocks: 16,
-                launches: 8,
+                asked_poses: 40_000,
+                measure_poses: 2_048,
+                program_steps: 2_048,
+                blocks: 8,
+                launches: 4,
                 binaries: 1,
                 cold_poses: 64,
-                build_blocks: 44,
+                build_blocks: 8,
                 frames: 8,
                 cross_check_pairs: 10_000_000,
             },

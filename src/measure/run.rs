@@ -249,12 +249,14 @@ impl Run {
             if !unit.exists() {
                 let judged =
                     judged::judge(&self.plan, scene, poses, judged::Strata::NotSought, self.cache.as_ref(), progress)?;
-                let verdicts = accuracy::verify_scene(&self.plan, scene, &judged, progress);
+                let of_cases = unit.with_file_name(format!("{}.cases", scene.name));
+                let verdicts = accuracy::verify_scene(&self.plan, scene, &judged, &of_cases, progress)?;
                 write_unit(&unit, |folder| {
                     write_rows(folder, &verdicts.rows)?;
                     write_rows(folder, &verdicts.lines)?;
                     write_rows(folder, &verdicts.misses)
                 })?;
+                remove(&of_cases)?;
             }
         }
         let units: Vec<PathBuf> = self.plan.scenes.iter().map(unit_of).collect();

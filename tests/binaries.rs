@@ -1,0 +1,114 @@
+//! A run over several binaries: what it records, what it refuses, and that it is taken up again.
+
+#![expect(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+mod support;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use support::Folder;
+
+/// Copies of this bvbench that differ in a byte behind their last section, which changes the hash and nothing else.
+fn binaries(folder: &Folder, seeds: &[u64]) -> PathBuf {
+    let place = folder.path("binaries");
+    fs::create_dir_all(&place).unwrap();
+    for seed in seeds {
+        let file = place.join(format!("bvbench-shuffled-{seed}"));
+        fs::copy(env!("CARGO_BIN_EXE_bvbench"), &file).unwrap();
+        fs::OpenOptions::new().append(true).open(&file).unwrap().write_all(&seed.to_le_bytes()).unwrap();
+    }
+    place
+}
+
+fn manifest(run: &Path) -> serde_json::Value {
+    serde_json::from_str(&fs::read_to_string(run.join("manifest.json")).unwrap()).unwrap()
+}
+
+/// The distinct pairs of two columns.
+fn pairs(path: &Path, columns: [&str; 2]) -> BTreeSet<(String, String)> {
+    let reader: Box<dyn std::io::Read> = Box::new(flate2::read::MultiGzDecoder::new(fs::File::open(path).unwrap()));
+    let mut reader = csv::Reader::from_reader(reader);
+    let headers = reader.headers().unwrap().clone();
+    let place = columns.map(|column| headers.iter().position(|header| header == column).unwrap());
+    let cells = |record: csv::StringRecord| (record[place[0]].to_owned(), record[place[1]].to_owned());
+    reader.records().map(|record| cells(record.unwrap())).collect()
+}
+
+fn pair(a: &str, b: &str) -> (String, String) {
+    (a.to_owned(), b.to_owned())
+}
+
+const CLAIMS: &str = "schema = 1\nsource = \"a test\"\n\n[comparison]\nbaselines = [\"obb-vertex\"]\n";
+
+/// Two binaries of two launches: rows say which binary they come from, singles are of the first launch of each, raw rows are compressed, the analysis has
+/// components of binary, launch and block, and another run is planned from them. What was interrupted goes on; with another binary it does not.
+#[test]
+fn launches_take_the_binaries_in_turn() {
+    let folder = Folder::with_scene();
+    let place = binaries(&folder, &[7, 8]);
+    let place = place.to_str().unwrap();
+    let measure = |out: &str, more: &[&str]| {
+        let mut arguments = vec!["stage", "measure", "--profile", "smoke", "--scene", "lathe-tailstock", "--workload", "program-time"];
+        arguments.extend(["--variant", "obb-area", "--variant", "obb-vertex", "--policy", "median/shared/8"]);
+        arguments.extend(["--cold-poses", "2", "--quiet", "--out", out]);
+        arguments.extend(more);
+        arguments.into_iter().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let words = |arguments: &[String]| folder.run(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    let two = ["--binary", place, "--launches", "2", "--blocks", "2", "--gzip"];
+    let output = words(&measure("run", &two));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let run = folder.path("run");
+    let manifest = manifest(&run);
+    assert_eq!(manifest["protocol"], "2.1");
+    assert_eq!((&manifest["request"]["launches"], &manifest["request"]["binaries"]), (&4.into(), &2.into()));
+    let seeds: Vec<_> = manifest["binaries"].as_array().unwrap().iter().map(|binary| binary["seed"].as_u64()).collect();
+    assert_eq!(seeds, [Some(7), Some(8)]);
+    assert!(manifest["clock"]["empty_ns"].as_u64().is_some() && manifest["cold"]["buffer_bytes"].as_u64() >= Some(64 << 20));
+    assert!(manifest["rows"]["timings.csv.gz"].is_string() && !run.join("timings.csv").exists());
+    let turns: BTreeSet<_> = [("0", "0"), ("1", "1"), ("0", "2"), ("1", "3")].map(|(a, b)| pair(a, b)).into();
+    for file in ["timings.csv.gz", "builds.csv.gz"] {
+        assert_eq!(pairs(&run.join(file), ["binary", "launch"]), turns, "{file}");
+    }
+    assert!(pairs(&run.join("singles.csv.gz"), ["binary", "launch"]).is_subset(&turns));
+    let caches: BTreeSet<_> = pairs(&run.join("singles.csv.gz"), ["cache", "cache"]);
+    assert_eq!(caches, [pair("cold", "cold")].into(), "there are no chunks but programs");
+
+    fs::write(folder.path("claims.toml"), CLAIMS).unwrap();
+    let analysed = folder.run(&["stage", "analyze", "--out", "run", "--claims", "claims.toml"]);
+    assert!(analysed.status.success(), "{}", String::from_utf8_lossy(&analysed.stderr));
+    let ratios = fs::read_to_string(run.join("ratios.csv")).unwrap();
+    assert!(ratios.contains("program-time-cold,all,program-time-cold,obb-area"), "{ratios}");
+    let mut variance = csv::Reader::from_path(run.join("variance.csv")).unwrap();
+    let headers = variance.headers().unwrap().clone();
+    let rows: Vec<csv::StringRecord> = variance.records().map(Result::unwrap).collect();
+    let cell = |row: &csv::StringRecord, name: &str| row[headers.iter().position(|header| header == name).unwrap()].to_owned();
+    assert!(rows.iter().all(|row| ["binaries", "launches", "blocks"].map(|name| cell(row, name)) == ["2", "2", "2"]));
+    assert!(rows.iter().all(|row| ["binary_sd", "launch_sd", "block_sd"].iter().all(|name| !cell(row, name).is_empty())));
+
+    // Finished: made again only as a whole. Another request is another run.
+    let message = folder.refused(&measure("run", &two[..2]).iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(message.contains("request"), "{message}");
+    // A pilot of one binary plans nothing.
+    assert!(words(&measure("pilot", &[])).status.success());
+    assert!(folder.run(&["stage", "analyze", "--out", "pilot", "--claims", "claims.toml"]).status.success());
+    let planned = measure("next", &["--plan-from", "pilot"]);
+    let message = folder.refused(&planned.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(message.contains("plans nothing") && message.contains("two binaries"), "{message}");
+}
+
+#[test]
+fn what_is_no_binary_of_this_source_is_refused() {
+    let folder = Folder::with_scene();
+    let refused = |binary: &str| {
+        folder.refused(&["stage", "measure", "--profile", "smoke", "--scene", "scene", "--binary", binary, "--out", "run", "--quiet"])
+    };
+    assert!(refused("gone").contains("cannot read"));
+    fs::create_dir(folder.path("empty")).unwrap();
+    assert!(refused("empty").contains("scripts/binaries"));
+    assert!(refused("/bin/true").contains("is no bvbench"));
+    let message = folder.refused(&["stage", "measure", "--launches", "0", "--out", "run", "--quiet"]);
+    assert!(message.contains("--launches: from 1"), "{message}");
+}
