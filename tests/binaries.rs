@@ -50,7 +50,8 @@ fn launches_take_the_binaries_in_turn() {
     let place = binaries(&folder, &[7, 8]);
     let place = place.to_str().unwrap();
     let measure = |out: &str, more: &[&str]| {
-        let mut arguments = vec!["stage", "measure", "--profile", "smoke", "--scene", "lathe-tailstock", "--workload", "program-time"];
+        let mut arguments =
+            vec!["stage", "measure", "--profile", "smoke", "--scene", "lathe-tailstock", "--workload", "program-time"];
         arguments.extend(["--variant", "obb-area", "--variant", "obb-vertex", "--policy", "median/shared/8"]);
         arguments.extend(["--cold-poses", "2", "--quiet", "--out", out]);
         arguments.extend(more);
@@ -66,7 +67,9 @@ fn launches_take_the_binaries_in_turn() {
     assert_eq!((&manifest["request"]["launches"], &manifest["request"]["binaries"]), (&4.into(), &2.into()));
     let seeds: Vec<_> = manifest["binaries"].as_array().unwrap().iter().map(|binary| binary["seed"].as_u64()).collect();
     assert_eq!(seeds, [Some(7), Some(8)]);
-    assert!(manifest["clock"]["empty_ns"].as_u64().is_some() && manifest["cold"]["buffer_bytes"].as_u64() >= Some(64 << 20));
+    assert!(
+        manifest["clock"]["empty_ns"].as_u64().is_some() && manifest["cold"]["buffer_bytes"].as_u64() >= Some(64 << 20)
+    );
     assert!(manifest["rows"]["timings.csv.gz"].is_string() && !run.join("timings.csv").exists());
     let turns: BTreeSet<_> = [("0", "0"), ("1", "1"), ("0", "2"), ("1", "3")].map(|(a, b)| pair(a, b)).into();
     for file in ["timings.csv.gz", "builds.csv.gz"] {
@@ -84,9 +87,12 @@ fn launches_take_the_binaries_in_turn() {
     let mut variance = csv::Reader::from_path(run.join("variance.csv")).unwrap();
     let headers = variance.headers().unwrap().clone();
     let rows: Vec<csv::StringRecord> = variance.records().map(Result::unwrap).collect();
-    let cell = |row: &csv::StringRecord, name: &str| row[headers.iter().position(|header| header == name).unwrap()].to_owned();
+    let cell =
+        |row: &csv::StringRecord, name: &str| row[headers.iter().position(|header| header == name).unwrap()].to_owned();
     assert!(rows.iter().all(|row| ["binaries", "launches", "blocks"].map(|name| cell(row, name)) == ["2", "2", "2"]));
-    assert!(rows.iter().all(|row| ["binary_sd", "launch_sd", "block_sd"].iter().all(|name| !cell(row, name).is_empty())));
+    assert!(
+        rows.iter().all(|row| ["binary_sd", "launch_sd", "block_sd"].iter().all(|name| !cell(row, name).is_empty()))
+    );
 
     // Finished: made again only as a whole. Another request is another run.
     let message = folder.refused(&measure("run", &two[..2]).iter().map(String::as_str).collect::<Vec<_>>());
@@ -103,7 +109,19 @@ fn launches_take_the_binaries_in_turn() {
 fn what_is_no_binary_of_this_source_is_refused() {
     let folder = Folder::with_scene();
     let refused = |binary: &str| {
-        folder.refused(&["stage", "measure", "--profile", "smoke", "--scene", "scene", "--binary", binary, "--out", "run", "--quiet"])
+        folder.refused(&[
+            "stage",
+            "measure",
+            "--profile",
+            "smoke",
+            "--scene",
+            "scene",
+            "--binary",
+            binary,
+            "--out",
+            "run",
+            "--quiet",
+        ])
     };
     assert!(refused("gone").contains("cannot read"));
     fs::create_dir(folder.path("empty")).unwrap();

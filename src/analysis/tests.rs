@@ -211,7 +211,8 @@ fn of_binaries() -> Run {
 fn an_accident_of_layout_widens_the_interval() {
     let run = of_binaries();
     let (_folder, outcome) = analyse(&run);
-    let of = |outcome: &Outcome, metric: &str| ratio(outcome, metric, "obb-area", "area-mean/own/1", "obb-vertex").clone();
+    let of =
+        |outcome: &Outcome, metric: &str| ratio(outcome, metric, "obb-area", "area-mean/own/1", "obb-vertex").clone();
     let mut one = run;
     one.timings.iter_mut().for_each(|row| row.binary = 0);
     one.builds.iter_mut().for_each(|row| row.binary = 0);
@@ -303,7 +304,8 @@ fn single_queries_have_percentiles_and_cold_ones_a_ratio() {
     assert!((row.query_p99_ns.unwrap() - 793.0).abs() < 1e-9 && (row.query_p95_ns.unwrap() - 765.0).abs() < 1e-9);
     let other = outcome.summary.iter().find(|row| row.variant == "aabb").unwrap();
     assert_eq!((other.single_poses, other.query_p50_ns), (0, None));
-    let is_cold = |row: &&RatioRow| row.metric == "program-time-cold" && row.stratum == ALL && row.variant == "obb-area";
+    let is_cold =
+        |row: &&RatioRow| row.metric == "program-time-cold" && row.stratum == ALL && row.variant == "obb-area";
     let row = outcome.ratios.iter().filter(is_cold).find(|row| row.baseline == "obb-vertex").unwrap();
     assert_eq!((row.workload.as_str(), row.ratio, row.clusters), ("program-time-cold", 2.0, 3));
     singles.push(singles[0].clone());

@@ -128,7 +128,7 @@ fn what_was_run(contents: &Contents) -> String {
     }
     format!(
         "## What was run\n\n{}Per scene some {} posed pairs were verified against exact truth and some {} poses were timed (equal shares of \
-         the strata, less where there are not so many), in {} blocks of random order, {} process launch(es), seed {}. Machine: {}, {} logical cores, {}{:.1} GiB, {}{}.\n\n\
+         the strata, less where there are not so many), in {} blocks of random order, {} process launch(es) of {} binary(ies), seed {}. Machine: {}, {} logical cores, {}{:.1} GiB, {}{}.\n\n\
          The command was\n\n    {}\n\nand the same steps one by one, where DIR is this folder:\n\n    \
          cargo run --release -- stage verify --profile {p} --seed {s}{chosen} --out DIR\n    \
          cargo run --release -- stage measure --profile {p} --seed {s}{chosen} --out DIR\n    \
@@ -139,6 +139,7 @@ fn what_was_run(contents: &Contents) -> String {
         request.measure_poses,
         request.blocks,
         request.launches,
+        request.binaries,
         request.seed,
         machine.cpu,
         machine.cores,
@@ -165,7 +166,12 @@ fn chosen(manifest: &Manifest) -> String {
         ("policy", &request.policies),
     ];
     let each = options.into_iter().flat_map(|(option, names)| names.iter().map(move |name| (option, name)));
-    each.map(|(option, name)| format!(" --{option} {name}")).collect()
+    let names: String = each.map(|(option, name)| format!(" --{option} {name}")).collect();
+    if request.binaries < 2 {
+        return names;
+    }
+    let launches = request.launches / request.binaries;
+    format!("{names} --binary target/binaries --launches {launches} --blocks {}", request.blocks)
 }
 
 fn ranking(contents: &Contents) -> String {
