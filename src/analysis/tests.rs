@@ -275,9 +275,11 @@ fn records_without_binaries_are_those_of_one() {
 #[test]
 fn single_queries_have_percentiles_and_cold_ones_a_ratio() {
     let run = Run::generate(&Plan::default());
-    let of = |workload: &str| run.poses.iter().filter(move |row| row.scene == SCENES[0] && row.workload == workload);
-    let warm: Vec<u32> = of("approach").map(|row| row.pose).take(8).collect();
-    let cold: Vec<u32> = of(PROGRAM_TIME).map(|row| row.pose).take(2).collect();
+    let poses = |workload: &str, count: usize| -> Vec<u32> {
+        let of = run.poses.iter().filter(|row| row.scene == SCENES[0] && row.workload == workload);
+        of.map(|row| row.pose).take(count).collect()
+    };
+    let (warm, cold) = (poses("approach", 8), poses(PROGRAM_TIME, 2));
     let mut singles = Vec::new();
     for launch in 0..3 {
         let mut add = |case: &str, cache, pose, ns| {
