@@ -50,20 +50,20 @@ def run(command):
 
 def main():
     options = arguments()
-    folders, failed = [], []
-    for scene in options.scenes:
-        name = Path(scene).name
-        folder = options.out / ("safe" if options.safe else "runs") / name
-        request = ["--scene", scene, "--profile", "smoke", "--quiet", "--out", str(folder), "--cache", str(options.out / "truth")]
-        request += [word for variant in (["all"] if options.safe else COUNTED) for word in ("--variant", variant)]
-        stages = ["verify"] if options.safe else ["verify", "measure"]
-        if not options.tables:
-            print(f"{name}: {' and '.join(stages)}", file=sys.stderr, flush=True)
-            if not all(run([*program(options.home), "stage", stage, *request]) for stage in stages):
-                failed.append(name)
+    base = options.out / ("safe" if options.safe else "runs")
+    variants = [word for variant in (["all"] if options.safe else COUNTED) for word in ("--variant", variant)]
+    failed = []
+    # All scenes are verified before any is counted: a miss is known as early as it can be.
+    for stage in [] if options.tables else ["verify"] if options.safe else ["verify", "measure"]:
+        for scene in options.scenes:
+            name = Path(scene).name
+            if name in failed:
                 continue
-        if (folder / "verification.csv").is_file():
-            folders.append(folder)
+            print(f"{stage} {name}", file=sys.stderr, flush=True)
+            request = ["--scene", scene, "--profile", "smoke", "--quiet", "--out", str(base / name), "--cache", str(options.out / "truth")]
+            if not run([*program(options.home), "stage", stage, *request, *variants]):
+                failed.append(name)
+    folders = [base / Path(scene).name for scene in options.scenes if (base / Path(scene).name / "verification.csv").is_file()]
     misses = [miss for folder in folders for miss in tables.safe_misses(folder)]
     if not options.safe and folders:
         tables.write(folders, set(SHIPPED), options.out)
