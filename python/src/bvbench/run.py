@@ -59,10 +59,8 @@ class Run:
 
     @property
     def scenes(self) -> list[str]:
-        """Names of the scenes, in the order of `poses`; else those that the inputs name."""
-        if "poses" in self.tables():
-            return [str(scene) for scene in self.table("poses")["scene"].unique()]
-        return sorted({name.split("/")[0] for name in self.manifest.get("inputs", {}) if "/" in name})
+        """Names of the scenes, in the order in which they were run."""
+        return [str(scene["name"]) for scene in self.manifest.get("scenes", [])]
 
     def tables(self) -> list[str]:
         """Names of the tables in the folder, without endings; those of folders in it are `folder/name`."""
