@@ -72,7 +72,10 @@ def gather(home, run, poses, scratch):
             name = f"scenes/{scene}/{pair.name}"
             files |= {f"{name}/{path.name}": path for path in pair.glob("*.npy")}
             counts.append(name)
-        files |= {f"scenes/{scene}/{path.name}": path for path in (home / "bench-scenes" / scene).iterdir() if path.suffix in (".toml", ".ngc", ".md")}
+        about = home / "bench-scenes" / scene / "README.md"
+        files |= {f"scenes/{scene}/README.md": about} if about.is_file() else {}
+    # Scene files, programs and shared machines, as the manifest names them.
+    files |= {f"scenes/{name}": home / "bench-scenes" / name for name in manifest["inputs"]}
     files |= {name: home / name for name in ("LICENSE-MIT", "LICENSE-APACHE", "CITATION.cff")}
     files |= {"DICTIONARY.md": home / "results/README.md", "RUNNER.md": home / "docs/adding-a-peer.md", "check.py": HERE / "check.py"}
     readme = scratch / "README.md"
@@ -90,7 +93,11 @@ def gather(home, run, poses, scratch):
     for key, value in told.items():
         text = text.replace(f"@{key}@", str(value))
     readme.write_text(text, encoding="utf-8")
-    return files | {"README.md": readme}
+    files |= {"README.md": readme}
+    missing = [str(path) for path in files.values() if not path.is_file()]
+    if missing:
+        raise Refused(f"not there: {', '.join(missing)}")
+    return files
 
 
 def pack(files, top, out):
