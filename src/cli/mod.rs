@@ -26,6 +26,7 @@ mod repro;
 mod scene;
 mod shell;
 mod style;
+mod subject;
 mod surfaces;
 mod sweep;
 mod trial;
