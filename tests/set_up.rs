@@ -46,20 +46,33 @@ shape = { kind = "cylinder", radius_mm = 40, height_mm = 100 }
 at = { xyz_mm = [0, 0, 200] }
 "#;
 
-const HELD: &str = "\n[program.tool_centre_point]\ntool_link = \"head\"\ngauge_mm = [0, 0, 200]\nwork_link = \"table\"\n";
+const HELD: &str =
+    "\n[program.tool_centre_point]\ntool_link = \"head\"\ngauge_mm = [0, 0, 200]\nwork_link = \"table\"\n";
 
 /// Zero is the middle of the block's top, 30 mm above the table: 170 mm below the nose at Z0. Along the jaw at Y26.
-const PROGRAM: &str = "G21 G90 G94 G54\nT1 M6\nS3000 M3\nG43 H1\nG0 X-70 Y26\nG0 Z5\nG1 Z-10 F300\nG1 X70\nG0 Z20\nM2\n";
+const PROGRAM: &str =
+    "G21 G90 G94 G54\nT1 M6\nS3000 M3\nG43 H1\nG0 X-70 Y26\nG0 Z5\nG1 Z-10 F300\nG1 X70\nG0 Z20\nM2\n";
 const OFFSET: [&str; 2] = ["--offset", "G54=0,0,-170"];
 
 fn folder() -> Folder {
     let with_spindle = format!("{MILL}\n[program]\nfile = \"part.ngc\"{HELD}");
-    Folder::with(&[("mill/scene.toml", with_spindle.as_str()), ("mill/part.ngc", "M2\n"), ("bare/scene.toml", MILL), ("part.ngc", PROGRAM)])
+    Folder::with(&[
+        ("mill/scene.toml", with_spindle.as_str()),
+        ("mill/part.ngc", "M2\n"),
+        ("bare/scene.toml", MILL),
+        ("part.ngc", PROGRAM),
+    ])
 }
 
 /// What `check --json` says, and what it tells on standard error.
 fn check(folder: &Folder, arguments: &[&str]) -> (Value, String, Option<i32>) {
-    let all: Vec<&str> = ["check"].iter().chain(arguments).chain(&OFFSET).chain(&["--json", "--quiet", "--clearance", "0"]).copied().collect();
+    let all: Vec<&str> = ["check"]
+        .iter()
+        .chain(arguments)
+        .chain(&OFFSET)
+        .chain(&["--json", "--quiet", "--clearance", "0"])
+        .copied()
+        .collect();
     let output = folder.run(&all);
     let told = String::from_utf8(output.stderr).unwrap();
     let found = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{all:?}: {told}"));
@@ -94,7 +107,10 @@ fn a_tool_by_its_measures_cuts_and_its_holder_collides() {
 fn a_tool_that_is_not_there_is_named_with_what_to_do() {
     let folder = folder();
     let message = folder.refused(&["check", "mill", "part.ngc"]);
-    assert!(message.contains("part.ngc:2") && message.contains("--tool N=") && message.contains("--tools"), "{message}");
+    assert!(
+        message.contains("part.ngc:4:5") && message.contains("--tool N=") && message.contains("--tools"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -105,8 +121,10 @@ fn the_length_of_a_tool_is_its_offset_and_a_measured_table_goes_before_it() {
     let (_, told, _) = check(&folder, &["mill", "part.ngc", "--tool", tool, "--tool-table", "tool.tbl"]);
     assert!(told.contains("tool 1 is 100.000 mm long") && told.contains("its offset says 95.000 mm"), "{told}");
     // Without a stick-out the table decides it: 95 less the holder's 60.
-    let (found, told, code) =
-        check(&folder, &["mill", "part.ngc", "--tool", "1=diameter:10,flute:15,holder:32x60", "--tool-table", "tool.tbl"]);
+    let (found, told, code) = check(
+        &folder,
+        &["mill", "part.ngc", "--tool", "1=diameter:10,flute:15,holder:32x60", "--tool-table", "tool.tbl"],
+    );
     assert_eq!((code, events(&found).len()), (Some(0), 0), "{told}");
     assert!(!told.contains("mm long"), "{told}");
 }
@@ -121,7 +139,11 @@ fn a_library_replaces_tools_and_names_the_line_of_what_is_wrong() {
     let (found, _, code) = check(&folder, &["mill", "part.ngc", "--tools", "shop.toml"]);
     assert_eq!((code, events(&found)[0].1), (Some(1), 7));
     for (text, place, why) in [
-        ("[[tools]]\nnumber = 1\ndiameter_mm = 10\nflute_mm = 15\nstickout_mm = 12\n", "bad.toml:1", "less than its flute_mm"),
+        (
+            "[[tools]]\nnumber = 1\ndiameter_mm = 10\nflute_mm = 15\nstickout_mm = 12\n",
+            "bad.toml:1",
+            "less than its flute_mm",
+        ),
         ("[[tools]]\nnumber = 1\n[[tools]]\nnumber = 1\n", "bad.toml:3", "two tools with number 1"),
         ("[[tools]]\nnumber = 1\nflutes = 3\n", "bad.toml:3", "flutes"),
     ] {
@@ -199,15 +221,20 @@ fn stock_lies_in_the_coordinates_of_the_program() {
 #[test]
 fn stock_turns_with_the_table_and_lies_along_a_lathes_spindle() {
     // A table turned by 90 degrees about C when G54 has C90: the stock's X is the machine's X all the same.
-    let folder = Folder::with(&[(
-        "turned/scene.toml",
-        "title = \"t\"\n[[machine.links]]\nname = \"c\"\njoint = { axis = \"C\", direction = [0, 0, -1], point_mm = [10, 0, 0] }\n[[machine.links]]\nname = \"x\"\njoint = { axis = \"X\", direction = [1, 0, 0] }\n[[machine.links]]\nname = \"y\"\nparent = \"x\"\njoint = { axis = \"Y\", direction = [0, 1, 0] }\n[[machine.links]]\nname = \"z\"\nparent = \"y\"\njoint = { axis = \"Z\", direction = [0, 0, 1] }\n[[parts]]\nname = \"quill\"\nlink = \"z\"\nshape = { kind = \"sphere\", radius_mm = 5 }\nat = { xyz_mm = [0, 0, 200] }\n[program]\nfile = \"p.ngc\"\nwork_offsets = { G54 = { x_mm = 10, c_deg = 90 } }\ntool_centre_point = { tool_link = \"z\", work_link = \"c\" }\n",
-    ), ("turned/p.ngc", "G21 G90 G54\nG0 Z100\nC0\nG0 X0 Y0\nG0 Z3\nM2\n")]);
+    let folder = Folder::with(&[
+        (
+            "turned/scene.toml",
+            "title = \"t\"\n[[machine.links]]\nname = \"c\"\njoint = { axis = \"C\", direction = [0, 0, -1], point_mm = [10, 0, 0] }\n[[machine.links]]\nname = \"x\"\njoint = { axis = \"X\", direction = [1, 0, 0] }\n[[machine.links]]\nname = \"y\"\nparent = \"x\"\njoint = { axis = \"Y\", direction = [0, 1, 0] }\n[[machine.links]]\nname = \"z\"\nparent = \"y\"\njoint = { axis = \"Z\", direction = [0, 0, 1] }\n[[parts]]\nname = \"quill\"\nlink = \"z\"\nshape = { kind = \"sphere\", radius_mm = 5 }\nat = { xyz_mm = [0, 0, 200] }\n[program]\nfile = \"p.ngc\"\nwork_offsets = { G54 = { x_mm = 10, c_deg = 90 } }\ntool_centre_point = { tool_link = \"z\", work_link = \"c\" }\n",
+        ),
+        ("turned/p.ngc", "G21 G90 G54\nG0 Z100\nC0\nG0 X0 Y0\nG0 Z3\nM2\n"),
+    ]);
     // In G54 the block reaches 100 mm along X and 10 along Y. After C0 in G54 (machine C90) the quill's tool at X0 Y0 meets it at Z3 or never.
     let tool = "1=diameter:2,flute:5,stickout:20";
     let run = |stock: &str| {
-        let output = folder.run(&["check", "turned", "--tool", tool, "--stock", stock, "--json", "--quiet", "--clearance", "0"]);
-        let found: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
+        let output =
+            folder.run(&["check", "turned", "--tool", tool, "--stock", stock, "--json", "--quiet", "--clearance", "0"]);
+        let found: Value = serde_json::from_slice(&output.stdout)
+            .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
         events(&found).into_iter().map(|event| event.1).collect::<Vec<_>>()
     };
     // G43 is not in force, so the tip is 20 mm below: Z100 has it at 80, Z3 at -17.
@@ -220,8 +247,20 @@ fn a_new_scene_loads_shows_its_extents_and_checks() {
     let folder = folder();
     assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
     let new = [
-        "scene", "new", "shop", "--machine", "mill", "--gauge", "0,0,200", "--limits", "Z=-200,0", "--part",
-        "parts/table.stl:machine:X", "parts/block.stl:workpiece", "parts/jaw.stl:fixture", "parts/spindle.stl:machine:z",
+        "scene",
+        "new",
+        "shop",
+        "--machine",
+        "mill",
+        "--gauge",
+        "0,0,200",
+        "--limits",
+        "Z=-200,0",
+        "--part",
+        "parts/table.stl:machine:X",
+        "parts/block.stl:workpiece",
+        "parts/jaw.stl:fixture",
+        "parts/spindle.stl:machine:z",
     ];
     let output = folder.run(&new);
     let said = String::from_utf8(output.stdout).unwrap();
@@ -242,12 +281,29 @@ fn every_template_makes_a_scene_that_loads() {
     let folder = folder();
     assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
     for (kind, axis) in [
-        ("mill", "X"), ("router", "Z"), ("horizontal", "B"), ("rotary", "A"), ("trunnion", "C"), ("head-table", "B"), ("fork", "A"),
-        ("lathe", "X"), ("w A b X Z t", "A"),
+        ("mill", "X"),
+        ("router", "Z"),
+        ("horizontal", "B"),
+        ("rotary", "A"),
+        ("trunnion", "C"),
+        ("head-table", "B"),
+        ("fork", "A"),
+        ("lathe", "X"),
+        ("w A b X Z t", "A"),
     ] {
         let name = kind.replace(' ', "");
         let part = format!("parts/spindle.stl:machine:{axis}");
-        let output = folder.run(&["scene", "new", &name, "--machine", kind, "--part", &part, "--part", "parts/table.stl:machine:base"]);
+        let output = folder.run(&[
+            "scene",
+            "new",
+            &name,
+            "--machine",
+            kind,
+            "--part",
+            &part,
+            "--part",
+            "parts/table.stl:machine:base",
+        ]);
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.success(), "{kind}: {told}");
         assert_eq!(folder.run(&["check", &name, "--quiet"]).status.code().map(|code| code < 2), Some(true), "{kind}");
@@ -281,19 +337,39 @@ fn new_scenes_refuse_what_makes_no_sense() {
 fn what_is_wrong_with_meshes_is_told() {
     let cube = |size: f64| {
         let corner = |n: usize| [0, 1, 2].map(|axis| if n >> axis & 1 == 1 { size } else { 0.0 });
-        let faces = [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4], [2, 6, 3], [3, 6, 7], [0, 4, 2], [2, 4, 6], [1, 3, 5], [3, 7, 5]];
+        let faces = [
+            [0, 2, 1],
+            [1, 2, 3],
+            [4, 5, 6],
+            [5, 7, 6],
+            [0, 1, 4],
+            [1, 5, 4],
+            [2, 6, 3],
+            [3, 6, 7],
+            [0, 4, 2],
+            [2, 4, 6],
+            [1, 3, 5],
+            [3, 7, 5],
+        ];
         let vertices: String = (0..8).map(corner).map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
         (vertices, faces)
     };
     let off = |size: f64, turned: bool, faces: usize| {
         let (vertices, all) = cube(size);
-        let lines: String = all[..faces].iter().map(|[a, b, c]| if turned { format!("3 {a} {c} {b}\n") } else { format!("3 {a} {b} {c}\n") }).collect();
+        let lines: String = all[..faces]
+            .iter()
+            .map(|[a, b, c]| if turned { format!("3 {a} {c} {b}\n") } else { format!("3 {a} {b} {c}\n") })
+            .collect();
         format!("OFF\n8 {faces} 0\n{vertices}{lines}")
     };
     let scene = "title = \"t\"\n[[machine.links]]\nname = \"x\"\njoint = { axis = \"X\", direction = [1, 0, 0] }\n[[parts]]\nname = \"a\"\nmesh = \"a.off\"\n[[parts]]\nname = \"b\"\nmesh = \"b.off\"\nlink = \"x\"\nat = { xyz_mm = [50, 0, 0] }\n[program]\nfile = \"p.ngc\"\n";
     let folder = Folder::with(&[("s/scene.toml", scene), ("s/p.ngc", "G0 X1\nM2\n")]);
     for (a, b, why) in [
-        (off(0.4, false, 12), off(20.0, false, 12), "`a` is 0.693 mm across: if its file is in metres (693 mm) or inches"),
+        (
+            off(0.4, false, 12),
+            off(20.0, false, 12),
+            "`a` is 0.693 mm across: if its file is in metres (693 mm) or inches",
+        ),
         (off(10.0, false, 12), off(20.0, false, 12), "together are 85.7 mm across"),
         (off(90.0, true, 12), off(20.0, false, 12), "`a` is inside out"),
         (off(90.0, false, 11), off(20.0, false, 12), "`a` is not watertight: 3 edges on one triangle"),
@@ -315,6 +391,8 @@ fn pairs_are_those_of_a_program_and_of_tools_from_the_command_line() {
     let tool = "1=diameter:10,flute:15,stickout:20,holder:32x60";
     let output = folder.run(&["scene", "pairs", "mill", "part.ngc", "--tool", tool, OFFSET[0], OFFSET[1], "--json"]);
     let pairs: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let kept = |a: &str, b: &str| pairs.as_array().unwrap().iter().any(|pair| pair["kept"] == true && pair["pair"] == serde_json::json!([a, b]));
+    let kept = |a: &str, b: &str| {
+        pairs.as_array().unwrap().iter().any(|pair| pair["kept"] == true && pair["pair"] == serde_json::json!([a, b]))
+    };
     assert!(kept("jaw", "tool-1-holder") && kept("block", "tool-1-cutter"), "{pairs}");
 }

@@ -24,7 +24,8 @@ fn blocks(document: &str) -> Vec<Block> {
     while let Some((line, text)) = lines.next() {
         let Some(info) = text.strip_prefix("```") else { continue };
         let (language, name) = info.split_once(' ').unwrap_or((info, ""));
-        let inner: Vec<&str> = lines.by_ref().map(|(_, text)| text).take_while(|text| !text.starts_with("```")).collect();
+        let inner: Vec<&str> =
+            lines.by_ref().map(|(_, text)| text).take_while(|text| !text.starts_with("```")).collect();
         let text = inner.join("\n") + "\n";
         blocks.push(Block { language: language.to_owned(), name: name.trim().to_owned(), text, line: line + 1 });
     }

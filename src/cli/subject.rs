@@ -130,7 +130,8 @@ impl Subject {
 fn unused(tool: &ToolEntry, run: &ProgramRun) -> Option<String> {
     let number = tool.number;
     let is_used = run.setup.tool == number || run.tools().contains(&number);
-    (!is_used && tool.assembly.is_some()).then(|| format!("note: tool {number} is never in the spindle of this program"))
+    (!is_used && tool.assembly.is_some())
+        .then(|| format!("note: tool {number} is never in the spindle of this program"))
 }
 
 /// X,Y,Z or X,Y,Z,A,B,C; mm and degrees.

@@ -281,11 +281,9 @@ pub(super) fn mount(
     // From the tip up the tool, in the axes' coordinates: as G43 adds it.
     let world_from_link = machine.forward(&Position::default()).world_from(tip.tool_link);
     let up = world_from_link.rotation * -tip.direction.into_inner();
-    let tabled = entry.has_offset.then(|| up.dot(&Vector::new(
-        entry.tool.offset[Axis::X],
-        entry.tool.offset[Axis::Y],
-        entry.tool.offset[Axis::Z],
-    )));
+    let tabled = entry.has_offset.then(|| {
+        up.dot(&Vector::new(entry.tool.offset[Axis::X], entry.tool.offset[Axis::Y], entry.tool.offset[Axis::Z]))
+    });
     let stickout = assembly.stickout_mm(tabled)?;
     let length = stickout + assembly.holder_mm();
     let mut notes = Vec::new();

@@ -61,8 +61,10 @@ impl Scene {
     #[must_use]
     pub fn mesh_warnings(&self) -> Vec<String> {
         let poses = self.poses_at_start();
-        let from_file: Vec<(usize, Extents)> =
-            (0..self.parts.len()).filter(|&part| self.parts[part].shape.is_none()).map(|part| (part, self.extents(part, &poses))).collect();
+        let from_file: Vec<(usize, Extents)> = (0..self.parts.len())
+            .filter(|&part| self.parts[part].shape.is_none())
+            .map(|part| (part, self.extents(part, &poses)))
+            .collect();
         let mut warnings: Vec<String> =
             from_file.iter().filter_map(|(part, extents)| unit_warning(&self.parts[*part], extents)).collect();
         let whole = from_file.iter().map(|(_, extents)| *extents).reduce(|all, one| all.with(&one));
@@ -78,7 +80,9 @@ impl Scene {
             let Part { name, mesh, .. } = &self.parts[part];
             let report = mesh.surface_report();
             if report.is_inside_out() {
-                warnings.push(format!("`{name}` is inside out: turn its triangles round, or what lies inside it is misjudged"));
+                warnings.push(format!(
+                    "`{name}` is inside out: turn its triangles round, or what lies inside it is misjudged"
+                ));
             } else if report.leaking > 0 {
                 warnings.push(format!("`{name}` is {report}: what lies wholly inside it is not found"));
             }

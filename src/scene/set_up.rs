@@ -4,8 +4,8 @@ use super::assembly::{self, ToolEntry};
 use super::error::SceneError;
 use super::file::LibraryFile;
 use super::load::{Document, NO_SPINDLE, movable_pairs};
-use super::stock_spec::{PART_NAME, StockSpec};
 pub use super::stock_spec::numbers;
+use super::stock_spec::{PART_NAME, StockSpec};
 use super::{Pair, ProgramRun, Role, Scene};
 use crate::geometry::{Isometry, Point, Vector};
 use crate::machine::tip::TipControl;
@@ -151,9 +151,8 @@ impl Scene {
         let tip = run.tip.as_ref().ok_or(NO_SPINDLE)?;
         let mounted = assembly::mount(&entry, assembly, &self.machine, tip)?;
         let is_of_tool = |role: Role| matches!(role, Role::Cutter | Role::Shank | Role::Holder);
-        let gone = self.retain_parts(|part| {
-            part.tool != Some(entry.number) && !(part.tool.is_none() && is_of_tool(part.role))
-        });
+        let gone = self
+            .retain_parts(|part| part.tool != Some(entry.number) && !(part.tool.is_none() && is_of_tool(part.role)));
         if let Some(twin) = mounted.parts.iter().find(|part| self.part(&part.name).is_some()) {
             return Err(format!("the scene has a part named `{}` already", twin.name));
         }
@@ -235,14 +234,18 @@ impl Scene {
         for pairs in [&mut self.pairs, &mut self.ignored, &mut self.allowed, &mut self.random] {
             *pairs = pairs.iter().filter_map(moved).collect();
         }
-        self.expected.retain_mut(|expected| moved(&expected.pair).is_some_and(|pair| {
-            expected.pair = pair;
-            true
-        }));
-        self.approaches.retain_mut(|approach| moved(&approach.pair).is_some_and(|pair| {
-            approach.pair = pair;
-            true
-        }));
+        self.expected.retain_mut(|expected| {
+            moved(&expected.pair).is_some_and(|pair| {
+                expected.pair = pair;
+                true
+            })
+        });
+        self.approaches.retain_mut(|approach| {
+            moved(&approach.pair).is_some_and(|pair| {
+                approach.pair = pair;
+                true
+            })
+        });
         self.mesh_files.retain(|file| !gone.contains(&file.part));
         gone
     }

@@ -86,9 +86,8 @@ impl StockSpec {
             }
             Form::File { path, unit } => {
                 let wrong = |why: &dyn std::fmt::Display| format!("{}: {why}", path.display());
-                let bytes = rs274::file::bytes(path, LARGEST_FILE).map_err(|why| {
-                    format!("{} (or give box:X,Y,Z or cylinder:DIAMETER,LENGTH)", wrong(&why))
-                })?;
+                let bytes = rs274::file::bytes(path, LARGEST_FILE)
+                    .map_err(|why| format!("{} (or give box:X,Y,Z or cylinder:DIAMETER,LENGTH)", wrong(&why)))?;
                 let options = import::Options { unit: *unit, weld_mm: 0.0 };
                 let imported = import::parse(path, &bytes, options).map_err(|why| wrong(&why))?;
                 (imported.mesh, None, self.at.unwrap_or_default())

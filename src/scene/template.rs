@@ -33,8 +33,16 @@ pub const TEMPLATES: [Template; 8] = [
     Template { name: "horizontal", about: "horizontal mill with a rotary table B", chain: "w B X b Y Z t" },
     Template { name: "rotary", about: "4-axis mill: rotary axis A on the table", chain: "w A X Y b Z t" },
     Template { name: "trunnion", about: "5-axis mill: table turns about C on a trunnion A", chain: "w C A Y b X Z t" },
-    Template { name: "head-table", about: "5-axis mill: head tilts about B, table turns about C", chain: "w C X b Y Z B t" },
-    Template { name: "fork", about: "5-axis gantry: fork head turns about C and tilts about A", chain: "w b X Y Z C A t" },
+    Template {
+        name: "head-table",
+        about: "5-axis mill: head tilts about B, table turns about C",
+        chain: "w C X b Y Z B t",
+    },
+    Template {
+        name: "fork",
+        about: "5-axis gantry: fork head turns about C and tilts about A",
+        chain: "w b X Y Z C A t",
+    },
     Template { name: "lathe", about: "lathe: spindle C, turret in Z and X", chain: "w C b Z X t" },
 ];
 
@@ -332,7 +340,10 @@ mod tests {
             program: "jog.ngc".to_owned(),
         };
         let jog = scene.jog();
-        assert!(jog.contains("G53 G0 Y0 X0 Z20\n") && jog.contains("G1 X-5\nG1 X0\n") && jog.contains("G1 Z30\n"), "{jog}");
+        assert!(
+            jog.contains("G53 G0 Y0 X0 Z20\n") && jog.contains("G1 X-5\nG1 X0\n") && jog.contains("G1 Z30\n"),
+            "{jog}"
+        );
         assert!(scene.toml().contains("start = { z_mm = 20.0 }"));
     }
 }

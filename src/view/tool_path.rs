@@ -58,7 +58,11 @@ fn direction(scene: &Scene, run: &ProgramRun, part: usize) -> Vector {
     }
     let middle = |index: usize| {
         let part = &scene.parts[index];
-        let sum = part.mesh.vertices().iter().fold(Vector::zeros(), |sum, vertex| sum + (part.link_from_part * vertex).coords);
+        let sum = part
+            .mesh
+            .vertices()
+            .iter()
+            .fold(Vector::zeros(), |sum, vertex| sum + (part.link_from_part * vertex).coords);
         sum / part.mesh.vertices().len().max(1) as f64
     };
     let holds = |&index: &usize| {

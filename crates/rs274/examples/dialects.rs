@@ -119,9 +119,8 @@ impl Row {
 fn accepted(source: &str, file: &Path, dialect: Dialect) -> Result<(), GcodeError> {
     let tools: BTreeMap<u32, Tool> = (1..=TOOLS).map(|number| (number, Tool::with_length(100.0, 6.0))).collect();
     let run = |setup: Setup| interpret(source, file, &Setup { tools: tools.clone(), dialect, ..setup }).map(drop);
-    run(Setup::default()).or_else(|mill| {
-        run(Setup::lathe()).map_err(|lathe| if lathe.line > mill.line { lathe } else { mill })
-    })
+    run(Setup::default())
+        .or_else(|mill| run(Setup::lathe()).map_err(|lathe| if lathe.line > mill.line { lathe } else { mill }))
 }
 
 /// An error without its place: the word and the cause.

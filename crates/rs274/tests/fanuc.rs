@@ -43,6 +43,19 @@ fn xs(source: &str) -> Vec<f64> {
 }
 
 #[test]
+fn g0_beside_g28_sets_the_mode_alone() {
+    // By way of where Z is already, home; then X at rapid rate, and not at the feed that held before.
+    for block in ["G0 G91 G28 Z0.", "G28 G91 G0 Z0."] {
+        let program = run(&format!("G1 X5. Z10. F100\n{block}\nG90 X7.\nM30"), &fanuc());
+        assert_eq!(ends(&program), [[5.0, 0.0, 10.0], [5.0, 0.0, 10.0], [5.0, 0.0, 0.0], [7.0, 0.0, 0.0]], "{block}");
+        assert_eq!(program.moves[3].kind, MoveKind::Rapid);
+    }
+    // LinuxCNC refuses it, and so does its dialect.
+    let error = refused("G0 G91 G28 Z0.\nM2", &Setup::default());
+    assert!(error.contains("another code of this block uses the axis words"), "{error}");
+}
+
+#[test]
 fn conditions_jumps_and_loops_of_the_macro_language() {
     assert_eq!(xs("#1=1\nIF[#1EQ1]GOTO10\nG0X1.\nN10G0X2.\nM30"), [2.0]);
     assert_eq!(xs("#1=1\nIF [#1 EQ 2] THEN #1=7.\nIF [#1 EQ 1] THEN #2=5.\nG0 X#1 Y#2\nM30"), [1.0]);

@@ -108,7 +108,8 @@ fn write(options: &Options, scene: &NewScene, parts: &[(PathBuf, NewPart)]) -> R
 /// Loads what was written, and says what it holds.
 fn show(folder: &Path) -> Result<()> {
     let shown = folder.display();
-    let scene = Scene::load(folder).with_context(|| format!("{shown}/scene.toml is written, and does not load; mend it by hand"))?;
+    let scene = Scene::load(folder)
+        .with_context(|| format!("{shown}/scene.toml is written, and does not load; mend it by hand"))?;
     say(extents_table(&scene).trim_fmt());
     for warning in scene.mesh_warnings() {
         note(format!("warning: {warning}"));
@@ -157,13 +158,15 @@ impl<R: BufRead> Questions<R> {
             None if self.asks => self.role(&path)?,
             None => {
                 let roles = Role::ALL.map(Role::name).join(", ");
-                return Err(wrong(format!("which role? Write {}:ROLE[:LINK], ROLE one of {roles}; or give --ask", path.display())));
+                return Err(wrong(format!(
+                    "which role? Write {}:ROLE[:LINK], ROLE one of {roles}; or give --ask",
+                    path.display()
+                )));
             }
         };
         let link = match link.or_else(|| chain.link_of(role)) {
-            Some(link) => known(&link, chain).ok_or_else(|| {
-                wrong(format!("there is no link `{link}`; there are {}", chain.links().join(", ")))
-            })?,
+            Some(link) => known(&link, chain)
+                .ok_or_else(|| wrong(format!("there is no link `{link}`; there are {}", chain.links().join(", "))))?,
             None if self.asks => self.link(&path, chain)?,
             None => {
                 return Err(wrong(format!(
@@ -174,7 +177,8 @@ impl<R: BufRead> Questions<R> {
                 )));
             }
         };
-        let extension = path.extension().map(|extension| format!(".{}", extension.to_string_lossy())).unwrap_or_default();
+        let extension =
+            path.extension().map(|extension| format!(".{}", extension.to_string_lossy())).unwrap_or_default();
         let name = name_of(&path.with_extension(""));
         let file = format!("{MESHES}/{name}{extension}");
         Ok((path, NewPart { name, file, role, link }))
