@@ -1,6 +1,6 @@
 //! Which share of the programs of a folder is understood: `cargo run --release --package rs274 --example dialects FOLDER`.
 //!
-//! A subfolder is a row: name it after what it holds. Each file is interpreted in every dialect, with a mill's and a lathe's defaults and a tool of
+//! A subfolder is a row: name it after what it holds. Each file is interpreted in every dialect, with a mill's and a lathe's defaults and a thin tool of
 //! every number; it counts as understood when one of these accepts all of it. Below the table stand the first errors of the others, by how many
 //! files they stop. `scripts/dialects` runs this.
 
@@ -117,7 +117,7 @@ impl Row {
 
 /// Whether a mill or a lathe accepts the program; else the error that comes later.
 fn accepted(source: &str, file: &Path, dialect: Dialect) -> Result<(), GcodeError> {
-    let tools: BTreeMap<u32, Tool> = (1..=TOOLS).map(|number| (number, Tool::with_length(100.0, 6.0))).collect();
+    let tools: BTreeMap<u32, Tool> = (1..=TOOLS).map(|number| (number, Tool::with_length(100.0, 0.1))).collect();
     let run = |setup: Setup| interpret(source, file, &Setup { tools: tools.clone(), dialect, ..setup }).map(drop);
     run(Setup::default())
         .or_else(|mill| run(Setup::lathe()).map_err(|lathe| if lathe.line > mill.line { lathe } else { mill }))

@@ -391,6 +391,19 @@ fn a_pattern_is_repeated_nearer_and_nearer() {
 }
 
 #[test]
+fn haas_calls_the_steps_of_pecks_by_i_and_k() {
+    let ends = |dialect, source: &str| {
+        let setup = Setup { dialect, ..lathe() };
+        ends(&run(&format!("S100M3G0X20.Z0\n{source}\nM30"), &setup))
+    };
+    // Along X by 2 mm of radius, at Z0 and, 3 mm on, at Z-3.
+    let by_counts = ends(Dialect::Fanuc, "G75X12.Z-3.P2000Q3000F0.1");
+    assert_eq!(ends(Dialect::Haas, "G75X12.Z-3.I2.K3.F0.1"), by_counts);
+    assert_eq!(by_counts[2], [8.0, 0.0, 0.0]);
+    assert_eq!(by_counts.len(), 12);
+}
+
+#[test]
 fn pecks_and_threads_of_a_lathe() {
     // Q2000 is 2 mm: to -2, back by 0.5, to -4, back, to -5, out.
     assert_eq!(
