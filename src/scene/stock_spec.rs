@@ -118,6 +118,9 @@ fn solid(shape: &Shape) -> Result<Mesh, String> {
 }
 
 /// As many finite numbers, with commas between them.
+///
+/// # Errors
+/// A message that repeats the text.
 pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let numbers: Vec<f64> = text.split(',').filter_map(|number| number.trim().parse().ok()).collect();
     let found = text.split(',').count();
