@@ -12,15 +12,17 @@ use std::path::PathBuf;
 /// Examples for the help of every verb that takes a [`Subject`].
 pub const SET_UP_EXAMPLES: &str = "\
 Set up a job without editing the scene:
-  --offset G54=100,-50,30                               where the work's zero is, machine coordinates
+  --offset G54=100,-50,30                where the work's zero is, machine coordinates
   --tool 3=diameter:10,flute:22,stickout:40,holder:32x20/50x40
-                                                        an end mill in a holder of two steps, from the tool's side up
-  --tool 5=diameter:8,point:118,flute:60,stickout:80    a drill; corner:1 rounds a cutter's corner, corner:4 makes a ball of 8
-  --tools shop.toml                                     a library: [[tools]] with number, diameter_mm, flute_mm, stickout_mm, holder
-  --stock box:100,60,30                                 a block with the middle of its top at zero of G54
-  --stock cylinder:50,120@0,0,-120 or --stock blank.stl round stock; a mesh in coordinates of G54
-  --spindle head@0,0,-20 --table table                  where tools are held and what carries the work, where the scene says neither
-  --ignore M31 --ignore G187                            codes that are skipped";
+                                         an end mill; its holder's steps from the tool's side up
+  --tool 5=diameter:8,point:118,flute:60,stickout:80
+                                         a drill; corner:1 rounds a corner, corner:4 makes a ball
+  --tools shop.toml                      a library: [[tools]] with number, diameter_mm, ...
+  --stock box:100,60,30                  a block, the middle of its top at zero of G54
+  --stock cylinder:50,120@0,0,-120       round stock, the middle of its lower end there
+  --stock blank.stl                      a mesh in coordinates of G54
+  --spindle head@0,0,-20 --table table   where the scene does not say what holds tool and work
+  --ignore M31 --ignore G187             codes that are skipped";
 
 /// A scene and the program that runs on it.
 #[derive(Args)]
