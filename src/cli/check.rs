@@ -6,9 +6,9 @@ mod findings;
 mod junit;
 mod sarif;
 
-use super::gcode::{Reading, print_notes};
 use super::progress::Bar;
 use super::style::{self, Tone};
+use super::subject::{SET_UP_EXAMPLES, Subject};
 use super::{CLEAR, FAILED, note, say};
 use crate::check::{self, Event, Extent, Kind, Outcome, OverTravel, Settings};
 use crate::machine::OutOfLimits;
@@ -16,17 +16,17 @@ use crate::measure::timer;
 use crate::record::file::write_text;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{Decision, Dropped};
-use crate::scene::{Overrides, ProgramRun, Scene, SceneError};
+use crate::scene::{ProgramRun, Scene};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
-use rs274::{Axis, Position};
+use rs274::Axis;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move, or while the spindle stands still, it collides. Everything else that touches collides.\nExit codes: 0 clear, 1 something collides or an axis leaves its limits, 2 bad usage or input."
+    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move, or while the spindle stands still, it collides. Everything else that touches collides.\nExit codes: 0 clear, 1 something collides or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
 )]
 pub struct Options {
     #[command(flatten)]
@@ -193,79 +193,6 @@ fn examine<'a>(options: &Options, registry: &'a Registry) -> Result<Checked<'a>>
     let outcome = outcome?;
     let times = Times { load_s: seconds(load_ns), trees_s: seconds(outcome.trees_ns), check_s: seconds(ns) };
     Ok(Checked { scene, run, variant, outcome, times })
-}
-
-/// A scene and the program that runs on it.
-#[derive(Args)]
-pub(super) struct Subject {
-    /// Scene by name or by path
-    #[arg(value_name = "SCENE")]
-    pub scene: String,
-    /// The program (RS274/NGC) [default: the scene's own]
-    #[arg(value_name = "PROGRAM")]
-    program: Option<PathBuf>,
-    #[command(flatten)]
-    reading: Reading,
-    /// Put the origin of a work offset elsewhere, machine coordinates, mm and degrees: G54=X,Y,Z[,A,B,C]; repeatable
-    #[arg(long = "offset", value_name = "NAME=X,Y,Z")]
-    offsets: Vec<String>,
-    /// Take tools from a LinuxCNC tool table in place of the scene's
-    #[arg(long, value_name = "FILE")]
-    tool_table: Option<PathBuf>,
-    /// The tool table's lengths are inches
-    #[arg(long, requires = "tool_table")]
-    tool_table_inch: bool,
-}
-
-impl Subject {
-    /// The scene, and the program asked for; else the scene's own, if it has one.
-    pub fn load(&self) -> Result<(Scene, Option<ProgramRun>)> {
-        let overrides = Overrides { skips_program: self.program.is_some(), ..Overrides::default() };
-        let scene = Scene::find_with(&self.scene, &overrides)?;
-        let mut setup = scene.program.clone().unwrap_or_else(ProgramRun::of_mill);
-        let mut is_changed = self.reading.apply(&mut setup.setup) || !self.offsets.is_empty();
-        for offset in &self.offsets {
-            let wrong = |message: String| anyhow!("--offset {offset}: {message}");
-            let (name, origin) =
-                offset.split_once('=').ok_or_else(|| wrong("it must be like G54=100,-50,30".to_owned()))?;
-            setup.set_work_offset(name, place(origin).map_err(wrong)?).map_err(wrong)?;
-        }
-        if let Some(path) = &self.tool_table {
-            setup.setup.tools = super::gcode::tool_table(path, self.tool_table_inch)?;
-            is_changed = true;
-        }
-        let run = match &self.program {
-            Some(program) => Some(setup.with_program(program).map_err(with_hint)?),
-            None if is_changed && scene.program.is_some() => Some(setup.again().map_err(with_hint)?),
-            None => scene.program.clone(),
-        };
-        run.iter().for_each(|run| print_notes(&run.program));
-        Ok((scene, run))
-    }
-}
-
-/// X,Y,Z or X,Y,Z,A,B,C; mm and degrees.
-fn place(text: &str) -> std::result::Result<Position, String> {
-    let numbers: std::result::Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
-    let numbers = numbers.map_err(|error| error.to_string())?;
-    if numbers.len() != 3 && numbers.len() != 6 {
-        return Err(format!("{} numbers; it must have 3 (X,Y,Z) or 6 (X,Y,Z,A,B,C)", numbers.len()));
-    }
-    let mut position = Position::default();
-    for (axis, number) in Axis::ALL.into_iter().zip(numbers) {
-        position[axis] = if axis.is_rotary() { number.to_radians() } else { number };
-    }
-    Ok(position)
-}
-
-/// What to do about a tool that nobody knows.
-fn with_hint(error: SceneError) -> anyhow::Error {
-    let error = anyhow::Error::from(error);
-    if format!("{error:#}").contains("tool table") {
-        error.context("a tool is unknown: name it in `tools` of [program] in scene.toml, or give --tool-table FILE")
-    } else {
-        error
-    }
 }
 
 /// The variant asked for; else the fastest of the safe ones.
@@ -524,7 +451,7 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         "queries": outcome.queries, "load_s": times.load_s, "trees_s": times.trees_s, "elapsed_s": times.check_s,
         "poses_per_s": times.poses_per_s(outcome),
         "over_travel": outcome.over_travel.iter().map(over_travel_json).collect::<Vec<_>>(),
-        "tools_without_parts": outcome.tools_without_parts,
+        "tools_without_parts": outcome.tools_without_parts, "mesh_warnings": scene.mesh_warnings(),
         "open_parts": outcome.open_parts.iter().map(|&part| name(part)).collect::<Vec<_>>(),
         "pairs_not_examined": outcome.decisions.iter().filter_map(|decision| {
             let why = decision.dropped.as_ref()?.to_string();

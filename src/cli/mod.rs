@@ -28,6 +28,7 @@ mod repro;
 mod scene;
 mod shell;
 mod style;
+mod subject;
 mod surfaces;
 mod sweep;
 mod trial;

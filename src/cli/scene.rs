@@ -1,11 +1,14 @@
-//! `scene`: what a scene holds, which of its parts can collide, its meshes as files, and where its axes tilt the tool.
+//! `scene`: new scenes from mesh files, what a scene holds, which of its parts can collide, its meshes as files, and where its axes tilt the tool.
 
 mod inverse;
+mod new;
 
-use super::{CLEAR, picture, say, surfaces};
+use super::subject::Subject;
+use super::{CLEAR, note, picture, say, surfaces};
 use crate::check;
 use crate::machine::Joint;
 use crate::scene::Scene;
+use crate::scene::extents::Extents;
 use crate::scene::pairs::{self, Reach};
 use crate::view::glb;
 use anyhow::{Context, Result};
@@ -18,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench scene info lathe-toolpost\n  bvbench scene pairs path/to/machine --json\n  bvbench scene export lathe-tailstock --out meshes\n  bvbench scene export mill-vise --format glb --out mill.glb\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866\n  bvbench scene picture trunnion-impeller --program-line 60 --out impeller.png"
+    after_help = "Examples:\n  bvbench scene new shop --machine mill --part table.stl:machine:X --part vise.stl:fixture --part head.stl:machine:Z\n  bvbench scene info lathe-toolpost\n  bvbench scene pairs path/to/machine part.ngc --json\n  bvbench scene export lathe-tailstock --out meshes\n  bvbench scene export mill-vise --format glb --out mill.glb\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866\n  bvbench scene picture trunnion-impeller --program-line 60 --out impeller.png"
 )]
 pub struct Options {
     #[command(subcommand)]
@@ -27,7 +30,9 @@ pub struct Options {
 
 #[derive(Subcommand)]
 enum What {
-    /// Links, joints, limits, parts with their surfaces, and program
+    /// Make a scene folder from mesh files: kind of machine, roles, spindle
+    New(new::Options),
+    /// Links, joints, limits, parts with their extents and surfaces, and program
     Info(SceneOptions),
     /// Which pairs of parts are examined, and why the others are not
     Pairs(PairOptions),
@@ -52,7 +57,10 @@ struct SceneOptions {
 #[derive(Args)]
 struct PairOptions {
     #[command(flatten)]
-    scene: SceneOptions,
+    subject: Subject,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
     /// Drop pairs that never come nearer than this, mm
     #[arg(long, value_name = "MM", default_value_t = 14.0)]
     clearance: f64,
@@ -79,8 +87,9 @@ enum Format {
 
 pub fn run(options: &Options) -> Result<u8> {
     match &options.what {
+        What::New(options) => return new::run(options),
         What::Info(options) => info(&Scene::find(&options.scene)?, options.json)?,
-        What::Pairs(options) => show_pairs(&Scene::find(&options.scene.scene)?, options)?,
+        What::Pairs(options) => show_pairs(options)?,
         What::Inverse(options) => inverse::run(options)?,
         What::Export(options) => match options.format {
             Format::Stl => export_stl(&Scene::find(&options.scene)?, &options.out)?,
@@ -105,6 +114,7 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
     // To the digits a scene file has.
     let limits =
         |joint: &Joint, value: f64| ((if joint.turns() { value.to_degrees() } else { value }) * 1e9).round() / 1e9;
+    let poses = scene.poses_at_start();
     if as_json {
         let links = scene.machine.links().iter().map(|link| {
             let joint = link.joint.as_ref().map(|joint| {
@@ -114,12 +124,14 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
             });
             json!({ "name": link.name, "parent": link.parent, "joint": joint })
         });
-        let parts = scene.parts.iter().map(|part| {
+        let parts = scene.parts.iter().enumerate().map(|(index, part)| {
+            let Extents { low, high } = scene.extents(index, &poses);
             let surface = part.mesh.surface_report();
             json!({
                 "name": part.name, "link": link_name(part.link), "role": part.role.name(), "tool": part.tool,
                 "triangles": part.mesh.faces().len(),
                 "vertices": part.mesh.vertices().len(), "watertight": surface.leaking == 0,
+                "low_mm": low.coords.as_slice(), "high_mm": high.coords.as_slice(),
                 "surface": surfaces::json(scene, &part.name, &surface),
             })
         });
@@ -128,7 +140,7 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
         );
         let value = json!({
             "name": scene.name, "title": scene.title, "links": links.collect::<Vec<_>>(), "parts": parts.collect::<Vec<_>>(),
-            "program": program, "inputs": scene.inputs,
+            "program": program, "inputs": scene.inputs, "warnings": scene.mesh_warnings(),
         });
         say(serde_json::to_string_pretty(&value)?);
         return Ok(());
@@ -161,7 +173,11 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
         column.set_cell_alignment(CellAlignment::Right);
     }
     say(format!("{}\n", parts.trim_fmt()));
+    say(format!("{}\n", extents_table(scene).trim_fmt()));
     say(surfaces::text(scene));
+    for warning in scene.mesh_warnings() {
+        note(format!("warning: {warning}"));
+    }
     if let Some(run) = &scene.program {
         let (lines, moves) = (run.program.blocks.len(), run.program.moves.len());
         say(format!("\nprogram {}: {lines} lines, {moves} moves", run.file.display()));
@@ -169,11 +185,32 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
     Ok(())
 }
 
-fn show_pairs(scene: &Scene, options: &PairOptions) -> Result<()> {
-    let path = scene.program.as_ref().map(|run| check::Path::new(scene, run)).transpose()?;
+/// Where the parts are when the machine stands as at first, and all of them together.
+fn extents_table(scene: &Scene) -> Table {
+    let poses = scene.poses_at_start();
+    let mut rows = table(["PART", "SIZE mm", "X", "Y", "Z"]);
+    let row = |name: &str, extents: &Extents| {
+        let size = extents.size().map(|size| format!("{size:.1}")).join(" x ");
+        let range = |axis: usize| format!("{:.1} to {:.1}", extents.low[axis], extents.high[axis]);
+        [name.to_owned(), size, range(0), range(1), range(2)]
+    };
+    let all: Vec<Extents> = (0..scene.parts.len()).map(|part| scene.extents(part, &poses)).collect();
+    for (part, extents) in scene.parts.iter().zip(&all) {
+        rows.add_row(row(&part.name, extents));
+    }
+    if let Some(whole) = all.into_iter().reduce(|all, one| all.with(&one)) {
+        rows.add_row(row("all together", &whole));
+    }
+    rows
+}
+
+fn show_pairs(options: &PairOptions) -> Result<()> {
+    let (scene, run) = options.subject.load()?;
+    let scene = &scene;
+    let path = run.as_ref().map(|run| check::Path::new(scene, run)).transpose()?;
     let reach = path.map_or_else(|| Reach::of_limits(scene), |path| path.reach());
     let decisions = pairs::decide(scene, &reach, options.clearance);
-    if options.scene.json {
+    if options.json {
         let pair = |decision: &pairs::Decision| {
             let reason = decision.dropped.as_ref().map(ToString::to_string);
             let names = [decision.pair.a, decision.pair.b].map(|part| scene.parts[part].name.clone());

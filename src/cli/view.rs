@@ -2,6 +2,7 @@
 
 use super::picture::UpAxis;
 use super::progress::Bar;
+use super::subject::{SET_UP_EXAMPLES, Subject};
 use super::{CLEAR, check, say};
 use crate::check::Settings;
 use crate::registry::{Registry, Variant};
@@ -13,11 +14,11 @@ use std::process::{Command, Stdio};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench view mill-vise --open                         a shipped scene with its own program\n  bvbench view path/to/machine part.ngc --out part.html  your machine, your program\n  bvbench view lathe-toolpost --up y --variant ID,ID      two variants' trees side by side\n\nThe page is one file without a network. Space plays, the arrows step by line, E goes to the next event, ? shows all keys."
+    after_help = format!("Examples:\n  bvbench view mill-vise --open                         a shipped scene with its own program\n  bvbench view path/to/machine part.ngc --out part.html  your machine, your program\n  bvbench view lathe-toolpost --up y --variant ID,ID      two variants' trees side by side\n\nThe page is one file without a network. Space plays, the arrows step by line, E goes to the next event, ? shows all keys.\n\n{SET_UP_EXAMPLES}")
 )]
 pub struct Options {
     #[command(flatten)]
-    subject: check::Subject,
+    subject: Subject,
     /// The file [default: SCENE.html]
     #[arg(long, value_name = "FILE.html")]
     out: Option<PathBuf>,

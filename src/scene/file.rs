@@ -231,21 +231,58 @@ pub enum ControllerFile {
     Lathe,
 }
 
-/// An entry of the tool table.
-#[derive(Debug, Deserialize)]
+/// An entry of the tool table, and what the tool looks like.
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ToolFile {
     /// Its number.
     pub number: u32,
-    /// What G43 adds.
+    /// What it is, for readers.
     #[serde(default)]
-    pub offset: PositionFile,
+    #[expect(dead_code, reason = "for readers of the file")]
+    pub name: String,
+    /// What G43 adds; without it, zero, or the length of the tool where its shape is given.
+    pub offset: Option<PositionFile>,
     /// Cutting diameter, or twice the nose radius, mm.
     #[serde(default)]
     pub diameter_mm: f64,
     /// Which way a lathe tool points, 1 to 9.
     #[serde(default)]
     pub orientation: u8,
+    /// Radius between end and side of the cutter, mm; half the diameter for a ball.
+    pub corner_mm: Option<f64>,
+    /// Full angle of a drill's point, degrees.
+    pub point_deg: Option<f64>,
+    /// From the tip to the end of what cuts, mm.
+    pub flute_mm: Option<f64>,
+    /// Diameter above the flutes, mm; without it, the cutting diameter.
+    pub shank_mm: Option<f64>,
+    /// From the tip to the holder, mm.
+    pub stickout_mm: Option<f64>,
+    /// From the tip to the spindle's gauge line, mm: stick-out and holder.
+    pub length_mm: Option<f64>,
+    /// The holder's steps from the tool's side up.
+    pub holder: Option<Vec<HolderStepFile>>,
+}
+
+/// A step of a tool's holder.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HolderStepFile {
+    /// Diameter, mm.
+    pub diameter_mm: f64,
+    /// Diameter at its upper end, mm; without it, the same.
+    pub top_mm: Option<f64>,
+    /// Length, mm.
+    pub length_mm: f64,
+}
+
+/// A tool library.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LibraryFile {
+    /// The tools.
+    pub tools: Vec<Spanned<ToolFile>>,
 }
 
 /// Axis positions; those not given are 0.

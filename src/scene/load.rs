@@ -1,5 +1,6 @@
 //! From `scene.toml` to a checked [`Scene`].
 
+use super::assembly;
 use super::error::{Place, SceneError};
 use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, RapidFile, SceneFile, TipFile};
 use super::folder::Folder;
@@ -19,6 +20,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::DeTable;
+
+/// What is missing where a tool has a shape and no place.
+pub(super) const NO_SPINDLE: &str = "it has a shape, and nothing says where the spindle holds tools: give `[program.tool_centre_point]` in scene.toml (`tool_link`, `gauge_mm`), or `--spindle LINK@X,Y,Z`";
 
 /// The file that makes a folder a scene.
 pub const SCENE_FILE: &str = "scene.toml";
@@ -46,7 +50,12 @@ impl Document {
         Ok(Self { path: folder.path(relative), text, base: base.to_owned() })
     }
 
-    fn parse<T: DeserializeOwned>(&self) -> Result<T, SceneError> {
+    /// A text that belongs to no scene.
+    pub(super) const fn alone(path: PathBuf, text: String) -> Self {
+        Self { path, text, base: String::new() }
+    }
+
+    pub(super) fn parse<T: DeserializeOwned>(&self) -> Result<T, SceneError> {
         let syntax = |error: toml::de::Error| SceneError::Syntax {
             place: self.place(&error.span().unwrap_or(0..0)),
             message: error.message().to_owned(),
@@ -62,7 +71,7 @@ impl Document {
         Place::of_byte(self.path.clone(), &self.text, span.start)
     }
 
-    fn meaning(&self, (span, message): Nonsense) -> SceneError {
+    pub(super) fn meaning(&self, (span, message): Nonsense) -> SceneError {
         SceneError::Meaning { place: self.place(&span), message }
     }
 
@@ -84,7 +93,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     let program = scene
         .program
         .as_ref()
-        .map(|file| read_program(&mut folder, &document, &machine, file, overrides))
+        .map(|file| read_program(&mut folder, &document, &machine, &mut parts, file, overrides))
         .transpose()?;
     let files = scene.program.iter().filter(|_| !overrides.skips_program).flat_map(|file| &file.more);
     let more = files.zip(program.iter().cycle()).map(|(path, first)| {
@@ -269,7 +278,7 @@ fn add_parts(
 }
 
 /// Why a part cannot have a name: it goes into CSV files, where spreadsheets take some beginnings for formulas, and to terminals.
-fn unfit_name(name: &str) -> Option<String> {
+pub(super) fn unfit_name(name: &str) -> Option<String> {
     let is_formula = name.starts_with(['=', '+', '-', '@', '\t', '\r']);
     let wrong = match name {
         "" => "is empty",
@@ -346,6 +355,7 @@ fn read_program(
     folder: &mut Folder,
     document: &Document,
     machine: &Machine,
+    parts: &mut Vec<Part>,
     file: &ProgramFile,
     overrides: &Overrides,
 ) -> Result<ProgramRun, SceneError> {
@@ -357,6 +367,18 @@ fn read_program(
     machine.check_limits(&setup.start).map_err(|cause| SceneError::OutOfLimits { place: start(), cause })?;
     let tip = file.tool_centre_point.as_ref().map(|tip| read_tip(document, machine, tip)).transpose()?;
     setup.kinematics = tip.as_ref().map(|tip| tip.kinematics(machine));
+    for (spanned, entry) in file.tools.iter().zip(program::tools(&file.tools).map_err(meaning)?) {
+        let Some(assembly) = &entry.assembly else { continue };
+        let wrong = |message| meaning((spanned.span(), format!("tool {}: {message}", entry.number)));
+        let tip = tip.as_ref().ok_or_else(|| wrong(NO_SPINDLE.to_owned()))?;
+        let mounted = assembly::mount(&entry, assembly, machine, tip).map_err(wrong)?;
+        if let Some(twin) = mounted.parts.iter().find(|new| parts.iter().any(|part| part.name == new.name)) {
+            let place = document.place(&spanned.span());
+            return Err(SceneError::Duplicate { place, what: "parts", name: twin.name.clone() });
+        }
+        parts.extend(mounted.parts);
+        setup.tools.insert(entry.number, mounted.tool);
+    }
     let path = file.file.get_ref();
     let source = if overrides.skips_program { String::new() } else { folder.text(path)? };
     program::run(&source, folder.path(path), &setup, tip, sampling)
@@ -464,7 +486,7 @@ fn find_pair(document: &Document, parts: &[Part], names: &Spanned<[String; 2]>) 
 
 /// Every two parts that something can move against each other: a joint between their links, or recorded poses. Parts of
 /// different tools are never there together.
-fn movable_pairs(machine: &Machine, parts: &[Part], recorded: bool) -> Vec<Pair> {
+pub(super) fn movable_pairs(machine: &Machine, parts: &[Part], recorded: bool) -> Vec<Pair> {
     let body = |part: usize| machine.rigid_body(parts[part].link);
     (0..parts.len())
         .flat_map(|a| (a + 1..parts.len()).map(move |b| Pair { a, b }))

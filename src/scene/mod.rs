@@ -2,7 +2,8 @@
 //!
 //! Reading order: this file (the model), [`file`] (how a scene is written), `load` (from one to the other), `urdf` (machines
 //! of ROS), [`recording`]
-//! (poses as CSV), `folder` and `shipped` (where files come from), [`pairs`] (which parts can collide), [`error`].
+//! (poses as CSV), `assembly` (rotating tools by their measures), `stock_spec` and [`set_up`] (tools and stock without editing the file),
+//! [`extents`] (sizes, and what they say of units), [`template`] (files for new machines), `folder` and `shipped` (where files come from), [`pairs`] (which parts can collide), [`error`].
 
 pub mod error;
 mod shipped;
@@ -12,13 +13,20 @@ pub mod recording;
 mod program;
 mod load;
 mod numbers;
+mod assembly;
+pub mod extents;
+pub mod set_up;
+mod stock_spec;
+pub mod template;
 #[cfg(feature = "urdf")]
 mod urdf;
 pub mod pairs;
 
+pub use assembly::{Assembly, ToolEntry};
 pub use error::{Place, SceneError};
 pub use program::{ProgramRun, TipCause, TipFault};
 pub use recording::Recording;
+pub use stock_spec::StockSpec;
 
 use crate::geometry::import::ImportReport;
 use crate::geometry::shapes::Shape;

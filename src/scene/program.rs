@@ -1,11 +1,12 @@
 //! The program of a scene: from the file to canonical moves.
 
+use super::assembly::ToolEntry;
 use super::error::SceneError;
-use super::file::{ControllerFile, PositionFile, ProgramFile, UserCodeFile};
+use super::file::{ControllerFile, PositionFile, ProgramFile, ToolFile, UserCodeFile};
 use crate::machine::Machine;
 use crate::machine::tip::{TipControl, TipError};
 use rs274::file::LARGEST_PROGRAM;
-use rs274::{Axis, Position, RapidPath, Sample, Sampling, Setup, TooManySamples, Tool, UserCode, WorkOffset};
+use rs274::{Axis, Position, RapidPath, Sample, Sampling, Setup, TooManySamples, UserCode, WorkOffset};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -82,26 +83,21 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
             },
         );
     }
-    for spanned in &file.tools {
-        let tool = spanned.get_ref();
-        let wrong = |message| (spanned.span(), message);
-        let refuse = |message: &str| Err(wrong(format!("tool {}: {message}", tool.number)));
-        let offset = finite(&format!("tool {}: offset", tool.number), tool.offset.position()).map_err(wrong)?;
-        if !(tool.diameter_mm >= 0.0 && tool.diameter_mm.is_finite()) {
-            return refuse("diameter_mm must be a finite number, at least 0");
-        }
-        if tool.orientation > 9 {
-            return refuse("orientation must be from 0 to 9");
-        }
-        if setup
-            .tools
-            .insert(tool.number, Tool { offset, diameter_mm: tool.diameter_mm, orientation: tool.orientation })
-            .is_some()
-        {
-            return Err(wrong(format!("there are two tools with number {}", tool.number)));
+    for (spanned, entry) in file.tools.iter().zip(tools(&file.tools)?) {
+        if setup.tools.insert(entry.number, entry.tool).is_some() {
+            return Err((spanned.span(), format!("there are two tools with number {}", entry.number)));
         }
     }
     Ok(setup)
+}
+
+/// The tools of a table or a library.
+pub(super) fn tools(files: &[Spanned<ToolFile>]) -> Result<Vec<ToolEntry>, Nonsense> {
+    let read = |file: &Spanned<ToolFile>| {
+        let wrong = |message| (file.span(), format!("tool {}: {message}", file.get_ref().number));
+        ToolEntry::new(file.get_ref()).map_err(wrong)
+    };
+    files.iter().map(read).collect()
 }
 
 /// How finely to sample, as the scene file says it.

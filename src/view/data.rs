@@ -2,6 +2,7 @@
 
 use super::motion::Motion;
 use super::pack::{Lattice, Packed};
+use super::tool_path::ToolPath;
 use crate::check::Settings;
 use crate::geometry::{Isometry, Mesh};
 use crate::machine::joint::Motion as JointMotion;
@@ -22,6 +23,7 @@ pub struct ViewData {
     links: Vec<LinkData>,
     parts: Vec<PartData>,
     program: Option<ProgramData>,
+    path: Option<ToolPath>,
     pub(super) events: Vec<EventData>,
     pub(super) distances: Distances,
     pub(super) variants: Vec<DrawnVariant>,
@@ -212,6 +214,7 @@ impl ViewData {
             links: links.map(|(index, link)| LinkData::of(link, scene.machine.parent(index))).collect(),
             parts: scene.parts.iter().enumerate().map(|(index, part)| PartData::of(part, examined(index))).collect(),
             program: None,
+            path: None,
             events: Vec::new(),
             distances: Distances::default(),
             variants: Vec::new(),
@@ -219,6 +222,7 @@ impl ViewData {
     }
 
     pub(super) fn set_program(&mut self, scene: &Scene, run: &ProgramRun, motion: &Motion, settings: &Settings) {
+        self.path = ToolPath::of(scene, run);
         let moves = &run.program.moves;
         let drives = |axis: &Axis| {
             scene.machine.axis_limits(*axis).is_some() || motion.positions.iter().any(|position| position[*axis] != 0.0)

@@ -2,7 +2,7 @@
 //!
 //! Reading order: this file (what is asked and gathered), [`data`] (what the page gets), `pack` (numbers as text), `motion`
 //! (the path in few keys), `events` (what `check` found, with its triangles), `distances` (the nearest pair along the path),
-//! `trees` (volumes by level), `page` (the document; its scripts are in `page/`), [`glb`].
+//! `tool_path` (what the way of the tool is drawn from), `trees` (volumes by level), `page` (the document; its scripts are in `page/`), [`glb`].
 //!
 //! The page does not get poses but axis positions, and the links with their joints: it does the forward kinematics itself. So a
 //! program costs a few numbers per block, and between two keys the machine is where `check` looked for contact.
@@ -14,6 +14,7 @@ pub mod glb;
 mod motion;
 mod pack;
 mod page;
+mod tool_path;
 mod trees;
 
 pub use data::ViewData;

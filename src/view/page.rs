@@ -6,13 +6,14 @@ use super::ViewData;
 const STYLE: &str = include_str!("page/view.css");
 
 /// The viewer's scripts in the order in which they must be read; plain scripts with one scope between them.
-const SCRIPTS: [&str; 11] = [
+const SCRIPTS: [&str; 12] = [
     include_str!("page/math.js"),
     include_str!("page/data.js"),
     include_str!("page/mesh.js"),
     include_str!("page/gl.js"),
     include_str!("page/camera.js"),
     include_str!("page/motion.js"),
+    include_str!("page/toolpath.js"),
     include_str!("page/scene.js"),
     include_str!("page/timeline.js"),
     include_str!("page/panel.js"),

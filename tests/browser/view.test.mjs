@@ -29,7 +29,10 @@ async function openView(file, options) {
 async function ask(page, call) {
   await page.evaluate(call);
   await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
-  await page.waitForFunction(() => window.bvbench[0].state().fine || window.bvbench[0].state().playing);
+  await page.waitForFunction(() => {
+    const { fine, playing, flying } = window.bvbench[0].state();
+    return (fine || playing) && !flying;
+  });
   return page.evaluate(() => window.bvbench[0].state());
 }
 
@@ -83,7 +86,7 @@ test("a planted collision lights up the right two parts, and only these", async 
   assert.deepEqual([crash.state, crash.nearest.mm], ["collision", 0]);
   const after = await stage(page, "view-collision");
   assertNotBlank(after, "the collision");
-  assert.ok(before.count(isRed) < 400, `${before.count(isRed)} red pixels before`); // the cutter is red, and small
+  assert.ok(before.count(isRed) < 2_000, `${before.count(isRed)} red pixels before`); // the cutter is red, and small
   assert.ok(after.count(isRed) > 20_000, `${after.count(isRed)} red pixels in collision`);
   // Each of the two is red, and with both hidden no red is left but the mark of the first contact. The cutter is red by nature.
   const parts = await page.evaluate(() => window.bvbench[0].data.parts.map((part) => part.name));
@@ -98,6 +101,95 @@ test("a planted collision lights up the right two parts, and only these", async 
   await ask(page, () => window.bvbench[0].draw());
   const rest = (await stage(page, "view-without-the-pair")).count(isRed);
   assert.ok(rest < 1_000, `${rest} red pixels`);
+  assert.deepEqual(faults, []);
+  await page.context().close();
+});
+
+test("the page opens on workpiece and tool, not on the back of a block", async () => {
+  for (const [scene, work, tool] of [["mill-vise", "workpiece", "end-mill"], ["turn-mill", "workpiece", "tool"]]) {
+    for (const width of [1400, 700]) {
+      const { page, faults } = await openView(viewPage(scene, "--levels", "1").path, { width, height: 860 });
+      const state = await ask(page, () => {});
+      assertNotBlank(await shot(page, `view-opens-${scene}-${width}`), scene);
+      const seen = await page.evaluate(() => {
+        const view = window.bvbench[0];
+        const roles = ["workpiece", "cutter", "shank", "holder"];
+        const matter = [...view.data.parts.keys()].filter((part) => roles.includes(view.data.parts[part].role) && view.stage.isShown(part, view.showing));
+        const [middle, radius] = view.stage.ballAround(matter, 0);
+        const off = Math.hypot(...middle.map((x, i) => x - view.camera.target[i]));
+        const points = matter.map((part) => view.stage.ballAround([part], 0)[0]);
+        const hiding = new Set(points.flatMap((point) => view.stage.hiding(point, matter, view.showing)).map((part) => view.data.parts[part].name));
+        return { count: matter.length, off, radius, size: view.camera.size, hiding: [...hiding] };
+      });
+      assert.ok(seen.count >= 2 && seen.off < 1e-6, `${scene}: ${work} and ${tool} are in the middle: ${JSON.stringify(seen)}`);
+      assert.deepEqual(faults, []);
+      // The middle of what matters is seen, or what hides it is faded.
+      const middle = await page.evaluate(() => {
+        const view = window.bvbench[0];
+        view.showing.faded = new Set();
+        view.frameWork();
+        return view.state().faded;
+      });
+      assert.deepEqual(middle, state.faded);
+      await page.context().close();
+    }
+  }
+});
+
+test("a key and a button fly to the next collision, and what hides it is faded", async () => {
+  const { page, faults } = await openView(mill.path);
+  assert.deepEqual((await ask(page, () => {})).colliding, []);
+  await page.keyboard.press("n");
+  const crash = await ask(page, () => {});
+  assert.deepEqual([crash.line, crash.colliding], [CRASH.line, [CRASH.pair]]);
+  assertNotBlank(await shot(page, "view-next-collision"), "the collision");
+  await page.keyboard.press("Home");
+  await page.getByRole("button", { name: "Next collision (N)" }).click();
+  assert.equal((await ask(page, () => {})).line, CRASH.line);
+  await page.keyboard.press("n"); // there is one
+  assert.equal((await ask(page, () => {})).place, crash.place);
+  await page.keyboard.press("End");
+  await page.keyboard.press("Shift+N");
+  assert.equal((await ask(page, () => {})).place, crash.place);
+  // From behind the column the pair is hidden, and the column fades once the eye rests.
+  await ask(page, () => {
+    const view = window.bvbench[0];
+    view.camera.azimuth = Math.PI;
+    view.camera.elevation = 0.1;
+    view.focus();
+  });
+  const behind = await ask(page, () => {});
+  assert.ok(behind.faded.includes("column"), `faded: ${behind.faded}`);
+  assert.ok(!CRASH.pair.some((part) => behind.faded.includes(part)));
+  assertNotBlank(await shot(page, "view-faded"), "from behind");
+  assert.deepEqual(faults, []);
+  await page.context().close();
+});
+
+test("the path of the tool is drawn over the workpiece, and goes on request", async () => {
+  const { page, faults } = await openView(mill.path);
+  await ask(page, () => window.bvbench[0].goToLine(40));
+  const withPath = await stage(page, "view-path");
+  await page.keyboard.press("p");
+  const without = await stage(page, "view-no-path");
+  assert.ok(difference(withPath, without) > 1_000, "lines are drawn");
+  // At the end of each line of straight cutting the tip is on the path: the end mill is 125 mm long, its zero the middle of the stock's top.
+  const worst = await page.evaluate(() => {
+    const view = window.bvbench[0];
+    const { feed, rapid } = view.stage.path;
+    const points = [...feed, ...rapid];
+    let least = Infinity;
+    const pose = view.pose("end-mill");
+    const work = view.pose("table");
+    // World of the tip less that of the table: neither is turned.
+    const tip = [0, 1, 2].map((axis) => pose[12 + axis] - (axis === 2 ? 125 : 0));
+    const table = view.motion.posesAt(view.motion.positionAt(view.showing.place))[view.data.links.findIndex((link) => link.name === "table")];
+    for (let at = 0; at < points.length; at += 3) {
+      least = Math.min(least, Math.hypot(...[0, 1, 2].map((axis) => points[at + axis] + table[12 + axis] - tip[axis])));
+    }
+    return work ? least : NaN;
+  });
+  assert.ok(worst < 0.1, `the path is ${worst} mm from the tip`);
   assert.deepEqual(faults, []);
   await page.context().close();
 });

@@ -110,7 +110,10 @@ impl Interpreter<'_> {
             return Ok(());
         }
         let (start, target) = (self.position, self.target(values));
-        let (p, q) = (self.take_count(values, 'p').map(f64::abs), self.take_count(values, 'q').map(f64::abs));
+        // Haas's controls call the steps along X and Z by I and K, in the unit of lengths.
+        let step_along =
+            |count, length| self.take_count(values, count).or_else(|| self.take_length(values, length)).map(f64::abs);
+        let (p, q) = (step_along('p', 'i'), step_along('q', 'k'));
         values.drop_word('r');
         let (along, across, peck, step) = if code == own::PECK_FACE { (Z, X, q, p) } else { (X, Z, p, q) };
         let stops = |from: f64, to: f64, step: Option<f64>| -> Result<Vec<f64>, Fault> {

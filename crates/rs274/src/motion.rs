@@ -159,7 +159,11 @@ impl Interpreter<'_> {
         let axes_taken = self.uses_axis_words(values);
         self.forget_held_cut(values);
         if let Some(code) = values.code(Group::Motion) {
-            if axes_taken && values.has_axis() && code.number != CANCEL_CYCLE {
+            // On Fanuc's controls G28 and G30 go their way, and G0 to G3 beside them set the mode for what follows.
+            let only_sets_mode = self.setup.dialect.is_fanuc_like()
+                && matches!(code.number, 0..=30)
+                && matches!(values.number(Group::NonModal), Some(280 | 300));
+            if axes_taken && values.has_axis() && code.number != CANCEL_CYCLE && !only_sets_mode {
                 return Err(code.fault(Cause::NotAllowed("another code of this block uses the axis words")));
             }
             if code.number == CANCEL_CYCLE {

@@ -43,6 +43,19 @@ fn xs(source: &str) -> Vec<f64> {
 }
 
 #[test]
+fn g0_beside_g28_sets_the_mode_alone() {
+    // By way of where Z is already, home; then X at rapid rate, and not at the feed that held before.
+    for block in ["G0 G91 G28 Z0.", "G28 G91 G0 Z0."] {
+        let program = run(&format!("G1 X5. Z10. F100\n{block}\nG90 X7.\nM30"), &fanuc());
+        assert_eq!(ends(&program), [[5.0, 0.0, 10.0], [5.0, 0.0, 10.0], [5.0, 0.0, 0.0], [7.0, 0.0, 0.0]], "{block}");
+        assert_eq!(program.moves[3].kind, MoveKind::Rapid);
+    }
+    // LinuxCNC refuses it, and so does its dialect.
+    let error = refused("G0 G91 G28 Z0.\nM2", &Setup::default());
+    assert!(error.contains("another code of this block uses the axis words"), "{error}");
+}
+
+#[test]
 fn conditions_jumps_and_loops_of_the_macro_language() {
     assert_eq!(xs("#1=1\nIF[#1EQ1]GOTO10\nG0X1.\nN10G0X2.\nM30"), [2.0]);
     assert_eq!(xs("#1=1\nIF [#1 EQ 2] THEN #1=7.\nIF [#1 EQ 1] THEN #2=5.\nG0 X#1 Y#2\nM30"), [1.0]);
@@ -375,6 +388,19 @@ fn a_pattern_is_repeated_nearer_and_nearer() {
     let expected: Vec<_> =
         [(15.0, 2.0, true)].into_iter().chain(pass(4.0, 2.0)).chain(pass(2.0, 1.0)).chain(pass(0.0, 0.0)).collect();
     assert_eq!(turned(&source), expected);
+}
+
+#[test]
+fn haas_calls_the_steps_of_pecks_by_i_and_k() {
+    let ends = |dialect, source: &str| {
+        let setup = Setup { dialect, ..lathe() };
+        ends(&run(&format!("S100M3G0X20.Z0\n{source}\nM30"), &setup))
+    };
+    // Along X by 2 mm of radius, at Z0 and, 3 mm on, at Z-3.
+    let by_counts = ends(Dialect::Fanuc, "G75X12.Z-3.P2000Q3000F0.1");
+    assert_eq!(ends(Dialect::Haas, "G75X12.Z-3.I2.K3.F0.1"), by_counts);
+    assert_eq!(by_counts[2], [8.0, 0.0, 0.0]);
+    assert_eq!(by_counts.len(), 12);
 }
 
 #[test]

@@ -51,6 +51,18 @@ pub enum Unit {
 }
 
 impl Unit {
+    /// The unit of a name in files: `mm`, `cm`, `m` or `inch`.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "mm" => Some(Self::Mm),
+            "cm" => Some(Self::Cm),
+            "m" => Some(Self::M),
+            "inch" => Some(Self::Inch),
+            _ => None,
+        }
+    }
+
     /// How many mm one unit is.
     #[must_use]
     pub const fn in_mm(self) -> f64 {

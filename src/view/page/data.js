@@ -9,6 +9,7 @@
  * @typedef {{ line: string, kind: string, feed: string, tool: string, rpm: string, last_key: string }} Moves
  * @typedef {{ file: string, lines: string[], duration_s: number, zones_mm: number[], first_tool: number, axes: number[], keys: number,
  *   durations: string, values: string, moves: Moves }} Program
+ * @typedef {{ tool: number | null, link: number | null, at: Vec3 }} Tip
  * @typedef {{ key: number, pairs: number, a: string, b: string, at: Vec3 | null, lines: string }} Contact
  * @typedef {{ kind: string, zone_mm: number | null, pair: [number, number], first: number, last: number, nearest: number, line: number,
  *   last_line: number, time_s: number, least_mm: number, inside: boolean, to_the_end: boolean, contacts: Contact[] }} ViewEvent
@@ -19,7 +20,7 @@
  * @typedef {{ part: number, levels: Level[], low: Vec3, step: Vec3, level_of: string, flags: string, shapes: Shapes }} Tree
  * @typedef {{ id: string, label: string, safe: boolean, trees: Tree[] }} VariantData
  * @typedef {{ format: string, name: string, title: string, description: string, provenance: string, up: "y" | "z", links: Link[],
- *   parts: PartData[], program: Program | null, events: ViewEvent[], distances: Distances, variants: VariantData[] }} ViewData
+ *   parts: PartData[], program: Program | null, path: { work: number | null, tips: Tip[] } | null, events: ViewEvent[], distances: Distances, variants: VariantData[] }} ViewData
  */
 
 const AXIS_LETTERS = "XYZABCUVW";

@@ -2,9 +2,9 @@
 // The page's elements.
 
 const KEYS = [
-  ["Space", "play or pause"], ["← →", "a line back or on"], ["E, Shift E", "next or last event"], ["Home, End", "start, end"],
+  ["Space", "play or pause"], ["← →", "a line back or on"], ["N, Shift N", "next or last collision"], ["E, Shift E", "next or last event"], ["Home, End", "start, end"],
   ["+ −", "faster, slower"], ["S", "stop before first contact"], ["T", "trees"], ["[ ]", "level up or down"], ["B", "side by side"],
-  ["X", "see through parts"], ["A", "axes of the machine"], ["F", "frame what is nearest"], ["R", "frame the machine"], ["D", "dark or light"],
+  ["X", "see through parts"], ["A", "axes of the machine"], ["P", "path of the tool"], ["W", "frame work and tool"], ["F", "frame what is nearest"], ["R", "frame the machine"], ["D", "dark or light"],
 ];
 
 /** Puts everything into the view's element. @param {View} view */
@@ -20,9 +20,14 @@ function layOut(view) {
   const toggles = {
     xray: button("See through", "See through parts that are not of the nearest pair (X)", () => view.toggle("xray")),
     axes: button("Axes", "Axes of the machine (A)", () => view.toggle("axes")),
+    path: button("Path", "Path of the tool: feed moves blue, rapids amber (P)", () => view.toggle("path")),
   };
-  const tools = make("div", { class: "bv-tools" }, toggles.xray, toggles.axes,
-    button("Nearest", "Frame the nearest pair (F)", () => view.focus()), button("All", "Frame the machine (R)", () => view.reset()),
+  toggles.path.hidden = !data.path;
+  const crashes = data.events.filter(isCollision).length;
+  const leap = [button("◂ Collision", "Last collision (shift N)", () => view.collision(-1)), button("Collision ▸", "Next collision (N)", () => view.collision(1))];
+  leap.forEach((element) => (element.hidden = crashes === 0));
+  const tools = make("div", { class: "bv-tools" }, toggles.xray, toggles.axes, toggles.path,
+    button("Work", "Frame work and tool (W)", () => view.frameWork()), button("Nearest", "Frame the nearest pair (F)", () => view.focus()), button("All", "Frame the machine (R)", () => view.reset()),
     button("◐", "Dark or light (D)", () => view.theme()), button("?", "Keys", () => (help.hidden = !help.hidden)));
   const stage = make("section", { class: "bv-stage" }, canvas, over,
     make("header", { class: "bv-title" }, make("b", {}, data.title), make("span", {}, subtitle)), tools, banner, help);
@@ -36,7 +41,7 @@ function layOut(view) {
   const transport = make("section", { class: "bv-transport" },
     make("div", { class: "bv-row" },
       button("|◂", "Last event (shift E)", () => view.event(-1)), button("◂", "A line back (←)", () => view.step(-1)), play,
-      button("▸", "A line on (→)", () => view.step(1)), button("▸|", "Next event (E)", () => view.event(1)), rate,
+      button("▸", "A line on (→)", () => view.step(1)), button("▸|", "Next event (E)", () => view.event(1)), ...leap, rate,
       make("label", { title: "Play stops at the block before a collision (S)" }, stop, " stop before first contact")), strip);
   transport.hidden = !data.program;
 
@@ -46,7 +51,7 @@ function layOut(view) {
   const side = make("aside", { class: "bv-side" });
   if (data.program) side.append(operator.element);
   side.append(treePanel.element, partsPanel(data, view.showing, () => view.refresh()));
-  if (data.program) side.append(eventsPanel(data, (event) => view.goToEvent(event)), program.element);
+  if (data.program) side.append(eventsPanel(data, (event) => view.visit(event)), program.element);
   view.root.append(stage, transport, side);
   return { canvas, over, banner, help, toggles, play, rate, stop, timeline, operator, treePanel, program };
 }

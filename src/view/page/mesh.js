@@ -112,6 +112,7 @@ function creases(places, faces, flat, around) {
  */
 function meets({ faces, places }, { low, step }, from, to) {
   const along = minus(to, from);
+  if (!crossesBox(low, plus(low, times(step, 65535)), from, along)) return false;
   const at = (/** @type {number} */ corner) => {
     const vertex = 3 * faces[corner];
     return /** @type {Vec3} */ ([0, 1, 2].map((axis) => low[axis] + step[axis] * places[vertex + axis]));
@@ -130,4 +131,19 @@ function meets({ faces, places }, { low, step }, from, to) {
     if (a >= 0 && b >= 0 && a + b <= 1 && t > 0 && t < 0.99) return true;
   }
   return false;
+}
+
+/** Whether a segment meets a box (Kay and Kajiya 1986). @param {Vec3} low @param {Vec3} high @param {Vec3} from @param {Vec3} along */
+function crossesBox(low, high, from, along) {
+  let [enters, leaves] = [0, 1];
+  for (let axis = 0; axis < 3; axis++) {
+    if (along[axis] === 0) {
+      if (from[axis] < low[axis] || from[axis] > high[axis]) return false;
+      continue;
+    }
+    const [a, b] = [(low[axis] - from[axis]) / along[axis], (high[axis] - from[axis]) / along[axis]];
+    enters = Math.max(enters, Math.min(a, b));
+    leaves = Math.min(leaves, Math.max(a, b));
+  }
+  return enters <= leaves;
 }

@@ -20,7 +20,7 @@ const TREE_PAINT = [[0.0, 0.55, 0.75], [0.35, 0.6, 0.15], [0.9, 0.05, 0.55]];
 /**
  * What one picture shows.
  * @typedef {{ place: number, colliding: ViewEvent[], near: ViewEvent[], xray: boolean, trees: boolean, level: number, volumes: "pair" | "all" | number, pair: number[],
- *   hidden: Set<number>, axes: boolean, dark: boolean }} Showing
+ *   hidden: Set<number>, faded: Set<number>, path: boolean, axes: boolean, dark: boolean }} Showing
  * @typedef {{ left: number, bottom: number, width: number, height: number }} Box
  */
 
@@ -40,6 +40,8 @@ class Stage {
     this.trees = data.variants.map((variant) => variant.trees.map((tree) => new TreeShapes(tree)));
     /** @type {Map<string, Drawable>} */
     this.made = new Map();
+    /** The way of the tool, once it was drawn. @type {{ feed: Float32Array, rapid: Float32Array } | undefined} */
+    this.path = undefined;
     this.#frame();
   }
 
@@ -78,14 +80,15 @@ class Stage {
     return [middle, Math.max(...points.map((point) => Math.hypot(...minus(point, middle))))];
   }
 
-  /** Whether a part that is not of the nearest pair stands between the eye and a point. @param {Vec3} point @param {Showing} showing */
-  isHidden(point, showing) {
+  /** Parts that stand between the eye and a point, and are none of those that matter. @param {Vec3} point @param {number[]} matter @param {Showing} showing */
+  hiding(point, matter, showing) {
     const poses = this.motion.posesAt(this.motion.positionAt(showing.place));
-    return this.data.parts.some((_, part) => {
-      if (!this.isShown(part, showing) || showing.pair.includes(part)) return false;
+    const hides = (/** @type {number} */ part) => {
+      if (!this.isShown(part, showing) || matter.includes(part)) return false;
       const partFromWorld = inverse(this.worldFromPart(part, poses));
       return meets(this.surfaces[part], this.data.parts[part], apply(partFromWorld, this.camera.eye()), apply(partFromWorld, point));
-    });
+    };
+    return [...this.data.parts.keys()].filter(hides);
   }
 
   /** @param {number} part @param {Showing} showing */
@@ -115,6 +118,7 @@ class Stage {
       const clip = this.camera.clipFromEye(box.width / box.height);
       this.#drawParts(showing, eyeFromPart, clip, eye);
       this.#drawFloor(showing, eye, clip);
+      if (showing.path && this.data.path) this.#drawPath(poses, eye, clip);
       this.#drawContacts(showing, eyeFromPart, clip);
       if (showing.trees) this.#drawTrees(showing, variants[number], eyeFromPart, clip);
     });
@@ -127,7 +131,8 @@ class Stage {
     const colliding = new Map(showing.colliding.flatMap((event) => event.pair.map((part, side) => [part, side])));
     const near = new Set(showing.near.flatMap((event) => event.pair));
     const parts = this.data.parts.map((_, part) => part).filter((part) => this.isShown(part, showing));
-    const isGhost = (/** @type {number} */ part) => showing.xray && !colliding.has(part) && !showing.pair.includes(part);
+    const isGhost = (/** @type {number} */ part) =>
+      !colliding.has(part) && (showing.faded.has(part) || (showing.xray && !showing.pair.includes(part)));
     const skyward = applyToDirection(eye, this.camera.up);
     for (const ghosts of [false, true]) {
       for (const part of parts.filter((part) => isGhost(part) === ghosts)) {
@@ -166,6 +171,27 @@ class Stage {
       colour: showing.dark ? [0.62, 0.7, 0.8] : [0.25, 0.32, 0.4],
     });
     gpu.draw(gpu.plane);
+    gl.depthMask(true);
+  }
+
+  /** The way of the tool over the work, faint where parts hide it. @param {Mat4[]} poses @param {Mat4} eye @param {Mat4} clipFromEye */
+  #drawPath(poses, eye, clipFromEye) {
+    const [gpu, gl] = [this.gpu, this.gpu.gl];
+    const work = this.data.path?.work ?? null;
+    this.path ??= toolPath(this.data, this.motion);
+    gl.useProgram(gpu.plain.program);
+    gpu.set(gpu.plain, { eyeFromPart: work === null ? eye : multiply(eye, poses[work]), clipFromEye, low: [0, 0, 0], lattice: [1, 1, 1] });
+    gl.depthMask(false);
+    for (const [kind, points] of Object.entries(this.path)) {
+      if (points.length === 0) continue;
+      const drawable = this.#made(`path ${kind}`, () => gpu.drawable(gl.LINES, points, 3));
+      for (const [test, opacity] of /** @type {[number, number][]} */ ([[gl.GREATER, 0.18], [gl.LEQUAL, 0.9]])) {
+        gl.depthFunc(test);
+        gpu.set(gpu.plain, { colour: kind === "rapid" ? PATH_PAINT.rapid : PATH_PAINT.feed, opacity, pull: test === gl.LEQUAL ? 1e-5 : 0 });
+        gpu.draw(drawable);
+      }
+    }
+    gl.depthFunc(gl.LEQUAL);
     gl.depthMask(true);
   }
 

@@ -11,6 +11,10 @@ const SHOW_S = 40;
 const [SLOW_MS, FAST_MS] = [40, 22];
 /** The coarsest, pixels of the picture per pixel of the screen; and how long it stays so when nothing moves any more, ms. */
 const [COARSEST, REST_MS] = [0.5, 200];
+/** How long the eye takes to fly somewhere, and how long after its last move it is taken to rest, ms. */
+const [FLIGHT_MS, SETTLE_MS] = [350, 120];
+/** Directions from which the work is looked at when the page opens, radians about the upright axis; the first with the freest sight is taken. */
+const AZIMUTHS = [0.61, -0.61, 0, 1.4, -1.4, 2.2, -2.2, Math.PI];
 /** Where no time passes: keys in a second. */
 const KEYS_PER_S = 4;
 
@@ -25,7 +29,7 @@ class View {
     this.camera = new Camera(data.up);
     this.layout = { beside: false, first: 0 };
     /** @type {Showing} */
-    this.showing = { place: 0, colliding: [], near: [], xray: false, trees: false, level: 0, volumes: "pair", pair: [], hidden: new Set(), axes: false, dark: false };
+    this.showing = { place: 0, colliding: [], near: [], xray: false, trees: false, level: 0, volumes: "pair", pair: [], hidden: new Set(), faded: new Set(), path: true, axes: false, dark: false };
     this.playing = false;
     this.stopBefore = false;
     /** @type {ViewEvent | null} The collision before which the program is held. */
@@ -35,12 +39,20 @@ class View {
     /** When the last frame was painted, how fine it is, and what makes it fine again. */
     this.pace = { last: 0, fineness: 1, rest: 0 };
     this.pending = false;
+    /** What should not be hidden: parts that matter, and a point among them. @type {"none" | "work" | "pair"} */
+    this.watched = "none";
+    this.settling = 0;
+    this.flying = false;
     this.ui = layOut(this);
     this.stage = new Stage(new Gpu(this.ui.canvas), data, this.motion, this.camera);
     this.marks = new Marks(this.ui.over, this.stage);
-    handle(this.ui.over, this.camera, () => this.draw());
+    handle(this.ui.over, this.camera, () => {
+      this.flying = false;
+      this.#settle();
+      this.draw();
+    });
     this.#listen();
-    this.reset();
+    this.frameWork();
     const wanted = whole ? new URLSearchParams(location.hash.slice(1)).get("t") : null;
     if (wanted !== null && Number.isFinite(Number(wanted))) this.go(this.motion.placeAt(Number(wanted)));
     this.refresh();
@@ -69,6 +81,7 @@ class View {
       Home: () => this.go(0), End: () => this.go(this.motion.keys - 1), "+": () => this.faster(1), "=": () => this.faster(1), "-": () => this.faster(-1),
       s: () => this.setStopBefore(!this.stopBefore), t: () => this.setTrees(!this.showing.trees), "[": () => this.setLevel(this.showing.level - 1),
       "]": () => this.setLevel(this.showing.level + 1), b: () => this.setBeside(!this.layout.beside), x: () => this.toggle("xray"),
+      n: () => this.collision(event.shiftKey ? -1 : 1), w: () => this.frameWork(), p: () => this.toggle("path"),
       a: () => this.toggle("axes"), f: () => this.focus(), r: () => this.reset(), d: () => this.theme(), "?": () => (this.ui.help.hidden = !this.ui.help.hidden),
     };
     const act = does[event.key] ?? does[event.key.toLowerCase()];
@@ -83,6 +96,7 @@ class View {
   go(place) {
     this.held = null;
     this.showing.place = clamp(place, 0, this.motion.keys - 1);
+    this.#settle();
     this.refresh();
   }
 
@@ -119,7 +133,21 @@ class View {
     if (found) this.goToEvent(found);
   }
 
-  /** @param {"playing" | "xray" | "axes"} what */
+  /** Flies to the collision that begins next, or to the last one. @param {number} by 1 or -1 */
+  collision(by) {
+    const sorted = this.data.events.filter(isCollision).sort((p, q) => p.first - q.first);
+    const there = this.showing.place;
+    const found = by > 0 ? sorted.find((event) => event.first > there + 1e-6) : sorted.reverse().find((event) => event.first < there - 1e-6);
+    if (found) this.visit(found);
+  }
+
+  /** Goes to an event and flies to where it happens. @param {ViewEvent} event */
+  visit(event) {
+    this.goToEvent(event);
+    if (isCollision(event)) this.#fly(() => this.focus());
+  }
+
+  /** @param {"playing" | "xray" | "axes" | "path"} what */
   toggle(what) {
     if (what === "playing") {
       if (this.playing) this.pause();
@@ -168,26 +196,108 @@ class View {
     this.refresh();
   }
 
-  /** Frames what is nearest, or collides; sees through what hides it. */
+  /** Frames what is nearest, or collides; fades what hides it. */
   focus() {
     const { showing, stage, camera } = this;
     if (showing.pair.length === 0) return;
     const balls = showing.pair.map((part) => stage.ballAround([part], showing.place));
-    const [middle, radius] = balls.reduce((least, ball) => (ball[1] < least[1] ? ball : least));
-    const first = showing.colliding[0]?.contacts[0]?.at;
-    const poses = this.motion.posesAt(this.motion.positionAt(showing.place));
-    const target = first ? apply(stage.worldFromPart(showing.colliding[0].pair[0], poses), first) : middle;
-    camera.frame(target, clamp(1.3 * radius, 0.05 * camera.size, 0.2 * camera.size), this.aspect());
-    showing.xray ||= stage.isHidden(target, showing);
+    const radius = Math.min(...balls.map((ball) => ball[1]));
+    this.watched = "pair";
+    camera.frame(this.#watchedPoint(), clamp(1.3 * radius, 0.05 * camera.size, 0.2 * camera.size), this.aspect());
+    this.#fade();
     this.refresh();
+  }
+
+  /** Frames workpiece and tool, from where the least stands before them, and fades what still does. A machine without them is framed whole. */
+  frameWork() {
+    const { stage, camera, showing } = this;
+    const matter = this.#work();
+    if (matter.length === 0) {
+      this.reset();
+      return;
+    }
+    const [middle, radius] = stage.ballAround(matter, showing.place);
+    this.watched = "work";
+    camera.elevation = 0.46;
+    camera.frame(middle, clamp(radius, 0.02 * camera.size, 0.46 * camera.size), this.aspect());
+    const points = matter.map((part) => stage.ballAround([part], showing.place)[0]);
+    const inTheWay = AZIMUTHS.map((azimuth) => {
+      camera.azimuth = azimuth;
+      return points.reduce((sum, point) => sum + stage.hiding(point, matter, showing).length, 0);
+    });
+    camera.azimuth = AZIMUTHS[inTheWay.indexOf(Math.min(...inTheWay))];
+    this.#fade();
+    this.draw();
   }
 
   /** Frames the machine. */
   reset() {
+    this.watched = "none";
+    this.showing.faded = new Set();
     this.camera.azimuth = 0.61;
     this.camera.elevation = 0.46;
     this.camera.frame(/** @type {Vec3} */ (this.stage.middle), 0.46 * this.camera.size, this.aspect());
     this.draw();
+  }
+
+  /** Workpiece and mounted tool; without a workpiece, what is examined. */
+  #work() {
+    const { data, stage, showing } = this;
+    const there = (/** @type {(part: PartData) => boolean} */ is) => [...data.parts.keys()].filter((part) => is(data.parts[part]) && stage.isShown(part, showing));
+    const work = there((part) => part.role === "workpiece");
+    const tool = there((part) => ["cutter", "shank", "holder"].includes(part.role));
+    return work.length > 0 && tool.length > 0 ? [...work, ...tool] : there((part) => part.examined || part.role === "workpiece");
+  }
+
+  /** The point that should not be hidden. @returns {Vec3} */
+  #watchedPoint() {
+    const { showing, stage } = this;
+    const balls = (this.watched === "pair" ? showing.pair : this.#work()).map((part) => stage.ballAround([part], showing.place));
+    const [middle] = balls.reduce((least, ball) => (ball[1] < least[1] ? ball : least), balls[0]);
+    const crash = this.watched === "pair" ? showing.colliding[0] : undefined;
+    const first = crash?.contacts[0]?.at;
+    const poses = this.motion.posesAt(this.motion.positionAt(showing.place));
+    return crash && first ? apply(stage.worldFromPart(crash.pair[0], poses), first) : middle;
+  }
+
+  /** Fades what hides the watched point. */
+  #fade() {
+    const matter = this.watched === "pair" ? this.showing.pair : this.#work();
+    const watches = this.watched !== "none" && matter.length > 0;
+    this.showing.faded = new Set(watches ? this.stage.hiding(this.#watchedPoint(), matter, this.showing) : []);
+  }
+
+  /** Fades anew once the eye or the machine rests. */
+  #settle() {
+    clearTimeout(this.settling);
+    if (this.watched === "none") return;
+    this.settling = setTimeout(() => {
+      if (this.playing || this.flying) return;
+      this.#fade();
+      this.draw();
+    }, SETTLE_MS);
+  }
+
+  /** Lets the eye fly to where `aim` puts it; where nobody wants things to move, it is there at once. @param {() => void} aim */
+  #fly(aim) {
+    const { camera } = this;
+    const from = { target: camera.target, distance: camera.distance };
+    aim();
+    if (matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+    const to = { target: camera.target, distance: camera.distance };
+    const begin = performance.now();
+    this.flying = true;
+    const tick = () => {
+      if (!this.flying) return;
+      const t = Math.min((performance.now() - begin) / FLIGHT_MS, 1);
+      const part = t * t * (3 - 2 * t);
+      camera.target = plus(times(from.target, 1 - part), times(to.target, part));
+      camera.distance = from.distance ** (1 - part) * to.distance ** part;
+      this.flying = t < 1;
+      this.draw();
+      if (this.flying) requestAnimationFrame(tick);
+    };
+    tick();
   }
 
   aspect() {
@@ -214,6 +324,7 @@ class View {
   pause() {
     this.playing = false;
     this.refresh();
+    this.#settle();
     if (this.whole) history.replaceState(null, "", `#t=${this.motion.timeAt(this.showing.place).toFixed(2)}`);
   }
 
@@ -260,7 +371,7 @@ class View {
     this.root.dataset.theme = this.showing.dark ? "dark" : "light";
     this.ui.play.textContent = this.playing ? "❚❚" : "▶";
     this.ui.rate.value = String(this.speed);
-    for (const what of /** @type {const} */ (["xray", "axes"])) this.ui.toggles[what].setAttribute("aria-pressed", String(this.showing[what]));
+    for (const what of /** @type {const} */ (["xray", "axes", "path"])) this.ui.toggles[what].setAttribute("aria-pressed", String(this.showing[what]));
     this.ui.banner.hidden = !this.held;
     if (this.held) this.ui.banner.textContent = `Held before line ${this.held.line}: ${pairName(this.data, this.held.pair)} would collide`;
     this.draw();
@@ -342,6 +453,8 @@ class View {
       dark: showing.dark,
       frames: this.frames,
       fine: this.pace.fineness === 1,
+      faded: [...showing.faded].map(name),
+      flying: this.flying,
     };
   }
 

@@ -1,0 +1,163 @@
+//! A scene, the program that runs on it, and what the command line adds to both: shared by `check`, `view` and `scene`.
+
+use super::gcode::{Reading, print_notes, tool_table};
+use super::note;
+use crate::scene::set_up::SetUp;
+use crate::scene::{Overrides, ProgramRun, Scene, SceneError, StockSpec, ToolEntry};
+use anyhow::{Result, anyhow};
+use clap::Args;
+use rs274::{Axis, Position};
+use std::path::PathBuf;
+
+/// Examples for the help of every verb that takes a [`Subject`].
+pub const SET_UP_EXAMPLES: &str = "\
+Set up a job without editing the scene:
+  --offset G54=100,-50,30                where the work's zero is, machine coordinates
+  --tool 3=diameter:10,flute:22,stickout:40,holder:32x20/50x40
+                                         an end mill; its holder's steps from the tool's side up
+  --tool 5=diameter:8,point:118,flute:60,stickout:80
+                                         a drill; corner:1 rounds a corner, corner:4 makes a ball
+  --tools shop.toml                      a library: [[tools]] with number, diameter_mm, ...
+  --stock box:100,60,30                  a block, the middle of its top at zero of G54
+  --stock cylinder:50,120@0,0,-120       round stock, the middle of its lower end there
+  --stock blank.stl                      a mesh in coordinates of G54
+  --spindle head@0,0,-20 --table table   where the scene does not say what holds tool and work
+  --ignore M31 --ignore G187             codes that are skipped";
+
+/// A scene and the program that runs on it.
+#[derive(Args)]
+pub struct Subject {
+    /// Scene by name or by path
+    #[arg(value_name = "SCENE")]
+    pub scene: String,
+    /// The program (RS274/NGC) [default: the scene's own]
+    #[arg(value_name = "PROGRAM")]
+    pub program: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
+    /// Put the origin of a work offset elsewhere, machine coordinates, mm and degrees: G54=X,Y,Z[,A,B,C]; repeatable
+    #[arg(long = "offset", value_name = "NAME=X,Y,Z")]
+    offsets: Vec<String>,
+    /// Take tools from a LinuxCNC tool table in place of the scene's
+    #[arg(long, value_name = "FILE")]
+    tool_table: Option<PathBuf>,
+    /// The tool table's lengths are inches
+    #[arg(long, requires = "tool_table")]
+    tool_table_inch: bool,
+    #[command(flatten)]
+    job: Job,
+}
+
+/// Tools and stock.
+#[derive(Args)]
+struct Job {
+    /// Put a tool into the spindle by its measures, mm and degrees: diameter, corner, point, flute, shank, stickout or length, holder, offset; repeatable
+    #[arg(long = "tool", value_name = "N=KEY:VALUE,...")]
+    tools: Vec<String>,
+    /// Take tools with their shapes from a TOML file with [[tools]], as in [program] of a scene
+    #[arg(long = "tools", value_name = "FILE")]
+    library: Option<PathBuf>,
+    /// Put stock in place of the workpiece, in coordinates of G54: box:X,Y,Z, cylinder:DIAMETER,LENGTH or a mesh FILE[:UNIT], each with @X,Y,Z
+    #[arg(long, value_name = "STOCK")]
+    stock: Option<String>,
+    /// The link that holds tools, and the tip of a tool of no length in it [default: the scene's tool_centre_point]
+    #[arg(long, value_name = "LINK[@X,Y,Z]")]
+    spindle: Option<String>,
+    /// The link that carries the workpiece [default: the scene's tool_centre_point]
+    #[arg(long, value_name = "LINK")]
+    table: Option<String>,
+}
+
+impl Job {
+    fn set_up(&self) -> Result<SetUp> {
+        let mut tools = self.library.as_deref().map(ToolEntry::library).transpose()?.unwrap_or_default();
+        for text in &self.tools {
+            let tool = ToolEntry::parse(text).map_err(|why| anyhow!("--tool {text}: {why}"))?;
+            tools.retain(|known| known.number != tool.number);
+            tools.push(tool);
+        }
+        let stock = self.stock.as_deref().map(StockSpec::parse).transpose();
+        Ok(SetUp {
+            spindle: self.spindle.clone(),
+            table: self.table.clone(),
+            tools,
+            stock: stock.map_err(|why| anyhow!("--stock: {why}"))?,
+            ..SetUp::default()
+        })
+    }
+}
+
+impl Subject {
+    /// The scene, and the program asked for; else the scene's own, if it has one.
+    pub fn load(&self) -> Result<(Scene, Option<ProgramRun>)> {
+        let mut job = self.job.set_up()?;
+        let overrides = Overrides { skips_program: self.program.is_some(), ..Overrides::default() };
+        let mut scene = Scene::find_with(&self.scene, &overrides)?;
+        let mut setup = scene.program.clone().unwrap_or_else(ProgramRun::of_mill);
+        let mut is_changed = self.reading.apply(&mut setup.setup) || !self.offsets.is_empty();
+        for offset in &self.offsets {
+            let wrong = |message: String| anyhow!("--offset {offset}: {message}");
+            let (name, origin) =
+                offset.split_once('=').ok_or_else(|| wrong("it must be like G54=100,-50,30".to_owned()))?;
+            setup.set_work_offset(name, place(origin).map_err(wrong)?).map_err(wrong)?;
+        }
+        if let Some(path) = &self.tool_table {
+            setup.setup.tools = tool_table(path, self.tool_table_inch)?;
+            job.measured = setup.setup.tools.clone();
+            is_changed = true;
+        }
+        if !job.is_empty() {
+            is_changed = true;
+            for told in scene.set_up(&mut setup, &job).map_err(|why| anyhow!(why))? {
+                note(format!("note: {told}"));
+            }
+        }
+        let run = match &self.program {
+            Some(program) => Some(setup.with_program(program).map_err(with_hint)?),
+            None if is_changed && scene.program.is_some() => Some(setup.again().map_err(with_hint)?),
+            None => scene.program.clone(),
+        };
+        if let Some(run) = &run {
+            print_notes(&run.program);
+            // A library holds more than one program uses.
+            let asked = job.tools.iter().filter(|_| self.job.library.is_none());
+            asked.filter_map(|tool| unused(tool, run)).for_each(note);
+        }
+        scene.mesh_warnings().iter().for_each(|warning| note(format!("warning: {warning}")));
+        Ok((scene, run))
+    }
+}
+
+/// A tool that was asked for and never is in the spindle.
+fn unused(tool: &ToolEntry, run: &ProgramRun) -> Option<String> {
+    let number = tool.number;
+    let is_used = run.setup.tool == number || run.tools().contains(&number);
+    (!is_used && tool.assembly.is_some())
+        .then(|| format!("note: tool {number} is never in the spindle of this program"))
+}
+
+/// X,Y,Z or X,Y,Z,A,B,C; mm and degrees.
+fn place(text: &str) -> std::result::Result<Position, String> {
+    let numbers: std::result::Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    let numbers = numbers.map_err(|error| error.to_string())?;
+    if numbers.len() != 3 && numbers.len() != 6 {
+        return Err(format!("{} numbers; it must have 3 (X,Y,Z) or 6 (X,Y,Z,A,B,C)", numbers.len()));
+    }
+    let mut position = Position::default();
+    for (axis, number) in Axis::ALL.into_iter().zip(numbers) {
+        position[axis] = if axis.is_rotary() { number.to_radians() } else { number };
+    }
+    Ok(position)
+}
+
+/// What to do about a tool that nobody knows.
+fn with_hint(error: SceneError) -> anyhow::Error {
+    let error = anyhow::Error::from(error);
+    if format!("{error:#}").contains("tool table") {
+        error.context(
+            "a tool is unknown: give --tool N=diameter:D,flute:F,stickout:S, --tools LIBRARY or --tool-table FILE, or name it in `tools` of [program] in scene.toml",
+        )
+    } else {
+        error
+    }
+}

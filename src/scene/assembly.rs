@@ -1,0 +1,323 @@
+//! Rotating tools by their measures: cutter, shank and holder as solids of revolution, and the text that describes them on a command line.
+//!
+//! A tool stands on its tip at z = 0, its axis along z: the cutter up to the end of its flutes, the shank up to where the holder begins, and
+//! the holder, step by step, up to the spindle's gauge line.
+
+use super::file::{HolderStepFile, PositionFile, ToolFile};
+use super::{Part, Role};
+use crate::geometry::shapes::outline::{OutlineCorner, OutlinePoint};
+use crate::geometry::shapes::{Revolve, Shape, Tessellation};
+use crate::geometry::{Isometry, Vector};
+use crate::machine::Machine;
+use crate::machine::tip::TipControl;
+use nalgebra::{Translation3, UnitQuaternion};
+use rs274::{Axis, Position, Tool};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// How finely tools are divided: the chords of their circles leave out 0.0023 mm at most.
+const TESSELLATION: Tessellation = Tessellation { grading: 1.0, density: 3.0 };
+/// Lengths nearer than this are equal, mm.
+const SAME_MM: f64 = 1e-6;
+/// An offset that differs by more than this from the length of the tool as drawn is told, mm.
+const TOLD_MM: f64 = 0.5;
+
+/// A tool of a table, a library or a command line, its numbers checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToolEntry {
+    /// Its number.
+    pub number: u32,
+    /// What the tool table says of it; the offset is zero where nothing says it.
+    pub tool: Tool,
+    /// Whether the offset was given.
+    pub has_offset: bool,
+    /// What it looks like, where that was given.
+    pub assembly: Option<Assembly>,
+}
+
+/// The measures of a rotating tool, mm and radians.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Assembly {
+    /// Cutting diameter.
+    diameter_mm: f64,
+    /// Radius between end and side; half the diameter for a ball.
+    corner_mm: f64,
+    /// Full angle of a drill's point.
+    point: Option<f64>,
+    /// From the tip to the end of what cuts.
+    flute_mm: f64,
+    /// Diameter above the flutes.
+    shank_mm: f64,
+    /// From the tip to the holder; `None` where the tool's length in the table decides.
+    stickout_mm: Option<f64>,
+    /// The holder, from the tool's side up.
+    holder: Vec<HolderStepFile>,
+}
+
+impl ToolEntry {
+    /// From what a file or a command line says.
+    ///
+    /// # Errors
+    /// A message without the tool's number.
+    pub(super) fn new(file: &ToolFile) -> Result<Self, String> {
+        let offset = file.offset.unwrap_or_default().position();
+        let offset = super::program::finite("offset", offset)?;
+        if !(file.diameter_mm >= 0.0 && file.diameter_mm.is_finite()) {
+            return Err("diameter_mm must be a finite number, at least 0".to_owned());
+        }
+        if file.orientation > 9 {
+            return Err("orientation must be from 0 to 9".to_owned());
+        }
+        let tool = Tool { offset, diameter_mm: file.diameter_mm, orientation: file.orientation };
+        let assembly = Assembly::new(file)?;
+        Ok(Self { number: file.number, tool, has_offset: file.offset.is_some(), assembly })
+    }
+
+    /// From the text of a command line: `3=diameter:10,flute:22,stickout:40,holder:32x20/50x40`, mm and degrees.
+    ///
+    /// # Errors
+    /// A message that says what the text must be like.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let like = "it must be like 3=diameter:10,flute:22,stickout:40,holder:32x20/50x40";
+        let (number, measures) = text.split_once('=').ok_or(like)?;
+        let number = number.trim().parse().map_err(|_| format!("`{number}` is not a tool's number; {like}"))?;
+        let mut file = ToolFile { number, ..ToolFile::default() };
+        for measure in measures.split(',') {
+            let (key, value) = measure.split_once(':').ok_or_else(|| format!("`{measure}` has no value; {like}"))?;
+            let number = || value.trim().parse::<f64>().map_err(|_| format!("{key}: `{value}` is not a number"));
+            match key.trim() {
+                "diameter" => file.diameter_mm = number()?,
+                "corner" => file.corner_mm = Some(number()?),
+                "point" => file.point_deg = Some(number()?),
+                "flute" => file.flute_mm = Some(number()?),
+                "shank" => file.shank_mm = Some(number()?),
+                "stickout" => file.stickout_mm = Some(number()?),
+                "length" => file.length_mm = Some(number()?),
+                "offset" => file.offset = Some(PositionFile { z_mm: number()?, ..PositionFile::default() }),
+                "holder" => file.holder = Some(holder(value)?),
+                _ => {
+                    return Err(format!(
+                        "`{key}` is none of diameter, corner, point, flute, shank, stickout, length, holder, offset"
+                    ));
+                }
+            }
+        }
+        let entry = Self::new(&file)?;
+        if entry.assembly.is_none() {
+            return Err(format!("flute and stickout are missing; {like}"));
+        }
+        Ok(entry)
+    }
+}
+
+/// `32x20/50x40`: steps of diameter and length, from the tool's side up; `27-40x35` widens from 27 to 40.
+fn holder(text: &str) -> Result<Vec<HolderStepFile>, String> {
+    let step = |step: &str| {
+        let wrong = || format!("holder: `{step}` must be diameter x length, as in 32x20, or 27-40x35 for a cone");
+        let number = |text: &str| text.trim().parse::<f64>().map_err(|_| wrong());
+        let (diameter, length_mm) = step.split_once('x').ok_or_else(wrong)?;
+        let (diameter_mm, top_mm) = match diameter.split_once('-') {
+            Some((bottom, top)) => (number(bottom)?, Some(number(top)?)),
+            None => (number(diameter)?, None),
+        };
+        Ok(HolderStepFile { diameter_mm, top_mm, length_mm: number(length_mm)? })
+    };
+    text.split('/').map(step).collect()
+}
+
+impl Assembly {
+    /// The measures of a tool, where any are given.
+    fn new(file: &ToolFile) -> Result<Option<Self>, String> {
+        let ToolFile { corner_mm, point_deg, flute_mm, shank_mm, stickout_mm, length_mm, holder, .. } = file;
+        let numbers = [
+            ("corner_mm", corner_mm),
+            ("point_deg", point_deg),
+            ("flute_mm", flute_mm),
+            ("shank_mm", shank_mm),
+            ("stickout_mm", stickout_mm),
+            ("length_mm", length_mm),
+        ];
+        if holder.is_none() && numbers.iter().all(|(_, number)| number.is_none()) {
+            return Ok(None);
+        }
+        let holder = holder.clone().unwrap_or_default();
+        let holder_numbers = holder.iter().enumerate().flat_map(|(i, step)| {
+            let HolderStepFile { diameter_mm, top_mm, length_mm } = *step;
+            [("diameter_mm", Some(diameter_mm)), ("top_mm", top_mm), ("length_mm", Some(length_mm))]
+                .map(|(name, number)| (format!("holder[{i}].{name}"), number))
+        });
+        let all = numbers.iter().map(|(name, number)| ((*name).to_owned(), **number)).chain(holder_numbers);
+        let given = all.filter_map(|(name, number)| Some((name, number?)));
+        for (name, number) in given.chain([("diameter_mm".to_owned(), file.diameter_mm)]) {
+            let may_be_zero = name == "corner_mm";
+            if !(number > 0.0 || may_be_zero && number == 0.0) || !number.is_finite() {
+                return Err(format!("{name} is {number}; a tool with a shape needs a finite number above 0"));
+            }
+        }
+        let flute_mm = flute_mm.ok_or("flute_mm is missing: how much of the tool cuts")?;
+        let corner_mm = corner_mm.unwrap_or(0.0);
+        let radius = 0.5 * file.diameter_mm;
+        if corner_mm > radius + SAME_MM {
+            return Err(format!("corner_mm is {corner_mm}, more than half the diameter of {}", file.diameter_mm));
+        }
+        let point = point_deg.map(f64::to_radians);
+        if point.is_some_and(|point| point >= PI) || point.is_some() && corner_mm > 0.0 {
+            return Err("point_deg must be below 180, and a tool with a point has no corner_mm".to_owned());
+        }
+        let end = point.map_or(corner_mm, |point| radius / (0.5 * point).tan());
+        if end >= flute_mm {
+            return Err(format!("flute_mm is {flute_mm}, and the tool's end alone takes {end:.3}"));
+        }
+        let holder_mm: f64 = holder.iter().map(|step| step.length_mm).sum();
+        let from_length = length_mm.map(|length| length - holder_mm);
+        if let (Some(one), Some(other)) = (*stickout_mm, from_length)
+            && (one - other).abs() > SAME_MM
+        {
+            return Err(format!(
+                "stickout_mm is {one}, and length_mm less the holder's {holder_mm} is {other}; one of the two is enough"
+            ));
+        }
+        let assembly = Self {
+            diameter_mm: file.diameter_mm,
+            corner_mm,
+            point,
+            flute_mm,
+            shank_mm: shank_mm.unwrap_or(file.diameter_mm),
+            stickout_mm: stickout_mm.or(from_length),
+            holder,
+        };
+        assembly.stickout_mm.map_or(Ok(()), |stickout| assembly.holds(stickout))?;
+        Ok(Some(assembly))
+    }
+
+    /// Whether the flutes end before the holder begins.
+    fn holds(&self, stickout_mm: f64) -> Result<(), String> {
+        if stickout_mm + SAME_MM < self.flute_mm {
+            let flute = self.flute_mm;
+            return Err(format!("the tool sticks out by {stickout_mm} mm, less than its flute_mm of {flute}"));
+        }
+        Ok(())
+    }
+
+    /// Length of the holder, mm.
+    fn holder_mm(&self) -> f64 {
+        self.holder.iter().map(|step| step.length_mm).sum()
+    }
+
+    /// From the tip to the holder: as given, else as the tool's length in the table leaves it.
+    fn stickout_mm(&self, tabled_mm: Option<f64>) -> Result<f64, String> {
+        let stickout = self.stickout_mm.or_else(|| tabled_mm.map(|length| length - self.holder_mm()));
+        let stickout = stickout.ok_or("stickout_mm or length_mm is missing: how far the tool sticks out")?;
+        self.holds(stickout)?;
+        Ok(stickout)
+    }
+
+    /// What cuts, with its tip at the origin.
+    fn cutter(&self) -> Vec<OutlinePoint> {
+        let (radius, corner, top) = (0.5 * self.diameter_mm, self.corner_mm, self.flute_mm);
+        let sharp = |r: f64, z: f64| OutlinePoint::Sharp([r, z]);
+        let end = if let Some(point) = self.point {
+            vec![sharp(0.0, 0.0), sharp(radius, radius / (0.5 * point).tan())]
+        } else if corner > radius - SAME_MM {
+            let pole = OutlineCorner { at_mm: [0.0, 0.0], arc_mm: radius, ..OutlineCorner::default() };
+            vec![OutlinePoint::Detailed(pole), sharp(radius, radius)]
+        } else {
+            vec![sharp(0.0, 0.0), OutlinePoint::Rounded([radius, 0.0, corner])]
+        };
+        end.into_iter().chain([sharp(radius, top), sharp(0.0, top)]).collect()
+    }
+
+    /// The holder above `bottom`.
+    fn holder_outline(&self, bottom: f64) -> Vec<OutlinePoint> {
+        let mut outline: Vec<[f64; 2]> = vec![[0.0, bottom]];
+        let mut z = bottom;
+        for step in &self.holder {
+            let top = step.top_mm.unwrap_or(step.diameter_mm);
+            for point in [[0.5 * step.diameter_mm, z], [0.5 * top, z + step.length_mm]] {
+                if outline.last() != Some(&point) {
+                    outline.push(point);
+                }
+            }
+            z += step.length_mm;
+        }
+        outline.push([0.0, z]);
+        outline.into_iter().map(OutlinePoint::Sharp).collect()
+    }
+
+    /// Its solids by role, from the tip up.
+    fn solids(&self, stickout: f64) -> Vec<(Role, Shape)> {
+        let revolved = |profile_mm| Shape::Revolve(Revolve { profile_mm });
+        let mut solids = vec![(Role::Cutter, revolved(self.cutter()))];
+        if stickout > self.flute_mm + SAME_MM {
+            let radius = 0.5 * self.shank_mm;
+            let shank = [[0.0, self.flute_mm], [radius, self.flute_mm], [radius, stickout], [0.0, stickout]];
+            solids.push((Role::Shank, revolved(shank.map(OutlinePoint::Sharp).to_vec())));
+        }
+        if !self.holder.is_empty() {
+            solids.push((Role::Holder, revolved(self.holder_outline(stickout))));
+        }
+        solids
+    }
+}
+
+/// A tool in the spindle of a machine: what it is made of, what the table says of it, and what the reader should know.
+pub(super) struct Mounted {
+    pub parts: Vec<Part>,
+    pub tool: Tool,
+    pub notes: Vec<String>,
+}
+
+/// Puts a tool into the spindle. Without an offset of its own it gets its length, along the tool's axis.
+///
+/// # Errors
+/// A message when a measure is missing or makes no solid.
+pub(super) fn mount(
+    entry: &ToolEntry,
+    assembly: &Assembly,
+    machine: &Machine,
+    tip: &TipControl,
+) -> Result<Mounted, String> {
+    let number = entry.number;
+    // From the tip up the tool, in the axes' coordinates: as G43 adds it.
+    let world_from_link = machine.forward(&Position::default()).world_from(tip.tool_link);
+    let up = world_from_link.rotation * -tip.direction.into_inner();
+    let tabled = entry.has_offset.then(|| {
+        up.dot(&Vector::new(entry.tool.offset[Axis::X], entry.tool.offset[Axis::Y], entry.tool.offset[Axis::Z]))
+    });
+    let stickout = assembly.stickout_mm(tabled)?;
+    let length = stickout + assembly.holder_mm();
+    let mut notes = Vec::new();
+    let mut tool = entry.tool;
+    match tabled {
+        Some(tabled) if (tabled - length).abs() > TOLD_MM => notes.push(format!(
+            "tool {number} is {length:.3} mm long from the gauge line to its tip, and its offset says {tabled:.3} mm"
+        )),
+        Some(_) => {}
+        None => {
+            for (axis, part) in [Axis::X, Axis::Y, Axis::Z].into_iter().zip(up.iter()) {
+                let value = part * length;
+                tool.offset[axis] = if value.abs() < SAME_MM { 0.0 } else { value };
+            }
+        }
+    }
+    if assembly.holder.is_empty() {
+        notes.push(format!("tool {number} has no holder: nothing is known of what is above its {stickout} mm"));
+    }
+    let turn = UnitQuaternion::rotation_between(&Vector::z(), &-tip.direction.into_inner())
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), PI));
+    let point = tip.gauge + tip.direction.into_inner() * length;
+    let link_from_part = Isometry::from_parts(Translation3::from(point.coords), turn);
+    let parts = assembly.solids(stickout).into_iter().map(|(role, shape)| {
+        let mesh = shape.mesh(&TESSELLATION).map_err(|error| format!("the {}: {error}", role.name()))?;
+        Ok(Part {
+            name: format!("tool-{number}-{}", role.name()),
+            mesh: Arc::new(mesh),
+            link: tip.tool_link,
+            link_from_part,
+            shape: Some(Arc::new(shape)),
+            role,
+            tool: Some(number),
+        })
+    });
+    Ok(Mounted { parts: parts.collect::<Result<_, String>>()?, tool, notes })
+}

@@ -1,0 +1,252 @@
+//! A scene set up for a job without editing its file: where spindle and table are, tools in the spindle, stock on the table.
+
+use super::assembly::{self, ToolEntry};
+use super::error::SceneError;
+use super::file::LibraryFile;
+use super::load::{Document, NO_SPINDLE, movable_pairs};
+pub use super::stock_spec::numbers;
+use super::stock_spec::{PART_NAME, StockSpec};
+use super::{Pair, ProgramRun, Role, Scene};
+use crate::geometry::{Isometry, Point, Vector};
+use crate::machine::tip::TipControl;
+use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
+use rs274::file::LARGEST_PROGRAM;
+use rs274::{Axis, Tool};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// By how much the axes' directions may differ from those of a right-handed frame.
+const SKEW: f64 = 1e-6;
+/// Travel over which an axis' direction is found, mm.
+const PROBE_MM: f64 = 100.0;
+
+/// What a job adds to a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SetUp {
+    /// The link that carries tools, and where a tool of no length has its tip in it: `LINK` or `LINK@X,Y,Z`.
+    pub spindle: Option<String>,
+    /// The link that carries the workpiece.
+    pub table: Option<String>,
+    /// A tool table as it was measured, whose offsets go before the lengths of tools as drawn.
+    pub measured: BTreeMap<u32, Tool>,
+    /// Tools, which replace those of the same number.
+    pub tools: Vec<ToolEntry>,
+    /// The workpiece before the first cut, which replaces the scene's.
+    pub stock: Option<StockSpec>,
+}
+
+impl SetUp {
+    /// Whether nothing is added.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self == &Self::default()
+    }
+}
+
+impl ToolEntry {
+    /// The tools of a library: a TOML file with `[[tools]]`, each as in a scene's `[program]`.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or with file, line and column of what is wrong in it.
+    pub fn library(path: &Path) -> Result<Vec<Self>, SceneError> {
+        let text = rs274::file::text(path, LARGEST_PROGRAM);
+        let text = text.map_err(|cause| SceneError::Read { file: path.to_owned(), cause })?;
+        let document = Document::alone(path.to_owned(), text);
+        let file: LibraryFile = document.parse()?;
+        let tools = super::program::tools(&file.tools).map_err(|wrong| document.meaning(wrong))?;
+        for (i, entry) in tools.iter().enumerate() {
+            if tools[..i].iter().any(|earlier| earlier.number == entry.number) {
+                let message = format!("there are two tools with number {}", entry.number);
+                return Err(document.meaning((file.tools[i].span(), message)));
+            }
+        }
+        Ok(tools)
+    }
+}
+
+impl Scene {
+    /// Adds what a job needs to the scene and to the controller's knowledge; the program must be interpreted again afterwards. Returns what
+    /// the reader should know.
+    ///
+    /// # Errors
+    /// A message that names the option or the tool.
+    pub fn set_up(&mut self, run: &mut ProgramRun, job: &SetUp) -> Result<Vec<String>, String> {
+        let mut notes = Vec::new();
+        self.place_spindle(run, job)?;
+        for (&number, &tool) in &job.measured {
+            run.setup.tools.insert(number, tool);
+        }
+        for entry in &job.tools {
+            let wrong = |message: String| format!("tool {}: {message}", entry.number);
+            notes.extend(self.mount(run, entry, &job.measured).map_err(wrong)?);
+        }
+        if let ([only], 0) = (&job.tools[..], run.setup.tool) {
+            run.setup.tool = only.number;
+            notes.push(format!("tool {} is in the spindle at first", only.number));
+        }
+        if let Some(stock) = &job.stock {
+            notes.extend(self.place_stock(run, stock).map_err(|message| format!("--stock: {message}"))?);
+        }
+        if !self.names_pairs {
+            self.pairs = movable_pairs(&self.machine, &self.parts, self.recording.is_some());
+        }
+        Ok(notes)
+    }
+
+    /// `--spindle` and `--table`.
+    fn place_spindle(&self, run: &mut ProgramRun, job: &SetUp) -> Result<(), String> {
+        if job.spindle.is_none() && job.table.is_none() {
+            return Ok(());
+        }
+        let link = |option: &str, name: &str| {
+            let known = || self.machine.links().iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(", ");
+            match self.machine.link(name) {
+                None if name == "world" => Ok(None),
+                None => Err(format!("{option}: there is no link named `{name}`; there are {}, and world", known())),
+                link => Ok(link),
+            }
+        };
+        let mut tip = run.tip.clone().unwrap_or_else(|| TipControl {
+            tool_link: None,
+            gauge: Point::origin(),
+            direction: -Vector::z_axis(),
+            work_link: self.link_of(Role::Workpiece).or_else(|| self.link_of(Role::Fixture)).unwrap_or_default(),
+        });
+        if let Some(spindle) = &job.spindle {
+            let (name, gauge) = spindle.split_once('@').unwrap_or((spindle, "0,0,0"));
+            tip.tool_link = link("--spindle", name)?;
+            tip.gauge = Point::from(numbers::<3>(gauge).map_err(|why| format!("--spindle: {why}, as in head@0,0,0"))?);
+        } else if run.tip.is_none() {
+            return Err("--table needs --spindle LINK@X,Y,Z, as the scene does not say where tools are held".to_owned());
+        }
+        if let Some(table) = &job.table {
+            tip.work_link = link("--table", table)?;
+        }
+        run.setup.kinematics = Some(tip.kinematics(&self.machine));
+        run.tip = Some(tip);
+        Ok(())
+    }
+
+    /// The link of the first part with a role.
+    fn link_of(&self, role: Role) -> Option<Option<usize>> {
+        self.parts.iter().find(|part| part.role == role).map(|part| part.link)
+    }
+
+    /// Puts a tool into the table and, where it has a shape, into the scene.
+    fn mount(
+        &mut self,
+        run: &mut ProgramRun,
+        entry: &ToolEntry,
+        measured: &BTreeMap<u32, Tool>,
+    ) -> Result<Vec<String>, String> {
+        let mut entry = entry.clone();
+        if let (false, Some(tool)) = (entry.has_offset, measured.get(&entry.number)) {
+            entry.tool.offset = tool.offset;
+            entry.has_offset = true;
+        }
+        let Some(assembly) = &entry.assembly else {
+            run.setup.tools.insert(entry.number, entry.tool);
+            return Ok(Vec::new());
+        };
+        let tip = run.tip.as_ref().ok_or(NO_SPINDLE)?;
+        let mounted = assembly::mount(&entry, assembly, &self.machine, tip)?;
+        let is_of_tool = |role: Role| matches!(role, Role::Cutter | Role::Shank | Role::Holder);
+        let gone = self
+            .retain_parts(|part| part.tool != Some(entry.number) && !(part.tool.is_none() && is_of_tool(part.role)));
+        if let Some(twin) = mounted.parts.iter().find(|part| self.part(&part.name).is_some()) {
+            return Err(format!("the scene has a part named `{}` already", twin.name));
+        }
+        self.parts.extend(mounted.parts);
+        run.setup.tools.insert(entry.number, mounted.tool);
+        let mut notes = mounted.notes;
+        if !gone.is_empty() {
+            notes.push(format!("tool {} replaces `{}` of the scene", entry.number, gone.join("`, `")));
+        }
+        Ok(notes)
+    }
+
+    /// Puts stock in the place of the workpiece.
+    fn place_stock(&mut self, run: &ProgramRun, stock: &StockSpec) -> Result<Vec<String>, String> {
+        let (link, link_from_work) = self.work_frame(run)?;
+        let (part, place) = stock.part(link, &link_from_work)?;
+        let gone = self.retain_parts(|part| part.role != Role::Workpiece);
+        if self.part(PART_NAME).is_some() {
+            return Err(format!("the scene has a part named `{PART_NAME}` already"));
+        }
+        self.parts.push(part);
+        let mut notes = vec![format!("the stock is at {place}")];
+        if !gone.is_empty() {
+            notes.push(format!("the stock replaces `{}` of the scene", gone.join("`, `")));
+        }
+        if self.gouge_mm.take().is_some() {
+            notes.push("`gouge_mm` of the scene is about the finished part, and does not hold for stock".to_owned());
+        }
+        Ok(notes)
+    }
+
+    /// The link that carries the workpiece, and G54 in its frame: the origin is where the tip of a tool of no length is at G54's origin, the axes are
+    /// the directions in which X, Y and Z move it over the workpiece.
+    fn work_frame(&self, run: &ProgramRun) -> Result<(Option<usize>, Isometry), String> {
+        let tip = run.tip.as_ref().ok_or(
+            "nothing says where tool and workpiece are: give `[program.tool_centre_point]` in scene.toml, or `--spindle LINK@X,Y,Z --table LINK`",
+        )?;
+        let origin = run.setup.work_offsets[0].origin;
+        let at = tip.tip(&self.machine, &origin, 0.0);
+        let mut columns = [Axis::X, Axis::Y, Axis::Z].map(|axis| {
+            let mut moved = origin;
+            moved[axis] += PROBE_MM;
+            (tip.tip(&self.machine, &moved, 0.0) - at) / PROBE_MM
+        });
+        // A lathe has no Y; the other two say where it would go.
+        for i in 0..3 {
+            if columns[i] == Vector::zeros() {
+                columns[i] = columns[(i + 1) % 3].cross(&columns[(i + 2) % 3]);
+            }
+        }
+        let matrix = Matrix3::from_columns(&columns);
+        if (matrix.transpose() * matrix - Matrix3::identity()).amax() > SKEW || matrix.determinant() < 0.0 {
+            let why = "X, Y and Z do not move the tool over the workpiece along three directions of a right-handed frame; make the stock a part of scene.toml";
+            return Err(why.to_owned());
+        }
+        let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
+        Ok((tip.work_link, Isometry::from_parts(Translation3::from(at.coords), turn)))
+    }
+
+    /// Keeps the parts that are wanted, with the pairs between them. Returns the names of the others.
+    fn retain_parts(&mut self, is_kept: impl Fn(&super::Part) -> bool) -> Vec<String> {
+        let mut gone = Vec::new();
+        let mut kept = Vec::with_capacity(self.parts.len());
+        let mut place: Vec<Option<usize>> = Vec::with_capacity(self.parts.len());
+        for part in std::mem::take(&mut self.parts) {
+            if is_kept(&part) {
+                place.push(Some(kept.len()));
+                kept.push(part);
+            } else {
+                place.push(None);
+                gone.push(part.name);
+            }
+        }
+        self.parts = kept;
+        if gone.is_empty() {
+            return gone;
+        }
+        let moved = |pair: &Pair| Some(Pair { a: place[pair.a]?, b: place[pair.b]? });
+        for pairs in [&mut self.pairs, &mut self.ignored, &mut self.allowed, &mut self.random] {
+            *pairs = pairs.iter().filter_map(moved).collect();
+        }
+        self.expected.retain_mut(|expected| {
+            moved(&expected.pair).is_some_and(|pair| {
+                expected.pair = pair;
+                true
+            })
+        });
+        self.approaches.retain_mut(|approach| {
+            moved(&approach.pair).is_some_and(|pair| {
+                approach.pair = pair;
+                true
+            })
+        });
+        self.mesh_files.retain(|file| !gone.contains(&file.part));
+        gone
+    }
+}

@@ -1,0 +1,131 @@
+//! Stock by its measures, or from a mesh file, in the coordinates of G54: the workpiece before the first cut.
+
+use super::{Part, Role};
+use crate::geometry::import::{self, Unit};
+use crate::geometry::shapes::round::Cylinder;
+use crate::geometry::shapes::{RoundedBox, Shape, Tessellation};
+use crate::geometry::{Isometry, Mesh};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The name of the part that a stock becomes.
+pub const PART_NAME: &str = "stock";
+/// Largest mesh file, bytes: as for the files of a scene.
+const LARGEST_FILE: u64 = 1 << 30;
+/// How finely round stock is divided: its chords leave out 0.0023 mm at most.
+const TESSELLATION: Tessellation = Tessellation { grading: 1.0, density: 3.0 };
+
+/// The workpiece before the first cut, mm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StockSpec {
+    form: Form,
+    /// Corner of least X, Y and Z of a box, middle of the lower end of a cylinder, origin of a file; `None` for the usual place.
+    at: Option<[f64; 3]>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Form {
+    Box([f64; 3]),
+    Cylinder { diameter: f64, length: f64 },
+    File { path: PathBuf, unit: Option<Unit> },
+}
+
+impl StockSpec {
+    /// From the text of a command line: `box:X,Y,Z`, `cylinder:DIAMETER,LENGTH` or a mesh file, each with `@X,Y,Z` behind it to say where.
+    ///
+    /// # Errors
+    /// A message that says what the text must be like.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let (what, at) = match text.rsplit_once('@') {
+            Some((what, at)) if numbers::<3>(at).is_ok() => (what, Some(numbers::<3>(at)?)),
+            _ => (text, None),
+        };
+        let lengths = |name: &str, lengths: &[f64]| match lengths.iter().find(|&&length| length <= 0.0) {
+            Some(length) => Err(format!("{name}: the length {length} must be above 0")),
+            None => Ok(()),
+        };
+        let form = if let Some(sizes) = what.strip_prefix("box:") {
+            let sizes = numbers::<3>(sizes).map_err(|why| format!("box: {why}, as in box:100,60,30"))?;
+            lengths("box", &sizes)?;
+            Form::Box(sizes)
+        } else if let Some(sizes) = what.strip_prefix("cylinder:") {
+            let sizes = numbers::<2>(sizes).map_err(|why| format!("cylinder: {why}, as in cylinder:50,120"))?;
+            lengths("cylinder", &sizes)?;
+            Form::Cylinder { diameter: sizes[0], length: sizes[1] }
+        } else {
+            // A unit behind the file's name: blank.stl:inch.
+            let unit = what.rsplit_once(':').and_then(|(path, unit)| Some((path, Unit::named(unit)?)));
+            let (path, unit) = unit.map_or((what, None), |(path, unit)| (path, Some(unit)));
+            Form::File { path: path.into(), unit }
+        };
+        Ok(Self { form, at })
+    }
+
+    /// The part on the link that carries the workpiece, and where it lies in words.
+    ///
+    /// # Errors
+    /// A message when the file cannot be read, or a measure makes no solid.
+    pub(super) fn part(&self, link: Option<usize>, link_from_work: &Isometry) -> Result<(Part, String), String> {
+        let (mesh, shape, at) = match &self.form {
+            Form::Box(size) => {
+                let shape = Shape::RoundedBox(RoundedBox { size_mm: *size, fillet_mm: 0.0, holes: Vec::new() });
+                // The shape is about its middle; the usual place is the middle of the top at zero.
+                let corner = self.at.unwrap_or([-0.5 * size[0], -0.5 * size[1], -size[2]]);
+                let middle = std::array::from_fn(|i| corner[i] + 0.5 * size[i]);
+                (solid(&shape)?, Some(shape), middle)
+            }
+            Form::Cylinder { diameter, length } => {
+                let shape = Shape::Cylinder(Cylinder {
+                    radius_mm: 0.5 * diameter,
+                    height_mm: *length,
+                    bore_mm: 0.0,
+                    fillet_mm: 0.0,
+                    chamfer_mm: 0.0,
+                });
+                (solid(&shape)?, Some(shape), self.at.unwrap_or([0.0, 0.0, -length]))
+            }
+            Form::File { path, unit } => {
+                let wrong = |why: &dyn std::fmt::Display| format!("{}: {why}", path.display());
+                let bytes = rs274::file::bytes(path, LARGEST_FILE)
+                    .map_err(|why| format!("{} (or give box:X,Y,Z or cylinder:DIAMETER,LENGTH)", wrong(&why)))?;
+                let options = import::Options { unit: *unit, weld_mm: 0.0 };
+                let imported = import::parse(path, &bytes, options).map_err(|why| wrong(&why))?;
+                (imported.mesh, None, self.at.unwrap_or_default())
+            }
+        };
+        let link_from_part = link_from_work * Isometry::translation(at[0], at[1], at[2]);
+        let range = |axis: usize| {
+            let ends = mesh.vertices().iter().map(|v| v[axis] + at[axis]);
+            ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+        };
+        let [x, y, z] = [0, 1, 2].map(range).map(|[low, high]| format!("{low:.3} to {high:.3}"));
+        let place = format!("X {x}, Y {y}, Z {z} in G54");
+        let part = Part {
+            name: PART_NAME.to_owned(),
+            mesh: Arc::new(mesh),
+            link,
+            link_from_part,
+            shape: shape.map(Arc::new),
+            role: Role::Workpiece,
+            tool: None,
+        };
+        Ok((part, place))
+    }
+}
+
+fn solid(shape: &Shape) -> Result<Mesh, String> {
+    shape.mesh(&TESSELLATION).map_err(|error| error.to_string())
+}
+
+/// As many finite numbers, with commas between them.
+///
+/// # Errors
+/// A message that repeats the text.
+pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|number| number.trim().parse().ok()).collect();
+    let found = text.split(',').count();
+    match <[f64; N]>::try_from(numbers) {
+        Ok(numbers) if found == N && numbers.iter().all(|number| number.is_finite()) => Ok(numbers),
+        _ => Err(format!("`{text}` must be {N} finite numbers with commas between them")),
+    }
+}

@@ -1,0 +1,386 @@
+//! Setting up a job from outside: `scene new` from mesh files, tools and stock from the command line, extents and warnings.
+
+#![expect(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+mod support;
+
+use serde_json::Value;
+use support::Folder;
+
+/// A mill whose table moves in X and Y and whose head moves in Z; the spindle's nose is 200 mm above the table's top at zero.
+const MILL: &str = r#"
+title = "a mill"
+
+[[machine.links]]
+name = "saddle"
+joint = { axis = "Y", direction = [0, -1, 0], min_mm = -300, max_mm = 300 }
+[[machine.links]]
+name = "table"
+parent = "saddle"
+joint = { axis = "X", direction = [-1, 0, 0], min_mm = -300, max_mm = 300 }
+[[machine.links]]
+name = "head"
+joint = { axis = "Z", direction = [0, 0, 1], min_mm = -200, max_mm = 0 }
+
+[[parts]]
+name = "table"
+link = "table"
+shape = { kind = "rounded-box", size_mm = [400, 300, 40] }
+at = { xyz_mm = [0, 0, -20] }
+[[parts]]
+name = "block"
+role = "workpiece"
+link = "table"
+shape = { kind = "rounded-box", size_mm = [100, 60, 30] }
+at = { xyz_mm = [0, 0, 15] }
+[[parts]]
+name = "jaw"
+role = "fixture"
+link = "table"
+shape = { kind = "rounded-box", size_mm = [140, 20, 50] }
+at = { xyz_mm = [0, 45, 25] }
+[[parts]]
+name = "spindle"
+link = "head"
+shape = { kind = "cylinder", radius_mm = 40, height_mm = 100 }
+at = { xyz_mm = [0, 0, 200] }
+"#;
+
+const HELD: &str =
+    "\n[program.tool_centre_point]\ntool_link = \"head\"\ngauge_mm = [0, 0, 200]\nwork_link = \"table\"\n";
+
+/// Zero is the middle of the block's top, 30 mm above the table: 170 mm below the nose at Z0. Along the jaw at Y26.
+const PROGRAM: &str =
+    "G21 G90 G94 G54\nT1 M6\nS3000 M3\nG43 H1\nG0 X-70 Y26\nG0 Z5\nG1 Z-10 F300\nG1 X70\nG0 Z20\nM2\n";
+const OFFSET: [&str; 2] = ["--offset", "G54=0,0,-170"];
+
+fn folder() -> Folder {
+    let with_spindle = format!("{MILL}\n[program]\nfile = \"part.ngc\"{HELD}");
+    Folder::with(&[
+        ("mill/scene.toml", with_spindle.as_str()),
+        ("mill/part.ngc", "M2\n"),
+        ("bare/scene.toml", MILL),
+        ("part.ngc", PROGRAM),
+    ])
+}
+
+/// What `check --json` says, and what it tells on standard error.
+fn check(folder: &Folder, arguments: &[&str]) -> (Value, String, Option<i32>) {
+    let all: Vec<&str> = ["check"]
+        .iter()
+        .chain(arguments)
+        .chain(&OFFSET)
+        .chain(&["--json", "--quiet", "--clearance", "0"])
+        .copied()
+        .collect();
+    let output = folder.run(&all);
+    let told = String::from_utf8(output.stderr).unwrap();
+    let found = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{all:?}: {told}"));
+    (found, told, output.status.code())
+}
+
+/// Kind, line and pair of each event.
+fn events(found: &Value) -> Vec<(String, u64, String)> {
+    let event = |event: &Value| {
+        let pair = [&event["pair"][0], &event["pair"][1]].map(|part| part.as_str().unwrap()).join(":");
+        (event["kind"].as_str().unwrap().to_owned(), event["line"].as_u64().unwrap(), pair)
+    };
+    found["events"].as_array().unwrap().iter().map(event).collect()
+}
+
+#[test]
+fn a_tool_by_its_measures_cuts_and_its_holder_collides() {
+    let folder = folder();
+    // The holder's lower end, 32 mm wide, is 20 mm above the tip: at Z-10 it is at Z10, below the jaw's top at Z20, and reaches from Y26 to Y42.
+    let short = "1=diameter:10,flute:15,stickout:20,holder:32x60";
+    let (found, told, code) = check(&folder, &["mill", "part.ngc", "--tool", short]);
+    assert_eq!(code, Some(1), "{told}");
+    assert_eq!(events(&found)[0], ("collision".to_owned(), 7, "jaw:tool-1-holder".to_owned()), "{found}");
+    // The same 20 mm farther out passes over the jaw: its holder is at Z30.
+    let long = "1=diameter:10,flute:15,stickout:40,holder:32x60";
+    let (found, told, code) = check(&folder, &["mill", "part.ngc", "--tool", long]);
+    assert_eq!((code, events(&found).len()), (Some(0), 0), "{found} {told}");
+    assert!(told.contains("tool 1 is in the spindle at first"), "{told}");
+}
+
+#[test]
+fn a_tool_that_is_not_there_is_named_with_what_to_do() {
+    let folder = folder();
+    let message = folder.refused(&["check", "mill", "part.ngc"]);
+    assert!(
+        message.contains("part.ngc:4:5") && message.contains("--tool N=") && message.contains("--tools"),
+        "{message}"
+    );
+}
+
+#[test]
+fn the_length_of_a_tool_is_its_offset_and_a_measured_table_goes_before_it() {
+    let folder = folder();
+    folder.write("tool.tbl", "T1 P1 Z+95.0 D+10.0\n");
+    let tool = "1=diameter:10,flute:15,stickout:40,holder:32x60";
+    let (_, told, _) = check(&folder, &["mill", "part.ngc", "--tool", tool, "--tool-table", "tool.tbl"]);
+    assert!(told.contains("tool 1 is 100.000 mm long") && told.contains("its offset says 95.000 mm"), "{told}");
+    // Without a stick-out the table decides it: 95 less the holder's 60.
+    let (found, told, code) = check(
+        &folder,
+        &["mill", "part.ngc", "--tool", "1=diameter:10,flute:15,holder:32x60", "--tool-table", "tool.tbl"],
+    );
+    assert_eq!((code, events(&found).len()), (Some(0), 0), "{told}");
+    assert!(!told.contains("mm long"), "{told}");
+}
+
+#[test]
+fn a_library_replaces_tools_and_names_the_line_of_what_is_wrong() {
+    let folder = folder();
+    folder.write(
+        "shop.toml",
+        "[[tools]]\nnumber = 1\nname = \"end mill\"\ndiameter_mm = 10\nflute_mm = 15\nstickout_mm = 20\nholder = [{ diameter_mm = 32, length_mm = 60 }]\n",
+    );
+    let (found, _, code) = check(&folder, &["mill", "part.ngc", "--tools", "shop.toml"]);
+    assert_eq!((code, events(&found)[0].1), (Some(1), 7));
+    for (text, place, why) in [
+        (
+            "[[tools]]\nnumber = 1\ndiameter_mm = 10\nflute_mm = 15\nstickout_mm = 12\n",
+            "bad.toml:1",
+            "less than its flute_mm",
+        ),
+        ("[[tools]]\nnumber = 1\n[[tools]]\nnumber = 1\n", "bad.toml:3", "two tools with number 1"),
+        ("[[tools]]\nnumber = 1\nflutes = 3\n", "bad.toml:3", "flutes"),
+    ] {
+        folder.write("bad.toml", text);
+        let message = folder.refused(&["check", "mill", "part.ngc", "--tools", "bad.toml"]);
+        assert!(message.contains(place) && message.contains(why), "{message}");
+    }
+}
+
+#[test]
+fn tools_that_make_no_sense_are_refused() {
+    let folder = folder();
+    for (tool, why) in [
+        ("1", "it must be like"),
+        ("one=diameter:10", "`one` is not a tool's number"),
+        ("1=diameter:10", "flute and stickout are missing"),
+        ("1=diameter:10,flute:20", "stickout_mm or length_mm is missing"),
+        ("1=diameter:10,flute:20,stickout:15", "less than its flute_mm"),
+        ("1=diameter:10,flute:20,stickout:30,corner:6", "more than half the diameter"),
+        ("1=diameter:10,flute:20,stickout:30,length:70,holder:32x60", "one of the two is enough"),
+        ("1=diameter:0,flute:20,stickout:30", "diameter_mm is 0"),
+        ("1=diameter:nan,flute:20,stickout:30", "diameter_mm is NaN"),
+        ("1=diameter:10,flute:20,stickout:30,holder:32", "must be diameter x length"),
+        ("1=diameter:10,flute:20,stickout:30,hold:32x1", "`hold` is none of"),
+        ("1=diameter:10,flute:2,stickout:30,point:90", "the tool's end alone takes 5.000"),
+        ("1=diameter:10,flute:20,stickout:30,point:190", "below 180"),
+        ("1=diameter:9e9,flute:20,stickout:30", ""),
+    ] {
+        let message = folder.refused(&["check", "mill", "part.ngc", "--tool", tool]);
+        assert!(message.contains(why), "{tool}: {message}");
+    }
+    // Where the scene does not say where tools are held, the option does.
+    let tool = "1=diameter:10,flute:15,stickout:20,holder:32x60";
+    let message = folder.refused(&["check", "bare", "part.ngc", "--tool", tool]);
+    assert!(message.contains("--spindle LINK@X,Y,Z"), "{message}");
+    let message = folder.refused(&["check", "bare", "part.ngc", "--tool", tool, "--spindle", "heat@0,0,200"]);
+    assert!(message.contains("no link named `heat`"), "{message}");
+    let (found, _, code) = check(&folder, &["bare", "part.ngc", "--tool", tool, "--spindle", "head@0,0,200"]);
+    assert_eq!((code, events(&found)[0].1), (Some(1), 7));
+}
+
+#[test]
+fn stock_lies_in_the_coordinates_of_the_program() {
+    let folder = folder();
+    let tool = ["--tool", "1=diameter:10,flute:15,stickout:40,holder:32x60"];
+    // A block that is 5 mm higher than the scene's is met by the rapid to Z5 beside it, at Y26 with a radius of 5: its side is at Y30.
+    let at = |stock: &str| check(&folder, &["mill", "part.ngc", tool[0], tool[1], "--stock", stock]);
+    let (_, told, code) = at("box:100,60,30");
+    assert_eq!(code, Some(0), "{told}");
+    assert!(told.contains("X -50.000 to 50.000, Y -30.000 to 30.000, Z -30.000 to 0.000 in G54"), "{told}");
+    assert!(told.contains("the stock replaces `block`"), "{told}");
+    let (found, told, code) = at("box:200,60,40@-100,-30,-30");
+    assert_eq!(code, Some(1), "{told}");
+    assert_eq!(events(&found)[0], ("rapid-into-workpiece".to_owned(), 6, "tool-1-cutter:stock".to_owned()), "{found}");
+    // The same as a mesh file in inches, and as a cylinder that is that wide at Y26.
+    let output = folder.run(&["scene", "export", "mill", "--out", "parts"]);
+    assert!(output.status.success());
+    let (_, told, code) = at("parts/block.stl@0,0,-30");
+    assert_eq!(code, Some(0), "{told}");
+    assert!(told.contains("Z -30.000 to 0.000 in G54"), "{told}");
+    let (found, _, code) = at("cylinder:190,40@0,0,-30");
+    assert_eq!((code, events(&found)[0].1), (Some(1), 6), "{found}");
+    for (stock, why) in [
+        ("box:1,2", "3 finite numbers"),
+        ("box:1,2,0", "must be above 0"),
+        ("cylinder:1,nan", "2 finite numbers"),
+        ("nowhere.stl", "nowhere.stl"),
+        ("box:1,2,3@4,5", "3 finite numbers"),
+    ] {
+        let message = folder.refused(&["check", "mill", "part.ngc", tool[0], tool[1], "--stock", stock]);
+        assert!(message.contains(why), "{stock}: {message}");
+    }
+}
+
+#[test]
+fn stock_turns_with_the_table_and_lies_along_a_lathes_spindle() {
+    // A table turned by 90 degrees about C when G54 has C90: the stock's X is the machine's X all the same.
+    let folder = Folder::with(&[
+        (
+            "turned/scene.toml",
+            "title = \"t\"\n[[machine.links]]\nname = \"c\"\njoint = { axis = \"C\", direction = [0, 0, -1], point_mm = [10, 0, 0] }\n[[machine.links]]\nname = \"x\"\njoint = { axis = \"X\", direction = [1, 0, 0] }\n[[machine.links]]\nname = \"y\"\nparent = \"x\"\njoint = { axis = \"Y\", direction = [0, 1, 0] }\n[[machine.links]]\nname = \"z\"\nparent = \"y\"\njoint = { axis = \"Z\", direction = [0, 0, 1] }\n[[parts]]\nname = \"quill\"\nlink = \"z\"\nshape = { kind = \"sphere\", radius_mm = 5 }\nat = { xyz_mm = [0, 0, 200] }\n[[parts]]\nname = \"faceplate\"\nlink = \"c\"\nshape = { kind = \"cylinder\", radius_mm = 50, height_mm = 10 }\nat = { xyz_mm = [10, 0, -60] }\n[program]\nfile = \"p.ngc\"\nstart = { z_mm = 100 }\nwork_offsets = { G54 = { x_mm = 10, c_deg = 90 } }\ntool_centre_point = { tool_link = \"z\", work_link = \"c\" }\n",
+        ),
+        ("turned/p.ngc", "G21 G90 G54\nG0 Z100\nC0\nG0 X50 Y0\nG0 Z3\nM2\n"),
+    ]);
+    // In G54 the block reaches 100 mm along X and 10 along Y. After C0 in G54 (machine C90) the tool comes down at X50 Y0 of G54: into the block along X, and beside the one along Y.
+    let tool = "1=diameter:2,flute:5,stickout:20";
+    let run = |stock: &str| {
+        let output =
+            folder.run(&["check", "turned", "--tool", tool, "--stock", stock, "--json", "--quiet", "--clearance", "0"]);
+        let found: Value = serde_json::from_slice(&output.stdout)
+            .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
+        events(&found).into_iter().map(|event| event.1).collect::<Vec<_>>()
+    };
+    // G43 is not in force, so the tip is 20 mm below: Z100 has it at 80, Z3 at -17.
+    assert_eq!(run("box:100,10,10@-2,-5,0").first(), Some(&5));
+    assert_eq!(run("box:10,200,10@-5,-100,0"), [0_u64; 0], "Y of G54 is not X of G54");
+}
+
+#[test]
+fn a_new_scene_loads_shows_its_extents_and_checks() {
+    let folder = folder();
+    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
+    let new = [
+        "scene",
+        "new",
+        "shop",
+        "--machine",
+        "mill",
+        "--gauge",
+        "0,0,200",
+        "--limits",
+        "Z=-200,0",
+        "--part",
+        "parts/table.stl:machine:X",
+        "parts/block.stl:workpiece",
+        "parts/jaw.stl:fixture",
+        "parts/spindle.stl:machine:z",
+    ];
+    let output = folder.run(&new);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{said} {}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.contains("400.0 x 300.0 x 40.0") && said.contains("all together"), "{said}");
+    assert_eq!(folder.run(&["check", "shop", "--quiet"]).status.code(), Some(0), "the first program touches nothing");
+    // It behaves like the scene that its parts came from.
+    let tool = ["--tool", "1=diameter:10,flute:15,stickout:20,holder:32x60"];
+    let [old, new_] = ["mill", "shop"].map(|scene| events(&check(&folder, &[scene, "part.ngc", tool[0], tool[1]]).0));
+    assert_eq!(old, new_);
+    // A scene is not written over.
+    let message = folder.refused(&new);
+    assert!(message.contains("there is a scene already"), "{message}");
+}
+
+#[test]
+fn every_template_makes_a_scene_that_loads() {
+    let folder = folder();
+    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
+    for kind in ["mill", "router", "horizontal", "rotary", "trunnion", "head-table", "fork", "lathe", "w A b X Z t"] {
+        let name = kind.replace(' ', "");
+        let output = folder.run(&[
+            "scene",
+            "new",
+            &name,
+            "--machine",
+            kind,
+            "--part",
+            "parts/spindle.stl:holder",
+            "parts/table.stl:fixture",
+        ]);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{kind}: {told}");
+        assert_eq!(folder.run(&["check", &name, "--quiet"]).status.code(), Some(0), "{kind}");
+    }
+}
+
+#[test]
+fn new_scenes_refuse_what_makes_no_sense() {
+    let folder = folder();
+    folder.write("a.stl", "solid a\nendsolid a\n");
+    for (arguments, why) in [
+        (&["--machine", "mil", "--part", "a.stl:fixture"][..], "neither one of mill, router"),
+        (&["--machine", "mill", "--part", "b.stl:fixture"], "there is no file b.stl"),
+        (&["--machine", "mill", "--part", "a.stl"], "which role?"),
+        (&["--machine", "mill", "--part", "a.stl:machine"], "what carries it?"),
+        (&["--machine", "mill", "--part", "a.stl:machine:C"], "there are base, Y, X, Z"),
+        (&["--machine", "mill", "--part", "a.stl:fixture", "--unit", "yard"], "mm, cm, m or inch"),
+        (&["--machine", "mill", "--part", "a.stl:fixture", "--pivot", "X=0,0,0"], "no such rotary axis"),
+        (&["--machine", "mill", "--part", "a.stl:fixture", "--limits", "X=5,4"], "the lower limit comes first"),
+        (&["--machine", "mill", "--part", "a.stl:fixture", "--gauge", "0,0"], "3 finite numbers"),
+        (&["--part", "a.stl:fixture"], "give --machine KIND"),
+    ] {
+        let all: Vec<&str> = ["scene", "new", "shop"].iter().chain(arguments).copied().collect();
+        let message = folder.refused(&all);
+        assert!(message.contains(why), "{arguments:?}: {message}");
+        assert!(!folder.path("shop/scene.toml").exists());
+    }
+}
+
+#[test]
+fn what_is_wrong_with_meshes_is_told() {
+    let cube = |size: f64| {
+        let corner = |n: usize| [0, 1, 2].map(|axis| if n >> axis & 1 == 1 { size } else { 0.0 });
+        let faces = [
+            [0, 2, 1],
+            [1, 2, 3],
+            [4, 5, 6],
+            [5, 7, 6],
+            [0, 1, 4],
+            [1, 5, 4],
+            [2, 6, 3],
+            [3, 6, 7],
+            [0, 4, 2],
+            [2, 4, 6],
+            [1, 3, 5],
+            [3, 7, 5],
+        ];
+        let vertices: String = (0..8).map(corner).map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+        (vertices, faces)
+    };
+    let off = |size: f64, turned: bool, faces: usize| {
+        let (vertices, all) = cube(size);
+        let lines: String = all[..faces]
+            .iter()
+            .map(|[a, b, c]| if turned { format!("3 {a} {c} {b}\n") } else { format!("3 {a} {b} {c}\n") })
+            .collect();
+        format!("OFF\n8 {faces} 0\n{vertices}{lines}")
+    };
+    let scene = "title = \"t\"\n[[machine.links]]\nname = \"x\"\njoint = { axis = \"X\", direction = [1, 0, 0] }\n[[parts]]\nname = \"a\"\nmesh = \"a.off\"\n[[parts]]\nname = \"b\"\nrole = \"holder\"\nmesh = \"b.off\"\nlink = \"x\"\nat = { xyz_mm = [50, 0, 0] }\n[program]\nfile = \"p.ngc\"\n";
+    let folder = Folder::with(&[("s/scene.toml", scene), ("s/p.ngc", "G0 X1\nM2\n")]);
+    for (a, b, why) in [
+        (
+            off(0.4, false, 12),
+            off(20.0, false, 12),
+            "`a` is 0.693 mm across: if its file is in metres (693 mm) or inches",
+        ),
+        (off(10.0, false, 12), off(20.0, false, 12), "together are 75.5 mm across"),
+        (off(90.0, true, 12), off(20.0, false, 12), "`a` is inside out"),
+        (off(90.0, false, 11), off(20.0, false, 12), "`a` is not watertight: 3 edges on one triangle"),
+    ] {
+        folder.write("s/a.off", &a);
+        folder.write("s/b.off", &b);
+        for verb in [&["check", "s", "--quiet"][..], &["scene", "info", "s"]] {
+            let told = String::from_utf8(folder.run(verb).stderr).unwrap();
+            assert!(told.contains(why), "{verb:?}: {told}");
+        }
+        let json: Value = serde_json::from_slice(&folder.run(&["check", "s", "--quiet", "--json"]).stdout).unwrap();
+        assert!(json["mesh_warnings"][0].as_str().unwrap().contains(why), "{json}");
+    }
+}
+
+#[test]
+fn pairs_are_those_of_a_program_and_of_tools_from_the_command_line() {
+    let folder = folder();
+    let tool = "1=diameter:10,flute:15,stickout:20,holder:32x60";
+    let output = folder.run(&["scene", "pairs", "mill", "part.ngc", "--tool", tool, OFFSET[0], OFFSET[1], "--json"]);
+    let pairs: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let kept = |a: &str, b: &str| {
+        pairs.as_array().unwrap().iter().any(|pair| pair["kept"] == true && pair["pair"] == serde_json::json!([a, b]))
+    };
+    assert!(kept("jaw", "tool-1-holder") && kept("block", "tool-1-cutter"), "{pairs}");
+}
