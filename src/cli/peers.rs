@@ -4,7 +4,9 @@ use super::options::use_threads;
 use super::progress::Bar;
 use super::{CLEAR, FAILED, note, say};
 use crate::analysis::peers::summarise;
-use crate::measure::peers::drive::{self, Amounts, Comparison, Engine};
+use crate::measure::peers::drive::{self, Amounts, Comparison};
+use crate::measure::peers::engine::{self, Engine};
+use crate::measure::peers::verify::{self, Verdict};
 use crate::measure::peers::{Mode, answer, posed};
 use crate::measure::{Plan, Profile, Selection, environment};
 use crate::method::Kind;
@@ -22,7 +24,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  scripts/peers/run --quick              install, build and compare the engines there are runners for\n  bvbench peers export --scene lathe-toolpost --out DIR\n  bvbench peers run --scene lathe-toolpost --out DIR --variant ID --runner 'mine=path/to/runner --flag'\n  bvbench peers table --out DIR\n\nHow to write a runner: docs/adding-a-peer.md"
+    after_help = "Examples:\n  scripts/peers/run --quick              install, build and compare the engines there are runners for\n  bvbench peers export --scene lathe-toolpost --out DIR\n  bvbench peers run --scene lathe-toolpost --out DIR --variant ID --runner 'mine=path/to/runner --flag'\n  bvbench peers verify --scene lathe-toolpost --out DIR --runner 'mine=path/to/runner'\n  bvbench peers run --engines target/peers/engines.toml --engine fcl-obb --mode path-0.05 --out DIR\n  bvbench peers run --mode batch --processes 3 --out DIR --engines target/peers/engines.toml\n  bvbench peers table --out DIR\n\nHow to write a runner: docs/adding-a-peer.md"
 )]
 pub struct Options {
     #[command(subcommand)]
@@ -35,6 +37,11 @@ enum What {
     Export(ExportOptions),
     /// Ask all engines about the same poses in turn, and hold their times and verdicts side by side
     Run(CompareOptions),
+    /// Compare the answers of engines with exact truth, before any timing; exit code 1 when one is wrong
+    #[command(
+        after_help = "Examples:\n  bvbench peers verify --out DIR --runner 'mine=path/to/runner'\n  bvbench peers verify --mode distance --tolerance-mm 1e-5 --out DIR --engines target/peers/engines.toml --engine fcl-obbrss\n  bvbench peers verify --mode path-0.01 --out DIR --variant obb-wide+evidence"
+    )]
+    Verify(VerifyOptions),
     /// Show the comparison in a folder again
     Table(TableOptions),
     /// Answer as one of our variants, by the protocol on standard input and output
@@ -50,7 +57,8 @@ struct PoseOptions {
     /// Folder for all files
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// What is asked: first (does it collide?), path (the same in fine steps), all (touching pairs of triangles), distance
+    /// What is asked: first (does it collide?), path (the same in steps of 0.02 mm; path-STEP for others, as in path-0.05), all (touching pairs of
+    /// triangles), distance, batch (as first, many poses at once on all cores)
     #[arg(long, default_value = "first", value_name = "MODE")]
     mode: Mode,
     /// Poses per scene
@@ -59,7 +67,7 @@ struct PoseOptions {
     /// Seed of all randomness
     #[arg(long, default_value_t = 2011)]
     seed: u64,
-    /// Threads for finding the truth; engines use one [default: all cores]
+    /// Threads for finding the truth; engines use one, but in mode batch [default: all cores]
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Folder in which exact answers are kept for the next time [default: .truth-cache in the folder for all files]
@@ -76,13 +84,15 @@ struct ExportOptions {
     poses: PoseOptions,
 }
 
+/// Which engines.
 #[derive(Args)]
-struct CompareOptions {
-    #[command(flatten)]
-    poses: PoseOptions,
-    /// Timed rounds
-    #[arg(long, default_value_t = 5, value_name = "N")]
-    rounds: u32,
+struct EngineOptions {
+    /// A file of engines: a TOML table [[engine]] for each, with name, version, build and command; repeatable
+    #[arg(long = "engines", value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Only these of the engines of --engines; repeatable [default: all]
+    #[arg(long = "engine", value_name = "NAME", requires = "files")]
+    names: Vec<String>,
     /// A runner, as NAME=PROGRAM ARGUMENTS; repeatable
     #[arg(long = "runner", value_name = "NAME=COMMAND")]
     runners: Vec<String>,
@@ -91,10 +101,35 @@ struct CompareOptions {
     /// registry]
     #[arg(long = "variant", value_name = "ID[@POLICY][+OPTION]...")]
     variants: Vec<String>,
+}
+
+#[derive(Args)]
+struct CompareOptions {
+    #[command(flatten)]
+    poses: PoseOptions,
+    #[command(flatten)]
+    engines: EngineOptions,
+    /// Timed rounds of each process
+    #[arg(long, default_value_t = 5, value_name = "N")]
+    rounds: u32,
+    /// Processes of each engine, one after the other: where a process puts its data tells on its times
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
+    processes: u32,
     /// The engine that the others are held against; of several the first that takes part [default: the first runner, else the
     /// first variant]
     #[arg(long, value_name = "NAME")]
     against: Vec<String>,
+}
+
+#[derive(Args)]
+struct VerifyOptions {
+    #[command(flatten)]
+    poses: PoseOptions,
+    #[command(flatten)]
+    engines: EngineOptions,
+    /// How far off a distance may be, mm
+    #[arg(long, default_value_t = 1e-6, value_name = "MM")]
+    tolerance_mm: f64,
 }
 
 #[derive(Args)]
@@ -124,7 +159,7 @@ struct RunnerOptions {
     /// Instruction set of wide variants: avx512, avx2 or portable [default: the widest of this machine]
     #[arg(long, value_name = "SET")]
     simd: Option<String>,
-    /// first, path, all or distance
+    /// first, path, all, distance or batch
     mode: Mode,
     /// Folder of the pair
     pair: PathBuf,
@@ -138,6 +173,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     match &options.what {
         What::Export(options) => export(&options.poses, registry)?,
         What::Run(options) => return compare(options, registry),
+        What::Verify(options) => return verify_all(options, registry),
         What::Table(options) => show(&options.out, &options.against, options.seed)?,
         What::Runner(options) => answer_as(options, registry)?,
     }
@@ -148,7 +184,7 @@ impl PoseOptions {
     fn plan(&self, registry: &Registry) -> Result<Plan> {
         use_threads(self.threads)?;
         // No more than the scenes, the program's workload and the seed are used of it.
-        let workloads = if self.mode == Mode::Path { vec!["program".to_owned()] } else { Vec::new() };
+        let workloads = if matches!(self.mode, Mode::Path(_)) { vec!["program".to_owned()] } else { Vec::new() };
         let selection = Selection {
             profile: Profile::Quick,
             scenes: self.scenes.clone(),
@@ -185,7 +221,7 @@ fn export(options: &PoseOptions, registry: &Registry) -> Result<()> {
 fn compare(options: &CompareOptions, registry: &Registry) -> Result<u8> {
     let asked = &options.poses;
     ensure!(options.rounds > 0, "--rounds 0: at least one round is needed");
-    let engines = engines(options, registry)?;
+    let engines = engines(&options.engines, Unnamed::TakePart, registry)?;
     let against = match options.against.as_slice() {
         [] => vec![engines[0].name.clone()],
         names => names.to_vec(),
@@ -193,7 +229,8 @@ fn compare(options: &CompareOptions, registry: &Registry) -> Result<u8> {
     let (plan, cache) = (asked.plan(registry)?, asked.cache()?);
     write_setting(options, &engines)?;
     let bar = Bar::new(asked.quiet);
-    let amounts = Amounts { mode: asked.mode, rounds: options.rounds, seed: asked.seed };
+    let (rounds, processes) = (options.rounds, options.processes);
+    let amounts = Amounts { mode: asked.mode, rounds, processes, seed: asked.seed };
     let mut failed = false;
     for scene in &plan.scenes {
         let pairs = posed::questions(&plan, scene, asked.mode, asked.poses, Some(&cache), &bar)?;
@@ -209,6 +246,55 @@ fn compare(options: &CompareOptions, registry: &Registry) -> Result<u8> {
     Ok(if failed { FAILED } else { CLEAR })
 }
 
+/// Exit code: 1 when an engine failed or an answer is wrong.
+fn verify_all(options: &VerifyOptions, registry: &Registry) -> Result<u8> {
+    let asked = &options.poses;
+    ensure!(options.tolerance_mm >= 0.0, "--tolerance-mm {}: a distance is at least 0 mm off", options.tolerance_mm);
+    let engines = engines(&options.engines, Unnamed::StayOut, registry)?;
+    let names: Vec<&str> = engines.iter().map(|engine| engine.name.as_str()).collect();
+    let (plan, cache) = (asked.plan(registry)?, asked.cache()?);
+    let bar = Bar::new(asked.quiet);
+    let amounts = Amounts { mode: asked.mode, rounds: 0, processes: 1, seed: asked.seed };
+    let mut failed = false;
+    for scene in &plan.scenes {
+        let pairs = posed::questions(&plan, scene, asked.mode, asked.poses, Some(&cache), &bar)?;
+        let found = drive::compare(&engines, &scene.name, &pairs, amounts, &asked.out, &bar)?;
+        bar.finish();
+        for skipped in &found.skipped {
+            note(format!("SKIPPED: {skipped}"));
+        }
+        let verdicts = verify::verdicts(&names, &found, asked.mode, options.tolerance_mm);
+        say(format!("\n{}, mode {}:\n", scene.name, asked.mode));
+        say(verified(&verdicts).trim_fmt());
+        for verdict in &verdicts {
+            if let Some(wrong) = &verdict.first_wrong {
+                let folder = drive::pair_folder(&asked.out, &scene.name, &wrong.pair);
+                let (pose, said, truth) = (wrong.pose, wrong.said, wrong.truth);
+                note(format!("{}: pose {pose} of {}: said {said}, truth {truth}", verdict.engine, folder.display()));
+            }
+        }
+        failed |= !found.skipped.is_empty() || !verdicts.iter().all(Verdict::is_right);
+    }
+    Ok(if failed { FAILED } else { CLEAR })
+}
+
+/// A row per engine.
+fn verified(verdicts: &[Verdict]) -> Table {
+    let mut table = table(&["ENGINE", "POSES", "MISSED", "FALSE+", "WRONG VALUES", "LARGEST ERROR", "VERDICT"]);
+    for verdict in verdicts {
+        table.add_row([
+            verdict.engine.clone(),
+            verdict.poses.to_string(),
+            verdict.missed.to_string(),
+            verdict.invented.to_string(),
+            verdict.wrong_values.to_string(),
+            verdict.largest_error.map_or_else(|| "-".to_owned(), |error| format!("{error:.1e}")),
+            if verdict.is_right() { "right" } else { "WRONG" }.to_owned(),
+        ]);
+    }
+    table
+}
+
 /// Writes what was asked of whom, by what program on what machine, beside the rows.
 fn write_setting(options: &CompareOptions, engines: &[Engine]) -> Result<()> {
     let asked = &options.poses;
@@ -219,31 +305,50 @@ fn write_setting(options: &CompareOptions, engines: &[Engine]) -> Result<()> {
         "poses": asked.poses,
         "rounds": options.rounds,
         "seed": asked.seed,
-        "engines": engines.iter().map(|engine| &engine.name).collect::<Vec<_>>(),
+        "processes": options.processes,
+        "engines": engines,
     });
     let text = serde_json::to_string_pretty(&setting)? + "\n";
     Ok(write_text(&asked.out.join(format!("peers-{}.json", asked.mode)), &text)?)
 }
 
-/// The runners, then our variants.
-fn engines(options: &CompareOptions, registry: &Registry) -> Result<Vec<Engine>> {
+/// Whether our reference and the peers in the registry take part where no variant but other engines are named.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Unnamed {
+    TakePart,
+    StayOut,
+}
+
+/// The engines of files, the runners, then our variants.
+fn engines(options: &EngineOptions, unnamed: Unnamed, registry: &Registry) -> Result<Vec<Engine>> {
     let own = std::env::current_exe().context("this program's own file cannot be found")?;
     let own = own.to_str().context("this program's path is not UTF-8")?;
     let mut engines = Vec::new();
+    for file in &options.files {
+        engines.extend(engine::read(file)?);
+    }
+    if let Some(name) = options.names.iter().find(|name| engines.iter().all(|engine| engine.name != **name)) {
+        let known: Vec<&str> = engines.iter().map(|engine| engine.name.as_str()).collect();
+        anyhow::bail!("--engine {name}: the files of --engines have {}", known.join(", "));
+    }
+    engines.retain(|engine| options.names.is_empty() || options.names.contains(&engine.name));
     for runner in &options.runners {
         let (name, command) = runner.split_once('=').with_context(|| format!("`{runner}` is not NAME=COMMAND"))?;
         let command: Vec<String> = command.split_whitespace().map(str::to_owned).collect();
         ensure!(!name.is_empty() && !command.is_empty(), "`{runner}` is not NAME=COMMAND");
-        engines.push(Engine { name: name.to_owned(), command });
+        engines.push(Engine::new(name, command).map_err(anyhow::Error::msg)?);
     }
     let is_default = |variant: &&Variant| variant.is_reference || variant.kind == Kind::Peer;
     let asked: Vec<String> = match options.variants.as_slice() {
-        [] => registry.variants().iter().filter(is_default).map(|variant| variant.info.id.to_owned()).collect(),
+        [] if unnamed == Unnamed::TakePart || engines.is_empty() => {
+            registry.variants().iter().filter(is_default).map(|variant| variant.info.id.to_owned()).collect()
+        }
         ids => ids.to_vec(),
     };
     for name in asked {
         let command = own_command(own, &name, registry)?;
-        engines.push(Engine { name, command });
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        engines.push(Engine { name, version, build: "this program".to_owned(), command });
     }
     let twice = engines.iter().enumerate().find(|(i, engine)| engines[..*i].iter().any(|e| e.name == engine.name));
     if let Some((_, engine)) = twice {
@@ -287,7 +392,7 @@ fn find<'a>(registry: &'a Registry, id: &str) -> Result<&'a Variant> {
 
 /// Puts a scene's rows in the place of earlier ones of the same scene and mode.
 fn keep(folder: &Path, scene: &str, found: Comparison, mode: Mode) -> Result<()> {
-    let is_other = |row_scene: &str, row_mode: &str| row_scene != scene || row_mode != mode.id();
+    let is_other = |row_scene: &str, row_mode: &str| row_scene != scene || row_mode != mode.to_string();
     merge(folder, found.builds, |row| is_other(&row.scene, &row.mode))?;
     merge(folder, found.timings, |row| is_other(&row.scene, &row.mode))?;
     merge(folder, found.answers, |row| is_other(&row.scene, &row.mode))?;
@@ -326,6 +431,10 @@ fn show(folder: &Path, against: &[String], seed: u64) -> Result<()> {
         say(times(&rows, &ratios).trim_fmt());
         say("");
         say(by_stratum(&rows, &ratios).trim_fmt());
+        if mode == Mode::Batch.id() {
+            say("");
+            say(throughput(&rows).trim_fmt());
+        }
     }
     say(format!("\nRows: {}", folder.join(PeerRow::FILE).display()));
     Ok(())
@@ -379,6 +488,15 @@ fn times(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
             format!("{:.2}", row.build_ns as f64 / 1e6),
             if row.bytes == 0 { "-".to_owned() } else { format!("{:.0}", row.bytes as f64 / row.triangles as f64) },
         ]);
+    }
+    table
+}
+
+/// Poses per second on all cores, a row per engine.
+fn throughput(rows: &[&PeerRow]) -> Table {
+    let mut table = table(&["ENGINE", "POSES PER SECOND"]);
+    for row in rows {
+        table.add_row([row.engine.clone(), format!("{:.0}", 1e9 / row.mean_ns)]);
     }
     table
 }

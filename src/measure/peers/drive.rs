@@ -4,6 +4,7 @@
 //! warms up and is dropped. A chunk that takes an engine longer than `LONG_CHUNK_NS` is asked once more only: it
 //! averages the machine's noise itself.
 
+use super::engine::Engine;
 use super::posed::PosedMeshes;
 use super::{Mode, PeersError, npy};
 use crate::measure::Progress;
@@ -11,6 +12,7 @@ use crate::record::{PeerAnswerRow, PeerBuildRow, PeerTimingRow, RecordError, Str
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -38,22 +40,15 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// How long a runner may take to end once its input has ended.
 const PATIENCE_AT_END: Duration = Duration::from_secs(5);
 
-/// An engine, and how its runner is started.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Engine {
-    /// Name in the records.
-    pub name: String,
-    /// Program and its first arguments; mode, folders and rounds follow.
-    pub command: Vec<String>,
-}
-
 /// How much is asked, and in what order.
 #[derive(Clone, Copy, Debug)]
 pub struct Amounts {
     /// Mode.
     pub mode: Mode,
-    /// Timed rounds.
+    /// Timed rounds of each process; none: poses are asked about once, and nothing is timed.
     pub rounds: u32,
+    /// Processes of each engine, one after the other: where a process puts its data tells on its times, up to a tenth.
+    pub processes: u32,
     /// Seed of the random orders.
     pub seed: u64,
 }
@@ -88,35 +83,60 @@ pub fn compare(
 ) -> Result<Comparison, PeersError> {
     let mut found = Comparison::default();
     let chunks: usize = pairs.iter().map(|pair| pair.chunks.len()).sum();
-    progress.begin(&format!("{scene}: {} engines, {}", engines.len(), amounts.mode), steps(chunks, amounts.rounds));
+    let title = format!("{scene}: {} engines, {}", engines.len(), amounts.mode);
+    progress.begin(&title, steps(chunks, amounts.rounds) * u64::from(amounts.processes));
     for posed in pairs {
         let folder = pair_folder(folder, scene, &posed.pair);
         posed.write(&folder)?;
         // Runners may change folders.
         let folder = folder.canonicalize().map_err(RecordError::io("find", &folder))?;
-        let place = Place { scene, posed, amounts };
-        let mut runners = Vec::new();
+        let mut of_pair = Comparison::default();
+        let mut failures: Vec<(&str, String)> = Vec::new();
+        for process in 0..amounts.processes {
+            let place = Place { scene, posed, amounts, process };
+            place.compare(engines, &folder, &mut of_pair, &mut failures, progress);
+        }
+        let place = Place { scene, posed, amounts, process: 0 };
+        let mut answers = Vec::new();
         for engine in engines {
-            match Runner::start(engine, amounts, &folder) {
-                Ok(runner) => runners.push(runner),
-                Err(reason) => found.skipped.push(place.skipped(&engine.name, &reason)),
+            let own = of_pair.answers.iter().filter(|row| row.engine == engine.name);
+            match failures.iter().find(|(name, _)| *name == engine.name) {
+                None => match over_processes(own) {
+                    Ok(rows) => answers.extend(rows),
+                    Err(reason) => failures.push((&engine.name, reason)),
+                },
+                Some(_) => {}
             }
         }
-        place.ask(&mut runners, &mut found, progress);
-        for mut runner in runners {
-            let failure = match runner.failure.take() {
-                Some(reason) => Some(reason),
-                None => place.collect(&mut runner, &mut found.answers).err(),
-            };
-            if let Some(reason) = failure {
-                let name = &runner.engine.name;
-                found.builds.retain(|row| row.engine != *name || row.pair != posed.pair);
-                found.timings.retain(|row| row.engine != *name || row.pair != posed.pair);
-                found.skipped.push(place.skipped(name, &reason));
-            }
-        }
+        let took_part = |engine: &str| failures.iter().all(|(name, _)| *name != engine);
+        found.builds.extend(of_pair.builds.into_iter().filter(|row| took_part(&row.engine)));
+        found.timings.extend(of_pair.timings.into_iter().filter(|row| took_part(&row.engine)));
+        found.answers.extend(answers);
+        found.skipped.extend(failures.iter().map(|(name, reason)| place.skipped(name, reason)));
     }
+    // Written in one order whatever the order of execution.
+    found.timings.sort_by_cached_key(|row| (row.engine.clone(), row.pair.clone(), row.round, row.chunk));
+    found.builds.sort_by_cached_key(|row| (row.engine.clone(), row.pair.clone(), row.round));
     Ok(found)
+}
+
+/// The answers of an engine's processes as one: the median (the lower one of two) of their times.
+fn over_processes<'a>(rows: impl Iterator<Item = &'a PeerAnswerRow>) -> Result<Vec<PeerAnswerRow>, String> {
+    let mut poses: BTreeMap<u32, Vec<&PeerAnswerRow>> = BTreeMap::new();
+    for row in rows {
+        poses.entry(row.pose).or_default().push(row);
+    }
+    let one = |(pose, rows): (u32, Vec<&PeerAnswerRow>)| {
+        let mut row = rows[0].clone();
+        if rows.iter().any(|other| other.touching != row.touching) {
+            return Err(format!("its processes answer pose {pose} differently"));
+        }
+        let mut ns: Vec<u64> = rows.iter().map(|row| row.ns).filter(|&ns| ns > 0).collect();
+        ns.sort_unstable();
+        row.ns = ns.get(ns.len().saturating_sub(1) / 2).copied().unwrap_or(0);
+        Ok(row)
+    };
+    poses.into_iter().map(one).collect()
 }
 
 /// The folder of a pair's arrays.
@@ -140,9 +160,45 @@ struct Place<'a> {
     scene: &'a str,
     posed: &'a PosedMeshes,
     amounts: Amounts,
+    /// Which of the processes of each engine, from 0.
+    process: u32,
 }
 
 impl Place<'_> {
+    /// Starts a process of each engine that has not failed, and has them answer in turn.
+    fn compare<'a>(
+        &self,
+        engines: &'a [Engine],
+        folder: &Path,
+        found: &mut Comparison,
+        failures: &mut Vec<(&'a str, String)>,
+        progress: &dyn Progress,
+    ) {
+        let mut runners = Vec::new();
+        for engine in engines {
+            if failures.iter().any(|(name, _)| *name == engine.name) {
+                continue;
+            }
+            match Runner::start(engine, self.amounts, folder) {
+                Ok(runner) => runners.push(runner),
+                Err(reason) => failures.push((&engine.name, reason)),
+            }
+        }
+        self.ask(&mut runners, found, progress);
+        for mut runner in runners {
+            let failure = match runner.failure.take() {
+                Some(reason) => Some(reason),
+                None => self.collect(&mut runner, &mut found.answers).err(),
+            };
+            failures.extend(failure.map(|reason| (runner.engine.name.as_str(), reason)));
+        }
+    }
+
+    /// The number of a round of this process among those of all.
+    const fn numbered(&self, round: u32) -> u32 {
+        self.process * self.amounts.rounds + round
+    }
+
     fn skipped(&self, engine: &str, reason: &str) -> String {
         format!("{engine} on {} {}, mode {}: {reason}", self.scene, self.posed.pair, self.amounts.mode)
     }
@@ -153,7 +209,7 @@ impl Place<'_> {
 
     /// All rounds. A runner that fails is asked nothing more.
     fn ask(&self, runners: &mut [Runner], found: &mut Comparison, progress: &dyn Progress) {
-        let mut rng = Pcg64Mcg::seed_from_u64(self.amounts.seed);
+        let mut rng = Pcg64Mcg::seed_from_u64(self.amounts.seed.wrapping_add(u64::from(self.process)));
         let mut chunk_order: Vec<usize> = (0..self.posed.chunks.len()).collect();
         let mut runner_order: Vec<usize> = (0..runners.len()).collect();
         let mut is_long = vec![vec![false; runners.len()]; self.posed.chunks.len()];
@@ -183,10 +239,6 @@ impl Place<'_> {
                 progress.advance(1);
             }
         }
-        // Written in one order whatever the order of execution.
-        let key = |row: &PeerTimingRow| (row.engine.clone(), row.pair.clone(), row.round, row.chunk);
-        found.timings.sort_by_cached_key(key);
-        found.builds.sort_by_cached_key(|row| (row.engine.clone(), row.pair.clone(), row.round));
     }
 
     fn build(&self, runner: &mut Runner, round: u32, builds: &mut Vec<PeerBuildRow>) {
@@ -205,7 +257,7 @@ impl Place<'_> {
             scene: self.scene.to_owned(),
             pair: self.posed.pair.clone(),
             mode: self.amounts.mode.to_string(),
-            round,
+            round: self.process * BUILD_ROUNDS + round,
             ns,
             bytes,
             triangles: (self.posed.a.faces().len() + self.posed.b.faces().len()) as u64,
@@ -221,7 +273,7 @@ impl Place<'_> {
             stratum: self.stratum(chunk),
             chunk: chunk as u32,
             poses: self.posed.chunks[chunk].len() as u32,
-            round,
+            round: self.numbered(round),
             ns,
         }
     }
@@ -366,5 +418,34 @@ impl Drop for Runner<'_> {
             let _ = self.child.kill();
             let _ = self.child.wait();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn processes_count_by_the_median_of_their_times_and_must_agree() {
+        let row = |pose, touching, ns| PeerAnswerRow {
+            engine: "one".into(),
+            scene: "scene".into(),
+            pair: "a:b".into(),
+            mode: "first".into(),
+            pose,
+            chunk: 0,
+            stratum: Stratum::Far,
+            exact: 0,
+            grazing: 0,
+            touching,
+            value: None,
+            true_value: None,
+            ns,
+        };
+        let rows = [row(0, 0, 30), row(1, 1, 5), row(0, 0, 10), row(1, 1, 0), row(0, 0, 20), row(1, 1, 7)];
+        let merged = over_processes(rows.iter()).unwrap();
+        assert_eq!(merged, [row(0, 0, 20), row(1, 1, 5)]);
+        let differing = over_processes([row(4, 0, 1), row(4, 1, 1)].iter()).unwrap_err();
+        assert!(differing.contains("pose 4"), "{differing}");
     }
 }

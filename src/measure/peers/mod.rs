@@ -11,18 +11,22 @@
 //! - `chunk I J`: it answers the poses I, I+1, ..., J-1 again and again: once to warm up; then timed as a whole, repeated until
 //!   the sample is long enough; then pose by pose, each timed alone. It says `done NS`, the time of one pass over the chunk.
 //!   Where one pass pose by pose takes longer than [`drive::LONG_CHUNK_NS`], that pass is enough.
+//!   In mode `batch` a pass is answered on all cores, and the times pose by pose are its time divided by the poses.
 //! - `quit`: it writes `verdicts.npy` (u1), `ns.npy` (u8; a row per round, 0 where it was not asked) and, in modes `all` and
 //!   `distance`, `values.npy` (f8: touching pairs of triangles; mm) to `OUT`, says `done 0` and ends.
 //!
-//! Anything else it says is taken for an error. It uses one thread. Since the driver waits for each answer, no two runners
+//! Anything else it says is taken for an error. It uses one thread, but in mode `batch`. Since the driver waits for each answer, no two runners
 //! work at the same time; since within a round all answer a chunk before the next one comes, noise hits all alike.
 //!
-//! Files: [`npy`] (arrays), [`posed`] (what is asked), [`answer`] (our own variants as runners), [`drive`].
+//! Files: [`npy`] (arrays), [`posed`] (what is asked), [`answer`] (our own variants as runners), [`engine`] (engines as data), [`drive`],
+//! [`verify`] (right answers before any timing).
 
 pub mod answer;
 pub mod drive;
+pub mod engine;
 pub mod npy;
 pub mod posed;
+pub mod verify;
 
 use super::judged::JudgeError;
 use crate::geometry::MeshError;
@@ -39,25 +43,51 @@ pub enum Mode {
     /// Whether the meshes touch.
     First,
     /// The same along fine steps of a path, in order: what a pose leaves behind may help the next one.
-    Path,
+    Path(Step),
     /// How many pairs of triangles touch.
     All,
     /// How far the meshes are apart, mm.
     Distance,
+    /// Whether the meshes touch, at many poses at once, on all cores.
+    Batch,
+}
+
+/// The longest step of a path: no point of the moved mesh goes farther from pose to pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Step {
+    um: u32,
+}
+
+impl Step {
+    /// A servo cycle of 1 ms at a feed of 1.2 m/min: 0.02 mm.
+    pub const SERVO: Self = Self { um: 20 };
+
+    /// From mm, to the nearest µm; from 1 µm to 10 mm.
+    fn of_mm(mm: f64) -> Option<Self> {
+        let um = (mm * 1000.0).round();
+        (1.0..=10_000.0).contains(&um).then_some(Self { um: um as u32 })
+    }
+
+    /// In mm.
+    #[must_use]
+    pub fn mm(self) -> f64 {
+        f64::from(self.um) / 1000.0
+    }
 }
 
 impl Mode {
-    /// All modes.
-    pub const ALL: [Self; 4] = [Self::First, Self::Path, Self::All, Self::Distance];
+    /// All modes, paths in steps of a servo cycle.
+    pub const ALL: [Self; 5] = [Self::First, Self::Path(Step::SERVO), Self::All, Self::Distance, Self::Batch];
 
-    /// The name in the protocol and in files.
+    /// The name in the protocol. In files paths of other steps than a servo cycle's have them in their name.
     #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
             Self::First => "first",
-            Self::Path => "path",
+            Self::Path(_) => "path",
             Self::All => "all",
             Self::Distance => "distance",
+            Self::Batch => "batch",
         }
     }
 
@@ -70,7 +100,10 @@ impl Mode {
 
 impl fmt::Display for Mode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.id())
+        match self {
+            Self::Path(step) if *step != Step::SERVO => f.pad(&format!("path-{}", step.mm())),
+            _ => f.pad(self.id()),
+        }
     }
 }
 
@@ -78,8 +111,13 @@ impl FromStr for Mode {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|mode| mode.id() == text);
-        found.ok_or_else(|| format!("`{text}` is not a mode: expected first, path, all or distance"))
+        let step = text.strip_prefix("path-").and_then(|mm| Step::of_mm(mm.parse().ok()?));
+        let found = step.map(Self::Path).or_else(|| Self::ALL.into_iter().find(|mode| mode.id() == text));
+        found.ok_or_else(|| {
+            format!(
+                "`{text}` is not a mode: expected first, path, path-STEP (mm from 0.001 to 10, as in path-0.05), all, distance or batch"
+            )
+        })
     }
 }
 
@@ -121,6 +159,14 @@ pub enum PeersError {
         /// The mode.
         mode: Mode,
     },
+    /// A file does not name engines.
+    #[error("{path}: {message}", path = path.display())]
+    Engines {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+    },
     /// The driver asked a runner of ours for something it does not know.
     #[error("`{line}` is not a command: expected build, bytes, chunk I J or quit")]
     Command {
@@ -130,4 +176,22 @@ pub enum PeersError {
     /// The other end of the protocol has gone away.
     #[error("the other end has gone away: {0}")]
     Gone(std::io::Error),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_are_known_by_name_and_paths_by_their_step() {
+        for mode in Mode::ALL {
+            assert_eq!(mode.to_string().parse(), Ok(mode));
+        }
+        let fine: Mode = "path-0.05".parse().unwrap();
+        assert_eq!((fine.to_string().as_str(), fine.id(), fine), ("path-0.05", "path", Mode::Path(Step { um: 50 })));
+        assert_eq!("path-0.02".parse(), Ok(Mode::Path(Step::SERVO)));
+        for wrong in ["path-", "path-0", "path--1", "path-11", "path-nan", "paths", "path-0.0001"] {
+            assert!(wrong.parse::<Mode>().unwrap_err().contains(wrong), "{wrong}");
+        }
+    }
 }

@@ -11,7 +11,7 @@
 //! | `stratum.npy` | u1 (n) | 0 colliding, 1 near miss, 2 medium, 3 far |
 //! | `truth.npy` | f8 (n) | modes `all` and `distance` only: touching pairs of triangles; mm |
 
-use super::{Mode, PeersError, npy};
+use super::{Mode, PeersError, Step, npy};
 use crate::geometry::{Isometry, Mesh, Point, rigid};
 use crate::measure::chunk::{self, Chunk, Participants};
 use crate::measure::judged::{self, JudgedPair, JudgedPose};
@@ -28,9 +28,6 @@ use std::sync::Arc;
 
 /// How many times more poses are generated than asked about, so that every stratum fills its share.
 const POSE_RESERVE: usize = 4;
-
-/// Longest step of mode `path`, mm: a servo cycle of 1 ms at a feed of 1.2 m/min.
-const PATH_STEP_MM: f64 = 0.02;
 
 /// Steps of a chunk of mode `path`.
 const PATH_STEPS: usize = 64;
@@ -78,8 +75,10 @@ pub fn questions(
     progress: &dyn Progress,
 ) -> Result<Vec<PosedMeshes>, PeersError> {
     let judged = judged::judge(plan, scene, poses * POSE_RESERVE, judged::Strata::Sought, cache, progress)?;
-    let usable: Vec<JudgedPair> =
-        judged.into_iter().filter(|pair| mode != Mode::Path || pair.workload == Source::Program.name()).collect();
+    let usable: Vec<JudgedPair> = judged
+        .into_iter()
+        .filter(|pair| !matches!(mode, Mode::Path(_)) || pair.workload == Source::Program.name())
+        .collect();
     let chunks: Vec<Chunk> = chunk::select_windows(&usable, poses, chunk::LONG)
         .into_iter()
         .filter(|chunk| chunk.participants != Participants::Control)
@@ -103,9 +102,12 @@ pub fn questions(
         for chunk in chunks.iter().filter(|chunk| usable[chunk.pair].pair == pair) {
             let all = &usable[chunk.pair].poses;
             match mode {
-                Mode::Path => posed.add(fine_steps(&oracle, all, chunk)),
+                Mode::Path(step) => posed.add(fine_steps(&oracle, all, chunk, step)),
                 _ => posed.add(chunk.poses.par_iter().map(|&index| question(&oracle, &all[index], mode)).collect()),
             }
+        }
+        if mode == Mode::Batch {
+            posed.one_chunk_a_stratum();
         }
         if !posed.chunks.is_empty() {
             found.push(posed);
@@ -126,18 +128,15 @@ fn question(oracle: &PairOracle, pose: &JudgedPose, mode: Mode) -> Question {
     let value = match mode {
         Mode::All => Some(oracle.touching_pairs(&pose.a_from_b) as f64),
         Mode::Distance => Some(oracle.clearance_mm(&pose.a_from_b, f64::INFINITY)),
-        Mode::First | Mode::Path => None,
+        Mode::First | Mode::Path(_) | Mode::Batch => None,
     };
     Question { a_from_b: pose.a_from_b, exact: pose.touches(), grazing, stratum: pose.stratum, value }
 }
 
-/// Fine steps from a chunk's first pose towards the next pose of the path.
-fn fine_steps(oracle: &PairOracle, path: &[JudgedPose], chunk: &Chunk) -> Vec<Question> {
-    let from = chunk.poses[0];
-    let (from, to) = (&path[from].a_from_b, &path[(from + 1).min(path.len() - 1)].a_from_b);
-    let whole_mm = oracle.mesh_b().vertices().iter().map(|p| (to * p - from * p).norm()).fold(0.0, f64::max);
-    let step = if whole_mm > 0.0 { (PATH_STEP_MM / whole_mm).min(1.0 / PATH_STEPS as f64) } else { 0.0 };
-    let poses: Vec<Isometry> = (0..PATH_STEPS).map(|k| from.lerp_slerp(to, step * k as f64)).collect();
+/// Fine steps along the path, from a chunk's first pose.
+fn fine_steps(oracle: &PairOracle, path: &[JudgedPose], chunk: &Chunk, step: Step) -> Vec<Question> {
+    let path: Vec<Isometry> = path[chunk.poses[0]..].iter().map(|pose| pose.a_from_b).collect();
+    let poses = stepped(&path, oracle.mesh_b().vertices(), step.mm());
     let judgements = judge_all(oracle, &poses, &Sought::Borders(&Stratum::BORDERS_MM), &|_| {});
     let judged = poses.into_iter().zip(judgements).map(|(a_from_b, judgement)| {
         let exact = judgement.verdict.touches();
@@ -149,7 +148,41 @@ fn fine_steps(oracle: &PairOracle, path: &[JudgedPose], chunk: &Chunk) -> Vec<Qu
     judged.collect()
 }
 
+/// [`PATH_STEPS`] poses along a path, from one to the next of which no vertex moves farther than `step_mm`. The last pose of the path is
+/// repeated when there is no way left.
+fn stepped(path: &[Isometry], vertices: &[Point], step_mm: f64) -> Vec<Isometry> {
+    let mut poses = Vec::with_capacity(PATH_STEPS);
+    // Where the next pose is, from the begin of the leg between two poses of the path.
+    let mut next_mm = 0.0;
+    for leg in path.windows(2) {
+        let [from, to] = [&leg[0], &leg[1]];
+        let leg_mm = vertices.iter().map(|p| (to * p - from * p).norm()).fold(0.0, f64::max);
+        while next_mm < leg_mm && poses.len() < PATH_STEPS {
+            poses.push(from.lerp_slerp(to, next_mm / leg_mm));
+            next_mm += step_mm;
+        }
+        if poses.len() == PATH_STEPS {
+            return poses;
+        }
+        next_mm -= leg_mm;
+    }
+    let last = path[path.len() - 1];
+    poses.resize(PATH_STEPS, last);
+    poses
+}
+
 impl PosedMeshes {
+    /// Puts the poses of a stratum side by side, in one chunk: many at once are asked about.
+    fn one_chunk_a_stratum(&mut self) {
+        self.questions.sort_by_key(|question| question.stratum as u8);
+        let mut start = 0;
+        self.chunks.clear();
+        for questions in self.questions.chunk_by(|one, other| one.stratum == other.stratum) {
+            self.chunks.push(start..start + questions.len());
+            start += questions.len();
+        }
+    }
+
     fn add(&mut self, chunk: Vec<Question>) {
         let start = self.questions.len();
         self.questions.extend(chunk);
@@ -243,6 +276,44 @@ mod tests {
         let found = to_matrix(&pose);
         assert!(found.iter().zip(expected).all(|(f, e)| (f - e).abs() < 1e-15), "{found:?}");
         assert!((from_matrix(&found).to_homogeneous() - pose.to_homogeneous()).amax() < 1e-15);
+    }
+
+    #[test]
+    fn steps_go_along_all_of_a_path_and_no_vertex_farther_than_a_step() {
+        let mesh = meshes::cuboid(20.0, 3.0, 4.0);
+        let path = [
+            Isometry::identity(),
+            Isometry::translation(0.5, 0.0, 0.0),
+            Isometry::new(Vector3::new(0.5, 0.25, 0.0), Vector3::new(0.0, 0.0, 0.1)),
+            Isometry::translation(9.0, 0.0, 0.0),
+        ];
+        for step_mm in [0.01, 0.05, 0.3] {
+            let poses = stepped(&path, mesh.vertices(), step_mm);
+            assert_eq!(poses.len(), PATH_STEPS);
+            let moved = |pair: &[Isometry]| {
+                mesh.vertices().iter().map(|p| (pair[1] * p - pair[0] * p).norm()).fold(0.0, f64::max)
+            };
+            let steps: Vec<f64> = poses.windows(2).map(moved).collect();
+            assert!(steps.iter().all(|&mm| mm <= step_mm * 1.0001), "{steps:?}");
+            // Nearly all are as long as they may be: a corner of the path is cut.
+            assert!(steps.iter().filter(|&&mm| mm > 0.99 * step_mm).count() >= PATH_STEPS - 5, "{steps:?}");
+        }
+        assert_eq!(stepped(&path[..2], mesh.vertices(), 0.3)[63], path[1]);
+        assert_eq!(stepped(&path[..1], mesh.vertices(), 0.3), vec![path[0]; PATH_STEPS]);
+    }
+
+    #[test]
+    fn a_batch_has_one_chunk_a_stratum() {
+        let (a, b) = (Arc::new(meshes::cuboid(2.0, 3.0, 4.0)), Arc::new(meshes::cuboid(2.0, 3.0, 4.0)));
+        let question =
+            |stratum| Question { a_from_b: Isometry::identity(), exact: true, grazing: false, stratum, value: None };
+        let mut posed = PosedMeshes { pair: "a:b".into(), a, b, questions: Vec::new(), chunks: Vec::new() };
+        for stratum in [Stratum::Far, Stratum::Colliding, Stratum::Far] {
+            posed.add(vec![question(stratum); 2]);
+        }
+        posed.one_chunk_a_stratum();
+        assert_eq!(posed.chunks, [0..2, 2..6]);
+        assert_eq!(posed.questions[5].stratum, Stratum::Far);
     }
 
     #[test]
