@@ -127,6 +127,18 @@ impl<'a> Path<'a> {
         from + part * (to.fraction - from)
     }
 
+    /// Line of the program at a place; 0 before its first move.
+    #[must_use]
+    pub fn line_at(&self, place: f64) -> u32 {
+        if place <= 0.0 { 0 } else { self.sample_at(place).line }
+    }
+
+    /// How far an arc, or the way of a tool's tip, may be from the chords between samples, mm.
+    #[must_use]
+    pub const fn chord_mm(&self) -> f64 {
+        self.run.sampling.chord_mm
+    }
+
     /// How long the program takes, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {

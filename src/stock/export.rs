@@ -1,0 +1,1 @@
+//! The remaining stock as a mesh.

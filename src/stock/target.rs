@@ -1,0 +1,1 @@
+//! The remaining stock compared with the part that is wanted.
