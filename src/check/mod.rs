@@ -1,7 +1,7 @@
 //! `check`: runs a program on a machine and says what collides, where, when, and what comes near.
 //!
 //! Reading order: this file (what is asked and answered), [`motion`] (positions and times along the program), `scan` (one
-//! pair along the path), `event` (from stretches of the path to events).
+//! pair along the path), `event` (from stretches of the path to events), `stock` (what is cut), `turning` (on lathes).
 //!
 //! Method. The path is sampled as the scene says, straight in axis space between samples. At a sample the distance of a pair is
 //! found on the trees of the chosen variant, and where it is not 0, whether one part lies inside the other; as long as the pair cannot have travelled that far
@@ -13,6 +13,7 @@
 mod event;
 pub mod motion;
 mod scan;
+mod turning;
 mod stock;
 #[cfg(test)]
 mod tests;

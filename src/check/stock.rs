@@ -7,7 +7,9 @@ use super::CheckError;
 use super::event::{Kind, runs};
 use super::motion::Path;
 use super::scan::Stretch;
+use super::turning::Turning;
 use crate::geometry::Point;
+use crate::machine::Machine;
 use crate::scene::pairs::Decision;
 use crate::scene::{Pair, Part, Role, Scene};
 use crate::stock::motion::{Chain, Mount};
@@ -77,6 +79,8 @@ struct Other {
     body: Body,
     chain: Chain,
     role: Role,
+    /// Of a cutter that stands while the workpiece turns.
+    turning: Option<Turning>,
 }
 
 /// What a step was: where on the path, and what contact in it is.
@@ -117,7 +121,7 @@ impl<'a> Workpiece<'a> {
                 Err(why @ StockError::Open) => uncut.push(Uncut { part, why }),
                 Err(why) => return Err(CheckError::Resolution(why)),
                 Ok(stock) => {
-                    let others = pairs.iter().map(|&pair| Other::new(scene, part, pair)).collect();
+                    let others = pairs.iter().map(|&pair| Other::new(scene, path, part, pair)).collect();
                     workpieces.push(Self { scene, path, part, stock, others });
                 }
             }
@@ -161,7 +165,7 @@ impl<'a> Workpiece<'a> {
 }
 
 impl Other {
-    fn new(scene: &Scene, workpiece: usize, pair: Pair) -> Self {
+    fn new(scene: &Scene, path: &Path<'_>, workpiece: usize, pair: Pair) -> Self {
         let part = if pair.a == workpiece { pair.b } else { pair.a };
         let mesh = &scene.parts[part].mesh;
         let role = scene.parts[part].role;
@@ -172,13 +176,21 @@ impl Other {
         };
         let own = mount(workpiece, (Point::origin(), 0.0));
         let chain = Chain::new(&scene.machine, mount(part, body.ball()), own);
-        Self { pair, body, chain, role }
+        let turning = (role == Role::Cutter).then(|| Turning::new(scene, path, workpiece, part, &body)).flatten();
+        Self { pair, body, chain, role, turning }
+    }
+}
+
+impl Other {
+    /// Sum of the turns that matter while axes change, radians.
+    fn turn(&self, machine: &Machine, change: &Position) -> f64 {
+        self.turning.as_ref().map_or(&self.chain, |turning| &turning.to_base).turn(machine, change)
     }
 }
 
 #[derive(Default)]
-struct Batch<'a> {
-    steps: Vec<Step<'a>>,
+struct Batch {
+    steps: Vec<Step>,
     told: Vec<Told>,
     /// Places at which the machine waits: what is in contact stays so.
     waits: Vec<(usize, f64)>,
@@ -196,7 +208,7 @@ struct Route<'a> {
 
 impl<'a> Route<'a> {
     /// Adds the way to place `at`, and as far beyond as one straight step goes; at place 0 what is there at first. Returns the last place.
-    fn add(&self, at: usize, end: usize, batch: &mut Batch<'a>) -> usize {
+    fn add(&self, at: usize, end: usize, batch: &mut Batch) -> usize {
         if at == 0 {
             let position = self.path.position(0);
             let examined = self.present(0).filter(|&other| self.may_touch(other, 0.0, 0.0));
@@ -259,7 +271,7 @@ impl<'a> Route<'a> {
             Position(std::array::from_fn(|i| to.0[i] - from.0[i]))
         };
         let (first, parts) = (way(at), touching(at));
-        let turns = self.others.iter().any(|other| other.chain.turn(&self.scene.machine, &first) > 0.0);
+        let turns = self.others.iter().any(|other| other.turn(&self.scene.machine, &first) > 0.0);
         let stands = parts.iter().any(|&other| !self.others[other].body.is_round());
         let mut last = at;
         while last < end
@@ -281,24 +293,34 @@ impl<'a> Route<'a> {
         chord_mm: f64,
         examined: &[(usize, Kind)],
         cutting: &[usize],
-        batch: &mut Batch<'a>,
+        batch: &mut Batch,
     ) {
         if examined.is_empty() && cutting.is_empty() {
             return;
         }
         let machine = &self.scene.machine;
         let all = examined.iter().map(|&(other, _)| other).chain(cutting.iter().copied());
-        let count = all.map(|other| self.others[other].chain.pieces(machine, &first, &last, self.pad_mm)).max();
+        let of_others = all.filter(|&other| self.others[other].turning.is_none());
+        let count = of_others.map(|other| self.others[other].chain.pieces(machine, &first, &last, self.pad_mm)).max();
         let count = count.unwrap_or(1);
         for index in 0..count {
-            let sweep = |other: usize| -> Sweep<'a> {
+            let sweep = |other: usize| -> Option<Sweep> {
+                let Other { chain, body, turning, .. } = &self.others[other];
+                if let Some(turning) = turning {
+                    return turning.sweep(machine, &first, &last, [index, count], chord_mm);
+                }
+                let piece = chain.piece(machine, &first, &last, index, count);
+                Some(body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm))
+            };
+            let whole = |other: usize| -> Sweep {
                 let Other { chain, body, .. } = &self.others[other];
                 let piece = chain.piece(machine, &first, &last, index, count);
                 body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm)
             };
             let step = Step {
-                examined: examined.iter().map(|&(other, _)| sweep(other)).collect(),
-                cutting: cutting.iter().map(|&other| sweep(other)).collect(),
+                // A tool that is turned otherwise than its section cuts nothing for sure, and is held against the stock as it is.
+                examined: examined.iter().map(|&(other, _)| sweep(other).unwrap_or_else(|| whole(other))).collect(),
+                cutting: cutting.iter().filter_map(|&other| sweep(other)).collect(),
             };
             let place = |index: usize| from + (to - from) * (index as f64 / count as f64);
             batch.steps.push(step);
@@ -334,7 +356,7 @@ impl<'a> Ledger<'a> {
         Self { path, others, resolution_mm, met: Met::default(), last, touch }
     }
 
-    fn take(&mut self, batch: &Batch<'_>, found: &[Contact]) {
+    fn take(&mut self, batch: &Batch, found: &[Contact]) {
         let mut waits = batch.waits.iter().peekable();
         for contact in found {
             while let Some((_, place)) = waits.next_if(|(step, _)| *step <= contact.step) {

@@ -66,11 +66,11 @@ pub struct Stock {
 
 /// A move of parts against the stock along one straight piece.
 #[derive(Clone, Debug, Default)]
-pub struct Step<'a> {
+pub struct Step {
     /// What must not come into the stock. A depth within the resolution is no contact.
-    pub examined: Vec<Sweep<'a>>,
+    pub examined: Vec<Sweep>,
     /// What cuts meanwhile.
-    pub cutting: Vec<Sweep<'a>>,
+    pub cutting: Vec<Sweep>,
 }
 
 /// A part that comes, or may come, into the stock.
@@ -147,6 +147,32 @@ impl Stock {
         self.resolution_mm
     }
 
+    /// Side of the finest cells, mm.
+    #[must_use]
+    pub const fn cell_mm(&self) -> f64 {
+        CELL * self.resolution_mm
+    }
+
+    /// Side of the tiles, mm: the coarsest cells.
+    #[must_use]
+    pub fn tile_mm(&self) -> f64 {
+        self.tiles.first().map_or(0.0, Tile::size_mm)
+    }
+
+    /// The box of all tiles.
+    fn bounds(&self) -> (Point, Point) {
+        let wider = |(low, high): (Point, Point), (l, h): (Point, Point)| (low.inf(&l), high.sup(&h));
+        self.tiles.iter().map(Tile::bounds).reduce(wider).unwrap_or_default()
+    }
+
+    /// Calls `visit` with every cell: its centre, half its side, and what is known of it. Cells through which the uncut surface runs are divided where
+    /// `divides` says so.
+    fn visit(&mut self, divides: &dyn Fn(&Point, f64) -> bool, visit: &mut dyn FnMut(&Point, f64, Material)) {
+        for tile in &mut self.tiles {
+            tile.visit(&self.uncut, divides, visit);
+        }
+    }
+
     /// Bytes of the cells.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -155,7 +181,7 @@ impl Stock {
 
     /// Runs steps in their order. What is examined is held against the stock as it is at that moment: while something cuts, the way is halved until the two
     /// can be told apart, down to `tolerance_mm`. The contacts come in the order of the steps.
-    pub fn run(&mut self, steps: &[Step<'_>], tolerance_mm: f64) -> Vec<Contact> {
+    pub fn run(&mut self, steps: &[Step], tolerance_mm: f64) -> Vec<Contact> {
         let (uncut, resolution_mm) = (Arc::clone(&self.uncut), self.resolution_mm);
         let found = self.tiles.par_iter_mut().map(|tile| {
             let mut run = TileRun { tile, uncut: &uncut, resolution_mm, tolerance_mm, found: Vec::new() };
@@ -213,14 +239,14 @@ struct TileRun<'a> {
 }
 
 impl TileRun<'_> {
-    fn step(&mut self, index: usize, step: &Step<'_>) {
+    fn step(&mut self, index: usize, step: &Step) {
         let (low, high) = self.tile.bounds();
-        let reaches = |sweep: &&Sweep<'_>| sweep.reaches(&low, &high);
+        let reaches = |sweep: &&Sweep| sweep.reaches(&low, &high);
         if self.tile.is_gone() || !step.examined.iter().chain(&step.cutting).any(|sweep| reaches(&sweep)) {
             return;
         }
-        let cutting: Vec<&Sweep<'_>> = step.cutting.iter().filter(reaches).collect();
-        let examined: Vec<(usize, &Sweep<'_>)> =
+        let cutting: Vec<&Sweep> = step.cutting.iter().filter(reaches).collect();
+        let examined: Vec<(usize, &Sweep)> =
             step.examined.iter().enumerate().filter(|(_, sweep)| reaches(sweep)).collect();
         let mut open: Vec<Meeting<'_>> = Vec::new();
         for (part, sweep) in examined {
@@ -260,7 +286,7 @@ impl TileRun<'_> {
     }
 
     /// Examines and cuts a part of the way. What may be in contact before the cut is asked again on halves, until it is not or too little of the way is left.
-    fn advance(&mut self, open: &mut [Meeting<'_>], cutting: &[&Sweep<'_>], from: f64, to: f64) {
+    fn advance(&mut self, open: &mut [Meeting<'_>], cutting: &[&Sweep], from: f64, to: f64) {
         let mut is_open = false;
         let mut longest: f64 = 0.0;
         for meeting in open.iter_mut().filter(|meeting| meeting.from.is_none()) {
@@ -291,7 +317,7 @@ impl TileRun<'_> {
         self.advance(open, cutting, middle, to);
     }
 
-    fn cut(&mut self, cutting: &[&Sweep<'_>], from: f64, to: f64) {
+    fn cut(&mut self, cutting: &[&Sweep], from: f64, to: f64) {
         for sweep in cutting {
             if from == 0.0 && to == 1.0 {
                 self.tile.cut(sweep, self.uncut);
@@ -301,18 +327,18 @@ impl TileRun<'_> {
         }
     }
 
-    fn depth(&mut self, sweep: &Sweep<'_>) -> Depth {
+    fn depth(&mut self, sweep: &Sweep) -> Depth {
         let search = Search { sweep, within_mm: self.resolution_mm, only_whether: false, uncut: self.uncut };
         self.tile.contact(&search)
     }
 
-    fn is_deep(&mut self, sweep: &Sweep<'_>) -> bool {
+    fn is_deep(&mut self, sweep: &Sweep) -> bool {
         let search = Search { sweep, within_mm: self.resolution_mm, only_whether: true, uncut: self.uncut };
         self.tile.contact(&search).high > self.resolution_mm
     }
 
     /// Where on its way a part first and last may be deeper than the resolution, found by halving to the tolerance.
-    fn ends(&mut self, sweep: &Sweep<'_>) -> (f64, f64) {
+    fn ends(&mut self, sweep: &Sweep) -> (f64, f64) {
         let step = if sweep.way_mm > 0.0 { self.tolerance_mm / sweep.way_mm } else { 1.0 };
         let (mut from, mut to) = (0.0, 1.0);
         // It is deep somewhere before `to`, and nowhere before `from`.
@@ -333,7 +359,7 @@ impl TileRun<'_> {
 /// A part that may come into the stock while something cuts.
 struct Meeting<'a> {
     part: usize,
-    sweep: &'a Sweep<'a>,
+    sweep: &'a Sweep,
     depth: Depth,
     /// Where on the way contact begins, once that is known.
     from: Option<f64>,

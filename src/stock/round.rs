@@ -4,8 +4,8 @@
 //! lie, the distance from the axis is a convex function along each edge: chords bound the radius from outside, tangents from inside. A
 //! point deeper in the outer body than the greatest difference of the two is in the swept body.
 
-use super::convex::{Convex, HalfPlane};
-use crate::geometry::{Isometry, Mesh, Point};
+use super::convex::{Convex, Cube, HalfPlane, Least};
+use crate::geometry::{Isometry, Mesh, Point, Vector};
 use crate::interference::Revolved;
 use crate::truth::Solid;
 use std::sync::Arc;
@@ -22,6 +22,8 @@ const STRAIGHT: f64 = 1e-9;
 pub(super) struct Round {
     /// Their union holds the body.
     pub pieces: Vec<Convex>,
+    /// Of each piece the largest radius, and lowest and highest z, mm.
+    bounds: Vec<(f64, [f64; 2])>,
     /// How deep a point must be in a piece to be in the body for sure, mm; infinite where the body is hollow.
     pub slack_mm: f64,
     /// Takes the mesh's frame to the body's.
@@ -51,7 +53,7 @@ impl Round {
             let on_axis = Point::new(0.0, 0.0, f64::midpoint(slab.z[0], slab.z[1]));
             // The axis of a tool in its own frame runs through vertices; a ray beside it does not begin on a triangle.
             let beside = 1e-4 * slab.outer[0].min(slab.outer[1]);
-            let beside = on_axis + crate::geometry::Vector::new(0.7 * beside, 0.3 * beside, 0.0);
+            let beside = on_axis + Vector::new(0.7 * beside, 0.3 * beside, 0.0);
             !solid.is_watertight() || solid.holds(&(tool_from_mesh.inverse() * beside))
         };
         let missing = |slab: &Slab| {
@@ -62,14 +64,41 @@ impl Round {
             }
         };
         let slack_mm = slabs.iter().map(missing).fold(0.0, f64::max);
+        let (pieces, bounds) = pieces(&slabs).into_iter().unzip();
         Self {
-            pieces: pieces(&slabs),
+            pieces,
+            bounds,
             slack_mm,
             body_from_part: tool_from_mesh,
             filled,
             radius_mm: profile.radius_mm(),
             span_mm: profile.span_mm(),
         }
+    }
+
+    /// As [`Convex::least`], over all pieces. Of those whose cylinders are too far away nothing more is asked.
+    pub fn least(&self, q: &Vector, travel: &Vector, cube: &Cube) -> Least {
+        let mut found = Least { low: f64::INFINITY, high: f64::INFINITY, deep: f64::INFINITY };
+        let end = q - travel;
+        let (lowest, highest) = (q.z.min(end.z), q.z.max(end.z));
+        let across = travel.x * travel.x + travel.y * travel.y;
+        let part = if across > 0.0 { ((q.x * travel.x + q.y * travel.y) / across).clamp(0.0, 1.0) } else { 0.0 };
+        let nearest = (q.x - part * travel.x).hypot(q.y - part * travel.y);
+        for (piece, (radius, [low, high])) in self.pieces.iter().zip(&self.bounds) {
+            let apart = (nearest - radius).max(lowest - high).max(low - highest);
+            let of_piece = if apart - cube.radius >= cube.outside {
+                Least { low: apart, high: f64::INFINITY, deep: apart - cube.radius }
+            } else {
+                piece.least(q, travel, cube)
+            };
+            found.low = found.low.min(of_piece.low);
+            found.high = found.high.min(of_piece.high);
+            found.deep = found.deep.min(of_piece.deep);
+            if found.high <= cube.inside {
+                break;
+            }
+        }
+        found
     }
 }
 
@@ -145,7 +174,7 @@ impl Slab {
 }
 
 /// Slabs that are convex together, each run as one piece. Where a piece meets a wider one it reaches into it, so that no gap of rounding is between them.
-fn pieces(slabs: &[Slab]) -> Vec<Convex> {
+fn pieces(slabs: &[Slab]) -> Vec<(Convex, (f64, [f64; 2]))> {
     let slope = |slab: &Slab| (slab.outer[1] - slab.outer[0]) / (slab.z[1] - slab.z[0]);
     let joins = |below: &Slab, above: &Slab| {
         (below.outer[1] - above.outer[0]).abs() <= SAME_HEIGHT_MM && slope(above) <= slope(below) + STRAIGHT
@@ -179,7 +208,8 @@ fn pieces(slabs: &[Slab]) -> Vec<Convex> {
             };
             planes.extend(line.filter(is_new));
         }
-        pieces.push(Convex { planes });
+        let radius = run.iter().flat_map(|slab| slab.outer).fold(0.0, f64::max);
+        pieces.push((Convex { planes }, (radius, [low, high])));
         first = last + 1;
     }
     pieces

@@ -18,7 +18,7 @@ const SKIN_STEP_MM: f64 = 0.02;
 /// A part as the stock meets it.
 #[derive(Clone, Debug)]
 pub struct Body {
-    form: Form,
+    form: Arc<Form>,
 }
 
 #[derive(Clone, Debug)]
@@ -31,7 +31,7 @@ impl Body {
     /// A part that its spindle turns: the body of revolution around it.
     #[must_use]
     pub fn turning(mesh: &Arc<Mesh>) -> Self {
-        Self { form: Form::Round(Round::new(mesh)) }
+        Self { form: Arc::new(Form::Round(Round::new(mesh))) }
     }
 
     /// A part that does not turn, or the body of revolution around it where the two are nearly one.
@@ -40,13 +40,13 @@ impl Body {
         let round = Round::new(mesh);
         let is_round = round.filled >= ROUND && round.slack_mm.is_finite();
         let form = if is_round { Form::Round(round) } else { Form::Rigid(Skin::new(mesh)) };
-        Self { form }
+        Self { form: Arc::new(form) }
     }
 
     /// Centre and radius of a ball around it, in the part's frame, mm.
     #[must_use]
     pub fn ball(&self) -> (Point, f64) {
-        match &self.form {
+        match &*self.form {
             Form::Round(Round { radius_mm, span_mm: [low, high], body_from_part, .. }) => {
                 let centre = Point::new(0.0, 0.0, f64::midpoint(*low, *high));
                 (body_from_part.inverse() * centre, radius_mm.hypot(0.5 * (high - low)))
@@ -58,23 +58,32 @@ impl Body {
         }
     }
 
+    /// Its axis in the part's frame, where the mesh is round about it.
+    #[must_use]
+    pub fn axis(&self) -> Option<Vector> {
+        match &*self.form {
+            Form::Round(round) if round.filled >= ROUND => Some(round.body_from_part.inverse() * Vector::z()),
+            _ => None,
+        }
+    }
+
     /// Whether it is a body of revolution.
     #[must_use]
-    pub const fn is_round(&self) -> bool {
-        matches!(self.form, Form::Round(_))
+    pub fn is_round(&self) -> bool {
+        matches!(&*self.form, Form::Round(_))
     }
 
     /// Part of the body of revolution that the mesh fills, 0 to 1; 1 of a part that does not turn.
     #[must_use]
     pub fn filled(&self) -> f64 {
-        if let Form::Round(round) = &self.form { round.filled } else { 1.0 }
+        if let Form::Round(round) = &*self.form { round.filled } else { 1.0 }
     }
 
     /// The part on a straight way without turning: from `stock_from_part` by `travel`, stock frame, mm. Every point of the part is within `pad_mm` of where it is
     /// said to be.
     #[must_use]
-    pub fn sweep(&self, stock_from_part: &Isometry, travel: &Vector, pad_mm: f64) -> Sweep<'_> {
-        let body_from_part = match &self.form {
+    pub fn sweep(&self, stock_from_part: &Isometry, travel: &Vector, pad_mm: f64) -> Sweep {
+        let body_from_part = match &*self.form {
             Form::Round(round) => round.body_from_part,
             Form::Rigid(_) => Isometry::identity(),
         };
@@ -84,7 +93,7 @@ impl Body {
         let beyond = Vector::repeat(pad_mm + ROUNDING_MM);
         let (low, high) = (low.inf(&(low + travel)) - beyond, high.sup(&(high + travel)) + beyond);
         let travel_in_body = body_from_stock * travel;
-        let way = Way::Straight { form: &self.form, body_from_stock, axes, travel: travel_in_body };
+        let way = Way::Straight { form: Arc::clone(&self.form), body_from_stock, axes, travel: travel_in_body };
         Sweep { way, way_mm: travel.norm(), pad: pad_mm + ROUNDING_MM, low, high }
     }
 }
@@ -120,7 +129,7 @@ pub struct Spindle {
 /// A cutter that stands while the workpiece turns, its frame turned against that of the axis by a fixed rotation.
 #[derive(Clone, Debug)]
 pub struct TurningTool {
-    section: Turned,
+    section: Arc<Turned>,
     rotation: UnitQuaternion<f64>,
 }
 
@@ -129,7 +138,7 @@ impl TurningTool {
     #[must_use]
     pub fn new(mesh: &Mesh, rotation: UnitQuaternion<f64>, beside_mm: f64) -> Self {
         let axis_from_part = Isometry::from_parts(Vector::new(0.0, beside_mm, 0.0).into(), rotation);
-        Self { section: Turned::new(mesh, &axis_from_part), rotation }
+        Self { section: Arc::new(Turned::new(mesh, &axis_from_part)), rotation }
     }
 
     /// Whether the mesh is turned as another place wants it.
@@ -140,10 +149,10 @@ impl TurningTool {
 
     /// The way of the mesh's origin from `start` by `travel`, both (x, z) in the frame of the axis, mm.
     #[must_use]
-    pub fn sweep(&self, spindle: &Spindle, start: [f64; 2], travel: [f64; 2], pad_mm: f64) -> Sweep<'_> {
+    pub fn sweep(&self, spindle: &Spindle, start: [f64; 2], travel: [f64; 2], pad_mm: f64) -> Sweep {
         let shift = self.section.shift(start, travel);
         let axis_from_stock = spindle.axis_from_stock;
-        let way = Way::Turned { section: &self.section, shift, axis_from_stock };
+        let way = Way::Turned { section: Arc::clone(&self.section), shift, axis_from_stock };
         let everywhere = Vector::repeat(f64::INFINITY);
         let way_mm = travel[0].hypot(travel[1]);
         Sweep { way, way_mm, pad: pad_mm + ROUNDING_MM, low: (-everywhere).into(), high: everywhere.into() }
@@ -152,8 +161,8 @@ impl TurningTool {
 
 /// A part on a straight piece of its way.
 #[derive(Clone, Debug)]
-pub struct Sweep<'a> {
-    way: Way<'a>,
+pub struct Sweep {
+    way: Way,
     /// Its length, mm.
     pub(super) way_mm: f64,
     pad: f64,
@@ -163,17 +172,17 @@ pub struct Sweep<'a> {
 }
 
 #[derive(Clone, Debug)]
-enum Way<'a> {
-    Straight { form: &'a Form, body_from_stock: Isometry, axes: [Vector; 3], travel: Vector },
-    Turned { section: &'a Turned, shift: Shift, axis_from_stock: Isometry },
+enum Way {
+    Straight { form: Arc<Form>, body_from_stock: Isometry, axes: [Vector; 3], travel: Vector },
+    Turned { section: Arc<Turned>, shift: Shift, axis_from_stock: Isometry },
 }
 
-impl Sweep<'_> {
+impl Sweep {
     /// The part of the way from one part to another, 0 to 1. Its box stays that of the whole.
     pub(super) fn part(&self, from: f64, to: f64) -> Self {
         let way = match &self.way {
             Way::Straight { form, body_from_stock, axes, travel } => Way::Straight {
-                form,
+                form: Arc::clone(form),
                 // The stock goes by -travel as the body sees it.
                 body_from_stock: Isometry::from_parts(
                     (body_from_stock.translation.vector - travel * from).into(),
@@ -183,7 +192,7 @@ impl Sweep<'_> {
                 travel: travel * (to - from),
             },
             Way::Turned { section, shift, axis_from_stock } => Way::Turned {
-                section,
+                section: Arc::clone(section),
                 shift: Shift {
                     start: std::array::from_fn(|k| shift.start[k] + from * shift.travel[k]),
                     travel: shift.travel.map(|d| d * (to - from)),
@@ -204,25 +213,17 @@ impl Sweep<'_> {
     pub(super) fn least(&self, centre: &Point, half: f64) -> Least {
         let radius = half * 3f64.sqrt();
         match &self.way {
-            Way::Straight { form: Form::Round(round), body_from_stock, axes, travel } => {
-                let q = (body_from_stock * centre).coords;
-                let inside = -(radius + self.pad + round.slack_mm);
-                let cube = Cube { half, radius, axes: *axes, inside, outside: self.pad };
-                let mut found = Least { low: f64::INFINITY, high: f64::INFINITY, deep: f64::INFINITY };
-                for piece in &round.pieces {
-                    let of_piece = piece.least(&q, travel, &cube);
-                    found.low = found.low.min(of_piece.low);
-                    found.high = found.high.min(of_piece.high);
-                    found.deep = found.deep.min(of_piece.deep);
-                    if found.high <= inside {
-                        break;
-                    }
+            Way::Straight { form, body_from_stock, axes, travel } => match &**form {
+                Form::Round(round) => {
+                    let q = (body_from_stock * centre).coords;
+                    let inside = -(radius + self.pad + round.slack_mm);
+                    let cube = Cube { half, radius, axes: *axes, inside, outside: self.pad };
+                    self.padded(round.least(&q, travel, &cube), round.slack_mm)
                 }
-                self.padded(found, round.slack_mm)
-            }
-            Way::Straight { form: Form::Rigid(skin), body_from_stock, travel, .. } => {
-                self.padded(self.least_of_skin(skin, &(body_from_stock * centre), travel, radius), 0.0)
-            }
+                Form::Rigid(skin) => {
+                    self.padded(self.least_of_skin(skin, &(body_from_stock * centre), travel, radius), 0.0)
+                }
+            },
             Way::Turned { section, shift, axis_from_stock } => {
                 let at = axis_from_stock * centre;
                 self.padded(section.least(at.x.hypot(at.y), at.z, shift, radius), 0.0)

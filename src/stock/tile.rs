@@ -1,7 +1,8 @@
-//! A cube of the stock as an octree: removed, solid, or mixed down to the finest cells.
+//! A cube of the stock as an octree: gone, solid, or mixed down to the finest cells.
 //!
-//! Cells divide only where a border runs through: that of a sweep, or, where something asks, that of the uncut workpiece. A cell keeps one of
-//! two certainties, or none; it never changes from removed to anything.
+//! A cell through which borders run, of sweeps or of the uncut workpiece, keeps the list of them. It divides only when something asks about it: then each child
+//! keeps those that run through it, is gone where a sweep holds it, and solid where none is left. So a cut costs what the coarse cells along its border cost, and
+//! a question what the fine cells near the question cost. A cell never changes from gone to anything.
 
 use super::convex::Least;
 use super::sweep::Sweep;
@@ -22,8 +23,10 @@ const SOLID: Cell = 2;
 const MIXED: Cell = 3;
 /// Cells from here on: where their eight children begin.
 const FIRST_CHILD: Cell = 8;
-/// Of cells through which the uncut workpiece's surface runs, and which are not divided yet: the list of its triangles there.
+/// Of cells through which borders run, and which are not divided yet: the number of their lists.
 const UNDIVIDED: Cell = 1 << 31;
+/// Side of cells that a cut divides down to, mm; smaller ones wait for a question. Lists at this size are short, and so is the way to the finest cells.
+const WAITING_MM: f64 = 1.5;
 
 /// The uncut workpiece.
 #[derive(Debug)]
@@ -50,8 +53,8 @@ impl Depth {
 }
 
 /// What is asked about the contact of the stock with what moves.
-pub(super) struct Search<'a, 'b> {
-    pub sweep: &'a Sweep<'b>,
+pub(super) struct Search<'a> {
+    pub sweep: &'a Sweep,
     /// Depths up to this are not told apart, mm.
     pub within_mm: f64,
     /// Whether it is enough to know that the depth may be more than that.
@@ -59,7 +62,7 @@ pub(super) struct Search<'a, 'b> {
     pub uncut: &'a Uncut,
 }
 
-impl Search<'_, '_> {
+impl Search<'_> {
     fn is_answered(&self, depth: &Depth) -> bool {
         self.only_whether && depth.high > self.within_mm
     }
@@ -89,7 +92,20 @@ pub(super) struct Tile {
     cells: Vec<Cell>,
     /// Blocks of eight cells that are free again.
     free: Vec<u32>,
-    lists: Vec<Box<[u32]>>,
+    lists: Vec<Borders>,
+    /// Lists that are free again.
+    free_lists: Vec<u32>,
+    /// What has cut here.
+    sweeps: Vec<Sweep>,
+}
+
+/// What runs through a cell.
+#[derive(Clone, Debug, Default)]
+struct Borders {
+    /// Triangles of the uncut workpiece.
+    triangles: Vec<u32>,
+    /// Sweeps that do not hold the cell, and may reach into it.
+    sweeps: Vec<u32>,
 }
 
 /// A cell's place.
@@ -121,11 +137,18 @@ impl Tile {
             size,
             depth,
             root: OUTSIDE,
-            cells: vec![0; FIRST_CHILD as usize],
+            cells: vec![OUTSIDE; FIRST_CHILD as usize],
             free: Vec::new(),
             lists: Vec::new(),
+            free_lists: Vec::new(),
+            sweeps: Vec::new(),
         };
-        tile.root = tile.cell_of(&tile.cube(), triangles, uncut);
+        let cube = tile.cube();
+        tile.root = if triangles.is_empty() {
+            if uncut.solid.holds(&cube.centre) { SOLID } else { OUTSIDE }
+        } else {
+            tile.cell_of(&cube, &Borders { triangles: triangles.to_vec(), sweeps: Vec::new() }, uncut)
+        };
         tile
     }
 
@@ -139,9 +162,15 @@ impl Tile {
         (self.low, self.low + Vector::repeat(self.size))
     }
 
-    /// Bytes of the tree.
+    pub const fn size_mm(&self) -> f64 {
+        self.size
+    }
+
+    /// Bytes of the tree and of what it keeps.
     pub fn bytes(&self) -> usize {
-        4 * self.cells.capacity() + self.lists.iter().map(|list| 4 * list.len() + 16).sum::<usize>()
+        let of_list = |list: &Borders| 4 * (list.triangles.capacity() + list.sweeps.capacity()) + size_of::<Borders>();
+        let of_lists = self.lists.iter().map(of_list).sum::<usize>();
+        4 * self.cells.capacity() + of_lists + self.sweeps.capacity() * size_of::<Sweep>()
     }
 
     /// Whether it is all gone, which needs no further questions.
@@ -149,18 +178,47 @@ impl Tile {
         matches!(self.root, OUTSIDE | CUT)
     }
 
-    /// The state of an undivided cell: decided where no triangle meets it.
-    fn cell_of(&mut self, cube: &Cube, triangles: &[u32], uncut: &Uncut) -> Cell {
+    /// The state of a cell, given what runs through a larger one that holds it.
+    fn cell_of(&mut self, cube: &Cube, borders: &Borders, uncut: &Uncut) -> Cell {
+        let mut sweeps = Vec::new();
+        for &index in &borders.sweeps {
+            let found = self.sweeps[index as usize].least(&cube.centre, cube.half);
+            if found.high <= -cube.radius() {
+                return CUT;
+            }
+            if found.deep < 0.0 {
+                sweeps.push(index);
+            }
+        }
         let meets = |&&index: &&u32| may_meet(&uncut.triangles[index as usize], cube);
-        let here: Box<[u32]> = triangles.iter().filter(meets).copied().collect();
-        if here.is_empty() {
-            return if uncut.solid.holds(&cube.centre) { SOLID } else { OUTSIDE };
+        let triangles: Vec<u32> = borders.triangles.iter().filter(meets).copied().collect();
+        if triangles.is_empty() {
+            // Without triangles in the larger cell it is as that is, which has material: sweeps are kept of no other.
+            if !borders.triangles.is_empty() && !uncut.solid.holds(&cube.centre) {
+                return OUTSIDE;
+            }
+            if sweeps.is_empty() {
+                return SOLID;
+            }
         }
-        if cube.left == 0 {
-            return MIXED;
-        }
-        self.lists.push(here);
-        UNDIVIDED | (self.lists.len() - 1) as u32
+        if cube.left == 0 { MIXED } else { self.listed(Borders { triangles, sweeps }) }
+    }
+
+    /// An undivided cell with borders.
+    fn listed(&mut self, borders: Borders) -> Cell {
+        let number = self.free_lists.pop().unwrap_or_else(|| {
+            self.lists.push(Borders::default());
+            (self.lists.len() - 1) as u32
+        });
+        self.lists[number as usize] = borders;
+        UNDIVIDED | number
+    }
+
+    /// Takes the borders of an undivided cell away.
+    fn unlisted(&mut self, cell: Cell) -> Borders {
+        let number = cell & !UNDIVIDED;
+        self.free_lists.push(number);
+        std::mem::take(&mut self.lists[number as usize])
     }
 
     /// Eight equal cells.
@@ -173,26 +231,28 @@ impl Tile {
         first
     }
 
-    /// Divides a cell through which the uncut surface runs.
+    /// Divides a cell through which borders run.
     fn divide(&mut self, cell: Cell, cube: &Cube, uncut: &Uncut) -> Cell {
-        let list = std::mem::take(&mut self.lists[(cell & !UNDIVIDED) as usize]);
+        let borders = self.unlisted(cell);
         let first = self.divided(OUTSIDE);
         for index in 0..8 {
-            self.cells[(first + index) as usize] = self.cell_of(&cube.child(index), &list, uncut);
+            self.cells[(first + index) as usize] = self.cell_of(&cube.child(index), &borders, uncut);
         }
         first
     }
 
     /// Takes away what the sweep removes. Cells wholly within it are removed, cells that it does not touch stay as they are.
-    pub fn cut(&mut self, sweep: &Sweep<'_>, uncut: &Uncut) {
-        self.root = self.cut_cell(self.root, &self.cube(), sweep, uncut);
+    pub fn cut(&mut self, sweep: &Sweep, uncut: &Uncut) {
+        let number = self.sweeps.len() as u32;
+        self.sweeps.push(sweep.clone());
+        self.root = self.cut_cell(self.root, &self.cube(), number, uncut);
     }
 
-    fn cut_cell(&mut self, cell: Cell, cube: &Cube, sweep: &Sweep<'_>, uncut: &Uncut) -> Cell {
+    fn cut_cell(&mut self, cell: Cell, cube: &Cube, number: u32, uncut: &Uncut) -> Cell {
         if matches!(cell, OUTSIDE | CUT) {
             return cell;
         }
-        let found = sweep.least(&cube.centre, cube.half);
+        let found = self.sweeps[number as usize].least(&cube.centre, cube.half);
         if found.deep >= 0.0 {
             return cell;
         }
@@ -200,16 +260,22 @@ impl Tile {
             self.forget(cell);
             return CUT;
         }
+        let waits = 2.0 * cube.half <= WAITING_MM;
         let first = match cell {
             MIXED => return MIXED,
             SOLID if cube.left == 0 => return MIXED,
+            SOLID if waits => return self.listed(Borders { triangles: Vec::new(), sweeps: vec![number] }),
             SOLID => self.divided(SOLID),
+            cell if cell & UNDIVIDED != 0 && waits => {
+                self.lists[(cell & !UNDIVIDED) as usize].sweeps.push(number);
+                return cell;
+            }
             cell if cell & UNDIVIDED != 0 => self.divide(cell, cube, uncut),
             first => first,
         };
         for index in 0..8 {
             let at = (first + index) as usize;
-            self.cells[at] = self.cut_cell(self.cells[at], &cube.child(index), sweep, uncut);
+            self.cells[at] = self.cut_cell(self.cells[at], &cube.child(index), number, uncut);
         }
         self.joined(first)
     }
@@ -230,7 +296,7 @@ impl Tile {
     /// Gives the cells below a cell free.
     fn forget(&mut self, cell: Cell) {
         if cell & UNDIVIDED != 0 {
-            self.lists[(cell & !UNDIVIDED) as usize] = Box::default();
+            self.unlisted(cell);
         } else if cell >= FIRST_CHILD {
             for index in 0..8 {
                 self.forget(self.cells[(cell + index) as usize]);
@@ -240,7 +306,7 @@ impl Tile {
     }
 
     /// How deep the material comes into what moves. Depths up to `search.within_mm` are bounded from above alone.
-    pub fn contact(&mut self, search: &Search<'_, '_>) -> Depth {
+    pub fn contact(&mut self, search: &Search<'_>) -> Depth {
         let (mut depth, cube) = (Depth::default(), self.cube());
         if !self.is_gone() {
             let found = search.sweep.least(&cube.centre, cube.half);
@@ -249,14 +315,7 @@ impl Tile {
         depth
     }
 
-    fn contact_cell(
-        &mut self,
-        cell: Cell,
-        cube: &Cube,
-        found: Least,
-        search: &Search<'_, '_>,
-        depth: &mut Depth,
-    ) -> Cell {
+    fn contact_cell(&mut self, cell: Cell, cube: &Cube, found: Least, search: &Search<'_>, depth: &mut Depth) -> Cell {
         let Least { high, deep, .. } = found;
         let (at_most, within) = (-deep, search.within_mm);
         if at_most <= 0.0 || search.is_answered(depth) {
@@ -327,7 +386,7 @@ impl Tile {
         }
     }
 
-    /// Calls `visit` with every undivided cell: its centre, half its side, and what is known of it. Cells through which the uncut surface runs are
+    /// Calls `visit` with every undivided cell: its centre, half its side, and what is known of it. Cells through which borders run are
     /// divided first where `divides` says so.
     pub fn visit(
         &mut self,
