@@ -10,6 +10,7 @@ pub mod scene;
 pub mod picture;
 pub mod workload;
 pub mod interference;
+pub mod stock;
 pub mod method;
 pub mod registry;
 pub mod conformance;

@@ -263,7 +263,7 @@ link = "head"
 role = "shank"
 tool = 3
 at = { xyz_mm = [0, 0, 10] }
-shape = { kind = "cylinder", radius_mm = 5, height_mm = 20 }
+shape = { kind = "cylinder", radius_mm = 6, height_mm = 20 }
 [program]
 tool = 1
 "#;
@@ -384,6 +384,139 @@ file = "own.ngc"
     for direction in ["[1, 0, 0]", "[1e200, 0, 0]", "[1e-200, 0, 0]", "[1e308, 1e-300, 0]", "[5e-324, 0, 0]"] {
         assert_eq!(told_by(&text(direction), "G0 X100\nM2"), [("collision", 1)], "{direction}");
     }
+}
+
+fn outcome_of(text: &str, program: &str) -> Outcome {
+    let (_folder, scene) = scene_of(text, program);
+    run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() })
+}
+
+#[test]
+fn a_rapid_through_uncut_stock_after_a_cut_is_told_with_its_depth() {
+    // Into the edge by 25 mm, and on at rapid rate through 70 mm.
+    let outcome = outcome_of(MILL, "M3 S1000 G0 X-60\nG0 Z-10\nG1 X-30 F500\nG0 X40\nG0 Z50\nM2");
+    let [event] = &outcome.events[..] else { panic!("{:?}", outcome.events) };
+    assert_eq!((event.kind, event.first.line, event.last.line), (Kind::RapidIntoWorkpiece, 4, 5));
+    // The cutter's axis is in the stock, 5 mm from its side.
+    let [low, high] = event.depth_mm.unwrap();
+    assert!((4.7..=5.0).contains(&low) && (5.0..=5.3).contains(&high), "{low} {high}");
+    assert!((event.first.position.0[0] + 30.0).abs() < 0.3, "{:?}", event.first);
+}
+
+#[test]
+fn what_has_been_cut_may_be_entered_at_rapid_rate() {
+    for (what, program) in [
+        ("pecks", "M3 S1000 G0 Z5\nG98 G83 X0 Z-15 R2 Q4 F100\nG80 G0 Z50\nM2"),
+        ("second level", "M3 S1000 G0 Z5\nG1 Z-5 F200\nX30\nX0\nG0 Z5\nG0 Z-4.5\nG1 Z-10\nX30\nG0 Z50\nM2"),
+        ("back along a slot", "M3 S1000 G0 X-60\nG0 Z-2\nG1 X40 F500\nG0 X-60\nG0 Z50\nM2"),
+        ("drilled hole again", "M3 S1000 G0 Z5\nG1 Z-15 F200\nG0 Z5\nG0 Z-15\nG0 Z50\nM2"),
+        ("touching the uncut top", "G0 Z0\nG0 X20\nG0 Z50\nM2"),
+    ] {
+        let outcome = outcome_of(MILL, program);
+        assert!(outcome.events.is_empty() && outcome.is_clear(), "{what}: {:?}", outcome.events);
+        // It is named all the same, and never deeper than the resolution.
+        let [touch] = &outcome.touches[..] else { panic!("{what}: {:?}", outcome.touches) };
+        assert!(touch.at_most_mm > 0.0 && touch.at_most_mm <= 0.1, "{what}: {touch:?}");
+    }
+    // A tenth deeper than the resolution is told; twice as deep a rapid beside the hole, too.
+    for (program, line) in [
+        ("M3 S1000 G0 X-60\nG0 Z-2\nG1 X40 F500\nG0 X-60\nG0 Z-2.2\nG0 X40\nG0 Z50\nM2", 6),
+        ("M3 S1000 G0 Z5\nG1 Z-15 F200\nG0 Z5\nG0 X0.3\nG0 Z-15\nG0 Z50\nM2", 5),
+    ] {
+        let told: Vec<_> = outcome_of(MILL, program).events.iter().map(|e| (e.kind, e.first.line)).collect();
+        assert_eq!(told, [(Kind::RapidIntoWorkpiece, line)], "{program}");
+    }
+}
+
+#[test]
+fn a_shank_is_held_against_what_is_left() {
+    // A shank of 6 mm radius 10 mm above the tip of a cutter of 5 mm: deep in a slot of 16 mm it is free, in one of 10 mm it is not.
+    let feed = |first: &str| format!("G0 Z5\nT3 M6\nM3 S1000 G0 X-60\n{first}G0 Z-15\nG1 X0 F300\nG0 X-60\nG0 Z50\nM2");
+    let text = mill_with_tools();
+    let slot = outcome_of(&text, &feed(""));
+    let told: Vec<_> = slot.events.iter().map(|e| (e.kind, e.first.line)).collect();
+    assert_eq!(told, [(Kind::Collision, 5)]);
+    let [low, high] = slot.events[0].depth_mm.unwrap();
+    assert!((0.8..=1.0).contains(&low) && (1.0..=1.2).contains(&high), "{low} {high}");
+    let wide = text.replacen("radius_mm = 5, height_mm = 30", "radius_mm = 8, height_mm = 30", 1);
+    let first = "T1 M6\nG0 Z-8\nG1 X10 F300\nG0 X-60\nT3 M6\n";
+    let told: Vec<_> = outcome_of(&wide, &feed(first)).events.iter().map(|e| (e.kind, e.first.line)).collect();
+    assert_eq!(told, []);
+}
+
+#[test]
+fn a_finer_resolution_decides_what_a_coarse_one_leaves_open() {
+    // 0.15 mm into the floor of a slot.
+    let program = "M3 S1000 G0 X-60\nG0 Z-2\nG1 X40 F500\nG0 X-60\nG0 Z-2.15\nG0 X40\nG0 Z50\nM2";
+    let (_folder, scene) = mill(program);
+    let told = |stock_resolution_mm: f64| {
+        let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), stock_resolution_mm, ..Settings::standard() });
+        (outcome.events.iter().map(|e| (e.kind, e.first.line)).collect::<Vec<_>>(), outcome.touches.len())
+    };
+    assert_eq!(told(0.02).0, [(Kind::RapidIntoWorkpiece, 6)]);
+    let (events, touches) = told(1.0);
+    assert!(events.is_empty() && touches == 1, "{events:?} {touches}");
+}
+
+#[test]
+fn what_is_left_is_written_and_compared_with_the_wanted_part() {
+    let (folder, _scene) = mill("M3 S1000 G0 X-60\nG0 Z-5\nG1 X40 F500\nG0 Z50\nM2");
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let run = |arguments: &[&str]| {
+        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).args(arguments).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    let left = path("left.stl");
+    let (code, text, error) = run(&["--stock-resolution", "0.5", "--stock-out", &left]);
+    assert_eq!(code, Some(0), "{text}{error}");
+    assert!(text.contains("all that may be left of `block`"), "{text}");
+    let mesh = bvbench::geometry::import::load(Path::new(&left), None).unwrap().mesh;
+    assert!(mesh.edge_report().is_watertight());
+    // A block of 100 x 100 x 20 with edges of 1 mm less a slot of 10 x 5, 90 long and half round at its end.
+    let volume = 200_000.0 - 50.0 * 90.0 - 5.0 * 0.5 * std::f64::consts::PI * 25.0;
+    assert!(mesh.signed_volume() > volume - 400.0 && mesh.signed_volume() < volume * 1.04, "{}", mesh.signed_volume());
+    // What is left, as the part that is wanted: no gouge, no rest. The uncut block as the wanted part: a gouge 5 mm deep.
+    let json = |arguments: &[&str]| {
+        let (code, text, error) = run(&[&["--json", "--stock-resolution", "0.5"], arguments].concat());
+        (code, serde_json::from_str::<serde_json::Value>(&text).unwrap_or_else(|_| panic!("{error}")))
+    };
+    let export = bvbench().args(["scene", "export"]).arg(folder.path()).args(["--out", &path("parts")]).output().unwrap();
+    assert!(export.status.success());
+    let (code, uncut) = json(&["--target", &left]);
+    let target = &uncut["stock"]["workpieces"][0]["target"];
+    assert_eq!((code, &target["gouge"]["volume_mm3"]), (Some(0), &0.0.into()), "{target}");
+    // The exported block is where the machine has it at first: 10 mm under the frame of its mesh.
+    let block = bvbench::geometry::import::load(Path::new(&path("parts/block.stl")), None).unwrap().mesh;
+    let raised = block.triangles().into_iter().map(|t| t.map(|p| p + nalgebra::Vector3::new(0.0, 0.0, 10.0)));
+    let raised: Vec<_> = raised.collect();
+    let text = raised.iter().map(|t| {
+        let vertices = t.corners.map(|p| format!("vertex {} {} {}\n", p.x, p.y, p.z)).concat();
+        format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+    });
+    std::fs::write(path("block.stl"), format!("solid block\n{}endsolid block\n", text.collect::<String>())).unwrap();
+    let (code, gouged) = json(&["--target", &path("block.stl")]);
+    let gouge = &gouged["stock"]["workpieces"][0]["target"]["gouge"];
+    let (depth, volume) = (gouge["greatest_mm"].as_f64().unwrap(), gouge["volume_mm3"].as_f64().unwrap());
+    assert!(code == Some(1) && gouged["clear"] == false, "{gouged}");
+    assert!((4.0..=5.01).contains(&depth) && (3000.0..=4800.0).contains(&volume), "{gouge}");
+    let (code, _, error) = run(&["--target", &path("no.stl")]);
+    assert!(code == Some(2) && error.contains("--target"), "{error}");
+    let (code, _, error) = run(&["--stock-resolution", "0"]);
+    assert!(code == Some(2) && error.contains("--stock-resolution"), "{error}");
+}
+
+#[test]
+fn an_answer_that_is_not_decided_to_the_last_tenth_says_so() {
+    let (folder, _scene) = mill("M3 S1000 G0 X-60\nG0 Z-2\nG1 X40 F500\nG0 X-60\nG0 Z50\nM2");
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    let shown = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    assert!(shown.contains("nothing collides, but for what may touch the stock by at most 0.0"), "{shown}");
+    assert!(shown.contains("not decided: whether block:cutter touch in"), "{shown}");
+    let output = bvbench().args(["check", "--quiet", "--json"]).arg(folder.path()).output().unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let touch = &json["stock"]["touches"][0];
+    assert!(touch["at_most_mm"].as_f64().unwrap() <= 0.1 && touch["line"] == 4, "{json}");
 }
 
 #[test]

@@ -1,14 +1,16 @@
 //! From stretches of the path to what a user is told.
 //!
-//! Rules. Contact of a pair is a collision, before the first move as after it, but for a cutter with the workpiece. Where that is uncut, contact
-//! that begins in a feed move is cutting and is not told, nor is the retreat from it; contact that begins in a rapid move, with a change of tools or
-//! before the first move is a collision, and so is a feed into it while the spindle stands still. Since material is not removed, a rapid that begins inside the uncut workpiece belongs to the cut before it. Where the
+//! Rules. Contact of a pair is a collision, before the first move as after it, but for a cutter with the workpiece. From that the cutter takes material
+//! away in feed moves, and contact of anything with what is left of it is told as the stock finds it ([`super::stock`]). Where the workpiece cannot be cut,
+//! its mesh being open, contact that begins in a feed move is cutting and is not told, nor is the retreat from it; contact that begins in a rapid move, with a
+//! change of tools or before the first move is a collision, and so is a feed into it while the spindle stands still. Where the
 //! workpiece is the finished part, the cutter gouges it when it goes deeper than the scene allows, and may not even touch it otherwise than
 //! in a feed move. Nearness of these two is not told at all. Shank and holder of a tool never cut. Contacts of one pair and one kind on one
 //! line that part by less than [`super::PARTED_MM`] between them are one.
 
 use super::motion::Path;
 use super::scan::{Nearness, Stretch};
+use super::stock::StockContact;
 use super::{PARTED_MM, Settings};
 use crate::scene::{Pair, Scene};
 use rs274::{MoveKind, Position};
@@ -26,6 +28,8 @@ pub enum Kind {
     StoppedSpindleIntoWorkpiece,
     /// The cutter goes deeper into the finished workpiece than it may.
     Gouge,
+    /// A part may come into what is left of the workpiece, deeper than the resolution of the stock; whether it does is not known.
+    Unresolved,
     /// Two parts are nearer than this, mm.
     Near {
         /// The zone.
@@ -49,6 +53,7 @@ impl Kind {
             Self::ToolChangeIntoWorkpiece => "tool-change-into-workpiece",
             Self::StoppedSpindleIntoWorkpiece => "stopped-spindle-into-workpiece",
             Self::Gouge => "gouge",
+            Self::Unresolved => "unresolved",
             Self::Near { .. } => "near",
         }
     }
@@ -84,8 +89,11 @@ pub struct Event {
     pub first: Extent,
     /// Where it ends.
     pub last: Extent,
-    /// The least distance found meanwhile, mm; 0 in contact and where one part is inside the other; of a gouge minus its depth.
+    /// The least distance found meanwhile, mm; 0 in contact and where one part is inside the other; of a gouge, and of contact with the stock, minus the
+    /// depth that is certain.
     pub least_mm: f64,
+    /// How deep what is left of the workpiece comes into the other part, mm: at least, and at most. `None` where nothing is cut.
+    pub depth_mm: Option<[f64; 2]>,
     /// Whether meanwhile one part is wholly inside the other, surfaces apart.
     pub inside: bool,
     /// Where the distance is least.
@@ -101,16 +109,21 @@ pub(super) struct EventWriter<'a> {
     pub pairs: &'a [Pair],
     /// Clearances at which nearness changes, narrowest first, mm.
     pub borders: &'a [f64],
+    /// Whether a pair's contact is told by the stock.
+    pub is_stock: &'a (dyn Fn(Pair) -> bool + Sync),
 }
 
 impl EventWriter<'_> {
     /// All events, by the time at which they begin; `scanned` holds per chunk of the path and per pair its stretches.
-    pub fn events(&self, scanned: &[Vec<Vec<Stretch>>], settings: &Settings) -> Vec<Event> {
+    pub fn events(&self, scanned: &[Vec<Vec<Stretch>>], stock: &[StockContact], settings: &Settings) -> Vec<Event> {
         let mut found: Vec<(f64, Event)> = Vec::new();
         let (parted, _) = self.border(PARTED_MM);
         for (index, &pair) in self.pairs.iter().enumerate() {
             let of_chunks = scanned.iter().filter_map(|chunk| chunk.get(index));
-            let stretches: Vec<Stretch> = of_chunks.flatten().copied().collect();
+            let is_stock = (self.is_stock)(pair);
+            // Within the uncut workpiece nobody knows how near the rest of it is.
+            let counts = |stretch: &&Stretch| !is_stock || stretch.nearness > 0;
+            let stretches: Vec<Stretch> = of_chunks.flatten().filter(counts).copied().collect();
             let of_pair = OfPair { scene: self.scene, path: self.path, pair };
             let touching = settings.touching_mm(self.scene).filter(|_| self.scene.is_cutting(pair));
             found.extend(of_pair.collisions(&stretches, parted, touching.map(|mm| self.border(mm).0)));
@@ -121,9 +134,20 @@ impl EventWriter<'_> {
                 }
             }
         }
+        found.extend(stock.iter().map(|contact| (contact.from, self.of_stock(contact))));
         // Wider zones begin earlier or together with narrower ones and with contact; the sort keeps that order.
         found.sort_by(|(a, x), (b, y)| a.total_cmp(b).then_with(|| width(&y.kind).total_cmp(&width(&x.kind))));
         found.into_iter().map(|(_, event)| event).collect()
+    }
+
+    /// Contact with what is left of a workpiece.
+    fn of_stock(&self, contact: &StockContact) -> Event {
+        let StockContact { pair, kind, from, to, depth } = *contact;
+        let of_pair = OfPair { scene: self.scene, path: self.path, pair };
+        let kind = if depth.low > 0.0 { kind } else { Kind::Unresolved };
+        let run =
+            Stretch { nearness: 0, from, to, least_mm: -depth.low, least_at: from, inside: false, goes_on: false };
+        Event { depth_mm: Some([depth.low, depth.high]), ..of_pair.event(kind, &run) }
     }
 
     /// The nearness just below a border.
@@ -270,6 +294,7 @@ impl OfPair<'_> {
             first,
             last: self.extent(run.to),
             least_mm: run.least_mm,
+            depth_mm: None,
             inside: run.inside,
             nearest: self.extent(run.least_at),
             to_the_end: run.to >= self.path.samples().len() as f64,

@@ -1,7 +1,7 @@
 //! `check`: runs a program on a machine and says what collides, where, when, and what comes near.
 //!
 //! Reading order: this file (what is asked and answered), [`motion`] (positions and times along the program), `scan` (one
-//! pair along the path), `event` (from stretches of the path to events).
+//! pair along the path), `event` (from stretches of the path to events), `stock` (what is cut), `turning` (on lathes).
 //!
 //! Method. The path is sampled as the scene says, straight in axis space between samples. At a sample the distance of a pair is
 //! found on the trees of the chosen variant, and where it is not 0, whether one part lies inside the other; as long as the pair cannot have travelled that far
@@ -13,11 +13,14 @@
 mod event;
 pub mod motion;
 mod scan;
+mod turning;
+mod stock;
 #[cfg(test)]
 mod tests;
 
 pub use event::{Event, Extent, Kind};
 pub use motion::Path;
+pub use stock::{Remaining, Touch, Uncut};
 
 use crate::geometry::{Isometry, rigid};
 use crate::interference::SurfaceOctree;
@@ -29,6 +32,7 @@ use crate::method::octree_obb::{self, ToolSide};
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{self, Decision};
 use crate::scene::{Pair, ProgramRun, Role, Scene, TipFault};
+use crate::stock::{RESOLUTION_MM, StockError};
 use crate::truth::Solid;
 use rayon::prelude::*;
 use rs274::Axis;
@@ -36,6 +40,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use stock::{Met, StockContact, Workpiece};
 use thiserror::Error;
 
 /// What is asked.
@@ -47,13 +52,20 @@ pub struct Settings {
     pub tolerance_mm: f64,
     /// Whether nothing behind the first collision is of interest.
     pub stop_at_first: bool,
+    /// Depth to which contact with what is left of the workpiece is not told from touching, mm.
+    pub stock_resolution_mm: f64,
 }
 
 impl Settings {
     /// The paper's zones, and hundredths of a millimetre.
     #[must_use]
     pub fn standard() -> Self {
-        Self { zones_mm: vec![14.0, 8.0, 2.0], tolerance_mm: 0.01, stop_at_first: false }
+        Self {
+            zones_mm: vec![14.0, 8.0, 2.0],
+            tolerance_mm: 0.01,
+            stop_at_first: false,
+            stock_resolution_mm: RESOLUTION_MM,
+        }
     }
 
     /// Clearances at which something changes, narrowest first, mm: the zones, [`PARTED_MM`], and where a cutter touches a finished workpiece.
@@ -99,13 +111,16 @@ pub enum CheckError {
     /// No pair of parts is left to examine, wherever the axes go.
     #[error("scene `{0}` has no two parts that could collide; `bvbench scene pairs` says why")]
     NoPairs(String),
+    /// The stock cannot be divided as finely as asked.
+    #[error("--stock-resolution: {0}")]
+    Resolution(StockError),
     /// The program moves nothing.
     #[error("{file}: the program has no moves", file = .0.display())]
     NoMoves(PathBuf),
 }
 
 /// What was found.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// Collisions and near misses, by the time at which they begin.
     pub events: Vec<Event>,
@@ -117,6 +132,12 @@ pub struct Outcome {
     pub open_parts: Vec<usize>,
     /// Tools that are in the spindle at some time and have no part, in a scene whose tools have parts: nobody knows what these touch.
     pub tools_without_parts: Vec<u32>,
+    /// Parts that stay within the resolution of what is left of a workpiece, so that nobody knows whether they touch it; once for each pair.
+    pub touches: Vec<Touch>,
+    /// What is left of each workpiece that is cut.
+    pub remaining: Vec<Remaining>,
+    /// Workpieces that cannot be cut.
+    pub uncut: Vec<Uncut>,
     /// Samples of the path.
     pub samples: usize,
     /// Poses of a pair at which a distance was found.
@@ -183,6 +204,11 @@ pub fn check(
     if pairs.is_empty() && decisions.iter().filter_map(|d| d.dropped.as_ref()).all(pairs::Dropped::is_for_ever) {
         return Err(CheckError::NoPairs(scene.name.clone()));
     }
+    let (mut workpieces, uncut) = Workpiece::all(scene, &path, &decisions, settings.stock_resolution_mm)?;
+    // A cutter is held against the stock alone; whatever else touches the uncut workpiece, is held against what is left of it.
+    let is_stock = |pair: Pair| workpieces.iter().any(|workpiece| workpiece.has(pair));
+    let pairs: Vec<Pair> = pairs.into_iter().filter(|&pair| !(scene.is_cutting(pair) && is_stock(pair))).collect();
+    let of_stock: Vec<Pair> = pairs.iter().copied().filter(|&pair| is_stock(pair)).collect();
     progress.begin("building trees", 1);
     let registry = Registry::standard();
     let for_the_rest = registry.fastest().unwrap_or(variant);
@@ -211,15 +237,30 @@ pub fn check(
     };
     // In order and in groups, so that a search for the first collision ends soon after it, whatever the number of threads.
     let mut scanned: Vec<Vec<Vec<scan::Stretch>>> = Vec::with_capacity(chunks.len());
-    let writer = event::EventWriter { scene, path: &path, pairs: &pairs, borders: &borders };
+    let is_stock = |pair: Pair| of_stock.contains(&pair);
+    let writer = event::EventWriter { scene, path: &path, pairs: &pairs, borders: &borders, is_stock: &is_stock };
     for group in chunks.chunks(GROUP) {
         scanned.extend(group.par_iter().map(scan_chunk).collect::<Vec<_>>());
-        if settings.stop_at_first && writer.events(&scanned, settings).iter().any(|event| event.kind.is_collision()) {
+        if settings.stop_at_first
+            && writer.events(&scanned, &[], settings).iter().any(|event| event.kind.is_collision())
+        {
             stop.store(true, Ordering::Relaxed);
             break;
         }
     }
-    let mut events = writer.events(&scanned, settings);
+    let end = (scanned.len() * CHUNK).min(path.samples().len());
+    progress.begin("cutting", workpieces.len() as u64);
+    let met: Vec<Met> = workpieces
+        .iter_mut()
+        .map(|workpiece| {
+            let stretches = |pair: Pair| of_pair(&scanned, pairs.iter().position(|&other| other == pair));
+            let met = workpiece.run(end, settings.tolerance_mm, &stretches);
+            progress.advance(1);
+            met
+        })
+        .collect();
+    let contacts: Vec<StockContact> = met.iter().flat_map(|met| met.contacts.iter().copied()).collect();
+    let mut events = writer.events(&scanned, &contacts, settings);
     let mut over_travel = over_travel(scene, run, &path);
     if settings.stop_at_first
         && let Some(first) = events.iter().position(|event| event.kind.is_collision())
@@ -233,11 +274,20 @@ pub fn check(
         over_travel,
         open_parts: bodies.open_parts(),
         tools_without_parts: tools_without_parts(scene, &reach),
+        touches: met.into_iter().flat_map(|met| met.touches).collect(),
+        remaining: workpieces.into_iter().map(Workpiece::remaining).collect(),
+        uncut,
         samples: path.samples().len(),
         queries: queries.into_inner(),
         duration_s: path.duration_s(),
         trees_ns,
     })
+}
+
+/// The stretches of one of the pairs, in the order of the path.
+fn of_pair(scanned: &[Vec<Vec<scan::Stretch>>], index: Option<usize>) -> Vec<scan::Stretch> {
+    let of_chunk = |chunk: &Vec<Vec<scan::Stretch>>| index.and_then(|index| chunk.get(index)).cloned();
+    scanned.iter().filter_map(of_chunk).flatten().collect()
 }
 
 /// Where the program leaves the machine's limits: the first sample of each line that takes an axis beyond, or asks for a place beyond.

@@ -6,7 +6,7 @@
 
 use crate::scene::pairs::{Range, Reach};
 use crate::scene::{ProgramRun, Scene, TipFault};
-use rs274::{Move, MoveKind, Position, Sample, path};
+use rs274::{Move, MoveKind, Plane, Position, Sample, path};
 use std::collections::BTreeMap;
 
 /// A program's samples with their times. Place 0 is where the machine stands at first, place n + 1 is sample n; places
@@ -125,6 +125,24 @@ impl<'a> Path<'a> {
         let from = before.filter(|before| before.move_index == to.move_index).map_or(0.0, |before| before.fraction);
         let part = if place.fract() == 0.0 { 1.0 } else { place.fract() };
         from + part * (to.fraction - from)
+    }
+
+    /// The plane before any G17, G18 or G19: that of Z and X on lathes.
+    #[must_use]
+    pub const fn first_plane(&self) -> Plane {
+        self.run.setup.plane
+    }
+
+    /// Line of the program at a place; 0 before its first move.
+    #[must_use]
+    pub fn line_at(&self, place: f64) -> u32 {
+        if place <= 0.0 { 0 } else { self.sample_at(place).line }
+    }
+
+    /// How far an arc, or the way of a tool's tip, may be from the chords between samples, mm.
+    #[must_use]
+    pub const fn chord_mm(&self) -> f64 {
+        self.run.sampling.chord_mm
     }
 
     /// How long the program takes, s.

@@ -5,28 +5,31 @@
 mod findings;
 mod junit;
 mod sarif;
+mod stock;
 
 use super::progress::Bar;
 use super::style::{self, Tone};
 use super::subject::{SET_UP_EXAMPLES, Subject};
 use super::{CLEAR, FAILED, note, say};
-use crate::check::{self, Event, Extent, Kind, Outcome, OverTravel, Settings};
+use crate::check::{self, Event, Extent, Kind, Outcome, OverTravel, Settings, Touch};
 use crate::machine::OutOfLimits;
 use crate::measure::timer;
 use crate::record::file::write_text;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{Decision, Dropped};
 use crate::scene::{ProgramRun, Scene};
+use crate::stock::RESOLUTION_MM;
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
 use rs274::Axis;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use stock::Left;
 
 #[derive(Args)]
 #[command(
-    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move, or while the spindle stands still, it collides. Everything else that touches collides.\nExit codes: 0 clear, 1 something collides or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
+    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --target finished.stl   gouges and rests against the wanted part\n\nA cutter that feeds into the workpiece takes material away. A cutter at rapid rate or with a standing spindle, a shank, a holder and all else collide with what is left; whatever else touches collides.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
 )]
 pub struct Options {
     #[command(flatten)]
@@ -46,6 +49,8 @@ pub struct Options {
     /// Stop at the first collision
     #[arg(long)]
     first: bool,
+    #[command(flatten)]
+    stock: StockOptions,
     /// Print the result as JSON
     #[arg(long, conflicts_with = "csv")]
     json: bool,
@@ -60,6 +65,20 @@ pub struct Options {
     /// Print no progress
     #[arg(long, short)]
     quiet: bool,
+}
+
+/// The workpiece while it is cut.
+#[derive(Args)]
+struct StockOptions {
+    /// Depth to which contact with what is left of the workpiece is not told from touching, mm
+    #[arg(long, value_name = "MM", default_value_t = RESOLUTION_MM)]
+    stock_resolution: f64,
+    /// Write what may be left of the workpiece at the end (outer bound) as STL, in the workpiece's own frame
+    #[arg(long, value_name = "FILE.stl")]
+    stock_out: Option<PathBuf>,
+    /// Compare what is left with the wanted part, a mesh file in mm in the workpiece's own frame: gouges and rests
+    #[arg(long, value_name = "FILE")]
+    target: Option<PathBuf>,
 }
 
 /// Reports for other programs, beside what is printed.
@@ -126,7 +145,16 @@ struct Checked<'a> {
     run: ProgramRun,
     variant: &'a Variant,
     outcome: Outcome,
+    left: Vec<Left>,
     times: Times,
+}
+
+impl Checked<'_> {
+    /// Whether the program may run.
+    fn is_clear(&self) -> bool {
+        self.outcome.is_clear()
+            && self.left.iter().all(|left| left.comparison.is_none_or(|c| c.gouge.volume_mm3 == 0.0))
+    }
 }
 
 /// How long the stages took, s.
@@ -159,22 +187,27 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         }
     };
     options.reports.write(&checked)?;
-    let Checked { scene, run, variant, outcome, times } = &checked;
+    let Checked { scene, run, variant, outcome, times, left } = &checked;
     if options.json {
-        say(serde_json::to_string_pretty(&as_json(scene, run, variant, outcome, times))?);
+        let mut json = as_json(scene, run, variant, outcome, times);
+        json["clear"] = json!(checked.is_clear());
+        json["stock"] = stock::as_json(scene, outcome, options.stock.stock_resolution, left);
+        say(serde_json::to_string_pretty(&json)?);
     } else if options.csv {
         say(as_csv(scene, outcome)?.trim_end());
         not_examined(scene, outcome).iter().for_each(note);
     } else {
         print(scene, run, outcome, variant, times);
+        left.iter().flat_map(|left| left.lines(scene)).for_each(say);
     }
-    Ok(if outcome.is_clear() { CLEAR } else { FAILED })
+    Ok(if checked.is_clear() { CLEAR } else { FAILED })
 }
 
 fn examine<'a>(options: &Options, registry: &'a Registry) -> Result<Checked<'a>> {
     super::options::use_threads(options.threads)?;
     let variant = method(options.method.as_deref(), registry)?;
     let settings = settings(options)?;
+    let target = options.stock.target()?;
     let (load_ns, loaded) = timer::time(|| options.subject.load());
     let (scene, run) = loaded?;
     let mut run = run.with_context(|| format!("scene `{}` has no program of its own; name one", scene.name))?;
@@ -190,9 +223,10 @@ fn examine<'a>(options: &Options, registry: &'a Registry) -> Result<Checked<'a>>
     let bar = Bar::new(options.quiet);
     let (ns, outcome) = timer::time(|| check::check(&scene, &run, variant, &settings, &bar));
     bar.finish();
-    let outcome = outcome?;
+    let mut outcome = outcome?;
+    let left = options.stock.left(&scene, &mut outcome, target.as_ref())?;
     let times = Times { load_s: seconds(load_ns), trees_s: seconds(outcome.trees_ns), check_s: seconds(ns) };
-    Ok(Checked { scene, run, variant, outcome, times })
+    Ok(Checked { scene, run, variant, outcome, left, times })
 }
 
 /// The variant asked for; else the fastest of the safe ones.
@@ -207,8 +241,12 @@ pub(super) fn method<'a>(asked: Option<&str>, registry: &'a Registry) -> Result<
 }
 
 fn settings(options: &Options) -> Result<Settings> {
-    let mut settings =
-        Settings { stop_at_first: options.first, tolerance_mm: options.tolerance, ..Settings::standard() };
+    let mut settings = Settings {
+        stop_at_first: options.first,
+        tolerance_mm: options.tolerance,
+        stock_resolution_mm: options.stock.stock_resolution,
+        ..Settings::standard()
+    };
     if !(options.tolerance > 0.0 && options.tolerance.is_finite()) {
         bail!("--tolerance is {}; it must be a finite number above 0", options.tolerance);
     }
@@ -230,11 +268,12 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
         say(painted(&table(scene, &collisions, &outcome.over_travel).trim_fmt()));
         for event in &collisions {
             say(format!(
-                "\nline {}: {}\n  {} at {}",
+                "\nline {}: {}\n  {} at {}{}",
                 event.first.line,
                 if event.first.line == 0 { "(before the first move)" } else { &event.block },
                 scene.pair_name(event.pair),
-                axes(&event.first)
+                axes(&event.first),
+                stock::depth(event).map(|depth| format!(", {depth}")).unwrap_or_default()
             ));
         }
         for over in &outcome.over_travel {
@@ -249,7 +288,7 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
     say(format!(
         "{}: {} in {} of program time",
         run.file.display(),
-        found(collisions.len(), outcome.over_travel.len()),
+        found(collisions.len(), outcome.over_travel.len(), &outcome.touches),
         clock(outcome.duration_s),
     ));
     let kept = outcome.decisions.iter().filter(|decision| decision.dropped.is_none()).count();
@@ -274,13 +313,17 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
 }
 
 /// The answer in a few words.
-fn found(collisions: usize, over_travel: usize) -> String {
+fn found(collisions: usize, over_travel: usize, touches: &[Touch]) -> String {
+    let deepest = touches.iter().map(|touch| touch.at_most_mm).fold(0.0, f64::max);
     let over = match over_travel {
         0 => String::new(),
         1 => "1 axis beyond its limits".to_owned(),
         n => format!("{n} times an axis beyond its limits"),
     };
     match (collisions, over_travel) {
+        (0, 0) if deepest > 0.0 => {
+            format!("nothing collides, but for what may touch the stock by at most {deepest:.3} mm (see below)")
+        }
         (0, 0) => "nothing collides".to_owned(),
         (0, _) => over,
         (1, 0) => "1 collision".to_owned(),
@@ -312,7 +355,16 @@ fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
             "not examined: {n} pairs of the machine's structure with one joint between them (`bvbench scene pairs`)"
         )),
     };
+    let uncut = |uncut: &check::Uncut| {
+        let name = &scene.parts[uncut.part].name;
+        format!(
+            "not examined: what is cut away from `{name}`, since {}; a rapid that begins inside it is taken for a retreat",
+            uncut.why
+        )
+    };
     let tools = outcome.tools_without_parts.iter().map(tool);
+    let tools = outcome.touches.iter().map(|touch| stock::touch(scene, touch)).chain(tools);
+    let tools = tools.chain(outcome.uncut.iter().map(uncut));
     let pairs = outcome.decisions.iter().filter_map(dropped).chain(neighbours);
     tools.chain(outcome.open_parts.iter().map(open)).chain(pairs).collect()
 }
@@ -325,6 +377,7 @@ fn painted(text: &str) -> String {
         ("TOOL CHANGE INTO WORKPIECE", Tone::Bad),
         ("STOPPED SPINDLE INTO WORKPIECE", Tone::Bad),
         ("GOUGE", Tone::Bad),
+        ("UNRESOLVED", Tone::Bad),
         ("OVER-TRAVEL", Tone::Bad),
         ("NEAR MISSES", Tone::Doubtful),
     ];
@@ -441,7 +494,7 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         let zone = if let Kind::Near { zone_mm } = event.kind { Some(zone_mm) } else { None };
         json!({
             "kind": event.kind.name(), "zone_mm": zone, "line": event.first.line, "block": event.block,
-            "pair": [name(event.pair.a), name(event.pair.b)], "least_mm": event.least_mm, "inside": event.inside, "to_the_end": event.to_the_end,
+            "pair": [name(event.pair.a), name(event.pair.b)], "least_mm": event.least_mm, "depth_mm": event.depth_mm, "inside": event.inside, "to_the_end": event.to_the_end,
             "first": extent_json(&event.first), "last": extent_json(&event.last), "nearest": extent_json(&event.nearest),
         })
     });
@@ -475,6 +528,8 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
         "least_line",
         "inside",
         "to_the_end",
+        "depth_least_mm",
+        "depth_most_mm",
     ]
     .map(str::to_owned)
     .to_vec();
@@ -499,6 +554,7 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
             event.inside.to_string(),
             event.to_the_end.to_string(),
         ];
+        row.extend([0, 1].map(|end| event.depth_mm.map_or(String::new(), |depth| depth[end].to_string())));
         let position = &event.first.position;
         let value = |&axis: &Axis| if axis.is_rotary() { position[axis].to_degrees() } else { position[axis] };
         row.extend(Axis::ALL.iter().map(|axis| value(axis).to_string()));

@@ -134,17 +134,7 @@ pub fn upright(scene: &Scene) -> Up {
 fn examine(scene: &Scene, run: &ProgramRun, choice: &Choice, progress: &dyn Progress) -> Result<Outcome, CheckError> {
     let settings = Settings { stop_at_first: false, ..choice.settings.clone() };
     match check::check(scene, run, choice.method, &settings, progress) {
-        Err(CheckError::NoPairs(_) | CheckError::NoMoves(_)) => Ok(Outcome {
-            events: Vec::new(),
-            decisions: Vec::new(),
-            over_travel: Vec::new(),
-            open_parts: Vec::new(),
-            tools_without_parts: Vec::new(),
-            samples: 0,
-            queries: 0,
-            duration_s: 0.0,
-            trees_ns: 0,
-        }),
+        Err(CheckError::NoPairs(_) | CheckError::NoMoves(_)) => Ok(Outcome::default()),
         other => other,
     }
 }

@@ -19,7 +19,7 @@ pub struct Rule {
 }
 
 /// Every rule; [`rule_of`] finds an event's.
-pub const RULES: [Rule; 7] = [
+pub const RULES: [Rule; 8] = [
     Rule {
         id: "collision",
         name: "Collision",
@@ -54,6 +54,14 @@ pub const RULES: [Rule; 7] = [
         name: "Gouge",
         what: "The cutter goes deeper into the finished workpiece than it may.",
         help: "`gouge_mm` of `[check]` in scene.toml says how deep it may go; the depth is in the message.",
+        is_note: false,
+    },
+    Rule {
+        id: "unresolved",
+        name: "UnresolvedContact",
+        what: "A part may come into what is left of the workpiece, deeper than the resolution of the stock.",
+        help: "Whether it does is not known: the message says how deep at most. `--stock-resolution` with a smaller length may decide it; else look at the \
+            move.",
         is_note: false,
     },
     Rule {
@@ -110,6 +118,9 @@ fn of_collision<'a>(scene: &Scene, event: &'a Event) -> Finding<'a> {
     let rule = rule(event.kind.name());
     let what = match &event.kind {
         Kind::Gouge => format!("gouge {:.3} mm deep", -event.least_mm),
+        kind if event.depth_mm.is_some() => {
+            format!("{}, {}", kind.name().replace('-', " "), super::stock::depth(event).unwrap_or_default())
+        }
         kind => kind.name().replace('-', " "),
     };
     let inside = if event.inside { ", one inside the other" } else { "" };
@@ -175,6 +186,7 @@ mod tests {
             Kind::ToolChangeIntoWorkpiece,
             Kind::StoppedSpindleIntoWorkpiece,
             Kind::Gouge,
+            Kind::Unresolved,
             Kind::Near { zone_mm: 2.0 },
         ];
         for kind in kinds {

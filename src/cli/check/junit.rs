@@ -22,7 +22,7 @@ struct Case {
 /// # Errors
 /// When it cannot be written as XML.
 pub fn report(checked: &Checked<'_>) -> Result<String> {
-    let Checked { scene, run, outcome, variant, times } = checked;
+    let Checked { scene, run, outcome, variant, times, .. } = checked;
     let found = findings(scene, outcome);
     let file = run.file.to_string_lossy();
     let program = run.file.file_name().unwrap_or(OsStr::new("")).to_string_lossy();

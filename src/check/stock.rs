@@ -1,0 +1,430 @@
+//! The workpiece as the program leaves it: what cuts takes material away, and whatever else comes into what is left is told.
+//!
+//! Each move is one step of a stock ([`crate::stock`]) or several. What has not touched the uncut workpiece has not touched
+//! what is left of it: only where the scan of the trees found contact are shank, holder and the rest held against the stock. A cutter always is.
+
+use super::CheckError;
+use super::event::{Kind, runs};
+use super::motion::Path;
+use super::scan::Stretch;
+use super::turning::Turning;
+use crate::geometry::Point;
+use crate::machine::Machine;
+use crate::scene::pairs::Decision;
+use crate::scene::{Pair, Part, Role, Scene};
+use crate::stock::motion::{Chain, Mount};
+use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep};
+use rs274::{MoveKind, Position};
+
+/// Steps that are gathered before the stock takes them.
+const BATCH: usize = 8192;
+/// Part of the resolution by which a part that turns may be elsewhere than its straight piece says, mm.
+const PAD: f64 = 0.05;
+
+/// Contact with the stock over a part of the path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct StockContact {
+    pub pair: Pair,
+    /// What it is, if it is certain.
+    pub kind: Kind,
+    /// Places on the path.
+    pub from: f64,
+    pub to: f64,
+    pub depth: Depth,
+}
+
+/// A part that stays within the resolution of what is left: whether it touches is not known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Touch {
+    /// The part and the workpiece.
+    pub pair: Pair,
+    /// Moves in which it does.
+    pub moves: usize,
+    /// Line of the first of them.
+    pub line: u32,
+    /// How deep it may be at most, mm.
+    pub at_most_mm: f64,
+}
+
+/// A workpiece after the program.
+#[derive(Clone, Debug)]
+pub struct Remaining {
+    /// The part.
+    pub part: usize,
+    /// What is left of it, in the frame of its mesh.
+    pub stock: Stock,
+}
+
+/// A workpiece from which nothing is taken away, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Uncut {
+    /// The part.
+    pub part: usize,
+    /// Why.
+    pub why: StockError,
+}
+
+/// A workpiece and everything that may come into it.
+pub(super) struct Workpiece<'a> {
+    scene: &'a Scene,
+    path: &'a Path<'a>,
+    pub part: usize,
+    stock: Stock,
+    others: Vec<Other>,
+}
+
+/// A part that may come into the workpiece.
+struct Other {
+    pair: Pair,
+    body: Body,
+    chain: Chain,
+    role: Role,
+    /// Of a cutter that stands while the workpiece turns.
+    turning: Option<Turning>,
+}
+
+/// What a step was: where on the path, and what contact in it is.
+struct Told {
+    from: f64,
+    to: f64,
+    /// For each part that the step examines.
+    examined: Vec<(usize, Kind)>,
+}
+
+/// All that a workpiece met.
+#[derive(Default)]
+pub(super) struct Met {
+    pub contacts: Vec<StockContact>,
+    pub touches: Vec<Touch>,
+}
+
+impl<'a> Workpiece<'a> {
+    /// The workpieces of a scene that are cut, and those that cannot be. None where the workpiece is the finished part.
+    pub fn all(
+        scene: &'a Scene,
+        path: &'a Path<'a>,
+        decisions: &[Decision],
+        resolution_mm: f64,
+    ) -> Result<(Vec<Self>, Vec<Uncut>), CheckError> {
+        let (mut workpieces, mut uncut) = (Vec::new(), Vec::new());
+        if scene.gouge_mm.is_some() {
+            return Ok((workpieces, uncut));
+        }
+        for part in (0..scene.parts.len()).filter(|&part| scene.parts[part].role == Role::Workpiece) {
+            let is_kept =
+                |decision: &&Decision| decision.dropped.is_none() && [decision.pair.a, decision.pair.b].contains(&part);
+            let pairs: Vec<Pair> = decisions.iter().filter(is_kept).map(|decision| decision.pair).collect();
+            if !pairs.iter().any(|&pair| scene.is_cutting(pair)) {
+                continue;
+            }
+            match Stock::new(&scene.parts[part].mesh, resolution_mm) {
+                Err(why @ StockError::Open) => uncut.push(Uncut { part, why }),
+                Err(why) => return Err(CheckError::Resolution(why)),
+                Ok(stock) => {
+                    let others = pairs.iter().map(|&pair| Other::new(scene, path, part, pair)).collect();
+                    workpieces.push(Self { scene, path, part, stock, others });
+                }
+            }
+        }
+        Ok((workpieces, uncut))
+    }
+
+    /// Whether a pair is this workpiece and something else.
+    pub fn has(&self, pair: Pair) -> bool {
+        [pair.a, pair.b].contains(&self.part) && self.others.iter().any(|other| other.pair == pair)
+    }
+
+    /// Runs the program up to place `end`; `stretches` says where each pair that was scanned touches the uncut workpiece.
+    pub fn run(&mut self, end: usize, tolerance_mm: f64, stretches: &dyn Fn(Pair) -> Vec<Stretch>) -> Met {
+        let touching: Vec<Vec<Stretch>> = self
+            .others
+            .iter()
+            .map(|other| if other.role == Role::Cutter { Vec::new() } else { runs(&stretches(other.pair), 0) })
+            .collect();
+        let Self { scene, path, stock, others, .. } = self;
+        let route = Route { scene, path, others, touching: &touching, pad_mm: PAD * stock.resolution_mm() };
+        let mut ledger = Ledger::new(path, others, stock.resolution_mm());
+        let mut batch = Batch::default();
+        let mut at = 0;
+        while at <= end {
+            let last = route.add(at, end, &mut batch);
+            if batch.steps.len() >= BATCH {
+                ledger.take(&batch, &stock.run(&batch.steps, tolerance_mm));
+                batch = Batch::default();
+            }
+            at = last + 1;
+        }
+        ledger.take(&batch, &stock.run(&batch.steps, tolerance_mm));
+        ledger.met
+    }
+
+    /// What is left.
+    pub fn remaining(self) -> Remaining {
+        Remaining { part: self.part, stock: self.stock }
+    }
+}
+
+impl Other {
+    fn new(scene: &Scene, path: &Path<'_>, workpiece: usize, pair: Pair) -> Self {
+        let part = if pair.a == workpiece { pair.b } else { pair.a };
+        let mesh = &scene.parts[part].mesh;
+        let role = scene.parts[part].role;
+        let body = if role == Role::Cutter { Body::turning(mesh) } else { Body::standing(mesh) };
+        let mount = |part: usize, (centre, radius_mm)| {
+            let Part { link, link_from_part, .. } = scene.parts[part];
+            Mount { link, link_from_mesh: link_from_part, centre, radius_mm }
+        };
+        let own = mount(workpiece, (Point::origin(), 0.0));
+        let chain = Chain::new(&scene.machine, mount(part, body.ball()), own);
+        let turning = (role == Role::Cutter).then(|| Turning::new(scene, path, workpiece, part, &body)).flatten();
+        Self { pair, body, chain, role, turning }
+    }
+}
+
+impl Other {
+    /// Sum of the turns that matter while axes change, radians.
+    fn turn(&self, machine: &Machine, change: &Position) -> f64 {
+        self.turning.as_ref().map_or(&self.chain, |turning| &turning.to_base).turn(machine, change)
+    }
+}
+
+#[derive(Default)]
+struct Batch {
+    steps: Vec<Step>,
+    told: Vec<Told>,
+    /// Places at which the machine waits: what is in contact stays so.
+    waits: Vec<(usize, f64)>,
+}
+
+/// The path as steps.
+struct Route<'a> {
+    scene: &'a Scene,
+    path: &'a Path<'a>,
+    others: &'a [Other],
+    /// Where each other part touches the uncut workpiece; of cutters nothing is said.
+    touching: &'a [Vec<Stretch>],
+    pad_mm: f64,
+}
+
+impl<'a> Route<'a> {
+    /// Adds the way to place `at`, and as far beyond as one straight step goes; at place 0 what is there at first. Returns the last place.
+    fn add(&self, at: usize, end: usize, batch: &mut Batch) -> usize {
+        if at == 0 {
+            let position = self.path.position(0);
+            let examined = self.present(0).filter(|&other| self.may_touch(other, 0.0, 0.0));
+            let examined: Vec<_> = examined.map(|other| (other, Kind::Collision)).collect();
+            self.add_step([0.0, 0.0], [position, position], 0.0, &examined, &[], batch);
+            return 0;
+        }
+        let step = self.path.step(at as f64);
+        let cutter = match step.kind {
+            MoveKind::Dwell { .. } => {
+                batch.waits.push((batch.steps.len(), at as f64));
+                return at;
+            }
+            MoveKind::Rapid => Some(Kind::RapidIntoWorkpiece),
+            MoveKind::ToolChange { .. } => Some(Kind::ToolChangeIntoWorkpiece),
+            MoveKind::Feed | MoveKind::Arc { .. } if step.spindle_rpm == 0.0 => Some(Kind::StoppedSpindleIntoWorkpiece),
+            MoveKind::Feed | MoveKind::Arc { .. } => None,
+        };
+        let last = self.straight_to(at, end);
+        let (from, to) = (at as f64 - 1.0, last as f64);
+        let (mut examined, mut cutting) = (Vec::new(), Vec::new());
+        for other in self.present(at) {
+            match (self.others[other].role == Role::Cutter, cutter) {
+                (true, Some(kind)) => examined.push((other, kind)),
+                (true, None) => cutting.push(other),
+                (false, _) if self.may_touch(other, from, to) => examined.push((other, Kind::Collision)),
+                _ => {}
+            }
+        }
+        // An arc is its chords only up to this, and so is the way of a tool's tip.
+        let is_bent = matches!(step.kind, MoveKind::Arc { .. }) || step.tip_mm.is_some();
+        let chord_mm = if is_bent { self.path.chord_mm() } else { 0.0 };
+        let positions = [self.path.position(at - 1), self.path.position(last)];
+        self.add_step([from, to], positions, chord_mm, &examined, &cutting, batch);
+        last
+    }
+
+    /// Parts that are there on the way to a place.
+    fn present(&self, at: usize) -> impl Iterator<Item = usize> {
+        let tool = self.path.tool(at);
+        (0..self.others.len()).filter(move |&other| self.scene.is_mounted(self.others[other].pair, tool))
+    }
+
+    fn may_touch(&self, other: usize, from: f64, to: f64) -> bool {
+        let stretches = &self.touching[other];
+        // Stretches are in the order of the path.
+        let next = stretches.partition_point(|stretch| stretch.to < from);
+        self.others[other].role == Role::Cutter || stretches.get(next).is_some_and(|stretch| stretch.from <= to)
+    }
+
+    /// The last place to which the machine goes straight on from the way to `at` within one move, as long as the same parts may touch.
+    fn straight_to(&self, at: usize, end: usize) -> usize {
+        let samples = self.path.samples();
+        let touching = |at: usize| -> Vec<usize> {
+            let others = 0..self.others.len();
+            others.filter(|&other| self.may_touch(other, at as f64 - 1.0, at as f64)).collect()
+        };
+        let way = |at: usize| {
+            let (from, to) = (self.path.position(at - 1), self.path.position(at));
+            Position(std::array::from_fn(|i| to.0[i] - from.0[i]))
+        };
+        let (first, parts) = (way(at), touching(at));
+        let turns = self.others.iter().any(|other| other.turn(&self.scene.machine, &first) > 0.0);
+        let stands = parts.iter().any(|&other| !self.others[other].body.is_round());
+        let mut last = at;
+        while last < end
+            && !turns
+            && !stands
+            && samples[last].move_index == samples[at - 1].move_index
+            && is_parallel(&first, &way(last + 1))
+            && touching(last + 1) == parts
+        {
+            last += 1;
+        }
+        last
+    }
+
+    fn add_step(
+        &self,
+        [from, to]: [f64; 2],
+        [first, last]: [Position; 2],
+        chord_mm: f64,
+        examined: &[(usize, Kind)],
+        cutting: &[usize],
+        batch: &mut Batch,
+    ) {
+        if examined.is_empty() && cutting.is_empty() {
+            return;
+        }
+        let machine = &self.scene.machine;
+        let all = examined.iter().map(|&(other, _)| other).chain(cutting.iter().copied());
+        let of_others = all.filter(|&other| self.others[other].turning.is_none());
+        let count = of_others.map(|other| self.others[other].chain.pieces(machine, &first, &last, self.pad_mm)).max();
+        let count = count.unwrap_or(1);
+        for index in 0..count {
+            let sweep = |other: usize| -> Option<Sweep> {
+                let Other { chain, body, turning, .. } = &self.others[other];
+                if let Some(turning) = turning {
+                    return turning.sweep(machine, &first, &last, [index, count], chord_mm);
+                }
+                let piece = chain.piece(machine, &first, &last, index, count);
+                Some(body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm))
+            };
+            let whole = |other: usize| -> Sweep {
+                let Other { chain, body, .. } = &self.others[other];
+                let piece = chain.piece(machine, &first, &last, index, count);
+                body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm)
+            };
+            let step = Step {
+                // A tool that is turned otherwise than its section cuts nothing for sure, and is held against the stock as it is.
+                examined: examined.iter().map(|&(other, _)| sweep(other).unwrap_or_else(|| whole(other))).collect(),
+                cutting: cutting.iter().filter_map(|&other| sweep(other)).collect(),
+            };
+            let place = |index: usize| from + (to - from) * (index as f64 / count as f64);
+            batch.steps.push(step);
+            batch.told.push(Told { from: place(index), to: place(index + 1), examined: examined.to_vec() });
+        }
+    }
+}
+
+/// Whether two steps of the axes go the same way, up to rounding.
+fn is_parallel(a: &Position, b: &Position) -> bool {
+    let length = |way: &Position| way.0.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let (one, other) = (length(a), length(b));
+    // Over a metre the two part by a nanometre.
+    let apart = (0..9).map(|i| (a.0[i] / one - b.0[i] / other).powi(2)).sum::<f64>();
+    one > 0.0 && other > 0.0 && apart.sqrt() <= 1e-9
+}
+
+/// What was found, by part, in the order of the path.
+struct Ledger<'a> {
+    path: &'a Path<'a>,
+    others: &'a [Other],
+    resolution_mm: f64,
+    met: Met,
+    /// Per part: index of its last contact.
+    last: Vec<Option<usize>>,
+    /// Per part: index of its touches, and the move of the last.
+    touch: Vec<Option<(usize, usize)>>,
+}
+
+impl<'a> Ledger<'a> {
+    fn new(path: &'a Path<'a>, others: &'a [Other], resolution_mm: f64) -> Self {
+        let (last, touch) = (vec![None; others.len()], vec![None; others.len()]);
+        Self { path, others, resolution_mm, met: Met::default(), last, touch }
+    }
+
+    fn take(&mut self, batch: &Batch, found: &[Contact]) {
+        let mut waits = batch.waits.iter().peekable();
+        for contact in found {
+            while let Some((_, place)) = waits.next_if(|(step, _)| *step <= contact.step) {
+                self.wait(*place);
+            }
+            let told = &batch.told[contact.step];
+            let (other, kind) = told.examined[contact.part];
+            if contact.depth.high <= self.resolution_mm || contact.to <= 0.0 {
+                self.touch(other, told, contact.depth.high);
+            } else {
+                self.contact(other, kind, told, contact);
+            }
+        }
+        waits.for_each(|(_, place)| self.wait(*place));
+    }
+
+    /// What is in contact where the machine waits stays so.
+    fn wait(&mut self, place: f64) {
+        for index in self.last.iter().flatten() {
+            let contact = &mut self.met.contacts[*index];
+            if contact.to >= place - 1.0 {
+                contact.to = place;
+            }
+        }
+    }
+
+    fn contact(&mut self, other: usize, kind: Kind, told: &Told, contact: &Contact) {
+        let place = |part: f64| told.from + part * (told.to - told.from);
+        let (mut from, to) = (place(contact.from), place(contact.to));
+        let before = self.last[other].map(|index| &mut self.met.contacts[index]);
+        if let Some(before) = before {
+            let goes_on = before.to >= from - JOINED * (told.to - told.from).max(1.0);
+            let same_line = || self.path.line_at(before.to) == self.path.line_at(to);
+            // A retreat at rapid rate from a contact belongs to it.
+            let same = match kind {
+                Kind::StoppedSpindleIntoWorkpiece => before.kind == kind && same_line(),
+                Kind::RapidIntoWorkpiece => true,
+                kind => before.kind == kind,
+            };
+            if goes_on && same {
+                before.to = to;
+                before.depth = before.depth.max(contact.depth);
+                return;
+            }
+        }
+        // A whole place belongs to the move that leads to it.
+        if from > 0.0 && from.fract() == 0.0 && from < to {
+            from = from.next_up();
+        }
+        self.last[other] = Some(self.met.contacts.len());
+        let pair = self.others[other].pair;
+        self.met.contacts.push(StockContact { pair, kind, from, to, depth: contact.depth });
+    }
+
+    fn touch(&mut self, other: usize, told: &Told, at_most_mm: f64) {
+        let sample = self.path.sample_at(told.to);
+        let (line, step) = (if told.to <= 0.0 { 0 } else { sample.line }, sample.move_index);
+        let Some((index, last)) = &mut self.touch[other] else {
+            self.touch[other] = Some((self.met.touches.len(), step));
+            self.met.touches.push(Touch { pair: self.others[other].pair, moves: 1, line, at_most_mm });
+            return;
+        };
+        let touch = &mut self.met.touches[*index];
+        touch.moves += usize::from(*last != step);
+        touch.at_most_mm = touch.at_most_mm.max(at_most_mm);
+        *last = step;
+    }
+}
+
+/// Part of a step that may be between two contacts that are one.
+const JOINED: f64 = 1e-3;

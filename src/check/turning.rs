@@ -1,0 +1,141 @@
+//! Cutters on lathes: the workpiece turns, so its axis and the tool's place beside it say what is cut.
+//!
+//! On a machine with a lathe's controller a cutter is held against the stock as its section through the workpiece's axis: the nearest joint that turns the
+//! workpiece, or the axis of a round workpiece that no joint turns. A round cutter that lies across that axis is driven, and cuts as on a mill; a round insert
+//! is taken for one, which takes away less than it does.
+
+use super::motion::Path;
+use crate::geometry::{Isometry, Vector};
+use crate::interference::Revolved;
+use crate::machine::{Machine, Motion};
+use crate::scene::{Part, Scene};
+use crate::stock::motion::{Chain, Mount};
+use crate::stock::{Body, Spindle, Sweep, TurningTool};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use rs274::{Axis, Plane, Position};
+
+/// A round cutter is across the axis when the cosine of the angle between the two is less than this.
+const ALONG: f64 = 0.999;
+/// How far a tool's frame may be off the one its section was made in, mm.
+const SAME_MM: f64 = 1e-6;
+/// Least part of its body of revolution that a workpiece fills when it is taken for round.
+const ROUND: f64 = 0.88;
+
+/// A cutter beside the axis of a workpiece that turns.
+pub(super) struct Turning {
+    spindle: Spindle,
+    /// From the cutter to what carries the workpiece's axis: the axis is that chain's stock.
+    pub to_base: Chain,
+    tool: TurningTool,
+    /// Distance of the cutter's frame from the plane of the section, mm.
+    beside_mm: f64,
+}
+
+/// The axis of a workpiece that turns.
+struct WorkAxis {
+    /// What carries it.
+    base: Option<usize>,
+    /// Its frame in that of what carries it; z is the axis.
+    base_from_axis: Isometry,
+    spindle: Spindle,
+}
+
+impl Turning {
+    /// `None` where the workpiece does not turn, or the cutter does.
+    pub fn new(scene: &Scene, path: &Path<'_>, workpiece: usize, part: usize, body: &Body) -> Option<Self> {
+        if path.first_plane() != Plane::Zx {
+            return None;
+        }
+        let axis = WorkAxis::of(scene, workpiece)?;
+        let Part { link, link_from_part, ref mesh, .. } = scene.parts[part];
+        let (centre, radius_mm) = body.ball();
+        let mount = Mount { link, link_from_mesh: link_from_part, centre, radius_mm };
+        let to = |base_from_axis| {
+            let base = Mount { link: axis.base, link_from_mesh: base_from_axis, ..mount };
+            let chain = Chain::new(&scene.machine, mount, base);
+            let at_first = chain.stock_from_part(&scene.machine, &path.position(0));
+            (chain, at_first)
+        };
+        let (mut to_base, mut at_first) = to(axis.base_from_axis);
+        if (at_first * centre).x < 0.0 {
+            // X leads away from where the tool is.
+            let half_turn = UnitQuaternion::from_axis_angle(&Vector::z_axis(), std::f64::consts::PI);
+            (to_base, at_first) = to(axis.base_from_axis * half_turn);
+        }
+        let is_across = |direction: &Vector| (at_first * direction).z.abs() < ALONG;
+        if body.axis().is_some_and(|direction| is_across(&direction)) {
+            return None;
+        }
+        let beside_mm = at_first.translation.y;
+        let tool = TurningTool::new(mesh, at_first.rotation, beside_mm);
+        Some(Self { spindle: axis.spindle, to_base, tool, beside_mm })
+    }
+
+    /// The way of the cutter in piece `index` of `count` of a move; `None` where it is turned, or beside the plane, otherwise than at first.
+    pub fn sweep(
+        &self,
+        machine: &Machine,
+        from: &Position,
+        to: &Position,
+        [index, count]: [usize; 2],
+        pad_mm: f64,
+    ) -> Option<Sweep> {
+        let at = |k: usize| {
+            let part = k as f64 / count as f64;
+            let position = Position(std::array::from_fn(|i| from.0[i] + part * (to.0[i] - from.0[i])));
+            self.to_base.stock_from_part(machine, &position)
+        };
+        let (start, end) = (at(index), at(index + 1));
+        let is_same = |pose: &Isometry| {
+            self.tool.is_turned_by(&pose.rotation) && (pose.translation.y - self.beside_mm).abs() <= SAME_MM
+        };
+        let place = |pose: &Isometry| [pose.translation.x, pose.translation.z];
+        let (first, last) = (place(&start), place(&end));
+        let travel = [last[0] - first[0], last[1] - first[1]];
+        (is_same(&start) && is_same(&end)).then(|| self.tool.sweep(&self.spindle, first, travel, pad_mm + SAME_MM))
+    }
+}
+
+impl WorkAxis {
+    /// The nearest joint that turns the workpiece; else its own axis, if it is round.
+    fn of(scene: &Scene, workpiece: usize) -> Option<Self> {
+        let machine = &scene.machine;
+        let Part { link, link_from_part, ref mesh, .. } = scene.parts[workpiece];
+        let joint_of = |link: usize| machine.links()[link].joint.as_ref();
+        let nearest = machine.rigid_body(link).filter(|&link| joint_of(link).is_some_and(|joint| joint.turns()));
+        let zero = machine.forward(&Position::default());
+        let (base, base_from_stock, point, direction) = match nearest {
+            Some(spindle) => {
+                let Some(Motion::Rotary { direction, point }) = joint_of(spindle).map(|joint| joint.motion) else {
+                    return None;
+                };
+                let base = machine.parent(spindle);
+                let base_from_spindle = machine.links()[spindle].parent_from_link;
+                let spindle_from_stock =
+                    zero.world_from(Some(spindle)).inv_mul(&zero.world_from(link)) * link_from_part;
+                let direction = base_from_spindle * direction.into_inner();
+                (base, base_from_spindle * spindle_from_stock, base_from_spindle * point, direction)
+            }
+            None => {
+                let round = Revolved::around(mesh);
+                let base_from_body = link_from_part * round.tool_from_mesh.inverse();
+                let (point, direction) =
+                    (base_from_body * crate::geometry::Point::origin(), base_from_body * Vector::z());
+                (round.filled >= ROUND).then_some((link, link_from_part, point, direction))?
+            }
+        };
+        // X leads from the axis to the tool, as the machine's axis X does.
+        let world_from_base = zero.world_from(base);
+        let x = machine.links().iter().enumerate().find_map(|(index, link)| {
+            let joint = link.joint.as_ref().filter(|joint| joint.axis == Axis::X)?;
+            let Motion::Prismatic { direction } = joint.motion else { return None };
+            Some(world_from_base.inverse() * (zero.world_from(Some(index)) * direction.into_inner()))
+        })?;
+        let x = (x - direction * direction.dot(&x)).try_normalize(1e-6)?;
+        let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, direction.cross(&x), direction]));
+        let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+        let base_from_axis = Isometry::from_parts(point.coords.into(), rotation);
+        let spindle = Spindle { axis_from_stock: base_from_axis.inverse() * base_from_stock };
+        Some(Self { base, base_from_axis, spindle })
+    }
+}

@@ -1,0 +1,151 @@
+//! What `check` tells of the workpiece: depths, touches, what is left, and how that compares with the wanted part.
+
+use super::super::note;
+use super::StockOptions;
+use crate::check::{Event, Outcome, Touch};
+use crate::geometry::{Mesh, import};
+use crate::scene::Scene;
+use crate::stock::export::Volume;
+use crate::stock::target::{Comparison, Deviation};
+use anyhow::{Context, Result, bail};
+use serde_json::{Value, json};
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+use std::sync::Arc;
+
+/// What is left of a workpiece.
+pub struct Left {
+    part: usize,
+    volume: Volume,
+    /// Bytes of its cells.
+    bytes: usize,
+    pub comparison: Option<Comparison>,
+    /// The file it was written to, and the side of the mesh's cubes, mm.
+    written: Option<(String, f64)>,
+}
+
+/// How deep an event is, in words; `None` where the stock has no part in it.
+pub fn depth(event: &Event) -> Option<String> {
+    let [low, high] = event.depth_mm?;
+    Some(match low {
+        low if low > 0.0 => format!("{low:.2} to {high:.2} mm deep in the stock"),
+        _ => format!("not excluded: up to {high:.2} mm deep in the stock"),
+    })
+}
+
+/// What may touch the stock, in a line.
+pub fn touch(scene: &Scene, touch: &Touch) -> String {
+    let moves = if touch.moves == 1 { "1 move".to_owned() } else { format!("{} moves", touch.moves) };
+    format!(
+        "not decided: whether {} touch in {moves}, first on line {}: by at most {:.3} mm, within the stock's resolution",
+        scene.pair_name(touch.pair),
+        touch.line,
+        touch.at_most_mm
+    )
+}
+
+impl StockOptions {
+    /// Reads the wanted part, and refuses files that are no place for a mesh.
+    pub fn target(&self) -> Result<Option<Arc<Mesh>>> {
+        if let Some(file) = self.stock_out.as_deref().filter(|file| file.exists() && !file.is_file()) {
+            bail!("--stock-out {}: the mesh goes into a file of its own, and this is none", file.display());
+        }
+        if self.stock_out.is_some() && self.stock_out == self.target {
+            bail!("--stock-out and --target name the same file");
+        }
+        let Some(file) = &self.target else { return Ok(None) };
+        let imported = import::load(file, None).with_context(|| format!("--target {}", file.display()))?;
+        Ok(Some(Arc::new(imported.mesh)))
+    }
+
+    /// Measures, compares and writes what is left.
+    pub fn left(&self, scene: &Scene, outcome: &mut Outcome, target: Option<&Arc<Mesh>>) -> Result<Vec<Left>> {
+        let wants_one = self.stock_out.is_some() || target.is_some();
+        if wants_one && outcome.remaining.len() != 1 {
+            let count = outcome.remaining.len();
+            bail!(
+                "--stock-out and --target need exactly one workpiece that is cut, and this check has {count}: a part with \
+                `role = \"workpiece\"`, a watertight mesh, a cutter, and no `gouge_mm`"
+            );
+        }
+        let mut all = Vec::new();
+        for remaining in &mut outcome.remaining {
+            let stock = &mut remaining.stock;
+            let comparison = target.map(|target| stock.compare(target)).transpose().context("--target")?;
+            let written = self.stock_out.as_deref().map(|file| {
+                let hull = stock.hull();
+                match &hull.mesh {
+                    Some(mesh) => write_stl(file, mesh)?,
+                    None => {
+                        note(format!("nothing is left of `{}`: no mesh is written", scene.parts[remaining.part].name))
+                    }
+                }
+                anyhow::Ok((file.display().to_string(), hull.cube_mm))
+            });
+            let (volume, bytes, written) = (stock.volume(), stock.bytes(), written.transpose()?);
+            all.push(Left { part: remaining.part, volume, bytes, comparison, written });
+        }
+        Ok(all)
+    }
+}
+
+impl Left {
+    /// What is left, a line each.
+    pub fn lines(&self, scene: &Scene) -> Vec<String> {
+        let name = &scene.parts[self.part].name;
+        let Volume { low, high } = self.volume;
+        let mut lines = vec![format!("left of `{name}`: {low:.0} to {high:.0} mm³")];
+        if let Some(Comparison { gouge, rest, missing }) = &self.comparison {
+            let told = |what: &str, Deviation { greatest_mm, volume_mm3 }: &Deviation| {
+                format!("{what}: {greatest_mm:.3} mm, {volume_mm3:.1} mm³")
+            };
+            lines.push(told("GOUGE, the wanted part is cut", gouge));
+            lines.push(told("rest, stock beyond the wanted part", rest));
+            if missing.volume_mm3 > 0.0 {
+                lines.push(told("the wanted part is larger than the uncut workpiece", missing));
+            }
+        }
+        if let Some((file, cube_mm)) = &self.written {
+            lines.push(format!("{file}: all that may be left of `{name}`, in cubes of {cube_mm:.3} mm"));
+        }
+        lines
+    }
+}
+
+/// The stock as data.
+pub fn as_json(scene: &Scene, outcome: &Outcome, resolution_mm: f64, left: &[Left]) -> Value {
+    let name = |part: usize| &scene.parts[part].name;
+    let touches = outcome.touches.iter().map(|touch| {
+        json!({
+            "pair": [name(touch.pair.a), name(touch.pair.b)], "moves": touch.moves, "line": touch.line, "at_most_mm": touch.at_most_mm,
+        })
+    });
+    let deviation = |of: &Deviation| json!({ "greatest_mm": of.greatest_mm, "volume_mm3": of.volume_mm3 });
+    let workpieces = left.iter().map(|left| {
+        let comparison = left.comparison.as_ref().map(|comparison| {
+            json!({
+                "gouge": deviation(&comparison.gouge), "rest": deviation(&comparison.rest), "missing": deviation(&comparison.missing),
+            })
+        });
+        json!({
+            "part": name(left.part), "left_mm3": [left.volume.low, left.volume.high], "bytes": left.bytes, "target": comparison,
+            "file": left.written.as_ref().map(|(file, _)| file), "cube_mm": left.written.as_ref().map(|(_, cube)| cube),
+        })
+    });
+    json!({
+        "resolution_mm": resolution_mm, "touches": touches.collect::<Vec<_>>(), "workpieces": workpieces.collect::<Vec<_>>(),
+        "uncut": outcome.uncut.iter().map(|uncut| json!({ "part": name(uncut.part), "why": uncut.why.to_string() })).collect::<Vec<_>>(),
+    })
+}
+
+fn write_stl(file: &Path, mesh: &Mesh) -> Result<()> {
+    let single = |x: [f64; 3]| stl_io::Vector::new(x.map(|x| x as f32));
+    let triangles = mesh.triangles().into_iter().map(|triangle| stl_io::Triangle {
+        normal: single(triangle.double_area_normal().try_normalize(0.0).unwrap_or_default().into()),
+        vertices: triangle.corners.map(|corner| single(corner.coords.into())),
+    });
+    let triangles: Vec<_> = triangles.collect();
+    let written = File::create(file).and_then(|file| stl_io::write_stl(&mut BufWriter::new(file), triangles.iter()));
+    written.with_context(|| format!("cannot write {}", file.display()))
+}

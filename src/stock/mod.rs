@@ -1,0 +1,366 @@
+//! Stock that is cut: what is left of a workpiece while a program runs, between two bounds.
+//!
+//! J. H. Sullivan, L. Zhao and others, "Analytical and adaptive distance fields for machining simulation", 2012, and T. Van Hook, "Real-time shaded NC milling
+//! display", 1986, model the remaining stock; the bounds are our addition. The outer bound holds all material that may be left, the inner one
+//! only material that is left for sure. Both are cells of an octree in the workpiece's frame: gone, solid, or, of the finest cells alone, unknown. A cell
+//! is removed when it is wholly inside what a cutter sweeps for sure, and stays solid while nothing may have touched it. So the outer bound is all
+//! cells that are not gone, the inner one all that are solid.
+//!
+//! A cell that is not removed although a sweep's border runs through it reaches at most its diagonal into what the sweep took away. That is less
+//! than the resolution: what slides along a surface that has just been cut may seem to be that deep in the stock, and no deeper.
+//!
+//! Reading order: this file (the stock), `sweep` (what moves), [`motion`] (straight pieces of an axis move), `convex`, `round`, `turned`, `skin` (shapes),
+//! `tile` (the octree), [`export`] (as a mesh), [`target`] (compared with the part that is wanted).
+
+mod convex;
+mod round;
+mod turned;
+mod skin;
+mod sweep;
+mod tile;
+pub mod motion;
+pub mod export;
+pub mod target;
+#[cfg(test)]
+mod tests;
+
+pub use sweep::{Body, ROUNDING_MM, Spindle, Sweep, TurningTool};
+pub use tile::{Depth, Material};
+
+use crate::geometry::{Mesh, Point, Vector, triangle};
+use crate::truth::Solid;
+use rayon::prelude::*;
+use std::sync::Arc;
+use thiserror::Error;
+use tile::{Search, Tile, Uncut};
+
+/// Resolution where nobody says otherwise, mm.
+pub const RESOLUTION_MM: f64 = 0.1;
+/// Side of the finest cells as a part of the resolution. The diagonal is 0.78 of the resolution; the rest is for chords of arcs and turns, on both sides of a border.
+const CELL: f64 = 0.45;
+/// Most tiles along the longest side of a workpiece: tiles are what threads share out, and what a sweep is held against first.
+const TILES: f64 = 8.0;
+/// Most divisions of a tile.
+const MOST_DIVISIONS: u32 = 20;
+
+/// Why a workpiece cannot be cut.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum StockError {
+    /// Nobody knows what is inside.
+    #[error("its mesh is not watertight")]
+    Open,
+    /// The resolution is no length, or much finer than the workpiece is large.
+    #[error(
+        "the resolution is {0} mm; it must be a finite number above 0, and at least a millionth of the workpiece's size"
+    )]
+    Resolution(f64),
+}
+
+/// What is left of a workpiece, in the frame of its mesh.
+#[derive(Clone, Debug)]
+pub struct Stock {
+    uncut: Arc<Uncut>,
+    tiles: Vec<Tile>,
+    resolution_mm: f64,
+}
+
+/// A move of parts against the stock along one straight piece.
+#[derive(Clone, Debug, Default)]
+pub struct Step {
+    /// What must not come into the stock. A depth within the resolution is no contact.
+    pub examined: Vec<Sweep>,
+    /// What cuts meanwhile.
+    pub cutting: Vec<Sweep>,
+}
+
+/// A part that comes, or may come, into the stock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Index of the step.
+    pub step: usize,
+    /// Index among the parts that the step examines.
+    pub part: usize,
+    /// Parts of the way between which it may be deeper than the resolution, 0 to 1. Both are 0 where it never is.
+    pub from: f64,
+    /// The end of that.
+    pub to: f64,
+    /// How deep.
+    pub depth: Depth,
+}
+
+impl Stock {
+    /// The uncut stock.
+    ///
+    /// # Errors
+    /// [`StockError`] when the mesh is open or the resolution is no length.
+    pub fn new(mesh: &Arc<Mesh>, resolution_mm: f64) -> Result<Self, StockError> {
+        let solid = Solid::new(Arc::clone(mesh));
+        if !solid.is_watertight() {
+            return Err(StockError::Open);
+        }
+        let triangles = mesh.triangles();
+        let (low, high) = triangle::bounds(&triangles).unwrap_or_default();
+        let cell = CELL * resolution_mm;
+        let size = (high - low).amax();
+        if !(cell > 0.0 && cell.is_finite()) {
+            return Err(StockError::Resolution(resolution_mm));
+        }
+        let divisions = (size / TILES / cell).log2().ceil().max(0.0);
+        if divisions > f64::from(MOST_DIVISIONS) {
+            return Err(StockError::Resolution(resolution_mm));
+        }
+        let divisions = divisions as u32;
+        let tile = cell * f64::from(1_u32 << divisions);
+        // Off the planes of the workpiece's faces, which would else be in the cells of both sides.
+        let low = low - Vector::repeat(OFF_GRID * cell);
+        let counts: [usize; 3] = std::array::from_fn(|k| (((high[k] - low[k]) / tile).floor() as usize) + 1);
+        let index = |at: [usize; 3]| at[0] + counts[0] * (at[1] + counts[1] * at[2]);
+        let mut lists: Vec<Vec<u32>> = vec![Vec::new(); counts.iter().product()];
+        for (number, triangle) in triangles.iter().enumerate() {
+            let (from, to) = triangle.bounds();
+            let range = |k: usize| {
+                let place = |x: f64| (((x - low[k]) / tile).floor().max(0.0) as usize).min(counts[k] - 1);
+                // A border belongs to both sides.
+                place(from[k] - ROUNDING_MM)..=place(to[k] + ROUNDING_MM)
+            };
+            for x in range(0) {
+                for y in range(1) {
+                    for z in range(2) {
+                        lists[index([x, y, z])].push(number as u32);
+                    }
+                }
+            }
+        }
+        let uncut = Arc::new(Uncut { triangles, solid });
+        let place = |number: usize| {
+            let at = [number % counts[0], number / counts[0] % counts[1], number / counts[0] / counts[1]];
+            low + Vector::from(at.map(|n| n as f64)) * tile
+        };
+        let tiles = lists.par_iter().enumerate();
+        let tiles = tiles.map(|(number, list)| Tile::new(place(number), tile, divisions, list, &uncut)).collect();
+        Ok(Self { uncut, tiles, resolution_mm })
+    }
+
+    /// The resolution, mm.
+    #[must_use]
+    pub const fn resolution_mm(&self) -> f64 {
+        self.resolution_mm
+    }
+
+    /// Side of the finest cells, mm.
+    #[must_use]
+    pub const fn cell_mm(&self) -> f64 {
+        CELL * self.resolution_mm
+    }
+
+    /// Side of the tiles, mm: the coarsest cells.
+    #[must_use]
+    pub fn tile_mm(&self) -> f64 {
+        self.tiles.first().map_or(0.0, Tile::size_mm)
+    }
+
+    /// The box of all tiles.
+    fn bounds(&self) -> (Point, Point) {
+        let wider = |(low, high): (Point, Point), (l, h): (Point, Point)| (low.inf(&l), high.sup(&h));
+        self.tiles.iter().map(Tile::bounds).reduce(wider).unwrap_or_default()
+    }
+
+    /// Calls `visit` with every cell: its centre, half its side, and what is known of it. Cells through which the uncut surface runs are divided where
+    /// `divides` says so.
+    fn visit(&mut self, divides: &dyn Fn(&Point, f64) -> bool, visit: &mut dyn FnMut(&Point, f64, Material)) {
+        for tile in &mut self.tiles {
+            tile.visit(&self.uncut, divides, visit);
+        }
+    }
+
+    /// Bytes of the cells.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.tiles.iter().map(Tile::bytes).sum()
+    }
+
+    /// Runs steps in their order. What is examined is held against the stock as it is at that moment: while something cuts, the way is halved until the two
+    /// can be told apart, down to `tolerance_mm`. The contacts come in the order of the steps.
+    pub fn run(&mut self, steps: &[Step], tolerance_mm: f64) -> Vec<Contact> {
+        let (uncut, resolution_mm) = (Arc::clone(&self.uncut), self.resolution_mm);
+        let found = self.tiles.par_iter_mut().map(|tile| {
+            let mut run = TileRun { tile, uncut: &uncut, resolution_mm, tolerance_mm, found: Vec::new() };
+            for (index, step) in steps.iter().enumerate() {
+                run.step(index, step);
+            }
+            run.found
+        });
+        let mut found: Vec<Contact> = found.flatten().collect();
+        found.sort_by_key(|contact| (contact.step, contact.part));
+        let mut joined: Vec<Contact> = Vec::with_capacity(found.len());
+        for contact in found {
+            match joined.last_mut() {
+                Some(last) if (last.step, last.part) == (contact.step, contact.part) => last.join(&contact),
+                _ => joined.push(contact),
+            }
+        }
+        joined
+    }
+
+    /// What is known at a point.
+    pub fn material_at(&mut self, point: &Point) -> Material {
+        let uncut = &self.uncut;
+        let holds = |tile: &&mut Tile| {
+            let (low, high) = tile.bounds();
+            (0..3).all(|k| low[k] <= point[k] && point[k] < high[k])
+        };
+        self.tiles.iter_mut().find(holds).map_or(Material::Gone, |tile| tile.material_at(point, uncut))
+    }
+}
+
+/// Part of a cell by which the grid is off the workpiece's box.
+const OFF_GRID: f64 = 0.31;
+
+impl Contact {
+    /// Takes in what another tile found of the same part in the same step.
+    fn join(&mut self, other: &Self) {
+        let is_deep = |contact: &Self| contact.to > 0.0;
+        (self.from, self.to) = match (is_deep(self), is_deep(other)) {
+            (true, true) => (self.from.min(other.from), self.to.max(other.to)),
+            (false, true) => (other.from, other.to),
+            _ => (self.from, self.to),
+        };
+        self.depth = self.depth.max(other.depth);
+    }
+}
+
+/// Steps through one tile.
+struct TileRun<'a> {
+    tile: &'a mut Tile,
+    uncut: &'a Uncut,
+    resolution_mm: f64,
+    tolerance_mm: f64,
+    found: Vec<Contact>,
+}
+
+impl TileRun<'_> {
+    fn step(&mut self, index: usize, step: &Step) {
+        let (low, high) = self.tile.bounds();
+        let reaches = |sweep: &&Sweep| sweep.reaches(&low, &high);
+        if self.tile.is_gone() || !step.examined.iter().chain(&step.cutting).any(|sweep| reaches(&sweep)) {
+            return;
+        }
+        let cutting: Vec<&Sweep> = step.cutting.iter().filter(reaches).collect();
+        let examined: Vec<(usize, &Sweep)> =
+            step.examined.iter().enumerate().filter(|(_, sweep)| reaches(sweep)).collect();
+        let mut open: Vec<Meeting<'_>> = Vec::new();
+        for (part, sweep) in examined {
+            let depth = self.depth(sweep);
+            if depth.high > self.resolution_mm {
+                open.push(Meeting { part, sweep, depth: Depth::default(), from: None });
+            } else if depth.high > 0.0 {
+                self.found.push(Contact { step: index, part, from: 0.0, to: 0.0, depth });
+            }
+        }
+        if cutting.is_empty() {
+            for Meeting { part, sweep, .. } in open {
+                let (from, to) = self.ends(sweep);
+                let depth = self.depth(sweep);
+                self.found.push(Contact { step: index, part, from, to, depth });
+            }
+            return;
+        }
+        if open.is_empty() {
+            self.cut(&cutting, 0.0, 1.0);
+            return;
+        }
+        self.advance(&mut open, &cutting, 0.0, 1.0);
+        for Meeting { part, sweep, depth, from } in open {
+            let Some(from) = from else {
+                // Only touched what was taken away before.
+                if depth.high > 0.0 {
+                    self.found.push(Contact { step: index, part, from: 0.0, to: 0.0, depth });
+                }
+                continue;
+            };
+            // What is left behind the cut was there before it.
+            let left = self.depth(&sweep.part(from, 1.0));
+            let depth = Depth { low: depth.low.max(left.low), high: depth.high.max(left.high) };
+            self.found.push(Contact { step: index, part, from, to: 1.0, depth });
+        }
+    }
+
+    /// Examines and cuts a part of the way. What may be in contact before the cut is asked again on halves, until it is not or too little of the way is left.
+    fn advance(&mut self, open: &mut [Meeting<'_>], cutting: &[&Sweep], from: f64, to: f64) {
+        let mut is_open = false;
+        let mut longest: f64 = 0.0;
+        for meeting in open.iter_mut().filter(|meeting| meeting.from.is_none()) {
+            let depth = self.depth(&meeting.sweep.part(from, to));
+            if depth.high <= self.resolution_mm {
+                meeting.depth.high = meeting.depth.high.max(depth.high);
+                continue;
+            }
+            is_open = true;
+            longest = longest.max(meeting.sweep.way_mm);
+            if (to - from) * meeting.sweep.way_mm <= self.tolerance_mm {
+                meeting.from = Some(from.max(f64::MIN_POSITIVE));
+                // The rest of the way against the stock as it is now is an upper bound.
+                meeting.depth.high = self.depth(&meeting.sweep.part(from, 1.0)).high;
+            }
+        }
+        let is_short = (to - from) * longest <= self.tolerance_mm;
+        if !is_open || is_short {
+            self.cut(cutting, from, to);
+            for meeting in open.iter_mut().filter(|meeting| meeting.from == Some(from.max(f64::MIN_POSITIVE))) {
+                let left = self.depth(&meeting.sweep.part(from, to));
+                meeting.depth.low = meeting.depth.low.max(left.low);
+            }
+            return;
+        }
+        let middle = f64::midpoint(from, to);
+        self.advance(open, cutting, from, middle);
+        self.advance(open, cutting, middle, to);
+    }
+
+    fn cut(&mut self, cutting: &[&Sweep], from: f64, to: f64) {
+        for sweep in cutting {
+            if from == 0.0 && to == 1.0 {
+                self.tile.cut(sweep, self.uncut);
+            } else {
+                self.tile.cut(&sweep.part(from, to), self.uncut);
+            }
+        }
+    }
+
+    fn depth(&mut self, sweep: &Sweep) -> Depth {
+        let search = Search { sweep, within_mm: self.resolution_mm, only_whether: false, uncut: self.uncut };
+        self.tile.contact(&search)
+    }
+
+    fn is_deep(&mut self, sweep: &Sweep) -> bool {
+        let search = Search { sweep, within_mm: self.resolution_mm, only_whether: true, uncut: self.uncut };
+        self.tile.contact(&search).high > self.resolution_mm
+    }
+
+    /// Where on its way a part first and last may be deeper than the resolution, found by halving to the tolerance.
+    fn ends(&mut self, sweep: &Sweep) -> (f64, f64) {
+        let step = if sweep.way_mm > 0.0 { self.tolerance_mm / sweep.way_mm } else { 1.0 };
+        let (mut from, mut to) = (0.0, 1.0);
+        // It is deep somewhere before `to`, and nowhere before `from`.
+        while to - from > step {
+            let middle = f64::midpoint(from, to);
+            if self.is_deep(&sweep.part(from, middle)) { to = middle } else { from = middle }
+        }
+        let first = from;
+        let (mut from, mut to) = (first, 1.0);
+        while to - from > step {
+            let middle = f64::midpoint(from, to);
+            if self.is_deep(&sweep.part(middle, to)) { from = middle } else { to = middle }
+        }
+        (first, to)
+    }
+}
+
+/// A part that may come into the stock while something cuts.
+struct Meeting<'a> {
+    part: usize,
+    sweep: &'a Sweep,
+    depth: Depth,
+    /// Where on the way contact begins, once that is known.
+    from: Option<f64>,
+}

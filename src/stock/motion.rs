@@ -1,0 +1,211 @@
+//! From a straight piece of the path in axis space to straight ways of parts through the stock.
+//!
+//! Slides alone move a part straight, without turning. Where a joint between part and stock turns, the piece is divided until a straight way without turning,
+//! in the middle's orientation, is near enough. The distance is bounded: with Ω the sum of the turns in a piece and S the way of the part's centre, every
+//! point is turned by at most Ω / 2 against the middle, and the centre, whose acceleration is at most 2 Ω S, is within Ω S / 4 of its chord.
+
+use crate::geometry::{Isometry, Point, Vector};
+use crate::machine::{Machine, Motion};
+use rs274::Position;
+
+/// Something fixed to a link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mount {
+    /// The link; `None` is the world.
+    pub link: Option<usize>,
+    /// The frame of the mesh in the link's, mm.
+    pub link_from_mesh: Isometry,
+    /// Centre of a ball around it, in the frame of its mesh, mm.
+    pub centre: Point,
+    /// Radius of the ball, mm.
+    pub radius_mm: f64,
+}
+
+/// A straight way of a part through the stock, without turning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// Parts of the axis move, 0 to 1.
+    pub from: f64,
+    /// Its end.
+    pub to: f64,
+    /// The part's frame in the stock's at first, mm.
+    pub stock_from_part: Isometry,
+    /// How it goes, stock frame, mm.
+    pub travel: Vector,
+    /// How far any point of the part may be from where this says, mm.
+    pub pad_mm: f64,
+}
+
+/// The joints between two mounts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chain {
+    links: Vec<usize>,
+    part: Mount,
+    stock: Mount,
+}
+
+/// Most pieces of an axis move.
+const MOST_PIECES: usize = 4096;
+/// Greatest sum of turns in a piece, radians: the way's bound below holds for much less than a radian.
+const MOST_TURN: f64 = 0.1;
+
+impl Chain {
+    /// The joints between a part and a stock.
+    #[must_use]
+    pub fn new(machine: &Machine, part: Mount, stock: Mount) -> Self {
+        let to_world =
+            |mount: &Mount| -> Vec<usize> { std::iter::successors(mount.link, |&link| machine.parent(link)).collect() };
+        let (one, other) = (to_world(&part), to_world(&stock));
+        let only = |a: &[usize], b: &[usize]| a.iter().filter(|link| !b.contains(link)).copied().collect::<Vec<_>>();
+        let links = [only(&one, &other), only(&other, &one)].concat();
+        let links = links.into_iter().filter(|&link| machine.links()[link].joint.is_some()).collect();
+        Self { links, part, stock }
+    }
+
+    /// Sum of the turns while axes change by `change`, radians.
+    #[must_use]
+    pub fn turn(&self, machine: &Machine, change: &Position) -> f64 {
+        let joints = self.links.iter().filter_map(|&link| machine.links()[link].joint.as_ref());
+        joints.filter(|joint| joint.turns()).map(|joint| joint.value(change).abs()).sum()
+    }
+
+    /// Into how many pieces a move must be cut for pads of at most `pad_mm`; as few as that takes, or the most there may be.
+    #[must_use]
+    pub fn pieces(&self, machine: &Machine, from: &Position, to: &Position, pad_mm: f64) -> usize {
+        let turn = self.turn(machine, &change(from, to));
+        if turn == 0.0 {
+            return 1;
+        }
+        let mut pieces = (turn / MOST_TURN).ceil() as usize;
+        while pieces < MOST_PIECES {
+            let pads = (0..pieces).map(|piece| self.piece(machine, from, to, piece, pieces).pad_mm);
+            let worst = pads.fold(0.0, f64::max);
+            if worst <= pad_mm {
+                return pieces;
+            }
+            // The pad falls at least as fast as the number of pieces grows.
+            let wanted = (pieces as f64 * (worst / pad_mm).min(8.0)).ceil() as usize;
+            pieces = wanted.clamp(pieces + 1, MOST_PIECES);
+        }
+        MOST_PIECES
+    }
+
+    /// Piece `index` of `count`.
+    #[must_use]
+    pub fn piece(&self, machine: &Machine, from: &Position, to: &Position, index: usize, count: usize) -> Piece {
+        let part_of = |k: f64| k / count as f64;
+        let (begin, end) = (part_of(index as f64), part_of(index as f64 + 1.0));
+        let at = |part: f64| Position(std::array::from_fn(|i| from.0[i] + part * (to.0[i] - from.0[i])));
+        let (first, last) = (at(begin), at(end));
+        let step = change(&first, &last);
+        let turn = self.turn(machine, &step);
+        let (start, finish) = (self.stock_from_part(machine, &first), self.stock_from_part(machine, &last));
+        let centre = self.part.centre;
+        let travel = finish * centre - start * centre;
+        if turn == 0.0 {
+            return Piece { from: begin, to: end, stock_from_part: start, travel, pad_mm: 0.0 };
+        }
+        let middle = self.stock_from_part(machine, &at(f64::midpoint(begin, end)));
+        // As the middle turns, with the centre where it is at first.
+        let shift = (start * centre).coords - middle.rotation * centre.coords;
+        let stock_from_part = Isometry::from_parts(shift.into(), middle.rotation);
+        let way = self.way(machine, &first, &step) / (1.0 - turn.min(0.5));
+        let pad_mm = 0.5 * turn * self.part.radius_mm + 0.25 * turn * way;
+        Piece { from: begin, to: end, stock_from_part, travel, pad_mm }
+    }
+
+    /// The part's frame in the stock's at a position.
+    #[must_use]
+    pub fn stock_from_part(&self, machine: &Machine, position: &Position) -> Isometry {
+        let poses = machine.forward(position);
+        let world_from = |mount: &Mount| poses.world_from(mount.link) * mount.link_from_mesh;
+        world_from(&self.stock).inv_mul(&world_from(&self.part))
+    }
+
+    /// Way of the part's centre as far as joints turn about axes as distant from it as they are at `position`, mm.
+    fn way(&self, machine: &Machine, position: &Position, change: &Position) -> f64 {
+        let poses = machine.forward(position);
+        let centre = poses.world_from(self.part.link) * self.part.link_from_mesh * self.part.centre;
+        let of = |&link: &usize| {
+            let joint = machine.links()[link].joint.as_ref()?;
+            let step = joint.value(change).abs();
+            Some(match joint.motion {
+                Motion::Prismatic { .. } => step,
+                Motion::Rotary { direction, point } => {
+                    let world_from_link = &poses.0[link];
+                    let from_axis: Vector = centre - world_from_link * point;
+                    step * (world_from_link * direction.into_inner()).cross(&from_axis).norm()
+                }
+            })
+        };
+        self.links.iter().filter_map(of).sum()
+    }
+}
+
+fn change(from: &Position, to: &Position) -> Position {
+    Position(std::array::from_fn(|i| to.0[i] - from.0[i]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::{Joint, Limits, Link};
+    use proptest::prelude::*;
+    use rs274::Axis;
+
+    /// X carries B carries the part; the stock turns about C on a slide Y.
+    fn machine() -> Machine {
+        let link = |name: &str, parent: Option<&str>, at: [f64; 3], joint| Link {
+            name: name.into(),
+            parent: parent.map(Into::into),
+            parent_from_link: Isometry::translation(at[0], at[1], at[2]),
+            joint: Some(joint),
+        };
+        let slide = |axis, direction| Joint::prismatic(axis, direction, Limits::NONE).unwrap();
+        let turn = |axis, direction| Joint::rotary(axis, direction, Point::new(1.0, 2.0, 3.0), Limits::NONE).unwrap();
+        Machine::new(vec![
+            link("x", None, [0.0; 3], slide(Axis::X, Vector::x())),
+            link("b", Some("x"), [10.0, 0.0, 80.0], turn(Axis::B, Vector::y())),
+            link("y", None, [0.0; 3], slide(Axis::Y, Vector::y())),
+            link("c", Some("y"), [0.0, 20.0, 5.0], turn(Axis::C, Vector::z())),
+        ])
+        .unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn no_point_is_farther_from_the_straight_way_than_the_pad(
+            start in prop::array::uniform4(-1.0..1.0f64),
+            step in prop::array::uniform4(-1.0..1.0f64),
+            offset in prop::array::uniform3(-1.0..1.0f64),
+            at in 0.0..1.0f64,
+        ) {
+            let machine = machine();
+            let mount = |link: &str, radius_mm| Mount {
+                link: machine.link(link), link_from_mesh: Isometry::translation(3.0, -2.0, 1.0), centre: Point::new(0.0, 5.0, -30.0), radius_mm,
+            };
+            let chain = Chain::new(&machine, mount("b", 3f64.sqrt()), mount("c", 1.0));
+            let position = |scale: f64, values: [f64; 4]| {
+                let mut position = Position::default();
+                for (axis, (value, long)) in [Axis::X, Axis::B, Axis::Y, Axis::C].into_iter().zip(values.into_iter().zip([50.0, 1.0, 50.0, 1.0])) {
+                    position[axis] = start[0] * 0.0 + scale * value * long;
+                }
+                position
+            };
+            let from = position(1.0, start);
+            let by = position(0.3, step);
+            let to = Position(std::array::from_fn(|i| from.0[i] + by.0[i]));
+            let count = chain.pieces(&machine, &from, &to, 0.05);
+            let point = Point::new(0.0, 5.0, -30.0) + Vector::from(offset);
+            for index in 0..count {
+                let piece = chain.piece(&machine, &from, &to, index, count);
+                prop_assert!(piece.pad_mm <= 0.05);
+                let part = piece.from + at * (piece.to - piece.from);
+                let there = Position(std::array::from_fn(|i| from.0[i] + part * by.0[i]));
+                let said = piece.stock_from_part * point + piece.travel * at;
+                let is = chain.stock_from_part(&machine, &there) * point;
+                prop_assert!((said - is).norm() <= piece.pad_mm + 1e-9, "{} > {}", (said - is).norm(), piece.pad_mm);
+            }
+        }
+    }
+}

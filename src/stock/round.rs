@@ -1,0 +1,291 @@
+//! A turning part as convex pieces: the body of revolution around its mesh, and by how much the mesh may fall short of it.
+//!
+//! A spindle turns the mesh, so what it sweeps at a height is all within the mesh's largest radius there, where the mesh holds the axis. Between two heights at which vertices
+//! lie, the distance from the axis is a convex function along each edge: chords bound the radius from outside, tangents from inside. A
+//! point deeper in the outer body than the greatest difference of the two is in the swept body.
+
+use super::convex::{Convex, Cube, HalfPlane, Least};
+use crate::geometry::{Isometry, Mesh, Point, Vector};
+use crate::interference::Revolved;
+use crate::truth::Solid;
+use std::sync::Arc;
+
+/// Heights nearer than this are one, mm.
+const SAME_HEIGHT_MM: f64 = 1e-7;
+/// Most heights at which the profile may have a corner; a mesh with more gets as many of one distance.
+const MOST_HEIGHTS: usize = 400;
+/// A corner that turns by less than this on the hollow side is straight; over 100 mm that is 1e-7 mm.
+const STRAIGHT: f64 = 1e-9;
+
+/// A body of revolution about z.
+#[derive(Clone, Debug)]
+pub(super) struct Round {
+    /// Their union holds the body.
+    pub pieces: Vec<Convex>,
+    /// Of each piece the largest radius, and lowest and highest z, mm.
+    bounds: Vec<(f64, [f64; 2])>,
+    /// How deep a point must be in a piece to be in the body for sure, mm; infinite where the body is hollow.
+    pub slack_mm: f64,
+    /// Takes the mesh's frame to the body's.
+    pub body_from_part: Isometry,
+    /// Part of the body that the mesh fills, 0 to 1.
+    pub filled: f64,
+    /// Largest radius, and lowest and highest z, mm.
+    pub radius_mm: f64,
+    pub span_mm: [f64; 2],
+}
+
+/// The profile between two heights: radii at both from outside and from inside, mm.
+#[derive(Clone, Copy, Debug)]
+struct Slab {
+    z: [f64; 2],
+    outer: [f64; 2],
+    inner: [f64; 2],
+}
+
+impl Round {
+    pub fn new(mesh: &Arc<Mesh>) -> Self {
+        let Revolved { tool_from_mesh, filled, profile, .. } = Revolved::around(mesh);
+        let places: Vec<Point> = mesh.vertices().iter().map(|vertex| tool_from_mesh * vertex).collect();
+        let slabs = slabs(&places, mesh.faces());
+        let solid = Solid::new(Arc::clone(mesh));
+        let holds_axis = |slab: &Slab| {
+            let on_axis = Point::new(0.0, 0.0, f64::midpoint(slab.z[0], slab.z[1]));
+            // The axis of a tool in its own frame runs through vertices; a ray beside it does not begin on a triangle.
+            let beside = 1e-4 * slab.outer[0].min(slab.outer[1]);
+            let beside = on_axis + Vector::new(0.7 * beside, 0.3 * beside, 0.0);
+            !solid.is_watertight() || solid.holds(&(tool_from_mesh.inverse() * beside))
+        };
+        let missing = |slab: &Slab| {
+            if holds_axis(slab) {
+                (slab.outer[0] - slab.inner[0]).max(slab.outer[1] - slab.inner[1])
+            } else {
+                f64::INFINITY
+            }
+        };
+        let slack_mm = slabs.iter().map(missing).fold(0.0, f64::max);
+        let (pieces, bounds) = pieces(&slabs).into_iter().unzip();
+        Self {
+            pieces,
+            bounds,
+            slack_mm,
+            body_from_part: tool_from_mesh,
+            filled,
+            radius_mm: profile.radius_mm(),
+            span_mm: profile.span_mm(),
+        }
+    }
+
+    /// As [`Convex::least`], over all pieces. Of those whose cylinders are too far away nothing more is asked.
+    pub fn least(&self, q: &Vector, travel: &Vector, cube: &Cube) -> Least {
+        let mut found = Least { low: f64::INFINITY, high: f64::INFINITY, deep: f64::INFINITY };
+        let end = q - travel;
+        let (lowest, highest) = (q.z.min(end.z), q.z.max(end.z));
+        let across = travel.x * travel.x + travel.y * travel.y;
+        let part = if across > 0.0 { ((q.x * travel.x + q.y * travel.y) / across).clamp(0.0, 1.0) } else { 0.0 };
+        let nearest = (q.x - part * travel.x).hypot(q.y - part * travel.y);
+        for (piece, (radius, [low, high])) in self.pieces.iter().zip(&self.bounds) {
+            let apart = (nearest - radius).max(lowest - high).max(low - highest);
+            let of_piece = if apart - cube.radius >= cube.outside {
+                Least { low: apart, high: f64::INFINITY, deep: apart - cube.radius }
+            } else {
+                piece.least(q, travel, cube)
+            };
+            found.low = found.low.min(of_piece.low);
+            found.high = found.high.min(of_piece.high);
+            found.deep = found.deep.min(of_piece.deep);
+            if found.high <= cube.inside {
+                break;
+            }
+        }
+        found
+    }
+}
+
+fn slabs(places: &[Point], faces: &[[u32; 3]]) -> Vec<Slab> {
+    let heights = heights(places);
+    let slab = |ends: &[f64]| Slab { z: [ends[0], ends[1]], outer: [0.0; 2], inner: [0.0; 2] };
+    let mut slabs: Vec<Slab> = heights.windows(2).map(slab).collect();
+    for face in faces {
+        for side in 0..3 {
+            let [p, q] = [face[side], face[(side + 1) % 3]].map(|corner| places[corner as usize]);
+            // Each edge of a closed mesh runs once up and once down.
+            let (p, q) = if p.z <= q.z { (p, q) } else { (q, p) };
+            let first = heights.partition_point(|&z| z < p.z - SAME_HEIGHT_MM).saturating_sub(1);
+            for slab in slabs[first..].iter_mut().take_while(|slab| slab.z[0] < q.z + SAME_HEIGHT_MM) {
+                slab.add(&p, &q);
+            }
+        }
+    }
+    slabs
+}
+
+fn heights(places: &[Point]) -> Vec<f64> {
+    let mut all: Vec<f64> = places.iter().map(|place| place.z).collect();
+    all.sort_by(f64::total_cmp);
+    let (low, high) = (all[0], all[all.len() - 1]);
+    all.dedup_by(|next, kept| *next - *kept <= SAME_HEIGHT_MM);
+    if all.len() > MOST_HEIGHTS {
+        let step = (high - low) / (MOST_HEIGHTS - 1) as f64;
+        all = (0..MOST_HEIGHTS).map(|k| low + step * k as f64).collect();
+    }
+    // The ends may have been given up for a neighbour that is one with them.
+    if let [first, .., last] = &mut all[..] {
+        (*first, *last) = (low, high);
+    }
+    all
+}
+
+impl Slab {
+    /// Widens the radii by an edge, `p` not above `q`.
+    fn add(&mut self, p: &Point, q: &Point) {
+        let [low, high] = self.z;
+        if q.z < low - SAME_HEIGHT_MM || p.z > high + SAME_HEIGHT_MM || q.z - p.z <= SAME_HEIGHT_MM {
+            return;
+        }
+        let point = |z: f64| p + (q - p) * ((z - p.z) / (q.z - p.z)).clamp(0.0, 1.0);
+        let radius = |z: f64| {
+            let at = point(z);
+            at.x.hypot(at.y)
+        };
+        let spans = p.z <= low + SAME_HEIGHT_MM && q.z >= high - SAME_HEIGHT_MM;
+        if !spans {
+            // Touching a border from the other side is not running through.
+            if q.z <= low + SAME_HEIGHT_MM || p.z >= high - SAME_HEIGHT_MM {
+                return;
+            }
+            let most = radius(low.max(p.z)).max(radius(high.min(q.z)));
+            self.outer = self.outer.map(|r| r.max(most));
+            return;
+        }
+        self.outer = [self.outer[0].max(radius(low)), self.outer[1].max(radius(high))];
+        // The tangent in the middle.
+        let (middle, rise) = (f64::midpoint(low, high), high - low);
+        let at = point(middle);
+        let rho = at.x.hypot(at.y);
+        let along = (q - p) / (q.z - p.z);
+        let slope = if rho > 0.0 { (at.x * along.x + at.y * along.y) / rho } else { 0.0 };
+        let tangent = [rho - 0.5 * slope * rise, rho + 0.5 * slope * rise];
+        // Of two edges that one counts which is farther out in the middle: a mixture would not be below the radius.
+        if tangent[0] + tangent[1] > self.inner[0] + self.inner[1] {
+            self.inner = tangent;
+        }
+    }
+}
+
+/// Slabs that are convex together, each run as one piece. Where a piece meets a wider one it reaches into it, so that no gap of rounding is between them.
+fn pieces(slabs: &[Slab]) -> Vec<(Convex, (f64, [f64; 2]))> {
+    let slope = |slab: &Slab| (slab.outer[1] - slab.outer[0]) / (slab.z[1] - slab.z[0]);
+    let joins = |below: &Slab, above: &Slab| {
+        (below.outer[1] - above.outer[0]).abs() <= SAME_HEIGHT_MM && slope(above) <= slope(below) + STRAIGHT
+    };
+    let mut pieces = Vec::new();
+    let mut first = 0;
+    while first < slabs.len() {
+        let mut last = first;
+        while last + 1 < slabs.len() && joins(&slabs[last], &slabs[last + 1]) {
+            last += 1;
+        }
+        let run = &slabs[first..=last];
+        let (bottom, top) = (&run[0], &run[run.len() - 1]);
+        // Outwards the radius goes on as it does, but never grows.
+        let below = first.checked_sub(1).map(|k| &slabs[k]).filter(|next| reaches(next, 1, bottom.outer[0]));
+        let above = slabs.get(last + 1).filter(|next| reaches(next, 0, top.outer[1]));
+        let low = below.map_or(bottom.z[0], |next| next.z[0]);
+        let high = above.map_or(top.z[1], |next| next.z[1]);
+        let mut planes = vec![HalfPlane { a: 0.0, b: -1.0, c: -low }, HalfPlane { a: 0.0, b: 1.0, c: high }];
+        let upright = |r: f64| HalfPlane { a: 1.0, b: 0.0, c: r };
+        if below.is_some() && slope(bottom) < 0.0 {
+            planes.push(upright(bottom.outer[0]));
+        }
+        if above.is_some() && slope(top) > 0.0 {
+            planes.push(upright(top.outer[1]));
+        }
+        for slab in run {
+            let line = HalfPlane::below_line([slab.outer[0], slab.z[0]], [slab.outer[1], slab.z[1]]);
+            let is_new = |line: &HalfPlane| {
+                planes.last().is_none_or(|last| (last.a - line.a).abs() + (last.b - line.b).abs() > STRAIGHT)
+            };
+            planes.extend(line.filter(is_new));
+        }
+        let radius = run.iter().flat_map(|slab| slab.outer).fold(0.0, f64::max);
+        pieces.push((Convex { planes }, (radius, [low, high])));
+        first = last + 1;
+    }
+    pieces
+}
+
+/// Whether a slab is nowhere thinner than `radius`, its end `at` being the near one.
+fn reaches(slab: &Slab, at: usize, radius: f64) -> bool {
+    slab.outer[at] > radius + SAME_HEIGHT_MM && slab.outer[1 - at] >= radius
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::shapes::outline::OutlinePoint;
+    use crate::geometry::shapes::{Revolve, Shape, Tessellation};
+    use obbtree::cases::meshes;
+    use proptest::prelude::*;
+
+    fn revolve(profile_mm: &[[f64; 2]]) -> Arc<Mesh> {
+        let shape =
+            Shape::Revolve(Revolve { profile_mm: profile_mm.iter().copied().map(OutlinePoint::Sharp).collect() });
+        Arc::new(shape.mesh(&Tessellation { density: 2.0, grading: 1.0 }).unwrap())
+    }
+
+    fn excess(round: &Round, rho: f64, z: f64) -> f64 {
+        round.pieces.iter().map(|piece| piece.excess(rho, z)).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn a_drill_is_one_piece_and_a_slot_cutter_two_that_overlap() {
+        let drill = Round::new(&revolve(&[[0.0, -2.0], [5.0, 0.0], [5.0, 30.0], [0.0, 30.0]]));
+        assert_eq!(drill.pieces.len(), 1);
+        assert!(drill.slack_mm < 1e-6, "{}", drill.slack_mm);
+        let slot = Round::new(&revolve(&[[0.0, 0.0], [10.0, 0.0], [10.0, 6.0], [4.0, 6.0], [4.0, 40.0], [0.0, 40.0]]));
+        assert_eq!(slot.pieces.len(), 2);
+        assert!(slot.slack_mm < 1e-6);
+        // No border within the solid where the two meet.
+        assert!(excess(&slot, 1.0, 6.0) <= -2.9, "{}", excess(&slot, 1.0, 6.0));
+        assert!((excess(&slot, 6.0, 7.0) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn what_is_hollow_cuts_nothing_for_sure() {
+        let saw = Round::new(&revolve(&[[8.0, 0.0], [10.0, 0.0], [10.0, 30.0], [8.0, 30.0]]));
+        assert_eq!(saw.slack_mm, f64::INFINITY);
+    }
+
+    proptest! {
+        /// Of any mesh: its points are in the pieces, and what is deep enough in them is swept by its turning.
+        #[test]
+        fn the_mesh_is_within_and_depth_is_swept(which in 0..64usize, face in 0..10_000usize, u in 0.0..1.0f64, v in 0.0..1.0f64) {
+            let subjects = meshes::subjects();
+            let mesh = Arc::new(subjects[which % subjects.len()].mesh.clone());
+            let round = Round::new(&mesh);
+            let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            let [a, b, c] = mesh.triangles()[face % mesh.faces().len()].corners;
+            let p = round.body_from_part * (a + (b - a) * u + (c - a) * v);
+            prop_assert!(excess(&round, p.x.hypot(p.y), p.z) <= 1e-6);
+            // A height through the mesh: its largest radius there, found by cutting every triangle.
+            let radius = mesh.triangles().iter().flat_map(|t| {
+                let corners = t.corners.map(|corner| round.body_from_part * corner);
+                (0..3).filter_map(move |k| {
+                    let (q, r) = (corners[k], corners[(k + 1) % 3]);
+                    let crosses = (q.z - p.z) * (r.z - p.z) < 0.0;
+                    crosses.then(|| {
+                        let at = q + (r - q) * ((p.z - q.z) / (r.z - q.z));
+                        at.x.hypot(at.y)
+                    })
+                })
+            }).fold(0.0, f64::max);
+            for part in 0..20 {
+                let rho = radius * (1.0 + f64::from(part) / 10.0);
+                if rho > radius + 1e-6 {
+                    prop_assert!(excess(&round, rho, p.z) + round.slack_mm >= -1e-6, "{rho} > {radius} at {}", p.z);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! A mesh that does not turn: how far a point is from its surface, negative inside.
+
+use crate::geometry::{Mesh, Point, Triangle};
+use crate::truth::Solid;
+use std::sync::Arc;
+
+/// Triangles in a leaf.
+const LEAF: usize = 4;
+
+/// A mesh in a tree of boxes.
+#[derive(Clone, Debug)]
+pub(super) struct Skin {
+    triangles: Vec<Triangle>,
+    /// Children of node n are n + 1 and `Node::second`.
+    nodes: Vec<Node>,
+    solid: Solid,
+}
+
+#[derive(Clone, Debug)]
+struct Node {
+    low: Point,
+    high: Point,
+    /// Triangles of a leaf; empty of an inner node.
+    range: std::ops::Range<u32>,
+    second: u32,
+}
+
+impl Node {
+    fn squared(&self, p: &Point) -> f64 {
+        let gap = |i: usize| (self.low[i] - p[i]).max(p[i] - self.high[i]).max(0.0);
+        gap(0).powi(2) + gap(1).powi(2) + gap(2).powi(2)
+    }
+}
+
+impl Skin {
+    pub fn new(mesh: &Arc<Mesh>) -> Self {
+        let mut triangles = mesh.triangles();
+        let mut nodes = Vec::with_capacity(triangles.len());
+        build(&mut triangles, 0, &mut nodes);
+        Self { triangles, nodes, solid: Solid::new(Arc::clone(mesh)) }
+    }
+
+    /// The box around it.
+    pub fn bounds(&self) -> (Point, Point) {
+        (self.nodes[0].low, self.nodes[0].high)
+    }
+
+    /// Distance from the surface, mm, negative inside a watertight mesh; where it is more than `beyond_mm`, anything above that.
+    pub fn signed_distance_mm(&self, p: &Point, beyond_mm: f64) -> f64 {
+        let mut least = f64::INFINITY;
+        // The sign is asked only of a point inside the box; there the distance is at most the box's size.
+        let inside = self.nodes[0].squared(p) == 0.0 && self.solid.holds(p);
+        let beyond = if inside { f64::INFINITY } else { beyond_mm * beyond_mm };
+        let mut stack = vec![(self.nodes[0].squared(p), 0_u32)];
+        while let Some((bound, index)) = stack.pop() {
+            if bound >= least || bound > beyond {
+                continue;
+            }
+            let node = &self.nodes[index as usize];
+            if node.second == 0 {
+                for triangle in &self.triangles[node.range.start as usize..node.range.end as usize] {
+                    least = least.min((nearest(triangle, p) - p).norm_squared());
+                }
+                continue;
+            }
+            let mut children = [index + 1, node.second].map(|child| (self.nodes[child as usize].squared(p), child));
+            if children[0].0 < children[1].0 {
+                children.swap(0, 1);
+            }
+            stack.extend(children);
+        }
+        if inside { -least.sqrt() } else { least.sqrt() }
+    }
+}
+
+fn build(triangles: &mut [Triangle], start: u32, nodes: &mut Vec<Node>) {
+    let (low, high) = crate::geometry::triangle::bounds(triangles).unwrap_or_default();
+    let index = nodes.len();
+    let end = start + triangles.len() as u32;
+    nodes.push(Node { low, high, range: start..end, second: 0 });
+    if triangles.len() <= LEAF {
+        return;
+    }
+    let axis = (high - low).imax();
+    let middle = triangles.len() / 2;
+    triangles.select_nth_unstable_by(middle, |a, b| a.centroid()[axis].total_cmp(&b.centroid()[axis]));
+    let (first, second) = triangles.split_at_mut(middle);
+    build(first, start, nodes);
+    nodes[index].second = nodes.len() as u32;
+    build(second, start + middle as u32, nodes);
+}
+
+/// The point of a triangle nearest to `p` (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
+fn nearest(triangle: &Triangle, p: &Point) -> Point {
+    let [a, b, c] = triangle.corners;
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return a;
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return b;
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return c;
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 && d2 > d6 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 && (d4 - d3) + (d5 - d6) > 0.0 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    let whole = va + vb + vc;
+    if whole > 0.0 { a + ab * (vb / whole) + ac * (vc / whole) } else { a }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::triangle_distance::point_squared;
+    use obbtree::cases::meshes;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn distances_are_those_of_all_triangles(which in 0..64usize, at in prop::array::uniform3(-1.5..1.5f64)) {
+            let subjects = meshes::subjects();
+            let mesh = Arc::new(subjects[which % subjects.len()].mesh.clone());
+            let skin = Skin::new(&mesh);
+            let size = mesh.vertices().iter().map(|v| v.coords.amax()).fold(0.0, f64::max);
+            let p = Point::from(crate::geometry::Vector::from(at) * size);
+            let exact = mesh.triangles().iter().map(|t| point_squared(&p, t)).fold(f64::INFINITY, f64::min).sqrt();
+            let found = skin.signed_distance_mm(&p, f64::INFINITY);
+            prop_assert!((found.abs() - exact).abs() <= 1e-6 * (1.0 + size), "{found} {exact}");
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! A part that moves straight through the stock, and how deep a point of the stock comes into it.
+
+use super::convex::{Cube, Least};
+use super::round::Round;
+use super::skin::Skin;
+use super::turned::{Shift, Turned};
+use crate::geometry::{Isometry, Mesh, Point, Vector};
+use nalgebra::UnitQuaternion;
+use std::sync::Arc;
+
+/// What rounding may do to a depth, mm: a thousand times the rounding of a coordinate of 4 m, and the least height of a profile's step.
+pub const ROUNDING_MM: f64 = 1e-6;
+/// Least part of its body of revolution that a mesh fills when it is taken for round: a prism of eight sides fills 0.90 of it.
+const ROUND: f64 = 0.88;
+/// Travel to which the place is found where a mesh that does not turn is deepest, mm.
+const SKIN_STEP_MM: f64 = 0.02;
+
+/// A part as the stock meets it.
+#[derive(Clone, Debug)]
+pub struct Body {
+    form: Arc<Form>,
+}
+
+#[derive(Clone, Debug)]
+enum Form {
+    Round(Round),
+    Rigid(Skin),
+}
+
+impl Body {
+    /// A part that its spindle turns: the body of revolution around it.
+    #[must_use]
+    pub fn turning(mesh: &Arc<Mesh>) -> Self {
+        Self { form: Arc::new(Form::Round(Round::new(mesh))) }
+    }
+
+    /// A part that does not turn, or the body of revolution around it where the two are nearly one.
+    #[must_use]
+    pub fn standing(mesh: &Arc<Mesh>) -> Self {
+        let round = Round::new(mesh);
+        let is_round = round.filled >= ROUND && round.slack_mm.is_finite();
+        let form = if is_round { Form::Round(round) } else { Form::Rigid(Skin::new(mesh)) };
+        Self { form: Arc::new(form) }
+    }
+
+    /// Centre and radius of a ball around it, in the part's frame, mm.
+    #[must_use]
+    pub fn ball(&self) -> (Point, f64) {
+        match &*self.form {
+            Form::Round(Round { radius_mm, span_mm: [low, high], body_from_part, .. }) => {
+                let centre = Point::new(0.0, 0.0, f64::midpoint(*low, *high));
+                (body_from_part.inverse() * centre, radius_mm.hypot(0.5 * (high - low)))
+            }
+            Form::Rigid(skin) => {
+                let (low, high) = skin.bounds();
+                (nalgebra::center(&low, &high), 0.5 * (high - low).norm())
+            }
+        }
+    }
+
+    /// Its axis in the part's frame, where the mesh is round about it.
+    #[must_use]
+    pub fn axis(&self) -> Option<Vector> {
+        match &*self.form {
+            Form::Round(round) if round.filled >= ROUND => Some(round.body_from_part.inverse() * Vector::z()),
+            _ => None,
+        }
+    }
+
+    /// Whether it is a body of revolution.
+    #[must_use]
+    pub fn is_round(&self) -> bool {
+        matches!(&*self.form, Form::Round(_))
+    }
+
+    /// Part of the body of revolution that the mesh fills, 0 to 1; 1 of a part that does not turn.
+    #[must_use]
+    pub fn filled(&self) -> f64 {
+        if let Form::Round(round) = &*self.form { round.filled } else { 1.0 }
+    }
+
+    /// The part on a straight way without turning: from `stock_from_part` by `travel`, stock frame, mm. Every point of the part is within `pad_mm` of where it is
+    /// said to be.
+    #[must_use]
+    pub fn sweep(&self, stock_from_part: &Isometry, travel: &Vector, pad_mm: f64) -> Sweep {
+        let body_from_part = match &*self.form {
+            Form::Round(round) => round.body_from_part,
+            Form::Rigid(_) => Isometry::identity(),
+        };
+        let body_from_stock = body_from_part * stock_from_part.inverse();
+        let axes = [Vector::x(), Vector::y(), Vector::z()].map(|axis| body_from_stock * axis);
+        let (low, high) = self.form.bounds(&body_from_stock.inverse());
+        let beyond = Vector::repeat(pad_mm + ROUNDING_MM);
+        let (low, high) = (low.inf(&(low + travel)) - beyond, high.sup(&(high + travel)) + beyond);
+        let travel_in_body = body_from_stock * travel;
+        let way = Way::Straight { form: Arc::clone(&self.form), body_from_stock, axes, travel: travel_in_body };
+        Sweep { way, way_mm: travel.norm(), pad: pad_mm + ROUNDING_MM, low, high }
+    }
+}
+
+impl Form {
+    /// A box around the body where it is placed.
+    fn bounds(&self, stock_from_body: &Isometry) -> (Point, Point) {
+        let (centre, half) = match self {
+            Self::Round(Round { radius_mm, span_mm: [low, high], .. }) => {
+                let axis = stock_from_body * Vector::z();
+                let across = axis.map(|x| (1.0 - x * x).max(0.0).sqrt());
+                let centre = Point::new(0.0, 0.0, f64::midpoint(*low, *high));
+                (centre, axis.abs() * (0.5 * (high - low)) + across * *radius_mm)
+            }
+            Self::Rigid(skin) => {
+                let (low, high) = skin.bounds();
+                let rotation = stock_from_body.rotation.to_rotation_matrix();
+                (nalgebra::center(&low, &high), rotation.matrix().abs() * (0.5 * (high - low)))
+            }
+        };
+        let centre = stock_from_body * centre;
+        (centre - half, centre + half)
+    }
+}
+
+/// A workpiece's axis of turning.
+#[derive(Clone, Copy, Debug)]
+pub struct Spindle {
+    /// Takes the stock's frame to that of the axis, which is its z.
+    pub axis_from_stock: Isometry,
+}
+
+/// A cutter that stands while the workpiece turns, its frame turned against that of the axis by a fixed rotation.
+#[derive(Clone, Debug)]
+pub struct TurningTool {
+    section: Arc<Turned>,
+    rotation: UnitQuaternion<f64>,
+}
+
+impl TurningTool {
+    /// The section of a mesh whose frame is turned by `rotation` against the axis's; x of that frame leads from the axis to the tool.
+    #[must_use]
+    pub fn new(mesh: &Mesh, rotation: UnitQuaternion<f64>, beside_mm: f64) -> Self {
+        let axis_from_part = Isometry::from_parts(Vector::new(0.0, beside_mm, 0.0).into(), rotation);
+        Self { section: Arc::new(Turned::new(mesh, &axis_from_part)), rotation }
+    }
+
+    /// Whether the mesh is turned as another place wants it.
+    #[must_use]
+    pub fn is_turned_by(&self, rotation: &UnitQuaternion<f64>) -> bool {
+        self.rotation.angle_to(rotation) < 1e-9
+    }
+
+    /// The way of the mesh's origin from `start` by `travel`, both (x, z) in the frame of the axis, mm.
+    #[must_use]
+    pub fn sweep(&self, spindle: &Spindle, start: [f64; 2], travel: [f64; 2], pad_mm: f64) -> Sweep {
+        let shift = self.section.shift(start, travel);
+        let axis_from_stock = spindle.axis_from_stock;
+        let way = Way::Turned { section: Arc::clone(&self.section), shift, axis_from_stock };
+        let everywhere = Vector::repeat(f64::INFINITY);
+        let way_mm = travel[0].hypot(travel[1]);
+        Sweep { way, way_mm, pad: pad_mm + ROUNDING_MM, low: (-everywhere).into(), high: everywhere.into() }
+    }
+}
+
+/// A part on a straight piece of its way.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    way: Way,
+    /// Its length, mm.
+    pub(super) way_mm: f64,
+    pad: f64,
+    /// Box around all of it, stock frame, mm.
+    pub(super) low: Point,
+    pub(super) high: Point,
+}
+
+#[derive(Clone, Debug)]
+enum Way {
+    Straight { form: Arc<Form>, body_from_stock: Isometry, axes: [Vector; 3], travel: Vector },
+    Turned { section: Arc<Turned>, shift: Shift, axis_from_stock: Isometry },
+}
+
+impl Sweep {
+    /// The part of the way from one part to another, 0 to 1. Its box stays that of the whole.
+    pub(super) fn part(&self, from: f64, to: f64) -> Self {
+        let way = match &self.way {
+            Way::Straight { form, body_from_stock, axes, travel } => Way::Straight {
+                form: Arc::clone(form),
+                // The stock goes by -travel as the body sees it.
+                body_from_stock: Isometry::from_parts(
+                    (body_from_stock.translation.vector - travel * from).into(),
+                    body_from_stock.rotation,
+                ),
+                axes: *axes,
+                travel: travel * (to - from),
+            },
+            Way::Turned { section, shift, axis_from_stock } => Way::Turned {
+                section: Arc::clone(section),
+                shift: Shift {
+                    start: std::array::from_fn(|k| shift.start[k] + from * shift.travel[k]),
+                    travel: shift.travel.map(|d| d * (to - from)),
+                    excess: shift.excess,
+                },
+                axis_from_stock: *axis_from_stock,
+            },
+        };
+        Sweep { way, way_mm: self.way_mm * (to - from), ..*self }
+    }
+
+    /// Whether it comes near a box.
+    pub(super) fn reaches(&self, low: &Point, high: &Point) -> bool {
+        (0..3).all(|k| self.low[k] <= high[k] && low[k] <= self.high[k])
+    }
+
+    /// How deep a cube of the stock comes into the part: minus the depth, mm.
+    pub(super) fn least(&self, centre: &Point, half: f64) -> Least {
+        let radius = half * 3f64.sqrt();
+        match &self.way {
+            Way::Straight { form, body_from_stock, axes, travel } => match &**form {
+                Form::Round(round) => {
+                    let q = (body_from_stock * centre).coords;
+                    let inside = -(radius + self.pad + round.slack_mm);
+                    let cube = Cube { half, radius, axes: *axes, inside, outside: self.pad };
+                    self.padded(round.least(&q, travel, &cube), round.slack_mm)
+                }
+                Form::Rigid(skin) => {
+                    self.padded(self.least_of_skin(skin, &(body_from_stock * centre), travel, radius), 0.0)
+                }
+            },
+            Way::Turned { section, shift, axis_from_stock } => {
+                let at = axis_from_stock * centre;
+                self.padded(section.least(at.x.hypot(at.y), at.z, shift, radius), 0.0)
+            }
+        }
+    }
+
+    fn padded(&self, found: Least, slack: f64) -> Least {
+        Least { low: found.low - self.pad, high: found.high + slack + self.pad, deep: found.deep - self.pad }
+    }
+
+    /// The distance changes by no more than the point moves: the piece of the way that may be deepest is halved until the question is decided.
+    fn least_of_skin(&self, skin: &Skin, start: &Point, travel: &Vector, radius: f64) -> Least {
+        let way = travel.norm();
+        let beyond = 0.5 * way + radius + self.pad + 1.0;
+        let measured = |from: f64, to: f64| {
+            let at = start - travel * f64::midpoint(from, to);
+            let distance = skin.signed_distance_mm(&at, beyond);
+            (distance - 0.5 * (to - from) * way, distance, from, to)
+        };
+        let first = measured(0.0, 1.0);
+        let (mut high, mut open) = (first.1, vec![first]);
+        loop {
+            let least = (0..open.len()).min_by(|&a, &b| open[a].0.total_cmp(&open[b].0)).unwrap_or(0);
+            let (low, _, from, to) = open[least];
+            let decided = high <= -(radius + self.pad) || low - radius >= self.pad;
+            if decided || (to - from) * way <= SKIN_STEP_MM {
+                return Least { low, high, deep: low - radius };
+            }
+            let middle = f64::midpoint(from, to);
+            open[least] = measured(from, middle);
+            open.push(measured(middle, to));
+            high = high.min(open[least].1).min(open[open.len() - 1].1);
+        }
+    }
+}

@@ -1,0 +1,441 @@
+//! A cube of the stock as an octree: gone, solid, or mixed down to the finest cells.
+//!
+//! A cell through which borders run, of sweeps or of the uncut workpiece, keeps the list of them. It divides only when something asks about it: then each child
+//! keeps those that run through it, is gone where a sweep holds it, and solid where none is left. So a cut costs what the coarse cells along its border cost, and
+//! a question what the fine cells near the question cost. A cell never changes from gone to anything.
+
+use super::convex::Least;
+use super::sweep::Sweep;
+use crate::geometry::plane::Plane;
+use crate::geometry::{Point, Triangle, Vector};
+use crate::truth::Solid;
+
+/// State of a cell, its children, or its triangles: see the constants.
+type Cell = u32;
+
+/// Outside the uncut workpiece.
+const OUTSIDE: Cell = 0;
+/// Removed, or outside the uncut workpiece.
+const CUT: Cell = 1;
+/// Material that nothing has touched.
+const SOLID: Cell = 2;
+/// Of the finest cells: material may be in it, and may not fill it.
+const MIXED: Cell = 3;
+/// Cells from here on: where their eight children begin.
+const FIRST_CHILD: Cell = 8;
+/// Of cells through which borders run, and which are not divided yet: the number of their lists.
+const UNDIVIDED: Cell = 1 << 31;
+/// Side of cells that a cut divides down to, mm; smaller ones wait for a question. Lists at this size are short, and so is the way to the finest cells.
+const WAITING_MM: f64 = 1.5;
+
+/// The uncut workpiece.
+#[derive(Debug)]
+pub(super) struct Uncut {
+    pub triangles: Vec<Triangle>,
+    pub solid: Solid,
+}
+
+/// How deep material comes into a part, mm: at least, and at most.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Depth {
+    /// At least; 0 where contact is not certain.
+    pub low: f64,
+    /// At most; 0 where there is none.
+    pub high: f64,
+}
+
+impl Depth {
+    /// Bounds of the larger of two.
+    #[must_use]
+    pub fn max(self, other: Self) -> Self {
+        Self { low: self.low.max(other.low), high: self.high.max(other.high) }
+    }
+}
+
+/// What is asked about the contact of the stock with what moves.
+pub(super) struct Search<'a> {
+    pub sweep: &'a Sweep,
+    /// Depths up to this are not told apart, mm.
+    pub within_mm: f64,
+    /// Whether it is enough to know that the depth may be more than that.
+    pub only_whether: bool,
+    pub uncut: &'a Uncut,
+}
+
+impl Search<'_> {
+    fn is_answered(&self, depth: &Depth) -> bool {
+        self.only_whether && depth.high > self.within_mm
+    }
+}
+
+/// Part of a depth to which its bounds need not be nearer to one another.
+const CLOSE_PART: f64 = 0.05;
+
+/// What is known of the material at a point or in a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Material {
+    /// None: it was removed, or never was there.
+    Gone,
+    /// All of it is there.
+    Solid,
+    /// Not decided at the resolution.
+    Unknown,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Tile {
+    low: Point,
+    size: f64,
+    /// Divisions down to the finest cells.
+    depth: u32,
+    root: Cell,
+    cells: Vec<Cell>,
+    /// Blocks of eight cells that are free again.
+    free: Vec<u32>,
+    lists: Vec<Borders>,
+    /// Lists that are free again.
+    free_lists: Vec<u32>,
+    /// What has cut here.
+    sweeps: Vec<Sweep>,
+}
+
+/// What runs through a cell.
+#[derive(Clone, Debug, Default)]
+struct Borders {
+    /// Triangles of the uncut workpiece.
+    triangles: Vec<u32>,
+    /// Sweeps that do not hold the cell, and may reach into it.
+    sweeps: Vec<u32>,
+}
+
+/// A cell's place.
+#[derive(Clone, Copy)]
+struct Cube {
+    centre: Point,
+    half: f64,
+    /// Divisions left.
+    left: u32,
+}
+
+impl Cube {
+    fn radius(&self) -> f64 {
+        self.half * 3f64.sqrt()
+    }
+
+    fn child(&self, index: u32) -> Self {
+        let half = 0.5 * self.half;
+        let side = |k: u32| if index >> k & 1 == 0 { -half } else { half };
+        Self { centre: self.centre + Vector::new(side(0), side(1), side(2)), half, left: self.left.saturating_sub(1) }
+    }
+}
+
+impl Tile {
+    /// The cube from `low` of a size, divided `depth` times at most; `triangles` are those of the workpiece that may meet it.
+    pub fn new(low: Point, size: f64, depth: u32, triangles: &[u32], uncut: &Uncut) -> Self {
+        let mut tile = Self {
+            low,
+            size,
+            depth,
+            root: OUTSIDE,
+            cells: vec![OUTSIDE; FIRST_CHILD as usize],
+            free: Vec::new(),
+            lists: Vec::new(),
+            free_lists: Vec::new(),
+            sweeps: Vec::new(),
+        };
+        let cube = tile.cube();
+        tile.root = if triangles.is_empty() {
+            if uncut.solid.holds(&cube.centre) { SOLID } else { OUTSIDE }
+        } else {
+            tile.cell_of(&cube, &Borders { triangles: triangles.to_vec(), sweeps: Vec::new() }, uncut)
+        };
+        tile
+    }
+
+    fn cube(&self) -> Cube {
+        let half = 0.5 * self.size;
+        Cube { centre: self.low + Vector::repeat(half), half, left: self.depth }
+    }
+
+    /// Corners of the cube, mm.
+    pub fn bounds(&self) -> (Point, Point) {
+        (self.low, self.low + Vector::repeat(self.size))
+    }
+
+    pub const fn size_mm(&self) -> f64 {
+        self.size
+    }
+
+    /// Bytes of the tree and of what it keeps.
+    pub fn bytes(&self) -> usize {
+        let of_list = |list: &Borders| 4 * (list.triangles.capacity() + list.sweeps.capacity()) + size_of::<Borders>();
+        let of_lists = self.lists.iter().map(of_list).sum::<usize>();
+        4 * self.cells.capacity() + of_lists + self.sweeps.capacity() * size_of::<Sweep>()
+    }
+
+    /// Whether it is all gone, which needs no further questions.
+    pub fn is_gone(&self) -> bool {
+        matches!(self.root, OUTSIDE | CUT)
+    }
+
+    /// The state of a cell, given what runs through a larger one that holds it.
+    fn cell_of(&mut self, cube: &Cube, borders: &Borders, uncut: &Uncut) -> Cell {
+        let mut sweeps = Vec::new();
+        for &index in &borders.sweeps {
+            let found = self.sweeps[index as usize].least(&cube.centre, cube.half);
+            if found.high <= -cube.radius() {
+                return CUT;
+            }
+            if found.deep < 0.0 {
+                sweeps.push(index);
+            }
+        }
+        let meets = |&&index: &&u32| may_meet(&uncut.triangles[index as usize], cube);
+        let triangles: Vec<u32> = borders.triangles.iter().filter(meets).copied().collect();
+        if triangles.is_empty() {
+            // Without triangles in the larger cell it is as that is, which has material: sweeps are kept of no other.
+            if !borders.triangles.is_empty() && !uncut.solid.holds(&cube.centre) {
+                return OUTSIDE;
+            }
+            if sweeps.is_empty() {
+                return SOLID;
+            }
+        }
+        if cube.left == 0 { MIXED } else { self.listed(Borders { triangles, sweeps }) }
+    }
+
+    /// An undivided cell with borders.
+    fn listed(&mut self, borders: Borders) -> Cell {
+        let number = self.free_lists.pop().unwrap_or_else(|| {
+            self.lists.push(Borders::default());
+            (self.lists.len() - 1) as u32
+        });
+        self.lists[number as usize] = borders;
+        UNDIVIDED | number
+    }
+
+    /// Takes the borders of an undivided cell away.
+    fn unlisted(&mut self, cell: Cell) -> Borders {
+        let number = cell & !UNDIVIDED;
+        self.free_lists.push(number);
+        std::mem::take(&mut self.lists[number as usize])
+    }
+
+    /// Eight equal cells.
+    fn divided(&mut self, cell: Cell) -> Cell {
+        let first = self.free.pop().unwrap_or_else(|| {
+            self.cells.resize(self.cells.len() + 8, cell);
+            (self.cells.len() - 8) as u32
+        });
+        self.cells[first as usize..first as usize + 8].fill(cell);
+        first
+    }
+
+    /// Divides a cell through which borders run.
+    fn divide(&mut self, cell: Cell, cube: &Cube, uncut: &Uncut) -> Cell {
+        let borders = self.unlisted(cell);
+        let first = self.divided(OUTSIDE);
+        for index in 0..8 {
+            self.cells[(first + index) as usize] = self.cell_of(&cube.child(index), &borders, uncut);
+        }
+        first
+    }
+
+    /// Takes away what the sweep removes. Cells wholly within it are removed, cells that it does not touch stay as they are.
+    pub fn cut(&mut self, sweep: &Sweep, uncut: &Uncut) {
+        let number = self.sweeps.len() as u32;
+        self.sweeps.push(sweep.clone());
+        self.root = self.cut_cell(self.root, &self.cube(), number, uncut);
+    }
+
+    fn cut_cell(&mut self, cell: Cell, cube: &Cube, number: u32, uncut: &Uncut) -> Cell {
+        if matches!(cell, OUTSIDE | CUT) {
+            return cell;
+        }
+        let found = self.sweeps[number as usize].least(&cube.centre, cube.half);
+        if found.deep >= 0.0 {
+            return cell;
+        }
+        if found.high <= -cube.radius() {
+            self.forget(cell);
+            return CUT;
+        }
+        let waits = 2.0 * cube.half <= WAITING_MM;
+        let first = match cell {
+            MIXED => return MIXED,
+            SOLID if cube.left == 0 => return MIXED,
+            SOLID if waits => return self.listed(Borders { triangles: Vec::new(), sweeps: vec![number] }),
+            SOLID => self.divided(SOLID),
+            cell if cell & UNDIVIDED != 0 && waits => {
+                self.lists[(cell & !UNDIVIDED) as usize].sweeps.push(number);
+                return cell;
+            }
+            cell if cell & UNDIVIDED != 0 => self.divide(cell, cube, uncut),
+            first => first,
+        };
+        for index in 0..8 {
+            let at = (first + index) as usize;
+            self.cells[at] = self.cut_cell(self.cells[at], &cube.child(index), number, uncut);
+        }
+        self.joined(first)
+    }
+
+    /// The cell whose children begin at `first`, undivided again where they are all alike.
+    fn joined(&mut self, first: u32) -> Cell {
+        let children = &self.cells[first as usize..first as usize + 8];
+        let is_gone = children.iter().all(|&cell| matches!(cell, OUTSIDE | CUT));
+        let alike = children.iter().all(|&cell| cell == children[0]) && matches!(children[0], OUTSIDE | CUT | SOLID);
+        let whole = if alike { children[0] } else { CUT };
+        if is_gone || alike {
+            self.free.push(first);
+            return whole;
+        }
+        first
+    }
+
+    /// Gives the cells below a cell free.
+    fn forget(&mut self, cell: Cell) {
+        if cell & UNDIVIDED != 0 {
+            self.unlisted(cell);
+        } else if cell >= FIRST_CHILD {
+            for index in 0..8 {
+                self.forget(self.cells[(cell + index) as usize]);
+            }
+            self.free.push(cell);
+        }
+    }
+
+    /// How deep the material comes into what moves. Depths up to `search.within_mm` are bounded from above alone.
+    pub fn contact(&mut self, search: &Search<'_>) -> Depth {
+        let (mut depth, cube) = (Depth::default(), self.cube());
+        if !self.is_gone() {
+            let found = search.sweep.least(&cube.centre, cube.half);
+            self.root = self.contact_cell(self.root, &cube, found, search, &mut depth);
+        }
+        depth
+    }
+
+    fn contact_cell(&mut self, cell: Cell, cube: &Cube, found: Least, search: &Search<'_>, depth: &mut Depth) -> Cell {
+        let Least { high, deep, .. } = found;
+        let (at_most, within) = (-deep, search.within_mm);
+        if at_most <= 0.0 || search.is_answered(depth) {
+            return cell;
+        }
+        if at_most <= depth.high && (at_most <= within || at_most <= depth.low + within) {
+            return cell;
+        }
+        if at_most <= within || cell == MIXED {
+            depth.high = depth.high.max(at_most);
+            return cell;
+        }
+        if cell == SOLID {
+            depth.low = depth.low.max(-high);
+            if cube.left == 0 || at_most + high <= within.max(CLOSE_PART * at_most) {
+                depth.high = depth.high.max(at_most);
+                return cell;
+            }
+        }
+        let first = match cell {
+            // Not divided for this: it stays one certainty.
+            SOLID => None,
+            cell if cell & UNDIVIDED != 0 => Some(self.divide(cell, cube, search.uncut)),
+            first => Some(first),
+        };
+        let child = |tile: &Self, index: u32| first.map_or(SOLID, |first| tile.cells[(first + index) as usize]);
+        // The deepest first: it makes most of the others needless.
+        let mut order: [(u32, Option<Least>); 8] = std::array::from_fn(|index| {
+            let index = index as u32;
+            let is_gone = matches!(child(self, index), OUTSIDE | CUT);
+            let place = cube.child(index);
+            (index, (!is_gone).then(|| search.sweep.least(&place.centre, place.half)))
+        });
+        order.sort_by(|a, b| a.1.map_or(0.0, |l| l.deep).total_cmp(&b.1.map_or(0.0, |l| l.deep)));
+        for (index, found) in order {
+            let Some(found) = found else { continue };
+            let changed = self.contact_cell(child(self, index), &cube.child(index), found, search, depth);
+            if let Some(first) = first {
+                self.cells[(first + index) as usize] = changed;
+            }
+        }
+        first.map_or(SOLID, |first| self.joined(first))
+    }
+
+    /// What is known at a point, divided as finely as it goes.
+    pub fn material_at(&mut self, point: &Point, uncut: &Uncut) -> Material {
+        let mut cube = self.cube();
+        let mut at = None;
+        let mut cell = self.root;
+        loop {
+            if cell & UNDIVIDED != 0 {
+                cell = self.divide(cell, &cube, uncut);
+                match at {
+                    None => self.root = cell,
+                    Some(at) => self.cells[at] = cell,
+                }
+            }
+            match cell {
+                OUTSIDE | CUT => return Material::Gone,
+                SOLID => return Material::Solid,
+                MIXED => return Material::Unknown,
+                first => {
+                    let index = (0..3).map(|k| u32::from(point[k] >= cube.centre[k]) << k).sum::<u32>();
+                    at = Some((first + index) as usize);
+                    (cell, cube) = (self.cells[(first + index) as usize], cube.child(index));
+                }
+            }
+        }
+    }
+
+    /// Calls `visit` with every undivided cell: its centre, half its side, and what is known of it. Cells through which borders run are
+    /// divided first where `divides` says so.
+    pub fn visit(
+        &mut self,
+        uncut: &Uncut,
+        divides: &dyn Fn(&Point, f64) -> bool,
+        visit: &mut dyn FnMut(&Point, f64, Material),
+    ) {
+        self.root = self.visit_cell(self.root, &self.cube(), uncut, divides, visit);
+    }
+
+    fn visit_cell(
+        &mut self,
+        cell: Cell,
+        cube: &Cube,
+        uncut: &Uncut,
+        divides: &dyn Fn(&Point, f64) -> bool,
+        visit: &mut dyn FnMut(&Point, f64, Material),
+    ) -> Cell {
+        let first = match cell {
+            OUTSIDE | CUT | SOLID | MIXED => {
+                let material = match cell {
+                    SOLID => Material::Solid,
+                    MIXED => Material::Unknown,
+                    _ => Material::Gone,
+                };
+                visit(&cube.centre, cube.half, material);
+                return cell;
+            }
+            cell if cell & UNDIVIDED != 0 => {
+                if !divides(&cube.centre, cube.half) {
+                    visit(&cube.centre, cube.half, Material::Unknown);
+                    return cell;
+                }
+                self.divide(cell, cube, uncut)
+            }
+            first => first,
+        };
+        for index in 0..8 {
+            let at = (first + index) as usize;
+            self.cells[at] = self.visit_cell(self.cells[at], &cube.child(index), uncut, divides, visit);
+        }
+        first
+    }
+}
+
+/// Whether a triangle may meet a cube: its box does, and its plane does.
+fn may_meet(triangle: &Triangle, cube: &Cube) -> bool {
+    let (low, high) = triangle.bounds();
+    let half = Vector::repeat(cube.half);
+    let in_box = (0..3).all(|k| low[k] <= cube.centre[k] + cube.half && high[k] >= cube.centre[k] - cube.half);
+    in_box && Plane::of(triangle).may_meet_box(&cube.centre, &half)
+}
