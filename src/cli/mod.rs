@@ -5,10 +5,10 @@
 
 mod ablation;
 mod analyze;
-mod supplements;
 mod audit;
 mod check;
 mod compare;
+mod conclusion;
 mod gcode;
 mod launch;
 mod list;
@@ -20,12 +20,12 @@ mod peers;
 mod picture;
 mod plot;
 mod progress;
-mod ranking;
 mod report;
 mod repro;
 mod scene;
 mod shell;
 mod style;
+mod supplements;
 mod surfaces;
 mod sweep;
 mod trial;

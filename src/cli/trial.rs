@@ -2,7 +2,7 @@
 
 use super::options::{Extent, OutputOptions};
 use super::progress::Bar;
-use super::{CLEAR, FAILED, analyze, launch, machines, ranking, say, verify};
+use super::{CLEAR, FAILED, analyze, conclusion, launch, machines, say, style, verify};
 use crate::analysis::claims::ClaimSet;
 use crate::measure::{Progress, Run};
 use crate::record::manifest::Stage;
@@ -57,18 +57,16 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     if options.output.json {
         let result = json!({
             "out": folder.to_string_lossy(), "report": report.to_string_lossy(), "page": page.to_string_lossy(),
+            "answer": crate::report::answer(&crate::report::Contents::read(&folder)?),
             "verification": verify::as_json(&verification), "ranking": outcome.ranking, "analysis": analyze::as_json(&outcome),
         });
         say(serde_json::to_string_pretty(&result)?);
     } else {
-        say(format!("{title}\n\n{}\n", ranking::table(&outcome).trim_fmt()));
         say(verify::verdict(&verification));
-        for complaint in &outcome.noise {
-            say(format!("Noisy: {complaint}"));
-        }
-        say(format!("\nPage     {}", page.display()));
-        say(format!("Report   {}", report.display()));
-        say(format!("Figures  {} in {}", gallery.figures.len(), folder.join("plots").display()));
+        say(format!("\n{title}\n"));
+        say(conclusion::text(&crate::report::Contents::read(&folder)?, style::is_coloured()));
+        say(format!("\nLook next at\n  {}   the page: charts, with the CSV row behind every mark", page.display()));
+        say(format!("  {}     the same to read, with {} figures", report.display(), gallery.figures.len()));
     }
     Ok(if verification.holds() { CLEAR } else { FAILED })
 }

@@ -13,7 +13,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
         panel(data, &data.claims.comparison.five, "The paper's five volumes", Form::Markers, Scale::Log),
     ];
     Sketch {
-        name: "paper-figure-6",
+        name: super::PAPER_FIGURE,
         title: "Time of the programs in each scene".to_owned(),
         caption: "The paper's figure 6 measured again. Left: the plain and the area-weighted oriented box, both tight, each \
                   with its own split. Right: all five volumes, on a logarithmic axis. Sum of the query times of the scene's programs, each \
