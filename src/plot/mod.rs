@@ -18,6 +18,7 @@ pub mod marks;
 pub mod misses;
 pub mod operations;
 pub mod paper_figure;
+mod pixels;
 pub mod query_time;
 pub mod sweep;
 pub mod ticks;

@@ -361,3 +361,6 @@ fn contrast(timed: &[(&str, Vec<Timed>)], groups: &[(Vec<&str>, Vec<&str>)]) -> 
         _ => String::new(),
     }
 }
+
+#[cfg(test)]
+mod tests;
