@@ -129,7 +129,7 @@ enum Study {
 
 #[derive(Subcommand)]
 enum Stage {
-    /// Hold every variant's verdicts against the exact truth
+    /// Compare every variant's verdicts with the exact truth
     Verify(verify::Options),
     /// Count operations, describe trees, and time queries and construction
     Measure(measure::Options),
@@ -139,7 +139,7 @@ enum Stage {
     Plot(plot::Options),
     /// Write a run's report
     Report(report::Options),
-    /// Hold two runs against each other: what changed beyond noise
+    /// Compare two runs: what changed beyond noise
     Compare(compare::Options),
 }
 

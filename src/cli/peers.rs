@@ -91,7 +91,7 @@ struct CompareOptions {
     /// registry]
     #[arg(long = "variant", value_name = "ID[@POLICY][+OPTION]...")]
     variants: Vec<String>,
-    /// The engine that the others are held against; of several the first that takes part [default: the first runner, else the
+    /// The engine that the others are compared with; of several the first that takes part [default: the first runner, else the
     /// first variant]
     #[arg(long, value_name = "NAME")]
     against: Vec<String>,
@@ -102,7 +102,7 @@ struct TableOptions {
     /// Folder of the comparison
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// The engine that the others are held against; of several the first that took part
+    /// The engine that the others are compared with; of several the first that took part
     #[arg(long, value_name = "NAME", required = true)]
     against: Vec<String>,
     /// Seed of the intervals

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench try my-machine                       a folder with a scene.toml (docs/format.md), or the name of a shipped scene\n  bvbench try fixture.stl arm.ply poses.csv    meshes, and the poses at which they are held against each other\n  bvbench try my-machine --profile smoke --variant ID --variant ID\n\nThe pose file has a row for each pose: part, qw, qx, qy, qz, tx, ty, tz (mm), where part is a mesh's file name without its ending; a mesh that is\nnot named stays where its file has it. Exit code 1 when a safe variant misses a contact."
+    after_help = "Examples:\n  bvbench try my-machine                       a folder with a scene.toml (docs/format.md), or the name of a shipped scene\n  bvbench try fixture.stl arm.ply poses.csv    meshes, and the poses at which they are compared\n  bvbench try my-machine --profile smoke --variant ID --variant ID\n\nThe pose file has a row for each pose: part, qw, qx, qy, qz, tx, ty, tz (mm), where part is a mesh's file name without its ending; a mesh that is\nnot named stays where its file has it. Exit code 1 when a safe variant misses a contact."
 )]
 pub struct Options {
     /// A scene, by name or folder; or two or more mesh files and a pose file (CSV)
@@ -104,7 +104,7 @@ fn scene_of(files: &[String], run: &Path) -> Result<String> {
     };
     ensure!(
         meshes.len() >= 2,
-        "two meshes at least are held against each other, and {} of the paths are",
+        "needs two mesh files or more, and {} of the paths are",
         meshes.len()
     );
     let folder = PathBuf::from(format!("{}-scene", run.display()));

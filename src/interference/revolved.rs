@@ -57,7 +57,7 @@ impl Revolved {
         Self { profile: Profile::of_lines(&outline), tool_from_mesh, volume_mm3, filled }
     }
 
-    /// Whether this is the tool when it is held against `other`: the one that is round, of two round ones the smaller, of two that
+    /// Whether this is the tool when it is compared with `other`: the one that is round, of two round ones the smaller, of two that
     /// are not the one that fills more of its body.
     #[must_use]
     pub fn is_tool_against(&self, other: &Self) -> bool {

@@ -38,7 +38,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Whether it is a method of ours, whose promise to be safe is held against the truth.
+    /// Whether it is a method of ours, whose promise to be safe is compared with the truth.
     #[must_use]
     pub const fn is_ours(self) -> bool {
         self.has_volumes() || matches!(self, Self::Sampling)

@@ -41,14 +41,14 @@ fn primary_of(claims: &ClaimSet, kind: TestKind) -> impl Iterator<Item = (&Claim
 
 /// What a comparison says about one scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Outcome {
+enum Speed {
     Faster,
     Slower,
     Same,
     Undecided,
 }
 
-impl Outcome {
+impl Speed {
     const ALL: [Self; 4] = [Self::Faster, Self::Slower, Self::Same, Self::Undecided];
 
     fn of(row: &RatioRow) -> Self {
@@ -73,7 +73,7 @@ impl Outcome {
 
 /// What a ratio of times says, in words.
 pub(super) fn effect_in_words(row: &RatioRow) -> String {
-    let word = Outcome::of(row).word();
+    let word = Speed::of(row).word();
     if row.noisy == 1 { format!("{word} (noisy)") } else { word.to_owned() }
 }
 
@@ -87,23 +87,23 @@ fn proposal(contents: &Contents) -> Option<Statement> {
         let answer = "This run cannot say: it did not time both of them on the same poses.".to_owned();
         return Some(Statement { question, answer });
     }
-    let scenes = |outcome: Outcome| -> Vec<&str> {
-        rows.iter().filter(|row| Outcome::of(row) == outcome).map(|row| row.scene.as_str()).collect()
+    let scenes = |outcome: Speed| -> Vec<&str> {
+        rows.iter().filter(|row| Speed::of(row) == outcome).map(|row| row.scene.as_str()).collect()
     };
-    let groups = Outcome::ALL.map(|outcome| (outcome, scenes(outcome))).into_iter().filter(|(_, of)| !of.is_empty());
-    let groups: Vec<(Outcome, Vec<&str>)> = groups.collect();
-    let list = |groups: &[(Outcome, Vec<&str>)]| {
+    let groups = Speed::ALL.map(|outcome| (outcome, scenes(outcome))).into_iter().filter(|(_, of)| !of.is_empty());
+    let groups: Vec<(Speed, Vec<&str>)> = groups.collect();
+    let list = |groups: &[(Speed, Vec<&str>)]| {
         let each = groups.iter().map(|(outcome, scenes)| format!("{} on {}", outcome.word(), listed(scenes)));
         each.collect::<Vec<_>>().join("; ")
     };
-    let verdict = match (&groups[..], scenes(Outcome::Faster).len(), rows.len()) {
-        ([(Outcome::Faster, _)], _, 1) => format!("Yes, on {}.", rows[0].scene),
-        ([(Outcome::Faster, _)], _, n) => format!("Yes, in all {n} scenes."),
-        ([(Outcome::Undecided, _)], _, 1) => format!("Undecided on {}.", rows[0].scene),
-        ([(Outcome::Undecided, _)], _, n) => format!("Undecided in all {n} scenes."),
+    let verdict = match (&groups[..], scenes(Speed::Faster).len(), rows.len()) {
+        ([(Speed::Faster, _)], _, 1) => format!("Yes, on {}.", rows[0].scene),
+        ([(Speed::Faster, _)], _, n) => format!("Yes, in all {n} scenes."),
+        ([(Speed::Undecided, _)], _, 1) => format!("Undecided on {}.", rows[0].scene),
+        ([(Speed::Undecided, _)], _, n) => format!("Undecided in all {n} scenes."),
         ([(outcome, _)], _, 1) => format!("No: {} on {}.", outcome.word(), rows[0].scene),
         ([(outcome, _)], _, n) => format!("No: {} in all {n} scenes.", outcome.word()),
-        (groups, 0, n) if scenes(Outcome::Undecided).is_empty() => format!("No, in none of {n} scenes: {}.", list(groups)),
+        (groups, 0, n) if scenes(Speed::Undecided).is_empty() => format!("No, in none of {n} scenes: {}.", list(groups)),
         (groups, 0, n) => format!("Not shown in any of {n} scenes: {}.", list(groups)),
         (groups, k, n) => format!("In {k} of {n} scenes: {}.", list(groups)),
     };

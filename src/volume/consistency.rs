@@ -1,4 +1,4 @@
-//! What a volume says of itself, held against what it contains.
+//! What a volume says of itself, compared with what it contains.
 //!
 //! Drawings, the tightness of trees, the order of a traversal and the division of nodes rest on these statements, and no verdict depends on
 //! them, so that a mistake in one would otherwise show nowhere.

@@ -1,7 +1,7 @@
 //! A box for overlap and a swept rectangle for distance, side by side.
 //!
 //! J. Pan, S. Chitta, D. Manocha, "FCL: A General Purpose Library for Collision and Proximity Queries", ICRA 2012, where each node holds
-//! both. Deviations: both have axes by the area-weighted covariance; a distance is held against the larger of both bounds.
+//! both. Deviations: both have axes by the area-weighted covariance; a distance is compared with the larger of both bounds.
 
 use super::obb_area::ObbArea;
 use super::rss::Rss;

@@ -1,4 +1,4 @@
-//! Polytopes known by hand, and the bound by duality held against the contents and against the exact rotated polytope.
+//! Polytopes known by hand, and the bound by duality compared with the contents and against the exact rotated polytope.
 
 use super::*;
 use crate::tree::{Policy, SplitRule, Tree};
