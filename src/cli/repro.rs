@@ -68,7 +68,10 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         say(conclusion::text(&crate::report::Contents::read(&folder)?, style::is_coloured()));
         say(format!("\nLook next at\n  {}   the page: charts, with the CSV row behind every mark", page.display()));
         say(format!("  {}     the same to read, with {} figures", report.display(), gallery.figures.len()));
-        say(format!("  {}         the records; results/README.md says what each column means", folder.join("*.csv").display()));
+        say(format!(
+            "  {}         the records; results/README.md says what each column means",
+            folder.join("*.csv").display()
+        ));
     }
     Ok(if verification.holds() && octree.holds() { CLEAR } else { FAILED })
 }

@@ -84,7 +84,7 @@ impl Counts {
     }
 }
 
-/// What is kept from one pose of a path to the next: the leaf in which the tool interfered last. A query begins with it and the leaves that
+/// State kept from one pose of a path to the next: the leaf in which the tool last interfered. A query begins with it and the leaves that
 /// touch it, nearest first; when they say nothing, it goes on as a fresh one.
 #[derive(Clone, Debug, Default)]
 pub struct Coherence {
@@ -374,7 +374,7 @@ impl<'a> Detector<'a> {
     }
 }
 
-/// What signed distances of profiles may be off by rounding, mm.
+/// Bound on the rounding error of signed distances of profiles, mm.
 const DISTANCE_ROUNDING_MM: f64 = 1e-9;
 
 impl Prepared<'_> {

@@ -22,7 +22,7 @@ pub struct Writer<'a> {
     pub setup: &'a Setup,
     /// Number of the tool.
     pub tool: u32,
-    /// The surface's frame in that of the link that carries the workpiece.
+    /// Pose of the surface's frame in the frame of the link that carries the workpiece.
     pub work_from_surface: Isometry,
     /// The cutter's corner.
     pub corner: Corner,
@@ -143,7 +143,7 @@ impl Writer<'_> {
         Ok(Written { text: lines.join("\n") + "\n", lines: lines_of_stops })
     }
 
-    /// What the program says to bring the tool to a stop, lifted along its axis, in machine coordinates.
+    /// Lines of the program that stop the tool and lift it along its axis, in machine coordinates.
     fn programmed(
         &self,
         stop: &Stop,

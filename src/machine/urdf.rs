@@ -135,7 +135,7 @@ pub enum UrdfError {
 }
 
 impl UrdfError {
-    /// The name that stands in the file where the cause is.
+    /// The name in the file at the place of the error.
     #[must_use]
     pub fn name(&self) -> Option<&str> {
         match self {

@@ -1,4 +1,4 @@
-//! What an ablation found: tests of each form, split by poses that hit and free ones, its time, and the sweeps of its parameters.
+//! Results of an ablation: tests of each form, split by colliding and free poses, its time, and the sweeps of its parameters.
 
 use super::data::Entry;
 use super::grouped::{Form, Grouped, Panel, Point, Series};

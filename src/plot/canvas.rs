@@ -13,7 +13,7 @@ use std::io::BufWriter;
 use std::path::Path;
 use std::sync::Once;
 
-/// What is said when the embedded font is none.
+/// Error message when the embedded font cannot be read.
 const NO_FONT: &str = "the embedded font cannot be read";
 
 /// The font family of all text.

@@ -51,9 +51,9 @@ pub enum Form {
 pub struct Panel {
     /// Its title.
     pub title: String,
-    /// What the vertical axis measures, with the unit.
+    /// Quantity and unit of the vertical axis.
     pub measure: &'static str,
-    /// What the horizontal axis sorts by; empty when the categories say it.
+    /// Label of the horizontal axis; empty when the categories need none.
     pub sorted_by: &'static str,
     /// The vertical axis.
     pub scale: Scale,

@@ -1,4 +1,4 @@
-//! What a variant looks like, and the marks made of it: colours of Okabe and Ito (2008), which colour-blind readers can tell
+//! The look of a variant, and its marks: colours of Okabe and Ito (2008), which colour-blind readers can tell
 //! apart, each with a marker of its own, so that nothing rests on colour alone.
 
 use super::canvas::{Area, DrawResult, TEXT_PX, text};
@@ -54,7 +54,7 @@ impl Shape {
 
 const SHAPES: [Shape; 6] = [Shape::Circle, Shape::Square, Shape::Up, Shape::Diamond, Shape::Down, Shape::Bar];
 
-/// Colour and marker of a variant. A hollow marker is that of an unsafe one, here and on the page, and of nothing else.
+/// Colour and marker of a variant. A hollow marker means an unsafe variant, here and on the page, and nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Look {
     /// Colour.

@@ -56,13 +56,7 @@ impl<'a> DrawingBackend for Pixels<'a> {
         self.bitmap.draw_line(from, to, style)
     }
 
-    fn draw_rect<S: BackendStyle>(
-        &mut self,
-        from: BackendCoord,
-        to: BackendCoord,
-        style: &S,
-        fill: bool,
-    ) -> Drawn<'a> {
+    fn draw_rect<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S, fill: bool) -> Drawn<'a> {
         self.bitmap.draw_rect(from, to, style, fill)
     }
 
@@ -70,13 +64,7 @@ impl<'a> DrawingBackend for Pixels<'a> {
         self.bitmap.draw_path(path, style)
     }
 
-    fn draw_circle<S: BackendStyle>(
-        &mut self,
-        centre: BackendCoord,
-        radius: u32,
-        style: &S,
-        fill: bool,
-    ) -> Drawn<'a> {
+    fn draw_circle<S: BackendStyle>(&mut self, centre: BackendCoord, radius: u32, style: &S, fill: bool) -> Drawn<'a> {
         self.bitmap.draw_circle(centre, radius, style, fill)
     }
 

@@ -103,12 +103,15 @@ fn proposal(contents: &Contents) -> Option<Statement> {
         ([(Speed::Undecided, _)], _, n) => format!("Undecided in all {n} scenes."),
         ([(outcome, _)], _, 1) => format!("No: {} on {}.", outcome.word(), rows[0].scene),
         ([(outcome, _)], _, n) => format!("No: {} in all {n} scenes.", outcome.word()),
-        (groups, 0, n) if scenes(Speed::Undecided).is_empty() => format!("No, in none of {n} scenes: {}.", list(groups)),
+        (groups, 0, n) if scenes(Speed::Undecided).is_empty() => {
+            format!("No, in none of {n} scenes: {}.", list(groups))
+        }
         (groups, 0, n) => format!("Not shown in any of {n} scenes: {}.", list(groups)),
         (groups, k, n) => format!("In {k} of {n} scenes: {}.", list(groups)),
     };
     let values = rows.iter().map(|row| format!("{} on {}", ratio(row), row.scene)).collect::<Vec<_>>();
-    let mut answer = format!("{verdict} {} relative to the {baseline}: {} (95 % intervals).", of_what(contents), values.join(", "));
+    let mut answer =
+        format!("{verdict} {} relative to the {baseline}: {} (95 % intervals).", of_what(contents), values.join(", "));
     let noisy: Vec<&str> = rows.iter().filter(|row| row.noisy == 1).map(|row| row.scene.as_str()).collect();
     if !noisy.is_empty() {
         answer += &format!(" The timings of {} were too noisy to decide on speed.", listed(&noisy));
@@ -190,7 +193,10 @@ fn misses(contents: &Contents) -> Statement {
     } else if !unsafe_cases.is_empty() {
         sentences.push("They were asked about no contact in this run.".to_owned());
     }
-    sentences.push(safe_ones(contents, &entries().filter(|v| v.safe).map(|v| (&*v.label, default(&v.id))).collect::<Vec<_>>()));
+    sentences.push(safe_ones(
+        contents,
+        &entries().filter(|v| v.safe).map(|v| (&*v.label, default(&v.id))).collect::<Vec<_>>(),
+    ));
     Statement { question, answer: sentences.join(" ") }
 }
 
@@ -242,7 +248,12 @@ fn tallies(contents: &Contents, case: &CaseRef) -> Vec<Tally> {
         let wanted = case.policy.as_ref().map_or_else(|| is_default(contents, &key.variant, &policy), |p| *p == policy);
         key.variant == case.variant && wanted
     };
-    contents.misses.iter().filter(|(_, key, tally)| is_it(key) && tally.contacts() > 0).map(|(.., tally)| tally).collect()
+    contents
+        .misses
+        .iter()
+        .filter(|(_, key, tally)| is_it(key) && tally.contacts() > 0)
+        .map(|(.., tally)| tally)
+        .collect()
 }
 
 /// `misses 10 to 29 %`, `misses none`; `None` where nothing was asked.
@@ -279,8 +290,11 @@ fn fastest(contents: &Contents) -> Statement {
         return Statement { question, answer: "The claims name nothing to compare with.".to_owned() };
     };
     let scenes: Vec<&str> = contents.manifest.scenes.iter().map(|scene| scene.name.as_str()).collect();
-    let timed: Vec<(&str, Vec<Timed>)> =
-        scenes.iter().map(|scene| (*scene, timed_on(contents, baseline, scene))).filter(|(_, of)| of.len() > 1).collect();
+    let timed: Vec<(&str, Vec<Timed>)> = scenes
+        .iter()
+        .map(|scene| (*scene, timed_on(contents, baseline, scene)))
+        .filter(|(_, of)| of.len() > 1)
+        .collect();
     if timed.is_empty() {
         let answer = "This run cannot say: it did not time two safe volumes on the same poses.".to_owned();
         return Statement { question, answer };
@@ -332,7 +346,8 @@ fn noise_of(contents: &Contents, scene: &str) -> f64 {
             && (row.metric.as_str(), row.workload.as_str()) == (&*metric, &*workload)
             && row.noisy == 1
     };
-    let strayed = contents.ratios.iter().filter(is_null).flat_map(|row| [row.high, 1.0 / row.low, row.ratio, 1.0 / row.ratio]);
+    let strayed =
+        contents.ratios.iter().filter(is_null).flat_map(|row| [row.high, 1.0 / row.low, row.ratio, 1.0 / row.ratio]);
     strayed.filter(|factor| factor.is_finite()).fold(1.0, f64::max)
 }
 
@@ -356,7 +371,10 @@ fn contrast(timed: &[(&str, Vec<Timed>)], groups: &[(Vec<&str>, Vec<&str>)]) -> 
         .max_by(|a, b| a.0.total_cmp(&b.0));
     match worst {
         Some((factor, label, scene)) if groups.len() > 1 && factor >= 1.5 => {
-            format!(" None is fastest everywhere: on {scene} the {label} takes {} times the time of the fastest.", number(factor))
+            format!(
+                " None is fastest everywhere: on {scene} the {label} takes {} times the time of the fastest.",
+                number(factor)
+            )
         }
         _ => String::new(),
     }

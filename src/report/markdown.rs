@@ -1,10 +1,10 @@
 //! The report as Markdown, section by section.
 
 use super::Contents;
-use super::tables::{Table, interval, number};
 use super::answer::{answer, is_default, paired};
 use super::programs;
 use super::sentences::{Group, blocks, sentences, verdicts_in_words, words};
+use super::tables::{Table, interval, number};
 use crate::analysis::claims::{CaseRef, ClaimSet};
 use crate::analysis::{ALL, ranked_by};
 use crate::record::{Kind, Manifest, NULL_VARIANT};
@@ -103,10 +103,12 @@ fn at_a_glance(contents: &Contents) -> String {
         }));
         text.push('\n');
         let names = readings.iter().map(|reading| words(reading).0);
-        let headings: Vec<String> = ["the paper says".to_owned(), "verdict".to_owned()].into_iter().chain(names).collect();
+        let headings: Vec<String> =
+            ["the paper says".to_owned(), "verdict".to_owned()].into_iter().chain(names).collect();
         let mut table = Table::new(&headings.iter().map(String::as_str).collect::<Vec<_>>());
         for sentence in of {
-            let of_reading = |id: &str| sentence.cells.iter().find(|(own, _)| *own == id).map_or(&[][..], |(_, rows)| rows);
+            let of_reading =
+                |id: &str| sentence.cells.iter().find(|(own, _)| *own == id).map_or(&[][..], |(_, rows)| rows);
             let verdict = sentence.primary.map_or_else(String::new, |row| format!("**{}**", row.verdict));
             let cells = readings.iter().map(|reading| verdicts_in_words(of_reading(reading.id.get_ref())));
             table.row([link(sentence.claim.id(), &sentence.claim.sentence), verdict].into_iter().chain(cells));
@@ -122,7 +124,8 @@ fn at_a_glance(contents: &Contents) -> String {
         for sentence in &of {
             let rows: Vec<_> = sentence.cells.iter().flat_map(|(_, rows)| rows.iter().copied()).collect();
             let note = rows.iter().find(|row| row.verdict == "not-judged").map(|row| row.note.clone());
-            let reason = sentence.claim.not_judged.clone().or_else(|| sentence.primary.map(|row| row.note.clone())).or(note);
+            let reason =
+                sentence.claim.not_judged.clone().or_else(|| sentence.primary.map(|row| row.note.clone())).or(note);
             let each = sentence.cells.iter().map(|(id, rows)| format!("{id} {}", verdicts_in_words(rows)));
             let verdict = match reason {
                 Some(reason) => reason,

@@ -32,7 +32,7 @@ pub struct Grid {
     pad: f64,
     /// Voxels along each axis.
     size: [usize; 3],
-    /// Where each voxel's list begins in `faces`; one more at the end.
+    /// Start of each voxel's list in `faces`, and the end of the last list.
     starts: Vec<u32>,
     faces: Vec<u32>,
 }

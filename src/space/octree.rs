@@ -24,7 +24,7 @@ struct Octant {
     centre: Point,
     /// Half its edge, with the pad.
     half: f64,
-    /// Where its children stand among the octants, or its triangles among the faces of leaves.
+    /// Range of its children among the octants, or of its triangles among the faces of leaves.
     first: u32,
     count: u32,
     is_leaf: bool,

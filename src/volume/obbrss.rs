@@ -10,7 +10,7 @@ use super::{BoundingVolume, Info, Segment, Shape, Solid};
 use crate::geometry::{Isometry, Point, Triangle, Vector};
 use nalgebra::Unit;
 
-/// Both, around the same contents. What is said of size, shape and contents is said of the box.
+/// Both, around the same contents. Size, shape and containment are those of the box.
 #[derive(Clone, Debug)]
 pub struct ObbRss {
     obb: Obb,

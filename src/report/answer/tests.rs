@@ -53,10 +53,8 @@ fn each_pair_of_outcomes_has_its_verdict() {
         (UNCLEAR, LESS, &*format!("In 1 of 2 scenes: faster on {b}; undecided on {a}.")),
         (MORE, UNCLEAR, &*format!("Not shown in any of 2 scenes: slower on {a}; undecided on {b}.")),
     ];
-    for ((of_a, effect_a), (of_b, effect_b), expected) in cases
-        .iter()
-        .map(|(a, b, expected)| (*a, *b, *expected))
-        .collect::<Vec<_>>()
+    for ((of_a, effect_a), (of_b, effect_b), expected) in
+        cases.iter().map(|(a, b, expected)| (*a, *b, *expected)).collect::<Vec<_>>()
     {
         set(&mut contents, a, of_a, effect_a, 0);
         set(&mut contents, b, of_b, effect_b, 0);
@@ -64,7 +62,9 @@ fn each_pair_of_outcomes_has_its_verdict() {
         assert!(text.starts_with(expected), "{text}, not {expected}");
         assert!(!text.contains("noisy"), "{text}");
     }
-    assert!(first(&contents).contains("1.500 [1.400, 1.600] on lathe-toolpost, 0.900 [0.700, 1.200] on lathe-tailstock"));
+    assert!(
+        first(&contents).contains("1.500 [1.400, 1.600] on lathe-toolpost, 0.900 [0.700, 1.200] on lathe-tailstock")
+    );
 }
 
 /// However clear a ratio looks, a cell whose null duplicate strays decides nothing, and the answer says why.
@@ -169,13 +169,21 @@ fn the_fastest_differs_by_scene_ties_and_noise() {
     );
     assert_eq!(*text, expected);
     place(&mut contents, "aabb", b, (0.81, 0.78, 0.84));
-    assert!(answer(&contents)[2].answer.contains("not told apart, on lathe-tailstock"), "{}", answer(&contents)[2].answer);
+    assert!(
+        answer(&contents)[2].answer.contains("not told apart, on lathe-tailstock"),
+        "{}",
+        answer(&contents)[2].answer
+    );
     // A null duplicate that strays by a factor tells nothing within that factor apart.
     place(&mut contents, "aabb", b, (0.5, 0.49, 0.51));
     assert!(answer(&contents)[2].answer.starts_with("The AABB on lathe-toolpost and lathe-tailstock"));
     let nulls = contents.ratios.iter_mut().filter(|row| row.variant == NULL_VARIANT && row.scene == b);
     nulls.for_each(|row| (row.ratio, row.low, row.high, row.noisy) = (1.2, 0.9, 1.7, 1));
-    assert!(answer(&contents)[2].answer.contains("not told apart, on lathe-tailstock"), "{}", answer(&contents)[2].answer);
+    assert!(
+        answer(&contents)[2].answer.contains("not told apart, on lathe-tailstock"),
+        "{}",
+        answer(&contents)[2].answer
+    );
     // The records themselves are untouched.
     write_rows(folder.path(), &contents.ratios).unwrap();
 }

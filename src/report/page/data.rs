@@ -2,12 +2,12 @@
 
 use crate::analysis::claims::CaseRef;
 use crate::analysis::{ALL, Ranked};
+use crate::plot::data::entries;
 use crate::record::{
     AuditCellRow, AuditEffectRow, AuditShareRow, Band, ClaimRow, CostChunkRow, CostRow, DeadlineRow, Manifest,
     NULL_VARIANT, PeerRatioRow, PeerRow, RatioRow, RecordError, RepayRow, Row, Stratum, SummaryRow, SweepSummaryRow,
     Table, TightnessRow, TreeRow, VerificationRow,
 };
-use crate::plot::data::entries;
 use crate::report::programs::{self, ProgramTotals};
 use crate::report::sentences::{Group, blocks, sentences, words};
 use crate::report::{Contents, ReportError, Statement, answer};
@@ -104,13 +104,17 @@ impl<'a> PageData<'a> {
         let mut shelf = Shelf { folder, tables: BTreeMap::new(), left_out: Vec::new(), room: MOST_BYTES };
         shelf.fill()?;
         let claims = claims(contents);
-        let lines = |claim: &ClaimEntry<'_>| claim.cells.iter().flat_map(|(_, lines)| lines.clone()).collect::<Vec<_>>();
+        let lines =
+            |claim: &ClaimEntry<'_>| claim.cells.iter().flat_map(|(_, lines)| lines.clone()).collect::<Vec<_>>();
         let standing = claims.iter().flat_map(|claim| claim.primary.into_iter().chain(lines(claim))).collect();
         let looks = entries(&contents.manifest).into_iter().map(|entry| {
             let [light, dark] = entry.look.css();
             (entry.id, LookEntry { light, dark, path: entry.look.path(), hollow: entry.look.is_hollow() })
         });
-        let ids = |(readings, of): (Vec<&'a crate::analysis::claims::Reading>, Vec<crate::report::sentences::Sentence<'a>>)| {
+        let ids = |(readings, of): (
+            Vec<&'a crate::analysis::claims::Reading>,
+            Vec<crate::report::sentences::Sentence<'a>>,
+        )| {
             let readings = readings.into_iter().map(|reading| reading.id.get_ref().as_str()).collect();
             (readings, of.into_iter().map(|sentence| sentence.claim.id()).collect())
         };
