@@ -3,7 +3,8 @@
 //! Tools come as meshes, and turn about an axis that nobody names. Of the lines that may be it, that one is taken about which the
 //! mesh fits the smallest cylinder: for a body of revolution its axis. The body around the mesh has at each height the mesh's largest
 //! distance from the axis: along an edge of the mesh that distance is a convex function of the height, so the chord between the
-//! edge's ends bounds it, and a triangle's slice at a height is farthest from the axis at its edges. Hollows towards the axis, such as flutes and bores, are filled.
+//! edge's ends bounds it, and a triangle's slice at a height is farthest from the axis at its edges. Hollows towards the axis, such as
+//! flutes and bores, are filled.
 
 use super::profile::{P2, Profile};
 use crate::geometry::covariance::{area_weighted, principal_frame};

@@ -93,7 +93,8 @@ impl Octree {
         }
     }
 
-    /// The middles of an octant's eighths that hold triangles, with those of its `faces` that each holds. `None` where none holds fewer: triangles
+    /// The middles of an octant's eighths that hold triangles, with those of its `faces` that each holds. `None` where none holds fewer:
+    /// triangles
     /// one upon the other, or all of them within the pad, are not told apart however small the cubes are.
     fn eighths(&self, octant: usize, faces: &[u32], pad: f64) -> Option<Vec<(Point, Vec<u32>)>> {
         let Octant { centre, half, .. } = self.octants[octant];

@@ -1,4 +1,5 @@
-//! Space that volumes hold beyond their contents: how far a volume reaches outside the convex hull of its contents, and how much space two siblings share.
+//! Space that volumes hold beyond their contents: how far a volume reaches outside the convex hull of its contents, and how much space two
+//! siblings share.
 //!
 //! Both are taken from the volume's drawing and its `contains`, so that they mean the same for every volume there is.
 

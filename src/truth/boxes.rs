@@ -158,7 +158,8 @@ impl BoxTree {
     }
 }
 
-/// Nodes of a tree moved to one pose. A search visits many nodes repeatedly, so that each is moved once and kept; nodes that are not visited, most of a large mesh, are never moved.
+/// Nodes of a tree moved to one pose. A search visits many nodes repeatedly, so that each is moved once and kept; nodes that are not
+/// visited, most of a large mesh, are never moved.
 pub(super) struct Memo<T> {
     /// One more than where each node's items start; 0 for a node that nobody has asked for.
     starts: Vec<u32>,

@@ -1,6 +1,7 @@
 //! The traits of a bounding volume: two for its fit and its tests, a third for drawings and sizes.
 //!
-//! A variant ([`BoundingVolume`]) says how a shape is put around triangles; a shape ([`Shape`]) is what a tree tests. Variants that differ in the fit
+//! A variant ([`BoundingVolume`]) says how a shape is put around triangles; a shape ([`Shape`]) is what a tree tests. Variants that differ
+//! in the fit
 //! alone share a shape, and so every instruction of a query. To add a variant of a known shape, write one file beside these, name it in
 //! a `mod` line below and in one line of [`crate::registry`]. A variant with a shape of its own implements all three traits in its file. From
 //! another crate [`crate::registry::Registry::with`] does it without touching this one (`examples/my_volume.rs`).

@@ -175,7 +175,8 @@ const METRE: f64 = Unit::M.in_mm();
 /// Largest file that is read, bytes. Text has at least 20 bytes per triangle, so that vertex indices fit 32 bits.
 const LARGEST_FILE: u64 = 1 << 30;
 
-/// Reads a mesh file. The extension decides the format (`.stl`, `.obj`, `.off`, `.ply`, `.glb`, `.3mf`); a file without one of these is recognised by its first bytes. A unit alone will do for the options.
+/// Reads a mesh file. The extension decides the format (`.stl`, `.obj`, `.off`, `.ply`, `.glb`, `.3mf`); a file without one of these is
+/// recognised by its first bytes. A unit alone will do for the options.
 ///
 /// # Errors
 /// [`ImportError`] with the file and the line, or the triangle and the byte, when the file cannot be read, is not a
