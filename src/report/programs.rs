@@ -75,6 +75,7 @@ fn programs_of(contents: &Contents, scene: &str) -> String {
     }
     match (ends.len(), ends.iter().filter(|(_, end)| *end == "collision").count()) {
         (count, 0) => count.to_string(),
+        (1, _) => "1, to a collision".to_owned(),
         (count, colliding) => format!("{count}, {colliding} of them to a collision"),
     }
 }
