@@ -92,7 +92,7 @@ function drawPrograms() {
     drawDots(second, {
       panels: [{ title: "", lines: ratios }],
       log: true,
-      unit: `paired ratio: ${of} / ${against}; left of the line it is faster`,
+      unit: `paired ratio; left of 1 ${innerWidth > NARROW ? `the ${of}` : "it"} is faster`,
       reference: 1,
     });
     oneStop(place);
