@@ -12,7 +12,7 @@ const COLUMNS: usize = 80;
 const SCENES: usize = 3;
 
 /// Characters of a variant's or a scene's name.
-const NAME: usize = 30;
+const NAME: usize = 28;
 
 /// The words of verdicts.
 const TONES: [(&str, Tone); 4] =
@@ -43,7 +43,7 @@ fn ranking(contents: &Contents) -> String {
     let what =
         if metric == workload { "Time of whole programs".to_owned() } else { format!("Query time in `{workload}`") };
     let scenes: Vec<&str> = contents.manifest.scenes.iter().map(|scene| scene.name.as_str()).collect();
-    let few = scenes.len() <= SCENES && scenes.iter().map(|scene| scene.len() + 3).sum::<usize>() + NAME + 8 <= COLUMNS;
+    let few = scenes.len() <= SCENES && scenes.iter().map(|scene| scene.len() + 1).sum::<usize>() + NAME + 3 <= COLUMNS;
     let mut headings = vec![">", "SAFE VARIANT"];
     let right: Vec<String> = scenes.iter().map(|scene| format!(">{scene}")).collect();
     if few {
@@ -90,7 +90,8 @@ fn verdicts(contents: &Contents) -> String {
     }
     let about = wrap(&format!("The paper's sentences, on {}:", scenes.join(", ").replace('+', " and ")), COLUMNS);
     let rest = if others > 0 {
-        format!("\nThe report names {others} more sentences: of other literature, or not judged, with the reason.")
+        let rest = format!("The report names {others} more sentences: of other literature, or not judged and why.");
+        format!("\n{}", wrap(&rest, COLUMNS).join("\n"))
     } else {
         String::new()
     };
@@ -113,4 +114,58 @@ fn noise(contents: &Contents) -> String {
 /// A table's lines without the blanks at their ends.
 fn lines(table: &Table) -> String {
     table.trim_fmt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::analyze;
+    use crate::analysis::claims::ClaimSet;
+    use crate::record::synthetic::{Plan, Run};
+
+    /// The text of a made-up run after a change of its contents.
+    fn conclusion(change: impl FnOnce(&mut Contents)) -> String {
+        let folder = tempfile::TempDir::new().unwrap();
+        Run::generate(&Plan::default()).write(folder.path());
+        analyze(folder.path(), &ClaimSet::standard()).unwrap();
+        let mut contents = Contents::read(folder.path()).unwrap();
+        change(&mut contents);
+        text(&contents, false)
+    }
+
+    fn widest(text: &str) -> usize {
+        text.lines().map(|line| line.chars().count()).max().unwrap_or(0)
+    }
+
+    #[test]
+    fn the_conclusion_has_answer_ranking_and_verdicts_in_eighty_columns() {
+        let text = conclusion(|_| ());
+        assert!(
+            text.starts_with("Is the area-weighted OBB faster than the plain OBB?\n  Yes, in all 2 scenes."),
+            "{text}"
+        );
+        let ranking = text.find("SAFE VARIANT").unwrap();
+        let verdicts = text.find("SENTENCE").unwrap();
+        assert!(ranking < verdicts && text[ranking..verdicts].contains("lathe-toolpost"), "{text}");
+        assert!(text[verdicts..].contains("faster"), "{text}");
+        assert!(widest(&text) <= COLUMNS, "{text}");
+    }
+
+    #[test]
+    fn long_names_and_noise_fit_too() {
+        let text = conclusion(|contents| {
+            let long = "a-scene-with-a-name-that-nobody-would-give-it";
+            contents
+                .ratios
+                .iter_mut()
+                .filter(|row| row.scene == "lathe-toolpost")
+                .for_each(|row| long.clone_into(&mut row.scene));
+            long.clone_into(&mut contents.manifest.scenes[0].name);
+            contents.noise.push(format!(
+                "{long}: the null duplicate takes another time than its original in program-time all 1.1"
+            ));
+        });
+        assert!(text.contains("MEAN") && text.contains("Noisy: a-scene-with"), "{text}");
+        assert!(widest(&text) <= COLUMNS, "{} columns:\n{text}", widest(&text));
+    }
 }
