@@ -102,7 +102,7 @@ fn scene_of(files: &[String], run: &Path) -> Result<String> {
     let [poses] = poses.as_slice() else {
         bail!("meshes need one pose file (.csv), and {} of the paths are", poses.len());
     };
-    ensure!(meshes.len() >= 2, "needs two mesh files or more, and {} of the paths are", meshes.len());
+    ensure!(meshes.len() >= 2, "two meshes at least are needed, and {} of the paths are", meshes.len());
     let folder = PathBuf::from(format!("{}-scene", run.display()));
     let scene = folder.join("scene.toml");
     let is_ours = fs::read_to_string(&scene).is_ok_and(|text| text.starts_with(MADE));
