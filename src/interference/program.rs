@@ -43,7 +43,7 @@ pub enum WriteError {
     /// The tool is not in the table.
     #[error("tool {0} is not in the tool table")]
     NoTool(u32),
-    /// G54 turns the axes, which a path in it would have to undo.
+    /// G54 turns the axes; a path written in it would have to turn them back.
     #[error("G54 is rotated; a path is written for work offsets that are not")]
     Rotated,
     /// The machine cannot give the tool its direction.

@@ -123,7 +123,7 @@ fn nice_step(least: f64) -> f64 {
     [1.0, 2.0, 5.0].map(|m| m * power).into_iter().find(|step| *step >= least).unwrap_or(10.0 * power)
 }
 
-/// The letters of thousands, millions and milliards.
+/// Letters for thousands, millions and thousand millions.
 const LETTERS: [(f64, &str); 3] = [(1e9, "G"), (1e6, "M"), (1e3, "k")];
 
 /// A number without needless digits: 0.001, 0.8, 12, 5k, 2M; as on the page.

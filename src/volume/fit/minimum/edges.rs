@@ -230,7 +230,7 @@ mod tests {
             }
         }
 
-        /// No normal that trimming takes from an arc has a box that is small enough to matter.
+        /// Trimming removes only normals whose boxes are too large to matter.
         #[test]
         fn what_is_trimmed_has_no_smaller_box(
             corners in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), 4..20),
