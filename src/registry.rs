@@ -64,7 +64,7 @@ pub struct Variant {
     pub is_reference: bool,
     /// Whether `check` asks it unless another is named: the fastest safe variant of the committed run.
     pub is_fastest: bool,
-    /// Whether a run has it unless it names its variants; the others are measured on request.
+    /// Whether a run that names no variants measures it; the others are measured on request.
     pub is_standard: bool,
     /// Whether it is made for a tool against a surface: `check` asks it about tools and workpieces, and the fastest about the rest.
     pub is_for_tools: bool,

@@ -83,9 +83,14 @@ fn repro_leaves_every_record_every_figure_and_a_report() {
     assert!(read(&run.join("report.md")).contains("plots/"));
     let page = read(&run.join("report.html"));
     assert!(page.contains("<!doctype html>") && page.contains("\"summary.csv\"") && page.len() < 8_000_000);
-    // What a pipe gets is not coloured, and the table of verdicts fits a terminal.
-    let table: Vec<&str> = said.lines().take_while(|line| !line.is_empty()).collect();
-    assert!(table.len() > 12 && table.iter().all(|line| line.chars().count() <= 100), "{said}");
+    // What a pipe gets is not coloured. The run ends with its answer, a ranking and the verdicts, and with what to look at next.
+    let (from, to) = (said.find('?').unwrap(), said.find("Look next at").unwrap());
+    let conclusion: Vec<&str> = said[from..to].lines().collect();
+    assert!(conclusion.len() > 20 && conclusion.iter().all(|line| line.chars().count() <= 80), "{said}");
+    for part in ["SAFE VARIANT", "SENTENCE", "faster"] {
+        assert!(said[from..to].contains(part), "no {part}: {said}");
+    }
+    assert!(said[to..].contains("report.html"), "{said}");
     assert!(!said.contains('\x1b'), "{said}");
     let compare = |variable: &str, value: &str| {
         folder.command(&["stage", "compare", "run", "run", "--all"]).env(variable, value).output().unwrap()

@@ -55,9 +55,8 @@ fn tables(folder: &Path) -> Vec<PathBuf> {
 
 /// The deterministic tables of a finished run, by name.
 fn deterministic(folder: &Path) -> BTreeMap<PathBuf, String> {
-    let names = [
-        "cases", "poses", "answers", "lines", "misses", "verification", "trees", "tightness", "exits", "outlines",
-    ];
+    let names =
+        ["cases", "poses", "answers", "lines", "misses", "verification", "trees", "tightness", "exits", "outlines"];
     let is_named = |path: &PathBuf| path.file_stem().is_some_and(|stem| names.iter().any(|name| stem == *name));
     let read = |path: PathBuf| (path.strip_prefix(folder).unwrap().to_owned(), fs::read_to_string(&path).unwrap());
     tables(folder).into_iter().filter(is_named).map(read).collect()

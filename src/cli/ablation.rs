@@ -15,7 +15,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench study ablation                     parts and sweeps over four free-form surfaces, to a million samples\n  bvbench study ablation --profile smoke     the parts alone, fewer poses\n  bvbench study ablation --against ID        held against the trees of another variant\n\nAn interrupted experiment goes on with the surface where it stopped when the same command is given again.\nExit code 1 when a safe form misses a contact of the meshes."
+    after_help = "Examples:\n  bvbench study ablation                     parts and sweeps over four free-form surfaces, to a million samples\n  bvbench study ablation --profile smoke     the parts alone, fewer poses\n  bvbench study ablation --against ID        compared with the trees of another variant\n\nAn interrupted experiment goes on with the surface where it stopped when the same command is given again.\nExit code 1 when a safe form misses a contact of the meshes."
 )]
 pub struct Options {
     /// How much: smoke, quick or full

@@ -1,4 +1,4 @@
-//! `compare`: two runs held against each other.
+//! `compare`: two runs compared with each other.
 
 use super::options::check_rows;
 use super::style::{Tone, is_coloured, painted, table};

@@ -5,10 +5,10 @@
 
 mod ablation;
 mod analyze;
-mod supplements;
 mod audit;
 mod check;
 mod compare;
+mod conclusion;
 mod gcode;
 mod identity;
 mod launch;
@@ -21,7 +21,6 @@ mod peers;
 mod picture;
 mod plot;
 mod progress;
-mod ranking;
 mod repetitions;
 mod report;
 mod repro;
@@ -29,6 +28,7 @@ mod scene;
 mod shell;
 mod style;
 mod subject;
+mod supplements;
 mod surfaces;
 mod sweep;
 mod trial;
@@ -60,14 +60,14 @@ struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
-  bvbench repro                          check the paper: everything, in two minutes
+  bvbench repro                          reproduce the paper, in two minutes
   bvbench repro --profile smoke          the same in half a minute, to see that it works
   bvbench try my-scene                   which volume suits a machine of your own
   bvbench check SCENE part.ngc           what collides on this machine, at which line
   bvbench view SCENE part.ngc --open     the machine in motion, in the browser
   bvbench scene pairs SCENE              which parts can collide at all, and why the others cannot
   bvbench program gcode part.ngc         what a program means, move by move
-  bvbench study audit --profile smoke    what really makes a box good
+  bvbench study audit --profile smoke    which property of a box matters
   bvbench stage compare RUN_A RUN_B      what changed between two runs, beyond noise
 
 Every verb has --help with examples. `bvbench completions SHELL` prints shell completions,
@@ -78,13 +78,13 @@ collides, 2 bad usage or input, or output that cannot be written.";
 
 #[derive(Subcommand)]
 enum Verb {
-    /// Check the paper: verify, measure, analyse, plot and report
+    /// Reproduce the paper: verify, measure, analyse, plot and report
     Repro(repro::Options),
-    /// The same for a scene or meshes of your own, without the paper
+    /// Compare the volumes on a scene or meshes of your own
     Try(trial::Options),
-    /// Show the variants: id, label, promise, default policy, reference
+    /// List the variants: id, label, safety, default tree, source
     List(list::Options),
-    /// Run a program on a machine: what collides, at which line
+    /// Check a program on a machine: what collides, at which line
     Check(check::Options),
     /// Write a page that shows the machine in motion
     View(view::Options),
@@ -93,10 +93,10 @@ enum Verb {
     /// Show what a G-code program means, or write one over a surface
     #[command(subcommand)]
     Program(Program),
-    /// Ask one question: audit (boxes), sweep (one quantity), ablation (the octree method)
+    /// Run one experiment: audit (boxes), sweep (one quantity), ablation (the octree method)
     #[command(subcommand)]
     Study(Study),
-    /// Carry out one: verify, measure, analyze, plot, report; or compare two runs
+    /// Run one stage: verify, measure, analyze, plot, report; or compare two runs
     #[command(subcommand)]
     Stage(Stage),
     /// Compare whole engines, ours and others, on the same poses
@@ -127,15 +127,15 @@ enum Program {
 enum Study {
     /// Cross orientation, centre, split and leaf size of boxes: which of them matters?
     Audit(audit::Options),
-    /// Vary one quantity and hold everything else: tessellation, size, distance, frame, shape, path step
+    /// Vary one quantity and keep everything else: tessellation, size, distance, frame, shape, path step
     Sweep(sweep::Options),
-    /// Take the octree method apart: what each part saves, what sampling misses
+    /// Switch parts of the octree method off: what each saves, what sampling misses
     Ablation(ablation::Options),
 }
 
 #[derive(Subcommand)]
 enum Stage {
-    /// Hold every variant's verdicts against the exact truth
+    /// Compare every variant's verdicts with the exact truth
     Verify(verify::Options),
     /// Count operations, describe trees, and time queries and construction
     Measure(measure::Options),
@@ -145,7 +145,7 @@ enum Stage {
     Plot(plot::Options),
     /// Write a run's report
     Report(report::Options),
-    /// Hold two runs against each other: what changed beyond noise
+    /// Compare two runs: what changed beyond noise
     Compare(compare::Options),
 }
 

@@ -115,7 +115,7 @@ struct CompareOptions {
     /// Processes of each engine, one after the other: where a process puts its data tells on its times
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     processes: u32,
-    /// The engine that the others are held against; of several the first that takes part [default: the first runner, else the
+    /// The engine that the others are compared with; of several the first that takes part [default: the first runner, else the
     /// first variant]
     #[arg(long, value_name = "NAME")]
     against: Vec<String>,
@@ -137,7 +137,7 @@ struct TableOptions {
     /// Folder of the comparison
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// The engine that the others are held against; of several the first that took part
+    /// The engine that the others are compared with; of several the first that took part
     #[arg(long, value_name = "NAME", required = true)]
     against: Vec<String>,
     /// Seed of the intervals

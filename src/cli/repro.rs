@@ -2,7 +2,7 @@
 
 use super::options::RunOptions;
 use super::progress::Bar;
-use super::{CLEAR, FAILED, analyze, launch, machines, say, supplements, verify};
+use super::{CLEAR, FAILED, analyze, conclusion, launch, machines, say, style, supplements, verify};
 use crate::analysis::claims::ClaimSet;
 use crate::measure::Progress;
 use crate::record::manifest::Stage;
@@ -57,20 +57,21 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         let result = json!({
             "out": folder.to_string_lossy(), "report": report.to_string_lossy(), "page": page.to_string_lossy(), "verification": verify::as_json(&verification),
             "octree": verify::as_json(&octree),
+            "answer": crate::report::answer(&crate::report::Contents::read(&folder)?),
             "analysis": analyze::as_json(&outcome),
         });
         say(serde_json::to_string_pretty(&result)?);
     } else {
-        analyze::print(&outcome, &claims);
+        // What was checked first, the answer last: it is what stays on the screen.
         say(verify::verdict(&verification));
-        say(format!("\nThe octree method, beside the reference:\n{}\n", verify::table(&octree).trim_fmt()));
-        for complaint in &outcome.noise {
-            say(format!("Noisy: {complaint}"));
-        }
-        say(format!("\nPage     {}", page.display()));
-        say(format!("Report   {}", report.display()));
-        say(format!("Figures  {} in {}", gallery.figures.len(), folder.join("plots").display()));
-        say(format!("Records  {}", folder.join("*.csv").display()));
+        say(format!("\nThe octree method, compared with the reference:\n{}\n", verify::table(&octree).trim_fmt()));
+        say(conclusion::text(&crate::report::Contents::read(&folder)?, style::is_coloured()));
+        say(format!("\nLook next at\n  {}   the page: charts, with the CSV row behind every mark", page.display()));
+        say(format!("  {}     the same to read, with {} figures", report.display(), gallery.figures.len()));
+        say(format!(
+            "  {}         the records; results/README.md says what each column means",
+            folder.join("*.csv").display()
+        ));
     }
     Ok(if verification.holds() && octree.holds() { CLEAR } else { FAILED })
 }

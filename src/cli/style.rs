@@ -66,10 +66,16 @@ fn paint_word(text: &str, word: &str, style: Style) -> String {
 /// An empty table with these headings that fits the terminal and [`WIDTH`] columns; headings that begin with `>` are of
 /// columns aligned right.
 pub fn table(headings: &[&str]) -> Table {
+    table_within(headings, usize::from(WIDTH))
+}
+
+/// As [`table`], no wider than `columns`.
+pub fn table_within(headings: &[&str], columns: usize) -> Table {
+    let most = u16::try_from(columns).unwrap_or(WIDTH);
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
     table.set_header(headings.iter().map(|heading| heading.trim_start_matches('>')));
-    table.set_width(table.width().map_or(WIDTH, |width| width.min(WIDTH)));
+    table.set_width(table.width().map_or(most, |width| width.min(most)));
     for (i, _) in headings.iter().enumerate().filter(|(_, heading)| heading.starts_with('>')) {
         if let Some(column) = table.column_mut(i) {
             column.set_cell_alignment(CellAlignment::Right);

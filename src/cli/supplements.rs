@@ -24,7 +24,7 @@ const ORIENTATIONS: [&str; 2] = ["vertex", "area"];
 /// The leaf sizes that it crosses: the two ends.
 const LEAVES: [u8; 2] = [1, 8];
 
-/// The scene on which the octree method is held against a tree over the same meshes, and its folder.
+/// The scene on which the octree method is compared with a tree over the same meshes, and its folder.
 const FREEFORM: &str = "freeform-5axis";
 
 /// Carries out what stands beside a run of `request` in `folder`. Where it was done before it is done again only where its folder lacks it.

@@ -2,7 +2,7 @@
 
 use super::options::{Extent, OutputOptions};
 use super::progress::Bar;
-use super::{CLEAR, FAILED, analyze, launch, machines, ranking, say, verify};
+use super::{CLEAR, FAILED, analyze, conclusion, launch, machines, say, style, verify};
 use crate::analysis::claims::ClaimSet;
 use crate::measure::{Progress, Run};
 use crate::record::manifest::Stage;
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench try my-machine                       a folder with a scene.toml (docs/format.md), or the name of a shipped scene\n  bvbench try fixture.stl arm.ply poses.csv    meshes, and the poses at which they are held against each other\n  bvbench try my-machine --profile smoke --variant ID --variant ID\n\nThe pose file has a row for each pose: part, qw, qx, qy, qz, tx, ty, tz (mm), where part is a mesh's file name without its ending; a mesh that is\nnot named stays where its file has it. Exit code 1 when a safe variant misses a contact."
+    after_help = "Examples:\n  bvbench try my-machine                       a folder with a scene.toml (docs/format.md), or the name of a shipped scene\n  bvbench try fixture.stl arm.ply poses.csv    meshes, and the poses at which they are compared\n  bvbench try my-machine --profile smoke --variant ID --variant ID\n\nThe pose file has a row for each pose: part, qw, qx, qy, qz, tx, ty, tz (mm), where part is a mesh's file name without its ending; a mesh that is\nnot named stays where its file has it. Exit code 1 when a safe variant misses a contact."
 )]
 pub struct Options {
     /// A scene, by name or folder; or two or more mesh files and a pose file (CSV)
@@ -57,18 +57,16 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     if options.output.json {
         let result = json!({
             "out": folder.to_string_lossy(), "report": report.to_string_lossy(), "page": page.to_string_lossy(),
+            "answer": crate::report::answer(&crate::report::Contents::read(&folder)?),
             "verification": verify::as_json(&verification), "ranking": outcome.ranking, "analysis": analyze::as_json(&outcome),
         });
         say(serde_json::to_string_pretty(&result)?);
     } else {
-        say(format!("{title}\n\n{}\n", ranking::table(&outcome).trim_fmt()));
         say(verify::verdict(&verification));
-        for complaint in &outcome.noise {
-            say(format!("Noisy: {complaint}"));
-        }
-        say(format!("\nPage     {}", page.display()));
-        say(format!("Report   {}", report.display()));
-        say(format!("Figures  {} in {}", gallery.figures.len(), folder.join("plots").display()));
+        say(format!("\n{title}\n"));
+        say(conclusion::text(&crate::report::Contents::read(&folder)?, style::is_coloured()));
+        say(format!("\nLook next at\n  {}   the page: charts, with the CSV row behind every mark", page.display()));
+        say(format!("  {}     the same to read, with {} figures", report.display(), gallery.figures.len()));
     }
     Ok(if verification.holds() { CLEAR } else { FAILED })
 }
@@ -104,11 +102,7 @@ fn scene_of(files: &[String], run: &Path) -> Result<String> {
     let [poses] = poses.as_slice() else {
         bail!("meshes need one pose file (.csv), and {} of the paths are", poses.len());
     };
-    ensure!(
-        meshes.len() >= 2,
-        "two meshes at least are held against each other, and {} of the paths are",
-        meshes.len()
-    );
+    ensure!(meshes.len() >= 2, "two meshes at least are needed, and {} of the paths are", meshes.len());
     let folder = PathBuf::from(format!("{}-scene", run.display()));
     let scene = folder.join("scene.toml");
     let is_ours = fs::read_to_string(&scene).is_ok_and(|text| text.starts_with(MADE));

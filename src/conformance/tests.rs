@@ -104,7 +104,7 @@ fn a_shrunken_box_fails_in_every_way() {
     assert_eq!(no_false_contact(&shrunken), Ok(()));
 }
 
-/// What is wrong with the overlap test of a [`Faulty`] box; its fit is right.
+/// The fault in the overlap test of a [`Faulty`] box; its fit is right.
 trait Flaw: Clone + std::fmt::Debug + Send + Sync + 'static {
     const INFO: Info;
     fn overlaps(t: &Vector, r: &Matrix3<f64>, a: &Vector, b: &Vector) -> bool;
@@ -241,7 +241,7 @@ fn wrong_overlap_tests_fail() {
 #[derive(Clone, Debug)]
 struct Lying<const LIE: usize>(Obb);
 
-/// What the lies must be found out by, in their order.
+/// The checks that must catch the faults, in the order of the faults.
 const LIES: [&str; 10] = [
     "split_axes: the axes are not square",
     "centre: it lies outside",

@@ -1,7 +1,7 @@
 //! Does a tool, at a pose, come too near to the surface?
 //!
-//! An octant is held against the tool's boxes of level 1, then of level 2, by the separating-axis test; only octants that meet a body's boxes
-//! are divided, and only against the bodies they meet. In a gray leaf every point is taken into the tool's frame and held against the bodies'
+//! An octant is tested against the tool's boxes of level 1, then of level 2, by the separating-axis test; only octants that meet a body's boxes
+//! are divided, and only against the bodies they meet. In a gray leaf every point is taken into the tool's frame and tested against the bodies'
 //! profiles. Wang (2006); the order of the tests follows its abstract.
 
 use super::octree::{SurfaceOctree, Visit};
@@ -70,7 +70,7 @@ pub struct Counts {
     pub first_level: u64,
     /// The same of level 2.
     pub second_level: u64,
-    /// Points held against profiles.
+    /// Points tested against profiles.
     pub points: u64,
     /// Queries that the last colliding leaf or its neighbours answered.
     pub recalled: u64,
@@ -84,7 +84,7 @@ impl Counts {
     }
 }
 
-/// What is kept from one pose of a path to the next: the leaf in which the tool interfered last. A query begins with it and the leaves that
+/// State kept from one pose of a path to the next: the leaf in which the tool last interfered. A query begins with it and the leaves that
 /// touch it, nearest first; when they say nothing, it goes on as a fresh one.
 #[derive(Clone, Debug, Default)]
 pub struct Coherence {
@@ -374,7 +374,7 @@ impl<'a> Detector<'a> {
     }
 }
 
-/// What signed distances of profiles may be off by rounding, mm.
+/// Bound on the rounding error of signed distances of profiles, mm.
 const DISTANCE_ROUNDING_MM: f64 = 1e-9;
 
 impl Prepared<'_> {

@@ -215,7 +215,7 @@ impl SurfaceOctree {
         leaves
     }
 
-    /// The gray leaves whose cubes touch that of `leaf`, itself left out, nearest middles first.
+    /// The gray leaves that touch `leaf`, without `leaf` itself; the nearest centres first.
     #[must_use]
     pub fn neighbours(&self, leaf: &Visit) -> Vec<Visit> {
         let slack = self.root.half * 1e-12;

@@ -22,7 +22,7 @@ pub struct Writer<'a> {
     pub setup: &'a Setup,
     /// Number of the tool.
     pub tool: u32,
-    /// The surface's frame in that of the link that carries the workpiece.
+    /// Pose of the surface's frame in the frame of the link that carries the workpiece.
     pub work_from_surface: Isometry,
     /// The cutter's corner.
     pub corner: Corner,
@@ -43,7 +43,7 @@ pub enum WriteError {
     /// The tool is not in the table.
     #[error("tool {0} is not in the tool table")]
     NoTool(u32),
-    /// G54 turns the axes, which a path in it would have to undo.
+    /// G54 turns the axes; a path written in it would have to turn them back.
     #[error("G54 is rotated; a path is written for work offsets that are not")]
     Rotated,
     /// The machine cannot give the tool its direction.
@@ -143,7 +143,7 @@ impl Writer<'_> {
         Ok(Written { text: lines.join("\n") + "\n", lines: lines_of_stops })
     }
 
-    /// What the program says to bring the tool to a stop, lifted along its axis, in machine coordinates.
+    /// Lines of the program that stop the tool and lift it along its axis, in machine coordinates.
     fn programmed(
         &self,
         stop: &Stop,

@@ -3,8 +3,8 @@
 //! Tools come as meshes, and turn about an axis that nobody names. Of the lines that may be it, that one is taken about which the
 //! mesh fits the smallest cylinder: for a body of revolution its axis. The body around the mesh has at each height the mesh's largest
 //! distance from the axis: along an edge of the mesh that distance is a convex function of the height, so the chord between the
-//! edge's ends bounds it, and a triangle's slice at a height is farthest from the axis at its edges. What is
-//! hollow towards the axis, flutes and bores, is filled.
+//! edge's ends bounds it, and a triangle's slice at a height is farthest from the axis at its edges. Hollows towards the axis, such as
+//! flutes and bores, are filled.
 
 use super::profile::{P2, Profile};
 use crate::geometry::covariance::{area_weighted, principal_frame};
@@ -57,7 +57,7 @@ impl Revolved {
         Self { profile: Profile::of_lines(&outline), tool_from_mesh, volume_mm3, filled }
     }
 
-    /// Whether this is the tool when it is held against `other`: the one that is round, of two round ones the smaller, of two that
+    /// Whether this is the tool when it is compared with `other`: the one that is round, of two round ones the smaller, of two that
     /// are not the one that fills more of its body.
     #[must_use]
     pub fn is_tool_against(&self, other: &Self) -> bool {
@@ -259,7 +259,7 @@ mod tests {
     }
 
     proptest! {
-        /// Of any mesh, round or not, with few heights or many.
+        /// The profile of any mesh, round or not, from few heights or many.
         #[test]
         fn every_point_of_the_mesh_is_in_the_body(which in 0..64usize, face in 0..10_000usize, u in 0.0..1.0f64, v in 0.0..1.0f64) {
             let subjects = meshes::subjects();

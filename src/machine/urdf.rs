@@ -22,7 +22,7 @@ const METRE: f64 = 1000.0;
 /// Elements within elements: URDF has five; parsers of XML call themselves once for each.
 const MOST_NESTED: usize = 64;
 
-/// Letters for joints that slide, in the order in which they are given away.
+/// Letters for sliding joints, in the order in which they are assigned.
 const SLIDING: [Axis; 6] = [Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W];
 /// Letters for joints that turn.
 const TURNING: [Axis; 9] = [Axis::A, Axis::B, Axis::C, Axis::U, Axis::V, Axis::W, Axis::X, Axis::Y, Axis::Z];
@@ -135,7 +135,7 @@ pub enum UrdfError {
 }
 
 impl UrdfError {
-    /// The name that stands in the file where the cause is.
+    /// The name in the file at the place of the error.
     #[must_use]
     pub fn name(&self) -> Option<&str> {
         match self {

@@ -27,7 +27,8 @@ use std::any::Any;
 pub enum Kind {
     /// A tree of bounding volumes, or space divided into cells, built and traversed by bvbench.
     Volume,
-    /// Volumes in an engine made for speed, with a tree, a traversal, arithmetic and threads of its own: what it gains is not the volume's alone.
+    /// Volumes in an engine made for speed, with a tree, a traversal, arithmetic and threads of its own: what it gains is not the volume's
+    /// alone.
     Engine,
     /// Samples of one mesh in an octree against the body around the other: a method of ours with a test of its own in its leaves.
     Sampling,
@@ -38,7 +39,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Whether it is a method of ours, whose promise to be safe is held against the truth.
+    /// Whether it is a method of ours, whose promise to be safe is compared with the truth.
     #[must_use]
     pub const fn is_ours(self) -> bool {
         self.has_volumes() || matches!(self, Self::Sampling)

@@ -107,7 +107,7 @@ impl Model for OctreeObb {
         verdicts.extend(a_from_b.iter().map(touches));
     }
 
-    /// Volume tests are those of octants against boxes; points held against the profile take the place of triangle tests.
+    /// Volume tests are those of octants against boxes; points tested against the profile take the place of triangle tests.
     fn first_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (bool, traverse::Counts) {
         let (detector, tool_from_surface) = self.pairing(same(other));
         let mut counts = Counts::default();

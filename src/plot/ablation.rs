@@ -1,4 +1,4 @@
-//! What an ablation found: tests of each form, split by poses that hit and free ones, its time, and the sweeps of its parameters.
+//! Results of an ablation: tests of each form, split by colliding and free poses, its time, and the sweeps of its parameters.
 
 use super::data::Entry;
 use super::grouped::{Form, Grouped, Panel, Point, Series};
@@ -88,6 +88,7 @@ fn parts(rows: &[AblationRow], times: &[AblationTimeRow]) -> Sketch<Grouped> {
         sorted_by: "",
         scale: Scale::Log,
         form: Form::Markers,
+        reference: None,
         categories: surfaces.iter().map(|surface| (*surface).to_owned()).collect(),
         series,
     };
@@ -168,6 +169,7 @@ fn sweeps(rows: &[AblationRow]) -> Sketch<Grouped> {
             sorted_by: axis,
             scale,
             form: Form::Lines,
+            reference: None,
             categories: categories.clone(),
             series,
         };
@@ -221,6 +223,7 @@ fn sizes(times: &[AblationTimeRow]) -> Sketch<Grouped> {
             sorted_by: "",
             scale: Scale::Log,
             form: Form::Lines,
+            reference: None,
             categories: spacings.iter().map(|&spacing| samples(spacing)).collect(),
             series: series.collect(),
         }

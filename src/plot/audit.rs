@@ -1,4 +1,4 @@
-//! What an audit found, in one picture: for each response the share of every factor and pair of factors in the variance
+//! Results of an audit in one picture: for each response the share of every factor and pair of factors in the variance
 //! between cells, and the effect of every level.
 
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX};

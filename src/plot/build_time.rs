@@ -42,6 +42,7 @@ fn panel(data: &Data, scene: &str) -> Panel {
         sorted_by: "part (triangles)",
         scale: Scale::Log,
         form: Form::Markers,
+        reference: None,
         series: series.filter(|series| series.points.iter().any(Option::is_some)).collect(),
         categories: parts.iter().map(|(part, triangles)| format!("{part} ({triangles})")).collect(),
     }

@@ -4,6 +4,7 @@
 //! allows embedding and use in documents), as shipped by the crate `epaint_default_fonts`. The SVG names the generic family
 //! `sans-serif` and leaves the choice to the viewer.
 
+use super::pixels::Pixels;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
@@ -11,6 +12,9 @@ use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
 use std::sync::Once;
+
+/// Error message when the embedded font cannot be read.
+const NO_FONT: &str = "the embedded font cannot be read";
 
 /// The font family of all text.
 pub const FAMILY: &str = "sans-serif";
@@ -71,12 +75,12 @@ pub fn text(px: u32) -> TextStyle<'static> {
     (FAMILY, px).into_font().color(&BLACK)
 }
 
-fn register() -> Result<(), String> {
+pub(super) fn register() -> Result<(), String> {
     static ONCE: Once = Once::new();
     let mut result = Ok(());
     ONCE.call_once(|| {
         result = register_font(FAMILY, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT)
-            .map_err(|_| "the embedded font cannot be read".to_owned());
+            .map_err(|_| NO_FONT.to_owned());
     });
     result
 }
@@ -137,6 +141,8 @@ pub fn pixels<D: Drawing>(drawing: &D) -> Result<Vec<u8>, String> {
     register()?;
     let (width, height) = drawing.size();
     let mut buffer = vec![0; (width * height * 3) as usize];
-    paint(drawing, BitMapBackend::with_buffer(&mut buffer, (width, height)))?;
+    let bitmap = BitMapBackend::with_buffer(&mut buffer, (width, height));
+    let pixels = Pixels::new(bitmap, epaint_default_fonts::UBUNTU_LIGHT).ok_or(NO_FONT)?;
+    paint(drawing, pixels)?;
     Ok(buffer)
 }

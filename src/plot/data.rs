@@ -13,7 +13,7 @@ use crate::record::{
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// What is wrong when the analysis has not run.
+/// Reason for a missing figure when the analysis has not run.
 pub const NO_SUMMARY: &str = "summary.csv holds no rows; run the analysis first";
 
 /// A variant as drawn.

@@ -104,7 +104,7 @@ impl Forest {
     }
 }
 
-/// Whole engines against the one they were held against, a panel per scene and mode; `None` where the run has none.
+/// Whole engines against the one they were compared with, a panel per scene and mode; `None` where the run has none.
 pub(super) fn engines(data: &Data) -> Option<Sketch<Forest>> {
     let reference = &data.peer_ratios.first()?.reference;
     let (mut panels, mut lines): (Vec<String>, Vec<Line>) = (Vec::new(), Vec::new());

@@ -51,14 +51,16 @@ pub enum Form {
 pub struct Panel {
     /// Its title.
     pub title: String,
-    /// What the vertical axis measures, with the unit.
+    /// Quantity and unit of the vertical axis.
     pub measure: &'static str,
-    /// What the horizontal axis sorts by; empty when the categories say it.
+    /// Label of the horizontal axis; empty when the categories need none.
     pub sorted_by: &'static str,
     /// The vertical axis.
     pub scale: Scale,
     /// How values are drawn.
     pub form: Form,
+    /// A value with a line across the panel, such as the ratio 1.
+    pub reference: Option<f64>,
     /// Categories.
     pub categories: Vec<String>,
     /// Variants.
@@ -138,7 +140,7 @@ impl Drawing for Grouped {
 impl Panel {
     fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
         let points = || self.series.iter().flat_map(|series| series.points.iter().flatten());
-        let values = points().flat_map(|p| [p.value, p.low, p.high]);
+        let values = points().flat_map(|p| [p.value, p.low, p.high]).chain(self.reference);
         let (mut low, high) = self.scale.range(values);
         if points().any(|p| self.scale.coordinate(p.value) == f64::NEG_INFINITY) {
             // Room below for the arrows of what the axis cannot show.
@@ -183,6 +185,10 @@ impl Panel {
                 let (top, foot) = (pixel(boundary as f64, high), pixel(boundary as f64, low));
                 area.draw(&PathElement::new(vec![top, foot], BLACK.mix(0.15)))?;
             }
+        }
+        if let Some(reference) = self.reference.map(|value| self.scale.coordinate(value)) {
+            let ends = vec![pixel(0.0, reference), pixel(count as f64, reference)];
+            area.draw(&PathElement::new(ends, BLACK.stroke_width(2)))?;
         }
         let slot = 0.84 / self.series.len() as f64;
         for (s, series) in self.series.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What a variant looks like, and the marks made of it: colours of Okabe and Ito (2008), which colour-blind readers can tell
+//! The look of a variant, and its marks: colours of Okabe and Ito (2008), which colour-blind readers can tell
 //! apart, each with a marker of its own, so that nothing rests on colour alone.
 
 use super::canvas::{Area, DrawResult, TEXT_PX, text};
@@ -9,15 +9,15 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 /// A position on the figure, px from its upper left corner.
 pub type Pixel = (i32, i32);
 
-/// Okabe and Ito's palette without its yellow, which is too faint for lines on white.
-const PALETTE: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(230, 159, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(0, 0, 0),
-    RGBColor(213, 94, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(204, 121, 167),
+/// Okabe and Ito's palette without its yellow, which is too faint for lines on white; and each hue again for a dark page.
+const PALETTE: [(RGBColor, RGBColor); 7] = [
+    (RGBColor(0, 114, 178), RGBColor(90, 176, 230)),
+    (RGBColor(230, 159, 0), RGBColor(240, 178, 60)),
+    (RGBColor(0, 158, 115), RGBColor(47, 196, 154)),
+    (RGBColor(0, 0, 0), RGBColor(217, 216, 212)),
+    (RGBColor(213, 94, 0), RGBColor(255, 138, 76)),
+    (RGBColor(86, 180, 233), RGBColor(143, 208, 245)),
+    (RGBColor(204, 121, 167), RGBColor(227, 154, 198)),
 ];
 
 /// Half the size of a marker, px.
@@ -37,13 +37,30 @@ enum Shape {
     Bar,
 }
 
+impl Shape {
+    /// Corners about the middle, px; none of a circle.
+    fn corners(self) -> Vec<Pixel> {
+        let r = RADIUS;
+        match self {
+            Self::Circle => Vec::new(),
+            Self::Square => vec![(-r, -r), (r, -r), (r, r), (-r, r)],
+            Self::Up => vec![(-r, r - 1), (r, r - 1), (0, -r)],
+            Self::Down => vec![(-r, 1 - r), (r, 1 - r), (0, r)],
+            Self::Diamond => vec![(-r - 1, 0), (0, -r - 1), (r + 1, 0), (0, r + 1)],
+            Self::Bar => vec![(-r - 2, -4), (r + 2, -4), (r + 2, 4), (-r - 2, 4)],
+        }
+    }
+}
+
 const SHAPES: [Shape; 6] = [Shape::Circle, Shape::Square, Shape::Up, Shape::Diamond, Shape::Down, Shape::Bar];
 
-/// Colour and marker of a variant. A hollow marker is that of an unsafe one, here and on the page, and of nothing else.
+/// Colour and marker of a variant. A hollow marker means an unsafe variant, here and on the page, and nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Look {
     /// Colour.
     pub colour: RGBColor,
+    /// The same hue on a dark page.
+    dark: RGBColor,
     shape: Shape,
     is_hollow: bool,
 }
@@ -52,7 +69,32 @@ impl Look {
     /// The look of the `i`-th variant: 42 variants pass before one returns, for 7 and 6 have no common divisor.
     #[must_use]
     pub const fn nth(i: usize) -> Self {
-        Self { colour: PALETTE[i % PALETTE.len()], shape: SHAPES[i % SHAPES.len()], is_hollow: false }
+        let (colour, dark) = PALETTE[i % PALETTE.len()];
+        Self { colour, dark, shape: SHAPES[i % SHAPES.len()], is_hollow: false }
+    }
+
+    /// The colours on a light and on a dark page, as `#rrggbb`.
+    #[must_use]
+    pub fn css(self) -> [String; 2] {
+        [self.colour, self.dark].map(|RGBColor(r, g, b)| format!("#{r:02x}{g:02x}{b:02x}"))
+    }
+
+    /// The marker's outline about the origin, as the path of an SVG, px.
+    #[must_use]
+    pub fn path(self) -> String {
+        let corners = self.shape.corners();
+        if corners.is_empty() {
+            let r = RADIUS;
+            return format!("M-{r} 0a{r} {r} 0 1 0 {d} 0a{r} {r} 0 1 0-{d} 0", d = 2 * r);
+        }
+        let steps = corners.iter().enumerate().map(|(i, (x, y))| format!("{}{x} {y}", if i == 0 { "M" } else { "L" }));
+        steps.collect::<String>() + "z"
+    }
+
+    /// Whether the marker is hollow.
+    #[must_use]
+    pub const fn is_hollow(self) -> bool {
+        self.is_hollow
     }
 
     /// The same, of a variant that may miss contacts where it is not `safe`.
@@ -66,18 +108,12 @@ impl Look {
     /// # Errors
     /// When the backend refuses.
     pub fn mark<DB: DrawingBackend>(self, area: &Area<DB>, (x, y): Pixel) -> DrawResult<DB> {
-        let (fill, r) = (if self.is_hollow { WHITE } else { self.colour }, RADIUS);
-        let corners = match self.shape {
-            Shape::Circle => {
-                area.draw(&Circle::new((x, y), r, fill.filled()))?;
-                return area.draw(&Circle::new((x, y), r, self.colour.stroke_width(OUTLINE_PX)));
-            }
-            Shape::Square => vec![(x - r, y - r), (x + r, y - r), (x + r, y + r), (x - r, y + r)],
-            Shape::Up => vec![(x - r, y + r - 1), (x + r, y + r - 1), (x, y - r)],
-            Shape::Down => vec![(x - r, y - r + 1), (x + r, y - r + 1), (x, y + r)],
-            Shape::Diamond => vec![(x - r - 1, y), (x, y - r - 1), (x + r + 1, y), (x, y + r + 1)],
-            Shape::Bar => vec![(x - r - 2, y - 4), (x + r + 2, y - 4), (x + r + 2, y + 4), (x - r - 2, y + 4)],
-        };
+        let fill = if self.is_hollow { WHITE } else { self.colour };
+        let corners: Vec<Pixel> = self.shape.corners().into_iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
+        if corners.is_empty() {
+            area.draw(&Circle::new((x, y), RADIUS, fill.filled()))?;
+            return area.draw(&Circle::new((x, y), RADIUS, self.colour.stroke_width(OUTLINE_PX)));
+        }
         area.draw(&Polygon::new(corners.clone(), fill.filled()))?;
         let around = corners.iter().chain(&corners[..1]).copied().collect::<Vec<_>>();
         area.draw(&PathElement::new(around, self.colour.stroke_width(OUTLINE_PX)))
@@ -176,6 +212,14 @@ mod tests {
         }
         assert_eq!(Look::nth(42), Look::nth(0));
         assert_ne!(Look::nth(0).of_promise(false), Look::nth(0));
+    }
+
+    #[test]
+    fn every_shape_has_a_path_of_its_own() {
+        let paths: Vec<String> = (0..SHAPES.len()).map(|i| Look::nth(i).path()).collect();
+        assert!(paths.iter().enumerate().all(|(i, path)| !paths[..i].contains(path)), "{paths:?}");
+        assert_eq!(paths[1], "M-7 -7L7 -7L7 7L-7 7z");
+        assert_eq!(Look::nth(0).css(), ["#0072b2", "#5ab0e6"]);
     }
 
     #[test]

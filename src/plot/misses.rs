@@ -40,6 +40,7 @@ fn panel(data: &Data, scene: &str) -> Panel {
         sorted_by: "travel past first contact, mm",
         scale: Scale::Log,
         form: Form::Markers,
+        reference: None,
         categories: bands.iter().map(|band| band.id().to_owned()).collect(),
         series: series.filter(|series| series.points.iter().any(Option::is_some)).collect(),
     }

@@ -18,6 +18,7 @@ pub mod marks;
 pub mod misses;
 pub mod operations;
 pub mod paper_figure;
+mod pixels;
 pub mod query_time;
 pub mod sweep;
 pub mod ticks;
@@ -39,6 +40,10 @@ pub const FOLDER: &str = "plots";
 
 /// Folders within a run's of what stands beside it: an audit, an ablation and sweeps.
 pub const SUPPLEMENTS: [&str; 4] = ["audit", "ablation", "sweep-rotation", "sweep-grading"];
+
+/// Name of the figure of the time of whole programs.
+pub const PAPER_FIGURE: &str = "paper-figure-6";
+
 /// The list of figures in [`FOLDER`].
 const INDEX: &str = "figures.json";
 

@@ -1,46 +1,71 @@
 //! The paper's figure 6, the time of the plain and the area-weighted box in each scene, and beside it all five volumes of
-//! its first figure.
+//! its first figure; under each the paired ratios to the plain box.
 
 use super::Sketch;
 use super::data::{Data, NO_SUMMARY};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
 use crate::analysis::ALL;
+use crate::record::ProgramTimeRow;
 
 pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
+    let (pair, five) = (&data.claims.comparison.baselines, &data.claims.comparison.five);
+    let baseline = pair.first().map_or("", |id| data.variant(id).map_or(id, |entry| &entry.label));
     let panels = vec![
-        panel(data, &data.claims.comparison.baselines, "Plain and area-weighted box", Form::Bars, Scale::Linear),
-        panel(data, &data.claims.comparison.five, "The paper's five volumes", Form::Markers, Scale::Log),
+        panel(data, pair, "Plain and area-weighted box", (TIME, Form::Bars, Scale::Linear), total),
+        panel(data, five, "The paper's five volumes", (TIME, Form::Markers, Scale::Log), total),
+        panel(data, pair, &format!("Paired ratio to {baseline}"), (RATIO, Form::Markers, Scale::Log), ratio),
+        panel(data, five, &format!("Paired ratio to {baseline}"), (RATIO, Form::Markers, Scale::Log), ratio),
     ];
     Sketch {
-        name: "paper-figure-6",
+        name: super::PAPER_FIGURE,
         title: "Time of the programs in each scene".to_owned(),
         caption: "The paper's figure 6 measured again. Left: the plain and the area-weighted oriented box, both tight, each \
-                  with its own split. Right: all five volumes, on a logarithmic axis. Sum of the query times of the scene's programs, each \
-                  from its start to its first collision, or to its end; whiskers are 95 % intervals over launches. Whether two methods \
-                  differ is decided by the paired ratios, which leave out what all methods have in common."
+                  with its own split. Right: all five volumes, on a logarithmic axis. Above: the sum of the query times of the scene's programs, each \
+                  from its start to its first collision, or to its end. Below: the paired ratio to the plain box, which decides whether two \
+                  methods differ; below 1 is faster. Whiskers are 95 % intervals over launches."
             .to_owned(),
         drawing: Grouped::of(panels, 2, NO_SUMMARY),
     }
 }
 
-fn panel(data: &Data, variants: &[String], title: &str, form: Form, scale: Scale) -> Panel {
+const TIME: &str = "time of the programs, ms";
+const RATIO: &str = "time ratio";
+
+/// The sum of the programs, ms.
+fn total(row: &ProgramTimeRow) -> Option<Point> {
+    let [value, low, high] = [row.total_ns, row.total_low_ns, row.total_high_ns].map(|ns| ns / 1e6);
+    let (low, high) = if low.is_finite() { (low, high) } else { (value, value) };
+    Some(Point { value, low, high })
+}
+
+/// The ratio to the baseline; none of the baseline itself.
+fn ratio(row: &ProgramTimeRow) -> Option<Point> {
+    let (value, is_itself) = (row.ratio?, row.baseline == row.case().name());
+    let end = |end: Option<f64>| end.filter(|end| end.is_finite()).unwrap_or(value);
+    (!is_itself).then(|| Point { value, low: end(row.low), high: end(row.high) })
+}
+
+fn panel(
+    data: &Data,
+    variants: &[String],
+    title: &str,
+    (measure, form, scale): (&'static str, Form, Scale),
+    point: impl Fn(&ProgramTimeRow) -> Option<Point>,
+) -> Panel {
     let series = variants.iter().filter_map(|id| {
-        let points = data.scenes.iter().map(|scene| {
-            let row = data.program_time_of(scene, ALL, id)?;
-            let [value, low, high] = [row.total_ns, row.total_low_ns, row.total_high_ns].map(|ns| ns / 1e6);
-            let (low, high) = if low.is_finite() { (low, high) } else { (value, value) };
-            Some(Point { value, low, high })
-        });
-        Some(Series { entry: data.variant(id)?.clone(), points: points.collect() })
+        let points = data.scenes.iter().map(|scene| point(data.program_time_of(scene, ALL, id)?)).collect();
+        Some(Series { entry: data.variant(id)?.clone(), points })
     });
+    let series: Vec<Series> = series.filter(|series| series.points.iter().any(Option::is_some)).collect();
     Panel {
         title: title.to_owned(),
-        measure: "time of the programs, ms",
-        sorted_by: "scene",
+        measure,
+        sorted_by: "",
         scale,
         form,
+        reference: (measure == RATIO).then_some(1.0),
         categories: data.scenes.clone(),
-        series: series.collect(),
+        series,
     }
 }

@@ -44,6 +44,7 @@ pub(super) fn by_stratum(
         sorted_by: "stratum",
         scale: Scale::Log,
         form: Form::Markers,
+        reference: None,
         categories: Stratum::ALL.map(|s| s.id().to_owned()).to_vec(),
         series: series.filter(|series| series.points.iter().any(Option::is_some)).collect(),
     }

@@ -54,6 +54,7 @@ fn builds_panel(variants: &[Entry], rows: &[SweepBuildRow], axis: &'static str) 
         sorted_by: axis,
         scale: Scale::Log,
         form: Form::Lines,
+        reference: None,
         categories: sizes.iter().map(|size| number(*size as f64)).collect(),
         series: each(variants, |entry| sizes.iter().map(|size| point(entry, *size)).collect()),
     }
@@ -71,6 +72,7 @@ fn growth_panel(variants: &[Entry], rows: &[SweepGrowthRow]) -> Panel {
         sorted_by: "",
         scale: Scale::Linear,
         form: Form::Markers,
+        reference: None,
         categories: COSTS.map(str::to_owned).to_vec(),
         series: each(variants, |entry| COSTS.iter().map(|cost| point(entry, cost)).collect()),
     }
@@ -111,6 +113,7 @@ fn sketch(variants: &[Entry], rows: &[SweepSummaryRow], about: &str, axis: &'sta
             sorted_by: axis,
             scale: metric.2,
             form: Form::Lines,
+            reference: None,
             categories: values.iter().map(|x| number(*x)).collect(),
             series: each(variants, |entry| values.iter().map(|x| point(entry, *x)).collect()),
         }

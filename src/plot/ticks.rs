@@ -123,17 +123,22 @@ fn nice_step(least: f64) -> f64 {
     [1.0, 2.0, 5.0].map(|m| m * power).into_iter().find(|step| *step >= least).unwrap_or(10.0 * power)
 }
 
-/// A number without needless digits: 0.0001, 0.8, 12, 5000, 2e6.
+/// Letters for thousands, millions and thousand millions.
+const LETTERS: [(f64, &str); 3] = [(1e9, "G"), (1e6, "M"), (1e3, "k")];
+
+/// A number without needless digits: 0.001, 0.8, 12, 5k, 2M; as on the page.
 #[must_use]
 pub fn number(value: f64) -> String {
     let magnitude = value.abs();
-    if magnitude != 0.0 && !(1e-4..1e6).contains(&magnitude) {
+    if magnitude != 0.0 && magnitude < 1e-4 {
         return format!("{value:.0e}");
     }
-    let text = format!("{value:.5}");
+    let (unit, letter) = LETTERS.into_iter().find(|(unit, _)| magnitude >= 0.9999 * unit).unwrap_or((1.0, ""));
+    let text = format!("{:.5}", value / unit);
     let text = text.trim_end_matches('0').trim_end_matches('.');
     // Rounded to the four digits a tick can need.
-    if magnitude >= 100.0 { format!("{value:.0}") } else { text.to_owned() }
+    let text = if magnitude / unit >= 100.0 { format!("{:.0}", value / unit) } else { text.to_owned() };
+    text + letter
 }
 
 #[cfg(test)]
@@ -142,8 +147,8 @@ mod tests {
 
     #[test]
     fn numbers_without_needless_digits() {
-        let shown = [0.0, 0.001, 0.8, 1.0, 12.0, 5000.0, 2e6, 3e-5].map(number);
-        assert_eq!(shown, ["0", "0.001", "0.8", "1", "12", "5000", "2e6", "3e-5"]);
+        let shown = [0.0, 0.001, 0.8, 1.0, 12.0, 500.0, 5000.0, 1e5, 2e6, 3e-5].map(number);
+        assert_eq!(shown, ["0", "0.001", "0.8", "1", "12", "500", "5k", "100k", "2M", "3e-5"]);
     }
 
     #[test]

@@ -44,6 +44,7 @@ fn panel(data: &Data, scene: &str) -> Panel {
         sorted_by: "tree level",
         scale: Scale::Log,
         form: Form::Lines,
+        reference: None,
         categories: (0..levels).map(|level| level.to_string()).collect(),
         series: series.filter(|series| series.points.iter().any(Option::is_some)).collect(),
     }
@@ -100,6 +101,7 @@ fn by_frame(data: &Data, scene: &str, measure: usize) -> Panel {
         sorted_by: "",
         scale: Scale::Linear,
         form: Form::Lines,
+        reference: None,
         categories: vec!["own frame".to_owned(), "random".to_owned()],
         series: series.filter(|series| has_frames && series.points.iter().any(Option::is_some)).collect(),
     }

@@ -33,7 +33,7 @@ pub fn write_audit(folder: &Path) -> Result<PathBuf, ReportError> {
     Ok(path)
 }
 
-/// The scene whose rows stand for the whole: all together, or the only one.
+/// The scene whose rows are reported: all scenes together, or the only one.
 fn whole(scenes: impl Iterator<Item = String>) -> String {
     let scenes: Vec<String> = scenes.collect();
     if scenes.iter().any(|scene| scene == ALL) { ALL.to_owned() } else { scenes.into_iter().next().unwrap_or_default() }

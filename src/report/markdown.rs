@@ -1,22 +1,24 @@
 //! The report as Markdown, section by section.
 
 use super::Contents;
+use super::answer::{answer, is_default, paired};
+use super::programs;
+use super::sentences::{Group, blocks, sentences, verdicts_in_words, words};
 use super::tables::{Table, interval, number};
-use super::terminal::stands_for_claim;
-use crate::analysis::claims::{Claim, ClaimSet};
+use crate::analysis::claims::{CaseRef, ClaimSet};
 use crate::analysis::{ALL, ranked_by};
-use crate::record::{ClaimRow, Kind, Manifest, NULL_VARIANT};
-use std::collections::BTreeMap;
+use crate::record::{Kind, Manifest, NULL_VARIANT};
 use std::path::Path;
 
 /// The whole report. No text from a scene or a claims file can open an HTML element in it.
 pub(super) fn render(contents: &Contents) -> String {
     [
         opening(contents),
-        at_a_glance(contents),
-        what_was_run(contents),
+        program_time(contents),
         ranking(contents),
+        at_a_glance(contents),
         misses(contents),
+        what_was_run(contents),
         figures(contents),
         details(contents),
         times(contents),
@@ -31,15 +33,12 @@ pub(super) fn render(contents: &Contents) -> String {
 
 fn opening(contents: &Contents) -> String {
     let Contents { manifest, claims, noise, .. } = contents;
-    let mut text = if claims.is_empty() {
-        format!(
-            "# Bounding volumes on trial: {}\n\nWhich bounding volume finds the collisions of these parts fastest, and which one misses them? This run \
-             (profile `{}`) times the variants side by side and holds every verdict against exact truth.\n\n",
-            claims.source, manifest.request.profile
-        )
-    } else {
-        opening_on_claims(contents)
-    };
+    let about = if claims.is_empty() { claims.source.clone() } else { format!("the claims of {}", claims.source) };
+    let mut text = format!("# Bounding volumes on trial: {about}\n\n## The answer\n\n");
+    for statement in answer(contents) {
+        text += &format!("**{}** {}\n\n", statement.question, statement.answer);
+    }
+    text += &format!("## What this is\n\n{}\n\n", super::lead(claims, &manifest.request.profile));
     if !noise.is_empty() {
         text += "> **noisy**: something disturbed the timings. Verdicts on speed are to be read with caution; counts and misses \
                  are not affected.\n>\n";
@@ -49,73 +48,97 @@ fn opening(contents: &Contents) -> String {
     text
 }
 
-fn opening_on_claims(Contents { manifest, claims, .. }: &Contents) -> String {
-    format!(
-        "# Bounding volumes on trial: the claims of {}\n\n\
-         The paper says that an oriented bounding box weighted by triangle areas detects machine-tool collisions faster than the \
-         plain one and repairs its faults. This run (profile `{}`) asks of each of its sentences whether that holds, on machine \
-         scenes of our own and against exact truth. It is a conceptual replication: see the limitations at the end.\n\n",
-        claims.source, manifest.request.profile
-    )
+/// The paper's own quantity: its figure, and under it the paired ratios.
+fn program_time(contents: &Contents) -> String {
+    let rows = programs::table(contents);
+    if rows.is_empty() {
+        return String::new();
+    }
+    let mut text = "## Time of whole programs\n\n".to_owned();
+    if let Some(figure) = contents.gallery.figures.iter().find(|figure| figure.name == crate::plot::PAPER_FIGURE) {
+        text += &picture(figure);
+    }
+    let [subject, baseline] = [&rows[0].subject, &rows[0].baseline].map(|id| contents.label(id));
+    let mut table = Table::new(&[
+        "scene",
+        "programs",
+        &format!(">{baseline}, ms"),
+        &format!(">{subject}, ms"),
+        ">paired ratio [95 %]",
+        "the first is",
+    ]);
+    for row in &rows {
+        let ms = |ns: Option<[f64; 3]>| ns.map_or_else(|| "-".to_owned(), |[ns, ..]| number(ns / 1e6));
+        table.row([
+            row.scene.clone(),
+            row.programs.clone(),
+            ms(row.baseline_ns),
+            ms(row.subject_ns),
+            interval(Some(row.ratio), Some(row.low), Some(row.high)),
+            row.effect.clone(),
+        ]);
+    }
+    text + &table.finish().replace("the first is", &format!("the {subject} is"))
+        + "Sum of the query times of each program, from its start to its first collision or to its end. Intervals are over launches.\n\n"
+}
+
+fn picture(figure: &crate::plot::Figure) -> String {
+    let path = |path: &Path| path.display().to_string().replace('\\', "/");
+    let (title, svg) = (&figure.title, path(&figure.svg));
+    format!("![{title}]({})\n\n{} ([SVG]({svg}))\n\n", path(&figure.png), figure.caption)
 }
 
 fn at_a_glance(contents: &Contents) -> String {
     if contents.claims.is_empty() {
         return String::new();
     }
-    let mut table = Table::new(&["claim", "the paper says", "verdict"]);
-    for claim in &contents.claims.claims {
-        table.row([
-            format!("[`{0}`](#{0})", claim.id()),
-            claim.sentence.clone(),
-            in_one_line(claim, &contents.verdicts),
-        ]);
-    }
-    let mut readings = String::new();
-    for reading in &contents.claims.readings {
-        let case = |case: &crate::analysis::claims::CaseRef| {
-            case.policy.as_ref().map_or_else(|| format!("`{}`", case.variant), |p| format!("`{}` ({p})", case.variant))
-        };
-        readings += &format!(
-            "- **{}**, {}: {} against {}.\n",
-            reading.id.get_ref(),
-            reading.title,
-            case(&reading.subject),
-            case(&reading.baseline)
-        );
-    }
-    format!(
-        "## Verdicts at a glance\n\n{}A claim can be read in more than one way. The readings:\n\n{readings}\nThe verdicts: \
-         *supported*, the whole 95 % interval is beyond the claim's threshold; *refuted*, it is on the other side of it; *undecided*, neither; \
-         *not-applicable*, nothing was broken that could be repaired; *not-judged*, nothing measured here can decide.\n\n",
-        table.finish()
-    )
-}
-
-/// `R1 refuted; R2 supported (scene-a), undecided (scene-b)`.
-fn in_one_line(claim: &Claim, verdicts: &[ClaimRow]) -> String {
-    if let Some(reason) = &claim.not_judged {
-        return format!("not-judged: {reason}");
-    }
-    let mut cells = Vec::new();
-    for reading in claim.readings.iter().map(|id| id.get_ref().as_str()) {
-        let mut scenes: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-        let rows = verdicts.iter().filter(|row| row.claim == claim.id() && row.reading == reading);
-        for row in rows.filter(|row| stands_for_claim(row, verdicts)) {
-            scenes.entry(&row.verdict).or_default().push(&row.scene);
+    let mut text = "## The paper, sentence by sentence\n\nThe first verdict answers the sentence; the other columns are the readings that its words \
+                    allow, exploratory. *supported*: the whole 95 % interval is beyond the claim's threshold; *refuted*: it is on the other side; \
+                    *undecided*: neither; *not-applicable*: nothing was broken that could be repaired.\n\n"
+        .to_owned();
+    let link = |id: &str, sentence: &str| format!("[{sentence}](#{id})");
+    for (readings, of) in blocks(contents, Group::Judged) {
+        text.extend(readings.iter().map(|reading| {
+            let (name, rest) = words(reading);
+            format!("- **{name}**: {rest}.\n")
+        }));
+        text.push('\n');
+        let names = readings.iter().map(|reading| words(reading).0);
+        let headings: Vec<String> =
+            ["the paper says".to_owned(), "verdict".to_owned()].into_iter().chain(names).collect();
+        let mut table = Table::new(&headings.iter().map(String::as_str).collect::<Vec<_>>());
+        for sentence in of {
+            let of_reading =
+                |id: &str| sentence.cells.iter().find(|(own, _)| *own == id).map_or(&[][..], |(_, rows)| rows);
+            let verdict = sentence.primary.map_or_else(String::new, |row| format!("**{}**", row.verdict));
+            let cells = readings.iter().map(|reading| verdicts_in_words(of_reading(reading.id.get_ref())));
+            table.row([link(sentence.claim.id(), &sentence.claim.sentence), verdict].into_iter().chain(cells));
         }
-        let verdict = match scenes.len() {
-            0 => "-".to_owned(),
-            1 => scenes.keys().map(|verdict| format!("**{verdict}**")).collect(),
-            _ => scenes
-                .iter()
-                .map(|(v, scenes)| format!("**{v}** ({})", scenes.join(", ")))
-                .collect::<Vec<_>>()
-                .join(", "),
-        };
-        cells.push(format!("{reading} {verdict}"));
+        text += &table.finish();
     }
-    cells.join("; ")
+    for (group, heading) in [
+        (Group::Literature, "Sentences of other literature"),
+        (Group::NotJudged, "Sentences that this run does not judge"),
+    ] {
+        let mut table = Table::new(&["sentence", "source", "verdict"]);
+        let of: Vec<_> = sentences(contents).into_iter().filter(|sentence| sentence.group == group).collect();
+        for sentence in &of {
+            let rows: Vec<_> = sentence.cells.iter().flat_map(|(_, rows)| rows.iter().copied()).collect();
+            let note = rows.iter().find(|row| row.verdict == "not-judged").map(|row| row.note.clone());
+            let reason =
+                sentence.claim.not_judged.clone().or_else(|| sentence.primary.map(|row| row.note.clone())).or(note);
+            let each = sentence.cells.iter().map(|(id, rows)| format!("{id} {}", verdicts_in_words(rows)));
+            let verdict = match reason {
+                Some(reason) => reason,
+                None => each.collect::<Vec<_>>().join("; "),
+            };
+            table.row([link(sentence.claim.id(), &sentence.claim.sentence), sentence.claim.source.clone(), verdict]);
+        }
+        if !of.is_empty() {
+            text += &format!("### {heading}\n\n{}", table.finish());
+        }
+    }
+    text
 }
 
 fn what_was_run(contents: &Contents) -> String {
@@ -188,14 +211,10 @@ fn ranking(contents: &Contents) -> String {
     let (mut volumes, mut others) = (Table::new(&headings), Table::new(&headings));
     for (place, entry) in (1..).zip(&contents.ranking) {
         let is_volume = entry.kind == Kind::Volume;
+        let [subject, reference] = [&entry.variant, baseline].map(|id| CaseRef { variant: id.clone(), policy: None });
+        let rows = paired(contents, &subject, &reference);
         let per_scene = scenes.iter().map(|scene| {
-            let wanted = contents.ratios.iter().find(|r| {
-                r.scene == *scene
-                    && (r.stratum.as_str(), r.metric.as_str(), r.workload.as_str()) == (ALL, &*metric, &*workload)
-                    && r.variant == entry.variant
-                    && r.baseline == *baseline
-                    && is_default(contents, &r.variant, &r.policy)
-            });
+            let wanted = rows.iter().find(|r| r.scene == *scene);
             wanted.map_or_else(|| "-".to_owned(), |r| interval(Some(r.ratio), Some(r.low), Some(r.high)))
         });
         let tallies = contents.misses.iter().filter(|(_, case, _)| {
@@ -230,11 +249,6 @@ fn ranking(contents: &Contents) -> String {
         volumes.finish(),
         others.finish()
     )
-}
-
-fn is_default(contents: &Contents, variant: &str, policy: &str) -> bool {
-    let entry = contents.manifest.variants.iter().find(|entry| entry.id == variant);
-    entry.is_some_and(|entry| entry.policies.first().is_none_or(|default| default == policy))
 }
 
 fn misses(contents: &Contents) -> String {
@@ -281,11 +295,9 @@ fn misses(contents: &Contents) -> String {
 }
 
 fn figures(contents: &Contents) -> String {
-    let path = |path: &Path| path.display().to_string().replace('\\', "/");
     let mut text = "## Figures\n\n".to_owned();
-    for figure in &contents.gallery.figures {
-        let (title, svg) = (&figure.title, path(&figure.svg));
-        text += &format!("### {title}\n\n![{title}]({})\n\n{} ([SVG]({svg}))\n\n", path(&figure.png), figure.caption);
+    for figure in contents.gallery.figures.iter().filter(|figure| figure.name != crate::plot::PAPER_FIGURE) {
+        text += &format!("### {}\n\n{}", figure.title, picture(figure));
     }
     for skipped in &contents.gallery.skipped {
         text += &format!("Figure `{}` was not drawn: {}.\n\n", skipped.name, skipped.reason);

@@ -3,17 +3,21 @@
 //! Everything comes from the run's folder, so a report of an old run can be written again. [`Contents`] is rendered
 //! as Markdown (`report.md`) and as one page that opens from disk (`report.html`).
 
+mod answer;
 mod audit;
 mod markdown;
 mod page;
 mod peers;
+mod programs;
+mod sentences;
 mod tables;
 mod terminal;
 mod variance;
 
+pub use answer::{Statement, answer};
 pub use audit::{AUDIT_FILE, write_audit};
 pub use page::{Inset, PAGE_FILE, write_page};
-pub use terminal::{TerminalRow, terminal_rows};
+pub use terminal::{RankedRow, SentenceRow, ranked_rows, sentence_rows};
 
 use crate::analysis::claims::{self, ClaimSet, ClaimsError};
 use crate::analysis::misses::Misses;
@@ -106,6 +110,22 @@ impl Contents {
     pub fn label<'a>(&'a self, id: &'a str) -> &'a str {
         self.manifest.variants.iter().find(|entry| entry.id == id).map_or(id, |entry| &entry.label)
     }
+}
+
+/// What a run is about, in a paragraph.
+fn lead(claims: &ClaimSet, profile: &str) -> String {
+    if claims.is_empty() {
+        return format!(
+            "This run (profile `{profile}`) times bounding volumes side by side on the parts and poses of this scene, and compares every \
+             verdict of theirs with exact truth."
+        );
+    }
+    format!(
+        "The paper says that an oriented bounding box weighted by triangle areas detects machine-tool collisions faster than the plain one \
+         and repairs its faults. This run (profile `{profile}`) asks of each of its sentences whether that holds, on machine scenes of our \
+         own and against exact truth. It is a conceptual replication of {}: see the limitations at the end.",
+        claims.source
+    )
 }
 
 /// Writes `report.md` of the run in `folder` and returns its path.

@@ -1,60 +1,78 @@
-//! The closing table of the command line, as data.
+//! What the command line prints at the end of a run, as data.
 
-use super::tables::interval;
-use crate::analysis::claims::ClaimSet;
-use crate::record::ClaimRow;
+use super::Contents;
+use super::answer::paired;
+use super::sentences::{Group, sentences};
+use super::tables::{interval, number};
+use crate::analysis::claims::CaseRef;
+use crate::record::Kind;
 
-/// One line: a claim under one reading in one scene.
+/// One sentence of the paper that was judged.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TerminalRow {
+pub struct SentenceRow {
     /// Claim id.
     pub claim: String,
-    /// The sentence.
-    pub sentence: String,
-    /// Reading, or `-`.
-    pub reading: String,
-    /// Scene, or `-`.
+    /// The scenes that it was judged on.
     pub scene: String,
     /// Verdict.
     pub verdict: String,
-    /// What was measured.
-    pub measure: String,
     /// Value with its interval; empty without one.
     pub value: String,
     /// Misses of the claim's variant and of its baseline, `0 / 12`; `-` where unknown.
     pub misses: String,
-    /// What to know beside it.
-    pub note: String,
 }
 
-/// The verdicts that stand for a claim: over all strata, or of the one kind of pose it is about. Claims that are not judged,
-/// and readings whose variants the run does not have, are left out; the report names them with the reason.
+/// The sentences that the run judges, by the row that answers each, and how many it does not judge.
 #[must_use]
-pub fn terminal_rows(verdicts: &[ClaimRow], claims: &ClaimSet) -> Vec<TerminalRow> {
-    verdicts
-        .iter()
-        .filter(|row| stands_for_claim(row, verdicts) && row.scene != "-")
-        .map(|row| of(row, claims))
-        .collect()
+pub fn sentence_rows(contents: &Contents) -> (Vec<SentenceRow>, usize) {
+    let all = sentences(contents);
+    let judged = all.iter().filter(|sentence| sentence.group == Group::Judged).filter_map(|sentence| {
+        let row = sentence.primary?;
+        let count = |missed: Option<u64>| missed.map_or_else(|| "-".to_owned(), |n| n.to_string());
+        Some(SentenceRow {
+            claim: row.claim.clone(),
+            scene: row.scene.clone(),
+            verdict: row.verdict.clone(),
+            value: interval(row.value, row.low, row.high),
+            misses: format!("{} / {}", count(row.missed), count(row.baseline_missed)),
+        })
+    });
+    let judged: Vec<SentenceRow> = judged.collect();
+    let others = all.len() - judged.len();
+    (judged, others)
 }
 
-/// Whether the row is not merely one stratum of a claim that also has a verdict over all of them.
-pub(super) fn stands_for_claim(row: &ClaimRow, verdicts: &[ClaimRow]) -> bool {
-    let of_claim = || verdicts.iter().filter(|other| other.claim == row.claim);
-    row.role == "primary" || of_claim().all(|other| other.role != "primary")
+/// One place of the ranking.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RankedRow {
+    /// Place; `-` for what is no volume on the common tree.
+    pub place: String,
+    /// The variant's label.
+    pub label: String,
+    /// Geometric mean of the scenes' ratios.
+    pub mean: String,
+    /// The ratio in each scene of the run; `-` where there is none.
+    pub scenes: Vec<String>,
 }
 
-fn of(row: &ClaimRow, claims: &ClaimSet) -> TerminalRow {
-    let count = |missed: Option<u64>| missed.map_or_else(|| "-".to_owned(), |n| n.to_string());
-    TerminalRow {
-        claim: row.claim.clone(),
-        sentence: claims.claim(&row.claim).map_or_else(String::new, |claim| claim.sentence.clone()),
-        reading: row.reading.clone(),
-        scene: row.scene.clone(),
-        verdict: row.verdict.clone(),
-        measure: row.measure.clone(),
-        value: interval(row.value, row.low, row.high),
-        misses: format!("{} / {}", count(row.missed), count(row.baseline_missed)),
-        note: row.note.clone(),
-    }
+/// The ranking with the ratio in each scene.
+#[must_use]
+pub fn ranked_rows(contents: &Contents) -> Vec<RankedRow> {
+    let Some(baseline) = contents.claims.comparison.baselines.first() else { return Vec::new() };
+    let row = |(place, entry): (usize, &crate::analysis::Ranked)| {
+        let [subject, reference] = [&entry.variant, baseline].map(|id| CaseRef { variant: id.clone(), policy: None });
+        let rows = paired(contents, &subject, &reference);
+        let scenes = contents.manifest.scenes.iter().map(|scene| {
+            let row = rows.iter().find(|row| row.scene == scene.name);
+            let own = if entry.variant == *baseline { "1" } else { "-" };
+            row.map_or_else(|| own.to_owned(), |row| number(row.ratio))
+        });
+        RankedRow {
+            place: if entry.kind == Kind::Volume { place.to_string() } else { "-".to_owned() },
+            label: entry.label.clone(),
+            mean: number(entry.ratio),
+            scenes: scenes.collect(),
+        }
+    };
+    (1..).zip(&contents.ranking).map(row).collect()
 }

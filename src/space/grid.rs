@@ -32,7 +32,7 @@ pub struct Grid {
     pad: f64,
     /// Voxels along each axis.
     size: [usize; 3],
-    /// Where each voxel's list begins in `faces`; one more at the end.
+    /// Start of each voxel's list in `faces`, and the end of the last list.
     starts: Vec<u32>,
     faces: Vec<u32>,
 }
@@ -143,7 +143,7 @@ impl Grid {
     }
 
     /// Visits pairs of touching triangles as `(face of self, face of other)` until told to stop; a pair that shares several
-    /// voxels is met several times. A volume test is a voxel of the second mesh held against the first one's grid, or a
+    /// voxels is met several times. A volume test is a voxel of the second mesh tested against the first one's grid, or a
     /// triangle of the first against such a voxel.
     pub fn visit<B>(
         &self,
@@ -197,7 +197,7 @@ impl Grid {
     }
 
     /// The distance of the meshes, mm, where it is below `below_mm`, else infinity; 0 when they touch. Every pair of occupied
-    /// voxels is held against the least distance so far: a grid knows no order of near and far.
+    /// voxels is compared with the least distance so far: a grid knows no order of near and far.
     #[must_use]
     pub fn distance_mm(&self, other: &Self, a_from_b: &Isometry, below_mm: f64) -> f64 {
         let (turn, placement) = (Turn::new(a_from_b), Placement::new(a_from_b));

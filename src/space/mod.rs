@@ -18,7 +18,7 @@ use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
 use crate::volume::shape::separating_axes::{pad_mm, widened_abs};
 use nalgebra::Matrix3;
 
-/// What the rotation of a pose does to boxes with parallel edges: once per query.
+/// Effect of a pose's rotation on axis-aligned boxes, computed once per query.
 struct Turn {
     rotation: Matrix3<f64>,
     widened: Matrix3<f64>,

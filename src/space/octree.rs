@@ -24,7 +24,7 @@ struct Octant {
     centre: Point,
     /// Half its edge, with the pad.
     half: f64,
-    /// Where its children stand among the octants, or its triangles among the faces of leaves.
+    /// Range of its children among the octants, or of its triangles among the faces of leaves.
     first: u32,
     count: u32,
     is_leaf: bool,
@@ -93,7 +93,8 @@ impl Octree {
         }
     }
 
-    /// The middles of an octant's eighths that hold triangles, with those of its `faces` that each holds. `None` where none holds fewer: triangles
+    /// The middles of an octant's eighths that hold triangles, with those of its `faces` that each holds. `None` where none holds fewer:
+    /// triangles
     /// one upon the other, or all of them within the pad, are not told apart however small the cubes are.
     fn eighths(&self, octant: usize, faces: &[u32], pad: f64) -> Option<Vec<(Point, Vec<u32>)>> {
         let Octant { centre, half, .. } = self.octants[octant];

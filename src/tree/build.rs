@@ -102,7 +102,7 @@ impl<S: Shape> Builder<'_, S> {
         Node { volume, size, children: 0, first: first as u32, count: triangles.len() as u32 }
     }
 
-    /// Everything below a node, its children first, whose triangles are `stretch`; nothing when it is to be a leaf.
+    /// The subtree below a node over the triangles `stretch`, its children first; nothing when the node becomes a leaf.
     fn below(&self, parent: &Node<S>, mut stretch: Stretch<'_>) -> Vec<Piece<S>> {
         if stretch.items.len() <= self.policy.leaf as usize {
             return Vec::new();

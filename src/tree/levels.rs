@@ -10,7 +10,7 @@ use crate::volume::{Segment, Shape};
 pub struct Drawn {
     /// Its depth; the root has depth 0.
     pub level: u32,
-    /// Whether it has no children: it then stands for its triangles on all deeper levels too.
+    /// Whether it has no children; a leaf also counts on all deeper levels.
     pub leaf: bool,
     /// Its volume's outline, mm, mesh frame.
     pub outline: Vec<Segment>,

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// Where along an axis a node's triangles are divided.
+/// Rule for the position along an axis at which a node's triangles are divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum SplitRule {
     /// At the mean of the triangle corners (the paper's plain tree).
@@ -14,7 +14,7 @@ pub enum SplitRule {
     Median,
     /// In the middle of the corners' extent.
     Midpoint,
-    /// Where the surface-area heuristic over 16 bins is smallest, along each of the three axes and of the mesh's own.
+    /// Position of least surface-area heuristic over 16 bins, along the three axes and the mesh's own axes.
     Sah16,
 }
 

@@ -54,7 +54,7 @@ fn along(triangle: &Triangle, axis: &Unit<Vector>) -> f64 {
     triangle.centroid().coords.dot(axis)
 }
 
-/// Where a mean or midpoint rule divides, mm along `axis`.
+/// Position at which a mean or midpoint rule divides, mm along `axis`.
 fn threshold_along(items: &[Item], rule: SplitRule, axis: &Unit<Vector>) -> f64 {
     let centroid_mean = || items.iter().map(|i| along(&i.triangle, axis)).sum::<f64>() / items.len() as f64;
     match rule {

@@ -1,5 +1,5 @@
-//! What volumes hold beyond their contents: how far a volume reaches outside the convex hull of what is in it, and how much
-//! of space two siblings both claim.
+//! Space that volumes hold beyond their contents: how far a volume reaches outside the convex hull of its contents, and how much space two
+//! siblings share.
 //!
 //! Both are taken from the volume's drawing and its `contains`, so that they mean the same for every volume there is.
 
@@ -10,7 +10,7 @@ use crate::volume::Solid;
 /// Points thrown into the box around two siblings: a share of it is known to a few hundredths, a level's sum better.
 const SAMPLES: u32 = 256;
 
-/// What is asked of the convex hull of a node's contents.
+/// Queries on the convex hull of a node's contents.
 #[derive(Clone, Debug)]
 pub struct Contents {
     /// The hull's corners, mm.
@@ -20,7 +20,7 @@ pub struct Contents {
 }
 
 impl Contents {
-    /// Of points, mm, in any order and repeated or not.
+    /// The convex hull of points, mm, in any order; points may repeat.
     #[must_use]
     pub fn of<'a>(points: impl Iterator<Item = &'a Point>) -> Self {
         match Hull::of(points) {

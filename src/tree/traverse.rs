@@ -7,7 +7,7 @@ use crate::volume::Shape;
 pub use obbtree::engine::traverse::Counts;
 use std::ops::ControlFlow;
 
-/// What a traversal reports of its work. [`NoProbe`] compiles to nothing, so timed queries pay nothing for it.
+/// Events that a traversal reports. [`NoProbe`] compiles to nothing, so timed queries pay nothing for it.
 pub trait Probe {
     /// Two volumes were tested for overlap.
     fn volume_test(&mut self);

@@ -1,16 +1,17 @@
 //! Does a query find a contact that is known?
 //!
-//! [`traverse::first`](super::traverse::first) opens pairs of nodes by a rule that does not depend on what it has seen, so exactly one chain of pairs leads
+//! [`traverse::first`](super::traverse::first) opens pairs of nodes by a rule that does not depend on what it has seen, so exactly one
+//! chain of pairs leads
 //! from the roots to the leaves of two given triangles. The query comes to that contact, or stops earlier at another one,
-//! when all pairs of the chain overlap. To know its verdict about a pose whose contact the truth has named takes one test
-//! per level of the trees, where the query itself may take a hundred thousand.
+//! when all pairs of the chain overlap. When the truth has named a contact, the verdict takes one test per level of the trees; the query
+//! itself may take a hundred thousand.
 
 use super::Tree;
 use super::traverse::open;
 use crate::geometry::Isometry;
 use crate::volume::Shape;
 
-/// Where each face of a mesh stands in a tree's order.
+/// Position of each face of a mesh in a tree's order.
 #[derive(Clone, Debug)]
 pub struct Places(Vec<u32>);
 

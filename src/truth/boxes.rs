@@ -143,7 +143,7 @@ impl BoxTree {
         (count == 0).then_some([node + 1, next])
     }
 
-    /// Where a leaf's triangles are; empty for an inner node.
+    /// Range of a leaf's triangles; empty for an inner node.
     #[inline(always)]
     pub fn range(&self, node: u32) -> std::ops::Range<usize> {
         let Node { next, count, .. } = self.nodes[node as usize];
@@ -158,8 +158,8 @@ impl BoxTree {
     }
 }
 
-/// What is worked out of a tree's nodes at one pose, kept because a search comes to many of them again and again; of the nodes that it
-/// does not come to, which are most of a large mesh, nothing is worked out.
+/// Nodes of a tree moved to one pose. A search visits many nodes repeatedly, so that each is moved once and kept; nodes that are not
+/// visited, most of a large mesh, are never moved.
 pub(super) struct Memo<T> {
     /// One more than where each node's items start; 0 for a node that nobody has asked for.
     starts: Vec<u32>,

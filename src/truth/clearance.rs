@@ -19,7 +19,7 @@ pub enum Sought<'a> {
         beyond_mm: f64,
     },
     /// Only which of these borders, mm, ascending, it lies between: the answer is a distance of two triangles that is on the
-    /// same sides of all borders as the least one. Where many triangles are nearly as near, this is much sooner known.
+    /// same sides of all borders as the least one. This settles the answer much earlier where many triangles are nearly equally near.
     Borders(&'a [f64]),
 }
 

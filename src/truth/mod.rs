@@ -48,7 +48,7 @@ pub struct PairOracle {
     planes: Vec<Plane>,
 }
 
-/// What the oracle keeps of one mesh, in the mesh's own frame.
+/// The oracle's data for one mesh, in the mesh's own frame.
 #[derive(Clone, Debug)]
 struct Side {
     mesh: Arc<Mesh>,

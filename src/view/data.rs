@@ -168,7 +168,7 @@ pub(super) struct DrawnTree {
     pub shapes: Shapes,
 }
 
-/// Sums over what stands for the mesh on one level: its nodes, and the leaves above it.
+/// Sums over the nodes that cover the mesh on one level: its own nodes, and the leaves above it.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct Level {
     pub nodes: u32,

@@ -1,4 +1,4 @@
-//! What a volume says of itself, held against what it contains.
+//! Checks of a volume's own figures against its contents.
 //!
 //! Drawings, the tightness of trees, the order of a traversal and the division of nodes rest on these statements, and no verdict depends on
 //! them, so that a mistake in one would otherwise show nowhere.
@@ -8,7 +8,7 @@ use crate::geometry::{Isometry, Point, Triangle, Vector};
 use nalgebra::Matrix3;
 use std::f64::consts::PI;
 
-/// What rounding may do to the ends of an outline, mm.
+/// Rounding error of the ends of an outline, mm.
 const TOLERANCE_MM: f64 = 1e-6;
 /// Cells along each axis of the grid by which a volume is measured.
 const CELLS: usize = 12;

@@ -1,6 +1,7 @@
-//! What a bounding volume is: two traits and a third for the eye.
+//! The traits of a bounding volume: two for its fit and its tests, a third for drawings and sizes.
 //!
-//! A variant ([`BoundingVolume`]) says how a shape is put around triangles; a shape ([`Shape`]) is what a tree tests. Variants that differ in the fit
+//! A variant ([`BoundingVolume`]) says how a shape is put around triangles; a shape ([`Shape`]) is what a tree tests. Variants that differ
+//! in the fit
 //! alone share a shape, and so every instruction of a query. To add a variant of a known shape, write one file beside these, name it in
 //! a `mod` line below and in one line of [`crate::registry`]. A variant with a shape of its own implements all three traits in its file. From
 //! another crate [`crate::registry::Registry::with`] does it without touching this one (`examples/my_volume.rs`).
@@ -43,14 +44,14 @@ use nalgebra::{Matrix3, Unit};
 use shape::obb::Obb;
 use std::fmt::Debug;
 
-/// What a variant is called and what it promises.
+/// Name and promise of a variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Info {
     /// Short name in every file and on the command line, lower case with hyphens: `sphere-ritter`.
     pub id: &'static str,
     /// Name in tables and plots.
     pub label: &'static str,
-    /// Where it comes from: authors, year, section.
+    /// Source: authors, year, section.
     pub reference: &'static str,
     /// Whether `overlaps` is true whenever the contents touch. Variants that cannot promise it are measured all the same
     /// but never ranked by speed: a method can look fast because it misses collisions.
@@ -62,7 +63,7 @@ pub type Segment = [Point; 2];
 
 /// A variant: how a shape is put around triangles.
 pub trait BoundingVolume: 'static {
-    /// What the variant is called and whether it is safe.
+    /// Name of the variant, and whether it is safe.
     const INFO: Info;
 
     /// What is put around them.
@@ -74,7 +75,7 @@ pub trait BoundingVolume: 'static {
     fn fit(triangles: &[Triangle]) -> Self::Shape;
 }
 
-/// What a tree tests: a volume around some triangles of one mesh, in that mesh's own frame (mm).
+/// A volume around some triangles of one mesh, in that mesh's own frame (mm): what the nodes of a tree hold.
 ///
 /// The tree over a mesh never moves. A query computes what depends on the relative pose of the two meshes once
 /// ([`Shape::pose`]) and hands it to every overlap test of that query.

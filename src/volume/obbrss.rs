@@ -1,7 +1,7 @@
 //! A box for overlap and a swept rectangle for distance, side by side.
 //!
 //! J. Pan, S. Chitta, D. Manocha, "FCL: A General Purpose Library for Collision and Proximity Queries", ICRA 2012, where each node holds
-//! both. Deviations: both have axes by the area-weighted covariance; a distance is held against the larger of both bounds.
+//! both. Deviations: both have axes by the area-weighted covariance; a distance is compared with the larger of both bounds.
 
 use super::obb_area::ObbArea;
 use super::rss::Rss;
@@ -10,7 +10,7 @@ use super::{BoundingVolume, Info, Segment, Shape, Solid};
 use crate::geometry::{Isometry, Point, Triangle, Vector};
 use nalgebra::Unit;
 
-/// Both, around the same contents. What is said of size, shape and contents is said of the box.
+/// Both, around the same contents. Size, shape and containment are those of the box.
 #[derive(Clone, Debug)]
 pub struct ObbRss {
     obb: Obb,

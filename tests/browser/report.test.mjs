@@ -22,6 +22,10 @@ const shots = path.join(work, "shots");
 const MOST_MS = 2000;
 const MOST_BYTES = 8e6;
 
+/** Pages on paper, and screens of a phone. */
+const MOST_PAGES = 8;
+const MOST_SCREENS = 12;
+
 /** @type {import("playwright-core").Browser} */
 let browser;
 /** @type {string} */
@@ -103,22 +107,80 @@ test("light and dark follow the system, and the button", () =>
     { colorScheme: "dark" },
   ));
 
-test("paper has everything but the controls", () =>
+test("the answer, the figure and the ranking are on the first screen", () =>
   opened(
     async (tab) => {
-      const marks = () => tab.locator(".mark:visible").count();
-      const before = await marks();
+      await shot(tab, "first-screen");
+      for (const part of ["#answer", "#programs .place", "#ranking table"]) {
+        const box = await tab.locator(part).boundingBox();
+        assert.ok(box && box.y + box.height <= 900, `${part} ends at ${box && box.y + box.height} px`);
+      }
+      const questions = await tab.locator("#answer h3").allTextContents();
+      assert.ok(questions.length >= 2 && questions.every((question) => question.endsWith("?")), questions.join(" "));
+    },
+    { viewport: { width: 1400, height: 900 } },
+  ));
+
+test("every joined curve goes from left to right", () =>
+  opened(async (tab) => {
+    let curves = 0;
+    for (const frame of await tab.locator('#tightness-levels [aria-label="Frame"] button').all()) {
+      await frame.click();
+      const paths = await tab.locator("g.curve path.stroke").evaluateAll((found) => found.map((path) => path.getAttribute("d") ?? ""));
+      for (const path of paths) {
+        const xs = [...path.matchAll(/[ML](-?[\d.]+) /g)].map((match) => Number(match[1]));
+        assert.ok(xs.every((x, i) => i === 0 || x > xs[i - 1]), `x goes back in ${path}`);
+      }
+      curves += paths.filter((path) => path.includes("L")).length;
+    }
+    assert.ok(curves > 10, `${curves} curves`);
+  }));
+
+test("variants look as in the figures, and hollow means unsafe", () =>
+  opened(async (tab) => {
+    const data = JSON.parse((await tab.textContent("#data-of-the-run")) ?? "");
+    const figure = readFileSync(path.join(root, "results/reference/plots/time-ratios.svg"), "utf8").toLowerCase();
+    for (const variant of data.manifest.variants.filter((one) => data.looks[one.id] && one.kind === "volume")) {
+      assert.equal(data.looks[variant.id].hollow, !variant.safe, variant.id);
+      assert.ok(figure.includes(data.looks[variant.id].light), `${variant.id} is ${data.looks[variant.id].light}`);
+    }
+    const safe = data.manifest.variants.filter((one) => one.safe).map((one) => one.label);
+    const hollow = await tab.locator("#charts-ratios g:has(> g .hollow) > text.name > title").allTextContents();
+    assert.ok(hollow.length > 0 && hollow.every((name) => !safe.includes(name)), hollow.join(", "));
+  }));
+
+test("the tab key stops once in each chart", async (t) => {
+  await opened(async (tab) => {
+    const stops = await tab.evaluate(() => {
+      const all = [...document.querySelectorAll('a[href], button, input, select, summary, [tabindex="0"]')];
+      return all.filter((one) => one.getAttribute("tabindex") !== "-1" && one.getClientRects().length > 0).length;
+    });
+    t.diagnostic(`${stops} tab stops`);
+    assert.ok(stops <= 150, `${stops} tab stops`);
+    const first = tab.locator("#charts-ratios .tells").first();
+    await first.focus();
+    await tab.keyboard.press("ArrowRight");
+    const label = await tab.evaluate(() => document.activeElement?.getAttribute("aria-label"));
+    assert.equal(label, await tab.locator("#charts-ratios .tells").nth(1).getAttribute("aria-label"));
+  });
+});
+
+test("paper has the answer, the figure, the ranking and the sentences on few pages", async (t) => {
+  await opened(
+    async (tab) => {
       await tab.emulateMedia({ media: "print" });
       await tab.evaluate(() => dispatchEvent(new Event("beforeprint")));
       assert.ok(!(await tab.isVisible("nav")) && !(await tab.isVisible("#filters")));
-      assert.ok(await tab.isVisible("#verdict-table table"));
-      assert.equal(await marks(), before, "no mark is lost");
+      for (const part of ["#answer", "#programs svg", "#ranking table", "#claims table"]) assert.ok(await tab.locator(part).first().isVisible(), part);
       await shot(tab, "print");
-      await tab.evaluate(() => document.getElementById("ranks")?.scrollIntoView());
-      await shot(tab, "print-ranking");
+      const pdf = await tab.pdf({ path: path.join(shots, "report.pdf"), format: "A4" });
+      const pages = (pdf.toString("latin1").match(/\/Type\s*\/Page\b/g) ?? []).length;
+      t.diagnostic(`${pages} pages`);
+      assert.ok(pages > 0 && pages <= MOST_PAGES, `${pages} pages`);
     },
     { viewport: { width: 794, height: 1123 } },
-  ));
+  );
+});
 
 test("a machine of the run can be looked at", () =>
   opened(async (tab) => {
@@ -131,21 +193,31 @@ test("a machine of the run can be looked at", () =>
     await shot(tab, "machines");
   }));
 
-test("a phone shows the page's whole width", () =>
-  opened(
+test("a phone shows the page's whole width, on few screens", async (t) => {
+  await opened(
     async (tab) => {
-      for (const section of ["verdicts", "ranks", "truth"]) {
+      for (const section of ["answer", "ranks", "verdicts", "truth"]) {
         await tab.evaluate((id) => document.getElementById(id)?.scrollIntoView(), section);
         await tab.waitForTimeout(100);
         await shot(tab, `phone-${section}`);
       }
       assert.equal(await tab.evaluate(() => document.documentElement.scrollWidth - innerWidth), 0);
+      const screens = await tab.evaluate(() => document.documentElement.scrollHeight / innerHeight);
+      t.diagnostic(`${screens.toFixed(1)} screens`);
+      assert.ok(screens <= MOST_SCREENS, `${screens} screens`);
+      // A closed chart is drawn when it is opened.
+      const card = tab.locator("#charts-ratios details");
+      assert.equal(await card.locator("svg.drawing").count(), 0);
+      await card.locator("summary").click();
+      await card.locator("svg.drawing").first().waitFor();
     },
     { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 },
-  ));
+  );
+});
 
 /** Verdicts filter by kind and sort by value. @param {import("playwright-core").Page} tab */
 async function claims(tab) {
+  await tab.click("#verdict-table summary");
   const rows = () => tab.locator("#verdict-table tbody tr").count();
   const all = await rows();
   const kinds = await tab
@@ -177,6 +249,7 @@ async function filters(tab) {
   const drawn = () => chart.innerHTML();
   const panels = () => chart.locator("figure").count();
   await tab.click("#filters summary");
+  await tab.click('#charts-ratios button[data-value="time"]');
   const [before, scenes] = [await drawn(), await panels()];
   const scene = tab.locator('#filters [aria-label="Scenes"] .chip').first();
   await scene.click();
@@ -204,7 +277,7 @@ async function filters(tab) {
 
 /** Pointing tells numbers, a click tells file and line. @param {import("playwright-core").Page} tab */
 async function pointing(tab) {
-  for (const card of ["#ranking", "#charts-ratios", "#misses-rates", "#tightness-levels"]) {
+  for (const card of ["#programs", "#charts-ratios", "#misses-rates", "#tightness-levels"]) {
     const mark = tab.locator(`${card} .mark`).nth(2);
     await mark.scrollIntoViewIfNeeded();
     await scrolled(tab);
@@ -232,6 +305,7 @@ function scrolled(tab) {
 
 /** Any record can be searched. @param {import("playwright-core").Page} tab */
 async function records(tab) {
+  await tab.click("#records summary");
   await tab.selectOption("#records select", "trees.csv");
   const rows = tab.locator("#records tbody tr");
   const all = await rows.count();

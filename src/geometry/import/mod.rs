@@ -9,8 +9,7 @@
 //! - a triangle with three different corners on a line is kept: it weighs nothing, its corners count, and dropping it
 //!   would open its neighbours.
 //!
-//! Nothing else is repaired. What was done is in the report; what the surface is like afterwards says
-//! [`Mesh::surface_report`].
+//! Nothing else is repaired. The report says what was done; [`Mesh::surface_report`] describes the surface afterwards.
 
 mod clean;
 mod error;
@@ -128,12 +127,12 @@ impl From<Option<Unit>> for Options {
 /// same, to what is a feature of a part and no longer a gap between triangles.
 const WELD_MM: (f64, f64) = (1e-6, 1.0);
 
-/// What was found in a file and what was done about it.
+/// Findings in a mesh file, and the repairs made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImportReport {
     /// The format it was read as.
     pub format: Format,
-    /// What one unit of the file was taken to be, mm.
+    /// Length of one unit of the file, mm.
     pub unit_mm: f64,
     /// How far apart vertices were that became one, mm, at most; 0 for those on the same point of the grid.
     pub weld_mm: f64,
@@ -173,7 +172,7 @@ pub struct Imported {
     pub report: ImportReport,
 }
 
-/// What a reader returns: vertices in the file's unit and faces whose indices are valid.
+/// Output of a reader: vertices in the file's unit, and faces with valid indices.
 #[derive(Debug, Default)]
 struct Raw {
     vertices: Vec<Point>,
@@ -188,8 +187,8 @@ const METRE: f64 = Unit::M.in_mm();
 /// Largest file that is read, bytes. Text has at least 20 bytes per triangle, so that vertex indices fit 32 bits.
 const LARGEST_FILE: u64 = 1 << 30;
 
-/// Reads a mesh file. The extension says what it is (`.stl`, `.obj`, `.off`, `.ply`, `.glb`, `.3mf`); without one of these, its
-/// beginning does. A unit alone will do for the options.
+/// Reads a mesh file. The extension decides the format (`.stl`, `.obj`, `.off`, `.ply`, `.glb`, `.3mf`); a file without one of these is
+/// recognised by its first bytes. A unit alone will do for the options.
 ///
 /// # Errors
 /// [`ImportError`] with the file and the line, or the triangle and the byte, when the file cannot be read, is not a

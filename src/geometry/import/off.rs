@@ -24,7 +24,7 @@ fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     text.lines().enumerate().map(bare).filter(|(_, line)| !line.is_empty())
 }
 
-/// What follows the header's keyword on its line, if there is one.
+/// The rest of the header's line after its keyword, if there is a keyword.
 fn header_ends(line: &str) -> Option<&str> {
     let rest = line.strip_prefix("ST").unwrap_or(line);
     let rest = rest.strip_prefix('C').unwrap_or(rest);

@@ -21,10 +21,10 @@ pub struct Extrude {
     pub holes: Vec<ExtrudeHole>,
     /// Height, mm.
     pub height_mm: f64,
-    /// What is done to all edges of the bottom, those of the holes included.
+    /// Treatment of all edges of the bottom, including the holes' edges.
     #[serde(default)]
     pub bottom: Rim,
-    /// What is done to all edges of the top, those of the holes included.
+    /// Treatment of all edges of the top, including the holes' edges.
     #[serde(default)]
     pub top: Rim,
 }
@@ -57,7 +57,7 @@ pub struct OutlinedHole {
     pub outline_mm: Vec<OutlinePoint>,
 }
 
-/// What is done to the edges of an end; by default they stay sharp.
+/// Treatment of the edges of an end; the default leaves them sharp.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rim {

@@ -11,7 +11,7 @@ use super::solid::Surface;
 use super::tessellation::{Sizing, affordable};
 use serde::{Deserialize, Serialize};
 
-/// Edges of the free-form face are so much shorter than those of plane faces.
+/// Factor by which edges of the free-form face are shorter than edges of plane faces.
 const FINER_THAN_PLANES: f64 = 16.0;
 
 /// A block whose top is free-form; x and y from minus to plus half the size, bottom at z = 0.

@@ -33,7 +33,7 @@ pub enum OutlinePoint {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OutlineCorner {
-    /// Where the corner is (before it is rounded), mm.
+    /// Position of the corner before it is rounded, mm.
     pub at_mm: [f64; 2],
     /// Radius of the rounding, mm; 0 for none. Needs straight edges on both sides.
     #[serde(default)]

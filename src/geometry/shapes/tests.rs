@@ -1,4 +1,4 @@
-//! What holds for every shape: soundness over random parameters, volumes of closed form, what grading may change.
+//! Properties of every shape: soundness over random parameters, volumes of closed form, and what grading may change.
 
 use super::*;
 use proptest::prelude::*;

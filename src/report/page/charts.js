@@ -60,7 +60,7 @@ function drawRatios() {
   const place = card(
     "charts-ratios",
     "Compared with a baseline",
-    "Paired ratios with their 95 % intervals; left of the line a variant needs less than the baseline. Hollow marks are unsafe: they may miss contacts.",
+    "Paired ratios with their 95 % intervals; left of the line a variant needs less than the baseline. Hollow marks are unsafe variants: they may miss contacts.",
     [
       choice("Measure", METRICS, chart.metric, (metric) => {
         chart.metric = metric;
@@ -97,14 +97,13 @@ function drawRatios() {
         const said = interval(ratio, low, high);
         return {
           name: caseName(row),
-          hollow: isUnsafe(variant),
           said,
           dots: [
             {
               value: ratio,
               low,
               high,
-              tone: toneOf(low, high),
+              look: variant,
               title: `${caseName(row)}, ${scene}`,
               facts: [
                 [`${words} ratio`, said],
@@ -174,10 +173,9 @@ function drawQueries() {
         ];
         return {
           name: caseName(row),
-          hollow: isUnsafe(cells.variant),
           said,
           dots: [
-            { value: cells[column], low, high, tone: "plain", title: `${caseName(row)}, ${cells.scene}`, facts, sources: [row] },
+            { value: cells[column], low, high, look: cells.variant, title: `${caseName(row)}, ${cells.scene}`, facts, sources: [row] },
           ],
         };
       },
@@ -185,14 +183,6 @@ function drawQueries() {
     drawDots(place, { panels, log: true, unit: isTime ? `${words} of a query, ns` : `${words} of a query, mean` });
   }
   watch(update);
-}
-
-/** The order number of a variant decides its colour, dash and marker. @param {string} id */
-function lookOf(id) {
-  return Math.max(
-    0,
-    variants.findIndex((variant) => variant.id === id),
-  );
 }
 
 /**
@@ -206,11 +196,9 @@ function curvesOf(found, pointOf) {
   const curves = new Map();
   for (const row of found) {
     const name = caseName(row);
-    // Another policy of the same variant has its colour, and another dash.
-    const look =
-      (lookOf(row.cells.variant) % COLOURS) +
-      (isDefault(row.cells.variant, policyOf(row)) ? COLOURS * Math.floor(lookOf(row.cells.variant) / COLOURS) : 2 * COLOURS);
-    if (!curves.has(name)) curves.set(name, { look, name, points: [] });
+    // Another policy of the same variant has its colour and marker, and a dash.
+    const dashed = !isDefault(row.cells.variant, policyOf(row));
+    if (!curves.has(name)) curves.set(name, { look: row.cells.variant, dashed, name, points: [] });
     curves.get(name)?.points.push(pointOf(row));
   }
   return [...curves.values()];
@@ -274,8 +262,8 @@ function drawCosts() {
   );
   watch(() =>
     drawCurves(place, {
-      x: "predicted, µs per query",
-      y: "measured, µs per query",
+      x: "measured, µs per query",
+      y: "predicted, µs per query",
       logX: true,
       logY: true,
       joined: false,
@@ -283,8 +271,8 @@ function drawCosts() {
       frames: framesOf(
         all.filter((row) => isChosen(row) && (chosen.stratum === data.words.all || row.cells.stratum === chosen.stratum)),
         (row) => ({
-          x: row.cells.predicted_ns / 1e3,
-          y: row.cells.measured_ns / 1e3,
+          x: row.cells.measured_ns / 1e3,
+          y: row.cells.predicted_ns / 1e3,
           title: `${caseName(row)}, ${row.cells.scene}`,
           sources: [row],
           facts: [

@@ -4,8 +4,10 @@
 /** @typedef {{file: string, line: number, cells: Record<string, any>}} Row a row of a record */
 /** @typedef {{file: string, columns: string[], rows: any[][]}} Packed a record as the page carries it: line number, then cells */
 /** @typedef {{id: string, label: string, reference: string, safe: boolean, kind: string, policies: string[]}} Variant */
-/** @typedef {{id: string, sentence: string, source: string, readings: string[], not_judged: string | null}} Claim */
-/** @typedef {{id: string, title: string, subject: string, baseline: string}} Reading */
+/** @typedef {{id: string, sentence: string, source: string, group: string, primary: number | null, cells: [string, number[]][], reason: string | null}} Claim */
+/** @typedef {{id: string, name: string, words: string, subject: string, baseline: string}} Reading */
+/** @typedef {{light: string, dark: string, path: string, hollow: boolean}} Look colour and marker of a variant, as in the figures */
+/** @typedef {{scene: string, programs: string, subject: string, baseline: string, subject_ns: number[] | null, baseline_ns: number[] | null, ratio: number, low: number, high: number, effect: string}} ProgramTotals */
 /** @typedef {{variant: string, label: string, kind: string, ratio: number, scenes: number}} Ranked */
 /**
  * @typedef {object} Data
@@ -13,7 +15,11 @@
  * @property {{all: string, null: string, whole: string[], strata: string[], bands: string[]}} words names that the records use
  * @property {string} source where the claims come from
  * @property {string[]} baselines
+ * @property {{question: string, answer: string}[]} answer
+ * @property {ProgramTotals[]} programs
  * @property {Claim[]} claims
+ * @property {[string[], string[]][]} blocks readings, and the sentences that share them
+ * @property {Record<string, Look>} looks
  * @property {Reading[]} readings
  * @property {Ranked[]} ranking
  * @property {string[]} noise

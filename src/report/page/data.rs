@@ -1,15 +1,17 @@
 //! What the page's scripts get, as JSON.
 
-use crate::analysis::claims::{CaseRef, Claim};
+use crate::analysis::claims::CaseRef;
 use crate::analysis::{ALL, Ranked};
+use crate::plot::data::entries;
 use crate::record::file::located;
 use crate::record::{
     AuditCellRow, AuditEffectRow, AuditShareRow, Band, ClaimRow, CostChunkRow, CostRow, DeadlineRow, Manifest,
     NULL_VARIANT, PeerRatioRow, PeerRow, RatioRow, RecordError, RepayRow, Row, Stratum, SummaryRow, SweepSummaryRow,
     Table, TightnessRow, TreeRow, VerificationRow,
 };
-use crate::report::terminal::stands_for_claim;
-use crate::report::{Contents, ReportError};
+use crate::report::programs::{self, ProgramTotals};
+use crate::report::sentences::{Group, blocks, sentences, words};
+use crate::report::{Contents, ReportError, Statement, answer};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,8 +30,13 @@ pub(super) struct PageData<'a> {
     words: Words,
     source: &'a str,
     baselines: &'a [String],
+    answer: Vec<Statement>,
+    programs: Vec<ProgramTotals>,
     claims: Vec<ClaimEntry<'a>>,
     readings: Vec<ReadingEntry<'a>>,
+    /// Sentences of the paper that share readings: those readings, and the ids of the sentences.
+    blocks: Vec<(Vec<&'a str>, Vec<&'a str>)>,
+    looks: BTreeMap<String, LookEntry>,
     ranking: &'a [Ranked],
     noise: &'a [String],
     /// Lines of `claims.csv` that stand for a claim as a whole.
@@ -49,19 +56,36 @@ struct Words {
     bands: Vec<&'static str>,
 }
 
+/// Colour and marker of a variant, as in the figures.
+#[derive(Debug, Serialize)]
+struct LookEntry {
+    light: String,
+    dark: String,
+    /// The marker, path of an SVG about the origin.
+    path: String,
+    hollow: bool,
+}
+
 #[derive(Debug, Serialize)]
 struct ClaimEntry<'a> {
     id: &'a str,
     sentence: &'a str,
     source: &'a str,
-    readings: Vec<&'a str>,
-    not_judged: Option<&'a str>,
+    /// `judged`, `literature`, `not-judged`.
+    group: &'static str,
+    /// Line in `claims.csv` of the row that answers the sentence.
+    primary: Option<u64>,
+    /// Readings, each with the lines in `claims.csv` that stand for the sentence, one for each scene.
+    cells: Vec<(&'a str, Vec<u64>)>,
+    /// Why it is not judged.
+    reason: Option<&'a str>,
 }
 
 #[derive(Debug, Serialize)]
 struct ReadingEntry<'a> {
     id: &'a str,
-    title: &'a str,
+    name: String,
+    words: &'a str,
     subject: String,
     baseline: String,
 }
@@ -80,11 +104,21 @@ impl<'a> PageData<'a> {
     pub fn read(folder: &Path, contents: &'a Contents) -> Result<Self, ReportError> {
         let mut shelf = Shelf { folder, tables: BTreeMap::new(), left_out: Vec::new(), room: MOST_BYTES };
         shelf.fill()?;
-        let standing = shelf.tables.get(ClaimRow::FILE).map_or_else(Vec::new, |table| {
-            let rows = table.rows.iter().zip(&contents.verdicts);
-            let standing = rows.filter(|(_, verdict)| stands_for_claim(verdict, &contents.verdicts));
-            standing.filter_map(|(row, _)| row[0].as_u64()).collect()
+        let claims = claims(contents);
+        let lines =
+            |claim: &ClaimEntry<'_>| claim.cells.iter().flat_map(|(_, lines)| lines.clone()).collect::<Vec<_>>();
+        let standing = claims.iter().flat_map(|claim| claim.primary.into_iter().chain(lines(claim))).collect();
+        let looks = entries(&contents.manifest).into_iter().map(|entry| {
+            let [light, dark] = entry.look.css();
+            (entry.id, LookEntry { light, dark, path: entry.look.path(), hollow: entry.look.is_hollow() })
         });
+        let ids = |(readings, of): (
+            Vec<&'a crate::analysis::claims::Reading>,
+            Vec<crate::report::sentences::Sentence<'a>>,
+        )| {
+            let readings = readings.into_iter().map(|reading| reading.id.get_ref().as_str()).collect();
+            (readings, of.into_iter().map(|sentence| sentence.claim.id()).collect())
+        };
         let figure = |figure: &'a crate::plot::Figure| FigureEntry {
             title: &figure.title,
             svg: figure.svg.display().to_string().replace('\\', "/"),
@@ -99,7 +133,11 @@ impl<'a> PageData<'a> {
             },
             source: &contents.claims.source,
             baselines: &contents.claims.comparison.baselines,
-            claims: contents.claims.claims.iter().map(claim).collect(),
+            answer: answer(contents),
+            programs: programs::table(contents),
+            claims,
+            blocks: blocks(contents, Group::Judged).into_iter().map(ids).collect(),
+            looks: looks.collect(),
             readings: contents.claims.readings.iter().map(reading).collect(),
             ranking: &contents.ranking,
             noise: &contents.noise,
@@ -111,23 +149,50 @@ impl<'a> PageData<'a> {
     }
 }
 
-fn claim(claim: &Claim) -> ClaimEntry<'_> {
-    ClaimEntry {
-        id: claim.id(),
-        sentence: &claim.sentence,
-        source: &claim.source,
-        readings: claim.readings.iter().map(|id| id.get_ref().as_str()).collect(),
-        not_judged: claim.not_judged.as_deref(),
-    }
+/// The first row of a CSV file stands below its head.
+const FIRST_LINE: u64 = 2;
+
+fn claims(contents: &Contents) -> Vec<ClaimEntry<'_>> {
+    let line = |row: &ClaimRow| {
+        let place = contents.verdicts.iter().position(|other| std::ptr::eq(other, row));
+        place.map(|place| place as u64 + FIRST_LINE)
+    };
+    sentences(contents)
+        .into_iter()
+        .map(|sentence| {
+            let rows = sentence.cells.iter().flat_map(|(_, rows)| rows.iter().copied()).chain(sentence.primary);
+            let mut notes = rows.filter(|row| row.verdict == "not-judged").map(|row| row.note.as_str());
+            let note = notes.next();
+            ClaimEntry {
+                id: sentence.claim.id(),
+                sentence: &sentence.claim.sentence,
+                source: &sentence.claim.source,
+                group: match sentence.group {
+                    Group::Judged => "judged",
+                    Group::Literature => "literature",
+                    Group::NotJudged => "not-judged",
+                },
+                primary: sentence.primary.and_then(line),
+                cells: sentence
+                    .cells
+                    .iter()
+                    .map(|(reading, rows)| (*reading, rows.iter().filter_map(|row| line(row)).collect()))
+                    .collect(),
+                reason: sentence.claim.not_judged.as_deref().or(note),
+            }
+        })
+        .collect()
 }
 
 fn reading(reading: &crate::analysis::claims::Reading) -> ReadingEntry<'_> {
     let name = |case: &CaseRef| {
         case.policy.as_ref().map_or_else(|| case.variant.clone(), |policy| format!("{} ({policy})", case.variant))
     };
+    let (short, words) = words(reading);
     ReadingEntry {
         id: reading.id.get_ref(),
-        title: &reading.title,
+        name: short,
+        words,
         subject: name(&reading.subject),
         baseline: name(&reading.baseline),
     }

@@ -2,8 +2,8 @@
 // Dots with intervals: a line per case under its name, panels beside each other on one scale. What a mark says stands at the
 // right of its line, so that the drawing can be read on paper too.
 
-/** @typedef {{value: number, low?: number, high?: number, tone?: string, title: string, facts: [string, string][], sources: Row[], small?: boolean}} Dot */
-/** @typedef {{name: string, tag?: string, hollow?: boolean, square?: boolean, said: string, dots: Dot[]}} Line */
+/** @typedef {{value: number, low?: number, high?: number, look: string, title: string, facts: [string, string][], sources: Row[]}} Dot */
+/** @typedef {{name: string, said: string, dots: Dot[]}} Line */
 /** @typedef {{title: string, lines: Line[]}} Panel */
 /** @typedef {{panels: Panel[], log: boolean, unit: string, reference?: number, from?: number}} Dots */
 
@@ -34,6 +34,8 @@ function drawPanels(place, panels, drawing) {
   }
   const frames = panels.map((panel) => ({ panel, frame: el("figure", { class: "panel" }, el("figcaption", {}, panel.title)) }));
   place.replaceChildren(el("div", { class: "panels" }, ...frames.map(({ frame }) => frame)));
+  // Nothing is drawn in a card that is closed; it is drawn when it opens.
+  if (place.closest("details:not([open])")) return;
   for (const { panel, frame } of frames) {
     const width = Math.max(220, Math.round(frame.clientWidth - 2) || 340);
     frame.append(drawing(panel, width));
@@ -68,7 +70,7 @@ function dotLine(line, scale, width, top) {
   const y = top + 27;
   const room = Math.max(8, Math.floor((width - 16 - 7 * line.said.length) / 7.4));
   const name = line.name.length > room ? `${line.name.slice(0, room - 1)}…` : line.name;
-  const group = draw("g", { class: line.hollow ? "hollow" : "" });
+  const group = draw("g", {});
   group.append(
     draw("rect", { class: "band", x: 0, y: top + 1, width, height: LINE_PX - 2, rx: 4 }),
     draw("text", { class: "name", x: 8, y: top + 15 }, draw("title", {}, line.name), name),
@@ -77,18 +79,12 @@ function dotLine(line, scale, width, top) {
   );
   for (const dot of line.dots) {
     const x = scale.at(dot.value);
-    const mark = draw("g", { class: `mark ${dot.tone ?? "plain"}${dot.small ? " small" : ""}` });
-    if (dot.low !== undefined && dot.high !== undefined) {
+    const mark = draw("g", { class: "mark", style: colourOf(dot.look) });
+    if (typeof dot.low === "number" && typeof dot.high === "number") {
       mark.append(draw("line", { class: "interval", x1: scale.at(dot.low), x2: scale.at(dot.high), y1: y, y2: y }));
     }
-    const r = dot.small ? 3.5 : 5.5;
     // The finger needs more than the eye.
-    mark.append(
-      line.square
-        ? draw("rect", { class: "dot", x: x - r, y: y - r, width: 2 * r, height: 2 * r })
-        : draw("circle", { class: "dot", cx: x, cy: y, r }),
-      draw("circle", { class: "touch", cx: x, cy: y, r: 11 }),
-    );
+    mark.append(markerOf(dot.look, x, y), draw("circle", { class: "touch", cx: x, cy: y, r: 11 }));
     group.append(tells(mark, dot.title, dot.facts, dot.sources));
   }
   return group;

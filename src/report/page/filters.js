@@ -141,8 +141,14 @@ function drawFilters() {
   });
 }
 
+/** A page no wider than this is a phone's, px. */
+const NARROW = 640;
+
+/** Cards that are closed at first everywhere: long tables. */
+const FOLDED = ["Every verdict", "The records behind it"];
+
 /**
- * A card with a heading, its own controls, and a place to draw in.
+ * A card with a heading, its own controls, and a place to draw in; it opens and closes.
  * @param {string} parent id of the section
  * @param {string} title
  * @param {string} about how to read it
@@ -150,15 +156,11 @@ function drawFilters() {
  */
 function card(parent, title, about, controls = []) {
   const place = el("div", { class: "place" });
-  part(parent).append(
-    el(
-      "div",
-      { class: "card", "data-card": title },
-      el("h3", {}, title),
-      el("p", { class: "about" }, about),
-      el("div", { class: "controls" }, ...controls),
-      place,
-    ),
-  );
+  const body = [el("p", { class: "about" }, about), el("div", { class: "controls" }, ...controls), place];
+  const frame = el("details", { class: "card", "data-card": title }, el("summary", {}, el("h3", {}, title)), ...body);
+  // A phone shows what there is, and opens what is asked for.
+  frame.toggleAttribute("open", innerWidth > NARROW && !FOLDED.includes(title));
+  frame.addEventListener("toggle", changed);
+  part(parent).append(frame);
   return place;
 }

@@ -21,14 +21,13 @@ function drawMisses() {
         const said = missed === 0 ? `none of ${number(contacts)}` : `${number(missed)} of ${number(contacts)}`;
         return {
           name: `${caseName(row)}, ${workload}`,
-          hollow: isUnsafe(variant),
           said,
           dots: [
             {
               value: (100 * missed) / contacts,
               low: 100 * miss_rate_low,
               high: 100 * miss_rate_high,
-              tone: missed > 0 ? "more" : "less",
+              look: variant,
               title: `${caseName(row)}, ${scene}`,
               facts: [
                 ["missed", said],

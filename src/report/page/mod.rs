@@ -2,7 +2,7 @@
 //! tables in it. The page computes nothing that the analysis could have; every mark names the CSV row behind it.
 //!
 //! The scripts are plain ones in one scope, in the order in which they must be read: the data, elements and numbers, scales,
-//! what stands behind a mark, the two forms of charts, filters, tables, then a file per part of the page.
+//! looks, what stands behind a mark, the two forms of charts, filters, tables, then a file per part of the page.
 
 mod data;
 
@@ -15,26 +15,22 @@ use std::path::{Path, PathBuf};
 pub const PAGE_FILE: &str = "report.html";
 
 const PAGE: &str = include_str!("page.html");
-/// What a run is about that judges claims, and one that judges none.
-const LEAD_ON_CLAIMS: &str = "The paper says that an oriented box weighted by triangle areas detects machine-tool collisions faster than the plain
-  one and repairs its faults. This run asks of each of its sentences whether that holds, on machine scenes of our own and against exact
-  truth. It is a conceptual replication of {{source}}.";
-const LEAD: &str = "Which bounding volume finds the collisions of these parts fastest, and which one misses them? The variants are timed side by side, and
-  every verdict is held against exact truth.";
 /// The section on the claims.
 const VERDICTS: &str = include_str!("verdicts.html");
 const STYLE: &str = include_str!("page.css");
-const SCRIPTS: [&str; 14] = [
+const SCRIPTS: [&str; 16] = [
     include_str!("data.js"),
     include_str!("dom.js"),
     include_str!("scale.js"),
+    include_str!("looks.js"),
     include_str!("behind.js"),
     include_str!("dots.js"),
     include_str!("curves.js"),
     include_str!("filters.js"),
     include_str!("table.js"),
     include_str!("verdicts.js"),
-    include_str!("ranking.js"),
+    include_str!("sentences.js"),
+    include_str!("programs.js"),
     include_str!("charts.js"),
     include_str!("misses.js"),
     include_str!("more.js"),
@@ -88,9 +84,8 @@ fn render(contents: &Contents, json: &str, insets: &[Inset]) -> String {
         "title" => escaped(&format!("Bounding volumes on trial: {}", contents.claims.source)),
         "heading" if has_claims => "Bounding volumes on trial".to_owned(),
         "heading" => escaped(&contents.claims.source),
-        "lead" if has_claims => filled(LEAD_ON_CLAIMS, |_| escaped(&contents.claims.source)),
-        "lead" => LEAD.to_owned(),
-        "verdicts-link" if has_claims => "<a href=\"#verdicts\">Verdicts</a>".to_owned(),
+        "lead" => escaped(&super::lead(&contents.claims, profile).replace('`', "")),
+        "verdicts-link" if has_claims => "<a href=\"#verdicts\">Sentences</a>".to_owned(),
         "verdicts" if has_claims => VERDICTS.to_owned(),
         "profile" => escaped(profile),
         "style" => STYLE.to_owned(),

@@ -49,7 +49,7 @@ function drawPeers() {
                 value: ratio,
                 low,
                 high,
-                tone: toneOf(1 / high, 1 / low),
+                look: engine,
                 title: `${engine}, ${scene}`,
                 facts: /** @type {[string, string][]} */ ([
                   ["times as fast", said],

@@ -68,14 +68,10 @@ function linearTicks(low, high, most) {
   return ticks;
 }
 
-/** A tick's text. @param {number} value */
+/** A tick's text: 0.001, 0.8, 12, 5k, 2M; as in the figures for print. @param {number} value */
 function tickText(value) {
-  if (value === 0) return "0";
   const size = Math.abs(value);
-  if (size >= 1e5 || size < 1e-3) {
-    const power = Math.floor(Math.log10(size) + 1e-9);
-    const digit = Number((value / 10 ** power).toPrecision(2));
-    return digit === 1 ? `1e${power}` : `${digit}e${power}`;
-  }
-  return String(Number(value.toPrecision(3)));
+  if (size !== 0 && size < 1e-4) return value.toExponential(0).replace("e-0", "e-");
+  const [unit, letter] = [[1e9, "G"], [1e6, "M"], [1e3, "k"]].find(([unit]) => size >= Number(unit) * 0.9999) ?? [1, ""];
+  return `${Number((value / Number(unit)).toPrecision(3))}${letter}`;
 }

@@ -37,10 +37,17 @@ function followWidth() {
   });
 }
 
+/** Cards that are printed, beside the answer, the figure, the ranking and the sentences; the others are for the screen. */
+const ON_PAPER = ["Compared with a baseline", "Contacts missed"];
+
 /** Draws as wide as paper is while it is printed. */
 function followPrinter() {
   const draw = (/** @type {boolean} */ onPaper) => () => {
     document.body.classList.toggle("paper", onPaper);
+    for (const card of document.querySelectorAll("details.card, #origin")) {
+      if (onPaper && ON_PAPER.includes(card.getAttribute("data-card") ?? "")) card.setAttribute("open", "");
+      else if (onPaper) card.classList.toggle("unprinted", true);
+    }
     changed();
   };
   addEventListener("beforeprint", draw(true));
@@ -49,14 +56,15 @@ function followPrinter() {
 
 function start() {
   theme();
-  drawFacts();
+  part("origin").toggleAttribute("open", innerWidth > NARROW);
+  drawAnswer();
+  drawPrograms();
+  drawRanking();
   if (data.claims.length > 0) {
-    drawTally(part("tally"));
-    drawClaims();
+    drawSentences();
     drawVerdicts();
   }
   drawFilters();
-  drawRanking();
   drawRatios();
   drawQueries();
   drawMisses();

@@ -57,15 +57,30 @@ fn every_row_names_the_line_it_stands_on() {
             assert!(line.starts_with(&format!("{},", row[1].as_str().unwrap())), "{file}: {line}");
         }
     }
-    let standing = data["standing"].as_array().unwrap().len();
-    // A primary row for each sentence that has one; the rows of the others.
-    let set = ClaimSet::standard();
-    let has = |variant: &str| PLANTED.iter().any(|planted| planted.id == variant);
-    let measured = |id: &str| set.reading(id).is_some_and(|r| has(&r.subject.variant) && has(&r.baseline.variant));
-    let sentences = set.claims.iter().filter(|claim| claim.primary.is_some() || claim.test.is_none()).count();
-    let others = set.claims.iter().filter(|claim| claim.primary.is_none()).flat_map(|claim| &claim.readings);
-    let others = others.map(|id| if measured(id.get_ref()) { SCENES.len() } else { 1 }).sum::<usize>();
-    assert_eq!(standing, sentences + others);
+    // Each sentence names the rows that stand for it: its primary one, and for each reading one per scene.
+    let claims = &data["tables"]["claims.csv"];
+    let column = |name: &str| claims["columns"].as_array().unwrap().iter().position(|c| c == name).unwrap() + 1;
+    let cell = |line: u64, name: &str| claims["rows"][line as usize - 2][column(name)].as_str().unwrap().to_owned();
+    let sentences = data["claims"].as_array().unwrap();
+    assert_eq!(sentences.len(), ClaimSet::standard().claims.len());
+    for sentence in sentences {
+        if let Some(line) = sentence["primary"].as_u64() {
+            assert_eq!([cell(line, "claim"), cell(line, "role")], [sentence["id"].as_str().unwrap(), "primary"]);
+        }
+        for reading in sentence["cells"].as_array().unwrap() {
+            let lines: Vec<u64> = reading[1].as_array().unwrap().iter().map(|line| line.as_u64().unwrap()).collect();
+            let scenes: Vec<String> = lines.iter().map(|line| cell(*line, "scene")).collect();
+            assert!(lines.iter().all(|line| cell(*line, "reading") == reading[0].as_str().unwrap()), "{sentence}");
+            assert!(scenes.iter().enumerate().all(|(i, scene)| !scenes[..i].contains(scene)), "{sentence}: {scenes:?}");
+        }
+    }
+    let faster = sentences.iter().find(|sentence| sentence["id"] == "faster").unwrap();
+    assert_eq!(faster["group"], "judged");
+    assert_eq!(faster["cells"][0][1].as_array().unwrap().len(), SCENES.len());
+    // A variant looks as in the figures: hollow when it is unsafe.
+    for planted in PLANTED.iter().filter(|planted| planted.kind == crate::record::Kind::Volume) {
+        assert_eq!(data["looks"][planted.id]["hollow"], !planted.safe, "{}", planted.id);
+    }
     assert_eq!(data["manifest"]["variants"].as_array().unwrap().len(), PLANTED.len());
     assert_eq!(data["words"]["bands"].as_array().unwrap().len(), 6);
 }

@@ -1,13 +1,10 @@
 // @ts-check
-// The claims: one card each at a glance, and all verdicts as a table with filters.
+// All verdicts as a table with filters.
 
 /** Verdicts with their signs, in the order of tables. @type {Record<string, string>} */
 const SIGNS = { supported: "✓", refuted: "✕", undecided: "?", "not-applicable": "=", "not-judged": "–" };
 
 const standing = new Set(data.standing);
-
-/** The verdicts that stand for claims as a whole. */
-const judged = rows("claims.csv").filter((row) => standing.has(row.line) && row.cells.reading !== "-");
 
 /** A verdict as a badge. @param {string} verdict @param {string} [words] */
 function badge(verdict, words = verdict) {
@@ -32,68 +29,6 @@ function verdictFacts(row) {
   return facts;
 }
 
-/** How many verdicts of each kind, as a bar. @param {HTMLElement} place */
-function drawTally(place) {
-  const counts = Object.keys(SIGNS).map((verdict) => ({
-    verdict,
-    count: judged.filter((row) => row.cells.verdict === verdict).length,
-  }));
-  const there = counts.filter(({ count }) => count > 0);
-  place.append(
-    el(
-      "div",
-      { class: "bar", role: "img", "aria-label": there.map((c) => `${c.count} ${c.verdict}`).join(", ") },
-      ...there.map(({ verdict, count }) => el("span", { class: `share ${verdict}`, style: `flex-grow:${count}` }, String(count))),
-    ),
-    el("div", { class: "legend" }, ...there.map(({ verdict, count }) => badge(verdict, `${verdict} ${count}`))),
-  );
-}
-
-/** The claims at a glance. */
-function drawClaims() {
-  const places = data.claims.map((claim) => {
-    const lines = claim.readings.map((reading) => readingLine(claim, reading));
-    const aside =
-      claim.not_judged === null ? [] : [badge("not-judged", "not judged"), el("p", { class: "about" }, `${claim.not_judged}.`)];
-    return el(
-      "article",
-      { class: "claim", id: `claim-${claim.id}` },
-      el("h3", {}, claim.sentence),
-      el("p", { class: "about" }, `${claim.id} · ${claim.source}`),
-      ...lines,
-      ...aside,
-    );
-  });
-  part("claims").append(...places);
-}
-
-/** A reading's verdicts: one badge when the scenes agree, else one for each. @param {Claim} claim @param {string} id */
-function readingLine(claim, id) {
-  const found = judged.filter((row) => row.cells.claim === claim.id && row.cells.reading === id);
-  const reading = data.readings.find((other) => other.id === id);
-  const kinds = new Set(found.map((row) => row.cells.verdict));
-  const title = `${claim.id}, ${id}`;
-  const badges =
-    kinds.size === 1 && found.length > 1
-      ? [
-          tells(
-            badge(found[0].cells.verdict, `${found[0].cells.verdict} in all ${found.length} scenes`),
-            title,
-            found.map((row) => [row.cells.scene, interval(row.cells.value, row.cells.low, row.cells.high)]),
-            found,
-          ),
-        ]
-      : found.map((row) =>
-          tells(badge(row.cells.verdict, row.cells.scene), `${title}, ${row.cells.scene}`, verdictFacts(row), [row]),
-        );
-  return el(
-    "div",
-    { class: "reading" },
-    el("abbr", { title: reading ? `${reading.title}: ${reading.subject} against ${reading.baseline}` : id }, id),
-    el("div", { class: "badges" }, ...badges),
-  );
-}
-
 /** A ratio's interval on a small scale from a quarter to four, with [0.95, 1.05] shaded. @param {Row} row */
 function glyph(row) {
   const { measure, value, low, high, verdict } = row.cells;
@@ -113,7 +48,7 @@ function drawVerdicts() {
   const all = rows("claims.csv").filter((row) => row.cells.reading !== "-");
   const kinds = Object.keys(SIGNS).filter((verdict) => all.some((row) => row.cells.verdict === verdict));
   const shown = { verdicts: new Set(kinds), claim: "", every: false };
-  const ids = data.claims.filter((claim) => claim.readings.length > 0).map((claim) => claim.id);
+  const ids = data.claims.filter((claim) => claim.cells.length > 0).map((claim) => claim.id);
   const select = el(
     "select",
     {

@@ -17,7 +17,7 @@ const SHORTEST: f64 = 2e-7;
 /// Two edges that are perpendicular to this (the cosine of their angle) make boxes with an axis along the first: their tilt is below
 /// [`SHORTEST`] or their σ is. All those boxes have been tried.
 const PERPENDICULAR: f64 = 1e-14;
-/// Arcs are trimmed to about this angle, rad. Of 0.02, 0.07, 0.2 and 0.5 none was clearly the fastest on two meshes.
+/// Arcs are trimmed to about this angle, rad. Among 0.02, 0.07, 0.2 and 0.5 none was clearly the fastest on two meshes.
 const TRIM: f64 = 0.1;
 
 /// The search among the boxes that have two neighbouring faces on edges of a solid.
@@ -230,7 +230,7 @@ mod tests {
             }
         }
 
-        /// No normal that trimming takes from an arc has a box that is small enough to matter.
+        /// Trimming removes only normals whose boxes are too large to matter.
         #[test]
         fn what_is_trimmed_has_no_smaller_box(
             corners in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), 4..20),

@@ -7,7 +7,7 @@
 //! bound (`minimum/edges.rs`). Pairs that no box can have are discarded as in J. Jylänki, "An Exact Algorithm for Finding Minimum
 //! Oriented Bounding Boxes", 2015, whose further conjecture is not used.
 //!
-//! What is promised: up to [`EXACT_VERTICES`] hull vertices and [`MAX_STEPS`] steps, no box is smaller by more than the part
+//! Promise: up to [`EXACT_VERTICES`] hull vertices and [`MAX_STEPS`] steps, no box is smaller by more than the part
 //! [`TOLERANCE`]. With more vertices the search sees the extreme ones along [`EXACT_VERTICES`] directions; of contents
 //! thinner than [`FLAT`] it tries only boxes with a face in a face or an edge along an edge. In every case the result is
 //! improved until no turn about one of its axes makes it smaller, and is no larger than the boxes along the axes of all

@@ -1,4 +1,4 @@
-//! Polytopes known by hand, and the bound by duality held against the contents and against the exact rotated polytope.
+//! Polytopes known by hand, and the bound by duality compared with the contents and against the exact rotated polytope.
 
 use super::*;
 use crate::tree::{Policy, SplitRule, Tree};
@@ -81,7 +81,7 @@ fn exact_support(corners: &[Point], direction: &Vector) -> f64 {
     corners.iter().map(|p| direction.dot(&p.coords)).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// What the bound did on `nodes` posed nodes: how many, and how much wider than the rotated polytope it was.
+/// Result of the bound on `nodes` posed nodes: how many, and how much wider it was than the rotated polytope.
 struct Outcome {
     nodes: u32,
     width_mean: f64,

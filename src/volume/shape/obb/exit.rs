@@ -16,7 +16,7 @@ pub const fn operations(exit: Option<usize>) -> u64 {
     const WIDENED: u64 = 18;
     /// |t|, three products and three sums, one comparison.
     const OWN: u64 = 8;
-    /// The same, but for the distance: three products, two sums.
+    /// Operations of the same test without the distance: three products, two sums.
     const OTHERS: u64 = 13;
     /// Two products and a difference, |.|, four products and three sums, one comparison.
     const EDGES: u64 = 12;

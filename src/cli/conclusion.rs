@@ -1,0 +1,171 @@
+//! What `repro`, `try` and `analyze` end with: the answer, a ranking and the verdicts, in 80 columns.
+
+use super::style::{self, Tone};
+use crate::plot::marks::wrap;
+use crate::report::{Contents, RankedRow, answer, ranked_rows, sentence_rows};
+use comfy_table::Table;
+
+/// Columns that everything here fits.
+const COLUMNS: usize = 80;
+
+/// Scenes that have a column of their own in the ranking; of more only the range is shown.
+const SCENES: usize = 3;
+
+/// Characters of a variant's or a scene's name.
+const NAME: usize = 28;
+
+/// The words of verdicts.
+const TONES: [(&str, Tone); 4] =
+    [("supported", Tone::Good), ("refuted", Tone::Bad), ("undecided", Tone::Doubtful), ("not-applicable", Tone::Dim)];
+
+/// The conclusion of an analysed run.
+pub fn text(contents: &Contents, coloured: bool) -> String {
+    let sections = [answers(contents), ranking(contents), verdicts(contents), noise(contents)];
+    let text = sections.into_iter().filter(|section| !section.is_empty()).collect::<Vec<_>>().join("\n\n");
+    style::painted(&text, &TONES, coloured)
+}
+
+fn answers(contents: &Contents) -> String {
+    let each = answer(contents).into_iter().map(|statement| {
+        let lines = wrap(&statement.answer, COLUMNS - 2).into_iter().map(|line| format!("  {line}"));
+        [statement.question].into_iter().chain(lines).collect::<Vec<_>>().join("\n")
+    });
+    each.collect::<Vec<_>>().join("\n")
+}
+
+fn ranking(contents: &Contents) -> String {
+    let rows = ranked_rows(contents);
+    if rows.is_empty() {
+        return String::new();
+    }
+    let baseline = contents.claims.comparison.baselines.first().map_or("", |id| contents.label(id));
+    let (metric, workload) = crate::analysis::ranked_by(&contents.ratios);
+    let what =
+        if metric == workload { "Time of whole programs".to_owned() } else { format!("Query time in `{workload}`") };
+    let scenes: Vec<&str> = contents.manifest.scenes.iter().map(|scene| scene.name.as_str()).collect();
+    let few = scenes.len() <= SCENES && scenes.iter().map(|scene| scene.len() + 1).sum::<usize>() + NAME + 3 <= COLUMNS;
+    let mut headings = vec![">", "SAFE VARIANT"];
+    let right: Vec<String> = scenes.iter().map(|scene| format!(">{scene}")).collect();
+    if few {
+        headings.extend(right.iter().map(String::as_str));
+    } else {
+        headings.extend([">MEAN", ">LEAST", ">MOST"]);
+    }
+    let mut table = style::table_within(&headings, COLUMNS);
+    for row in rows {
+        let numbers = if few { row.scenes.clone() } else { spread(&row) };
+        let cells = [row.place, shortened(&row.label)].into_iter().chain(numbers);
+        table.add_row(cells);
+    }
+    let note = "Places are by the geometric mean over the scenes; - is no volume on the common tree.";
+    let note = wrap(note, COLUMNS).join("\n");
+    format!("{what} relative to the {baseline}:\n{}\n{note}", lines(&table))
+}
+
+/// Mean, least and most of a row's ratios.
+fn spread(row: &RankedRow) -> Vec<String> {
+    let mut values: Vec<(f64, &String)> =
+        row.scenes.iter().filter_map(|text| Some((text.parse().ok()?, text))).collect();
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let end = |value: Option<&(f64, &String)>| value.map_or_else(|| "-".to_owned(), |(_, text)| (*text).clone());
+    vec![row.mean.clone(), end(values.first()), end(values.last())]
+}
+
+fn shortened(label: &str) -> String {
+    if label.chars().count() <= NAME { label.to_owned() } else { label.chars().take(NAME - 1).chain(['…']).collect() }
+}
+
+fn verdicts(contents: &Contents) -> String {
+    let (rows, others) = sentence_rows(contents);
+    if rows.is_empty() {
+        return String::new();
+    }
+    let mut table = style::table_within(&["SENTENCE", "VERDICT", "VALUE [95 %]", ">MISSED"], COLUMNS);
+    let mut scenes: Vec<String> = Vec::new();
+    for row in rows {
+        if !scenes.contains(&row.scene) {
+            scenes.push(row.scene);
+        }
+        table.add_row([row.claim, row.verdict, row.value, row.misses]);
+    }
+    let about = wrap(&format!("The paper's sentences, on {}:", scenes.join(", ").replace('+', " and ")), COLUMNS);
+    let rest = if others > 0 {
+        let rest = format!("The report names {others} more sentences: of other literature, or not judged and why.");
+        format!("\n{}", wrap(&rest, COLUMNS).join("\n"))
+    } else {
+        String::new()
+    };
+    let missed = "MISSED: contacts missed by what is proposed / by what it is compared with.";
+    format!("{}\n{}\n{missed}{rest}", about.join("\n"), lines(&table))
+}
+
+fn noise(contents: &Contents) -> String {
+    if contents.noise.is_empty() {
+        return String::new();
+    }
+    let scenes = contents.noise.iter().map(|note| note.split(": ").next().unwrap_or(note));
+    let what = format!(
+        "Noisy: {}. Verdicts on speed there are undecided; counts and misses are not affected. report.md has the cells.",
+        scenes.collect::<Vec<_>>().join("; ")
+    );
+    wrap(&what, COLUMNS).join("\n")
+}
+
+/// A table's lines without the blanks at their ends.
+fn lines(table: &Table) -> String {
+    table.trim_fmt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::analyze;
+    use crate::analysis::claims::ClaimSet;
+    use crate::record::synthetic::{Plan, Run};
+
+    /// The text of a made-up run after a change of its contents.
+    fn conclusion(change: impl FnOnce(&mut Contents)) -> String {
+        let folder = tempfile::TempDir::new().unwrap();
+        Run::generate(&Plan::default()).write(folder.path());
+        analyze(folder.path(), &ClaimSet::standard()).unwrap();
+        let mut contents = Contents::read(folder.path()).unwrap();
+        change(&mut contents);
+        text(&contents, false)
+    }
+
+    fn widest(text: &str) -> usize {
+        text.lines().map(|line| line.chars().count()).max().unwrap_or(0)
+    }
+
+    #[test]
+    fn the_conclusion_has_answer_ranking_and_verdicts_in_eighty_columns() {
+        let text = conclusion(|_| ());
+        assert!(
+            text.starts_with("Is the area-weighted OBB faster than the plain OBB?\n  Yes, in all 2 scenes."),
+            "{text}"
+        );
+        let ranking = text.find("SAFE VARIANT").unwrap();
+        let verdicts = text.find("SENTENCE").unwrap();
+        assert!(ranking < verdicts && text[ranking..verdicts].contains("lathe-toolpost"), "{text}");
+        assert!(text[verdicts..].contains("faster"), "{text}");
+        assert!(widest(&text) <= COLUMNS, "{text}");
+    }
+
+    #[test]
+    fn long_names_and_noise_fit_too() {
+        let text = conclusion(|contents| {
+            let long = "a-scene-with-a-name-that-nobody-would-give-it";
+            contents
+                .ratios
+                .iter_mut()
+                .filter(|row| row.scene == "lathe-toolpost")
+                .for_each(|row| long.clone_into(&mut row.scene));
+            long.clone_into(&mut contents.manifest.scenes[0].name);
+            contents.noise.push(format!(
+                "{long}: the null duplicate takes another time than its original in program-time all 1.1"
+            ));
+        });
+        assert!(text.contains("MEAN") && text.contains("Noisy: a-scene-with"), "{text}");
+        assert!(widest(&text) <= COLUMNS, "{} columns:\n{text}", widest(&text));
+    }
+}

@@ -1,0 +1,384 @@
+//! The answer of a run in a few sentences: whether the proposal pays, what the boxes as printed miss, which volume is fastest on what.
+//!
+//! README, terminal, `report.md` and the page all show these sentences. They follow from the derived records alone, for any run: of one
+//! scene, of foreign scenes, with noisy timings, and without some of the variants.
+
+use super::Contents;
+use super::tables::{interval, number};
+use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Reading, Role, TestKind};
+use crate::analysis::misses::Tally;
+use crate::analysis::{ALL, ranked_by};
+use crate::record::rows::CaseKey;
+use crate::record::{Kind, NULL_VARIANT, RatioRow};
+use serde::Serialize;
+
+/// A question and its answer, plain text of a few short sentences.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Statement {
+    /// The question, with its question mark.
+    pub question: String,
+    /// The answer.
+    pub answer: String,
+}
+
+/// The statements of a run, the most important one first.
+#[must_use]
+pub fn answer(contents: &Contents) -> Vec<Statement> {
+    [proposal(contents), Some(misses(contents)), Some(fastest(contents))].into_iter().flatten().collect()
+}
+
+/// The reading of the first sentence about speed: what is proposed, and what it is compared with.
+#[must_use]
+pub fn proposed(claims: &ClaimSet) -> Option<&Reading> {
+    primary_of(claims, TestKind::TimeRatio).next().map(|(_, reading)| reading)
+}
+
+/// The claims of a kind that have a primary reading, each with that reading.
+fn primary_of(claims: &ClaimSet, kind: TestKind) -> impl Iterator<Item = (&Claim, &Reading)> {
+    let wanted = claims.claims.iter().filter(move |claim| claim.test.as_ref().is_some_and(|test| test.kind == kind));
+    wanted.filter_map(|claim| Some((claim, claims.reading(claim.primary.as_ref()?.get_ref())?)))
+}
+
+/// What a comparison says about one scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Speed {
+    Faster,
+    Slower,
+    Same,
+    Undecided,
+}
+
+impl Speed {
+    const ALL: [Self; 4] = [Self::Faster, Self::Slower, Self::Same, Self::Undecided];
+
+    fn of(row: &RatioRow) -> Self {
+        match row.effect.as_str() {
+            _ if row.noisy == 1 => Self::Undecided,
+            "less" => Self::Faster,
+            "more" => Self::Slower,
+            "same" => Self::Same,
+            _ => Self::Undecided,
+        }
+    }
+
+    const fn word(self) -> &'static str {
+        match self {
+            Self::Faster => "faster",
+            Self::Slower => "slower",
+            Self::Same => "the same within 5 %",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// What a ratio of times says, in words.
+pub(super) fn effect_in_words(row: &RatioRow) -> String {
+    let word = Speed::of(row).word();
+    if row.noisy == 1 { format!("{word} (noisy)") } else { word.to_owned() }
+}
+
+/// Whether what is proposed takes less time; `None` for a run that judges no claim about speed.
+fn proposal(contents: &Contents) -> Option<Statement> {
+    let reading = proposed(&contents.claims)?;
+    let [subject, baseline] = [&reading.subject, &reading.baseline].map(|case| contents.label(&case.variant));
+    let rows = paired(contents, &reading.subject, &reading.baseline);
+    let question = format!("Is the {subject} faster than the {baseline}?");
+    if rows.is_empty() {
+        let answer = "This run cannot say: it did not time both of them on the same poses.".to_owned();
+        return Some(Statement { question, answer });
+    }
+    let scenes = |outcome: Speed| -> Vec<&str> {
+        rows.iter().filter(|row| Speed::of(row) == outcome).map(|row| row.scene.as_str()).collect()
+    };
+    let groups = Speed::ALL.map(|outcome| (outcome, scenes(outcome))).into_iter().filter(|(_, of)| !of.is_empty());
+    let groups: Vec<(Speed, Vec<&str>)> = groups.collect();
+    let list = |groups: &[(Speed, Vec<&str>)]| {
+        let each = groups.iter().map(|(outcome, scenes)| format!("{} on {}", outcome.word(), listed(scenes)));
+        each.collect::<Vec<_>>().join("; ")
+    };
+    let verdict = match (&groups[..], scenes(Speed::Faster).len(), rows.len()) {
+        ([(Speed::Faster, _)], _, 1) => format!("Yes, on {}.", rows[0].scene),
+        ([(Speed::Faster, _)], _, n) => format!("Yes, in all {n} scenes."),
+        ([(Speed::Undecided, _)], _, 1) => format!("Undecided on {}.", rows[0].scene),
+        ([(Speed::Undecided, _)], _, n) => format!("Undecided in all {n} scenes."),
+        ([(outcome, _)], _, 1) => format!("No: {} on {}.", outcome.word(), rows[0].scene),
+        ([(outcome, _)], _, n) => format!("No: {} in all {n} scenes.", outcome.word()),
+        (groups, 0, n) if scenes(Speed::Undecided).is_empty() => {
+            format!("No, in none of {n} scenes: {}.", list(groups))
+        }
+        (groups, 0, n) => format!("Not shown in any of {n} scenes: {}.", list(groups)),
+        (groups, k, n) => format!("In {k} of {n} scenes: {}.", list(groups)),
+    };
+    let values = rows.iter().map(|row| format!("{} on {}", ratio(row), row.scene)).collect::<Vec<_>>();
+    let mut answer =
+        format!("{verdict} {} relative to the {baseline}: {} (95 % intervals).", of_what(contents), values.join(", "));
+    let noisy: Vec<&str> = rows.iter().filter(|row| row.noisy == 1).map(|row| row.scene.as_str()).collect();
+    if !noisy.is_empty() {
+        answer += &format!(" The timings of {} were too noisy to decide on speed.", listed(&noisy));
+    }
+    Some(Statement { question, answer })
+}
+
+/// What methods are ranked by, as the beginning of a sentence.
+fn of_what(contents: &Contents) -> String {
+    let (metric, workload) = ranked_by(&contents.ratios);
+    if metric == workload { "Program time".to_owned() } else { format!("Query time in `{workload}`") }
+}
+
+/// The ratio of two cases in each scene, by what methods are ranked by.
+pub(super) fn paired<'a>(contents: &'a Contents, subject: &CaseRef, baseline: &CaseRef) -> Vec<&'a RatioRow> {
+    let (metric, workload) = ranked_by(&contents.ratios);
+    let is = |case: &CaseRef, variant: &str, policy: &str| {
+        case.variant == variant
+            && case.policy.as_deref().map_or_else(|| is_default(contents, variant, policy), |wanted| wanted == policy)
+    };
+    let wanted = |row: &&RatioRow| {
+        (row.metric.as_str(), row.workload.as_str(), row.stratum.as_str()) == (&*metric, &*workload, ALL)
+            && is(subject, &row.variant, &row.policy)
+            && is(baseline, &row.baseline, &row.baseline_policy)
+    };
+    let of = |scene: &str| contents.ratios.iter().filter(wanted).find(|row| row.scene == scene);
+    contents.manifest.scenes.iter().filter_map(|scene| of(&scene.name)).collect()
+}
+
+/// Whether a policy is its variant's default.
+pub(super) fn is_default(contents: &Contents, variant: &str, policy: &str) -> bool {
+    let entry = contents.manifest.variants.iter().find(|entry| entry.id == variant);
+    entry.is_some_and(|entry| entry.policies.first().is_none_or(|default| default == policy))
+}
+
+/// A ratio with its interval, where it has one.
+fn ratio(row: &RatioRow) -> String {
+    let end = |end: f64| end.is_finite().then_some(end);
+    interval(Some(row.ratio), end(row.low), end(row.high))
+}
+
+/// `a`, `a and b`, `a, b and c`.
+fn listed<S: AsRef<str>>(names: &[S]) -> String {
+    match names {
+        [] => String::new(),
+        [only] => only.as_ref().to_owned(),
+        [first @ .., last] => {
+            format!("{} and {}", first.iter().map(AsRef::as_ref).collect::<Vec<_>>().join(", "), last.as_ref())
+        }
+    }
+}
+
+/// What is missed: by the boxes that the claims call printed, or else by all unsafe volumes, and by the safe ones.
+fn misses(contents: &Contents) -> Statement {
+    let printed = printed(&contents.claims);
+    let question = if printed.is_empty() {
+        "Which contacts are missed?".to_owned()
+    } else {
+        "What do the boxes as printed miss?".to_owned()
+    };
+    let ours = |kind: Kind| matches!(kind, Kind::Volume | Kind::Engine | Kind::Sampling);
+    let default = |variant: &str| tallies(contents, &CaseRef { variant: variant.to_owned(), policy: None });
+    let entries = || contents.manifest.variants.iter().filter(|v| v.id != NULL_VARIANT && ours(v.kind));
+    let mut unsafe_cases = printed;
+    if unsafe_cases.is_empty() {
+        let cases = entries().filter(|v| !v.safe).map(|v| CaseRef { variant: v.id.clone(), policy: None });
+        unsafe_cases = cases.collect();
+    }
+    let rates = unsafe_cases.iter().filter_map(|case| {
+        let rate = rates(&tallies(contents, case))?;
+        Some(format!("the {} {rate}", contents.label(&case.variant)))
+    });
+    let rates: Vec<String> = rates.collect();
+    let mut sentences = Vec::new();
+    if !rates.is_empty() {
+        let scenes = contents.manifest.scenes.len();
+        let range = if scenes > 1 { format!(" (range over {scenes} scenes)") } else { String::new() };
+        sentences.push(capital(&format!("{} of the contacts{range}.", listed(&rates))));
+    } else if !unsafe_cases.is_empty() {
+        sentences.push("They were asked about no contact in this run.".to_owned());
+    }
+    sentences.push(safe_ones(
+        contents,
+        &entries().filter(|v| v.safe).map(|v| (&*v.label, default(&v.id))).collect::<Vec<_>>(),
+    ));
+    Statement { question, answer: sentences.join(" ") }
+}
+
+/// What the safe variants missed, which must be nothing.
+fn safe_ones(contents: &Contents, safe: &[(&str, Vec<Tally>)]) -> String {
+    let broken: Vec<String> = contents
+        .manifest
+        .variants
+        .iter()
+        .filter(|v| v.safe && v.kind.is_ours() && contents.misses.any_of(&v.id))
+        .map(|v| format!("the {}", v.label))
+        .collect();
+    if !broken.is_empty() {
+        let verb = if broken.len() == 1 { "is" } else { "are" };
+        return capital(&format!("{} {verb} called safe and missed a contact.", listed(&broken)));
+    }
+    let asked = |of: &[Tally]| -> (u64, u64) {
+        of.iter().fold((0, 0), |(contacts, lines), t| (contacts + t.contacts(), lines + t.lines.len() as u64))
+    };
+    match safe.iter().map(|(_, of)| asked(of)).min() {
+        None => "The run has no safe variant.".to_owned(),
+        Some((0, _)) => "The safe variants were asked about no contact.".to_owned(),
+        Some((contacts, lines)) => format!(
+            "The safe variants miss none of the {contacts} contacts or more that each was asked about (at most {} %).",
+            number(300.0 / lines as f64)
+        ),
+    }
+}
+
+/// The cases whose misses the primary rows are about, each once.
+fn printed(claims: &ClaimSet) -> Vec<CaseRef> {
+    let mut cases: Vec<CaseRef> = Vec::new();
+    for (claim, reading) in primary_of(claims, TestKind::Misses) {
+        let case = match claim.test.as_ref().and_then(|test| test.of) {
+            Some(Role::Baseline) => &reading.baseline,
+            _ => &reading.subject,
+        };
+        if !cases.contains(case) {
+            cases.push(case.clone());
+        }
+    }
+    cases
+}
+
+/// The tallies of a case, one for each scene in which it was asked about a contact.
+fn tallies(contents: &Contents, case: &CaseRef) -> Vec<Tally> {
+    let is_it = |key: &CaseKey| {
+        let policy = key.policy();
+        let wanted = case.policy.as_ref().map_or_else(|| is_default(contents, &key.variant, &policy), |p| *p == policy);
+        key.variant == case.variant && wanted
+    };
+    contents
+        .misses
+        .iter()
+        .filter(|(_, key, tally)| is_it(key) && tally.contacts() > 0)
+        .map(|(.., tally)| tally)
+        .collect()
+}
+
+/// `misses 10 to 29 %`, `misses none`; `None` where nothing was asked.
+fn rates(of: &[Tally]) -> Option<String> {
+    let shares = of.iter().map(|tally| 100.0 * tally.missed() as f64 / tally.contacts() as f64);
+    let (low, high) = shares.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), share| (l.min(share), h.max(share)));
+    let short = |share: f64| if share >= 9.5 { format!("{share:.0}") } else { format!("{share:.1}") };
+    match (low, high) {
+        _ if of.is_empty() => None,
+        (_, 0.0) => Some("misses none".to_owned()),
+        (low, high) if short(low) == short(high) => Some(format!("misses {} %", short(low))),
+        (low, high) => Some(format!("misses {} to {} %", short(low), short(high))),
+    }
+}
+
+/// The text with its first letter as a capital.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().collect::<String>() + letters.as_str())
+}
+
+/// A volume's ratio to the baseline in one scene.
+struct Timed<'a> {
+    label: &'a str,
+    ratio: f64,
+    low: f64,
+    high: f64,
+}
+
+/// Which safe volume is fastest in each scene, and how much the fastest of another scene takes there.
+fn fastest(contents: &Contents) -> Statement {
+    let question = "Which safe volume is fastest?".to_owned();
+    let Some(baseline) = contents.claims.comparison.baselines.first() else {
+        return Statement { question, answer: "The claims name nothing to compare with.".to_owned() };
+    };
+    let scenes: Vec<&str> = contents.manifest.scenes.iter().map(|scene| scene.name.as_str()).collect();
+    let timed: Vec<(&str, Vec<Timed>)> = scenes
+        .iter()
+        .map(|scene| (*scene, timed_on(contents, baseline, scene)))
+        .filter(|(_, of)| of.len() > 1)
+        .collect();
+    if timed.is_empty() {
+        let answer = "This run cannot say: it did not time two safe volumes on the same poses.".to_owned();
+        return Statement { question, answer };
+    }
+    let mut groups: Vec<(Vec<&str>, Vec<&str>)> = Vec::new();
+    for (scene, volumes) in &timed {
+        let leaders = leaders(volumes, noise_of(contents, scene));
+        match groups.iter_mut().find(|(known, _)| *known == leaders) {
+            Some((_, scenes)) => scenes.push(scene),
+            None => groups.push((leaders, vec![scene])),
+        }
+    }
+    let each = groups.iter().map(|(leaders, scenes)| {
+        let names: Vec<String> = leaders.iter().map(|label| format!("the {label}")).collect();
+        let names = match &names[..] {
+            [only] => only.clone(),
+            several => format!("{}, not told apart,", listed(several)),
+        };
+        format!("{names} on {}", listed(scenes))
+    });
+    let mut answer = capital(&format!("{}.", each.collect::<Vec<_>>().join("; ")));
+    answer += &contrast(&timed, &groups);
+    Statement { question, answer }
+}
+
+/// The safe volumes with a time in a scene, under their default policies, the fastest first.
+fn timed_on<'a>(contents: &'a Contents, baseline: &str, scene: &str) -> Vec<Timed<'a>> {
+    let reference = CaseRef { variant: baseline.to_owned(), policy: None };
+    let volumes = contents.ranking.iter().filter(|entry| entry.kind == Kind::Volume);
+    let timed = volumes.filter_map(|entry| {
+        if entry.variant == *baseline {
+            return Some(Timed { label: &entry.label, ratio: 1.0, low: 1.0, high: 1.0 });
+        }
+        let case = CaseRef { variant: entry.variant.clone(), policy: None };
+        let row = paired(contents, &case, &reference).into_iter().find(|row| row.scene == scene)?;
+        let end = |end: f64| if end.is_finite() { end } else { row.ratio };
+        Some(Timed { label: &entry.label, ratio: row.ratio, low: end(row.low), high: end(row.high) })
+    });
+    let mut timed: Vec<Timed> = timed.collect();
+    timed.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    timed
+}
+
+/// The factor within which a scene's timings cannot tell two methods apart: how far the null duplicate strays, where it is noisy.
+fn noise_of(contents: &Contents, scene: &str) -> f64 {
+    let (metric, workload) = ranked_by(&contents.ratios);
+    let is_null = |row: &&RatioRow| {
+        (row.scene.as_str(), row.variant.as_str(), row.stratum.as_str()) == (scene, NULL_VARIANT, ALL)
+            && (row.metric.as_str(), row.workload.as_str()) == (&*metric, &*workload)
+            && row.noisy == 1
+    };
+    let strayed =
+        contents.ratios.iter().filter(is_null).flat_map(|row| [row.high, 1.0 / row.low, row.ratio, 1.0 / row.ratio]);
+    strayed.filter(|factor| factor.is_finite()).fold(1.0, f64::max)
+}
+
+/// The fastest volume, and those that the intervals or the noise do not tell from it.
+fn leaders<'a>(volumes: &[Timed<'a>], noise: f64) -> Vec<&'a str> {
+    let Some(first) = volumes.first() else { return Vec::new() };
+    let tied = |volume: &&Timed| volume.low <= first.high || volume.ratio <= first.ratio * noise;
+    volumes.iter().filter(tied).map(|volume| volume.label).collect()
+}
+
+/// How much more a volume takes that is fastest in one scene, where it is not; the largest such factor. Empty where one volume leads
+/// everywhere.
+fn contrast(timed: &[(&str, Vec<Timed>)], groups: &[(Vec<&str>, Vec<&str>)]) -> String {
+    let is_leader = |label: &str| groups.iter().any(|(leaders, _)| leaders[0] == label);
+    let worst = timed
+        .iter()
+        .flat_map(|(scene, volumes)| {
+            let best = volumes[0].ratio;
+            volumes.iter().filter(|v| is_leader(v.label)).map(move |v| (v.ratio / best, v.label, *scene))
+        })
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    match worst {
+        Some((factor, label, scene)) if groups.len() > 1 && factor >= 1.5 => {
+            format!(
+                " None is fastest everywhere: on {scene} the {label} takes {} times the time of the fastest.",
+                number(factor)
+            )
+        }
+        _ => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

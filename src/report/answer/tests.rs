@@ -1,0 +1,189 @@
+//! Made-up tables for each answer that a run can have.
+
+use super::*;
+use crate::analysis::analyze;
+use crate::record::synthetic::{Plan, Run, SCENES};
+use crate::record::{PROGRAM_TIME, write_rows};
+use tempfile::TempDir;
+
+/// An analysed run whose tables the tests then change.
+fn contents() -> (TempDir, Contents) {
+    of(&Run::generate(&Plan::default()), &ClaimSet::standard())
+}
+
+fn of(run: &Run, claims: &ClaimSet) -> (TempDir, Contents) {
+    let folder = TempDir::new().unwrap();
+    run.write(folder.path());
+    analyze(folder.path(), claims).unwrap();
+    let contents = Contents::read(folder.path()).unwrap();
+    (folder, contents)
+}
+
+/// Sets the ratio of the proposal in one scene.
+fn set(contents: &mut Contents, scene: &str, (ratio, low, high): (f64, f64, f64), effect: &str, noisy: u8) {
+    let reading = proposed(&contents.claims).unwrap().clone();
+    let rows = contents.ratios.iter_mut().filter(|row| row.metric == PROGRAM_TIME && row.stratum == ALL);
+    let of = (&reading.subject.variant, &reading.baseline.variant);
+    for row in rows.filter(|row| row.scene == scene && (&row.variant, &row.baseline) == of) {
+        (row.ratio, row.low, row.high, row.noisy) = (ratio, low, high, noisy);
+        effect.clone_into(&mut row.effect);
+    }
+}
+
+fn first(contents: &Contents) -> String {
+    answer(contents)[0].answer.clone()
+}
+
+const LESS: ((f64, f64, f64), &str) = ((0.8, 0.75, 0.85), "less");
+const MORE: ((f64, f64, f64), &str) = ((1.5, 1.4, 1.6), "more");
+const SAME: ((f64, f64, f64), &str) = ((1.0, 0.98, 1.02), "same");
+const UNCLEAR: ((f64, f64, f64), &str) = ((0.9, 0.7, 1.2), "unclear");
+
+#[test]
+fn each_pair_of_outcomes_has_its_verdict() {
+    let (_folder, mut contents) = contents();
+    let [a, b] = SCENES;
+    let cases = [
+        (LESS, LESS, "Yes, in all 2 scenes."),
+        (MORE, MORE, "No: slower in all 2 scenes."),
+        (SAME, SAME, "No: the same within 5 % in all 2 scenes."),
+        (UNCLEAR, UNCLEAR, "Undecided in all 2 scenes."),
+        (MORE, SAME, &*format!("No, in none of 2 scenes: slower on {a}; the same within 5 % on {b}.")),
+        (LESS, MORE, &*format!("In 1 of 2 scenes: faster on {a}; slower on {b}.")),
+        (UNCLEAR, LESS, &*format!("In 1 of 2 scenes: faster on {b}; undecided on {a}.")),
+        (MORE, UNCLEAR, &*format!("Not shown in any of 2 scenes: slower on {a}; undecided on {b}.")),
+    ];
+    for ((of_a, effect_a), (of_b, effect_b), expected) in
+        cases.iter().map(|(a, b, expected)| (*a, *b, *expected)).collect::<Vec<_>>()
+    {
+        set(&mut contents, a, of_a, effect_a, 0);
+        set(&mut contents, b, of_b, effect_b, 0);
+        let text = first(&contents);
+        assert!(text.starts_with(expected), "{text}, not {expected}");
+        assert!(!text.contains("noisy"), "{text}");
+    }
+    assert!(
+        first(&contents).contains("1.500 [1.400, 1.600] on lathe-toolpost, 0.900 [0.700, 1.200] on lathe-tailstock")
+    );
+}
+
+/// However clear a ratio looks, a cell whose null duplicate strays decides nothing, and the answer says why.
+#[test]
+fn noise_leaves_a_scene_undecided() {
+    let (_folder, mut contents) = contents();
+    set(&mut contents, SCENES[0], LESS.0, LESS.1, 1);
+    set(&mut contents, SCENES[1], LESS.0, LESS.1, 0);
+    let text = first(&contents);
+    assert!(text.starts_with("In 1 of 2 scenes: faster on lathe-tailstock; undecided on lathe-toolpost."), "{text}");
+    assert!(text.ends_with("The timings of lathe-toolpost were too noisy to decide on speed."), "{text}");
+}
+
+#[test]
+fn one_scene_and_a_foreign_one_are_named() {
+    let (_folder, mut contents) = contents();
+    contents.manifest.scenes.truncate(1);
+    contents.manifest.scenes[0].name = "a-press-brake".to_owned();
+    contents.ratios.iter_mut().for_each(|row| {
+        if row.scene == SCENES[0] {
+            "a-press-brake".clone_into(&mut row.scene);
+        }
+    });
+    set(&mut contents, "a-press-brake", LESS.0, LESS.1, 0);
+    assert!(first(&contents).starts_with("Yes, on a-press-brake."), "{}", first(&contents));
+    set(&mut contents, "a-press-brake", MORE.0, MORE.1, 0);
+    assert!(first(&contents).starts_with("No: slower on a-press-brake."));
+    set(&mut contents, "a-press-brake", UNCLEAR.0, UNCLEAR.1, 0);
+    assert!(first(&contents).starts_with("Undecided on a-press-brake."));
+}
+
+#[test]
+fn a_run_without_one_of_the_variants_says_so() {
+    let (_folder, mut contents) = contents();
+    let reading = proposed(&contents.claims).unwrap().clone();
+    contents.ratios.retain(|row| row.variant != reading.subject.variant);
+    assert!(first(&contents).starts_with("This run cannot say"), "{}", first(&contents));
+    contents.ratios.clear();
+    contents.ranking.clear();
+    assert!(answer(&contents)[2].answer.starts_with("This run cannot say"));
+}
+
+/// A single launch has no interval: the number stands alone, and nothing is decided.
+#[test]
+fn a_ratio_without_an_interval_is_a_number() {
+    let (_folder, mut contents) = contents();
+    SCENES.into_iter().for_each(|scene| set(&mut contents, scene, (0.8, f64::NAN, f64::NAN), "unclear", 0));
+    let text = first(&contents);
+    assert!(text.starts_with("Undecided in all 2 scenes.") && text.contains("0.800 on lathe-toolpost,"), "{text}");
+}
+
+#[test]
+fn misses_are_those_of_the_printed_boxes_and_of_the_safe_ones() {
+    let (_folder, contents) = contents();
+    let statement = &answer(&contents)[1];
+    assert_eq!(statement.question, "What do the boxes as printed miss?");
+    assert!(statement.answer.starts_with("The plain OBB, centred on the mean misses "), "{}", statement.answer);
+    assert!(statement.answer.contains("the area-weighted OBB, centred on the mean misses "));
+    assert!(statement.answer.contains("The safe variants miss none of the "), "{}", statement.answer);
+}
+
+/// A variant that is called safe and missed a contact is named first of all.
+#[test]
+fn a_broken_promise_is_told() {
+    let mut run = Run::generate(&Plan::default());
+    let missing = run.misses.iter().find(|row| row.case.contains("obb-vertex-centroid")).unwrap().clone();
+    let safe = run.cases.iter().find(|case| case.variant == "aabb").unwrap().case.clone();
+    run.misses.push(crate::record::MissRow { case: safe, missed: 1, missed_asked: 0, ..missing });
+    let (_folder, contents) = of(&run, &ClaimSet::standard());
+    let text = &answer(&contents)[1].answer;
+    assert!(text.contains("The AABB is called safe and missed a contact."), "{text}");
+    assert!(!text.contains("miss none"), "{text}");
+}
+
+#[test]
+fn without_claims_there_are_two_questions() {
+    let (_folder, contents) = of(&Run::generate(&Plan::default()), &ClaimSet::none("my machine", "obb-vertex"));
+    let questions: Vec<String> = answer(&contents).into_iter().map(|statement| statement.question).collect();
+    assert_eq!(questions, ["Which contacts are missed?", "Which safe volume is fastest?"]);
+}
+
+/// Sets every ratio to the baseline of one variant in a scene.
+fn place(contents: &mut Contents, variant: &str, scene: &str, (ratio, low, high): (f64, f64, f64)) {
+    let baseline = contents.claims.comparison.baselines[0].clone();
+    let rows = contents.ratios.iter_mut().filter(|row| row.metric == PROGRAM_TIME && row.stratum == ALL);
+    for row in rows.filter(|row| row.scene == scene && row.variant == variant && row.baseline == baseline) {
+        (row.ratio, row.low, row.high) = (ratio, low, high);
+    }
+}
+
+#[test]
+fn the_fastest_differs_by_scene_ties_and_noise() {
+    let (folder, mut contents) = contents();
+    let [a, b] = SCENES;
+    // Planted: the area-weighted box takes 0.8 everywhere.
+    assert_eq!(answer(&contents)[2].answer, format!("The area-weighted OBB on {a} and {b}."));
+    place(&mut contents, "aabb", a, (0.1, 0.09, 0.11));
+    place(&mut contents, "aabb", b, (200.0, 190.0, 210.0));
+    let text = &answer(&contents)[2].answer;
+    let expected = format!(
+        "The AABB on {a}; the area-weighted OBB on {b}. None is fastest everywhere: on {b} the AABB takes 250 times the time of the fastest."
+    );
+    assert_eq!(*text, expected);
+    place(&mut contents, "aabb", b, (0.81, 0.78, 0.84));
+    assert!(
+        answer(&contents)[2].answer.contains("not told apart, on lathe-tailstock"),
+        "{}",
+        answer(&contents)[2].answer
+    );
+    // A null duplicate that strays by a factor tells nothing within that factor apart.
+    place(&mut contents, "aabb", b, (0.5, 0.49, 0.51));
+    assert!(answer(&contents)[2].answer.starts_with("The AABB on lathe-toolpost and lathe-tailstock"));
+    let nulls = contents.ratios.iter_mut().filter(|row| row.variant == NULL_VARIANT && row.scene == b);
+    nulls.for_each(|row| (row.ratio, row.low, row.high, row.noisy) = (1.2, 0.9, 1.7, 1));
+    assert!(
+        answer(&contents)[2].answer.contains("not told apart, on lathe-tailstock"),
+        "{}",
+        answer(&contents)[2].answer
+    );
+    // The records themselves are untouched.
+    write_rows(folder.path(), &contents.ratios).unwrap();
+}
