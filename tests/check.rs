@@ -480,7 +480,8 @@ fn what_is_left_is_written_and_compared_with_the_wanted_part() {
         let (code, text, error) = run(&[&["--json", "--stock-resolution", "0.5"], arguments].concat());
         (code, serde_json::from_str::<serde_json::Value>(&text).unwrap_or_else(|_| panic!("{error}")))
     };
-    let export = bvbench().args(["scene", "export"]).arg(folder.path()).args(["--out", &path("parts")]).output().unwrap();
+    let export =
+        bvbench().args(["scene", "export"]).arg(folder.path()).args(["--out", &path("parts")]).output().unwrap();
     assert!(export.status.success());
     let (code, uncut) = json(&["--target", &left]);
     let target = &uncut["stock"]["workpieces"][0]["target"];
