@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use support::Folder;
+use support::{BALL_AND_RING, Folder};
 
 /// Copies of this bvbench that differ in a byte behind their last section, which changes the hash and nothing else.
 fn binaries(folder: &Folder, seeds: &[u64]) -> PathBuf {
@@ -46,19 +46,22 @@ const CLAIMS: &str = "schema = 1\nsource = \"a test\"\n\n[comparison]\nbaselines
 /// components of binary, launch and block, and another run is planned from them. What was interrupted goes on; with another binary it does not.
 #[test]
 fn launches_take_the_binaries_in_turn() {
-    let folder = Folder::with_scene();
+    let scene = format!("{BALL_AND_RING}\n[program]\nfile = \"program.ngc\"\nstep_mm = 1\nstart = {{ x_mm = 100 }}\n");
+    let folder =
+        Folder::with(&[("scene/scene.toml", &scene), ("scene/program.ngc", "G21 G90 G94\nG1 X20 F1000\nM2\n")]);
     let place = binaries(&folder, &[7, 8]);
     let place = place.to_str().unwrap();
-    let measure = |out: &str, more: &[&str]| {
-        let mut arguments =
-            vec!["stage", "measure", "--profile", "smoke", "--scene", "lathe-tailstock", "--workload", "program-time"];
+    let stage = |verb: &str, out: &str, more: &[&str]| {
+        let mut arguments = vec!["stage", verb, "--profile", "smoke", "--scene", "scene", "--workload", "program-time"];
         arguments.extend(["--variant", "obb-area", "--variant", "obb-vertex", "--policy", "median/shared/8"]);
         arguments.extend(["--cold-poses", "2", "--quiet", "--out", out]);
         arguments.extend(more);
         arguments.into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
+    let measure = |out: &str, more: &[&str]| stage("measure", out, more);
     let words = |arguments: &[String]| folder.run(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
     let two = ["--binary", place, "--launches", "2", "--blocks", "2", "--gzip"];
+    assert!(words(&stage("verify", "run", &two)).status.success());
     let output = words(&measure("run", &two));
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let run = folder.path("run");
@@ -98,6 +101,7 @@ fn launches_take_the_binaries_in_turn() {
     let message = folder.refused(&measure("run", &two[..2]).iter().map(String::as_str).collect::<Vec<_>>());
     assert!(message.contains("request"), "{message}");
     // A pilot of one binary plans nothing.
+    assert!(words(&stage("verify", "pilot", &[])).status.success());
     assert!(words(&measure("pilot", &[])).status.success());
     assert!(folder.run(&["stage", "analyze", "--out", "pilot", "--claims", "claims.toml"]).status.success());
     let planned = measure("next", &["--plan-from", "pilot"]);
