@@ -308,11 +308,11 @@ def claim_rows(differences, derivation, study, ratios, noisy):
     """Compares claims.csv."""
     errors = strictness(differences.ends or 1)
     judge = Judge(derivation, study, ratios, noisy, errors)
-    readings = {reading["id"]: reading for reading in study.claims["reading"]}
-    named = study.claims["comparison"]["scenes"]
+    readings = {reading["id"]: reading for reading in study.claims.get("reading", [])}
+    named = study.claims["comparison"].get("scenes", [])
     scenes = named if any(name in study.scenes for name in named) else []
     primaries, rows = [], []
-    for claim in study.claims["claim"]:
+    for claim in study.claims.get("claim", []):
         if "test" not in claim:
             rows.append((claim["id"], "primary", NOT_JUDGED))
             continue

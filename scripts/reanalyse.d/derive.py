@@ -221,7 +221,7 @@ class Derivation:
         cases = {case for place, case in [*study.times, *study.counts, *self.builds] if place == scene}
         null = {case for case in cases if study.cases.loc[case].duplicate_of}
         pairs = {(case, below) for below in self.baselines for case in cases - null - {below}}
-        for reading in study.claims["reading"]:
+        for reading in study.claims.get("reading", []):
             pair = study.referred(reading["subject"]), study.referred(reading["baseline"])
             if all(pair):
                 pairs.add(pair)

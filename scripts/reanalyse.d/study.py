@@ -75,6 +75,8 @@ def read_table(path, columns, later=False):
         return pd.DataFrame({name: pd.Series(dtype="int64" if kind == "i" else float if kind in "fF" else str) for name, kind in wanted.items()})
     try:
         table = pd.read_csv(path, dtype=str, keep_default_na=False)
+    except pd.errors.EmptyDataError:
+        table = pd.DataFrame(columns=[*wanted], dtype=str)  # a table without rows has no head either
     except (OSError, EOFError, zlib.error, ValueError) as error:
         raise BadInput(f"{path}: {error}") from None
     if "chunk_median_ns" in wanted and "chunk_median_ns" not in table.columns:
