@@ -160,7 +160,9 @@ function card(parent, title, about, controls = []) {
   const frame = el("details", { class: "card", "data-card": title }, el("summary", {}, el("h3", {}, title)), ...body);
   // A phone shows what there is, and opens what is asked for.
   frame.toggleAttribute("open", innerWidth > NARROW && !FOLDED.includes(title));
-  frame.addEventListener("toggle", changed);
+  frame.addEventListener("toggle", () => {
+    if (frame.hasAttribute("open") && !place.querySelector("svg, table, .note")) changed();
+  });
   part(parent).append(frame);
   return place;
 }
