@@ -19,7 +19,7 @@ COUNTED = [
 
 
 def arguments():
-    parser = argparse.ArgumentParser(prog="scripts/across-scenes", add_help=False)
+    parser = argparse.ArgumentParser(prog="scripts/across-scenes", usage="scripts/across-scenes [--out DIR] [--safe] [--tables] [SCENE]...", add_help=False)
     parser.add_argument("--home", type=Path, required=True)
     parser.add_argument("--out", type=Path)
     parser.add_argument("--safe", action="store_true")

@@ -174,7 +174,7 @@ def provenance(made):
 
 
 def arguments(known):
-    parser = argparse.ArgumentParser(prog="scripts/real-scenes", add_help=False)
+    parser = argparse.ArgumentParser(prog="scripts/real-scenes", usage="scripts/real-scenes [--list] [--only NAME]... [FOLDER]", add_help=False)
     parser.add_argument("--home", type=Path, required=True)
     parser.add_argument("--list", action="store_true")
     parser.add_argument("--only", action="append", metavar="NAME", default=[])

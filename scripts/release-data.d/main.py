@@ -23,7 +23,7 @@ class Refused(Exception):
 
 
 def arguments():
-    parser = argparse.ArgumentParser(prog="scripts/release-data", add_help=False)
+    parser = argparse.ArgumentParser(prog="scripts/release-data", usage="scripts/release-data [--out FILE] [--poses N] [RUN] | --check ARCHIVE [--sample N]", add_help=False)
     parser.add_argument("--home", type=Path, required=True)
     parser.add_argument("--out", type=Path)
     parser.add_argument("--poses", type=int, default=2048)
