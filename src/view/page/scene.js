@@ -80,13 +80,16 @@ class Stage {
     return [middle, Math.max(...points.map((point) => Math.hypot(...minus(point, middle))))];
   }
 
-  /** Parts that stand between the eye and a point, and are none of those that matter. @param {Vec3} point @param {number[]} matter @param {Showing} showing */
-  hiding(point, matter, showing) {
+  /**
+   * Parts that stand between the eye and a point, and are none of those that matter.
+   * @param {Vec3} point @param {number[]} matter @param {Showing} showing @param {number} [most] triangles of a part that are looked at
+   */
+  hiding(point, matter, showing, most = Infinity) {
     const poses = this.motion.posesAt(this.motion.positionAt(showing.place));
     const hides = (/** @type {number} */ part) => {
       if (!this.isShown(part, showing) || matter.includes(part)) return false;
       const partFromWorld = inverse(this.worldFromPart(part, poses));
-      return meets(this.surfaces[part], this.data.parts[part], apply(partFromWorld, this.camera.eye()), apply(partFromWorld, point));
+      return meets(this.surfaces[part], this.data.parts[part], apply(partFromWorld, this.camera.eye()), apply(partFromWorld, point), most);
     };
     return [...this.data.parts.keys()].filter(hides);
   }

@@ -15,6 +15,8 @@ const [COARSEST, REST_MS] = [0.5, 200];
 const [FLIGHT_MS, SETTLE_MS] = [350, 120];
 /** Directions from which the work is looked at when the page opens, radians about the upright axis; the first with the freest sight is taken. */
 const AZIMUTHS = [0.61, -0.61, 0, 1.4, -1.4, 2.2, -2.2, Math.PI];
+/** Triangles of a part that are looked at for each of these directions: enough to choose, and no wait with a million. */
+const MOST_LOOKED_AT = 5000;
 /** Where no time passes: keys in a second. */
 const KEYS_PER_S = 4;
 
@@ -223,7 +225,7 @@ class View {
     const points = matter.map((part) => stage.ballAround([part], showing.place)[0]);
     const inTheWay = AZIMUTHS.map((azimuth) => {
       camera.azimuth = azimuth;
-      return points.reduce((sum, point) => sum + stage.hiding(point, matter, showing).length, 0);
+      return points.reduce((sum, point) => sum + stage.hiding(point, matter, showing, MOST_LOOKED_AT).length, 0);
     });
     camera.azimuth = AZIMUTHS[inTheWay.indexOf(Math.min(...inTheWay))];
     this.#fade();
