@@ -515,11 +515,7 @@ const GOOD: &[Good] = &[
         "turned in three cuts with rapid returns along the bar",
         "M3 S800 G0 X64 Z5\nG0 X56\nG1 Z-80 F200\nG1 X58\nG0 Z5\nG0 X52\nG1 Z-80\nG1 X54\nG0 Z5\nG0 X48\nG1 Z-80\nG1 X62\nG0 Z5\nG0 X200\nM2",
     ),
-    good(
-        "lathe",
-        "groove in pecks",
-        "M3 S800 G0 X70 Z-50\nG1 X54 F50\nG0 X62\nG0 X55\nG1 X48\nG0 X70\nG0 Z5\nM2",
-    ),
+    good("lathe", "groove in pecks", "M3 S800 G0 X70 Z-50\nG1 X54 F50\nG0 X62\nG0 X55\nG1 X48\nG0 X70\nG0 Z5\nM2"),
     good(
         "lathe",
         "drilled in pecks after a change at a safe place",
