@@ -98,8 +98,10 @@ impl Machine {
         let _ = write!(
             text,
             "[[parts]]\nname = \"block\"\nrole = \"workpiece\"\n{on}shape = {{ kind = \"rounded-box\", size_mm = [{x}, {y}, {z}] }}\n\
-            [[parts]]\nname = \"cutter\"\nlink = \"z\"\nrole = \"cutter\"\nshape = {}\n\
+            [[parts]]\nname = \"cutter\"\nlink = \"z\"\nrole = \"cutter\"\nat = {{ xyz_mm = [0, 0, {}] }}\nshape = {}\n\
             [program]\nfile = \"program.ngc\"\nstart = {{ x_mm = {}, y_mm = {}, z_mm = {} }}\n",
+            // The origin of a capsule is its middle.
+            if let Cutter::Ball(radius, length) = cutter { radius + 0.5 * length } else { 0.0 },
             cutter.shape(),
             start[0],
             start[1],

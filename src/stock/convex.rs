@@ -137,7 +137,8 @@ impl Convex {
 
     fn tangent(&self, q: &Vector, travel: &Vector, at: f64) -> Tangent {
         let p = q - travel * at;
-        let rho = p.x.hypot(p.y);
+        // Not `hypot`: nothing here is so large or small that a square overflows or vanishes.
+        let rho = (p.x * p.x + p.y * p.y).sqrt();
         let (mut value, mut which) = (f64::NEG_INFINITY, HalfPlane { a: 0.0, b: 0.0, c: 0.0 });
         for plane in &self.planes {
             let excess = plane.a * rho + plane.b * p.z - plane.c;

@@ -213,6 +213,8 @@ impl Stock {
     }
 }
 
+/// Depth below which nothing is told, mm: what rounding and the chords of a mesh make of a surface that was just cut.
+const TOUCH_MM: f64 = 1e-4;
 /// Part of a cell by which the grid is off the workpiece's box.
 const OFF_GRID: f64 = 0.31;
 
@@ -246,20 +248,27 @@ impl TileRun<'_> {
             return;
         }
         let cutting: Vec<&Sweep> = step.cutting.iter().filter(reaches).collect();
-        let examined: Vec<(usize, &Sweep)> =
-            step.examined.iter().enumerate().filter(|(_, sweep)| reaches(sweep)).collect();
+        let examined = step.examined.iter().enumerate().filter(|(_, sweep)| reaches(sweep));
+        // A body that is where it has cut before meets nothing there.
+        let examined: Vec<(usize, Sweep, [f64; 2])> = examined
+            .filter_map(|(part, sweep)| {
+                let rest = self.tile.untraced(sweep, TOUCH_MM.min(self.resolution_mm))?;
+                Some((part, if rest == [0.0, 1.0] { sweep.clone() } else { sweep.part(rest[0], rest[1]) }, rest))
+            })
+            .collect();
         let mut open: Vec<Meeting<'_>> = Vec::new();
-        for (part, sweep) in examined {
+        for (part, sweep, rest) in &examined {
+            let (part, rest) = (*part, *rest);
             let depth = self.depth(sweep);
             if depth.high > self.resolution_mm {
-                open.push(Meeting { part, sweep, depth: Depth::default(), from: None });
-            } else if depth.high > 0.0 {
+                open.push(Meeting { part, sweep, rest, depth: Depth::default(), from: None });
+            } else if depth.high > TOUCH_MM {
                 self.found.push(Contact { step: index, part, from: 0.0, to: 0.0, depth });
             }
         }
         if cutting.is_empty() {
-            for Meeting { part, sweep, .. } in open {
-                let (from, to) = self.ends(sweep);
+            for Meeting { part, sweep, rest, .. } in open {
+                let [from, to] = self.ends(sweep).map(|at| rest[0] + at * (rest[1] - rest[0]));
                 let depth = self.depth(sweep);
                 self.found.push(Contact { step: index, part, from, to, depth });
             }
@@ -270,7 +279,7 @@ impl TileRun<'_> {
             return;
         }
         self.advance(&mut open, &cutting, 0.0, 1.0);
-        for Meeting { part, sweep, depth, from } in open {
+        for Meeting { part, sweep, depth, from, .. } in open {
             let Some(from) = from else {
                 // Only touched what was taken away before.
                 if depth.high > 0.0 {
@@ -338,7 +347,7 @@ impl TileRun<'_> {
     }
 
     /// Where on its way a part first and last may be deeper than the resolution, found by halving to the tolerance.
-    fn ends(&mut self, sweep: &Sweep) -> (f64, f64) {
+    fn ends(&mut self, sweep: &Sweep) -> [f64; 2] {
         let step = if sweep.way_mm > 0.0 { self.tolerance_mm / sweep.way_mm } else { 1.0 };
         let (mut from, mut to) = (0.0, 1.0);
         // It is deep somewhere before `to`, and nowhere before `from`.
@@ -352,7 +361,7 @@ impl TileRun<'_> {
             let middle = f64::midpoint(from, to);
             if self.is_deep(&sweep.part(middle, to)) { from = middle } else { to = middle }
         }
-        (first, to)
+        [first, to]
     }
 }
 
@@ -360,6 +369,8 @@ impl TileRun<'_> {
 struct Meeting<'a> {
     part: usize,
     sweep: &'a Sweep,
+    /// The part of the step's way that it is.
+    rest: [f64; 2],
     depth: Depth,
     /// Where on the way contact begins, once that is known.
     from: Option<f64>,

@@ -83,7 +83,8 @@ impl Round {
         let (lowest, highest) = (q.z.min(end.z), q.z.max(end.z));
         let across = travel.x * travel.x + travel.y * travel.y;
         let part = if across > 0.0 { ((q.x * travel.x + q.y * travel.y) / across).clamp(0.0, 1.0) } else { 0.0 };
-        let nearest = (q.x - part * travel.x).hypot(q.y - part * travel.y);
+        let (x, y) = (q.x - part * travel.x, q.y - part * travel.y);
+        let nearest = (x * x + y * y).sqrt();
         for (piece, (radius, [low, high])) in self.pieces.iter().zip(&self.bounds) {
             let apart = (nearest - radius).max(lowest - high).max(low - highest);
             let of_piece = if apart - cube.radius >= cube.outside {

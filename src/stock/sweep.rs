@@ -12,6 +12,8 @@ use std::sync::Arc;
 pub const ROUNDING_MM: f64 = 1e-6;
 /// Least part of its body of revolution that a mesh fills when it is taken for round: a prism of eight sides fills 0.90 of it.
 const ROUND: f64 = 0.88;
+/// How far a body may be from where it was to be in the same place, mm.
+const RETRACED_MM: f64 = 1e-6;
 /// Travel to which the place is found where a mesh that does not turn is deepest, mm.
 const SKIN_STEP_MM: f64 = 0.02;
 
@@ -202,6 +204,53 @@ impl Sweep {
             },
         };
         Sweep { way, way_mm: self.way_mm * (to - from), ..*self }
+    }
+
+    /// The part of the way on which the same body is where it is on the way of `cut`, up to rounding, 0 to 1; `None` where there is none of it.
+    pub(super) fn retraced(&self, cut: &Self) -> Option<[f64; 2]> {
+        let (start, way, first, along) = match (&self.way, &cut.way) {
+            (
+                Way::Straight { form, body_from_stock, travel, .. },
+                Way::Straight { form: other, body_from_stock: there, travel: along, .. },
+            ) if Arc::ptr_eq(form, other) && body_from_stock.rotation.angle_to(&there.rotation) < 1e-9 => {
+                (body_from_stock.translation.vector, -travel, there.translation.vector, -along)
+            }
+            (Way::Turned { section, shift, .. }, Way::Turned { section: other, shift: there, .. })
+                if Arc::ptr_eq(section, other) =>
+            {
+                let flat = |v: [f64; 2]| Vector::new(v[0], 0.0, v[1]);
+                (flat(shift.start), flat(shift.travel), flat(there.start), flat(there.travel))
+            }
+            _ => return None,
+        };
+        let length = along.norm();
+        let direction = if length > RETRACED_MM { along / length } else { return None };
+        let aside = |p: Vector| (p - direction * direction.dot(&p)).norm();
+        let from = start - first;
+        if aside(from) > RETRACED_MM || aside(from + way) > RETRACED_MM {
+            return None;
+        }
+        let (begin, end) = (direction.dot(&from), direction.dot(&(from + way)));
+        let inside = |x: f64| (-RETRACED_MM..=length + RETRACED_MM).contains(&x);
+        if (end - begin).abs() <= RETRACED_MM {
+            return (inside(begin) && inside(end)).then_some([0.0, 1.0]);
+        }
+        let at = |x: f64| ((x - begin) / (end - begin)).clamp(0.0, 1.0);
+        let (one, other) = (at(0.0), at(length));
+        let is_met = begin.min(end) <= length && begin.max(end) >= 0.0;
+        is_met.then_some([one.min(other), one.max(other)])
+    }
+
+    /// How deep material can be in a body that retraces the way of `cut`, mm.
+    pub(super) fn retraced_mm(&self, cut: &Self) -> f64 {
+        let slack = match &self.way {
+            Way::Straight { form, .. } => match &**form {
+                Form::Round(round) => round.slack_mm,
+                Form::Rigid(_) => f64::INFINITY,
+            },
+            Way::Turned { shift, .. } => shift.excess,
+        };
+        RETRACED_MM + self.pad + cut.pad + slack
     }
 
     /// Whether it comes near a box.

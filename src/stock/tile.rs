@@ -68,6 +68,8 @@ impl Search<'_> {
     }
 }
 
+/// Latest cuts that are looked through for one that is retraced.
+const MOST_TRACED: usize = 512;
 /// Part of a depth to which its bounds need not be nearer to one another.
 const CLOSE_PART: f64 = 0.05;
 
@@ -303,6 +305,28 @@ impl Tile {
             }
             self.free.push(cell);
         }
+    }
+
+    /// The part of a way on which the body is not where it has cut before, 0 to 1. Where it has, what is left is not deeper than `within_mm`.
+    ///
+    /// What the body swept for sure is gone, whether or not the cells show it: a retreat from a cut, and the way back into it, need no fine cells.
+    pub fn untraced(&self, sweep: &Sweep, within_mm: f64) -> Option<[f64; 2]> {
+        let mut rest = [0.0, 1.0];
+        for cut in self.sweeps.iter().rev().take(MOST_TRACED) {
+            let Some([from, to]) = sweep.retraced(cut).filter(|_| sweep.retraced_mm(cut) <= within_mm) else {
+                continue;
+            };
+            if from <= rest[0] && to > rest[0] {
+                rest[0] = to;
+            }
+            if to >= rest[1] && from < rest[1] {
+                rest[1] = from;
+            }
+            if rest[0] >= rest[1] {
+                return None;
+            }
+        }
+        Some(rest)
     }
 
     /// How deep the material comes into what moves. Depths up to `search.within_mm` are bounded from above alone.
