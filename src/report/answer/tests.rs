@@ -161,6 +161,8 @@ fn the_fastest_differs_by_scene_ties_and_noise() {
     let [a, b] = SCENES;
     // Planted: the area-weighted box takes 0.8 everywhere.
     assert_eq!(answer(&contents)[2].answer, format!("The area-weighted OBB on {a} and {b}."));
+    let subject = proposed(&contents.claims).unwrap().subject.variant.clone();
+    place(&mut contents, &subject, b, (0.8, 0.79, 0.81));
     place(&mut contents, "aabb", a, (0.1, 0.09, 0.11));
     place(&mut contents, "aabb", b, (200.0, 190.0, 210.0));
     let text = &answer(&contents)[2].answer;

@@ -38,7 +38,7 @@ function followWidth() {
 }
 
 /** Cards that are printed, beside the answer, the figure, the ranking and the sentences; the others are for the screen. */
-const ON_PAPER = ["Compared with a baseline", "Contacts missed"];
+const ON_PAPER = ["Compared with a baseline"];
 
 /** Draws as wide as paper is while it is printed. */
 function followPrinter() {
