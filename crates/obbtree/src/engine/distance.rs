@@ -7,6 +7,7 @@ use super::lanes::{Machine, Simd, Work};
 use super::node::{Contents, WIDTH, WideTree};
 use super::posed::{Opened, Posed};
 use super::proximity::Proximity;
+use super::triangles::Batch;
 use super::visit;
 use super::volume::WideVolume;
 use crate::engine::geometry::{Isometry, certified, triangle_distance};
@@ -64,7 +65,15 @@ pub(super) fn nearest<V: WideVolume>(
     proximity: &mut Proximity,
 ) -> Nearest {
     let posed = Posed::new(a, b, a_from_b);
-    let mut search = Search { posed, proximity, least: limits.below_mm, visits: 0, limits };
+    let mut search = Search {
+        posed,
+        proximity,
+        least: limits.below_mm,
+        batch: Batch::default(),
+        may_touch: 0,
+        visits: 0,
+        limits,
+    };
     let (distance_mm, touching) = match search.known_and_others(simd) {
         ControlFlow::Break(near) => (0.0, matches!(near, Near::Touching)),
         ControlFlow::Continue(()) => {
@@ -82,6 +91,10 @@ struct Search<'a, V: WideVolume> {
     proximity: &'a mut Proximity,
     /// The least distance so far, mm.
     least: f64,
+    /// Pairs of triangles that wait to be measured.
+    batch: Batch,
+    /// A bit for each of them whose volumes may touch.
+    may_touch: u8,
     visits: u32,
     limits: Limits,
 }
@@ -102,13 +115,13 @@ impl<V: WideVolume> Work for &mut Search<'_, V> {
         self.proximity.queue.clear();
         self.dive::<M>()?;
         while self.visits < self.limits.visits {
-            let Some(one) = self.next()? else { break };
-            match self.next()? {
+            let Some(one) = self.next::<M>()? else { break };
+            match self.next::<M>()? {
                 Some(other) => self.visit::<M>(&[one, other]),
                 None => self.visit::<M>(&[one]),
             }
         }
-        ControlFlow::Continue(())
+        self.measure_all::<M>()
     }
 }
 
@@ -121,16 +134,41 @@ impl<V: WideVolume> Search<'_, V> {
         simd.run(self)
     }
 
-    /// What to open next: of the nearest pair that may still be nearer than what is known. Pairs of triangles that come before it are measured.
+    /// What to open next: of the nearest pair that may still be nearer than what is known. Pairs of triangles that come before it gather, and are
+    /// measured when they fill the lanes, or nothing is left to open.
     #[inline(always)]
-    fn next(&mut self) -> ControlFlow<Near, Option<Opened>> {
-        while let Some((x, y)) = self.proximity.queue.pop_below(self.least) {
+    fn next<M: Machine>(&mut self) -> ControlFlow<Near, Option<Opened>> {
+        while let Some(((x, y), is_apart)) = self.proximity.queue.pop_below(self.least) {
             match (self.posed.a.contents(x), self.posed.b.contents(y)) {
-                (Contents::Triangle(i), Contents::Triangle(j)) => self.measure((i, j))?,
+                (Contents::Triangle(i), Contents::Triangle(j)) => {
+                    self.may_touch |= u8::from(!is_apart) << self.batch.len();
+                    if self.batch.push((i, j)) {
+                        self.measure_all::<M>()?;
+                    }
+                }
                 _ => return ControlFlow::Continue(Some(self.posed.open((x, y)))),
             }
         }
+        self.measure_all::<M>()?;
         ControlFlow::Continue(None)
+    }
+
+    /// Measures the pairs of triangles that have gathered, with care those that may be nearer than what is known, or touch.
+    #[inline(always)]
+    fn measure_all<M: Machine>(&mut self) -> ControlFlow<Near> {
+        if self.batch.len() == 0 {
+            return ControlFlow::Continue(());
+        }
+        let Posed { a, b, placement, .. } = &self.posed;
+        let pairs = self.batch;
+        let mut left = self.batch.nearer::<M::Double, V>(a, b, placement, self.least) | self.may_touch;
+        self.may_touch = 0;
+        while left != 0 {
+            let pair = pairs.pair(left.trailing_zeros() as usize);
+            left &= left - 1;
+            self.measure(pair)?;
+        }
+        ControlFlow::Continue(())
     }
 
     /// Opens the nearest child again and again, as far as a pair of triangles.
@@ -168,9 +206,10 @@ impl<V: WideVolume> Search<'_, V> {
         self.visits += opened.len() as u32;
         let mut bounds = [[0.0; WIDTH]; 2];
         let see = |opened: Opened| self.posed.see(opened);
+        let below_mm = self.least as f32;
         match *opened {
-            [one] => visit::distances::<V, M::Single>(&[see(one)], &mut bounds),
-            [one, other] => visit::distances::<V, M::Single>(&[see(one), see(other)], &mut bounds),
+            [one] => visit::distances::<V, M::Single>(&[see(one)], below_mm, &mut bounds),
+            [one, other] => visit::distances::<V, M::Single>(&[see(one), see(other)], below_mm, &mut bounds),
             _ => {}
         }
         bounds
@@ -193,7 +232,7 @@ impl<V: WideVolume> Search<'_, V> {
     }
 
     /// Measures two triangles, by their places.
-    #[inline]
+    #[inline(never)]
     fn measure(&mut self, (i, j): (u32, u32)) -> ControlFlow<Near> {
         let Posed { a, b, placement, .. } = &self.posed;
         let (still, moved) = (a.triangle(i), placement.triangle(&b.triangle(j)));

@@ -45,7 +45,7 @@ const LONGEST_REST: u32 = 127;
 /// edges at an angle φ is taken at a place that rounding misplaces along the edges by at most 8·2⁻⁵³ r / φ² (r: how far the corners are from
 /// one another), which lengthens it by at most 8·2⁻⁵³ r / φ; at angles below √(8·2⁻⁵³) = 3·10⁻⁸ any place on both is within 3·10⁻⁸ r
 /// of the nearest. A corner over a face with a small angle φ is the same case, its edges taking over. 2⁻²² is eight times that.
-const MEASURED_PAD: f64 = 1.0 / 4_194_304.0;
+pub(super) const MEASURED_PAD: f64 = 1.0 / 4_194_304.0;
 
 /// What a query may use of the pose before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

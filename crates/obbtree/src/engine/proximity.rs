@@ -42,13 +42,13 @@ impl Queue {
         self.pairs.push(pair);
     }
 
-    /// The nearest pair, if it may be nearer than `least_mm`.
+    /// The nearest pair, if it may be nearer than `least_mm`, and whether its bound is above 0.
     #[inline]
-    pub fn pop_below(&mut self, least_mm: f64) -> Option<(u32, u32)> {
+    pub fn pop_below(&mut self, least_mm: f64) -> Option<((u32, u32), bool)> {
         if self.bound_mm() >= least_mm {
             return None;
         }
-        self.heap.pop().map(|Reverse(key)| self.pairs[!(key as u32) as usize])
+        self.heap.pop().map(|Reverse(key)| (self.pairs[!(key as u32) as usize], key >> 32 > 0))
     }
 
     /// No pair that waits is nearer than this, mm; infinity where none does.
@@ -70,7 +70,7 @@ mod tests {
             queue.push(bound, (pair, 9));
         }
         assert_eq!(queue.bound_mm(), 0.0);
-        let order: Vec<u32> = std::iter::from_fn(|| queue.pop_below(7.0)).map(|pair| pair.0).collect();
+        let order: Vec<u32> = std::iter::from_fn(|| queue.pop_below(7.0)).map(|(pair, _)| pair.0).collect();
         assert_eq!(order, [3, 1, 4, 0], "what is no nearer than what is known stays");
         assert_eq!(queue.bound_mm(), 7.0);
         queue.clear();

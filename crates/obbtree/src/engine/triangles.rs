@@ -7,6 +7,7 @@
 //! The corners of `b` are moved and snapped by the very operations of [`crate::engine::geometry::grid::Placement`], so that all methods see the same triangles.
 
 use super::lanes::{DOUBLES, DoubleLanes, three};
+use super::measure;
 use super::node::WideTree;
 use super::volume::WideVolume;
 use crate::engine::geometry::Triangle;
@@ -51,6 +52,31 @@ impl Batch {
         b: &WideTree<V>,
         placement: &Placement,
     ) -> u8 {
+        let (waiting, [p, q]) = self.take::<D, V>(a, b, placement);
+        waiting & !(on_one_side(&p, &q) | on_one_side(&q, &p))
+    }
+
+    /// A bit for each pair that may be nearer than `least_mm`, if it does not touch; the batch is empty afterwards.
+    #[inline(always)]
+    pub fn nearer<D: DoubleLanes, V: WideVolume>(
+        &mut self,
+        a: &WideTree<V>,
+        b: &WideTree<V>,
+        placement: &Placement,
+        least_mm: f64,
+    ) -> u8 {
+        let (waiting, [p, q]) = self.take::<D, V>(a, b, placement);
+        waiting & measure::may_be_nearer(&p, &q, least_mm)
+    }
+
+    /// A bit for each pair, and their corners in the frame of `a`; the batch is empty afterwards.
+    #[inline(always)]
+    fn take<D: DoubleLanes, V: WideVolume>(
+        &mut self,
+        a: &WideTree<V>,
+        b: &WideTree<V>,
+        placement: &Placement,
+    ) -> (u8, [[[D; 3]; 3]; 2]) {
         let mut corners = [[[[0.0; DOUBLES]; 3]; 3]; 2];
         for (lane, &(i, j)) in self.pairs.iter().enumerate().take(self.len) {
             spread(&a.triangle(i), lane, &mut corners[0]);
@@ -59,8 +85,7 @@ impl Batch {
         let waiting = (1 << self.len) - 1;
         self.len = 0;
         let [p, q] = [loaded::<D>(&corners[0]), loaded::<D>(&corners[1])];
-        let q = three!(corner => placement.coordinates(q[corner]));
-        waiting & !(on_one_side(&p, &q) | on_one_side(&q, &p))
+        (waiting, [p, three!(corner => placement.coordinates(q[corner]))])
     }
 }
 

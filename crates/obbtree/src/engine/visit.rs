@@ -103,15 +103,18 @@ pub(super) fn visit<V: WideVolume, L: Lanes>(visits: &[Visit<V>], found: &mut [O
     }
 }
 
-/// For one or two visits, how far each child is at least from the one volume, mm; 0 where they may touch.
+/// For one or two visits, how far each child is at least from the one volume, mm; 0 where they may touch. Bounds above `below_mm` are as good as
+/// any, and are not improved where all are.
 #[inline(always)]
-pub(super) fn distances<V: WideVolume, L: Lanes>(visits: &[Visit<V>], least: &mut [[f32; WIDTH]; 2]) {
+pub(super) fn distances<V: WideVolume, L: Lanes>(visits: &[Visit<V>], below_mm: f32, least: &mut [[f32; WIDTH]; 2]) {
     let mut first = 0;
     while first < visits.len() {
         let seen = Visits::<V, L>::of([visits[first], visits[(first + 1).min(visits.len() - 1)]]);
         let mut bound = [[0.0; WIDTH]; 2];
         for part in 0..L::PARTS {
-            V::relation::<L>(part, &seen).least_mm(seen.slack).store(part, &mut bound);
+            let occupied = seen.occupied(part);
+            let enough = |squared: L| occupied & !squared.exceeds(L::all(below_mm * below_mm)) == 0;
+            V::relation::<L>(part, &seen).least_mm(seen.slack, enough).store(part, &mut bound);
         }
         let last = (first + L::VISITS).min(visits.len());
         least[first..last].copy_from_slice(&bound[..last - first]);
@@ -127,14 +130,20 @@ struct Bits {
 }
 
 impl<V: WideVolume, L: Lanes> Visits<'_, V, L> {
+    /// A bit for each lane of a part that holds a child.
+    #[inline(always)]
+    fn occupied(&self, part: usize) -> u32 {
+        let lanes = u32::MAX >> (32 - L::VISITS * WIDTH / L::PARTS);
+        let occupied = (0..L::VISITS).fold(0, |bits, i| bits | u32::from(self.nodes[i].occupied()) << (WIDTH * i));
+        occupied >> (part * WIDTH / L::PARTS) & lanes
+    }
+
     /// The gaps of all children, or of a part of them. None are found when none of those may overlap.
     #[inline(always)]
     fn gaps(&self, part: usize, gap: &mut [[f32; WIDTH]; 2]) -> Bits {
         let relation = V::relation::<L>(part, self);
         let first = part * WIDTH / L::PARTS;
-        let lanes = u32::MAX >> (32 - L::VISITS * WIDTH / L::PARTS);
-        let occupied = (0..L::VISITS).fold(0, |bits, i| bits | u32::from(self.nodes[i].occupied()) << (WIDTH * i));
-        let occupied = occupied >> first & lanes;
+        let occupied = self.occupied(part);
         // A gap that is not a number parts nothing.
         let together = |most: L| occupied & !most.exceeds(self.slack);
         // What is quickly found parts nearly all volumes that are apart, and often all of a visit.
@@ -202,7 +211,7 @@ mod tests {
                 let relation = V::relation::<M::Single>(part, &seen);
                 relation.gap(relation.quick_gaps()).store(part, &mut gap);
             }
-            distances::<V, M::Single>(&[*self.0], &mut least);
+            distances::<V, M::Single>(&[*self.0], f32::INFINITY, &mut least);
             [gap[0], least[0]]
         }
     }
