@@ -4,11 +4,12 @@
 //! dive to a pair of triangles brings a distance that keeps most pairs from ever waiting.
 
 use super::lanes::{Machine, Simd, Work};
-use super::node::{Contents, WIDTH, WideTree};
+use super::buckets::Waiting;
+use super::node::{WIDTH, WideTree};
 use super::posed::{Opened, Posed};
 use super::proximity::Proximity;
 use super::triangles::Batch;
-use super::visit;
+use super::visit::{self, Distances};
 use super::volume::WideVolume;
 use crate::engine::geometry::{Isometry, certified, triangle_distance};
 use std::ops::ControlFlow;
@@ -79,7 +80,7 @@ pub(super) fn nearest<V: WideVolume>(
         ControlFlow::Continue(()) => {
             let least = if search.least < limits.below_mm { search.least } else { f64::INFINITY };
             // What was not opened is at least as far as its bounds say.
-            (least.min(search.proximity.queue.bound_mm()), false)
+            (least.min(search.proximity.buckets.bound_mm()), false)
         }
     };
     Nearest { distance_mm, touching, visits: search.visits }
@@ -112,8 +113,9 @@ impl<V: WideVolume> Work for &mut Search<'_, V> {
 
     #[inline(always)]
     fn run<M: Machine>(self) -> ControlFlow<Near> {
-        self.proximity.queue.clear();
+        self.proximity.buckets.clear(self.limits.below_mm);
         self.dive::<M>()?;
+        self.proximity.buckets.spread(self.least);
         while self.visits < self.limits.visits {
             let Some(one) = self.next::<M>()? else { break };
             match self.next::<M>()? {
@@ -134,19 +136,19 @@ impl<V: WideVolume> Search<'_, V> {
         simd.run(self)
     }
 
-    /// What to open next: of the nearest pair that may still be nearer than what is known. Pairs of triangles that come before it gather, and are
+    /// What to open next: of the nearest pairs that may still be nearer than what is known. Pairs of triangles that come before it gather, and are
     /// measured when they fill the lanes, or nothing is left to open.
     #[inline(always)]
     fn next<M: Machine>(&mut self) -> ControlFlow<Near, Option<Opened>> {
-        while let Some(((x, y), is_apart)) = self.proximity.queue.pop_below(self.least) {
-            match (self.posed.a.contents(x), self.posed.b.contents(y)) {
-                (Contents::Triangle(i), Contents::Triangle(j)) => {
+        while let Some((waiting, is_apart)) = self.proximity.buckets.pop_below(self.least) {
+            match waiting {
+                Waiting::Node(opened) => return ControlFlow::Continue(Some(opened)),
+                Waiting::Triangles(pair) => {
                     self.may_touch |= u8::from(!is_apart) << self.batch.len();
-                    if self.batch.push((i, j)) {
+                    if self.batch.push(pair) {
                         self.measure_all::<M>()?;
                     }
                 }
-                _ => return ControlFlow::Continue(Some(self.posed.open((x, y)))),
             }
         }
         self.measure_all::<M>()?;
@@ -176,19 +178,20 @@ impl<V: WideVolume> Search<'_, V> {
     fn dive<M: Machine>(&mut self) -> ControlFlow<Near> {
         let mut opened = self.posed.first();
         loop {
-            let [mut bounds, _] = self.bounds::<M>(&[opened]);
-            let nearest = (0..self.children(opened)).min_by(|&i, &j| bounds[i].total_cmp(&bounds[j])).unwrap_or(0);
-            if self.visits >= self.limits.visits || f64::from(bounds[nearest]) >= self.least {
-                self.wait(opened, &bounds);
+            let [mut found, _] = self.distances::<M>(&[opened]);
+            let nearest = (0..WIDTH as u32)
+                .filter(|place| found.nearer >> place & 1 != 0)
+                .min_by(|&i, &j| found.least_mm[i as usize].total_cmp(&found.least_mm[j as usize]));
+            let Some(nearest) = nearest.filter(|_| self.visits < self.limits.visits) else {
+                self.wait(opened, &found);
                 return ControlFlow::Continue(());
-            }
+            };
             // The nearest does not wait.
-            bounds[nearest] = f32::INFINITY;
-            self.wait(opened, &bounds);
-            let pair = opened.pair(opened.node * WIDTH as u32 + nearest as u32);
-            match (self.posed.a.contents(pair.0), self.posed.b.contents(pair.1)) {
-                (Contents::Triangle(i), Contents::Triangle(j)) => return self.measure((i, j)),
-                _ => opened = self.posed.open(pair),
+            found.nearer &= !(1 << nearest);
+            self.wait(opened, &found);
+            match self.posed.below(opened, found.larger).at(nearest) {
+                Waiting::Triangles(pair) => return self.measure(pair),
+                Waiting::Node(below) => opened = below,
             }
         }
     }
@@ -196,38 +199,35 @@ impl<V: WideVolume> Search<'_, V> {
     /// Opens one or two nodes and has the children wait.
     #[inline(always)]
     fn visit<M: Machine>(&mut self, opened: &[Opened]) {
-        let bounds = self.bounds::<M>(opened);
-        opened.iter().zip(&bounds).for_each(|(&opened, bounds)| self.wait(opened, bounds));
+        let found = self.distances::<M>(opened);
+        opened.iter().zip(&found).for_each(|(&opened, found)| self.wait(opened, found));
     }
 
-    /// How far the children of one or two nodes are at least, mm.
+    /// How far the children of one or two nodes are at least.
     #[inline(always)]
-    fn bounds<M: Machine>(&mut self, opened: &[Opened]) -> [[f32; WIDTH]; 2] {
+    fn distances<M: Machine>(&mut self, opened: &[Opened]) -> [Distances; 2] {
         self.visits += opened.len() as u32;
-        let mut bounds = [[0.0; WIDTH]; 2];
+        let mut found = [Distances::default(); 2];
         let see = |opened: Opened| self.posed.see(opened);
-        let below_mm = self.least as f32;
+        // Not less than what is known.
+        let below_mm = (self.least as f32).next_up();
         match *opened {
-            [one] => visit::distances::<V, M::Single>(&[see(one)], below_mm, &mut bounds),
-            [one, other] => visit::distances::<V, M::Single>(&[see(one), see(other)], below_mm, &mut bounds),
+            [one] => visit::distances::<V, M::Single>(&[see(one)], below_mm, &mut found),
+            [one, other] => visit::distances::<V, M::Single>(&[see(one), see(other)], below_mm, &mut found),
             _ => {}
         }
-        bounds
+        found
     }
 
+    /// Children that may be nearer than what is known wait.
     #[inline(always)]
-    fn children(&self, opened: Opened) -> usize {
-        let (tree, _) = self.posed.trees(opened);
-        tree.nodes[opened.node as usize].count.into()
-    }
-
-    /// Children that may be nearer than what is known wait to be opened.
-    #[inline(always)]
-    fn wait(&mut self, opened: Opened, bounds: &[f32; WIDTH]) {
-        for (slot, &bound) in (opened.node * WIDTH as u32..).zip(&bounds[..self.children(opened)]) {
-            if f64::from(bound) < self.least {
-                self.proximity.queue.push(bound, opened.pair(slot));
-            }
+    fn wait(&mut self, opened: Opened, found: &Distances) {
+        let below = self.posed.below(opened, found.larger);
+        let mut nearer = found.nearer;
+        while nearer != 0 {
+            let place = nearer.trailing_zeros();
+            nearer &= nearer - 1;
+            self.proximity.buckets.push(found.least_mm[place as usize], below.at(place));
         }
     }
 

@@ -3,6 +3,7 @@
 //! The pair with the least bound is opened first, of all that wait (G. R. Hjaltason, H. Samet, "Distance Browsing in Spatial Databases", ACM TODS
 //! 24(2), 1999): no pair is opened then whose bound is above the distance.
 
+use super::buckets::Buckets;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -13,6 +14,8 @@ pub struct Proximity {
     pub queue: Queue,
     /// Places of the nearest triangles in the order of the two trees.
     pub nearest: Option<(u32, u32)>,
+    /// What waits in a wide tree's search, instead of the queue.
+    pub(super) buckets: Buckets,
 }
 
 /// Pairs that wait to be opened, the nearest first; of those as near the one that came last, which is the smallest.
@@ -42,13 +45,13 @@ impl Queue {
         self.pairs.push(pair);
     }
 
-    /// The nearest pair, if it may be nearer than `least_mm`, and whether its bound is above 0.
+    /// The nearest pair, if it may be nearer than `least_mm`.
     #[inline]
-    pub fn pop_below(&mut self, least_mm: f64) -> Option<((u32, u32), bool)> {
+    pub fn pop_below(&mut self, least_mm: f64) -> Option<(u32, u32)> {
         if self.bound_mm() >= least_mm {
             return None;
         }
-        self.heap.pop().map(|Reverse(key)| (self.pairs[!(key as u32) as usize], key >> 32 > 0))
+        self.heap.pop().map(|Reverse(key)| self.pairs[!(key as u32) as usize])
     }
 
     /// No pair that waits is nearer than this, mm; infinity where none does.
@@ -70,7 +73,7 @@ mod tests {
             queue.push(bound, (pair, 9));
         }
         assert_eq!(queue.bound_mm(), 0.0);
-        let order: Vec<u32> = std::iter::from_fn(|| queue.pop_below(7.0)).map(|(pair, _)| pair.0).collect();
+        let order: Vec<u32> = std::iter::from_fn(|| queue.pop_below(7.0)).map(|pair| pair.0).collect();
         assert_eq!(order, [3, 1, 4, 0], "what is no nearer than what is known stays");
         assert_eq!(queue.bound_mm(), 7.0);
         queue.clear();
