@@ -29,8 +29,11 @@ pub fn classes(pair: &Pair, trees: (&Tree, &Tree), recorded: &Recorded) -> Vec<C
     let drawn = Drawn { pair, trees };
     if pair.name.starts_with("flat") {
         let poses = if pair.name == "flat-ring:cylinder" { drawn.in_ring() } else { drawn.flat() };
+        let above = |mm: f64| poses.iter().map(|pose| Translation3::new(0.0, 0.0, mm) * pose).collect();
         return vec![
             Class { name: "flat".into(), query: Query::First, poses: poses.clone() },
+            Class { name: "flat-above".into(), query: Query::First, poses: above(1.5e-8) },
+            Class { name: "flat-above-1e-6".into(), query: Query::First, poses: above(1e-6) },
             Class { name: "all".into(), query: Query::All, poses: thinned(&poses, MOST_DISTANCES) },
             Class { name: "distance".into(), query: Query::Distance, poses: thinned(&poses, MOST_DISTANCES) },
         ];

@@ -144,8 +144,9 @@ mod tests {
         let mut point = |size: f64| Point::from([(); 3].map(|()| size * (2.0 * random.random::<f64>() - 1.0)));
         let a = Triangle { corners: [point(9.0), point(9.0), point(9.0)] };
         let off = point(1.0).coords * 10f64.powi(-((round % 12) as i32));
-        let beside = a.map(|p| p + off + point(1.0).coords * 10f64.powi(-((round % 10) as i32)));
-        [a, if round % 2 == 0 { beside } else { Triangle { corners: [point(9.0), point(9.0), point(9.0)] } }]
+        let beside = a.corners.map(|p| p + off + point(1.0).coords * 10f64.powi(-((round % 10) as i32)));
+        let b = if round % 2 == 0 { beside } else { [point(9.0), point(9.0), point(9.0)] };
+        [a, Triangle { corners: b }]
     }
 
     /// Of needles, of triangles nearly in one place, and of any others: never more than the true distance by the pad, often by some of it, and about right
