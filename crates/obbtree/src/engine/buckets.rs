@@ -94,20 +94,6 @@ impl Buckets {
         }
         None
     }
-
-    /// Nothing that waits is nearer than this, mm; infinity where nothing does.
-    pub fn bound_mm(&self) -> f64 {
-        if self.filled == 0 {
-            return f64::INFINITY;
-        }
-        let mut at = self.first[self.filled.trailing_zeros() as usize];
-        let mut least = f32::INFINITY;
-        while let Some(entry) = self.entries.get(at as usize) {
-            least = least.min(entry.bound_mm);
-            at = entry.next;
-        }
-        least.into()
-    }
 }
 
 #[cfg(test)]
@@ -134,20 +120,17 @@ mod tests {
         buckets.clear(10.0);
         // The second and the fifth, and the third and the last, are within a bucket's width of 10/64 mm.
         pushed(&mut buckets, &[2.5, 0.0, 7.0, 5.0, 0.1, 9.9, 7.01]);
-        assert_eq!(buckets.bound_mm(), 0.0);
         assert_eq!(order(&mut buckets.clone(), 10.0), [4, 1, 0, 3, 6, 2, 5]);
         assert_eq!(order(&mut buckets, 7.0), [4, 1, 0, 3], "what is no nearer than what is known is left out");
-        assert_eq!((buckets.bound_mm(), buckets.pop_below(f64::INFINITY)), (f64::INFINITY, None));
+        assert_eq!(buckets.pop_below(f64::INFINITY), None);
     }
 
     #[test]
-    fn the_bound_is_that_of_the_nearest_in_whatever_order_they_came() {
+    fn what_came_before_there_was_a_distance_is_spread_over_the_buckets() {
         let mut buckets = Buckets::default();
         buckets.clear(f64::INFINITY);
         pushed(&mut buckets, &[3.0, 1.0, 2.0, 8.0]);
-        assert_eq!(buckets.bound_mm(), 1.0);
         buckets.spread(4.0);
-        assert_eq!(buckets.bound_mm(), 1.0);
         assert_eq!(order(&mut buckets, 4.0), [1, 2, 0]);
         buckets.clear(4.0);
         pushed(&mut buckets, &[f32::NAN, -0.0]);

@@ -7,7 +7,7 @@
 //! where φ is less than 3·10⁻⁸. A corner over a face that is taken to be beside it is beside an edge by as little as that. Roundings of the rest are a
 //! few 2⁻⁵³ r. A corner beside a face that is taken to be over it makes the distance too small, which costs time and nothing else.
 
-use super::lanes::{DoubleLanes, three};
+use super::lanes::{DOUBLES, DoubleLanes, three};
 use super::path::MEASURED_PAD;
 
 /// What divides instead of 0.
@@ -23,6 +23,21 @@ type Corners<D> = [Vectors<D>; 3];
 pub(super) fn may_be_nearer<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>, least_mm: f64) -> u8 {
     let limit = D::all(MEASURED_PAD) * reach(p, q) + D::all(least_mm);
     !squared(p, q).exceeds(limit * limit)
+}
+
+/// A lower bound of the least distance over the lanes of `lanes` in which the triangles do not touch, mm.
+#[inline(always)]
+pub(super) fn at_least_mm<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>, lanes: u8) -> f64 {
+    let (squares, pads) = (squared(p, q).stored(), (D::all(MEASURED_PAD) * reach(p, q)).stored());
+    let mut least = f64::INFINITY;
+    for lane in 0..DOUBLES {
+        let bound = squares[lane].sqrt() - pads[lane];
+        // What is not a number is no bound.
+        if lanes >> lane & 1 != 0 && !(bound >= least) {
+            least = if bound > 0.0 { bound } else { 0.0 };
+        }
+    }
+    least
 }
 
 /// How far the corners are from one another at most, summed along the axes, mm.
@@ -118,7 +133,7 @@ fn size<D: DoubleLanes>(x: &Vectors<D>) -> D {
 
 #[cfg(test)]
 mod tests {
-    use super::super::lanes::{DOUBLES, Machine, Simd, Work};
+    use super::super::lanes::{Machine, Simd, Work};
     use super::*;
     use crate::engine::geometry::cross_check::needles;
     use crate::engine::geometry::{Point, Triangle, exact, triangle_distance};
@@ -141,10 +156,11 @@ mod tests {
 
     /// Random triangles, and such with an edge nearly along an edge of the other.
     fn pair(random: &mut Pcg64, round: u32) -> [Triangle; 2] {
-        let mut point = |size: f64| Point::from([(); 3].map(|()| size * (2.0 * random.random::<f64>() - 1.0)));
+        let mut coordinate = || 2.0 * random.random::<f64>() - 1.0;
+        let mut point = |size: f64| Point::from([(); 3].map(|()| size * coordinate()));
         let a = Triangle { corners: [point(9.0), point(9.0), point(9.0)] };
         let off = point(1.0).coords * 10f64.powi(-((round % 12) as i32));
-        let beside = a.corners.map(|p| p + off + point(1.0).coords * 10f64.powi(-((round % 10) as i32)));
+        let beside = a.corners.map(|p| p + off + point(10f64.powi(-((round % 10) as i32))).coords);
         let b = if round % 2 == 0 { beside } else { [point(9.0), point(9.0), point(9.0)] };
         [a, Triangle { corners: b }]
     }

@@ -14,6 +14,8 @@ pub(super) struct Posed<'a, V: WideVolume> {
     pub a: &'a WideTree<V>,
     pub b: &'a WideTree<V>,
     pub placement: Placement,
+    /// How far apart volumes must be to be left out, mm.
+    pub margin: f32,
     pose: Pose,
 }
 
@@ -80,7 +82,13 @@ impl Below {
 impl<'a, V: WideVolume> Posed<'a, V> {
     pub fn new(a: &'a WideTree<V>, b: &'a WideTree<V>, a_from_b: &Isometry) -> Self {
         let (placement, pose) = (Placement::new(a_from_b), Pose::new(a_from_b, a.reach + b.reach));
-        Self { a, b, placement, pose }
+        Self { a, b, placement, margin: 0.0, pose }
+    }
+
+    /// The same, with volumes that are at most so far apart, mm, counted as together.
+    pub const fn within(mut self, margin: f32) -> Self {
+        self.margin = margin;
+        self
     }
 
     /// The tree that is opened, and the other one.
@@ -126,6 +134,6 @@ impl<'a, V: WideVolume> Posed<'a, V> {
         let (tree, other) = self.trees(opened);
         let motion = if opened.of_b { &self.pose.b_from_a } else { &self.pose.a_from_b };
         let (holder, place) = other.slot(opened.one);
-        Visit { node: &tree.nodes[opened.node as usize], holder, place, motion, slack: self.pose.slack }
+        Visit { node: &tree.nodes[opened.node as usize], holder, place, motion, slack: self.pose.slack + self.margin }
     }
 }

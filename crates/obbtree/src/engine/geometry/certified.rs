@@ -30,10 +30,17 @@ fn touch_in_bounds(a: &Triangle, b: &Triangle) -> bool {
     decided((a, b), Plane::of(a).sides(b), || Plane::of(b).sides(a)).unwrap_or_else(|| undecided(a, b))
 }
 
+/// The answer where `f64` can give it, from the certain sides of either triangle's plane that the other's corners are on: of `b` first, those of `a`'s
+/// plane. Not both planes part the triangles.
+#[inline(always)]
+pub(crate) fn by_sides(pair: (&Triangle, &Triangle), b_sides: [Side; 3], a_sides: [Side; 3]) -> Option<bool> {
+    decided(pair, b_sides, || a_sides)
+}
+
 /// Decides the pairs that `f64` leaves open. Kept out of line: few pairs come here.
 #[cold]
 #[inline(never)]
-fn undecided(a: &Triangle, b: &Triangle) -> bool {
+pub(crate) fn undecided(a: &Triangle, b: &Triangle) -> bool {
     exact::touch_on_grid(a, b).unwrap_or_else(|| exact::touch(a, b))
 }
 
