@@ -3,8 +3,8 @@
 //! Bounds come from the lanes of [`super::visit`] and are lower bounds in spite of all rounding; triangles are measured in `f64`. A first
 //! dive to a pair of triangles brings a distance that keeps most pairs from ever waiting.
 
-use super::lanes::{Machine, Simd, Work};
 use super::buckets::Waiting;
+use super::lanes::{Machine, Simd, Work};
 use super::node::{WIDTH, WideTree};
 use super::posed::{Opened, Posed};
 use super::proximity::Proximity;
@@ -236,9 +236,9 @@ mod tests {
                 assert_eq!(found, expected, "{}", simd.name());
                 assert_eq!(distance_mm(a, b, pose, simd, f64::INFINITY, &mut warm), expected, "{}", simd.name());
                 assert_eq!(found == 0.0, first(a, b, pose, simd, &mut Scratch::default()));
-                for margin_mm in [1e-3, 0.5, 30.0] {
+                for (margin_mm, most_visits) in [(1e-3, u32::MAX), (0.5, u32::MAX), (30.0, u32::MAX), (30.0, 3)] {
                     let mut scratch = Scratch::default();
-                    let touching = contact_within((a, b), pose, margin_mm, simd, &mut scratch);
+                    let touching = contact_within((a, b), pose, (margin_mm, most_visits), simd, &mut scratch);
                     assert_eq!(touching.is_some(), expected == 0.0, "{}", simd.name());
                     let apart_mm = scratch.tally.apart_mm;
                     assert!(touching.is_some() || apart_mm * (1.0 - 1e-6) <= expected, "{apart_mm} {expected}");

@@ -139,12 +139,16 @@ impl Margin {
         known
     }
 
+    /// Nodes that a search with a margin may open before the margin is given up.
+    const fn most_visits(&self) -> u32 {
+        self.plain_visits + self.plain_visits / 2 + 2
+    }
+
     /// After a search with a margin at a free pose: farther ahead if it has opened hardly more nodes than one without, less far if many more.
     fn after(&mut self, visits: u32) {
-        let plain = self.plain_visits;
-        if visits <= plain + plain / 4 + 1 {
+        if visits <= self.plain_visits + self.plain_visits / 4 + 1 {
             self.ahead = (2 * self.ahead).min(MOST_AHEAD);
-        } else if visits > plain + plain / 2 + 2 {
+        } else if visits > self.most_visits() {
             self.ahead = (self.ahead / 2).max(LEAST_AHEAD);
         }
     }
@@ -274,8 +278,8 @@ impl Memory {
         } else {
             None
         };
-        let margin_mm = sought.map_or(0.0, |sought| sought.margin_mm);
-        let touching = traverse::contact_within((a, b), a_from_b, margin_mm, simd, &mut self.scratch);
+        let within = (sought.map_or(0.0, |sought| sought.margin_mm), self.margin.most_visits());
+        let touching = traverse::contact_within((a, b), a_from_b, within, simd, &mut self.scratch);
         let Tally { visits, apart_mm, .. } = self.scratch.tally;
         self.dearest = self.dearest.max(visits);
         if coherence != Coherence::Axis {

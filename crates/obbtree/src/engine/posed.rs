@@ -16,6 +16,8 @@ pub(super) struct Posed<'a, V: WideVolume> {
     pub placement: Placement,
     /// How far apart volumes must be to be left out, mm.
     pub margin: f32,
+    /// Nodes that may be opened with a margin.
+    pub most_visits: u32,
     pose: Pose,
 }
 
@@ -82,12 +84,12 @@ impl Below {
 impl<'a, V: WideVolume> Posed<'a, V> {
     pub fn new(a: &'a WideTree<V>, b: &'a WideTree<V>, a_from_b: &Isometry) -> Self {
         let (placement, pose) = (Placement::new(a_from_b), Pose::new(a_from_b, a.reach + b.reach));
-        Self { a, b, placement, margin: 0.0, pose }
+        Self { a, b, placement, margin: 0.0, most_visits: 0, pose }
     }
 
     /// The same, with volumes that are at most so far apart, mm, counted as together.
-    pub const fn within(mut self, margin: f32) -> Self {
-        self.margin = margin;
+    pub const fn within(mut self, margin: f32, most_visits: u32) -> Self {
+        (self.margin, self.most_visits) = (margin, most_visits);
         self
     }
 

@@ -84,16 +84,18 @@ fn search<V: WideVolume>(
 
 /// A pair of triangles that touch, by their places in the trees' orders, if there is any; and how far apart the meshes are at least where there is none,
 /// as far as `margin_mm`, in the tally. What the search for a contact would leave as soon as it is apart it leaves as soon as it is farther apart
-/// than that, or than two triangles that have been met: the more of the margin is free, the less it costs.
+/// than that, or than two triangles that have been met: the more of the margin is free, the less it costs. When it has opened more than `most_visits`
+/// nodes it begins anew without a margin, and the distance it tells is 0.
 pub(super) fn contact_within<V: WideVolume>(
     (a, b): (&WideTree<V>, &WideTree<V>),
     a_from_b: &Isometry,
-    margin_mm: f32,
+    (margin_mm, most_visits): (f32, u32),
     simd: Simd,
     scratch: &mut Scratch,
 ) -> Option<(u32, u32)> {
     let mut found = None;
-    scratch.tally = search(Posed::new(a, b, a_from_b).within(margin_mm), simd, scratch, &mut |pair| {
+    let posed = Posed::new(a, b, a_from_b).within(margin_mm, most_visits);
+    scratch.tally = search(posed, simd, scratch, &mut |pair| {
         found = Some(pair);
         ControlFlow::Break(())
     });
@@ -185,6 +187,12 @@ impl<V: WideVolume> Traversal<'_, V> {
         let first = self.posed.first();
         self.visit::<M>(&[first])?;
         while let Some(top) = self.stack.pop() {
+            if self.posed.margin > 0.0 && self.tally.visits > self.posed.most_visits {
+                (self.posed.margin, self.tally.apart_mm) = (0.0, 0.0);
+                self.stack.clear();
+                self.visit::<M>(&[first])?;
+                continue;
+            }
             match self.stack.pop() {
                 Some(next) => self.visit::<M>(&[top, next])?,
                 None => self.visit::<M>(&[top])?,

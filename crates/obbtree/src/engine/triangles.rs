@@ -10,10 +10,10 @@ use super::lanes::{DOUBLES, DoubleLanes, three};
 use super::measure;
 use super::node::WideTree;
 use super::volume::WideVolume;
-use crate::engine::geometry::{Point, Triangle};
 use crate::engine::geometry::certified;
 use crate::engine::geometry::grid::Placement;
 use crate::engine::geometry::plane::{ERROR, Side};
+use crate::engine::geometry::{Point, Triangle};
 
 /// Pairs that wait until they fill the lanes. Of a search that ends with the first contact more at a time would cost visits: it is
 /// known sooner with few.

@@ -269,7 +269,11 @@ fn more<T: PartialOrd>(x: T, y: T) -> T {
 }
 
 #[inline(always)]
-fn overlap_on<T: PartialOrd + Copy, P: std::ops::Index<usize, Output = T>>(axis: usize, a: &[P; 3], b: &[P; 3]) -> bool {
+fn overlap_on<T: PartialOrd + Copy, P: std::ops::Index<usize, Output = T>>(
+    axis: usize,
+    a: &[P; 3],
+    b: &[P; 3],
+) -> bool {
     let [p, q, r] = [a[0][axis], a[1][axis], a[2][axis]];
     let [u, v, w] = [b[0][axis], b[1][axis], b[2][axis]];
     // `&` saves a branch.
