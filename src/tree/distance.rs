@@ -29,7 +29,7 @@ pub fn distance_mm<S: Shape>(
 ) -> f64 {
     let pose = S::pose(a_from_b);
     let placement = Placement::new(a_from_b);
-    let Proximity { queue, nearest } = proximity;
+    let Proximity { queue, nearest, .. } = proximity;
     // Infinite where it is for sure not below what is known.
     let between = |i: usize, moved: &Triangle, least: f64| {
         let still = &a.triangles[i];

@@ -111,7 +111,7 @@ impl<L: Lanes> Relation<L> for BallRelation<L> {
     }
 
     #[inline(always)]
-    fn least_mm(&self, slack: L) -> L {
+    fn least_mm(&self, slack: L, _: impl Fn(L) -> bool) -> L {
         (self.between - (self.radius + self.radii) - slack).max(L::all(0.0)) * L::all(LOWERED)
     }
 }

@@ -3,44 +3,16 @@
 //! Bounds come from the lanes of [`super::visit`] and are lower bounds in spite of all rounding; triangles are measured in `f64`. A first
 //! dive to a pair of triangles brings a distance that keeps most pairs from ever waiting.
 
+use super::buckets::Waiting;
 use super::lanes::{Machine, Simd, Work};
-use super::node::{Contents, WIDTH, WideTree};
+use super::node::{WIDTH, WideTree};
 use super::posed::{Opened, Posed};
 use super::proximity::Proximity;
-use super::visit;
+use super::triangles::Batch;
+use super::visit::{self, Distances};
 use super::volume::WideVolume;
 use crate::engine::geometry::{Isometry, certified, triangle_distance};
 use std::ops::ControlFlow;
-
-/// How far a search goes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Limits {
-    /// Distances from here on are not told apart, mm.
-    pub below_mm: f64,
-    /// A distance below this ends the search, mm: the asker has no use for it.
-    pub useful_mm: f64,
-    /// Nodes that may be opened.
-    pub visits: u32,
-}
-
-impl Limits {
-    /// Every distance below some, whatever it costs.
-    pub const fn below(below_mm: f64) -> Self {
-        Self { below_mm, useful_mm: 0.0, visits: u32::MAX }
-    }
-}
-
-/// What the search found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Nearest {
-    /// The distance, mm, where it is below what was asked for; infinity where it is not. Less than that when the search was cut short, 0 when it
-    /// is of no use.
-    pub distance_mm: f64,
-    /// Whether a pair of triangles touches, exactly: [`Proximity`] names it.
-    pub touching: bool,
-    /// Nodes opened.
-    pub visits: u32,
-}
 
 /// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 when triangles touch.
 pub fn distance_mm<V: WideVolume>(
@@ -51,29 +23,13 @@ pub fn distance_mm<V: WideVolume>(
     below_mm: f64,
     proximity: &mut Proximity,
 ) -> f64 {
-    nearest(a, b, a_from_b, simd, Limits::below(below_mm), proximity).distance_mm
-}
-
-/// As [`distance_mm`], within limits.
-pub(super) fn nearest<V: WideVolume>(
-    a: &WideTree<V>,
-    b: &WideTree<V>,
-    a_from_b: &Isometry,
-    simd: Simd,
-    limits: Limits,
-    proximity: &mut Proximity,
-) -> Nearest {
     let posed = Posed::new(a, b, a_from_b);
-    let mut search = Search { posed, proximity, least: limits.below_mm, visits: 0, limits };
-    let (distance_mm, touching) = match search.known_and_others(simd) {
-        ControlFlow::Break(near) => (0.0, matches!(near, Near::Touching)),
-        ControlFlow::Continue(()) => {
-            let least = if search.least < limits.below_mm { search.least } else { f64::INFINITY };
-            // What was not opened is at least as far as its bounds say.
-            (least.min(search.proximity.queue.bound_mm()), false)
-        }
-    };
-    Nearest { distance_mm, touching, visits: search.visits }
+    let mut search = Search { posed, proximity, least: below_mm, batch: Batch::default(), may_touch: 0 };
+    match search.known_and_others(simd) {
+        ControlFlow::Break(Touching) => 0.0,
+        ControlFlow::Continue(()) if search.least < below_mm => search.least,
+        ControlFlow::Continue(()) => f64::INFINITY,
+    }
 }
 
 /// One search.
@@ -82,28 +38,25 @@ struct Search<'a, V: WideVolume> {
     proximity: &'a mut Proximity,
     /// The least distance so far, mm.
     least: f64,
-    visits: u32,
-    limits: Limits,
+    /// Pairs of triangles that wait to be measured.
+    batch: Batch,
+    /// A bit for each of them whose volumes may touch.
+    may_touch: u8,
 }
 
-/// A pair of triangles so near that the search ends.
-enum Near {
-    /// Nothing is nearer.
-    Touching,
-    /// Nearer than is of use.
-    TooNear,
-}
+/// Two triangles touch: nothing is nearer.
+struct Touching;
 
 impl<V: WideVolume> Work for &mut Search<'_, V> {
-    type Output = ControlFlow<Near>;
+    type Output = ControlFlow<Touching>;
 
     #[inline(always)]
-    fn run<M: Machine>(self) -> ControlFlow<Near> {
-        self.proximity.queue.clear();
+    fn run<M: Machine>(self) -> ControlFlow<Touching> {
+        self.proximity.buckets.clear(self.least);
         self.dive::<M>()?;
-        while self.visits < self.limits.visits {
-            let Some(one) = self.next()? else { break };
-            match self.next()? {
+        self.proximity.buckets.spread(self.least);
+        while let Some(one) = self.next::<M>()? {
+            match self.next::<M>()? {
                 Some(other) => self.visit::<M>(&[one, other]),
                 None => self.visit::<M>(&[one]),
             }
@@ -114,43 +67,66 @@ impl<V: WideVolume> Work for &mut Search<'_, V> {
 
 impl<V: WideVolume> Search<'_, V> {
     /// Measures the pair that was nearest at another pose, if one is known, and then looks for nearer ones.
-    fn known_and_others(&mut self, simd: Simd) -> ControlFlow<Near> {
+    fn known_and_others(&mut self, simd: Simd) -> ControlFlow<Touching> {
         if let Some(pair) = self.proximity.nearest {
             self.measure(pair)?;
         }
         simd.run(self)
     }
 
-    /// What to open next: of the nearest pair that may still be nearer than what is known. Pairs of triangles that come before it are measured.
+    /// What to open next: of the nearest pairs that may still be nearer than what is known. Pairs of triangles that come before it gather, and are
+    /// measured when they fill the lanes, or nothing is left to open.
     #[inline(always)]
-    fn next(&mut self) -> ControlFlow<Near, Option<Opened>> {
-        while let Some((x, y)) = self.proximity.queue.pop_below(self.least) {
-            match (self.posed.a.contents(x), self.posed.b.contents(y)) {
-                (Contents::Triangle(i), Contents::Triangle(j)) => self.measure((i, j))?,
-                _ => return ControlFlow::Continue(Some(self.posed.open((x, y)))),
+    fn next<M: Machine>(&mut self) -> ControlFlow<Touching, Option<Opened>> {
+        while let Some((waiting, is_apart)) = self.proximity.buckets.pop_below(self.least) {
+            match waiting {
+                Waiting::Node(opened) => return ControlFlow::Continue(Some(opened)),
+                Waiting::Triangles(pair) => {
+                    self.may_touch |= u8::from(!is_apart) << self.batch.len();
+                    if self.batch.push(pair) {
+                        self.measure_all::<M>()?;
+                    }
+                }
             }
         }
+        self.measure_all::<M>()?;
         ControlFlow::Continue(None)
+    }
+
+    /// Measures the pairs of triangles that have gathered, with care those that may be nearer than what is known, or touch.
+    #[inline(always)]
+    fn measure_all<M: Machine>(&mut self) -> ControlFlow<Touching> {
+        if self.batch.len() == 0 {
+            return ControlFlow::Continue(());
+        }
+        let Posed { a, b, placement, .. } = &self.posed;
+        let pairs = self.batch;
+        let mut left = self.batch.nearer::<M::Double, V>(a, b, placement, self.least) | self.may_touch;
+        self.may_touch = 0;
+        while left != 0 {
+            let pair = pairs.pair(left.trailing_zeros() as usize);
+            left &= left - 1;
+            self.measure(pair)?;
+        }
+        ControlFlow::Continue(())
     }
 
     /// Opens the nearest child again and again, as far as a pair of triangles.
     #[inline(always)]
-    fn dive<M: Machine>(&mut self) -> ControlFlow<Near> {
+    fn dive<M: Machine>(&mut self) -> ControlFlow<Touching> {
         let mut opened = self.posed.first();
         loop {
-            let [mut bounds, _] = self.bounds::<M>(&[opened]);
-            let nearest = (0..self.children(opened)).min_by(|&i, &j| bounds[i].total_cmp(&bounds[j])).unwrap_or(0);
-            if self.visits >= self.limits.visits || f64::from(bounds[nearest]) >= self.least {
-                self.wait(opened, &bounds);
-                return ControlFlow::Continue(());
-            }
+            let [mut found, _] = self.distances::<M>(&[opened]);
+            let nearest = (0..WIDTH as u32)
+                .filter(|place| found.nearer >> place & 1 != 0)
+                .min_by(|&i, &j| found.least_mm[i as usize].total_cmp(&found.least_mm[j as usize]));
+            let Some(nearest) = nearest else { return ControlFlow::Continue(()) };
             // The nearest does not wait.
-            bounds[nearest] = f32::INFINITY;
-            self.wait(opened, &bounds);
-            let pair = opened.pair(opened.node * WIDTH as u32 + nearest as u32);
-            match (self.posed.a.contents(pair.0), self.posed.b.contents(pair.1)) {
-                (Contents::Triangle(i), Contents::Triangle(j)) => return self.measure((i, j)),
-                _ => opened = self.posed.open(pair),
+            found.nearer &= !(1 << nearest);
+            self.wait(opened, &found);
+            match self.posed.below(opened, found.larger).at(nearest) {
+                Waiting::Triangles(pair) => return self.measure(pair),
+                Waiting::Node(below) => opened = below,
             }
         }
     }
@@ -158,43 +134,40 @@ impl<V: WideVolume> Search<'_, V> {
     /// Opens one or two nodes and has the children wait.
     #[inline(always)]
     fn visit<M: Machine>(&mut self, opened: &[Opened]) {
-        let bounds = self.bounds::<M>(opened);
-        opened.iter().zip(&bounds).for_each(|(&opened, bounds)| self.wait(opened, bounds));
+        let found = self.distances::<M>(opened);
+        opened.iter().zip(&found).for_each(|(&opened, found)| self.wait(opened, found));
     }
 
-    /// How far the children of one or two nodes are at least, mm.
+    /// How far the children of one or two nodes are at least.
     #[inline(always)]
-    fn bounds<M: Machine>(&mut self, opened: &[Opened]) -> [[f32; WIDTH]; 2] {
-        self.visits += opened.len() as u32;
-        let mut bounds = [[0.0; WIDTH]; 2];
+    fn distances<M: Machine>(&mut self, opened: &[Opened]) -> [Distances; 2] {
+        let mut found = [Distances::default(); 2];
         let see = |opened: Opened| self.posed.see(opened);
+        // Not less than what is known.
+        let below_mm = (self.least as f32).next_up();
         match *opened {
-            [one] => visit::distances::<V, M::Single>(&[see(one)], &mut bounds),
-            [one, other] => visit::distances::<V, M::Single>(&[see(one), see(other)], &mut bounds),
+            [one] => visit::distances::<V, M::Single>(&[see(one)], below_mm, &mut found),
+            [one, other] => visit::distances::<V, M::Single>(&[see(one), see(other)], below_mm, &mut found),
             _ => {}
         }
-        bounds
+        found
     }
 
+    /// Children that may be nearer than what is known wait.
     #[inline(always)]
-    fn children(&self, opened: Opened) -> usize {
-        let (tree, _) = self.posed.trees(opened);
-        tree.nodes[opened.node as usize].count.into()
-    }
-
-    /// Children that may be nearer than what is known wait to be opened.
-    #[inline(always)]
-    fn wait(&mut self, opened: Opened, bounds: &[f32; WIDTH]) {
-        for (slot, &bound) in (opened.node * WIDTH as u32..).zip(&bounds[..self.children(opened)]) {
-            if f64::from(bound) < self.least {
-                self.proximity.queue.push(bound, opened.pair(slot));
-            }
+    fn wait(&mut self, opened: Opened, found: &Distances) {
+        let below = self.posed.below(opened, found.larger);
+        let mut nearer = found.nearer;
+        while nearer != 0 {
+            let place = nearer.trailing_zeros();
+            nearer &= nearer - 1;
+            self.proximity.buckets.push(found.least_mm[place as usize], below.at(place));
         }
     }
 
     /// Measures two triangles, by their places.
-    #[inline]
-    fn measure(&mut self, (i, j): (u32, u32)) -> ControlFlow<Near> {
+    #[inline(never)]
+    fn measure(&mut self, (i, j): (u32, u32)) -> ControlFlow<Touching> {
         let Posed { a, b, placement, .. } = &self.posed;
         let (still, moved) = (a.triangle(i), placement.triangle(&b.triangle(j)));
         if triangle_distance::exceeds(&still, &moved, self.least * self.least) {
@@ -202,14 +175,11 @@ impl<V: WideVolume> Search<'_, V> {
         }
         if certified::touch(&still, &moved) {
             (self.least, self.proximity.nearest) = (0.0, Some((i, j)));
-            return ControlFlow::Break(Near::Touching);
+            return ControlFlow::Break(Touching);
         }
         let distance = triangle_distance::squared(&still, &moved).sqrt();
         if distance < self.least {
             (self.least, self.proximity.nearest) = (distance, Some((i, j)));
-            if distance < self.limits.useful_mm {
-                return ControlFlow::Break(Near::TooNear);
-            }
         }
         ControlFlow::Continue(())
     }
@@ -220,7 +190,7 @@ mod tests {
     use super::super::aligned::Aligned;
     use super::super::ball::Ball;
     use super::super::oriented::Oriented;
-    use super::super::traverse::{Scratch, first};
+    use super::super::traverse::{Scratch, contact_within, first};
     use super::*;
     use crate::cases::Cases;
 
@@ -253,7 +223,7 @@ mod tests {
         let cases = Cases::new();
         let trees: Vec<WideTree<V>> = cases.subjects.iter().map(|subject| WideTree::build(&subject.mesh)).collect();
         let mut warm = Proximity::default();
-        let (mut last, mut apart) = ((0, 0), 0);
+        let (mut last, mut apart, mut tight) = ((0, 0), 0, 0);
         for case in cases.cases.iter().step_by(11) {
             let (a, b, pose) = (&trees[case.a], &trees[case.b], &case.a_from_b);
             if last != (case.a, case.b) {
@@ -262,26 +232,23 @@ mod tests {
             let expected = of_all_pairs(a, b, pose);
             apart += u32::from(expected > 0.0);
             for simd in Simd::available() {
-                let within = |limits| nearest(a, b, pose, simd, limits, &mut Proximity::default());
-                let all = Limits::below(f64::INFINITY);
-                let found = within(all);
-                assert_eq!(found.distance_mm, expected, "{}", simd.name());
+                let found = distance_mm(a, b, pose, simd, f64::INFINITY, &mut Proximity::default());
+                assert_eq!(found, expected, "{}", simd.name());
                 assert_eq!(distance_mm(a, b, pose, simd, f64::INFINITY, &mut warm), expected, "{}", simd.name());
-                for visits in [0, 3, 20] {
-                    let short = within(Limits { visits, ..all });
-                    assert!(short.visits <= visits + 2 && short.distance_mm <= expected, "{short:?} {expected}");
-                    assert!(!short.touching || expected == 0.0);
+                assert_eq!(found == 0.0, first(a, b, pose, simd, &mut Scratch::default()));
+                for (margin_mm, most_visits) in [(1e-3, u32::MAX), (0.5, u32::MAX), (30.0, u32::MAX), (30.0, 3)] {
+                    let mut scratch = Scratch::default();
+                    let touching = contact_within((a, b), pose, (margin_mm, most_visits), simd, &mut scratch);
+                    assert_eq!(touching.is_some(), expected == 0.0, "{}", simd.name());
+                    let apart_mm = scratch.tally.apart_mm;
+                    assert!(touching.is_some() || apart_mm * (1.0 - 1e-6) <= expected, "{apart_mm} {expected}");
+                    // Nearly all of it, where it is less than the margin.
+                    tight += u32::from(touching.is_none() && apart_mm < margin_mm.into() && apart_mm > 0.99 * expected);
                 }
-                for useful_mm in [0.5, 3.0] {
-                    let useful = within(Limits { useful_mm, ..all });
-                    assert_eq!(useful.distance_mm, if expected < useful_mm { 0.0 } else { expected });
-                    assert!(useful.visits <= found.visits && (!useful.touching || expected == 0.0), "{useful:?}");
-                }
-                assert_eq!(found.touching, first(a, b, pose, simd, &mut Scratch::default()));
                 let below = distance_mm(a, b, pose, simd, 1e-3, &mut warm);
                 assert_eq!(below, if expected < 1e-3 { expected } else { f64::INFINITY }, "{}", simd.name());
             }
         }
-        assert!(apart > 5, "{apart}");
+        assert!(apart > 5 && tight > 5, "{apart} {tight}");
     }
 }

@@ -66,6 +66,8 @@ pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = S
     fn sqrt(self) -> Self;
     /// The larger, lane by lane; either when one is not a number.
     fn max(self, other: Self) -> Self;
+    /// The smaller, lane by lane; either when one is not a number.
+    fn min(self, other: Self) -> Self;
     /// A bit for each lane that is larger than the other's; the first visit's are the lowest.
     fn exceeds(self, other: Self) -> u32;
     /// The numbers of each visit, to where the part belongs.
@@ -76,7 +78,7 @@ pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = S
 pub const DOUBLES: usize = 4;
 
 /// Four `f64` lanes.
-pub trait DoubleLanes: Coordinate {
+pub trait DoubleLanes: Coordinate + Div<Output = Self> {
     /// These numbers.
     fn load(from: &[f64; DOUBLES]) -> Self;
     /// The numbers.
@@ -265,6 +267,10 @@ impl Lanes for Array<f32> {
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         Self(from_fn(|i| if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(from_fn(|i| if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] }))
     }
     #[inline(always)]
     fn exceeds(self, other: Self) -> u32 {

@@ -10,16 +10,18 @@
 //!
 //! Reading order: [`geometry`] (meshes and the exact triangle test), [`node`] (the layout), [`volume`] (the trait), [`turn`] and [`oriented`] (a box in
 //! 36 bytes), [`aligned`], [`ball`], [`split`] and [`build`], [`pose`], [`lanes`] (the three instruction sets), [`visit`], [`boxes`] and [`triangles`] (the
-//! tests on lanes), [`traverse`], [`proximity`] and [`distance`], `axis`, [`path`], [`plain`], [`validate`].
+//! tests on lanes), [`traverse`], [`proximity`], `buckets`, `measure` and [`distance`], `axis`, [`path`], [`plain`], [`validate`].
 
 pub mod aligned;
 mod axis;
 pub mod ball;
 pub mod boxes;
+mod buckets;
 pub mod build;
 pub mod distance;
 pub mod geometry;
 pub mod lanes;
+mod measure;
 pub mod node;
 pub mod oriented;
 pub mod path;

@@ -1,10 +1,13 @@
 //! Queries along a path: what a pose leaves behind may settle the next one. Verdicts are those of fresh queries, always.
 //!
-//! Three things are kept. An *axis*, a direction along which the boxes around the meshes were apart (`super::axis`). A *witness*, the pair of triangles that touched last (M. C. Lin, J. F. Canny 1991 keep a pair of features likewise): while
-//! it touches, the meshes do. And *evidence* of a free pose, a distance that the meshes were apart there: while no point of `b` has
-//! moved that far, they are apart (the motion bound of F. Schwarzer, M. Saha, J.-C. Latombe 2005). The distance is looked for only as far as
-//! some steps ahead reach, no longer than it may be of use, and not at all for a while where it has not paid: where a path jumps, or creeps along a
-//! surface.
+//! Three things are kept. An *axis*, a direction along which the boxes around the meshes were apart (`super::axis`). A *witness*, the pair of
+//! triangles that touched last (M. C. Lin, J. F. Canny 1991 keep a pair of features likewise): while it touches, the meshes do. And *evidence* of a
+//! free pose, a distance that the meshes were apart there: while no point of `b` has moved that far, they are apart (the motion bound of
+//! F. Schwarzer, M. Saha, J.-C. Latombe 2005).
+//!
+//! Evidence comes from the search for a contact itself, which leaves out only what is farther apart than a margin ([`traverse::contact_within`]): the
+//! margin, or the distance of the nearest triangles that it has met within it, is what the meshes are apart. The margin is as many steps ahead as cost
+//! little more than the search alone; where the distance settles few poses, as along a surface, it is left out for a while.
 //!
 //! Why a kept verdict is the fresh one. Free at pose 0: the triangles as the truth sees them are at least `d` apart, less `MEASURED_PAD`.
 //! Their corners are within the pose's slack (`Pose::ball_slack`) of where a rigid motion has them, at either pose. A point p of `b`
@@ -12,31 +15,31 @@
 //! (R₁ - R₀)v = (q₁ - q₀) v q₁* + q₀ v (q₁ - q₀)*, at most 2|q₁ - q₀||v| long; q and -q are the same rotation.
 
 use super::axis::Axis;
-use super::distance::{self, Limits};
 use super::lanes::Simd;
 use super::node::WideTree;
 use super::pose::Pose;
-use super::proximity::Proximity;
-use super::traverse::{self, Scratch};
+use super::traverse::{self, Scratch, Tally};
 use super::triangles;
 use super::volume::WideVolume;
 use crate::engine::geometry::grid::Placement;
 use crate::engine::geometry::{Isometry, Point};
 use nalgebra::Vector4;
 use std::fmt;
+use std::ops::ControlFlow;
 use std::str::FromStr;
 
-/// How far ahead a distance is looked for, in steps like the last one.
-const STEPS_AHEAD: f64 = 32.0;
-/// Poses that a distance or an axis must settle to have paid. The search for a distance ends where it meets triangles nearer than as many steps, for
-/// beside a surface it would open the most nodes and be spent at the next pose.
+/// How many steps like the last one a margin reaches ahead: at first, at least, and at most.
+const FIRST_AHEAD: u32 = 8;
+const LEAST_AHEAD: u32 = 4;
+const MOST_AHEAD: u32 = 128;
+/// Poses that a distance or an axis must settle to have paid.
 const PAYS: u32 = 4;
-/// How many times as many nodes as the last fresh query a search for a distance may open, and how many in any case.
-const SEARCH_VISITS: u32 = 4;
-const LEAST_VISITS: u32 = 16;
-/// Fewest nodes that some fresh query of the path has opened where a distance is looked for: below, the search would be the dearest of all
-/// queries, and spare next to nothing.
+/// Searches with a margin after which one without tells again what a margin costs.
+const WITH_MARGIN: u32 = 16;
+/// Fewest nodes that some fresh query of the path has opened where a margin is looked for: below, there is next to nothing to spare.
 const WORTH_VISITS: u32 = 6;
+/// What a margin loses by rounding, relative: it is added to a slack in `f32` three times, each time less than 2⁻²³ of it.
+const MARGIN_PAD: f64 = 1.0 / 1_048_576.0;
 /// Most poses that are asked afresh before a distance, or an axis, is looked for again. Searches that fail are dearer than a fresh query alone:
 /// so they are fewer than one in a hundred.
 const LONGEST_REST: u32 = 127;
@@ -45,7 +48,7 @@ const LONGEST_REST: u32 = 127;
 /// edges at an angle φ is taken at a place that rounding misplaces along the edges by at most 8·2⁻⁵³ r / φ² (r: how far the corners are from
 /// one another), which lengthens it by at most 8·2⁻⁵³ r / φ; at angles below √(8·2⁻⁵³) = 3·10⁻⁸ any place on both is within 3·10⁻⁸ r
 /// of the nearest. A corner over a face with a small angle φ is the same case, its edges taking over. 2⁻²² is eight times that.
-const MEASURED_PAD: f64 = 1.0 / 4_194_304.0;
+pub(super) const MEASURED_PAD: f64 = 1.0 / 4_194_304.0;
 
 /// What a query may use of the pose before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -96,7 +99,6 @@ impl FromStr for Coherence {
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
     scratch: Scratch,
-    proximity: Proximity,
     axis: Option<Kept<Axis>>,
     axis_rest: Rest,
     /// Whether one look at the roots was enough for the last fresh query.
@@ -105,10 +107,61 @@ pub struct Memory {
     witness: Option<(u32, u32)>,
     evidence: Option<Kept<Evidence>>,
     evidence_rest: Rest,
+    margin: Margin,
     /// Where `b` was asked about last.
     last: Option<Place>,
     /// Most nodes that a fresh query has opened.
     dearest: u32,
+}
+
+/// How far a margin reaches, and what it costs.
+#[derive(Clone, Copy, Debug)]
+struct Margin {
+    /// Steps ahead.
+    ahead: u32,
+    /// Nodes that the last search without one has opened at a free pose.
+    plain_visits: u32,
+    /// Searches with one since then.
+    since: u32,
+}
+
+impl Default for Margin {
+    fn default() -> Self {
+        Self { ahead: FIRST_AHEAD, plain_visits: 0, since: WITH_MARGIN }
+    }
+}
+
+impl Margin {
+    /// Whether what is known of the cost of a search without a margin is recent; counts one with it if so.
+    const fn is_known(&mut self) -> bool {
+        let known = self.since < WITH_MARGIN;
+        self.since = if known { self.since + 1 } else { 0 };
+        known
+    }
+
+    /// Nodes that a search with a margin may open before the margin is given up.
+    const fn most_visits(&self) -> u32 {
+        self.plain_visits + self.plain_visits / 2 + 2
+    }
+
+    /// After a search with a margin at a free pose: farther ahead if it has opened hardly more nodes than one without, less far if many more.
+    fn after(&mut self, visits: u32) {
+        if visits <= self.plain_visits + self.plain_visits / 4 + 1 {
+            self.ahead = (2 * self.ahead).min(MOST_AHEAD);
+        } else if visits > self.most_visits() {
+            self.ahead = (self.ahead / 2).max(LEAST_AHEAD);
+        }
+    }
+}
+
+/// What a search with a margin is about.
+#[derive(Clone, Copy, Debug)]
+struct Sought {
+    here: Place,
+    margin_mm: f32,
+    /// How much less than what the search finds the meshes may be apart, mm.
+    pad_mm: f64,
+    step_mm: f64,
 }
 
 /// What a pose left behind, and how many it has settled since.
@@ -182,7 +235,6 @@ impl Memory {
     /// Forgets all poses, before another path of the same meshes: no verdict rests on them. Which searches have paid is still known.
     pub fn forget(&mut self) {
         (self.axis, self.witness, self.evidence, self.last) = (None, None, None, None);
-        self.proximity.nearest = None;
     }
 
     /// Whether the meshes touch: [`traverse::first`], by a shorter way where `coherence` allows one.
@@ -218,39 +270,47 @@ impl Memory {
             }
             self.axis_rest.after(0);
         }
-        if coherence == Coherence::Evidence
-            && let Some(verdict) = self.by_evidence(a, b, a_from_b, simd)
-        {
-            return verdict;
-        }
-        let touching = traverse::contact(a, b, a_from_b, simd, &mut self.scratch);
-        self.dearest = self.dearest.max(self.scratch.tally.visits);
+        let sought = if coherence == Coherence::Evidence {
+            match self.by_evidence(a, b, a_from_b) {
+                ControlFlow::Break(()) => return false,
+                ControlFlow::Continue(sought) => sought,
+            }
+        } else {
+            None
+        };
+        let within = (sought.map_or(0.0, |sought| sought.margin_mm), self.margin.most_visits());
+        let touching = traverse::contact_within((a, b), a_from_b, within, simd, &mut self.scratch);
+        let Tally { visits, apart_mm, .. } = self.scratch.tally;
+        self.dearest = self.dearest.max(visits);
         if coherence != Coherence::Axis {
             self.witness = touching;
         }
-        self.axis_is_likely = touching.is_none() && self.scratch.tally.visits == 1;
+        self.axis_is_likely = touching.is_none() && visits == 1;
+        match sought {
+            _ if touching.is_some() => {}
+            Some(sought) => self.keep(&sought, apart_mm, visits),
+            None => self.margin.plain_visits = visits,
+        }
         touching.is_some()
     }
 
-    /// The verdict where evidence has it: kept, or gained now; `None` where a fresh query is the better way.
+    /// Ends where evidence settles that the meshes are apart; else says what evidence is to be sought, if any.
     fn by_evidence<V: WideVolume>(
         &mut self,
         a: &WideTree<V>,
         b: &WideTree<V>,
         a_from_b: &Isometry,
-        simd: Simd,
-    ) -> Option<bool> {
+    ) -> ControlFlow<(), Option<Sought>> {
         if self.dearest < WORTH_VISITS {
-            return None;
+            return ControlFlow::Continue(None);
         }
         let here = Place::new(b, a_from_b);
-        let reach = a.reach + b.reach;
-        let slack = Pose::ball_slack(a_from_b, reach);
+        let slack = Pose::ball_slack(a_from_b, a.reach + b.reach);
         let last = self.last.replace(here);
         if let Some(evidence) = &mut self.evidence {
             if here.moved_mm(&evidence.what.at, b) + slack < evidence.what.reach_mm {
                 evidence.settled += 1;
-                return Some(false);
+                return ControlFlow::Break(());
             }
             self.evidence_rest.after(evidence.settled);
             self.evidence = None;
@@ -258,32 +318,28 @@ impl Memory {
         let balls_mm = traverse::balls_apart_mm(a, b, a_from_b);
         if balls_mm > 0.0 {
             self.evidence = Some(Kept::new(Evidence { at: here, reach_mm: balls_mm }));
-            return Some(false);
+            return ControlFlow::Break(());
         }
-        let step = here.moved_mm(&last?, b);
-        if !self.evidence_rest.is_over() {
-            return None;
+        let Some(last) = last else { return ControlFlow::Continue(None) };
+        let step_mm = here.moved_mm(&last, b);
+        if !self.evidence_rest.is_over() || !self.margin.is_known() {
+            return ControlFlow::Continue(None);
         }
         let size = (here.centre - a.ball.0).norm() + a.ball.1 + b.ball.1;
-        let pad = slack + MEASURED_PAD * size;
-        let limits = Limits {
-            below_mm: STEPS_AHEAD * step + 2.0 * pad,
-            useful_mm: f64::from(PAYS) * step + pad,
-            visits: SEARCH_VISITS * self.scratch.tally.visits + LEAST_VISITS,
-        };
-        let nearest = distance::nearest(a, b, a_from_b, simd, limits, &mut self.proximity);
-        if nearest.touching {
-            self.witness = self.proximity.nearest;
-            return Some(true);
-        }
-        let reach_mm = nearest.distance_mm.min(limits.below_mm) - pad;
-        if reach_mm <= 0.0 {
-            // It is of no use, or so near that the search may have passed over a contact.
+        let pad_mm = slack + MEASURED_PAD * size;
+        let margin_mm = (f64::from(self.margin.ahead) * step_mm + 2.0 * pad_mm) as f32;
+        ControlFlow::Continue(Some(Sought { here, margin_mm, pad_mm, step_mm }))
+    }
+
+    /// Keeps how far apart the meshes are at a free pose, if that is of use.
+    fn keep(&mut self, sought: &Sought, apart_mm: f64, visits: u32) {
+        self.margin.after(visits);
+        let reach_mm = apart_mm * (1.0 - MARGIN_PAD) - sought.pad_mm;
+        if reach_mm > sought.step_mm {
+            self.evidence = Some(Kept::new(Evidence { at: sought.here, reach_mm }));
+        } else {
             self.evidence_rest.after(0);
-            return None;
         }
-        self.evidence = Some(Kept::new(Evidence { at: here, reach_mm }));
-        Some(false)
     }
 }
 
@@ -352,6 +408,23 @@ mod tests {
     }
 
     #[test]
+    fn a_margin_reaches_as_far_as_it_costs_little() {
+        let mut margin = Margin::default();
+        assert!(!margin.is_known(), "no search has told yet");
+        margin.plain_visits = 20;
+        margin.after(26);
+        assert_eq!(margin.ahead, 2 * FIRST_AHEAD);
+        margin.after(27);
+        margin.after(32);
+        assert_eq!(margin.ahead, 2 * FIRST_AHEAD);
+        (0..9).for_each(|_| margin.after(33));
+        assert_eq!(margin.ahead, LEAST_AHEAD);
+        (0..9).for_each(|_| margin.after(0));
+        assert_eq!(margin.ahead, MOST_AHEAD);
+        assert_eq!((0..=WITH_MARGIN).filter(|_| margin.is_known()).count(), WITH_MARGIN as usize);
+    }
+
+    #[test]
     fn evidence_settles_most_free_poses_and_a_witness_the_others() {
         let (a, b) = trees();
         // Whether queries so cheap as these are worth a search is not the question here.
@@ -385,7 +458,7 @@ mod tests {
         assert_eq!((memory.evidence_rest.wait, memory.dearest >= WORTH_VISITS), (1, true));
         assert!(ask(&mut memory, 12.0) && memory.witness.is_some());
         memory.forget();
-        assert!(memory.witness.is_none() && memory.proximity.nearest.is_none() && !ask(&mut memory, 25.0));
+        assert!(memory.witness.is_none() && !ask(&mut memory, 25.0));
     }
 
     proptest! {

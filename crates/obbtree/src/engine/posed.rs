@@ -1,6 +1,7 @@
 //! Two trees at a pose: which volume of a pair is opened, and how the other looks from its node.
 
-use super::node::WideTree;
+use super::buckets::Waiting;
+use super::node::{Contents, WIDTH, WideTree};
 use super::pose::Pose;
 use super::visit::Visit;
 use super::volume::WideVolume;
@@ -13,11 +14,15 @@ pub(super) struct Posed<'a, V: WideVolume> {
     pub a: &'a WideTree<V>,
     pub b: &'a WideTree<V>,
     pub placement: Placement,
+    /// How far apart volumes must be to be left out, mm.
+    pub margin: f32,
+    /// Nodes that may be opened with a margin.
+    pub most_visits: u32,
     pose: Pose,
 }
 
 /// What is opened in a visit.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Opened {
     /// The slot that stays as it is.
     pub one: u32,
@@ -38,10 +43,54 @@ impl Opened {
     }
 }
 
+/// The pairs of the one volume of a visit and each child.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Below {
+    opened: Opened,
+    one: Contents,
+    /// A bit for each child that stays while the one volume's node is opened.
+    stay: u8,
+    /// A bit for each child that is a node.
+    inner: u8,
+    first_node: u32,
+    /// The place of the first triangle, less the children that are nodes.
+    first_triangle: u32,
+}
+
+impl Below {
+    /// What is next of the pair with the child in a place.
+    #[inline(always)]
+    pub fn at(&self, place: u32) -> Waiting {
+        let Self { opened, one, .. } = *self;
+        let (stays, is_node) = (self.stay >> place & 1 != 0, self.inner >> place & 1 != 0);
+        match one {
+            Contents::Triangle(one) if !is_node => {
+                let triangle = self.first_triangle.wrapping_add(place);
+                Waiting::Triangles(Opened { one, ..opened }.pair(triangle))
+            }
+            Contents::Node(below) => {
+                let slot = opened.node * WIDTH as u32 + place;
+                Waiting::Node(Opened {
+                    one: select_unpredictable(stays, slot, opened.one),
+                    node: select_unpredictable(stays, below, self.first_node + place),
+                    of_b: opened.of_b ^ stays,
+                })
+            }
+            Contents::Triangle(_) => Waiting::Node(Opened { node: self.first_node + place, ..opened }),
+        }
+    }
+}
+
 impl<'a, V: WideVolume> Posed<'a, V> {
     pub fn new(a: &'a WideTree<V>, b: &'a WideTree<V>, a_from_b: &Isometry) -> Self {
         let (placement, pose) = (Placement::new(a_from_b), Pose::new(a_from_b, a.reach + b.reach));
-        Self { a, b, placement, pose }
+        Self { a, b, placement, margin: 0.0, most_visits: 0, pose }
+    }
+
+    /// The same, with volumes that are at most so far apart, mm, counted as together.
+    pub const fn within(mut self, margin: f32, most_visits: u32) -> Self {
+        (self.margin, self.most_visits) = (margin, most_visits);
+        self
     }
 
     /// The tree that is opened, and the other one.
@@ -68,12 +117,25 @@ impl<'a, V: WideVolume> Posed<'a, V> {
         Opened { one: select_unpredictable(of_a, y, x), node, of_b: !of_a }
     }
 
+    /// What is below a visit: `larger` has a bit for each child that is larger than the one volume. Of two volumes the larger is opened, never a
+    /// triangle's.
+    #[inline(always)]
+    pub fn below(&self, opened: Opened, larger: u8) -> Below {
+        let (tree, other) = self.trees(opened);
+        let node = &tree.nodes[opened.node as usize];
+        let inner = ((1_u32 << node.inner) - 1) as u8;
+        let one = other.contents(opened.one);
+        let stay = if let Contents::Node(_) = one { !(larger & inner) } else { 0 };
+        let first_triangle = node.first_triangle.wrapping_sub(u32::from(node.inner));
+        Below { opened, one, stay, inner, first_node: node.first_node, first_triangle }
+    }
+
     /// The visit of a node.
     #[inline(always)]
     pub fn see(&self, opened: Opened) -> Visit<'_, V> {
         let (tree, other) = self.trees(opened);
         let motion = if opened.of_b { &self.pose.b_from_a } else { &self.pose.a_from_b };
         let (holder, place) = other.slot(opened.one);
-        Visit { node: &tree.nodes[opened.node as usize], holder, place, motion, slack: self.pose.slack }
+        Visit { node: &tree.nodes[opened.node as usize], holder, place, motion, slack: self.pose.slack + self.margin }
     }
 }

@@ -3,6 +3,7 @@
 //! The pair with the least bound is opened first, of all that wait (G. R. Hjaltason, H. Samet, "Distance Browsing in Spatial Databases", ACM TODS
 //! 24(2), 1999): no pair is opened then whose bound is above the distance.
 
+use super::buckets::Buckets;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -13,6 +14,8 @@ pub struct Proximity {
     pub queue: Queue,
     /// Places of the nearest triangles in the order of the two trees.
     pub nearest: Option<(u32, u32)>,
+    /// What waits in a wide tree's search, instead of the queue.
+    pub(super) buckets: Buckets,
 }
 
 /// Pairs that wait to be opened, the nearest first; of those as near the one that came last, which is the smallest.

@@ -8,7 +8,7 @@ use super::lanes::{Machine, Simd, Work};
 use super::node::{Contents, Node, WIDTH, WideTree};
 use super::pose::Pose;
 use super::posed::{Opened, Posed};
-use super::triangles::{self, Batch};
+use super::triangles::{Batch, Sided};
 use super::visit::{self, Overlaps};
 use super::volume::WideVolume;
 use crate::engine::geometry::Isometry;
@@ -28,6 +28,7 @@ pub struct Counts {
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     stack: Vec<Opened>,
+    sided: Sided,
     pub(super) tally: Tally,
 }
 
@@ -45,11 +46,13 @@ pub(super) struct Tally {
     pub counts: Counts,
     /// Nodes opened.
     pub visits: u32,
+    /// How far apart the meshes are at least where they do not touch, mm; as much as was asked for at most.
+    pub apart_mm: f64,
 }
 
 impl Tally {
     /// The balls around the meshes have been asked.
-    const BALLS: Self = Self { counts: Counts { volume_tests: 1, triangle_tests: 0 }, visits: 0 };
+    const BALLS: Self = Self { counts: Counts { volume_tests: 1, triangle_tests: 0 }, visits: 0, apart_mm: 0.0 };
 }
 
 /// Calls `on_contact` with every pair of triangles that touch, exactly, until it breaks. They are named by their places in the trees' orders.
@@ -64,9 +67,39 @@ pub(crate) fn traverse<V: WideVolume>(
     scratch.tally = if balls_apart_mm(a, b, a_from_b) > 0.0 {
         Tally::BALLS
     } else {
-        let (posed, stack) = (Posed::new(a, b, a_from_b), &mut scratch.stack);
-        simd.run(Traversal { posed, stack, on_contact, batch: Batch::default(), tally: Tally::BALLS })
+        search(Posed::new(a, b, a_from_b), simd, scratch, on_contact)
     };
+}
+
+fn search<V: WideVolume>(
+    posed: Posed<V>,
+    simd: Simd,
+    scratch: &mut Scratch,
+    on_contact: &mut dyn FnMut((u32, u32)) -> ControlFlow<()>,
+) -> Tally {
+    let Scratch { stack, sided, .. } = scratch;
+    let tally = Tally { apart_mm: posed.margin.into(), ..Tally::BALLS };
+    simd.run(Traversal { posed, stack, sided, on_contact, batch: Batch::default(), tally })
+}
+
+/// A pair of triangles that touch, by their places in the trees' orders, if there is any; and how far apart the meshes are at least where there is none,
+/// as far as `margin_mm`, in the tally. What the search for a contact would leave as soon as it is apart it leaves as soon as it is farther apart
+/// than that, or than two triangles that have been met: the more of the margin is free, the less it costs. When it has opened more than `most_visits`
+/// nodes it begins anew without a margin, and the distance it tells is 0.
+pub(super) fn contact_within<V: WideVolume>(
+    (a, b): (&WideTree<V>, &WideTree<V>),
+    a_from_b: &Isometry,
+    (margin_mm, most_visits): (f32, u32),
+    simd: Simd,
+    scratch: &mut Scratch,
+) -> Option<(u32, u32)> {
+    let mut found = None;
+    let posed = Posed::new(a, b, a_from_b).within(margin_mm, most_visits);
+    scratch.tally = search(posed, simd, scratch, &mut |pair| {
+        found = Some(pair);
+        ControlFlow::Break(())
+    });
+    found
 }
 
 /// A pair of triangles that touch, by their places in the trees' orders, if there is any.
@@ -130,6 +163,7 @@ pub(super) fn balls_apart_mm<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_
 struct Traversal<'a, V: WideVolume> {
     posed: Posed<'a, V>,
     stack: &'a mut Vec<Opened>,
+    sided: &'a mut Sided,
     on_contact: &'a mut dyn FnMut((u32, u32)) -> ControlFlow<()>,
     batch: Batch,
     tally: Tally,
@@ -153,6 +187,12 @@ impl<V: WideVolume> Traversal<'_, V> {
         let first = self.posed.first();
         self.visit::<M>(&[first])?;
         while let Some(top) = self.stack.pop() {
+            if self.posed.margin > 0.0 && self.tally.visits > self.posed.most_visits {
+                (self.posed.margin, self.tally.apart_mm) = (0.0, 0.0);
+                self.stack.clear();
+                self.visit::<M>(&[first])?;
+                continue;
+            }
             match self.stack.pop() {
                 Some(next) => self.visit::<M>(&[top, next])?,
                 None => self.visit::<M>(&[top])?,
@@ -255,12 +295,20 @@ impl<V: WideVolume> Traversal<'_, V> {
         self.tally.counts.triangle_tests += self.batch.len() as u64;
         let pairs = self.batch;
         let Posed { a, b, placement, .. } = &self.posed;
-        let mut left = self.batch.unparted::<M::Double, V>(a, b, placement);
+        let with_distance = self.posed.margin > 0.0;
+        let apart_mm = self.batch.side::<M::Double, V>((a, b), placement, with_distance, self.sided);
+        if apart_mm < self.tally.apart_mm {
+            self.tally.apart_mm = apart_mm;
+            // Not less, so that what is left out is at least as far.
+            self.posed.margin = (apart_mm as f32).next_up();
+        }
+        let sided = &*self.sided;
+        let mut left = sided.unparted;
         while left != 0 {
-            let pair = pairs.pair(left.trailing_zeros() as usize);
+            let lane = left.trailing_zeros();
             left &= left - 1;
-            if triangles::touch(a, b, placement, pair) {
-                (self.on_contact)(pair)?;
+            if sided.touch(lane) {
+                (self.on_contact)(pairs.pair(lane as usize))?;
             }
         }
         ControlFlow::Continue(())

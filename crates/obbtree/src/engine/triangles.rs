@@ -1,18 +1,19 @@
 //! Pairs of triangles, four at a time: which of them touch, exactly.
 //!
 //! The corners of each triangle are put on a side of the other's plane (O. Devillers, P. Guigue, INRIA RR-4488, 2002), four pairs at once.
-//! A pair whose triangle is strictly on one side by more than the error of the determinants is apart; most are. The others go one by one to
-//! [`certified`], which knows what `f64` can decide, and what it cannot goes to the exact test.
+//! A pair whose triangle is strictly on one side by more than the error of the determinants is apart; most are. The others are decided one by one, from
+//! the sides that the lanes have found, by what is left of the test in [`certified`], and what that cannot decide goes to the exact test.
 //!
 //! The corners of `b` are moved and snapped by the very operations of [`crate::engine::geometry::grid::Placement`], so that all methods see the same triangles.
 
 use super::lanes::{DOUBLES, DoubleLanes, three};
+use super::measure;
 use super::node::WideTree;
 use super::volume::WideVolume;
-use crate::engine::geometry::Triangle;
 use crate::engine::geometry::certified;
 use crate::engine::geometry::grid::Placement;
-use crate::engine::geometry::plane::ERROR;
+use crate::engine::geometry::plane::{ERROR, Side};
+use crate::engine::geometry::{Point, Triangle};
 
 /// Pairs that wait until they fill the lanes. Of a search that ends with the first contact more at a time would cost visits: it is
 /// known sooner with few.
@@ -43,14 +44,46 @@ impl Batch {
         self.pairs[i]
     }
 
-    /// A bit for each pair that the planes do not part; the batch is empty afterwards.
+    /// What the planes tell of each pair, into `sided`, and how far apart those are at least that do not touch, if that is asked for, mm. The batch is
+    /// empty afterwards.
     #[inline(always)]
-    pub fn unparted<D: DoubleLanes, V: WideVolume>(
+    pub fn side<D: DoubleLanes, V: WideVolume>(
+        &mut self,
+        (a, b): (&WideTree<V>, &WideTree<V>),
+        placement: &Placement,
+        with_distance: bool,
+        sided: &mut Sided,
+    ) -> f64 {
+        let (waiting, [p, q]) = self.take::<D, V>(a, b, placement);
+        (sided.of_b, sided.of_a) = (sides(&p, &q), sides(&q, &p));
+        sided.unparted = waiting & !(sided.of_b.on_one() | sided.of_a.on_one());
+        if sided.unparted != 0 {
+            sided.corners = [stored(&p), stored(&q)];
+        }
+        if with_distance { measure::at_least_mm(&p, &q, waiting) } else { f64::INFINITY }
+    }
+
+    /// A bit for each pair that may be nearer than `least_mm`, if it does not touch; the batch is empty afterwards.
+    #[inline(always)]
+    pub fn nearer<D: DoubleLanes, V: WideVolume>(
         &mut self,
         a: &WideTree<V>,
         b: &WideTree<V>,
         placement: &Placement,
+        least_mm: f64,
     ) -> u8 {
+        let (waiting, [p, q]) = self.take::<D, V>(a, b, placement);
+        waiting & measure::may_be_nearer(&p, &q, least_mm)
+    }
+
+    /// A bit for each pair, and their corners in the frame of `a`; the batch is empty afterwards.
+    #[inline(always)]
+    fn take<D: DoubleLanes, V: WideVolume>(
+        &mut self,
+        a: &WideTree<V>,
+        b: &WideTree<V>,
+        placement: &Placement,
+    ) -> (u8, [[[D; 3]; 3]; 2]) {
         let mut corners = [[[[0.0; DOUBLES]; 3]; 3]; 2];
         for (lane, &(i, j)) in self.pairs.iter().enumerate().take(self.len) {
             spread(&a.triangle(i), lane, &mut corners[0]);
@@ -59,8 +92,7 @@ impl Batch {
         let waiting = (1 << self.len) - 1;
         self.len = 0;
         let [p, q] = [loaded::<D>(&corners[0]), loaded::<D>(&corners[1])];
-        let q = three!(corner => placement.coordinates(q[corner]));
-        waiting & !(on_one_side(&p, &q) | on_one_side(&q, &p))
+        (waiting, [p, three!(corner => placement.coordinates(q[corner]))])
     }
 }
 
@@ -74,9 +106,57 @@ fn spread(triangle: &Triangle, lane: usize, to: &mut [[[f64; DOUBLES]; 3]; 3]) {
     }
 }
 
-/// A bit for each lane in which the triangle `q` is strictly on one side of the plane of `p`.
+/// Pairs of triangles, and on which sides of their planes they are.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sided {
+    /// A bit for each pair that the planes do not part.
+    pub unparted: u8,
+    /// The sides of the planes of `a` that the corners of `b` are on, and the other way round.
+    of_b: Sides,
+    of_a: Sides,
+    /// The corners of `a` and of `b` in the frame of `a`, mm, where a pair is unparted.
+    corners: [[[[f64; DOUBLES]; 3]; 3]; 2],
+}
+
+impl Sided {
+    /// Whether the unparted pair in a lane touches; exactly.
+    #[inline(always)]
+    pub fn touch(&self, lane: u32) -> bool {
+        let of = |corners: &[[[f64; DOUBLES]; 3]; 3]| {
+            let corner = |i: usize| Point::from(three!(k => corners[i][k][lane as usize]));
+            Triangle { corners: three!(i => corner(i)) }
+        };
+        let (a, b) = (of(&self.corners[0]), of(&self.corners[1]));
+        certified::by_sides((&a, &b), self.of_b.in_lane(lane), self.of_a.in_lane(lane))
+            .unwrap_or_else(|| certified::undecided(&a, &b))
+    }
+}
+
+/// For each corner a bit for each lane in which it is above a plane, and one for each in which it is below it, for certain.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sides {
+    above: [u8; 3],
+    below: [u8; 3],
+}
+
+impl Sides {
+    /// A bit for each lane in which all corners are strictly on one side.
+    #[inline(always)]
+    const fn on_one(&self) -> u8 {
+        let Self { above: [x, y, z], below: [u, v, w] } = *self;
+        (x & y & z) | (u & v & w)
+    }
+
+    /// The sides in a lane.
+    #[inline(always)]
+    const fn in_lane(&self, lane: u32) -> [Side; 3] {
+        three!(i => (self.above[i] >> lane & 1) as Side - (self.below[i] >> lane & 1) as Side)
+    }
+}
+
+/// The sides of the plane of `p` that the corners of `q` are on.
 #[inline(always)]
-fn on_one_side<D: DoubleLanes>(p: &[[D; 3]; 3], q: &[[D; 3]; 3]) -> u8 {
+fn sides<D: DoubleLanes>(p: &[[D; 3]; 3], q: &[[D; 3]; 3]) -> Sides {
     let (e, f) = (minus(&p[1], &p[0]), minus(&p[2], &p[0]));
     let (mut normal, mut size) = ([D::all(0.0); 3], [D::all(0.0); 3]);
     for k in 0..3 {
@@ -84,15 +164,20 @@ fn on_one_side<D: DoubleLanes>(p: &[[D; 3]; 3], q: &[[D; 3]; 3]) -> u8 {
         let (one, other) = (e[k1] * f[k2], e[k2] * f[k1]);
         (normal[k], size[k]) = (one - other, one.abs() + other.abs());
     }
-    let (mut above, mut below) = (u8::MAX, u8::MAX);
-    for corner in q {
+    let mut sides = Sides { above: [0; 3], below: [0; 3] };
+    for (i, corner) in q.iter().enumerate() {
         let d = minus(corner, &p[0]);
         let height = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2];
         let error = D::all(ERROR) * (d[0].abs() * size[0] + d[1].abs() * size[1] + d[2].abs() * size[2]);
-        above &= height.exceeds(error);
-        below &= (D::all(0.0) - height).exceeds(error);
+        sides.above[i] = height.exceeds(error);
+        sides.below[i] = (D::all(0.0) - height).exceeds(error);
     }
-    above | below
+    sides
+}
+
+#[inline(always)]
+fn stored<D: DoubleLanes>(corners: &[[D; 3]; 3]) -> [[[f64; DOUBLES]; 3]; 3] {
+    three!(i => three!(k => corners[i][k].stored()))
 }
 
 #[inline(always)]

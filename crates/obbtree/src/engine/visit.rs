@@ -74,6 +74,17 @@ pub(super) struct Overlaps {
     pub larger: u8,
 }
 
+/// What a visit found about distances.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Distances {
+    /// How far each child is at least from the one volume, mm; 0 where they may touch.
+    pub least_mm: [f32; WIDTH],
+    /// A bit for each child that may be nearer than what was asked for.
+    pub nearer: u8,
+    /// A bit for each child that is larger than the one volume.
+    pub larger: u8,
+}
+
 /// What the children of a node contribute to the slack, mm: the largest over the children. For [`Node::slack`].
 pub(super) fn node_slack<V: WideVolume>(node: &Node<V>) -> f32 {
     let slack = |place| {
@@ -103,18 +114,26 @@ pub(super) fn visit<V: WideVolume, L: Lanes>(visits: &[Visit<V>], found: &mut [O
     }
 }
 
-/// For one or two visits, how far each child is at least from the one volume, mm; 0 where they may touch.
+/// Makes one or two visits for distances below `below_mm`. Bounds above that are as good as any, and are not improved where all are.
 #[inline(always)]
-pub(super) fn distances<V: WideVolume, L: Lanes>(visits: &[Visit<V>], least: &mut [[f32; WIDTH]; 2]) {
+pub(super) fn distances<V: WideVolume, L: Lanes>(visits: &[Visit<V>], below_mm: f32, found: &mut [Distances; 2]) {
     let mut first = 0;
     while first < visits.len() {
         let seen = Visits::<V, L>::of([visits[first], visits[(first + 1).min(visits.len() - 1)]]);
-        let mut bound = [[0.0; WIDTH]; 2];
+        let (mut least, mut larger, mut nearer) = ([[0.0; WIDTH]; 2], 0, 0);
         for part in 0..L::PARTS {
-            V::relation::<L>(part, &seen).least_mm(seen.slack).store(part, &mut bound);
+            let (occupied, at) = (seen.occupied(part), part * WIDTH / L::PARTS);
+            let enough = |squared: L| occupied & !squared.exceeds(L::all(below_mm * below_mm)) == 0;
+            let relation = V::relation::<L>(part, &seen);
+            let bound = relation.least_mm(seen.slack, enough);
+            nearer |= (L::all(below_mm).exceeds(bound) & occupied) << at;
+            larger |= relation.larger() << at;
+            bound.store(part, &mut least);
         }
-        let last = (first + L::VISITS).min(visits.len());
-        least[first..last].copy_from_slice(&bound[..last - first]);
+        for i in first..(first + L::VISITS).min(visits.len()) {
+            let of = |bits: u32| (bits >> (WIDTH * (i - first))) as u8;
+            found[i] = Distances { least_mm: least[i - first], nearer: of(nearer), larger: of(larger) };
+        }
         first += L::VISITS;
     }
 }
@@ -127,14 +146,20 @@ struct Bits {
 }
 
 impl<V: WideVolume, L: Lanes> Visits<'_, V, L> {
+    /// A bit for each lane of a part that holds a child.
+    #[inline(always)]
+    fn occupied(&self, part: usize) -> u32 {
+        let lanes = u32::MAX >> (32 - L::VISITS * WIDTH / L::PARTS);
+        let occupied = (0..L::VISITS).fold(0, |bits, i| bits | u32::from(self.nodes[i].occupied()) << (WIDTH * i));
+        occupied >> (part * WIDTH / L::PARTS) & lanes
+    }
+
     /// The gaps of all children, or of a part of them. None are found when none of those may overlap.
     #[inline(always)]
     fn gaps(&self, part: usize, gap: &mut [[f32; WIDTH]; 2]) -> Bits {
         let relation = V::relation::<L>(part, self);
         let first = part * WIDTH / L::PARTS;
-        let lanes = u32::MAX >> (32 - L::VISITS * WIDTH / L::PARTS);
-        let occupied = (0..L::VISITS).fold(0, |bits, i| bits | u32::from(self.nodes[i].occupied()) << (WIDTH * i));
-        let occupied = occupied >> first & lanes;
+        let occupied = self.occupied(part);
         // A gap that is not a number parts nothing.
         let together = |most: L| occupied & !most.exceeds(self.slack);
         // What is quickly found parts nearly all volumes that are apart, and often all of a visit.
@@ -196,14 +221,14 @@ mod tests {
 
         #[inline(always)]
         fn run<M: Machine>(self) -> [[f32; WIDTH]; 2] {
-            let (mut gap, mut least) = ([[0.0; WIDTH]; 2], [[0.0; WIDTH]; 2]);
+            let (mut gap, mut found) = ([[0.0; WIDTH]; 2], [Distances::default(); 2]);
             let seen = Visits::<V, M::Single>::of([*self.0; 2]);
             for part in 0..M::Single::PARTS {
                 let relation = V::relation::<M::Single>(part, &seen);
                 relation.gap(relation.quick_gaps()).store(part, &mut gap);
             }
-            distances::<V, M::Single>(&[*self.0], &mut least);
-            [gap[0], least[0]]
+            distances::<V, M::Single>(&[*self.0], f32::INFINITY, &mut found);
+            [gap[0], found[0].least_mm]
         }
     }
 

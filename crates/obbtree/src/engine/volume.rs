@@ -76,8 +76,8 @@ pub trait Relation<L> {
     fn larger(&self) -> u32;
 
     /// A lower bound of the distance of the contents, mm, at least 0. No gap may count for more than it is without `slack`, and all rounding after
-    /// that is paid for.
-    fn least_mm(&self, slack: L) -> L;
+    /// that is paid for. Where the square of a quick bound is `enough`, no better one is looked for.
+    fn least_mm(&self, slack: L, enough: impl Fn(L) -> bool) -> L;
 }
 
 /// The point `centre` from a node's origin, mm, mesh frame.

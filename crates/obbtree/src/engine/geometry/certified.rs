@@ -4,7 +4,7 @@
 //! O. Devillers, P. Guigue, INRIA RR-4488, 2002: each triangle's corners are put on a side of the other's plane, which settles most pairs; otherwise
 //! both triangles cut the line common to the two planes in an interval, and two more determinants tell whether the intervals overlap.
 //! Every determinant comes with a bound of its error ([`super::plane`], which states the range of coordinates); where a sign is not certain,
-//! [`super::exact`] decides. Touching counts.
+//! [`super::exact`] decides, in integers where the corners are on the grid. Touching counts.
 //!
 //! Deviation: pairs whose coordinate intervals do not overlap are apart, exactly and most cheaply.
 
@@ -30,11 +30,18 @@ fn touch_in_bounds(a: &Triangle, b: &Triangle) -> bool {
     decided((a, b), Plane::of(a).sides(b), || Plane::of(b).sides(a)).unwrap_or_else(|| undecided(a, b))
 }
 
+/// The answer where `f64` can give it, from the certain sides of either triangle's plane that the other's corners are on: of `b` first, those of `a`'s
+/// plane. Not both planes part the triangles.
+#[inline(always)]
+pub(crate) fn by_sides(pair: (&Triangle, &Triangle), b_sides: [Side; 3], a_sides: [Side; 3]) -> Option<bool> {
+    decided(pair, b_sides, || a_sides)
+}
+
 /// Decides the pairs that `f64` leaves open. Kept out of line: few pairs come here.
 #[cold]
 #[inline(never)]
-fn undecided(a: &Triangle, b: &Triangle) -> bool {
-    exact::touch(a, b)
+pub(crate) fn undecided(a: &Triangle, b: &Triangle) -> bool {
+    exact::touch_on_grid(a, b).unwrap_or_else(|| exact::touch(a, b))
 }
 
 /// The answer where `f64` can give it, from the sides of either plane that the other's corners are on; `a_sides` are asked for where they matter.

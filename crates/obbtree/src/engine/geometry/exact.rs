@@ -1,29 +1,156 @@
 //! Whether two closed triangles share a point, decided exactly.
 //!
-//! Two triangles meet when one of six closed edge-triangle tests succeeds. All signs come from Shewchuk's adaptive
-//! orientation predicates (1997, through the `robust` crate), so the answer is exact for every finite coordinate whose
-//! products neither overflow nor underflow, the grid of [`super::grid`] included. Touching counts. A triangle whose
+//! Two triangles meet when one of six closed edge-triangle tests succeeds. Where coordinates are on the grid of [`super::grid`], all signs come from
+//! determinants of integers ([`touch_on_grid`]): differences of at most 2⁴¹ steps, products of two of at most 2⁸³, of three of at most 3·2¹²⁴, which an
+//! `i128` holds. For all others they come from Shewchuk's adaptive orientation predicates (1997, through the `robust` crate), which [`touch`] always asks,
+//! so that it is exact for every finite coordinate whose products neither overflow nor underflow. Touching counts. A triangle whose
 //! corners are collinear is the segment between its extreme corners; one whose corners coincide is a point.
 
+use super::grid::STEP_MM;
 use super::plane::Plane;
 use super::{Point, Triangle};
 use robust::{Coord, Coord3D};
 
 /// The sign of a number: -1, 0 or 1.
 type Sign = i8;
+type Flat<T> = [T; 2];
+type Corner<T> = [T; 3];
+type Corners<T> = [Corner<T>; 3];
+
+/// Largest coordinate that [`touch_on_grid`] takes, steps: four times the range of a mesh, because one of the two meshes has been moved.
+const LIMIT_STEPS: i64 = 1 << 40;
 
 /// Whether the triangles, mm, share at least one point. Exact; symmetric; independent of the order of the corners.
 /// Unspecified when a coordinate is not finite.
 #[must_use]
 pub fn touch(a: &Triangle, b: &Triangle) -> bool {
-    if !bounds_overlap(a, b) {
+    touch_of(&corners(a), &corners(b))
+}
+
+/// The same in integers, some ten times as fast where the triangles lie in one plane; `None` when a coordinate is not a multiple of the grid's
+/// step or is beyond 16 384 mm.
+#[must_use]
+pub fn touch_on_grid(a: &Triangle, b: &Triangle) -> Option<bool> {
+    Some(touch_of(&in_steps(a)?, &in_steps(b)?))
+}
+
+/// The side of the triangle's plane that the point is on: 1 where the corners appear clockwise, -1 where they appear
+/// counter-clockwise, 0 on the plane (everywhere when the triangle has no area). Exact.
+#[must_use]
+pub fn side(triangle: &Triangle, point: &Point) -> i8 {
+    let [a, b, c] = corners(triangle);
+    f64::orient(&a, &b, &c, &(*point).into())
+}
+
+/// The sign of the area of the triangle (a, b, c) in the plane, positive when counter-clockwise. Exact.
+#[must_use]
+pub fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> i8 {
+    f64::turn(a, b, c)
+}
+
+/// Whether the corners are collinear or coincide. Exact.
+#[must_use]
+pub fn has_no_area(triangle: &Triangle) -> bool {
+    collapsed(&corners(triangle)).is_some()
+}
+
+/// A coordinate with exact signs of determinants.
+trait Number: Copy + PartialOrd {
+    /// The sign of the determinant of a - d, b - d, c - d.
+    fn orient(a: &Corner<Self>, b: &Corner<Self>, c: &Corner<Self>, d: &Corner<Self>) -> Sign;
+    /// The sign of the area of (a, b, c), positive when counter-clockwise.
+    fn turn(a: Flat<Self>, b: Flat<Self>, c: Flat<Self>) -> Sign;
+    /// [`Number::orient`] of a triangle and each corner of another.
+    fn sides(triangle: &Corners<Self>, other: &Corners<Self>) -> [Sign; 3];
+}
+
+impl Number for f64 {
+    fn orient(a: &Corner<Self>, b: &Corner<Self>, c: &Corner<Self>, d: &Corner<Self>) -> Sign {
+        let coord = |&[x, y, z]: &Corner<Self>| Coord3D { x, y, z };
+        sign(robust::orient3d(coord(a), coord(b), coord(c), coord(d)))
+    }
+
+    fn turn(a: Flat<Self>, b: Flat<Self>, c: Flat<Self>) -> Sign {
+        let coord = |[x, y]: Flat<Self>| Coord { x, y };
+        sign(robust::orient2d(coord(a), coord(b), coord(c)))
+    }
+
+    fn sides(triangle: &Corners<Self>, other: &Corners<Self>) -> [Sign; 3] {
+        // Most need no exact arithmetic. Above a plane its corners appear counter-clockwise.
+        let [a, b, c] = triangle;
+        let plane = Plane::of(&Triangle { corners: triangle.map(Point::from) });
+        other.each_ref().map(|corner| match plane.side(&Point::from(*corner)) {
+            0 => Self::orient(a, b, c, corner),
+            side => -side,
+        })
+    }
+}
+
+impl Number for i64 {
+    fn orient(a: &Corner<Self>, b: &Corner<Self>, c: &Corner<Self>, d: &Corner<Self>) -> Sign {
+        below(&normal(a, b, c), a, d)
+    }
+
+    fn turn(a: Flat<Self>, b: Flat<Self>, c: Flat<Self>) -> Sign {
+        let ([x, y], [u, v]) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
+        (product(x, v) - product(y, u)).signum() as Sign
+    }
+
+    fn sides([a, b, c]: &Corners<Self>, other: &Corners<Self>) -> [Sign; 3] {
+        let normal = normal(a, b, c);
+        other.each_ref().map(|corner| below(&normal, a, corner))
+    }
+}
+
+fn product(x: i64, y: i64) -> i128 {
+    i128::from(x) * i128::from(y)
+}
+
+fn minus(p: &Corner<i64>, q: &Corner<i64>) -> Corner<i64> {
+    [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
+}
+
+/// The normal of a triangle, on whose side its corners appear counter-clockwise.
+fn normal(a: &Corner<i64>, b: &Corner<i64>, c: &Corner<i64>) -> [i128; 3] {
+    let (e, f) = (minus(b, a), minus(c, a));
+    let component = |i: usize, j: usize| product(e[i], f[j]) - product(e[j], f[i]);
+    [component(1, 2), component(2, 0), component(0, 1)]
+}
+
+/// 1 below the plane through `a` with that normal, -1 above it.
+fn below(normal: &[i128; 3], a: &Corner<i64>, point: &Corner<i64>) -> Sign {
+    let d = minus(a, point);
+    (0..3).map(|i| normal[i] * i128::from(d[i])).sum::<i128>().signum() as Sign
+}
+
+fn corners(triangle: &Triangle) -> Corners<f64> {
+    triangle.corners.map(Into::into)
+}
+
+/// The corners in steps of the grid; `None` when one is not on it or out of range.
+fn in_steps(triangle: &Triangle) -> Option<Corners<i64>> {
+    let mut steps = [[0; 3]; 3];
+    let mut all = true;
+    for (corner, steps) in triangle.corners.iter().zip(&mut steps) {
+        for (x, steps) in corner.iter().zip(steps) {
+            // Exact: a power of two. What is out of range saturates.
+            let x = x * (1.0 / STEP_MM);
+            *steps = x as i64;
+            all &= (*steps as f64 == x) & (-LIMIT_STEPS..=LIMIT_STEPS).contains(steps);
+        }
+    }
+    all.then_some(steps)
+}
+
+fn touch_of<T: Number>(a: &Corners<T>, b: &Corners<T>) -> bool {
+    if !(0..3).all(|axis| overlap_on(axis, a, b)) {
         return false;
     }
-    let b_sides = sides(a, b);
+    let b_sides = T::sides(a, b);
     if on_one_side(b_sides) {
         return false;
     }
-    let a_sides = sides(b, a);
+    let a_sides = T::sides(b, a);
     if on_one_side(a_sides) {
         return false;
     }
@@ -33,69 +160,56 @@ pub fn touch(a: &Triangle, b: &Triangle) -> bool {
     any_edge_meets(a, b, b_sides) || any_edge_meets(b, a, a_sides)
 }
 
-/// The side of the triangle's plane that the point is on: 1 where the corners appear clockwise, -1 where they appear
-/// counter-clockwise, 0 on the plane (everywhere when the triangle has no area). Exact.
-#[must_use]
-pub fn side(triangle: &Triangle, point: &Point) -> i8 {
-    let [a, b, c] = &triangle.corners;
-    orient(a, b, c, point)
-}
-
-/// The sign of the area of the triangle (a, b, c) in the plane, positive when counter-clockwise. Exact.
-#[must_use]
-pub fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> i8 {
-    let coord = |[x, y]: [f64; 2]| Coord { x, y };
-    sign(robust::orient2d(coord(a), coord(b), coord(c)))
-}
-
-/// Whether the corners are collinear or coincide. Exact.
-#[must_use]
-pub fn has_no_area(triangle: &Triangle) -> bool {
-    collapsed(triangle).is_some()
-}
-
 /// Coplanar triangles, or at least one of them degenerate.
-fn touch_without_depth(a: &Triangle, b: &Triangle, a_sides: [Sign; 3], b_sides: [Sign; 3]) -> bool {
+fn touch_without_depth<T: Number>(a: &Corners<T>, b: &Corners<T>, a_sides: [Sign; 3], b_sides: [Sign; 3]) -> bool {
     match (collapsed(a), collapsed(b)) {
         (None, None) => any_edge_meets(a, b, b_sides) || any_edge_meets(b, a, a_sides),
-        (None, Some((p, q))) => edge_meets(a, &p, &q, side(a, &p), side(a, &q)),
-        (Some((p, q)), None) => edge_meets(b, &p, &q, side(b, &p), side(b, &q)),
+        (None, Some((p, q))) => edge_meets(a, &p, &q, side_of(a, &p), side_of(a, &q)),
+        (Some((p, q)), None) => edge_meets(b, &p, &q, side_of(b, &p), side_of(b, &q)),
         (Some((p, q)), Some((r, s))) => segments_meet(&p, &q, &r, &s),
     }
 }
 
+fn side_of<T: Number>([a, b, c]: &Corners<T>, point: &Corner<T>) -> Sign {
+    T::orient(a, b, c, point)
+}
+
 /// Whether an edge of `other`, whose corners lie on `sides` of `triangle`, meets `triangle`, which has area.
-fn any_edge_meets(triangle: &Triangle, other: &Triangle, sides: [Sign; 3]) -> bool {
+fn any_edge_meets<T: Number>(triangle: &Corners<T>, other: &Corners<T>, sides: [Sign; 3]) -> bool {
     (0..3).any(|i| {
         let j = (i + 1) % 3;
-        edge_meets(triangle, &other.corners[i], &other.corners[j], sides[i], sides[j])
+        edge_meets(triangle, &other[i], &other[j], sides[i], sides[j])
     })
 }
 
 /// Whether the closed segment pq, whose ends lie on the given sides of `triangle`, meets `triangle`, which has area.
-fn edge_meets(triangle: &Triangle, p: &Point, q: &Point, side_p: Sign, side_q: Sign) -> bool {
+fn edge_meets<T: Number>(triangle: &Corners<T>, p: &Corner<T>, q: &Corner<T>, side_p: Sign, side_q: Sign) -> bool {
     if side_p * side_q > 0 {
         return false;
     }
     if side_p == 0 && side_q == 0 {
         return coplanar_edge_meets(triangle, p, q);
     }
-    let [a, b, c] = &triangle.corners;
-    !both_signs([orient(p, q, a, b), orient(p, q, b, c), orient(p, q, c, a)])
+    let [a, b, c] = triangle;
+    !both_signs([T::orient(p, q, a, b), T::orient(p, q, b, c), T::orient(p, q, c, a)])
+}
+
+/// A point without one of its coordinates.
+fn flat<T: Number>(drop: usize, p: &Corner<T>) -> Flat<T> {
+    [p[(drop + 1) % 3], p[(drop + 2) % 3]]
 }
 
 /// The same for a segment in the triangle's plane: one coordinate is dropped such that the triangle keeps an area.
-fn coplanar_edge_meets(triangle: &Triangle, p: &Point, q: &Point) -> bool {
-    let flat = |drop: usize, p: &Point| [p[(drop + 1) % 3], p[(drop + 2) % 3]];
+fn coplanar_edge_meets<T: Number>(triangle: &Corners<T>, p: &Corner<T>, q: &Corner<T>) -> bool {
     let Some(drop) = (0..3).find(|&drop| {
-        let [a, b, c] = triangle.corners.map(|corner| flat(drop, &corner));
-        turn(a, b, c) != 0
+        let [a, b, c] = triangle.map(|corner| flat(drop, &corner));
+        T::turn(a, b, c) != 0
     }) else {
         return false; // Not reached: the triangle has area.
     };
-    let [a, b, c] = triangle.corners.map(|corner| flat(drop, &corner));
+    let [a, b, c] = triangle.map(|corner| flat(drop, &corner));
     let (p, q) = (flat(drop, p), flat(drop, q));
-    !both_signs([turn(a, b, p), turn(b, c, p), turn(c, a, p)])
+    !both_signs([T::turn(a, b, p), T::turn(b, c, p), T::turn(c, a, p)])
         || [(a, b), (b, c), (c, a)].into_iter().any(|(u, v)| flat_segments_meet(p, q, u, v))
 }
 
@@ -103,61 +217,67 @@ fn coplanar_edge_meets(triangle: &Triangle, p: &Point, q: &Point) -> bool {
 ///
 /// They meet when they are coplanar and their shadows on all three coordinate planes meet: at least one of the three
 /// projections is one-to-one on the plane that holds both.
-fn segments_meet(p: &Point, q: &Point, r: &Point, s: &Point) -> bool {
-    let flat = |drop: usize, p: &Point| [p[(drop + 1) % 3], p[(drop + 2) % 3]];
-    orient(p, q, r, s) == 0
+fn segments_meet<T: Number>(p: &Corner<T>, q: &Corner<T>, r: &Corner<T>, s: &Corner<T>) -> bool {
+    T::orient(p, q, r, s) == 0
         && (0..3).all(|drop| flat_segments_meet(flat(drop, p), flat(drop, q), flat(drop, r), flat(drop, s)))
 }
 
 /// Whether two closed segments of the plane meet; either may be a point: their bounds overlap, and neither lies strictly
 /// on one side of the other's line.
-fn flat_segments_meet(p: [f64; 2], q: [f64; 2], r: [f64; 2], s: [f64; 2]) -> bool {
-    (0..2).all(|i| p[i].min(q[i]) <= r[i].max(s[i]) && r[i].min(s[i]) <= p[i].max(q[i]))
-        && turn(p, q, r) * turn(p, q, s) <= 0
-        && turn(r, s, p) * turn(r, s, q) <= 0
+fn flat_segments_meet<T: Number>(p: Flat<T>, q: Flat<T>, r: Flat<T>, s: Flat<T>) -> bool {
+    (0..2).all(|i| less(p[i], q[i]) <= more(r[i], s[i]) && less(r[i], s[i]) <= more(p[i], q[i]))
+        && T::turn(p, q, r) * T::turn(p, q, s) <= 0
+        && T::turn(r, s, p) * T::turn(r, s, q) <= 0
 }
 
 /// The segment that a triangle without area is (twice the same point when it is a point); `None` when it has area.
-fn collapsed(triangle: &Triangle) -> Option<(Point, Point)> {
-    let [a, b, c] = &triangle.corners;
+fn collapsed<T: Number>(triangle: &Corners<T>) -> Option<(Corner<T>, Corner<T>)> {
     let collinear = (0..3).all(|drop| {
-        let flat = |p: &Point| [p[(drop + 1) % 3], p[(drop + 2) % 3]];
-        turn(flat(a), flat(b), flat(c)) == 0
+        let [a, b, c] = triangle.each_ref().map(|corner| flat(drop, corner));
+        T::turn(a, b, c) == 0
     });
     if !collinear {
         return None;
     }
     // Collinear points are in the same order on every axis that tells any two of them apart.
-    let (low, high) = triangle.bounds();
-    let axis = (0..3).find(|&i| low[i] < high[i]).unwrap_or(0);
-    let at = |x: f64| triangle.corners.into_iter().find(|corner| corner[axis] == x).unwrap_or(*a);
-    Some((at(low[axis]), at(high[axis])))
+    let [a, b, c] = triangle;
+    let low = |axis: usize| less(less(a[axis], b[axis]), c[axis]);
+    let high = |axis: usize| more(more(a[axis], b[axis]), c[axis]);
+    let axis = (0..3).find(|&i| low(i) < high(i)).unwrap_or(0);
+    let at = |x: T| triangle.iter().find(|corner| corner[axis] == x).unwrap_or(a);
+    Some((*at(low(axis)), *at(high(axis))))
 }
 
 /// Whether the coordinate intervals of the two triangles overlap on every axis. Exact.
 #[inline(always)]
 #[must_use]
 pub fn bounds_overlap(a: &Triangle, b: &Triangle) -> bool {
-    overlap_on(0, a, b) && overlap_on(1, a, b) && overlap_on(2, a, b)
+    overlap_on(0, &a.corners, &b.corners)
+        && overlap_on(1, &a.corners, &b.corners)
+        && overlap_on(2, &a.corners, &b.corners)
+}
+
+/// Plain comparisons compile to one instruction; `f64::min` pays for its promise about NaN.
+#[inline(always)]
+fn less<T: PartialOrd>(x: T, y: T) -> T {
+    if x < y { x } else { y }
 }
 
 #[inline(always)]
-fn overlap_on(axis: usize, a: &Triangle, b: &Triangle) -> bool {
-    // Plain comparisons compile to one instruction; `f64::min` pays for its promise about NaN. `&` saves a branch.
-    let less = |x: f64, y: f64| if x < y { x } else { y };
-    let more = |x: f64, y: f64| if x > y { x } else { y };
-    let [p, q, r] = a.corners.each_ref().map(|corner| corner[axis]);
-    let [u, v, w] = b.corners.each_ref().map(|corner| corner[axis]);
-    (less(less(p, q), r) <= more(more(u, v), w)) & (less(less(u, v), w) <= more(more(p, q), r))
+fn more<T: PartialOrd>(x: T, y: T) -> T {
+    if x > y { x } else { y }
 }
 
-/// The sides of `triangle` that the corners of `other` are on.
-fn sides(triangle: &Triangle, other: &Triangle) -> [Sign; 3] {
-    // Most need no exact arithmetic. Above a plane its corners appear counter-clockwise.
-    let [x, y, z] = Plane::of(triangle).sides(other);
-    let sure = |side: Sign, corner: &Point| if side == 0 { self::side(triangle, corner) } else { -side };
-    let [p, q, r] = &other.corners;
-    [sure(x, p), sure(y, q), sure(z, r)]
+#[inline(always)]
+fn overlap_on<T: PartialOrd + Copy, P: std::ops::Index<usize, Output = T>>(
+    axis: usize,
+    a: &[P; 3],
+    b: &[P; 3],
+) -> bool {
+    let [p, q, r] = [a[0][axis], a[1][axis], a[2][axis]];
+    let [u, v, w] = [b[0][axis], b[1][axis], b[2][axis]];
+    // `&` saves a branch.
+    (less(less(p, q), r) <= more(more(u, v), w)) & (less(less(u, v), w) <= more(more(p, q), r))
 }
 
 fn on_one_side([x, y, z]: [Sign; 3]) -> bool {
@@ -166,11 +286,6 @@ fn on_one_side([x, y, z]: [Sign; 3]) -> bool {
 
 fn both_signs(signs: [Sign; 3]) -> bool {
     signs.contains(&1) && signs.contains(&-1)
-}
-
-fn orient(a: &Point, b: &Point, c: &Point, d: &Point) -> Sign {
-    let coord = |p: &Point| Coord3D { x: p.x, y: p.y, z: p.z };
-    sign(robust::orient3d(coord(a), coord(b), coord(c), coord(d)))
 }
 
 fn sign(x: f64) -> Sign {
@@ -296,8 +411,40 @@ pub(crate) mod tests {
                 for b in orders(&b) {
                     assert_eq!(touch(&a, &b), expected, "{name}: {a:?} {b:?}");
                     assert_eq!(touch(&b, &a), expected, "{name}, swapped: {a:?} {b:?}");
+                    assert_eq!(touch_on_grid(&a, &b), Some(expected), "{name}, in steps: {a:?} {b:?}");
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_is_off_the_grid_or_out_of_range_has_no_steps() {
+        let at = |x: f64| triangle([[x, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+        let limit = LIMIT_STEPS as f64 * STEP_MM;
+        assert_eq!(limit, 16_384.0);
+        for (x, is_in) in
+            [(limit, true), (-limit, true), (limit + STEP_MM, false), (0.1, false), (1e300, false), (f64::NAN, false)]
+        {
+            assert_eq!(touch_on_grid(&at(x), &at(0.0)).is_some(), is_in, "{x}");
+            assert_eq!(touch_on_grid(&at(0.0), &at(x)).is_some(), is_in, "{x}");
+        }
+    }
+
+    /// The largest determinants there can be: corners at opposite ends of the range.
+    #[test]
+    fn the_ends_of_the_range_do_not_overflow() {
+        let ends = |i: u32| {
+            let end = |bit: u32| if i >> bit & 1 == 1 { LIMIT_STEPS } else { -LIMIT_STEPS };
+            [end(0), end(1), end(2)]
+        };
+        let mut signs = [0; 3];
+        for i in 0..8_u32.pow(4) {
+            let [a, b, c, d] = [i % 8, i / 8 % 8, i / 64 % 8, i / 512].map(ends);
+            let point = |steps: [i64; 3]| steps.map(|x| x as f64);
+            let expected = f64::orient(&point(a), &point(b), &point(c), &point(d));
+            assert_eq!(i64::orient(&a, &b, &c, &d), expected, "{a:?} {b:?} {c:?} {d:?}");
+            signs[(expected + 1) as usize] += 1;
+        }
+        assert!(signs.iter().all(|&count| count > 100), "{signs:?}");
     }
 }

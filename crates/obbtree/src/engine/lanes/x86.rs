@@ -91,6 +91,7 @@ operator!(Single8, Div, div, _mm256_div_ps);
 operator!(Double4, Add, add, _mm256_add_pd);
 operator!(Double4, Sub, sub, _mm256_sub_pd);
 operator!(Double4, Mul, mul, _mm256_mul_pd);
+operator!(Double4, Div, div, _mm256_div_pd);
 
 impl Lanes for Single16 {
     type Row = Row8;
@@ -146,6 +147,11 @@ impl Lanes for Single16 {
     fn max(self, other: Self) -> Self {
         // SAFETY: see the module.
         Self(unsafe { _mm512_max_ps(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm512_min_ps(self.0, other.0) })
     }
     #[inline(always)]
     fn exceeds(self, other: Self) -> u32 {
@@ -206,6 +212,11 @@ impl Lanes for Single8 {
     fn max(self, other: Self) -> Self {
         // SAFETY: see the module.
         Self(unsafe { _mm256_max_ps(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_min_ps(self.0, other.0) })
     }
     #[inline(always)]
     fn exceeds(self, other: Self) -> u32 {

@@ -1,0 +1,194 @@
+//! How far apart four pairs of triangles are, about: which of them have to be measured with care.
+//!
+//! The fifteen pairs of features of [`triangle_distance`](crate::engine::geometry::triangle_distance), without its care for needles: nearly parallel
+//! edges are taken wherever rounding puts them, and a corner counts as over a face where rounding says so. Each of the former is a distance of two
+//! points of the triangles, so it is never less than the least but for rounding. What it can be more is derived where [`MEASURED_PAD`] stands: a
+//! place misplaced along two edges at an angle φ by x costs φx, and rounding misplaces it by as much as 8·2⁻⁵³ r / φ², or by all of their length r
+//! where φ is less than 3·10⁻⁸. A corner over a face that is taken to be beside it is beside an edge by as little as that. Roundings of the rest are a
+//! few 2⁻⁵³ r. A corner beside a face that is taken to be over it makes the distance too small, which costs time and nothing else.
+
+use super::lanes::{DOUBLES, DoubleLanes, three};
+use super::path::MEASURED_PAD;
+
+/// What divides instead of 0.
+const LEAST: f64 = f64::MIN_POSITIVE;
+/// What a corner beside a face loses against the distance of edges, for each unit by which it is outside.
+const OUTSIDE: f64 = 1e60;
+
+type Vectors<D> = [D; 3];
+type Corners<D> = [Vectors<D>; 3];
+
+/// A bit for each lane in which the triangles may be nearer than `least_mm`, if they do not touch.
+#[inline(always)]
+pub(super) fn may_be_nearer<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>, least_mm: f64) -> u8 {
+    let limit = D::all(MEASURED_PAD) * reach(p, q) + D::all(least_mm);
+    !squared(p, q).exceeds(limit * limit)
+}
+
+/// A lower bound of the least distance over the lanes of `lanes` in which the triangles do not touch, mm.
+#[inline(always)]
+pub(super) fn at_least_mm<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>, lanes: u8) -> f64 {
+    let (squares, pads) = (squared(p, q).stored(), (D::all(MEASURED_PAD) * reach(p, q)).stored());
+    let mut least = f64::INFINITY;
+    for lane in 0..DOUBLES {
+        let bound = squares[lane].sqrt() - pads[lane];
+        // What is not a number is no bound.
+        if lanes >> lane & 1 != 0 && !(bound >= least) {
+            least = if bound > 0.0 { bound } else { 0.0 };
+        }
+    }
+    least
+}
+
+/// How far the corners are from one another at most, summed along the axes, mm.
+#[inline(always)]
+fn reach<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>) -> D {
+    let of_p = three!(k => size(&minus(&p[k], &p[0])));
+    let of_q = three!(k => size(&minus(&q[k], &p[0])));
+    of_p[1].max(of_p[2]) + of_q[0].max(of_q[1]).max(of_q[2])
+}
+
+/// The square of the distance, mm², about; infinite or not a number where a coordinate is.
+#[inline(always)]
+fn squared<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>) -> D {
+    let [of_p, of_q] = [Edges::of(p), Edges::of(q)];
+    let mut least = corners_to_face(q, p, &of_p).min(corners_to_face(p, q, &of_q));
+    for i in 0..3 {
+        for j in 0..3 {
+            least = least.min(segments(&p[i], &of_p, i, &q[j], &of_q, j));
+        }
+    }
+    least
+}
+
+/// The edges of a triangle: each from its corner to the next, the square of its length, and one over that.
+struct Edges<D> {
+    ways: Corners<D>,
+    squares: Vectors<D>,
+    inverses: Vectors<D>,
+}
+
+impl<D: DoubleLanes> Edges<D> {
+    #[inline(always)]
+    fn of(p: &Corners<D>) -> Self {
+        let ways = [minus(&p[1], &p[0]), minus(&p[2], &p[1]), minus(&p[0], &p[2])];
+        let squares = three!(i => dot(&ways[i], &ways[i]));
+        Self { ways, squares, inverses: three!(i => D::all(1.0) / squares[i].max(D::all(LEAST))) }
+    }
+}
+
+/// The squared distance of two edges, from the corners `p` and `q` on.
+#[inline(always)]
+fn segments<D: DoubleLanes>(p: &Vectors<D>, of_p: &Edges<D>, i: usize, q: &Vectors<D>, of_q: &Edges<D>, j: usize) -> D {
+    let (u, v, r) = (&of_p.ways[i], &of_q.ways[j], minus(p, q));
+    let (uu, vv, uv, ur, vr) = (of_p.squares[i], of_q.squares[j], dot(u, v), dot(u, &r), dot(v, &r));
+    let s = clamped((uv * vr - ur * vv) / (uu * vv - uv * uv).max(D::all(LEAST)));
+    let t = clamped((uv * s + vr) * of_q.inverses[j]);
+    let s = clamped((uv * t - ur) * of_p.inverses[i]);
+    let gap = three!(k => r[k] + u[k] * s - v[k] * t);
+    dot(&gap, &gap)
+}
+
+/// The least squared distance of a corner of `from` that is over the face; much where none is.
+#[inline(always)]
+fn corners_to_face<D: DoubleLanes>(from: &Corners<D>, face: &Corners<D>, edges: &Edges<D>) -> D {
+    let normal = cross(&edges.ways[0], &edges.ways[1]);
+    let inward = three!(k => cross(&normal, &edges.ways[k]));
+    let inverse = D::all(1.0) / dot(&normal, &normal).max(D::all(LEAST));
+    let squares = three!(corner => {
+        let ways = three!(k => minus(&from[corner], &face[k]));
+        let height = dot(&normal, &ways[0]);
+        let inside = dot(&inward[0], &ways[0]).min(dot(&inward[1], &ways[1])).min(dot(&inward[2], &ways[2]));
+        height * height * inverse + (D::all(0.0) - inside).max(D::all(0.0)) * D::all(OUTSIDE)
+    });
+    squares[0].min(squares[1]).min(squares[2])
+}
+
+/// The nearest number from 0 to 1.
+#[inline(always)]
+fn clamped<D: DoubleLanes>(x: D) -> D {
+    x.max(D::all(0.0)).min(D::all(1.0))
+}
+
+#[inline(always)]
+fn minus<D: DoubleLanes>(x: &Vectors<D>, y: &Vectors<D>) -> Vectors<D> {
+    [x[0] - y[0], x[1] - y[1], x[2] - y[2]]
+}
+
+#[inline(always)]
+fn dot<D: DoubleLanes>(x: &Vectors<D>, y: &Vectors<D>) -> D {
+    x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
+}
+
+#[inline(always)]
+fn cross<D: DoubleLanes>(x: &Vectors<D>, y: &Vectors<D>) -> Vectors<D> {
+    [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
+}
+
+/// The sum of the absolute values.
+#[inline(always)]
+fn size<D: DoubleLanes>(x: &Vectors<D>) -> D {
+    x[0].abs() + x[1].abs() + x[2].abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::lanes::{Machine, Simd, Work};
+    use super::*;
+    use crate::engine::geometry::cross_check::needles;
+    use crate::engine::geometry::{Point, Triangle, exact, triangle_distance};
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64;
+
+    struct Measured<'a>([&'a Triangle; 2]);
+
+    /// The square of the distance, and how far the corners are from one another.
+    impl Work for Measured<'_> {
+        type Output = (f64, f64);
+
+        #[inline(always)]
+        fn run<M: Machine>(self) -> (f64, f64) {
+            let lanes = |t: &Triangle| three!(i => three!(k => M::Double::load(&[t.corners[i][k]; DOUBLES])));
+            let (p, q) = (lanes(self.0[0]), lanes(self.0[1]));
+            (squared(&p, &q).stored()[1], reach(&p, &q).stored()[1])
+        }
+    }
+
+    /// Random triangles, and such with an edge nearly along an edge of the other.
+    fn pair(random: &mut Pcg64, round: u32) -> [Triangle; 2] {
+        let mut coordinate = || 2.0 * random.random::<f64>() - 1.0;
+        let mut point = |size: f64| Point::from([(); 3].map(|()| size * coordinate()));
+        let a = Triangle { corners: [point(9.0), point(9.0), point(9.0)] };
+        let off = point(1.0).coords * 10f64.powi(-((round % 12) as i32));
+        let beside = a.corners.map(|p| p + off + point(10f64.powi(-((round % 10) as i32))).coords);
+        let b = if round % 2 == 0 { beside } else { [point(9.0), point(9.0), point(9.0)] };
+        [a, Triangle { corners: b }]
+    }
+
+    /// Of needles, of triangles nearly in one place, and of any others: never more than the true distance by the pad, often by some of it, and about right
+    /// for most.
+    #[test]
+    fn what_is_measured_is_at_most_the_pad_above_the_distance() {
+        let mut random = Pcg64::seed_from_u64(41);
+        let (mut apart, mut close, mut above) = (0, 0, 0);
+        for round in 0..60_000 {
+            let [a, b] = if round % 3 == 0 { needles(&mut random) } else { pair(&mut random, round) };
+            if exact::touch(&a, &b) {
+                continue;
+            }
+            apart += 1;
+            let truth = triangle_distance::squared(&a, &b).sqrt();
+            for simd in Simd::available() {
+                let (squared, reach) = simd.run(Measured([&a, &b]));
+                let found = squared.sqrt();
+                assert!(found <= truth + MEASURED_PAD * reach, "{found} for {truth} at {reach}: {a:?} {b:?}");
+                close += u32::from(found >= truth * (1.0 - 1e-6));
+                above += u32::from(found > truth);
+            }
+        }
+        let sets = Simd::available().len() as u32;
+        assert!(apart > 20_000 && close > apart * sets / 10 * 9, "{close} of {apart}, {sets} times");
+        // Without a pad some pairs would be passed over.
+        assert!(above > 100, "{above}");
+    }
+}
