@@ -1,5 +1,9 @@
 //! bvbench: bounding volumes on trial. The map, in reading order; imports point up this list, never down.
 
+pub mod record;
+pub mod analysis;
+pub mod plot;
+pub mod report;
 pub mod geometry;
 pub mod volume;
 pub mod tree;
@@ -14,11 +18,7 @@ pub mod stock;
 pub mod method;
 pub mod registry;
 pub mod conformance;
-pub mod record;
 pub mod measure;
 pub mod check;
 pub mod view;
-pub mod analysis;
-pub mod plot;
-pub mod report;
 pub mod cli;

@@ -5,6 +5,7 @@ use crate::method::brute::AllPairs;
 use crate::method::octree_obb::{self, OctreeObb};
 use crate::method::parry::ParryMesh;
 use crate::method::{Kind, Model, brute, parry, space, wide};
+use crate::record::{ALL_VARIANTS, NULL_VARIANT};
 use crate::space::grid::Grid;
 use crate::space::octree::Octree;
 use crate::tree::{Policy, SplitRule, Tree};
@@ -42,11 +43,6 @@ use obbtree::engine::aligned::Aligned;
 use obbtree::engine::ball::Ball;
 use obbtree::engine::oriented::Oriented;
 use obbtree::engine::{WideTree, WideVolume};
-
-/// Id of the duplicate of another variant in the records, which shows the noise of the comparison itself.
-pub const NULL_VARIANT: &str = "null-duplicate";
-/// What stands for all variants where some are asked for.
-pub const ALL_VARIANTS: &str = "all";
 
 /// Prepares a mesh for queries.
 pub type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;

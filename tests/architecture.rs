@@ -198,6 +198,25 @@ fn imports_point_up_the_list_of_modules() {
     assert!(found.is_empty(), "imports that point down:\n{found}");
 }
 
+/// The records are the ground floor: nothing of the project is below them, and the analysis needs nothing else.
+#[test]
+fn records_know_nothing_of_the_project_and_the_analysis_knows_records_alone() {
+    assert_eq!(rooms()[..2], ["record", "analysis"]);
+    let found = offences(|source, import| match source.module.as_str() {
+        "record" => import == "record",
+        "analysis" => ["record", "analysis"].contains(&import),
+        _ => true,
+    });
+    assert!(found.is_empty(), "{found}");
+}
+
+/// Whoever needs the variants is given them, so that those of another crate count everywhere.
+#[test]
+fn only_the_entry_makes_the_standard_registry() {
+    let found = files_with(&["Registry::standard()"], &["main"]);
+    assert!(found.is_empty(), "{found}");
+}
+
 #[test]
 fn what_is_made_of_records_knows_nothing_else() {
     let found = offences(|source, import| {

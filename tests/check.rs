@@ -17,7 +17,15 @@ fn standard(registry: &Registry) -> &Variant {
 }
 
 fn run_own(scene: &Scene, settings: &Settings) -> Outcome {
-    check(scene, scene.program.as_ref().unwrap(), standard(&Registry::standard()), settings, &Silent).unwrap()
+    check(
+        scene,
+        scene.program.as_ref().unwrap(),
+        standard(&Registry::standard()),
+        &Registry::standard(),
+        settings,
+        &Silent,
+    )
+    .unwrap()
 }
 
 fn sorted(pair: Pair) -> [usize; 2] {
@@ -101,13 +109,13 @@ fn a_gouge_and_a_holder_are_found_on_their_lines_and_nothing_on_the_clean_progra
     for variant in
         registry.variants().iter().filter(|v| v.info.safe && (v.is_reference || v.is_fastest || v.is_for_tools))
     {
-        let outcome = check(&scene, flawed, variant, &settings, &Silent).unwrap();
+        let outcome = check(&scene, flawed, variant, &registry, &settings, &Silent).unwrap();
         let found: Vec<_> = outcome.events.iter().map(|event| (event.first.line, event.kind.name())).collect();
         assert_eq!(found, [(185, "gouge"), (339, "collision")], "{}", variant.info.id);
         // Sunk by 0.05 mm into a mesh whose chords are within 0.01 mm of the surface, which is sampled within 0.01 mm.
         let depth = -outcome.events[0].least_mm;
         assert!((0.03..=0.06).contains(&depth), "{depth}");
-        let outcome = check(&scene, &clean, variant, &settings, &Silent).unwrap();
+        let outcome = check(&scene, &clean, variant, &registry, &settings, &Silent).unwrap();
         assert!(outcome.events.is_empty(), "{}: {:?}", variant.info.id, outcome.events);
     }
 }
@@ -135,7 +143,7 @@ fn every_safe_variant_tells_the_same() {
     let run = scene.program.as_ref().unwrap();
     let settings = Settings { zones_mm: vec![2.0], ..Settings::standard() };
     let told = |variant: &Variant| {
-        let outcome = check(&scene, run, variant, &settings, &Silent).unwrap();
+        let outcome = check(&scene, run, variant, &registry, &settings, &Silent).unwrap();
         outcome.events.iter().map(|e| (e.first.line, e.last.line, sorted(e.pair), e.kind.name())).collect::<Vec<_>>()
     };
     let expected = told(standard(&registry));
@@ -324,7 +332,8 @@ fn a_thin_wall_between_two_samples_is_not_jumped_over() {
     coarse.sampling.step_mm = 500.0; // both samples of line 2 are far beside the clamp, which is 20 mm wide
     // The clamp's top is at 20; the cutter's lower end is at 10.
     let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
-    let outcome = check(&scene, &coarse, standard(&Registry::standard()), &settings, &Silent).unwrap();
+    let outcome =
+        check(&scene, &coarse, standard(&Registry::standard()), &Registry::standard(), &settings, &Silent).unwrap();
     assert_eq!(outcome.events.iter().map(|event| event.first.line).collect::<Vec<_>>(), [2]);
     let event = &outcome.events[0];
     // Contact from X 70 - 10 - 5 = 55 to 85; at 6000 mm/min, after 0.4 s for the 40 mm of line 1.
@@ -621,7 +630,8 @@ fn a_zone_entered_and_left_between_two_samples_is_told() {
     let mut coarse: ProgramRun = scene.program.clone().unwrap();
     coarse.sampling.step_mm = 500.0;
     let settings = Settings { zones_mm: vec![30.0, 2.0], ..Settings::standard() };
-    let outcome = check(&scene, &coarse, standard(&Registry::standard()), &settings, &Silent).unwrap();
+    let outcome =
+        check(&scene, &coarse, standard(&Registry::standard()), &Registry::standard(), &settings, &Silent).unwrap();
     let clamp = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
     let near: Vec<_> = clamp.map(|event| (event.kind, event.first.line, (10.0 * event.least_mm).round())).collect();
     assert_eq!(near, [(Kind::Near { zone_mm: 30.0 }, 2, 15.0), (Kind::Near { zone_mm: 2.0 }, 2, 15.0)]);
@@ -634,7 +644,8 @@ fn a_zone_left_and_entered_again_within_two_samples_is_two_events() {
     let mut coarse: ProgramRun = scene.program.clone().unwrap();
     coarse.sampling.step_mm = 500.0;
     let settings = Settings { zones_mm: vec![14.0], ..Settings::standard() };
-    let outcome = check(&scene, &coarse, standard(&Registry::standard()), &settings, &Silent).unwrap();
+    let outcome =
+        check(&scene, &coarse, standard(&Registry::standard()), &Registry::standard(), &settings, &Silent).unwrap();
     let near = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
     assert_eq!(near.map(|event| (event.first.line, event.last.line)).collect::<Vec<_>>(), [(2, 3), (4, 5)]);
 }

@@ -216,7 +216,7 @@ fn an_audit_goes_on_with_the_cells_it_lacks() {
     ];
     let output = folder.run(&audit);
     assert!(output.status.success(), "{output:?}");
-    let files = ["audit.csv", "audit_trees.csv", "audit_axes.csv"];
+    let files = ["cases.csv", "factors.csv", "poses.csv", "counts.csv", "trees.csv", "exits.csv"];
     let read = || files.map(|file| fs::read(folder.path("audit").join(file)).unwrap());
     let whole = read();
     // One orientation, four centres, five splits, four leaf sizes.
@@ -260,7 +260,7 @@ fn an_audit_goes_on_with_the_cells_it_lacks() {
     ];
     let leaves = folder.run(&[&ends[..], &["--leaf", "1", "--leaf", "8", "--out", "leaves"]].concat());
     assert!(leaves.status.success(), "{leaves:?}");
-    assert_eq!(column(&folder.path("leaves/audit.csv"), "leaf"), ["1", "8"].map(str::to_owned).into());
+    assert_eq!(column(&folder.path("leaves/trees.csv"), "leaf"), ["1", "8"].map(str::to_owned).into());
     let odd = folder.run(&["study", "audit", "--scene", "scene", "--leaf", "3", "--out", "none"]);
     assert_eq!(odd.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&odd.stderr).contains("no leaves of 3 triangles; it has 1, 2, 4, 8"), "{odd:?}");
@@ -273,7 +273,7 @@ fn a_sweep_is_the_same_every_time_and_tells_its_names() {
         let output =
             folder.run(&["study", "sweep", "leaf", "--profile", "smoke", "--counts-only", "--out", out, "--quiet"]);
         assert!(output.status.success(), "{output:?}");
-        ["sweep.csv", "sweep_summary.csv", "plots/sweep.svg"]
+        ["cases.csv", "factors.csv", "counts.csv", "sweep_summary.csv", "plots/sweep.svg"]
             .map(|f| fs::read(folder.path(out).join("leaf").join(f)).unwrap())
     };
     assert_eq!(run("one"), run("two"));

@@ -562,7 +562,7 @@ fn told(scene: &Scene) -> Vec<(u32, &'static str, String)> {
     let registry = Registry::standard();
     let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
     let run = scene.program.as_ref().unwrap();
-    let outcome = check(scene, run, registry.fastest().unwrap(), &settings, &Silent).unwrap();
+    let outcome = check(scene, run, registry.fastest().unwrap(), &registry, &settings, &Silent).unwrap();
     let events = outcome.events.iter().map(|e| (e.first.line, e.kind.name(), scene.pair_name(e.pair)));
     let over = outcome.over_travel.iter().map(|over| (over.line, TRAVEL, over.cause.axis.to_string()));
     let mut told: Vec<_> = events.chain(over).collect();

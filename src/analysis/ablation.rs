@@ -5,13 +5,173 @@ use super::claims::ClaimSet;
 use super::judge::{Effect, Verdict, ratio_verdict};
 use super::stats::{Interval, bootstrap_mean, miss_rate};
 use super::summary::ALL;
-use crate::record::{AblationKindRow, AblationRow, AblationTimeRow, ClaimRow, read_rows, write_rows};
-use serde::Deserialize;
+use crate::record::{
+    BuildRow, ClaimRow, CountRow, FactorRow, Row, TimingRow, TreeRow, read_rows, read_rows_if_there, write_rows,
+};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Spanned;
 
 /// The sweep whose forms the claims compare.
 pub const PARTS: &str = "parts";
+
+/// One form of the method: the levels of its factors, and what follows from them on a surface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Form {
+    /// What is varied: `parts`, `cap`, `depth`, `spacing`, `step` or `size`.
+    pub sweep: String,
+    /// `points`, `leaves` or `octree`; or the id of the variant whose trees over both meshes answer.
+    pub search: String,
+    /// `none`, `profile4`, `axial4` or `quad4`.
+    pub second_level: String,
+    /// Whether the tool is widened by the covering radius, 0 or 1.
+    pub safe: u8,
+    /// Whether the last colliding leaf is asked first, 0 or 1.
+    pub coherence: u8,
+    /// Most points of a leaf.
+    pub cap: u32,
+    /// Greatest depth.
+    pub depth: u8,
+    /// Spacing of the samples, mm.
+    pub spacing_mm: f64,
+    /// Mean distance of the tool's tip from pose to pose, mm.
+    pub step_mm: f64,
+    /// Samples; of a variant the triangles of the surface.
+    pub points: u64,
+}
+
+/// What a form counted at the poses that it calls interfering, or at the others.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Counted {
+    /// The form.
+    pub form: Form,
+    /// The counts, of one surface.
+    #[serde(flatten)]
+    pub counts: CountRow,
+}
+
+/// Time of a form over all poses of a surface.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Timed {
+    /// The surface.
+    pub surface: String,
+    /// The form.
+    pub form: Form,
+    /// Which round.
+    pub round: u32,
+    /// Poses.
+    pub poses: u64,
+    /// Time of all poses, ns.
+    pub ns: u64,
+    /// Time to sample the surface and build the octree, ns.
+    pub build_ns: u64,
+}
+
+/// The raw records of an ablation, joined.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Ablation {
+    /// Counts of the forms.
+    pub rows: Vec<Counted>,
+    /// Counts of local and global interference.
+    pub kinds: Vec<CountRow>,
+    /// Times.
+    pub times: Vec<Timed>,
+}
+
+impl Counted {
+    /// The surface.
+    #[must_use]
+    pub fn surface(&self) -> &str {
+        &self.counts.scene
+    }
+
+    /// 1 when the method calls these poses interfering.
+    #[must_use]
+    pub fn hit(&self) -> u8 {
+        self.counts.verdict.unwrap_or(0)
+    }
+
+    /// Separating-axis tests of both levels; of a variant its volume tests.
+    #[must_use]
+    pub fn box_tests(&self) -> u64 {
+        self.counts.volume_tests + self.counts.second_level_tests
+    }
+}
+
+impl Form {
+    /// Takes a level; `false` when there is no such factor or level.
+    fn set(&mut self, factor: &str, level: &str) -> bool {
+        fn put<T: std::str::FromStr>(place: &mut T, level: &str) -> bool {
+            level.parse().map(|level| *place = level).is_ok()
+        }
+        match factor {
+            "sweep" => put(&mut self.sweep, level),
+            "search" => put(&mut self.search, level),
+            "second_level" => put(&mut self.second_level, level),
+            "safe" => put(&mut self.safe, level),
+            "coherence" => put(&mut self.coherence, level),
+            "cap" => put(&mut self.cap, level),
+            "depth" => put(&mut self.depth, level),
+            "spacing_mm" => put(&mut self.spacing_mm, level),
+            "step_mm" => put(&mut self.step_mm, level),
+            "covering_mm" | "kind" => true,
+            _ => false,
+        }
+    }
+}
+
+impl Ablation {
+    /// Reads the ablation in `folder`.
+    ///
+    /// # Errors
+    /// When a record is missing or malformed, or names what no other does.
+    pub fn read(folder: &Path) -> Result<Self, AnalysisError> {
+        let factors: Vec<FactorRow> = read_rows(folder)?;
+        let trees: Vec<TreeRow> = read_rows(folder)?;
+        let points: BTreeMap<(&str, &str), u64> =
+            trees.iter().map(|tree| ((&*tree.scene, &*tree.variant), tree.triangles)).collect();
+        let form = |scene: &str, case: &str| -> Result<Form, AnalysisError> {
+            let mut form = Form { points: points.get(&(scene, case)).copied().unwrap_or(0), ..Form::default() };
+            for row in factors.iter().filter(|row| row.case == case && ["", scene].contains(&row.scene.as_str())) {
+                if !form.set(&row.factor, &row.level) {
+                    let what = format!("level `{}` of factor `{}`", row.level, row.factor);
+                    return Err(AnalysisError::Unknown { file: FactorRow::FILE, scene: scene.to_owned(), what });
+                }
+            }
+            Ok(form)
+        };
+        let mut found = Self::default();
+        let mut poses: BTreeMap<(String, String), (u64, Form)> = BTreeMap::new();
+        for counts in read_rows::<CountRow>(folder)? {
+            let form = form(&counts.scene, &counts.case)?;
+            if form.sweep.is_empty() {
+                found.kinds.push(counts);
+                continue;
+            }
+            let key = (counts.scene.clone(), counts.case.clone());
+            poses.entry(key).or_insert_with(|| (0, form.clone())).0 += counts.poses;
+            found.rows.push(Counted { form, counts });
+        }
+        let builds: Vec<BuildRow> = read_rows_if_there(folder)?;
+        for row in read_rows_if_there::<TimingRow>(folder)? {
+            let (poses, form) = poses.get(&(row.scene.clone(), row.case.clone())).cloned().ok_or_else(|| {
+                let what = format!("case `{}`", row.case);
+                AnalysisError::Unknown { file: TimingRow::FILE, scene: row.scene.clone(), what }
+            })?;
+            let build = builds.iter().find(|build| build.scene == row.scene && build.variant == row.case);
+            found.times.push(Timed {
+                surface: row.scene,
+                form,
+                round: row.block,
+                poses,
+                ns: row.ns,
+                build_ns: build.map_or(0, |build| build.ns),
+            });
+        }
+        Ok(found)
+    }
+}
 
 /// One sentence of the thesis, and how it is judged.
 #[derive(Clone, Debug, Deserialize)]
@@ -124,9 +284,9 @@ impl Measure {
 }
 
 impl FormRef {
-    fn is(&self, search: &str, second_level: &str, coherence: u8, safe: u8) -> bool {
-        (search, second_level) == (&self.search, &self.second_level)
-            && (coherence, safe) == (u8::from(self.coherence), u8::from(self.safe))
+    fn is(&self, form: &Form) -> bool {
+        (&form.search, &form.second_level) == (&self.search, &self.second_level)
+            && (form.coherence, form.safe) == (u8::from(self.coherence), u8::from(self.safe))
     }
 
     fn describe(&self) -> String {
@@ -140,16 +300,17 @@ impl FormRef {
 /// # Errors
 /// When a record is missing or malformed, or cannot be written.
 pub fn analyze_ablation(folder: &Path, set: &ClaimSet, seed: u64) -> Result<Vec<ClaimRow>, AnalysisError> {
-    let evidence = Evidence { rows: read_rows(folder)?, kinds: read_rows(folder)?, times: read_rows(folder)?, seed };
+    let Ablation { rows, kinds, times } = Ablation::read(folder)?;
+    let evidence = Evidence { rows, kinds, times, seed };
     let rows: Vec<ClaimRow> = set.thesis.iter().flat_map(|claim| evidence.judge(claim)).collect();
     write_rows(folder, &rows)?;
     Ok(rows)
 }
 
 struct Evidence {
-    rows: Vec<AblationRow>,
-    kinds: Vec<AblationKindRow>,
-    times: Vec<AblationTimeRow>,
+    rows: Vec<Counted>,
+    kinds: Vec<CountRow>,
+    times: Vec<Timed>,
     seed: u64,
 }
 
@@ -181,9 +342,9 @@ impl Evidence {
 
     fn surfaces(&self) -> Vec<&str> {
         let mut surfaces: Vec<&str> = Vec::new();
-        for row in self.rows.iter().filter(|row| row.sweep == PARTS) {
-            if !surfaces.contains(&row.surface.as_str()) {
-                surfaces.push(&row.surface);
+        for row in self.rows.iter().filter(|row| row.form.sweep == PARTS) {
+            if !surfaces.contains(&row.surface()) {
+                surfaces.push(row.surface());
             }
         }
         surfaces
@@ -196,8 +357,7 @@ impl Evidence {
             let ratios: Vec<f64> = if measure == Measure::Time {
                 let rounds = |form: &FormRef| {
                     let of_form = self.times.iter().filter(|row| {
-                        (row.sweep.as_str(), row.surface.as_str()) == (PARTS, surface)
-                            && form.is(&row.search, &row.second_level, row.coherence, row.safe)
+                        (row.form.sweep.as_str(), row.surface.as_str()) == (PARTS, surface) && form.is(&row.form)
                     });
                     of_form.map(|row| row.ns as f64).collect::<Vec<_>>()
                 };
@@ -205,13 +365,13 @@ impl Evidence {
             } else {
                 let total = |form: &FormRef| {
                     let of_form = self.rows.iter().filter(|row| {
-                        (row.sweep.as_str(), row.surface.as_str()) == (PARTS, surface)
-                            && poses.holds(row.hit)
-                            && form.is(&row.search, &row.second_level, row.coherence, row.safe)
+                        (row.form.sweep.as_str(), row.surface()) == (PARTS, surface)
+                            && poses.holds(row.hit())
+                            && form.is(&row.form)
                     });
-                    let count = |row: &AblationRow| match measure {
-                        Measure::BoxTests => row.first_level + row.second_level_tests,
-                        Measure::PointTests | Measure::Time => row.point_tests,
+                    let count = |row: &Counted| match measure {
+                        Measure::BoxTests => row.box_tests(),
+                        Measure::PointTests | Measure::Time => row.counts.triangle_tests,
                     };
                     of_form.map(count).sum::<u64>() as f64
                 };
@@ -236,10 +396,10 @@ impl Evidence {
     fn found(&self, claim: &ThesisClaim) -> Vec<ClaimRow> {
         let mut rows = Vec::new();
         for kind in ["local", "global"] {
-            let sum = |part: fn(&AblationKindRow) -> u64| {
-                self.kinds.iter().filter(|row| row.kind == kind && row.safe == 1).map(part).sum::<u64>()
-            };
-            let (touching, missed, found) = (sum(|row| row.touching), sum(|row| row.missed), sum(|row| row.found));
+            let of_kind = || self.kinds.iter().filter(|row| row.case == kind);
+            let sum = |part: fn(&CountRow) -> u64| of_kind().map(part).sum::<u64>();
+            let (touching, missed) = (sum(|row| row.touching), sum(|row| row.missed));
+            let found: u64 = of_kind().filter(|row| row.verdict == Some(1)).map(|row| row.poses).sum();
             let (low, high) = miss_rate(missed, touching);
             let verdict = match (touching, missed) {
                 (0, _) => Verdict::NotJudged,
@@ -287,31 +447,11 @@ fn empty(claim: &ThesisClaim, surface: &str) -> ClaimRow {
 mod tests {
     use super::*;
 
-    fn row(surface: &str, search: &str, hit: u8, boxes: u64) -> AblationRow {
-        AblationRow {
-            sweep: PARTS.to_owned(),
-            surface: surface.to_owned(),
-            spacing_mm: 0.5,
-            covering_mm: 0.25,
-            points: 1000,
-            cap: 16,
-            depth: 12,
-            octants: 10,
-            bytes: 10,
-            search: search.to_owned(),
-            second_level: "none".to_owned(),
-            safe: 0,
-            coherence: 0,
-            step_mm: 1.0,
-            hit,
-            poses: 10,
-            first_level: boxes,
-            second_level_tests: 0,
-            point_tests: 0,
-            recalled: 0,
-            touching: 0,
-            missed: 0,
-        }
+    fn row(surface: &str, search: &str, hit: u8, boxes: u64) -> Counted {
+        let (sweep, second_level) = (PARTS.to_owned(), "none".to_owned());
+        let form = Form { sweep, search: search.to_owned(), second_level, ..Form::default() };
+        let counts = CountRow::new(surface, search, 0, None);
+        Counted { form, counts: CountRow { verdict: Some(hit), poses: 10, volume_tests: boxes, ..counts } }
     }
 
     #[test]

@@ -13,8 +13,8 @@ use super::stats::{RESAMPLES, below, expansion, generator, quantile};
 use super::summary::ALL;
 use crate::record::audit::FACTORS;
 use crate::record::{
-    AuditBuildRow, AuditCellRow, AuditEffectRow, AuditRow, AuditShareRow, AuditTimingRow, AuditTreeRow, Manifest, Row,
-    read_rows, write_rows,
+    AuditCellRow, AuditEffectRow, AuditShareRow, BuildRow, CountRow, FactorRow, Manifest, NULL_VARIANT, Row, Stratum,
+    TimingRow, TreeRow, read_rows, read_rows_if_there, write_rows,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -37,6 +37,18 @@ pub struct AuditOutcome {
     pub shares: Vec<AuditShareRow>,
 }
 
+/// The raw records, and the levels of every case.
+struct Raw {
+    levels: BTreeMap<String, [String; 4]>,
+    counts: Vec<CountRow>,
+    trees: Vec<TreeRow>,
+    timings: Vec<TimingRow>,
+    builds: Vec<BuildRow>,
+}
+
+/// One value of a response: scene, group, cluster, levels of the cell, value.
+type Point<'a> = (&'a str, &'a str, String, &'a [String; 4], f64);
+
 /// The factors' levels as they occur in the records, in order of first appearance.
 #[derive(Clone, Debug)]
 struct Levels([Vec<String>; 4]);
@@ -57,14 +69,15 @@ type Observations = BTreeMap<String, Vec<Cluster>>;
 /// When a record is missing or malformed, or does not hold every cell.
 pub fn analyze_audit(folder: &Path) -> Result<AuditOutcome, AnalysisError> {
     let seed = Manifest::read(folder)?.request.seed;
-    let (rows, trees): (Vec<AuditRow>, Vec<AuditTreeRow>) = (read_rows(folder)?, read_rows(folder)?);
-    let (timings, builds): (Vec<AuditTimingRow>, Vec<AuditBuildRow>) = (optional(folder)?, optional(folder)?);
-    let levels = Levels::of(&rows);
-    let leaky: BTreeSet<&str> =
-        trees.iter().filter(|tree| tree.outside_nodes > 0).map(|tree| tree.centre.as_str()).collect();
-    let observed = observe(&levels, &rows, &trees, &timings, &builds)?;
-    let mut outcome =
-        AuditOutcome { cells: cell_rows(&levels, &observed, &rows, &trees, &leaky), ..AuditOutcome::default() };
+    let factors: Vec<FactorRow> = read_rows(folder)?;
+    let levels = Levels::of(&factors);
+    let raw = Raw::read(folder, &factors)?;
+    let mut leaky: BTreeSet<&str> = BTreeSet::new();
+    for tree in raw.trees.iter().filter(|tree| tree.outside_nodes != Some(0)) {
+        leaky.insert(&raw.of_cell(TreeRow::FILE, &tree.scene, &tree.case().name())?[1]);
+    }
+    let observed = raw.observe(&levels)?;
+    let mut outcome = AuditOutcome { cells: cell_rows(&levels, &observed, &raw, &leaky)?, ..AuditOutcome::default() };
     let safe = levels.with_centres(|centre| !leaky.contains(centre));
     let each = safe.0[1].iter().map(|safe| (safe.as_str(), levels.with_centres(|centre| centre == safe)));
     for (cells, kept) in [(SAFE, safe.clone()), (ALL, levels.clone())].into_iter().chain(each) {
@@ -84,21 +97,18 @@ pub fn analyze_audit(folder: &Path) -> Result<AuditOutcome, AnalysisError> {
     Ok(outcome)
 }
 
-fn optional<R: Row>(folder: &Path) -> Result<Vec<R>, AnalysisError> {
-    if folder.join(R::FILE).exists() { Ok(read_rows(folder)?) } else { Ok(Vec::new()) }
-}
-
 impl Levels {
-    fn of(rows: &[AuditRow]) -> Self {
-        let mut levels: [Vec<String>; 4] = Default::default();
-        for row in rows {
-            for (known, level) in levels.iter_mut().zip(row.levels()) {
-                if !known.contains(&level) {
-                    known.push(level);
+    fn of(factors: &[FactorRow]) -> Self {
+        let of_factor = |name: &&str| {
+            let mut levels: Vec<String> = Vec::new();
+            for row in factors.iter().filter(|row| row.factor == *name) {
+                if !levels.contains(&row.level) {
+                    levels.push(row.level.clone());
                 }
             }
-        }
-        Self(levels)
+            levels
+        };
+        Self(FACTORS.each_ref().map(of_factor))
     }
 
     fn with_centres(&self, wanted: impl Fn(&str) -> bool) -> Self {
@@ -125,53 +135,106 @@ impl Levels {
     }
 }
 
-/// All responses' observations, in the order of [`RESPONSES`].
-fn observe(
-    levels: &Levels,
-    rows: &[AuditRow],
-    trees: &[AuditTreeRow],
-    timings: &[AuditTimingRow],
-    builds: &[AuditBuildRow],
-) -> Result<[Observations; 5], AnalysisError> {
-    let strata: BTreeMap<(&str, u32), &str> =
-        rows.iter().map(|row| ((row.scene.as_str(), row.chunk), row.stratum.id())).collect();
-    let count = |value: &dyn Fn(&AuditRow) -> f64| {
-        let points = rows.iter().map(|r| (&*r.scene, r.stratum.id(), r.chunk.to_string(), r.levels(), value(r)));
-        gather(levels, AuditRow::FILE, points.collect())
-    };
-    let time = |r: &AuditTimingRow| {
-        let per_pass = |ns: u64, passes: u32| ns as f64 / f64::from(passes);
-        (per_pass(r.ns, r.passes) / per_pass(r.reference_ns, r.reference_passes)).ln()
-    };
-    let times = timings.iter().map(|r| {
-        let stratum = strata.get(&(&*r.scene, r.chunk)).copied().unwrap_or("-");
-        (&*r.scene, stratum, r.chunk.to_string(), r.levels(), time(r))
-    });
-    let build = |r: &AuditBuildRow| (r.ns as f64 / r.reference_ns as f64).ln();
-    let build_points = builds.iter().map(|r| (&*r.scene, "-", r.part.clone(), r.levels(), build(r)));
-    let area = |t: &AuditTreeRow| (t.boxes_area_mm2 / t.part_area_mm2).ln();
-    let areas = trees.iter().map(|t| (&*t.scene, "-", t.part.clone(), t.levels(), area(t)));
-    Ok([
-        count(&|r| (r.volume_tests as f64 / f64::from(r.poses)).ln())?,
-        count(&|r| (r.triangle_tests as f64 / f64::from(r.poses)).ln_1p())?,
-        gather(levels, AuditTimingRow::FILE, times.collect())?,
-        gather(levels, AuditBuildRow::FILE, build_points.collect())?,
-        gather(levels, AuditTreeRow::FILE, areas.collect())?,
-    ])
+impl Raw {
+    fn read(folder: &Path, factors: &[FactorRow]) -> Result<Self, AnalysisError> {
+        let mut levels: BTreeMap<String, [String; 4]> = BTreeMap::new();
+        for row in factors {
+            if let Some(place) = FACTORS.iter().position(|factor| *factor == row.factor) {
+                levels.entry(row.case.clone()).or_default()[place].clone_from(&row.level);
+            }
+        }
+        Ok(Self {
+            levels,
+            counts: read_rows(folder)?,
+            trees: read_rows(folder)?,
+            timings: read_rows_if_there(folder)?,
+            builds: read_rows_if_there(folder)?,
+        })
+    }
+
+    /// The levels of a case that a row of `file` names.
+    fn of_cell(&self, file: &'static str, scene: &str, case: &str) -> Result<&[String; 4], AnalysisError> {
+        self.levels.get(case).ok_or_else(|| AnalysisError::Unknown {
+            file,
+            scene: scene.to_owned(),
+            what: format!("case `{case}`"),
+        })
+    }
+
+    /// All responses' observations, in the order of [`RESPONSES`].
+    fn observe(&self, levels: &Levels) -> Result<[Observations; 5], AnalysisError> {
+        let count = |value: &dyn Fn(&CountRow) -> f64| {
+            let point = |r| {
+                let CountRow { scene, case, chunk, stratum, .. }: &CountRow = r;
+                let stratum = stratum.map_or("-", Stratum::id);
+                Ok((scene.as_str(), stratum, chunk.to_string(), self.of_cell(CountRow::FILE, scene, case)?, value(r)))
+            };
+            gather(levels, CountRow::FILE, self.counts.iter().map(point).collect::<Result<_, AnalysisError>>()?)
+        };
+        let area = |t| {
+            let tree: &TreeRow = t;
+            let cell = self.of_cell(TreeRow::FILE, &tree.scene, &tree.case().name())?;
+            let ratio = tree.volumes_area_mm2.zip(tree.part_area_mm2).map_or(f64::NAN, |(boxes, part)| boxes / part);
+            Ok((tree.scene.as_str(), "-", tree.part.clone(), cell, ratio.ln()))
+        };
+        let areas = self.trees.iter().map(area).collect::<Result<_, AnalysisError>>()?;
+        Ok([
+            count(&|r| (r.volume_tests as f64 / r.poses as f64).ln())?,
+            count(&|r| (r.triangle_tests as f64 / r.poses as f64).ln_1p())?,
+            gather(levels, TimingRow::FILE, self.times()?)?,
+            gather(levels, BuildRow::FILE, self.build_times()?)?,
+            gather(levels, TreeRow::FILE, areas)?,
+        ])
+    }
+
+    /// Times of passes over those of the second copy of the reference cell in the same launch, block and chunk.
+    fn times(&self) -> Result<Vec<Point<'_>>, AnalysisError> {
+        let strata: BTreeMap<(&str, u32), &str> = self
+            .counts
+            .iter()
+            .map(|row| ((row.scene.as_str(), row.chunk), row.stratum.map_or("-", Stratum::id)))
+            .collect();
+        let key = |r: &TimingRow| (r.scene.clone(), r.launch, r.block, r.chunk);
+        let per_pass = |r: &TimingRow| r.ns as f64 / f64::from(r.passes);
+        let of_reference: BTreeMap<_, f64> = self
+            .timings
+            .iter()
+            .filter(|row| row.variant() == NULL_VARIANT)
+            .map(|row| (key(row), per_pass(row)))
+            .collect();
+        let point = |r| {
+            let row: &TimingRow = r;
+            let stratum = strata.get(&(row.scene.as_str(), row.chunk)).copied().unwrap_or("-");
+            let reference = of_reference.get(&key(row)).copied().unwrap_or(f64::NAN);
+            let cell = self.of_cell(TimingRow::FILE, &row.scene, &row.case)?;
+            Ok((row.scene.as_str(), stratum, row.chunk.to_string(), cell, (per_pass(row) / reference).ln()))
+        };
+        self.timings.iter().filter(|row| row.variant() != NULL_VARIANT).map(point).collect()
+    }
+
+    /// Times of constructions over those of the reference cell's second copy in the same launch.
+    fn build_times(&self) -> Result<Vec<Point<'_>>, AnalysisError> {
+        let key = |r: &BuildRow| (r.scene.clone(), r.launch, r.block, r.part.clone());
+        let of_reference: BTreeMap<_, f64> =
+            self.builds.iter().filter(|row| row.variant == NULL_VARIANT).map(|row| (key(row), row.ns as f64)).collect();
+        let point = |r| {
+            let row: &BuildRow = r;
+            let reference = of_reference.get(&key(row)).copied().unwrap_or(f64::NAN);
+            let cell = self.of_cell(BuildRow::FILE, &row.scene, &row.case().name())?;
+            Ok((row.scene.as_str(), "-", row.part.clone(), cell, (row.ns as f64 / reference).ln()))
+        };
+        self.builds.iter().filter(|row| row.variant != NULL_VARIANT).map(point).collect()
+    }
 }
 
 /// Sorts points (scene, group, cluster, levels, value) into clusters; of several values of a cell, blocks of a timing, the
 /// median counts.
-fn gather(
-    levels: &Levels,
-    file: &'static str,
-    points: Vec<(&str, &str, String, [String; 4], f64)>,
-) -> Result<Observations, AnalysisError> {
+fn gather(levels: &Levels, file: &'static str, points: Vec<Point<'_>>) -> Result<Observations, AnalysisError> {
     let size = levels.design().cells();
     let mut clusters: BTreeMap<(String, String, String), Vec<Vec<f64>>> = BTreeMap::new();
     for (scene, group, cluster, point, value) in points {
         let key = (scene.to_owned(), group.to_owned(), cluster);
-        let Some(cell) = levels.cell(&point) else {
+        let Some(cell) = levels.cell(point) else {
             return Err(AnalysisError::Cells { file, scene: key.0 });
         };
         clusters.entry(key).or_insert_with(|| vec![Vec::new(); size])[cell].push(value);
@@ -301,10 +364,9 @@ fn combinations(design: &Design, levels: &Levels, factors: &[usize]) -> Vec<Stri
 fn cell_rows(
     levels: &Levels,
     observed: &[Observations; 5],
-    rows: &[AuditRow],
-    trees: &[AuditTreeRow],
+    raw: &Raw,
     leaky: &BTreeSet<&str>,
-) -> Vec<AuditCellRow> {
+) -> Result<Vec<AuditCellRow>, AnalysisError> {
     let size = levels.design().cells();
     let mut found = Vec::new();
     for (scene, _) in scene_sets(&observed[0]) {
@@ -315,16 +377,17 @@ fn cell_rows(
             (!scenes.is_empty()).then(|| mean_response(&scenes, size, |n| (0..n).collect()))
         });
         let mut facts = vec![(0, 0, 0.0, 0_u32, 0.0_f64); size];
-        for row in rows.iter().filter(|row| of_scene(&row.scene)) {
-            let Some(cell) = levels.cell(&row.levels()) else { continue };
+        for row in raw.counts.iter().filter(|row| of_scene(&row.scene)) {
+            let Some(cell) = levels.cell(raw.of_cell(CountRow::FILE, &row.scene, &row.case)?) else { continue };
             facts[cell].0 += row.touching;
             facts[cell].1 += row.missed;
         }
-        for tree in trees.iter().filter(|tree| of_scene(&tree.scene)) {
-            let Some(cell) = levels.cell(&tree.levels()) else { continue };
-            facts[cell].2 += tree.outside_corners_pct;
+        for tree in raw.trees.iter().filter(|tree| of_scene(&tree.scene)) {
+            let case = tree.case().name();
+            let Some(cell) = levels.cell(raw.of_cell(TreeRow::FILE, &tree.scene, &case)?) else { continue };
+            facts[cell].2 += tree.outside_corners_pct.unwrap_or(f64::NAN);
             facts[cell].3 += 1;
-            facts[cell].4 = facts[cell].4.max(tree.overhang_mm);
+            facts[cell].4 = facts[cell].4.max(tree.overhang_mm.unwrap_or(0.0));
         }
         for (cell, &(touching, missed, outside, parts, overhang_mm)) in facts.iter().enumerate() {
             let [orientation, centre, split, leaf] = levels.of_cell(cell);
@@ -349,7 +412,7 @@ fn cell_rows(
             });
         }
     }
-    found
+    Ok(found)
 }
 
 #[cfg(test)]

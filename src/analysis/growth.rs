@@ -5,10 +5,9 @@
 
 use super::AnalysisError;
 use super::stats::bootstrap_mean;
+use super::sweep::Swept;
 use crate::record::rows::CaseKey;
-use crate::record::{
-    Stratum, SweepBuildRow, SweepGrowthRow, SweepRow, SweepTimingRow, read_rows, read_rows_if_there, write_rows,
-};
+use crate::record::{BuildRow, CountRow, Row, SweepGrowthRow, TimingRow, read_rows_if_there, write_rows};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -17,8 +16,8 @@ pub const COSTS: [&str; 4] = ["build", "time", "volume-tests", "triangle-tests"]
 /// Fewest sizes that a line is laid through.
 const FEWEST_SIZES: usize = 3;
 
-/// What gives a slope: a group of lines in a stratum, or a block of builds.
-type Unit = (u32, Option<Stratum>);
+/// What gives a slope: a group of lines in a stratum, which is a chunk of the same number at every size; or a block of builds.
+type Unit = u32;
 /// For each case and cost and unit the observed costs by number of triangles (as bits).
 type Costs = BTreeMap<(CaseKey, usize), BTreeMap<Unit, BTreeMap<u64, Vec<f64>>>>;
 
@@ -26,8 +25,7 @@ type Costs = BTreeMap<(CaseKey, usize), BTreeMap<Unit, BTreeMap<u64, Vec<f64>>>>
 ///
 /// # Errors
 /// When a record is missing or malformed.
-pub fn analyze_growth(folder: &Path, seed: u64) -> Result<Vec<SweepGrowthRow>, AnalysisError> {
-    let rows: Vec<SweepRow> = read_rows(folder)?;
+pub(super) fn analyze_growth(folder: &Path, swept: &Swept, seed: u64) -> Result<Vec<SweepGrowthRow>, AnalysisError> {
     let mut costs = Costs::new();
     let mut order: Vec<CaseKey> = Vec::new();
     let mut add = |case: CaseKey, cost: usize, unit: Unit, triangles: f64, value: f64| {
@@ -36,20 +34,21 @@ pub fn analyze_growth(folder: &Path, seed: u64) -> Result<Vec<SweepGrowthRow>, A
             units.entry(unit).or_default().entry(triangles.to_bits()).or_default().push(value);
         }
     };
-    for row in &rows {
-        if !order.contains(&row.case()) {
-            order.push(row.case());
+    for row in &swept.counts {
+        let (x, case) = swept.place(CountRow::FILE, &row.scene, &row.case)?;
+        if !order.contains(&case) {
+            order.push(case.clone());
         }
-        let unit = (row.group, Some(row.stratum));
-        add(row.case(), 2, unit, row.x, row.volume_tests as f64 / row.queries as f64);
-        add(row.case(), 3, unit, row.x, row.triangle_tests as f64 / row.queries as f64);
+        add(case.clone(), 2, row.chunk, x, row.volume_tests as f64 / row.queries as f64);
+        add(case, 3, row.chunk, x, row.triangle_tests as f64 / row.queries as f64);
     }
-    for row in read_rows_if_there::<SweepTimingRow>(folder)? {
-        let ns = row.ns as f64 / (f64::from(row.passes) * f64::from(row.poses));
-        add(row.case(), 1, (row.group, Some(row.stratum)), row.x, ns);
+    for (_, timing, ns) in swept.samples()? {
+        let (x, case) = swept.place(TimingRow::FILE, &timing.scene, &timing.case)?;
+        add(case, 1, timing.chunk, x, ns);
     }
-    for row in read_rows_if_there::<SweepBuildRow>(folder)? {
-        add(row.case(), 0, (row.block, None), row.x, row.ns as f64);
+    for row in read_rows_if_there::<BuildRow>(folder)? {
+        let (x, case) = swept.place(BuildRow::FILE, &row.scene, &row.case().name())?;
+        add(case, 0, row.block, x, row.ns as f64);
     }
     let mut found = Vec::new();
     for case in order {
@@ -62,7 +61,7 @@ pub fn analyze_growth(folder: &Path, seed: u64) -> Result<Vec<SweepGrowthRow>, A
             let exponent = bootstrap_mean(&slopes, seed, &format!("growth {metric}"));
             let sizes = || units.values().flat_map(BTreeMap::keys).map(|&bits| f64::from_bits(bits) as u64);
             found.push(SweepGrowthRow {
-                sweep: rows.first().map_or_else(String::new, |row| row.sweep.clone()),
+                sweep: swept.sweep.clone(),
                 variant: case.variant.clone(),
                 split: case.split.clone(),
                 split_axes: case.split_axes.clone(),
@@ -98,7 +97,10 @@ fn slope(costs: &BTreeMap<u64, Vec<f64>>) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::sweep::analyze_sweep;
     use super::*;
+    use crate::record::synthetic::{Plan, Run};
+    use crate::record::{CaseRow, FactorRow, Stratum, read_rows};
 
     #[test]
     fn a_power_law_gives_its_exponent() {
@@ -117,57 +119,47 @@ mod tests {
     fn growth_is_told_of_builds_and_queries() {
         let folder = tempfile::tempdir().unwrap();
         let (mut counted, mut timed, mut built) = (Vec::new(), Vec::new(), Vec::new());
+        let case = CaseRow { case: "ball@median/own/1".into(), ..Run::generate(&Plan::default()).cases[0].clone() };
+        let case =
+            CaseRow { variant: "ball".into(), split: "median".into(), split_axes: "own".into(), leaf: 1, ..case };
+        let mut factors = Vec::new();
         for (triangles, block) in [1000.0, 10_000.0, 100_000.0].into_iter().flat_map(|x: f64| [(x, 0), (x, 1)]) {
-            let (sweep, variant) = (String::from("size"), String::from("ball"));
-            let (split, axes, leaf, stratum) = (String::from("median"), String::from("own"), 1, Stratum::ALL[0]);
-            built.push(SweepBuildRow {
-                sweep: sweep.clone(),
-                x: triangles,
-                variant: variant.clone(),
-                split: split.clone(),
-                split_axes: axes.clone(),
-                leaf,
+            let scene = format!("size={triangles}");
+            factors.push(FactorRow::of_scene(&scene, "size", triangles.to_string()));
+            built.push(BuildRow {
+                scene: scene.clone(),
+                part: "both".into(),
+                variant: case.variant.clone(),
+                split: case.split.clone(),
+                split_axes: case.split_axes.clone(),
+                leaf: case.leaf,
                 triangles: triangles as u64,
+                binary: 0,
+                launch: 0,
                 block,
                 ns: (triangles * 100.0) as u64,
             });
-            timed.push(SweepTimingRow {
-                sweep: sweep.clone(),
-                x: triangles,
-                variant: variant.clone(),
-                split: split.clone(),
-                split_axes: axes.clone(),
-                leaf,
-                group: block,
-                stratum,
+            timed.push(TimingRow {
+                scene: scene.clone(),
+                case: case.case.clone(),
+                binary: 0,
+                launch: 0,
                 block: 0,
-                poses: 10,
+                chunk: block,
                 passes: 2,
                 ns: (triangles.sqrt() * 1e6) as u64,
             });
-            counted.push(SweepRow {
-                sweep,
-                x: triangles,
-                variant,
-                split,
-                split_axes: axes,
-                leaf,
-                triangles: triangles as u64,
-                group: block,
-                stratum,
-                poses: 4,
-                queries: 4,
-                volume_tests: 40,
-                triangle_tests: 0,
-                touching: 0,
-                missed: 0,
-                delay_mm: 0.0,
-            });
+            let counts = CountRow::new(&scene, &case.case, block, Some(Stratum::Colliding));
+            counted.push(CountRow { poses: 4, queries: 4, volume_tests: 40, ..counts });
         }
+        Run::generate(&Plan::default()).manifest.write(folder.path()).unwrap();
+        write_rows(folder.path(), &[case]).unwrap();
+        write_rows(folder.path(), &factors).unwrap();
         write_rows(folder.path(), &counted).unwrap();
         write_rows(folder.path(), &timed).unwrap();
         write_rows(folder.path(), &built).unwrap();
-        let found = analyze_growth(folder.path(), 1).unwrap();
+        analyze_sweep(folder.path()).unwrap();
+        let found: Vec<SweepGrowthRow> = read_rows(folder.path()).unwrap();
         let told: Vec<_> = found.iter().map(|row| (&*row.metric, (row.exponent * 1e6).round() / 1e6)).collect();
         // No triangle was ever tested: nothing to say of that.
         assert_eq!(told, [("build", 1.0), ("time", 0.5), ("volume-tests", 0.0)]);

@@ -6,8 +6,8 @@ use super::growth::analyze_growth;
 use super::stats::{bootstrap_mean, quantile};
 use crate::record::rows::CaseKey;
 use crate::record::{
-    Manifest, Row, Stratum, SweepBuildRow, SweepRow, SweepSummaryRow, SweepTimingRow, read_rows, read_rows_if_there,
-    write_rows,
+    BuildRow, CaseRow, CountRow, FactorRow, Manifest, Row, Stratum, SweepSummaryRow, TimingRow, read_rows,
+    read_rows_if_there, write_rows,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,14 +21,12 @@ type Key = (u64, CaseKey, Stratum);
 /// When a record is missing or malformed.
 pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisError> {
     let seed = Manifest::read(folder)?.request.seed;
-    let rows: Vec<SweepRow> = read_rows(folder)?;
-    let timings: Vec<SweepTimingRow> = read_rows_if_there(folder)?;
-    let sweep = rows.first().map_or_else(String::new, |row| row.sweep.clone());
+    let swept = Swept::read(folder)?;
     // For each metric and key the value of each group, which is a ratio of two sums.
     let mut values: BTreeMap<(usize, Key), Vec<f64>> = BTreeMap::new();
     let mut order: Vec<Key> = Vec::new();
-    for row in &rows {
-        let key = (row.x.to_bits(), row.case(), row.stratum);
+    for row in &swept.counts {
+        let key = swept.key(row, &row.case)?;
         if !order.contains(&key) {
             order.push(key.clone());
         }
@@ -40,11 +38,11 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
             add(3, row.missed as f64 / row.touching as f64);
         }
         let reported = row.touching - row.missed;
-        if row.queries > u64::from(row.poses) && reported > 0 {
+        if row.queries > row.poses && reported > 0 {
             add(4, row.delay_mm / reported as f64);
         }
     }
-    for (key, groups) in times(&timings) {
+    for (key, groups) in swept.times()? {
         values.insert((2, key), groups);
     }
     let mut found = Vec::new();
@@ -55,7 +53,7 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
             let least = groups.iter().copied().fold(f64::INFINITY, f64::min);
             let (x, case, stratum) = key;
             found.push(SweepSummaryRow {
-                sweep: sweep.clone(),
+                sweep: swept.sweep.clone(),
                 x: f64::from_bits(*x),
                 variant: case.variant.clone(),
                 split: case.split.clone(),
@@ -71,8 +69,8 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
         }
     }
     write_rows(folder, &found)?;
-    if folder.join(SweepBuildRow::FILE).exists() {
-        analyze_growth(folder, seed)?;
+    if folder.join(BuildRow::FILE).exists() {
+        analyze_growth(folder, &swept, seed)?;
     }
     Ok(found)
 }
@@ -80,19 +78,76 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
 /// The metrics, as records name them.
 pub const METRICS: [&str; 5] = ["volume-tests", "triangle-tests", "time", "miss-rate", "delay"];
 
-/// The time of a query, ns, of each group: the median over blocks.
-fn times(timings: &[SweepTimingRow]) -> BTreeMap<Key, Vec<f64>> {
-    let mut blocks: BTreeMap<(Key, u32), Vec<f64>> = BTreeMap::new();
-    for row in timings {
-        let ns = row.ns as f64 / (f64::from(row.passes) * f64::from(row.poses));
-        blocks.entry(((row.x.to_bits(), row.case(), row.stratum), row.group)).or_default().push(ns);
+/// The raw records of a sweep.
+pub(super) struct Swept {
+    /// Name of the sweep, and of its factor.
+    pub sweep: String,
+    pub counts: Vec<CountRow>,
+    timings: Vec<TimingRow>,
+    /// Value of the swept quantity, by scene.
+    x: BTreeMap<String, f64>,
+    cases: BTreeMap<String, CaseKey>,
+}
+
+impl Swept {
+    fn read(folder: &Path) -> Result<Self, AnalysisError> {
+        let factors: Vec<FactorRow> = read_rows(folder)?;
+        let sweep = factors.first().map_or_else(String::new, |row| row.factor.clone());
+        let of_sweep = factors.into_iter().filter(|row| row.factor == sweep);
+        let cases: Vec<CaseRow> = read_rows(folder)?;
+        Ok(Self {
+            x: of_sweep.map(|row| (row.scene, row.level.parse().unwrap_or(f64::NAN))).collect(),
+            sweep,
+            counts: read_rows(folder)?,
+            timings: read_rows_if_there(folder)?,
+            cases: cases.into_iter().map(|row| (row.case.clone(), row.case())).collect(),
+        })
     }
-    let mut times: BTreeMap<Key, Vec<f64>> = BTreeMap::new();
-    for ((key, _), mut ns) in blocks {
-        ns.sort_unstable_by(f64::total_cmp);
-        times.entry(key).or_default().push(quantile(&ns, 0.5));
+
+    /// Value of the swept quantity in a scene, and a case by its name.
+    pub fn place(&self, file: &'static str, scene: &str, case: &str) -> Result<(f64, CaseKey), AnalysisError> {
+        let (x, key) = (self.x.get(scene), self.cases.get(case));
+        x.copied().zip(key.cloned()).ok_or_else(|| AnalysisError::Unknown {
+            file,
+            scene: scene.to_owned(),
+            what: format!("case `{case}`"),
+        })
     }
-    times
+
+    fn key(&self, row: &CountRow, case: &str) -> Result<Key, AnalysisError> {
+        let (x, case) = self.place(CountRow::FILE, &row.scene, case)?;
+        Ok((x.to_bits(), case, row.stratum.unwrap_or(Stratum::Far)))
+    }
+
+    /// The time of a query in each sample, ns, with the counts of its chunk.
+    pub fn samples(&self) -> Result<Vec<(&CountRow, &TimingRow, f64)>, AnalysisError> {
+        let counts: BTreeMap<(&str, u32), &CountRow> =
+            self.counts.iter().map(|row| ((row.scene.as_str(), row.chunk), row)).collect();
+        let sample = |timing| {
+            let row: &TimingRow = timing;
+            let counted = counts.get(&(row.scene.as_str(), row.chunk)).ok_or_else(|| AnalysisError::Unknown {
+                file: TimingRow::FILE,
+                scene: row.scene.clone(),
+                what: format!("chunk {}", row.chunk),
+            })?;
+            Ok((*counted, row, row.ns as f64 / (f64::from(row.passes) * counted.poses as f64)))
+        };
+        self.timings.iter().map(sample).collect()
+    }
+
+    /// The time of a query, ns, of each group: the median over blocks.
+    fn times(&self) -> Result<BTreeMap<Key, Vec<f64>>, AnalysisError> {
+        let mut blocks: BTreeMap<(Key, u32), Vec<f64>> = BTreeMap::new();
+        for (counted, timing, ns) in self.samples()? {
+            blocks.entry((self.key(counted, &timing.case)?, timing.chunk)).or_default().push(ns);
+        }
+        let mut times: BTreeMap<Key, Vec<f64>> = BTreeMap::new();
+        for ((key, _), mut ns) in blocks {
+            ns.sort_unstable_by(f64::total_cmp);
+            times.entry(key).or_default().push(quantile(&ns, 0.5));
+        }
+        Ok(times)
+    }
 }
 
 #[cfg(test)]

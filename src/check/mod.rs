@@ -181,7 +181,7 @@ pub struct OverTravel {
 const CHUNK: usize = 256;
 
 /// Runs a program on a scene's machine and looks for contact of every pair that can collide, with the trees of `variant`; where that is
-/// made for tools ([`Variant::is_for_tools`]), of tools with workpieces, and with the fastest variant's of all others.
+/// made for tools ([`Variant::is_for_tools`]), of tools with workpieces, and with those of the fastest variant of `registry` of all others.
 ///
 /// # Errors
 /// When the program leaves the machine's limits or there is nothing to examine.
@@ -189,6 +189,7 @@ pub fn check(
     scene: &Scene,
     run: &ProgramRun,
     variant: &Variant,
+    registry: &Registry,
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Outcome, CheckError> {
@@ -210,7 +211,6 @@ pub fn check(
     let pairs: Vec<Pair> = pairs.into_iter().filter(|&pair| !(scene.is_cutting(pair) && is_stock(pair))).collect();
     let of_stock: Vec<Pair> = pairs.iter().copied().filter(|&pair| is_stock(pair)).collect();
     progress.begin("building trees", 1);
-    let registry = Registry::standard();
     let for_the_rest = registry.fastest().unwrap_or(variant);
     let (trees_ns, bodies) = timer::time(|| Bodies::new(scene, [variant, for_the_rest], &pairs));
     let borders = settings.borders_mm(scene);

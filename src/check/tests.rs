@@ -43,7 +43,7 @@ fn scene(text: &str, program: &str) -> Scene {
 
 fn checked(scene: &Scene, settings: &Settings) -> Outcome {
     let registry = Registry::standard();
-    check(scene, scene.program.as_ref().unwrap(), registry.fastest().unwrap(), settings, &Silent).unwrap()
+    check(scene, scene.program.as_ref().unwrap(), registry.fastest().unwrap(), &registry, settings, &Silent).unwrap()
 }
 
 fn with_zones(zones_mm: &[f64]) -> Settings {

@@ -2,11 +2,11 @@
 
 use super::progress::Bar;
 use super::{CLEAR, FAILED, check, say};
-use crate::analysis::ablation::{PARTS, analyze_ablation};
+use crate::analysis::ablation::{Ablation, Counted, Form, PARTS, Timed, analyze_ablation};
 use crate::analysis::claims::ClaimSet;
 use crate::measure::Profile;
-use crate::measure::ablation::{Ablation, AblationBudget, ablation};
-use crate::record::{AblationRow, AblationTimeRow, ClaimRow};
+use crate::measure::ablation::{Asked, ablation};
+use crate::record::ClaimRow;
 use crate::registry::Registry;
 use anyhow::Result;
 use clap::Args;
@@ -33,6 +33,12 @@ pub struct Options {
     /// Seed of the order in which forms are timed
     #[arg(long, value_name = "SEED", default_value_t = 2006)]
     seed: u64,
+    /// Time nothing
+    #[arg(long)]
+    counts_only: bool,
+    /// Replace an experiment of another request that is in the folder
+    #[arg(long)]
+    fresh: bool,
     /// Print the counts as JSON
     #[arg(long)]
     json: bool,
@@ -41,21 +47,14 @@ pub struct Options {
     quiet: bool,
 }
 
-pub(super) const fn budget(profile: Profile) -> AblationBudget {
-    match profile {
-        Profile::Smoke => AblationBudget { rows: 5, step_mm: 3.0, rounds: 1, sweeps: false },
-        Profile::Quick => AblationBudget { rows: 15, step_mm: 1.0, rounds: 3, sweeps: true },
-        Profile::Full => AblationBudget { rows: 60, step_mm: 0.25, rounds: 9, sweeps: true },
-    }
-}
-
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let claims = options.claims.as_deref().map_or_else(|| Ok(ClaimSet::standard()), ClaimSet::read)?;
     let against = check::method(options.against.as_deref(), registry)?;
     let bar = Bar::new(options.quiet);
-    let Ablation { rows, kinds, times } =
-        ablation(&budget(options.profile), against, options.seed, &options.out, &bar)?;
+    let asked = Asked { profile: options.profile, against, seed: options.seed };
+    ablation(&asked, &options.out, options.fresh, !options.counts_only, &bar)?;
     bar.finish();
+    let Ablation { rows, kinds, times } = Ablation::read(&options.out)?;
     let verdicts = analyze_ablation(&options.out, &claims, options.seed)?;
     let gallery = crate::plot::draw_ablation(&options.out)?;
     if options.json {
@@ -70,7 +69,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         say(format!("\nRecords  {}", options.out.join("*.csv").display()));
         gallery.figures.iter().for_each(|figure| say(format!("Figure   {}", options.out.join(&figure.png).display())));
     }
-    Ok(if rows.iter().any(|row| row.safe == 1 && row.missed > 0) { FAILED } else { CLEAR })
+    Ok(if rows.iter().any(|row| row.form.safe == 1 && row.counts.missed > 0) { FAILED } else { CLEAR })
 }
 
 /// The verdicts over all surfaces.
@@ -99,22 +98,22 @@ fn verdict_table(verdicts: &[ClaimRow]) -> Table {
 }
 
 /// Rates by size of the surface; `None` when it was not swept.
-fn size_table(times: &[AblationTimeRow]) -> Option<Table> {
-    let sizes: Vec<&AblationTimeRow> = times.iter().filter(|row| row.sweep == "size").collect();
+fn size_table(times: &[Timed]) -> Option<Table> {
+    let sizes: Vec<&Timed> = times.iter().filter(|row| row.form.sweep == "size").collect();
     let first = sizes.first()?;
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_header(["SEARCH", "LEVEL 2", "COHERENCE", "SIZE", "BUILD s", "POSES/s"]);
     for row in sizes.iter().filter(|row| row.round == first.round) {
-        let same = |other: &&&AblationTimeRow| {
-            (&other.search, &other.second_level, other.coherence, other.points)
-                == (&row.search, &row.second_level, row.coherence, row.points)
+        let same = |other: &&&Timed| {
+            (&other.form.search, &other.form.second_level, other.form.coherence, other.form.points)
+                == (&row.form.search, &row.form.second_level, row.form.coherence, row.form.points)
         };
         let (poses, ns) = sizes.iter().filter(same).fold((0, 0), |(poses, ns), row| (poses + row.poses, ns + row.ns));
         table.add_row([
-            row.search.clone(),
-            row.second_level.clone(),
-            if row.coherence == 1 { "yes" } else { "no" }.to_owned(),
-            row.points.to_string(),
+            row.form.search.clone(),
+            row.form.second_level.clone(),
+            if row.form.coherence == 1 { "yes" } else { "no" }.to_owned(),
+            row.form.points.to_string(),
             format!("{:.2}", row.build_ns as f64 / 1e9),
             format!("{:.0}", poses as f64 * 1e9 / ns.max(1) as f64),
         ]);
@@ -122,8 +121,13 @@ fn size_table(times: &[AblationTimeRow]) -> Option<Table> {
     Some(table)
 }
 
+/// Search, second level, coherence, safe.
+fn key(form: &Form) -> (&str, &str, u8, u8) {
+    (&form.search, &form.second_level, form.coherence, form.safe)
+}
+
 /// Of the parts: means per pose over all surfaces.
-fn table(rows: &[AblationRow], times: &[AblationTimeRow]) -> Table {
+fn table(rows: &[Counted], times: &[Timed]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_header([
         "SEARCH",
@@ -138,42 +142,32 @@ fn table(rows: &[AblationRow], times: &[AblationTimeRow]) -> Table {
         "MISSED",
     ]);
     let mut seen: Vec<(&str, &str, u8, u8)> = Vec::new();
-    for row in rows.iter().filter(|row| row.sweep == PARTS) {
-        let form = (row.search.as_str(), row.second_level.as_str(), row.coherence, row.safe);
+    for row in rows.iter().filter(|row| row.form.sweep == PARTS) {
+        let form = key(&row.form);
         if seen.contains(&form) {
             continue;
         }
         seen.push(form);
         let of = |hit: u8| {
-            rows.iter().filter(move |row| {
-                row.sweep == PARTS
-                    && row.hit == hit
-                    && (row.search.as_str(), row.second_level.as_str(), row.coherence, row.safe) == form
-            })
+            rows.iter().filter(move |row| row.form.sweep == PARTS && row.hit() == hit && key(&row.form) == form)
         };
-        let mean = |hit: u8, part: &dyn Fn(&AblationRow) -> u64| {
-            let poses: u64 = of(hit).map(|row| row.poses).sum();
+        let mean = |hit: u8, part: &dyn Fn(&Counted) -> u64| {
+            let poses: u64 = of(hit).map(|row| row.counts.poses).sum();
             format!("{:.1}", of(hit).map(part).sum::<u64>() as f64 / poses.max(1) as f64)
         };
-        let boxes = |row: &AblationRow| row.first_level + row.second_level_tests;
-        let of_times = || {
-            times.iter().filter(|time| {
-                time.sweep == PARTS
-                    && (time.search.as_str(), time.second_level.as_str(), time.coherence, time.safe) == form
-            })
-        };
+        let of_times = || times.iter().filter(|time| time.form.sweep == PARTS && key(&time.form) == form);
         let poses: u64 = of_times().map(|time| time.poses).sum();
-        let missed: u64 = of(0).map(|row| row.missed).sum();
-        let touching: u64 = of(0).chain(of(1)).map(|row| row.touching).sum();
+        let missed: u64 = of(0).map(|row| row.counts.missed).sum();
+        let touching: u64 = of(0).chain(of(1)).map(|row| row.counts.touching).sum();
         table.add_row([
             form.0.to_owned(),
             form.1.to_owned(),
             if form.2 == 1 { "yes" } else { "no" }.to_owned(),
             if form.3 == 1 { "safe" } else { "sampling" }.to_owned(),
-            mean(1, &boxes),
-            mean(0, &boxes),
-            mean(1, &|row| row.point_tests),
-            mean(0, &|row| row.point_tests),
+            mean(1, &Counted::box_tests),
+            mean(0, &Counted::box_tests),
+            mean(1, &|row| row.counts.triangle_tests),
+            mean(0, &|row| row.counts.triangle_tests),
             format!("{:.2}", of_times().map(|time| time.ns).sum::<u64>() as f64 / 1e3 / poses.max(1) as f64),
             format!("{missed} of {touching}"),
         ]);

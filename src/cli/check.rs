@@ -221,7 +221,7 @@ fn examine<'a>(options: &Options, registry: &'a Registry) -> Result<Checked<'a>>
         note(format!("warning: `{}` does not promise to find every contact", variant.info.id));
     }
     let bar = Bar::new(options.quiet);
-    let (ns, outcome) = timer::time(|| check::check(&scene, &run, variant, &settings, &bar));
+    let (ns, outcome) = timer::time(|| check::check(&scene, &run, variant, registry, &settings, &bar));
     bar.finish();
     let mut outcome = outcome?;
     let left = options.stock.left(&scene, &mut outcome, target.as_ref())?;

@@ -53,6 +53,7 @@ fn inset(name: &str, manifest: &Manifest, registry: &Registry) -> Option<Inset> 
     }
     let choice = Choice {
         method: check::method(None, registry).ok()?,
+        registry,
         variants: by_default(registry),
         levels: LEVELS,
         up: view::upright(&scene),

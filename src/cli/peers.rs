@@ -12,7 +12,9 @@ use crate::measure::{Plan, Profile, Selection, environment};
 use crate::method::Kind;
 use crate::record::peers::ALL_STRATA;
 use crate::record::rows::Row;
-use crate::record::{PeerRatioRow, PeerRow, RecordError, Stratum, read_rows_if_there, write_rows, write_text};
+use crate::record::{
+    FolderLock, PeerRatioRow, PeerRow, RecordError, Stratum, read_rows_if_there, write_rows, write_text,
+};
 use crate::registry::{Registry, Variant};
 use crate::tree::Policy;
 use crate::truth::TruthCache;
@@ -226,6 +228,7 @@ fn compare(options: &CompareOptions, registry: &Registry) -> Result<u8> {
         [] => vec![engines[0].name.clone()],
         names => names.to_vec(),
     };
+    let _lock = FolderLock::take(&asked.out)?;
     let (plan, cache) = (asked.plan(registry)?, asked.cache()?);
     write_setting(options, &engines)?;
     let bar = Bar::new(asked.quiet);

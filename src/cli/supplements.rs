@@ -6,7 +6,7 @@ use crate::analysis::ablation::analyze_ablation;
 use crate::analysis::audit::analyze_audit;
 use crate::analysis::claims::ClaimSet;
 use crate::analysis::sweep::analyze_sweep;
-use crate::measure::ablation::ablation;
+use crate::measure::ablation::{self, ablation};
 use crate::measure::audit::Audit;
 use crate::measure::sweep::{Asked, Sweep, SweepRun};
 use crate::measure::{Plan, Profile, Progress, Selection, Verification};
@@ -73,8 +73,8 @@ fn ablation_in(
     registry: &Registry,
     progress: &dyn Progress,
 ) -> Result<()> {
-    let fastest = registry.fastest().context("no safe variant is registered")?;
-    ablation(&super::ablation::budget(Profile::Smoke), fastest, seed, folder, progress)?;
+    let against = registry.fastest().context("no safe variant is registered")?;
+    ablation(&ablation::Asked { profile: Profile::Smoke, against, seed }, folder, true, true, progress)?;
     analyze_ablation(folder, claims, seed)?;
     crate::plot::draw_ablation(folder)?;
     Ok(())

@@ -58,6 +58,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let (scene, program) = options.subject.load()?;
     let choice = Choice {
         method: check::method(options.method.as_deref(), registry)?,
+        registry,
         variants: drawn?,
         levels: options.levels,
         up: options.up.map_or_else(|| view::upright(&scene), Into::into),

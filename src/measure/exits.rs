@@ -6,6 +6,7 @@ use super::judged::JudgedPair;
 use super::plan::{Case, Plan};
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, certified};
+use crate::record::rows::CaseKey;
 use crate::record::{ExitRow, Stratum};
 use crate::scene::Scene;
 use crate::tree::Tree;
@@ -55,22 +56,29 @@ fn boxes(case: &Case, scene: &Scene, judged: &[JudgedPair], chunks: &[&Chunk]) -
 }
 
 fn rows(case: &Case, scene: &Scene, judged: &[JudgedPair], chunks: &[&Chunk], trees: &Boxes) -> Vec<ExitRow> {
-    let (split, axes, leaf) = case.policy_columns();
-    let mut rows = Vec::new();
-    for stratum in Stratum::ALL {
-        let mut histogram: Histogram = [0; AXES + 1];
+    exit_rows(&scene.name, &case.key(), |stratum, histogram| {
         for chunk in chunks.iter().filter(|chunk| chunk.stratum == stratum) {
             let pair = &judged[chunk.pair];
             let (a, b) = (&trees[&pair.pair.a], &trees[&pair.pair.b]);
-            chunk.poses.iter().for_each(|&pose| query(a, b, &pair.poses[pose].a_from_b, &mut histogram));
+            chunk.poses.iter().for_each(|&pose| query(a, b, &pair.poses[pose].a_from_b, histogram));
         }
+    })
+}
+
+/// One row for each stratum and axis, in the order of the test; `count` adds the tests of a stratum.
+pub fn exit_rows(scene: &str, case: &CaseKey, count: impl Fn(Stratum, &mut Histogram)) -> Vec<ExitRow> {
+    let mut rows = Vec::new();
+    for stratum in Stratum::ALL {
+        let mut histogram: Histogram = [0; AXES + 1];
+        count(stratum, &mut histogram);
+        let CaseKey { variant, split, split_axes, leaf } = case;
         rows.extend(by_axis(&histogram).map(|(exit, axis, tests)| ExitRow {
-            scene: scene.name.clone(),
+            scene: scene.to_owned(),
             stratum,
-            variant: case.id.clone(),
+            variant: variant.clone(),
             split: split.clone(),
-            split_axes: axes.clone(),
-            leaf,
+            split_axes: split_axes.clone(),
+            leaf: *leaf,
             axis,
             tests,
             operations: operations(exit),
@@ -80,7 +88,7 @@ fn rows(case: &Case, scene: &Scene, judged: &[JudgedPair], chunks: &[&Chunk], tr
 }
 
 /// The counts in the order of the test as (exit, its number in records, tests); none when nothing was tested.
-pub fn by_axis(histogram: &Histogram) -> impl Iterator<Item = (Option<usize>, u8, u64)> {
+fn by_axis(histogram: &Histogram) -> impl Iterator<Item = (Option<usize>, u8, u64)> {
     let total: u64 = histogram.iter().sum();
     let named = |(axis, tests)| if axis < AXES { (Some(axis), axis as u8 + 1, tests) } else { (None, 0, tests) };
     histogram.iter().copied().enumerate().filter(move |_| total > 0).map(named)

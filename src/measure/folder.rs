@@ -1,73 +1,327 @@
-//! The folder of a run, an audit or a sweep: opening it, and the units in it that are written whole or not at all.
+//! A study's folder: opened once and locked, filled unit by unit, sealed with the hashes of its rows.
+//!
+//! Every study (a run, an audit, a sweep, an ablation) works in such a folder. It is made of units, such as the counts of one scene. A unit's files
+//! are written into a folder of their own that is renamed when it is whole; the last step joins all units into the study's CSV files. A
+//! study that was killed goes on with the units it lacks, and what it had is as if it had never stopped.
 
 use super::MeasureError;
-use crate::record::file::compressed;
-use crate::record::manifest::Stage;
-use crate::record::{FolderLock, Manifest, RecordError};
+use super::environment;
+use crate::record::file::{compressed, located};
+use crate::record::manifest::{PROTOCOL, Request, SCHEMA, Stage, VariantEntry};
+use crate::record::{
+    AnswerRow, AuditCellRow, AuditEffectRow, AuditShareRow, BuildRow, CaseRow, ClaimRow, CostChunkRow, CostRow,
+    CountRow, DeadlineRow, ExitRow, FactorRow, FolderLock, LineRow, Manifest, MissRow, OutlineRow, PoseRow,
+    ProgramTimeRow, RatioRow, RecordError, RepayRow, Row, SingleRow, SummaryRow, SweepGrowthRow, SweepSummaryRow,
+    TightnessRow, TimingRow, TreeRow, VarianceRow, VerificationRow, read_rows, read_rows_if_there, write_rows,
+    write_rows_compressed,
+};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Folder of the unfinished units inside a run's folder.
-pub(super) const UNITS: &str = "units";
+/// Folder of the units inside a study's folder.
+const UNITS: &str = "units";
 
-/// Opens a folder for what `new` says: a new one, one to go on with, whose own manifest is kept, or a finished one. `fresh`
-/// allows what another request left to be replaced; only the files and folders named `files`, the manifest and the units
-/// are removed then.
-///
-/// # Errors
-/// When the folder holds something else, another process works in it, or it cannot be written.
-pub(super) fn open(
-    folder: &Path,
-    new: Manifest,
-    fresh: bool,
-    files: &[&str],
-) -> Result<(Manifest, FolderLock), MeasureError> {
-    if holds_something_else(folder) {
-        return Err(MeasureError::NotARun(folder.to_owned()));
+/// What a study leaves in its folder beside the manifest and the units; of older layouts too, so that `--fresh` leaves nothing behind.
+const FILES: [&str; 46] = [
+    CaseRow::FILE,
+    FactorRow::FILE,
+    PoseRow::FILE,
+    AnswerRow::FILE,
+    CountRow::FILE,
+    LineRow::FILE,
+    MissRow::FILE,
+    VerificationRow::FILE,
+    TreeRow::FILE,
+    TightnessRow::FILE,
+    ExitRow::FILE,
+    OutlineRow::FILE,
+    BuildRow::FILE,
+    TimingRow::FILE,
+    SingleRow::FILE,
+    VarianceRow::FILE,
+    SummaryRow::FILE,
+    ProgramTimeRow::FILE,
+    RatioRow::FILE,
+    ClaimRow::FILE,
+    CostRow::FILE,
+    CostChunkRow::FILE,
+    DeadlineRow::FILE,
+    RepayRow::FILE,
+    AuditCellRow::FILE,
+    AuditEffectRow::FILE,
+    AuditShareRow::FILE,
+    SweepSummaryRow::FILE,
+    SweepGrowthRow::FILE,
+    "audit.csv",
+    "audit_trees.csv",
+    "audit_axes.csv",
+    "audit_timings.csv",
+    "audit_builds.csv",
+    "sweep.csv",
+    "sweep_timings.csv",
+    "sweep_builds.csv",
+    "ablation.csv",
+    "ablation_kinds.csv",
+    "ablation_times.csv",
+    "queries.csv",
+    "claims.toml",
+    "report.md",
+    "report.html",
+    "audit.md",
+    "plots",
+];
+
+/// A study's folder.
+#[derive(Debug)]
+pub struct Folder {
+    path: PathBuf,
+    /// What is known of the study so far.
+    pub manifest: Manifest,
+    /// Whether tables joined from units are compressed.
+    pub compresses: bool,
+    /// `None` in a launch: its parent holds the lock.
+    _lock: Option<FolderLock>,
+}
+
+/// A table of raw rows, of which every unit holds a part.
+#[derive(Clone, Copy, Debug)]
+pub struct RawTable {
+    /// Its file.
+    pub file: &'static str,
+    join: fn(&Path, &[PathBuf], bool) -> Result<(), RecordError>,
+}
+
+impl RawTable {
+    /// The table of a row type.
+    #[must_use]
+    pub const fn of<R: Row>() -> Self {
+        Self { file: R::FILE, join: join::<R> }
     }
-    let lock = FolderLock::take(folder)?;
-    let mut manifest = new;
-    if folder.join(Manifest::FILE).exists() {
-        match Manifest::read(folder).map(|old| (difference(&old, &manifest), old)) {
-            Ok((None, old)) => manifest = old,
+
+    /// The table of a row type that not every unit has; without any row there is no file. A row that several units have is written once.
+    #[must_use]
+    pub const fn of_some<R: Row>() -> Self {
+        Self { file: R::FILE, join: join_some::<R> }
+    }
+}
+
+fn join<R: Row>(folder: &Path, units: &[PathBuf], compresses: bool) -> Result<(), RecordError> {
+    let mut rows: Vec<R> = Vec::new();
+    for unit in units {
+        rows.extend(read_rows::<R>(unit)?);
+    }
+    write(compresses)(folder, &rows)
+}
+
+/// How rows are written.
+fn write<R: Row>(compresses: bool) -> fn(&Path, &[R]) -> Result<(), RecordError> {
+    if compresses { write_rows_compressed } else { write_rows }
+}
+
+fn join_some<R: Row>(folder: &Path, units: &[PathBuf], compresses: bool) -> Result<(), RecordError> {
+    let (mut rows, mut seen): (Vec<R>, _) = (Vec::new(), BTreeSet::new());
+    for unit in units {
+        rows.extend(read_rows_if_there::<R>(unit)?);
+    }
+    rows.retain(|row| seen.insert(serde_json::to_string(row).unwrap_or_default()));
+    if rows.is_empty() { remove(&located(folder, R::FILE)) } else { write(compresses)(folder, &rows) }
+}
+
+impl Folder {
+    /// Opens a folder for what `new` says: a new one, one to go on with, whose own manifest is kept, or a finished one. `fresh`
+    /// allows what another request left to be replaced; only files that a study writes are removed then.
+    ///
+    /// # Errors
+    /// When the folder holds something else, another process works in it, or it cannot be written.
+    pub fn open(path: &Path, new: Manifest, fresh: bool) -> Result<Self, MeasureError> {
+        let has_manifest = path.join(Manifest::FILE).exists();
+        let left = left_behind(path);
+        if left.foreign {
+            return Err(MeasureError::NotARun(path.to_owned()));
+        }
+        let lock = FolderLock::take(path)?;
+        let old = has_manifest.then(|| Manifest::read(path));
+        let manifest = match old.map(|old| old.map(|old| (difference(&old, &new), old))) {
+            None if !left.ours => new,
+            Some(Ok((None, old))) => old,
             _ if fresh => {
-                [Manifest::FILE, UNITS].iter().chain(files).try_for_each(|name| {
-                    remove(&folder.join(name))?;
-                    remove(&folder.join(compressed(name)))
+                FILES.iter().chain(&[UNITS]).try_for_each(|name| {
+                    remove(&path.join(name))?;
+                    remove(&path.join(compressed(name)))
                 })?;
+                new
             }
-            Ok((Some(difference), _)) => {
-                return Err(MeasureError::AnotherRun { folder: folder.to_owned(), difference });
-            }
-            Err(error) => return Err(error.into()),
+            None => return Err(another(path, "the layout")),
+            Some(Ok((Some(difference), _))) => return Err(another(path, difference)),
+            Some(Err(error)) => return Err(error.into()),
+        };
+        manifest.write(path)?;
+        Ok(Self { path: path.to_owned(), manifest, compresses: false, _lock: Some(lock) })
+    }
+
+    /// The folder of a study that another process has opened and holds the lock of.
+    ///
+    /// # Errors
+    /// When the folder holds no study of what `new` says.
+    pub fn join_parent(path: &Path, new: &Manifest) -> Result<Self, MeasureError> {
+        let manifest = Manifest::read(path)?;
+        // The parent's binary, or its binaries, may be others than this one.
+        let new = Manifest { binaries: manifest.binaries.clone(), ..new.clone() };
+        match difference(&manifest, &new) {
+            None => Ok(Self { path: path.to_owned(), manifest, compresses: false, _lock: None }),
+            Some(difference) => Err(another(path, difference)),
         }
     }
-    manifest.write(folder)?;
-    Ok((manifest, lock))
-}
 
-/// The manifest of a run that another process has opened and holds the lock of.
-///
-/// # Errors
-/// When the folder holds no run of what `new` says.
-pub(super) fn join(folder: &Path, new: &Manifest) -> Result<Manifest, MeasureError> {
-    let manifest = Manifest::read(folder)?;
-    // The parent's binary, or its binaries, may be others than this one.
-    let new = Manifest { binaries: manifest.binaries.clone(), ..new.clone() };
-    match difference(&manifest, &new) {
-        None => Ok(manifest),
-        Some(difference) => Err(MeasureError::AnotherRun { folder: folder.to_owned(), difference }),
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The folder of a unit, or of several: `names` from the outermost in.
+    #[must_use]
+    pub fn unit(&self, names: &[&str]) -> PathBuf {
+        names.iter().fold(self.path.join(UNITS), |path, name| path.join(name))
+    }
+
+    /// Joins what all `units` hold of each table into one file, and notes its hash.
+    ///
+    /// # Errors
+    /// When a unit is missing or malformed, or a file cannot be written.
+    pub fn join(&mut self, tables: &[RawTable], units: &[PathBuf]) -> Result<(), RecordError> {
+        for table in tables {
+            (table.join)(&self.path, units, self.compresses)?;
+            if located(&self.path, table.file).exists() {
+                self.manifest.seal(&self.path, &[table.file])?;
+            } else {
+                self.manifest.unseal(table.file);
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes a table of its own, and notes its hash.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn put<R: Row>(&mut self, rows: &[R]) -> Result<(), RecordError> {
+        write_rows(&self.path, rows)?;
+        self.manifest.seal(&self.path, &[R::FILE])
+    }
+
+    /// Whether a stage is finished.
+    #[must_use]
+    pub fn has_finished(&self, stage: Stage) -> bool {
+        self.manifest.finished.contains(&stage)
+    }
+
+    /// Begins a stage that is finished once more, from nothing: `raw` are the files it writes, `units` the folder of its units.
+    ///
+    /// # Errors
+    /// When a file cannot be written or removed.
+    pub fn begin_again(&mut self, stage: Stage, raw: &[&str], units: &str) -> Result<(), RecordError> {
+        self.manifest.finished.retain(|&finished| finished != stage);
+        for file in raw {
+            self.manifest.unseal(file);
+        }
+        self.manifest.protocol = PROTOCOL.to_owned();
+        self.manifest.program = environment::program();
+        self.manifest.machine = environment::machine();
+        self.save()?;
+        remove(&self.unit(&[units]))
+    }
+
+    /// Notes that a stage is finished.
+    ///
+    /// # Errors
+    /// When the manifest cannot be written.
+    pub fn finish(&mut self, stage: Stage) -> Result<(), RecordError> {
+        if !self.has_finished(stage) {
+            self.manifest.finished.push(stage);
+        }
+        self.save()
+    }
+
+    /// Writes the manifest.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn save(&self) -> Result<(), RecordError> {
+        self.manifest.write(&self.path)
+    }
+
+    /// Removes the units below a folder of units.
+    ///
+    /// # Errors
+    /// When they cannot be removed.
+    pub fn drop_units(&self, names: &[&str]) -> Result<(), RecordError> {
+        remove(&self.unit(names))?;
+        // Stays while other units are in it.
+        let _ = fs::remove_dir(self.path.join(UNITS));
+        Ok(())
     }
 }
 
-/// Whether a folder without a manifest has anything in it but what a run leaves that was killed before it wrote one.
-fn holds_something_else(folder: &Path) -> bool {
-    let begun = [FolderLock::FILE.to_owned(), format!("{}.partial", Manifest::FILE)];
-    let is_foreign = |entry: fs::DirEntry| !begun.iter().any(|name| entry.file_name() == name.as_str());
-    !folder.join(Manifest::FILE).exists() && fs::read_dir(folder).is_ok_and(|entries| entries.flatten().any(is_foreign))
+/// The manifest of a study that begins now on this machine.
+#[must_use]
+pub fn begun(request: Request, variants: Vec<VariantEntry>) -> Manifest {
+    Manifest {
+        schema: SCHEMA,
+        protocol: PROTOCOL.to_owned(),
+        request,
+        inputs: BTreeMap::new(),
+        variants,
+        scenes: Vec::new(),
+        program: environment::program(),
+        binaries: Vec::new(),
+        machine: environment::machine(),
+        clock: None,
+        cold: None,
+        null_of: String::new(),
+        cross_check: None,
+        finished: Vec::new(),
+        noise: Vec::new(),
+        rows: BTreeMap::new(),
+    }
 }
 
-/// What keeps one run from being continued as the other; the command line, the load and such do not.
+/// Writes a unit's files into a folder beside its own and renames it when they are whole.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write_unit(unit: &Path, write: impl FnOnce(&Path) -> Result<(), RecordError>) -> Result<(), RecordError> {
+    let temporary = unit.with_extension("partial");
+    remove(&temporary)?;
+    fs::create_dir_all(&temporary).map_err(RecordError::io("create", &temporary))?;
+    write(&temporary)?;
+    fs::rename(&temporary, unit).map_err(RecordError::io("write", unit))
+}
+
+fn another(path: &Path, difference: &'static str) -> MeasureError {
+    MeasureError::AnotherRun { folder: path.to_owned(), difference }
+}
+
+/// What a folder holds.
+struct Left {
+    /// Files that no study writes, and no manifest beside them.
+    foreign: bool,
+    /// Files that a study writes, but for what one leaves that is killed before it has a manifest.
+    ours: bool,
+}
+
+fn left_behind(path: &Path) -> Left {
+    let begun = [FolderLock::FILE.to_owned(), format!("{}.partial", Manifest::FILE)];
+    let entries = fs::read_dir(path).map(|entries| entries.flatten().map(|entry| entry.file_name()).collect());
+    let mut entries: Vec<_> = entries.unwrap_or_default();
+    entries.retain(|name| !begun.iter().any(|begun| name == begun.as_str()));
+    let is_ours = |name: &std::ffi::OsString| name == UNITS || FILES.iter().any(|ours| name == ours);
+    let foreign = !entries.iter().any(|name| name == Manifest::FILE) && !entries.iter().all(is_ours);
+    Left { foreign, ours: !entries.is_empty() }
+}
+
+/// What keeps one study from being continued as the other; the command line, the load and such do not.
 fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
     let program = |manifest: &Manifest| {
         let program = &manifest.program;
@@ -80,21 +334,12 @@ fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
         () if old.request != new.request => Some("the request"),
         () if old.inputs != new.inputs => Some("an input file"),
         () if old.variants != new.variants => Some("the list of variants"),
-        // A finished run is not continued but made again, so another build of the program may do it.
+        // A finished study is not continued but made again, so another build of the program may do it.
         () if !finished && program(old) != program(new) => Some("the program"),
         () if !finished && old.protocol != new.protocol => Some("the protocol"),
         () if !finished && hashes(old) != hashes(new) => Some("a binary"),
         () => None,
     }
-}
-
-/// Writes a unit's files into a folder beside its own and renames it when they are whole.
-pub(super) fn write_unit(unit: &Path, write: impl FnOnce(&Path) -> Result<(), RecordError>) -> Result<(), RecordError> {
-    let temporary = unit.with_extension("partial");
-    remove(&temporary)?;
-    fs::create_dir_all(&temporary).map_err(RecordError::io("create", &temporary))?;
-    write(&temporary)?;
-    fs::rename(&temporary, unit).map_err(RecordError::io("write", unit))
 }
 
 /// Removes a file or a folder with all that is in it; one that is not there is fine.
@@ -103,5 +348,59 @@ pub(super) fn remove(path: &Path) -> Result<(), RecordError> {
     match result {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(RecordError::io("remove", path)(error)),
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::synthetic::{Plan, Run};
+    use crate::record::write_text;
+
+    fn manifest(seed: u64) -> Manifest {
+        let manifest = Run::generate(&Plan { seed, ..Plan::default() }).manifest;
+        Manifest { finished: Vec::new(), rows: BTreeMap::new(), ..manifest }
+    }
+
+    #[test]
+    fn a_folder_has_one_owner_and_goes_on_with_its_units() {
+        let place = tempfile::tempdir().unwrap();
+        let open = |seed, fresh| Folder::open(place.path(), manifest(seed), fresh);
+        let mut folder = open(1, false).unwrap();
+        assert!(open(1, false).unwrap_err().to_string().contains("in use"), "two processes in one folder");
+        let unit = folder.unit(&["counts", "mill"]);
+        let run = Run::generate(&Plan::default());
+        write_unit(&unit, |folder| write_rows(folder, &run.timings)).unwrap();
+        folder.join(&[RawTable::of::<TimingRow>()], &[unit.clone(), unit.clone()]).unwrap();
+        assert_eq!(read_rows::<TimingRow>(place.path()).unwrap().len(), 2 * run.timings.len());
+        folder.finish(Stage::Measure).unwrap();
+        drop(folder);
+        let mut again = open(1, false).unwrap();
+        assert!(unit.exists() && again.has_finished(Stage::Measure));
+        again.manifest.check_rows(place.path()).unwrap();
+        write_text(&place.path().join(TimingRow::FILE), "changed").unwrap();
+        assert!(again.manifest.check_rows(place.path()).unwrap_err().to_string().contains(TimingRow::FILE));
+        again.begin_again(Stage::Measure, &[TimingRow::FILE], "counts").unwrap();
+        assert!(!unit.exists() && !again.has_finished(Stage::Measure) && again.manifest.rows.is_empty());
+    }
+
+    #[test]
+    fn another_request_needs_fresh_and_foreign_files_are_never_touched() {
+        let place = tempfile::tempdir().unwrap();
+        let open = |seed, fresh| Folder::open(place.path(), manifest(seed), fresh);
+        drop(open(1, false).unwrap());
+        write_text(&place.path().join(TimingRow::FILE), "old").unwrap();
+        write_text(&place.path().join("notes.txt"), "mine").unwrap();
+        assert!(open(2, false).unwrap_err().to_string().contains("another request"));
+        drop(open(2, true).unwrap());
+        assert!(!place.path().join(TimingRow::FILE).exists() && place.path().join("notes.txt").exists());
+        // Rows of an older layout without a manifest are replaced when that is asked for; a foreign folder never.
+        fs::remove_file(place.path().join(Manifest::FILE)).unwrap();
+        assert!(matches!(open(2, true), Err(MeasureError::NotARun(_))));
+        fs::remove_file(place.path().join("notes.txt")).unwrap();
+        write_text(&place.path().join("ablation.csv"), "old").unwrap();
+        assert!(open(2, false).unwrap_err().to_string().contains("--fresh"));
+        drop(open(2, true).unwrap());
+        assert!(!place.path().join("ablation.csv").exists());
     }
 }

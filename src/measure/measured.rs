@@ -100,41 +100,15 @@ impl Measured {
     /// `poses.csv` of the scene.
     #[must_use]
     pub fn rows(&self, scene: &Scene) -> Vec<PoseRow> {
-        let row = |pair: Pair, step: usize, chunk: u32, pose: &JudgedPose| PoseRow {
-            scene: scene.name.clone(),
-            pose: 0,
-            pair: scene.pair_name(pair),
-            workload: String::new(),
-            program: String::new(),
-            line: pose.line,
-            step: step as u32,
-            chunk,
-            stratum: pose.stratum,
-            band: pose.band,
-            clearance_mm: pose.clearance_mm.is_finite().then_some(pose.clearance_mm),
-            exact: u8::from(pose.touches()),
-            contained: u8::from(pose.contained),
-        };
-        let mut rows = Vec::new();
-        for chunk in &self.chunks {
-            let judged = &self.judged[chunk.pair];
-            let is_control = chunk.participants == Participants::Control;
-            let workload = if is_control { CONTROL_WORKLOAD } else { judged.workload.as_str() };
-            rows.extend(chunk.poses.iter().map(|&pose| PoseRow {
-                workload: workload.to_owned(),
-                ..row(judged.pair, pose, chunk.number, &judged.poses[pose])
-            }));
-        }
+        let mut rows = pose_rows(scene, &self.judged, &self.chunks);
         for program in &self.programs {
             rows.extend(program.queries.iter().map(|query| PoseRow {
                 workload: PROGRAM_TIME.to_owned(),
                 program: program.file.clone(),
-                ..row(query.pair, query.step as usize, program.chunk, &query.pose)
+                ..pose_row(scene, query.pair, query.step as usize, program.chunk, &query.pose)
             }));
         }
-        for (number, row) in (0..).zip(&mut rows) {
-            row.pose = number;
-        }
+        number(&mut rows);
         rows
     }
 
@@ -162,6 +136,47 @@ impl Measured {
             TimedChunk { number: program.chunk, participants: Participants::Everyone, is_program: true, runs }
         };
         self.chunks.iter().map(of_chunk).chain(self.programs.iter().map(of_program)).collect()
+    }
+}
+
+/// The rows of the poses of chunks, numbered in their order.
+#[must_use]
+pub fn pose_rows(scene: &Scene, judged: &[JudgedPair], chunks: &[Chunk]) -> Vec<PoseRow> {
+    let mut rows = Vec::new();
+    for chunk in chunks {
+        let judged = &judged[chunk.pair];
+        let is_control = chunk.participants == Participants::Control;
+        let workload = if is_control { CONTROL_WORKLOAD } else { judged.workload.as_str() };
+        rows.extend(chunk.poses.iter().map(|&pose| PoseRow {
+            workload: workload.to_owned(),
+            ..pose_row(scene, judged.pair, pose, chunk.number, &judged.poses[pose])
+        }));
+    }
+    number(&mut rows);
+    rows
+}
+
+fn number(rows: &mut [PoseRow]) {
+    for (number, row) in (0..).zip(rows) {
+        row.pose = number;
+    }
+}
+
+fn pose_row(scene: &Scene, pair: Pair, step: usize, chunk: u32, pose: &JudgedPose) -> PoseRow {
+    PoseRow {
+        scene: scene.name.clone(),
+        pose: 0,
+        pair: scene.pair_name(pair),
+        workload: String::new(),
+        program: String::new(),
+        line: pose.line,
+        step: step as u32,
+        chunk,
+        stratum: pose.stratum,
+        band: pose.band,
+        clearance_mm: pose.clearance_mm.is_finite().then_some(pose.clearance_mm),
+        exact: u8::from(pose.touches()),
+        contained: u8::from(pose.contained),
     }
 }
 

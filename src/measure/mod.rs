@@ -3,8 +3,8 @@
 //! Reading order: [`profile`] (how much), [`plan`] (what), [`judged`] (poses with their truth), [`accuracy`],
 //! [`counts`], [`exits`], [`shape`], then the timed part: [`timer`], [`chunk`], `measured`, [`query`], [`single`], [`build`]; [`binaries`] says with
 //! what, [`environment`] where;
-//! [`run`] puts a run's folder together and resumes it. [`audit`], [`sweep`] and [`ablation`] are experiments of their own;
-//! [`peers`] compares whole engines, each in its own process.
+//! [`folder`] holds what a study has so far and resumes it. [`run`] is the reference study; [`study`] is the engine of those that vary factors:
+//! [`audit`], [`sweep`] and [`ablation`]. [`peers`] compares whole engines, each in its own process.
 
 pub mod ablation;
 pub mod accuracy;
@@ -16,7 +16,7 @@ pub mod chunk;
 pub mod counts;
 pub mod environment;
 pub mod exits;
-mod folder;
+pub mod folder;
 pub mod judged;
 mod measured;
 pub mod peers;
@@ -27,6 +27,7 @@ pub mod run;
 pub mod shape;
 pub mod single;
 mod sources;
+pub mod study;
 pub mod sweep;
 pub mod timer;
 

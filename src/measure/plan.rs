@@ -1,11 +1,12 @@
 //! What is measured: which variants with which tree policies on which scenes.
 
-use super::binaries::Binary;
+use super::binaries::{self, Binary};
+use super::folder;
 use super::profile::{Budget, Profile};
 use crate::method::Kind;
-use crate::record::manifest::{Request, SceneEntry, VariantEntry};
+use crate::record::manifest::{BinaryEntry, Request, SceneEntry, VariantEntry};
 use crate::record::rows::CaseKey;
-use crate::record::{ALL_VARIANTS, CaseRow, NULL_VARIANT};
+use crate::record::{ALL_VARIANTS, CaseRow, Manifest, NULL_VARIANT};
 use crate::registry::{Registry, Variant};
 use crate::scene::{Scene, SceneError};
 use crate::tree::{Policy, SplitRule};
@@ -85,20 +86,43 @@ pub enum PlanError {
 }
 
 impl Case {
+    /// A variant with its own policy.
+    #[must_use]
+    pub fn of(variant: &Variant) -> Self {
+        Self { variant: *variant, policy: variant.policy, id: variant.info.id.to_owned() }
+    }
+
+    /// The case as the manifest of a study with one policy for each variant holds it.
+    #[must_use]
+    pub fn entry(&self) -> VariantEntry {
+        entry(&self.variant, self.policy.into_iter())
+    }
+
+    /// The case as `cases.csv` holds it, under the only policy of its variant.
+    #[must_use]
+    pub fn row(&self) -> CaseRow {
+        let Variant { info, kind, .. } = &self.variant;
+        let asked_everywhere = u8::from(self.is_asked_everywhere());
+        CaseRow { asked_everywhere, ..CaseRow::new(self.key(), info.label, *kind, info.safe) }
+    }
+
     /// Split rule, axes and leaf size as records hold them.
     #[must_use]
     pub fn policy_columns(&self) -> (String, String, u8) {
-        self.policy.map_or_else(
-            || ("none".to_owned(), "none".to_owned(), 0),
-            |policy| (policy.split.to_string(), policy.axes.to_string(), policy.leaf),
-        )
+        let CaseKey { split, split_axes, leaf, .. } = self.key();
+        (split, split_axes, leaf)
     }
 
     /// Variant and policy as records hold them.
     #[must_use]
     pub fn key(&self) -> CaseKey {
-        let (split, split_axes, leaf) = self.policy_columns();
-        CaseKey { variant: self.id.clone(), split, split_axes, leaf }
+        let without_tree = CaseKey::without_tree(&self.id);
+        self.policy.map_or(without_tree.clone(), |Policy { split, axes, leaf }| CaseKey {
+            split: split.to_string(),
+            split_axes: axes.to_string(),
+            leaf,
+            ..without_tree
+        })
     }
 
     /// Name in `cases.csv`.
@@ -167,25 +191,29 @@ impl Plan {
         }
     }
 
+    /// The manifest of a study of this plan that begins now.
+    #[must_use]
+    pub fn manifest(&self) -> Manifest {
+        Manifest {
+            inputs: self.inputs(),
+            scenes: self.scene_entries(),
+            null_of: self.null_reference().map_or_else(String::new, |case| case.id.clone()),
+            binaries: self.binary_entries(),
+            ..folder::begun(self.request(), self.variant_entries())
+        }
+    }
+
+    /// The binaries of the plan, or the one that is running.
+    #[must_use]
+    pub fn binary_entries(&self) -> Vec<BinaryEntry> {
+        let given: Vec<BinaryEntry> = self.binaries.iter().map(|binary| binary.entry.clone()).collect();
+        if given.is_empty() { binaries::running().into_iter().collect() } else { given }
+    }
+
     /// The cases as `cases.csv` holds them, the null duplicate last.
     #[must_use]
     pub fn case_rows(&self) -> Vec<CaseRow> {
-        let row = |case: &Case| {
-            let CaseKey { variant, split, split_axes, leaf } = case.key();
-            CaseRow {
-                case: case.name(),
-                variant,
-                label: case.variant.info.label.to_owned(),
-                kind: case.variant.kind,
-                safe: u8::from(case.variant.info.safe),
-                split,
-                split_axes,
-                leaf,
-                default: u8::from(self.is_default(case)),
-                asked_everywhere: u8::from(case.is_asked_everywhere()),
-                duplicate_of: String::new(),
-            }
-        };
+        let row = |case: &Case| CaseRow { default: u8::from(self.is_default(case)), ..case.row() };
         let null = self.null_reference().map(|case| CaseRow {
             label: format!("{}, second copy", case.variant.info.label),
             duplicate_of: case.name(),
@@ -204,19 +232,8 @@ impl Plan {
     /// The variants as the manifest holds them.
     #[must_use]
     pub fn variant_entries(&self) -> Vec<VariantEntry> {
-        let entry = |variant: &Variant| VariantEntry {
-            id: variant.info.id.to_owned(),
-            label: variant.info.label.to_owned(),
-            reference: variant.info.reference.to_owned(),
-            safe: variant.info.safe,
-            kind: variant.kind,
-            policies: cases_of(variant, &self.selection.policies)
-                .iter()
-                .filter_map(|case| case.policy)
-                .map(|policy| policy.to_string())
-                .collect(),
-        };
-        self.variants.iter().map(entry).collect()
+        let policies = |variant| cases_of(variant, &self.selection.policies).into_iter().filter_map(|case| case.policy);
+        self.variants.iter().map(|variant| entry(variant, policies(variant))).collect()
     }
 
     /// The scenes as the manifest holds them.
@@ -252,6 +269,17 @@ pub(super) fn choose(ids: &[String], registry: &Registry) -> Result<Vec<Variant>
     // Registry order, each once, whatever the order and repetition on the command line: one request, one result.
     let chosen = |variant: &&Variant| ids.iter().any(|id| id == variant.info.id);
     Ok(registry.variants().iter().filter(chosen).copied().collect())
+}
+
+fn entry(variant: &Variant, policies: impl Iterator<Item = Policy>) -> VariantEntry {
+    VariantEntry {
+        id: variant.info.id.to_owned(),
+        label: variant.info.label.to_owned(),
+        reference: variant.info.reference.to_owned(),
+        safe: variant.info.safe,
+        kind: variant.kind,
+        policies: policies.map(|policy| policy.to_string()).collect(),
+    }
 }
 
 fn cases_of(variant: &Variant, asked: &[Policy]) -> Vec<Case> {

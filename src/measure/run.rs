@@ -1,59 +1,23 @@
-//! A run's folder: what is finished, what can be taken up again, and how the parts become whole files.
+//! The reference study, a run: its stages, and which rows each unit writes. The folder and its units are those of `super::folder`.
 //!
-//! A run is made of units: the verification of a scene, the counts of a scene, the timings of a scene in one launch. A unit's
-//! files are written into a folder of their own that is renamed when it is whole; the last step joins all units into the
-//! run's CSV files. A run that was killed therefore goes on with the units it lacks, and what it had is as if it had
-//! never stopped.
+//! Units are the verification of a scene, the counts of a scene, and the timings of a scene in one launch.
 
-use super::folder::{self, UNITS, remove, write_unit};
+use super::folder::{self, Folder, RawTable, write_unit};
 use super::judged::{self, JudgeError};
 use super::measured::Measured;
 use super::plan::Plan;
 use super::{Progress, accuracy, binaries, build, counts, environment, exits, query, shape, single, timer};
 use crate::geometry::cross_check::cross_check;
-use crate::record::manifest::{BinaryEntry, CrossCheckEntry, PROTOCOL, SCHEMA, Stage};
+use crate::record::manifest::{CrossCheckEntry, Stage};
 use crate::record::{
-    AnswerRow, BuildRow, CaseRow, ExitRow, FolderLock, LineRow, Manifest, MissRow, OutlineRow, PoseRow, RecordError,
-    Row, SingleRow, TightnessRow, TimingRow, TreeRow, VerificationRow, read_rows, read_text, write_rows,
-    write_rows_compressed, write_text,
+    AnswerRow, BuildRow, CaseRow, ExitRow, LineRow, Manifest, MissRow, OutlineRow, PoseRow, RecordError, Row,
+    SingleRow, TightnessRow, TimingRow, TreeRow, VerificationRow, read_rows, read_text, write_rows, write_text,
 };
 use crate::scene::Scene;
 use crate::truth::TruthCache;
-use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// What a run leaves in its folder beside the manifest and the units; of older layouts too, so that `--fresh` leaves nothing behind.
-const FILES: [&str; 27] = [
-    CaseRow::FILE,
-    PoseRow::FILE,
-    AnswerRow::FILE,
-    LineRow::FILE,
-    MissRow::FILE,
-    VerificationRow::FILE,
-    TreeRow::FILE,
-    TightnessRow::FILE,
-    ExitRow::FILE,
-    OutlineRow::FILE,
-    BuildRow::FILE,
-    TimingRow::FILE,
-    SingleRow::FILE,
-    crate::record::VarianceRow::FILE,
-    crate::record::SummaryRow::FILE,
-    crate::record::ProgramTimeRow::FILE,
-    crate::record::RatioRow::FILE,
-    crate::record::ClaimRow::FILE,
-    crate::record::CostRow::FILE,
-    crate::record::CostChunkRow::FILE,
-    crate::record::DeadlineRow::FILE,
-    crate::record::RepayRow::FILE,
-    "queries.csv",
-    "claims.toml",
-    "report.md",
-    "report.html",
-    "plots",
-];
 /// File of a timing unit: one complaint about noise per line.
 const NOISE_FILE: &str = "noise.txt";
 
@@ -143,12 +107,9 @@ impl Verification {
 /// A run: a plan and the folder it is carried out in.
 #[derive(Debug)]
 pub struct Run {
-    folder: PathBuf,
+    folder: Folder,
     plan: Plan,
-    manifest: Manifest,
     cache: Option<TruthCache>,
-    /// `None` in a launch: its parent holds the lock.
-    _lock: Option<FolderLock>,
 }
 
 impl Run {
@@ -158,8 +119,9 @@ impl Run {
     /// # Errors
     /// When the folder holds something else or cannot be written.
     pub fn open(plan: Plan, folder: &Path, fresh: bool) -> Result<Self, MeasureError> {
-        let (manifest, lock) = folder::open(folder, new_manifest(&plan), fresh, &FILES)?;
-        Ok(Self { folder: folder.to_owned(), plan, manifest, cache: None, _lock: Some(lock) })
+        let mut folder = Folder::open(folder, plan.manifest(), fresh)?;
+        folder.compresses = plan.gzip;
+        Ok(Self { folder, plan, cache: None })
     }
 
     /// Joins a run that the parent process has opened, to carry out a launch of it.
@@ -167,8 +129,7 @@ impl Run {
     /// # Errors
     /// When the folder holds no run of this plan.
     pub fn join_parent(plan: Plan, folder: &Path) -> Result<Self, MeasureError> {
-        let manifest = folder::join(folder, &new_manifest(&plan))?;
-        Ok(Self { folder: folder.to_owned(), plan, manifest, cache: None, _lock: None })
+        Ok(Self { folder: Folder::join_parent(folder, &plan.manifest())?, plan, cache: None })
     }
 
     /// The same run with a place where exact answers are kept.
@@ -181,13 +142,13 @@ impl Run {
     /// The run's folder.
     #[must_use]
     pub fn folder(&self) -> &Path {
-        &self.folder
+        self.folder.path()
     }
 
     /// What is known of the run so far.
     #[must_use]
     pub const fn manifest(&self) -> &Manifest {
-        &self.manifest
+        &self.folder.manifest
     }
 
     /// What is being carried out.
@@ -199,21 +160,13 @@ impl Run {
     /// Whether a stage is finished.
     #[must_use]
     pub fn has_finished(&self, stage: Stage) -> bool {
-        self.manifest.finished.contains(&stage)
+        self.folder.has_finished(stage)
     }
 
     /// Starts a stage: a finished one is made again from nothing, an interrupted one goes on.
     fn start(&mut self, stage: Stage) -> Result<(), MeasureError> {
         if self.has_finished(stage) {
-            self.manifest.finished.retain(|&finished| finished != stage);
-            for file in raw_files(stage) {
-                self.manifest.unseal(file);
-            }
-            self.manifest.protocol = PROTOCOL.to_owned();
-            self.manifest.program = environment::program();
-            self.manifest.machine = environment::machine();
-            self.manifest.write(&self.folder)?;
-            remove(&self.unit_folder(stage_folder(stage)))?;
+            self.folder.begin_again(stage, &raw_files(stage), stage_folder(stage))?;
         }
         Ok(())
     }
@@ -223,15 +176,8 @@ impl Run {
     /// # Errors
     /// When the manifest cannot be written.
     pub fn finish(&mut self, stage: Stage) -> Result<(), MeasureError> {
-        if !self.has_finished(stage) {
-            self.manifest.finished.push(stage);
-        }
-        self.manifest.seal(&self.folder, raw_files(stage))?;
-        self.manifest.write(&self.folder)?;
-        remove(&self.unit_folder(stage_folder(stage)))?;
-        // Stays while another stage has units in it.
-        let _ = fs::remove_dir(self.folder.join(UNITS));
-        Ok(())
+        self.folder.finish(stage)?;
+        Ok(self.folder.drop_units(&[stage_folder(stage)])?)
     }
 
     /// Compares the triangle tests with their integer twin, verifies every case on every scene, and writes `verification.csv`.
@@ -243,7 +189,7 @@ impl Run {
         progress.begin("triangle tests against their integer twin", 1);
         let check = cross_check(self.plan.selection.seed, self.plan.budget.cross_check_pairs);
         let poses = self.plan.budget.verify_poses;
-        let unit_of = |scene: &Scene| self.unit_folder(stage_folder(Stage::Verify)).join(&scene.name);
+        let unit_of = |scene: &Scene| self.folder.unit(&[stage_folder(Stage::Verify), &scene.name]);
         for scene in &self.plan.scenes {
             let unit = unit_of(scene);
             if !unit.exists() {
@@ -256,15 +202,13 @@ impl Run {
                     write_rows(folder, &verdicts.lines)?;
                     write_rows(folder, &verdicts.misses)
                 })?;
-                remove(&of_cases)?;
+                folder::remove(&of_cases)?;
             }
         }
         let units: Vec<PathBuf> = self.plan.scenes.iter().map(unit_of).collect();
-        self.join::<VerificationRow>(&units)?;
-        self.join::<LineRow>(&units)?;
-        self.join::<MissRow>(&units)?;
-        write_rows(&self.folder, &self.plan.case_rows())?;
-        self.manifest.cross_check = Some(CrossCheckEntry {
+        self.folder.join(&VERDICTS, &units)?;
+        self.folder.put(&self.plan.case_rows())?;
+        self.folder.manifest.cross_check = Some(CrossCheckEntry {
             pairs: check.pairs,
             touching: check.touching,
             degenerate: check.degenerate,
@@ -279,7 +223,8 @@ impl Run {
     /// # Errors
     /// When its records cannot be read.
     pub fn verification(&self) -> Result<Verification, MeasureError> {
-        Ok(Verification { rows: read_rows(&self.folder)?, cross_check: self.manifest.cross_check.unwrap_or_default() })
+        let cross_check = self.manifest().cross_check.unwrap_or_default();
+        Ok(Verification { rows: read_rows(self.folder())?, cross_check })
     }
 
     /// Counts, describes and times every case on every scene and writes the remaining raw CSV files. `launcher` carries out
@@ -289,10 +234,10 @@ impl Run {
     /// When poses cannot be judged, a launch fails, or files cannot be written.
     pub fn measure(&mut self, launcher: Launcher<'_>, progress: &dyn Progress) -> Result<(), MeasureError> {
         self.start(Stage::Measure)?;
-        self.manifest.binaries = binary_entries(&self.plan);
-        self.manifest.clock = Some(timer::clock());
-        self.manifest.cold = (self.plan.budget.cold_poses > 0).then(single::eviction);
-        self.manifest.write(&self.folder)?;
+        self.folder.manifest.binaries = self.plan.binary_entries();
+        self.folder.manifest.clock = Some(timer::clock());
+        self.folder.manifest.cold = (self.plan.budget.cold_poses > 0).then(single::eviction);
+        self.folder.save()?;
         for scene in &self.plan.scenes {
             let unit = self.count_unit(scene);
             if !unit.exists() {
@@ -321,17 +266,11 @@ impl Run {
                 launcher(launch).map_err(|cause| MeasureError::Launch { launch, cause })?;
             }
         }
-        write_rows(&self.folder, &self.plan.case_rows())?;
-        self.join::<PoseRow>(&self.count_units())?;
-        self.join::<AnswerRow>(&self.count_units())?;
-        self.join::<ExitRow>(&self.count_units())?;
-        self.join::<TreeRow>(&self.count_units())?;
-        self.join::<TightnessRow>(&self.count_units())?;
-        self.join::<OutlineRow>(&self.count_units())?;
-        self.join::<TimingRow>(&self.time_units())?;
-        self.join::<BuildRow>(&self.time_units())?;
-        self.join::<SingleRow>(&self.time_units())?;
-        self.manifest.noise = self.noise()?;
+        self.folder.put(&self.plan.case_rows())?;
+        let (counts, times) = (self.count_units(), self.time_units());
+        self.folder.join(&COUNTS, &counts)?;
+        self.folder.join(&TIMES, &times)?;
+        self.folder.manifest.noise = self.noise()?;
         self.finish(Stage::Measure)
     }
 
@@ -341,7 +280,7 @@ impl Run {
     /// When it is not.
     pub fn check_binary(&self, launch: u32) -> Result<(), MeasureError> {
         let turn = binaries::binary_of(launch, self.plan.budget.binaries);
-        let expected = self.manifest.binaries.get(turn as usize);
+        let expected = self.manifest().binaries.get(turn as usize);
         let running = binaries::running();
         match (expected, running) {
             (Some(expected), Some(running)) if expected.hash != running.hash => {
@@ -396,25 +335,12 @@ impl Run {
         Ok(complaints)
     }
 
-    fn join<R: Row>(&self, units: &[PathBuf]) -> Result<(), MeasureError> {
-        let mut rows: Vec<R> = Vec::new();
-        for unit in units {
-            rows.extend(read_rows::<R>(unit)?);
-        }
-        let write = if self.plan.gzip { write_rows_compressed } else { write_rows };
-        Ok(write(&self.folder, &rows)?)
-    }
-
-    fn unit_folder(&self, stage: &str) -> PathBuf {
-        self.folder.join(UNITS).join(stage)
-    }
-
     fn count_unit(&self, scene: &Scene) -> PathBuf {
-        self.unit_folder(stage_folder(Stage::Measure)).join("counts").join(&scene.name)
+        self.folder.unit(&[stage_folder(Stage::Measure), "counts", &scene.name])
     }
 
     fn time_unit(&self, launch: u32, scene: &Scene) -> PathBuf {
-        self.unit_folder(stage_folder(Stage::Measure)).join(format!("launch-{launch}")).join(&scene.name)
+        self.folder.unit(&[stage_folder(Stage::Measure), &format!("launch-{launch}"), &scene.name])
     }
 
     fn count_units(&self) -> Vec<PathBuf> {
@@ -427,24 +353,31 @@ impl Run {
     }
 }
 
+/// What the verification of a scene writes.
+const VERDICTS: [RawTable; 3] =
+    [RawTable::of::<VerificationRow>(), RawTable::of::<LineRow>(), RawTable::of::<MissRow>()];
+
+/// What counting and describing a scene writes.
+const COUNTS: [RawTable; 6] = [
+    RawTable::of::<PoseRow>(),
+    RawTable::of::<AnswerRow>(),
+    RawTable::of::<ExitRow>(),
+    RawTable::of::<TreeRow>(),
+    RawTable::of::<TightnessRow>(),
+    RawTable::of::<OutlineRow>(),
+];
+
+/// What timing a scene writes.
+const TIMES: [RawTable; 3] = [RawTable::of::<TimingRow>(), RawTable::of::<BuildRow>(), RawTable::of::<SingleRow>()];
+
 /// The files of raw rows that a stage writes.
-const fn raw_files(stage: Stage) -> &'static [&'static str] {
-    match stage {
-        Stage::Verify => &[CaseRow::FILE, VerificationRow::FILE, LineRow::FILE, MissRow::FILE],
-        Stage::Measure => &[
-            CaseRow::FILE,
-            PoseRow::FILE,
-            AnswerRow::FILE,
-            ExitRow::FILE,
-            TreeRow::FILE,
-            TightnessRow::FILE,
-            OutlineRow::FILE,
-            TimingRow::FILE,
-            BuildRow::FILE,
-            SingleRow::FILE,
-        ],
-        Stage::Analyze | Stage::Plot | Stage::Report => &[],
-    }
+fn raw_files(stage: Stage) -> Vec<&'static str> {
+    let tables: &[&[RawTable]] = match stage {
+        Stage::Verify => &[&VERDICTS],
+        Stage::Measure => &[&COUNTS, &TIMES],
+        Stage::Analyze | Stage::Plot | Stage::Report => return Vec::new(),
+    };
+    tables.iter().flat_map(|tables| tables.iter().map(|table| table.file)).chain([CaseRow::FILE]).collect()
 }
 
 const fn stage_folder(stage: Stage) -> &'static str {
@@ -452,32 +385,5 @@ const fn stage_folder(stage: Stage) -> &'static str {
         Stage::Verify => "verify",
         Stage::Measure => "measure",
         Stage::Analyze | Stage::Plot | Stage::Report => "derived",
-    }
-}
-
-/// The binaries of the plan, or the one that is running.
-fn binary_entries(plan: &Plan) -> Vec<BinaryEntry> {
-    let given: Vec<BinaryEntry> = plan.binaries.iter().map(|binary| binary.entry.clone()).collect();
-    if given.is_empty() { binaries::running().into_iter().collect() } else { given }
-}
-
-pub(super) fn new_manifest(plan: &Plan) -> Manifest {
-    Manifest {
-        schema: SCHEMA,
-        protocol: PROTOCOL.to_owned(),
-        request: plan.request(),
-        inputs: plan.inputs(),
-        variants: plan.variant_entries(),
-        scenes: plan.scene_entries(),
-        program: environment::program(),
-        binaries: binary_entries(plan),
-        machine: environment::machine(),
-        clock: None,
-        cold: None,
-        null_of: plan.null_reference().map_or_else(String::new, |case| case.id.clone()),
-        cross_check: None,
-        finished: Vec::new(),
-        noise: Vec::new(),
-        rows: BTreeMap::new(),
     }
 }

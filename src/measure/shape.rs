@@ -2,10 +2,11 @@
 
 use super::Progress;
 use super::plan::{Case, Plan};
-use crate::geometry::{Mesh, Point, triangle};
+use crate::geometry::{Mesh, Point, Triangle, triangle};
+use crate::record::rows::CaseKey;
 use crate::record::{MESH_OUTLINE, OutlineRow, TightnessRow, TreeRow};
 use crate::scene::Scene;
-use crate::tree::tightness::LevelReport;
+use crate::tree::tightness::{LevelReport, TreeReport, hull_volume};
 use crate::volume::Segment;
 use obbtree::cases::Draw;
 use rayon::prelude::*;
@@ -71,29 +72,44 @@ fn describe(case: &Case, scene: &Scene, part: usize, draw: bool, shapes: &mut Sh
     let mesh = &scene.parts[part].mesh;
     let model = case.variant.prepare(mesh, case.policy);
     let Some(report) = model.tree_report() else { return };
-    let (split, axes, leaf) = case.policy_columns();
-    let (scene_name, part_name) = (scene.name.clone(), scene.parts[part].name.clone());
     shapes.tightness.extend(report.levels.iter().map(|level| tightness_row(case, scene, part, 0, level)));
     if draw {
         shapes.outlines.extend(outline_rows(scene, part, &case.id, "", &report.root_outline));
     }
-    shapes.trees.push(TreeRow {
-        scene: scene_name,
-        part: part_name,
-        variant: case.id.clone(),
+    shapes.trees.push(tree_row(scene, part, case.key(), &report, model.bytes()));
+}
+
+/// The row of a tree over a part.
+pub fn tree_row(scene: &Scene, part: usize, case: CaseKey, report: &TreeReport, bytes: usize) -> TreeRow {
+    let part = &scene.parts[part];
+    // In the mesh's order of triangles, so that the sums are the same for every case to the last bit.
+    let triangles = part.mesh.triangles();
+    let of_volumes = report.summary.as_ref();
+    let CaseKey { variant, split, split_axes, leaf } = case;
+    TreeRow {
+        scene: scene.name.clone(),
+        part: part.name.clone(),
+        variant,
         split,
-        split_axes: axes,
+        split_axes,
         leaf,
-        triangles: mesh.faces().len() as u64,
+        triangles: triangles.len() as u64,
         nodes: report.nodes as u64,
         leaves: report.leaves as u64,
         depth_max: report.depth_max,
         depth_mean: report.depth_mean,
         child_ratio: report.child_ratio,
         sah_cost: report.sah_cost,
-        bytes: model.bytes() as u64,
+        bytes: bytes as u64,
         drift_mm: report.drift_mm,
-    });
+        root_volume_mm3: of_volumes.map(|s| s.root_volume_mm3),
+        hull_mm3: of_volumes.and_then(|_| hull_volume(&triangles)),
+        volumes_area_mm2: of_volumes.map(|s| s.area_mm2),
+        part_area_mm2: of_volumes.map(|_| triangles.iter().map(Triangle::area).sum()),
+        outside_nodes: of_volumes.map(|s| s.outside_nodes),
+        outside_corners_pct: of_volumes.map(|s| 100.0 * s.outside_corners as f64 / s.corners as f64),
+        overhang_mm: of_volumes.map(|s| s.overhang_mm),
+    }
 }
 
 /// The levels of the variant's trees over the part turned at random in its own frame.

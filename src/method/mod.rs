@@ -21,36 +21,7 @@ use crate::volume::shape::obb::Obb;
 use obbtree::engine::{Coherence, Memory};
 use std::any::Any;
 
-/// What kind of thing a variant is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Kind {
-    /// A tree of bounding volumes, or space divided into cells, built and traversed by bvbench.
-    Volume,
-    /// Volumes in an engine made for speed, with a tree, a traversal, arithmetic and threads of its own: what it gains is not the volume's
-    /// alone.
-    Engine,
-    /// Samples of one mesh in an octree against the body around the other: a method of ours with a test of its own in its leaves.
-    Sampling,
-    /// No volume at all: what the volumes are measured against.
-    Control,
-    /// Another library's whole system: its own tree, traversal and triangle test.
-    Peer,
-}
-
-impl Kind {
-    /// Whether it is a method of ours, whose promise to be safe is compared with the truth.
-    #[must_use]
-    pub const fn is_ours(self) -> bool {
-        self.has_volumes() || matches!(self, Self::Sampling)
-    }
-
-    /// Whether it is a hierarchy of volumes of ours, on the common tree or not.
-    #[must_use]
-    pub const fn has_volumes(self) -> bool {
-        matches!(self, Self::Volume | Self::Engine)
-    }
-}
+pub use crate::record::Kind;
 
 /// A method prepared for one mesh.
 pub trait Model: Any + Send + Sync {

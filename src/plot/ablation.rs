@@ -5,8 +5,8 @@ use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::marks::Look;
 use super::ticks::{Scale, number};
 use super::{FOLDER, Gallery, PlotError, Sketch, add, write_index};
-use crate::analysis::ablation::PARTS;
-use crate::record::{AblationRow, AblationTimeRow, Kind, read_rows};
+use crate::analysis::ablation::{Ablation, Counted, PARTS, Timed};
+use crate::record::Kind;
 use std::path::Path;
 
 /// Draws an ablation's figures into `plots/` of its folder and lists them there.
@@ -14,7 +14,7 @@ use std::path::Path;
 /// # Errors
 /// When a record is missing or malformed, or a figure cannot be written.
 pub fn draw_ablation(folder: &Path) -> Result<Gallery, PlotError> {
-    let (rows, times): (Vec<AblationRow>, Vec<AblationTimeRow>) = (read_rows(folder)?, read_rows(folder)?);
+    let Ablation { rows, times, .. } = Ablation::read(folder)?;
     let mut gallery = Gallery::default();
     add(folder, &mut gallery, parts(&rows, &times))?;
     add(folder, &mut gallery, sweeps(&rows))?;
@@ -26,12 +26,12 @@ pub fn draw_ablation(folder: &Path) -> Result<Gallery, PlotError> {
 /// A form of the method as a line or bar: search, second level, coherence.
 type Key<'a> = (&'a str, &'a str, u8);
 
-fn key(row: &AblationRow) -> Key<'_> {
-    (&row.search, &row.second_level, row.coherence)
+fn key(row: &Counted) -> Key<'_> {
+    (&row.form.search, &row.form.second_level, row.form.coherence)
 }
 
-fn time_key(row: &AblationTimeRow) -> Key<'_> {
-    (&row.search, &row.second_level, row.coherence)
+fn time_key(row: &Timed) -> Key<'_> {
+    (&row.form.search, &row.form.second_level, row.form.coherence)
 }
 
 fn label((search, level, coherence): Key) -> String {
@@ -54,26 +54,24 @@ fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
 }
 
 /// Tests of both kinds per pose.
-fn mean(rows: &[&AblationRow], part: fn(&AblationRow) -> u64) -> Option<Point> {
-    let poses: u64 = rows.iter().map(|row| row.poses).sum();
+fn mean(rows: &[&Counted], part: fn(&Counted) -> u64) -> Option<Point> {
+    let poses: u64 = rows.iter().map(|row| row.counts.poses).sum();
     // A logarithmic axis has no place for nothing.
     let total: u64 = rows.iter().map(|row| part(row)).sum();
     (poses > 0 && total > 0).then(|| Point::bare(total as f64 / poses as f64))
 }
 
 /// A count of a row.
-type Part = fn(&AblationRow) -> u64;
+type Part = fn(&Counted) -> u64;
 
-const MEASURES: [(&str, Part); 2] = [
-    ("box tests of a pose", |row| row.first_level + row.second_level_tests),
-    ("point tests of a pose", |row| row.point_tests),
-];
+const MEASURES: [(&str, Part); 2] =
+    [("box tests of a pose", Counted::box_tests), ("point tests of a pose", |row| row.counts.triangle_tests)];
 
 /// The parts of the method in safe mode: a panel per kind of test and of pose, and one of time; categories are surfaces.
-fn parts(rows: &[AblationRow], times: &[AblationTimeRow]) -> Sketch<Grouped> {
-    let rows: Vec<&AblationRow> = rows.iter().filter(|row| row.sweep == PARTS && row.safe == 1).collect();
-    let times: Vec<&AblationTimeRow> = times.iter().filter(|row| row.sweep == PARTS && row.safe == 1).collect();
-    let surfaces = distinct(rows.iter().map(|row| row.surface.as_str()));
+fn parts(rows: &[Counted], times: &[Timed]) -> Sketch<Grouped> {
+    let rows: Vec<&Counted> = rows.iter().filter(|row| row.form.sweep == PARTS && row.form.safe == 1).collect();
+    let times: Vec<&Timed> = times.iter().filter(|row| row.form.sweep == PARTS && row.form.safe == 1).collect();
+    let surfaces = distinct(rows.iter().map(|row| row.surface()));
     let keys = distinct(rows.iter().map(|row| key(row)));
     let series = |point: &dyn Fn(Key, &str) -> Option<Point>| -> Vec<Series> {
         let of = |(number, &key): (usize, &Key)| Series {
@@ -96,7 +94,8 @@ fn parts(rows: &[AblationRow], times: &[AblationTimeRow]) -> Sketch<Grouped> {
     for (measure, part) in MEASURES {
         for (hit, poses) in [(1, "poses that hit"), (0, "free poses")] {
             let point = |wanted: Key, surface: &str| {
-                let of_it = rows.iter().filter(|row| key(row) == wanted && row.surface == surface && row.hit == hit);
+                let of_it =
+                    rows.iter().filter(|row| key(row) == wanted && row.surface() == surface && row.hit() == hit);
                 mean(&of_it.copied().collect::<Vec<_>>(), part)
             };
             panels.push(panel(format!("{measure}, {poses}"), measure, series(&point)));
@@ -112,7 +111,7 @@ fn parts(rows: &[AblationRow], times: &[AblationTimeRow]) -> Sketch<Grouped> {
         title: "What octree, second tool level and coherence save".to_owned(),
         caption: "Safe mode. Of a tree of volumes, volume and triangle tests. Whiskers on times span the rounds."
             .to_owned(),
-        drawing: Grouped::of(panels, 2, "ablation.csv holds no rows of the parts"),
+        drawing: Grouped::of(panels, 2, "counts.csv holds no rows of the parts"),
     }
 }
 
@@ -124,29 +123,29 @@ fn spread(mut values: Vec<f64>) -> Option<Point> {
 }
 
 /// A swept quantity of a row.
-type Quantity = fn(&AblationRow) -> f64;
+type Quantity = fn(&Counted) -> f64;
 
 /// How a quantity that is swept is read off a row, and its axis.
 const SWEEPS: [(&str, &str, Quantity); 4] = [
-    ("cap", "most points of a leaf", |row| f64::from(row.cap)),
-    ("depth", "greatest depth", |row| f64::from(row.depth)),
-    ("spacing", "spacing of samples, mm", |row| row.spacing_mm),
-    ("step", "mean way of the tip between poses, mm", |row| row.step_mm),
+    ("cap", "most points of a leaf", |row| f64::from(row.form.cap)),
+    ("depth", "greatest depth", |row| f64::from(row.form.depth)),
+    ("spacing", "spacing of samples, mm", |row| row.form.spacing_mm),
+    ("step", "mean way of the tip between poses, mm", |row| row.form.step_mm),
 ];
 
 /// The sweeps: tests against the quantity, over all surfaces; of the spacing also what sampling misses.
-fn sweeps(rows: &[AblationRow]) -> Sketch<Grouped> {
+fn sweeps(rows: &[Counted]) -> Sketch<Grouped> {
     let mut panels = Vec::new();
     for (sweep, axis, quantity) in SWEEPS {
-        let of_sweep: Vec<&AblationRow> = rows.iter().filter(|row| row.sweep == sweep).collect();
+        let of_sweep: Vec<&Counted> = rows.iter().filter(|row| row.form.sweep == sweep).collect();
         // Steps differ a little from surface to surface: the n-th value of each is one category.
-        let rank = |row: &AblationRow| {
-            let same = of_sweep.iter().filter(|other| other.surface == row.surface);
+        let rank = |row: &Counted| {
+            let same = of_sweep.iter().filter(|other| other.surface() == row.surface());
             let mut values = distinct(same.map(|other| quantity(other)));
             values.sort_by(f64::total_cmp);
             values.iter().position(|value| *value == quantity(row)).unwrap_or(0)
         };
-        let ranked: Vec<(usize, &AblationRow)> = of_sweep.iter().map(|row| (rank(row), *row)).collect();
+        let ranked: Vec<(usize, &Counted)> = of_sweep.iter().map(|row| (rank(row), *row)).collect();
         let count = ranked.iter().map(|(rank, _)| rank + 1).max().unwrap_or(0);
         let name = |rank: usize| {
             let values: Vec<f64> = ranked.iter().filter(|(of, _)| *of == rank).map(|(_, row)| quantity(row)).collect();
@@ -154,15 +153,15 @@ fn sweeps(rows: &[AblationRow]) -> Sketch<Grouped> {
         };
         let categories: Vec<String> = (0..count).map(name).collect();
         let variants = [(0, 1), (1, 1), (0, 0)];
-        let line =
-            |number: usize, text: &str, coherence: u8, safe: u8, part: &dyn Fn(&[&AblationRow]) -> Option<Point>| {
-                let of_rank = |rank: usize| {
-                    let members =
-                        ranked.iter().filter(|(of, row)| *of == rank && (row.coherence, row.safe) == (coherence, safe));
-                    part(&members.map(|(_, row)| *row).collect::<Vec<_>>())
-                };
-                Series { entry: entry(text.to_owned(), number), points: (0..count).map(of_rank).collect() }
+        let line = |number: usize, text: &str, coherence: u8, safe: u8, part: &dyn Fn(&[&Counted]) -> Option<Point>| {
+            let of_rank = |rank: usize| {
+                let members = ranked
+                    .iter()
+                    .filter(|(of, row)| *of == rank && (row.form.coherence, row.form.safe) == (coherence, safe));
+                part(&members.map(|(_, row)| *row).collect::<Vec<_>>())
             };
+            Series { entry: entry(text.to_owned(), number), points: (0..count).map(of_rank).collect() }
+        };
         let panel = |title: String, measure: &'static str, scale: Scale, series: Vec<Series>| Panel {
             title,
             measure,
@@ -182,8 +181,9 @@ fn sweeps(rows: &[AblationRow]) -> Sketch<Grouped> {
         }
         panels.push(panel(format!("sweep of the {sweep}"), "tests of a pose", Scale::Log, series));
         if sweep == "spacing" {
-            let missed = |rows: &[&AblationRow]| {
-                let (touching, missed) = rows.iter().fold((0, 0), |(t, m), row| (t + row.touching, m + row.missed));
+            let missed = |rows: &[&Counted]| {
+                let (touching, missed) =
+                    rows.iter().fold((0, 0), |(t, m), row| (t + row.counts.touching, m + row.counts.missed));
                 (touching > 0).then(|| Point::bare(missed as f64 / touching as f64))
             };
             let series =
@@ -201,18 +201,18 @@ fn sweeps(rows: &[AblationRow]) -> Sketch<Grouped> {
 }
 
 /// Time of a pose and of building against the number of samples.
-fn sizes(times: &[AblationTimeRow]) -> Sketch<Grouped> {
-    let rows: Vec<&AblationTimeRow> = times.iter().filter(|row| row.sweep == "size").collect();
-    let spacings = distinct(rows.iter().map(|row| row.spacing_mm));
+fn sizes(times: &[Timed]) -> Sketch<Grouped> {
+    let rows: Vec<&Timed> = times.iter().filter(|row| row.form.sweep == "size").collect();
+    let spacings = distinct(rows.iter().map(|row| row.form.spacing_mm));
     let keys = distinct(rows.iter().map(|row| time_key(row)));
     let samples = |spacing: f64| {
-        let of_octree = rows.iter().find(|row| row.spacing_mm == spacing && row.coherence == 1);
-        of_octree.map_or_else(String::new, |row| format!("{} samples", row.points))
+        let of_octree = rows.iter().find(|row| row.form.spacing_mm == spacing && row.form.coherence == 1);
+        of_octree.map_or_else(String::new, |row| format!("{} samples", row.form.points))
     };
-    let panel = |title: &str, measure: &'static str, part: fn(&AblationTimeRow) -> f64| {
+    let panel = |title: &str, measure: &'static str, part: fn(&Timed) -> f64| {
         let series = keys.iter().enumerate().map(|(n, &wanted)| {
             let of_it = |spacing: f64| {
-                let values = rows.iter().filter(|row| time_key(row) == wanted && row.spacing_mm == spacing);
+                let values = rows.iter().filter(|row| time_key(row) == wanted && row.form.spacing_mm == spacing);
                 spread(values.map(|row| part(row)).collect())
             };
             Series { entry: entry(label(wanted), n), points: spacings.iter().map(|&spacing| of_it(spacing)).collect() }

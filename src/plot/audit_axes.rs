@@ -3,7 +3,7 @@
 use super::Sketch;
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX};
 use super::marks::{Look, label};
-use crate::record::AuditAxisRow;
+use crate::record::ExitRow;
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
@@ -19,7 +19,7 @@ pub struct ExitAxes {
     panels: Vec<(String, Vec<(u8, f64)>)>,
 }
 
-pub(super) fn sketch(rows: &[AuditAxisRow]) -> Sketch<ExitAxes> {
+pub(super) fn sketch(rows: &[ExitRow]) -> Sketch<ExitAxes> {
     let mut panels: Vec<(String, Vec<(u8, f64)>)> = Vec::new();
     for row in rows {
         if !panels.iter().any(|(scene, _)| *scene == row.scene) {
@@ -42,7 +42,7 @@ pub(super) fn sketch(rows: &[AuditAxisRow]) -> Sketch<ExitAxes> {
                   normals, 4 to 6 the second's, 7 to 15 products of edges; the last bar are pairs that no axis separates."
             .to_owned(),
         drawing: if panels.is_empty() {
-            Err("audit_axes.csv holds no rows; let the audit finish first")
+            Err("exits.csv holds no rows; let the audit finish first")
         } else {
             Ok(ExitAxes { panels })
         },

@@ -28,6 +28,7 @@ pub use ablation::draw_ablation;
 pub use audit::draw_audit;
 pub use sweep::draw_sweep;
 
+use crate::analysis::AnalysisError;
 use crate::analysis::claims::ClaimsError;
 use crate::record::{RecordError, read_text, write_text};
 use data::Data;
@@ -56,6 +57,9 @@ pub enum PlotError {
     /// The run's claims cannot be read.
     #[error(transparent)]
     Claims(#[from] ClaimsError),
+    /// The records contradict one another.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
     /// The drawing library refused.
     #[error("cannot draw {figure}: {problem}")]
     Draw {

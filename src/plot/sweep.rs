@@ -5,7 +5,7 @@ use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::{Scale, number};
 use super::{FOLDER, Gallery, PlotError, Sketch, add, write_index};
 use crate::analysis::growth::COSTS;
-use crate::record::{Manifest, Row, Stratum, SweepBuildRow, SweepGrowthRow, SweepSummaryRow, read_rows};
+use crate::record::{BuildRow, Manifest, Row, Stratum, SweepGrowthRow, SweepSummaryRow, read_rows};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -40,7 +40,7 @@ pub fn draw_sweep(folder: &Path, about: &str, axis: &'static str) -> Result<Gall
 }
 
 /// The time that a construction of both bodies' trees takes, the median of its blocks with the least and the greatest.
-fn builds_panel(variants: &[Entry], rows: &[SweepBuildRow], axis: &'static str) -> Panel {
+fn builds_panel(variants: &[Entry], rows: &[BuildRow], axis: &'static str) -> Panel {
     let sizes: Vec<u64> = rows.iter().map(|row| row.triangles).collect::<BTreeSet<_>>().into_iter().collect();
     let point = |entry: &Entry, triangles: u64| {
         let of_it = rows.iter().filter(|row| row.variant == entry.id && row.triangles == triangles);

@@ -1,7 +1,7 @@
 //! The manifest: everything one must know to make the run again, and to judge its timings.
 
 use super::file::{RecordError, compressed, located, open, read_text, write_text};
-use crate::method::Kind;
+use super::vocabulary::Kind;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Read;

@@ -4,7 +4,6 @@
 //! Tidy: one row per observation, units in column names, times as integer nanoseconds. Derived values are never stored
 //! beside what they derive from.
 
-pub mod ablation;
 pub mod audit;
 pub mod cost;
 pub mod file;
@@ -13,6 +12,7 @@ pub mod manifest;
 pub mod peers;
 pub mod repeats;
 pub mod rows;
+pub mod study;
 pub mod sweep;
 pub mod table;
 pub mod vocabulary;
@@ -20,11 +20,7 @@ pub mod vocabulary;
 #[cfg(test)]
 pub(crate) mod synthetic;
 
-pub use crate::method::Kind;
-pub use ablation::{AblationKindRow, AblationRow, AblationTimeRow};
-pub use audit::{
-    AuditAxisRow, AuditBuildRow, AuditCellRow, AuditEffectRow, AuditRow, AuditShareRow, AuditTimingRow, AuditTreeRow,
-};
+pub use audit::{AuditCellRow, AuditEffectRow, AuditShareRow};
 pub use cost::{CostChunkRow, CostRow, DeadlineRow, RepayRow};
 pub use file::{
     RecordError, for_each_row, read_rows, read_rows_if_there, read_text, write_bytes, write_rows,
@@ -38,8 +34,9 @@ pub use rows::{
     AnswerRow, BuildRow, CaseRow, ClaimRow, ExitRow, LineRow, MissRow, OutlineRow, PoseRow, ProgramTimeRow, RatioRow,
     Row, SummaryRow, TightnessRow, TimingRow, TreeRow, VerificationRow,
 };
-pub use sweep::{SweepBuildRow, SweepGrowthRow, SweepRow, SweepSummaryRow, SweepTimingRow};
+pub use study::{CountRow, FactorRow};
+pub use sweep::{SweepGrowthRow, SweepSummaryRow};
 pub use table::Table;
 pub use vocabulary::{
-    ALL_VARIANTS, Band, CONTROL_WORKLOAD, MESH_OUTLINE, NULL_VARIANT, PROGRAM_TIME, PROGRAM_TIME_COLD, Stratum,
+    ALL_VARIANTS, Band, CONTROL_WORKLOAD, Kind, MESH_OUTLINE, NULL_VARIANT, PROGRAM_TIME, PROGRAM_TIME_COLD, Stratum,
 };

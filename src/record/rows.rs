@@ -1,9 +1,8 @@
 //! The rows. Column names are field names; `results/README.md` is their dictionary for readers.
 
 use super::repeats::{SingleRow, VarianceRow};
-use super::sweep::{SweepBuildRow, SweepGrowthRow, SweepRow, SweepTimingRow};
-use super::vocabulary::{Band, Stratum};
-use crate::method::Kind;
+use super::sweep::SweepGrowthRow;
+use super::vocabulary::{Band, Kind, Stratum};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -261,7 +260,7 @@ pub struct VerificationRow {
 }
 
 /// One tree. Deterministic.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TreeRow {
     /// Scene name.
     pub scene: String,
@@ -294,6 +293,27 @@ pub struct TreeRow {
     /// Shift of the root volume's centre from the middle of the part's extent, mm, along the direction from the
     /// area centroid to the mean of the corners: positive is toward the finely triangulated side.
     pub drift_mm: f64,
+    /// Volume of the root, mm³; this and what follows is empty in older records and for what is no binary tree of volumes.
+    #[serde(default)]
+    pub root_volume_mm3: Option<f64>,
+    /// Volume of the part's convex hull, mm³; empty when it is flat.
+    #[serde(default)]
+    pub hull_mm3: Option<f64>,
+    /// Sum of the surface areas of all volumes, mm².
+    #[serde(default)]
+    pub volumes_area_mm2: Option<f64>,
+    /// Area of the part, mm².
+    #[serde(default)]
+    pub part_area_mm2: Option<f64>,
+    /// Nodes with a corner outside their volume.
+    #[serde(default)]
+    pub outside_nodes: Option<u64>,
+    /// Corners outside their node's volume, counted once for each node that holds them, percent.
+    #[serde(default)]
+    pub outside_corners_pct: Option<f64>,
+    /// Largest distance of a corner from its node's volume, mm.
+    #[serde(default)]
+    pub overhang_mm: Option<f64>,
 }
 
 /// One level of one tree. Deterministic.
@@ -609,11 +629,28 @@ case_key!(
     SummaryRow,
     ProgramTimeRow,
     VarianceRow,
-    SweepRow,
-    SweepTimingRow,
-    SweepBuildRow,
     SweepGrowthRow
 );
+
+impl CaseRow {
+    /// The row of a case that is the only one of its variant and is asked everywhere.
+    #[must_use]
+    pub fn new(key: CaseKey, label: impl Into<String>, kind: Kind, safe: bool) -> Self {
+        Self {
+            case: key.name(),
+            variant: key.variant,
+            label: label.into(),
+            kind,
+            safe: u8::from(safe),
+            split: key.split,
+            split_axes: key.split_axes,
+            leaf: key.leaf,
+            default: 1,
+            asked_everywhere: 1,
+            duplicate_of: String::new(),
+        }
+    }
+}
 
 impl TimingRow {
     /// Id of the variant of its case.
@@ -624,6 +661,13 @@ impl TimingRow {
 }
 
 impl CaseKey {
+    /// A method without a tree of ours.
+    #[must_use]
+    pub fn without_tree(variant: &str) -> Self {
+        let none = || "none".to_owned();
+        Self { variant: variant.to_owned(), split: none(), split_axes: none(), leaf: 0 }
+    }
+
     /// Name in `cases.csv`: `variant@split/axes/leaf`, or the variant's id without a tree of ours.
     #[must_use]
     pub fn name(&self) -> String {

@@ -436,6 +436,7 @@ impl Run {
                     sah_cost: 30.0 * planted.loose,
                     bytes: 3_000_000,
                     drift_mm: if centred && planted.id.contains("vertex") { 4.5 } else { 0.0 },
+                    ..TreeRow::default()
                 });
                 for level in 0..14_u32 {
                     let (hull, shrink) = (1e6, 0.8_f64.powi(level.cast_signed()));

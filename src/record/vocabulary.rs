@@ -1,8 +1,11 @@
-//! The classes that poses are sorted into.
+//! The words that records use: kinds of variants, names with a meaning of their own, classes of poses.
 
 use serde::{Deserialize, Serialize};
 
-pub use crate::registry::{ALL_VARIANTS, NULL_VARIANT};
+/// Id of the duplicate of another variant, which shows the noise of the comparison itself.
+pub const NULL_VARIANT: &str = "null-duplicate";
+/// Wildcard that selects every variant.
+pub const ALL_VARIANTS: &str = "all";
 
 /// Workload of the few single poses that the exhaustive control is timed on.
 pub const CONTROL_WORKLOAD: &str = "control";
@@ -15,6 +18,36 @@ pub const PROGRAM_TIME_COLD: &str = "program-time-cold";
 
 /// What stands in the place of a variant in an outline row that draws the part itself.
 pub const MESH_OUTLINE: &str = "mesh";
+
+/// What kind of thing a variant is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// A tree of bounding volumes, or space divided into cells, built and traversed by bvbench.
+    Volume,
+    /// Volumes in an engine made for speed, with a tree, a traversal, arithmetic and threads of its own: what it gains is not the volume's alone.
+    Engine,
+    /// Samples of one mesh in an octree against the body around the other: a method of ours with a test of its own in its leaves.
+    Sampling,
+    /// No volume at all: what the volumes are measured against.
+    Control,
+    /// Another library's whole system: its own tree, traversal and triangle test.
+    Peer,
+}
+
+impl Kind {
+    /// Whether it is a method of ours, whose promise to be safe is compared with the truth.
+    #[must_use]
+    pub const fn is_ours(self) -> bool {
+        self.has_volumes() || matches!(self, Self::Sampling)
+    }
+
+    /// Whether it is a hierarchy of volumes of ours, on the common tree or not.
+    #[must_use]
+    pub const fn has_volumes(self) -> bool {
+        matches!(self, Self::Volume | Self::Engine)
+    }
+}
 
 /// How far a pair is from contact at a pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]

@@ -1,22 +1,14 @@
-//! A tree in a few numbers, without convex hulls: cheap enough for hundreds of trees.
+//! What all volumes of a tree are together, and what they leave out; without convex hulls: cheap enough for hundreds of trees.
 
 use super::Tree;
-use super::nodes::{self, AnyNode};
-use super::tightness::distance_outside;
+use super::nodes::AnyNode;
+use super::tightness::{TreeReport, distance_outside};
 use crate::geometry::triangle;
 use crate::volume::Shape;
 
-/// Facts about one tree, summed over all its nodes.
+/// Facts about the volumes of one tree, summed over all its nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreeSummary {
-    /// Number of nodes.
-    pub nodes: usize,
-    /// Depth of the deepest leaf; the root has depth 0.
-    pub depth_max: u32,
-    /// Mean depth of a leaf, weighted by its triangles.
-    pub depth_mean: f64,
-    /// Mean of smaller / larger child count over inner nodes, weighted by the node's count; 1 is balanced.
-    pub child_ratio: f64,
     /// Volume of the root, mm³.
     pub root_volume_mm3: f64,
     /// Sum of the surface areas of all volumes, mm².
@@ -32,20 +24,16 @@ pub struct TreeSummary {
 }
 
 impl<S: Shape> Tree<S> {
-    /// Measures the tree.
+    /// Measures the tree, but no level of it: [`TreeReport`] without levels and outline.
     #[must_use]
-    pub fn summary(&self) -> TreeSummary {
-        TreeSummary::of(&self.any_nodes())
+    pub fn brief_report(&self) -> TreeReport {
+        TreeReport::brief(&self.any_nodes())
     }
 }
 
 impl TreeSummary {
-    fn of(nodes: &[AnyNode]) -> Self {
+    pub(super) fn of(nodes: &[AnyNode]) -> Self {
         let mut summary = Self {
-            nodes: nodes.len(),
-            depth_max: nodes.iter().map(|node| node.depth).max().unwrap_or(0),
-            depth_mean: nodes::mean_leaf_depth(nodes),
-            child_ratio: nodes::child_ratio(nodes),
             root_volume_mm3: nodes[0].volume.volume(),
             area_mm2: nodes.iter().map(|node| node.volume.surface_area()).sum(),
             outside_nodes: 0,
@@ -88,9 +76,10 @@ mod tests {
         let triangles = meshes::stepped_tool(12, 20).triangles();
         let policy = Policy::own(SplitRule::VertexMean);
         let tree = Tree::build(&ObbVertexCentroid::fit, &triangles, policy);
-        let (summary, report) = (tree.summary(), tree.report());
-        assert_eq!((summary.nodes, summary.depth_max), (report.nodes, report.depth_max));
-        assert_eq!((summary.depth_mean, summary.child_ratio), (report.depth_mean, report.child_ratio));
+        let (brief, report) = (tree.brief_report(), tree.report());
+        let summary = brief.summary.unwrap();
+        assert_eq!((report.summary, brief.levels.len()), (brief.summary, 0));
+        assert_eq!((brief.nodes, brief.sah_cost, brief.drift_mm), (report.nodes, report.sah_cost, report.drift_mm));
         assert_eq!(summary.root_volume_mm3, report.levels[0].volume_mm3);
         assert!(
             (summary.area_mm2 / tree.nodes()[0].volume.surface_area() - report.sah_cost).abs() < 1e-9 * report.sah_cost
@@ -105,7 +94,8 @@ mod tests {
     fn a_tight_tree_leaves_nothing_out_and_counts_a_corner_on_every_level() {
         // A cuboid's 12 triangles halve to leaves of mean depth 11/3: 3 · 12 corners on each of 11/3 + 1 levels.
         let triangles = meshes::cuboid(2.0, 4.0, 6.0).triangles();
-        let summary = Tree::build(&ObbVertex::fit, &triangles, Policy::own(SplitRule::Median)).summary();
+        let summary = Tree::build(&ObbVertex::fit, &triangles, Policy::own(SplitRule::Median)).brief_report();
+        let summary = summary.summary.unwrap();
         assert_eq!((summary.outside_nodes, summary.outside_corners, summary.overhang_mm), (0, 0, 0.0));
         assert_eq!(summary.corners, 36 * 14 / 3);
     }

@@ -3,6 +3,7 @@
 use super::Tree;
 use super::nodes::{self, AnyNode};
 use super::spread::{self, Contents};
+use super::summary::TreeSummary;
 use crate::geometry::{Point, Triangle, covariance, triangle};
 use crate::volume::{Segment, Shape, Solid};
 use rayon::prelude::*;
@@ -33,6 +34,8 @@ pub struct TreeReport {
     /// Shift of the root volume's centre from the middle of the contents, mm, along the direction from the area centroid to
     /// the mean of the corners; 0 when the two coincide.
     pub drift_mm: f64,
+    /// All volumes together, of a binary tree of volumes that are fitted to their contents.
+    pub summary: Option<TreeSummary>,
     /// Levels 0 to [`DEEPEST_LEVEL`], as far as there are nodes.
     pub levels: Vec<LevelReport>,
     /// The root volume, for drawing; mm, mesh frame.
@@ -52,6 +55,7 @@ impl TreeReport {
             child_ratio: f64::NAN,
             sah_cost: f64::NAN,
             drift_mm: f64::NAN,
+            summary: None,
             levels: Vec::new(),
             root_outline: Vec::new(),
         }
@@ -108,18 +112,24 @@ impl<S: Shape> Tree<S> {
 
 impl TreeReport {
     fn of(nodes: &[AnyNode]) -> Self {
+        Self { levels: levels(nodes), root_outline: nodes[0].volume.outline(), ..Self::brief(nodes) }
+    }
+
+    /// Without levels and outline.
+    pub(super) fn brief(nodes: &[AnyNode]) -> Self {
         let root = &nodes[0];
-        let area: f64 = nodes.iter().map(|node| node.volume.surface_area()).sum();
+        let summary = TreeSummary::of(nodes);
         Self {
             nodes: nodes.len(),
             leaves: nodes.iter().filter(|node| node.children.is_none()).count(),
             depth_max: nodes.iter().map(|node| node.depth).max().unwrap_or(0),
             depth_mean: nodes::mean_leaf_depth(nodes),
             child_ratio: nodes::child_ratio(nodes),
-            sah_cost: area / root.volume.surface_area(),
+            sah_cost: summary.area_mm2 / root.volume.surface_area(),
             drift_mm: drift(&root.volume.centre(), root.triangles),
-            levels: levels(nodes),
-            root_outline: root.volume.outline(),
+            summary: Some(summary),
+            levels: Vec::new(),
+            root_outline: Vec::new(),
         }
     }
 }

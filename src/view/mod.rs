@@ -24,7 +24,7 @@ use crate::check::{self, CheckError, Outcome, Path, Settings};
 use crate::measure::Progress;
 use crate::method::Model;
 use crate::picture::Up;
-use crate::registry::Variant;
+use crate::registry::{Registry, Variant};
 use crate::scene::{Pair, ProgramRun, Scene, TipFault};
 use motion::Motion;
 use rayon::prelude::*;
@@ -37,6 +37,8 @@ use thiserror::Error;
 pub struct Choice<'a> {
     /// The variant whose trees `check` uses.
     pub method: &'a Variant,
+    /// All variants: `check` asks the fastest about pairs that `method` is not made for.
+    pub registry: &'a Registry,
     /// Variants whose trees are drawn, side by side when there are two.
     pub variants: Vec<&'a Variant>,
     /// How many levels of them.
@@ -133,7 +135,7 @@ pub fn upright(scene: &Scene) -> Up {
 /// What `check` says. A scene without pairs, or a program without moves, is no reason not to look at it.
 fn examine(scene: &Scene, run: &ProgramRun, choice: &Choice, progress: &dyn Progress) -> Result<Outcome, CheckError> {
     let settings = Settings { stop_at_first: false, ..choice.settings.clone() };
-    match check::check(scene, run, choice.method, &settings, progress) {
+    match check::check(scene, run, choice.method, choice.registry, &settings, progress) {
         Err(CheckError::NoPairs(_) | CheckError::NoMoves(_)) => Ok(Outcome::default()),
         other => other,
     }

@@ -1,7 +1,6 @@
 //! Audits made up with known effects.
 
 use super::*;
-use crate::record::Stratum;
 use crate::record::synthetic::{Plan, Run};
 use tempfile::TempDir;
 
@@ -27,50 +26,46 @@ fn cells() -> Vec<([String; 4], f64)> {
 /// drifted centre leave something out and miss a tenth.
 fn write(folder: &Path) {
     Run::generate(&Plan::default()).manifest.write(folder).unwrap();
-    let (mut rows, mut trees) = (Vec::new(), Vec::new());
+    let (mut rows, mut trees, mut factors) = (Vec::new(), Vec::new(), Vec::new());
     for (scene, scale) in [("mill", 1), ("lathe", 7)] {
-        for ([orientation, centre, split, leaf], effect) in cells() {
-            let (leaf, drifted) = (leaf.parse().unwrap(), centre == "drifted");
-            for chunk in 0..3 {
-                rows.push(AuditRow {
-                    scene: scene.into(),
-                    workload: "random".into(),
-                    pair: "a:b".into(),
-                    stratum: if chunk == 0 { Stratum::Colliding } else { Stratum::Far },
-                    chunk,
-                    poses: 10,
-                    orientation: orientation.clone(),
-                    centre: centre.clone(),
-                    split: split.clone(),
-                    leaf,
-                    volume_tests: (12_000.0 * f64::from(scale * (chunk + 1)) * effect) as u64,
-                    triangle_tests: 0,
-                    touching: if chunk == 0 { 10 } else { 0 },
-                    missed: u64::from(chunk == 0 && drifted),
-                });
-            }
-            trees.push(AuditTreeRow {
+        for (levels, effect) in cells() {
+            let [orientation, centre, split, leaf] = levels.clone();
+            let tree = TreeRow {
                 scene: scene.into(),
                 part: "a".into(),
-                orientation,
-                centre,
+                variant: format!("{orientation}-{centre}"),
                 split,
-                leaf,
-                triangles: 12,
-                nodes: 23,
-                depth_max: 4,
-                depth_mean: 3.5,
-                child_ratio: 1.0,
-                root_volume_mm3: 8.0,
-                hull_mm3: None,
-                boxes_area_mm2: 240.0,
-                part_area_mm2: 24.0,
-                outside_nodes: u64::from(drifted),
-                outside_corners_pct: if drifted { 5.0 } else { 0.0 },
-                overhang_mm: if drifted { 1.5 } else { 0.0 },
+                split_axes: "own".into(),
+                leaf: leaf.parse().unwrap(),
+                ..TreeRow::default()
+            };
+            let (case, drifted) = (tree.case().name(), centre == "drifted");
+            if scene == "mill" {
+                factors
+                    .extend(FACTORS.iter().zip(levels).map(|(factor, level)| FactorRow::of_case(&case, factor, level)));
+            }
+            for chunk in 0..3 {
+                let stratum = if chunk == 0 { Stratum::Colliding } else { Stratum::Far };
+                rows.push(CountRow {
+                    poses: 10,
+                    queries: 10,
+                    volume_tests: (12_000.0 * f64::from(scale * (chunk + 1)) * effect) as u64,
+                    touching: if chunk == 0 { 10 } else { 0 },
+                    missed: u64::from(chunk == 0 && drifted),
+                    ..CountRow::new(scene, &case, chunk, Some(stratum))
+                });
+            }
+            trees.push(TreeRow {
+                volumes_area_mm2: Some(240.0),
+                part_area_mm2: Some(24.0),
+                outside_nodes: Some(u64::from(drifted)),
+                outside_corners_pct: Some(if drifted { 5.0 } else { 0.0 }),
+                overhang_mm: Some(if drifted { 1.5 } else { 0.0 }),
+                ..tree
             });
         }
     }
+    write_rows(folder, &factors).unwrap();
     write_rows(folder, &rows).unwrap();
     write_rows(folder, &trees).unwrap();
 }
@@ -148,11 +143,11 @@ fn cells_carry_their_means_misses_and_containment() {
 fn an_audit_that_lacks_a_cell_is_refused() {
     let folder = TempDir::new().unwrap();
     write(folder.path());
-    let mut rows: Vec<AuditRow> = read_rows(folder.path()).unwrap();
+    let mut rows: Vec<CountRow> = read_rows(folder.path()).unwrap();
     rows.remove(30);
     write_rows(folder.path(), &rows).unwrap();
     let error = analyze_audit(folder.path()).unwrap_err();
-    assert_eq!(error.to_string(), "audit.csv: scene `mill` lacks cells of the audit; let it finish first");
+    assert_eq!(error.to_string(), "counts.csv: scene `mill` lacks cells of the audit; let it finish first");
 }
 
 #[test]
@@ -165,4 +160,50 @@ fn the_same_records_give_the_same_bytes() {
             .map(|file| std::fs::read(folder.path().join(file)).unwrap())
     };
     assert_eq!(written(), written());
+}
+
+/// A cell is compared with the copy of the reference that was timed in its own launch, and only with that.
+#[test]
+fn times_are_compared_within_a_launch() {
+    let folder = TempDir::new().unwrap();
+    write(folder.path());
+    let (mut timings, mut builds) = (Vec::new(), Vec::new());
+    let trees: Vec<TreeRow> = read_rows(folder.path()).unwrap();
+    for (launch, tree) in (0..).zip(&trees) {
+        // Every launch is on a machine of another speed; leaves of eight take twice the time to ask and half to build.
+        let (speed, of_eight) = (1000 * (u64::from(launch) + 1), tree.leaf == 8);
+        let null = TreeRow { variant: NULL_VARIANT.into(), ..tree.clone() };
+        for (of, query, build) in [(tree, if of_eight { 6 } else { 3 }, if of_eight { 2 } else { 4 }), (&null, 3, 4)] {
+            let (scene, case) = (tree.scene.clone(), of.case());
+            timings.extend((0..3).map(|chunk| TimingRow {
+                scene: scene.clone(),
+                case: case.name(),
+                binary: 0,
+                launch,
+                block: 0,
+                chunk,
+                passes: 2,
+                ns: query * speed,
+            }));
+            builds.push(BuildRow {
+                scene,
+                part: tree.part.clone(),
+                variant: case.variant,
+                split: case.split,
+                split_axes: case.split_axes,
+                leaf: case.leaf,
+                triangles: 12,
+                binary: 0,
+                launch,
+                block: 0,
+                ns: build * speed,
+            });
+        }
+    }
+    write_rows(folder.path(), &timings).unwrap();
+    write_rows(folder.path(), &builds).unwrap();
+    for row in analyze_audit(folder.path()).unwrap().cells {
+        let (time, build) = if row.leaf == 8 { (2.0, 0.5) } else { (1.0, 1.0) };
+        assert!(near(row.time_ratio.unwrap(), time) && near(row.build_ratio.unwrap(), build), "{row:?}");
+    }
 }

@@ -4,17 +4,8 @@ use super::*;
 use crate::record::synthetic::{Plan, Run};
 use tempfile::TempDir;
 
-fn row(x: f64, group: u32, volume_tests: u64, missed: u64) -> SweepRow {
-    SweepRow {
-        sweep: "weight".into(),
-        x,
-        variant: "ball".into(),
-        split: "median".into(),
-        split_axes: "own".into(),
-        leaf: 1,
-        triangles: 100,
-        group,
-        stratum: Stratum::Colliding,
+fn row(x: f64, group: u32, volume_tests: u64, missed: u64) -> CountRow {
+    CountRow {
         poses: 10,
         queries: 40,
         volume_tests,
@@ -22,26 +13,31 @@ fn row(x: f64, group: u32, volume_tests: u64, missed: u64) -> SweepRow {
         touching: 10,
         missed,
         delay_mm: 5.0 * (10 - missed) as f64,
+        ..CountRow::new(&format!("weight={x}"), "ball@median/own/1", 4 * group, Some(Stratum::Colliding))
     }
 }
 
 #[test]
 fn metrics_are_means_over_groups() {
     let folder = TempDir::new().unwrap();
-    Run::generate(&Plan::default()).manifest.write(folder.path()).unwrap();
+    let run = Run::generate(&Plan::default());
+    run.manifest.write(folder.path()).unwrap();
+    let case = CaseRow { case: "ball@median/own/1".into(), variant: "ball".into(), ..run.cases[0].clone() };
+    write_rows(folder.path(), &[case]).unwrap();
+    write_rows(
+        folder.path(),
+        &[0.5, 2.0].map(|x| FactorRow::of_scene(&format!("weight={x}"), "weight", x.to_string())),
+    )
+    .unwrap();
     let rows = [row(0.5, 0, 400, 0), row(0.5, 1, 1200, 5), row(2.0, 0, 4000, 10)];
     write_rows(folder.path(), &rows).unwrap();
-    let timing = |block: u32, ns: u64| SweepTimingRow {
-        sweep: "weight".into(),
-        x: 0.5,
-        variant: "ball".into(),
-        split: "median".into(),
-        split_axes: "own".into(),
-        leaf: 1,
-        group: 0,
-        stratum: Stratum::Colliding,
+    let timing = |block: u32, ns: u64| TimingRow {
+        scene: "weight=0.5".into(),
+        case: "ball@median/own/1".into(),
+        binary: 0,
+        launch: 0,
         block,
-        poses: 10,
+        chunk: 0,
         passes: 2,
         ns,
     };

@@ -8,15 +8,16 @@
 mod subject;
 mod trial;
 
-use super::Progress;
 use super::blocks::{self, Extent, Participation, Work};
-use super::folder::{UNITS, remove, write_unit};
+use super::folder::{self, Folder};
+use super::plan::Case;
+use super::study::{self, Rows, Study, timing_row};
+use super::{MeasureError, Profile, Progress, Silent};
 use crate::geometry::shapes::{Freeform, ShapeError};
 use crate::interference::profile::ProfileError;
 use crate::interference::{Division, Search, SecondLevel};
-use crate::record::{AblationKindRow, AblationRow, AblationTimeRow, RecordError, read_rows, write_rows};
+use crate::record::manifest::{Request, Stage};
 use crate::registry::Variant;
-use rayon::prelude::*;
 use std::path::Path;
 use subject::ToolSubject;
 use thiserror::Error;
@@ -31,33 +32,41 @@ pub enum AblationError {
     /// The tool has impossible dimensions.
     #[error(transparent)]
     Profile(#[from] ProfileError),
-    /// A record cannot be read or written.
+    /// The folder cannot be used, or a record not be read or written.
     #[error(transparent)]
-    Record(#[from] RecordError),
+    Measure(#[from] MeasureError),
 }
 
 /// How much is done.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AblationBudget {
+struct AblationBudget {
     /// Rows of the path.
-    pub rows: u32,
+    rows: u32,
     /// Way from contact point to contact point, mm.
-    pub step_mm: f64,
+    step_mm: f64,
     /// Rounds of timing.
-    pub rounds: u32,
+    rounds: u32,
     /// Whether the sweeps are made beside the parts, that of the surface's size among them.
-    pub sweeps: bool,
+    sweeps: bool,
 }
 
-/// What was found.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Ablation {
-    /// Counts.
-    pub rows: Vec<AblationRow>,
-    /// Local and global interference.
-    pub kinds: Vec<AblationKindRow>,
-    /// Times.
-    pub times: Vec<AblationTimeRow>,
+const fn budget(profile: Profile) -> AblationBudget {
+    match profile {
+        Profile::Smoke => AblationBudget { rows: 5, step_mm: 3.0, rounds: 1, sweeps: false },
+        Profile::Quick => AblationBudget { rows: 15, step_mm: 1.0, rounds: 3, sweeps: true },
+        Profile::Full => AblationBudget { rows: 60, step_mm: 0.25, rounds: 9, sweeps: true },
+    }
+}
+
+/// What an ablation is asked to do.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    /// How much.
+    pub profile: Profile,
+    /// The tree that the method is compared with.
+    pub against: &'a Variant,
+    /// Seed of the order in which forms are timed.
+    pub seed: u64,
 }
 
 /// One form of the method.
@@ -77,6 +86,22 @@ struct Form {
     density: f64,
     /// Only each so many-th pose is asked.
     stride: usize,
+}
+
+impl Form {
+    /// Name of the case in the records, with what it differs in from others of its sweep.
+    fn case(&self, search: &str) -> String {
+        let mode = if self.safe { "safe" } else { "sampling" };
+        let coherence = if self.coherent { "-coherent" } else { "" };
+        let value = match self.sweep {
+            "cap" => format!("-{}", self.division.cap),
+            "depth" => format!("-{}", self.division.depth),
+            "spacing" | "size" => format!("-{}", self.spacing_mm),
+            "step" => format!("-{}", self.fineness),
+            _ => String::new(),
+        };
+        format!("{}-{search}-{}-{mode}{coherence}{value}", self.sweep, self.level.name())
+    }
 }
 
 /// The form that the others differ from.
@@ -135,80 +160,130 @@ fn sizes() -> Vec<Form> {
     SIZES.into_iter().flat_map(of).collect()
 }
 
-/// A surface with the forms that are tried on it.
-struct Trials<'a> {
-    name: &'static str,
-    /// `parts` or `size`.
-    about: &'static str,
-    surface: &'a Freeform,
+/// A surface with the forms that are tried on it: a scene of the study.
+struct Ablated {
+    name: String,
+    /// Number of the surface.
+    surface: usize,
     forms: Vec<Form>,
 }
 
-/// Makes the experiment and writes what was found into `folder`; `mesh_variant` is the tree that the method is held against. A surface that
-/// an interrupted experiment of the same kind has finished is not tried again. Counts do not depend on the machine.
+/// What is tried on what.
+struct Design<'a> {
+    asked: &'a Asked<'a>,
+    budget: AblationBudget,
+    tool: ToolSubject,
+    surfaces: Vec<Freeform>,
+    scenes: Vec<Ablated>,
+}
+
+/// Makes the experiment and writes its raw records into `folder`; without `timed`, only the deterministic ones. An interrupted experiment goes on
+/// with the forms it lacks, a finished one is made again; `fresh` replaces one of another request. Counts do not depend on the machine.
 ///
 /// # Errors
-/// When a surface or the tool cannot be made, or a file not be written.
+/// When a surface or the tool cannot be made, the folder holds something else, or a file cannot be written.
 pub fn ablation(
-    budget: &AblationBudget,
-    mesh_variant: &Variant,
-    seed: u64,
+    asked: &Asked<'_>,
     folder: &Path,
+    fresh: bool,
+    timed: bool,
     progress: &dyn Progress,
-) -> Result<Ablation, AblationError> {
-    let _lock = crate::record::FolderLock::take(folder)?;
-    let tool = ToolSubject::new()?;
-    let surfaces = subject::surfaces();
-    let parts = surfaces.iter().map(|(name, surface)| (*name, "parts", surface, forms(budget.sweeps)));
-    let sizes =
-        surfaces.iter().take(usize::from(budget.sweeps)).map(|(name, surface)| (*name, "size", surface, sizes()));
-    let stages = parts.chain(sizes).map(|(name, about, surface, forms)| Trials { name, about, surface, forms });
-    let units = folder.join(UNITS);
-    let mut found = Ablation::default();
-    for stage in stages {
-        let unit = units.join(request(budget, mesh_variant, seed)).join(format!("{}-{}", stage.name, stage.about));
-        if !unit.exists() {
-            let of_stage = try_forms(&stage, budget, mesh_variant, &tool, seed, progress)?;
-            write_unit(&unit, |folder| of_stage.write(folder))?;
-        }
-        found.read(&unit)?;
+) -> Result<(), AblationError> {
+    carry_out(&Design::new(asked, budget(asked.profile))?, folder, fresh, timed, progress)
+}
+
+fn carry_out(
+    design: &Design<'_>,
+    folder: &Path,
+    fresh: bool,
+    timed: bool,
+    progress: &dyn Progress,
+) -> Result<(), AblationError> {
+    let entries = vec![Case::of(design.asked.against).entry()];
+    let mut folder = Folder::open(folder, folder::begun(request(design.asked, &design.budget), entries), fresh)?;
+    if timed && folder.has_finished(Stage::Measure) {
+        folder.begin_again(Stage::Measure, &study::raw_files(), "").map_err(MeasureError::from)?;
     }
-    found.write(folder)?;
-    remove(&units)?;
-    Ok(found)
+    study::carry_out(design, &mut folder, timed, progress)
 }
 
-/// What tells one experiment's units from those of others.
-fn request(budget: &AblationBudget, mesh_variant: &Variant, seed: u64) -> String {
-    let AblationBudget { rows, step_mm, rounds, sweeps } = budget;
-    let program = super::environment::program();
-    format!("{rows}-{step_mm}-{rounds}-{sweeps}-{seed}-{}-{}", mesh_variant.info.id, program.git_revision)
+impl<'a> Design<'a> {
+    fn new(asked: &'a Asked<'a>, budget: AblationBudget) -> Result<Self, AblationError> {
+        let (names, surfaces): (Vec<&str>, Vec<Freeform>) = subject::surfaces().into_iter().unzip();
+        let parts = |(surface, name): (usize, &&str)| Ablated {
+            name: (*name).to_owned(),
+            surface,
+            forms: forms(budget.sweeps),
+        };
+        let mut scenes: Vec<Ablated> = names.iter().enumerate().map(parts).collect();
+        if budget.sweeps {
+            scenes.push(Ablated { name: format!("{}-size", names[0]), surface: 0, forms: sizes() });
+        }
+        Ok(Self { asked, budget, tool: ToolSubject::new()?, surfaces, scenes })
+    }
 }
 
-/// Counts all forms of a stage, on all cores, and times them one by one.
-fn try_forms(
-    stage: &Trials,
-    budget: &AblationBudget,
-    mesh_variant: &Variant,
-    tool: &ToolSubject,
-    seed: u64,
-    progress: &dyn Progress,
-) -> Result<Ablation, AblationError> {
-    let what = format!("octree method on `{}`, {}", stage.name, stage.about);
-    progress.begin(&what, stage.forms.len() as u64 + u64::from(budget.rounds));
-    let mut ground = Ground::new(stage.name, stage.surface, budget, tool, mesh_variant);
-    let trials: Vec<Trial> = stage.forms.iter().map(|form| ground.trial(*form)).collect::<Result<_, _>>()?;
-    let count = |trial: &Trial| {
-        let rows = trial.count();
-        progress.advance(1);
-        rows
-    };
-    let rows = trials.par_iter().map(count).collect::<Vec<_>>().concat();
-    let kinds = trials.iter().filter(|trial| trial.form == BASE).flat_map(|trial| trial.kinds(tool)).collect();
-    let extent = Extent { blocks: budget.rounds, warms_up: false, long_once: false };
-    let samples = blocks::time(&mut Timed(&trials), extent, seed, progress);
-    let times = samples.into_iter().map(|sample| trials[sample.case].time_row(sample.block, sample.ns)).collect();
-    Ok(Ablation { rows, kinds, times })
+impl Study for Design<'_> {
+    type Place<'b>
+        = Vec<Trial>
+    where
+        Self: 'b;
+    type Error = AblationError;
+
+    fn scenes(&self) -> Vec<String> {
+        self.scenes.iter().map(|scene| scene.name.clone()).collect()
+    }
+
+    fn counted(&self, scene: usize) -> Vec<String> {
+        let name = |form: &Form| form.case(form.search.map_or(self.asked.against.info.id, Search::name));
+        self.scenes[scene].forms.iter().map(name).collect()
+    }
+
+    fn prepare(&self, scene: usize, progress: &dyn Progress) -> Result<Vec<Trial>, AblationError> {
+        let Ablated { name, surface, forms } = &self.scenes[scene];
+        progress.begin(&format!("{name}: octrees"), forms.len() as u64);
+        let mut ground = Ground::new(name, &self.surfaces[*surface], &self.budget, &self.tool, self.asked.against);
+        let trial = |form: &Form| {
+            progress.advance(1);
+            ground.trial(*form)
+        };
+        forms.iter().map(trial).collect()
+    }
+
+    fn describe(&self, _: &Vec<Trial>) -> Rows {
+        Rows::default()
+    }
+
+    fn count(&self, trials: &Vec<Trial>, unit: usize) -> Rows {
+        trials[unit].count(&self.tool)
+    }
+
+    /// All forms in turn, so that what the machine does meanwhile strikes them alike.
+    fn time(&self, trials: &Vec<Trial>, _: usize) -> Rows {
+        let extent = Extent { blocks: self.budget.rounds, warms_up: false, long_once: false };
+        let samples = blocks::time(&mut Timed(trials), extent, self.asked.seed, &Silent);
+        let names: Vec<String> = trials.iter().map(Trial::case).collect();
+        let timings = samples.iter().map(|sample| timing_row((trials[0].scene(), 0), &names, 0, sample)).collect();
+        Rows { timings, builds: trials.iter().map(Trial::build_row).collect(), ..Rows::default() }
+    }
+}
+
+fn request(asked: &Asked<'_>, budget: &AblationBudget) -> Request {
+    Request {
+        profile: asked.profile.to_string(),
+        seed: asked.seed,
+        scenes: Vec::new(),
+        variants: vec![asked.against.info.id.to_owned()],
+        policies: Vec::new(),
+        workloads: Vec::new(),
+        verify_poses: 0,
+        measure_poses: 0,
+        program_steps: 0,
+        blocks: budget.rounds,
+        launches: 1,
+        binaries: 1,
+        cold_poses: 0,
+    }
 }
 
 /// Trials, each of which runs all its poses as one chunk.
@@ -233,49 +308,40 @@ impl Work for Timed<'_> {
     }
 }
 
-impl Ablation {
-    fn write(&self, folder: &Path) -> Result<(), RecordError> {
-        write_rows(folder, &self.rows)?;
-        write_rows(folder, &self.kinds)?;
-        write_rows(folder, &self.times)
-    }
-
-    fn read(&mut self, folder: &Path) -> Result<(), RecordError> {
-        self.rows.extend(read_rows(folder)?);
-        self.kinds.extend(read_rows(folder)?);
-        self.times.extend(read_rows(folder)?);
-        Ok(())
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::Silent;
     use super::*;
+    use crate::record::{BuildRow, CountRow, FactorRow, Manifest, TimingRow, read_rows};
     use crate::registry::Registry;
 
     #[test]
     fn safe_forms_miss_nothing_and_the_hierarchy_saves_tests() {
         let budget = AblationBudget { rows: 2, step_mm: 1.5, rounds: 1, sweeps: false };
         let registry = Registry::standard();
+        let asked = Asked { profile: Profile::Smoke, against: registry.reference().unwrap(), seed: 1 };
         let folder = tempfile::tempdir().unwrap();
-        let variant = registry.reference().unwrap();
-        let found = ablation(&budget, variant, 1, folder.path(), &Silent).unwrap();
-        let mut again = Ablation::default();
-        again.read(folder.path()).unwrap();
-        assert_eq!(again, found);
-        let Ablation { rows, kinds, times } = found;
-        assert_eq!((rows.len(), times.len()), (4 * 17 * 2, 4 * 17));
-        let touching: u64 = rows.iter().map(|row| row.touching).sum();
+        let design = Design::new(&asked, budget).unwrap();
+        carry_out(&design, folder.path(), false, true, &Silent).unwrap();
+        Manifest::read(folder.path()).unwrap().check_rows(folder.path()).unwrap();
+        let rows: Vec<CountRow> = read_rows(folder.path()).unwrap();
+        let (forms, kinds): (Vec<&CountRow>, Vec<&CountRow>) =
+            rows.iter().partition(|row| row.case.starts_with("parts-"));
+        assert_eq!((forms.len(), kinds.len()), (4 * 17 * 2, 4 * 2 * 2));
+        assert_eq!(read_rows::<TimingRow>(folder.path()).unwrap().len(), 4 * 17);
+        assert_eq!(read_rows::<BuildRow>(folder.path()).unwrap().len(), 4 * 17);
+        // Eight factors of each form, two quantities on each surface, and one of each kind.
+        assert_eq!(read_rows::<FactorRow>(folder.path()).unwrap().len(), 17 * 8 + 4 * 17 * 2 + 2);
+        let touching: u64 = forms.iter().map(|row| row.touching).sum();
         assert!(touching > 4 * 17 * 20, "{touching}");
-        assert!(rows.iter().all(|row| row.safe == 0 || row.missed == 0), "a safe form misses contact");
+        let is_safe = |row: &CountRow| row.case.contains("-safe");
+        assert!(forms.iter().all(|row| !is_safe(row) || row.missed == 0), "a safe form misses contact");
         let tests = |search: &str| -> u64 {
-            let of = rows.iter().filter(|row| row.search == search && row.second_level == "none" && row.coherence == 0);
-            of.map(|row| row.first_level).sum()
+            let names = ["safe", "sampling"].map(|mode| format!("parts-{search}-none-{mode}"));
+            forms.iter().filter(|row| names.contains(&row.case)).map(|row| row.volume_tests).sum()
         };
         assert!(tests("leaves") > 3 * tests("octree"), "{} {}", tests("leaves"), tests("octree"));
         for kind in ["local", "global"] {
-            let of_kind = || kinds.iter().filter(|row| row.kind == kind);
+            let of_kind = || kinds.iter().filter(|row| row.case == kind);
             assert!(
                 of_kind().map(|row| row.touching).sum::<u64>() > 20 && of_kind().all(|row| row.missed == 0),
                 "{kinds:?}"

@@ -2,13 +2,15 @@
 
 use super::super::timer;
 use super::subject::{self, ToolSubject};
-use super::{AblationBudget, AblationError, Form};
+use super::{AblationBudget, AblationError, BASE, Form};
 use crate::geometry::shapes::Freeform;
 use crate::geometry::{Isometry, Mesh};
 use crate::interference::detect::Allowance;
 use crate::interference::{BoxedTool, Coherence, Counts, Detector, Samples, SecondLevel, SurfaceOctree};
+use crate::measure::study::{Rows, build_row};
 use crate::method::Model;
-use crate::record::{AblationKindRow, AblationRow, AblationTimeRow};
+use crate::record::rows::CaseKey;
+use crate::record::{BuildRow, CaseRow, CountRow, FactorRow, Kind, TreeRow};
 use crate::registry::Variant;
 use crate::truth::PairOracle;
 use rayon::prelude::*;
@@ -16,7 +18,7 @@ use std::sync::Arc;
 
 /// A surface with what its trials share.
 pub struct Ground<'a> {
-    name: &'static str,
+    scene: String,
     surface: &'a Freeform,
     budget: &'a AblationBudget,
     tool: &'a ToolSubject,
@@ -37,13 +39,13 @@ struct Posed {
 /// What answers.
 enum Contender {
     Octree { octree: Arc<SurfaceOctree>, tool: BoxedTool },
-    Trees { name: &'static str, surface: Box<dyn Model>, tool: Box<dyn Model> },
+    Trees { variant: Variant, surface: Box<dyn Model>, tool: Box<dyn Model> },
 }
 
 /// A form with all it needs.
 pub struct Trial {
     pub form: Form,
-    name: &'static str,
+    scene: String,
     contender: Contender,
     mesh: Arc<Mesh>,
     build_ns: u64,
@@ -51,18 +53,21 @@ pub struct Trial {
     posed: Posed,
 }
 
+/// Name of the part that trees and octrees are over.
+const SURFACE: &str = "surface";
+
 const NO_ALLOWANCE: Allowance = Allowance { gouge_mm: 0.0, clearance_mm: 0.0 };
 
 impl<'a> Ground<'a> {
     pub fn new(
-        name: &'static str,
+        scene: &str,
         surface: &'a Freeform,
         budget: &'a AblationBudget,
         tool: &'a ToolSubject,
         variant: &'a Variant,
     ) -> Self {
         let (meshes, octrees, poses) = (Vec::new(), Vec::new(), Vec::new());
-        Self { name, surface, budget, tool, variant, meshes, octrees, poses }
+        Self { scene: scene.to_owned(), surface, budget, tool, variant, meshes, octrees, poses }
     }
 
     /// Prepares a form; what an earlier one has made is used again.
@@ -74,10 +79,10 @@ impl<'a> Ground<'a> {
         } else {
             let (ns, surface) = timer::time(|| self.variant.prepare(&mesh, None));
             let tool = self.variant.prepare(&self.tool.whole, None);
-            (Contender::Trees { name: self.variant.info.id, surface, tool }, ns)
+            (Contender::Trees { variant: *self.variant, surface, tool }, ns)
         };
         let posed = self.posed(&form, &mesh);
-        Ok(Trial { form, name: self.name, contender, mesh, build_ns, posed })
+        Ok(Trial { form, scene: self.scene.clone(), contender, mesh, build_ns, posed })
     }
 
     fn mesh(&mut self, density: f64) -> Result<Arc<Mesh>, AblationError> {
@@ -146,7 +151,7 @@ impl Trial {
 
     fn search_name(&self) -> &'static str {
         match (&self.contender, self.form.search) {
-            (Contender::Trees { name, .. }, _) => name,
+            (Contender::Trees { variant, .. }, _) => variant.info.id,
             (_, search) => search.map_or("none", crate::interference::Search::name),
         }
     }
@@ -159,71 +164,111 @@ impl Trial {
         }
     }
 
-    /// A row of the poses that hit and one of the others.
-    pub fn count(&self) -> Vec<AblationRow> {
-        let answers = self.run();
-        let [points, octants, bytes] = self.size().map(|size| size as u64);
-        let of = |wanted: bool| {
-            let chosen = || answers.iter().zip(self.posed.touching.iter()).filter(move |((hit, _), _)| *hit == wanted);
-            let sum = |part: &dyn Fn(&Counts) -> u64| chosen().map(|((_, counts), _)| part(counts)).sum::<u64>();
-            let touching = chosen().filter(|(_, touching)| **touching).count() as u64;
-            AblationRow {
-                sweep: self.form.sweep.to_owned(),
-                surface: self.name.to_owned(),
-                spacing_mm: self.form.spacing_mm,
-                covering_mm: match &self.contender {
-                    Contender::Octree { octree, .. } => octree.covering_mm,
-                    Contender::Trees { .. } => 0.0,
-                },
-                points,
-                cap: self.form.division.cap,
-                depth: self.form.division.depth,
-                octants,
-                bytes,
-                search: self.search_name().to_owned(),
-                second_level: self.form.level.name().to_owned(),
-                safe: u8::from(self.form.safe),
-                coherence: u8::from(self.form.coherent),
-                step_mm: self.posed.step_mm,
-                hit: u8::from(wanted),
-                poses: chosen().count() as u64,
-                first_level: sum(&|counts| counts.first_level),
-                second_level_tests: sum(&|counts| counts.second_level),
-                point_tests: sum(&|counts| counts.points),
-                recalled: sum(&|counts| counts.recalled),
-                touching,
-                missed: if wanted { 0 } else { touching },
-            }
+    /// The surface, by name.
+    pub fn scene(&self) -> &str {
+        &self.scene
+    }
+
+    /// Name of the case in the records.
+    pub fn case(&self) -> String {
+        self.form.case(self.search_name())
+    }
+
+    fn row(&self) -> CaseRow {
+        let kind = match &self.contender {
+            Contender::Octree { .. } => Kind::Sampling,
+            Contender::Trees { variant, .. } => variant.kind,
         };
-        vec![of(true), of(false)]
+        case_row(&self.case(), kind, self.form.safe, self.form == BASE)
+    }
+
+    /// The levels of the form's factors, and what follows from them on the surface.
+    fn factors(&self) -> Vec<FactorRow> {
+        let (case, Form { sweep, level, safe, coherent, division, spacing_mm, .. }) = (self.case(), self.form);
+        let covering_mm = match &self.contender {
+            Contender::Octree { octree, .. } => octree.covering_mm,
+            Contender::Trees { .. } => 0.0,
+        };
+        let of_case = |factor: &str, level: String| FactorRow::of_case(&case, factor, level);
+        let of_scene = |factor: &str, level: f64| FactorRow {
+            scene: self.scene.clone(),
+            ..FactorRow::of_case(&case, factor, level.to_string())
+        };
+        vec![
+            of_case("sweep", sweep.to_owned()),
+            of_case("search", self.search_name().to_owned()),
+            of_case("second_level", level.name().to_owned()),
+            of_case("safe", u8::from(safe).to_string()),
+            of_case("coherence", u8::from(coherent).to_string()),
+            of_case("cap", division.cap.to_string()),
+            of_case("depth", division.depth.to_string()),
+            of_case("spacing_mm", spacing_mm.to_string()),
+            of_scene("covering_mm", covering_mm),
+            of_scene("step_mm", self.posed.step_mm),
+        ]
+    }
+
+    /// Everything that does not depend on the machine: a count of the poses that hit and one of the others.
+    pub fn count(&self, tool: &ToolSubject) -> Rows {
+        let mut counts = [1, 0].map(|verdict| self.empty(&self.case(), verdict));
+        for ((hit, found), &touching) in self.run().iter().zip(self.posed.touching.iter()) {
+            let row = &mut counts[usize::from(!hit)];
+            row.poses += 1;
+            row.queries += 1;
+            row.volume_tests += found.first_level;
+            row.second_level_tests += found.second_level;
+            row.triangle_tests += found.points;
+            row.recalled += found.recalled;
+            row.touching += u64::from(touching);
+            row.missed += u64::from(touching && !hit);
+        }
+        let [points, octants, bytes] = self.size().map(|size| size as u64);
+        let CaseKey { variant, split, split_axes, leaf } = CaseKey::without_tree(&self.case());
+        let (scene, part) = (self.scene.clone(), SURFACE.to_owned());
+        let facts = TreeRow { triangles: points, nodes: octants, bytes, ..TreeRow::default() };
+        let tree = TreeRow { scene, part, variant, split, split_axes, leaf, ..facts };
+        let mut rows = Rows {
+            cases: vec![self.row()],
+            factors: self.factors(),
+            counts: counts.to_vec(),
+            trees: vec![tree],
+            ..Rows::default()
+        };
+        if self.form == BASE {
+            self.count_kinds(tool, &mut rows);
+        }
+        rows
+    }
+
+    fn empty(&self, case: &str, verdict: u8) -> CountRow {
+        CountRow { verdict: Some(verdict), ..CountRow::new(&self.scene, case, 0, None) }
     }
 
     /// Local and global interference apart: what the deepest places say of cutter and of shank and holder, beside the exact
     /// truth on the meshes of these.
-    pub fn kinds(&self, tool: &ToolSubject) -> Vec<AblationKindRow> {
-        let Contender::Octree { octree, .. } = &self.contender else { return Vec::new() };
+    fn count_kinds(&self, tool: &ToolSubject, rows: &mut Rows) {
+        let Contender::Octree { octree, .. } = &self.contender else { return };
         let boxed = BoxedTool::new(tool.tool.clone(), SecondLevel::None);
         let detector = Detector::new(octree, &boxed, NO_ALLOWANCE, self.form.safe, crate::interference::Search::Octree);
-        let of = |kind: &str, is_local: bool, mesh: &Arc<Mesh>| {
+        for (kind, is_local, mesh) in [("local", true, &tool.cutter), ("global", false, &tool.above)] {
             let oracle = PairOracle::new(Arc::clone(mesh), Arc::clone(&self.mesh));
             let answer = |pose: &Isometry| {
                 let hits = detector.deepest(pose, &mut Counts::default());
                 (oracle.touches(pose), hits.iter().any(|hit| hit.body.is_local() == is_local))
             };
             let answers: Vec<(bool, bool)> = self.posed.poses.par_iter().map(answer).collect();
-            let count =
-                |wanted: fn(&(bool, bool)) -> bool| answers.iter().filter(|answer| wanted(answer)).count() as u64;
-            AblationKindRow {
-                surface: self.name.to_owned(),
-                kind: kind.to_owned(),
-                safe: u8::from(self.form.safe),
-                poses: answers.len() as u64,
-                touching: count(|(touching, _)| *touching),
-                found: count(|(_, found)| *found),
-                missed: count(|(touching, found)| *touching && !found),
+            let mut counts = [1, 0].map(|verdict| self.empty(kind, verdict));
+            for (touching, found) in answers {
+                let row = &mut counts[usize::from(!found)];
+                row.poses += 1;
+                row.queries += 1;
+                row.touching += u64::from(touching);
+                row.missed += u64::from(touching && !found);
             }
-        };
-        vec![of("local", true, &tool.cutter), of("global", false, &tool.above)]
+            rows.cases.push(case_row(kind, Kind::Sampling, self.form.safe, false));
+            rows.factors.push(FactorRow::of_case(kind, "kind", kind.to_owned()));
+            rows.counts.extend(counts);
+        }
     }
 
     /// All poses once, as they are timed; trees in one batch and without counting, as a run asks them.
@@ -240,24 +285,13 @@ impl Trial {
         }
     }
 
-    /// The row of a sample.
-    pub fn time_row(&self, round: u32, ns: u64) -> AblationTimeRow {
-        AblationTimeRow {
-            sweep: self.form.sweep.to_owned(),
-            surface: self.name.to_owned(),
-            spacing_mm: self.form.spacing_mm,
-            points: self.size()[0] as u64,
-            cap: self.form.division.cap,
-            depth: self.form.division.depth,
-            search: self.search_name().to_owned(),
-            second_level: self.form.level.name().to_owned(),
-            safe: u8::from(self.form.safe),
-            coherence: u8::from(self.form.coherent),
-            step_mm: self.posed.step_mm,
-            round,
-            poses: self.posed.poses.len() as u64,
-            ns,
-            build_ns: self.build_ns,
-        }
+    /// How long the surface took to sample and its octree to build, or its tree.
+    pub fn build_row(&self) -> BuildRow {
+        let part = (SURFACE.to_owned(), self.mesh.faces().len() as u64);
+        build_row((&self.scene, 0), CaseKey::without_tree(&self.case()), part, 0, self.build_ns)
     }
+}
+
+fn case_row(case: &str, kind: Kind, safe: bool, default: bool) -> CaseRow {
+    CaseRow { default: u8::from(default), ..CaseRow::new(CaseKey::without_tree(case), case, kind, safe) }
 }

@@ -3,6 +3,9 @@
 
 use super::memory::Memory;
 use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
+use crate::record::audit::FACTORS;
+use crate::record::rows::CaseKey;
+use crate::record::{CaseRow, FactorRow, Kind};
 use crate::tree::{Axes, Policy, SplitRule, Tree};
 use crate::volume::fit::centre::{AtMean, CentreRule, MidExtent, SymmetricAboutMean};
 use crate::volume::fit::dito::Dito14;
@@ -53,6 +56,8 @@ const AREA: Orientation = Orientation { id: "area", mean_and_axes: AreaCovarianc
 #[derive(Clone, Copy, Debug)]
 struct Centre {
     id: &'static str,
+    /// Whether a box of this centre contains everything.
+    is_safe: bool,
     mean: fn(&[Triangle], Point) -> Point,
     rule: Centring,
 }
@@ -61,12 +66,12 @@ struct Centre {
 /// equation (4), likewise; the middle of the extent; the mean of the corners, as far to each side as the farther contents reach, which is
 /// what the first would have to be to contain everything.
 const CENTRES: [Centre; 4] = [
-    Centre { id: "mean", mean: corner_mean, rule: AtMean::centre_and_half },
-    Centre { id: "weighted-mean", mean: weighted_mean, rule: AtMean::centre_and_half },
+    Centre { id: "mean", is_safe: false, mean: corner_mean, rule: AtMean::centre_and_half },
+    Centre { id: "weighted-mean", is_safe: false, mean: weighted_mean, rule: AtMean::centre_and_half },
     MID_EXTENT,
-    Centre { id: "symmetric", mean: corner_mean, rule: SymmetricAboutMean::centre_and_half },
+    Centre { id: "symmetric", is_safe: true, mean: corner_mean, rule: SymmetricAboutMean::centre_and_half },
 ];
-const MID_EXTENT: Centre = Centre { id: "mid-extent", mean: own_mean, rule: MidExtent::centre_and_half };
+const MID_EXTENT: Centre = Centre { id: "mid-extent", is_safe: true, mean: own_mean, rule: MidExtent::centre_and_half };
 
 const fn own_mean(_: &[Triangle], own: Point) -> Point {
     own
@@ -117,6 +122,37 @@ impl Cell {
     #[must_use]
     pub fn name(&self) -> String {
         format!("{}-{}-{}-{}", self.orientation, self.centre, self.split, self.leaf)
+    }
+
+    /// The cell as records hold it: the box is a variant, the rest its policy.
+    #[must_use]
+    pub fn key(&self) -> CaseKey {
+        CaseKey {
+            variant: format!("{}-{}", self.orientation, self.centre),
+            split: self.split.to_string(),
+            split_axes: Axes::Own.to_string(),
+            leaf: self.leaf,
+        }
+    }
+
+    /// Its row in `cases.csv`.
+    #[must_use]
+    pub fn row(&self) -> CaseRow {
+        let label = format!("{}, {}", self.orientation, self.centre);
+        let default = u8::from(self.key() == Self::reference().key());
+        CaseRow { default, ..CaseRow::new(self.key(), label, Kind::Volume, self.placing.is_safe) }
+    }
+
+    /// Its levels of the four factors.
+    #[must_use]
+    pub fn factors(&self) -> Vec<FactorRow> {
+        let levels =
+            [self.orientation.to_owned(), self.centre.to_owned(), self.split.to_string(), self.leaf.to_string()];
+        FACTORS
+            .iter()
+            .zip(levels)
+            .map(|(factor, level)| FactorRow::of_case(&self.key().name(), factor, level))
+            .collect()
     }
 
     /// The tree over `triangles` (mm, mesh frame; at least one), split along the boxes' own axes. Axes that take long to find are taken from

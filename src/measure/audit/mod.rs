@@ -1,49 +1,36 @@
-//! The audit: a full factorial experiment on what makes a tree of boxes good.
+//! The audit: a full crossing of orientation, centre, split rule and leaf size, every cell asked the same queries.
 //!
-//! Four factors are crossed: how the boxes are oriented, where their centres lie, where nodes are divided, and how many
-//! triangles a leaf holds ([`cell`]). Every cell gets the same chunks of poses as every other. Counts and trees are
-//! deterministic; times are taken beside a reference cell, in blocks of random order, so that what the machine does
-//! meanwhile strikes both.
+//! Reading order: [`cell`] (the combinations), `memory` (what is found once), this file (the plan). Counts and trees are deterministic; times are
+//! taken beside a second copy of the reference cell, so that what the machine does meanwhile strikes both: four hundred cells' trees do not fit
+//! into memory together, and a unit must be complete by itself.
 //!
 //! A unit is one cell on one scene: an audit that was killed goes on with the units it lacks.
 
-mod axes;
 pub mod cell;
-mod count;
 mod memory;
-mod time;
 
 use self::memory::Memory;
 use super::chunk::{self, Chunk, Participants};
-use super::folder::{self, UNITS, write_unit};
-use super::judged::{self, JudgedPair, Strata};
+use super::exits;
+use super::folder::Folder;
+use super::judged::{self, JudgedPair, JudgedPose, Strata};
+use super::measured::pose_rows;
 use super::plan::{Plan, PlanError, Selection};
-use super::run::new_manifest;
+use super::shape::tree_row;
+use super::study::{self, Batch, Job, Rows, Study, Subject};
 use super::{MeasureError, Profile, Progress, Silent};
-use crate::record::manifest::Stage;
-use crate::record::{
-    AuditAxisRow, AuditBuildRow, AuditRow, AuditTimingRow, AuditTreeRow, Manifest, Row, Stratum, read_rows, write_rows,
-};
+use crate::method::Model;
+use crate::record::rows::CaseKey;
+use crate::record::{CaseRow, ExitRow, NULL_VARIANT, Stratum};
 use crate::registry::Registry;
 use crate::scene::Scene;
 use crate::truth::TruthCache;
-use cell::Cell;
-use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use cell::{BoxTree, Cell};
+use obbtree::cases::Draw;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::OnceLock;
 
-/// What an audit leaves in its folder beside the manifest and the units.
-const FILES: [&str; 10] = [
-    AuditRow::FILE,
-    AuditTreeRow::FILE,
-    AuditAxisRow::FILE,
-    AuditTimingRow::FILE,
-    AuditBuildRow::FILE,
-    crate::record::AuditCellRow::FILE,
-    crate::record::AuditEffectRow::FILE,
-    crate::record::AuditShareRow::FILE,
-    "audit.md",
-    "plots",
-];
 /// How many times more poses are generated than measured, so that every stratum fills its share.
 const POSE_RESERVE: usize = 4;
 
@@ -67,20 +54,30 @@ const fn amount(profile: Profile) -> Amount {
 /// An audit: scenes, cells, and the folder it is carried out in.
 #[derive(Debug)]
 pub struct Audit {
-    folder: PathBuf,
+    folder: Folder,
+    design: Design,
+}
+
+/// What is crossed, and where.
+#[derive(Debug)]
+struct Design {
     plan: Plan,
     cells: Vec<Cell>,
     amount: Amount,
-    manifest: Manifest,
     cache: Option<TruthCache>,
-    _lock: crate::record::FolderLock,
 }
 
-/// What a scene's cells are asked: its chosen poses with their truth.
+/// A scene's chosen poses with their truth.
 struct Questions<'a> {
     scene: &'a Scene,
     judged: Vec<JudgedPair>,
     chunks: Vec<Chunk>,
+    batches: Vec<Batch>,
+    /// The parts that the poses are of.
+    parts: BTreeSet<usize>,
+    memory: Memory,
+    /// The reference cell's second copy, once it is needed.
+    reference: OnceLock<Subject>,
 }
 
 impl Audit {
@@ -111,44 +108,31 @@ impl Audit {
         folder: &Path,
         fresh: bool,
     ) -> Result<Self, MeasureError> {
-        let amount = amount(plan.selection.profile);
-        let mut cells = Cell::all();
-        if let Some(asked) = orientations.iter().find(|asked| cells.iter().all(|cell| cell.orientation != *asked)) {
-            let mut known: Vec<&str> = cells.iter().map(|cell| cell.orientation).collect();
-            known.dedup();
-            return Err(MeasureError::NoSuchOrientation { asked: asked.clone(), known: known.join(", ") });
-        }
-        if let Some(&asked) = leaves.iter().find(|asked| !cell::LEAVES.contains(asked)) {
-            return Err(MeasureError::NoSuchLeaf {
-                asked,
-                known: cell::LEAVES.map(|leaf| leaf.to_string()).join(", "),
-            });
-        }
-        cells.retain(|cell| orientations.is_empty() || orientations.iter().any(|asked| asked == cell.orientation));
-        cells.retain(|cell| leaves.is_empty() || leaves.contains(&cell.leaf));
-        let mut manifest = new_manifest(&plan);
+        let cells = cells(orientations, leaves)?;
+        let mut manifest = plan.manifest();
         manifest.request.policies = cells.iter().map(Cell::name).collect();
-        let (manifest, lock) = folder::open(folder, manifest, fresh, &FILES)?;
-        Ok(Self { folder: folder.to_owned(), plan, cells, amount, manifest, cache: None, _lock: lock })
+        let folder = Folder::open(folder, manifest, fresh)?;
+        let amount = amount(plan.selection.profile);
+        Ok(Self { folder, design: Design { plan, cells, amount, cache: None } })
     }
 
     /// The same audit with a place where exact answers are kept.
     #[must_use]
     pub fn with_cache(mut self, cache: TruthCache) -> Self {
-        self.cache = Some(cache);
+        self.design.cache = Some(cache);
         self
     }
 
     /// The audit's folder.
     #[must_use]
     pub fn folder(&self) -> &Path {
-        &self.folder
+        self.folder.path()
     }
 
     /// Number of cells.
     #[must_use]
     pub const fn cells(&self) -> usize {
-        self.cells.len()
+        self.design.cells.len()
     }
 
     /// Carries the audit out, or what is lacking of it, and writes its raw records; without `timed`, only the deterministic
@@ -157,90 +141,162 @@ impl Audit {
     /// # Errors
     /// When poses cannot be judged or files cannot be written.
     pub fn run(&mut self, timed: bool, progress: &dyn Progress) -> Result<(), MeasureError> {
-        for scene in &self.plan.scenes {
-            self.run_scene(scene, timed, progress)?;
-        }
-        self.join::<AuditRow>("counts")?;
-        self.join::<AuditTreeRow>("counts")?;
-        let mut axes: Vec<AuditAxisRow> = Vec::new();
-        for scene in &self.plan.scenes {
-            axes.extend(read_rows::<AuditAxisRow>(&self.axes_unit(scene))?);
-        }
-        write_rows(&self.folder, &axes)?;
-        if timed {
-            self.join::<AuditTimingRow>("times")?;
-            self.join::<AuditBuildRow>("times")?;
-            self.manifest.finished = vec![Stage::Measure];
-            self.manifest.write(&self.folder)?;
-        }
-        Ok(())
+        study::carry_out(&self.design, &mut self.folder, timed, progress)
+    }
+}
+
+/// The cells of some orientations and leaf sizes, of all where none are named.
+fn cells(orientations: &[String], leaves: &[u8]) -> Result<Vec<Cell>, MeasureError> {
+    let mut cells = Cell::all();
+    if let Some(asked) = orientations.iter().find(|asked| cells.iter().all(|cell| cell.orientation != *asked)) {
+        let mut known: Vec<&str> = cells.iter().map(|cell| cell.orientation).collect();
+        known.dedup();
+        return Err(MeasureError::NoSuchOrientation { asked: asked.clone(), known: known.join(", ") });
+    }
+    if let Some(&asked) = leaves.iter().find(|asked| !cell::LEAVES.contains(asked)) {
+        let known = cell::LEAVES.map(|leaf| leaf.to_string()).join(", ");
+        return Err(MeasureError::NoSuchLeaf { asked, known });
+    }
+    cells.retain(|cell| orientations.is_empty() || orientations.iter().any(|asked| asked == cell.orientation));
+    cells.retain(|cell| leaves.is_empty() || leaves.contains(&cell.leaf));
+    Ok(cells)
+}
+
+impl Study for Design {
+    type Place<'a> = Questions<'a>;
+    type Error = MeasureError;
+
+    fn scenes(&self) -> Vec<String> {
+        self.plan.scenes.iter().map(|scene| scene.name.clone()).collect()
     }
 
-    fn run_scene(&self, scene: &Scene, timed: bool, progress: &dyn Progress) -> Result<(), MeasureError> {
-        let lacking = |kind: &str| -> Vec<&Cell> {
-            self.cells.iter().filter(|cell| !self.unit(kind, scene, cell).exists()).collect()
-        };
-        let (uncounted, untimed) = (lacking("counts"), if timed { lacking("times") } else { Vec::new() });
-        if uncounted.is_empty() && untimed.is_empty() && self.axes_unit(scene).exists() {
-            return Ok(());
-        }
-        let questions = self.questions(scene, progress)?;
-        if !self.axes_unit(scene).exists() {
-            let rows = axes::axes(&questions);
-            write_unit(&self.axes_unit(scene), |folder| write_rows(folder, &rows))?;
-        }
-        progress.begin(&format!("{}: counting {} cells", scene.name, self.cells.len()), uncounted.len() as u64);
-        let memory = Memory::default();
-        uncounted.par_iter().try_for_each(|cell| {
-            let (rows, trees) = count::count(cell, &questions, &memory);
-            progress.advance(1);
-            write_unit(&self.unit("counts", scene, cell), |folder| {
-                write_rows(folder, &rows)?;
-                write_rows(folder, &trees)
-            })
-        })?;
-        if untimed.is_empty() {
-            return Ok(());
-        }
-        progress.begin(&format!("{}: timing {} cells", scene.name, self.cells.len()), untimed.len() as u64);
-        let reference = time::Reference::of(&questions);
-        for cell in untimed {
-            let (rows, builds) = time::time(cell, &reference, &questions, self.amount.blocks, self.plan.selection.seed);
-            write_unit(&self.unit("times", scene, cell), |folder| {
-                write_rows(folder, &rows)?;
-                write_rows(folder, &builds)
-            })?;
-            progress.advance(1);
-        }
-        Ok(())
+    fn counted(&self, _: usize) -> Vec<String> {
+        self.cells.iter().map(Cell::name).collect()
     }
 
-    fn questions<'a>(&self, scene: &'a Scene, progress: &dyn Progress) -> Result<Questions<'a>, MeasureError> {
-        let poses = self.plan.budget.measure_poses;
+    fn timed(&self, scene: usize) -> Vec<String> {
+        self.counted(scene)
+    }
+
+    fn prepare<'a>(&'a self, scene: usize, progress: &dyn Progress) -> Result<Questions<'a>, MeasureError> {
+        let (scene, poses) = (&self.plan.scenes[scene], self.plan.budget.measure_poses);
         progress.begin(&format!("{}: exact truth", scene.name), 1);
         let count = poses * POSE_RESERVE;
         let judged = judged::judge(&self.plan, scene, count, Strata::Sought, self.cache.as_ref(), &Silent)?;
         let chunks = chosen(&chunk::select_windows(&judged, poses, chunk::LONG), self.amount.chunks);
-        Ok(Questions { scene, judged, chunks })
+        let batches: Vec<Batch> = chunks.iter().map(|chunk| batch(chunk, &judged[chunk.pair])).collect();
+        let parts = batches.iter().flat_map(|batch| batch.parts).collect();
+        let (memory, reference) = (Memory::default(), OnceLock::new());
+        Ok(Questions { scene, judged, chunks, batches, parts, memory, reference })
     }
 
-    fn unit(&self, kind: &str, scene: &Scene, cell: &Cell) -> PathBuf {
-        self.folder.join(UNITS).join(kind).join(&scene.name).join(cell.name())
-    }
-
-    fn axes_unit(&self, scene: &Scene) -> PathBuf {
-        self.folder.join(UNITS).join("axes").join(&scene.name)
-    }
-
-    fn join<R: Row>(&self, kind: &str) -> Result<(), MeasureError> {
-        let mut rows: Vec<R> = Vec::new();
-        for scene in &self.plan.scenes {
-            for cell in &self.cells {
-                rows.extend(read_rows::<R>(&self.unit(kind, scene, cell))?);
-            }
+    fn describe(&self, questions: &Questions<'_>) -> Rows {
+        Rows {
+            cases: vec![null_row()],
+            poses: pose_rows(questions.scene, &questions.judged, &questions.chunks),
+            exits: reference_exits(questions),
+            ..Rows::default()
         }
-        Ok(write_rows(&self.folder, &rows)?)
     }
+
+    /// The trees of a cell over all parts, and what they answer.
+    fn count(&self, questions: &Questions<'_>, unit: usize) -> Rows {
+        let (cell, scene) = (&self.cells[unit], questions.scene);
+        let trees = questions.trees(cell, Some(&questions.memory));
+        let describe =
+            |(&part, tree): (&usize, &BoxTree)| tree_row(scene, part, cell.key(), &tree.brief_report(), tree.bytes());
+        let described = trees.iter().map(describe).collect();
+        let subject = subject(cell.key(), trees);
+        Rows {
+            cases: vec![cell.row()],
+            factors: cell.factors(),
+            counts: questions.batches.iter().map(|batch| study::count(&scene.name, &subject, batch)).collect(),
+            trees: described,
+            ..Rows::default()
+        }
+    }
+
+    /// A cell beside the reference: a launch of two cases, numbered by the cell.
+    fn time(&self, questions: &Questions<'_>, unit: usize) -> Rows {
+        let (cell, scene) = (&self.cells[unit], questions.scene);
+        let reference =
+            questions.reference.get_or_init(|| subject(null_key(), questions.trees(&Cell::reference(), None)));
+        let mut draw = Draw::new(self.plan.selection.seed, &["audit", &scene.name, &cell.name()], 0);
+        let mut seed = || (draw.unit() * 2_f64.powi(53)) as u64;
+        let launch = (scene.name.as_str(), unit as u32);
+        let (mut builds, mut trees) = (Vec::new(), BTreeMap::new());
+        for &part in &questions.parts {
+            let (name, triangles) = (&scene.parts[part].name, scene.parts[part].mesh.triangles());
+            let job = |cell: Cell, case: CaseKey| Job {
+                case,
+                part: (name.clone(), triangles.len() as u64),
+                build: Box::new({
+                    let triangles = &triangles;
+                    move || cell.tree(triangles, None)
+                }),
+            };
+            let jobs = [job(*cell, cell.key()), job(Cell::reference(), null_key())];
+            let (rows, built) = study::time_builds(launch, &jobs, 1, seed());
+            builds.extend(rows);
+            trees.extend(built.into_iter().next().map(|tree| (part, tree)));
+        }
+        let own = subject(cell.key(), trees);
+        let timings = study::time(launch, &[&own, reference], &questions.batches, self.amount.blocks, seed());
+        Rows { timings, builds, ..Rows::default() }
+    }
+}
+
+impl Questions<'_> {
+    /// A cell's tree over every part in question.
+    fn trees(&self, cell: &Cell, memory: Option<&Memory>) -> BTreeMap<usize, BoxTree> {
+        let tree = |&part: &usize| (part, cell.tree(&self.scene.parts[part].mesh.triangles(), memory));
+        self.parts.iter().map(tree).collect()
+    }
+}
+
+fn subject(case: CaseKey, trees: BTreeMap<usize, BoxTree>) -> Subject {
+    let boxed = |(part, tree)| (part, Box::new(tree) as Box<dyn Model>);
+    Subject { case, models: trees.into_iter().map(boxed).collect() }
+}
+
+/// The second copy of the reference cell, beside which all others are timed.
+fn null_key() -> CaseKey {
+    CaseKey { variant: NULL_VARIANT.to_owned(), ..Cell::reference().key() }
+}
+
+fn null_row() -> CaseRow {
+    let reference = Cell::reference().row();
+    CaseRow {
+        case: null_key().name(),
+        variant: NULL_VARIANT.to_owned(),
+        label: format!("{}, second copy", reference.label),
+        default: 0,
+        duplicate_of: reference.case.clone(),
+        ..reference
+    }
+}
+
+fn batch(chunk: &Chunk, judged: &JudgedPair) -> Batch {
+    let poses = || chunk.poses.iter().map(|&pose| &judged.poses[pose]);
+    Batch {
+        chunk: chunk.number,
+        stratum: chunk.stratum,
+        parts: [judged.pair.a, judged.pair.b],
+        poses: poses().map(|pose| pose.a_from_b).collect(),
+        touching: poses().map(JudgedPose::touches).collect(),
+    }
+}
+
+/// How far the separating-axis test gets, over all volume tests of the reference cell: one row for each stratum and axis, in the order of the
+/// test.
+fn reference_exits(questions: &Questions<'_>) -> Vec<ExitRow> {
+    let trees = questions.trees(&Cell::reference(), None);
+    exits::exit_rows(&questions.scene.name, &Cell::reference().key(), |stratum, histogram| {
+        for batch in questions.batches.iter().filter(|batch| batch.stratum == stratum) {
+            let [a, b] = batch.parts.map(|part| &trees[&part]);
+            batch.poses.iter().for_each(|pose| exits::query(a, b, pose, histogram));
+        }
+    })
 }
 
 /// At most `most` chunks of each stratum, evenly spread; those of the control are left out.

@@ -4,40 +4,30 @@
 //! the bodies meet are the same at every value of the quantity, and every variant answers the same poses; along each
 //! line one pose lies 1 mm before first contact and one 1 mm past it, unless the sweep itself says where.
 //!
-//! A unit is one value of the quantity: a sweep that was killed goes on with the values it lacks.
+//! A value of the quantity is a scene of the study: a sweep that was killed goes on with the values it lacks.
 
 mod flip;
 mod precision;
 pub mod stage;
 mod step;
-mod time;
 
-use super::folder::{self, UNITS, write_unit};
+use super::folder::{self, Folder};
 use super::plan::{Case, PlanError, choose};
-use super::{MeasureError, Profile, Progress, environment};
+use super::study::{self, Batch, Job, Rows, Study, Subject};
+use super::{MeasureError, Profile, Progress};
 use crate::geometry::Isometry;
-use crate::method::{Kind, Model};
-use crate::record::manifest::{PROTOCOL, Request, SCHEMA, Stage, VariantEntry};
-use crate::record::{Manifest, Row, Stratum, SweepBuildRow, SweepRow, SweepTimingRow, read_rows, write_rows};
+use crate::record::manifest::Request;
+use crate::record::{FactorRow, Kind, Manifest, Stratum};
 use crate::registry::{Registry, Variant};
 use crate::tree::Policy;
 use crate::truth::PairOracle;
 use rayon::prelude::*;
 use stage::{Bodies, Quantity, stage};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// What a sweep leaves in its folder beside the manifest and the units.
-const FILES: [&str; 6] = [
-    SweepRow::FILE,
-    SweepTimingRow::FILE,
-    SweepBuildRow::FILE,
-    crate::record::SweepSummaryRow::FILE,
-    crate::record::SweepGrowthRow::FILE,
-    "plots",
-];
 /// Groups that the lines are dealt out to: what is resampled.
 const GROUPS: u32 = 12;
 
@@ -177,23 +167,35 @@ pub enum SweepError {
 /// A sweep in its folder.
 #[derive(Debug)]
 pub struct SweepRun {
+    folder: Folder,
+    design: Design,
+}
+
+/// What is varied, for which cases.
+#[derive(Debug)]
+struct Design {
     sweep: Sweep,
     cases: Vec<Case>,
     amount: Amount,
-    folder: PathBuf,
-    manifest: Manifest,
     seed: u64,
-    _lock: crate::record::FolderLock,
 }
 
-/// A case with its trees over both bodies.
-type Prepared = (Case, Box<dyn Model>, Box<dyn Model>);
+/// One value of the swept quantity: a scene of the study.
+struct Place {
+    scene: String,
+    /// Value of the quantity, as records hold it.
+    x: f64,
+    /// `None` in the sweep of ε, which is about arithmetics.
+    ready: Option<Ready>,
+}
 
-/// The poses of one group in one stratum.
-struct Batch {
-    group: u32,
-    stratum: Stratum,
-    poses: Vec<Isometry>,
+/// Bodies with everything that answers about them.
+struct Ready {
+    stage: Bodies,
+    triangles: u64,
+    cases: Vec<Case>,
+    subjects: Vec<Subject>,
+    batches: Vec<Batch>,
 }
 
 impl Sweep {
@@ -216,6 +218,19 @@ impl Sweep {
         variants.retain(|variant| variant.kind.has_volumes() && (variant.info.safe || unsafe_too));
         Ok(variants)
     }
+
+    /// The cases: variants under their own policies. The sweep of ε has none.
+    fn cases(&self, asked: &Asked, registry: &Registry) -> Result<Vec<Case>, PlanError> {
+        let by_name = !asked.variants.is_empty();
+        let variants = if by_name { choose(&asked.variants, registry)? } else { self.default_variants(registry)? };
+        let with_tree = variants.iter().filter(|variant| match variant.kind {
+            _ if self.quantity == Quantity::Precision => false,
+            Kind::Volume | Kind::Engine => true,
+            Kind::Peer => by_name,
+            Kind::Sampling | Kind::Control => false,
+        });
+        Ok(with_tree.map(Case::of).collect())
+    }
 }
 
 impl SweepRun {
@@ -230,137 +245,116 @@ impl SweepRun {
         folder: &Path,
         fresh: bool,
     ) -> Result<Self, SweepError> {
-        let by_name = !asked.variants.is_empty();
-        let variants = if by_name { choose(&asked.variants, registry)? } else { sweep.default_variants(registry)? };
-        // The sweep of ε is about arithmetics, not variants.
-        let variants = if sweep.quantity == Quantity::Precision { Vec::new() } else { variants };
-        let with_tree = variants.into_iter().filter(|variant| match variant.kind {
-            Kind::Volume | Kind::Engine => true,
-            Kind::Peer => by_name,
-            Kind::Sampling | Kind::Control => false,
-        });
-        let cases: Vec<Case> =
-            with_tree.map(|variant| Case { policy: variant.policy, id: variant.info.id.to_owned(), variant }).collect();
+        let cases = sweep.cases(asked, registry)?;
         let mut amount = amount(asked.profile);
         amount.density = asked.density.unwrap_or(amount.density);
-        let (manifest, lock) = folder::open(folder, manifest(&sweep, &cases, asked, amount), fresh, &FILES)?;
-        Ok(Self { sweep, cases, amount, folder: folder.to_owned(), manifest, seed: asked.seed, _lock: lock })
+        let folder = Folder::open(folder, manifest(&sweep, &cases, asked, amount), fresh)?;
+        Ok(Self { folder, design: Design { sweep, cases, amount, seed: asked.seed } })
     }
 
-    /// Carries the sweep out, or what is lacking of it, and writes `sweep.csv` and, when `timed`, `sweep_timings.csv`.
+    /// Carries the sweep out, or what is lacking of it, and writes its raw records; without `timed`, only the deterministic ones.
     ///
     /// # Errors
     /// When a body cannot be made or files cannot be written.
     pub fn run(&mut self, timed: bool, progress: &dyn Progress) -> Result<(), SweepError> {
-        let values = self.values();
-        progress.begin(&format!("sweep {}", self.sweep.name), values.len() as u64);
-        for (number, &x) in values.iter().enumerate() {
-            let [counts, times] = ["counts", "times"].map(|kind| self.unit(kind, number));
-            if !counts.exists() || (timed && !times.exists()) {
-                self.run_value(x, (&counts, &times), timed)?;
-            }
-            progress.advance(1);
-        }
-        self.join::<SweepRow>("counts", values.len())?;
-        if timed {
-            self.join::<SweepTimingRow>("times", values.len())?;
-            if self.sweep.quantity == Quantity::Size {
-                self.join::<SweepBuildRow>("times", values.len())?;
-            }
-            self.manifest.finished = vec![Stage::Measure];
-            self.manifest.write(&self.folder).map_err(MeasureError::from)?;
-        }
-        Ok(())
+        study::carry_out(&self.design, &mut self.folder, timed, progress)
     }
+}
 
+impl Design {
     fn values(&self) -> Vec<f64> {
         let is_affordable = |x: &f64| self.sweep.quantity != Quantity::Size || *x <= self.amount.density;
         self.sweep.values.iter().copied().filter(is_affordable).collect()
     }
 
-    fn run_value(&self, x: f64, (counts, times): (&Path, &Path), timed: bool) -> Result<(), SweepError> {
-        if self.sweep.quantity == Quantity::Precision {
-            if !counts.exists() {
-                let rows = precision::rows(self.sweep.name, x, self.amount, self.seed);
-                write_unit(counts, |folder| write_rows(folder, &rows)).map_err(MeasureError::from)?;
-            }
-            if timed {
-                let untimed: [SweepTimingRow; 0] = [];
-                write_unit(times, |folder| write_rows(folder, &untimed)).map_err(MeasureError::from)?;
-            }
-            return Ok(());
-        }
-        let stage = stage(self.sweep.quantity, x, self.amount.lines, self.seed)?;
-        let triangles = (stage.a.faces().len() + stage.b.faces().len()) as u64;
-        let x = if self.sweep.quantity == Quantity::Size { triangles as f64 } else { x };
-        let models: Vec<Prepared> = self
-            .cases
-            .iter()
-            .map(|case| {
-                let leaf = |policy: Policy| Policy { leaf: stage.leaf.unwrap_or(policy.leaf), ..policy };
-                let case = Case { policy: case.policy.map(leaf), ..case.clone() };
-                let [a, b] = [&stage.a, &stage.b].map(|mesh| case.variant.prepare(mesh, case.policy));
-                (case, a, b)
-            })
-            .collect();
-        let batches = batches(&stage);
-        if !counts.exists() {
-            let rows = if let Some(step_mm) = stage.step_mm {
-                models.iter().flat_map(|model| step::rows(self.sweep.name, model, &stage, step_mm, self.seed)).collect()
-            } else {
-                self.count(x, triangles, &stage, &models, &batches)
-            };
-            write_unit(counts, |folder| write_rows(folder, &rows)).map_err(MeasureError::from)?;
-        }
-        if timed && !times.exists() {
-            // Along a path there is nothing to time that the other sweeps do not time better.
-            let rows = if stage.step_mm.is_some() { Vec::new() } else { self.time(x, &models, &batches) };
-            let grows = self.sweep.quantity == Quantity::Size;
-            let builds = if grows { self.time_builds(x, triangles, &stage, &models) } else { Vec::new() };
-            write_unit(times, |folder| {
-                write_rows(folder, &rows)?;
-                if grows { write_rows(folder, &builds) } else { Ok(()) }
-            })
-            .map_err(MeasureError::from)?;
-        }
-        Ok(())
+    fn name(&self, x: f64) -> String {
+        format!("{}={x}", self.sweep.name)
     }
 
-    fn count(&self, x: f64, triangles: u64, stage: &Bodies, models: &[Prepared], batches: &[Batch]) -> Vec<SweepRow> {
-        let oracle = PairOracle::new(Arc::clone(&stage.a), Arc::clone(&stage.b));
-        let touches = |batch: &Batch| -> Vec<bool> { batch.poses.iter().map(|pose| oracle.touches(pose)).collect() };
-        let touches: Vec<Vec<bool>> = batches.par_iter().map(touches).collect();
-        let rows = models.iter().flat_map(|model| batches.iter().zip(&touches).map(move |(b, t)| (model, b, t)));
-        let row = |((case, a, b), batch, touches): (&Prepared, &Batch, &Vec<bool>)| {
-            let mut row = empty_row(self.sweep.name, x, case, triangles, batch.group, batch.stratum);
-            for (pose, &touching) in batch.poses.iter().zip(touches) {
-                let (verdict, counts) = a.first_counted(b.as_ref(), pose);
-                row.poses += 1;
-                row.queries += 1;
-                row.volume_tests += counts.volume_tests;
-                row.triangle_tests += counts.triangle_tests;
-                row.touching += u64::from(touching);
-                row.missed += u64::from(touching && !verdict);
-            }
-            row
+    fn ready(&self, stage: Bodies) -> Ready {
+        let leaf = |policy: Policy| Policy { leaf: stage.leaf.unwrap_or(policy.leaf), ..policy };
+        let of_value = |case: &Case| Case { policy: case.policy.map(leaf), ..case.clone() };
+        let cases: Vec<Case> = self.cases.iter().map(of_value).collect();
+        let meshes = [&stage.a, &stage.b];
+        let subject = |case: &Case| {
+            let models = meshes.iter().enumerate().map(|(part, mesh)| (part, case.variant.prepare(mesh, case.policy)));
+            Subject { case: case.key(), models: models.collect() }
         };
-        rows.collect::<Vec<_>>().into_par_iter().map(row).collect()
-    }
-
-    fn unit(&self, kind: &str, number: usize) -> PathBuf {
-        self.folder.join(UNITS).join(kind).join(number.to_string())
-    }
-
-    fn join<R: Row>(&self, kind: &str, values: usize) -> Result<(), MeasureError> {
-        let mut rows: Vec<R> = Vec::new();
-        for number in 0..values {
-            rows.extend(read_rows::<R>(&self.unit(kind, number))?);
-        }
-        Ok(write_rows(&self.folder, &rows)?)
+        let triangles = meshes.iter().map(|mesh| mesh.faces().len() as u64).sum();
+        Ready { triangles, subjects: cases.iter().map(subject).collect(), batches: batches(&stage), cases, stage }
     }
 }
 
-/// The poses of a stage, by group of lines and stratum.
+impl Study for Design {
+    type Place<'a> = Place;
+    type Error = SweepError;
+
+    fn scenes(&self) -> Vec<String> {
+        self.values().into_iter().map(|x| self.name(x)).collect()
+    }
+
+    fn prepare(&self, scene: usize, _: &dyn Progress) -> Result<Place, SweepError> {
+        let x = self.values()[scene];
+        if self.sweep.quantity == Quantity::Precision {
+            return Ok(Place { scene: self.name(x), x, ready: None });
+        }
+        let ready = self.ready(stage(self.sweep.quantity, x, self.amount.lines, self.seed)?);
+        let recorded = if self.sweep.quantity == Quantity::Size { ready.triangles as f64 } else { x };
+        Ok(Place { scene: self.name(x), x: recorded, ready: Some(ready) })
+    }
+
+    fn describe(&self, place: &Place) -> Rows {
+        let (scene, name) = (&place.scene, self.sweep.name);
+        let mut factors = vec![FactorRow::of_scene(scene, name, place.x.to_string())];
+        factors.extend(
+            place.ready.iter().map(|ready| FactorRow::of_scene(scene, "triangles", ready.triangles.to_string())),
+        );
+        Rows { factors, ..Rows::default() }
+    }
+
+    fn count(&self, place: &Place, _: usize) -> Rows {
+        let Some(Ready { stage, cases, subjects, batches, .. }) = &place.ready else {
+            return precision::rows(&place.scene, place.x, self.amount, self.seed);
+        };
+        let all = || subjects.par_iter().flat_map_iter(|subject| batches.iter().map(move |batch| (subject, batch)));
+        let counts = match stage.step_mm {
+            Some(step_mm) => subjects
+                .iter()
+                .flat_map(|subject| step::rows(&place.scene, subject, stage, step_mm, self.seed))
+                .collect(),
+            None => all().map(|(subject, batch)| study::count(&place.scene, subject, batch)).collect(),
+        };
+        Rows { cases: cases.iter().map(Case::row).collect(), counts, ..Rows::default() }
+    }
+
+    fn time(&self, place: &Place, _: usize) -> Rows {
+        let Some(ready) = &place.ready else { return Rows::default() };
+        let (launch, seed) = ((place.scene.as_str(), 0), self.seed ^ place.x.to_bits());
+        let subjects: Vec<&Subject> = ready.subjects.iter().collect();
+        // Along a path there is nothing to time that the other sweeps do not time better.
+        let timings = match ready.stage.step_mm {
+            Some(_) => Vec::new(),
+            None => study::time(launch, &subjects, &ready.batches, self.amount.blocks, seed),
+        };
+        let mut builds = Vec::new();
+        if self.sweep.quantity == Quantity::Size {
+            let stage = &ready.stage;
+            let job = |case: &'_ Case| Job {
+                case: case.key(),
+                part: ("both".to_owned(), ready.triangles),
+                build: Box::new({
+                    let case = case.clone();
+                    move || [&stage.a, &stage.b].map(|mesh| case.variant.prepare(mesh, case.policy))
+                }),
+            };
+            let jobs: Vec<_> = ready.cases.iter().map(job).collect();
+            builds = study::time_builds(launch, &jobs, self.amount.blocks, seed ^ 0x000b_u64).0;
+        }
+        Rows { timings, builds, ..Rows::default() }
+    }
+}
+
+/// The poses of a stage, by group of lines and stratum; their numbers are the same at every value.
 fn batches(stage: &Bodies) -> Vec<Batch> {
     let mut batches: BTreeMap<(u32, Stratum), Vec<Isometry>> = BTreeMap::new();
     for line in &stage.lines {
@@ -369,75 +363,41 @@ fn batches(stage: &Bodies) -> Vec<Batch> {
             batches.entry((line.number % GROUPS, stratum)).or_default().push(line.at_depth(depth));
         }
     }
-    batches.into_iter().map(|((group, stratum), poses)| Batch { group, stratum, poses }).collect()
+    let oracle = PairOracle::new(Arc::clone(&stage.a), Arc::clone(&stage.b));
+    let batch = |((group, stratum), poses): ((u32, Stratum), Vec<Isometry>)| Batch {
+        chunk: chunk_number(group, stratum),
+        stratum,
+        parts: [0, 1],
+        touching: poses.iter().map(|pose| oracle.touches(pose)).collect(),
+        poses,
+    };
+    batches.into_iter().collect::<Vec<_>>().into_par_iter().map(batch).collect()
 }
 
-/// A row that nothing has been counted in yet.
-fn empty_row(sweep: &str, x: f64, case: &Case, triangles: u64, group: u32, stratum: Stratum) -> SweepRow {
-    let (split, axes, leaf) = case.policy_columns();
-    SweepRow {
-        sweep: sweep.to_owned(),
-        x,
-        variant: case.id.clone(),
-        split,
-        split_axes: axes,
-        leaf,
-        triangles,
-        group,
-        stratum,
-        poses: 0,
-        queries: 0,
-        volume_tests: 0,
-        triangle_tests: 0,
-        touching: 0,
-        missed: 0,
-        delay_mm: 0.0,
-    }
+/// The chunk of a group of lines and a stratum: a group has a number for each stratum.
+fn chunk_number(group: u32, stratum: Stratum) -> u32 {
+    group * Stratum::ALL.len() as u32 + stratum as u32
 }
 
 fn manifest(sweep: &Sweep, cases: &[Case], asked: &Asked, amount: Amount) -> Manifest {
-    let entry = |case: &Case| VariantEntry {
-        id: case.id.clone(),
-        label: case.variant.info.label.to_owned(),
-        reference: case.variant.info.reference.to_owned(),
-        safe: case.variant.info.safe,
-        kind: case.variant.kind,
-        policies: case.policy.iter().map(ToString::to_string).collect(),
-    };
-    Manifest {
-        schema: SCHEMA,
-        protocol: PROTOCOL.to_owned(),
-        request: Request {
-            profile: asked.profile.to_string(),
-            seed: asked.seed,
-            scenes: Vec::new(),
-            variants: cases.iter().map(|case| case.id.clone()).collect(),
-            policies: Vec::new(),
-            workloads: vec![asked.density.map_or(sweep.name.to_owned(), |d| format!("{}, density to {d}", sweep.name))],
-            verify_poses: 0,
-            measure_poses: amount.lines as u64,
-            program_steps: 0,
-            blocks: amount.blocks,
-            launches: 1,
-            binaries: 1,
-            cold_poses: 0,
-        },
-        inputs: BTreeMap::new(),
-        variants: if sweep.quantity == Quantity::Precision {
-            precision::entries()
-        } else {
-            cases.iter().map(entry).collect()
-        },
+    let request = Request {
+        profile: asked.profile.to_string(),
+        seed: asked.seed,
         scenes: Vec::new(),
-        program: environment::program(),
-        binaries: Vec::new(),
-        machine: environment::machine(),
-        clock: None,
-        cold: None,
-        null_of: String::new(),
-        cross_check: None,
-        finished: Vec::new(),
-        noise: Vec::new(),
-        rows: BTreeMap::new(),
-    }
+        variants: cases.iter().map(|case| case.id.clone()).collect(),
+        policies: Vec::new(),
+        workloads: vec![asked.density.map_or(sweep.name.to_owned(), |d| format!("{}, density to {d}", sweep.name))],
+        verify_poses: 0,
+        measure_poses: amount.lines as u64,
+        program_steps: 0,
+        blocks: amount.blocks,
+        launches: 1,
+        binaries: 1,
+        cold_poses: 0,
+    };
+    let is_about_arithmetics = sweep.quantity == Quantity::Precision;
+    folder::begun(
+        request,
+        if is_about_arithmetics { precision::entries() } else { cases.iter().map(Case::entry).collect() },
+    )
 }

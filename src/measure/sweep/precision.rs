@@ -7,9 +7,11 @@
 //! poses are drawn in double precision, and everything from the two boxes' world frames on is computed in the
 //! precision under trial.
 
-use super::{Amount, GROUPS};
+use super::{Amount, GROUPS, chunk_number};
+use crate::measure::study::Rows;
 use crate::record::manifest::VariantEntry;
-use crate::record::{Kind, Stratum, SweepRow};
+use crate::record::rows::CaseKey;
+use crate::record::{CaseRow, CountRow, Kind, Stratum};
 use crate::volume::shape::separating_axes::separated;
 use nalgebra::{Matrix3, RealField, Vector3};
 use obbtree::cases::Draw;
@@ -55,8 +57,12 @@ pub fn entries() -> Vec<VariantEntry> {
     ARITHMETICS.iter().map(entry).collect()
 }
 
-/// One row for each arithmetic and group of pairs, at one ε.
-pub fn rows(sweep: &str, epsilon: f64, amount: Amount, seed: u64) -> Vec<SweepRow> {
+fn case_row(&(id, label, _, _): &(&str, &str, bool, f64)) -> CaseRow {
+    CaseRow::new(CaseKey::without_tree(id), label, Kind::Control, true)
+}
+
+/// The arithmetics, and a count for each of them and each group of pairs, at one ε.
+pub fn rows(scene: &str, epsilon: f64, amount: Amount, seed: u64) -> Rows {
     let pairs = amount.lines * PAIRS_PER_LINE / GROUPS as usize;
     let row = |(arithmetic, group): (usize, u32)| {
         let (id, _, is_double, units_per_mm) = ARITHMETICS[arithmetic];
@@ -73,28 +79,21 @@ pub fn rows(sweep: &str, epsilon: f64, amount: Amount, seed: u64) -> Vec<SweepRo
             }
         };
         let missed = (0..pairs).filter(|_| is_missed(&overlapping(&mut draw))).count() as u64;
-        SweepRow {
-            sweep: sweep.to_owned(),
-            x: epsilon,
-            variant: id.to_owned(),
-            split: "none".to_owned(),
-            split_axes: "none".to_owned(),
-            leaf: 0,
-            triangles: 0,
-            group,
-            stratum: Stratum::Colliding,
-            poses: pairs as u32,
-            queries: pairs as u64,
-            volume_tests: pairs as u64,
-            triangle_tests: 0,
-            touching: pairs as u64,
+        let stratum = Stratum::Colliding;
+        let pairs = pairs as u64;
+        CountRow {
+            poses: pairs,
+            queries: pairs,
+            volume_tests: pairs,
+            touching: pairs,
             missed,
-            delay_mm: 0.0,
+            ..CountRow::new(scene, id, chunk_number(group, stratum), Some(stratum))
         }
     };
     let all: Vec<(usize, u32)> =
         (0..ARITHMETICS.len()).flat_map(|arithmetic| (0..GROUPS).map(move |group| (arithmetic, group))).collect();
-    all.into_par_iter().map(row).collect()
+    let counts = all.into_par_iter().map(row).collect();
+    Rows { cases: ARITHMETICS.iter().map(case_row).collect(), counts, ..Rows::default() }
 }
 
 /// Two boxes with a point in common, their axes nearly parallel.
@@ -130,10 +129,9 @@ mod tests {
     const AMOUNT: Amount = Amount { lines: 24, blocks: 1, density: 0.5 };
 
     fn missed(epsilon: f64) -> Vec<u64> {
-        let rows = rows("precision", epsilon, AMOUNT, 1);
-        let of = |(id, ..): &(&str, &str, bool, f64)| {
-            rows.iter().filter(|row| row.variant == *id).map(|row| row.missed).sum()
-        };
+        let rows = rows("precision", epsilon, AMOUNT, 1).counts;
+        let of =
+            |(id, ..): &(&str, &str, bool, f64)| rows.iter().filter(|row| row.case == *id).map(|row| row.missed).sum();
         ARITHMETICS.iter().map(of).collect()
     }
 
