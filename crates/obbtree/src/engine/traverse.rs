@@ -93,6 +93,10 @@ pub(super) fn contact_within<V: WideVolume>(
     simd: Simd,
     scratch: &mut Scratch,
 ) -> Option<(u32, u32)> {
+    if margin_mm == 0.0 && balls_apart_mm(a, b, a_from_b) > 0.0 {
+        scratch.tally = Tally::BALLS;
+        return None;
+    }
     let mut found = None;
     let posed = Posed::new(a, b, a_from_b).within(margin_mm, most_visits);
     scratch.tally = search(posed, simd, scratch, &mut |pair| {
