@@ -7,7 +7,7 @@
 use super::motion::Path;
 use crate::geometry::{Isometry, Vector};
 use crate::interference::Revolved;
-use crate::machine::{Machine, Motion};
+use crate::machine::{Joint, Machine, Motion};
 use crate::scene::{Part, Scene};
 use crate::stock::motion::{Chain, Mount};
 use crate::stock::{Body, Spindle, Sweep, TurningTool};
@@ -102,7 +102,7 @@ impl WorkAxis {
         let machine = &scene.machine;
         let Part { link, link_from_part, ref mesh, .. } = scene.parts[workpiece];
         let joint_of = |link: usize| machine.links()[link].joint.as_ref();
-        let nearest = machine.rigid_body(link).filter(|&link| joint_of(link).is_some_and(|joint| joint.turns()));
+        let nearest = machine.rigid_body(link).filter(|&link| joint_of(link).is_some_and(Joint::turns));
         let zero = machine.forward(&Position::default());
         let (base, base_from_stock, point, direction) = match nearest {
             Some(spindle) => {

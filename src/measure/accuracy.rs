@@ -67,10 +67,9 @@ pub fn verify_scene(
         }
         Ok((read_rows(&unit)?, read_rows(&unit)?))
     };
-    let of_cases: Vec<Result<(Vec<VerificationRow>, Vec<MissRow>), RecordError>> =
-        cases.into_par_iter().enumerate().map(kept).collect();
+    let of_cases: Vec<Result<_, RecordError>> = cases.into_par_iter().enumerate().map(kept).collect();
     for of_case in of_cases {
-        let (rows, misses) = of_case?;
+        let (rows, misses): (Vec<VerificationRow>, Vec<MissRow>) = of_case?;
         verdicts.rows.extend(rows);
         verdicts.misses.extend(misses);
     }

@@ -239,7 +239,7 @@ mod tests {
         let text = serde_json::to_string(&identity).unwrap();
         fs::write(&other, format!("#!/bin/sh\ncat <<'END'\n{text}\nEND\n")).unwrap();
         fs::set_permissions(&other, fs::Permissions::from_mode(0o755)).unwrap();
-        let error = gather(&[other.clone()]).unwrap_err().to_string();
+        let error = gather(std::slice::from_ref(&other)).unwrap_err().to_string();
         assert!(error.contains("another version") && error.contains("9.9.9"), "{error}");
         let text = serde_json::to_string(&environment::identity()).unwrap();
         fs::write(&other, format!("#!/bin/sh\ncat <<'END'\n{text}\nEND\n")).unwrap();

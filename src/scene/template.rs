@@ -73,9 +73,8 @@ impl Chain {
 
     fn parse(text: &str) -> Result<Self, String> {
         let letters: Vec<char> = text.chars().filter(|c| !c.is_whitespace() && *c != '-').collect();
-        let inner = match letters.as_slice() {
-            ['w', inner @ .., 't'] => inner,
-            _ => return Err("it must begin with w (work) and end with t (tool)".to_owned()),
+        let ['w', inner @ .., 't'] = letters.as_slice() else {
+            return Err("it must begin with w (work) and end with t (tool)".to_owned());
         };
         let base = inner.iter().position(|&c| c == 'b').ok_or("it has no b (base)")?;
         let axes = |letters: &[char]| -> Result<Vec<Axis>, String> {

@@ -78,7 +78,7 @@ impl StockOptions {
                 match &hull.mesh {
                     Some(mesh) => write_stl(file, mesh)?,
                     None => {
-                        note(format!("nothing is left of `{}`: no mesh is written", scene.parts[remaining.part].name))
+                        note(format!("nothing is left of `{}`: no mesh is written", scene.parts[remaining.part].name));
                     }
                 }
                 anyhow::Ok((file.display().to_string(), hull.cube_mm))

@@ -100,12 +100,11 @@ pub fn compare(
         let mut answers = Vec::new();
         for engine in engines {
             let own = of_pair.answers.iter().filter(|row| row.engine == engine.name);
-            match failures.iter().find(|(name, _)| *name == engine.name) {
-                None => match over_processes(own) {
+            if failures.iter().all(|(name, _)| *name != engine.name) {
+                match over_processes(own) {
                     Ok(rows) => answers.extend(rows),
                     Err(reason) => failures.push((&engine.name, reason)),
-                },
-                Some(_) => {}
+                }
             }
         }
         let took_part = |engine: &str| failures.iter().all(|(name, _)| *name != engine);

@@ -33,7 +33,7 @@ pub(super) fn at_least_mm<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>, lanes:
     for lane in 0..DOUBLES {
         let bound = squares[lane].sqrt() - pads[lane];
         // What is not a number is no bound.
-        if lanes >> lane & 1 != 0 && !(bound >= least) {
+        if lanes >> lane & 1 != 0 && (bound < least || bound.is_nan()) {
             least = if bound > 0.0 { bound } else { 0.0 };
         }
     }
@@ -53,9 +53,9 @@ fn reach<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>) -> D {
 fn squared<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>) -> D {
     let [of_p, of_q] = [Edges::of(p), Edges::of(q)];
     let mut least = corners_to_face(q, p, &of_p).min(corners_to_face(p, q, &of_q));
-    for i in 0..3 {
-        for j in 0..3 {
-            least = least.min(segments(&p[i], &of_p, i, &q[j], &of_q, j));
+    for (i, from_p) in p.iter().enumerate() {
+        for (j, from_q) in q.iter().enumerate() {
+            least = least.min(segments(from_p, &of_p, i, from_q, &of_q, j));
         }
     }
     least

@@ -308,7 +308,7 @@ pub(crate) mod tests {
         let middle = |p: [f64; 3], q: [f64; 3]| std::array::from_fn(|i| (p[i] + q[i]) / 2.0);
         let collinear = |p, q| [p, middle(p, q), q];
         // 2^-26 mm: the smallest distance on the grid.
-        let h = super::super::grid::STEP_MM;
+        let h = STEP_MM;
         let cases = [
             ("pierced", floor, [[1.0, 1.0, -1.0], [1.0, 1.0, 1.0], [9.0, 9.0, 1.0]], true),
             ("beside", floor, [[3.0, 3.0, -1.0], [3.0, 3.0, 1.0], [9.0, 9.0, 1.0]], false),
