@@ -243,7 +243,8 @@ impl Trial {
         let scene = self.machine.scene(self.cutter, &self.start, &program(&self.lines));
         let settings = Settings { zones_mm: Vec::new(), stock_resolution_mm: RESOLUTION_MM, ..Settings::standard() };
         let registry = Registry::standard();
-        check(&scene, scene.program.as_ref().unwrap(), registry.fastest().unwrap(), &registry, &settings, &Silent).unwrap()
+        check(&scene, scene.program.as_ref().unwrap(), registry.fastest().unwrap(), &registry, &settings, &Silent)
+            .unwrap()
     }
 
     /// What the outcome says that dense sampling with `cutter` contradicts.

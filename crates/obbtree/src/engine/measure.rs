@@ -161,7 +161,7 @@ mod tests {
         let a = Triangle { corners: [point(9.0), point(9.0), point(9.0)] };
         let off = point(1.0).coords * 10f64.powi(-((round % 12) as i32));
         let beside = a.corners.map(|p| p + off + point(10f64.powi(-((round % 10) as i32))).coords);
-        let b = if round % 2 == 0 { beside } else { [point(9.0), point(9.0), point(9.0)] };
+        let b = if round.is_multiple_of(2) { beside } else { [point(9.0), point(9.0), point(9.0)] };
         [a, Triangle { corners: b }]
     }
 
