@@ -17,7 +17,8 @@ use std::sync::Arc;
 /// What is left of a workpiece.
 pub struct Left {
     part: usize,
-    volume: Volume,
+    /// Measured only where the stock is divided anyway: its cells along cuts wait for questions.
+    volume: Option<Volume>,
     /// Bytes of its cells.
     bytes: usize,
     pub comparison: Option<Comparison>,
@@ -83,7 +84,8 @@ impl StockOptions {
                 }
                 anyhow::Ok((file.display().to_string(), hull.cube_mm))
             });
-            let (volume, bytes, written) = (stock.volume(), stock.bytes(), written.transpose()?);
+            let volume = wants_one.then(|| stock.volume());
+            let (bytes, written) = (stock.bytes(), written.transpose()?);
             all.push(Left { part: remaining.part, volume, bytes, comparison, written });
         }
         Ok(all)
@@ -94,8 +96,8 @@ impl Left {
     /// What is left, a line each.
     pub fn lines(&self, scene: &Scene) -> Vec<String> {
         let name = &scene.parts[self.part].name;
-        let Volume { low, high } = self.volume;
-        let mut lines = vec![format!("left of `{name}`: {low:.0} to {high:.0} mm³")];
+        let volume = self.volume.map(|Volume { low, high }| format!("left of `{name}`: {low:.0} to {high:.0} mm³"));
+        let mut lines: Vec<String> = volume.into_iter().collect();
         if let Some(Comparison { gouge, rest, missing }) = &self.comparison {
             let told = |what: &str, Deviation { greatest_mm, volume_mm3 }: &Deviation| {
                 format!("{what}: {greatest_mm:.3} mm, {volume_mm3:.1} mm³")
@@ -129,7 +131,7 @@ pub fn as_json(scene: &Scene, outcome: &Outcome, resolution_mm: f64, left: &[Lef
             })
         });
         json!({
-            "part": name(left.part), "left_mm3": [left.volume.low, left.volume.high], "bytes": left.bytes, "target": comparison,
+            "part": name(left.part), "left_mm3": left.volume.map(|volume| [volume.low, volume.high]), "bytes": left.bytes, "target": comparison,
             "file": left.written.as_ref().map(|(file, _)| file), "cube_mm": left.written.as_ref().map(|(_, cube)| cube),
         })
     });
