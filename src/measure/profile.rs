@@ -49,7 +49,7 @@ impl Budget {
     pub const fn over(self, binaries: u32) -> Self {
         let launches = self.launches * binaries;
         let build_blocks = if binaries > 1 && launches > self.build_blocks { launches } else { self.build_blocks };
-        Self { binaries, launches, build_blocks, ..self }
+        Self { launches, binaries, build_blocks, ..self }
     }
 }
 
