@@ -33,6 +33,9 @@ pub struct SceneVerdicts {
     pub misses: Vec<MissRow>,
 }
 
+/// Verdicts of a case by band, and its misses by line.
+type OfCase = (Vec<VerificationRow>, Vec<MissRow>);
+
 /// Verdicts of every case over all judged poses. The control is not run: it tests every pair of triangles by the exact test. What a case is found
 /// to say is kept in `folder`, where an interrupted verification goes on.
 ///
@@ -67,9 +70,8 @@ pub fn verify_scene(
         }
         Ok((read_rows(&unit)?, read_rows(&unit)?))
     };
-    let of_cases: Vec<Result<_, RecordError>> = cases.into_par_iter().enumerate().map(kept).collect();
-    for of_case in of_cases {
-        let (rows, misses): (Vec<VerificationRow>, Vec<MissRow>) = of_case?;
+    let of_cases: Result<Vec<OfCase>, RecordError> = cases.into_par_iter().enumerate().map(kept).collect();
+    for (rows, misses) in of_cases? {
         verdicts.rows.extend(rows);
         verdicts.misses.extend(misses);
     }

@@ -218,13 +218,6 @@ mod tests {
         assert_eq!(every.iter().filter(|s| s.case == 2).count(), 6);
     }
 
-    /// A program takes a box about a millisecond: it is timed in every block.
-    #[test]
-    fn a_millisecond_is_not_long() {
-        let (samples, _) = timed(Duration::from_millis(1), EXTENT);
-        assert_eq!(samples.iter().filter(|s| s.case == 2).count(), 6);
-    }
-
     #[test]
     fn without_warming_up_every_sample_is_one_run() {
         let (samples, runs) = timed(Duration::ZERO, Extent { warms_up: false, ..EXTENT });
