@@ -194,7 +194,7 @@ impl Drawn<'_> {
         let size = 0.5 * self.size_mm();
         let pose = |index: u64| {
             let mut draw = self.draw("flat", index);
-            let angle = if index % 2 == 0 { 0.0 } else { 3.0 * draw.signed_unit() };
+            let angle = if index.is_multiple_of(2) { 0.0 } else { 3.0 * draw.signed_unit() };
             let shift = Vector::new(draw.signed_unit(), draw.signed_unit(), 0.0) * size;
             let shift = if index % 4 < 2 { shift } else { shift * 0.2 };
             Isometry::new(shift, Vector::z() * angle)
