@@ -100,11 +100,12 @@ pub fn compare(
         let mut answers = Vec::new();
         for engine in engines {
             let own = of_pair.answers.iter().filter(|row| row.engine == engine.name);
-            if failures.iter().all(|(name, _)| *name != engine.name) {
-                match over_processes(own) {
-                    Ok(rows) => answers.extend(rows),
-                    Err(reason) => failures.push((&engine.name, reason)),
-                }
+            if failures.iter().any(|(name, _)| *name == engine.name) {
+                continue;
+            }
+            match over_processes(own) {
+                Ok(rows) => answers.extend(rows),
+                Err(reason) => failures.push((engine.name.as_str(), reason)),
             }
         }
         let took_part = |engine: &str| failures.iter().all(|(name, _)| *name != engine);
@@ -180,7 +181,7 @@ impl Place<'_> {
             }
             match Runner::start(engine, self.amounts, folder) {
                 Ok(runner) => runners.push(runner),
-                Err(reason) => failures.push((&engine.name, reason)),
+                Err(reason) => failures.push((engine.name.as_str(), reason)),
             }
         }
         self.ask(&mut runners, found, progress);
