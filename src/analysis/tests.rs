@@ -217,13 +217,14 @@ fn an_accident_of_layout_widens_the_interval() {
     one.timings.iter_mut().for_each(|row| row.binary = 0);
     one.builds.iter_mut().for_each(|row| row.binary = 0);
     let (_folder, alone) = analyse(&one);
-    for (metric, clusters) in [("program-time", 5), ("time", 16)] {
+    // Of programs at launches 0.08 · 2.262 · 0.4 √(10/9) / √10, at binaries 2.776 / √5 · √(5/4) of 0.08 · 0.4: 1.8 times. Of poses the few
+    // clusters widen both.
+    for (metric, clusters, times) in [("program-time", 5, 1.4), ("time", 16, 1.2)] {
         let (wide, narrow) = (of(&outcome, metric), of(&alone, metric));
         assert_eq!(wide.clusters, clusters, "{metric}");
         assert!((wide.ratio / narrow.ratio - 1.0).abs() < 1e-12 && (wide.ratio - 0.8 * 1.016).abs() < 0.01, "{wide:?}");
         let width = |row: &RatioRow| (row.high / row.low).ln();
-        // At launches 0.08 · 2.262 · 0.4 √(10/9) / √10, at binaries 2.776 / √5 · √(5/4) of 0.08 · 0.4: 1.8 times.
-        assert!(width(&wide) > 1.4 * width(&narrow), "{metric}: {wide:?} {narrow:?}");
+        assert!(width(&wide) > times * width(&narrow), "{metric}: {wide:?} {narrow:?}");
         assert!(wide.low < 0.8 && wide.high > 0.8, "the truth of the four other binaries: {wide:?}");
     }
     assert_eq!(of(&outcome, "build").clusters, 5);
