@@ -5,6 +5,7 @@
 //! as many programs; the seed of a program is in the message of its failure.
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+#![allow(clippy::print_stdout, reason = "the long form tells what it covered")]
 
 use bvbench::check::{Kind, Outcome, Settings, check};
 use bvbench::measure::Silent;

@@ -3,7 +3,6 @@
 //! Fenced blocks of `docs/tutorial-machine.md`: `sh` holds commands, `text` lines that the last command prints (each a part of one of its lines, in
 //! order; `exit code N` for codes but 0), and any other language with a file's name behind it a file.
 
-
 mod support;
 
 use std::path::Path;
