@@ -258,14 +258,24 @@ impl Sweep {
         (0..3).all(|k| self.low[k] <= high[k] && low[k] <= self.high[k])
     }
 
+    /// Whether a cube of the stock is inside, outside or neither: a depth beyond that of a cube that is inside is not looked for.
+    pub(super) fn side(&self, centre: &Point, half: f64) -> Least {
+        self.least(centre, half, false)
+    }
+
     /// How deep a cube of the stock comes into the part: minus the depth, mm.
-    pub(super) fn least(&self, centre: &Point, half: f64) -> Least {
+    pub(super) fn depth(&self, centre: &Point, half: f64) -> Least {
+        self.least(centre, half, true)
+    }
+
+    fn least(&self, centre: &Point, half: f64, is_deepest: bool) -> Least {
         let radius = half * 3f64.sqrt();
         match &self.way {
             Way::Straight { form, body_from_stock, axes, travel } => match &**form {
                 Form::Round(round) => {
                     let q = (body_from_stock * centre).coords;
-                    let inside = -(radius + self.pad + round.slack_mm);
+                    let sure = -(radius + self.pad + round.slack_mm);
+                    let inside = if is_deepest { f64::NEG_INFINITY } else { sure };
                     let cube = Cube { half, radius, axes: *axes, inside, outside: self.pad };
                     self.padded(round.least(&q, travel, &cube), round.slack_mm)
                 }

@@ -184,7 +184,7 @@ impl Tile {
     fn cell_of(&mut self, cube: &Cube, borders: &Borders, uncut: &Uncut) -> Cell {
         let mut sweeps = Vec::new();
         for &index in &borders.sweeps {
-            let found = self.sweeps[index as usize].least(&cube.centre, cube.half);
+            let found = self.sweeps[index as usize].side(&cube.centre, cube.half);
             if found.high <= -cube.radius() {
                 return CUT;
             }
@@ -254,7 +254,7 @@ impl Tile {
         if matches!(cell, OUTSIDE | CUT) {
             return cell;
         }
-        let found = self.sweeps[number as usize].least(&cube.centre, cube.half);
+        let found = self.sweeps[number as usize].side(&cube.centre, cube.half);
         if found.deep >= 0.0 {
             return cell;
         }
@@ -333,7 +333,7 @@ impl Tile {
     pub fn contact(&mut self, search: &Search<'_>) -> Depth {
         let (mut depth, cube) = (Depth::default(), self.cube());
         if !self.is_gone() {
-            let found = search.sweep.least(&cube.centre, cube.half);
+            let found = search.sweep.depth(&cube.centre, cube.half);
             self.root = self.contact_cell(self.root, &cube, found, search, &mut depth);
         }
         depth
@@ -371,7 +371,7 @@ impl Tile {
             let index = index as u32;
             let is_gone = matches!(child(self, index), OUTSIDE | CUT);
             let place = cube.child(index);
-            (index, (!is_gone).then(|| search.sweep.least(&place.centre, place.half)))
+            (index, (!is_gone).then(|| search.sweep.depth(&place.centre, place.half)))
         });
         order.sort_by(|a, b| a.1.map_or(0.0, |l| l.deep).total_cmp(&b.1.map_or(0.0, |l| l.deep)));
         for (index, found) in order {
