@@ -211,7 +211,8 @@ impl<L: Lanes> Relation<L> for BoxRelation<L> {
         let mut most = dot(&along_a, &along_a).max(dot(&along_b, &along_b));
         let (gap, way) = self.gap_of_way(slack + slack);
         let gap = gap.max(zero);
-        most = most.max(gap * gap / dot(&way, &way).max(L::all(f32::MIN_POSITIVE)));
+        // The quotient first: the square of the gap, |w|⁴, could be too large.
+        most = most.max(gap / dot(&way, &way).max(L::all(f32::MIN_POSITIVE)) * gap);
         if enough(most) {
             return most.sqrt() * L::all(LOWERED);
         }

@@ -23,6 +23,9 @@ pub fn distance_mm<V: WideVolume>(
     below_mm: f64,
     proximity: &mut Proximity,
 ) -> f64 {
+    if below_mm <= 0.0 {
+        return f64::INFINITY;
+    }
     let posed = Posed::new(a, b, a_from_b);
     let mut search = Search { posed, proximity, least: below_mm, batch: Batch::default(), may_touch: 0 };
     match search.known_and_others(simd) {
