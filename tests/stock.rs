@@ -242,7 +242,8 @@ impl Trial {
 
     fn run(&self) -> Outcome {
         let scene = self.machine.scene(self.cutter, &self.start, &program(&self.lines));
-        let settings = Settings { zones_mm: Vec::new(), stock_resolution_mm: RESOLUTION_MM, ..Settings::standard() };
+        let settings =
+            Settings { zones_mm: Vec::new(), stock_resolution_mm: Some(RESOLUTION_MM), ..Settings::standard() };
         let registry = Registry::standard();
         check(&scene, scene.program.as_ref().unwrap(), registry.fastest().unwrap(), &registry, &settings, &Silent)
             .unwrap()
@@ -306,7 +307,7 @@ impl Trial {
 }
 
 fn programs() -> u64 {
-    std::env::var("BVBENCH_STOCK_PROGRAMS").ok().and_then(|count| count.parse().ok()).unwrap_or(60)
+    std::env::var("BVBENCH_STOCK_PROGRAMS").ok().and_then(|count| count.parse().ok()).unwrap_or(20)
 }
 
 #[test]

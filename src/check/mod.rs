@@ -32,7 +32,7 @@ use crate::method::octree_obb::{self, ToolSide};
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{self, Decision};
 use crate::scene::{Pair, ProgramRun, Role, Scene, TipFault};
-use crate::stock::{RESOLUTION_MM, StockError};
+use crate::stock::StockError;
 use crate::truth::Solid;
 use rayon::prelude::*;
 use rs274::Axis;
@@ -52,20 +52,15 @@ pub struct Settings {
     pub tolerance_mm: f64,
     /// Whether nothing behind the first collision is of interest.
     pub stop_at_first: bool,
-    /// Depth to which contact with what is left of the workpiece is not told from touching, mm.
-    pub stock_resolution_mm: f64,
+    /// Depth to which contact with what is left of the workpiece is not told from touching, mm; without it no material is taken away.
+    pub stock_resolution_mm: Option<f64>,
 }
 
 impl Settings {
     /// The paper's zones, and hundredths of a millimetre.
     #[must_use]
     pub fn standard() -> Self {
-        Self {
-            zones_mm: vec![14.0, 8.0, 2.0],
-            tolerance_mm: 0.01,
-            stop_at_first: false,
-            stock_resolution_mm: RESOLUTION_MM,
-        }
+        Self { zones_mm: vec![14.0, 8.0, 2.0], tolerance_mm: 0.01, stop_at_first: false, stock_resolution_mm: None }
     }
 
     /// Clearances at which something changes, narrowest first, mm: the zones, [`PARTED_MM`], and where a cutter touches a finished workpiece.
@@ -205,7 +200,8 @@ pub fn check(
     if pairs.is_empty() && decisions.iter().filter_map(|d| d.dropped.as_ref()).all(pairs::Dropped::is_for_ever) {
         return Err(CheckError::NoPairs(scene.name.clone()));
     }
-    let (mut workpieces, uncut) = Workpiece::all(scene, &path, &decisions, settings.stock_resolution_mm)?;
+    let cut = |resolution_mm| Workpiece::all(scene, &path, &decisions, resolution_mm);
+    let (mut workpieces, uncut) = settings.stock_resolution_mm.map_or_else(|| Ok(Default::default()), cut)?;
     // A cutter is held against the stock alone; whatever else touches the uncut workpiece, is held against what is left of it.
     let is_stock = |pair: Pair| workpieces.iter().any(|workpiece| workpiece.has(pair));
     let pairs: Vec<Pair> = pairs.into_iter().filter(|&pair| !(scene.is_cutting(pair) && is_stock(pair))).collect();

@@ -18,7 +18,6 @@ use crate::record::file::write_text;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{Decision, Dropped};
 use crate::scene::{ProgramRun, Scene};
-use crate::stock::RESOLUTION_MM;
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
@@ -29,7 +28,7 @@ use stock::Left;
 
 #[derive(Args)]
 #[command(
-    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --target finished.stl   gouges and rests against the wanted part\n\nA cutter that feeds into the workpiece takes material away. A cutter at rapid rate or with a standing spindle, a shank, a holder and all else collide with what is left; whatever else touches collides.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
+    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --stock-resolution 0.1 --target finished.stl\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move, or while the spindle stands still, it collides. Everything else that touches collides. With --stock-resolution the cutter takes material away, and all is held against what is left.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
 )]
 pub struct Options {
     #[command(flatten)]
@@ -70,14 +69,14 @@ pub struct Options {
 /// The workpiece while it is cut.
 #[derive(Args)]
 struct StockOptions {
-    /// Depth to which contact with what is left of the workpiece is not told from touching, mm
-    #[arg(long, value_name = "MM", default_value_t = RESOLUTION_MM)]
-    stock_resolution: f64,
+    /// Take away what the cutter cuts, with bounds this near to one another, mm, such as 0.1 (experimental) [default: the workpiece stays whole]
+    #[arg(long, value_name = "MM")]
+    stock_resolution: Option<f64>,
     /// Write what may be left of the workpiece at the end (outer bound) as STL, in the workpiece's own frame
-    #[arg(long, value_name = "FILE.stl")]
+    #[arg(long, value_name = "FILE.stl", requires = "stock_resolution")]
     stock_out: Option<PathBuf>,
     /// Compare what is left with the wanted part, a mesh file in mm in the workpiece's own frame: gouges and rests
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", requires = "stock_resolution")]
     target: Option<PathBuf>,
 }
 

@@ -41,7 +41,7 @@ enum What {
     Run(CompareOptions),
     /// Compare the answers of engines with exact truth, before any timing; exit code 1 when one is wrong
     #[command(
-        after_help = "Examples:\n  bvbench peers verify --out DIR --runner 'mine=path/to/runner'\n  bvbench peers verify --mode distance --tolerance-mm 1e-5 --out DIR --engines target/peers/engines.toml --engine fcl-obbrss\n  bvbench peers verify --mode path-0.01 --out DIR --variant obb-wide+evidence"
+        after_help = "Examples:\n  bvbench peers verify --out DIR --runner 'mine=path/to/runner'\n  bvbench peers verify --mode distance --tolerance-mm 1e-5 --out DIR --engines target/peers/engines.toml --engine fcl-obbrss\n  bvbench peers verify --mode path-0.01 --out DIR --variant ID+evidence"
     )]
     Verify(VerifyOptions),
     /// Show the comparison in a folder again

@@ -116,7 +116,7 @@ impl Left {
 }
 
 /// The stock as data.
-pub fn as_json(scene: &Scene, outcome: &Outcome, resolution_mm: f64, left: &[Left]) -> Value {
+pub fn as_json(scene: &Scene, outcome: &Outcome, resolution_mm: Option<f64>, left: &[Left]) -> Value {
     let name = |part: usize| &scene.parts[part].name;
     let touches = outcome.touches.iter().map(|touch| {
         json!({
