@@ -199,10 +199,11 @@ impl<L: Lanes> Relation<L> for BoxRelation<L> {
     /// right angle: a bound is the root of the sum of their squares. Others are the gaps along the products of edges over the products'
     /// lengths, of which 1 - r² is the square: it is wrong by twice the error of r, 2ε + 2δ + 3u in step 4, and two roundings, less than 56·2⁻²⁴, and
     /// the divisor larger than it by 64·2⁻²⁴. Each gap is lowered by the slack first, and the result by what its own roundings and the length of the
-    /// quaternions can add (`LOWERED`). What is not a number becomes 0.
+    /// quaternions can add (`LOWERED`). The quotient of the way adds the roundings of |w|², half of 3·2⁻²⁴ under the root, to its own two. What is not a
+    /// number becomes 0.
     ///
     /// Along the way from the one box's point that is nearest to the child's centre to the child's nearest point to it there is nearly all of the distance
-    /// where faces and edges leave some ([`BoxRelation::gap_of_way`]); edges are asked last.
+    /// where faces and edges leave some (`BoxRelation::gap_of_way`); edges are asked last.
     #[inline(always)]
     fn least_mm(&self, slack: L, enough: impl Fn(L) -> bool) -> L {
         let (zero, one) = (L::all(0.0), L::all(1.0 + 64.0 * U));

@@ -5,7 +5,7 @@
 //! free pose, a distance that the meshes were apart there: while no point of `b` has moved that far, they are apart (the motion bound of
 //! F. Schwarzer, M. Saha, J.-C. Latombe 2005).
 //!
-//! Evidence comes from the search for a contact itself, which leaves out only what is farther apart than a margin ([`traverse::contact_within`]): the
+//! Evidence comes from the search for a contact itself, which leaves out only what is farther apart than a margin (`traverse::contact_within`): the
 //! margin, or the distance of the nearest triangles that it has met within it, is what the meshes are apart. The margin is as many steps ahead as cost
 //! little more than the search alone; where the distance settles few poses, as along a surface, it is left out for a while.
 //!
