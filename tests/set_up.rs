@@ -165,7 +165,7 @@ fn tools_that_make_no_sense_are_refused() {
         ("1=diameter:10,flute:20,stickout:30,corner:6", "more than half the diameter"),
         ("1=diameter:10,flute:20,stickout:30,length:70,holder:32x60", "one of the two is enough"),
         ("1=diameter:0,flute:20,stickout:30", "diameter_mm is 0"),
-        ("1=diameter:nan,flute:20,stickout:30", "diameter_mm is NaN"),
+        ("1=diameter:nan,flute:20,stickout:30", "diameter_mm must be a finite number"),
         ("1=diameter:10,flute:20,stickout:30,holder:32", "must be diameter x length"),
         ("1=diameter:10,flute:20,stickout:30,hold:32x1", "`hold` is none of"),
         ("1=diameter:10,flute:2,stickout:30,point:90", "the tool's end alone takes 5.000"),
@@ -281,7 +281,7 @@ fn every_template_makes_a_scene_that_loads() {
     let folder = folder();
     assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
     for kind in ["mill", "router", "horizontal", "rotary", "trunnion", "head-table", "fork", "lathe", "w A b X Z t"] {
-        let name = kind.replace(' ', "");
+        let name = format!("new-{}", kind.replace(' ', ""));
         let output = folder.run(&[
             "scene",
             "new",
