@@ -1,4 +1,4 @@
-//! What waits in a search for a distance, the nearest first up to a little.
+//! The queue of a search for a distance: nearly the nearest first.
 //!
 //! All that waits is nearer than the least distance that is known when it comes, so that buckets of equal width up to that distance put it in order
 //! without a comparison, and the first that is not empty is found in one instruction. Within a bucket the last comes first. What is opened
@@ -11,7 +11,7 @@ const BUCKETS: usize = 64;
 /// No entry.
 const NONE: u32 = u32::MAX;
 
-/// What waits.
+/// An entry of the queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Waiting {
     /// A node to be opened.
