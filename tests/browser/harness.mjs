@@ -24,9 +24,9 @@ export function pagePath(name) {
   return path.join(work, "pages", name);
 }
 
-/** Writes a page with `bvbench view`; gives its path and its size in bytes. */
+/** Writes a page with `bvbench view`, one file for each set of options; gives its path and its size in bytes. */
 export function viewPage(scene, ...options) {
-  const out = pagePath(`${path.basename(scene)}.html`);
+  const out = pagePath(`${[path.basename(scene), ...options].join("")}.html`);
   bvbench("view", scene, "--quiet", "--out", out, ...options);
   return { path: out, bytes: statSync(out).size };
 }
