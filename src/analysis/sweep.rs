@@ -6,7 +6,7 @@ use super::growth::analyze_growth;
 use super::stats::{bootstrap_mean, quantile};
 use crate::record::rows::CaseKey;
 use crate::record::{
-    BuildRow, CaseRow, CountRow, FactorRow, Manifest, Row, Stratum, SweepSummaryRow, TimingRow, read_rows,
+    BuildRow, CaseRow, CountRow, FactorRow, Manifest, Row, Stratum, SweepSummaryRow, TimingRow, has_rows, read_rows,
     read_rows_if_there, write_rows,
 };
 use std::collections::BTreeMap;
@@ -69,7 +69,7 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
         }
     }
     write_rows(folder, &found)?;
-    if folder.join(BuildRow::FILE).exists() {
+    if has_rows::<BuildRow>(folder) {
         analyze_growth(folder, &swept, seed)?;
     }
     Ok(found)

@@ -7,7 +7,7 @@ use crate::analysis::growth::COSTS;
 use crate::analysis::sweep::analyze_sweep;
 use crate::measure::Profile;
 use crate::measure::sweep::{Asked, SWEEPS, Sweep, SweepRun};
-use crate::record::{Row, SweepGrowthRow, read_rows};
+use crate::record::{SweepGrowthRow, has_rows, read_rows};
 use crate::registry::Registry;
 use anyhow::Result;
 use clap::Args;
@@ -65,7 +65,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         if !options.output.json {
             say(format!("{:9} {}", sweep.name, folder.join("sweep_summary.csv").display()));
             figures.iter().for_each(|figure| say(format!("          {}", figure.display())));
-            if folder.join(SweepGrowthRow::FILE).exists() {
+            if has_rows::<SweepGrowthRow>(&folder) {
                 say(format!("\n{}\n", growth(&read_rows(&folder)?).trim_fmt()));
             }
         }

@@ -8,7 +8,7 @@ use super::{FOLDER, Gallery, PlotError, Sketch, add, write_index};
 use crate::analysis::ALL;
 use crate::analysis::audit::{RESPONSES, SAFE};
 use crate::record::audit::FACTORS;
-use crate::record::{AuditCellRow, AuditEffectRow, AuditShareRow, ExitRow, read_rows};
+use crate::record::{AuditCellRow, AuditEffectRow, AuditShareRow, ExitRow, read_rows, read_rows_if_there};
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 use std::path::Path;
@@ -66,7 +66,7 @@ pub fn draw_audit(folder: &Path) -> Result<Gallery, PlotError> {
         add(folder, &mut gallery, factors(&centre, "audit-best-centre", &effects, &shares))?;
     }
     add(folder, &mut gallery, super::audit_containment::sketch(&cells))?;
-    let axes: Vec<ExitRow> = super::data::optional(folder)?;
+    let axes: Vec<ExitRow> = read_rows_if_there(folder)?;
     add(folder, &mut gallery, super::audit_axes::sketch(&axes))?;
     write_index(&folder.join(FOLDER), &gallery)?;
     Ok(gallery)

@@ -8,7 +8,7 @@ use crate::record::manifest::VariantEntry;
 use crate::record::rows::CaseKey;
 use crate::record::{
     BuildRow, CONTROL_WORKLOAD, CostChunkRow, Kind, Manifest, NULL_VARIANT, OutlineRow, PeerRatioRow, ProgramTimeRow,
-    RatioRow, Row, SummaryRow, TightnessRow, VerificationRow, read_rows,
+    RatioRow, SummaryRow, TightnessRow, VerificationRow, read_rows_if_there,
 };
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -76,15 +76,15 @@ impl Data {
             scenes: manifest.scenes.iter().map(|scene| scene.name.clone()).collect(),
             cases: Cases::new(&manifest),
             claims,
-            summary: optional(folder)?,
-            ratios: optional(folder)?,
-            program_times: optional(folder)?,
-            verification: optional(folder)?,
-            tightness: optional(folder)?,
-            outlines: optional(folder)?,
-            builds: optional(folder)?,
-            cost_chunks: optional(folder)?,
-            peer_ratios: optional(folder)?,
+            summary: read_rows_if_there(folder)?,
+            ratios: read_rows_if_there(folder)?,
+            program_times: read_rows_if_there(folder)?,
+            verification: read_rows_if_there(folder)?,
+            tightness: read_rows_if_there(folder)?,
+            outlines: read_rows_if_there(folder)?,
+            builds: read_rows_if_there(folder)?,
+            cost_chunks: read_rows_if_there(folder)?,
+            peer_ratios: read_rows_if_there(folder)?,
         })
     }
 
@@ -141,9 +141,4 @@ pub fn entries(manifest: &Manifest) -> Vec<Entry> {
         }
     };
     variants.map(entry).collect()
-}
-
-/// The rows of a file, none when it is missing.
-pub(super) fn optional<R: Row>(folder: &Path) -> Result<Vec<R>, PlotError> {
-    if folder.join(R::FILE).exists() { Ok(read_rows(folder)?) } else { Ok(Vec::new()) }
 }

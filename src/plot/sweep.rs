@@ -5,7 +5,7 @@ use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::{Scale, number};
 use super::{FOLDER, Gallery, PlotError, Sketch, add, write_index};
 use crate::analysis::growth::COSTS;
-use crate::record::{BuildRow, Manifest, Row, Stratum, SweepGrowthRow, SweepSummaryRow, read_rows};
+use crate::record::{BuildRow, Manifest, Stratum, SweepGrowthRow, SweepSummaryRow, has_rows, read_rows};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -28,7 +28,7 @@ pub fn draw_sweep(folder: &Path, about: &str, axis: &'static str) -> Result<Gall
     let rows: Vec<SweepSummaryRow> = read_rows(folder)?;
     let mut gallery = Gallery::default();
     let mut sweep = sketch(&variants, &rows, about, axis);
-    if folder.join(SweepGrowthRow::FILE).exists() {
+    if has_rows::<SweepGrowthRow>(folder) {
         let (builds, growth) = (read_rows(folder)?, read_rows(folder)?);
         if let Ok(grouped) = &mut sweep.drawing {
             grouped.add([builds_panel(&variants, &builds, axis), growth_panel(&variants, &growth)]);

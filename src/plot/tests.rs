@@ -3,7 +3,10 @@
 use super::*;
 use crate::analysis::{analyze, claims::ClaimSet};
 use crate::record::synthetic::{PLANTED, Plan, Planted, Run};
-use crate::record::{Kind, PeerRatioRow, write_rows};
+use crate::record::{
+    BuildRow, Kind, OutlineRow, PeerRatioRow, Row, TightnessRow, VerificationRow, read_rows, write_rows,
+    write_rows_compressed,
+};
 use std::fs;
 use tempfile::TempDir;
 
@@ -79,6 +82,24 @@ fn drawing_is_deterministic_and_not_blank() {
     let coloured = once.chunks_exact(3).filter(|p| p.iter().max() != p.iter().min()).count();
     assert!(coloured > 5000, "{coloured} coloured pixels");
     assert_eq!(canvas::svg(&drawing).unwrap(), canvas::svg(&drawing).unwrap());
+}
+
+#[test]
+fn compressed_rows_make_the_same_figures() {
+    fn pack<R: Row>(folder: &Path) {
+        let rows: Vec<R> = read_rows(folder).unwrap();
+        write_rows_compressed(folder, &rows).unwrap();
+        assert!(!folder.join(R::FILE).exists());
+    }
+    let folder = TempDir::new().unwrap();
+    Run::generate(&Plan::default()).write(folder.path());
+    analyze(folder.path(), &ClaimSet::standard()).unwrap();
+    let plain = draw_all(folder.path()).unwrap();
+    pack::<BuildRow>(folder.path());
+    pack::<OutlineRow>(folder.path());
+    pack::<TightnessRow>(folder.path());
+    pack::<VerificationRow>(folder.path());
+    assert_eq!(draw_all(folder.path()).unwrap(), plain);
 }
 
 #[test]

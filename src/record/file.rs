@@ -239,7 +239,13 @@ pub fn read_rows<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
 /// # Errors
 /// When a row is not of its type.
 pub fn read_rows_if_there<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
-    if located(folder, R::FILE).exists() { read_rows(folder) } else { Ok(Vec::new()) }
+    if has_rows::<R>(folder) { read_rows(folder) } else { Ok(Vec::new()) }
+}
+
+/// Whether the row type's file is in `folder`, plain or compressed.
+#[must_use]
+pub fn has_rows<R: Row>(folder: &Path) -> bool {
+    located(folder, R::FILE).exists()
 }
 
 #[cfg(test)]

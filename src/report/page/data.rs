@@ -7,7 +7,7 @@ use crate::record::file::located;
 use crate::record::{
     AuditCellRow, AuditEffectRow, AuditShareRow, Band, ClaimRow, CostChunkRow, CostRow, DeadlineRow, Manifest,
     NULL_VARIANT, PeerRatioRow, PeerRow, RatioRow, RecordError, RepayRow, Row, Stratum, SummaryRow, SweepSummaryRow,
-    Table, TightnessRow, TreeRow, VerificationRow,
+    Table, TightnessRow, TreeRow, VerificationRow, has_rows,
 };
 use crate::report::programs::{self, ProgramTotals};
 use crate::report::sentences::{Group, blocks, sentences, words};
@@ -241,7 +241,7 @@ impl Shelf<'_> {
     }
 
     fn add<R: Row>(&mut self) -> Result<(), RecordError> {
-        if located(self.folder, R::FILE).exists() { self.put(R::FILE, self.room, Table::of::<R>) } else { Ok(()) }
+        if has_rows::<R>(self.folder) { self.put(R::FILE, self.room, Table::of::<R>) } else { Ok(()) }
     }
 
     fn put(
