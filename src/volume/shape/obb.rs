@@ -1,4 +1,4 @@
-//! Oriented boxes: one box, one separating-axis test; how the axes and the centre are chosen is the variant's ([`crate::volume::fit`]).
+//! Oriented boxes: one box, one separating-axis test. The variant chooses the axes and the centre ([`crate::volume::fit`]).
 
 pub mod exit;
 
