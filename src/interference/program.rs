@@ -143,7 +143,7 @@ impl Writer<'_> {
         Ok(Written { text: lines.join("\n") + "\n", lines: lines_of_stops })
     }
 
-    /// The lines of the program: the positions of the tool, and the same lifted along its axis, in machine coordinates.
+    /// The programmed position of a stop, with the tool lifted by `lifted_mm` along its axis, in machine coordinates.
     fn programmed(
         &self,
         stop: &Stop,
