@@ -52,7 +52,7 @@ pub type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;
 pub struct Variant {
     /// Name, reference and safety.
     pub info: Info,
-    /// What kind of thing it is.
+    /// Kind of the method, such as volume, engine or peer.
     pub kind: Kind,
     /// The default tree policy; `None` for methods without a tree of this project.
     pub policy: Option<Policy>,

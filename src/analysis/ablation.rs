@@ -205,7 +205,7 @@ pub enum ThesisTest {
         /// The claim is supported when the whole interval is below this ratio.
         below: f64,
     },
-    /// Both kinds of interference are found wherever the meshes touch.
+    /// Local and global interference are both found wherever the meshes touch.
     Found,
 }
 

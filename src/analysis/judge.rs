@@ -295,7 +295,7 @@ pub fn ratio_verdict(ratio: Interval, below: f64) -> Verdict {
     }
 }
 
-/// The threshold of a ratio's test for the ratio as claimed; inverted when the subject is claimed to need more.
+/// The threshold of the test. It applies to the ratio after [`oriented`].
 fn threshold(test: &Test) -> f64 {
     test.at_most.or(test.below).unwrap_or(SAME.0)
 }
@@ -550,7 +550,7 @@ impl Judged<'_> {
     }
 }
 
-/// The names of the parts among some rows, each once.
+/// Joins the names of the given parts, each name once.
 fn names<'a>(parts: impl Iterator<Item = &'a str>) -> String {
     parts.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>().join(", ")
 }

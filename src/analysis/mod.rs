@@ -123,7 +123,7 @@ pub struct Ranked {
     pub variant: String,
     /// Its label.
     pub label: String,
-    /// What kind of thing it is.
+    /// Kind of the method, such as volume, engine or peer.
     pub kind: Kind,
     /// Geometric mean over scenes of the ratio to the first baseline; 1 for that baseline itself. It summarises the ratios of the single
     /// scenes.

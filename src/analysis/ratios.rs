@@ -112,7 +112,7 @@ pub fn compare(scene: &Scene, metric: Metric, above: &CaseKey, below: &CaseKey, 
 
 /// In a quiet cell the null duplicate's ratio is within this interval: the two copies are equally fast.
 pub const EQUAL: (f64, f64) = (0.99, 1.01);
-/// In a quiet cell the interval of that ratio is within this one, so the cell is steady enough to call two times the same.
+/// In a quiet cell, the interval of the null duplicate's ratio is within this interval, so the cell can show that two times are the same.
 pub const STEADY: (f64, f64) = super::judge::SAME;
 
 /// Cells (scene, workload, and stratum or program) in which the null duplicate is noisy.

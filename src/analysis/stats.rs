@@ -148,7 +148,7 @@ pub fn student_95(freedom: f64) -> f64 {
 /// proportional to cos^(ν-1) θ.
 #[must_use]
 pub fn student_tails(t: f64, freedom: f64) -> f64 {
-    /// Number of integration steps. Must be even; correct to five digits at all degrees of freedom that occur.
+    /// Number of integration steps; must be even. The result is correct to five digits at all degrees of freedom that occur.
     const STEPS: usize = 2000;
     // Beyond this the normal distribution is as good, and the density is too narrow for the steps.
     let freedom = freedom.min(10_000.0);

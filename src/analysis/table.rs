@@ -51,7 +51,7 @@ pub struct Chunk {
     pub first_step: u32,
     /// Number of poses.
     pub poses: u32,
-    /// Whether its last pose touches: a program ends in a collision.
+    /// Whether the last pose of the chunk touches; for a program, whether it ends in a collision.
     pub ends_in_contact: bool,
     /// Number of its cluster; chunks that share a line are in the same cluster.
     pub cluster: u32,
@@ -145,7 +145,7 @@ impl Query {
     }
 }
 
-/// Observations grouped by the strata that have any; the cells of a group are crossed by the scene's launches.
+/// Observations grouped by stratum, without empty strata; the cells of a group are crossed by the scene's launches.
 #[derive(Debug)]
 pub struct Strata {
     /// The strata from nearest to farthest; `None` for a single group of observations that are not queries.

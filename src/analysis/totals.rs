@@ -384,7 +384,8 @@ mod tests {
     }
 
     /// Five binaries of two launches with a common effect of 1 and a spread of 2 % between binaries, on 30 clusters that agree: the
-    /// intervals of about 10 of 200 samples miss the effect. With launches taken as independent, about 40 miss it.
+    /// intervals of about 10 of 200 samples miss the effect. If launches are taken as independent, about 40
+    /// intervals miss the effect.
     #[test]
     fn binaries_are_what_is_repeated() {
         let mut noise = generator(6, "noise");

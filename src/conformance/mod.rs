@@ -89,7 +89,7 @@ pub enum View {
     Direct,
     /// The meshes exchanged and the pose inverted.
     Exchanged,
-    /// Both meshes moved in their own frames, and the pose with them.
+    /// Both meshes are moved in their own frames, and the pose is changed accordingly.
     Moved,
 }
 

@@ -23,7 +23,7 @@ pub enum Search {
 }
 
 impl Search {
-    /// Its name in files.
+    /// Name of the search in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -59,7 +59,7 @@ pub struct Hit {
     pub point: Point,
     /// The triangle on which the sample lies.
     pub face: u32,
-    /// Signed distance below the permitted one, mm.
+    /// How much closer than permitted the sample is, mm.
     pub depth_mm: f64,
 }
 
@@ -117,7 +117,7 @@ type Bodies = u32;
 
 /// A pose: constants of all separating-axis tests.
 struct Posed {
-    /// Takes directions of the surface's frame to the tool's.
+    /// Maps directions of the surface's frame to the tool's frame.
     rotation: Matrix3<f64>,
     shift: Vector,
     widened: Matrix3<f64>,

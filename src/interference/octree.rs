@@ -265,7 +265,7 @@ impl SurfaceOctree {
         self.nodes.len()
     }
 
-    /// Whether it holds no samples.
+    /// Whether the octree holds no samples.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.points.is_empty()

@@ -27,7 +27,7 @@ const ROUND: f64 = 0.88;
 pub struct Revolved {
     /// The body, its axis +z.
     pub profile: Profile,
-    /// Takes the mesh's frame to the body's.
+    /// Maps coordinates in the mesh's frame to the frame of the body.
     pub tool_from_mesh: Isometry,
     /// Volume of the body, mm³.
     pub volume_mm3: f64,

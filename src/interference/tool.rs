@@ -18,7 +18,7 @@ pub enum BodyKind {
 }
 
 impl BodyKind {
-    /// Its name in files.
+    /// Name in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -28,7 +28,7 @@ impl BodyKind {
         }
     }
 
-    /// Whether its interference is local.
+    /// Whether the interference of this kind of body is local.
     #[must_use]
     pub const fn is_local(self) -> bool {
         matches!(self, Self::Cutter)
@@ -40,7 +40,7 @@ impl BodyKind {
 pub struct Body {
     /// What it is.
     pub kind: BodyKind,
-    /// Its profile in the tool's frame, mm.
+    /// Profile of the body in the tool's frame, mm.
     pub profile: Profile,
 }
 
@@ -90,7 +90,7 @@ impl SecondLevel {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::None, Self::Profile4, Self::Axial4, Self::Quad4];
 
-    /// Its name in files.
+    /// Name in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -102,7 +102,7 @@ impl SecondLevel {
     }
 }
 
-/// A box with the tool's axes, in its frame, mm.
+/// A box along the axes of the tool's frame, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolBox {
     /// Its middle.

@@ -14,7 +14,7 @@ use rs274::Position;
 pub struct Ball {
     /// The link to which the part is fixed; `None` is the world.
     pub link: Option<usize>,
-    /// Its centre in the link's frame, mm.
+    /// Centre of the sphere in the link's frame, mm.
     pub centre: Point,
     /// Its radius, mm.
     pub radius: f64,

@@ -27,7 +27,7 @@ pub struct Entry {
     pub look: Look,
     /// Whether the variant is safe: it misses no contact by construction.
     pub safe: bool,
-    /// What kind of thing it is.
+    /// Kind of the method, such as volume, engine or peer.
     pub kind: Kind,
 }
 

@@ -105,9 +105,9 @@ pub struct Skipped {
 /// All figures of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Gallery {
-    /// Those that were drawn.
+    /// The figures that were drawn.
     pub figures: Vec<Figure>,
-    /// Those that were not.
+    /// The figures that could not be drawn.
     pub skipped: Vec<Skipped>,
 }
 

@@ -21,7 +21,7 @@ pub enum Group {
 pub struct Sentence<'a> {
     /// The claim.
     pub claim: &'a Claim,
-    /// Where it is shown.
+    /// The group in which the sentence is shown.
     pub group: Group,
     /// The primary row, which answers the sentence.
     pub primary: Option<&'a ClaimRow>,

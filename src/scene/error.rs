@@ -65,7 +65,7 @@ pub enum SceneError {
     Syntax {
         /// Where.
         place: Place,
-        /// What the parser says.
+        /// Message of the parser.
         message: String,
     },
     /// A name is not defined.

@@ -277,8 +277,8 @@ fn add_parts(
     Ok(())
 }
 
-/// Why a name is not permitted; `None` when it is. Names are written to CSV files, where spreadsheets take some beginnings for formulas,
-/// and to terminals.
+/// Why a name is not permitted; `None` when it is. Names are written to terminals and to CSV files, in which a
+/// spreadsheet takes some first characters for the start of a formula.
 pub(super) fn unfit_name(name: &str) -> Option<String> {
     let is_formula = name.starts_with(['=', '+', '-', '@', '\t', '\r']);
     let wrong = match name {

@@ -44,7 +44,7 @@ use std::sync::Arc;
 pub struct Part {
     /// Name, unique in the scene.
     pub name: String,
-    /// Its mesh, mm, in the part's own frame.
+    /// Mesh of the part, mm, in the part's own frame.
     pub mesh: Arc<Mesh>,
     /// Index of the link it is fixed to; `None` is the world.
     pub link: Option<usize>,
@@ -92,7 +92,7 @@ impl Role {
     /// Every role, in the order of their declaration.
     pub const ALL: [Self; 6] = [Self::Machine, Self::Workpiece, Self::Cutter, Self::Shank, Self::Holder, Self::Fixture];
 
-    /// Its name in files.
+    /// Name of the role in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

@@ -18,7 +18,7 @@ const JOG_FEED: f64 = 1000.0;
 /// A kind of machine by name.
 #[derive(Clone, Copy, Debug)]
 pub struct Template {
-    /// Its name on the command line.
+    /// Name of the template on the command line.
     pub name: &'static str,
     /// One line on the kind of machine.
     pub about: &'static str,

@@ -37,7 +37,8 @@ impl Turn {
     }
 }
 
-/// The bounds of triangles, widened by twice their pad, mm, and the pad. Without triangles, the bounds are the origin.
+/// Low corner and high corner of the bounding box of triangles, widened by twice the pad, and the pad itself; all mm. Without triangles, the
+/// box is the origin.
 fn padded_bounds(triangles: &[Triangle]) -> (Point, Point, f64) {
     let (low, high) = triangle::bounds(triangles).unwrap_or((Point::origin(), Point::origin()));
     let pad = pad_mm(low.coords.amax().max(high.coords.amax()));

@@ -12,7 +12,7 @@ pub struct Drawn {
     pub level: u32,
     /// Whether the node has no children; a leaf is also part of all deeper levels.
     pub leaf: bool,
-    /// Its volume's outline, mm, mesh frame.
+    /// Outline of the node's volume, mm, mesh frame.
     pub outline: Vec<Segment>,
     /// Its volume, mm³.
     pub volume_mm3: f64,

@@ -31,7 +31,7 @@ pub enum Axes {
 /// How a tree is built; every row of the records states it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Policy {
-    /// Where a node is divided.
+    /// Rule for the position at which a node is divided.
     pub split: SplitRule,
     /// Axes along which a node is divided.
     pub axes: Axes,

@@ -13,7 +13,7 @@ use nalgebra::Unit;
 pub struct Item {
     /// The triangle, mm, mesh frame.
     pub triangle: Triangle,
-    /// Its face number in the mesh.
+    /// Face number of the triangle in the mesh.
     pub face: u32,
 }
 

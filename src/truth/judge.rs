@@ -99,7 +99,7 @@ struct Candidate<'c> {
 }
 
 impl Candidate<'_> {
-    /// Whether they touch; exact.
+    /// Whether the two triangles touch; exact.
     #[inline(always)]
     fn touches(&self) -> bool {
         certified::touch_by_planes((self.a, self.plane), (&self.b.triangle, &self.b.plane))

@@ -98,8 +98,8 @@ pub trait Shape: Solid + Clone + Debug + 'static {
     /// must be cheap, because it is computed for every node of a tree. Sizes are compared only between volumes of one shape.
     fn size(&self) -> f64;
 
-    /// Three orthogonal directions to split along, the longest extent first. `triangles` are those the volume was
-    /// fitted to, for shapes that have no axes of their own.
+    /// Three orthogonal directions along which a node may be split, longest extent first. Shapes without axes of their own compute them
+    /// from `triangles`, to which the volume was fitted.
     fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3];
 }
 

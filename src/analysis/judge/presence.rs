@@ -6,7 +6,7 @@ use crate::record::MESH_OUTLINE;
 use nalgebra::{Matrix3, Vector3};
 
 /// The gap counts as equal to the overhang when their ratio is within this of 1. The drawing holds only some of the mesh's edges, so the
-/// two are rarely exact.
+/// two are rarely exactly equal.
 const GAP_TOLERANCE: f64 = 0.1;
 
 /// The verdict on whether the effect is present.

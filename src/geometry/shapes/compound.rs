@@ -58,12 +58,12 @@ pub struct Placement {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Repeat {
-    /// Turned about the compound's z axis in equal steps of a full turn.
+    /// The copies are rotated about the compound's z axis by equal fractions of a full turn.
     Around {
         /// Number of copies, including the original.
         count: usize,
     },
-    /// Moved by equal steps in one direction.
+    /// The copies are displaced by equal steps in one direction.
     Along {
         /// Number of copies, including the original.
         count: usize,

@@ -1,8 +1,8 @@
 //! How finely a shape is divided, and where.
 //!
 //! A curve is divided as in a CAD kernel, by the distance of a chord from the curve. The sagitta of a chord that spans the angle a at
-//! radius r is r·a²/8, so a full turn takes 2π·√(r/8s) segments for a sagitta s. The shape of straight edges and plane faces needs no
-//! division. They are still divided, at a fixed edge length, so that changing the grading has triangles to move between them and the
+//! radius r is r·a²/8, so a full turn takes 2π·√(r/8s) segments for a sagitta s. Straight edges and plane faces need no division to keep
+//! their shape. They are divided all the same, at a fixed edge length, because a change of the grading moves triangles between them and the
 //! details.
 
 use super::error::{Fault, ShapeError, within};
@@ -33,12 +33,13 @@ const GRADING: (f64, f64) = (1.0 / 16.0, 16.0);
 ///
 /// When the grading is not 1, all numbers of segments are scaled by a common factor, found by bisection, that restores the number of
 /// triangles at grading 1. Whole segments and their minimum numbers (8 per turn, 1 per edge) limit its accuracy to a few per cent for a
-/// part of some thousand triangles. The triangles of a shape without both details and large areas, such as a plain ball, hardly change.
+/// part of some thousand triangles. If a shape has only details or only large areas, as a plain ball does, the grading hardly changes it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tessellation {
     /// Balance between details and large areas, 1/16 to 16; neutral at 1. Above 1, triangles move from large areas to fillets, holes and
-    /// threads; below 1, the other way. The ratio of segments between the finest curves and plane faces changes by a factor of up to 16.
+    /// threads; below 1, the other way. At either limit, the number of segments of the finest curves changes by a factor of 16 relative to
+    /// that of plane faces.
     pub grading: f64,
     /// Factor on the number of segments everywhere, so the number of triangles grows roughly with its square; 0.05 to 20.
     pub density: f64,

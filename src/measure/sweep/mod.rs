@@ -355,7 +355,7 @@ impl Study for Design {
     }
 }
 
-/// The poses of a stage, by group of lines and stratum; poses have the same numbers at every value.
+/// The poses of a stage, by group of lines and stratum; a pose has the same number at every value.
 fn batches(stage: &Bodies) -> Vec<Batch> {
     let mut batches: BTreeMap<(u32, Stratum), Vec<Isometry>> = BTreeMap::new();
     for line in &stage.lines {

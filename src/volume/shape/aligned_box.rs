@@ -29,7 +29,7 @@ pub struct AlignedBox<T> {
 /// Rotation, its widened absolute values, and translation, mm, from the second mesh to the first.
 #[derive(Clone, Debug)]
 pub struct AlignedPose {
-    /// Takes axes of the second mesh to axes of the first.
+    /// Maps axes of the second mesh to axes of the first.
     pub rotation: Matrix3<f64>,
     /// The absolute values of the rotation, widened by [`widened_abs`].
     pub widened: Matrix3<f64>,

@@ -9,7 +9,7 @@ use std::ops::Range;
 pub struct Polytope {
     /// The corners of all faces, one loop behind the other.
     corners: Vec<Point>,
-    /// Where each loop ends.
+    /// End of each loop in `corners`.
     ends: Vec<usize>,
 }
 

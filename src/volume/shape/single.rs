@@ -19,7 +19,7 @@ use std::marker::PhantomData;
 pub trait Storable: Shape {
     /// The stored form.
     type Stored: Clone + Debug + Send + Sync + 'static;
-    /// A stored volume that contains this one.
+    /// Stores the volume; the stored volume contains the original.
     fn store(&self) -> Self::Stored;
     /// The stored volume in double precision.
     fn load(stored: &Self::Stored) -> Self;

@@ -24,7 +24,8 @@ pub(super) struct Family<'a> {
     part: &'a Arc,
     /// Unit direction of the other edge, e.
     along: &'a Vector,
-    /// The vector between the farthest corners along each axis, mm; the width along an axis is at least its component.
+    /// For each axis, the vector between the two corners that are farthest apart along it, mm. The width along an axis is at least the
+    /// component of this vector along it.
     spans: [Vector; 3],
     /// Margin added to each width, mm.
     margin: f64,

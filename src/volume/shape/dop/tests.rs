@@ -90,7 +90,7 @@ struct Outcome {
 
 /// `nodes` posed nodes of trees over the suite's meshes, every direction of the other mesh.
 fn posed_nodes<D: Directions<K>, const K: usize>(nodes: u32) -> Outcome {
-    /// Nodes that one pose is tried on.
+    /// Number of nodes that are tested at one pose.
     const PER_POSE: u32 = 100;
     let trees: Vec<Tree<Dop<D, K>>> = meshes::subjects()
         .iter()

@@ -10,8 +10,8 @@ use nalgebra::{Matrix3, UnitQuaternion};
 /// relative widening of the trees' volumes is 64 times as large.
 pub const UNIT_TOLERANCE: f64 = 1.0 / 70_368_744_177_664.0;
 
-/// The pose with its quaternion scaled to length 1. A quaternion of length 1 within [`UNIT_TOLERANCE`] is unchanged, and so is one of
-/// length zero or of a length that is not finite, which represents no motion.
+/// The pose with its quaternion scaled to length 1. A quaternion whose length is 1 within [`UNIT_TOLERANCE`] is returned unchanged. A
+/// quaternion whose length is zero or not finite is returned unchanged too, and means no motion.
 #[inline]
 #[must_use]
 pub fn rigid(a_from_b: &Isometry) -> Isometry {
