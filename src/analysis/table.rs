@@ -408,7 +408,7 @@ impl Scene {
     }
 
     /// The total construction time of one case divided by that of another, over the parts that both built. Blocks are resampled, because a
-    /// few parts are no sample; they are numbered across launches. With several binaries, binaries are resampled instead.
+    /// few parts are no sample; the numbers of blocks run on across launches. With several binaries, binaries are resampled instead.
     #[must_use]
     pub fn build_ratio(&self, above: &CaseKey, below: &CaseKey, seed: u64) -> Option<Estimate> {
         let pairs = merge(self.builds.get(above)?, self.builds.get(below)?, Sample::key);

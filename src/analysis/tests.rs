@@ -365,7 +365,7 @@ fn workloads_are_never_pooled() {
     assert!(outcome.summary.iter().all(|row| ["approach", "program", "control"].contains(&row.workload.as_str())));
 }
 
-/// The poses of the exhaustive control belong to no other workload: without them nothing else changes.
+/// The poses of the exhaustive control belong to no other workload, so removing them changes no other result.
 #[test]
 fn the_controls_single_poses_are_in_nobodys_quantiles() {
     let run = Run::generate(&Plan::default());

@@ -13,15 +13,15 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 use std::path::Path;
 
-/// Height of the row of one response; below, its inner margins, px.
+/// Height of the row of one response, px; then its top and bottom margins, px.
 const ROW_PX: i32 = 420;
 const TOP_PX: i32 = 86;
 const BOTTOM_PX: i32 = 66;
-/// Width of the bars of shares with their names; below, of the space for the axis, px.
+/// Width of the bars of shares with their names, px; then the widths of the names and of the axis, px.
 const SHARES_PX: i32 = 620;
 const NAMES_PX: i32 = 250;
 const AXIS_PX: i32 = 110;
-/// Width of a level; below, the space between factors, px.
+/// Width of a level, px; then the space between factors, px.
 const LEVEL_PX: i32 = 98;
 const GAP_PX: i32 = 30;
 /// Text size of levels and shares, px.

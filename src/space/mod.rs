@@ -1,7 +1,7 @@
 //! Spatial decomposition over the triangles of one mesh: space is divided instead of the mesh, and a triangle belongs to every cell that it
 //! reaches into.
 //!
-//! Besides trees of bounding volumes, this is the other family of methods; both are measured at the same poses. There is a [`grid`] of
+//! Spatial decomposition is the second family of methods besides trees of bounding volumes, and is measured at the same poses. There is a [`grid`] of
 //! equal voxels, and an [`octree`]. Like the trees, both stay in their mesh's frame. A query finds overlapping cells of the two meshes and
 //! passes their triangles to the triangle test that all methods share.
 //!

@@ -31,7 +31,7 @@ pub struct Thread {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ThreadForm {
-    /// ISO 68-1: 60° flanks, height 5/8 of the sharp triangle's (0.541 pitches), crest pitch/8, root pitch/4.
+    /// ISO 68-1: 60° flanks, 5/8 of the height of the sharp triangle (0.541 pitches), crest pitch/8, root pitch/4.
     #[default]
     Metric,
     /// ISO 2901: 30° flanks, height half a pitch, crest and root 0.366 pitches: lead screws.

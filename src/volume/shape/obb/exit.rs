@@ -12,13 +12,14 @@ pub const AXES: usize = 15;
 /// counted; it takes 126 more (two products of 3 x 3 matrices, 45 each, and 36 for the centre).
 #[must_use]
 pub const fn operations(exit: Option<usize>) -> u64 {
-    /// |R| + ε: 9 absolute values, 9 sums.
+    /// Operations for |R| + ε: 9 absolute values and 9 sums.
     const WIDENED: u64 = 18;
-    /// |t|, three products and three sums, one comparison.
+    /// Operations of an axis of the first box: the absolute value of t's component, three products, three sums and one comparison.
     const OWN: u64 = 8;
-    /// Operations of the same test without the distance: three products, two sums.
+    /// Operations of an axis of the second box: those of the first, and three products and two sums that project t onto the axis.
     const OTHERS: u64 = 13;
-    /// Two products and a difference, |.|, four products and three sums, one comparison.
+    /// Operations of a cross product of edges: two products, a difference and an absolute value for t; four products, three sums and one
+    /// comparison for the boxes.
     const EDGES: u64 = 12;
     let tried = match exit {
         Some(axis) => axis as u64 + 1,
