@@ -1,4 +1,4 @@
-//! bvbench: bounding volumes on trial. The map, in reading order; imports point up this list, never down.
+//! bvbench: a benchmark of bounding volumes. The modules are listed in reading order; a module imports only from modules above it.
 
 pub mod record;
 pub mod analysis;

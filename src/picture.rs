@@ -1,9 +1,8 @@
-//! A scene as a picture: orthographic, shaded, with the outlines of parts and edges drawn in.
+//! A picture of a scene: orthographic and shaded, with outlines of parts and edges.
 //!
-//! Triangles go into a depth buffer of `SAMPLES`² samples per pixel, each with its part's colour and its face's normal. A
-//! sample is dark where its neighbour lies on another part, in another depth or on a face that is turned away from its own
-//! by an edge, as in the non-photorealistic outlines of Saito and Takahashi (1990). The samples' mean is the pixel. The
-//! same scene gives the same bytes.
+//! Triangles are drawn into a depth buffer of `SAMPLES`² samples per pixel; each sample stores the colour of its part and the normal of its
+//! face. A sample is darkened when its neighbour lies on another part, at another depth, or on a face with another direction, as in the
+//! non-photorealistic outlines of Saito and Takahashi (1990). A pixel is the mean of its samples. The same scene gives the same bytes.
 
 use crate::geometry::{Isometry, Point, Triangle, Vector};
 use crate::machine::Poses;
@@ -11,24 +10,24 @@ use crate::scene::{Role, Scene};
 use nalgebra::{Matrix3, Rotation3};
 use thiserror::Error;
 
-/// Samples of a pixel along each side.
+/// Number of samples along each side of a pixel.
 const SAMPLES: usize = 3;
-/// Width of the empty border, as a part of the picture's width.
+/// Width of the empty border, as a fraction of the picture's width.
 const MARGIN: f64 = 0.03;
-/// Height over width: nothing flatter or taller.
+/// Permitted range of height over width.
 const SHAPE: (f64, f64) = (0.5, 1.25);
-/// Widest picture, pixels: its samples take 32 bytes each, so 1.5 GB at most.
+/// Widest picture, pixels. Its samples take 32 bytes each, so at most 1.5 GB in total.
 const WIDEST: usize = 2048;
-/// Where the light comes from, in the picture's frame: right, up, towards the eye.
+/// Direction towards the light in the picture's frame: right, up, towards the eye.
 const LIGHT: [f64; 3] = [-0.42, 0.72, 0.55];
-/// Cosine of the angle between faces from which an edge is drawn: 25 degrees, more than between facets of any curve.
+/// Cosine of the angle between faces above which an edge is drawn: 25 degrees, more than between facets of any curve.
 const EDGE_COSINE: f64 = 0.906;
-/// Step in depth from which an outline is drawn within a part, as a part of the picture's width.
+/// Smallest step in depth at which an outline is drawn within a part, as a fraction of the picture's width.
 const STEP: f64 = 0.008;
-/// How much of the light an outline leaves.
+/// Brightness of an outline, as a fraction of the brightness without it.
 const INK: f64 = 0.45;
 
-/// The axis that is up in the picture.
+/// The axis that points up in the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Up {
     /// As on lathes.
@@ -38,35 +37,35 @@ pub enum Up {
     Z,
 }
 
-/// Where the picture is taken from, and of what.
+/// The view of a scene: direction, tool and parts shown.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct View {
     /// The axis that is up.
     pub up: Up,
-    /// How far the eye is turned about it, radians; at 0 it looks along +y (where z is up) or -z (where y is up).
+    /// Rotation of the eye about the up axis, radians; at 0 it looks along +y (if z is up) or -z (if y is up).
     pub azimuth: f64,
-    /// How far the eye is above the horizon, radians.
+    /// Elevation of the eye above the horizon, radians.
     pub elevation: f64,
-    /// The tool in the spindle: parts of others are not there.
+    /// The tool in the spindle; parts of other tools are not shown.
     pub tool: u32,
-    /// Parts that shall fill the picture, as indices; none for all.
+    /// Indices of the parts that the picture is framed on; when empty, all parts.
     pub focus: Vec<usize>,
     /// Width, pixels.
     pub width: usize,
 }
 
-/// Why there is no picture.
+/// Why a picture cannot be made.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PictureError {
-    /// A width that is none.
+    /// The width is out of range.
     #[error("a picture is 16 to {WIDEST} pixels wide, not {0}")]
     Width(usize),
-    /// An angle that is none.
+    /// An angle is not finite.
     #[error("the direction of view is not finite")]
     Direction,
 }
 
-/// Pixels, three bytes each (red, green, blue), row by row from the top.
+/// Pixels with three bytes each (red, green, blue), row by row from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     /// Pixels of a row.
@@ -77,10 +76,10 @@ pub struct Image {
     pub rgb: Vec<u8>,
 }
 
-/// Takes a picture of a scene whose links are at `poses`.
+/// Makes a picture of a scene with its links at `poses`.
 ///
 /// # Errors
-/// When the view is not one.
+/// When the view is invalid.
 pub fn take(scene: &Scene, poses: &Poses, view: &View) -> Result<Image, PictureError> {
     if !(16..=WIDEST).contains(&view.width) {
         return Err(PictureError::Width(view.width));
@@ -110,7 +109,7 @@ pub fn take(scene: &Scene, poses: &Poses, view: &View) -> Result<Image, PictureE
     Ok(canvas.develop(&colours, STEP * (SAMPLES * view.width) as f64))
 }
 
-/// The rotation into the picture's frame: x right, y up, z towards the eye.
+/// The rotation from the world frame to the picture's frame: x right, y up, z towards the eye.
 fn eye_from_world(view: &View) -> Rotation3<f64> {
     let axes = match view.up {
         Up::Z => Matrix3::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0),
@@ -120,7 +119,7 @@ fn eye_from_world(view: &View) -> Rotation3<f64> {
     Rotation3::from_axis_angle(&Vector::x_axis(), view.elevation) * turned * Rotation3::from_matrix_unchecked(axes)
 }
 
-/// What a part is painted with, 0 to 1: by its role, and machine parts lighter where no pair names them.
+/// The colour of a part, 0 to 1, by its role; machine parts that no pair names are lighter.
 fn colour(scene: &Scene, part: usize) -> Vector {
     let examined = scene.names_pairs && scene.pairs.iter().any(|pair| pair.a == part || pair.b == part);
     match scene.parts[part].role {
@@ -134,9 +133,9 @@ fn colour(scene: &Scene, part: usize) -> Vector {
     }
 }
 
-/// Which rectangle of the picture's plane is shown, and how large.
+/// The rectangle of the picture's plane that is shown, and its scale.
 struct Frame {
-    /// Its left upper corner, mm.
+    /// Coordinates of its upper left corner, mm.
     left: f64,
     top: f64,
     /// Samples per mm.
@@ -171,13 +170,13 @@ impl Frame {
         }
     }
 
-    /// In samples from the left upper corner; z stays towards the eye, in samples too.
+    /// A point in samples from the upper left corner; z points towards the eye, also in samples.
     fn place(&self, point: &Point) -> Point {
         Point::new((point.x - self.left) * self.scale, (self.top - point.y) * self.scale, point.z * self.scale)
     }
 }
 
-/// What a sample sees.
+/// The data of one sample.
 #[derive(Clone, Copy)]
 struct Seen {
     depth: f64,
@@ -230,7 +229,7 @@ impl Canvas {
         }
     }
 
-    /// The pixels.
+    /// Converts the samples to pixels.
     fn develop(&self, colours: &[Vector], step: f64) -> Image {
         let (width, height) = (self.width / SAMPLES, self.height / SAMPLES);
         let mut rgb = Vec::with_capacity(3 * width * height);
@@ -266,7 +265,7 @@ impl Canvas {
         colour * (light * if edge { INK } else { 1.0 })
     }
 
-    /// By how much the depth of a face changes from a sample to the next, at most; without end where it is seen edge-on.
+    /// Largest change of the depth of a face from one sample to the next; infinite for a face seen edge-on.
     fn slope(&self, seen: &Seen) -> f64 {
         let [x, y, z] = seen.normal.map(f64::from);
         (x.abs() + y.abs()) / z.max(1e-3)
@@ -277,7 +276,7 @@ fn vector(of: [f32; 3]) -> Vector {
     Vector::from(of.map(f64::from))
 }
 
-/// Twice the area of p, q and (x, y), signed, samples².
+/// Twice the signed area of p, q and (x, y), samples².
 fn cross(p: &Point, q: &Point, x: f64, y: f64) -> f64 {
     (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x)
 }
@@ -287,7 +286,7 @@ mod tests {
     use super::*;
     use rs274::Position;
 
-    /// A ball of 10 mm at the origin, and a smaller one 30 mm to the right of it (+x), both examined.
+    /// A ball of 10 mm at the origin, and a smaller one 30 mm to its right (+x); both are examined.
     fn picture(view: &View) -> Image {
         let folder = tempfile::tempdir().unwrap();
         let scene = "title = \"\"\npairs = [[\"ball\", \"pill\"]]\n\

@@ -1,4 +1,4 @@
-//! The list of variants, a line each.
+//! The list of variants, one per line.
 
 use crate::geometry::Mesh;
 use crate::method::brute::AllPairs;
@@ -47,34 +47,35 @@ use obbtree::engine::{WideTree, WideVolume};
 /// Prepares a mesh for queries.
 pub type Prepare = fn(&Mesh, Policy) -> Box<dyn Model>;
 
-/// A method by name: what it is called, and how to prepare a mesh for it.
+/// A method: its name, and how it is prepared for a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct Variant {
-    /// Name, reference and promise.
+    /// Name, reference and safety.
     pub info: Info,
-    /// What kind of thing it is.
+    /// Kind of the method, such as volume, engine or peer.
     pub kind: Kind,
-    /// The tree policy used unless another is asked for; `None` for methods without a tree of ours.
+    /// The default tree policy; `None` for methods without a tree of this project.
     pub policy: Option<Policy>,
-    /// Whether the noise of the comparison is shown on a duplicate of this variant.
+    /// Whether a duplicate of this variant shows the noise of comparisons.
     pub is_reference: bool,
-    /// Whether `check` asks it unless another is named: the fastest safe variant of the committed run.
+    /// Whether `check` uses this variant by default: the fastest safe variant of the committed run.
     pub is_fastest: bool,
-    /// Whether a run that names no variants measures it; the others are measured on request.
+    /// Whether a run that names no variants measures this one; other variants are measured on request.
     pub is_standard: bool,
-    /// Whether it is made for a tool against a surface: `check` asks it about tools and workpieces, and the fastest about the rest.
+    /// Whether the variant is made for a tool against a surface: `check` uses it for tools and workpieces, and the fastest variant for
+    /// other pairs.
     pub is_for_tools: bool,
     prepare: Prepare,
 }
 
 impl Variant {
-    /// A tree of the shape of `V`, fitted as `V` does and split by `split` along the volumes' own axes unless another policy is asked for.
+    /// A variant with a tree over the shape of `V`, fitted as `V` does, and by default split by `split` along the axes of its volumes.
     #[must_use]
     pub fn of<V: BoundingVolume>(split: SplitRule) -> Self {
         Self::tree(V::INFO, split, |mesh, policy| Box::new(Tree::build(&V::fit, &mesh.triangles(), policy)))
     }
 
-    /// A wide tree of volumes of type `V`; it has no other policy than its own.
+    /// A variant with a wide tree of volumes of type `V`; its policy is fixed.
     #[must_use]
     pub fn wide<V: WideVolume>(info: Info) -> Self {
         Self::without_tree(info, Kind::Engine, |mesh, _| Box::new(WideTree::<V>::build(mesh)))
@@ -84,7 +85,7 @@ impl Variant {
         Self { policy: Some(Policy::own(split)), ..Self::without_tree(info, Kind::Volume, prepare) }
     }
 
-    /// A method that prepares its meshes in a way of its own; it has no policy unless one is set.
+    /// A method that prepares its meshes in its own way; it has no policy unless one is set.
     #[must_use]
     pub const fn without_tree(info: Info, kind: Kind, prepare: Prepare) -> Self {
         Self {
@@ -99,14 +100,14 @@ impl Variant {
         }
     }
 
-    /// The same variant as the one whose duplicate shows the noise of the comparison.
+    /// The same variant, marked as the one whose duplicate shows the noise of comparisons.
     #[must_use]
     pub const fn reference(mut self) -> Self {
         self.is_reference = true;
         self
     }
 
-    /// The same variant as the one that `check` asks unless another is named.
+    /// The same variant, marked as the one that `check` uses by default.
     #[must_use]
     pub const fn fastest(mut self) -> Self {
         self.is_fastest = true;
@@ -120,14 +121,14 @@ impl Variant {
         self
     }
 
-    /// The same variant, which `check` asks about tools and workpieces only.
+    /// The same variant, which `check` uses only for tools and workpieces.
     #[must_use]
     pub const fn for_tools(mut self) -> Self {
         self.is_for_tools = true;
         self
     }
 
-    /// Prepares a mesh; `policy` is ignored by methods without a tree of ours.
+    /// Prepares a mesh; methods without a tree of this project ignore `policy`.
     #[must_use]
     pub fn prepare(&self, mesh: &Mesh, policy: Option<Policy>) -> Box<dyn Model> {
         (self.prepare)(mesh, policy.or(self.policy).unwrap_or(Policy::own(SplitRule::Median)))
@@ -141,7 +142,7 @@ pub struct Registry {
 }
 
 impl Registry {
-    /// Everything that bvbench ships.
+    /// The registry of all variants that bvbench ships.
     #[must_use]
     pub fn standard() -> Self {
         use SplitRule::{AreaMean, Sah16, VertexMean};
@@ -197,8 +198,8 @@ impl Registry {
     /// The registry with one more variant at the end.
     ///
     /// # Panics
-    /// When a variant of that id is already there: an id names one method. When the id is one of the words that files and options use for
-    /// themselves, or has other characters than letters, digits, `-` and `+`.
+    /// When a variant of that id is registered already, because an id names one method. Also when the id is a word that files and options
+    /// reserve, or has characters other than letters, digits, `-` and `+`.
     #[must_use]
     pub fn with(mut self, variant: Variant) -> Self {
         let id = variant.info.id;
@@ -215,25 +216,25 @@ impl Registry {
         &self.variants
     }
 
-    /// The variant that others are compared with: the reference, or the first that is safe.
+    /// The variant with which others are compared: the marked reference, or the first safe variant.
     #[must_use]
     pub fn reference(&self) -> Option<&Variant> {
         self.safe(|variant| variant.is_reference)
     }
 
-    /// The variant that answers fastest: the one marked so, or the first that is safe.
+    /// The variant that is fastest: the marked one, or the first safe variant.
     #[must_use]
     pub fn fastest(&self) -> Option<&Variant> {
         self.safe(|variant| variant.is_fastest)
     }
 
-    /// The safe variant with a mark, or the first that is safe.
+    /// The safe variant with a mark, or the first safe variant.
     fn safe(&self, is_marked: fn(&Variant) -> bool) -> Option<&Variant> {
         let safe = || self.variants.iter().filter(|variant| variant.info.safe);
         safe().find(|variant| is_marked(variant)).or_else(|| safe().next())
     }
 
-    /// The variant of that id.
+    /// Finds a variant by its id.
     #[must_use]
     pub fn find(&self, id: &str) -> Option<&Variant> {
         self.variants.iter().find(|variant| variant.info.id == id)

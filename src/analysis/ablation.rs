@@ -1,4 +1,4 @@
-//! The thesis's claims, judged by an ablation: by counts, which do not depend on the machine, and by time.
+//! Judges the claims of the thesis by an ablation of its method: by counts, which are the same on every machine, and by time.
 
 use super::AnalysisError;
 use super::claims::ClaimSet;
@@ -13,40 +13,40 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Spanned;
 
-/// The sweep whose forms the claims compare.
+/// The sweep that the claims compare: it varies the search, the second level, safety and coherence.
 pub const PARTS: &str = "parts";
 
-/// One form of the method: the levels of its factors, and what follows from them on a surface.
+/// One form of the method: the level of each factor, and the size of the surface it ran on.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Form {
-    /// What is varied: `parts`, `cap`, `depth`, `spacing`, `step` or `size`.
+    /// The sweep that the form belongs to: `parts`, `cap`, `depth`, `spacing`, `step` or `size`.
     pub sweep: String,
-    /// `points`, `leaves` or `octree`; or the id of the variant whose trees over both meshes answer.
+    /// How leaves are found: `points`, `leaves` or `octree`. For a tree over both meshes, the id of its variant.
     pub search: String,
     /// `none`, `profile4`, `axial4` or `quad4`.
     pub second_level: String,
     /// Whether the tool is widened by the covering radius, 0 or 1.
     pub safe: u8,
-    /// Whether the last colliding leaf is asked first, 0 or 1.
+    /// Whether the leaf that collided at the last pose is tested first, 0 or 1.
     pub coherence: u8,
-    /// Most points of a leaf.
+    /// Largest number of points in a leaf.
     pub cap: u32,
-    /// Greatest depth.
+    /// Greatest depth of the octree.
     pub depth: u8,
     /// Spacing of the samples, mm.
     pub spacing_mm: f64,
-    /// Mean distance of the tool's tip from pose to pose, mm.
+    /// Mean distance of the tool's tip between successive poses, mm.
     pub step_mm: f64,
-    /// Samples; of a variant the triangles of the surface.
+    /// Number of samples; for a variant, the number of triangles of the surface.
     pub points: u64,
 }
 
-/// What a form counted at the poses that it calls interfering, or at the others.
+/// Counts of a form on one surface, over the poses that the form calls interfering or over all other poses.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Counted {
     /// The form.
     pub form: Form,
-    /// The counts, of one surface.
+    /// The counts on that surface.
     #[serde(flatten)]
     pub counts: CountRow,
 }
@@ -58,11 +58,11 @@ pub struct Timed {
     pub surface: String,
     /// The form.
     pub form: Form,
-    /// Which round.
+    /// Number of the timing round.
     pub round: u32,
     /// Poses.
     pub poses: u64,
-    /// Time of all poses, ns.
+    /// Time over all poses, ns.
     pub ns: u64,
     /// Time to sample the surface and build the octree, ns.
     pub build_ns: u64,
@@ -86,13 +86,13 @@ impl Counted {
         &self.counts.scene
     }
 
-    /// 1 when the method calls these poses interfering.
+    /// 1 when the form calls these poses interfering, otherwise 0.
     #[must_use]
     pub fn hit(&self) -> u8 {
         self.counts.verdict.unwrap_or(0)
     }
 
-    /// Separating-axis tests of both levels; of a variant its volume tests.
+    /// Separating-axis tests of both levels; for a variant, its volume tests.
     #[must_use]
     pub fn box_tests(&self) -> u64 {
         self.counts.volume_tests + self.counts.second_level_tests
@@ -100,7 +100,7 @@ impl Counted {
 }
 
 impl Form {
-    /// Takes a level; `false` when there is no such factor or level.
+    /// Sets a factor to a level; `false` when the factor or the level is unknown.
     fn set(&mut self, factor: &str, level: &str) -> bool {
         fn put<T: std::str::FromStr>(place: &mut T, level: &str) -> bool {
             level.parse().map(|level| *place = level).is_ok()
@@ -125,7 +125,7 @@ impl Ablation {
     /// Reads the ablation in `folder`.
     ///
     /// # Errors
-    /// When a record is missing or malformed, or names what no other does.
+    /// When a record is missing or malformed, or a row names a case or scene that no other record defines.
     pub fn read(folder: &Path) -> Result<Self, AnalysisError> {
         let factors: Vec<FactorRow> = read_rows(folder)?;
         let trees: Vec<TreeRow> = read_rows(folder)?;
@@ -173,7 +173,7 @@ impl Ablation {
     }
 }
 
-/// One sentence of the thesis, and how it is judged.
+/// One sentence of the thesis, and the test that judges it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ThesisClaim {
@@ -181,9 +181,9 @@ pub struct ThesisClaim {
     pub id: Spanned<String>,
     /// The sentence, paraphrased.
     pub sentence: String,
-    /// Where it stands.
+    /// Place of the sentence in the thesis.
     pub source: String,
-    /// How it is judged.
+    /// The test that judges the sentence.
     pub test: ThesisTest,
 }
 
@@ -193,19 +193,19 @@ pub struct ThesisClaim {
 pub enum ThesisTest {
     /// Two forms of the method compared.
     Ratio {
-        /// What is proposed.
+        /// The form that the thesis proposes.
         subject: FormRef,
-        /// What it is held against.
+        /// The form that it is compared with.
         baseline: FormRef,
         /// The poses over which counts are added up.
         #[serde(default)]
         poses: Poses,
-        /// What is compared, one verdict each.
+        /// Quantities to compare; each gets a verdict of its own.
         measures: Vec<Measure>,
-        /// The claimed effect is there when the whole interval is below this.
+        /// The claim is supported when the whole interval is below this ratio.
         below: f64,
     },
-    /// Both kinds of interference are found wherever the meshes touch.
+    /// Local and global interference are both found wherever the meshes touch.
     Found,
 }
 
@@ -218,7 +218,7 @@ pub struct FormRef {
     /// `none`, `profile4`, `axial4` or `quad4`.
     #[serde(default = "none")]
     pub second_level: String,
-    /// Whether the last colliding leaf is asked first.
+    /// Whether the leaf that collided at the last pose is tested first.
     #[serde(default)]
     pub coherence: bool,
     /// Whether the tool is widened by the covering radius.
@@ -237,9 +237,9 @@ pub enum Poses {
     /// All.
     #[default]
     All,
-    /// Those that the method calls interfering.
+    /// The poses that the method calls interfering.
     Hit,
-    /// The others.
+    /// The poses that the method calls free.
     Free,
 }
 
@@ -261,13 +261,13 @@ impl Poses {
     }
 }
 
-/// What is compared.
+/// The quantity that is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
     /// Tests of octants against boxes, both levels.
     BoxTests,
-    /// Points held against profiles.
+    /// Points compared with tool profiles.
     PointTests,
     /// Time over all poses.
     Time,
@@ -350,8 +350,8 @@ impl Evidence {
         surfaces
     }
 
-    /// The ratio of two forms on each surface, and their geometric mean with an interval over surfaces (and rounds, of times). Counts of one
-    /// surface have no interval. Surfaces on which the baseline needs nothing, or the subject, say nothing.
+    /// The ratio of two forms on each surface, and their geometric mean over surfaces with its interval (for times, over surfaces and
+    /// rounds). Counts of one surface have no interval. Surfaces on which either form has a count of zero are left out.
     fn ratios(&self, forms: [&FormRef; 2], measure: Measure, poses: Poses, purpose: &str) -> Vec<(String, Interval)> {
         let logs_of = |surface: &str| -> Vec<f64> {
             let ratios: Vec<f64> = if measure == Measure::Time {

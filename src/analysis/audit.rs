@@ -1,11 +1,11 @@
-//! What an audit found: the effect of every level, of every pair of levels, and each term's share of the variance between
-//! cells, with bootstrap intervals.
+//! Analyses an audit: the effect of every level and of every pair of levels, and the share of each term in the variance between cells, with
+//! bootstrap intervals.
 //!
-//! The response of a cell is the mean of its logarithms over the chunks of a stratum, then over strata, then over scenes,
-//! each weighted equally; so an effect is a factor on the geometric mean. A resample draws chunks within strata, and scenes
-//! where there are several (Owen 2007, as in [`super::stats`]); all cells keep the same draw, as they had the same poses.
-//! Cells whose boxes leave something out do less work because they miss contacts: the effects are found over the safe
-//! cells alone, over all, and over those of each safe centre.
+//! The response of a cell is the mean of its logarithms over the chunks of a stratum, then over strata, then over scenes, each weighted
+//! equally. An effect is therefore a factor on the geometric mean. A resample draws chunks within strata, and scenes when there are several
+//! (Owen 2007, as in [`super::stats`]). All cells share one draw, because all cells were measured at the same poses. Cells with unsafe
+//! boxes do less work because they miss contacts. Effects are therefore computed three ways: over the safe cells alone, over all cells, and
+//! over the cells of each safe centre rule.
 
 use super::AnalysisError;
 use super::factorial::{Decomposition, Design};
@@ -19,25 +19,25 @@ use crate::record::{
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// The cells whose boxes contain everything.
+/// Name of the set of cells whose boxes contain all of their contents.
 pub const SAFE: &str = "safe";
-/// The share of three and four factors together.
+/// Name of the term that holds all interactions of three and four factors.
 pub const REST: &str = "rest";
 /// The responses, in the order of tables and figures.
 pub const RESPONSES: [&str; 5] = ["volume-tests", "triangle-tests", "time", "build", "box-area"];
 
-/// What an audit comes to.
+/// The rows that the analysis of an audit writes.
 #[derive(Clone, Debug, Default)]
 pub struct AuditOutcome {
-    /// `audit_cells.csv`.
+    /// Rows of `audit_cells.csv`.
     pub cells: Vec<AuditCellRow>,
-    /// `audit_effects.csv`.
+    /// Rows of `audit_effects.csv`.
     pub effects: Vec<AuditEffectRow>,
-    /// `audit_shares.csv`.
+    /// Rows of `audit_shares.csv`.
     pub shares: Vec<AuditShareRow>,
 }
 
-/// The raw records, and the levels of every case.
+/// The raw records of an audit, and the factor levels of every case.
 struct Raw {
     levels: BTreeMap<String, [String; 4]>,
     counts: Vec<CountRow>,
@@ -53,9 +53,9 @@ type Point<'a> = (&'a str, &'a str, String, &'a [String; 4], f64);
 #[derive(Clone, Debug)]
 struct Levels([Vec<String>; 4]);
 
-/// One cluster of one response: a value per cell.
+/// The value of every cell in one cluster of one response.
 struct Cluster {
-    /// What is weighted equally within a scene: the stratum.
+    /// The stratum; all groups of a scene have equal weight.
     group: String,
     values: Vec<f64>,
 }
@@ -152,7 +152,7 @@ impl Raw {
         })
     }
 
-    /// The levels of a case that a row of `file` names.
+    /// The factor levels of the case that a row of `file` names.
     fn of_cell(&self, file: &'static str, scene: &str, case: &str) -> Result<&[String; 4], AnalysisError> {
         self.levels.get(case).ok_or_else(|| AnalysisError::Unknown {
             file,
@@ -161,7 +161,7 @@ impl Raw {
         })
     }
 
-    /// All responses' observations, in the order of [`RESPONSES`].
+    /// The observations of every response, in the order of [`RESPONSES`].
     fn observe(&self, levels: &Levels) -> Result<[Observations; 5], AnalysisError> {
         let count = |value: &dyn Fn(&CountRow) -> f64| {
             let point = |r| {
@@ -187,7 +187,7 @@ impl Raw {
         ])
     }
 
-    /// Times of passes over those of the second copy of the reference cell in the same launch, block and chunk.
+    /// Times of passes, divided by the time of the second copy of the reference cell in the same launch, block and chunk.
     fn times(&self) -> Result<Vec<Point<'_>>, AnalysisError> {
         let strata: BTreeMap<(&str, u32), &str> = self
             .counts
@@ -212,7 +212,7 @@ impl Raw {
         self.timings.iter().filter(|row| row.variant() != NULL_VARIANT).map(point).collect()
     }
 
-    /// Times of constructions over those of the reference cell's second copy in the same launch.
+    /// Construction times, divided by the construction time of the second copy of the reference cell in the same launch.
     fn build_times(&self) -> Result<Vec<Point<'_>>, AnalysisError> {
         let key = |r: &BuildRow| (r.scene.clone(), r.launch, r.block, r.part.clone());
         let of_reference: BTreeMap<_, f64> =
@@ -227,8 +227,8 @@ impl Raw {
     }
 }
 
-/// Sorts points (scene, group, cluster, levels, value) into clusters; of several values of a cell, blocks of a timing, the
-/// median counts.
+/// Sorts points (scene, group, cluster, levels, value) into clusters. A cell with several values in a cluster, one for each block of
+/// timing, gets their median.
 fn gather(levels: &Levels, file: &'static str, points: Vec<Point<'_>>) -> Result<Observations, AnalysisError> {
     let size = levels.design().cells();
     let mut clusters: BTreeMap<(String, String, String), Vec<Vec<f64>>> = BTreeMap::new();
@@ -254,7 +254,7 @@ fn gather(levels: &Levels, file: &'static str, points: Vec<Point<'_>>) -> Result
     Ok(observations)
 }
 
-/// The same observations of the cells that `kept` has.
+/// The observations of the cells in `kept` alone.
 fn restrict(observations: &Observations, levels: &Levels, kept: &Levels) -> Observations {
     let cells: Vec<usize> = (0..kept.design().cells()).filter_map(|cell| levels.cell(&kept.of_cell(cell))).collect();
     let cluster = |cluster: &Cluster| Cluster {
@@ -264,7 +264,7 @@ fn restrict(observations: &Observations, levels: &Levels, kept: &Levels) -> Obse
     observations.iter().map(|(scene, clusters)| (scene.clone(), clusters.iter().map(cluster).collect())).collect()
 }
 
-/// All scenes together, when there are several, and each alone: a name and the clusters of each scene.
+/// The sets of scenes to analyse: all together, when there are several, and each alone. Returns a name and the clusters of each scene.
 fn scene_sets(observations: &Observations) -> Vec<(String, Vec<&[Cluster]>)> {
     let mut sets: Vec<(String, Vec<&[Cluster]>)> = Vec::new();
     if observations.len() > 1 {
@@ -274,7 +274,8 @@ fn scene_sets(observations: &Observations) -> Vec<(String, Vec<&[Cluster]>)> {
     sets
 }
 
-/// The mean response of each cell: over clusters, then groups, then scenes. `draw` says which of so many are taken.
+/// The mean response of each cell: over clusters, then groups, then scenes. `draw` selects the items of a resample; its argument is the
+/// number of items.
 fn mean_response(scenes: &[&[Cluster]], cells: usize, mut draw: impl FnMut(usize) -> Vec<usize>) -> Vec<f64> {
     let mut mean = vec![0.0; cells];
     for scene in draw(scenes.len()).into_iter().map(|scene| scenes[scene]) {
@@ -292,7 +293,7 @@ fn mean_response(scenes: &[&[Cluster]], cells: usize, mut draw: impl FnMut(usize
     mean
 }
 
-/// Degrees of freedom of what is drawn: scenes where there are several, else the chunks of each stratum.
+/// Degrees of freedom of the resampling: by scenes when there are several, otherwise by the chunks of each stratum.
 fn freedom(scenes: &[&[Cluster]]) -> f64 {
     if scenes.len() > 1 {
         return scenes.len() as f64 - 1.0;
@@ -349,7 +350,7 @@ fn tell(
     }
 }
 
-/// The names of a term's combinations of levels, the last factor fastest.
+/// The names of all combinations of levels of a term; the last factor varies fastest.
 fn combinations(design: &Design, levels: &Levels, factors: &[usize]) -> Vec<String> {
     factors.iter().fold(vec![String::new()], |names, &factor| {
         let with = |name: &String, level: usize| {

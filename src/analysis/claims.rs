@@ -1,5 +1,5 @@
-//! The claims: what was said, which cases it is about, and what it takes to call it reproduced. Data, not code: variants
-//! are named in `paper-repro/claims.toml` and nowhere here.
+//! The claims file: what the paper says, which cases each claim is about, and the threshold for calling it reproduced. Variants are named
+//! in `paper-repro/claims.toml` and nowhere in this code.
 
 use super::ablation::ThesisClaim;
 use crate::record::{RecordError, Stratum, read_text};
@@ -12,10 +12,10 @@ use toml::Spanned;
 /// Version of the claims file this program reads.
 const SCHEMA: u32 = 1;
 
-/// The claims on the paper, as committed.
+/// Text of the committed claims on the paper.
 pub const DEFAULT_TEXT: &str = include_str!("../../paper-repro/claims.toml");
 
-/// The committed claims' name in messages and in a run's folder.
+/// Name of the committed claims, in messages and in the folder of a run.
 pub const FILE: &str = "claims.toml";
 
 /// Why a claims file cannot be used.
@@ -24,10 +24,10 @@ pub enum ClaimsError {
     /// The file cannot be read.
     #[error(transparent)]
     Read(#[from] RecordError),
-    /// Something in it is wrong.
+    /// The content of the file is wrong.
     #[error("{file}:{line}:{column}: {problem}, at `{text}`")]
     Bad {
-        /// The file.
+        /// Name of the file.
         file: String,
         /// Line, from 1.
         line: usize,
@@ -35,19 +35,19 @@ pub enum ClaimsError {
         column: usize,
         /// What is wrong.
         problem: String,
-        /// The offending line's text from there on.
+        /// Text of the line, from the error onwards.
         text: String,
     },
 }
 
-/// All claims, with the readings and the comparison they are judged in.
+/// All claims, with the readings that they are judged in and the cases that they are compared with.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClaimSet {
     schema: Spanned<u32>,
-    /// Where the claims come from.
+    /// Source of the claims.
     pub source: String,
-    /// What every variant is compared with.
+    /// The cases that every variant is compared with.
     pub comparison: Comparison,
     /// The readings.
     #[serde(default, rename = "reading")]
@@ -55,42 +55,42 @@ pub struct ClaimSet {
     /// The claims, in the order of tables.
     #[serde(default, rename = "claim")]
     pub claims: Vec<Claim>,
-    /// The claims of the thesis on tools and octrees, which an ablation judges.
+    /// The claims of the thesis on tools and octrees; an ablation judges them.
     #[serde(default)]
     pub thesis: Vec<ThesisClaim>,
-    /// The text it was read from.
+    /// Text of the claims file.
     #[serde(skip)]
     pub text: String,
 }
 
-/// Cases with a role of their own.
+/// Cases with a special role in comparisons and figures.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Comparison {
-    /// Variants that every other one is compared with; the ranking uses the first.
+    /// Variants that every other variant is compared with; the ranking uses the first.
     pub baselines: Vec<String>,
-    /// The scenes that primary rows are about; empty for all.
+    /// The scenes that primary rows cover; empty for all scenes.
     #[serde(default)]
     pub scenes: Vec<String>,
-    /// The volumes of the paper's first figure and its proposal.
+    /// The volumes of the paper's first figure, and the volume that it proposes.
     #[serde(default)]
     pub five: Vec<String>,
-    /// The boxes drawn on the tool.
+    /// The boxes that are drawn on the tool.
     #[serde(default)]
     pub drawn: Vec<String>,
 }
 
-/// One way to read the paper: which two cases it compares.
+/// One way to read the paper: the two cases that its words may compare.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reading {
     /// Short name: `R1`.
     pub id: Spanned<String>,
-    /// What it assumes.
+    /// The assumption that the reading makes.
     pub title: String,
-    /// What is proposed or praised.
+    /// The case that the paper proposes or praises.
     pub subject: CaseRef,
-    /// What it is held against.
+    /// The case that it is compared with.
     pub baseline: CaseRef,
 }
 
@@ -105,7 +105,7 @@ pub struct CaseRef {
     pub policy: Option<String>,
 }
 
-/// One sentence, and how it is judged.
+/// One sentence of the paper, and the test that judges it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
@@ -113,16 +113,16 @@ pub struct Claim {
     pub id: Spanned<String>,
     /// The sentence, paraphrased.
     pub sentence: String,
-    /// Where it stands.
+    /// Place of the sentence in the paper.
     pub source: String,
-    /// Ids of the readings it is judged in.
+    /// Ids of the readings in which the claim is judged.
     #[serde(default)]
     pub readings: Vec<Spanned<String>>,
-    /// The reading of its primary row; without it all its rows are exploratory.
+    /// The reading of the primary row; when absent, all rows of the claim are exploratory.
     pub primary: Option<Spanned<String>>,
-    /// How it is judged.
+    /// The test; absent for a claim that is not judged.
     pub test: Option<Test>,
-    /// Why it is not.
+    /// The reason why the claim is not judged.
     pub not_judged: Option<String>,
 }
 
@@ -130,33 +130,33 @@ pub struct Claim {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Test {
-    /// What is measured.
+    /// The quantity that is measured.
     pub kind: TestKind,
-    /// For ratios: the claimed effect is there when the whole interval is below this.
+    /// For ratios: the claim is supported when the whole interval is below this.
     pub below: Option<f64>,
-    /// Instead of `below`: the claim holds when the value, or the whole interval of a ratio, is not above this.
+    /// Replaces `below`: the claim holds when the value, or the whole interval of a ratio, is at most this.
     pub at_most: Option<f64>,
-    /// For ratios of queries: the only stratum that the claim is about.
+    /// For ratios of queries: the only stratum that the claim covers.
     pub stratum: Option<Stratum>,
-    /// For ratios of queries: the workload of the primary row; without it whole programs for times, and `program` for counts.
+    /// For ratios of queries: the workload of the primary row. When absent, times use whole programs and counts use `program`.
     pub workload: Option<String>,
-    /// For tightness: the frames of the parts.
+    /// For tightness: the frames in which parts are measured.
     #[serde(default)]
     pub frames: Frames,
-    /// For tightness: the only level of the trees that the claim is about; the roots are 0.
+    /// For tightness: the only level of the trees that the claim covers; the root has level 0.
     pub level: Option<u32>,
-    /// For presence: what is larger than this is there.
+    /// For presence: the effect is present when the value is above this.
     pub above: Option<f64>,
-    /// For ratios: whether the subject is claimed to need less or more.
+    /// For ratios: whether the subject is claimed to need less or more than the baseline.
     #[serde(default)]
     pub direction: Direction,
-    /// For presence and sizes: which of the reading's two cases is examined.
+    /// For presence and sizes: which of the two cases of the reading is examined.
     pub of: Option<Role>,
-    /// For presence: whether the claim says that it is there.
+    /// For presence: whether the effect is claimed to be present or absent.
     pub expect: Option<Expectation>,
 }
 
-/// What is measured.
+/// The quantity that a test measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TestKind {
@@ -168,60 +168,60 @@ pub enum TestKind {
     TriangleTestRatio,
     /// Construction time.
     BuildRatio,
-    /// Smaller over larger child count.
+    /// Balance of the trees: the smaller child count over the larger.
     Balance,
-    /// Volume over hull volume.
+    /// Volume of the bounding volumes over the volume of the convex hulls.
     Tightness,
     /// Memory of the trees.
     BytesRatio,
     /// Arithmetic operations of a separating-axis test.
     AxisOperations,
-    /// Share of the separating-axis tests that only a product of two edges ends.
+    /// Share of the separating-axis tests in which only a cross product of two edges separates the boxes.
     EdgeExits,
     /// Contacts missed by the volume.
     Misses,
-    /// Corners outside their volume.
+    /// Corners of triangles that lie outside their volume.
     Overhang,
-    /// Displacement of the root box toward the dense side.
+    /// Displacement of the root box toward the finely meshed side.
     Drift,
     /// Empty gap opposite the overhang of the root box.
     Gap,
 }
 
 impl TestKind {
-    /// Whether the kind compares two cases by a ratio; otherwise it is about one of them.
+    /// Whether the test compares two cases by a ratio; other tests examine one case.
     #[must_use]
     pub const fn is_ratio(self) -> bool {
         !self.is_presence() && !self.is_size()
     }
 
-    /// Whether the kind asks for the presence of something in one case.
+    /// Whether the test asks whether an effect is present in one case.
     #[must_use]
     pub const fn is_presence(self) -> bool {
         matches!(self, Self::Misses | Self::Overhang | Self::Drift | Self::Gap)
     }
 
-    /// Whether the kind asks how large something of one case is.
+    /// Whether the test asks how large a quantity of one case is.
     #[must_use]
     pub const fn is_size(self) -> bool {
         matches!(self, Self::AxisOperations | Self::EdgeExits)
     }
 
-    /// Whether the kind is about queries, which have a stratum.
+    /// Whether the test is about queries, which have a stratum.
     #[must_use]
     pub const fn is_about_queries(self) -> bool {
         matches!(self, Self::TimeRatio | Self::VolumeTestRatio | Self::TriangleTestRatio)
     }
 }
 
-/// In which frames of the parts something is measured.
+/// Frames of the parts in which a quantity is measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Frames {
     /// The frame that the part was drawn in.
     #[default]
     Own,
-    /// Frames turned at random: for volumes whose size depends on the frame.
+    /// Frames turned at random, for volumes that depend on the frame.
     Random,
 }
 
@@ -236,23 +236,23 @@ pub enum Direction {
     Greater,
 }
 
-/// One of a reading's two cases.
+/// One of the two cases of a reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
-    /// What is proposed.
+    /// The case that is proposed.
     Subject,
-    /// What it is held against.
+    /// The case that it is compared with.
     Baseline,
 }
 
-/// What a claim says of a presence.
+/// Whether a claim expects an effect to be present.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Expectation {
-    /// It is there.
+    /// The effect is present.
     Present,
-    /// It is not.
+    /// The effect is absent.
     Absent,
 }
 
@@ -266,10 +266,10 @@ impl ClaimSet {
         Self::parse(DEFAULT_TEXT, FILE).expect("the committed claims are well formed")
     }
 
-    /// No claims at all: a comparison of variants with `baseline`, on something that `source` names.
+    /// A set without claims, for comparing variants with `baseline`; `source` names what is compared.
     ///
     /// # Panics
-    /// Never: the text is made here.
+    /// Never: the text is generated here and always parses.
     #[must_use]
     pub fn none(source: &str, baseline: &str) -> Self {
         let quoted = |text: &str| toml::Value::from(text).to_string();
@@ -278,7 +278,7 @@ impl ClaimSet {
         Self::parse(&text, FILE).expect("the text is that of a claims file")
     }
 
-    /// Whether anything is claimed.
+    /// Whether the set holds no claims.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.claims.is_empty()
@@ -287,7 +287,7 @@ impl ClaimSet {
     /// Reads a claims file.
     ///
     /// # Errors
-    /// When it cannot be read, or is not a claims file: with line and column.
+    /// When the file cannot be read, or is not a claims file; the error gives line and column.
     pub fn read(path: &Path) -> Result<Self, ClaimsError> {
         let file = path.display().to_string();
         Self::parse(&read_text(path)?, &file)
@@ -296,7 +296,7 @@ impl ClaimSet {
     /// Parses the text of a claims file; `file` is its name in messages.
     ///
     /// # Errors
-    /// When it is not a claims file: with line and column.
+    /// When the text is not a claims file; the error gives line and column.
     pub fn parse(text: &str, file: &str) -> Result<Self, ClaimsError> {
         let bad = |span: Range<usize>, problem: String| bad(text, file, &span, problem);
         let mut set: Self =
@@ -344,13 +344,13 @@ impl ClaimSet {
         problem.map_or(Ok(()), |problem| Err((claim.id.span(), format!("claim `{}` {problem}", claim.id()))))
     }
 
-    /// The reading of that id.
+    /// Finds a reading by its id.
     #[must_use]
     pub fn reading(&self, id: &str) -> Option<&Reading> {
         self.readings.iter().find(|reading| reading.id.get_ref() == id)
     }
 
-    /// The claim of that id.
+    /// Finds a claim by its id.
     #[must_use]
     pub fn claim(&self, id: &str) -> Option<&Claim> {
         self.claims.iter().find(|claim| claim.id() == id)

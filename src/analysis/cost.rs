@@ -1,9 +1,9 @@
-//! A cost model, and what follows from it: T = setup + Nv·Cv + Np·Cp.
+//! A cost model of queries: T = setup + Nv·Cv + Np·Cp, and the deadlines and repayment that follow from it.
 //!
-//! S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", 1996, section 3, write the cost of a query as the number of operations
-//! times what each costs. Counts are the same on every machine and costs are not, so that whoever knows the three costs of his
-//! controller can take the counts from here. Costs are fitted to the timed chunks by least squares over relative errors,
-//! none of them below 0 (Lawson and Hanson 1974, here by trying every set of free costs: there are seven).
+//! S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", 1996, section 3, write the cost of a query as the sum of each number of operations
+//! times its cost. Counts are the same on every machine and costs are not, so a reader who knows the three costs of a controller can take
+//! the counts from here. Costs are fitted to the timed chunks by least squares over relative errors, none of them below 0 (Lawson and
+//! Hanson 1974; here all seven sets of free costs are tried).
 
 use super::AnalysisError;
 use super::stats::{quantile, weighted_quantile};
@@ -17,12 +17,12 @@ use std::path::Path;
 
 /// Control cycles, ms.
 const CYCLES_MS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
-/// Machines that deadlines are told for: that of the run, and controllers several times slower.
+/// Machines whose deadlines are reported, as factors on the time: the machine of the run, and controllers several times slower.
 const SLOWDOWNS: [f64; 3] = [1.0, 4.0, 16.0];
-/// A pivot below this part of its column's length is rounding: the column depends on the others.
+/// A pivot below this fraction of its column's length is rounding error: the column depends on the others.
 const SINGULAR: f64 = 1e-12;
 
-/// What a query costs: for itself, for each volume test, for each triangle test; ns.
+/// Costs in ns: of the query itself, of each volume test, and of each triangle test.
 type Costs = [f64; 3];
 
 /// One chunk of one case.
@@ -67,7 +67,7 @@ pub fn write(folder: &Path, manifest: &Manifest, scenes: &BTreeMap<String, Scene
     Ok(write_rows(folder, &repay)?)
 }
 
-/// Every chunk of a case with its mean counts and its median time.
+/// Every chunk of a case, with its mean counts and its median time.
 fn observe(scene: &Scene, case: &CaseKey) -> Vec<Observed> {
     let (Some(samples), Some(queries)) = (scene.timings.get(case), scene.queries.get(case)) else { return Vec::new() };
     let mut times: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
@@ -107,7 +107,7 @@ fn time(costs: Costs, operations: Costs) -> f64 {
     costs.iter().zip(operations).map(|(cost, count)| cost * count).sum()
 }
 
-/// The costs, none below 0, with the least sum of squared relative errors; `None` of nothing.
+/// The costs, none below 0, with the least sum of squared relative errors; `None` without observations.
 fn fit(observed: &[Observed]) -> Option<Costs> {
     let rows: Vec<Costs> = observed.iter().map(|o| o.operations().map(|count| count / o.ns)).collect();
     let error = |costs: Costs| rows.iter().map(|row| (time(costs, *row) - 1.0).powi(2)).sum::<f64>();
@@ -116,7 +116,7 @@ fn fit(observed: &[Observed]) -> Option<Costs> {
     feasible.min_by(|a, b| error(*a).total_cmp(&error(*b)))
 }
 
-/// The costs that solve `row · costs = 1` best, those that are not free being 0; `None` when they are not determined.
+/// The costs that solve `row · costs = 1` best, with those that are not free set to 0; `None` when the rows do not determine them.
 fn least_squares(rows: &[Costs], free: [bool; 3]) -> Option<Costs> {
     let columns: Vec<usize> = (0..3).filter(|&i| free[i]).collect();
     let n = columns.len();
@@ -153,7 +153,7 @@ fn least_squares(rows: &[Costs], free: [bool; 3]) -> Option<Costs> {
     Some(costs)
 }
 
-/// Every chunk predicted from the other scenes, or where there are none from its own.
+/// Predicts every chunk from the costs of the other scenes, or from its own scene when there is no other.
 fn predictions(case: &CaseKey, observed: &BTreeMap<&str, Vec<Observed>>, fitted: Costs) -> Vec<CostChunkRow> {
     let mut rows = Vec::new();
     for (&scene, chunks) in observed {
@@ -220,7 +220,8 @@ fn deadline(scene: &str, case: &CaseKey, queries: &[Query], costs: Costs, slowdo
     })
 }
 
-/// Each safe volume of a scene against the one whose trees are built fastest. Engines are left out: they build on all threads.
+/// Compares each safe volume of a scene with the volume whose trees are built fastest. Engines are left out, because they build on all
+/// threads.
 fn repay(name: &str, scene: &Scene, manifest: &Manifest) -> Vec<RepayRow> {
     let is_safe =
         |case: &CaseKey| manifest.variants.iter().any(|v| v.id == case.variant && v.kind == Kind::Volume && v.safe);
@@ -253,7 +254,7 @@ fn repay(name: &str, scene: &Scene, manifest: &Manifest) -> Vec<RepayRow> {
     facts.iter().map(row).collect()
 }
 
-/// Mean time of a query on the way of the scene's programs; without programs that of its first workload, ns.
+/// Mean time of a query in the scene's programs, ns; without programs, in its first workload.
 fn mean_query(scene: &Scene, case: &CaseKey) -> Option<f64> {
     let programs = scene.chunks.values().filter(|chunk| chunk.is_program());
     let queries: u32 = programs.map(|chunk| chunk.poses).sum();

@@ -1,35 +1,35 @@
 //! Effects and shares of variance in a full factorial design with one value per cell.
 //!
-//! G. E. P. Box, J. S. Hunter, W. G. Hunter, "Statistics for Experimenters", 2nd ed. 2005, chapters 5 and 9. In a full
-//! crossing all terms are orthogonal, so the sums of squares of main effects, two-factor interactions and the rest add
-//! up to the total exactly, and no model has to be fitted.
+//! G. E. P. Box, J. S. Hunter, W. G. Hunter, "Statistics for Experimenters", 2nd ed. 2005, chapters 5 and 9. In a full crossing all terms
+//! are orthogonal. The sums of squares of main effects, two-factor interactions and the remainder therefore add up to the total exactly,
+//! and no model has to be fitted.
 
-/// A crossing of factors. The last factor runs fastest.
+/// A full crossing of factors. The last factor varies fastest.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Design {
     levels: Vec<usize>,
 }
 
-/// One or two factors.
+/// A main effect of one factor, or an interaction of two.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Term {
     /// Indices of the factors, ascending.
     pub factors: Vec<usize>,
 }
 
-/// A response taken apart.
+/// The effects and shares of variance of one response.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decomposition {
-    /// For every term of [`Design::terms`], the effect of each combination of its levels; the last factor runs fastest. Those
-    /// of one factor are deviations from the mean over all cells; those of two are what the sum of the two lacks.
+    /// For every term of [`Design::terms`], the effect of each combination of its levels; the last factor varies fastest. A main effect is
+    /// a deviation from the mean over all cells. An interaction is the remaining deviation after both main effects.
     pub effects: Vec<Vec<f64>>,
-    /// For every term its share of the total sum of squares, and at the end that of three and more factors together. All 0
-    /// when the cells do not differ.
+    /// For every term, its share of the total sum of squares; the last entry is the share of all interactions of three and more factors.
+    /// All entries are 0 when the cells do not differ.
     pub shares: Vec<f64>,
 }
 
 impl Design {
-    /// Factors with so many levels each, at least one.
+    /// A design with the given number of levels of each factor, at least one.
     #[must_use]
     pub const fn new(levels: Vec<usize>) -> Self {
         Self { levels }
@@ -41,13 +41,13 @@ impl Design {
         self.levels.iter().product()
     }
 
-    /// Levels of a factor.
+    /// Number of levels of a factor.
     #[must_use]
     pub fn levels(&self, factor: usize) -> usize {
         self.levels[factor]
     }
 
-    /// The cell at one level of each factor.
+    /// Index of the cell at the given level of each factor.
     #[must_use]
     pub fn cell(&self, at: &[usize]) -> usize {
         at.iter().zip(&self.levels).fold(0, |cell, (level, levels)| cell * levels + level)
@@ -67,7 +67,7 @@ impl Design {
         (0..count).map(|f| Term { factors: vec![f] }).chain(pairs).collect()
     }
 
-    /// Takes a response apart: one value per cell.
+    /// Decomposes a response, given as one value per cell.
     #[must_use]
     pub fn decompose(&self, response: &[f64]) -> Decomposition {
         let cells = self.cells() as f64;

@@ -1,7 +1,7 @@
-//! How costs grow with the size of the meshes: the exponent of a power law through the sweep of the size.
+//! How costs grow with the size of the meshes: the exponent of a power law over the sweep of mesh size.
 //!
-//! Every group of lines in a stratum (of builds, every block) gives a slope of its own: least squares over the logarithms. The exponent is
-//! their mean, its interval a bootstrap over them.
+//! Every group of lines in a stratum gives one slope, by least squares over the logarithms; for builds, every block gives one. The exponent
+//! is the mean of the slopes, with a bootstrap interval over them.
 
 use super::AnalysisError;
 use super::stats::bootstrap_mean;
@@ -11,17 +11,17 @@ use crate::record::{BuildRow, CountRow, Row, SweepGrowthRow, TimingRow, read_row
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The costs whose growth is told, as records name them.
+/// The costs whose growth is analysed, as records name them.
 pub const COSTS: [&str; 4] = ["build", "time", "volume-tests", "triangle-tests"];
-/// Fewest sizes that a line is laid through.
+/// Fewest sizes from which a slope is computed.
 const FEWEST_SIZES: usize = 3;
 
-/// What gives a slope: a group of lines in a stratum, which is a chunk of the same number at every size; or a block of builds.
+/// Identifies one slope: a group of lines in a stratum, which is the chunk of the same number at every size, or a block of builds.
 type Unit = u32;
-/// For each case and cost and unit the observed costs by number of triangles (as bits).
+/// Observed costs by case, cost and unit, then by number of triangles (as bits).
 type Costs = BTreeMap<(CaseKey, usize), BTreeMap<Unit, BTreeMap<u64, Vec<f64>>>>;
 
-/// Fits the growth of every case in the sweep of the size in `folder` and writes `sweep_growth.csv`.
+/// Fits the growth of every case over the mesh sizes in `folder` and writes `sweep_growth.csv`.
 ///
 /// # Errors
 /// When a record is missing or malformed.
@@ -79,8 +79,8 @@ pub(super) fn analyze_growth(folder: &Path, swept: &Swept, seed: u64) -> Result<
     Ok(found)
 }
 
-/// The slope of a straight line through the logarithms of the costs (geometric means where there are several of a size) over those of
-/// the sizes; `None` of too few sizes.
+/// The slope of a straight line through the logarithms of the costs over the logarithms of the sizes. Several costs at one size count by
+/// their geometric mean. `None` when there are too few sizes.
 fn slope(costs: &BTreeMap<u64, Vec<f64>>) -> Option<f64> {
     let mean_log = |values: &Vec<f64>| values.iter().map(|value| value.ln()).sum::<f64>() / values.len() as f64;
     let points: Vec<(f64, f64)> = costs.iter().map(|(&bits, of)| (f64::from_bits(bits).ln(), mean_log(of))).collect();

@@ -1,5 +1,5 @@
-//! The verdicts. Each claim is judged for each of its readings in each scene and, where it is about queries, each workload, by the thresholds
-//! that stand in the claims file. One row answers the sentence, the primary one, which the file declares; `primary` makes it.
+//! Verdicts on the claims. Each claim is judged for each of its readings, in each scene and, if it is about queries, in each workload, by
+//! the thresholds of the claims file. One primary row, which the file declares, answers the sentence as a whole; see `primary`.
 
 use super::AnalysisError;
 use super::claims::{CaseRef, Claim, ClaimSet, Direction, Expectation, Frames, Reading, Role, Test, TestKind};
@@ -17,13 +17,13 @@ mod presence;
 mod primary;
 mod sizes;
 
-/// Ratios within this are called the same.
+/// Ratios within this interval are called the same.
 pub const SAME: (f64, f64) = (0.95, 1.05);
 
-/// Fewer resampled clusters than this say nothing about the spread.
+/// Fewest resampled clusters from which a spread is estimated.
 pub const CLUSTERS_MIN: usize = 4;
 
-/// What the verdicts rest on.
+/// The records that the verdicts are derived from.
 #[derive(Debug)]
 pub struct Evidence<'a> {
     /// Poses, timings, answers and builds by scene.
@@ -34,7 +34,7 @@ pub struct Evidence<'a> {
     pub trees: Vec<TreeRow>,
     /// Levels of trees.
     pub tightness: Vec<TightnessRow>,
-    /// Ends of separating-axis tests.
+    /// Where separating-axis tests end.
     pub exits: Vec<ExitRow>,
     /// Drawings.
     pub outlines: Vec<OutlineRow>,
@@ -42,7 +42,7 @@ pub struct Evidence<'a> {
     pub manifest: &'a Manifest,
     /// Default policies.
     pub cases: &'a Cases,
-    /// Where the null duplicate is not quiet.
+    /// Cells in which the null duplicate is noisy.
     pub noisy: NoisyCells,
 }
 
@@ -51,13 +51,13 @@ pub struct Evidence<'a> {
 pub enum Verdict {
     /// The whole interval is beyond the claim's threshold.
     Supported,
-    /// The whole interval is on the other side of it.
+    /// The whole interval is on the other side of the threshold.
     Refuted,
     /// The evidence does not decide.
     Undecided,
-    /// Nothing was broken that could be repaired.
+    /// The baseline has no defect that the subject could repair.
     NotApplicable,
-    /// Nothing was measured that could decide.
+    /// No measurement can decide the claim.
     NotJudged,
 }
 
@@ -78,16 +78,16 @@ impl Verdict {
     }
 }
 
-/// What a ratio says by itself, whatever is claimed.
+/// The direction of a ratio, independent of any claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effect {
-    /// The whole interval is below 1, and not all of it within 5 %.
+    /// The whole interval is below 1, and part of it is below 0.95.
     Less,
     /// The whole interval is within 5 % of 1.
     Same,
-    /// The whole interval is above 1, and not all of it within 5 %.
+    /// The whole interval is above 1, and part of it is above 1.05.
     More,
-    /// None of these.
+    /// The interval is in none of these places.
     Unclear,
 }
 
@@ -115,7 +115,7 @@ impl Effect {
     }
 }
 
-/// What was found, before it becomes a row.
+/// The result of one test, before it becomes a row.
 #[derive(Clone, Debug)]
 struct Finding {
     workload: String,
@@ -124,13 +124,13 @@ struct Finding {
     effect: Option<Effect>,
     value: Option<f64>,
     interval: Option<(f64, f64)>,
-    /// Of ratios that were sampled: probability of the data if the truth were on the threshold.
+    /// For ratios that were sampled: the probability of the data if the true ratio were at the threshold.
     p: Option<f64>,
     note: Vec<String>,
 }
 
 impl Finding {
-    /// Something about the trees or drawings of a scene, without an interval.
+    /// A finding about the trees or drawings of a scene, without an interval.
     fn of_trees(verdict: Verdict, value: Option<f64>, note: Vec<String>) -> Self {
         let (workload, stratum) = ("-".to_owned(), "-".to_owned());
         Self { workload, stratum, verdict, effect: None, value, interval: None, p: None, note }
@@ -150,7 +150,7 @@ struct Judged<'a> {
     baseline: CaseKey,
 }
 
-/// A row with what decides the primary one.
+/// A row, with the values that decide the primary row.
 #[derive(Clone, Debug)]
 struct Candidate {
     row: ClaimRow,
@@ -158,7 +158,7 @@ struct Candidate {
     p: Option<f64>,
 }
 
-/// All verdicts, in the order of the claims; of each claim the primary row first.
+/// All verdicts, in the order of the claims; the primary row of each claim comes first.
 ///
 /// # Errors
 /// When a policy of the manifest or the claims is malformed.
@@ -262,7 +262,7 @@ fn judge_reading(
     Ok(())
 }
 
-/// What is measured, in words.
+/// The measured quantity in words.
 fn measure(test: &Test, reading: &Reading) -> String {
     let (subject, baseline) = (&reading.subject.variant, &reading.baseline.variant);
     let of = if test.of == Some(Role::Subject) { subject } else { baseline };
@@ -295,17 +295,17 @@ pub fn ratio_verdict(ratio: Interval, below: f64) -> Verdict {
     }
 }
 
-/// The threshold of a ratio's test, for the ratio as claimed: turned round where the subject is claimed to need more.
+/// The threshold of the test. It applies to the ratio after [`oriented`].
 fn threshold(test: &Test) -> f64 {
     test.at_most.or(test.below).unwrap_or(SAME.0)
 }
 
-/// A ratio as the claim turns it.
+/// The ratio in the direction of the claim: inverted when the subject is claimed to need more.
 fn oriented(test: &Test, estimate: Estimate) -> Estimate {
     if test.direction == Direction::Greater { estimate.reciprocal() } else { estimate }
 }
 
-/// The verdict on a ratio by the claim's own bound.
+/// The verdict on a ratio by the thresholds of the claim.
 fn decide(test: &Test, estimate: Estimate) -> Verdict {
     let ratio = oriented(test, estimate).interval;
     match test.at_most {
@@ -366,7 +366,7 @@ impl Judged<'_> {
         self.evidence.misses.of(self.scene_name, case).map(|tally| tally.missed())
     }
 
-    /// What to say beside a speed: which of the two cases is unsafe or was not verified.
+    /// Notes to show beside a time: which of the two cases is unsafe or was not verified.
     fn caution(&self) -> Vec<String> {
         let mut notes = Vec::new();
         for case in [&self.subject, &self.baseline] {
@@ -435,7 +435,7 @@ impl Judged<'_> {
         }
     }
 
-    /// The rows of one case in this scene.
+    /// The rows of one case's trees in this scene.
     fn trees<'b>(&'b self, case: &'b CaseKey) -> impl Iterator<Item = &'b TreeRow> {
         self.evidence.trees.iter().filter(move |row| row.scene == self.scene_name && row.case() == *case)
     }
@@ -497,7 +497,7 @@ impl Judged<'_> {
         finding
     }
 
-    /// The verdict on the geometric mean over parts and levels, in frames that were drawn at random.
+    /// The verdict on the geometric mean over parts and levels, measured in frames drawn at random.
     fn over_frames(frames: &BTreeMap<u32, Vec<f64>>, test: &Test) -> Finding {
         let mean = |logs: &Vec<f64>| (logs.iter().sum::<f64>() / logs.len() as f64).exp();
         let ratios: Vec<f64> = frames.values().map(mean).collect();
@@ -550,7 +550,7 @@ impl Judged<'_> {
     }
 }
 
-/// The names of the parts among some rows, each once.
+/// Joins the names of the given parts, each name once.
 fn names<'a>(parts: impl Iterator<Item = &'a str>) -> String {
     parts.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>().join(", ")
 }

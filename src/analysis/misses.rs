@@ -1,4 +1,4 @@
-//! The misses of each case, by line: what the case's own queries missed, and what it missed with the answers by witness added.
+//! Missed contacts of each case, by line: those of the case's own queries, and those after answers by witness are added.
 
 use super::stats::clustered_rate;
 use crate::record::rows::CaseKey;
@@ -6,31 +6,31 @@ use crate::record::{CaseRow, Kind, LineRow, MissRow, RecordError, read_rows};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Contacts above grazing of one case, and how many of them it missed.
+/// The contacts above grazing of one case, and how many of them it missed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Of each line that the case's own query was asked about: (missed, contacts).
+    /// (missed, contacts) of each line on which the case's own query was run.
     pub lines: Vec<(u64, u64)>,
-    /// Contacts, however the verdict was obtained.
+    /// All contacts, whether the verdict came from the query or from the witness.
     pub contacts_in_all: u64,
-    /// How many of those were missed.
+    /// How many of all contacts were missed.
     pub missed_in_all: u64,
 }
 
 impl Tally {
-    /// Contacts that the case's own query was asked about.
+    /// Contacts at which the case's own query was run.
     #[must_use]
     pub fn contacts(&self) -> u64 {
         self.lines.iter().map(|(_, contacts)| contacts).sum()
     }
 
-    /// How many of them it missed.
+    /// Number of those contacts that the case's own query missed.
     #[must_use]
     pub fn missed(&self) -> u64 {
         self.lines.iter().map(|(missed, _)| missed).sum()
     }
 
-    /// The 95 % interval of the miss rate, by line.
+    /// The 95 % interval of the miss rate, with lines as clusters.
     #[must_use]
     pub fn interval(&self) -> (f64, f64) {
         clustered_rate(&self.lines)
@@ -46,7 +46,7 @@ impl Tally {
 /// Case, scene, workload, pair, line.
 type LineOfCase = (String, String, String, String, u32);
 
-/// The tallies of a run.
+/// The tallies of a run by scene and case, then by workload.
 #[derive(Clone, Debug, Default)]
 pub struct Misses(BTreeMap<(String, CaseKey), BTreeMap<String, Tally>>);
 
@@ -83,7 +83,7 @@ impl Misses {
         Ok(misses)
     }
 
-    /// The tally of a case in a scene, over its workloads; `None` when it was not verified.
+    /// The tally of a case in a scene, over all workloads; `None` when the case was not verified.
     #[must_use]
     pub fn of(&self, scene: &str, case: &CaseKey) -> Option<Tally> {
         let workloads = self.0.get(&(scene.to_owned(), case.clone()))?;
@@ -93,7 +93,7 @@ impl Misses {
         }))
     }
 
-    /// The tally of a case in a workload of a scene; of nothing when it was not verified there.
+    /// The tally of a case in a workload of a scene; empty when the case was not verified there.
     #[must_use]
     pub fn in_workload(&self, scene: &str, case: &CaseKey, workload: &str) -> Tally {
         let workloads = self.0.get(&(scene.to_owned(), case.clone()));
@@ -106,7 +106,7 @@ impl Misses {
         self.iter().any(|(_, case, tally)| case.variant == variant && tally.missed_in_all > 0)
     }
 
-    /// All tallies by scene and case, over the workloads.
+    /// All tallies by scene and case, each summed over the workloads.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &CaseKey, Tally)> {
         self.0.keys().filter_map(|(scene, case)| Some((scene.as_str(), case, self.of(scene, case)?)))
     }

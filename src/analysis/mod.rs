@@ -1,5 +1,5 @@
-//! From records to verdicts: summary, paired ratios, claims. Knows only the records, so that any old run can be analysed
-//! again without measuring.
+//! From records to verdicts: summary, paired ratios, claims. The analysis knows only the records, so any old run can be analysed again
+//! without measuring.
 
 pub mod ablation;
 pub mod audit;
@@ -51,27 +51,27 @@ pub enum AnalysisError {
         /// Pose.
         pose: u32,
     },
-    /// A row names what no other file knows.
+    /// A row refers to a name that no other file defines.
     #[error("{file}: scene `{scene}` has a row of {what}, which cases.csv or poses.csv do not name")]
     Unknown {
-        /// The file.
+        /// The file with the row.
         file: &'static str,
         /// Scene.
         scene: String,
-        /// What is named.
+        /// The undefined name.
         what: String,
     },
-    /// One observation is there more than once.
+    /// One observation occurs more than once.
     #[error("scene `{scene}`, {case}: {what} is recorded twice")]
     Twice {
         /// Scene.
         scene: String,
         /// Variant and policy.
         case: String,
-        /// Which observation.
+        /// The repeated observation.
         what: String,
     },
-    /// A launch runs one binary.
+    /// One launch is recorded with two binaries.
     #[error("scene `{scene}`: the rows of launch {launch} name two binaries")]
     Binary {
         /// Scene.
@@ -87,17 +87,17 @@ pub enum AnalysisError {
         /// Scene.
         scene: String,
     },
-    /// A policy is not one.
+    /// The text of a policy is malformed.
     #[error("`{policy}` of variant `{variant}` is not SPLIT/AXES/LEAF")]
     Policy {
         /// Variant.
         variant: String,
-        /// The text.
+        /// The malformed text.
         policy: String,
     },
 }
 
-/// What an analysis found: the rows it wrote, and what a reader must know first.
+/// The rows that the analysis wrote, and the warnings that a reader needs first.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// `summary.csv`.
@@ -110,7 +110,7 @@ pub struct Outcome {
     pub variance: Vec<VarianceRow>,
     /// `claims.csv`.
     pub claims: Vec<ClaimRow>,
-    /// What disturbed the timings: the manifest's notes and those of the null comparison; empty for a quiet run.
+    /// What disturbed the timings: notes of the manifest and of the null comparison; empty for a quiet run.
     pub noise: Vec<String>,
     /// Safe volumes by speed.
     pub ranking: Vec<Ranked>,
@@ -123,18 +123,19 @@ pub struct Ranked {
     pub variant: String,
     /// Its label.
     pub label: String,
-    /// What kind of thing it is.
+    /// Kind of the method, such as volume, engine or peer.
     pub kind: Kind,
-    /// Geometric mean over scenes of the ratio to the first baseline; 1 for that baseline itself. A summary of the scenes' own ratios.
+    /// Geometric mean over scenes of the ratio to the first baseline; 1 for that baseline itself. It summarises the ratios of the single
+    /// scenes.
     pub ratio: f64,
-    /// Scenes that went into it.
+    /// Number of scenes that the mean includes.
     pub scenes: usize,
 }
 
 pub use ratios::{EQUAL, STEADY};
 
-/// Analyses the run in `folder` and writes `summary.csv`, `program_times.csv`, `ratios.csv`, `variance.csv` and `claims.csv`, and the claims it judged as
-/// `claims.toml` beside them.
+/// Analyses the run in `folder`: writes `summary.csv`, `program_times.csv`, `ratios.csv`, `variance.csv` and `claims.csv`, and beside them
+/// the claims it judged as `claims.toml`.
 ///
 /// # Errors
 /// When a record is missing, malformed or contradicts itself, or a result cannot be written.
@@ -172,13 +173,14 @@ pub fn analyze(folder: &Path, claims: &ClaimSet) -> Result<Outcome, AnalysisErro
     Ok(Outcome { summary, program_times, ratios, variance, claims: rows, noise, ranking })
 }
 
-/// What disturbed the timings: what the manifest says, and every scene with cells in which the null duplicate is not quiet.
+/// What disturbed the timings: notes of the manifest, and every scene with cells in which the null duplicate is noisy.
 #[must_use]
 pub fn noise(manifest: &Manifest, ratios: &[RatioRow]) -> Vec<String> {
     manifest.noise.iter().cloned().chain(ratios::NoisyCells::of(ratios).complaints()).collect()
 }
 
-/// Metric and workload that methods are ranked by: the time of whole programs, or without programs the query time of the first workload there is.
+/// The metric and the workload that the ranking uses: the time of whole programs, or, in a run without programs, the query time of the
+/// first workload.
 #[must_use]
 pub fn ranked_by(ratios: &[RatioRow]) -> (String, String) {
     if ratios.iter().any(|r| r.metric == PROGRAM_TIME) {
@@ -189,15 +191,16 @@ pub fn ranked_by(ratios: &[RatioRow]) -> (String, String) {
     ("time".to_owned(), first.to_owned())
 }
 
-/// The variants by speed, by [`ranked_by`], every variant under its default policy. Safe volumes first, then engines, peers and controls. What is
-/// unsafe is left out, and what calls itself safe and missed a contact: a method can look fast because it misses collisions.
+/// Ranks the variants by speed (see [`ranked_by`]), each under its default policy. Safe volumes come first, then engines, peers and
+/// controls. Left out are unsafe variants, and variants declared safe that missed a contact: a method can look fast because it misses
+/// collisions.
 #[must_use]
 pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims: &ClaimSet) -> Vec<Ranked> {
     let (metric, workload) = ranked_by(ratios);
     ranking_by(manifest, ratios, misses, claims, (&metric, &workload))
 }
 
-/// As [`ranking`], by a metric and a workload.
+/// Like [`ranking`], with a given metric and workload.
 #[must_use]
 pub fn ranking_by(
     manifest: &Manifest,

@@ -1,10 +1,10 @@
 //! Engines side by side: from the raw rows to `peers.csv` and `peer-ratios.csv`.
 //!
-//! The time of a chunk is the median over its rounds, or the sum of its poses' own times (each a median, with a reading of the clock in it) where
-//! that is less: then something else has interrupted the passes, which tells on long ones most and would make slow engines look slower.
-//! A mean time is the sum over chunks divided by their poses. A ratio is that
-//! of the mean times on the same chunks, its interval a bootstrap that draws whole chunks, stratum by stratum: poses of
-//! a chunk depend on one another.
+//! The time of a chunk is the median over its rounds, or the sum of the separate times of its poses if that is less. Each pose's time is a
+//! median and includes one reading of the clock. If the sum is less, something else interrupted the passes; long passes are interrupted
+//! most, which would make slow engines look slower. A mean time is the sum over chunks divided by the number of poses. A ratio is the ratio
+//! of mean times on the same chunks. Its interval is a bootstrap that draws whole chunks, stratum by stratum, because poses of a chunk
+//! depend on one another.
 
 use super::stats::{Interval, bootstrap_ratio, quantile};
 use crate::record::peers::ALL_STRATA;
@@ -26,8 +26,8 @@ type Rounds = (Stratum, u32, Vec<f64>);
 /// An engine's chunks: stratum, poses, and median time of a pass, ns.
 type Chunks = BTreeMap<Chunk, (Stratum, u32, f64)>;
 
-/// Reads the raw rows of a folder, and writes what derives from them beside them. In each setting the engines are held against
-/// the first of `references` that took part. Intervals are drawn with `seed`.
+/// Reads the raw rows of a folder and writes the derived tables beside them. In each setting, engines are compared with the first of
+/// `references` that took part. Intervals are drawn with `seed`.
 ///
 /// # Errors
 /// When a file cannot be read or written.
@@ -44,7 +44,7 @@ pub fn summarise(
     Ok((rows, ratios))
 }
 
-/// The strata that a row may stand for: each one, and all together (`None`).
+/// The strata that have a row: each stratum, and all together (`None`).
 fn strata() -> impl Iterator<Item = Option<Stratum>> {
     std::iter::once(None).chain(Stratum::ALL.map(Some))
 }
@@ -58,7 +58,7 @@ fn median(mut numbers: Vec<f64>) -> f64 {
     quantile(&numbers, 0.5)
 }
 
-/// Settings and engines in the order in which they are first named.
+/// Settings and engines, in the order of their first appearance.
 fn engines(timings: &[PeerTimingRow]) -> Vec<(Setting, String)> {
     let mut seen = BTreeSet::new();
     let keys = timings.iter().map(|row| ((row.scene.clone(), row.mode.clone()), row.engine.clone()));
@@ -139,7 +139,7 @@ pub fn summary(builds: &[PeerBuildRow], timings: &[PeerTimingRow], answers: &[Pe
     rows
 }
 
-/// Median time of the constructions of each pair, their memory, and how many triangles they are over, summed over pairs.
+/// Median construction time, memory and number of triangles, each summed over pairs.
 fn construction<'a>(builds: impl Iterator<Item = &'a PeerBuildRow>) -> (u64, u64, u64) {
     let mut pairs: BTreeMap<&str, (Vec<f64>, u64, u64)> = BTreeMap::new();
     for row in builds {
@@ -152,7 +152,7 @@ fn construction<'a>(builds: impl Iterator<Item = &'a PeerBuildRow>) -> (u64, u64
     })
 }
 
-/// How every engine compares with the first of `references` that took part, setting by setting; nothing where none did.
+/// Ratios of every engine to the first of `references` that took part, by setting; settings without a reference have none.
 #[must_use]
 pub fn ratios(
     timings: &[PeerTimingRow],
@@ -194,7 +194,7 @@ pub fn ratios(
     found
 }
 
-/// For each stratum (or the one asked for) the times of the chunks that both have: (the other's, the own), ns.
+/// The times of the chunks that both engines have, by stratum (or for one stratum alone): (the other engine's, this engine's), ns.
 fn paired(own: &Chunks, others: &Chunks, stratum: Option<Stratum>) -> Vec<Vec<(f64, f64)>> {
     let of = |stratum: Stratum| {
         let members = own.iter().filter(move |(_, chunk)| chunk.0 == stratum);
@@ -257,8 +257,9 @@ mod tests {
         ]
     }
 
-    /// Chunk 0: median of 10, 30, 20 is 20, but its poses alone take 5 + 7 = 12; chunk 1: 4, its poses 3 + 2; so (12 + 4) / 4 poses = 4 ns.
-    /// Single poses 5, 7, 3, 2: median 4, the 99 % quantile at place 2.97 of 2, 3, 5, 7: 5 + 0.97 × 2 = 6.94. Pose 1 is missed; pose 3 is wrong, but grazing.
+    /// Chunk 0: the median of 10, 30, 20 is 20, but its poses alone take 5 + 7 = 12. Chunk 1: 4, and its poses take 3 + 2. The mean is
+    /// therefore (12 + 4) / 4 poses = 4 ns. Single poses take 5, 7, 3, 2: the median is 4, and the 99 % quantile at place 2.97 of 2, 3, 5,
+    /// 7 is 5 + 0.97 × 2 = 6.94. Pose 1 is missed; pose 3 is wrong, but grazing.
     #[test]
     fn rows_by_hand() {
         let answers = [answer(0, 1, 0, 1, 5), answer(1, 1, 0, 0, 7), answer(2, 0, 0, 0, 3), answer(3, 0, 1, 1, 2)];
@@ -275,7 +276,7 @@ mod tests {
         assert_eq!((all.largest_error, rows[2].largest_error), (Some(2.0), None)); // |3 - 5|
     }
 
-    /// All strata: (80 + 40) / (20 + 4) = 5; colliding 80 / 20 = 4; far 40 / 4 = 10. One chunk per stratum cannot spread.
+    /// All strata: (80 + 40) / (20 + 4) = 5; colliding: 80 / 20 = 4; far: 40 / 4 = 10. One chunk per stratum gives no spread.
     #[test]
     fn ratios_by_hand() {
         let found = ratios(&timings(), &[], &[], &["nobody".to_owned(), "slow".to_owned()], 1);

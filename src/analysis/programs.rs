@@ -1,4 +1,4 @@
-//! `program_times.csv`: what every case needs for each program up to its first collision, and against the first baseline.
+//! `program_times.csv`: the time of every case for each program up to its first collision, and its ratio to the first baseline.
 
 use super::AnalysisError;
 use super::claims::ClaimSet;
@@ -10,10 +10,10 @@ use crate::record::ProgramTimeRow;
 use crate::record::rows::CaseKey;
 use std::collections::BTreeMap;
 
-/// The rows of all scenes: for each case all programs together, then each.
+/// The rows of all scenes. For each case, the sum over all programs comes first, then each program.
 ///
 /// # Errors
-/// When the manifest's policy of the baseline is malformed.
+/// When the manifest's policy for the baseline is malformed.
 pub fn program_times(
     scenes: &BTreeMap<String, Scene>,
     cases: &Cases,

@@ -1,4 +1,4 @@
-//! Ratios of totals: every case against each baseline, the two cases of each reading, and the null duplicate against its original.
+//! Ratios of totals: every case to each baseline, the subject of each reading to its baseline, and the null duplicate to its original.
 
 use super::AnalysisError;
 use super::claims::{CaseRef, ClaimSet};
@@ -11,7 +11,7 @@ use crate::record::rows::CaseKey;
 use crate::record::{Manifest, NULL_VARIANT, PROGRAM_TIME, PROGRAM_TIME_COLD, RatioRow};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is compared.
+/// The quantity that is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Metric {
     /// Time of whole programs.
@@ -46,7 +46,7 @@ impl Metric {
         }
     }
 
-    /// Whether the null duplicate shows the noise of it.
+    /// Whether the metric is a time, whose noise the null duplicate shows.
     fn is_timed(id: &str) -> bool {
         [Self::ProgramTime, Self::ProgramTimeCold, Self::Time].iter().any(|metric| metric.id() == id)
     }
@@ -57,7 +57,7 @@ fn is_of_programs(workload: &str) -> bool {
     workload == PROGRAM_TIME || workload == PROGRAM_TIME_COLD
 }
 
-/// A ratio with the place it is about.
+/// A ratio, with the workload and stratum that it describes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ratio {
     /// Workload as `ratios.csv` names it.
@@ -69,13 +69,14 @@ pub struct Ratio {
 }
 
 impl Ratio {
-    /// Whether it is about a workload, the programs or the parts as a whole.
+    /// Whether the ratio covers a whole workload, all programs or all parts.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.stratum == ALL || self.stratum == "-"
     }
 
-    /// Whether too little was drawn for an interval. Launches and binaries are few and Student's quantile says so; of one there is no interval at all.
+    /// Whether there are too few clusters for an interval. Ratios over launches or binaries need only two, because Student's quantile
+    /// accounts for their number.
     #[must_use]
     pub fn has_few_clusters(&self) -> bool {
         let least = if is_of_programs(&self.workload) { 2 } else { CLUSTERS_MIN };
@@ -83,7 +84,7 @@ impl Ratio {
     }
 }
 
-/// The ratios of two cases in every workload and stratum; empty when nothing pairs.
+/// The ratios of two cases in every workload and stratum; empty when no observations pair.
 #[must_use]
 pub fn compare(scene: &Scene, metric: Metric, above: &CaseKey, below: &CaseKey, seed: u64) -> Vec<Ratio> {
     let ratio = |workload: &str, stratum: &str, estimate: Option<Estimate>| {
@@ -109,17 +110,17 @@ pub fn compare(scene: &Scene, metric: Metric, above: &CaseKey, below: &CaseKey, 
     }
 }
 
-/// The null duplicate's ratio has to be within this in a quiet cell: the two copies are equally fast.
+/// In a quiet cell the null duplicate's ratio is within this interval: the two copies are equally fast.
 pub const EQUAL: (f64, f64) = (0.99, 1.01);
-/// And its interval within this: the cell is steady enough to tell what is called the same.
+/// In a quiet cell, the interval of the null duplicate's ratio is within this interval, so the cell can show that two times are the same.
 pub const STEADY: (f64, f64) = super::judge::SAME;
 
-/// Scene, workload and stratum (or program) in which the null duplicate is not quiet.
+/// Cells (scene, workload, and stratum or program) in which the null duplicate is noisy.
 #[derive(Clone, Debug, Default)]
 pub struct NoisyCells(BTreeMap<(String, String, String), Interval>);
 
 impl NoisyCells {
-    /// Those of a run: cells of its null comparison.
+    /// The noisy cells of a run, from the rows of its null comparison.
     #[must_use]
     pub fn of(rows: &[RatioRow]) -> Self {
         let is_quiet = |r: &RatioRow| {
@@ -138,13 +139,13 @@ impl NoisyCells {
         )
     }
 
-    /// The null duplicate's ratio where it is not quiet.
+    /// The null duplicate's ratio in a noisy cell; `None` in a quiet one.
     #[must_use]
     pub fn get(&self, scene: &str, workload: &str, stratum: &str) -> Option<Interval> {
         self.0.get(&(scene.to_owned(), workload.to_owned(), stratum.to_owned())).copied()
     }
 
-    /// A line for each scene that has such cells.
+    /// One line for each scene that has noisy cells.
     #[must_use]
     pub fn complaints(&self) -> Vec<String> {
         let mut scenes: BTreeMap<&str, Vec<String>> = BTreeMap::new();
@@ -173,7 +174,7 @@ pub struct Cases {
 }
 
 impl Cases {
-    /// From the manifest's default policies.
+    /// Finds cases by the default policies of a manifest.
     #[must_use]
     pub fn new(manifest: &Manifest) -> Self {
         let default = |policies: &[String]| policies.first().cloned().unwrap_or_else(|| NO_POLICY.to_owned());
@@ -181,7 +182,7 @@ impl Cases {
         Self { defaults, null_of: manifest.null_of.clone() }
     }
 
-    /// The case that a reference names; `None` when its variant was not measured.
+    /// The case that a reference of the claims file names; `None` when its variant was not measured.
     ///
     /// # Errors
     /// When the policy is not `split/axes/leaf`.
@@ -204,14 +205,14 @@ impl Cases {
         CaseKey { variant: self.null_of.clone(), ..null.clone() }
     }
 
-    /// Whether the case is its variant under the default policy.
+    /// Whether `policy` is the default policy of the variant.
     #[must_use]
     pub fn is_default(&self, variant: &str, policy: &str) -> bool {
         self.defaults.get(variant).is_some_and(|default| default == policy)
     }
 }
 
-/// The policy of methods without a tree of ours.
+/// The policy in the rows of methods that have no tree of this project.
 const NO_POLICY: &str = "none/none/0";
 
 fn case_key(variant: &str, policy: &str) -> Result<CaseKey, AnalysisError> {
@@ -248,7 +249,7 @@ pub fn all_ratios(
     Ok(rows)
 }
 
-/// The pairs of cases compared in a scene, each once, in order.
+/// The pairs of cases that are compared in a scene, each once, in order.
 fn comparisons(scene: &Scene, cases: &Cases, claims: &ClaimSet) -> Result<BTreeSet<(CaseKey, CaseKey)>, AnalysisError> {
     let measured: BTreeSet<&CaseKey> =
         scene.timings.keys().chain(scene.queries.keys()).chain(scene.builds.keys()).collect();

@@ -1,23 +1,23 @@
-//! Intervals and quantiles: ours, because they decide the verdicts.
+//! Intervals and quantiles. They are this project's own code, because they decide the verdicts.
 //!
 //! - Wilson's score interval (Wilson 1927, Journal of the American Statistical Association 22) for rates.
-//! - The rule of three for rates of which nothing was seen: 0 of n is at most 3/n with 95 % confidence.
+//! - The rule of three for rates with no observed event: 0 of n is at most 3/n with 95 % confidence.
 //! - Sample quantiles of type 7 (Hyndman and Fan 1996, The American Statistician 50).
-//! - A percentile bootstrap of a mean over cells that are crossed by launch and cluster (Owen 2007, Annals of Applied
-//!   Statistics 1, the "pigeonhole" bootstrap). The clusters are the same poses in every launch, so a resample draws the
-//!   clusters once for all its launches; drawing them anew inside each launch would treat the same poses as fresh evidence
-//!   and make the interval too narrow.
-//! - Few clusters: resamples of n clusters spread by √((n - 1)/n) of what they should, and their spread is itself uncertain. Each resample's
-//!   deviation is therefore lengthened by √(n/(n - 1)), and the interval by Student's t over the normal quantile, as in the expanded percentile
-//!   interval (Hesterberg 2015, The American Statistician 69, section 4.3); over several groups with as many degrees of freedom as there are
-//!   clusters more than groups, as is usual of stratified samples (Korn and Graubard 1999, Analysis of Health Surveys, section 2.4).
-//! - Groups of a single cluster say nothing of their own spread: then each group's mean stands for one cluster of them all, which
-//!   counts what differs between groups as well ("collapsed strata", Cochran 1977, Sampling Techniques, section 5A.12).
+//! - A percentile bootstrap of a mean over cells that are crossed by launch and cluster (Owen 2007, Annals of Applied Statistics 1, the
+//!   "pigeonhole" bootstrap). The clusters are the same poses in every launch, so a resample draws the clusters once for all its launches.
+//!   Drawing them anew inside each launch would treat the same poses as fresh evidence and make the interval too narrow.
+//! - Few clusters: the spread of resamples of n clusters is too small by the factor √((n - 1)/n), and is itself uncertain. Each resample's
+//!   deviation is therefore multiplied by √(n/(n - 1)), and the interval by Student's t over the normal quantile, as in the expanded
+//!   percentile interval (Hesterberg 2015, The American Statistician 69, section 4.3). Over several groups the degrees of freedom are the
+//!   number of clusters minus the number of groups, as is usual for stratified samples (Korn and Graubard 1999, Analysis of Health Surveys,
+//!   section 2.4).
+//! - A group with a single cluster shows no spread. If there is one, the mean of each group counts as one cluster of a single group, which
+//!   includes the differences between groups in the spread ("collapsed strata", Cochran 1977, Sampling Techniques, section 5A.12).
 
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 
-/// Resamples of a bootstrap: enough that the ends of a 95 % interval stand on 50 resamples each.
+/// Resamples of a bootstrap: enough that each end of a 95 % interval has 50 resamples beyond it.
 pub const RESAMPLES: usize = 2000;
 
 /// The 97.5 % quantile of the normal distribution.
@@ -34,7 +34,7 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// `1.014 [0.990, 1.039]`; without an interval the estimate and why.
+/// Formats as `1.014 [0.990, 1.039]`; without an interval, the estimate and the reason.
 impl std::fmt::Display for Interval {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         if self.low.is_nan() || self.high.is_nan() {
@@ -45,19 +45,19 @@ impl std::fmt::Display for Interval {
 }
 
 impl Interval {
-    /// An estimate that has no spread, because it is counted, not sampled.
+    /// An estimate without spread, because it is counted, not sampled.
     #[must_use]
     pub const fn exact(value: f64) -> Self {
         Self { value, low: value, high: value }
     }
 
-    /// Each number passed through an increasing function.
+    /// Applies an increasing function to the estimate and to both ends.
     #[must_use]
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self { value: f(self.value), low: f(self.low), high: f(self.high) }
     }
 
-    /// The interval of the reciprocal; for positive intervals.
+    /// The interval of the reciprocal; all numbers must be positive.
     #[must_use]
     pub fn reciprocal(self) -> Self {
         Self { value: 1.0 / self.value, low: 1.0 / self.high, high: 1.0 / self.low }
@@ -70,7 +70,7 @@ impl Interval {
     }
 }
 
-/// Wilson's 95 % interval for a rate of `successes` in `trials`; [0, 1] of no trials.
+/// Wilson's 95 % interval for a rate of `successes` in `trials`; [0, 1] without trials.
 #[must_use]
 pub fn wilson(successes: u64, trials: u64) -> (f64, f64) {
     if trials == 0 {
@@ -81,7 +81,7 @@ pub fn wilson(successes: u64, trials: u64) -> (f64, f64) {
     (if successes == 0 { 0.0 } else { low }, if successes == trials { 1.0 } else { high })
 }
 
-/// Wilson's 95 % interval for a rate `p` in `n` trials, which need not be whole.
+/// Wilson's 95 % interval for a rate `p` in `n` trials; `n` need not be an integer.
 fn wilson_of(p: f64, n: f64) -> (f64, f64) {
     let z2 = Z_95 * Z_95;
     let centre = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
@@ -89,7 +89,7 @@ fn wilson_of(p: f64, n: f64) -> (f64, f64) {
     ((centre - half).max(0.0), (centre + half).min(1.0))
 }
 
-/// The 95 % interval of a miss rate: Wilson's, but at most 3/n when nothing was missed.
+/// The 95 % interval of a miss rate: Wilson's, with an upper end of at most 3/n when nothing was missed.
 #[must_use]
 pub fn miss_rate(missed: u64, colliding: u64) -> (f64, f64) {
     match (missed, colliding) {
@@ -98,7 +98,7 @@ pub fn miss_rate(missed: u64, colliding: u64) -> (f64, f64) {
     }
 }
 
-/// The `q` quantile (0 to 1) of sorted numbers, interpolated linearly (type 7); NaN of none.
+/// The `q` quantile (0 to 1) of sorted numbers, interpolated linearly (type 7); NaN without numbers.
 #[must_use]
 pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
@@ -108,8 +108,8 @@ pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
 }
 
-/// The `q` quantile of numbers that carry weights, sorted by number: the smallest number at which the cumulated weight
-/// reaches `q` of the total; NaN of none.
+/// The `q` quantile of weighted numbers, sorted by number: the smallest number at which the cumulated weight reaches `q` of the total; NaN
+/// without numbers.
 #[must_use]
 pub fn weighted_quantile(sorted: &[(f64, f64)], q: f64) -> f64 {
     let target = q * sorted.iter().map(|(_, weight)| weight).sum::<f64>();
@@ -123,8 +123,8 @@ pub fn weighted_quantile(sorted: &[(f64, f64)], q: f64) -> f64 {
     sorted.last().map_or(f64::NAN, |&(value, _)| value)
 }
 
-/// Student's 97.5 % quantile at a number of degrees of freedom, at least 1; rounded down to a whole one up to ten, beyond by the expansion about
-/// the normal quantile (Abramowitz and Stegun 1964, 26.7.5), there right to three digits.
+/// Student's 97.5 % quantile for at least 1 degree of freedom. Up to ten, degrees are rounded down to an integer. Above ten, the expansion
+/// about the normal quantile is used (Abramowitz and Stegun 1964, 26.7.5), correct there to three digits.
 fn t_95(freedom: f64) -> f64 {
     const FEW: [f64; 10] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
     let z = Z_95;
@@ -138,17 +138,17 @@ fn t_95(freedom: f64) -> f64 {
     }
 }
 
-/// Student's 97.5 % quantile, as `t_95`; that of the normal distribution at infinitely many degrees of freedom.
+/// Student's 97.5 % quantile; at infinitely many degrees of freedom, the quantile of the normal distribution.
 #[must_use]
 pub fn student_95(freedom: f64) -> f64 {
     if freedom.is_finite() { t_95(freedom) } else { Z_95 }
 }
 
-/// Probability that Student's t at a number of degrees of freedom, at least 1, is farther from 0 than `t`. With t = √ν tan θ its density is
+/// Probability that Student's t, with at least 1 degree of freedom, is farther from 0 than `t`. With t = √ν tan θ its density is
 /// proportional to cos^(ν-1) θ.
 #[must_use]
 pub fn student_tails(t: f64, freedom: f64) -> f64 {
-    /// Even; right to five digits at any degrees of freedom that occur.
+    /// Number of integration steps; must be even. The result is correct to five digits at all degrees of freedom that occur.
     const STEPS: usize = 2000;
     // Beyond this the normal distribution is as good, and the density is too narrow for the steps.
     let freedom = freedom.min(10_000.0);
@@ -164,9 +164,9 @@ pub fn student_tails(t: f64, freedom: f64) -> f64 {
     if start >= end { 0.0 } else { (integral(start, end) / integral(0.0, end)).min(1.0) }
 }
 
-/// The 95 % interval of a rate over lines, each (missed, contacts): the variance of a ratio over clusters (Cochran 1977, section 3.12) says to
-/// how many independent contacts the observed ones amount, and Wilson's interval is that of so many (Korn and Graubard 1998, Survey
-/// Methodology 24). None missed on m lines is at most 3/m; [0, 1] of nothing.
+/// The 95 % interval of a rate over lines, each given as (missed, contacts). The variance of a ratio over clusters (Cochran 1977, section
+/// 3.12) gives the number of independent contacts that the observed ones are worth; the interval is Wilson's for that number (Korn and
+/// Graubard 1998, Survey Methodology 24). With none missed on m lines, the upper end is at most 3/m; without lines the interval is [0, 1].
 #[must_use]
 pub fn clustered_rate(lines: &[(u64, u64)]) -> (f64, f64) {
     let count = lines.iter().filter(|(_, contacts)| *contacts > 0).count();
@@ -185,24 +185,24 @@ pub fn clustered_rate(lines: &[(u64, u64)]) -> (f64, f64) {
     wilson_of(rate, independent)
 }
 
-/// What the deviations of resamples are multiplied by where clusters are as few as the degrees of freedom say; 1 where there are none, for
-/// then nothing was drawn.
+/// Factor on the deviations of resamples that corrects for few clusters, by their degrees of freedom. 1 for zero degrees of freedom,
+/// because then nothing was drawn.
 pub(super) fn expansion(freedom: f64) -> f64 {
     if freedom > 0.0 { lengthening(freedom) * t_95(freedom) / Z_95 } else { 1.0 }
 }
 
-/// What restores the spread that n clusters lose when they are drawn from themselves: √(n/(n - 1)), for n - 1 degrees of freedom.
+/// Factor that restores the spread lost by drawing n clusters from themselves: √(n/(n - 1)), for n - 1 degrees of freedom.
 fn lengthening(freedom: f64) -> f64 {
     if freedom > 0.0 { ((freedom + 1.0) / freedom).sqrt() } else { 1.0 }
 }
 
-/// A generator whose stream is fixed by the run's seed and a purpose: what else is analysed does not change it.
+/// A random generator fixed by the run's seed and a purpose, so that its stream does not depend on other analyses.
 pub(super) fn generator(seed: u64, purpose: &str) -> Pcg64 {
     let hash = blake3::Hasher::new().update(&seed.to_le_bytes()).update(purpose.as_bytes()).finalize();
     Pcg64::from_seed(*hash.as_bytes())
 }
 
-/// A number below `n`. The bias of the multiplication is under n / 2^32: nothing beside the resampling error.
+/// A random number below `n`. The bias of the multiplication is below n / 2^32, negligible beside the resampling error.
 #[inline]
 pub(super) fn below(generator: &mut Pcg64, n: usize) -> usize {
     ((u64::from(generator.next_u32()) * n as u64) >> 32) as usize
@@ -212,7 +212,7 @@ pub(super) fn below(generator: &mut Pcg64, n: usize) -> usize {
 #[derive(Clone, Debug, Default)]
 pub struct Group {
     launches: usize,
-    /// Sum and number of the observations of cell `cluster * launches + launch`.
+    /// Sum and number of observations, at index `cluster * launches + launch`.
     cells: Vec<(f64, f64)>,
 }
 
@@ -242,19 +242,19 @@ impl Group {
         self.cells.iter().map(|cell| cell.1).sum::<f64>() as u64
     }
 
-    /// The mean of all observations; NaN of none.
+    /// The mean of all observations; NaN without observations.
     #[must_use]
     pub fn mean(&self) -> f64 {
         let (sum, count) = self.cells.iter().fold((0.0, 0.0), |(s, n), cell| (s + cell.0, n + cell.1));
         sum / count
     }
 
-    /// Degrees of freedom of its mean: one less than its clusters.
+    /// Degrees of freedom of the mean: the number of clusters minus one.
     fn freedom(&self) -> f64 {
         (self.clusters() as f64 - 1.0).max(0.0)
     }
 
-    /// The mean of one resample, with the multiplicity of each launch given; NaN when only empty cells were drawn.
+    /// The mean of one resample, given how often each launch was drawn; NaN when only empty cells were drawn.
     fn resample(&self, generator: &mut Pcg64, multiplicity: &[f64]) -> f64 {
         let clusters = self.clusters();
         let (mut sum, mut count) = (0.0, 0.0);
@@ -269,9 +269,9 @@ impl Group {
     }
 }
 
-/// The mean of each group and the mean of the groups' means (every group weighted equally), with percentile intervals from
-/// [`RESAMPLES`] resamples of launches and clusters, expanded for few clusters. `purpose` names the use: equal purpose and shape get equal
-/// draws. All groups have `launches` launches and at least one cluster.
+/// The mean of each group and the mean of the groups' means (every group weighted equally), with percentile intervals from [`RESAMPLES`]
+/// resamples of launches and clusters, expanded for few clusters. `purpose` names the use: the same purpose and shape give the same draws.
+/// All groups must have `launches` launches and at least one cluster.
 #[must_use]
 pub fn bootstrap(groups: &[Group], launches: usize, seed: u64, purpose: &str) -> (Vec<Interval>, Interval) {
     let (each, all) = resampled(groups, launches, seed, purpose);
@@ -281,7 +281,7 @@ pub fn bootstrap(groups: &[Group], launches: usize, seed: u64, purpose: &str) ->
     (each, resampled(&[collapsed(groups, launches)], launches, seed, purpose).1)
 }
 
-/// One group in which each of the groups is a cluster, by its mean in each launch.
+/// One group in which each of `groups` is a cluster, represented by its mean in each launch.
 fn collapsed(groups: &[Group], launches: usize) -> Group {
     let mut one = Group::new(launches, groups.len());
     for (cluster, group) in groups.iter().enumerate() {
@@ -296,7 +296,7 @@ fn collapsed(groups: &[Group], launches: usize) -> Group {
     one
 }
 
-/// What [`bootstrap`] says where every group has clusters enough.
+/// The result of [`bootstrap`] when every group has at least two clusters.
 fn resampled(groups: &[Group], launches: usize, seed: u64, purpose: &str) -> (Vec<Interval>, Interval) {
     let freedoms: Vec<f64> = groups.iter().map(Group::freedom).collect();
     let means: Vec<f64> = groups.iter().map(Group::mean).collect();
@@ -332,7 +332,7 @@ fn resampled(groups: &[Group], launches: usize, seed: u64, purpose: &str) -> (Ve
     (each.collect(), all)
 }
 
-/// The mean of values, each a cluster of its own, with a percentile interval: [`bootstrap`] of one group in one launch.
+/// The mean of values, each a cluster of its own, with a percentile interval: [`bootstrap`] over one group in one launch.
 #[must_use]
 pub fn bootstrap_mean(values: &[f64], seed: u64, purpose: &str) -> Interval {
     let mut group = Group::new(1, values.len());
@@ -340,8 +340,8 @@ pub fn bootstrap_mean(values: &[f64], seed: u64, purpose: &str) -> Interval {
     bootstrap(&[group], 1, seed, purpose).1
 }
 
-/// The ratio of two sums over paired observations, (numerator, denominator), with a percentile interval from
-/// [`RESAMPLES`] resamples of pairs within each group. No group is empty.
+/// The ratio of two sums over paired observations, (numerator, denominator), with a percentile interval from [`RESAMPLES`] resamples of
+/// pairs within each group. No group may be empty.
 #[must_use]
 pub fn bootstrap_ratio(groups: &[Vec<(f64, f64)>], seed: u64, purpose: &str) -> Interval {
     let mut generator = generator(seed, purpose);
@@ -419,8 +419,8 @@ mod tests {
         assert_eq!(each[0].value, all.value);
     }
 
-    /// Strata of two and three chunks, as a quick run has them, with spreads of their own: of 400 samples whose mean is 0 the interval must miss
-    /// about twenty; unequal spreads make that some ten more. Without expansion it misses 60 to 90.
+    /// Strata of two and three chunks, as in a quick run, with unequal spreads. Over 400 samples with mean 0 the interval must miss 0 about
+    /// twenty times; unequal spreads add some ten. Without expansion it misses 60 to 90 times.
     #[test]
     fn intervals_of_few_clusters_hold_what_they_promise() {
         let mut noise = generator(5, "noise");
@@ -448,7 +448,7 @@ mod tests {
         }
     }
 
-    /// Tails of Student's t from its table, and of the normal distribution.
+    /// Checks tails of Student's t against its table and against the normal distribution.
     #[test]
     fn tails_by_the_table() {
         for (t, freedom, tails) in
@@ -461,8 +461,8 @@ mod tests {
         assert!(student_tails(100.0, 50.0) < 1e-6);
     }
 
-    /// Ten lines of ten contacts each, all missed or none, are ten observations, not a hundred; lines that each miss the same share are at
-    /// least as many as their contacts.
+    /// Ten lines of ten contacts each, each missed completely or not at all, are ten observations, not a hundred. Lines that all miss the
+    /// same share count at least as their number of contacts.
     #[test]
     fn a_line_that_is_missed_as_a_whole_is_one_observation() {
         let lines: Vec<(u64, u64)> = (0..10).map(|line| if line < 3 { (10, 10) } else { (0, 10) }).collect();
@@ -477,7 +477,7 @@ mod tests {
         assert_eq!(clustered_rate(&[]), (0.0, 1.0));
     }
 
-    /// Values of t from Student's table; above ten degrees from its expansion.
+    /// Values of t from Student's table; above ten degrees of freedom, from its expansion.
     #[test]
     fn t_by_the_table() {
         for (freedom, t) in
@@ -487,7 +487,7 @@ mod tests {
         }
     }
 
-    /// A stratum of one cluster has no spread; the strata's means then have.
+    /// A stratum of one cluster has no spread, so the means of the strata are used as clusters.
     #[test]
     fn groups_of_one_cluster_are_clusters_of_one_group() {
         let groups = [1.0, 2.0, 3.0, 4.0].map(|value| {
@@ -503,8 +503,8 @@ mod tests {
         close(2.5 - all.low, 2.05, 0.5);
     }
 
-    /// The same clusters seen again in more launches are no new evidence about other clusters: the interval must not shrink.
-    /// (Drawing the clusters anew in each launch would halve it here.)
+    /// More launches of the same clusters are no new evidence about other clusters, so the interval must not shrink. (Drawing the clusters
+    /// anew in each launch would halve it here.)
     #[test]
     fn launches_do_not_multiply_the_clusters() {
         let width = |launches: usize| {
@@ -516,7 +516,7 @@ mod tests {
         close(width(4) / width(1), 1.0, 0.1);
     }
 
-    /// What differs between launches but not between clusters must show in the interval too.
+    /// Differences between launches must widen the interval even when clusters agree.
     #[test]
     fn launches_are_resampled() {
         let mut group = Group::new(2, 50);
@@ -538,8 +538,8 @@ mod tests {
         assert_eq!(all, Interval::exact(2.0));
     }
 
-    /// Numerators 0 to 99 over denominators of 1: the ratio is the mean, and its interval that of the mean above. Pairs
-    /// that are all in the same proportion leave no doubt about it.
+    /// Numerators 0 to 99 over denominators of 1: the ratio is the mean, and its interval is the interval of the mean above. Pairs that are
+    /// all in the same proportion give an interval of zero width.
     #[test]
     fn the_ratio_of_sums_spreads_as_its_pairs_do() {
         let ratio = bootstrap_ratio(&[(0..100).map(|i| (f64::from(i), 1.0)).collect()], 7, "test");

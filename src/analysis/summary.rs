@@ -8,10 +8,10 @@ use crate::record::{Cache, Stratum, SummaryRow};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-/// The name of the strata of a workload together, and of the programs of a scene together.
+/// Name of all strata of a workload together, and of all programs of a scene together.
 pub const ALL: &str = "all";
 
-/// The poses of one workload, all of them or those of one stratum.
+/// The poses of one workload: all of them, or those of one stratum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Cell<'a> {
     /// The workload.
@@ -21,13 +21,13 @@ pub struct Cell<'a> {
 }
 
 impl Cell<'_> {
-    /// Whether a chunk belongs to it.
+    /// Whether a chunk belongs to the cell.
     #[must_use]
     pub fn has(&self, chunk: &Chunk) -> bool {
         chunk.workload == self.workload && self.stratum.is_none_or(|stratum| stratum == chunk.stratum)
     }
 
-    /// Name of its stratum in files.
+    /// Name of the cell's stratum in files.
     #[must_use]
     pub fn stratum_name(&self) -> &'static str {
         self.stratum.map_or(ALL, Stratum::id)
@@ -41,7 +41,7 @@ impl fmt::Display for Cell<'_> {
 }
 
 impl Scene {
-    /// The cells of the scene: each workload as a whole, then its strata, nearest first.
+    /// The cells of the scene: each workload as a whole, then its strata from nearest to farthest.
     #[must_use]
     pub fn cells(&self) -> Vec<Cell<'_>> {
         let mut cells = Vec::new();
@@ -67,7 +67,7 @@ pub fn summarise(scenes: &BTreeMap<String, Scene>, misses: &Misses, seed: u64) -
     rows
 }
 
-/// The row of a case in a cell; `None` where it was neither timed nor counted.
+/// The row of a case in a cell; `None` when the case was neither timed nor counted there.
 fn summarise_case(
     name: &str,
     scene: &Scene,
@@ -124,7 +124,8 @@ fn summarise_case(
     })
 }
 
-/// The chunk times, ns per query, sorted, each with its number of poses. Of each chunk the mean over launches of the median over blocks.
+/// Sorted chunk times, ns per query, each with the number of poses of its chunk. The time of a chunk is the mean over launches of the
+/// median over blocks.
 fn weighted_times(scene: &Scene, samples: &[Sample]) -> Vec<(f64, f64)> {
     let mut of_chunk: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
     for ((_, chunk), ns) in chunk_times(samples) {
@@ -137,7 +138,7 @@ fn weighted_times(scene: &Scene, samples: &[Sample]) -> Vec<(f64, f64)> {
     times
 }
 
-/// Of each pose the median reading over a single warm query, ns, sorted.
+/// The median reading of each pose over a single warm query, ns, sorted.
 fn single_times(singles: &[Single], is_in: impl Fn(u32) -> bool) -> Vec<f64> {
     let wanted = |single: &&Single| single.cache == Cache::Warm && is_in(single.chunk);
     let mut of_pose: BTreeMap<u32, Vec<f64>> = BTreeMap::new();

@@ -1,5 +1,4 @@
-//! What a sweep found: the mean of every metric at every value of its quantity, with bootstrap intervals over the groups
-//! of lines.
+//! Analyses a sweep: the mean of every metric at every value of the swept quantity, with bootstrap intervals over the groups of lines.
 
 use super::AnalysisError;
 use super::growth::analyze_growth;
@@ -12,10 +11,10 @@ use crate::record::{
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// What identifies a mean, but for the metric: value of the quantity (as bits: all are exact), case, stratum.
+/// Identifies a mean within one metric: value of the swept quantity (as bits, because all values are exact), case, and stratum.
 type Key = (u64, CaseKey, Stratum);
 
-/// Analyses the sweep in `folder` and writes `sweep_summary.csv`, of the sweep of the size `sweep_growth.csv` too.
+/// Analyses the sweep in `folder` and writes `sweep_summary.csv`; for the sweep of mesh size it writes `sweep_growth.csv` as well.
 ///
 /// # Errors
 /// When a record is missing or malformed.
@@ -80,7 +79,7 @@ pub const METRICS: [&str; 5] = ["volume-tests", "triangle-tests", "time", "miss-
 
 /// The raw records of a sweep.
 pub(super) struct Swept {
-    /// Name of the sweep, and of its factor.
+    /// Name of the sweep, which is also the name of its factor.
     pub sweep: String,
     pub counts: Vec<CountRow>,
     timings: Vec<TimingRow>,
@@ -104,7 +103,7 @@ impl Swept {
         })
     }
 
-    /// Value of the swept quantity in a scene, and a case by its name.
+    /// Value of the swept quantity in a scene, and the case with the given name.
     pub fn place(&self, file: &'static str, scene: &str, case: &str) -> Result<(f64, CaseKey), AnalysisError> {
         let (x, key) = (self.x.get(scene), self.cases.get(case));
         x.copied().zip(key.cloned()).ok_or_else(|| AnalysisError::Unknown {
@@ -119,7 +118,7 @@ impl Swept {
         Ok((x.to_bits(), case, row.stratum.unwrap_or(Stratum::Far)))
     }
 
-    /// The time of a query in each sample, ns, with the counts of its chunk.
+    /// The time of one query in each sample, ns, with the counts of its chunk.
     pub fn samples(&self) -> Result<Vec<(&CountRow, &TimingRow, f64)>, AnalysisError> {
         let counts: BTreeMap<(&str, u32), &CountRow> =
             self.counts.iter().map(|row| ((row.scene.as_str(), row.chunk), row)).collect();
@@ -135,7 +134,7 @@ impl Swept {
         self.timings.iter().map(sample).collect()
     }
 
-    /// The time of a query, ns, of each group: the median over blocks.
+    /// The time of one query in each group, ns: the median over blocks.
     fn times(&self) -> Result<BTreeMap<Key, Vec<f64>>, AnalysisError> {
         let mut blocks: BTreeMap<(Key, u32), Vec<f64>> = BTreeMap::new();
         for (counted, timing, ns) in self.samples()? {

@@ -1,5 +1,5 @@
-//! The observations in a form to compute with: names interned, rows grouped once by scene and case, sorted by what pairs
-//! them. Two cases are paired by merging their sorted lists, so the order of the rows in the files has no influence.
+//! The observations in a form for computation: names interned, rows grouped once by scene and case, and sorted by their pairing key. Two
+//! cases are paired by merging their sorted lists, so the order of rows in the files has no influence.
 
 use super::AnalysisError;
 use super::stats::{Group, quantile};
@@ -13,7 +13,7 @@ use crate::record::{
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// What was observed in one scene.
+/// All observations of one scene.
 #[derive(Debug, Default)]
 pub struct Scene {
     /// Chunks by number.
@@ -26,59 +26,59 @@ pub struct Scene {
     pub builds: BTreeMap<CaseKey, Vec<Sample>>,
     /// Readings of single queries by case, sorted by (cache, pose, launch).
     pub singles: BTreeMap<CaseKey, Vec<Single>>,
-    /// Number of launches seen in timings or builds: 1 + the largest.
+    /// Number of launches seen in timings or builds: 1 + the largest number of a launch.
     pub launches: usize,
-    /// Which binary each launch ran.
+    /// The binary that each launch ran.
     pub binaries: Binaries,
     /// The chunk and the line of each pose.
     poses: BTreeMap<u32, (u32, u32)>,
-    /// Names that `Sample::item` numbers in builds.
+    /// Numbers of the parts, by name; `Sample::item` of a build is such a number.
     parts: BTreeMap<String, u32>,
 }
 
-/// What a chunk holds.
+/// Properties of a chunk, from its poses.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Chunk {
     /// Workload of all its poses.
     pub workload: String,
-    /// Program that it is the whole of; else empty.
+    /// Name of the program if the chunk is a whole program; otherwise empty.
     pub program: String,
-    /// The two parts, of its first pose.
+    /// The pair of parts, from the first pose.
     pub pair: String,
-    /// Stratum of all its poses; of a program that of the first.
+    /// Stratum of all its poses; for a program, the stratum of the first pose.
     pub stratum: Stratum,
-    /// Number of its first pose in its pair and workload.
+    /// Number of the first pose within its pair and workload.
     pub first_step: u32,
     /// Number of poses.
     pub poses: u32,
-    /// Whether its last pose touches: a program ends in a collision.
+    /// Whether the last pose of the chunk touches; for a program, whether it ends in a collision.
     pub ends_in_contact: bool,
-    /// Chunks with a line in common have the same cluster.
+    /// Number of its cluster; chunks that share a line are in the same cluster.
     pub cluster: u32,
-    /// Whether its cluster has chunks of other strata.
+    /// Whether the cluster has chunks in other strata.
     pub spans_strata: bool,
 }
 
 impl Chunk {
-    /// Whether it is a whole program.
+    /// Whether the chunk is a whole program.
     #[must_use]
     pub fn is_program(&self) -> bool {
         self.workload == PROGRAM_TIME
     }
 
-    /// Whether it is one of the single poses on which the exhaustive control ran.
+    /// Whether the chunk is one of the single poses on which the exhaustive control ran.
     #[must_use]
     pub fn is_control(&self) -> bool {
         self.workload == CONTROL_WORKLOAD
     }
 
-    /// Without what another version of the program may number otherwise.
+    /// The chunk without the numbers that another version of the program may assign differently.
     fn held(&self) -> Self {
         Self { cluster: 0, spans_strata: false, ..self.clone() }
     }
 }
 
-/// One timed thing: a chunk of queries, or the construction of a part's tree.
+/// One timing: a chunk of queries, or the construction of a part's tree.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
     /// Launch.
@@ -94,7 +94,7 @@ pub struct Sample {
 /// One reading over a single query.
 #[derive(Clone, Copy, Debug)]
 pub struct Single {
-    /// What the query found in the caches.
+    /// State of the caches at the start of the query.
     pub cache: Cache,
     /// Its pose.
     pub pose: u32,
@@ -145,10 +145,10 @@ impl Query {
     }
 }
 
-/// Observations sorted into the strata that have any, with the scene's launches as the other dimension of their cells.
+/// Observations grouped by stratum, without empty strata; the cells of a group are crossed by the scene's launches.
 #[derive(Debug)]
 pub struct Strata {
-    /// The strata, nearest first; `None` for a single group that is not about queries.
+    /// The strata from nearest to farthest; `None` for a single group of observations that are not queries.
     pub names: Vec<Option<Stratum>>,
     /// Their observations.
     pub groups: Vec<Group>,
@@ -248,7 +248,7 @@ fn intern<K: Ord>(numbers: &mut BTreeMap<K, u32>, key: K) -> u32 {
     *numbers.entry(key).or_insert(next)
 }
 
-/// For each number given in order of appearance, its rank among the sorted names.
+/// For each number given in order of appearance, the rank of its name among the sorted names.
 fn ranks<K: Ord>(numbers: &BTreeMap<K, u32>) -> Vec<u32> {
     let mut ranks = vec![0; numbers.len()];
     for (rank, &number) in (0..).zip(numbers.values()) {
@@ -258,7 +258,7 @@ fn ranks<K: Ord>(numbers: &BTreeMap<K, u32>) -> Vec<u32> {
 }
 
 impl Scene {
-    /// Adds a pose to its chunk; `false` when it does not fit there, or is there already.
+    /// Adds a pose to its chunk; `false` when it contradicts the chunk, or was added before.
     fn add_pose(&mut self, row: &PoseRow, lines: &mut BTreeMap<(String, String, String, u32), u32>) -> bool {
         let line = intern(lines, (row.scene.clone(), row.workload.clone(), row.pair.clone(), row.line));
         if self.poses.insert(row.pose, (row.chunk, line)).is_some() {
@@ -315,8 +315,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Gives chunks that share a line, directly or through others, the same cluster: the least of their numbers. Whole programs are no sample
-    /// of poses, so that they stay apart.
+    /// Gives chunks that share a line, directly or through others, the same cluster: the smallest of their numbers. Whole programs are not
+    /// a sample of poses, so each stays a cluster of its own.
     fn find_clusters(&mut self) {
         let mut of_line: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
         for &(chunk, line) in self.poses.values().filter(|(chunk, _)| !self.chunks[chunk].is_program()) {
@@ -343,19 +343,19 @@ impl Scene {
         self.chunks.values_mut().for_each(|chunk| chunk.spans_strata = strata[&chunk.cluster].len() > 1);
     }
 
-    /// The workloads of the scene's chunks, each once, in order; not whole programs.
+    /// The workloads of the scene's chunks, each once, in order; whole programs are left out.
     #[must_use]
     pub fn workloads(&self) -> BTreeSet<&str> {
         self.chunks.values().filter(|chunk| !chunk.is_program()).map(|chunk| chunk.workload.as_str()).collect()
     }
 
-    /// The programs that were timed as wholes: file, chunk.
+    /// The programs that were timed as a whole: file and chunk.
     pub fn programs(&self) -> impl Iterator<Item = (&str, u32)> {
         let programs = self.chunks.iter().filter(|(_, chunk)| chunk.is_program());
         programs.map(|(&number, chunk)| (chunk.program.as_str(), number))
     }
 
-    /// The total query time of one case over that of another in a cell, of the chunks that both ran.
+    /// The total query time of one case divided by that of another, over the chunks of a cell that both ran.
     #[must_use]
     pub fn time_ratio(&self, above: &CaseKey, below: &CaseKey, cell: Cell<'_>, seed: u64) -> Option<Estimate> {
         let (above, below) = (chunk_times(self.timings.get(above)?), chunk_times(self.timings.get(below)?));
@@ -380,8 +380,8 @@ impl Scene {
         Some(totals.of_binaries(&self.binaries).estimate(seed, &format!("mean {cell}")))
     }
 
-    /// The total count of one case over that of another in a cell, of the poses that both were asked about. A case whose every count is zero does
-    /// not count and has no ratio.
+    /// The total count of one case divided by that of another, over the poses of a cell at which both were queried. `None` for a case whose
+    /// counts are all zero, because such a case does not count.
     #[must_use]
     pub fn count_ratio(
         &self,
@@ -407,8 +407,8 @@ impl Scene {
         Some(totals.estimate(seed, &format!("count {cell}")))
     }
 
-    /// The total construction time of one case over that of another, of the parts that both built; blocks are drawn, since a few parts are no
-    /// sample of anything, and blocks are numbered across launches; of several binaries the binaries.
+    /// The total construction time of one case divided by that of another, over the parts that both built. Blocks are resampled, because a
+    /// few parts are no sample; the numbers of blocks run on across launches. With several binaries, binaries are resampled instead.
     #[must_use]
     pub fn build_ratio(&self, above: &CaseKey, below: &CaseKey, seed: u64) -> Option<Estimate> {
         let pairs = merge(self.builds.get(above)?, self.builds.get(below)?, Sample::key);
@@ -423,8 +423,8 @@ impl Scene {
         Some(totals.estimate(seed, "build"))
     }
 
-    /// The total time of a program, or of all programs, by launch, ns: of each launch the median over its blocks. `None` where a program of these was
-    /// not timed.
+    /// The total time of a program, or of all programs, in each launch, ns: the median over the blocks of the launch. `None` when one of
+    /// the programs was not timed.
     #[must_use]
     pub fn program_totals(&self, case: &CaseKey, program: Option<&str>) -> Option<Vec<f64>> {
         let wanted: Vec<u32> =
@@ -441,7 +441,7 @@ impl Scene {
         totals.filter(|totals| !wanted.is_empty() && !totals.is_empty())
     }
 
-    /// The total time of a program, or of all programs, by one case over that by another.
+    /// The total time of a program, or of all programs, for one case divided by that for another.
     #[must_use]
     pub fn program_ratio(&self, above: &CaseKey, below: &CaseKey, program: Option<&str>) -> Option<Estimate> {
         let (above, below) = (self.program_totals(above, program)?, self.program_totals(below, program)?);
@@ -449,8 +449,8 @@ impl Scene {
         totals::over_launches(&self.binaries.repeated(&by_launch))
     }
 
-    /// The total time of the cold queries of a program, or of all programs, by one case over that by another, at the poses that both were asked
-    /// in a launch.
+    /// The total time of the cold queries of a program, or of all programs, for one case divided by that for another, over the poses at
+    /// which both were queried in a launch.
     #[must_use]
     pub fn cold_ratio(&self, above: &CaseKey, below: &CaseKey, program: Option<&str>) -> Option<Estimate> {
         let pairs = merge(self.singles.get(above)?, self.singles.get(below)?, Single::key);
@@ -472,15 +472,16 @@ impl Scene {
         totals::over_launches(&repeated.into_values().collect::<Vec<_>>())
     }
 
-    /// Whether the chunks of the two runs hold the same poses, so that their queries can be held against each other.
+    /// Whether the chunks of the two runs hold the same poses, so that their queries can be paired.
     #[must_use]
     pub fn has_poses_of(&self, other: &Self) -> bool {
         let held = |scene: &Self| scene.chunks.values().map(Chunk::held).collect::<BTreeSet<_>>();
         self.poses.keys().eq(other.poses.keys()) && held(self) == held(other)
     }
 
-    /// Log ratios of a case's query times in this run to those in another, `before`, of the same poses: paired by launch and
-    /// chunk, of the blocks of either the median. Chunks go by what they hold, as another version of the program may number them otherwise.
+    /// Log ratios of a case's query times in this run to those in the run `before`, at the same poses, paired by launch and chunk. The time
+    /// of a chunk is the median over blocks in either run. Chunks are matched by their content, because another version of the program may
+    /// number them differently.
     #[must_use]
     pub fn time_changes(&self, before: &Self, case: &CaseKey) -> Option<Strata> {
         let (after, earlier) = (chunk_times(self.timings.get(case)?), chunk_times(before.timings.get(case)?));
@@ -494,8 +495,8 @@ impl Scene {
         Strata::collect(logs, self.launches.min(before.launches))
     }
 
-    /// Log ratios of a case's construction times in this run to those in another, `before`, paired by block and part. As in
-    /// [`Self::build_ratio`] the blocks are resampled.
+    /// Log ratios of a case's construction times in this run to those in the run `before`, paired by block and part. Blocks are resampled,
+    /// as in [`Self::build_ratio`].
     #[must_use]
     pub fn build_changes(&self, before: &Self, case: &CaseKey) -> Option<Strata> {
         if !self.parts.keys().eq(before.parts.keys()) {
@@ -505,7 +506,7 @@ impl Scene {
         Strata::collect(pairs.map(|(a, b)| (None, 0, a.block, (a.ns / b.ns).ln())), 1)
     }
 
-    /// The queries of a case that both runs have: (this run's, the earlier one's).
+    /// The queries of a case that both runs have: (this run's, the other run's).
     pub fn both_queries<'a>(
         &'a self,
         before: &'a Self,
@@ -540,7 +541,7 @@ impl Query {
     }
 }
 
-/// Of each launch and chunk the median over blocks, ns.
+/// The median over blocks for each launch and chunk, ns.
 pub(super) fn chunk_times(samples: &[Sample]) -> BTreeMap<(u32, u32), f64> {
     let mut blocks: BTreeMap<(u32, u32), Vec<f64>> = BTreeMap::new();
     for sample in samples {
@@ -564,7 +565,7 @@ fn merge<'a, T, K: Ord>(a: &'a [T], b: &'a [T], key: impl Fn(&T) -> K) -> impl I
 }
 
 impl Strata {
-    /// Sorts (stratum, launch, cluster, value) into cells; `None` of nothing.
+    /// Groups (stratum, launch, cluster, value) into cells; `None` without values.
     fn collect(values: impl Iterator<Item = (Option<Stratum>, u32, u32, f64)>, launches: usize) -> Option<Self> {
         let mut by_stratum: BTreeMap<Option<Stratum>, Vec<(u32, u32, f64)>> = BTreeMap::new();
         for (stratum, launch, cluster, value) in values.filter(|v| v.3.is_finite()) {

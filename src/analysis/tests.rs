@@ -75,8 +75,8 @@ fn planted_effects_are_found() {
     assert!(outcome.noise.is_empty(), "{:?}", outcome.noise);
 }
 
-/// Three tests end with the first axis and one with none, of 26 and 189 operations: (3·26 + 189)/4 = 66.75. Of the aligned box's
-/// ten tests two end with a product of edges.
+/// Three tests end at the first axis and one at no axis, with 26 and 189 operations: (3·26 + 189)/4 = 66.75. Two of the ten tests of the
+/// aligned box end at a product of edges.
 #[test]
 fn ends_of_tests_are_judged_by_their_means() {
     let folder = TempDir::new().unwrap();
@@ -149,8 +149,8 @@ fn the_order_of_rows_does_not_matter() {
     }
 }
 
-/// The chunks differ by far more than the variants. Were a chunk of one variant compared with another chunk of the other,
-/// the planted ratio would drown: shifting the chunk numbers of one variant shows it.
+/// The chunks differ by far more than the variants. If a chunk of one variant were compared with another chunk of the other variant, the
+/// planted ratio would be lost in the spread. Shifting the chunk numbers of one variant shows that.
 #[test]
 fn pairing_is_what_makes_the_interval_narrow() {
     let mut run = Run::generate(&Plan::default());
@@ -197,7 +197,7 @@ fn contradictory_records_are_refused() {
     assert!(analyze(empty.path(), &ClaimSet::standard()).unwrap_err().to_string().contains("manifest.json"));
 }
 
-/// Five binaries of two launches; one variant is 8 % slower in one of them.
+/// Five binaries with two launches each; one variant is 8 % slower in one of the binaries.
 fn of_binaries() -> Run {
     let mut run = Run::generate(&Plan { launches: 10, binaries: 5, ..Plan::default() });
     let is_slow = |row: &TimingRow| row.variant() == "obb-area" && row.binary == 3;
@@ -205,8 +205,8 @@ fn of_binaries() -> Run {
     run
 }
 
-/// An accident of one binary is in the interval, of programs and of poses, where binaries are drawn; where the launches count as those of one
-/// binary the interval is narrower.
+/// The layout of one binary makes a case slower. When binaries are resampled, the intervals of programs and of poses include that; when all
+/// launches count as one binary, the interval is narrower.
 #[test]
 fn an_accident_of_layout_widens_the_interval() {
     let run = of_binaries();
@@ -251,7 +251,7 @@ fn an_accident_of_layout_widens_the_interval() {
     assert!(components.binary_sd.is_none() && components.planned_binaries.is_none() && components.low.is_some());
 }
 
-/// A record from before there were several binaries has no column for them, and says the same.
+/// A record from before there were several binaries lacks their column, and gives the same result.
 #[test]
 fn records_without_binaries_are_those_of_one() {
     let (folder, outcome) = analyse(&Run::generate(&Plan::default()));
@@ -271,8 +271,8 @@ fn records_without_binaries_are_those_of_one() {
     assert_eq!(again.variance, outcome.variance);
 }
 
-/// Warm queries of 100, 200, ... ns at 8 poses: the median reading of each counts, so that an interrupt of a millisecond in one launch of three does
-/// not. Cold ones of programs are added up: 300 + 500 over 200 + 200.
+/// Warm queries of 100, 200, ... ns at 8 poses: the median reading of each pose counts, so an interrupt of a millisecond in one launch of
+/// three has no influence. Cold queries of programs are added up: 300 + 500 over 200 + 200.
 #[test]
 fn single_queries_have_percentiles_and_cold_ones_a_ratio() {
     let run = Run::generate(&Plan::default());
@@ -330,7 +330,8 @@ fn row_of_ratio(outcome: &Outcome) -> &RatioRow {
     outcome.ratios.iter().find(is).unwrap()
 }
 
-/// A launch more makes no chunk count more: a method timed in the first launch alone on half of its chunks has the mean of all chunks.
+/// An additional launch gives no chunk more weight: a method with an additional launch on half of its chunks keeps the mean over all
+/// chunks.
 #[test]
 fn chunks_weigh_the_same_however_often_they_were_timed() {
     let mut run = Run::generate(&Plan { noise: 0.0, ..Plan::default() });
@@ -344,7 +345,7 @@ fn chunks_weigh_the_same_however_often_they_were_timed() {
     assert!((mean(&run) / all - 1.0).abs() < 1e-9, "{} {all}", mean(&run));
 }
 
-/// A method ten times as fast in one workload and half as fast in the other has two ratios, and no third in between.
+/// A method ten times as fast in one workload and half as fast in the other has two ratios, and no pooled third.
 #[test]
 fn workloads_are_never_pooled() {
     let mut run = Run::generate(&Plan::default());
@@ -364,7 +365,7 @@ fn workloads_are_never_pooled() {
     assert!(outcome.summary.iter().all(|row| ["approach", "program", "control"].contains(&row.workload.as_str())));
 }
 
-/// The control's poses belong to no workload but its own: without them nothing else changes.
+/// The poses of the exhaustive control belong to no other workload, so removing them changes no other result.
 #[test]
 fn the_controls_single_poses_are_in_nobodys_quantiles() {
     let run = Run::generate(&Plan::default());
@@ -381,8 +382,8 @@ fn the_controls_single_poses_are_in_nobodys_quantiles() {
     assert_eq!(rows(&with), rows(&without));
 }
 
-/// The paper's quantity: 5 × 8 poses of 200 ns times 1 + chunk % 3 in each program. It is a sum, its ratio one of sums, and a program is named with
-/// what ends it.
+/// Program times are the paper's quantity: 5 × 8 poses of 200 ns times 1 + chunk % 3 in each program. A program time is a sum, and its
+/// ratio a ratio of sums. The row of a program states how the program ends.
 #[test]
 fn program_times_are_totals() {
     let (_folder, outcome) = analyse(&Run::generate(&Plan { noise: 0.0, ..Plan::default() }));
@@ -416,7 +417,7 @@ fn verdicts_and_effects_at_their_thresholds() {
     assert_eq!(effect(f64::NAN, f64::NAN), Effect::Unclear);
 }
 
-/// A publication run's size: the analysis of 1.2 million timings takes about two seconds, most of it reading.
+/// The size of a publication run: the analysis of 1.2 million timings takes about two seconds, most of it reading.
 #[test]
 #[ignore = "takes several seconds; run it after a change of the tables or the bootstrap"]
 fn a_million_timings_are_analysed() {

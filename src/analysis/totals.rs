@@ -1,20 +1,21 @@
-//! Ratios of totals with their uncertainty: the one estimator of protocol 2. A mean time is the total time over the number of poses; a
-//! comparison of two methods is the total of the one over the total of the other, on the same items.
+//! Ratios of totals with their uncertainty: the one estimator of protocol 2. A mean time is the total time divided by the number of poses.
+//! Two methods are compared by the ratio of their totals over the same items.
 //!
-//! - Poses: a percentile bootstrap that draws clusters of poses within each stratum and, with all clusters, launches (Owen 2007, Annals of
-//!   Applied Statistics 1). A cluster is drawn with everything that belongs to it; one that was drawn counts in all drawn launches, because
-//!   it is the same poses in each.
-//! - Few clusters: deviations are lengthened, by √(n/(n - 1)) in a stratum of n, and by Student's t over the normal quantile (the expanded
-//!   percentile interval: Hesterberg 2015, The American Statistician 69, section 4.3), at the degrees of freedom that Satterthwaite (1946,
-//!   Biometrics 2) gives to the strata together. Where a stratum has a single cluster, all are one stratum, which counts what differs
-//!   between them as well.
-//! - Several binaries: a resample draws one binary fewer than there are, each with all its launches. What differs between binaries and between
-//!   launches is then both in the spread of binaries; drawing launches again would count it twice (Davison and Hinkley 1997, Bootstrap Methods and
-//!   their Application, section 3.8), and one draw fewer gives the variance of a mean without bias (Rao and Wu 1988, Journal of the American
-//!   Statistical Association 83). Their degrees of freedom join those of the clusters.
-//! - Whole programs: nothing about the poses is a sample, so that launches are what differs: Student's interval of the logarithm over them
-//!   or over the means of binaries where there are several (Kalibera and Jones 2013, ISMM, section 9: repeat at the highest level). A single
-//!   launch says nothing about them: no interval.
+//! - Poses: a percentile bootstrap that draws clusters of poses within each stratum and draws launches for all clusters together (Owen
+//!   2007, Annals of Applied Statistics 1). A cluster is drawn with all its observations, and counts in all drawn launches, because its
+//!   poses are the same in each.
+//! - Few clusters: deviations are multiplied by √(n/(n - 1)) in a stratum of n clusters, and by Student's t over the normal quantile (the
+//!   expanded percentile interval: Hesterberg 2015, The American Statistician 69, section 4.3). The degrees of freedom of the strata are
+//!   combined by Satterthwaite (1946, Biometrics 2). If a stratum has a single cluster, all strata are merged into one, which includes the
+//!   differences between strata in the spread.
+//! - Several binaries: a resample draws one binary fewer than there are, each with all its launches. The spread of the binaries then
+//!   includes the differences between binaries and between launches; drawing launches again would count these twice (Davison and Hinkley
+//!   1997, Bootstrap Methods and their Application, section 3.8). One draw fewer gives the variance of a mean without bias (Rao and Wu
+//!   1988, Journal of the American Statistical Association 83). The degrees of freedom of the binaries are combined with those of the
+//!   clusters.
+//! - Whole programs: their poses are not a sample, so only launches vary. The interval is Student's for the logarithm over launches, or
+//!   over the means of binaries if there are several (Kalibera and Jones 2013, ISMM, section 9: repeat at the highest level). A single
+//!   launch gives no interval.
 
 use super::stats::{Interval, RESAMPLES, below, generator, quantile, student_95, student_tails};
 use rand_pcg::Pcg64;
@@ -27,14 +28,14 @@ pub struct Estimate {
     pub interval: Interval,
     /// Standard error of its logarithm.
     pub error: f64,
-    /// Degrees of freedom of that error; 0 when nothing can be said about it.
+    /// Degrees of freedom of that error; 0 when they are unknown.
     pub freedom: f64,
-    /// What was drawn: clusters of poses, or launches, or blocks.
+    /// Number of resampled units: clusters of poses, launches, binaries or blocks.
     pub clusters: u64,
 }
 
 impl Estimate {
-    /// A ratio that is counted, not sampled.
+    /// A ratio that is counted without sampling.
     #[must_use]
     pub const fn exact(value: f64) -> Self {
         Self { interval: Interval::exact(value), error: 0.0, freedom: f64::INFINITY, clusters: 0 }
@@ -46,7 +47,7 @@ impl Estimate {
         Self { interval: self.interval.reciprocal(), ..self }
     }
 
-    /// Probability of a ratio at least as far from `threshold`, on either side, if the truth were there.
+    /// Two-sided p-value: probability of a ratio at least as far from `threshold` if the true ratio were `threshold`.
     #[must_use]
     pub fn p_value(&self, threshold: f64) -> f64 {
         let distance = (self.interval.value / threshold).ln();
@@ -63,16 +64,16 @@ impl Estimate {
 pub struct Totals {
     launches: usize,
     strata: Vec<Vec<Cluster>>,
-    /// Launches of each binary; empty where all are of one.
+    /// Launches of each binary; empty when all launches ran one binary.
     binaries: Vec<Vec<usize>>,
 }
 
-/// Which binary each launch ran, by number of the launch.
+/// The binary of each launch, indexed by the number of the launch.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Binaries(Vec<Option<u32>>);
 
 impl Binaries {
-    /// Notes that a launch ran a binary; `false` when it is known to have run another.
+    /// Records that a launch ran a binary; `false` when it is already recorded with another binary.
     pub fn note(&mut self, launch: u32, binary: u32) -> bool {
         let launch = launch as usize;
         if self.0.len() <= launch {
@@ -81,7 +82,7 @@ impl Binaries {
         *self.0[launch].get_or_insert(binary) == binary
     }
 
-    /// The launches of each binary that is there, in the order of the binaries' numbers.
+    /// The launches of each binary that occurs, in the order of the binaries' numbers.
     #[must_use]
     pub fn launches(&self) -> Vec<Vec<usize>> {
         let mut binaries: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
@@ -93,13 +94,13 @@ impl Binaries {
         binaries.into_values().collect()
     }
 
-    /// The binary that a launch ran; 0 for a launch that is not known.
+    /// The binary that a launch ran; 0 for an unknown launch.
     #[must_use]
     pub fn of(&self, launch: u32) -> u32 {
         self.0.get(launch as usize).copied().flatten().unwrap_or(0)
     }
 
-    /// Pairs of numbers by launch, as the pairs of sums by what is repeated at the highest level: binaries, or launches of a single one.
+    /// Adds up pairs of numbers by the highest repeated level: by binary, or by launch when there is a single binary.
     #[must_use]
     pub fn repeated(&self, by_launch: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let binaries = self.launches();
@@ -118,23 +119,23 @@ impl Binaries {
 /// Numerator and denominator of a cluster in each launch; `None` where it was not observed.
 type Cluster = Vec<Option<(f64, f64)>>;
 
-/// One observation.
+/// One observation of a ratio's numerator and denominator.
 #[derive(Clone, Copy, Debug)]
 pub struct Observation {
-    /// What is drawn apart.
+    /// Number of the stratum; strata are resampled separately.
     pub stratum: u32,
-    /// What is drawn together.
+    /// Number of the cluster; its observations are drawn together.
     pub cluster: u32,
     /// Launch.
     pub launch: u32,
-    /// Added to the numerator.
+    /// Amount added to the numerator.
     pub numerator: f64,
-    /// Added to the denominator.
+    /// Amount added to the denominator.
     pub denominator: f64,
 }
 
 impl Totals {
-    /// Adds up observations; `None` of nothing.
+    /// Adds up observations; `None` without observations.
     #[must_use]
     pub fn of(observations: impl IntoIterator<Item = Observation>) -> Option<Self> {
         let mut sorted: Vec<Observation> = observations.into_iter().collect();
@@ -161,7 +162,7 @@ impl Totals {
         Some(Self { launches, strata, binaries: Vec::new() })
     }
 
-    /// The same totals, of launches that ran several binaries.
+    /// The same totals, with launches that ran several binaries.
     #[must_use]
     pub fn of_binaries(mut self, binaries: &Binaries) -> Self {
         let known = |launches: Vec<usize>| launches.into_iter().filter(|&launch| launch < self.launches).collect();
@@ -179,13 +180,13 @@ impl Totals {
         self.strata.iter().map(Vec::len).sum()
     }
 
-    /// The ratio of the totals; every cluster is the mean over the launches in which it was observed.
+    /// The ratio of the totals; every cluster counts with its mean over the launches in which it was observed.
     #[must_use]
     pub fn ratio(&self) -> f64 {
         self.ratio_of(&vec![1.0; self.launches])
     }
 
-    /// The ratio with weights of the launches.
+    /// The ratio of the totals with weighted launches.
     fn ratio_of(&self, weights: &[f64]) -> f64 {
         let (n, d) = self.sums(weights);
         n / d
@@ -196,7 +197,7 @@ impl Totals {
         all.fold((0.0, 0.0), |(n, d), (x, y)| (n + x, d + y))
     }
 
-    /// Variance of the mean over binaries of the logarithm of the ratio; 0 with one binary.
+    /// Variance of the mean over binaries of the logarithm of the ratio; 0 for one binary.
     fn variance_of_binaries(&self) -> f64 {
         let logs: Vec<f64> = self
             .binaries
@@ -215,7 +216,7 @@ impl Totals {
         logs.iter().map(|log| (log - middle).powi(2)).sum::<f64>() / (count - 1.0) / count
     }
 
-    /// Degrees of freedom of the ratio `r` by clusters and binaries together, and how much longer than that of resamples its deviation is.
+    /// Degrees of freedom of the ratio `r` from clusters and binaries together, and the factor on the deviations of resamples.
     fn freedom(&self, r: f64) -> (f64, f64) {
         let (of_clusters, lengthening, variance) = self.freedom_of_clusters(r);
         let of_binaries = self.variance_of_binaries();
@@ -227,8 +228,8 @@ impl Totals {
         ((variance + of_binaries).powi(2) / squares, lengthening)
     }
 
-    /// Degrees of freedom of the ratio `r`, and how much longer than that of resamples its deviation is: by the variances of the strata's sums of
-    /// numerator - r · denominator; and the variance of its logarithm by that.
+    /// For the ratio `r`: its degrees of freedom, the factor on the deviations of resamples, and the variance of its logarithm. All follow
+    /// from the variances of numerator - r · denominator in each stratum.
     fn freedom_of_clusters(&self, r: f64) -> (f64, f64, f64) {
         let weights = vec![1.0; self.launches];
         let (mut sum, mut squares, mut drawn) = (0.0, 0.0, 0.0);
@@ -263,7 +264,7 @@ impl Totals {
         }
     }
 
-    /// The ratio with its uncertainty. `purpose` names the use: equal purpose and shape get equal draws.
+    /// The ratio with its uncertainty. `purpose` names the use: the same purpose and shape give the same draws.
     #[must_use]
     pub fn estimate(&self, seed: u64, purpose: &str) -> Estimate {
         let value = self.ratio();
@@ -300,7 +301,7 @@ impl Totals {
     }
 }
 
-/// Mean of a cluster over the launches in which it was observed, with the launches' weights.
+/// Weighted mean of a cluster over the launches in which it was observed; `None` when it was observed in none.
 fn mean(cluster: &Cluster, weights: &[f64]) -> Option<(f64, f64)> {
     let (mut n, mut d, mut total) = (0.0, 0.0, 0.0);
     for (cell, weight) in cluster.iter().zip(weights) {
@@ -311,8 +312,8 @@ fn mean(cluster: &Cluster, weights: &[f64]) -> Option<(f64, f64)> {
     (total > 0.0).then(|| (n / total, d / total))
 }
 
-/// The ratio of the totals of launches, each (numerator, denominator), with Student's interval of the logarithm over them.
-/// `None` of no launch.
+/// The ratio of the totals of launches, each (numerator, denominator), with Student's interval of the logarithm over launches. `None`
+/// without launches.
 #[must_use]
 pub fn over_launches(launches: &[(f64, f64)]) -> Option<Estimate> {
     let (n, d) = launches.iter().fold((0.0, 0.0), |(n, d), (x, y)| (n + x, d + y));
@@ -343,14 +344,14 @@ mod tests {
         Observation { stratum, cluster, launch, numerator, denominator }
     }
 
-    /// 300 of 3 and 10 of 1: the mean of the ratios would be 55, the ratio of the totals is 310/4.
+    /// Totals 300 over 3 and 10 over 1: the mean of the ratios would be 55; the ratio of the totals is 310/4.
     #[test]
     fn it_is_the_ratio_of_the_totals() {
         let totals = Totals::of([observation(0, 0, 0, 300.0, 3.0), observation(0, 1, 0, 10.0, 1.0)]).unwrap();
         assert_eq!(totals.ratio(), 77.5);
     }
 
-    /// A cluster that was seen in one launch of two counts as much as one that was seen in both: (10 + 20) / 2, where the mean over cells is
+    /// A cluster that was observed in one launch of two counts as much as one observed in both: (10 + 20) / 2. The mean over cells would be
     /// (10 + 10 + 20) / 3.
     #[test]
     fn clusters_weigh_the_same_however_often_they_were_timed() {
@@ -358,7 +359,7 @@ mod tests {
         assert_eq!(Totals::of(cells).unwrap().ratio(), 15.0);
     }
 
-    /// Clusters of three strata with a common effect of 1: of 300 samples some 15 intervals miss it.
+    /// Clusters of three strata with a common effect of 1: the intervals of about 15 of 300 samples miss it.
     #[test]
     fn intervals_hold_what_they_promise() {
         let mut noise = generator(5, "noise");
@@ -382,8 +383,9 @@ mod tests {
         }
     }
 
-    /// Five binaries of two launches with a common effect of 1 and 2 % between binaries, on 30 clusters that agree: of 200 samples some 10
-    /// intervals miss it. Taking the launches as independent misses it in some 40.
+    /// Five binaries of two launches with a common effect of 1 and a spread of 2 % between binaries, on 30 clusters that agree: the
+    /// intervals of about 10 of 200 samples miss the effect. If launches are taken as independent, about 40
+    /// intervals miss the effect.
     #[test]
     fn binaries_are_what_is_repeated() {
         let mut noise = generator(6, "noise");
@@ -410,7 +412,7 @@ mod tests {
         );
     }
 
-    /// Launches 0 and 2 ran one binary, launch 1 another: sums by binary.
+    /// Launches 0 and 2 ran one binary, and launch 1 another; the sums are by binary.
     #[test]
     fn launches_are_added_up_by_binary() {
         let mut binaries = Binaries::default();
@@ -420,7 +422,7 @@ mod tests {
         assert_eq!(Binaries::default().repeated(&launches), launches);
     }
 
-    /// What the clusters share, the ratio does not feel: its interval is a point.
+    /// Variation that all pairs share cancels in the ratio, so the interval is a point.
     #[test]
     fn pairs_in_one_proportion_leave_no_doubt() {
         let totals =
@@ -431,7 +433,8 @@ mod tests {
         assert!(estimate.p_value(1.9) < 1e-12, "{estimate:?}");
     }
 
-    /// Two launches whose ratios are 1.0 and 1.1: the logarithm's mean is 0.04766, its error 0.04766, Student's t at one degree 12.706.
+    /// Two launches with ratios 1.0 and 1.1: the mean of the logarithm is 0.04766, its error 0.04766, and Student's t at one degree of
+    /// freedom 12.706.
     #[test]
     fn two_launches_promise_little() {
         let estimate = over_launches(&[(100.0, 100.0), (110.0, 100.0)]).unwrap();

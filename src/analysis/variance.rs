@@ -1,9 +1,12 @@
-//! Variance components: how much of the spread of a total time is due to binary, launch and block, and how often each must be repeated.
+//! Variance components: how much of the spread of a total time comes from binary, launch and block, and how often each must be repeated.
 //!
-//! - *Components*: the logarithm of the total, or of the ratio to the baseline in the same block, in a balanced nested analysis of variance by the
-//!   method of moments (Searle, Casella and McCulloch 1992, Variance Components, section 3.6); one that comes out negative is 0.
-//! - *Repetitions*: blocks of a launch by the square root of the costs' ratio times that of the variances (Kalibera and Jones 2013, ISMM, Rigorous
-//!   Benchmarking in Reasonable Time); then as few binaries, and launches of each, as bring the interval's half-width to [`HALF_WIDTH`].
+//! - *Components*: a balanced nested analysis of variance by the method of moments (Searle, Casella and McCulloch 1992, Variance
+//!   Components, section 3.6), over the logarithm of the total, or of its ratio to the baseline in the same block. A negative component is
+//!   set to 0.
+//!
+//! - *Repetitions*: the number of blocks of a launch is the square root of the ratio of costs times the ratio of variances (Kalibera and
+//!   Jones 2013, ISMM, Rigorous Benchmarking in Reasonable Time). The numbers of binaries and launches are then the smallest that bring the
+//!   interval's half-width to [`HALF_WIDTH`].
 
 use super::AnalysisError;
 use super::claims::ClaimSet;
@@ -14,20 +17,20 @@ use crate::record::rows::CaseKey;
 use crate::record::{Kind, Manifest, PROGRAM_TIME, VarianceRow};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Half-width of the interval that repetitions are chosen for: half of the margin within which two times are called the same.
+/// Target half-width of the interval: half of the margin within which two times are called the same.
 pub const HALF_WIDTH: f64 = 0.025;
-/// A protocol of fewer binaries is not asked for.
+/// Fewest binaries that a plan asks for.
 const FEWEST_BINARIES: u32 = 5;
-/// More are not worth making.
+/// Most binaries that a plan asks for; more are not worth building.
 pub const MOST_BINARIES: u32 = 64;
 /// Most launches of a binary, and most blocks of a launch.
 const MOST_LAUNCHES: u32 = 4;
 const MOST_BLOCKS: u32 = 16;
-/// A sample lasts as long as this at least, ns.
+/// Shortest duration of a sample, ns.
 const SAMPLE_NS: f64 = 1e5;
 
-/// The components of every case, of its own time and of its ratio to the first baseline, in every workload and of whole programs.
-///
+/// The components of every case in every workload and for whole programs: those of its own time, and those of its ratio to the first
+/// baseline.
 /// # Errors
 /// When the manifest's policy of the baseline is malformed.
 pub fn components(
@@ -54,8 +57,8 @@ pub fn components(
     Ok(rows)
 }
 
-/// The row that asks for the most repetitions, of those that rank the safe volumes under their default policies; `None` where a run has too few
-/// binaries, launches or blocks to tell.
+/// The row that asks for the most repetitions, among those that rank the safe volumes under their default policies. `None` when the run has
+/// too few binaries, launches or blocks for components.
 #[must_use]
 pub fn decisive<'a>(rows: &'a [VarianceRow], manifest: &Manifest) -> Option<&'a VarianceRow> {
     let workload = if rows.iter().any(|row| row.workload == PROGRAM_TIME) {
@@ -78,11 +81,11 @@ fn workload(chunk: &Chunk) -> &str {
     &chunk.workload
 }
 
-/// What a scene costs, ns.
+/// Measuring time of a scene, ns.
 struct Cost {
-    /// A block of all cases.
+    /// Time of one block of all cases, ns.
     block: f64,
-    /// A launch without its blocks.
+    /// Time of a launch without its blocks, ns.
     launch: f64,
 }
 
@@ -104,18 +107,18 @@ impl Cost {
     }
 }
 
-/// Logarithms by binary, launch and block.
+/// Logarithms, by binary, launch and block.
 struct Logs {
     values: Vec<Vec<Vec<f64>>>,
-    /// Whether some chunk was timed in several blocks of a launch.
+    /// Whether some chunk was timed in several blocks of one launch.
     has_blocks: bool,
 }
 
 /// Samples of one launch and chunk, by block.
 type Blocks = BTreeMap<u32, f64>;
 
-/// The logarithm of the total of a case, or of its ratio to another one, in every block. A chunk that was timed in fewer blocks than others counts
-/// with its median in those that it lacks. `None` where a launch has no chunk of the workload.
+/// The logarithm of a case's total, or of its ratio to another case, in every block. A chunk that was timed in fewer blocks than others
+/// counts with its median in the blocks that it lacks. `None` when a launch has no chunk of the workload.
 fn log_totals(scene: &Scene, workload: &str, case: &CaseKey, below: Option<&CaseKey>) -> Option<Logs> {
     let mut of_cases = vec![by_chunk(scene, workload, case)?];
     if let Some(below) = below {
@@ -166,13 +169,13 @@ fn in_block(blocks: &Blocks, block: u32) -> f64 {
     })
 }
 
-/// Mean, and sum of squares about it.
+/// The mean, and the sum of squares about it.
 fn spread(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     (mean, values.iter().map(|value| (value - mean).powi(2)).sum())
 }
 
-/// The components of logarithms by binary, launch and block, with the ends of intervals as distances from the mean.
+/// The variance components, with the ends of the intervals as distances from the mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Components {
     mean: f64,
@@ -278,9 +281,9 @@ mod tests {
         assert!((a - b).abs() <= tolerance, "{a} is not {b}");
     }
 
-    /// Two binaries of two launches of two blocks: (0, 2), (4, 6) and (10, 12), (14, 16). Blocks differ by 2 in each launch: variance 2. The
-    /// launches' means are 1, 5, 11, 15: variance 8 within a binary, less 2/2 of blocks: 7. The binaries' means are 3, 13: variance 50, less 8/2 of
-    /// launches: 46.
+    /// Two binaries with two launches of two blocks: (0, 2), (4, 6) and (10, 12), (14, 16). Blocks differ by 2 in each launch: variance 2.
+    /// The means of the launches are 1, 5, 11, 15: variance 8 within a binary, minus 2/2 for blocks: 7. The means of the binaries are 3 and
+    /// 13: variance 50, minus 8/2 for launches: 46.
     #[test]
     fn components_by_hand() {
         let values = vec![vec![vec![0.0, 2.0], vec![4.0, 6.0]], vec![vec![10.0, 12.0], vec![14.0, 16.0]]];
@@ -294,7 +297,7 @@ mod tests {
         close(found.half_within.unwrap(), 4.303 * 2_f64.sqrt(), 1e-9);
     }
 
-    /// What was not repeated has no component.
+    /// A level without repetition has no component.
     #[test]
     fn a_single_one_says_nothing() {
         let of = |values| Components::of(&Logs { values, has_blocks: true });
@@ -306,7 +309,7 @@ mod tests {
         assert!(binaries.launch.is_none() && binaries.half.is_some() && binaries.half_within.is_none());
     }
 
-    /// Planted components of 3, 1 and 2 % come out of 400 binaries again.
+    /// Planted components of 3, 1 and 2 % are recovered from 400 binaries.
     #[test]
     fn planted_components_are_found() {
         let mut noise = generator(9, "noise");
@@ -327,8 +330,9 @@ mod tests {
         close(found.block.unwrap(), 0.02, 0.001);
     }
 
-    /// With σ = 1 % between binaries alone five suffice: 2.776 · 0.01/√5 = 1.24 % is below ln 1.025 = 2.47 %. With 3 % nine are needed:
-    /// 2.306 · 0.03/√9 = 2.31 %, of eight 2.365 · 0.03/√8 = 2.51 %. A launch that costs nine times a block of equal spread has three blocks.
+    /// With σ = 1 % between binaries alone, five suffice: 2.776 · 0.01/√5 = 1.24 % is below ln 1.025 = 2.47 %. With 3 %, nine are needed:
+    /// for nine, 2.306 · 0.03/√9 = 2.31 %; for eight, 2.365 · 0.03/√8 = 2.51 %. A launch that costs nine times a block of equal spread gets
+    /// three blocks.
     #[test]
     fn repetitions_by_hand() {
         let cost = Cost { block: 1.0, launch: 9.0 };

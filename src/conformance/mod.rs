@@ -1,8 +1,7 @@
-//! What every variant must satisfy, as checks that anyone can run on her own: `conformance::check(&Variant::of::<MyVolume>(..))`.
+//! Checks that every variant must pass. Anyone can run them on a variant of their own: `conformance::check(&Variant::of::<MyVolume>(..))`.
 //!
-//! Each check is a function of a [`Variant`] and says what is wrong with the first thing that is. [`check`] runs those
-//! that the variant's kind and promise call for. The tests beside it run all registered variants, and show that
-//! shrunken and subtly wrong volumes do not pass.
+//! Each check is a function of a [`Variant`] and reports the first fault it finds. [`check`] runs the checks that apply to the variant's
+//! kind and safety. The tests of this module run all registered variants, and show that shrunken and subtly wrong volumes fail.
 
 #[cfg(test)]
 mod tests;
@@ -17,10 +16,10 @@ use crate::tree::{Axes, Policy, SplitRule};
 use obbtree::cases::{Case, Cases, Draw, contacts, meshes};
 use std::sync::LazyLock;
 
-/// The suite's meshes and poses, made once.
+/// The meshes and poses of the suite, made once.
 static CASES: LazyLock<Cases> = LazyLock::new(Cases::new);
 
-/// The first thing found wrong with a variant.
+/// The first fault found in a variant.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{variant} on {subject}: {what}")]
 pub struct Fault {
@@ -28,11 +27,11 @@ pub struct Fault {
     pub variant: &'static str,
     /// The mesh or pair of meshes.
     pub subject: String,
-    /// What is wrong.
+    /// The kind of fault.
     pub what: Wrong,
 }
 
-/// What can be wrong with a variant.
+/// A kind of fault in a variant.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Wrong {
     /// The tree is not well formed, or a corner is outside its node's volume.
@@ -40,42 +39,42 @@ pub enum Wrong {
     Tree {
         /// How the tree was built.
         policy: Policy,
-        /// What is wrong with it.
+        /// The fault of the tree.
         fault: TreeFault,
     },
-    /// A verdict differs from the control's.
+    /// A verdict differs from that of the control.
     #[error("{view}, pose {a_from_b}: says {verdict}, but every pair of triangles tested says {control}")]
     Verdict {
-        /// How the pair was shown to the variant.
+        /// How the pair was presented to the variant.
         view: View,
         /// The pose.
         a_from_b: Isometry,
-        /// What the variant says.
+        /// The variant's verdict.
         verdict: bool,
-        /// What the control says.
+        /// The control's verdict.
         control: bool,
     },
-    /// The list of touching faces differs from the control's.
+    /// The list of touching faces differs from that of the control.
     #[error("pose {a_from_b}: lists {listed} pairs of touching faces, the control {control}, not all the same")]
     List {
         /// The pose.
         a_from_b: Isometry,
-        /// How many the variant lists.
+        /// Number of pairs that the variant lists.
         listed: usize,
-        /// How many there are.
+        /// Number of pairs that touch.
         control: usize,
     },
-    /// A distance differs from the control's.
+    /// A distance differs from that of the control.
     #[error("pose {a_from_b}: says {found} mm apart, but the nearest pair of triangles is {control} mm apart")]
     Distance {
         /// The pose.
         a_from_b: Isometry,
-        /// What the variant says, mm.
+        /// The variant's distance, mm.
         found: f64,
-        /// What the control says, mm.
+        /// The control's distance, mm.
         control: f64,
     },
-    /// The same question got another answer, or another count of operations.
+    /// A repeated query gave another verdict, or other operation counts.
     #[error("pose {a_from_b}: two runs of the same query differ")]
     NotDeterministic {
         /// The pose.
@@ -83,14 +82,14 @@ pub enum Wrong {
     },
 }
 
-/// How a pair is shown to a variant.
+/// How a pair is presented to a variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum View {
     /// As it is.
     Direct,
     /// The meshes exchanged and the pose inverted.
     Exchanged,
-    /// Both meshes moved in their own frames, and the pose with them.
+    /// Both meshes are moved in their own frames, and the pose is changed accordingly.
     Moved,
 }
 
@@ -114,12 +113,11 @@ fn policies() -> impl Iterator<Item = Policy> {
     })
 }
 
-/// Everything that the variant's kind and promise call for.
+/// Runs all checks that apply to the variant's kind and safety.
 ///
-/// Trees of volumes: [`structure`], [`consistency`], [`determinism`], [`no_false_contact`]; those that promise to be safe also
-/// [`containment`], [`same_as_control`], [`symmetry`], [`rigid_motion`], [`every_policy`], [`distance`]. The control: all but those about trees. Peers:
-/// [`determinism`] alone, because their triangle tests are their own. Methods by samples: [`determinism`], and those that promise to be
-/// safe [`no_miss`].
+/// Trees of volumes: [`structure`], [`consistency`], [`determinism`] and [`no_false_contact`]; safe ones also [`containment`],
+/// [`same_as_control`], [`symmetry`], [`rigid_motion`], [`every_policy`] and [`distance`]. The control: all checks but those about trees.
+/// Peers: only [`determinism`], because their triangle tests differ. Methods by samples: [`determinism`]; safe ones also [`no_miss`].
 ///
 /// # Errors
 /// The first fault found.
@@ -144,27 +142,27 @@ pub fn check(variant: &Variant) -> Result<(), Fault> {
     distance(variant)
 }
 
-/// Under every policy the tree divides the triangles of every mesh properly.
+/// Checks that the tree divides the triangles of every mesh properly under every policy.
 ///
 /// # Errors
-/// The first tree that does not.
+/// The first malformed tree.
 pub fn structure(variant: &Variant) -> Result<(), Fault> {
     each_tree(variant, Model::check_structure)
 }
 
-/// Under every policy each node's volume contains every corner of the node's triangles, without slack.
+/// Checks that each node's volume contains every corner of the node's triangles, without slack, under every policy.
 ///
 /// # Errors
-/// The first corner outside.
+/// The first corner outside its volume.
 pub fn containment(variant: &Variant) -> Result<(), Fault> {
     each_tree(variant, |model| model.check_containment(0.0))
 }
 
-/// In a tree by the variant's own policy, what each volume says of itself is so, as far as can be seen: where it is, how large, what it looks
-/// like, and what slack means ([`crate::volume::consistency`]).
+/// Checks, in a tree with the variant's own policy, that each volume's reported position, size, outline and slack are consistent
+/// ([`crate::volume::consistency`]).
 ///
 /// # Errors
-/// The first volume that says something else.
+/// The first inconsistent volume.
 pub fn consistency(variant: &Variant) -> Result<(), Fault> {
     let Some(policy) = variant.policy else { return Ok(()) };
     for (model, subject) in prepared(variant).iter().zip(&CASES.subjects) {
@@ -181,14 +179,14 @@ fn each_tree(variant: &Variant, check: impl Fn(&dyn Model) -> Result<(), TreeFau
     under_every_policy(variant, check, false)
 }
 
-/// Builds the tree of every mesh under every policy, checks it, and, if `asks`, holds verdicts on an eleventh of the cases
-/// against the control's.
+/// Builds the tree of every mesh under every policy and checks it. If `asks`, also compares verdicts on an eleventh of the cases with those
+/// of the control.
 fn under_every_policy(
     variant: &Variant,
     check: impl Fn(&dyn Model) -> Result<(), TreeFault>,
     asks: bool,
 ) -> Result<(), Fault> {
-    /// A part of the cases small enough for 30 policies, and coprime to the number of poses of a pair.
+    /// One case in this many is used: few enough for 30 policies, and coprime to the number of poses of a pair.
     const PART: usize = 11;
     for (number, policy) in policies().enumerate() {
         let models: Vec<_> =
@@ -222,10 +220,10 @@ fn fault(variant: &Variant, case: &Case, what: Wrong) -> Fault {
     Fault { variant: variant.info.id, subject: format!("{} : {}", name(case.a), name(case.b)), what }
 }
 
-/// Asking twice, of models prepared twice, one by one and in a batch, gives the same verdicts and the same counts.
+/// Checks that repeated queries, of models prepared twice, one by one and in a batch, give the same verdicts and the same counts.
 ///
 /// # Errors
-/// The first query that answers differently.
+/// The first query that differs.
 pub fn determinism(variant: &Variant) -> Result<(), Fault> {
     let (models, again) = (prepared(variant), prepared(variant));
     for case in &CASES.cases {
@@ -241,15 +239,16 @@ pub fn determinism(variant: &Variant) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Never says that meshes touch when no two of their triangles do. Holds for unsafe volumes too: the leaves decide.
+/// Checks that the variant never reports a contact when no two triangles touch. This holds for unsafe volumes too, because the leaves
+/// decide.
 ///
 /// # Errors
-/// The first contact that is none.
+/// The first false contact.
 pub fn no_false_contact(variant: &Variant) -> Result<(), Fault> {
     compare(variant, |verdict, control| !verdict || control)
 }
 
-/// Says of every pose what the control says, and lists the same touching faces in mode `all`.
+/// Checks that the variant agrees with the control at every pose, and lists the same touching faces in mode `all`.
 ///
 /// # Errors
 /// The first difference.
@@ -266,10 +265,10 @@ pub fn same_as_control(variant: &Variant) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Says that meshes touch wherever two of their triangles do; what else it says is its own affair.
+/// Checks that the variant reports a contact at every pose at which two triangles touch. False contacts are permitted.
 ///
 /// # Errors
-/// The first contact that it misses.
+/// The first missed contact.
 pub fn no_miss(variant: &Variant) -> Result<(), Fault> {
     compare(variant, |verdict, control| verdict || !control)
 }
@@ -287,9 +286,8 @@ fn compare(variant: &Variant, agree: impl Fn(bool, bool) -> bool) -> Result<(), 
     Ok(())
 }
 
-/// Asked about `b` against `a` at the inverse pose, agrees with the control asked the same. (The control is asked again
-/// because now the other mesh's corners are moved and snapped, which within 1e-8 mm of contact may decide
-/// otherwise.)
+/// Checks that the variant, queried for `b` against `a` at the inverse pose, agrees with the control on the same query. (The control is
+/// queried again, because now the corners of the other mesh are moved and snapped, which can change the verdict within 1e-8 mm of contact.)
 ///
 /// # Errors
 /// The first difference.
@@ -308,13 +306,13 @@ pub fn symmetry(variant: &Variant) -> Result<(), Fault> {
     Ok(())
 }
 
-/// With either mesh moved and turned in its own frame, and the pose changed to suit, agrees with the control asked the
-/// same: no volume may depend on where a part's origin happens to be.
+/// Checks that the variant agrees with the control after either mesh is moved in its own frame and the pose is adjusted accordingly. No
+/// volume may depend on the position of a part's origin.
 ///
 /// # Errors
 /// The first difference.
 pub fn rigid_motion(variant: &Variant) -> Result<(), Fault> {
-    /// Farthest that an origin is moved, mm.
+    /// Largest displacement of an origin, mm.
     const SHIFT: f64 = 100.0;
     let motion = |index: usize| {
         let mut draw = Draw::new(0, &["conformance", "frame", CASES.subjects[index].name], 0);
@@ -343,15 +341,15 @@ pub fn rigid_motion(variant: &Variant) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Finds the distance that testing every pair of triangles finds: no lower bound is above the truth. Tried on a fifth of
-/// the cases.
+/// Checks that the variant finds the distance that testing every pair of triangles finds, so no lower bound exceeds the true distance. Uses
+/// a fifth of the cases.
 ///
 /// # Errors
 /// The first difference.
 pub fn distance(variant: &Variant) -> Result<(), Fault> {
-    /// A part of the cases, coprime to the number of poses of an approach.
+    /// One case in this many is used; coprime to the number of poses of an approach.
     const PART: usize = 5;
-    /// The same triangles are measured on both sides, so only the last bits may differ, mm.
+    /// Tolerance, mm. Both sides measure the same triangles, so only the last bits may differ.
     const TOLERANCE_MM: f64 = 1e-9;
     let models = prepared(variant);
     let controls: Vec<AllPairs> = CASES.subjects.iter().map(|subject| AllPairs(subject.mesh.triangles())).collect();
@@ -367,7 +365,7 @@ pub fn distance(variant: &Variant) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Whatever the policy, the verdicts are the control's. Every policy is tried on an eleventh of the cases.
+/// Checks that the verdicts agree with the control under every policy, on an eleventh of the cases each.
 ///
 /// # Errors
 /// The first difference.

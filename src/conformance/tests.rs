@@ -1,4 +1,4 @@
-//! The registered variants pass; wrong ones do not.
+//! All registered variants pass, and deliberately wrong ones fail.
 
 use super::*;
 use crate::geometry::{Point, Triangle, Vector};
@@ -104,13 +104,13 @@ fn a_shrunken_box_fails_in_every_way() {
     assert_eq!(no_false_contact(&shrunken), Ok(()));
 }
 
-/// The fault in the overlap test of a [`Faulty`] box; its fit is right.
+/// The fault in the overlap test of a [`Faulty`] box; the fit of the box is correct.
 trait Flaw: Clone + std::fmt::Debug + Send + Sync + 'static {
     const INFO: Info;
     fn overlaps(t: &Vector, r: &Matrix3<f64>, a: &Vector, b: &Vector) -> bool;
 }
 
-/// Forgets to widen |R|: between nearly parallel edges rounding decides.
+/// Does not widen |R|, so rounding decides between nearly parallel edges.
 #[derive(Clone, Debug)]
 struct WithoutEpsilon;
 
@@ -121,7 +121,7 @@ impl Flaw for WithoutEpsilon {
     }
 }
 
-/// Forgets the absolute value of one entry of R.
+/// Omits the absolute value of one entry of R.
 #[derive(Clone, Debug)]
 struct WrongSign;
 
@@ -134,7 +134,7 @@ impl Flaw for WrongSign {
     }
 }
 
-/// Takes the rotation for its inverse.
+/// Uses the inverse of the rotation.
 #[derive(Clone, Debug)]
 struct Transposed;
 
@@ -237,11 +237,11 @@ fn wrong_overlap_tests_fail() {
     }
 }
 
-/// A sound box that says one thing of itself that is not so.
+/// A correct box that reports one figure of itself wrongly; `LIE` selects the figure.
 #[derive(Clone, Debug)]
 struct Lying<const LIE: usize>(Obb);
 
-/// The checks that must catch the faults, in the order of the faults.
+/// The check that must catch each fault, in the order of the faults.
 const LIES: [&str; 10] = [
     "split_axes: the axes are not square",
     "centre: it lies outside",
@@ -256,7 +256,7 @@ const LIES: [&str; 10] = [
 ];
 
 impl<const LIE: usize> Lying<LIE> {
-    /// The factor of this lie, 1 where it is another.
+    /// The factor of this fault; 1 when another fault is selected.
     fn factor(of: [(usize, f64); 2]) -> f64 {
         of.into_iter().find(|(lie, _)| *lie == LIE).map_or(1.0, |(_, factor)| factor)
     }
@@ -283,7 +283,7 @@ impl<const LIE: usize> Shape for Lying<LIE> {
         self.0.overlaps(&other.0, pose)
     }
 
-    /// The last lie is of no single volume: two are a millimetre nearer than this says, where they are apart.
+    /// The last fault shows only between two volumes: disjoint volumes are a millimetre nearer than the reported gap.
     fn gap_mm(&self, other: &Self, pose: &Self::Pose) -> f64 {
         let gap_mm = self.0.gap_mm(&other.0, pose);
         if LIE == LIES.len() && gap_mm > 0.0 { gap_mm + 1.0 } else { gap_mm }
@@ -356,7 +356,7 @@ fn a_gap_that_is_too_wide_fails() {
     assert!(matches!(found, Err(Fault { what: Wrong::Distance { .. }, .. })), "{found:?}");
 }
 
-/// Says no to every second pose: [`determinism`] must notice.
+/// Answers no at every second pose, which [`determinism`] must detect.
 #[derive(Clone, Debug)]
 struct Moody(Obb);
 

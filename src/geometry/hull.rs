@@ -1,21 +1,21 @@
-//! Convex hulls, every side of every facet decided without rounding.
+//! Convex hulls; on which side of a facet a point lies is decided without rounding.
 //!
-//! C. B. Barber, D. P. Dobkin, H. Huhdanpaa, "The Quickhull Algorithm for Convex Hulls", ACM TOMS 22(4), 1996. Deviation:
-//! instead of merging facets that rounding has made concave, a point is beyond a facet only when Shewchuk's adaptive
-//! predicate says so. A point in a facet's plane is not beyond it, hence no new facet has its three corners on one line, and
-//! points in one plane, on one line or in one place are told apart from solids exactly, however thin.
+//! C. B. Barber, D. P. Dobkin, H. Huhdanpaa, "The Quickhull Algorithm for Convex Hulls", ACM TOMS 22(4), 1996. Deviation: facets made
+//! concave by rounding are not merged; instead, a point is beyond a facet only when Shewchuk's adaptive predicate says so. A point in the
+//! plane of a facet is not beyond it, so no new facet has its three corners on one line. Points in one plane, on one line or in one place
+//! are distinguished from solids exactly, however thin the solid.
 
 use super::{Point, Vector};
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-/// The convex hull of points, by what they span.
+/// The convex hull of points, by the dimension of its extent.
 #[derive(Clone, Debug)]
 pub enum Hull {
-    /// All points are one.
+    /// All points coincide.
     Point(Point),
-    /// All lie on a line: the two ends.
+    /// All points lie on one line; the two ends.
     Segment([Point; 2]),
-    /// All lie in a plane: the corners of a convex polygon in order, none on a line between two others.
+    /// All points lie in one plane; the corners of a convex polygon in order, none on the line between two others.
     Polygon(Vec<Point>),
     /// Anything else.
     Solid(Solid),
@@ -28,11 +28,11 @@ pub struct Solid {
     pub vertices: Vec<Point>,
     /// Corner numbers, counter-clockwise seen from outside.
     pub faces: Vec<[u32; 3]>,
-    /// The face beyond each face's edges, which run from corner 0 to 1, 1 to 2 and 2 to 0.
+    /// For each face, the neighbouring face across each edge; edges run from corner 0 to 1, 1 to 2 and 2 to 0.
     neighbours: Vec<[u32; 3]>,
 }
 
-/// An edge at which a solid bends.
+/// An edge between two faces that are not coplanar.
 #[derive(Clone, Copy, Debug)]
 pub struct Edge {
     /// Its ends, mm.
@@ -42,8 +42,8 @@ pub struct Edge {
 }
 
 impl Hull {
-    /// The hull of the points (mm; those that are not finite do not count), the same in whatever order they come;
-    /// `None` without any.
+    /// The hull of the points, mm; points with a coordinate that is not finite are ignored. The order of the points has no influence.
+    /// `None` without points.
     pub fn of<'a>(points: impl Iterator<Item = &'a Point>) -> Option<Self> {
         // Adding zero makes the negative zero positive, so that equal points are equal.
         let positive = points.map(|p| [p.x + 0.0, p.y + 0.0, p.z + 0.0]);
@@ -68,7 +68,7 @@ impl Hull {
         })
     }
 
-    /// Triangles that cover the hull's surface (both sides of a polygon are one); none for points and segments.
+    /// Triangles that cover the hull's surface; a polygon is covered once, for both sides. None for points and segments.
     #[must_use]
     pub fn triangles(&self) -> Vec<super::Triangle> {
         match self {
@@ -100,7 +100,7 @@ impl Solid {
         (0..self.faces.len()).map(|face| self.triangle(face).double_area_normal().normalize()).collect()
     }
 
-    /// The edges at which two faces meet that are not in one plane, each once.
+    /// The edges between faces that are not coplanar, each once.
     #[must_use]
     pub fn edges(&self) -> Vec<Edge> {
         let mut edges = Vec::new();
@@ -121,7 +121,7 @@ impl Solid {
     }
 }
 
-/// How far `p` is above the plane of a, b, c (which are counter-clockwise seen from above), in some unit; the sign is exact.
+/// Signed distance of `p` above the plane of a, b, c, which are counter-clockwise seen from above, in an arbitrary unit; the sign is exact.
 fn above(a: &[f64; 3], b: &[f64; 3], c: &[f64; 3], p: &[f64; 3]) -> f64 {
     let coord = |&[x, y, z]: &[f64; 3]| Coord3D { x, y, z };
     -orient3d(coord(a), coord(b), coord(c), coord(p))
@@ -133,12 +133,13 @@ fn turn(axis: usize, a: &[f64; 3], b: &[f64; 3], p: &[f64; 3]) -> f64 {
     orient2d(coord(a), coord(b), coord(p))
 }
 
-/// Zero exactly when the three points are on one line, else the larger the farther `p` is from the line through a and b.
+/// A measure of the distance of `p` from the line through a and b: 0 exactly when the three points are collinear, and larger for points
+/// farther from the line.
 fn off_line(a: &[f64; 3], b: &[f64; 3], p: &[f64; 3]) -> f64 {
     (0..3).map(|axis| turn(axis, a, b, p).abs()).fold(0.0, f64::max)
 }
 
-/// The number of the first point where `measure` is largest; `None` when it is zero everywhere.
+/// The index of the first point with the largest `measure`; `None` when it is zero everywhere.
 fn farthest(points: &[[f64; 3]], measure: impl Fn(&[f64; 3]) -> f64) -> Option<usize> {
     let mut best = (0.0, None);
     for (i, p) in points.iter().enumerate() {
@@ -150,8 +151,8 @@ fn farthest(points: &[[f64; 3]], measure: impl Fn(&[f64; 3]) -> f64) -> Option<u
     best.1
 }
 
-/// The corners of the hull of points in the plane of three of them, in order: A. M. Andrew's monotone chain (1979) on the
-/// coordinate plane in which the three span the largest area. `points` are sorted by x, y, z.
+/// The corners of the hull of coplanar points, in order, by A. M. Andrew's monotone chain (1979), in the coordinate plane in which `a`,
+/// `b`, `c` span the largest area. `points` are sorted by x, y, z.
 fn polygon(points: &[[f64; 3]], [a, b, c]: &[[f64; 3]; 3]) -> Vec<Point> {
     let spans = [0, 1, 2].map(|axis| turn(axis, a, b, c).abs());
     let axis = (0..3).fold(0, |best, axis| if spans[axis] > spans[best] { axis } else { best });
@@ -177,14 +178,14 @@ fn polygon(points: &[[f64; 3]], [a, b, c]: &[[f64; 3]; 3]) -> Vec<Point> {
     corners.into_iter().map(Point::from).collect()
 }
 
-/// A face while the hull grows.
+/// A face of the hull while it grows.
 struct Face {
     corners: [u32; 3],
     neighbours: [u32; 3],
-    /// Points beyond it that no other face holds.
+    /// Points beyond this face that are not assigned to another face.
     beyond: Vec<u32>,
     is_alive: bool,
-    /// The last point that the face was looked at from.
+    /// The last point for which the visibility of this face was tested.
     seen_from: Option<u32>,
 }
 
@@ -194,7 +195,7 @@ struct Growth<'a> {
     faces: Vec<Face>,
 }
 
-/// The hull of points that span space; `plane` are three that span a plane and `fourth` one outside it.
+/// The hull of points that are not coplanar; `plane` are three points that span a plane, and `fourth` is a point outside it.
 fn solid(points: &[[f64; 3]], plane: [usize; 3], fourth: usize) -> Solid {
     let [a, b, c, d] = [plane[0], plane[1], plane[2], fourth].map(|i| i as u32);
     let at = |i: u32| &points[i as usize];
@@ -215,7 +216,7 @@ fn solid(points: &[[f64; 3]], plane: [usize; 3], fourth: usize) -> Solid {
     growth.finish()
 }
 
-/// The first of `numbers` at which `measure` is largest.
+/// The first of `numbers` with the largest `measure`.
 fn farthest_of(numbers: &[u32], measure: impl Fn(u32) -> f64) -> Option<u32> {
     let mut best = None;
     for &i in numbers {
@@ -237,8 +238,7 @@ impl Growth<'_> {
         above(a, b, c, &self.points[point as usize]) > 0.0
     }
 
-    /// Gives each point to the first face from `first` on that it is beyond; a point beyond none lies inside and is
-    /// dropped.
+    /// Assigns each point to the first face, from `first` on, that it is beyond; a point beyond none lies inside and is dropped.
     fn distribute(&mut self, first: usize, points: Vec<u32>) {
         for point in points {
             if let Some(face) = (first..self.faces.len()).find(|&face| self.is_beyond(face, point)) {
@@ -247,7 +247,7 @@ impl Growth<'_> {
         }
     }
 
-    /// Replaces the faces that see `eye`, of which `face` is one, by a cone over their rim. Returns the new faces.
+    /// Replaces the faces that see `eye`, one of which is `face`, by a cone over their rim. Returns the new faces.
     fn extend_to(&mut self, eye: u32, face: u32) -> std::ops::Range<u32> {
         let mut visible = vec![face];
         self.faces[face as usize].seen_from = Some(eye);
@@ -313,7 +313,7 @@ impl Growth<'_> {
     }
 }
 
-/// The place of each of `kept` among them, by what is kept out of `count`; 0 for what is not.
+/// Renumbers items: an array of length `count` that holds, at each index in `kept`, its position in `kept`, and 0 elsewhere.
 fn numbers(count: usize, kept: impl Iterator<Item = usize>) -> Vec<u32> {
     let mut numbers = vec![0; count];
     for (new, old) in (0..).zip(kept) {
@@ -370,7 +370,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(300))]
 
-        /// On a coarse lattice most points share planes and lines with others.
+        /// On a coarse lattice most points share planes and lines with other points.
         #[test]
         fn nothing_lies_beyond_any_face_and_euler_holds(points in prop::collection::vec(prop::array::uniform3(0..5_i32), 4..60)) {
             let points: Vec<[f64; 3]> = points.iter().map(|p| p.map(f64::from)).collect();

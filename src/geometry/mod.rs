@@ -1,4 +1,4 @@
-//! Parametric shapes, mesh files and hulls, beside the meshes and exact tests of [`obbtree::engine::geometry`].
+//! Parametric shapes, mesh files and hulls. The meshes and exact tests are in [`obbtree::engine::geometry`].
 //!
 //! Reading order: [`hull`], [`rectangle`], [`shapes`] and [`import`].
 
@@ -13,7 +13,8 @@ pub use obbtree::engine::geometry::{
     exact_integer, grid, mesh, plane, rigid, surface, triangle, triangle_distance, weld,
 };
 
-/// The direction of a vector of any finite length but zero. Squares of its components may overflow or vanish: it is scaled first where they would.
+/// The direction of a finite vector; `None` for zero. The vector is scaled first if the squares of its components would overflow or
+/// underflow.
 #[must_use]
 pub fn direction(vector: Vector) -> Option<Unit<Vector>> {
     const SQUARES: std::ops::Range<f64> = 1e-200..1e200;
@@ -25,7 +26,7 @@ pub fn direction(vector: Vector) -> Option<Unit<Vector>> {
     Unit::try_new(scaled, 0.0)
 }
 
-/// A hash of the snapped vertices and the faces, as hexadecimal text: equal for equal meshes on every machine.
+/// A hash of the snapped vertices and the faces, as hexadecimal text; equal meshes have equal hashes on every machine.
 #[must_use]
 pub fn content_hash(mesh: &Mesh) -> String {
     let mut hasher = blake3::Hasher::new();

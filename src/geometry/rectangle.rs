@@ -1,22 +1,22 @@
 //! The smallest rectangle around points of a plane.
 //!
-//! H. Freeman, R. Shapira, "Determining the Minimum-Area Encasing Rectangle for an Arbitrary Closed Curve", 1975: one side
-//! lies along an edge of the convex hull. Deviation: the extents are found anew for each edge instead of by rotating
-//! calipers, so that rounding in one edge cannot mislead the next.
+//! H. Freeman, R. Shapira, "Determining the Minimum-Area Encasing Rectangle for an Arbitrary Closed Curve", 1975: one side lies along an
+//! edge of the convex hull. Deviation: the extents are computed anew for each edge, without rotating calipers, so a rounding error at one
+//! edge does not affect the next.
 
 use robust::{Coord, orient2d};
 
-/// A rectangle by the direction of one side.
+/// A rectangle, given by the direction of one side and its area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
     /// Unit direction of one side; the other is a quarter turn counter-clockwise.
     pub along: [f64; 2],
-    /// Area with the margin on all four sides, mm².
+    /// Area including the margin on all four sides, mm².
     pub area: f64,
 }
 
-/// The rectangle of least area around `points` (mm) and a margin of `margin` on each side, among those with a side along an
-/// edge of the points' hull; `None` when all points are one.
+/// The rectangle of least area around `points` (mm) with `margin` (mm) on each side, among the rectangles with a side along an edge of the
+/// convex hull. `None` when all points coincide.
 #[must_use]
 pub fn smallest(points: &[[f64; 2]], margin: f64) -> Option<Rectangle> {
     let corners = hull(points);
@@ -46,7 +46,7 @@ pub fn smallest(points: &[[f64; 2]], margin: f64) -> Option<Rectangle> {
     best
 }
 
-/// The corners of the convex hull, counter-clockwise; one or two points when all are on a line.
+/// The corners of the convex hull, counter-clockwise; one or two points when all points are collinear.
 fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));

@@ -1,8 +1,8 @@
-//! Does a tool, at a pose, come too near to the surface?
+//! Whether a tool at a pose interferes with the surface.
 //!
-//! An octant is tested against the tool's boxes of level 1, then of level 2, by the separating-axis test; only octants that meet a body's boxes
-//! are divided, and only against the bodies they meet. In a gray leaf every point is taken into the tool's frame and tested against the bodies'
-//! profiles. Wang (2006); the order of the tests follows its abstract.
+//! An octant is tested against the boxes of level 1 and then of level 2, by the separating-axis test. Only octants that meet a body's boxes
+//! are divided, and their children are tested only against the bodies they met. In a gray leaf, every point is transformed to the tool's
+//! frame and compared with the profiles of the bodies. Wang (2006); the order of the tests follows its abstract.
 
 use super::octree::{SurfaceOctree, Visit};
 use super::profile::{P2, Profile};
@@ -11,19 +11,19 @@ use crate::geometry::{Isometry, Point, Vector, rigid};
 use crate::volume::shape::separating_axes::{separated, widened_abs};
 use nalgebra::Matrix3;
 
-/// How far octants are looked for.
+/// How the search finds the leaves near the tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Search {
-    /// Every point, without boxes.
+    /// Tests every point, without boxes.
     Points,
-    /// Every gray leaf.
+    /// Tests every gray leaf.
     Leaves,
-    /// Down the octree.
+    /// Descends the octree.
     Octree,
 }
 
 impl Search {
-    /// Its name in files.
+    /// Name of the search in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -34,12 +34,12 @@ impl Search {
     }
 }
 
-/// How near the surface may come to the tool.
+/// How close the surface may come to the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Allowance {
-    /// How deep the cutter may go into the surface, mm.
+    /// Permitted depth of the cutter in the surface, mm.
     pub gouge_mm: f64,
-    /// How far shank and holder must stay away, mm.
+    /// Required distance of shank and holder from the surface, mm.
     pub clearance_mm: f64,
 }
 
@@ -50,27 +50,27 @@ impl Allowance {
     }
 }
 
-/// Where a tool interferes.
+/// A place where a tool interferes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// The body.
     pub body: BodyKind,
     /// The sample, mm, in the surface's frame.
     pub point: Point,
-    /// The triangle it lies on.
+    /// The triangle on which the sample lies.
     pub face: u32,
-    /// How much nearer than allowed it is, mm.
+    /// How much closer than permitted the sample is, mm.
     pub depth_mm: f64,
 }
 
-/// What a query costs.
+/// Operation counts of queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Separating-axis tests against boxes of level 1.
     pub first_level: u64,
-    /// The same of level 2.
+    /// Separating-axis tests against boxes of level 2.
     pub second_level: u64,
-    /// Points tested against profiles.
+    /// Points compared with profiles.
     pub points: u64,
     /// Queries that the last colliding leaf or its neighbours answered.
     pub recalled: u64,
@@ -84,14 +84,14 @@ impl Counts {
     }
 }
 
-/// State kept from one pose of a path to the next: the leaf in which the tool last interfered. A query begins with it and the leaves that
-/// touch it, nearest first; when they say nothing, it goes on as a fresh one.
+/// State kept from one pose of a path to the next: the leaf in which the tool last interfered. A query starts with that leaf and the leaves
+/// that touch it, nearest first. If none of them interferes, a full search follows.
 #[derive(Clone, Debug, Default)]
 pub struct Coherence {
     last: Option<(Visit, Vec<Visit>)>,
 }
 
-/// A body prepared: its boxes with all allowances in them.
+/// A prepared body, with boxes that include all allowances.
 struct Prepared<'a> {
     kind: BodyKind,
     profile: &'a Profile,
@@ -100,8 +100,8 @@ struct Prepared<'a> {
     second: Vec<ToolBox>,
 }
 
-/// What safe mode adds to the covering radius, mm: more than meshes are moved when the truth puts their vertices on its grid (2^-27 √3 mm
-/// each), and when a profile is found from a mesh ([`super::revolved`]).
+/// Added to the covering radius in safe mode, mm. It covers the displacement of mesh vertices that the ground truth snaps to its grid
+/// (2^-27 √3 mm each), and the rounding of a profile that is derived from a mesh ([`super::revolved`]).
 pub const SLACK_MM: f64 = 1e-6;
 
 /// A tool and a surface, ready for queries.
@@ -117,7 +117,7 @@ type Bodies = u32;
 
 /// A pose: constants of all separating-axis tests.
 struct Posed {
-    /// Takes directions of the surface's frame to the tool's.
+    /// Maps directions of the surface's frame to the tool's frame.
     rotation: Matrix3<f64>,
     shift: Vector,
     widened: Matrix3<f64>,
@@ -129,7 +129,7 @@ impl Posed {
         Self { rotation, shift: tool_from_surface.translation.vector, widened: widened_abs(&rotation) }
     }
 
-    /// A place of the surface's frame in the tool's.
+    /// A point of the surface's frame, in the tool's frame.
     fn in_tool(&self, place: &Point) -> Vector {
         self.rotation * place.coords + self.shift
     }
@@ -141,11 +141,11 @@ impl Posed {
 }
 
 impl<'a> Detector<'a> {
-    /// Prepares a tool. In safe mode it is widened by the samples' covering radius, so that nothing of the surface that comes too near is missed
-    /// between them; without, only the samples count.
+    /// Prepares a tool. In safe mode the tool is widened by the samples' covering radius, so that no part of the surface between samples is
+    /// missed; otherwise only the samples count.
     ///
     /// # Panics
-    /// Of a tool of more than 32 bodies.
+    /// When the tool has more than 32 bodies.
     #[must_use]
     pub fn new(
         surface: &'a SurfaceOctree,
@@ -175,12 +175,13 @@ impl<'a> Detector<'a> {
         ((1_u64 << self.bodies.len()) - 1) as Bodies
     }
 
-    /// How much farther than allowed a place is from the nearest body, mm.
+    /// Distance of a point from the nearest body, minus that body's permitted distance, mm.
     fn beyond_mm(&self, place: &P2) -> f64 {
         self.bodies.iter().map(|body| -body.depth_mm(place)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether anything interferes: the first place found. `coherence` may be of any earlier pose; without one every query is fresh.
+    /// Whether the tool interferes; returns the first interfering place found. `coherence` may come from any earlier pose; with `None`
+    /// every query is a full search.
     pub fn first(
         &self,
         tool_from_surface: &Isometry,
@@ -216,7 +217,7 @@ impl<'a> Detector<'a> {
         found
     }
 
-    /// For each kind of body that interferes, the deepest place; local interference and global apart.
+    /// The deepest place of each kind of body that interferes, so local and global interference are reported separately.
     pub fn deepest(&self, tool_from_surface: &Isometry, counts: &mut Counts) -> Vec<Hit> {
         let posed = Posed::new(tool_from_surface);
         let all = self.all_bodies();
@@ -233,7 +234,7 @@ impl<'a> Detector<'a> {
         deepest
     }
 
-    /// Offers every interfering place to `take` until it says that it is enough; the leaf of the last one then.
+    /// Passes every interfering place to `take` until it returns true; returns the leaf of the last place in that case.
     fn search(
         &self,
         posed: &Posed,
@@ -281,7 +282,7 @@ impl<'a> Detector<'a> {
         None
     }
 
-    /// Which of the bodies an octant meets.
+    /// The bodies of `among` whose boxes the octant meets.
     fn meeting(&self, posed: &Posed, visit: &Visit, among: Bodies, counts: &mut Counts) -> Bodies {
         let centre = posed.in_tool(&visit.octant.centre);
         let half = visit.octant.half;
@@ -338,8 +339,9 @@ impl<'a> Detector<'a> {
         false
     }
 
-    /// The least distance of a sample from a body less what the body is allowed, mm: negative where something interferes, `below_mm`
-    /// where nothing is nearer than that. By branch and bound: a sample is at most half an octant's diagonal nearer than its middle.
+    /// The smallest distance of a sample from a body minus that body's permitted distance, mm. Negative when the tool interferes;
+    /// `below_mm` when no sample is nearer than that. Uses branch and bound: a sample is nearer than the middle of its octant by at most
+    /// half the octant's diagonal.
     pub fn least_mm(&self, tool_from_surface: &Isometry, below_mm: f64, counts: &mut Counts) -> f64 {
         let posed = Posed::new(tool_from_surface);
         let mut apart = |place: &Point| {
@@ -378,7 +380,7 @@ impl<'a> Detector<'a> {
 const DISTANCE_ROUNDING_MM: f64 = 1e-9;
 
 impl Prepared<'_> {
-    /// Whether a place may be nearer than allowed, by the rectangle around the profile: most places of a leaf are not.
+    /// Whether a point may interfere, by the rectangle around the profile; rejects most points of a leaf cheaply.
     fn may_reach(&self, place: &P2) -> bool {
         let [low, high] = self.profile.span_mm();
         let across = (place.x - self.profile.radius_mm()).max(0.0);
@@ -387,13 +389,13 @@ impl Prepared<'_> {
         (allowed > 0.0 && across * across + along * along <= allowed * allowed) || (across == 0.0 && along == 0.0)
     }
 
-    /// How much nearer than allowed a place is, mm; negative when it is farther.
+    /// How far a point is inside the permitted distance, mm; negative when it does not interfere.
     fn depth_mm(&self, place: &P2) -> f64 {
         self.allowance - self.profile.signed_distance_mm(place)
     }
 }
 
-/// A place in the tool's frame as (ρ, z).
+/// A point of the tool's frame as (ρ, z).
 fn half_plane(place: &Vector) -> P2 {
     P2::new((place.x * place.x + place.y * place.y).sqrt(), place.z)
 }

@@ -2,10 +2,10 @@
 //!
 //! Z. Wang, "Research on the Interference Detection in 5-Axis NC Machining", 2006 (abstract only; the method mirrors S. Ding, M. A. Mannan,
 //! A. N. Poo, "Oriented bounding box and octree based global interference detection in 5-axis machining of free-form surfaces",
-//! Computer-Aided Design 36(13), 2004). The surface is known by samples, so that the method may miss what lies between them; the safe mode
-//! widens the tool by the samples' covering radius.
+//! Computer-Aided Design 36(13), 2004). The method knows the surface only by samples, so it may miss interference between them. The safe
+//! mode widens the tool by the samples' covering radius to prevent that.
 //!
-//! `docs/octree.md` says which command shows what of it.
+//! `docs/octree.md` lists the commands that demonstrate the method.
 //!
 //! | file | what |
 //! |---|---|

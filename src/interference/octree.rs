@@ -1,8 +1,8 @@
-//! The surface as an octree: which cubes hold samples (gray), and which of the others lie outside (white) or inside (black).
+//! The surface as an octree: gray cubes hold samples; the other cubes lie outside (white) or inside (black) the surface.
 //!
-//! Wang (2006) approximates the free-form surface by an octree and keeps the surface's points in its gray leaves. A cube is divided
-//! while it holds more points than a cap and is above a depth. Layout: the nodes of a family side by side, 12 bytes each; cubes are
-//! found on the way down and not stored; the points of a leaf side by side.
+//! Wang (2006) approximates the free-form surface by an octree and keeps the surface's points in its gray leaves. A cube is divided while
+//! it holds more points than a cap and is above the greatest depth. Layout: the children of a node are adjacent, 12 bytes each. The points
+//! of a leaf are adjacent too. Cubes are not stored but computed during the descent.
 
 use super::sample::Samples;
 use crate::geometry::{Point, Vector};
@@ -10,13 +10,13 @@ use crate::geometry::{Point, Vector};
 /// How far an octree is divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Division {
-    /// Most points of a leaf above the greatest depth.
+    /// Largest number of points in a leaf above the greatest depth.
     pub cap: u32,
     /// Greatest depth; the root has 0. At most [`MOST_DEPTH`].
     pub depth: u8,
 }
 
-/// Greatest depth that may be asked for: the root's side over 2²⁰ is below any spacing.
+/// Largest permitted depth: the root's side over 2²⁰ is below any spacing.
 pub const MOST_DEPTH: u8 = 20;
 
 impl Default for Division {
@@ -47,7 +47,7 @@ impl Octant {
         u8::from(p.x >= self.centre.x) | u8::from(p.y >= self.centre.y) << 1 | u8::from(p.z >= self.centre.z) << 2
     }
 
-    /// Whether the closed cubes share a point, `slack_mm` of room granted for the rounding of centres.
+    /// Whether the closed cubes share a point, with `slack_mm` as the tolerance for rounded centres.
     #[must_use]
     pub fn touches(&self, other: &Self, slack_mm: f64) -> bool {
         (self.centre - other.centre).amax() <= self.half + other.half + slack_mm
@@ -57,13 +57,13 @@ impl Octant {
 /// A gray octant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
-    /// First gray child, or first point of a leaf.
+    /// Index of the first gray child, or of the first point of a leaf.
     first: u32,
-    /// Points of a leaf; 0 for a divided octant.
+    /// Number of points of a leaf; 0 for a divided octant.
     count: u32,
-    /// Which children are gray; 0 for a leaf.
+    /// Bit set of the gray children; 0 for a leaf.
     gray: u8,
-    /// Which of the others are black.
+    /// Bit set of the black children among the others.
     black: u8,
 }
 
@@ -79,7 +79,7 @@ pub struct SurfaceOctree {
     pub covering_mm: f64,
 }
 
-/// A gray octant on the way down.
+/// A gray octant reached during the descent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Visit {
     pub(super) node: u32,
@@ -87,10 +87,10 @@ pub struct Visit {
     pub octant: Octant,
 }
 
-/// The colour of an octant without samples, or of a place.
+/// The colour of an octant without samples, or of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colour {
-    /// On the surface, as finely as the octree knows it.
+    /// On the surface, to the resolution of the octree.
     Gray,
     /// Outside.
     White,
@@ -99,8 +99,8 @@ pub enum Colour {
 }
 
 impl SurfaceOctree {
-    /// Builds it. `is_inside` is asked of the middle of each octant without samples; octants that are smaller than the covering radius
-    /// may be cut by the surface all the same.
+    /// Builds the octree. `is_inside` is called with the middle of each octant without samples. The surface may still cut an octant without
+    /// samples when the octant is smaller than the covering radius.
     #[must_use]
     pub fn new(samples: Samples, division: Division, is_inside: &dyn Fn(&Point) -> bool) -> Self {
         let Samples { points, faces, covering_mm, .. } = samples;
@@ -127,7 +127,7 @@ impl SurfaceOctree {
         tree
     }
 
-    /// Fills in a node over `items`, which it sorts. `at` is the place of the first of them among all.
+    /// Fills in a node over `items`, which it sorts. `at` is the index of the first item among all samples.
     fn divide(
         &mut self,
         node: usize,
@@ -181,7 +181,7 @@ impl SurfaceOctree {
         self.nodes[visit.node as usize].gray == 0
     }
 
-    /// Places of a leaf's points among [`SurfaceOctree::points`]; empty of a divided octant.
+    /// Indices of a leaf's points in [`SurfaceOctree::points`]; empty for a divided octant.
     #[must_use]
     pub fn range(&self, visit: &Visit) -> std::ops::Range<usize> {
         let Node { first, count, gray, .. } = self.nodes[visit.node as usize];
@@ -194,7 +194,7 @@ impl SurfaceOctree {
         &self.points
     }
 
-    /// The triangle of each sample.
+    /// The triangle of each sample, in the same order.
     #[must_use]
     pub fn faces(&self) -> &[u32] {
         &self.faces
@@ -215,7 +215,7 @@ impl SurfaceOctree {
         leaves
     }
 
-    /// The gray leaves that touch `leaf`, without `leaf` itself; the nearest centres first.
+    /// The gray leaves that touch `leaf`, without `leaf` itself, ordered by the distance of their centres.
     #[must_use]
     pub fn neighbours(&self, leaf: &Visit) -> Vec<Visit> {
         let slack = self.root.half * 1e-12;
@@ -235,7 +235,7 @@ impl SurfaceOctree {
         found
     }
 
-    /// The colour of the smallest octant around a place; outside the root everything is white.
+    /// The colour of the smallest octant around a point; everything outside the root is white.
     #[must_use]
     pub fn colour(&self, place: &Point) -> Colour {
         if (place - self.root.centre).amax() > self.root.half {
@@ -259,13 +259,13 @@ impl SurfaceOctree {
         }
     }
 
-    /// Gray octants, leaves among them.
+    /// Number of gray octants, including leaves.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Whether it holds no samples.
+    /// Whether the octree holds no samples.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.points.is_empty()

@@ -1,19 +1,20 @@
 //! Tool paths over free-form surfaces: contact points in rows or a spiral, and the poses at which a tool touches there.
 //!
-//! The tool touches the surface with the rounded corner of its cutter. Where the surface's normal is n and the tool's axis d, the corner's centre
-//! lies at p + r n, the axis at R - r from it in the direction of n's part across d (Ding, Mannan and Poo 2004, section 2); a ball is the
-//! case R = r, a flat end r = 0. Lead turns the axis away from the normal in the direction of feed, tilt to its left.
+//! The tool touches the surface with the rounded corner of its cutter. If p is the contact point, n the surface normal, d the tool's axis,
+//! r the corner radius and R the tool radius, the corner's centre is p + r n. The tool's axis is at the distance R - r from that centre, in
+//! the direction of the component of n perpendicular to d (Ding, Mannan and Poo 2004, section 2). A ball is the case R = r, a flat end r =
+//! 0. Lead turns the axis away from the normal in the direction of feed, tilt turns it to the left of the feed.
 
 use crate::geometry::shapes::Freeform;
 use crate::geometry::{Isometry, Point, Vector};
 use nalgebra::{Rotation3, Unit, UnitQuaternion};
 
-/// How the contact points run.
+/// The pattern of the contact points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pattern {
-    /// To and fro along x.
+    /// Back and forth along x.
     ZigZag,
-    /// A rectangle that shrinks to the middle.
+    /// A rectangular spiral towards the middle.
     Spiral,
 }
 
@@ -31,11 +32,11 @@ impl std::fmt::Display for Pattern {
 pub struct PathPlan {
     /// How it runs.
     pub pattern: Pattern,
-    /// Rows, or turns of the spiral.
+    /// Number of rows, or of turns of the spiral.
     pub rows: u32,
-    /// Most way along the surface from one contact point to the next, mm; less where the surface bends by more than 3° meanwhile.
+    /// Largest distance along the surface between successive contact points, mm; smaller where the normal turns by more than 3° within it.
     pub step_mm: f64,
-    /// Part of the surface's size kept away from its edges.
+    /// Margin at the edges, as a fraction of the surface's size.
     pub margin: f64,
     /// Angle of the axis from the normal in the direction of feed, radians.
     pub lead: f64,
@@ -52,7 +53,7 @@ pub struct Corner {
     pub corner_mm: f64,
 }
 
-/// A place of a path.
+/// A contact point of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// The contact point, mm, in the surface's frame.
@@ -65,19 +66,19 @@ pub struct Contact {
     pub axis: Unit<Vector>,
 }
 
-/// Chords that a straight piece of a path in (u, v) is measured by.
+/// Number of chords that measure the length of a straight piece of a path in (u, v).
 const CHORDS: u32 = 512;
 
-/// Most contact points of a path.
+/// Largest number of contact points of a path.
 const MOST_CONTACTS: usize = 1_000_000;
 
-/// A path of too many contact points.
+/// The path would have too many contact points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the path would have more than {MOST_CONTACTS} contact points; take a longer step or fewer rows")]
 pub struct TooManyContacts;
 
 impl PathPlan {
-    /// The contact points and the tool's axis at each.
+    /// The contact points, and the tool's axis at each.
     ///
     /// # Errors
     /// When there would be too many.
@@ -101,7 +102,8 @@ impl PathPlan {
         Ok((0..places.len()).map(contact).collect())
     }
 
-    /// Places (u, v) on the surface in order: the ways between corners divided evenly by their length, and by how the surface bends.
+    /// Positions (u, v) on the surface in order: the pieces between corners are divided evenly by their length and by the turn of the
+    /// normal.
     fn places(&self, surface: &Freeform) -> Result<Vec<(f64, f64)>, TooManyContacts> {
         let corners = self.corners();
         let mut places: Vec<(f64, f64)> = corners.first().copied().into_iter().collect();
@@ -160,37 +162,37 @@ impl PathPlan {
     }
 }
 
-/// A direction turned about a unit vector.
+/// `direction` rotated by `angle`, radians, about the unit vector `about`.
 fn turned(about: Vector, angle: f64, direction: Vector) -> Vector {
     Rotation3::from_axis_angle(&Unit::new_normalize(about), angle) * direction
 }
 
-/// A fault put into a path on purpose.
+/// A fault inserted into a path on purpose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Flaw {
-    /// At one contact point the tool is sunk against the normal.
+    /// At one contact point, the tool is sunk into the surface against the normal.
     Gouge {
         /// How deep, mm.
         depth_mm: f64,
     },
-    /// At one contact point the tool leans to the left of the feed, about its contact point.
+    /// At one contact point, the tool is tilted to the left of the feed, about its contact point.
     Lean {
-        /// How far beyond its tilt, radians.
+        /// Angle beyond its planned tilt, radians.
         angle: f64,
     },
 }
 
-/// Where a tool is sent.
+/// A programmed position of the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
-    /// What it touches there.
+    /// The contact point there.
     pub contact: Contact,
-    /// How far it is sunk into the surface, mm; negative is lifted.
+    /// Depth of the tool in the surface, mm; negative when lifted.
     pub sunk_mm: f64,
 }
 
-/// A turn of the tool's axis, or of the surface's normal, within one move above which the move is divided, radians: over 3° the middle of a
-/// ball of 10 mm that rolls over an edge leaves its straight way by 10 (3° in radians)² / 8 = 0.003 mm.
+/// Largest turn of the tool's axis, or of the surface's normal, within one move, radians; a move with a larger turn is divided. At 3°, the
+/// middle of a ball of 10 mm that rolls over an edge deviates from its straight line by 10 (3° in radians)² / 8 = 0.003 mm.
 const MOST_TURN: f64 = 3.0 * std::f64::consts::PI / 180.0;
 
 /// The stop at a contact point with a flaw.
@@ -205,8 +207,9 @@ pub fn flawed(contact: &Contact, flaw: Flaw) -> Stop {
     }
 }
 
-/// Where the tool goes: to every contact point, and where its axis would turn by more than 3° on the way to the next, first about
-/// the contact point that it is at. A flaw is put at a part of the path, 0 its first contact point, 1 its last.
+/// The programmed positions: every contact point, and additional ones where the axis would turn by more than 3° on the way to the next
+/// point. In that case the tool first turns about its current contact point. The position of a flaw is a fraction of the path, 0 for the
+/// first contact point and 1 for the last.
 #[must_use]
 pub fn stops(contacts: &[Contact], flaws: &[(f64, Flaw)]) -> Vec<Stop> {
     let mut planned: Vec<Stop> = contacts.iter().map(|&contact| Stop { contact, sunk_mm: 0.0 }).collect();
@@ -232,7 +235,7 @@ pub fn stops(contacts: &[Contact], flaws: &[(f64, Flaw)]) -> Vec<Stop> {
 }
 
 impl Contact {
-    /// The tool's frame in the surface's when its corner touches here, sunk by `depth_mm` against the normal (negative: lifted).
+    /// The tool's frame in the surface's frame when its corner touches here, sunk by `depth_mm` against the normal (negative: lifted).
     #[must_use]
     pub fn surface_from_tool(&self, corner: Corner, depth_mm: f64) -> Isometry {
         let (n, d) = (self.normal, self.axis.into_inner());
@@ -268,8 +271,8 @@ mod tests {
         PathPlan { pattern, rows: 5, step_mm: 1.5, margin: 0.1, lead: 0.2, tilt: -0.1 }
     }
 
-    /// The contact point lies on the tool's surface, whatever the tool, and the tool's surface is tangential there: a small way along the normal
-    /// changes the distance by as much.
+    /// For every tool, the contact point lies on the tool's surface, and that surface is tangential there: a small displacement along the
+    /// normal changes the distance by the same amount.
     #[test]
     fn the_tool_touches_at_the_contact_point() {
         for (radius_mm, corner_mm) in [(5.0, 5.0), (6.0, 1.5), (4.0, 0.0)] {

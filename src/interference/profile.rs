@@ -1,9 +1,9 @@
-//! The profile of a tool: what its generating line is, and how far a point is from the solid it sweeps.
+//! The profile of a tool: its generating line, and the distance of a point from the solid that the line sweeps.
 //!
-//! A tool is a solid of revolution about its z axis, tip at z = 0, bounded by lines and arcs in the half plane (ρ, z), ρ >= 0.
-//! The distance of a point from the solid is that of (hypot(x, y), z) from the profile: exact but for rounding, for every kind of
-//! cutter (the generalised cutter of APT, as in Chang and Lee's and Ding, Mannan and Poo's models, is the case of a corner arc
-//! between two lines).
+//! A tool is a solid of revolution about its z axis, with its tip at z = 0, bounded by lines and arcs in the half plane (ρ, z), ρ >= 0. The
+//! distance of a point from the solid equals the distance of (hypot(x, y), z) from the profile. It is exact but for rounding, for every
+//! kind of cutter. (The generalised cutter of APT, as in the models of Chang and Lee and of Ding, Mannan and Poo, is the case of a corner
+//! arc between two lines.)
 
 use nalgebra::{Point2, Vector2};
 use thiserror::Error;
@@ -11,22 +11,22 @@ use thiserror::Error;
 /// A point (ρ, z) of the half plane, mm.
 pub type P2 = Point2<f64>;
 
-/// Why numbers do not make a profile.
+/// Why dimensions do not give a profile.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ProfileError {
-    /// A dimension is not a finite number in its range.
+    /// A dimension is not finite, or is out of range.
     #[error("{what} is {value} mm; it must be {wanted}")]
     Dimension {
-        /// Which.
+        /// Name of the dimension.
         what: &'static str,
-        /// What was given.
+        /// The value given.
         value: f64,
-        /// What is possible.
+        /// The permitted range.
         wanted: &'static str,
     },
 }
 
-/// A piece of a profile along which z and ρ do not turn: a line, or an arc within one quadrant.
+/// A piece of a profile along which z and ρ are monotonic: a line, or an arc within one quadrant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Piece {
     from: P2,
@@ -56,7 +56,7 @@ impl Piece {
         }
     }
 
-    /// ρ at a height between its ends, mm.
+    /// ρ at a height within the piece, mm.
     fn radius_at(&self, z: f64) -> f64 {
         let (from, to) = (self.from, self.to);
         match self.arc {
@@ -70,13 +70,13 @@ impl Piece {
         }
     }
 
-    /// Whether a ray along +ρ from the point crosses it.
+    /// Whether the ray from the point along +ρ crosses the piece.
     fn is_crossed(&self, p: &P2) -> bool {
         (self.from.y <= p.y) != (self.to.y <= p.y) && self.radius_at(p.y) > p.x
     }
 }
 
-/// A generating line from the axis to the axis.
+/// A generating line that starts and ends on the axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     pieces: Vec<Piece>,
@@ -87,7 +87,7 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// A profile of straight lines through points (ρ, z), mm, the axis to be reached at both ends. Steps of no length are left out.
+    /// A profile of straight lines through points (ρ, z), mm, closed to the axis at both ends. Segments of zero length are left out.
     #[must_use]
     pub fn of_lines(points: &[P2]) -> Self {
         let mut path = Path::at(points.first().copied().unwrap_or_default());
@@ -171,7 +171,7 @@ impl Profile {
         Ok(path.finish())
     }
 
-    /// The same, `height_mm` higher.
+    /// The same profile, moved up by `height_mm`.
     #[must_use]
     pub fn raised(&self, height_mm: f64) -> Self {
         let up = |p: P2| P2::new(p.x, p.y + height_mm);
@@ -224,7 +224,7 @@ impl Profile {
         self.pieces.iter().map(of_piece).fold(0.0, f64::max)
     }
 
-    /// Heights at which its pieces end, mm, ascending.
+    /// Heights of the ends of the pieces, mm, ascending.
     #[must_use]
     pub fn heights_mm(&self) -> Vec<f64> {
         let mut heights: Vec<f64> = self.pieces.iter().flat_map(|piece| [piece.from.y, piece.to.y]).collect();
@@ -234,7 +234,7 @@ impl Profile {
     }
 }
 
-/// A profile in the making.
+/// A profile under construction.
 struct Path {
     at: P2,
     pieces: Vec<Piece>,
@@ -252,7 +252,7 @@ impl Path {
         }
     }
 
-    /// Counter-clockwise about `centre`, by at most half a turn, cut where ρ or z turns back.
+    /// Adds an arc about `centre`, counter-clockwise, of at most half a turn, divided where ρ or z reverses direction.
     fn arc(&mut self, to: P2, centre: P2, radius: f64) {
         if to == self.at {
             return;
@@ -355,7 +355,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against the profile as many short lines: no formula in common with arcs.
+        /// Compares a profile with arcs with the same profile of many short lines, which shares no formula with arcs.
         #[test]
         fn arcs_are_as_far_as_their_chords(rho in 0.0..15.0f64, z in -8.0..30.0f64, which in 0..3) {
             let (exact, outline): (Profile, Vec<(P2, f64, f64, f64)>) = match which {

@@ -1,5 +1,5 @@
-//! A tool path as a program for a machine: under tool-centre-point control (G43.4), with the positions of the two rotary axes that give
-//! the tool its direction.
+//! Writes a tool path as a program for a machine, under tool-centre-point control (G43.4), with the positions of the two rotary axes that
+//! give the tool its direction.
 
 use super::path::{Corner, Stop};
 use crate::geometry::{Isometry, Vector};
@@ -11,14 +11,14 @@ use rs274::{Axis, Position, Setup};
 use std::fmt::Write;
 use thiserror::Error;
 
-/// What a program is written for.
+/// The machine and the job that a program is written for.
 #[derive(Clone, Debug)]
 pub struct Writer<'a> {
     /// The machine.
     pub machine: &'a Machine,
-    /// Which links carry tool and workpiece.
+    /// The links that carry tool and workpiece.
     pub tip: &'a TipControl,
-    /// Work offsets, tool lengths, and where the machine stands at first. The program is in G54.
+    /// Work offsets, tool lengths, and the machine's initial position. The program uses G54.
     pub setup: &'a Setup,
     /// Number of the tool.
     pub tool: u32,
@@ -28,7 +28,7 @@ pub struct Writer<'a> {
     pub corner: Corner,
     /// Feed rate of the tip, mm/min.
     pub feed_mm_min: f64,
-    /// How far from the surface, along the tool, the way in begins and the way out ends, mm.
+    /// Distance from the surface, along the tool, at which the approach begins and the retract ends, mm.
     pub retract_mm: f64,
     /// First line of the program, without parentheses.
     pub title: &'a str,
@@ -37,27 +37,27 @@ pub struct Writer<'a> {
 /// Why a program cannot be written.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum WriteError {
-    /// There is nowhere to go.
+    /// The path has no positions.
     #[error("the path has no contact points")]
     Empty,
     /// The tool is not in the table.
     #[error("tool {0} is not in the tool table")]
     NoTool(u32),
-    /// G54 turns the axes; a path written in it would have to turn them back.
+    /// G54 rotates the axes, which this writer does not support.
     #[error("G54 is rotated; a path is written for work offsets that are not")]
     Rotated,
-    /// The machine cannot give the tool its direction.
+    /// The machine cannot orient the tool as required.
     #[error("contact point {at}: {cause}")]
     Orientation {
-        /// Which stop, from 1.
+        /// Number of the position, from 1.
         at: usize,
         /// Why.
         cause: OrientationError,
     },
-    /// The linear axes cannot bring the tip there.
+    /// The linear axes cannot bring the tip to the position.
     #[error("contact point {at}: {cause}")]
     Tip {
-        /// Which stop, from 1.
+        /// Number of the position, from 1.
         at: usize,
         /// Why.
         cause: TipError,
@@ -65,27 +65,27 @@ pub enum WriteError {
     /// An axis would leave its limits.
     #[error("contact point {at}: {cause}")]
     OutOfLimits {
-        /// Which stop, from 1.
+        /// Number of the position, from 1.
         at: usize,
         /// The axis and its range.
         cause: OutOfLimits,
     },
 }
 
-/// A program, and on which of its lines each stop is reached.
+/// A program, and the line on which each position is reached.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Written {
     /// The program.
     pub text: String,
-    /// Line of each stop, from 1.
+    /// The line of each position, from 1.
     pub lines: Vec<u32>,
 }
 
 impl Writer<'_> {
-    /// Writes the program: in along the tool, from stop to stop in straight moves of the tip, out along the tool.
+    /// Writes the program: an approach along the tool, straight moves of the tip from position to position, and a retract along the tool.
     ///
     /// # Errors
-    /// [`WriteError`] with the first stop that the machine cannot reach.
+    /// [`WriteError`] with the first position that the machine cannot reach.
     pub fn write(&self, stops: &[Stop]) -> Result<Written, WriteError> {
         let length = self.setup.tools.get(&self.tool).ok_or(WriteError::NoTool(self.tool))?.offset[Axis::Z];
         if self.setup.work_offsets[0].rotation != 0.0 {
@@ -143,7 +143,7 @@ impl Writer<'_> {
         Ok(Written { text: lines.join("\n") + "\n", lines: lines_of_stops })
     }
 
-    /// Lines of the program that stop the tool and lift it along its axis, in machine coordinates.
+    /// The programmed position of a stop, with the tool lifted by `lifted_mm` along its axis, in machine coordinates.
     fn programmed(
         &self,
         stop: &Stop,
@@ -170,7 +170,7 @@ impl Writer<'_> {
         self.machine.joints_of(axis).next().is_some()
     }
 
-    /// Words of some axes in G54, each with a space before it.
+    /// The words of some axes in G54, each preceded by a space.
     fn words(&self, axes: &[Axis], position: &Position) -> String {
         let origin = &self.setup.work_offsets[0].origin;
         axes.iter().fold(String::new(), |mut text, &axis| {
@@ -182,8 +182,8 @@ impl Writer<'_> {
     }
 }
 
-/// Four decimals at most, without trailing zeros: a tenth of a micrometre, and of a degree what moves a point at a
-/// metre by less than two.
+/// A number with at most four decimals and no trailing zeros: a tenth of a micrometre, or an angle that moves a point at one metre by less
+/// than two micrometres.
 fn number(value: f64) -> String {
     let text = format!("{value:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
@@ -252,7 +252,8 @@ mod tests {
         (scene.machine, run.tip.unwrap(), setup)
     }
 
-    /// The program, interpreted and followed by the machine, brings the cutter to each contact point, tangential and as deep as planned.
+    /// Checks the program by interpreting it and moving the machine: the cutter reaches each contact point, tangential and at the planned
+    /// depth.
     #[test]
     fn programs_read_back_to_their_contact_points() {
         for (machine, tip, setup) in [fork(), trunnion()] {

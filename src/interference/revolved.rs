@@ -1,10 +1,10 @@
-//! A mesh as a tool: the smallest body of revolution about its axis that holds it, as far as heights tell.
+//! A mesh as a tool: the smallest body of revolution about its axis that contains it, to the resolution of the heights.
 //!
-//! Tools come as meshes, and turn about an axis that nobody names. Of the lines that may be it, that one is taken about which the
-//! mesh fits the smallest cylinder: for a body of revolution its axis. The body around the mesh has at each height the mesh's largest
-//! distance from the axis: along an edge of the mesh that distance is a convex function of the height, so the chord between the
-//! edge's ends bounds it, and a triangle's slice at a height is farthest from the axis at its edges. Hollows towards the axis, such as
-//! flutes and bores, are filled.
+//! Tools come as meshes, and their axis is not named. The axis is taken to be the line about which the mesh fits the smallest cylinder,
+//! which for a body of revolution is its true axis. The body's radius at each height is the mesh's largest distance from the axis there.
+//! Along an edge of the mesh, that distance is a convex function of the height, so the chord between the edge's ends bounds it. A
+//! triangle's cross-section at a height is farthest from the axis at the triangle's edges. Hollows towards the axis, such as flutes and
+//! bores, are filled.
 
 use super::profile::{P2, Profile};
 use crate::geometry::covariance::{area_weighted, principal_frame};
@@ -12,15 +12,14 @@ use crate::geometry::{Isometry, Mesh, Point, Vector};
 use nalgebra::UnitQuaternion;
 use std::f64::consts::PI;
 
-/// Heights nearer than this are one, mm: what turning a mesh costs in rounding is below it, and it is below
-/// [`super::detect::SLACK_MM`], which covers it.
+/// Heights nearer than this, mm, count as equal. It is above the rounding error of rotating a mesh, and below [`super::detect::SLACK_MM`],
+/// which covers it.
 const SAME_HEIGHT_MM: f64 = 1e-7;
-/// Most heights at which the profile may have a corner; a mesh with more gets steps of one height.
+/// Largest number of heights at which the profile may have a corner; a mesh with more heights gets equal steps.
 const MOST_HEIGHTS: usize = 96;
-/// Sine of the angle below which three points of a profile are on one line: over a metre less than [`SAME_HEIGHT_MM`].
+/// Sine of the angle below which three points of a profile count as collinear; over a metre the deviation is less than [`SAME_HEIGHT_MM`].
 const STRAIGHT: f64 = 1e-10;
-/// Least part of the body around it that a mesh must fill to be taken for round: a prism of eight sides fills 0.90 of its
-/// cylinder.
+/// Smallest fraction of the body that a mesh must fill to count as round; a prism with eight sides fills 0.90 of its cylinder.
 const ROUND: f64 = 0.88;
 
 /// A mesh and the body of revolution around it.
@@ -28,16 +27,16 @@ const ROUND: f64 = 0.88;
 pub struct Revolved {
     /// The body, its axis +z.
     pub profile: Profile,
-    /// Takes the mesh's frame to the body's.
+    /// Maps coordinates in the mesh's frame to the frame of the body.
     pub tool_from_mesh: Isometry,
     /// Volume of the body, mm³.
     pub volume_mm3: f64,
-    /// Part of the body that the mesh fills, 0 to 1; 0 of a mesh that encloses nothing.
+    /// Fraction of the body's volume that the mesh fills, 0 to 1; 0 for a mesh that encloses nothing.
     pub filled: f64,
 }
 
 impl Revolved {
-    /// Finds the axis and the body around a mesh.
+    /// Finds the axis of a mesh and the body around it.
     #[must_use]
     pub fn around(mesh: &Mesh) -> Self {
         let tool_from_mesh = upright(mesh);
@@ -57,8 +56,8 @@ impl Revolved {
         Self { profile: Profile::of_lines(&outline), tool_from_mesh, volume_mm3, filled }
     }
 
-    /// Whether this is the tool when it is compared with `other`: the one that is round, of two round ones the smaller, of two that
-    /// are not the one that fills more of its body.
+    /// Whether this mesh is the tool when paired with `other`: the round one; of two round ones, the smaller; of two that are not round,
+    /// the one that fills more of its body.
     #[must_use]
     pub fn is_tool_against(&self, other: &Self) -> bool {
         match (self.filled >= ROUND, other.filled >= ROUND) {
@@ -101,7 +100,7 @@ fn upright(mesh: &Mesh) -> Isometry {
     Isometry::from_parts((turn * -through.coords).into(), turn)
 }
 
-/// The profile from the axis to the axis, from below, of a mesh with its vertices at `places`.
+/// The profile of a mesh with its vertices at `places`, from the axis to the axis, bottom first.
 fn outline(places: &[P2], faces: &[[u32; 3]]) -> Vec<P2> {
     let heights = Heights::of(places);
     let count = heights.values.len();
@@ -140,7 +139,7 @@ fn outline(places: &[P2], faces: &[[u32; 3]]) -> Vec<P2> {
     points
 }
 
-/// Adds a point, instead of the last one when that lies straight between its neighbours.
+/// Adds a point; it replaces the last point when that is collinear with its neighbours.
 fn add(points: &mut Vec<P2>, point: P2) {
     if let [.., before, last] = points.as_slice() {
         let (u, v) = (last - before, point - last);
@@ -154,7 +153,7 @@ fn add(points: &mut Vec<P2>, point: P2) {
 /// Heights at which a profile may have a corner, ascending, mm.
 struct Heights {
     values: Vec<f64>,
-    /// Whether every vertex is at one of them.
+    /// Whether every vertex is at one of the heights.
     are_exact: bool,
 }
 
@@ -178,7 +177,7 @@ impl Heights {
         self.values.partition_point(|&height| height <= z + SAME_HEIGHT_MM).saturating_sub(1)
     }
 
-    /// Widens the slabs that an edge, `p` not above `q`, runs through.
+    /// Widens the slabs that an edge crosses; `p` is not above `q`.
     fn add_edge(&self, p: &P2, q: &P2, slabs: &mut [[f64; 2]]) {
         let radius = |z: f64| {
             let part = if q.y > p.y { ((z - p.y) / (q.y - p.y)).clamp(0.0, 1.0) } else { 1.0 };

@@ -1,4 +1,4 @@
-//! The surface as points: a mesh sampled so densely that no point of it is farther from a sample than a stated radius.
+//! The surface as points: a mesh sampled so densely that every point of it is within a given radius of a sample.
 
 use crate::geometry::{Mesh, Point, Triangle};
 use foldhash::{HashSet, HashSetExt};
@@ -8,22 +8,22 @@ use foldhash::{HashSet, HashSetExt};
 pub struct Samples {
     /// The samples, mm.
     pub points: Vec<Point>,
-    /// The triangle that each one lies on (one of them, on an edge).
+    /// The triangle of each sample; for a sample on an edge, one of its triangles.
     pub faces: Vec<u32>,
-    /// Every point of the surface has a sample at most this far, mm.
+    /// Covering radius, mm: every point of the surface is within this distance of a sample.
     pub covering_mm: f64,
     /// The longest edge between samples, mm.
     pub spacing_mm: f64,
 }
 
-/// What the covering radius is enlarged by: midpoints are rounded to half a unit in the last place at each of at most 52 halvings,
-/// places on the sides of strips to two.
+/// Relative enlargement of the covering radius. Midpoints are rounded by half a unit in the last place at each of at most 52 halvings, and
+/// points on the sides of strips by two units.
 const ROUNDING: f64 = 1e-12;
 
 impl Samples {
     /// Divides triangles until no edge is longer than `spacing_mm` (or the mesh's coordinates are too coarse to halve it), and takes all
-    /// corners: those that are thin across into strips, others in two at the middle of the longest edge. Every part of an edge
-    /// is a half, a quarter and so on of it, so the two triangles at it have most points in common.
+    /// corners as samples. Thin triangles are divided into strips, others in two at the middle of the longest edge. Every edge is divided
+    /// into halves, quarters and so on, so the two triangles at an edge have most samples on it in common.
     #[must_use]
     pub fn of(mesh: &Mesh, spacing_mm: f64) -> Self {
         let mut samples = Self { points: Vec::new(), faces: Vec::new(), covering_mm: 0.0, spacing_mm: 0.0 };
@@ -67,13 +67,13 @@ impl Samples {
     }
 }
 
-/// A triangle is thin when its longest edge is more than so many times as long as its shortest.
+/// A triangle is thin when its longest edge is more than this many times as long as its shortest.
 const THIN: f64 = 2.0;
-/// Most strips that a triangle is divided into at once; each of them is divided again.
+/// Most strips into which a triangle is divided at once; each strip is divided further.
 const MOST_STRIPS: f64 = 1024.0;
 
-/// Cuts a triangle along lines parallel to its shortest edge pq into at least `count` strips, and these into triangles. Halving its longest
-/// edge n times would make 3ⁿ of them, as the other long edge has to follow; this makes 2·2ⁿ.
+/// Divides a triangle along lines parallel to its shortest edge pq into at least `count` strips, and the strips into triangles. Halving its
+/// longest edge n times would make 3ⁿ triangles, because the other long edge must follow; strips make 2·2ⁿ.
 fn strips(apex: Point, p: Point, q: Point, count: u32, parts: &mut Vec<[Point; 3]>) {
     let count = count.next_power_of_two().max(2);
     let at =
@@ -85,8 +85,8 @@ fn strips(apex: Point, p: Point, q: Point, count: u32, parts: &mut Vec<[Point; 3
     }
 }
 
-/// A bound on how far a point of the triangle can be from its nearest corner, mm: the radius of the circle through the corners, or,
-/// when an angle is not acute, half the edge across it (its middle is nearer to the third corner than to the others).
+/// A bound on the distance of a point of the triangle from its nearest corner, mm. For an acute triangle it is the circumradius; otherwise
+/// it is half the longest edge, whose middle is nearer to the third corner than to the others.
 fn farthest_from_corners(triangle: &Triangle) -> f64 {
     let [a, b, c] = triangle.corners;
     let mut squares = [(b - a).norm_squared(), (c - b).norm_squared(), (a - c).norm_squared()];

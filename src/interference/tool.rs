@@ -1,24 +1,24 @@
 //! A tool as bodies of revolution on one axis, and its oriented boxes in two levels.
 //!
-//! Level 1 is a box per body, level 2 four boxes below it. The abstract of the thesis does not say how the four are cut, so three readings are
-//! built ([`SecondLevel`]).
+//! Level 1 has one box per body; level 2 divides each into four boxes. The abstract of the thesis does not say how, so three divisions are
+//! implemented ([`SecondLevel`]).
 
 use super::profile::Profile;
 use crate::geometry::Vector;
 
-/// What a body of a tool is.
+/// The kind of a tool's body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum BodyKind {
-    /// Cuts: may touch the surface, but not gouge it. Its interference is local.
+    /// The cutter may touch the surface, but not gouge it. Its interference is local.
     Cutter,
-    /// Between cutter and holder. Its interference, like the holder's, is global.
+    /// The shank is between cutter and holder. Its interference, like the holder's, is global.
     Shank,
     /// Holds the tool.
     Holder,
 }
 
 impl BodyKind {
-    /// Its name in files.
+    /// Name in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -28,7 +28,7 @@ impl BodyKind {
         }
     }
 
-    /// Whether its interference is local.
+    /// Whether the interference of this kind of body is local.
     #[must_use]
     pub const fn is_local(self) -> bool {
         matches!(self, Self::Cutter)
@@ -40,7 +40,7 @@ impl BodyKind {
 pub struct Body {
     /// What it is.
     pub kind: BodyKind,
-    /// Its profile in the tool's frame, mm.
+    /// Profile of the body in the tool's frame, mm.
     pub profile: Profile,
 }
 
@@ -66,22 +66,23 @@ impl BoxedTool {
         Self { tool, boxes }
     }
 
-    /// Each body with its box of level 1 and those of level 2.
+    /// Each body with its box of level 1 and its boxes of level 2.
     pub fn bodies(&self) -> impl Iterator<Item = (&Body, &ToolBox, &[ToolBox])> {
         self.tool.bodies.iter().zip(&self.boxes).map(|(body, (first, second))| (body, first, second.as_slice()))
     }
 }
 
-/// How the four boxes of the second level are cut.
+/// How the four boxes of the second level are divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum SecondLevel {
     /// There is none.
     None,
-    /// The body along its axis at the three heights that make the least volume, among the ends of its profile's pieces and 64 more.
+    /// Divides the body along its axis at the three heights with the least total volume, among the ends of its profile's pieces and 64
+    /// more.
     Profile4,
-    /// The body along its axis into four parts of one height.
+    /// Divides the body along its axis into four parts of equal height.
     Axial4,
-    /// The body's box across its axis into four quarters, which leaves the volume as it is.
+    /// Divides the body's box across its axis into four quarters, which leaves the total volume unchanged.
     Quad4,
 }
 
@@ -89,7 +90,7 @@ impl SecondLevel {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::None, Self::Profile4, Self::Axial4, Self::Quad4];
 
-    /// Its name in files.
+    /// Name in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -101,7 +102,7 @@ impl SecondLevel {
     }
 }
 
-/// A box with the tool's axes, in its frame, mm.
+/// A box along the axes of the tool's frame, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolBox {
     /// Its middle.
@@ -118,7 +119,7 @@ impl ToolBox {
         }
     }
 
-    /// The box widened on all sides; narrowed it is not.
+    /// The box widened on all sides; a negative amount has no effect.
     #[must_use]
     pub fn widened(&self, by_mm: f64) -> Self {
         Self { half: self.half.add_scalar(by_mm.max(0.0)), ..*self }
@@ -129,7 +130,7 @@ impl ToolBox {
     }
 }
 
-/// Cuts that are tried for [`SecondLevel::Profile4`] beside the profile's own.
+/// Heights that are tried for [`SecondLevel::Profile4`] in addition to those of the profile.
 const CUTS: usize = 64;
 
 impl Body {
@@ -160,7 +161,7 @@ impl Body {
         }
     }
 
-    /// The ends and the three heights between them at which four boxes have the least volume, by dynamic programming.
+    /// The ends, and the three heights between them at which four boxes have the least total volume, by dynamic programming.
     fn best_cuts(&self) -> Vec<f64> {
         let [low, high] = self.profile.span_mm();
         let mut heights = self.profile.heights_mm();

@@ -8,8 +8,8 @@
 //! joint = { axis = "Z", direction = [0, 0, 1], min_mm = -900, max_mm = 50 }
 //! ```
 //!
-//! The letters A, B and C turn (`point_mm`, `min_deg`, `max_deg`); the other six slide (`min_mm`, `max_mm`), unless `turns = true`
-//! says that a joint turns by one degree per millimetre of its axis: robots have more turning joints than three.
+//! The letters A, B and C are rotary (`point_mm`, `min_deg`, `max_deg`); the other six are linear (`min_mm`, `max_mm`). With `turns =
+//! true`, a joint of a linear letter turns by one degree per millimetre of its axis, because robots have more than three rotary joints.
 
 use super::joint::{Joint, JointError, Limits};
 use super::tree::{Link, Machine, MachineError};
@@ -21,35 +21,35 @@ use std::ops::Range;
 use thiserror::Error;
 use toml::Spanned;
 
-/// A link as written.
+/// A link in the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LinkFile {
     /// Name, unique in the machine.
     pub name: Spanned<String>,
-    /// The link it stands on.
+    /// The parent link; when absent, the world.
     pub parent: Option<Spanned<String>>,
-    /// Its frame in its parent's.
+    /// The link's frame in its parent's frame.
     #[serde(default)]
     pub at: PlacementFile,
-    /// How it moves.
+    /// The joint that moves the link; when absent, the link is fixed.
     pub joint: Option<JointFile>,
 }
 
-/// A placement as written: first turned, then moved.
+/// A placement in the file: rotation first, then translation.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlacementFile {
     /// Translation, mm.
     #[serde(default)]
     pub xyz_mm: [f64; 3],
-    /// Turns about the fixed axes X, then Y, then Z, degrees.
+    /// Rotations about the fixed axes X, then Y, then Z, degrees.
     #[serde(default)]
     pub rpy_deg: [f64; 3],
 }
 
 impl PlacementFile {
-    /// As a rigid motion. Not finite when the numbers are not.
+    /// The placement as a rigid motion. Not finite when its numbers are not.
     #[must_use]
     pub fn isometry(&self) -> Isometry {
         let [roll, pitch, yaw] = self.rpy_deg.map(f64::to_radians);
@@ -60,7 +60,7 @@ impl PlacementFile {
     }
 }
 
-/// A joint as written.
+/// A joint in the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointFile {
@@ -68,7 +68,7 @@ pub struct JointFile {
     pub axis: Spanned<char>,
     /// Direction, any length but zero.
     pub direction: Spanned<[f64; 3]>,
-    /// Whether it turns although the letter is one of a linear axis: a degree per mm.
+    /// Whether the joint is rotary although its letter is that of a linear axis: a degree per mm.
     #[serde(default)]
     pub turns: bool,
     /// A point on a rotary joint's line, mm.
@@ -83,18 +83,18 @@ pub struct JointFile {
     pub max_deg: Option<Spanned<f64>>,
 }
 
-/// Which of the two descriptions of a URDF link is taken.
+/// Which description of a URDF link is used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Form {
-    /// `<collision>`; `<visual>` for links without one.
+    /// `<collision>`, or `<visual>` for links without it.
     #[default]
     Collision,
     /// `<visual>`.
     Visual,
 }
 
-/// Why a list of links is not a machine.
+/// Why a list of links does not form a machine.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum LinkError {
     /// An axis letter that ISO 841 does not have.
@@ -105,7 +105,7 @@ pub enum LinkError {
         /// The letter.
         letter: char,
     },
-    /// A key that only the other kind of joint has.
+    /// A key that belongs to the other kind of joint.
     #[error("link `{name}`: axis {axis} {verb}, so `{key}` means nothing here")]
     ForeignKey {
         /// The link.
@@ -117,7 +117,7 @@ pub enum LinkError {
         /// The key.
         key: &'static str,
     },
-    /// Numbers that do not make a joint.
+    /// The numbers of a joint are invalid.
     #[error("link `{name}`: {cause}")]
     Joint {
         /// The link.
@@ -125,7 +125,7 @@ pub enum LinkError {
         /// Why not.
         cause: JointError,
     },
-    /// Links that do not make a machine.
+    /// The links do not form a machine.
     #[error(transparent)]
     Machine(#[from] MachineError),
 }
@@ -133,7 +133,7 @@ pub enum LinkError {
 /// Builds the machine.
 ///
 /// # Errors
-/// [`LinkError`], with the bytes of the file where the value to blame stands, or the name of the link.
+/// [`LinkError`], with the byte range of the faulty value, or of the link's name.
 pub fn build(links: &[LinkFile]) -> Result<Machine, (Range<usize>, LinkError)> {
     let mut built = Vec::with_capacity(links.len());
     for link in links {
@@ -183,7 +183,7 @@ fn joint(name: &str, file: &JointFile) -> Result<Joint, (Range<usize>, LinkError
     joint.map_err(|cause| (to_blame(file, &cause), LinkError::Joint { name: name(), cause }))
 }
 
-/// Where the numbers stand that do not make a joint.
+/// The byte range of the numbers that make a joint invalid.
 fn to_blame(file: &JointFile, cause: &JointError) -> Range<usize> {
     let limits = [&file.min_mm, &file.max_mm, &file.min_deg, &file.max_deg].map(Option::as_ref);
     let mut limits = limits.into_iter().flatten();

@@ -1,19 +1,19 @@
-//! One joint: how a link moves on its parent when an axis moves.
+//! One joint: how a link moves relative to its parent when an axis moves.
 
 use crate::geometry::{self, Isometry, Point, Vector};
 use nalgebra::{Translation3, Unit, UnitQuaternion};
 use rs274::{Axis, Position};
 use thiserror::Error;
 
-/// How far outside its limits an axis may be: what a controller's arithmetic may add to a programmed limit, mm or radians.
-/// A nanometre is far below any controller's resolution and far above rounding (4096 mm · 2⁻⁵² ≈ 1e-12 mm).
+/// Permitted distance of an axis beyond its limits, mm or radians: the rounding error that a controller's arithmetic may add to a
+/// programmed limit. A nanometre is far below any controller's resolution, and far above rounding (4096 mm · 2⁻⁵² ≈ 1e-12 mm).
 pub const LIMIT_SLACK: f64 = 1e-6;
 
-/// What a joint that turns by one of X, Y, Z, U, V, W does per mm of its axis, radians: a degree. Robots have more joints that
-/// turn than there are letters for them.
+/// Rotation of a joint driven by one of X, Y, Z, U, V, W, radians per mm of its axis: one degree. Robots have more rotary joints than there
+/// are letters for rotary axes.
 const DEGREE_PER_MM: f64 = std::f64::consts::PI / 180.0;
 
-/// Why numbers do not make a joint.
+/// Why the numbers of a joint are invalid.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum JointError {
     /// A direction without length.
@@ -42,7 +42,7 @@ pub enum JointError {
     },
 }
 
-/// The range of an axis at a joint, mm or radians. Infinite where there is no limit.
+/// The range of an axis at a joint, mm or radians. Infinite without a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Smallest value.
@@ -61,27 +61,27 @@ impl Limits {
 pub enum Motion {
     /// Slides along a direction.
     Prismatic {
-        /// The way a positive axis value goes.
+        /// Direction of motion for a positive axis value.
         direction: Unit<Vector>,
     },
     /// Turns about a line.
     Rotary {
-        /// Positive values turn counter-clockwise seen against this direction.
+        /// Direction of the line. Positive values rotate counter-clockwise when seen against this direction.
         direction: Unit<Vector>,
         /// A point on the line, mm.
         point: Point,
     },
 }
 
-/// An axis and the motion it drives. One axis may drive several joints (both sides of a gantry): each moves by its value
-/// and keeps its own limits.
+/// An axis and the motion that it drives. One axis may drive several joints (both sides of a gantry): each moves by the axis value, and has
+/// its own limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
     /// The axis.
     pub axis: Axis,
-    /// What it moves, and how.
+    /// The motion of the link.
     pub motion: Motion,
-    /// The range it may have here.
+    /// The permitted range of the axis at this joint.
     pub limits: Limits,
 }
 
@@ -91,7 +91,7 @@ pub struct Joint {
 pub struct OutOfLimits {
     /// Letter of the axis.
     pub axis: char,
-    /// Where it is, in `unit`.
+    /// Value of the axis, in `unit`.
     pub value: f64,
     /// Lower limit, in `unit`.
     pub min: f64,
@@ -125,7 +125,7 @@ impl Joint {
         Ok(Self { axis, motion: Motion::Rotary { direction, point }, limits })
     }
 
-    /// How far the joint goes per unit of its axis, mm or radians: 1, but for a joint that turns by an axis whose values are mm.
+    /// Motion of the joint per unit of its axis: 1, except for a rotary joint whose axis values are in mm, which has radians per mm.
     #[must_use]
     pub const fn gain(&self) -> f64 {
         match self.motion {
@@ -134,19 +134,19 @@ impl Joint {
         }
     }
 
-    /// Whether the joint turns; else it slides.
+    /// Whether the joint is rotary; otherwise it is prismatic.
     #[must_use]
     pub const fn turns(&self) -> bool {
         matches!(self.motion, Motion::Rotary { .. })
     }
 
-    /// How far the joint is at an axis position, mm or radians; also how far it goes when axes change by `position`.
+    /// The joint's value at an axis position, mm or radians; also the change of that value when axes change by `position`.
     #[must_use]
     pub fn value(&self, position: &Position) -> f64 {
         position[self.axis] * self.gain()
     }
 
-    /// Where the link is at an axis position, relative to where it is at zero (link frame).
+    /// The pose of the link at an axis position, relative to its pose at zero (link frame).
     #[must_use]
     pub fn displacement(&self, position: &Position) -> Isometry {
         let value = self.value(position);
@@ -158,7 +158,7 @@ impl Joint {
         }
     }
 
-    /// Whether the axis is where the joint allows it.
+    /// Checks that the axis is within the joint's limits.
     ///
     /// # Errors
     /// [`OutOfLimits`] with the value and the range, mm or degrees.

@@ -1,10 +1,9 @@
 //! Machines: a tree of links joined by fixed, prismatic and rotary joints, moved by axis positions.
 //!
-//! Axes are named as ISO 841 does. Inside, lengths are mm and angles radians; the wire form ([`mod@file`]) speaks degrees.
+//! Axis names follow ISO 841. Lengths are mm and angles radians; only the file format ([`mod@file`]) uses degrees.
 //!
-//! Reading order: [`joint`], [`tree`] (links and their poses), [`travel`] (how far parts go), [`tip`] (tool-centre-point control),
-//! [`orientation`] (the tool-vector inverse), [`mod@file`] (TOML), `urdf` (machines of ROS, with the
-//! feature of that name).
+//! Reading order: [`joint`], [`tree`] (links and their poses), [`travel`] (bounds on the travel of parts), [`tip`] (tool-centre-point
+//! control), [`orientation`] (the tool-vector inverse), [`mod@file`] (TOML), `urdf` (machines of ROS, with the feature of that name).
 
 pub mod joint;
 pub mod tree;

@@ -1,11 +1,11 @@
-//! The tool-vector inverse: from the direction that a tool shall have on the workpiece to the positions of two rotary axes.
+//! The tool-vector inverse: from the direction of the tool relative to the workpiece to the positions of two rotary axes.
 //!
-//! Between workpiece and tool lie two joints that turn, on the table's side, on the head's, or one on each; slides do not
-//! change directions. In the world with all axes at zero the tool vector is `exp(w1 t1) exp(w2 t2) p`, with `w1` the axis nearer to
-//! the workpiece, `w2` the one nearer to the tool, `p` the vector at zero, and angles of table joints taken negative (they turn the
-//! workpiece away instead). For any two axes that are not parallel this has two solutions in closed form: B. Paden, "Kinematics and
-//! control of robot manipulators", thesis, Berkeley 1986, second subproblem; R. Murray, Z. Li, S. Sastry, "A mathematical
-//! introduction to robotic manipulation", 1994, section 3.3.
+//! Two rotary joints lie between workpiece and tool: both on the table's side, both on the head's side, or one on each. Prismatic joints do
+//! not change directions. In the world frame with all axes at zero, the tool vector is `exp(w1 t1) exp(w2 t2) p`. Here `w1` is the axis
+//! nearer to the workpiece, `w2` the axis nearer to the tool, and `p` the tool vector at zero. Angles of table joints are negated, because
+//! these joints rotate the workpiece instead of the tool. For two axes that are not parallel, this has two solutions in closed form: B.
+//! Paden, "Kinematics and control of robot manipulators", thesis, Berkeley 1986, second subproblem; R. Murray, Z. Li, S. Sastry, "A
+//! mathematical introduction to robotic manipulation", 1994, section 3.3.
 
 use super::joint::{LIMIT_SLACK, Motion, OutOfLimits};
 use super::tip::TipControl;
@@ -16,42 +16,42 @@ use rs274::{Axis, Position};
 use std::f64::consts::TAU;
 use thiserror::Error;
 
-/// Sine of the angle between two axes below which they are parallel for us: the solutions lose as many digits as this has.
+/// Sine of the angle below which two axes count as parallel. The relative accuracy of the solutions falls in proportion to this sine.
 const PARALLEL: f64 = 1e-4;
-/// Sine of an angle below which directions are the same: a thousandth of what any rotary axis resolves, and far above
-/// rounding (1e-16 over [`PARALLEL`]).
+/// Sine of the angle below which two directions count as equal: a thousandth of the resolution of any rotary axis, and far above rounding
+/// (1e-16 over [`PARALLEL`]).
 const SAME: f64 = 1e-9;
-/// The two solutions fall together when the square of half their distance is below this share of the vector's distance from the
-/// first axis: what rounding leaves of a difference that should be zero.
+/// The two solutions count as one when the square of half their distance is below this fraction of the vector's distance from the first
+/// axis. This is the rounding error of a difference that should be zero.
 const TOGETHER: f64 = 1e-15;
 
-/// Axis positions at which the tool has the direction asked for.
+/// Axis positions at which the tool has the requested direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution {
     /// The previous position with the two rotary axes changed.
     pub position: Position,
-    /// The axis that does not matter here (the tool lies along it); it stays where it was.
+    /// The rotary axis that has no effect because the tool lies along it; it keeps its previous position.
     pub free: Option<Axis>,
-    /// Travel of the two axes from the previous position, nearer to the workpiece first, radians.
+    /// Travel of the two axes from the previous position, radians; the axis nearer to the workpiece first.
     pub travel: [f64; 2],
-    /// Whether the machine's limits allow it.
+    /// Whether the position is within the machine's limits.
     pub limits: Result<(), OutOfLimits>,
 }
 
 /// Both solutions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solutions {
-    /// Within the limits, and of two such the nearer: the one whose longer travel of the two axes is the shorter, which is reached
-    /// first when both axes are equally fast; of two equal ones the one with the shorter travel in all.
+    /// The preferred solution: within the limits, and of two such solutions the one that is reached first when both axes are equally fast
+    /// (the longer of the two axes' travels is shorter). On a tie, the one with less travel in total.
     pub chosen: Solution,
-    /// The other, possibly outside the limits; `None` where the two fall together.
+    /// The other solution, possibly outside the limits; `None` when the two coincide.
     pub other: Option<Solution>,
 }
 
 /// Why there is no solution.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum OrientationError {
-    /// Not two joints that turn.
+    /// There are not exactly two rotary joints.
     #[error(
         "there are {found} turning joints between workpiece and tool; a tool vector is found for two, of different axes"
     )]
@@ -59,24 +59,24 @@ pub enum OrientationError {
         /// How many there are.
         found: usize,
     },
-    /// Two parallel axes.
+    /// The two axes are parallel.
     #[error("axes {0} and {1} are parallel, so they tilt the tool in one plane only", axes[0], axes[1])]
     Parallel {
         /// Letters of the axes.
         axes: [char; 2],
     },
-    /// A direction that the axes do not reach.
+    /// The axes cannot reach the direction.
     #[error("axes {0} and {1} cannot tilt the tool this way, whatever their limits", axes[0], axes[1])]
     Unreachable {
         /// Letters of the axes.
         axes: [char; 2],
     },
-    /// Solutions outside the limits only.
+    /// All solutions are outside the limits.
     #[error("both ways to tilt the tool leave the limits; of the nearer one, {0}")]
     OutOfLimits(#[from] OutOfLimits),
 }
 
-/// A joint that turns, as seen from the world with all axes at zero.
+/// A rotary joint in the world frame with all axes at zero.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
     axis: Axis,
@@ -86,8 +86,8 @@ struct Turn {
 }
 
 impl TipControl {
-    /// The direction from the tool's tip up the tool, in the frame that the workpiece carries along and that is the world's while
-    /// all axes are at zero.
+    /// The direction from the tool's tip up the tool, in a frame fixed to the workpiece that coincides with the world frame when all axes
+    /// are at zero.
     #[must_use]
     pub fn tool_vector(&self, machine: &Machine, position: &Position) -> Unit<Vector> {
         let (at_zero, poses) = (machine.forward(&Position::default()), machine.forward(position));
@@ -95,11 +95,11 @@ impl TipControl {
         carried * (poses.world_from(self.tool_link).rotation * -self.direction)
     }
 
-    /// The positions of the two rotary axes at which the tool has the direction `vector` ([`TipControl::tool_vector`]); all other axes
-    /// stay at `previous`. Angles are those next to `previous` that the limits allow, so they may leave one turn.
+    /// The positions of the two rotary axes at which the tool has the direction `vector` ([`TipControl::tool_vector`]); all other axes stay
+    /// at `previous`. Among equivalent angles, those nearest to `previous` within the limits are used, so angles may exceed one turn.
     ///
     /// # Errors
-    /// When the machine has not two such axes, they cannot, or the limits forbid it.
+    /// When the machine does not have two such axes, they cannot reach the direction, or the limits forbid it.
     pub fn orient(
         &self,
         machine: &Machine,
@@ -123,7 +123,7 @@ impl TipControl {
         Ok(Solutions { chosen, other })
     }
 
-    /// The turning joints between workpiece and tool, in this order.
+    /// The rotary joints between workpiece and tool, in this order.
     fn turns(&self, machine: &Machine) -> Result<[Turn; 2], OrientationError> {
         let chain = |link: Option<usize>| std::iter::successors(link, |&link| machine.parent(link));
         let at_zero = machine.forward(&Position::default());
@@ -151,7 +151,7 @@ impl TipControl {
     }
 }
 
-/// Whether `one` is to be chosen before `other`.
+/// Whether `one` is preferred to `other`.
 fn is_better(one: &Solution, other: &Solution) -> bool {
     let longer = |solution: &Solution| solution.travel[0].abs().max(solution.travel[1].abs());
     let sum = |solution: &Solution| solution.travel[0].abs() + solution.travel[1].abs();
@@ -159,7 +159,7 @@ fn is_better(one: &Solution, other: &Solution) -> bool {
     order.then(longer(one).total_cmp(&longer(other))).then(sum(one).total_cmp(&sum(other))).is_lt()
 }
 
-/// The axis positions of two joint angles; `None` is an angle that does not matter.
+/// The axis positions for two joint angles; an angle of `None` has no effect.
 fn solution(machine: &Machine, turns: &[Turn; 2], angles: [Option<f64>; 2], previous: &Position) -> Solution {
     let mut position = *previous;
     let (mut free, mut travel) = (None, [0.0; 2]);
@@ -178,7 +178,7 @@ fn solution(machine: &Machine, turns: &[Turn; 2], angles: [Option<f64>; 2], prev
     Solution { position, free, travel, limits }
 }
 
-/// Of the positions `value + k period` the nearest to `previous` from `low` to `high`; where there is none, the nearest of all.
+/// Among the positions `value + k period`, the one nearest to `previous` within `low..=high`; if there is none, the nearest of all.
 fn nearest(value: f64, period: f64, previous: f64, low: f64, high: f64) -> f64 {
     let turns = ((previous - value) / period).round();
     let slack = LIMIT_SLACK / period;
@@ -192,7 +192,7 @@ enum Cause {
     Unreachable,
 }
 
-/// The pairs of angles for which `exp(w1 t1) exp(w2 t2) p = q`, one or two; an angle is `None` where it does not matter.
+/// The pairs of angles for which `exp(w1 t1) exp(w2 t2) p = q`, one or two; an angle is `None` when it has no effect.
 fn angles([w1, w2]: &[Vector; 2], p: &Unit<Vector>, q: &Unit<Vector>) -> Result<Vec<[Option<f64>; 2]>, Cause> {
     let (p, q) = (p.as_ref(), q.as_ref());
     let normal = w1.cross(w2);
@@ -226,7 +226,7 @@ fn angles([w1, w2]: &[Vector; 2], p: &Unit<Vector>, q: &Unit<Vector>) -> Result<
     Ok(found)
 }
 
-/// The angle that turns `from` to `to` about `axis`, radians.
+/// The angle of the rotation about `axis` that takes `from` to `to`, radians.
 fn angle_about(axis: &Vector, from: &Vector, to: &Vector) -> f64 {
     let (from, to) = (from - axis * axis.dot(from), to - axis * axis.dot(to));
     axis.dot(&from.cross(&to)).atan2(from.dot(&to))

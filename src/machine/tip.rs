@@ -1,8 +1,8 @@
-//! Tool-centre-point control: from where the tool's tip shall be on the workpiece to where the linear axes must be.
+//! Tool-centre-point control: from the position of the tool's tip relative to the workpiece to the positions of the linear axes.
 //!
-//! Under it a program gives the tip's way over the workpiece, as if the rotary axes stood at zero, beside the rotary axes'
-//! positions. With the rotary axes given, the tip seen from the workpiece is an affine function of X, Y and Z whatever the
-//! machine's structure is, turning table, turning head or one of each; three linear equations give the one solution.
+//! Under this control, a program gives the positions of the rotary axes, and the path of the tip over the workpiece as if the rotary axes
+//! were at zero. For given rotary axes, the tip in the workpiece's frame is an affine function of X, Y and Z, whatever the machine's
+//! structure is: rotary table, rotary head, or one axis on each. Three linear equations give the unique solution.
 
 use super::tree::Machine;
 use crate::geometry::{Point, Vector};
@@ -11,32 +11,32 @@ use rs274::{Axis, Kinematics, Position, TipKinematics};
 use std::sync::Arc;
 use thiserror::Error;
 
-/// The linear axes that follow.
+/// The linear axes that follow the tip.
 const LINEAR: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
-/// Smallest singular value of the three equations (mm of tip per mm of axis) for which they are solved: below it an axis
-/// would run a thousand times as far as the tip.
+/// Smallest singular value of the three equations, mm of tip per mm of axis, for which they are solved. Below it, an axis would move more
+/// than a thousand times as far as the tip.
 const SINGULAR: f64 = 1e-3;
 
-/// Which links carry the tool and the workpiece.
+/// The links that carry the tool and the workpiece.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TipControl {
     /// The link that carries the tool; `None` is the world.
     pub tool_link: Option<usize>,
-    /// Where a tool of no length has its tip, in that link's frame, mm.
+    /// Position of the tip of a tool of length zero, in that link's frame, mm.
     pub gauge: Point,
-    /// From there towards the tip, in that link's frame.
+    /// Direction from that position towards the tip, in that link's frame.
     pub direction: Unit<Vector>,
     /// The link that carries the workpiece.
     pub work_link: Option<usize>,
 }
 
-/// X, Y and Z cannot put the tip where it shall be.
+/// X, Y and Z cannot bring the tip to the requested position.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error("with the rotary axes where they are, X, Y and Z cannot move the tool's tip in every direction")]
 pub struct TipError;
 
 impl TipControl {
-    /// The tip seen from the workpiece's link, mm, with a tool of `length_mm`.
+    /// The tip of a tool of `length_mm` in the frame of the workpiece's link, mm.
     #[must_use]
     pub fn tip(&self, machine: &Machine, position: &Position, length_mm: f64) -> Point {
         let poses = machine.forward(position);
@@ -44,11 +44,12 @@ impl TipControl {
         poses.world_from(self.work_link).inverse() * (poses.world_from(self.tool_link) * tip)
     }
 
-    /// Axis positions that hold the tip where `programmed` says: its X, Y, Z are the tip's place in machine coordinates with all
-    /// rotary axes at zero (where an axis position is the tip's plus the length along Z), its other axes are as they shall be.
+    /// Axis positions that bring the tip to `programmed`. X, Y and Z of `programmed` are the tip's position in machine coordinates with all
+    /// rotary axes at zero (there, an axis position is the tip's position plus the tool length along Z). The other axes of `programmed` are
+    /// kept.
     ///
     /// # Errors
-    /// When the linear axes cannot.
+    /// When the linear axes cannot bring the tip there.
     pub fn axes(&self, machine: &Machine, programmed: &Position, length_mm: f64) -> Result<Position, TipError> {
         let mut at_zero = *programmed;
         for axis in Axis::ALL.into_iter().filter(|axis| axis.is_rotary()) {
@@ -59,8 +60,8 @@ impl TipControl {
         self.linear_axes(machine, programmed, &wanted, length_mm)
     }
 
-    /// What a program says under tool-centre-point control to have the tip at `tip`, in the frame of the link that carries the workpiece,
-    /// mm, with the rotary axes where `position` has them: X, Y, Z in machine coordinates, as [`TipControl::axes`] takes them.
+    /// The position that a program gives under tool-centre-point control for a tip at `tip`, mm, in the frame of the link that carries the
+    /// workpiece. The rotary axes are those of `position`. X, Y, Z are in machine coordinates, as [`TipControl::axes`] expects them.
     ///
     /// # Errors
     /// When the linear axes cannot move the tip in every direction with all rotary axes at zero.
@@ -82,13 +83,13 @@ impl TipControl {
         Ok(programmed)
     }
 
-    /// This control of a machine, as programs ask for it.
+    /// The control of this machine in the form that the interpreter of programs uses.
     #[must_use]
     pub fn kinematics(&self, machine: &Machine) -> Kinematics {
         Kinematics(Arc::new(ControlledMachine { machine: machine.clone(), control: self.clone() }))
     }
 
-    /// The position with the linear axes such that the tip is where `wanted` says, in the frame of the workpiece's link.
+    /// The position with the linear axes set such that the tip is at `wanted`, in the frame of the workpiece's link.
     fn linear_axes(
         &self,
         machine: &Machine,
@@ -114,7 +115,7 @@ impl TipControl {
     }
 }
 
-/// A machine and which of its links carry tool and workpiece.
+/// A machine, and the links that carry tool and workpiece.
 #[derive(Debug)]
 struct ControlledMachine {
     machine: Machine,
@@ -140,7 +141,7 @@ impl TipKinematics for ControlledMachine {
     }
 }
 
-/// Travel over which the effect of an axis is found, mm: large, so that rounding is small beside it.
+/// Travel by which the effect of an axis is determined, mm; large, so that rounding errors are relatively small.
 const UNIT_MM: f64 = 1024.0;
 
 #[cfg(test)]
@@ -165,7 +166,7 @@ mod tests {
         Joint::rotary(axis, direction, Point::from(point), Limits::NONE).unwrap()
     }
 
-    /// X, Y under the table that tilts about A and turns about C; Z carries the head.
+    /// A machine with X and Y under a table that tilts about A and rotates about C, and with the head on Z.
     fn table_table() -> (Machine, TipControl) {
         let machine = Machine::new(vec![
             link("x", None, [0.0; 3], slide(Axis::X, -Vector::x())),

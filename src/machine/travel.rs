@@ -1,45 +1,45 @@
-//! How far can a part travel against another while axes move? A bound, for steps that must not jump over a contact.
+//! An upper bound on the travel of a part relative to another while axes move, for time steps that must not skip a contact.
 //!
-//! F. Schwarzer, M. Saha, J.-C. Latombe, "Adaptive dynamic collision checking", IEEE Transactions on Robotics 21(3), 2005:
-//! a slide moves every point by its travel, a turn by its angle times the point's distance from the axis. That
-//! distance may grow by what the joints between the part and the axis move it meanwhile, which is added.
+//! F. Schwarzer, M. Saha, J.-C. Latombe, "Adaptive dynamic collision checking", IEEE Transactions on Robotics 21(3), 2005: a prismatic
+//! joint moves every point by its travel, and a rotary joint moves it by the angle times the point's distance from the axis. The joints
+//! between the part and the axis can increase that distance during the motion, so their travel is added to it.
 
 use super::joint::Motion;
 use super::tree::{Machine, Poses};
 use crate::geometry::{Point, Vector};
 use rs274::Position;
 
-/// A ball around a part.
+/// A bounding sphere of a part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
-    /// The link it is fixed to; `None` is the world.
+    /// The link to which the part is fixed; `None` is the world.
     pub link: Option<usize>,
-    /// Its centre in the link's frame, mm.
+    /// Centre of the sphere in the link's frame, mm.
     pub centre: Point,
     /// Its radius, mm.
     pub radius: f64,
 }
 
 impl Machine {
-    /// The greatest way any point of either ball goes as seen from the other's link, mm, while every axis moves steadily by
-    /// `change` (mm and radians) from where `poses` has the links.
+    /// Upper bound, mm, on the path length of any point of either ball, seen from the other's link, while every axis moves at a constant
+    /// rate by `change` (mm and radians), starting from the poses `poses`.
     #[must_use]
     pub fn travel_bound_mm(&self, a: &Ball, b: &Ball, poses: &Poses, change: &Position) -> f64 {
         let shared = self.nearest_shared(a.link, b.link);
         self.travel_to(a, shared, poses, change) + self.travel_to(b, shared, poses, change)
     }
 
-    /// How far the distance of the balls' centres can differ from that at `poses`, mm, when every axis is anywhere within `within`
-    /// (mm and radians) of where it is there. Infinite or not a number where `within` is infinite for an axis between them.
+    /// Upper bound, mm, on the change of the distance between the balls' centres from that at `poses`, when every axis stays within
+    /// `within` (mm and radians) of its position there. Infinite or not a number when `within` is infinite for an axis between them.
     #[must_use]
     pub fn shift_bound_mm(&self, a: &Ball, b: &Ball, poses: &Poses, within: &Position) -> f64 {
         let shared = self.nearest_shared(a.link, b.link);
         self.shift_from(a, shared, poses, within) + self.shift_from(b, shared, poses, within)
     }
 
-    /// How far the ball's centre can be from its place at `poses`, as seen from `base`, which carries it. A turn by an angle t moves
-    /// a point at distance d from the axis to a place 2 d sin(t / 2) away; what the joints nearer to the ball have shifted
-    /// it before stays as long as it was.
+    /// Upper bound, mm, on the displacement of the ball's centre from its position at `poses`, seen from `base`, which carries the ball. A
+    /// rotation by an angle t displaces a point at distance d from the axis by 2 d sin(t / 2). A displacement by the joints nearer to the
+    /// ball keeps its length under that rotation.
     fn shift_from(&self, ball: &Ball, base: Option<usize>, poses: &Poses, within: &Position) -> f64 {
         let centre = poses.world_from(ball.link) * ball.centre;
         let links = std::iter::successors(ball.link, |&link| self.parent(link)).take_while(|&link| Some(link) != base);
@@ -59,13 +59,13 @@ impl Machine {
         links.filter_map(shift).sum()
     }
 
-    /// The nearest link that carries both; `None` is the world.
+    /// The nearest link that carries both links; `None` is the world.
     fn nearest_shared(&self, a: Option<usize>, b: Option<usize>) -> Option<usize> {
         let chain = |link: Option<usize>| std::iter::successors(link, |&link| self.parent(link));
         chain(a).find(|&link| chain(b).any(|other| other == link))
     }
 
-    /// The way of the ball's points as seen from `base`, which carries it.
+    /// Upper bound on the path length of the ball's points, seen from `base`, which carries the ball.
     fn travel_to(&self, ball: &Ball, base: Option<usize>, poses: &Poses, change: &Position) -> f64 {
         let centre = poses.world_from(ball.link) * ball.centre;
         let mut travel = 0.0;
@@ -105,7 +105,7 @@ mod tests {
         Link { name: name.into(), parent: parent.map(Into::into), parent_from_link, joint: Some(joint) }
     }
 
-    /// X carries B carries C; Z stands alone.
+    /// A machine in which X carries B and B carries C; Z is separate.
     fn machine() -> Machine {
         let slide = |axis, direction| Joint::prismatic(axis, direction, Limits::NONE).unwrap();
         let turn = |axis, direction| Joint::rotary(axis, direction, Point::new(1.0, 2.0, 3.0), Limits::NONE).unwrap();

@@ -1,4 +1,4 @@
-//! Links on links: forward kinematics.
+//! The tree of links, and its forward kinematics.
 
 use super::joint::{Joint, OutOfLimits};
 use crate::geometry::Isometry;
@@ -6,10 +6,10 @@ use rs274::{Axis, Position};
 use std::collections::HashMap;
 use thiserror::Error;
 
-/// Why links do not make a machine. Each variant names the `link` to blame by its index.
+/// Why links do not form a machine. Each variant names the faulty link by its index.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum MachineError {
-    /// A parent that is not a link.
+    /// The parent of a link is not defined.
     #[error("link `{name}` stands on `{parent}`, which is not a link of this machine")]
     UnknownParent {
         /// Index of the link.
@@ -19,15 +19,15 @@ pub enum MachineError {
         /// The parent it names.
         parent: String,
     },
-    /// Links that stand on one another.
+    /// Links form a cycle of parents.
     #[error("links stand on one another in a circle: {path}")]
     Cycle {
-        /// Index of the first link of the circle.
+        /// Index of the first link of the cycle.
         link: usize,
-        /// The circle, `a -> b -> a`.
+        /// The cycle, as `a -> b -> a`.
         path: String,
     },
-    /// Two links with one name.
+    /// Two links have the same name.
     #[error("there are two links named `{name}`")]
     DuplicateName {
         /// Index of the second.
@@ -35,7 +35,7 @@ pub enum MachineError {
         /// The name.
         name: String,
     },
-    /// A placement with a number that is NaN or infinite.
+    /// The placement of a link has a number that is NaN or infinite.
     #[error("the placement of link `{name}` is not finite, or farther than 1e9 mm")]
     NotFinite {
         /// Index of the link.
@@ -46,7 +46,7 @@ pub enum MachineError {
 }
 
 impl MachineError {
-    /// Index of the link to blame.
+    /// Index of the faulty link.
     #[must_use]
     pub const fn link(&self) -> usize {
         match self {
@@ -63,21 +63,21 @@ impl MachineError {
 pub struct Link {
     /// Name, unique in the machine.
     pub name: String,
-    /// Name of the link it stands on; `None` when it stands in the world.
+    /// Name of the parent link; `None` for the world.
     pub parent: Option<String>,
-    /// The link's frame in its parent's at axis position zero, mm.
+    /// The link's frame in its parent's frame at axis position zero, mm.
     pub parent_from_link: Isometry,
-    /// How it moves on its parent; `None` when it is fixed.
+    /// The joint between the link and its parent; `None` when the link is fixed.
     pub joint: Option<Joint>,
 }
 
-/// A kinematic tree (a forest: several links may stand in the world), checked.
+/// A checked kinematic tree (or forest: several links may have the world as parent).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Machine {
     links: Vec<Link>,
-    /// Per link: index of its parent.
+    /// Index of each link's parent.
     parents: Vec<Option<usize>>,
-    /// Links in an order in which parents come first.
+    /// Indices of the links, parents before children.
     order: Vec<usize>,
 }
 
@@ -86,10 +86,10 @@ pub struct Machine {
 pub struct Poses(pub Vec<Isometry>);
 
 impl Machine {
-    /// Checks the links and sorts out who stands on whom.
+    /// Checks the links and finds the parent of each.
     ///
     /// # Errors
-    /// [`MachineError`]: an unknown parent, a circle, a name given twice, a placement that is not finite.
+    /// [`MachineError`]: an unknown parent, a cycle, a name given twice, or a placement that is not finite.
     pub fn new(links: Vec<Link>) -> Result<Self, MachineError> {
         let mut index_of = HashMap::new();
         for (link, Link { name, parent_from_link, .. }) in links.iter().enumerate() {
@@ -127,20 +127,20 @@ impl Machine {
         self.links.iter().position(|link| link.name == name)
     }
 
-    /// Index of the link that a link stands on; `None` when it stands in the world.
+    /// Index of a link's parent; `None` for the world.
     #[must_use]
     pub fn parent(&self, link: usize) -> Option<usize> {
         self.parents[link]
     }
 
-    /// The link that moves a link: the nearest with a joint on its way to the world, itself included; `None` when nothing
-    /// does. Links with one answer never move against each other.
+    /// The link whose joint moves the given link: the nearest link with a joint on the path to the world, including the link itself; `None`
+    /// when there is none. Links with the same result never move relative to each other.
     #[must_use]
     pub fn rigid_body(&self, link: Option<usize>) -> Option<usize> {
         std::iter::successors(link, |&link| self.parents[link]).find(|&link| self.links[link].joint.is_some())
     }
 
-    /// Where every link is at an axis position. Limits are not looked at: [`Machine::check_limits`] does that.
+    /// The poses of all links at an axis position. Limits are not checked; [`Machine::check_limits`] does that.
     #[must_use]
     pub fn forward(&self, position: &Position) -> Poses {
         let mut poses = vec![Isometry::identity(); self.links.len()];
@@ -153,8 +153,8 @@ impl Machine {
         Poses(poses)
     }
 
-    /// What all joints of an axis allow, in the unit of the axis (mm or radians): smallest and largest, infinite where there is
-    /// no limit. `None` for an axis that drives nothing.
+    /// The range that all joints of an axis permit, in the unit of the axis (mm or radians); infinite without a limit. `None` for an axis
+    /// without a joint.
     #[must_use]
     pub fn axis_limits(&self, axis: Axis) -> Option<[f64; 2]> {
         let limits = self.joints_of(axis).map(|joint| [joint.limits.min, joint.limits.max].map(|x| x / joint.gain()));
@@ -166,15 +166,15 @@ impl Machine {
         self.links.iter().filter_map(|link| link.joint.as_ref()).filter(move |joint| joint.axis == axis)
     }
 
-    /// Whether the joints of one axis allow a position.
+    /// Checks that all joints of one axis permit a position.
     ///
     /// # Errors
-    /// [`OutOfLimits`] for the first that does not.
+    /// [`OutOfLimits`] for the first joint that does not.
     pub fn check_axis(&self, axis: Axis, position: &Position) -> Result<(), OutOfLimits> {
         self.joints_of(axis).try_for_each(|joint| joint.check(position))
     }
 
-    /// Whether every joint allows an axis position.
+    /// Checks that every joint permits an axis position.
     ///
     /// # Errors
     /// [`OutOfLimits`] for the first joint, in link order, that does not.
@@ -184,14 +184,14 @@ impl Machine {
 }
 
 impl Poses {
-    /// `world_from_link`; the world itself for `None`.
+    /// `world_from_link` of a link; the identity for `None`.
     #[must_use]
     pub fn world_from(&self, link: Option<usize>) -> Isometry {
         link.map_or_else(Isometry::identity, |link| self.0[link])
     }
 }
 
-/// Whether all seven numbers of a rigid motion are finite, and the translation is one that an axis could make.
+/// Whether all seven numbers of a rigid motion are finite, and its translation is within the range of an axis.
 #[must_use]
 pub fn is_usable(motion: &Isometry) -> bool {
     let translation = motion.translation.vector;
@@ -242,7 +242,8 @@ mod tests {
         }
     }
 
-    /// A column 100 up, a slide along X on it, a table that turns about Z at (50, 0) of the slide. Declared backwards.
+    /// A column 100 mm up, a slide along X on it, and a table that rotates about Z at (50, 0) of the slide. The links are declared in
+    /// reverse order.
     fn machine() -> Machine {
         let slide = Joint::prismatic(Axis::X, Vector::x(), Limits { min: -200.0, max: 200.0 }).unwrap();
         let turn = Joint::rotary(Axis::C, Vector::z(), Point::origin(), Limits::NONE).unwrap();

@@ -1,9 +1,9 @@
-//! Machines from URDF, the Unified Robot Description Format of ROS: links, joints and what they look like.
+//! Machines from URDF, the Unified Robot Description Format of ROS: links, joints and geometry.
 //!
-//! URDF speaks metres and radians, as fixed-axis roll, pitch and yaw; here all becomes mm. Fixed, prismatic, revolute and continuous
-//! joints are taken, at version 1.0 of the format and up. Each joint that moves gets the letter of an axis, so that a program can move
-//! it: the caller's, or the next that is free of X Y Z U V W for a joint that slides, and of A B C U V W X Y Z for one that turns, in
-//! the order of the file.
+//! URDF uses metres, radians, and fixed-axis roll, pitch and yaw; here all lengths are converted to mm. Fixed, prismatic, revolute and
+//! continuous joints are supported, from version 1.0 of the format on. Each moving joint gets an axis letter, so that a program can move
+//! it: the letter that the caller gives, or the next free letter in the order of the file. Prismatic joints use X Y Z U V W; rotary joints
+//! use A B C U V W X Y Z.
 
 use super::file::Form;
 use super::joint::{Joint, JointError, Limits};
@@ -17,39 +17,39 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 use urdf_rs::{Geometry, JointType, Pose, Robot};
 
-/// How many mm URDF's unit is.
+/// Length of URDF's unit, mm.
 const METRE: f64 = 1000.0;
-/// Elements within elements: URDF has five; parsers of XML call themselves once for each.
+/// Deepest nesting of elements. URDF needs five levels; XML parsers recurse once per level.
 const MOST_NESTED: usize = 64;
 
 /// Letters for sliding joints, in the order in which they are assigned.
 const SLIDING: [Axis; 6] = [Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W];
-/// Letters for joints that turn.
+/// Letters for rotary joints, in the order in which they are assigned.
 const TURNING: [Axis; 9] = [Axis::A, Axis::B, Axis::C, Axis::U, Axis::V, Axis::W, Axis::X, Axis::Y, Axis::Z];
 
-/// Why a URDF file is not a machine.
+/// Why a URDF file does not describe a machine.
 #[derive(Debug, Error)]
 pub enum UrdfError {
-    /// Not XML, or not URDF.
+    /// The text is not XML, or not URDF.
     #[error("{0}")]
     Syntax(String),
-    /// Macros of xacro, which must be expanded.
+    /// The text has macros of xacro, which must be expanded first.
     #[error("this is xacro; expand it first, with `xacro FILE > robot.urdf`")]
     Xacro,
-    /// Elements within elements without end.
+    /// Elements are nested too deeply.
     #[error("elements are nested deeper than {limit}", limit = MOST_NESTED)]
     Nested,
-    /// A joint that a letter was given to is not there.
+    /// A letter is given to a joint that does not exist.
     #[error("there is no joint `{name}` to give axis {letter} to; there are {known}")]
     UnknownJoint {
         /// The name.
         name: String,
         /// The letter.
         letter: char,
-        /// The joints that move.
+        /// The moving joints.
         known: String,
     },
-    /// A letter that is none, or cannot drive a joint.
+    /// A letter does not exist, or cannot drive the joint.
     #[error("joint `{name}` cannot be axis `{letter}`: {why}")]
     BadLetter {
         /// The joint.
@@ -59,21 +59,21 @@ pub enum UrdfError {
         /// Why not.
         why: &'static str,
     },
-    /// More joints than letters.
+    /// There are more moving joints than letters.
     #[error("no letter is left for joint `{name}`; give several joints one letter, or make joints `fixed`")]
     NoLetter {
         /// The joint.
         name: String,
     },
-    /// A joint of a kind that an axis cannot drive.
+    /// An axis cannot drive joints of this kind.
     #[error("joint `{name}` is {kind}; only fixed, prismatic, revolute and continuous joints are taken")]
     Kind {
         /// The joint.
         name: String,
-        /// What it is.
+        /// Kind of the joint.
         kind: &'static str,
     },
-    /// A joint that follows another.
+    /// The joint follows another joint.
     #[error(
         "joint `{name}` mimics `{of}`, which is not supported; give both the letter of one axis where they move alike, or fix it"
     )]
@@ -83,13 +83,13 @@ pub enum UrdfError {
         /// The joint it follows.
         of: String,
     },
-    /// A prismatic or revolute joint whose limits leave no range.
+    /// The limits of a prismatic or revolute joint leave no range.
     #[error("joint `{name}` has no range: it needs `<limit lower=... upper=...>`, or to be `fixed` or `continuous`")]
     NoRange {
         /// The joint.
         name: String,
     },
-    /// A joint between links of which one is not there.
+    /// A joint refers to a link that does not exist.
     #[error("joint `{name}` names the link `{link}`, which is not there")]
     UnknownLink {
         /// The joint.
@@ -97,7 +97,7 @@ pub enum UrdfError {
         /// The link.
         link: String,
     },
-    /// A link on two joints.
+    /// A link is the child of two joints.
     #[error("link `{name}` is the child of two joints, `{first}` and `{second}`: a closed chain is not a tree")]
     TwoParents {
         /// The link.
@@ -107,7 +107,7 @@ pub enum UrdfError {
         /// The other.
         second: String,
     },
-    /// A mesh that is not scaled alike along all axes.
+    /// The scale of a mesh differs between axes.
     #[error("a mesh of link `{name}` is scaled by {scale:?}; only one positive factor for all axes is taken")]
     Scale {
         /// The link.
@@ -115,13 +115,13 @@ pub enum UrdfError {
         /// The factors.
         scale: [f64; 3],
     },
-    /// A placement with a number that is not finite.
+    /// A placement has a number that is not finite.
     #[error("a placement at `{name}` is not finite, or farther than 1e9")]
     NotFinite {
         /// The link or joint.
         name: String,
     },
-    /// Numbers that do not make a joint.
+    /// The numbers of a joint are invalid.
     #[error("joint `{name}`: {cause}")]
     Joint {
         /// The joint.
@@ -129,13 +129,13 @@ pub enum UrdfError {
         /// Why not.
         cause: JointError,
     },
-    /// Links that do not make a machine.
+    /// The links do not form a machine.
     #[error(transparent)]
     Machine(#[from] MachineError),
 }
 
 impl UrdfError {
-    /// The name in the file at the place of the error.
+    /// The name that locates the error in the file.
     #[must_use]
     pub fn name(&self) -> Option<&str> {
         match self {
@@ -160,14 +160,14 @@ impl UrdfError {
     }
 }
 
-/// What a link looks like, in part.
+/// One body of a link's geometry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// Name: the link's, numbered when it has several.
+    /// Name: the name of the link, numbered when the link has several bodies.
     pub name: String,
     /// Index of the link.
     pub link: usize,
-    /// Its frame in the link's, mm.
+    /// The body's frame in the link's frame, mm.
     pub link_from_body: Isometry,
     /// Its geometry.
     pub solid: Solid,
@@ -180,17 +180,17 @@ pub enum Solid {
     Shape(Shape),
     /// A mesh file.
     Mesh {
-        /// As the file says it: a path, or a URI of `package://` or `file://`.
+        /// The path as written in the file, or a URI with `package://` or `file://`.
         file: String,
-        /// How many mm the mesh's unit is.
+        /// Length of the mesh's unit, mm.
         unit_mm: f64,
     },
 }
 
-/// Reads a machine and the bodies on its links. `letters` gives joints the letters of axes.
+/// Reads a machine and the bodies of its links. `letters` assigns axis letters to joints.
 ///
 /// # Errors
-/// [`UrdfError`], with the name of what is to blame.
+/// [`UrdfError`], with the name of the faulty element.
 pub fn read(text: &str, letters: &BTreeMap<String, char>, form: Form) -> Result<(Machine, Vec<Body>), UrdfError> {
     if text.contains("<xacro:") {
         return Err(UrdfError::Xacro);
@@ -220,7 +220,7 @@ pub fn read(text: &str, letters: &BTreeMap<String, char>, form: Form) -> Result<
     Ok((machine, bodies))
 }
 
-/// Whether opening tags run ahead of closing ones by too many. Comments are no tags.
+/// Whether elements are nested too deeply, by counting opening and closing tags. Comments do not count as tags.
 fn is_nested_too_deep(text: &str) -> bool {
     let (mut depth, mut rest) = (0usize, text);
     while let Some(start) = rest.find('<') {
@@ -241,7 +241,7 @@ fn is_nested_too_deep(text: &str) -> bool {
     false
 }
 
-/// The axis of every joint that moves, by its name.
+/// The axis of every moving joint, by the joint's name.
 fn axes<'a>(robot: &'a Robot, letters: &BTreeMap<String, char>) -> Result<BTreeMap<&'a str, Axis>, UrdfError> {
     let slides = |joint: &urdf_rs::Joint| joint.joint_type == JointType::Prismatic;
     let moving: Vec<&urdf_rs::Joint> =
@@ -270,7 +270,7 @@ fn axes<'a>(robot: &'a Robot, letters: &BTreeMap<String, char>) -> Result<BTreeM
     Ok(axes)
 }
 
-/// The joint that every link but the roots stands on, by the link's name.
+/// The joint of which each link is the child, by the link's name; root links have none.
 fn parents(robot: &Robot) -> Result<BTreeMap<&str, &urdf_rs::Joint>, UrdfError> {
     let mut parents: BTreeMap<&str, &urdf_rs::Joint> = BTreeMap::new();
     for joint in &robot.joints {
@@ -296,7 +296,7 @@ fn placed(name: &str, origin: &Pose) -> Result<Isometry, UrdfError> {
     Ok(Isometry::from_parts(Translation3::from(Vector::from(*origin.xyz) * METRE), turn))
 }
 
-/// How a link moves on its parent; `None` when it is fixed.
+/// The joint that moves a link; `None` for a fixed joint.
 fn moved(joint: &urdf_rs::Joint, axes: &BTreeMap<&str, Axis>) -> Result<Option<Joint>, UrdfError> {
     let name = || joint.name.clone();
     let kind = |kind| Err(UrdfError::Kind { name: name(), kind });
@@ -343,7 +343,7 @@ fn bodies_of(index: usize, link: &urdf_rs::Link, form: Form) -> Result<Vec<Body>
     described.into_iter().enumerate().map(body).collect()
 }
 
-/// A solid of ours with the shift that brings it to where URDF's is.
+/// The solid of this project that corresponds to a URDF geometry, with the translation between their origins.
 fn solid(link: &str, geometry: &Geometry) -> Result<(Translation3<f64>, Solid), UrdfError> {
     let mm = |metres: &f64| metres * METRE;
     let mut shift = Translation3::identity();

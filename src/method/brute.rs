@@ -1,4 +1,4 @@
-//! The control: no volume at all, every pair of triangles.
+//! The exhaustive control: tests every pair of triangles, without volumes.
 
 use super::{Model, same};
 use crate::geometry::grid::Placement;
@@ -8,7 +8,7 @@ use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::Counts;
 use crate::volume::Info;
 
-/// What the control is called.
+/// Name and reference of the control.
 pub const INFO: Info = Info {
     id: "brute",
     label: "brute force",

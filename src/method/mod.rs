@@ -1,7 +1,7 @@
-//! What the harness runs: a method prepared for a mesh, and asked about poses.
+//! What the harness runs: a method that is prepared for a mesh and queried at poses.
 //!
-//! A tree of any volume, the octree of samples, the exhaustive control and the peers all answer through [`Model`]. The call through it is made
-//! once per chunk of poses; inside, everything is monomorphic.
+//! Trees of any volume, the octree of samples, the exhaustive control and the peers all answer through [`Model`]. One call covers a whole
+//! chunk of poses; inside it, all code is monomorphic.
 
 pub mod brute;
 pub mod octree_obb;
@@ -25,12 +25,12 @@ pub use crate::record::Kind;
 
 /// A method prepared for one mesh.
 pub trait Model: Any + Send + Sync {
-    /// Mode `first`, for timing: pushes one verdict per pose, whether this mesh and `other` touch. `other` was prepared by
-    /// the same variant.
+    /// Mode `first`, for timing: pushes one verdict per pose, whether this mesh and `other` touch. `other` must be prepared by the same
+    /// variant.
     fn first(&self, other: &dyn Model, a_from_b: &[Isometry], verdicts: &mut Vec<bool>);
 
-    /// The verdicts of [`Model::first`], found by a shorter way where there is one: `witnesses` names for each pose a pair of
-    /// faces (of this mesh, of `other`) that touch by the triangle test all trees share, or `None` when no pair does.
+    /// The verdicts of [`Model::first`], found by a shorter way if the method has one. For each pose, `witnesses` holds a pair of faces (of
+    /// this mesh, of `other`) that touch by the triangle test common to all trees, or `None` when no pair touches.
     fn first_given(
         &self,
         other: &dyn Model,
@@ -42,8 +42,8 @@ pub trait Model: Any + Send + Sync {
         self.first(other, a_from_b, verdicts);
     }
 
-    /// The verdicts of [`Model::first`] at poses of a path, in order, with what `memory` keeps of those before, as far as `coherence`
-    /// allows. Methods that keep nothing answer afresh.
+    /// The verdicts of [`Model::first`] at poses of a path, in order. `memory` keeps state between the poses, as far as `coherence`
+    /// permits. Methods without such state answer each pose independently.
     fn along(
         &self,
         other: &dyn Model,
@@ -59,31 +59,31 @@ pub trait Model: Any + Send + Sync {
     /// Mode `first` with operation counts (zero for methods that do not count).
     fn first_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (bool, Counts);
 
-    /// Mode `all`: every pair of faces that touch, as (face of this mesh, face of `other`), sorted; with operation counts.
+    /// Mode `all`: every pair of faces that touch, as (face of this mesh, face of `other`), sorted, and the operation counts.
     fn all_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (Vec<(u32, u32)>, Counts);
 
-    /// The distance of the meshes, mm, where it is below `below_mm`, else infinity; 0 when they touch. `proximity` is what the
-    /// last query of this pair left behind.
+    /// The distance between the meshes, mm, if it is below `below_mm`; otherwise infinity. 0 when they touch. `proximity` keeps the state
+    /// of this pair's last query.
     fn distance_mm(&self, other: &dyn Model, a_from_b: &Isometry, below_mm: f64, proximity: &mut Proximity) -> f64;
 
     /// Memory held, bytes.
     fn bytes(&self) -> usize;
 
-    /// What there is to say about the tree, for methods that have one of ours.
+    /// The report on the tree; `None` for methods without a tree of this project.
     fn tree_report(&self) -> Option<crate::tree::tightness::TreeReport>;
 
-    /// The volumes of the first `levels` levels of a tree of ours, as they are drawn; none for methods without one.
+    /// The volumes of the first `levels` levels of the tree, for drawing; empty for methods without a tree of this project.
     fn drawn(&self, levels: u32) -> Vec<Drawn> {
         let _ = levels;
         Vec::new()
     }
 
-    /// The tree as one of oriented boxes, for methods that have one whose volumes are boxes.
+    /// The tree as a tree of oriented boxes; `None` for methods whose volumes are not boxes.
     fn boxes(&self) -> Option<Tree<Obb>> {
         None
     }
 
-    /// Whether the tree, where there is one of ours, divides the triangles properly.
+    /// Checks that the tree divides the triangles properly; passes for methods without a tree of this project.
     ///
     /// # Errors
     /// The first fault found.
@@ -91,8 +91,8 @@ pub trait Model: Any + Send + Sync {
         Ok(())
     }
 
-    /// Whether each node's volume, where there is a tree of ours, contains every corner of its triangles, within
-    /// `slack_mm`.
+    /// Checks that each node's volume contains every corner of its triangles within `slack_mm`; passes for methods without a tree of this
+    /// project.
     ///
     /// # Errors
     /// The first corner outside.
@@ -101,10 +101,10 @@ pub trait Model: Any + Send + Sync {
         Ok(())
     }
 
-    /// Whether what each node's volume says of its size and shape, where there is a tree of ours, is so.
+    /// Checks that each volume's reported figures are consistent; passes for methods without a tree of this project.
     ///
     /// # Errors
-    /// The first volume that says something else.
+    /// The first inconsistent volume.
     fn check_consistency(&self) -> Result<(), TreeFault> {
         Ok(())
     }
@@ -113,7 +113,7 @@ pub trait Model: Any + Send + Sync {
 /// The concrete model behind `other`.
 ///
 /// # Panics
-/// When `other` was prepared by another variant, which only a mistake in this program can do.
+/// When `other` was prepared by another variant, which is a programming error.
 pub(crate) fn same<M: Model>(other: &dyn Model) -> &M {
     let any: &dyn Any = other;
     any.downcast_ref().expect("both meshes of a pair are prepared by the same variant")

@@ -1,8 +1,8 @@
-//! The thesis's method between any two meshes: the rounder one is the tool, the other the surface ([`crate::interference`]).
+//! The method of the thesis between any two meshes: the rounder mesh is the tool, the other the surface ([`crate::interference`]).
 //!
-//! The tool is known by the body of revolution around its mesh, the surface by samples in an octree. So the verdicts are those of
-//! another test than the trees' shared one of two triangles: near contact, and where a tool that is not round is hollow, the safe
-//! form says that meshes touch which do not, and the sampling form misses what lies between samples.
+//! The tool is represented by the body of revolution around its mesh, the surface by samples in an octree. The verdicts therefore differ
+//! from those of the exact triangle test that all trees share. The safe form reports contacts that do not exist, near contact and in the
+//! hollows of a tool that is not round. The sampling form misses contacts between samples.
 
 use super::{Model, same};
 use crate::geometry::rigid::{self, rigid};
@@ -16,7 +16,7 @@ use crate::tree::tightness::TreeReport;
 use crate::tree::traverse;
 use crate::volume::Info;
 
-/// What the method is called when the tool is widened by the samples' covering radius.
+/// Name and reference of the safe form, which widens the tool by the samples' covering radius.
 pub const INFO: Info = Info {
     id: "octree-obb",
     label: "tool OBBs against surface octree",
@@ -24,7 +24,7 @@ pub const INFO: Info = Info {
     safe: true,
 };
 
-/// What it is called when only the samples count.
+/// Name and reference of the sampling form, in which only the samples count.
 pub const SAMPLED: Info = Info {
     id: "octree-obb-sampled",
     label: "tool OBBs against surface octree, samples only",
@@ -32,9 +32,9 @@ pub const SAMPLED: Info = Info {
     safe: false,
 };
 
-/// About how many samples a surface gets.
+/// Approximate number of samples of a surface.
 const SAMPLES: f64 = (1 << 18) as f64;
-/// Least spacing of samples, mm: a quarter of a millimetre brings the covering radius below what fixtures and holders repeat to.
+/// Smallest spacing of samples, mm. A quarter of a millimetre brings the covering radius below the repeatability of fixtures and holders.
 const LEAST_SPACING_MM: f64 = 0.25;
 
 /// A mesh as the surface: its samples in an octree.
@@ -62,7 +62,8 @@ impl ToolSide {
         Self { boxes: BoxedTool::new(Tool { bodies }, SecondLevel::Profile4), revolved }
     }
 
-    /// Distance of the nearest sample of `surface` from the tool, mm, negative inside it; `below_mm` where none is nearer than that.
+    /// Distance of the nearest sample of `surface` from the tool, mm, negative inside the tool; `below_mm` when no sample is nearer than
+    /// that.
     #[must_use]
     pub fn signed_distance_mm(&self, surface: &SurfaceOctree, mesh_from_surface: &Isometry, below_mm: f64) -> f64 {
         let detector = Detector::new(surface, &self.boxes, CONTACT, false, Search::Octree);
@@ -70,10 +71,10 @@ impl ToolSide {
     }
 }
 
-/// Touching is interfering.
+/// Allowance of zero: touching counts as interference.
 const CONTACT: Allowance = Allowance { gouge_mm: 0.0, clearance_mm: 0.0 };
 
-/// A mesh that can be either.
+/// A mesh that can be either tool or surface.
 #[derive(Clone, Debug)]
 pub struct OctreeObb {
     surface: SurfaceOctree,
@@ -88,7 +89,7 @@ impl OctreeObb {
         Self { surface: surface(mesh), tool: ToolSide::new(mesh), is_safe }
     }
 
-    /// A detector for this mesh and another, and the way from a pose to the surface in the tool's frame.
+    /// A detector for this mesh and another, and the function from a pose to the surface's pose in the tool's frame.
     fn pairing<'a>(&'a self, other: &'a Self) -> (Detector<'a>, impl Fn(&Isometry) -> Isometry + use<>) {
         let is_tool = self.tool.revolved.is_tool_against(&other.tool.revolved);
         let (tool, surface) = if is_tool { (&self.tool, &other.surface) } else { (&other.tool, &self.surface) };
@@ -107,7 +108,7 @@ impl Model for OctreeObb {
         verdicts.extend(a_from_b.iter().map(touches));
     }
 
-    /// Volume tests are those of octants against boxes; points tested against the profile take the place of triangle tests.
+    /// Volume tests are tests of octants against boxes; points compared with the profile are counted as triangle tests.
     fn first_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (bool, traverse::Counts) {
         let (detector, tool_from_surface) = self.pairing(same(other));
         let mut counts = Counts::default();
@@ -115,12 +116,13 @@ impl Model for OctreeObb {
         (verdict, traverse::Counts { volume_tests: counts.box_tests(), triangle_tests: counts.points })
     }
 
-    /// Samples do not say which triangles touch; the list is empty.
+    /// Samples do not identify touching triangles, so the list is empty.
     fn all_counted(&self, _: &dyn Model, _: &Isometry) -> (Vec<(u32, u32)>, traverse::Counts) {
         (Vec::new(), traverse::Counts::default())
     }
 
-    /// Of the body around the tool; in the safe form less the covering radius, so that the meshes are never nearer than it says.
+    /// The distance from the body around the tool. The safe form subtracts the covering radius, so the result is never above the distance
+    /// of the meshes.
     fn distance_mm(&self, other: &dyn Model, a_from_b: &Isometry, below_mm: f64, _: &mut Proximity) -> f64 {
         let (detector, tool_from_surface) = self.pairing(same(other));
         let least = detector.least_mm(&tool_from_surface(a_from_b), below_mm, &mut Counts::default());

@@ -1,7 +1,7 @@
 //! parry's `TriMesh` query as an in-process peer: its own tree, its own traversal, its own triangle test.
 //!
-//! A whole system, not a bounding volume: what differs from our variants is everything at once. It sees the unsnapped
-//! pose, and its triangle test is not exact, so it carries no promise of safety here.
+//! parry is a whole system, not a bounding volume, and differs from the variants in every respect. It sees the unsnapped pose, and its
+//! triangle test is not exact, so it counts as unsafe here.
 
 use super::{Model, same};
 use crate::geometry::{Isometry, Mesh};
@@ -13,7 +13,7 @@ use parry3d_f64::math::Pose;
 use parry3d_f64::query::{distance, intersection_test};
 use parry3d_f64::shape::TriMesh;
 
-/// What the peer is called.
+/// Name and reference of the peer.
 pub const INFO: Info = Info {
     id: "parry-trimesh",
     label: "parry TriMesh (whole system)",

@@ -10,7 +10,7 @@ use crate::tree::traverse::{Counts, NoProbe};
 use crate::volume::Info;
 use std::ops::ControlFlow;
 
-/// What the grid is called.
+/// Name and reference of the grid.
 pub const GRID: Info = Info {
     id: "uniform-grid",
     label: "uniform grid",
@@ -18,7 +18,7 @@ pub const GRID: Info = Info {
     safe: true,
 };
 
-/// What the octree is called.
+/// Name and reference of the octree.
 pub const OCTREE: Info = Info {
     id: "triangle-octree",
     label: "octree of triangles",
@@ -26,7 +26,7 @@ pub const OCTREE: Info = Info {
     safe: true,
 };
 
-/// The two differ by names only in what a query of either does.
+/// Implements [`Model`] for the grid and the octree, whose queries differ only in names.
 macro_rules! answer_by_visiting {
     ($structure:ty, $scratch:ty, $report:expr) => {
         impl Model for $structure {

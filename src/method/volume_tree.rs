@@ -1,4 +1,4 @@
-//! Every bounding volume as a method: its tree, and the one traversal.
+//! Every bounding volume as a method: a tree of it, and the one traversal.
 
 use super::{Model, same};
 use crate::geometry::Isometry;
@@ -19,8 +19,8 @@ impl<S: Shape> Model for Tree<S> {
         verdicts.extend(a_from_b.iter().map(|pose| traverse::first(self, other, pose, &mut scratch, &mut NoProbe)));
     }
 
-    /// A tree reports a contact only after the shared test of two triangles, so without a witness the answer is no; with
-    /// one, it is yes when the query comes by the witness. Else the query itself decides.
+    /// A tree reports a contact only after the shared triangle test, so without a witness the answer is no. With a witness, the answer is
+    /// yes if the query reaches it; otherwise the query itself decides.
     fn first_given(
         &self,
         other: &dyn Model,

@@ -1,4 +1,4 @@
-//! Volumes eight at a time: the tree of [`obbtree`].
+//! Methods that test eight volumes at a time, with the trees of [`obbtree`].
 
 use super::wide_shape::{drawn, report};
 use super::{Model, same};

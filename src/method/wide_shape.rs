@@ -1,4 +1,4 @@
-//! Drawings and facts of a tree of [`obbtree`].
+//! Drawings and measurements of a tree of [`obbtree`].
 
 use crate::tree::levels::Drawn;
 use crate::tree::tightness::{TreeReport, drift};
@@ -11,7 +11,7 @@ use nalgebra::Matrix3;
 use obbtree::engine::plain::Plain;
 use obbtree::engine::{WideTree, WideVolume};
 
-/// What the drawings and the tightness take of a volume.
+/// The data of a volume that drawings and tightness use.
 struct Facts {
     outline: Vec<Segment>,
     volume_mm3: f64,
@@ -33,19 +33,19 @@ impl Facts {
     }
 }
 
-/// What lies below a slot.
+/// Sums over everything below a slot.
 #[derive(Clone, Copy, Default)]
 struct Below {
     nodes: usize,
     leaves: usize,
-    /// Sum of the depths of the leaves, each a triangle.
+    /// Sum of the depths of the leaves; each leaf is one triangle.
     depths: u64,
     depth_max: u32,
     /// Sum of the volumes' surface areas, mm².
     area_mm2: f64,
 }
 
-/// The volumes of the first `levels` levels, a node before what is below it.
+/// The volumes of the first `levels` levels; a node comes before its descendants.
 #[must_use]
 pub fn drawn<V: WideVolume>(tree: &WideTree<V>, levels: u32) -> Vec<Drawn> {
     let (mut drawn, mut waiting) = (Vec::new(), vec![(WideTree::<V>::ROOT, 0)]);
@@ -62,7 +62,7 @@ pub fn drawn<V: WideVolume>(tree: &WideTree<V>, levels: u32) -> Vec<Drawn> {
     drawn
 }
 
-/// Size and depth of the tree; its volumes hold their contents, and it has no levels of two.
+/// Size and depth of the tree. Its volumes contain their contents, and it is not a binary tree.
 #[must_use]
 pub fn report<V: WideVolume>(tree: &WideTree<V>) -> TreeReport {
     let (below, plain) = (below(tree, WideTree::<V>::ROOT, 0), tree.plain(WideTree::<V>::ROOT));

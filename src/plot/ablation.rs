@@ -23,7 +23,7 @@ pub fn draw_ablation(folder: &Path) -> Result<Gallery, PlotError> {
     Ok(gallery)
 }
 
-/// A form of the method as a line or bar: search, second level, coherence.
+/// A form of the method that is drawn as a line or bar: search, second level, coherence.
 type Key<'a> = (&'a str, &'a str, u8);
 
 fn key(row: &Counted) -> Key<'_> {
@@ -53,7 +53,7 @@ fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     kept
 }
 
-/// Tests of both kinds per pose.
+/// Mean number of tests per pose, over colliding and free poses.
 fn mean(rows: &[&Counted], part: fn(&Counted) -> u64) -> Option<Point> {
     let poses: u64 = rows.iter().map(|row| row.counts.poses).sum();
     // A logarithmic axis has no place for nothing.
@@ -61,13 +61,13 @@ fn mean(rows: &[&Counted], part: fn(&Counted) -> u64) -> Option<Point> {
     (poses > 0 && total > 0).then(|| Point::bare(total as f64 / poses as f64))
 }
 
-/// A count of a row.
+/// A function that reads a count from a row.
 type Part = fn(&Counted) -> u64;
 
 const MEASURES: [(&str, Part); 2] =
     [("box tests of a pose", Counted::box_tests), ("point tests of a pose", |row| row.counts.triangle_tests)];
 
-/// The parts of the method in safe mode: a panel per kind of test and of pose, and one of time; categories are surfaces.
+/// The parts of the method in safe mode: one panel per kind of test and kind of pose, and one for time. Categories are surfaces.
 fn parts(rows: &[Counted], times: &[Timed]) -> Sketch<Grouped> {
     let rows: Vec<&Counted> = rows.iter().filter(|row| row.form.sweep == PARTS && row.form.safe == 1).collect();
     let times: Vec<&Timed> = times.iter().filter(|row| row.form.sweep == PARTS && row.form.safe == 1).collect();
@@ -115,17 +115,17 @@ fn parts(rows: &[Counted], times: &[Timed]) -> Sketch<Grouped> {
     }
 }
 
-/// The median with the extremes.
+/// The median, with the smallest and largest value as its interval.
 fn spread(mut values: Vec<f64>) -> Option<Point> {
     values.sort_by(f64::total_cmp);
     let (low, high) = (*values.first()?, *values.last()?);
     Some(Point { value: values[values.len() / 2], low, high })
 }
 
-/// A swept quantity of a row.
+/// A function that reads a swept quantity from a row.
 type Quantity = fn(&Counted) -> f64;
 
-/// How a quantity that is swept is read off a row, and its axis.
+/// The swept quantities: sweep, label of the axis, and how the quantity is read from a row.
 const SWEEPS: [(&str, &str, Quantity); 4] = [
     ("cap", "most points of a leaf", |row| f64::from(row.form.cap)),
     ("depth", "greatest depth", |row| f64::from(row.form.depth)),
@@ -133,7 +133,7 @@ const SWEEPS: [(&str, &str, Quantity); 4] = [
     ("step", "mean way of the tip between poses, mm", |row| row.form.step_mm),
 ];
 
-/// The sweeps: tests against the quantity, over all surfaces; of the spacing also what sampling misses.
+/// The sweeps: tests against the swept quantity, over all surfaces; for the spacing, also the contacts that sampling misses.
 fn sweeps(rows: &[Counted]) -> Sketch<Grouped> {
     let mut panels = Vec::new();
     for (sweep, axis, quantity) in SWEEPS {
@@ -200,7 +200,7 @@ fn sweeps(rows: &[Counted]) -> Sketch<Grouped> {
     }
 }
 
-/// Time of a pose and of building against the number of samples.
+/// Time of a pose, and time of building, against the number of samples.
 fn sizes(times: &[Timed]) -> Sketch<Grouped> {
     let rows: Vec<&Timed> = times.iter().filter(|row| row.form.sweep == "size").collect();
     let spacings = distinct(rows.iter().map(|row| row.form.spacing_mm));

@@ -1,5 +1,5 @@
-//! Results of an audit in one picture: for each response the share of every factor and pair of factors in the variance
-//! between cells, and the effect of every level.
+//! The results of an audit in one figure: for each response, the share of every factor and pair of factors in the variance between cells,
+//! and the effect of every level.
 
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX};
 use super::marks::{Look, label};
@@ -13,18 +13,18 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 use std::path::Path;
 
-/// Height of one response's row, and its inner margins, px.
+/// Height of the row of one response, px; then its top and bottom margins, px.
 const ROW_PX: i32 = 420;
 const TOP_PX: i32 = 86;
 const BOTTOM_PX: i32 = 66;
-/// Width of the shares' bars with their names, and of the space for the axis, px.
+/// Width of the bars of shares with their names, px; then the widths of the names and of the axis, px.
 const SHARES_PX: i32 = 620;
 const NAMES_PX: i32 = 250;
 const AXIS_PX: i32 = 110;
-/// Width of a level and space between factors, px.
+/// Width of a level, px; then the space between factors, px.
 const LEVEL_PX: i32 = 98;
 const GAP_PX: i32 = 30;
-/// Text of levels and shares, px.
+/// Text size of levels and shares, px.
 const SMALL_PX: u32 = 18;
 
 /// A response's row of the figure.
@@ -32,17 +32,17 @@ const SMALL_PX: u32 = 18;
 struct Response {
     title: &'static str,
     shares: Vec<AuditShareRow>,
-    /// For each factor its levels' effects.
+    /// For each factor, the effects of its levels.
     effects: Vec<Vec<AuditEffectRow>>,
 }
 
-/// Shares and effects, a row for each response.
+/// Shares and effects, with one row for each response.
 #[derive(Clone, Debug)]
 pub struct Factors {
     responses: Vec<Response>,
 }
 
-/// What responds, for readers.
+/// The title of a response.
 fn title_of(response: &str) -> &'static str {
     match response {
         "volume-tests" => "volume tests of a query",
@@ -72,7 +72,7 @@ pub fn draw_audit(folder: &Path) -> Result<Gallery, PlotError> {
     Ok(gallery)
 }
 
-/// The safe centre with the fewest volume tests, when there are several.
+/// The safe centre rule with the fewest volume tests, when there are several.
 fn best_centre(effects: &[AuditEffectRow]) -> Option<String> {
     let rows = effects.iter().filter(|row| row.cells == SAFE && row.response == RESPONSES[0] && row.term == FACTORS[1]);
     let rows: Vec<&AuditEffectRow> = rows.collect();
@@ -82,7 +82,7 @@ fn best_centre(effects: &[AuditEffectRow]) -> Option<String> {
     (candidates.len() > 1).then(|| best.level.clone())
 }
 
-/// The figure over some of the cells: the safe ones, or those of one centre.
+/// The figure over a set of cells: the safe cells, or those of one centre.
 fn factors(cells: &str, name: &'static str, effects: &[AuditEffectRow], shares: &[AuditShareRow]) -> Sketch<Factors> {
     // A factor with one level explains nothing, and its terms would be empty lines.
     let is_centre = |term: &str| term.split(':').any(|factor| factor == FACTORS[1]);
@@ -206,12 +206,12 @@ impl Response {
     }
 }
 
-/// A factor looks the same in all figures.
+/// The look of a factor, the same in all figures.
 fn look_of(factor: &str) -> Look {
     Look::nth(FACTORS.iter().position(|name| *name == factor).unwrap_or(FACTORS.len()))
 }
 
-/// A name broken behind its hyphen, where it has one.
+/// A name split after its hyphen, if it has one.
 fn in_two_lines(name: &str) -> Vec<&str> {
     match name.find('-') {
         Some(hyphen) => vec![&name[..=hyphen], &name[hyphen + 1..]],

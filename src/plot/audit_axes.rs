@@ -1,4 +1,4 @@
-//! Which axis ends the separating-axis test of two boxes.
+//! Figure of the axis at which the separating-axis test of two boxes ends.
 
 use super::Sketch;
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX};

@@ -1,4 +1,5 @@
-//! What the centre of a box does to containment: how much the boxes of an audit leave out, and how many contacts are missed.
+//! Figure of the effect of a box's centre on containment: how much of their contents the boxes of an audit leave out, and how many contacts
+//! they miss.
 
 use super::Sketch;
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX};
@@ -13,12 +14,12 @@ const NAMES_PX: i32 = 170;
 const TOP_PX: i32 = 100;
 const GAP_PX: i32 = 60;
 
-/// A table of shaded numbers for each measure: orientations down, centres across.
+/// A table of shaded numbers for each measure, with orientations as rows and centres as columns.
 #[derive(Clone, Debug)]
 pub struct Containment {
     orientations: Vec<String>,
     centres: Vec<String>,
-    /// Title, unit and values, orientation by orientation.
+    /// Title, unit, and values in the order of orientations.
     tables: [(&'static str, &'static str, Vec<f64>); 3],
 }
 

@@ -1,5 +1,5 @@
-//! The boxes drawn on the tool: the paper's plain box as its text has it, centred on the mean, against the tight box about
-//! the same axes. What the paper calls drift is the shift between the two.
+//! Figure of the boxes on the tool: the paper's plain box as in its text, centred on the mean, beside the tight box along the same axes.
+//! The shift between the two is what the paper calls drift.
 
 use super::Sketch;
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX, text};
@@ -14,7 +14,7 @@ const VIEW_HEIGHT: u32 = 520;
 const LABELS_PX: u32 = 78;
 const MARGIN_PX: u32 = 16;
 
-/// More edges than this are thinned evenly: they would print as a blot.
+/// Largest number of edges drawn; more are thinned evenly, because they would print as a solid area.
 const EDGES_MAX: usize = 6000;
 
 const AXES: [&str; 3] = ["x, mm", "y, mm", "z, mm"];
@@ -35,7 +35,7 @@ struct DrawnBox {
 #[derive(Clone, Debug)]
 struct View {
     title: String,
-    /// Coordinate axes drawn to the right and up.
+    /// Coordinate axes that point right and up in the drawing.
     axes: [usize; 2],
     mesh: Vec<Segment>,
     boxes: Vec<DrawnBox>,
@@ -84,7 +84,7 @@ struct Part<'a> {
     /// The edges seen along each coordinate axis.
     mesh: [Vec<Segment>; 3],
     boxes: Vec<DrawnBox>,
-    /// From the last box's centre to the first one's, mm.
+    /// Vector from the last box's centre to the first one's, mm.
     shift: [f64; 3],
 }
 
@@ -110,7 +110,7 @@ impl<'a> Part<'a> {
         Some(Self { name, mesh, boxes, shift: std::array::from_fn(|i| first[i] - last[i]) })
     }
 
-    /// Two projections that hold the direction of the shift, drawn to the right.
+    /// Two projections that contain the direction of the shift, drawn to the right.
     fn views(self, scene: &str) -> [View; 2] {
         let [x, y, z] = self.shift.map(f64::abs);
         let across = if x >= y && x >= z {
@@ -134,7 +134,7 @@ fn segment(row: &OutlineRow) -> Segment {
     [[row.x1_mm, row.y1_mm, row.z1_mm], [row.x2_mm, row.y2_mm, row.z2_mm]]
 }
 
-/// The mean of the ends of a box's edges is its centre.
+/// The centre of a box: the mean of the ends of its edges.
 fn centre(edges: &[Segment]) -> [f64; 3] {
     let count = (2 * edges.len()) as f64;
     std::array::from_fn(|i| edges.iter().flatten().map(|point| point[i]).sum::<f64>() / count)
@@ -176,7 +176,7 @@ impl Drawing for Boxes {
 /// Width of the first box's lines, px.
 const THIN_PX: u32 = 2;
 
-/// Each further box is drawn wider, and beneath: where edges coincide all of them show.
+/// Stroke widths of the boxes. Each further box is drawn wider and beneath the others, so that all boxes show where their edges coincide.
 fn stroke_widths(boxes: usize) -> impl Iterator<Item = u32> {
     (0..boxes as u32).map(|i| THIN_PX + 4 * i)
 }
@@ -184,7 +184,7 @@ fn stroke_widths(boxes: usize) -> impl Iterator<Item = u32> {
 const MESH_COLOUR: RGBColor = RGBColor(110, 110, 110);
 
 impl View {
-    /// Ranges of both axes with equal millimetres per pixel, everything inside.
+    /// Ranges of both axes that contain everything, with equal millimetres per pixel.
     fn ranges(&self) -> [(f64, f64); 2] {
         let pixels = [VIEW_WIDTH - LABELS_PX - 2 * MARGIN_PX, VIEW_HEIGHT - LABELS_PX - 2 * MARGIN_PX - 34];
         let segments = || self.mesh.iter().chain(self.boxes.iter().flat_map(|drawn| &drawn.edges)).flatten();

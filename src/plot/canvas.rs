@@ -1,8 +1,8 @@
-//! One drawing, two files: SVG as text and PNG from pixels.
+//! Writes one drawing as two files: SVG as text and PNG as pixels.
 //!
-//! The PNG needs glyphs without asking the system for fonts. They come from Ubuntu Light (Ubuntu Font Licence 1.0, which
-//! allows embedding and use in documents), as shipped by the crate `epaint_default_fonts`. The SVG names the generic family
-//! `sans-serif` and leaves the choice to the viewer.
+//! The PNG needs glyphs without fonts of the system. They come from Ubuntu Light (Ubuntu Font Licence 1.0, which allows embedding and use
+//! in documents), as shipped by the crate `epaint_default_fonts`. The SVG names the generic family `sans-serif`, and the viewer chooses the
+//! font.
 
 use super::pixels::Pixels;
 use plotters::coord::Shift;
@@ -26,13 +26,13 @@ pub const PANEL_PX: u32 = 24;
 /// Axis labels, legends.
 pub const TEXT_PX: u32 = 21;
 
-/// Height of the strip that holds the figure's title, px.
+/// Height of the strip above a drawing that holds the figure's title, px.
 const TITLE_STRIP_PX: u32 = 56;
 
 /// The surface that figures are drawn on.
 pub type Area<DB> = DrawingArea<DB, Shift>;
 
-/// What drawing on a backend may fail with.
+/// Result of drawing on a backend.
 pub type DrawResult<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
 
 /// Something that can be drawn on any backend.
@@ -40,10 +40,10 @@ pub trait Drawing {
     /// Width and height, px.
     fn size(&self) -> (u32, u32);
 
-    /// Draws it; the area has that size and is white.
+    /// Draws on an area, which has that size and is white.
     ///
     /// # Errors
-    /// When the backend refuses.
+    /// When the backend reports an error.
     fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB>;
 }
 
@@ -93,10 +93,10 @@ fn paint<D: Drawing, DB: DrawingBackend>(drawing: &D, backend: DB) -> Result<(),
         .map_err(|error| error.to_string())
 }
 
-/// The drawing as SVG text.
+/// Renders the drawing as SVG text.
 ///
 /// # Errors
-/// What the drawing library says.
+/// The error of the drawing library.
 pub fn svg<D: Drawing>(drawing: &D) -> Result<String, String> {
     register()?;
     let mut text = String::new();
@@ -107,7 +107,7 @@ pub fn svg<D: Drawing>(drawing: &D) -> Result<String, String> {
 /// Writes the drawing as PNG, under a temporary name first.
 ///
 /// # Errors
-/// What the drawing library or the file system says.
+/// The error of the drawing library or the file system.
 pub fn write_png<D: Drawing>(drawing: &D, path: &Path) -> Result<(), String> {
     let (width, height) = drawing.size();
     write_pixels(&pixels(drawing)?, (width as usize, height as usize), path)
@@ -116,7 +116,7 @@ pub fn write_png<D: Drawing>(drawing: &D, path: &Path) -> Result<(), String> {
 /// Writes pixels, three bytes each, row by row, as PNG, under a temporary name first.
 ///
 /// # Errors
-/// What the file system says, and when there are not as many bytes as the size asks for.
+/// The error of the file system, or a wrong number of bytes for the size.
 pub fn write_pixels(rgb: &[u8], (width, height): (usize, usize), path: &Path) -> Result<(), String> {
     if rgb.len() != 3 * width * height {
         return Err(format!("{} bytes are no picture of {width} x {height} pixels", rgb.len()));
@@ -133,10 +133,10 @@ pub fn write_pixels(rgb: &[u8], (width, height): (usize, usize), path: &Path) ->
     write().map_err(|error| format!("{}: {error}", path.display()))
 }
 
-/// The drawing as pixels, three bytes each, row by row.
+/// Renders the drawing as pixels, three bytes each, row by row.
 ///
 /// # Errors
-/// What the drawing library says.
+/// The error of the drawing library.
 pub fn pixels<D: Drawing>(drawing: &D) -> Result<Vec<u8>, String> {
     register()?;
     let (width, height) = drawing.size();

@@ -1,4 +1,4 @@
-//! Predicted against measured: query times of chunks by the cost model, against the clock.
+//! Figure of predicted against measured query times: chunks by the cost model and by the clock.
 
 use super::Sketch;
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX, text};
@@ -10,7 +10,7 @@ use plotters::prelude::*;
 
 const PANEL: (u32, u32) = (760, 700);
 
-/// A chunk: its variant, its time as measured and as predicted, ns.
+/// A chunk: its variant, its measured time and its predicted time, ns.
 type Point = (Entry, f64, f64);
 
 /// A panel for each scene.

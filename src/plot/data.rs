@@ -1,4 +1,4 @@
-//! The records a figure may need. A missing CSV is an empty list: the figure says what it lacks.
+//! The records that figures use. A missing CSV file gives an empty list, and the figure states what is missing.
 
 use super::PlotError;
 use super::marks::Look;
@@ -13,28 +13,28 @@ use crate::record::{
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Reason for a missing figure when the analysis has not run.
+/// Reason given for a missing figure when the analysis has not run.
 pub const NO_SUMMARY: &str = "summary.csv holds no rows; run the analysis first";
 
-/// A variant as drawn.
+/// A variant in the form that figures need.
 #[derive(Clone, Debug)]
 pub struct Entry {
     /// Id.
     pub id: String,
-    /// Text in legends; says so when the variant is unsafe.
+    /// Text in legends; it states when the variant is unsafe.
     pub label: String,
     /// Colour and marker.
     pub look: Look,
-    /// Whether a timing of it is one of a method that misses nothing by construction.
+    /// Whether the variant is safe: it misses no contact by construction.
     pub safe: bool,
-    /// What kind of thing it is.
+    /// Kind of the method, such as volume, engine or peer.
     pub kind: Kind,
 }
 
 /// All records of a run that figures use.
 #[derive(Debug)]
 pub struct Data {
-    /// The claims the run was judged by, for the cases with a role.
+    /// The claims by which the run was judged; they name the cases with a role.
     pub claims: ClaimSet,
     /// Variants in the order of the manifest.
     pub variants: Vec<Entry>,
@@ -94,14 +94,14 @@ impl Data {
         self.variants.iter().find(|entry| entry.id == id)
     }
 
-    /// The time of a scene's programs by a variant under its default policy.
+    /// The time of a program of a scene for a variant under its default policy.
     #[must_use]
     pub fn program_time_of(&self, scene: &str, program: &str, variant: &str) -> Option<&ProgramTimeRow> {
         let mut rows = self.program_times.iter().filter(|row| row.scene == scene && row.program == program);
         rows.find(|row| row.variant == variant && self.is_default(&row.case()))
     }
 
-    /// Scenes with each of their workloads that have a summary, in order; not the control's poses.
+    /// Each scene with each of its workloads that has a summary, in order; the control's poses are left out.
     #[must_use]
     pub fn workloads(&self) -> Vec<(String, String)> {
         let of = |scene: &String| {
@@ -126,7 +126,7 @@ impl Data {
     }
 }
 
-/// The variants of a manifest as drawn, in its order.
+/// The variants of a manifest in the form that figures need, in its order.
 #[must_use]
 pub fn entries(manifest: &Manifest) -> Vec<Entry> {
     let variants = manifest.variants.iter().filter(|v| v.id != NULL_VARIANT).enumerate();

@@ -1,4 +1,4 @@
-//! Time ratios with intervals, a forest plot: of all cases against the plain box, and of whole engines against a reference.
+//! Forest plots of time ratios with intervals: all cases against the plain box, and whole engines against a reference engine.
 
 use super::Sketch;
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX, text};
@@ -10,14 +10,14 @@ use crate::record::NULL_VARIANT;
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
-/// Height of a line, width of the labels and of a panel, px.
+/// Height of a line; below, the widths of the labels and of a panel, px.
 const LINE_PX: i32 = 34;
 const LABELS_PX: u32 = 560;
 const PANEL_PX_WIDE: u32 = 520;
 const HEADER_PX: u32 = 48;
 const FOOTER_PX: u32 = 84;
 
-/// Ratios beyond this would squeeze the others together: they are written at the edge.
+/// Largest ratio that is drawn to scale. Larger ratios would compress the others, so they are written at the edge.
 const RATIO_MAX: f64 = 6.0;
 
 /// One ratio.
@@ -93,7 +93,7 @@ impl Forest {
         Ok(Self::sorted(data.scenes.clone(), lines, RATIO_MAX))
     }
 
-    /// The fastest first.
+    /// Sorts the lines by ratio, fastest first.
     fn sorted(panels: Vec<String>, mut lines: Vec<Line>, most: f64) -> Self {
         let mean = |line: &Line| {
             let logs: Vec<f64> = line.bars.iter().flatten().map(|bar| bar.ratio.ln()).collect();
@@ -104,7 +104,7 @@ impl Forest {
     }
 }
 
-/// Whole engines against the one they were compared with, a panel per scene and mode; `None` where the run has none.
+/// Whole engines against their reference, with one panel per scene and mode; `None` when the run has no engines.
 pub(super) fn engines(data: &Data) -> Option<Sketch<Forest>> {
     let reference = &data.peer_ratios.first()?.reference;
     let (mut panels, mut lines): (Vec<String>, Vec<Line>) = (Vec::new(), Vec::new());

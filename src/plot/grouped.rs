@@ -1,5 +1,5 @@
-//! The drawing that most figures share: panels side by side, in each some categories, in each category one mark per
-//! variant with its interval; a legend outside.
+//! The drawing that most figures share: panels side by side, each with categories, and in each category one mark per variant with its
+//! interval. The legend is outside.
 
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX, text};
 use super::data::Entry;
@@ -26,7 +26,7 @@ impl Point {
     }
 }
 
-/// One variant's values, one for each category of the panel.
+/// The values of one variant, one for each category of the panel.
 #[derive(Clone, Debug)]
 pub struct Series {
     /// The variant.
@@ -59,7 +59,7 @@ pub struct Panel {
     pub scale: Scale,
     /// How values are drawn.
     pub form: Form,
-    /// A value with a line across the panel, such as the ratio 1.
+    /// A value that is marked by a line across the panel, such as the ratio 1.
     pub reference: Option<f64>,
     /// Categories.
     pub categories: Vec<String>,
@@ -76,7 +76,7 @@ pub struct Grouped {
     pub columns: usize,
 }
 
-/// Width of a panel, px: one that stands alone in its row has more room.
+/// Width of a panel, px; a panel that is alone in its row is wider.
 const fn panel_width(columns: usize) -> u32 {
     if columns == 1 { 1180 } else { 760 }
 }
@@ -84,8 +84,8 @@ const fn panel_width(columns: usize) -> u32 {
 const PANEL_HEIGHT: u32 = 560;
 
 impl Grouped {
-    /// The panels that hold any value; `Err` with the reason given when none does. Panels whose categories need much room
-    /// stand alone in their rows.
+    /// Keeps the panels that have a value. Panels whose categories need much room get rows of their own. If no panel has a value, the error
+    /// is `reason`.
     ///
     /// # Errors
     /// When no panel holds a value.

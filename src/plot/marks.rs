@@ -1,5 +1,5 @@
-//! The look of a variant, and its marks: colours of Okabe and Ito (2008), which colour-blind readers can tell
-//! apart, each with a marker of its own, so that nothing rests on colour alone.
+//! The look of a variant and its marks. The colours are those of Okabe and Ito (2008), which colour-blind readers can distinguish, and each
+//! has a marker of its own, so that no figure depends on colour alone.
 
 use super::canvas::{Area, DrawResult, TEXT_PX, text};
 use super::data::Entry;
@@ -9,7 +9,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 /// A position on the figure, px from its upper left corner.
 pub type Pixel = (i32, i32);
 
-/// Okabe and Ito's palette without its yellow, which is too faint for lines on white; and each hue again for a dark page.
+/// Okabe and Ito's palette without its yellow, which is too faint for lines on white; each hue has a second shade for a dark page.
 const PALETTE: [(RGBColor, RGBColor); 7] = [
     (RGBColor(0, 114, 178), RGBColor(90, 176, 230)),
     (RGBColor(230, 159, 0), RGBColor(240, 178, 60)),
@@ -38,7 +38,7 @@ enum Shape {
 }
 
 impl Shape {
-    /// Corners about the middle, px; none of a circle.
+    /// The corners about the middle, px; empty for a circle.
     fn corners(self) -> Vec<Pixel> {
         let r = RADIUS;
         match self {
@@ -66,20 +66,20 @@ pub struct Look {
 }
 
 impl Look {
-    /// The look of the `i`-th variant: 42 variants pass before one returns, for 7 and 6 have no common divisor.
+    /// The look of the `i`-th variant. Looks repeat after 42 variants, because 7 colours and 6 markers have no common divisor.
     #[must_use]
     pub const fn nth(i: usize) -> Self {
         let (colour, dark) = PALETTE[i % PALETTE.len()];
         Self { colour, dark, shape: SHAPES[i % SHAPES.len()], is_hollow: false }
     }
 
-    /// The colours on a light and on a dark page, as `#rrggbb`.
+    /// The colours on a light page and on a dark page, as `#rrggbb`.
     #[must_use]
     pub fn css(self) -> [String; 2] {
         [self.colour, self.dark].map(|RGBColor(r, g, b)| format!("#{r:02x}{g:02x}{b:02x}"))
     }
 
-    /// The marker's outline about the origin, as the path of an SVG, px.
+    /// The marker's outline about the origin as an SVG path, px.
     #[must_use]
     pub fn path(self) -> String {
         let corners = self.shape.corners();
@@ -97,7 +97,7 @@ impl Look {
         self.is_hollow
     }
 
-    /// The same, of a variant that may miss contacts where it is not `safe`.
+    /// The same look, hollow when the variant is not `safe` and may miss contacts.
     #[must_use]
     pub const fn of_promise(self, safe: bool) -> Self {
         Self { is_hollow: !safe, ..self }
@@ -129,7 +129,7 @@ impl Look {
         [from, to].into_iter().try_for_each(|y| area.draw(&PathElement::new(vec![(x - 4, y), (x + 4, y)], line)))
     }
 
-    /// Draws the marker with an arrow pointing down from it: the true value is at most here.
+    /// Draws the marker with an arrow pointing down from it, which means that the true value is at most this.
     ///
     /// # Errors
     /// When the backend refuses.
@@ -143,7 +143,7 @@ impl Look {
     }
 }
 
-/// Text with its middle or an end at a place.
+/// Draws text with its middle or an end at a position.
 ///
 /// # Errors
 /// When the backend refuses.
@@ -154,13 +154,13 @@ pub fn label<DB: DrawingBackend>(area: &Area<DB>, words: &str, px: u32, at: Pixe
 /// Width of a legend, px.
 pub const LEGEND_PX: u32 = 360;
 
-/// The eye sees the middle of a text, its lower-case letters, this far above the middle of its line, px.
+/// Distance from the middle of a text line up to the apparent middle of its lower-case letters, px.
 pub const TEXT_LIFT_PX: i32 = 2;
 
 /// Height of a legend's line, px.
 const LEGEND_LINE_PX: i32 = 27;
 
-/// A label has to be broken after so many characters to fit the legend.
+/// Largest number of characters in a line of a legend.
 const LEGEND_CHARS: usize = 34;
 
 /// Breaks a label into lines that fit a legend.

@@ -1,4 +1,4 @@
-//! Contacts that the volumes hide, by depth.
+//! Figure of the contacts that each method misses, by depth.
 
 use super::Sketch;
 use super::data::Data;

@@ -1,7 +1,7 @@
 //! Figures from records, one file per figure, each as SVG and PNG by the same drawing code.
 //!
-//! Every variant that has data in the records appears, whatever its name; colours and markers follow the manifest's order,
-//! so that a variant looks the same in all figures.
+//! Every variant that has data in the records is drawn, whatever its name. Colours and markers follow the order of the manifest, so a
+//! variant looks the same in all figures.
 
 pub mod ablation;
 pub mod audit;
@@ -39,7 +39,7 @@ use thiserror::Error;
 /// The folder of the figures within a run's folder.
 pub const FOLDER: &str = "plots";
 
-/// Folders within a run's of what stands beside it: an audit, an ablation and sweeps.
+/// Folders of supplements within the folder of a run: an audit, an ablation and sweeps.
 pub const SUPPLEMENTS: [&str; 4] = ["audit", "ablation", "sweep-rotation", "sweep-grading"];
 
 /// Name of the figure of the time of whole programs.
@@ -51,7 +51,7 @@ const INDEX: &str = "figures.json";
 /// Why figures could not be made.
 #[derive(Debug, Error)]
 pub enum PlotError {
-    /// A record cannot be read, or a figure not written.
+    /// A record cannot be read, or a figure cannot be written.
     #[error(transparent)]
     Record(#[from] RecordError),
     /// The run's claims cannot be read.
@@ -60,7 +60,7 @@ pub enum PlotError {
     /// The records contradict one another.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
-    /// The drawing library refused.
+    /// The drawing library reported an error.
     #[error("cannot draw {figure}: {problem}")]
     Draw {
         /// The figure.
@@ -86,14 +86,14 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// The figure of a folder within the run's, as one of the run's.
+    /// The figure of a folder within the run's folder, with its paths relative to the run's folder.
     fn within(self, folder: &str) -> Self {
         let [svg, png] = [self.svg, self.png].map(|file| Path::new(folder).join(file));
         Self { name: format!("{folder}-{}", self.name), svg, png, ..self }
     }
 }
 
-/// A figure that could not be drawn for want of data.
+/// A figure that was not drawn because data are missing.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Skipped {
     /// Short name.
@@ -105,13 +105,13 @@ pub struct Skipped {
 /// All figures of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Gallery {
-    /// Those that were drawn.
+    /// The figures that were drawn.
     pub figures: Vec<Figure>,
-    /// Those that were not.
+    /// The figures that could not be drawn.
     pub skipped: Vec<Skipped>,
 }
 
-/// What a figure is, before it is drawn.
+/// A figure before it is drawn.
 #[derive(Debug)]
 pub struct Sketch<D> {
     /// Short name.
@@ -120,14 +120,14 @@ pub struct Sketch<D> {
     pub title: String,
     /// How to read it.
     pub caption: String,
-    /// The drawing, or what is missing for it.
+    /// The drawing, or the reason for its absence.
     pub drawing: Result<D, &'static str>,
 }
 
-/// Draws every figure that the records of the run in `folder` allow, into `plots/`, and lists them in `plots/figures.json`.
+/// Draws every figure for which the run in `folder` has records, into `plots/`, and lists them in `plots/figures.json`.
 ///
 /// # Errors
-/// When a record is malformed, the manifest is missing, or a figure cannot be written. Missing CSVs only skip figures.
+/// When a record is malformed, the manifest is missing, or a figure cannot be written. A missing CSV file only skips figures.
 pub fn draw_all(folder: &Path) -> Result<Gallery, PlotError> {
     let data = Data::read(folder)?;
     let mut gallery = Gallery::default();
@@ -153,7 +153,7 @@ pub fn draw_all(folder: &Path) -> Result<Gallery, PlotError> {
     Ok(gallery)
 }
 
-/// Lists the figures that are in `folder`, where [`read_gallery`] finds the list.
+/// Writes the list of figures in `folder`, which [`read_gallery`] reads.
 fn write_index(folder: &Path, gallery: &Gallery) -> Result<(), PlotError> {
     let path = folder.join(INDEX);
     let text =
@@ -161,7 +161,7 @@ fn write_index(folder: &Path, gallery: &Gallery) -> Result<(), PlotError> {
     Ok(write_text(&path, &(text + "\n"))?)
 }
 
-/// The figures that [`draw_all`] made earlier; none when it never ran.
+/// The figures that an earlier [`draw_all`] made; empty when it never ran.
 ///
 /// # Errors
 /// When the list is malformed.

@@ -1,4 +1,4 @@
-//! Volume tests and triangle tests of a query: the same on every machine.
+//! Figure of the volume tests and triangle tests of a query; the counts are the same on every machine.
 
 use super::Sketch;
 use super::data::{Data, NO_SUMMARY};

@@ -1,5 +1,5 @@
-//! The paper's figure 6, the time of the plain and the area-weighted box in each scene, and beside it all five volumes of
-//! its first figure; under each the paired ratios to the plain box.
+//! The paper's figure 6: the time of the plain and the area-weighted box in each scene. Beside it stand all five volumes of the paper's
+//! first figure, and below each the paired ratios to the plain box.
 
 use super::Sketch;
 use super::data::{Data, NO_SUMMARY};
@@ -39,7 +39,7 @@ fn total(row: &ProgramTimeRow) -> Option<Point> {
     Some(Point { value, low, high })
 }
 
-/// The ratio to the baseline; none of the baseline itself.
+/// The ratio to the baseline; `None` for the baseline itself.
 fn ratio(row: &ProgramTimeRow) -> Option<Point> {
     let (value, is_itself) = (row.ratio?, row.baseline == row.case().name());
     let end = |end: Option<f64>| end.filter(|end| end.is_finite()).unwrap_or(value);

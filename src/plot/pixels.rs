@@ -1,5 +1,5 @@
-//! A bitmap whose letters stand where the font says. The library's own text ignores the room left of each glyph's outline, so that words run
-//! into one another; everything but text is the library's.
+//! A bitmap backend that places letters as the font specifies. The drawing library's own text ignores the space to the left of each glyph's
+//! outline, so that words run together. Everything but text is drawn by the library.
 
 use ab_glyph::{Font, FontRef, ScaleFont, point};
 use plotters::prelude::{BitMapBackend, DrawingBackend};
@@ -13,13 +13,13 @@ pub struct Pixels<'a> {
 }
 
 impl<'a> Pixels<'a> {
-    /// Draws into `bitmap` with a font, given as the bytes of its file; `None` when they are no font.
+    /// A backend that draws into `bitmap` with a font, given as the bytes of its file; `None` when the bytes are no font.
     pub fn new(bitmap: BitMapBackend<'a>, font: &'static [u8]) -> Option<Self> {
         Some(Self { bitmap, font: FontRef::try_from_slice(font).ok()? })
     }
 }
 
-/// How wide a text is, px: the sum of the advances with kerning.
+/// Width of a text, px: the sum of the advances with kerning.
 fn width_of(font: &FontRef<'_>, size: f32, text: &str) -> f32 {
     let font = font.as_scaled(size);
     let mut previous = None;
@@ -123,7 +123,7 @@ impl<'a> DrawingBackend for Pixels<'a> {
 mod tests {
     use super::*;
 
-    /// The gap between two words is as wide as the font's space, and no letter begins before its pen.
+    /// The gap between two words is as wide as the font's space, and no letter starts to the left of its pen position.
     #[test]
     fn words_stand_apart() {
         let (width, height) = (240_u32, 40_u32);

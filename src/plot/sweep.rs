@@ -1,4 +1,4 @@
-//! A sweep as curves: each metric against the swept quantity, a panel for each metric and stratum.
+//! A sweep as curves: one panel for each metric and stratum, with the metric against the swept quantity.
 
 use super::data::{Entry, entries};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
@@ -18,8 +18,7 @@ const MEASURES: [(&str, &str, Scale); 5] = [
     ("delay", "travel before the contact is reported, mm", Scale::Log),
 ];
 
-/// Draws the sweep in `folder`, into its `plots/`. `about` says what is swept, `axis` what its axis
-/// measures.
+/// Draws the sweep in `folder` into its `plots/`. `about` describes the sweep, and `axis` is the label of the horizontal axis.
 ///
 /// # Errors
 /// When a record is missing or malformed, or the figure cannot be written.
@@ -39,7 +38,7 @@ pub fn draw_sweep(folder: &Path, about: &str, axis: &'static str) -> Result<Gall
     Ok(gallery)
 }
 
-/// The time that a construction of both bodies' trees takes, the median of its blocks with the least and the greatest.
+/// The time to build the trees of both bodies: the median over blocks, with the smallest and the largest.
 fn builds_panel(variants: &[Entry], rows: &[BuildRow], axis: &'static str) -> Panel {
     let sizes: Vec<u64> = rows.iter().map(|row| row.triangles).collect::<BTreeSet<_>>().into_iter().collect();
     let point = |entry: &Entry, triangles: u64| {

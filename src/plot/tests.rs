@@ -1,4 +1,4 @@
-//! All figures from a made-up run, opened and looked at as far as a program can.
+//! Draws all figures from a made-up run and checks the files.
 
 use super::*;
 use crate::analysis::{analyze, claims::ClaimSet};
@@ -31,7 +31,7 @@ fn assert_well_formed(svg: &str) {
     assert!(open.is_empty(), "{open:?}");
 }
 
-/// The text of an SVG, without what breaks lines and escapes.
+/// The text of an SVG, without line breaks and escapes.
 fn words(svg: &str) -> String {
     let text: Vec<&str> = svg.split('<').filter_map(|tag| tag.split_once('>')).map(|(_, text)| text.trim()).collect();
     text.join(" ").replace("&apos;", "'").split_whitespace().collect::<Vec<_>>().join(" ")

@@ -1,10 +1,10 @@
-//! Axes: a scale maps values to coordinates and knows its ticks. Logarithmic axes are linear axes of logarithms with ticks
-//! at round values.
+//! Axes: a scale maps values to coordinates and chooses its ticks. A logarithmic axis is a linear axis of logarithms with ticks at round
+//! values.
 
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use std::ops::Range;
 
-/// A linear axis with ticks where they are wanted; the library's own decorator for that has no labels.
+/// A linear axis with ticks at given coordinates; the library's own decorator for that has no labels.
 #[derive(Clone, Debug)]
 pub struct Axis {
     /// Coordinates of the ends.
@@ -41,11 +41,11 @@ pub enum Scale {
     Log,
 }
 
-/// Ticks wanted at most.
+/// Largest number of ticks.
 const TICKS_MAX: usize = 9;
 
 impl Scale {
-    /// The coordinate of a value; that of a nonpositive one on a logarithmic axis is -∞.
+    /// The coordinate of a value; -∞ for a value that is not positive on a logarithmic axis.
     #[must_use]
     pub fn coordinate(self, value: f64) -> f64 {
         match self {
@@ -64,7 +64,7 @@ impl Scale {
         }
     }
 
-    /// Coordinates of the ends of an axis that holds all values with some room; linear axes begin at 0.
+    /// Coordinates of the ends of an axis that contains all values with some margin; linear axes begin at 0.
     #[must_use]
     pub fn range(self, values: impl Iterator<Item = f64>) -> (f64, f64) {
         let coordinates = values.map(|value| self.coordinate(value)).filter(|c| c.is_finite());
@@ -126,7 +126,7 @@ fn nice_step(least: f64) -> f64 {
 /// Letters for thousands, millions and thousand millions.
 const LETTERS: [(f64, &str); 3] = [(1e9, "G"), (1e6, "M"), (1e3, "k")];
 
-/// A number without needless digits: 0.001, 0.8, 12, 5k, 2M; as on the page.
+/// A number without needless digits: 0.001, 0.8, 12, 5k, 2M; the page formats numbers in the same way.
 #[must_use]
 pub fn number(value: f64) -> String {
     let magnitude = value.abs();

@@ -1,11 +1,11 @@
-//! How tightly each level of the trees holds its contents.
+//! Figures of how tightly each level of the trees encloses its contents.
 
 use super::Sketch;
 use super::data::Data;
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
 
-/// Deeper levels hold few nodes and little volume.
+/// Deepest level that is drawn; deeper levels hold few nodes and little volume.
 const LEVELS_MAX: u32 = 16;
 
 pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
@@ -50,7 +50,7 @@ fn panel(data: &Data, scene: &str) -> Panel {
     }
 }
 
-/// The three figures that tell a frame's influence, and what it is called.
+/// The measures that show the influence of a frame: label of the axis, and title.
 const MEASURES: [(&str, &str); 3] = [
     ("volume / hull volume", "looseness"),
     ("distance to the contents' hull, mm", "reach beyond the contents"),

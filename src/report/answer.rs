@@ -1,7 +1,8 @@
-//! The answer of a run in a few sentences: whether the proposal pays, what the boxes as printed miss, which volume is fastest on what.
+//! The answer of a run in a few sentences: whether the proposal saves time, what the boxes as printed miss, and which volume is fastest on
+//! which scene.
 //!
-//! README, terminal, `report.md` and the page all show these sentences. They follow from the derived records alone, for any run: of one
-//! scene, of foreign scenes, with noisy timings, and without some of the variants.
+//! README, terminal, `report.md` and the page all show these sentences. They are derived from the records alone, for any run: of one scene,
+//! of a user's scenes, with noisy timings, and without some of the variants.
 
 use super::Contents;
 use super::tables::{interval, number};
@@ -12,7 +13,7 @@ use crate::record::rows::CaseKey;
 use crate::record::{Kind, NULL_VARIANT, RatioRow};
 use serde::Serialize;
 
-/// A question and its answer, plain text of a few short sentences.
+/// A question and its answer, as plain text of a few short sentences.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Statement {
     /// The question, with its question mark.
@@ -27,7 +28,7 @@ pub fn answer(contents: &Contents) -> Vec<Statement> {
     [proposal(contents), Some(misses(contents)), Some(fastest(contents))].into_iter().flatten().collect()
 }
 
-/// The reading of the first sentence about speed: what is proposed, and what it is compared with.
+/// The reading of the first claim about speed: the proposed case, and the case with which it is compared.
 #[must_use]
 pub fn proposed(claims: &ClaimSet) -> Option<&Reading> {
     primary_of(claims, TestKind::TimeRatio).next().map(|(_, reading)| reading)
@@ -39,7 +40,7 @@ fn primary_of(claims: &ClaimSet, kind: TestKind) -> impl Iterator<Item = (&Claim
     wanted.filter_map(|claim| Some((claim, claims.reading(claim.primary.as_ref()?.get_ref())?)))
 }
 
-/// What a comparison says about one scene.
+/// The result of a comparison in one scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Speed {
     Faster,
@@ -71,13 +72,13 @@ impl Speed {
     }
 }
 
-/// What a ratio of times says, in words.
+/// The effect of a ratio of times in words.
 pub(super) fn effect_in_words(row: &RatioRow) -> String {
     let word = Speed::of(row).word();
     if row.noisy == 1 { format!("{word} (noisy)") } else { word.to_owned() }
 }
 
-/// Whether what is proposed takes less time; `None` for a run that judges no claim about speed.
+/// Whether the proposal takes less time; `None` for a run that judges no claim about speed.
 fn proposal(contents: &Contents) -> Option<Statement> {
     let reading = proposed(&contents.claims)?;
     let [subject, baseline] = [&reading.subject, &reading.baseline].map(|case| contents.label(&case.variant));
@@ -119,13 +120,13 @@ fn proposal(contents: &Contents) -> Option<Statement> {
     Some(Statement { question, answer })
 }
 
-/// What methods are ranked by, as the beginning of a sentence.
+/// The beginning of a sentence that names the metric of the ranking.
 fn of_what(contents: &Contents) -> String {
     let (metric, workload) = ranked_by(&contents.ratios);
     if metric == workload { "Program time".to_owned() } else { format!("Query time in `{workload}`") }
 }
 
-/// The ratio of two cases in each scene, by what methods are ranked by.
+/// The ratio of two cases in each scene, by the metric of the ranking.
 pub(super) fn paired<'a>(contents: &'a Contents, subject: &CaseRef, baseline: &CaseRef) -> Vec<&'a RatioRow> {
     let (metric, workload) = ranked_by(&contents.ratios);
     let is = |case: &CaseRef, variant: &str, policy: &str| {
@@ -141,19 +142,19 @@ pub(super) fn paired<'a>(contents: &'a Contents, subject: &CaseRef, baseline: &C
     contents.manifest.scenes.iter().filter_map(|scene| of(&scene.name)).collect()
 }
 
-/// Whether a policy is its variant's default.
+/// Whether a policy is the default policy of its variant.
 pub(super) fn is_default(contents: &Contents, variant: &str, policy: &str) -> bool {
     let entry = contents.manifest.variants.iter().find(|entry| entry.id == variant);
     entry.is_some_and(|entry| entry.policies.first().is_none_or(|default| default == policy))
 }
 
-/// A ratio with its interval, where it has one.
+/// A ratio with its interval, if it has one.
 fn ratio(row: &RatioRow) -> String {
     let end = |end: f64| end.is_finite().then_some(end);
     interval(Some(row.ratio), end(row.low), end(row.high))
 }
 
-/// `a`, `a and b`, `a, b and c`.
+/// Joins names as `a`, `a and b`, or `a, b and c`.
 fn listed<S: AsRef<str>>(names: &[S]) -> String {
     match names {
         [] => String::new(),
@@ -164,7 +165,7 @@ fn listed<S: AsRef<str>>(names: &[S]) -> String {
     }
 }
 
-/// What is missed: by the boxes that the claims call printed, or else by all unsafe volumes, and by the safe ones.
+/// The contacts that are missed: by the boxes that the claims call printed (otherwise by all unsafe volumes), and by the safe volumes.
 fn misses(contents: &Contents) -> Statement {
     let printed = printed(&contents.claims);
     let question = if printed.is_empty() {
@@ -200,7 +201,7 @@ fn misses(contents: &Contents) -> Statement {
     Statement { question, answer: sentences.join(" ") }
 }
 
-/// What the safe variants missed, which must be nothing.
+/// The contacts that the safe variants missed, of which there must be none.
 fn safe_ones(contents: &Contents, safe: &[(&str, Vec<Tally>)]) -> String {
     let broken: Vec<String> = contents
         .manifest
@@ -226,7 +227,7 @@ fn safe_ones(contents: &Contents, safe: &[(&str, Vec<Tally>)]) -> String {
     }
 }
 
-/// The cases whose misses the primary rows are about, each once.
+/// The cases whose misses the primary rows examine, each once.
 fn printed(claims: &ClaimSet) -> Vec<CaseRef> {
     let mut cases: Vec<CaseRef> = Vec::new();
     for (claim, reading) in primary_of(claims, TestKind::Misses) {
@@ -241,7 +242,7 @@ fn printed(claims: &ClaimSet) -> Vec<CaseRef> {
     cases
 }
 
-/// The tallies of a case, one for each scene in which it was asked about a contact.
+/// The tallies of a case, one for each scene in which it was queried at a contact.
 fn tallies(contents: &Contents, case: &CaseRef) -> Vec<Tally> {
     let is_it = |key: &CaseKey| {
         let policy = key.policy();
@@ -256,7 +257,7 @@ fn tallies(contents: &Contents, case: &CaseRef) -> Vec<Tally> {
         .collect()
 }
 
-/// `misses 10 to 29 %`, `misses none`; `None` where nothing was asked.
+/// The miss rates in words, such as `misses 10 to 29 %` or `misses none`; `None` when there were no queries.
 fn rates(of: &[Tally]) -> Option<String> {
     let shares = of.iter().map(|tally| 100.0 * tally.missed() as f64 / tally.contacts() as f64);
     let (low, high) = shares.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), share| (l.min(share), h.max(share)));
@@ -269,7 +270,7 @@ fn rates(of: &[Tally]) -> Option<String> {
     }
 }
 
-/// The text with its first letter as a capital.
+/// The text with a capital first letter.
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().collect::<String>() + letters.as_str())
@@ -283,7 +284,7 @@ struct Timed<'a> {
     high: f64,
 }
 
-/// Which safe volume is fastest in each scene, and how much the fastest of another scene takes there.
+/// The fastest safe volume in each scene, and how much longer the fastest volumes of other scenes take there.
 fn fastest(contents: &Contents) -> Statement {
     let question = "Which safe volume is fastest?".to_owned();
     let Some(baseline) = contents.claims.comparison.baselines.first() else {
@@ -320,7 +321,7 @@ fn fastest(contents: &Contents) -> Statement {
     Statement { question, answer }
 }
 
-/// The safe volumes with a time in a scene, under their default policies, the fastest first.
+/// The safe volumes with a time in a scene, under their default policies, fastest first.
 fn timed_on<'a>(contents: &'a Contents, baseline: &str, scene: &str) -> Vec<Timed<'a>> {
     let reference = CaseRef { variant: baseline.to_owned(), policy: None };
     let volumes = contents.ranking.iter().filter(|entry| entry.kind == Kind::Volume);
@@ -338,7 +339,7 @@ fn timed_on<'a>(contents: &'a Contents, baseline: &str, scene: &str) -> Vec<Time
     timed
 }
 
-/// The factor within which a scene's timings cannot tell two methods apart: how far the null duplicate strays, where it is noisy.
+/// The factor within which a scene's timings cannot distinguish two methods: the deviation of the null duplicate when it is noisy.
 fn noise_of(contents: &Contents, scene: &str) -> f64 {
     let (metric, workload) = ranked_by(&contents.ratios);
     let is_null = |row: &&RatioRow| {
@@ -351,14 +352,14 @@ fn noise_of(contents: &Contents, scene: &str) -> f64 {
     strayed.filter(|factor| factor.is_finite()).fold(1.0, f64::max)
 }
 
-/// The fastest volume, and those that the intervals or the noise do not tell from it.
+/// The fastest volume, and the volumes that intervals and noise do not distinguish from it.
 fn leaders<'a>(volumes: &[Timed<'a>], noise: f64) -> Vec<&'a str> {
     let Some(first) = volumes.first() else { return Vec::new() };
     let tied = |volume: &&Timed| volume.low <= first.high || volume.ratio <= first.ratio * noise;
     volumes.iter().filter(tied).map(|volume| volume.label).collect()
 }
 
-/// How much more a volume takes that is fastest in one scene, where it is not; the largest such factor. Empty where one volume leads
+/// How much longer a volume that is fastest in one scene takes in another, as the largest such factor. Empty when one volume leads
 /// everywhere.
 fn contrast(timed: &[(&str, Vec<Timed>)], groups: &[(Vec<&str>, Vec<&str>)]) -> String {
     let is_leader = |label: &str| groups.iter().any(|(leaders, _)| leaders[0] == label);

@@ -1,4 +1,4 @@
-//! The report of an audit, `audit.md`: which factor matters, which cells are best, what is left out.
+//! The report of an audit, `audit.md`: which factor matters, which cells are best, and what the boxes leave out.
 
 use super::ReportError;
 use crate::analysis::ALL;
@@ -11,13 +11,13 @@ use std::path::{Path, PathBuf};
 /// The report's file in an audit's folder.
 pub const AUDIT_FILE: &str = "audit.md";
 
-/// Cells shown in the table of the best.
+/// Number of cells in the table of the best.
 const BEST: usize = 12;
 
 /// Writes `audit.md` of the audit in `folder` and returns its path.
 ///
 /// # Errors
-/// When the audit was not analysed, a record is malformed, or the file cannot be written.
+/// When the audit has not been analysed, a record is malformed, or the file cannot be written.
 pub fn write_audit(folder: &Path) -> Result<PathBuf, ReportError> {
     let manifest = Manifest::read(folder)?;
     let (cells, shares): (Vec<AuditCellRow>, Vec<AuditShareRow>) = (read_rows(folder)?, read_rows(folder)?);
@@ -33,7 +33,7 @@ pub fn write_audit(folder: &Path) -> Result<PathBuf, ReportError> {
     Ok(path)
 }
 
-/// The scene whose rows are reported: all scenes together, or the only one.
+/// The scene whose rows are reported: all scenes together, or the only scene.
 fn whole(scenes: impl Iterator<Item = String>) -> String {
     let scenes: Vec<String> = scenes.collect();
     if scenes.iter().any(|scene| scene == ALL) { ALL.to_owned() } else { scenes.into_iter().next().unwrap_or_default() }

@@ -10,7 +10,7 @@ use crate::analysis::{ALL, ranked_by};
 use crate::record::{Kind, Manifest, NULL_VARIANT};
 use std::path::Path;
 
-/// The whole report. No text from a scene or a claims file can open an HTML element in it.
+/// The whole report. Text from a scene or a claims file is escaped, so it cannot open an HTML element.
 pub(super) fn render(contents: &Contents) -> String {
     [
         opening(contents),
@@ -48,7 +48,7 @@ fn opening(contents: &Contents) -> String {
     text
 }
 
-/// The paper's own quantity: its figure, and under it the paired ratios.
+/// The section on the paper's own quantity: its figure, and below it the paired ratios.
 fn program_time(contents: &Contents) -> String {
     let rows = programs::table(contents);
     if rows.is_empty() {
@@ -177,7 +177,7 @@ fn what_was_run(contents: &Contents) -> String {
     )
 }
 
-/// The options that chose what was run, where it was not the default.
+/// The options that selected what was run, if they were not the defaults.
 fn chosen(manifest: &Manifest) -> String {
     let request = &manifest.request;
     // The request names all variants, whether they were chosen or not.
@@ -426,7 +426,7 @@ fn provenance(contents: &Contents) -> String {
     )
 }
 
-/// What the results do not say, and whether that is about the paper.
+/// What the results do not show, and whether that limitation concerns the paper.
 const LIMITATIONS: [(bool, &str); 5] = [
     (
         true,
@@ -454,7 +454,7 @@ const LIMITATIONS: [(bool, &str); 5] = [
     ),
 ];
 
-/// Those of [`LIMITATIONS`] that go for a run about these claims.
+/// The [`LIMITATIONS`] that apply to a run with these claims.
 pub(super) fn limitations_of(claims: &ClaimSet) -> impl Iterator<Item = &'static str> {
     LIMITATIONS.into_iter().filter(|(about_paper, _)| !(*about_paper && claims.is_empty())).map(|(_, limit)| limit)
 }

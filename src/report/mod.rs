@@ -1,7 +1,7 @@
-//! The report of a run, written for the reader of the paper: what was asked, what was found, how to make it again.
+//! The report of a run, written for the reader of the paper: the question, the result, and how to reproduce it.
 //!
-//! Everything comes from the run's folder, so a report of an old run can be written again. [`Contents`] is rendered
-//! as Markdown (`report.md`) and as one page that opens from disk (`report.html`).
+//! All data come from the run's folder, so the report of an old run can be written again. [`Contents`] is rendered as Markdown
+//! (`report.md`) and as one page that opens from disk (`report.html`).
 
 mod answer;
 mod audit;
@@ -33,10 +33,10 @@ use thiserror::Error;
 /// The report's file in a run's folder.
 pub const FILE: &str = "report.md";
 
-/// Why no report can be written.
+/// Why a report cannot be written.
 #[derive(Debug, Error)]
 pub enum ReportError {
-    /// A record cannot be read, or the report not written.
+    /// A record cannot be read, or the report cannot be written.
     #[error(transparent)]
     Record(#[from] RecordError),
     /// The run's claims cannot be read.
@@ -47,10 +47,10 @@ pub enum ReportError {
     Plot(#[from] PlotError),
 }
 
-/// All that a report says, before it has a form.
+/// The data of a report, independent of its format.
 #[derive(Debug)]
 pub struct Contents {
-    /// What was run, where.
+    /// What was run, and on which machine.
     pub manifest: Manifest,
     /// What was claimed.
     pub claims: ClaimSet,
@@ -62,7 +62,7 @@ pub struct Contents {
     pub program_times: Vec<ProgramTimeRow>,
     /// Ratios.
     pub ratios: Vec<RatioRow>,
-    /// Variance components; empty for a run that was analysed before there were any.
+    /// Variance components; empty for a run that was analysed before they existed.
     pub variance: Vec<VarianceRow>,
     /// Misses.
     pub misses: Misses,
@@ -72,9 +72,9 @@ pub struct Contents {
     pub noise: Vec<String>,
     /// Safe volumes by speed.
     pub ranking: Vec<Ranked>,
-    /// Whole engines side by side; empty when the folder holds no such comparison.
+    /// Rows of whole engines; empty when the folder has no comparison of engines.
     pub peers: Vec<PeerRow>,
-    /// How they compare.
+    /// Ratios between engines.
     pub peer_ratios: Vec<PeerRatioRow>,
 }
 
@@ -82,7 +82,7 @@ impl Contents {
     /// Gathers the contents from an analysed run.
     ///
     /// # Errors
-    /// When a record is missing or malformed: `claims.csv`, `summary.csv` and `ratios.csv` are made by the analysis.
+    /// When a record is missing or malformed. `claims.csv`, `summary.csv` and `ratios.csv` are written by the analysis.
     pub fn read(folder: &Path) -> Result<Self, ReportError> {
         let manifest = Manifest::read(folder)?;
         let claims = ClaimSet::read(&folder.join(claims::FILE))?;
@@ -105,14 +105,14 @@ impl Contents {
         })
     }
 
-    /// The label of a variant; its id when the manifest does not know it.
+    /// The label of a variant, or its id when the manifest does not list it.
     #[must_use]
     pub fn label<'a>(&'a self, id: &'a str) -> &'a str {
         self.manifest.variants.iter().find(|entry| entry.id == id).map_or(id, |entry| &entry.label)
     }
 }
 
-/// What a run is about, in a paragraph.
+/// One paragraph on the subject of the run.
 fn lead(claims: &ClaimSet, profile: &str) -> String {
     if claims.is_empty() {
         return format!(
@@ -131,7 +131,7 @@ fn lead(claims: &ClaimSet, profile: &str) -> String {
 /// Writes `report.md` of the run in `folder` and returns its path.
 ///
 /// # Errors
-/// When the run was not analysed, a record is malformed, or the file cannot be written.
+/// When the run has not been analysed, a record is malformed, or the file cannot be written.
 pub fn write(folder: &Path) -> Result<PathBuf, ReportError> {
     let path = folder.join(FILE);
     write_text(&path, &markdown::render(&Contents::read(folder)?))?;

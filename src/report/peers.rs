@@ -1,11 +1,11 @@
-//! The section on whole engines, where the run's folder holds such a comparison.
+//! The report's section on whole engines, if the run's folder has such a comparison.
 
 use super::tables::{Table, interval, number};
 use crate::record::peers::ALL_STRATA;
 use crate::record::{PeerRatioRow, PeerRow};
 use std::collections::BTreeSet;
 
-/// A table per scene and mode, the fastest engine first; nothing when there are no rows.
+/// One table per scene and mode, fastest engine first; empty without rows.
 pub(super) fn section(rows: &[PeerRow], ratios: &[PeerRatioRow]) -> String {
     let settings: BTreeSet<(&str, &str)> = rows.iter().map(|row| (row.scene.as_str(), row.mode.as_str())).collect();
     if settings.is_empty() {

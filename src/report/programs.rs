@@ -1,4 +1,4 @@
-//! The time of whole programs by what is proposed and by what it is compared with: the paper's own quantity, scene by scene.
+//! The time of whole programs for the proposed case and its baseline, scene by scene; this is the paper's own quantity.
 
 use super::Contents;
 use super::answer::{is_default, paired, proposed};
@@ -12,15 +12,15 @@ use serde::Serialize;
 pub struct ProgramTotals {
     /// Scene name.
     pub scene: String,
-    /// How many programs, and how many of them end in a collision.
+    /// Number of programs, and how many of them end in a collision.
     pub programs: String,
-    /// Id of what is proposed.
+    /// Id of the proposed variant.
     pub subject: String,
-    /// Id of what it is compared with.
+    /// Id of the variant with which it is compared.
     pub baseline: String,
-    /// Sum over the programs by what is proposed, ns: value and 95 % interval.
+    /// Sum over the programs for the proposed variant, ns: value and 95 % interval.
     pub subject_ns: Option<[f64; 3]>,
-    /// The same by the baseline, ns.
+    /// The same sum for the baseline, ns.
     pub baseline_ns: Option<[f64; 3]>,
     /// Paired ratio, subject over baseline.
     pub ratio: f64,
@@ -28,11 +28,11 @@ pub struct ProgramTotals {
     pub low: f64,
     /// Upper end.
     pub high: f64,
-    /// `faster`, `slower`, `the same within 5 %` or `undecided`; says so when the timings were noisy.
+    /// `faster`, `slower`, `the same within 5 %` or `undecided`; it mentions noisy timings.
     pub effect: String,
 }
 
-/// The scenes whose programs both cases were timed on; none for a run without programs or without a claim about speed.
+/// The scenes on whose programs both cases were timed; empty for a run without programs or without a claim about speed.
 #[must_use]
 pub fn table(contents: &Contents) -> Vec<ProgramTotals> {
     let Some(reading) = proposed(&contents.claims) else { return Vec::new() };
@@ -53,7 +53,7 @@ pub fn table(contents: &Contents) -> Vec<ProgramTotals> {
     rows.map(row).collect()
 }
 
-/// The sum over a scene's programs by a case, ns.
+/// The sum over a scene's programs for a case, ns.
 fn total(contents: &Contents, scene: &str, case: &CaseRef) -> Option<[f64; 3]> {
     let row = contents.program_times.iter().find(|row| {
         let policy = row.case().policy();

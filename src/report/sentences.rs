@@ -1,18 +1,18 @@
-//! The claims as a reader sees them: one row for each sentence, with a cell for each reading.
+//! The claims in the form for readers: one row for each sentence, with a cell for each reading.
 
 use super::Contents;
 use crate::analysis::ALL;
 use crate::analysis::claims::{Claim, Reading};
 use crate::record::{ClaimRow, PROGRAM_TIME};
 
-/// Where a sentence stands, and so whether it is shown at once or folded.
+/// The group of a sentence, which decides whether it is shown at once or folded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
     /// A sentence of the paper that was judged.
     Judged,
     /// A sentence of other literature.
     Literature,
-    /// A sentence that nothing measured here decides.
+    /// A sentence that no measurement here decides.
     NotJudged,
 }
 
@@ -21,11 +21,11 @@ pub enum Group {
 pub struct Sentence<'a> {
     /// The claim.
     pub claim: &'a Claim,
-    /// Where it is shown.
+    /// The group in which the sentence is shown.
     pub group: Group,
-    /// The row that answers it.
+    /// The primary row, which answers the sentence.
     pub primary: Option<&'a ClaimRow>,
-    /// For each of its readings the rows that stand for it, one for each scene.
+    /// For each of its readings, the rows that represent it, one for each scene.
     pub cells: Vec<(&'a str, Vec<&'a ClaimRow>)>,
 }
 
@@ -52,7 +52,7 @@ fn sentence<'a>(claim: &'a Claim, verdicts: &'a [ClaimRow]) -> Sentence<'a> {
     Sentence { claim, group, primary, cells: cells.collect() }
 }
 
-/// Of the rows of one reading those about the same queries as the primary row; without one those about all queries.
+/// Rows of one reading that cover the same queries as the primary row; without a primary row, those that cover all queries.
 fn whole<'a>(rows: &[&'a ClaimRow], primary: Option<&ClaimRow>) -> Vec<&'a ClaimRow> {
     let of = |workload: &str, stratum: &str| -> Vec<&'a ClaimRow> {
         rows.iter().copied().filter(|row| row.workload == workload && row.stratum == stratum).collect()
@@ -70,7 +70,7 @@ fn whole<'a>(rows: &[&'a ClaimRow], primary: Option<&ClaimRow>) -> Vec<&'a Claim
     rows.iter().copied().filter(|row| [ALL, "-"].contains(&row.stratum.as_str()) || row.scene == "-").collect()
 }
 
-/// Sentences that share readings, and those readings in the order of the claims file: the columns of one table.
+/// One table: the sentences that share readings, and these readings in the order of the claims file, as its columns.
 pub type Block<'a> = (Vec<&'a Reading>, Vec<Sentence<'a>>);
 
 /// The sentences of a group as tables.
@@ -103,7 +103,7 @@ pub fn words(reading: &Reading) -> (String, &str) {
     }
 }
 
-/// A cell in one line: `refuted`, or where scenes differ `supported (scene-a), undecided (scene-b)`; empty where the sentence is not judged
+/// A cell in one line: `refuted`, or `supported (scene-a), undecided (scene-b)` when scenes differ; empty when the sentence is not judged
 /// in this reading.
 #[must_use]
 pub fn verdicts_in_words(rows: &[&ClaimRow]) -> String {

@@ -9,7 +9,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table with these headings; those that begin with `>` are aligned right.
+    /// A table with these headings; columns whose heading begins with `>` are aligned right.
     #[must_use]
     pub fn new(headings: &[&str]) -> Self {
         let mut table = Self { text: String::new() };
@@ -18,7 +18,7 @@ impl Table {
         table
     }
 
-    /// Adds a row. What would end a cell or a line is written so that it does not.
+    /// Adds a row. Characters that would end a cell or a line are escaped.
     pub fn row<S: AsRef<str>>(&mut self, cells: impl IntoIterator<Item = S>) {
         self.text.push('|');
         for cell in cells {
@@ -35,7 +35,7 @@ impl Table {
     }
 }
 
-/// Three significant digits, or more where the whole part has them; `-` of what is not a number.
+/// A number with three significant digits, or more if its integer part has more; `-` when it is not a number.
 #[must_use]
 pub fn number(value: f64) -> String {
     match value.abs() {
@@ -49,7 +49,7 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// A value with its interval, as far as there are any.
+/// A value with its interval, as far as they are given.
 #[must_use]
 pub fn interval(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> String {
     match (value, low, high) {

@@ -1,4 +1,4 @@
-//! What the command line prints at the end of a run, as data.
+//! The data that the command line prints at the end of a run.
 
 use super::Contents;
 use super::answer::paired;
@@ -12,7 +12,7 @@ use crate::record::Kind;
 pub struct SentenceRow {
     /// Claim id.
     pub claim: String,
-    /// The scenes that it was judged on.
+    /// The scenes on which it was judged.
     pub scene: String,
     /// Verdict.
     pub verdict: String,
@@ -22,7 +22,7 @@ pub struct SentenceRow {
     pub misses: String,
 }
 
-/// The sentences that the run judges, by the row that answers each, and how many it does not judge.
+/// The judged sentences of the run, by the row that answers each, and the number of sentences that are not judged.
 #[must_use]
 pub fn sentence_rows(contents: &Contents) -> (Vec<SentenceRow>, usize) {
     let all = sentences(contents);
@@ -45,13 +45,13 @@ pub fn sentence_rows(contents: &Contents) -> (Vec<SentenceRow>, usize) {
 /// One place of the ranking.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RankedRow {
-    /// Place; `-` for what is no volume on the common tree.
+    /// Place in the ranking; `-` for a method that is not a volume on the common tree.
     pub place: String,
     /// The variant's label.
     pub label: String,
     /// Geometric mean of the scenes' ratios.
     pub mean: String,
-    /// The ratio in each scene of the run; `-` where there is none.
+    /// The ratio in each scene of the run; `-` when there is none.
     pub scenes: Vec<String>,
 }
 

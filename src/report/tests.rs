@@ -1,4 +1,4 @@
-//! From made-up records to a report, as a reader would have it.
+//! Tests of a report from made-up records, in the form that a reader sees.
 
 use super::*;
 use crate::analysis::analyze;
@@ -67,7 +67,7 @@ fn the_terminal_has_one_line_per_sentence() {
     assert!((ratio - 0.8).abs() < 0.01 && faster.misses == "0 / 0" && faster.scene.contains('+'), "{faster:?}");
 }
 
-/// The answer, the figure with its ratios and the ranking come before anything else.
+/// The report begins with the answer, the figure with its ratios, and the ranking.
 #[test]
 fn the_report_opens_with_the_answer() {
     let (_folder, text) = report_of(&Run::generate(&Plan::default()));

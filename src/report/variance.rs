@@ -1,11 +1,11 @@
-//! The report's section on repetition: where the spread of program times comes from, and how often the next run should repeat.
+//! The report's section on repetition: the sources of the spread of program times, and how often the next run should repeat.
 
 use super::Contents;
 use super::tables::{Table, interval, number};
 use crate::analysis::{ranked_by, variance};
 use crate::record::{NULL_VARIANT, VarianceRow};
 
-/// The section; empty for a run that was analysed before there were components.
+/// The section; empty for a run that was analysed before variance components existed.
 pub(super) fn section(contents: &Contents) -> String {
     let (_, workload) = ranked_by(&contents.ratios);
     let is_default = |row: &&VarianceRow| {

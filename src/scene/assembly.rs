@@ -1,7 +1,8 @@
-//! Rotating tools by their measures: cutter, shank and holder as solids of revolution, and the text that describes them on a command line.
+//! Rotating tools by their dimensions: cutter, shank and holder as solids of revolution, and the text that describes them on a command
+//! line.
 //!
-//! A tool stands on its tip at z = 0, its axis along z: the cutter up to the end of its flutes, the shank up to where the holder begins, and
-//! the holder, step by step, up to the spindle's gauge line.
+//! A tool stands on its tip at z = 0, with its axis along z. The cutter extends to the end of its flutes, the shank to the start of the
+//! holder, and the holder, step by step, to the spindle's gauge line.
 
 use super::file::{HolderStepFile, PositionFile, ToolFile};
 use super::{Part, Role};
@@ -15,50 +16,50 @@ use rs274::{Axis, Position, Tool};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// How finely tools are divided: the chords of their circles leave out 0.0023 mm at most.
+/// Tessellation of tools: the chords of their circles deviate by at most 0.0023 mm.
 const TESSELLATION: Tessellation = Tessellation { grading: 1.0, density: 3.0 };
-/// Lengths nearer than this are equal, mm.
+/// Lengths that differ by less than this count as equal, mm.
 const SAME_MM: f64 = 1e-6;
-/// An offset that differs by more than this from the length of the tool as drawn is told, mm.
+/// Smallest difference between an offset and the drawn length of its tool that is reported, mm.
 const TOLD_MM: f64 = 0.5;
 
-/// A tool of a table, a library or a command line, its numbers checked.
+/// A checked entry of a tool table, a library or a command line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToolEntry {
     /// Its number.
     pub number: u32,
-    /// What the tool table says of it; the offset is zero where nothing says it.
+    /// The entry in the tool table; the offset is zero when none was given.
     pub tool: Tool,
     /// Whether the offset was given.
     pub has_offset: bool,
-    /// What it looks like, where that was given.
+    /// The dimensions of the tool; `None` when none were given.
     pub assembly: Option<Assembly>,
 }
 
-/// The measures of a rotating tool, mm and radians.
+/// The dimensions of a rotating tool, mm and radians.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Assembly {
     /// Cutting diameter.
     diameter_mm: f64,
-    /// Radius between end and side; half the diameter for a ball.
+    /// Radius between end and side; half the diameter for a ball end.
     corner_mm: f64,
-    /// Full angle of a drill's point.
+    /// Full angle of a drill's point, radians.
     point: Option<f64>,
-    /// From the tip to the end of what cuts.
+    /// Length from the tip to the end of the cutting part.
     flute_mm: f64,
     /// Diameter above the flutes.
     shank_mm: f64,
-    /// From the tip to the holder; `None` where the tool's length in the table decides.
+    /// Length from the tip to the holder; when `None`, it follows from the tool's length in the table.
     stickout_mm: Option<f64>,
-    /// The holder, from the tool's side up.
+    /// The steps of the holder, from the tool's side upwards.
     holder: Vec<HolderStepFile>,
 }
 
 impl ToolEntry {
-    /// From what a file or a command line says.
+    /// Makes the entry from a file or a command line.
     ///
     /// # Errors
-    /// A message without the tool's number.
+    /// A message that does not name the tool.
     pub(super) fn new(file: &ToolFile) -> Result<Self, String> {
         let offset = file.offset.unwrap_or_default().position();
         let offset = super::program::finite("offset", offset)?;
@@ -73,10 +74,10 @@ impl ToolEntry {
         Ok(Self { number: file.number, tool, has_offset: file.offset.is_some(), assembly })
     }
 
-    /// From the text of a command line: `3=diameter:10,flute:22,stickout:40,holder:32x20/50x40`, mm and degrees.
+    /// Parses the text of a command line, such as `3=diameter:10,flute:22,stickout:40,holder:32x20/50x40`, mm and degrees.
     ///
     /// # Errors
-    /// A message that says what the text must be like.
+    /// A message that states the expected form.
     pub fn parse(text: &str) -> Result<Self, String> {
         let like = "it must be like 3=diameter:10,flute:22,stickout:40,holder:32x20/50x40";
         let (number, measures) = text.split_once('=').ok_or(like)?;
@@ -110,7 +111,7 @@ impl ToolEntry {
     }
 }
 
-/// `32x20/50x40`: steps of diameter and length, from the tool's side up; `27-40x35` widens from 27 to 40.
+/// Parses `32x20/50x40`: steps of diameter and length, from the tool's side upwards; `27-40x35` widens from 27 to 40.
 fn holder(text: &str) -> Result<Vec<HolderStepFile>, String> {
     let step = |step: &str| {
         let wrong = || format!("holder: `{step}` must be diameter x length, as in 32x20, or 27-40x35 for a cone");
@@ -126,7 +127,7 @@ fn holder(text: &str) -> Result<Vec<HolderStepFile>, String> {
 }
 
 impl Assembly {
-    /// The measures of a tool, where any are given.
+    /// The dimensions of a tool; `None` when the file gives none.
     fn new(file: &ToolFile) -> Result<Option<Self>, String> {
         let ToolFile { corner_mm, point_deg, flute_mm, shank_mm, stickout_mm, length_mm, holder, .. } = file;
         let numbers = [
@@ -190,7 +191,7 @@ impl Assembly {
         Ok(Some(assembly))
     }
 
-    /// Whether the flutes end before the holder begins.
+    /// Checks that the flutes end before the holder begins.
     fn holds(&self, stickout_mm: f64) -> Result<(), String> {
         if stickout_mm + SAME_MM < self.flute_mm {
             let flute = self.flute_mm;
@@ -204,7 +205,7 @@ impl Assembly {
         self.holder.iter().map(|step| step.length_mm).sum()
     }
 
-    /// From the tip to the holder: as given, else as the tool's length in the table leaves it.
+    /// Length from the tip to the holder: the given one, or otherwise the tool's length in the table minus the holder.
     fn stickout_mm(&self, tabled_mm: Option<f64>) -> Result<f64, String> {
         let stickout = self.stickout_mm.or_else(|| tabled_mm.map(|length| length - self.holder_mm()));
         let stickout = stickout.ok_or("stickout_mm or length_mm is missing: how far the tool sticks out")?;
@@ -212,7 +213,7 @@ impl Assembly {
         Ok(stickout)
     }
 
-    /// What cuts, with its tip at the origin.
+    /// The outline of the cutting part, with its tip at the origin.
     fn cutter(&self) -> Vec<OutlinePoint> {
         let (radius, corner, top) = (0.5 * self.diameter_mm, self.corner_mm, self.flute_mm);
         let sharp = |r: f64, z: f64| OutlinePoint::Sharp([r, z]);
@@ -227,7 +228,7 @@ impl Assembly {
         end.into_iter().chain([sharp(radius, top), sharp(0.0, top)]).collect()
     }
 
-    /// The holder above `bottom`.
+    /// The outline of the holder above `bottom`.
     fn holder_outline(&self, bottom: f64) -> Vec<OutlinePoint> {
         let mut outline: Vec<[f64; 2]> = vec![[0.0, bottom]];
         let mut z = bottom;
@@ -244,7 +245,7 @@ impl Assembly {
         outline.into_iter().map(OutlinePoint::Sharp).collect()
     }
 
-    /// Its solids by role, from the tip up.
+    /// The solids of the tool by role, from the tip upwards.
     fn solids(&self, stickout: f64) -> Vec<(Role, Shape)> {
         let revolved = |profile_mm| Shape::Revolve(Revolve { profile_mm });
         let mut solids = vec![(Role::Cutter, revolved(self.cutter()))];
@@ -260,17 +261,17 @@ impl Assembly {
     }
 }
 
-/// A tool in the spindle of a machine: what it is made of, what the table says of it, and what the reader should know.
+/// A tool mounted in the spindle of a machine: its parts, its entry in the table, and warnings for the reader.
 pub(super) struct Mounted {
     pub parts: Vec<Part>,
     pub tool: Tool,
     pub notes: Vec<String>,
 }
 
-/// Puts a tool into the spindle. Without an offset of its own it gets its length, along the tool's axis.
+/// Mounts a tool in the spindle. A tool without a given offset gets its length along its axis as the offset.
 ///
 /// # Errors
-/// A message when a measure is missing or makes no solid.
+/// A message when a dimension is missing or makes no solid.
 pub(super) fn mount(
     entry: &ToolEntry,
     assembly: &Assembly,

@@ -1,4 +1,4 @@
-//! What can be wrong with a scene, and where.
+//! Errors in a scene, with their place.
 
 use crate::machine::OutOfLimits;
 use crate::machine::file::LinkError;
@@ -19,7 +19,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// The place of a byte of a text.
+    /// The line and column of a byte in a text.
     #[must_use]
     pub fn of_byte(file: PathBuf, text: &str, byte: usize) -> Self {
         let before = text.get(..byte).unwrap_or(text);
@@ -37,38 +37,38 @@ impl fmt::Display for Place {
 /// Why a scene cannot be loaded.
 #[derive(Debug, Error)]
 pub enum SceneError {
-    /// Neither a path nor the name of a shipped scene.
+    /// The text is neither a path nor the name of a shipped scene.
     #[error("there is no scene `{wanted}`: no such folder or file, and the shipped scenes are {known}")]
     Missing {
-        /// What was asked for.
+        /// The text given.
         wanted: String,
         /// The shipped scenes.
         known: String,
     },
-    /// A folder that is there, and not a scene.
+    /// The folder exists, but holds no scene file.
     #[error("{folder}: the folder has no {file}, so it is not a scene", folder = folder.display(), file = super::load::SCENE_FILE)]
     NoSceneFile {
         /// The folder.
         folder: PathBuf,
     },
-    /// A file that cannot be read.
+    /// A file cannot be read.
     #[error("{file}: {cause}", file = file.display())]
     Read {
         /// The file.
         file: PathBuf,
-        /// Why not.
+        /// The cause.
         #[source]
         cause: std::io::Error,
     },
-    /// A file that is not TOML, or not the TOML of a scene.
+    /// A file is not TOML, or not the TOML of a scene.
     #[error("{place}: {message}")]
     Syntax {
         /// Where.
         place: Place,
-        /// What the parser says.
+        /// Message of the parser.
         message: String,
     },
-    /// A name that nothing has.
+    /// A name is not defined.
     #[error("{place}: there is no {what} named `{name}`; there are {known}")]
     Unknown {
         /// Where.
@@ -80,17 +80,17 @@ pub enum SceneError {
         /// The names that exist.
         known: String,
     },
-    /// Two parts, or two approaches, with one name.
+    /// Two parts, or two approaches, have the same name.
     #[error("{place}: there are two {what} named `{name}`")]
     Duplicate {
-        /// Where the second is.
+        /// Place of the second one.
         place: Place,
         /// `parts` or `approaches`.
         what: &'static str,
         /// The name.
         name: String,
     },
-    /// Something that makes no sense.
+    /// A value is invalid.
     #[error("{place}: {message}")]
     Meaning {
         /// Where.
@@ -98,7 +98,7 @@ pub enum SceneError {
         /// What.
         message: String,
     },
-    /// Links that are not a machine.
+    /// The links do not form a machine.
     #[error("{place}: {cause}")]
     Machine {
         /// Where.
@@ -106,26 +106,26 @@ pub enum SceneError {
         /// Why not.
         cause: LinkError,
     },
-    /// A URDF file that is not a machine.
+    /// A URDF file does not describe a valid machine.
     #[cfg(feature = "urdf")]
     #[error("{place}: {cause}")]
     Urdf {
-        /// Where, as far as it is known.
+        /// The place, as far as it is known.
         place: Place,
         /// Why not.
         cause: Box<crate::machine::urdf::UrdfError>,
     },
-    /// A part without a usable mesh.
+    /// A part has no usable mesh.
     #[error("{place}: part `{part}`: {cause}")]
     Mesh {
-        /// Where the part is declared.
+        /// Place of the part's declaration.
         place: Place,
         /// The part.
         part: String,
         /// Why not.
         cause: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// A position outside the machine's limits.
+    /// A position is outside the machine's limits.
     #[error("{place}: {cause}")]
     OutOfLimits {
         /// Where.
@@ -133,16 +133,16 @@ pub enum SceneError {
         /// Which axis.
         cause: OutOfLimits,
     },
-    /// A program that cannot be interpreted.
+    /// A program cannot be interpreted.
     #[error(transparent)]
     Program(#[from] GcodeError),
-    /// No part at all.
+    /// The scene has no parts.
     #[error("{file}: the scene has no parts", file = file.display())]
     NoParts {
         /// The scene file.
         file: PathBuf,
     },
-    /// No pair of parts that can move against each other.
+    /// No two parts can move relative to each other.
     #[error("{file}: no two parts of the scene can be examined as a pair", file = file.display())]
     NoPairs {
         /// The scene file.

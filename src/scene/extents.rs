@@ -1,15 +1,16 @@
-//! How large parts are and where they lie, and what that says of a mistaken unit; meshes that are open or inside out.
+//! Sizes and positions of parts, and warnings about likely wrong units and about meshes that are open or inside out.
 
 use super::{Part, Scene};
 use crate::geometry::Point;
 use crate::machine::Poses;
 
-/// A mesh file whose part is smaller than this is in metres or inches more likely than in mm, mm across.
+/// A part from a mesh file that is smaller than this across, mm, is more likely in metres or inches than in mm.
 const TINY_MM: f64 = 5.0;
-/// All parts from mesh files together are at least this far across, mm: a machine is, and its model in metres or inches read as mm is not.
+/// Smallest plausible size of all parts from mesh files together, mm across. A machine is larger; a model in metres or inches read as mm is
+/// smaller.
 const SMALL_MACHINE_MM: f64 = 100.0;
 
-/// The box around something, along the axes of the world, mm.
+/// An axis-aligned bounding box in the world frame, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extents {
     /// Least coordinates.
@@ -31,7 +32,7 @@ impl Extents {
         (self.high - self.low).norm()
     }
 
-    /// Around both.
+    /// The box around both boxes.
     #[must_use]
     pub fn with(&self, other: &Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
@@ -51,13 +52,13 @@ impl Scene {
         })
     }
 
-    /// Where the links are before the program's first move.
+    /// The poses of the links before the first move of the program.
     #[must_use]
     pub fn poses_at_start(&self) -> Poses {
         self.machine.forward(&self.program.as_ref().map(|run| run.start).unwrap_or_default())
     }
 
-    /// What in the meshes should make a reader doubt: units, holes, surfaces that face inwards. A line each.
+    /// Warnings about the meshes, one line each: units, holes, and surfaces that face inwards.
     #[must_use]
     pub fn mesh_warnings(&self) -> Vec<String> {
         let poses = self.poses_at_start();
@@ -91,7 +92,8 @@ impl Scene {
     }
 }
 
-/// A part that is so small that its file is in another unit more likely. One too large is refused: the grid of coordinates ends at 4096 mm.
+/// A warning when a part is so small that its file is probably in another unit. A part that is too large is refused elsewhere, because the
+/// coordinate grid ends at 4096 mm.
 fn unit_warning(part: &Part, extents: &Extents) -> Option<String> {
     let (name, across) = (&part.name, extents.across_mm());
     let size = rounded(across);
@@ -103,7 +105,7 @@ fn unit_warning(part: &Part, extents: &Extents) -> Option<String> {
     })
 }
 
-/// Three digits.
+/// The number rounded to three significant digits.
 fn rounded(mm: f64) -> String {
     let digits = (2 - mm.abs().max(1e-9).log10().floor() as i32).max(0);
     format!("{mm:.*}", digits as usize)

@@ -1,4 +1,4 @@
-//! The TOML form of a scene. Apart from the model, so that the file's spelling can stay when the model changes.
+//! The TOML form of a scene. It is separate from the model, so that the spelling in files can stay when the model changes.
 
 use super::Role;
 use crate::geometry::import::Unit;
@@ -13,37 +13,37 @@ use toml::Spanned;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
-    /// One line on what it shows.
+    /// One line on what the scene shows.
     pub title: String,
-    /// What it shows, at length.
+    /// A longer description of what the scene shows.
     #[serde(default)]
     pub description: String,
-    /// Where the geometry and the motion come from.
+    /// Source of the geometry and of the motion.
     #[serde(default)]
     pub provenance: String,
     /// The machine.
     #[serde(default)]
     pub machine: MachineFile,
-    /// Parts, after those of the machine's file.
+    /// Parts, in addition to those of the machine's file.
     #[serde(default)]
     pub parts: Vec<PartFile>,
-    /// The pairs examined; without it, every two parts that can move against each other.
+    /// The pairs examined; when absent, every two parts that can move relative to each other.
     pub pairs: Option<Vec<Spanned<[String; 2]>>>,
-    /// What moves the machine.
+    /// The program that moves the machine.
     pub program: Option<ProgramFile>,
     /// Approaches.
     #[serde(default)]
     pub approaches: Vec<ApproachFile>,
-    /// The pairs posed at random; without it, all pairs examined.
+    /// The pairs posed at random; when absent, all examined pairs.
     pub random: Option<Vec<Spanned<[String; 2]>>>,
     /// Recorded poses.
     pub recorded: Option<RecordedFile>,
-    /// How `check` treats the scene.
+    /// Settings of `check` for the scene.
     #[serde(default)]
     pub check: CheckFile,
 }
 
-/// How `check` treats a scene.
+/// Settings of `check` for a scene.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CheckFile {
@@ -51,9 +51,9 @@ pub struct CheckFile {
     pub ignore: Vec<Spanned<[String; 2]>>,
     /// Pairs of parts that may touch.
     pub allow: Vec<Spanned<[String; 2]>>,
-    /// How deep the cutter may go into the workpiece, mm: says that the workpiece is the finished part.
+    /// Permitted depth of the cutter in the workpiece, mm; giving it states that the workpiece is the finished part.
     pub gouge_mm: Option<Spanned<f64>>,
-    /// How rapid moves go.
+    /// Path of rapid moves.
     pub rapid: RapidFile,
     /// Rapid rate of X, Y, Z, U, V, W, mm/min.
     pub rapid_mm_min: Option<Spanned<f64>>,
@@ -67,7 +67,7 @@ pub struct CheckFile {
     pub expect: Vec<ExpectFile>,
 }
 
-/// How rapid moves go.
+/// Path of rapid moves.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RapidFile {
@@ -78,7 +78,7 @@ pub enum RapidFile {
     DogLeg,
 }
 
-/// A collision that is known.
+/// A known collision.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExpectFile {
@@ -88,21 +88,21 @@ pub struct ExpectFile {
     pub pair: Spanned<[String; 2]>,
 }
 
-/// The `[machine]` of a scene, or a file of its own, which has the same keys but `file` and `density`.
+/// The `[machine]` of a scene, or a separate file, which has the same keys except `file` and `density`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MachineFile {
-    /// A file with `links` and `parts`. Excludes `links` here; its parts come first.
+    /// A file with `links` and `parts`. Excludes `links` in this table; the file's parts come first.
     pub file: Option<String>,
-    /// A URDF file with links and what they look like. Excludes `file` and `links`; its parts come first.
+    /// A URDF file with links and their geometry. Excludes `file` and `links`; the file's parts come first.
     pub urdf: Option<String>,
-    /// Letters of axes for joints of the URDF file, by the joint's name; joints not named here get the next free ones.
+    /// Axis letters for joints of the URDF file, by the joint's name; joints that are not named here get the next free letters.
     #[serde(default)]
     pub axes: BTreeMap<String, char>,
-    /// Which of the two descriptions of the URDF file's links is taken.
+    /// Which description of the URDF file's links is used: visual or collision.
     #[serde(default)]
     pub form: Form,
-    /// How finely the shapes of that file are triangulated, instead of what its parts say.
+    /// Density of the tessellation of the file's shapes; overrides the densities of its parts.
     pub density: Option<f64>,
     /// Links.
     #[serde(default)]
@@ -112,44 +112,44 @@ pub struct MachineFile {
     pub parts: Vec<PartFile>,
 }
 
-/// A part. Either `shape` or `mesh`.
+/// A part. It has either a `shape` or a `mesh`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PartFile {
     /// Name, unique in the scene.
     pub name: Spanned<String>,
-    /// The link it is fixed to; without it, the world.
+    /// The link to which the part is fixed; when absent, the world.
     pub link: Option<Spanned<String>>,
-    /// What it is to the work.
+    /// The role of the part.
     #[serde(default)]
     pub role: Role,
-    /// The tool that it belongs to: mounted only while that tool is in the spindle.
+    /// The tool to which the part belongs: the part is mounted only while that tool is in the spindle.
     pub tool: Option<u32>,
-    /// Its frame in its link's.
+    /// The part's frame in its link's frame.
     #[serde(default)]
     pub at: PlacementFile,
     /// A parametric shape.
     pub shape: Option<Shape>,
-    /// How the shape becomes triangles.
+    /// Tessellation of the shape.
     pub tessellation: Option<Tessellation>,
     /// A mesh file.
     pub mesh: Option<String>,
     /// The mesh file's unit.
     pub unit: Option<Unit>,
-    /// How far apart vertices of the mesh file may be to become one, mm; without it, they must be equal.
+    /// Distance within which vertices of the mesh file are merged, mm; when absent, only equal vertices are merged.
     pub weld_mm: Option<f64>,
 }
 
-/// What moves the machine.
+/// The program that moves the machine, and its controller.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProgramFile {
     /// The G-code file.
     pub file: Spanned<String>,
-    /// Other G-code files for the same machine, tool and offsets.
+    /// Other G-code files for the same machine, tools and offsets.
     #[serde(default)]
     pub more: Vec<String>,
-    /// What the controller takes for granted.
+    /// The controller's defaults.
     #[serde(default)]
     pub controller: ControllerFile,
     /// The control that the program is written for: `linuxcnc`, `fanuc` or `haas`.
@@ -157,19 +157,19 @@ pub struct ProgramFile {
     /// Codes that are skipped, as in `["G187", "M31"]`.
     #[serde(default)]
     pub ignored_codes: Vec<Spanned<String>>,
-    /// Greatest linear travel between poses, mm.
+    /// Largest linear travel between poses, mm.
     pub step_mm: Option<Spanned<f64>>,
-    /// Greatest turn between poses, degrees.
+    /// Largest rotation between poses, degrees.
     pub step_deg: Option<Spanned<f64>>,
-    /// Greatest distance of an arc from its chords, mm.
+    /// Largest distance of an arc from its chords, mm.
     pub chord_mm: Option<Spanned<f64>>,
-    /// Where the machine stands at first; without it, every axis at zero.
+    /// Initial position of the machine; when absent, every axis at zero.
     pub start: Option<Spanned<PositionFile>>,
-    /// Where G28 goes; without it, every axis at zero.
+    /// Target of G28; when absent, every axis at zero.
     pub home: Option<Spanned<PositionFile>>,
-    /// Where G30 goes; without it, every axis at zero.
+    /// Target of G30; when absent, every axis at zero.
     pub second_home: Option<Spanned<PositionFile>>,
-    /// Where M6 changes tools: letters of axes, mm and degrees. Without it, tools change where the machine stands.
+    /// Position for tool changes by M6: axis letters, mm and degrees. When absent, tools change at the current position.
     #[serde(default)]
     pub tool_change: BTreeMap<String, Spanned<f64>>,
     /// Origins of G54 to G59.3 in machine coordinates.
@@ -178,26 +178,26 @@ pub struct ProgramFile {
     /// The tool table.
     #[serde(default)]
     pub tools: Vec<Spanned<ToolFile>>,
-    /// The tool in the spindle at first.
+    /// The tool in the spindle at the start.
     #[serde(default)]
     pub tool: u32,
-    /// Which links carry tool and workpiece, for tool-centre-point control.
+    /// The links that carry tool and workpiece, for tool-centre-point control.
     pub tool_centre_point: Option<Spanned<TipFile>>,
-    /// What the machine's own M codes do: `M428 = "tool-centre-point-on"`.
+    /// Effects of the machine's own M codes: `M428 = "tool-centre-point-on"`.
     #[serde(default)]
     pub user_codes: BTreeMap<String, Spanned<UserCodeFile>>,
 }
 
-/// Which links carry tool and workpiece.
+/// The links that carry tool and workpiece.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TipFile {
     /// The link that carries the tool; without it, the world.
     pub tool_link: Option<Spanned<String>>,
-    /// Where a tool of no length has its tip, in that link's frame.
+    /// Position of the tip of a tool of length zero, in that link's frame.
     #[serde(default)]
     pub gauge_mm: [f64; 3],
-    /// From there towards the tip.
+    /// Direction from that position towards the tip.
     #[serde(default = "down")]
     pub direction: [f64; 3],
     /// The link that carries the workpiece; without it, the world.
@@ -208,7 +208,7 @@ const fn down() -> [f64; 3] {
     [0.0, 0.0, -1.0]
 }
 
-/// What an M code of the machine's own does.
+/// The effect of a machine's own M code.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum UserCodeFile {
@@ -216,11 +216,11 @@ pub enum UserCodeFile {
     ToolCentrePointOn,
     /// Off.
     ToolCentrePointOff,
-    /// Nothing that moves an axis.
+    /// No effect on the axes.
     Ignore,
 }
 
-/// What a controller takes for granted before any G word.
+/// A controller's defaults before any G word.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ControllerFile {
@@ -231,37 +231,37 @@ pub enum ControllerFile {
     Lathe,
 }
 
-/// An entry of the tool table, and what the tool looks like.
+/// An entry of the tool table, with the tool's dimensions.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ToolFile {
     /// Its number.
     pub number: u32,
-    /// What it is, for readers.
+    /// Description of the tool for readers.
     #[serde(default)]
     #[expect(dead_code, reason = "for readers of the file")]
     pub name: String,
-    /// What G43 adds; without it, zero, or the length of the tool where its shape is given.
+    /// Offset that G43 adds; when absent, the length of the tool if its dimensions are given, otherwise zero.
     pub offset: Option<PositionFile>,
     /// Cutting diameter, or twice the nose radius, mm.
     #[serde(default)]
     pub diameter_mm: f64,
-    /// Which way a lathe tool points, 1 to 9.
+    /// Orientation of a lathe tool, 1 to 9.
     #[serde(default)]
     pub orientation: u8,
-    /// Radius between end and side of the cutter, mm; half the diameter for a ball.
+    /// Radius between end and side of the cutter, mm; half the diameter for a ball end.
     pub corner_mm: Option<f64>,
     /// Full angle of a drill's point, degrees.
     pub point_deg: Option<f64>,
-    /// From the tip to the end of what cuts, mm.
+    /// Length from the tip to the end of the cutting part, mm.
     pub flute_mm: Option<f64>,
-    /// Diameter above the flutes, mm; without it, the cutting diameter.
+    /// Diameter above the flutes, mm; when absent, the cutting diameter.
     pub shank_mm: Option<f64>,
-    /// From the tip to the holder, mm.
+    /// Length from the tip to the holder, mm.
     pub stickout_mm: Option<f64>,
-    /// From the tip to the spindle's gauge line, mm: stick-out and holder.
+    /// Length from the tip to the spindle's gauge line, mm: stick-out plus holder.
     pub length_mm: Option<f64>,
-    /// The holder's steps from the tool's side up.
+    /// The steps of the holder, from the tool's side upwards.
     pub holder: Option<Vec<HolderStepFile>>,
 }
 
@@ -271,7 +271,7 @@ pub struct ToolFile {
 pub struct HolderStepFile {
     /// Diameter, mm.
     pub diameter_mm: f64,
-    /// Diameter at its upper end, mm; without it, the same.
+    /// Diameter at its upper end, mm; when absent, the same as `diameter_mm`.
     pub top_mm: Option<f64>,
     /// Length, mm.
     pub length_mm: f64,
@@ -285,7 +285,7 @@ pub struct LibraryFile {
     pub tools: Vec<Spanned<ToolFile>>,
 }
 
-/// Axis positions; those not given are 0.
+/// Axis positions; absent axes are 0.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PositionFile {
@@ -301,7 +301,7 @@ pub struct PositionFile {
 }
 
 impl PositionFile {
-    /// In mm and radians.
+    /// The position in mm and radians.
     pub fn position(&self) -> Position {
         let mut position = Position([
             self.x_mm, self.y_mm, self.z_mm, self.a_deg, self.b_deg, self.c_deg, self.u_mm, self.v_mm, self.w_mm,
@@ -313,7 +313,7 @@ impl PositionFile {
     }
 }
 
-/// An approach of a pair's second part to its first.
+/// An approach of the second part of a pair to the first.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ApproachFile {
@@ -321,11 +321,11 @@ pub struct ApproachFile {
     pub name: Spanned<String>,
     /// The pair.
     pub pair: Spanned<[String; 2]>,
-    /// Where the machine stands: the line of approach runs through this position.
+    /// A machine position on the line of approach.
     pub at: PositionFile,
-    /// The way the second part goes relative to the first, world frame, any length but zero.
+    /// Direction in which the second part moves relative to the first, world frame; any length but zero.
     pub direction: [f64; 3],
-    /// Where to stop, mm before first contact; negative is past it.
+    /// Offsets at which the second part stops, mm before first contact; negative past it.
     pub offsets_mm: Option<Vec<f64>>,
 }
 

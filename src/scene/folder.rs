@@ -1,4 +1,4 @@
-//! Where a scene's files come from: a folder on disk, or the scenes compiled into the program. Every file read is hashed.
+//! The source of a scene's files: a folder on disk, or the scenes compiled into the program. Every file is hashed when it is read.
 
 use super::error::SceneError;
 use super::{MeshFile, shipped};
@@ -6,13 +6,13 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
-/// A scene's folder and the record of what was read from it.
+/// A scene's folder, and the record of the files read from it.
 pub struct Folder {
     source: Source,
     name: String,
-    /// File, as `scene/file` with `..` resolved, to the BLAKE3 hash of its bytes.
+    /// Hash of each file: its path as `scene/file`, with `..` resolved, to the BLAKE3 hash of its bytes.
     inputs: BTreeMap<String, String>,
-    /// What was found in mesh files.
+    /// Import reports of the mesh files.
     pub meshes: Vec<MeshFile>,
 }
 
@@ -39,7 +39,7 @@ impl Folder {
         Self { source: Source::Shipped, name: name.to_owned(), inputs: BTreeMap::new(), meshes: Vec::new() }
     }
 
-    /// Files that are nowhere, by their paths relative to the folder.
+    /// A folder in memory; files are given by their paths relative to the folder.
     pub fn in_memory(name: &str, files: BTreeMap<String, Vec<u8>>) -> Self {
         let source = Source::Memory(files);
         Self { source, name: name.to_owned(), inputs: BTreeMap::new(), meshes: Vec::new() }
@@ -50,7 +50,7 @@ impl Folder {
         &self.name
     }
 
-    /// What messages call a file.
+    /// Name of a file in messages.
     pub fn path(&self, relative: &str) -> PathBuf {
         match &self.source {
             Source::Disk(folder) => folder.join(relative),
@@ -59,7 +59,7 @@ impl Folder {
         }
     }
 
-    /// Whether there is a file.
+    /// Whether the folder has the file.
     #[cfg(feature = "urdf")]
     pub fn has(&self, relative: &str) -> bool {
         match &self.source {
@@ -98,7 +98,7 @@ impl Folder {
         Ok(rs274::file::decode(bytes))
     }
 
-    /// The record of what was read: hashes by file, and what was found in mesh files.
+    /// The record of the files read: hashes by file, and import reports of mesh files.
     pub fn into_records(self) -> (BTreeMap<String, String>, Vec<MeshFile>) {
         (self.inputs, self.meshes)
     }

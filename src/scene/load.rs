@@ -1,4 +1,4 @@
-//! From `scene.toml` to a checked [`Scene`].
+//! Loads `scene.toml` into a checked [`Scene`].
 
 use super::assembly;
 use super::error::{Place, SceneError};
@@ -21,21 +21,21 @@ use std::sync::Arc;
 use toml::Spanned;
 use toml::de::DeTable;
 
-/// What is missing where a tool has a shape and no place.
+/// Message for a tool with a shape in a scene that does not define where the spindle holds tools.
 pub(super) const NO_SPINDLE: &str = "it has a shape, and nothing says where the spindle holds tools: give `[program.tool_centre_point]` in scene.toml (`tool_link`, `gauge_mm`), or `--spindle LINK@X,Y,Z`";
 
-/// The file that makes a folder a scene.
+/// Name of the file that makes a folder a scene.
 pub const SCENE_FILE: &str = "scene.toml";
 
-/// Rapid rates where a scene says nothing: those of an ordinary machine tool.
+/// Rapid rates when the scene defines none: those of an ordinary machine tool.
 const RAPID_MM_MIN: f64 = 15_000.0;
 const RAPID_DEG_MIN: f64 = 7_200.0;
 
-/// Most triangles of all parts together, sixteen times the largest scene that was tried: what a mistake in a file meets before
-/// the memory ends.
+/// Largest number of triangles of all parts together, sixteen times the largest scene that was tried. It stops a mistake in a file before
+/// memory runs out.
 const MOST_TRIANGLES: usize = 1 << 24;
 
-/// A text and what messages call it.
+/// A text, and its name in messages.
 pub(super) struct Document {
     path: PathBuf,
     pub(super) text: String,
@@ -50,7 +50,7 @@ impl Document {
         Ok(Self { path: folder.path(relative), text, base: base.to_owned() })
     }
 
-    /// A text that belongs to no scene.
+    /// A text that does not belong to a scene.
     pub(super) const fn alone(path: PathBuf, text: String) -> Self {
         Self { path, text, base: String::new() }
     }
@@ -75,7 +75,7 @@ impl Document {
         SceneError::Meaning { place: self.place(&span), message }
     }
 
-    /// The place of a table's header, for what has no span of its own.
+    /// The place of a table's header, for entries without a span of their own.
     fn header(&self, header: &str) -> Place {
         Place::of_byte(self.path.clone(), &self.text, self.text.find(header).unwrap_or(0))
     }
@@ -156,7 +156,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     })
 }
 
-/// The machine from the scene file or a file of its own, and the parts that the latter brings along.
+/// The machine, from the scene file or from a separate file, and the parts of the separate file.
 fn machine_and_its_parts(
     folder: &mut Folder,
     document: &Document,
@@ -277,7 +277,8 @@ fn add_parts(
     Ok(())
 }
 
-/// Why a part cannot have a name: it goes into CSV files, where spreadsheets take some beginnings for formulas, and to terminals.
+/// Why a name is not permitted; `None` when it is. Names are written to terminals and to CSV files, in which a
+/// spreadsheet takes some first characters for the start of a formula.
 pub(super) fn unfit_name(name: &str) -> Option<String> {
     let is_formula = name.starts_with(['=', '+', '-', '@', '\t', '\r']);
     let wrong = match name {
@@ -289,7 +290,7 @@ pub(super) fn unfit_name(name: &str) -> Option<String> {
     Some(format!("the name `{}` {wrong}", name.escape_debug()))
 }
 
-/// The mesh of a part: its shape's or its file's.
+/// The mesh of a part, from its shape or its file.
 fn part_mesh(
     folder: &mut Folder,
     document: &Document,
@@ -484,8 +485,8 @@ fn find_pair(document: &Document, parts: &[Part], names: &Spanned<[String; 2]>) 
     Ok(pair)
 }
 
-/// Every two parts that something can move against each other: a joint between their links, or recorded poses. Parts of
-/// different tools are never there together.
+/// Every two parts that can move relative to each other, by a joint between their links or by recorded poses. Parts of different tools are
+/// never mounted together, so they form no pair.
 pub(super) fn movable_pairs(machine: &Machine, parts: &[Part], recorded: bool) -> Vec<Pair> {
     let body = |part: usize| machine.rigid_body(parts[part].link);
     (0..parts.len())

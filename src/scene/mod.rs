@@ -1,9 +1,9 @@
-//! Scenes: parts with meshes on a machine, the pairs of them that are examined, and what moves them.
+//! Scenes: parts with meshes on a machine, the pairs of parts that are examined, and the motion.
 //!
-//! Reading order: this file (the model), [`file`] (how a scene is written), `load` (from one to the other), `urdf` (machines
-//! of ROS), [`recording`]
-//! (poses as CSV), `assembly` (rotating tools by their measures), `stock_spec` and [`set_up`] (tools and stock without editing the file),
-//! [`extents`] (sizes, and what they say of units), [`template`] (files for new machines), `folder` and `shipped` (where files come from), [`pairs`] (which parts can collide), [`error`].
+//! Reading order: this file (the model), [`file`] (the TOML form), `load` (from TOML to model), `urdf` (machines of ROS), [`recording`]
+//! (poses as CSV), `assembly` (rotating tools by their dimensions), `stock_spec` and [`set_up`] (tools and stock without editing the file),
+//! [`extents`] (sizes, and warnings about units), [`template`] (files for new machines), `folder` and `shipped` (sources of files),
+//! [`pairs`] (which parts can collide), [`error`].
 
 pub mod error;
 mod shipped;
@@ -44,32 +44,32 @@ use std::sync::Arc;
 pub struct Part {
     /// Name, unique in the scene.
     pub name: String,
-    /// Its mesh, mm, in the part's own frame.
+    /// Mesh of the part, mm, in the part's own frame.
     pub mesh: Arc<Mesh>,
     /// Index of the link it is fixed to; `None` is the world.
     pub link: Option<usize>,
-    /// The part's frame in its link's, mm.
+    /// The part's frame in its link's frame, mm.
     pub link_from_part: Isometry,
-    /// The parametric shape that the mesh was made from, where it was.
+    /// The parametric shape from which the mesh was made; `None` for a mesh file.
     pub shape: Option<Arc<Shape>>,
-    /// What it is to the work.
+    /// The role of the part.
     pub role: Role,
-    /// The tool that it belongs to: it is there only while that tool is in the spindle. `None` is always there.
+    /// The tool to which the part belongs: the part is present only while that tool is in the spindle. `None` is always present.
     pub tool: Option<u32>,
 }
 
-/// What was found in a part's mesh file.
+/// The import report of a part's mesh file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshFile {
     /// The part.
     pub part: String,
     /// The file, relative to the scene's folder.
     pub file: String,
-    /// What was found in it and what was done about it.
+    /// Contents of the file, and the repairs made.
     pub report: ImportReport,
 }
 
-/// What a part is to the work: decides which contact is intended.
+/// The role of a part in machining; it decides which contacts are intended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
@@ -78,13 +78,13 @@ pub enum Role {
     Machine,
     /// Is cut.
     Workpiece,
-    /// Cuts: may touch the workpiece in a feed move.
+    /// Cuts, and may touch the workpiece in a feed move.
     Cutter,
-    /// The smooth part of a tool between cutter and holder; touches nothing.
+    /// The smooth part of a tool between cutter and holder; must touch nothing.
     Shank,
-    /// Holds a tool; touches nothing.
+    /// Holds a tool; must touch nothing.
     Holder,
-    /// Holds the workpiece; touches nothing that moves against it, unless the scene allows it.
+    /// Holds the workpiece; must touch nothing that moves relative to it, unless the scene allows it.
     Fixture,
 }
 
@@ -92,7 +92,7 @@ impl Role {
     /// Every role, in the order of their declaration.
     pub const ALL: [Self; 6] = [Self::Machine, Self::Workpiece, Self::Cutter, Self::Shank, Self::Holder, Self::Fixture];
 
-    /// Its name in files.
+    /// Name of the role in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -106,18 +106,18 @@ impl Role {
     }
 }
 
-/// What `check` needs to know of a scene beside its parts and motion.
+/// Rates of the machine's axes, which `check` needs in addition to parts and motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rates {
     /// Rapid rate of each axis, mm/min or radians/min.
     pub rapid: [f64; 9],
-    /// Greatest feed rate of each axis, mm/min or radians/min; infinite where the scene names none.
+    /// Largest feed rate of each axis, mm/min or radians/min; infinite when the scene gives none.
     pub feed: [f64; 9],
-    /// How rapid moves go.
+    /// Path of rapid moves.
     pub rapid_path: RapidPath,
 }
 
-/// A collision that a scene's program is known to have.
+/// A known collision of a scene's program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Expected {
     /// Line on which contact begins.
@@ -126,24 +126,24 @@ pub struct Expected {
     pub pair: Pair,
 }
 
-/// Two parts that may collide, as indices into [`Scene::parts`]. `a` is the one whose frame the poses are given in.
+/// Two parts that may collide, as indices into [`Scene::parts`]. Poses are given in the frame of `a`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Pair {
-    /// The part whose frame poses are given in.
+    /// The part in whose frame poses are given.
     pub a: usize,
     /// The other part.
     pub b: usize,
 }
 
 impl Pair {
-    /// Whether both are the same two parts, in whatever order.
+    /// Whether both pairs are the same two parts, in either order.
     #[must_use]
     pub fn is(self, other: Self) -> bool {
         self == other || self == Self { a: other.b, b: other.a }
     }
 }
 
-/// A straight line along which a pair's part `b` comes to part `a`.
+/// A straight line along which part `b` of a pair approaches part `a`.
 #[derive(Clone, Debug)]
 pub struct Approach {
     /// Name, unique in the scene.
@@ -152,14 +152,14 @@ pub struct Approach {
     pub pair: Pair,
     /// A position of the machine on the line, mm and radians.
     pub at: Position,
-    /// The way `b` goes relative to `a`, world frame.
+    /// Direction in which `b` moves relative to `a`, world frame.
     pub direction: Unit<Vector>,
-    /// Where to stop, mm before first contact; negative is past it.
+    /// Offsets at which `b` stops, mm before first contact; negative past it.
     pub offsets_mm: Vec<f64>,
 }
 
 impl Approach {
-    /// Where an approach stops when the scene does not say: every depth band, every stratum, and contact itself.
+    /// Offsets of an approach when the scene gives none: every depth band, every stratum, and contact itself.
     pub const OFFSETS_MM: [f64; 15] =
         [-8.0, -3.0, -0.5, -0.05, -5e-3, -5e-4, -1e-5, 0.0, 1e-3, 0.5, 3.0, 8.0, 20.0, 50.0, 100.0];
 }
@@ -167,13 +167,13 @@ impl Approach {
 /// A scene, loaded and checked.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Name: the folder's.
+    /// Name of the scene, which is the name of its folder.
     pub name: String,
-    /// One line on what it shows.
+    /// One line on what the scene shows.
     pub title: String,
-    /// What it shows, at length.
+    /// A longer description of what the scene shows.
     pub description: String,
-    /// Where geometry and motion come from.
+    /// Source of the geometry and of the motion.
     pub provenance: String,
     /// The machine; without links when the scene has none.
     pub machine: Machine,
@@ -185,17 +185,17 @@ pub struct Scene {
     pub names_pairs: bool,
     /// Pairs that `check` never examines.
     pub ignored: Vec<Pair>,
-    /// Pairs that may touch: never a collision.
+    /// Pairs whose contact is never a collision.
     pub allowed: Vec<Pair>,
-    /// How deep the cutter may go into the workpiece, which is then the finished part, mm; `None` where it is uncut.
+    /// Permitted depth of the cutter in the workpiece, mm; the workpiece is then the finished part. `None` when the workpiece is uncut.
     pub gouge_mm: Option<f64>,
-    /// How fast the machine's rapid moves are.
+    /// Rapid rates and feed limits of the machine.
     pub rates: Rates,
     /// Collisions that the program is known to have.
     pub expected: Vec<Expected>,
     /// The program that moves the machine.
     pub program: Option<ProgramRun>,
-    /// Other programs under the same controller, timed as wholes beside the first.
+    /// Other programs under the same controller; each is timed as a whole.
     pub more_programs: Vec<ProgramRun>,
     /// The approaches.
     pub approaches: Vec<Approach>,
@@ -203,31 +203,31 @@ pub struct Scene {
     pub random: Vec<Pair>,
     /// Recorded poses.
     pub recording: Option<Recording>,
-    /// What was found in mesh files, by part.
+    /// Import reports of the mesh files, by part.
     pub mesh_files: Vec<MeshFile>,
-    /// Path or name to content hash of everything the scene was made from.
+    /// Content hash of every input of the scene, by path or name.
     pub inputs: BTreeMap<String, String>,
 }
 
-/// What a caller may change about a scene while it is read.
+/// Changes that a caller may make to a scene while it is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Overrides {
-    /// How unevenly shapes are triangulated, instead of what each part says.
+    /// Grading of the tessellation of all shapes; overrides the grading of each part.
     pub grading: Option<f64>,
-    /// How finely shapes are triangulated, instead of what each part says.
+    /// Density of the tessellation of all shapes; overrides the density of each part.
     pub density: Option<f64>,
-    /// Whether the scene's own program stays unread: another one runs under its setup.
+    /// Whether the scene's own program is not read, because another program will run under its setup.
     pub skips_program: bool,
 }
 
 impl Scene {
-    /// Names of the machines that are compiled into the program.
+    /// Names of the scenes that are compiled into the program.
     pub const SHIPPED: &'static [&'static str] = shipped::NAMES;
 
-    /// Names of those that a run examines unless it is told otherwise: two after the paper's, and a mill with five axes.
+    /// Names of the scenes that a run examines by default: two modelled on the paper's, and a mill with five axes.
     pub const BY_DEFAULT: &'static [&'static str] = shipped::BY_DEFAULT;
 
-    /// Names of the shipped scenes that belong to a family: one shape, triangulated in several ways.
+    /// Names of the shipped scenes that belong to a family: one shape in several tessellations.
     pub const FAMILIES: &'static [&'static str] = shipped::FAMILIES;
 
     /// Loads a scene from a folder, or from a scene file in one.
@@ -238,7 +238,7 @@ impl Scene {
         Self::load_with(path, &Overrides::default())
     }
 
-    /// As [`Scene::load`], with shapes triangulated otherwise.
+    /// As [`Scene::load`], with `overrides`.
     ///
     /// # Errors
     /// As [`Scene::load`].
@@ -254,7 +254,7 @@ impl Scene {
         }
     }
 
-    /// Loads a scene from files that are only in memory, by their paths relative to the scene's folder; one is `scene.toml`.
+    /// Loads a scene from files in memory, given by their paths relative to the scene's folder; one of them is `scene.toml`.
     ///
     /// # Errors
     /// As [`Scene::load`].
@@ -266,7 +266,8 @@ impl Scene {
         load::load(Folder::in_memory(name, files), load::SCENE_FILE, overrides)
     }
 
-    /// Loads a scene by path, or a shipped one by name. A folder that holds a `scene.toml` goes before a shipped name.
+    /// Loads a scene by path, or a shipped scene by name. A folder with a `scene.toml` takes precedence over a shipped scene of the same
+    /// name.
     ///
     /// # Errors
     /// As [`Scene::load`]; [`SceneError::Missing`] lists the shipped scenes.
@@ -274,7 +275,7 @@ impl Scene {
         Self::find_with(name_or_path, &Overrides::default())
     }
 
-    /// As [`Scene::find`], with shapes triangulated otherwise.
+    /// As [`Scene::find`], with `overrides`.
     ///
     /// # Errors
     /// As [`Scene::find`].
@@ -289,7 +290,7 @@ impl Scene {
         Err(missing(name_or_path))
     }
 
-    /// `a:b`, the name of a pair in files.
+    /// The name of a pair in files, as `a:b`.
     #[must_use]
     pub fn pair_name(&self, pair: Pair) -> String {
         format!("{}:{}", self.parts[pair.a].name, self.parts[pair.b].name)
@@ -314,20 +315,20 @@ impl Scene {
         self.parts.iter().position(|part| part.name == name)
     }
 
-    /// Whether anything is mounted only while its tool is in the spindle.
+    /// Whether some part is mounted only while its tool is in the spindle.
     #[must_use]
     pub fn changes_tools(&self) -> bool {
         self.parts.iter().any(|part| part.tool.is_some())
     }
 
-    /// Whether both parts of a pair are there while `tool` is in the spindle.
+    /// Whether both parts of a pair are mounted while `tool` is in the spindle.
     #[must_use]
     pub fn is_mounted(&self, pair: Pair, tool: u32) -> bool {
         [pair.a, pair.b].iter().all(|&part| self.parts[part].tool.is_none_or(|own| own == tool))
     }
 
-    /// The tool without which a pair is not there; `None` where it always is. Of parts of different tools, which are never a
-    /// pair, the first part's.
+    /// The tool that must be in the spindle for a pair to be mounted; `None` when the pair is always mounted. For parts of different tools,
+    /// which never form a pair, the tool of the first part.
     #[must_use]
     pub fn tool_of(&self, pair: Pair) -> Option<u32> {
         self.parts[pair.a].tool.or(self.parts[pair.b].tool)

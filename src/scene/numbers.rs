@@ -1,14 +1,14 @@
-//! Numbers of a scene file that cannot be meant.
+//! Detects numbers of a scene file that are too large to be intended.
 
 use super::program::Nonsense;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Largest length, angle or rate of a scene file, mm, degrees or either per minute: what a program may ask of an axis. Farther out, a number has no
-/// tenths of micrometres left.
+/// Largest length, angle or rate of a scene file, in mm, degrees or either per minute: the farthest that a program may move an axis. Larger
+/// numbers no longer resolve tenths of micrometres.
 const LARGEST: f64 = rs274::interpret::FARTHEST;
 
-/// The first finite number beyond [`LARGEST`], but in a `direction`, whose length means nothing.
+/// The first finite number beyond [`LARGEST`]. A `direction` is exempt, because its length has no meaning.
 pub(super) fn too_large(table: &DeTable<'_>) -> Option<Nonsense> {
     let meant = |key: &str| key != "direction";
     table.iter().filter(|(key, _)| meant(key.get_ref())).find_map(|(key, value)| in_value(key.get_ref(), value))

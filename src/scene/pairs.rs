@@ -1,7 +1,7 @@
-//! Which parts can collide at all: every pair is kept or dropped for a stated reason.
+//! Decides which parts can collide: every pair is kept, or dropped for a stated reason.
 //!
-//! Xu and Zhang (2011) choose the pairs from the machine's structure, the head's range and the tool's size by hand; here the
-//! joint tree and the range of the axes decide.
+//! Xu and Zhang (2011) choose the pairs by hand, from the machine's structure, the head's range and the tool's size. Here the joint tree
+//! and the range of the axes decide.
 
 use super::{Pair, Part, Role, Scene};
 use crate::geometry::{Mesh, Point};
@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fmt;
 
-/// Range of each axis, mm and radians. Infinite where nothing bounds an axis.
+/// Range of each axis, mm and radians. Infinite for an axis without limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// Smallest positions.
@@ -22,13 +22,13 @@ pub struct Range {
 }
 
 impl Range {
-    /// A single position.
+    /// The range of a single position.
     #[must_use]
     pub const fn at(position: Position) -> Self {
         Self { low: position, high: position }
     }
 
-    /// Grows until it holds `position`.
+    /// Extends the range to include `position`.
     pub fn take_in(&mut self, position: &Position) {
         for (i, &at) in position.0.iter().enumerate() {
             self.low.0[i] = self.low.0[i].min(at);
@@ -36,7 +36,7 @@ impl Range {
         }
     }
 
-    /// What the joints of a machine allow. An axis that drives nothing stays at zero.
+    /// The range that the joints of a machine permit. An axis without a joint stays at zero.
     #[must_use]
     pub fn of_limits(machine: &Machine) -> Self {
         let mut range = Self::at(Position::default());
@@ -46,7 +46,7 @@ impl Range {
         range
     }
 
-    /// The same poses with axes that only turn kept to one turn: a joint that turns farther repeats itself.
+    /// The range with rotary axes reduced to one turn, which gives the same poses, because a joint that turns farther repeats itself.
     fn folded(mut self, machine: &Machine) -> Self {
         for axis in Axis::ALL {
             let Some(joint) = machine.joints_of(axis).next() else { continue };
@@ -61,7 +61,8 @@ impl Range {
         self
     }
 
-    /// The middle and the half widths; where an end is infinite, the other end or zero, and infinity.
+    /// The middle and the half width of each axis. If an end is infinite, the middle is the other end or zero, and the half width is
+    /// infinite.
     fn middle_and_half(&self) -> (Position, Position) {
         let mut half = Position::default();
         let middle = std::array::from_fn(|i| {
@@ -74,23 +75,23 @@ impl Range {
     }
 }
 
-/// Where the axes go, and with which tool.
+/// The ranges that the axes cover, by tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reach {
-    /// With any tool.
+    /// The range with any tool.
     pub axes: Range,
-    /// While each tool is in the spindle; `None` when nothing is known of tools.
+    /// The range while each tool is in the spindle; `None` when the tools are unknown.
     pub tools: Option<BTreeMap<u32, Range>>,
 }
 
 impl Reach {
-    /// Wherever the machine's limits let it go.
+    /// The range of the machine's limits.
     #[must_use]
     pub fn of_limits(scene: &Scene) -> Self {
         Self { axes: Range::of_limits(&scene.machine), tools: None }
     }
 
-    /// The range while a tool is in the spindle; `None` if it never is.
+    /// The range while a tool is in the spindle; `None` if the tool is never there.
     fn with_tool(&self, tool: u32) -> Option<&Range> {
         self.tools.as_ref().map_or(Some(&self.axes), |tools| tools.get(&tool))
     }
@@ -99,36 +100,37 @@ impl Reach {
 /// Why a pair is not examined.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Dropped {
-    /// No joint is between them.
+    /// No joint lies between the parts.
     Rigid,
-    /// Two parts of the machine's structure with one joint between them: its bearings touch by construction.
+    /// Two parts of the machine's structure with one joint between them: the joint's bearings touch by construction.
     Neighbours {
         /// The joint's axis.
         axis: char,
     },
-    /// Over the whole range they stay farther apart than asked for.
+    /// Over the whole range, the parts stay farther apart than the distance asked for.
     OutOfReach {
-        /// At least this far, mm.
+        /// Lower bound of their distance, mm.
         apart_mm: f64,
     },
-    /// They belong to different tools, of which one is in the spindle at a time.
+    /// The parts belong to different tools, and only one tool is in the spindle at a time.
     DifferentTools {
         /// The tools.
         tools: [u32; 2],
     },
-    /// Their tool is never in the spindle.
+    /// The tool of the parts is never in the spindle.
     NeverMounted {
         /// The tool.
         tool: u32,
     },
-    /// The scene says so.
+    /// The scene says that the pair is ignored.
     Ignored,
-    /// The scene says that they may touch.
+    /// The scene says that the parts may touch.
     Allowed,
 }
 
 impl Dropped {
-    /// Whether no program could bring the two into question: nothing was found out about them. Pairs out of reach are known to be free.
+    /// Whether the reason holds for every program, so the pair was not examined at all. A pair out of reach, in contrast, is known to be
+    /// free for this program.
     #[must_use]
     pub const fn is_for_ever(&self) -> bool {
         match self {
@@ -154,7 +156,7 @@ impl fmt::Display for Dropped {
     }
 }
 
-/// A pair with the reason for which it was dropped, if it was.
+/// A pair, and the reason for which it was dropped, if it was.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decision {
     /// The pair.
@@ -163,9 +165,8 @@ pub struct Decision {
     pub dropped: Option<Dropped>,
 }
 
-/// Decides on every pair of parts, in order. `reach` is where the axes go; pairs that stay farther apart than `beyond_mm` are
-/// dropped. The pairs that the scene names are kept unless they are ignored, allowed, of a tool that is not there, or out of
-/// reach.
+/// Decides on every pair of parts, in order. `reach` gives the ranges of the axes; pairs that stay farther apart than `beyond_mm` are
+/// dropped. Pairs that the scene names are kept unless they are ignored, allowed, out of reach, or belong to a tool that is never mounted.
 #[must_use]
 pub fn decide(scene: &Scene, reach: &Reach, beyond_mm: f64) -> Vec<Decision> {
     let balls: Vec<Ball> = scene.parts.iter().map(ball).collect();
@@ -204,8 +205,8 @@ fn why_dropped(scene: &Scene, balls: &[Ball], reach: &Reach, beyond_mm: f64, pai
     (is_structure && !scene.names(pair)).then(|| neighbours(scene, bodies)).flatten()
 }
 
-/// The axis between two bodies of which one stands on the other. Only structure runs in bearings: what cuts, holds or is cut is a neighbour of
-/// nothing.
+/// The axis between two adjacent bodies of the machine. Only the structure has bearings, so parts that cut, hold or are cut have no
+/// neighbours.
 fn neighbours(scene: &Scene, bodies: [Option<usize>; 2]) -> Option<Dropped> {
     let stands_on = |above: Option<usize>, below: Option<usize>| {
         let above = above?;
@@ -216,7 +217,7 @@ fn neighbours(scene: &Scene, bodies: [Option<usize>; 2]) -> Option<Dropped> {
     stands_on(bodies[0], bodies[1]).or_else(|| stands_on(bodies[1], bodies[0]))
 }
 
-/// A lower bound of the distance of a pair over a range, mm; `None` when there is none.
+/// A lower bound of the distance of a pair over a range, mm; `None` when the range gives no bound.
 fn least_distance(scene: &Scene, balls: &[Ball], pair: Pair, range: &Range) -> Option<f64> {
     let (middle, half) = range.folded(&scene.machine).middle_and_half();
     let poses = scene.machine.forward(&middle);
@@ -255,7 +256,7 @@ mod tests {
         }
     }
 
-    /// X from -10 to 30 and C, both without company, and W that turns.
+    /// A machine with separate axes X (from -10 to 30) and C, and a rotary axis W.
     fn machine(x: Limits, c: Limits) -> Machine {
         let turn = |axis, limits| Joint::rotary(axis, Vector::z(), Point::origin(), limits).unwrap();
         let x = Joint::prismatic(Axis::X, Vector::x(), x).unwrap();

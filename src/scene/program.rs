@@ -1,4 +1,4 @@
-//! The program of a scene: from the file to canonical moves.
+//! The program of a scene, from the file to canonical moves.
 
 use super::assembly::ToolEntry;
 use super::error::SceneError;
@@ -12,30 +12,30 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 use toml::Spanned;
 
-/// A program, interpreted, and how to run it.
+/// An interpreted program, and the settings under which it runs.
 #[derive(Clone, Debug)]
 pub struct ProgramRun {
-    /// Its file, for messages.
+    /// Path of the file, for messages.
     pub file: PathBuf,
     /// Its moves.
     pub program: rs274::Program,
-    /// What the controller knows at first, the machine's position among it.
+    /// The controller's initial state, including the machine's position.
     pub setup: Setup,
-    /// Which links carry tool and workpiece, where the scene says so.
+    /// The links that carry tool and workpiece, if the scene defines them.
     pub tip: Option<TipControl>,
-    /// Where the machine stands at first, mm and radians.
+    /// Initial position of the machine, mm and radians.
     pub start: Position,
-    /// How finely the scene wants it sampled.
+    /// Sampling that the scene asks for.
     pub sampling: Sampling,
 }
 
 /// Names of the work offsets, in the order of [`Setup::work_offsets`].
 const WORK_OFFSETS: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
 
-/// A value that makes no sense: the bytes of the file where it stands, and a message.
+/// An invalid value: its byte range in the file, and a message.
 pub(super) type Nonsense = (Range<usize>, String);
 
-/// What the controller knows, as the scene file says it.
+/// The controller's initial state from the scene file.
 pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
     let mut setup = match file.controller {
         ControllerFile::Mill => Setup::default(),
@@ -100,7 +100,7 @@ pub(super) fn tools(files: &[Spanned<ToolFile>]) -> Result<Vec<ToolEntry>, Nonse
     files.iter().map(read).collect()
 }
 
-/// How finely to sample, as the scene file says it.
+/// The sampling from the scene file.
 pub(super) fn sampling(file: &ProgramFile) -> Result<Sampling, Nonsense> {
     let default = Sampling::default();
     Ok(Sampling {
@@ -110,7 +110,7 @@ pub(super) fn sampling(file: &ProgramFile) -> Result<Sampling, Nonsense> {
     })
 }
 
-/// The number, if one is given, which must be finite and above 0.
+/// The number, if one is given; it must be finite and above 0.
 pub(super) fn positive(name: &str, value: Option<&Spanned<f64>>) -> Result<Option<f64>, Nonsense> {
     let Some(spanned) = value else { return Ok(None) };
     match *spanned.get_ref() {
@@ -119,7 +119,7 @@ pub(super) fn positive(name: &str, value: Option<&Spanned<f64>>) -> Result<Optio
     }
 }
 
-/// A path that the machine cannot follow.
+/// The machine cannot follow the path of the tool's tip.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{file}:{line}: {cause}", file = file.display())]
 pub struct TipFault {
@@ -131,16 +131,16 @@ pub struct TipFault {
     pub cause: TipCause,
 }
 
-/// Why the machine cannot follow.
+/// Why the machine cannot follow the path.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum TipCause {
-    /// Nobody says which links carry tool and workpiece.
+    /// The scene does not define which links carry tool and workpiece.
     #[error("tool-centre-point control needs `[program.tool_centre_point]` in the scene")]
     NoLinks,
     /// The path is too long.
     #[error(transparent)]
     TooManySamples(#[from] TooManySamples),
-    /// The axes cannot.
+    /// The axes cannot reach the position.
     #[error(transparent)]
     Machine(#[from] TipError),
 }
@@ -159,7 +159,7 @@ impl ProgramRun {
     /// The program's path in axis positions.
     ///
     /// # Errors
-    /// The line on which it has too many samples, or the first on which the axes cannot follow the tool's tip.
+    /// The line on which the path has too many samples, or the first line on which the axes cannot follow the tool's tip.
     pub fn samples(&self, machine: &Machine, sampling: &Sampling, rapids: &RapidPath) -> Result<Vec<Sample>, TipFault> {
         let mut samples = rs274::sample(&self.program, &self.start, sampling, rapids).map_err(|cause| TipFault {
             file: self.file.clone(),
@@ -170,7 +170,7 @@ impl ProgramRun {
         Ok(samples)
     }
 
-    /// Turns samples of the tip's way into axis positions: the linear axes follow. Other samples stay as they are.
+    /// Converts samples of the tip's path to axis positions, by moving the linear axes. Other samples are unchanged.
     fn follow_tip(&self, machine: &Machine, samples: &mut [Sample]) -> Result<(), TipFault> {
         for sample in samples {
             let Some(length) = self.program.moves[sample.move_index].tip_mm else { continue };
@@ -182,7 +182,7 @@ impl ProgramRun {
         Ok(())
     }
 
-    /// The tool in the spindle during each move, 0 for none; a tool change has the new one.
+    /// The tool in the spindle during each move, 0 for none; the move of a tool change has the new tool.
     #[must_use]
     pub fn tools(&self) -> Vec<u32> {
         let mut tool = self.setup.tool;
@@ -195,10 +195,10 @@ impl ProgramRun {
         self.program.moves.iter().map(during).collect()
     }
 
-    /// Puts the origin of a work offset (`G54` to `G59.3`) elsewhere, machine coordinates, mm and radians.
+    /// Sets the origin of a work offset (`G54` to `G59.3`), machine coordinates, mm and radians.
     ///
     /// # Errors
-    /// A message when there is no offset of that name or the place is not finite.
+    /// A message when there is no offset of that name, or the origin is not finite.
     pub fn set_work_offset(&mut self, name: &str, origin: Position) -> Result<(), String> {
         let known = WORK_OFFSETS.iter().position(|known| known.eq_ignore_ascii_case(name));
         let index = known.ok_or_else(|| format!("`{name}` is not one of {}", WORK_OFFSETS.join(", ")))?;
@@ -206,7 +206,7 @@ impl ProgramRun {
         Ok(())
     }
 
-    /// The same program, interpreted again: after a change of [`ProgramRun::setup`].
+    /// Interprets the same program again, after a change of [`ProgramRun::setup`].
     ///
     /// # Errors
     /// When the program cannot be interpreted.
@@ -215,7 +215,7 @@ impl ProgramRun {
         run(&source, self.file.clone(), &self.setup, self.tip.clone(), self.sampling)
     }
 
-    /// For a scene without a program: no moves, and a mill's controller that starts at zero.
+    /// A run without moves, with the controller of a mill that starts at zero, for a scene without a program.
     #[must_use]
     pub fn of_mill() -> Self {
         let program = rs274::Program { moves: Vec::new(), blocks: Vec::new(), notes: Vec::new() };
@@ -237,7 +237,7 @@ pub(super) fn run(
     Ok(ProgramRun { file: path, program, setup: setup.clone(), tip, start: setup.start, sampling })
 }
 
-/// The position, when all of it is finite. `Err` is a message.
+/// Returns the position if all of it is finite, and otherwise a message.
 pub(super) fn finite(what: &str, position: Position) -> Result<Position, String> {
     if position.0.iter().all(|x| x.is_finite()) { Ok(position) } else { Err(format!("{what} is not finite")) }
 }

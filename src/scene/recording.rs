@@ -1,17 +1,16 @@
-//! Recorded poses: a CSV of rigid motions, a row per part and frame.
+//! Recorded poses: a CSV file of rigid motions, with one row per part and frame.
 //!
-//! Columns: `part`, then either `qw qx qy qz tx ty tz` (a unit quaternion and mm) or `m00 m01 ... m23` (the upper three rows
-//! of the homogeneous matrix, mm in the last column): `world_from_part`. A leading column `frame` groups rows that belong
-//! together: neighbouring rows with the same text are one frame. Without it, every row is a frame. A part keeps its pose
-//! until a row moves it.
+//! The columns are `part`, then either `qw qx qy qz tx ty tz` (a unit quaternion and mm) or `m00 m01 ... m23` (the upper three rows of the
+//! homogeneous matrix, mm in the last column). Both give `world_from_part`. A leading column `frame` groups rows: consecutive rows with the
+//! same text are one frame. Without it, every row is a frame. A part keeps its pose until a row moves it.
 
 use super::error::{Place, SceneError};
 use crate::geometry::{Isometry, Vector};
 use nalgebra::{Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion};
 use std::path::Path;
 
-/// How far a recorded rotation may be from a rotation, per entry of RᵀR - 1 and for |q|² - 1. A file with six decimals is off
-/// by up to 3·1e-6; a scaled, sheared or mirrored matrix by far more.
+/// Permitted deviation of a recorded rotation, per entry of RᵀR - 1 and for |q|² - 1. A file with six decimals deviates by up to 3·1e-6; a
+/// scaled, sheared or mirrored matrix deviates by far more.
 pub const ROTATION_TOLERANCE: f64 = 1e-4;
 
 const QUATERNION: [&str; 7] = ["qw", "qx", "qy", "qz", "tx", "ty", "tz"];
@@ -20,11 +19,11 @@ const MATRIX: [&str; 12] = ["m00", "m01", "m02", "m03", "m10", "m11", "m12", "m1
 /// `world_from_part` of every part, frame by frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// Per frame, per part of the scene.
+    /// The poses, per frame and per part of the scene.
     pub frames: Vec<Vec<Isometry>>,
 }
 
-/// Which columns a file has.
+/// The columns that a file has.
 struct Layout {
     has_frame: bool,
     is_matrix: bool,
@@ -44,8 +43,8 @@ impl Layout {
 /// Reads a recording.
 ///
 /// # Errors
-/// [`SceneError`] with file, line and column of the first thing wrong: an unknown header or part, a number that is none or not
-/// finite, a rotation that is none, no row at all.
+/// [`SceneError`] with file, line and column of the first error: an unknown header or part, a value that is not a finite number, an invalid
+/// rotation, or a file without rows.
 pub(super) fn parse(text: &str, file: &Path, parts: &[&str], initial: &[Isometry]) -> Result<Recording, SceneError> {
     let place = |line: usize, column: usize| Place { file: file.to_owned(), line, column };
     let meaning =

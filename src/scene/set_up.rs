@@ -1,4 +1,4 @@
-//! A scene set up for a job without editing its file: where spindle and table are, tools in the spindle, stock on the table.
+//! Sets a scene up for a job without editing its file: the links of spindle and table, tools in the spindle, and stock on the table.
 
 use super::assembly::{self, ToolEntry};
 use super::error::SceneError;
@@ -15,28 +15,28 @@ use rs274::{Axis, Tool};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// By how much the axes' directions may differ from those of a right-handed frame.
+/// Permitted deviation of the axes' directions from a right-handed frame.
 const SKEW: f64 = 1e-6;
-/// Travel over which an axis' direction is found, mm.
+/// Travel by which the direction of an axis is determined, mm.
 const PROBE_MM: f64 = 100.0;
 
-/// What a job adds to a scene.
+/// Additions that a job makes to a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SetUp {
-    /// The link that carries tools, and where a tool of no length has its tip in it: `LINK` or `LINK@X,Y,Z`.
+    /// The link that carries tools, and the tip of a tool of length zero in its frame: `LINK` or `LINK@X,Y,Z`.
     pub spindle: Option<String>,
     /// The link that carries the workpiece.
     pub table: Option<String>,
-    /// A tool table as it was measured, whose offsets go before the lengths of tools as drawn.
+    /// A measured tool table; its offsets take precedence over the drawn lengths of tools.
     pub measured: BTreeMap<u32, Tool>,
-    /// Tools, which replace those of the same number.
+    /// Tools; they replace the scene's tools of the same number.
     pub tools: Vec<ToolEntry>,
-    /// The workpiece before the first cut, which replaces the scene's.
+    /// The workpiece before the first cut; it replaces that of the scene.
     pub stock: Option<StockSpec>,
 }
 
 impl SetUp {
-    /// Whether nothing is added.
+    /// Whether the job adds nothing.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self == &Self::default()
@@ -44,10 +44,10 @@ impl SetUp {
 }
 
 impl ToolEntry {
-    /// The tools of a library: a TOML file with `[[tools]]`, each as in a scene's `[program]`.
+    /// Reads a tool library: a TOML file with `[[tools]]`, each as in a scene's `[program]`.
     ///
     /// # Errors
-    /// When the file cannot be read, or with file, line and column of what is wrong in it.
+    /// When the file cannot be read, or with file, line and column of the first error in it.
     pub fn library(path: &Path) -> Result<Vec<Self>, SceneError> {
         let text = rs274::file::text(path, LARGEST_PROGRAM);
         let text = text.map_err(|cause| SceneError::Read { file: path.to_owned(), cause })?;
@@ -65,8 +65,8 @@ impl ToolEntry {
 }
 
 impl Scene {
-    /// Adds what a job needs to the scene and to the controller's knowledge; the program must be interpreted again afterwards. Returns what
-    /// the reader should know.
+    /// Adds the job to the scene and to the controller's state; the program must be interpreted again afterwards. Returns warnings for the
+    /// reader.
     ///
     /// # Errors
     /// A message that names the option or the tool.
@@ -93,7 +93,7 @@ impl Scene {
         Ok(notes)
     }
 
-    /// `--spindle` and `--table`.
+    /// Applies `--spindle` and `--table`.
     fn place_spindle(&self, run: &mut ProgramRun, job: &SetUp) -> Result<(), String> {
         if job.spindle.is_none() && job.table.is_none() {
             return Ok(());
@@ -127,12 +127,12 @@ impl Scene {
         Ok(())
     }
 
-    /// The link of the first part with a role.
+    /// The link of the first part with the role.
     fn link_of(&self, role: Role) -> Option<Option<usize>> {
         self.parts.iter().find(|part| part.role == role).map(|part| part.link)
     }
 
-    /// Puts a tool into the table and, where it has a shape, into the scene.
+    /// Adds a tool to the table and, if it has a shape, to the scene.
     fn mount(
         &mut self,
         run: &mut ProgramRun,
@@ -165,7 +165,7 @@ impl Scene {
         Ok(notes)
     }
 
-    /// Puts stock in the place of the workpiece.
+    /// Replaces the workpiece by stock.
     fn place_stock(&mut self, run: &ProgramRun, stock: &StockSpec) -> Result<Vec<String>, String> {
         let (link, link_from_work) = self.work_frame(run)?;
         let (part, place) = stock.part(link, &link_from_work)?;
@@ -184,8 +184,8 @@ impl Scene {
         Ok(notes)
     }
 
-    /// The link that carries the workpiece, and G54 in its frame: the origin is where the tip of a tool of no length is at G54's origin, the axes are
-    /// the directions in which X, Y and Z move it over the workpiece.
+    /// The link that carries the workpiece, and the frame of G54 on that link. The origin is the tip of a tool of length zero at the origin
+    /// of G54. The axes are the directions in which X, Y and Z move that tip over the workpiece.
     fn work_frame(&self, run: &ProgramRun) -> Result<(Option<usize>, Isometry), String> {
         let tip = run.tip.as_ref().ok_or(
             "nothing says where tool and workpiece are: give `[program.tool_centre_point]` in scene.toml, or `--spindle LINK@X,Y,Z --table LINK`",
@@ -212,7 +212,7 @@ impl Scene {
         Ok((tip.work_link, Isometry::from_parts(Translation3::from(at.coords), turn)))
     }
 
-    /// Keeps the parts that are wanted, with the pairs between them. Returns the names of the others.
+    /// Keeps the parts for which `is_kept` holds, and the pairs between them. Returns the names of the removed parts.
     fn retain_parts(&mut self, is_kept: impl Fn(&super::Part) -> bool) -> Vec<String> {
         let mut gone = Vec::new();
         let mut kept = Vec::with_capacity(self.parts.len());

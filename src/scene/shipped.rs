@@ -11,11 +11,12 @@ pub const NAMES: &[&str] = &[
     "freeform-5axis",
 ];
 
-/// One tool and one housing with more and more triangles; one tool and one sleeve with their triangles moved towards one end.
+/// Families of scenes: one tool and one housing with increasing numbers of triangles, and one tool and one sleeve with their triangles
+/// moved towards one end.
 pub const FAMILIES: &[&str] =
     &["size-1e3", "size-1e4", "size-1e5", "size-1e6", "grading-1", "grading-10", "grading-100"];
 
-/// What a run is about unless it is told otherwise: two lathes after the paper's scenes, and a mill with five axes.
+/// The scenes of a run by default: two lathes modelled on the paper's scenes, and a mill with five axes.
 pub const BY_DEFAULT: &[&str] = &["lathe-toolpost", "lathe-tailstock", "trunnion-impeller"];
 
 macro_rules! files {

@@ -1,4 +1,4 @@
-//! Stock by its measures, or from a mesh file, in the coordinates of G54: the workpiece before the first cut.
+//! Stock given by its dimensions or by a mesh file, in the coordinates of G54: the workpiece before the first cut.
 
 use super::{Part, Role};
 use crate::geometry::import::{self, Unit};
@@ -8,18 +8,19 @@ use crate::geometry::{Isometry, Mesh};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// The name of the part that a stock becomes.
+/// The name of the part that represents the stock.
 pub const PART_NAME: &str = "stock";
-/// Largest mesh file, bytes: as for the files of a scene.
+/// Largest mesh file, bytes: the limit for all files of a scene.
 const LARGEST_FILE: u64 = 1 << 30;
-/// How finely round stock is divided: its chords leave out 0.0023 mm at most.
+/// Tessellation of round stock: its chords deviate by at most 0.0023 mm.
 const TESSELLATION: Tessellation = Tessellation { grading: 1.0, density: 3.0 };
 
 /// The workpiece before the first cut, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StockSpec {
     form: Form,
-    /// Corner of least X, Y and Z of a box, middle of the lower end of a cylinder, origin of a file; `None` for the usual place.
+    /// Position: the corner of least X, Y and Z of a box, the middle of the lower end of a cylinder, or the origin of a file. `None` for
+    /// the default position.
     at: Option<[f64; 3]>,
 }
 
@@ -31,10 +32,10 @@ enum Form {
 }
 
 impl StockSpec {
-    /// From the text of a command line: `box:X,Y,Z`, `cylinder:DIAMETER,LENGTH` or a mesh file, each with `@X,Y,Z` behind it to say where.
+    /// Parses the text of a command line: `box:X,Y,Z`, `cylinder:DIAMETER,LENGTH` or a mesh file, each with an optional position `@X,Y,Z`.
     ///
     /// # Errors
-    /// A message that says what the text must be like.
+    /// A message that states the expected form.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (what, at) = match text.rsplit_once('@') {
             Some((what, at)) if numbers::<3>(at).is_ok() => (what, Some(numbers::<3>(at)?)),
@@ -61,10 +62,10 @@ impl StockSpec {
         Ok(Self { form, at })
     }
 
-    /// The part on the link that carries the workpiece, and where it lies in words.
+    /// The part on the link that carries the workpiece, and a description of its position.
     ///
     /// # Errors
-    /// A message when the file cannot be read, or a measure makes no solid.
+    /// A message when the file cannot be read, or the dimensions make no solid.
     pub(super) fn part(&self, link: Option<usize>, link_from_work: &Isometry) -> Result<(Part, String), String> {
         let (mesh, shape, at) = match &self.form {
             Form::Box(size) => {
@@ -117,7 +118,7 @@ fn solid(shape: &Shape) -> Result<Mesh, String> {
     shape.mesh(&TESSELLATION).map_err(|error| error.to_string())
 }
 
-/// As many finite numbers, with commas between them.
+/// Parses N finite numbers, separated by commas.
 ///
 /// # Errors
 /// A message that repeats the text.

@@ -1,8 +1,8 @@
-//! A scene file for a new machine: which axes carry the work and which the tool, written out with comments.
+//! Writes a commented scene file for a new machine, given which axes carry the workpiece and which carry the tool.
 //!
-//! A machine is a chain from the work `w` over the base `b` to the tool `t`, as machine builders write it: in `w X Y b Z t` the table moves along X on
-//! a saddle that moves along Y, and the head along Z. Axes between work and base go the other way, so that a positive move takes the tool
-//! to larger coordinates on the work (ISO 841).
+//! A machine is a chain from the workpiece `w` over the base `b` to the tool `t`, in the notation of machine builders. In `w X Y b Z t`,
+//! the table moves along X on a saddle that moves along Y, and the head moves along Z. Axes between workpiece and base move in the opposite
+//! direction, so that a positive move takes the tool to larger coordinates on the workpiece (ISO 841).
 
 use super::Role;
 use crate::geometry::import::Unit;
@@ -10,23 +10,23 @@ use rs274::Axis;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// How far the first program moves each axis, mm and degrees.
+/// Distance by which the first program moves each axis, mm and degrees.
 const JOG: f64 = 10.0;
-/// Its feed rate, mm/min and degrees/min.
+/// Feed rate of the first program, mm/min and degrees/min.
 const JOG_FEED: f64 = 1000.0;
 
 /// A kind of machine by name.
 #[derive(Clone, Copy, Debug)]
 pub struct Template {
-    /// Its name on the command line.
+    /// Name of the template on the command line.
     pub name: &'static str,
-    /// What it is.
+    /// One line on the kind of machine.
     pub about: &'static str,
-    /// Its axes, from the work to the tool.
+    /// The axes, from the workpiece to the tool.
     pub chain: &'static str,
 }
 
-/// The kinds of machines that have a name.
+/// The kinds of machines that have names.
 pub const TEMPLATES: [Template; 8] = [
     Template { name: "mill", about: "3-axis mill: table in X and Y, head in Z", chain: "w X Y b Z t" },
     Template { name: "router", about: "gantry router: the work stands still", chain: "w b Y X Z t" },
@@ -46,17 +46,17 @@ pub const TEMPLATES: [Template; 8] = [
     Template { name: "lathe", about: "lathe: spindle C, turret in Z and X", chain: "w C b Z X t" },
 ];
 
-/// Which axes carry the work and which the tool, each from the base outwards.
+/// The axes that carry the workpiece and those that carry the tool, each listed from the base outwards.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Chain {
     work: Vec<Axis>,
     tool: Vec<Axis>,
-    /// Whether programs give diameters and lie in the ZX plane.
+    /// Whether programs give diameters and move in the ZX plane.
     is_lathe: bool,
 }
 
 impl Chain {
-    /// A template's chain by its name, or a chain written out.
+    /// Finds a template's chain by its name, or parses a written chain.
     ///
     /// # Errors
     /// A message that lists the templates.
@@ -94,13 +94,13 @@ impl Chain {
         Ok(chain)
     }
 
-    /// All axes, the work's first.
+    /// All axes, those of the workpiece first.
     #[must_use]
     pub fn axes(&self) -> Vec<Axis> {
         self.work.iter().chain(&self.tool).copied().collect()
     }
 
-    /// The link that a part of a role is on unless somebody says otherwise: a letter, or `base`. Machine parts have none.
+    /// The default link for a part of a role: an axis letter, or `base`. `None` for machine parts.
     #[must_use]
     pub fn link_of(&self, role: Role) -> Option<String> {
         let last = |axes: &[Axis]| axes.last().map_or_else(|| BASE.to_owned(), |axis| axis.letter().to_string());
@@ -119,7 +119,7 @@ impl Chain {
     }
 }
 
-/// What stands still.
+/// Name of the link that does not move.
 pub const BASE: &str = "base";
 
 /// A part of a new scene.
@@ -129,7 +129,7 @@ pub struct NewPart {
     pub name: String,
     /// Mesh file, relative to the scene's folder.
     pub file: String,
-    /// What it is to the work.
+    /// Role of the part.
     pub role: Role,
     /// The link it is fixed to: the letter of an axis, or [`BASE`].
     pub link: String,
@@ -138,11 +138,11 @@ pub struct NewPart {
 /// A new scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NewScene {
-    /// One line on what it shows.
+    /// One line on what the scene shows.
     pub title: String,
     /// The machine's axes.
     pub chain: Chain,
-    /// Where a tool of no length has its tip, in the drawing with all axes at zero, mm.
+    /// Position of the tip of a tool of length zero, in the drawing with all axes at zero, mm.
     pub gauge_mm: [f64; 3],
     /// A point on the line of each rotary axis, in the same drawing, mm.
     pub pivots_mm: BTreeMap<char, [f64; 3]>,
@@ -260,7 +260,7 @@ impl NewScene {
         );
     }
 
-    /// Axes that cannot stand at zero, with where they stand instead, by their keys in files.
+    /// Axes that cannot be at zero, by their keys in files, each with its initial position.
     fn starts(&self) -> Vec<(String, f64)> {
         let standing = self.chain.axes().into_iter().map(|axis| (axis, self.start(axis)));
         let key = |axis: Axis| {
@@ -270,12 +270,12 @@ impl NewScene {
         standing.filter(|(_, at)| *at != 0.0).map(|(axis, at)| (key(axis), at)).collect()
     }
 
-    /// Where an axis stands at first: at zero, or as near as its limits allow.
+    /// Initial position of an axis: zero, or as near to it as the limits permit.
     fn start(&self, axis: Axis) -> f64 {
         self.limits.get(&axis.letter()).map_or(0.0, |[min, max]| 0.0_f64.clamp(*min, *max))
     }
 
-    /// A program that moves each axis a little and back, to see whether it goes the right way.
+    /// A program that moves each axis a little and back, to check the direction of each.
     #[must_use]
     pub fn jog(&self) -> String {
         let mut text = String::from("(moves each axis up and back: does it go the right way?)\nG21 G90 G94 G53 G0");

@@ -1,4 +1,4 @@
-//! Machines of scenes from URDF files: where the file's meshes are, and parts from its bodies.
+//! Machines of scenes from URDF files: finds the file's meshes, and makes parts of its bodies.
 
 use super::error::{Place, SceneError};
 use super::file::MachineFile;
@@ -12,7 +12,7 @@ use crate::machine::urdf::{self, Solid};
 use std::error::Error;
 use std::sync::Arc;
 
-/// How far above the URDF file's folder a package is looked for.
+/// Number of levels above the URDF file's folder at which a package is searched.
 const LEVELS_UP: usize = 4;
 
 /// The machine of a URDF file and a part for each of its bodies.
@@ -50,7 +50,7 @@ pub fn read(
     Ok((machine, parts))
 }
 
-/// Where a name stands in the file as a value, or the file's beginning.
+/// The place at which a name occurs in the file as a value, or the beginning of the file.
 fn place_of(robot: &Document, name: Option<&str>) -> Place {
     let at =
         name.and_then(|name| robot.text.find(&format!("\"{name}\"")).or_else(|| robot.text.find(&format!("'{name}'"))));
@@ -69,8 +69,8 @@ fn read_mesh(folder: &mut Folder, base: &str, file: &str, unit_mm: f64) -> Resul
     Ok(import::parse_scaled(&folder.path(path), &bytes, unit_mm)?.mesh)
 }
 
-/// Where a mesh may be: `package://name/rest` in a folder `name` beside the file or above it, or in a folder around the file, which
-/// stands for the package; `file://` as it is; anything else relative to the file.
+/// Candidate paths of a mesh. `package://name/rest` may be in a folder `name` beside or above the file, or in a folder around the file that
+/// stands for the package. `file://` is used as it is, and any other path is relative to the file.
 fn candidates(base: &str, file: &str) -> Vec<String> {
     if let Some(path) = file.strip_prefix("file://") {
         return vec![path.to_owned()];

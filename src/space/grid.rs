@@ -1,10 +1,10 @@
-//! A uniform grid: the box around a mesh divided into equal cubes, the voxels, each with a list of the triangles in it.
+//! A uniform grid: the box around a mesh, divided into equal cubes (voxels), each with a list of the triangles in it.
 //!
-//! As for ray tracing in J. G. Cleary, G. Wyvill, "Analysis of an algorithm for fast ray tracing using uniform space
-//! subdivision", The Visual Computer 4, 1988: as many voxels as triangles times a constant, addressed directly. For two meshes
-//! every voxel of the second that reaches the first one's grid is bounded there by an aligned box, and meets the voxels
-//! under that box. Deviation: both meshes have a grid, where the usual use has one grid for all objects of a scene; a grid
-//! of the scene would have to be made anew for every pose.
+//! As for ray tracing in J. G. Cleary, G. Wyvill, "Analysis of an algorithm for fast ray tracing using uniform space subdivision", The
+//! Visual Computer 4, 1988, the number of voxels is proportional to the number of triangles, and voxels are addressed directly. For two
+//! meshes, every voxel of the second that reaches the grid of the first is bounded there by an aligned box, and meets the voxels under that
+//! box. Deviation: both meshes have a grid. Usually one grid holds all objects of a scene, but such a grid would have to be rebuilt for
+//! every pose.
 
 use super::{Turn, bounds_overlap, may_reach, padded_bounds};
 use crate::geometry::grid::Placement;
@@ -13,21 +13,21 @@ use crate::tree::traverse::Probe;
 use crate::volume::shape::separating_axes::gap_mm;
 use std::ops::{ControlFlow, RangeInclusive};
 
-/// Voxels for each triangle; I. Wald, T. Ize, A. Kensler, A. Knoll, S. G. Parker, "Ray Tracing Animated Scenes using Coherent Grid
+/// Number of voxels per triangle; I. Wald, T. Ize, A. Kensler, A. Knoll, S. G. Parker, "Ray Tracing Animated Scenes using Coherent Grid
 /// Traversal", 2006, use 5.
 const VOXELS_PER_TRIANGLE: f64 = 5.0;
 
-/// A grid is at least this part of its longest side thick when its pitch is chosen, so that a flat mesh has one.
+/// Smallest thickness of a grid, as a fraction of its longest side, when the pitch is chosen; it gives flat meshes a grid.
 const LEAST_THICKNESS: f64 = 0.01;
 
 /// A uniform grid over one mesh, in the mesh's frame, mm.
 #[derive(Clone, Debug)]
 pub struct Grid {
-    /// In the order of the mesh's faces.
+    /// The triangles, in the order of the mesh's faces.
     triangles: Vec<Triangle>,
     low: Point,
     high: Point,
-    /// Edge of a voxel.
+    /// Edge length of a voxel, mm.
     pitch: f64,
     pad: f64,
     /// Voxels along each axis.
@@ -37,10 +37,10 @@ pub struct Grid {
     faces: Vec<u32>,
 }
 
-/// Memory that queries reuse.
+/// Buffers that queries reuse.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
-    /// For each triangle of the first mesh the last voxel visit that tested it (Amanatides and Woo 1987: a mailbox).
+    /// For each triangle of the first mesh, the last voxel visit that tested it (a mailbox; Amanatides and Woo 1987).
     seen: Vec<u64>,
     visit: u64,
     moved: Vec<(Triangle, u32)>,
@@ -66,7 +66,7 @@ impl Grid {
         grid
     }
 
-    /// Every (voxel, face) that belong together, sorted.
+    /// Every pair (voxel, face) in which the face reaches into the voxel, sorted.
     fn entries(&self) -> Vec<(u32, u32)> {
         let mut entries = Vec::new();
         let half = Vector::repeat(self.pitch / 2.0 + self.pad);
@@ -81,12 +81,12 @@ impl Grid {
         entries
     }
 
-    /// Index along an axis of the voxel that a coordinate lies in, the nearest one for those outside.
+    /// Index along an axis of the voxel that contains a coordinate; the nearest voxel for coordinates outside.
     fn index(&self, axis: usize, x: f64) -> usize {
         (((x - self.low[axis]) / self.pitch).max(0.0) as usize).min(self.size[axis] - 1)
     }
 
-    /// The voxels that an aligned box reaches into; none for a box outside the grid.
+    /// The voxels that an aligned box overlaps; none for a box outside the grid.
     fn voxels(&self, low: &Point, high: &Point) -> impl Iterator<Item = usize> + use<> {
         let outside = (0..3).any(|i| high[i] < self.low[i] || low[i] > self.high[i]);
         let along = |i: usize| -> RangeInclusive<usize> {
@@ -126,7 +126,7 @@ impl Grid {
         (0..self.voxel_count()).filter(|&voxel| self.starts[voxel] < self.starts[voxel + 1])
     }
 
-    /// Sum of the surface areas of the occupied voxels over that of the whole grid.
+    /// Sum of the surface areas of the occupied voxels, divided by the surface area of the whole grid.
     #[must_use]
     pub fn relative_area(&self) -> f64 {
         let e = self.high - self.low;
@@ -142,9 +142,9 @@ impl Grid {
             + size_of_val(self.faces.as_slice())
     }
 
-    /// Visits pairs of touching triangles as `(face of self, face of other)` until told to stop; a pair that shares several
-    /// voxels is met several times. A volume test is a voxel of the second mesh tested against the first one's grid, or a
-    /// triangle of the first against such a voxel.
+    /// Calls the visitor with pairs of touching triangles, `(face of self, face of other)`, until it breaks. A pair that shares several
+    /// voxels is visited several times. A volume test compares a voxel of the second mesh with the grid of the first, or a triangle of the
+    /// first with such a voxel.
     pub fn visit<B>(
         &self,
         other: &Self,
@@ -196,8 +196,8 @@ impl Grid {
         ControlFlow::Continue(())
     }
 
-    /// The distance of the meshes, mm, where it is below `below_mm`, else infinity; 0 when they touch. Every pair of occupied
-    /// voxels is compared with the least distance so far: a grid knows no order of near and far.
+    /// The distance between the meshes, mm, if it is below `below_mm`; otherwise infinity. 0 when they touch. Every pair of occupied voxels
+    /// is compared with the least distance so far, because a grid has no order by distance.
     #[must_use]
     pub fn distance_mm(&self, other: &Self, a_from_b: &Isometry, below_mm: f64) -> f64 {
         let (turn, placement) = (Turn::new(a_from_b), Placement::new(a_from_b));
@@ -226,7 +226,7 @@ impl Grid {
     }
 }
 
-/// The least distance of two lists of triangles, mm, or `least` when that is smaller.
+/// The least distance between two lists of triangles, mm; `least` when that is smaller.
 pub(super) fn nearest<'a>(mine: impl Iterator<Item = &'a Triangle>, theirs: &[Triangle], mut least: f64) -> f64 {
     for still in mine {
         for moved in theirs {

@@ -1,14 +1,15 @@
-//! Spatial decomposition over the triangles of one mesh: space is divided, not the mesh, and a triangle belongs to every
-//! piece of space that it reaches into.
+//! Spatial decomposition over the triangles of one mesh: space is divided instead of the mesh, and a triangle belongs to every cell that it
+//! reaches into.
 //!
-//! The other family of methods beside trees of bounding volumes, here so that both are measured on the same poses: a
-//! [`grid`] of equal voxels, and an [`octree`]. Both stay in their mesh's frame like the trees do; a query finds pieces of the
-//! two meshes that overlap and hands their triangles to the test all methods share.
+//! Spatial decomposition is the second family of methods besides trees of bounding volumes, and is measured at the same poses. There is a [`grid`] of
+//! equal voxels, and an [`octree`]. Like the trees, both stay in their mesh's frame. A query finds overlapping cells of the two meshes and
+//! passes their triangles to the triangle test that all methods share.
 //!
-//! Why nothing is missed: a point that a moved, snapped triangle of the second mesh shares with one of the first lies in some
-//! piece of the first mesh, and brought back within [`grid::SNAP_RADIUS_MM`](crate::geometry::grid::SNAP_RADIUS_MM) of the triangle
-//! in some piece of the second. Both triangles are entered in these pieces, because a triangle is entered in every piece
-//! within a pad of it, and the pieces overlap, because they are widened by a pad ([`pad_mm`]) too.
+//! No contact is missed. Take a point that a moved, snapped triangle of the second mesh shares with a triangle of the first. It lies in
+//! some cell of the first mesh. Moved back to the second mesh's frame, it is within
+//! [`grid::SNAP_RADIUS_MM`](crate::geometry::grid::SNAP_RADIUS_MM) of the triangle there, in some cell of the second mesh. Both triangles
+//! are entered in these cells, because a triangle is entered in every cell within a pad of it. The cells overlap in the test, because they
+//! too are widened by a pad ([`pad_mm`]).
 
 pub mod grid;
 pub mod octree;
@@ -18,7 +19,7 @@ use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
 use crate::volume::shape::separating_axes::{pad_mm, widened_abs};
 use nalgebra::Matrix3;
 
-/// Effect of a pose's rotation on axis-aligned boxes, computed once per query.
+/// The rotation of a pose and its effect on axis-aligned boxes, computed once per query.
 struct Turn {
     rotation: Matrix3<f64>,
     widened: Matrix3<f64>,
@@ -36,7 +37,8 @@ impl Turn {
     }
 }
 
-/// The bounds of triangles, widened by twice their pad, mm; and the pad. Without triangles the origin.
+/// Low corner and high corner of the bounding box of triangles, widened by twice the pad, and the pad itself; all mm. Without triangles, the
+/// box is the origin.
 fn padded_bounds(triangles: &[Triangle]) -> (Point, Point, f64) {
     let (low, high) = triangle::bounds(triangles).unwrap_or((Point::origin(), Point::origin()));
     let pad = pad_mm(low.coords.amax().max(high.coords.amax()));
@@ -44,8 +46,8 @@ fn padded_bounds(triangles: &[Triangle]) -> (Point, Point, f64) {
     (low - margin, high + margin, pad)
 }
 
-/// Whether a triangle may reach into the box about `centre` with half-lengths `half`, mm: apart by the box's normals or the
-/// triangle's is apart; what only the products of edges would tell apart is let in.
+/// Whether a triangle may reach into the box about `centre` with half-lengths `half`, mm. Tests the normals of the box and of the triangle;
+/// the cross products of edges are not tested, so the answer may be true for disjoint pairs.
 fn may_reach(triangle: &Triangle, centre: &Point, half: &Vector) -> bool {
     let (low, high) = triangle.bounds();
     if (0..3).any(|i| low[i] > centre[i] + half[i] || high[i] < centre[i] - half[i]) {

@@ -1,4 +1,4 @@
-//! An octree over triangles: a cube around the mesh, divided into eight as long as too many triangles are in it.
+//! An octree over triangles: a cube around the mesh, divided into eight while it holds too many triangles.
 //!
 //! D. Meagher, "Geometric modeling using octree encoding", Computer Graphics and Image Processing 19, 1982; triangles in the
 //! leaves as in A. S. Glassner, "Space subdivision for fast ray tracing", IEEE CG&A 4(10), 1984. A query descends both octrees
@@ -12,19 +12,20 @@ use crate::tree::traverse::Probe;
 use crate::volume::shape::separating_axes::{gap_mm, separated};
 use std::ops::ControlFlow;
 
-/// An octant with at most so many triangles is a leaf.
+/// Largest number of triangles of an octant that stays a leaf.
 const CAPACITY: usize = 8;
 
-/// Levels below those that would separate all triangles of an even surface, of which a cut into eight meets four.
+/// Additional levels beyond those that would separate all triangles of an even surface, assuming that the surface meets four of eight
+/// octants at each level.
 const SPARE_LEVELS: u32 = 2;
 
-/// A cube, mm, and what is in it.
+/// A cube, mm, and its contents.
 #[derive(Clone, Debug)]
 struct Octant {
     centre: Point,
-    /// Half its edge, with the pad.
+    /// Half the edge length, including the pad.
     half: f64,
-    /// Range of its children among the octants, or of its triangles among the faces of leaves.
+    /// Start of its children among the octants, or of its triangles among the faces of leaves.
     first: u32,
     count: u32,
     is_leaf: bool,
@@ -33,16 +34,16 @@ struct Octant {
 /// An octree over one mesh, in the mesh's frame, mm.
 #[derive(Clone, Debug)]
 pub struct Octree {
-    /// The root first; siblings stand side by side, after their parent.
+    /// The octants; the root comes first, and siblings are adjacent, after their parent.
     octants: Vec<Octant>,
     /// The triangles of the leaves.
     faces: Vec<u32>,
-    /// In the order of the mesh's faces.
+    /// The triangles, in the order of the mesh's faces.
     triangles: Vec<Triangle>,
     depth: u32,
 }
 
-/// Memory that queries reuse.
+/// Buffers that queries reuse.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     stack: Vec<(u32, u32)>,
@@ -69,7 +70,7 @@ impl Octree {
         tree
     }
 
-    /// Divides an octant that holds `faces`, or makes it a leaf.
+    /// Divides an octant that holds `faces`, or leaves it as a leaf.
     fn divide(&mut self, octant: usize, faces: Vec<u32>, levels: u32, pad: f64) {
         let children = if faces.len() <= CAPACITY || levels == 0 { None } else { self.eighths(octant, &faces, pad) };
         let Some(children) = children else {
@@ -93,9 +94,8 @@ impl Octree {
         }
     }
 
-    /// The middles of an octant's eighths that hold triangles, with those of its `faces` that each holds. `None` where none holds fewer:
-    /// triangles
-    /// one upon the other, or all of them within the pad, are not told apart however small the cubes are.
+    /// The centres of an octant's eighths that hold triangles, each with the subset of `faces` in it. `None` when no eighth holds fewer
+    /// triangles than the octant: triangles that coincide, or all lie within the pad, cannot be separated by smaller cubes.
     fn eighths(&self, octant: usize, faces: &[u32], pad: f64) -> Option<Vec<(Point, Vec<u32>)>> {
         let Octant { centre, half, .. } = self.octants[octant];
         let quarter = (half - pad) / 2.0;
@@ -142,7 +142,7 @@ impl Octree {
         (self.depths().len(), self.depth, weighted / self.faces.len() as f64)
     }
 
-    /// Sum of the surface areas of all octants over that of the root.
+    /// Sum of the surface areas of all octants, divided by that of the root.
     #[must_use]
     pub fn relative_area(&self) -> f64 {
         self.octants.iter().map(|octant| (octant.half / self.octants[0].half).powi(2)).sum()
@@ -160,8 +160,8 @@ impl Octree {
         &self.faces[leaf.first as usize..(leaf.first + leaf.count) as usize]
     }
 
-    /// Visits pairs of touching triangles as `(face of self, face of other)` until told to stop; a pair that shares several
-    /// pairs of leaves is met several times. A volume test is one of two octants, or of a moved triangle's bounds and a leaf.
+    /// Calls the visitor with pairs of touching triangles, `(face of self, face of other)`, until it breaks. A pair that shares several
+    /// pairs of leaves is visited several times. A volume test compares two octants, or a moved triangle's bounds with a leaf.
     pub fn visit<B>(
         &self,
         other: &Self,
@@ -216,8 +216,8 @@ impl Octree {
         ControlFlow::Continue(())
     }
 
-    /// The distance of the meshes, mm, where it is below `below_mm`, else infinity; 0 when they touch. Branch and bound by the
-    /// gap of two octants, the nearest pair opened first.
+    /// The distance between the meshes, mm, if it is below `below_mm`; otherwise infinity. 0 when they touch. Uses branch and bound with
+    /// the gap between two octants; the nearest pair is opened first.
     #[must_use]
     pub fn distance_mm(&self, other: &Self, a_from_b: &Isometry, below_mm: f64) -> f64 {
         let (turn, placement) = (Turn::new(a_from_b), Placement::new(a_from_b));

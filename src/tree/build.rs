@@ -1,7 +1,7 @@
-//! Top-down construction, on several threads where the caller runs on a pool of them.
+//! Top-down construction, on several threads when the caller runs on a thread pool.
 //!
-//! Which thread does what never shows: below a node, the nodes of the left side come first, then those of the right side, and each
-//! side is built from its own triangles alone. A side goes to another thread only when it is large enough to be worth it.
+//! The result does not depend on the number of threads. Below a node, the nodes of the left side come first, then those of the right side,
+//! and each side is built from its own triangles alone. A side is handed to another thread only when it is large enough to be worth it.
 
 use super::policy::{Axes, Policy};
 use super::split::{self, Item};
@@ -9,17 +9,16 @@ use super::{Node, Tree};
 use crate::geometry::Triangle;
 use crate::volume::Shape;
 
-/// Fewest triangles of a node whose two sides are built at the same time: some 10 ms of work, a thousand times what it takes to
-/// hand it over.
+/// Smallest node, in triangles, whose two sides are built in parallel: about 10 ms of work, a thousand times the cost of handing it over.
 const SHARED_FROM: usize = 1 << 14;
 
 impl<S: Shape> Tree<S> {
-    /// The tree over `triangles` (mm, mesh frame; at least one), its volumes put around them by `fit`, the same for the same input on every
-    /// machine and for any number of threads. Fits of one shape share all machine code of construction and queries. A caller on a thread of
-    /// a rayon pool has the pool at work; any other, such as a timing, stays alone.
+    /// Builds the tree over `triangles` (mm, mesh frame; at least one), with volumes from `fit`. The result is the same for the same input
+    /// on every machine and for any number of threads. Fits of one shape share all machine code of construction and queries. On a thread of
+    /// a rayon pool, construction uses the pool; on any other thread, such as that of a timing, it uses one thread.
     ///
     /// # Panics
-    /// When `triangles` is empty or has more than 2³¹ members: a [`crate::geometry::Mesh`] is neither.
+    /// When `triangles` is empty or has more than 2³¹ members; a [`crate::geometry::Mesh`] is never either.
     #[must_use]
     pub fn build(fit: Fit<'_, S>, triangles: &[Triangle], policy: Policy) -> Self {
         assert!(!triangles.is_empty(), "a tree needs at least one triangle");
@@ -48,17 +47,17 @@ impl<S: Shape> Tree<S> {
 /// How a volume is fitted to at least one triangle (mm, mesh frame).
 pub type Fit<'a, S> = &'a (dyn Fn(&[Triangle]) -> S + Sync);
 
-/// The triangles of one node, in the order they have so far.
+/// The triangles of one node, in their current order.
 struct Stretch<'a> {
     items: &'a mut [Item],
-    /// The same triangles alone, as volumes are fitted to them.
+    /// The same triangles without face numbers, for fitting volumes.
     placed: &'a mut [Triangle],
-    /// Place of the first one in tree order.
+    /// Index of the first triangle in tree order.
     first: usize,
 }
 
 impl Stretch<'_> {
-    /// The part of the stretch that holds a node.
+    /// The part of the stretch that belongs to a node.
     fn of<S>(&mut self, node: &Node<S>) -> Stretch<'_> {
         let range = node.range().start - self.first..node.range().end - self.first;
         Stretch { first: node.range().start, items: &mut self.items[range.clone()], placed: &mut self.placed[range] }
@@ -72,7 +71,7 @@ impl Stretch<'_> {
     }
 }
 
-/// Nodes that stand one after the other. A child's index counts from the first node of its parent's piece.
+/// Consecutive nodes. A child's index counts from the first node of its parent's piece.
 type Piece<S> = Vec<Node<S>>;
 
 fn nodes_of<S>(pieces: &[Piece<S>]) -> usize {
@@ -85,24 +84,24 @@ type Side<S> = (Node<S>, Vec<Piece<S>>);
 struct Builder<'a, S> {
     fit: Fit<'a, S>,
     policy: Policy,
-    /// Whether large nodes are shared out.
+    /// Whether the sides of large nodes are built in parallel.
     shared: bool,
 }
 
-/// Runs both at the same time. Not generic: one copy of the scheduler's code serves the trees of all volumes.
+/// Runs both closures in parallel. Not generic, so that the trees of all volumes share one copy of the scheduler's code.
 fn both(one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
     rayon::join(one, other);
 }
 
 impl<S: Shape> Builder<'_, S> {
-    /// A leaf around `triangles`, which start at `first` in tree order.
+    /// A leaf around `triangles`; `first` is the index of the first one in tree order.
     fn leaf(&self, triangles: &[Triangle], first: usize) -> Node<S> {
         let volume = (self.fit)(triangles);
         let size = volume.size();
         Node { volume, size, children: 0, first: first as u32, count: triangles.len() as u32 }
     }
 
-    /// The subtree below a node over the triangles `stretch`, its children first; nothing when the node becomes a leaf.
+    /// The subtree below the node `parent`, whose triangles are `stretch`; its children come first. Empty when the node becomes a leaf.
     fn below(&self, parent: &Node<S>, mut stretch: Stretch<'_>) -> Vec<Piece<S>> {
         if stretch.items.len() <= self.policy.leaf as usize {
             return Vec::new();
@@ -136,7 +135,7 @@ impl<S: Shape> Builder<'_, S> {
         pieces
     }
 
-    /// As [`Builder::below`], for a node that is divided, in one piece.
+    /// Like [`Builder::below`] for a node that is divided, on one thread and in one piece.
     fn below_alone(&self, parent: &Node<S>, mut stretch: Stretch<'_>) -> Piece<S> {
         let mut nodes = Vec::with_capacity(2 * stretch.items.len().div_ceil(self.policy.leaf as usize));
         let push_children = |nodes: &mut Piece<S>, mut stretch: Stretch<'_>, middle: usize| {
@@ -162,7 +161,7 @@ impl<S: Shape> Builder<'_, S> {
         nodes
     }
 
-    /// Sorts a node's triangles into those of its left and of its right child, and returns how many are on the left.
+    /// Partitions a node's triangles into those of its left and right child, and returns the number on the left.
     fn divide(&self, node: &Node<S>, stretch: &mut Stretch<'_>) -> usize {
         let axes = match self.policy.axes {
             Axes::Own => node.volume.split_axes(stretch.placed),

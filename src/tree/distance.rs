@@ -1,9 +1,9 @@
-//! How far apart are two meshes? Branch and bound over pairs of nodes by a lower bound of their distance.
+//! The distance between two meshes, by branch and bound over pairs of nodes with a lower bound of their distance.
 //!
-//! E. Larsen, S. Gottschalk, M. C. Lin, D. Manocha, "Fast Proximity Queries with Swept Sphere Volumes", TR99-018, 1999,
-//! section 4, with the volume's own bound ([`Shape::gap_mm`]) in the place of the swept sphere's. The pair with the least bound is
-//! opened first, of all that wait (G. R. Hjaltason, H. Samet, "Distance Browsing in Spatial Databases", ACM TODS 24(2), 1999): no pair is
-//! opened then whose bound is above the distance.
+//! E. Larsen, S. Gottschalk, M. C. Lin, D. Manocha, "Fast Proximity Queries with Swept Sphere Volumes", TR99-018, 1999, section 4, with the
+//! bound of each volume ([`Shape::gap_mm`]) in place of that of the swept sphere. Of all waiting pairs, the pair with the smallest bound is
+//! opened first (G. R. Hjaltason, H. Samet, "Distance Browsing in Spatial Databases", ACM TODS 24(2), 1999). No pair with a bound above the
+//! distance is then opened.
 
 use super::Tree;
 use super::traverse::open;
@@ -12,14 +12,14 @@ use crate::geometry::{Isometry, Triangle, certified, triangle_distance};
 use crate::volume::Shape;
 pub use obbtree::engine::proximity::Proximity;
 
-/// The greatest `f32` that is not above `x`.
+/// The largest `f32` that is not above `x`.
 fn rounded_down(x: f64) -> f32 {
     let nearest = x as f32;
     if f64::from(nearest) > x { nearest.next_down() } else { nearest }
 }
 
-/// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 when triangles touch. For
-/// volumes that are not safe the answer may be too large.
+/// The distance between the meshes, mm, if it is below `below_mm`; otherwise infinity. 0 when triangles touch. For volumes that are not
+/// safe, the answer may be too large.
 pub fn distance_mm<S: Shape>(
     a: &Tree<S>,
     b: &Tree<S>,

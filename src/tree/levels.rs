@@ -1,22 +1,22 @@
-//! A tree for the eye: the volumes of its upper levels as line segments.
+//! A tree for drawing: the volumes of its upper levels as line segments.
 
 use super::Tree;
 use super::nodes::AnyNode;
 use crate::geometry::triangle;
 use crate::volume::{Segment, Shape};
 
-/// One node, to be drawn.
+/// One node in a form for drawing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawn {
-    /// Its depth; the root has depth 0.
+    /// Depth of the node; the root has depth 0.
     pub level: u32,
-    /// Whether it has no children; a leaf also counts on all deeper levels.
+    /// Whether the node has no children; a leaf is also part of all deeper levels.
     pub leaf: bool,
-    /// Its volume's outline, mm, mesh frame.
+    /// Outline of the node's volume, mm, mesh frame.
     pub outline: Vec<Segment>,
     /// Its volume, mm³.
     pub volume_mm3: f64,
-    /// How many corners of its triangles are outside its volume.
+    /// Number of corners of its triangles outside its volume.
     pub outside: u32,
 }
 

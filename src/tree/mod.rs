@@ -1,7 +1,7 @@
-//! A binary tree of bounding volumes over one mesh, generic over the volume.
+//! A binary tree of bounding volumes over one mesh, generic over the shape of the volumes.
 //!
-//! One file per verb: [`split`] (the rules), [`build`], [`traverse`], [`distance`], [`witness`], [`validate`],
-//! [`tightness`], [`spread`], [`summary`], [`levels`] (for the eye); the last four over [`nodes`].
+//! There is one file for each operation: [`split`] (the rules), [`build`], [`traverse`], [`distance`], [`witness`], [`validate`],
+//! [`tightness`], [`spread`], [`summary`] and [`levels`] (for drawing). The last four read the tree through [`nodes`].
 
 pub mod build;
 pub mod distance;
@@ -23,15 +23,15 @@ use crate::geometry::Triangle;
 /// One node: a volume and the range of triangles it was fitted to.
 #[derive(Clone, Debug)]
 pub struct Node<S> {
-    /// The volume around the node's own triangles; fitted to them, never merged from the children.
+    /// The volume around the node's own triangles; it is fitted to them, never merged from the volumes of the children.
     pub volume: S,
-    /// [`crate::volume::Shape::size`] of the volume: the traversal opens the larger of two nodes.
+    /// [`crate::volume::Shape::size`] of the volume: of two nodes, the traversal opens the larger one.
     pub size: f64,
-    /// Index of the left child; the right one follows it. 0 marks a leaf (the root is nobody's child).
+    /// Index of the left child; the right child follows it. 0 marks a leaf, because the root is never a child.
     children: u32,
-    /// First of the node's triangles in [`Tree::triangles`].
+    /// Index of the node's first triangle in [`Tree::triangles`].
     first: u32,
-    /// How many triangles it holds.
+    /// Number of the node's triangles.
     count: u32,
 }
 
@@ -54,7 +54,7 @@ impl<S> Node<S> {
 /// A tree over one mesh, in the mesh's own frame.
 #[derive(Clone, Debug)]
 pub struct Tree<S> {
-    /// The root is node 0; siblings stand side by side, after their parent.
+    /// The nodes; the root is node 0. Siblings are adjacent and come after their parent.
     nodes: Vec<Node<S>>,
     /// The triangles in tree order, mm.
     triangles: Vec<Triangle>,
@@ -87,7 +87,7 @@ impl<S> Tree<S> {
         &self.triangles[node.range()]
     }
 
-    /// The same tree with other volumes, `None` when one of them cannot be had.
+    /// The same tree with each volume replaced by `volume`; `None` when that returns `None` for any of them.
     #[must_use]
     pub fn with_volumes<W>(&self, volume: impl Fn(&S) -> Option<W>) -> Option<Tree<W>> {
         let node = |node: &Node<S>| {

@@ -1,5 +1,5 @@
-//! A tree's nodes without the type of their volumes: what is measured of a tree, and not timed, is measured by one copy of the code
-//! whatever the volume, not by one for each.
+//! The nodes of a tree without the type of their volumes. Untimed measurements of a tree use them, so that one copy of the code serves all
+//! volumes.
 
 use super::Tree;
 use crate::geometry::Triangle;
@@ -9,11 +9,11 @@ use crate::volume::{Shape, Solid};
 #[derive(Clone, Copy)]
 pub(super) struct AnyNode<'a> {
     pub volume: &'a dyn Solid,
-    /// The left and right child's places.
+    /// Indices of the left and right child.
     pub children: Option<(u32, u32)>,
-    /// The root's is 0.
+    /// Depth of the node; the root has depth 0.
     pub depth: u32,
-    /// What it holds, mm, mesh frame.
+    /// The node's triangles, mm, mesh frame.
     pub triangles: &'a [Triangle],
 }
 
@@ -30,7 +30,7 @@ impl<S: Shape> Tree<S> {
     }
 }
 
-/// Children stand after their parents.
+/// Sets the depth of every node. Children must come after their parents.
 fn set_depths(nodes: &mut [AnyNode]) {
     for index in 0..nodes.len() {
         let depth = nodes[index].depth + 1;
@@ -41,14 +41,14 @@ fn set_depths(nodes: &mut [AnyNode]) {
     }
 }
 
-/// The mean depth of a leaf, weighted by its triangles.
+/// The mean depth of a leaf, weighted by its number of triangles.
 pub(super) fn mean_leaf_depth(nodes: &[AnyNode]) -> f64 {
     let leaves = nodes.iter().filter(|node| node.children.is_none());
     let weighted: f64 = leaves.map(|leaf| f64::from(leaf.depth) * leaf.triangles.len() as f64).sum();
     weighted / nodes[0].triangles.len() as f64
 }
 
-/// Mean of smaller / larger child count over inner nodes, weighted by the node's count; 1 is balanced.
+/// The mean of smaller / larger child count over inner nodes, weighted by each node's count; 1 is balanced.
 pub(super) fn child_ratio(nodes: &[AnyNode]) -> f64 {
     let (mut sum, mut weight) = (0.0, 0.0);
     let count = |node: u32| nodes[node as usize].triangles.len();

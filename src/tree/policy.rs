@@ -1,9 +1,9 @@
-//! How a tree is built, apart from what volume it is built of.
+//! Tree policy: how a tree is built, apart from the volume.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// Rule for the position along an axis at which a node's triangles are divided.
+/// Rule for the position along an axis at which the triangles of a node are divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum SplitRule {
     /// At the mean of the triangle corners (the paper's plain tree).
@@ -12,28 +12,28 @@ pub enum SplitRule {
     AreaMean,
     /// At the median centroid: both halves hold the same number of triangles.
     Median,
-    /// In the middle of the corners' extent.
+    /// In the middle of the extent of the corners.
     Midpoint,
-    /// Position of least surface-area heuristic over 16 bins, along the three axes and the mesh's own axes.
+    /// Position of the least surface-area heuristic over 16 bins, tried along the three axes and the mesh's own axes.
     Sah16,
 }
 
 /// Which axes a node may be split along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Axes {
-    /// The volume's own, so that a better box also splits better (the paper's trees).
+    /// The axes of the node's volume, so that a better box also splits better (the paper's trees).
     Own,
-    /// Those of the area-weighted covariance whatever the volume: all variants get the same tree topology, which separates
-    /// the fit from the split.
+    /// The axes of the area-weighted covariance, whatever the volume. All variants then get the same tree topology, which separates the
+    /// effect of the fit from that of the split.
     Shared,
 }
 
-/// How a tree is built: recorded in every row.
+/// How a tree is built; every row of the records states it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Policy {
-    /// Where a node is divided.
+    /// Rule for the position at which a node is divided.
     pub split: SplitRule,
-    /// Along which axes.
+    /// Axes along which a node is divided.
     pub axes: Axes,
     /// Nodes with at most this many triangles are leaves; 1 to 8.
     pub leaf: u8,
@@ -96,14 +96,14 @@ impl fmt::Display for Axes {
     }
 }
 
-/// `split/axes/leaf`, as in `area-mean/own/1`.
+/// Formats as `split/axes/leaf`, such as `area-mean/own/1`.
 impl fmt::Display for Policy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}/{}/{}", self.split, self.axes, self.leaf)
     }
 }
 
-/// What is wrong with the text of a policy.
+/// The fault in the text of a policy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{text}` is not a tree policy: expected SPLIT[/AXES[/LEAF]] with SPLIT one of vertex-mean, area-mean, median, midpoint, sah16, AXES own or shared, LEAF 1 to 8"

@@ -1,8 +1,8 @@
-//! Split rules: how a node's triangles are divided in two, independent of the volume that surrounds them.
+//! Split rules: how a node's triangles are divided in two, independent of the volume around them.
 //!
-//! The rule picks a place along the longest axis and every triangle goes to the side of its centroid. When that leaves a
-//! side empty the next axis is tried; when all three fail, as for triangles with one common centroid, the list is halved.
-//! The surface-area heuristic tries the axes it is given and those of the mesh, along which most of a machine part lies.
+//! The rule chooses a position along the longest axis, and every triangle goes to the side of its centroid. If that leaves a side empty,
+//! the next axis is tried. If all three axes fail, as for triangles with one common centroid, the list is halved. The surface-area
+//! heuristic tries the given axes and those of the mesh, along which most surfaces of a machine part lie.
 
 use super::policy::SplitRule;
 use crate::geometry::{Triangle, Vector, covariance, triangle};
@@ -13,15 +13,15 @@ use nalgebra::Unit;
 pub struct Item {
     /// The triangle, mm, mesh frame.
     pub triangle: Triangle,
-    /// Its face number in the mesh.
+    /// Face number of the triangle in the mesh.
     pub face: u32,
 }
 
 /// Number of bins of [`SplitRule::Sah16`].
 const BINS: usize = 16;
 
-/// Divides `items` (at least two) in place and returns how many went left: at least one, and not all. `axes` are
-/// orthogonal, longest first. Within each side the order of `items` is kept, so that the result depends on nothing else.
+/// Divides `items` (at least two) in place and returns the number on the left: at least one, and not all. `axes` are orthogonal, longest
+/// extent first. The order of `items` is kept within each side, so the result depends on nothing but the input.
 pub fn divide(items: &mut [Item], rule: SplitRule, axes: &[Unit<Vector>; 3]) -> usize {
     if rule == SplitRule::Sah16 {
         let mesh_axes = [Vector::x_axis(), Vector::y_axis(), Vector::z_axis()];
@@ -54,7 +54,7 @@ fn along(triangle: &Triangle, axis: &Unit<Vector>) -> f64 {
     triangle.centroid().coords.dot(axis)
 }
 
-/// Position at which a mean or midpoint rule divides, mm along `axis`.
+/// Position at which a mean or midpoint rule divides, mm, along `axis`.
 fn threshold_along(items: &[Item], rule: SplitRule, axis: &Unit<Vector>) -> f64 {
     let centroid_mean = || items.iter().map(|i| along(&i.triangle, axis)).sum::<f64>() / items.len() as f64;
     match rule {
@@ -76,13 +76,13 @@ fn threshold_along(items: &[Item], rule: SplitRule, axis: &Unit<Vector>) -> f64 
     }
 }
 
-/// Smallest and largest of some numbers; (∞, -∞) of none.
+/// Smallest and largest of the values; (∞, -∞) without values.
 fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }
 
-/// Moves the items for which `is_left` holds to the front, keeping the order on both sides; `None`, with nothing moved,
-/// when one side would be empty.
+/// Moves the items for which `is_left` holds to the front and returns their number; the order is kept on both sides. `None`, with nothing
+/// moved, when one side would be empty.
 fn partition(items: &mut [Item], is_left: impl Fn(&Triangle) -> bool) -> Option<usize> {
     let (left, right): (Vec<Item>, Vec<Item>) = items.iter().partition(|item| is_left(&item.triangle));
     if left.is_empty() || right.is_empty() {
@@ -93,15 +93,15 @@ fn partition(items: &mut [Item], is_left: impl Fn(&Triangle) -> bool) -> Option<
     Some(left.len())
 }
 
-/// Sorts by centroid along `axis` (ties by face) and cuts the list in the middle.
+/// Sorts by centroid along `axis` (ties by face) and divides the list in the middle.
 fn halve(items: &mut [Item], axis: &Unit<Vector>) -> usize {
     items.sort_by(|a, b| along(&a.triangle, axis).total_cmp(&along(&b.triangle, axis)).then(a.face.cmp(&b.face)));
     items.len() / 2
 }
 
-/// A boundary between bins: centroids whose coordinate along `axis` is below `threshold`, mm, are on the left.
+/// A boundary between bins: centroids with a coordinate along `axis` below `threshold`, mm, are on the left.
 struct Boundary {
-    /// Count times half box area, summed over both sides, mm².
+    /// Triangle count times half the box area, summed over both sides, mm².
     cost: f64,
     axis: Unit<Vector>,
     threshold: f64,
@@ -151,7 +151,7 @@ fn cheapest_bin_boundary(items: &[Item], axes: &[Unit<Vector>; 3]) -> Option<Bou
     best
 }
 
-/// Count, low and high corner of two bins together.
+/// Union of two bins: count, and low and high corner.
 fn merge(a: Option<(usize, Vector, Vector)>, b: Option<(usize, Vector, Vector)>) -> Option<(usize, Vector, Vector)> {
     match (a, b) {
         (Some((n, low, high)), Some((m, l, h))) => Some((n + m, low.inf(&l), high.sup(&h))),
@@ -159,14 +159,14 @@ fn merge(a: Option<(usize, Vector, Vector)>, b: Option<(usize, Vector, Vector)>)
     }
 }
 
-/// Triangle count times half the surface area of the box.
+/// Triangle count times half the surface area of the bin's box.
 fn weighted_area((count, low, high): &(usize, Vector, Vector)) -> f64 {
     let d = high - low;
     *count as f64 * (d.x * d.y + d.y * d.z + d.z * d.x)
 }
 
-/// The axes of the area-weighted covariance, ordered by the extent of the triangles along them: what
-/// [`super::policy::Axes::Shared`] splits along.
+/// The axes of the area-weighted covariance, ordered by the extent of the triangles along them; [`super::policy::Axes::Shared`] splits
+/// along them.
 #[must_use]
 pub fn shared_axes(triangles: &[Triangle]) -> [Unit<Vector>; 3] {
     let frame = covariance::principal_frame(&covariance::area_weighted(triangles).1);
@@ -186,7 +186,7 @@ mod tests {
     use crate::geometry::Point;
     use proptest::prelude::*;
 
-    /// Upright right triangles in planes x = const, with legs `size`, so that the centroid is at that x.
+    /// Right triangles in planes x = const, with legs `size`, placed so that the centroid is at that x.
     fn items(specification: &[(f64, f64)]) -> Vec<Item> {
         let triangle = |x: f64, size: f64| {
             Triangle::new(Point::new(x, 0.0, 0.0), Point::new(x, size, 0.0), Point::new(x, 0.0, size))

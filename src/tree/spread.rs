@@ -1,13 +1,12 @@
-//! Space that volumes hold beyond their contents: how far a volume reaches outside the convex hull of its contents, and how much space two
-//! siblings share.
+//! Empty space in volumes: how far a volume extends beyond the convex hull of its contents, and how much space two siblings share.
 //!
-//! Both are taken from the volume's drawing and its `contains`, so that they mean the same for every volume there is.
+//! Both are computed from the volume's drawing and its `contains`, so they have the same meaning for every volume.
 
 use crate::geometry::hull::Hull;
 use crate::geometry::{Point, Triangle, Vector, triangle_distance};
 use crate::volume::Solid;
 
-/// Points thrown into the box around two siblings: a share of it is known to a few hundredths, a level's sum better.
+/// Sample points in the box around two siblings: enough to know the shared fraction to a few hundredths, and the sum over a level better.
 const SAMPLES: u32 = 256;
 
 /// Queries on the convex hull of a node's contents.
@@ -15,7 +14,7 @@ const SAMPLES: u32 = 256;
 pub struct Contents {
     /// The hull's corners, mm.
     pub corners: Vec<Point>,
-    /// Its faces and its volume, mm³; `None` for contents that are flat, or nearly so.
+    /// The faces of the hull, and its volume in mm³; `None` for contents that are flat, or nearly so.
     pub solid: Option<(Vec<Triangle>, f64)>,
 }
 
@@ -35,9 +34,9 @@ impl Contents {
     }
 }
 
-/// The faces of a solid with its volume, mm³, unless it is so thin that the volume would be rounding.
+/// The faces of a solid with its volume, mm³; `None` when the solid is so thin that the volume would be rounding error.
 fn thick(corners: &[Point], faces: Vec<Triangle>) -> Option<(Vec<Triangle>, f64)> {
-    /// A hull thinner than this part of a cube of its own extent is taken for flat.
+    /// A hull with less volume than this fraction of the cube of its extent counts as flat.
     const FLAT: f64 = 1e-6;
     let apex = corners.first()?;
     let below = |face: &Triangle| {
@@ -49,17 +48,17 @@ fn thick(corners: &[Point], faces: Vec<Triangle>) -> Option<(Vec<Triangle>, f64)
     (volume > FLAT * (high - low).norm().powi(3)).then_some((faces, volume))
 }
 
-/// The directed Hausdorff distance from a volume to the convex hull of its contents, mm: how far the farthest point of its
-/// drawing lies outside the hull. Exact for boxes and polytopes, whose farthest points are corners.
+/// The directed Hausdorff distance from a volume to the convex hull of its contents, mm: the distance from the hull to the farthest point
+/// of the volume's drawing. Exact for boxes and polytopes, because their farthest points are corners.
 #[must_use]
 pub fn hausdorff_mm(volume: &dyn Solid, hull: &[Triangle]) -> f64 {
     farthest_outside_mm(volume.outline().into_iter().flatten().collect(), hull)
 }
 
-/// The largest distance from a hull, mm, of points outside it; 0 when there are none.
+/// The largest distance from a hull to any of `points` outside it, mm; 0 when no point is outside.
 ///
-/// Only faces that a point is above are measured: were none of the faces at the nearest point of the hull below it, the way to the
-/// point would lead on through the hull, to a nearer one.
+/// Only faces that a point is above are measured. If the point were below all faces at the nearest point of the hull, the segment between
+/// the two would pass through the hull, and some other point of the hull would be nearer.
 fn farthest_outside_mm(mut points: Vec<Point>, hull: &[Triangle]) -> f64 {
     let inside = Point::from(hull.iter().map(|face| face.centroid().coords).sum::<Vector>() / hull.len() as f64);
     let outward = |face: &Triangle| {
@@ -83,7 +82,7 @@ fn farthest_outside_mm(mut points: Vec<Point>, hull: &[Triangle]) -> f64 {
     points.iter().map(distance_squared).fold(0.0, f64::max).sqrt()
 }
 
-/// The volume that lies in both of two volumes, mm³, estimated from a fixed set of evenly spread points (Halton 1960).
+/// The volume of the intersection of two volumes, mm³, estimated from a fixed set of evenly spread points (Halton 1960).
 #[must_use]
 pub fn overlap_mm3(one: &dyn Solid, other: &dyn Solid) -> f64 {
     let bounds = |volume: &dyn Solid| {
@@ -102,7 +101,7 @@ pub fn overlap_mm3(one: &dyn Solid, other: &dyn Solid) -> f64 {
     size.product() * hits as f64 / f64::from(SAMPLES)
 }
 
-/// The `index`-th number of the van der Corput sequence in a base: its digits mirrored at the point.
+/// The `index`-th number of the van der Corput sequence in a base: its digits, mirrored at the radix point.
 fn halton(mut index: u32, base: u32) -> f64 {
     let (mut value, mut weight) = (0.0, 1.0);
     while index > 0 {

@@ -1,4 +1,5 @@
-//! What all volumes of a tree are together, and what they leave out; without convex hulls: cheap enough for hundreds of trees.
+//! Sums over all volumes of a tree, and the corners that they do not contain. Computed without convex hulls, so it is cheap enough for
+//! hundreds of trees.
 
 use super::Tree;
 use super::nodes::AnyNode;
@@ -15,16 +16,16 @@ pub struct TreeSummary {
     pub area_mm2: f64,
     /// Nodes with a corner outside their volume.
     pub outside_nodes: u64,
-    /// Corners outside their node's volume, counted once for each node that holds them.
+    /// Corners outside their node's volume; a corner counts once for each node that holds it.
     pub outside_corners: u64,
-    /// Corners, counted likewise.
+    /// All corners, counted in the same way.
     pub corners: u64,
-    /// Largest distance by which a corner is outside, mm.
+    /// Largest distance of a corner from its node's volume, mm.
     pub overhang_mm: f64,
 }
 
 impl<S: Shape> Tree<S> {
-    /// Measures the tree, but no level of it: [`TreeReport`] without levels and outline.
+    /// Measures the tree without its levels: [`TreeReport`] without levels and outline.
     #[must_use]
     pub fn brief_report(&self) -> TreeReport {
         TreeReport::brief(&self.any_nodes())

@@ -1,4 +1,4 @@
-//! How good a tree is, before any query: size, balance, and how tightly each level holds its contents.
+//! Quality of a tree before any query: size, balance, and how tightly each level encloses its contents.
 
 use super::Tree;
 use super::nodes::{self, AnyNode};
@@ -9,10 +9,10 @@ use crate::volume::{Segment, Shape, Solid};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Deepest level whose tightness is measured: below it nodes hold a few triangles and the picture no longer changes.
+/// Deepest level whose tightness is measured. Below it, nodes hold a few triangles and the tightness no longer changes.
 pub const DEEPEST_LEVEL: u32 = 10;
 
-/// Deepest level on which it is measured how far volumes reach beyond their contents and into their siblings.
+/// Deepest level on which the extent of volumes beyond their contents and into their siblings is measured.
 pub const DEEPEST_SPREAD_LEVEL: u32 = 4;
 
 /// Facts about one tree.
@@ -20,31 +20,31 @@ pub const DEEPEST_SPREAD_LEVEL: u32 = 4;
 pub struct TreeReport {
     /// Number of nodes.
     pub nodes: usize,
-    /// Leaves among them.
+    /// Number of leaves.
     pub leaves: usize,
     /// Depth of the deepest leaf; the root has depth 0.
     pub depth_max: u32,
     /// Mean depth of a leaf, weighted by its triangles.
     pub depth_mean: f64,
-    /// Mean of smaller / larger child count over inner nodes, weighted by the node's count; 1 is balanced, NaN where
-    /// nodes do not have two children.
+    /// Mean of smaller / larger child count over inner nodes, weighted by each node's count. 1 is balanced; NaN for a structure whose nodes
+    /// do not have two children.
     pub child_ratio: f64,
     /// Sum over nodes of surface area / root surface area.
     pub sah_cost: f64,
-    /// Shift of the root volume's centre from the middle of the contents, mm, along the direction from the area centroid to
-    /// the mean of the corners; 0 when the two coincide.
+    /// Distance of the root volume's centre from the middle of the contents, mm, along the direction from the area centroid to the mean of
+    /// the corners; 0 when the two coincide.
     pub drift_mm: f64,
-    /// All volumes together, of a binary tree of volumes that are fitted to their contents.
+    /// Sums over all volumes, for binary trees with volumes fitted to their contents.
     pub summary: Option<TreeSummary>,
-    /// Levels 0 to [`DEEPEST_LEVEL`], as far as there are nodes.
+    /// Levels 0 to [`DEEPEST_LEVEL`], as far as the tree has nodes.
     pub levels: Vec<LevelReport>,
     /// The root volume, for drawing; mm, mesh frame.
     pub root_outline: Vec<Segment>,
 }
 
 impl TreeReport {
-    /// The report of a structure whose inner nodes do not have two children and whose nodes are not fitted to their contents:
-    /// no balance, no levels, nothing to draw.
+    /// The report of a structure with inner nodes that do not have two children, or with nodes that are not fitted to their contents: no
+    /// balance, no levels, no outline.
     #[must_use]
     pub const fn not_binary() -> Self {
         Self {
@@ -67,33 +67,33 @@ impl TreeReport {
 pub struct LevelReport {
     /// Level; the root is 0.
     pub level: u32,
-    /// Nodes on it.
+    /// Number of nodes on the level.
     pub nodes: u64,
-    /// Triangles under them.
+    /// Number of triangles in these nodes.
     pub triangles: u64,
     /// Sum of volumes, mm³.
     pub volume_mm3: f64,
     /// Sum of surface areas, mm².
     pub area_mm2: f64,
-    /// Sum of the volumes of the contents' convex hulls, mm³, over the nodes whose hull has one.
+    /// Sum of the volumes of the convex hulls of the contents, mm³, over the nodes whose hull has a volume.
     pub hull_mm3: f64,
-    /// Sum of the volumes of those same nodes, mm³.
+    /// Sum of the volumes of the nodes that `hull_mm3` includes, mm³.
     pub hulled_volume_mm3: f64,
     /// Corners outside their node's volume, percent.
     pub outside_corners_pct: f64,
     /// Area of triangles with a corner outside, percent.
     pub outside_area_pct: f64,
-    /// Largest distance by which a corner is outside, mm.
+    /// Largest distance of a corner from its node's volume, mm.
     pub overhang_mm: f64,
-    /// Largest directed Hausdorff distance from a volume to the convex hull of its contents, mm, over the nodes whose hull has a
-    /// volume; measured down to [`DEEPEST_SPREAD_LEVEL`].
+    /// Largest directed Hausdorff distance from a volume to the convex hull of its contents, mm, over the nodes whose hull has a volume.
+    /// Measured down to [`DEEPEST_SPREAD_LEVEL`].
     pub hausdorff_mm: Option<f64>,
-    /// Sum over the level's pairs of siblings of the volume that lies in both, mm³, by sampling; measured down to
-    /// [`DEEPEST_SPREAD_LEVEL`]; none at the root, which has no sibling.
+    /// Volume of the intersection of two siblings, mm³, summed over the level's pairs of siblings and estimated by sampling. Measured down
+    /// to [`DEEPEST_SPREAD_LEVEL`]; `None` at the root, which has no sibling.
     pub sibling_overlap_mm3: Option<f64>,
 }
 
-/// What one node adds to its level.
+/// The contribution of one node to its level.
 #[derive(Clone, Copy, Default)]
 struct NodeFacts {
     report: LevelReport,
@@ -115,7 +115,7 @@ impl TreeReport {
         Self { levels: levels(nodes), root_outline: nodes[0].volume.outline(), ..Self::brief(nodes) }
     }
 
-    /// Without levels and outline.
+    /// The report without levels and outline.
     pub(super) fn brief(nodes: &[AnyNode]) -> Self {
         let root = &nodes[0];
         let summary = TreeSummary::of(nodes);
@@ -179,8 +179,8 @@ fn facts(nodes: &[AnyNode], index: usize, contents: &Contents) -> NodeFacts {
     NodeFacts { report, corners_outside, area_outside, area: triangles.iter().map(Triangle::area).sum() }
 }
 
-/// The hulls of the contents of all nodes of `levels`, the root's first. From below: a hull has few corners, and what is above needs
-/// no others.
+/// The convex hulls of the contents of all nodes of `levels`, the root's first. They are computed bottom-up: a parent's hull needs only the
+/// few corners of its children's hulls.
 fn hulls(levels: &[Vec<usize>], nodes: &[AnyNode]) -> BTreeMap<usize, Contents> {
     let mut hulls: BTreeMap<usize, Contents> = BTreeMap::new();
     for level in levels.iter().rev() {
@@ -219,13 +219,14 @@ fn sum(level: u32, facts: &[NodeFacts]) -> LevelReport {
     total
 }
 
-/// Volume of the convex hull, mm³, of triangles in mm; `None` for contents that are flat, or nearly so, or fewer than a tetrahedron.
+/// Volume of the convex hull of triangles in mm, mm³; `None` for contents that are flat, or nearly so, or that have fewer points than a
+/// tetrahedron.
 #[must_use]
 pub fn hull_volume(triangles: &[Triangle]) -> Option<f64> {
     Contents::of(triangle::corners(triangles)).solid.map(|(_, volume)| volume)
 }
 
-/// The smallest slack with which a volume contains a point, mm, to 1e-9 of itself, by bisection.
+/// The smallest slack at which a volume contains a point, mm, found by bisection to a relative error of 1e-9.
 pub(super) fn distance_outside(volume: &dyn Solid, point: &Point) -> f64 {
     let mut high = (point - volume.centre()).norm();
     let mut low = 0.0;
@@ -286,7 +287,7 @@ mod tests {
         assert_eq!((report.levels[4].hull_mm3, report.levels[4].hulled_volume_mm3), (0.0, 0.0));
     }
 
-    /// Hulls are taken from below; from a node's own triangles they are the same.
+    /// Hulls computed bottom-up equal those computed from the node's own triangles.
     #[test]
     fn hulls_from_below_are_the_hulls_of_the_contents() {
         let triangles = meshes::torus(12.0, 4.0, 24, 12).triangles();

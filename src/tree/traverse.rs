@@ -35,17 +35,17 @@ impl Probe for Counts {
     }
 }
 
-/// Memory that queries reuse, so that a timed query does not allocate.
+/// Buffers that queries reuse, so that a timed query does not allocate.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     stack: Vec<(u32, u32)>,
 }
 
-/// Visits every pair of triangles whose leaves' volumes overlap and calls `on_contact(face_of_a, face_of_b)` for those
-/// that touch, until it breaks.
+/// Visits every pair of triangles in leaves with overlapping volumes. Calls `on_contact(face_of_a, face_of_b)` for the pairs that touch,
+/// until it breaks.
 ///
-/// An explicit stack; a pair of nodes is tested before it is pushed; of two inner nodes the one with the larger
-/// [`Shape::size`] is opened, the first on a tie.
+/// Uses an explicit stack, and tests a pair of nodes before pushing it. Of two inner nodes, the one with the larger [`Shape::size`] is
+/// opened; on a tie, the first.
 pub fn traverse<S: Shape, B>(
     a: &Tree<S>,
     b: &Tree<S>,
@@ -86,7 +86,7 @@ pub fn traverse<S: Shape, B>(
     ControlFlow::Continue(())
 }
 
-/// The pairs that come after the pair of nodes `at`, of which the larger one is opened; `None` for two leaves.
+/// The two pairs that replace the pair of nodes `at` when the larger node is opened; `None` for two leaves.
 #[inline(always)]
 pub(super) fn open<S>(node_a: &Node<S>, node_b: &Node<S>, at: (u32, u32)) -> Option<[(u32, u32); 2]> {
     let (i, j) = at;

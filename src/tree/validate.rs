@@ -1,4 +1,4 @@
-//! Whether a tree is well formed.
+//! Checks that a tree is well formed.
 
 pub use obbtree::engine::validate::TreeFault;
 
@@ -46,10 +46,9 @@ impl<S: Shape> Tree<S> {
         Ok(())
     }
 
-    /// Checks that what each node's volume says of its size and shape is so, as far as can be seen (`stated`).
-    ///
+    /// Checks that the size and geometry that each node's volume reports are consistent with its outline and contents.
     /// # Errors
-    /// The first volume that says something else.
+    /// The first inconsistent volume.
     pub fn check_consistency(&self) -> Result<(), TreeFault> {
         let misstated =
             |node: usize| consistency::inconsistency(&self.nodes[node].volume, self.triangles_of(&self.nodes[node]));

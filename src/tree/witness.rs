@@ -1,22 +1,21 @@
-//! Does a query find a contact that is known?
+//! Whether a query would find a known contact.
 //!
-//! [`traverse::first`](super::traverse::first) opens pairs of nodes by a rule that does not depend on what it has seen, so exactly one
-//! chain of pairs leads
-//! from the roots to the leaves of two given triangles. The query comes to that contact, or stops earlier at another one,
-//! when all pairs of the chain overlap. When the truth has named a contact, the verdict takes one test per level of the trees; the query
-//! itself may take a hundred thousand.
+//! [`traverse::first`](super::traverse::first) opens pairs of nodes by a rule that does not depend on earlier results. Exactly one chain of
+//! node pairs therefore leads from the roots to the leaves of two given triangles. If all pairs of the chain overlap, the query reaches
+//! that contact, or stops earlier at another one. When the ground truth has named a contact, this verdict takes one test per level of the
+//! trees; the query itself may take a hundred thousand.
 
 use super::Tree;
 use super::traverse::open;
 use crate::geometry::Isometry;
 use crate::volume::Shape;
 
-/// Position of each face of a mesh in a tree's order.
+/// Position of each face of a mesh in the order of a tree's triangles.
 #[derive(Clone, Debug)]
 pub struct Places(Vec<u32>);
 
 impl Places {
-    /// The places in `tree`.
+    /// The positions of the faces in `tree`.
     #[must_use]
     pub fn of<S>(tree: &Tree<S>) -> Self {
         let mut places = vec![0; tree.faces.len()];
@@ -27,9 +26,9 @@ impl Places {
     }
 }
 
-/// Whether all pairs of volumes overlap on the chain that leads to the pair of faces `witness`, (face of `a`, face of `b`).
-/// If so, and if the two triangles touch, [`traverse::first`](super::traverse::first) answers that the meshes touch. If not, it may still
-/// find another contact.
+/// Whether all pairs of volumes overlap on the chain that leads to the pair of faces `witness`, (face of `a`, face of `b`). If they do, and
+/// the two triangles touch, [`traverse::first`](super::traverse::first) answers that the meshes touch. If not, that query may still find
+/// another contact.
 #[must_use]
 pub fn reached<S: Shape>(
     a: (&Tree<S>, &Places),
@@ -65,8 +64,8 @@ mod tests {
     use nalgebra::Vector3;
     use obbtree::cases::{self, meshes};
 
-    /// Over all contacts of many poses: one that is reached means a query that answers yes; and a query that answers yes
-    /// has a contact that is reached. Returns how many contacts were not reached.
+    /// Compares `reached` with the query over all contacts of many poses: a reached contact implies that the query answers yes, and a query
+    /// that answers yes implies that some contact is reached. Returns the number of contacts that were not reached.
     fn agrees_with_the_query<V: BoundingVolume>(policy: Policy) -> usize {
         let triangles = meshes::stepped_tool(8, 4).triangles();
         let tree = Tree::build(&V::fit, &triangles, policy);

@@ -1,4 +1,4 @@
-//! A static tree of axis-aligned boxes over a mesh, and the boxes moved without ever losing what they hold.
+//! A static tree of axis-aligned boxes over a mesh, and conservative motion of these boxes.
 
 use crate::geometry::grid::STEP_MM;
 use crate::geometry::{Isometry, Point, Triangle, Vector, rigid};
@@ -37,7 +37,7 @@ impl Bounds {
             & (other.low.z <= self.high.z)
     }
 
-    /// Whether the boxes' shadows on the xy plane share a point. Exact.
+    /// Whether the projections of the boxes to the xy plane share a point. Exact.
     #[inline(always)]
     pub fn overlap_in_xy(&self, other: &Self) -> bool {
         (self.low.x <= other.high.x)
@@ -82,8 +82,8 @@ impl Bounds {
     }
 }
 
-/// A node: an inner one has `count` 0, its left child right behind it and its right child at `next`; a leaf holds
-/// `count` triangles from `next` on.
+/// A node. An inner node has `count` 0, its left child directly behind it and its right child at `next`. A leaf holds `count` triangles,
+/// starting at `next`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     pub bounds: Bounds,
@@ -91,14 +91,14 @@ pub(super) struct Node {
     count: u32,
 }
 
-/// A binary tree of tight boxes, depth-first in memory; triangles sorted so that a leaf's lie side by side.
+/// A binary tree of tight boxes, depth-first in memory; triangles are sorted so that those of a leaf are adjacent.
 #[derive(Clone, Debug)]
 pub(super) struct BoxTree {
     pub nodes: Vec<Node>,
     pub triangles: Vec<Triangle>,
-    /// The number in the mesh of each triangle.
+    /// The number in the mesh of each triangle, in tree order.
     pub faces: Vec<u32>,
-    /// The box of each triangle.
+    /// The box of each triangle, in tree order.
     pub bounds: Vec<Bounds>,
 }
 
@@ -106,7 +106,7 @@ pub(super) struct BoxTree {
 const LEAF: usize = 4;
 
 impl BoxTree {
-    /// Halves the triangles at the median of their centroids along the widest axis of the centroids' box.
+    /// Builds the tree by halving the triangles at the median of their centroids, along the widest axis of the centroids' box.
     pub fn new(triangles: &[Triangle]) -> Self {
         let mut tree = Self { nodes: Vec::new(), triangles: Vec::new(), faces: Vec::new(), bounds: Vec::new() };
         let mut items: Vec<(Triangle, u32)> = triangles.iter().copied().zip(0..).collect();
@@ -117,7 +117,7 @@ impl BoxTree {
         tree
     }
 
-    /// Adds the nodes over `items`, which start at `first` in the tree's order, and sorts them.
+    /// Adds the nodes over `items`, and sorts the items; `first` is the index of the first one in tree order.
     fn grow(&mut self, items: &mut [(Triangle, u32)], first: usize) {
         let corners = items.iter().flat_map(|(triangle, _)| triangle.corners);
         let bounds = Bounds::around(corners);
@@ -150,7 +150,7 @@ impl BoxTree {
         next as usize..(next + count) as usize
     }
 
-    /// The longest side of a node's box, mm: what decides which of two nodes is opened.
+    /// The longest side of a node's box, mm; it decides which of two nodes is opened.
     #[inline(always)]
     pub fn size(&self, node: u32) -> f64 {
         let Bounds { low, high } = &self.nodes[node as usize].bounds;
@@ -158,21 +158,21 @@ impl BoxTree {
     }
 }
 
-/// Nodes of a tree moved to one pose. A search visits many nodes repeatedly, so that each is moved once and kept; nodes that are not
+/// Cache of the nodes of a tree at one pose. A search visits many nodes repeatedly, so each is moved once and kept. Nodes that are not
 /// visited, most of a large mesh, are never moved.
 pub(super) struct Memo<T> {
-    /// One more than where each node's items start; 0 for a node that nobody has asked for.
+    /// For each node, one more than the start of its items; 0 for a node that was not visited.
     starts: Vec<u32>,
     items: Vec<T>,
 }
 
 impl<T> Memo<T> {
-    /// For the nodes of a tree.
+    /// An empty cache for the nodes of a tree.
     pub fn new(tree: &BoxTree) -> Self {
         Self { starts: vec![0; tree.nodes.len()], items: Vec::new() }
     }
 
-    /// The `count` items of a node, made when they are asked for the first time.
+    /// The `count` items of a node, computed at the first call.
     #[inline(always)]
     pub fn of(&mut self, node: u32, count: usize, make: impl Fn(usize) -> T) -> &[T] {
         let start = &mut self.starts[node as usize];
@@ -185,12 +185,11 @@ impl<T> Memo<T> {
     }
 }
 
-/// Moves boxes so that the moved box holds every moved and snapped vertex of the box's contents.
+/// Moves boxes conservatively: the moved box contains every moved and snapped vertex of the box's contents.
 ///
-/// For v in the box c ± h, the exact product M v + t lies in M c + t ± |M| h, for whatever matrix M the floating-point
-/// rotation really is. What rounding adds is less than 2⁻⁴⁸ (|M| (|c| + h) + |t|): evaluating a vertex and evaluating
-/// the box take fewer than 16 roundings of 2⁻⁵³ relative to that magnitude each. Snapping moves a coordinate by at most
-/// half a step.
+/// For v in the box c ± h, the exact product M v + t lies in M c + t ± |M| h, for whatever matrix M the floating-point rotation really is.
+/// Rounding adds less than 2⁻⁴⁸ (|M| (|c| + h) + |t|): evaluating a vertex and evaluating the box each take fewer than 16 roundings of 2⁻⁵³
+/// relative to that magnitude. Snapping moves a coordinate by at most half a step.
 pub(super) struct Mover {
     matrix: Matrix3<f64>,
     magnitudes: Matrix3<f64>,
@@ -202,12 +201,12 @@ pub(super) struct Mover {
 const ROUNDING: f64 = 3.552_713_678_800_501e-15; // 2^-48
 
 impl Mover {
-    /// For boxes inside `root`.
+    /// A mover for boxes inside `root`.
     pub fn new(a_from_b: &Isometry, root: &Bounds) -> Self {
         Self::of(rigid::rotation(a_from_b), a_from_b.translation.vector, root)
     }
 
-    /// The motion v -> `matrix` v + `translation`, for boxes inside `root`.
+    /// A mover by v -> `matrix` v + `translation`, for boxes inside `root`.
     pub fn of(matrix: Matrix3<f64>, translation: Vector, root: &Bounds) -> Self {
         let magnitudes = matrix.abs();
         let farthest = root.low.coords.abs().sup(&root.high.coords.abs());
@@ -215,7 +214,7 @@ impl Mover {
         Self { matrix, magnitudes, translation, pad_mm: largest * ROUNDING + STEP_MM }
     }
 
-    /// A box that holds the moved contents of `bounds`.
+    /// A box that contains the moved contents of `bounds`.
     #[inline(always)]
     pub fn bounds(&self, bounds: &Bounds) -> Bounds {
         let half = (bounds.high - bounds.low) * 0.5;

@@ -1,7 +1,7 @@
-//! Keeping the truth: a folder of files named by a hash of everything the answers depend on.
+//! Cache of the ground truth: a folder of files, each named by a hash of everything that its answers depend on.
 //!
-//! A file is whole or not there: it is written under a temporary name and renamed. It ends with a hash of its contents; a
-//! file that is truncated, damaged or of another version is as good as none and is computed again.
+//! A file is either complete or absent, because it is written under a temporary name and renamed. It ends with a hash of its contents. A
+//! file that is truncated, damaged or of another version is ignored, and its answers are computed again.
 
 use super::{Judgement, PairOracle, Verdict};
 use crate::geometry::{Isometry, content_hash};
@@ -10,14 +10,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Part of every key. To be raised whenever an answer may have changed.
+/// Part of every key. Increase it whenever an answer may have changed.
 const VERSION: u32 = 5;
 /// The first bytes of every file.
 const MAGIC: &[u8; 8] = b"bvtruth\0";
 /// Bytes of one record: flags, the witness's faces, clearance, depth.
 const RECORD: usize = 1 + 4 + 4 + 8 + 8;
 
-/// Why answers could not be kept.
+/// Why answers could not be stored.
 #[derive(Debug, Error)]
 #[error("cannot {verb} {path}: {source}", path = path.display())]
 pub struct CacheError {
@@ -39,7 +39,7 @@ pub struct TruthCache {
     folder: PathBuf,
 }
 
-/// Names one set of answers: two meshes, the poses, and what was asked.
+/// The key of one set of answers: two meshes, the poses, and the request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TruthKey {
     hash: blake3::Hash,
@@ -47,8 +47,8 @@ pub struct TruthKey {
 }
 
 impl TruthKey {
-    /// The key of the answers about these poses. `request` says in the caller's words what else they depend on: the
-    /// cut-off of the clearance, how depths were found, where clusters begin.
+    /// The key of the answers at these poses. `request` states, in the caller's words, what else the answers depend on: the cut-off of the
+    /// clearance, the method for depths, the bounds of clusters.
     #[must_use]
     pub fn new(oracle: &PairOracle, poses: &[Isometry], request: &str) -> Self {
         let mut hasher = blake3::Hasher::new();
@@ -80,13 +80,13 @@ impl TruthCache {
         self.folder.join(format!("{}.truth", key.hash.to_hex()))
     }
 
-    /// The answers kept under the key, in the order of the poses; `None` when there are none that can be trusted.
+    /// The answers stored under the key, in the order of the poses; `None` when no valid file exists.
     #[must_use]
     pub fn load(&self, key: &TruthKey) -> Option<Vec<Judgement>> {
         decode(&fs::read(self.path(key)).ok()?, key)
     }
 
-    /// Keeps the answers.
+    /// Stores the answers.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -106,7 +106,7 @@ impl TruthCache {
     }
 }
 
-/// Magic, key, records, and a hash of all that.
+/// Encodes magic bytes, key and records, followed by a hash of all of these.
 fn encode(key: &TruthKey, judgements: &[Judgement]) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend(key.hash.as_bytes());

@@ -1,25 +1,26 @@
-//! How far apart are the surfaces?
+//! The distance between two surfaces.
 //!
-//! Branch and bound over the same boxes as the verdict, nearest pair of nodes first. The boxes' gap is a lower bound but
-//! for its own rounding; the distance of the triangles is accurate to rounding (about 1e-12 mm at machine size).
+//! Branch and bound over the same boxes as the verdict, with the nearest pair of nodes first. The gap between boxes is a lower bound except
+//! for its own rounding. The distance of triangles is accurate to rounding (about 1e-12 mm at machine size).
 
 use super::boxes::Bounds;
 use super::{PairOracle, Posed};
 use crate::geometry::Isometry;
 use crate::geometry::triangle_distance;
 
-/// How exactly a clearance is sought.
+/// The accuracy with which a clearance is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sought<'a> {
-    /// Not at all: infinite for all surfaces that do not touch.
+    /// No clearance: infinite for all surfaces that do not touch.
     Nothing,
-    /// The distance, where it is at most this, mm.
+    /// The distance if it is at most the cut-off; otherwise infinite.
     Distance {
-        /// The cut-off.
+        /// The cut-off, mm.
         beyond_mm: f64,
     },
-    /// Only which of these borders, mm, ascending, it lies between: the answer is a distance of two triangles that is on the
-    /// same sides of all borders as the least one. This settles the answer much earlier where many triangles are nearly equally near.
+    /// Only the interval between successive borders, mm, ascending, that contains the distance. The answer is the distance of some two
+    /// triangles, on the same side of all borders as the least distance. The search ends much earlier when many triangles are nearly
+    /// equally near.
     Borders(&'a [f64]),
 }
 
@@ -32,7 +33,7 @@ impl Sought<'_> {
         }
     }
 
-    /// How near a pair must be, mm², to change what the nearest pair so far, `least` apart, says.
+    /// The squared distance, mm², below which a pair can change the answer, when the nearest pair so far is `least` apart.
     #[inline]
     fn limit(&self, least: f64) -> f64 {
         match self {
@@ -50,12 +51,12 @@ impl Sought<'_> {
     }
 }
 
-/// Places of two triangles in the orders of the two trees.
+/// Positions of the two nearest triangles in the orders of the two trees.
 pub(super) type Nearest = Option<(usize, usize)>;
 
 impl PairOracle {
-    /// Euclidean distance between the surfaces, mm: 0 when they touch (exactly), infinite when it is more than `beyond_mm`,
-    /// which may itself be infinite. A solid inside the other is as far as its surface is.
+    /// Euclidean distance between the surfaces, mm: exactly 0 when they touch, and infinite when it exceeds `beyond_mm`, which may itself
+    /// be infinite. For a solid inside the other, it is the distance between the surfaces.
     #[must_use]
     pub fn clearance_mm(&self, a_from_b: &Isometry, beyond_mm: f64) -> f64 {
         if self.touches(a_from_b) {
@@ -65,8 +66,8 @@ impl PairOracle {
         }
     }
 
-    /// The same for surfaces known not to touch, as exactly as sought. `nearest` are the triangles that were nearest at the last
-    /// pose: along a path they are often nearest again, and a small distance known at once spares most of the search.
+    /// The clearance of surfaces known not to touch, with the accuracy of `sought`. `nearest` holds the nearest triangles of the last pose.
+    /// Along a path they are often nearest again, and starting from their small distance shortens the search.
     pub(super) fn clearance_of_free_mm(&self, a_from_b: &Isometry, sought: &Sought, nearest: &mut Nearest) -> f64 {
         if *sought == Sought::Nothing {
             return f64::INFINITY;
@@ -110,7 +111,7 @@ impl PairOracle {
         if found { least.sqrt() } else { f64::INFINITY }
     }
 
-    /// Lowers `least` to the least squared distance between the triangles of two leaves; whether any was as near.
+    /// Lowers `least` to the least squared distance between the triangles of two leaves; returns whether any pair was that near.
     fn leaves_squared(
         &self,
         posed: &Posed,

@@ -1,11 +1,11 @@
-//! Is a solid wholly inside the other?
+//! Whether a solid lies wholly inside another.
 //!
-//! A ray along +x from one vertex of each connected component leaves the other mesh more often than it enters it exactly
-//! when the vertex is inside it. Crossings are counted with their direction, not by their parity alone, so that solids made of
-//! bodies that overlap have an inside too, and an inner shell that faces the cavity makes it outside. The ray is thought of as starting at (x, y + e, z + e²) for an infinitesimal e > 0, so that it
-//! never meets an edge or a vertex: where a projected edge passes exactly through the start, the sign of the first
-//! derivative that is not zero decides (simulation of simplicity, Edelsbrunner and Mücke 1990). Exact; asked only when the
-//! surfaces do not touch, so that the start lies on no triangle.
+//! A vertex is inside the other mesh exactly when a ray from it along +x leaves that mesh more often than it enters. One vertex of each
+//! connected component is tested. Crossings are counted with their direction, not by parity alone, so that solids made of overlapping
+//! bodies have an interior too, and an inner shell that faces a cavity makes the cavity outside. The ray starts at (x, y + e, z + e²) for
+//! an infinitesimal e > 0, so it never meets an edge or a vertex. Where a projected edge passes exactly through the start, the sign of the
+//! first nonzero derivative decides (simulation of simplicity, Edelsbrunner and Mücke 1990). The test is exact. It is used only when the
+//! surfaces do not touch, so the start lies on no triangle.
 
 use super::boxes::{Bounds, BoxTree, Mover};
 use super::{PairOracle, Posed};
@@ -13,15 +13,15 @@ use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Mesh, Point, Triangle, exact};
 use std::sync::{Arc, OnceLock};
 
-/// A mesh that can be asked what lies in it, without a partner. Immutable and shared between threads; most of what it
-/// needs is made when it is first needed, since most solids are never near being inside one another.
+/// A mesh for containment queries without a fixed partner. Immutable and shared between threads. Most of its data is computed on first use,
+/// because most solids are never near being inside one another.
 #[derive(Clone, Debug)]
 pub struct Solid {
     mesh: Arc<Mesh>,
     bounds: Bounds,
     /// One vertex of each connected component, mm.
     representatives: Vec<Point>,
-    /// The tree over the mesh; `None` when it is not watertight, and so contains nothing.
+    /// The tree over the mesh; `None` when the mesh is not watertight, and therefore contains nothing.
     inside: OnceLock<Option<BoxTree>>,
 }
 
@@ -33,8 +33,8 @@ impl Solid {
         Self { bounds, representatives: representatives(&mesh), inside: OnceLock::new(), mesh }
     }
 
-    /// Whether a component of either solid lies inside the other when `b` is placed in the frame of `a`, given that their
-    /// surfaces do not touch there. Exact, as [`super::Verdict::contained`] is.
+    /// Whether a component of either solid lies inside the other when `b` is placed in the frame of `a`. Their surfaces must not touch
+    /// there. Exact, like [`super::Verdict::contained`].
     #[must_use]
     pub fn one_in_the_other(a: &Self, b: &Self, a_from_b: &Isometry) -> bool {
         let mover = Mover::new(a_from_b, &b.bounds);
@@ -51,15 +51,15 @@ impl Solid {
         })
     }
 
-    /// Whether a point that lies on no triangle is inside, mm, in the mesh's frame. Exact; nothing is inside a mesh that is not
-    /// watertight.
+    /// Whether a point, mm, in the mesh's frame, is inside the mesh. The point must lie on no triangle. Exact; a mesh that is not
+    /// watertight contains nothing.
     #[must_use]
     pub fn holds(&self, point: &Point) -> bool {
         self.bounds.contains(point)
             && self.tree().is_some_and(|tree| is_inside(point, tree, |bounds| *bounds, |triangle| *triangle))
     }
 
-    /// Whether the mesh encloses a space: nothing is inside one that does not.
+    /// Whether the mesh encloses a space; a mesh that does not contains nothing.
     #[must_use]
     pub fn is_watertight(&self) -> bool {
         self.mesh.edge_report().is_watertight()
@@ -81,7 +81,7 @@ pub(super) fn representatives(mesh: &Mesh) -> Vec<Point> {
 }
 
 impl PairOracle {
-    /// Whether a component of either mesh lies inside the other mesh, given that the surfaces do not touch.
+    /// Whether a component of either mesh lies inside the other mesh; the surfaces must not touch.
     pub(super) fn contained(&self, posed: &Posed) -> bool {
         let (a, b) = (&self.a, &self.b);
         let moved = posed.mover.bounds(b.bounds());
@@ -101,7 +101,7 @@ impl PairOracle {
     }
 }
 
-/// Whether the ray from `point` leaves the mesh of the tree, as placed, another number of times than it enters it.
+/// Whether the ray from `point` leaves the placed mesh of the tree a different number of times than it enters.
 fn is_inside(
     point: &Point,
     tree: &BoxTree,
@@ -120,8 +120,8 @@ fn is_inside(
     leavings != 0
 }
 
-/// How the ray from the nudged point along +x crosses the triangle, on which the point does not lie: 1 from behind its face,
-/// -1 from before it, 0 not at all.
+/// How the ray from the displaced point along +x crosses the triangle: 1 from behind its face, -1 from in front, 0 not at all. The point
+/// must not lie on the triangle.
 fn crossing(point: &Point, triangle: &Triangle) -> i8 {
     let shadow = |p: &Point| [p.y, p.z];
     let [a, b, c] = triangle.corners.each_ref().map(shadow);
@@ -138,8 +138,8 @@ fn crossing(point: &Point, triangle: &Triangle) -> i8 {
     if exact::side(triangle, point) == winding { winding } else { 0 }
 }
 
-/// The sign of turn(u, v, p + (e, e²)), never 0 for u ≠ v. The turn is (v - u) × (p - u), so its derivative is -(v - u)_2
-/// along the first axis and (v - u)_1 along the second.
+/// The sign of turn(u, v, p + (e, e²)), which is never 0 for u ≠ v. The turn is (v - u) × (p - u), so its derivative is -(v - u)_2 along
+/// the first axis and (v - u)_1 along the second.
 fn nudged_turn(u: [f64; 2], v: [f64; 2], p: [f64; 2]) -> i8 {
     let sign = |x: f64| i8::from(x > 0.0) - i8::from(x < 0.0);
     [exact::turn(u, v, p), sign(u[1] - v[1]), sign(v[0] - u[0])].into_iter().find(|&s| s != 0).unwrap_or(0)
@@ -161,7 +161,7 @@ mod tests {
         verdict.contained
     }
 
-    /// Both meshes as one, the second one shifted.
+    /// Both meshes as one; the second is shifted.
     fn both(one: &Mesh, other: &[Triangle], shift: f64) -> Mesh {
         let shifted = other.iter().map(|t| t.map(|p| p + Vector::x() * shift));
         Mesh::from_triangles(&one.triangles().into_iter().chain(shifted).collect::<Vec<_>>()).unwrap()

@@ -1,14 +1,14 @@
-//! How far can `b` slide before it touches?
+//! First contact: the travel at which `b`, moving in a straight line, touches `a`.
 //!
-//! In a frame whose z axis is the direction of travel, `b` touches `a` first after the least travel
-//! z_a(x, y) - z_b(x, y) over all (x, y) that both surfaces shade. For two triangles that function is convex and piecewise
-//! linear, so its least value is at a corner of one above the face of the other, or where two edges cross in projection.
-//! Depth first over pairs of boxes whose shadows overlap, of two children the one that may touch sooner first; a queue by lower bound would
-//! open fewer pairs, and takes longer.
+//! In a frame whose z axis is the direction of travel, `b` touches `a` first after the least travel z_a(x, y) - z_b(x, y) over all (x, y)
+//! that the projections of both surfaces cover. For two triangles that function is convex and piecewise linear. Its minimum is therefore at
+//! a corner of one triangle above the face of the other, or where two edges cross in projection. The search is depth first over pairs of
+//! boxes with overlapping projections; of two children, the one that may touch sooner is searched first. A priority queue by lower bound
+//! would open fewer pairs, but takes longer.
 //!
-//! Which shadows overlap is decided exactly, for the rotated (rounded) coordinates, so that no contact falls through
-//! between neighbouring triangles. The travel is accurate to rounding where the surfaces are not nearly parallel to
-//! it. Vertices are not snapped here: expect the verdict to change within 1e-7 mm of the answer.
+//! Overlap of projections is decided exactly, for the rotated (rounded) coordinates, so no contact is lost between neighbouring triangles.
+//! The travel is accurate to rounding where the surfaces are not nearly parallel to it. Vertices are not snapped here, so the verdict
+//! changes within 1e-7 mm of the result.
 
 use super::PairOracle;
 use super::boxes::{Bounds, BoxTree, Memo, Mover};
@@ -17,9 +17,8 @@ use nalgebra::{Matrix3, Unit};
 use robust::Coord;
 
 impl PairOracle {
-    /// The least travel (mm, may be negative) along `direction_in_a`, measured from `a_from_b`, at which the surfaces
-    /// touch when `b` comes from infinitely far behind; `None` when it passes by. A solid of `b` that would enter `a` is
-    /// stopped at the surface.
+    /// The least travel (mm, may be negative) along `direction_in_a`, measured from `a_from_b`, at which the surfaces touch when `b` comes
+    /// from infinitely far behind; `None` when `b` passes without contact. A solid of `b` that would enter `a` stops at the surface.
     #[must_use]
     pub fn first_contact_mm(&self, a_from_b: &Isometry, direction_in_a: &Unit<Vector>) -> Option<f64> {
         let frame = frame_along(direction_in_a);
@@ -59,7 +58,7 @@ struct Moved<'a> {
     tree: &'a BoxTree,
     mover: Mover,
     bounds: Memo<Bounds>,
-    /// The triangles of leaves, each with its box.
+    /// The triangles of the leaves, each with its box.
     triangles: Memo<(Triangle, Bounds)>,
 }
 
@@ -89,7 +88,7 @@ struct Entry {
 }
 
 impl Entry {
-    /// `None` when the shadows of the nodes' boxes do not overlap.
+    /// The entry of a pair of nodes; `None` when the projections of their boxes do not overlap.
     fn new(a: &mut Moved, i: u32, b: &mut Moved, j: u32) -> Option<Self> {
         let (of_a, of_b) = (a.bounds(i), b.bounds(j));
         of_a.overlap_in_xy(&of_b).then(|| Self { travel: of_a.low.z - of_b.high.z, i, j })
@@ -104,7 +103,7 @@ fn frame_along(direction: &Unit<Vector>) -> Matrix3<f64> {
     Matrix3::from_rows(&[x.transpose(), direction.cross(&x).transpose(), direction.transpose()])
 }
 
-/// The least travel over the pairs of triangles of two leaves, mm, where it is below `least`; else `least`.
+/// The least travel over the pairs of triangles of two leaves, mm; `least` when that is smaller.
 fn leaves_travel(a: &[(Triangle, Bounds)], b: &[(Triangle, Bounds)], mut least: f64) -> f64 {
     for (moving, of_moving) in b {
         for (still, of_still) in a {
@@ -116,7 +115,7 @@ fn leaves_travel(a: &[(Triangle, Bounds)], b: &[(Triangle, Bounds)], mut least: 
     least
 }
 
-/// The least travel of `moving` along z until it touches `still`, mm; infinite when it passes by.
+/// The least travel of `moving` along z until it touches `still`, mm; infinite when it passes without contact.
 fn triangles_travel(still: &Triangle, moving: &Triangle) -> f64 {
     let Some(of_moving) = areas(still, &moving.corners) else { return f64::INFINITY };
     let Some(of_still) = areas(moving, &still.corners) else { return f64::INFINITY };
@@ -140,8 +139,8 @@ fn triangles_travel(still: &Triangle, moving: &Triangle) -> f64 {
     least
 }
 
-/// For each edge of the triangle, from corner i to the next, the areas it spans with three points. `None` when the shadows of the points
-/// lie strictly beyond the shadow of an edge: then the shadows of the triangles do not meet. Exact.
+/// For each edge of the triangle, from corner i to the next, the areas that it spans with three points in projection. `None` when the
+/// projections of the points all lie strictly beyond an edge, because then the projections of the triangles are disjoint. Exact.
 fn areas(triangle: &Triangle, points: &[Point; 3]) -> Option<[[f64; 3]; 3]> {
     let [a, b, c] = &triangle.corners;
     let [p, q, r] = points;
@@ -156,14 +155,14 @@ fn areas(triangle: &Triangle, points: &[Point; 3]) -> Option<[[f64; 3]; 3]> {
     Some(areas)
 }
 
-/// Twice the signed area of the shadow of the triangle (a, b, c), mm²; its sign is exact.
+/// Twice the signed area of the projection of the triangle (a, b, c), mm²; its sign is exact.
 fn area(a: &Point, b: &Point, c: &Point) -> f64 {
     let coord = |p: &Point| Coord { x: p.x, y: p.y };
     robust::orient2d(coord(a), coord(b), coord(c))
 }
 
-/// The height of the triangle above the shadow of a point that spans `areas` with its edges; `None` when the shadow is outside, or the
-/// triangle is upright (its edges speak for it then).
+/// The height of the triangle above the projection of a point that spans `areas` with its edges. `None` when the projection is outside, or
+/// when the triangle is upright (its edges then give the result).
 fn height_of_face(triangle: &Triangle, areas: [f64; 3]) -> Option<f64> {
     let [a, b, c] = &triangle.corners;
     let weights = [areas[1], areas[2], areas[0]];
@@ -175,8 +174,8 @@ fn height_of_face(triangle: &Triangle, areas: [f64; 3]) -> Option<f64> {
     Some((weights[0] * a.z + weights[1] * b.z + weights[2] * c.z) / total)
 }
 
-/// The least travel of the edge rs until it touches the edge pq, mm; infinite when it passes by. The areas are those that pq spans with r
-/// and s, and rs with p and q.
+/// The least travel of the edge rs until it touches the edge pq, mm; infinite when it passes without contact. `areas` are those that pq
+/// spans with r and s, and rs with p and q.
 fn edges_travel([p, q]: [Point; 2], [r, s]: [Point; 2], areas: [f64; 4]) -> f64 {
     let [r_side, s_side, p_side, q_side] = areas;
     let apart = |u: f64, v: f64| (u > 0.0 && v > 0.0) || (u < 0.0 && v < 0.0);
@@ -194,7 +193,7 @@ fn edges_travel([p, q]: [Point; 2], [r, s]: [Point; 2], areas: [f64; 4]) -> f64 
     ends_of_moving.chain(ends_of_still).fold(f64::INFINITY, f64::min)
 }
 
-/// The lowest and the highest point of the edge pq above the shadow of `end`; `None` when it is not above it.
+/// The lowest and the highest point of the edge pq above the projection of `end`; `None` when the edge is not above it.
 fn heights_of_edge(p: &Point, q: &Point, end: &Point) -> Option<(f64, f64)> {
     let axis = if (q.x - p.x).abs() >= (q.y - p.y).abs() { 0 } else { 1 };
     let between = |i: usize| p[i].min(q[i]) <= end[i] && end[i] <= p[i].max(q[i]);

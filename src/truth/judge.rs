@@ -1,8 +1,8 @@
-//! Do the surfaces touch?
+//! Whether two surfaces touch.
 //!
-//! All pairs of triangles are candidates whose coordinate intervals overlap in the frame of `a`, after the vertices of `b`
-//! have been moved and snapped. Groups of pairs are discarded by boxes that provably hold their contents, so no pair with
-//! overlapping intervals is ever lost: the answers are those of testing all pairs.
+//! A pair of triangles is a candidate when the coordinate intervals overlap in the frame of `a`, after the vertices of `b` were moved and
+//! snapped. Groups of pairs are discarded by boxes that provably contain their triangles, so no candidate is ever lost: the verdicts equal
+//! those of testing all pairs.
 
 use super::boxes::{Bounds, Memo};
 use super::clearance::{Nearest, Sought};
@@ -13,14 +13,14 @@ use crate::geometry::{Isometry, Triangle, certified};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 
-/// What is true of a pair at a pose.
+/// The exact verdict on a pair at a pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Verdict {
-    /// The first candidate pair of triangles that share a point, (face of `a`, face of `b`); exact, for the snapped
-    /// vertices. No volume is involved.
+    /// The first candidate pair of triangles that share a point, (face of `a`, face of `b`). Exact for the snapped vertices, and
+    /// independent of any bounding volume.
     pub witness: Option<(u32, u32)>,
-    /// Whether the surfaces are apart and part of one solid lies wholly inside the other. Exact. A mesh that is not
-    /// watertight contains nothing.
+    /// Whether the surfaces are disjoint and part of one solid lies wholly inside the other. Exact. A mesh that is not watertight contains
+    /// nothing.
     pub contained: bool,
 }
 
@@ -32,22 +32,23 @@ impl Verdict {
     }
 }
 
-/// Everything known about a pair at a pose.
+/// The verdict, clearance and depth of a pair at a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judgement {
-    /// Whether the surfaces touch, and how they lie when they do not.
+    /// The verdict: whether the surfaces touch or one contains the other.
     pub verdict: Verdict,
-    /// Distance between the surfaces, mm; 0 when they touch, infinite when it is beyond the cut-off that was asked for.
+    /// Distance between the surfaces, mm; 0 when they touch, infinite when it exceeds the cut-off.
     pub clearance_mm: f64,
-    /// Travel past first contact, mm, where somebody has found it ([`super::path_depths`], or the workload).
+    /// Travel past first contact, mm; `None` until [`super::path_depths`] or the workload provides it.
     pub depth_mm: Option<f64>,
 }
 
 /// Poses per unit of parallel work.
 const CHUNK: usize = 32;
 
-/// Judges every pose, in parallel and in order; `depth_mm` is left empty. Clearances are as exact as `sought`, and infinite beyond it.
-/// `progress` is called now and then, from any thread, with the number of poses done since it was last called.
+/// Judges every pose, in parallel; the results are in order, and `depth_mm` is left empty. Clearances have the accuracy of `sought`, and
+/// are infinite beyond its cut-off. `progress` is called occasionally, from any thread, with the number of poses finished since its last
+/// call.
 ///
 /// The result does not depend on the number of threads.
 pub fn judge_all(
@@ -93,12 +94,12 @@ struct Candidate<'c> {
     /// The plane of `a`.
     plane: &'c Plane,
     b: &'c Placed,
-    /// Their numbers in the meshes.
+    /// Face numbers in the two meshes.
     faces: (u32, u32),
 }
 
 impl Candidate<'_> {
-    /// Whether they touch; exact.
+    /// Whether the two triangles touch; exact.
     #[inline(always)]
     fn touches(&self) -> bool {
         certified::touch_by_planes((self.a, self.plane), (&self.b.triangle, &self.b.plane))
@@ -106,7 +107,7 @@ impl Candidate<'_> {
 }
 
 impl PairOracle {
-    /// All verdicts about one pose.
+    /// The verdict at one pose.
     #[must_use]
     pub fn judge(&self, a_from_b: &Isometry) -> Verdict {
         let posed = self.posed(a_from_b);
@@ -236,7 +237,7 @@ mod tests {
         }
     }
 
-    /// All pairs of triangles, no boxes, no bound of an error: how many touch.
+    /// Number of touching pairs among all pairs of triangles, found without boxes or error bounds.
     fn by_all_pairs(a: &Mesh, b: &Mesh, pose: &Isometry) -> u64 {
         let placement = Placement::new(pose);
         let moved: Vec<Triangle> = b.triangles().iter().map(|t| placement.triangle(t)).collect();

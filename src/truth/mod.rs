@@ -1,4 +1,4 @@
-//! The truth about a pair of meshes at a pose, found without any of the volumes on trial.
+//! The ground truth about a pair of meshes at a pose, computed without any of the volumes under test.
 //!
 //! | file | question |
 //! |---|---|
@@ -9,11 +9,10 @@
 //! | [`path`] | how far past first contact is a pose of a path? |
 //! | [`cache`] | keeping the answers |
 //!
-//! `boxes` holds the private tree of axis-aligned boxes and the proof of
-//! its rounding.
+//! `boxes` holds the private tree of axis-aligned boxes, and the proof of its rounding bound.
 //!
-//! Exact: [`Verdict::touches`] and [`Verdict::contained`], as statements about the first mesh and the second one with its
-//! vertices moved and snapped to the grid ([`Placement`]). Not exact, but accurate to rounding: lengths in mm.
+//! [`Verdict::touches`] and [`Verdict::contained`] are exact, for the first mesh and for the second mesh with its vertices moved and
+//! snapped to the grid ([`Placement`]). Lengths in mm are accurate to rounding.
 
 mod boxes;
 pub mod cache;
@@ -38,8 +37,8 @@ use crate::geometry::{Isometry, Mesh, Point};
 use boxes::{Bounds, BoxTree, Mover};
 use std::sync::Arc;
 
-/// Answers for one pair of meshes at any pose. Immutable and shared between threads; building it costs one sort of the
-/// triangles of each mesh.
+/// The ground truth for one pair of meshes at any pose. Immutable and shared between threads. Building it costs one sort of the triangles
+/// of each mesh.
 #[derive(Clone, Debug)]
 pub struct PairOracle {
     a: Side,
@@ -73,7 +72,7 @@ impl Side {
     }
 }
 
-/// A pose as the oracle uses it: the exact placement of vertices, and the conservative one of boxes.
+/// A pose in the form that the oracle uses: the exact placement of vertices, and the conservative placement of boxes.
 struct Posed {
     placement: Placement,
     mover: Mover,

@@ -1,26 +1,26 @@
-//! How far past first contact is a pose of a path?
+//! Depth of the poses of a path: the travel past first contact.
 //!
-//! Length along a path: from one pose to the next it is the largest displacement of a corner of `b`'s bounding box, in
-//! the frame of `a`; within a step it grows in proportion. Between two poses `b` turns at a constant rate about an axis
-//! fixed in direction, and its origin moves along a straight line.
+//! The length of a step from one pose to the next is the largest displacement of a corner of `b`'s bounding box, in the frame of `a`;
+//! within a step, length grows in proportion. Between two poses, `b` turns at a constant rate about an axis of fixed direction, and its
+//! origin moves along a straight line.
 
 use super::PairOracle;
 use crate::geometry::Isometry;
 
-/// Entries into contact and exits from it are located to this length, mm: a tenth of what separates `grazing` from deeper.
+/// Accuracy, along the path, of the entries into contact and the exits from it, mm: a tenth of the limit between `grazing` and deeper.
 pub const RESOLUTION_MM: f64 = 1e-7;
 
-/// Below this sine of half the angle between opposite rotations there is no shortest way to turn; no unit.
+/// Sine of half the angle between two rotations that count as opposite, below which there is no shortest rotation; no unit.
 const OPPOSITE: f64 = 1e-9;
 
-/// For every colliding pose of a path (consecutive poses of one cluster), the travel past first contact in mm: the lesser
-/// of the path length since contact was last entered and the path length until it is left; `None` for a free pose. Infinite where neither is
-/// known, as for a recording that never leaves contact: an unknown depth counts as deep. `exact` holds the exact verdicts of the poses.
+/// The travel past first contact, mm, for every colliding pose of a path (consecutive poses of one cluster); `None` for a free pose. It is
+/// the smaller of two path lengths: since contact was last entered, and until contact is left. It is infinite when neither is known, as for
+/// a recording that never leaves contact, so an unknown depth counts as deep. `exact` holds the exact verdicts of the poses.
 ///
-/// Entry and exit are found by bisection, with exact verdicts at interpolated poses, between a free pose and its
-/// colliding neighbour; when contact changes more than once within that step, one of the changes is found. A path that
-/// starts in contact never entered it; one that ends in contact is never left. A gap that lies wholly between two
-/// colliding poses is not seen. When the lists differ in length, the surplus is ignored.
+/// Entry and exit are found by bisection, with exact verdicts at interpolated poses, between a free pose and its colliding neighbour. When
+/// contact changes more than once within that step, one of the changes is found. A path that starts in contact has no entry; one that ends
+/// in contact has no exit. A gap that lies wholly between two colliding poses is not detected. When the lists differ in length, the surplus
+/// is ignored.
 #[must_use]
 pub fn path_depths(oracle: &PairOracle, poses: &[Isometry], exact: &[bool]) -> Vec<Option<f64>> {
     let count = poses.len().min(exact.len());
@@ -48,8 +48,8 @@ pub fn path_depths(oracle: &PairOracle, poses: &[Isometry], exact: &[bool]) -> V
     depths
 }
 
-/// The depths of one run of colliding poses, `steps` apart: the first is `entered` past the entry, the last `left` before
-/// the exit.
+/// Fills in the depths of one run of colliding poses, which are `steps` apart. The first is `entered` past the entry, and the last is
+/// `left` before the exit.
 fn fill(depths: &mut [Option<f64>], steps: &[f64], entered: f64, left: f64) {
     let total: f64 = steps.iter().sum();
     let mut since_first = 0.0;
@@ -59,7 +59,7 @@ fn fill(depths: &mut [Option<f64>], steps: &[f64], entered: f64, left: f64) {
     }
 }
 
-/// The length of the way from `free` to `colliding`, `length_mm` in all, that lies past the change.
+/// The length of path between the change of contact and `colliding`; the whole step from `free` has `length_mm`.
 fn past_contact_mm(oracle: &PairOracle, free: &Isometry, colliding: &Isometry, length_mm: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     while (high - low) * length_mm > RESOLUTION_MM {
@@ -72,7 +72,7 @@ fn past_contact_mm(oracle: &PairOracle, free: &Isometry, colliding: &Isometry, l
     (1.0 - high) * length_mm
 }
 
-/// The pose at a fraction of the way; for opposite rotations, the nearer end.
+/// The interpolated pose at a fraction of the step; for opposite rotations, the nearer end.
 fn between(from: &Isometry, to: &Isometry, fraction: f64) -> Isometry {
     from.try_lerp_slerp(to, fraction, OPPOSITE).unwrap_or(if fraction < 0.5 { *from } else { *to })
 }

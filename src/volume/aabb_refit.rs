@@ -1,8 +1,7 @@
-//! The axis-aligned box around the other's moved box: what an engine does that keeps all boxes aligned to one frame.
+//! The axis-aligned box around the other box after its motion, as in an engine that keeps all boxes aligned to one frame.
 //!
-//! J. Arvo, "Transforming Axis-Aligned Bounding Boxes", Graphics Gems, 1990. Deviation: the common frame is that of the first
-//! mesh, not the world's, so that one of the two boxes stays tight, and
-//! exchanging the meshes may change the answer for boxes that are apart.
+//! J. Arvo, "Transforming Axis-Aligned Bounding Boxes", Graphics Gems, 1990. Deviation: the common frame is that of the first mesh, not
+//! that of the world, so one of the two boxes stays tight. Exchanging the meshes may therefore change the answer for disjoint boxes.
 
 use super::shape::aligned_box::{AlignedBox, AlignedPose, BoxTest};
 use super::{BoundingVolume, Info};

@@ -1,8 +1,8 @@
-//! The axis-aligned box tested by its own three axes and the other's three: the nine products of edges are left out, which can
-//! only keep boxes together that are apart.
+//! The axis-aligned box tested by its own three axes and the other's three. The nine cross products of edges are left out, so some disjoint
+//! boxes are reported as overlapping.
 //!
 //! G. van den Bergen, "Efficient Collision Detection of Complex Deformable Models using AABB Trees", 1997, section 3.2
-//! ("SAT lite"), who finds that it errs in a few percent of the tests.
+//! ("SAT lite"), reports that this test is wrong in a few percent of the cases.
 
 use super::shape::aligned_box::{AlignedBox, AlignedPose, BoxTest};
 use super::shape::separating_axes::separated_by_faces;

@@ -1,23 +1,25 @@
-//! Checks of a volume's own figures against its contents.
+//! Checks that a volume's reported figures are consistent with its contents.
 //!
-//! Drawings, the tightness of trees, the order of a traversal and the division of nodes rest on these statements, and no verdict depends on
-//! them, so that a mistake in one would otherwise show nowhere.
+//! Drawings, the tightness of trees, the order of a traversal and the division of nodes depend on these figures. No verdict depends on
+//! them, so without these checks an error would stay unnoticed.
 
 use super::Shape;
 use crate::geometry::{Isometry, Point, Triangle, Vector};
 use nalgebra::Matrix3;
 use std::f64::consts::PI;
 
-/// Rounding error of the ends of an outline, mm.
+/// Rounding error of the end points of an outline, mm.
 const TOLERANCE_MM: f64 = 1e-6;
-/// Cells along each axis of the grid by which a volume is measured.
+/// Cells along each axis of the grid that measures a volume.
 const CELLS: usize = 12;
-/// Most that the measured volume may differ, as a part of the box around the outline: cells on the surface count whole or not at all.
+/// Largest permitted difference of the measured volume, as a fraction of the box around the outline. The grid counts cells on the surface
+/// whole or not at all.
 const MEASURED: f64 = 0.08;
-/// How much a surface area may be wrong: there are bodies, ellipsoids among them, for which only approximations are known.
+/// Permitted relative error of a surface area: for some bodies, such as ellipsoids, only approximations are known.
 const APPROXIMATE: f64 = 0.02;
 
-/// The first statement of a volume around `triangles` that cannot be true. Volumes are taken to be convex.
+/// The first reported figure of a volume around `triangles` that cannot be true; `None` when all are consistent. Volumes are assumed to be
+/// convex.
 pub fn inconsistency<S: Shape>(volume: &S, triangles: &[Triangle]) -> Option<&'static str> {
     // What is checked is gathered first, so that there is one copy of the checks and not one of each volume.
     let said = Said {
@@ -33,7 +35,7 @@ pub fn inconsistency<S: Shape>(volume: &S, triangles: &[Triangle]) -> Option<&'s
     said.in_space().or_else(|| said.sizes()).or_else(|| said.slack(&triangles.first()?.corners[0]))
 }
 
-/// What a volume says.
+/// The figures that a volume reports.
 struct Said<'a> {
     frame: Matrix3<f64>,
     centre: Point,
@@ -86,7 +88,8 @@ impl Said<'_> {
             .then_some("volume: it is not that of the points that the volume contains")
     }
 
-    /// A point so far from a contained one is contained with that slack, and one beyond it is not.
+    /// Checks the slack of `contains`: a point at that distance from a contained point is contained with the slack, and a point beyond it
+    /// is not.
     fn slack(&self, corner: &Point) -> Option<&'static str> {
         let away = Vector::new(3.0, -4.0, 12.0); // 13 mm
         let contains = self.contains;
@@ -105,7 +108,7 @@ impl Said<'_> {
     }
 }
 
-/// The box around an outline, along the axes to split along.
+/// The box around an outline, along the volume's split axes.
 struct Around {
     frame: Matrix3<f64>,
     low: Vector,
@@ -113,7 +116,7 @@ struct Around {
 }
 
 impl Around {
-    /// A place by its parts of the lengths.
+    /// The point at the given fractions of the box's lengths.
     fn at(&self, parts: [f64; 3]) -> Point {
         Point::from(self.frame * (self.low + self.lengths.component_mul(&Vector::from(parts))))
     }

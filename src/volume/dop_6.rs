@@ -1,8 +1,7 @@
 //! The 6-DOP: the coordinate axes.
 //!
-//! J. T. Klosowski, M. Held, J. S. B. Mitchell, H. Sowizral, K. Zikan, "Efficient Collision Detection Using Bounding Volume
-//! Hierarchies of k-DOPs", 1998: the axis-aligned box as a k-DOP, tested by the k-DOPs' way instead of
-//! separating axes.
+//! J. T. Klosowski, M. Held, J. S. B. Mitchell, H. Sowizral, K. Zikan, "Efficient Collision Detection Using Bounding Volume Hierarchies of
+//! k-DOPs", 1998: the axis-aligned box as a k-DOP, tested by the test of k-DOPs instead of separating axes.
 
 use super::shape::dop::{Cone, Directions, Dop};
 use super::{BoundingVolume, Info};

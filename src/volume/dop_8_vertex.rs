@@ -1,9 +1,9 @@
-//! The 8-DOP with its corners kept: at a pose they are moved and its extent along the other's axes is theirs, exactly.
+//! The 8-DOP with stored corners: at a pose, the corners are moved, and their extent along the other's axes is exact.
 //!
-//! J. T. Klosowski, M. Held, J. S. B. Mitchell, H. Sowizral, K. Zikan, "Efficient Collision Detection Using Bounding Volume
-//! Hierarchies of k-DOPs", 1998, section 4 (the "approximation method": approximate because the moved polytope's k-DOP is larger
-//! than that of the moved contents). Deviation: both polytopes are seen along the other's axes, not one along the common
-//! ones. It is here to show what the bound by duality ([`super::shape::dop`]) gives away, and what exactness costs.
+//! J. T. Klosowski, M. Held, J. S. B. Mitchell, H. Sowizral, K. Zikan, "Efficient Collision Detection Using Bounding Volume Hierarchies of
+//! k-DOPs", 1998, section 4 (the "approximation method": approximate because the k-DOP of the moved polytope is larger than that of the
+//! moved contents). Deviation: the extents of both polytopes are taken along each other's axes, not only along common ones. The variant
+//! shows how much tightness the bound by duality ([`super::shape::dop`]) loses, and the cost of an exact extent.
 
 use super::dop_8::{Diagonals, Dop8};
 use super::shape::dop::{Directions, Dop};
@@ -12,35 +12,35 @@ use crate::geometry::{Isometry, Point, Triangle, Vector, rigid};
 use nalgebra::{Matrix3, Unit};
 use std::sync::OnceLock;
 
-/// Most corners that a solid of eight faces has: 2·8 - 4.
+/// Largest number of corners of a solid with eight faces: 2·8 - 4.
 const CORNERS: usize = 12;
 
-/// The slabs of [`Dop8`].
+/// The slabs of the [`Dop8`] polytope.
 type Slabs = Dop<Diagonals, 4>;
 
-/// The slabs, and the corners of the polytope between them, mm, mesh frame.
+/// The slabs, and the corners of the polytope that they enclose, mm, mesh frame.
 #[derive(Clone, Debug)]
 pub struct Dop8Vertex {
     slabs: Slabs,
     corners: [Point; CORNERS],
     count: u8,
-    /// No corner of the polytope is farther from all of `corners`, mm.
+    /// Margin on the stored corners, mm: no corner of the polytope is farther from all of `corners`.
     slack: f64,
 }
 
-/// A direction of the other mesh in this one's frame, and the coordinate of this mesh's origin along it, mm.
+/// A direction of the other mesh in this mesh's frame, and the coordinate of this mesh's origin along it, mm.
 type Axis = (Vector, f64);
 
-/// Each mesh's directions seen from the other.
+/// The directions of each mesh, seen from the other mesh.
 #[derive(Clone, Debug)]
 pub struct VertexPose {
-    /// Those of the first in the second's frame.
+    /// The first mesh's directions in the second mesh's frame.
     along_a: [Axis; 4],
-    /// Those of the second in the first's.
+    /// The second mesh's directions in the first mesh's frame.
     along_b: [Axis; 4],
 }
 
-/// For each three of the four directions, the matrix that takes their offsets to the point where the planes meet.
+/// For each three of the four directions, the matrix that maps the offsets of three planes to the point where they meet.
 fn meeting_points() -> &'static [([usize; 3], Matrix3<f64>)] {
     static MATRICES: OnceLock<Vec<([usize; 3], Matrix3<f64>)>> = OnceLock::new();
     MATRICES.get_or_init(|| {
@@ -53,7 +53,7 @@ fn meeting_points() -> &'static [([usize; 3], Matrix3<f64>)] {
     })
 }
 
-/// Every point where three planes meet that is in no slab's outside by more than `tolerance`.
+/// Every point where three planes meet that is outside no slab by more than `tolerance`.
 fn meeting(slabs: &Slabs, tolerance: f64) -> Vec<Point> {
     let mut found = Vec::new();
     for (three, inverse) in meeting_points() {
@@ -82,7 +82,7 @@ impl Dop8Vertex {
         (self.slack - shift - low, high + shift + self.slack)
     }
 
-    /// How far the intervals of the two are apart along direction `k` of this one, mm; negative when they overlap.
+    /// The distance between the intervals of the two along direction `k` of this one, mm; negative when they overlap.
     fn apart(&self, k: usize, (negated_low, high): (f64, f64)) -> f64 {
         (-self.slabs.negated_low[k] - high).max(-negated_low - self.slabs.high[k])
     }
@@ -99,8 +99,8 @@ impl BoundingVolume for Dop8Vertex {
     type Shape = Self;
 
     fn fit(triangles: &[Triangle]) -> Self {
-        /// Part of the largest offset by which a meeting point of three planes may be wrong: their inverse has entries below 1,
-        /// so a few 2⁻⁵³ of it; 1e-13 is hundreds of times that.
+        /// Relative error of a meeting point of three planes, as a fraction of the largest offset. The entries of their inverse are below
+        /// 1, so the error is a few 2⁻⁵³; 1e-13 is hundreds of times that.
         const ROUNDING: f64 = 1e-13;
         let slabs = Dop8::fit(triangles);
         let reach = slabs.high.iter().chain(&slabs.negated_low).fold(0.0, |reach: f64, x| reach.max(x.abs()));
@@ -145,7 +145,7 @@ impl Shape for Dop8Vertex {
             && (0..4).all(|k| other.apart(k, self.interval(&pose.along_b[k])) <= 0.0)
     }
 
-    /// The widest gap along a direction of either polytope.
+    /// The widest gap along a face normal of either polytope, mm.
     fn gap_mm(&self, other: &Self, pose: &VertexPose) -> f64 {
         (0..4).fold(0.0, |widest: f64, k| {
             let along_a = self.apart(k, other.interval(&pose.along_a[k]));

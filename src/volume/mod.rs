@@ -1,10 +1,9 @@
-//! The traits of a bounding volume: two for its fit and its tests, a third for drawings and sizes.
+//! The traits of a bounding volume: one for its fit, one for its tests, and one for drawings and sizes.
 //!
-//! A variant ([`BoundingVolume`]) says how a shape is put around triangles; a shape ([`Shape`]) is what a tree tests. Variants that differ
-//! in the fit
-//! alone share a shape, and so every instruction of a query. To add a variant of a known shape, write one file beside these, name it in
-//! a `mod` line below and in one line of [`crate::registry`]. A variant with a shape of its own implements all three traits in its file. From
-//! another crate [`crate::registry::Registry::with`] does it without touching this one (`examples/my_volume.rs`).
+//! A variant ([`BoundingVolume`]) puts a shape around triangles; a shape ([`Shape`]) is what a tree tests. Variants that differ only in the
+//! fit share a shape, and therefore every instruction of a query. To add a variant of a known shape, write one file beside these, name it
+//! in a `mod` line below and in one line of [`crate::registry`]. A variant with a shape of its own implements all three traits in its file.
+//! Another crate can add a variant without touching this one, by [`crate::registry::Registry::with`] (`examples/my_volume.rs`).
 
 pub mod aabb;
 pub mod aabb_f32;
@@ -44,69 +43,67 @@ use nalgebra::{Matrix3, Unit};
 use shape::obb::Obb;
 use std::fmt::Debug;
 
-/// Name and promise of a variant.
+/// Name, source and safety of a variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Info {
-    /// Short name in every file and on the command line, lower case with hyphens: `sphere-ritter`.
+    /// Id in every file and on the command line, lower case with hyphens, such as `sphere-ritter`.
     pub id: &'static str,
     /// Name in tables and plots.
     pub label: &'static str,
     /// Source: authors, year, section.
     pub reference: &'static str,
-    /// Whether `overlaps` is true whenever the contents touch. Variants that cannot promise it are measured all the same
-    /// but never ranked by speed: a method can look fast because it misses collisions.
+    /// Whether `overlaps` is true whenever the contents touch. Variants that cannot guarantee it are measured too, but never ranked by
+    /// speed: a method can look fast because it misses collisions.
     pub safe: bool,
 }
 
 /// A line segment for drawing, mm, in the frame of the mesh.
 pub type Segment = [Point; 2];
 
-/// A variant: how a shape is put around triangles.
+/// A variant: the fit of a shape around triangles.
 pub trait BoundingVolume: 'static {
     /// Name of the variant, and whether it is safe.
     const INFO: Info;
 
-    /// What is put around them.
+    /// The shape that the fit produces.
     type Shape: Shape;
 
-    /// The shape around `triangles` (mm, mesh frame). `triangles` is never empty, but may hold degenerate triangles,
-    /// a single one, or the same one many times. A safe volume contains every corner, widened outward by what rounding
-    /// can cost.
+    /// The shape around `triangles` (mm, mesh frame). `triangles` is never empty, but may hold degenerate triangles, a single triangle, or
+    /// the same triangle many times. A safe volume contains every corner, with a margin for rounding errors.
     fn fit(triangles: &[Triangle]) -> Self::Shape;
 }
 
-/// A volume around some triangles of one mesh, in that mesh's own frame (mm): what the nodes of a tree hold.
+/// A volume around some triangles of one mesh, in the mesh's own frame (mm); each node of a tree holds one.
 ///
-/// The tree over a mesh never moves. A query computes what depends on the relative pose of the two meshes once
-/// ([`Shape::pose`]) and hands it to every overlap test of that query.
+/// The tree over a mesh never moves. A query computes the constants of the relative pose of the two meshes once ([`Shape::pose`]) and
+/// passes them to every overlap test of that query.
 pub trait Shape: Solid + Clone + Debug + 'static {
     /// The constants of one relative pose: computed once per query, never per node.
     type Pose;
 
     /// The constants for overlap tests between volumes of mesh `a` (left) and mesh `b` (right). The rotation comes from
-    /// [`crate::geometry::rigid`], as that of the leaves does: a quaternion of length 1 ± 1e-7 taken as it is would stretch the
+    /// [`crate::geometry::rigid`], like the rotation of the leaves. A quaternion of length 1 ± 1e-7, if used unchanged, would stretch the
     /// volumes of `b` by 2e-7 of their distance from the origin, and a safe volume would miss contacts.
     fn pose(a_from_b: &Isometry) -> Self::Pose;
 
-    /// Whether this volume of mesh `a` and `other` of mesh `b` may touch at the pose. For a safe volume: true whenever
-    /// their contents, the vertices of `b` moved and snapped by [`crate::geometry::grid::Placement`], touch. May be
-    /// true for volumes that are apart.
+    /// Whether this volume of mesh `a` and `other` of mesh `b` may touch at the pose. For a safe volume it is true whenever their contents
+    /// touch, with the vertices of `b` moved and snapped by [`crate::geometry::grid::Placement`]. It may be true for disjoint volumes.
     fn overlaps(&self, other: &Self, pose: &Self::Pose) -> bool;
 
-    /// A lower bound of the distance between this volume of mesh `a` and `other` of mesh `b` at the pose, mm; at least 0. For a
-    /// safe volume no two points of their contents are nearer.
+    /// A lower bound of the distance between this volume of mesh `a` and `other` of mesh `b` at the pose, mm; at least 0. For a safe
+    /// volume, it is also a lower bound of the distance between their contents.
     fn gap_mm(&self, other: &Self, pose: &Self::Pose) -> f64;
 
-    /// How large the volume is, for choosing which of two nodes to open: any measure that grows with the extent, cheap, since
-    /// it is taken of every node when a tree is built. Compared only between volumes of one shape.
+    /// Size of the volume, by which the traversal chooses which of two nodes to open. It may be any measure that grows with the extent, and
+    /// must be cheap, because it is computed for every node of a tree. Sizes are compared only between volumes of one shape.
     fn size(&self) -> f64;
 
-    /// Three orthogonal directions to split along, the longest extent first. `triangles` are those the volume was
-    /// fitted to, for shapes that have no axes of their own.
+    /// Three orthogonal directions along which a node may be split, longest extent first. Shapes without axes of their own compute them
+    /// from `triangles`, to which the volume was fitted.
     fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3];
 }
 
-/// A body in space: what drawings, tightness and checks of containment need of a shape. No query calls it.
+/// A body in space: the operations that drawings, tightness and containment checks need of a shape. No query calls them.
 pub trait Solid: Send + Sync {
     /// Whether `point` (mm, mesh frame) lies inside or within `slack_mm` of the volume.
     fn contains(&self, point: &Point, slack_mm: f64) -> bool;
@@ -120,12 +117,12 @@ pub trait Solid: Send + Sync {
     /// Surface area, mm².
     fn surface_area(&self) -> f64;
 
-    /// Line segments that show the volume (mm, mesh frame): what drawings have of it, and what `hausdorff_mm` and `sibling_overlap_mm3` of
-    /// `tightness.csv` and `trees.csv` are measured from, as the hull of their ends. So they must reach as far as the volume does.
+    /// Line segments that show the volume (mm, mesh frame). Drawings use them, and `hausdorff_mm` and `sibling_overlap_mm3` of
+    /// `tightness.csv` and `trees.csv` are measured on the hull of their ends. They must therefore extend as far as the volume.
     fn outline(&self) -> Vec<Segment>;
 
-    /// The volume as an oriented box, for shapes that are boxes: how far the separating-axis test gets with them is counted
-    /// then ([`shape::obb::exit`]).
+    /// The volume as an oriented box, for shapes that are boxes; `None` for others. It is used to count where separating-axis tests end
+    /// ([`shape::obb::exit`]).
     fn as_box(&self) -> Option<Obb> {
         None
     }
@@ -176,7 +173,7 @@ mod tests {
     use crate::geometry::grid::SNAP_RADIUS_MM;
     use obbtree::cases::meshes;
 
-    /// Moved corners are snapped to the grid, by as much as the snap radius in any direction: a safe volume holds them then.
+    /// Checks that a safe volume contains its moved corners after snapping, which displaces them by up to the snap radius in any direction.
     fn holds_snapped_corners<V: BoundingVolume>() {
         let turn = Isometry::new(Vector::new(7.0, -3.0, 2.0), Vector::new(0.4, -0.7, 0.3));
         for mesh in [meshes::cuboid(2.0, 3.0, 5.0), meshes::stepped_tool(8, 4)] {

@@ -1,4 +1,4 @@
-//! The paper's area-weighted box as every library builds it: axes from the surface, tight around the contents.
+//! The paper's area-weighted box in its usual implementation: axes from the surface, tight around the contents.
 
 use super::fit::centre::MidExtent;
 use super::fit::frame::AreaCovariance;

@@ -1,5 +1,5 @@
-//! The paper's improved box to the letter: centred at the area-weighted centroid, half as long as the contents. Not safe either:
-//! no mean is the middle of an extent.
+//! The paper's improved box taken literally: centred at the area-weighted centroid, with the half-lengths of the tight box. Not safe,
+//! because the centroid is not the middle of the extent.
 
 use super::fit::centre::AtMean;
 use super::fit::frame::AreaCovariance;

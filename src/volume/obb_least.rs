@@ -1,5 +1,5 @@
-//! The box with the least surface of three frames: not one of the paper's, but what a fast engine wants. On the generic tree it shows what the
-//! choice of the frame alone is worth.
+//! The box with the least surface among three frames. It is not one of the paper's volumes; fast engines use such a box. On the generic
+//! tree it shows the effect of choosing the frame alone.
 
 use super::fit::centre::MidExtent;
 use super::fit::frame::LeastSurface;

@@ -1,5 +1,5 @@
-//! The box of least volume, to one part in a thousand where [`super::fit::minimum`] says so. Slow to build, on purpose: a
-//! reference for what orientation can give.
+//! The box of least volume, to one part in a thousand within the limits of [`super::fit::minimum`]. It is slow to build, because it serves
+//! as the reference for the best orientation.
 
 use super::fit::centre::MidExtent;
 use super::fit::minimum::MinimumVolume;

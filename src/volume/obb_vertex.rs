@@ -1,4 +1,4 @@
-//! The paper's plain box as every library builds it: axes from the triangle corners, tight around the contents.
+//! The paper's plain box in its usual implementation: axes from the triangle corners, tight around the contents.
 
 use super::fit::centre::MidExtent;
 use super::fit::frame::VertexCovariance;

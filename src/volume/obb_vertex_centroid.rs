@@ -1,5 +1,5 @@
-//! The paper's plain box to the letter: centred at the mean of the corners, half as long as the contents. Not safe: that is the
-//! defect which the paper describes.
+//! The paper's plain box taken literally: centred at the mean of the corners, with the half-lengths of the tight box. Not safe: this is the
+//! defect that the paper describes.
 
 use super::fit::centre::AtMean;
 use super::fit::frame::VertexCovariance;

@@ -1,7 +1,7 @@
-//! A box for overlap and a swept rectangle for distance, side by side.
+//! A box for overlap tests and a sphere-swept rectangle for distances in one node.
 //!
-//! J. Pan, S. Chitta, D. Manocha, "FCL: A General Purpose Library for Collision and Proximity Queries", ICRA 2012, where each node holds
-//! both. Deviations: both have axes by the area-weighted covariance; a distance is compared with the larger of both bounds.
+//! J. Pan, S. Chitta, D. Manocha, "FCL: A General Purpose Library for Collision and Proximity Queries", ICRA 2012, whose nodes hold both.
+//! Deviations: the axes of both come from the area-weighted covariance; the lower bound of a distance is the larger of both bounds.
 
 use super::obb_area::ObbArea;
 use super::rss::Rss;
@@ -10,7 +10,7 @@ use super::{BoundingVolume, Info, Segment, Shape, Solid};
 use crate::geometry::{Isometry, Point, Triangle, Vector};
 use nalgebra::Unit;
 
-/// Both, around the same contents. Size, shape and containment are those of the box.
+/// A box and a sphere-swept rectangle around the same contents. Size, shape and containment are those of the box.
 #[derive(Clone, Debug)]
 pub struct ObbRss {
     obb: Obb,

@@ -1,9 +1,9 @@
 //! The rectangle swept by a sphere: all points within a radius of a rectangle.
 //!
-//! E. Larsen, S. Gottschalk, M. C. Lin, D. Manocha, "Fast Proximity Queries with Swept Sphere Volumes", TR99-018, 1999. Axes by
-//! the area-weighted covariance (equation (5) of Xu and Zhang 2011). Deviations: the rectangle's normal is the axis along
-//! which the contents are thinnest, whatever the eigenvalues say; after the fit the radius is set to the distance of
-//! the farthest corner from the rectangle, which absorbs rounding; before the exact distance of two rectangles two boxes are tried.
+//! E. Larsen, S. Gottschalk, M. C. Lin, D. Manocha, "Fast Proximity Queries with Swept Sphere Volumes", TR99-018, 1999. The axes come from
+//! the area-weighted covariance (equation (5) of Xu and Zhang 2011). Deviations: the rectangle's normal is the axis along which the
+//! contents are thinnest, whatever the eigenvalues are. After the fit, the radius is set to the distance of the farthest corner from the
+//! rectangle, which absorbs rounding errors. Before the exact distance of two rectangles, a cheaper bound by two boxes is tried.
 
 use super::fit::frame::{AreaCovariance, FrameRule, reach_mm};
 use super::shape::obb::ObbPose;
@@ -26,14 +26,14 @@ pub struct Rss {
 }
 
 impl Rss {
-    /// The other's middle and axes in this one's.
+    /// The other rectangle's middle and axes in the frame of this one.
     fn relative(&self, other: &Self, pose: &ObbPose) -> (Vector, Matrix3<f64>) {
         let between = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
         (self.axes.tr_mul(&between), self.axes.tr_mul(&(pose.rotation * other.axes)))
     }
 }
 
-/// How far the box around the second rectangle, along the first one's axes, is from the first, mm².
+/// Squared distance between the first rectangle and the box around the second one along the first one's axes, mm².
 fn boxes_squared(t: &Vector, r: &Matrix3<f64>, a: [f64; 2], b: [f64; 2]) -> f64 {
     let reach = |i: usize| r[(i, 0)].abs() * b[0] + r[(i, 1)].abs() * b[1];
     let gap = |i: usize, own: f64| (t[i].abs() - own - reach(i)).max(0.0);
@@ -110,19 +110,19 @@ impl Solid for Rss {
         self.centre
     }
 
-    /// Steiner's formula: A·2r + P·πr²/2 + 4πr³/3 of a rectangle of area A and perimeter P.
+    /// Steiner's formula: A·2r + P·πr²/2 + 4πr³/3 for a rectangle of area A and perimeter P.
     fn volume(&self) -> f64 {
         let ([a, b], r) = (self.half, self.radius);
         8.0 * a * b * r + 2.0 * PI * (a + b) * r * r + 4.0 / 3.0 * PI * r.powi(3)
     }
 
-    /// The volume's derivative by the radius.
+    /// The derivative of the volume with respect to the radius.
     fn surface_area(&self) -> f64 {
         let ([a, b], r) = (self.half, self.radius);
         8.0 * a * b + 4.0 * PI * (a + b) * r + 4.0 * PI * r * r
     }
 
-    /// The rectangle on both sides at the radius, and half circles around its corners.
+    /// The rectangle, offset to both sides by the radius, and half circles around its corners.
     fn outline(&self) -> Vec<Segment> {
         const STEPS: u32 = 12;
         let at = |x: f64, y: f64, z: f64| self.centre + self.axes * Vector::new(x, y, z);
@@ -144,7 +144,7 @@ impl Solid for Rss {
     }
 }
 
-/// The frame with its columns turned round until the one along which the contents are thinnest is the last.
+/// The frame with its columns permuted cyclically, so that the last is the axis along which the contents are thinnest.
 fn thinnest_last(frame: &Matrix3<f64>, triangles: &[Triangle]) -> Matrix3<f64> {
     let origin = triangles[0].corners[0];
     let (mut low, mut high) = (Vector::zeros(), Vector::zeros());
@@ -156,12 +156,12 @@ fn thinnest_last(frame: &Matrix3<f64>, triangles: &[Triangle]) -> Matrix3<f64> {
     Matrix3::from_columns(&[1, 2, 3].map(|i| frame.column((thin + i) % 3).into_owned()))
 }
 
-/// Half the length, in the rectangle's plane, that a sphere of `radius` has at the height of `p`.
+/// Half-length, in the rectangle's plane, of the sphere of `radius` at the height of `p`.
 fn chord(p: &Vector, middle: f64, radius: f64) -> f64 {
     (radius * radius - (p.z - middle).powi(2)).max(0.0).sqrt()
 }
 
-/// The shortest side along an axis: its sphere ends reach the first and the last point.
+/// The shortest side along an axis for which the spheres at its ends reach the first and the last point.
 fn side(points: &[Vector], axis: usize, middle: f64, radius: f64) -> [f64; 2] {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for p in points {
@@ -172,7 +172,8 @@ fn side(points: &[Vector], axis: usize, middle: f64, radius: f64) -> [f64; 2] {
     if low > high { [f64::midpoint(low, high); 2] } else { [low, high] }
 }
 
-/// The sides, longer where a point beyond a corner is out of the corner's reach: the corner moves along the diagonal until it is not.
+/// Lengthens the sides where a point beyond a corner is outside the corner's sphere: the corner moves along the diagonal until the sphere
+/// reaches the point.
 fn grown_at_corners(points: &[Vector], [mut x, mut y]: [[f64; 2]; 2], middle: f64, radius: f64) -> [[f64; 2]; 2] {
     for p in points {
         for (end_x, sign_x) in [(0, -1.0), (1, 1.0)] {

@@ -1,7 +1,7 @@
-//! The sphere about the mean of the corners: the cheapest fit, drawn toward where the mesh is finely divided.
+//! The sphere about the mean of the corners: the cheapest fit, with a centre that is drawn toward finely divided regions.
 //!
-//! C. Ericson, "Real-Time Collision Detection", 2005, section 4.3. The mean is equation (1) of Xu and Zhang 2011: every
-//! triangle counts its three corners.
+//! C. Ericson, "Real-Time Collision Detection", 2005, section 4.3. The mean is equation (1) of Xu and Zhang 2011: every triangle
+//! contributes its three corners.
 
 use super::shape::sphere::Sphere;
 use super::{BoundingVolume, Info};

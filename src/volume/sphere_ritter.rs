@@ -1,8 +1,7 @@
 //! Ritter's sphere: two passes, a few percent larger than the smallest enclosing sphere.
 //!
-//! J. Ritter, "An Efficient Bounding Sphere", Graphics Gems, 1990, pp. 301-303. Deviation: a last pass sets the radius to
-//! the farthest corner from the final centre, which never enlarges the sphere and absorbs the rounding of the growing
-//! steps.
+//! J. Ritter, "An Efficient Bounding Sphere", Graphics Gems, 1990, pp. 301-303. Deviation: a last pass sets the radius to the distance of
+//! the farthest corner from the final centre. This never enlarges the sphere, and absorbs the rounding errors of the growing steps.
 
 use super::shape::sphere::Sphere;
 use super::{BoundingVolume, Info};
@@ -40,7 +39,7 @@ fn centre(triangles: &[Triangle]) -> Point {
     middle
 }
 
-/// Of the three pairs of extreme corners along x, y and z, the pair farthest apart: its midpoint and half its distance.
+/// The midpoint and half the distance of the farthest pair, among the three pairs of extreme corners along x, y and z.
 fn midpoint_of_widest_extreme_pair(triangles: &[Triangle]) -> (Point, f64) {
     let first = triangles[0].corners[0];
     let mut lowest = [first; 3];

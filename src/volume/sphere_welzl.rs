@@ -1,10 +1,9 @@
 //! The smallest enclosing sphere.
 //!
-//! E. Welzl, "Smallest Enclosing Disks (Balls and Ellipsoids)", 1991: the sphere is determined by at most four corners on
-//! it, its support. Deviation: instead of his recursion, the farthest corner outside enters the support again and again (the pivot
-//! rule of B. Gärtner, "Fast and Robust Smallest Enclosing Balls", 1999), and the new support is found among all subsets
-//! of at most five points. The radius grows with every exchange, so that no support comes back; the search ends when no
-//! corner is outside by more than rounding.
+//! E. Welzl, "Smallest Enclosing Disks (Balls and Ellipsoids)", 1991: the sphere is determined by at most four corners on it, its support.
+//! Deviation: instead of Welzl's recursion, the farthest corner outside repeatedly enters the support (the pivot rule of B. Gärtner, "Fast
+//! and Robust Smallest Enclosing Balls", 1999), and the new support is found among all subsets of at most five points. The radius grows
+//! with every exchange, so no support recurs. The search ends when no corner is outside by more than rounding error.
 
 use super::shape::sphere::Sphere;
 use super::{BoundingVolume, Info};
@@ -45,8 +44,8 @@ struct Ball {
     support: Vec<Vector>,
 }
 
-/// A point outside by less than this part of the squared radius lies on the sphere: the circumcentre of four points is
-/// good to about 2⁻⁵⁰ when they are far from a plane, and the final radius is that of the farthest corner anyway.
+/// A point outside by less than this fraction of the squared radius counts as on the sphere. The circumcentre of four points is accurate to
+/// about 2⁻⁵⁰ when they are far from coplanar, and the final radius is set to the farthest corner in any case.
 const ON_SPHERE: f64 = 1e-12;
 
 fn smallest_ball(points: &[Vector]) -> Ball {
@@ -65,8 +64,8 @@ fn smallest_ball(points: &[Vector]) -> Ball {
     }
 }
 
-/// The smallest sphere around the points of a support and one more, which is on it: of the spheres through the new point and
-/// some of the others that contain them all, the smallest.
+/// The smallest sphere around the points of a support and one entering point, which is on it. Candidates are the spheres through the
+/// entering point and some of the others; the smallest that contains all points is returned.
 fn exchange(support: &[Vector], entering: Vector) -> Option<Ball> {
     let mut best: Option<Ball> = None;
     for subset in 0..1_u32 << support.len() {
@@ -82,8 +81,8 @@ fn exchange(support: &[Vector], entering: Vector) -> Option<Ball> {
     best
 }
 
-/// The smallest sphere through all of one to four points; `None` when they are too many or lie on a line, plane or circle that makes
-/// it undetermined.
+/// The smallest sphere through all of one to four points. `None` when there are more, or when they lie on a line, plane or circle that
+/// leaves the sphere undetermined.
 fn circumscribed(points: Vec<Vector>) -> Option<Ball> {
     let origin = points[0];
     let edges: Vec<Vector> = points[1..].iter().map(|p| p - origin).collect();
@@ -122,8 +121,8 @@ mod tests {
         points.iter().map(|p| (p - ball.centre).norm()).fold(0.0, f64::max)
     }
 
-    /// The farthest point from the oracle's centre: on some clouds its own radius leaves a point outside. Infinite where it
-    /// panics, as it does of numerical instability.
+    /// The distance from the oracle's centre to the farthest point, because for some clouds the oracle's own radius leaves a point outside.
+    /// Infinite when the oracle panics, which it does on numerical instability.
     fn oracle(points: &[Vector]) -> f64 {
         let mut queue: VecDeque<_> = points.iter().map(|p| oracle_algebra::Point3::new(p.x, p.y, p.z)).collect();
         let ask = || Oracle::enclosing_points(&mut queue).center;
@@ -149,8 +148,8 @@ mod tests {
         }
     }
 
-    /// A sphere around all points whose centre is a mean, with weights of at least 0, of points on it is the smallest: moving the
-    /// centre moves away from one of them.
+    /// Checks optimality: if the centre is a weighted mean, with weights of at least 0, of points on the sphere, then moving the centre
+    /// increases the distance to one of them, so the sphere is the smallest.
     #[test]
     fn on_the_suites_meshes_the_centre_is_a_mean_of_points_on_the_sphere() {
         for subject in meshes::subjects() {
@@ -181,7 +180,7 @@ mod tests {
             prop_assert!(found <= expected * (1.0 + 1e-9), "{found} {expected}");
         }
 
-        /// Lattice points: many on one sphere, many on one plane.
+        /// Lattice points: many lie on one sphere, and many on one plane.
         #[test]
         fn it_is_no_larger_than_the_oracles_on_a_lattice(points in prop::collection::vec(prop::array::uniform3(0..4_i32), 1..40)) {
             let points: Vec<Vector> = points.into_iter().map(|p| Vector::from(p.map(f64::from))).collect();

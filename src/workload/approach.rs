@@ -1,6 +1,6 @@
-//! Approaches: `b` comes along a line of the scene and stops at prescribed offsets from first contact.
+//! Approaches: `b` moves along a line of the scene and stops at given offsets from first contact.
 //!
-//! When more poses are wanted than the scene's approaches have, the lines are varied: shifted sideways and tilted, at random.
+//! When more poses are requested than the scene's approaches have, the lines are varied at random: shifted sideways and tilted.
 
 use super::ray::{Contact, Ray};
 use super::{Budget, PosedPair, WorkloadError};
@@ -10,16 +10,16 @@ use nalgebra::{Translation3, Unit};
 use obbtree::cases::Draw;
 use rayon::prelude::*;
 
-/// Farthest sideways shift of a varied line, in radii of the smaller part.
+/// Largest sideways shift of a varied line, as a multiple of the radius of the smaller part.
 const SHIFT: f64 = 0.25;
 
-/// Greatest tilt of a varied line, as a tangent: 15 degrees.
+/// Largest tilt of a varied line, as a tangent: 15 degrees.
 const TILT: f64 = 0.268;
 
-/// How often a varied line that passes by is drawn anew before it is given up.
+/// Number of attempts to draw a varied line that touches, before it is given up.
 const ATTEMPTS: usize = 16;
 
-/// The scene's approaches of one pair, all of them, then varied ones up to about `budget.poses` poses. A line is a cluster.
+/// All approaches of one pair that the scene defines, then varied ones up to about `budget.poses` poses. Each line is a cluster.
 ///
 /// # Errors
 /// [`WorkloadError::NoContact`] when an approach of the scene never touches.

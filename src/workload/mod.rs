@@ -1,4 +1,4 @@
-//! Workloads: pairs and the relative poses they are examined at.
+//! Workloads: pairs of parts, and the relative poses at which they are examined.
 //!
 //! Reading order: this file, `program` and `recorded` (poses along a path), `ray` (first contact on a line), `approach`
 //! and `random` (poses at known depths).
@@ -18,7 +18,7 @@ use ray::{Contact, Target};
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Where a workload's poses come from.
+/// The source of a workload's poses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// The scene's G-code program.
@@ -32,7 +32,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// The name of the source, which is the name of its workload.
+    /// The name of the source, which is also the name of its workload.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -49,12 +49,13 @@ impl Source {
 pub struct PosedPair {
     /// Part `b` in the frame of part `a`.
     pub a_from_b: Isometry,
-    /// Poses of one cluster depend on one another (one run of the tool path, one approach): the unit of resampling.
+    /// Number of the cluster, the unit of resampling: poses of one cluster (one block of the tool path, one approach) depend on one
+    /// another.
     pub cluster: u32,
-    /// Line of the program, where there is one.
+    /// Line of the program; `None` without a program.
     pub line: Option<u32>,
-    /// Travel past first contact, mm, negative before it, where the workload prescribed it. Poses along a path have none;
-    /// there it is found by [`crate::truth`].
+    /// Travel past first contact, mm, negative before it, when the workload prescribes it. `None` for poses along a path, whose depth
+    /// [`crate::truth`] computes.
     pub depth_mm: Option<f64>,
 }
 
@@ -63,7 +64,7 @@ pub struct PosedPair {
 pub struct PairPoses {
     /// The pair.
     pub pair: Pair,
-    /// Its poses; consecutive ones of a path lie side by side.
+    /// The poses of the pair; consecutive poses of a path are adjacent.
     pub poses: Vec<PosedPair>,
 }
 
@@ -79,7 +80,7 @@ pub struct Workload {
 }
 
 impl Workload {
-    /// Posed pairs over all pairs.
+    /// Number of posed pairs, over all pairs.
     #[must_use]
     pub fn len(&self) -> usize {
         self.pairs.iter().map(|pair| pair.poses.len()).sum()
@@ -92,7 +93,7 @@ impl Workload {
     }
 }
 
-/// Why there are no poses.
+/// Why no poses can be generated.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum WorkloadError {
     /// The program drives an axis out of its limits.
@@ -102,13 +103,13 @@ pub enum WorkloadError {
         file: PathBuf,
         /// Its line.
         line: u32,
-        /// Which axis, where.
+        /// The axis and its position.
         cause: OutOfLimits,
     },
-    /// The program moves the tool's tip as the machine cannot.
+    /// The machine cannot follow the path of the tool's tip.
     #[error(transparent)]
     Tip(#[from] TipFault),
-    /// An approach that passes by.
+    /// An approach passes without contact.
     #[error("approach `{approach}`: {pair} never touch on this line")]
     NoContact {
         /// Its name.
@@ -116,7 +117,7 @@ pub enum WorkloadError {
         /// The pair.
         pair: String,
     },
-    /// The scene names nothing that would pose its pairs.
+    /// The scene defines nothing that poses its pairs.
     #[error("scene `{scene}` has no program, approaches, random pairs or recorded poses")]
     Nothing {
         /// The scene.
@@ -124,15 +125,15 @@ pub enum WorkloadError {
     },
 }
 
-/// Neighbouring poses on a path that form a cluster.
+/// Number of neighbouring poses on a path that form a cluster.
 const BLOCK: usize = 64;
 
-/// The block of the pose with an index on a path.
+/// The block that contains the pose of the given index.
 const fn block_of(index: usize) -> u32 {
     (index / BLOCK) as u32
 }
 
-/// What a source may spend on a pair, and the random numbers it draws for it.
+/// The number of poses that a source may generate for a pair, and its random numbers.
 struct Budget<'a> {
     poses: usize,
     seed: u64,
@@ -145,13 +146,13 @@ impl Budget<'_> {
     }
 }
 
-/// The workloads of a scene, about `poses` posed pairs in all: recorded poses take up to half, of the rest
-/// random ones half, approaches and program a quarter each (what the scene lacks falls to the others).
+/// The workloads of a scene, with about `poses` posed pairs in total. Recorded poses take up to half. Of the rest, random poses take half,
+/// and approaches and the program a quarter each; the share of a source that the scene lacks goes to the others.
 ///
-/// The same for the same scene, number and seed on every run and any number of threads.
+/// The result is the same for the same scene, number and seed, on every run and for any number of threads.
 ///
 /// # Errors
-/// [`WorkloadError`]: the program leaves the machine's limits, an approach passes by, or nothing poses the pairs.
+/// [`WorkloadError`]: the program leaves the machine's limits, an approach passes without contact, or nothing poses the pairs.
 pub fn generate(scene: &Scene, poses: usize, seed: u64) -> Result<Vec<Workload>, WorkloadError> {
     let mut workloads = Vec::new();
     let others = [
@@ -191,12 +192,12 @@ pub fn generate(scene: &Scene, poses: usize, seed: u64) -> Result<Vec<Workload>,
 pub struct PairSteps {
     /// The poses.
     pub poses: PairPoses,
-    /// Step of each.
+    /// The step of each pose.
     pub steps: Vec<u32>,
 }
 
-/// A program in about `steps` steps, pair by pair. Pairs whose contact is meant, a cutter and the workpiece or what the scene allows to touch,
-/// are left out: they do not end a program.
+/// A program in about `steps` steps, pair by pair. Pairs whose contact is intended (a cutter and the workpiece, or parts that the scene
+/// allows to touch) are left out, because their contact does not end a program.
 ///
 /// # Errors
 /// [`WorkloadError`]: the program leaves the machine's limits.
@@ -249,7 +250,7 @@ fn at_random(scene: &Scene, budget: usize, seed: u64) -> Vec<PairPoses> {
     scene.random.iter().map(|&pair| PairPoses { pair, poses: poses_of(pair) }).collect()
 }
 
-/// Prepares a pair for rays and hands it on.
+/// Prepares a pair for casting rays and passes it to a function.
 fn with_contact<T>(
     scene: &Scene,
     pair: Pair,

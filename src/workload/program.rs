@@ -5,13 +5,13 @@ use crate::machine::Poses;
 use crate::scene::{Pair, ProgramRun, Scene};
 use rs274::{RapidPath, Sample, Sampling, path};
 
-/// Samples within this part of the wanted number are near enough.
+/// Relative tolerance on the requested number of samples.
 const COUNT_TOLERANCE: f64 = 0.02;
 
-/// How often the step is corrected. The number of samples is nearly proportional to 1 / step, so few corrections do.
+/// Largest number of corrections of the step. The number of samples is nearly proportional to 1 / step, so few are needed.
 const CORRECTIONS: usize = 8;
 
-/// Machine poses along the path, about `count` of them, with their program lines.
+/// About `count` machine poses along the path, with their program lines.
 pub struct Run {
     poses: Vec<MachinePose>,
 }
@@ -25,7 +25,7 @@ struct MachinePose {
 }
 
 impl Run {
-    /// Runs the program, sampled so finely that there are about `count` poses; every move has at least one.
+    /// Runs the program with about `count` poses; every move has at least one.
     ///
     /// # Errors
     /// [`WorkloadError::OutOfLimits`] at the first line that leaves the machine's limits.
@@ -45,12 +45,12 @@ impl Run {
         Ok(Self { poses })
     }
 
-    /// The poses of one pair, while both parts are there. Neighbours on the path form blocks, and a block is a cluster.
+    /// The poses of one pair while both parts are mounted. Blocks of neighbouring poses on the path are clusters.
     pub fn poses_of(&self, scene: &Scene, pair: Pair) -> Vec<PosedPair> {
         self.steps_of(scene, pair).map(|(_, pose)| pose).collect()
     }
 
-    /// As [`Run::poses_of`], each pose with the number of its step in the program.
+    /// Like [`Run::poses_of`], with the number of each pose's step in the program.
     pub fn steps_of(&self, scene: &Scene, pair: Pair) -> impl Iterator<Item = (usize, PosedPair)> {
         let pose = move |(index, (step, at)): (usize, (usize, &MachinePose))| {
             let a_from_b = scene.a_from_b(pair, &at.poses);
@@ -61,7 +61,7 @@ impl Run {
     }
 }
 
-/// The steps, a common multiple of the scene's, with which about `count` samples result.
+/// The sampling, a common multiple of the scene's steps, that gives about `count` samples.
 fn sampling(run: &ProgramRun, rapids: &RapidPath, count: usize) -> Sampling {
     // Too many are counted as twice the most.
     let found = |factor: f64| {
@@ -86,7 +86,8 @@ fn sampling(run: &ProgramRun, rapids: &RapidPath, count: usize) -> Sampling {
     scaled(&run.sampling, best)
 }
 
-/// Steps times `factor`; the chord tolerance goes with its square, as the gap under a chord does with its length.
+/// Multiplies the steps by `factor`, and the chord tolerance by its square, because the sagitta of a chord grows with the square of its
+/// length.
 fn scaled(sampling: &Sampling, factor: f64) -> Sampling {
     Sampling {
         step_mm: sampling.step_mm * factor,

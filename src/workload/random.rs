@@ -1,5 +1,4 @@
-//! Random poses: `b` in a random orientation comes along a random line, and stops in every depth band and at every
-//! distance.
+//! Random poses: `b`, in a random orientation, moves along a random line and stops in every depth band and at every distance.
 
 use super::ray::{Contact, Ray};
 use super::{Budget, PosedPair};
@@ -8,27 +7,27 @@ use nalgebra::Translation3;
 use obbtree::cases::Draw;
 use rayon::prelude::*;
 
-/// Where a ray's poses lie: travel past first contact, mm, log-uniform in each interval. One in every depth band of the
-/// specification; the first starts at twice the grazing limit, so that no pose of it is grazing by rounding. The deepest is
-/// open-ended and gets as deep as small tools are thick.
+/// Depths of a ray's poses: travel past first contact, mm, log-uniform in each interval, with one interval per depth band of the
+/// specification. The first interval starts at twice the grazing limit, so that rounding makes none of its poses grazing. The deepest band
+/// is open-ended; its interval ends at about the thickness of small tools.
 const DEPTHS_MM: [(f64, f64); 6] = [(2e-6, 1e-3), (1e-3, 0.01), (0.01, 0.1), (0.1, 1.0), (1.0, 5.0), (5.0, 15.0)];
 
-/// As [`DEPTHS_MM`], before first contact: two each to near miss, medium and far, so that a ray is free as often as it
-/// touches.
+/// Like [`DEPTHS_MM`], before first contact: two intervals each for near miss, medium and far, so that a ray has as many free as colliding
+/// poses.
 const DISTANCES_MM: [(f64, f64); 6] =
     [(1e-4, 1.0), (1e-4, 1.0), (1.0, 10.0), (1.0, 10.0), (10.0, 100.0), (10.0, 100.0)];
 
 /// Poses of one ray in one round: one in each interval.
 const POSES_PER_ROUND: usize = DEPTHS_MM.len() + DISTANCES_MM.len();
 
-/// Up to this many rays each has one round of poses. For more poses each ray has more rounds: finding first contact on a ray
-/// costs as much as judging hundreds of poses.
+/// Up to this number of rays, each ray has one round of poses. For more poses, each ray has more rounds, because finding first contact on a
+/// ray costs as much as judging hundreds of poses.
 const RAYS_OF_ONE_ROUND: usize = 700;
 
-/// How often a ray is drawn anew when rounding makes it pass by.
+/// Number of attempts to draw a ray, when rounding makes it pass without contact.
 const ATTEMPTS: usize = 16;
 
-/// About `budget.poses` poses, whole rays; a ray is a cluster.
+/// About `budget.poses` poses, in whole rays; each ray is a cluster.
 pub fn poses(contact: &Contact<'_>, budget: &Budget<'_>) -> Vec<PosedPair> {
     let rounds = budget.poses / POSES_PER_ROUND;
     let rounds_per_ray = (rounds / RAYS_OF_ONE_ROUND).max(1);
@@ -55,8 +54,8 @@ pub fn poses(contact: &Contact<'_>, budget: &Budget<'_>) -> Vec<PosedPair> {
     rays.into_iter().flatten().collect()
 }
 
-/// A line on which a random point of `b`'s surface meets a random one of `a`'s: a direction drawn first would pass by slender
-/// parts, and aiming at centres would leave their ends alone.
+/// A line on which a random point of `b`'s surface meets a random point of `a`'s. Drawing a direction first would miss slender parts, and
+/// aiming at centres would never reach their ends.
 fn ray(contact: &Contact<'_>, draw: &mut Draw) -> Option<Ray> {
     let rotation = draw.rotation();
     let direction = draw.direction();

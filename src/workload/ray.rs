@@ -1,21 +1,21 @@
-//! Lines along which part `b` comes to part `a` and first contact on them.
+//! Lines along which part `b` approaches part `a`, and first contact on them.
 
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector, triangle};
 use crate::truth::PairOracle;
 use nalgebra::{Translation3, Unit, UnitQuaternion};
 use obbtree::cases::Draw;
 
-/// A part as the rays see it: its size, and its surface to pick points from.
+/// The data of a part for casting rays: its size, and its surface for drawing points.
 pub struct Target {
     /// Half the diagonal of the bounding box, mm.
     pub radius: f64,
     triangles: Vec<Triangle>,
-    /// Area of the triangles up to and with each, mm².
+    /// Cumulated area of the triangles up to and including each, mm².
     areas: Vec<f64>,
 }
 
 impl Target {
-    /// What the rays need to know of a mesh.
+    /// Computes the data of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
         let triangles = mesh.triangles();
         let (low, high) = triangle::bounds(&triangles).expect("a mesh has a triangle");
@@ -28,7 +28,7 @@ impl Target {
         Self { radius, areas: areas.collect(), triangles }
     }
 
-    /// A point uniform over the surface, part frame, mm.
+    /// A random point, uniform over the surface, in the part's frame, mm.
     pub fn point(&self, draw: &mut Draw) -> Point {
         let wanted = draw.unit() * self.areas[self.areas.len() - 1];
         let index = self.areas.partition_point(|&area| area <= wanted).min(self.triangles.len() - 1);
@@ -43,7 +43,7 @@ impl Target {
 
 /// A pair ready for rays.
 pub struct Contact<'a> {
-    /// Who knows when the surfaces touch.
+    /// Decides when the surfaces touch.
     pub oracle: &'a PairOracle,
     /// Part `a`.
     pub a: &'a Target,
@@ -59,22 +59,21 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// The line through a relative pose along a direction (frame of `a`). Before first contact the pair is apart however far
-    /// back it goes. `None` when `b` passes by.
+    /// The line through a relative pose along a direction (frame of `a`). Before first contact, the parts are disjoint at any distance.
+    /// `None` when `b` passes without contact.
     pub fn cast(contact: &Contact<'_>, through: &Isometry, direction: Unit<Vector>) -> Option<Self> {
         let travel = contact.oracle.first_contact_mm(through, &direction)?;
         Some(Self { first_contact: moved(through, &direction, travel), direction })
     }
 
-    /// The same line when both parts' frames are turned, `a`'s by `turn_a` and `b`'s by `turn_b`, and the parts stay where they
-    /// are.
+    /// The same line after the frames of both parts are rotated, `a`'s by `turn_a` and `b`'s by `turn_b`, while the parts stay in place.
     #[must_use]
     pub fn in_frames(&self, turn_a: &UnitQuaternion<f64>, turn_b: &UnitQuaternion<f64>) -> Self {
         let first_contact = *turn_a * self.first_contact * turn_b.inverse();
         Self { first_contact, direction: turn_a * self.direction }
     }
 
-    /// The pose a travel past first contact, mm; negative is before it.
+    /// The pose at a travel past first contact, mm; negative before it.
     pub fn at_depth(&self, depth_mm: f64) -> Isometry {
         moved(&self.first_contact, &self.direction, depth_mm)
     }

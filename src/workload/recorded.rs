@@ -3,7 +3,7 @@
 use super::{PosedPair, block_of};
 use crate::scene::{Pair, Recording};
 
-/// At most `count` poses of one pair, spread evenly over the recording. Neighbours form blocks, and a block is a cluster.
+/// At most `count` poses of one pair, spread evenly over the recording. Blocks of neighbouring poses are clusters.
 pub fn poses(recording: &Recording, pair: Pair, count: usize) -> Vec<PosedPair> {
     let frames = recording.frames.len();
     let count = count.clamp(1, frames);

@@ -22,8 +22,8 @@ fn cells() -> Vec<([String; 4], f64)> {
     cells
 }
 
-/// Two scenes with three chunks each; volume tests are 1200 × scene × chunk × planted effect per pose. Boxes of the
-/// drifted centre leave something out and miss a tenth.
+/// Two scenes with three chunks each. Volume tests per pose are 1200 × scene × chunk × planted effect. Boxes with the drifted centre rule
+/// are unsafe and miss a tenth of the contacts.
 fn write(folder: &Path) {
     Run::generate(&Plan::default()).manifest.write(folder).unwrap();
     let (mut rows, mut trees, mut factors) = (Vec::new(), Vec::new(), Vec::new());
@@ -162,7 +162,7 @@ fn the_same_records_give_the_same_bytes() {
     assert_eq!(written(), written());
 }
 
-/// A cell is compared with the copy of the reference that was timed in its own launch, and only with that.
+/// A cell is compared only with the copy of the reference that was timed in the same launch.
 #[test]
 fn times_are_compared_within_a_launch() {
     let folder = TempDir::new().unwrap();

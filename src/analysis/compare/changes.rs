@@ -1,4 +1,4 @@
-//! The changes themselves, by kind of record.
+//! The kinds of change between two runs, by kind of record.
 
 use super::{Comparison, SceneMatch, Side, case_name};
 use crate::analysis::ALL;
@@ -11,7 +11,7 @@ use crate::record::{NULL_VARIANT, Stratum};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A time in the later run over the earlier one's.
+/// A time in the later run divided by the same time in the earlier run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TimeChange {
     /// Scene.
@@ -24,17 +24,17 @@ pub struct TimeChange {
     pub metric: String,
     /// Stratum, `all`, or `-` for `build`.
     pub stratum: String,
-    /// Geometric mean of the paired ratios; above 1 the later run takes longer.
+    /// Geometric mean of the paired ratios; above 1, the later run takes longer.
     pub ratio: f64,
     /// Lower end of the 95 % interval.
     pub low: f64,
     /// Upper end.
     pub high: f64,
-    /// `slower`, `faster`, `noise`, or `undecided` for want of clusters.
+    /// `slower`, `faster`, `noise`, or `undecided` when there are too few clusters.
     pub change: String,
 }
 
-/// Counts of a case's queries that differ.
+/// A case with queries whose counts differ between the runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CountChange {
     /// Scene.
@@ -47,15 +47,15 @@ pub struct CountChange {
     pub stratum: String,
     /// Queries that both runs counted.
     pub queries: u64,
-    /// How many of them differ.
+    /// Number of those queries whose counts differ.
     pub differing: u64,
-    /// Volume tests over all of them, before and after.
+    /// Volume tests over all queries that both runs counted, before and after.
     pub volume_tests: (u64, u64),
-    /// Triangle tests.
+    /// Triangle tests over the same queries, before and after.
     pub triangle_tests: (u64, u64),
 }
 
-/// A tree that differs.
+/// A tree that differs between the runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TreeChange {
     /// Scene.
@@ -68,15 +68,15 @@ pub struct TreeChange {
     pub policy: String,
     /// Nodes, before and after.
     pub nodes: (u64, u64),
-    /// Memory, bytes.
+    /// Memory, bytes, before and after.
     pub bytes: (u64, u64),
-    /// Looseness over all levels: volumes over hull volumes.
+    /// Looseness over all levels, before and after: volume of the bounding volumes over volume of the convex hulls.
     pub looseness: (f64, f64),
-    /// Largest overhang of a level, mm.
+    /// Largest overhang of a level, mm, before and after.
     pub overhang_mm: (f64, f64),
 }
 
-/// A case that misses more or fewer contacts.
+/// A case that misses more or fewer contacts than before.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MissChange {
     /// Scene.
@@ -87,14 +87,14 @@ pub struct MissChange {
     pub policy: String,
     /// Contacts missed above grazing, before and after.
     pub missed: (u64, u64),
-    /// Of so many colliding poses.
+    /// Colliding poses, before and after.
     pub colliding: (u64, u64),
-    /// Whether more are missed: of the same poses any more; of others a rate beyond both intervals, or any at all where a
-    /// safe variant missed none.
+    /// Whether the later run misses more. With the same poses, any additional miss counts. With other poses, the rate must lie beyond both
+    /// intervals, or a safe variant that missed none must miss at least one.
     pub is_regression: bool,
 }
 
-/// A verdict that differs.
+/// A verdict that differs between the runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct VerdictChange {
     /// Claim id.
@@ -134,13 +134,13 @@ pub(super) fn of_scene(scene: &mut SceneMatch, before: &Side, after: &Side, comp
     comparison.trees.extend(of_trees(&scene.scene, before, after));
 }
 
-/// All cases of a scene but the null copy.
+/// All cases of a scene except the null duplicate.
 fn cases(scene: &Scene) -> BTreeSet<&CaseKey> {
     let cases = scene.timings.keys().chain(scene.queries.keys()).chain(scene.builds.keys());
     cases.filter(|case| case.variant != NULL_VARIANT).collect()
 }
 
-/// The change over all strata first, then in each.
+/// The change over all strata first, then the change in each stratum.
 fn of_times(scene: &SceneMatch, metric: &str, case: &CaseKey, strata: Option<Strata>, after: &Side) -> Vec<TimeChange> {
     let Some(strata) = strata else { return Vec::new() };
     let (seed, purpose) = (after.manifest.request.seed, format!("compare {metric} {}", scene.scene));
@@ -172,7 +172,7 @@ fn of_times(scene: &SceneMatch, metric: &str, case: &CaseKey, strata: Option<Str
     std::iter::once(together).chain(each).collect()
 }
 
-/// The sums over all strata and over each, where any query differs.
+/// The sums over all strata and over each stratum, when the counts of any query differ.
 fn of_counts(scene: &SceneMatch, case: &CaseKey, old: &Scene, new: &Scene) -> Vec<CountChange> {
     let mut rows: BTreeMap<Option<Stratum>, CountChange> = BTreeMap::new();
     for (after, before) in new.both_queries(old, case) {
@@ -199,7 +199,7 @@ fn of_counts(scene: &SceneMatch, case: &CaseKey, old: &Scene, new: &Scene) -> Ve
     rows.into_values().filter(|row| row.differing > 0).collect()
 }
 
-/// What is compared of a tree.
+/// The properties of a tree that are compared.
 #[derive(Clone, Copy, Default)]
 struct Shape {
     nodes: u64,
@@ -214,7 +214,7 @@ impl Shape {
         self.volume_mm3 / self.hull_mm3
     }
 
-    /// Exactly: NaN, of a tree without hulls, is like NaN.
+    /// Exact equality, with NaN equal to NaN: trees without hulls have NaN looseness.
     fn is_as(&self, other: &Self) -> bool {
         let floats = |shape: &Self| [shape.volume_mm3, shape.hull_mm3, shape.overhang_mm].map(f64::to_bits);
         (self.nodes, self.bytes) == (other.nodes, other.bytes) && floats(self) == floats(other)
@@ -252,7 +252,7 @@ fn of_trees(scene: &str, before: &Side, after: &Side) -> Vec<TreeChange> {
     both.filter(|(_, old, new)| !old.is_as(new)).map(change).collect()
 }
 
-/// Misses of a scene, whether or not its inputs are the same: a safe variant has to miss nothing anywhere.
+/// Compares misses in a scene even when its inputs differ, because a safe variant must never miss.
 pub(super) fn of_misses(scene: &SceneMatch, before: &Side, after: &Side, comparison: &mut Comparison) {
     let request = |side: &Side| (side.manifest.request.seed, side.manifest.request.verify_poses);
     let same_poses = scene.differing_inputs.is_empty() && request(before) == request(after);
@@ -281,7 +281,7 @@ fn rate(tally: &Tally) -> (f64, f64) {
     tally.interval()
 }
 
-/// Verdicts on the same claim, reading, scene and stratum.
+/// Compares verdicts on the same claim, reading, scene and stratum.
 pub(super) fn of_verdicts(before: &Side, after: &Side, comparison: &mut Comparison) {
     let key = |row: &crate::record::ClaimRow| {
         (

@@ -1,9 +1,9 @@
-//! Two runs held against each other: what changed beyond noise, and whether the later one misses more.
+//! Compares two runs: what changed beyond noise, and whether the later run misses more contacts.
 //!
-//! A scene is compared where its inputs have the same content in both runs. Then the same request has the same poses, so that
-//! times are paired by launch and chunk and counts query by query. Counts, trees and misses are deterministic: any difference is a
-//! change. A time has changed when the whole interval of its paired ratio lies outside what the run's own null comparison
-//! calls equal; launches of two runs have nothing in common but their number, so the interval holds the spread of both.
+//! A scene is compared when its inputs have the same content in both runs. If both runs also requested the same workload, they have the
+//! same poses. Times are then paired by launch and chunk, and counts query by query. Counts, trees and misses are deterministic, so any
+//! difference is a change. A time has changed when the whole interval of its paired ratio lies outside the range that the run's own null
+//! comparison calls equal. Launches of two runs share only their number, so the interval includes the spread of both runs.
 
 mod changes;
 #[cfg(test)]
@@ -20,16 +20,16 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// What two runs have in common and what not.
+/// What two runs have in common, and what differs.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Comparison {
-    /// The scenes of either run, and how far they can be compared.
+    /// All scenes of both runs, and how far each can be compared.
     pub scenes: Vec<SceneMatch>,
-    /// What to know before reading on: another machine, another seed.
+    /// Differences between the runs as wholes, such as another machine or another seed.
     pub notes: Vec<String>,
-    /// Cases of one run only, `scene: variant policy`.
+    /// Cases of the earlier run only, as `scene: variant policy`.
     pub only_before: Vec<String>,
-    /// Likewise.
+    /// Cases of the later run only, as `scene: variant policy`.
     pub only_after: Vec<String>,
     /// Query and build times of all cases that both runs timed on the same poses.
     pub times: Vec<TimeChange>,
@@ -43,30 +43,30 @@ pub struct Comparison {
     pub verdicts: Vec<VerdictChange>,
 }
 
-/// How far a scene of two runs can be compared.
+/// How far a scene can be compared between two runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneMatch {
     /// Scene.
     pub scene: String,
-    /// Inputs that differ, or that one run lacks; empty when the scene is compared.
+    /// Inputs that differ, or that one run lacks; empty when the scene can be compared.
     pub differing_inputs: Vec<String>,
-    /// Whether poses are the same, so that times and counts are paired.
+    /// Whether the poses are the same, so that times and counts can be paired.
     pub same_poses: bool,
-    /// A ratio of times within `[1 / noise, noise]` is noise, by the null comparisons of both runs.
+    /// Noise by the null comparisons of both runs: a ratio of times within `[1 / noise, noise]` is no change.
     pub noise: f64,
-    /// Geometric mean of the time ratios of all cases: what happened to all alike, such as another load of the machine.
+    /// Geometric mean of the time ratios of all cases. It shows what affected all cases alike, such as another load of the machine.
     pub drift: Option<f64>,
 }
 
 impl Comparison {
-    /// Whether a case of the later run misses contacts that it did not miss in the earlier one.
+    /// Whether some case of the later run misses contacts that it did not miss in the earlier run.
     #[must_use]
     pub fn has_regression(&self) -> bool {
         self.misses.iter().any(|change| change.is_regression)
     }
 }
 
-/// A run as far as it is compared. What the analysis derives may be missing.
+/// The records of a run that are compared. Files that the analysis derives may be missing.
 struct Side {
     manifest: Manifest,
     scenes: BTreeMap<String, Scene>,
@@ -94,15 +94,15 @@ impl Side {
         self.manifest.scenes.iter().map(|scene| &scene.name)
     }
 
-    /// The inputs that belong to a scene: those in its folder, and those that are in no scene's folder.
+    /// The inputs of a scene: those in its folder, and those outside the folder of any scene.
     fn inputs(&self, scene: &str) -> BTreeMap<&str, &str> {
         let is_shared = |path: &str| !self.names().any(|name| is_in_folder(path, name));
         let inputs = self.manifest.inputs.iter().map(|(path, hash)| (path.as_str(), hash.as_str()));
         inputs.filter(|(path, _)| is_in_folder(path, scene) || is_shared(path)).collect()
     }
 
-    /// How far the null comparison strays from 1 in a scene: the larger of its interval's ends, as a ratio of at least
-    /// [`EQUAL`]'s upper end. A run without a null comparison is trusted no further than a steady one.
+    /// Noise of a scene by its null comparison: the larger distance of its interval's ends from 1, as a ratio. It is at least the upper end
+    /// of [`EQUAL`]. A run without a null comparison gets the upper end of [`super::STEADY`].
     fn noise(&self, scene: &str) -> f64 {
         let is_null = |row: &&RatioRow| row.variant == NULL_VARIANT && row.metric == "time" && row.stratum == ALL;
         let nulls = self.ratios.iter().filter(is_null).filter(|row| row.scene == scene);
@@ -118,7 +118,7 @@ fn is_in_folder(path: &str, name: &str) -> bool {
 /// Compares the run in `after` with the one in `before`.
 ///
 /// # Errors
-/// When a record of either is missing, malformed or contradicts itself; `ratios.csv` and `claims.csv` may be missing.
+/// When a record of either run is missing, malformed or contradicts itself. `ratios.csv` and `claims.csv` may be missing.
 pub fn compare_runs(before: &Path, after: &Path) -> Result<Comparison, AnalysisError> {
     let (before, after) = (Side::read(before)?, Side::read(after)?);
     let mut comparison = Comparison { notes: notes(&before.manifest, &after.manifest), ..Comparison::default() };
@@ -159,7 +159,7 @@ fn scene_match(name: &str, before: &Side, after: &Side) -> SceneMatch {
     }
 }
 
-/// What to know about the two runs as wholes.
+/// Differences between the runs as wholes.
 fn notes(before: &Manifest, after: &Manifest) -> Vec<String> {
     let mut notes = Vec::new();
     let mut differ = |what: &str, old: String, new: String| {
@@ -180,7 +180,7 @@ fn notes(before: &Manifest, after: &Manifest) -> Vec<String> {
     notes
 }
 
-/// `scene: variant policy`.
+/// Formats a case as `scene: variant policy`.
 fn case_name(scene: &str, case: &CaseKey) -> String {
     format!("{scene}: {} {}", case.variant, case.policy())
 }

@@ -14,7 +14,7 @@ fn folder_of(run: &Run) -> TempDir {
     folder
 }
 
-/// A run on the poses of another, with noise of its own.
+/// Makes a second run on the same poses, with noise of its own.
 fn again(change: &dyn Fn(&mut Run)) -> TempDir {
     let mut run = Run::generate(&Plan { seed: 2, ..Plan::default() });
     run.manifest.request.seed = Plan::default().seed;
@@ -32,7 +32,7 @@ fn case<'a>(comparison: &'a Comparison, metric: &str, variant: &str) -> Vec<&'a 
     comparison.times.iter().filter(is_meant).collect()
 }
 
-/// Both runs draw their timings with an error of a hundredth about the same means: nothing changes but noise.
+/// The timings of both runs are drawn about the same means with an error of one percent, so nothing changes but noise.
 #[test]
 fn two_runs_of_the_same_differ_by_noise_only() {
     let comparison = compared(&|_| {});
@@ -48,7 +48,7 @@ fn two_runs_of_the_same_differ_by_noise_only() {
     assert!(!comparison.has_regression());
 }
 
-/// Another version of the program may number chunks otherwise.
+/// Another version of the program may number the chunks differently.
 #[test]
 fn chunks_are_paired_by_what_they_hold() {
     let comparison = compared(&|run| {
@@ -137,7 +137,7 @@ fn a_scene_of_other_inputs_or_poses_is_not_paired() {
     assert!(seed.times.iter().all(|row| row.metric == "build") && !seed.times.is_empty());
 }
 
-/// The null comparison of one run strays by a tenth: a change of a twentieth is not beyond that.
+/// The null comparison of one run deviates by 10 %, so a change of 5 % is within the noise.
 #[test]
 fn a_noisy_run_hides_small_changes() {
     let slower = |run: &mut Run| {

@@ -1,4 +1,4 @@
-//! Costs planted and found.
+//! Tests that planted costs are recovered.
 
 use super::*;
 

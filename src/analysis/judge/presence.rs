@@ -1,14 +1,15 @@
-//! The claims that something is there, or is not: overhang, drift, and the gap opposite the overhang. Counted or computed
-//! from the trees and the drawing of their roots; nothing is sampled, so there is no interval.
+//! Claims that an effect is present or absent: overhang, drift, and the gap opposite the overhang. Each is counted or computed from the
+//! trees and the drawing of their roots, without sampling, so there is no interval.
 
 use super::{CaseKey, Expectation, Finding, Judged, OutlineRow, Verdict, names};
 use crate::record::MESH_OUTLINE;
 use nalgebra::{Matrix3, Vector3};
 
-/// The gap equals the overhang when their ratio is within this of 1: the drawing holds only some of the mesh's edges.
+/// The gap counts as equal to the overhang when their ratio is within this of 1. The drawing holds only some of the mesh's edges, so the
+/// two are rarely exactly equal.
 const GAP_TOLERANCE: f64 = 0.1;
 
-/// The verdict on whether something is there.
+/// The verdict on whether the effect is present.
 fn presence(present: bool, expected: Expectation) -> Verdict {
     if present == (expected == Expectation::Present) { Verdict::Supported } else { Verdict::Refuted }
 }
@@ -76,7 +77,7 @@ impl Judged<'_> {
         self.evidence.outlines.iter().filter(move |row| row.scene == self.scene_name && row.variant == variant)
     }
 
-    /// The largest overhang of a part's drawn edges over the root box of a variant, and the gap at the other side.
+    /// The largest overhang of a part's drawn edges over the root box of a variant, and the gap at the opposite side.
     fn displacement(&self, part: &str, variant: &str) -> Option<Displacement> {
         let ends = |variant| self.drawn(variant).filter(|row| row.part == part).flat_map(ends).collect::<Vec<_>>();
         displacement(&ends(variant), &ends(MESH_OUTLINE))
@@ -94,7 +95,8 @@ fn ends(row: &OutlineRow) -> [Vector3<f64>; 2] {
     [Vector3::new(row.x1_mm, row.y1_mm, row.z1_mm), Vector3::new(row.x2_mm, row.y2_mm, row.z2_mm)]
 }
 
-/// `corners` are the ends of a box's edges, start and end in turn; `None` when they do not make a box, or there is no mesh.
+/// Measures the displacement. `corners` are the ends of the box's edges, alternately start and end. `None` when they do not form a box, or
+/// there is no mesh.
 fn displacement(corners: &[Vector3<f64>], mesh: &[Vector3<f64>]) -> Option<Displacement> {
     if corners.is_empty() || mesh.is_empty() {
         return None;

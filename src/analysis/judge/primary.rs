@@ -1,8 +1,8 @@
-//! The primary row of a claim: one answer to one sentence, over the scenes that it is about.
+//! The primary row of a claim: one answer to one sentence, over all scenes that the claim covers.
 //!
-//! The sentence is about all of its scenes. It is supported when it is in each of them (an intersection-union test: the largest p counts;
-//! Berger 1982, Technometrics 24), and refuted when it is in one (the least p times the number of scenes). All primary rows that rest on
-//! samples are corrected together (Holm 1979, Scandinavian Journal of Statistics 6).
+//! The claim is supported when it is supported in each scene (an intersection-union test: the largest p counts; Berger 1982, Technometrics
+//! 24). It is refuted when it is refuted in one scene (the smallest p times the number of scenes). All primary rows that rest on samples
+//! are corrected together (Holm 1979, Scandinavian Journal of Statistics 6).
 
 use super::{ALL, Candidate, Claim, ClaimRow, PROGRAM_TIME, Test, TestKind, Verdict, not_judged};
 
@@ -10,7 +10,7 @@ use super::{ALL, Candidate, Claim, ClaimRow, PROGRAM_TIME, Test, TestKind, Verdi
 pub const PRIMARY: &str = "primary";
 /// Role of every other row.
 pub const EXPLORATORY: &str = "exploratory";
-/// A primary row with a larger p, after the correction, decides nothing.
+/// A primary row with a larger p, after the correction, is undecided.
 const LEVEL: f64 = 0.05;
 
 /// A primary row before and after the correction.
@@ -20,7 +20,7 @@ pub(super) struct Primary {
 }
 
 impl Primary {
-    /// Makes the row from those of the claim's scenes.
+    /// Makes the primary row from the rows of the claim's scenes.
     pub(super) fn of(claim: &Claim, test: &Test, reading: &str, scenes: &[String], candidates: &[Candidate]) -> Self {
         let (workload, stratum) = place(test);
         let is_asked = |row: &ClaimRow| {
@@ -64,7 +64,7 @@ impl Primary {
     }
 }
 
-/// Workload and stratum of a claim's primary row; `None` where it has none.
+/// Workload and stratum of a claim's primary row; `None` for a quantity that has none.
 fn place(test: &Test) -> (Option<&str>, Option<&str>) {
     if !test.kind.is_about_queries() {
         return (None, None);
@@ -89,7 +89,7 @@ fn together(judged: &[&Candidate]) -> Verdict {
     }
 }
 
-/// The scene that decides: the surest refutation, else the weakest support.
+/// The scene that decides: the strongest refutation, otherwise the weakest support.
 fn deciding<'a>(judged: &[&'a Candidate]) -> Option<&'a Candidate> {
     let p = |c: &Candidate| c.p.unwrap_or(0.0);
     let refuted = judged.iter().filter(|c| c.verdict == Verdict::Refuted).min_by(|a, b| p(a).total_cmp(&p(b)));
@@ -125,8 +125,8 @@ mod tests {
         Primary { row, p: Some(p) }
     }
 
-    /// Of 0.01, 0.02, 0.03: 3 × 0.01 = 0.03 holds, 2 × 0.02 = 0.04 holds, and 0.03 may not fall below 0.04. With 0.02 and 0.03 alone,
-    /// 2 × 0.03 and then 0.03 raised to it fail.
+    /// For 0.01, 0.02, 0.03: 3 × 0.01 = 0.03 passes, 2 × 0.02 = 0.04 passes, and 0.03 is raised to 0.04 and passes. For 0.02 and 0.03
+    /// alone: 2 × 0.03 fails, and then 0.03 raised to it fails.
     #[test]
     fn holm_by_hand() {
         let mut rows = [0.03, 0.01, 0.02].map(|p| primary(Verdict::Supported, p));

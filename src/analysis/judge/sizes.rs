@@ -1,14 +1,14 @@
-//! The claims about how large something is: memory, and the arithmetic of the separating-axis test. Counted, not sampled, so
-//! that there is no interval.
+//! Claims about the size of a quantity: memory, and the arithmetic of the separating-axis test. Both are counted without sampling, so there
+//! is no interval.
 
 use super::{ALL, CaseKey, ExitRow, Finding, Judged, Stratum, Test, Verdict};
 use std::collections::BTreeMap;
 
-/// The first axis, as records number them, that is a product of two edges.
+/// The first axis, in the numbering of the records, that is a cross product of two edges.
 const FIRST_EDGE_AXIS: u8 = 7;
 
 impl Judged<'_> {
-    /// Memory of the subject's trees over the baseline's, part by part.
+    /// Memory of the subject's trees divided by that of the baseline's, part by part.
     pub(super) fn bytes(&self, test: &Test) -> Finding {
         let baseline: BTreeMap<&str, f64> =
             self.trees(&self.baseline).map(|row| (row.part.as_str(), row.bytes as f64)).collect();
@@ -27,7 +27,8 @@ impl Judged<'_> {
         finding
     }
 
-    /// Share of the tests that only a product of edges ends: a test of the six normals overlaps wrongly in these.
+    /// Share of the tests in which only a cross product of edges separates the boxes. A test of the six face normals alone reports overlap
+    /// in these.
     pub(super) fn edge_exits(&self, case: &CaseKey, test: &Test) -> Finding {
         let is_edge = |row: &ExitRow| f64::from(u8::from(row.axis >= FIRST_EDGE_AXIS));
         let mut finding = self.mean_of_exits(case, test, is_edge);
@@ -45,7 +46,7 @@ impl Judged<'_> {
         self.evidence.exits.iter().filter(move |row| row.scene == self.scene_name && row.case() == *case)
     }
 
-    /// The mean of something over all tests, against the claim's bound, with the range over the strata.
+    /// The mean of `value` over all tests, compared with the claim's threshold, with its range over the strata.
     fn mean_of_exits(&self, case: &CaseKey, test: &Test, value: impl Fn(&ExitRow) -> f64) -> Finding {
         let mean = |wanted: Option<Stratum>| {
             let rows = self.exits(case).filter(|row| wanted.is_none_or(|stratum| row.stratum == stratum));

@@ -1,4 +1,4 @@
-//! Sweeps made up with known means.
+//! Tests on made-up sweeps with known means.
 
 use super::*;
 use crate::record::synthetic::{Plan, Run};

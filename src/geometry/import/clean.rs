@@ -1,10 +1,10 @@
-//! From what a reader found to a mesh: scaled, welded, and rid of the triangles that say nothing, as the module's header says.
+//! Turns the output of a reader into a mesh: scaled to mm, welded, and without the triangles that the module's header lists as dropped.
 
 use super::super::{Mesh, MeshError, weld};
 use super::{Format, ImportReport, Imported, Raw};
 use foldhash::{HashSet, HashSetExt};
 
-/// Makes a mesh; vertices at most `weld_mm` apart become one.
+/// Makes a mesh; vertices at most `weld_mm` apart are merged.
 pub(super) fn clean(raw: Raw, format: Format, unit_mm: f64, weld_mm: f64) -> Result<Imported, MeshError> {
     let triangles_read = raw.faces.len();
     let scaled = raw.vertices.into_iter().map(|p| p * unit_mm).collect();

@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Where in a file something is wrong.
+/// Position of an error in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A line, counted from 1.
@@ -21,7 +21,7 @@ pub enum Place {
     Byte(usize),
     /// A named object of the file, such as `meshes[0].primitives[1]`.
     Object(String),
-    /// A line and a column of a file within the file, both counted from 1.
+    /// A line and a column of a file within an archive, both counted from 1.
     Part {
         /// Its name.
         part: String,
@@ -44,7 +44,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why a file is not a mesh.
+/// Why a file cannot be read as a mesh.
 #[derive(Debug, Error)]
 pub enum ImportError {
     /// The file cannot be read.
@@ -52,7 +52,7 @@ pub enum ImportError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// The file is too large.
@@ -62,45 +62,45 @@ pub enum ImportError {
         path: PathBuf,
         /// Its size.
         bytes: u64,
-        /// The limit.
+        /// The limit, bytes.
         most: u64,
     },
-    /// The tolerance of welding makes no sense.
+    /// The welding tolerance is outside the permitted range.
     #[error("{}: vertices cannot be welded within {weld_mm} mm; it must be 0, or from {least} to {most}", path.display())]
     Tolerance {
         /// The file.
         path: PathBuf,
-        /// What was asked for, mm.
+        /// The requested tolerance, mm.
         weld_mm: f64,
-        /// The least, mm.
+        /// The smallest permitted tolerance, mm.
         least: f64,
-        /// The most, mm.
+        /// The largest permitted tolerance, mm.
         most: f64,
     },
-    /// Neither the name nor the content says what it is.
+    /// Neither the name nor the content of the file identifies its format.
     #[error("{}: not an STL, OBJ, OFF, PLY, GLB or 3MF file", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
     },
-    /// The format is read only by a build with a feature that this one does not have.
+    /// The format needs a build feature that this build does not have.
     #[error("{}: {format} is read by a build with `--features {feature}`; this one was built without", path.display())]
     NotBuiltIn {
         /// The file.
         path: PathBuf,
         /// The format's name.
         format: &'static str,
-        /// The feature.
+        /// Name of the feature.
         feature: &'static str,
     },
-    /// The header announces more or less than the file has.
+    /// The header announces another size than the file has.
     #[error("{}: the header announces {declared} triangles, {expected} bytes, but the file has {bytes} bytes", path.display())]
     WrongSize {
         /// The file.
         path: PathBuf,
         /// Number of triangles in the header.
         declared: u64,
-        /// Bytes that these would take, with the header.
+        /// Bytes that these triangles would take, with the header.
         expected: u64,
         /// Bytes of the file.
         bytes: u64,
@@ -110,9 +110,9 @@ pub enum ImportError {
     Content {
         /// The file.
         path: PathBuf,
-        /// Where.
+        /// Position of the error.
         place: Place,
-        /// What.
+        /// Description of the error.
         message: String,
     },
     /// The triangles do not make a mesh.
@@ -120,7 +120,7 @@ pub enum ImportError {
     NotAMesh {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The reason why they do not.
         source: MeshError,
     },
 }

@@ -1,12 +1,11 @@
 //! GLB, the binary form of glTF (Khronos Group, glTF 2.0 Specification, 2021; sections in parentheses).
 //!
-//! Read are the meshes of the default scene, placed by its nodes, in their rest pose: skins and morph targets are
-//! ignored, as are points and lines. Coordinates are metres unless the caller says otherwise (3.4), and stay in the
-//! file's axes: glTF's y, not z, is up.
+//! The meshes of the default scene are read, placed by their nodes in the rest pose. Skins, morph targets, points and lines are ignored.
+//! Coordinates are metres unless the caller says otherwise (3.4), and stay in the file's axes: in glTF y points up, not z.
 //!
-//! The JSON goes through `serde_json` into the few fields that positions need. The `gltf` crate is not used: its
-//! arithmetic on the lengths, counts and strides that a file gives is unchecked, and it weighs more than these fields. Deviations:
-//! buffers outside the file, sparse accessors and extensions that change positions are refused by name.
+//! `serde_json` reads the JSON into the few fields that positions need. The `gltf` crate is not used: its arithmetic on the lengths, counts
+//! and strides of a file is unchecked, and it is larger than these fields. Deviations: buffers outside the file, sparse accessors, and
+//! extensions that change positions are refused by name.
 
 use super::super::{Point, Vector};
 use super::error::{ImportError, Place};
@@ -18,7 +17,7 @@ use serde::de::IgnoredAny;
 use std::path::Path;
 
 const MAGIC: &[u8] = b"glTF";
-/// Bytes of the file's header and of a chunk's (4.4.2, 4.4.3).
+/// Bytes of the file header (4.4.2); below, of a chunk header (4.4.3).
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
 /// Component types (3.6.2.2).
@@ -27,7 +26,7 @@ const U16: u32 = 5123;
 const U32: u32 = 5125;
 const F32: u32 = 5126;
 
-/// Whether a file begins as GLB does.
+/// Whether the content begins as a GLB file does.
 pub(super) fn is_glb(content: &[u8]) -> bool {
     content.starts_with(MAGIC)
 }
@@ -113,7 +112,7 @@ struct Buffer {
     uri: Option<IgnoredAny>,
 }
 
-/// What is wrong and which object has it.
+/// The place of an error, and its description.
 type Fault = (Place, String);
 
 fn fault<T>(object: impl Into<String>, message: impl Into<String>) -> Result<T, Fault> {
@@ -159,7 +158,7 @@ fn read_document(content: &[u8]) -> Result<Raw, Fault> {
     Ok(raw)
 }
 
-/// The JSON and the binary chunk; the latter is empty if the file has none.
+/// The JSON chunk and the binary chunk; the latter is empty if the file has none.
 fn chunks(content: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
     let word = |at: usize| {
         let bytes = content.get(at..at + 4).and_then(|bytes| bytes.try_into().ok());
@@ -201,7 +200,7 @@ fn chunks(content: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
 }
 
 impl Node {
-    /// By its matrix, column by column, or else by scale, rotation and translation in this order (3.5.3).
+    /// The placement of a node: its matrix, column by column, or otherwise its scale, rotation and translation in this order (3.5.3).
     fn placement(&self) -> Placement {
         if let Some(m) = self.matrix {
             let linear = Matrix3::new(m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]);
@@ -220,7 +219,7 @@ struct File<'a> {
 }
 
 impl<'a> File<'a> {
-    /// The nodes at the top of the default scene, or of the first; without scenes all that no other node holds.
+    /// The root nodes of the default scene, or of the first scene. Without scenes, all nodes that are no other node's child.
     fn roots(&self) -> Result<Vec<usize>, Fault> {
         let document = self.document;
         if let Some(scene) = document.scenes.get(document.scene.unwrap_or(0)) {

@@ -1,19 +1,19 @@
-//! Lines, counted while a parser of another crate reads them.
+//! A reader that counts lines while a parser of another crate reads them.
 
 use std::cell::Cell;
 use std::io::{BufRead, Error, ErrorKind, Read, Result, Seek, SeekFrom};
 
-/// A reader that hands out one line per call, so that whoever reads it cannot run ahead of the line it is at.
+/// A reader that returns one line per call, so that its caller cannot read ahead of the current line.
 pub(super) struct Lines<'a> {
     lines: Vec<String>,
-    /// Bytes of the current line that have been handed out.
+    /// Bytes of the current line that have been returned.
     used: usize,
     /// Number of the current line, counted from 1; 0 before the first.
     number: &'a Cell<usize>,
 }
 
 impl<'a> Lines<'a> {
-    /// Reads `lines`, which get a line feed each, and keeps `number` at the one that was handed out last.
+    /// Reads `lines`, adding a line feed to each; `number` holds the number of the line that was returned last.
     pub fn new(mut lines: Vec<String>, number: &'a Cell<usize>) -> Self {
         lines.iter_mut().for_each(|line| line.push('\n'));
         number.set(0);
@@ -50,7 +50,7 @@ impl Read for Lines<'_> {
 }
 
 impl Seek for Lines<'_> {
-    /// Back to the beginning, which is all that a parser that looks before it reads asks for.
+    /// Seeks to the beginning, which is the only seek of a parser that inspects the content before reading it.
     fn seek(&mut self, to: SeekFrom) -> Result<u64> {
         if to != SeekFrom::Start(0) {
             return Err(Error::new(ErrorKind::Unsupported, "lines can only be read again from the beginning"));

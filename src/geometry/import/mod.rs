@@ -1,15 +1,17 @@
-//! Mesh files: STL (binary and text), OBJ, OFF, PLY, GLB and 3MF, with what was found in them and what was done about it.
+//! Reads mesh files: STL (binary and text), OBJ, OFF, PLY, GLB and 3MF, and reports what the file held and what was repaired.
 //!
-//! A file is read whole, its triangles are scaled to mm and welded: vertices that fall on the same point of the
-//! coordinate grid become one, or those within a tolerance when one is given ([`super::weld`]). Then, because a triangle is a
-//! set of points here:
+//! A file is read whole, and its triangles are scaled to mm and welded: vertices that fall on the same point of the coordinate grid are
+//! merged, or, with a tolerance, vertices within that tolerance ([`super::weld`]). A triangle is treated as a set of points, which decides
+//! what happens next:
 //!
-//! - a triangle that collapses (two corners weld) is dropped: in a closed mesh its points belong to its neighbours;
-//! - a triangle with the same three corners as an earlier one, in any order, is dropped;
-//! - a triangle with three different corners on a line is kept: it weighs nothing, its corners count, and dropping it
-//!   would open its neighbours.
+//! - A triangle that collapses (two corners weld) is dropped. In a closed mesh its points belong to its neighbours.
 //!
-//! Nothing else is repaired. The report says what was done; [`Mesh::surface_report`] describes the surface afterwards.
+//! - A triangle with the same three corners as an earlier one, in any order, is dropped.
+//!
+//! - A triangle with three different corners on a line is kept. It has no area, but its corners count, and dropping it would open the
+//!   surface between its neighbours.
+//!
+//! Nothing else is repaired. The report counts these repairs; [`Mesh::surface_report`] describes the resulting surface.
 
 mod clean;
 mod error;
@@ -34,7 +36,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::path::Path;
 
-/// The unit of a file's coordinates. Only GLB, which is in metres, and 3MF, which names its unit, say it themselves.
+/// The unit of a file's coordinates. Only two formats define it: GLB is in metres, and 3MF names its unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Unit {
@@ -62,7 +64,7 @@ impl Unit {
         }
     }
 
-    /// How many mm one unit is.
+    /// Length of one unit, mm.
     #[must_use]
     pub const fn in_mm(self) -> f64 {
         match self {
@@ -110,44 +112,45 @@ impl fmt::Display for Format {
 /// How a file is to be read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// The unit of its coordinates; without it, the file's own holds (3MF), the format's (GLB: metres), or mm.
+    /// The unit of the coordinates. When absent: the unit named in the file (3MF), the unit of the format (GLB: metres), or mm.
     pub unit: Option<Unit>,
-    /// Vertices at most this far apart become one, mm: 0 for those on the same point of the grid, or 1e-6 to 1.
+    /// Welding distance, mm: vertices at most this far apart are merged. 0 merges only vertices on the same point of the grid; otherwise
+    /// 1e-6 to 1.
     pub weld_mm: f64,
 }
 
 impl From<Option<Unit>> for Options {
-    /// In this unit, welding equal vertices only.
+    /// Options with this unit that weld only equal vertices.
     fn from(unit: Option<Unit>) -> Self {
         Self { unit, weld_mm: 0.0 }
     }
 }
 
-/// Tolerances that vertices may be welded within, mm: from some 70 steps of the coordinate grid, below which all tolerances do the
-/// same, to what is a feature of a part and no longer a gap between triangles.
+/// Permitted welding tolerances, mm. The smallest is about 70 steps of the coordinate grid, below which all tolerances have the same
+/// effect. The largest is the size at which a gap is a feature of the part.
 const WELD_MM: (f64, f64) = (1e-6, 1.0);
 
-/// Findings in a mesh file, and the repairs made.
+/// What a mesh file held, and the repairs made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImportReport {
     /// The format it was read as.
     pub format: Format,
     /// Length of one unit of the file, mm.
     pub unit_mm: f64,
-    /// How far apart vertices were that became one, mm, at most; 0 for those on the same point of the grid.
+    /// Largest distance at which vertices were merged, mm; 0 when only vertices on the same point of the grid were.
     pub weld_mm: f64,
-    /// Triangles in the file; polygons count as the triangles of their fans.
+    /// Triangles in the file; a polygon counts as the triangles of its fan.
     pub triangles_read: usize,
     /// Triangles dropped because an earlier one has the same corners.
     pub duplicate: usize,
-    /// Triangles dropped because corners of theirs fell together.
+    /// Triangles dropped because two of their corners were merged.
     pub collapsed: usize,
-    /// Vertices of the file's triangles that became one with an earlier vertex. STL has three per triangle.
+    /// Vertices of the file's triangles that were merged with an earlier vertex. STL has three vertices per triangle.
     pub welded_vertices: usize,
 }
 
 impl fmt::Display for ImportReport {
-    /// In a line, what an engineer wants to know: `OFF in units of 1 mm, 4 triangles`.
+    /// Formats as one line, such as `OFF in units of 1 mm, 4 triangles`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} in units of {} mm, {} triangles", self.format, self.unit_mm, self.triangles_read)?;
         for (number, what) in [
@@ -168,7 +171,7 @@ impl fmt::Display for ImportReport {
 pub struct Imported {
     /// The mesh, mm, in the file's frame.
     pub mesh: Mesh,
-    /// How it came about.
+    /// What the file held, and the repairs made.
     pub report: ImportReport,
 }
 
@@ -177,18 +180,18 @@ pub struct Imported {
 struct Raw {
     vertices: Vec<Point>,
     faces: Vec<[u32; 3]>,
-    /// The unit that the file or its format names, mm.
+    /// Length of the unit that the file or its format names, mm.
     unit_mm: Option<f64>,
 }
 
-/// The unit of a GLB file, mm.
+/// Length of the unit of a GLB file, mm.
 const METRE: f64 = Unit::M.in_mm();
 
-/// Largest file that is read, bytes. Text has at least 20 bytes per triangle, so that vertex indices fit 32 bits.
+/// Largest file that is read, bytes. Text has at least 20 bytes per triangle, so vertex indices of any smaller file fit 32 bits.
 const LARGEST_FILE: u64 = 1 << 30;
 
 /// Reads a mesh file. The extension decides the format (`.stl`, `.obj`, `.off`, `.ply`, `.glb`, `.3mf`); a file without one of these is
-/// recognised by its first bytes. A unit alone will do for the options.
+/// recognised by its first bytes. `options` may be just a unit.
 ///
 /// # Errors
 /// [`ImportError`] with the file and the line, or the triangle and the byte, when the file cannot be read, is not a
@@ -205,7 +208,7 @@ fn check_size(path: &Path, bytes: u64) -> Result<(), ImportError> {
     Err(ImportError::TooLarge { path: path.into(), bytes, most: LARGEST_FILE })
 }
 
-/// As [`load`], of a file's content; the path serves for its extension and for messages.
+/// Like [`load`], from the content of a file; `path` is used for its extension and for messages.
 ///
 /// # Errors
 /// As [`load`].
@@ -214,7 +217,7 @@ pub fn parse(path: &Path, content: &[u8], options: impl Into<Options>) -> Result
     parse_in(path, content, unit.map(Unit::in_mm), weld_mm)
 }
 
-/// As [`parse`], with a unit of any length, mm, and corners welded only where they fall on the same point of the grid.
+/// Like [`parse`], with a unit of any length, mm; only corners on the same point of the grid are merged.
 ///
 /// # Errors
 /// As [`load`].
@@ -247,8 +250,8 @@ fn parse_in(path: &Path, content: &[u8], unit_mm: Option<f64>, weld_mm: f64) -> 
     clean::clean(raw, format, unit_mm, weld_mm).map_err(|source| ImportError::NotAMesh { path: path.into(), source })
 }
 
-/// The content as the readers expect it: text, and the header of a binary PLY file, as UTF-8 without a byte-order mark, their lines with
-/// line feeds. Other binary files stay as they are: they have zeros in them.
+/// The content in the form that the readers expect: text, and the header of a binary PLY file, in UTF-8 without a byte-order mark, with
+/// line feeds. Other binary files, recognised by their zero bytes, are unchanged.
 fn plain(content: &[u8]) -> Cow<'_, [u8]> {
     let header = ply::binary_header(content);
     if let Some(header) = header.filter(|header| !header.contains(&b'\n')) {
@@ -264,7 +267,7 @@ fn plain(content: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-/// How an archive begins, which a 3MF file is.
+/// First bytes of a ZIP archive, and therefore of a 3MF file.
 const ZIP: &[u8] = b"PK\x03\x04";
 
 fn format_of(path: &Path, content: &[u8]) -> Option<Format> {

@@ -1,9 +1,8 @@
 //! Wavefront OBJ, through the `tobj` crate.
 //!
-//! Only vertex positions and faces mean anything here. `tobj` is given those alone, with the texture and normal indices
-//! taken off, so that a broken texture index cannot spoil a good mesh; and a line at a time, so that its errors get
-//! line numbers. Polygons are divided into fans from their first corner, which is right for convex ones. Lines and
-//! points are ignored, objects and groups become one mesh.
+//! Only vertex positions and faces are used. `tobj` receives only these, without texture and normal indices, so that a broken texture index
+//! cannot spoil a good mesh. It receives one line at a time, so that its errors have line numbers. Polygons are divided into fans from
+//! their first corner, which is correct for convex polygons. Lines and points are ignored; objects and groups are merged into one mesh.
 
 use super::super::Point;
 use super::Raw;
@@ -13,7 +12,7 @@ use std::cell::Cell;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Whether a file without a telling name looks like OBJ: its first vertex is before anything that is not OBJ.
+/// Whether content without a known extension looks like OBJ: its first vertex comes before any line that is not OBJ.
 pub(super) fn is_obj(content: &[u8]) -> bool {
     const KEYWORDS: [&str; 10] = ["#", "v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"];
     let text = String::from_utf8_lossy(content);
@@ -49,7 +48,7 @@ pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
     Ok(raw)
 }
 
-/// The line if it has a vertex or a face, without texture and normal indices; otherwise a blank line.
+/// The line without texture and normal indices if it defines a vertex or a face; otherwise a blank line.
 fn positions_only(line: &str) -> String {
     let mut words = line.split_ascii_whitespace();
     match words.next() {
@@ -63,7 +62,7 @@ fn positions_only(line: &str) -> String {
     }
 }
 
-/// The first face that names a vertex which no line has, counted from 1; 0 when there is none.
+/// The first line, counted from 1, with a face that refers to an undefined vertex; 0 when there is none.
 fn line_of_missing_vertex(text: &str) -> usize {
     let lines = || text.lines().map(positions_only);
     let vertices = lines().filter(|line| line.starts_with('v')).count();

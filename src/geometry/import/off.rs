@@ -1,30 +1,30 @@
 //! OFF, the Object File Format of Geomview, as text.
 //!
-//! Read here and not by a crate: `off-rs`, the one on the registry, keeps coordinates in single precision and accepts
-//! no header but a bare `OFF` line. The format is numbers on lines: a header (`OFF`, with `ST`, `C`, `N` before it when
-//! vertices carry more than a position, which is ignored), three counts, the vertices, and the faces with their number
-//! of corners first. Polygons are divided into fans from their first corner, which is right for convex ones.
+//! This reader is the project's own, because `off-rs`, the crate on the registry, keeps coordinates in single precision and accepts no
+//! header but a bare `OFF` line. The format consists of numbers on lines: a header (`OFF`, preceded by `ST`, `C`, `N` when vertices have
+//! more than a position, which is ignored), three counts, the vertices, and the faces, each beginning with its number of corners. Polygons
+//! are divided into fans from their first corner, which is correct for convex polygons.
 
 use super::super::Point;
 use super::Raw;
 use super::error::{ImportError, Place, quote};
 use std::path::Path;
 
-/// Whether a file begins as OFF does.
+/// Whether the content begins as an OFF file does.
 pub(super) fn is_off(content: &[u8]) -> bool {
     const LONGEST_HEADER: usize = 4096;
     let text = String::from_utf8_lossy(&content[..content.len().min(LONGEST_HEADER)]);
     lines(&text).next().is_some_and(|(_, line)| header_ends(line).is_some())
 }
 
-/// The lines with something on them, without comments, and their numbers from 1.
+/// The lines that are not blank, without comments, with their numbers from 1.
 fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let content = |line: &'_ str| line.split('#').next().map_or(0, str::len);
     let bare = move |(i, line)| (i + 1, str::trim(&line[..content(line)]));
     text.lines().enumerate().map(bare).filter(|(_, line)| !line.is_empty())
 }
 
-/// The rest of the header's line after its keyword, if there is a keyword.
+/// The rest of the header line after its keyword; `None` without a keyword.
 fn header_ends(line: &str) -> Option<&str> {
     let rest = line.strip_prefix("ST").unwrap_or(line);
     let rest = rest.strip_prefix('C').unwrap_or(rest);
@@ -33,7 +33,7 @@ fn header_ends(line: &str) -> Option<&str> {
     (rest.is_empty() || rest.starts_with(char::is_whitespace)).then(|| rest.trim())
 }
 
-/// A reader of the lines of one file.
+/// Reads the lines of one file.
 struct Reader<'a, I> {
     path: &'a Path,
     lines: I,

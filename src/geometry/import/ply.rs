@@ -1,9 +1,9 @@
 //! PLY, text and binary of either byte order, through the `ply-rs-bw` crate (Turk, The PLY Polygon File Format, 1994).
 //!
-//! The elements `vertex` (scalars `x`, `y`, `z`) and `face` (list `vertex_indices` or `vertex_index`) make the mesh;
-//! other elements and properties are read past. Polygons are divided into fans from their first corner, which is right
-//! for convex ones. Deviation: an element whose announced number cannot fit into the rest of the file is refused before
-//! anything is read of it, since the crate would reserve or repeat as told. Triangle strips are refused.
+//! The elements `vertex` (scalars `x`, `y`, `z`) and `face` (list `vertex_indices` or `vertex_index`) form the mesh; other elements and
+//! properties are skipped. Polygons are divided into fans from their first corner, which is correct for convex polygons. Deviation: an
+//! element whose announced count cannot fit into the rest of the file is refused before it is read, because the crate would allocate or
+//! loop for that count. Triangle strips are refused.
 
 use super::super::Point;
 use super::Raw;
@@ -14,7 +14,7 @@ use ply_rs_bw::ply::{PropertyType, ScalarType};
 use std::io::Cursor;
 use std::path::Path;
 
-/// Whether a file begins as PLY does.
+/// Whether the content begins as a PLY file does.
 pub(super) fn is_ply(content: &[u8]) -> bool {
     content.starts_with(b"ply\n") || content.starts_with(b"ply\r")
 }
@@ -95,7 +95,7 @@ fn is_corner_list(name: &str) -> bool {
     name == "vertex_indices" || name == "vertex_index"
 }
 
-/// An element that is read past.
+/// An element that is skipped.
 #[derive(Debug)]
 struct Skipped;
 
@@ -105,7 +105,7 @@ impl PropertyAccess for Skipped {
     }
 }
 
-/// The file and where the reader is in it.
+/// The file, and the current position of the reader.
 struct File<'a> {
     path: &'a Path,
     content: &'a [u8],
@@ -113,7 +113,7 @@ struct File<'a> {
 }
 
 impl File<'_> {
-    /// The line of a text, the byte of what is binary.
+    /// The place of an error: a line in text, a byte in binary data.
     fn place(&self, text: bool, line: Option<usize>) -> Place {
         let byte = self.reader.get_ref().position() as usize;
         if text { Place::Line(line.unwrap_or_else(|| self.reader.line())) } else { Place::Byte(byte) }
@@ -123,7 +123,7 @@ impl File<'_> {
         ImportError::Content { path: self.path.into(), place, message }
     }
 
-    /// The crate's messages have the text on lines of their own; this is the first line, and the text of the file.
+    /// Converts an error of the crate. The first line of its message is kept, with the line of the file if the file is text.
     fn failed(&self, text: bool, error: &ParseError) -> ImportError {
         let place = self.place(text, error.line());
         let message = error.to_string();
@@ -158,7 +158,7 @@ impl File<'_> {
     }
 }
 
-/// The fewest bytes that a property takes in a binary file.
+/// The smallest number of bytes that a property takes in a binary file.
 const fn least_bytes(property: &PropertyType) -> usize {
     match property {
         PropertyType::Scalar(scalar) | PropertyType::List(scalar, _) => match scalar {
@@ -199,7 +199,7 @@ pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
     Ok(raw)
 }
 
-/// Refuses a header without what makes a mesh.
+/// Refuses a header without the elements and properties of a mesh.
 fn check_header(file: &File, header: &Header) -> Result<(), ImportError> {
     let has = |element: &str, fits: &dyn Fn(&str, &PropertyType) -> bool| {
         let properties = header.elements.get(element).map(|element| &element.properties);

@@ -1,8 +1,8 @@
 //! STL, through the `stl_io` crate (3D Systems, StereoLithography Interface Specification, 1989).
 //!
-//! Deviations from what `stl_io` takes: a file is binary when its size is what the binary header announces, whatever it
-//! begins with, since many exporters begin binary files with `solid`; text may have several solids, which become one
-//! mesh; a solid needs no name; keywords may be in upper case. Normals are ignored: the winding says the same and is more often right.
+//! Deviations from `stl_io`: a file is binary when its size matches the binary header, whatever its first bytes are, because many exporters
+//! begin binary files with `solid`. Text may hold several solids, which are merged into one mesh. A solid needs no name, and keywords may
+//! be in upper case. Normals are ignored, because the winding gives the same direction and is more often right.
 
 use super::super::{Mesh, Point};
 use super::Raw;
@@ -12,7 +12,7 @@ use std::cell::Cell;
 use std::io::{Cursor, Write};
 use std::path::Path;
 
-/// Bytes before the first triangle, and bytes of a triangle.
+/// Bytes before the first triangle; below, the bytes of one triangle.
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
@@ -73,10 +73,10 @@ pub(super) fn read_text(path: &Path, content: &[u8]) -> Result<Raw, ImportError>
     collect(path, stl, |_| Place::Line(number.get()))
 }
 
-/// What `stl_io` reads with.
+/// The reader that `stl_io` returns.
 type Reader<'a> = Box<dyn stl_io::TriangleIterator<Item = std::io::Result<stl_io::Triangle>> + 'a>;
 
-/// All triangles of a reader; `place` says where the one of a number is.
+/// All triangles of a reader; `place` converts the index of a triangle to a place in the file.
 fn collect(
     path: &Path,
     reader: std::io::Result<Reader<'_>>,
@@ -101,7 +101,7 @@ fn collect(
 /// Writes a mesh as binary STL, mm. Coordinates become single precision: up to 0.12 µm off near 4 m.
 ///
 /// # Errors
-/// What the writer says.
+/// Errors of the writer.
 pub fn write(mesh: &Mesh, to: &mut impl Write) -> std::io::Result<()> {
     let single = |v: [f64; 3]| stl_io::Vector::new(v.map(|x| x as f32));
     let triangle = |t: &super::super::Triangle| {

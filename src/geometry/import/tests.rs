@@ -1,4 +1,4 @@
-//! A tetrahedron in every format, and every way of spoiling it.
+//! A tetrahedron in every format, and ways to damage each.
 
 mod objects;
 
@@ -262,7 +262,7 @@ fn a_file_on_disk_comes_back_as_it_was_written() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// However a file is spoilt, the answer is a mesh or an error.
+    /// However a file is damaged, the result is a mesh or an error.
     #[test]
     fn no_spoilt_file_panics(
         which in 0..9_usize, cut in 0.0..1.2_f64, flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),

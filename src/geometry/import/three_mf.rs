@@ -1,10 +1,10 @@
 //! 3MF, through the `zip` and `quick-xml` crates (3MF Consortium, 3MF Core Specification 1.3; sections in parentheses).
 //!
-//! Read are the meshes that the build of the root model part places, with the components of the production extension in
-//! other parts. The unit is the file's own (3.4). Materials, slices, beam lattices and the rest are read past.
+//! The meshes that the build of the root model part places are read, with components of the production extension in other parts. The file
+//! names its unit (3.4). Materials, slices, beam lattices and the rest are skipped.
 //!
-//! The `threemf` crate is not used: it unpacks as much as the archive holds, keeps what it does not need, and has no
-//! place for its errors. Here what is unpacked is bounded, and so are the placements.
+//! The `threemf` crate is not used: it unpacks as much as the archive holds, keeps data that a mesh does not need, and its errors have no
+//! place in the file. Here the unpacked size and the number of placements are bounded.
 
 use super::super::{Point, Vector};
 use super::Raw;
@@ -19,17 +19,17 @@ use std::path::Path;
 use std::str::FromStr;
 use zip::ZipArchive;
 
-/// Most bytes that all model parts may unpack to: 1 GiB, some ten million triangles.
+/// Most bytes to which all model parts together may unpack: 1 GiB, about ten million triangles.
 const MOST_UNPACKED: u64 = 1 << 30;
-/// Most components that may be placed. A component may hold others, so that a few lines can ask for any number.
+/// Most components that may be placed. Components may contain components, so a few lines can ask for any number.
 const MOST_PLACED: usize = 1 << 16;
-/// The usual name of the root model part, without regard to case as all names in the archive.
+/// The usual name of the root model part, in lower case; names in the archive are compared without regard to case.
 const ROOT: &str = "3d/3dmodel.model";
 
-/// An object somewhere in the archive: the part, as its name in lower case, and the number in it.
+/// An object in the archive: the part, by its name in lower case, and the object's number in that part.
 type Key = (String, u32);
 
-/// A mesh, or other objects at their places, or both.
+/// A mesh, placed objects, or both.
 #[derive(Debug, Default)]
 struct Object {
     vertices: Vec<Point>,
@@ -37,7 +37,7 @@ struct Object {
     components: Vec<(Key, Placement)>,
 }
 
-/// What one model part says.
+/// The content of one model part.
 #[derive(Debug, Default)]
 struct Model {
     unit_mm: f64,
@@ -49,7 +49,7 @@ pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
     read_archive(content).map_err(|(place, message)| ImportError::Content { path: path.into(), place, message })
 }
 
-/// What is wrong and where.
+/// The place of an error, and its description.
 type Fault = (Place, String);
 
 fn in_archive(name: &str, message: &(impl ToString + ?Sized)) -> Fault {
@@ -81,12 +81,12 @@ fn read_archive(content: &[u8]) -> Result<Raw, Fault> {
     build(root, &models)
 }
 
-/// The name by which a part is looked up.
+/// The name by which a part is found.
 fn part_key(name: &str) -> String {
     name.trim_start_matches('/').to_ascii_lowercase()
 }
 
-/// Places what the root's build names.
+/// Places the objects that the build of the root part names.
 fn build(root: &Model, models: &[(String, Model)]) -> Result<Raw, Fault> {
     let mut raw = Raw { unit_mm: Some(root.unit_mm), ..Raw::default() };
     let mut waiting: Vec<(&Key, Placement)> = root.items.iter().rev().map(|(key, at)| (key, *at)).collect();
@@ -180,7 +180,7 @@ impl<'a> Part<'a> {
         }
     }
 
-    /// Keeps an object that has been read.
+    /// Stores an object that has been read completely.
     fn finish(&self, model: &mut Model, object: Option<(u32, Object)>) -> Result<(), Fault> {
         let Some((id, object)) = object else { return Ok(()) };
         let count = object.vertices.len();
@@ -209,7 +209,7 @@ impl<'a> Part<'a> {
         Ok([self.number(tag, a)?, self.number(tag, b)?, self.number(tag, c)?])
     }
 
-    /// The unit of a `model`, mm.
+    /// The unit of a `model` element, mm.
     fn unit(&self, tag: &BytesStart) -> Result<f64, Fault> {
         match self.attribute(tag, "unit")?.as_deref() {
             None | Some("millimeter") => Ok(1.0),
@@ -222,8 +222,8 @@ impl<'a> Part<'a> {
         }
     }
 
-    /// The object that an `item` or a `component` names and its place. A transform is four rows of three numbers, which
-    /// a point's row is multiplied by (3.3).
+    /// The object that an `item` or a `component` names, and its placement. A transform is a matrix of four rows and three columns that
+    /// multiplies a point as a row vector (3.3).
     fn placed(&self, tag: &BytesStart) -> Result<(Key, Placement), Fault> {
         let mut part = part_key(self.name);
         for attribute in tag.attributes() {

@@ -8,7 +8,7 @@ use super::solid::Surface;
 use super::tessellation::Sizing;
 use serde::{Deserialize, Serialize};
 
-/// A face of a cuboid, by the direction it looks.
+/// A face of a cuboid, by the direction of its normal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Side {
     /// The face at the smallest x.
@@ -45,28 +45,28 @@ impl Side {
     }
 }
 
-/// A round hole, square to a face.
+/// A round hole, perpendicular to a face.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoxHole {
     /// The face it is drilled from.
     pub face: Side,
-    /// Centre from the middle of the face, mm, along the two other axes in the order x, y, z.
+    /// Centre relative to the middle of the face, mm, along the two other axes in the order x, y, z.
     pub at_mm: [f64; 2],
     /// Radius, mm.
     pub radius_mm: f64,
-    /// Depth of the full radius from the face, mm; a through hole when absent.
+    /// Depth of the cylindrical part, measured from the face, mm; when absent, the hole goes through.
     #[serde(default)]
     pub depth_mm: Option<f64>,
-    /// Angle of the point that the drill leaves in a blind hole, as in 118; a plain bottom when absent.
+    /// Angle of the conical end that a drill leaves in a blind hole, degrees, such as 118; when absent, the bottom is flat.
     #[serde(default)]
     pub point_deg: Option<f64>,
-    /// A wider beginning.
+    /// A wider part at the face.
     #[serde(default)]
     pub counterbore: Option<Counterbore>,
 }
 
-/// The wider beginning of a hole.
+/// The wider part of a hole at the face.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Counterbore {
@@ -81,12 +81,12 @@ impl BoxHole {
         self.counterbore.map_or(self.radius_mm, |bore| bore.radius_mm)
     }
 
-    /// Height of the drill's point, mm.
+    /// Height of the conical end, mm.
     fn point_height(&self) -> f64 {
         self.point_deg.map_or(0.0, |angle| self.radius_mm / (angle.to_radians() / 2.0).tan())
     }
 
-    /// Centre, mm, along the two axes that follow the hole's in the cyclic order x, y, z.
+    /// Centre, mm, along the two axes that follow the hole's axis in the cyclic order x, y, z.
     fn centre(&self) -> P2 {
         let [u, v] = self.at_mm;
         if self.face.axis() == 1 { P2::new(v, u) } else { P2::new(u, v) }
@@ -133,7 +133,7 @@ impl BoxHole {
         }
     }
 
-    /// Whether two checked holes may meet. Parallel ones are compared as circles, others by the boxes around them.
+    /// Whether two checked holes may meet. Parallel holes are compared as circles, others by their bounding boxes.
     fn may_meet(&self, other: &Self, size: [f64; 3]) -> bool {
         let (a, b) = (self.bounds(size), other.bounds(size));
         let boxes_meet = (0..3).all(|i| a[i].0 <= b[i].1 + SMALLEST_MM && b[i].0 <= a[i].1 + SMALLEST_MM);
@@ -143,7 +143,7 @@ impl BoxHole {
     }
 }
 
-/// Checks that every hole can be drilled and that none meets another.
+/// Checks that every hole can be drilled and that no two holes meet.
 pub(super) fn check_holes(size: [f64; 3], fillet: f64, holes: &[BoxHole]) -> Result<(), ShapeError> {
     for (i, hole) in holes.iter().enumerate() {
         hole.check(&format!("holes[{i}]"), size, fillet)?;
@@ -154,7 +154,7 @@ pub(super) fn check_holes(size: [f64; 3], fillet: f64, holes: &[BoxHole]) -> Res
     Ok(())
 }
 
-/// A hole whose wall and bottom are in the surface, and the rings that the faces must leave open.
+/// A hole with its wall and bottom already in the surface, and the rings that the faces must leave open.
 pub(super) struct Drilled {
     axis: usize,
     positive: bool,
@@ -192,7 +192,7 @@ impl Drilled {
         Self { axis, positive, entrance, exit }
     }
 
-    /// The loop, and its vertices, that the hole cuts out of a face.
+    /// The loop that the hole cuts out of a face, and the vertices of that loop; `None` when the hole does not open there.
     pub fn opening(&self, axis: usize, positive: bool) -> Option<(&Polygon, &Vec<u32>)> {
         if axis != self.axis {
             None

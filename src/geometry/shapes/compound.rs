@@ -1,4 +1,4 @@
-//! Shapes put together: each member is placed, repeated if wanted, and stays a closed surface of its own.
+//! Compounds of shapes: each member is placed, optionally repeated, and stays a closed surface of its own.
 
 use super::super::{Isometry, Vector};
 use super::Shape;
@@ -14,8 +14,8 @@ const DEEPEST: usize = 16;
 /// Most copies of one member.
 const MOST_COPIES: usize = 10_000;
 
-/// Several shapes as one. Members may overlap: their surfaces are neither cut nor joined, so each is a closed component
-/// of the mesh, and the mesh's signed volume counts an overlap once for each member.
+/// Several shapes as one. Members may overlap: their surfaces are neither cut nor joined. Each is a closed component of the mesh, so the
+/// mesh's signed volume counts an overlap once for each member.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Compound {
@@ -23,19 +23,19 @@ pub struct Compound {
     pub parts: Vec<Member>,
 }
 
-/// A shape and where it is.
+/// A shape and its placement in the compound.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Member {
     /// The shape.
     pub shape: Shape,
-    /// Where it is in the compound.
+    /// Placement in the compound.
     #[serde(default)]
     pub at: Placement,
     /// Further copies of it.
     #[serde(default)]
     pub repeat: Option<Repeat>,
-    /// Scales the number of its segments (as [`super::Tessellation::density`], 0.05 to 20).
+    /// Factor on the number of segments (as [`super::Tessellation::density`], 0.05 to 20).
     #[serde(default = "one")]
     pub density: f64,
 }
@@ -44,30 +44,30 @@ const fn one() -> f64 {
     1.0
 }
 
-/// A placement: first turned, then moved.
+/// A placement: rotation first, then translation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Placement {
-    /// Where the shape's origin goes, mm.
+    /// Position of the shape's origin, mm.
     pub xyz_mm: [f64; 3],
-    /// Roll, pitch and yaw, degrees: turned about the fixed x axis, then y, then z.
+    /// Roll, pitch and yaw, degrees: rotations about the fixed x axis, then y, then z.
     pub rpy_deg: [f64; 3],
 }
 
-/// Copies of a member, the placed original among them.
+/// Copies of a member; the count includes the original.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Repeat {
-    /// Turned about the compound's z axis in equal steps of a full turn.
+    /// The copies are rotated about the compound's z axis by equal fractions of a full turn.
     Around {
-        /// How many there are in all.
+        /// Number of copies, including the original.
         count: usize,
     },
-    /// Moved by the same step again and again.
+    /// The copies are displaced by equal steps in one direction.
     Along {
-        /// How many there are in all.
+        /// Number of copies, including the original.
         count: usize,
-        /// From each to the next, mm.
+        /// Displacement from each copy to the next, mm.
         step_mm: [f64; 3],
     },
 }
@@ -76,7 +76,7 @@ impl Placement {
     /// The motion from the shape's frame to the compound's.
     ///
     /// # Errors
-    /// [`ShapeError`] naming `xyz_mm` or `rpy_deg` when a number is not finite or beyond any mesh.
+    /// [`ShapeError`] naming `xyz_mm` or `rpy_deg` when a number is not finite or is out of range.
     pub fn isometry(&self) -> Result<Isometry, ShapeError> {
         let [x, y, z] = coordinates("xyz_mm", self.xyz_mm)?;
         for angle in self.rpy_deg {
@@ -89,7 +89,7 @@ impl Placement {
 }
 
 impl Repeat {
-    /// The motions, in the compound's frame, from the original to the copies; the first is none.
+    /// The motions from the original to each copy, in the compound's frame; the first is the identity.
     fn motions(&self) -> Result<Vec<Isometry>, ShapeError> {
         let (Self::Around { count } | Self::Along { count, .. }) = *self;
         if count == 0 {
@@ -109,7 +109,7 @@ impl Repeat {
 }
 
 impl Compound {
-    /// Adds the members, placed, to `assembly`; `depth` compounds are around this one.
+    /// Adds the placed members to `assembly`; `depth` is the number of enclosing compounds.
     pub(super) fn assemble(
         &self,
         sizing: &Sizing,

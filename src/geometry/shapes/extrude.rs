@@ -1,4 +1,4 @@
-//! Prisms: an outline with holes, drawn out along z.
+//! Prisms: an outline with holes, extruded along z.
 
 use super::super::Point;
 use super::error::{Fault, ShapeError, coordinates, length, length_or_zero};
@@ -10,7 +10,7 @@ use super::tessellation::{Sizing, affordable};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
-/// An outline drawn out from z = 0 to z = `height_mm`: bed ways, slides, T-slot tables, bodies, jaws, plates.
+/// An outline extruded from z = 0 to z = `height_mm`: bed ways, slides, T-slot tables, bodies, jaws, plates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Extrude {
@@ -57,7 +57,7 @@ pub struct OutlinedHole {
     pub outline_mm: Vec<OutlinePoint>,
 }
 
-/// Treatment of the edges of an end; the default leaves them sharp.
+/// Treatment of the edges of one end; by default they are sharp.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rim {
@@ -76,7 +76,7 @@ impl Rim {
         if fillet > 0.0 && chamfer > 0.0 { Err(Fault::FilletAndChamfer.at(field)) } else { Ok(fillet + chamfer) }
     }
 
-    /// Insets and heights above the end, from the end to the full outline, both included.
+    /// Insets and heights above the end, from the end itself to the full outline, both included.
     fn rows(&self, sizing: &Sizing) -> Vec<(f64, f64)> {
         if self.chamfer_mm > 0.0 {
             return vec![(self.chamfer_mm, 0.0), (0.0, self.chamfer_mm)];
@@ -169,7 +169,7 @@ impl Extrude {
     }
 }
 
-/// Checks that the loops after the first lie inside it and outside one another, and that none touch.
+/// Checks that all loops after the first lie inside the first and outside one another, and that no two touch.
 fn check_nesting(field: &str, loops: &[Polygon]) -> Result<(), ShapeError> {
     polygon::check_disjoint(field, loops)?;
     for (i, hole) in loops.iter().enumerate().skip(1) {

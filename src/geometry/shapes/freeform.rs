@@ -1,9 +1,9 @@
 //! Blocks with a free-form top: a uniform bicubic B-spline over a net of heights.
 //!
-//! The surface is a height field, z over x and y: hollows, saddles, walls as steep as the net allows and thin fins, as the
-//! test surfaces of the literature on 5-axis machining are; undercuts it has none. Basis: Piegl and Tiller, "The NURBS Book", 1997, section
-//! 2; away from the ends the B-splines of uniform knots are four fixed cubics per interval, and the net is continued beyond its
-//! ends in a straight line, so that the surface passes through its corner heights.
+//! The surface is a height field, z over x and y. It has hollows, saddles, thin fins and walls as steep as the net allows, like the test
+//! surfaces of the literature on 5-axis machining, but no undercuts. Basis: Piegl and Tiller, "The NURBS Book", 1997, section 2. Away from
+//! the ends, the B-splines of uniform knots are four fixed cubics per interval. The net is extrapolated linearly beyond its ends, so that
+//! the surface passes through its corner heights.
 
 use super::super::{Point, Vector};
 use super::error::{Fault, ShapeError, length};
@@ -11,17 +11,17 @@ use super::solid::Surface;
 use super::tessellation::{Sizing, affordable};
 use serde::{Deserialize, Serialize};
 
-/// Factor by which edges of the free-form face are shorter than edges of plane faces.
+/// Ratio of the edge length of plane faces to that of the free-form face.
 const FINER_THAN_PLANES: f64 = 16.0;
 
-/// A block whose top is free-form; x and y from minus to plus half the size, bottom at z = 0.
+/// A block with a free-form top; x and y extend from minus to plus half the size, and the bottom is at z = 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Freeform {
     /// Size in x and y, mm.
     pub size_mm: [f64; 2],
-    /// Heights of the control net, mm, above 0: rows from low to high y, within a row from low to high x. At least 2 by 2, all rows of one
-    /// length.
+    /// Heights of the control net, mm, above 0: rows from low to high y, and within a row from low to high x. At least 2 by 2; all rows
+    /// have one length.
     pub heights_mm: Vec<Vec<f64>>,
 }
 
@@ -34,10 +34,10 @@ fn basis(t: f64) -> ([f64; 4], [f64; 4]) {
 }
 
 impl Freeform {
-    /// Checks the numbers.
+    /// Checks all fields.
     ///
     /// # Errors
-    /// [`ShapeError`] with the field.
+    /// [`ShapeError`] that names the faulty field.
     pub fn check(&self) -> Result<(), ShapeError> {
         for (i, &size) in self.size_mm.iter().enumerate() {
             length(&format!("size_mm[{i}]"), size)?;
@@ -57,7 +57,7 @@ impl Freeform {
         Ok(())
     }
 
-    /// The height of the net at any whole place, continued in a straight line beyond the ends.
+    /// The height of the net at an integer position, extrapolated linearly beyond the ends.
     fn net(&self, i: isize, j: isize) -> f64 {
         let along = |k: isize, n: usize, at: &dyn Fn(usize) -> f64| {
             let last = n as isize - 1;
@@ -73,7 +73,7 @@ impl Freeform {
         along(j, rows.len(), &|row| along(i, rows[row].len(), &|column| rows[row][column]))
     }
 
-    /// The point of the top at (u, v) in [0, 1]², mm, and its unit normal, upwards. The net must have passed [`Freeform::check`].
+    /// The point of the top surface at (u, v) in [0, 1]², mm, and its upward unit normal. The net must have passed [`Freeform::check`].
     #[must_use]
     pub fn at(&self, u: f64, v: f64) -> (Point, Vector) {
         let cell = |w: f64, n: usize| {

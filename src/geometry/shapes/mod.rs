@@ -1,12 +1,11 @@
-//! Parametric machine parts as watertight meshes: what a scene file may describe in place of a mesh file.
+//! Parametric machine parts as watertight meshes; a scene file may describe a part by a shape in place of a mesh file.
 //!
 //! Reading order: [`Shape`] and [`Tessellation`]; [`outline`] (lines and arcs), [`revolve`], [`extrude`],
 //! [`freeform`], [`rounded_box`], [`thread`], [`round`] (common solids by name), [`compound`].
 //!
-//! Bounding volumes that weigh vertices and those that weigh areas differ only on nonuniform meshes, so the
-//! tessellations are nonuniform as those of real models are: plane faces are a few large triangles, fillets, holes and
-//! threads many small ones. [`Tessellation::grading`] changes how much so, at constant shape and nearly constant
-//! number.
+//! The tessellations are as nonuniform as those of real models: plane faces are a few large triangles, and fillets, holes and threads are
+//! many small ones. This matters because bounding volumes that weight vertices and those that weight areas differ only on nonuniform
+//! meshes. [`Tessellation::grading`] changes the nonuniformity while keeping the shape and, nearly, the number of triangles.
 
 pub mod box_holes;
 pub mod compound;
@@ -40,7 +39,7 @@ use serde::{Deserialize, Serialize};
 use solid::Assembly;
 use tessellation::{Sizing, balance};
 
-/// A description of a solid, mm and degrees, in the part's own frame. In files a table with a `kind`.
+/// A description of a solid, in mm and degrees, in the part's own frame. In files it is a table with a `kind`.
 ///
 /// ```
 /// use bvbench::geometry::shapes::{Shape, Tessellation};
@@ -71,12 +70,12 @@ pub enum Shape {
     Capsule(Capsule),
     /// A ring torus.
     Torus(Torus),
-    /// Several shapes as one.
+    /// Several shapes combined into one.
     Compound(Compound),
 }
 
 impl Shape {
-    /// The shape as a mesh. Every component of it is watertight, with outward winding and no triangle without area.
+    /// The shape as a mesh. Every component is watertight, with outward winding and no triangle of zero area.
     ///
     /// # Errors
     /// [`ShapeError`] with the field and the cause, when a number is not finite or out of range, an outline is
@@ -85,10 +84,10 @@ impl Shape {
         self.assembly(tessellation)?.finish()
     }
 
-    /// How many triangles [`Shape::mesh`] makes; quicker than making it.
+    /// The number of triangles that [`Shape::mesh`] makes; faster than making the mesh.
     ///
     /// # Errors
-    /// As [`Shape::mesh`], save for what only the finished mesh can tell.
+    /// As [`Shape::mesh`], except for faults that only the finished mesh shows.
     pub fn triangle_count(&self, tessellation: &Tessellation) -> Result<usize, ShapeError> {
         Ok(self.assembly(tessellation)?.triangle_count())
     }
@@ -104,7 +103,7 @@ impl Shape {
         assembled(&Sizing::new(tessellation, factor))
     }
 
-    /// Adds the shape's components to `assembly`; `depth` compounds are around it.
+    /// Adds the shape's components to `assembly`; `depth` is the number of enclosing compounds.
     fn assemble(
         &self,
         sizing: &Sizing,

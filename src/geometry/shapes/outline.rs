@@ -8,10 +8,10 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Points nearer than this, mm, are one point: 67 steps of the coordinate grid, and a thousandth of the smallest length
-/// that a description may name.
+/// Points nearer than this, mm, count as one point: 67 steps of the coordinate grid, and a thousandth of the smallest length that a
+/// description may contain.
 const SAME_POINT_MM: f64 = 1e-6;
-/// Most points of one divided outline; the limit keeps absurd densities from exhausting memory.
+/// Most points of one divided outline; the limit keeps excessive densities from exhausting memory.
 const MOST_POINTS: usize = 100_000;
 
 /// A point of an outline: `[x, y]`, or `[x, y, fillet]`, or a table.
@@ -25,11 +25,11 @@ pub enum OutlinePoint {
     Sharp([f64; 2]),
     /// A corner at x, y, mm, rounded with a radius, mm.
     Rounded([f64; 3]),
-    /// A corner with everything that can be said of it.
+    /// A corner with all its properties.
     Detailed(OutlineCorner),
 }
 
-/// A corner of an outline and the way from it to the next.
+/// A corner of an outline, and the line or arc from it to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OutlineCorner {
@@ -41,8 +41,8 @@ pub struct OutlineCorner {
     /// How far from the corner, on both edges, a bevel begins, mm; 0 for none. Needs straight edges on both sides.
     #[serde(default)]
     pub chamfer_mm: f64,
-    /// Makes the way to the next point an arc of this radius, mm, of at most half a turn; positive when it runs
-    /// counter-clockwise about its centre, negative when clockwise. 0 for a straight way.
+    /// Radius of an arc to the next point, mm, of at most half a turn; positive when it runs counter-clockwise about its centre, negative
+    /// when clockwise. 0 makes a straight line.
     #[serde(default)]
     pub arc_mm: f64,
 }
@@ -57,15 +57,15 @@ impl From<OutlinePoint> for OutlineCorner {
     }
 }
 
-/// A corner after checking: where its rounding begins and ends.
+/// A checked corner, with the extent of its rounding.
 struct Corner {
     given: OutlineCorner,
     at: P2,
-    /// How much of each adjacent edge the rounding uses, mm.
+    /// Length of each adjacent edge that the rounding uses, mm.
     reach: f64,
-    /// Angle through which the outline turns, radians, positive to the left.
+    /// Angle between the edges before and after, radians, positive for a left turn.
     turn: f64,
-    /// Unit directions of the edges before and after.
+    /// Unit direction of the edge before; below, of the edge after.
     before: Vector2<f64>,
     after: Vector2<f64>,
 }
@@ -102,7 +102,7 @@ pub(super) fn divide(field: &str, outline: &[OutlinePoint], sizing: &Sizing) -> 
     Ok(points)
 }
 
-/// The polygon with every edge cut into its number of equal pieces, on the coordinate grid.
+/// The polygon on the coordinate grid, with every edge divided into its number of equal pieces.
 pub(super) fn cut_edges(polygon: &[P2], pieces: &[usize]) -> Polygon {
     let cut = |((from, to), &pieces): ((P2, P2), &usize)| {
         let point = move |k: usize| (from + (to - from) * (k as f64 / pieces as f64)).map(grid::snap_coordinate);
@@ -111,7 +111,7 @@ pub(super) fn cut_edges(polygon: &[P2], pieces: &[usize]) -> Polygon {
     polygon::edges(polygon).zip(pieces).flat_map(cut).collect()
 }
 
-/// Into how many pieces the edges of a polygon are cut by the length of plane edges.
+/// Number of pieces of each edge of a polygon, by the permitted edge length of plane faces.
 pub(super) fn pieces(polygon: &[P2], sizing: &Sizing) -> Vec<usize> {
     polygon::edges(polygon).map(|(from, to)| sizing.straight((to - from).norm())).collect()
 }

@@ -1,7 +1,7 @@
 //! Plane faces with holes, divided by constrained Delaunay triangulation (the `spade` crate).
 //!
-//! Ear clipping drops points that become collinear, as the corners of a pattern of holes do, and leaves T-junctions; a
-//! Delaunay triangulation on exact predicates keeps every point.
+//! The triangulation is a Delaunay triangulation on exact predicates because it keeps every point. Ear clipping drops collinear points,
+//! such as the corners in a pattern of holes, and so leaves T-junctions.
 
 use super::error::{Fault, ShapeError};
 use super::polygon::{self, P2, Polygon};
@@ -10,18 +10,18 @@ use super::tessellation::{Sizing, affordable};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::VecDeque;
 
-/// A plane face: loops of vertices that exist already, one outer and any number of holes, which lie on the grid and
-/// have been found disjoint. Seen from outside the solid, coordinates are right-handed when `mirrored` is false.
+/// A plane face: loops of existing vertices, one outer loop and any number of holes, on the grid and disjoint. Seen from outside the solid,
+/// coordinates are right-handed when `mirrored` is false.
 pub(super) struct Face<'a> {
-    /// The loops, in any order and either sense.
+    /// The loops, in any order and either orientation.
     pub loops: &'a [Polygon],
     /// Index of the vertex at every point of every loop.
     pub vertices: &'a [Vec<u32>],
-    /// Whether the outside is where the coordinates look left-handed.
+    /// Whether the coordinates are left-handed seen from outside.
     pub mirrored: bool,
 }
 
-/// Adds the face: the points of the loops, and within it a lattice of the sizing's flat edge length, lifted by `lift`.
+/// Adds the face: the points of the loops, and inside it a lattice with the sizing's flat edge length. `lift` maps plane points to space.
 pub(super) fn add_face(
     surface: &mut Surface,
     face: &Face<'_>,
@@ -41,7 +41,7 @@ pub(super) fn add_face(
     Ok(())
 }
 
-/// The points of a square lattice inside the loops (even-odd) that keep half an edge length from them.
+/// The points of a square lattice inside the loops (even-odd rule) that are at least half an edge length from them.
 fn lattice(loops: &[Polygon], sizing: &Sizing) -> Result<Polygon, ShapeError> {
     let step = sizing.flat_edge();
     let all = || loops.iter().flatten();
@@ -61,7 +61,7 @@ fn lattice(loops: &[Polygon], sizing: &Sizing) -> Result<Polygon, ShapeError> {
     Ok(points)
 }
 
-/// The triangles, counter-clockwise, of the area inside the loops (even-odd); `points` begins with the loops' points.
+/// The triangles, counter-clockwise, of the area inside the loops (even-odd rule); `points` begins with the points of the loops.
 fn triangulate(loops: &[Polygon], points: &[P2]) -> Result<Vec<[usize; 3]>, ShapeError> {
     let mut edges = Vec::new();
     let mut first = 0;

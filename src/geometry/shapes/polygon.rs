@@ -6,10 +6,10 @@ use robust::{Coord, orient2d};
 
 /// A point of a plane, mm.
 pub(super) type P2 = Point2<f64>;
-/// A closed polygon: the last point is joined to the first. Counter-clockwise unless said otherwise.
+/// A closed polygon: an edge joins the last point to the first. Counter-clockwise unless stated otherwise.
 pub(super) type Polygon = Vec<P2>;
 
-/// Twice the signed area of the triangle abc, with the right sign (Shewchuk 1997).
+/// Twice the signed area of the triangle abc; the sign is exact (Shewchuk 1997).
 fn orient(a: &P2, b: &P2, c: &P2) -> f64 {
     let coord = |p: &P2| Coord { x: p.x, y: p.y };
     orient2d(coord(a), coord(b), coord(c))
@@ -56,7 +56,7 @@ fn segments_meet((a, b): (&P2, &P2), (c, d): (&P2, &P2)) -> bool {
     !apart(s1, s2) && !apart(s3, s4)
 }
 
-/// An edge, with which loop it belongs to and where in it.
+/// An edge, with the number of its loop and its position in that loop.
 struct Edge {
     ends: (P2, P2),
     of: usize,
@@ -65,7 +65,7 @@ struct Edge {
 }
 
 impl Edge {
-    /// Whether two edges share a meeting point that they should not have.
+    /// Whether two edges share a point that is not a common corner.
     fn offends(&self, other: &Self) -> bool {
         let (a, b) = (&self.ends, &other.ends);
         if self.of == other.of {
@@ -82,7 +82,7 @@ impl Edge {
     }
 }
 
-/// Whether the way a, b, c returns along itself at b.
+/// Whether the path a, b, c reverses direction at b.
 fn doubles_back(a: &P2, b: &P2, c: &P2) -> bool {
     orient(a, b, c) == 0.0 && (b - a).dot(&(c - b)) <= 0.0
 }
@@ -110,10 +110,10 @@ pub(super) fn check_disjoint(field: &str, loops: &[Polygon]) -> Result<(), Shape
     Ok(())
 }
 
-/// Every point moved inwards (of a counter-clockwise polygon) along its mitre, so that every edge moves by `width` mm;
-/// outwards for a negative width. `None` when an edge would vanish or turn round, or a corner is too sharp to mitre.
+/// Moves every point inwards (of a counter-clockwise polygon) along its mitre, so that every edge moves by `width` mm; a negative width
+/// moves outwards. `None` when an edge would vanish or reverse, or a corner is too sharp to mitre.
 pub(super) fn inset(polygon: &[P2], width: f64) -> Option<Polygon> {
-    /// 1 + cos of the turn below which a corner is a spike: 0.01 stands for a corner of about 8°.
+    /// Smallest permitted 1 + cos of the turning angle; 0.01 corresponds to a corner of about 8°.
     const SHARPEST: f64 = 0.01;
     let inward = |(from, to): (P2, P2)| {
         let along = (to - from).normalize();

@@ -10,9 +10,9 @@ use std::f64::consts::TAU;
 
 /// A profile turned once about the z axis: spindles, tool holders, cutters, centres, rims.
 ///
-/// Wherever the profile runs along the axis the solid is closed there; a profile that stays away from it makes a ring
-/// or a bore. Each circle has as many segments as its radius asks for, or half, a quarter, ... of those of the largest.
-/// The circles are inscribed, so walls thinner than the sagitta of their chords would cross; they are not looked for.
+/// A profile that runs along the axis makes a solid that is closed there; a profile away from the axis makes a ring or a bore. The number
+/// of segments of a circle follows from its radius, rounded up to that of the largest circle divided by a power of two. The circles are
+/// inscribed, so walls thinner than the sagitta of their chords would cross themselves; this is not checked.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Revolve {
@@ -45,8 +45,8 @@ impl Revolve {
     }
 }
 
-/// The vertices of a circle about the axis: one on the axis itself, else the fewest of `most`, `most`/2, `most`/4, ...
-/// that its own radius asks for, so that neighbouring circles share directions.
+/// The vertices of a circle about the axis. A circle of radius 0 is a single vertex. Otherwise the number of vertices is the smallest of
+/// `most`, `most`/2, `most`/4, ... that its radius needs, so that neighbouring circles have vertices in the same directions.
 fn ring(surface: &mut Surface, radius: f64, z: f64, most: usize, sizing: &Sizing) -> Vec<u32> {
     if radius == 0.0 {
         return vec![surface.vertex(Point::new(0.0, 0.0, z))];

@@ -1,4 +1,4 @@
-//! Common solids of revolution by name; each is a [`Revolve`] with its profile written out.
+//! Common solids of revolution by name; each is a [`Revolve`] with a given profile.
 
 use super::error::{Fault, ShapeError, length, length_or_zero};
 use super::outline::{OutlineCorner, OutlinePoint};
@@ -13,7 +13,7 @@ pub struct Cylinder {
     pub radius_mm: f64,
     /// Height, mm.
     pub height_mm: f64,
-    /// Radius of a bore through it, mm; 0 for none.
+    /// Radius of an axial bore, mm; 0 for none.
     #[serde(default)]
     pub bore_mm: f64,
     /// Radius of the rounding of both outer edges, mm; 0 for none.
@@ -58,9 +58,9 @@ pub struct Capsule {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Torus {
-    /// Radius of the circle that the tube's centre runs on, mm.
+    /// Radius of the circle along which the tube's centre runs, mm.
     pub ring_radius_mm: f64,
-    /// Radius of the tube, mm; less than the ring's.
+    /// Radius of the tube, mm; must be less than the ring's.
     pub tube_radius_mm: f64,
 }
 

@@ -1,8 +1,8 @@
 //! Cuboids with rounded edges and corners, and holes in their faces.
 //!
-//! The surface is that of a cuboid of lattice cells. Cells of the outermost layers are bent round: a lattice point
-//! there stands for a direction, whose components are tangents of equal angles, so that a quarter turn is divided
-//! evenly along the edges and nearly so at the corners.
+//! The surface consists of the outer cells of a lattice. Cells of the outermost layers are bent round the edges: a lattice point there
+//! represents a direction whose components are tangents of equal angles. A quarter turn is therefore divided evenly along the edges, and
+//! nearly evenly at the corners.
 
 use super::super::{Point, Vector};
 use super::box_holes::{BoxHole, Drilled, check_holes};
@@ -24,7 +24,7 @@ pub struct RoundedBox {
     /// Radius of all edges and corners, mm; 0 (the default) leaves them sharp.
     #[serde(default)]
     pub fillet_mm: f64,
-    /// Holes in the faces. They must lie within the plane part of their faces and keep clear of one another.
+    /// Holes in the faces. They must lie within the plane part of their faces and must not meet.
     #[serde(default)]
     pub holes: Vec<BoxHole>,
 }
@@ -63,9 +63,9 @@ struct Body {
     /// Half the lengths of the plane faces, mm.
     flat_half: [f64; 3],
     fillet: f64,
-    /// Cells of half a quarter turn; 0 without fillet.
+    /// Number of cells of an eighth of a turn; 0 without fillet.
     bent: usize,
-    /// Cells of the plane part, per axis.
+    /// Number of cells of the plane part, per axis.
     flat: [usize; 3],
     vertex_at: HashMap<[usize; 3], u32>,
 }
@@ -110,7 +110,7 @@ impl Body {
         vertex
     }
 
-    /// The vertex at cell corner j, k of the face across `axis`.
+    /// The vertex at lattice position j, k of the face perpendicular to `axis`.
     fn face_vertex(&mut self, axis: usize, positive: bool, j: usize, k: usize) -> u32 {
         let mut at = [0; 3];
         at[axis] = if positive { self.cells(axis) } else { 0 };
@@ -118,7 +118,7 @@ impl Body {
         self.vertex(at)
     }
 
-    /// Adds the cells of a face, all of them or only those outside its plane part.
+    /// Adds the cells of a face: all of them, or only those outside its plane part.
     fn add_bent_cells(&mut self, axis: usize, positive: bool, spare_plane: bool) {
         let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
         let plane = |i: usize, axis: usize, body: &Self| (body.bent..body.bent + body.flat[axis]).contains(&i);
@@ -134,7 +134,7 @@ impl Body {
         }
     }
 
-    /// Adds the plane part of a face with the openings of holes in it.
+    /// Adds the plane part of a face, with the openings of its holes.
     fn add_drilled_face(
         &mut self,
         axis: usize,

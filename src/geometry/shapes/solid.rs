@@ -1,11 +1,11 @@
-//! Surfaces under construction, and the checks that make them meshes.
+//! Surfaces under construction, and the checks that turn them into meshes.
 
 use super::super::{Isometry, Mesh, Point, Triangle};
 use super::error::{Fault, ShapeError};
 use super::tessellation::MOST_TRIANGLES;
 
-/// One closed component under construction. Makers share vertices by index; nothing is welded by distance but what
-/// falls on the same point of the coordinate grid at the end.
+/// One closed component under construction. Builders share vertices by index. Vertices are not welded by distance; only those on the same
+/// point of the coordinate grid are merged at the end.
 #[derive(Debug, Default)]
 pub(super) struct Surface {
     vertices: Vec<Point>,
@@ -19,7 +19,7 @@ impl Surface {
         (self.vertices.len() - 1) as u32
     }
 
-    /// Adds a triangle, counter-clockwise seen from outside; one with a repeated vertex has collapsed and is left out.
+    /// Adds a triangle, counter-clockwise seen from outside; one with a repeated vertex is degenerate and left out.
     pub fn triangle(&mut self, a: u32, b: u32, c: u32) {
         if a != b && b != c && c != a {
             self.faces.push([a, b, c]);
@@ -32,8 +32,8 @@ impl Surface {
         self.triangle(d, b, c);
     }
 
-    /// Adds the band between two closed rows, `outward` to the right of the way from `low` to `high` when the rows run
-    /// counter-clockwise. A row of one vertex is the tip of a fan. Rows of different length are sewn in proportion.
+    /// Adds the band between two closed rows. When the rows run counter-clockwise, the outside is to the right of the direction from `low`
+    /// to `high`. A row of one vertex is the tip of a fan. Rows of different length are joined in proportion.
     pub fn band(&mut self, low: &[u32], high: &[u32]) {
         let (n, m) = (low.len(), high.len());
         let (mut i, mut j) = (0, 0);
@@ -55,7 +55,7 @@ impl Surface {
         self.faces.len()
     }
 
-    /// The component as a mesh, if it is sound: watertight, outward, no triangle without area.
+    /// The component as a mesh, if it is sound: watertight, wound outward, and without triangles of zero area.
     pub fn finish(&self) -> Result<Mesh, ShapeError> {
         let corner = |v: u32| self.vertices[v as usize];
         let triangles: Vec<Triangle> = self.faces.iter().map(|f| Triangle { corners: f.map(corner) }).collect();
@@ -71,14 +71,14 @@ impl Surface {
     }
 }
 
-/// Closed components side by side, each with its placement in the whole.
+/// Closed components side by side, each with its placement in the assembly.
 #[derive(Debug, Default)]
 pub(super) struct Assembly {
     components: Vec<(Surface, Isometry)>,
 }
 
 impl Assembly {
-    /// Adds a component, placed.
+    /// Adds a component with its placement.
     pub fn push(&mut self, surface: Surface, placement: Isometry) -> Result<(), ShapeError> {
         self.components.push((surface, placement));
         if self.triangle_count() > MOST_TRIANGLES {
@@ -92,8 +92,8 @@ impl Assembly {
         self.components.iter().map(|(surface, _)| surface.len()).sum()
     }
 
-    /// One mesh of all components. Vertices of different components stay apart even where they coincide, or two boxes
-    /// that stand edge to edge would no longer be two closed surfaces.
+    /// Makes one mesh of all components. Vertices of different components stay separate even where they coincide; otherwise two boxes that
+    /// share an edge would no longer be two closed surfaces.
     pub fn finish(self) -> Result<Mesh, ShapeError> {
         let (mut vertices, mut faces) = (Vec::new(), Vec::new());
         for (surface, placement) in self.components {

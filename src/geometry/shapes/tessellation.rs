@@ -1,22 +1,22 @@
 //! How finely a shape is divided, and where.
 //!
-//! A curve of radius r is divided as a CAD kernel does, by the chord's departure from the curve: the sagitta of a chord
-//! that spans the angle a is r·a²/8, so a full turn takes 2π·√(r/8s) segments for a sagitta s. Straight edges and plane
-//! faces need no division for their shape; they get one at a fixed edge length, so that there is something to move to
-//! or from the details when the grading changes.
+//! A curve is divided as in a CAD kernel, by the distance of a chord from the curve. The sagitta of a chord that spans the angle a at
+//! radius r is r·a²/8, so a full turn takes 2π·√(r/8s) segments for a sagitta s. Straight edges and plane faces need no division to keep
+//! their shape. They are divided all the same, at a fixed edge length, because a change of the grading moves triangles between them and the
+//! details.
 
 use super::error::{Fault, ShapeError, within};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Sagitta of a chord at density 1 and grading 1, mm: what a coarse STL export of a machine model has.
+/// Sagitta of a chord at density 1 and grading 1, mm: as in a coarse STL export of a machine model.
 const SAGITTA_MM: f64 = 0.02;
 /// Edge length of plane faces at density 1 and grading 1, mm.
 const FLAT_EDGE_MM: f64 = 40.0;
-/// The radius, mm, that grading leaves alone. Finer curves are details, coarser ones large areas: a clamping screw's
-/// thread, a hole and a fillet have a few mm, a chuck or a hand wheel 50 and more.
+/// The radius that grading does not change, mm. Smaller radii are details, larger ones are large areas: a clamping screw's thread, a hole
+/// and a fillet have a few mm, a chuck or a hand wheel 50 and more.
 const NEUTRAL_RADIUS_MM: f64 = 10.0;
-/// Fewest and most segments of a full turn. Fewer than 8 no longer look round; more than 2048 are finer than any use.
+/// Fewest and most segments of a full turn. Fewer than 8 no longer look round; more than 2048 have no use.
 const TURN: (f64, f64) = (8.0, 2048.0);
 /// Most triangles of one shape.
 pub(super) const MOST_TRIANGLES: usize = 4_000_000;
@@ -31,18 +31,17 @@ const GRADING: (f64, f64) = (1.0 / 16.0, 16.0);
 /// r)/(10 + r) runs from 1 for the finest detail over 0 at a radius of 10 mm to -1 for a plane. Straight edges and
 /// plane faces are divided so that their edges are about 40 mm or shorter, divided by `density · grading^(-1/2)`.
 ///
-/// When the grading is not 1, all numbers of segments are scaled once more by a common factor, found by bisection, that
-/// brings the number of triangles back to what it is at grading 1 as nearly as whole segments and their least numbers
-/// (8 per turn, 1 per edge) allow: within a few per cent for a part of some thousand triangles. A shape that has
-/// nothing to move from or to, such as a plain ball, hardly changes.
+/// When the grading is not 1, all numbers of segments are scaled by a common factor, found by bisection, that restores the number of
+/// triangles at grading 1. Whole segments and their minimum numbers (8 per turn, 1 per edge) limit its accuracy to a few per cent for a
+/// part of some thousand triangles. If a shape has only details or only large areas, as a plain ball does, the grading hardly changes it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tessellation {
-    /// Even-handed at 1. Above, triangles move from large areas to fillets, holes and threads; below, the other way.
-    /// From 1/16 to 16: the numbers of segments of the finest curves and of plane faces change by up to a factor 16
-    /// against each other.
+    /// Balance between details and large areas, 1/16 to 16; neutral at 1. Above 1, triangles move from large areas to fillets, holes and
+    /// threads; below 1, the other way. At either limit, the number of segments of the finest curves changes by a factor of 16 relative to
+    /// that of plane faces.
     pub grading: f64,
-    /// Scales the number of segments everywhere, so the number of triangles about with its square; 0.05 to 20.
+    /// Factor on the number of segments everywhere, so the number of triangles grows roughly with its square; 0.05 to 20.
     pub density: f64,
 }
 
@@ -64,7 +63,7 @@ impl Tessellation {
     }
 }
 
-/// A tessellation with its common factor: what the makers of surfaces ask.
+/// A tessellation with its common factor; the builders of surfaces take their numbers of segments from it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sizing {
     density: f64,
@@ -76,19 +75,19 @@ impl Sizing {
         Self { density: tessellation.density * factor, grading: tessellation.grading }
     }
 
-    /// The same, `factor` times as dense.
+    /// The same sizing, `factor` times as dense.
     pub fn denser(&self, factor: f64) -> Self {
         Self { density: self.density * factor, grading: self.grading }
     }
 
-    /// Segments of a full turn of radius `radius` mm, not yet whole.
+    /// Segments of a full turn of radius `radius` mm, before rounding to an integer.
     fn turn(&self, radius: f64) -> f64 {
         let detail = (NEUTRAL_RADIUS_MM - radius) / (NEUTRAL_RADIUS_MM + radius);
         let by_sagitta = TAU * (radius / (8.0 * SAGITTA_MM)).sqrt();
         (by_sagitta.max(TURN.0) * self.density * self.grading.powf(detail / 2.0)).clamp(TURN.0, TURN.1)
     }
 
-    /// Segments of a full circle: a multiple of 4, so that circles have their extreme points on the axes.
+    /// Segments of a full circle: a multiple of 4, so that circles have vertices on the axes.
     pub fn circle(&self, radius: f64) -> usize {
         4 * (self.turn(radius) / 4.0).round() as usize
     }
@@ -109,10 +108,10 @@ impl Sizing {
     }
 }
 
-/// Steps of the bisection: the factor is then known to 2^(1/64), finer than whole segments resolve.
+/// Steps of the bisection. The factor is then known to 2^(1/64), finer than the resolution of whole segments.
 const BISECTIONS: usize = 10;
 
-/// The factor at which `count` is nearest to what it is at grading 1.
+/// The factor at which `count` is closest to its value at grading 1.
 pub(super) fn balance(
     tessellation: &Tessellation,
     count: impl Fn(&Sizing) -> Result<usize, ShapeError>,
@@ -139,7 +138,7 @@ pub(super) fn balance(
     Ok(best.1)
 }
 
-/// A number of triangles, if it is not absurd. `usize` overflow counts as absurd.
+/// Checks that a number of triangles is below the limit. Overflow of `usize` counts as above it.
 pub(super) fn affordable(field: &str, factors: &[usize]) -> Result<(), ShapeError> {
     let product = factors.iter().try_fold(1_usize, |product, &factor| product.checked_mul(factor));
     match product {

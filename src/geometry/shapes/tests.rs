@@ -1,4 +1,4 @@
-//! Properties of every shape: soundness over random parameters, volumes of closed form, and what grading may change.
+//! Properties of every shape: soundness over random parameters, volumes of closed form, and the effect of grading.
 
 use super::*;
 use proptest::prelude::*;
@@ -12,7 +12,7 @@ fn at(density: f64, grading: f64) -> Tessellation {
     Tessellation { grading, density }
 }
 
-/// One of each kind, and what its volume is when that has a closed form, mm³.
+/// One shape of each kind, with its volume, mm³, if that has a closed form.
 fn gallery() -> Vec<(&'static str, Shape, Option<f64>)> {
     let rounded_box = {
         let ([a, b, c], r) = ([30.0, 24.0, 18.0], 4.0);
@@ -228,7 +228,7 @@ fn faults_name_their_field() {
     assert!(toml::from_str::<Shape>("kind = 'sphere'\nradius_mm = 1\ncolour = 'red'").is_err());
 }
 
-/// A length that may fit, or may be anything at all.
+/// A length that may fit, or may be an arbitrary number.
 fn any_length() -> impl Strategy<Value = f64> {
     prop_oneof![8 => 0.5..60.0, 1 => -5.0..5.0, 1 => proptest::num::f64::ANY]
 }
@@ -294,7 +294,7 @@ fn any_shape() -> impl Strategy<Value = Shape> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(if cfg!(debug_assertions) { 64 } else { 512 }))]
 
-    /// Whatever the numbers: either a fault or a sound mesh, never a panic.
+    /// Arbitrary numbers give either a fault or a sound mesh, never a panic.
     #[test]
     fn any_description_is_a_sound_solid_or_a_fault(
         shape in any_shape(), density in 0.3..1.5_f64, grading in 0.25..4.0_f64,
@@ -304,7 +304,7 @@ proptest! {
         }
     }
 
-    /// Stars with rounded corners, a hole in the middle and treated rims.
+    /// Stars with rounded corners, a hole in the middle, and fillets or chamfers at both ends.
     #[test]
     fn prisms_that_fit_are_sound(
         radii in prop::collection::vec(40.0..60.0_f64, 5..12), fillet in 1.0..2.5_f64, rim in 0.05..0.9_f64,

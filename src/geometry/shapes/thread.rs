@@ -1,8 +1,8 @@
 //! Screws: a rod with an external thread.
 //!
-//! The surface is divided along the helix: every row of vertices is one edge of the thread's profile, wound up the rod,
-//! so that crests and roots are sharp at any density. At both ends the rows are cut off by the end planes, and within
-//! one pitch of them the thread runs out into the core, as on a turned screw; the end circles have the core's radius.
+//! The surface is divided along the helix. Every row of vertices is one edge of the thread's profile, wound up the rod, so crests and roots
+//! are sharp at any density. The end planes cut the rows off at both ends. Within one pitch of an end, the thread runs out into the core,
+//! as on a turned screw, so the end circles have the core's radius.
 
 use super::super::Point;
 use super::error::{SMALLEST_MM, ShapeError, length, within};
@@ -31,7 +31,7 @@ pub struct Thread {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ThreadForm {
-    /// ISO 68-1: 60° flanks, height 5/8 of the sharp triangle's (0.541 pitches), crest pitch/8, root pitch/4.
+    /// ISO 68-1: 60° flanks, 5/8 of the height of the sharp triangle (0.541 pitches), crest pitch/8, root pitch/4.
     #[default]
     Metric,
     /// ISO 2901: 30° flanks, height half a pitch, crest and root 0.366 pitches: lead screws.
@@ -76,7 +76,8 @@ impl Thread {
         Ok(winding.close())
     }
 
-    /// Where in the pitch the rows of vertices run, and how much of the ridge's height they have: both from 0 to 1.
+    /// The profile of the thread: for each row of vertices, its position within the pitch and its fraction of the ridge height, both from 0
+    /// to 1.
     fn profile(&self, sizing: &Sizing) -> Vec<(f64, f64)> {
         let (height, root, crest) = self.form.proportions();
         let flank = (1.0 - root - crest) / 2.0;
@@ -89,10 +90,10 @@ impl Thread {
     }
 }
 
-/// Nearer than this to an end plane, in pitches, a vertex is put onto it; a sliver would be left otherwise.
+/// A vertex nearer to an end plane than this, in pitches, is moved onto the plane, which avoids slivers.
 const END_MARGIN: f64 = 1e-3;
 
-/// A vertex of the helicoid: where it is cut off, or its row and segment.
+/// Position of a vertex of the helicoid: the end plane that cuts it off, or its row and segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Place {
     Bottom(usize),
@@ -110,7 +111,7 @@ struct Winding<'a> {
 }
 
 impl Winding<'_> {
-    /// The vertex where a row crosses a meridian. The meridian after the last is the first, one turn of rows up.
+    /// The vertex at which a row crosses a meridian. The meridian after the last one is the first, with rows one turn higher.
     fn vertex(&mut self, row: i64, segment: usize) -> u32 {
         let rows_per_turn = self.profile.len() as i64;
         let row = row + (segment / self.segments) as i64 * rows_per_turn;
@@ -128,7 +129,7 @@ impl Winding<'_> {
         }
     }
 
-    /// The vertex at a place: height in turns, ridge from 0 to 1.
+    /// The vertex at a place; its height is in turns, and `ridge` runs from 0 to 1.
     fn at(&mut self, place: Place, segment: usize, turns: f64, ridge: f64) -> u32 {
         let (height, ..) = self.screw.form.proportions();
         let radius = self.screw.radius_mm - (1.0 - ridge) * height * self.screw.pitch_mm;

@@ -1,4 +1,4 @@
-//! Searches against each other, known depths, and safe mode against the exact truth.
+//! Tests that compare the searches with one another, with known depths, and (in safe mode) with the exact ground truth.
 
 use super::super::{Body, Division, Samples, SecondLevel, Tool};
 use super::*;
@@ -23,7 +23,7 @@ fn surface(spacing: f64) -> (Mesh, SurfaceOctree) {
     (mesh, octree)
 }
 
-/// From free over grazing to deep, in all directions.
+/// Poses from free over grazing to deep, in all directions.
 fn poses() -> Vec<Isometry> {
     (0..400)
         .map(|k| {
@@ -92,7 +92,7 @@ fn a_known_gouge_has_its_depth_and_a_known_holder_its_clearance() {
     assert_eq!(depths(6.0, 13.0, Allowance { gouge_mm: 0.0, clearance_mm: 1.5 }, false), [(BodyKind::Holder, 0.5, 7)]);
 }
 
-/// The tool as a mesh, inscribed in its profiles: where it touches the surface, the safe mode must say so.
+/// The tool as a mesh, inscribed in its profiles: wherever that mesh touches the surface, safe mode must report interference.
 #[test]
 fn safe_mode_misses_no_contact_of_the_meshes() {
     let (mesh, surface) = surface(1.5);

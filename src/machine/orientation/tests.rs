@@ -40,7 +40,7 @@ fn head_table() -> (Machine, TipControl) {
     (Machine::new(links).unwrap(), control(Some(1), Some(0)))
 }
 
-/// A head that turns about Z and carries one that turns about `second`.
+/// A head that rotates about Z and carries a second rotary joint about `second`.
 fn head_head(second: Vector) -> (Machine, TipControl) {
     let slide = Joint::prismatic(Axis::Z, Vector::z(), Limits::NONE).unwrap();
     let links = vec![
@@ -61,7 +61,7 @@ fn vector(x: f64, y: f64, z: f64) -> Unit<Vector> {
     Unit::new_normalize(Vector::new(x, y, z))
 }
 
-/// The degrees of two axes, of the chosen and of the other solution.
+/// The angles of two axes in degrees, for the preferred and the other solution.
 fn degrees(found: &Solutions, axes: [Axis; 2]) -> [Option<[f64; 2]>; 2] {
     let of = |solution: &Solution| axes.map(|axis| (solution.position[axis].to_degrees() * 1e6).round() / 1e6);
     [Some(of(&found.chosen)), found.other.as_ref().map(of)]
@@ -166,7 +166,7 @@ fn direction() -> impl Strategy<Value = Vector> {
         .prop_map(|v| v.normalize())
 }
 
-/// Two axes in any directions on links that stand anyhow, both at the table, one each, or both at the head.
+/// Two rotary axes in random directions on links with random placements: both at the table, one each, or both at the head.
 fn random_machine(
     kind: usize,
     axes: [Vector; 2],

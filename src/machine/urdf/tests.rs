@@ -1,7 +1,7 @@
 use super::*;
 use rs274::Position;
 
-/// A slide of 0.5 m along y that carries an arm, which turns about z and has a spindle that turns without end.
+/// A slide of 0.5 m along y carries an arm that rotates about z, and the arm carries a spindle that rotates without limits.
 const ROBOT: &str = r#"<?xml version="1.0"?>
 <robot name="small">
   <!-- <a><b><c> -->

@@ -1,7 +1,7 @@
-//! The thesis's method part by part: what octree, second tool level and coherence save, and what sampling misses.
+//! The ablation of the thesis's method: what octree, second tool level and coherence save, and what sampling misses.
 //!
-//! Each form of the method answers the same poses on the same free-form surface, and so does a tree of volumes over the meshes of tool and
-//! surface. Counts are taken apart for the poses that hit and those that do not, verdicts are held against the exact truth on the meshes.
+//! Each form of the method is run at the same poses on the same free-form surface, and so is a tree of volumes over the meshes of tool and
+//! surface. Counts are separate for colliding and free poses. Verdicts are compared with the exact ground truth on the meshes.
 //!
 //! Reading order: this file (what is varied), `subject` (surfaces, tool, poses), `trial` (one form, counted and timed).
 
@@ -23,7 +23,7 @@ use subject::ToolSubject;
 use thiserror::Error;
 use trial::{Ground, Trial};
 
-/// Why the experiment cannot be made.
+/// Why the ablation cannot be carried out.
 #[derive(Debug, Error)]
 pub enum AblationError {
     /// A surface or the tool cannot be meshed.
@@ -32,21 +32,21 @@ pub enum AblationError {
     /// The tool has impossible dimensions.
     #[error(transparent)]
     Profile(#[from] ProfileError),
-    /// The folder cannot be used, or a record not be read or written.
+    /// The folder cannot be used, or a record cannot be read or written.
     #[error(transparent)]
     Measure(#[from] MeasureError),
 }
 
-/// How much is done.
+/// Amount of work of an ablation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct AblationBudget {
-    /// Rows of the path.
+    /// Number of rows of the path.
     rows: u32,
-    /// Way from contact point to contact point, mm.
+    /// Distance between contact points, mm.
     step_mm: f64,
     /// Rounds of timing.
     rounds: u32,
-    /// Whether the sweeps are made beside the parts, that of the surface's size among them.
+    /// Whether the parameter sweeps are run too, including the sweep of surface size.
     sweeps: bool,
 }
 
@@ -58,10 +58,10 @@ const fn budget(profile: Profile) -> AblationBudget {
     }
 }
 
-/// What an ablation is asked to do.
+/// The request for an ablation.
 #[derive(Clone, Copy, Debug)]
 pub struct Asked<'a> {
-    /// How much.
+    /// Profile, which sets the amount of work.
     pub profile: Profile,
     /// The tree that the method is compared with.
     pub against: &'a Variant,
@@ -73,23 +73,23 @@ pub struct Asked<'a> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Form {
     sweep: &'static str,
-    /// How octants are looked for; `None` for the tree of volumes over both meshes.
+    /// How leaves are found; `None` for the tree of volumes over both meshes.
     search: Option<Search>,
     level: SecondLevel,
     safe: bool,
     coherent: bool,
     division: Division,
     spacing_mm: f64,
-    /// Poses between two contact points of the plan.
+    /// Number of poses between two contact points of the plan.
     fineness: u32,
     /// Density of the surface's mesh.
     density: f64,
-    /// Only each so many-th pose is asked.
+    /// Only every `stride`-th pose is queried.
     stride: usize,
 }
 
 impl Form {
-    /// Name of the case in the records, with what it differs in from others of its sweep.
+    /// Name of the case in the records, which states how the form differs from the others of its sweep.
     fn case(&self, search: &str) -> String {
         let mode = if self.safe { "safe" } else { "sampling" };
         let coherence = if self.coherent { "-coherent" } else { "" };
@@ -104,7 +104,7 @@ impl Form {
     }
 }
 
-/// The form that the others differ from.
+/// The base form, from which each other form differs.
 const BASE: Form = Form {
     sweep: "parts",
     search: Some(Search::Octree),
@@ -142,8 +142,8 @@ fn forms(sweeps: bool) -> Vec<Form> {
     forms
 }
 
-/// Densities of the mesh and spacings of its samples, mm, at which a surface has about 10^4, 10^5 and 10^6 points, and at how many poses in a
-/// hundred all of these are asked one by one.
+/// Sizes of the sweep: density of the mesh, spacing of the samples (mm), and stride of the poses at which all points are tested one by one.
+/// The surfaces have about 10^4, 10^5 and 10^6 points.
 const SIZES: [(f64, f64, usize); 3] = [(2.0, 4.0, 1), (6.3, 1.4, 10), (20.0, 0.45, 100)];
 
 fn sizes() -> Vec<Form> {
@@ -160,7 +160,7 @@ fn sizes() -> Vec<Form> {
     SIZES.into_iter().flat_map(of).collect()
 }
 
-/// A surface with the forms that are tried on it: a scene of the study.
+/// A surface, which is a scene of the study, with the forms that are run on it.
 struct Ablated {
     name: String,
     /// Number of the surface.
@@ -168,7 +168,7 @@ struct Ablated {
     forms: Vec<Form>,
 }
 
-/// What is tried on what.
+/// The surfaces and forms of the study.
 struct Design<'a> {
     asked: &'a Asked<'a>,
     budget: AblationBudget,
@@ -177,8 +177,9 @@ struct Design<'a> {
     scenes: Vec<Ablated>,
 }
 
-/// Makes the experiment and writes its raw records into `folder`; without `timed`, only the deterministic ones. An interrupted experiment goes on
-/// with the forms it lacks, a finished one is made again; `fresh` replaces one of another request. Counts do not depend on the machine.
+/// Runs the ablation and writes its raw records into `folder`; without `timed`, only the deterministic ones. An interrupted ablation
+/// continues with the missing forms, and a finished one is run again; `fresh` replaces an ablation of another request. Counts do not depend
+/// on the machine.
 ///
 /// # Errors
 /// When a surface or the tool cannot be made, the folder holds something else, or a file cannot be written.
@@ -258,7 +259,7 @@ impl Study for Design<'_> {
         trials[unit].count(&self.tool)
     }
 
-    /// All forms in turn, so that what the machine does meanwhile strikes them alike.
+    /// Times all forms in turn, so that disturbances of the machine affect them equally.
     fn time(&self, trials: &Vec<Trial>, _: usize) -> Rows {
         let extent = Extent { blocks: self.budget.rounds, warms_up: false, long_once: false };
         let samples = blocks::time(&mut Timed(trials), extent, self.asked.seed, &Silent);
@@ -286,7 +287,7 @@ fn request(asked: &Asked<'_>, budget: &AblationBudget) -> Request {
     }
 }
 
-/// Trials, each of which runs all its poses as one chunk.
+/// Trials; each runs all its poses as one chunk.
 struct Timed<'a>(&'a [Trial]);
 
 impl Work for Timed<'_> {
@@ -298,7 +299,7 @@ impl Work for Timed<'_> {
         vec![1]
     }
 
-    /// To ask all points takes so long that one round averages the machine's noise itself.
+    /// Testing all points takes so long that a single round already averages the machine's noise.
     fn participation(&self, case: usize, _: usize) -> Participation {
         if self.0[case].form.search == Some(Search::Points) { Participation::Once } else { Participation::Always }
     }

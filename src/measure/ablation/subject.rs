@@ -1,4 +1,4 @@
-//! What the experiment is made on: four free-form surfaces, a tool with its mesh, and its ways over them.
+//! The subjects of the ablation: four free-form surfaces, a tool with its mesh, and the tool's paths over the surfaces.
 
 use super::{AblationBudget, AblationError};
 use crate::geometry::shapes::outline::{OutlineCorner, OutlinePoint};
@@ -63,11 +63,11 @@ pub fn mesh(surface: &Freeform, density: f64) -> Result<Arc<Mesh>, AblationError
 }
 
 const CORNER: Corner = Corner { radius_mm: 4.0, corner_mm: 1.0 };
-/// Heights at which cutter and shank end, and radii and heights of the holder, mm.
+/// Heights of the ends of cutter and shank, and radii and heights of the holder, mm.
 const TOOL_MM: [f64; 6] = [20.0, 45.0, 10.0, 55.0, 20.0, 90.0];
 
-/// The tool by its profiles, and as meshes: the whole of it, its cutter, and what is above. The meshes' circles are inscribed, so they lie
-/// within the profiles.
+/// The tool by its profiles, and as meshes: the whole tool, its cutter, and the parts above the cutter. The circles of the meshes are
+/// inscribed, so the meshes lie within the profiles.
 pub struct ToolSubject {
     pub tool: Tool,
     pub whole: Arc<Mesh>,
@@ -103,14 +103,14 @@ impl ToolSubject {
     }
 }
 
-/// How the tool is on a stretch of the path: how deep it is sunk, mm, and how far it leans, radians. Lifted, clear, grazing, gouging, and
-/// lying down so far that the holder comes near the surface.
+/// State of the tool on each stretch of the path: depth in the surface, mm, and additional tilt, radians. The stretches are lifted, clear,
+/// grazing, gouging, and tilted so far that the holder comes near the surface.
 const STRETCHES: [(f64, f64); 7] =
     [(-5.0, 0.0), (-0.3, 0.0), (-0.02, 0.0), (0.02, 0.0), (0.05, 0.0), (0.3, 0.0), (-0.3, 1.25)];
-/// Contact points of a stretch.
+/// Number of contact points of a stretch.
 const STRETCH: usize = 25;
 
-/// The surface seen from the tool at each pose, and the mean way of the tip from pose to pose, mm.
+/// The pose of the surface in the tool's frame at each step, and the mean distance of the tip between steps, mm.
 pub fn poses(surface: &Freeform, budget: &AblationBudget, fineness: u32) -> (Vec<Isometry>, f64) {
     let plan = |fineness: u32| PathPlan {
         pattern: Pattern::ZigZag,

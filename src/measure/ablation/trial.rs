@@ -16,7 +16,7 @@ use crate::truth::PairOracle;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// A surface with what its trials share.
+/// A surface, with the data that its trials share.
 pub struct Ground<'a> {
     scene: String,
     surface: &'a Freeform,
@@ -28,7 +28,7 @@ pub struct Ground<'a> {
     poses: Vec<(Form, Posed)>,
 }
 
-/// Poses with their truth, and the mean way of the tip between them, mm.
+/// Poses with their ground truth, and the mean distance of the tip between them, mm.
 #[derive(Clone)]
 struct Posed {
     poses: Arc<Vec<Isometry>>,
@@ -36,20 +36,20 @@ struct Posed {
     step_mm: f64,
 }
 
-/// What answers.
+/// The method that answers the queries.
 enum Contender {
     Octree { octree: Arc<SurfaceOctree>, tool: BoxedTool },
     Trees { variant: Variant, surface: Box<dyn Model>, tool: Box<dyn Model> },
 }
 
-/// A form with all it needs.
+/// A form with all data that it needs.
 pub struct Trial {
     pub form: Form,
     scene: String,
     contender: Contender,
     mesh: Arc<Mesh>,
     build_ns: u64,
-    /// The surface seen from the tool, and whether the meshes of the two touch there, exactly.
+    /// The poses of the surface in the tool's frame, and whether the meshes of the two touch there, exactly.
     posed: Posed,
 }
 
@@ -70,7 +70,7 @@ impl<'a> Ground<'a> {
         Self { scene: scene.to_owned(), surface, budget, tool, variant, meshes, octrees, poses }
     }
 
-    /// Prepares a form; what an earlier one has made is used again.
+    /// Prepares a form, reusing what earlier forms have prepared.
     pub fn trial(&mut self, form: Form) -> Result<Trial, AblationError> {
         let mesh = self.mesh(form.density)?;
         let (contender, build_ns) = if form.search.is_some() {
@@ -124,7 +124,7 @@ impl<'a> Ground<'a> {
 }
 
 impl Trial {
-    /// Verdict and cost of every pose.
+    /// Runs every pose; returns verdict and cost.
     fn run(&self) -> Vec<(bool, Counts)> {
         match (&self.contender, self.form.search) {
             (Contender::Octree { octree, tool }, Some(search)) => {
@@ -156,7 +156,7 @@ impl Trial {
         }
     }
 
-    /// Samples, gray octants and bytes; of trees, triangles and bytes.
+    /// Size of the structure: samples, gray octants and bytes; for trees, triangles and bytes.
     fn size(&self) -> [usize; 3] {
         match &self.contender {
             Contender::Octree { octree, .. } => [octree.points().len(), octree.len(), octree.bytes()],
@@ -182,7 +182,7 @@ impl Trial {
         case_row(&self.case(), kind, self.form.safe, self.form == BASE)
     }
 
-    /// The levels of the form's factors, and what follows from them on the surface.
+    /// The levels of the form's factors, and the values that follow from them on the surface.
     fn factors(&self) -> Vec<FactorRow> {
         let (case, Form { sweep, level, safe, coherent, division, spacing_mm, .. }) = (self.case(), self.form);
         let covering_mm = match &self.contender {
@@ -208,7 +208,7 @@ impl Trial {
         ]
     }
 
-    /// Everything that does not depend on the machine: a count of the poses that hit and one of the others.
+    /// Counts everything that does not depend on the machine, in one row for colliding poses and one for the others.
     pub fn count(&self, tool: &ToolSubject) -> Rows {
         let mut counts = [1, 0].map(|verdict| self.empty(&self.case(), verdict));
         for ((hit, found), &touching) in self.run().iter().zip(self.posed.touching.iter()) {
@@ -244,8 +244,8 @@ impl Trial {
         CountRow { verdict: Some(verdict), ..CountRow::new(&self.scene, case, 0, None) }
     }
 
-    /// Local and global interference apart: what the deepest places say of cutter and of shank and holder, beside the exact
-    /// truth on the meshes of these.
+    /// Counts local and global interference separately: the deepest places of the cutter, and those of shank and holder, beside the exact
+    /// ground truth on the meshes of these parts.
     fn count_kinds(&self, tool: &ToolSubject, rows: &mut Rows) {
         let Contender::Octree { octree, .. } = &self.contender else { return };
         let boxed = BoxedTool::new(tool.tool.clone(), SecondLevel::None);
@@ -271,7 +271,7 @@ impl Trial {
         }
     }
 
-    /// All poses once, as they are timed; trees in one batch and without counting, as a run asks them.
+    /// Runs all poses once, for timing. Trees run them in one batch without counting, as in a run.
     pub fn run_once(&self) {
         match &self.contender {
             Contender::Octree { .. } => {
@@ -285,7 +285,7 @@ impl Trial {
         }
     }
 
-    /// How long the surface took to sample and its octree to build, or its tree.
+    /// Time to sample the surface and build its octree, or to build its tree.
     pub fn build_row(&self) -> BuildRow {
         let part = (SURFACE.to_owned(), self.mesh.faces().len() as u64);
         build_row((&self.scene, 0), CaseKey::without_tree(&self.case()), part, 0, self.build_ns)

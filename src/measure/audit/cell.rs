@@ -1,5 +1,5 @@
-//! The cells of the audit: every orientation with every centre, split rule and leaf size. All are plain values, and all boxes of one type, so
-//! that the cells run the very same machine code and differ by their data alone.
+//! The cells of the audit: every orientation with every centre, split rule and leaf size. All cells are plain values and all boxes have one
+//! type, so the cells run the same machine code and differ only in their data.
 
 use super::memory::Memory;
 use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
@@ -21,28 +21,28 @@ pub type BoxTree = Tree<Obb>;
 /// One combination of the four factors.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
-    /// How the axes are found.
+    /// Rule for the axes.
     pub orientation: &'static str,
-    /// Where the centre lies and how long the half-lengths are.
+    /// Rule for the centre and the half-lengths.
     pub centre: &'static str,
-    /// Where nodes are divided.
+    /// Rule for dividing nodes.
     pub split: SplitRule,
-    /// Triangles of a leaf.
+    /// Largest number of triangles in a leaf.
     pub leaf: u8,
     frame: Orientation,
     placing: Centre,
 }
 
-/// An orientation: how the axes are found, and the mean that goes with them, mm.
+/// An orientation: the rule for the axes, and the mean that belongs to it, mm.
 #[derive(Clone, Copy, Debug)]
 struct Orientation {
     id: &'static str,
     mean_and_axes: fn(&[Triangle]) -> (Point, Matrix3<f64>),
-    /// Whether finding them takes so long that they are sought once while cells are counted.
+    /// Whether computing the axes takes so long that they are cached while cells are counted.
     is_slow: bool,
 }
 
-/// The orientations, a line each.
+/// The orientations, one per line.
 const ORIENTATIONS: [Orientation; 5] = [
     Orientation { id: "vertex", mean_and_axes: VertexCovariance::mean_and_axes, is_slow: false },
     AREA,
@@ -52,19 +52,19 @@ const ORIENTATIONS: [Orientation; 5] = [
 ];
 const AREA: Orientation = Orientation { id: "area", mean_and_axes: AreaCovariance::mean_and_axes, is_slow: false };
 
-/// A centre: the mean that a box is about (mm; given that of the orientation), and how centre and half-lengths follow from it.
+/// A centre rule: the mean about which a box is placed (mm; given that of the orientation), and how centre and half-lengths follow from it.
 #[derive(Clone, Copy, Debug)]
 struct Centre {
     id: &'static str,
-    /// Whether a box of this centre contains everything.
+    /// Whether a box with this centre contains all of its contents.
     is_safe: bool,
     mean: fn(&[Triangle], Point) -> Point,
     rule: Centring,
 }
 
-/// The centres, a line each: the mean of the corners, equation (1) of the paper, with half the extent to each side; the area-weighted mean,
-/// equation (4), likewise; the middle of the extent; the mean of the corners, as far to each side as the farther contents reach, which is
-/// what the first would have to be to contain everything.
+/// The centre rules, one per line: (1) the mean of the corners, equation (1) of the paper, with half the extent to each side; (2) the
+/// area-weighted mean, equation (4), with half the extent to each side; (3) the middle of the extent; (4) the mean of the corners, extended
+/// to both sides as far as the farther contents, which is how long the first box would have to be to contain everything.
 const CENTRES: [Centre; 4] = [
     Centre { id: "mean", is_safe: false, mean: corner_mean, rule: AtMean::centre_and_half },
     Centre { id: "weighted-mean", is_safe: false, mean: weighted_mean, rule: AtMean::centre_and_half },
@@ -94,7 +94,7 @@ const SPLITS: [SplitRule; 5] = SplitRule::ALL;
 pub const LEAVES: [u8; 4] = [1, 2, 4, 8];
 
 impl Cell {
-    /// All cells, in the order of records.
+    /// All cells, in the order of the records.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let mut cells = Vec::new();
@@ -108,7 +108,7 @@ impl Cell {
         cells
     }
 
-    /// The cell all others are timed against: the box and the split of the paper's better method.
+    /// The cell with which all others are compared in timing: the box and the split rule of the paper's better method.
     #[must_use]
     pub const fn reference() -> Self {
         Self::new(AREA, MID_EXTENT, SplitRule::AreaMean, 1)
@@ -118,13 +118,13 @@ impl Cell {
         Self { orientation: frame.id, centre: placing.id, split, leaf, frame, placing }
     }
 
-    /// `orientation-centre-split-leaf`, for folders and messages.
+    /// Name for folders and messages: `orientation-centre-split-leaf`.
     #[must_use]
     pub fn name(&self) -> String {
         format!("{}-{}-{}-{}", self.orientation, self.centre, self.split, self.leaf)
     }
 
-    /// The cell as records hold it: the box is a variant, the rest its policy.
+    /// The cell in the form of the records: the box is a variant, and the rest its policy.
     #[must_use]
     pub fn key(&self) -> CaseKey {
         CaseKey {
@@ -135,7 +135,7 @@ impl Cell {
         }
     }
 
-    /// Its row in `cases.csv`.
+    /// The cell's row in `cases.csv`.
     #[must_use]
     pub fn row(&self) -> CaseRow {
         let label = format!("{}, {}", self.orientation, self.centre);
@@ -143,7 +143,7 @@ impl Cell {
         CaseRow { default, ..CaseRow::new(self.key(), label, Kind::Volume, self.placing.is_safe) }
     }
 
-    /// Its levels of the four factors.
+    /// The cell's levels of the four factors.
     #[must_use]
     pub fn factors(&self) -> Vec<FactorRow> {
         let levels =
@@ -155,8 +155,8 @@ impl Cell {
             .collect()
     }
 
-    /// The tree over `triangles` (mm, mesh frame; at least one), split along the boxes' own axes. Axes that take long to find are taken from
-    /// `memory` where there is one.
+    /// The tree over `triangles` (mm, mesh frame; at least one), split along the axes of its boxes. If `memory` is given, axes that take
+    /// long to compute are taken from it.
     #[must_use]
     pub fn tree(&self, triangles: &[Triangle], memory: Option<&Memory>) -> BoxTree {
         let Orientation { id, mean_and_axes, is_slow } = self.frame;

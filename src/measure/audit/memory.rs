@@ -1,9 +1,8 @@
-//! Axes found once are not sought again: the cells of one orientation and split fit their boxes to the same triangles, and the
-//! search for the smallest box takes a hundred times as long as all else. Only while cells are counted; what is timed is
-//! built in full.
+//! A cache of box axes. The cells of one orientation and split fit their boxes to the same triangles, and the search for the smallest box
+//! takes a hundred times as long as everything else. The cache is used only while cells are counted; timed trees are built in full.
 //!
-//! The key is a hash of the triangles in their order, on which rounding depends: whoever finds the axes first, they are the
-//! same, so that results do not depend on the number of threads.
+//! The key is a hash of the triangles in their order, because rounding depends on that order. The axes are therefore the same whichever
+//! thread computes them first, and results do not depend on the number of threads.
 
 use crate::geometry::{Point, Triangle};
 use nalgebra::Matrix3;
@@ -13,12 +12,12 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Mean (mm) and axes of the boxes around some triangles.
 type Found = (Point, Matrix3<f64>);
 
-/// What was found, by rule and triangles.
+/// Mean and axes by rule and by hash of the triangles.
 #[derive(Debug, Default)]
 pub struct Memory(Mutex<HashMap<(&'static str, [u8; 32]), Found>>);
 
 impl Memory {
-    /// What the rule `find`, called `rule`, finds for `triangles`.
+    /// The result of the rule `find`, named `rule`, for `triangles`; computed if it is not cached.
     pub fn recall(&self, rule: &'static str, triangles: &[Triangle], find: fn(&[Triangle]) -> Found) -> Found {
         let mut hasher = blake3::Hasher::new();
         for x in triangles.iter().flat_map(|t| t.corners).flat_map(|p| [p.x, p.y, p.z]) {
@@ -34,7 +33,7 @@ impl Memory {
         found
     }
 
-    /// A thread that panicked while it held the lock left the entries whole: they are inserted at once.
+    /// The locked entries. A thread that panicked while holding the lock left them valid, because an entry is inserted in one step.
     fn entries(&self) -> MutexGuard<'_, HashMap<(&'static str, [u8; 32]), Found>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,10 +1,10 @@
-//! The audit: a full crossing of orientation, centre, split rule and leaf size, every cell asked the same queries.
+//! The audit: a full crossing of orientation, centre, split rule and leaf size, with the same queries for every cell.
 //!
-//! Reading order: [`cell`] (the combinations), `memory` (what is found once), this file (the plan). Counts and trees are deterministic; times are
-//! taken beside a second copy of the reference cell, so that what the machine does meanwhile strikes both: four hundred cells' trees do not fit
-//! into memory together, and a unit must be complete by itself.
+//! Reading order: [`cell`] (the combinations), `memory` (cached axes), this file (the plan). Counts and trees are deterministic. Each cell
+//! is timed beside a second copy of the reference cell, so that disturbances of the machine affect both. The reference is repeated because
+//! the trees of four hundred cells do not fit into memory together, and every unit must be complete by itself.
 //!
-//! A unit is one cell on one scene: an audit that was killed goes on with the units it lacks.
+//! A unit is one cell on one scene: an audit that was killed continues with the missing units.
 
 pub mod cell;
 mod memory;
@@ -31,15 +31,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// How many times more poses are generated than measured, so that every stratum fills its share.
+/// Ratio of generated to measured poses, large enough that every stratum fills its share.
 const POSE_RESERVE: usize = 4;
 
-/// How much an audit does.
+/// Amount of work of an audit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Amount {
-    /// Chunks of each stratum and scene, at most.
+    /// Largest number of chunks of each stratum and scene.
     chunks: usize,
-    /// Timed blocks, after the warm-up.
+    /// Number of timed blocks after the warm-up.
     blocks: u32,
 }
 
@@ -51,14 +51,14 @@ const fn amount(profile: Profile) -> Amount {
     }
 }
 
-/// An audit: scenes, cells, and the folder it is carried out in.
+/// An audit: scenes, cells, and the folder that holds it.
 #[derive(Debug)]
 pub struct Audit {
     folder: Folder,
     design: Design,
 }
 
-/// What is crossed, and where.
+/// The crossed factors and the scenes.
 #[derive(Debug)]
 struct Design {
     plan: Plan,
@@ -67,21 +67,21 @@ struct Design {
     cache: Option<TruthCache>,
 }
 
-/// A scene's chosen poses with their truth.
+/// The chosen poses of a scene, with their ground truth.
 struct Questions<'a> {
     scene: &'a Scene,
     judged: Vec<JudgedPair>,
     chunks: Vec<Chunk>,
     batches: Vec<Batch>,
-    /// The parts that the poses are of.
+    /// The parts that occur in the poses.
     parts: BTreeSet<usize>,
     memory: Memory,
-    /// The reference cell's second copy, once it is needed.
+    /// The second copy of the reference cell, built on first use.
     reference: OnceLock<Subject>,
 }
 
 impl Audit {
-    /// What an audit of some scenes (all that are asked for by default) would do.
+    /// The plan of an audit of some scenes; by default, all scenes that a run examines.
     ///
     /// # Errors
     /// When a scene cannot be loaded.
@@ -96,11 +96,11 @@ impl Audit {
         Ok(plan)
     }
 
-    /// Opens an audit's folder: a new one, or one to go on with. Only cells of `orientations` and with leaves of `leaves` triangles are audited,
-    /// when any are named; `fresh` replaces an audit of another request.
+    /// Opens an audit's folder, new or to be continued. If `orientations` or `leaves` are given, only cells with these orientations or leaf
+    /// sizes are audited; `fresh` replaces an audit of another request.
     ///
     /// # Errors
-    /// When there is no such orientation or leaf size, or the folder holds something else or cannot be written.
+    /// When an orientation or leaf size does not exist, or the folder holds something else or cannot be written.
     pub fn open(
         plan: Plan,
         orientations: &[String],
@@ -116,7 +116,7 @@ impl Audit {
         Ok(Self { folder, design: Design { plan, cells, amount, cache: None } })
     }
 
-    /// The same audit with a place where exact answers are kept.
+    /// The same audit with a cache of the ground truth.
     #[must_use]
     pub fn with_cache(mut self, cache: TruthCache) -> Self {
         self.design.cache = Some(cache);
@@ -135,8 +135,7 @@ impl Audit {
         self.design.cells.len()
     }
 
-    /// Carries the audit out, or what is lacking of it, and writes its raw records; without `timed`, only the deterministic
-    /// ones.
+    /// Carries out the missing units of the audit and writes its raw records; without `timed`, only the deterministic ones.
     ///
     /// # Errors
     /// When poses cannot be judged or files cannot be written.
@@ -145,7 +144,7 @@ impl Audit {
     }
 }
 
-/// The cells of some orientations and leaf sizes, of all where none are named.
+/// The cells with the given orientations and leaf sizes; an empty list selects all.
 fn cells(orientations: &[String], leaves: &[u8]) -> Result<Vec<Cell>, MeasureError> {
     let mut cells = Cell::all();
     if let Some(asked) = orientations.iter().find(|asked| cells.iter().all(|cell| cell.orientation != *asked)) {
@@ -199,7 +198,7 @@ impl Study for Design {
         }
     }
 
-    /// The trees of a cell over all parts, and what they answer.
+    /// Counts for a cell: its trees over all parts, and their answers.
     fn count(&self, questions: &Questions<'_>, unit: usize) -> Rows {
         let (cell, scene) = (&self.cells[unit], questions.scene);
         let trees = questions.trees(cell, Some(&questions.memory));
@@ -216,7 +215,7 @@ impl Study for Design {
         }
     }
 
-    /// A cell beside the reference: a launch of two cases, numbered by the cell.
+    /// Times a cell beside the reference, as one launch with two cases; the number of the launch is that of the cell.
     fn time(&self, questions: &Questions<'_>, unit: usize) -> Rows {
         let (cell, scene) = (&self.cells[unit], questions.scene);
         let reference =
@@ -247,7 +246,7 @@ impl Study for Design {
 }
 
 impl Questions<'_> {
-    /// A cell's tree over every part in question.
+    /// The tree of a cell over every part that occurs in the poses.
     fn trees(&self, cell: &Cell, memory: Option<&Memory>) -> BTreeMap<usize, BoxTree> {
         let tree = |&part: &usize| (part, cell.tree(&self.scene.parts[part].mesh.triangles(), memory));
         self.parts.iter().map(tree).collect()
@@ -259,7 +258,7 @@ fn subject(case: CaseKey, trees: BTreeMap<usize, BoxTree>) -> Subject {
     Subject { case, models: trees.into_iter().map(boxed).collect() }
 }
 
-/// The second copy of the reference cell, beside which all others are timed.
+/// The key of the second copy of the reference cell, beside which every cell is timed.
 fn null_key() -> CaseKey {
     CaseKey { variant: NULL_VARIANT.to_owned(), ..Cell::reference().key() }
 }
@@ -287,7 +286,7 @@ fn batch(chunk: &Chunk, judged: &JudgedPair) -> Batch {
     }
 }
 
-/// How far the separating-axis test gets, over all volume tests of the reference cell: one row for each stratum and axis, in the order of the
+/// Where separating-axis tests end, over all volume tests of the reference cell: one row for each stratum and axis, in the order of the
 /// test.
 fn reference_exits(questions: &Questions<'_>) -> Vec<ExitRow> {
     let trees = questions.trees(&Cell::reference(), None);
@@ -299,7 +298,7 @@ fn reference_exits(questions: &Questions<'_>) -> Vec<ExitRow> {
     })
 }
 
-/// At most `most` chunks of each stratum, evenly spread; those of the control are left out.
+/// At most `most` chunks of each stratum, evenly spread; chunks of the control are left out.
 fn chosen(chunks: &[Chunk], most: usize) -> Vec<Chunk> {
     let mut kept = Vec::new();
     for stratum in Stratum::ALL {

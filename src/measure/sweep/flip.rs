@@ -1,16 +1,15 @@
-//! Flipping diagonals: another triangulation of the very same surface.
+//! Flips diagonals, which gives another triangulation of the same surface.
 
 use crate::geometry::{Mesh, Point};
 use obbtree::cases::Draw;
 use std::collections::BTreeMap;
 
-/// Two faces whose unit normals' dot product falls short of 1 by no more than this lie in one plane: corners are on a grid of
-/// 2⁻²⁶ mm, which turns the normal of a triangle 0.01 mm high by 1.5e-6, and 1 - cos of that is 1e-12.
+/// Two faces are coplanar when the dot product of their unit normals is below 1 by at most this. Corners are on a grid of 2⁻²⁶ mm, which
+/// rotates the normal of a triangle 0.01 mm high by up to 1.5e-6, and 1 - cos of that is 1e-12.
 const COPLANAR: f64 = 1e-11;
 
-/// The mesh with a share (0 to 1) of the diagonals of plane, strictly convex quadrilaterals exchanged for the other
-/// diagonal; the same for the same seed. A face belongs to at most one such quadrilateral, so that flips do not
-/// interfere. Surface, vertices and number of faces stay.
+/// Flips a share (0 to 1) of the diagonals of plane, strictly convex quadrilaterals; the same seed gives the same mesh. A face belongs to
+/// at most one such quadrilateral, so flips do not interfere. Surface, vertices and number of faces are unchanged.
 pub fn flip_diagonals(mesh: &Mesh, share: f64, seed: u64) -> Mesh {
     let mut faces = mesh.faces().to_vec();
     let mut edges: BTreeMap<(u32, u32), Vec<(usize, usize)>> = BTreeMap::new();
@@ -39,7 +38,7 @@ pub fn flip_diagonals(mesh: &Mesh, share: f64, seed: u64) -> Mesh {
     Mesh::new(mesh.vertices().to_vec(), faces).expect("flipping a diagonal keeps a mesh a mesh")
 }
 
-/// Whether both diagonals of a quadrilateral divide it into two triangles of one plane that look the same way.
+/// Whether both diagonals of a quadrilateral divide it into two coplanar triangles of the same orientation.
 fn is_plane_and_convex(mesh: &Mesh, quadrilateral: [u32; 4]) -> bool {
     let [p, r, q, s] = quadrilateral.map(|v| mesh.vertices()[v as usize]);
     let normal = |a: Point, b: Point, c: Point| (b - a).cross(&(c - a)).try_normalize(0.0);

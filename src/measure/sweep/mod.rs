@@ -1,10 +1,10 @@
-//! Sweeps: one quantity varied, everything else held.
+//! Sweeps: one quantity is varied, and everything else stays constant.
 //!
-//! Every sweep is a named experiment on two parametric bodies ([`mod@stage`]), so that it needs no files. The lines along which
-//! the bodies meet are the same at every value of the quantity, and every variant answers the same poses; along each
-//! line one pose lies 1 mm before first contact and one 1 mm past it, unless the sweep itself says where.
+//! Every sweep is a named experiment on two parametric bodies ([`mod@stage`]), so it needs no files. The lines along which the bodies meet
+//! are the same at every value of the quantity, and every variant is queried at the same poses. Along each line, one pose lies 1 mm before
+//! first contact and one 1 mm past it, unless the sweep itself varies that.
 //!
-//! A value of the quantity is a scene of the study: a sweep that was killed goes on with the values it lacks.
+//! A value of the quantity is a scene of the study: a sweep that was killed continues with the missing values.
 
 mod flip;
 mod precision;
@@ -28,7 +28,7 @@ use std::path::Path;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// Groups that the lines are dealt out to: what is resampled.
+/// Number of groups among which the lines are distributed; groups are the units of resampling.
 const GROUPS: u32 = 12;
 
 /// A named sweep.
@@ -36,9 +36,9 @@ const GROUPS: u32 = 12;
 pub struct Sweep {
     /// Name on the command line.
     pub name: &'static str,
-    /// What it shows.
+    /// The effect that the sweep shows.
     pub about: &'static str,
-    /// What its horizontal axis measures, with the unit.
+    /// Label of the horizontal axis, with the unit.
     pub axis: &'static str,
     quantity: Quantity,
     values: &'static [f64],
@@ -111,7 +111,7 @@ pub const SWEEPS: [Sweep; 9] = [
     },
 ];
 
-/// How much a sweep does.
+/// Amount of work of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Amount {
     lines: usize,
@@ -120,7 +120,8 @@ struct Amount {
     density: f64,
 }
 
-/// Densities are bounded so that trees of all variants fit into memory: 4 gives about 10^5 triangles, 16 a million.
+/// The amount of work of a profile. Densities are bounded so that the trees of all variants fit into memory: 4 gives about 10^5 triangles,
+/// 16 a million.
 const fn amount(profile: Profile) -> Amount {
     match profile {
         Profile::Smoke => Amount { lines: 24, blocks: 1, density: 0.5 },
@@ -129,37 +130,37 @@ const fn amount(profile: Profile) -> Amount {
     }
 }
 
-/// What a sweep is asked to do.
+/// The request for a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asked {
-    /// How much.
+    /// Profile, which sets the amount of work.
     pub profile: Profile,
-    /// Variants by id; those of a run when empty.
+    /// Variants by id; when empty, those of a run.
     pub variants: Vec<String>,
     /// Seed of all randomness.
     pub seed: u64,
-    /// Highest tessellation density in the sweep of the size; the profile's when not given.
+    /// Highest tessellation density in the sweep of mesh size; when absent, that of the profile.
     pub density: Option<f64>,
 }
 
-/// Why a sweep cannot be made.
+/// Why a sweep cannot be carried out.
 #[derive(Debug, Error)]
 pub enum SweepError {
-    /// There is none of that name.
+    /// There is no sweep of that name.
     #[error("there is no sweep `{asked}`; there are {known}")]
     NoSuchSweep {
-        /// What was asked for.
+        /// The name given.
         asked: String,
-        /// What there is.
+        /// The names of all sweeps.
         known: String,
     },
     /// A variant is not registered.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// A body cannot be made at the value asked for.
+    /// A body cannot be made at the requested value.
     #[error("a body of the sweep cannot be made: {0}")]
     Shape(String),
-    /// The folder cannot be used, or a file not be written.
+    /// The folder cannot be used, or a file cannot be written.
     #[error(transparent)]
     Measure(#[from] MeasureError),
 }
@@ -171,7 +172,7 @@ pub struct SweepRun {
     design: Design,
 }
 
-/// What is varied, for which cases.
+/// The swept quantity, and the cases that are queried.
 #[derive(Debug)]
 struct Design {
     sweep: Sweep,
@@ -185,11 +186,11 @@ struct Place {
     scene: String,
     /// Value of the quantity, as records hold it.
     x: f64,
-    /// `None` in the sweep of ε, which is about arithmetics.
+    /// The bodies; `None` in the sweep of ε, which has none.
     ready: Option<Ready>,
 }
 
-/// Bodies with everything that answers about them.
+/// The bodies, and the methods prepared for them.
 struct Ready {
     stage: Bodies,
     triangles: u64,
@@ -199,10 +200,10 @@ struct Ready {
 }
 
 impl Sweep {
-    /// The sweep of that name.
+    /// Finds a sweep by name.
     ///
     /// # Errors
-    /// When there is none.
+    /// When there is none of that name.
     pub fn find(name: &str) -> Result<Self, SweepError> {
         SWEEPS.into_iter().find(|sweep| sweep.name == name).ok_or_else(|| SweepError::NoSuchSweep {
             asked: name.to_owned(),
@@ -210,8 +211,8 @@ impl Sweep {
         })
     }
 
-    /// The variants that the sweep examines unless others are asked for: of those that a run has, the safe volumes; where
-    /// contacts are reported late, all volumes.
+    /// The default variants of the sweep: the safe volumes among the variants of a run; for sweeps about late reports of contact, all
+    /// volumes.
     fn default_variants(&self, registry: &Registry) -> Result<Vec<Variant>, PlanError> {
         let unsafe_too = self.quantity == Quantity::Step;
         let mut variants = choose(&[], registry)?;
@@ -219,7 +220,7 @@ impl Sweep {
         Ok(variants)
     }
 
-    /// The cases: variants under their own policies. The sweep of ε has none.
+    /// The cases: each variant under its default policy. The sweep of ε has none.
     fn cases(&self, asked: &Asked, registry: &Registry) -> Result<Vec<Case>, PlanError> {
         let by_name = !asked.variants.is_empty();
         let variants = if by_name { choose(&asked.variants, registry)? } else { self.default_variants(registry)? };
@@ -234,7 +235,7 @@ impl Sweep {
 }
 
 impl SweepRun {
-    /// Opens a sweep's folder: a new one, or one to go on with. `fresh` replaces a sweep of another request.
+    /// Opens a sweep's folder, new or to be continued. `fresh` replaces a sweep of another request.
     ///
     /// # Errors
     /// When a variant is unknown, or the folder holds something else or cannot be written.
@@ -252,7 +253,7 @@ impl SweepRun {
         Ok(Self { folder, design: Design { sweep, cases, amount, seed: asked.seed } })
     }
 
-    /// Carries the sweep out, or what is lacking of it, and writes its raw records; without `timed`, only the deterministic ones.
+    /// Carries out the missing values of the sweep and writes its raw records; without `timed`, only the deterministic ones.
     ///
     /// # Errors
     /// When a body cannot be made or files cannot be written.
@@ -354,7 +355,7 @@ impl Study for Design {
     }
 }
 
-/// The poses of a stage, by group of lines and stratum; their numbers are the same at every value.
+/// The poses of a stage, by group of lines and stratum; a pose has the same number at every value.
 fn batches(stage: &Bodies) -> Vec<Batch> {
     let mut batches: BTreeMap<(u32, Stratum), Vec<Isometry>> = BTreeMap::new();
     for line in &stage.lines {
@@ -374,7 +375,7 @@ fn batches(stage: &Bodies) -> Vec<Batch> {
     batches.into_iter().collect::<Vec<_>>().into_par_iter().map(batch).collect()
 }
 
-/// The chunk of a group of lines and a stratum: a group has a number for each stratum.
+/// The number of the chunk for a group of lines and a stratum.
 fn chunk_number(group: u32, stratum: Stratum) -> u32 {
     group * Stratum::ALL.len() as u32 + stratum as u32
 }

@@ -1,11 +1,10 @@
-//! The sweep of the separating-axis test's ε: how many pairs of boxes that overlap does rounding take for apart?
+//! The sweep of ε in the separating-axis test: how many overlapping pairs of boxes are reported as disjoint because of rounding.
 //!
-//! When two edges are nearly parallel their product is nearly zero, and with it both sides of the inequality along it; what
-//! rounding leaves then decides, unless ε is added to every |R_ij| (Gottschalk 2000, section on degenerate axes). Pairs of boxes
-//! are drawn nearly parallel and overlapping by far more than rounding could undo, so that every separation is wrong.
-//! Each is tested by the one function all boxes use, in double and in single precision, in millimetres and in metres: the
-//! poses are drawn in double precision, and everything from the two boxes' world frames on is computed in the
-//! precision under trial.
+//! When two edges are nearly parallel, their cross product is nearly zero, and so are both sides of the inequality along it. Rounding
+//! errors then decide, unless ε is added to every |R_ij| (Gottschalk 2000, section on degenerate axes). The pairs of boxes are nearly
+//! parallel, and overlap by far more than the rounding error, so every reported separation is wrong. Each pair is tested by the function
+//! that all boxes use, in double and in single precision, in millimetres and in metres. Poses are drawn in double precision; everything
+//! after the world frames of the two boxes is computed in the precision under test.
 
 use super::{Amount, GROUPS, chunk_number};
 use crate::measure::study::Rows;
@@ -19,17 +18,17 @@ use rayon::prelude::*;
 
 /// Half-lengths of the boxes, mm.
 const HALF_MM: [f64; 2] = [0.5, 200.0];
-/// Tilt between nearly parallel boxes, radians: from below what double precision can tell to what a machine may have.
+/// Tilt between nearly parallel boxes, radians: from below the resolution of double precision to the tilts of real machines.
 const TILT: [f64; 2] = [1e-17, 1e-2];
-/// How far from the world's origin boxes lie, mm.
+/// Largest distance of boxes from the world's origin, mm.
 const REACH_MM: f64 = 500.0;
-/// The point the boxes share lies this part of the half-lengths inside both: at least 0.005 mm, of which single precision at
-/// [`REACH_MM`] (6e-5 mm) loses about a hundredth.
+/// Depth of the common point in both boxes, as a fraction of the half-lengths: at least 0.005 mm, about a hundred times the rounding error
+/// of single precision at [`REACH_MM`] (6e-5 mm).
 const INSIDE: f64 = 0.01;
-/// Pairs for each line of approach that the other sweeps have.
+/// Number of pairs for each line of approach of the other sweeps.
 const PAIRS_PER_LINE: usize = 1000;
 
-/// An arithmetic: its name, whether it is double precision, and its units in a millimetre.
+/// The arithmetics: id, label, whether it is double precision, and its units per millimetre.
 const ARITHMETICS: [(&str, &str, bool, f64); 4] = [
     ("f64-mm", "double precision, mm", true, 1.0),
     ("f64-m", "double precision, m", true, 1e-3),
@@ -37,14 +36,14 @@ const ARITHMETICS: [(&str, &str, bool, f64); 4] = [
     ("f32-m", "single precision, m", false, 1e-3),
 ];
 
-/// Two boxes in the world, mm, that overlap.
+/// Two overlapping boxes in the world frame, mm.
 struct Pair {
     axes: [Matrix3<f64>; 2],
     centres: [Vector3<f64>; 2],
     halves: [Vector3<f64>; 2],
 }
 
-/// The arithmetics as the manifest and the figure name them.
+/// The arithmetics, as listed in the manifest and the figure.
 pub fn entries() -> Vec<VariantEntry> {
     let entry = |&(id, label, _, _): &(&str, &str, bool, f64)| VariantEntry {
         id: id.to_owned(),
@@ -61,7 +60,7 @@ fn case_row(&(id, label, _, _): &(&str, &str, bool, f64)) -> CaseRow {
     CaseRow::new(CaseKey::without_tree(id), label, Kind::Control, true)
 }
 
-/// The arithmetics, and a count for each of them and each group of pairs, at one ε.
+/// The rows of each arithmetic at one ε: one count for each group of pairs.
 pub fn rows(scene: &str, epsilon: f64, amount: Amount, seed: u64) -> Rows {
     let pairs = amount.lines * PAIRS_PER_LINE / GROUPS as usize;
     let row = |(arithmetic, group): (usize, u32)| {
@@ -96,7 +95,7 @@ pub fn rows(scene: &str, epsilon: f64, amount: Amount, seed: u64) -> Rows {
     Rows { cases: ARITHMETICS.iter().map(case_row).collect(), counts, ..Rows::default() }
 }
 
-/// Two boxes with a point in common, their axes nearly parallel.
+/// Draws two boxes with a common point and nearly parallel axes.
 fn overlapping(draw: &mut Draw) -> Pair {
     let half = |draw: &mut Draw| Vector3::from_fn(|_, _| draw.log_uniform(HALF_MM[0], HALF_MM[1]));
     let inside = |draw: &mut Draw, half: &Vector3<f64>| half.map(|h| (1.0 - INSIDE) * h * draw.signed_unit());
@@ -110,7 +109,7 @@ fn overlapping(draw: &mut Draw) -> Pair {
     Pair { axes, centres: [centre, other], halves }
 }
 
-/// The separating-axis test from the boxes' world frames on, in one arithmetic.
+/// The separating-axis test in one arithmetic, starting from the world frames of the boxes.
 fn is_apart<T: RealField + Copy>(
     axes: &[Matrix3<T>; 2],
     centres: &[Vector3<T>; 2],
@@ -145,7 +144,7 @@ mod tests {
         assert_eq!(missed(1e-5), [0; 4]);
     }
 
-    /// The shared point is inside both boxes, so that they do overlap.
+    /// The common point is inside both boxes, so they overlap.
     #[test]
     fn drawn_boxes_overlap() {
         let mut draw = Draw::new(1, &["precision test"], 0);

@@ -1,8 +1,8 @@
-//! What each sweep sets up at each value of its quantity: two meshes and lines along which they meet.
+//! The set-up of each sweep at each value of its quantity: two meshes, and the lines along which they meet.
 //!
-//! The bodies are parametric: a stepped milling tool in its holder, and a fixture with large plane faces, fine holes, a
-//! clamping screw and a hand wheel. Lines of approach are drawn on the bodies as tessellated at the sweep's neutral
-//! value, and used for every value: what a sweep varies is varied alone.
+//! The bodies are parametric: a stepped milling tool in its holder, and a fixture with large plane faces, fine holes, a clamping screw and
+//! a hand wheel. Lines of approach are drawn once, on the bodies at the neutral value of the sweep, and used for every value. Nothing but
+//! the swept quantity changes.
 
 use super::SweepError;
 use super::flip::flip_diagonals;
@@ -15,7 +15,7 @@ use obbtree::cases::Draw;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// A cutter of 12 mm in its collet chuck: fine at the tip, coarse at the holder. Along z, tip at z = 0.
+/// A cutter of 12 mm in its collet chuck, finely tessellated at the tip and coarsely at the holder. It lies along z, with its tip at z = 0.
 const TOOL: &str = "
 kind = 'revolve'
 profile_mm = [
@@ -45,13 +45,13 @@ at = { xyz_mm = [0, -85, 0], rpy_deg = [90, 0, 0] }
 density = 0.5
 ";
 
-/// Travel past first contact at which the poses of most sweeps lie, mm: one apart and one in contact.
+/// Travel past first contact of the poses of most sweeps, mm: one pose before contact and one in contact.
 const DEPTHS_MM: [f64; 2] = [-1.0, 1.0];
-/// A frame is turned about this direction, along which no face or edge of the bodies lies.
+/// Axis about which frames are rotated; no face or edge of the bodies lies along it.
 const TURN_ABOUT: [f64; 3] = [1.0, 2.0, 3.0];
 /// Volume of the boxes of the aspect sweep, mm³.
 const BAR_MM3: f64 = 216_000.0;
-/// How often a line is drawn anew when it passes by.
+/// Number of attempts to draw a line that touches.
 const ATTEMPTS: usize = 16;
 
 /// The quantity that a sweep varies.
@@ -61,62 +61,62 @@ pub enum Quantity {
     Grading,
     /// Share of the diagonals of plane quadrilaterals that are flipped.
     Flips,
-    /// `Tessellation::density` of both bodies; records hold the triangles it makes.
+    /// `Tessellation::density` of both bodies; records state the resulting number of triangles.
     Size,
-    /// Travel past first contact, mm, negative before it, with the sign turned: the distance.
+    /// Distance, mm: the negative of the travel past first contact.
     Offset,
-    /// Turn of both bodies in their own frames, degrees.
+    /// Rotation of both bodies in their own frames, degrees.
     Rotation,
     /// Length over width of a bar.
     Aspect,
-    /// Distance of samples on a path, mm.
+    /// Distance between samples on a path, mm.
     Step,
-    /// Triangles in a leaf.
+    /// Largest number of triangles in a leaf.
     Leaf,
     /// ε of the separating-axis test; needs no bodies.
     Precision,
 }
 
-/// Two meshes and where they are examined.
+/// Two meshes, and the lines and depths at which they are examined.
 #[derive(Debug)]
 pub struct Bodies {
     /// The mesh in whose frame poses are given.
     pub a: Arc<Mesh>,
     /// The mesh that poses move.
     pub b: Arc<Mesh>,
-    /// The lines on which the bodies meet; drawn the same at every value.
+    /// The lines along which the bodies meet; the same at every value.
     pub lines: Vec<Line>,
-    /// Travel past first contact of the poses on every line, mm.
+    /// Travel past first contact of the poses of every line, mm.
     pub depths_mm: Vec<f64>,
-    /// Leaf size, where it is not the policy's.
+    /// Leaf size, if the sweep varies it.
     pub leaf: Option<u8>,
-    /// Distance of samples, in the sweep of the path step.
+    /// Distance between samples, mm, in the sweep of the path step.
     pub step_mm: Option<f64>,
 }
 
-/// A line of approach, known by its first contact.
+/// A line of approach, given by its first contact.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// Its number: what group it belongs to.
+    /// Number of the line, which determines its group.
     pub number: u32,
     ray: Ray,
 }
 
 impl Line {
-    /// The pose (a from b) a travel past first contact, mm; negative is before it.
+    /// The pose (a from b) at a travel past first contact, mm; negative before it.
     pub fn at_depth(&self, depth_mm: f64) -> Isometry {
         self.ray.at_depth(depth_mm)
     }
 }
 
-/// Where a line runs, before anybody knows where the bodies meet on it.
+/// The course of a line, before its first contact is known.
 struct Course {
     number: u32,
     through: Isometry,
     direction: Unit<Vector>,
 }
 
-/// Sets up a sweep's quantity at `x` with `lines` lines of approach.
+/// Sets up the bodies of a sweep at the value `x`, with `lines` lines of approach.
 pub fn stage(quantity: Quantity, x: f64, lines: usize, seed: u64) -> Result<Bodies, SweepError> {
     let even = Tessellation { density: 0.5, grading: 1.0 };
     let with =
@@ -156,7 +156,7 @@ pub fn stage(quantity: Quantity, x: f64, lines: usize, seed: u64) -> Result<Bodi
 }
 
 impl Bodies {
-    /// Turns both bodies in their own frames, and the lines with them, so that nothing moves in the world.
+    /// Rotates both bodies in their own frames, and the lines with them, so that nothing moves in the world frame.
     fn turn_frames(&mut self, degrees: f64) {
         let axis = Unit::new_normalize(Vector::from(TURN_ABOUT));
         let turn = UnitQuaternion::from_axis_angle(&axis, degrees.to_radians());
@@ -177,7 +177,7 @@ fn mesh(shape: &str, tessellation: &Tessellation) -> Result<Mesh, SweepError> {
     shape.mesh(tessellation).map_err(|error| SweepError::Shape(error.to_string()))
 }
 
-/// A rounded bar along x, of constant volume, whose length is `aspect` times its width and height.
+/// A rounded bar along x of constant volume; `aspect` is the ratio of its length to its width and height.
 fn bar(aspect: f64) -> Result<Mesh, SweepError> {
     let width = (BAR_MM3 / aspect).cbrt();
     let shape =
@@ -185,7 +185,7 @@ fn bar(aspect: f64) -> Result<Mesh, SweepError> {
     mesh(&shape, &Tessellation { density: 2.0, grading: 1.0 })
 }
 
-/// Lines through a random point of either surface in a random direction, the moving body in a random orientation.
+/// Random lines: each passes through a random point of either surface in a random direction, with the moving body in a random orientation.
 fn courses(quantity: Quantity, [a, b]: &[Mesh; 2], lines: usize, seed: u64) -> Vec<Course> {
     let (target_a, target_b) = (Target::new(a), Target::new(b));
     let oracle = PairOracle::new(Arc::new(a.clone()), Arc::new(b.clone()));

@@ -1,4 +1,4 @@
-//! The sweep of the path step: a body runs into contact along each line, sampled at equal distances from a random start.
+//! The sweep of the path step: a body moves into contact along each line, sampled at equal distances from a random start.
 
 use super::stage::{Bodies, Line};
 use super::{GROUPS, chunk_number};
@@ -8,9 +8,9 @@ use obbtree::cases::Draw;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Samples before first contact at most: what lies farther back is free for every variant alike.
+/// Largest number of samples before first contact. Earlier samples are free for every variant.
 const SAMPLES_BEFORE: u32 = 4;
-/// A contact not reported this far past its beginning counts as missed, mm: deeper than any tool may ever get.
+/// Distance past its beginning, mm, after which an unreported contact counts as missed: deeper than any tool may ever go.
 const GIVE_UP_MM: f64 = 20.0;
 
 /// One row for each group of lines.

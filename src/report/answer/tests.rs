@@ -67,7 +67,7 @@ fn each_pair_of_outcomes_has_its_verdict() {
     );
 }
 
-/// However clear a ratio looks, a cell whose null duplicate strays decides nothing, and the answer says why.
+/// A cell with a noisy null duplicate decides nothing, however clear its ratio looks, and the answer gives the reason.
 #[test]
 fn noise_leaves_a_scene_undecided() {
     let (_folder, mut contents) = contents();
@@ -107,7 +107,7 @@ fn a_run_without_one_of_the_variants_says_so() {
     assert!(answer(&contents)[2].answer.starts_with("This run cannot say"));
 }
 
-/// A single launch has no interval: the number stands alone, and nothing is decided.
+/// A ratio from a single launch has no interval: the number is shown alone, and nothing is decided.
 #[test]
 fn a_ratio_without_an_interval_is_a_number() {
     let (_folder, mut contents) = contents();
@@ -126,7 +126,7 @@ fn misses_are_those_of_the_printed_boxes_and_of_the_safe_ones() {
     assert!(statement.answer.contains("The safe variants miss none of the "), "{}", statement.answer);
 }
 
-/// A variant that is called safe and missed a contact is named first of all.
+/// A variant that is declared safe and missed a contact is named first.
 #[test]
 fn a_broken_promise_is_told() {
     let mut run = Run::generate(&Plan::default());

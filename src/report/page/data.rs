@@ -1,4 +1,4 @@
-//! What the page's scripts get, as JSON.
+//! The data of the page's scripts, as JSON.
 
 use crate::analysis::claims::CaseRef;
 use crate::analysis::{ALL, Ranked};
@@ -16,14 +16,14 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Bytes of records that a page may hold, as CSV; as JSON they take about as much again. Raw records of the largest runs stay
-/// beside the page, which then stays below 8 MB.
+/// Largest total size of the records in a page, bytes of CSV; as JSON they take about as much again, so the page stays below 8 MB. Larger
+/// raw records stay beside the page.
 const MOST_BYTES: u64 = 3_000_000;
 
-/// A record of no type known here, such as another tool's summary, is shown when it is no larger than this, bytes.
+/// Largest size, bytes, at which a record of an unknown type, such as another tool's summary, is shown.
 const MOST_FOREIGN_BYTES: u64 = 200_000;
 
-/// Everything.
+/// The data of the page.
 #[derive(Debug, Serialize)]
 pub(super) struct PageData<'a> {
     manifest: &'a Manifest,
@@ -34,12 +34,12 @@ pub(super) struct PageData<'a> {
     programs: Vec<ProgramTotals>,
     claims: Vec<ClaimEntry<'a>>,
     readings: Vec<ReadingEntry<'a>>,
-    /// Sentences of the paper that share readings: those readings, and the ids of the sentences.
+    /// Groups of sentences of the paper with the same readings: the readings, and the ids of the sentences.
     blocks: Vec<(Vec<&'a str>, Vec<&'a str>)>,
     looks: BTreeMap<String, LookEntry>,
     ranking: &'a [Ranked],
     noise: &'a [String],
-    /// Lines of `claims.csv` that stand for a claim as a whole.
+    /// Lines of `claims.csv` that represent a claim as a whole.
     standing: Vec<u64>,
     figures: Vec<FigureEntry<'a>>,
     tables: BTreeMap<String, Table>,
@@ -61,7 +61,7 @@ struct Words {
 struct LookEntry {
     light: String,
     dark: String,
-    /// The marker, path of an SVG about the origin.
+    /// The marker as an SVG path about the origin.
     path: String,
     hollow: bool,
 }
@@ -75,9 +75,9 @@ struct ClaimEntry<'a> {
     group: &'static str,
     /// Line in `claims.csv` of the row that answers the sentence.
     primary: Option<u64>,
-    /// Readings, each with the lines in `claims.csv` that stand for the sentence, one for each scene.
+    /// The readings, each with the lines of `claims.csv` that represent the sentence, one for each scene.
     cells: Vec<(&'a str, Vec<u64>)>,
-    /// Why it is not judged.
+    /// Why the sentence is not judged.
     reason: Option<&'a str>,
 }
 
@@ -97,7 +97,7 @@ struct FigureEntry<'a> {
 }
 
 impl<'a> PageData<'a> {
-    /// Gathers it from the run's folder.
+    /// Gathers the data from the run's folder.
     ///
     /// # Errors
     /// When a record is malformed.
@@ -149,7 +149,7 @@ impl<'a> PageData<'a> {
     }
 }
 
-/// The first row of a CSV file stands below its head.
+/// Line of the first row in a CSV file, below the header.
 const FIRST_LINE: u64 = 2;
 
 fn claims(contents: &Contents) -> Vec<ClaimEntry<'_>> {
@@ -198,10 +198,10 @@ fn reading(reading: &crate::analysis::claims::Reading) -> ReadingEntry<'_> {
     }
 }
 
-/// A compressed table is about so many times as long when it is read.
+/// Estimated factor by which a compressed table grows when it is read.
 const TIMES_COMPRESSED: u64 = 12;
 
-/// The records that the page holds, as long as there is room.
+/// The records in the page, within the size limit.
 struct Shelf<'a> {
     folder: &'a Path,
     tables: BTreeMap<String, Table>,
@@ -210,7 +210,7 @@ struct Shelf<'a> {
 }
 
 impl Shelf<'_> {
-    /// What the charts need first, then what some runs have beside it, then any other small record.
+    /// Adds records: first those that the charts need, then those of supplements, then other small records.
     fn fill(&mut self) -> Result<(), RecordError> {
         self.add::<ClaimRow>()?;
         self.add::<SummaryRow>()?;

@@ -1,8 +1,8 @@
-//! The report as one page that opens from disk without a network: `page.html` with its style, its scripts and the run's
-//! tables in it. The page computes nothing that the analysis could have; every mark names the CSV row behind it.
+//! The report as one page that opens from disk without a network: `page.html` with its style, its scripts and the run's tables. The page
+//! computes nothing that the analysis could have computed, and every mark names the CSV row behind it.
 //!
-//! The scripts are plain ones in one scope, in the order in which they must be read: the data, elements and numbers, scales,
-//! looks, what stands behind a mark, the two forms of charts, filters, tables, then a file per part of the page.
+//! The scripts are plain scripts in one scope, in the order in which they must be loaded: the data, elements and numbers, scales, looks,
+//! the details behind a mark, the two kinds of charts, filters, tables, then one file per part of the page.
 
 mod data;
 
@@ -37,7 +37,7 @@ const SCRIPTS: [&str; 16] = [
     include_str!("start.js"),
 ];
 
-/// A part of the page that somebody else made: HTML that brings what it needs, such as a view of a scene's machine.
+/// A part of the page from another module: HTML with everything it needs, such as a view of a scene's machine.
 #[derive(Clone, Debug)]
 pub struct Inset {
     /// Its heading, text.
@@ -49,7 +49,7 @@ pub struct Inset {
 /// Writes `report.html` of the run in `folder`, with `insets` in a section about the machines, and returns its path.
 ///
 /// # Errors
-/// When the run was not analysed, a record is malformed, or the file cannot be written.
+/// When the run has not been analysed, a record is malformed, or the file cannot be written.
 pub fn write_page(folder: &Path, insets: &[Inset]) -> Result<PathBuf, ReportError> {
     let path = folder.join(PAGE_FILE);
     let contents = Contents::read(folder)?;
@@ -98,7 +98,7 @@ fn render(contents: &Contents, json: &str, insets: &[Inset]) -> String {
     })
 }
 
-/// The template with every `{{name}}` replaced; what is put in is not looked at again.
+/// The template with every `{{name}}` replaced; inserted text is not expanded again.
 fn filled(template: &str, value: impl Fn(&str) -> String) -> String {
     let mut pieces = template.split("{{");
     let first = pieces.next().unwrap_or_default().to_owned();

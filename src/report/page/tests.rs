@@ -1,4 +1,4 @@
-//! The page's text; how it looks and what it does when clicked is tested in a browser.
+//! Tests of the page's text. Its look and its reactions to clicks are tested in a browser.
 
 use super::*;
 use crate::analysis::analyze;
@@ -39,7 +39,7 @@ fn the_page_stands_alone_and_no_text_escapes() {
     assert!(page.len() < 8_000_000, "{}", page.len());
 }
 
-/// What a mark names is what the file has on that line.
+/// The line that a mark names holds the row of that mark.
 #[test]
 fn every_row_names_the_line_it_stands_on() {
     let (folder, page) = page_of(&Run::generate(&Plan::default()), &[]);

@@ -13,7 +13,7 @@ facet normal 0 0 0\nouter loop\nvertex 1 0 0\nvertex 0 1 0\nvertex 0 0 1\nendloo
 endsolid t
 ";
 
-/// A slide along X that carries `tool`, beside `block` in the world 10 mm further.
+/// A slide along X that carries `tool`, with `block` fixed to the world 10 mm farther along X.
 const SLIDE: &str = r#"title = "A slide"
 pairs = [["block", "tool"]]
 [[machine.links]]
@@ -42,7 +42,7 @@ fn load(files: &[(&str, &str)]) -> Result<Scene, SceneError> {
     Scene::load(folder(files).path())
 }
 
-/// The error of a scene file, without the folder's name.
+/// The error of a scene file, with the folder's name removed.
 fn error_of(files: &[(&str, &str)]) -> (SceneError, String) {
     let folder = folder(files);
     let error = Scene::load(folder.path()).unwrap_err();

@@ -1,11 +1,11 @@
-//! Centre rules: where a box lies along its axes once they are chosen.
+//! Centre rules: the position of a box along its axes, once the axes are chosen.
 
 use crate::geometry::Vector;
 
-/// How the centre and the half-lengths follow from the extent of the contents.
+/// How centre and half-lengths follow from the extent of the contents.
 pub trait CentreRule {
-    /// Centre relative to the mean and half-lengths, mm, along the box's axes, given the lowest and highest coordinate of
-    /// the corners relative to the mean.
+    /// The centre relative to the mean, and the half-lengths, mm, along the box's axes. `low` and `high` are the lowest and highest
+    /// coordinates of the corners relative to the mean.
     fn centre_and_half(low: &Vector, high: &Vector) -> (Vector, Vector);
 }
 
@@ -19,8 +19,8 @@ impl CentreRule for MidExtent {
     }
 }
 
-/// Centre at the mean, half-lengths as of the tight box: what the paper's text says to the letter. Contents on the side
-/// away from the mean lie outside.
+/// Centre at the mean, with the half-lengths of the tight box: the text of the paper taken literally. Contents on the side away from the
+/// mean lie outside.
 #[derive(Clone, Copy, Debug)]
 pub struct AtMean;
 

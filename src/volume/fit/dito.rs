@@ -1,18 +1,18 @@
 //! DiTO-14: axes from two tetrahedra over one large triangle of extreme points.
 //!
 //! T. Larsson, L. Källberg, "Fast Computation of Tight-Fitting Oriented Bounding Boxes", Game Engine Gems 2, 2011, chapter 1.
-//! Extreme corners are taken along the three coordinate axes and the four space diagonals, 14 in all; the triangle of the
-//! farthest two and the one farthest from their line, and the corners farthest above and below it, make up to seven
-//! triangles, each with three candidate frames (its normal and one of its edges). The frame in which the 14 corners have
-//! the box of least surface area wins, unless the coordinate axes do better over all corners. Deviations: areas are those of the
-//! boxes as they are stored, with their pad, so that flat contents are told apart; of corners that are extreme alike the first counts.
+//! Extreme corners are taken along the three coordinate axes and the four space diagonals, 14 in all. The base triangle consists of the two
+//! corners farthest apart and the corner farthest from their line. Together with the corners farthest above and below it, it gives up to
+//! seven triangles. Each triangle gives three candidate frames (its normal and one of its edges). The frame in which the box of the 14
+//! corners has the least surface area wins, unless the box along the coordinate axes is smaller over all corners. Deviations: areas include
+//! the pad of the stored boxes, which distinguishes boxes of flat contents; of equally extreme corners, the first is taken.
 
 use super::frame::{FrameRule, any_frame, reach_mm};
 use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
 use crate::volume::shape::separating_axes::pad_mm;
 use nalgebra::Matrix3;
 
-/// The seven directions; the diagonals unnormalised, since only the order along each counts.
+/// The seven directions. The diagonals are not normalised, because only the order of corners along each direction matters.
 const DIRECTIONS: [[f64; 3]; 7] = [
     [1.0, 0.0, 0.0],
     [0.0, 1.0, 0.0],
@@ -23,7 +23,7 @@ const DIRECTIONS: [[f64; 3]; 7] = [
     [1.0, -1.0, -1.0],
 ];
 
-/// Heights and lengths below this part of the contents' size count as zero: a frame from them would be rounding.
+/// Heights and lengths below this fraction of the contents' size count as zero, because a frame from them would be rounding error.
 const DEGENERATE: f64 = 1e-9;
 
 /// Axes by DiTO-14.
@@ -31,7 +31,7 @@ const DEGENERATE: f64 = 1e-9;
 pub struct Dito14;
 
 impl FrameRule for Dito14 {
-    /// The mean is that of the corners.
+    /// The mean of this rule is the mean of the corners.
     fn mean_and_axes(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
         let (mean, _) = covariance::vertex_weighted(triangles);
         (mean, axes(triangles))
@@ -76,7 +76,7 @@ fn extreme_corners(triangles: &[Triangle]) -> [Point; 14] {
     extreme
 }
 
-/// The candidate frames; none when all corners are one.
+/// The candidate frames; empty when all corners coincide.
 fn frames(extreme: &[Point; 14], all: &[Point]) -> Vec<Matrix3<f64>> {
     let pairs = extreme.chunks_exact(2).map(|pair| (pair[0], pair[1]));
     let Some((p0, p1)) = pairs.max_by(|a, b| (a.1 - a.0).norm_squared().total_cmp(&(b.1 - b.0).norm_squared())) else {
@@ -115,7 +115,7 @@ fn push_frames(found: &mut Vec<Matrix3<f64>>, [a, b, c]: [Point; 3]) {
     }
 }
 
-/// Half the surface area of the box around the points, mm², widened by `pad` on all sides.
+/// Half the surface area of the box around the points, widened by `pad` on all sides, mm².
 fn half_area(frame: &Matrix3<f64>, points: &[Point], pad: f64) -> f64 {
     let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
     for p in points {

@@ -1,12 +1,12 @@
-//! Orientation rules: the axes of a box, and the mean that belongs to them.
+//! Orientation rules: the axes of a box, and the mean that belongs to each rule.
 
 use crate::geometry::hull::Hull;
 use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
 use nalgebra::Matrix3;
 
-/// How the axes of a box are found.
+/// A rule that determines the axes of a box.
 pub trait FrameRule {
-    /// The mean (mm) that belongs to the rule, and the axes as columns of a rotation.
+    /// The mean of the rule, mm, and the axes as columns of a rotation.
     fn mean_and_axes(triangles: &[Triangle]) -> (Point, Matrix3<f64>);
 }
 
@@ -32,22 +32,21 @@ impl FrameRule for AreaCovariance {
     }
 }
 
-/// Principal axes of the surface of the convex hull: Gottschalk, Lin and Manocha 1996, section 4. What lies inside has no
-/// say.
+/// Principal axes of the surface of the convex hull: Gottschalk, Lin and Manocha 1996, section 4. Points inside the hull have no influence.
 #[derive(Clone, Copy, Debug)]
 pub struct HullAreaCovariance;
 
 impl FrameRule for HullAreaCovariance {
-    /// A hull without a surface leaves the corners themselves.
+    /// Uses the corners themselves when the hull has no surface.
     fn mean_and_axes(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
         let facets = Hull::of(triangle::corners(triangles)).map(|hull| hull.triangles()).unwrap_or_default();
         AreaCovariance::mean_and_axes(if facets.is_empty() { triangles } else { &facets })
     }
 }
 
-/// Of three frames the one whose tight box has the least surface: the principal axes of the surface, the mesh's own axes, and
-/// those of the largest triangle. Machine parts are mostly prisms and turned bodies along their own axes, which no covariance finds when
-/// the body's symmetry leaves its eigenvectors free. The mean is that of the surface.
+/// The frame whose tight box has the least surface, among three: the principal axes of the surface, the mesh's own axes, and the frame of
+/// the largest triangle. Machine parts are mostly prisms and turned bodies along their own axes; no covariance finds these axes when
+/// symmetry leaves the eigenvectors undetermined. The mean is that of the surface.
 #[derive(Clone, Copy, Debug)]
 pub struct LeastSurface;
 
@@ -71,7 +70,7 @@ impl FrameRule for LeastSurface {
     }
 }
 
-/// Half the surface of the tight box along `axes`, mm².
+/// Half the surface area of the tight box along `axes`, mm².
 fn surface(triangles: &[Triangle], mean: &Point, axes: &Matrix3<f64>) -> f64 {
     let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
     for corner in triangle::corners(triangles) {
@@ -82,13 +81,13 @@ fn surface(triangles: &[Triangle], mean: &Point, axes: &Matrix3<f64>) -> f64 {
     d.x * d.y + d.y * d.z + d.z * d.x
 }
 
-/// The largest coordinate of the contents, mm.
+/// The largest absolute coordinate of the contents, mm.
 #[must_use]
 pub fn reach_mm(triangles: &[Triangle]) -> f64 {
     triangle::corners(triangles).map(|corner| corner.coords.amax()).fold(0.0, f64::max)
 }
 
-/// A rotation whose first column is along `direction`; the identity when that has no length.
+/// A rotation whose first column is along `direction`; the identity for a direction of length zero.
 #[must_use]
 pub fn any_frame(direction: &Vector) -> Matrix3<f64> {
     let Some(along) = direction.try_normalize(0.0) else { return Matrix3::identity() };

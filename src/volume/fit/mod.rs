@@ -1,5 +1,5 @@
-//! How an oriented box is put around triangles: a rule for its axes ([`frame`]) and one for its centre ([`centre`]), so that the effect of each
-//! can be measured apart.
+//! Fits of oriented boxes: a rule for the axes ([`frame`]) and a rule for the centre ([`centre`]), separate so that the effect of each can
+//! be measured.
 
 pub mod centre;
 pub mod dito;
@@ -13,7 +13,7 @@ use centre::CentreRule;
 use frame::FrameRule;
 use nalgebra::Matrix3;
 
-/// Centre and half-lengths by the lowest and the highest coordinates: see [`CentreRule::centre_and_half`].
+/// A centre rule: centre and half-lengths from the lowest and highest coordinates, as in [`CentreRule::centre_and_half`].
 pub type Centring = fn(&Vector, &Vector) -> (Vector, Vector);
 
 /// The box around `triangles` (at least one, mm) along the axes of the rule `F`, centred by the rule `C`.
@@ -22,7 +22,8 @@ pub fn oriented<F: FrameRule, C: CentreRule>(triangles: &[Triangle]) -> Obb {
     around(F::mean_and_axes(triangles), C::centre_and_half, triangles)
 }
 
-/// The box around `triangles` (at least one, mm) along `axes` (columns of a rotation), centred about `mean` (mm) by a rule.
+/// The box around `triangles` (at least one, mm) along `axes` (columns of a rotation); `centring` places its centre relative to `mean`
+/// (mm).
 #[must_use]
 pub fn around((mean, axes): (Point, Matrix3<f64>), centring: Centring, triangles: &[Triangle]) -> Obb {
     let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));

@@ -1,7 +1,7 @@
-//! Axis-aligned boxes, kept in their mesh's axes; the variants differ in how two are tested at a relative pose.
+//! Axis-aligned boxes in the axes of their mesh; the variants differ in the overlap test at a relative pose.
 //!
-//! G. van den Bergen, "Efficient Collision Detection of Complex Deformable Models using AABB Trees", 1997. Because all boxes
-//! of a mesh share its axes, the rotation between two boxes, and its absolute values, are constants of the pose.
+//! G. van den Bergen, "Efficient Collision Detection of Complex Deformable Models using AABB Trees", 1997. All boxes of a mesh share its
+//! axes, so the rotation between two boxes, and its absolute values, are constants of the pose.
 
 use super::obb::Obb;
 use super::separating_axes::{box_contains, gap_mm, pad_mm, widened_abs};
@@ -11,9 +11,10 @@ use nalgebra::{Matrix3, Unit};
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
-/// How two axis-aligned boxes are told apart at a relative pose.
+/// The overlap test of two axis-aligned boxes at a relative pose.
 pub trait BoxTest: Clone + Debug + Send + Sync + 'static {
-    /// Whether two boxes are apart: half-lengths `a` and `b`, mm, and `t` the second centre seen from the first, mm.
+    /// Whether the test finds two boxes disjoint. `a` and `b` are half-lengths, mm, and `t` is the second centre in the frame of the first
+    /// box, mm.
     fn separated(t: &Vector, pose: &AlignedPose, a: &Vector, b: &Vector) -> bool;
 }
 
@@ -28,9 +29,9 @@ pub struct AlignedBox<T> {
 /// Rotation, its widened absolute values, and translation, mm, from the second mesh to the first.
 #[derive(Clone, Debug)]
 pub struct AlignedPose {
-    /// Takes axes of the second mesh to axes of the first.
+    /// Maps axes of the second mesh to axes of the first.
     pub rotation: Matrix3<f64>,
-    /// [`widened_abs`] of it.
+    /// The absolute values of the rotation, widened by [`widened_abs`].
     pub widened: Matrix3<f64>,
     translation: Vector,
 }
@@ -42,7 +43,7 @@ impl<T> AlignedBox<T> {
         Self { centre, half, test: PhantomData }
     }
 
-    /// The bounds of `triangles`, widened by what rounding can cost.
+    /// The bounding box of `triangles`, with a margin for rounding errors.
     #[must_use]
     pub fn around(triangles: &[Triangle]) -> Self {
         let (low, high) = triangle::bounds(triangles).unwrap_or((Point::origin(), Point::origin()));

@@ -1,12 +1,11 @@
 //! Discrete oriented polytopes: slabs along K fixed directions of the mesh frame, tested at any relative pose by cone
 //! duality.
 //!
-//! J. T. Klosowski, M. Held, J. S. B. Mitchell, H. Sowizral, K. Zikan, "Efficient Collision Detection Using Bounding Volume
-//! Hierarchies of k-DOPs", 1998; C. Ericson, "Real-Time Collision Detection", 2005, section 4.6. Deviation: they re-fit or
-//! hill-climb for a rotated polytope. Here its extent along a direction e is bounded from outside: if
-//! e = λ₁u₁ + λ₂u₂ + λ₃u₃ with λ >= 0 over three of the polytope's own outward normals, then every point x of it has
-//! e·x <= λ₁h₁ + λ₂h₂ + λ₃h₃ (weak duality of linear programming). The triples depend on the pose only, so a node pair
-//! costs three multiplications per slab and side.
+//! J. T. Klosowski, M. Held, J. S. B. Mitchell, H. Sowizral, K. Zikan, "Efficient Collision Detection Using Bounding Volume Hierarchies of
+//! k-DOPs", 1998; C. Ericson, "Real-Time Collision Detection", 2005, section 4.6. Deviation: they re-fit or hill-climb for a rotated
+//! polytope. Here the extent along a direction e is bounded from outside. If e = λ₁u₁ + λ₂u₂ + λ₃u₃ with λ >= 0 over three outward normals
+//! of the polytope, then every point x of the polytope has e·x <= λ₁h₁ + λ₂h₂ + λ₃h₃ (weak duality of linear programming). The triples
+//! depend on the pose only, so a node pair costs three multiplications per slab and side.
 
 use super::polytope::Polytope;
 use super::separating_axes::pad_mm;
@@ -19,13 +18,13 @@ use std::sync::OnceLock;
 
 /// A set of K directions.
 pub trait Directions<const K: usize>: Clone + Debug + Send + Sync + 'static {
-    /// K unit vectors of which no two are opposite; at least three of them independent.
+    /// K unit vectors; no two are opposite, and at least three are independent.
     fn normals() -> &'static [Vector; K];
     /// The cones over the facets of the hull of all 2K normals, computed once.
     fn cones() -> &'static OnceLock<Vec<Cone>>;
 }
 
-/// Three outward normals (indices 0..K for `+u`, K..2K for `-u`) and the matrix that resolves a direction into them.
+/// Three outward normals (indices 0..K for `+u`, K..2K for `-u`), and the matrix that gives the coordinates of a direction in them.
 #[derive(Clone, Debug)]
 pub struct Cone {
     members: [usize; 3],
@@ -41,7 +40,7 @@ pub struct Dop<D, const K: usize> {
     pub(super) directions: PhantomData<D>,
 }
 
-/// A direction of one polytope seen from the other: how to bound the other's extent along it.
+/// A direction of one polytope in the frame of the other, with the data that bound the other's extent along it.
 #[derive(Clone, Copy, Debug)]
 struct Bound {
     members: [usize; 3],
@@ -50,7 +49,7 @@ struct Bound {
     shift: f64,
 }
 
-/// The bounds along the first polytope's directions and along the second's.
+/// The bounds along the directions of the first polytope and of the second.
 #[derive(Clone, Debug)]
 pub struct DopPose<const K: usize> {
     along_a: [Bound; K],
@@ -58,7 +57,7 @@ pub struct DopPose<const K: usize> {
 }
 
 impl<D: Directions<K>, const K: usize> Dop<D, K> {
-    /// The slabs around `triangles`, widened by what rounding can cost.
+    /// The slabs around `triangles`, with a margin for rounding errors.
     #[must_use]
     pub fn around(triangles: &[Triangle]) -> Self {
         let (mut high, mut negated_low) = ([f64::NEG_INFINITY; K], [f64::NEG_INFINITY; K]);
@@ -94,7 +93,8 @@ impl<D: Directions<K>, const K: usize> Dop<D, K> {
         (negated_low, high)
     }
 
-    /// The point in the middle of all slabs, in the least-squares sense. Where slabs are wider than the polytope it can lie outside.
+    /// The point closest to the middle of all slabs in the least-squares sense. It can lie outside the polytope when slabs are wider than
+    /// it.
     fn middle_of_slabs(&self) -> Point {
         let (mut gram, mut moment) = (Matrix3::zeros(), Vector::zeros());
         for (k, normal) in D::normals().iter().enumerate() {
@@ -157,7 +157,7 @@ impl<D: Directions<K>, const K: usize> Shape for Dop<D, K> {
         self.high.iter().zip(&self.negated_low).map(|(high, negated_low)| (high + negated_low).powi(2)).sum()
     }
 
-    /// The slabs are not orthogonal: the coordinate axes, by the extent of the contents.
+    /// The slabs are not orthogonal, so the split axes are the coordinate axes, ordered by the extent of the contents.
     fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
         let extents = triangle::bounds(triangles).map_or_else(Vector::zeros, |(low, high)| high - low);
         coordinate_axes_by_extent(&extents)
@@ -165,7 +165,7 @@ impl<D: Directions<K>, const K: usize> Shape for Dop<D, K> {
 }
 
 impl<D: Directions<K>, const K: usize> Solid for Dop<D, K> {
-    /// Slack is taken slab by slab: beyond an edge or a corner, a point may be a little farther off than that.
+    /// The slack applies to each slab, so beyond an edge or a corner a contained point may be slightly farther away than the slack.
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
         D::normals().iter().enumerate().all(|(k, normal)| {
             let x = normal.dot(&point.coords);
@@ -173,7 +173,7 @@ impl<D: Directions<K>, const K: usize> Solid for Dop<D, K> {
         })
     }
 
-    /// The mean of the corners, each counted once for every edge that ends there.
+    /// The mean of the corners; a corner counts once for every edge that ends there.
     fn centre(&self) -> Point {
         let ends = self.polytope().edges().into_iter().flatten().map(|end| end.coords);
         let (count, sum) = ends.fold((0.0, Vector::zeros()), |(count, sum), end| (count + 1.0, sum + end));
@@ -193,8 +193,8 @@ impl<D: Directions<K>, const K: usize> Solid for Dop<D, K> {
     }
 }
 
-/// The cone that holds `direction` (unit length), and the weights of its normals. Rounding may make the smallest weight
-/// about -1e-16; it is then set to zero, and the pad of the polytopes covers the difference.
+/// The cone that contains `direction` (unit length), and the weights of its normals. Rounding may make the smallest weight about -1e-16; it
+/// is then set to zero, and the pad of the polytopes covers the difference.
 fn bound<D: Directions<K>, const K: usize>(direction: &Vector, shift: f64) -> Bound {
     let cones = D::cones().get_or_init(|| cones_over_facets(D::normals()));
     let mut best = (f64::NEG_INFINITY, [0; 3], Vector::zeros());

@@ -1,4 +1,4 @@
-//! The shapes that several variants share, one file each, and what their tests are made of.
+//! The shapes that several variants share, one file each, and the parts of their tests.
 
 pub mod aligned_box;
 pub mod dop;

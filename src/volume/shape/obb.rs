@@ -1,4 +1,4 @@
-//! Oriented boxes: one box, one separating-axis test; how the axes and the centre are chosen is the variant's ([`crate::volume::fit`]).
+//! Oriented boxes: one box, one separating-axis test. The variant chooses the axes and the centre ([`crate::volume::fit`]).
 
 pub mod exit;
 
@@ -14,14 +14,14 @@ pub struct Obb {
     pub axes: Matrix3<f64>,
     /// Its centre.
     pub centre: Point,
-    /// Its half-lengths along the axes.
+    /// Half-lengths of the box along the axes, mm.
     pub half: Vector,
 }
 
 /// Rotation and translation, mm, from the second mesh to the first.
 #[derive(Clone, Debug)]
 pub struct ObbPose {
-    /// Takes axes of the second mesh to axes of the first.
+    /// Maps axes of the second mesh to axes of the first.
     pub(in crate::volume) rotation: Matrix3<f64>,
     /// The second mesh's origin in the first.
     pub(in crate::volume) translation: Vector,

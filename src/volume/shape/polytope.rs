@@ -1,4 +1,4 @@
-//! Convex polytopes as faces, by clipping: volume, area and edges of a volume that is given by its half-spaces.
+//! Convex polytopes as faces, computed by clipping: the volume, area and edges of an intersection of half-spaces.
 
 use crate::geometry::{Point, Vector};
 use crate::volume::Segment;
@@ -9,7 +9,7 @@ use std::ops::Range;
 pub struct Polytope {
     /// The corners of all faces, one loop behind the other.
     corners: Vec<Point>,
-    /// Where each loop ends.
+    /// End of each loop in `corners`.
     ends: Vec<usize>,
 }
 
@@ -31,7 +31,7 @@ impl Polytope {
         cube
     }
 
-    /// Leaves the part of the solid where `normal · x <= offset` for each of the half-spaces (`normal` of unit length, `offset` in mm).
+    /// Keeps the part of the solid where `normal · x <= offset` for each of the half-spaces (`normal` of unit length, `offset` in mm).
     #[must_use]
     pub fn clip(mut self, half_spaces: impl IntoIterator<Item = (Vector, f64)>) -> Self {
         let (mut kept, mut heights, mut rim) = (Self::default(), Vec::new(), Vec::new());
@@ -56,8 +56,8 @@ impl Polytope {
         self
     }
 
-    /// Adds the part of a face that is not above the plane over which its corners are `heights` high, and to `rim` the points in which
-    /// its edges meet the plane.
+    /// Adds the part of a face that is not above a plane, and adds to `rim` the points in which the face's edges meet the plane. `heights`
+    /// are the heights of the face's corners above the plane.
     fn add_part(&mut self, face: &[Point], heights: &[f64], rim: &mut Vec<Point>) {
         let before = self.corners.len();
         for (i, here) in face.iter().enumerate() {
@@ -106,14 +106,14 @@ impl Polytope {
         self.faces().map(|face| area_vector(face).dot(&(face[0] - apex)).abs() / 3.0).sum()
     }
 
-    /// The edges, each once or twice.
+    /// The edges; each occurs once or twice.
     #[must_use]
     pub fn edges(&self) -> Vec<Segment> {
         self.faces().flat_map(|face| (0..face.len()).map(|i| [face[i], face[(i + 1) % face.len()]])).collect()
     }
 }
 
-/// Half the sum of cross products around a loop: normal to it, as long as its area (mm²).
+/// Half the sum of cross products around a loop: a normal whose length is the area of the loop, mm².
 fn area_vector(face: &[Point]) -> Vector {
     let fan = face.windows(2).skip(1).map(|pair| (pair[0] - face[0]).cross(&(pair[1] - face[0])));
     fan.sum::<Vector>() * 0.5
@@ -131,7 +131,7 @@ fn around(points: &[Point], normal: &Vector) -> Vec<Point> {
     keyed.into_iter().map(|(_, p)| p).collect()
 }
 
-/// Grows with the angle of (x, y) from -2 to 2, at a fraction of an arc tangent's cost.
+/// A monotonic function of the angle of (x, y), from -2 to 2, cheaper than an arc tangent.
 fn like_angle(x: f64, y: f64) -> f64 {
     let slope = y / (x.abs() + y.abs());
     if x >= 0.0 { slope } else { 2f64.copysign(y) - slope }

@@ -1,20 +1,20 @@
 //! The distance of two rectangles in space.
 //!
-//! The problem of E. Larsen, S. Gottschalk, M. C. Lin, D. Manocha, "Fast Proximity Queries with Swept Sphere Volumes", TR99-018,
-//! 1999, section 3. Deviation: they walk through the pairs of edges by their Voronoi regions; here the nearest points are a corner
-//! of one rectangle and any point of the other, or inner points of two edges, and all 8 + 16 of these are tried. Directions
-//! common to two edges come from their cross product, never from a difference of squares, which for edges within
-//! 1e-8 rad of parallel is all rounding.
+//! The problem is that of E. Larsen, S. Gottschalk, M. C. Lin, D. Manocha, "Fast Proximity Queries with Swept Sphere Volumes", TR99-018,
+//! 1999, section 3. Deviation: they walk through the pairs of edges by their Voronoi regions. Here all candidates for the nearest points
+//! are tried: a corner of one rectangle and any point of the other (8), or inner points of two edges (16). The direction perpendicular to
+//! two edges comes from their cross product, never from a difference of squares, which for edges within 1e-8 rad of parallel is nothing but
+//! rounding error.
 
 use crate::geometry::Vector;
 use nalgebra::Matrix3;
 
-/// Edges whose directions differ by less than this angle, rad, count as parallel, so that one of their ends is nearest: over
-/// 10 m that is wrong by 1e-10 mm.
+/// Edges whose directions differ by less than this angle, rad, count as parallel, so one of their ends is a nearest point. Over 10 m the
+/// error is 1e-10 mm.
 const PARALLEL: f64 = 1e-14;
 
-/// Square of the distance, mm²: one rectangle about the origin along x and y with half-lengths `a`, the other about `t` along the
-/// first two columns of the rotation `r` with half-lengths `b`, mm. 0 when they touch.
+/// Squared distance between two rectangles, mm². The first is centred at the origin, along x and y, with half-lengths `a`; the second is
+/// centred at `t`, along the first two columns of the rotation `r`, with half-lengths `b`, all in mm. 0 when they touch.
 #[must_use]
 pub fn squared(t: &Vector, r: &Matrix3<f64>, a: [f64; 2], b: [f64; 2]) -> f64 {
     let from_b = |p: &Vector| r.tr_mul(&(p - t));
@@ -41,7 +41,7 @@ pub fn point_squared(p: &Vector, half: [f64; 2]) -> f64 {
     x * x + y * y + p.z * p.z
 }
 
-/// Whether an edge of the loop goes through the rectangle about the origin.
+/// Whether an edge of the loop passes through the rectangle about the origin.
 fn pierces(corners: &[Vector; 4], half: [f64; 2]) -> bool {
     (0..4).any(|i| {
         let (p, q) = (&corners[i], &corners[(i + 1) % 4]);
@@ -53,8 +53,8 @@ fn pierces(corners: &[Vector; 4], half: [f64; 2]) -> bool {
     })
 }
 
-/// The least squared distance of inner points of an edge of the first rectangle along its axis `i` and one of the second along its
-/// axis `j`; infinite when the nearest points of all four pairs are ends.
+/// The least squared distance between inner points of an edge of the first rectangle along its axis `i` and of an edge of the second along
+/// its axis `j`. Infinite when, for all four pairs of edges, an end is nearest.
 fn edges_squared(t: &Vector, r: &Matrix3<f64>, (a, i): ([f64; 2], usize), (b, j): ([f64; 2], usize)) -> f64 {
     let (e, f) = (Vector::ith(i, 1.0), r.column(j).into_owned());
     let common = e.cross(&f);

@@ -5,16 +5,16 @@
 use crate::geometry::{Vector, grid};
 use nalgebra::{Matrix3, RealField, Vector3};
 
-/// Added to every |R_ij|. When two edges are nearly parallel their cross product is nearly zero, and with it both sides of
-/// the inequality; rounding then decides. Entries of R carry an error of a few 2⁻⁵³, so 1e-12, four thousand times that,
-/// keeps the right side the larger one for overlapping boxes, and widens a box of 1000 mm by 1e-9 mm.
+/// Added to every |R_ij|. When two edges are nearly parallel, their cross product is nearly zero, and so are both sides of the inequality;
+/// rounding then decides. Entries of R have an error of a few 2⁻⁵³. The value 1e-12 is four thousand times that; it keeps the right side
+/// the larger one for overlapping boxes, and widens a box of 1000 mm by 1e-9 mm.
 pub const PARALLEL_EPSILON: f64 = 1e-12;
 
-/// Relative widening of a volume: 2⁻⁴⁰, thousands of times what the few operations of a fit or a test can lose.
+/// Relative widening of a volume: 2⁻⁴⁰, thousands of times the rounding error of the few operations of a fit or a test.
 const RELATIVE_PAD: f64 = 1.0 / 1_099_511_627_776.0;
 
-/// How far a volume must be widened, mm, so that rounding in its fit and in a test at any pose of the coordinate range, and
-/// the snapping of moved vertices, cannot make it miss. `reach` is the largest coordinate its contents have, mm.
+/// How far a volume must be widened, mm, to make up for rounding in its fit, for rounding in a test at any pose of the coordinate range,
+/// and for the snapping of moved vertices. `reach` is the largest absolute coordinate of its contents, mm.
 #[must_use]
 pub fn pad_mm(reach: f64) -> f64 {
     RELATIVE_PAD * (reach + grid::LIMIT_MM) + grid::SNAP_RADIUS_MM
@@ -27,9 +27,9 @@ pub fn widened_abs(r: &Matrix3<f64>) -> Matrix3<f64> {
     r.map(|x| x.abs() + PARALLEL_EPSILON)
 }
 
-/// Whether one of the six face normals separates two boxes: half-lengths `a` and `b`, mm; `r` takes axes of the second box to
-/// axes of the first, `q` is [`widened_abs`] of it; `t` is the second centre seen from the first, in its axes, mm. For single
-/// precision, too, so that the same test can be tried in it.
+/// Whether one of the six face normals separates two boxes. `a` and `b` are their half-lengths, mm; `r` maps axes of the second box to axes
+/// of the first, and `q` is [`widened_abs`] of `r`; `t` is the second centre in the frame of the first box, mm. Generic, so that the same
+/// test can be tried in single precision.
 #[inline(always)]
 #[must_use]
 pub fn separated_by_faces<T: RealField + Copy>(
@@ -53,8 +53,8 @@ pub fn separated_by_faces<T: RealField + Copy>(
     false
 }
 
-/// Whether one of the fifteen axes separates two boxes: the six normals, or a product of two edges; arguments as for
-/// [`separated_by_faces`].
+/// Whether one of the fifteen axes separates two boxes: the six face normals and the nine cross products of edges. The arguments are those
+/// of [`separated_by_faces`].
 #[inline(always)]
 #[must_use]
 pub fn separated<T: RealField + Copy>(
@@ -81,8 +81,9 @@ pub fn separated<T: RealField + Copy>(
     false
 }
 
-/// A lower bound of the distance of two boxes, mm; arguments as for [`separated_by_faces`]. Along the three axes of a box the gaps
-/// are those of two boxes with parallel edges, the other box's hull taken; the larger of the two distances counts.
+/// A lower bound of the distance between two boxes, mm; the arguments are those of [`separated_by_faces`]. In the axes of either box, the
+/// other box is replaced by its axis-aligned bounding box, and the distance of two boxes with parallel edges is computed. The larger of the
+/// two distances is returned.
 #[inline(always)]
 #[must_use]
 pub fn gap_mm(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: &Vector) -> f64 {
@@ -91,8 +92,8 @@ pub fn gap_mm(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: &Ve
     along_a.norm_squared().max(along_b.norm_squared()).sqrt()
 }
 
-/// Whether a point lies within `slack_mm` of a box with half-lengths `half`; `x` is the point seen from the centre, in the
-/// box's axes, mm.
+/// Whether a point lies within `slack_mm` of a box with half-lengths `half`; `x` is the point relative to the centre, in the box's axes,
+/// mm.
 #[must_use]
 pub fn box_contains(x: &Vector, half: &Vector, slack_mm: f64) -> bool {
     (x.abs() - half).sup(&Vector::zeros()).norm_squared() <= slack_mm * slack_mm

@@ -1,9 +1,9 @@
-//! Volumes stored in single precision: half the memory, rounded outward; every test is made in double precision.
+//! Volumes stored in single precision: half the memory. They are rounded outward, and every test is made in double precision.
 //!
-//! Each number is rounded to single precision and the volume enlarged, in double precision, by what the rounding moved: the
-//! stored volume contains the original. C. Ericson, "Real-Time Collision Detection", 2005, section 6.6.4, on compact nodes.
-//! A frame is stored as a unit quaternion and normalised when it is loaded, so that it is a rotation to the last bits of
-//! double precision and the separating-axis test keeps its small epsilon.
+//! Each number is rounded to single precision, and the volume is then enlarged, in double precision, by the displacement due to rounding,
+//! so the stored volume contains the original. C. Ericson, "Real-Time Collision Detection", 2005, section 6.6.4, describes compact nodes. A
+//! frame is stored as a unit quaternion and normalised when it is loaded. It is then a rotation to the last bits of double precision, so
+//! the separating-axis test keeps its small epsilon.
 
 use super::aligned_box::{AlignedBox, BoxTest};
 use super::dop::{Directions, Dop};
@@ -15,11 +15,11 @@ use nalgebra::{Matrix3, Quaternion, Rotation3, Unit, UnitQuaternion};
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
-/// A shape with a form in single precision.
+/// A shape that can be stored in single precision.
 pub trait Storable: Shape {
-    /// That form.
+    /// The stored form.
     type Stored: Clone + Debug + Send + Sync + 'static;
-    /// A stored volume that contains this one.
+    /// Stores the volume; the stored volume contains the original.
     fn store(&self) -> Self::Stored;
     /// The stored volume in double precision.
     fn load(stored: &Self::Stored) -> Self;
@@ -32,7 +32,7 @@ pub struct Single<S: Storable> {
 }
 
 impl<S: Storable> Single<S> {
-    /// The volume, stored.
+    /// Stores the volume in single precision.
     #[must_use]
     pub fn new(volume: &S) -> Self {
         Self { stored: volume.store() }
@@ -239,7 +239,7 @@ mod tests {
         assert_eq!((size_of::<StoredObb>(), size_of::<Obb>()), (40, 120));
     }
 
-    /// The stored volume's size against the original's, and whether it still contains the contents.
+    /// The ratio of the stored volume's size to the original's; checks that the stored volume still contains the contents.
     fn stored<V: BoundingVolume<Shape: Storable>>(triangles: &[Triangle]) -> f64 {
         let volume = V::fit(triangles);
         let loaded = V::Shape::load(&volume.store());

@@ -23,7 +23,7 @@ pub fn farthest_mm(centre: &Point, triangles: &[Triangle]) -> f64 {
 }
 
 impl Sphere {
-    /// The smallest sphere about `centre` (mm) that contains `triangles`, widened by what rounding can cost.
+    /// The smallest sphere about `centre` (mm) that contains `triangles`, with a margin for rounding errors.
     #[must_use]
     pub fn about(centre: Point, triangles: &[Triangle]) -> Self {
         let farthest = farthest_mm(&centre, triangles);
@@ -51,7 +51,7 @@ impl Shape for Sphere {
         self.radius
     }
 
-    /// A sphere has no long axis of its own: the coordinate axes, by the extent of the contents.
+    /// A sphere has no axes of its own, so the split axes are the coordinate axes, ordered by the extent of the contents.
     fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3] {
         let extents = triangle::bounds(triangles).map_or_else(Vector::zeros, |(low, high)| high - low);
         coordinate_axes_by_extent(&extents)

@@ -1,4 +1,4 @@
-//! The formats with objects, headers and units of their own: PLY, GLB, 3MF.
+//! Tests of the formats that have objects, headers and units: PLY, GLB, 3MF.
 
 use super::*;
 
@@ -49,8 +49,8 @@ pub(in super::super) fn binary_ply(little: bool) -> Vec<u8> {
 
 const FACES: [[u16; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
-/// A tetrahedron of 0.006, 0.001 and 0.001 m, whose node mirrors it, stretches it by two and a half and moves it, below
-/// one that turns it a quarter about z: (x, y, z) to (-2.5 x + 1, 2.5 y, 2.5 z), then (x, y) to (-y, x).
+/// A tetrahedron of 0.006, 0.001 and 0.001 m. Its node mirrors it, scales it by 2.5 and moves it: (x, y, z) to (-2.5 x + 1, 2.5 y, 2.5 z).
+/// The parent node turns it by a quarter turn about z: (x, y) to (-y, x).
 pub(in super::super) const GLB: &str = r#"{"asset": {"version": "2.0"},
 "scene": 0, "scenes": [{"nodes": [1]}],
 "nodes": [{"mesh": 0, "matrix": [-2.5,0,0,0, 0,2.5,0,0, 0,0,2.5,0, 1,0,0,1]},
@@ -62,7 +62,7 @@ pub(in super::super) const GLB: &str = r#"{"asset": {"version": "2.0"},
 "bufferViews": [{"buffer": 0, "byteLength": 64, "byteStride": 16}, {"buffer": 0, "byteOffset": 64, "byteLength": 24}],
 "buffers": [{"byteLength": 88}], "extensionsRequired": ["KHR_materials_unlit"]}"#;
 
-/// A file of this JSON with four vertices every 16 bytes and twelve indices of 16 bits as its binary chunk.
+/// A GLB file with this JSON and a binary chunk of four vertices, 16 bytes each, and twelve 16-bit indices.
 pub(in super::super) fn glb(json: &str) -> Vec<u8> {
     let mut binary = Vec::new();
     for [x, y, z] in [[0_f32, 0.0, 0.0], [0.006, 0.0, 0.0], [0.0, 0.001, 0.0], [0.0, 0.0, 0.001]] {
@@ -81,7 +81,7 @@ pub(in super::super) fn glb(json: &str) -> Vec<u8> {
     bytes
 }
 
-/// The tetrahedron in centimetres: 0.6, 0.1 and 0.1; the build places an object that holds it mirrored, and moved.
+/// The tetrahedron in centimetres: 0.6, 0.1 and 0.1. The build places, mirrored and moved, an object that contains it.
 pub(in super::super) const MODEL: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <model unit="centimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" xmlns:b="urn:of-others">
  <metadata name="Title">a &amp; b</metadata>
@@ -110,7 +110,7 @@ fn archive(parts: &[(&str, &str)]) -> Vec<u8> {
     writer.finish().unwrap().into_inner()
 }
 
-/// A file with this model; without the feature only the beginning of one, which is all that is looked at.
+/// A 3MF file with this model. Without the feature, only the first bytes of one, because nothing else is read then.
 pub(in super::super) fn three_mf(model: &str) -> Vec<u8> {
     #[cfg(feature = "3mf")]
     return archive(&[("[Content_Types].xml", "<Types/>"), ("3D/3dmodel.model", model)]);
@@ -118,7 +118,7 @@ pub(in super::super) fn three_mf(model: &str) -> Vec<u8> {
     [ZIP, model.as_bytes()].concat()
 }
 
-/// The corners of a mesh's box, mm.
+/// The corners of a mesh's bounding box, mm.
 fn extent(mesh: &Mesh) -> [[f64; 3]; 2] {
     let by = |pick: fn(f64, f64) -> f64| {
         let points = mesh.vertices().iter().map(|p| p.coords);
@@ -337,7 +337,7 @@ fn three_mf_errors_name_part_line_and_column() {
     assert!(message("a.3mf", &file[..file.len() - 9]).starts_with("a.3mf: archive, "));
 }
 
-/// Sixteen objects that each hold the one before sixteen times over: 16^16 placements in two kilobytes.
+/// Sixteen objects, each placing the previous one sixteen times: 16^16 placements in two kilobytes.
 #[cfg(feature = "3mf")]
 #[test]
 fn three_mf_objects_that_multiply_are_refused() {

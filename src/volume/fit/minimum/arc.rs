@@ -1,4 +1,4 @@
-//! The planes that touch a convex solid along one of its edges, by their normals.
+//! The planes that touch a convex solid along one of its edges, represented by their normals.
 
 use crate::geometry::Vector;
 use crate::geometry::hull::Edge;
@@ -12,12 +12,12 @@ pub(super) struct Arc {
     tangent: Vector,
     /// Unit direction of the edge: the arc's axis.
     pub(super) edge: Vector,
-    /// rad, below π.
+    /// Angle of the arc, rad, below π.
     pub(super) angle: f64,
 }
 
 impl Arc {
-    /// `None` when the two normals are the same to rounding.
+    /// The arc of an edge; `None` when the normals of its two faces are equal to rounding.
     pub(super) fn new(edge: &Edge, normals: &[Vector]) -> Option<Self> {
         let [from, to] = edge.faces.map(|face| normals[face as usize]);
         let tangent = (to - from * from.dot(&to)).try_normalize(1e-12)?;
@@ -54,10 +54,10 @@ impl Arc {
         Self { ends, tangent: self.edge.cross(&ends[0]), edge: self.edge, angle }
     }
 
-    /// The parts of this arc at which `other` has a normal perpendicular to this one's: those at which the other's two ends are on
-    /// different sides of the plane perpendicular to it. At most two.
+    /// The parts of this arc whose normals are perpendicular to some normal of `other`: those at which the two ends of `other` lie on
+    /// different sides of the plane perpendicular to the normal. At most two.
     pub(super) fn meets(&self, other: &Self) -> [Option<Self>; 2] {
-        /// Perpendicular to rounding counts as perpendicular.
+        /// A cosine below this rounding error counts as perpendicular.
         const ROUNDING: f64 = 1e-12;
         let sides = self.ends.map(|n| other.ends.map(|m| n.dot(&m)));
         let all = sides.as_flattened();

@@ -1,7 +1,7 @@
-//! All boxes that can be the smallest around a convex solid, by pairs of its edges.
+//! All boxes that can be the smallest around a convex solid, enumerated by pairs of its edges.
 //!
-//! A box has a normal on the [`Arc`] of one edge and a neighbouring one on that of another. Branch and bound divides the first arc where
-//! a smaller box may be; [`Family`] has the bounds.
+//! Two neighbouring faces of the box have their normals on the [`Arc`]s of two edges. Branch and bound divides the first arc where a
+//! smaller box is possible; [`Family`] computes the bounds.
 
 use super::arc::Arc;
 use super::family::{Family, least_product};
@@ -11,25 +11,25 @@ use crate::geometry::Vector;
 use crate::geometry::hull::Solid;
 use nalgebra::Matrix3;
 
-/// Parts of an arc with a smaller angle are not divided, rad: where an axis is nearly along the other edge the frame turns too fast for the
-/// bounds, and the frames there are tried by themselves.
+/// Parts of an arc below this angle, rad, are not divided. Where an axis is nearly along the other edge, the frame turns too fast for the
+/// bounds; the frames there are tried separately.
 const SHORTEST: f64 = 2e-7;
-/// Two edges that are perpendicular to this (the cosine of their angle) make boxes with an axis along the first: their tilt is below
-/// [`SHORTEST`] or their σ is. All those boxes have been tried.
+/// Two edges with an angle whose cosine is below this make only boxes with an axis along the first edge, because their tilt or their σ is
+/// below [`SHORTEST`]. All boxes with an axis along an edge are tried separately.
 const PERPENDICULAR: f64 = 1e-14;
-/// Arcs are trimmed to about this angle, rad. Among 0.02, 0.07, 0.2 and 0.5 none was clearly the fastest on two meshes.
+/// Angle to which arcs are trimmed, rad, approximately. Of 0.02, 0.07, 0.2 and 0.5, none was clearly the fastest on two meshes.
 const TRIM: f64 = 0.1;
 
 /// The search among the boxes that have two neighbouring faces on edges of a solid.
 pub(super) struct BoxesOnEdges<'a> {
     search: &'a mut Search,
     solid: &'a Solid,
-    /// Outward, as long as the face's area, mm².
+    /// Outward normals with the length of the face's area, mm².
     faces: Vec<Vector>,
     /// The corners joined to corner i by an edge are `joined[starts[i]..starts[i + 1]]`.
     joined: Vec<u32>,
     starts: Vec<u32>,
-    /// The corners that were lowest and highest along each axis of the last box: the next is not far from it.
+    /// The lowest and highest corners along each axis of the last box; those of the next box are near them.
     extremes: [[u32; 2]; 3],
     steps: u32,
 }
@@ -52,7 +52,7 @@ impl<'a> BoxesOnEdges<'a> {
         }
     }
 
-    /// Offers every box that can be the smallest.
+    /// Offers every box that may be the smallest.
     pub(super) fn try_all(&mut self) {
         let normals = self.solid.normals();
         let edges = self.solid.edges();
@@ -75,12 +75,12 @@ impl<'a> BoxesOnEdges<'a> {
         }
     }
 
-    /// A box must be smaller than this to matter, mm³.
+    /// Upper limit on the volume of a box that is still of interest, mm³.
     fn wanted(&self) -> f64 {
         self.search.best.0 * (1.0 - TOLERANCE)
     }
 
-    /// Offers the boxes with an axis along `axis`.
+    /// Offers the boxes with one axis along `axis`.
     fn search_about(&mut self, axis: &Vector) {
         if self.shadow(axis).dot(axis) * self.width(axis) < self.wanted() && self.search.turn_about(&any_frame(axis), 0)
         {
@@ -88,9 +88,9 @@ impl<'a> BoxesOnEdges<'a> {
         }
     }
 
-    /// The part of the arc, to about [`TRIM`], outside of which no normal has a box that matters; `None` when nothing is left. The
-    /// box with normal n has at least the volume of the shadow along n times the width along n, and of both the part that the middle's
-    /// faces and corners make is a sinusoid.
+    /// Trims the arc, to about [`TRIM`], to the part whose normals may have a box that is small enough; `None` when no such normal is left.
+    /// The volume of the box with normal n is at least the area of the solid's shadow along n times the width along n. The faces and
+    /// corners seen from the middle of the arc give a lower bound of each factor, and each bound is a sinusoid.
     fn trimmed(&mut self, arc: &Arc) -> Option<Arc> {
         let mut kept: Option<[f64; 2]> = None;
         let mut open = vec![(0.0, *arc)];
@@ -112,7 +112,7 @@ impl<'a> BoxesOnEdges<'a> {
         kept.map(|[low, high]| arc.part(low, high))
     }
 
-    /// Offers the boxes with one normal on `part` and one perpendicular to an edge along `along` (unit).
+    /// Offers the boxes with one normal on `part` and one perpendicular to an edge with unit direction `along`.
     fn search_pair(&mut self, part: Arc, along: &Vector) {
         let mut open = vec![part];
         while let Some(part) = open.pop() {
@@ -139,18 +139,18 @@ impl<'a> BoxesOnEdges<'a> {
         }
     }
 
-    /// Extent along a unit axis, with pad, mm.
+    /// Extent along a unit axis, including the pad, mm.
     fn width(&mut self, axis: &Vector) -> f64 {
         self.span(0, axis).dot(axis) + 2.0 * self.search.pad
     }
 
-    /// The sum of the faces that are seen along `axis`, mm²: its part along the axis is the area of the solid's shadow, which no
-    /// rectangle around it undercuts, and along any other axis it is no more than that.
+    /// The sum of the area vectors of the faces seen along `axis`, mm². Its component along the axis is the area of the solid's shadow,
+    /// which no rectangle around the shadow undercuts. Its component along any other axis is at most the area of the shadow there.
     fn shadow(&self, axis: &Vector) -> Vector {
         self.faces.iter().filter(|face| face.dot(axis) > 0.0).sum()
     }
 
-    /// From the lowest to the highest corner along an axis, mm. `slot` says which of the last box's axes it is near.
+    /// The vector from the lowest to the highest corner along an axis, mm. `slot` is the nearest of the last box's axes.
     fn span(&mut self, slot: usize, axis: &Vector) -> Vector {
         let [low, high] = self.extremes[slot];
         let (low, high) = (self.climb(low, &-axis), self.climb(high, axis));
@@ -158,7 +158,8 @@ impl<'a> BoxesOnEdges<'a> {
         self.search.points[high as usize] - self.search.points[low as usize]
     }
 
-    /// The highest corner along `axis`. In a convex solid a corner with no higher one next to it is highest.
+    /// The highest corner along `axis`, found by climbing from `from`. In a convex solid, a corner without a higher neighbour is the
+    /// highest.
     fn climb(&self, from: u32, axis: &Vector) -> u32 {
         let (mut at, mut height) = (from, axis.dot(&self.search.points[from as usize]));
         loop {
@@ -172,7 +173,7 @@ impl<'a> BoxesOnEdges<'a> {
     }
 }
 
-/// The unit vectors without those that are the same or opposite to rounding.
+/// The unit vectors without duplicates: vectors that are equal or opposite to rounding count once.
 fn distinct(vectors: impl Iterator<Item = Vector>) -> Vec<Vector> {
     /// 1 - cos of 1e-7 rad is 5e-15.
     const SAME: f64 = 5e-15;
@@ -230,7 +231,7 @@ mod tests {
             }
         }
 
-        /// Trimming removes only normals whose boxes are too large to matter.
+        /// Trimming removes only normals whose boxes are too large to be of interest.
         #[test]
         fn what_is_trimmed_has_no_smaller_box(
             corners in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), 4..20),

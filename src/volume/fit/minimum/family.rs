@@ -1,21 +1,20 @@
-//! How small the boxes can be that have two neighbouring faces on two edges of a solid.
+//! Lower bounds on the volume of the boxes with two neighbouring faces on two given edges of a solid.
 //!
-//! For two edges, the box's first normal n runs along the first edge's [`Arc`], an angle φ apart, and the second is
-//! perpendicular to it and to the other edge's direction e. With s = e×n and r = n×s = e - n (n·e), both of length
-//! σ = √(1 - (n·e)²), the box's axes are n, s/σ and r/σ.
+//! For two edges, the box's first normal n runs along the first edge's [`Arc`], with φ as its angle. The second normal is perpendicular to
+//! n and to the direction e of the other edge. With s = e×n and r = n×s = e - n (n·e), both of length σ = √(1 - (n·e)²), the box's axes are
+//! n, s/σ and r/σ.
 //!
-//! The bounds see the solid by the two corners that are farthest apart along each axis in the middle of a part of the arc: with d
-//! from one to the other, no width along an axis u is less than d·u. Both are products of three lines over the part, each at least
-//! zero, and such a product is least at one of its ends, because its logarithm is concave.
+//! The bounds use, for each axis in the middle of a part of the arc, the two corners that are farthest apart along it. If d is the vector
+//! from one to the other, no width along an axis u is less than d·u. Each bound is a product of three linear functions over the part, each
+//! at least zero. Such a product is smallest at one end of the part, because its logarithm is concave.
 //!
-//! *By numerators*: d·n and d·s are sinusoids of φ and concave where positive, hence above the line between their ends.
-//! d·r = d·e - (d·n)(n·e) and σ² have second derivatives of at most 2ρ|d'| and 2ρ², where ρ and d' are the lengths of e and the part of
-//! d perpendicular to the first edge; over an angle δ they leave the line between their ends by no more than an eighth of that
-//! times δ².
+//! *By numerators*: d·n and d·s are sinusoids of φ and concave where positive, so they lie above the line between their ends. d·r = d·e -
+//! (d·n)(n·e) and σ² have second derivatives of at most 2ρ|d'| and 2ρ², where ρ and |d'| are the lengths of the parts of e and d
+//! perpendicular to the first edge. Over an angle δ they deviate from the line between their ends by at most δ²/8 times these bounds.
 //!
-//! *By the tilt*: where the two edges are nearly perpendicular and σ gets small, lines say little about s/σ. But s·(n×e₁) = -e·e₁, so
-//! that s/σ and r/σ are n and the first edge's direction e₁ completed to a frame, and turned about n by the angle whose sine is
-//! e·e₁/σ. The widths of the frame that is not turned are sinusoids, and turning takes no more than |d| √2 |e·e₁|/σ off each.
+//! *By the tilt*: when the two edges are nearly perpendicular and σ is small, linear bounds of the numerators say little about s/σ. But
+//! s·(n×e₁) = -e·e₁. The axes s/σ and r/σ are therefore those of the frame of n and the first edge's direction e₁, turned about n by the
+//! angle with sine e·e₁/σ. The widths along the unturned frame are sinusoids, and turning reduces each width by at most |d| √2 |e·e₁|/σ.
 
 use super::arc::Arc;
 use crate::geometry::Vector;
@@ -25,17 +24,18 @@ pub(super) struct Family<'a> {
     part: &'a Arc,
     /// Unit direction of the other edge, e.
     along: &'a Vector,
-    /// From one corner to another, along each axis: no width is less, mm.
+    /// For each axis, the vector between the two corners that are farthest apart along it, mm. The width along an axis is at least the
+    /// component of this vector along it.
     spans: [Vector; 3],
-    /// Added to each width, mm.
+    /// Margin added to each width, mm.
     margin: f64,
     /// e·e₁.
     cosine: f64,
     /// ρ.
     rho: f64,
-    /// ρδ²/4: how far n·e times a sinusoid of amplitude 1 leaves the line between its ends at most.
+    /// ρδ²/4: the largest deviation of n·e times a sinusoid of amplitude 1 from the line between its ends.
     bend: f64,
-    /// σ² at the ends.
+    /// σ² at both ends of the part.
     squares: [f64; 2],
 }
 
@@ -47,7 +47,7 @@ impl<'a> Family<'a> {
         Self { part, along, spans, margin, cosine, rho, bend: rho * part.angle.powi(2) / 4.0, squares }
     }
 
-    /// No box of the family is smaller, mm³: the widths' numerators against σ where it is largest.
+    /// Lower bound on the volume of the family's boxes, mm³: the numerators of the widths, divided by the largest σ.
     pub(super) fn least_by_numerators(&self) -> f64 {
         let sigma = self.largest_sigma();
         let [first, second, third] = self.numerators();
@@ -58,7 +58,7 @@ impl<'a> Family<'a> {
         (self.squares[0].max(self.squares[1]) + self.rho * self.bend).min(1.0).sqrt()
     }
 
-    /// Lines below d·n, d·s and d·r (the first two where they are positive), by their values at the ends, mm.
+    /// Linear lower bounds of d·n, d·s and d·r (the first two where they are positive), given by their values at the ends, mm.
     fn numerators(&self) -> [[f64; 2]; 3] {
         let [first, second, third] = &self.spans;
         let across = second.cross(self.along);
@@ -70,7 +70,7 @@ impl<'a> Family<'a> {
         ]
     }
 
-    /// The same by the frames that are not turned; `across` is the second axis in the middle of the part.
+    /// Lower bound on the volume of the family's boxes, mm³, by the unturned frames; `across` is the second axis in the middle of the part.
     pub(super) fn least_by_tilt(&self, across: &Vector) -> f64 {
         let least_square = self.squares[0].min(self.squares[1]) - self.rho * self.bend;
         if least_square <= self.cosine * self.cosine {
@@ -88,8 +88,8 @@ impl<'a> Family<'a> {
     }
 }
 
-/// The least product of lines over a stretch, each given by its values at the two ends, taken as zero everywhere when it is below
-/// zero at one, and raised by its margin.
+/// The least product of linear functions over an interval, each given by its values at the two ends and raised by its margin. A function
+/// that is negative at one end counts as zero everywhere.
 pub(super) fn least_product<const N: usize>(lines: &[[f64; 2]; N], margins: [f64; N]) -> f64 {
     let at = |end: usize| {
         let values = lines.iter().map(|line| if line[0].min(line[1]) < 0.0 { 0.0 } else { line[end] });
@@ -105,7 +105,7 @@ mod tests {
     use crate::geometry::hull::{Hull, Solid};
     use proptest::prelude::*;
 
-    /// From the lowest to the highest corner along an axis.
+    /// The vector from the lowest to the highest corner along an axis.
     fn span(solid: &Solid, axis: &Vector) -> Vector {
         let height = |p: &&Point| axis.dot(&p.coords);
         let highest = solid.vertices.iter().max_by(|p, q| height(p).total_cmp(&height(q))).unwrap();
@@ -121,7 +121,8 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
-        /// No box of a family is smaller than its bounds, and on a short part the better of them is as good as the box in its middle.
+        /// No box of a family is smaller than its bounds; on a short part, the better bound is close to the volume of the box in the
+        /// middle.
         #[test]
         fn bounds_are_below_and_close(
             corners in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), 4..16),
@@ -159,8 +160,8 @@ mod tests {
             }
         }
 
-        /// Boxes around a cuboid that turn away from its own about one of its edges: the bound by the tilt has its volume, also where a normal is
-        /// nearly along the other edge.
+        /// Boxes around a cuboid that are turned about one of the cuboid's edges: the bound by the tilt equals their volume, even when a
+        /// normal is nearly along the other edge.
         #[test]
         fn perpendicular_edges_turn_about_the_first(sides in prop::array::uniform3(0.1..10.0_f64), away in 1e-6..0.1_f64) {
             let corners = (0..8).map(|i| Point::from([0, 1, 2].map(|k| if i >> k & 1 == 1 { sides[k] } else { 0.0 })));

@@ -1,18 +1,17 @@
 //! Axes of the box of least volume.
 //!
-//! J. O'Rourke, "Finding Minimal Enclosing Boxes", 1985: each of two neighbouring faces of the smallest box around a convex solid
-//! contains an edge of it. (Seen along any face's normal the box is a smallest rectangle, one of whose sides contains
-//! an edge.) So for every pair of edges the box whose faces contain them turns about one parameter. Deviations: O'Rourke
-//! solves a polynomial on every stretch between changes of contact; here each pair's family is searched by branch and
-//! bound (`minimum/edges.rs`). Pairs that no box can have are discarded as in J. Jylänki, "An Exact Algorithm for Finding Minimum
-//! Oriented Bounding Boxes", 2015, whose further conjecture is not used.
+//! J. O'Rourke, "Finding Minimal Enclosing Boxes", 1985: each of two neighbouring faces of the smallest box around a convex solid contains
+//! an edge of it. (Seen along the normal of any face, the box is a smallest rectangle, and one side of that contains an edge.) For every
+//! pair of edges, the boxes whose faces contain them form a family with one parameter. Deviations: O'Rourke solves a polynomial on every
+//! interval between changes of contact; here each family is searched by branch and bound (`minimum/edges.rs`). Pairs of edges without a
+//! common box are discarded as in J. Jylänki, "An Exact Algorithm for Finding Minimum Oriented Bounding Boxes", 2015; the further
+//! conjecture there is not used.
 //!
-//! Promise: up to [`EXACT_VERTICES`] hull vertices and [`MAX_STEPS`] steps, no box is smaller by more than the part
-//! [`TOLERANCE`]. With more vertices the search sees the extreme ones along [`EXACT_VERTICES`] directions; of contents
-//! thinner than [`FLAT`] it tries only boxes with a face in a face or an edge along an edge. In every case the result is
-//! improved until no turn about one of its axes makes it smaller, and is no larger than the boxes along the axes of all
-//! other rules, which the search begins with. Volume is that of the box as it is stored, with its pad, so that flat contents
-//! are told apart by their area.
+//! Guarantee: up to [`EXACT_VERTICES`] hull vertices and [`MAX_STEPS`] steps, no box is smaller by more than the fraction [`TOLERANCE`].
+//! With more vertices, the search uses only the extreme vertices along [`EXACT_VERTICES`] directions. For contents thinner than [`FLAT`],
+//! it tries only boxes with a face on a face, or an edge along an edge. In every case, the result is improved until no turn about one of
+//! its axes makes it smaller. The search starts with the boxes of all other rules, so the result is never larger than those. Volumes
+//! include the pad of the stored box, so that boxes of flat contents are compared by their area.
 
 mod arc;
 mod edges;
@@ -28,15 +27,15 @@ use edges::BoxesOnEdges;
 use nalgebra::Matrix3;
 use search::Search;
 
-/// The search may end with a box that is larger than the smallest by this part.
+/// Permitted relative excess of the result over the smallest volume.
 pub const TOLERANCE: f64 = 1e-3;
-/// Most hull vertices that are searched exactly.
+/// Largest number of hull vertices that are searched exactly.
 pub const EXACT_VERTICES: usize = 400;
-/// Most boxes the branch and bound looks at.
+/// Largest number of boxes that branch and bound examines.
 pub const MAX_STEPS: u32 = 200_000;
 
-/// Contents thinner than this part of their diameter count as flat: the smallest box leans against their plane, and the branch and
-/// bound would have to tell angles of this size apart.
+/// Contents thinner than this fraction of their diameter count as flat. Their smallest box has a face on their plane, and branch and bound
+/// would have to resolve angles of this size.
 pub const FLAT: f64 = 1e-6;
 
 /// Axes of the smallest box.
@@ -44,7 +43,7 @@ pub const FLAT: f64 = 1e-6;
 pub struct MinimumVolume;
 
 impl FrameRule for MinimumVolume {
-    /// The mean is that of the corners.
+    /// The mean of this rule is the mean of the corners.
     fn mean_and_axes(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
         let (mean, _) = covariance::vertex_weighted(triangles);
         let pad = pad_mm(reach_mm(triangles));
@@ -58,7 +57,7 @@ impl FrameRule for MinimumVolume {
     }
 }
 
-/// The frame of a polygon: its plane's, turned to its smallest rectangle.
+/// The frame of a polygon: the frame of its plane, turned to the polygon's smallest rectangle.
 fn of_polygon(corners: &[Point], pad: f64) -> Matrix3<f64> {
     let fan = corners.windows(2).skip(1).map(|pair| (pair[0] - corners[0]).cross(&(pair[1] - corners[0])));
     let frame = any_frame(&fan.sum());
@@ -90,7 +89,7 @@ fn of_solid(triangles: &[Triangle], solid: &Solid, pad: f64) -> Matrix3<f64> {
     search.best.1
 }
 
-/// The extreme vertices along [`EXACT_VERTICES`] directions that a golden spiral spreads over the sphere.
+/// The extreme vertices along [`EXACT_VERTICES`] directions, spread over the sphere by a golden spiral.
 fn extreme_vertices(solid: &Solid) -> Vec<Point> {
     let direction = |i: usize| {
         let z = 1.0 - (2 * i + 1) as f64 / EXACT_VERTICES as f64;

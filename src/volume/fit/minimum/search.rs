@@ -1,24 +1,24 @@
-//! The best box found so far around some points, and the turns about its own axes that make it smaller.
+//! The smallest box found so far around some points, and the turns about its own axes that make it smaller.
 
 use crate::geometry::{Point, Vector, rectangle};
 use nalgebra::Matrix3;
 
-/// An improvement by less than this part is rounding.
+/// A relative improvement below this is rounding error.
 pub(super) const PROGRESS: f64 = 1e-12;
 
-/// The search for the best box around some points.
+/// The search for the smallest box around some points.
 pub(super) struct Search {
-    /// About their middle, mm.
+    /// The points relative to their middle, mm.
     pub(super) points: Vec<Vector>,
     pub(super) pad: f64,
-    /// No two points are farther apart, mm.
+    /// Upper bound on the distance between two points, mm.
     pub(super) diameter: f64,
-    /// Volume with pad, mm³, and axes.
+    /// The smallest volume so far, including the pad, mm³, and its axes.
     pub(super) best: (f64, Matrix3<f64>),
 }
 
 impl Search {
-    /// Begins with the coordinate axes.
+    /// Starts with the coordinate axes.
     pub(super) fn new<'a>(points: impl Iterator<Item = &'a Point> + Clone, pad: f64) -> Self {
         let (low, high) = points.clone().fold((None, None), |(low, high): (Option<Point>, Option<Point>), p| {
             (Some(low.map_or(*p, |l| l.inf(p))), Some(high.map_or(*p, |h| h.sup(p))))
@@ -37,7 +37,7 @@ impl Search {
         search
     }
 
-    /// Extents along the columns of `axes`, with pad, mm.
+    /// Extents along the columns of `axes`, including the pad, mm.
     pub(super) fn widths(&self, axes: &Matrix3<f64>) -> Vector {
         let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
         for p in &self.points {
@@ -47,7 +47,7 @@ impl Search {
         (high - low).add_scalar(2.0 * self.pad)
     }
 
-    /// Keeps the axes if their box is the smallest yet. Returns whether it is.
+    /// Keeps the axes if their box is the smallest so far, and returns whether it is.
     pub(super) fn offer(&mut self, axes: &Matrix3<f64>) -> bool {
         let volume = self.widths(axes).product();
         let is_better = volume < self.best.0 * (1.0 - PROGRESS);
@@ -57,7 +57,8 @@ impl Search {
         is_better
     }
 
-    /// Offers `axes` turned about one of its columns to the smallest rectangle seen along it.
+    /// Offers `axes`, turned about one of their columns to the smallest rectangle seen along it; returns whether that box is the smallest
+    /// so far.
     pub(super) fn turn_about(&mut self, axes: &Matrix3<f64>, column: usize) -> bool {
         let (n, u, v) = (axes.column(column), axes.column((column + 1) % 3), axes.column((column + 2) % 3));
         let seen: Vec<[f64; 2]> = self.points.iter().map(|p| [u.dot(p), v.dot(p)]).collect();
@@ -66,9 +67,9 @@ impl Search {
         self.offer(&Matrix3::from_columns(&[along, n.cross(&along), n.into_owned()]))
     }
 
-    /// Turns the best box about its own axes until that makes it no smaller.
+    /// Turns the smallest box about its own axes until no turn makes it smaller.
     pub(super) fn descend(&mut self) {
-        /// More rounds than any contents have needed; a bound, so that rounding cannot go round in circles.
+        /// Limit on the rounds, more than any contents have needed, so that rounding errors cannot cause an endless loop.
         const ROUNDS: u32 = 50;
         for _ in 0..ROUNDS {
             let before = self.best.0;

@@ -1,4 +1,4 @@
-//! Polytopes known by hand, and the bound by duality compared with the contents and against the exact rotated polytope.
+//! Polytopes computed by hand, and the bound by duality compared with the contents and with the exact rotated polytope.
 
 use super::*;
 use crate::tree::{Policy, SplitRule, Tree};
@@ -81,7 +81,7 @@ fn exact_support(corners: &[Point], direction: &Vector) -> f64 {
     corners.iter().map(|p| direction.dot(&p.coords)).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Result of the bound on `nodes` posed nodes: how many, and how much wider it was than the rotated polytope.
+/// Number of posed nodes, and how much wider the bound was than the rotated polytope.
 struct Outcome {
     nodes: u32,
     width_mean: f64,
@@ -90,7 +90,7 @@ struct Outcome {
 
 /// `nodes` posed nodes of trees over the suite's meshes, every direction of the other mesh.
 fn posed_nodes<D: Directions<K>, const K: usize>(nodes: u32) -> Outcome {
-    /// Nodes that one pose is tried on.
+    /// Number of nodes that are tested at one pose.
     const PER_POSE: u32 = 100;
     let trees: Vec<Tree<Dop<D, K>>> = meshes::subjects()
         .iter()
@@ -149,8 +149,8 @@ fn duality(nodes: u32) -> [Outcome; 5] {
     ]
 }
 
-/// No bound is violated, and what duality gives away against the exact extent of the rotated polytope stays small. For a
-/// box the three normals nearest to a direction are those of the corner that is extreme along it: the bound is exact.
+/// No bound is violated, and the bound by duality is only slightly wider than the exact extent of the rotated polytope. For a box, the
+/// bound is exact: the three normals nearest to a direction belong to the corner that is extreme along it.
 #[test]
 fn no_bound_is_violated_on_a_tenth_of_a_million_posed_nodes() {
     let outcomes = duality(20_000);

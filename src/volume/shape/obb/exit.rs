@@ -1,24 +1,25 @@
-//! Which axis ends the separating-axis test of two boxes: the same test as [`super::super::separating_axes::separated`], told
+//! Finds the axis at which the separating-axis test of two boxes ends. It repeats the test of [`super::super::separating_axes::separated`]
 //! axis by axis, for counting and never for timing.
 
 use super::{Obb, ObbPose};
 use crate::volume::shape::separating_axes::widened_abs;
 
-/// Number of axes: three normals of the first box, three of the second, nine products of edges.
+/// Number of axes: three normals of the first box, three of the second, and nine cross products of edges.
 pub const AXES: usize = 15;
 
-/// Arithmetic operations of one test that ends with the axis `exit` (`None`: none does), as the field counts them: a sum, a
-/// product, an absolute value and a comparison are one each. Bringing both boxes into one frame beforehand is not
-/// counted: it takes 126 more (two products of 3 x 3 matrices, 45 each, and 36 for the centre).
+/// Number of arithmetic operations of one test that ends at the axis `exit` (`None`: no axis separates the boxes). As usual in the
+/// literature, a sum, a product, an absolute value and a comparison count one each. Bringing both boxes into one frame beforehand is not
+/// counted; it takes 126 more (two products of 3 x 3 matrices, 45 each, and 36 for the centre).
 #[must_use]
 pub const fn operations(exit: Option<usize>) -> u64 {
-    /// |R| + ε: 9 absolute values, 9 sums.
+    /// Operations for |R| + ε: 9 absolute values and 9 sums.
     const WIDENED: u64 = 18;
-    /// |t|, three products and three sums, one comparison.
+    /// Operations of an axis of the first box: the absolute value of t's component, three products, three sums and one comparison.
     const OWN: u64 = 8;
-    /// Operations of the same test without the distance: three products, two sums.
+    /// Operations of an axis of the second box: those of the first, and three products and two sums that project t onto the axis.
     const OTHERS: u64 = 13;
-    /// Two products and a difference, |.|, four products and three sums, one comparison.
+    /// Operations of a cross product of edges: two products, a difference and an absolute value for t; four products, three sums and one
+    /// comparison for the boxes.
     const EDGES: u64 = 12;
     let tried = match exit {
         Some(axis) => axis as u64 + 1,
@@ -29,8 +30,8 @@ pub const fn operations(exit: Option<usize>) -> u64 {
 }
 
 impl Obb {
-    /// The first axis, in the order of the test, that separates this box and `other` at the pose: 0 to 2 are this box's normals,
-    /// 3 to 5 the other's, 6 + 3i + j is the product of this box's edge i and the other's edge j. `None` when none does.
+    /// The first axis, in the order of the test, that separates this box and `other` at the pose. 0 to 2 are this box's normals, 3 to 5 the
+    /// other's, and 6 + 3i + j is the cross product of this box's edge i and the other's edge j. `None` when no axis separates them.
     #[must_use]
     pub fn exit_axis(&self, other: &Self, pose: &ObbPose) -> Option<usize> {
         let between = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;

@@ -1,12 +1,12 @@
-//! Whether two closed triangles share a point: the test that all methods share at their leaves, and the truth as well. Exact, and nearly
+//! Whether two closed triangles share a point: the triangle test that all methods, and the ground truth, share. It is exact, and nearly
 //! always as fast as a test in plain `f64`.
 //!
-//! O. Devillers, P. Guigue, INRIA RR-4488, 2002: each triangle's corners are put on a side of the other's plane, which settles most pairs; otherwise
-//! both triangles cut the line common to the two planes in an interval, and two more determinants tell whether the intervals overlap.
-//! Every determinant comes with a bound of its error ([`super::plane`], which states the range of coordinates); where a sign is not certain,
-//! [`super::exact`] decides, in integers where the corners are on the grid. Touching counts.
+//! O. Devillers, P. Guigue, INRIA RR-4488, 2002: the corners of each triangle are classified by the side of the other's plane, which
+//! settles most pairs. Otherwise both triangles intersect the common line of the two planes in an interval, and two more determinants
+//! decide whether the intervals overlap. Every determinant has an error bound ([`super::plane`], which states the range of coordinates).
+//! When a sign is not certain, [`super::exact`] decides, in integers if the corners are on the grid. Touching counts as contact.
 //!
-//! Deviation: pairs whose coordinate intervals do not overlap are apart, exactly and most cheaply.
+//! Deviation: pairs whose coordinate intervals do not overlap are disjoint, which is decided first because it is exact and cheapest.
 
 use super::plane::{Plane, Side};
 use super::{Point, Triangle, exact};
@@ -18,33 +18,34 @@ pub fn touch(a: &Triangle, b: &Triangle) -> bool {
     exact::bounds_overlap(a, b) && touch_in_bounds(a, b)
 }
 
-/// The same for triangles whose coordinate intervals overlap, and whose planes the caller keeps.
+/// Like [`touch`], for triangles whose coordinate intervals overlap, with planes that the caller keeps.
 #[inline]
 #[must_use]
 pub fn touch_by_planes((a, plane_of_a): (&Triangle, &Plane), (b, plane_of_b): (&Triangle, &Plane)) -> bool {
     decided((a, b), plane_of_a.sides(b), || plane_of_b.sides(a)).unwrap_or_else(|| undecided(a, b))
 }
 
-/// The same for triangles whose coordinate intervals overlap.
+/// Like [`touch`], for triangles whose coordinate intervals overlap.
 fn touch_in_bounds(a: &Triangle, b: &Triangle) -> bool {
     decided((a, b), Plane::of(a).sides(b), || Plane::of(b).sides(a)).unwrap_or_else(|| undecided(a, b))
 }
 
-/// The answer where `f64` can give it, from the certain sides of either triangle's plane that the other's corners are on: of `b` first, those of `a`'s
-/// plane. Not both planes part the triangles.
+/// The answer if `f64` can give it, from the certain sides of the corners: `b_sides` are the sides of `b`'s corners relative to the plane
+/// of `a`, and `a_sides` the reverse. Neither plane may separate the triangles.
 #[inline(always)]
 pub(crate) fn by_sides(pair: (&Triangle, &Triangle), b_sides: [Side; 3], a_sides: [Side; 3]) -> Option<bool> {
     decided(pair, b_sides, || a_sides)
 }
 
-/// Decides the pairs that `f64` leaves open. Kept out of line: few pairs come here.
+/// Decides the pairs that `f64` leaves undecided. Not inlined, because such pairs are rare.
 #[cold]
 #[inline(never)]
 pub(crate) fn undecided(a: &Triangle, b: &Triangle) -> bool {
     exact::touch_on_grid(a, b).unwrap_or_else(|| exact::touch(a, b))
 }
 
-/// The answer where `f64` can give it, from the sides of either plane that the other's corners are on; `a_sides` are asked for where they matter.
+/// The answer if `f64` can give it, from the sides of each triangle's corners relative to the other's plane; `a_sides` is called only when
+/// needed.
 #[inline(always)]
 fn decided((a, b): (&Triangle, &Triangle), b_sides: [Side; 3], a_sides: impl FnOnce() -> [Side; 3]) -> Option<bool> {
     if on_one_side(b_sides) {
@@ -85,7 +86,7 @@ const fn on_one_side([x, y, z]: [Side; 3]) -> bool {
     x != 0 && x == y && y == z
 }
 
-/// The corner that the other plane parts from the other two, and whether it is above; `None` when a side is not certain.
+/// The corner that the other plane separates from the other two, and whether it is above; `None` when a side is not certain.
 const fn apex(sides: [Side; 3]) -> Option<(usize, bool)> {
     match sides {
         [x, y, z] if x == 0 || y == 0 || z == 0 => None,
@@ -105,7 +106,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64;
 
-    /// Without optimisation two hundred thousand take a minute.
+    /// Number of pairs. In an unoptimised build, two hundred thousand take a minute.
     const PAIRS: u64 = if cfg!(debug_assertions) { 20_000 } else { 200_000 };
 
     #[test]
@@ -129,7 +130,7 @@ mod tests {
         assert!(unbounded.disagreements > PAIRS / 2000, "{}", unbounded.disagreements);
     }
 
-    /// The same determinants without a bound of their errors.
+    /// The same determinants without error bounds.
     fn without_bound(a: &Triangle, b: &Triangle) -> bool {
         let sides = |t: &Triangle, other: &Triangle| {
             let (p, normal) = (t.corners[0], t.double_area_normal());
@@ -142,7 +143,7 @@ mod tests {
             && decided((a, b), sides(a, b), || sides(b, a)).unwrap_or_else(|| exact::touch(a, b))
     }
 
-    /// Fifty thousand pairs of needles, 1 to 1000 mm long, 1e-9 to 1e-3 mm wide. A test in plain `f64` missed 1.5 % of the contacts.
+    /// Fifty thousand pairs of needles, 1 to 1000 mm long and 1e-9 to 1e-3 mm wide. A test in plain `f64` missed 1.5 % of the contacts.
     #[test]
     fn needles_that_cross_are_seen_and_needles_that_pass_are_not() {
         let mut random = Pcg64::seed_from_u64(11);
@@ -164,7 +165,7 @@ mod tests {
         );
     }
 
-    /// From the finest step to the far corners of the range of a mesh, as it is and moved.
+    /// Tests from the finest grid step to the far corners of a mesh's range, unmoved and moved.
     #[test]
     fn the_ends_of_the_range_are_exact() {
         let mut random = Pcg64::seed_from_u64(12);
@@ -185,7 +186,7 @@ mod tests {
         assert!((1000..19_000).contains(&touching), "{touching}");
     }
 
-    /// Multiplying by a power of two is exact, so that the answer must stay: up to the range that [`super::super::plane`] states.
+    /// Multiplying by a power of two is exact, so the answer must not change, up to the range that [`super::super::plane`] states.
     #[test]
     fn the_answer_does_not_depend_on_the_scale() {
         let mut random = Pcg64::seed_from_u64(13);

@@ -1,13 +1,13 @@
 //! Means, covariances and the axes that follow from them: equations (1), (4) and (5) of Xu and Zhang 2011.
 //!
-//! Everything is computed about a local origin (the first corner), because the difference of two large second moments
-//! would otherwise cancel.
+//! Everything is computed about a local origin (the first corner). Otherwise the difference of two large second moments would lose its
+//! significant digits.
 
 use super::{Point, Triangle, Vector, eigen, triangle};
 use nalgebra::{Matrix3, Unit};
 
-/// Mean (mm) and covariance (mm²) of the triangle corners, equation (1): every triangle counts its three corners, so a
-/// vertex shared by six triangles counts six times.
+/// Mean (mm) and covariance (mm²) of the triangle corners, equation (1). Every triangle contributes its three corners, so a vertex shared
+/// by six triangles counts six times.
 #[must_use]
 pub fn vertex_weighted(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
     let origin = triangles[0].corners[0];
@@ -21,9 +21,9 @@ pub fn vertex_weighted(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
     (origin + mean, covariance / count)
 }
 
-/// Mean (mm), equation (4), and covariance (mm²), equation (5), of the surface: every point of every triangle weighs the
-/// same, which is Gottschalk's closed form (2000). Triangles without area weigh nothing; when none has area, the corners
-/// count instead ([`vertex_weighted`]).
+/// Mean (mm), equation (4), and covariance (mm²), equation (5), of the surface. Every point of every triangle has the same weight, which
+/// gives Gottschalk's closed form (2000). Triangles of zero area have no weight; when all have zero area, the corners are used instead
+/// ([`vertex_weighted`]).
 #[must_use]
 pub fn area_weighted(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
     let origin = triangles[0].corners[0];
@@ -47,9 +47,9 @@ pub fn area_weighted(triangles: &[Triangle]) -> (Point, Matrix3<f64>) {
 
 /// The eigenvectors of a covariance as the columns of a rotation (right-handed, orthonormal), largest eigenvalue first.
 ///
-/// Equal eigenvalues (a cylinder, a torus) leave the axes free; the result is then whatever the iteration returns, which
-/// is the same on every run, and still a rotation. Signs are fixed by making the largest component of the first two
-/// columns positive. A covariance that is not finite or is zero gives the identity.
+/// Equal eigenvalues (a cylinder, a torus) leave the axes undetermined. The result is then whatever the iteration returns, which is the
+/// same on every run, and still a rotation. Signs are fixed by making the largest component of the first two columns positive. A covariance
+/// that is not finite or is zero gives the identity.
 #[must_use]
 pub fn principal_frame(covariance: &Matrix3<f64>) -> Matrix3<f64> {
     let scale = covariance.amax();
@@ -68,7 +68,7 @@ pub fn principal_frame(covariance: &Matrix3<f64>) -> Matrix3<f64> {
     right_handed(&axes.column(order[0]).into_owned(), &axes.column(order[1]).into_owned())
 }
 
-/// A rotation whose first column is along `first` and whose second is `second` made perpendicular to it.
+/// A rotation whose first column is along `first`, and whose second is the component of `second` perpendicular to it, normalised.
 fn right_handed(first: &Vector, second: &Vector) -> Matrix3<f64> {
     let x = with_positive_largest_component(first.normalize());
     let y = with_positive_largest_component((second - x * x.dot(second)).normalize());

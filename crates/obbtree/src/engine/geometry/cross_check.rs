@@ -1,9 +1,8 @@
-//! Checks triangle tests against their integer twin on pairs made to be hard.
+//! Compares triangle tests with the integer test of [`exact_integer`], on pairs chosen to be difficult.
 //!
-//! Pairs come in six kinds, in turn: triangles of any size with coordinates anywhere on the grid; corners on a small
-//! integer lattice, where corners, edges and planes coincide all the time; triangles in one slanted plane; contacts
-//! constructed exactly and then moved by a step or two of the grid; triangles as far out as the integer test goes; and
-//! needles that cross, pierce each other by little, or pass.
+//! There are six kinds of pairs, in turn: triangles of any size anywhere on the grid; corners on a small integer lattice, where corners,
+//! edges and planes often coincide; triangles in one slanted plane; exact contacts, displaced by a step or two of the grid; triangles at
+//! the limit of the integer test; and needles that cross, pierce each other slightly, or pass each other.
 
 use super::grid::{STEP_MM, snap_coordinate};
 use super::{Point, Triangle, Vector, certified, exact, exact_integer};
@@ -11,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
-/// How triangle tests compared with [`exact_integer`].
+/// Result of comparing triangle tests with [`exact_integer`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CrossCheck {
     /// Pairs compared.
@@ -20,15 +19,15 @@ pub struct CrossCheck {
     pub touching: u64,
     /// Pairs in which at least one triangle has no area.
     pub degenerate: u64,
-    /// Pairs on which a test and the integer test differ.
+    /// Pairs on which a test differs from the integer test.
     pub disagreements: u64,
-    /// The first few of those, in the order they were made.
+    /// The first few disagreements, in the order of the sequence.
     pub examples: Vec<[Triangle; 2]>,
 }
 
-/// How many disagreements are kept as examples.
+/// Largest number of disagreements kept as examples.
 const EXAMPLES: usize = 8;
-/// Pairs per unit of parallel work; part of the definition of the sequence.
+/// Number of pairs per unit of parallel work; it is part of the definition of the sequence.
 const CHUNK: u64 = 4096;
 
 /// A triangle test.
@@ -41,7 +40,7 @@ pub fn cross_check(seed: u64, pairs: u64) -> CrossCheck {
     compare(seed, pairs, &[&certified::touch, &exact::touch])
 }
 
-/// Compares any triangle tests with the integer test, as [`cross_check`] does.
+/// Compares the given triangle tests with the integer test, like [`cross_check`].
 #[must_use]
 pub fn compare(seed: u64, pairs: u64, tests: &[Test<'_>]) -> CrossCheck {
     let chunks: Vec<CrossCheck> =
@@ -117,14 +116,14 @@ fn lattice_point(random: &mut Pcg64, n: i32, origin: &Vector, step: f64) -> Poin
     Point::from(origin + Vector::from_fn(|_, _| f64::from(random.random_range(0..=n))) * step)
 }
 
-/// Corners on a lattice of three to five points a side.
+/// Triangles with corners on a lattice of three to five points a side.
 fn lattice(random: &mut Pcg64) -> [Triangle; 2] {
     let step = [STEP_MM, 2f64.powi(-10), 1.0, 64.0][random.random_range(0..4)];
     let (n, origin) = (random.random_range(2..=4), snapped(&uniform(random, 100.0)).coords);
     [(); 2].map(|()| triangle_of(|| lattice_point(random, n, &origin, step)))
 }
 
-/// Corners on a two-dimensional lattice in a slanted plane (or on a line, when its two directions are parallel).
+/// Triangles with corners on a two-dimensional lattice in a slanted plane (or on a line, when the lattice directions are parallel).
 fn one_plane(random: &mut Pcg64) -> [Triangle; 2] {
     let mut direction = || Vector::from_fn(|_, _| f64::from(random.random_range(-5..=5)));
     let (u, v) = (direction(), direction());
@@ -144,8 +143,8 @@ fn one_plane(random: &mut Pcg64) -> [Triangle; 2] {
     pair
 }
 
-/// A corner, an edge's point or an inner point of one triangle put on such a point of the other, then every coordinate
-/// moved by up to two steps.
+/// A corner, edge point or inner point of one triangle is placed on such a point of the other; then every coordinate is displaced by up to
+/// two steps.
 fn near_contact(random: &mut Pcg64) -> [Triangle; 2] {
     let steps = random.random_range(0..=2);
     let unit = [2f64.powi(-6), 1.0, 16.0][random.random_range(0..3)];
@@ -163,7 +162,7 @@ fn near_contact(random: &mut Pcg64) -> [Triangle; 2] {
     [a, b.map(|p| p + shift)].map(|t| Triangle { corners: t.corners.map(|corner| shaken(&corner)) })
 }
 
-/// Corners anywhere in the range of the integer test, many of them on its border.
+/// Triangles with corners anywhere in the range of the integer test, many of them at its limit.
 fn far_out(random: &mut Pcg64) -> [Triangle; 2] {
     let mut coordinate = || {
         let limit = exact_integer::LIMIT_MM;
@@ -176,8 +175,8 @@ fn far_out(random: &mut Pcg64) -> [Triangle; 2] {
     [(); 2].map(|()| triangle_of(|| Point::new(coordinate(), coordinate(), coordinate())))
 }
 
-/// Two needles, 1 to 1000 mm long and 1e-9 to 1e-3 mm wide, in any direction. The second passes a point of the first
-/// across, nearly along it, or with its tip, and is then moved by 1e-9 to 1e-2 mm.
+/// Two needles, 1 to 1000 mm long and 1e-9 to 1e-3 mm wide, in any direction. The second passes through a point of the first, across it,
+/// nearly along it, or with its tip there, and is then displaced by 1e-9 to 1e-2 mm.
 pub(crate) fn needles(random: &mut Pcg64) -> [Triangle; 2] {
     let mut size = |low: f64, high: f64| 10f64.powf(random.random_range(low..high));
     let (length, widths, angle, offset) =
@@ -200,7 +199,8 @@ pub(crate) fn needles(random: &mut Pcg64) -> [Triangle; 2] {
     [first, needle(base, other * length, sideways.cross(&other) * widths[1], random)]
 }
 
-/// A triangle from `base` to `base + length`, as wide as `width`, its third corner at an end or between; snapped to the grid.
+/// A triangle with one edge from `base` to `base + length` and another along `width`; the third corner is at an end or between. Snapped to
+/// the grid.
 fn needle(base: Vector, length: Vector, width: Vector, random: &mut Pcg64) -> Triangle {
     let third = if random.random_bool(0.5) { 0.0 } else { random.random_range(0.0..1.0) };
     Triangle::new(

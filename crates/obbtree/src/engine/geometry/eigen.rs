@@ -1,14 +1,15 @@
-//! The axes of symmetric 3 x 3 matrices by C. G. J. Jacobi's rotations (1846): short, without branches that depend on the matrix but for
-//! its zeros, and as exact for small eigenvalues as for large ones. Every oriented box of a tree asks for this once; nalgebra's general iteration
-//! took a tenth of a build more.
+//! The eigenvectors of symmetric 3 x 3 matrices by C. G. J. Jacobi's rotations (1846). The method is short, branches only on zeros of the
+//! matrix, and is as accurate for small eigenvalues as for large ones. Every oriented box of a tree calls it once; with nalgebra's general
+//! iteration a build took a tenth longer.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Rounds, at most. Three or four find the axes to the last bit as a rule; from the second on the rest is squared by each.
+/// Largest number of rounds. Usually three or four find the axes to the last bit; from the second round on, each squares the remaining
+/// error.
 const ROUNDS: usize = 12;
 
-/// What lies along the axes, and the axes as columns of a rotation, in no order. Rounds go on until nothing outside the diagonal is above
-/// `left` times the largest entry on it. A matrix that is not finite has the axes of the coordinates, or others that are finite.
+/// The eigenvalues, and the eigenvectors as columns of a rotation, in no particular order. Rounds continue until no off-diagonal entry is
+/// above `left` times the largest diagonal entry. A matrix that is not finite gives the coordinate axes or other finite axes.
 #[must_use]
 pub fn axes(matrix: &Matrix3<f64>, left: f64) -> (Vector3<f64>, Matrix3<f64>) {
     let (mut m, mut axes) = (*matrix, Matrix3::identity());
@@ -25,7 +26,7 @@ pub fn axes(matrix: &Matrix3<f64>, left: f64) -> (Vector3<f64>, Matrix3<f64>) {
     (m.diagonal(), axes)
 }
 
-/// Turns the axes `p` and `q` in their plane so that the entry between them becomes 0.
+/// Rotates the axes `p` and `q` in their plane so that the entry between them becomes 0.
 #[inline(always)]
 fn turn_out(m: &mut Matrix3<f64>, axes: &mut Matrix3<f64>, p: usize, q: usize) {
     let between = m[(p, q)];
@@ -63,15 +64,15 @@ mod tests {
         (m + m.transpose()) * 0.5
     }
 
-    /// The largest entry outside the diagonal of a matrix along some axes.
+    /// The largest off-diagonal entry of a matrix in the frame of some axes.
     fn outside(m: &Matrix3<f64>, axes: &Matrix3<f64>) -> f64 {
         let along = axes.tr_mul(m) * axes;
         (along - Matrix3::from_diagonal(&along.diagonal())).amax()
     }
 
     proptest! {
-        /// The axes are a rotation's, nothing above what is allowed is left outside the diagonal, and what lies along them are the eigenvalues
-        /// that nalgebra finds.
+        /// The axes form a rotation, no off-diagonal entry exceeds the permitted one, and the diagonal entries are the eigenvalues that
+        /// nalgebra finds.
         #[test]
         fn axes_are_eigenvectors(
             values in prop::array::uniform3(prop_oneof![0.001..1.0_f64, Just(0.25), Just(1e-9)]),
@@ -92,7 +93,7 @@ mod tests {
         }
     }
 
-    /// Three rounds leave 6e-7 of this one, and more of others.
+    /// A matrix that converges slowly: three rounds leave 6e-7 of its off-diagonal entries, and more for other matrices.
     #[test]
     fn axes_found_slowly_are_found() {
         let values = Vector::new(0.34169873747211166, 1e-9, 0.8532916273500528);

@@ -1,10 +1,11 @@
 //! Whether two closed triangles share a point, decided exactly.
 //!
-//! Two triangles meet when one of six closed edge-triangle tests succeeds. Where coordinates are on the grid of [`super::grid`], all signs come from
-//! determinants of integers ([`touch_on_grid`]): differences of at most 2⁴¹ steps, products of two of at most 2⁸³, of three of at most 3·2¹²⁴, which an
-//! `i128` holds. For all others they come from Shewchuk's adaptive orientation predicates (1997, through the `robust` crate), which [`touch`] always asks,
-//! so that it is exact for every finite coordinate whose products neither overflow nor underflow. Touching counts. A triangle whose
-//! corners are collinear is the segment between its extreme corners; one whose corners coincide is a point.
+//! Two triangles meet when one of six closed edge-triangle tests succeeds. For coordinates on the grid of [`super::grid`], all signs come
+//! from integer determinants ([`touch_on_grid`]): differences of at most 2⁴¹ steps, products of two of at most 2⁸³, and products of three
+//! of at most 3·2¹²⁴, which an `i128` holds. For all other coordinates, they come from Shewchuk's adaptive orientation predicates (1997,
+//! through the `robust` crate). [`touch`] always uses these, so it is exact for every finite coordinate whose products neither overflow nor
+//! underflow. Touching counts as contact. A triangle with collinear corners is treated as the segment between its extreme corners; one with
+//! coincident corners is a point.
 
 use super::grid::STEP_MM;
 use super::plane::Plane;
@@ -17,7 +18,7 @@ type Flat<T> = [T; 2];
 type Corner<T> = [T; 3];
 type Corners<T> = [Corner<T>; 3];
 
-/// Largest coordinate that [`touch_on_grid`] takes, steps: four times the range of a mesh, because one of the two meshes has been moved.
+/// Largest coordinate that [`touch_on_grid`] accepts, steps: four times the range of a mesh, because one of the two meshes was moved.
 const LIMIT_STEPS: i64 = 1 << 40;
 
 /// Whether the triangles, mm, share at least one point. Exact; symmetric; independent of the order of the corners.
@@ -27,15 +28,15 @@ pub fn touch(a: &Triangle, b: &Triangle) -> bool {
     touch_of(&corners(a), &corners(b))
 }
 
-/// The same in integers, some ten times as fast where the triangles lie in one plane; `None` when a coordinate is not a multiple of the grid's
+/// Like [`touch`], in integers, about ten times as fast for coplanar triangles. `None` when a coordinate is not a multiple of the grid's
 /// step or is beyond 16 384 mm.
 #[must_use]
 pub fn touch_on_grid(a: &Triangle, b: &Triangle) -> Option<bool> {
     Some(touch_of(&in_steps(a)?, &in_steps(b)?))
 }
 
-/// The side of the triangle's plane that the point is on: 1 where the corners appear clockwise, -1 where they appear
-/// counter-clockwise, 0 on the plane (everywhere when the triangle has no area). Exact.
+/// The side of the triangle's plane on which the point lies: 1 where the corners appear clockwise, -1 where they appear counter-clockwise,
+/// 0 on the plane (for every point when the triangle has zero area). Exact.
 #[must_use]
 pub fn side(triangle: &Triangle, point: &Point) -> i8 {
     let [a, b, c] = corners(triangle);
@@ -54,13 +55,13 @@ pub fn has_no_area(triangle: &Triangle) -> bool {
     collapsed(&corners(triangle)).is_some()
 }
 
-/// A coordinate with exact signs of determinants.
+/// A coordinate type with exact signs of determinants.
 trait Number: Copy + PartialOrd {
-    /// The sign of the determinant of a - d, b - d, c - d.
+    /// The sign of the determinant of the vectors a - d, b - d and c - d.
     fn orient(a: &Corner<Self>, b: &Corner<Self>, c: &Corner<Self>, d: &Corner<Self>) -> Sign;
     /// The sign of the area of (a, b, c), positive when counter-clockwise.
     fn turn(a: Flat<Self>, b: Flat<Self>, c: Flat<Self>) -> Sign;
-    /// [`Number::orient`] of a triangle and each corner of another.
+    /// [`Number::orient`] of a triangle with each corner of another triangle.
     fn sides(triangle: &Corners<Self>, other: &Corners<Self>) -> [Sign; 3];
 }
 
@@ -110,14 +111,14 @@ fn minus(p: &Corner<i64>, q: &Corner<i64>) -> Corner<i64> {
     [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
 }
 
-/// The normal of a triangle, on whose side its corners appear counter-clockwise.
+/// The normal of a triangle, pointing to the side from which its corners appear counter-clockwise.
 fn normal(a: &Corner<i64>, b: &Corner<i64>, c: &Corner<i64>) -> [i128; 3] {
     let (e, f) = (minus(b, a), minus(c, a));
     let component = |i: usize, j: usize| product(e[i], f[j]) - product(e[j], f[i]);
     [component(1, 2), component(2, 0), component(0, 1)]
 }
 
-/// 1 below the plane through `a` with that normal, -1 above it.
+/// 1 for a point below the plane through `a` with that normal, -1 above it, 0 on it.
 fn below(normal: &[i128; 3], a: &Corner<i64>, point: &Corner<i64>) -> Sign {
     let d = minus(a, point);
     (0..3).map(|i| normal[i] * i128::from(d[i])).sum::<i128>().signum() as Sign
@@ -127,7 +128,7 @@ fn corners(triangle: &Triangle) -> Corners<f64> {
     triangle.corners.map(Into::into)
 }
 
-/// The corners in steps of the grid; `None` when one is not on it or out of range.
+/// The corners in steps of the grid; `None` when a corner is not on the grid or is out of range.
 fn in_steps(triangle: &Triangle) -> Option<Corners<i64>> {
     let mut steps = [[0; 3]; 3];
     let mut all = true;
@@ -160,7 +161,7 @@ fn touch_of<T: Number>(a: &Corners<T>, b: &Corners<T>) -> bool {
     any_edge_meets(a, b, b_sides) || any_edge_meets(b, a, a_sides)
 }
 
-/// Coplanar triangles, or at least one of them degenerate.
+/// The test for coplanar triangles, or when at least one triangle is degenerate.
 fn touch_without_depth<T: Number>(a: &Corners<T>, b: &Corners<T>, a_sides: [Sign; 3], b_sides: [Sign; 3]) -> bool {
     match (collapsed(a), collapsed(b)) {
         (None, None) => any_edge_meets(a, b, b_sides) || any_edge_meets(b, a, a_sides),
@@ -174,7 +175,7 @@ fn side_of<T: Number>([a, b, c]: &Corners<T>, point: &Corner<T>) -> Sign {
     T::orient(a, b, c, point)
 }
 
-/// Whether an edge of `other`, whose corners lie on `sides` of `triangle`, meets `triangle`, which has area.
+/// Whether an edge of `other` meets `triangle`, which has nonzero area. `sides` are the sides of the corners of `other`.
 fn any_edge_meets<T: Number>(triangle: &Corners<T>, other: &Corners<T>, sides: [Sign; 3]) -> bool {
     (0..3).any(|i| {
         let j = (i + 1) % 3;
@@ -182,7 +183,7 @@ fn any_edge_meets<T: Number>(triangle: &Corners<T>, other: &Corners<T>, sides: [
     })
 }
 
-/// Whether the closed segment pq, whose ends lie on the given sides of `triangle`, meets `triangle`, which has area.
+/// Whether the closed segment pq meets `triangle`, which has nonzero area. `side_p` and `side_q` are the sides of its ends.
 fn edge_meets<T: Number>(triangle: &Corners<T>, p: &Corner<T>, q: &Corner<T>, side_p: Sign, side_q: Sign) -> bool {
     if side_p * side_q > 0 {
         return false;
@@ -194,12 +195,12 @@ fn edge_meets<T: Number>(triangle: &Corners<T>, p: &Corner<T>, q: &Corner<T>, si
     !both_signs([T::orient(p, q, a, b), T::orient(p, q, b, c), T::orient(p, q, c, a)])
 }
 
-/// A point without one of its coordinates.
+/// A point with one coordinate dropped.
 fn flat<T: Number>(drop: usize, p: &Corner<T>) -> Flat<T> {
     [p[(drop + 1) % 3], p[(drop + 2) % 3]]
 }
 
-/// The same for a segment in the triangle's plane: one coordinate is dropped such that the triangle keeps an area.
+/// Like [`edge_meets`] for a segment in the triangle's plane; one coordinate is dropped such that the triangle keeps a nonzero area.
 fn coplanar_edge_meets<T: Number>(triangle: &Corners<T>, p: &Corner<T>, q: &Corner<T>) -> bool {
     let Some(drop) = (0..3).find(|&drop| {
         let [a, b, c] = triangle.map(|corner| flat(drop, &corner));
@@ -215,22 +216,22 @@ fn coplanar_edge_meets<T: Number>(triangle: &Corners<T>, p: &Corner<T>, q: &Corn
 
 /// Whether two closed segments meet; either may be a point.
 ///
-/// They meet when they are coplanar and their shadows on all three coordinate planes meet: at least one of the three
-/// projections is one-to-one on the plane that holds both.
+/// They meet when they are coplanar and their projections on all three coordinate planes meet, because at least one of the three
+/// projections is one-to-one on their common plane.
 fn segments_meet<T: Number>(p: &Corner<T>, q: &Corner<T>, r: &Corner<T>, s: &Corner<T>) -> bool {
     T::orient(p, q, r, s) == 0
         && (0..3).all(|drop| flat_segments_meet(flat(drop, p), flat(drop, q), flat(drop, r), flat(drop, s)))
 }
 
-/// Whether two closed segments of the plane meet; either may be a point: their bounds overlap, and neither lies strictly
-/// on one side of the other's line.
+/// Whether two closed segments of the plane meet; either may be a point. They meet when their bounds overlap and neither lies strictly on
+/// one side of the other's line.
 fn flat_segments_meet<T: Number>(p: Flat<T>, q: Flat<T>, r: Flat<T>, s: Flat<T>) -> bool {
     (0..2).all(|i| less(p[i], q[i]) <= more(r[i], s[i]) && less(r[i], s[i]) <= more(p[i], q[i]))
         && T::turn(p, q, r) * T::turn(p, q, s) <= 0
         && T::turn(r, s, p) * T::turn(r, s, q) <= 0
 }
 
-/// The segment that a triangle without area is (twice the same point when it is a point); `None` when it has area.
+/// The segment that a triangle of zero area covers (the same point twice when it is a point); `None` when it has nonzero area.
 fn collapsed<T: Number>(triangle: &Corners<T>) -> Option<(Corner<T>, Corner<T>)> {
     let collinear = (0..3).all(|drop| {
         let [a, b, c] = triangle.each_ref().map(|corner| flat(drop, corner));
@@ -257,7 +258,7 @@ pub fn bounds_overlap(a: &Triangle, b: &Triangle) -> bool {
         && overlap_on(2, &a.corners, &b.corners)
 }
 
-/// Plain comparisons compile to one instruction; `f64::min` pays for its promise about NaN.
+/// The smaller number. A plain comparison compiles to one instruction; `f64::min` takes more for its handling of NaN.
 #[inline(always)]
 fn less<T: PartialOrd>(x: T, y: T) -> T {
     if x < y { x } else { y }
@@ -430,7 +431,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// The largest determinants there can be: corners at opposite ends of the range.
+    /// The largest possible determinants: corners at opposite ends of the range.
     #[test]
     fn the_ends_of_the_range_do_not_overflow() {
         let ends = |i: u32| {

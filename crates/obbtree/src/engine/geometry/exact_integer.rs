@@ -1,25 +1,24 @@
-//! The exact triangle test a second time, in integers and by another theorem; used only to check [`super::exact`].
+//! A second exact triangle test, in integers and by another theorem; it is used only to check [`super::exact`].
 //!
 //! Two convex sets are disjoint when the origin lies outside their Minkowski difference M. For two triangles, degenerate
 //! or not, M is the hull of nine points, and one of finitely many axes then separates them strictly:
 //!
-//! - M solid: a facet normal, which is a triangle's normal or the cross product of an edge of each;
-//! - M flat and its plane off the origin: its normal, one of the same;
-//! - M in a plane through the origin: the projection of M along some coordinate axis is one-to-one on that plane and
-//!   misses the origin, so in that projection the perpendicular of an edge separates (the cross product of the edge with
-//!   the coordinate axis), or, when the projection is itself a segment or a point, a coordinate axis does.
+//! - M solid: a facet normal, which is the normal of a triangle or the cross product of one edge of each;
+//! - M flat with its plane off the origin: the normal of that plane, which is one of the same vectors;
+//! - M in a plane through the origin: the projection of M along some coordinate axis is one-to-one on that plane and misses the origin. In
+//!   that projection, the perpendicular of an edge separates (the cross product of the edge with the coordinate axis). When the projection
+//!   is itself a segment or a point, a coordinate axis may separate instead.
 //!
-//! So the triangles are apart when one of 32 axes says so: 3 coordinate axes, 2 normals, 9 cross products of edges and
-//! 18 of an edge with a coordinate axis. There is no case distinction.
+//! The triangles are therefore disjoint exactly when one of 32 axes separates them: 3 coordinate axes, 2 normals, 9 cross products of
+//! edges, and 18 cross products of an edge with a coordinate axis. No case distinction is needed.
 //!
-//! Bits: coordinates of at most 2⁴⁰ steps (16 384 mm) differ by at most 2⁴¹; a cross product's component is at most 2⁸³,
-//! and its product with a difference at most 3·2¹²⁴ < 2¹²⁶, which an `i128` holds.
+//! Range: coordinates of at most 2⁴⁰ steps (16 384 mm) differ by at most 2⁴¹. A component of a cross product is at most 2⁸³, and its
+//! product with a difference at most 3·2¹²⁴ < 2¹²⁶, which an `i128` holds.
 
 use super::grid::STEP_MM;
 use super::{Point, Triangle};
 
-/// Largest coordinate magnitude the integer test accepts, mm: four times the range of a mesh, because one of the two
-/// meshes has been moved.
+/// Largest coordinate magnitude that the integer test accepts, mm: four times the range of a mesh, because one of the two meshes was moved.
 pub const LIMIT_MM: f64 = 16_384.0;
 
 type Integers = [i128; 3];
@@ -38,7 +37,7 @@ pub fn touch(a: &Triangle, b: &Triangle) -> Option<bool> {
     Some(!axes.any(|axis| separates(axis, &a, &b)))
 }
 
-/// Whether the projections on the axis are strictly apart. The zero axis separates nothing.
+/// Whether the projections on the axis are strictly disjoint. The zero axis separates nothing.
 fn separates(axis: Integers, a: &[Integers; 3], b: &[Integers; 3]) -> bool {
     let along = |p: &Integers| dot(axis, minus(*p, a[0]));
     let (a, b) = (a.each_ref().map(along), b.each_ref().map(along));

@@ -1,4 +1,4 @@
-//! The coordinate grid that makes the truth exact.
+//! The coordinate grid that makes the ground truth exact.
 //!
 //! Every vertex that a verdict depends on lies on a grid of 2⁻²⁶ mm (about 15 picometres) inside ±4096 mm. Such a
 //! coordinate is an integer of at most 38 bits, so it is exact in `f64`, differences of two of them are exact, and a
@@ -16,13 +16,13 @@ pub const LIMIT_MM: f64 = 4096.0;
 /// Farthest that snapping moves a point, mm: half the diagonal of a grid cell, 2⁻²⁷·√3.
 pub const SNAP_RADIUS_MM: f64 = 0.5 * STEP_MM * 1.732_050_807_568_877_3;
 
-/// Adding and subtracting this rounds to the grid: at 1.5·2²⁶ the spacing of `f64` is exactly 2⁻²⁶, for every
-/// |x| ≤ 2²⁵ mm, ties to even, with two additions and no library call.
+/// Adding and subtracting this number rounds to the grid, because the spacing of `f64` at 1.5·2²⁶ is exactly 2⁻²⁶. Valid for |x| ≤ 2²⁵ mm,
+/// ties to even; two additions and no library call.
 const ROUNDING: f64 = 1.5 * 67_108_864.0;
 
-/// An `f64`, or several side by side on which every operation is that of `f64`.
+/// An `f64`, or several `f64` side by side with the same operations.
 pub trait Coordinate: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
-    /// The same number everywhere.
+    /// The same number in every lane.
     fn all(x: f64) -> Self;
 }
 
@@ -47,8 +47,8 @@ pub fn snap(point: &Point) -> Point {
     Point::new(snap_coordinate(point.x), snap_coordinate(point.y), snap_coordinate(point.z))
 }
 
-/// A relative pose as the leaves and the truth apply it: `snap(fl(R v + t))`, one function for all methods, so that a
-/// difference between two methods is never a difference in the vertices they saw. R is [`rigid::rotation`] of the pose.
+/// A relative pose as the leaves and the ground truth apply it: `snap(fl(R v + t))`. All methods share this function, so that methods never
+/// differ in the vertices that they see. R is [`rigid::rotation`] of the pose.
 #[derive(Clone, Debug)]
 pub struct Placement {
     rotation: Matrix3<f64>,

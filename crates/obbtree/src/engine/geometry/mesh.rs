@@ -1,4 +1,4 @@
-//! A triangle mesh that has been checked: finite, in range, on the grid, not empty.
+//! A checked triangle mesh: finite, in range, on the grid, and not empty.
 
 use super::{Point, Triangle, grid, weld};
 use std::fmt;
@@ -7,7 +7,7 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MeshError {
-    /// No triangle at all.
+    /// There are no triangles.
     Empty,
     /// A coordinate is NaN or infinite.
     NotFinite {
@@ -20,7 +20,7 @@ pub enum MeshError {
         /// Its third coordinate.
         z: f64,
     },
-    /// A coordinate is outside the range that the mesh can have.
+    /// A coordinate is outside the permitted range.
     OutOfRange {
         /// Index of the vertex.
         vertex: usize,
@@ -33,18 +33,18 @@ pub enum MeshError {
         /// Largest magnitude of a coordinate.
         limit: f64,
     },
-    /// More faces than can be numbered.
+    /// There are more faces than can be numbered.
     TooManyFaces {
         /// How many there are.
         faces: usize,
-        /// How many there may be.
+        /// Largest permitted number.
         limit: usize,
     },
-    /// A face names a vertex that does not exist.
+    /// A face refers to a vertex that does not exist.
     NoSuchVertex {
         /// Index of the face.
         face: usize,
-        /// The vertex it names.
+        /// The missing vertex.
         vertex: u32,
         /// How many there are.
         vertices: usize,
@@ -110,7 +110,7 @@ impl GridMesh {
         Ok(Self { vertices, faces })
     }
 
-    /// A mesh from loose triangles; corners that fall on the same point of the grid become one vertex.
+    /// Makes a mesh from separate triangles; corners on the same point of the grid become one vertex.
     ///
     /// # Errors
     /// As [`GridMesh::new`].
@@ -120,7 +120,7 @@ impl GridMesh {
         Self::new(snapped, vertex_of.as_chunks::<3>().0.to_vec()).map(Self::without_unused_vertices)
     }
 
-    /// The same faces over the vertices that they use, in the order in which faces first use them.
+    /// The same faces without unused vertices; vertices are in the order in which faces first use them.
     #[must_use]
     pub fn without_unused_vertices(self) -> Self {
         const UNUSED: u32 = u32::MAX;
@@ -156,7 +156,7 @@ impl GridMesh {
         &self.faces
     }
 
-    /// The triangle of a face of this mesh, mm.
+    /// The triangle of a face, given by its vertex indices, mm.
     #[must_use]
     pub fn triangle(&self, face: [u32; 3]) -> Triangle {
         Triangle { corners: face.map(|v| self.vertices[v as usize]) }

@@ -1,4 +1,4 @@
-//! Triangles, meshes, the coordinate grid, and the triangle tests everything else rests on.
+//! Triangles, meshes, the coordinate grid, and the triangle tests on which all other modules depend.
 //!
 //! Reading order: [`triangle`], [`mesh`], [`rigid`], [`grid`], [`weld`], [`surface`], [`covariance`], the triangle tests ([`certified`] is the one that
 //! all methods share, [`exact`] decides where it cannot, [`exact_integer`] checks both, [`cross_check`] compares them), [`triangle_distance`].
@@ -22,9 +22,9 @@ pub mod weld;
 pub use mesh::{GridMesh, MeshError};
 pub use triangle::Triangle;
 
-/// A point, mm, in the frame its name says.
+/// A point, mm; the name of a variable states the frame.
 pub type Point = nalgebra::Point3<f64>;
-/// A direction or displacement, mm where it is a length.
+/// A direction, or a displacement in mm.
 pub type Vector = nalgebra::Vector3<f64>;
 /// A rigid motion; `a_from_b` takes coordinates in frame `b` to coordinates in frame `a`. Translation in mm.
 pub type Isometry = nalgebra::Isometry3<f64>;

@@ -1,17 +1,18 @@
-//! Which side of a plane a point is on, as far as `f64` can tell.
+//! The side of a plane on which a point lies, as far as `f64` can decide it.
 //!
-//! J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997, section 4.2: a 3 x 3 determinant of
-//! coordinate differences, expanded as here, is wrong by at most (7 + 56u)u times the same sum with every product taken positive (u = 2⁻⁵³).
-//! That holds where no product overflows or underflows: where every difference of two coordinates is 0 or from 2⁻³²⁰ to 2³²⁰ mm, since then every
-//! product of three is from 2⁻⁹⁶⁰ to 2⁹⁶⁰. Vertices of a mesh and their images ([`super::grid`]) are multiples of 2⁻²⁶ mm, and within 2²⁵ mm wherever the
-//! bounds of the two meshes overlap: their differences are 0 or from 2⁻²⁶ to 2²⁶ mm, and exact.
+//! J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997, section 4.2: a 3 x 3
+//! determinant of coordinate differences, expanded as here, has an error of at most (7 + 56u)u times the same sum with every product taken
+//! positive (u = 2⁻⁵³). This holds when no product overflows or underflows, which is certain when every difference of two coordinates is 0
+//! or from 2⁻³²⁰ to 2³²⁰ mm: every product of three is then from 2⁻⁹⁶⁰ to 2⁹⁶⁰. Vertices of a mesh and their images ([`super::grid`])
+//! satisfy it. They are multiples of 2⁻²⁶ mm, and within 2²⁵ mm wherever the bounds of the two meshes overlap, so their differences are
+//! exact, and 0 or from 2⁻²⁶ to 2²⁶ mm.
 
 use super::{Point, Triangle, Vector};
 
-/// (7 + 56u)u, rounded up to 8u; what is left pays for the rounding of the product with it. See the module.
+/// (7 + 56u)u, rounded up to 8u. The excess covers the rounding of the product with it; see the module's header.
 pub const ERROR: f64 = 8.0 / 9_007_199_254_740_992.0;
 
-/// The side that a point is on of a plane through three others: 1, -1, or 0 when rounding could decide.
+/// The side of a plane through three points on which a point lies: 1, -1, or 0 when rounding could decide.
 pub type Side = i8;
 
 /// A plane through three points, mm.
@@ -19,7 +20,7 @@ pub type Side = i8;
 pub struct Plane {
     point: Point,
     normal: Vector,
-    /// The normal with every product taken positive.
+    /// The normal, computed with every product taken positive.
     size: Vector,
 }
 
@@ -32,7 +33,7 @@ impl Plane {
         Self::new(p, q, r)
     }
 
-    /// The plane that sees the points in counter-clockwise order from above.
+    /// The plane whose upper side sees the points in counter-clockwise order.
     #[inline(always)]
     #[must_use]
     pub fn new(p: &Point, q: &Point, r: &Point) -> Self {
@@ -50,7 +51,8 @@ impl Plane {
         Side::from(height > error) - Side::from(height < -error)
     }
 
-    /// Whether the plane may pass through the box about `centre` with half-lengths `half` along the axes, mm; it may where rounding could decide.
+    /// Whether the plane may pass through the box about `centre` with half-lengths `half` along the axes, mm; true when rounding could
+    /// decide.
     #[must_use]
     pub fn may_meet_box(&self, centre: &Point, half: &Vector) -> bool {
         let d = centre - self.point;
@@ -59,7 +61,8 @@ impl Plane {
         d.dot(&self.normal).abs() <= self.normal.abs().dot(half) + error
     }
 
-    /// The sides of a triangle's corners, one by one: the closure of `[T; 3]::map` is not inlined here, which costs an eighth of a verification.
+    /// The sides of a triangle's corners, written out one by one: the closure of `[T; 3]::map` is not inlined here, which costs an eighth
+    /// of a verification.
     #[inline(always)]
     #[must_use]
     pub fn sides(&self, triangle: &Triangle) -> [Side; 3] {
@@ -102,7 +105,8 @@ mod tests {
         assert!(excluded > 0);
     }
 
-    /// On, next to, near and far from planes: the quick answer is the exact one, and is given unless the point is next to the plane.
+    /// Points on, next to, near and far from planes: the quick answer equals the exact one, and is given unless the point is next to the
+    /// plane.
     #[test]
     fn a_plane_tells_the_side_or_nothing() {
         let mut told = [0; 4];

@@ -1,17 +1,17 @@
 //! Poses as rigid motions.
 //!
-//! A quaternion of length 1 + e makes a matrix that stretches by 2e. The truth, the leaves and every volume of the trees take their rotation from
-//! here, so that they agree on one orthogonal matrix whatever the length.
+//! A quaternion of length 1 + e makes a matrix that stretches by 2e. The ground truth, the leaves and all volumes take their rotation from
+//! this module, so they use the same orthogonal matrix whatever the length.
 
 use super::Isometry;
 use nalgebra::{Matrix3, UnitQuaternion};
 
-/// How far the squared length of a quaternion may be from 1 and count as 1: 2⁻⁴⁶. Products of dozens of unit quaternions stay below; the
-/// relative widening of the volumes that trees are made of is 64 times that.
+/// Permitted deviation from 1 of the squared length of a unit quaternion: 2⁻⁴⁶. Products of dozens of unit quaternions stay below it; the
+/// relative widening of the trees' volumes is 64 times as large.
 pub const UNIT_TOLERANCE: f64 = 1.0 / 70_368_744_177_664.0;
 
-/// The pose with a quaternion of length 1. A length that is 1 within [`UNIT_TOLERANCE`] changes no bit; neither does one that is zero or not
-/// finite, which means no motion.
+/// The pose with its quaternion scaled to length 1. A quaternion whose length is 1 within [`UNIT_TOLERANCE`] is returned unchanged. A
+/// quaternion whose length is zero or not finite is returned unchanged too, and means no motion.
 #[inline]
 #[must_use]
 pub fn rigid(a_from_b: &Isometry) -> Isometry {
@@ -25,14 +25,14 @@ pub fn rigid(a_from_b: &Isometry) -> Isometry {
     }
 }
 
-/// The way back of [`rigid`]. The inverse of a pose whose quaternion has a length of 1 + e is off by 2e of the translation.
+/// The inverse of [`rigid`]. The plain inverse of a pose whose quaternion has length 1 + e has an error of 2e of the translation.
 #[inline]
 #[must_use]
 pub fn inverse(a_from_b: &Isometry) -> Isometry {
     rigid(a_from_b).inverse()
 }
 
-/// The rotation of [`rigid`] as a matrix: takes directions of `b` to directions of `a`.
+/// The rotation of [`rigid`] as a matrix, which maps directions of `b` to directions of `a`.
 #[inline]
 #[must_use]
 pub fn rotation(a_from_b: &Isometry) -> Matrix3<f64> {

@@ -1,7 +1,7 @@
-//! What the triangles of a mesh are as a surface: closed or not, in how many pieces, facing which way.
+//! Properties of a mesh as a surface: whether it is closed, how many components it has, and which way it faces.
 //!
-//! Edges are those of faces that name the same vertices, so that vertices must be welded first ([`super::weld`]). Terms are
-//! those of Botsch, Kobbelt, Pauly, Alliez and Lévy, Polygon Mesh Processing, 2010.
+//! Faces share an edge when they use the same two vertices, so vertices must be welded first ([`super::weld`]). Terms follow Botsch,
+//! Kobbelt, Pauly, Alliez and Lévy, Polygon Mesh Processing, 2010.
 
 use super::GridMesh;
 use std::fmt;
@@ -13,39 +13,39 @@ pub struct EdgeReport {
     pub open: usize,
     /// Edges used by more than two triangles.
     pub non_manifold: usize,
-    /// Edges used twice in the same direction: neighbours that disagree about the outside.
+    /// Edges used twice in the same direction: their two triangles have opposite orientations.
     pub flipped: usize,
 }
 
 impl EdgeReport {
-    /// Whether every edge joins exactly two triangles that agree about the outside.
+    /// Whether every edge joins exactly two triangles of consistent orientation.
     #[must_use]
     pub const fn is_watertight(&self) -> bool {
         self.open == 0 && self.non_manifold == 0 && self.flipped == 0
     }
 }
 
-/// What a mesh is like as the surface of a solid.
+/// Properties of a mesh as the surface of a solid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceReport {
     /// How the edges fit together.
     pub edges: EdgeReport,
-    /// Connected components: faces that share vertices.
+    /// Number of connected components; faces that share vertices are connected.
     pub components: usize,
-    /// Components with an edge that does not join exactly two triangles that agree about the outside.
+    /// Components that are not watertight: some edge does not join exactly two triangles of consistent orientation.
     pub leaking: usize,
-    /// Closed components whose volume is negative: cavities, or bodies that wind the wrong way round.
+    /// Closed components with negative volume: cavities, or bodies with reversed winding.
     pub inward: usize,
-    /// Triangles whose corners are on a line.
+    /// Triangles with collinear corners.
     pub degenerate: usize,
-    /// The volume enclosed, mm³; positive when the winding is outward. It means little when a component leaks.
+    /// Enclosed volume, mm³; positive when the winding is outward. Not meaningful when a component leaks.
     pub volume_mm3: f64,
     /// The area, mm².
     pub area_mm2: f64,
 }
 
 impl SurfaceReport {
-    /// Whether the mesh is closed and yet its volume is negative.
+    /// Whether the mesh is closed but has negative volume.
     #[must_use]
     pub fn is_inside_out(&self) -> bool {
         self.leaking == 0 && self.volume_mm3 < 0.0
@@ -53,7 +53,7 @@ impl SurfaceReport {
 }
 
 impl fmt::Display for SurfaceReport {
-    /// In a line, what an engineer wants to know: `watertight, 2 components, 1 of them facing inwards`.
+    /// Formats as one line, such as `watertight, 2 components, 1 of them facing inwards`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match (self.leaking, self.is_inside_out()) {
             (0, false) => "watertight",
@@ -88,11 +88,11 @@ impl fmt::Display for SurfaceReport {
     }
 }
 
-/// The half-edges of a mesh, sorted by their lower vertex: an edge's triangles stand together.
+/// The half-edges of a mesh, sorted by their lower vertex, so that the triangles of an edge are adjacent.
 struct HalfEdges {
-    /// Where the half-edges of each lower vertex begin, and where the last ones end.
+    /// Start of the half-edges of each lower vertex, followed by the end of the last ones.
     begins: Vec<u32>,
-    /// Twice the higher vertex, and one more when the half-edge runs from the lower vertex to the higher.
+    /// For each half-edge, twice the higher vertex, plus one when the half-edge runs from the lower vertex to the higher.
     ends: Vec<u64>,
 }
 
@@ -118,7 +118,7 @@ impl HalfEdges {
         Self { begins, ends }
     }
 
-    /// For every edge its lower vertex and how many triangles use it upwards and downwards.
+    /// For every edge: its lower vertex, and how many triangles use it upwards and downwards.
     fn edges(&self) -> impl Iterator<Item = (usize, usize, usize)> {
         self.begins.windows(2).enumerate().flat_map(|(vertex, range)| {
             let ends = &self.ends[range[0] as usize..range[1] as usize];
@@ -139,7 +139,7 @@ impl GridMesh {
         report
     }
 
-    /// Everything there is to say about the surface.
+    /// The properties of the surface.
     #[must_use]
     pub fn surface_report(&self) -> SurfaceReport {
         let (component_of, components) = self.components();
@@ -176,8 +176,8 @@ impl GridMesh {
         a.dot(&b.cross(&c)) / 6.0
     }
 
-    /// For every face, the number of its connected component (faces that share vertices), counted from 0 in the order
-    /// in which components first appear; and how many there are.
+    /// The component number of every face (faces that share vertices are connected), counted from 0 in the order of first appearance, and
+    /// the number of components.
     #[must_use]
     pub fn components(&self) -> (Vec<u32>, usize) {
         let mut parent: Vec<u32> = (0..self.vertices().len() as u32).collect();
@@ -200,7 +200,7 @@ impl GridMesh {
     }
 }
 
-/// Takes an edge into a report by how many triangles use it in each direction.
+/// Adds an edge to a report, given how many triangles use it in each direction.
 fn count(report: &mut EdgeReport, upwards: usize, downwards: usize) {
     match (upwards, downwards) {
         (1, 1) => {}
@@ -210,7 +210,7 @@ fn count(report: &mut EdgeReport, upwards: usize, downwards: usize) {
     }
 }
 
-/// The vertex that stands for the component of `v`; halves the way there (Tarjan and van Leeuwen 1984).
+/// The representative of the component of `v`; halves the path to it (Tarjan and van Leeuwen 1984).
 fn root(parent: &mut [u32], mut v: u32) -> u32 {
     while parent[v as usize] != v {
         parent[v as usize] = parent[parent[v as usize] as usize];
@@ -219,7 +219,7 @@ fn root(parent: &mut [u32], mut v: u32) -> u32 {
     v
 }
 
-/// Makes the components of two vertices one; the earlier vertex stands for both.
+/// Joins the components of two vertices; the earlier representative represents both.
 fn join(parent: &mut [u32], a: u32, b: u32) {
     let (a, b) = (root(parent, a), root(parent, b));
     parent[a.max(b) as usize] = a.min(b);
@@ -245,7 +245,7 @@ mod tests {
         GridMesh::new(mesh.vertices().to_vec(), turned).unwrap()
     }
 
-    /// Both meshes as one, vertices apart.
+    /// Both meshes as one, with separate vertices.
     fn both(a: &GridMesh, b: &GridMesh) -> GridMesh {
         let first = a.vertices().len() as u32;
         let faces = a.faces().iter().copied().chain(b.faces().iter().map(|f| f.map(|v| v + first)));
@@ -307,7 +307,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against a table of all edges.
+        /// Compares the edges with a table of all edges.
         #[test]
         fn edges_are_those_of_a_table(faces in prop::collection::vec([0..7_u32, 0..7_u32, 0..7_u32], 1..40)) {
             let vertices = (0..7).map(|i| Point::new(f64::from(i), f64::from(i * i), 0.0)).collect();

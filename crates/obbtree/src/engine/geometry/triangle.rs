@@ -1,4 +1,4 @@
-//! One triangle by its three corners.
+//! A triangle, given by its three corners.
 
 use super::{Point, Vector};
 use nalgebra::Matrix3;
@@ -24,7 +24,7 @@ impl Triangle {
         Point::from((a.coords + b.coords + c.coords) / 3.0)
     }
 
-    /// Cross product of two edges: normal to the triangle, twice its area long (mm²).
+    /// Cross product of two edges: a normal of the triangle with a length of twice its area, mm².
     #[must_use]
     pub fn double_area_normal(&self) -> Vector {
         let [a, b, c] = &self.corners;
@@ -37,11 +37,11 @@ impl Triangle {
         0.5 * self.double_area_normal().norm()
     }
 
-    /// The triangle's own axes: along its longest edge, across it in the plane, and normal; the columns of a rotation. `None` when
-    /// the corners are collinear as far as rounding can tell.
+    /// The triangle's own axes as columns of a rotation: along its longest edge, perpendicular to it in the plane, and normal. `None` when
+    /// the corners are collinear up to rounding.
     #[must_use]
     pub fn frame(&self) -> Option<Matrix3<f64>> {
-        /// A triangle this many times longer than it is high has axes that are mostly rounding.
+        /// Ratio of length to height above which the axes of a triangle are mostly rounding error.
         const THIN: f64 = 1e12;
         let [a, b, c] = &self.corners;
         let edges = [b - a, c - b, a - c];
@@ -77,7 +77,7 @@ impl Triangle {
     }
 }
 
-/// All corners of all triangles, one after the other: shared vertices appear once per triangle that uses them.
+/// All corners of all triangles in order; a shared vertex appears once for each triangle that uses it.
 pub fn corners(triangles: &[Triangle]) -> impl Iterator<Item = &Point> + Clone {
     triangles.iter().flat_map(|triangle| triangle.corners.iter())
 }

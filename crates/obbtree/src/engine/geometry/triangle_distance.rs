@@ -1,12 +1,13 @@
-//! Distance between two triangles that do not touch: the least over the 15 pairs of features, 9 edge-edge and 6
-//! corner-face (Ericson 2005, sections 5.1.9 and 5.1.10). Not exact: accurate to 1e-12 of the largest distance of two corners, needles included.
+//! Distance between two disjoint triangles: the least over the 15 pairs of features, 9 edge-edge and 6 corner-face (Ericson 2005, sections
+//! 5.1.9 and 5.1.10). Not exact, but accurate to 1e-12 of the largest distance between two corners, also for needles.
 //!
-//! Two differences of products lose their digits on needles: the normal of a triangle of nearly parallel edges, and the determinant of two nearly parallel
-//! edges. Where the sine of the angle is below 1e-4 (`NEARLY_PARALLEL`) both are computed another way; above, at most four digits are lost.
+//! Two differences of products lose digits on needles: the normal of a triangle with nearly parallel edges, and the determinant of two
+//! nearly parallel edges. When the sine of the angle is below 1e-4 (`NEARLY_PARALLEL`), both are computed in another way; above it, at most
+//! four digits are lost.
 
 use super::{Point, Triangle, Vector};
 
-/// Square of the distance, mm². For triangles that pierce each other it is positive: ask that first.
+/// Square of the distance, mm². The triangles must be disjoint: for triangles that pierce each other the result is positive.
 #[must_use]
 pub fn squared(a: &Triangle, b: &Triangle) -> f64 {
     let mut least = corners_to_face(a, b).min(corners_to_face(b, a));
@@ -19,20 +20,20 @@ pub fn squared(a: &Triangle, b: &Triangle) -> f64 {
     least
 }
 
-/// Square of the sine of an angle below which two edges count as nearly parallel.
+/// Square of the sine of the angle below which two edges count as nearly parallel.
 const NEARLY_PARALLEL: f64 = 1e-8;
 
-/// Relative margin of [`exceeds`]: far above the rounding of the squares it compares (a few 2⁻⁵³), far below what would keep it from
-/// excluding.
+/// Relative margin of [`exceeds`]: far above the rounding error of the squares it compares (a few 2⁻⁵³), and small enough to exclude nearly
+/// all pairs that can be excluded.
 const MARGIN: f64 = 1e-8;
 
-/// Rounding of a gap in [`exceeds`], relative to the direction's largest component times the farthest corner's distance along the axes: 16u, u = 2⁻⁵³.
-/// A projection has a difference, a product and two sums behind each term, so it is wrong by less than 4.1u of the sum of its terms' magnitudes; a gap
-/// is the difference of two, rounded once more.
+/// Rounding error of a gap in [`exceeds`], relative to the direction's largest component times the farthest corner's distance along the
+/// axes: 16u, u = 2⁻⁵³. Each term of a projection has a difference, a product and two sums, so the projection has an error below 4.1u of
+/// the sum of its terms' magnitudes. A gap is the difference of two projections, rounded once more.
 const PROJECTION: f64 = 16.0 / 9_007_199_254_740_992.0;
 
-/// Whether the square of the distance is for sure more than `squared_mm`; much sooner known than [`squared`]. Looks along three
-/// directions in which most triangles that are far apart show it: from one's middle to the other's, and the two normals.
+/// Whether the squared distance certainly exceeds `squared_mm`; much cheaper than [`squared`]. Tests three directions that separate most
+/// distant triangles: from one middle to the other, and the two normals.
 #[must_use]
 pub fn exceeds(a: &Triangle, b: &Triangle, squared_mm: f64) -> bool {
     let from = |t: &Triangle| t.corners.each_ref().map(|p| p - a.corners[0]);
@@ -50,8 +51,8 @@ pub fn exceeds(a: &Triangle, b: &Triangle, squared_mm: f64) -> bool {
     apart(&(b.centroid() - a.centroid())) || apart(&a.double_area_normal()) || apart(&b.double_area_normal())
 }
 
-/// Least squared distance from a corner of `from` that projects into the inside of `face`; infinite when none does (its
-/// nearest point is on an edge then, which another pair of features covers).
+/// Least squared distance from a corner of `from` that projects to the interior of `face`; infinite when none does, because the nearest
+/// point of `face` is then on an edge, which another pair of features covers.
 #[inline]
 fn corners_to_face(from: &Triangle, face: &Triangle) -> f64 {
     let [a, b, c] = &face.corners;
@@ -74,7 +75,7 @@ fn corners_to_face(from: &Triangle, face: &Triangle) -> f64 {
     least
 }
 
-/// The cross product; of nearly parallel vectors, too, right to the last digits of each component.
+/// The cross product, accurate to the last digits of each component even for nearly parallel vectors.
 #[inline]
 pub(crate) fn normal(u: &Vector, v: &Vector) -> Vector {
     let plain = u.cross(v);
@@ -85,7 +86,7 @@ pub(crate) fn normal(u: &Vector, v: &Vector) -> Vector {
     }
 }
 
-/// The cross product with every difference of products rounded as if once (W. Kahan's difference of products).
+/// The cross product with every difference of products rounded as if once (W. Kahan's algorithm).
 #[cold]
 fn careful_cross(u: &Vector, v: &Vector) -> Vector {
     // `rest` is what the rounding of the second product takes away.
@@ -124,10 +125,10 @@ fn segments_squared(p: &Point, u: &Vector, q: &Point, v: &Vector) -> f64 {
     (r + u * s - v * t).norm_squared()
 }
 
-/// Where the first of two nearly parallel segments is nearest to the line of the second, as in [`segments_squared`].
+/// The position on the first of two nearly parallel segments that is nearest to the line of the second, as in [`segments_squared`].
 ///
-/// With u the rounding unit, L a length and θ the angle, the cross products are wrong by uL², so that the place is wrong by uL / sin θ along the segment. The distance there
-/// grows by that times sin θ, which is uL again.
+/// With u the rounding unit, L a length and θ the angle, the cross products have an error of uL², so the position has an error of uL / sin
+/// θ along the segment. The distance changes by that times sin θ, which is uL again.
 fn nearly_parallel(u: &Vector, v: &Vector, r: &Vector) -> f64 {
     let normal = u.cross(v);
     let denominator = normal.norm_squared();
@@ -178,7 +179,7 @@ mod tests {
         assert!(exceeds(&floor, &point, 20.0) && !exceeds(&floor, &point, 81.0) && !exceeds(&point, &point, 0.0));
     }
 
-    /// A number of twice the digits of `f64`: the sum of two, the second within half a unit of the first's last place.
+    /// A number with twice the digits of `f64`: the sum of two `f64`, the second at most half a unit in the last place of the first.
     #[derive(Clone, Copy)]
     struct Double(f64, f64);
 
@@ -236,7 +237,7 @@ mod tests {
         })
     }
 
-    /// The distance of two triangles that do not touch, mm, in twice the digits: corner to face, edge to edge.
+    /// The distance between two disjoint triangles, mm, in twice the digits: over corner-face and edge-edge pairs.
     fn reference_mm(a: &Triangle, b: &Triangle) -> f64 {
         let mut least = f64::INFINITY;
         for (face, from) in [(a, b), (b, a)] {
@@ -276,7 +277,8 @@ mod tests {
         least.sqrt()
     }
 
-    /// Needles and their neighbours: the distance is right within rounding of the corners' distances, and what exceeds it is never claimed.
+    /// Needles and their neighbours: the distance is accurate to the rounding of the corners' distances, and [`exceeds`] is never true for
+    /// a larger value.
     #[test]
     fn needles_are_measured_as_well_as_any_triangle() {
         use crate::engine::geometry::cross_check::needles;

@@ -1,15 +1,15 @@
-//! Welding: which vertices are one.
+//! Welding: which vertices are merged.
 //!
-//! Every vertex gets the index of the vertex that stands for it, which is the earliest it is one with, or its own. Either
-//! vertices are one when they are equal ([`equal`]), or when they are near ([`within`]): then each goes to the earliest vertex that
-//! stays and is near enough, and stays itself when there is none. Nearness is measured to vertices that stay, never to ones that
-//! went, so that no chain of short steps moves a vertex farther than the tolerance.
+//! Every vertex gets the index of its representative: the earliest vertex with which it is merged, or its own index. [`equal`] merges equal
+//! vertices. [`within`] merges near vertices: each goes to the earliest representative that is near enough, or becomes a representative
+//! itself when there is none. Distances are measured to representatives only, so a chain of short steps never moves a vertex farther than
+//! the tolerance.
 
 use super::Point;
 use foldhash::{HashMap, HashMapExt};
 use std::collections::hash_map::Entry;
 
-/// For every vertex the index of the first one with the same coordinates; 0 and -0 are the same.
+/// For every vertex, the index of the first vertex with the same coordinates; 0 and -0 are equal.
 #[must_use]
 pub fn equal(vertices: &[Point]) -> Vec<u32> {
     // A closed surface has two faces for each vertex, and a file of loose triangles so six corners.
@@ -19,11 +19,11 @@ pub fn equal(vertices: &[Point]) -> Vec<u32> {
     keys.zip(0..).map(|(key, index)| *first.entry(key).or_insert(index)).collect()
 }
 
-/// For every vertex the index of the first one that stays and is at most `tolerance` away, in the unit of the vertices.
-/// Coordinates must be finite and at most 2⁶² tolerances large.
+/// For every vertex, the index of the first representative at most `tolerance` away, in the unit of the vertices. Coordinates must be
+/// finite and at most 2⁶² times the tolerance.
 ///
-/// Vertices are sorted into cells of the tolerance's width. Those that stay are farther apart than that, so that a cell has at
-/// most eight of them whatever the input is, and 27 cells are looked into.
+/// Vertices are sorted into cells of the tolerance's width. Representatives are farther apart than the tolerance, so a cell holds at most
+/// eight of them for any input, and 27 cells are searched.
 #[must_use]
 pub fn within(vertices: &[Point], tolerance: f64) -> Vec<u32> {
     let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::with_capacity(vertices.len() / 4);
@@ -70,7 +70,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against the definition, every vertex with every earlier one.
+        /// Compares with the definition: every vertex with every earlier one.
         #[test]
         fn cells_find_what_the_definition_says(
             points in prop::collection::vec([-3.0..3.0_f64, -3.0..3.0, -3.0..3.0], 1..60), tolerance in 0.1..2.0_f64,
