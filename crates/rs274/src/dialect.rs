@@ -171,7 +171,7 @@ pub(super) fn fanuc_g(tenths: i32, dialect: Dialect, lathe: bool) -> Meaning {
         980 if lathe => Code(Group::FeedMode, 940),
         990 if lathe => Code(Group::FeedMode, 950),
         700 | 710 | 720 | 730 | 740 | 750 | 760 | 900 | 920 | 940 if lathe => Code(Group::Motion, 10_000 + tenths),
-        700 | 710 | 720 => Unknown,
+        700 | 710..=712 | 720..=722 => Unknown,
         760 => Code(Group::Motion, own::FINE_BORE),
         842 | 843 => Code(Group::Motion, if tenths == 842 { 840 } else { 740 }),
         // Look-ahead, smoothing, exact stop, path modes, stored strokes, look-ahead off.
