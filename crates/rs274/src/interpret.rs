@@ -9,7 +9,7 @@ use super::compensation::Compensation;
 use super::contour::follows_contour;
 use super::corner::{Corner, OPEN_CORNER};
 use super::cycle::Sticky;
-use super::dialect::{Note, own};
+use super::dialect::{Dialect, Note, own};
 use super::error::{Cause, Fault, GcodeError, MOST_ERRORS};
 use super::foreign;
 use super::lathe::LatheMemory;
@@ -148,7 +148,7 @@ impl<'a> Interpreter<'a> {
         let mut interpreter = Self {
             setup,
             modes: Modes {
-                motion: setup.dialect.is_fanuc_like().then_some(0),
+                motion: (setup.dialect != Dialect::LinuxCnc).then_some(0),
                 plane: setup.plane,
                 incremental: false,
                 arc_centre_absolute: false,

@@ -190,7 +190,7 @@ impl Values {
             letters: [const { None }; SLOTS],
             used: Cell::new(0),
             codes: Default::default(),
-            notes: Vec::new(),
+            notes: block.notes.iter().map(|&note| note.to_owned()).collect(),
             lenient: false,
         };
         let mut skips_words = false;

@@ -53,7 +53,9 @@ pub(super) fn path_of(ways: impl Iterator<Item = (Curve, Option<Blend>)>) -> Res
         }
         match (pending, path.pop()) {
             (Some(blend), Some(last)) => {
-                path.extend(blended(&last, &curve, blend).ok_or("a fillet or chamfer that its corner has no room for")?);
+                path.extend(
+                    blended(&last, &curve, blend).ok_or("a fillet or chamfer that its corner has no room for")?,
+                );
             }
             (_, last) => path.extend(last.into_iter().chain([curve])),
         }

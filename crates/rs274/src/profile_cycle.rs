@@ -100,8 +100,9 @@ impl Interpreter<'_> {
         let begin = frame.point(&start);
         let steps = if code.number == 700 {
             let end = length('e', 0.0);
-            let passes =
-                values.take_whole('p', 1..=MAX_PASSES as i32, "P", "the number of passes, from 1 to 10000")?.unwrap_or(1);
+            let passes = values
+                .take_whole('p', 1..=MAX_PASSES as i32, "P", "the number of passes, from 1 to 10000")?
+                .unwrap_or(1);
             let mut steps = Vec::new();
             for pass in (0..passes).rev() {
                 let part = f64::from(pass) / f64::from(passes);
@@ -184,7 +185,9 @@ impl Interpreter<'_> {
             (None, None) => None,
             (Some(radius), None) if radius > 0.0 => Some(Blend::Fillet(radius)),
             (None, Some(length)) if length > 0.0 => Some(Blend::Chamfer(length)),
-            _ => return Err(values.motion_fault(Cause::Range("A or C, a fillet or a chamfer,", "above 0, one of them"))),
+            _ => {
+                return Err(values.motion_fault(Cause::Range("A or C, a fillet or a chamfer,", "above 0, one of them")));
+            }
         };
         let from = self.position;
         let aimed = self.target(values);
@@ -216,8 +219,11 @@ impl Interpreter<'_> {
                     let feed = self.feed_for(Travel::Along(length), &target, values)?;
                     let centre = frame.place(centre, &[0.0; 9]);
                     self.position = target;
-                    let kind =
-                        MoveKind::Arc { plane: Plane::Zx, centre: [centre[Z], centre[X]], sweep: sweep * frame.sense() };
+                    let kind = MoveKind::Arc {
+                        plane: Plane::Zx,
+                        centre: [centre[Z], centre[X]],
+                        sweep: sweep * frame.sense(),
+                    };
                     self.emit(kind, feed)?;
                 }
             }
