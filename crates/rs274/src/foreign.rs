@@ -84,11 +84,12 @@ pub(super) fn recognise(lines: &[String], file: &Path, dialect: Dialect, mut err
     let okuma = found(&lines, &OKUMA, |line, word| line.contains(word) && !is_o_word(line));
     let assigns_r = lines.iter().position(|line| assigns_r_parameter(line));
     let assigns_name = lines.iter().position(|line| assigns_named_variable(line));
+    let begins = found(&lines, &["PROC", "_"], |line, word| unnumbered(line).starts_with(word));
     let assigned = assigns_r.map(|line| ("R1=", line)).into_iter().chain(assigns_name.map(|line| ("NAME=", line)));
     for (name, words, certain) in [
         ("Heidenhain's conversational language", heidenhain, &["BEGINPGM", "TOOLCALL", "CYCLDEF"][..]),
         ("the language of Okuma's OSP controls", okuma, &[]),
-        ("Siemens' SINUMERIK language", siemens.into_iter().chain(assigned).collect(), &[]),
+        ("Siemens' SINUMERIK language", siemens.into_iter().chain(begins).chain(assigned).collect(), &[]),
     ] {
         let is_certain = words.len() > 1 || words.iter().any(|(word, _)| certain.is_empty() || certain.contains(word));
         if let Some(first) = words.iter().map(|(_, line)| *line).min().filter(|_| is_certain) {
@@ -157,9 +158,15 @@ fn assigns_r_parameter(line: &str) -> bool {
     })
 }
 
+/// A line without its number.
+fn unnumbered(line: &str) -> &str {
+    let rest = line.strip_prefix('N').map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
+    rest.filter(|rest| rest.len() + 1 < line.len()).unwrap_or(line)
+}
+
 /// `NAME=...` and `NAME[...]=...` at the begin of a line, behind its number: a variable of two letters or more, without `#`.
 fn assigns_named_variable(line: &str) -> bool {
-    let line = line.strip_prefix('N').map_or(line, |rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
+    let line = unnumbered(line);
     let name_end = line.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(line.len());
     let (name, rest) = line.split_at(name_end);
     let mut letters = name.chars();
@@ -188,6 +195,7 @@ fn spelled(word: &str) -> &str {
         "CYCLE8" | "CYCLE9" => "CYCLE",
         "MSG(" => "MSG",
         "DEFREAL" | "DEFINT" | "DEFSTRING" | "DEFBOOL" | "DEFAXIS" | "DEFCHAR" => "DEF",
+        "_" => "_NAME",
         "CALLO" => "CALL O",
         word => word.trim_end_matches(['[', '(']),
     }

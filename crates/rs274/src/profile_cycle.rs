@@ -4,6 +4,7 @@
 //! stand-alone interpreter does it: cuts begin on the straight way from the start to the profile; they retreat by R along both axes, by no
 //! more than half their length; in pockets G71 and G72 keep to the depths of the cuts before, G71.2 and G72.2 count from the pocket's rim.
 
+use super::block::Keyword;
 use super::canonical::{MoveKind, Plane};
 use super::error::{Cause, Fault};
 use super::feed::Travel;
@@ -83,7 +84,7 @@ impl Interpreter<'_> {
         let aimed = self.target(values);
         (start[X], start[Z]) = (aimed[X], aimed[Z]);
         self.rapid_to(start)?;
-        let elements = self.read_profile(lines, body)?;
+        let elements = self.read_profile(lines, table, body)?;
         let at_code = |why| code.fault(Cause::NotAllowed(why));
         let (Some(first), Some(last)) = (elements.first(), elements.last()) else {
             return Err(at_code("a profile that moves nothing"));
@@ -95,9 +96,14 @@ impl Interpreter<'_> {
         let frame = Frame { axes, signs };
         let ways = elements.windows(2).map(|pair| (frame.curve(&pair[0].to, &pair[1]), pair[1].blend));
         let path = path_of(ways).map_err(at_code)?;
+        // From behind the profile's begin the tool first goes above it.
+        let mut begin = frame.point(&start);
+        if begin[0] < path[0].from()[0] {
+            begin[0] = path[0].from()[0];
+            self.rapid_to(frame.place(begin, &start))?;
+        }
         let length = |letter: char, default: f64| self.take_length(values, letter).unwrap_or(default);
         let distance = length('d', 0.0);
-        let begin = frame.point(&start);
         let steps = if code.number == 700 {
             let end = length('e', 0.0);
             let passes = values
@@ -140,21 +146,31 @@ impl Interpreter<'_> {
     }
 
     /// The profile's elements; the first one only says where it begins. The mode of motion is afterwards that of the last.
-    fn read_profile(&mut self, lines: &Lines, body: Range<usize>) -> Result<Vec<Element>, Fault> {
+    fn read_profile(&mut self, lines: &Lines, table: &FlowTable, body: Range<usize>) -> Result<Vec<Element>, Fault> {
         let (position, at) = (self.position, self.at);
         let mut motion = 10;
         let mut elements = Vec::new();
-        for index in body {
-            self.at = index;
+        let mut next = body.start;
+        while body.contains(&next) {
+            self.at = next;
             self.steps += 1;
-            let block = lines[index].as_ref().map_err(Clone::clone)?;
-            if let Some(flow) = &block.flow {
-                let cause = Cause::NotAllowed("control flow inside a profile");
-                return Err(Fault::new(flow.column, flow.text.clone(), cause));
+            if self.steps > self.setup.limits.blocks {
+                let cause = Cause::Limit { limit: self.setup.limits.blocks, what: "blocks executed" };
+                return Err(Fault::new(1, "", cause));
             }
+            let block = lines[next].as_ref().map_err(Clone::clone)?;
             if block.reads_parameters {
                 self.refresh_parameters();
             }
+            if let Some(flow) = &block.flow {
+                if matches!(flow.keyword, Keyword::Call | Keyword::Return | Keyword::Sub | Keyword::Label) {
+                    let cause = Cause::NotAllowed("another subroutine inside a profile");
+                    return Err(Fault::new(flow.column, flow.text.clone(), cause));
+                }
+                next = self.obey_flow(table, lines, flow, next)?;
+                continue;
+            }
+            next += 1;
             let values = Values::of(block, &self.parameters, self.setup)?;
             self.assign(block)?;
             if let Some(code) = values.code(Group::Motion) {

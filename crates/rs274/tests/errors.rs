@@ -139,6 +139,8 @@ fn variables_with_names_are_siemens_or_okumas() {
         "TEST=1",
         "G0 X1\nN20 $TC_DP1[1,1]=120",
         "N5 STOPRE",
+        "PROC SH204(INT A)",
+        "N5 _Contour_Setup(1)",
         "DEF STRING[10] NAME",
     ] {
         let told = error_of(source).to_string();

@@ -196,6 +196,12 @@ fn turning_cycles_cut_down_to_a_profile_with_fillets_and_chamfers() {
         .filter_map(|step| if let MoveKind::Arc { sweep, .. } = step.kind { Some(sweep) } else { None })
         .collect();
     assert!((arcs[0] - 0.25 * TAU).abs() < 1e-9 && (arcs[1] + 0.25 * TAU).abs() < 1e-9, "{arcs:?}");
+    // The profile is a program: three steps in a loop. The start lies behind its begin, so the tool first goes above that.
+    let source = "G18 F100\no1 sub\n#1=4\nG0 X4 Z0\no2 while [#1 LT 7]\n#1=[#1+1]\nG1 W-1\nX#1\no2 endwhile\no1 endsub\nG0 X9 Z-4\nG70 Q1\nM2";
+    let steps =
+        [(4.0, -1.0), (5.0, -1.0), (5.0, -2.0), (6.0, -2.0), (6.0, -3.0), (7.0, -3.0)].map(|(x, z)| (false, x, z));
+    let before = [(true, 9.0, -4.0), (true, 9.0, -4.0), (true, 9.0, 0.0), (true, 9.0, 0.0), (true, 4.0, 0.0)];
+    assert_eq!(turned(source), [&before[..], &steps].concat());
     // Two finishing passes at 0.4 and 0.2: (pass - 1) (D - E) / P + E, each from the start that X and Z name.
     let source =
         "G18 F100\no1 sub\nG0 X4 Z-1\nG1 Z-5\nX6\nZ-8\nX8\no1 endsub\nG0 X12 Z1\nG70 Q1 X13 Z2 D0.6 E0.2 P2\nM2";
@@ -321,7 +327,7 @@ fn turning_cycles_say_what_they_cannot_cut() {
         ("G0 X4 Z0", "a profile of one point"),
         ("M5", "a profile that moves nothing"),
         ("G0 X4 Z0\nG33 Z-5 K1", "another motion than G0 to G3"),
-        ("G0 X4 Z0\no2 call\nG1 Z-5", "control flow inside a profile"),
+        ("G0 X4 Z0\no2 call\nG1 Z-5", "another subroutine inside a profile"),
         ("G0 X4 Z0\nG3 X4 Z-2 R-1.2\nG1 X8", "goes back along the cuts"),
     ] {
         let told =
