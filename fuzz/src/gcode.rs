@@ -7,12 +7,10 @@ use std::path::Path;
 /// The coarsest way to walk a path that still passes through every kind of move.
 const SAMPLING: Sampling = Sampling { step_mm: 1e5, step_deg: 1e4, chord_mm: 10.0 };
 
-pub fn run(bytes: &[u8]) {
+pub fn run(bytes: &[u8], dialect: Dialect) {
     let text = String::from_utf8_lossy(bytes);
-    // The first bits of the program choose the machine and the dialect, so that all are reached.
-    let choice = bytes.first().copied().unwrap_or(0);
-    let is_lathe = choice & 1 == 1;
-    let dialect = Dialect::ALL[usize::from(choice >> 1) % Dialect::ALL.len()];
+    // The first bit of the program chooses the machine, so that both are reached.
+    let is_lathe = bytes.first().is_some_and(|byte| byte & 1 == 1);
     let setup = if is_lathe { Setup::lathe() } else { Setup::default() };
     let turned = WorkOffset { origin: Position([10.0, -20.0, 5.0, 0.1, 0.0, 0.0, 1.0, 0.0, 0.0]), rotation: 0.5 };
     let mut work_offsets = setup.work_offsets;

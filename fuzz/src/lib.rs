@@ -10,13 +10,17 @@ mod record;
 mod scene;
 
 use bvbench::registry::Registry;
+use rs274::Dialect;
 
 /// A target's name, which is its folder's in `corpus/`, and what it does.
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
 pub const TARGETS: &[Target] = &[
-    ("gcode", gcode::run),
+    ("gcode", |bytes| gcode::run(bytes, Dialect::LinuxCnc)),
+    ("fanuc", |bytes| gcode::run(bytes, Dialect::Fanuc)),
+    ("haas", |bytes| gcode::run(bytes, Dialect::Haas)),
+    ("grbl", |bytes| gcode::run(bytes, Dialect::Grbl)),
     ("stl", |bytes| mesh::run("a.stl", bytes)),
     ("obj", |bytes| mesh::run("a.obj", bytes)),
     ("off", |bytes| mesh::run("a.off", bytes)),

@@ -47,7 +47,7 @@ pub struct Options {
 /// How a program is read, by whichever verb.
 #[derive(Args, Clone, Debug, Default)]
 pub(super) struct Reading {
-    /// The control that the program is written for: linuxcnc, fanuc or haas [default: the scene's, else linuxcnc]
+    /// The control that the program is written for: linuxcnc, fanuc, haas or grbl [default: the scene's, else linuxcnc]
     #[arg(long, value_name = "NAME")]
     dialect: Option<Dialect>,
     /// Skip a G or M code, with a note; repeatable

@@ -152,7 +152,7 @@ pub struct ProgramFile {
     /// The controller's defaults.
     #[serde(default)]
     pub controller: ControllerFile,
-    /// The control that the program is written for: `linuxcnc`, `fanuc` or `haas`.
+    /// The control that the program is written for: `linuxcnc`, `fanuc`, `haas` or `grbl`.
     pub dialect: Option<Spanned<String>>,
     /// Codes that are skipped, as in `["G187", "M31"]`.
     #[serde(default)]

@@ -240,7 +240,7 @@ impl NewScene {
         if self.chain.is_lathe {
             *text += "controller = \"lathe\" # G18 and diameters\n";
         }
-        *text += "# dialect = \"fanuc\" # or \"haas\"; without it, LinuxCNC's\n";
+        *text += "# dialect = \"fanuc\" # or \"haas\", \"grbl\"; without it, LinuxCNC's\n";
         let start: Vec<String> = self.starts().into_iter().map(|(key, value)| format!("{key} = {value:?}")).collect();
         if start.is_empty() {
             *text += "# start = { z_mm = 300 } # where the axes stand at first\n";

@@ -7,25 +7,27 @@
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "an example prints")]
 
 use rs274::file::{LARGEST_PROGRAM, text};
-use rs274::{Dialect, GcodeError, Setup, Tool, interpret};
+use rs274::{Cause, Dialect, GcodeError, Setup, Tool, interpret};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Endings of files that are programs.
-const ENDINGS: [&str; 14] =
-    ["ngc", "nc", "gcode", "tap", "cnc", "mpf", "spf", "h", "eia", "iso", "ncc", "prg", "txt", "min"];
+const ENDINGS: [&str; 15] =
+    ["ngc", "nc", "gcode", "tap", "cnc", "mpf", "spf", "h", "eia", "iso", "ncc", "ncd", "prg", "txt", "min"];
 /// Tools that exist.
 const TOOLS: u32 = 9999;
 /// Blockers shown per row.
 const SHOWN: usize = 8;
 
-/// A row: how many files, how many are understood in each dialect and in any, and what stops the others.
+/// A row: how many files, how many are understood in each dialect and in any, how many are named as another language's, and what stops the
+/// others.
 #[derive(Default)]
 struct Row {
     files: usize,
     by_dialect: [usize; Dialect::ALL.len()],
     any: usize,
+    named: usize,
     blockers: BTreeMap<String, usize>,
 }
 
@@ -45,12 +47,15 @@ fn main() -> ExitCode {
         eprintln!("{}: no programs ({})", folder.display(), ENDINGS.join(", "));
         return ExitCode::from(2);
     }
-    println!("| programs | files | {} | understood |", Dialect::ALL.map(|dialect| dialect.to_string()).join(" | "));
-    println!("|---|---|{}---|", "---|".repeat(Dialect::ALL.len()));
+    println!(
+        "| programs | files | {} | understood | named |",
+        Dialect::ALL.map(|dialect| dialect.to_string()).join(" | ")
+    );
+    println!("|---|---|{}---|---|", "---|".repeat(Dialect::ALL.len()));
     for (name, row) in &rows {
         let counts = row.by_dialect.map(|count| count.to_string()).join(" | ");
         let share = 100.0 * row.any as f64 / row.files as f64;
-        println!("| {name} | {} | {counts} | {} ({share:.0} %) |", row.files, row.any);
+        println!("| {name} | {} | {counts} | {} ({share:.0} %) | {} |", row.files, row.any, row.named);
     }
     for (name, row) in rows.iter().filter(|(_, row)| !row.blockers.is_empty()) {
         println!("\n{name}, first errors by files:");
@@ -105,6 +110,8 @@ impl Row {
         }
         if is_understood {
             self.any += 1;
+        } else if errors.iter().any(|error| matches!(error.cause, Cause::Foreign(_))) {
+            self.named += 1;
         } else if let Some(farthest) = errors.iter().max_by_key(|error| error.line) {
             self.stop(&blocker(farthest));
         }

@@ -118,6 +118,8 @@ pub(super) struct Block {
     pub flow: Option<Flow>,
     pub words: Vec<Word>,
     pub assignments: Vec<Assignment>,
+    /// What the reader should know of the line.
+    pub notes: Vec<&'static str>,
 }
 
 impl Block {
@@ -132,6 +134,10 @@ impl Block {
             cursor.accept_digit();
         }
         cursor.skip_comments()?;
+        if dialect == Dialect::Grbl && cursor.peek().is_some_and(|first| matches!(first, '$' | '?' | '!' | '~')) {
+            block.notes.push(setting(&mut cursor)?);
+            return Ok(block);
+        }
         if like_fanuc && is_told_elsewhere(&mut cursor) {
             return Ok(block);
         }
@@ -152,7 +158,14 @@ impl Block {
         loop {
             cursor.skip_comments()?;
             match cursor.peek() {
-                None => return Ok(block),
+                None => {
+                    if cursor.nested_comment {
+                        block.notes.push(
+                            "a comment inside a comment is taken for a part of it; Grbl ends comments at the first `)`",
+                        );
+                    }
+                    return Ok(block);
+                }
                 Some('#') => block.assignments.push(assignment(&mut cursor)?),
                 Some(',') if like_fanuc => block.words.push(corner_word(&mut cursor)?),
                 Some(letter) if letter.is_ascii_alphabetic() || is_sign(letter) => {
@@ -182,7 +195,23 @@ fn is_told_elsewhere(cursor: &mut Cursor) -> bool {
         || ["dprnt[", "bprnt[", "popen", "pclos"].into_iter().any(|word| cursor.accept_word(word))
 }
 
-/// Reads a control-flow word of the macro language, if one comes next.
+/// A line for Grbl itself: settings, questions and holds move nothing; homing, jogging and sleep do, and are refused.
+fn setting(cursor: &mut Cursor) -> Result<&'static str, Fault> {
+    let column = cursor.column();
+    let command = cursor.rest().to_ascii_uppercase();
+    let moves = ["$H", "$J", "$SLP", "$RST"].iter().any(|word| command.replace(' ', "").starts_with(word));
+    if moves {
+        return Err(Fault::new(
+            column,
+            command,
+            Cause::NotAllowed("a command to the control that moves its axes or its zero"),
+        ));
+    }
+    Ok("a line for the control itself (`$`, `?`, `!`, `~`) is skipped")
+}
+
+/// Reads a control-flow word of the macro language, if one comes next. All but GOTO may be cut down to two letters, as the controls allow: `GO` is
+/// more often `G0` with a letter for its digit.
 fn macro_word(cursor: &mut Cursor, block: &mut Block) -> Result<bool, Fault> {
     let column = cursor.column();
     let loop_number = |cursor: &mut Cursor| {
@@ -193,15 +222,15 @@ fn macro_word(cursor: &mut Cursor, block: &mut Block) -> Result<bool, Fault> {
     };
     if cursor.accept_word("goto") {
         block.jump = Some(Jump::Goto(Expression::value(cursor)?));
-    } else if cursor.accept_word("end") {
+    } else if ["end", "en"].into_iter().any(|word| cursor.accept_word(word)) {
         block.jump = Some(Jump::End(loop_number(cursor)?));
     } else if cursor.accept_word("do") {
         block.jump = Some(Jump::Do(loop_number(cursor)?));
-    } else if cursor.accept_word("then") {
+    } else if ["then", "th"].into_iter().any(|word| cursor.accept_word(word)) {
         if block.condition.is_none() {
             return Err(Fault::new(column, cursor.text_from(column), Cause::Flow("has no IF before it")));
         }
-    } else if ["if[", "while["].into_iter().any(|word| cursor.looks_at_word(word)) {
+    } else if ["if[", "while[", "wh["].into_iter().any(|word| cursor.looks_at_word(word)) {
         cursor.letters();
         block.condition = Some(Expression::bracketed(cursor)?);
     } else {

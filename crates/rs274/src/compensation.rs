@@ -28,9 +28,6 @@ mod tests;
 /// then comes nearer to an inside corner than the radius by at most radius x (1 - cos 0.05), an eighth of a percent of it.
 pub const SMOOTH_CORNER: f64 = 0.05;
 
-/// Directions that differ from opposite ones by less, radians, are opposite: rounding.
-const ROUNDING_ANGLE: f64 = 1e-6;
-
 const GOUGE: Cause = Cause::Compensation("the tool does not fit into this inside corner without gouging");
 const SHORT_LEAD_IN: Cause = Cause::Compensation("the move that leads in is shorter than the tool's radius");
 const NO_LEAD_IN: Cause = Cause::Compensation("no arc leads from the tool's place into the shifted one");
@@ -128,18 +125,13 @@ impl Offset {
         }
         // Where the path turns back on itself, how the curves bend tells whether the tool is between them: it is where together they
         // bend away from its side.
-        let is_inside = if !(ROUNDING_ANGLE - PI..=PI - SMOOTH_CORNER).contains(&inwards) {
+        let is_inside = if inwards.abs() > PI - SMOOTH_CORNER {
             side * (last.bend(self.left) + curve.bend(self.left)) < 0.0
         } else {
             inwards > 0.0
         };
         if is_inside {
-            let parts = |point: Point| {
-                let parts = (last.ending_at(point)?, curve.starting_at(point)?);
-                Some((last.before_end(point), parts))
-            };
-            let nearest = last.meets(&curve).into_iter().flatten().filter_map(parts).min_by(|a, b| a.0.total_cmp(&b.0));
-            let (_, (before, curve)) = nearest.ok_or(GOUGE)?;
+            let (before, curve) = last.cut_where_they_meet(&curve).ok_or(GOUGE)?;
             return Ok(Joint { before: Some(before), round: None, curve });
         }
         // Back on itself the path goes round its end, whichever side the turn seems to be to.

@@ -1,7 +1,8 @@
 //! Dialects: which control a program is written for, and what that control's codes mean here.
 //!
 //! LinuxCNC's is the base. Fanuc's and Haas's differ by the tables of this file (codes that move nothing, codes with another meaning), by
-//! the macro language (`macro_flow`), by subprograms and calls (`fanuc`) and, on lathes, by G-code system A (`lathe`).
+//! the macro language (`macro_flow`), by subprograms and calls (`fanuc`) and, on lathes, by G-code system A (`lathe`). Grbl's is LinuxCNC's with
+//! lines for the control itself (`block`).
 
 use super::modal::Group;
 use std::fmt;
@@ -17,11 +18,13 @@ pub enum Dialect {
     Fanuc,
     /// Haas's, which is Fanuc's with codes of its own.
     Haas,
+    /// Grbl's and other hobby controllers': LinuxCNC's, beginning in G0, with lines of settings (`$`) among the program's.
+    Grbl,
 }
 
 impl Dialect {
     /// All dialects.
-    pub const ALL: [Self; 3] = [Self::LinuxCnc, Self::Fanuc, Self::Haas];
+    pub const ALL: [Self; 4] = [Self::LinuxCnc, Self::Fanuc, Self::Haas, Self::Grbl];
 
     /// Its name, as [`FromStr`] takes it.
     #[must_use]
@@ -30,6 +33,7 @@ impl Dialect {
             Self::LinuxCnc => "linuxcnc",
             Self::Fanuc => "fanuc",
             Self::Haas => "haas",
+            Self::Grbl => "grbl",
         }
     }
 
@@ -171,7 +175,7 @@ pub(super) fn fanuc_g(tenths: i32, dialect: Dialect, lathe: bool) -> Meaning {
         980 if lathe => Code(Group::FeedMode, 940),
         990 if lathe => Code(Group::FeedMode, 950),
         700 | 710 | 720 | 730 | 740 | 750 | 760 | 900 | 920 | 940 if lathe => Code(Group::Motion, 10_000 + tenths),
-        700 | 710 | 720 => Unknown,
+        700 | 710..=712 | 720..=722 => Unknown,
         760 => Code(Group::Motion, own::FINE_BORE),
         842 | 843 => Code(Group::Motion, if tenths == 842 { 840 } else { 740 }),
         // Look-ahead, smoothing, exact stop, path modes, stored strokes, look-ahead off.
@@ -233,6 +237,6 @@ mod tests {
             assert!(text.parse::<CodeName>().is_err(), "{text}");
         }
         assert_eq!("Haas".parse(), Ok(Dialect::Haas));
-        assert!("siemens".parse::<Dialect>().unwrap_err().contains("linuxcnc, fanuc, haas"));
+        assert!("siemens".parse::<Dialect>().unwrap_err().contains("linuxcnc, fanuc, haas, grbl"));
     }
 }

@@ -10,7 +10,7 @@ const LINES: usize = 20_000;
 const NAMED: usize = 6;
 
 /// Words of Siemens' SINUMERIK controls, without spaces, in upper case.
-const SIEMENS: [&str; 24] = [
+const SIEMENS: [&str; 40] = [
     "CYCLE8",
     "CYCLE9",
     "TRAORI",
@@ -35,7 +35,26 @@ const SIEMENS: [&str; 24] = [
     "DIAMOF",
     "ORIWKS",
     "T=\"",
+    "STOPRE",
+    "DEFSTRING",
+    "DEFBOOL",
+    "DEFAXIS",
+    "DEFCHAR",
+    "SETAL(",
+    "SETMS(",
+    "SPOS=",
+    "$TC_",
+    "$P_",
+    "$AA_",
+    "$AC_",
+    "$MC_",
+    "$MA_",
+    "$A_",
+    "EXTERN",
 ];
+
+/// Words of Okuma's OSP controls; names of variables are Siemens', too.
+const OKUMA: [&str; 6] = [".MIN%", ".SSB%", ".SUB%", "CALLO", "NLAP", "VZOF"];
 
 /// Words that begin a line of Heidenhain's conversational language, behind its number.
 const HEIDENHAIN: [&str; 14] = [
@@ -62,10 +81,15 @@ pub(super) fn recognise(lines: &[String], file: &Path, dialect: Dialect, mut err
     let heidenhain = found(&lines, &HEIDENHAIN, |line, word| {
         line.trim_start_matches(|c: char| c.is_ascii_digit()).starts_with(word)
     });
+    let okuma = found(&lines, &OKUMA, |line, word| line.contains(word) && !is_o_word(line));
     let assigns_r = lines.iter().position(|line| assigns_r_parameter(line));
+    let assigns_name = lines.iter().position(|line| assigns_named_variable(line));
+    let begins = found(&lines, &["PROC", "_"], |line, word| unnumbered(line).starts_with(word));
+    let assigned = assigns_r.map(|line| ("R1=", line)).into_iter().chain(assigns_name.map(|line| ("NAME=", line)));
     for (name, words, certain) in [
         ("Heidenhain's conversational language", heidenhain, &["BEGINPGM", "TOOLCALL", "CYCLDEF"][..]),
-        ("Siemens' SINUMERIK language", siemens.into_iter().chain(assigns_r.map(|line| ("R1=", line))).collect(), &[]),
+        ("the language of Okuma's OSP controls", okuma, &[]),
+        ("Siemens' SINUMERIK language", siemens.into_iter().chain(begins).chain(assigned).collect(), &[]),
     ] {
         let is_certain = words.len() > 1 || words.iter().any(|(word, _)| certain.is_empty() || certain.contains(word));
         if let Some(first) = words.iter().map(|(_, line)| *line).min().filter(|_| is_certain) {
@@ -134,6 +158,27 @@ fn assigns_r_parameter(line: &str) -> bool {
     })
 }
 
+/// A line without its number.
+fn unnumbered(line: &str) -> &str {
+    let rest = line.strip_prefix('N').map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
+    rest.filter(|rest| rest.len() + 1 < line.len()).unwrap_or(line)
+}
+
+/// `NAME=...` and `NAME[...]=...` at the begin of a line, behind its number: a variable of two letters or more, without `#`.
+fn assigns_named_variable(line: &str) -> bool {
+    let line = unnumbered(line);
+    let name_end = line.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(line.len());
+    let (name, rest) = line.split_at(name_end);
+    let mut letters = name.chars();
+    let is_name = letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+        && letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
+    let rest = match rest.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
+        Some((_, behind)) => behind,
+        None => rest,
+    };
+    is_name && rest.starts_with('=') && !rest.starts_with("==")
+}
+
 /// A word as programs spell it.
 fn spelled(word: &str) -> &str {
     match word {
@@ -149,7 +194,9 @@ fn spelled(word: &str) -> &str {
         "CCX" => "CC",
         "CYCLE8" | "CYCLE9" => "CYCLE",
         "MSG(" => "MSG",
-        "DEFREAL" | "DEFINT" => "DEF",
+        "DEFREAL" | "DEFINT" | "DEFSTRING" | "DEFBOOL" | "DEFAXIS" | "DEFCHAR" => "DEF",
+        "_" => "_NAME",
+        "CALLO" => "CALL O",
         word => word.trim_end_matches(['[', '(']),
     }
 }

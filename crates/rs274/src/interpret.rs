@@ -9,7 +9,7 @@ use super::compensation::Compensation;
 use super::contour::follows_contour;
 use super::corner::{Corner, OPEN_CORNER};
 use super::cycle::Sticky;
-use super::dialect::{Note, own};
+use super::dialect::{Dialect, Note, own};
 use super::error::{Cause, Fault, GcodeError, MOST_ERRORS};
 use super::foreign;
 use super::lathe::LatheMemory;
@@ -17,6 +17,7 @@ use super::modal::{FeedMode, Group, Modes, Spindle, Values};
 use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
 use super::oword::{Control, FlowTable, Lines};
 use super::parameters::Parameters;
+use super::profile_cycle::is_profile_cycle;
 use super::setup::Setup;
 use super::source::{self, Source};
 use super::transform::Transforms;
@@ -147,7 +148,7 @@ impl<'a> Interpreter<'a> {
         let mut interpreter = Self {
             setup,
             modes: Modes {
-                motion: setup.dialect.is_fanuc_like().then_some(0),
+                motion: (setup.dialect != Dialect::LinuxCnc).then_some(0),
                 plane: setup.plane,
                 incremental: false,
                 arc_centre_absolute: false,
@@ -293,6 +294,11 @@ impl<'a> Interpreter<'a> {
             values.check_all_used()?;
             return Ok(Next::Line(next));
         }
+        if let Some(code) = values.code(Group::Motion).filter(|code| is_profile_cycle(code.number)) {
+            self.profile_cycle(lines, table, &values, code)?;
+            values.check_all_used()?;
+            return Ok(Next::Line(at + 1));
+        }
         self.obey_motion(&values)?;
         let next = match values.number(Group::Stop) {
             Some(2 | 30) => {
@@ -307,7 +313,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// Brings the parameters that mirror the controller's state up to date.
-    fn refresh_parameters(&mut self) {
+    pub(super) fn refresh_parameters(&mut self) {
         let mut position = self.position;
         self.compensation.place(&mut position);
         let program = self.offsets.to_program(&position);
@@ -386,7 +392,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// Assigns parameters: all right-hand sides are evaluated first (NISTIR 6556, section 3.3.2.1).
-    fn assign(&mut self, block: &Block) -> Result<(), Fault> {
+    pub(super) fn assign(&mut self, block: &Block) -> Result<(), Fault> {
         let mut found = Vec::with_capacity(block.assignments.len());
         for assignment in &block.assignments {
             let target = match &assignment.target {

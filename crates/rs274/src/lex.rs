@@ -13,6 +13,8 @@ pub(super) const MAX_LINE_LENGTH: usize = 4096;
 pub(super) struct Cursor {
     /// Whose words these are.
     pub dialect: Dialect,
+    /// Whether a comment stood inside a comment.
+    pub nested_comment: bool,
     characters: Vec<char>,
     at: usize,
 }
@@ -25,7 +27,7 @@ impl Cursor {
             let cause = Cause::Limit { limit: MAX_LINE_LENGTH, what: "characters in a line" };
             return Err(Fault::new(MAX_LINE_LENGTH as u32 + 1, "", cause));
         }
-        Ok(Self { dialect, characters, at: 0 })
+        Ok(Self { dialect, nested_comment: false, characters, at: 0 })
     }
 
     /// The next character that is not a space, in lower case; `None` at the end of the line.
@@ -81,6 +83,14 @@ impl Cursor {
         let count = self.letters().len();
         self.at = before;
         count > 1
+    }
+
+    /// What is left of the line, as it stands.
+    pub fn rest(&mut self) -> String {
+        self.peek();
+        let rest = self.characters[self.at..].iter().collect::<String>().trim_end().to_owned();
+        self.at = self.characters.len();
+        rest
     }
 
     /// Takes a digit if one comes next.
@@ -166,12 +176,20 @@ impl Cursor {
     fn skip_parenthesis(&mut self) -> Result<(), Fault> {
         let column = self.column();
         self.at += 1;
+        let mut depth = 1_u32;
         while let Some(&character) = self.characters.get(self.at) {
             self.at += 1;
             match character {
-                ')' => return Ok(()),
+                ')' => depth -= 1,
+                '(' if self.dialect == Dialect::Grbl => {
+                    depth += 1;
+                    self.nested_comment = true;
+                }
                 '(' => return Err(Fault::new(self.at as u32, "(", Cause::NestedComment)),
                 _ => {}
+            }
+            if depth == 0 {
+                return Ok(());
             }
         }
         Err(Fault::new(column, self.text_from(column), Cause::UnclosedComment))

@@ -35,6 +35,8 @@ mod fanuc;
 mod corner;
 mod lathe;
 mod contour;
+mod profile;
+mod profile_cycle;
 mod source;
 mod foreign;
 pub mod interpret;

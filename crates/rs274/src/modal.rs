@@ -69,6 +69,9 @@ fn g_group(tenths: i32) -> Option<Group> {
         | 330
         | 331
         | 382..=385
+        | 700
+        | 710..=712
+        | 720..=722
         | 730
         | 740
         | 760
@@ -187,7 +190,7 @@ impl Values {
             letters: [const { None }; SLOTS],
             used: Cell::new(0),
             codes: Default::default(),
-            notes: Vec::new(),
+            notes: block.notes.iter().map(|&note| note.to_owned()).collect(),
             lenient: false,
         };
         let mut skips_words = false;

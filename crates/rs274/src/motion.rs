@@ -355,7 +355,7 @@ impl Interpreter<'_> {
 
     /// Centre and sweep of the block's arc from `start` to `target`: axis positions, where circles of the program are `similar` circles,
     /// or program coordinates.
-    fn circle(
+    pub(super) fn circle(
         &self,
         values: &Values,
         start: &Values9,

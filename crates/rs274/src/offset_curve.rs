@@ -180,6 +180,18 @@ impl Curve {
     }
 }
 
+impl Curve {
+    /// This curve up to where it meets another one, and that one from there on; where they meet twice, the place nearest to this curve's end.
+    pub fn cut_where_they_meet(&self, other: &Self) -> Option<(Self, Self)> {
+        let parts = |point: Point| {
+            let parts = (self.ending_at(point)?, other.starting_at(point)?);
+            Some((self.before_end(point), parts))
+        };
+        let meetings = self.meets(other).into_iter().flatten().filter_map(parts);
+        meetings.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, parts)| parts)
+    }
+}
+
 fn line_and_circle(through: Point, direction: Point, centre: Point, radius: f64) -> [Option<Point>; 2] {
     let foot = plus_scaled(through, dot(direction, minus(centre, through)), direction);
     let half_squared = radius * radius - dot(minus(foot, centre), minus(foot, centre));

@@ -124,6 +124,13 @@ impl FlowTable {
         Ok(())
     }
 
+    /// The lines between `sub` and `endsub` of a label.
+    pub fn body(&self, label: &str) -> Option<std::ops::Range<usize>> {
+        let &line = self.subroutines.get(label)?;
+        let end = self.links[line].end;
+        (end > line).then(|| line + 1..end)
+    }
+
     fn define(&mut self, label: &str, line: usize) -> Result<(), Cause> {
         match self.subroutines.insert(label.to_owned(), line) {
             None => Ok(()),

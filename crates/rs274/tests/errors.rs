@@ -88,3 +88,70 @@ fn programs_for_other_controls_are_recognised() {
         None
     );
 }
+
+#[test]
+fn every_dialect_tells_all_errors_and_ignores_any_code() {
+    for dialect in Dialect::ALL {
+        for setup in [Setup { dialect, ..Setup::default() }, Setup { dialect, ..Setup::lathe() }] {
+            let run = |source: &str, setup: &Setup| interpret(source, Path::new("part.nc"), setup);
+            let source = "G0 X1\nG77\nX2 !\nM222\nG77\nX3 X4\nM30";
+            let error = run(source, &setup).expect_err("the program is wrong");
+            let told = error.to_string();
+            let places: Vec<&str> = told.lines().filter_map(|line| line.split(' ').next()).collect();
+            assert_eq!(
+                places[..4],
+                ["part.nc:2:1:", "part.nc:3:4:", "part.nc:4:1:", "part.nc:6:4:"],
+                "{dialect}: {told}"
+            );
+            // Codes that nobody knows, that the dialect knows, and that move the axes elsewhere.
+            for code in
+                ["G77", "M222", "G28", "G4", "G43", "G81", "G71", "M6", "M8", "M98", "G54.1", "G10", "M0", "G92", "G68"]
+            {
+                let ignored = [code.parse::<CodeName>().unwrap()].into();
+                let setup = Setup { ignored, ..setup.clone() };
+                let program = run(&format!("G0 X1\n{code} P1 Z5 R1 L1\nG0 X2\nM30"), &setup);
+                if code.starts_with('M') {
+                    // Axis words beside an M code are the motion's.
+                    assert!(program.is_ok() || code != "M222", "{dialect} {code}: {program:?}");
+                    let program =
+                        run(&format!("G0 X1\n{code} P1\nG0 X2\nM30"), &setup).unwrap_or_else(|e| panic!("{e}"));
+                    assert_eq!(program.moves.len(), 2, "{dialect} {code}");
+                } else {
+                    let program = program.unwrap_or_else(|error| panic!("{dialect} {code}: {error}"));
+                    assert_eq!(program.moves.len(), 2, "{dialect} {code}");
+                    let told = format!("{code} is ignored, as asked");
+                    assert!(
+                        program.notes.iter().any(|note| note.text == told),
+                        "{dialect} {code}: {:?}",
+                        program.notes
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn variables_with_names_are_siemens_or_okumas() {
+    for source in [
+        "PRES[3]=1\nG0 X1\nM30",
+        "N10 _Z_HOME=5",
+        "TEST=1",
+        "G0 X1\nN20 $TC_DP1[1,1]=120",
+        "N5 STOPRE",
+        "PROC SH204(INT A)",
+        "N5 _Contour_Setup(1)",
+        "DEF STRING[10] NAME",
+    ] {
+        let told = error_of(source).to_string();
+        assert!(told.contains("SINUMERIK"), "{source}: {told}");
+    }
+    for source in ["$PART.MIN%\nPRES=1\nG0 X1", "O1\nCALL OCHCK\nG0 X1"] {
+        let told = error_of(source).to_string();
+        assert!(told.contains("Okuma"), "{source}: {told}");
+    }
+    // Of LinuxCNC's programs with an error none is taken for one.
+    for source in ["#<length>=5\nG77", "o<callo> call\nM2", "X[1 EQ 1] Y==\nM2"] {
+        assert!(!error_of(source).to_string().contains("not interpreted"), "{source}");
+    }
+}

@@ -67,6 +67,9 @@ fn conditions_jumps_and_loops_of_the_macro_language() {
     // A loop without a condition is left by GOTO; a computed GOTO; back and forth.
     assert_eq!(xs("#1=0\nDO1\n#1=#1+1\nG0X#1\nIF[#1GE3]GOTO99\nEND1\nN99M30"), [1.0, 2.0, 3.0]);
     assert_eq!(xs("#5=20\nGOTO#5\nN10 X1.\nM30\nN20 X2.\nGOTO10"), [2.0, 1.0]);
+    // Words cut down to two letters; but GO is no GOTO.
+    assert_eq!(xs("#1=0\nWH[#1LT2]DO1\n#1=#1+1\nIF[#1EQ1]TH#2=5.\nG0X[#1+#2]\nEN1\nM30"), [6.0, 7.0]);
+    assert!(refused("GO10\nN10M30", &fanuc()).contains("bad.nc:1:"));
     // Expressions stand without brackets behind `=`.
     assert_eq!(xs("#1=2.+3.*[4.-1.]-SQRT[16.]/2\nX#1\nM30"), [9.0]);
     assert_eq!(

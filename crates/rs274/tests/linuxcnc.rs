@@ -153,3 +153,189 @@ fn of_two_programs_with_one_number_the_first_is_called() {
     let source = "M98 P2\nM2\nO2\nG0 X1\nM99\nO0002\nG0 X2\nM99";
     assert_near(end(&run(source)), [1.0, 0.0, 0.0], source);
 }
+
+/// X and Z of every end, with whether the move is a rapid one.
+fn turned(source: &str) -> Vec<(bool, f64, f64)> {
+    let micrometres = |x: f64| (x * 1e4).round() / 1e4 + 0.0;
+    let moves = run(source).moves;
+    let end = |step: &rs274::Move| {
+        (step.kind == MoveKind::Rapid, micrometres(step.end[Axis::X]), micrometres(step.end[Axis::Z]))
+    };
+    moves.iter().map(end).collect()
+}
+
+#[test]
+fn turning_cycles_cut_down_to_a_profile_with_fillets_and_chamfers() {
+    let profile = "o1 sub\nG0 X4 Z0\nG1 Z-5 C0.5\nU2 A0.5\nW-3 A0.3\nX8\no1 endsub\n";
+    let source = format!("G18 F100\n{profile}G0 X8 Z1\nG71 Q1 I4 R0.5\nX20\nM2");
+    let expected = [
+        (true, 8.0, 1.0),
+        (true, 8.0, 1.0),
+        // One cut at the start's height, up to the face at Z-8; back by R, and to the start. The next would be at the profile's begin.
+        (true, 8.0, 1.0),
+        (false, 8.0, -8.0),
+        (true, 8.5, -7.5),
+        (true, 8.5, 0.5),
+        (true, 8.0, 1.0),
+        // Along the profile: the chamfer takes 0.5 of both sides, the fillets have centres (5.5, -5.5) and (6.3, -7.7).
+        (true, 4.0, 0.0),
+        (false, 4.0, -4.5),
+        (false, 4.5, -5.0),
+        (false, 5.5, -5.0),
+        (false, 6.0, -5.5),
+        (false, 6.0, -7.7),
+        (false, 6.3, -8.0),
+        (false, 8.0, -8.0),
+        // G1 holds, as the profile's last motion.
+        (false, 20.0, -8.0),
+    ];
+    assert_eq!(turned(&source), expected);
+    let arcs: Vec<f64> = run(&source)
+        .moves
+        .iter()
+        .filter_map(|step| if let MoveKind::Arc { sweep, .. } = step.kind { Some(sweep) } else { None })
+        .collect();
+    assert!((arcs[0] - 0.25 * TAU).abs() < 1e-9 && (arcs[1] + 0.25 * TAU).abs() < 1e-9, "{arcs:?}");
+    // The profile is a program: three steps in a loop. The start lies behind its begin, so the tool first goes above that.
+    let source = "G18 F100\no1 sub\n#1=4\nG0 X4 Z0\no2 while [#1 LT 7]\n#1=[#1+1]\nG1 W-1\nX#1\no2 endwhile\no1 endsub\nG0 X9 Z-4\nG70 Q1\nM2";
+    let steps =
+        [(4.0, -1.0), (5.0, -1.0), (5.0, -2.0), (6.0, -2.0), (6.0, -3.0), (7.0, -3.0)].map(|(x, z)| (false, x, z));
+    let before = [(true, 9.0, -4.0), (true, 9.0, -4.0), (true, 9.0, 0.0), (true, 9.0, 0.0), (true, 4.0, 0.0)];
+    assert_eq!(turned(source), [&before[..], &steps].concat());
+    // Two finishing passes at 0.4 and 0.2: (pass - 1) (D - E) / P + E, each from the start that X and Z name.
+    let source =
+        "G18 F100\no1 sub\nG0 X4 Z-1\nG1 Z-5\nX6\nZ-8\nX8\no1 endsub\nG0 X12 Z1\nG70 Q1 X13 Z2 D0.6 E0.2 P2\nM2";
+    let pass = |off: f64| {
+        let moves =
+            [(true, 13.0, 2.0), (true, 4.0 + off, -1.0), (false, 4.0 + off, off - 5.0), (false, 6.0, off - 5.0)];
+        let rest = [(false, 6.0 + off, -5.0), (false, 6.0 + off, off - 8.0), (false, 8.0, off - 8.0)];
+        moves.into_iter().chain(rest)
+    };
+    let expected: Vec<_> =
+        [(true, 12.0, 1.0), (true, 13.0, 2.0)].into_iter().chain(pass(0.4)).chain(pass(0.2)).collect();
+    let near = |(a, b): (&(bool, f64, f64), &(bool, f64, f64))| {
+        a.0 == b.0 && (a.1 - b.1).abs() < 1e-9 && (a.2 - b.2).abs() < 1e-9
+    };
+    let found = turned(source);
+    assert!(found.len() == expected.len() && found.iter().zip(&expected).all(near), "{found:?}, expected {expected:?}");
+}
+
+#[test]
+fn pockets_are_cut_with_the_rest_or_behind_it() {
+    // Up to 5, down to 3, up to the start's 6, in steps of 45 degrees.
+    let cycle = |code: &str| {
+        turned(&format!(
+            "G18 F100\no1 sub\nG0 X4 Z0\nG1 X5 Z-1\nX3 Z-3\nX6 Z-6\no1 endsub\nG0 X6 Z0\n{code} Q1 I1.5 R0.25\nM2"
+        ))
+        .split_off(2)
+    };
+    let opening = [
+        (true, 6.0, 0.0),
+        (false, 6.0, -6.0),
+        (true, 6.25, -5.75),
+        (true, 6.25, -0.25),
+        (true, 6.0, 0.0),
+        // At 4.5 it meets the first slope; half of the cut's length, 0.25, is R.
+        (true, 4.5, 0.0),
+        (false, 4.5, -0.5),
+        (true, 4.75, -0.25),
+        (true, 4.75, -0.25),
+        (true, 4.5, 0.0),
+    ];
+    // G71.1 passes over the pocket at its rim.
+    let over = [(true, 4.0, 0.0), (false, 5.0, -1.0), (false, 5.0, -5.0), (false, 6.0, -6.0)];
+    assert_eq!(cycle("G71.1"), [&opening[..], &over].concat());
+    // G71.2 cuts it from its rim on: at 5 and 3.5.
+    let into = [
+        (true, 4.0, 0.0),
+        (false, 5.0, -1.0),
+        (false, 5.0, -5.0),
+        (true, 5.25, -4.75),
+        (true, 5.25, -1.25),
+        (false, 5.0, -1.0),
+        (false, 3.5, -2.5),
+        (false, 3.5, -3.5),
+        (true, 3.75, -3.25),
+        (true, 3.75, -2.75),
+        (false, 3.5, -2.5),
+        (false, 3.0, -3.0),
+        (false, 6.0, -6.0),
+    ];
+    assert_eq!(cycle("G71.2"), into);
+    // G71 does both, in the pocket at the heights of the cuts before: 4.5, and 3 is its bottom.
+    let both = [
+        (true, 4.0, 0.0),
+        (false, 5.0, -1.0),
+        (false, 4.5, -1.5),
+        (false, 4.5, -4.5),
+        (true, 4.75, -4.25),
+        (true, 4.75, -1.75),
+        (false, 4.5, -1.5),
+        (false, 3.0, -3.0),
+        (false, 6.0, -6.0),
+    ];
+    assert_eq!(cycle("G71"), [&opening[..], &both].concat());
+    // A bore, towards +Z, is the mirror image.
+    let source = "G18 F100\no1 sub\nG0 X8 Z0\nG1 X7 Z1\nX9 Z3\nX6 Z6\no1 endsub\nG0 X6 Z0\nG71.1 Q1 I1.5 R0.25\nM2";
+    let mirrored: Vec<_> =
+        [&opening[..], &over].concat().iter().map(|&(rapid, x, z)| (rapid, 12.0 - x, 0.0 - z)).collect();
+    assert_eq!(turned(source).split_off(2), mirrored);
+}
+
+#[test]
+fn facing_cycles_cut_along_x() {
+    let source = "G18 F100\no1 sub\nG0 X20 Z-4\nG1 X12\nZ-2\nX4\nZ0\no1 endsub\nG0 X20 Z0\nG72.1 Q1 I2 R0.5\nM2";
+    let expected = [
+        (true, 20.0, 0.0),
+        (false, 4.0, 0.0),
+        (true, 4.5, 0.5),
+        (true, 19.5, 0.5),
+        (true, 20.0, 0.0),
+        (true, 20.0, -2.0),
+        (false, 12.0, -2.0),
+        (true, 12.5, -1.5),
+        (true, 19.5, -1.5),
+        (true, 20.0, -2.0),
+        (true, 20.0, -4.0),
+        (false, 12.0, -4.0),
+        (false, 12.0, -2.0),
+        (false, 4.0, -2.0),
+        (false, 4.0, 0.0),
+    ];
+    assert_eq!(turned(source).split_off(2), expected);
+}
+
+#[test]
+fn turning_cycles_say_what_they_cannot_cut() {
+    let profile = "o1 sub\nG0 X4 Z0\nG1 Z-5\nX8\no1 endsub\n";
+    for (cycle, text) in [
+        ("G17\nG71 Q1", "outside the ZX plane"),
+        ("G71 I1", "Q, the subroutine with the profile, is missing"),
+        ("G71 Q2", "subroutine is not defined"),
+        ("G71 Q1 I0", "I must be above 0"),
+        ("G71 Q1 Y5", "no code of this block uses this word: `Y5`"),
+        ("G42.1 D1\nG71 Q1", "while cutter compensation is on"),
+        ("G71 Q1 I0.0001", "more than 10000 cuts of one cycle"),
+    ] {
+        let told = refused(&format!("G18 F100\n{profile}G0 X8 Z1\n{cycle}\nM2"));
+        assert!(told.contains(text), "{cycle}: {told}");
+    }
+    for (lines, text) in [
+        ("G0 X4 Z0\nG1 X5 Z-5\nX6 Z-4\nX8", "goes back along the cuts"),
+        ("G0 X4 Z0\nG1 Z-5 A2\nX5\nX8", "no room for"),
+        ("G0 X4 Z0\nG1 Z-5\nX8 A1", "at the profile's end"),
+        ("G0 X4 Z0", "a profile of one point"),
+        ("M5", "a profile that moves nothing"),
+        ("G0 X4 Z0\nG33 Z-5 K1", "another motion than G0 to G3"),
+        ("G0 X4 Z0\no2 call\nG1 Z-5", "another subroutine inside a profile"),
+        ("G0 X4 Z0\nG3 X4 Z-2 R-1.2\nG1 X8", "goes back along the cuts"),
+    ] {
+        let told =
+            refused(&format!("G18 F100\no1 sub\n{lines}\no1 endsub\no2 sub\no2 endsub\nG0 X8 Z1\nG71 Q1 I1\nM2"));
+        assert!(told.contains(text), "{lines}: {told}");
+    }
+    assert!(
+        refused("G18 F100\no1 sub\nG0 X4 Z0\nG1 Z-5\nG2 X6 Z-7 R2\nG1 X8\no1 endsub\nG71 Q1 D3\nM2")
+            .contains("narrower than the distance")
+    );
+}

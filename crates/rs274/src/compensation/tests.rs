@@ -61,6 +61,23 @@ fn an_outside_corner_is_rounded_and_the_way_out_is_straight() {
 }
 
 #[test]
+fn behind_an_arc_a_path_that_turns_back_stays_on_its_side() {
+    // A quarter round (10, -10) with the tool outside, at radius 11, then back by 178 degrees: as LinuxCNC does it, the two shifted curves end where
+    // they meet, and the tool does not go round the corner between them.
+    let direction = [92_f64.to_radians().cos(), 92_f64.to_radians().sin()];
+    let to = [20.0 + 20.0 * direction[0], -10.0 + 20.0 * direction[1]];
+    // From the centre to the line that is shifted by 1, and along it to the circle.
+    let from = [10.0 - direction[1], direction[0]];
+    let along = from[0] * direction[0] + from[1] * direction[1];
+    let way = (along * along - from[0] * from[0] - from[1] * from[1] + 121.0).sqrt() - along;
+    let meeting = [10.0 + from[0] + way * direction[0], -10.0 + from[1] + way * direction[1]];
+    let sweep = (meeting[1] + 10.0).atan2(meeting[0] - 10.0) - FRAC_PI_2;
+    let source = format!("G41.1 D2 G1 X10\nG2 X20 Y-10 J-10\nG1 X{:.15} Y{:.15}", to[0], to[1]);
+    let end = Line(to[0] - direction[1], to[1] + direction[0]);
+    assert_xy(&source, &[Line(10.0, 1.0), Arc(meeting, [10.0, -10.0], sweep), end]);
+}
+
+#[test]
 fn an_inside_corner_cuts_both_sides_short() {
     assert_xy("G41 G1 X20\nY20\nX0", &[Line(15.0, 5.0), Line(15.0, 15.0), Line(0.0, 15.0)]);
     assert_xy("G42 G1 X20\nY-20", &[Line(15.0, -5.0), Line(15.0, -20.0)]);
