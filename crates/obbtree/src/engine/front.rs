@@ -69,14 +69,14 @@ impl Front {
     }
 
     /// The slack of the pose that is asked about next, mm, and the farthest that a point of `b` moves to it.
-    pub fn step(&mut self, step_mm: f64, slack_mm: f64) {
+    pub const fn step(&mut self, step_mm: f64, slack_mm: f64) {
         self.gone_mm = (self.gone_mm + step_mm * (1.0 + STEP_PAD)).next_up();
         self.slack_mm = slack_mm;
         self.needed_mm = (self.gone_mm + slack_mm).next_up();
     }
 
     /// Whether all that was left out is still apart.
-    pub fn holds(&self) -> bool {
+    pub const fn holds(&self) -> bool {
         self.needed_mm < self.soonest_mm
     }
 
@@ -165,7 +165,7 @@ impl Front {
 #[cfg(test)]
 impl Front {
     /// How far points of `b` may move until something has to be looked at again, mm.
-    pub fn soonest_mm(&self) -> f64 {
+    pub const fn soonest_mm(&self) -> f64 {
         self.soonest_mm
     }
 }
