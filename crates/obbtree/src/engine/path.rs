@@ -6,9 +6,9 @@
 //! `b` has moved as far as the least of these distances, the meshes are apart (the motion bound of F. Schwarzer, M. Saha, J.-C. Latombe 2005);
 //! after that only what is used up is looked at again.
 //!
-//! What evidence costs. A search that keeps its front opens the nodes of a fresh one. A pose is settled from the front only where less than half as many visits
-//! are due as a fresh search makes, and the search is fresh after three quarters; where that happens, and where a front settles few poses, none is kept for a while, at
-//! last of one search in 128.
+//! What evidence costs. A search that keeps its front opens the nodes of a fresh one. The front settles a pose only where at most three quarters as many visits
+//! are due as a fresh search makes; where that leads to more than a fresh search makes, the search begins anew. Then, and where a front settles few
+//! poses, none is kept for a while, at last for all but one search in 128.
 //!
 //! Why a kept verdict is the fresh one. The corners as the leaves see them are within the pose's slack (`Pose::ball_slack`) of where a rigid motion has
 //! them, at either pose. A point p of `b` moves by (R₁ - R₀)p + t₁ - t₀, which is the move of the ball's centre and (R₁ - R₀)(p - centre). With
