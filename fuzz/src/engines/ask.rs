@@ -12,7 +12,7 @@ use obbtree::engine::traverse::{self, Scratch};
 use obbtree::engine::{Coherence, Memory, Simd, WideTree, WideVolume, distance};
 use std::fmt::Debug;
 
-/// How much a measured distance may be off, relative to the size of everything: 2⁻²², what `wide::path` allows for. Two edges that are nearly parallel
+/// How much a measured distance may be off, relative to the size of everything: 2⁻²², what the engine allows for. Two edges that are nearly parallel
 /// are measured at a place that rounding chooses.
 const MEASURED: f64 = 1.0 / 4_194_304.0;
 

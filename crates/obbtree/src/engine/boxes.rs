@@ -60,7 +60,7 @@ pub(super) fn seen_from<L: Lanes>(turn: &[L; FOUR], children: &[L; 3], d: &[L; 3
 /// The product of a quaternion backwards and others, of which the vector parts are given. Everywhere the terms with x and y are summed first, then
 /// those with z and those with w: so the sums are no longer than step 3 says.
 #[inline(always)]
-fn backwards<L: Lanes>(&[qx, qy, qz, qw]: &[L; FOUR], &[x, y, z]: &[L; 3]) -> [L; FOUR] {
+pub(super) fn backwards<L: Lanes>(&[qx, qy, qz, qw]: &[L; FOUR], &[x, y, z]: &[L; 3]) -> [L; FOUR] {
     let w = z.neg_mul_add(z, y.neg_mul_add(y, x.neg_mul_add(x, L::all(1.0)))).sqrt();
     [
         w.neg_mul_add(qx, z.neg_mul_add(qy, y.mul_add(qz, x * qw))),
@@ -87,7 +87,7 @@ fn products<L: Lanes>(&[x, y, z, w]: &[L; FOUR]) -> [[L; 3]; 3] {
 
 /// Vectors turned back by a quaternion.
 #[inline(always)]
-fn along<L: Lanes>(&[x, y, z, w]: &[L; FOUR], d: &[L; 3]) -> [L; 3] {
+pub(super) fn along<L: Lanes>(&[x, y, z, w]: &[L; FOUR], d: &[L; 3]) -> [L; 3] {
     let cross = |j: usize, k: usize, vj: L, vk: L| (vk + vk).neg_mul_add(d[j], (vj + vj) * d[k]);
     let g = [cross(1, 2, y, z), cross(2, 0, z, x), cross(0, 1, x, y)];
     let turned =

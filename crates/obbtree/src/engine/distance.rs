@@ -193,7 +193,8 @@ mod tests {
     use super::super::aligned::Aligned;
     use super::super::ball::Ball;
     use super::super::oriented::Oriented;
-    use super::super::traverse::{Scratch, contact_within, first};
+    use super::super::pose::Pose;
+    use super::super::traverse::{Scratch, contact_keeping, first};
     use super::*;
     use crate::cases::Cases;
 
@@ -239,14 +240,20 @@ mod tests {
                 assert_eq!(found, expected, "{}", simd.name());
                 assert_eq!(distance_mm(a, b, pose, simd, f64::INFINITY, &mut warm), expected, "{}", simd.name());
                 assert_eq!(found == 0.0, first(a, b, pose, simd, &mut Scratch::default()));
-                for (margin_mm, most_visits) in [(1e-3, u32::MAX), (0.5, u32::MAX), (30.0, u32::MAX), (30.0, 3)] {
+                let slack_mm = Pose::ball_slack(pose, a.reach + b.reach);
+                for most_visits in [u32::MAX, 3] {
                     let mut scratch = Scratch::default();
-                    let touching = contact_within((a, b), pose, (margin_mm, most_visits), simd, &mut scratch);
+                    scratch.front.open(slack_mm);
+                    let touching = contact_keeping((a, b), pose, most_visits, simd, &mut scratch);
                     assert_eq!(touching.is_some(), expected == 0.0, "{}", simd.name());
-                    let apart_mm = scratch.tally.apart_mm;
-                    assert!(touching.is_some() || apart_mm * (1.0 - 1e-6) <= expected, "{apart_mm} {expected}");
-                    // Nearly all of it, where it is less than the margin.
-                    tight += u32::from(touching.is_none() && apart_mm < margin_mm.into() && apart_mm > 0.99 * expected);
+                    let is_kept = touching.is_none() && scratch.tally.visits <= most_visits;
+                    assert!(!is_kept || scratch.front.is_open());
+                    assert!(touching.is_none() || !scratch.front.is_open());
+                    if scratch.front.is_open() {
+                        let apart_mm = scratch.front.soonest_mm();
+                        assert!(apart_mm <= expected, "{apart_mm} {expected}");
+                        tight += u32::from(apart_mm > 0.5 * expected);
+                    }
                 }
                 let below = distance_mm(a, b, pose, simd, 1e-3, &mut warm);
                 assert_eq!(below, if expected < 1e-3 { expected } else { f64::INFINITY }, "{}", simd.name());

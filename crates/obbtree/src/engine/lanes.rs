@@ -85,6 +85,8 @@ pub trait DoubleLanes: Coordinate + Div<Output = Self> {
     fn stored(self) -> [f64; DOUBLES];
     /// The absolute values.
     fn abs(self) -> Self;
+    /// The square roots.
+    fn sqrt(self) -> Self;
     /// The smaller, lane by lane; the other when one is not a number.
     fn min(self, other: Self) -> Self;
     /// The larger, lane by lane; the other when one is not a number.
@@ -100,6 +102,8 @@ pub(super) trait Machine {
     /// Puts the smaller number in each place of `into`. Written as a comparison, it would be stored place by place with AVX-512, which the next
     /// one would wait for.
     fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]);
+    /// The least of the numbers in the places with a bit, infinity where there is none; for the same reason.
+    fn least_of(numbers: &[f32; WIDTH], places: u8) -> f32;
 }
 
 /// Something to be done on lanes, whichever they are.
@@ -210,6 +214,12 @@ impl Machine for Portable {
             *x = if y < x { *y } else { *x };
         }
     }
+
+    #[inline(always)]
+    fn least_of(numbers: &[f32; WIDTH], places: u8) -> f32 {
+        let at = |k: usize| if places >> k & 1 != 0 { numbers[k] } else { f32::INFINITY };
+        (1..WIDTH).fold(at(0), |least, k| if at(k) < least { at(k) } else { least })
+    }
 }
 
 /// Four, of which the registers that every machine has hold as many as are needed at a time; of eight, some would always wait in memory.
@@ -301,6 +311,10 @@ impl DoubleLanes for Array<f64> {
     #[inline(always)]
     fn abs(self) -> Self {
         Self(self.0.map(f64::abs))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.map(f64::sqrt))
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {

@@ -3,12 +3,17 @@
 //! The fifteen pairs of features of [`triangle_distance`](crate::engine::geometry::triangle_distance), without its care for needles: nearly parallel
 //! edges are taken wherever rounding puts them, and a corner counts as over a face where rounding says so. Each of the former is a distance of two
 //! points of the triangles, so it is never less than the least but for rounding. What it can be more is derived where [`MEASURED_PAD`] stands: a
-//! place misplaced along two edges at an angle φ by x costs φx, and rounding misplaces it by as much as 8·2⁻⁵³ r / φ², or by all of their length r
-//! where φ is less than 3·10⁻⁸. A corner over a face that is taken to be beside it is beside an edge by as little as that. Roundings of the rest are a
+//! place misplaced along two edges at an angle φ by x costs φx, and rounding misplaces it by as much as 32·2⁻⁵³ r / φ², or by all of their length r
+//! where φ is less than 2⁻²⁴. A corner over a face that is taken to be beside it is beside an edge by as little as that. Roundings of the rest are a
 //! few 2⁻⁵³ r. A corner beside a face that is taken to be over it makes the distance too small, which costs time and nothing else.
 
 use super::lanes::{DOUBLES, DoubleLanes, three};
-use super::path::MEASURED_PAD;
+
+/// How much larger a measured distance of two triangles may be than the true one, relative to the size of everything: 2⁻²². The distance of two
+/// edges at an angle φ is taken at a place that rounding misplaces along the edges by at most 32·2⁻⁵³ r / φ² (r: how far the corners are from
+/// one another; lemma H of docs/proofs.md), which lengthens it by at most 32·2⁻⁵³ r / φ; at angles below √(32·2⁻⁵³) = 2⁻²⁴ any place on both is within
+/// 2⁻²⁴ r of the nearest. A corner over a face with a small angle φ is the same case, its edges taking over. 2⁻²² is four times that.
+const MEASURED_PAD: f64 = 1.0 / 4_194_304.0;
 
 /// What divides instead of 0.
 const LEAST: f64 = f64::MIN_POSITIVE;
@@ -25,19 +30,16 @@ pub(super) fn may_be_nearer<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>, leas
     !squared(p, q).exceeds(limit * limit)
 }
 
-/// A lower bound of the least distance over the lanes of `lanes` in which the triangles do not touch, mm.
+/// Lower bounds of the distances of triangles that do not touch, mm.
 #[inline(always)]
-pub(super) fn at_least_mm<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>, lanes: u8) -> f64 {
-    let (squares, pads) = (squared(p, q).stored(), (D::all(MEASURED_PAD) * reach(p, q)).stored());
-    let mut least = f64::INFINITY;
-    for lane in 0..DOUBLES {
-        let bound = squares[lane].sqrt() - pads[lane];
+pub(super) fn at_least_mm<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>) -> [f64; DOUBLES] {
+    let (mut bounds, pads) = (squared(p, q).stored(), (D::all(MEASURED_PAD) * reach(p, q)).stored());
+    for (bound, pad) in bounds.iter_mut().zip(pads) {
+        let distance = bound.sqrt() - pad;
         // What is not a number is no bound.
-        if lanes >> lane & 1 != 0 && (bound < least || bound.is_nan()) {
-            least = if bound > 0.0 { bound } else { 0.0 };
-        }
+        *bound = if distance > 0.0 { distance } else { 0.0 };
     }
-    least
+    bounds
 }
 
 /// How far the corners are from one another at most, summed along the axes, mm.

@@ -10,7 +10,7 @@
 //!
 //! Reading order: [`geometry`] (meshes and the exact triangle test), [`node`] (the layout), [`volume`] (the trait), [`turn`] and [`oriented`] (a box in
 //! 36 bytes), [`aligned`], [`ball`], [`split`] and [`build`], [`pose`], [`lanes`] (the three instruction sets), [`visit`], [`boxes`] and [`triangles`] (the
-//! tests on lanes), [`traverse`], [`proximity`], `buckets`, `measure` and [`distance`], `axis`, [`path`], [`plain`], [`validate`].
+//! tests on lanes), [`traverse`], [`proximity`], `buckets`, `measure` and [`distance`], `axis`, `front`, [`path`], [`plain`], [`validate`].
 
 pub mod aligned;
 mod axis;
@@ -19,8 +19,11 @@ pub mod boxes;
 mod buckets;
 pub mod build;
 pub mod distance;
+mod front;
 pub mod geometry;
 pub mod lanes;
+#[cfg(test)]
+mod lemmas;
 mod measure;
 pub mod node;
 pub mod oriented;

@@ -2,53 +2,42 @@
 //!
 //! Three things are kept. An *axis*, a direction along which the boxes around the meshes were apart (`super::axis`). A *witness*, the pair of
 //! triangles that touched last (M. C. Lin, J. F. Canny 1991 keep a pair of features likewise): while it touches, the meshes do. And *evidence* of a
-//! free pose, a distance that the meshes were apart there: while no point of `b` has moved that far, they are apart (the motion bound of
-//! F. Schwarzer, M. Saha, J.-C. Latombe 2005).
+//! free pose, the front of the search that found no contact there (`super::front`): how far each pair of volumes was apart that it left out. While no point of
+//! `b` has moved as far as the least of these distances, the meshes are apart (the motion bound of F. Schwarzer, M. Saha, J.-C. Latombe 2005);
+//! after that only what is used up is looked at again.
 //!
-//! Evidence comes from the search for a contact itself, which leaves out only what is farther apart than a margin (`traverse::contact_within`): the
-//! margin, or the distance of the nearest triangles that it has met within it, is what the meshes are apart. The margin is as many steps ahead as cost
-//! little more than the search alone; where the distance settles few poses, as along a surface, it is left out for a while.
+//! What evidence costs. A search that keeps its front opens the nodes of a fresh one. The front settles a pose only where at most three quarters as many visits
+//! are due as a fresh search makes; where that leads to more than a fresh search makes, the search begins anew. Then, and where a front settles few
+//! poses, none is kept for a while, at last for all but one search in 128.
 //!
-//! Why a kept verdict is the fresh one. Free at pose 0: the triangles as the truth sees them are at least `d` apart, less `MEASURED_PAD`.
-//! Their corners are within the pose's slack (`Pose::ball_slack`) of where a rigid motion has them, at either pose. A point p of `b`
-//! moves by (R₁ - R₀)p + t₁ - t₀, which is the move of the ball's centre and (R₁ - R₀)(p - centre). With unit quaternions R(q)v = q v q*, so
-//! (R₁ - R₀)v = (q₁ - q₀) v q₁* + q₀ v (q₁ - q₀)*, at most 2|q₁ - q₀||v| long; q and -q are the same rotation.
+//! Why a kept verdict is the fresh one. The corners as the leaves see them are within the pose's slack (`Pose::ball_slack`) of where a rigid motion has
+//! them, at either pose. A point p of `b` moves by (R₁ - R₀)p + t₁ - t₀, which is the move of the ball's centre and (R₁ - R₀)(p - centre). With
+//! unit quaternions R(q)v = q v q*, so (R₁ - R₀)v = (q₁ - q₀) v q₁* + q₀ v (q₁ - q₀)*, at most 2|q₁ - q₀||v| long; q and -q are the same rotation. As a
+//! distance of two places this obeys the triangle inequality, so that the steps of a path may be summed, and the roundings of a place count
+//! at both ends of the sum alone.
 
 use super::axis::Axis;
 use super::lanes::Simd;
 use super::node::WideTree;
 use super::pose::Pose;
-use super::traverse::{self, Scratch, Tally};
+use super::traverse::{self, Scratch};
 use super::triangles;
 use super::volume::WideVolume;
 use crate::engine::geometry::grid::Placement;
 use crate::engine::geometry::{Isometry, Point};
 use nalgebra::Vector4;
 use std::fmt;
-use std::ops::ControlFlow;
 use std::str::FromStr;
 
-/// How many steps like the last one a margin reaches ahead: at first, at least, and at most.
-const FIRST_AHEAD: u32 = 8;
-const LEAST_AHEAD: u32 = 4;
-const MOST_AHEAD: u32 = 128;
-/// Poses that a distance or an axis must settle to have paid.
-const PAYS: u32 = 4;
-/// Searches with a margin after which one without tells again what a margin costs.
-const WITH_MARGIN: u32 = 16;
-/// Fewest nodes that some fresh query of the path has opened where a margin is looked for: below, there is next to nothing to spare.
-const WORTH_VISITS: u32 = 6;
-/// What a margin loses by rounding, relative: it is added to a slack in `f32` three times, each time less than 2⁻²³ of it.
-const MARGIN_PAD: f64 = 1.0 / 1_048_576.0;
-/// Most poses that are asked afresh before a distance, or an axis, is looked for again. Searches that fail are dearer than a fresh query alone:
-/// so they are fewer than one in a hundred.
+/// Poses that a front or an axis must settle to have paid.
+const PAYS: u32 = 8;
+/// Fewest nodes that some fresh query of the path has opened where a front is kept: below, there is next to nothing to spare.
+const WORTH_VISITS: u32 = 2;
+/// Most nodes that a search opens while it keeps its front: one of them is 24 bytes.
+const MOST_VISITS: u32 = 1 << 16;
+/// Most poses that are asked afresh before a front is kept, or an axis is looked for, again: what has failed that often is tried in less than one pose
+/// of a hundred.
 const LONGEST_REST: u32 = 127;
-
-/// How much larger a measured distance of two triangles may be than the true one, relative to the size of everything: 2⁻²². The distance of two
-/// edges at an angle φ is taken at a place that rounding misplaces along the edges by at most 8·2⁻⁵³ r / φ² (r: how far the corners are from
-/// one another), which lengthens it by at most 8·2⁻⁵³ r / φ; at angles below √(8·2⁻⁵³) = 3·10⁻⁸ any place on both is within 3·10⁻⁸ r
-/// of the nearest. A corner over a face with a small angle φ is the same case, its edges taking over. 2⁻²² is eight times that.
-pub(super) const MEASURED_PAD: f64 = 1.0 / 4_194_304.0;
 
 /// What a query may use of the pose before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -60,7 +49,7 @@ pub enum Coherence {
     Axis,
     /// That, and the pair of triangles that touched.
     Witness,
-    /// That, and how far apart the meshes were.
+    /// That, and how far apart was what the search left out.
     Evidence,
 }
 
@@ -105,63 +94,17 @@ pub struct Memory {
     axis_is_likely: bool,
     /// The places of the triangles that touched last.
     witness: Option<(u32, u32)>,
-    evidence: Option<Kept<Evidence>>,
+    /// Where `b` was when the front of `scratch` was last asked, and how many poses it has settled.
+    evidence: Option<Kept<Place>>,
     evidence_rest: Rest,
-    margin: Margin,
-    /// Where `b` was asked about last.
-    last: Option<Place>,
+    /// Whether the last pose was free, which makes it likely that this one is.
+    was_free: bool,
+    /// Nodes that the last fresh query of a free pose has opened.
+    fresh_visits: u32,
+    /// Visits and pairs in the front when it was new.
+    first_len: usize,
     /// Most nodes that a fresh query has opened.
     dearest: u32,
-}
-
-/// How far a margin reaches, and what it costs.
-#[derive(Clone, Copy, Debug)]
-struct Margin {
-    /// Steps ahead.
-    ahead: u32,
-    /// Nodes that the last search without one has opened at a free pose.
-    plain_visits: u32,
-    /// Searches with one since then.
-    since: u32,
-}
-
-impl Default for Margin {
-    fn default() -> Self {
-        Self { ahead: FIRST_AHEAD, plain_visits: 0, since: WITH_MARGIN }
-    }
-}
-
-impl Margin {
-    /// Whether what is known of the cost of a search without a margin is recent; counts one with it if so.
-    const fn is_known(&mut self) -> bool {
-        let known = self.since < WITH_MARGIN;
-        self.since = if known { self.since + 1 } else { 0 };
-        known
-    }
-
-    /// Nodes that a search with a margin may open before the margin is given up.
-    const fn most_visits(&self) -> u32 {
-        self.plain_visits + self.plain_visits / 2 + 2
-    }
-
-    /// After a search with a margin at a free pose: farther ahead if it has opened hardly more nodes than one without, less far if many more.
-    fn after(&mut self, visits: u32) {
-        if visits <= self.plain_visits + self.plain_visits / 4 + 1 {
-            self.ahead = (2 * self.ahead).min(MOST_AHEAD);
-        } else if visits > self.most_visits() {
-            self.ahead = (self.ahead / 2).max(LEAST_AHEAD);
-        }
-    }
-}
-
-/// What a search with a margin is about.
-#[derive(Clone, Copy, Debug)]
-struct Sought {
-    here: Place,
-    margin_mm: f32,
-    /// How much less than what the search finds the meshes may be apart, mm.
-    pad_mm: f64,
-    step_mm: f64,
 }
 
 /// What a pose left behind, and how many it has settled since.
@@ -204,14 +147,6 @@ impl Rest {
     }
 }
 
-/// A pose at which the meshes were apart.
-#[derive(Clone, Copy, Debug)]
-struct Evidence {
-    at: Place,
-    /// No point of `b` may have moved so far, mm; what the pose there needs is off already.
-    reach_mm: f64,
-}
-
 /// Where `b` is: the centre of its ball, mm, and its unit quaternion.
 #[derive(Clone, Copy, Debug)]
 struct Place {
@@ -234,7 +169,7 @@ impl Place {
 impl Memory {
     /// Forgets all poses, before another path of the same meshes: no verdict rests on them. Which searches have paid is still known.
     pub fn forget(&mut self) {
-        (self.axis, self.witness, self.evidence, self.last) = (None, None, None, None);
+        (self.axis, self.witness, self.evidence, self.was_free) = (None, None, None, false);
     }
 
     /// Whether the meshes touch: [`traverse::first`], by a shorter way where `coherence` allows one.
@@ -259,8 +194,7 @@ impl Memory {
                 return false;
             }
             self.axis_rest.after(axis.settled);
-            // How far the path has come meanwhile says nothing of its steps.
-            (self.axis, self.last) = (None, None);
+            self.axis = None;
         }
         // Before a fresh query, not after one: where there is an axis it costs less, and no pose pays for both.
         if self.axis_is_likely && self.axis_rest.is_over() {
@@ -270,76 +204,87 @@ impl Memory {
             }
             self.axis_rest.after(0);
         }
-        let sought = if coherence == Coherence::Evidence {
-            match self.by_evidence(a, b, a_from_b) {
-                ControlFlow::Break(()) => return false,
-                ControlFlow::Continue(sought) => sought,
-            }
+        let touching = if coherence == Coherence::Evidence {
+            self.by_evidence((a, b), a_from_b, simd)
         } else {
-            None
+            self.fresh((a, b), a_from_b, simd)
         };
-        let within = (sought.map_or(0.0, |sought| sought.margin_mm), self.margin.most_visits());
-        let touching = traverse::contact_within((a, b), a_from_b, within, simd, &mut self.scratch);
-        let Tally { visits, apart_mm, .. } = self.scratch.tally;
-        self.dearest = self.dearest.max(visits);
         if coherence != Coherence::Axis {
             self.witness = touching;
         }
-        self.axis_is_likely = touching.is_none() && visits == 1;
-        match sought {
-            _ if touching.is_some() => {}
-            Some(sought) => self.keep(&sought, apart_mm, visits),
-            None => self.margin.plain_visits = visits,
-        }
-        touching.is_some()
+        self.was_free = touching.is_none();
+        !self.was_free
     }
 
-    /// Ends where evidence settles that the meshes are apart; else says what evidence is to be sought, if any.
+    fn fresh<V: WideVolume>(
+        &mut self,
+        (a, b): (&WideTree<V>, &WideTree<V>),
+        a_from_b: &Isometry,
+        simd: Simd,
+    ) -> Option<(u32, u32)> {
+        let touching = traverse::contact(a, b, a_from_b, simd, &mut self.scratch);
+        self.has_searched(touching.is_none());
+        touching
+    }
+
+    /// After a search that was not cut short.
+    fn has_searched(&mut self, is_free: bool) {
+        let visits = self.scratch.tally.visits;
+        self.dearest = self.dearest.max(visits);
+        self.axis_is_likely = is_free && visits == 1;
+        if is_free {
+            self.fresh_visits = visits;
+        }
+    }
+
+    /// From the front of the last search on, if that is worth while; else afresh.
     fn by_evidence<V: WideVolume>(
         &mut self,
-        a: &WideTree<V>,
-        b: &WideTree<V>,
+        (a, b): (&WideTree<V>, &WideTree<V>),
         a_from_b: &Isometry,
-    ) -> ControlFlow<(), Option<Sought>> {
+        simd: Simd,
+    ) -> Option<(u32, u32)> {
         if self.dearest < WORTH_VISITS {
-            return ControlFlow::Continue(None);
+            return self.fresh((a, b), a_from_b, simd);
         }
         let here = Place::new(b, a_from_b);
-        let slack = Pose::ball_slack(a_from_b, a.reach + b.reach);
-        let last = self.last.replace(here);
-        if let Some(evidence) = &mut self.evidence {
-            if here.moved_mm(&evidence.what.at, b) + slack < evidence.what.reach_mm {
-                evidence.settled += 1;
-                return ControlFlow::Break(());
+        let slack_mm = Pose::ball_slack(a_from_b, a.reach + b.reach);
+        if let Some(mut kept) = self.evidence.take() {
+            let front = &mut self.scratch.front;
+            front.step(here.moved_mm(&kept.what, b), slack_mm);
+            kept = Kept { what: here, settled: kept.settled + 1 };
+            if front.holds() {
+                self.evidence = Some(kept);
+                return None;
             }
-            self.evidence_rest.after(evidence.settled);
-            self.evidence = None;
+            if front.due() as u32 <= self.fresh_visits - self.fresh_visits / 4 {
+                let touching = traverse::contact_keeping((a, b), a_from_b, self.fresh_visits, simd, &mut self.scratch);
+                let front = &mut self.scratch.front;
+                if front.is_open() {
+                    front.carried_on();
+                    // One that has grown has much in it that is no longer of use.
+                    self.evidence = (front.len() <= 2 * self.first_len).then_some(kept);
+                    return None;
+                }
+                if touching.is_some() {
+                    return touching;
+                }
+                self.evidence_rest.after(0);
+            } else {
+                self.evidence_rest.after(kept.settled - 1);
+            }
         }
-        let balls_mm = traverse::balls_apart_mm(a, b, a_from_b);
-        if balls_mm > 0.0 {
-            self.evidence = Some(Kept::new(Evidence { at: here, reach_mm: balls_mm }));
-            return ControlFlow::Break(());
+        if !self.was_free || !self.evidence_rest.is_over() || traverse::balls_apart_mm(a, b, a_from_b) > 0.0 {
+            return self.fresh((a, b), a_from_b, simd);
         }
-        let Some(last) = last else { return ControlFlow::Continue(None) };
-        let step_mm = here.moved_mm(&last, b);
-        if !self.evidence_rest.is_over() || !self.margin.is_known() {
-            return ControlFlow::Continue(None);
+        self.scratch.front.open(slack_mm);
+        let touching = traverse::contact_keeping((a, b), a_from_b, MOST_VISITS, simd, &mut self.scratch);
+        self.has_searched(touching.is_none());
+        if self.scratch.front.is_open() {
+            self.first_len = self.scratch.front.len();
+            self.evidence = Some(Kept::new(here));
         }
-        let size = (here.centre - a.ball.0).norm() + a.ball.1 + b.ball.1;
-        let pad_mm = slack + MEASURED_PAD * size;
-        let margin_mm = (f64::from(self.margin.ahead) * step_mm + 2.0 * pad_mm) as f32;
-        ControlFlow::Continue(Some(Sought { here, margin_mm, pad_mm, step_mm }))
-    }
-
-    /// Keeps how far apart the meshes are at a free pose, if that is of use.
-    fn keep(&mut self, sought: &Sought, apart_mm: f64, visits: u32) {
-        self.margin.after(visits);
-        let reach_mm = apart_mm * (1.0 - MARGIN_PAD) - sought.pad_mm;
-        if reach_mm > sought.step_mm {
-            self.evidence = Some(Kept::new(Evidence { at: sought.here, reach_mm }));
-        } else {
-            self.evidence_rest.after(0);
-        }
+        touching
     }
 }
 
@@ -408,36 +353,24 @@ mod tests {
     }
 
     #[test]
-    fn a_margin_reaches_as_far_as_it_costs_little() {
-        let mut margin = Margin::default();
-        assert!(!margin.is_known(), "no search has told yet");
-        margin.plain_visits = 20;
-        margin.after(26);
-        assert_eq!(margin.ahead, 2 * FIRST_AHEAD);
-        margin.after(27);
-        margin.after(32);
-        assert_eq!(margin.ahead, 2 * FIRST_AHEAD);
-        (0..9).for_each(|_| margin.after(33));
-        assert_eq!(margin.ahead, LEAST_AHEAD);
-        (0..9).for_each(|_| margin.after(0));
-        assert_eq!(margin.ahead, MOST_AHEAD);
-        assert_eq!((0..=WITH_MARGIN).filter(|_| margin.is_known()).count(), WITH_MARGIN as usize);
-    }
-
-    #[test]
     fn evidence_settles_most_free_poses_and_a_witness_the_others() {
         let (a, b) = trees();
         // Whether queries so cheap as these are worth a search is not the question here.
         let mut memory = Memory { dearest: WORTH_VISITS, ..Memory::default() };
-        let (mut tests, mut touching) = (0, 0);
+        let mut scratch = Scratch::default();
+        let (mut searches, mut touching, mut tests, mut fresh_tests) = (0, 0, 0, 0);
         for step in 0..4000_u32 {
             let pose = Isometry::translation(40.0 - 0.01 * f64::from(step), 1.0, -3.0);
             memory.scratch.tally.counts = Counts::default();
             touching += u32::from(memory.first(&a, &b, &pose, Simd::in_use(), Coherence::Evidence));
-            tests += u32::from(memory.scratch.counts() != Counts::default());
+            traverse::first(&a, &b, &pose, Simd::in_use(), &mut scratch);
+            searches += u32::from(memory.scratch.counts() != Counts::default());
+            tests += memory.scratch.counts().volume_tests;
+            fresh_tests += scratch.counts().volume_tests;
         }
         assert!((400..3600).contains(&touching), "{touching}");
-        assert!(tests < 200, "{tests} fresh queries");
+        assert!(searches < 500, "{searches} searches");
+        assert!(tests < fresh_tests / 20, "{tests} volume tests, afresh {fresh_tests}");
     }
 
     #[test]
@@ -447,14 +380,12 @@ mod tests {
         let ask = |memory: &mut Memory, x| {
             memory.first(&a, &b, &Isometry::translation(x, 1.0, -3.0), Simd::in_use(), Coherence::Evidence)
         };
-        while memory.evidence.is_none() || memory.last.is_none() {
+        while memory.evidence.is_none() {
             assert!(!ask(&mut memory, 25.0));
         }
         memory.evidence_rest.after(0);
         memory.forget();
-        assert!(
-            memory.axis.is_none() && memory.witness.is_none() && memory.evidence.is_none() && memory.last.is_none()
-        );
+        assert!(memory.axis.is_none() && memory.witness.is_none() && memory.evidence.is_none());
         assert_eq!((memory.evidence_rest.wait, memory.dearest >= WORTH_VISITS), (1, true));
         assert!(ask(&mut memory, 12.0) && memory.witness.is_some());
         memory.forget();

@@ -38,6 +38,12 @@ impl Motion {
         }
     }
 
+    /// By a rotation alone.
+    #[cfg(test)]
+    pub(super) fn of(rotation: nalgebra::UnitQuaternion<f64>) -> Self {
+        Self::new(&rotation.to_rotation_matrix().into_inner(), rotation.coords.into(), &Vector::zeros())
+    }
+
     /// Which way boxes are turned, as quaternions (x, y, z, w), whose rotations are given as in [`super::turn`]. How exact that is, [`super::boxes`]
     /// says.
     #[inline(always)]

@@ -14,10 +14,6 @@ pub(super) struct Posed<'a, V: WideVolume> {
     pub a: &'a WideTree<V>,
     pub b: &'a WideTree<V>,
     pub placement: Placement,
-    /// How far apart volumes must be to be left out, mm.
-    pub margin: f32,
-    /// Nodes that may be opened with a margin.
-    pub most_visits: u32,
     pose: Pose,
 }
 
@@ -84,13 +80,7 @@ impl Below {
 impl<'a, V: WideVolume> Posed<'a, V> {
     pub fn new(a: &'a WideTree<V>, b: &'a WideTree<V>, a_from_b: &Isometry) -> Self {
         let (placement, pose) = (Placement::new(a_from_b), Pose::new(a_from_b, a.reach + b.reach));
-        Self { a, b, placement, margin: 0.0, most_visits: 0, pose }
-    }
-
-    /// The same, with volumes that are at most so far apart, mm, counted as together.
-    pub const fn within(mut self, margin: f32, most_visits: u32) -> Self {
-        (self.margin, self.most_visits) = (margin, most_visits);
-        self
+        Self { a, b, placement, pose }
     }
 
     /// The tree that is opened, and the other one.
@@ -136,6 +126,6 @@ impl<'a, V: WideVolume> Posed<'a, V> {
         let (tree, other) = self.trees(opened);
         let motion = if opened.of_b { &self.pose.b_from_a } else { &self.pose.a_from_b };
         let (holder, place) = other.slot(opened.one);
-        Visit { node: &tree.nodes[opened.node as usize], holder, place, motion, slack: self.pose.slack + self.margin }
+        Visit { node: &tree.nodes[opened.node as usize], holder, place, motion, slack: self.pose.slack }
     }
 }

@@ -4,6 +4,7 @@
 //! moved into the frame of the other's node, where one pass over the lanes ([`super::visit`]) tests it against all children. Pairs of
 //! triangles gather and are tested four at a time ([`super::triangles`]). The deepest overlap is taken first: that is where a contact is likely.
 
+use super::front::Front;
 use super::lanes::{Machine, Simd, Work};
 use super::node::{Contents, Node, WIDTH, WideTree};
 use super::pose::Pose;
@@ -29,6 +30,8 @@ pub struct Counts {
 pub struct Scratch {
     stack: Vec<Opened>,
     sided: Sided,
+    /// What the last search that kept it has left out.
+    pub(super) front: Front,
     pub(super) tally: Tally,
 }
 
@@ -46,13 +49,11 @@ pub(super) struct Tally {
     pub counts: Counts,
     /// Nodes opened.
     pub visits: u32,
-    /// How far apart the meshes are at least where they do not touch, mm; as much as was asked for at most.
-    pub apart_mm: f64,
 }
 
 impl Tally {
     /// The balls around the meshes have been asked.
-    const BALLS: Self = Self { counts: Counts { volume_tests: 1, triangle_tests: 0 }, visits: 0, apart_mm: 0.0 };
+    const BALLS: Self = Self { counts: Counts { volume_tests: 1, triangle_tests: 0 }, visits: 0 };
 }
 
 /// Calls `on_contact` with every pair of triangles that touch, exactly, until it breaks. They are named by their places in the trees' orders.
@@ -67,42 +68,40 @@ pub(crate) fn traverse<V: WideVolume>(
     scratch.tally = if balls_apart_mm(a, b, a_from_b) > 0.0 {
         Tally::BALLS
     } else {
-        search(Posed::new(a, b, a_from_b), simd, scratch, on_contact)
+        search::<V, false>(Posed::new(a, b, a_from_b), simd, scratch, on_contact, u32::MAX)
     };
 }
 
-fn search<V: WideVolume>(
+fn search<V: WideVolume, const KEEPS: bool>(
     posed: Posed<V>,
     simd: Simd,
     scratch: &mut Scratch,
     on_contact: &mut dyn FnMut((u32, u32)) -> ControlFlow<()>,
+    most_visits: u32,
 ) -> Tally {
-    let Scratch { stack, sided, .. } = scratch;
-    let tally = Tally { apart_mm: posed.margin.into(), ..Tally::BALLS };
-    simd.run(Traversal { posed, stack, sided, on_contact, batch: Batch::default(), tally })
+    let Scratch { stack, sided, front, .. } = scratch;
+    let (batch, tally) = (Batch::default(), Tally::BALLS);
+    simd.run(Traversal::<V, KEEPS> { posed, stack, sided, front, on_contact, batch, tally, most_visits })
 }
 
-/// A pair of triangles that touch, by their places in the trees' orders, if there is any; and how far apart the meshes are at least where there is none,
-/// as far as `margin_mm`, in the tally. What the search for a contact would leave as soon as it is apart it leaves as soon as it is farther apart
-/// than that, or than two triangles that have been met: the more of the margin is free, the less it costs. When it has opened more than `most_visits`
-/// nodes it begins anew without a margin, and the distance it tells is 0.
-pub(super) fn contact_within<V: WideVolume>(
+/// [`contact`] where the balls around the meshes meet, from the front of the scratch on, which keeps what is left out. It is closed where the meshes
+/// touch, and where more nodes than `most_visits` were opened: a search that did not begin with an empty one ends there and knows nothing.
+pub(super) fn contact_keeping<V: WideVolume>(
     (a, b): (&WideTree<V>, &WideTree<V>),
     a_from_b: &Isometry,
-    (margin_mm, most_visits): (f32, u32),
+    most_visits: u32,
     simd: Simd,
     scratch: &mut Scratch,
 ) -> Option<(u32, u32)> {
-    if margin_mm == 0.0 && balls_apart_mm(a, b, a_from_b) > 0.0 {
-        scratch.tally = Tally::BALLS;
-        return None;
-    }
     let mut found = None;
-    let posed = Posed::new(a, b, a_from_b).within(margin_mm, most_visits);
-    scratch.tally = search(posed, simd, scratch, &mut |pair| {
+    let mut on_contact = |pair| {
         found = Some(pair);
         ControlFlow::Break(())
-    });
+    };
+    scratch.tally = search::<V, true>(Posed::new(a, b, a_from_b), simd, scratch, &mut on_contact, most_visits);
+    if found.is_some() {
+        scratch.front.close();
+    }
     found
 }
 
@@ -163,17 +162,20 @@ pub(super) fn balls_apart_mm<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_
     if squared > reach * reach { squared.sqrt() - reach } else { -1.0 }
 }
 
-/// One query.
-struct Traversal<'a, V: WideVolume> {
+/// One query; with `KEEPS` one that keeps what it leaves out.
+struct Traversal<'a, V: WideVolume, const KEEPS: bool> {
     posed: Posed<'a, V>,
     stack: &'a mut Vec<Opened>,
     sided: &'a mut Sided,
+    front: &'a mut Front,
     on_contact: &'a mut dyn FnMut((u32, u32)) -> ControlFlow<()>,
     batch: Batch,
     tally: Tally,
+    /// Nodes that may be opened while the front is kept.
+    most_visits: u32,
 }
 
-impl<V: WideVolume> Work for Traversal<'_, V> {
+impl<V: WideVolume, const KEEPS: bool> Work for Traversal<'_, V, KEEPS> {
     type Output = Tally;
 
     #[inline(always)]
@@ -183,19 +185,23 @@ impl<V: WideVolume> Work for Traversal<'_, V> {
     }
 }
 
-impl<V: WideVolume> Traversal<'_, V> {
+impl<V: WideVolume, const KEEPS: bool> Traversal<'_, V, KEEPS> {
     /// Opens pairs until none is left, or until a contact ends it.
     #[inline(always)]
     fn search<M: Machine>(&mut self) -> ControlFlow<()> {
         self.stack.clear();
-        let first = self.posed.first();
-        self.visit::<M>(&[first])?;
+        let carries_on = KEEPS && self.front.len() > 0;
+        if carries_on {
+            self.revisit::<M>()?;
+        } else {
+            self.visit::<M>(&[self.posed.first()])?;
+        }
         while let Some(top) = self.stack.pop() {
-            if self.posed.margin > 0.0 && self.tally.visits > self.posed.most_visits {
-                (self.posed.margin, self.tally.apart_mm) = (0.0, 0.0);
-                self.stack.clear();
-                self.visit::<M>(&[first])?;
-                continue;
+            if KEEPS && self.tally.visits > self.most_visits {
+                self.front.close();
+                if carries_on {
+                    return ControlFlow::Break(());
+                }
             }
             match self.stack.pop() {
                 Some(next) => self.visit::<M>(&[top, next])?,
@@ -208,18 +214,61 @@ impl<V: WideVolume> Traversal<'_, V> {
     /// Tests the one volume of each visit against the children of its node, and keeps what may overlap.
     #[inline(always)]
     fn visit<M: Machine>(&mut self, opened: &[Opened]) -> ControlFlow<()> {
+        let found = self.overlaps::<M>(opened);
+        // The last on the stack is the next to be opened: the first visit's.
+        for (&opened, found) in opened.iter().zip(&found).rev() {
+            if KEEPS {
+                self.front.add::<M>(opened, found, self.occupied(opened));
+            }
+            self.keep::<M>(opened, found)?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Makes those visits of the front again that `b` may have moved too far for, two at a time, and tests such pairs of triangles.
+    #[inline(always)]
+    fn revisit<M: Machine>(&mut self) -> ControlFlow<()> {
+        self.front.take_due_pairs();
+        while let Some(pair) = self.front.due_pair() {
+            if self.batch.push(pair) {
+                self.test::<M>()?;
+            }
+        }
+        let mut place = 0;
+        while let Some((one, opened)) = self.front.due_visit(place) {
+            let other = self.front.due_visit(one + 1);
+            place = other.map_or(one, |(other, _)| other) + 1;
+            let both = [opened, other.map_or(opened, |(_, opened)| opened)];
+            let visits = if other.is_some() { &both[..] } else { &both[..1] };
+            let mut found = self.overlaps::<M>(visits);
+            for ((place, opened), found) in
+                other.into_iter().chain([(one, opened)]).zip(found[..visits.len()].iter_mut().rev())
+            {
+                found.live = self.front.renew::<M>(place, found, self.occupied(opened));
+                self.keep::<M>(opened, found)?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    #[inline(always)]
+    fn overlaps<M: Machine>(&mut self, opened: &[Opened]) -> [Overlaps; 2] {
         self.tally.visits += opened.len() as u32;
         let mut found = [Overlaps::default(); 2];
         match *opened {
-            [one] => visit::visit::<V, M::Single>(&[self.posed.see(one)], &mut found),
-            [one, other] => visit::visit::<V, M::Single>(&[self.posed.see(one), self.posed.see(other)], &mut found),
+            [one] => visit::visit::<V, M::Single, KEEPS>(&[self.posed.see(one)], &mut found),
+            [one, other] => {
+                visit::visit::<V, M::Single, KEEPS>(&[self.posed.see(one), self.posed.see(other)], &mut found);
+            }
             _ => {}
         }
-        // The last on the stack is the next to be opened: the first visit's.
-        for (opened, found) in opened.iter().zip(&found).rev() {
-            self.keep::<M>(*opened, found)?;
-        }
-        ControlFlow::Continue(())
+        found
+    }
+
+    /// A bit for each child of the node that is opened.
+    #[inline(always)]
+    fn occupied(&self, opened: Opened) -> u8 {
+        self.posed.trees(opened).0.nodes[opened.node as usize].occupied()
     }
 
     /// Pairs with a node in them go to the stack, the deepest overlap last; pairs of triangles to the batch.
@@ -299,13 +348,7 @@ impl<V: WideVolume> Traversal<'_, V> {
         self.tally.counts.triangle_tests += self.batch.len() as u64;
         let pairs = self.batch;
         let Posed { a, b, placement, .. } = &self.posed;
-        let with_distance = self.posed.margin > 0.0;
-        let apart_mm = self.batch.side::<M::Double, V>((a, b), placement, with_distance, self.sided);
-        if apart_mm < self.tally.apart_mm {
-            self.tally.apart_mm = apart_mm;
-            // Not less, so that what is left out is at least as far.
-            self.posed.margin = (apart_mm as f32).next_up();
-        }
+        self.batch.side::<M::Double, V, KEEPS>((a, b), placement, self.sided);
         let sided = &*self.sided;
         let mut left = sided.unparted;
         while left != 0 {
@@ -313,6 +356,11 @@ impl<V: WideVolume> Traversal<'_, V> {
             left &= left - 1;
             if sided.touch(lane) {
                 (self.on_contact)(pairs.pair(lane as usize))?;
+            }
+        }
+        if KEEPS {
+            for lane in 0..pairs.len() {
+                self.front.add_pair(pairs.pair(lane), sided.apart_mm[lane]);
             }
         }
         ControlFlow::Continue(())

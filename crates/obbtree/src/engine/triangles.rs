@@ -15,6 +15,11 @@ use crate::engine::geometry::grid::Placement;
 use crate::engine::geometry::plane::{ERROR, Side};
 use crate::engine::geometry::{Point, Triangle};
 
+/// Rounding of a component of a normal, relative to the sum of its products' magnitudes, 8·2⁻⁵³: see [`sides`].
+const NORMAL: f64 = 8.0 / 9_007_199_254_740_992.0;
+/// What a height over a plane is multiplied by, 1 - 32·2⁻⁵³: see [`sides`].
+const HEIGHT: f64 = 1.0 - 32.0 / 9_007_199_254_740_992.0;
+
 /// Pairs that wait until they fill the lanes. Of a search that ends with the first contact more at a time would cost visits: it is
 /// known sooner with few.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,23 +49,30 @@ impl Batch {
         self.pairs[i]
     }
 
-    /// What the planes tell of each pair, into `sided`, and how far apart those are at least that do not touch, if that is asked for, mm. The batch is
-    /// empty afterwards.
+    /// What the planes tell of each pair, into `sided`; with `KEEPS` also how far apart they are at least. The batch is empty afterwards.
     #[inline(always)]
-    pub fn side<D: DoubleLanes, V: WideVolume>(
+    pub fn side<D: DoubleLanes, V: WideVolume, const KEEPS: bool>(
         &mut self,
         (a, b): (&WideTree<V>, &WideTree<V>),
         placement: &Placement,
-        with_distance: bool,
         sided: &mut Sided,
-    ) -> f64 {
+    ) {
         let (waiting, [p, q]) = self.take::<D, V>(a, b, placement);
-        (sided.of_b, sided.of_a) = (sides(&p, &q), sides(&q, &p));
-        sided.unparted = waiting & !(sided.of_b.on_one() | sided.of_a.on_one());
+        let ((of_b, height_b), (of_a, height_a)) = (sides::<D, KEEPS>(&p, &q), sides::<D, KEEPS>(&q, &p));
+        (sided.of_b, sided.of_a) = (of_b, of_a);
+        sided.unparted = waiting & !(of_b.on_one() | of_a.on_one());
         if sided.unparted != 0 {
             sided.corners = [stored(&p), stored(&q)];
         }
-        if with_distance { measure::at_least_mm(&p, &q, waiting) } else { f64::INFINITY }
+        if KEEPS {
+            let unparted_mm = if sided.unparted == 0 { [0.0; DOUBLES] } else { measure::at_least_mm(&p, &q) };
+            let (of_b, of_a) = ((of_b.on_one(), height_b.stored()), (of_a.on_one(), height_a.stored()));
+            for (lane, apart_mm) in sided.apart_mm.iter_mut().enumerate() {
+                let height =
+                    |(parted, height): (u8, [f64; DOUBLES])| if parted >> lane & 1 != 0 { height[lane] } else { 0.0 };
+                *apart_mm = height(of_b).max(height(of_a)).max(unparted_mm[lane]);
+            }
+        }
     }
 
     /// A bit for each pair that may be nearer than `least_mm`, if it does not touch; the batch is empty afterwards.
@@ -116,6 +128,8 @@ pub(super) struct Sided {
     of_a: Sides,
     /// The corners of `a` and of `b` in the frame of `a`, mm, where a pair is unparted.
     corners: [[[[f64; DOUBLES]; 3]; 3]; 2],
+    /// How far apart each pair is at least if it does not touch, mm, where that is asked for.
+    pub apart_mm: [f64; DOUBLES],
 }
 
 impl Sided {
@@ -154,9 +168,12 @@ impl Sides {
     }
 }
 
-/// The sides of the plane of `p` that the corners of `q` are on.
+/// The sides of the plane of `p` that the corners of `q` are on; with `KEEPS` also how far all of them are from it at least, mm, where they are on one.
+///
+/// That is the least determinant less its error, over the length of the normal, which is at most that of a computed one whose components are
+/// enlarged by `NORMAL`·2⁻⁵³ of their products' magnitudes. `HEIGHT` pays for the roundings of both.
 #[inline(always)]
-fn sides<D: DoubleLanes>(p: &[[D; 3]; 3], q: &[[D; 3]; 3]) -> Sides {
+fn sides<D: DoubleLanes, const KEEPS: bool>(p: &[[D; 3]; 3], q: &[[D; 3]; 3]) -> (Sides, D) {
     let (e, f) = (minus(&p[1], &p[0]), minus(&p[2], &p[0]));
     let (mut normal, mut size) = ([D::all(0.0); 3], [D::all(0.0); 3]);
     for k in 0..3 {
@@ -165,14 +182,23 @@ fn sides<D: DoubleLanes>(p: &[[D; 3]; 3], q: &[[D; 3]; 3]) -> Sides {
         (normal[k], size[k]) = (one - other, one.abs() + other.abs());
     }
     let mut sides = Sides { above: [0; 3], below: [0; 3] };
+    let mut least = D::all(f64::INFINITY);
     for (i, corner) in q.iter().enumerate() {
         let d = minus(corner, &p[0]);
         let height = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2];
         let error = D::all(ERROR) * (d[0].abs() * size[0] + d[1].abs() * size[1] + d[2].abs() * size[2]);
         sides.above[i] = height.exceeds(error);
         sides.below[i] = (D::all(0.0) - height).exceeds(error);
+        if KEEPS {
+            least = least.min(height.abs() - error);
+        }
     }
-    sides
+    if KEEPS {
+        let long = three!(k => normal[k].abs() + D::all(NORMAL) * size[k]);
+        let squared = long[0] * long[0] + long[1] * long[1] + long[2] * long[2];
+        least = least / squared.sqrt() * D::all(HEIGHT);
+    }
+    (sides, least)
 }
 
 #[inline(always)]

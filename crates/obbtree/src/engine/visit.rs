@@ -66,7 +66,7 @@ impl<'a, V: WideVolume, L: Lanes> Visits<'a, V, L> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Overlaps {
     /// For each child the largest difference of distance and reach over the axes, mm: less than 0 by how deep the volumes overlap. Not
-    /// found where no child may overlap.
+    /// found where no child may overlap; where visits are kept it is found of all children, less the slack.
     pub gap: [f32; WIDTH],
     /// A bit for each child that may overlap.
     pub live: u8,
@@ -95,15 +95,15 @@ pub(super) fn node_slack<V: WideVolume>(node: &Node<V>) -> f32 {
     (0..node.count as usize).map(slack).fold(0.0, f32::max) * (1.0 + 8.0 * U)
 }
 
-/// Makes one or two visits.
+/// Makes one or two visits. `KEEPS` asks for gaps less the slack, of all children.
 #[inline(always)]
-pub(super) fn visit<V: WideVolume, L: Lanes>(visits: &[Visit<V>], found: &mut [Overlaps; 2]) {
+pub(super) fn visit<V: WideVolume, L: Lanes, const KEEPS: bool>(visits: &[Visit<V>], found: &mut [Overlaps; 2]) {
     let mut first = 0;
     while first < visits.len() {
         let seen = Visits::<V, L>::of([visits[first], visits[(first + 1).min(visits.len() - 1)]]);
         let (mut gap, mut live, mut larger) = ([[0.0; WIDTH]; 2], 0, 0);
         for part in 0..L::PARTS {
-            let bits = seen.gaps(part, &mut gap);
+            let bits = seen.gaps::<KEEPS>(part, &mut gap);
             (live, larger) = (live | bits.live, larger | bits.larger);
         }
         for i in first..(first + L::VISITS).min(visits.len()) {
@@ -154,9 +154,9 @@ impl<V: WideVolume, L: Lanes> Visits<'_, V, L> {
         occupied >> (part * WIDTH / L::PARTS) & lanes
     }
 
-    /// The gaps of all children, or of a part of them. None are found when none of those may overlap.
+    /// The gaps of all children, or of a part of them. None are found when none of those may overlap, unless it keeps them.
     #[inline(always)]
-    fn gaps(&self, part: usize, gap: &mut [[f32; WIDTH]; 2]) -> Bits {
+    fn gaps<const KEEPS: bool>(&self, part: usize, gap: &mut [[f32; WIDTH]; 2]) -> Bits {
         let relation = V::relation::<L>(part, self);
         let first = part * WIDTH / L::PARTS;
         let occupied = self.occupied(part);
@@ -164,11 +164,15 @@ impl<V: WideVolume, L: Lanes> Visits<'_, V, L> {
         let together = |most: L| occupied & !most.exceeds(self.slack);
         // What is quickly found parts nearly all volumes that are apart, and often all of a visit.
         let quick_gaps = relation.quick_gaps();
-        if together(quick_gaps[0].max(quick_gaps[1]).max(quick_gaps[2])) == 0 {
+        let quick = quick_gaps[0].max(quick_gaps[1]).max(quick_gaps[2]);
+        if together(quick) == 0 {
+            if KEEPS {
+                (quick - self.slack).store(part, gap);
+            }
             return Bits::default();
         }
         let most = relation.gap(quick_gaps);
-        most.store(part, gap);
+        (if KEEPS { most - self.slack } else { most }).store(part, gap);
         Bits { live: together(most) << first, larger: relation.larger() << first }
     }
 }
@@ -208,7 +212,7 @@ mod tests {
         #[inline(always)]
         fn run<M: Machine>(self) -> [Overlaps; 2] {
             let mut found = [Overlaps::default(); 2];
-            visit::<V, M::Single>(self.0, &mut found);
+            visit::<V, M::Single, false>(self.0, &mut found);
             found
         }
     }

@@ -48,6 +48,11 @@ impl Machine for Avx512 {
     fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
         join(into, other);
     }
+
+    #[inline(always)]
+    fn least_of(numbers: &[f32; WIDTH], places: u8) -> f32 {
+        least_of(numbers, places)
+    }
 }
 
 struct Avx2;
@@ -59,6 +64,11 @@ impl Machine for Avx2 {
     fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
         join(into, other);
     }
+
+    #[inline(always)]
+    fn least_of(numbers: &[f32; WIDTH], places: u8) -> f32 {
+        least_of(numbers, places)
+    }
 }
 
 #[inline(always)]
@@ -67,6 +77,20 @@ fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
     unsafe {
         let least = _mm256_min_ps(_mm256_loadu_ps(other.as_ptr()), _mm256_loadu_ps(into.as_ptr()));
         _mm256_storeu_ps(into.as_mut_ptr(), least);
+    }
+}
+
+#[inline(always)]
+fn least_of(numbers: &[f32; WIDTH], places: u8) -> f32 {
+    // SAFETY: see the module.
+    unsafe {
+        let bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+        let chosen = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(i32::from(places)), bit), bit);
+        let numbers = _mm256_loadu_ps(numbers.as_ptr());
+        let chosen = _mm256_blendv_ps(_mm256_set1_ps(f32::INFINITY), numbers, _mm256_castsi256_ps(chosen));
+        let four = _mm_min_ps(_mm256_castps256_ps128(chosen), _mm256_extractf128_ps::<1>(chosen));
+        let two = _mm_min_ps(four, _mm_movehl_ps(four, four));
+        _mm_cvtss_f32(_mm_min_ss(two, _mm_movehdup_ps(two)))
     }
 }
 
@@ -265,6 +289,11 @@ impl DoubleLanes for Double4 {
     fn abs(self) -> Self {
         // SAFETY: see the module.
         Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_sqrt_pd(self.0) })
     }
     #[inline(always)]
     fn exceeds(self, other: Self) -> u8 {
