@@ -61,7 +61,12 @@ def rows(number, entry, folder):
     """One row per scene and case: operations of all counted queries, misses, and the programs' time."""
     run = read(folder)
     answers = run.table("answers").groupby(["scene", "case"], observed=True)[["volume_tests", "triangle_tests"]].sum()
-    misses = run.table("misses").groupby(["scene", "case"], observed=True)["missed"].sum()
+    columns = ["scene", "case", "missed"]
+    # A run without misses has an empty table, which has no columns either.
+    plain = folder / "misses.csv"
+    is_empty = plain.is_file() and not plain.stat().st_size
+    missed = pd.DataFrame(columns=columns) if is_empty else run.table("misses")[columns]
+    misses = missed.groupby(["scene", "case"], observed=True)["missed"].sum()
     table = answers.join(misses.rename("missed"), how="left").fillna({"missed": 0}).reset_index()
     times = run.table("program_times").query("program == 'all'")
     times = times.assign(case=[v if s == "none" else f"{v}@{p}" for v, s, p in zip(times["variant"], times["split"], policy(times), strict=True)])

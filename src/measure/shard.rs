@@ -216,7 +216,7 @@ fn check_plans(parts: &[Part]) -> Result<(), MergeError> {
 
 /// Every number is there once; the parts are in their order.
 fn check_numbers(parts: &[Part]) -> Result<(), MergeError> {
-    if let Some([first, other]) = parts.array_windows().find(|[a, b]| a.entry.number == b.entry.number) {
+    if let Some([first, other]) = parts.windows(2).find(|two| two[0].entry.number == two[1].entry.number) {
         let (first, other, number) = (first.path.clone(), other.path.clone(), other.entry.number);
         return Err(MergeError::Twice { number, first, other });
     }
