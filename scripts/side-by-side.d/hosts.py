@@ -106,12 +106,13 @@ def draw(ratios, hosts, path):
     """Time of whole programs over the baseline's, a panel per scene, a colour per host."""
     shown = ratios[(ratios["metric"] == "program-time") & (ratios["stratum"] == "all")]
     scenes = sorted(shown["scene"].astype(str).unique())
-    cases = sorted({f"{v} {p}" for v, p in zip(shown["variant"], shown["policy"], strict=True)})
+    shown = shown.assign(pair=[f"{v} {p} / {b} {q}" for v, p, b, q in shown[RATIO_KEY[4:]].itertuples(index=False)])
+    cases = sorted(shown["pair"].unique())
     figure, axes = plt.subplots(1, len(scenes), sharey=True, squeeze=False, figsize=(5 * len(scenes), 1.5 + 0.3 * len(cases)), layout="constrained")
     for axis, scene in zip(axes[0], scenes, strict=True):
         for place, host in enumerate([*hosts, "across"]):
             rows = shown[(shown["scene"] == scene) & (shown["host"] == host)]
-            heights = [cases.index(f"{v} {p}") + 0.15 * (place - len(hosts) / 2) for v, p in zip(rows["variant"], rows["policy"], strict=True)]
+            heights = [cases.index(pair) + 0.15 * (place - len(hosts) / 2) for pair in rows["pair"]]
             ratio, low, high = (rows[column].astype(float) for column in ("ratio", "low", "high"))
             errors = [(ratio - low).clip(lower=0).fillna(0), (high - ratio).clip(lower=0).fillna(0)]
             axis.errorbar(ratio, heights, xerr=errors, fmt="s" if host == "across" else "o", markersize=4, capsize=2, label=host)
