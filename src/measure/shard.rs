@@ -261,7 +261,7 @@ mod tests {
     fn every_unit_is_in_one_shard_and_neighbours_stay_together() {
         for (places, of) in [(0, 3), (1, 7), (3, 7), (7, 7), (40, 7), (41, 1)] {
             let shards: Vec<Shard> = (1..=of).map(|number| Shard { number, of }).collect();
-            let owner = |place| shards.iter().filter(|shard| shard.has(place, places)).map(|shard| shard.number);
+            let owner = |place| shards.iter().filter(move |shard| shard.has(place, places)).map(|shard| shard.number);
             let owners: Vec<u32> = (0..places).flat_map(owner).collect();
             assert_eq!(owners.len(), places, "{places} units in {of} shards");
             assert!(owners.is_sorted(), "{owners:?}");
