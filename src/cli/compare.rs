@@ -4,7 +4,7 @@ use super::options::check_rows;
 use super::style::{Tone, is_coloured, painted, table};
 use super::{CLEAR, FAILED, say};
 use crate::analysis::ALL;
-use crate::analysis::compare::{Comparison, SceneMatch, TimeChange, compare_runs};
+use crate::analysis::compare::{Comparison, Gate, SceneMatch, TimeChange, compare_runs};
 use anyhow::Result;
 use clap::Args;
 use comfy_table::Table;
@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench stage compare results/reference results/quick\n  bvbench stage compare results/before results/after --all\n  bvbench stage compare results/before results/after --json | jq '.times[] | select(.change == \"slower\")'\n\nScenes are compared where their inputs have the same content in both runs. Times are paired pose by pose; one has changed when its\nwhole 95 % interval lies outside what the runs' null comparisons call equal. Counts, trees and misses are exact.\nExit codes: 0 no case misses more contacts, 1 one does, 2 a run cannot be read."
+    after_help = "Examples:\n  bvbench stage compare results/reference results/quick\n  bvbench stage compare results/before results/after --all\n  bvbench stage compare results/before results/after --allow counts\n  bvbench stage compare results/before results/after --json | jq '.times[] | select(.change == \"slower\")'\n\nScenes are compared where their inputs have the same content in both runs. Times are paired pose by pose; one has changed when its\nwhole 95 % interval lies outside what the runs' null comparisons call equal. Counts, trees and misses are exact.\nThe later run fails at a gate when a case misses more contacts (misses), when counts or trees differ (counts), when a case's queries or construction are\nslower over all strata (slower), and when a scene or case of the earlier run is not compared (uncompared). --allow opens a gate.\nExit codes: 0 no gate fails, 1 one does, 2 a run cannot be read."
 )]
 pub struct Options {
     /// Folder of the earlier run
@@ -25,6 +25,9 @@ pub struct Options {
     /// Show times that did not change, too, and every stratum
     #[arg(long)]
     all: bool,
+    /// Let the later run through this gate: misses, counts, slower, uncompared; repeatable
+    #[arg(long, value_name = "GATE")]
+    allow: Vec<Gate>,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -34,7 +37,8 @@ pub struct Options {
 }
 
 /// The words of a change.
-const TONES: [(&str, Tone); 5] = [
+const TONES: [(&str, Tone); 6] = [
+    ("FAILS", Tone::Bad),
     ("slower", Tone::Bad),
     ("faster", Tone::Good),
     ("REGRESSION", Tone::Bad),
@@ -47,14 +51,26 @@ pub fn run(options: &Options) -> Result<u8> {
         check_rows(run, options.accept_changed_rows)?;
     }
     let comparison = compare_runs(&options.before, &options.after)?;
+    let mut failed = comparison.failed();
+    failed.retain(|gate| !options.allow.contains(gate));
     if options.json {
         let mut result = serde_json::to_value(&comparison)?;
-        result["regression"] = json!(comparison.has_regression());
+        result["failed"] = json!(failed);
         say(serde_json::to_string_pretty(&result)?);
     } else {
         say(painted(text(&comparison, options.all).trim_end(), &TONES, is_coloured()));
+        say(format!("\n{}", verdict(&failed)));
     }
-    Ok(if comparison.has_regression() { FAILED } else { CLEAR })
+    Ok(if failed.is_empty() { CLEAR } else { FAILED })
+}
+
+/// The gates in a sentence.
+fn verdict(failed: &[Gate]) -> String {
+    if failed.is_empty() {
+        return "The second run may take the place of the first.".to_owned();
+    }
+    let names: Vec<&str> = failed.iter().map(|gate| gate.id()).collect();
+    format!("The second run FAILS: {}", names.join(", "))
 }
 
 fn text(comparison: &Comparison, all: bool) -> String {
@@ -199,13 +215,14 @@ mod tests {
             before: before.path().to_owned(),
             after: after.path().to_owned(),
             all: false,
+            allow: Vec::new(),
             json,
             accept_changed_rows: false,
         }
     }
 
     #[test]
-    fn a_regression_in_misses_is_the_exit_code() {
+    fn a_failed_gate_is_the_exit_code() {
         let before = folder(|_| {});
         assert_eq!(run(&options(&before, &before, false)).unwrap(), CLEAR);
         let deep = folder(|run| {
@@ -216,6 +233,10 @@ mod tests {
         assert_eq!(run(&options(&before, &deep, false)).unwrap(), FAILED);
         assert_eq!(run(&options(&before, &deep, true)).unwrap(), FAILED);
         assert_eq!(run(&options(&deep, &before, false)).unwrap(), CLEAR, "fewer misses are none");
+        let slower = folder(|run| run.timings.iter_mut().for_each(|row| row.ns *= 2));
+        assert_eq!(run(&options(&before, &slower, false)).unwrap(), FAILED);
+        assert_eq!(run(&Options { allow: vec![Gate::Slower], ..options(&before, &slower, false) }).unwrap(), CLEAR);
+        assert_eq!(run(&options(&slower, &before, false)).unwrap(), CLEAR, "faster is none");
         assert!(run(&options(&before, &TempDir::new().unwrap(), false)).is_err());
     }
 

@@ -3,11 +3,11 @@
 
 use super::{CLEAR, FAILED, say};
 use crate::measure::binaries::binary_of;
-use crate::measure::{Budget, Plan, Progress, Run, Selection};
+use crate::measure::{Plan, Progress, Run};
 use crate::record::Manifest;
 use crate::registry::Registry;
 use crate::truth::TruthCache;
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result};
 use clap::Args;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -29,22 +29,9 @@ pub struct Options {
 /// Carries out one launch of the run in the folder.
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     end_with_parent();
-    let request = Manifest::read(&options.out)?.request;
-    let policies = request.policies.iter().map(|policy| policy.parse()).collect::<Result<_, _>>()?;
-    let selection = Selection {
-        profile: request.profile.parse().map_err(|cause: String| anyhow!(cause))?,
-        scenes: request.scenes,
-        variants: request.variants,
-        workloads: request.workloads,
-        policies,
-        seed: request.seed,
-    };
+    let plan = Plan::of_request(Manifest::read(&options.out)?.request, registry)?;
     let cache =
         TruthCache::at(&options.cache).context("exact answers cannot be kept; name another folder with --cache")?;
-    let mut plan = Plan::new(selection, registry)?;
-    let launches = request.launches / request.binaries.max(1);
-    let cold_poses = request.cold_poses as usize;
-    plan.budget = Budget { launches, cold_poses, blocks: request.blocks, ..plan.budget }.over(request.binaries);
     let run = Run::join_parent(plan, &options.out)?.with_cache(cache);
     run.check_binary(options.number)?;
     run.time_launch(options.number, &ToParent)?;

@@ -2,7 +2,7 @@
 
 use super::options::RunOptions;
 use super::progress::Bar;
-use super::{CLEAR, launch, say};
+use super::{CLEAR, launch, merge, say};
 use crate::registry::Registry;
 use anyhow::Result;
 use clap::Args;
@@ -24,7 +24,8 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     if options.run.output.json {
         say(serde_json::to_string_pretty(run.manifest())?);
     } else {
-        say(format!("Measured: {}", run.folder().display()));
+        let measured = || format!("Measured: {}", run.folder().display());
+        say(run.plan().shard.map_or_else(measured, |shard| merge::next_step(shard, run.folder())));
         for complaint in &run.manifest().noise {
             say(format!("Noisy: {complaint}"));
         }

@@ -15,6 +15,7 @@ mod launch;
 mod list;
 mod machines;
 mod measure;
+mod merge;
 mod options;
 mod path;
 mod peers;
@@ -147,6 +148,8 @@ enum Stage {
     Report(report::Options),
     /// Compare two runs: what changed beyond noise
     Compare(compare::Options),
+    /// Merge the shards of a run
+    Merge(merge::Options),
 }
 
 /// The verbs that `--help` shows, by what they are for.
@@ -242,6 +245,7 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Stage(Stage::Plot(options)) => plot::run(&options),
         Verb::Stage(Stage::Report(options)) => report::run(&options, registry),
         Verb::Stage(Stage::Compare(options)) => compare::run(&options),
+        Verb::Stage(Stage::Merge(options)) => merge::run(&options, registry),
         Verb::Peers(options) => peers::run(&options, registry),
         Verb::Completions(options) => shell::completions(&options),
         Verb::Man(options) => shell::man(&options),

@@ -1,6 +1,7 @@
 //! Options that several verbs share.
 
 use super::repetitions::Repetitions;
+use crate::measure::shard::Shard;
 use crate::measure::{Plan, Profile, Run, Selection};
 use crate::record::Manifest;
 use crate::registry::Registry;
@@ -19,6 +20,9 @@ pub struct RunOptions {
     /// Scene by name or by path; repeatable [default: two lathes and a 5-axis mill]
     #[arg(long = "scene", value_name = "NAME|PATH")]
     scenes: Vec<String>,
+    /// Carry out one part of the plan, to be put together with the others by `stage merge`: the I-th of N
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
     #[command(flatten)]
     extent: Extent,
     #[command(flatten)]
@@ -108,7 +112,16 @@ impl RunOptions {
     /// The folder of exact answers.
     #[must_use]
     pub fn cache_folder(&self) -> PathBuf {
-        self.extent.cache_folder(&self.extent.folder(self.extent.profile.id()))
+        self.extent.cache_folder(&self.folder())
+    }
+
+    fn folder(&self) -> PathBuf {
+        let profile = self.extent.profile.id();
+        self.extent.folder(
+            &self
+                .shard
+                .map_or_else(|| profile.to_owned(), |Shard { number, of }| format!("{profile}-shard-{number}-of-{of}")),
+        )
     }
 
     /// Loads what was asked for and opens its run.
@@ -116,7 +129,7 @@ impl RunOptions {
     /// # Errors
     /// When something named does not exist, or the folder cannot be used.
     pub fn open(&self, registry: &Registry) -> Result<Run> {
-        self.extent.open(&self.scenes, &self.extent.folder(self.extent.profile.id()), registry)
+        self.extent.open((&self.scenes, self.shard), &self.folder(), registry)
     }
 }
 
@@ -136,11 +149,11 @@ impl Extent {
         })
     }
 
-    /// Loads what was asked for of `scenes` and opens its run in `folder`.
+    /// Loads what was asked for of `scenes`, or a shard of it, and opens its run in `folder`.
     ///
     /// # Errors
     /// When something named does not exist, or the folder cannot be used.
-    pub fn open(&self, scenes: &[String], folder: &Path, registry: &Registry) -> Result<Run> {
+    pub fn open(&self, (scenes, shard): (&[String], Option<Shard>), folder: &Path, registry: &Registry) -> Result<Run> {
         use_threads(self.threads)?;
         let selection = Selection {
             profile: self.profile,
@@ -150,7 +163,8 @@ impl Extent {
             policies: self.policies.clone(),
             seed: self.seed,
         };
-        let plan = self.repetitions.apply(Plan::new(selection, registry)?)?;
+        let mut plan = self.repetitions.apply(Plan::new(selection, registry)?)?;
+        plan.shard = shard;
         open_run(plan, folder, &self.cache_folder(folder), self.fresh)
     }
 }

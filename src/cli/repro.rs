@@ -2,7 +2,7 @@
 
 use super::options::RunOptions;
 use super::progress::Bar;
-use super::{CLEAR, FAILED, analyze, conclusion, launch, machines, say, style, supplements, verify};
+use super::{CLEAR, FAILED, analyze, conclusion, launch, machines, merge, say, style, supplements, verify};
 use crate::analysis::claims::ClaimSet;
 use crate::measure::Progress;
 use crate::record::manifest::Stage;
@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench repro                              the paper's scenes, and a 5-axis mill, the standard variants, two minutes\n  bvbench repro --profile smoke --out /tmp/look\n  bvbench repro --scene bench-scenes/lathe-toolpost --variant ID --variant ID --out results/two\n\nAn interrupted run goes on where it stopped when the same command is given again; a finished one is made again."
+    after_help = "Examples:\n  bvbench repro                              the paper's scenes, and a 5-axis mill, the standard variants, two minutes\n  bvbench repro --profile smoke --out /tmp/look\n  bvbench repro --scene bench-scenes/lathe-toolpost --variant ID --variant ID --out results/two\n\n  bvbench repro --shard 3/7 --out shards/3   a seventh of it; `bvbench stage merge shards/* --out DIR` puts all together\n\nAn interrupted run goes on where it stopped when the same command is given again; a finished one is made again, a finished shard is not."
 )]
 pub struct Options {
     #[command(flatten)]
@@ -37,6 +37,11 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         if finished || !run.has_finished(Stage::Verify) { run.verify(&bar)? } else { run.verification()? };
     if finished || !run.has_finished(Stage::Measure) {
         launch::measure(&mut run, &options.run.cache_folder(), &bar)?;
+    }
+    if let Some(shard) = run.plan().shard {
+        bar.finish();
+        say(merge::next_step(shard, run.folder()));
+        return Ok(if verification.holds() { CLEAR } else { FAILED });
     }
     let folder = run.folder().to_owned();
     let octree =

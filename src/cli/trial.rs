@@ -36,7 +36,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         files => scene_of(files, &folder)?,
     };
     let title = Scene::find(&scene)?.title;
-    let mut run = options.extent.open(&[scene], &folder, registry)?;
+    let mut run = options.extent.open((&[scene], None), &folder, registry)?;
     let bar = Bar::new(options.output.quiet);
     let verification = if run.has_finished(Stage::Verify) { run.verification()? } else { run.verify(&bar)? };
     if !run.has_finished(Stage::Measure) {

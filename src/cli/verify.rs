@@ -2,7 +2,7 @@
 
 use super::options::RunOptions;
 use super::progress::Bar;
-use super::{CLEAR, FAILED, say};
+use super::{CLEAR, FAILED, merge, say};
 use crate::measure::Verification;
 use crate::record::VerificationRow;
 use crate::registry::Registry;
@@ -31,7 +31,8 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     } else {
         say(table(&verification).trim_fmt());
         say(format!("\n{}", verdict(&verification)));
-        say(format!("Rows by depth band: {}", run.folder().join("verification.csv").display()));
+        let rows = || format!("Rows by depth band: {}", run.folder().join("verification.csv").display());
+        say(run.plan().shard.map_or_else(rows, |shard| merge::next_step(shard, run.folder())));
     }
     Ok(if verification.holds() { CLEAR } else { FAILED })
 }

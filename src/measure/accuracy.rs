@@ -11,71 +11,51 @@ use super::judged::{JudgedPair, JudgedPose};
 use super::plan::{Case, Plan};
 use crate::geometry::Isometry;
 use crate::method::{Kind, Model};
-use crate::record::{Band, LineRow, MissRow, RecordError, VerificationRow, read_rows, write_rows};
+use crate::record::{Band, LineRow, MissRow, RecordError, VerificationRow, write_rows};
 use crate::scene::Scene;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::PathBuf;
 
 /// Poses that one thread takes at a time.
 const BATCH: usize = 256;
 /// To as many poses a tree amounts in the progress; some volumes take longer to fit than to ask.
 const TREE_STEPS: u64 = 1024;
 
-/// What a verification finds in a scene.
-#[derive(Clone, Debug, Default)]
-pub struct SceneVerdicts {
-    /// Verdicts of each case by band.
-    pub rows: Vec<VerificationRow>,
-    /// Lines with contacts above grazing.
-    pub lines: Vec<LineRow>,
-    /// Contacts missed, by case and line.
-    pub misses: Vec<MissRow>,
+/// The cases that a verification asks. The control is not run: it tests every pair of triangles by the exact test.
+#[must_use]
+pub fn verified_cases(plan: &Plan) -> Vec<&Case> {
+    plan.cases.iter().filter(|case| case.variant.kind != Kind::Control).collect()
 }
 
-/// Verdicts of a case by band, and its misses by line.
-type OfCase = (Vec<VerificationRow>, Vec<MissRow>);
-
-/// Verdicts of every case over all judged poses. The control is not run: it tests every pair of triangles by the exact test. What a case is found
-/// to say is kept in `folder`, where an interrupted verification goes on.
+/// Verdicts of cases over all judged poses, each written to the unit beside it.
 ///
 /// # Errors
-/// When the folder cannot be written or read.
-pub fn verify_scene(
+/// When a unit cannot be written.
+pub fn verify_cases(
     plan: &Plan,
     scene: &Scene,
     judged: &[JudgedPair],
-    folder: &Path,
+    units: Vec<(&Case, PathBuf)>,
     progress: &dyn Progress,
-) -> Result<SceneVerdicts, RecordError> {
-    let cases: Vec<&Case> = plan.cases.iter().filter(|case| case.variant.kind != Kind::Control).collect();
+) -> Result<(), RecordError> {
     let poses: usize = judged.iter().map(|pair| pair.poses.len()).sum();
     let parts: BTreeSet<usize> = judged.iter().flat_map(|pair| [pair.pair.a, pair.pair.b]).collect();
     let steps = poses as u64 + parts.len() as u64 * TREE_STEPS;
-    progress.begin(&format!("{}: trees and verdicts", scene.name), steps * cases.len() as u64);
-    let mut verdicts = SceneVerdicts {
-        lines: judged.iter().flat_map(|pair| lines(scene, pair, plan.budget.asked_poses)).collect(),
-        ..SceneVerdicts::default()
-    };
-    let kept = |(place, case): (usize, &Case)| {
-        let unit = folder.join(place.to_string());
-        if unit.exists() {
-            progress.advance(steps);
-        } else {
-            let (rows, misses) = verify_case(case, scene, (judged, &parts), plan.budget.asked_poses, progress);
-            write_unit(&unit, |folder| {
-                write_rows(folder, &rows)?;
-                write_rows(folder, &misses)
-            })?;
-        }
-        Ok((read_rows(&unit)?, read_rows(&unit)?))
-    };
-    let of_cases: Result<Vec<OfCase>, RecordError> = cases.into_par_iter().enumerate().map(kept).collect();
-    for (rows, misses) in of_cases? {
-        verdicts.rows.extend(rows);
-        verdicts.misses.extend(misses);
-    }
-    Ok(verdicts)
+    progress.begin(&format!("{}: trees and verdicts", scene.name), steps * units.len() as u64);
+    units.into_par_iter().try_for_each(|(case, unit)| {
+        let (rows, misses) = verify_case(case, scene, (judged, &parts), plan.budget.asked_poses, progress);
+        write_unit(&unit, |folder| {
+            write_rows(folder, &rows)?;
+            write_rows(folder, &misses)
+        })
+    })
+}
+
+/// Lines with contacts above grazing.
+#[must_use]
+pub fn lines(scene: &Scene, judged: &[JudgedPair], asked_poses: usize) -> Vec<LineRow> {
+    judged.iter().flat_map(|pair| lines_of(scene, pair, asked_poses)).collect()
 }
 
 /// Every how many poses of a pair all cases are asked.
@@ -83,7 +63,7 @@ fn stride(pair: &JudgedPair, asked_poses: usize) -> usize {
     pair.poses.len().div_ceil(asked_poses).max(1)
 }
 
-fn lines(scene: &Scene, pair: &JudgedPair, asked_poses: usize) -> Vec<LineRow> {
+fn lines_of(scene: &Scene, pair: &JudgedPair, asked_poses: usize) -> Vec<LineRow> {
     let mut lines: BTreeMap<u32, LineRow> = BTreeMap::new();
     for (index, pose) in pair.poses.iter().enumerate().filter(|(_, pose)| pose.band.is_above_grazing()) {
         let row = lines.entry(pose.line).or_insert_with(|| LineRow {

@@ -166,8 +166,8 @@ impl Folder {
     /// When the folder holds no study of what `new` says.
     pub fn join_parent(path: &Path, new: &Manifest) -> Result<Self, MeasureError> {
         let manifest = Manifest::read(path)?;
-        // The parent's binary, or its binaries, may be others than this one.
-        let new = Manifest { binaries: manifest.binaries.clone(), ..new.clone() };
+        // The parent's binary, or its binaries, may be others than this one; what the parent does of the plan is its affair.
+        let new = Manifest { binaries: manifest.binaries.clone(), shard: manifest.shard.clone(), ..new.clone() };
         match difference(&manifest, &new) {
             None => Ok(Self { path: path.to_owned(), manifest, compresses: false, _lock: None }),
             Some(difference) => Err(another(path, difference)),
@@ -209,6 +209,24 @@ impl Folder {
     pub fn put<R: Row>(&mut self, rows: &[R]) -> Result<(), RecordError> {
         write_rows(&self.path, rows)?;
         self.manifest.seal(&self.path, &[R::FILE])
+    }
+
+    /// Notes the hashes of what is in a folder of units, which stay where they are: the units of a shard.
+    ///
+    /// # Errors
+    /// When a file cannot be read.
+    pub fn seal_units(&mut self, names: &[&str]) -> Result<(), RecordError> {
+        let units = self.unit(names);
+        if units.exists() { self.manifest.seal_below(&self.path, &units) } else { Ok(()) }
+    }
+
+    /// Takes the units of another folder as its own.
+    ///
+    /// # Errors
+    /// When a file cannot be copied, or is there already.
+    pub fn take_units(&self, other: &Path, names: &[&str]) -> Result<(), RecordError> {
+        let of_other = names.iter().fold(other.join(UNITS), |path, name| path.join(name));
+        if of_other.exists() { copy_below(&of_other, &self.unit(names)) } else { Ok(()) }
     }
 
     /// Whether a stage is finished.
@@ -284,6 +302,7 @@ pub fn begun(request: Request, variants: Vec<VariantEntry>) -> Manifest {
         finished: Vec::new(),
         noise: Vec::new(),
         rows: BTreeMap::new(),
+        shard: None,
     }
 }
 
@@ -321,8 +340,25 @@ fn left_behind(path: &Path) -> Left {
     Left { foreign, ours: !entries.is_empty() }
 }
 
+/// Copies a folder into another, file by file; a file that is there already is an error.
+fn copy_below(from: &Path, to: &Path) -> Result<(), RecordError> {
+    fs::create_dir_all(to).map_err(RecordError::io("create", to))?;
+    for entry in fs::read_dir(from).map_err(RecordError::io("read", from))? {
+        let path = entry.map_err(RecordError::io("read", from))?.path();
+        let target = to.join(path.file_name().unwrap_or_default());
+        if path.is_dir() {
+            copy_below(&path, &target)?;
+        } else {
+            let mut file = fs::File::create_new(&target).map_err(RecordError::io("create", &target))?;
+            let mut source = fs::File::open(&path).map_err(RecordError::io("read", &path))?;
+            std::io::copy(&mut source, &mut file).map_err(RecordError::io("write", &target))?;
+        }
+    }
+    Ok(())
+}
+
 /// What keeps one study from being continued as the other; the command line, the load and such do not.
-fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
+pub(super) fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
     let program = |manifest: &Manifest| {
         let program = &manifest.program;
         (program.version.clone(), program.git_revision.clone(), program.rustc.clone(), program.flags.clone())
@@ -334,6 +370,7 @@ fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
         () if old.request != new.request => Some("the request"),
         () if old.inputs != new.inputs => Some("an input file"),
         () if old.variants != new.variants => Some("the list of variants"),
+        () if old.shard != new.shard => Some("the shard, or its plan,"),
         // A finished study is not continued but made again, so another build of the program may do it.
         () if !finished && program(old) != program(new) => Some("the program"),
         () if !finished && old.protocol != new.protocol => Some("the protocol"),

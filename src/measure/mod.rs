@@ -3,7 +3,7 @@
 //! Reading order: [`profile`] (how much), [`plan`] (what), [`judged`] (poses with their truth), [`accuracy`],
 //! [`counts`], [`exits`], [`shape`], then the timed part: [`timer`], [`chunk`], `measured`, [`query`], [`single`], [`build`]; [`binaries`] says with
 //! what, [`environment`] where;
-//! [`folder`] holds what a study has so far and resumes it. [`run`] is the reference study; [`study`] is the engine of those that vary factors:
+//! [`folder`] holds what a study has so far and resumes it; [`shard`] takes a part of a plan and merges parts. [`run`] is the reference study; [`study`] is the engine of those that vary factors:
 //! [`audit`], [`sweep`] and [`ablation`]. [`peers`] compares whole engines, each in its own process.
 
 pub mod ablation;
@@ -25,6 +25,7 @@ pub mod profile;
 pub mod query;
 pub mod run;
 pub mod shape;
+pub mod shard;
 pub mod single;
 mod sources;
 pub mod study;

@@ -3,8 +3,9 @@
 use super::binaries::{self, Binary};
 use super::folder;
 use super::profile::{Budget, Profile};
+use super::shard::Shard;
 use crate::method::Kind;
-use crate::record::manifest::{BinaryEntry, Request, SceneEntry, VariantEntry};
+use crate::record::manifest::{BinaryEntry, Request, SceneEntry, ShardEntry, VariantEntry};
 use crate::record::rows::CaseKey;
 use crate::record::{ALL_VARIANTS, CaseRow, Manifest, NULL_VARIANT};
 use crate::registry::{Registry, Variant};
@@ -61,6 +62,8 @@ pub struct Plan {
     pub binaries: Vec<Binary>,
     /// Whether raw rows are compressed.
     pub gzip: bool,
+    /// The part of it that is carried out; `None` for all.
+    pub shard: Option<Shard>,
 }
 
 /// Why a plan cannot be made.
@@ -83,6 +86,9 @@ pub enum PlanError {
         /// The name.
         name: String,
     },
+    /// A request that this version cannot carry out.
+    #[error("the request of the manifest: {0}")]
+    Request(String),
 }
 
 impl Case {
@@ -161,7 +167,35 @@ impl Plan {
             scenes.push(scene);
         }
         let (budget, gzip) = (selection.profile.budget(), selection.profile == Profile::Full);
-        Ok(Self { budget, selection, variants, cases, scenes, binaries: Vec::new(), gzip })
+        Ok(Self { budget, selection, variants, cases, scenes, binaries: Vec::new(), gzip, shard: None })
+    }
+
+    /// The plan that a manifest's request was made from; its binaries are not known.
+    ///
+    /// # Errors
+    /// A profile or policy of another version, an unknown variant, or a scene that cannot be loaded.
+    pub fn of_request(request: Request, registry: &Registry) -> Result<Self, PlanError> {
+        let policy = |text: &String| text.parse::<Policy>().map_err(|error| PlanError::Request(error.to_string()));
+        let policies = request.policies.iter().map(policy).collect::<Result<_, _>>()?;
+        let selection = Selection {
+            profile: request.profile.parse().map_err(PlanError::Request)?,
+            scenes: request.scenes,
+            variants: request.variants,
+            workloads: request.workloads,
+            policies,
+            seed: request.seed,
+        };
+        let mut plan = Self::new(selection, registry)?;
+        let launches = request.launches / request.binaries.max(1);
+        let cold_poses = request.cold_poses as usize;
+        plan.budget = Budget { launches, cold_poses, blocks: request.blocks, ..plan.budget }.over(request.binaries);
+        Ok(plan)
+    }
+
+    /// Whether unit `place` of `places` of a kind is to be carried out.
+    #[must_use]
+    pub fn has_unit(&self, place: usize, places: usize) -> bool {
+        self.shard.is_none_or(|shard| shard.has(place, places))
     }
 
     /// The case that the null method duplicates: the reference variant's default, or the first volume's.
@@ -194,13 +228,15 @@ impl Plan {
     /// The manifest of a study of this plan that begins now.
     #[must_use]
     pub fn manifest(&self) -> Manifest {
-        Manifest {
+        let whole = Manifest {
             inputs: self.inputs(),
             scenes: self.scene_entries(),
             null_of: self.null_reference().map_or_else(String::new, |case| case.id.clone()),
             binaries: self.binary_entries(),
             ..folder::begun(self.request(), self.variant_entries())
-        }
+        };
+        let entry = |Shard { number, of }| ShardEntry { number, of, plan: whole.plan_hash() };
+        Manifest { shard: self.shard.map(entry), ..whole }
     }
 
     /// The binaries of the plan, or the one that is running.

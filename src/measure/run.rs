@@ -1,25 +1,32 @@
 //! The reference study, a run: its stages, and which rows each unit writes. The folder and its units are those of `super::folder`.
 //!
-//! Units are the verification of a scene, the counts of a scene, and the timings of a scene in one launch.
+//! Units are the cross-check of the triangle tests, the lines of a scene's verification and its verdicts case by case, the counts of a scene, and the
+//! timings of a scene in one launch. A shard carries out its share of them and keeps them; [`super::shard::merge`] joins shards.
 
-use super::folder::{self, Folder, RawTable, write_unit};
+use super::folder::{Folder, RawTable, write_unit};
 use super::judged::{self, JudgeError};
 use super::measured::Measured;
-use super::plan::Plan;
+use super::plan::{Case, Plan};
 use super::{Progress, accuracy, binaries, build, counts, environment, exits, query, shape, single, timer};
 use crate::geometry::cross_check::cross_check;
-use crate::record::manifest::{CrossCheckEntry, Stage};
+use crate::record::manifest::{CrossCheckEntry, MachineFacts, Stage};
 use crate::record::{
     AnswerRow, BuildRow, CaseRow, ExitRow, LineRow, Manifest, MissRow, OutlineRow, PoseRow, RecordError, Row,
-    SingleRow, TightnessRow, TimingRow, TreeRow, VerificationRow, read_rows, read_text, write_rows, write_text,
+    SingleRow, TightnessRow, TimingRow, TreeRow, VerificationRow, read_json, read_rows, read_rows_if_there, read_text,
+    write_json, write_rows, write_text,
 };
 use crate::scene::Scene;
 use crate::truth::TruthCache;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// File of a timing unit: one complaint about noise per line.
 const NOISE_FILE: &str = "noise.txt";
+
+/// Unit of the cross-check, and its file.
+const CROSS_CHECK: &str = "cross-check";
+const CROSS_CHECK_FILE: &str = "cross-check.json";
 
 /// Why a run could not be opened or carried on.
 #[derive(Debug, Error)]
@@ -68,6 +75,16 @@ pub enum MeasureError {
         running: String,
         /// The file that should.
         expected: String,
+    },
+    /// A run was timed in part on a machine of another kind.
+    #[error("{folder} was timed in part on {begun}; this is {here}: go on there, or time all of it again with --fresh", folder = folder.display())]
+    AnotherMachine {
+        /// The run.
+        folder: PathBuf,
+        /// Processor, instruction set and cores of the machine that began.
+        begun: String,
+        /// Those of this one.
+        here: String,
     },
     /// A launch in a process of its own failed.
     #[error("launch {launch} failed: {cause}")]
@@ -124,6 +141,20 @@ impl Run {
         Ok(Self { folder, plan, cache: None })
     }
 
+    /// Opens a run's folder for what `manifest` says of the program and the machine, which may be others than these.
+    pub(super) fn open_for(plan: Plan, manifest: Manifest, folder: &Path, fresh: bool) -> Result<Self, MeasureError> {
+        let manifest = Manifest { rows: BTreeMap::new(), noise: Vec::new(), ..manifest };
+        let mut folder = Folder::open(folder, manifest.clone(), fresh)?;
+        folder.manifest = manifest;
+        folder.compresses = plan.gzip;
+        Ok(Self { folder, plan, cache: None })
+    }
+
+    /// Removes the units of a stage.
+    pub(super) fn clear(&self, stage: Stage) -> Result<(), MeasureError> {
+        Ok(self.folder.drop_units(&[stage_folder(stage)])?)
+    }
+
     /// Joins a run that the parent process has opened, to carry out a launch of it.
     ///
     /// # Errors
@@ -163,6 +194,30 @@ impl Run {
         self.folder.has_finished(stage)
     }
 
+    /// Whether the folder is a shard's that has finished a stage: it is not made again.
+    fn is_whole_shard(&self, stage: Stage) -> bool {
+        self.plan.shard.is_some() && self.has_finished(stage)
+    }
+
+    /// Joins the units of a stage into its tables, or, of a shard, seals and keeps them, and notes that the stage is finished.
+    pub(super) fn end(&mut self, stage: Stage) -> Result<(), MeasureError> {
+        if self.plan.shard.is_some() {
+            self.folder.seal_units(&[stage_folder(stage)])?;
+            return Ok(self.folder.finish(stage)?);
+        }
+        match stage {
+            Stage::Verify => self.join_verdicts()?,
+            Stage::Measure => self.join_measured()?,
+            Stage::Analyze | Stage::Plot | Stage::Report => {}
+        }
+        self.finish(stage)
+    }
+
+    /// Takes the units of a stage from another folder.
+    pub(super) fn take_units(&self, other: &Path, stage: Stage) -> Result<(), MeasureError> {
+        Ok(self.folder.take_units(other, &[stage_folder(stage)])?)
+    }
+
     /// Starts a stage: a finished one is made again from nothing, an interrupted one goes on.
     fn start(&mut self, stage: Stage) -> Result<(), MeasureError> {
         if self.has_finished(stage) {
@@ -185,46 +240,98 @@ impl Run {
     /// # Errors
     /// When poses cannot be judged or files cannot be written.
     pub fn verify(&mut self, progress: &dyn Progress) -> Result<Verification, MeasureError> {
-        self.start(Stage::Verify)?;
+        if !self.is_whole_shard(Stage::Verify) {
+            self.start(Stage::Verify)?;
+            self.cross_check(progress)?;
+            for scene in &self.plan.scenes {
+                self.verify_scene(scene, progress)?;
+            }
+            self.end(Stage::Verify)?;
+        }
+        self.verification()
+    }
+
+    /// Compares the triangle tests with their integer twin, unless that is done or another shard's.
+    fn cross_check(&self, progress: &dyn Progress) -> Result<(), MeasureError> {
+        let unit = self.cross_check_unit();
+        if unit.exists() || !self.plan.has_unit(0, 1) {
+            return Ok(());
+        }
         progress.begin("triangle tests against their integer twin", 1);
         let check = cross_check(self.plan.selection.seed, self.plan.budget.cross_check_pairs);
-        let poses = self.plan.budget.verify_poses;
-        let unit_of = |scene: &Scene| self.folder.unit(&[stage_folder(Stage::Verify), &scene.name]);
-        for scene in &self.plan.scenes {
-            let unit = unit_of(scene);
-            if !unit.exists() {
-                let judged =
-                    judged::judge(&self.plan, scene, poses, judged::Strata::NotSought, self.cache.as_ref(), progress)?;
-                let of_cases = unit.with_file_name(format!("{}.cases", scene.name));
-                let verdicts = accuracy::verify_scene(&self.plan, scene, &judged, &of_cases, progress)?;
-                write_unit(&unit, |folder| {
-                    write_rows(folder, &verdicts.rows)?;
-                    write_rows(folder, &verdicts.lines)?;
-                    write_rows(folder, &verdicts.misses)
-                })?;
-                folder::remove(&of_cases)?;
-            }
-        }
-        let units: Vec<PathBuf> = self.plan.scenes.iter().map(unit_of).collect();
-        self.folder.join(&VERDICTS, &units)?;
-        self.folder.put(&self.plan.case_rows())?;
-        self.folder.manifest.cross_check = Some(CrossCheckEntry {
+        let entry = CrossCheckEntry {
             pairs: check.pairs,
             touching: check.touching,
             degenerate: check.degenerate,
             disagreements: check.disagreements,
-        });
-        self.finish(Stage::Verify)?;
-        self.verification()
+        };
+        write_unit(&unit, |folder| write_json(&folder.join(CROSS_CHECK_FILE), &entry))?;
+        Ok(())
     }
 
-    /// The finished verification.
+    /// Verifies what a scene lacks.
+    fn verify_scene(&self, scene: &Scene, progress: &dyn Progress) -> Result<(), MeasureError> {
+        let mut lacking = self.verify_units(scene, true);
+        lacking.retain(|(_, unit)| !unit.exists());
+        if lacking.is_empty() {
+            return Ok(());
+        }
+        let (poses, cache) = (self.plan.budget.verify_poses, self.cache.as_ref());
+        let judged = judged::judge(&self.plan, scene, poses, judged::Strata::NotSought, cache, progress)?;
+        if let Some((_, unit)) = lacking.iter().find(|(case, _)| case.is_none()) {
+            let lines = accuracy::lines(scene, &judged, self.plan.budget.asked_poses);
+            write_unit(unit, |folder| write_rows(folder, &lines))?;
+        }
+        let cases = lacking.into_iter().filter_map(|(case, unit)| Some((case?, unit))).collect();
+        Ok(accuracy::verify_cases(&self.plan, scene, &judged, cases, progress)?)
+    }
+
+    fn cross_check_unit(&self) -> PathBuf {
+        self.folder.unit(&[stage_folder(Stage::Verify), CROSS_CHECK])
+    }
+
+    /// Units of a scene's verification: its lines, without a case, then its cases; those of the shard alone, or all.
+    fn verify_units(&self, scene: &Scene, of_shard: bool) -> Vec<(Option<&Case>, PathBuf)> {
+        let cases = accuracy::verified_cases(&self.plan);
+        let of_scene = 1 + cases.len();
+        let place = self.plan.scenes.iter().position(|other| other.name == scene.name).unwrap_or_default();
+        let places = of_scene * self.plan.scenes.len();
+        let is_own = |number: usize| !of_shard || self.plan.has_unit(place * of_scene + number, places);
+        let named = |number: usize| if number == 0 { "lines".to_owned() } else { format!("case-{number}") };
+        let unit =
+            |number: usize| self.folder.unit(&[stage_folder(Stage::Verify), "scenes", &scene.name, &named(number)]);
+        let cases = std::iter::once(None).chain(cases.into_iter().map(Some)).enumerate();
+        cases.filter(|&(number, _)| is_own(number)).map(|(number, case)| (case, unit(number))).collect()
+    }
+
+    fn join_verdicts(&mut self) -> Result<(), MeasureError> {
+        let units = self.plan.scenes.iter().flat_map(|scene| self.verify_units(scene, false));
+        let (cases, lines): (Vec<_>, Vec<_>) = units.partition(|(case, _)| case.is_some());
+        let paths = |units: Vec<(Option<&Case>, PathBuf)>| units.into_iter().map(|(_, unit)| unit).collect();
+        let (cases, lines): (Vec<PathBuf>, Vec<PathBuf>) = (paths(cases), paths(lines));
+        self.folder.join(&VERDICTS, &cases)?;
+        self.folder.join(&LINES, &lines)?;
+        self.folder.put(&self.plan.case_rows())?;
+        self.folder.manifest.cross_check = Some(read_json(&self.cross_check_unit().join(CROSS_CHECK_FILE))?);
+        Ok(())
+    }
+
+    /// The finished verification; of a shard, its part.
     ///
     /// # Errors
     /// When its records cannot be read.
     pub fn verification(&self) -> Result<Verification, MeasureError> {
-        let cross_check = self.manifest().cross_check.unwrap_or_default();
-        Ok(Verification { rows: read_rows(self.folder())?, cross_check })
+        if self.plan.shard.is_none() {
+            let cross_check = self.manifest().cross_check.unwrap_or_default();
+            return Ok(Verification { rows: read_rows(self.folder())?, cross_check });
+        }
+        let mut rows = Vec::new();
+        for (_, unit) in self.plan.scenes.iter().flat_map(|scene| self.verify_units(scene, true)) {
+            rows.extend(read_rows_if_there(&unit)?);
+        }
+        let check = self.cross_check_unit().join(CROSS_CHECK_FILE);
+        let cross_check = if check.exists() { read_json(&check)? } else { CrossCheckEntry::default() };
+        Ok(Verification { rows, cross_check })
     }
 
     /// Counts, describes and times every case on every scene and writes the remaining raw CSV files. `launcher` carries out
@@ -233,14 +340,20 @@ impl Run {
     /// # Errors
     /// When poses cannot be judged, a launch fails, or files cannot be written.
     pub fn measure(&mut self, launcher: Launcher<'_>, progress: &dyn Progress) -> Result<(), MeasureError> {
+        if self.is_whole_shard(Stage::Measure) {
+            return Ok(());
+        }
         self.start(Stage::Measure)?;
-        self.folder.manifest.binaries = self.plan.binary_entries();
-        self.folder.manifest.clock = Some(timer::clock());
-        self.folder.manifest.cold = (self.plan.budget.cold_poses > 0).then(single::eviction);
-        self.folder.save()?;
-        for scene in &self.plan.scenes {
+        self.count(progress)?;
+        self.time(launcher, progress)?;
+        self.end(Stage::Measure)
+    }
+
+    /// Counts and describes every scene that lacks it.
+    fn count(&self, progress: &dyn Progress) -> Result<(), MeasureError> {
+        for (place, scene) in self.plan.scenes.iter().enumerate() {
             let unit = self.count_unit(scene);
-            if !unit.exists() {
+            if self.plan.has_unit(place, self.plan.scenes.len()) && !unit.exists() {
                 let measured = Measured::choose(&self.plan, scene, self.cache.as_ref(), progress)?;
                 let rows = counts::count_scene(&self.plan, scene, &measured, progress);
                 let exits = exits::count_scene(&self.plan, scene, &measured.judged, &measured.chunks, progress);
@@ -255,8 +368,19 @@ impl Run {
                 })?;
             }
         }
+        Ok(())
+    }
+
+    /// Carries out the launches that lack something.
+    fn time(&mut self, launcher: Launcher<'_>, progress: &dyn Progress) -> Result<(), MeasureError> {
         let launches = self.plan.budget.launches;
-        for launch in 0..launches {
+        let own = (0..launches).filter(|&launch| self.plan.has_unit(launch as usize, launches as usize));
+        let own: Vec<u32> = own.collect();
+        if own.is_empty() {
+            return Ok(());
+        }
+        self.note_machine()?;
+        for launch in own {
             if self.plan.scenes.iter().all(|scene| self.time_unit(launch, scene).exists()) {
                 continue;
             }
@@ -266,12 +390,32 @@ impl Run {
                 launcher(launch).map_err(|cause| MeasureError::Launch { launch, cause })?;
             }
         }
+        Ok(())
+    }
+
+    /// Notes with what and on what machine it is timed; a run that another kind of machine has begun to time is not mixed.
+    fn note_machine(&mut self) -> Result<(), MeasureError> {
+        let here = environment::machine();
+        let begun = &self.folder.manifest.machine;
+        if self.time_units().iter().any(|unit| unit.exists()) && !begun.is_alike(&here) {
+            let named = |machine: &MachineFacts| format!("{}, {}, {} cores", machine.cpu, machine.simd, machine.cores);
+            let (begun, here) = (named(begun), named(&here));
+            return Err(MeasureError::AnotherMachine { folder: self.folder().to_owned(), begun, here });
+        }
+        self.folder.manifest.machine = here;
+        self.folder.manifest.binaries = self.plan.binary_entries();
+        self.folder.manifest.clock = Some(timer::clock());
+        self.folder.manifest.cold = (self.plan.budget.cold_poses > 0).then(single::eviction);
+        Ok(self.folder.save()?)
+    }
+
+    fn join_measured(&mut self) -> Result<(), MeasureError> {
         self.folder.put(&self.plan.case_rows())?;
         let (counts, times) = (self.count_units(), self.time_units());
         self.folder.join(&COUNTS, &counts)?;
         self.folder.join(&TIMES, &times)?;
         self.folder.manifest.noise = self.noise()?;
-        self.finish(Stage::Measure)
+        Ok(())
     }
 
     /// Whether the binary that is running is the one whose turn a launch is.
@@ -353,9 +497,11 @@ impl Run {
     }
 }
 
-/// What the verification of a scene writes.
-const VERDICTS: [RawTable; 3] =
-    [RawTable::of::<VerificationRow>(), RawTable::of::<LineRow>(), RawTable::of::<MissRow>()];
+/// What the verification of a case writes.
+const VERDICTS: [RawTable; 2] = [RawTable::of::<VerificationRow>(), RawTable::of::<MissRow>()];
+
+/// What the verification of a scene writes beside its cases.
+const LINES: [RawTable; 1] = [RawTable::of::<LineRow>()];
 
 /// What counting and describing a scene writes.
 const COUNTS: [RawTable; 6] = [
@@ -373,7 +519,7 @@ const TIMES: [RawTable; 3] = [RawTable::of::<TimingRow>(), RawTable::of::<BuildR
 /// The files of raw rows that a stage writes.
 fn raw_files(stage: Stage) -> Vec<&'static str> {
     let tables: &[&[RawTable]] = match stage {
-        Stage::Verify => &[&VERDICTS],
+        Stage::Verify => &[&VERDICTS, &LINES],
         Stage::Measure => &[&COUNTS, &TIMES],
         Stage::Analyze | Stage::Plot | Stage::Report => return Vec::new(),
     };

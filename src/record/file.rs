@@ -5,6 +5,8 @@ use super::rows::Row;
 use flate2::Compression;
 use flate2::read::MultiGzDecoder;
 use flate2::write::GzEncoder;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::fs::{self, File};
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
@@ -114,6 +116,24 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
 /// As [`write_bytes`].
 pub fn write_text(path: &Path, text: &str) -> Result<(), RecordError> {
     write_bytes(path, text.as_bytes())
+}
+
+/// Writes a value as a JSON file, all at once.
+///
+/// # Errors
+/// As [`write_bytes`]; [`RecordError::Json`] when the value has no JSON form.
+pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), RecordError> {
+    let text =
+        serde_json::to_string_pretty(value).map_err(|source| RecordError::Json { path: path.to_owned(), source })?;
+    write_text(path, &(text + "\n"))
+}
+
+/// Reads a value from a JSON file.
+///
+/// # Errors
+/// When the file cannot be read or is of another type.
+pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {
+    serde_json::from_str(&read_text(path)?).map_err(|source| RecordError::Json { path: path.to_owned(), source })
 }
 
 /// What is added to the name of a compressed table.

@@ -1,9 +1,10 @@
 //! The manifest: everything one must know to make the run again, and to judge its timings.
 
-use super::file::{RecordError, compressed, located, open, read_text, write_text};
+use super::file::{RecordError, compressed, located, open, read_text, write_json};
 use super::vocabulary::Kind;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fs;
 use std::io::Read;
 use std::path::Path;
 
@@ -52,6 +53,20 @@ pub struct Manifest {
     /// Files of raw rows to the BLAKE3 hash of their bytes, from the stages that are finished; empty in older manifests.
     #[serde(default)]
     pub rows: BTreeMap<String, String>,
+    /// Which part of the plan the folder holds; `None` for a whole run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<ShardEntry>,
+}
+
+/// A part of a plan, carried out in a folder of its own.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ShardEntry {
+    /// Its number, from 1.
+    pub number: u32,
+    /// Shards of the plan.
+    pub of: u32,
+    /// [`Manifest::plan_hash`] of the whole.
+    pub plan: String,
 }
 
 /// A stage of a run.
@@ -216,6 +231,14 @@ pub struct MachineFacts {
     pub load: Option<f64>,
 }
 
+impl MachineFacts {
+    /// Whether times of both machines may stand in one record: processor, instruction set and cores are the same.
+    #[must_use]
+    pub fn is_alike(&self, other: &Self) -> bool {
+        (&self.cpu, &self.simd, self.cores) == (&other.cpu, &other.simd, other.cores)
+    }
+}
+
 impl Manifest {
     /// Its file in a run's folder.
     pub const FILE: &'static str = "manifest.json";
@@ -235,6 +258,45 @@ impl Manifest {
             return Err(RecordError::Schema { path, found, known: SCHEMA });
         }
         serde_json::from_str(&text).map_err(json)
+    }
+
+    /// BLAKE3 hash of everything that decides the rows of a plan: request, inputs, variants, versions, program and binaries.
+    #[must_use]
+    pub fn plan_hash(&self) -> String {
+        let Program { version, git_revision, rustc, flags, .. } = &self.program;
+        let binaries: Vec<&str> = self.binaries.iter().map(|binary| binary.hash.as_str()).collect();
+        let layout = (self.schema, &self.protocol);
+        let plan = serde_json::json!([
+            layout,
+            self.request,
+            self.inputs,
+            self.variants,
+            version,
+            git_revision,
+            rustc,
+            flags,
+            binaries
+        ]);
+        blake3::hash(plan.to_string().as_bytes()).to_hex().to_string()
+    }
+
+    /// Notes the hash of every file below a folder in the run's folder, by its path there.
+    ///
+    /// # Errors
+    /// When one cannot be read.
+    pub fn seal_below(&mut self, folder: &Path, below: &Path) -> Result<(), RecordError> {
+        let entries = fs::read_dir(below).map_err(RecordError::io("read", below))?;
+        for entry in entries {
+            let path = entry.map_err(RecordError::io("read", below))?.path();
+            if path.is_dir() {
+                self.seal_below(folder, &path)?;
+            } else {
+                let names = path.strip_prefix(folder).unwrap_or(&path).components();
+                let names: Vec<_> = names.map(|name| name.as_os_str().to_string_lossy()).collect();
+                self.rows.insert(names.join("/"), hash(&path)?);
+            }
+        }
+        Ok(())
     }
 
     /// Notes the hashes of files of raw rows in the run's folder.
@@ -275,10 +337,7 @@ impl Manifest {
     /// # Errors
     /// When the file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), RecordError> {
-        let path = folder.join(Self::FILE);
-        let text =
-            serde_json::to_string_pretty(self).map_err(|source| RecordError::Json { path: path.clone(), source })?;
-        write_text(&path, &(text + "\n"))
+        write_json(&folder.join(Self::FILE), self)
     }
 }
 

@@ -23,8 +23,8 @@ pub(crate) mod synthetic;
 pub use audit::{AuditCellRow, AuditEffectRow, AuditShareRow};
 pub use cost::{CostChunkRow, CostRow, DeadlineRow, RepayRow};
 pub use file::{
-    RecordError, for_each_row, has_rows, read_rows, read_rows_if_there, read_text, write_bytes, write_rows,
-    write_rows_compressed, write_text,
+    RecordError, for_each_row, has_rows, read_json, read_rows, read_rows_if_there, read_text, write_bytes, write_json,
+    write_rows, write_rows_compressed, write_text,
 };
 pub use lock::FolderLock;
 pub use manifest::Manifest;

@@ -577,5 +577,6 @@ fn manifest(plan: &Plan) -> Manifest {
         finished: vec![Stage::Verify, Stage::Measure],
         noise: Vec::new(),
         rows: BTreeMap::new(),
+        shard: None,
     }
 }

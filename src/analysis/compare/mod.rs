@@ -19,6 +19,7 @@ use crate::record::{ClaimRow, Manifest, NULL_VARIANT, RatioRow, TightnessRow, Tr
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::str::FromStr;
 
 /// What two runs have in common, and what differs.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -58,11 +59,57 @@ pub struct SceneMatch {
     pub drift: Option<f64>,
 }
 
-impl Comparison {
-    /// Whether some case of the later run misses contacts that it did not miss in the earlier run.
+/// A reason why a later run is not accepted in the place of an earlier one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Gate {
+    /// A case misses contacts that it did not miss.
+    Misses,
+    /// Operations of a query, or a tree, are others.
+    Counts,
+    /// Queries or constructions of a case take longer, beyond noise.
+    Slower,
+    /// A scene of the earlier run is not compared, or a case is not there any more.
+    Uncompared,
+}
+
+impl Gate {
+    /// All gates.
+    pub const ALL: [Self; 4] = [Self::Misses, Self::Counts, Self::Slower, Self::Uncompared];
+
+    /// The name on the command line.
     #[must_use]
-    pub fn has_regression(&self) -> bool {
-        self.misses.iter().any(|change| change.is_regression)
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::Misses => "misses",
+            Self::Counts => "counts",
+            Self::Slower => "slower",
+            Self::Uncompared => "uncompared",
+        }
+    }
+}
+
+impl FromStr for Gate {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|gate| gate.id() == text);
+        found.ok_or_else(|| format!("`{text}` is no gate: expected misses, counts, slower or uncompared"))
+    }
+}
+
+impl Comparison {
+    /// The gates at which the later run fails. Times are judged over all strata together, as the noise is.
+    #[must_use]
+    pub fn failed(&self) -> Vec<Gate> {
+        let is_whole = |row: &&TimeChange| [ALL, "-"].contains(&row.stratum.as_str());
+        let fails = |gate: &Gate| match gate {
+            Gate::Misses => self.misses.iter().any(|change| change.is_regression),
+            Gate::Counts => !self.counts.is_empty() || !self.trees.is_empty(),
+            Gate::Slower => self.times.iter().filter(is_whole).any(|row| row.change == "slower"),
+            Gate::Uncompared => !self.only_before.is_empty() || self.scenes.iter().any(|scene| !scene.same_poses),
+        };
+        Gate::ALL.into_iter().filter(fails).collect()
     }
 }
 

@@ -45,7 +45,7 @@ fn two_runs_of_the_same_differ_by_noise_only() {
     // The control runs at far poses alone.
     assert_eq!(comparison.times.len(), SCENES.len() * (cases * 6 - 3));
     assert!(comparison.counts.is_empty() && comparison.trees.is_empty() && comparison.misses.is_empty());
-    assert!(!comparison.has_regression());
+    assert!(comparison.failed().is_empty());
 }
 
 /// Another version of the program may number the chunks differently.
@@ -82,6 +82,7 @@ fn planted_times_counts_and_trees_are_found_and_nothing_else() {
     assert_eq!(counts, [(true, 1), (false, 1)]);
     assert_eq!(comparison.counts[0].volume_tests.1 - comparison.counts[0].volume_tests.0, 7);
     assert_eq!(comparison.trees.len(), 1);
+    assert_eq!(comparison.failed(), [Gate::Counts, Gate::Slower]);
     assert!(comparison.trees[0].looseness.1 > comparison.trees[0].looseness.0);
 }
 
@@ -98,10 +99,10 @@ fn one_more_miss_is_a_regression_and_one_fewer_is_none() {
         }
     };
     let worse = compared(&miss(1, "aabb"));
-    assert!(worse.has_regression());
+    assert_eq!(worse.failed(), [Gate::Misses]);
     assert_eq!((worse.misses.len(), worse.misses[0].missed), (1, (0, 1)));
     let better = compared(&miss(u64::MAX, "obb-vertex-centroid"));
-    assert!(!better.has_regression());
+    assert!(better.failed().is_empty());
     let missed = better.misses[0].missed;
     assert_eq!(missed.0 - missed.1, 1);
     // Other poses, and one miss more of an unsafe variant: within the intervals.
@@ -109,12 +110,12 @@ fn one_more_miss_is_a_regression_and_one_fewer_is_none() {
         run.manifest.request.verify_poses += 1;
         miss(1, "obb-vertex-centroid")(run);
     });
-    assert!(!other.has_regression() && other.misses.len() == 1);
+    assert!(other.failed().is_empty() && other.misses.len() == 1);
     let broken = compared(&|run| {
         run.manifest.request.verify_poses += 1;
         miss(1, "aabb")(run);
     });
-    assert!(broken.has_regression(), "a safe variant misses none on any poses");
+    assert_eq!(broken.failed(), [Gate::Misses], "a safe variant misses none on any poses");
 }
 
 #[test]
@@ -129,6 +130,7 @@ fn a_scene_of_other_inputs_or_poses_is_not_paired() {
     assert_eq!(other.differing_inputs, [format!("{}/scene.toml", SCENES[0])]);
     assert!(same.same_poses && comparison.times.iter().all(|row| row.scene == same.scene));
     assert!(comparison.notes.iter().any(|note| note.starts_with("processor: made-up CPU before")));
+    assert_eq!(comparison.failed(), [Gate::Uncompared]);
     let shared = compared(&|run| drop(run.manifest.inputs.insert("scenes/made-up/scene.toml".into(), "11".into())));
     assert!(shared.times.is_empty() && shared.scenes.iter().all(|scene| !scene.same_poses));
     let more = compared(&|run| drop(run.manifest.inputs.insert("another/machine.toml".into(), "22".into())));

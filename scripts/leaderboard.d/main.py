@@ -1,0 +1,93 @@
+"""Submissions and committed records as one page; `scripts/leaderboard` says how it is called."""
+
+import argparse
+import math
+import sys
+from collections import defaultdict
+from html import escape
+from pathlib import Path
+
+from record import REFERENCE, SCENES, Fault, Record
+
+STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem;color:#1a1a1a;background:#fff}
+table{border-collapse:collapse;width:100%}th,td{padding:.3rem .6rem;text-align:right;border-bottom:1px solid #ddd}th:nth-child(-n+2),td:nth-child(-n+2){text-align:left}
+.wrong{color:#b00020}@media(prefers-color-scheme:dark){body{color:#e6e6e6;background:#161616}th,td{border-color:#444}.wrong{color:#ff8a80}}"""
+
+
+def arguments():
+    parser = argparse.ArgumentParser(prog="scripts/leaderboard")
+    parser.add_argument("--out", type=Path, help="the page")
+    parser.add_argument("--check", action="store_true", help="check submissions only")
+    parser.add_argument("records", type=Path, nargs="+", metavar="RECORD")
+    options = parser.parse_args()
+    if bool(options.out) == options.check:
+        parser.error("give --out FILE or --check")
+    return options
+
+
+def ranking(entries):
+    """Methods of one machine, best first: those that answered all scenes, by the geometric mean of their ratios; a method that misses contacts comes after all that miss none."""
+    of = defaultdict(dict)
+    for entry in entries:
+        if entry["scene"] in SCENES:
+            of[entry["engine"], entry["folder"]][entry["scene"]] = entry
+    table = []
+    for (engine, folder), scenes in of.items():
+        if set(scenes) == set(SCENES):
+            mean = math.exp(sum(math.log(entry["ratio"]) for entry in scenes.values()) / len(SCENES))
+            missed, invented = (sum(entry[name] for entry in scenes.values()) for name in ("missed", "invented"))
+            table.append({"engine": engine, "folder": folder, "mean": mean, "missed": missed, "invented": invented, "scenes": scenes})
+    return sorted(table, key=lambda row: (row["missed"] > 0, -row["mean"], row["engine"]))
+
+
+def cell(entry):
+    interval = f" <small>[{entry['low']:.2f}, {entry['high']:.2f}]</small>" if entry["low"] is not None else ""
+    return f"{entry['ratio']:.2f}{interval}"
+
+
+def section(cpu, entries):
+    head = "".join(f"<th>{escape(scene)}</th>" for scene in SCENES)
+    lines = [f"<h2>{escape(cpu)}</h2><table><thead><tr><th>method</th><th>record</th>{head}<th>mean</th><th>missed</th><th>invented</th></tr></thead><tbody>"]
+    for row in ranking(entries):
+        checked = next(iter(row["scenes"].values()))["checked"]
+        scenes = "".join(f"<td>{cell(row['scenes'][scene])}</td>" for scene in SCENES)
+        wrong = "".join(f"<td{' class=wrong' if row[name] else ''}>{row[name]}</td>" for name in ("missed", "invented"))
+        record = f"{escape(row['folder'])}{' (submission, checked)' if checked else ''}"
+        lines.append(f"<tr><td>{escape(row['engine'])}</td><td>{record}</td>{scenes}<td>{row['mean']:.2f}</td>{wrong}</tr>")
+    return "\n".join([*lines, "</tbody></table>"])
+
+
+def page(entries):
+    machines = defaultdict(list)
+    for entry in entries:
+        machines[entry["cpu"]].append(entry)
+    sections = "\n".join(section(cpu, machines[cpu]) for cpu in sorted(machines))
+    return f"""<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>bvbench leaderboard</title><style>{STYLE}</style></head><body>
+<h1>Does it collide?</h1>
+<p>How many times faster than <code>{REFERENCE}</code> a whole engine answers the same poses on the same machine, with 95 % intervals over chunks of poses where the record has the raw rows; the mean is geometric,
+over the scenes. A method that misses contacts ranks below all that miss none. Times of different machines are not compared. <code>docs/leaderboard.md</code> says how to submit a method.</p>
+{sections}
+</body></html>
+"""
+
+
+def main():
+    options = arguments()
+    entries, failed = [], False
+    for folder in options.records:
+        try:
+            record = Record(folder)
+            if options.check or record.submission is not None:
+                record.check()
+                print(f"{folder}: {record.submission['name']} {record.submission['version']} passes")
+            entries.extend(record.entries())
+        except Fault as fault:
+            print(f"error: {fault}", file=sys.stderr)
+            failed = True
+    if options.out:
+        options.out.write_text(page(entries), encoding="utf-8")
+        print(f"{len(entries)} rows of {len(options.records)} records: {options.out}")
+    sys.exit(1 if failed else 0)
+
+
+main()

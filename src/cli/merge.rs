@@ -1,0 +1,58 @@
+//! `merge`: the shards of a run put together.
+
+use super::{CLEAR, FAILED, say, verify};
+use crate::measure::shard::{Shard, merge};
+use crate::record::manifest::Stage;
+use crate::registry::Registry;
+use anyhow::Result;
+use clap::Args;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  bvbench repro --shard 1/2 --out shards/1 && bvbench repro --shard 2/2 --out shards/2\n  bvbench stage merge shards/1 shards/2 --out results/quick\n  bvbench repro --out results/quick      analysis, figures and report of the merged run\n\nDeterministic tables have the bytes of a run without shards. Shards of another plan, version or protocol are refused, and so are shards that are\nunfinished, changed, lacking or named twice, and launches timed on processors of two kinds."
+)]
+pub struct Options {
+    /// Folders of all shards
+    #[arg(value_name = "SHARD", required = true)]
+    shards: Vec<PathBuf>,
+    /// Folder of the run
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Write raw rows compressed, as .csv.gz [default: with profile full]
+    #[arg(long)]
+    gzip: bool,
+    /// Replace a run of another request that is in the folder
+    #[arg(long)]
+    fresh: bool,
+    /// Print the manifest as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
+    let run = merge(&options.shards, registry, &options.out, (options.fresh, options.gzip))?;
+    if options.json {
+        say(serde_json::to_string_pretty(&json!({ "manifest": run.manifest() }))?);
+    } else {
+        let stages: Vec<&str> = [(Stage::Verify, "verdicts"), (Stage::Measure, "counts and times")]
+            .into_iter()
+            .filter_map(|(stage, what)| run.has_finished(stage).then_some(what))
+            .collect();
+        say(format!("Merged {} shards, {}: {}", options.shards.len(), stages.join(", "), options.out.display()));
+    }
+    let holds = !run.has_finished(Stage::Verify) || {
+        let verification = run.verification()?;
+        if !options.json {
+            say(verify::verdict(&verification));
+        }
+        verification.holds()
+    };
+    Ok(if holds { CLEAR } else { FAILED })
+}
+
+/// What a finished shard's command says.
+pub fn next_step(shard: Shard, folder: &Path) -> String {
+    format!("Shard {shard} is whole: {}. `bvbench stage merge` puts all shards together.", folder.display())
+}

@@ -1,0 +1,282 @@
+//! Shards: a plan carried out in parts, on several machines, and put together again.
+//!
+//! A shard is a share of each kind of unit of a run: verdicts of cases, counts of scenes, whole launches. It works in a folder of its own, keeps its
+//! units, and seals them with their hashes when a stage is finished. [`merge`] gathers the units of all shards in the folder of a run and joins them as
+//! the run itself would, so that deterministic tables have the same bytes.
+
+use super::folder::difference;
+use super::plan::{Plan, PlanError};
+use super::run::{MeasureError, Run};
+use crate::record::manifest::{PROTOCOL, ShardEntry, Stage};
+use crate::record::{FolderLock, Manifest, RecordError};
+use crate::registry::Registry;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use thiserror::Error;
+
+/// Most shards of a plan: beyond any plan's number of units.
+const MOST: u32 = 10_000;
+
+/// A share of a plan's units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Its number, from 1.
+    pub number: u32,
+    /// Shards of the plan.
+    pub of: u32,
+}
+
+impl Shard {
+    /// Whether unit `place` of `places` of a kind is in it. Neighbours are in the same shard as far as possible: they share a scene's truth.
+    #[must_use]
+    pub const fn has(self, place: usize, places: usize) -> bool {
+        place < places && place * self.of as usize / places == self.number as usize - 1
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number, self.of)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+        match numbers {
+            Some((number, of)) if 1 <= number && number <= of && of <= MOST => Ok(Self { number, of }),
+            _ => Err(format!("`{text}` is no shard: expected I/N with I from 1 to N, and N at most {MOST}")),
+        }
+    }
+}
+
+/// Why shards cannot be merged.
+#[derive(Debug, Error)]
+pub enum MergeError {
+    /// A folder cannot be read, or the run's folder cannot be written.
+    #[error(transparent)]
+    Measure(#[from] MeasureError),
+    /// The plan cannot be made here.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// No shards are named.
+    #[error("no shards are named")]
+    None,
+    /// A folder holds a whole run.
+    #[error("{} holds no shard: its run was made without --shard", .0.display())]
+    NotAShard(PathBuf),
+    /// Two shards are of different plans.
+    #[error("{other} is a shard of another plan than {first}: {difference} differs", first = first.display(), other = other.display())]
+    AnotherPlan {
+        /// The first shard named.
+        first: PathBuf,
+        /// The other one.
+        other: PathBuf,
+        /// What differs.
+        difference: &'static str,
+    },
+    /// The shards were made by another version.
+    #[error("{shard} is of {found}, this is {here}: merge with the program that made the shards", shard = shard.display())]
+    AnotherVersion {
+        /// The shard.
+        shard: PathBuf,
+        /// Its version and protocol.
+        found: String,
+        /// Those of this program.
+        here: String,
+    },
+    /// Two folders hold the same shard.
+    #[error("{first} and {other} both hold shard {number}", first = first.display(), other = other.display())]
+    Twice {
+        /// Number of the shard.
+        number: u32,
+        /// One of them.
+        first: PathBuf,
+        /// The other.
+        other: PathBuf,
+    },
+    /// Some shards are not named.
+    #[error("of {of} shards these are lacking: {lacking}")]
+    Lacking {
+        /// Shards of the plan.
+        of: u32,
+        /// Their numbers.
+        lacking: String,
+    },
+    /// A shard lacks a stage that another one has, or has none.
+    #[error("{} is unfinished: give its command again", .0.display())]
+    Unfinished(PathBuf),
+    /// Launches of two kinds of machine.
+    #[error(
+        "{first} was timed on {first_cpu}, {other} on {other_cpu}: times of two machines are no one run; merge a run of each and compare them with scripts/across-hosts",
+        first = first.display(), other = other.display()
+    )]
+    AnotherMachine {
+        /// A shard.
+        first: PathBuf,
+        /// Its processor.
+        first_cpu: String,
+        /// Another shard.
+        other: PathBuf,
+        /// Its processor.
+        other_cpu: String,
+    },
+}
+
+impl From<RecordError> for MergeError {
+    fn from(error: RecordError) -> Self {
+        Self::Measure(error.into())
+    }
+}
+
+/// A shard's folder, which nobody else works in.
+struct Part {
+    path: PathBuf,
+    manifest: Manifest,
+    entry: ShardEntry,
+    _lock: FolderLock,
+}
+
+impl Part {
+    fn read(path: &Path) -> Result<Self, MergeError> {
+        let manifest = Manifest::read(path)?;
+        let entry = manifest.shard.clone().ok_or_else(|| MergeError::NotAShard(path.to_owned()))?;
+        let lock = FolderLock::take(path)?;
+        manifest.check_rows(path)?;
+        Ok(Self { path: path.to_owned(), manifest, entry, _lock: lock })
+    }
+
+    /// The manifest of the whole plan, nothing of which is finished.
+    fn plan(&self) -> Manifest {
+        Manifest { shard: None, finished: Vec::new(), ..self.manifest.clone() }
+    }
+}
+
+/// Merges shards into the run of their plan in `out`; `gzip` compresses its raw rows whatever the profile says.
+///
+/// # Errors
+/// When a shard is of another plan, version or protocol, is unfinished, changed, lacking or named twice, when launches were timed on machines of two
+/// kinds, when the plan's inputs are not those that are found here, or when `out` cannot be used.
+pub fn merge(
+    shards: &[PathBuf],
+    registry: &Registry,
+    out: &Path,
+    (fresh, gzip): (bool, bool),
+) -> Result<Run, MergeError> {
+    let mut parts = shards.iter().map(|path| Part::read(path)).collect::<Result<Vec<Part>, _>>()?;
+    check_plans(&parts)?;
+    parts.sort_by_key(|part| part.entry.number);
+    check_numbers(&parts)?;
+    let stages = finished_stages(&parts)?;
+    check_machines(&parts)?;
+    // The first launch is in the first shard.
+    let whole = parts[0].plan();
+    let mut plan = Plan::of_request(whole.request.clone(), registry)?;
+    plan.gzip |= gzip;
+    let here = Manifest { binaries: whole.binaries.clone(), ..plan.manifest() };
+    if let Some(difference) = difference(&whole, &here) {
+        return Err(MeasureError::AnotherRun { folder: parts[0].path.clone(), difference }.into());
+    }
+    let mut run = Run::open_for(plan, whole, out, fresh)?;
+    for &stage in &stages {
+        run.clear(stage)?;
+        for part in &parts {
+            run.take_units(&part.path, stage)?;
+        }
+        run.end(stage)?;
+    }
+    Ok(run)
+}
+
+/// All are of one plan, and of this program's version.
+fn check_plans(parts: &[Part]) -> Result<(), MergeError> {
+    let first = parts.first().ok_or(MergeError::None)?;
+    for part in parts {
+        if (&part.entry.plan, part.entry.of) != (&first.entry.plan, first.entry.of) {
+            let difference = difference(&first.plan(), &part.plan()).unwrap_or("the number of shards");
+            return Err(MergeError::AnotherPlan { first: first.path.clone(), other: part.path.clone(), difference });
+        }
+        let named = |version: &str, protocol: &str| format!("version {version}, protocol {protocol}");
+        let found = named(&part.manifest.program.version, &part.manifest.protocol);
+        let here = named(&super::environment::program().version, PROTOCOL);
+        if found != here {
+            return Err(MergeError::AnotherVersion { shard: part.path.clone(), found, here });
+        }
+        // What was edited since the shard began does not go by the hash that was noted then.
+        if part.plan().plan_hash() != part.entry.plan {
+            let (first, other) = (part.path.clone(), part.path.clone());
+            return Err(MergeError::AnotherPlan { first, other, difference: "the plan that its manifest tells" });
+        }
+    }
+    Ok(())
+}
+
+/// Every number is there once; the parts are in their order.
+fn check_numbers(parts: &[Part]) -> Result<(), MergeError> {
+    if let Some([first, other]) = parts.windows(2).find(|two| two[0].entry.number == two[1].entry.number) {
+        let (first, other, number) = (first.path.clone(), other.path.clone(), other.entry.number);
+        return Err(MergeError::Twice { number, first, other });
+    }
+    let of = parts[0].entry.of;
+    let is_there = |number: &u32| parts.iter().any(|part| part.entry.number == *number);
+    let lacking: Vec<String> = (1..=of).filter(|n| !is_there(n)).map(|n| n.to_string()).collect();
+    if lacking.is_empty() { Ok(()) } else { Err(MergeError::Lacking { of, lacking: lacking.join(", ") }) }
+}
+
+/// The stages that all have finished; there is one at least, and none that only some have finished.
+fn finished_stages(parts: &[Part]) -> Result<Vec<Stage>, MergeError> {
+    let of = |part: &Part| {
+        [Stage::Verify, Stage::Measure].into_iter().filter(|stage| part.manifest.finished.contains(stage)).collect()
+    };
+    let most: Vec<Stage> = parts.iter().map(of).max_by_key(Vec::len).unwrap_or_default();
+    match parts.iter().find(|part| most.is_empty() || of(part) != most) {
+        Some(part) => Err(MergeError::Unfinished(part.path.clone())),
+        None => Ok(most),
+    }
+}
+
+/// All launches were timed on machines of one kind.
+fn check_machines(parts: &[Part]) -> Result<(), MergeError> {
+    let timed: Vec<&Part> = parts.iter().filter(|part| part.manifest.clock.is_some()).collect();
+    let Some(first) = timed.first() else { return Ok(()) };
+    match timed.iter().find(|part| !part.manifest.machine.is_alike(&first.manifest.machine)) {
+        Some(other) => Err(MergeError::AnotherMachine {
+            first: first.path.clone(),
+            first_cpu: first.manifest.machine.cpu.clone(),
+            other: other.path.clone(),
+            other_cpu: other.manifest.machine.cpu.clone(),
+        }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_unit_is_in_one_shard_and_neighbours_stay_together() {
+        for (places, of) in [(0, 3), (1, 7), (3, 7), (7, 7), (40, 7), (41, 1)] {
+            let shards: Vec<Shard> = (1..=of).map(|number| Shard { number, of }).collect();
+            let owner = |place| shards.iter().filter(move |shard| shard.has(place, places)).map(|shard| shard.number);
+            let owners: Vec<u32> = (0..places).flat_map(owner).collect();
+            assert_eq!(owners.len(), places, "{places} units in {of} shards");
+            assert!(owners.is_sorted(), "{owners:?}");
+            let sizes = (1..=of).map(|number| owners.iter().filter(|&&owner| owner == number).count());
+            let (least, most) = (sizes.clone().min().unwrap(), sizes.max().unwrap());
+            assert!(most - least <= 1, "{owners:?}");
+        }
+        assert!(Shard { number: 1, of: 7 }.has(0, 1), "the first launch is in the first shard");
+    }
+
+    #[test]
+    fn a_shard_is_written_as_two_numbers() {
+        assert_eq!("3/7".parse(), Ok(Shard { number: 3, of: 7 }));
+        for text in ["0/7", "8/7", "3", "/", "3/7/1", "-1/7", "1/0", "1/10001"] {
+            assert!(text.parse::<Shard>().unwrap_err().contains(text), "{text}");
+        }
+    }
+}
