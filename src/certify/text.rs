@@ -44,7 +44,11 @@ impl Proof<'_> {
         let file = run.file.file_name().unwrap_or_default().to_string_lossy();
         let hash = blake3::hash(run.program.blocks.join("\n").as_bytes()).to_hex();
         writeln!(text, "program {} {hash}", name(&file))?;
-        for link in scene.machine.links() {
+        // Parents first.
+        let depth = |&link: &usize| std::iter::successors(Some(link), |&link| scene.machine.parent(link)).count();
+        let mut order: Vec<usize> = (0..scene.machine.links().len()).collect();
+        order.sort_by_key(depth);
+        for link in order.into_iter().map(|link| &scene.machine.links()[link]) {
             let parent = link.parent.as_deref().map_or_else(|| "-".to_owned(), name);
             write!(text, "link {} {parent} {}", name(&link.name), placed(&link.parent_from_link))?;
             if let Some(joint) = &link.joint {

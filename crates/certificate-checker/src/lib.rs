@@ -183,6 +183,9 @@ impl Checker {
                 .try_for_each(|part| part.mesh.finish().map_err(|why| format!("{}: {why}", part.name))),
             4 => {
                 self.stated.machine.finish()?;
+                if self.stated.machine.steps.is_empty() {
+                    return Err("there is no path".to_owned());
+                }
                 self.verdicts = vec![0; self.stated.machine.steps.len()];
                 Ok(())
             }

@@ -76,8 +76,21 @@ pub struct Machine {
     boxes: Vec<Option<[[f64; 2]; 9]>>,
 }
 
+/// How far a step may begin from where the one before ends: what rounding does to arcs and to the tip.
+const JUMP_MM: f64 = 1e-7;
+const JUMP_RAD: f64 = 1e-10;
+
 /// A ball on a link.
 type Ball = (Option<usize>, V, I);
+
+/// World from each link.
+struct Poses(Vec<Pose>);
+
+impl Poses {
+    fn of(&self, link: Option<usize>) -> Pose {
+        link.map_or(Pose::IDENTITY, |link| self.0[link])
+    }
+}
 
 impl Sweep {
     /// How far along `n`, times its length, points may come back; without the ball.
@@ -103,23 +116,29 @@ impl Region {
 }
 
 impl Machine {
-    /// Sorts nothing, but finds the range of every step.
+    /// Finds the range of every step, and refuses a path that jumps.
     pub fn finish(&mut self) -> Result<(), String> {
-        if self.steps.is_empty() || (0..self.links.len()).any(|link| self.up(Some(link)).count() > self.links.len()) {
-            return Err("no path, or links on one another in a circle".to_owned());
-        }
         let range = |step| {
             let region = self.within(step, [0.0, 1.0])?;
             let side = |axis: usize| region.mid[axis] + region.half(axis).both_ways();
             Some([0, 1, 2, 3, 4, 5, 6, 7, 8].map(|axis| [side(axis).lo, side(axis).hi]))
         };
+        let jumps = |step: usize| {
+            let [end, begin] =
+                [self.within(step - 1, [1.0; 2])?, self.within(step, [0.0; 2])?].map(|region| region.mid);
+            let is_far = |i: usize| (end[i] - begin[i]).most() > if (3..6).contains(&i) { JUMP_RAD } else { JUMP_MM };
+            (0..9).any(is_far).then_some(step)
+        };
+        if let Some(step) = (1..self.steps.len()).find_map(jumps) {
+            return Err(format!("the path jumps at move {step}, of line {}", self.steps[step].line));
+        }
         self.boxes = (0..self.steps.len()).map(range).collect();
         Ok(())
     }
 
-    /// A link and those below it; more than there are where they go round in a circle.
+    /// A link and those that carry it, which come before it.
     fn up(&self, link: Option<usize>) -> impl Iterator<Item = usize> {
-        std::iter::successors(link, |&link| self.links[link].parent).take(self.links.len() + 1)
+        std::iter::successors(link, |&link| self.links[link].parent)
     }
 
     fn shared(&self, [a, b]: [Option<usize>; 2]) -> Option<usize> {
@@ -133,19 +152,25 @@ impl Machine {
         links.map(|link| self.up(link).take_while(|&link| Some(link) != shared).filter(is_moved).collect())
     }
 
-    fn world_from(&self, link: Option<usize>, axes: &[I; 9]) -> Pose {
-        let Some(link) = link else { return Pose::IDENTITY };
-        let Link { parent, pose, joint, .. } = &self.links[link];
-        let placed = self.world_from(*parent, axes).after(pose);
-        let Some(Joint { axis, turns, direction, gain }) = joint else { return placed };
-        let value = axes[*axis] * *gain;
-        placed.after(&match turns {
-            None => Pose { t: times(direction, value), ..Pose::IDENTITY },
-            Some(point) => {
-                let turn = Pose::about(direction, value);
-                Pose { t: minus(point, &turn.turn(point)), ..turn }
-            }
-        })
+    /// Where every link is in the world.
+    fn poses(&self, axes: &[I; 9]) -> Poses {
+        let mut poses = Poses(Vec::with_capacity(self.links.len()));
+        for Link { parent, pose, joint, .. } in &self.links {
+            let placed = parent.map_or(*pose, |parent| poses.0[parent].after(pose));
+            let Some(Joint { axis, turns, direction, gain }) = joint else {
+                poses.0.push(placed);
+                continue;
+            };
+            let value = axes[*axis] * *gain;
+            poses.0.push(match turns {
+                None => Pose { t: placed.point(&times(direction, value)), ..placed },
+                Some(point) => {
+                    let turn = Pose::about(direction, value);
+                    placed.after(&Pose { t: minus(point, &turn.turn(point)), ..turn })
+                }
+            });
+        }
+        poses
     }
 
     /// Where the axes may be between two fractions of a step.
@@ -191,11 +216,11 @@ impl Machine {
         }
         let point = plus(gauge, &times(direction, I::of(length)));
         let links = [*work, *tool];
-        let tip_at =
-            |axes: &[I; 9]| self.world_from(*work, axes).inverse().point(&self.world_from(*tool, axes).point(&point));
+        let tip_at = |poses: &Poses| poses.of(*work).inverse().point(&poses.of(*tool).point(&point));
         let mut zero = tip.mid;
         zero[3..6].fill(ZERO);
         zero[2] = zero[2] + I::of(length);
+        let zero = self.poses(&zero);
         let (wanted, at_zero) = (tip_at(&zero), self.slides(links, &zero));
         let by = |m: &[V; 9], x: &V| plus(&plus(&times(&m[0], x[0]), &times(&m[1], x[1])), &times(&m[2], x[2]));
         let seg = [tip.seg[0], tip.seg[1], tip.seg[2]];
@@ -204,8 +229,9 @@ impl Machine {
 
         let mut mid = tip.mid;
         mid[..3].fill(ZERO);
-        let slides = self.slides(links, &mid);
-        let rest = minus(&wanted, &tip_at(&mid));
+        let base = self.poses(&mid);
+        let slides = self.slides(links, &base);
+        let rest = minus(&wanted, &tip_at(&base));
         // Cramer's rule.
         let [x, y, z] = [&slides[0], &slides[1], &slides[2]];
         let volume = dot(x, &cross(y, z));
@@ -216,11 +242,12 @@ impl Machine {
         }
         let mut region = Region { mid, group: vec![0, 1, 2], ball: ZERO, ..tip.clone() };
         region.seg[..3].fill(ZERO);
-        let (centre, mut turned) = (self.world_from(*tool, &mid).point(&point), ZERO);
+        let poses = self.poses(&mid);
+        let (centre, mut turned) = (poses.of(*tool).point(&point), ZERO);
         let [of_work, of_tool] = self.between(links);
         let chain: Vec<usize> = of_tool.into_iter().chain(of_work.into_iter().rev()).collect();
         for &link in &chain {
-            if let Some(way) = self.turn(link, &region, &centre, turned) {
+            if let Some(way) = self.turn(link, &region, &poses, &centre, turned) {
                 turned = turned + way;
             }
         }
@@ -235,13 +262,13 @@ impl Machine {
     }
 
     /// Where `b` goes in the frame of link `a` for each mm of an axis that slides.
-    fn slides(&self, links: [Option<usize>; 2], axes: &[I; 9]) -> [V; 9] {
+    fn slides(&self, links: [Option<usize>; 2], poses: &Poses) -> [V; 9] {
         let mut slides = [[ZERO; 3]; 9];
-        let world_from_a = self.world_from(links[0], axes);
+        let world_from_a = poses.of(links[0]);
         for (chain, sign) in self.between(links).iter().zip([-ONE, ONE]) {
             for &link in chain {
                 let Some(Joint { axis, turns: None, direction, .. }) = &self.links[link].joint else { continue };
-                let seen = world_from_a.turn_back(&self.world_from(Some(link), axes).turn(direction));
+                let seen = world_from_a.turn_back(&poses.0[link].turn(direction));
                 slides[*axis] = plus(&slides[*axis], &times(&seen, sign));
             }
         }
@@ -249,9 +276,9 @@ impl Machine {
     }
 
     /// How far a joint that turns moves what is within `reach` of a point of the world.
-    fn turn(&self, link: usize, region: &Region, centre: &V, reach: I) -> Option<I> {
+    fn turn(&self, link: usize, region: &Region, poses: &Poses, centre: &V, reach: I) -> Option<I> {
         let Joint { axis, turns, direction, gain } = self.links[link].joint.as_ref()?;
-        let pose = self.world_from(Some(link), &region.mid);
+        let pose = &poses.0[link];
         let arm = norm(&cross(&pose.turn(direction), &minus(centre, &pose.point(turns.as_ref()?))));
         Some(region.half(*axis) * *gain * (arm + reach))
     }
@@ -263,11 +290,11 @@ impl Machine {
     }
 
     /// How far joints that turn move a ball as seen from what carries both.
-    fn turned(&self, chain: &[usize], ball: &Ball, region: &Region) -> I {
-        let centre = self.world_from(ball.0, &region.mid).point(&ball.1);
+    fn turned(&self, chain: &[usize], ball: &Ball, region: &Region, poses: &Poses) -> I {
+        let centre = poses.of(ball.0).point(&ball.1);
         let (mut turned, mut reach) = (ZERO, ball.2);
         for &link in chain {
-            let way = self.turn(link, region, &centre, reach);
+            let way = self.turn(link, region, poses, &centre, reach);
             let slide = self.links[link].joint.as_ref().map_or(ZERO, |joint| region.half(joint.axis));
             turned = turned + way.unwrap_or(ZERO);
             reach = reach + way.unwrap_or(slide);
@@ -299,7 +326,8 @@ impl Machine {
 
     fn swept(&self, region: &Region, [a, b]: [&Part; 2]) -> Sweep {
         let links = [a.link, b.link];
-        let [world_from_a, world_from_b] = links.map(|link| self.world_from(link, &region.mid));
+        let poses = self.poses(&region.mid);
+        let [world_from_a, world_from_b] = links.map(|link| poses.of(link));
         let a_from_b = world_from_a.after(&a.pose).inverse().after(&world_from_b.after(&b.pose));
         let ball = |part: &Part| (part.link, part.pose.point(&part.mesh.ball().0), part.mesh.ball().1);
         let chains = self.between(links);
@@ -313,12 +341,13 @@ impl Machine {
             let ways = vec![a.pose.turn_back(way)];
             return Sweep { a_from_b, ways, group: Vec::new(), ball: ZERO, radius, bound: ZERO }.with_bound();
         }
-        let slides = self.slides(links, &region.mid).map(|slide| a.pose.turn_back(&slide));
+        let slides = self.slides(links, &poses).map(|slide| a.pose.turn_back(&slide));
         let along = (0..9).fold([ZERO; 3], |sum, i| plus(&sum, &times(&slides[i], region.seg[i])));
         let ways = std::iter::once(along)
             .chain((0..9).filter(|&i| region.wide[i].hi > 0.0).map(|i| times(&slides[i], region.wide[i])));
         let group = region.group.iter().map(|&axis| slides[axis]).collect();
-        let radius = self.turned(&chains[0], &ball(a), region) + self.turned(&chains[1], &ball(b), region);
+        let radius =
+            self.turned(&chains[0], &ball(a), region, &poses) + self.turned(&chains[1], &ball(b), region, &poses);
         Sweep { a_from_b, ways: ways.collect(), group, ball: region.ball, radius, bound: ZERO }.with_bound()
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::interval::{I, Pose, V, cross, dot, minus};
 use crate::read::Words;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeSet, HashMap};
 
 /// Steps of the grid in a mm.
 const STEPS: i64 = 1 << 26;
@@ -19,6 +19,9 @@ pub struct Mesh {
     faces: Vec<[u32; 3]>,
     boxes: Vec<Bounds>,
     ball: Option<(V, I)>,
+    is_watertight: bool,
+    /// A vertex of each set of faces that hang together.
+    components: Vec<[i64; 3]>,
 }
 
 /// A range of faces.
@@ -81,6 +84,8 @@ impl Mesh {
         let from_centre = |p: &[i64; 3]| crate::interval::norm(&minus(&mm(p), &centre)).hi;
         let radius = self.vertices.iter().map(from_centre).fold(0.0, f64::max);
         self.ball = Some((centre, I::of(radius)));
+        self.is_watertight = self.has_inside();
+        self.components = self.components();
         Ok(())
     }
 
@@ -144,15 +149,14 @@ impl Mesh {
     }
 
     /// Whether every edge joins two faces that agree about the outside: only then is there an inside.
-    fn is_watertight(&self) -> bool {
-        let mut edges: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+    fn has_inside(&self) -> bool {
+        let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
         for face in &self.faces {
             (0..3).for_each(|k| *edges.entry([face[k], face[(k + 1) % 3]]).or_default() += 1);
         }
         edges.iter().all(|(&[u, v], &count)| count == 1 && edges.get(&[v, u]) == Some(&1))
     }
 
-    /// A vertex of each set of faces that hang together.
     fn components(&self) -> Vec<[i64; 3]> {
         let mut parent: Vec<u32> = (0..self.vertices.len() as u32).collect();
         fn root(parent: &mut [u32], mut v: u32) -> u32 {
@@ -215,11 +219,11 @@ fn crossing(triangle: &[V; 3], start: &V, way: &V) -> Option<i32> {
 pub fn is_outside(inner: &Mesh, outer: &Mesh, outer_from_inner: &Pose) -> bool {
     const WAYS: [[f64; 2]; 6] =
         [[0.0123, 0.0271], [-0.0317, 0.0071], [0.0557, -0.0413], [-0.071, -0.0887], [0.213, 0.151], [-0.317, 0.273]];
-    if !outer.is_watertight() {
+    if !outer.is_watertight {
         return true; // has no inside
     }
     let [low, high] = outer.boxes[1].each_ref().map(mm);
-    inner.components().iter().map(|p| outer_from_inner.point(&mm(p))).all(|p| {
+    inner.components.iter().map(|p| outer_from_inner.point(&mm(p))).all(|p| {
         let is_off = (0..3).any(|i| p[i].hi < low[i].lo || p[i].lo > high[i].hi);
         let is_left = |[y, z]: &[f64; 2]| outer.leavings(outer.root(), &p, &[1.0, *y, *z].map(I::of)) == Some(0);
         is_off || WAYS.iter().any(is_left)
