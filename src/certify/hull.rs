@@ -9,6 +9,7 @@ use crate::geometry::{Isometry, Mesh, Point, Vector};
 use parry3d_f64::math::{Pose, Vector as Glam};
 use parry3d_f64::query::gjk::{CsoPoint, GJKResult, VoronoiSimplex, closest_points};
 use parry3d_f64::shape::SupportMap;
+use std::cell::Cell;
 
 /// Triangles up to which a node has no box of its own.
 const BARE: u32 = 4;
@@ -18,7 +19,9 @@ const SCALE: f64 = 16_777_216.0; // 2^24
 pub(super) const MARGIN_MM: f64 = 2e-6;
 /// Most planes of a front, and most pairs of hulls tried for one.
 const MOST_PLANES: usize = 3_000;
-const MOST_TRIED: usize = 12_000;
+const MOST_TRIED: usize = 6_000;
+/// Most pairs of nodes that are looked at for a proof of contact.
+const MOST_PIERCING: usize = 1_000_000;
 
 /// A range of triangles in the order of the tree. `id` is 1 for all; halves of `i` are `2i` and `2i + 1`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -158,6 +161,8 @@ pub(super) struct Parting<'a> {
     pub a: &'a Tree,
     pub b: &'a Tree,
     pub sweep: &'a Sweep,
+    /// Counts the pairs of hulls that planes are looked for between.
+    pub tried: &'a Cell<u64>,
 }
 
 /// A node of `a`, fixed.
@@ -239,6 +244,7 @@ impl Parting<'_> {
         let mut open = vec![[self.a.root(), self.b.root()]];
         while let Some([a, b]) = open.pop() {
             tried += 1;
+            self.tried.set(self.tried.get() + 1);
             if tried > MOST_TRIED || planes > MOST_PLANES {
                 return Err(None);
             }
@@ -300,7 +306,8 @@ pub(super) fn piercing(a: &Tree, b: &Tree, a_from_b: &Isometry) -> Option<Pierci
         [middle - half, middle + half]
     };
     let mut open = vec![[a.root(), b.root()]];
-    while let Some([x, y]) = open.pop() {
+    for _ in 0..MOST_PIERCING {
+        let [x, y] = open.pop()?;
         let ([low, high], [l, h]) = (a.bounds(x), moved(b.bounds(y)));
         if (0..3).any(|i| high[i] < l[i] || h[i] < low[i]) {
             continue;

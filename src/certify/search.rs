@@ -4,15 +4,23 @@ use super::hull::{Parting, Piercing, Token, Tree, piercing};
 use super::motion::{Course, PairMotion, Region, Track};
 use crate::geometry::{Isometry, Vector};
 use crate::truth::Solid;
+use std::cell::Cell;
 
 /// Travel within an interval below which it is not halved any more, mm.
 const RESOLUTION_MM: f64 = 1e-4;
 /// Halvings of a step, however far it goes.
 const LOWEST: i32 = -40;
 /// Intervals of one step that may stay open before the rest of it does.
-const MOST_OPEN: u32 = 24;
+const MOST_OPEN: u32 = 8;
 /// Intervals of a pair before the rest of the path stays open.
 const MOST_INTERVALS: usize = 400_000;
+
+/// Pairs of hulls that planes are looked for between before the rest of the path stays open.
+const MOST_TRIED_IN_ALL: u64 = 400_000;
+/// Intervals of a pair that may stay open before the rest of the path does.
+const MOST_OPEN_IN_ALL: u32 = 200;
+/// Fronts of a pair that would have too many planes before a step, and before the rest of the path, stays open.
+const MOST_GIVEN_UP: [u32; 2] = [4, 40];
 
 /// What is known of an interval of the path. Entries of a pair follow one another without a gap.
 #[derive(Clone, Debug)]
@@ -51,6 +59,10 @@ pub(super) struct Search<'a> {
     failed: Option<[u32; 2]>,
     apart_mm: f64,
     open_on_step: u32,
+    open_in_all: u32,
+    /// Fronts that had too many planes, on the step and on the whole path.
+    given_up: [u32; 2],
+    tried: u64,
 }
 
 impl<'a> Search<'a> {
@@ -75,6 +87,9 @@ impl<'a> Search<'a> {
             failed: None,
             apart_mm: 0.0,
             open_on_step: 0,
+            open_in_all: 0,
+            given_up: [0; 2],
+            tried: 0,
         }
     }
 
@@ -86,7 +101,7 @@ impl<'a> Search<'a> {
         while (at as usize) < count {
             let step = at as usize;
             if at.fract() == 0.0 {
-                self.open_on_step = 0;
+                (self.open_on_step, self.given_up[0]) = (0, 0);
                 let there = (step..count).find(|&step| self.is_mounted(step)).unwrap_or(count);
                 if there > step {
                     self.push(at, there as f64, Finding::Away);
@@ -94,8 +109,12 @@ impl<'a> Search<'a> {
                     continue;
                 }
             }
-            if self.entries.len() > MOST_INTERVALS {
+            let is_enough = self.open_in_all >= MOST_OPEN_IN_ALL || self.given_up[1] >= MOST_GIVEN_UP[1];
+            let is_enough = is_enough || self.tried >= MOST_TRIED_IN_ALL;
+            if is_enough || self.entries.len() > MOST_INTERVALS {
+                // An interval that begins within a step ends with it.
                 let gone = (step..count).find(|&step| !self.is_mounted(step)).unwrap_or(count);
+                let gone = if at.fract() == 0.0 { gone } else { step + 1 };
                 self.push(at, gone as f64, Finding::Open { apart_mm: self.apart_mm });
                 at = gone as f64;
                 continue;
@@ -128,14 +147,19 @@ impl<'a> Search<'a> {
             if let Some(region) = self.track.region(at, to) {
                 let sweep = self.motion.sweep(&region, self.track.control, self.link_from_part);
                 bound_mm = sweep.bound_mm();
-                if let Some(front) = self.part(&Parting { a: self.trees[0], b: self.trees[1], sweep: &sweep }) {
+                let tried = Cell::new(0);
+                let parting = Parting { a: self.trees[0], b: self.trees[1], sweep: &sweep, tried: &tried };
+                let parted = self.part(&parting);
+                self.tried += tried.get();
+                if let Some(front) = parted {
                     // Printed shortly, and never less.
                     let bound_mm = (bound_mm * 1e6 + 1.0).ceil() / 1e6;
                     self.push(at, to, Finding::Free { bound_mm, front });
                     return to;
                 }
             }
-            if *level <= LOWEST || *level <= 0 && bound_mm < RESOLUTION_MM {
+            let is_short = *level <= 0 && bound_mm < RESOLUTION_MM;
+            if *level <= LOWEST || is_short || *level <= 0 && self.given_up[0] >= MOST_GIVEN_UP[0] {
                 return self.give_up(at, to);
             }
             *level -= 1;
@@ -158,10 +182,12 @@ impl<'a> Search<'a> {
                 self.front.clone_from(&front);
                 Some(Some(front))
             }
-            Err(failed) => {
-                if let Some(failed) = failed {
-                    (self.failed, self.apart_mm) = (Some(failed), parting.apart_mm(failed));
-                }
+            Err(Some(failed)) => {
+                (self.failed, self.apart_mm) = (Some(failed), parting.apart_mm(failed));
+                None
+            }
+            Err(None) => {
+                self.given_up = self.given_up.map(|count| count + 1);
                 None
             }
         }
@@ -188,7 +214,9 @@ impl<'a> Search<'a> {
             return step + 1.0;
         }
         self.open_on_step += 1;
-        let end = if self.open_on_step >= MOST_OPEN { step + 1.0 } else { to };
+        self.open_in_all += 1;
+        let is_enough = self.open_on_step >= MOST_OPEN || self.given_up[0] >= MOST_GIVEN_UP[0];
+        let end = if is_enough { step + 1.0 } else { to };
         let mut apart_mm = self.apart_mm;
         if from < at
             && let Some(Entry { finding: Finding::Open { apart_mm: before }, .. }) = self.entries.pop()
