@@ -208,7 +208,7 @@ impl<'a> Search<'a> {
             if from < at {
                 self.entries.pop();
             }
-            let way = self.track.region(from, place).map(|region| self.bound_mm(&region)).unwrap_or(f64::INFINITY);
+            let way = self.track.region(from, place).map_or(f64::INFINITY, |region| self.bound_mm(&region));
             let way_mm = (2.0 * way * 1e6 + 1.0).ceil() / 1e6;
             self.push(from, step + 1.0, Finding::Hit { place, way_mm, piercing });
             return step + 1.0;
