@@ -19,6 +19,7 @@ pub mod method;
 pub mod registry;
 pub mod conformance;
 pub mod measure;
+pub mod certify;
 pub mod check;
 pub mod view;
 pub mod cli;

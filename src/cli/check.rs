@@ -1,7 +1,8 @@
 //! `check`: what collides when a program runs on a machine.
 //!
-//! Reading order: this file (options, the run, and what a terminal shows), `findings` (the list that other programs get), `sarif`, `junit`.
+//! Reading order: this file (options, the run, and what a terminal shows), `findings` (the list that other programs get), `sarif`, `junit`, `stock`, `certify`.
 
+mod certify;
 mod findings;
 mod junit;
 mod sarif;
@@ -28,7 +29,7 @@ use stock::Left;
 
 #[derive(Args)]
 #[command(
-    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --stock-resolution 0.1 --target finished.stl\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move, or while the spindle stands still, it collides. Everything else that touches collides. With --stock-resolution the cutter takes material away, and all is held against what is left.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
+    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --stock-resolution 0.1 --target finished.stl\n  bvbench check path/to/machine part.ngc --certify part.cert\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move, or while the spindle stands still, it collides. Everything else that touches collides. With --stock-resolution the cutter takes material away, and all is held against what is left. With --certify a block is clear only if it is proved free.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
 )]
 pub struct Options {
     #[command(flatten)]
@@ -89,12 +90,16 @@ struct Reports {
     /// Also write the findings as JUnit XML, a test case for each pair, which build servers show
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
+    /// Also prove each block free of contact, in contact, or unresolved, and write the proof, which `certificate-checker` checks
+    #[arg(long, value_name = "FILE", conflicts_with = "stock_resolution")]
+    certify: Option<PathBuf>,
 }
 
 impl Reports {
     /// Refuses files that are no place for a report: the program itself, devices, folders.
     fn refuse_bad_files(&self, program: Option<&Path>) -> Result<()> {
-        for (option, file) in [("--sarif", &self.sarif), ("--junit", &self.junit)] {
+        let files = [("--sarif", &self.sarif), ("--junit", &self.junit), ("--certify", &self.certify)];
+        for (option, file) in files {
             let Some(file) = file.as_deref().filter(|file| file.exists()) else { continue };
             if !file.is_file() {
                 bail!("{option} {}: a report goes into a file of its own, and this is none", file.display());
@@ -104,8 +109,11 @@ impl Reports {
                 bail!("{option} {}: the report would replace what is checked; name another file", file.display());
             }
         }
-        if self.sarif.is_some() && self.sarif == self.junit {
-            bail!("--sarif and --junit name the same file");
+        for (i, (option, file)) in files.iter().enumerate() {
+            let same = files[..i].iter().find(|(_, other)| file.is_some() && other == file);
+            if let Some((other, _)) = same {
+                bail!("{other} and {option} name the same file");
+            }
         }
         Ok(())
     }
@@ -130,6 +138,9 @@ impl Reports {
             let program = subject.program.as_deref().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
             write_text(file, &junit::failure(&subject.scene, &program, &error)?)?;
         }
+        if let Some(file) = &self.certify {
+            write_text(file, &format!("no certificate: {}\n", error.replace('\n', " ")))?;
+        }
         Ok(())
     }
 }
@@ -145,6 +156,7 @@ struct Checked<'a> {
     variant: &'a Variant,
     outcome: Outcome,
     left: Vec<Left>,
+    certificate: Option<certify::Written>,
     times: Times,
 }
 
@@ -152,6 +164,7 @@ impl Checked<'_> {
     /// Whether the program may run.
     fn is_clear(&self) -> bool {
         self.outcome.is_clear()
+            && self.certificate.as_ref().is_none_or(certify::Written::is_free)
             && self.left.iter().all(|left| left.comparison.is_none_or(|c| c.gouge.volume_mm3 == 0.0))
     }
 }
@@ -186,10 +199,11 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         }
     };
     options.reports.write(&checked)?;
-    let Checked { scene, run, variant, outcome, times, left } = &checked;
+    let Checked { scene, run, variant, outcome, times, left, certificate } = &checked;
     if options.json {
         let mut json = as_json(scene, run, variant, outcome, times);
         json["clear"] = json!(checked.is_clear());
+        json["certificate"] = json!(certificate.as_ref().map(|written| written.as_json(scene)));
         json["stock"] = stock::as_json(scene, outcome, options.stock.stock_resolution, left);
         say(serde_json::to_string_pretty(&json)?);
     } else if options.csv {
@@ -198,6 +212,9 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     } else {
         print(scene, run, outcome, variant, times);
         left.iter().flat_map(|left| left.lines(scene)).for_each(say);
+        if let (Some(certificate), Some(file)) = (certificate, &options.reports.certify) {
+            certificate.print(scene, file);
+        }
     }
     Ok(if checked.is_clear() { CLEAR } else { FAILED })
 }
@@ -221,11 +238,13 @@ fn examine<'a>(options: &Options, registry: &'a Registry) -> Result<Checked<'a>>
     }
     let bar = Bar::new(options.quiet);
     let (ns, outcome) = timer::time(|| check::check(&scene, &run, variant, registry, &settings, &bar));
-    bar.finish();
     let mut outcome = outcome?;
+    let certify = |file: &PathBuf| certify::Written::new(file, &scene, &run, &bar);
+    let certificate = options.reports.certify.as_ref().map(certify).transpose()?;
+    bar.finish();
     let left = options.stock.left(&scene, &mut outcome, target.as_ref())?;
     let times = Times { load_s: seconds(load_ns), trees_s: seconds(outcome.trees_ns), check_s: seconds(ns) };
-    Ok(Checked { scene, run, variant, outcome, left, times })
+    Ok(Checked { scene, run, variant, outcome, left, certificate, times })
 }
 
 /// The variant asked for; else the fastest of the safe ones.

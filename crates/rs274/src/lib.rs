@@ -44,6 +44,9 @@ pub mod path;
 pub mod tool_table;
 pub mod parameter_file;
 
+/// This version of the interpreter.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
 pub use canonical::{Axis, Move, MoveKind, Plane, Position};
 pub use dialect::{CodeName, Dialect, Note};
 pub use error::{Cause, GcodeError};

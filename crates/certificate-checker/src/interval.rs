@@ -1,0 +1,241 @@
+//! Intervals of `f64` with outward rounding. An operation of IEEE 754 is off by half a unit in the last place at most, so the next number below or above holds the
+//! exact result. No function of a mathematical library is trusted: sine and cosine are Taylor's series with their remainder.
+
+use std::f64::consts::FRAC_PI_2;
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// All numbers from `lo` to `hi`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct I {
+    /// Least.
+    pub lo: f64,
+    /// Greatest.
+    pub hi: f64,
+}
+
+/// Zero.
+pub const ZERO: I = I { lo: 0.0, hi: 0.0 };
+/// One.
+pub const ONE: I = I { lo: 1.0, hi: 1.0 };
+/// π/2 = 1.57079632679489661923..., between 1.57079632679489655799... and the next number.
+const QUARTER: I = I { lo: FRAC_PI_2, hi: FRAC_PI_2.next_up() };
+
+impl I {
+    /// One number.
+    #[must_use]
+    pub const fn of(x: f64) -> Self {
+        Self { lo: x, hi: x }
+    }
+
+    /// From `lo` to `hi`, which rounded operations gave.
+    fn outward(lo: f64, hi: f64) -> Self {
+        Self { lo: lo.next_down(), hi: hi.next_up() }
+    }
+
+    /// All numbers of both.
+    #[must_use]
+    pub const fn hull(self, other: Self) -> Self {
+        Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    /// The greatest absolute value.
+    #[must_use]
+    pub fn most(self) -> f64 {
+        self.hi.max(-self.lo)
+    }
+
+    /// From minus the greatest absolute value to it.
+    #[must_use]
+    pub fn both_ways(self) -> Self {
+        Self { lo: -self.most(), hi: self.most() }
+    }
+
+    /// The square.
+    #[must_use]
+    pub fn squared(self) -> Self {
+        let least = if self.lo > 0.0 || self.hi < 0.0 { self.lo.abs().min(self.hi.abs()) } else { 0.0 };
+        Self { lo: (least * least).next_down().max(0.0), hi: (self.most() * self.most()).next_up() }
+    }
+
+    /// The square root of what is not negative.
+    #[must_use]
+    pub fn sqrt(self) -> Self {
+        Self { lo: self.lo.max(0.0).sqrt().next_down().max(0.0), hi: self.hi.max(0.0).sqrt().next_up() }
+    }
+
+    /// The quotient; everything where the divisor may be zero.
+    #[must_use]
+    pub fn over(self, divisor: Self) -> Self {
+        if divisor.lo <= 0.0 && divisor.hi >= 0.0 {
+            return Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+        }
+        self * Self::outward((1.0 / divisor.hi).min(1.0 / divisor.lo), (1.0 / divisor.hi).max(1.0 / divisor.lo))
+    }
+
+    /// Sine and cosine of an angle in radians. Both change by no more than the angle does.
+    #[must_use]
+    pub fn sin_cos(self) -> [Self; 2] {
+        let middle = 0.5 * (self.lo + self.hi);
+        let spread = (self - Self::of(middle)).both_ways();
+        let quarters = (middle / QUARTER.lo).round();
+        let x = Self::of(middle) - QUARTER * Self::of(quarters);
+        // x is 0.8 at most: the 24th term is below 0.8^24 / 24! < 1e-25.
+        let square = x.squared();
+        let (mut sine, mut cosine, mut term) = (ZERO, ZERO, ONE);
+        for n in 0..12_u32 {
+            let sign = if n % 2 == 0 { ONE } else { -ONE };
+            cosine = cosine + sign * term;
+            sine = sine + sign * term * x.over(Self::of(f64::from(2 * n + 1)));
+            term = term * square.over(Self::of(f64::from((2 * n + 1) * (2 * n + 2))));
+        }
+        let rest = Self { lo: -1e-25, hi: 1e-25 };
+        let (s, c) = (sine + rest + spread, cosine + rest + spread);
+        match quarters.rem_euclid(4.0) as u8 {
+            0 => [s, c],
+            1 => [c, -s],
+            2 => [-s, -c],
+            _ => [-c, s],
+        }
+    }
+}
+
+impl Add for I {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self::outward(self.lo + other.lo, self.hi + other.hi)
+    }
+}
+
+impl Sub for I {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self::outward(self.lo - other.hi, self.hi - other.lo)
+    }
+}
+
+impl Neg for I {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { lo: -self.hi, hi: -self.lo }
+    }
+}
+
+impl Mul for I {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        let p = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
+        if p.iter().any(|x| x.is_nan()) {
+            return Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+        }
+        Self::outward(p[0].min(p[1]).min(p[2].min(p[3])), p[0].max(p[1]).max(p[2].max(p[3])))
+    }
+}
+
+/// A vector.
+pub type V = [I; 3];
+
+/// The inner product.
+#[must_use]
+pub fn dot(a: &V, b: &V) -> I {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The cross product.
+#[must_use]
+pub fn cross(a: &V, b: &V) -> V {
+    [1, 2, 0].map(|i| a[i] * b[(i + 1) % 3] - a[(i + 1) % 3] * b[i])
+}
+
+/// The length.
+#[must_use]
+pub fn norm(a: &V) -> I {
+    (a[0].squared() + a[1].squared() + a[2].squared()).sqrt()
+}
+
+/// The sum.
+#[must_use]
+pub fn plus(a: &V, b: &V) -> V {
+    [0, 1, 2].map(|i| a[i] + b[i])
+}
+
+/// The difference.
+#[must_use]
+pub fn minus(a: &V, b: &V) -> V {
+    [0, 1, 2].map(|i| a[i] - b[i])
+}
+
+/// The product with a number.
+#[must_use]
+pub fn times(a: &V, x: I) -> V {
+    a.map(|a| a * x)
+}
+
+/// A rotation (rows) and a translation.
+#[derive(Clone, Copy, Debug)]
+pub struct Pose {
+    /// Rotation.
+    pub r: [V; 3],
+    /// Translation, mm.
+    pub t: V,
+}
+
+impl Pose {
+    /// No motion.
+    pub const IDENTITY: Self = Self { r: [[ONE, ZERO, ZERO], [ZERO, ONE, ZERO], [ZERO, ZERO, ONE]], t: [ZERO; 3] };
+
+    /// By a quaternion (w, x, y, z) of any length but zero.
+    #[must_use]
+    pub fn of([w, x, y, z]: [f64; 4], t: V) -> Self {
+        let [w, x, y, z] = [w, x, y, z].map(I::of);
+        let squared = w.squared() + x.squared() + y.squared() + z.squared();
+        let two = |a: I, b: I| (a + b) + (a + b);
+        let r = [
+            [w.squared() + x.squared() - y.squared() - z.squared(), two(x * y, -(w * z)), two(x * z, w * y)],
+            [two(x * y, w * z), w.squared() - x.squared() + y.squared() - z.squared(), two(y * z, -(w * x))],
+            [two(x * z, -(w * y)), two(y * z, w * x), w.squared() - x.squared() - y.squared() + z.squared()],
+        ];
+        Self { r: r.map(|row| row.map(|x| x.over(squared))), t }
+    }
+
+    /// About a unit vector by an angle (Rodrigues).
+    #[must_use]
+    pub fn about(u: &V, angle: I) -> Self {
+        let [s, c] = angle.sin_cos();
+        let skew = [[ZERO, -u[2], u[1]], [u[2], ZERO, -u[0]], [-u[1], u[0], ZERO]];
+        let entry = |i: usize, j: usize| (if i == j { c } else { ZERO }) + s * skew[i][j] + (ONE - c) * u[i] * u[j];
+        Self { r: [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j))), t: [ZERO; 3] }
+    }
+
+    /// A direction turned.
+    #[must_use]
+    pub fn turn(&self, v: &V) -> V {
+        self.r.map(|row| dot(&row, v))
+    }
+
+    /// A direction turned back.
+    #[must_use]
+    pub fn turn_back(&self, v: &V) -> V {
+        [0, 1, 2].map(|j| self.r[0][j] * v[0] + self.r[1][j] * v[1] + self.r[2][j] * v[2])
+    }
+
+    /// A point moved.
+    #[must_use]
+    pub fn point(&self, p: &V) -> V {
+        plus(&self.turn(p), &self.t)
+    }
+
+    /// First `other`, then this.
+    #[must_use]
+    pub fn after(&self, other: &Self) -> Self {
+        let column = |j: usize| self.turn(&[other.r[0][j], other.r[1][j], other.r[2][j]]);
+        let columns = [column(0), column(1), column(2)];
+        Self { r: [0, 1, 2].map(|i| [0, 1, 2].map(|j| columns[j][i])), t: self.point(&other.t) }
+    }
+
+    /// The way back.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let r = [0, 1, 2].map(|i| [0, 1, 2].map(|j| self.r[j][i]));
+        Self { r, t: self.turn_back(&self.t).map(Neg::neg) }
+    }
+}

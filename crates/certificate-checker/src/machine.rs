@@ -1,0 +1,362 @@
+//! Links, the path, and how far parts can be from their places at the middle of an interval of it.
+
+use crate::Part;
+use crate::interval::{I, ONE, Pose, V, ZERO, cross, dot, minus, norm, plus, times};
+
+/// A joint; directions are of length 1.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    pub axis: usize,
+    /// A point on the line of one that turns.
+    pub turns: Option<V>,
+    pub direction: V,
+    /// Radians per mm of an axis of mm.
+    pub gain: I,
+}
+
+#[derive(Clone, Debug)]
+pub struct Link {
+    pub name: String,
+    pub parent: Option<usize>,
+    pub pose: Pose,
+    pub joint: Option<Joint>,
+}
+
+/// Which links carry tool and workpiece, a point and the direction to the tip on the tool's.
+#[derive(Debug)]
+pub struct Tip {
+    pub tool: Option<usize>,
+    pub work: Option<usize>,
+    pub gauge: V,
+    pub direction: V,
+}
+
+/// A move, or a leg of one; axes in the order X Y Z A B C U V W, mm and radians.
+#[derive(Clone, Debug)]
+pub struct Step {
+    pub line: u32,
+    pub tool: u32,
+    pub is_point: bool,
+    /// Plane, centre and sweep.
+    pub arc: Option<([usize; 2], [f64; 2], f64)>,
+    pub from: [f64; 9],
+    pub to: [f64; 9],
+    pub tip: Option<f64>,
+}
+
+/// Where the axes may be: about `mid` by `seg` times one number from -1 to 1, by `wide` each, and by a ball over `group`.
+#[derive(Clone)]
+struct Region {
+    mid: [I; 9],
+    seg: [I; 9],
+    wide: [I; 9],
+    ball: I,
+    group: Vec<usize>,
+    /// Place of the tip, its way and a ball about it, on the workpiece's link.
+    tip: Option<(V, V, I)>,
+}
+
+/// What may happen to `b` as seen from `a`: ways times numbers from -1 to 1, an ellipsoid, a ball; about a pose.
+pub struct Sweep {
+    pub a_from_b: Pose,
+    ways: Vec<V>,
+    group: Vec<V>,
+    ball: I,
+    pub radius: I,
+    /// The farthest that any point goes from its place at the middle.
+    pub bound: I,
+}
+
+#[derive(Debug, Default)]
+pub struct Machine {
+    pub links: Vec<Link>,
+    pub tip: Option<Tip>,
+    pub steps: Vec<Step>,
+    /// Lowest and highest positions of the axes on each step.
+    boxes: Vec<Option<[[f64; 2]; 9]>>,
+}
+
+/// How far a step may begin from where the one before ends: what rounding does to arcs and to the tip.
+const JUMP_MM: f64 = 1e-7;
+const JUMP_RAD: f64 = 1e-10;
+
+/// A ball on a link.
+type Ball = (Option<usize>, V, I);
+
+/// World from each link.
+struct Poses(Vec<Pose>);
+
+impl Poses {
+    fn of(&self, link: Option<usize>) -> Pose {
+        link.map_or(Pose::IDENTITY, |link| self.0[link])
+    }
+}
+
+impl Sweep {
+    /// How far along `n`, times its length, points may come back; without the ball.
+    pub fn towards(&self, n: &V) -> I {
+        let ways = self.ways.iter().fold(ZERO, |sum, way| sum + I::of(dot(n, way).most()));
+        let group = self.group.iter().fold(ZERO, |sum, e| sum + dot(n, e).squared()).sqrt();
+        ways + self.ball * group
+    }
+
+    fn with_bound(mut self) -> Self {
+        let ways = self.ways.iter().fold(ZERO, |sum, way| sum + norm(way));
+        let group = self.group.iter().fold(ZERO, |sum, e| sum + dot(e, e)).sqrt();
+        self.bound = ways + self.ball * group + self.radius;
+        self
+    }
+}
+
+impl Region {
+    fn half(&self, axis: usize) -> I {
+        let ball = if self.group.contains(&axis) { self.ball } else { ZERO };
+        I::of(self.seg[axis].most()) + self.wide[axis] + ball
+    }
+}
+
+impl Machine {
+    /// Finds the range of every step, and refuses a path that jumps.
+    pub fn finish(&mut self) -> Result<(), String> {
+        let range = |step| {
+            let region = self.within(step, [0.0, 1.0])?;
+            let side = |axis: usize| region.mid[axis] + region.half(axis).both_ways();
+            Some([0, 1, 2, 3, 4, 5, 6, 7, 8].map(|axis| [side(axis).lo, side(axis).hi]))
+        };
+        let jumps = |step: usize| {
+            let [end, begin] =
+                [self.within(step - 1, [1.0; 2])?, self.within(step, [0.0; 2])?].map(|region| region.mid);
+            let is_far = |i: usize| (end[i] - begin[i]).most() > if (3..6).contains(&i) { JUMP_RAD } else { JUMP_MM };
+            (0..9).any(is_far).then_some(step)
+        };
+        if let Some(step) = (1..self.steps.len()).find_map(jumps) {
+            return Err(format!("the path jumps at move {step}, of line {}", self.steps[step].line));
+        }
+        self.boxes = (0..self.steps.len()).map(range).collect();
+        Ok(())
+    }
+
+    /// A link and those that carry it, which come before it.
+    fn up(&self, link: Option<usize>) -> impl Iterator<Item = usize> {
+        std::iter::successors(link, |&link| self.links[link].parent)
+    }
+
+    fn shared(&self, [a, b]: [Option<usize>; 2]) -> Option<usize> {
+        self.up(a).find(|&link| self.up(b).any(|other| other == link))
+    }
+
+    /// Joints from each of two links up to what carries both.
+    pub fn between(&self, links: [Option<usize>; 2]) -> [Vec<usize>; 2] {
+        let shared = self.shared(links);
+        let is_moved = |link: &usize| self.links[*link].joint.is_some();
+        links.map(|link| self.up(link).take_while(|&link| Some(link) != shared).filter(is_moved).collect())
+    }
+
+    /// Where every link is in the world.
+    fn poses(&self, axes: &[I; 9]) -> Poses {
+        let mut poses = Poses(Vec::with_capacity(self.links.len()));
+        for Link { parent, pose, joint, .. } in &self.links {
+            let placed = parent.map_or(*pose, |parent| poses.0[parent].after(pose));
+            let Some(Joint { axis, turns, direction, gain }) = joint else {
+                poses.0.push(placed);
+                continue;
+            };
+            let value = axes[*axis] * *gain;
+            poses.0.push(match turns {
+                None => Pose { t: placed.point(&times(direction, value)), ..placed },
+                Some(point) => {
+                    let turn = Pose::about(direction, value);
+                    placed.after(&Pose { t: minus(point, &turn.turn(point)), ..turn })
+                }
+            });
+        }
+        poses
+    }
+
+    /// Where the axes may be between two fractions of a step.
+    fn within(&self, index: usize, [from, to]: [f64; 2]) -> Option<Region> {
+        let step = &self.steps[index];
+        let half = |x: I| I { lo: 0.5 * x.lo, hi: 0.5 * x.hi };
+        let (middle, part) = (half(I::of(from) + I::of(to)), half(I::of(to) - I::of(from)));
+        let begin = if step.is_point { &step.to } else { &step.from };
+        let change: [I; 9] = std::array::from_fn(|i| I::of(step.to[i]) - I::of(begin[i]));
+        let mid = std::array::from_fn(|i| I::of(begin[i]) + change[i] * middle);
+        let seg = change.map(|change| change * part);
+        let mut region = Region { mid, seg, wide: [ZERO; 9], ball: ZERO, group: Vec::new(), tip: None };
+        if let Some((plane, centre, sweep)) = step.arc {
+            let offset = |at: &[f64; 9]| [0, 1].map(|k| I::of(at[plane[k]]) - I::of(centre[k]));
+            let [[x, y], [u, v]] = [offset(&step.from), offset(&step.to)];
+            let [first, last] = [norm(&[x, y, ZERO]), norm(&[u, v, ZERO])];
+            if first.lo <= 0.0 {
+                return None;
+            }
+            let (scale, sweep) = (ONE + (last.over(first) - ONE) * middle, I::of(sweep));
+            let [sin, cos] = (sweep * middle).sin_cos();
+            region.mid[plane[0]] = I::of(centre[0]) + scale * (cos * x - sin * y);
+            region.mid[plane[1]] = I::of(centre[1]) + scale * (sin * x + cos * y);
+            plane.iter().for_each(|&axis| region.seg[axis] = ZERO);
+            let radius = I::of(first.hi.max(last.hi));
+            region.ball = part * (radius * I::of(sweep.most()) + I::of((last - first).most()));
+            region.group = plane.to_vec();
+        }
+        step.tip.map_or(Some(region.clone()), |length| self.follow_tip(&region, length))
+    }
+
+    /// From where the tip may be to where the axes may be.
+    fn follow_tip(&self, tip: &Region, length: f64) -> Option<Region> {
+        let Tip { tool, work, gauge, direction } = self.tip.as_ref()?;
+        let slides_only = |axis: usize| {
+            self.links
+                .iter()
+                .filter_map(|link| link.joint.as_ref())
+                .all(|joint| joint.axis != axis || joint.turns.is_none())
+        };
+        if !(0..3).all(slides_only) || (6..9).any(|axis| tip.half(axis).hi > 1e-12) {
+            return None;
+        }
+        let point = plus(gauge, &times(direction, I::of(length)));
+        let links = [*work, *tool];
+        let tip_at = |poses: &Poses| poses.of(*work).inverse().point(&poses.of(*tool).point(&point));
+        let mut zero = tip.mid;
+        zero[3..6].fill(ZERO);
+        zero[2] = zero[2] + I::of(length);
+        let zero = self.poses(&zero);
+        let (wanted, at_zero) = (tip_at(&zero), self.slides(links, &zero));
+        let by = |m: &[V; 9], x: &V| plus(&plus(&times(&m[0], x[0]), &times(&m[1], x[1])), &times(&m[2], x[2]));
+        let seg = [tip.seg[0], tip.seg[1], tip.seg[2]];
+        let stretch = (ONE + defect(&at_zero)).sqrt();
+        let (way, ball) = (by(&at_zero, &seg), stretch * tip.ball);
+
+        let mut mid = tip.mid;
+        mid[..3].fill(ZERO);
+        let base = self.poses(&mid);
+        let slides = self.slides(links, &base);
+        let rest = minus(&wanted, &tip_at(&base));
+        // Cramer's rule.
+        let [x, y, z] = [&slides[0], &slides[1], &slides[2]];
+        let volume = dot(x, &cross(y, z));
+        let solved = [dot(&rest, &cross(y, z)), dot(&rest, &cross(z, x)), dot(&rest, &cross(x, y))];
+        (0..3).for_each(|i| mid[i] = solved[i].over(volume));
+        if !mid.iter().all(|x| x.lo.is_finite() && x.hi.is_finite()) {
+            return None;
+        }
+        let mut region = Region { mid, group: vec![0, 1, 2], ball: ZERO, ..tip.clone() };
+        region.seg[..3].fill(ZERO);
+        let poses = self.poses(&mid);
+        let (centre, mut turned) = (poses.of(*tool).point(&point), ZERO);
+        let [of_work, of_tool] = self.between(links);
+        let chain: Vec<usize> = of_tool.into_iter().chain(of_work.into_iter().rev()).collect();
+        for &link in &chain {
+            if let Some(way) = self.turn(link, &region, &poses, &centre, turned) {
+                turned = turned + way;
+            }
+        }
+        let off = defect(&slides);
+        let least = (ONE - off).sqrt() - I::of(3.0).sqrt() * self.turn_of(&chain, &region);
+        if off.hi >= 1.0 || least.lo <= 0.2 {
+            return None;
+        }
+        region.ball = (stretch * norm(&seg) + ball + turned).over(I::of(least.lo));
+        region.tip = Some((wanted, way, ball));
+        Some(region)
+    }
+
+    /// Where `b` goes in the frame of link `a` for each mm of an axis that slides.
+    fn slides(&self, links: [Option<usize>; 2], poses: &Poses) -> [V; 9] {
+        let mut slides = [[ZERO; 3]; 9];
+        let world_from_a = poses.of(links[0]);
+        for (chain, sign) in self.between(links).iter().zip([-ONE, ONE]) {
+            for &link in chain {
+                let Some(Joint { axis, turns: None, direction, .. }) = &self.links[link].joint else { continue };
+                let seen = world_from_a.turn_back(&poses.0[link].turn(direction));
+                slides[*axis] = plus(&slides[*axis], &times(&seen, sign));
+            }
+        }
+        slides
+    }
+
+    /// How far a joint that turns moves what is within `reach` of a point of the world.
+    fn turn(&self, link: usize, region: &Region, poses: &Poses, centre: &V, reach: I) -> Option<I> {
+        let Joint { axis, turns, direction, gain } = self.links[link].joint.as_ref()?;
+        let pose = &poses.0[link];
+        let arm = norm(&cross(&pose.turn(direction), &minus(centre, &pose.point(turns.as_ref()?))));
+        Some(region.half(*axis) * *gain * (arm + reach))
+    }
+
+    /// How far joints turn in all, radians.
+    fn turn_of(&self, chain: &[usize], region: &Region) -> I {
+        let joints = chain.iter().filter_map(|&link| self.links[link].joint.as_ref());
+        joints.filter(|joint| joint.turns.is_some()).fold(ZERO, |sum, joint| sum + region.half(joint.axis) * joint.gain)
+    }
+
+    /// How far joints that turn move a ball as seen from what carries both.
+    fn turned(&self, chain: &[usize], ball: &Ball, region: &Region, poses: &Poses) -> I {
+        let centre = poses.of(ball.0).point(&ball.1);
+        let (mut turned, mut reach) = (ZERO, ball.2);
+        for &link in chain {
+            let way = self.turn(link, region, poses, &centre, reach);
+            let slide = self.links[link].joint.as_ref().map_or(ZERO, |joint| region.half(joint.axis));
+            turned = turned + way.unwrap_or(ZERO);
+            reach = reach + way.unwrap_or(slide);
+        }
+        turned
+    }
+
+    /// What may happen to two parts between two places.
+    pub fn sweep(&self, [from, to]: [f64; 2], pair: [&Part; 2]) -> Option<Sweep> {
+        let first = from.floor();
+        if to <= first + 1.0 {
+            return self.sweep_on(first as usize, [from - first, to - first], pair);
+        }
+        let mut all = [[f64::INFINITY, f64::NEG_INFINITY]; 9];
+        for ranges in &self.boxes[first as usize..to as usize] {
+            for (all, [low, high]) in all.iter_mut().zip((*ranges)?) {
+                *all = [all[0].min(low), all[1].max(high)];
+            }
+        }
+        let mid = all.map(|[low, high]| I::of(0.5 * (low + high)));
+        let wide = std::array::from_fn(|i| I::of((I { lo: all[i][0], hi: all[i][1] } - mid[i]).most()));
+        Some(self.swept(&Region { mid, seg: [ZERO; 9], wide, ball: ZERO, group: Vec::new(), tip: None }, pair))
+    }
+
+    /// What may happen to two parts between two fractions of a step.
+    pub fn sweep_on(&self, step: usize, fractions: [f64; 2], pair: [&Part; 2]) -> Option<Sweep> {
+        Some(self.swept(&self.within(step, fractions)?, pair))
+    }
+
+    fn swept(&self, region: &Region, [a, b]: [&Part; 2]) -> Sweep {
+        let links = [a.link, b.link];
+        let poses = self.poses(&region.mid);
+        let [world_from_a, world_from_b] = links.map(|link| poses.of(link));
+        let a_from_b = world_from_a.after(&a.pose).inverse().after(&world_from_b.after(&b.pose));
+        let ball = |part: &Part| (part.link, part.pose.point(&part.mesh.ball().0), part.mesh.ball().1);
+        let chains = self.between(links);
+        let known = region.tip.as_ref().zip(self.tip.as_ref()).filter(|(_, tip)| links == [tip.work, tip.tool]);
+        if let Some(((place, way, round), _)) = known {
+            // The tip's way is known, and the tool turns about it.
+            let (_, centre, radius) = ball(b);
+            let seen = world_from_a.inverse().point(&world_from_b.point(&centre));
+            let turned = chains.iter().fold(ZERO, |sum, chain| sum + self.turn_of(chain, region));
+            let radius = *round + turned * (norm(&minus(&seen, place)) + radius);
+            let ways = vec![a.pose.turn_back(way)];
+            return Sweep { a_from_b, ways, group: Vec::new(), ball: ZERO, radius, bound: ZERO }.with_bound();
+        }
+        let slides = self.slides(links, &poses).map(|slide| a.pose.turn_back(&slide));
+        let along = (0..9).fold([ZERO; 3], |sum, i| plus(&sum, &times(&slides[i], region.seg[i])));
+        let ways = std::iter::once(along)
+            .chain((0..9).filter(|&i| region.wide[i].hi > 0.0).map(|i| times(&slides[i], region.wide[i])));
+        let group = region.group.iter().map(|&axis| slides[axis]).collect();
+        let radius =
+            self.turned(&chains[0], &ball(a), region, &poses) + self.turned(&chains[1], &ball(b), region, &poses);
+        Sweep { a_from_b, ways: ways.collect(), group, ball: region.ball, radius, bound: ZERO }.with_bound()
+    }
+}
+
+/// How far the first three are from a right angle to one another and from length 1.
+fn defect(slides: &[V; 9]) -> I {
+    let entry = |k: usize| {
+        let (i, j) = (k / 3, k % 3);
+        (dot(&slides[i], &slides[j]) - if i == j { ONE } else { ZERO }).squared()
+    };
+    (0..9).fold(ZERO, |sum, k| sum + entry(k)).sqrt()
+}

@@ -1,0 +1,282 @@
+//! Meshes on the grid of 2⁻²⁶ mm, in whole numbers: hulls of ranges of triangles behind planes, piercing edges, and what is inside.
+
+use crate::interval::{I, Pose, V, cross, dot, minus};
+use crate::read::Words;
+use std::collections::{BTreeSet, HashMap};
+
+/// Steps of the grid in a mm.
+const STEPS: i64 = 1 << 26;
+/// Largest coordinate, mm.
+const LIMIT: i64 = 4096 * STEPS;
+
+/// Lowest and highest corner.
+type Bounds = [[i64; 3]; 2];
+
+/// Vertices and faces, in the order of the tree: node 1 has all faces, the halves of node `i` are `2i` and `2i + 1`.
+#[derive(Debug, Default)]
+pub struct Mesh {
+    vertices: Vec<[i64; 3]>,
+    faces: Vec<[u32; 3]>,
+    boxes: Vec<Bounds>,
+    ball: Option<(V, I)>,
+    is_watertight: bool,
+    /// A vertex of each set of faces that hang together.
+    components: Vec<[i64; 3]>,
+}
+
+/// A range of faces.
+#[derive(Clone, Copy, Debug)]
+pub struct Node {
+    id: usize,
+    low: usize,
+    high: usize,
+}
+
+/// A plane, and the node of the second mesh that it holds back.
+#[derive(Debug)]
+pub struct Token {
+    pub normal: [i32; 3],
+    pub offset: i64,
+    pub b: Node,
+}
+
+impl Node {
+    fn halves(self) -> Option<[Self; 2]> {
+        let middle = self.low + (self.high - self.low) / 2;
+        let halves =
+            [Self { id: 2 * self.id, high: middle, ..self }, Self { id: 2 * self.id + 1, low: middle, ..self }];
+        (self.high - self.low > 1).then_some(halves)
+    }
+}
+
+fn mm(p: &[i64; 3]) -> V {
+    p.map(|x| I::of(x as f64 / STEPS as f64)) // at most 38 bits: exact
+}
+
+fn around<'a>(points: impl Iterator<Item = &'a [i64; 3]>) -> Bounds {
+    points.fold([[i64::MAX; 3], [i64::MIN; 3]], |[low, high], p| {
+        [std::array::from_fn(|i| low[i].min(p[i])), std::array::from_fn(|i| high[i].max(p[i]))]
+    })
+}
+
+impl Mesh {
+    pub fn vertex(&mut self, words: &mut Words<'_>) -> Result<(), String> {
+        let p = [words.whole::<i64>()?, words.whole()?, words.whole()?];
+        self.vertices.push(p);
+        if p.iter().all(|x| (-LIMIT..=LIMIT).contains(x)) { Ok(()) } else { Err("a vertex out of range".to_owned()) }
+    }
+
+    pub fn face(&mut self, words: &mut Words<'_>) -> Result<(), String> {
+        let face = [words.whole::<u32>()?, words.whole()?, words.whole()?];
+        self.faces.push(face);
+        let is_known = face.iter().all(|&v| (v as usize) < self.vertices.len());
+        if is_known { Ok(()) } else { Err("no such vertex".to_owned()) }
+    }
+
+    /// Boxes around nodes, and a ball around all.
+    pub fn finish(&mut self) -> Result<(), String> {
+        if self.faces.is_empty() {
+            return Err("a mesh without a face".to_owned());
+        }
+        self.boxes = vec![Bounds::default(); 2 * self.faces.len().next_power_of_two()];
+        let [low, high] = self.enclose(self.root());
+        let centre = mm(&std::array::from_fn(|i| (low[i] + high[i]) / 2));
+        let from_centre = |p: &[i64; 3]| crate::interval::norm(&minus(&mm(p), &centre)).hi;
+        let radius = self.vertices.iter().map(from_centre).fold(0.0, f64::max);
+        self.ball = Some((centre, I::of(radius)));
+        self.is_watertight = self.has_inside();
+        self.components = self.components();
+        Ok(())
+    }
+
+    /// Centre and radius, mm.
+    pub fn ball(&self) -> (V, I) {
+        self.ball.unwrap_or(([I { lo: f64::NEG_INFINITY, hi: f64::INFINITY }; 3], I::of(f64::INFINITY)))
+    }
+
+    fn root(&self) -> Node {
+        Node { id: 1, low: 0, high: self.faces.len() }
+    }
+
+    fn corners(&self, node: Node) -> impl Iterator<Item = &[i64; 3]> {
+        self.faces[node.low..node.high].iter().flatten().map(|&v| &self.vertices[v as usize])
+    }
+
+    pub fn triangle(&self, face: usize) -> Option<[V; 3]> {
+        self.faces.get(face).map(|face| face.map(|v| mm(&self.vertices[v as usize])))
+    }
+
+    /// Triangles as triples of grid points, each from its least corner on; for comparison with a file.
+    pub fn triangles(&self) -> BTreeSet<[[i64; 3]; 3]> {
+        self.faces.iter().map(|face| canonical(face.map(|v| self.vertices[v as usize]))).collect()
+    }
+
+    fn enclose(&mut self, node: Node) -> Bounds {
+        let found = match node.halves() {
+            None => around(self.corners(node)),
+            Some(halves) => {
+                let both = halves.map(|half| self.enclose(half));
+                around(both.iter().flatten())
+            }
+        };
+        self.boxes[node.id] = found;
+        found
+    }
+
+    /// Whether n·x ≤ c for all corners of a node. In whole numbers, so without rounding.
+    fn is_behind(&self, node: Node, n: [i64; 3], c: i128) -> bool {
+        let along = |p: &[i64; 3]| (0..3).map(|i| i128::from(n[i]) * i128::from(p[i])).sum::<i128>();
+        let [low, high] = self.boxes[node.id];
+        if along(&std::array::from_fn(|i| if n[i] > 0 { high[i] } else { low[i] })) <= c {
+            return true;
+        }
+        match node.halves() {
+            Some(halves) => halves.into_iter().all(|half| self.is_behind(half, n, c)),
+            None => self.corners(node).all(|p| along(p) <= c),
+        }
+    }
+
+    /// Whether n·x ≥ c for all corners of a node, mm.
+    pub fn is_beyond(&self, node: Node, n: &V, c: f64) -> bool {
+        let [low, high] = self.boxes[node.id].each_ref().map(mm);
+        if dot(n, &[0, 1, 2].map(|i| low[i].hull(high[i]))).lo >= c {
+            return true;
+        }
+        match node.halves() {
+            Some(halves) => halves.into_iter().all(|half| self.is_beyond(half, n, c)),
+            None => self.corners(node).all(|p| dot(n, &mm(p)).lo >= c),
+        }
+    }
+
+    /// Whether every edge joins two faces that agree about the outside: only then is there an inside.
+    fn has_inside(&self) -> bool {
+        let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
+        for face in &self.faces {
+            (0..3).for_each(|k| *edges.entry([face[k], face[(k + 1) % 3]]).or_default() += 1);
+        }
+        edges.iter().all(|(&[u, v], &count)| count == 1 && edges.get(&[v, u]) == Some(&1))
+    }
+
+    fn components(&self) -> Vec<[i64; 3]> {
+        let mut parent: Vec<u32> = (0..self.vertices.len() as u32).collect();
+        fn root(parent: &mut [u32], mut v: u32) -> u32 {
+            while parent[v as usize] != v {
+                parent[v as usize] = parent[parent[v as usize] as usize];
+                v = parent[v as usize];
+            }
+            v
+        }
+        for [i, j, k] in &self.faces {
+            for other in [j, k] {
+                let (a, b) = (root(&mut parent, *i), root(&mut parent, *other));
+                parent[a as usize] = b;
+            }
+        }
+        let roots: BTreeSet<u32> = self.faces.iter().map(|face| root(&mut parent, face[0])).collect();
+        roots.into_iter().map(|v| self.vertices[v as usize]).collect()
+    }
+
+    /// How much more often a ray leaves the mesh than it enters it; `None` where it passes too near to an edge to tell.
+    fn leavings(&self, node: Node, start: &V, way: &V) -> Option<i32> {
+        let [low, high] = self.boxes[node.id].each_ref().map(mm);
+        // Along the ray x grows by as much as the parameter.
+        let along = low[0].hull(high[0]) - start[0];
+        let meets = |i: usize| {
+            let at = start[i] + way[i] * I { lo: along.lo.max(0.0), hi: along.hi };
+            at.lo <= high[i].hi && at.hi >= low[i].lo
+        };
+        if along.hi < 0.0 || !meets(1) || !meets(2) {
+            return Some(0);
+        }
+        if let Some([one, other]) = node.halves() {
+            return Some(self.leavings(one, start, way)? + self.leavings(other, start, way)?);
+        }
+        (node.low..node.high).map(|face| crossing(&self.triangle(face)?, start, way)).sum()
+    }
+}
+
+/// Whether a ray leaves a triangle behind (1), enters it (-1), or passes by.
+fn crossing(triangle: &[V; 3], start: &V, way: &V) -> Option<i32> {
+    let [a, b, c] = triangle.each_ref().map(|p| minus(p, start));
+    let sides = [cross(&a, &b), cross(&b, &c), cross(&c, &a)].map(|side| dot(way, &side));
+    let is_on = |sign: f64| sides.iter().all(|side| side.lo * sign > 0.0 && side.hi * sign > 0.0);
+    if sides.iter().any(|side| side.lo > 0.0) && sides.iter().any(|side| side.hi < 0.0) {
+        return Some(0);
+    }
+    if !is_on(1.0) && !is_on(-1.0) {
+        return None;
+    }
+    let normal = cross(&minus(&b, &a), &minus(&c, &a));
+    let (height, slope) = (dot(&normal, &a), dot(&normal, way));
+    let is_ahead = height.over(slope);
+    if is_ahead.hi < 0.0 {
+        return Some(0);
+    }
+    (is_ahead.lo > 0.0).then_some(if slope.lo > 0.0 { 1 } else { -1 })
+}
+
+/// Whether no part of `inner` lies inside `outer`, given that their surfaces do not meet.
+pub fn is_outside(inner: &Mesh, outer: &Mesh, outer_from_inner: &Pose) -> bool {
+    const WAYS: [[f64; 2]; 6] =
+        [[0.0123, 0.0271], [-0.0317, 0.0071], [0.0557, -0.0413], [-0.071, -0.0887], [0.213, 0.151], [-0.317, 0.273]];
+    if !outer.is_watertight {
+        return true; // has no inside
+    }
+    let [low, high] = outer.boxes[1].each_ref().map(mm);
+    inner.components.iter().map(|p| outer_from_inner.point(&mm(p))).all(|p| {
+        let is_off = (0..3).any(|i| p[i].hi < low[i].lo || p[i].lo > high[i].hi);
+        let is_left = |[y, z]: &[f64; 2]| outer.leavings(outer.root(), &p, &[1.0, *y, *z].map(I::of)) == Some(0);
+        is_off || WAYS.iter().any(is_left)
+    })
+}
+
+/// Reads planes and halvings; all of the first mesh must be behind its planes.
+pub fn front(a: &Mesh, b: &Mesh, words: &mut Words<'_>) -> Result<Vec<Token>, String> {
+    let (mut planes, mut open) = (Vec::new(), vec![[a.root(), b.root()]]);
+    while let Some([x, y]) = open.pop() {
+        match words.word()? {
+            "a" => open.extend(x.halves().ok_or("one triangle is not halved")?.map(|half| [half, y]).into_iter().rev()),
+            "b" => open.extend(y.halves().ok_or("one triangle is not halved")?.map(|half| [x, half]).into_iter().rev()),
+            "p" => {
+                let (normal, offset): ([i32; 3], i64) =
+                    ([words.whole()?, words.whole()?, words.whole()?], words.whole()?);
+                if offset.unsigned_abs() > 1 << 52
+                    || !a.is_behind(x, normal.map(i64::from), i128::from(offset) * i128::from(STEPS))
+                {
+                    return Err(format!("the first part is not behind the plane {normal:?} {offset}"));
+                }
+                planes.push(Token { normal, offset, b: y });
+            }
+            other => return Err(format!("`{other}` is neither a plane nor a halving")),
+        }
+    }
+    Ok(planes)
+}
+
+/// Reads an edge and a triangle; the edge must pierce it.
+pub fn pierces([a, b]: [&Mesh; 2], a_from_b: &Pose, words: &mut Words<'_>) -> Result<(), String> {
+    let (side, of, edge, face) =
+        (words.word()?, words.whole::<usize>()?, words.whole::<usize>()?, words.whole::<usize>()?);
+    let moved = |face: usize| Some(b.triangle(face)?.each_ref().map(|p| a_from_b.point(p)));
+    let found = if side == "a" { a.triangle(of).zip(moved(face)) } else { moved(of).zip(a.triangle(face)) };
+    let (edges, [u, v, w]) = found.ok_or("no such triangle")?;
+    let (p, q) = (edges[edge % 3], edges[(edge + 1) % 3]);
+    let volume = |a: &V, b: &V, c: &V, d: &V| dot(&cross(&minus(b, a), &minus(c, a)), &minus(d, a));
+    let (above, below) = (volume(&u, &v, &w, &p), volume(&u, &v, &w, &q));
+    let sides = [volume(&p, &q, &u, &v), volume(&p, &q, &v, &w), volume(&p, &q, &w, &u)];
+    let is_through = above.lo > 0.0 && below.hi < 0.0 || above.hi < 0.0 && below.lo > 0.0;
+    let is_within = sides.iter().all(|side| side.lo > 0.0) || sides.iter().all(|side| side.hi < 0.0);
+    if edge < 3 && is_through && is_within { Ok(()) } else { Err("the edge does not pierce the triangle".to_owned()) }
+}
+
+/// The triangle from its least corner on.
+pub fn canonical(mut triangle: [[i64; 3]; 3]) -> [[i64; 3]; 3] {
+    let least = (0..3).min_by_key(|&k| triangle[k]).unwrap_or(0);
+    triangle.rotate_left(least);
+    triangle
+}
+
+/// A point of a file, mm, on the grid.
+pub fn on_grid(p: [f64; 3]) -> [i64; 3] {
+    p.map(|x| (x * STEPS as f64).round_ties_even() as i64)
+}

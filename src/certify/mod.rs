@@ -1,0 +1,189 @@
+//! `check --certify`: a proof that a program's moves are free of contact, which a program of others can check.
+//!
+//! Reading order: this file (what is asked and answered), `motion` (what moves do to a pair), `hull` (planes between meshes), `search` (one pair along
+//! the path), `text` (the certificate). The mathematics and the format stand in `docs/certificate.md`; `crates/certificate-checker` checks.
+//!
+//! Method. Conservative advancement in whole (Schwarzer, Saha and Latombe 2005): an interval of the path is free when planes part the pair at its middle by more than
+//! both can come towards each other along the plane's normal within it; else it is halved. A pair of meshes is parted by planes between pairs of convex hulls of
+//! subtrees. Contact is proved by an edge that pierces a triangle.
+
+mod hull;
+mod motion;
+mod search;
+mod text;
+
+use crate::machine::travel::Ball;
+use crate::measure::Progress;
+use crate::scene::pairs::{self, Dropped, Reach};
+use crate::scene::{Pair, ProgramRun, Scene, TipFault};
+use crate::truth::Solid;
+use hull::{Token, Tree};
+use motion::{PairMotion, Track};
+use rayon::prelude::*;
+use search::{Entry, Finding, Search};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// What is known of a block of the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// Every pair that is examined is free: proved.
+    Free,
+    /// Some pair is neither proved free nor proved in contact.
+    Unresolved,
+    /// Some pair is in contact: proved.
+    Collision,
+}
+
+impl Verdict {
+    /// Its name in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Unresolved => "unresolved",
+            Self::Collision => "collision",
+        }
+    }
+}
+
+/// A stretch of a move on which a pair is not proved free.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Doubt {
+    /// Line of the program; 0 before the first move.
+    pub line: u32,
+    /// The parts.
+    pub pair: Pair,
+    /// Fractions of the move, or of the leg of a dog-leg: first contact is between the two, or what is unresolved.
+    pub within: [f64; 2],
+    /// Of a collision the way between these fractions, of what is unresolved the clearance at which the search stopped, mm.
+    pub size_mm: f64,
+    /// [`Verdict::Unresolved`] or [`Verdict::Collision`].
+    pub verdict: Verdict,
+}
+
+/// A certificate.
+#[derive(Clone, Debug)]
+pub struct Certificate {
+    /// The file's content.
+    pub text: String,
+    /// Each line of the program that has moves, in order, with what is known of it.
+    pub blocks: BTreeMap<u32, Verdict>,
+    /// Where pairs are not proved free, by place.
+    pub doubts: Vec<Doubt>,
+    /// Pairs that are not examined, and why.
+    pub skipped: Vec<(Pair, &'static str)>,
+    /// Pairs that are.
+    pub examined: usize,
+    /// Intervals that are proved free, of all pairs.
+    pub intervals: usize,
+    /// Planes that the certificate states.
+    pub planes: usize,
+}
+
+impl Certificate {
+    /// How many blocks have a verdict.
+    #[must_use]
+    pub fn count(&self, verdict: Verdict) -> usize {
+        self.blocks.values().filter(|&&other| other == verdict).count()
+    }
+}
+
+/// Why a pair is not examined, as the certificate says it.
+fn skipped(scene: &Scene, dropped: Option<&Dropped>, pair: Pair) -> Option<&'static str> {
+    match dropped {
+        Some(Dropped::Rigid) => Some("rigid"),
+        Some(Dropped::Neighbours { .. }) => Some("neighbours"),
+        Some(Dropped::DifferentTools { .. }) => Some("tools"),
+        Some(Dropped::Ignored) => Some("ignored"),
+        Some(Dropped::Allowed) => Some("allowed"),
+        // Where the program goes is what is to be proved.
+        Some(Dropped::OutOfReach { .. } | Dropped::NeverMounted { .. }) | None => {
+            scene.is_cutting(pair).then_some("meant")
+        }
+    }
+}
+
+/// Proves what can be proved of a program.
+///
+/// # Errors
+/// When a rapid has too many legs to be followed.
+pub fn certify(scene: &Scene, run: &ProgramRun, progress: &dyn Progress) -> Result<Certificate, TipFault> {
+    let track = Track::new(&scene.machine, run.tip.as_ref(), motion::steps(scene, run)?);
+    let decisions = pairs::decide(scene, &Reach::of_limits(scene), f64::INFINITY);
+    let (mut examined, mut not) = (Vec::new(), Vec::new());
+    for decision in &decisions {
+        match skipped(scene, decision.dropped.as_ref(), decision.pair) {
+            Some(why) => not.push((decision.pair, why)),
+            None => examined.push(work_first(scene, run, decision.pair)),
+        }
+    }
+    progress.begin("certifying", examined.len() as u64);
+    let trees: Vec<Tree> = scene.parts.par_iter().map(|part| Tree::new(&part.mesh)).collect();
+    let solids: Vec<Solid> = scene.parts.iter().map(|part| Solid::new(Arc::clone(&part.mesh))).collect();
+    let balls: Vec<Ball> = scene.parts.iter().map(pairs::ball).collect();
+    let search = |&pair: &Pair| {
+        let both = [pair.a, pair.b];
+        let [a, b] = both.map(|part| balls[part]);
+        let motion = PairMotion { machine: &scene.machine, a, b };
+        let mut search = Search::new(
+            &track,
+            motion,
+            both.map(|part| &scene.parts[part].link_from_part),
+            both.map(|part| &trees[part]),
+            both.map(|part| &solids[part]),
+            both.map(|part| scene.parts[part].tool),
+        );
+        search.run();
+        progress.advance(1);
+        (pair, search.entries)
+    };
+    let found: Vec<(Pair, Vec<Entry>)> = examined.par_iter().map(search).collect();
+    Ok(conclude(scene, run, &track, &trees, not, &found))
+}
+
+/// The pair with the part on the workpiece's link first where the other one is on the tool's: planes stay with the first.
+fn work_first(scene: &Scene, run: &ProgramRun, pair: Pair) -> Pair {
+    let [a, b] = [pair.a, pair.b].map(|part| scene.parts[part].link);
+    let is_work_last = run.tip.as_ref().is_some_and(|tip| a == tip.tool_link && b == tip.work_link);
+    if is_work_last { Pair { a: pair.b, b: pair.a } } else { pair }
+}
+
+/// The certificate of what was found.
+fn conclude(
+    scene: &Scene,
+    run: &ProgramRun,
+    track: &Track<'_>,
+    trees: &[Tree],
+    skipped: Vec<(Pair, &'static str)>,
+    found: &[(Pair, Vec<Entry>)],
+) -> Certificate {
+    let mut blocks: BTreeMap<u32, Verdict> = track.steps.iter().map(|step| (step.line, Verdict::Free)).collect();
+    let (mut doubts, mut intervals, mut planes) = (Vec::new(), 0, 0);
+    for (pair, entries) in found {
+        for entry in entries {
+            let (end, size_mm, verdict) = match &entry.finding {
+                Finding::Away => continue,
+                Finding::Free { front, .. } => {
+                    intervals += 1;
+                    planes += front.iter().flatten().filter(|token| matches!(token, Token::Plane { .. })).count();
+                    continue;
+                }
+                Finding::Open { apart_mm } => (entry.to, *apart_mm, Verdict::Unresolved),
+                Finding::Hit { place, way_mm, .. } => (*place, *way_mm, Verdict::Collision),
+            };
+            for step in entry.from.floor() as usize..entry.to.ceil() as usize {
+                let (line, begin) = (track.steps[step].line, step as f64);
+                let known = blocks.entry(line).or_insert(verdict);
+                *known = verdict.max(*known);
+                let within = [entry.from, end].map(|place| (place - begin).clamp(0.0, 1.0));
+                doubts.push((begin + within[0], Doubt { line, pair: *pair, within, size_mm, verdict }));
+            }
+        }
+    }
+    doubts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let doubts = doubts.into_iter().map(|(_, doubt)| doubt).collect();
+    let text =
+        text::write(&text::Proof { scene, run, steps: &track.steps, trees, skipped: &skipped, found, blocks: &blocks });
+    Certificate { text, blocks, doubts, skipped, examined: found.len(), intervals, planes }
+}

@@ -1,0 +1,278 @@
+//! One pair along the whole path: intervals over which planes part it, contact that is proved, and what stays open.
+
+use super::hull::{Parting, Piercing, Token, Tree, piercing};
+use super::motion::{Course, PairMotion, Region, Track};
+use crate::geometry::{Isometry, Vector};
+use crate::truth::Solid;
+use std::cell::Cell;
+
+/// Travel within an interval below which it is not halved any more, mm.
+const RESOLUTION_MM: f64 = 1e-4;
+/// Halvings of a step, however far it goes.
+const LOWEST: i32 = -40;
+/// Intervals of one step that may stay open before the rest of it does.
+const MOST_OPEN: u32 = 8;
+/// Intervals of a pair before the rest of the path stays open.
+const MOST_INTERVALS: usize = 400_000;
+
+/// Pairs of hulls that planes are looked for between before the rest of the path stays open.
+const MOST_TRIED_IN_ALL: u64 = 400_000;
+/// Intervals of a pair that may stay open before the rest of the path does.
+const MOST_OPEN_IN_ALL: u32 = 200;
+/// Fronts of a pair that would have too many planes before a step, and before the rest of the path, stays open.
+const MOST_GIVEN_UP: [u32; 2] = [4, 40];
+
+/// What is known of an interval of the path. Entries of a pair follow one another without a gap.
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    /// Places on the path.
+    pub from: f64,
+    pub to: f64,
+    pub finding: Finding,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Finding {
+    /// Parted by planes, which are those of the interval before where there are none. `bound_mm` is the farthest that a point goes from its place at the middle.
+    Free { bound_mm: f64, front: Option<Vec<Token>> },
+    /// In contact for the first time at `place` at the latest, at most `way_mm` of travel behind `from`. What is behind that on the step is not looked at.
+    Hit { place: f64, way_mm: f64, piercing: Piercing },
+    /// Neither; the nearest triangles met are so far apart at the last interval tried, mm.
+    Open { apart_mm: f64 },
+    /// One of the two is not in the spindle.
+    Away,
+}
+
+/// A pair and what its search keeps in mind.
+pub(super) struct Search<'a> {
+    pub track: &'a Track<'a>,
+    pub motion: PairMotion<'a>,
+    pub link_from_part: [&'a Isometry; 2],
+    pub trees: [&'a Tree; 2],
+    pub solids: [&'a Solid; 2],
+    /// The tools that the parts belong to.
+    pub tools: [Option<u32>; 2],
+    pub entries: Vec<Entry>,
+    front: Vec<Token>,
+    hint: Vector,
+    /// Two triangles that no plane was found for.
+    failed: Option<[u32; 2]>,
+    apart_mm: f64,
+    open_on_step: u32,
+    open_in_all: u32,
+    /// Fronts that had too many planes, on the step and on the whole path.
+    given_up: [u32; 2],
+    tried: u64,
+}
+
+impl<'a> Search<'a> {
+    pub fn new(
+        track: &'a Track<'a>,
+        motion: PairMotion<'a>,
+        link_from_part: [&'a Isometry; 2],
+        trees: [&'a Tree; 2],
+        solids: [&'a Solid; 2],
+        tools: [Option<u32>; 2],
+    ) -> Self {
+        Self {
+            track,
+            motion,
+            link_from_part,
+            trees,
+            solids,
+            tools,
+            entries: Vec::new(),
+            front: Vec::new(),
+            hint: Vector::x(),
+            failed: None,
+            apart_mm: 0.0,
+            open_on_step: 0,
+            open_in_all: 0,
+            given_up: [0; 2],
+            tried: 0,
+        }
+    }
+
+    /// Goes along the path from its start to its end.
+    pub fn run(&mut self) {
+        let count = self.track.steps.len();
+        let top = count.next_power_of_two().ilog2() as i32;
+        let (mut at, mut level) = (0.0_f64, top);
+        while (at as usize) < count {
+            let step = at as usize;
+            if at.fract() == 0.0 {
+                (self.open_on_step, self.given_up[0]) = (0, 0);
+                let there = (step..count).find(|&step| self.is_mounted(step)).unwrap_or(count);
+                if there > step {
+                    self.push(at, there as f64, Finding::Away);
+                    at = there as f64;
+                    continue;
+                }
+            }
+            let is_enough = self.open_in_all >= MOST_OPEN_IN_ALL || self.given_up[1] >= MOST_GIVEN_UP[1];
+            let is_enough = is_enough || self.tried >= MOST_TRIED_IN_ALL;
+            if is_enough || self.entries.len() > MOST_INTERVALS {
+                // An interval that begins within a step ends with it.
+                let gone = (step..count).find(|&step| !self.is_mounted(step)).unwrap_or(count);
+                let gone = if at.fract() == 0.0 { gone } else { step + 1 };
+                self.push(at, gone as f64, Finding::Open { apart_mm: self.apart_mm });
+                at = gone as f64;
+                continue;
+            }
+            level = (level + 1).min(top);
+            while (at * 2f64.powi(-level)).fract() != 0.0 {
+                level -= 1;
+            }
+            at = self.advance(at, &mut level);
+        }
+        self.open_what_is_inside();
+    }
+
+    fn is_mounted(&self, step: usize) -> bool {
+        let tool = self.track.steps[step].tool;
+        self.tools.iter().all(|own| own.is_none_or(|own| own == tool))
+    }
+
+    /// Decides on an interval that begins at `at`, of 2^level steps at most; where it ends.
+    fn advance(&mut self, at: f64, level: &mut i32) -> f64 {
+        let count = self.track.steps.len() as f64;
+        loop {
+            let to = at + 2f64.powi(*level);
+            let is_there = || (at as usize..to as usize).all(|step| self.is_mounted(step));
+            if *level > 0 && (to > count || !is_there()) {
+                *level -= 1;
+                continue;
+            }
+            let mut bound_mm = f64::INFINITY;
+            if let Some(region) = self.track.region(at, to) {
+                let sweep = self.motion.sweep(&region, self.track.control, self.link_from_part);
+                bound_mm = sweep.bound_mm();
+                let tried = Cell::new(0);
+                let parting = Parting { a: self.trees[0], b: self.trees[1], sweep: &sweep, tried: &tried };
+                let parted = self.part(&parting);
+                self.tried += tried.get();
+                if let Some(front) = parted {
+                    // Printed shortly, and never less.
+                    let bound_mm = (bound_mm * 1e6 + 1.0).ceil() / 1e6;
+                    self.push(at, to, Finding::Free { bound_mm, front });
+                    return to;
+                }
+            }
+            let is_short = *level <= 0 && bound_mm < RESOLUTION_MM;
+            if *level <= LOWEST || is_short || *level <= 0 && self.given_up[0] >= MOST_GIVEN_UP[0] {
+                return self.give_up(at, to);
+            }
+            *level -= 1;
+        }
+    }
+
+    /// Planes that part the pair over a region: those that did before (`Some(None)`), or new ones.
+    fn part(&mut self, parting: &Parting<'_>) -> Option<Option<Vec<Token>>> {
+        if parting.holds(&self.front) {
+            return Some(None);
+        }
+        if let Some(failed) = self.failed
+            && !parting.parts_triangles(failed)
+        {
+            self.apart_mm = parting.apart_mm(failed);
+            return None;
+        }
+        match parting.front(&mut self.hint) {
+            Ok(front) => {
+                self.front.clone_from(&front);
+                Some(Some(front))
+            }
+            Err(Some(failed)) => {
+                (self.failed, self.apart_mm) = (Some(failed), parting.apart_mm(failed));
+                None
+            }
+            Err(None) => {
+                self.given_up = self.given_up.map(|count| count + 1);
+                None
+            }
+        }
+    }
+
+    /// Looks for contact in an interval that is too short to be halved; else leaves it open. Where to go on.
+    fn give_up(&mut self, at: f64, to: f64) -> f64 {
+        let step = at.floor();
+        let places = match self.track.steps[step as usize].course {
+            Course::Point => vec![step + 1.0],
+            _ => vec![at, f64::midpoint(at, to), to],
+        };
+        let pierced = places.into_iter().find_map(|place| Some((place, self.piercing_at(step, place)?)));
+        let begins =
+            |entry: &&Entry| matches!(entry.finding, Finding::Open { .. }) && entry.from >= step && entry.to == at;
+        let from = self.entries.last().filter(begins).map_or(at, |entry| entry.from);
+        if let Some((place, piercing)) = pierced {
+            if from < at {
+                self.entries.pop();
+            }
+            let way = self.track.region(from, place).map_or(f64::INFINITY, |region| self.bound_mm(&region));
+            let way_mm = (2.0 * way * 1e6 + 1.0).ceil() / 1e6;
+            self.push(from, step + 1.0, Finding::Hit { place, way_mm, piercing });
+            return step + 1.0;
+        }
+        self.open_on_step += 1;
+        self.open_in_all += 1;
+        let is_enough = self.open_on_step >= MOST_OPEN || self.given_up[0] >= MOST_GIVEN_UP[0];
+        let end = if is_enough { step + 1.0 } else { to };
+        let mut apart_mm = self.apart_mm;
+        if from < at
+            && let Some(Entry { finding: Finding::Open { apart_mm: before }, .. }) = self.entries.pop()
+        {
+            apart_mm = apart_mm.min(before);
+        }
+        self.push(from, end, Finding::Open { apart_mm });
+        end
+    }
+
+    fn bound_mm(&self, region: &Region) -> f64 {
+        self.motion.sweep(region, self.track.control, self.link_from_part).bound_mm()
+    }
+
+    /// Proof of contact at a place of a step.
+    fn piercing_at(&self, step: f64, place: f64) -> Option<Piercing> {
+        let region = self.track.within(step as usize, place - step, place - step)?;
+        let sweep = self.motion.sweep(&region, self.track.control, self.link_from_part);
+        piercing(self.trees[0], self.trees[1], &sweep.a_from_b)
+    }
+
+    fn push(&mut self, from: f64, to: f64, finding: Finding) {
+        self.entries.push(Entry { from, to, finding });
+    }
+
+    /// Surfaces that do not touch may be of solids of which one is inside the other. Where the hulls of both are parted at some time, neither is as long as the surfaces
+    /// do not meet; elsewhere it is looked at once for each stretch.
+    fn open_what_is_inside(&mut self) {
+        let mut rooted = false;
+        let mut first = 0;
+        while first < self.entries.len() {
+            let is_free = |entry: &Entry| matches!(entry.finding, Finding::Free { .. });
+            let end = first + self.entries[first..].iter().take_while(|entry| is_free(entry)).count();
+            if end == first {
+                first += 1;
+                continue;
+            }
+            let mut is_outside = false;
+            for entry in &self.entries[first..end] {
+                if let Finding::Free { front: Some(front), .. } = &entry.finding {
+                    rooted = matches!(front[..], [Token::Plane { .. }]);
+                }
+                is_outside |= rooted;
+            }
+            if !is_outside && self.is_inside_at(&self.entries[first]) {
+                for entry in &mut self.entries[first..end] {
+                    entry.finding = Finding::Open { apart_mm: 0.0 };
+                }
+            }
+            first = end;
+        }
+    }
+
+    fn is_inside_at(&self, entry: &Entry) -> bool {
+        let Some(region) = self.track.region(entry.from, entry.to) else { return true };
+        let sweep = self.motion.sweep(&region, self.track.control, self.link_from_part);
+        Solid::one_in_the_other(self.solids[0], self.solids[1], &sweep.a_from_b)
+    }
+}

@@ -1,0 +1,96 @@
+//! `--certify`: writes the certificate, and what it says for a reader.
+
+use super::super::{note, say};
+use crate::certify::{Certificate, Doubt, Verdict, certify};
+use crate::measure::{Progress, timer};
+use crate::record::file::write_text;
+use crate::scene::{ProgramRun, Scene};
+use anyhow::Result;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// Doubts that are told one by one.
+const TOLD: usize = 40;
+
+/// A certificate that was written.
+pub(super) struct Written {
+    certificate: Certificate,
+    search_s: f64,
+}
+
+impl Written {
+    pub(super) fn new(file: &Path, scene: &Scene, run: &ProgramRun, progress: &dyn Progress) -> Result<Self> {
+        let (ns, certificate) = timer::time(|| certify(scene, run, progress));
+        let certificate = certificate?;
+        write_text(file, &certificate.text)?;
+        Ok(Self { certificate, search_s: super::seconds(ns) })
+    }
+
+    /// Whether every block is proved free.
+    pub(super) fn is_free(&self) -> bool {
+        self.certificate.count(Verdict::Free) == self.certificate.blocks.len()
+    }
+
+    /// What a terminal shows.
+    pub(super) fn print(&self, scene: &Scene, file: &Path) {
+        let Self { certificate, search_s } = self;
+        for doubt in certificate.doubts.iter().take(TOLD) {
+            say(line(scene, doubt));
+        }
+        if certificate.doubts.len() > TOLD {
+            note(format!("and {} more; --json has them all", certificate.doubts.len() - TOLD));
+        }
+        for (pair, why) in &certificate.skipped {
+            if matches!(*why, "meant" | "ignored" | "allowed") {
+                let why = if *why == "meant" { "contact is meant (cutter and workpiece)" } else { why };
+                say(format!("not certified: {}, {why}", scene.pair_name(*pair)));
+            }
+        }
+        let neighbours = certificate.skipped.iter().filter(|(_, why)| *why == "neighbours").count();
+        if neighbours > 0 {
+            say(format!("not certified: {neighbours} pairs of the machine's structure with one joint between them"));
+        }
+        let [free, collision, unresolved] =
+            [Verdict::Free, Verdict::Collision, Verdict::Unresolved].map(|verdict| certificate.count(verdict));
+        say(format!(
+            "{}: of {} blocks {free} are free (proved), {collision} collide (proved), {unresolved} are unresolved, for {} pairs; {search_s:.2} s, {} bytes",
+            file.display(),
+            certificate.blocks.len(),
+            certificate.examined,
+            certificate.text.len()
+        ));
+    }
+
+    pub(super) fn as_json(&self, scene: &Scene) -> Value {
+        let Self { certificate, search_s } = self;
+        let names = |pair: crate::scene::Pair| [pair.a, pair.b].map(|part| scene.parts[part].name.clone());
+        let doubt = |doubt: &Doubt| {
+            json!({
+                "line": doubt.line, "pair": names(doubt.pair), "verdict": doubt.verdict.name(), "within": doubt.within, "size_mm": doubt.size_mm,
+            })
+        };
+        json!({
+            "blocks": certificate.blocks.len(), "free": certificate.count(Verdict::Free), "collision": certificate.count(Verdict::Collision),
+            "unresolved": certificate.count(Verdict::Unresolved), "pairs": certificate.examined, "intervals": certificate.intervals,
+            "planes": certificate.planes, "bytes": certificate.text.len(), "search_s": search_s,
+            "doubts": certificate.doubts.iter().map(doubt).collect::<Vec<_>>(),
+            "not_certified": certificate.skipped.iter().map(|(pair, why)| json!({ "pair": names(*pair), "why": why })).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// A doubt for a reader.
+fn line(scene: &Scene, doubt: &Doubt) -> String {
+    let Doubt { line, pair, within: [from, to], size_mm, verdict } = doubt;
+    let pair = scene.pair_name(*pair);
+    match verdict {
+        Verdict::Collision => {
+            format!(
+                "proved: line {line}: {pair} first touch between {from:.9} and {to:.9} of the move, within {size_mm:.6} mm of travel"
+            )
+        }
+        _ => format!(
+            "unresolved: line {line}: {pair} from {from:.9} to {to:.9} of the move, the search stopped {size_mm:.6} mm apart"
+        ),
+    }
+}

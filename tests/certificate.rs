@@ -1,0 +1,402 @@
+//! Certificates of `check --certify`: planted crossings, random motion against dense exact sampling, and certificates that were tampered with.
+//!
+//! `BVBENCH_CERTIFY_SEGMENTS=1000000` compares as many random moves with sampling, `BVBENCH_CERTIFY_TAMPERED=1000` tampers as often. Seeds are in the messages.
+
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+#![allow(clippy::print_stdout, reason = "the long forms tell what they covered")]
+
+use bvbench::certify::{Certificate, Verdict, certify};
+use bvbench::measure::Silent;
+use bvbench::scene::{Overrides, Pair, Scene};
+use bvbench::truth::PairOracle;
+use certificate_checker::{Refusal, Report};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::Arc;
+
+fn load(scene: &str, program: &str) -> Scene {
+    let files = [("scene.toml", scene), ("own.ngc", program)];
+    let files = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()));
+    Scene::from_memory("planted", BTreeMap::from(files), &Overrides::default()).unwrap()
+}
+
+fn certified(scene: &Scene) -> Certificate {
+    certify(scene, scene.program.as_ref().unwrap(), &Silent).unwrap()
+}
+
+fn checked(text: &str) -> Result<Report, Refusal> {
+    certificate_checker::check(text.as_bytes(), None, None)
+}
+
+fn accepted(certificate: &Certificate, what: &str) -> Report {
+    let report = checked(&certificate.text).unwrap_or_else(|Refusal { line, why }| {
+        let text = certificate.text.lines().nth(line - 1).unwrap_or_default();
+        panic!("{what}: line {line}: {why}: {}", &text[..text.len().min(200)])
+    });
+    let own: BTreeMap<u32, &str> = certificate.blocks.iter().map(|(line, verdict)| (*line, verdict.name())).collect();
+    assert_eq!(report.blocks, own, "{what}");
+    report
+}
+
+/// A sheet of 60 x 60 mm across the way of a sheet of 20 x 20 mm, both so thick; the small one comes from 30 mm above and goes 30 mm below.
+fn sheets(thick: f64, axis: &str, program: &str) -> Scene {
+    let scene = format!(
+        r#"
+title = "Two sheets"
+[[machine.links]]
+name = "head"
+joint = {{ axis = "{axis}", {turns}direction = [{direction}] }}
+[[parts]]
+name = "wall"
+role = "fixture"
+at = {{ xyz_mm = [0, 0, {low}] }}
+shape = {{ kind = "extrude", height_mm = {thick}, outline_mm = [[-30, -30], [30, -30], [30, 30], [-30, 30]] }}
+[[parts]]
+name = "blade"
+link = "head"
+role = "shank"
+at = {{ xyz_mm = [0, 0, {low}] }}
+shape = {{ kind = "extrude", height_mm = {thick}, outline_mm = [[-10, -10], [12, -9], [11, 10], [-9, 11]] }}
+[program]
+file = "own.ngc"
+start = {{ {start} }}
+"#,
+        turns = if axis == "A" { "point_mm = [0, -100, 0], " } else { "" },
+        direction = if axis == "A" { "1, 0, 0" } else { "0, 0, 1" },
+        start = if axis == "A" { "a_deg = 20" } else { "z_mm = 30" },
+        low = -0.5 * thick,
+    );
+    load(&scene, program)
+}
+
+#[test]
+fn thin_walls_are_not_jumped_over() {
+    for thick in [0.3, 0.1, 0.03, 0.01, 0.003, 0.001] {
+        for (axis, program) in
+            [("Z", "G0 Z25\nG1 Z-30 F1000\nG0 Z-40\nM2"), ("A", "G0 A19\nG1 A-20 F1000\nG0 A-21\nM2")]
+        {
+            let scene = sheets(thick, axis, program);
+            let certificate = certified(&scene);
+            let what = format!("{thick} mm along {axis}");
+            assert_eq!(certificate.blocks[&2], Verdict::Collision, "{what}: {:?}", certificate.doubts);
+            assert_eq!([certificate.blocks[&1], certificate.blocks[&3]], [Verdict::Free; 2], "{what}");
+            let doubt = &certificate.doubts[0];
+            assert!(doubt.size_mm < 1e-3 && doubt.within[1] > doubt.within[0], "{what}: {doubt:?}");
+            if axis == "Z" {
+                // The lower side of the blade meets the upper side of the wall at Z = thick.
+                let contact = (25.0 - thick) / 55.0;
+                assert!(doubt.within[0] <= contact && contact <= doubt.within[1], "{what}: {contact} {doubt:?}");
+            }
+            accepted(&certificate, &what);
+        }
+    }
+}
+
+#[test]
+fn what_stays_apart_is_free_however_near_and_what_touches_is_not() {
+    // Sideways over the wall: 0.0001 mm above it, on it, and 0.0001 mm within it.
+    for (above, verdict) in [(1e-4, Verdict::Free), (0.0, Verdict::Unresolved), (-1e-4, Verdict::Collision)] {
+        let scene = sheets(0.25, "Z", "M2");
+        let text = format!("G0 Z{:.6}\nG4 P1\nM2", 0.25 + above);
+        let scene = Scene { program: load_program(&scene, &text), ..scene };
+        let certificate = certified(&scene);
+        assert_eq!(certificate.blocks[&2], verdict, "{above}: {:?}", certificate.doubts);
+        accepted(&certificate, "near");
+    }
+}
+
+fn load_program(scene: &Scene, text: &str) -> Option<bvbench::scene::ProgramRun> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("other.ngc");
+    std::fs::write(&file, text).unwrap();
+    Some(scene.program.as_ref().unwrap().with_program(&file).unwrap())
+}
+
+#[test]
+fn what_lies_inside_the_other_is_not_free() {
+    let scene = r#"
+title = "A box in a box"
+[[machine.links]]
+name = "head"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[parts]]
+name = "outer"
+shape = { kind = "rounded-box", size_mm = [100, 100, 100], fillet_mm = 0 }
+[[parts]]
+name = "inner"
+role = "holder"
+link = "head"
+shape = { kind = "rounded-box", size_mm = [10, 10, 10], fillet_mm = 0 }
+[program]
+file = "own.ngc"
+"#;
+    let certificate = certified(&load(scene, "G0 X20\nM2"));
+    assert!(certificate.blocks.values().all(|&verdict| verdict == Verdict::Unresolved), "{:?}", certificate.blocks);
+    accepted(&certificate, "inside");
+    // Who claims that it is free is not believed: no plane parts a box from one around it.
+    let claim = |line: &str| {
+        if line.starts_with("open") { "free 1 0 p 16777216 0 0 900000000" } else { line }.to_owned() + "\n"
+    };
+    let claimed: String = certificate.text.lines().map(claim).collect();
+    assert!(checked(&signed(&claimed.replace(" unresolved", " free"))).is_err());
+}
+
+/// The certificate with a hash of its content as it is now.
+fn signed(text: &str) -> String {
+    let body: String =
+        text.lines().filter(|line| !line.starts_with("end ")).map(|line| line.to_owned() + "\n").collect();
+    format!("{body}end {}\n", blake3::hash(body.as_bytes()).to_hex())
+}
+
+/// A machine with slides and turns in some order, two or three parts, and a program of straight moves and arcs.
+fn random_scene(random: &mut Pcg64, moves: usize) -> Scene {
+    let mut text = "title = \"random\"\n".to_owned();
+    let axes = ["X", "Y", "Z", "A", "B", "C"];
+    let mut on_table: Vec<bool> = axes.iter().map(|_| random.random::<f64>() < 0.4).collect();
+    on_table[2] = false;
+    let mut last = [None::<&str>; 2];
+    let mut order: Vec<usize> = (0..6).collect();
+    for i in (1..6).rev() {
+        order.swap(i, random.random_range(0..=i));
+    }
+    for i in order {
+        let side = usize::from(on_table[i]);
+        let parent = last[side].map_or(String::new(), |parent| format!("parent = \"{parent}\"\n"));
+        let direction = ["1, 0, 0", "0, 1, 0", "0, 0, 1"][i % 3];
+        let point = if i < 3 {
+            String::new()
+        } else {
+            format!(
+                ", point_mm = [{:.2}, {:.2}, {:.2}]",
+                random.random_range(-40.0..40.0),
+                random.random_range(-40.0..40.0),
+                random.random_range(-40.0..40.0)
+            )
+        };
+        let at = format!(
+            "at = {{ xyz_mm = [0, 0, 0], rpy_deg = [{:.1}, {:.1}, 0] }}",
+            random.random_range(-20.0..20.0),
+            random.random_range(-20.0..20.0)
+        );
+        writeln!(text, "[[machine.links]]\nname = \"{}\"\n{parent}{at}\njoint = {{ axis = \"{}\", direction = [{direction}]{point} }}", axes[i], axes[i]).unwrap();
+        last[side] = Some(axes[i]);
+    }
+    let shapes = [
+        "{ kind = \"torus\", ring_radius_mm = 18, tube_radius_mm = 4 }",
+        "{ kind = \"rounded-box\", size_mm = [30, 12, 8], fillet_mm = 0 }",
+        "{ kind = \"cylinder\", radius_mm = 5, height_mm = 40 }",
+        "{ kind = \"extrude\", height_mm = 30, outline_mm = [[-20, -20], [20, -20], [20, -16], [-16, -16], [-16, 20], [-20, 20]] }",
+    ];
+    for (name, side) in [("tool", 0), ("work", 1)] {
+        let link = last[side].map_or(String::new(), |link| format!("link = \"{link}\"\n"));
+        let shape = shapes[random.random_range(0..shapes.len())];
+        let role = if side == 0 { "holder" } else { "fixture" };
+        writeln!(
+            text,
+            "[[parts]]\nname = \"{name}\"\nrole = \"{role}\"\n{link}tessellation = {{ density = 0.2 }}\nshape = {shape}"
+        )
+        .unwrap();
+    }
+    text += "[program]\nfile = \"own.ngc\"\nstart = { z_mm = 60 }\n";
+    let mut program = "G17 G90 F1000\n".to_owned();
+    for _ in 0..moves {
+        if random.random::<f64>() < 0.2 {
+            // A full circle from wherever the machine stands.
+            writeln!(program, "G2 I{:.4} J0", random.random_range(2.0..20.0)).unwrap();
+            continue;
+        }
+        program += "G1";
+        for (i, axis) in axes.iter().enumerate() {
+            let far = if i < 3 { 35.0 } else { 60.0 };
+            if i == 0 || random.random::<f64>() < 0.5 {
+                write!(program, " {axis}{:.4}", random.random_range(-far..far)).unwrap();
+            }
+        }
+        program += "\n";
+    }
+    load(&text, &(program + "M2\n"))
+}
+
+/// Poses that each move is sampled at.
+const DENSE: usize = 64;
+
+#[test]
+fn no_free_move_touches_anything_when_it_is_sampled_densely() {
+    let wanted = std::env::var("BVBENCH_CERTIFY_SEGMENTS").ok().and_then(|text| text.parse().ok()).unwrap_or(300);
+    let (mut done, mut seed, mut verdicts) = (0, 0, BTreeMap::new());
+    while done < wanted {
+        seed += 1;
+        let moves = 40.min(wanted - done);
+        let scene = random_scene(&mut Pcg64::seed_from_u64(seed), moves);
+        let certificate = certified(&scene);
+        accepted(&certificate, &format!("seed {seed}"));
+        for verdict in certificate.blocks.values() {
+            *verdicts.entry(verdict.name()).or_insert(0) += 1;
+        }
+        compare_with_samples(&scene, &certificate, seed);
+        done += moves;
+    }
+    println!("{done} moves of {seed} machines: {verdicts:?}");
+    assert!(verdicts["free"] > done / 20 && verdicts["collision"] > done / 20, "{verdicts:?}");
+}
+
+/// Exact verdicts at many poses of each move: none in contact where the move is free, and none before a proved first contact.
+fn compare_with_samples(scene: &Scene, certificate: &Certificate, seed: u64) {
+    let run = scene.program.as_ref().unwrap();
+    let pair = Pair { a: 0, b: 1 };
+    let oracle = PairOracle::new(Arc::clone(&scene.parts[0].mesh), Arc::clone(&scene.parts[1].mesh));
+    let step = rs274::Sampling { step_mm: f64::INFINITY, step_deg: f64::INFINITY, chord_mm: 1e-4 };
+    let samples = rs274::sample(&run.program, &run.start, &step, &rs274::RapidPath::Straight).unwrap();
+    let mut from = (run.start, 0.0, usize::MAX);
+    for sample in &samples {
+        let begin = if sample.move_index == from.2 { from.1 } else { 0.0 };
+        // Between samples of an arc the chord leaves it by 0.0001 mm: there only the ends are on the path.
+        let is_arc = matches!(run.program.moves[sample.move_index].kind, rs274::MoveKind::Arc { .. });
+        let count = if is_arc { 1 } else { DENSE };
+        for i in 1..=count {
+            let part = i as f64 / count as f64;
+            let position =
+                rs274::Position(std::array::from_fn(|k| from.0.0[k] + part * (sample.position.0[k] - from.0.0[k])));
+            let place = begin + part * (sample.fraction - begin);
+            let doubts = certificate.doubts.iter().filter(|doubt| doubt.line == sample.line);
+            let is_open = doubts.clone().any(|doubt| place >= doubt.within[0] - 1e-9);
+            if is_open {
+                continue;
+            }
+            let verdict = oracle.judge(&scene.a_from_b(pair, &scene.machine.forward(&position)));
+            assert!(
+                !verdict.touches() && !verdict.contained,
+                "seed {seed}, line {} at {place}: free, and in contact",
+                sample.line
+            );
+        }
+        from = (sample.position, sample.fraction, sample.move_index);
+    }
+}
+
+/// Lines that begin with a word.
+fn numbers_of(lines: &[String], word: &str) -> Vec<usize> {
+    (0..lines.len()).filter(|&i| lines[i].starts_with(word)).collect()
+}
+
+/// Changes a certificate in one of many ways, so that it proves nothing any more; what was done.
+fn tamper(lines: &mut Vec<String>, random: &mut Pcg64) -> (&'static str, bool) {
+    let mut pick = |found: &[usize]| found[random.random_range(0..found.len())];
+    let fronts: Vec<usize> = numbers_of(lines, "free").into_iter().filter(|&i| lines[i].contains(" p ")).collect();
+    let (free, vertices, moves) = (numbers_of(lines, "free"), numbers_of(lines, "v "), numbers_of(lines, "move"));
+    let way = pick(&(0..11).collect::<Vec<_>>());
+    let edit = |line: &str, word: usize, change: &dyn Fn(&str) -> String| {
+        let mut words: Vec<String> = line.split(' ').map(str::to_owned).collect();
+        words[word] = change(&words[word]);
+        words.join(" ")
+    };
+    // Whether it is to be refused although its hash is right.
+    match way {
+        0 | 1 => {
+            let i = pick(&fronts);
+            let planes: Vec<usize> =
+                lines[i].split(' ').enumerate().filter(|(_, word)| *word == "p").map(|(at, _)| at).collect();
+            let at = pick(&planes);
+            let by = if way == 0 { 50_000_000_000_i64 } else { -50_000_000_000 };
+            lines[i] = edit(&lines[i], at + 4, &|offset| (offset.parse::<i64>().unwrap() + by).to_string());
+            ("a shifted plane", true)
+        }
+        2 => {
+            let i = pick(&fronts);
+            let at = lines[i].split(' ').position(|word| word == "p").unwrap();
+            for k in 1..=3 {
+                lines[i] = edit(&lines[i], at + k, &|x| (-x.parse::<i64>().unwrap()).to_string());
+            }
+            ("a plane turned round", true)
+        }
+        3 => {
+            lines.remove(pick(&free));
+            ("an interval cut out", false)
+        }
+        4 => {
+            let moving: Vec<usize> = free
+                .iter()
+                .copied()
+                .filter(|&i| lines[i].split(' ').nth(2).unwrap().parse::<f64>().unwrap() > 0.01)
+                .collect();
+            let i = pick(&moving);
+            lines[i] = edit(&lines[i], 2, &|bound| (0.9 * bound.parse::<f64>().unwrap()).to_string());
+            ("a smaller motion bound", true)
+        }
+        5 => {
+            let i = pick(&vertices);
+            lines[i] = edit(&lines[i], 1, &|x| (x.parse::<i64>().unwrap() + (3000 << 26)).to_string());
+            ("another mesh", true)
+        }
+        6 => {
+            let moving: Vec<usize> = moves
+                .iter()
+                .copied()
+                .filter(|&i| i + 1 < lines.len() && lines[i + 1].starts_with("move") && lines[i + 1] != lines[i])
+                .collect();
+            let i = pick(&moving);
+            lines.swap(i, i + 1);
+            ("swapped moves", false)
+        }
+        7 => {
+            let pairs: Vec<usize> = free.iter().copied().filter(|&i| lines[i + 1].starts_with("free")).collect();
+            let i = pick(&pairs);
+            lines.swap(i, i + 1);
+            ("swapped intervals", true)
+        }
+        8 => {
+            let i = pick(&numbers_of(lines, "pair"));
+            lines.remove(i);
+            ("a pair left out", true)
+        }
+        9 => {
+            let i = pick(&numbers_of(lines, "block"));
+            lines[i] = edit(&lines[i], 2, &|verdict| if verdict == "free" { "collision" } else { "free" }.to_owned());
+            ("another verdict", true)
+        }
+        _ => {
+            let i = pick(&free);
+            lines[i] = edit(&lines[i], 1, &|to| (to.parse::<f64>().unwrap() + 1e7).to_string());
+            ("an interval made longer", true)
+        }
+    }
+}
+
+#[test]
+fn a_certificate_that_was_tampered_with_is_refused() {
+    let wanted: usize = std::env::var("BVBENCH_CERTIFY_TAMPERED").ok().and_then(|text| text.parse().ok()).unwrap_or(60);
+    let scenes: Vec<Certificate> =
+        (1..=4).map(|seed| certified(&random_scene(&mut Pcg64::seed_from_u64(seed), 12))).collect();
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for seed in 0..wanted {
+        let mut random = Pcg64::seed_from_u64(seed as u64);
+        let certificate = &scenes[seed % scenes.len()];
+        let mut lines: Vec<String> = certificate.text.lines().map(str::to_owned).collect();
+        let (what, is_wrong) = tamper(&mut lines, &mut random);
+        let text = lines.join("\n") + "\n";
+        let text = if is_wrong { signed(&text) } else { text };
+        assert!(text != certificate.text, "{what}: nothing changed");
+        assert!(checked(&text).is_err(), "{what}, seed {seed}: accepted");
+        *counts.entry(what).or_default() += 1;
+    }
+    println!("{wanted} tampered certificates refused: {counts:?}");
+}
+
+#[test]
+fn shipped_programs_are_certified_and_their_scenes_compared() {
+    for (name, least_free) in [("trunnion-impeller", 1), ("lathe-toolpost", 1), ("grading-1", 1)] {
+        let scene = Scene::find(name).unwrap();
+        let certificate = certified(&scene);
+        accepted(&certificate, name);
+        assert!(certificate.count(Verdict::Free) >= least_free, "{name}: {:?}", certificate.blocks);
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench-scenes").join(name);
+        let report = certificate_checker::check(certificate.text.as_bytes(), Some(&folder), None);
+        report.unwrap_or_else(|Refusal { line, why }| panic!("{name}:{line}: {why}"));
+        // Of another scene's folder it is no certificate.
+        let other = folder.with_file_name("robot-cell");
+        assert!(certificate_checker::check(certificate.text.as_bytes(), Some(&other), None).is_err(), "{name}");
+    }
+}
