@@ -3,7 +3,7 @@
 //! Rules. Contact of a pair is a collision, before the first move as after it, but for a cutter with the workpiece. From that the cutter takes material
 //! away in feed moves, and contact of anything with what is left of it is told as the stock finds it ([`super::stock`]). Where the workpiece cannot be cut,
 //! its mesh being open, contact that begins in a feed move is cutting and is not told; a rapid within it is not decided; contact that begins in a rapid move, with a
-//! change of tools or before the first move is a collision, and so is a feed into it while the spindle stands still. Where the workpiece stays whole on request,
+//! change of tools or before the first move is a collision, and so is a feed into it while the spindle stands still. Where the workpiece stays whole on request or because it turns,
 //! the same holds, but a rapid that begins within it is a retreat and not told. Where the
 //! workpiece is the finished part, the cutter gouges it when it goes deeper than the scene allows, and may not even touch it otherwise than
 //! in a feed move. Nearness of these two is not told at all. Shank and holder of a tool never cut. Contacts of one pair and one kind on one
@@ -113,8 +113,8 @@ pub(super) struct EventWriter<'a> {
     pub borders: &'a [f64],
     /// Whether a pair's contact is told by the stock.
     pub is_stock: &'a (dyn Fn(Pair) -> bool + Sync),
-    /// Whether a rapid that begins within the workpiece is a retreat, as was asked for.
-    pub stays_whole: bool,
+    /// Whether a rapid that begins within a pair's workpiece is taken for a retreat.
+    pub stays_whole: &'a (dyn Fn(Pair) -> bool + Sync),
 }
 
 impl EventWriter<'_> {
@@ -128,7 +128,7 @@ impl EventWriter<'_> {
             // Within the uncut workpiece nobody knows how near the rest of it is.
             let counts = |stretch: &&Stretch| !is_stock || stretch.nearness > 0;
             let stretches: Vec<Stretch> = of_chunks.flatten().filter(counts).copied().collect();
-            let of_pair = OfPair { scene: self.scene, path: self.path, pair, stays_whole: self.stays_whole };
+            let of_pair = OfPair { scene: self.scene, path: self.path, pair, stays_whole: (self.stays_whole)(pair) };
             let touching = settings.touching_mm(self.scene).filter(|_| self.scene.is_cutting(pair));
             found.extend(of_pair.collisions(&stretches, parted, touching.map(|mm| self.border(mm).0)));
             if !self.scene.is_cutting(pair) {

@@ -20,7 +20,7 @@ mod tests;
 
 pub use event::{Event, Extent, Kind};
 pub use motion::Path;
-pub use stock::{Remaining, Touch, Uncut};
+pub use stock::{Remaining, Touch, Uncut, Whole};
 
 use crate::geometry::{Isometry, rigid};
 use crate::interference::SurfaceOctree;
@@ -59,7 +59,7 @@ pub struct Settings {
 /// Whether the cutter takes material from the workpiece, and to which depth contact with what is left is not told from touching.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Cutting {
-    /// At the stock's own resolution ([`crate::stock::RESOLUTION_MM`]).
+    /// At the stock's own resolution ([`crate::stock::RESOLUTION_MM`]); what turns under its cutter stays whole.
     #[default]
     Standard,
     /// At this resolution, mm.
@@ -145,7 +145,7 @@ pub struct Outcome {
     pub remaining: Vec<Remaining>,
     /// Workpieces that cannot be cut.
     pub uncut: Vec<Uncut>,
-    /// Whether workpieces stay whole because that was asked for.
+    /// Whether a workpiece stays whole, and rapids that begin inside it are taken for retreats.
     pub stays_whole: bool,
     /// Cutters with open meshes: what they cut nobody knows, so that they take nothing away for sure.
     pub open_cutters: Vec<usize>,
@@ -249,9 +249,20 @@ pub fn check(
     // In order and in groups, so that a search for the first collision ends soon after it, whatever the number of threads.
     let mut scanned: Vec<Vec<Vec<scan::Stretch>>> = Vec::with_capacity(chunks.len());
     let is_stock = |pair: Pair| of_stock.contains(&pair);
-    let stays_whole = settings.cutting == Cutting::Never && pairs.iter().any(|&pair| scene.is_cutting(pair));
-    let writer =
-        event::EventWriter { scene, path: &path, pairs: &pairs, borders: &borders, is_stock: &is_stock, stays_whole };
+    let stays_whole = |pair: Pair| {
+        let is_turned = |uncut: &Uncut| uncut.why == Whole::Turned && [pair.a, pair.b].contains(&uncut.part);
+        let is_whole = settings.cutting == Cutting::Never || uncut.iter().any(is_turned);
+        is_whole && scene.is_cutting(pair) && scene.gouge_mm.is_none()
+    };
+    let borders = &borders;
+    let writer = event::EventWriter {
+        scene,
+        path: &path,
+        pairs: &pairs,
+        borders,
+        is_stock: &is_stock,
+        stays_whole: &stays_whole,
+    };
     for group in chunks.chunks(GROUP) {
         scanned.extend(group.par_iter().map(scan_chunk).collect::<Vec<_>>());
         if settings.stop_at_first
@@ -290,8 +301,8 @@ pub fn check(
         tools_without_parts: tools_without_parts(scene, &reach),
         touches: met.into_iter().flat_map(|met| met.touches).collect(),
         remaining: workpieces.into_iter().map(Workpiece::remaining).collect(),
+        stays_whole: pairs.iter().any(|&pair| stays_whole(pair)),
         uncut,
-        stays_whole: stays_whole && scene.gouge_mm.is_none(),
         open_cutters,
         samples: path.samples().len(),
         queries: queries.into_inner(),

@@ -15,6 +15,7 @@ use crate::scene::{Pair, Part, Role, Scene};
 use crate::stock::motion::{Chain, Mount};
 use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep};
 use rs274::{MoveKind, Position};
+use thiserror::Error;
 
 /// Steps that are gathered before the stock takes them.
 const BATCH: usize = 8192;
@@ -61,7 +62,18 @@ pub struct Uncut {
     /// The part.
     pub part: usize,
     /// Why.
-    pub why: StockError,
+    pub why: Whole,
+}
+
+/// Why nothing is taken away from a workpiece.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum Whole {
+    /// Its mesh is open.
+    #[error("its mesh is not watertight")]
+    Open,
+    /// It turns under its cutter, which takes minutes to cut at a fine resolution, and no resolution was asked for.
+    #[error("it turns under its cutter, which `--stock-resolution 0.1` cuts in minutes")]
+    Turned,
 }
 
 /// A workpiece and everything that may come into it.
@@ -126,10 +138,14 @@ impl<'a> Workpiece<'a> {
             let mesh = &scene.parts[part].mesh;
             let stock = if let Cutting::At(mm) = cutting { Stock::new(mesh, mm) } else { Stock::standard(mesh) };
             match stock {
-                Err(why @ StockError::Open) => uncut.push(Uncut { part, why }),
+                Err(StockError::Open) => uncut.push(Uncut { part, why: Whole::Open }),
                 Err(why) => return Err(CheckError::Resolution(why)),
                 Ok(stock) => {
-                    let others = pairs.iter().map(|&pair| Other::new(scene, path, part, pair)).collect();
+                    let others: Vec<Other> = pairs.iter().map(|&pair| Other::new(scene, path, part, pair)).collect();
+                    if cutting == Cutting::Standard && others.iter().any(|other| other.turning.is_some()) {
+                        uncut.push(Uncut { part, why: Whole::Turned });
+                        continue;
+                    }
                     workpieces.push(Self { scene, path, part, stock, others });
                 }
             }

@@ -11,7 +11,7 @@ use super::progress::Bar;
 use super::style::{self, Tone};
 use super::subject::{SET_UP_EXAMPLES, Subject};
 use super::{CLEAR, FAILED, note, say};
-use crate::check::{self, Cutting, Event, Extent, Kind, Outcome, OverTravel, Settings};
+use crate::check::{self, Cutting, Event, Extent, Kind, Outcome, OverTravel, Settings, Whole};
 use crate::machine::OutOfLimits;
 use crate::measure::timer;
 use crate::record::file::write_text;
@@ -369,12 +369,14 @@ fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     };
     let uncut = |uncut: &check::Uncut| {
         let name = &scene.parts[uncut.part].name;
-        format!(
-            "not examined: what is cut away from `{name}`, since {}; each rapid inside it is unresolved (`bvbench scene info` says where the mesh is open)",
-            uncut.why
-        )
+        let rapids = match uncut.why {
+            Whole::Open => "each rapid inside it is unresolved (`bvbench scene info` says where the mesh is open)",
+            Whole::Turned => "a rapid that begins inside it is taken for a retreat",
+        };
+        format!("not examined: what is cut away from `{name}`, since {}; {rapids}", uncut.why)
     };
-    let whole = outcome.stays_whole.then(|| {
+    let is_asked = outcome.stays_whole && outcome.uncut.is_empty();
+    let whole = is_asked.then(|| {
         "not examined: what is cut away (`--stock-resolution none`); a rapid that begins inside the workpiece is taken for a retreat".to_owned()
     });
     let cutter = |&part: &usize| {

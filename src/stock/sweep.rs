@@ -273,6 +273,14 @@ impl Sweep {
         RETRACED_MM + self.pad + cut.pad + slack
     }
 
+    /// Whether nothing is in the part for sure, its mesh being open or hollow.
+    pub(super) fn is_vague(&self) -> bool {
+        match &self.way {
+            Way::Straight { form, .. } => matches!(&**form, Form::Round(round) if round.slack_mm == f64::INFINITY),
+            Way::Turned { section, .. } => section.is_empty(),
+        }
+    }
+
     /// Whether it comes near a box.
     pub(super) fn reaches(&self, low: &Point, high: &Point) -> bool {
         (0..3).all(|k| self.low[k] <= high[k] && low[k] <= self.high[k])

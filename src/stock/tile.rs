@@ -334,7 +334,13 @@ impl Tile {
         let (mut depth, cube) = (Depth::default(), self.cube());
         if !self.is_gone() {
             let found = search.sweep.depth(&cube.centre, cube.half);
-            self.root = self.contact_cell(self.root, &cube, found, search, &mut depth);
+            // Of a part that may be anywhere in its body no depth is certain: whether it may be in contact is all that can be known.
+            let is_vague = search.sweep.is_vague();
+            let search = Search { only_whether: search.only_whether || is_vague, ..*search };
+            self.root = self.contact_cell(self.root, &cube, found, &search, &mut depth);
+            if is_vague && depth.high > search.within_mm {
+                depth.high = -found.deep;
+            }
         }
         depth
     }

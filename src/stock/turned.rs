@@ -49,6 +49,11 @@ impl Turned {
         Self { section, hull, vertices, beside }
     }
 
+    /// Whether the plane of the axis misses the cutter, or its mesh is open.
+    pub const fn is_empty(&self) -> bool {
+        self.section.is_empty()
+    }
+
     /// A way from `start` to `start + travel`.
     pub fn shift(&self, start: [f64; 2], travel: [f64; 2]) -> Shift {
         let hull = self.hull.as_ref().map(|hull| Arc::new(self.widened(hull, start[0].min(start[0] + travel[0]))));
