@@ -13,9 +13,9 @@ use std::cell::Cell;
 
 /// Triangles up to which a node has no box of its own.
 const BARE: u32 = 4;
-/// Planes are in whole numbers: a normal of length 1 is so long.
+/// Length of a unit normal in whole numbers.
 const SCALE: f64 = 16_777_216.0; // 2^24
-/// What the search leaves between hull and plane beside what it has to, mm. Rounding is far below; what the checker has to find is half of it.
+/// Clearance that the search leaves between hull and plane beyond the motion, mm: twice what the checker asks for, and far above rounding.
 pub(super) const MARGIN_MM: f64 = 2e-6;
 /// Most planes of a front, and most pairs of hulls tried for one.
 const MOST_PLANES: usize = 3_000;
@@ -144,10 +144,10 @@ fn sort(faces: &mut [[u32; 3]], middle: &impl Fn(&[u32; 3]) -> Vector) {
     sort(right, middle);
 }
 
-/// What stands in a front, read from left to right: a pair of nodes is parted by a plane, or one of the two is halved and both pairs follow.
+/// An entry of a front, read from left to right: a plane that separates a pair of nodes, or the halving of one of them, after which both pairs follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Token {
-    /// n·x ≤ c for all points of the first, in whole numbers.
+    /// n·x <= c for all points x of the first node, in whole numbers.
     Plane {
         normal: [i32; 3],
         offset: i64,
@@ -156,12 +156,12 @@ pub(super) enum Token {
     HalveB,
 }
 
-/// The meshes of a pair and what may happen to them over a region.
+/// The meshes of a pair, with all their relative motions over a region.
 pub(super) struct Parting<'a> {
     pub a: &'a Tree,
     pub b: &'a Tree,
     pub sweep: &'a Sweep,
-    /// Counts the pairs of hulls that planes are looked for between.
+    /// Number of pairs of hulls between which a plane was sought.
     pub tried: &'a Cell<u64>,
 }
 
@@ -186,7 +186,7 @@ impl SupportMap for Swept<'_> {
 }
 
 impl Parting<'_> {
-    /// Whether all planes of a front part the pair over the whole region.
+    /// Whether the planes of a front separate the pair over the whole region.
     pub fn holds(&self, front: &[Token]) -> bool {
         let mut open = vec![[self.a.root(), self.b.root()]];
         for token in front {
@@ -238,7 +238,7 @@ impl Parting<'_> {
         (normal != [0; 3] && self.is_behind(b, &rounded, offset)).then_some((token, *direction))
     }
 
-    /// The planes that part the pair over the whole region; else the two triangles that none was found for, if it came to two, by their places in the trees.
+    /// The planes that separate the pair over the whole region. Otherwise the places in the trees of the two triangles for which no plane was found, where the search came to two.
     pub fn front(&self, hint: &mut Vector) -> Result<Vec<Token>, Option<[u32; 2]>> {
         let (mut front, mut planes, mut tried) = (Vec::new(), 0, 0);
         let mut open = vec![[self.a.root(), self.b.root()]];
@@ -270,7 +270,7 @@ impl Parting<'_> {
         Ok(front)
     }
 
-    /// Whether a plane parts two triangles, by their places in the trees.
+    /// Whether a plane separates two triangles, named by their places in the trees.
     pub fn parts_triangles(&self, [i, j]: [u32; 2]) -> bool {
         let single = |place: u32| Node { id: 0, low: place, high: place + 1 };
         self.plane(single(i), single(j), &Vector::zeros()).is_some()
@@ -333,7 +333,7 @@ pub(super) fn piercing(a: &Tree, b: &Tree, a_from_b: &Isometry) -> Option<Pierci
     None
 }
 
-/// Whether an edge passes through the inside of a triangle, by more than rounding could feign.
+/// Whether an edge passes through the inside of a triangle, by more than the rounding error.
 fn pierces(p: &Point, q: &Point, [a, b, c]: &[Point; 3]) -> bool {
     let volume = |u: &Point, v: &Point, w: &Point, x: &Point| (v - u).cross(&(w - u)).dot(&(x - u));
     let size = [b - a, c - a, q - p].iter().map(Vector::norm_squared).fold(0.0, f64::max);

@@ -24,7 +24,7 @@ use search::{Entry, Finding, Search};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What is known of a block of the program.
+/// Verdict on a block of the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
     /// Every pair that is examined is free: proved.
@@ -56,7 +56,7 @@ pub struct Doubt {
     pub pair: Pair,
     /// Fractions of the move, or of the leg of a dog-leg: first contact is between the two, or what is unresolved.
     pub within: [f64; 2],
-    /// Of a collision the way between these fractions, of what is unresolved the clearance at which the search stopped, mm.
+    /// For a collision the travel between these fractions, mm; for an unresolved stretch the clearance at which the search stopped, mm.
     pub size_mm: f64,
     /// [`Verdict::Unresolved`] or [`Verdict::Collision`].
     pub verdict: Verdict,
@@ -69,11 +69,11 @@ pub struct Certificate {
     pub text: String,
     /// Each line of the program that has moves, in order, with what is known of it.
     pub blocks: BTreeMap<u32, Verdict>,
-    /// Where pairs are not proved free, by place.
+    /// Stretches on which a pair is not proved free, by place.
     pub doubts: Vec<Doubt>,
     /// Pairs that are not examined, and why.
     pub skipped: Vec<(Pair, &'static str)>,
-    /// Pairs that are.
+    /// Number of pairs that are examined.
     pub examined: usize,
     /// Intervals that are proved free, of all pairs.
     pub intervals: usize,
@@ -104,7 +104,7 @@ fn skipped(scene: &Scene, dropped: Option<&Dropped>, pair: Pair) -> Option<&'sta
     }
 }
 
-/// Proves what can be proved of a program.
+/// Searches for a proof of each block, and writes the certificate of what it found.
 ///
 /// # Errors
 /// When a rapid has too many legs to be followed.
@@ -142,7 +142,7 @@ pub fn certify(scene: &Scene, run: &ProgramRun, progress: &dyn Progress) -> Resu
     Ok(conclude(scene, run, &track, &trees, not, &found))
 }
 
-/// The pair with the part on the workpiece's link first where the other one is on the tool's: planes stay with the first.
+/// Orders a pair so that the part on the workpiece's link comes before the part on the tool's link: planes are fixed to the first.
 fn work_first(scene: &Scene, run: &ProgramRun, pair: Pair) -> Pair {
     let [a, b] = [pair.a, pair.b].map(|part| scene.parts[part].link);
     let is_work_last = run.tip.as_ref().is_some_and(|tip| a == tip.tool_link && b == tip.work_link);

@@ -125,7 +125,7 @@ impl<'a> Track<'a> {
         track
     }
 
-    /// Where the axes may be between two places, of which both lie on one step or both are whole. `None` where nothing bounds them.
+    /// All positions of the axes between two places that lie on one step or are both whole numbers; `None` where nothing bounds them.
     pub fn region(&self, from: f64, to: f64) -> Option<Region> {
         let first = from.floor();
         if to <= first + 1.0 {
@@ -177,7 +177,7 @@ impl<'a> Track<'a> {
         }
     }
 
-    /// From where the tip may be to where the axes may be.
+    /// The positions of the axes that follow from the positions of the tip.
     fn follow_tip(&self, tip: &Region, length: f64) -> Option<Region> {
         let control = self.control?;
         let is_linear = |axis: Axis| self.machine.joints_of(axis).all(|joint| !joint.turns());
@@ -280,7 +280,7 @@ impl Sweep {
         self.ways.iter().map(|way| n.dot(way).abs()).sum::<f64>() + self.ball * group
     }
 
-    /// The farthest place along `n` that the ways and the ellipsoid reach.
+    /// Greatest reach of the ways and the ellipsoid along `n`.
     pub fn support(&self, n: &Vector) -> Vector {
         let along = |way: &Vector| way * if n.dot(way) < 0.0 { -1.0 } else { 1.0 };
         let mut point: Vector = self.ways.iter().map(along).sum();
@@ -364,7 +364,7 @@ impl PairMotion<'_> {
         })
     }
 
-    /// What may happen to the pair over a region. `control` says which links carry tool and workpiece: of parts on these, the tip's way is known.
+    /// All relative motions of the pair over a region. `control` names the links of tool and workpiece, for whose parts the way of the tip is known.
     pub fn sweep(&self, region: &Region, control: Option<&TipControl>, parts: [&Isometry; 2]) -> Sweep {
         let poses = self.machine.forward(&region.mid);
         let world_from = |ball: &Ball, part: &Isometry| poses.world_from(ball.link) * part;

@@ -10,16 +10,16 @@ use std::cell::Cell;
 const RESOLUTION_MM: f64 = 1e-4;
 /// Halvings of a step, however far it goes.
 const LOWEST: i32 = -40;
-/// Intervals of one step that may stay open before the rest of it does.
+/// Most unresolved intervals of one step; at more, the rest of the step is unresolved.
 const MOST_OPEN: u32 = 8;
-/// Intervals of a pair before the rest of the path stays open.
+/// Most intervals of a pair; at more, the rest of the path is unresolved.
 const MOST_INTERVALS: usize = 400_000;
 
-/// Pairs of hulls that planes are looked for between before the rest of the path stays open.
+/// Most pairs of hulls between which planes are sought for a pair of parts; at more, the rest of the path is unresolved.
 const MOST_TRIED_IN_ALL: u64 = 400_000;
-/// Intervals of a pair that may stay open before the rest of the path does.
+/// Most unresolved intervals of a pair; at more, the rest of the path is unresolved.
 const MOST_OPEN_IN_ALL: u32 = 200;
-/// Fronts of a pair that would have too many planes before a step, and before the rest of the path, stays open.
+/// Most fronts of a pair with too many planes; at more, the rest of the step, and of the path, is unresolved.
 const MOST_GIVEN_UP: [u32; 2] = [4, 40];
 
 /// What is known of an interval of the path. Entries of a pair follow one another without a gap.
@@ -37,7 +37,7 @@ pub(super) enum Finding {
     Free { bound_mm: f64, front: Option<Vec<Token>> },
     /// In contact for the first time at `place` at the latest, at most `way_mm` of travel behind `from`. What is behind that on the step is not looked at.
     Hit { place: f64, way_mm: f64, piercing: Piercing },
-    /// Neither; the nearest triangles met are so far apart at the last interval tried, mm.
+    /// Neither is proved. Holds the distance of the nearest triangles that were met, at the last interval tried, mm.
     Open { apart_mm: f64 },
     /// One of the two is not in the spindle.
     Away,
@@ -133,7 +133,7 @@ impl<'a> Search<'a> {
         self.tools.iter().all(|own| own.is_none_or(|own| own == tool))
     }
 
-    /// Decides on an interval that begins at `at`, of 2^level steps at most; where it ends.
+    /// Decides on an interval that begins at `at` and has at most 2^level steps; returns its end.
     fn advance(&mut self, at: f64, level: &mut i32) -> f64 {
         let count = self.track.steps.len() as f64;
         loop {
@@ -193,7 +193,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Looks for contact in an interval that is too short to be halved; else leaves it open. Where to go on.
+    /// Looks for contact in an interval that is too short to be halved, and leaves it unresolved where it finds none; returns the place at which to go on.
     fn give_up(&mut self, at: f64, to: f64) -> f64 {
         let step = at.floor();
         let places = match self.track.steps[step as usize].course {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench repro --shard 1/2 --out shards/1 && bvbench repro --shard 2/2 --out shards/2\n  bvbench stage merge shards/1 shards/2 --out results/quick\n  bvbench repro --out results/quick      analysis, figures and report of the merged run\n\nDeterministic tables have the bytes of a run without shards. Shards of another plan, version or protocol are refused, and so are shards that are\nunfinished, changed, lacking or named twice, and launches timed on processors of two kinds."
+    after_help = "Examples:\n  bvbench repro --shard 1/2 --out shards/1 && bvbench repro --shard 2/2 --out shards/2\n  bvbench stage merge shards/1 shards/2 --out results/quick\n  bvbench repro --out results/quick      analysis, figures and report of the merged run\n\nDeterministic tables have the bytes of a run without shards. Shards of another plan, version or protocol are refused. So are shards that are unfinished, changed, lacking or named twice, and launches timed on processors of two kinds."
 )]
 pub struct Options {
     /// Folders of all shards

@@ -61,7 +61,7 @@ struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
-  bvbench repro                          reproduce the paper, in two minutes
+  bvbench repro                          reproduce the paper, in five minutes
   bvbench repro --profile smoke          the same in half a minute, to see that it works
   bvbench try my-scene                   which volume suits a machine of your own
   bvbench check SCENE part.ngc           what collides on this machine, at which line
@@ -74,8 +74,8 @@ Examples:
 Every verb has --help with examples. `bvbench completions SHELL` prints shell completions,
 `bvbench man` writes manual pages.
 
-Exit codes: 0 all is well, 1 a safe variant missed a contact, a later run misses more, or a program
-collides, 2 bad usage or input, or output that cannot be written.";
+Exit codes: 0 all is well; 1 a safe variant missed a contact, a later run fails a gate of
+`stage compare`, or a program collides; 2 bad usage or input, or output that cannot be written.";
 
 #[derive(Subcommand)]
 enum Verb {
@@ -97,7 +97,7 @@ enum Verb {
     /// Run one experiment: audit (boxes), sweep (one quantity), ablation (the octree method)
     #[command(subcommand)]
     Study(Study),
-    /// Run one stage: verify, measure, analyze, plot, report; or compare two runs
+    /// Run one stage: verify, measure, analyze, plot, report; compare two runs, or merge shards
     #[command(subcommand)]
     Stage(Stage),
     /// Compare whole engines, ours and others, on the same poses

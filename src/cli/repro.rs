@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench repro                              the paper's scenes, and a 5-axis mill, the standard variants, two minutes\n  bvbench repro --profile smoke --out /tmp/look\n  bvbench repro --scene bench-scenes/lathe-toolpost --variant ID --variant ID --out results/two\n\n  bvbench repro --shard 3/7 --out shards/3   a seventh of it; `bvbench stage merge shards/* --out DIR` puts all together\n\nAn interrupted run goes on where it stopped when the same command is given again; a finished one is made again, a finished shard is not."
+    after_help = "Examples:\n  bvbench repro                              the paper's scenes, and a 5-axis mill, the standard variants, five minutes\n  bvbench repro --profile smoke --out /tmp/look\n  bvbench repro --scene bench-scenes/lathe-toolpost --variant ID --variant ID --out results/two\n\n  bvbench repro --shard 3/7 --out shards/3   a seventh of it; `bvbench stage merge shards/* --out DIR` puts all together\n\nAn interrupted run goes on where it stopped when the same command is given again; a finished one is made again, a finished shard is not."
 )]
 pub struct Options {
     #[command(flatten)]

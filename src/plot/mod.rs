@@ -30,7 +30,7 @@ pub use sweep::draw_sweep;
 
 use crate::analysis::AnalysisError;
 use crate::analysis::claims::ClaimsError;
-use crate::record::{RecordError, read_text, write_text};
+use crate::record::{RecordError, read_json, write_json, write_text};
 use data::Data;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -155,10 +155,7 @@ pub fn draw_all(folder: &Path) -> Result<Gallery, PlotError> {
 
 /// Writes the list of figures in `folder`, which [`read_gallery`] reads.
 fn write_index(folder: &Path, gallery: &Gallery) -> Result<(), PlotError> {
-    let path = folder.join(INDEX);
-    let text =
-        serde_json::to_string_pretty(gallery).map_err(|source| RecordError::Json { path: path.clone(), source })?;
-    Ok(write_text(&path, &(text + "\n"))?)
+    Ok(write_json(&folder.join(INDEX), gallery)?)
 }
 
 /// The figures that an earlier [`draw_all`] made; empty when it never ran.
@@ -170,8 +167,7 @@ pub fn read_gallery(folder: &Path) -> Result<Gallery, PlotError> {
     if !path.exists() {
         return Ok(Gallery::default());
     }
-    let text = read_text(&path)?;
-    Ok(serde_json::from_str(&text).map_err(|source| RecordError::Json { path, source })?)
+    Ok(read_json(&path)?)
 }
 
 fn add<D: canvas::Drawing>(folder: &Path, gallery: &mut Gallery, sketch: Sketch<D>) -> Result<(), PlotError> {

@@ -26,7 +26,7 @@ pub struct Refusal {
     pub why: String,
 }
 
-/// What an accepted certificate proves.
+/// The result of an accepted certificate: what it proves of each block, and what it leaves out.
 #[derive(Debug, Default)]
 pub struct Report {
     /// Verdict of each line of the program: `free`, `collision` or `unresolved`.
@@ -35,7 +35,7 @@ pub struct Report {
     pub examined: usize,
     /// Intervals that are proved free.
     pub intervals: usize,
-    /// What is not examined, or holds by the certificate's word alone.
+    /// Pairs that are not examined, and statements that nothing was compared with.
     pub notes: Vec<String>,
 }
 
@@ -63,7 +63,7 @@ pub struct Stated {
 /// The pair whose lines are read.
 struct Current {
     parts: [usize; 2],
-    /// Where its intervals have come to.
+    /// The place at which its last interval ended.
     at: f64,
     front: Vec<Token>,
     rooted: bool,
@@ -71,7 +71,7 @@ struct Current {
     stretch: Option<(Pose, bool)>,
 }
 
-/// Distance that is proved beside what moves, mm: covers what files, certificate and machine differ by through rounding.
+/// Clearance that is proved beyond the motion bound, mm. It covers rounding differences between files, certificate and machine.
 const MARGIN_MM: f64 = 1e-6;
 
 /// Checks a certificate; against the scene's folder and the program where they are given.
@@ -111,7 +111,7 @@ struct Checker {
     hasher: blake3::Hasher,
     current: Option<Current>,
     pairs: BTreeSet<[usize; 2]>,
-    /// Whether a step has a pair that is in contact (2) or unresolved (1).
+    /// The worst verdict of each step: 0 all pairs are free, 1 a pair is unresolved, 2 a pair is in contact.
     verdicts: Vec<u8>,
     blocks: BTreeMap<u32, u8>,
     phase: usize,
@@ -131,7 +131,7 @@ const PHASES: [&[&str]; 6] = [
 type Checked<T = ()> = Result<T, String>;
 
 impl Checker {
-    /// Whether the line is the last.
+    /// Checks one line; true when it is `end`, the last one.
     fn line(&mut self, number: usize, line: &str) -> Checked<bool> {
         let mut words = Words::new(line);
         let keyword = words.word()?;
@@ -173,7 +173,7 @@ impl Checker {
         Ok(keyword == "end")
     }
 
-    /// What must hold when a phase begins.
+    /// Checks what the phase before must have stated, when the next one begins.
     fn enter(&mut self) -> Checked {
         match self.phase {
             3 => self
@@ -315,7 +315,7 @@ impl Checker {
         Ok(())
     }
 
-    /// Whether the planes part the pair while `b` sweeps.
+    /// Checks that each plane keeps its node of `b` on the far side over the whole interval.
     fn free(current: &mut Current, pair: [&Part; 2], sweep: &Sweep, words: &mut Words<'_>) -> Checked {
         let [a, b] = pair.map(|part| &part.mesh);
         if !words.is_next("=") {

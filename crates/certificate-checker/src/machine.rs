@@ -22,7 +22,7 @@ pub struct Link {
     pub joint: Option<Joint>,
 }
 
-/// Which links carry tool and workpiece, a point and the direction to the tip on the tool's.
+/// Tool-centre-point control: the links of tool and workpiece; on the tool's link the gauge point and the direction from it to the tip.
 #[derive(Debug)]
 pub struct Tip {
     pub tool: Option<usize>,
@@ -44,7 +44,7 @@ pub struct Step {
     pub tip: Option<f64>,
 }
 
-/// Where the axes may be: about `mid` by `seg` times one number from -1 to 1, by `wide` each, and by a ball over `group`.
+/// All positions that the axes may have: `mid`, plus `seg` times one number from -1 to 1, plus up to `wide` for each axis, plus a ball over the axes of `group`.
 #[derive(Clone)]
 struct Region {
     mid: [I; 9],
@@ -52,11 +52,11 @@ struct Region {
     wide: [I; 9],
     ball: I,
     group: Vec<usize>,
-    /// Place of the tip, its way and a ball about it, on the workpiece's link.
+    /// The tip in the frame of the workpiece's link: its place at the middle, its way, and the radius of a ball around both.
     tip: Option<(V, V, I)>,
 }
 
-/// What may happen to `b` as seen from `a`: ways times numbers from -1 to 1, an ellipsoid, a ball; about a pose.
+/// All motions of `b` in the frame of `a`: a pose, plus each way times a number of its own from -1 to 1, plus an ellipsoid, plus a ball.
 pub struct Sweep {
     pub a_from_b: Pose,
     ways: Vec<V>,
@@ -76,7 +76,7 @@ pub struct Machine {
     boxes: Vec<Option<[[f64; 2]; 9]>>,
 }
 
-/// How far a step may begin from where the one before ends: what rounding does to arcs and to the tip.
+/// Greatest distance between the end of a step and the beginning of the next one: rounding of arcs and of the tip.
 const JUMP_MM: f64 = 1e-7;
 const JUMP_RAD: f64 = 1e-10;
 
@@ -93,7 +93,7 @@ impl Poses {
 }
 
 impl Sweep {
-    /// How far along `n`, times its length, points may come back; without the ball.
+    /// Greatest motion of any point against `n`, times the length of `n`, without the ball.
     pub fn towards(&self, n: &V) -> I {
         let ways = self.ways.iter().fold(ZERO, |sum, way| sum + I::of(dot(n, way).most()));
         let group = self.group.iter().fold(ZERO, |sum, e| sum + dot(n, e).squared()).sqrt();
@@ -136,7 +136,7 @@ impl Machine {
         Ok(())
     }
 
-    /// A link and those that carry it, which come before it.
+    /// The link, then its parent, and so on to the world.
     fn up(&self, link: Option<usize>) -> impl Iterator<Item = usize> {
         std::iter::successors(link, |&link| self.links[link].parent)
     }
@@ -145,7 +145,7 @@ impl Machine {
         self.up(a).find(|&link| self.up(b).any(|other| other == link))
     }
 
-    /// Joints from each of two links up to what carries both.
+    /// The joints between each of two links and the nearest link that carries both.
     pub fn between(&self, links: [Option<usize>; 2]) -> [Vec<usize>; 2] {
         let shared = self.shared(links);
         let is_moved = |link: &usize| self.links[*link].joint.is_some();
@@ -202,7 +202,7 @@ impl Machine {
         step.tip.map_or(Some(region.clone()), |length| self.follow_tip(&region, length))
     }
 
-    /// From where the tip may be to where the axes may be.
+    /// The positions of the axes that follow from the positions of the tip.
     fn follow_tip(&self, tip: &Region, length: f64) -> Option<Region> {
         let Tip { tool, work, gauge, direction } = self.tip.as_ref()?;
         let slides_only = |axis: usize| {
@@ -275,7 +275,7 @@ impl Machine {
         slides
     }
 
-    /// How far a joint that turns moves what is within `reach` of a point of the world.
+    /// Greatest distance by which a turning joint moves a point within `reach` of `centre`; `None` for a joint that slides.
     fn turn(&self, link: usize, region: &Region, poses: &Poses, centre: &V, reach: I) -> Option<I> {
         let Joint { axis, turns, direction, gain } = self.links[link].joint.as_ref()?;
         let pose = &poses.0[link];
@@ -283,13 +283,13 @@ impl Machine {
         Some(region.half(*axis) * *gain * (arm + reach))
     }
 
-    /// How far joints turn in all, radians.
+    /// Sum of the angles by which the joints turn, radians.
     fn turn_of(&self, chain: &[usize], region: &Region) -> I {
         let joints = chain.iter().filter_map(|&link| self.links[link].joint.as_ref());
         joints.filter(|joint| joint.turns.is_some()).fold(ZERO, |sum, joint| sum + region.half(joint.axis) * joint.gain)
     }
 
-    /// How far joints that turn move a ball as seen from what carries both.
+    /// Greatest distance by which the turning joints move a point of a ball, in the frame of the link that carries both parts.
     fn turned(&self, chain: &[usize], ball: &Ball, region: &Region, poses: &Poses) -> I {
         let centre = poses.of(ball.0).point(&ball.1);
         let (mut turned, mut reach) = (ZERO, ball.2);
@@ -302,7 +302,7 @@ impl Machine {
         turned
     }
 
-    /// What may happen to two parts between two places.
+    /// All relative motions of two parts between two places on the path; `None` where nothing bounds them.
     pub fn sweep(&self, [from, to]: [f64; 2], pair: [&Part; 2]) -> Option<Sweep> {
         let first = from.floor();
         if to <= first + 1.0 {
@@ -319,7 +319,7 @@ impl Machine {
         Some(self.swept(&Region { mid, seg: [ZERO; 9], wide, ball: ZERO, group: Vec::new(), tip: None }, pair))
     }
 
-    /// What may happen to two parts between two fractions of a step.
+    /// The same between two fractions of one step.
     pub fn sweep_on(&self, step: usize, fractions: [f64; 2], pair: [&Part; 2]) -> Option<Sweep> {
         Some(self.swept(&self.within(step, fractions)?, pair))
     }
@@ -352,7 +352,7 @@ impl Machine {
     }
 }
 
-/// How far the first three are from a right angle to one another and from length 1.
+/// Frobenius norm of MᵀM - 1 for the first three columns M: 0 where they are orthogonal and of length 1.
 fn defect(slides: &[V; 9]) -> I {
     let entry = |k: usize| {
         let (i, j) = (k / 3, k % 3);

@@ -20,7 +20,7 @@ pub struct Mesh {
     boxes: Vec<Bounds>,
     ball: Option<(V, I)>,
     is_watertight: bool,
-    /// A vertex of each set of faces that hang together.
+    /// One vertex of each connected component.
     components: Vec<[i64; 3]>,
 }
 
@@ -32,7 +32,7 @@ pub struct Node {
     high: usize,
 }
 
-/// A plane, and the node of the second mesh that it holds back.
+/// A plane, and the node of the second mesh that lies beyond it.
 #[derive(Debug)]
 pub struct Token {
     pub normal: [i32; 3],
@@ -123,7 +123,7 @@ impl Mesh {
         found
     }
 
-    /// Whether n·x ≤ c for all corners of a node. In whole numbers, so without rounding.
+    /// Whether n·x <= c for all corners x of a node, computed in whole numbers, without rounding.
     fn is_behind(&self, node: Node, n: [i64; 3], c: i128) -> bool {
         let along = |p: &[i64; 3]| (0..3).map(|i| i128::from(n[i]) * i128::from(p[i])).sum::<i128>();
         let [low, high] = self.boxes[node.id];
@@ -136,7 +136,7 @@ impl Mesh {
         }
     }
 
-    /// Whether n·x ≥ c for all corners of a node, mm.
+    /// Whether n·x >= c for all corners x of a node, mm.
     pub fn is_beyond(&self, node: Node, n: &V, c: f64) -> bool {
         let [low, high] = self.boxes[node.id].each_ref().map(mm);
         if dot(n, &[0, 1, 2].map(|i| low[i].hull(high[i]))).lo >= c {
@@ -176,7 +176,7 @@ impl Mesh {
         roots.into_iter().map(|v| self.vertices[v as usize]).collect()
     }
 
-    /// How much more often a ray leaves the mesh than it enters it; `None` where it passes too near to an edge to tell.
+    /// The number of times that a ray leaves the mesh, less the number of times that it enters it; `None` where it passes too near to an edge to decide.
     fn leavings(&self, node: Node, start: &V, way: &V) -> Option<i32> {
         let [low, high] = self.boxes[node.id].each_ref().map(mm);
         // Along the ray x grows by as much as the parameter.
@@ -195,7 +195,7 @@ impl Mesh {
     }
 }
 
-/// Whether a ray leaves a triangle behind (1), enters it (-1), or passes by.
+/// 1 where a ray leaves the mesh through a triangle, -1 where it enters, 0 where it misses the triangle.
 fn crossing(triangle: &[V; 3], start: &V, way: &V) -> Option<i32> {
     let [a, b, c] = triangle.each_ref().map(|p| minus(p, start));
     let sides = [cross(&a, &b), cross(&b, &c), cross(&c, &a)].map(|side| dot(way, &side));

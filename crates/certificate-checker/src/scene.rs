@@ -8,13 +8,13 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// What rounding may have done to a rotation, and to a length in mm.
+/// Rounding differences that are allowed in an entry of a rotation, and in a length, mm.
 const TURNED: f64 = 1e-12;
 const MOVED_MM: f64 = 1e-9;
 
 type Checked<T = ()> = Result<T, String>;
 
-/// Compares; what nothing was compared with is noted.
+/// Compares the certificate with the files, and notes what no file was compared with.
 pub fn compare(stated: &Stated, scene: Option<&Path>, program: Option<&Path>, notes: &mut Vec<String>) -> Checked {
     notes.push(
         "by the certificate's word: the moves of each line, which are what its interpreter made of the program"

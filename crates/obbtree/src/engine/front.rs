@@ -15,7 +15,7 @@ use super::lanes::Machine;
 use super::posed::Opened;
 use super::visit::Overlaps;
 
-/// What a step is lengthened by for the few roundings of its length, relative.
+/// Relative lengthening of a step, which covers the rounding of its length.
 const STEP_PAD: f64 = 32.0 / 9_007_199_254_740_992.0;
 
 /// The visits of a search and its pairs of triangles.
@@ -34,7 +34,7 @@ pub(super) struct Front {
     soonest_mm: f64,
 }
 
-/// A visit, and until when its children are apart that are not `seen`.
+/// A visit, and the motion up to which the children that are not `seen` stay apart.
 #[derive(Clone, Copy, Debug)]
 struct Visited {
     opened: Opened,
@@ -103,7 +103,7 @@ impl Front {
         });
     }
 
-    /// The next of them.
+    /// The next pair of triangles that has to be tested again.
     pub fn due_pair(&mut self) -> Option<(u32, u32)> {
         self.due_pairs.pop()
     }
@@ -115,7 +115,7 @@ impl Front {
         Some((from + due, self.visits[from + due].opened))
     }
 
-    /// A visit, of the children that are there.
+    /// Adds a visit with the children that exist.
     #[inline(always)]
     pub fn add<M: Machine>(&mut self, opened: Opened, found: &Overlaps, occupied: u8) {
         if !self.is_open {
@@ -125,7 +125,7 @@ impl Front {
         self.visits.push(Visited { opened, seen: found.live, until_mm });
     }
 
-    /// A visit made again: the children that may overlap for the first time.
+    /// Makes a visit again; returns the children that may overlap now and did not before.
     #[inline(always)]
     pub fn renew<M: Machine>(&mut self, place: usize, found: &Overlaps, occupied: u8) -> u8 {
         let before = self.visits[place].seen;
@@ -147,7 +147,7 @@ impl Front {
         self.soonest_mm = self.soonest_mm.min(until_mm);
     }
 
-    /// Until when children are apart that now are at least so far, by gaps less the slack, mm.
+    /// The motion up to which children stay apart whose gaps, less the slack, are given, mm.
     #[inline(always)]
     fn until_mm(&mut self, least_mm: f32) -> f64 {
         let until_mm = (self.gone_mm + f64::from(least_mm * LOWERED)).next_down();
@@ -155,7 +155,7 @@ impl Front {
         until_mm
     }
 
-    /// After a search that carried on: finds the least of all anew.
+    /// Finds the least `until_mm` anew, after a search that went on from this front.
     pub fn carried_on(&mut self) {
         let of_visits = self.visits.iter().map(|visited| visited.until_mm);
         self.soonest_mm = of_visits.chain(self.pairs.iter().map(|apart| apart.until_mm)).fold(f64::INFINITY, f64::min);
