@@ -163,6 +163,17 @@ pub fn open_table(folder: &Path, file: &str) -> Result<Box<dyn Read>, RecordErro
     Ok(if is_packed { Box::new(MultiGzDecoder::new(opened)) } else { Box::new(opened) })
 }
 
+/// The bytes of a table's text, compressed or not; `None` when they are more than `most`, and no more than these are read.
+///
+/// # Errors
+/// When the table cannot be read.
+pub fn table_bytes(folder: &Path, file: &str, most: u64) -> Result<Option<u64>, RecordError> {
+    let mut text = open_table(folder, file)?.take(most.saturating_add(1));
+    let bytes = std::io::copy(&mut text, &mut std::io::sink());
+    let bytes = bytes.map_err(RecordError::io("read", &located(folder, file)))?;
+    Ok((bytes <= most).then_some(bytes))
+}
+
 /// Writes all rows to the row type's file in `folder`.
 ///
 /// # Errors
@@ -298,6 +309,8 @@ mod tests {
         let bytes = fs::read(&packed).unwrap();
         assert!(!plain.exists() && (bytes.len() as u64) * 4 < long);
         assert_eq!(read_rows::<SingleRow>(folder).unwrap(), rows());
+        assert_eq!(table_bytes(folder, SingleRow::FILE, long).unwrap(), Some(long));
+        assert_eq!(table_bytes(folder, SingleRow::FILE, long - 1).unwrap(), None);
         assert_eq!(read_rows_if_there::<SingleRow>(folder).unwrap().len(), 1000);
         write_rows_compressed(folder, &rows()).unwrap();
         assert_eq!(fs::read(&packed).unwrap(), bytes);

@@ -8,7 +8,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { cpSync, mkdirSync, readFileSync, statSync } from "node:fs";
+import { cpSync, mkdirSync, readFileSync, rmSync, statSync } from "node:fs";
 import path from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
@@ -41,6 +41,7 @@ after(() => browser?.close());
 /** The report of the committed run, made by bvbench. */
 function writtenAnew() {
   const folder = path.join(work, "pages/reference");
+  rmSync(folder, { recursive: true, force: true }); // what an older bvbench left there would be shown too
   cpSync(path.join(root, "results/reference"), folder, { recursive: true });
   execFileSync(path.resolve(root, process.env.BVBENCH ?? "target/release/bvbench"), ["stage", "report", "--out", folder]);
   return path.join(folder, "report.html");

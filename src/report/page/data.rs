@@ -3,7 +3,7 @@
 use crate::analysis::claims::CaseRef;
 use crate::analysis::{ALL, Ranked};
 use crate::plot::data::entries;
-use crate::record::file::located;
+use crate::record::file::table_bytes;
 use crate::record::{
     AuditCellRow, AuditEffectRow, AuditShareRow, Band, ClaimRow, CostChunkRow, CostRow, DeadlineRow, Manifest,
     NULL_VARIANT, PeerRatioRow, PeerRow, RatioRow, RecordError, RepayRow, Row, Stratum, SummaryRow, SweepSummaryRow,
@@ -198,9 +198,6 @@ fn reading(reading: &crate::analysis::claims::Reading) -> ReadingEntry<'_> {
     }
 }
 
-/// Estimated factor by which a compressed table grows when it is read.
-const TIMES_COMPRESSED: u64 = 12;
-
 /// The records in the page, within the size limit.
 struct Shelf<'a> {
     folder: &'a Path,
@@ -250,16 +247,12 @@ impl Shelf<'_> {
         most: u64,
         read: impl FnOnce(&Path) -> Result<Table, RecordError>,
     ) -> Result<(), RecordError> {
-        let path = located(self.folder, file);
-        let mut bytes = std::fs::metadata(&path).map_err(RecordError::io("read", &path))?.len();
-        if path != self.folder.join(file) {
-            bytes *= TIMES_COMPRESSED;
-        }
-        if bytes > most.min(self.room) {
-            self.left_out.push(file.to_owned());
-        } else {
-            self.room -= bytes;
-            self.tables.insert(file.to_owned(), read(self.folder)?);
+        match table_bytes(self.folder, file, most.min(self.room))? {
+            Some(bytes) => {
+                self.room -= bytes;
+                self.tables.insert(file.to_owned(), read(self.folder)?);
+            }
+            None => self.left_out.push(file.to_owned()),
         }
         Ok(())
     }
