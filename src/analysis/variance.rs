@@ -96,7 +96,7 @@ impl Cost {
         let pass = passes.map(|(sample, poses)| (sample.launch, sample.block, sample.ns * f64::from(poses)));
         let (mut total, mut blocks) = (0.0, BTreeSet::new());
         for (launch, block, ns) in pass {
-            // A whole untimed pass, and the sample.
+            // A whole untimed pass, and the sample; further readings of programs are not counted.
             total += ns + ns.max(SAMPLE_NS);
             blocks.insert((launch, block));
         }

@@ -5,6 +5,8 @@
 //! caches and teaches the branch predictor. Without it a short sample mostly measures what ran before it. The first block finds how often a
 //! short chunk must be repeated, and is dropped. Where a chunk takes a case longer than `LONG_SAMPLE_NS`, one timed block of each launch can be
 //! enough for it: such a sample averages the machine's noise itself. No case is left out of a launch.
+//!
+//! A chunk can be read several times in a block, each at a random place of the block's order: the sample is the median reading.
 
 use super::{Progress, timer};
 use rand::SeedableRng;
@@ -18,6 +20,9 @@ const PROBED_POSES: usize = 2;
 /// null duplicate of program times some percent from its original; one of 5 ms holds the ticks of the system's clock in their proportion.
 const LONG_SAMPLE_NS: u64 = 50 * timer::SHORTEST_SAMPLE_NS;
 
+/// Most time of all readings of a case and a chunk in a block, ns; a chunk that is to be read several times is long when one reading takes longer.
+const READING_NS: u64 = 9 * LONG_SAMPLE_NS;
+
 /// Cases that run chunks of poses, both by number.
 pub trait Work {
     /// How many cases there are.
@@ -26,6 +31,10 @@ pub trait Work {
     fn chunks(&self) -> Vec<usize>;
     /// How a case takes part in a chunk.
     fn participation(&self, case: usize, chunk: usize) -> Participation;
+    /// Most readings of a chunk in a block; what takes long has fewer.
+    fn readings(&self, _chunk: usize) -> u32 {
+        1
+    }
     /// A case runs the first `poses` of a chunk, `passes` times over.
     fn run(&mut self, case: usize, chunk: usize, poses: usize, passes: u32);
 }
@@ -71,76 +80,123 @@ pub struct Sample {
 #[derive(Clone, Copy)]
 struct Repetition {
     passes: u32,
+    /// Readings in a block.
+    readings: u32,
     /// Whether one timed block is enough.
     once: bool,
 }
 
-/// Times all cases on all chunks; the samples in the order of block, chunk and case, whatever the order of execution. Advances by one for every chunk
-/// of a block.
+impl Repetition {
+    const SINGLE: Self = Self { passes: 1, readings: 1, once: false };
+    const LONG: Self = Self { once: true, ..Self::SINGLE };
+
+    /// Of what takes `ns` where `readings` are asked for: short work is repeated, and a block spends no more than [`READING_NS`] on the
+    /// readings of what takes longer.
+    fn of(ns: u64, readings: u32, extent: Extent) -> Self {
+        if extent.long_once && ns > long_ns(readings) {
+            return Self::LONG;
+        }
+        let fitting = u32::try_from(READING_NS / ns.max(1)).unwrap_or(u32::MAX);
+        Self { passes: timer::passes_for(ns), readings: fitting.clamp(1, readings), once: false }
+    }
+}
+
+/// From where on a chunk of which `readings` are asked for is long, ns.
+const fn long_ns(readings: u32) -> u64 {
+    if readings > 1 { READING_NS } else { LONG_SAMPLE_NS }
+}
+
+/// Passes, and wall time of all of them, ns.
+type Reading = (u32, u64);
+
+/// How often chunks are visited: once in the block that is dropped, and for each of their readings in every block.
+#[must_use]
+pub fn visits(work: &impl Work, extent: Extent) -> u64 {
+    let chunks = work.chunks().len();
+    let readings: u64 = (0..chunks).map(|chunk| u64::from(work.readings(chunk))).sum();
+    u64::from(extent.blocks) * readings + if extent.warms_up { chunks as u64 } else { 0 }
+}
+
+/// Times all cases on all chunks; the samples in the order of block, chunk and case, whatever the order of execution. Advances by one for every
+/// visit to a chunk.
 pub fn time(work: &mut impl Work, extent: Extent, seed: u64, progress: &dyn Progress) -> Vec<Sample> {
     let (cases, poses) = (work.cases(), work.chunks());
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    let mut repetitions = vec![vec![Repetition { passes: 1, once: false }; cases]; poses.len()];
+    let mut repetitions = vec![vec![Repetition::SINGLE; cases]; poses.len()];
     let mut samples = Vec::new();
-    let (mut chunk_order, mut case_order): (Vec<usize>, Vec<usize>) =
-        ((0..poses.len()).collect(), (0..cases).collect());
+    let mut case_order: Vec<usize> = (0..cases).collect();
     for block in u32::from(!extent.warms_up)..=extent.blocks {
-        chunk_order.shuffle(&mut rng);
-        for &chunk in &chunk_order {
+        let mut readings: Vec<Vec<Vec<Reading>>> = vec![vec![Vec::new(); cases]; poses.len()];
+        let of_chunk = |chunk: usize| if block == 0 { 1 } else { work.readings(chunk) as usize };
+        let mut visits: Vec<usize> =
+            (0..poses.len()).flat_map(|chunk| std::iter::repeat_n(chunk, of_chunk(chunk))).collect();
+        visits.shuffle(&mut rng);
+        for chunk in visits {
             case_order.shuffle(&mut rng);
             for &case in &case_order {
-                let sample = match work.participation(case, chunk) {
-                    Participation::Absent => None,
-                    Participation::Once => (block == 1).then(|| {
-                        if extent.warms_up {
-                            work.run(case, chunk, poses[chunk], 1);
-                        }
-                        let (ns, ()) = timer::time(|| work.run(case, chunk, poses[chunk], 1));
-                        (1, ns)
-                    }),
-                    Participation::Always => {
-                        one(work, (case, chunk, poses[chunk]), block, extent, &mut repetitions[chunk][case])
-                    }
-                };
-                samples.extend(sample.map(|(passes, ns)| Sample { case, chunk, block: block - 1, passes, ns }));
+                let place = (case, chunk, poses[chunk]);
+                let read = &mut readings[chunk][case];
+                read.extend(visit(work, place, block, extent, &mut repetitions[chunk][case], read.len()));
             }
             progress.advance(1);
         }
+        for (chunk, of_chunk) in readings.iter_mut().enumerate() {
+            for (case, read) in of_chunk.iter_mut().enumerate() {
+                samples.extend(median(read).map(|(passes, ns)| Sample { case, chunk, block: block - 1, passes, ns }));
+            }
+        }
     }
-    samples.sort_by_key(|sample| (sample.block, sample.chunk, sample.case));
     samples
 }
 
-/// Passes and time of a case's sample; none in the block that warms up, nor where earlier ones are enough.
-fn one(
+/// The median reading; of an even number the lower one in the middle.
+fn median(readings: &mut [Reading]) -> Option<Reading> {
+    readings.sort_unstable_by_key(|(_, ns)| *ns);
+    readings.get(readings.len().checked_sub(1)? / 2).copied()
+}
+
+/// One reading, or none where `earlier` ones are enough and in the block that warms up.
+fn visit(
     work: &mut impl Work,
     (case, chunk, poses): (usize, usize, usize),
     block: u32,
     extent: Extent,
     repetition: &mut Repetition,
-) -> Option<(u32, u64)> {
-    if repetition.once && block > 1 {
-        return None;
-    }
-    if block == 0 && extent.long_once {
-        let probed = poses.min(PROBED_POSES);
-        let (ns, ()) = timer::time(|| work.run(case, chunk, probed, 1));
-        // What its first poses show to be long need not be run whole to be known as such.
-        if ns * poses as u64 / probed as u64 > 2 * LONG_SAMPLE_NS {
-            *repetition = Repetition { passes: 1, once: true };
+    earlier: usize,
+) -> Option<Reading> {
+    match work.participation(case, chunk) {
+        Participation::Absent => return None,
+        Participation::Once => *repetition = Repetition::LONG,
+        Participation::Always if block == 0 => {
+            *repetition = probe(work, (case, chunk, poses), extent);
             return None;
         }
+        Participation::Always => {}
     }
-    if block > 0 && extent.warms_up {
+    let is_enough = block == 0 || earlier >= repetition.readings as usize || (repetition.once && block > 1);
+    if is_enough {
+        return None;
+    }
+    if extent.warms_up {
         work.run(case, chunk, poses, 1);
     }
     let passes = repetition.passes;
     let (ns, ()) = timer::time(|| work.run(case, chunk, poses, passes));
-    if block > 0 {
-        return Some((passes, ns));
+    Some((passes, ns))
+}
+
+/// Runs a chunk to see how it is to be repeated. What its first poses show to be long is not run whole.
+fn probe(work: &mut impl Work, (case, chunk, poses): (usize, usize, usize), extent: Extent) -> Repetition {
+    let readings = work.readings(chunk);
+    if extent.long_once {
+        let probed = poses.min(PROBED_POSES);
+        let (ns, ()) = timer::time(|| work.run(case, chunk, probed, 1));
+        if ns * poses as u64 / probed as u64 > 2 * long_ns(readings) {
+            return Repetition::LONG;
+        }
     }
-    *repetition = Repetition { passes: timer::passes_for(ns), once: extent.long_once && ns > LONG_SAMPLE_NS };
-    None
+    let (ns, ()) = timer::time(|| work.run(case, chunk, poses, 1));
+    Repetition::of(ns, readings, extent)
 }
 
 #[cfg(test)]
@@ -156,6 +212,7 @@ mod tests {
     struct Noted {
         runs: Vec<Run>,
         long: Duration,
+        readings: u32,
     }
 
     impl Work for Noted {
@@ -175,6 +232,10 @@ mod tests {
             }
         }
 
+        fn readings(&self, _: usize) -> u32 {
+            self.readings
+        }
+
         fn run(&mut self, case: usize, chunk: usize, poses: usize, passes: u32) {
             self.runs.push((case, chunk, poses, passes));
             std::thread::sleep(if case == 2 { self.long } else { Duration::ZERO });
@@ -182,7 +243,11 @@ mod tests {
     }
 
     fn timed(long: Duration, extent: Extent) -> (Vec<Sample>, Vec<Run>) {
-        let mut work = Noted { runs: Vec::new(), long };
+        timed_with(long, extent, 1)
+    }
+
+    fn timed_with(long: Duration, extent: Extent, readings: u32) -> (Vec<Sample>, Vec<Run>) {
+        let mut work = Noted { runs: Vec::new(), long, readings };
         let samples = time(&mut work, extent, 7, &Silent);
         (samples, work.runs)
     }
@@ -216,6 +281,23 @@ mod tests {
         assert_eq!(runs.iter().filter(|run| (run.0, run.1) == (3, 1)).map(|run| run.2).collect::<Vec<_>>(), [3, 3]);
         let (every, _) = timed(Duration::from_millis(12), Extent { long_once: false, ..EXTENT });
         assert_eq!(every.iter().filter(|s| s.case == 2).count(), 6);
+    }
+
+    #[test]
+    fn a_block_reads_a_chunk_several_times_and_keeps_the_median() {
+        let (samples, runs) = timed_with(Duration::ZERO, EXTENT, 5);
+        assert_eq!(samples.len(), 3 * 6 + 1);
+        // Two poses and a whole pass in the block that is dropped; then a whole pass before each reading.
+        let runs = runs.iter().filter(|run| (run.0, run.1) == (0, 0)).count();
+        assert!([1, 2, 3, 4, 5].map(|readings| 2 + 3 * 2 * readings).contains(&runs), "{runs}");
+        assert_eq!(median(&mut [(1, 9), (1, 1), (1, 5)]), Some((1, 5)));
+        assert_eq!(median(&mut [(1, 9), (1, 1)]), Some((1, 1)));
+        assert_eq!(median(&mut []), None);
+        // Five readings of 9 ms fit into what a block spends, three of 12 ms, one of 40 ms; what takes longer is read in one block.
+        let ms = |ms: u64| Repetition::of(ms * 1_000_000, 5, EXTENT);
+        assert_eq!([9, 12, 40].map(|time| ms(time).readings), [5, 3, 1]);
+        assert_eq!([1, 40, 46].map(|time| ms(time).once), [false, false, true]);
+        assert!(Repetition::of(6_000_000, 1, EXTENT).once && !Repetition::of(4_000_000, 1, EXTENT).once);
     }
 
     #[test]

@@ -446,9 +446,8 @@ impl Run {
                 continue;
             }
             let chunks = Measured::choose(&self.plan, scene, self.cache.as_ref(), &super::Silent)?.timed();
-            let blocks = u64::from(self.plan.budget.blocks + 1);
             let what = format!("{}: timing, launch {} of {}", scene.name, launch + 1, self.plan.budget.launches);
-            progress.begin(&what, blocks * chunks.len() as u64);
+            progress.begin(&what, query::visits(&self.plan, &chunks));
             let before = environment::BusyMeter::read();
             let (builds, built) = build::time_builds(&self.plan, scene, launch, progress);
             let cases = query::timed_cases(&self.plan, scene, built);
