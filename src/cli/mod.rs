@@ -4,6 +4,7 @@
 //! plotted and reported like the ones that are shipped.
 
 mod ablation;
+mod agree;
 mod analyze;
 mod audit;
 mod check;
@@ -94,7 +95,7 @@ enum Verb {
     /// Show what a G-code program means, or write one over a surface
     #[command(subcommand)]
     Program(Program),
-    /// Run one experiment: audit (boxes), sweep (one quantity), ablation (the octree method)
+    /// Run one experiment: audit (boxes), sweep (one quantity), ablation (the octree method), agree (exact engines)
     #[command(subcommand)]
     Study(Study),
     /// Run one stage: verify, measure, analyze, plot, report; compare two runs, or merge shards
@@ -132,6 +133,8 @@ enum Study {
     Sweep(sweep::Options),
     /// Switch parts of the octree method off: what each saves, what sampling misses
     Ablation(ablation::Options),
+    /// Ask exact engines about posed pairs by the million: do they agree?
+    Agree(agree::Options),
 }
 
 #[derive(Subcommand)]
@@ -239,6 +242,7 @@ fn run(verb: Verb, registry: &Registry) -> Result<u8> {
         Verb::Study(Study::Audit(options)) => audit::run(&options, registry),
         Verb::Study(Study::Sweep(options)) => sweep::run(&options, registry),
         Verb::Study(Study::Ablation(options)) => ablation::run(&options, registry),
+        Verb::Study(Study::Agree(options)) => agree::run(&options, registry),
         Verb::Stage(Stage::Verify(options)) => verify::run(&options, registry),
         Verb::Stage(Stage::Measure(options)) => measure::run(&options, registry),
         Verb::Stage(Stage::Analyze(options)) => analyze::run(&options),

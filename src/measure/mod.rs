@@ -4,10 +4,11 @@
 //! [`counts`], [`exits`], [`shape`], then the timed part: [`timer`], [`chunk`], `measured`, [`query`], [`single`], [`build`]; [`binaries`] says with
 //! what, [`environment`] where;
 //! [`folder`] holds what a study has so far and resumes it; [`shard`] takes a part of a plan and merges parts. [`run`] is the reference study; [`study`] is the engine of those that vary factors:
-//! [`audit`], [`sweep`] and [`ablation`]. [`peers`] compares whole engines, each in its own process.
+//! [`audit`], [`sweep`] and [`ablation`]. [`peers`] compares whole engines, each in its own process; [`agreement`] asks exact engines about posed pairs by the million.
 
 pub mod ablation;
 pub mod accuracy;
+pub mod agreement;
 pub mod audit;
 pub mod binaries;
 mod blocks;

@@ -4,6 +4,7 @@
 //! Tidy: one row per observation, units in column names, times as integer nanoseconds. Derived values are never stored
 //! beside what they derive from.
 
+pub mod agreement;
 pub mod audit;
 pub mod cost;
 pub mod file;
@@ -20,6 +21,7 @@ pub mod vocabulary;
 #[cfg(test)]
 pub(crate) mod synthetic;
 
+pub use agreement::{AgreementRow, DisagreementRow, RoundRow};
 pub use audit::{AuditCellRow, AuditEffectRow, AuditShareRow};
 pub use cost::{CostChunkRow, CostRow, DeadlineRow, RepayRow};
 pub use file::{
