@@ -35,6 +35,7 @@ class Finding:
     scene: str = "-"
     missed: float = math.nan
     baseline_missed: float = math.nan
+    tied: tuple = ()  # of a primary row: the rows that may be the deciding one as well, since their p overlap with its
 
 
 NOT_JUDGED = Finding("not-judged")
@@ -283,9 +284,13 @@ def primary_of(claim, findings, scenes):
     else:
         verdict = "refuted" if "refuted" in verdicts else "undecided"
     deciding = min(refuted, key=p) if refuted else applicable[last_largest([p(f) for f in applicable])] if applicable else asked[0]
-    times = len(asked) if verdict == "refuted" else 1
-    corrected = deciding.p and tuple(min(1.0, times * value) for value in deciding.p)
-    return replace(deciding, verdict=verdict, scene="+".join(f.scene for f in asked), p=corrected)
+    tied = [f for f in refuted or applicable if f.p and deciding.p and f.p[0] <= deciding.p[2] and f.p[2] >= deciding.p[0]]
+    corrected = deciding.p
+    if tied:
+        times = len(asked) if verdict == "refuted" else 1
+        range_of = (min(f.p[0] for f in tied), deciding.p[1], max(f.p[2] for f in tied))
+        corrected = tuple(min(1.0, times * value) for value in range_of)
+    return replace(deciding, verdict=verdict, scene="+".join(f.scene for f in asked), p=corrected, tied=tuple(tied))
 
 
 def last_largest(values):
@@ -344,8 +349,11 @@ def claim_rows(differences, derivation, study, ratios, noisy):
             continue
         if role == "primary" and not derivation.draws:
             continue  # which scene decides is a matter of p
+        # Which scene decides a primary row is a matter of p: the numbers must be those of one that may.
+        numbers = min(finding.tied, key=lambda f: abs(f.value - row.value), default=finding)
         for column in COLUMNS:
-            differences.same(file, " ".join(key), column, getattr(row, column), getattr(finding, column))
+            from_row = finding if column == "verdict" else numbers
+            differences.same(file, " ".join(key), column, getattr(row, column), getattr(from_row, column))
         if role == "primary":
             least, likely, most = finding.p or (math.nan,) * 3
             differences.points += 1
