@@ -66,7 +66,7 @@ fn launches_take_the_binaries_in_turn() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let run = folder.path("run");
     let manifest = manifest(&run);
-    assert_eq!(manifest["protocol"], "2.1");
+    assert_eq!(manifest["protocol"], bvbench::record::manifest::PROTOCOL);
     assert_eq!((&manifest["request"]["launches"], &manifest["request"]["binaries"]), (&4.into(), &2.into()));
     let seeds: Vec<_> = manifest["binaries"].as_array().unwrap().iter().map(|binary| binary["seed"].as_u64()).collect();
     assert_eq!(seeds, [Some(7), Some(8)]);
