@@ -7,7 +7,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 #![allow(clippy::print_stdout, reason = "the long form tells what it covered")]
 
-use bvbench::check::{Kind, Outcome, Settings, check};
+use bvbench::check::{Cutting, Kind, Outcome, Settings, check};
 use bvbench::measure::Silent;
 use bvbench::registry::Registry;
 use bvbench::scene::{Overrides, Scene};
@@ -242,8 +242,7 @@ impl Trial {
 
     fn run(&self) -> Outcome {
         let scene = self.machine.scene(self.cutter, &self.start, &program(&self.lines));
-        let settings =
-            Settings { zones_mm: Vec::new(), stock_resolution_mm: Some(RESOLUTION_MM), ..Settings::standard() };
+        let settings = Settings { zones_mm: Vec::new(), cutting: Cutting::At(RESOLUTION_MM), ..Settings::standard() };
         let registry = Registry::standard();
         check(&scene, scene.program.as_ref().unwrap(), registry.fastest().unwrap(), &registry, &settings, &Silent)
             .unwrap()

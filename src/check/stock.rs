@@ -3,11 +3,11 @@
 //! Each move is one step of a stock ([`crate::stock`]) or several. What has not touched the uncut workpiece has not touched
 //! what is left of it: only where the scan of the trees found contact are shank, holder and the rest held against the stock. A cutter always is.
 
-use super::CheckError;
 use super::event::{Kind, runs};
 use super::motion::Path;
 use super::scan::Stretch;
 use super::turning::Turning;
+use super::{CheckError, Cutting};
 use crate::geometry::Point;
 use crate::machine::Machine;
 use crate::scene::pairs::Decision;
@@ -15,6 +15,7 @@ use crate::scene::{Pair, Part, Role, Scene};
 use crate::stock::motion::{Chain, Mount};
 use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep};
 use rs274::{MoveKind, Position};
+use thiserror::Error;
 
 /// Steps that are gathered before the stock takes them.
 const BATCH: usize = 8192;
@@ -61,7 +62,18 @@ pub struct Uncut {
     /// The part.
     pub part: usize,
     /// Why.
-    pub why: StockError,
+    pub why: Whole,
+}
+
+/// Why nothing is taken away from a workpiece.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum Whole {
+    /// Its mesh is open.
+    #[error("its mesh is not watertight")]
+    Open,
+    /// It turns under its cutter, which takes minutes to cut at a fine resolution, and no resolution was asked for.
+    #[error("it turns under its cutter, which `--stock-resolution 0.1` cuts in minutes")]
+    Turned,
 }
 
 /// A workpiece and everything that may come into it.
@@ -104,29 +116,48 @@ impl<'a> Workpiece<'a> {
         scene: &'a Scene,
         path: &'a Path<'a>,
         decisions: &[Decision],
-        resolution_mm: f64,
+        cutting: Cutting,
     ) -> Result<(Vec<Self>, Vec<Uncut>), CheckError> {
         let (mut workpieces, mut uncut) = (Vec::new(), Vec::new());
-        if scene.gouge_mm.is_some() {
+        if scene.gouge_mm.is_some() || cutting == Cutting::Never {
             return Ok((workpieces, uncut));
         }
         for part in (0..scene.parts.len()).filter(|&part| scene.parts[part].role == Role::Workpiece) {
+            // What lies in an open mesh nobody knows: contact of such a part is that with the uncut workpiece, which holds all that is left.
+            let is_known = |pair: Pair| {
+                let other = if pair.a == part { pair.b } else { pair.a };
+                scene.parts[other].role == Role::Cutter || scene.parts[other].mesh.edge_report().is_watertight()
+            };
             let is_kept =
                 |decision: &&Decision| decision.dropped.is_none() && [decision.pair.a, decision.pair.b].contains(&part);
-            let pairs: Vec<Pair> = decisions.iter().filter(is_kept).map(|decision| decision.pair).collect();
+            let pairs = decisions.iter().filter(is_kept).map(|decision| decision.pair);
+            let pairs: Vec<Pair> = pairs.filter(|&pair| is_known(pair)).collect();
             if !pairs.iter().any(|&pair| scene.is_cutting(pair)) {
                 continue;
             }
-            match Stock::new(&scene.parts[part].mesh, resolution_mm) {
-                Err(why @ StockError::Open) => uncut.push(Uncut { part, why }),
+            let mesh = &scene.parts[part].mesh;
+            let stock = if let Cutting::At(mm) = cutting { Stock::new(mesh, mm) } else { Stock::standard(mesh) };
+            match stock {
+                Err(StockError::Open) => uncut.push(Uncut { part, why: Whole::Open }),
                 Err(why) => return Err(CheckError::Resolution(why)),
                 Ok(stock) => {
-                    let others = pairs.iter().map(|&pair| Other::new(scene, path, part, pair)).collect();
+                    let others: Vec<Other> = pairs.iter().map(|&pair| Other::new(scene, path, part, pair)).collect();
+                    if cutting == Cutting::Standard && others.iter().any(|other| other.turning.is_some()) {
+                        uncut.push(Uncut { part, why: Whole::Turned });
+                        continue;
+                    }
                     workpieces.push(Self { scene, path, part, stock, others });
                 }
             }
         }
         Ok((workpieces, uncut))
+    }
+
+    /// Cutters whose meshes are open.
+    pub fn open_cutters(&self) -> impl Iterator<Item = usize> {
+        let part = |other: &Other| if other.pair.a == self.part { other.pair.b } else { other.pair.a };
+        let cutters = self.others.iter().filter(|other| other.role == Role::Cutter).map(part);
+        cutters.filter(|&cutter| !self.scene.parts[cutter].mesh.edge_report().is_watertight())
     }
 
     /// Whether a pair is this workpiece and something else.

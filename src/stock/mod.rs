@@ -10,13 +10,14 @@
 //! than the resolution: what slides along a surface that has just been cut may seem to be that deep in the stock, and no deeper.
 //!
 //! Reading order: this file (the stock), `sweep` (what moves), [`motion`] (straight pieces of an axis move), `convex`, `round`, `turned`, `skin` (shapes),
-//! `tile` (the octree), [`export`] (as a mesh), [`target`] (compared with the part that is wanted).
+//! `cover` (what a cut leaves), `tile` (the octree), [`export`] (as a mesh), [`target`] (compared with the part that is wanted).
 
 mod convex;
 mod round;
 mod turned;
 mod skin;
 mod sweep;
+mod cover;
 mod tile;
 pub mod motion;
 pub mod export;
@@ -34,8 +35,10 @@ use std::sync::Arc;
 use thiserror::Error;
 use tile::{Search, Tile, Uncut};
 
-/// Resolution where nobody says otherwise, mm.
+/// Resolution where nobody says otherwise, mm, but not finer than [`RESOLUTION_PART`] of the workpiece's longest side.
 pub const RESOLUTION_MM: f64 = 0.1;
+/// Finest resolution where nobody says otherwise, as a part of the workpiece's longest side: 0.1 mm of a metre.
+pub const RESOLUTION_PART: f64 = 1e-4;
 /// Side of the finest cells as a part of the resolution. The diagonal is 0.78 of the resolution; the rest is for chords of arcs and turns, on both sides of a border.
 const CELL: f64 = 0.45;
 /// Most tiles along the longest side of a workpiece: tiles are what threads share out, and what a sweep is held against first.
@@ -89,6 +92,15 @@ pub struct Contact {
 }
 
 impl Stock {
+    /// The uncut stock at the resolution that [`RESOLUTION_MM`] and [`RESOLUTION_PART`] say.
+    ///
+    /// # Errors
+    /// [`StockError::Open`] when the mesh is open.
+    pub fn standard(mesh: &Arc<Mesh>) -> Result<Self, StockError> {
+        let (low, high) = triangle::bounds(&mesh.triangles()).unwrap_or_default();
+        Self::new(mesh, RESOLUTION_MM.max(RESOLUTION_PART * (high - low).amax()))
+    }
+
     /// The uncut stock.
     ///
     /// # Errors

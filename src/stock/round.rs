@@ -2,9 +2,9 @@
 //!
 //! A spindle turns the mesh, so what it sweeps at a height is all within the mesh's largest radius there, where the mesh holds the axis. Between two heights at which vertices
 //! lie, the distance from the axis is a convex function along each edge: chords bound the radius from outside, tangents from inside. A
-//! point deeper in the outer body than the greatest difference of the two is in the swept body.
+//! point deeper in the outer body than the greatest difference of the two is in the swept body. Of an open mesh the outer body is a cylinder, and nothing is swept for sure.
 
-use super::convex::{Convex, Cube, HalfPlane, Least};
+use super::convex::{Convex, Cube, HalfPlane, Least, Lowest};
 use crate::geometry::{Isometry, Mesh, Point, Vector};
 use crate::interference::Revolved;
 use crate::truth::Solid;
@@ -47,14 +47,17 @@ impl Round {
     pub fn new(mesh: &Arc<Mesh>) -> Self {
         let Revolved { tool_from_mesh, filled, profile, .. } = Revolved::around(mesh);
         let places: Vec<Point> = mesh.vertices().iter().map(|vertex| tool_from_mesh * vertex).collect();
-        let slabs = slabs(&places, mesh.faces());
         let solid = Solid::new(Arc::clone(mesh));
+        if !solid.is_watertight() {
+            return Self::around_open(&places, tool_from_mesh);
+        }
+        let slabs = slabs(&places, mesh.faces());
         let holds_axis = |slab: &Slab| {
             let on_axis = Point::new(0.0, 0.0, f64::midpoint(slab.z[0], slab.z[1]));
             // The axis of a tool in its own frame runs through vertices; a ray beside it does not begin on a triangle.
             let beside = 1e-4 * slab.outer[0].min(slab.outer[1]);
             let beside = on_axis + Vector::new(0.7 * beside, 0.3 * beside, 0.0);
-            !solid.is_watertight() || solid.holds(&(tool_from_mesh.inverse() * beside))
+            solid.holds(&(tool_from_mesh.inverse() * beside))
         };
         let missing = |slab: &Slab| {
             if holds_axis(slab) {
@@ -76,30 +79,57 @@ impl Round {
         }
     }
 
-    /// As [`Convex::least`], over all pieces. Of those whose cylinders are too far away nothing more is asked.
+    /// The cylinder around a mesh that encloses nothing: what is in it for sure, nobody knows.
+    fn around_open(places: &[Point], body_from_part: Isometry) -> Self {
+        let radius_mm = places.iter().map(|place| place.x.hypot(place.y)).fold(0.0, f64::max);
+        let (low, high) = places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.z), h.max(p.z)));
+        let plane = |a: f64, b: f64, c: f64| HalfPlane { a, b, c };
+        let planes = vec![plane(0.0, -1.0, -low), plane(0.0, 1.0, high), plane(1.0, 0.0, radius_mm)];
+        Self {
+            pieces: vec![Convex { planes }],
+            bounds: vec![(radius_mm, [low, high])],
+            slack_mm: f64::INFINITY,
+            body_from_part,
+            filled: 0.0,
+            radius_mm,
+            span_mm: [low, high],
+        }
+    }
+
+    /// As [`Convex::lowest`], over all pieces.
     pub fn least(&self, q: &Vector, travel: &Vector, cube: &Cube) -> Least {
         let mut found = Least { low: f64::INFINITY, high: f64::INFINITY, deep: f64::INFINITY };
+        for of_piece in self.lowest(q, travel, cube) {
+            let Least { low, high, deep } = of_piece.1.least;
+            found = Least { low: found.low.min(low), high: found.high.min(high), deep: found.deep.min(deep) };
+            if found.high <= cube.inside {
+                break;
+            }
+        }
+        found
+    }
+
+    /// As [`Convex::lowest`], of each piece. Of those whose cylinders are too far away nothing more is asked.
+    pub fn lowest<'a>(
+        &'a self,
+        q: &'a Vector,
+        travel: &'a Vector,
+        cube: &'a Cube,
+    ) -> impl Iterator<Item = (&'a Convex, Lowest)> {
         let end = q - travel;
         let (lowest, highest) = (q.z.min(end.z), q.z.max(end.z));
         let across = travel.x * travel.x + travel.y * travel.y;
         let part = if across > 0.0 { ((q.x * travel.x + q.y * travel.y) / across).clamp(0.0, 1.0) } else { 0.0 };
         let (x, y) = (q.x - part * travel.x, q.y - part * travel.y);
         let nearest = (x * x + y * y).sqrt();
-        for (piece, (radius, [low, high])) in self.pieces.iter().zip(&self.bounds) {
+        self.pieces.iter().zip(&self.bounds).map(move |(piece, (radius, [low, high]))| {
             let apart = (nearest - radius).max(lowest - high).max(low - highest);
-            let of_piece = if apart - cube.radius >= cube.outside {
-                Least { low: apart, high: f64::INFINITY, deep: apart - cube.radius }
-            } else {
-                piece.least(q, travel, cube)
-            };
-            found.low = found.low.min(of_piece.low);
-            found.high = found.high.min(of_piece.high);
-            found.deep = found.deep.min(of_piece.deep);
-            if found.high <= cube.inside {
-                break;
+            if apart - cube.radius < cube.outside {
+                return (piece, piece.lowest(q, travel, cube));
             }
-        }
-        found
+            let least = Least { low: apart, high: f64::INFINITY, deep: apart - cube.radius };
+            (piece, Lowest { least, at: 0.0, value: least.deep, normal: Vector::zeros() })
+        })
     }
 }
 
@@ -256,6 +286,24 @@ mod tests {
     fn what_is_hollow_cuts_nothing_for_sure() {
         let saw = Round::new(&revolve(&[[8.0, 0.0], [10.0, 0.0], [10.0, 30.0], [8.0, 30.0]]));
         assert_eq!(saw.slack_mm, f64::INFINITY);
+    }
+
+    #[test]
+    fn an_open_mesh_is_within_a_cylinder_and_cuts_nothing_for_sure() {
+        // A lid of 9 mm, joined to nothing, over a tube of 5 mm without ends: no edge between two heights bounds the lid.
+        let tube = revolve(&[[0.0, 0.0], [5.0, 0.0], [5.0, 30.0], [0.0, 30.0]]);
+        let mut vertices = tube.vertices().to_vec();
+        let mut faces = tube.faces().to_vec();
+        faces.retain(|face| face.iter().any(|&k| vertices[k as usize].z > 1.0));
+        let first = vertices.len() as u32;
+        vertices.extend([[9.0, 0.0, 30.0], [-9.0, 0.0, 30.0], [0.0, 9.0, 30.0]].map(Point::from));
+        faces.push([first, first + 1, first + 2]);
+        let open = Arc::new(Mesh::new(vertices, faces).unwrap());
+        let round = Round::new(&open);
+        for place in open.vertices().iter().map(|vertex| round.body_from_part * vertex) {
+            assert!(excess(&round, place.x.hypot(place.y), place.z) <= 1e-9, "{place}");
+        }
+        assert_eq!(round.slack_mm, f64::INFINITY);
     }
 
     proptest! {

@@ -24,7 +24,7 @@ pub struct Body {
 }
 
 #[derive(Clone, Debug)]
-enum Form {
+pub(super) enum Form {
     Round(Round),
     Rigid(Skin),
 }
@@ -154,7 +154,8 @@ impl TurningTool {
     pub fn sweep(&self, spindle: &Spindle, start: [f64; 2], travel: [f64; 2], pad_mm: f64) -> Sweep {
         let shift = self.section.shift(start, travel);
         let axis_from_stock = spindle.axis_from_stock;
-        let way = Way::Turned { section: Arc::clone(&self.section), shift, axis_from_stock };
+        let way =
+            Way::Turned { section: Arc::clone(&self.section), shift, axis_from_stock, ring: ring(&axis_from_stock) };
         let everywhere = Vector::repeat(f64::INFINITY);
         let way_mm = travel[0].hypot(travel[1]);
         Sweep { way, way_mm, pad: pad_mm + ROUNDING_MM, low: (-everywhere).into(), high: everywhere.into() }
@@ -164,19 +165,40 @@ impl TurningTool {
 /// A part on a straight piece of its way.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    way: Way,
+    pub(super) way: Way,
     /// Its length, mm.
     pub(super) way_mm: f64,
-    pad: f64,
+    pub(super) pad: f64,
     /// Box around all of it, stock frame, mm.
     pub(super) low: Point,
     pub(super) high: Point,
 }
 
 #[derive(Clone, Debug)]
-enum Way {
-    Straight { form: Arc<Form>, body_from_stock: Isometry, axes: [Vector; 3], travel: Vector },
-    Turned { section: Arc<Turned>, shift: Shift, axis_from_stock: Isometry },
+pub(super) enum Way {
+    Straight {
+        form: Arc<Form>,
+        body_from_stock: Isometry,
+        axes: [Vector; 3],
+        travel: Vector,
+    },
+    Turned {
+        section: Arc<Turned>,
+        shift: Shift,
+        axis_from_stock: Isometry,
+        /// How far from that of its centre the distance from the axis and the place along it may be in a cube of half a side of 1.
+        ring: [f64; 2],
+    },
+}
+
+/// Half the extents of a cube of half a side of 1 across an axis and along it.
+fn ring(axis_from_stock: &Isometry) -> [f64; 2] {
+    let corner = |k: u32| {
+        let side = |axis: u32| if k >> axis & 1 == 0 { -1.0 } else { 1.0 };
+        axis_from_stock.rotation * Vector::new(side(0), side(1), side(2))
+    };
+    let corners = (0..8).map(corner);
+    corners.fold([0.0, 0.0], |[across, along], p| [p.x.hypot(p.y).max(across), p.z.abs().max(along)])
 }
 
 impl Sweep {
@@ -193,14 +215,11 @@ impl Sweep {
                 axes: *axes,
                 travel: travel * (to - from),
             },
-            Way::Turned { section, shift, axis_from_stock } => Way::Turned {
+            Way::Turned { section, shift, axis_from_stock, ring } => Way::Turned {
                 section: Arc::clone(section),
-                shift: Shift {
-                    start: std::array::from_fn(|k| shift.start[k] + from * shift.travel[k]),
-                    travel: shift.travel.map(|d| d * (to - from)),
-                    excess: shift.excess,
-                },
+                shift: shift.part(from, to),
                 axis_from_stock: *axis_from_stock,
+                ring: *ring,
             },
         };
         Sweep { way, way_mm: self.way_mm * (to - from), ..*self }
@@ -248,9 +267,18 @@ impl Sweep {
                 Form::Round(round) => round.slack_mm,
                 Form::Rigid(_) => f64::INFINITY,
             },
-            Way::Turned { shift, .. } => shift.excess,
+            // The cutter is what it was there.
+            Way::Turned { .. } => 0.0,
         };
         RETRACED_MM + self.pad + cut.pad + slack
+    }
+
+    /// Whether nothing is in the part for sure, its mesh being open or hollow.
+    pub(super) fn is_vague(&self) -> bool {
+        match &self.way {
+            Way::Straight { form, .. } => matches!(&**form, Form::Round(round) if round.slack_mm == f64::INFINITY),
+            Way::Turned { section, .. } => section.is_empty(),
+        }
     }
 
     /// Whether it comes near a box.
@@ -283,9 +311,9 @@ impl Sweep {
                     self.padded(self.least_of_skin(skin, &(body_from_stock * centre), travel, radius), 0.0)
                 }
             },
-            Way::Turned { section, shift, axis_from_stock } => {
+            Way::Turned { section, shift, axis_from_stock, ring } => {
                 let at = axis_from_stock * centre;
-                self.padded(section.least(at.x.hypot(at.y), at.z, shift, radius), 0.0)
+                self.padded(section.least(at.x.hypot(at.y), at.z, shift, ring.map(|part| part * half)), 0.0)
             }
         }
     }

@@ -334,19 +334,31 @@ impl Tile {
         let (mut depth, cube) = (Depth::default(), self.cube());
         if !self.is_gone() {
             let found = search.sweep.depth(&cube.centre, cube.half);
-            self.root = self.contact_cell(self.root, &cube, found, search, &mut depth);
+            // Of a part that may be anywhere in its body no depth is certain: whether it may be in contact is all that can be known.
+            let is_vague = search.sweep.is_vague();
+            let search = Search { only_whether: search.only_whether || is_vague, ..*search };
+            self.root = self.contact_cell(self.root, &cube, found, &search, &mut depth);
+            if is_vague && depth.high > search.within_mm {
+                depth.high = -found.deep;
+            }
         }
         depth
     }
 
     fn contact_cell(&mut self, cell: Cell, cube: &Cube, found: Least, search: &Search<'_>, depth: &mut Depth) -> Cell {
         let Least { high, deep, .. } = found;
-        let (at_most, within) = (-deep, search.within_mm);
-        if at_most <= 0.0 || search.is_answered(depth) {
+        let (mut at_most, within) = (-deep, search.within_mm);
+        let is_nothing_new = |at_most: f64, depth: &Depth| {
+            at_most <= 0.0 || (at_most <= depth.high && (at_most <= within || at_most <= depth.low + within))
+        };
+        if search.is_answered(depth) || is_nothing_new(at_most, depth) {
             return cell;
         }
-        if at_most <= depth.high && (at_most <= within || at_most <= depth.low + within) {
-            return cell;
+        if cell & UNDIVIDED != 0 && at_most > within {
+            at_most = at_most.min(self.left(cell, cube, search));
+            if is_nothing_new(at_most, depth) {
+                return cell;
+            }
         }
         if at_most <= within || cell == MIXED {
             depth.high = depth.high.max(at_most);
@@ -382,6 +394,21 @@ impl Tile {
             }
         }
         first.map_or(SOLID, |first| self.joined(first))
+    }
+
+    /// How deep what the cuts leave of an undivided cell can come into what moves, mm.
+    fn left(&self, cell: Cell, cube: &Cube, search: &Search<'_>) -> f64 {
+        let cuts = &self.lists[(cell & !UNDIVIDED) as usize].sweeps;
+        let tangents = search.sweep.tangents(&cube.centre, cube.half);
+        let mut least = f64::INFINITY;
+        // What moves is most often where it has cut last.
+        for &cut in cuts.iter().rev() {
+            least = least.min(self.sweeps[cut as usize].leaves(&cube.centre, cube.half, &tangents, least));
+            if least <= search.within_mm {
+                break;
+            }
+        }
+        least
     }
 
     /// What is known at a point, divided as finely as it goes.

@@ -17,6 +17,8 @@ use std::sync::Arc;
 /// What is left of a workpiece.
 pub struct Left {
     part: usize,
+    /// Depth to which contact is not told from touching, mm.
+    resolution_mm: f64,
     /// Measured only where the stock is divided anyway: its cells along cuts wait for questions.
     volume: Option<Volume>,
     /// Bytes of its cells.
@@ -85,8 +87,8 @@ impl StockOptions {
                 anyhow::Ok((file.display().to_string(), hull.cube_mm))
             });
             let volume = wants_one.then(|| stock.volume());
-            let (bytes, written) = (stock.bytes(), written.transpose()?);
-            all.push(Left { part: remaining.part, volume, bytes, comparison, written });
+            let (bytes, written, resolution_mm) = (stock.bytes(), written.transpose()?, stock.resolution_mm());
+            all.push(Left { part: remaining.part, resolution_mm, volume, bytes, comparison, written });
         }
         Ok(all)
     }
@@ -96,8 +98,8 @@ impl Left {
     /// What is left, a line each.
     pub fn lines(&self, scene: &Scene) -> Vec<String> {
         let name = &scene.parts[self.part].name;
-        let volume = self.volume.map(|Volume { low, high }| format!("left of `{name}`: {low:.0} to {high:.0} mm³"));
-        let mut lines: Vec<String> = volume.into_iter().collect();
+        let mut lines = vec![format!("`{name}` is cut: contact is told from a depth of {} mm on", self.resolution_mm)];
+        lines.extend(self.volume.map(|Volume { low, high }| format!("left of `{name}`: {low:.0} to {high:.0} mm³")));
         if let Some(Comparison { gouge, rest, missing }) = &self.comparison {
             let told = |what: &str, Deviation { greatest_mm, volume_mm3 }: &Deviation| {
                 format!("{what}: {greatest_mm:.3} mm, {volume_mm3:.1} mm³")
@@ -116,7 +118,7 @@ impl Left {
 }
 
 /// The stock as data.
-pub fn as_json(scene: &Scene, outcome: &Outcome, resolution_mm: Option<f64>, left: &[Left]) -> Value {
+pub fn as_json(scene: &Scene, outcome: &Outcome, left: &[Left]) -> Value {
     let name = |part: usize| &scene.parts[part].name;
     let touches = outcome.touches.iter().map(|touch| {
         json!({
@@ -131,12 +133,12 @@ pub fn as_json(scene: &Scene, outcome: &Outcome, resolution_mm: Option<f64>, lef
             })
         });
         json!({
-            "part": name(left.part), "left_mm3": left.volume.map(|volume| [volume.low, volume.high]), "bytes": left.bytes, "target": comparison,
+            "part": name(left.part), "resolution_mm": left.resolution_mm, "left_mm3": left.volume.map(|volume| [volume.low, volume.high]), "bytes": left.bytes, "target": comparison,
             "file": left.written.as_ref().map(|(file, _)| file), "cube_mm": left.written.as_ref().map(|(_, cube)| cube),
         })
     });
     json!({
-        "resolution_mm": resolution_mm, "touches": touches.collect::<Vec<_>>(), "workpieces": workpieces.collect::<Vec<_>>(),
+        "stays_whole": outcome.stays_whole, "open_cutters": outcome.open_cutters.iter().map(|&part| name(part)).collect::<Vec<_>>(), "touches": touches.collect::<Vec<_>>(), "workpieces": workpieces.collect::<Vec<_>>(),
         "uncut": outcome.uncut.iter().map(|uncut| json!({ "part": name(uncut.part), "why": uncut.why.to_string() })).collect::<Vec<_>>(),
     })
 }
