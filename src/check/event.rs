@@ -2,8 +2,8 @@
 //!
 //! Rules. Contact of a pair is a collision, before the first move as after it, but for a cutter with the workpiece. From that the cutter takes material
 //! away in feed moves, and contact of anything with what is left of it is told as the stock finds it ([`super::stock`]). Where the workpiece cannot be cut,
-//! its mesh being open, contact that begins in a feed move is cutting and is not told; a rapid within it is not decided; contact that begins in a rapid move, with a
-//! change of tools or before the first move is a collision, and so is a feed into it while the spindle stands still. Where the workpiece stays whole on request or because it turns,
+//! its mesh being open, contact that begins in a feed move is cutting, and the first is told as unresolved: what is left, and whether something is inside it, nobody knows; contact that begins in a rapid move, with a
+//! change of tools or before the first move is a collision, and so is a feed into it while the spindle stands still. Where the workpiece stays whole on request or because it is on a lathe,
 //! the same holds, but a rapid that begins within it is a retreat and not told. Where the
 //! workpiece is the finished part, the cutter gouges it when it goes deeper than the scene allows, and may not even touch it otherwise than
 //! in a feed move. Nearness of these two is not told at all. Shank and holder of a tool never cut. Contacts of one pair and one kind on one
@@ -29,7 +29,7 @@ pub enum Kind {
     StoppedSpindleIntoWorkpiece,
     /// The cutter goes deeper into the finished workpiece than it may.
     Gouge,
-    /// A part may come into what is left of the workpiece, deeper than the resolution of the stock, or at rapid rate through a workpiece that cannot be cut;
+    /// A part may come into what is left of the workpiece, deeper than the resolution of the stock, or the workpiece is cut and its mesh is open;
     /// whether it does is not known.
     Unresolved,
     /// Two parts are nearer than this, mm.
@@ -240,13 +240,14 @@ impl OfPair<'_> {
         if self.scene.is_cutting(self.pair) && self.scene.gouge_mm.is_none() {
             let is_feed = |step: &Move| matches!(step.kind, MoveKind::Feed | MoveKind::Arc { .. });
             let is_stopped = |step: &Move| is_feed(step) && step.spindle_rpm == 0.0;
-            let is_open = |(_, kind): &&(Stretch, Option<Kind>)| kind.is_none() && !self.stays_whole;
             let stopped = contacts.iter().flat_map(|(contact, _)| self.parts_of(contact, &is_stopped));
             let stopped = stopped.map(|part| (part, Some(Kind::StoppedSpindleIntoWorkpiece)));
-            let is_rapid = |step: &Move| step.kind == MoveKind::Rapid;
-            let rapid = contacts.iter().filter(is_open).flat_map(|(contact, _)| self.parts_of(contact, &is_rapid));
-            let more: Vec<_> = stopped.chain(rapid.map(|part| (part, Some(Kind::Unresolved)))).collect();
-            contacts.extend(more);
+            let stopped: Vec<_> = stopped.collect();
+            // Once an open workpiece is cut, nobody knows what is in it.
+            if let Some((_, kind)) = contacts.iter_mut().find(|(_, kind)| kind.is_none() && !self.stays_whole) {
+                *kind = Some(Kind::Unresolved);
+            }
+            contacts.extend(stopped);
         }
         if let Some(touching) = touching {
             // What touches where the machine stands at first has not come there.

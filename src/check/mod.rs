@@ -59,7 +59,7 @@ pub struct Settings {
 /// Whether the cutter takes material from the workpiece, and to which depth contact with what is left is not told from touching.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Cutting {
-    /// At the stock's own resolution ([`crate::stock::RESOLUTION_MM`]); what turns under its cutter stays whole.
+    /// At the stock's own resolution ([`crate::stock::RESOLUTION_MM`]); on lathes the workpiece stays whole.
     #[default]
     Standard,
     /// At this resolution, mm.

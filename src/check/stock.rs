@@ -14,7 +14,7 @@ use crate::scene::pairs::Decision;
 use crate::scene::{Pair, Part, Role, Scene};
 use crate::stock::motion::{Chain, Mount};
 use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep};
-use rs274::{MoveKind, Position};
+use rs274::{MoveKind, Plane, Position};
 use thiserror::Error;
 
 /// Steps that are gathered before the stock takes them.
@@ -71,8 +71,8 @@ pub enum Whole {
     /// Its mesh is open.
     #[error("its mesh is not watertight")]
     Open,
-    /// It turns under its cutter, which takes minutes to cut at a fine resolution, and no resolution was asked for.
-    #[error("it turns under its cutter, which `--stock-resolution 0.1` cuts in minutes")]
+    /// It is on a lathe, where it takes minutes to cut at a fine resolution, and no resolution was asked for.
+    #[error("it is on a lathe, where `--stock-resolution 0.1` cuts it in minutes")]
     Turned,
 }
 
@@ -136,16 +136,16 @@ impl<'a> Workpiece<'a> {
                 continue;
             }
             let mesh = &scene.parts[part].mesh;
+            if cutting == Cutting::Standard && path.first_plane() == Plane::Zx {
+                uncut.push(Uncut { part, why: Whole::Turned });
+                continue;
+            }
             let stock = if let Cutting::At(mm) = cutting { Stock::new(mesh, mm) } else { Stock::standard(mesh) };
             match stock {
                 Err(StockError::Open) => uncut.push(Uncut { part, why: Whole::Open }),
                 Err(why) => return Err(CheckError::Resolution(why)),
                 Ok(stock) => {
-                    let others: Vec<Other> = pairs.iter().map(|&pair| Other::new(scene, path, part, pair)).collect();
-                    if cutting == Cutting::Standard && others.iter().any(|other| other.turning.is_some()) {
-                        uncut.push(Uncut { part, why: Whole::Turned });
-                        continue;
-                    }
+                    let others = pairs.iter().map(|&pair| Other::new(scene, path, part, pair)).collect();
                     workpieces.push(Self { scene, path, part, stock, others });
                 }
             }

@@ -389,7 +389,9 @@ fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     let uncut = |uncut: &check::Uncut| {
         let name = &scene.parts[uncut.part].name;
         let rapids = match uncut.why {
-            Whole::Open => "each rapid inside it is unresolved (`bvbench scene info` says where the mesh is open)",
+            Whole::Open => {
+                "what comes after the first cut is unresolved (`bvbench scene info` says where the mesh is open)"
+            }
             Whole::Turned => "a rapid that begins inside it is taken for a retreat",
         };
         format!("not examined: what is cut away from `{name}`, since {}; {rapids}", uncut.why)

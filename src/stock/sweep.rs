@@ -101,6 +101,13 @@ impl Body {
 }
 
 impl Form {
+    const fn slack_mm(&self) -> f64 {
+        match self {
+            Self::Round(round) => round.slack_mm,
+            Self::Rigid(_) => 0.0,
+        }
+    }
+
     /// A box around the body where it is placed.
     fn bounds(&self, stock_from_body: &Isometry) -> (Point, Point) {
         let (centre, half) = match self {
@@ -273,11 +280,12 @@ impl Sweep {
         RETRACED_MM + self.pad + cut.pad + slack
     }
 
-    /// Whether nothing is in the part for sure, its mesh being open or hollow.
-    pub(super) fn is_vague(&self) -> bool {
+    /// How deep a point must be in the part's body to be in the part for sure, mm; infinite where nothing is, the mesh being open or hollow.
+    pub(super) fn slack_mm(&self) -> f64 {
         match &self.way {
-            Way::Straight { form, .. } => matches!(&**form, Form::Round(round) if round.slack_mm == f64::INFINITY),
-            Way::Turned { section, .. } => section.is_empty(),
+            Way::Straight { form, .. } => form.slack_mm(),
+            Way::Turned { section, .. } if section.is_empty() => f64::INFINITY,
+            Way::Turned { .. } => 0.0,
         }
     }
 

@@ -335,7 +335,7 @@ impl Tile {
         if !self.is_gone() {
             let found = search.sweep.depth(&cube.centre, cube.half);
             // Of a part that may be anywhere in its body no depth is certain: whether it may be in contact is all that can be known.
-            let is_vague = search.sweep.is_vague();
+            let is_vague = search.sweep.slack_mm() == f64::INFINITY;
             let search = Search { only_whether: search.only_whether || is_vague, ..*search };
             self.root = self.contact_cell(self.root, &cube, found, &search, &mut depth);
             if is_vague && depth.high > search.within_mm {
@@ -346,10 +346,11 @@ impl Tile {
     }
 
     fn contact_cell(&mut self, cell: Cell, cube: &Cube, found: Least, search: &Search<'_>, depth: &mut Depth) -> Cell {
-        let Least { high, deep, .. } = found;
+        let Least { low, high, deep } = found;
         let (mut at_most, within) = (-deep, search.within_mm);
+        let close = within + search.sweep.slack_mm();
         let is_nothing_new = |at_most: f64, depth: &Depth| {
-            at_most <= 0.0 || (at_most <= depth.high && (at_most <= within || at_most <= depth.low + within))
+            at_most <= 0.0 || (at_most <= depth.high && (at_most <= within || at_most <= depth.low + close))
         };
         if search.is_answered(depth) || is_nothing_new(at_most, depth) {
             return cell;
@@ -366,7 +367,8 @@ impl Tile {
         }
         if cell == SOLID {
             depth.low = depth.low.max(-high);
-            if cube.left == 0 || at_most + high <= within.max(CLOSE_PART * at_most) {
+            // How far the surface of the part is known does not depend on the cell.
+            if cube.left == 0 || at_most + low <= within.max(CLOSE_PART * at_most) {
                 depth.high = depth.high.max(at_most);
                 return cell;
             }
