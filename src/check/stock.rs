@@ -198,9 +198,8 @@ impl<'a> Workpiece<'a> {
 impl Other {
     fn new(scene: &Scene, path: &Path<'_>, workpiece: usize, pair: Pair) -> Self {
         let part = if pair.a == workpiece { pair.b } else { pair.a };
-        let mesh = &scene.parts[part].mesh;
-        let role = scene.parts[part].role;
-        let body = if role == Role::Cutter { Body::turning(mesh) } else { Body::standing(mesh) };
+        let Part { ref mesh, role, groove_mm, .. } = scene.parts[part];
+        let body = if role == Role::Cutter { Body::turning(mesh, groove_mm) } else { Body::standing(mesh) };
         let mount = |part: usize, (centre, radius_mm)| {
             let Part { link, link_from_part, .. } = scene.parts[part];
             Mount { link, link_from_mesh: link_from_part, centre, radius_mm }

@@ -90,19 +90,20 @@ impl Sweep {
                 let Form::Round(round) = &**form else { return f64::INFINITY };
                 let q = (body_from_stock * centre).coords;
                 let cube = Cube { half, radius, axes: *axes, inside: f64::NEG_INFINITY, outside: 0.0 };
-                let nearest =
-                    round.lowest(&q, travel, &cube).min_by(|(_, a), (_, b)| a.least.high.total_cmp(&b.least.high));
+                // What a hollow piece leaves is not convex.
+                let solid = round.lowest(&q, travel, &cube).filter(|(piece, _)| piece.bore.is_none());
+                let nearest = solid.min_by(|(_, a), (_, b)| a.least.high.total_cmp(&b.least.high));
                 let Some((piece, found)) = nearest.filter(|(_, found)| found.least.high.is_finite()) else {
                     return f64::INFINITY;
                 };
-                let (there, slack) = (q - travel * found.at, self.pad + round.slack_mm);
+                let (there, slack) = (q - travel * found.at, self.pad + piece.slack_mm);
                 // The greatest value is not below the centre's.
-                if tangents.below(&Vector::zeros(), found.least.high + slack) >= than_mm {
+                if tangents.below(&Vector::zeros(), found.least.high + self.pad) >= than_mm {
                     return f64::INFINITY;
                 }
                 let excess = |offset: &Vector| {
                     let p = there + axes[0] * offset.x + axes[1] * offset.y + axes[2] * offset.z;
-                    piece.excess(p.x.hypot(p.y), p.z) + slack
+                    piece.convex.excess(p.x.hypot(p.y), p.z) + slack
                 };
                 greatest(corners(half), tangents, excess)
             }

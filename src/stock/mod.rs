@@ -9,10 +9,11 @@
 //! A cell that is not removed although a sweep's border runs through it reaches at most its diagonal into what the sweep took away. That is less
 //! than the resolution: what slides along a surface that has just been cut may seem to be that deep in the stock, and no deeper.
 //!
-//! Reading order: this file (the stock), `sweep` (what moves), [`motion`] (straight pieces of an axis move), `convex`, `round`, `turned`, `skin` (shapes),
+//! Reading order: this file (the stock), `sweep` (what moves), [`motion`] (straight pieces of an axis move), `convex`, `round`, `bore`, `turned`, `skin` (shapes),
 //! `cover` (what a cut leaves), `tile` (the octree), [`export`] (as a mesh), [`target`] (compared with the part that is wanted).
 
 mod convex;
+mod bore;
 mod round;
 mod turned;
 mod skin;

@@ -30,17 +30,18 @@ pub(super) enum Form {
 }
 
 impl Body {
-    /// A part that its spindle turns: the body of revolution around it.
+    /// A part that its spindle turns: the body of revolution around it. Grooves of its outline that are at most `groove_mm` wide, along the axis, count as
+    /// filled.
     #[must_use]
-    pub fn turning(mesh: &Arc<Mesh>) -> Self {
-        Self { form: Arc::new(Form::Round(Round::new(mesh))) }
+    pub fn turning(mesh: &Arc<Mesh>, groove_mm: f64) -> Self {
+        Self { form: Arc::new(Form::Round(Round::new(mesh, groove_mm))) }
     }
 
     /// A part that does not turn, or the body of revolution around it where the two are nearly one.
     #[must_use]
     pub fn standing(mesh: &Arc<Mesh>) -> Self {
-        let round = Round::new(mesh);
-        let is_round = round.filled >= ROUND && round.slack_mm.is_finite();
+        let round = Round::new(mesh, 0.0);
+        let is_round = round.filled >= ROUND && round.is_solid();
         let form = if is_round { Form::Round(round) } else { Form::Rigid(Skin::new(mesh)) };
         Self { form: Arc::new(form) }
     }
@@ -101,9 +102,9 @@ impl Body {
 }
 
 impl Form {
-    const fn slack_mm(&self) -> f64 {
+    fn slack_mm(&self) -> f64 {
         match self {
-            Self::Round(round) => round.slack_mm,
+            Self::Round(round) => round.slack_mm(),
             Self::Rigid(_) => 0.0,
         }
     }
@@ -271,20 +272,27 @@ impl Sweep {
     pub(super) fn retraced_mm(&self, cut: &Self) -> f64 {
         let slack = match &self.way {
             Way::Straight { form, .. } => match &**form {
-                Form::Round(round) => round.slack_mm,
+                // The cutter is what it was there.
+                Form::Round(_) => 0.0,
                 Form::Rigid(_) => f64::INFINITY,
             },
-            // The cutter is what it was there.
             Way::Turned { .. } => 0.0,
         };
         RETRACED_MM + self.pad + cut.pad + slack
     }
 
-    /// How deep a point must be in the part's body to be in the part for sure, mm; infinite where nothing is, the mesh being open or hollow.
+    /// Whether no point is in the part for sure, its mesh being open.
+    pub(super) fn is_vague(&self) -> bool {
+        match &self.way {
+            Way::Straight { form, .. } => matches!(&**form, Form::Round(round) if round.is_vague()),
+            Way::Turned { section, .. } => section.is_empty(),
+        }
+    }
+
+    /// How deep a point must be in the part's body to be in the part for sure, mm, where that is known.
     pub(super) fn slack_mm(&self) -> f64 {
         match &self.way {
             Way::Straight { form, .. } => form.slack_mm(),
-            Way::Turned { section, .. } if section.is_empty() => f64::INFINITY,
             Way::Turned { .. } => 0.0,
         }
     }
@@ -310,24 +318,22 @@ impl Sweep {
             Way::Straight { form, body_from_stock, axes, travel } => match &**form {
                 Form::Round(round) => {
                     let q = (body_from_stock * centre).coords;
-                    let sure = -(radius + self.pad + round.slack_mm);
+                    let sure = -(radius + self.pad);
                     let inside = if is_deepest { f64::NEG_INFINITY } else { sure };
                     let cube = Cube { half, radius, axes: *axes, inside, outside: self.pad };
-                    self.padded(round.least(&q, travel, &cube), round.slack_mm)
+                    self.padded(round.least(&q, travel, &cube))
                 }
-                Form::Rigid(skin) => {
-                    self.padded(self.least_of_skin(skin, &(body_from_stock * centre), travel, radius), 0.0)
-                }
+                Form::Rigid(skin) => self.padded(self.least_of_skin(skin, &(body_from_stock * centre), travel, radius)),
             },
             Way::Turned { section, shift, axis_from_stock, ring } => {
                 let at = axis_from_stock * centre;
-                self.padded(section.least(at.x.hypot(at.y), at.z, shift, ring.map(|part| part * half)), 0.0)
+                self.padded(section.least(at.x.hypot(at.y), at.z, shift, ring.map(|part| part * half)))
             }
         }
     }
 
-    fn padded(&self, found: Least, slack: f64) -> Least {
-        Least { low: found.low - self.pad, high: found.high + slack + self.pad, deep: found.deep - self.pad }
+    fn padded(&self, found: Least) -> Least {
+        Least { low: found.low - self.pad, high: found.high + self.pad, deep: found.deep - self.pad }
     }
 
     /// The distance changes by no more than the point moves: the piece of the way that may be deepest is halved until the question is decided.

@@ -335,7 +335,7 @@ impl Tile {
         if !self.is_gone() {
             let found = search.sweep.depth(&cube.centre, cube.half);
             // Of a part that may be anywhere in its body no depth is certain: whether it may be in contact is all that can be known.
-            let is_vague = search.sweep.slack_mm() == f64::INFINITY;
+            let is_vague = search.sweep.is_vague();
             let search = Search { only_whether: search.only_whether || is_vague, ..*search };
             self.root = self.contact_cell(self.root, &cube, found, &search, &mut depth);
             if is_vague && depth.high > search.within_mm {
