@@ -525,6 +525,24 @@ fn a_workpiece_that_stays_whole_is_named() {
 }
 
 #[test]
+fn a_stock_that_takes_too_much_work_is_unresolved() {
+    // A turn of the helix is cut; then a rapid through the uncut block.
+    let (_folder, scene) = mill("M3 S1000 G0 X-60\nG0 Z-2\nG3 I10 Z-4 F500\nG1 X-30\nG0 X40\nG0 Z50\nM2");
+    let told = |stock_budget: u64| {
+        let settings = Settings { zones_mm: Vec::new(), stock_budget, ..Settings::standard() };
+        let outcome = run_own(&scene, &settings);
+        let events: Vec<_> = outcome.events.iter().map(|e| (e.kind, e.first.line)).collect();
+        (events, outcome.remaining[0].given_up, outcome.is_clear())
+    };
+    assert_eq!(told(Settings::standard().stock_budget), (vec![(Kind::RapidIntoWorkpiece, 5)], None, false));
+    let (events, given_up, is_clear) = told(0);
+    assert!(
+        matches!(events[..], [(Kind::Unresolved, _)]) && given_up.is_some() && !is_clear,
+        "{events:?} {given_up:?}"
+    );
+}
+
+#[test]
 fn a_finer_resolution_decides_what_a_coarse_one_leaves_open() {
     // 0.15 mm into the floor of a slot.
     let program = "M3 S1000 G0 X-60\nG0 Z-2\nG1 X40 F500\nG0 X-60\nG0 Z-2.15\nG0 X40\nG0 Z50\nM2";

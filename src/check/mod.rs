@@ -54,6 +54,8 @@ pub struct Settings {
     pub stop_at_first: bool,
     /// Whether the cutter takes material away, and how finely.
     pub cutting: Cutting,
+    /// Cells of a stock that are held against what moves before the program is given up: contact with the workpiece is unresolved from there on.
+    pub stock_budget: u64,
 }
 
 /// Whether the cutter takes material from the workpiece, and to which depth contact with what is left is not told from touching.
@@ -72,7 +74,13 @@ impl Settings {
     /// The paper's zones, and hundredths of a millimetre.
     #[must_use]
     pub fn standard() -> Self {
-        Self { zones_mm: vec![14.0, 8.0, 2.0], tolerance_mm: 0.01, stop_at_first: false, cutting: Cutting::Standard }
+        Self {
+            zones_mm: vec![14.0, 8.0, 2.0],
+            tolerance_mm: 0.01,
+            stop_at_first: false,
+            cutting: Cutting::Standard,
+            stock_budget: stock::MOST_QUESTIONS,
+        }
     }
 
     /// Clearances at which something changes, narrowest first, mm: the zones, [`PARTED_MM`], and where a cutter touches a finished workpiece.
@@ -278,7 +286,7 @@ pub fn check(
         .iter_mut()
         .map(|workpiece| {
             let stretches = |pair: Pair| of_pair(&scanned, pairs.iter().position(|&other| other == pair));
-            let met = workpiece.run(end, settings.tolerance_mm, &stretches);
+            let met = workpiece.run(end, settings.tolerance_mm, settings.stock_budget, &stretches);
             progress.advance(1);
             met
         })

@@ -18,7 +18,9 @@ use rs274::{MoveKind, Plane, Position};
 use thiserror::Error;
 
 /// Steps that are gathered before the stock takes them.
-const BATCH: usize = 8192;
+const BATCH: usize = 1024;
+/// Cells that are held against what moves before a program is given up, by default: some ten minutes of two cores.
+pub const MOST_QUESTIONS: u64 = 2_000_000_000;
 /// Part of the resolution by which a part that turns may be elsewhere than its straight piece says, mm.
 const PAD: f64 = 0.05;
 
@@ -54,6 +56,8 @@ pub struct Remaining {
     pub part: usize,
     /// What is left of it, in the frame of its mesh.
     pub stock: Stock,
+    /// Line from which on nothing was cut or examined any more, the budget being spent.
+    pub given_up: Option<u32>,
 }
 
 /// A workpiece from which nothing is taken away, and why.
@@ -83,6 +87,7 @@ pub(super) struct Workpiece<'a> {
     pub part: usize,
     stock: Stock,
     others: Vec<Other>,
+    given_up: Option<u32>,
 }
 
 /// A part that may come into the workpiece.
@@ -146,7 +151,7 @@ impl<'a> Workpiece<'a> {
                 Err(why) => return Err(CheckError::Resolution(why)),
                 Ok(stock) => {
                     let others = pairs.iter().map(|&pair| Other::new(scene, path, part, pair)).collect();
-                    workpieces.push(Self { scene, path, part, stock, others });
+                    workpieces.push(Self { scene, path, part, stock, others, given_up: None });
                 }
             }
         }
@@ -165,14 +170,15 @@ impl<'a> Workpiece<'a> {
         [pair.a, pair.b].contains(&self.part) && self.others.iter().any(|other| other.pair == pair)
     }
 
-    /// Runs the program up to place `end`; `stretches` says where each pair that was scanned touches the uncut workpiece.
-    pub fn run(&mut self, end: usize, tolerance_mm: f64, stretches: &dyn Fn(Pair) -> Vec<Stretch>) -> Met {
+    /// Runs the program up to place `end`, or until `budget` cells were held against what moves; `stretches` says where each pair that was scanned touches the
+    /// uncut workpiece.
+    pub fn run(&mut self, end: usize, tolerance_mm: f64, budget: u64, stretches: &dyn Fn(Pair) -> Vec<Stretch>) -> Met {
         let touching: Vec<Vec<Stretch>> = self
             .others
             .iter()
             .map(|other| if other.role == Role::Cutter { Vec::new() } else { runs(&stretches(other.pair), 0) })
             .collect();
-        let Self { scene, path, stock, others, .. } = self;
+        let Self { scene, path, stock, others, given_up, .. } = self;
         let route = Route { scene, path, others, touching: &touching, pad_mm: PAD * stock.resolution_mm() };
         let mut ledger = Ledger::new(path, others, stock.resolution_mm());
         let mut batch = Batch::default();
@@ -184,6 +190,12 @@ impl<'a> Workpiece<'a> {
                 batch = Batch::default();
             }
             at = last + 1;
+            if at <= end && stock.questions() >= budget {
+                *given_up = Some(path.line_at(at as f64));
+                ledger.take(&batch, &stock.run(&batch.steps, tolerance_mm));
+                ledger.give_up(scene, at as f64 - 1.0, end as f64);
+                return ledger.met;
+            }
         }
         ledger.take(&batch, &stock.run(&batch.steps, tolerance_mm));
         ledger.met
@@ -191,7 +203,7 @@ impl<'a> Workpiece<'a> {
 
     /// What is left.
     pub fn remaining(self) -> Remaining {
-        Remaining { part: self.part, stock: self.stock }
+        Remaining { part: self.part, stock: self.stock, given_up: self.given_up }
     }
 }
 
@@ -411,6 +423,14 @@ impl<'a> Ledger<'a> {
                 contact.to = place;
             }
         }
+    }
+
+    /// Every cutter may be in the stock from a place on: nobody has looked.
+    fn give_up(&mut self, scene: &Scene, from: f64, to: f64) {
+        let depth = Depth { low: 0.0, high: f64::INFINITY };
+        let cutters = self.others.iter().map(|other| other.pair).filter(|&pair| scene.is_cutting(pair));
+        let contact = |pair| StockContact { pair, kind: Kind::Unresolved, from: from.next_up(), to, depth };
+        self.met.contacts.extend(cutters.map(contact));
     }
 
     fn contact(&mut self, other: usize, kind: Kind, told: &Told, contact: &Contact) {

@@ -407,9 +407,18 @@ fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
         )
     };
     let tools = outcome.tools_without_parts.iter().map(tool);
+    let given_up = |remaining: &check::Remaining| {
+        let (name, line) = (&scene.parts[remaining.part].name, remaining.given_up?);
+        Some(format!(
+            "not examined: contact with `{name}` from line {line} on: cutting it takes too much work; a coarser `--stock-resolution` takes less"
+        ))
+    };
     let tools = outcome.touches.iter().map(|touch| stock::touch(scene, touch)).chain(tools);
-    let tools =
-        tools.chain(outcome.uncut.iter().map(uncut)).chain(whole).chain(outcome.open_cutters.iter().map(cutter));
+    let tools = tools
+        .chain(outcome.uncut.iter().map(uncut))
+        .chain(whole)
+        .chain(outcome.remaining.iter().filter_map(given_up))
+        .chain(outcome.open_cutters.iter().map(cutter));
     let pairs = outcome.decisions.iter().filter_map(dropped).chain(neighbours);
     tools.chain(outcome.open_parts.iter().map(open)).chain(pairs).collect()
 }

@@ -186,6 +186,12 @@ impl Stock {
         }
     }
 
+    /// Cells that were held against something that moves so far: what time is spent on, the same on every machine.
+    #[must_use]
+    pub fn questions(&self) -> u64 {
+        self.tiles.iter().map(Tile::questions).sum()
+    }
+
     /// Bytes of the cells.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -99,6 +99,8 @@ pub(super) struct Tile {
     free_lists: Vec<u32>,
     /// What has cut here.
     sweeps: Vec<Sweep>,
+    /// Cells that were held against something.
+    questions: u64,
 }
 
 /// What runs through a cell.
@@ -144,6 +146,7 @@ impl Tile {
             lists: Vec::new(),
             free_lists: Vec::new(),
             sweeps: Vec::new(),
+            questions: 0,
         };
         let cube = tile.cube();
         tile.root = if triangles.is_empty() {
@@ -175,6 +178,11 @@ impl Tile {
         4 * self.cells.capacity() + of_lists + self.sweeps.capacity() * size_of::<Sweep>()
     }
 
+    /// Cells that were held against something that moves: what time is spent on.
+    pub const fn questions(&self) -> u64 {
+        self.questions
+    }
+
     /// Whether it is all gone, which needs no further questions.
     pub fn is_gone(&self) -> bool {
         matches!(self.root, OUTSIDE | CUT)
@@ -183,6 +191,7 @@ impl Tile {
     /// The state of a cell, given what runs through a larger one that holds it.
     fn cell_of(&mut self, cube: &Cube, borders: &Borders, uncut: &Uncut) -> Cell {
         let mut sweeps = Vec::new();
+        self.questions += borders.sweeps.len() as u64;
         for &index in &borders.sweeps {
             let found = self.sweeps[index as usize].side(&cube.centre, cube.half);
             if found.high <= -cube.radius() {
@@ -254,6 +263,7 @@ impl Tile {
         if matches!(cell, OUTSIDE | CUT) {
             return cell;
         }
+        self.questions += 1;
         let found = self.sweeps[number as usize].side(&cube.centre, cube.half);
         if found.deep >= 0.0 {
             return cell;
@@ -380,6 +390,7 @@ impl Tile {
             first => Some(first),
         };
         let child = |tile: &Self, index: u32| first.map_or(SOLID, |first| tile.cells[(first + index) as usize]);
+        self.questions += 8;
         // The deepest first: it makes most of the others needless.
         let mut order: [(u32, Option<Least>); 8] = std::array::from_fn(|index| {
             let index = index as u32;
@@ -399,8 +410,9 @@ impl Tile {
     }
 
     /// How deep what the cuts leave of an undivided cell can come into what moves, mm.
-    fn left(&self, cell: Cell, cube: &Cube, search: &Search<'_>) -> f64 {
+    fn left(&mut self, cell: Cell, cube: &Cube, search: &Search<'_>) -> f64 {
         let cuts = &self.lists[(cell & !UNDIVIDED) as usize].sweeps;
+        self.questions += cuts.len() as u64;
         let tangents = search.sweep.tangents(&cube.centre, cube.half);
         let mut least = f64::INFINITY;
         // What moves is most often where it has cut last.

@@ -23,6 +23,10 @@ pub struct Left {
     volume: Option<Volume>,
     /// Bytes of its cells.
     bytes: usize,
+    /// Cells that were held against what moves.
+    questions: u64,
+    /// Line from which on nothing was cut any more.
+    given_up: Option<u32>,
     pub comparison: Option<Comparison>,
     /// The file it was written to, and the side of the mesh's cubes, mm.
     written: Option<(String, f64)>,
@@ -32,6 +36,7 @@ pub struct Left {
 pub fn depth(event: &Event) -> Option<String> {
     let [low, high] = event.depth_mm?;
     Some(match low {
+        _ if high == f64::INFINITY => "not examined: the work that a stock may take is spent".to_owned(),
         low if low > 0.0 => format!("{low:.2} to {high:.2} mm deep in the stock"),
         _ => format!("not excluded: up to {high:.2} mm deep in the stock"),
     })
@@ -74,6 +79,11 @@ impl StockOptions {
         }
         let mut all = Vec::new();
         for remaining in &mut outcome.remaining {
+            if let Some(line) = remaining.given_up.filter(|_| wants_one) {
+                bail!(
+                    "--stock-out and --target: the stock was given up at line {line}; a coarser --stock-resolution takes less work"
+                );
+            }
             let stock = &mut remaining.stock;
             let comparison = target.map(|target| stock.compare(target)).transpose().context("--target")?;
             let written = self.stock_out.as_deref().map(|file| {
@@ -87,8 +97,10 @@ impl StockOptions {
                 anyhow::Ok((file.display().to_string(), hull.cube_mm))
             });
             let volume = wants_one.then(|| stock.volume());
-            let (bytes, written, resolution_mm) = (stock.bytes(), written.transpose()?, stock.resolution_mm());
-            all.push(Left { part: remaining.part, resolution_mm, volume, bytes, comparison, written });
+            let (bytes, questions) = (stock.bytes(), stock.questions());
+            let (resolution_mm, written, given_up) = (stock.resolution_mm(), written.transpose()?, remaining.given_up);
+            let part = remaining.part;
+            all.push(Left { part, resolution_mm, volume, bytes, questions, given_up, comparison, written });
         }
         Ok(all)
     }
@@ -133,7 +145,7 @@ pub fn as_json(scene: &Scene, outcome: &Outcome, left: &[Left]) -> Value {
             })
         });
         json!({
-            "part": name(left.part), "resolution_mm": left.resolution_mm, "left_mm3": left.volume.map(|volume| [volume.low, volume.high]), "bytes": left.bytes, "target": comparison,
+            "part": name(left.part), "resolution_mm": left.resolution_mm, "left_mm3": left.volume.map(|volume| [volume.low, volume.high]), "bytes": left.bytes, "questions": left.questions, "given_up_at_line": left.given_up, "target": comparison,
             "file": left.written.as_ref().map(|(file, _)| file), "cube_mm": left.written.as_ref().map(|(_, cube)| cube),
         })
     });
