@@ -54,6 +54,8 @@ pub struct Settings {
     pub stop_at_first: bool,
     /// Whether the cutter takes material away, and how finely.
     pub cutting: Cutting,
+    /// Whether what is left is wanted as a solid: on lathes it is a square of (ρ, z) otherwise, which takes much less time.
+    pub is_solid: bool,
     /// Cells of a stock that are held against what moves before the program is given up: contact with the workpiece is unresolved from there on.
     pub stock_budget: u64,
 }
@@ -61,7 +63,7 @@ pub struct Settings {
 /// Whether the cutter takes material from the workpiece, and to which depth contact with what is left is not told from touching.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Cutting {
-    /// At the stock's own resolution ([`crate::stock::RESOLUTION_MM`]); on lathes the workpiece stays whole.
+    /// At the stock's own resolution ([`crate::stock::RESOLUTION_MM`]); on lathes only what is round and is cut by tools that stand.
     #[default]
     Standard,
     /// At this resolution, mm.
@@ -79,6 +81,7 @@ impl Settings {
             tolerance_mm: 0.01,
             stop_at_first: false,
             cutting: Cutting::Standard,
+            is_solid: false,
             stock_budget: stock::MOST_QUESTIONS,
         }
     }
@@ -224,7 +227,7 @@ pub fn check(
     if pairs.is_empty() && decisions.iter().filter_map(|d| d.dropped.as_ref()).all(pairs::Dropped::is_for_ever) {
         return Err(CheckError::NoPairs(scene.name.clone()));
     }
-    let (mut workpieces, uncut) = Workpiece::all(scene, &path, &decisions, settings.cutting)?;
+    let (mut workpieces, uncut) = Workpiece::all(scene, &path, &decisions, settings)?;
     // A cutter is held against the stock alone; whatever else touches the uncut workpiece, is held against what is left of it.
     let is_stock = |pair: Pair| workpieces.iter().any(|workpiece| workpiece.has(pair));
     let pairs: Vec<Pair> = pairs.into_iter().filter(|&pair| !(scene.is_cutting(pair) && is_stock(pair))).collect();

@@ -6,15 +6,15 @@
 use super::event::{Kind, runs};
 use super::motion::Path;
 use super::scan::Stretch;
-use super::turning::Turning;
-use super::{CheckError, Cutting};
+use super::turning::{Turning, WorkAxis};
+use super::{CheckError, Cutting, Settings};
 use crate::geometry::Point;
 use crate::machine::Machine;
 use crate::scene::pairs::Decision;
 use crate::scene::{Pair, Part, Role, Scene};
-use crate::stock::motion::{Chain, Mount};
-use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep};
-use rs274::{MoveKind, Plane, Position};
+use crate::stock::motion::{Chain, Mount, Piece};
+use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep, standard_resolution_mm};
+use rs274::{MoveKind, Position};
 use thiserror::Error;
 
 /// Steps that are gathered before the stock takes them.
@@ -75,8 +75,8 @@ pub enum Whole {
     /// Its mesh is open.
     #[error("its mesh is not watertight")]
     Open,
-    /// It is on a lathe, where it takes minutes to cut at a fine resolution, and no resolution was asked for.
-    #[error("it is on a lathe, where `--stock-resolution 0.1` cuts it in minutes")]
+    /// It is on a lathe, and is not round or is cut by tools that turn, so that a square of (ρ, z) is not enough; and no resolution was asked for.
+    #[error("it is on a lathe, and not round or cut by a tool that turns: `--stock-resolution 0.1` cuts it in minutes")]
     Turned,
 }
 
@@ -98,6 +98,8 @@ struct Other {
     role: Role,
     /// Of a cutter that stands while the workpiece turns.
     turning: Option<Turning>,
+    /// Whether the stock is a square of (ρ, z), beside which the part stands.
+    is_beside: bool,
 }
 
 /// What a step was: where on the path, and what contact in it is.
@@ -121,8 +123,9 @@ impl<'a> Workpiece<'a> {
         scene: &'a Scene,
         path: &'a Path<'a>,
         decisions: &[Decision],
-        cutting: Cutting,
+        Settings { cutting, is_solid, .. }: &Settings,
     ) -> Result<(Vec<Self>, Vec<Uncut>), CheckError> {
+        let (cutting, is_solid) = (*cutting, *is_solid);
         let (mut workpieces, mut uncut) = (Vec::new(), Vec::new());
         if scene.gouge_mm.is_some() || cutting == Cutting::Never {
             return Ok((workpieces, uncut));
@@ -130,7 +133,7 @@ impl<'a> Workpiece<'a> {
         for part in (0..scene.parts.len()).filter(|&part| scene.parts[part].role == Role::Workpiece) {
             // What lies in an open mesh nobody knows: contact of such a part is that with the uncut workpiece, which holds all that is left.
             let is_known = |pair: Pair| {
-                let other = if pair.a == part { pair.b } else { pair.a };
+                let other = pair.other(part);
                 scene.parts[other].role == Role::Cutter || scene.parts[other].mesh.edge_report().is_watertight()
             };
             let is_kept =
@@ -140,27 +143,61 @@ impl<'a> Workpiece<'a> {
             if !pairs.iter().any(|&pair| scene.is_cutting(pair)) {
                 continue;
             }
-            let mesh = &scene.parts[part].mesh;
-            if cutting == Cutting::Standard && path.first_plane() == Plane::Zx {
-                uncut.push(Uncut { part, why: Whole::Turned });
-                continue;
-            }
-            let stock = if let Cutting::At(mm) = cutting { Stock::new(mesh, mm) } else { Stock::standard(mesh) };
-            match stock {
-                Err(StockError::Open) => uncut.push(Uncut { part, why: Whole::Open }),
-                Err(why) => return Err(CheckError::Resolution(why)),
-                Ok(stock) => {
-                    let others = pairs.iter().map(|&pair| Other::new(scene, path, part, pair)).collect();
-                    workpieces.push(Self { scene, path, part, stock, others, given_up: None });
+            let resolution_mm = match cutting {
+                Cutting::At(mm) => mm,
+                _ => standard_resolution_mm(&scene.parts[part].mesh),
+            };
+            let axis = WorkAxis::of(scene, path, part);
+            let flat = axis.as_ref().map(|axis| Self::flat(scene, path, axis, part, &pairs, resolution_mm));
+            let workpiece = match flat {
+                Some(Ok(Some(workpiece))) if !is_solid => Ok(workpiece),
+                Some(Err(StockError::Resolution(mm))) => Err(StockError::Resolution(mm)),
+                Some(_) if cutting == Cutting::Standard && !is_solid => {
+                    uncut.push(Uncut { part, why: Whole::Turned });
+                    continue;
                 }
+                _ => Self::solid(scene, path, axis.as_ref(), part, &pairs, resolution_mm),
+            };
+            match workpiece {
+                Ok(workpiece) => workpieces.push(workpiece),
+                Err(why @ StockError::Resolution(_)) => return Err(CheckError::Resolution(why)),
+                Err(_) => uncut.push(Uncut { part, why: Whole::Open }),
             }
         }
         Ok((workpieces, uncut))
     }
 
+    /// As an octree.
+    fn solid(
+        scene: &'a Scene,
+        path: &'a Path<'a>,
+        axis: Option<&WorkAxis>,
+        part: usize,
+        pairs: &[Pair],
+        resolution_mm: f64,
+    ) -> Result<Self, StockError> {
+        let stock = Stock::new(&scene.parts[part].mesh, resolution_mm)?;
+        let others = pairs.iter().map(|&pair| Other::new(scene, path, axis, part, pair)).collect();
+        Ok(Self { scene, path, part, stock, others, given_up: None })
+    }
+
+    /// As a square of (ρ, z); `None` where a cutter turns.
+    fn flat(
+        scene: &'a Scene,
+        path: &'a Path<'a>,
+        axis: &WorkAxis,
+        part: usize,
+        pairs: &[Pair],
+        resolution_mm: f64,
+    ) -> Result<Option<Self>, StockError> {
+        let stock = Stock::turned(&scene.parts[part].mesh, axis.axis_from_stock, resolution_mm)?;
+        let others = pairs.iter().map(|&pair| Other::beside(scene, path, axis, part, pair)).collect::<Option<_>>();
+        Ok(others.map(|others| Self { scene, path, part, stock, others, given_up: None }))
+    }
+
     /// Cutters whose meshes are open.
     pub fn open_cutters(&self) -> impl Iterator<Item = usize> {
-        let part = |other: &Other| if other.pair.a == self.part { other.pair.b } else { other.pair.a };
+        let part = |other: &Other| other.pair.other(self.part);
         let cutters = self.others.iter().filter(|other| other.role == Role::Cutter).map(part);
         cutters.filter(|&cutter| !self.scene.parts[cutter].mesh.edge_report().is_watertight())
     }
@@ -208,26 +245,55 @@ impl<'a> Workpiece<'a> {
 }
 
 impl Other {
-    fn new(scene: &Scene, path: &Path<'_>, workpiece: usize, pair: Pair) -> Self {
-        let part = if pair.a == workpiece { pair.b } else { pair.a };
+    /// A part against the workpiece as it is.
+    fn new(scene: &Scene, path: &Path<'_>, axis: Option<&WorkAxis>, workpiece: usize, pair: Pair) -> Self {
+        let part = pair.other(workpiece);
         let Part { ref mesh, role, groove_mm, .. } = scene.parts[part];
         let body = if role == Role::Cutter { Body::turning(mesh, groove_mm) } else { Body::standing(mesh) };
-        let mount = |part: usize, (centre, radius_mm)| {
-            let Part { link, link_from_part, .. } = scene.parts[part];
-            Mount { link, link_from_mesh: link_from_part, centre, radius_mm }
-        };
-        let own = mount(workpiece, (Point::origin(), 0.0));
-        let chain = Chain::new(&scene.machine, mount(part, body.ball()), own);
-        let turning = (role == Role::Cutter).then(|| Turning::new(scene, path, workpiece, part, &body)).flatten();
-        Self { pair, body, chain, role, turning }
+        let Part { link, link_from_part, .. } = scene.parts[workpiece];
+        let own = Mount { link, link_from_mesh: link_from_part, centre: Point::origin(), radius_mm: 0.0 };
+        let chain = Chain::new(&scene.machine, mount(scene, part, &body), own);
+        let axis = axis.filter(|_| role == Role::Cutter);
+        let turning = axis.and_then(|axis| Turning::new(scene, path, axis, false, part, &body));
+        Self { pair, body, chain, role, turning, is_beside: false }
     }
-}
 
-impl Other {
+    /// A part beside the workpiece, which turns; `None` where it is the cutter that turns.
+    fn beside(scene: &Scene, path: &Path<'_>, axis: &WorkAxis, workpiece: usize, pair: Pair) -> Option<Self> {
+        let part = pair.other(workpiece);
+        let Part { ref mesh, role, .. } = scene.parts[part];
+        let body = Body::rigid(mesh);
+        let own =
+            Mount { link: axis.base, link_from_mesh: axis.base_from_axis, centre: Point::origin(), radius_mm: 0.0 };
+        let chain = Chain::new(&scene.machine, mount(scene, part, &body), own);
+        let turning = match role {
+            Role::Cutter => Some(Turning::new(scene, path, axis, true, part, &Body::turning(mesh, 0.0))?),
+            _ => None,
+        };
+        Some(Self { pair, body, chain, role, turning, is_beside: true })
+    }
+
     /// Sum of the turns that matter while axes change, radians.
     fn turn(&self, machine: &Machine, change: &Position) -> f64 {
         self.turning.as_ref().map_or(&self.chain, |turning| &turning.to_base).turn(machine, change)
     }
+
+    /// The part on a straight piece of its way, as its mesh is.
+    fn sweep(&self, piece: &Piece, chord_mm: f64) -> Sweep {
+        let Piece { stock_from_part, travel, pad_mm, .. } = piece;
+        if self.is_beside {
+            self.body.beside(stock_from_part, travel, pad_mm + chord_mm)
+        } else {
+            self.body.sweep(stock_from_part, travel, pad_mm + chord_mm)
+        }
+    }
+}
+
+/// A part's frame on its link, with a ball around it.
+fn mount(scene: &Scene, part: usize, body: &Body) -> Mount {
+    let (centre, radius_mm) = body.ball();
+    let Part { link, link_from_part, .. } = scene.parts[part];
+    Mount { link, link_from_mesh: link_from_part, centre, radius_mm }
 }
 
 #[derive(Default)]
@@ -346,18 +412,15 @@ impl<'a> Route<'a> {
         let count = of_others.map(|other| self.others[other].chain.pieces(machine, &first, &last, self.pad_mm)).max();
         let count = count.unwrap_or(1);
         for index in 0..count {
-            let sweep = |other: usize| -> Option<Sweep> {
-                let Other { chain, body, turning, .. } = &self.others[other];
-                if let Some(turning) = turning {
-                    return turning.sweep(machine, &first, &last, [index, count], chord_mm);
-                }
-                let piece = chain.piece(machine, &first, &last, index, count);
-                Some(body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm))
-            };
             let whole = |other: usize| -> Sweep {
-                let Other { chain, body, .. } = &self.others[other];
-                let piece = chain.piece(machine, &first, &last, index, count);
-                body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm)
+                let other = &self.others[other];
+                other.sweep(&other.chain.piece(machine, &first, &last, index, count), chord_mm)
+            };
+            let sweep = |other: usize| -> Option<Sweep> {
+                match &self.others[other].turning {
+                    Some(turning) => turning.sweep(machine, &first, &last, [index, count], chord_mm),
+                    None => Some(whole(other)),
+                }
             };
             let step = Step {
                 // A tool that is turned otherwise than its section cuts nothing for sure, and is held against the stock as it is.

@@ -32,21 +32,25 @@ pub(super) struct Turning {
 }
 
 /// The axis of a workpiece that turns.
-struct WorkAxis {
+pub(super) struct WorkAxis {
     /// What carries it.
-    base: Option<usize>,
+    pub base: Option<usize>,
     /// Its frame in that of what carries it; z is the axis.
-    base_from_axis: Isometry,
-    spindle: Spindle,
+    pub base_from_axis: Isometry,
+    /// Takes the workpiece's frame to that of the axis.
+    pub axis_from_stock: Isometry,
 }
 
 impl Turning {
-    /// `None` where the workpiece does not turn, or the cutter does.
-    pub fn new(scene: &Scene, path: &Path<'_>, workpiece: usize, part: usize, body: &Body) -> Option<Self> {
-        if path.first_plane() != Plane::Zx {
-            return None;
-        }
-        let axis = WorkAxis::of(scene, workpiece)?;
+    /// `None` where the cutter turns, and not the workpiece. The stock is flat or not ([`Spindle::is_flat`]).
+    pub fn new(
+        scene: &Scene,
+        path: &Path<'_>,
+        axis: &WorkAxis,
+        is_flat: bool,
+        part: usize,
+        body: &Body,
+    ) -> Option<Self> {
         let Part { link, link_from_part, ref mesh, .. } = scene.parts[part];
         let (centre, radius_mm) = body.ball();
         let mount = Mount { link, link_from_mesh: link_from_part, centre, radius_mm };
@@ -68,7 +72,8 @@ impl Turning {
         }
         let beside_mm = at_first.translation.y;
         let tool = TurningTool::new(mesh, at_first.rotation, beside_mm);
-        Some(Self { spindle: axis.spindle, to_base, tool, beside_mm })
+        let axis_from_stock = if is_flat { Isometry::identity() } else { axis.axis_from_stock };
+        Some(Self { spindle: Spindle { axis_from_stock, is_flat }, to_base, tool, beside_mm })
     }
 
     /// The way of the cutter in piece `index` of `count` of a move; `None` where it is turned, or beside the plane, otherwise than at first.
@@ -97,8 +102,11 @@ impl Turning {
 }
 
 impl WorkAxis {
-    /// The nearest joint that turns the workpiece; else its own axis, if it is round.
-    fn of(scene: &Scene, workpiece: usize) -> Option<Self> {
+    /// On a lathe the nearest joint that turns the workpiece; else its own axis, if it is round.
+    pub fn of(scene: &Scene, path: &Path<'_>, workpiece: usize) -> Option<Self> {
+        if path.first_plane() != Plane::Zx {
+            return None;
+        }
         let machine = &scene.machine;
         let Part { link, link_from_part, ref mesh, .. } = scene.parts[workpiece];
         let joint_of = |link: usize| machine.links()[link].joint.as_ref();
@@ -135,7 +143,6 @@ impl WorkAxis {
         let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, direction.cross(&x), direction]));
         let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
         let base_from_axis = Isometry::from_parts(point.coords.into(), rotation);
-        let spindle = Spindle { axis_from_stock: base_from_axis.inverse() * base_from_stock };
-        Some(Self { base, base_from_axis, spindle })
+        Some(Self { base, base_from_axis, axis_from_stock: base_from_axis.inverse() * base_from_stock })
     }
 }

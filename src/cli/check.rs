@@ -272,6 +272,7 @@ fn settings(options: &Options) -> Result<Settings> {
         stop_at_first: options.first,
         tolerance_mm: options.tolerance,
         cutting: options.stock.stock_resolution.unwrap_or_default(),
+        is_solid: options.stock.stock_out.is_some() || options.stock.target.is_some(),
         ..Settings::standard()
     };
     if !(options.tolerance > 0.0 && options.tolerance.is_finite()) {

@@ -143,6 +143,12 @@ impl Pair {
     pub fn is(self, other: Self) -> bool {
         self == other || self == Self { a: other.b, b: other.a }
     }
+
+    /// The part that is not `part`.
+    #[must_use]
+    pub const fn other(self, part: usize) -> usize {
+        if self.a == part { self.b } else { self.a }
+    }
 }
 
 /// A straight line along which part `b` of a pair approaches part `a`.

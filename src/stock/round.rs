@@ -100,6 +100,11 @@ impl Round {
         self.pieces.iter().map(|piece| piece.slack_mm).filter(|slack| slack.is_finite()).fold(0.0, f64::max)
     }
 
+    /// Whether all of it is known to within a length.
+    pub fn is_known(&self) -> bool {
+        self.pieces.iter().all(|piece| piece.slack_mm.is_finite())
+    }
+
     /// Whether it is solid, and known to be.
     pub fn is_solid(&self) -> bool {
         self.pieces.iter().all(|piece| piece.bore.is_none() && piece.slack_mm.is_finite())
