@@ -12,7 +12,7 @@ use crate::geometry::Point;
 use crate::machine::Machine;
 use crate::scene::pairs::Decision;
 use crate::scene::{Pair, Part, Role, Scene};
-use crate::stock::motion::{Chain, Mount, Piece};
+use crate::stock::motion::{Chain, Mount};
 use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep, standard_resolution_mm};
 use rs274::{MoveKind, Position};
 use thiserror::Error;
@@ -96,10 +96,10 @@ struct Other {
     body: Body,
     chain: Chain,
     role: Role,
-    /// Of a cutter that stands while the workpiece turns.
+    /// Of what stands while the workpiece turns.
     turning: Option<Turning>,
     /// Whether the stock is a square of (ρ, z), beside which the part stands.
-    is_beside: bool,
+    is_flat: bool,
 }
 
 /// What a step was: where on the path, and what contact in it is.
@@ -254,38 +254,24 @@ impl Other {
         let own = Mount { link, link_from_mesh: link_from_part, centre: Point::origin(), radius_mm: 0.0 };
         let chain = Chain::new(&scene.machine, mount(scene, part, &body), own);
         let axis = axis.filter(|_| role == Role::Cutter);
-        let turning = axis.and_then(|axis| Turning::new(scene, path, axis, false, part, &body));
-        Self { pair, body, chain, role, turning, is_beside: false }
+        let turning = axis.map(|axis| Turning::new(scene, path, axis, false, part, &body));
+        Self { pair, body, chain, role, turning: turning.filter(|turning| !turning.is_across), is_flat: false }
     }
 
     /// A part beside the workpiece, which turns; `None` where it is the cutter that turns.
     fn beside(scene: &Scene, path: &Path<'_>, axis: &WorkAxis, workpiece: usize, pair: Pair) -> Option<Self> {
         let part = pair.other(workpiece);
         let Part { ref mesh, role, .. } = scene.parts[part];
-        let body = Body::rigid(mesh);
-        let own =
-            Mount { link: axis.base, link_from_mesh: axis.base_from_axis, centre: Point::origin(), radius_mm: 0.0 };
-        let chain = Chain::new(&scene.machine, mount(scene, part, &body), own);
-        let turning = match role {
-            Role::Cutter => Some(Turning::new(scene, path, axis, true, part, &Body::turning(mesh, 0.0))?),
-            _ => None,
-        };
-        Some(Self { pair, body, chain, role, turning, is_beside: true })
+        let body = Body::turning(mesh, 0.0);
+        let turning = Turning::new(scene, path, axis, true, part, &body);
+        let is_driven = role == Role::Cutter && turning.is_across;
+        let chain = turning.to_base.clone();
+        (!is_driven).then_some(Self { pair, body, chain, role, turning: Some(turning), is_flat: true })
     }
 
     /// Sum of the turns that matter while axes change, radians.
     fn turn(&self, machine: &Machine, change: &Position) -> f64 {
         self.turning.as_ref().map_or(&self.chain, |turning| &turning.to_base).turn(machine, change)
-    }
-
-    /// The part on a straight piece of its way, as its mesh is.
-    fn sweep(&self, piece: &Piece, chord_mm: f64) -> Sweep {
-        let Piece { stock_from_part, travel, pad_mm, .. } = piece;
-        if self.is_beside {
-            self.body.beside(stock_from_part, travel, pad_mm + chord_mm)
-        } else {
-            self.body.sweep(stock_from_part, travel, pad_mm + chord_mm)
-        }
     }
 }
 
@@ -408,13 +394,20 @@ impl<'a> Route<'a> {
         }
         let machine = &self.scene.machine;
         let all = examined.iter().map(|&(other, _)| other).chain(cutting.iter().copied());
-        let of_others = all.filter(|&other| self.others[other].turning.is_none());
+        let of_others = all.filter(|&other| self.others[other].turning.is_none() || self.others[other].is_flat);
         let count = of_others.map(|other| self.others[other].chain.pieces(machine, &first, &last, self.pad_mm)).max();
         let count = count.unwrap_or(1);
         for index in 0..count {
             let whole = |other: usize| -> Sweep {
-                let other = &self.others[other];
-                other.sweep(&other.chain.piece(machine, &first, &last, index, count), chord_mm)
+                match &self.others[other] {
+                    Other { turning: Some(turning), is_flat: true, .. } => {
+                        turning.sweep_anyhow(machine, &first, &last, [index, count], chord_mm)
+                    }
+                    Other { chain, body, .. } => {
+                        let piece = chain.piece(machine, &first, &last, index, count);
+                        body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm)
+                    }
+                }
             };
             let sweep = |other: usize| -> Option<Sweep> {
                 match &self.others[other].turning {

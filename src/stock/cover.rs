@@ -73,9 +73,6 @@ impl Sweep {
                 };
                 Tangents { planes, is_turned: false }
             }
-            Way::Beside { .. } => {
-                Tangents { planes: vec![(self.depth(centre, half).deep, Vector::zeros())], is_turned: true }
-            }
             Way::Turned { section, shift, axis_from_stock, ring } => {
                 let ring = Ring::new(&(axis_from_stock * centre), ring.map(|part| part * half));
                 let planes = section.tangents(ring.rho, ring.z, shift);

@@ -9,7 +9,7 @@
 //! A cell that is not removed although a sweep's border runs through it reaches at most its diagonal into what the sweep took away. That is less
 //! than the resolution: what slides along a surface that has just been cut may seem to be that deep in the stock, and no deeper.
 //!
-//! Reading order: this file (the stock), `sweep` (what moves), [`motion`] (straight pieces of an axis move), `convex`, `round`, `bore`, `turned`, `ringed`, `skin` (shapes), `blank` (the uncut workpiece),
+//! Reading order: this file (the stock), `sweep` (what moves), [`motion`] (straight pieces of an axis move), `convex`, `round`, `bore`, `turned`, `skin` (shapes), `blank` (the uncut workpiece),
 //! `cover` (what a cut leaves), `tile` (the octree), [`export`] (as a mesh), [`target`] (compared with the part that is wanted).
 
 mod blank;
@@ -17,7 +17,6 @@ mod convex;
 mod bore;
 mod round;
 mod turned;
-mod ringed;
 mod skin;
 mod sweep;
 mod cover;

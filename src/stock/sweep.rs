@@ -1,7 +1,6 @@
 //! A part that moves straight through the stock, and how deep a point of the stock comes into it.
 
 use super::convex::{Cube, Least};
-use super::ringed::Ringed;
 use super::round::Round;
 use super::skin::Skin;
 use super::turned::{Shift, Turned};
@@ -45,12 +44,6 @@ impl Body {
         let is_round = round.filled >= ROUND && round.is_solid();
         let form = if is_round { Form::Round(round) } else { Form::Rigid(Skin::new(mesh)) };
         Self { form: Arc::new(form) }
-    }
-
-    /// A part that does not turn, as its mesh is.
-    #[must_use]
-    pub fn rigid(mesh: &Arc<Mesh>) -> Self {
-        Self { form: Arc::new(Form::Rigid(Skin::new(mesh))) }
     }
 
     /// Centre and radius of a ball around it, in the part's frame, mm.
@@ -104,17 +97,6 @@ impl Body {
         let (low, high) = (low.inf(&(low + travel)) - beyond, high.sup(&(high + travel)) + beyond);
         let travel_in_body = body_from_stock * travel;
         let way = Way::Straight { form: Arc::clone(&self.form), body_from_stock, axes, travel: travel_in_body };
-        Sweep { way, way_mm: travel.norm(), pad: pad_mm + ROUNDING_MM, low, high }
-    }
-
-    /// The part beside a stock that turns ([`super::Stock::turned`]): from `axis_from_part` by `travel`, in the frame of the axis, mm.
-    #[must_use]
-    pub fn beside(&self, axis_from_part: &Isometry, travel: &Vector, pad_mm: f64) -> Sweep {
-        let part_from_axis = axis_from_part.inverse();
-        let travel_in_part = part_from_axis * travel;
-        let way = Way::Beside { form: Arc::clone(&self.form), part_from_axis, travel: travel_in_part };
-        let everywhere = Vector::repeat(f64::INFINITY);
-        let (low, high) = ((-everywhere).into(), everywhere.into());
         Sweep { way, way_mm: travel.norm(), pad: pad_mm + ROUNDING_MM, low, high }
     }
 }
@@ -210,12 +192,6 @@ pub(super) enum Way {
         axes: [Vector; 3],
         travel: Vector,
     },
-    /// A part beside a stock that turns.
-    Beside {
-        form: Arc<Form>,
-        part_from_axis: Isometry,
-        travel: Vector,
-    },
     Turned {
         section: Arc<Turned>,
         shift: Shift,
@@ -247,14 +223,6 @@ impl Sweep {
                     body_from_stock.rotation,
                 ),
                 axes: *axes,
-                travel: travel * (to - from),
-            },
-            Way::Beside { form, part_from_axis, travel } => Way::Beside {
-                form: Arc::clone(form),
-                part_from_axis: Isometry::from_parts(
-                    (part_from_axis.translation.vector - travel * from).into(),
-                    part_from_axis.rotation,
-                ),
                 travel: travel * (to - from),
             },
             Way::Turned { section, shift, axis_from_stock, ring } => Way::Turned {
@@ -310,7 +278,6 @@ impl Sweep {
                 Form::Round(_) => 0.0,
                 Form::Rigid(_) => f64::INFINITY,
             },
-            Way::Beside { .. } => f64::INFINITY,
             Way::Turned { .. } => 0.0,
         };
         RETRACED_MM + self.pad + cut.pad + slack
@@ -320,7 +287,6 @@ impl Sweep {
     pub(super) fn is_vague(&self) -> bool {
         match &self.way {
             Way::Straight { form, .. } => matches!(&**form, Form::Round(round) if round.is_vague()),
-            Way::Beside { .. } => false,
             Way::Turned { section, .. } => section.is_empty(),
         }
     }
@@ -329,7 +295,7 @@ impl Sweep {
     pub(super) fn slack_mm(&self) -> f64 {
         match &self.way {
             Way::Straight { form, .. } => form.slack_mm(),
-            Way::Beside { .. } | Way::Turned { .. } => 0.0,
+            Way::Turned { .. } => 0.0,
         }
     }
 
@@ -361,14 +327,6 @@ impl Sweep {
                 }
                 Form::Rigid(skin) => self.padded(self.least_of_skin(skin, &(body_from_stock * centre), travel, radius)),
             },
-            Way::Beside { form, part_from_axis, travel } => {
-                let Form::Rigid(skin) = &**form else {
-                    return Least { low: f64::NEG_INFINITY, high: f64::INFINITY, deep: f64::NEG_INFINITY };
-                };
-                let ringed = Ringed { skin, part_from_axis, travel };
-                let inside = if is_deepest { f64::NEG_INFINITY } else { -(radius + self.pad) };
-                self.padded(ringed.least(centre.x.hypot(centre.y), centre.z, radius, [inside, self.pad]))
-            }
             Way::Turned { section, shift, axis_from_stock, ring } => {
                 let at = axis_from_stock * centre;
                 self.padded(section.least(at.x.hypot(at.y), at.z, shift, ring.map(|part| part * half)))

@@ -176,7 +176,11 @@ impl OnLine {
                 / (behind.slope - before.slope);
             let bound = before.value + before.slope * (meet - before.at);
             let found = greatest(meet.clamp(before.at, behind.at));
-            if found.value <= bound + 1e-12 || found.slope == 0.0 || steps == 0 {
+            // What neither falls nor rises is least there, however far below the lines of both sides meet.
+            if found.slope == 0.0 {
+                return at_end(found);
+            }
+            if found.value <= bound + 1e-12 || steps == 0 {
                 // The mixture of both that has no slope.
                 let share = behind.slope / (behind.slope - before.slope);
                 let mixed = |k: usize| share * before.normal[k] + (1.0 - share) * behind.normal[k];
