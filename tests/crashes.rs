@@ -315,6 +315,12 @@ const CRASHES: &[Crash] = &[
     crash("lathe", "rapid into the bar", "M3 S800 G0 X80 Z5\nG0 Z-50\nG0 X50\nG0 X80\nM2", &[(3, RAPID, "bar:insert")]),
     crash(
         "lathe",
+        "rapid through the bar at the end of a cut",
+        "M3 S800 G0 X64 Z5\nG0 X58\nG1 Z-50 F200\nG0 X40\nG0 X100\nM2",
+        &[(4, RAPID, "bar:insert")],
+    ),
+    crash(
+        "lathe",
         "change to a longer tool in front of the bar",
         "M3 S800 G0 X80 Z10\nG0 X0\nT2 M6\nG0 Z40\nM2",
         &[(3, CHANGE, "bar:drill")],
@@ -501,6 +507,11 @@ const GOOD: &[Good] = &[
     ),
     good(
         "lathe",
+        "rapid back along what was turned",
+        "M3 S800 G0 X64 Z5\nG0 X58\nG1 Z-50 F200\nG0 X60\nG0 Z5\nG0 X50\nG1 Z-20 F200\nG0 X52\nG0 Z5\nG0 X50\nG0 Z-19\nG1 Z-30 F200\nG0 X100\nM2",
+    ),
+    good(
+        "lathe",
         "thread in one cycle, G76",
         "M3 S300 G0 X64 Z5\nG76 P1.5 Z-30 I-2 J0.2 K0.92 R1 Q29.5 H1 E0 L0\nG0 X200\nM2",
     ),
@@ -627,7 +638,7 @@ fn table() -> String {
         GOOD.len(),
         GOOD.len()
     );
-    text += "The workpiece is cut at a resolution of 0.1 mm; on the lathe it stays whole. What is not looked for: [what `check` does not see](check.md#what-check-does-not-see).\n";
+    text += "The workpiece is cut at a resolution of 0.1 mm. What is not looked for: [what `check` does not see](check.md#what-check-does-not-see).\n";
     text += "\n| machine | fault | the line | found |\n|---|---|---|---|\n";
     for Crash { machine, fault, program, told, .. } in CRASHES {
         let line = told.iter().map(|told| told.0).min().unwrap_or(0);
