@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 use assert_cmd::Command;
-use bvbench::check::{Kind, Outcome, Path as ToolPath, Settings, check};
+use bvbench::check::{Cutting, Kind, Outcome, Path as ToolPath, Settings, check};
 use bvbench::measure::Silent;
 use bvbench::registry::{Registry, Variant};
 use bvbench::scene::{Pair, ProgramRun, Scene};
@@ -397,7 +397,7 @@ file = "own.ngc"
 
 fn outcome_of(text: &str, program: &str) -> Outcome {
     let (_folder, scene) = scene_of(text, program);
-    run_own(&scene, &Settings { zones_mm: Vec::new(), stock_resolution_mm: Some(0.1), ..Settings::standard() })
+    run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() })
 }
 
 #[test]
@@ -438,11 +438,108 @@ fn what_has_been_cut_may_be_entered_at_rapid_rate() {
 
 #[test]
 fn a_shank_is_held_against_what_is_left() {
-    // A shank of 6 mm radius 10 mm above the tip of a cutter of 5 mm, deep in the slot that this cuts.
-    let slot =
-        outcome_of(&mill_with_tools(), "G0 Z5\nT3 M6\nM3 S1000 G0 X-60\nG0 Z-15\nG1 X0 F300\nG0 X-60\nG0 Z50\nM2");
-    let told: Vec<_> = slot.events.iter().map(|e| (e.kind, e.first.line)).collect();
-    assert_eq!(told, [(Kind::Collision, 5)]);
+    // A shank of 6 mm radius 10 mm above the tip of a cutter of 5 mm.
+    let text = mill_with_tools();
+    let told = |text: &str, program: &str| {
+        let outcome = outcome_of(text, program);
+        outcome.events.iter().map(|e| (e.kind, e.first.line, e.depth_mm.unwrap())).collect::<Vec<_>>()
+    };
+    let feed = |first: &str| format!("G0 Z5\nT3 M6\nM3 S1000 G0 X-60\n{first}G0 Z-15\nG1 X0 F300\nG0 X-60\nG0 Z50\nM2");
+    // Fed sideways 15 mm deep: nothing has cut the upper 5 mm, and the point of them on the shank's axis is as deep in it.
+    let [(Kind::Collision, 5, [low, high])] = told(&text, &feed(""))[..] else { panic!() };
+    assert!((4.7..=5.0).contains(&low) && (5.0..=5.3).contains(&high), "{low} {high}");
+    // Plunged 15 mm deep: the cutter has been there first, and leaves a ring of 1 mm.
+    let [(Kind::Collision, 4, [low, high])] = told(&text, "G0 Z5\nT3 M6\nM3 S1000\nG1 Z-15 F100\nG0 Z50\nM2")[..]
+    else {
+        panic!()
+    };
+    assert!((0.8..=1.0).contains(&low) && (1.0..=1.2).contains(&high), "{low} {high}");
+    // In a slot of 16 mm that was cut before it is free. A change of tools stops the spindle.
+    let wide = text.replacen("radius_mm = 5, height_mm = 30", "radius_mm = 8, height_mm = 30", 1);
+    let first = "T1 M6\nM3 S1000\nG0 Z-8\nG1 X10 F300\nG0 X-60\nT3 M6\nM3 S1000\n";
+    assert_eq!(told(&wide, &feed(first)), []);
+}
+
+/// The walls of a prism around z, without its ends.
+fn walls(outline: &[[f64; 2]], [low, high]: [f64; 2]) -> String {
+    let mut text = String::from("solid walls\n");
+    for (k, p) in outline.iter().enumerate() {
+        let q = outline[(k + 1) % outline.len()];
+        for corners in [[(*p, low), (q, low), (q, high)], [(*p, low), (q, high), (*p, high)]] {
+            text += "facet normal 0 0 0\nouter loop\n";
+            corners.iter().for_each(|([x, y], z)| text += &format!("vertex {x} {y} {z}\n"));
+            text += "endloop\nendfacet\n";
+        }
+    }
+    text + "endsolid walls\n"
+}
+
+/// What `check` tells of a mill one of whose shapes is an open mesh: text, and code of exit.
+fn told_of_open(shape: &str, stl: &str, program: &str) -> (Vec<(&'static str, u32)>, String, Option<i32>) {
+    assert_eq!(MILL.matches(shape).count(), 1, "{shape}");
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("open.stl"), stl).unwrap();
+    std::fs::write(folder.path().join("scene.toml"), MILL.replace(shape, "mesh = \"open.stl\"")).unwrap();
+    std::fs::write(folder.path().join("own.ngc"), program).unwrap();
+    let scene = Scene::load(folder.path()).unwrap();
+    let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    let told = outcome.events.iter().map(|event| (event.kind.name(), event.first.line)).collect();
+    (told, String::from_utf8(output.stdout).unwrap(), output.status.code())
+}
+
+#[test]
+fn what_open_meshes_cut_is_unresolved_and_never_clear() {
+    let around: Vec<[f64; 2]> =
+        (0..24).map(|k| f64::from(k) * std::f64::consts::TAU / 24.0).map(|a| [5.0 * a.cos(), 5.0 * a.sin()]).collect();
+    let cutter = "shape = { kind = \"cylinder\", radius_mm = 5, height_mm = 30 }";
+    let block = "shape = { kind = \"rounded-box\", size_mm = [100, 100, 20], fillet_mm = 1 }";
+    let tube = walls(&around, [0.0, 30.0]);
+    let square = walls(&[[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [-50.0, 50.0]], [-10.0, 10.0]);
+    let through = "M3 S1000 G0 X-60\nG0 Z-10\nG1 X-30 F500\nG0 X40\nG0 Z50\nM2";
+    let beside = "M3 S1000 G0 X-60\nG0 Z-10\nG0 X-70\nG0 Z50\nM2";
+    for (shape, stl, name, line) in [(cutter, &tube, "cutter", 4), (block, &square, "block", 3)] {
+        let (told, shown, code) = told_of_open(shape, stl, through);
+        assert!(told.contains(&("unresolved", line)) && code == Some(1), "{name}: {told:?}\n{shown}");
+        assert!(shown.contains("UNRESOLVED") && shown.contains("not watertight"), "{name}: {shown}");
+        let (told, shown, code) = told_of_open(shape, stl, beside);
+        assert!(told.is_empty() && code == Some(0), "{name}: {told:?}\n{shown}");
+        assert!(shown.contains("not examined: what"), "{name}: {shown}");
+    }
+}
+
+#[test]
+fn a_workpiece_that_stays_whole_is_named() {
+    let (folder, _scene) = mill("M3 S1000 G0 X-60\nG0 Z-10\nG1 X-30 F500\nG0 X40\nG0 Z50\nM2");
+    let run = |arguments: &[&str]| {
+        let output = bvbench().args(["check", "--quiet"]).args(arguments).arg(folder.path()).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    };
+    let (code, shown) = run(&["--stock-resolution", "none"]);
+    assert!(
+        code == Some(0) && shown.contains("nothing collides, but rapids through the workpiece are not examined"),
+        "{shown}"
+    );
+    let (code, shown) = run(&[]);
+    assert!(code == Some(1) && shown.contains("`block` is cut: contact is told from a depth of 0.1 mm on"), "{shown}");
+}
+
+#[test]
+fn a_stock_that_takes_too_much_work_is_unresolved() {
+    // A turn of the helix is cut; then a rapid through the uncut block.
+    let (_folder, scene) = mill("M3 S1000 G0 X-60\nG0 Z-2\nG3 I10 Z-4 F500\nG1 X-30\nG0 X40\nG0 Z50\nM2");
+    let told = |stock_budget: u64| {
+        let settings = Settings { zones_mm: Vec::new(), stock_budget, ..Settings::standard() };
+        let outcome = run_own(&scene, &settings);
+        let events: Vec<_> = outcome.events.iter().map(|e| (e.kind, e.first.line)).collect();
+        (events, outcome.remaining[0].given_up, outcome.is_clear())
+    };
+    assert_eq!(told(Settings::standard().stock_budget), (vec![(Kind::RapidIntoWorkpiece, 5)], None, false));
+    let (events, given_up, is_clear) = told(0);
+    assert!(
+        matches!(events[..], [(Kind::Unresolved, _)]) && given_up.is_some() && !is_clear,
+        "{events:?} {given_up:?}"
+    );
 }
 
 #[test]
@@ -451,8 +548,8 @@ fn a_finer_resolution_decides_what_a_coarse_one_leaves_open() {
     let program = "M3 S1000 G0 X-60\nG0 Z-2\nG1 X40 F500\nG0 X-60\nG0 Z-2.15\nG0 X40\nG0 Z50\nM2";
     let (_folder, scene) = mill(program);
     let told = |resolution_mm: f64| {
-        let stock_resolution_mm = Some(resolution_mm);
-        let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), stock_resolution_mm, ..Settings::standard() });
+        let cutting = Cutting::At(resolution_mm);
+        let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), cutting, ..Settings::standard() });
         (outcome.events.iter().map(|e| (e.kind, e.first.line)).collect::<Vec<_>>(), outcome.touches.len())
     };
     assert_eq!(told(0.02).0, [(Kind::RapidIntoWorkpiece, 6)]);
@@ -502,7 +599,7 @@ fn what_is_left_is_written_and_compared_with_the_wanted_part() {
     let (depth, volume) = (gouge["greatest_mm"].as_f64().unwrap(), gouge["volume_mm3"].as_f64().unwrap());
     assert!(code == Some(1) && gouged["clear"] == false, "{gouged}");
     assert!((4.0..=5.01).contains(&depth) && (3000.0..=4800.0).contains(&volume), "{gouge}");
-    let (code, _, error) = run(&["--stock-resolution", "0.5", "--target", &path("no.stl")]);
+    let (code, _, error) = run(&["--target", &path("no.stl")]);
     assert!(code == Some(2) && error.contains("--target"), "{error}");
     let (code, _, error) = run(&["--stock-resolution", "0"]);
     assert!(code == Some(2) && error.contains("--stock-resolution"), "{error}");
@@ -511,12 +608,12 @@ fn what_is_left_is_written_and_compared_with_the_wanted_part() {
 #[test]
 fn an_answer_that_is_not_decided_to_the_last_tenth_says_so() {
     let (folder, _scene) = mill("G0 X-60\nG0 Z5\nG0 X0\nG0 Z0\nG0 Z50\nM2");
-    let output = bvbench().args(["check", "--quiet", "--stock-resolution", "0.1"]).arg(folder.path()).output().unwrap();
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
     let shown = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(0), "{shown}");
     assert!(shown.contains("nothing collides, but for what may touch the stock by at most 0.0"), "{shown}");
     assert!(shown.contains("not decided: whether block:cutter touch in"), "{shown}");
-    let arguments = ["check", "--quiet", "--json", "--stock-resolution", "0.1"];
+    let arguments = ["check", "--quiet", "--json"];
     let output = bvbench().args(arguments).arg(folder.path()).output().unwrap();
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let touch = &json["stock"]["touches"][0];
@@ -602,7 +699,7 @@ fn an_axis_beyond_its_limits_hides_no_collision() {
     let over: Vec<_> = outcome.over_travel.iter().map(|over| (over.line, over.cause.axis, over.cause.value)).collect();
     assert_eq!(over, [(4, 'Z', 260.0), (5, 'X', 300.0), (7, 'X', -300.0)]);
     assert_eq!(outcome.events.iter().map(|event| event.first.line).collect::<Vec<_>>(), [1, 6]);
-    let output = bvbench().args(["check", "--quiet", "--stock-resolution", "0.1"]).arg(folder.path()).output().unwrap();
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
     let shown = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(1));
     assert!(
@@ -742,7 +839,7 @@ fn another_program_runs_though_the_scenes_own_is_missing_and_offsets_and_tools_c
 fn near_misses_are_one_line_for_each_pair() {
     // Three times 1 mm over the clamp, within all three zones; then into it.
     let (folder, _) = mill("G0 Z21\nG0 X70\nG0 X0\nG0 X70\nG0 X140\nG0 Z15\nG0 X70\nM2");
-    let output = bvbench().args(["check", "--quiet", "--stock-resolution", "0.1"]).arg(folder.path()).output().unwrap();
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
     let shown = String::from_utf8(output.stdout).unwrap();
     let lines: Vec<&str> = shown.lines().filter(|line| line.trim_start().starts_with("clamp:cutter")).collect();
     assert!(shown.contains("NEAR MISSES") && lines.len() == 2, "{shown}");

@@ -2,8 +2,9 @@
 //!
 //! Rules. Contact of a pair is a collision, before the first move as after it, but for a cutter with the workpiece. From that the cutter takes material
 //! away in feed moves, and contact of anything with what is left of it is told as the stock finds it ([`super::stock`]). Where the workpiece cannot be cut,
-//! its mesh being open, contact that begins in a feed move is cutting and is not told, nor is the retreat from it; contact that begins in a rapid move, with a
-//! change of tools or before the first move is a collision, and so is a feed into it while the spindle stands still. Where the
+//! its mesh being open, contact that begins in a feed move is cutting, and the first is told as unresolved: what is left, and whether something is inside it, nobody knows; contact that begins in a rapid move, with a
+//! change of tools or before the first move is a collision, and so is a feed into it while the spindle stands still. Where the workpiece stays whole on request or because it is on a lathe,
+//! the same holds, but a rapid that begins within it is a retreat and not told. Where the
 //! workpiece is the finished part, the cutter gouges it when it goes deeper than the scene allows, and may not even touch it otherwise than
 //! in a feed move. Nearness of these two is not told at all. Shank and holder of a tool never cut. Contacts of one pair and one kind on one
 //! line that part by less than [`super::PARTED_MM`] between them are one.
@@ -13,7 +14,7 @@ use super::scan::{Nearness, Stretch};
 use super::stock::StockContact;
 use super::{PARTED_MM, Settings};
 use crate::scene::{Pair, Scene};
-use rs274::{MoveKind, Position};
+use rs274::{Move, MoveKind, Position};
 
 /// What happens.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +29,8 @@ pub enum Kind {
     StoppedSpindleIntoWorkpiece,
     /// The cutter goes deeper into the finished workpiece than it may.
     Gouge,
-    /// A part may come into what is left of the workpiece, deeper than the resolution of the stock; whether it does is not known.
+    /// A part may come into what is left of the workpiece, deeper than the resolution of the stock, or the workpiece is cut and its mesh is open;
+    /// whether it does is not known.
     Unresolved,
     /// Two parts are nearer than this, mm.
     Near {
@@ -111,6 +113,8 @@ pub(super) struct EventWriter<'a> {
     pub borders: &'a [f64],
     /// Whether a pair's contact is told by the stock.
     pub is_stock: &'a (dyn Fn(Pair) -> bool + Sync),
+    /// Whether a rapid that begins within a pair's workpiece is taken for a retreat.
+    pub stays_whole: &'a (dyn Fn(Pair) -> bool + Sync),
 }
 
 impl EventWriter<'_> {
@@ -124,7 +128,7 @@ impl EventWriter<'_> {
             // Within the uncut workpiece nobody knows how near the rest of it is.
             let counts = |stretch: &&Stretch| !is_stock || stretch.nearness > 0;
             let stretches: Vec<Stretch> = of_chunks.flatten().filter(counts).copied().collect();
-            let of_pair = OfPair { scene: self.scene, path: self.path, pair };
+            let of_pair = OfPair { scene: self.scene, path: self.path, pair, stays_whole: (self.stays_whole)(pair) };
             let touching = settings.touching_mm(self.scene).filter(|_| self.scene.is_cutting(pair));
             found.extend(of_pair.collisions(&stretches, parted, touching.map(|mm| self.border(mm).0)));
             if !self.scene.is_cutting(pair) {
@@ -143,7 +147,7 @@ impl EventWriter<'_> {
     /// Contact with what is left of a workpiece.
     fn of_stock(&self, contact: &StockContact) -> Event {
         let StockContact { pair, kind, from, to, depth } = *contact;
-        let of_pair = OfPair { scene: self.scene, path: self.path, pair };
+        let of_pair = OfPair { scene: self.scene, path: self.path, pair, stays_whole: false };
         let kind = if depth.low > 0.0 { kind } else { Kind::Unresolved };
         let run =
             Stretch { nearness: 0, from, to, least_mm: -depth.low, least_at: from, inside: false, goes_on: false };
@@ -191,6 +195,7 @@ struct OfPair<'a> {
     scene: &'a Scene,
     path: &'a Path<'a>,
     pair: Pair,
+    stays_whole: bool,
 }
 
 impl OfPair<'_> {
@@ -233,8 +238,16 @@ impl OfPair<'_> {
         let is_feed = |kind: &Option<Kind>| *kind == Some(Kind::Gouge);
         let mut contacts: Vec<_> = runs(stretches, 0).into_iter().map(with_kind).collect();
         if self.scene.is_cutting(self.pair) && self.scene.gouge_mm.is_none() {
-            let stopped: Vec<_> = contacts.iter().flat_map(|(contact, _)| self.with_stopped_spindle(contact)).collect();
-            contacts.extend(stopped.into_iter().map(|part| (part, Some(Kind::StoppedSpindleIntoWorkpiece))));
+            let is_feed = |step: &Move| matches!(step.kind, MoveKind::Feed | MoveKind::Arc { .. });
+            let is_stopped = |step: &Move| is_feed(step) && step.spindle_rpm == 0.0;
+            let stopped = contacts.iter().flat_map(|(contact, _)| self.parts_of(contact, &is_stopped));
+            let stopped = stopped.map(|part| (part, Some(Kind::StoppedSpindleIntoWorkpiece)));
+            let stopped: Vec<_> = stopped.collect();
+            // Once an open workpiece is cut, nobody knows what is in it.
+            if let Some((_, kind)) = contacts.iter_mut().find(|(_, kind)| kind.is_none() && !self.stays_whole) {
+                *kind = Some(Kind::Unresolved);
+            }
+            contacts.extend(stopped);
         }
         if let Some(touching) = touching {
             // What touches where the machine stands at first has not come there.
@@ -262,15 +275,14 @@ impl OfPair<'_> {
         }
     }
 
-    /// The parts of a contact in which the cutter feeds while the spindle stands still.
-    fn with_stopped_spindle(&self, contact: &Stretch) -> Vec<Stretch> {
+    /// The parts of a contact in such moves, one for each line.
+    fn parts_of(&self, contact: &Stretch, is_such: &dyn Fn(&Move) -> bool) -> Vec<Stretch> {
         let mut parts: Vec<Stretch> = Vec::new();
         for place in contact.from.floor() as usize..contact.to.ceil() as usize {
             // A whole place belongs to the move that leads to it.
             let begin = (place as f64).next_up();
             let (from, to) = (contact.from.max(begin), contact.to.min(place as f64 + 1.0));
-            let step = self.path.step(to);
-            if !matches!(step.kind, MoveKind::Feed | MoveKind::Arc { .. }) || step.spindle_rpm != 0.0 {
+            if !is_such(self.path.step(to)) {
                 continue;
             }
             match parts.last_mut() {

@@ -20,7 +20,7 @@ mod tests;
 
 pub use event::{Event, Extent, Kind};
 pub use motion::Path;
-pub use stock::{Remaining, Touch, Uncut};
+pub use stock::{Remaining, Touch, Uncut, Whole};
 
 use crate::geometry::{Isometry, rigid};
 use crate::interference::SurfaceOctree;
@@ -52,15 +52,38 @@ pub struct Settings {
     pub tolerance_mm: f64,
     /// Whether nothing behind the first collision is of interest.
     pub stop_at_first: bool,
-    /// Depth to which contact with what is left of the workpiece is not told from touching, mm; without it no material is taken away.
-    pub stock_resolution_mm: Option<f64>,
+    /// Whether the cutter takes material away, and how finely.
+    pub cutting: Cutting,
+    /// Whether what is left is wanted as a solid: on lathes it is a square of (ρ, z) otherwise, which takes much less time.
+    pub is_solid: bool,
+    /// Cells of a stock that are held against what moves before the program is given up: contact with the workpiece is unresolved from there on.
+    pub stock_budget: u64,
+}
+
+/// Whether the cutter takes material from the workpiece, and to which depth contact with what is left is not told from touching.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Cutting {
+    /// At the stock's own resolution ([`crate::stock::RESOLUTION_MM`]); on lathes only what is round and is cut by tools that stand.
+    #[default]
+    Standard,
+    /// At this resolution, mm.
+    At(f64),
+    /// The workpiece stays whole: a rapid that begins inside it is taken for a retreat, and may be a crash.
+    Never,
 }
 
 impl Settings {
     /// The paper's zones, and hundredths of a millimetre.
     #[must_use]
     pub fn standard() -> Self {
-        Self { zones_mm: vec![14.0, 8.0, 2.0], tolerance_mm: 0.01, stop_at_first: false, stock_resolution_mm: None }
+        Self {
+            zones_mm: vec![14.0, 8.0, 2.0],
+            tolerance_mm: 0.01,
+            stop_at_first: false,
+            cutting: Cutting::Standard,
+            is_solid: false,
+            stock_budget: stock::MOST_QUESTIONS,
+        }
     }
 
     /// Clearances at which something changes, narrowest first, mm: the zones, [`PARTED_MM`], and where a cutter touches a finished workpiece.
@@ -133,6 +156,10 @@ pub struct Outcome {
     pub remaining: Vec<Remaining>,
     /// Workpieces that cannot be cut.
     pub uncut: Vec<Uncut>,
+    /// Whether a workpiece stays whole, and rapids that begin inside it are taken for retreats.
+    pub stays_whole: bool,
+    /// Cutters with open meshes: what they cut nobody knows, so that they take nothing away for sure.
+    pub open_cutters: Vec<usize>,
     /// Samples of the path.
     pub samples: usize,
     /// Poses of a pair at which a distance was found.
@@ -200,8 +227,7 @@ pub fn check(
     if pairs.is_empty() && decisions.iter().filter_map(|d| d.dropped.as_ref()).all(pairs::Dropped::is_for_ever) {
         return Err(CheckError::NoPairs(scene.name.clone()));
     }
-    let cut = |resolution_mm| Workpiece::all(scene, &path, &decisions, resolution_mm);
-    let (mut workpieces, uncut) = settings.stock_resolution_mm.map_or_else(|| Ok(Default::default()), cut)?;
+    let (mut workpieces, uncut) = Workpiece::all(scene, &path, &decisions, settings)?;
     // A cutter is held against the stock alone; whatever else touches the uncut workpiece, is held against what is left of it.
     let is_stock = |pair: Pair| workpieces.iter().any(|workpiece| workpiece.has(pair));
     let pairs: Vec<Pair> = pairs.into_iter().filter(|&pair| !(scene.is_cutting(pair) && is_stock(pair))).collect();
@@ -234,7 +260,20 @@ pub fn check(
     // In order and in groups, so that a search for the first collision ends soon after it, whatever the number of threads.
     let mut scanned: Vec<Vec<Vec<scan::Stretch>>> = Vec::with_capacity(chunks.len());
     let is_stock = |pair: Pair| of_stock.contains(&pair);
-    let writer = event::EventWriter { scene, path: &path, pairs: &pairs, borders: &borders, is_stock: &is_stock };
+    let stays_whole = |pair: Pair| {
+        let is_turned = |uncut: &Uncut| uncut.why == Whole::Turned && [pair.a, pair.b].contains(&uncut.part);
+        let is_whole = settings.cutting == Cutting::Never || uncut.iter().any(is_turned);
+        is_whole && scene.is_cutting(pair) && scene.gouge_mm.is_none()
+    };
+    let borders = &borders;
+    let writer = event::EventWriter {
+        scene,
+        path: &path,
+        pairs: &pairs,
+        borders,
+        is_stock: &is_stock,
+        stays_whole: &stays_whole,
+    };
     for group in chunks.chunks(GROUP) {
         scanned.extend(group.par_iter().map(scan_chunk).collect::<Vec<_>>());
         if settings.stop_at_first
@@ -250,7 +289,7 @@ pub fn check(
         .iter_mut()
         .map(|workpiece| {
             let stretches = |pair: Pair| of_pair(&scanned, pairs.iter().position(|&other| other == pair));
-            let met = workpiece.run(end, settings.tolerance_mm, &stretches);
+            let met = workpiece.run(end, settings.tolerance_mm, settings.stock_budget, &stretches);
             progress.advance(1);
             met
         })
@@ -264,6 +303,7 @@ pub fn check(
         events.truncate(first + 1);
         over_travel.retain(|over| over.place as f64 <= events[first].first.place);
     }
+    let open_cutters = workpieces.iter().flat_map(Workpiece::open_cutters).collect();
     Ok(Outcome {
         events,
         decisions,
@@ -272,7 +312,9 @@ pub fn check(
         tools_without_parts: tools_without_parts(scene, &reach),
         touches: met.into_iter().flat_map(|met| met.touches).collect(),
         remaining: workpieces.into_iter().map(Workpiece::remaining).collect(),
+        stays_whole: pairs.iter().any(|&pair| stays_whole(pair)),
         uncut,
+        open_cutters,
         samples: path.samples().len(),
         queries: queries.into_inner(),
         duration_s: path.duration_s(),

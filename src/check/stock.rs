@@ -3,21 +3,24 @@
 //! Each move is one step of a stock ([`crate::stock`]) or several. What has not touched the uncut workpiece has not touched
 //! what is left of it: only where the scan of the trees found contact are shank, holder and the rest held against the stock. A cutter always is.
 
-use super::CheckError;
 use super::event::{Kind, runs};
 use super::motion::Path;
 use super::scan::Stretch;
-use super::turning::Turning;
+use super::turning::{Turning, WorkAxis};
+use super::{CheckError, Cutting, Settings};
 use crate::geometry::Point;
 use crate::machine::Machine;
 use crate::scene::pairs::Decision;
 use crate::scene::{Pair, Part, Role, Scene};
 use crate::stock::motion::{Chain, Mount};
-use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep};
+use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep, standard_resolution_mm};
 use rs274::{MoveKind, Position};
+use thiserror::Error;
 
 /// Steps that are gathered before the stock takes them.
-const BATCH: usize = 8192;
+const BATCH: usize = 1024;
+/// Cells that are held against what moves before a program is given up, by default: some ten minutes of two cores.
+pub const MOST_QUESTIONS: u64 = 2_000_000_000;
 /// Part of the resolution by which a part that turns may be elsewhere than its straight piece says, mm.
 const PAD: f64 = 0.05;
 
@@ -53,6 +56,8 @@ pub struct Remaining {
     pub part: usize,
     /// What is left of it, in the frame of its mesh.
     pub stock: Stock,
+    /// Line from which on nothing was cut or examined any more, the budget being spent.
+    pub given_up: Option<u32>,
 }
 
 /// A workpiece from which nothing is taken away, and why.
@@ -61,7 +66,18 @@ pub struct Uncut {
     /// The part.
     pub part: usize,
     /// Why.
-    pub why: StockError,
+    pub why: Whole,
+}
+
+/// Why nothing is taken away from a workpiece.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum Whole {
+    /// Its mesh is open.
+    #[error("its mesh is not watertight")]
+    Open,
+    /// It is on a lathe, and is not round or is cut by tools that turn, so that a square of (ρ, z) is not enough; and no resolution was asked for.
+    #[error("it is on a lathe, and not round or cut by a tool that turns: `--stock-resolution 0.1` cuts it in minutes")]
+    Turned,
 }
 
 /// A workpiece and everything that may come into it.
@@ -71,6 +87,7 @@ pub(super) struct Workpiece<'a> {
     pub part: usize,
     stock: Stock,
     others: Vec<Other>,
+    given_up: Option<u32>,
 }
 
 /// A part that may come into the workpiece.
@@ -79,8 +96,10 @@ struct Other {
     body: Body,
     chain: Chain,
     role: Role,
-    /// Of a cutter that stands while the workpiece turns.
+    /// Of what stands while the workpiece turns.
     turning: Option<Turning>,
+    /// Whether the stock is a square of (ρ, z), beside which the part stands.
+    is_flat: bool,
 }
 
 /// What a step was: where on the path, and what contact in it is.
@@ -104,29 +123,83 @@ impl<'a> Workpiece<'a> {
         scene: &'a Scene,
         path: &'a Path<'a>,
         decisions: &[Decision],
-        resolution_mm: f64,
+        Settings { cutting, is_solid, .. }: &Settings,
     ) -> Result<(Vec<Self>, Vec<Uncut>), CheckError> {
+        let (cutting, is_solid) = (*cutting, *is_solid);
         let (mut workpieces, mut uncut) = (Vec::new(), Vec::new());
-        if scene.gouge_mm.is_some() {
+        if scene.gouge_mm.is_some() || cutting == Cutting::Never {
             return Ok((workpieces, uncut));
         }
         for part in (0..scene.parts.len()).filter(|&part| scene.parts[part].role == Role::Workpiece) {
+            // What lies in an open mesh nobody knows: contact of such a part is that with the uncut workpiece, which holds all that is left.
+            let is_known = |pair: Pair| {
+                let other = pair.other(part);
+                scene.parts[other].role == Role::Cutter || scene.parts[other].mesh.edge_report().is_watertight()
+            };
             let is_kept =
                 |decision: &&Decision| decision.dropped.is_none() && [decision.pair.a, decision.pair.b].contains(&part);
-            let pairs: Vec<Pair> = decisions.iter().filter(is_kept).map(|decision| decision.pair).collect();
+            let pairs = decisions.iter().filter(is_kept).map(|decision| decision.pair);
+            let pairs: Vec<Pair> = pairs.filter(|&pair| is_known(pair)).collect();
             if !pairs.iter().any(|&pair| scene.is_cutting(pair)) {
                 continue;
             }
-            match Stock::new(&scene.parts[part].mesh, resolution_mm) {
-                Err(why @ StockError::Open) => uncut.push(Uncut { part, why }),
-                Err(why) => return Err(CheckError::Resolution(why)),
-                Ok(stock) => {
-                    let others = pairs.iter().map(|&pair| Other::new(scene, path, part, pair)).collect();
-                    workpieces.push(Self { scene, path, part, stock, others });
+            let resolution_mm = match cutting {
+                Cutting::At(mm) => mm,
+                _ => standard_resolution_mm(&scene.parts[part].mesh),
+            };
+            let axis = WorkAxis::of(scene, path, part);
+            let flat = axis.as_ref().map(|axis| Self::flat(scene, path, axis, part, &pairs, resolution_mm));
+            let workpiece = match flat {
+                Some(Ok(Some(workpiece))) if !is_solid => Ok(workpiece),
+                Some(Err(StockError::Resolution(mm))) => Err(StockError::Resolution(mm)),
+                Some(_) if cutting == Cutting::Standard && !is_solid => {
+                    uncut.push(Uncut { part, why: Whole::Turned });
+                    continue;
                 }
+                _ => Self::solid(scene, path, axis.as_ref(), part, &pairs, resolution_mm),
+            };
+            match workpiece {
+                Ok(workpiece) => workpieces.push(workpiece),
+                Err(why @ StockError::Resolution(_)) => return Err(CheckError::Resolution(why)),
+                Err(_) => uncut.push(Uncut { part, why: Whole::Open }),
             }
         }
         Ok((workpieces, uncut))
+    }
+
+    /// As an octree.
+    fn solid(
+        scene: &'a Scene,
+        path: &'a Path<'a>,
+        axis: Option<&WorkAxis>,
+        part: usize,
+        pairs: &[Pair],
+        resolution_mm: f64,
+    ) -> Result<Self, StockError> {
+        let stock = Stock::new(&scene.parts[part].mesh, resolution_mm)?;
+        let others = pairs.iter().map(|&pair| Other::new(scene, path, axis, part, pair)).collect();
+        Ok(Self { scene, path, part, stock, others, given_up: None })
+    }
+
+    /// As a square of (ρ, z); `None` where a cutter turns.
+    fn flat(
+        scene: &'a Scene,
+        path: &'a Path<'a>,
+        axis: &WorkAxis,
+        part: usize,
+        pairs: &[Pair],
+        resolution_mm: f64,
+    ) -> Result<Option<Self>, StockError> {
+        let stock = Stock::turned(&scene.parts[part].mesh, axis.axis_from_stock, resolution_mm)?;
+        let others = pairs.iter().map(|&pair| Other::beside(scene, path, axis, part, pair)).collect::<Option<_>>();
+        Ok(others.map(|others| Self { scene, path, part, stock, others, given_up: None }))
+    }
+
+    /// Cutters whose meshes are open.
+    pub fn open_cutters(&self) -> impl Iterator<Item = usize> {
+        let part = |other: &Other| other.pair.other(self.part);
+        let cutters = self.others.iter().filter(|other| other.role == Role::Cutter).map(part);
+        cutters.filter(|&cutter| !self.scene.parts[cutter].mesh.edge_report().is_watertight())
     }
 
     /// Whether a pair is this workpiece and something else.
@@ -134,14 +207,15 @@ impl<'a> Workpiece<'a> {
         [pair.a, pair.b].contains(&self.part) && self.others.iter().any(|other| other.pair == pair)
     }
 
-    /// Runs the program up to place `end`; `stretches` says where each pair that was scanned touches the uncut workpiece.
-    pub fn run(&mut self, end: usize, tolerance_mm: f64, stretches: &dyn Fn(Pair) -> Vec<Stretch>) -> Met {
+    /// Runs the program up to place `end`, or until `budget` cells were held against what moves; `stretches` says where each pair that was scanned touches the
+    /// uncut workpiece.
+    pub fn run(&mut self, end: usize, tolerance_mm: f64, budget: u64, stretches: &dyn Fn(Pair) -> Vec<Stretch>) -> Met {
         let touching: Vec<Vec<Stretch>> = self
             .others
             .iter()
             .map(|other| if other.role == Role::Cutter { Vec::new() } else { runs(&stretches(other.pair), 0) })
             .collect();
-        let Self { scene, path, stock, others, .. } = self;
+        let Self { scene, path, stock, others, given_up, .. } = self;
         let route = Route { scene, path, others, touching: &touching, pad_mm: PAD * stock.resolution_mm() };
         let mut ledger = Ledger::new(path, others, stock.resolution_mm());
         let mut batch = Batch::default();
@@ -153,6 +227,12 @@ impl<'a> Workpiece<'a> {
                 batch = Batch::default();
             }
             at = last + 1;
+            if at <= end && stock.questions() >= budget {
+                *given_up = Some(path.line_at(at as f64));
+                ledger.take(&batch, &stock.run(&batch.steps, tolerance_mm));
+                ledger.give_up(scene, at as f64 - 1.0, end as f64);
+                return ledger.met;
+            }
         }
         ledger.take(&batch, &stock.run(&batch.steps, tolerance_mm));
         ledger.met
@@ -160,32 +240,46 @@ impl<'a> Workpiece<'a> {
 
     /// What is left.
     pub fn remaining(self) -> Remaining {
-        Remaining { part: self.part, stock: self.stock }
+        Remaining { part: self.part, stock: self.stock, given_up: self.given_up }
     }
 }
 
 impl Other {
-    fn new(scene: &Scene, path: &Path<'_>, workpiece: usize, pair: Pair) -> Self {
-        let part = if pair.a == workpiece { pair.b } else { pair.a };
-        let mesh = &scene.parts[part].mesh;
-        let role = scene.parts[part].role;
-        let body = if role == Role::Cutter { Body::turning(mesh) } else { Body::standing(mesh) };
-        let mount = |part: usize, (centre, radius_mm)| {
-            let Part { link, link_from_part, .. } = scene.parts[part];
-            Mount { link, link_from_mesh: link_from_part, centre, radius_mm }
-        };
-        let own = mount(workpiece, (Point::origin(), 0.0));
-        let chain = Chain::new(&scene.machine, mount(part, body.ball()), own);
-        let turning = (role == Role::Cutter).then(|| Turning::new(scene, path, workpiece, part, &body)).flatten();
-        Self { pair, body, chain, role, turning }
+    /// A part against the workpiece as it is.
+    fn new(scene: &Scene, path: &Path<'_>, axis: Option<&WorkAxis>, workpiece: usize, pair: Pair) -> Self {
+        let part = pair.other(workpiece);
+        let Part { ref mesh, role, groove_mm, .. } = scene.parts[part];
+        let body = if role == Role::Cutter { Body::turning(mesh, groove_mm) } else { Body::standing(mesh) };
+        let Part { link, link_from_part, .. } = scene.parts[workpiece];
+        let own = Mount { link, link_from_mesh: link_from_part, centre: Point::origin(), radius_mm: 0.0 };
+        let chain = Chain::new(&scene.machine, mount(scene, part, &body), own);
+        let axis = axis.filter(|_| role == Role::Cutter);
+        let turning = axis.map(|axis| Turning::new(scene, path, axis, false, part, &body));
+        Self { pair, body, chain, role, turning: turning.filter(|turning| !turning.is_across), is_flat: false }
     }
-}
 
-impl Other {
+    /// A part beside the workpiece, which turns; `None` where it is the cutter that turns.
+    fn beside(scene: &Scene, path: &Path<'_>, axis: &WorkAxis, workpiece: usize, pair: Pair) -> Option<Self> {
+        let part = pair.other(workpiece);
+        let Part { ref mesh, role, .. } = scene.parts[part];
+        let body = Body::turning(mesh, 0.0);
+        let turning = Turning::new(scene, path, axis, true, part, &body);
+        let is_driven = role == Role::Cutter && turning.is_across;
+        let chain = turning.to_base.clone();
+        (!is_driven).then_some(Self { pair, body, chain, role, turning: Some(turning), is_flat: true })
+    }
+
     /// Sum of the turns that matter while axes change, radians.
     fn turn(&self, machine: &Machine, change: &Position) -> f64 {
         self.turning.as_ref().map_or(&self.chain, |turning| &turning.to_base).turn(machine, change)
     }
+}
+
+/// A part's frame on its link, with a ball around it.
+fn mount(scene: &Scene, part: usize, body: &Body) -> Mount {
+    let (centre, radius_mm) = body.ball();
+    let Part { link, link_from_part, .. } = scene.parts[part];
+    Mount { link, link_from_mesh: link_from_part, centre, radius_mm }
 }
 
 #[derive(Default)]
@@ -300,22 +394,26 @@ impl<'a> Route<'a> {
         }
         let machine = &self.scene.machine;
         let all = examined.iter().map(|&(other, _)| other).chain(cutting.iter().copied());
-        let of_others = all.filter(|&other| self.others[other].turning.is_none());
+        let of_others = all.filter(|&other| self.others[other].turning.is_none() || self.others[other].is_flat);
         let count = of_others.map(|other| self.others[other].chain.pieces(machine, &first, &last, self.pad_mm)).max();
         let count = count.unwrap_or(1);
         for index in 0..count {
-            let sweep = |other: usize| -> Option<Sweep> {
-                let Other { chain, body, turning, .. } = &self.others[other];
-                if let Some(turning) = turning {
-                    return turning.sweep(machine, &first, &last, [index, count], chord_mm);
-                }
-                let piece = chain.piece(machine, &first, &last, index, count);
-                Some(body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm))
-            };
             let whole = |other: usize| -> Sweep {
-                let Other { chain, body, .. } = &self.others[other];
-                let piece = chain.piece(machine, &first, &last, index, count);
-                body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm)
+                match &self.others[other] {
+                    Other { turning: Some(turning), is_flat: true, .. } => {
+                        turning.sweep_anyhow(machine, &first, &last, [index, count], chord_mm)
+                    }
+                    Other { chain, body, .. } => {
+                        let piece = chain.piece(machine, &first, &last, index, count);
+                        body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm)
+                    }
+                }
+            };
+            let sweep = |other: usize| -> Option<Sweep> {
+                match &self.others[other].turning {
+                    Some(turning) => turning.sweep(machine, &first, &last, [index, count], chord_mm),
+                    None => Some(whole(other)),
+                }
             };
             let step = Step {
                 // A tool that is turned otherwise than its section cuts nothing for sure, and is held against the stock as it is.
@@ -381,6 +479,14 @@ impl<'a> Ledger<'a> {
                 contact.to = place;
             }
         }
+    }
+
+    /// Every cutter may be in the stock from a place on: nobody has looked.
+    fn give_up(&mut self, scene: &Scene, from: f64, to: f64) {
+        let depth = Depth { low: 0.0, high: f64::INFINITY };
+        let cutters = self.others.iter().map(|other| other.pair).filter(|&pair| scene.is_cutting(pair));
+        let contact = |pair| StockContact { pair, kind: Kind::Unresolved, from: from.next_up(), to, depth };
+        self.met.contacts.extend(cutters.map(contact));
     }
 
     fn contact(&mut self, other: usize, kind: Kind, told: &Told, contact: &Contact) {

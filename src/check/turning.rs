@@ -5,14 +5,15 @@
 //! is taken for one, which takes away less than it does.
 
 use super::motion::Path;
-use crate::geometry::{Isometry, Vector};
+use crate::geometry::{Isometry, Mesh, Vector};
 use crate::interference::Revolved;
 use crate::machine::{Joint, Machine, Motion};
 use crate::scene::{Part, Scene};
-use crate::stock::motion::{Chain, Mount};
+use crate::stock::motion::{Chain, Mount, Piece};
 use crate::stock::{Body, Spindle, Sweep, TurningTool};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use rs274::{Axis, Plane, Position};
+use std::sync::Arc;
 
 /// A round cutter is across the axis when the cosine of the angle between the two is less than this.
 const ALONG: f64 = 0.999;
@@ -21,32 +22,32 @@ const SAME_MM: f64 = 1e-6;
 /// Least part of its body of revolution that a workpiece fills when it is taken for round.
 const ROUND: f64 = 0.88;
 
-/// A cutter beside the axis of a workpiece that turns.
+/// A part beside the axis of a workpiece that turns.
 pub(super) struct Turning {
+    mesh: Arc<Mesh>,
     spindle: Spindle,
-    /// From the cutter to what carries the workpiece's axis: the axis is that chain's stock.
+    /// From the part to what carries the workpiece's axis: the axis is that chain's stock.
     pub to_base: Chain,
     tool: TurningTool,
-    /// Distance of the cutter's frame from the plane of the section, mm.
+    /// Distance of the part's frame from the plane of the section, mm.
     beside_mm: f64,
+    /// Whether the part is round and lies across the axis.
+    pub is_across: bool,
 }
 
 /// The axis of a workpiece that turns.
-struct WorkAxis {
+pub(super) struct WorkAxis {
     /// What carries it.
-    base: Option<usize>,
+    pub base: Option<usize>,
     /// Its frame in that of what carries it; z is the axis.
-    base_from_axis: Isometry,
-    spindle: Spindle,
+    pub base_from_axis: Isometry,
+    /// Takes the workpiece's frame to that of the axis.
+    pub axis_from_stock: Isometry,
 }
 
 impl Turning {
-    /// `None` where the workpiece does not turn, or the cutter does.
-    pub fn new(scene: &Scene, path: &Path<'_>, workpiece: usize, part: usize, body: &Body) -> Option<Self> {
-        if path.first_plane() != Plane::Zx {
-            return None;
-        }
-        let axis = WorkAxis::of(scene, workpiece)?;
+    /// The stock is flat or not ([`Spindle::is_flat`]).
+    pub fn new(scene: &Scene, path: &Path<'_>, axis: &WorkAxis, is_flat: bool, part: usize, body: &Body) -> Self {
         let Part { link, link_from_part, ref mesh, .. } = scene.parts[part];
         let (centre, radius_mm) = body.ball();
         let mount = Mount { link, link_from_mesh: link_from_part, centre, radius_mm };
@@ -62,16 +63,35 @@ impl Turning {
             let half_turn = UnitQuaternion::from_axis_angle(&Vector::z_axis(), std::f64::consts::PI);
             (to_base, at_first) = to(axis.base_from_axis * half_turn);
         }
-        let is_across = |direction: &Vector| (at_first * direction).z.abs() < ALONG;
-        if body.axis().is_some_and(|direction| is_across(&direction)) {
-            return None;
-        }
+        let is_across = body.axis().is_some_and(|direction| (at_first * direction).z.abs() < ALONG);
         let beside_mm = at_first.translation.y;
         let tool = TurningTool::new(mesh, at_first.rotation, beside_mm);
-        Some(Self { spindle: axis.spindle, to_base, tool, beside_mm })
+        let axis_from_stock = if is_flat { Isometry::identity() } else { axis.axis_from_stock };
+        let spindle = Spindle { axis_from_stock, is_flat };
+        Self { mesh: Arc::clone(mesh), spindle, to_base, tool, beside_mm, is_across }
     }
 
-    /// The way of the cutter in piece `index` of `count` of a move; `None` where it is turned, or beside the plane, otherwise than at first.
+    /// The way of the part in piece `index` of `count` of a move, however it is turned.
+    pub fn sweep_anyhow(
+        &self,
+        machine: &Machine,
+        from: &Position,
+        to: &Position,
+        [index, count]: [usize; 2],
+        pad_mm: f64,
+    ) -> Sweep {
+        if let Some(sweep) = self.sweep(machine, from, to, [index, count], pad_mm) {
+            return sweep;
+        }
+        let Piece { stock_from_part: start, travel, pad_mm: pad, .. } =
+            self.to_base.piece(machine, from, to, index, count);
+        let middle = start.translation.y + 0.5 * travel.y;
+        let tool = TurningTool::new(&self.mesh, start.rotation, middle);
+        let place = [start.translation.x, start.translation.z];
+        tool.sweep(&self.spindle, place, [travel.x, travel.z], pad_mm + pad + 0.5 * travel.y.abs())
+    }
+
+    /// The same; `None` where it is turned, or beside the plane, otherwise than at first.
     pub fn sweep(
         &self,
         machine: &Machine,
@@ -97,8 +117,11 @@ impl Turning {
 }
 
 impl WorkAxis {
-    /// The nearest joint that turns the workpiece; else its own axis, if it is round.
-    fn of(scene: &Scene, workpiece: usize) -> Option<Self> {
+    /// On a lathe the nearest joint that turns the workpiece; else its own axis, if it is round.
+    pub fn of(scene: &Scene, path: &Path<'_>, workpiece: usize) -> Option<Self> {
+        if path.first_plane() != Plane::Zx {
+            return None;
+        }
         let machine = &scene.machine;
         let Part { link, link_from_part, ref mesh, .. } = scene.parts[workpiece];
         let joint_of = |link: usize| machine.links()[link].joint.as_ref();
@@ -135,7 +158,6 @@ impl WorkAxis {
         let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, direction.cross(&x), direction]));
         let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
         let base_from_axis = Isometry::from_parts(point.coords.into(), rotation);
-        let spindle = Spindle { axis_from_stock: base_from_axis.inverse() * base_from_stock };
-        Some(Self { base, base_from_axis, spindle })
+        Some(Self { base, base_from_axis, axis_from_stock: base_from_axis.inverse() * base_from_stock })
     }
 }

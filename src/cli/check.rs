@@ -12,7 +12,7 @@ use super::progress::Bar;
 use super::style::{self, Tone};
 use super::subject::{SET_UP_EXAMPLES, Subject};
 use super::{CLEAR, FAILED, note, say};
-use crate::check::{self, Event, Extent, Kind, Outcome, OverTravel, Settings, Touch};
+use crate::check::{self, Cutting, Event, Extent, Kind, Outcome, OverTravel, Settings, Whole};
 use crate::machine::OutOfLimits;
 use crate::measure::timer;
 use crate::record::file::write_text;
@@ -29,7 +29,7 @@ use stock::Left;
 
 #[derive(Args)]
 #[command(
-    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --stock-resolution 0.1 --target finished.stl\n  bvbench check path/to/machine part.ngc --certify part.cert\n\nA cutter that comes into the workpiece in a feed move is cutting; in a rapid move, or while the spindle stands still, it collides. Everything else that touches collides. With --stock-resolution the cutter takes material away, and all is held against what is left. With --certify a block is clear only if it is proved free.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
+    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --target finished.stl   gouges and rests against the wanted part\n  bvbench check path/to/machine part.ngc --certify part.cert\n\nA cutter that feeds into the workpiece takes material away. A cutter at rapid rate or with a standing spindle, a shank, a holder and all else collide with what is left; whatever else touches collides. With --certify a block is clear only if it is proved free.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
 )]
 pub struct Options {
     #[command(flatten)]
@@ -70,15 +70,24 @@ pub struct Options {
 /// The workpiece while it is cut.
 #[derive(Args)]
 struct StockOptions {
-    /// Take away what the cutter cuts, with bounds this near to one another, mm, such as 0.1 (experimental) [default: the workpiece stays whole]
-    #[arg(long, value_name = "MM")]
-    stock_resolution: Option<f64>,
+    /// Depth to which contact with what is left of the workpiece is not told from touching, mm; `none` keeps the workpiece whole, and may miss a rapid through
+    /// it [default: 0.1, or a ten-thousandth of its longest side where that is more]
+    #[arg(long, value_name = "MM", value_parser = cutting)]
+    stock_resolution: Option<Cutting>,
     /// Write what may be left of the workpiece at the end (outer bound) as STL, in the workpiece's own frame
-    #[arg(long, value_name = "FILE.stl", requires = "stock_resolution")]
+    #[arg(long, value_name = "FILE.stl")]
     stock_out: Option<PathBuf>,
     /// Compare what is left with the wanted part, a mesh file in mm in the workpiece's own frame: gouges and rests
-    #[arg(long, value_name = "FILE", requires = "stock_resolution")]
+    #[arg(long, value_name = "FILE")]
     target: Option<PathBuf>,
+}
+
+/// A resolution, or `none`.
+fn cutting(text: &str) -> Result<Cutting, String> {
+    match text {
+        "none" => Ok(Cutting::Never),
+        number => number.parse().map(Cutting::At).map_err(|_| "must be a length in mm, or `none`".to_owned()),
+    }
 }
 
 /// Reports for other programs, beside what is printed.
@@ -91,7 +100,7 @@ struct Reports {
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
     /// Also prove each block free of contact, in contact, or unresolved, and write the proof, which `certificate-checker` checks
-    #[arg(long, value_name = "FILE", conflicts_with = "stock_resolution")]
+    #[arg(long, value_name = "FILE")]
     certify: Option<PathBuf>,
 }
 
@@ -204,7 +213,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         let mut json = as_json(scene, run, variant, outcome, times);
         json["clear"] = json!(checked.is_clear());
         json["certificate"] = json!(certificate.as_ref().map(|written| written.as_json(scene)));
-        json["stock"] = stock::as_json(scene, outcome, options.stock.stock_resolution, left);
+        json["stock"] = stock::as_json(scene, outcome, left);
         say(serde_json::to_string_pretty(&json)?);
     } else if options.csv {
         say(as_csv(scene, outcome)?.trim_end());
@@ -262,7 +271,8 @@ fn settings(options: &Options) -> Result<Settings> {
     let mut settings = Settings {
         stop_at_first: options.first,
         tolerance_mm: options.tolerance,
-        stock_resolution_mm: options.stock.stock_resolution,
+        cutting: options.stock.stock_resolution.unwrap_or_default(),
+        is_solid: options.stock.stock_out.is_some() || options.stock.target.is_some(),
         ..Settings::standard()
     };
     if !(options.tolerance > 0.0 && options.tolerance.is_finite()) {
@@ -306,7 +316,7 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
     say(format!(
         "{}: {} in {} of program time",
         run.file.display(),
-        found(collisions.len(), outcome.over_travel.len(), &outcome.touches),
+        found(collisions.len(), outcome),
         clock(outcome.duration_s),
     ));
     let kept = outcome.decisions.iter().filter(|decision| decision.dropped.is_none()).count();
@@ -331,8 +341,9 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
 }
 
 /// The answer in a few words.
-fn found(collisions: usize, over_travel: usize, touches: &[Touch]) -> String {
-    let deepest = touches.iter().map(|touch| touch.at_most_mm).fold(0.0, f64::max);
+fn found(collisions: usize, outcome: &Outcome) -> String {
+    let over_travel = outcome.over_travel.len();
+    let deepest = outcome.touches.iter().map(|touch| touch.at_most_mm).fold(0.0, f64::max);
     let over = match over_travel {
         0 => String::new(),
         1 => "1 axis beyond its limits".to_owned(),
@@ -341,6 +352,9 @@ fn found(collisions: usize, over_travel: usize, touches: &[Touch]) -> String {
     match (collisions, over_travel) {
         (0, 0) if deepest > 0.0 => {
             format!("nothing collides, but for what may touch the stock by at most {deepest:.3} mm (see below)")
+        }
+        (0, 0) if outcome.stays_whole => {
+            "nothing collides, but rapids through the workpiece are not examined (see below)".to_owned()
         }
         (0, 0) => "nothing collides".to_owned(),
         (0, _) => over,
@@ -375,14 +389,37 @@ fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     };
     let uncut = |uncut: &check::Uncut| {
         let name = &scene.parts[uncut.part].name;
+        let rapids = match uncut.why {
+            Whole::Open => {
+                "what comes after the first cut is unresolved (`bvbench scene info` says where the mesh is open)"
+            }
+            Whole::Turned => "a rapid that begins inside it is taken for a retreat",
+        };
+        format!("not examined: what is cut away from `{name}`, since {}; {rapids}", uncut.why)
+    };
+    let is_asked = outcome.stays_whole && outcome.uncut.is_empty();
+    let whole = is_asked.then(|| {
+        "not examined: what is cut away (`--stock-resolution none`); a rapid that begins inside the workpiece is taken for a retreat".to_owned()
+    });
+    let cutter = |&part: &usize| {
+        let name = &scene.parts[part].name;
         format!(
-            "not examined: what is cut away from `{name}`, since {}; a rapid that begins inside it is taken for a retreat",
-            uncut.why
+            "not examined: what `{name}` cuts, whose mesh is not watertight; nothing is taken away for sure, and rapids where it has cut are unresolved"
         )
     };
     let tools = outcome.tools_without_parts.iter().map(tool);
+    let given_up = |remaining: &check::Remaining| {
+        let (name, line) = (&scene.parts[remaining.part].name, remaining.given_up?);
+        Some(format!(
+            "not examined: contact with `{name}` from line {line} on: cutting it takes too much work; a coarser `--stock-resolution` takes less"
+        ))
+    };
     let tools = outcome.touches.iter().map(|touch| stock::touch(scene, touch)).chain(tools);
-    let tools = tools.chain(outcome.uncut.iter().map(uncut));
+    let tools = tools
+        .chain(outcome.uncut.iter().map(uncut))
+        .chain(whole)
+        .chain(outcome.remaining.iter().filter_map(given_up))
+        .chain(outcome.open_cutters.iter().map(cutter));
     let pairs = outcome.decisions.iter().filter_map(dropped).chain(neighbours);
     tools.chain(outcome.open_parts.iter().map(open)).chain(pairs).collect()
 }

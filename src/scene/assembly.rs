@@ -318,6 +318,7 @@ pub(super) fn mount(
             shape: Some(Arc::new(shape)),
             role,
             tool: Some(number),
+            groove_mm: 0.0,
         })
     });
     Ok(Mounted { parts: parts.collect::<Result<_, String>>()?, tool, notes })

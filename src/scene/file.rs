@@ -125,6 +125,9 @@ pub struct PartFile {
     pub role: Role,
     /// The tool to which the part belongs: the part is mounted only while that tool is in the spindle.
     pub tool: Option<u32>,
+    /// Grooves of a cutter's outline up to this width, along its axis, leave no ridges, mm.
+    #[serde(default)]
+    pub groove_mm: f64,
     /// The part's frame in its link's frame.
     #[serde(default)]
     pub at: PlacementFile,

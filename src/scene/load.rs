@@ -262,6 +262,12 @@ fn add_parts(
             let message = format!("part `{name}` belongs to a tool, so it cannot be a {}", file.role.name());
             return Err(SceneError::Meaning { place: place(), message });
         }
+        let groove_mm = file.groove_mm;
+        if !(groove_mm >= 0.0 && groove_mm.is_finite()) || (groove_mm > 0.0 && file.role != Role::Cutter) {
+            let message =
+                format!("groove_mm of part `{name}` is {groove_mm}: it is a width of at least 0, and of a cutter");
+            return Err(SceneError::Meaning { place: place(), message });
+        }
         let mesh = part_mesh(folder, document, file, overrides)?;
         let triangles = parts.iter().map(|part| part.mesh.faces().len()).sum::<usize>() + mesh.faces().len();
         if triangles > MOST_TRIANGLES {
@@ -272,7 +278,8 @@ fn add_parts(
         }
         let mesh = Arc::new(mesh);
         let shape = file.shape.clone().map(Arc::new);
-        parts.push(Part { name: name.clone(), mesh, link, link_from_part, shape, role: file.role, tool: file.tool });
+        let (name, role, tool) = (name.clone(), file.role, file.tool);
+        parts.push(Part { name, mesh, link, link_from_part, shape, role, tool, groove_mm });
     }
     Ok(())
 }

@@ -56,6 +56,8 @@ pub struct Part {
     pub role: Role,
     /// The tool to which the part belongs: the part is present only while that tool is in the spindle. `None` is always present.
     pub tool: Option<u32>,
+    /// Grooves of a cutter's outline up to this width, along its axis, are staggered from tooth to tooth and leave no ridges, mm.
+    pub groove_mm: f64,
 }
 
 /// The import report of a part's mesh file.
@@ -140,6 +142,12 @@ impl Pair {
     #[must_use]
     pub fn is(self, other: Self) -> bool {
         self == other || self == Self { a: other.b, b: other.a }
+    }
+
+    /// The part that is not `part`.
+    #[must_use]
+    pub const fn other(self, part: usize) -> usize {
+        if self.a == part { self.b } else { self.a }
     }
 }
 

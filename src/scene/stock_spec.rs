@@ -109,6 +109,7 @@ impl StockSpec {
             shape: shape.map(Arc::new),
             role: Role::Workpiece,
             tool: None,
+            groove_mm: 0.0,
         };
         Ok((part, place))
     }

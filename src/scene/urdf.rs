@@ -45,6 +45,7 @@ pub fn read(
             shape: None,
             role: Role::Machine,
             tool: None,
+            groove_mm: 0.0,
         });
     }
     Ok((machine, parts))

@@ -35,6 +35,18 @@ pub(super) struct Least {
     pub deep: f64,
 }
 
+/// Where on its way a part has the least excess over a point, and a linear function below the excess throughout a cube around it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lowest {
+    pub least: Least,
+    /// Part of the way at which the excess is `least.high`, 0 to 1.
+    pub at: f64,
+    /// Value of the function at the cube's centre, mm.
+    pub value: f64,
+    /// Its gradient, in the body's frame.
+    pub normal: Vector,
+}
+
 /// A cube around a point, and what is asked about it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cube {
@@ -66,39 +78,47 @@ struct Tangent {
     normal: Vector,
 }
 
+impl Tangent {
+    /// Value and place of the lower of two.
+    fn better(&self, best: (f64, f64)) -> (f64, f64) {
+        if self.value < best.0 { (self.value, self.at) } else { best }
+    }
+}
+
 /// Tangents that are laid at most; half as many as reach rounding on smooth bodies.
 const MOST_TANGENTS: usize = 40;
 
 impl Convex {
     /// Where a point that starts at `q` and goes by `-travel` is deepest, the axis being z. Ends early where the cube is
     /// inside at some place, or outside at all.
-    pub fn least(&self, q: &Vector, travel: &Vector, cube: &Cube) -> Least {
+    pub fn lowest(&self, q: &Vector, travel: &Vector, cube: &Cube) -> Lowest {
         let way = travel.norm();
         let start = if way > 0.0 { (q.dot(travel) / (way * way)).clamp(0.0, 1.0) } else { 0.0 };
         let first = self.tangent(q, travel, start);
-        let mut best = first.value;
+        let mut best = (first.value, first.at);
         let reach = way * start.max(1.0 - start);
         // What the point moves changes the excess by no more.
-        if best <= cube.inside || best - reach - cube.radius >= cube.outside {
-            let low = best - reach;
-            return Least { low, high: best, deep: low - cube.radius };
+        if best.0 <= cube.inside || best.0 - reach - cube.radius >= cube.outside {
+            let low = best.0 - reach;
+            let least = Least { low, high: best.0, deep: low - cube.radius };
+            return Lowest { least, at: best.1, value: least.deep, normal: Vector::zeros() };
         }
-        let end = |tangent: &Tangent, best: f64| {
-            let low = tangent.value;
-            Least { low, high: best, deep: low - cube.spread(&tangent.normal) }
+        let found = |value: f64, normal: Vector, best: (f64, f64)| {
+            let least = Least { low: value, high: best.0, deep: value - cube.spread(&normal) };
+            Lowest { least, at: best.1, value, normal }
         };
         if first.slope == 0.0 || way == 0.0 {
-            return end(&first, best);
+            return found(first.value, first.normal, best);
         }
         // `before` falls, `behind` rises.
         let other = if first.slope > 0.0 { 0.0 } else { 1.0 };
         if start == other {
-            return end(&first, best);
+            return found(first.value, first.normal, best);
         }
         let second = self.tangent(q, travel, other);
-        best = best.min(second.value);
+        best = second.better(best);
         if (second.slope > 0.0) == (first.slope > 0.0) || second.slope == 0.0 {
-            return end(&second, best);
+            return found(second.value, second.normal, best);
         }
         let (mut before, mut behind) = if first.slope < 0.0 { (first, second) } else { (second, first) };
         let mut tangents = 0;
@@ -109,18 +129,17 @@ impl Convex {
             let at = ((before.slope * before.at - before.value) - (behind.slope * behind.at - behind.value))
                 / (before.slope - behind.slope);
             let low = mixed(before.value - before.slope * before.at, behind.value - behind.slope * behind.at);
-            let normal = before.normal * share + behind.normal * (1.0 - share);
-            let deep = low - cube.spread(&normal);
-            let found = Least { low, high: best, deep };
+            let mixture = found(low, before.normal * share + behind.normal * (1.0 - share), best);
             tangents += 1;
             let close = (0.01 * cube.radius).max(1e-9);
-            if best <= cube.inside || deep >= cube.outside || best - low <= close || tangents >= MOST_TANGENTS {
-                return found;
+            let is_decided = best.0 <= cube.inside || mixture.least.deep >= cube.outside;
+            if is_decided || best.0 - low <= close || tangents >= MOST_TANGENTS {
+                return mixture;
             }
             let next = self.tangent(q, travel, at.clamp(before.at, behind.at));
-            best = best.min(next.value);
+            best = next.better(best);
             if next.slope == 0.0 {
-                return end(&next, best);
+                return found(next.value, next.normal, best);
             }
             if next.slope < 0.0 {
                 before = next;
@@ -173,7 +192,7 @@ mod tests {
     #[test]
     fn depths_known_by_hand() {
         let cube = cube(0.1);
-        let least = |q: [f64; 3], travel: [f64; 3]| drill().least(&q.into(), &travel.into(), &cube);
+        let least = |q: [f64; 3], travel: [f64; 3]| drill().lowest(&q.into(), &travel.into(), &cube).least;
         let near = |x: f64, y: f64| assert!((x - y).abs() < 2e-3, "{x} {y}");
         near(least([8.0, 0.0, 10.0], [0.0; 3]).low, 3.0);
         near(least([8.0, 0.0, 10.0], [1.0, 0.0, 0.0]).high, 2.0);
@@ -199,11 +218,14 @@ mod tests {
                 body.excess(p.x.hypot(p.y), p.z)
             }).fold(f64::INFINITY, f64::min);
             let radius = half * 3f64.sqrt();
-            let found = body.least(&q.into(), &travel, &cube(half));
+            let Lowest { least: found, at, value, normal } = body.lowest(&q.into(), &travel, &cube(half));
             let exact = sampled(q.into());
             let step = travel.norm() / 4000.0 + 1e-9;
             prop_assert!(found.low <= exact + 1e-9 && (found.high >= exact - step), "{found:?} {exact}");
-            prop_assert!(sampled(Vector::from(q) + Vector::from(corner) * half) >= found.deep - 1e-9);
+            let there = sampled(Vector::from(q) + Vector::from(corner) * half);
+            prop_assert!(there >= found.deep - 1e-9 && there >= value + normal.dot(&(Vector::from(corner) * half)) - 1e-9);
+            let p = Vector::from(q) - travel * at;
+            prop_assert!((body.excess(p.x.hypot(p.y), p.z) - found.high).abs() <= 1e-9);
             // A decision is never an open one: either the bounds are near one another, or one of them decides.
             let decided = found.high <= -radius || found.deep >= 0.0 || found.low >= radius;
             prop_assert!(decided || found.high - found.low <= 0.011 * radius, "{found:?}");

@@ -9,14 +9,17 @@
 //! A cell that is not removed although a sweep's border runs through it reaches at most its diagonal into what the sweep took away. That is less
 //! than the resolution: what slides along a surface that has just been cut may seem to be that deep in the stock, and no deeper.
 //!
-//! Reading order: this file (the stock), `sweep` (what moves), [`motion`] (straight pieces of an axis move), `convex`, `round`, `turned`, `skin` (shapes),
-//! `tile` (the octree), [`export`] (as a mesh), [`target`] (compared with the part that is wanted).
+//! Reading order: this file (the stock), `sweep` (what moves), [`motion`] (straight pieces of an axis move), `convex`, `round`, `bore`, `turned`, `skin` (shapes), `blank` (the uncut workpiece),
+//! `cover` (what a cut leaves), `tile` (the octree), [`export`] (as a mesh), [`target`] (compared with the part that is wanted).
 
+mod blank;
 mod convex;
+mod bore;
 mod round;
 mod turned;
 mod skin;
 mod sweep;
+mod cover;
 mod tile;
 pub mod motion;
 pub mod export;
@@ -27,15 +30,18 @@ mod tests;
 pub use sweep::{Body, ROUNDING_MM, Spindle, Sweep, TurningTool};
 pub use tile::{Depth, Material};
 
-use crate::geometry::{Mesh, Point, Vector, triangle};
+use crate::geometry::{Isometry, Mesh, Point, Vector, triangle};
 use crate::truth::Solid;
+use blank::Blank;
 use rayon::prelude::*;
 use std::sync::Arc;
 use thiserror::Error;
-use tile::{Search, Tile, Uncut};
+use tile::{Search, Tile};
 
-/// Resolution where nobody says otherwise, mm.
+/// Resolution where nobody says otherwise, mm, but not finer than [`RESOLUTION_PART`] of the workpiece's longest side.
 pub const RESOLUTION_MM: f64 = 0.1;
+/// Finest resolution where nobody says otherwise, as a part of the workpiece's longest side: 0.1 mm of a metre.
+pub const RESOLUTION_PART: f64 = 1e-4;
 /// Side of the finest cells as a part of the resolution. The diagonal is 0.78 of the resolution; the rest is for chords of arcs and turns, on both sides of a border.
 const CELL: f64 = 0.45;
 /// Most tiles along the longest side of a workpiece: tiles are what threads share out, and what a sweep is held against first.
@@ -49,6 +55,9 @@ pub enum StockError {
     /// Nobody knows what is inside.
     #[error("its mesh is not watertight")]
     Open,
+    /// It does not fill its body of revolution about the axis.
+    #[error("it is not round about the axis that turns it")]
+    NotRound,
     /// The resolution is no length, or much finer than the workpiece is large.
     #[error(
         "the resolution is {0} mm; it must be a finite number above 0, and at least a millionth of the workpiece's size"
@@ -59,7 +68,7 @@ pub enum StockError {
 /// What is left of a workpiece, in the frame of its mesh.
 #[derive(Clone, Debug)]
 pub struct Stock {
-    uncut: Arc<Uncut>,
+    uncut: Arc<Blank>,
     tiles: Vec<Tile>,
     resolution_mm: f64,
 }
@@ -99,46 +108,43 @@ impl Stock {
             return Err(StockError::Open);
         }
         let triangles = mesh.triangles();
-        let (low, high) = triangle::bounds(&triangles).unwrap_or_default();
-        let cell = CELL * resolution_mm;
-        let size = (high - low).amax();
-        if !(cell > 0.0 && cell.is_finite()) {
-            return Err(StockError::Resolution(resolution_mm));
-        }
-        let divisions = (size / TILES / cell).log2().ceil().max(0.0);
-        if divisions > f64::from(MOST_DIVISIONS) {
-            return Err(StockError::Resolution(resolution_mm));
-        }
-        let divisions = divisions as u32;
-        let tile = cell * f64::from(1_u32 << divisions);
-        // Off the planes of the workpiece's faces, which would else be in the cells of both sides.
-        let low = low - Vector::repeat(OFF_GRID * cell);
-        let counts: [usize; 3] = std::array::from_fn(|k| (((high[k] - low[k]) / tile).floor() as usize) + 1);
-        let index = |at: [usize; 3]| at[0] + counts[0] * (at[1] + counts[1] * at[2]);
-        let mut lists: Vec<Vec<u32>> = vec![Vec::new(); counts.iter().product()];
+        let tiling = Tiling::new(triangle::bounds(&triangles).unwrap_or_default(), resolution_mm)?;
+        let mut lists: Vec<Vec<u32>> = vec![Vec::new(); tiling.counts.iter().product()];
         for (number, triangle) in triangles.iter().enumerate() {
-            let (from, to) = triangle.bounds();
-            let range = |k: usize| {
-                let place = |x: f64| (((x - low[k]) / tile).floor().max(0.0) as usize).min(counts[k] - 1);
-                // A border belongs to both sides.
-                place(from[k] - ROUNDING_MM)..=place(to[k] + ROUNDING_MM)
-            };
-            for x in range(0) {
-                for y in range(1) {
-                    for z in range(2) {
-                        lists[index([x, y, z])].push(number as u32);
-                    }
-                }
+            for tile in tiling.meeting(triangle.bounds()) {
+                lists[tile].push(number as u32);
             }
         }
-        let uncut = Arc::new(Uncut { triangles, solid });
-        let place = |number: usize| {
-            let at = [number % counts[0], number / counts[0] % counts[1], number / counts[0] / counts[1]];
-            low + Vector::from(at.map(|n| n as f64)) * tile
+        Ok(Self::of_tiles(Blank::Mesh { triangles, solid }, &tiling, &lists, resolution_mm))
+    }
+
+    /// The uncut stock of a workpiece that turns about z of the frame that `axis_from_stock` leads to, and under cutters that stand: a square of (ρ, z) is all of its
+    /// turning.
+    ///
+    /// # Errors
+    /// [`StockError`] when the mesh is open, or not round about the axis, or the resolution is no length.
+    pub fn turned(mesh: &Arc<Mesh>, axis_from_stock: Isometry, resolution_mm: f64) -> Result<Self, StockError> {
+        if !mesh.edge_report().is_watertight() {
+            return Err(StockError::Open);
+        }
+        let blank = Blank::turned(mesh, axis_from_stock)?;
+        let places = mesh.vertices().iter().map(|vertex| blank.place(vertex));
+        let (low, high) = places
+            .fold((Point::new(0.0, 0.0, f64::INFINITY), Point::new(0.0, 0.0, f64::NEG_INFINITY)), |(l, h), p| {
+                (Point::new(0.0, 0.0, l.z.min(p.z)), h.sup(&p))
+            });
+        let mut tiling = Tiling::new((low, high), resolution_mm)?;
+        tiling.low.y = -0.5 * tiling.size;
+        let lists = vec![vec![0]; tiling.counts.iter().product()];
+        Ok(Self::of_tiles(blank, &tiling, &lists, resolution_mm))
+    }
+
+    fn of_tiles(blank: Blank, tiling: &Tiling, lists: &[Vec<u32>], resolution_mm: f64) -> Self {
+        let tile = |(number, list): (usize, &Vec<u32>)| {
+            Tile::new(tiling.place(number), tiling.size, tiling.divisions, list, &blank)
         };
-        let tiles = lists.par_iter().enumerate();
-        let tiles = tiles.map(|(number, list)| Tile::new(place(number), tile, divisions, list, &uncut)).collect();
-        Ok(Self { uncut, tiles, resolution_mm })
+        let tiles = lists.par_iter().enumerate().map(tile).collect();
+        Self { uncut: Arc::new(blank), tiles, resolution_mm }
     }
 
     /// The resolution, mm.
@@ -173,6 +179,12 @@ impl Stock {
         }
     }
 
+    /// Cells that were held against something that moves so far: what time is spent on, the same on every machine.
+    #[must_use]
+    pub fn questions(&self) -> u64 {
+        self.tiles.iter().map(Tile::questions).sum()
+    }
+
     /// Bytes of the cells.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -204,13 +216,64 @@ impl Stock {
 
     /// What is known at a point.
     pub fn material_at(&mut self, point: &Point) -> Material {
-        let uncut = &self.uncut;
+        let (uncut, point) = (&self.uncut, &self.uncut.place(point));
         let holds = |tile: &&mut Tile| {
             let (low, high) = tile.bounds();
             (0..3).all(|k| low[k] <= point[k] && point[k] < high[k])
         };
         self.tiles.iter_mut().find(holds).map_or(Material::Gone, |tile| tile.material_at(point, uncut))
     }
+}
+
+/// The tiles of a stock.
+struct Tiling {
+    low: Point,
+    size: f64,
+    counts: [usize; 3],
+    /// How often a tile is divided to its finest cells.
+    divisions: u32,
+}
+
+impl Tiling {
+    fn new((low, high): (Point, Point), resolution_mm: f64) -> Result<Self, StockError> {
+        let cell = CELL * resolution_mm;
+        let divisions = ((high - low).amax() / TILES / cell).log2().ceil().max(0.0);
+        if !(cell > 0.0 && cell.is_finite() && divisions <= f64::from(MOST_DIVISIONS)) {
+            return Err(StockError::Resolution(resolution_mm));
+        }
+        let divisions = divisions as u32;
+        let size = cell * f64::from(1_u32 << divisions);
+        // Off the planes of the workpiece's faces, which would else be in the cells of both sides.
+        let low = low - Vector::repeat(OFF_GRID * cell);
+        let counts = std::array::from_fn(|k| (((high[k] - low[k]) / size).floor() as usize) + 1);
+        Ok(Self { low, size, counts, divisions })
+    }
+
+    /// Numbers of the tiles that a box may meet.
+    fn meeting(&self, (low, high): (Point, Point)) -> impl Iterator<Item = usize> {
+        let Self { counts, .. } = *self;
+        let [xs, ys, zs]: [_; 3] = std::array::from_fn(|k| {
+            let place = |x: f64| (((x - self.low[k]) / self.size).floor().max(0.0) as usize).min(counts[k] - 1);
+            // A border belongs to both sides.
+            place(low[k] - ROUNDING_MM)..=place(high[k] + ROUNDING_MM)
+        });
+        zs.flat_map(move |z| ys.clone().map(move |y| [y, z]))
+            .flat_map(move |[y, z]| xs.clone().map(move |x| x + counts[0] * (y + counts[1] * z)))
+    }
+
+    /// The lowest corner of a tile.
+    fn place(&self, number: usize) -> Point {
+        let counts = self.counts;
+        let at = [number % counts[0], number / counts[0] % counts[1], number / counts[0] / counts[1]];
+        self.low + Vector::from(at.map(|n| n as f64)) * self.size
+    }
+}
+
+/// The resolution where nobody says otherwise, mm: [`RESOLUTION_MM`], or [`RESOLUTION_PART`] of a workpiece's longest side where that is more.
+#[must_use]
+pub fn standard_resolution_mm(mesh: &Mesh) -> f64 {
+    let (low, high) = triangle::bounds(&mesh.triangles()).unwrap_or_default();
+    RESOLUTION_MM.max(RESOLUTION_PART * (high - low).amax())
 }
 
 /// Depth below which nothing is told, mm: what rounding and the chords of a mesh make of a surface that was just cut.
@@ -234,7 +297,7 @@ impl Contact {
 /// Steps through one tile.
 struct TileRun<'a> {
     tile: &'a mut Tile,
-    uncut: &'a Uncut,
+    uncut: &'a Blank,
     resolution_mm: f64,
     tolerance_mm: f64,
     found: Vec<Contact>,

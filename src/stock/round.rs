@@ -1,10 +1,12 @@
-//! A turning part as convex pieces: the body of revolution around its mesh, and by how much the mesh may fall short of it.
+//! A turning part as pieces: the body of revolution around its mesh, and by how much the mesh may fall short of it.
 //!
 //! A spindle turns the mesh, so what it sweeps at a height is all within the mesh's largest radius there, where the mesh holds the axis. Between two heights at which vertices
 //! lie, the distance from the axis is a convex function along each edge: chords bound the radius from outside, tangents from inside. A
-//! point deeper in the outer body than the greatest difference of the two is in the swept body.
+//! point deeper in a piece than the greatest difference of the two is in the swept body. Where the mesh does not hold the axis the piece has a bore ([`super::bore`]). Of an open
+//! mesh the outer body is a cylinder, and nothing is swept for sure.
 
-use super::convex::{Convex, Cube, HalfPlane, Least};
+use super::bore::{Bore, BoreSlab};
+use super::convex::{Convex, Cube, HalfPlane, Least, Lowest};
 use crate::geometry::{Isometry, Mesh, Point, Vector};
 use crate::interference::Revolved;
 use crate::truth::Solid;
@@ -14,18 +16,16 @@ use std::sync::Arc;
 const SAME_HEIGHT_MM: f64 = 1e-7;
 /// Most heights at which the profile may have a corner; a mesh with more gets as many of one distance.
 const MOST_HEIGHTS: usize = 400;
-/// A corner that turns by less than this on the hollow side is straight; over 100 mm that is 1e-7 mm.
+/// Slopes that differ by less than this are one; over 100 mm that is 1e-7 mm.
 const STRAIGHT: f64 = 1e-9;
+/// A corner that turns by less than this on the hollow side joins what is beside it: coordinates are rounded to 1e-9 mm, and slabs may be thin.
+const NEARLY_STRAIGHT: f64 = 1e-6;
 
 /// A body of revolution about z.
 #[derive(Clone, Debug)]
 pub(super) struct Round {
     /// Their union holds the body.
-    pub pieces: Vec<Convex>,
-    /// Of each piece the largest radius, and lowest and highest z, mm.
-    bounds: Vec<(f64, [f64; 2])>,
-    /// How deep a point must be in a piece to be in the body for sure, mm; infinite where the body is hollow.
-    pub slack_mm: f64,
+    pub pieces: Vec<Piece>,
     /// Takes the mesh's frame to the body's.
     pub body_from_part: Isometry,
     /// Part of the body that the mesh fills, 0 to 1.
@@ -35,40 +35,48 @@ pub(super) struct Round {
     pub span_mm: [f64; 2],
 }
 
+/// A piece of a body of revolution.
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    pub convex: Convex,
+    /// What is hollow of it.
+    pub bore: Option<Bore>,
+    /// How deep a point must be in the piece to be in the body for sure, mm; infinite where no point is.
+    pub slack_mm: f64,
+    /// Largest radius, and lowest and highest z, mm.
+    radius: f64,
+    span: [f64; 2],
+}
+
 /// The profile between two heights: radii at both from outside and from inside, mm.
 #[derive(Clone, Copy, Debug)]
 struct Slab {
     z: [f64; 2],
     outer: [f64; 2],
     inner: [f64; 2],
+    /// Where the axis is not in the mesh.
+    bore: Option<BoreSlab>,
 }
 
 impl Round {
-    pub fn new(mesh: &Arc<Mesh>) -> Self {
+    /// The body around a mesh. Grooves of the outline that are at most `groove_mm` wide, along the axis, are filled.
+    pub fn new(mesh: &Arc<Mesh>, groove_mm: f64) -> Self {
         let Revolved { tool_from_mesh, filled, profile, .. } = Revolved::around(mesh);
         let places: Vec<Point> = mesh.vertices().iter().map(|vertex| tool_from_mesh * vertex).collect();
-        let slabs = slabs(&places, mesh.faces());
         let solid = Solid::new(Arc::clone(mesh));
-        let holds_axis = |slab: &Slab| {
-            let on_axis = Point::new(0.0, 0.0, f64::midpoint(slab.z[0], slab.z[1]));
-            // The axis of a tool in its own frame runs through vertices; a ray beside it does not begin on a triangle.
-            let beside = 1e-4 * slab.outer[0].min(slab.outer[1]);
-            let beside = on_axis + Vector::new(0.7 * beside, 0.3 * beside, 0.0);
-            !solid.is_watertight() || solid.holds(&(tool_from_mesh.inverse() * beside))
-        };
-        let missing = |slab: &Slab| {
-            if holds_axis(slab) {
-                (slab.outer[0] - slab.inner[0]).max(slab.outer[1] - slab.inner[1])
-            } else {
-                f64::INFINITY
+        if !solid.is_watertight() {
+            return Self::around_open(&places, tool_from_mesh);
+        }
+        let mut slabs = slabs(&places, mesh.faces());
+        let part_from_body = tool_from_mesh.inverse();
+        for slab in &mut slabs {
+            if !slab.holds_axis(&|p| solid.holds(&(part_from_body * p))) {
+                slab.bore = Some(BoreSlab::new(slab.z, &places, mesh.faces()));
             }
-        };
-        let slack_mm = slabs.iter().map(missing).fold(0.0, f64::max);
-        let (pieces, bounds) = pieces(&slabs).into_iter().unzip();
+        }
+        fill_grooves(&mut slabs, groove_mm);
         Self {
-            pieces,
-            bounds,
-            slack_mm,
+            pieces: pieces(&slabs),
             body_from_part: tool_from_mesh,
             filled,
             radius_mm: profile.radius_mm(),
@@ -76,36 +84,109 @@ impl Round {
         }
     }
 
-    /// As [`Convex::least`], over all pieces. Of those whose cylinders are too far away nothing more is asked.
+    /// The cylinder around a mesh that encloses nothing: what is in it for sure, nobody knows.
+    fn around_open(places: &[Point], body_from_part: Isometry) -> Self {
+        let radius = places.iter().map(|place| place.x.hypot(place.y)).fold(0.0, f64::max);
+        let (low, high) = places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.z), h.max(p.z)));
+        let plane = |a: f64, b: f64, c: f64| HalfPlane { a, b, c };
+        let planes = vec![plane(0.0, -1.0, -low), plane(0.0, 1.0, high), plane(1.0, 0.0, radius)];
+        let span = [low, high];
+        let piece = Piece { convex: Convex { planes }, bore: None, slack_mm: f64::INFINITY, radius, span };
+        Self { pieces: vec![piece], body_from_part, filled: 0.0, radius_mm: radius, span_mm: span }
+    }
+
+    /// How deep a point must be in the body to be in the part for sure, mm, where that is known.
+    pub fn slack_mm(&self) -> f64 {
+        self.pieces.iter().map(|piece| piece.slack_mm).filter(|slack| slack.is_finite()).fold(0.0, f64::max)
+    }
+
+    /// Whether all of it is known to within a length.
+    pub fn is_known(&self) -> bool {
+        self.pieces.iter().all(|piece| piece.slack_mm.is_finite())
+    }
+
+    /// Whether it is solid, and known to be.
+    pub fn is_solid(&self) -> bool {
+        self.pieces.iter().all(|piece| piece.bore.is_none() && piece.slack_mm.is_finite())
+    }
+
+    /// Whether no point is in the part for sure.
+    pub fn is_vague(&self) -> bool {
+        self.pieces.iter().all(|piece| piece.slack_mm == f64::INFINITY)
+    }
+
+    /// As [`Convex::lowest`], over all pieces; `high` is that of the part.
     pub fn least(&self, q: &Vector, travel: &Vector, cube: &Cube) -> Least {
         let mut found = Least { low: f64::INFINITY, high: f64::INFINITY, deep: f64::INFINITY };
-        let end = q - travel;
-        let (lowest, highest) = (q.z.min(end.z), q.z.max(end.z));
-        let across = travel.x * travel.x + travel.y * travel.y;
-        let part = if across > 0.0 { ((q.x * travel.x + q.y * travel.y) / across).clamp(0.0, 1.0) } else { 0.0 };
-        let (x, y) = (q.x - part * travel.x, q.y - part * travel.y);
-        let nearest = (x * x + y * y).sqrt();
-        for (piece, (radius, [low, high])) in self.pieces.iter().zip(&self.bounds) {
-            let apart = (nearest - radius).max(lowest - high).max(low - highest);
-            let of_piece = if apart - cube.radius >= cube.outside {
-                Least { low: apart, high: f64::INFINITY, deep: apart - cube.radius }
-            } else {
-                piece.least(q, travel, cube)
-            };
-            found.low = found.low.min(of_piece.low);
-            found.high = found.high.min(of_piece.high);
-            found.deep = found.deep.min(of_piece.deep);
+        for of_piece in self.lowest(q, travel, cube) {
+            let Least { low, high, deep } = of_piece.1.least;
+            found = Least { low: found.low.min(low), high: found.high.min(high), deep: found.deep.min(deep) };
             if found.high <= cube.inside {
                 break;
             }
         }
         found
     }
+
+    /// As [`Convex::lowest`], of each piece; `high` is that of the part. Of those whose cylinders are too far away nothing more is asked.
+    pub fn lowest<'a>(
+        &'a self,
+        q: &'a Vector,
+        travel: &'a Vector,
+        cube: &'a Cube,
+    ) -> impl Iterator<Item = (&'a Piece, Lowest)> {
+        let end = q - travel;
+        let (lowest, highest) = (q.z.min(end.z), q.z.max(end.z));
+        let across = travel.x * travel.x + travel.y * travel.y;
+        let part = if across > 0.0 { ((q.x * travel.x + q.y * travel.y) / across).clamp(0.0, 1.0) } else { 0.0 };
+        let (x, y) = (q.x - part * travel.x, q.y - part * travel.y);
+        let nearest = (x * x + y * y).sqrt();
+        self.pieces.iter().map(move |piece| {
+            let [low, high] = piece.span;
+            let apart = (nearest - piece.radius).max(lowest - high).max(low - highest);
+            if apart - cube.radius < cube.outside {
+                return (piece, piece.lowest(q, travel, cube));
+            }
+            let least = Least { low: apart, high: f64::INFINITY, deep: apart - cube.radius };
+            (piece, Lowest { least, at: 0.0, value: least.deep, normal: Vector::zeros() })
+        })
+    }
+}
+
+impl Piece {
+    fn lowest(&self, q: &Vector, travel: &Vector, cube: &Cube) -> Lowest {
+        let Some(bore) = &self.bore else {
+            let cube = Cube { inside: cube.inside - self.slack_mm, ..*cube };
+            let mut found = self.convex.lowest(q, travel, &cube);
+            found.least.high += self.slack_mm;
+            return found;
+        };
+        // Where the convex piece is deepest the bore may be.
+        let mut found = self.convex.lowest(q, travel, &Cube { inside: f64::NEG_INFINITY, ..*cube });
+        let hollow = bore.hollow(q, &(q - travel));
+        found.least.low = found.least.low.max(hollow);
+        found.least.deep = found.least.deep.max(hollow - cube.radius);
+        let middle = [bore.middle_mm, f64::midpoint(self.span[0], self.span[1])];
+        let highs = places(q, travel, found.at, middle).map(|at| {
+            let p = q - travel * at;
+            self.convex.excess(p.x.hypot(p.y), p.z).max(bore.short_of(&p))
+        });
+        found.least.high = highs.fold(f64::INFINITY, f64::min) + self.slack_mm;
+        found
+    }
+}
+
+/// Parts of a way at which a point may be deepest in a ring around the axis: the ends, where it is at the ring's radius or height, and `at`.
+fn places(q: &Vector, travel: &Vector, at: f64, [radius, z]: [f64; 2]) -> impl Iterator<Item = f64> {
+    let (a, b) = (travel.xy().norm_squared(), q.xy().dot(&travel.xy()));
+    let root = (b * b - a * (q.xy().norm_squared() - radius * radius)).max(0.0).sqrt();
+    let all = [0.0, 1.0, at, (b - root) / a, (b + root) / a, (q.z - z) / travel.z];
+    all.into_iter().filter(|at| (0.0..=1.0).contains(at))
 }
 
 fn slabs(places: &[Point], faces: &[[u32; 3]]) -> Vec<Slab> {
     let heights = heights(places);
-    let slab = |ends: &[f64]| Slab { z: [ends[0], ends[1]], outer: [0.0; 2], inner: [0.0; 2] };
+    let slab = |ends: &[f64]| Slab { z: [ends[0], ends[1]], outer: [0.0; 2], inner: [0.0; 2], bore: None };
     let mut slabs: Vec<Slab> = heights.windows(2).map(slab).collect();
     for face in faces {
         for side in 0..3 {
@@ -138,6 +219,28 @@ fn heights(places: &[Point]) -> Vec<f64> {
 }
 
 impl Slab {
+    /// Whether the mesh holds the axis near both ends and in the middle.
+    fn holds_axis(&self, holds: &dyn Fn(&Point) -> bool) -> bool {
+        let [low, high] = self.z;
+        [0.05, 0.5, 0.95].iter().all(|part| {
+            // The axis of a tool in its own frame runs through vertices; a ray beside it does not begin on a triangle.
+            let beside = 1e-4 * (self.outer[0] + part * (self.outer[1] - self.outer[0]));
+            holds(&Point::new(0.7 * beside, 0.3 * beside, low + part * (high - low)))
+        })
+    }
+
+    fn slope(&self) -> f64 {
+        (self.outer[1] - self.outer[0]) / (self.z[1] - self.z[0])
+    }
+
+    /// How much the mesh may fall short of the outer radius, mm; infinite where nothing is known.
+    fn missing(&self) -> f64 {
+        if self.bore.is_some_and(|bore| bore.is_vague()) {
+            return f64::INFINITY;
+        }
+        (self.outer[0] - self.inner[0]).max(self.outer[1] - self.inner[1])
+    }
+
     /// Widens the radii by an edge, `p` not above `q`.
     fn add(&mut self, p: &Point, q: &Point) {
         let [low, high] = self.z;
@@ -174,51 +277,103 @@ impl Slab {
     }
 }
 
-/// Slabs that are convex together, each run as one piece. Where a piece meets a wider one it reaches into it, so that no gap of rounding is between them.
-fn pieces(slabs: &[Slab]) -> Vec<(Convex, (f64, [f64; 2]))> {
-    let slope = |slab: &Slab| (slab.outer[1] - slab.outer[0]) / (slab.z[1] - slab.z[0]);
-    let joins = |below: &Slab, above: &Slab| {
-        (below.outer[1] - above.outer[0]).abs() <= SAME_HEIGHT_MM && slope(above) <= slope(below) + STRAIGHT
+/// Fills what is between two heights with less radius than at both, as far as they are at most `width_mm` apart.
+fn fill_grooves(slabs: &mut [Slab], width_mm: f64) {
+    let radii = |slabs: &[Slab], of: fn(&Slab) -> [f64; 2], at: usize| {
+        let below = at.checked_sub(1).map_or(0.0, |below| of(&slabs[below])[1]);
+        below.max(slabs.get(at).map_or(0.0, |above| of(above)[0]))
     };
+    let before = slabs.to_vec();
+    for first in 1..before.len() {
+        let within = |last: &usize| before[last - 1].z[1] - before[first].z[0] <= width_mm;
+        for last in (first + 1..before.len()).take_while(within) {
+            let level = |of| radii(&before, of, first).min(radii(&before, of, last));
+            let (outer, inner) = (level(|slab| slab.outer), level(|slab| slab.inner));
+            for slab in &mut slabs[first..last] {
+                slab.outer = slab.outer.map(|radius| radius.max(outer));
+                // A line above a radius that is at the level on one side only would be above it in the middle.
+                if slab.inner.iter().all(|&radius| radius <= inner) {
+                    slab.inner = [inner; 2];
+                }
+            }
+        }
+    }
+}
+
+/// Slabs that are convex together, each run as one piece. Where a piece meets a wider one it reaches into it, so that no gap of rounding is between them.
+fn pieces(slabs: &[Slab]) -> Vec<Piece> {
+    let joins = |k: usize| {
+        let (below, above) = (&slabs[k], &slabs[k + 1]);
+        (below.outer[1] - above.outer[0]).abs() <= SAME_HEIGHT_MM && above.slope() <= below.slope() + NEARLY_STRAIGHT
+    };
+    let kind = |k: usize| slabs[k].bore.map(|bore| bore.is_vague());
+    let is_ring = |k: usize| kind(k) == Some(false);
     let mut pieces = Vec::new();
     let mut first = 0;
     while first < slabs.len() {
         let mut last = first;
-        while last + 1 < slabs.len() && joins(&slabs[last], &slabs[last + 1]) {
+        while last + 1 < slabs.len() && joins(last) && kind(last + 1) == kind(first) {
             last += 1;
         }
-        let run = &slabs[first..=last];
-        let (bottom, top) = (&run[0], &run[run.len() - 1]);
-        // Outwards the radius goes on as it does, but never grows.
-        let below = first.checked_sub(1).map(|k| &slabs[k]).filter(|next| reaches(next, 1, bottom.outer[0]));
-        let above = slabs.get(last + 1).filter(|next| reaches(next, 0, top.outer[1]));
-        let low = below.map_or(bottom.z[0], |next| next.z[0]);
-        let high = above.map_or(top.z[1], |next| next.z[1]);
-        let mut planes = vec![HalfPlane { a: 0.0, b: -1.0, c: -low }, HalfPlane { a: 0.0, b: 1.0, c: high }];
-        let upright = |r: f64| HalfPlane { a: 1.0, b: 0.0, c: r };
-        if below.is_some() && slope(bottom) < 0.0 {
-            planes.push(upright(bottom.outer[0]));
+        let (mut from, mut to) = (first, last);
+        if is_ring(first) {
+            // A ring goes on in what is solid above and below it.
+            while to + 1 < slabs.len() && joins(to) && kind(to + 1).is_none() {
+                to += 1;
+            }
+            while from > 0 && joins(from - 1) && kind(from - 1).is_none() {
+                from -= 1;
+            }
         }
-        if above.is_some() && slope(top) > 0.0 {
-            planes.push(upright(top.outer[1]));
-        }
-        for slab in run {
-            let line = HalfPlane::below_line([slab.outer[0], slab.z[0]], [slab.outer[1], slab.z[1]]);
-            let is_new = |line: &HalfPlane| {
-                planes.last().is_none_or(|last| (last.a - line.a).abs() + (last.b - line.b).abs() > STRAIGHT)
-            };
-            planes.extend(line.filter(is_new));
-        }
-        let radius = run.iter().flat_map(|slab| slab.outer).fold(0.0, f64::max);
-        pieces.push((Convex { planes }, (radius, [low, high])));
+        let mut piece = piece(slabs, from, to);
+        let bores: Vec<BoreSlab> = slabs[first..=last].iter().filter_map(|slab| slab.bore).collect();
+        piece.bore = Bore::of(&bores, &slabs[first..=last].iter().map(|slab| slab.outer).collect::<Vec<_>>());
+        pieces.push(piece);
         first = last + 1;
     }
     pieces
 }
 
-/// Whether a slab is nowhere thinner than `radius`, its end `at` being the near one.
+/// The slabs from one to another as one convex piece.
+fn piece(slabs: &[Slab], first: usize, last: usize) -> Piece {
+    let run = &slabs[first..=last];
+    let (bottom, top) = (&run[0], &run[run.len() - 1]);
+    // Outwards the radius goes on as it does, but never grows.
+    let below = first.checked_sub(1).map(|k| &slabs[k]).filter(|next| reaches(next, 1, bottom.outer[0]));
+    let above = slabs.get(last + 1).filter(|next| reaches(next, 0, top.outer[1]));
+    let low = below.map_or(bottom.z[0], |next| next.z[0]);
+    let high = above.map_or(top.z[1], |next| next.z[1]);
+    let mut planes = vec![HalfPlane { a: 0.0, b: -1.0, c: -low }, HalfPlane { a: 0.0, b: 1.0, c: high }];
+    let upright = |r: f64| HalfPlane { a: 1.0, b: 0.0, c: r };
+    if below.is_some() && bottom.slope() < 0.0 {
+        planes.push(upright(bottom.outer[0]));
+    }
+    if above.is_some() && top.slope() > 0.0 {
+        planes.push(upright(top.outer[1]));
+    }
+    for slab in run {
+        let line = HalfPlane::below_line([slab.outer[0], slab.z[0]], [slab.outer[1], slab.z[1]]);
+        let is_new = |line: &HalfPlane| {
+            planes.last().is_none_or(|last| (last.a - line.a).abs() + (last.b - line.b).abs() > STRAIGHT)
+        };
+        planes.extend(line.filter(is_new));
+    }
+    // Corners that turn a little to the hollow side are beyond their neighbours' lines.
+    let mut beyond: f64 = 0.0;
+    for HalfPlane { a, b, c } in &mut planes[2..] {
+        let corners = run.iter().flat_map(|slab| [0, 1].map(|k| *a * slab.outer[k] + *b * slab.z[k]));
+        let most = corners.fold(*c, f64::max);
+        beyond = beyond.max(most - *c);
+        *c = most;
+    }
+    let radius = run.iter().flat_map(|slab| slab.outer).fold(0.0, f64::max);
+    let slack_mm = beyond + run.iter().map(Slab::missing).fold(0.0, f64::max);
+    Piece { convex: Convex { planes }, bore: None, slack_mm, radius, span: [low, high] }
+}
+
+/// Whether a slab is solid and nowhere thinner than `radius`, its end `at` being the near one.
 fn reaches(slab: &Slab, at: usize, radius: f64) -> bool {
-    slab.outer[at] > radius + SAME_HEIGHT_MM && slab.outer[1 - at] >= radius
+    slab.bore.is_none() && slab.outer[at] > radius + SAME_HEIGHT_MM && slab.outer[1 - at] >= radius
 }
 
 #[cfg(test)]
@@ -235,27 +390,95 @@ mod tests {
         Arc::new(shape.mesh(&Tessellation { density: 2.0, grading: 1.0 }).unwrap())
     }
 
+    /// How far a point is from all that may be in the body, mm.
     fn excess(round: &Round, rho: f64, z: f64) -> f64 {
-        round.pieces.iter().map(|piece| piece.excess(rho, z)).fold(f64::INFINITY, f64::min)
+        let p = Vector::new(rho, 0.0, z);
+        let of = |piece: &Piece| {
+            piece.convex.excess(rho, z).max(piece.bore.as_ref().map_or(f64::NEG_INFINITY, |bore| bore.hollow(&p, &p)))
+        };
+        round.pieces.iter().map(of).fold(f64::INFINITY, f64::min)
+    }
+
+    /// How far a point is from what is in the body for sure, mm.
+    fn short_of(round: &Round, rho: f64, z: f64) -> f64 {
+        let p = Vector::new(rho, 0.0, z);
+        let of = |piece: &Piece| {
+            let bore = piece.bore.as_ref().map_or(f64::NEG_INFINITY, |bore| bore.short_of(&p));
+            piece.convex.excess(rho, z).max(bore) + piece.slack_mm
+        };
+        round.pieces.iter().map(of).fold(f64::INFINITY, f64::min)
     }
 
     #[test]
     fn a_drill_is_one_piece_and_a_slot_cutter_two_that_overlap() {
-        let drill = Round::new(&revolve(&[[0.0, -2.0], [5.0, 0.0], [5.0, 30.0], [0.0, 30.0]]));
+        let drill = Round::new(&revolve(&[[0.0, -2.0], [5.0, 0.0], [5.0, 30.0], [0.0, 30.0]]), 0.0);
         assert_eq!(drill.pieces.len(), 1);
-        assert!(drill.slack_mm < 1e-6, "{}", drill.slack_mm);
-        let slot = Round::new(&revolve(&[[0.0, 0.0], [10.0, 0.0], [10.0, 6.0], [4.0, 6.0], [4.0, 40.0], [0.0, 40.0]]));
+        assert!(drill.slack_mm() < 1e-6, "{}", drill.slack_mm());
+        let slot =
+            Round::new(&revolve(&[[0.0, 0.0], [10.0, 0.0], [10.0, 6.0], [4.0, 6.0], [4.0, 40.0], [0.0, 40.0]]), 0.0);
         assert_eq!(slot.pieces.len(), 2);
-        assert!(slot.slack_mm < 1e-6);
+        assert!(slot.slack_mm() < 1e-6);
         // No border within the solid where the two meet.
         assert!(excess(&slot, 1.0, 6.0) <= -2.9, "{}", excess(&slot, 1.0, 6.0));
         assert!((excess(&slot, 6.0, 7.0) - 1.0).abs() < 1e-6);
     }
 
     #[test]
-    fn what_is_hollow_cuts_nothing_for_sure() {
-        let saw = Round::new(&revolve(&[[8.0, 0.0], [10.0, 0.0], [10.0, 30.0], [8.0, 30.0]]));
-        assert_eq!(saw.slack_mm, f64::INFINITY);
+    fn an_annular_cutter_is_a_ring() {
+        let saw = Round::new(&revolve(&[[8.0, 0.0], [10.0, 0.0], [10.0, 30.0], [8.0, 30.0]]), 0.0);
+        assert!(excess(&saw, 5.0, 15.0) > 2.9 && excess(&saw, 9.0, 15.0) < -0.9 && short_of(&saw, 5.0, 15.0) > 2.9);
+        assert!(short_of(&saw, 9.0, 15.0) < -0.9, "{}", short_of(&saw, 9.0, 15.0));
+    }
+
+    #[test]
+    fn under_the_dish_of_an_end_mill_nothing_is_cut() {
+        let mill = Round::new(
+            &revolve(&[[0.0, 0.7], [2.0, 0.4], [4.0, 0.0], [5.2, 0.0], [6.0, 0.8], [6.0, 30.0], [0.0, 30.0]]),
+            0.0,
+        );
+        assert!(excess(&mill, 0.1, 0.05) > 0.1 && short_of(&mill, 0.1, 0.05) > 0.1);
+        assert!(short_of(&mill, 4.6, 0.3) < -0.1 && short_of(&mill, 0.1, 0.9) < -0.1);
+        // No film where the ring meets the solid part.
+        assert!(short_of(&mill, 5.0, 0.7) < -0.3, "{}", short_of(&mill, 5.0, 0.7));
+    }
+
+    #[test]
+    fn grooves_are_filled_up_to_a_width() {
+        let profile = [
+            [0.0, 0.0],
+            [6.0, 0.0],
+            [6.0, 5.0],
+            [5.0, 5.5],
+            [6.0, 6.0],
+            [6.0, 10.0],
+            [5.0, 10.0],
+            [5.0, 15.0],
+            [6.0, 15.0],
+            [6.0, 20.0],
+            [0.0, 20.0],
+        ];
+        let mill = Round::new(&revolve(&profile), 1.5);
+        assert!(short_of(&mill, 5.8, 5.5) < -0.1, "{}", short_of(&mill, 5.8, 5.5));
+        assert!(excess(&mill, 5.8, 12.0) > 0.7, "the neck is no groove");
+        assert!(short_of(&Round::new(&revolve(&profile), 0.0), 5.8, 5.5) > 0.1);
+    }
+
+    #[test]
+    fn an_open_mesh_is_within_a_cylinder_and_cuts_nothing_for_sure() {
+        // A lid of 9 mm, joined to nothing, over a tube of 5 mm without ends: no edge between two heights bounds the lid.
+        let tube = revolve(&[[0.0, 0.0], [5.0, 0.0], [5.0, 30.0], [0.0, 30.0]]);
+        let mut vertices = tube.vertices().to_vec();
+        let mut faces = tube.faces().to_vec();
+        faces.retain(|face| face.iter().any(|&k| vertices[k as usize].z > 1.0));
+        let first = vertices.len() as u32;
+        vertices.extend([[9.0, 0.0, 30.0], [-9.0, 0.0, 30.0], [0.0, 9.0, 30.0]].map(Point::from));
+        faces.push([first, first + 1, first + 2]);
+        let open = Arc::new(Mesh::new(vertices, faces).unwrap());
+        let round = Round::new(&open, 0.0);
+        for place in open.vertices().iter().map(|vertex| round.body_from_part * vertex) {
+            assert!(excess(&round, place.x.hypot(place.y), place.z) <= 1e-9, "{place}");
+        }
+        assert!(round.is_vague());
     }
 
     proptest! {
@@ -265,7 +488,7 @@ mod tests {
             let subjects = meshes::subjects();
             let mesh = Arc::new(subjects[which % subjects.len()].mesh.clone());
             prop_assume!(mesh.edge_report().is_watertight() && mesh.signed_volume() > 0.0);
-            let round = Round::new(&mesh);
+            let round = Round::new(&mesh, 0.0);
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let [a, b, c] = mesh.triangles()[face % mesh.faces().len()].corners;
             let p = round.body_from_part * (a + (b - a) * u + (c - a) * v);
@@ -285,7 +508,27 @@ mod tests {
             for part in 0..20 {
                 let rho = radius * (1.0 + f64::from(part) / 10.0);
                 if rho > radius + 1e-6 {
-                    prop_assert!(excess(&round, rho, p.z) + round.slack_mm >= -1e-6, "{rho} > {radius} at {}", p.z);
+                    prop_assert!(short_of(&round, rho, p.z) >= -1e-6, "{rho} > {radius} at {}", p.z);
+                }
+            }
+            // Nearer to the axis than everything, where the axis is not in the mesh.
+            let least = mesh.triangles().iter().filter_map(|t| {
+                let corners = t.corners.map(|corner| round.body_from_part * corner);
+                let crossing: Vec<Point> = (0..3).filter_map(|k| {
+                    let (q, r) = (corners[k], corners[(k + 1) % 3]);
+                    ((q.z - p.z) * (r.z - p.z) < 0.0).then(|| q + (r - q) * ((p.z - q.z) / (r.z - q.z)))
+                }).collect();
+                let [q, r] = crossing[..] else { return None };
+                let along = r - q;
+                let at = (-q.coords.dot(&along) + p.z * along.z) / along.norm_squared().max(1e-300);
+                let nearest = q + along * at.clamp(0.0, 1.0);
+                Some(nearest.x.hypot(nearest.y))
+            }).fold(f64::INFINITY, f64::min);
+            let axis = round.body_from_part.inverse() * Point::new(1e-7, 2e-7, p.z);
+            if least.is_finite() && !Solid::new(Arc::clone(&mesh)).holds(&axis) {
+                for part in 0..10 {
+                    let rho = least * f64::from(part) / 10.0;
+                    prop_assert!(short_of(&round, rho, p.z) >= -1e-6, "{rho} < {least} at {}", p.z);
                 }
             }
         }

@@ -24,23 +24,24 @@ pub struct Body {
 }
 
 #[derive(Clone, Debug)]
-enum Form {
+pub(super) enum Form {
     Round(Round),
     Rigid(Skin),
 }
 
 impl Body {
-    /// A part that its spindle turns: the body of revolution around it.
+    /// A part that its spindle turns: the body of revolution around it. Grooves of its outline that are at most `groove_mm` wide, along the axis, count as
+    /// filled.
     #[must_use]
-    pub fn turning(mesh: &Arc<Mesh>) -> Self {
-        Self { form: Arc::new(Form::Round(Round::new(mesh))) }
+    pub fn turning(mesh: &Arc<Mesh>, groove_mm: f64) -> Self {
+        Self { form: Arc::new(Form::Round(Round::new(mesh, groove_mm))) }
     }
 
     /// A part that does not turn, or the body of revolution around it where the two are nearly one.
     #[must_use]
     pub fn standing(mesh: &Arc<Mesh>) -> Self {
-        let round = Round::new(mesh);
-        let is_round = round.filled >= ROUND && round.slack_mm.is_finite();
+        let round = Round::new(mesh, 0.0);
+        let is_round = round.filled >= ROUND && round.is_solid();
         let form = if is_round { Form::Round(round) } else { Form::Rigid(Skin::new(mesh)) };
         Self { form: Arc::new(form) }
     }
@@ -101,6 +102,13 @@ impl Body {
 }
 
 impl Form {
+    fn slack_mm(&self) -> f64 {
+        match self {
+            Self::Round(round) => round.slack_mm(),
+            Self::Rigid(_) => 0.0,
+        }
+    }
+
     /// A box around the body where it is placed.
     fn bounds(&self, stock_from_body: &Isometry) -> (Point, Point) {
         let (centre, half) = match self {
@@ -126,6 +134,8 @@ impl Form {
 pub struct Spindle {
     /// Takes the stock's frame to that of the axis, which is its z.
     pub axis_from_stock: Isometry,
+    /// Whether the stock is a square of (ρ, z), in the axis's frame ([`super::Stock::turned`]).
+    pub is_flat: bool,
 }
 
 /// A cutter that stands while the workpiece turns, its frame turned against that of the axis by a fixed rotation.
@@ -154,7 +164,8 @@ impl TurningTool {
     pub fn sweep(&self, spindle: &Spindle, start: [f64; 2], travel: [f64; 2], pad_mm: f64) -> Sweep {
         let shift = self.section.shift(start, travel);
         let axis_from_stock = spindle.axis_from_stock;
-        let way = Way::Turned { section: Arc::clone(&self.section), shift, axis_from_stock };
+        let ring = if spindle.is_flat { [1.0, 1.0] } else { ring(&axis_from_stock) };
+        let way = Way::Turned { section: Arc::clone(&self.section), shift, axis_from_stock, ring };
         let everywhere = Vector::repeat(f64::INFINITY);
         let way_mm = travel[0].hypot(travel[1]);
         Sweep { way, way_mm, pad: pad_mm + ROUNDING_MM, low: (-everywhere).into(), high: everywhere.into() }
@@ -164,19 +175,40 @@ impl TurningTool {
 /// A part on a straight piece of its way.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    way: Way,
+    pub(super) way: Way,
     /// Its length, mm.
     pub(super) way_mm: f64,
-    pad: f64,
+    pub(super) pad: f64,
     /// Box around all of it, stock frame, mm.
     pub(super) low: Point,
     pub(super) high: Point,
 }
 
 #[derive(Clone, Debug)]
-enum Way {
-    Straight { form: Arc<Form>, body_from_stock: Isometry, axes: [Vector; 3], travel: Vector },
-    Turned { section: Arc<Turned>, shift: Shift, axis_from_stock: Isometry },
+pub(super) enum Way {
+    Straight {
+        form: Arc<Form>,
+        body_from_stock: Isometry,
+        axes: [Vector; 3],
+        travel: Vector,
+    },
+    Turned {
+        section: Arc<Turned>,
+        shift: Shift,
+        axis_from_stock: Isometry,
+        /// How far from that of its centre the distance from the axis and the place along it may be in a cube of half a side of 1.
+        ring: [f64; 2],
+    },
+}
+
+/// Half the extents of a cube of half a side of 1 across an axis and along it.
+fn ring(axis_from_stock: &Isometry) -> [f64; 2] {
+    let corner = |k: u32| {
+        let side = |axis: u32| if k >> axis & 1 == 0 { -1.0 } else { 1.0 };
+        axis_from_stock.rotation * Vector::new(side(0), side(1), side(2))
+    };
+    let corners = (0..8).map(corner);
+    corners.fold([0.0, 0.0], |[across, along], p| [p.x.hypot(p.y).max(across), p.z.abs().max(along)])
 }
 
 impl Sweep {
@@ -193,14 +225,11 @@ impl Sweep {
                 axes: *axes,
                 travel: travel * (to - from),
             },
-            Way::Turned { section, shift, axis_from_stock } => Way::Turned {
+            Way::Turned { section, shift, axis_from_stock, ring } => Way::Turned {
                 section: Arc::clone(section),
-                shift: Shift {
-                    start: std::array::from_fn(|k| shift.start[k] + from * shift.travel[k]),
-                    travel: shift.travel.map(|d| d * (to - from)),
-                    excess: shift.excess,
-                },
+                shift: shift.part(from, to),
                 axis_from_stock: *axis_from_stock,
+                ring: *ring,
             },
         };
         Sweep { way, way_mm: self.way_mm * (to - from), ..*self }
@@ -245,12 +274,29 @@ impl Sweep {
     pub(super) fn retraced_mm(&self, cut: &Self) -> f64 {
         let slack = match &self.way {
             Way::Straight { form, .. } => match &**form {
-                Form::Round(round) => round.slack_mm,
+                // The cutter is what it was there.
+                Form::Round(_) => 0.0,
                 Form::Rigid(_) => f64::INFINITY,
             },
-            Way::Turned { shift, .. } => shift.excess,
+            Way::Turned { .. } => 0.0,
         };
         RETRACED_MM + self.pad + cut.pad + slack
+    }
+
+    /// Whether no point is in the part for sure, its mesh being open.
+    pub(super) fn is_vague(&self) -> bool {
+        match &self.way {
+            Way::Straight { form, .. } => matches!(&**form, Form::Round(round) if round.is_vague()),
+            Way::Turned { section, .. } => section.is_empty(),
+        }
+    }
+
+    /// How deep a point must be in the part's body to be in the part for sure, mm, where that is known.
+    pub(super) fn slack_mm(&self) -> f64 {
+        match &self.way {
+            Way::Straight { form, .. } => form.slack_mm(),
+            Way::Turned { .. } => 0.0,
+        }
     }
 
     /// Whether it comes near a box.
@@ -274,24 +320,22 @@ impl Sweep {
             Way::Straight { form, body_from_stock, axes, travel } => match &**form {
                 Form::Round(round) => {
                     let q = (body_from_stock * centre).coords;
-                    let sure = -(radius + self.pad + round.slack_mm);
+                    let sure = -(radius + self.pad);
                     let inside = if is_deepest { f64::NEG_INFINITY } else { sure };
                     let cube = Cube { half, radius, axes: *axes, inside, outside: self.pad };
-                    self.padded(round.least(&q, travel, &cube), round.slack_mm)
+                    self.padded(round.least(&q, travel, &cube))
                 }
-                Form::Rigid(skin) => {
-                    self.padded(self.least_of_skin(skin, &(body_from_stock * centre), travel, radius), 0.0)
-                }
+                Form::Rigid(skin) => self.padded(self.least_of_skin(skin, &(body_from_stock * centre), travel, radius)),
             },
-            Way::Turned { section, shift, axis_from_stock } => {
+            Way::Turned { section, shift, axis_from_stock, ring } => {
                 let at = axis_from_stock * centre;
-                self.padded(section.least(at.x.hypot(at.y), at.z, shift, radius), 0.0)
+                self.padded(section.least(at.x.hypot(at.y), at.z, shift, ring.map(|part| part * half)))
             }
         }
     }
 
-    fn padded(&self, found: Least, slack: f64) -> Least {
-        Least { low: found.low - self.pad, high: found.high + slack + self.pad, deep: found.deep - self.pad }
+    fn padded(&self, found: Least) -> Least {
+        Least { low: found.low - self.pad, high: found.high + self.pad, deep: found.deep - self.pad }
     }
 
     /// The distance changes by no more than the point moves: the piece of the way that may be deepest is halved until the question is decided.

@@ -49,7 +49,7 @@ impl Stock {
         };
         self.visit(&divides, &mut |centre, half, material| {
             let side = |sign: f64, is_uncut: Option<bool>, deviation: &mut Deviation| {
-                let is_here = |p: &Point| is_uncut.is_none_or(|inside| uncut.solid.holds(p) == inside);
+                let is_here = |p: &Point| is_uncut.is_none_or(|inside| uncut.holds(p) == inside);
                 let within = Within { skin: &skin, sign, beyond: resolution, cell };
                 within.add(centre, half, &is_here, is_uncut.is_some(), deviation);
             };

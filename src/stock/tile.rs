@@ -1,14 +1,13 @@
-//! A cube of the stock as an octree: gone, solid, or mixed down to the finest cells.
+//! A cube of the stock as an octree: gone, solid, or mixed down to the finest cells. Of a workpiece that turns it is a square of (ρ, z), as a quadtree.
 //!
 //! A cell through which borders run, of sweeps or of the uncut workpiece, keeps the list of them. It divides only when something asks about it: then each child
 //! keeps those that run through it, is gone where a sweep holds it, and solid where none is left. So a cut costs what the coarse cells along its border cost, and
 //! a question what the fine cells near the question cost. A cell never changes from gone to anything.
 
+use super::blank::Blank;
 use super::convex::Least;
 use super::sweep::Sweep;
-use crate::geometry::plane::Plane;
-use crate::geometry::{Point, Triangle, Vector};
-use crate::truth::Solid;
+use crate::geometry::{Point, Vector};
 
 /// State of a cell, its children, or its triangles: see the constants.
 type Cell = u32;
@@ -27,13 +26,6 @@ const FIRST_CHILD: Cell = 8;
 const UNDIVIDED: Cell = 1 << 31;
 /// Side of cells that a cut divides down to, mm; smaller ones wait for a question. Lists at this size are short, and so is the way to the finest cells.
 const WAITING_MM: f64 = 1.5;
-
-/// The uncut workpiece.
-#[derive(Debug)]
-pub(super) struct Uncut {
-    pub triangles: Vec<Triangle>,
-    pub solid: Solid,
-}
 
 /// How deep material comes into a part, mm: at least, and at most.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,7 +51,7 @@ pub(super) struct Search<'a> {
     pub within_mm: f64,
     /// Whether it is enough to know that the depth may be more than that.
     pub only_whether: bool,
-    pub uncut: &'a Uncut,
+    pub uncut: &'a Blank,
 }
 
 impl Search<'_> {
@@ -90,6 +82,7 @@ pub(super) struct Tile {
     size: f64,
     /// Divisions down to the finest cells.
     depth: u32,
+    is_flat: bool,
     root: Cell,
     cells: Vec<Cell>,
     /// Blocks of eight cells that are free again.
@@ -99,6 +92,8 @@ pub(super) struct Tile {
     free_lists: Vec<u32>,
     /// What has cut here.
     sweeps: Vec<Sweep>,
+    /// Cells that were held against something.
+    questions: u64,
 }
 
 /// What runs through a cell.
@@ -112,42 +107,60 @@ struct Borders {
 
 /// A cell's place.
 #[derive(Clone, Copy)]
-struct Cube {
-    centre: Point,
-    half: f64,
+pub(super) struct Cube {
+    pub centre: Point,
+    pub half: f64,
     /// Divisions left.
     left: u32,
+    /// A square of (ρ, 0, z).
+    is_flat: bool,
 }
 
 impl Cube {
-    fn radius(&self) -> f64 {
+    pub fn radius(&self) -> f64 {
         self.half * 3f64.sqrt()
+    }
+
+    /// How many parts it is divided into.
+    const fn fan(&self) -> u32 {
+        if self.is_flat { 4 } else { 8 }
     }
 
     fn child(&self, index: u32) -> Self {
         let half = 0.5 * self.half;
         let side = |k: u32| if index >> k & 1 == 0 { -half } else { half };
-        Self { centre: self.centre + Vector::new(side(0), side(1), side(2)), half, left: self.left.saturating_sub(1) }
+        let beside =
+            if self.is_flat { Vector::new(side(0), 0.0, side(1)) } else { Vector::new(side(0), side(1), side(2)) };
+        Self { centre: self.centre + beside, half, left: self.left.saturating_sub(1), is_flat: self.is_flat }
+    }
+
+    /// The part that holds a point.
+    fn part_of(&self, point: &Point) -> u32 {
+        let axes: &[usize] = if self.is_flat { &[0, 2] } else { &[0, 1, 2] };
+        axes.iter().enumerate().map(|(k, &axis)| u32::from(point[axis] >= self.centre[axis]) << k).sum()
     }
 }
 
 impl Tile {
-    /// The cube from `low` of a size, divided `depth` times at most; `triangles` are those of the workpiece that may meet it.
-    pub fn new(low: Point, size: f64, depth: u32, triangles: &[u32], uncut: &Uncut) -> Self {
+    /// The cube from `low` of a size, divided `depth` times at most; `triangles` are those of the workpiece that may meet it. Of a workpiece that turns it is the square
+    /// in the middle of that.
+    pub fn new(low: Point, size: f64, depth: u32, triangles: &[u32], uncut: &Blank) -> Self {
         let mut tile = Self {
             low,
             size,
             depth,
+            is_flat: uncut.is_turned(),
             root: OUTSIDE,
             cells: vec![OUTSIDE; FIRST_CHILD as usize],
             free: Vec::new(),
             lists: Vec::new(),
             free_lists: Vec::new(),
             sweeps: Vec::new(),
+            questions: 0,
         };
         let cube = tile.cube();
         tile.root = if triangles.is_empty() {
-            if uncut.solid.holds(&cube.centre) { SOLID } else { OUTSIDE }
+            if uncut.holds(&cube.centre) { SOLID } else { OUTSIDE }
         } else {
             tile.cell_of(&cube, &Borders { triangles: triangles.to_vec(), sweeps: Vec::new() }, uncut)
         };
@@ -156,7 +169,7 @@ impl Tile {
 
     fn cube(&self) -> Cube {
         let half = 0.5 * self.size;
-        Cube { centre: self.low + Vector::repeat(half), half, left: self.depth }
+        Cube { centre: self.low + Vector::repeat(half), half, left: self.depth, is_flat: self.is_flat }
     }
 
     /// Corners of the cube, mm.
@@ -175,14 +188,20 @@ impl Tile {
         4 * self.cells.capacity() + of_lists + self.sweeps.capacity() * size_of::<Sweep>()
     }
 
+    /// Cells that were held against something that moves: what time is spent on.
+    pub const fn questions(&self) -> u64 {
+        self.questions
+    }
+
     /// Whether it is all gone, which needs no further questions.
     pub fn is_gone(&self) -> bool {
         matches!(self.root, OUTSIDE | CUT)
     }
 
     /// The state of a cell, given what runs through a larger one that holds it.
-    fn cell_of(&mut self, cube: &Cube, borders: &Borders, uncut: &Uncut) -> Cell {
+    fn cell_of(&mut self, cube: &Cube, borders: &Borders, uncut: &Blank) -> Cell {
         let mut sweeps = Vec::new();
+        self.questions += borders.sweeps.len() as u64;
         for &index in &borders.sweeps {
             let found = self.sweeps[index as usize].side(&cube.centre, cube.half);
             if found.high <= -cube.radius() {
@@ -192,11 +211,10 @@ impl Tile {
                 sweeps.push(index);
             }
         }
-        let meets = |&&index: &&u32| may_meet(&uncut.triangles[index as usize], cube);
-        let triangles: Vec<u32> = borders.triangles.iter().filter(meets).copied().collect();
+        let triangles = uncut.meeting(&borders.triangles, cube);
         if triangles.is_empty() {
             // Without triangles in the larger cell it is as that is, which has material: sweeps are kept of no other.
-            if !borders.triangles.is_empty() && !uncut.solid.holds(&cube.centre) {
+            if !borders.triangles.is_empty() && !uncut.holds(&cube.centre) {
                 return OUTSIDE;
             }
             if sweeps.is_empty() {
@@ -234,26 +252,27 @@ impl Tile {
     }
 
     /// Divides a cell through which borders run.
-    fn divide(&mut self, cell: Cell, cube: &Cube, uncut: &Uncut) -> Cell {
+    fn divide(&mut self, cell: Cell, cube: &Cube, uncut: &Blank) -> Cell {
         let borders = self.unlisted(cell);
         let first = self.divided(OUTSIDE);
-        for index in 0..8 {
+        for index in 0..cube.fan() {
             self.cells[(first + index) as usize] = self.cell_of(&cube.child(index), &borders, uncut);
         }
         first
     }
 
     /// Takes away what the sweep removes. Cells wholly within it are removed, cells that it does not touch stay as they are.
-    pub fn cut(&mut self, sweep: &Sweep, uncut: &Uncut) {
+    pub fn cut(&mut self, sweep: &Sweep, uncut: &Blank) {
         let number = self.sweeps.len() as u32;
         self.sweeps.push(sweep.clone());
         self.root = self.cut_cell(self.root, &self.cube(), number, uncut);
     }
 
-    fn cut_cell(&mut self, cell: Cell, cube: &Cube, number: u32, uncut: &Uncut) -> Cell {
+    fn cut_cell(&mut self, cell: Cell, cube: &Cube, number: u32, uncut: &Blank) -> Cell {
         if matches!(cell, OUTSIDE | CUT) {
             return cell;
         }
+        self.questions += 1;
         let found = self.sweeps[number as usize].side(&cube.centre, cube.half);
         if found.deep >= 0.0 {
             return cell;
@@ -275,16 +294,16 @@ impl Tile {
             cell if cell & UNDIVIDED != 0 => self.divide(cell, cube, uncut),
             first => first,
         };
-        for index in 0..8 {
+        for index in 0..cube.fan() {
             let at = (first + index) as usize;
             self.cells[at] = self.cut_cell(self.cells[at], &cube.child(index), number, uncut);
         }
-        self.joined(first)
+        self.joined(first, cube)
     }
 
     /// The cell whose children begin at `first`, undivided again where they are all alike.
-    fn joined(&mut self, first: u32) -> Cell {
-        let children = &self.cells[first as usize..first as usize + 8];
+    fn joined(&mut self, first: u32, cube: &Cube) -> Cell {
+        let children = &self.cells[first as usize..(first + cube.fan()) as usize];
         let is_gone = children.iter().all(|&cell| matches!(cell, OUTSIDE | CUT));
         let alike = children.iter().all(|&cell| cell == children[0]) && matches!(children[0], OUTSIDE | CUT | SOLID);
         let whole = if alike { children[0] } else { CUT };
@@ -334,19 +353,32 @@ impl Tile {
         let (mut depth, cube) = (Depth::default(), self.cube());
         if !self.is_gone() {
             let found = search.sweep.depth(&cube.centre, cube.half);
-            self.root = self.contact_cell(self.root, &cube, found, search, &mut depth);
+            // Of a part that may be anywhere in its body no depth is certain: whether it may be in contact is all that can be known.
+            let is_vague = search.sweep.is_vague();
+            let search = Search { only_whether: search.only_whether || is_vague, ..*search };
+            self.root = self.contact_cell(self.root, &cube, found, &search, &mut depth);
+            if is_vague && depth.high > search.within_mm {
+                depth.high = -found.deep;
+            }
         }
         depth
     }
 
     fn contact_cell(&mut self, cell: Cell, cube: &Cube, found: Least, search: &Search<'_>, depth: &mut Depth) -> Cell {
-        let Least { high, deep, .. } = found;
-        let (at_most, within) = (-deep, search.within_mm);
-        if at_most <= 0.0 || search.is_answered(depth) {
+        let Least { low, high, deep } = found;
+        let (mut at_most, within) = (-deep, search.within_mm);
+        let close = within + search.sweep.slack_mm();
+        let is_nothing_new = |at_most: f64, depth: &Depth| {
+            at_most <= 0.0 || (at_most <= depth.high && (at_most <= within || at_most <= depth.low + close))
+        };
+        if search.is_answered(depth) || is_nothing_new(at_most, depth) {
             return cell;
         }
-        if at_most <= depth.high && (at_most <= within || at_most <= depth.low + within) {
-            return cell;
+        if cell & UNDIVIDED != 0 && at_most > within {
+            at_most = at_most.min(self.left(cell, cube, search));
+            if is_nothing_new(at_most, depth) {
+                return cell;
+            }
         }
         if at_most <= within || cell == MIXED {
             depth.high = depth.high.max(at_most);
@@ -354,7 +386,8 @@ impl Tile {
         }
         if cell == SOLID {
             depth.low = depth.low.max(-high);
-            if cube.left == 0 || at_most + high <= within.max(CLOSE_PART * at_most) {
+            // How far the surface of the part is known does not depend on the cell.
+            if cube.left == 0 || at_most + low <= within.max(CLOSE_PART * at_most) {
                 depth.high = depth.high.max(at_most);
                 return cell;
             }
@@ -366,10 +399,11 @@ impl Tile {
             first => Some(first),
         };
         let child = |tile: &Self, index: u32| first.map_or(SOLID, |first| tile.cells[(first + index) as usize]);
+        self.questions += u64::from(cube.fan());
         // The deepest first: it makes most of the others needless.
         let mut order: [(u32, Option<Least>); 8] = std::array::from_fn(|index| {
             let index = index as u32;
-            let is_gone = matches!(child(self, index), OUTSIDE | CUT);
+            let is_gone = index >= cube.fan() || matches!(child(self, index), OUTSIDE | CUT);
             let place = cube.child(index);
             (index, (!is_gone).then(|| search.sweep.depth(&place.centre, place.half)))
         });
@@ -381,11 +415,27 @@ impl Tile {
                 self.cells[(first + index) as usize] = changed;
             }
         }
-        first.map_or(SOLID, |first| self.joined(first))
+        first.map_or(SOLID, |first| self.joined(first, cube))
+    }
+
+    /// How deep what the cuts leave of an undivided cell can come into what moves, mm.
+    fn left(&mut self, cell: Cell, cube: &Cube, search: &Search<'_>) -> f64 {
+        let cuts = &self.lists[(cell & !UNDIVIDED) as usize].sweeps;
+        self.questions += cuts.len() as u64;
+        let tangents = search.sweep.tangents(&cube.centre, cube.half);
+        let mut least = f64::INFINITY;
+        // What moves is most often where it has cut last.
+        for &cut in cuts.iter().rev() {
+            least = least.min(self.sweeps[cut as usize].leaves(&cube.centre, cube.half, &tangents, least));
+            if least <= search.within_mm {
+                break;
+            }
+        }
+        least
     }
 
     /// What is known at a point, divided as finely as it goes.
-    pub fn material_at(&mut self, point: &Point, uncut: &Uncut) -> Material {
+    pub fn material_at(&mut self, point: &Point, uncut: &Blank) -> Material {
         let mut cube = self.cube();
         let mut at = None;
         let mut cell = self.root;
@@ -402,7 +452,7 @@ impl Tile {
                 SOLID => return Material::Solid,
                 MIXED => return Material::Unknown,
                 first => {
-                    let index = (0..3).map(|k| u32::from(point[k] >= cube.centre[k]) << k).sum::<u32>();
+                    let index = cube.part_of(point);
                     at = Some((first + index) as usize);
                     (cell, cube) = (self.cells[(first + index) as usize], cube.child(index));
                 }
@@ -414,7 +464,7 @@ impl Tile {
     /// divided first where `divides` says so.
     pub fn visit(
         &mut self,
-        uncut: &Uncut,
+        uncut: &Blank,
         divides: &dyn Fn(&Point, f64) -> bool,
         visit: &mut dyn FnMut(&Point, f64, Material),
     ) {
@@ -425,7 +475,7 @@ impl Tile {
         &mut self,
         cell: Cell,
         cube: &Cube,
-        uncut: &Uncut,
+        uncut: &Blank,
         divides: &dyn Fn(&Point, f64) -> bool,
         visit: &mut dyn FnMut(&Point, f64, Material),
     ) -> Cell {
@@ -454,12 +504,4 @@ impl Tile {
         }
         first
     }
-}
-
-/// Whether a triangle may meet a cube: its box does, and its plane does.
-fn may_meet(triangle: &Triangle, cube: &Cube) -> bool {
-    let (low, high) = triangle.bounds();
-    let half = Vector::repeat(cube.half);
-    let in_box = (0..3).all(|k| low[k] <= cube.centre[k] + cube.half && high[k] >= cube.centre[k] - cube.half);
-    in_box && Plane::of(triangle).may_meet_box(&cube.centre, &half)
 }

@@ -4,12 +4,13 @@
 //! points whose distance ρ from the axis and place z along it are those of a point of the cutter. Two regions of (ρ, z) bound it. The section of the cutter
 //! with the plane of the axis is swept for sure. The hull of its outline, widened by what points beside the plane have a ρ greater than their x, holds all.
 //!
-//! The widening. A half plane's excess is a linear function, so the greatest excess over the hull's is convex. For a point p of a triangle
-//! ρ(p) is between |x(p)| and the mixture of the corners' ρ, as the norm is convex. Where x(p) >= 0, the first is in the hull, so p exceeds it by no more than some
-//! corner at (ρ, z) does. Where x(p) < 0 the same holds of (-ρ, z), and ρ - |x| is at most |y|.
+//! The widening, of each half plane a ρ + b z <= c of the hull. For a point p of a triangle ρ(p) is between |x(p)| and the mixture of the corners' ρ, as the norm is
+//! convex. Where x(p) >= 0 and a < 0, (x, z) in the half plane puts (ρ, z) into it; where a >= 0, p is beyond it by no more than some corner at (ρ, z)
+//! is. Where x(p) < 0 the same holds of (-ρ, z) and the other sign of a, and ρ - |x| is at most |y|.
 
 use super::convex::{Convex, HalfPlane, Least};
-use crate::geometry::{Isometry, Mesh, Point};
+use crate::geometry::{Isometry, Mesh, Point, Vector};
+use std::sync::Arc;
 
 /// Heights nearer than this are one, mm.
 const SAME_MM: f64 = 1e-7;
@@ -27,12 +28,12 @@ pub(super) struct Turned {
 }
 
 /// Where a section is at first and how it goes, in (x, z), mm.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Shift {
     pub start: [f64; 2],
     pub travel: [f64; 2],
-    /// How far the cutter's points come out of its hull, mm.
-    pub excess: f64,
+    /// The hull, widened by what is beside the plane.
+    hull: Option<Arc<Convex>>,
 }
 
 impl Turned {
@@ -43,78 +44,157 @@ impl Turned {
             mesh.faces().iter().filter_map(|face| cut(face.map(|corner| vertices[corner as usize]))).collect();
         let hull = convex(&hull(vertices.iter().map(|v| [v.x, v.z]).collect()));
         let beside = vertices.iter().map(|v| v.y.abs()).fold(0.0, f64::max);
-        Self { section: pieces(&segments), hull, vertices, beside }
+        // What an open mesh fills nobody knows.
+        let section = if mesh.edge_report().is_watertight() { pieces(&segments) } else { Vec::new() };
+        Self { section, hull, vertices, beside }
+    }
+
+    /// Whether the plane of the axis misses the cutter, or its mesh is open.
+    pub const fn is_empty(&self) -> bool {
+        self.section.is_empty()
     }
 
     /// A way from `start` to `start + travel`.
     pub fn shift(&self, start: [f64; 2], travel: [f64; 2]) -> Shift {
-        Shift { start, travel, excess: self.excess(start[0].min(start[0] + travel[0])) }
+        let hull = self.hull.as_ref().map(|hull| Arc::new(self.widened(hull, start[0].min(start[0] + travel[0]))));
+        Shift { start, travel, hull }
     }
 
-    /// How far points of the cutter come out of its hull, mm, when it is moved by `x` or more: beside the plane ρ exceeds x the more, the nearer the axis is.
-    fn excess(&self, x: f64) -> f64 {
-        let Some(hull) = &self.hull else { return 0.0 };
-        let over = |side: f64| {
-            let of = |v: &Point| hull.excess(side * (v.x + x).hypot(v.y) - x, v.z);
-            self.vertices.iter().map(of).fold(0.0, f64::max)
-        };
+    /// The hull with all points of the cutter in it, when it is moved by `x` or more: beside the plane ρ exceeds x the more, the nearer the axis is.
+    fn widened(&self, hull: &Convex, x: f64) -> Convex {
         let crosses = self.vertices.iter().any(|v| v.x + x < 0.0);
-        over(1.0).max(if crosses { over(-1.0).min(self.beside) } else { 0.0 })
+        let widened = |plane: &HalfPlane| {
+            let HalfPlane { a, b, c } = *plane;
+            let beyond = |side: f64| {
+                let of = |v: &Point| a * (side * (v.x + x).hypot(v.y) - x) + b * v.z - c;
+                self.vertices.iter().map(of).fold(0.0, f64::max)
+            };
+            let by = match (a >= 0.0, crosses) {
+                (true, _) => beyond(1.0),
+                (false, true) => beyond(-1.0).min(-a * self.beside),
+                (false, false) => 0.0,
+            };
+            HalfPlane { a, b, c: c + by }
+        };
+        Convex { planes: hull.planes.iter().map(widened).collect() }
     }
 
-    /// As [`Convex::least`], of a point (ρ, z).
-    pub fn least(&self, rho: f64, z: f64, shift: &Shift, radius: f64) -> Least {
-        let on_both = |piece: &Convex| {
-            let of = |side: f64| least_on_line(piece, [side - shift.start[0], z - shift.start[1]], shift.travel);
-            let (one, other) = (of(rho), of(-rho));
-            (one.0.min(other.0), one.1.min(other.1))
+    /// Linear functions of (ρ, 0, z) below the excess, one for each side of the axis: values at a point, and gradients.
+    pub fn tangents(&self, rho: f64, z: f64, shift: &Shift) -> impl Iterator<Item = (f64, Vector)> {
+        let of = move |(hull, side): (&Convex, f64)| {
+            let OnLine { low, normal: [a, b], .. } = OnLine::least(hull, shift.seen(side * rho, z), shift.travel);
+            (low, Vector::new(side * a, 0.0, b))
         };
-        let low = self.hull.as_ref().map_or(f64::INFINITY, |hull| on_both(hull).0) - shift.excess;
-        let deep = low - radius;
+        shift.hull.iter().flat_map(|hull| [(&**hull, 1.0), (&**hull, -1.0)]).map(of)
+    }
+
+    /// The piece of the section that comes nearest to a point (ρ, z), or holds it the deepest, and where on the way it does, 0 to 1.
+    pub fn nearest(&self, rho: f64, z: f64, shift: &Shift) -> Option<(&Convex, f64)> {
+        let of = |piece| (piece, OnLine::least(piece, shift.seen(rho, z), shift.travel));
+        let nearest = self.section.iter().map(of).min_by(|(_, a), (_, b)| a.high.total_cmp(&b.high));
+        nearest.map(|(piece, found)| (piece, found.at))
+    }
+
+    /// As [`Convex::lowest`], of a point (ρ, z) and all that are as near as `ring` says.
+    pub fn least(&self, rho: f64, z: f64, shift: &Shift, [across, along]: [f64; 2]) -> Least {
+        let of = |piece: &Convex, side: f64| OnLine::least(piece, shift.seen(side * rho, z), shift.travel);
+        let mut found = Least { low: f64::INFINITY, high: f64::INFINITY, deep: f64::INFINITY };
+        for (hull, side) in shift.hull.iter().flat_map(|hull| [(hull, 1.0), (hull, -1.0)]) {
+            let OnLine { low, normal: [a, b], .. } = of(hull, side);
+            let spread = a.abs() * across + b.abs() * along;
+            (found.low, found.deep) = (found.low.min(low), found.deep.min(low - spread));
+        }
         // What is outside is not asked whether it is inside.
-        let high = if deep >= 0.0 { None } else { self.section.iter().map(|piece| on_both(piece).1).reduce(f64::min) };
-        Least { low, high: high.unwrap_or(f64::INFINITY), deep }
+        if found.deep < 0.0 {
+            let highs = self.section.iter().map(|piece| of(piece, 1.0).high.min(of(piece, -1.0).high));
+            found.high = highs.fold(f64::INFINITY, f64::min);
+        }
+        found
+    }
+}
+
+impl Shift {
+    /// The part of the way from one part to another, 0 to 1.
+    pub fn part(&self, from: f64, to: f64) -> Self {
+        Self { start: self.at(from), travel: self.travel.map(|d| d * (to - from)), hull: self.hull.clone() }
+    }
+
+    /// Where the section is at a part of the way.
+    pub fn at(&self, part: f64) -> [f64; 2] {
+        std::array::from_fn(|k| self.start[k] + part * self.travel[k])
+    }
+
+    /// A point as the section sees it at first.
+    fn seen(&self, rho: f64, z: f64) -> [f64; 2] {
+        [rho - self.start[0], z - self.start[1]]
     }
 }
 
 /// The least of the greatest of linear functions along a way: bounds that rounding alone parts.
-fn least_on_line(piece: &Convex, q: [f64; 2], travel: [f64; 2]) -> (f64, f64) {
-    let line = |plane: &HalfPlane| {
-        let value = plane.a * q[0] + plane.b * q[1] - plane.c;
-        (value, -(plane.a * travel[0] + plane.b * travel[1]))
-    };
-    let at = |t: f64| {
-        let of = |plane: &HalfPlane| {
-            let (value, slope) = line(plane);
-            (value + slope * t, slope)
+#[derive(Clone, Copy)]
+struct OnLine {
+    low: f64,
+    high: f64,
+    /// Where on the way it is, 0 to 1.
+    at: f64,
+    /// Gradient of a linear function that is `low` at the point, and below the least at all others.
+    normal: [f64; 2],
+}
+
+/// The greatest of linear functions at a place of the way: its value, slope along the way, and gradient.
+#[derive(Clone, Copy)]
+struct Greatest {
+    at: f64,
+    value: f64,
+    slope: f64,
+    normal: [f64; 2],
+}
+
+impl OnLine {
+    fn least(piece: &Convex, q: [f64; 2], travel: [f64; 2]) -> Self {
+        let greatest = |at: f64| {
+            let of = |plane: &HalfPlane| {
+                let slope = -(plane.a * travel[0] + plane.b * travel[1]);
+                let value = plane.a * q[0] + plane.b * q[1] - plane.c + slope * at;
+                Greatest { at, value, slope, normal: [plane.a, plane.b] }
+            };
+            let nothing = Greatest { at, value: f64::INFINITY, slope: 0.0, normal: [0.0; 2] };
+            piece.planes.iter().map(of).reduce(|a, b| if b.value > a.value { b } else { a }).unwrap_or(nothing)
         };
-        piece.planes.iter().map(of).reduce(|a, b| if b.0 > a.0 { b } else { a }).unwrap_or((f64::INFINITY, 0.0))
-    };
-    let (mut low, mut high) = ((0.0, at(0.0)), (1.0, at(1.0)));
-    if low.1.1 >= 0.0 {
-        return (low.1.0, low.1.0);
-    }
-    if high.1.1 <= 0.0 {
-        return (high.1.0, high.1.0);
-    }
-    // Each step drops one of finitely many lines.
-    for _ in 0..2 * piece.planes.len() {
-        let ((t, (v, s)), (u, (w, r))) = (low, high);
-        let meet = ((v - s * t) - (w - r * u)) / (r - s);
-        let bound = v + s * (meet - t);
-        let found = at(meet.clamp(t, u));
-        if found.0 <= bound + 1e-12 || found.1 == 0.0 {
-            return (bound.min(found.0), found.0);
+        let at_end = |Greatest { at, value, normal, .. }| Self { low: value, high: value, at, normal };
+        let (mut before, mut behind) = (greatest(0.0), greatest(1.0));
+        if before.slope >= 0.0 {
+            return at_end(before);
         }
-        if found.1 < 0.0 {
-            low = (meet, found);
-        } else {
-            high = (meet, found);
+        if behind.slope <= 0.0 {
+            return at_end(behind);
+        }
+        // Each step drops one of finitely many lines.
+        let mut steps = 2 * piece.planes.len();
+        loop {
+            let meet = ((before.value - before.slope * before.at) - (behind.value - behind.slope * behind.at))
+                / (behind.slope - before.slope);
+            let bound = before.value + before.slope * (meet - before.at);
+            let found = greatest(meet.clamp(before.at, behind.at));
+            // What neither falls nor rises is least there, however far below the lines of both sides meet.
+            if found.slope == 0.0 {
+                return at_end(found);
+            }
+            if found.value <= bound + 1e-12 || steps == 0 {
+                // The mixture of both that has no slope.
+                let share = behind.slope / (behind.slope - before.slope);
+                let mixed = |k: usize| share * before.normal[k] + (1.0 - share) * behind.normal[k];
+                let low = bound.min(found.value);
+                return Self { low, high: found.value, at: found.at, normal: [mixed(0), mixed(1)] };
+            }
+            steps -= 1;
+            if found.slope < 0.0 {
+                before = found;
+            } else {
+                behind = found;
+            }
         }
     }
-    let ((t, (v, s)), (u, (w, r))) = (low, high);
-    let meet = ((v - s * t) - (w - r * u)) / (r - s);
-    (v + s * (meet - t), at(meet).0)
 }
 
 /// Where a triangle meets the plane y = 0, as a segment of (x, z). Corners in the plane count to the side y > 0.

@@ -60,8 +60,8 @@ pub const RULES: [Rule; 8] = [
         id: "unresolved",
         name: "UnresolvedContact",
         what: "A part may come into what is left of the workpiece, deeper than the resolution of the stock.",
-        help: "Whether it does is not known: the message says how deep at most. `--stock-resolution` with a smaller length may decide it; else look at the \
-            move.",
+        help: "Whether it does is not known: the message says how deep at most. `--stock-resolution` with a smaller length may decide it; open meshes of \
+            workpiece or cutter have to be closed; else look at the move.",
         is_note: false,
     },
     Rule {

@@ -17,10 +17,16 @@ use std::sync::Arc;
 /// What is left of a workpiece.
 pub struct Left {
     part: usize,
+    /// Depth to which contact is not told from touching, mm.
+    resolution_mm: f64,
     /// Measured only where the stock is divided anyway: its cells along cuts wait for questions.
     volume: Option<Volume>,
     /// Bytes of its cells.
     bytes: usize,
+    /// Cells that were held against what moves.
+    questions: u64,
+    /// Line from which on nothing was cut any more.
+    given_up: Option<u32>,
     pub comparison: Option<Comparison>,
     /// The file it was written to, and the side of the mesh's cubes, mm.
     written: Option<(String, f64)>,
@@ -30,6 +36,7 @@ pub struct Left {
 pub fn depth(event: &Event) -> Option<String> {
     let [low, high] = event.depth_mm?;
     Some(match low {
+        _ if high == f64::INFINITY => "not examined: the work that a stock may take is spent".to_owned(),
         low if low > 0.0 => format!("{low:.2} to {high:.2} mm deep in the stock"),
         _ => format!("not excluded: up to {high:.2} mm deep in the stock"),
     })
@@ -72,6 +79,11 @@ impl StockOptions {
         }
         let mut all = Vec::new();
         for remaining in &mut outcome.remaining {
+            if let Some(line) = remaining.given_up.filter(|_| wants_one) {
+                bail!(
+                    "--stock-out and --target: the stock was given up at line {line}; a coarser --stock-resolution takes less work"
+                );
+            }
             let stock = &mut remaining.stock;
             let comparison = target.map(|target| stock.compare(target)).transpose().context("--target")?;
             let written = self.stock_out.as_deref().map(|file| {
@@ -85,8 +97,10 @@ impl StockOptions {
                 anyhow::Ok((file.display().to_string(), hull.cube_mm))
             });
             let volume = wants_one.then(|| stock.volume());
-            let (bytes, written) = (stock.bytes(), written.transpose()?);
-            all.push(Left { part: remaining.part, volume, bytes, comparison, written });
+            let (bytes, questions) = (stock.bytes(), stock.questions());
+            let (resolution_mm, written, given_up) = (stock.resolution_mm(), written.transpose()?, remaining.given_up);
+            let part = remaining.part;
+            all.push(Left { part, resolution_mm, volume, bytes, questions, given_up, comparison, written });
         }
         Ok(all)
     }
@@ -96,8 +110,8 @@ impl Left {
     /// What is left, a line each.
     pub fn lines(&self, scene: &Scene) -> Vec<String> {
         let name = &scene.parts[self.part].name;
-        let volume = self.volume.map(|Volume { low, high }| format!("left of `{name}`: {low:.0} to {high:.0} mm³"));
-        let mut lines: Vec<String> = volume.into_iter().collect();
+        let mut lines = vec![format!("`{name}` is cut: contact is told from a depth of {} mm on", self.resolution_mm)];
+        lines.extend(self.volume.map(|Volume { low, high }| format!("left of `{name}`: {low:.0} to {high:.0} mm³")));
         if let Some(Comparison { gouge, rest, missing }) = &self.comparison {
             let told = |what: &str, Deviation { greatest_mm, volume_mm3 }: &Deviation| {
                 format!("{what}: {greatest_mm:.3} mm, {volume_mm3:.1} mm³")
@@ -116,7 +130,7 @@ impl Left {
 }
 
 /// The stock as data.
-pub fn as_json(scene: &Scene, outcome: &Outcome, resolution_mm: Option<f64>, left: &[Left]) -> Value {
+pub fn as_json(scene: &Scene, outcome: &Outcome, left: &[Left]) -> Value {
     let name = |part: usize| &scene.parts[part].name;
     let touches = outcome.touches.iter().map(|touch| {
         json!({
@@ -131,12 +145,12 @@ pub fn as_json(scene: &Scene, outcome: &Outcome, resolution_mm: Option<f64>, lef
             })
         });
         json!({
-            "part": name(left.part), "left_mm3": left.volume.map(|volume| [volume.low, volume.high]), "bytes": left.bytes, "target": comparison,
+            "part": name(left.part), "resolution_mm": left.resolution_mm, "left_mm3": left.volume.map(|volume| [volume.low, volume.high]), "bytes": left.bytes, "questions": left.questions, "given_up_at_line": left.given_up, "target": comparison,
             "file": left.written.as_ref().map(|(file, _)| file), "cube_mm": left.written.as_ref().map(|(_, cube)| cube),
         })
     });
     json!({
-        "resolution_mm": resolution_mm, "touches": touches.collect::<Vec<_>>(), "workpieces": workpieces.collect::<Vec<_>>(),
+        "stays_whole": outcome.stays_whole, "open_cutters": outcome.open_cutters.iter().map(|&part| name(part)).collect::<Vec<_>>(), "touches": touches.collect::<Vec<_>>(), "workpieces": workpieces.collect::<Vec<_>>(),
         "uncut": outcome.uncut.iter().map(|uncut| json!({ "part": name(uncut.part), "why": uncut.why.to_string() })).collect::<Vec<_>>(),
     })
 }
