@@ -1,0 +1,64 @@
+//! Certificates to read and to change.
+
+use certificate_checker::{Refusal, Report, check};
+use std::path::{Path, PathBuf};
+
+/// The scenes with their certificates.
+pub const NAMES: [&str; 2] = ["mill", "five-axis"];
+
+/// The folder of a scene.
+pub fn folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures").join(name)
+}
+
+/// The lines of a scene's certificate.
+pub fn lines(name: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(folder(name).join(format!("{name}.cert"))).unwrap();
+    text.lines().map(str::to_owned).collect()
+}
+
+/// The lines as a file, with the hash that its content has now.
+pub fn signed(lines: &[String]) -> String {
+    let body: String =
+        lines.iter().filter(|line| !line.starts_with("end ")).map(|line| line.to_owned() + "\n").collect();
+    format!("{body}end {}\n", blake3::hash(body.as_bytes()).to_hex())
+}
+
+/// Checks a text without any files.
+pub fn checked(text: &str) -> Result<Report, Refusal> {
+    check(text.as_bytes(), None, None)
+}
+
+/// Fails unless the text is accepted.
+#[track_caller]
+pub fn accepted(text: &str) -> Report {
+    checked(text).unwrap_or_else(|Refusal { line, why }| panic!("line {line}: {why}: {:?}", text.lines().nth(line - 1)))
+}
+
+/// Fails unless the text is refused at this line, from 1, for this reason.
+#[track_caller]
+pub fn refused(text: &str, line: usize, why: &str) {
+    match checked(text) {
+        Ok(_) => panic!("accepted, not refused at {:?}", text.lines().nth(line - 1)),
+        Err(refusal) => assert_refusal(&refusal, line, why),
+    }
+}
+
+/// Fails unless the refusal names this line and this reason.
+#[track_caller]
+pub fn assert_refusal(refusal: &Refusal, line: usize, why: &str) {
+    assert!(refusal.line == line && refusal.why.contains(why), "line {line}, {why}: {refusal:?}");
+}
+
+/// The index of the first line that begins with some words.
+#[track_caller]
+pub fn find(lines: &[String], words: &str) -> usize {
+    lines.iter().position(|line| line.starts_with(words)).unwrap()
+}
+
+/// The line with one of its words, from 0, changed.
+pub fn with_word(line: &str, at: usize, word: &str) -> String {
+    let mut words: Vec<&str> = line.split(' ').collect();
+    words[at] = word;
+    words.join(" ")
+}
