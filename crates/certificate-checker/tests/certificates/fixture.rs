@@ -62,3 +62,46 @@ pub fn with_word(line: &str, at: usize, word: &str) -> String {
     words[at] = word;
     words.join(" ")
 }
+
+/// A file of these lines behind the first, with its hash.
+pub fn written(body: &str) -> String {
+    signed(&format!("bvbench-certificate 1\n{body}").lines().map(str::to_owned).collect::<Vec<_>>())
+}
+
+/// Faces of a box; its vertex `i` is high in X, Y and Z where the bits 4, 2 and 1 of `i` are set. Two faces each at -X, +X, -Y, +Y, -Z, +Z.
+pub const FACES: [[usize; 3]; 12] = [
+    [0, 1, 3],
+    [0, 3, 2],
+    [4, 6, 7],
+    [4, 7, 5],
+    [0, 4, 5],
+    [0, 5, 1],
+    [2, 3, 7],
+    [2, 7, 6],
+    [0, 2, 6],
+    [0, 6, 4],
+    [1, 5, 7],
+    [1, 7, 3],
+];
+
+/// The vertices of a cube about a centre, mm, as lines.
+pub fn corners(centre: [f64; 3], half: f64) -> String {
+    let side =
+        |i: usize, bit: usize, x: f64| ((if i & bit == 0 { x - half } else { x + half }) * f64::from(1 << 26)) as i64;
+    let [x, y, z] = centre;
+    (0..8).map(|i| format!("v {} {} {}\n", side(i, 4, x), side(i, 2, y), side(i, 1, z))).collect()
+}
+
+/// Faces of a box as lines, its vertices counted from `first`; turned inside out where it is a cavity.
+pub fn faces(first: usize, is_cavity: bool) -> String {
+    let face = |[i, j, k]: [usize; 3]| {
+        let [i, j, k] = if is_cavity { [k, j, i] } else { [i, j, k] };
+        format!("f {} {} {}\n", first + i, first + j, first + k)
+    };
+    FACES.into_iter().map(face).collect()
+}
+
+/// A cube as a part: `head` is what its line says.
+pub fn cube(head: &str, centre: [f64; 3], half: f64) -> String {
+    format!("part {head}\n{}{}", corners(centre, half), faces(0, false))
+}

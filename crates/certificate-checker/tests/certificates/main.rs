@@ -6,6 +6,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
+mod bounds;
+mod command;
+mod files;
 mod fixture;
 mod interval;
 mod tampered;
+mod written;
