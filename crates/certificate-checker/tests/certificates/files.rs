@@ -375,7 +375,7 @@ fn units_of_a_file_are_those_of_the_scene() {
     for (told, _) in units {
         for (_, mm) in units {
             let is_same = at_rest("units", &stated(mm), &scene(told), &[("a.stl", bytes.clone())]).is_ok();
-            assert_eq!(is_same, units.iter().any(|unit| *unit == (told, mm)), "{told}, {mm}");
+            assert_eq!(is_same, units.contains(&(told, mm)), "{told}, {mm}");
         }
     }
 }
