@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::ops::{Add, Mul, Neg, Sub};
 
 /// All numbers from `lo` to `hi`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct I {
     /// Least.
     pub lo: f64,
