@@ -238,6 +238,16 @@ fn an_arc_stays_in_a_ball_about_its_middle() {
 }
 
 #[test]
+fn a_turn_moves_what_an_arc_has_moved() {
+    let links = "link c - 1 0 0 0 0 0 0 turn C 0 0 1 0 0 0\nlink x c 1 0 0 0 0 0 0 slide X 1 0 0\nlink y x 1 0 0 0 0 0 0 slide Y 0 1 0";
+    let moves = format!("move 0 1 point X=10\nmove 1 1 arc X=0 Y=10 C=0.4 arc=X,Y,0,0,{FRAC_PI_2}");
+    let case = Case { links, a: ["-", PLAIN], b: ["y", PLAIN], centre: [20.0, 30.0, 0.0], moves: &moves };
+    // Both slides are within the ball.
+    let (ball, arm) = (2.5 * PI, (20.0 + 10.0 * FRAC_PI_4.cos()).hypot(30.0 + 10.0 * FRAC_PI_4.sin()));
+    case.goes(1.0, 2.0, ball * SQRT_2 + 0.2 * (arm + RADIUS + 2.0 * ball));
+}
+
+#[test]
 fn whole_steps_stay_in_a_box() {
     let moves = "move 0 1 point X=1\nmove 1 1 line X=10\nmove 2 1 line Y=6\nmove 3 1 line X=-2 Z=3\nmove 4 1 point";
     let case = Case { links: SLIDES, a: ["-", PLAIN], b: ["z", PLAIN], centre: [40.0, 40.0, 40.0], moves };
