@@ -330,6 +330,10 @@ fn a_part_inside_the_other_is_not_free() {
     let inside = "before this line one part may be inside the other";
     let end = "free 2 2.000001 =\nblock 0 free\nblock 1 free";
     refused_at(&nested(&a, &b, &front, end), "block 0", inside);
+    // Far from the origin as well.
+    let far = [100.0, -200.0, 300.0];
+    let (c, d) = (corners(far, 20.0) + &faces(0, false), corners([101.0, -198.0, 303.0], 2.0) + &faces(0, false));
+    refused_at(&nested(&c, &d, &leaves(12, &mut from_inside(far, 20.0).into_iter()), end), "block 0", inside);
     // Before each line that is no free interval.
     refused_at(&nested(&a, &b, &front, "open 2 0\nblock 0 free\nblock 1 unresolved"), "open", inside);
     refused_at(&nested(&a, &b, &front, "away 2"), "away", inside);
