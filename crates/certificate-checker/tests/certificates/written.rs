@@ -406,6 +406,20 @@ fn beside_a_concave_part_is_not_inside() {
 }
 
 #[test]
+fn a_face_behind_the_beginning_of_a_ray_is_not_crossed() {
+    // A tetrahedron below X + Y + Z = -20, within 20 mm of the origin along each axis; the ray goes to +X.
+    let mm = |x: i64| x << 26;
+    let vertex = |[x, y, z]: [i64; 3]| format!("v {} {} {}\n", mm(x), mm(y), mm(z));
+    let corners_of = [[-20, -20, -20], [20, -20, -20], [-20, 20, -20], [-20, -20, 20]];
+    let a = corners_of.map(vertex).concat() + "f 0 2 1\nf 0 1 3\nf 0 3 2\nf 1 2 3\n";
+    let front = leaves(4, &mut vec!["p 16777216 16777216 16777216 -335544320".to_owned(); 4].into_iter());
+    let end = "free 2 2.000001 =\nblock 0 free\nblock 1 free";
+    for centre in [[0.0, -5.0, -5.0], [5.0, -9.0, -4.0]] {
+        accepted(&nested(&a, &(corners(centre, 2.0) + &faces(0, false)), &front, end));
+    }
+}
+
+#[test]
 fn one_plane_at_some_time_shows_that_neither_is_inside() {
     // At first a plane for each face of `a`, then one plane for all of it: the cube is beside it.
     let a = corners([0.0; 3], 20.0) + &faces(0, false);
