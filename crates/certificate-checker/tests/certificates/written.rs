@@ -183,6 +183,7 @@ fn statements_that_make_no_sense_are_refused() {
     }
     for line in [
         "link b - 0.71 0 0 0 0 0 0",
+        "link b - 0.5 0.5 0 0 0 0 0",
         "link b - 1 0 0 0 0 0 -1e9 slide W 0 0 0.0011",
         "tip - a 0 0 0 0 0 1",
         "part p - fixture 7 1 0 0 0 0 0 0",
