@@ -189,15 +189,19 @@ impl Mesh {
     }
 }
 
+/// Whether all numbers have the same sign, for sure.
+fn are_alike(numbers: &[I]) -> bool {
+    numbers.iter().all(|x| x.lo > 0.0) || numbers.iter().all(|x| x.hi < 0.0)
+}
+
 /// 1 where a ray leaves the mesh through a triangle, -1 where it enters, 0 where it misses the triangle.
 fn crossing(triangle: &[V; 3], start: &V, way: &V) -> Option<i32> {
     let [a, b, c] = triangle.each_ref().map(|p| minus(p, start));
     let sides = [cross(&a, &b), cross(&b, &c), cross(&c, &a)].map(|side| dot(way, &side));
-    let is_on = |sign: f64| sides.iter().all(|side| side.lo * sign > 0.0 && side.hi * sign > 0.0);
     if sides.iter().any(|side| side.lo > 0.0) && sides.iter().any(|side| side.hi < 0.0) {
         return Some(0);
     }
-    if !is_on(1.0) && !is_on(-1.0) {
+    if !are_alike(&sides) {
         return None;
     }
     let normal = cross(&minus(&b, &a), &minus(&c, &a));
@@ -216,12 +220,11 @@ pub fn is_outside(inner: &Mesh, outer: &Mesh, outer_from_inner: &Pose) -> bool {
     if !outer.is_watertight {
         return true; // has no inside
     }
-    let [low, high] = outer.boxes[1].each_ref().map(mm);
-    inner.components.iter().map(|p| outer_from_inner.point(&mm(p))).all(|p| {
-        let is_off = (0..3).any(|i| p[i].hi < low[i].lo || p[i].lo > high[i].hi);
-        let is_left = |[y, z]: &[f64; 2]| outer.leavings(outer.root(), &p, &[1.0, *y, *z].map(I::of)) == Some(0);
-        is_off || WAYS.iter().any(is_left)
-    })
+    inner
+        .components
+        .iter()
+        .map(|p| outer_from_inner.point(&mm(p)))
+        .all(|p| WAYS.iter().any(|[y, z]| outer.leavings(outer.root(), &p, &[1.0, *y, *z].map(I::of)) == Some(0)))
 }
 
 /// Reads planes and halvings; all of the first mesh must be behind its planes.
@@ -253,14 +256,16 @@ pub fn pierces([a, b]: [&Mesh; 2], a_from_b: &Pose, words: &mut Words<'_>) -> Re
         (words.word()?, words.whole::<usize>()?, words.whole::<usize>()?, words.whole::<usize>()?);
     let moved = |face: usize| Some(b.triangle(face)?.each_ref().map(|p| a_from_b.point(p)));
     let found = if side == "a" { a.triangle(of).zip(moved(face)) } else { moved(of).zip(a.triangle(face)) };
-    let (edges, [u, v, w]) = found.ok_or("no such triangle")?;
-    let (p, q) = (edges[edge % 3], edges[(edge + 1) % 3]);
+    let (edges, [u, v, w]) = found.filter(|_| edge < 3).ok_or("no such triangle or edge")?;
+    let (p, q) = (edges[edge], edges[(edge + 1) % 3]);
     let volume = |a: &V, b: &V, c: &V, d: &V| dot(&cross(&minus(b, a), &minus(c, a)), &minus(d, a));
     let (above, below) = (volume(&u, &v, &w, &p), volume(&u, &v, &w, &q));
     let sides = [volume(&p, &q, &u, &v), volume(&p, &q, &v, &w), volume(&p, &q, &w, &u)];
-    let is_through = above.lo > 0.0 && below.hi < 0.0 || above.hi < 0.0 && below.lo > 0.0;
-    let is_within = sides.iter().all(|side| side.lo > 0.0) || sides.iter().all(|side| side.hi < 0.0);
-    if edge < 3 && is_through && is_within { Ok(()) } else { Err("the edge does not pierce the triangle".to_owned()) }
+    if are_alike(&[above, -below]) && are_alike(&sides) {
+        Ok(())
+    } else {
+        Err("the edge does not pierce the triangle".to_owned())
+    }
 }
 
 /// The triangle from its least corner on.
