@@ -407,6 +407,25 @@ fn beside_a_concave_part_is_not_inside() {
 }
 
 #[test]
+fn a_ray_is_followed_to_where_it_leaves() {
+    // A prism whose side at X20 is divided at Y2.5: the ray from the first vertex of `b` at Y2.4 leaves through the upper part.
+    let mm = |x: f64| (x * f64::from(1 << 26)) as i64;
+    let outline = [[-20.0, -20.0], [20.0, -20.0], [20.0, 2.5], [20.0, 20.0], [-20.0, 20.0]];
+    let ring = |z: f64| outline.map(|[x, y]| format!("v {} {} {}\n", mm(x), mm(y), mm(z))).concat();
+    let sides =
+        (0..5).map(|i| (i, (i + 1) % 5)).map(|(i, j)| format!("f {i} {j} {}\nf {i} {} {}\n", j + 5, j + 5, i + 5));
+    let caps = (1..4).map(|i| format!("f 0 {} {i}\nf 5 {} {}\n", i + 1, i + 5, i + 6));
+    let a = ring(-20.0) + &ring(20.0) + &sides.collect::<String>() + &caps.collect::<String>();
+    let planes = [[0, 1, 0], [-1, 0, 0], [-1, 0, 0], [0, -1, 0], [1, 0, 0]].into_iter().flat_map(|side| [side; 2]);
+    let planes = planes.chain([[0, 0, 1], [0, 0, -1]].into_iter().cycle().take(6));
+    let planes = planes.map(|[x, y, z]| format!("p {} {} {} -335544320", x << 24, y << 24, z << 24));
+    let front = leaves(16, &mut planes.collect::<Vec<_>>().into_iter());
+    let b = corners([1.0, 4.4, 3.0], 2.0) + &faces(0, false);
+    let text = nested(&a, &b, &front, "free 2 2.000001 =\nblock 0 free\nblock 1 free");
+    refused_at(&text, "block 0", "before this line one part may be inside the other");
+}
+
+#[test]
 fn a_face_behind_the_beginning_of_a_ray_is_not_crossed() {
     // A tetrahedron below X + Y + Z = -20, within 20 mm of the origin along each axis; the ray goes to +X.
     let mm = |x: i64| x << 26;
