@@ -255,18 +255,83 @@ fn the_engine_depends_on_arithmetic_alone() {
     }
 }
 
+/// All crates that a package of the workspace brings, itself among them.
+fn crates_of(package: &str) -> BTreeSet<String> {
+    let arguments = [
+        "tree",
+        "--locked",
+        "--offline",
+        "--edges",
+        "normal,build",
+        "--prefix",
+        "none",
+        "--format",
+        "{p}",
+        "--package",
+    ];
+    let output = Command::new(env!("CARGO")).args(arguments).arg(package).current_dir(root()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    text.lines().filter_map(|line| Some(line.split(' ').next()?.to_owned())).collect()
+}
+
 /// Whoever depends on the engine gets few crates, and none for serialisation, plots or a command line.
 #[test]
 fn the_engine_brings_few_crates() {
-    let arguments = "tree --locked --offline --package obbtree --edges normal --prefix none --format {p}";
-    let output = Command::new(env!("CARGO")).args(arguments.split(' ')).current_dir(root()).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8(output.stdout).unwrap();
-    let crates: BTreeSet<&str> = text.lines().filter_map(|line| line.split(' ').next()).collect();
+    let crates = crates_of("obbtree");
     assert!(crates.contains("obbtree") && crates.contains("nalgebra") && crates.len() <= 25, "{crates:?}");
     for name in ["clap", "plotters", "serde", "serde_core", "parry3d-f64"] {
         assert!(!crates.contains(name), "{name} comes with the engine");
     }
+}
+
+/// Packages that the checker of certificates may depend on: a hash and a reader of TOML.
+const OF_THE_CHECKER: [&str; 2] = ["blake3", "toml"];
+/// Equal lines in a row, of those with a word in them, from which on code counts as shared.
+const SHARED: usize = 3;
+
+/// What is shared is not checked: a fault of the search would be one of the checker too.
+#[test]
+fn the_checker_depends_on_nothing_that_it_checks() {
+    let manifest = fs::read_to_string(root().join("../crates/certificate-checker/Cargo.toml")).unwrap();
+    assert_eq!(dependencies(&manifest), OF_THE_CHECKER);
+    assert_eq!(manifest.matches("dependencies]").count(), 1, "one section");
+    let crates = crates_of("certificate-checker");
+    assert!(OF_THE_CHECKER.iter().all(|name| crates.contains(*name)), "{crates:?}");
+    for name in ["bvbench", "obbtree", "rs274", "nalgebra", "parry3d-f64", "robust"] {
+        assert!(!crates.contains(name), "{name} comes with the checker");
+    }
+    let manifest = fs::read_to_string(root().join("../Cargo.toml")).unwrap();
+    assert!(!dependencies(&manifest).contains(&"certificate-checker".to_owned()), "only tests know the checker");
+}
+
+/// Lines of code with a word in them, without comments.
+fn lines_of_code(path: &Path) -> Vec<String> {
+    let text = fs::read_to_string(path).unwrap();
+    let code = text.lines().map(|line| line.split("//").next().unwrap_or_default().trim());
+    code.filter(|line| line.contains(char::is_alphanumeric)).map(str::to_owned).collect()
+}
+
+#[test]
+fn the_checker_shares_no_code_with_what_it_checks() {
+    let checker = root().join("../crates/certificate-checker/src");
+    let (mut own, mut others) = (Vec::new(), Vec::new());
+    collect(&checker, &mut own);
+    for folder in ["", "../crates/obbtree/src", "../crates/rs274/src"] {
+        collect(&root().join(folder), &mut others);
+    }
+    assert!(own.len() > 5 && others.len() > 200, "{} and {} files", own.len(), others.len());
+    for path in &own {
+        assert!(!path.symlink_metadata().unwrap().is_symlink(), "{}", path.display());
+        let text = fs::read_to_string(path).unwrap();
+        assert!(!["include!", "include_str!", "#[path"].iter().any(|word| text.contains(word)), "{}", path.display());
+    }
+    let code = |files: &[PathBuf]| files.iter().map(|path| lines_of_code(path)).collect::<Vec<_>>();
+    let (own, others) = (code(&own), code(&others));
+    let known: BTreeSet<&[String]> = own.iter().flat_map(|lines| lines.windows(SHARED)).collect();
+    let shared: Vec<_> =
+        others.iter().flat_map(|lines| lines.windows(SHARED)).filter(|lines| known.contains(lines)).collect();
+    assert!(shared.is_empty(), "{shared:?}");
 }
 
 #[test]

@@ -53,10 +53,15 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    pub fn new(mesh: &Mesh) -> Self {
+    /// With the faces in the order of another tree whose nodes are halved, or in an order of its own.
+    pub fn new(mesh: &Mesh, order: Option<&[u32]>) -> Self {
         let mut faces = mesh.faces().to_vec();
-        let middle = |face: &[u32; 3]| -> Vector { face.iter().map(|&v| mesh.vertices()[v as usize].coords).sum() };
-        sort(&mut faces, &middle);
+        if let Some(order) = order {
+            faces = order.iter().map(|&face| mesh.faces()[face as usize]).collect();
+        } else {
+            let middle = |face: &[u32; 3]| -> Vector { face.iter().map(|&v| mesh.vertices()[v as usize].coords).sum() };
+            sort(&mut faces, &middle);
+        }
         let triangles = faces.iter().map(|face| face.map(|v| mesh.vertices()[v as usize])).collect();
         let mut tree = Self { faces, triangles, boxes: Vec::new() };
         tree.enclose(tree.root());

@@ -12,10 +12,14 @@ mod motion;
 mod search;
 mod text;
 
+use crate::geometry::Mesh;
 use crate::machine::travel::Ball;
 use crate::measure::Progress;
+use crate::method::Model;
+use crate::registry::Variant;
 use crate::scene::pairs::{self, Dropped, Reach};
-use crate::scene::{Pair, ProgramRun, Scene, TipFault};
+use crate::scene::{Pair, Part, ProgramRun, Scene, TipFault};
+use crate::tree::{Policy, SplitRule};
 use crate::truth::Solid;
 use hull::{Token, Tree};
 use motion::{PairMotion, Track};
@@ -106,9 +110,17 @@ fn skipped(scene: &Scene, dropped: Option<&Dropped>, pair: Pair) -> Option<&'sta
 
 /// Searches for a proof of each block, and writes the certificate of what it found.
 ///
+/// With a variant, the certificate halves meshes as the variant's tree does when it is split at medians, and the variant is asked whether the pair touches at the
+/// middle of an interval before planes are sought for it. A wrong answer costs time or a proof, and proves nothing.
+///
 /// # Errors
 /// When a rapid has too many legs to be followed.
-pub fn certify(scene: &Scene, run: &ProgramRun, progress: &dyn Progress) -> Result<Certificate, TipFault> {
+pub fn certify(
+    scene: &Scene,
+    run: &ProgramRun,
+    variant: Option<&Variant>,
+    progress: &dyn Progress,
+) -> Result<Certificate, TipFault> {
     let track = Track::new(&scene.machine, run.tip.as_ref(), motion::steps(scene, run)?);
     let decisions = pairs::decide(scene, &Reach::of_limits(scene), f64::INFINITY);
     let (mut examined, mut not) = (Vec::new(), Vec::new());
@@ -119,7 +131,12 @@ pub fn certify(scene: &Scene, run: &ProgramRun, progress: &dyn Progress) -> Resu
         }
     }
     progress.begin("certifying", examined.len() as u64);
-    let trees: Vec<Tree> = scene.parts.par_iter().map(|part| Tree::new(&part.mesh)).collect();
+    let prepare = |mesh: &Mesh| variant.map(|variant| variant.prepare(mesh, Some(Policy::own(SplitRule::Median))));
+    let models: Vec<Option<Box<dyn Model>>> = scene.parts.par_iter().map(|part| prepare(&part.mesh)).collect();
+    let tree = |(part, model): (&Part, &Option<Box<dyn Model>>)| {
+        Tree::new(&part.mesh, model.as_ref().and_then(|model| model.order()))
+    };
+    let trees: Vec<Tree> = scene.parts.par_iter().zip(&models).map(tree).collect();
     let solids: Vec<Solid> = scene.parts.iter().map(|part| Solid::new(Arc::clone(&part.mesh))).collect();
     let balls: Vec<Ball> = scene.parts.iter().map(pairs::ball).collect();
     let search = |&pair: &Pair| {
@@ -131,6 +148,7 @@ pub fn certify(scene: &Scene, run: &ProgramRun, progress: &dyn Progress) -> Resu
             motion,
             both.map(|part| &scene.parts[part].link_from_part),
             both.map(|part| &trees[part]),
+            both.map(|part| models[part].as_deref()),
             both.map(|part| &solids[part]),
             both.map(|part| scene.parts[part].tool),
         );

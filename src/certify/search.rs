@@ -3,6 +3,7 @@
 use super::hull::{Parting, Piercing, Token, Tree, piercing};
 use super::motion::{Course, PairMotion, Region, Track};
 use crate::geometry::{Isometry, Vector};
+use crate::method::Model;
 use crate::truth::Solid;
 use std::cell::Cell;
 
@@ -49,6 +50,8 @@ pub(super) struct Search<'a> {
     pub motion: PairMotion<'a>,
     pub link_from_part: [&'a Isometry; 2],
     pub trees: [&'a Tree; 2],
+    /// What is asked for contact at the middle of an interval before planes are sought.
+    pub models: [Option<&'a dyn Model>; 2],
     pub solids: [&'a Solid; 2],
     /// The tools that the parts belong to.
     pub tools: [Option<u32>; 2],
@@ -71,6 +74,7 @@ impl<'a> Search<'a> {
         motion: PairMotion<'a>,
         link_from_part: [&'a Isometry; 2],
         trees: [&'a Tree; 2],
+        models: [Option<&'a dyn Model>; 2],
         solids: [&'a Solid; 2],
         tools: [Option<u32>; 2],
     ) -> Self {
@@ -79,6 +83,7 @@ impl<'a> Search<'a> {
             motion,
             link_from_part,
             trees,
+            models,
             solids,
             tools,
             entries: Vec::new(),
@@ -177,6 +182,10 @@ impl<'a> Search<'a> {
             self.apart_mm = parting.apart_mm(failed);
             return None;
         }
+        if self.touches_at(&parting.sweep.a_from_b) {
+            self.apart_mm = 0.0;
+            return None;
+        }
         match parting.front(&mut self.hint) {
             Ok(front) => {
                 self.front.clone_from(&front);
@@ -191,6 +200,14 @@ impl<'a> Search<'a> {
                 None
             }
         }
+    }
+
+    /// Whether the variant that is asked finds contact at a pose; without one, no.
+    fn touches_at(&self, a_from_b: &Isometry) -> bool {
+        let [Some(a), Some(b)] = self.models else { return false };
+        let mut verdicts = Vec::with_capacity(1);
+        a.first(b, &[*a_from_b], &mut verdicts);
+        verdicts == [true]
     }
 
     /// Looks for contact in an interval that is too short to be halved, and leaves it unresolved where it finds none; returns the place at which to go on.

@@ -34,7 +34,7 @@ use stock::Left;
 pub struct Options {
     #[command(flatten)]
     subject: Subject,
-    /// Variant whose trees are used (see `list`) [default: the fastest safe one]
+    /// Variant whose trees are used (see `list`) [default: the fastest safe one; with --certify the search's own]
     #[arg(long, value_name = "ID")]
     method: Option<String>,
     /// Tell when parts come nearer than this, mm; repeatable; 0 for not at all [default: 14, 8 and 2]
@@ -248,7 +248,9 @@ fn examine<'a>(options: &Options, registry: &'a Registry) -> Result<Checked<'a>>
     let bar = Bar::new(options.quiet);
     let (ns, outcome) = timer::time(|| check::check(&scene, &run, variant, registry, &settings, &bar));
     let mut outcome = outcome?;
-    let certify = |file: &PathBuf| certify::Written::new(file, &scene, &run, &bar);
+    // Only a variant that is asked for: without one the search halves meshes in its own way.
+    let searched_by = options.method.as_ref().map(|_| variant);
+    let certify = |file: &PathBuf| certify::Written::new(file, &scene, &run, searched_by, &bar);
     let certificate = options.reports.certify.as_ref().map(certify).transpose()?;
     bar.finish();
     let left = options.stock.left(&scene, &mut outcome, target.as_ref())?;

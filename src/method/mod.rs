@@ -72,6 +72,11 @@ pub trait Model: Any + Send + Sync {
     /// The report on the tree; `None` for methods without a tree of this project.
     fn tree_report(&self) -> Option<crate::tree::tightness::TreeReport>;
 
+    /// Face numbers in the mesh by the order of the tree, of which each node holds a range; `None` for methods without a binary tree.
+    fn order(&self) -> Option<&[u32]> {
+        None
+    }
+
     /// The volumes of the first `levels` levels of the tree, for drawing; empty for methods without a tree of this project.
     fn drawn(&self, levels: u32) -> Vec<Drawn> {
         let _ = levels;

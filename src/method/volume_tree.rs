@@ -64,6 +64,10 @@ impl<S: Shape> Model for Tree<S> {
         Some(self.report())
     }
 
+    fn order(&self) -> Option<&[u32]> {
+        Some(self.faces())
+    }
+
     fn drawn(&self, levels: u32) -> Vec<Drawn> {
         self.drawn(levels)
     }

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::ops::{Add, Mul, Neg, Sub};
 
 /// All numbers from `lo` to `hi`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct I {
     /// Least.
     pub lo: f64,
@@ -53,7 +53,7 @@ impl I {
     /// The square.
     #[must_use]
     pub fn squared(self) -> Self {
-        let least = if self.lo > 0.0 || self.hi < 0.0 { self.lo.abs().min(self.hi.abs()) } else { 0.0 };
+        let least = self.lo.max(-self.hi).max(0.0);
         Self { lo: (least * least).next_down().max(0.0), hi: (self.most() * self.most()).next_up() }
     }
 

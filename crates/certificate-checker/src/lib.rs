@@ -292,7 +292,7 @@ impl Checker {
                     return Err("no contact can be there".to_owned());
                 }
                 let found = machine.sweep([from, place], pair).ok_or("the way cannot be bounded")?;
-                if 2.0 * found.bound.hi > way {
+                if 2.0 * found.bound().hi > way {
                     return Err(format!("the way is not within {way} mm"));
                 }
                 let found =
@@ -303,7 +303,7 @@ impl Checker {
             _ => {
                 let found = machine.sweep([from, to], pair).ok_or("the way cannot be bounded")?;
                 let bound = words.number()?;
-                if found.bound.hi > bound {
+                if found.bound().hi > bound {
                     return Err(format!("points may go farther than {bound} mm"));
                 }
                 Self::free(current, pair, &found, words)?;

@@ -63,8 +63,6 @@ pub struct Sweep {
     group: Vec<V>,
     ball: I,
     pub radius: I,
-    /// The farthest that any point goes from its place at the middle.
-    pub bound: I,
 }
 
 #[derive(Debug, Default)]
@@ -93,18 +91,21 @@ impl Poses {
 }
 
 impl Sweep {
-    /// Greatest motion of any point against `n`, times the length of `n`, without the ball.
-    pub fn towards(&self, n: &V) -> I {
-        let ways = self.ways.iter().fold(ZERO, |sum, way| sum + I::of(dot(n, way).most()));
-        let group = self.group.iter().fold(ZERO, |sum, e| sum + dot(n, e).squared()).sqrt();
+    /// Ways and ellipsoid together, each vector measured by `length`.
+    fn reach(&self, length: impl Fn(&V) -> I) -> I {
+        let ways = self.ways.iter().fold(ZERO, |sum, way| sum + length(way));
+        let group = self.group.iter().fold(ZERO, |sum, e| sum + length(e).squared()).sqrt();
         ways + self.ball * group
     }
 
-    fn with_bound(mut self) -> Self {
-        let ways = self.ways.iter().fold(ZERO, |sum, way| sum + norm(way));
-        let group = self.group.iter().fold(ZERO, |sum, e| sum + dot(e, e)).sqrt();
-        self.bound = ways + self.ball * group + self.radius;
-        self
+    /// Greatest motion of any point against `n`, times the length of `n`, without the ball.
+    pub fn towards(&self, n: &V) -> I {
+        self.reach(|v| I::of(dot(n, v).most()))
+    }
+
+    /// The farthest that any point goes from its place at the middle.
+    pub fn bound(&self) -> I {
+        self.reach(norm) + self.radius
     }
 }
 
@@ -243,14 +244,10 @@ impl Machine {
         let mut region = Region { mid, group: vec![0, 1, 2], ball: ZERO, ..tip.clone() };
         region.seg[..3].fill(ZERO);
         let poses = self.poses(&mid);
-        let (centre, mut turned) = (poses.of(*tool).point(&point), ZERO);
         let [of_work, of_tool] = self.between(links);
         let chain: Vec<usize> = of_tool.into_iter().chain(of_work.into_iter().rev()).collect();
-        for &link in &chain {
-            if let Some(way) = self.turn(link, &region, &poses, &centre, turned) {
-                turned = turned + way;
-            }
-        }
+        // The slides are at rest in this region.
+        let turned = self.turned(&chain, &(*tool, point, ZERO), &region, &poses);
         let off = defect(&slides);
         let least = (ONE - off).sqrt() - I::of(3.0).sqrt() * self.turn_of(&chain, &region);
         if off.hi >= 1.0 || least.lo <= 0.2 {
@@ -329,7 +326,7 @@ impl Machine {
         let poses = self.poses(&region.mid);
         let [world_from_a, world_from_b] = links.map(|link| poses.of(link));
         let a_from_b = world_from_a.after(&a.pose).inverse().after(&world_from_b.after(&b.pose));
-        let ball = |part: &Part| (part.link, part.pose.point(&part.mesh.ball().0), part.mesh.ball().1);
+        let ball = |part: &Part| (part.link, part.pose.point(&part.mesh.ball.0), part.mesh.ball.1);
         let chains = self.between(links);
         let known = region.tip.as_ref().zip(self.tip.as_ref()).filter(|(_, tip)| links == [tip.work, tip.tool]);
         if let Some(((place, way, round), _)) = known {
@@ -339,7 +336,7 @@ impl Machine {
             let turned = chains.iter().fold(ZERO, |sum, chain| sum + self.turn_of(chain, region));
             let radius = *round + turned * (norm(&minus(&seen, place)) + radius);
             let ways = vec![a.pose.turn_back(way)];
-            return Sweep { a_from_b, ways, group: Vec::new(), ball: ZERO, radius, bound: ZERO }.with_bound();
+            return Sweep { a_from_b, ways, group: Vec::new(), ball: ZERO, radius };
         }
         let slides = self.slides(links, &poses).map(|slide| a.pose.turn_back(&slide));
         let along = (0..9).fold([ZERO; 3], |sum, i| plus(&sum, &times(&slides[i], region.seg[i])));
@@ -348,7 +345,7 @@ impl Machine {
         let group = region.group.iter().map(|&axis| slides[axis]).collect();
         let radius =
             self.turned(&chains[0], &ball(a), region, &poses) + self.turned(&chains[1], &ball(b), region, &poses);
-        Sweep { a_from_b, ways: ways.collect(), group, ball: region.ball, radius, bound: ZERO }.with_bound()
+        Sweep { a_from_b, ways: ways.collect(), group, ball: region.ball, radius }
     }
 }
 

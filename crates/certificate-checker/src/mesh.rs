@@ -18,7 +18,8 @@ pub struct Mesh {
     vertices: Vec<[i64; 3]>,
     faces: Vec<[u32; 3]>,
     boxes: Vec<Bounds>,
-    ball: Option<(V, I)>,
+    /// Centre and radius of a ball around all, mm.
+    pub ball: (V, I),
     is_watertight: bool,
     /// One vertex of each connected component.
     components: Vec<[i64; 3]>,
@@ -83,15 +84,10 @@ impl Mesh {
         let centre = mm(&std::array::from_fn(|i| (low[i] + high[i]) / 2));
         let from_centre = |p: &[i64; 3]| crate::interval::norm(&minus(&mm(p), &centre)).hi;
         let radius = self.vertices.iter().map(from_centre).fold(0.0, f64::max);
-        self.ball = Some((centre, I::of(radius)));
+        self.ball = (centre, I::of(radius));
         self.is_watertight = self.has_inside();
         self.components = self.components();
         Ok(())
-    }
-
-    /// Centre and radius, mm.
-    pub fn ball(&self) -> (V, I) {
-        self.ball.unwrap_or(([I { lo: f64::NEG_INFINITY, hi: f64::INFINITY }; 3], I::of(f64::INFINITY)))
     }
 
     fn root(&self) -> Node {
@@ -123,29 +119,28 @@ impl Mesh {
         found
     }
 
+    /// Whether all corners of a node are in a half space, which is asked about boxes first; a box of one point is that point.
+    fn is_within(&self, node: Node, half_space: &impl Fn(&Bounds) -> bool) -> bool {
+        half_space(&self.boxes[node.id])
+            || match node.halves() {
+                Some(halves) => halves.into_iter().all(|half| self.is_within(half, half_space)),
+                None => self.corners(node).all(|p| half_space(&[*p; 2])),
+            }
+    }
+
     /// Whether n·x <= c for all corners x of a node, computed in whole numbers, without rounding.
     fn is_behind(&self, node: Node, n: [i64; 3], c: i128) -> bool {
-        let along = |p: &[i64; 3]| (0..3).map(|i| i128::from(n[i]) * i128::from(p[i])).sum::<i128>();
-        let [low, high] = self.boxes[node.id];
-        if along(&std::array::from_fn(|i| if n[i] > 0 { high[i] } else { low[i] })) <= c {
-            return true;
-        }
-        match node.halves() {
-            Some(halves) => halves.into_iter().all(|half| self.is_behind(half, n, c)),
-            None => self.corners(node).all(|p| along(p) <= c),
-        }
+        let farthest =
+            |[low, high]: &Bounds, i: usize| i128::from(n[i]) * i128::from(if n[i] > 0 { high[i] } else { low[i] });
+        self.is_within(node, &|bounds| (0..3).map(|i| farthest(bounds, i)).sum::<i128>() <= c)
     }
 
     /// Whether n·x >= c for all corners x of a node, mm.
     pub fn is_beyond(&self, node: Node, n: &V, c: f64) -> bool {
-        let [low, high] = self.boxes[node.id].each_ref().map(mm);
-        if dot(n, &[0, 1, 2].map(|i| low[i].hull(high[i]))).lo >= c {
-            return true;
-        }
-        match node.halves() {
-            Some(halves) => halves.into_iter().all(|half| self.is_beyond(half, n, c)),
-            None => self.corners(node).all(|p| dot(n, &mm(p)).lo >= c),
-        }
+        self.is_within(node, &|bounds| {
+            let [low, high] = bounds.each_ref().map(mm);
+            dot(n, &[0, 1, 2].map(|i| low[i].hull(high[i]))).lo >= c
+        })
     }
 
     /// Whether every edge joins two faces that agree about the outside: only then is there an inside.
@@ -158,22 +153,21 @@ impl Mesh {
     }
 
     fn components(&self) -> Vec<[i64; 3]> {
-        let mut parent: Vec<u32> = (0..self.vertices.len() as u32).collect();
-        fn root(parent: &mut [u32], mut v: u32) -> u32 {
-            while parent[v as usize] != v {
-                parent[v as usize] = parent[parent[v as usize] as usize];
-                v = parent[v as usize];
-            }
-            v
+        let mut beside = vec![Vec::new(); self.vertices.len()];
+        for face in &self.faces {
+            (0..3).for_each(|k| beside[face[k] as usize].push(face[(k + 1) % 3]));
         }
-        for [i, j, k] in &self.faces {
-            for other in [j, k] {
-                let (a, b) = (root(&mut parent, *i), root(&mut parent, *other));
-                parent[a as usize] = b;
+        let mut found = Vec::new();
+        for &[first, ..] in &self.faces {
+            if !beside[first as usize].is_empty() {
+                found.push(self.vertices[first as usize]);
+            }
+            let mut open = vec![first];
+            while let Some(v) = open.pop() {
+                open.append(&mut beside[v as usize]);
             }
         }
-        let roots: BTreeSet<u32> = self.faces.iter().map(|face| root(&mut parent, face[0])).collect();
-        roots.into_iter().map(|v| self.vertices[v as usize]).collect()
+        found
     }
 
     /// The number of times that a ray leaves the mesh, less the number of times that it enters it; `None` where it passes too near to an edge to decide.
@@ -195,15 +189,19 @@ impl Mesh {
     }
 }
 
+/// Whether all numbers have the same sign, for sure.
+fn are_alike(numbers: &[I]) -> bool {
+    numbers.iter().all(|x| x.lo > 0.0) || numbers.iter().all(|x| x.hi < 0.0)
+}
+
 /// 1 where a ray leaves the mesh through a triangle, -1 where it enters, 0 where it misses the triangle.
 fn crossing(triangle: &[V; 3], start: &V, way: &V) -> Option<i32> {
     let [a, b, c] = triangle.each_ref().map(|p| minus(p, start));
     let sides = [cross(&a, &b), cross(&b, &c), cross(&c, &a)].map(|side| dot(way, &side));
-    let is_on = |sign: f64| sides.iter().all(|side| side.lo * sign > 0.0 && side.hi * sign > 0.0);
     if sides.iter().any(|side| side.lo > 0.0) && sides.iter().any(|side| side.hi < 0.0) {
         return Some(0);
     }
-    if !is_on(1.0) && !is_on(-1.0) {
+    if !are_alike(&sides) {
         return None;
     }
     let normal = cross(&minus(&b, &a), &minus(&c, &a));
@@ -222,12 +220,11 @@ pub fn is_outside(inner: &Mesh, outer: &Mesh, outer_from_inner: &Pose) -> bool {
     if !outer.is_watertight {
         return true; // has no inside
     }
-    let [low, high] = outer.boxes[1].each_ref().map(mm);
-    inner.components.iter().map(|p| outer_from_inner.point(&mm(p))).all(|p| {
-        let is_off = (0..3).any(|i| p[i].hi < low[i].lo || p[i].lo > high[i].hi);
-        let is_left = |[y, z]: &[f64; 2]| outer.leavings(outer.root(), &p, &[1.0, *y, *z].map(I::of)) == Some(0);
-        is_off || WAYS.iter().any(is_left)
-    })
+    inner
+        .components
+        .iter()
+        .map(|p| outer_from_inner.point(&mm(p)))
+        .all(|p| WAYS.iter().any(|[y, z]| outer.leavings(outer.root(), &p, &[1.0, *y, *z].map(I::of)) == Some(0)))
 }
 
 /// Reads planes and halvings; all of the first mesh must be behind its planes.
@@ -259,14 +256,16 @@ pub fn pierces([a, b]: [&Mesh; 2], a_from_b: &Pose, words: &mut Words<'_>) -> Re
         (words.word()?, words.whole::<usize>()?, words.whole::<usize>()?, words.whole::<usize>()?);
     let moved = |face: usize| Some(b.triangle(face)?.each_ref().map(|p| a_from_b.point(p)));
     let found = if side == "a" { a.triangle(of).zip(moved(face)) } else { moved(of).zip(a.triangle(face)) };
-    let (edges, [u, v, w]) = found.ok_or("no such triangle")?;
-    let (p, q) = (edges[edge % 3], edges[(edge + 1) % 3]);
+    let (edges, [u, v, w]) = found.filter(|_| edge < 3).ok_or("no such triangle or edge")?;
+    let (p, q) = (edges[edge], edges[(edge + 1) % 3]);
     let volume = |a: &V, b: &V, c: &V, d: &V| dot(&cross(&minus(b, a), &minus(c, a)), &minus(d, a));
     let (above, below) = (volume(&u, &v, &w, &p), volume(&u, &v, &w, &q));
     let sides = [volume(&p, &q, &u, &v), volume(&p, &q, &v, &w), volume(&p, &q, &w, &u)];
-    let is_through = above.lo > 0.0 && below.hi < 0.0 || above.hi < 0.0 && below.lo > 0.0;
-    let is_within = sides.iter().all(|side| side.lo > 0.0) || sides.iter().all(|side| side.hi < 0.0);
-    if edge < 3 && is_through && is_within { Ok(()) } else { Err("the edge does not pierce the triangle".to_owned()) }
+    if are_alike(&[above, -below]) && are_alike(&sides) {
+        Ok(())
+    } else {
+        Err("the edge does not pierce the triangle".to_owned())
+    }
 }
 
 /// The triangle from its least corner on.

@@ -72,14 +72,11 @@ impl<'a> Words<'a> {
     }
 
     fn pose(&mut self) -> Result<Pose, String> {
-        let [q, t] = [self.numbers::<4>()?, {
-            let [x, y, z] = self.numbers()?;
-            [x, y, z, 0.0]
-        }];
+        let (q, t) = (self.numbers::<4>()?, self.numbers()?);
         if q.iter().map(|x| x * x).sum::<f64>() < 0.5 {
             return Err("no rotation".to_owned());
         }
-        Ok(Pose::of(q, [t[0], t[1], t[2]].map(I::of)))
+        Ok(Pose::of(q, t.map(I::of)))
     }
 
     fn direction(&mut self) -> Result<V, String> {

@@ -4,6 +4,7 @@ use super::super::{note, say};
 use crate::certify::{Certificate, Doubt, Verdict, certify};
 use crate::measure::{Progress, timer};
 use crate::record::file::write_text;
+use crate::registry::Variant;
 use crate::scene::{ProgramRun, Scene};
 use anyhow::Result;
 use serde_json::{Value, json};
@@ -15,15 +16,23 @@ const TOLD: usize = 40;
 /// A certificate that was written.
 pub(super) struct Written {
     certificate: Certificate,
+    /// The variant that the search uses.
+    variant: Option<&'static str>,
     search_s: f64,
 }
 
 impl Written {
-    pub(super) fn new(file: &Path, scene: &Scene, run: &ProgramRun, progress: &dyn Progress) -> Result<Self> {
-        let (ns, certificate) = timer::time(|| certify(scene, run, progress));
+    pub(super) fn new(
+        file: &Path,
+        scene: &Scene,
+        run: &ProgramRun,
+        variant: Option<&Variant>,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        let (ns, certificate) = timer::time(|| certify(scene, run, variant, progress));
         let certificate = certificate?;
         write_text(file, &certificate.text)?;
-        Ok(Self { certificate, search_s: super::seconds(ns) })
+        Ok(Self { certificate, variant: variant.map(|variant| variant.info.id), search_s: super::seconds(ns) })
     }
 
     /// Whether every block is proved free.
@@ -33,7 +42,7 @@ impl Written {
 
     /// What a terminal shows.
     pub(super) fn print(&self, scene: &Scene, file: &Path) {
-        let Self { certificate, search_s } = self;
+        let Self { certificate, search_s, .. } = self;
         for doubt in certificate.doubts.iter().take(TOLD) {
             say(line(scene, doubt));
         }
@@ -62,7 +71,7 @@ impl Written {
     }
 
     pub(super) fn as_json(&self, scene: &Scene) -> Value {
-        let Self { certificate, search_s } = self;
+        let Self { certificate, variant, search_s } = self;
         let names = |pair: crate::scene::Pair| [pair.a, pair.b].map(|part| scene.parts[part].name.clone());
         let doubt = |doubt: &Doubt| {
             json!({
@@ -70,7 +79,7 @@ impl Written {
             })
         };
         json!({
-            "blocks": certificate.blocks.len(), "free": certificate.count(Verdict::Free), "collision": certificate.count(Verdict::Collision),
+            "method": variant, "blocks": certificate.blocks.len(), "free": certificate.count(Verdict::Free), "collision": certificate.count(Verdict::Collision),
             "unresolved": certificate.count(Verdict::Unresolved), "pairs": certificate.examined, "intervals": certificate.intervals,
             "planes": certificate.planes, "bytes": certificate.text.len(), "search_s": search_s,
             "doubts": certificate.doubts.iter().map(doubt).collect::<Vec<_>>(),

@@ -1,0 +1,66 @@
+//! The command: what it prints and how it ends.
+
+use crate::fixture::{folder, lines, signed, with_word};
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// Output, error output and exit code.
+fn run(arguments: &[&str], input: &str) -> (String, String, i32) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_certificate-checker"));
+    let command = command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    // A command that does not read its input has closed it.
+    let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
+    let output = child.wait_with_output().unwrap();
+    let [out, error] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+    (out, error, output.status.code().unwrap())
+}
+
+fn path(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn an_accepted_certificate_is_told_with_what_it_leaves_out() {
+    let mill = folder("mill");
+    let (cert, program) = (mill.join("mill.cert"), mill.join("program.ngc"));
+    let (out, error, code) = run(&[path(&cert), "--scene", path(&mill), "--program", path(&program)], "");
+    assert_eq!((code, &*error), (0, ""));
+    assert!(out.starts_with("not examined: base:saddle, neighbours\n"), "{out}");
+    assert!(out.contains("\ncollision: 1 blocks, lines 12\nunresolved: 1 blocks, lines 13\n"), "{out}");
+    assert!(out.ends_with("\naccepted: 11 of 13 blocks are free, by 76 intervals of 20 pairs\n"), "{out}");
+    assert!(!out.contains("its program is"), "{out}");
+    // From standard input, without files, and with nothing that collides.
+    let (out, _, code) = run(&["-"], &signed(&lines("five-axis")));
+    assert_eq!(code, 0);
+    assert!(out.ends_with("\naccepted: 8 of 8 blocks are free, by 30 intervals of 3 pairs\n"), "{out}");
+    assert!(!out.contains("collision") && out.contains("its program is `program.ngc`"), "{out}");
+}
+
+#[test]
+fn a_refused_certificate_is_told_by_its_line() {
+    let mut lines = lines("five-axis");
+    lines[1] = with_word(&lines[1], 0, "mode");
+    let (out, _, code) = run(&["-"], &signed(&lines));
+    assert_eq!((code, &*out), (1, "-:2: refused: no such keyword\n"));
+    let mill = folder("mill");
+    let cert = folder("five-axis").join("five-axis.cert");
+    let (out, _, code) = run(&[path(&cert), "--scene", path(&mill)], "");
+    assert!(code == 1 && out.contains("five-axis.cert:") && out.contains(": refused: "), "{out}");
+    let (out, _, code) = run(&[path(&cert), "--program", path(&mill.join("program.ngc"))], "");
+    assert!(code == 1 && out.contains("is not the program of the certificate"), "{out}");
+}
+
+#[test]
+fn bad_usage_ends_with_two() {
+    let (out, _, code) = run(&["--help"], "");
+    assert!(code == 0 && out.contains("Usage: certificate-checker CERTIFICATE"), "{out}");
+    assert_eq!(run(&["-h"], "").0, out);
+    let (_, error, code) = run(&[], "");
+    assert!(code == 2 && error.contains("Usage"), "{error}");
+    let (_, error, code) = run(&["-", "--scene"], "");
+    assert!(code == 2 && error.starts_with("--scene needs a value"), "{error}");
+    let (_, error, code) = run(&["no-such-file.cert"], "");
+    assert!(code == 2 && error.starts_with("no-such-file.cert: "), "{error}");
+}
