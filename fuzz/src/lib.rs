@@ -8,6 +8,7 @@ mod gcode;
 mod mesh;
 mod record;
 mod scene;
+mod stock;
 
 use bvbench::registry::Registry;
 use rs274::Dialect;
@@ -30,6 +31,7 @@ pub const TARGETS: &[Target] = &[
     ("scene", scene::run),
     ("npy", record::npy),
     ("manifest", record::manifest),
+    ("stock", stock::run),
     ("engines", ask_engines),
 ];
 
