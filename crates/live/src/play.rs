@@ -207,6 +207,8 @@ pub struct Player {
     resume_s: f64,
     /// The program's own clock, s.
     time_s: f64,
+    /// 1 forth, -1 back.
+    direction: f64,
     /// From 0, standing, to 1.
     ratio: f64,
     /// Change of the override per second while it falls; set when a hold begins.
@@ -218,7 +220,7 @@ impl Player {
     #[must_use]
     pub fn new(plan: Plan, dynamics: Dynamics, cycle_s: f64) -> Self {
         let resume_s = plan.resume_s(&dynamics);
-        Self { plan, dynamics, cycle_s, resume_s, time_s: 0.0, ratio: 0.0, fall: None }
+        Self { plan, dynamics, cycle_s, resume_s, time_s: 0.0, direction: 1.0, ratio: 0.0, fall: None }
     }
 
     /// A cycle passes; the program goes on, or brakes.
@@ -226,7 +228,7 @@ impl Player {
         if permitted {
             self.fall = None;
             self.ratio = (self.ratio + self.cycle_s / self.resume_s.max(self.cycle_s)).min(1.0);
-            self.time_s += self.cycle_s * self.ratio;
+            self.time_s += self.direction * self.cycle_s * self.ratio;
             return;
         }
         let velocity = self.plan.at(self.time_s).velocity;
@@ -234,15 +236,21 @@ impl Player {
         let fall = *self.fall.get_or_insert(1.0 / brake_s.max(f64::MIN_POSITIVE));
         // Exact over the cycle: the override falls linearly and may end within it.
         let falling_s = (self.ratio / fall).min(self.cycle_s);
-        self.time_s += falling_s * (self.ratio - 0.5 * fall * falling_s);
+        self.time_s += self.direction * falling_s * (self.ratio - 0.5 * fall * falling_s);
         self.ratio = (self.ratio - fall * self.cycle_s).max(0.0);
+    }
+
+    /// Turns round: at its end the program goes back the way it came, and at its beginning forth again.
+    pub const fn turn(&mut self) {
+        self.direction = -self.direction;
+        self.ratio = 0.0;
     }
 
     /// Where the machine is.
     #[must_use]
     pub fn place(&self) -> Place {
         let mut place = self.plan.at(self.time_s);
-        place.velocity = Position(place.velocity.0.map(|speed| speed * self.ratio));
+        place.velocity = Position(place.velocity.0.map(|speed| speed * self.ratio * self.direction));
         place
     }
 
@@ -252,10 +260,10 @@ impl Player {
         self.ratio == 0.0 || self.is_over()
     }
 
-    /// Whether the program is over.
+    /// Whether the program is over, or back at its beginning.
     #[must_use]
     pub fn is_over(&self) -> bool {
-        self.time_s >= self.plan.duration_s()
+        if self.direction > 0.0 { self.time_s >= self.plan.duration_s() } else { self.time_s <= 0.0 }
     }
 
     /// The program's own clock, s.
