@@ -7,7 +7,6 @@
 use crate::config::Config;
 use crate::control;
 use crate::judge::{Judge, State};
-use crate::log::Row;
 use crate::monitor::Monitor;
 use crate::play::Plan;
 use crate::watch;
@@ -154,7 +153,7 @@ impl Conditions<'_> {
 
     /// Control and watch over the loopback address.
     fn network(&self, run: &ProgramRun, seconds: f64) -> Result<LatencyRow> {
-        let folder = tempfile_folder()?;
+        let folder = scratch_folder()?;
         let log = folder.join("log.csv");
         let listener = std::net::TcpListener::bind("127.0.0.1:0")?;
         listener.set_nonblocking(true)?;
@@ -236,7 +235,7 @@ fn times(log: &Path) -> Result<Vec<u64>> {
 }
 
 /// A folder of this process for logs.
-fn tempfile_folder() -> Result<std::path::PathBuf> {
+fn scratch_folder() -> Result<std::path::PathBuf> {
     let folder = std::env::temp_dir().join(format!("bvbench-live-{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
     Ok(folder)
@@ -286,6 +285,3 @@ impl Drop for Load {
         }
     }
 }
-
-/// Rows of a log are of this type; named here so that the columns read above stay in step.
-const _: fn(&Row) -> (i64, i64) = |row| (row.published_ns, row.written_ns);

@@ -2,7 +2,7 @@
 //!
 //! Reading order: [`judge`] (the rule: may the machine go on?), [`config`] (the TOML), [`play`] (a program with
 //! accelerations), [`monitor`] (from readings to permission), `opc` (what client and server share), [`control`] (the simulated control),
-//! [`log`], [`watch`] (the client).
+//! [`log`], [`watch`] (the client), [`latency`] and [`figure`] (how long a verdict takes), [`panel`] (the operator's page).
 
 pub mod judge;
 pub mod config;
@@ -12,5 +12,8 @@ mod opc;
 pub mod control;
 pub mod log;
 pub mod watch;
+pub mod latency;
+pub mod figure;
+pub mod panel;
 #[cfg(test)]
 mod testing;

@@ -211,7 +211,8 @@ impl Link {
         let task = events.spawn();
         let opened = Self::subscribe(session.clone(), config, task).await;
         if opened.is_err() {
-            session.disconnect().await.ok();
+            // A session that the control refused has nobody to take leave of.
+            tokio::time::timeout(Duration::from_millis(200), session.disconnect()).await.ok();
         }
         opened
     }

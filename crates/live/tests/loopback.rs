@@ -54,9 +54,9 @@ impl Place {
         self.folder.path().join(name)
     }
 
-    fn config(&self, address: SocketAddr, more: &str) -> Config {
+    fn config(&self, address: SocketAddr, first: &str, more: &str) -> Config {
         let text = format!(
-            "scene = \"mill-vise\"\nendpoint = \"opc.tcp://{address}/\"\npreset = \"sinumerik\"\ndeadline_ms = 40\ntool = 1\n{AXES}\n[nodes]\nline = \"ns=2;s=/Channel/ProgramInfo/actLineNumber\"\n{more}"
+            "{first}\nscene = \"mill-vise\"\nendpoint = \"opc.tcp://{address}/\"\npreset = \"sinumerik\"\ndeadline_ms = 40\ntool = 1\n{AXES}\n[nodes]\nline = \"ns=2;s=/Channel/ProgramInfo/actLineNumber\"\n{more}"
         );
         Config::parse(&self.path("live.toml"), &text).unwrap()
     }
@@ -189,7 +189,7 @@ const CLEAR: &str = "G21 G90 G94\nT1 M6\nG0 G53 Z500\nG0 G53 X20 Y10\nG1 G53 X40
 #[test]
 fn a_hold_comes_before_contact() {
     let (scene, place, socket) = (scene(), Place::new(), listen());
-    let config = place.config(socket.1, "");
+    let config = place.config(socket.1, "", "");
     let run = place.program(&scene, COLLIDES);
     let end = run.program.moves.last().unwrap().end;
     assert_eq!(clearance_mm(&scene, &end), 0.0, "the program ends in a collision");
@@ -214,8 +214,7 @@ fn a_hold_comes_before_contact() {
 #[test]
 fn a_clear_program_gets_no_hold_and_a_restart_of_the_control_one() {
     let (scene, place, socket) = (scene(), Place::new(), listen());
-    let config = place.config(socket.1, "release_after_s = 0.1");
-    let config = Config { deadline_s: 0.04, ..config };
+    let config = place.config(socket.1, "release_after_s = 0.1", "");
     let run = place.program(&scene, CLEAR);
     let options = Options { repeat: true, restart_every_s: 1.0, down_s: 0.3, drop: 0.02, late: 0.02, ..Options::default() };
     let mut control = Control::start(&scene, run, config.clone(), options, socket);
@@ -237,7 +236,7 @@ fn a_clear_program_gets_no_hold_and_a_restart_of_the_control_one() {
 #[test]
 fn no_contact_is_seen_where_there_is_none() {
     let (scene, place, socket) = (scene(), Place::new(), listen());
-    let config = place.config(socket.1, "");
+    let config = place.config(socket.1, "", "");
     let run = place.program(&scene, CLEAR);
     let mut control = Control::start(&scene, run, config.clone(), Options::default(), socket);
     let log = place.path("log.csv");
@@ -285,7 +284,7 @@ fn who_is_not_trusted_is_refused_and_only_verdict_and_hold_are_written() {
     pki(&place, "server", &[&known]);
     fs::write(place.path("password"), "sesame\n").unwrap();
     let security = "[security]\npolicy = \"Basic256Sha256\"\nmode = \"SignAndEncrypt\"\nuser = \"watch\"\npassword_file = \"password\"\n";
-    let config = place.config(socket.1, security);
+    let config = place.config(socket.1, "", security);
     let run = place.program(&scene, CLEAR);
     let options = Options { pki: Some(server.clone()), repeat: true, ..Options::default() };
     let mut control = Control::start(&scene, run, config.clone(), options, socket);
@@ -297,7 +296,7 @@ fn who_is_not_trusted_is_refused_and_only_verdict_and_hold_are_written() {
     assert_eq!(fs::read_dir(server.join("rejected")).unwrap().count(), 1, "for the administrator to look at");
 
     fs::write(place.path("password"), "guess\n").unwrap();
-    let guess = place.config(control.address, security);
+    let guess = place.config(control.address, "", security);
     let mut guesser = Watch::start(&scene, guess, None, Some(known.clone()));
     let refused = guesser.wait(|report| report.row.fault == "lost");
     assert!(refused.row.message.contains("Identity") || refused.row.message.contains("refused"), "{}", refused.row.message);
