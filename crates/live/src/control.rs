@@ -28,7 +28,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::net::TcpListener;
 use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
@@ -57,6 +57,9 @@ pub struct Options {
     pub down_s: f64,
     /// Whether the program goes back the way it came when it is over, and then forth again, without end.
     pub repeat: bool,
+    /// How long the control's clock waits for a verdict that is nearly too old, s of the world's time: a slow computer then holds up the simulation and
+    /// not the machine in it. 0 for a clock that keeps time.
+    pub patience_s: f64,
     /// Folder of certificates, instead of that of the configuration.
     pub pki: Option<PathBuf>,
 }
@@ -72,6 +75,7 @@ impl Default for Options {
             restart_every_s: 0.0,
             down_s: 0.5,
             repeat: false,
+            patience_s: 0.0,
             pki: None,
         }
     }
@@ -157,6 +161,8 @@ struct Machine {
     waiting: VecDeque<(u32, i64, Place)>,
     /// Source time of the newest verdict, ticks, and the verdict.
     verdict: (i64, f64),
+    /// Whether the patience for a newer verdict is used up.
+    impatient: bool,
     moved: bool,
     holds: u32,
 }
@@ -172,6 +178,7 @@ impl Machine {
             ticks: DateTime::now().ticks(),
             waiting: VecDeque::new(),
             verdict: (0, 0.0),
+            impatient: false,
             moved: false,
             holds: 0,
         }
@@ -191,7 +198,13 @@ impl Machine {
                 () = stop.cancelled() => return Ok(true),
                 _ = tick.tick() => {}
             }
-            let permitted = self.permitted(server);
+            let mut permitted = self.permitted(server);
+            let patience = Instant::now() + Duration::from_secs_f64(self.options.patience_s);
+            while self.waits() && Instant::now() < patience && !stop.is_cancelled() {
+                tokio::time::sleep(Duration::from_millis(1)).await;
+                permitted = self.permitted(server);
+            }
+            self.impatient = self.waits();
             self.cycle(permitted, status);
             self.show(server)?;
             if self.player.is_over() {
@@ -242,8 +255,15 @@ impl Machine {
             && ticks > self.verdict.0
         {
             self.verdict = (ticks, opc::number(&value).unwrap_or_default());
+            self.impatient = false;
         }
         holds == Some(0.0) && self.is_fresh()
+    }
+
+    /// Whether the newest verdict would be too old after three more cycles, and patience is left.
+    fn waits(&self) -> bool {
+        let age_s = (self.ticks - self.verdict.0) as f64 / TICKS_PER_S + 3.0 * self.cycle_s;
+        self.options.patience_s > 0.0 && !self.impatient && self.verdict.0 > 0 && age_s > self.deadline_s
     }
 
     /// Whether the newest verdict permits motion until the end of the next cycle.

@@ -112,6 +112,9 @@ struct ControlOptions {
     /// Go back the way it came when the program is over, and forth again, until Ctrl-C
     #[arg(long)]
     repeat: bool,
+    /// Seconds that the control's clock waits for a verdict that is nearly too old, for slow computers
+    #[arg(long, default_value_t = 0.0, value_parser = patience)]
+    patience: f64,
     /// Folder of certificates, instead of that of the configuration
     #[arg(long)]
     pki: Option<PathBuf>,
@@ -152,6 +155,11 @@ const PAPER: [&str; 5] = ["sphere-ritter", "aabb", "dop-8", "obb-vertex", "obb-a
 fn share(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
     if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(format!("{value} is not between 0 and 1")) }
+}
+
+fn patience(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    if (0.0..=3600.0).contains(&value) { Ok(value) } else { Err(format!("{value} s are not between 0 and 3600")) }
 }
 
 fn main() -> ExitCode {
@@ -272,6 +280,7 @@ fn control_verb(options: ControlOptions) -> Result<()> {
         restart_every_s: options.restart_every,
         down_s: options.down,
         repeat: options.repeat,
+        patience_s: options.patience,
         pki: options.pki,
     };
     let address = config.endpoint.trim_start_matches("opc.tcp://").split('/').next().unwrap_or_default().to_owned();

@@ -399,12 +399,15 @@ impl Watch<'_> {
             let batch = tokio::select! {
                 () = stop.cancelled() => return None,
                 batch = link.batches.recv() => batch,
+                ended = &mut link.task => {
+                    let status = ended.unwrap_or(StatusCode::BadUnexpectedError);
+                    return Some(Fault::Lost(format!("the connection was closed: {status}")));
+                }
                 () = tokio::time::sleep_until((last + stale).into()) => {
                     let outcome = self.monitor.silence(last.elapsed().as_secs_f64());
                     last = Instant::now();
                     let times = (0, now_ns());
                     if let Err(fault) = self.answer(link, outcome, times, Instant::now()).await { return Some(fault); }
-                    if link.task.is_finished() { return Some(Fault::Lost("the connection was closed".into())); }
                     continue;
                 }
             };

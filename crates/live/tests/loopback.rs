@@ -1,6 +1,6 @@
 //! The watch and the simulated control on the loopback address, in one process.
 //!
-//! Nothing here depends on how quick the machine is: the control counts its own cycles, and stands whenever the watch is late.
+//! Nothing here depends on how quick the computer is: the control's clock counts its own cycles and waits for the watch.
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
@@ -56,7 +56,7 @@ impl Place {
 
     fn config(&self, address: SocketAddr, first: &str, more: &str) -> Config {
         let text = format!(
-            "{first}\nscene = \"mill-vise\"\nendpoint = \"opc.tcp://{address}/\"\npreset = \"sinumerik\"\ndeadline_ms = 40\ntool = 1\n{AXES}\n[nodes]\nline = \"ns=2;s=/Channel/ProgramInfo/actLineNumber\"\n{more}"
+            "{first}\nscene = \"mill-vise\"\nendpoint = \"opc.tcp://{address}/\"\npreset = \"sinumerik\"\ndeadline_ms = 40\nstale_ms = 60000\ntool = 1\n{AXES}\n[nodes]\nline = \"ns=2;s=/Channel/ProgramInfo/actLineNumber\"\n{more}"
         );
         Config::parse(&self.path("live.toml"), &text).unwrap()
     }
@@ -166,6 +166,11 @@ impl Drop for Watch {
     }
 }
 
+/// A control whose clock waits for the watch.
+fn patient() -> Options {
+    Options { patience_s: 2.0, ..Options::default() }
+}
+
 fn scene() -> Arc<Scene> {
     Arc::new(Scene::find_with("mill-vise", &Overrides::default()).unwrap())
 }
@@ -193,7 +198,7 @@ fn a_hold_comes_before_contact() {
     let run = place.program(&scene, COLLIDES);
     let end = run.program.moves.last().unwrap().end;
     assert_eq!(clearance_mm(&scene, &end), 0.0, "the program ends in a collision");
-    let mut control = Control::start(&scene, run, config.clone(), Options::default(), socket);
+    let mut control = Control::start(&scene, run, config.clone(), patient(), socket);
     let mut watch = Watch::start(&scene, config, Some(place.path("log.csv")), None);
     let report = watch.wait(|report| report.row.fault == "contact");
     assert!(report.row.pair.contains("holder"), "{:?}", report.row);
@@ -216,7 +221,7 @@ fn a_clear_program_gets_no_hold_and_a_restart_of_the_control_one() {
     let (scene, place, socket) = (scene(), Place::new(), listen());
     let config = place.config(socket.1, "release_after_s = 0.1", "");
     let run = place.program(&scene, CLEAR);
-    let options = Options { repeat: true, restart_every_s: 1.0, down_s: 0.3, drop: 0.02, late: 0.02, ..Options::default() };
+    let options = Options { repeat: true, restart_every_s: 1.0, down_s: 0.3, drop: 0.02, late: 0.02, ..patient() };
     let mut control = Control::start(&scene, run, config.clone(), options, socket);
     let mut watch = Watch::start(&scene, config, None, None);
     // Goes on, is lost, stands, is found again, goes on.
@@ -238,7 +243,7 @@ fn no_contact_is_seen_where_there_is_none() {
     let (scene, place, socket) = (scene(), Place::new(), listen());
     let config = place.config(socket.1, "", "");
     let run = place.program(&scene, CLEAR);
-    let mut control = Control::start(&scene, run, config.clone(), Options::default(), socket);
+    let mut control = Control::start(&scene, run, config.clone(), patient(), socket);
     let log = place.path("log.csv");
     let watch = Watch::start(&scene, config, Some(log.clone()), None);
     control.wait(|status| status.is_over);
@@ -286,7 +291,7 @@ fn who_is_not_trusted_is_refused_and_only_verdict_and_hold_are_written() {
     let security = "[security]\npolicy = \"Basic256Sha256\"\nmode = \"SignAndEncrypt\"\nuser = \"watch\"\npassword_file = \"password\"\n";
     let config = place.config(socket.1, "", security);
     let run = place.program(&scene, CLEAR);
-    let options = Options { pki: Some(server.clone()), repeat: true, ..Options::default() };
+    let options = Options { pki: Some(server.clone()), repeat: true, ..patient() };
     let mut control = Control::start(&scene, run, config.clone(), options, socket);
 
     let mut stranger = Watch::start(&scene, config.clone(), None, Some(unknown));

@@ -121,7 +121,7 @@ fn every_hold_comes_before_contact_and_a_clear_program_has_none() {
     for id in ["sphere-ritter", "aabb", "dop-8", "obb-vertex", "obb-area"] {
         let variant = registry.find(id).unwrap();
         for program in [
-            "G1 X100 F600\n",
+            "G1 X100 F1800\n",
             "G1 X100 F6000\n",
             "G0 X100\n",
             "G0 Z40\nG0 X70\nG1 Z0 F3000\n",
@@ -132,6 +132,6 @@ fn every_hold_comes_before_contact_and_a_clear_program_has_none() {
             let stands = play(&scene, program, variant).unwrap_or_else(|| panic!("{id}: {program} was never held"));
             assert!(clearance(&stands) > 0.0, "{id}: {program} touches");
         }
-        assert_eq!(play(&scene, "G1 X-100 F6000\nG1 Y70\nG1 X100\nG1 X-100\nG1 Y-70\n", variant), None, "{id}");
+        assert_eq!(play(&scene, "G1 X-40 F6000\nG1 Y70\nG1 X80\nG1 X-40\n", variant), None, "{id}");
     }
 }
