@@ -185,7 +185,10 @@ impl Node {
             (!alias.is_empty() && !name.is_empty()).then(|| (alias.to_owned(), name.to_owned()))
         };
         let steps = path.split('/').map(|text| step(text).ok_or(text));
-        steps.collect::<Result<_, _>>().map(Self::Path).map_err(|step| format!("`{step}` is not alias:Name in `{text}`"))
+        steps
+            .collect::<Result<_, _>>()
+            .map(Self::Path)
+            .map_err(|step| format!("`{step}` is not alias:Name in `{text}`"))
     }
 }
 
@@ -278,7 +281,8 @@ impl Config {
                     dynamics.resolution[i] = own.resolution;
                 }
                 (None, true) => {
-                    let cause = format!("the machine of scene `{}` has axis {letter}: add `[axes.{letter}]`", self.scene);
+                    let cause =
+                        format!("the machine of scene `{}` has axis {letter}: add `[axes.{letter}]`", self.scene);
                     return Err(wrong(0, cause));
                 }
                 (Some(own), false) => {
@@ -408,7 +412,8 @@ impl Reader<'_> {
             near_mm: positive(file.near_mm.as_ref(), "near_mm")?.unwrap_or(2.0),
             axes: self.axes(&file.axes, file.preset)?,
             nodes: nodes(&file.nodes, file.preset)?,
-            release: positive(file.release_after_s.as_ref(), "release_after_s")?.map_or(Release::Latched, Release::After),
+            release: positive(file.release_after_s.as_ref(), "release_after_s")?
+                .map_or(Release::Latched, Release::After),
             tool: file.tool,
             security: self.security(file.security)?,
             namespaces,
@@ -587,9 +592,17 @@ C = { acceleration = 90, node = "ns=3;s=c" }
     fn faults_name_file_line_and_cause() {
         for (from, to, expected) in [
             ("opc.tcp:", "http:", "live.toml:3: `http://127.0.0.1:4840/` is no endpoint; write opc.tcp://host:port/"),
-            ("acceleration = 90", "acceleration = -1", "live.toml:8: acceleration is -1; it must be a finite number above 0"),
+            (
+                "acceleration = 90",
+                "acceleration = -1",
+                "live.toml:8: acceleration is -1; it must be a finite number above 0",
+            ),
             ("unit = \"inch\"", "unit = \"deg\"", "live.toml:7: axis X: `deg` is not one of mm, um, m, inch"),
-            ("ns=3;s=c", "c", "live.toml:8: `c` is neither a node id (`ns=2;s=name`) nor a path (`/alias:Name/alias:Name`)"),
+            (
+                "ns=3;s=c",
+                "c",
+                "live.toml:8: `c` is neither a node id (`ns=2;s=name`) nor a path (`/alias:Name/alias:Name`)",
+            ),
             ("preset = \"sinumerik\"", "tool = 1", "live.toml:7: axis X: without a preset it needs a `node`"),
             ("C = ", "Q = ", "live.toml:8: `Q` is not an axis; the axes are X Y Z A B C U V W"),
             ("preset =", "deadline_ms = 1\npreset =", "live.toml:4: deadline_ms is shorter than a cycle"),

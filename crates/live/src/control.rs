@@ -1,6 +1,6 @@
 //! A simulated control: an OPC UA server that plays a program, shows its axes, and obeys the verdict and the hold.
 //!
-//! The control's clock counts its own cycles, as an interpolator does; whatever delays the process delays it with its machine. The machine
+//! The control's clock counts its own cycles, as an interpolator does. The machine
 //! moves only while the newest verdict permits it, is about a sample not older than the deadline, and the hold node is false. Whoever stops to answer
 //! therefore stops the machine. Of all nodes, only verdict, hold and heartbeat can be written.
 
@@ -51,7 +51,7 @@ pub struct Options {
     pub jitter: f64,
     /// Seed of the three.
     pub seed: u64,
-    /// Time after which the server goes down, s; it comes back after as long as the third number says. 0 for never.
+    /// Time of motion after which the server goes down, s; 0 for never.
     pub restart_every_s: f64,
     /// How long the server stays down, s.
     pub down_s: f64,
@@ -192,7 +192,7 @@ impl Machine {
         stop: &CancellationToken,
     ) -> Result<bool> {
         let mut tick = self.tick();
-        let begin = self.ticks;
+        let mut moved_s = 0.0;
         loop {
             tokio::select! {
                 () = stop.cancelled() => return Ok(true),
@@ -213,8 +213,8 @@ impl Machine {
                 }
                 self.player.turn();
             }
-            let up_s = (self.ticks - begin) as f64 / TICKS_PER_S;
-            if self.options.restart_every_s > 0.0 && up_s >= self.options.restart_every_s {
+            moved_s += if permitted { self.cycle_s } else { 0.0 };
+            if self.options.restart_every_s > 0.0 && moved_s >= self.options.restart_every_s {
                 return Ok(false);
             }
         }
@@ -234,7 +234,12 @@ impl Machine {
 
     fn tick(&self) -> tokio::time::Interval {
         let mut tick = tokio::time::interval(Duration::from_secs_f64(self.cycle_s));
-        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        // A clock that keeps time makes up for what it missed; one that waits does not.
+        tick.set_missed_tick_behavior(if self.options.patience_s > 0.0 {
+            tokio::time::MissedTickBehavior::Delay
+        } else {
+            tokio::time::MissedTickBehavior::Burst
+        });
         tick
     }
 
@@ -277,7 +282,11 @@ impl Machine {
     fn show(&mut self, server: &Server) -> Result<()> {
         if self.random.random::<f64>() >= self.options.drop {
             let is_late = self.random.random::<f64>() < self.options.late;
-            self.waiting.push_back((if is_late { self.options.late_cycles } else { 0 }, self.ticks, self.player.place()));
+            self.waiting.push_back((
+                if is_late { self.options.late_cycles } else { 0 },
+                self.ticks,
+                self.player.place(),
+            ));
         }
         // Samples do not overtake one another.
         while let Some((0, ticks, place)) = self.waiting.front().copied() {
@@ -336,9 +345,11 @@ impl Server {
             server_timestamp: Some(now),
             ..DataValue::null()
         };
-        let axes = self.nodes.axes.iter().map(|(axis, factor, id)| {
-            (id, None, value(Variant::Double(place.position[*axis] / factor + error)))
-        });
+        let axes = self
+            .nodes
+            .axes
+            .iter()
+            .map(|(axis, factor, id)| (id, None, value(Variant::Double(place.position[*axis] / factor + error))));
         let line = self.nodes.line.iter().map(|id| (id, None, value(Variant::UInt32(place.line))));
         let tool = self.nodes.tool.iter().map(|id| (id, None, value(Variant::UInt32(place.tool))));
         self.manager

@@ -20,9 +20,8 @@ pub struct Figure<'a>(pub &'a [LatencyRow]);
 
 impl Figure<'_> {
     fn panel(&self, way: &str, load: &str) -> Vec<&LatencyRow> {
-        let is_drawn = |row: &&LatencyRow| {
-            row.way == way && row.load == load && row.cache == "warm" && row.cycle_ns == CYCLE_NS
-        };
+        let is_drawn =
+            |row: &&LatencyRow| row.way == way && row.load == load && row.cache == "warm" && row.cycle_ns == CYCLE_NS;
         self.0.iter().filter(is_drawn).collect()
     }
 }

@@ -309,7 +309,14 @@ impl<'a> Look<'a> {
     }
 
     /// The clearance of a pair that is guaranteed from one time to another, mm; 0 or less when contact cannot be excluded.
-    fn over(&mut self, watched: &mut Watched, bodies: &BTreeMap<usize, Body>, from: f64, to: f64, halvings: u32) -> f64 {
+    fn over(
+        &mut self,
+        watched: &mut Watched,
+        bodies: &BTreeMap<usize, Body>,
+        from: f64,
+        to: f64,
+        halvings: u32,
+    ) -> f64 {
         let at = self.at(f64::midpoint(from, to));
         let width = self.width(to);
         let within = Position(std::array::from_fn(|i| 0.5 * self.state.velocity.0[i].abs() * (to - from) + width[i]));

@@ -103,7 +103,7 @@ struct ControlOptions {
     /// Seed of what is dropped, late and wrong
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Seconds after which the server goes down and comes back; 0 for never
+    /// Seconds of motion after which the server goes down and comes back; 0 for never
     #[arg(long, default_value_t = 0.0)]
     restart_every: f64,
     /// Seconds that it stays down
@@ -229,7 +229,10 @@ fn watch_verb(options: WatchOptions) -> Result<()> {
     let judge = Judge::new(&scene, chosen, config.rule(&scene.machine)?)?;
     say(&format!("scene {}, variant {}: {} pairs watched", scene.name, chosen.info.id, judge.pairs().count()));
     for part in judge.open_parts() {
-        say(&format!("warning: part {} is not watertight; what lies wholly inside it is not seen", scene.parts[part].name));
+        say(&format!(
+            "warning: part {} is not watertight; what lies wholly inside it is not seen",
+            scene.parts[part].name
+        ));
     }
     let monitor = Monitor::new(&scene, judge, &config);
     let runtime = tokio::runtime::Runtime::new()?;
@@ -247,7 +250,9 @@ fn watch_verb(options: WatchOptions) -> Result<()> {
         watch::run(&scene, monitor, &config, settings).await.map_err(|error| anyhow!(error))
     })?;
     let watch::Summary { judged, superseded, late, holds, connections, .. } = summary;
-    say(&format!("{judged} samples judged, {superseded} superseded, {late} late; {holds} holds, {connections} connections"));
+    say(&format!(
+        "{judged} samples judged, {superseded} superseded, {late} late; {holds} holds, {connections} connections"
+    ));
     Ok(())
 }
 
@@ -255,9 +260,11 @@ fn watch_verb(options: WatchOptions) -> Result<()> {
 async fn tell(mut reports: tokio::sync::watch::Receiver<Option<watch::Report>>) {
     let mut last = None;
     while reports.changed().await.is_ok() {
-        let Some((holds, fault, message, line)) = reports.borrow_and_update().as_ref().map(|report| {
-            (report.row.holds, report.row.fault, report.row.message.clone(), report.row.line)
-        }) else {
+        let Some((holds, fault, message, line)) = reports
+            .borrow_and_update()
+            .as_ref()
+            .map(|report| (report.row.holds, report.row.fault, report.row.message.clone(), report.row.line))
+        else {
             continue;
         };
         if last != Some((holds, fault)) {

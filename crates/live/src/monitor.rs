@@ -523,10 +523,7 @@ mod tests {
         (0..2).for_each(|_| drop(bench.sample(-199.95)));
         assert_eq!(bench.fault(-199.95), "none");
         let beyond = bench.sample(-200.05);
-        assert_eq!(
-            beyond.fault.unwrap().to_string(),
-            "axis X at -200.05 mm is outside its limits -200 to 200 mm"
-        );
+        assert_eq!(beyond.fault.unwrap().to_string(), "axis X at -200.05 mm is outside its limits -200 to 200 mm");
         assert_eq!(bench.fault(-199.95), "none");
     }
 

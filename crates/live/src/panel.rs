@@ -44,7 +44,8 @@ async fn answer(
     let request = tokio::time::timeout(Duration::from_secs(5), head(&mut stream)).await??;
     let mut lines = request.lines();
     let path = lines.next().and_then(|line| line.strip_prefix("GET ")).and_then(|rest| rest.split(' ').next());
-    let host = lines.find_map(|line| line.to_ascii_lowercase().strip_prefix("host:").map(|host| host.trim().to_owned()));
+    let host =
+        lines.find_map(|line| line.to_ascii_lowercase().strip_prefix("host:").map(|host| host.trim().to_owned()));
     let is_local = host.is_some_and(|host| ["127.0.0.1", "localhost"].contains(&host.split(':').next().unwrap_or("")));
     match path {
         _ if !is_local => respond(&mut stream, "403 Forbidden", "text/plain", "for the loopback address alone\n").await,
@@ -82,7 +83,8 @@ async fn events(
     scene: &Scene,
     mut reports: watch::Receiver<Option<Report>>,
 ) -> std::io::Result<()> {
-    let head = "HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n";
+    let head =
+        "HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n";
     stream.write_all(head.as_bytes()).await?;
     loop {
         let event = reports.borrow_and_update().as_ref().map(|report| event(scene, report));

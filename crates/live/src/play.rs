@@ -86,7 +86,8 @@ impl Plan {
     pub fn new(scene: &Scene, run: &ProgramRun, dynamics: &Dynamics, cycle_s: f64) -> Result<Self, TipFault> {
         let path = Path::new(scene, run)?;
         let start = Place { position: path.position(0), velocity: Position::default(), line: 0, tool: path.tool(0) };
-        let mut segments: Vec<Segment> = (1..=path.samples().len()).filter_map(|at| segment(&path, at, dynamics)).collect();
+        let mut segments: Vec<Segment> =
+            (1..=path.samples().len()).filter_map(|at| segment(&path, at, dynamics)).collect();
         limit(&mut segments, dynamics, cycle_s);
         time(&mut segments);
         Ok(Self { segments, start })
@@ -284,7 +285,8 @@ mod tests {
     /// Largest acceleration of each axis over a whole run, by the second difference of positions.
     fn accelerations(places: &[Place]) -> [f64; 9] {
         std::array::from_fn(|i| {
-            let change = |three: &[Place]| three[2].position.0[i] - 2.0 * three[1].position.0[i] + three[0].position.0[i];
+            let change =
+                |three: &[Place]| three[2].position.0[i] - 2.0 * three[1].position.0[i] + three[0].position.0[i];
             places.windows(3).map(|three| change(three).abs() / (CYCLE_S * CYCLE_S)).fold(0.0, f64::max)
         })
     }
@@ -340,7 +342,8 @@ mod tests {
         let scene = testing::mill();
         let dynamics = testing::dynamics(1000.0);
         let without = Plan::new(&scene, &testing::run(&scene, "G1 X10 F600\nG1 X20\n"), &dynamics, CYCLE_S).unwrap();
-        let with = Plan::new(&scene, &testing::run(&scene, "G1 X10 F600\nG4 P1.5\nG1 X20\n"), &dynamics, CYCLE_S).unwrap();
+        let with =
+            Plan::new(&scene, &testing::run(&scene, "G1 X10 F600\nG4 P1.5\nG1 X20\n"), &dynamics, CYCLE_S).unwrap();
         // Braking to a stand and starting again takes at most 2 · 10 mm/s / 400 mm/s² longer.
         let longer = with.duration_s() - without.duration_s();
         assert!((1.5..1.56).contains(&longer), "{longer}");

@@ -78,9 +78,8 @@ pub struct Settings {
 /// # Errors
 /// When the log cannot be created, or the client cannot be set up.
 pub async fn run(scene: &Scene, monitor: Monitor<'_>, config: &Config, settings: Settings) -> Result<Summary, String> {
-    let log = Log::create(settings.log.as_deref()).map_err(|error| {
-        format!("cannot create {}: {error}", settings.log.clone().unwrap_or_default().display())
-    })?;
+    let log = Log::create(settings.log.as_deref())
+        .map_err(|error| format!("cannot create {}: {error}", settings.log.clone().unwrap_or_default().display()))?;
     let mut client = client(config, &settings)?;
     let mut watch = Watch { scene, config, monitor, log, summary: Summary::default(), settings, held: None };
     let stop = watch.settings.stop.clone();
@@ -150,7 +149,8 @@ impl OnSubscriptionNotificationCore for Feed {
         for data in notification.notification_data.unwrap_or_default() {
             if let Some(changes) = data.inner_as::<DataChangeNotification>() {
                 for item in changes.monitored_items.iter().flatten() {
-                    let Some(&(slot, factor)) = (item.client_handle as usize).checked_sub(1).and_then(|i| self.slots.get(i))
+                    let Some(&(slot, factor)) =
+                        (item.client_handle as usize).checked_sub(1).and_then(|i| self.slots.get(i))
                     else {
                         continue;
                     };

@@ -104,11 +104,13 @@ impl Control {
     }
 
     /// Waits until the machine is as wanted.
+    #[track_caller]
     fn wait(&mut self, is_wanted: impl Fn(&Status) -> bool) -> Status {
-        Runtime::new().unwrap().block_on(async {
+        let found = Runtime::new().unwrap().block_on(async {
             let wanted = self.status.wait_for(|status| status.as_ref().is_some_and(&is_wanted));
-            tokio::time::timeout(PATIENCE, wanted).await.expect("the machine never got there").unwrap().unwrap()
-        })
+            tokio::time::timeout(PATIENCE, wanted).await.map(|status| status.unwrap().unwrap())
+        });
+        found.unwrap_or_else(|_| panic!("the machine never got there: {:?}", self.status.borrow()))
     }
 }
 
@@ -144,11 +146,13 @@ impl Watch {
         Self { reports, stop, thread: Some(thread) }
     }
 
+    #[track_caller]
     fn wait(&mut self, is_wanted: impl Fn(&Report) -> bool) -> Report {
-        Runtime::new().unwrap().block_on(async {
+        let found = Runtime::new().unwrap().block_on(async {
             let wanted = self.reports.wait_for(|report| report.as_ref().is_some_and(&is_wanted));
-            tokio::time::timeout(PATIENCE, wanted).await.expect("the watch never got there").unwrap().clone().unwrap()
-        })
+            tokio::time::timeout(PATIENCE, wanted).await.map(|report| report.unwrap().clone().unwrap())
+        });
+        found.unwrap_or_else(|_| panic!("the watch never got there: {:?}", self.reports.borrow()))
     }
 
     fn end(mut self) -> Summary {
@@ -296,7 +300,11 @@ fn who_is_not_trusted_is_refused_and_only_verdict_and_hold_are_written() {
 
     let mut stranger = Watch::start(&scene, config.clone(), None, Some(unknown));
     let refused = stranger.wait(|report| report.row.fault == "lost");
-    assert!(refused.row.message.contains("BadCertificateUntrusted") || refused.row.message.contains("BadSecurity"), "{}", refused.row.message);
+    assert!(
+        refused.row.message.contains("BadCertificateUntrusted") || refused.row.message.contains("BadSecurity"),
+        "{}",
+        refused.row.message
+    );
     assert_eq!(stranger.end().connections, 0);
     assert_eq!(fs::read_dir(server.join("rejected")).unwrap().count(), 1, "for the administrator to look at");
 
@@ -304,7 +312,11 @@ fn who_is_not_trusted_is_refused_and_only_verdict_and_hold_are_written() {
     let guess = place.config(control.address, "", security);
     let mut guesser = Watch::start(&scene, guess, None, Some(known.clone()));
     let refused = guesser.wait(|report| report.row.fault == "lost");
-    assert!(refused.row.message.contains("Identity") || refused.row.message.contains("refused"), "{}", refused.row.message);
+    assert!(
+        refused.row.message.contains("Identity") || refused.row.message.contains("refused"),
+        "{}",
+        refused.row.message
+    );
     assert_eq!(guesser.end().connections, 0);
 
     let mut watch = Watch::start(&scene, config, None, Some(known.clone()));
@@ -312,7 +324,11 @@ fn who_is_not_trusted_is_refused_and_only_verdict_and_hold_are_written() {
     control.wait(|status| status.permitted);
 
     let statuses = write_everywhere(control.address, &known);
-    assert_eq!(statuses, [StatusCode::BadUserAccessDenied, StatusCode::BadUserAccessDenied, StatusCode::Good], "{statuses:?}");
+    assert_eq!(
+        statuses,
+        [StatusCode::BadUserAccessDenied, StatusCode::BadUserAccessDenied, StatusCode::Good],
+        "{statuses:?}"
+    );
 }
 
 /// Writes an axis, the line and the hold as the trusted client.

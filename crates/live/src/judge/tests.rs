@@ -117,7 +117,8 @@ fn every_hold_comes_before_contact_and_a_clear_program_has_none() {
     let registry = Registry::standard();
     let pair = scene.pairs.first().copied().unwrap_or(Pair { a: 0, b: 1 });
     let oracle = PairOracle::new(Arc::clone(&scene.parts[pair.a].mesh), Arc::clone(&scene.parts[pair.b].mesh));
-    let clearance = |at: &Position| oracle.clearance_mm(&scene.a_from_b(pair, &scene.machine.forward(at)), f64::INFINITY);
+    let clearance =
+        |at: &Position| oracle.clearance_mm(&scene.a_from_b(pair, &scene.machine.forward(at)), f64::INFINITY);
     for id in ["sphere-ritter", "aabb", "dop-8", "obb-vertex", "obb-area"] {
         let variant = registry.find(id).unwrap();
         for program in [
