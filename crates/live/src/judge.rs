@@ -40,6 +40,8 @@ use thiserror::Error;
 
 /// How much farther than needed a distance is looked for, mm: what a longer distance is worth in later samples without a query.
 const OUTLOOK_MM: f64 = 60.0;
+/// How much more than needed must be left of an old distance for no query, mm: a pair that is nearer is told by its own distance.
+const LEFT_MM: f64 = 30.0;
 /// Most halvings of the look-ahead. Behind them the width of a piece is `b`, which halving does not narrow.
 const HALVINGS: u32 = 6;
 
@@ -333,14 +335,14 @@ impl<'a> Look<'a> {
         if first <= 0.0 { first } else { first.min(self.over(watched, bodies, middle, to, halvings - 1)) }
     }
 
-    /// A lower bound of a pair's distance at a pose, mm: what is left of the last distance that was found, where that is enough, or else
+    /// A lower bound of a pair's distance at a pose, mm: what is left of the last distance that was found, where that is plenty, or else
     /// the distance itself. 0 in contact, and for one part inside the other.
     fn distance(&mut self, watched: &mut Watched, [a, b]: [&Body; 2], at: usize, enough: f64) -> f64 {
         let (_, there, poses) = &self.poses[at];
         if let Some((from, from_poses, distance)) = &watched.last {
             let change = Position(std::array::from_fn(|i| there.0[i] - from.0[i]));
             let left = distance - self.scene.machine.travel_bound_mm(&a.ball, &b.ball, from_poses, &change);
-            if left >= enough {
+            if left >= enough + LEFT_MM {
                 return left;
             }
         }
