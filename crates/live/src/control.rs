@@ -29,7 +29,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 
@@ -115,6 +115,18 @@ struct Server {
     task: tokio::task::JoinHandle<Result<(), String>>,
 }
 
+/// Listens on an address. Connections send small messages at once: with Nagle's algorithm a sample waits for the answer to the one before.
+///
+/// # Errors
+/// When the address is in use, or not of this computer.
+pub fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    socket.set_reuseaddr(true)?;
+    socket.set_nodelay(true)?;
+    socket.bind(address)?;
+    socket.listen(64)
+}
+
 /// Plays a program of a scene until it is over, or `stop` is cancelled, on a server that listens on `listener`.
 ///
 /// # Errors
@@ -136,7 +148,7 @@ pub async fn control(
     loop {
         let socket = match listener.take() {
             Some(listener) => listener,
-            None => TcpListener::bind(address).await?,
+            None => listen(address)?,
         };
         let server = Server::start(config, options, socket, address)?;
         let is_done = machine.serve(&server, &status, &stop).await?;

@@ -17,12 +17,12 @@ use bvbench::scene::{ProgramRun, Scene};
 use rs274::Position;
 use serde::{Deserialize, Serialize};
 use std::hint::black_box;
+use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
-use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
 use tokio_util::sync::CancellationToken;
 
@@ -155,16 +155,15 @@ impl Conditions<'_> {
     fn network(&self, run: &ProgramRun, seconds: f64) -> Result<LatencyRow> {
         let folder = scratch_folder()?;
         let log = folder.join("log.csv");
-        let listener = std::net::TcpListener::bind("127.0.0.1:0")?;
-        listener.set_nonblocking(true)?;
+        let own = Runtime::new()?;
+        let listener = own.block_on(async { control::listen(SocketAddr::from(([127, 0, 0, 1], 0))) })?;
         let config = Config { endpoint: format!("opc.tcp://{}/", listener.local_addr()?), ..self.config.clone() };
         let stop = CancellationToken::new();
         let result = thread::scope(|scope| {
             let control = scope.spawn(|| {
-                Runtime::new()?.block_on(async {
+                own.block_on(async {
                     let options = control::Options { repeat: true, ..control::Options::default() };
                     let (status, _) = tokio::sync::watch::channel(None);
-                    let listener = TcpListener::from_std(listener)?;
                     control::control(self.scene, run, &config, &options, listener, status, stop.clone()).await
                 })
             });

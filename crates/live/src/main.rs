@@ -292,7 +292,9 @@ fn control_verb(options: ControlOptions) -> Result<()> {
     };
     let address = config.endpoint.trim_start_matches("opc.tcp://").split('/').next().unwrap_or_default().to_owned();
     tokio::runtime::Runtime::new()?.block_on(async {
-        let listener = TcpListener::bind(&address).await.with_context(|| format!("cannot listen on {address}"))?;
+        let found = tokio::net::lookup_host(&address).await.ok().and_then(|mut found| found.next());
+        let found = found.with_context(|| format!("{address} is no address of this computer"))?;
+        let listener = control::listen(found).with_context(|| format!("cannot listen on {address}"))?;
         say(&format!("{} plays {} at {}", scene.name, run.file.display(), config.endpoint));
         let (status, newest) = tokio::sync::watch::channel(None);
         let stop = CancellationToken::new();
