@@ -41,7 +41,7 @@ def configuration(folder: Path, name: str, port: int, more: str = "", line: bool
     """The configuration beside this script with another port."""
     text = (HERE / "live.toml").read_text().replace(":4841/", f":{port}/")
     text = text.replace("cycle_ms = 4", f"cycle_ms = {CYCLE_S * 1000}").replace("deadline_ms = 40", f"deadline_ms = {DEADLINE_S * 1000}")
-    text = text.replace("acceleration = 1000", f"acceleration = {ACCELERATION}").replace("stale_ms = 200", "stale_ms = 1000")
+    text = text.replace("acceleration = 1000", f"acceleration = {ACCELERATION}").replace("stale_ms = 200", "stale_ms = 20000")
     if not line:
         text = text.replace('line = "ns=2;s=/Channel/ProgramInfo/actLineNumber"', "")
     path = folder / name
