@@ -1,6 +1,6 @@
 //! Bytes as a cutter's outline and as ways of it through a block: what a cut leaves is never deeper in the cutter where it has just been, and what is gone stays gone.
 
-use crate::engines::Choices;
+use super::engines::Choices;
 use bvbench::geometry::shapes::outline::OutlinePoint;
 use bvbench::geometry::shapes::{Revolve, RoundedBox, Shape, Tessellation};
 use bvbench::geometry::{Isometry, Mesh, Point, Vector};

@@ -6,8 +6,8 @@ use std::hash::{DefaultHasher, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Whatever the program is compiled from, below the root of the package.
-pub const SOURCES: [&str; 5] = ["Cargo.toml", "Cargo.lock", "build.rs", "crates", "src"];
+/// Whatever the program is compiled from, below the root of the package: of `crates`, the packages that it depends on.
+pub const SOURCES: [&str; 6] = ["Cargo.toml", "Cargo.lock", "build.rs", "crates/obbtree", "crates/rs274", "src"];
 
 /// A number that names the content of [`SOURCES`] below `root`; the same only for programs of one compiler. `None` when something cannot
 /// be read.

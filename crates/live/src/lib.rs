@@ -1,0 +1,19 @@
+//! Watches a machine tool over OPC UA and holds it before it collides.
+//!
+//! Reading order: [`judge`] (the rule: may the machine go on?), [`config`] (the TOML), [`play`] (a program with
+//! accelerations), [`monitor`] (from readings to permission), `opc` (what client and server share), [`control`] (the simulated control),
+//! [`log`], [`watch`] (the client), [`latency`] and [`figure`] (how long a verdict takes), [`panel`] (the operator's page).
+
+pub mod judge;
+pub mod config;
+pub mod play;
+pub mod monitor;
+mod opc;
+pub mod control;
+pub mod log;
+pub mod watch;
+pub mod latency;
+pub mod figure;
+pub mod panel;
+#[cfg(test)]
+mod testing;

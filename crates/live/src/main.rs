@@ -1,0 +1,349 @@
+//! The command line of the watch, the simulated control and the measurement of their latency.
+
+use anyhow::{Context as _, Result, anyhow, bail};
+use bvbench::record::file::write_bytes;
+use bvbench::registry::{Registry, Variant};
+use bvbench::scene::{Overrides, ProgramRun, Scene};
+use bvbench_live::config::Config;
+use bvbench_live::figure::Figure;
+use bvbench_live::judge::Judge;
+use bvbench_live::latency::{self, Budget, LatencyRow};
+use bvbench_live::monitor::Monitor;
+use bvbench_live::{control, panel, watch};
+use clap::{Args, Parser, Subcommand};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::TcpListener;
+use tokio_util::sync::CancellationToken;
+
+/// Exit code for bad usage, bad input, and output that cannot be written.
+const BAD_INPUT: u8 = 2;
+
+/// Watches a machine tool over OPC UA and holds it before it collides.
+#[derive(Parser)]
+#[command(name = "bvbench-live", version, after_help = EXAMPLES)]
+struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  bvbench-live control live.toml part.ngc          play a program on a simulated control
+  bvbench-live watch live.toml --panel 8080        watch it, with a panel in the browser
+  bvbench-live latency live.toml part.ngc --out D  how long from a sample to its verdict
+
+docs/live.md describes the configuration, the rules and the security.
+Exit codes: 0 all is well; 2 bad usage or input, or output that cannot be written.";
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Watch a control: judge every sample, write the verdict, give the hold
+    Watch(WatchOptions),
+    /// Simulate a control that plays a program and obeys the hold
+    Control(ControlOptions),
+    /// Measure how long from a sample to its verdict
+    Latency(LatencyOptions),
+}
+
+const WATCH_EXAMPLES: &str = "\
+Examples:
+  bvbench-live watch live.toml                     until Ctrl-C
+  bvbench-live watch live.toml --log watch.csv     a row per sample
+  bvbench-live watch live.toml --panel 8080        panel at http://127.0.0.1:8080/";
+
+#[derive(Args)]
+#[command(after_help = WATCH_EXAMPLES)]
+struct WatchOptions {
+    /// Configuration, TOML
+    config: PathBuf,
+    /// Log, CSV: a row per sample and per fault; a log that cannot be written holds the machine
+    #[arg(long)]
+    log: Option<PathBuf>,
+    /// Port of the panel on the loopback address
+    #[arg(long)]
+    panel: Option<u16>,
+    /// Folder of certificates, instead of that of the configuration
+    #[arg(long)]
+    pki: Option<PathBuf>,
+    /// Seconds after which the watch ends; without it, at Ctrl-C
+    #[arg(long = "for")]
+    seconds: Option<f64>,
+}
+
+const CONTROL_EXAMPLES: &str = "\
+Examples:
+  bvbench-live control live.toml part.ngc          play once
+  bvbench-live control live.toml part.ngc --repeat --drop 0.01 --late 0.01
+  bvbench-live control live.toml part.ngc --restart-every 10
+  bvbench-live control live.toml                   the program of the scene";
+
+#[derive(Args)]
+#[command(after_help = CONTROL_EXAMPLES)]
+struct ControlOptions {
+    /// Configuration, TOML
+    config: PathBuf,
+    /// Program, G-code; without it, that of the scene
+    program: Option<PathBuf>,
+    /// Share of samples that are never shown, 0 to 1
+    #[arg(long, default_value_t = 0.0, value_parser = share)]
+    drop: f64,
+    /// Share of samples that are shown late, 0 to 1
+    #[arg(long, default_value_t = 0.0, value_parser = share)]
+    late: f64,
+    /// How late, cycles
+    #[arg(long, default_value_t = 5)]
+    late_cycles: u32,
+    /// Largest error of a position that is shown, in the unit of its node
+    #[arg(long, default_value_t = 0.0)]
+    jitter: f64,
+    /// Seed of what is dropped, late and wrong
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Seconds of motion after which the server goes down and comes back; 0 for never
+    #[arg(long, default_value_t = 0.0)]
+    restart_every: f64,
+    /// Seconds that it stays down
+    #[arg(long, default_value_t = 0.5)]
+    down: f64,
+    /// Go back the way it came when the program is over, and forth again, until Ctrl-C
+    #[arg(long)]
+    repeat: bool,
+    /// Seconds that the control's clock waits for a verdict that is nearly too old, for slow computers
+    #[arg(long, default_value_t = 0.0, value_parser = patience)]
+    patience: f64,
+    /// Folder of certificates, instead of that of the configuration
+    #[arg(long)]
+    pki: Option<PathBuf>,
+}
+
+const LATENCY_EXAMPLES: &str = "\
+Examples:
+  bvbench-live latency live.toml part.ngc --out results/live
+  bvbench-live latency live.toml --out D --variants obb-area,aabb --network-s 0";
+
+#[derive(Args)]
+#[command(after_help = LATENCY_EXAMPLES)]
+struct LatencyOptions {
+    /// Configuration, TOML
+    config: PathBuf,
+    /// Program, G-code; without it, that of the scene
+    program: Option<PathBuf>,
+    /// Folder for latency.csv and latency.svg
+    #[arg(long)]
+    out: PathBuf,
+    /// Variants, by id; without it, the paper's five and the fastest
+    #[arg(long, value_delimiter = ',')]
+    variants: Vec<String>,
+    /// Most samples of the judge alone
+    #[arg(long, default_value_t = 10_000)]
+    samples: usize,
+    /// Samples of the judge alone with cold caches
+    #[arg(long, default_value_t = 200)]
+    cold: usize,
+    /// Seconds per row over the network; 0 to leave it out
+    #[arg(long, default_value_t = 3.0)]
+    network_s: f64,
+}
+
+/// The five volumes of the paper.
+const PAPER: [&str; 5] = ["sphere-ritter", "aabb", "dop-8", "obb-vertex", "obb-area"];
+
+fn share(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(format!("{value} is not between 0 and 1")) }
+}
+
+fn patience(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    if (0.0..=3600.0).contains(&value) { Ok(value) } else { Err(format!("{value} s are not between 0 and 3600")) }
+}
+
+fn main() -> ExitCode {
+    let done = match Arguments::parse().verb {
+        Verb::Watch(options) => watch_verb(options),
+        Verb::Control(options) => control_verb(options),
+        Verb::Latency(options) => latency_verb(&options),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            say(&format!("error: {error:#}"));
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+/// A line to people, who are on the other stream than data.
+fn say(line: &str) {
+    writeln!(std::io::stderr(), "{line}").ok();
+}
+
+fn load(path: &Path) -> Result<(Config, Arc<Scene>)> {
+    let config = Config::read(path)?;
+    let scene = Scene::find_with(&config.scene, &Overrides::default())?;
+    Ok((config, Arc::new(scene)))
+}
+
+fn program(scene: &Scene, path: Option<&Path>) -> Result<ProgramRun> {
+    let own = scene.program.as_ref();
+    match (path, own) {
+        (Some(path), Some(own)) => Ok(own.with_program(path)?),
+        (Some(path), None) => Ok(ProgramRun::of_mill().with_program(path)?),
+        (None, Some(own)) => Ok(own.clone()),
+        (None, None) => bail!("scene `{}` has no program: name one", scene.name),
+    }
+}
+
+fn variant<'a>(registry: &'a Registry, id: Option<&str>) -> Result<&'a Variant> {
+    match id {
+        Some(id) => registry.find(id).with_context(|| format!("there is no variant `{id}`; `bvbench list` names them")),
+        None => registry.fastest().context("the registry is empty"),
+    }
+}
+
+/// Cancels at Ctrl-C, or after some seconds.
+fn end(stop: CancellationToken, seconds: Option<f64>) {
+    tokio::spawn(async move {
+        let wait = async {
+            match seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok()) {
+                Some(wait) => tokio::time::sleep(wait).await,
+                None => std::future::pending().await,
+            }
+        };
+        tokio::select! {
+            _ = tokio::signal::ctrl_c() => {}
+            () = wait => {}
+        }
+        stop.cancel();
+    });
+}
+
+fn watch_verb(options: WatchOptions) -> Result<()> {
+    let (config, scene) = load(&options.config)?;
+    let registry = Registry::standard();
+    let chosen = variant(&registry, config.variant.as_deref())?;
+    let judge = Judge::new(&scene, chosen, config.rule(&scene.machine)?)?;
+    say(&format!("scene {}, variant {}: {} pairs watched", scene.name, chosen.info.id, judge.pairs().count()));
+    for part in judge.open_parts() {
+        say(&format!(
+            "warning: part {} is not watertight; what lies wholly inside it is not seen",
+            scene.parts[part].name
+        ));
+    }
+    let monitor = Monitor::new(&scene, judge, &config);
+    let runtime = tokio::runtime::Runtime::new()?;
+    let summary = runtime.block_on(async {
+        let (reports, newest) = tokio::sync::watch::channel(None);
+        let stop = CancellationToken::new();
+        end(stop.clone(), options.seconds);
+        tokio::spawn(tell(newest.clone()));
+        if let Some(port) = options.panel {
+            let listener = TcpListener::bind(("127.0.0.1", port)).await.context("the panel's port")?;
+            say(&format!("panel at http://{}/", listener.local_addr()?));
+            tokio::spawn(panel::serve(listener, Arc::clone(&scene), newest));
+        }
+        let settings = watch::Settings { log: options.log, pki: options.pki, reports, stop };
+        watch::run(&scene, monitor, &config, settings).await.map_err(|error| anyhow!(error))
+    })?;
+    let watch::Summary { judged, superseded, late, holds, connections, .. } = summary;
+    say(&format!(
+        "{judged} samples judged, {superseded} superseded, {late} late; {holds} holds, {connections} connections"
+    ));
+    Ok(())
+}
+
+/// Tells each change of the hold.
+async fn tell(mut reports: tokio::sync::watch::Receiver<Option<watch::Report>>) {
+    let mut last = None;
+    while reports.changed().await.is_ok() {
+        let Some((holds, fault, message, line)) = reports
+            .borrow_and_update()
+            .as_ref()
+            .map(|report| (report.row.holds, report.row.fault, report.row.message.clone(), report.row.line))
+        else {
+            continue;
+        };
+        if last != Some((holds, fault)) {
+            let what = if holds { format!("hold: {message}") } else { "free".to_owned() };
+            say(&if line > 0 { format!("line {line}: {what}") } else { what });
+            last = Some((holds, fault));
+        }
+    }
+}
+
+fn control_verb(options: ControlOptions) -> Result<()> {
+    let (config, scene) = load(&options.config)?;
+    let run = program(&scene, options.program.as_deref())?;
+    let settings = control::Options {
+        drop: options.drop,
+        late: options.late,
+        late_cycles: options.late_cycles,
+        jitter: options.jitter,
+        seed: options.seed,
+        restart_every_s: options.restart_every,
+        down_s: options.down,
+        repeat: options.repeat,
+        patience_s: options.patience,
+        pki: options.pki,
+    };
+    let address = config.endpoint.trim_start_matches("opc.tcp://").split('/').next().unwrap_or_default().to_owned();
+    tokio::runtime::Runtime::new()?.block_on(async {
+        let found = tokio::net::lookup_host(&address).await.ok().and_then(|mut found| found.next());
+        let found = found.with_context(|| format!("{address} is no address of this computer"))?;
+        let listener = control::listen(found).with_context(|| format!("cannot listen on {address}"))?;
+        say(&format!("{} plays {} at {}", scene.name, run.file.display(), config.endpoint));
+        let (status, newest) = tokio::sync::watch::channel(None);
+        let stop = CancellationToken::new();
+        end(stop.clone(), None);
+        control::control(&scene, &run, &config, &settings, listener, status, stop).await?;
+        if let Some(status) = newest.borrow().as_ref() {
+            let control::Status { holds, is_over, place, .. } = status;
+            let end = if *is_over { "the program is over" } else { "stopped" };
+            say(&format!("{end} at line {}; held {holds} times", place.line));
+        }
+        Ok(())
+    })
+}
+
+fn latency_verb(options: &LatencyOptions) -> Result<()> {
+    let (config, scene) = load(&options.config)?;
+    let run = program(&scene, options.program.as_deref())?;
+    let registry = Registry::standard();
+    let fastest = variant(&registry, None)?;
+    let variants = if options.variants.is_empty() {
+        let paper: Result<Vec<&Variant>> = PAPER.iter().map(|id| variant(&registry, Some(id))).collect();
+        let mut all = paper?;
+        all.push(fastest);
+        all
+    } else {
+        options.variants.iter().map(|id| variant(&registry, Some(id))).collect::<Result<_>>()?
+    };
+    let budget = Budget { samples: options.samples, cold: options.cold, network_s: options.network_s };
+    let mut told = |row: &LatencyRow| {
+        let ms = |ns: u64| ns as f64 / 1e6;
+        say(&format!(
+            "{:<8} {:<14} {} ms {} {}: p50 {:.3} ms, p99 {:.3} ms, p99.9 {:.3} ms, max {:.3} ms, late {}",
+            row.way,
+            row.variant,
+            row.cycle_ns / 1_000_000,
+            row.load,
+            row.cache,
+            ms(row.p50_ns),
+            ms(row.p99_ns),
+            ms(row.p999_ns),
+            ms(row.max_ns),
+            row.late
+        ));
+    };
+    let rows = latency::measure(&scene, &run, &config, &variants, &budget, &mut told)?;
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    rows.iter().try_for_each(|row| writer.serialize(row))?;
+    write_bytes(&options.out.join("latency.csv"), &writer.into_inner().map_err(|error| anyhow!("{error}"))?)?;
+    let figure = bvbench::plot::canvas::svg(&Figure(&rows)).map_err(|error| anyhow!(error))?;
+    write_bytes(&options.out.join("latency.svg"), figure.as_bytes())?;
+    Ok(())
+}

@@ -1,0 +1,366 @@
+//! The watch and the simulated control on the loopback address, in one process.
+//!
+//! Nothing here depends on how quick the computer is: the control's clock counts its own cycles and waits for the watch.
+
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+use bvbench::registry::Registry;
+use bvbench::scene::{Overrides, Pair, ProgramRun, Scene};
+use bvbench::truth::PairOracle;
+use bvbench_live::config::Config;
+use bvbench_live::control::{self, Options, Status};
+use bvbench_live::judge::Judge;
+use bvbench_live::monitor::Monitor;
+use bvbench_live::watch::{self, Report, Settings, Summary};
+use opcua::client::{ClientBuilder, IdentityToken};
+use opcua::crypto::{CertificateStore, SecurityPolicy};
+use opcua::types::{
+    AttributeId, DataValue, MessageSecurityMode, NodeId, NumericRange, StatusCode, Variant, WriteValue,
+};
+use rs274::{Axis, Position};
+use std::fs;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+use tokio::net::TcpListener;
+use tokio::runtime::Runtime;
+use tokio::sync::watch as latest;
+use tokio_util::sync::CancellationToken;
+
+/// Long enough for any machine; only a test that fails waits for it.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+const AXES: &str = "
+[axes]
+X = { acceleration = 1000 }
+Y = { acceleration = 1000 }
+Z = { acceleration = 1000 }
+";
+
+/// A folder with a configuration for a scene and a port.
+struct Place {
+    folder: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        Self { folder: tempfile::tempdir().unwrap() }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn config(&self, address: SocketAddr, first: &str, more: &str) -> Config {
+        let text = format!(
+            "{first}\nscene = \"mill-vise\"\nendpoint = \"opc.tcp://{address}/\"\npreset = \"sinumerik\"\ndeadline_ms = 40\nstale_ms = 60000\ntool = 1\n{AXES}\n[nodes]\nline = \"ns=2;s=/Channel/ProgramInfo/actLineNumber\"\n{more}"
+        );
+        Config::parse(&self.path("live.toml"), &text).unwrap()
+    }
+
+    fn program(&self, scene: &Scene, text: &str) -> ProgramRun {
+        let path = self.path("program.ngc");
+        fs::write(&path, text).unwrap();
+        scene.program.as_ref().unwrap().with_program(&path).unwrap()
+    }
+}
+
+/// A control in a thread of its own.
+struct Control {
+    address: SocketAddr,
+    status: latest::Receiver<Option<Status>>,
+    stop: CancellationToken,
+    thread: Option<JoinHandle<()>>,
+}
+
+fn listen() -> (std::net::TcpListener, SocketAddr) {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    listener.set_nonblocking(true).unwrap();
+    let address = listener.local_addr().unwrap();
+    (listener, address)
+}
+
+impl Control {
+    fn start(
+        scene: &Arc<Scene>,
+        run: ProgramRun,
+        config: Config,
+        options: Options,
+        (listener, address): (std::net::TcpListener, SocketAddr),
+    ) -> Self {
+        let (sender, status) = latest::channel(None);
+        let stop = CancellationToken::new();
+        let (scene, token) = (Arc::clone(scene), stop.clone());
+        let thread = thread::spawn(move || {
+            Runtime::new().unwrap().block_on(async {
+                let listener = TcpListener::from_std(listener).unwrap();
+                control::control(&scene, &run, &config, &options, listener, sender, token).await.unwrap();
+            });
+        });
+        Self { address, status, stop, thread: Some(thread) }
+    }
+
+    /// Waits until the machine is as wanted.
+    #[track_caller]
+    fn wait(&mut self, is_wanted: impl Fn(&Status) -> bool) -> Status {
+        let found = Runtime::new().unwrap().block_on(async {
+            let wanted = self.status.wait_for(|status| status.as_ref().is_some_and(&is_wanted));
+            tokio::time::timeout(PATIENCE, wanted).await.map(|status| status.unwrap().unwrap())
+        });
+        found.unwrap_or_else(|_| panic!("the machine never got there: {:?}", self.status.borrow()))
+    }
+}
+
+impl Drop for Control {
+    fn drop(&mut self) {
+        self.stop.cancel();
+        if let Some(thread) = self.thread.take() {
+            thread.join().ok();
+        }
+    }
+}
+
+/// A watch in a thread of its own.
+struct Watch {
+    reports: latest::Receiver<Option<Report>>,
+    stop: CancellationToken,
+    thread: Option<JoinHandle<Summary>>,
+}
+
+impl Watch {
+    fn start(scene: &Arc<Scene>, config: Config, log: Option<PathBuf>, pki: Option<PathBuf>) -> Self {
+        let (sender, reports) = latest::channel(None);
+        let stop = CancellationToken::new();
+        let (scene, token) = (Arc::clone(scene), stop.clone());
+        let thread = thread::spawn(move || {
+            let registry = Registry::standard();
+            let rule = config.rule(&scene.machine).unwrap();
+            let judge = Judge::new(&scene, registry.fastest().unwrap(), rule).unwrap();
+            let monitor = Monitor::new(&scene, judge, &config);
+            let settings = Settings { log, pki, reports: sender, stop: token };
+            Runtime::new().unwrap().block_on(watch::run(&scene, monitor, &config, settings)).unwrap()
+        });
+        Self { reports, stop, thread: Some(thread) }
+    }
+
+    #[track_caller]
+    fn wait(&mut self, is_wanted: impl Fn(&Report) -> bool) -> Report {
+        let found = Runtime::new().unwrap().block_on(async {
+            let wanted = self.reports.wait_for(|report| report.as_ref().is_some_and(&is_wanted));
+            tokio::time::timeout(PATIENCE, wanted).await.map(|report| report.unwrap().clone().unwrap())
+        });
+        found.unwrap_or_else(|_| panic!("the watch never got there: {:?}", self.reports.borrow()))
+    }
+
+    fn end(mut self) -> Summary {
+        self.stop.cancel();
+        self.thread.take().unwrap().join().unwrap()
+    }
+}
+
+impl Drop for Watch {
+    fn drop(&mut self) {
+        self.stop.cancel();
+        if let Some(thread) = self.thread.take() {
+            thread.join().ok();
+        }
+    }
+}
+
+/// A control whose clock waits for the watch.
+fn patient() -> Options {
+    Options { patience_s: 2.0, ..Options::default() }
+}
+
+fn scene() -> Arc<Scene> {
+    Arc::new(Scene::find_with("mill-vise", &Overrides::default()).unwrap())
+}
+
+/// The least distance of all pairs that are watched, by the exact oracle, mm.
+fn clearance_mm(scene: &Scene, at: &Position) -> f64 {
+    let poses = scene.machine.forward(at);
+    let clearance = |&pair: &Pair| {
+        let [a, b] = [pair.a, pair.b].map(|part| Arc::clone(&scene.parts[part].mesh));
+        PairOracle::new(a, b).clearance_mm(&scene.a_from_b(pair, &poses), 1000.0)
+    };
+    let pairs = scene.pairs.iter().filter(|&&pair| !scene.is_cutting(pair));
+    pairs.map(clearance).fold(f64::INFINITY, f64::min)
+}
+
+/// The tool above the vice goes down beside the workpiece until its nut would run into the jaw.
+const COLLIDES: &str = "G21 G90 G94\nT1 M6\nG0 X80 Y28\nG0 G53 Z330\nG1 G53 Z200 F3000\nM2\n";
+/// High above everything.
+const CLEAR: &str = "G21 G90 G94\nT1 M6\nG0 G53 Z500\nG0 G53 X20 Y10\nG1 G53 X40 F6000\nG1 G53 Y-20\nM2\n";
+
+#[test]
+fn a_hold_comes_before_contact() {
+    let (scene, place, socket) = (scene(), Place::new(), listen());
+    let config = place.config(socket.1, "", "");
+    let run = place.program(&scene, COLLIDES);
+    let end = run.program.moves.last().unwrap().end;
+    assert_eq!(clearance_mm(&scene, &end), 0.0, "the program ends in a collision");
+    let mut control = Control::start(&scene, run, config.clone(), patient(), socket);
+    let mut watch = Watch::start(&scene, config, Some(place.path("log.csv")), None);
+    let report = watch.wait(|report| report.row.fault == "contact");
+    assert!(report.row.pair.contains("holder"), "{:?}", report.row);
+    let stands = control.wait(|status| status.stands && status.time_s > 0.0 && !status.permitted);
+    assert!(!stands.is_over);
+    let left = clearance_mm(&scene, &stands.place.position);
+    assert!(left > 0.0, "the machine touches where it stands");
+    // It was not held at the start of its way, but near the end of it.
+    let way = stands.place.position[Axis::Z];
+    assert!(left < 40.0, "held {left} mm before contact, at Z {way}");
+    assert!(stands.place.line >= 4);
+    let summary = watch.end();
+    assert_eq!(summary.connections, 1);
+    let log = fs::read_to_string(place.path("log.csv")).unwrap();
+    assert!(log.lines().any(|line| line.contains(",true,contact,")), "{log}");
+}
+
+#[test]
+fn a_clear_program_gets_no_hold_and_a_restart_of_the_control_one() {
+    let (scene, place, socket) = (scene(), Place::new(), listen());
+    let config = place.config(socket.1, "release_after_s = 0.1", "");
+    let run = place.program(&scene, CLEAR);
+    let options = Options { repeat: true, restart_every_s: 1.0, down_s: 0.3, drop: 0.02, late: 0.02, ..patient() };
+    let mut control = Control::start(&scene, run, config.clone(), options, socket);
+    let mut watch = Watch::start(&scene, config, None, None);
+    // Goes on, is lost, stands, is found again, goes on.
+    watch.wait(|report| !report.row.holds);
+    let before = control.wait(|status| status.permitted && !status.stands);
+    watch.wait(|report| report.row.fault == "lost");
+    let standing = control.wait(|status| status.stands && !status.permitted);
+    assert!(standing.holds >= 1 && standing.time_s >= before.time_s);
+    watch.wait(|report| !report.row.holds);
+    control.wait(|status| status.permitted && !status.stands);
+    let summary = watch.end();
+    assert!(summary.connections >= 2, "{summary:?}");
+    // Nobody answers any more: the machine stands.
+    control.wait(|status| status.stands && !status.permitted);
+}
+
+#[test]
+fn no_contact_is_seen_where_there_is_none() {
+    let (scene, place, socket) = (scene(), Place::new(), listen());
+    let config = place.config(socket.1, "", "");
+    let run = place.program(&scene, CLEAR);
+    let mut control = Control::start(&scene, run, config.clone(), patient(), socket);
+    let log = place.path("log.csv");
+    let watch = Watch::start(&scene, config, Some(log.clone()), None);
+    control.wait(|status| status.is_over);
+    drop(watch);
+    let log = fs::read_to_string(log).unwrap();
+    assert!(!log.contains("contact") && !log.contains("latched"), "{log}");
+    assert!(log.lines().filter(|line| line.contains(",clear,")).count() > 10, "{log}");
+}
+
+/// Certificates of a client or server, whose trust list gets those of the other.
+fn pki(place: &Place, name: &str, trusts: &[&Path]) -> PathBuf {
+    let folder = place.path(name);
+    for own in ["own", "private", "trusted", "rejected"] {
+        fs::create_dir_all(folder.join(own)).unwrap();
+    }
+    for certificate in trusts {
+        let file = certificate.join("own/cert.der");
+        let name = CertificateStore::cert_file_name(&CertificateStore::read_cert(&file).unwrap());
+        fs::copy(file, folder.join("trusted").join(name)).unwrap();
+    }
+    folder
+}
+
+fn certificate(folder: &Path, application: &str) {
+    ClientBuilder::new()
+        .application_name(application)
+        .application_uri(application)
+        .pki_dir(folder)
+        .create_sample_keypair(true)
+        .client()
+        .unwrap();
+}
+
+#[test]
+fn who_is_not_trusted_is_refused_and_only_verdict_and_hold_are_written() {
+    let (scene, place, socket) = (scene(), Place::new(), listen());
+    let (known, unknown, server) = (pki(&place, "known", &[]), pki(&place, "unknown", &[]), pki(&place, "server", &[]));
+    certificate(&known, "urn:bvbench:watch");
+    certificate(&unknown, "urn:bvbench:watch");
+    certificate(&server, "urn:bvbench:control");
+    pki(&place, "known", &[&server]);
+    pki(&place, "unknown", &[&server]);
+    pki(&place, "server", &[&known]);
+    fs::write(place.path("password"), "sesame\n").unwrap();
+    let security = "[security]\npolicy = \"Basic256Sha256\"\nmode = \"SignAndEncrypt\"\nuser = \"watch\"\npassword_file = \"password\"\n";
+    let config = place.config(socket.1, "", security);
+    let run = place.program(&scene, CLEAR);
+    let options = Options { pki: Some(server.clone()), repeat: true, ..patient() };
+    let mut control = Control::start(&scene, run, config.clone(), options, socket);
+
+    let mut stranger = Watch::start(&scene, config.clone(), None, Some(unknown));
+    let refused = stranger.wait(|report| report.row.fault == "lost");
+    assert!(
+        refused.row.message.contains("BadCertificateUntrusted") || refused.row.message.contains("BadSecurity"),
+        "{}",
+        refused.row.message
+    );
+    assert_eq!(stranger.end().connections, 0);
+    assert_eq!(fs::read_dir(server.join("rejected")).unwrap().count(), 1, "for the administrator to look at");
+
+    fs::write(place.path("password"), "guess\n").unwrap();
+    let guess = place.config(control.address, "", security);
+    let mut guesser = Watch::start(&scene, guess, None, Some(known.clone()));
+    let refused = guesser.wait(|report| report.row.fault == "lost");
+    assert!(
+        refused.row.message.contains("Identity") || refused.row.message.contains("refused"),
+        "{}",
+        refused.row.message
+    );
+    assert_eq!(guesser.end().connections, 0);
+
+    let mut watch = Watch::start(&scene, config, None, Some(known.clone()));
+    watch.wait(|report| !report.row.holds);
+    control.wait(|status| status.permitted);
+
+    let statuses = write_everywhere(control.address, &known);
+    assert_eq!(
+        statuses,
+        [StatusCode::BadUserAccessDenied, StatusCode::BadUserAccessDenied, StatusCode::Good],
+        "{statuses:?}"
+    );
+}
+
+/// Writes an axis, the line and the hold as the trusted client.
+fn write_everywhere(address: SocketAddr, pki: &Path) -> Vec<StatusCode> {
+    let mut client = ClientBuilder::new()
+        .application_name("urn:bvbench:watch")
+        .application_uri("urn:bvbench:watch")
+        .pki_dir(pki)
+        .verify_server_certs(true)
+        .session_retry_limit(0)
+        .client()
+        .unwrap();
+    Runtime::new().unwrap().block_on(async {
+        let url = format!("opc.tcp://{address}/");
+        let endpoint = (url.as_str(), SecurityPolicy::Basic256Sha256.to_str(), MessageSecurityMode::SignAndEncrypt);
+        let user = IdentityToken::new_user_name("watch", "sesame");
+        let (session, events) = client.connect_to_matching_endpoint(endpoint, user).await.unwrap();
+        events.spawn();
+        tokio::time::timeout(PATIENCE, session.wait_for_connection()).await.unwrap();
+        let write = |(node, value): (&str, Variant)| WriteValue {
+            node_id: NodeId::from_str(node).unwrap(),
+            attribute_id: AttributeId::Value as u32,
+            index_range: NumericRange::None,
+            value: DataValue::value_only(value),
+        };
+        let writes = [
+            ("ns=2;s=/Channel/MachineAxis/actToolBasePos[u1,1]", Variant::Double(1.0)),
+            ("ns=2;s=/Channel/ProgramInfo/actLineNumber", Variant::UInt32(1)),
+            ("ns=2;s=/Channel/Parameter/R[u1,901]", Variant::Boolean(true)),
+        ];
+        let statuses = session.write(&writes.map(write)).await.unwrap();
+        session.disconnect().await.ok();
+        statuses
+    })
+}
