@@ -28,8 +28,6 @@ use tokio_util::sync::CancellationToken;
 const APPLICATION: &str = "urn:bvbench:watch";
 /// Batches of values that wait for the judge before new ones are dropped.
 const BATCHES: usize = 256;
-/// Interval of publication that is asked for: as short as servers allow, because a sample waits for the next publication.
-const PUBLISH: Duration = Duration::from_millis(1);
 /// Values of a node that the server keeps between two publications.
 const QUEUE: u32 = 64;
 /// Time between attempts to connect.
@@ -250,7 +248,9 @@ impl Link {
         };
         let lost = |error: opcua::types::Error| Fault::Lost(error.to_string());
         let feed = Feed { slots, batches: sender };
-        let id = session.create_subscription(PUBLISH, 30_000, 10_000, 0, 0, true, feed).await.map_err(lost)?;
+        // More often than the control moves, a server that is slow to publish falls behind.
+        let cycle = Duration::from_secs_f64(config.cycle_s);
+        let id = session.create_subscription(cycle, 30_000, 10_000, 0, 0, true, feed).await.map_err(lost)?;
         let created = session.create_monitored_items(id, TimestampsToReturn::Both, items).await.map_err(lost)?;
         if let Some(refused) = created.iter().find(|item| !item.result.status_code.is_good()) {
             let (node, status) = (&refused.item_to_monitor.node_id, refused.result.status_code);
