@@ -360,6 +360,8 @@ impl Tile {
             if is_vague && depth.high > search.within_mm {
                 depth.high = -found.deep;
             }
+            // Where pieces of a body overlap, what is known of all of it may be deeper than any one of them says.
+            depth.high = depth.high.max(depth.low);
         }
         depth
     }
