@@ -1,13 +1,15 @@
 //! From stretches of the path to what a user is told.
 //!
-//! Rules. Contact of a pair is a collision, before the first move as after it, but for a cutter with the workpiece. From that the cutter takes material
-//! away in feed moves, and contact of anything with what is left of it is told as the stock finds it ([`super::stock`]). Where the workpiece cannot be cut,
-//! its mesh being open, contact that begins in a feed move is cutting, and the first is told as unresolved: what is left, and whether something is inside it, nobody knows; contact that begins in a rapid move, with a
-//! change of tools or before the first move is a collision, and so is a feed into it while the spindle stands still. Where the workpiece stays whole on request or because it is on a lathe,
-//! the same holds, but a rapid that begins within it is a retreat and not told. Where the
-//! workpiece is the finished part, the cutter gouges it when it goes deeper than the scene allows, and may not even touch it otherwise than
-//! in a feed move. Nearness of these two is not told at all. Shank and holder of a tool never cut. Contacts of one pair and one kind on one
-//! line that part by less than [`super::PARTED_MM`] between them are one.
+//! Contact of a pair is a collision, before the first move as after it. A cutter and its workpiece are another matter. Of these two:
+//!
+//! - The cutter takes material away in feed moves. Contact with what is left is told as the stock finds it ([`super::stock`]).
+//! - Where the workpiece's mesh is open, nothing is taken away. Contact that begins in a feed move is cutting, and the first such contact is unresolved. Contact that
+//!   begins at rapid rate, with a change of tools or before the first move is a collision, and so is a feed into it while the spindle stands still.
+//! - Where the workpiece stays whole ([`super::Whole::Turned`], or on request), the same holds, but cutting is not told, nor is a rapid that begins within it: that is a retreat.
+//! - Where the workpiece is the finished part, the cutter gouges it when it goes deeper than the scene allows. Otherwise than in a feed move it may not even touch it.
+//! - Nearness of the two is not told. Shank and holder of a tool never cut.
+//!
+//! Contacts of one pair and one kind on one line that part by less than [`super::PARTED_MM`] between them are one.
 
 use super::motion::Path;
 use super::scan::{Nearness, Stretch};

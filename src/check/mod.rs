@@ -54,7 +54,7 @@ pub struct Settings {
     pub stop_at_first: bool,
     /// Whether the cutter takes material away, and how finely.
     pub cutting: Cutting,
-    /// Whether what is left is wanted as a solid: on lathes it is a square of (ρ, z) otherwise, which takes much less time.
+    /// Whether what is left is wanted as a solid: on lathes it is a half section otherwise, which takes much less time.
     pub is_solid: bool,
     /// Cells of a stock that are held against what moves before the program is given up: contact with the workpiece is unresolved from there on.
     pub stock_budget: u64,

@@ -13,13 +13,13 @@ use crate::machine::Machine;
 use crate::scene::pairs::Decision;
 use crate::scene::{Pair, Part, Role, Scene};
 use crate::stock::motion::{Chain, Mount};
-use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep, standard_resolution_mm};
+use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, standard_resolution_mm};
 use rs274::{MoveKind, Position};
 use thiserror::Error;
 
 /// Steps that are gathered before the stock takes them.
 const BATCH: usize = 1024;
-/// Cells that are held against what moves before a program is given up, by default: some ten minutes of two cores.
+/// Cells that are held against what moves before a program is given up, by default.
 pub const MOST_QUESTIONS: u64 = 2_000_000_000;
 /// Part of the resolution by which a part that turns may be elsewhere than its straight piece says, mm.
 const PAD: f64 = 0.05;
@@ -75,7 +75,7 @@ pub enum Whole {
     /// Its mesh is open.
     #[error("its mesh is not watertight")]
     Open,
-    /// It is on a lathe, and is not round or is cut by tools that turn, so that a square of (ρ, z) is not enough; and no resolution was asked for.
+    /// It is on a lathe, and is not round or is cut by tools that turn, so that a half section is not enough; and no resolution was asked for.
     #[error("it is on a lathe, and not round or cut by a tool that turns: `--stock-resolution 0.1` cuts it in minutes")]
     Turned,
 }
@@ -98,7 +98,7 @@ struct Other {
     role: Role,
     /// Of what stands while the workpiece turns.
     turning: Option<Turning>,
-    /// Whether the stock is a square of (ρ, z), beside which the part stands.
+    /// Whether the stock is a half section, beside which the part stands.
     is_flat: bool,
 }
 
@@ -181,7 +181,7 @@ impl<'a> Workpiece<'a> {
         Ok(Self { scene, path, part, stock, others, given_up: None })
     }
 
-    /// As a square of (ρ, z); `None` where a cutter turns.
+    /// As a half section; `None` where a cutter turns.
     fn flat(
         scene: &'a Scene,
         path: &'a Path<'a>,
@@ -276,7 +276,7 @@ impl Other {
 }
 
 /// A part's frame on its link, with a ball around it.
-fn mount(scene: &Scene, part: usize, body: &Body) -> Mount {
+pub(super) fn mount(scene: &Scene, part: usize, body: &Body) -> Mount {
     let (centre, radius_mm) = body.ball();
     let Part { link, link_from_part, .. } = scene.parts[part];
     Mount { link, link_from_mesh: link_from_part, centre, radius_mm }
@@ -398,22 +398,19 @@ impl<'a> Route<'a> {
         let count = of_others.map(|other| self.others[other].chain.pieces(machine, &first, &last, self.pad_mm)).max();
         let count = count.unwrap_or(1);
         for index in 0..count {
-            let whole = |other: usize| -> Sweep {
-                match &self.others[other] {
-                    Other { turning: Some(turning), is_flat: true, .. } => {
-                        turning.sweep_anyhow(machine, &first, &last, [index, count], chord_mm)
-                    }
-                    Other { chain, body, .. } => {
-                        let piece = chain.piece(machine, &first, &last, index, count);
-                        body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm)
-                    }
+            let piece = |chain: &Chain| chain.piece(machine, &first, &last, index, count);
+            let whole = |other: usize| match &self.others[other] {
+                Other { turning: Some(turning), is_flat: true, .. } => {
+                    turning.sweep(&piece(&turning.to_base), chord_mm)
+                }
+                Other { chain, body, .. } => {
+                    let piece = piece(chain);
+                    body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm)
                 }
             };
-            let sweep = |other: usize| -> Option<Sweep> {
-                match &self.others[other].turning {
-                    Some(turning) => turning.sweep(machine, &first, &last, [index, count], chord_mm),
-                    None => Some(whole(other)),
-                }
+            let sweep = |other: usize| match &self.others[other].turning {
+                Some(turning) => turning.sweep_of_section(&piece(&turning.to_base), chord_mm),
+                None => Some(whole(other)),
             };
             let step = Step {
                 // A tool that is turned otherwise than its section cuts nothing for sure, and is held against the stock as it is.

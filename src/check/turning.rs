@@ -5,9 +5,10 @@
 //! is taken for one, which takes away less than it does.
 
 use super::motion::Path;
+use super::stock::mount;
 use crate::geometry::{Isometry, Mesh, Vector};
-use crate::interference::Revolved;
-use crate::machine::{Joint, Machine, Motion};
+use crate::interference::{ROUND, Revolved};
+use crate::machine::{Joint, Motion};
 use crate::scene::{Part, Scene};
 use crate::stock::motion::{Chain, Mount, Piece};
 use crate::stock::{Body, Spindle, Sweep, TurningTool};
@@ -19,8 +20,6 @@ use std::sync::Arc;
 const ALONG: f64 = 0.999;
 /// How far a tool's frame may be off the one its section was made in, mm.
 const SAME_MM: f64 = 1e-6;
-/// Least part of its body of revolution that a workpiece fills when it is taken for round.
-const ROUND: f64 = 0.88;
 
 /// A part beside the axis of a workpiece that turns.
 pub(super) struct Turning {
@@ -46,11 +45,9 @@ pub(super) struct WorkAxis {
 }
 
 impl Turning {
-    /// The stock is flat or not ([`Spindle::is_flat`]).
+    /// Part number `part`, which has this body. Whether the stock is flat, [`Spindle::is_flat`] says.
     pub fn new(scene: &Scene, path: &Path<'_>, axis: &WorkAxis, is_flat: bool, part: usize, body: &Body) -> Self {
-        let Part { link, link_from_part, ref mesh, .. } = scene.parts[part];
-        let (centre, radius_mm) = body.ball();
-        let mount = Mount { link, link_from_mesh: link_from_part, centre, radius_mm };
+        let (mesh, mount) = (&scene.parts[part].mesh, mount(scene, part, body));
         let to = |base_from_axis| {
             let base = Mount { link: axis.base, link_from_mesh: base_from_axis, ..mount };
             let chain = Chain::new(&scene.machine, mount, base);
@@ -58,7 +55,7 @@ impl Turning {
             (chain, at_first)
         };
         let (mut to_base, mut at_first) = to(axis.base_from_axis);
-        if (at_first * centre).x < 0.0 {
+        if (at_first * mount.centre).x < 0.0 {
             // X leads away from where the tool is.
             let half_turn = UnitQuaternion::from_axis_angle(&Vector::z_axis(), std::f64::consts::PI);
             (to_base, at_first) = to(axis.base_from_axis * half_turn);
@@ -71,48 +68,24 @@ impl Turning {
         Self { mesh: Arc::clone(mesh), spindle, to_base, tool, beside_mm, is_across }
     }
 
-    /// The way of the part in piece `index` of `count` of a move, however it is turned.
-    pub fn sweep_anyhow(
-        &self,
-        machine: &Machine,
-        from: &Position,
-        to: &Position,
-        [index, count]: [usize; 2],
-        pad_mm: f64,
-    ) -> Sweep {
-        if let Some(sweep) = self.sweep(machine, from, to, [index, count], pad_mm) {
-            return sweep;
-        }
-        let Piece { stock_from_part: start, travel, pad_mm: pad, .. } =
-            self.to_base.piece(machine, from, to, index, count);
-        let middle = start.translation.y + 0.5 * travel.y;
-        let tool = TurningTool::new(&self.mesh, start.rotation, middle);
-        let place = [start.translation.x, start.translation.z];
-        tool.sweep(&self.spindle, place, [travel.x, travel.z], pad_mm + pad + 0.5 * travel.y.abs())
+    /// The part on a straight piece of its way in [`Self::to_base`], however it is turned.
+    pub fn sweep(&self, piece: &Piece, chord_mm: f64) -> Sweep {
+        self.sweep_of_section(piece, chord_mm).unwrap_or_else(|| {
+            let Piece { stock_from_part: start, travel, pad_mm, .. } = piece;
+            let tool = TurningTool::new(&self.mesh, start.rotation, start.translation.y + 0.5 * travel.y);
+            let pad_mm = pad_mm + chord_mm + 0.5 * travel.y.abs();
+            tool.sweep(&self.spindle, [start.translation.x, start.translation.z], [travel.x, travel.z], pad_mm)
+        })
     }
 
-    /// The same; `None` where it is turned, or beside the plane, otherwise than at first.
-    pub fn sweep(
-        &self,
-        machine: &Machine,
-        from: &Position,
-        to: &Position,
-        [index, count]: [usize; 2],
-        pad_mm: f64,
-    ) -> Option<Sweep> {
-        let at = |k: usize| {
-            let part = k as f64 / count as f64;
-            let position = Position(std::array::from_fn(|i| from.0[i] + part * (to.0[i] - from.0[i])));
-            self.to_base.stock_from_part(machine, &position)
-        };
-        let (start, end) = (at(index), at(index + 1));
-        let is_same = |pose: &Isometry| {
-            self.tool.is_turned_by(&pose.rotation) && (pose.translation.y - self.beside_mm).abs() <= SAME_MM
-        };
-        let place = |pose: &Isometry| [pose.translation.x, pose.translation.z];
-        let (first, last) = (place(&start), place(&end));
-        let travel = [last[0] - first[0], last[1] - first[1]];
-        (is_same(&start) && is_same(&end)).then(|| self.tool.sweep(&self.spindle, first, travel, pad_mm + SAME_MM))
+    /// The same; `None` where the part is turned, or beside the plane, otherwise than at first.
+    pub fn sweep_of_section(&self, piece: &Piece, chord_mm: f64) -> Option<Sweep> {
+        let Piece { stock_from_part: start, travel, pad_mm, .. } = piece;
+        let y = start.translation.y;
+        let is_in_plane = [y, y + travel.y].iter().all(|y| (y - self.beside_mm).abs() <= SAME_MM);
+        let is_same = is_in_plane && *pad_mm == 0.0 && self.tool.is_turned_by(&start.rotation);
+        let place = [start.translation.x, start.translation.z];
+        is_same.then(|| self.tool.sweep(&self.spindle, place, [travel.x, travel.z], chord_mm + SAME_MM))
     }
 }
 

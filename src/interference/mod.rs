@@ -30,6 +30,6 @@ pub mod program;
 pub use detect::{Coherence, Counts, Detector, Hit, Search};
 pub use octree::{Division, SurfaceOctree};
 pub use profile::Profile;
-pub use revolved::Revolved;
+pub use revolved::{ROUND, Revolved};
 pub use sample::Samples;
 pub use tool::{Body, BodyKind, BoxedTool, SecondLevel, Tool};

@@ -20,7 +20,7 @@ const MOST_HEIGHTS: usize = 96;
 /// Sine of the angle below which three points of a profile count as collinear; over a metre the deviation is less than [`SAME_HEIGHT_MM`].
 const STRAIGHT: f64 = 1e-10;
 /// Smallest fraction of the body that a mesh must fill to count as round; a prism with eight sides fills 0.90 of its cylinder.
-const ROUND: f64 = 0.88;
+pub const ROUND: f64 = 0.88;
 
 /// A mesh and the body of revolution around it.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,11 +6,9 @@ use super::tile::Cube;
 use super::{ROUNDING_MM, StockError};
 use crate::geometry::plane::Plane;
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector};
+use crate::interference::ROUND;
 use crate::truth::Solid;
 use std::sync::Arc;
-
-/// Least part of its body of revolution that a workpiece fills when it is taken for round.
-const ROUND: f64 = 0.88;
 
 /// The uncut workpiece.
 #[derive(Debug)]

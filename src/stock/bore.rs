@@ -5,10 +5,8 @@
 //! convex along it.
 
 use super::convex::HalfPlane;
+use super::round::SAME_HEIGHT_MM;
 use crate::geometry::{Point, Vector};
-
-/// Heights nearer than this are one, mm.
-const SAME_HEIGHT_MM: f64 = 1e-7;
 
 /// The hollow between two heights: radii at both, mm.
 #[derive(Clone, Copy, Debug)]

@@ -9,8 +9,10 @@
 //! A cell that is not removed although a sweep's border runs through it reaches at most its diagonal into what the sweep took away. That is less
 //! than the resolution: what slides along a surface that has just been cut may seem to be that deep in the stock, and no deeper.
 //!
-//! Reading order: this file (the stock), `sweep` (what moves), [`motion`] (straight pieces of an axis move), `convex`, `round`, `bore`, `turned`, `skin` (shapes), `blank` (the uncut workpiece),
-//! `cover` (what a cut leaves), `tile` (the octree), [`export`] (as a mesh), [`target`] (compared with the part that is wanted).
+//! Of a workpiece that turns under tools that stand, the cells are squares of its half section, (ρ, z), in a quadtree ([`Stock::turned`]).
+//!
+//! Reading order: this file (the stock), `sweep` (what moves), [`motion`] (straight pieces of an axis move), `convex`, `round`, `bore`, `turned`, `skin` (shapes),
+//! `blank` (the uncut workpiece), `cover` (what a cut leaves), `tile` (the tree of cells), [`export`] (as a mesh), [`target`] (compared with the part that is wanted).
 
 mod blank;
 mod convex;
@@ -118,8 +120,7 @@ impl Stock {
         Ok(Self::of_tiles(Blank::Mesh { triangles, solid }, &tiling, &lists, resolution_mm))
     }
 
-    /// The uncut stock of a workpiece that turns about z of the frame that `axis_from_stock` leads to, and under cutters that stand: a square of (ρ, z) is all of its
-    /// turning.
+    /// The uncut stock of a workpiece that turns about z of the frame that `axis_from_stock` leads to, and under cutters that stand: its half section, (ρ, z), is all there is to know.
     ///
     /// # Errors
     /// [`StockError`] when the mesh is open, or not round about the axis, or the resolution is no length.

@@ -13,7 +13,7 @@ use crate::truth::Solid;
 use std::sync::Arc;
 
 /// Heights nearer than this are one, mm.
-const SAME_HEIGHT_MM: f64 = 1e-7;
+pub(super) const SAME_HEIGHT_MM: f64 = 1e-7;
 /// Most heights at which the profile may have a corner; a mesh with more gets as many of one distance.
 const MOST_HEIGHTS: usize = 400;
 /// Slopes that differ by less than this are one; over 100 mm that is 1e-7 mm.
@@ -26,6 +26,8 @@ const NEARLY_STRAIGHT: f64 = 1e-6;
 pub(super) struct Round {
     /// Their union holds the body.
     pub pieces: Vec<Piece>,
+    /// How deep a point must be in the body to be in the part for sure, mm, where that is known.
+    pub slack_mm: f64,
     /// Takes the mesh's frame to the body's.
     pub body_from_part: Isometry,
     /// Part of the body that the mesh fills, 0 to 1.
@@ -75,8 +77,11 @@ impl Round {
             }
         }
         fill_grooves(&mut slabs, groove_mm);
+        let pieces = pieces(&slabs);
+        let known = pieces.iter().map(|piece| piece.slack_mm).filter(|slack| slack.is_finite());
         Self {
-            pieces: pieces(&slabs),
+            slack_mm: known.fold(0.0, f64::max),
+            pieces,
             body_from_part: tool_from_mesh,
             filled,
             radius_mm: profile.radius_mm(),
@@ -92,12 +97,7 @@ impl Round {
         let planes = vec![plane(0.0, -1.0, -low), plane(0.0, 1.0, high), plane(1.0, 0.0, radius)];
         let span = [low, high];
         let piece = Piece { convex: Convex { planes }, bore: None, slack_mm: f64::INFINITY, radius, span };
-        Self { pieces: vec![piece], body_from_part, filled: 0.0, radius_mm: radius, span_mm: span }
-    }
-
-    /// How deep a point must be in the body to be in the part for sure, mm, where that is known.
-    pub fn slack_mm(&self) -> f64 {
-        self.pieces.iter().map(|piece| piece.slack_mm).filter(|slack| slack.is_finite()).fold(0.0, f64::max)
+        Self { pieces: vec![piece], slack_mm: 0.0, body_from_part, filled: 0.0, radius_mm: radius, span_mm: span }
     }
 
     /// Whether all of it is known to within a length.
@@ -413,11 +413,11 @@ mod tests {
     fn a_drill_is_one_piece_and_a_slot_cutter_two_that_overlap() {
         let drill = Round::new(&revolve(&[[0.0, -2.0], [5.0, 0.0], [5.0, 30.0], [0.0, 30.0]]), 0.0);
         assert_eq!(drill.pieces.len(), 1);
-        assert!(drill.slack_mm() < 1e-6, "{}", drill.slack_mm());
+        assert!(drill.slack_mm < 1e-6, "{}", drill.slack_mm);
         let slot =
             Round::new(&revolve(&[[0.0, 0.0], [10.0, 0.0], [10.0, 6.0], [4.0, 6.0], [4.0, 40.0], [0.0, 40.0]]), 0.0);
         assert_eq!(slot.pieces.len(), 2);
-        assert!(slot.slack_mm() < 1e-6);
+        assert!(slot.slack_mm < 1e-6);
         // No border within the solid where the two meet.
         assert!(excess(&slot, 1.0, 6.0) <= -2.9, "{}", excess(&slot, 1.0, 6.0));
         assert!((excess(&slot, 6.0, 7.0) - 1.0).abs() < 1e-6);

@@ -5,13 +5,12 @@ use super::round::Round;
 use super::skin::Skin;
 use super::turned::{Shift, Turned};
 use crate::geometry::{Isometry, Mesh, Point, Vector};
+use crate::interference::ROUND;
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
 
 /// What rounding may do to a depth, mm: a thousand times the rounding of a coordinate of 4 m, and the least height of a profile's step.
 pub const ROUNDING_MM: f64 = 1e-6;
-/// Least part of its body of revolution that a mesh fills when it is taken for round: a prism of eight sides fills 0.90 of it.
-const ROUND: f64 = 0.88;
 /// How far a body may be from where it was to be in the same place, mm.
 const RETRACED_MM: f64 = 1e-6;
 /// Travel to which the place is found where a mesh that does not turn is deepest, mm.
@@ -102,9 +101,9 @@ impl Body {
 }
 
 impl Form {
-    fn slack_mm(&self) -> f64 {
+    const fn slack_mm(&self) -> f64 {
         match self {
-            Self::Round(round) => round.slack_mm(),
+            Self::Round(round) => round.slack_mm,
             Self::Rigid(_) => 0.0,
         }
     }
@@ -134,7 +133,7 @@ impl Form {
 pub struct Spindle {
     /// Takes the stock's frame to that of the axis, which is its z.
     pub axis_from_stock: Isometry,
-    /// Whether the stock is a square of (ρ, z), in the axis's frame ([`super::Stock::turned`]).
+    /// Whether the stock is a half section, (ρ, z), in the axis's frame ([`super::Stock::turned`]).
     pub is_flat: bool,
 }
 
