@@ -113,7 +113,7 @@ pub struct Security {
     pub user: User,
     /// Folder with `own/cert.der`, `private/private.pem`, `trusted/` (the trust list) and `rejected/`.
     pub pki: PathBuf,
-    /// Whether a certificate of one's own is made when there is none.
+    /// Makes a certificate for this side when the folder has none.
     pub creates_certificate: bool,
 }
 
@@ -173,7 +173,7 @@ impl Node {
     /// Reads either form.
     ///
     /// # Errors
-    /// What is wrong with the text.
+    /// A message when the text is neither a node id nor a path.
     pub fn parse(text: &str) -> Result<Self, String> {
         let Some(path) = text.strip_prefix('/') else {
             let is_id = text.starts_with("ns=") || ["i=", "s=", "g=", "b="].iter().any(|kind| text.starts_with(kind));
@@ -265,7 +265,7 @@ impl Config {
         Reader { path, line: &line }.config(file).map_err(|(at, cause)| wrong(at, cause))
     }
 
-    /// What is promised about the axes of a machine.
+    /// The acceleration, deceleration and resolution of each joint of a machine.
     ///
     /// # Errors
     /// When the machine has an axis that the configuration lacks, or the other way round.
@@ -312,7 +312,7 @@ pub struct ConfigError {
     pub file: PathBuf,
     /// Line, from 1; 0 for the file as a whole.
     pub line: usize,
-    /// What is wrong.
+    /// The cause.
     pub cause: String,
 }
 

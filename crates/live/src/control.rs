@@ -38,7 +38,7 @@ const NAMESPACE: &str = "urn:bvbench:control:nodes";
 /// Application URI of a simulated control.
 const APPLICATION: &str = "urn:bvbench:control";
 
-/// What a simulated control does besides playing.
+/// Disturbances that a simulated control adds to the program it plays.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Share of the samples that are never shown.
@@ -81,12 +81,12 @@ impl Default for Options {
     }
 }
 
-/// What the machine does.
+/// State of the simulated machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Status {
-    /// Where it is.
+    /// Place in the program.
     pub place: Place,
-    /// Whether it stands.
+    /// Whether all axes stand.
     pub stands: bool,
     /// Whether the program is over.
     pub is_over: bool,

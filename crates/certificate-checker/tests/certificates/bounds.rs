@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, SQRT_2};
 /// Half the side of the cube that moves, and the radius of the ball around it, mm.
 const HALF: f64 = 2.0;
 const RADIUS: f64 = HALF * 1.732_050_807_568_877_2;
-/// What is proved beyond the motion bound, mm.
+/// Clearance that a written plane has beyond the motion bound, mm.
 const MARGIN: f64 = 1e-6;
 /// How near to its formula each bound is tested, mm.
 const NEAR: f64 = 1e-8;
