@@ -263,9 +263,13 @@ fn add_parts(
             return Err(SceneError::Meaning { place: place(), message });
         }
         let groove_mm = file.groove_mm;
-        if !(groove_mm >= 0.0 && groove_mm.is_finite()) || (groove_mm > 0.0 && file.role != Role::Cutter) {
-            let message =
-                format!("groove_mm of part `{name}` is {groove_mm}: it is a width of at least 0, and of a cutter");
+        let refused = match file.role {
+            _ if !(groove_mm >= 0.0 && groove_mm.is_finite()) => Some("it must be a finite width of at least 0"),
+            Role::Cutter => None,
+            _ => (groove_mm > 0.0).then_some("only a part with `role = \"cutter\"` has grooves that count"),
+        };
+        if let Some(why) = refused {
+            let message = format!("groove_mm of part `{name}` is {groove_mm}; {why}");
             return Err(SceneError::Meaning { place: place(), message });
         }
         let mesh = part_mesh(folder, document, file, overrides)?;

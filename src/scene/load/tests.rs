@@ -253,6 +253,23 @@ fn parts_of_a_tool_are_told_from_parts_of_others() {
 }
 
 #[test]
+fn grooves_are_those_of_cutters_and_have_a_width() {
+    let with = |role: &str, groove: &str| {
+        let keys = format!("link = \"slide\"\nrole = \"{role}\"\ngroove_mm = {groove}");
+        SLIDE.replacen("link = \"slide\"", &keys, 1)
+    };
+    let loaded = load(&[("scene.toml", &with("cutter", "1.5"))]).unwrap();
+    assert_eq!(loaded.parts.iter().map(|part| part.groove_mm).fold(0.0, f64::max), 1.5);
+    for groove in ["-1", "nan", "inf"] {
+        let text = error_of(&[("scene.toml", &with("cutter", groove))]).1;
+        assert!(text.starts_with("scene.toml:7:8: groove_mm of part `tool` is "), "{text}");
+        assert!(text.ends_with("must be a finite width of at least 0"), "{text}");
+    }
+    let text = error_of(&[("scene.toml", &with("holder", "1"))]).1;
+    assert!(text.contains("only a part with `role = \"cutter\"`"), "{text}");
+}
+
+#[test]
 fn bad_meshes_are_refused_with_their_part() {
     let scene = SLIDE.replacen("t.stl", "bad.stl", 1);
     for bad in ["solid t\nendsolid t\n", &TETRAHEDRON.replacen("vertex 1 0 0", "vertex nan 0 0", 1), "no mesh at all"] {
