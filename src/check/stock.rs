@@ -12,7 +12,7 @@ use crate::geometry::Point;
 use crate::machine::Machine;
 use crate::scene::pairs::Decision;
 use crate::scene::{Pair, Part, Role, Scene};
-use crate::stock::motion::{Chain, Mount};
+use crate::stock::motion::{Chain, Mount, Piece};
 use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, standard_resolution_mm};
 use rs274::{MoveKind, Position};
 use thiserror::Error;
@@ -395,7 +395,12 @@ impl<'a> Route<'a> {
         let machine = &self.scene.machine;
         let all = examined.iter().map(|&(other, _)| other).chain(cutting.iter().copied());
         let of_others = all.filter(|&other| self.others[other].turning.is_none() || self.others[other].is_flat);
-        let count = of_others.map(|other| self.others[other].chain.pieces(machine, &first, &last, self.pad_mm)).max();
+        let pieces = |other: usize| {
+            let Other { chain, is_flat, .. } = &self.others[other];
+            let off = |piece: &Piece| if *is_flat { chain.unturned(piece).1 } else { piece.sag_mm };
+            chain.pieces(machine, &first, &last, self.pad_mm, off)
+        };
+        let count = of_others.map(pieces).max();
         let count = count.unwrap_or(1);
         for index in 0..count {
             let piece = |chain: &Chain| chain.piece(machine, &first, &last, index, count);
@@ -405,7 +410,7 @@ impl<'a> Route<'a> {
                 }
                 Other { chain, body, .. } => {
                     let piece = piece(chain);
-                    body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm)
+                    body.sweep([&piece.first, &piece.last], piece.sag_mm + chord_mm)
                 }
             };
             let sweep = |other: usize| match &self.others[other].turning {
