@@ -33,11 +33,7 @@ impl Course {
     /// Where a point is at first, and minus its way.
     pub fn at(&self, point: &Point) -> (Vector, Vector) {
         let start = self.start.0 * point.coords + self.start.1;
-        if self.turns() {
-            (start, -(self.change.0 * point.coords + self.change.1))
-        } else {
-            (start, -self.change.1)
-        }
+        if self.turns() { (start, -(self.change.0 * point.coords + self.change.1)) } else { (start, -self.change.1) }
     }
 
     /// The part from one number to another.
