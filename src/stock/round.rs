@@ -6,7 +6,7 @@
 //! mesh the outer body is a cylinder, and nothing is swept for sure.
 
 use super::bore::{Bore, BoreSlab};
-use super::convex::{Convex, Cube, HalfPlane, Least, Lowest};
+use super::convex::{Convex, Cube, HalfPlane, Least, Lowest, rho};
 use crate::geometry::{Isometry, Mesh, Point, Vector};
 use crate::interference::Revolved;
 use crate::truth::Solid;
@@ -163,13 +163,17 @@ impl Piece {
         };
         // Where the convex piece is deepest the bore may be.
         let mut found = self.convex.lowest(q, travel, &Cube { inside: f64::NEG_INFINITY, ..*cube });
+        if found.least.deep >= cube.outside {
+            found.least.high = f64::INFINITY;
+            return found;
+        }
         let hollow = bore.hollow(q, &(q - travel));
         found.least.low = found.least.low.max(hollow);
         found.least.deep = found.least.deep.max(hollow - cube.radius);
         let middle = [bore.middle_mm, f64::midpoint(self.span[0], self.span[1])];
         let highs = places(q, travel, found.at, middle).map(|at| {
             let p = q - travel * at;
-            self.convex.excess(p.x.hypot(p.y), p.z).max(bore.short_of(&p))
+            self.convex.excess(rho(&p), p.z).max(bore.short_of(&p))
         });
         found.least.high = highs.fold(f64::INFINITY, f64::min) + self.slack_mm;
         found
