@@ -98,14 +98,14 @@ impl Bore {
         let inside = corners(&|i| slabs[i].empty);
         let outside = corners(&|i| filled[i]);
         let filled_together: Vec<HalfPlane> = outside.iter().filter_map(|pair| line(pair)).collect();
-        // A line that is beyond all others.
-        let is_beyond = |plane: &&HalfPlane| outside.as_flattened().iter().all(|&[r, z]| plane.depth(r, z) >= -1e-9);
+        let mirrored: Vec<[f64; 2]> = outside.as_flattened().iter().map(|&[r, z]| [-r, z]).collect();
+        let hull: Vec<[f64; 2]> = envelope(&mirrored).into_iter().map(|[r, z]| [-r, z]).collect();
         let most = filled.iter().flatten().fold(0.0, |most: f64, &r| most.max(r));
         let least = outer.iter().flatten().fold(f64::INFINITY, |least: f64, &r| least.min(r));
         Some(Self {
             empty: envelope(inside.as_flattened()).windows(2).filter_map(line).collect(),
             empty_together: inside.iter().filter_map(|pair| line(pair)).collect(),
-            filled: filled_together.iter().filter(is_beyond).copied().collect(),
+            filled: hull.windows(2).filter_map(line).collect(),
             filled_together,
             middle_mm: f64::midpoint(most, least),
         })
