@@ -354,7 +354,7 @@ fn as_program(posed: &PosedMeshes, question: &Question) -> Scene {
 
 #[test]
 fn the_truth_about_motions_is_what_certificates_prove() {
-    for posed in motions::thin_walls(48, 11) {
+    for posed in motions::thin_walls(480, 11) {
         for question in &posed.questions {
             let scene = as_program(&posed, question);
             let certificate = certified(&scene);
