@@ -6,7 +6,11 @@
 #![allow(clippy::print_stdout, reason = "the long forms tell what they covered")]
 
 use bvbench::certify::{Certificate, Verdict, certify};
+use bvbench::geometry::Vector;
 use bvbench::measure::Silent;
+use bvbench::measure::peers::motions;
+use bvbench::measure::peers::posed::{PosedMeshes, Question};
+use bvbench::method::motion::Motion;
 use bvbench::registry::Registry;
 use bvbench::scene::{Overrides, Pair, Scene};
 use bvbench::truth::PairOracle;
@@ -306,6 +310,62 @@ fn certificates_by_the_trees_of_variants_prove_the_same() {
         }
         // Boxes along the parts' principal axes split otherwise than boxes along X, Y and Z; methods without a binary tree leave the order as it is.
         assert!(orders.len() >= 2, "seed {seed}");
+    }
+}
+
+/// A motion of mode `motion` of the peers as a program: slides along X, Y and Z, and a turn about the motion's own axis.
+fn as_program(posed: &PosedMeshes, question: &Question) -> Scene {
+    let motion = Motion::between(&question.a_from_b, &question.end.unwrap());
+    let thick: f64 = posed.pair["wall-".len()..posed.pair.find(':').unwrap()].parse().unwrap();
+    let (roll, pitch, yaw) = motion.start.rotation.euler_angles();
+    let axis = motion.turn.try_normalize(0.0).unwrap_or_else(Vector::z);
+    let mut text = "title = \"motion\"\n".to_owned();
+    for (name, parent, direction) in [
+        ("X", "", Vector::x()),
+        ("Y", "parent = \"X\"\n", Vector::y()),
+        ("Z", "parent = \"Y\"\n", Vector::z()),
+        ("A", "parent = \"Z\"\n", axis),
+    ] {
+        let point = if name == "A" { ", point_mm = [0, 0, 0]" } else { "" };
+        let [x, y, z] = [direction.x, direction.y, direction.z];
+        writeln!(text, "[[machine.links]]\nname = \"{name}\"\n{parent}joint = {{ axis = \"{name}\", direction = [{x:.17}, {y:.17}, {z:.17}]{point} }}")
+            .unwrap();
+    }
+    let [roll, pitch, yaw] = [roll, pitch, yaw].map(f64::to_degrees);
+    let turned = format!("link = \"A\"\nat = {{ xyz_mm = [0, 0, 0], rpy_deg = [{roll:.15}, {pitch:.15}, {yaw:.15}] }}");
+    for (name, rest, size) in
+        [("wall", "role = \"fixture\"", [60, 60]), ("blade", &format!("role = \"holder\"\n{turned}"), [22, 20])]
+    {
+        let shape = format!("{{ kind = \"rounded-box\", size_mm = [{}, {}, {thick}] }}", size[0], size[1]);
+        writeln!(text, "[[parts]]\nname = \"{name}\"\n{rest}\nshape = {shape}").unwrap();
+    }
+    let start = motion.start.translation.vector;
+    let end = start + motion.way;
+    writeln!(
+        text,
+        "[program]\nfile = \"own.ngc\"\nstart = {{ x_mm = {:.12}, y_mm = {:.12}, z_mm = {:.12} }}",
+        start.x, start.y, start.z
+    )
+    .unwrap();
+    let program =
+        format!("G1 X{:.12} Y{:.12} Z{:.12} A{:.12} F1000\nM2\n", end.x, end.y, end.z, motion.turn.norm().to_degrees());
+    load(&text, &program)
+}
+
+#[test]
+fn the_truth_about_motions_is_what_certificates_prove() {
+    for posed in motions::thin_walls(480, 11) {
+        for question in &posed.questions {
+            let scene = as_program(&posed, question);
+            let certificate = certified(&scene);
+            accepted(&certificate, &posed.pair);
+            let expected = if question.exact { Verdict::Collision } else { Verdict::Free };
+            assert_eq!(certificate.blocks[&1], expected, "{}: {question:?} {:?}", posed.pair, certificate.doubts);
+            if let Some(time) = question.value {
+                let within = certificate.doubts[0].within;
+                assert!(within[0] - 1e-6 <= time && time <= within[1] + 1e-6, "{}: {time} {within:?}", posed.pair);
+            }
+        }
     }
 }
 

@@ -69,6 +69,29 @@ fn engines_are_compared_and_those_that_fail_are_named() {
 }
 
 #[test]
+fn motions_are_answered_and_compared_with_the_truth() {
+    let folder = Folder::with_scene();
+    let asked = "--scene scene --out out --poses 24 --quiet --mode motion --variant obb-area";
+    let output = folder.run(&format!("peers verify {asked}").split_whitespace().collect::<Vec<_>>());
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.contains("thin-walls, mode motion"), "{said}");
+    let output = folder.run(&format!("peers run {asked} --rounds 1").split_whitespace().collect::<Vec<_>>());
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let answers = rows(&folder.path("out/peer-answers.csv"));
+    let planted: Vec<_> = answers.iter().filter(|row| cell(row, "scene") == "thin-walls").collect();
+    assert_eq!(planted.len(), 24);
+    // Three of four go through a wall; only their contacts have a time.
+    assert_eq!(planted.iter().filter(|row| cell(row, "exact") == "1").count(), 18);
+    for row in planted {
+        assert_eq!([cell(row, "value"), cell(row, "true_value")].map(str::is_empty), [cell(row, "exact") == "0"; 2]);
+    }
+    for row in rows(&folder.path("out/peers.csv")) {
+        assert_eq!([cell(&row, "false_negatives"), cell(&row, "false_positives")], ["0", "0"], "{row:?}");
+    }
+}
+
+#[test]
 fn a_scene_is_exported_as_arrays() {
     let folder = Folder::with_scene();
     let output = folder.run(&["peers", "export", "--scene", "scene", "--out", "out", "--poses", "64", "--mode", "all"]);

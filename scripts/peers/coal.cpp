@@ -18,7 +18,8 @@ template <class Volume, bool collides, bool measures> struct Coal {
   using Pose = coal::Transform3s;
   using Model = coal::BVHModel<Volume>;
 
-  static bool has(Mode mode) { return mode == Mode::distance ? measures : collides; }
+  // Coal has no search along a motion: it advances by its distances.
+  static bool has(Mode mode) { return mode == Mode::distance || mode == Mode::motion ? measures : collides; }
 
   static Pose pose(const peers::Matrix& matrix) {
     coal::Matrix3s rotation;

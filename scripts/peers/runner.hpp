@@ -8,6 +8,7 @@
 //       Engine(const peers::Mesh& a, const peers::Mesh& b);   // builds its structures over both meshes: timed
 //       void forget();                                        // drops what earlier poses left behind
 //       double answer(peers::Mode, const Pose&);              // first, path: 0 or 1; all: pairs of triangles; distance: mm
+//       double motion(const peers::Motion&);                  // time of first contact, infinite without; without this function, an engine with distances advances by them
 //       std::size_t bytes() const;                            // memory held, 0 when unknown
 //     };
 #pragma once
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -22,6 +24,7 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
@@ -31,7 +34,7 @@
 
 namespace peers {
 
-enum class Mode { first, path, all, distance };
+enum class Mode { first, path, all, distance, motion };
 
 // Vertices in mm, in the part's own frame.
 struct Mesh {
@@ -47,6 +50,7 @@ inline Mode mode_of(const std::string& name) {
   if (name == "path") return Mode::path;
   if (name == "all") return Mode::all;
   if (name == "distance") return Mode::distance;
+  if (name == "motion") return Mode::motion;
   throw std::runtime_error("unknown mode " + name);
 }
 
@@ -94,6 +98,77 @@ inline Mesh read_mesh(const std::string& stem) {
   return mesh;
 }
 
+// ---- motions ----
+
+// The origin of b goes straight and evenly, and b turns about it at a constant rate, the shorter way, by less than half a turn. Times are from 0 to 1.
+struct Motion {
+  Matrix start, end;
+  std::array<double, 3> way{}, axis{};
+  double angle = 0;
+
+  Motion(const Matrix& from, const Matrix& to) : start(from), end(to) {
+    double turn[3][3] = {};  // from the first rotation to the second, in the frame of a
+    for (int i = 0; i < 3; ++i) {
+      way[i] = to[i][3] - from[i][3];
+      for (int j = 0; j < 3; ++j)
+        for (int k = 0; k < 3; ++k) turn[i][j] += to[i][k] * from[j][k];
+    }
+    const double x = turn[2][1] - turn[1][2], y = turn[0][2] - turn[2][0], z = turn[1][0] - turn[0][1];
+    const double twice_sine = std::sqrt(x * x + y * y + z * z);
+    angle = std::atan2(twice_sine, turn[0][0] + turn[1][1] + turn[2][2] - 1);
+    if (twice_sine > 0) axis = {x / twice_sine, y / twice_sine, z / twice_sine};
+  }
+
+  Matrix at(double time) const {
+    const double c = std::cos(angle * time), s = std::sin(angle * time), rest = 1 - c;
+    const double x = axis[0], y = axis[1], z = axis[2];
+    const double turn[3][3] = {{c + x * x * rest, x * y * rest - z * s, x * z * rest + y * s},
+                               {y * x * rest + z * s, c + y * y * rest, y * z * rest - x * s},
+                               {z * x * rest - y * s, z * y * rest + x * s, c + z * z * rest}};
+    Matrix pose{};
+    for (int i = 0; i < 3; ++i) {
+      pose[i][3] = start[i][3] + way[i] * time;
+      for (int j = 0; j < 3; ++j)
+        for (int k = 0; k < 3; ++k) pose[i][j] += turn[i][k] * start[k][j];
+    }
+    return pose;
+  }
+
+  // How far at most a point goes that is so far from the origin of b, mm per unit of time.
+  double speed_mm(double reach_mm) const {
+    return std::sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]) + angle * reach_mm;
+  }
+};
+
+// Distance at which meshes count as touching, mm.
+constexpr double contact_mm = 1e-4;
+
+// Most steps of one motion. A motion that needs more counts as in contact at the last.
+constexpr int most_steps = 1000000;
+
+// Conservative advancement by an engine's distances, the loop of src/method/motion.rs.
+template <class Engine> double advance(Engine& engine, const Motion& motion, double reach_mm) {
+  const double speed_mm = motion.speed_mm(reach_mm);
+  double time = 0;
+  for (int i = 0; i < most_steps; ++i) {
+    const double left_mm = speed_mm * (1 - time) + contact_mm;
+    const double apart_mm = engine.answer(Mode::distance, Engine::pose(motion.at(time)));
+    if (apart_mm <= contact_mm) return time;
+    const double step = (apart_mm - 0.5 * contact_mm) / speed_mm;
+    if (apart_mm >= left_mm || time + step >= 1) return std::numeric_limits<double>::infinity();
+    time += step;
+  }
+  return time;
+}
+
+template <class Engine> auto first_contact(Engine& engine, const Motion& motion, double, int) -> decltype(engine.motion(motion)) {
+  return engine.motion(motion);
+}
+
+template <class Engine> double first_contact(Engine& engine, const Motion& motion, double reach_mm, long) {
+  return advance(engine, motion, reach_mm);
+}
+
 // ---- protocol ----
 
 // Shortest time of a chunk that is worth keeping, ns: shorter ones are repeated.
@@ -114,6 +189,12 @@ template <class Engine> class Runner {
   Runner(Mode mode, const std::string& pair, const std::string& out, std::size_t rounds)
       : mode_(mode), out_(out), rounds_(rounds), a_(read_mesh(pair + "/a")), b_(read_mesh(pair + "/b")) {
     for (const Matrix& matrix : read<double, Matrix>(pair + "/poses.npy")) poses_.push_back(Engine::pose(matrix));
+    if (mode == Mode::motion) {
+      const auto starts = read<double, Matrix>(pair + "/poses.npy"), ends = read<double, Matrix>(pair + "/ends.npy");
+      if (starts.size() != ends.size()) throw std::runtime_error("there are not as many ends as poses");
+      for (std::size_t i = 0; i < starts.size(); ++i) motions_.emplace_back(starts[i], ends[i]);
+      for (const auto& v : b_.vertices) reach_mm_ = std::max(reach_mm_, std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
+    }
     answers_.resize(poses_.size());
     asked_.resize(poses_.size());
     ns_.resize(rounds * poses_.size());
@@ -137,7 +218,7 @@ template <class Engine> class Runner {
     }
     const auto pass = [&] {
       engine_->forget();
-      for (std::size_t i = begin; i < end; ++i) answers_[i] = engine_->answer(mode_, poses_[i]);
+      for (std::size_t i = begin; i < end; ++i) answers_[i] = answer(i);
     };
     const std::uint64_t passes = once >= shortest_ns ? 1 : (shortest_ns + once - 1) / once;
     const std::uint64_t total = time_ns([&] {
@@ -150,20 +231,25 @@ template <class Engine> class Runner {
 
   void write_answers() const {
     std::vector<std::uint8_t> verdicts;
-    for (const double answer : answers_) verdicts.push_back(mode_ == Mode::distance ? answer <= 0 : answer > 0);
+    for (const double answer : answers_)
+      verdicts.push_back(mode_ == Mode::distance ? answer <= 0 : mode_ == Mode::motion ? std::isfinite(answer) : answer > 0);
     const std::string count = std::to_string(poses_.size());
     write(out_ + "/verdicts.npy", verdicts, count + ",");
     write(out_ + "/ns.npy", ns_, std::to_string(rounds_) + "," + count + ",");
-    if (mode_ == Mode::all || mode_ == Mode::distance) write(out_ + "/values.npy", answers_, count + ",");
+    if (mode_ == Mode::all || mode_ == Mode::distance || mode_ == Mode::motion) write(out_ + "/values.npy", answers_, count + ",");
   }
 
  private:
+  double answer(std::size_t i) {
+    return mode_ == Mode::motion ? first_contact(*engine_, motions_[i], reach_mm_, 0) : engine_->answer(mode_, poses_[i]);
+  }
+
   // Answers the poses, each timed alone; the sum of the times.
   std::uint64_t one_by_one(std::size_t begin, std::size_t end) {
     std::uint64_t sum = 0;
     engine_->forget();
     for (std::size_t i = begin; i < end; ++i) {
-      last_ns_[i] = time_ns([&] { answers_[i] = engine_->answer(mode_, poses_[i]); });
+      last_ns_[i] = time_ns([&] { answers_[i] = answer(i); });
       sum += last_ns_[i];
     }
     return sum;
@@ -180,6 +266,8 @@ template <class Engine> class Runner {
   std::size_t rounds_;
   Mesh a_, b_;
   std::vector<typename Engine::Pose> poses_;
+  std::vector<Motion> motions_;  // in mode motion one for each pose
+  double reach_mm_ = 0;          // of b from its origin
   std::unique_ptr<Engine> engine_;
   std::vector<double> answers_;
   std::vector<std::size_t> asked_;

@@ -6,8 +6,9 @@ use super::{CLEAR, FAILED, note, say};
 use crate::analysis::peers::summarise;
 use crate::measure::peers::drive::{self, Amounts, Comparison};
 use crate::measure::peers::engine::{self, Engine};
+use crate::measure::peers::posed::PosedMeshes;
 use crate::measure::peers::verify::{self, Verdict};
-use crate::measure::peers::{Mode, answer, posed};
+use crate::measure::peers::{Mode, answer, motions, posed};
 use crate::measure::{Plan, Profile, Selection, environment};
 use crate::method::Kind;
 use crate::record::peers::ALL_STRATA;
@@ -60,10 +61,10 @@ struct PoseOptions {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// What is asked: first (does it collide?), path (the same in steps of 0.02 mm; path-STEP for others, as in path-0.05), all (touching pairs of
-    /// triangles), distance, batch (as first, many poses at once on all cores)
+    /// triangles), distance, batch (as first, many poses at once on all cores), motion (when do they touch first between two poses?)
     #[arg(long, default_value = "first", value_name = "MODE")]
     mode: Mode,
-    /// Poses per scene
+    /// Poses per scene, or motions
     #[arg(long, default_value_t = 2048, value_name = "N")]
     poses: usize,
     /// Seed of all randomness
@@ -161,7 +162,7 @@ struct RunnerOptions {
     /// Instruction set of wide variants: avx512, avx2 or portable [default: the widest of this machine]
     #[arg(long, value_name = "SET")]
     simd: Option<String>,
-    /// first, path, all, distance or batch
+    /// first, path, all, distance, batch or motion
     mode: Mode,
     /// Folder of the pair
     pair: PathBuf,
@@ -198,6 +199,22 @@ impl PoseOptions {
         Ok(Plan::new(selection, registry)?)
     }
 
+    /// Names of the scenes, and what is asked of each: those of the plan, and in mode `motion` thin walls.
+    fn scenes<'a>(
+        &'a self,
+        plan: &'a Plan,
+        cache: &'a TruthCache,
+        bar: &'a Bar,
+    ) -> impl Iterator<Item = Result<(&'a str, Vec<PosedMeshes>)>> {
+        let of_scene = move |scene: &'a crate::scene::Scene| {
+            let found = posed::questions(plan, scene, self.mode, self.poses, Some(cache), bar)?;
+            Ok((scene.name.as_str(), found))
+        };
+        let planted =
+            (self.mode == Mode::Motion).then(|| Ok((motions::THIN_WALLS, motions::thin_walls(self.poses, self.seed))));
+        plan.scenes.iter().map(of_scene).chain(planted)
+    }
+
     fn cache(&self) -> Result<TruthCache> {
         let folder = self.cache.clone().unwrap_or_else(|| self.out.join(".truth-cache"));
         TruthCache::at(&folder).context("exact answers cannot be kept; name another folder with --cache")
@@ -207,9 +224,10 @@ impl PoseOptions {
 fn export(options: &PoseOptions, registry: &Registry) -> Result<()> {
     let (plan, cache) = (options.plan(registry)?, options.cache()?);
     let bar = Bar::new(options.quiet);
-    for scene in &plan.scenes {
-        for posed in posed::questions(&plan, scene, options.mode, options.poses, Some(&cache), &bar)? {
-            let folder = drive::pair_folder(&options.out, &scene.name, &posed.pair);
+    for found in options.scenes(&plan, &cache, &bar) {
+        let (scene, pairs) = found?;
+        for posed in pairs {
+            let folder = drive::pair_folder(&options.out, scene, &posed.pair);
             posed.write(&folder)?;
             let touching = posed.questions.iter().filter(|question| question.exact).count();
             bar.finish();
@@ -235,15 +253,15 @@ fn compare(options: &CompareOptions, registry: &Registry) -> Result<u8> {
     let (rounds, processes) = (options.rounds, options.processes);
     let amounts = Amounts { mode: asked.mode, rounds, processes, seed: asked.seed };
     let mut failed = false;
-    for scene in &plan.scenes {
-        let pairs = posed::questions(&plan, scene, asked.mode, asked.poses, Some(&cache), &bar)?;
-        let found = drive::compare(&engines, &scene.name, &pairs, amounts, &asked.out, &bar)?;
+    for pairs in asked.scenes(&plan, &cache, &bar) {
+        let (scene, pairs) = pairs?;
+        let found = drive::compare(&engines, scene, &pairs, amounts, &asked.out, &bar)?;
         bar.finish();
         for skipped in &found.skipped {
             note(format!("SKIPPED: {skipped}"));
         }
         failed |= !found.skipped.is_empty();
-        keep(&asked.out, &scene.name, found, asked.mode)?;
+        keep(&asked.out, scene, found, asked.mode)?;
     }
     show(&asked.out, &against, asked.seed)?;
     Ok(if failed { FAILED } else { CLEAR })
@@ -259,19 +277,19 @@ fn verify_all(options: &VerifyOptions, registry: &Registry) -> Result<u8> {
     let bar = Bar::new(asked.quiet);
     let amounts = Amounts { mode: asked.mode, rounds: 0, processes: 1, seed: asked.seed };
     let mut failed = false;
-    for scene in &plan.scenes {
-        let pairs = posed::questions(&plan, scene, asked.mode, asked.poses, Some(&cache), &bar)?;
-        let found = drive::compare(&engines, &scene.name, &pairs, amounts, &asked.out, &bar)?;
+    for pairs in asked.scenes(&plan, &cache, &bar) {
+        let (scene, pairs) = pairs?;
+        let found = drive::compare(&engines, scene, &pairs, amounts, &asked.out, &bar)?;
         bar.finish();
         for skipped in &found.skipped {
             note(format!("SKIPPED: {skipped}"));
         }
         let verdicts = verify::verdicts(&names, &found, asked.mode, options.tolerance_mm);
-        say(format!("\n{}, mode {}:\n", scene.name, asked.mode));
+        say(format!("\n{scene}, mode {}:\n", asked.mode));
         say(verified(&verdicts).trim_fmt());
         for verdict in &verdicts {
             if let Some(wrong) = &verdict.first_wrong {
-                let folder = drive::pair_folder(&asked.out, &scene.name, &wrong.pair);
+                let folder = drive::pair_folder(&asked.out, scene, &wrong.pair);
                 let (pose, said, truth) = (wrong.pose, wrong.said, wrong.truth);
                 note(format!("{}: pose {pose} of {}: said {said}, truth {truth}", verdict.engine, folder.display()));
             }

@@ -4,6 +4,7 @@
 //! chunk of poses; inside it, all code is monomorphic.
 
 pub mod brute;
+pub mod motion;
 pub mod octree_obb;
 pub mod parry;
 pub mod space;
@@ -18,6 +19,7 @@ use crate::tree::levels::Drawn;
 use crate::tree::traverse::Counts;
 use crate::tree::validate::TreeFault;
 use crate::volume::shape::obb::Obb;
+use motion::Motion;
 use obbtree::engine::{Coherence, Memory};
 use std::any::Any;
 
@@ -65,6 +67,12 @@ pub trait Model: Any + Send + Sync {
     /// The distance between the meshes, mm, if it is below `below_mm`; otherwise infinity. 0 when they touch. `proximity` keeps the state
     /// of this pair's last query.
     fn distance_mm(&self, other: &dyn Model, a_from_b: &Isometry, below_mm: f64, proximity: &mut Proximity) -> f64;
+
+    /// The time of first contact along a motion of `other`, which reaches `reach_mm` from its origin; `None` without contact. Methods without a search of their own advance by
+    /// their distances.
+    fn first_contact(&self, other: &dyn Model, motion: &Motion, reach_mm: f64) -> Option<f64> {
+        motion::by_distances(self, other, motion, reach_mm)
+    }
 
     /// Memory held, bytes.
     fn bytes(&self) -> usize;

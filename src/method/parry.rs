@@ -3,6 +3,7 @@
 //! parry is a whole system, not a bounding volume, and differs from the variants in every respect. It sees the unsnapped pose, and its
 //! triangle test is not exact, so it counts as unsafe here.
 
+use super::motion::Motion;
 use super::{Model, same};
 use crate::geometry::{Isometry, Mesh};
 use crate::tree::distance::Proximity;
@@ -10,7 +11,7 @@ use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::Counts;
 use crate::volume::Info;
 use parry3d_f64::math::Pose;
-use parry3d_f64::query::{distance, intersection_test};
+use parry3d_f64::query::{NonlinearRigidMotion, cast_shapes_nonlinear, distance, intersection_test};
 use parry3d_f64::shape::TriMesh;
 
 /// Name and reference of the peer.
@@ -62,6 +63,15 @@ impl Model for ParryMesh {
             .expect("parry supports two triangle meshes")
             .distance;
         if found < below_mm { found } else { f64::INFINITY }
+    }
+
+    /// parry's own search, which knows the same motion: a centre that goes straight, and a constant turn about it.
+    fn first_contact(&self, other: &dyn Model, motion: &Motion, _: f64) -> Option<f64> {
+        let still = NonlinearRigidMotion::identity();
+        let (start, centre) = (motion.start.into(), Default::default());
+        let moved = NonlinearRigidMotion::new(start, centre, motion.way.into(), motion.turn.into());
+        let found = cast_shapes_nonlinear(&still, &self.0, &moved, &same::<Self>(other).0, 0.0, 1.0, true);
+        found.expect("parry supports two triangle meshes").map(|hit| hit.time_of_impact)
     }
 
     fn bytes(&self) -> usize {

@@ -76,13 +76,13 @@ pub struct PeerAnswerRow {
     pub chunk: u32,
     /// Distance stratum of the chunk.
     pub stratum: Stratum,
-    /// 1 when the surfaces touch, exactly.
+    /// 1 when the surfaces touch, exactly; in mode `motion` at some time of it.
     pub exact: u8,
-    /// 1 when they are within 1e-6 mm of first contact, so that either answer is right.
+    /// 1 when they are within 1e-6 mm of first contact, so that either answer is right; in mode `motion` when they come within some 1e-3 mm without a sure contact.
     pub grazing: u8,
     /// 1 when they touch by the engine.
     pub touching: u8,
-    /// What the engine says in modes `all` (touching pairs of triangles) and `distance` (mm).
+    /// What the engine says in modes `all` (touching pairs of triangles), `distance` (mm) and `motion` (time of first contact, 0 to 1; empty without).
     pub value: Option<f64>,
     /// What is true in these modes.
     pub true_value: Option<f64>,
@@ -119,7 +119,7 @@ pub struct PeerRow {
     pub triangles: u64,
     /// Mode.
     pub mode: String,
-    /// In mode `distance` the largest error of a distance, mm; in mode `all` the largest error of a number of touching pairs;
+    /// In mode `distance` the largest error of a distance, mm; in mode `all` the largest error of a number of touching pairs; in mode `motion` of a time of first contact;
     /// empty in the other modes. Grazing poses are left out.
     pub largest_error: Option<f64>,
 }

@@ -5,6 +5,7 @@ use super::{Mode, PeersError, npy, posed};
 use crate::geometry::{Isometry, Mesh};
 use crate::measure::timer;
 use crate::method::Model;
+use crate::method::motion::{Motion, reach_mm};
 use crate::registry::Variant;
 use crate::tree::Policy;
 use crate::tree::distance::Proximity;
@@ -36,6 +37,9 @@ pub fn run(
     let mut say = |text: &str| writeln!(replies, "{text}").and_then(|()| replies.flush()).map_err(PeersError::Gone);
     let mut runner = Runner::new(variant, policy, mode, posed::read_meshes(pair)?, posed::read_poses(pair)?, rounds);
     runner.coherence = coherence;
+    if mode == Mode::Motion {
+        runner.motions = posed::read_motions(pair)?;
+    }
     // A peer here answers only whether two meshes touch, and how far apart they are; so do samples.
     if mode == Mode::All && matches!(variant.kind, crate::method::Kind::Peer | crate::method::Kind::Sampling) {
         return say("unsupported");
@@ -74,6 +78,8 @@ struct Runner<'a> {
     meshes: [Mesh; 2],
     models: Option<[Box<dyn Model>; 2]>,
     poses: Vec<Isometry>,
+    /// In mode `motion` one for each pose.
+    motions: Vec<Motion>,
     rounds: usize,
     /// Times of each pose, ns: a row per round.
     ns: Vec<u64>,
@@ -94,7 +100,8 @@ impl<'a> Runner<'a> {
         let count = poses.len();
         let (ns, asked, answers) = (vec![0; rounds * count], vec![0; count], vec![0.0; count]);
         let coherence = Coherence::None;
-        Self { variant, policy, coherence, mode, meshes, models: None, poses, rounds, ns, asked, answers }
+        let motions = Vec::new();
+        Self { variant, policy, coherence, mode, meshes, models: None, poses, motions, rounds, ns, asked, answers }
     }
 
     fn build(&mut self) -> u64 {
@@ -117,11 +124,13 @@ impl<'a> Runner<'a> {
             coherence: self.coherence,
             a: a.as_ref(),
             b: b.as_ref(),
+            reach_mm: reach_mm(&self.meshes[1]),
             memory: Memory::default(),
             verdicts: Vec::new(),
             answers: Vec::new(),
         };
-        let poses = &self.poses[chunk.clone()];
+        let motions = if self.mode == Mode::Motion { &self.motions[chunk.clone()] } else { &[] };
+        let poses = Asked { poses: &self.poses[chunk.clone()], motions };
         let mut times = asker.alone(poses);
         let once: u64 = times.iter().sum();
         let ns = if once >= LONG_CHUNK_NS {
@@ -146,7 +155,13 @@ impl<'a> Runner<'a> {
 
     fn write(&self, out: &Path) -> Result<(), PeersError> {
         let count = self.poses.len();
-        let touching = |&answer: &f64| u8::from(if self.mode == Mode::Distance { answer <= 0.0 } else { answer > 0.0 });
+        let touching = |&answer: &f64| {
+            u8::from(match self.mode {
+                Mode::Distance => answer <= 0.0,
+                Mode::Motion => answer.is_finite(),
+                _ => answer > 0.0,
+            })
+        };
         let verdicts: Vec<u8> = self.answers.iter().map(touching).collect();
         npy::write(&out.join("verdicts.npy"), &[count], &verdicts)?;
         npy::write(&out.join("ns.npy"), &[self.rounds, count], &self.ns)?;
@@ -157,12 +172,33 @@ impl<'a> Runner<'a> {
     }
 }
 
+/// Poses, and in mode `motion` the motions from them.
+#[derive(Clone, Copy)]
+struct Asked<'a> {
+    poses: &'a [Isometry],
+    motions: &'a [Motion],
+}
+
+impl<'a> Asked<'a> {
+    /// Each alone.
+    fn each(self) -> impl Iterator<Item = Asked<'a>> {
+        let Asked { poses, motions } = self;
+        let one = move |i: usize| Asked {
+            poses: &poses[i..=i],
+            motions: if motions.is_empty() { motions } else { &motions[i..=i] },
+        };
+        (0..poses.len()).map(one)
+    }
+}
+
 /// Two models and what asking them reuses.
 struct Asker<'a> {
     mode: Mode,
     coherence: Coherence,
     a: &'a dyn Model,
     b: &'a dyn Model,
+    /// How far `b` reaches from its origin, mm.
+    reach_mm: f64,
     /// What poses of the pass have left behind.
     memory: Memory,
     verdicts: Vec<bool>,
@@ -178,26 +214,26 @@ impl Asker<'_> {
     }
 
     /// Answers the poses, and returns the time of each, ns.
-    fn one_by_one(&mut self, poses: &[Isometry]) -> Vec<u64> {
+    fn one_by_one(&mut self, asked: Asked<'_>) -> Vec<u64> {
         self.forget();
-        poses.iter().map(|pose| timer::time(|| self.ask(std::slice::from_ref(pose))).0).collect()
+        asked.each().map(|one| timer::time(|| self.ask(one)).0).collect()
     }
 
     /// The time of each pose, ns: in a batch its share of a pass.
-    fn alone(&mut self, poses: &[Isometry]) -> Vec<u64> {
+    fn alone(&mut self, asked: Asked<'_>) -> Vec<u64> {
         if self.mode != Mode::Batch {
-            return self.one_by_one(poses);
+            return self.one_by_one(asked);
         }
-        let (ns, ()) = timer::time(|| self.pass(poses));
-        vec![ns / poses.len() as u64; poses.len()]
+        let (ns, ()) = timer::time(|| self.pass(asked));
+        vec![ns / asked.poses.len() as u64; asked.poses.len()]
     }
 
-    fn pass(&mut self, poses: &[Isometry]) {
+    fn pass(&mut self, asked: Asked<'_>) {
         self.forget();
-        self.ask(poses);
+        self.ask(asked);
     }
 
-    fn ask(&mut self, poses: &[Isometry]) {
+    fn ask(&mut self, Asked { poses, motions }: Asked<'_>) {
         match self.mode {
             Mode::Batch => {
                 let (a, b) = (self.a, self.b);
@@ -229,6 +265,11 @@ impl Asker<'_> {
                 let distance = |pose| a.distance_mm(b, pose, f64::INFINITY, &mut Proximity::default());
                 self.answers.extend(poses.iter().map(distance));
             }
+            Mode::Motion => {
+                let (a, b, reach_mm) = (self.a, self.b, self.reach_mm);
+                let first = |motion| a.first_contact(b, motion, reach_mm).unwrap_or(f64::INFINITY);
+                self.answers.extend(motions.iter().map(first));
+            }
         }
     }
 }
@@ -248,6 +289,8 @@ mod tests {
         let cuboid = Arc::new(meshes::cuboid(2.0, 2.0, 2.0));
         let question = |x| posed::Question {
             a_from_b: Isometry::translation(x, 0.0, 0.0),
+            // 40 mm towards the torus.
+            end: Some(Isometry::translation(x - 40.0, 0.0, 0.0)),
             exact: false,
             grazing: false,
             stratum: Stratum::Far,
@@ -288,6 +331,11 @@ mod tests {
         let (_, folder) = answers(Mode::Distance);
         let values = npy::read::<f64>(&folder.path().join("values.npy"), &[]).unwrap();
         assert!((values[0] - 33.0).abs() < 1e-6 && values[1] == 0.0 && (values[2] - 43.0).abs() < 1e-6, "{values:?}");
+        // So it takes 33 of 40 mm; the second is in contact where it begins; the third would take 43.
+        let (_, folder) = answers(Mode::Motion);
+        let values = npy::read::<f64>(&folder.path().join("values.npy"), &[]).unwrap();
+        assert!((values[0] - 33.0 / 40.0).abs() < 1e-5 && values[1] == 0.0 && values[2].is_infinite(), "{values:?}");
+        assert_eq!(npy::read::<u8>(&folder.path().join("verdicts.npy"), &[]).unwrap(), [1, 1, 0]);
         let (_, folder) = answers(Mode::All);
         let values = npy::read::<f64>(&folder.path().join("values.npy"), &[]).unwrap();
         assert!(values[0] == 0.0 && values[1] > 1.0 && values[2] == 0.0, "{values:?}");

@@ -310,7 +310,8 @@ impl Place<'_> {
                     exact: u8::from(question.exact),
                     grazing: u8::from(question.grazing),
                     touching: u8::from(verdicts[pose] != 0),
-                    value: values.get(pose).copied(),
+                    // A time that is not there is infinite.
+                    value: values.get(pose).copied().filter(|value| mode != Mode::Motion || value.is_finite()),
                     true_value: question.value,
                     ns: median_after_first(ns.iter().skip(pose).step_by(count).copied()),
                 }

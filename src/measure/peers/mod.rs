@@ -12,18 +12,20 @@
 //!   the sample is long enough; then pose by pose, each timed alone. It says `done NS`, the time of one pass over the chunk.
 //!   Where one pass pose by pose takes longer than [`drive::LONG_CHUNK_NS`], that pass is enough.
 //!   In mode `batch` a pass is answered on all cores, and the times pose by pose are its time divided by the poses.
-//! - `quit`: it writes `verdicts.npy` (u1), `ns.npy` (u8; a row per round, 0 where it was not asked) and, in modes `all` and
-//!   `distance`, `values.npy` (f8: touching pairs of triangles; mm) to `OUT`, says `done 0` and ends.
+//! - `quit`: it writes `verdicts.npy` (u1), `ns.npy` (u8; a row per round, 0 where it was not asked) and, in modes `all`,
+//!   `distance` and `motion`, `values.npy` (f8: touching pairs of triangles; mm; time of first contact, infinite without) to `OUT`, says `done 0`
+//!   and ends.
 //!
 //! Anything else it says is taken for an error. It uses one thread, but in mode `batch`. Since the driver waits for each answer, no two runners
 //! work at the same time; since within a round all answer a chunk before the next one comes, noise hits all alike.
 //!
-//! Files: [`npy`] (arrays), [`posed`] (what is asked), [`answer`] (our own variants as runners), [`engine`] (engines as data), [`drive`],
+//! Files: [`npy`] (arrays), [`posed`] and [`motions`] (what is asked), [`answer`] (our own variants as runners), [`engine`] (engines as data), [`drive`],
 //! [`verify`] (right answers before any timing).
 
 pub mod answer;
 pub mod drive;
 pub mod engine;
+pub mod motions;
 pub mod npy;
 pub mod posed;
 pub mod verify;
@@ -50,6 +52,8 @@ pub enum Mode {
     Distance,
     /// Whether the meshes touch, at many poses at once, on all cores.
     Batch,
+    /// When the meshes touch first on a motion from one pose to another, from 0 to 1.
+    Motion,
 }
 
 /// The longest step of a path: no point of the moved mesh goes farther from pose to pose.
@@ -77,7 +81,8 @@ impl Step {
 
 impl Mode {
     /// All modes, paths in steps of a servo cycle.
-    pub const ALL: [Self; 5] = [Self::First, Self::Path(Step::SERVO), Self::All, Self::Distance, Self::Batch];
+    pub const ALL: [Self; 6] =
+        [Self::First, Self::Path(Step::SERVO), Self::All, Self::Distance, Self::Batch, Self::Motion];
 
     /// The name in the protocol. In files paths of other steps than a servo cycle's have them in their name.
     #[must_use]
@@ -88,13 +93,14 @@ impl Mode {
             Self::All => "all",
             Self::Distance => "distance",
             Self::Batch => "batch",
+            Self::Motion => "motion",
         }
     }
 
     /// Whether the answer is a number, and not only a verdict.
     #[must_use]
     pub const fn has_values(self) -> bool {
-        matches!(self, Self::All | Self::Distance)
+        matches!(self, Self::All | Self::Distance | Self::Motion)
     }
 }
 
@@ -115,7 +121,7 @@ impl FromStr for Mode {
         let found = step.map(Self::Path).or_else(|| Self::ALL.into_iter().find(|mode| mode.id() == text));
         found.ok_or_else(|| {
             format!(
-                "`{text}` is not a mode: expected first, path, path-STEP (mm from 0.001 to 10, as in path-0.05), all, distance or batch"
+                "`{text}` is not a mode: expected first, path, path-STEP (mm from 0.001 to 10, as in path-0.05), all, distance, batch or motion"
             )
         })
     }

@@ -5,17 +5,19 @@
 //! | `a_vertices.npy`, `b_vertices.npy` | f8 (n, 3) | mm, in the part's own frame |
 //! | `a_faces.npy`, `b_faces.npy` | u4 (n, 3) | indices of vertices |
 //! | `poses.npy` | f8 (n, 3, 4) | part `b` in the frame of part `a`, rotation and translation (mm), row by row |
+//! | `ends.npy` | f8 (n, 3, 4) | mode `motion` only: the poses at which the motions from `poses.npy` end |
 //! | `chunks.npy` | u4 (n, 2) | first pose of a chunk, and the one after its last |
 //! | `exact.npy` | u1 (n) | 1 when the surfaces touch |
 //! | `grazing.npy` | u1 (n) | 1 when they are within 1e-6 mm of first contact: either answer is right |
 //! | `stratum.npy` | u1 (n) | 0 colliding, 1 near miss, 2 medium, 3 far |
-//! | `truth.npy` | f8 (n) | modes `all` and `distance` only: touching pairs of triangles; mm |
+//! | `truth.npy` | f8 (n) | modes `all`, `distance` and `motion` only: touching pairs of triangles; mm; time of first contact, infinite without |
 
-use super::{Mode, PeersError, Step, npy};
+use super::{Mode, PeersError, Step, motions, npy};
 use crate::geometry::{Isometry, Mesh, Point, rigid};
 use crate::measure::chunk::{self, Chunk, Participants};
 use crate::measure::judged::{self, JudgedPair, JudgedPose};
 use crate::measure::{Plan, Progress};
+use crate::method::motion::Motion;
 use crate::record::{Band, Stratum};
 use crate::scene::{Pair, Scene};
 use crate::truth::{PairOracle, Sought, TruthCache, judge_all};
@@ -37,13 +39,15 @@ const PATH_STEPS: usize = 64;
 pub struct Question {
     /// Part `b` in the frame of part `a`.
     pub a_from_b: Isometry,
+    /// Where a motion from there ends, in mode `motion`; the rest is then said of the motion.
+    pub end: Option<Isometry>,
     /// Whether the surfaces touch, exactly.
     pub exact: bool,
-    /// Whether they are within [`Band::GRAZING_MM`] of first contact.
+    /// Whether they are within [`Band::GRAZING_MM`] of first contact; in mode `motion` whether the motion comes near contact without a sure one.
     pub grazing: bool,
     /// Distance stratum.
     pub stratum: Stratum,
-    /// The true answer in modes `all` (touching pairs of triangles) and `distance` (mm).
+    /// The true answer in modes `all` (touching pairs of triangles), `distance` (mm) and `motion` (time of first contact, `None` without).
     pub value: Option<f64>,
 }
 
@@ -75,6 +79,10 @@ pub fn questions(
     progress: &dyn Progress,
 ) -> Result<Vec<PosedMeshes>, PeersError> {
     let judged = judged::judge(plan, scene, poses * POSE_RESERVE, judged::Strata::Sought, cache, progress)?;
+    if mode == Mode::Motion {
+        let found = motions::of_scene(scene, &judged, poses, plan.selection.seed);
+        return if found.is_empty() { Err(PeersError::NoPoses { scene: scene.name.clone(), mode }) } else { Ok(found) };
+    }
     let usable: Vec<JudgedPair> = judged
         .into_iter()
         .filter(|pair| !matches!(mode, Mode::Path(_)) || pair.workload == Source::Program.name())
@@ -128,9 +136,9 @@ fn question(oracle: &PairOracle, pose: &JudgedPose, mode: Mode) -> Question {
     let value = match mode {
         Mode::All => Some(oracle.touching_pairs(&pose.a_from_b) as f64),
         Mode::Distance => Some(oracle.clearance_mm(&pose.a_from_b, f64::INFINITY)),
-        Mode::First | Mode::Path(_) | Mode::Batch => None,
+        Mode::First | Mode::Path(_) | Mode::Batch | Mode::Motion => None,
     };
-    Question { a_from_b: pose.a_from_b, exact: pose.touches(), grazing, stratum: pose.stratum, value }
+    Question { a_from_b: pose.a_from_b, end: None, exact: pose.touches(), grazing, stratum: pose.stratum, value }
 }
 
 /// Fine steps along the path, from a chunk's first pose.
@@ -143,7 +151,7 @@ fn fine_steps(oracle: &PairOracle, path: &[JudgedPose], chunk: &Chunk, step: Ste
         let stratum = Stratum::of(exact, judgement.clearance_mm);
         // How deep a step is nobody has found; grazing ones are known from the free side only.
         let grazing = stratum == Stratum::NearMiss && oracle.clearance_mm(&a_from_b, Band::GRAZING_MM).is_finite();
-        Question { a_from_b, exact, grazing, stratum, value: None }
+        Question { a_from_b, end: None, exact, grazing, stratum, value: None }
     });
     judged.collect()
 }
@@ -184,7 +192,7 @@ impl PosedMeshes {
         }
     }
 
-    fn add(&mut self, chunk: Vec<Question>) {
+    pub(super) fn add(&mut self, chunk: Vec<Question>) {
         let start = self.questions.len();
         self.questions.extend(chunk);
         self.chunks.push(start..self.questions.len());
@@ -207,6 +215,11 @@ impl PosedMeshes {
         let count = self.questions.len();
         let poses: Vec<f64> = self.questions.iter().flat_map(|question| to_matrix(&question.a_from_b)).collect();
         npy::write(&folder.join("poses.npy"), &[count, 3, 4], &poses)?;
+        let ends: Vec<Isometry> = self.questions.iter().filter_map(|question| question.end).collect();
+        if !ends.is_empty() {
+            let ends: Vec<f64> = ends.iter().flat_map(to_matrix).collect();
+            npy::write(&folder.join("ends.npy"), &[ends.len() / 12, 3, 4], &ends)?;
+        }
         let chunks: Vec<u32> = self.chunks.iter().flat_map(|chunk| [chunk.start as u32, chunk.end as u32]).collect();
         npy::write(&folder.join("chunks.npy"), &[self.chunks.len(), 2], &chunks)?;
         let flags = |name: &str, flag: &dyn Fn(&Question) -> u8| {
@@ -215,7 +228,9 @@ impl PosedMeshes {
         flags("exact.npy", &|question| u8::from(question.exact))?;
         flags("grazing.npy", &|question| u8::from(question.grazing))?;
         flags("stratum.npy", &|question| question.stratum as u8)?;
-        let truth: Vec<f64> = self.questions.iter().filter_map(|question| question.value).collect();
+        let never = |question: &Question| question.end.map(|_| f64::INFINITY);
+        let truth: Vec<f64> =
+            self.questions.iter().filter_map(|question| question.value.or_else(|| never(question))).collect();
         if truth.len() == count {
             npy::write(&folder.join("truth.npy"), &[count], &truth)?;
         }
@@ -246,7 +261,24 @@ pub fn read_meshes(folder: &Path) -> Result<[Mesh; 2], PeersError> {
 /// # Errors
 /// When the file cannot be read.
 pub fn read_poses(folder: &Path) -> Result<Vec<Isometry>, PeersError> {
-    let numbers = npy::read::<f64>(&folder.join("poses.npy"), &[3, 4])?;
+    read_matrices(folder, "poses.npy")
+}
+
+/// Reads the motions of a folder, from the poses to their ends.
+///
+/// # Errors
+/// When a file cannot be read, or there are not as many ends as poses.
+pub fn read_motions(folder: &Path) -> Result<Vec<Motion>, PeersError> {
+    let (starts, ends) = (read_poses(folder)?, read_matrices(folder, "ends.npy")?);
+    if starts.len() != ends.len() {
+        let message = format!("{} poses and {} ends", starts.len(), ends.len());
+        return Err(PeersError::Pair { folder: folder.to_owned(), message });
+    }
+    Ok(starts.iter().zip(&ends).map(|(start, end)| Motion::between(start, end)).collect())
+}
+
+fn read_matrices(folder: &Path, name: &str) -> Result<Vec<Isometry>, PeersError> {
+    let numbers = npy::read::<f64>(&folder.join(name), &[3, 4])?;
     Ok(numbers.as_chunks::<12>().0.iter().map(from_matrix).collect())
 }
 
@@ -309,8 +341,14 @@ mod tests {
     #[test]
     fn a_batch_has_one_chunk_a_stratum() {
         let (a, b) = (Arc::new(meshes::cuboid(2.0, 3.0, 4.0)), Arc::new(meshes::cuboid(2.0, 3.0, 4.0)));
-        let question =
-            |stratum| Question { a_from_b: Isometry::identity(), exact: true, grazing: false, stratum, value: None };
+        let question = |stratum| Question {
+            a_from_b: Isometry::identity(),
+            end: None,
+            exact: true,
+            grazing: false,
+            stratum,
+            value: None,
+        };
         let mut posed = PosedMeshes { pair: "a:b".into(), a, b, questions: Vec::new(), chunks: Vec::new() };
         for stratum in [Stratum::Far, Stratum::Colliding, Stratum::Far] {
             posed.add(vec![question(stratum); 2]);
@@ -325,8 +363,14 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (a, b) = (Arc::new(meshes::torus(12.0, 4.0, 14, 7)), Arc::new(meshes::cuboid(2.0, 3.0, 4.0)));
         let pose = |x: f64| Isometry::new(Vector3::new(x, 1.0, 0.1), Vector3::new(0.3, 0.1, x));
-        let question =
-            |x| Question { a_from_b: pose(x), exact: true, grazing: false, stratum: Stratum::Medium, value: Some(x) };
+        let question = |x| Question {
+            a_from_b: pose(x),
+            end: Some(pose(-x)),
+            exact: true,
+            grazing: false,
+            stratum: Stratum::Medium,
+            value: Some(x),
+        };
         let mut posed = PosedMeshes { pair: "a:b".into(), a, b, questions: Vec::new(), chunks: Vec::new() };
         posed.add([1.0, 2.0, 3.0].map(question).to_vec());
         posed.add([4.0].map(question).to_vec());
@@ -338,6 +382,8 @@ mod tests {
         for (found, x) in poses.iter().zip([1.0, 2.0, 3.0, 4.0]) {
             assert!((found.to_homogeneous() - pose(x).to_homogeneous()).amax() < 1e-15);
         }
+        let motions = read_motions(folder.path()).unwrap();
+        assert!((motions[1].at(1.0).to_homogeneous() - pose(-2.0).to_homogeneous()).amax() < 1e-14);
         let chunks = npy::read::<u32>(&folder.path().join("chunks.npy"), &[2]).unwrap();
         assert_eq!(chunks, [0, 3, 3, 4]);
         assert_eq!(npy::read::<u8>(&folder.path().join("stratum.npy"), &[]).unwrap(), [2; 4]);

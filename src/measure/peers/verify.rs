@@ -3,6 +3,9 @@
 use super::{Mode, drive::Comparison};
 use crate::record::PeerAnswerRow;
 
+/// How far off a time of first contact may be, as a part of the motion.
+const MOST_TIME_OFF: f64 = 1e-3;
+
 /// How right an engine is on the poses of a scene. Grazing poses, where either answer is right, do not count.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
@@ -60,7 +63,11 @@ fn verdict<'a>(
     mode: Mode,
     tolerance_mm: f64,
 ) -> Verdict {
-    let tolerance = if mode == Mode::Distance { tolerance_mm } else { 0.0 };
+    let tolerance = match mode {
+        Mode::Distance => tolerance_mm,
+        Mode::Motion => MOST_TIME_OFF,
+        _ => 0.0,
+    };
     let mut verdict = Verdict {
         engine: engine.to_owned(),
         poses: 0,
