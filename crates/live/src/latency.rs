@@ -9,6 +9,7 @@ use crate::control;
 use crate::judge::{Judge, State};
 use crate::monitor::Monitor;
 use crate::play::Plan;
+use crate::scratch::Scratch;
 use crate::watch;
 use anyhow::{Context as _, Result};
 use bvbench::measure::timer;
@@ -153,8 +154,8 @@ impl Conditions<'_> {
 
     /// Control and watch over the loopback address.
     fn network(&self, run: &ProgramRun, seconds: f64) -> Result<LatencyRow> {
-        let folder = scratch_folder()?;
-        let log = folder.join("log.csv");
+        let folder = Scratch::new()?;
+        let log = folder.path().join("log.csv");
         let own = Runtime::new()?;
         let listener = own.block_on(async { control::listen(SocketAddr::from(([127, 0, 0, 1], 0))) })?;
         let config = Config { endpoint: format!("opc.tcp://{}/", listener.local_addr()?), ..self.config.clone() };
@@ -185,17 +186,13 @@ impl Conditions<'_> {
         });
         let summary = result?;
         let times = times(&log)?;
-        std::fs::remove_dir_all(&folder).ok();
         Ok(self.row("network", "warm", times, summary.superseded))
     }
 
     fn row(&self, way: &str, cache: &str, mut times: Vec<u64>, superseded: u64) -> LatencyRow {
         times.sort_unstable();
         let deadline_ns = (self.config.deadline_s * 1e9) as u64;
-        let at = |share: f64| {
-            let rank = (share * times.len() as f64).ceil() as usize;
-            times.get(rank.clamp(1, times.len().max(1)) - 1).copied().unwrap_or(0)
-        };
+        let at = |share: f64| percentile(&times, share);
         LatencyRow {
             way: way.to_owned(),
             scene: self.scene.name.clone(),
@@ -215,6 +212,12 @@ impl Conditions<'_> {
     }
 }
 
+/// The time that a share of the sorted times does not exceed; 0 of none.
+pub(crate) fn percentile(sorted: &[u64], share: f64) -> u64 {
+    let rank = (share * sorted.len() as f64).ceil() as usize;
+    sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(0)
+}
+
 /// From a sample's entry in the server to the confirmed verdict, ns.
 fn times(log: &Path) -> Result<Vec<u64>> {
     #[derive(Deserialize)]
@@ -231,13 +234,6 @@ fn times(log: &Path) -> Result<Vec<u64>> {
         }
     }
     Ok(times)
-}
-
-/// A folder of this process for logs.
-fn scratch_folder() -> Result<std::path::PathBuf> {
-    let folder = std::env::temp_dir().join(format!("bvbench-live-{}", std::process::id()));
-    std::fs::create_dir_all(&folder)?;
-    Ok(folder)
 }
 
 /// A buffer larger than the caches.
