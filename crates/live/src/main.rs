@@ -152,6 +152,9 @@ struct LatencyOptions {
     /// Samples of the judge alone with cold caches
     #[arg(long, default_value_t = 200)]
     cold: usize,
+    /// Seconds per row of the judge alone, after which it has fewer samples
+    #[arg(long, default_value_t = 4.0, value_parser = patience)]
+    judge_s: f64,
     /// Seconds per row over the network; 0 to leave it out
     #[arg(long, default_value_t = 3.0)]
     network_s: f64,
@@ -383,16 +386,17 @@ fn latency_verb(options: &LatencyOptions) -> Result<()> {
     } else {
         options.variants.iter().map(|id| variant(&registry, Some(id))).collect::<Result<_>>()?
     };
-    let budget = Budget { samples: options.samples, cold: options.cold, network_s: options.network_s };
+    let budget = Budget { samples: options.samples, cold: options.cold, judge_s: options.judge_s, network_s: options.network_s };
     let mut told = |row: &LatencyRow| {
         let ms = |ns: u64| ns as f64 / 1e6;
         say(&format!(
-            "{:<8} {:<14} {} ms {} {}: p50 {:.3} ms, p99 {:.3} ms, p99.9 {:.3} ms, max {:.3} ms, late {}",
+            "{:<8} {:<14} {} ms {} {}: {} samples, p50 {:.3} ms, p99 {:.3} ms, p99.9 {:.3} ms, max {:.3} ms, late {}",
             row.way,
             row.variant,
             row.cycle_ns / 1_000_000,
             row.load,
             row.cache,
+            row.samples,
             ms(row.p50_ns),
             ms(row.p99_ns),
             ms(row.p999_ns),

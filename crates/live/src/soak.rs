@@ -108,9 +108,9 @@ pub struct PlantedRow {
     pub stands_mm: f64,
     /// Verdicts that permitted motion, and should not have.
     pub wrong: u64,
-    /// From the kill to the end of the last cycle in which the machine moved; 0 when it stood, or was killed itself.
+    /// From the control's last cycle before the kill to the last in which the machine moved; 0 when it stood, or was killed itself.
     pub moved_ns: u64,
-    /// From the kill to the next cycle in which it moved; 0 when it stood already.
+    /// From the kill to the next confirmed verdict that permits motion; 0 when none came before the end.
     pub back_ns: u64,
 }
 
@@ -367,8 +367,8 @@ impl Soak<'_> {
         let plan = Plan::new(self.scene, &run, &dynamics, self.config.cycle_s)?;
         let contact_s = exact.first_contact_s(&plan).context("the planted program does not touch")?;
         let kill = kill.map(|side| (side, Duration::from_secs_f64(random.random::<f64>() * contact_s)));
-        let killed_ns = play(&stage, &program, kill)?;
-        let collision = Collision { contact_s, killed_ns };
+        let killed = play(&stage, &program, kill)?;
+        let collision = Collision { contact_s, killed };
         let tail = collision.judge(&stage)?;
         let network = &self.settings.network;
         Ok(PlantedRow {
@@ -392,7 +392,7 @@ impl Soak<'_> {
 }
 
 /// Plays a collision until the machine stands, and kills a side when it has moved for some time; returns the time of the kill.
-fn play(stage: &Stage, program: &Path, kill: Option<(Kill, Duration)>) -> Result<Option<i64>> {
+fn play(stage: &Stage, program: &Path, kill: Option<(Kill, Duration)>) -> Result<Option<Killed>> {
     let (mut lives, begin) = ([0, 0], Instant::now());
     let mut control = stage.control(Some(program), 0, false)?;
     let mut watch = stage.watch(0)?;
@@ -404,7 +404,9 @@ fn play(stage: &Stage, program: &Path, kill: Option<(Kill, Duration)>) -> Result
         match due {
             Some((side, at)) if killed.is_none() && at <= Instant::now() + LOOK => {
                 thread::sleep(at.saturating_duration_since(Instant::now()));
-                killed = Some((now_ns(), Instant::now()));
+                let last = last_cycle(&stage.path(&format!("trace-{}.csv", lives[1])));
+                let source_ns = last.map_or(0, |cycle| cycle.source_ns);
+                killed = Some((Killed { source_ns, at_ns: now_ns() }, Instant::now()));
                 lives[side as usize] += 1;
                 match side {
                     Kill::Watch => {
@@ -437,10 +439,19 @@ fn play(stage: &Stage, program: &Path, kill: Option<(Kill, Duration)>) -> Result
     Ok(killed.map(|(at, _)| at))
 }
 
+/// When a side was killed.
+#[derive(Clone, Copy, Debug)]
+struct Killed {
+    /// By the control's clock, which begins with the control and is behind the other: its last cycle before.
+    source_ns: i64,
+    /// By the clock of the computer.
+    at_ns: i64,
+}
+
 /// A collision that was played.
 struct Collision {
     contact_s: f64,
-    killed_ns: Option<i64>,
+    killed: Option<Killed>,
 }
 
 /// How a collision ended.
@@ -475,7 +486,8 @@ impl Collision {
         let own = &trace[last_life..];
         let last = own.iter().rposition(|cycle| cycle.permitted);
         let held_s = last.map_or(0.0, |at| own[at].time_s);
-        let (moved_ns, back_ns) = self.killed_ns.map_or((0, 0), |at| after(&trace, at));
+        let moved_ns = self.killed.map_or(0, |killed| moved_ns(&trace, killed.source_ns));
+        let back_ns = self.killed.map_or(0, |killed| back_ns(&log, killed.at_ns));
         Ok(Tail {
             end: if touched { "touched" } else if held { "held" } else { "stopped" },
             held_s,
@@ -487,14 +499,17 @@ impl Collision {
     }
 }
 
-/// How long after a kill the machine moved on, and when it moved again, ns; 0 for not at all.
-fn after(trace: &[Cycle], killed_ns: i64) -> (u64, u64) {
-    let first = trace.partition_point(|cycle| cycle.source_ns < killed_ns);
-    let moving = trace[first..].iter().take_while(|cycle| cycle.permitted).count();
-    let since = |cycle: &Cycle| u64::try_from(cycle.source_ns - killed_ns).unwrap_or(0);
-    let moved = moving.checked_sub(1).map_or(0, |at| since(&trace[first + at]));
-    let again = trace[first + moving..].iter().find(|cycle| cycle.permitted);
-    (moved, again.map_or(0, since))
+/// How long the machine moved on after a cycle, ns; 0 when it stood.
+fn moved_ns(trace: &[Cycle], source_ns: i64) -> u64 {
+    let behind = trace.iter().filter(|cycle| cycle.source_ns > source_ns);
+    let last = behind.take_while(|cycle| cycle.permitted).last();
+    last.map_or(0, |cycle| u64::try_from(cycle.source_ns - source_ns).unwrap_or(0))
+}
+
+/// From a kill to the next confirmed verdict that permits motion, ns; 0 when none came.
+fn back_ns(log: &[Judged], at_ns: i64) -> u64 {
+    let next = log.iter().find(|row| !row.holds && row.written_ns > at_ns);
+    next.map_or(0, |row| u64::try_from(row.written_ns - at_ns).unwrap_or(0))
 }
 
 /// The last whole cycle of a trace.
