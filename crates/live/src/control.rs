@@ -18,8 +18,8 @@ use opcua::server::diagnostics::NamespaceMetadata;
 use opcua::server::node_manager::memory::{SimpleNodeManager, simple_node_manager};
 use opcua::server::{ANONYMOUS_USER_TOKEN_ID, ServerBuilder, ServerHandle, ServerUserToken};
 use opcua::types::{
-    AttributeId, DataEncoding, DataTypeId, DataValue, DateTime, NodeId, NumericRange, ObjectId, QualifiedName, StatusCode,
-    TimestampsToReturn, Variant,
+    AttributeId, DataEncoding, DataTypeId, DataValue, DateTime, NodeId, NumericRange, ObjectId, QualifiedName,
+    StatusCode, TimestampsToReturn, Variant,
 };
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
@@ -511,7 +511,8 @@ impl Adder<'_> {
         };
         let (id, _, name) = self.place(method)?;
         let display = name.name.to_string();
-        let builder = MethodBuilder::new(&id, name, display).executable(true).user_executable(true).component_of(object);
+        let builder =
+            MethodBuilder::new(&id, name, display).executable(true).user_executable(true).component_of(object);
         if !builder.insert(&mut *self.manager.address_space().write()) {
             return Err(anyhow!("node {method} is there twice"));
         }

@@ -386,7 +386,8 @@ fn latency_verb(options: &LatencyOptions) -> Result<()> {
     } else {
         options.variants.iter().map(|id| variant(&registry, Some(id))).collect::<Result<_>>()?
     };
-    let budget = Budget { samples: options.samples, cold: options.cold, judge_s: options.judge_s, network_s: options.network_s };
+    let budget =
+        Budget { samples: options.samples, cold: options.cold, judge_s: options.judge_s, network_s: options.network_s };
     let mut told = |row: &LatencyRow| {
         let ms = |ns: u64| ns as f64 / 1e6;
         say(&format!(

@@ -47,8 +47,9 @@ impl<'a> Exact<'a> {
     pub fn clearance_mm(&self, at: &Position, tool: u32, beyond_mm: f64) -> f64 {
         let poses = self.scene.machine.forward(at);
         let mounted = self.pairs.iter().filter(|(pair, ..)| self.scene.is_mounted(*pair, tool));
-        let clearance =
-            |(pair, _, oracle): &(Pair, _, PairOracle)| oracle.clearance_mm(&self.scene.a_from_b(*pair, &poses), beyond_mm);
+        let clearance = |(pair, _, oracle): &(Pair, _, PairOracle)| {
+            oracle.clearance_mm(&self.scene.a_from_b(*pair, &poses), beyond_mm)
+        };
         mounted.map(clearance).fold(f64::INFINITY, f64::min)
     }
 

@@ -280,7 +280,8 @@ impl Soak<'_> {
         }
         let relay = is_bad.then(|| -> Result<Runtime> {
             let runtime = Runtime::new()?;
-            let listener = runtime.block_on(TcpListener::bind(near)).with_context(|| format!("cannot listen on {near}"))?;
+            let listener =
+                runtime.block_on(TcpListener::bind(near)).with_context(|| format!("cannot listen on {near}"))?;
             runtime.spawn(relay::serve(listener, control, self.settings.network));
             Ok(runtime)
         });
@@ -291,7 +292,8 @@ impl Soak<'_> {
     fn derived(&self, endpoint: &str, latched: bool) -> Result<String> {
         let text = fs::read_to_string(&self.config.file)?;
         let mut table: toml::Table = toml::from_str(&text)?;
-        for (key, value) in [("endpoint", endpoint), ("variant", &self.settings.variant), ("scene", &self.config.scene)] {
+        for (key, value) in [("endpoint", endpoint), ("variant", &self.settings.variant), ("scene", &self.config.scene)]
+        {
             table.insert(key.to_owned(), value.into());
         }
         if latched {
@@ -318,8 +320,10 @@ impl Soak<'_> {
     }
 
     fn soak_row(&self, log: &[Judged], trace: &[Cycle]) -> Result<SoakRow> {
-        let confirmed: Vec<&Judged> = log.iter().filter(|row| row.written_ns > 0 && row.source_ns > 0).collect();
-        let [Some(first), Some(last)] = [confirmed.first(), confirmed.last()] else { bail!("no verdict was confirmed") };
+        let confirmed: Vec<&Judged> = log.iter().filter(|row| row.written_ns > 0 && row.published_ns > 0).collect();
+        let [Some(first), Some(last)] = [confirmed.first(), confirmed.last()] else {
+            bail!("no verdict was confirmed")
+        };
         let (from, to) = (first.source_ns, last.source_ns);
         let within: Vec<&Cycle> = trace.iter().filter(|cycle| (from..=to).contains(&cycle.source_ns)).collect();
         let mut answered: Vec<i64> = confirmed.iter().map(|row| row.source_ns).collect();
@@ -430,7 +434,8 @@ fn play(stage: &Stage, program: &Path, kill: Option<(Kill, Duration)>) -> Result
             moves_since.get_or_insert(changed);
         }
         let stands = changed.elapsed() >= STANDS[0] && !last.permitted && moves_since.is_some();
-        let is_held = fs::read_to_string(stage.path(&format!("log-{}.csv", lives[0]))).is_ok_and(|log| log.contains(",contact,"));
+        let is_held =
+            fs::read_to_string(stage.path(&format!("log-{}.csv", lives[0]))).is_ok_and(|log| log.contains(",contact,"));
         let is_back = kill.is_none() || killed.is_some_and(|(_, at)| at.elapsed() >= STANDS[1]);
         if control.is_over() || stands && is_held && is_back {
             break;
@@ -478,9 +483,8 @@ impl Collision {
             log.extend(rows::<Judged>(&file)?);
         }
         let reach: HashMap<i64, f64> = trace.iter().map(|cycle| (cycle.source_ns, cycle.reach_s)).collect();
-        let is_wrong = |row: &&Judged| {
-            !row.holds && reach.get(&row.source_ns).is_some_and(|&reach_s| reach_s >= self.contact_s)
-        };
+        let is_wrong =
+            |row: &&Judged| !row.holds && reach.get(&row.source_ns).is_some_and(|&reach_s| reach_s >= self.contact_s);
         let touched = trace.iter().any(|cycle| cycle.time_s >= self.contact_s);
         let held = log.iter().any(|row| row.fault == "contact");
         let own = &trace[last_life..];
@@ -489,7 +493,13 @@ impl Collision {
         let moved_ns = self.killed.map_or(0, |killed| moved_ns(&trace, killed.source_ns));
         let back_ns = self.killed.map_or(0, |killed| back_ns(&log, killed.at_ns));
         Ok(Tail {
-            end: if touched { "touched" } else if held { "held" } else { "stopped" },
+            end: if touched {
+                "touched"
+            } else if held {
+                "held"
+            } else {
+                "stopped"
+            },
             held_s,
             stands_s: own.last().map_or(0.0, |cycle| cycle.time_s),
             wrong: log.iter().filter(is_wrong).count() as u64,

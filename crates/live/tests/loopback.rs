@@ -447,7 +447,7 @@ fn nodes_are_found_by_path_and_a_hold_is_given_by_method() {
     control.wait(|status| status.permitted && !status.stands);
     let report = watch.wait(|report| report.row.fault == "contact");
     assert!(report.row.line > 0, "the line comes by its path: {:?}", report.row);
-    let stands = control.wait(|status| status.stands && !status.permitted && status.is_held);
+    let stands = control.wait(|status| status.stands && !status.permitted && status.held);
     assert!(clearance_mm(&scene, &stands.place.position) > 0.0);
 }
 
