@@ -64,5 +64,7 @@ fn way(choices: &mut Choices, body: &Body) -> Sweep {
     let turn = if choices.once_in(2) { choices.rotation() } else { choices.small_turn(-60, -40) };
     let from = Isometry::from_parts(Translation3::from(choices.vector() * (1.5 * HALF_MM)), turn);
     let travel = if choices.once_in(8) { Vector::zeros() } else { choices.direction() * choices.between(-10, 5) };
-    body.sweep(&from, &travel, choices.of(&[0.0, 0.0, 0.01]))
+    let turn = if choices.once_in(2) { choices.small_turn(-20, -4) * from.rotation } else { from.rotation };
+    let to = Isometry::from_parts((from.translation.vector + travel).into(), turn);
+    body.sweep([&from, &to], choices.of(&[0.0, 0.0, 0.01]))
 }

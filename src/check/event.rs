@@ -5,7 +5,7 @@
 //! - The cutter takes material away in feed moves. Contact with what is left is told as the stock finds it ([`super::stock`]).
 //! - Where the workpiece's mesh is open, nothing is taken away. Contact that begins in a feed move is cutting, and the first such contact is unresolved. Contact that
 //!   begins at rapid rate, with a change of tools or before the first move is a collision, and so is a feed into it while the spindle stands still.
-//! - Where the workpiece stays whole ([`super::Whole::Turned`], or on request), the same holds, but cutting is not told, nor is a rapid that begins within it: that is a retreat.
+//! - Where the workpiece stays whole, on request, the same holds, but cutting is not told, nor is a rapid that begins within it: that is a retreat.
 //! - Where the workpiece is the finished part, the cutter gouges it when it goes deeper than the scene allows. Otherwise than in a feed move it may not even touch it.
 //! - Nearness of the two is not told. Shank and holder of a tool never cut.
 //!

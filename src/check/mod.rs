@@ -20,7 +20,7 @@ mod tests;
 
 pub use event::{Event, Extent, Kind};
 pub use motion::Path;
-pub use stock::{Remaining, Touch, Uncut, Whole};
+pub use stock::{Remaining, Touch};
 
 use crate::geometry::{Isometry, rigid};
 use crate::interference::SurfaceOctree;
@@ -63,7 +63,7 @@ pub struct Settings {
 /// Whether the cutter takes material from the workpiece, and to which depth contact with what is left is not told from touching.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Cutting {
-    /// At the stock's own resolution ([`crate::stock::RESOLUTION_MM`]); on lathes only what is round and is cut by tools that stand.
+    /// At the stock's own resolution ([`crate::stock::RESOLUTION_MM`]); five times as coarse on lathes where a half section is not enough.
     #[default]
     Standard,
     /// At this resolution, mm.
@@ -154,8 +154,8 @@ pub struct Outcome {
     pub touches: Vec<Touch>,
     /// What is left of each workpiece that is cut.
     pub remaining: Vec<Remaining>,
-    /// Workpieces that cannot be cut.
-    pub uncut: Vec<Uncut>,
+    /// Workpieces that cannot be cut, their meshes being open.
+    pub uncut: Vec<usize>,
     /// Whether a workpiece stays whole, and rapids that begin inside it are taken for retreats.
     pub stays_whole: bool,
     /// Cutters with open meshes: what they cut nobody knows, so that they take nothing away for sure.
@@ -260,11 +260,8 @@ pub fn check(
     // In order and in groups, so that a search for the first collision ends soon after it, whatever the number of threads.
     let mut scanned: Vec<Vec<Vec<scan::Stretch>>> = Vec::with_capacity(chunks.len());
     let is_stock = |pair: Pair| of_stock.contains(&pair);
-    let stays_whole = |pair: Pair| {
-        let is_turned = |uncut: &Uncut| uncut.why == Whole::Turned && [pair.a, pair.b].contains(&uncut.part);
-        let is_whole = settings.cutting == Cutting::Never || uncut.iter().any(is_turned);
-        is_whole && scene.is_cutting(pair) && scene.gouge_mm.is_none()
-    };
+    let stays_whole =
+        |pair: Pair| settings.cutting == Cutting::Never && scene.is_cutting(pair) && scene.gouge_mm.is_none();
     let borders = &borders;
     let writer = event::EventWriter {
         scene,

@@ -12,15 +12,16 @@ use crate::geometry::Point;
 use crate::machine::Machine;
 use crate::scene::pairs::Decision;
 use crate::scene::{Pair, Part, Role, Scene};
-use crate::stock::motion::{Chain, Mount};
+use crate::stock::motion::{Chain, Mount, Piece};
 use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, standard_resolution_mm};
 use rs274::{MoveKind, Position};
-use thiserror::Error;
 
 /// Steps that are gathered before the stock takes them.
 const BATCH: usize = 1024;
 /// Cells that are held against what moves before a program is given up, by default.
 pub const MOST_QUESTIONS: u64 = 2_000_000_000;
+/// How many times as coarse the standard resolution is on a lathe where a half section is not enough: ten times as fast, which makes seconds of minutes.
+const COARSER_ON_LATHES: f64 = 5.0;
 /// Part of the resolution by which a part that turns may be elsewhere than its straight piece says, mm.
 const PAD: f64 = 0.05;
 
@@ -58,26 +59,6 @@ pub struct Remaining {
     pub stock: Stock,
     /// Line from which on nothing was cut or examined any more, the budget being spent.
     pub given_up: Option<u32>,
-}
-
-/// A workpiece from which nothing is taken away, and why.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Uncut {
-    /// The part.
-    pub part: usize,
-    /// Why.
-    pub why: Whole,
-}
-
-/// Why nothing is taken away from a workpiece.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum Whole {
-    /// Its mesh is open.
-    #[error("its mesh is not watertight")]
-    Open,
-    /// It is on a lathe, and is not round or is cut by tools that turn, so that a half section is not enough; and no resolution was asked for.
-    #[error("it is on a lathe, and not round or cut by a tool that turns: `--stock-resolution 0.1` cuts it in minutes")]
-    Turned,
 }
 
 /// A workpiece and everything that may come into it.
@@ -118,13 +99,13 @@ pub(super) struct Met {
 }
 
 impl<'a> Workpiece<'a> {
-    /// The workpieces of a scene that are cut, and those that cannot be. None where the workpiece is the finished part.
+    /// The workpieces of a scene that are cut, and those that cannot be, their meshes being open. None where the workpiece is the finished part.
     pub fn all(
         scene: &'a Scene,
         path: &'a Path<'a>,
         decisions: &[Decision],
         Settings { cutting, is_solid, .. }: &Settings,
-    ) -> Result<(Vec<Self>, Vec<Uncut>), CheckError> {
+    ) -> Result<(Vec<Self>, Vec<usize>), CheckError> {
         let (cutting, is_solid) = (*cutting, *is_solid);
         let (mut workpieces, mut uncut) = (Vec::new(), Vec::new());
         if scene.gouge_mm.is_some() || cutting == Cutting::Never {
@@ -152,16 +133,16 @@ impl<'a> Workpiece<'a> {
             let workpiece = match flat {
                 Some(Ok(Some(workpiece))) if !is_solid => Ok(workpiece),
                 Some(Err(StockError::Resolution(mm))) => Err(StockError::Resolution(mm)),
+                // A half section is not enough: a cutter turns as well, or the workpiece is not round.
                 Some(_) if cutting == Cutting::Standard && !is_solid => {
-                    uncut.push(Uncut { part, why: Whole::Turned });
-                    continue;
+                    Self::solid(scene, path, axis.as_ref(), part, &pairs, COARSER_ON_LATHES * resolution_mm)
                 }
                 _ => Self::solid(scene, path, axis.as_ref(), part, &pairs, resolution_mm),
             };
             match workpiece {
                 Ok(workpiece) => workpieces.push(workpiece),
                 Err(why @ StockError::Resolution(_)) => return Err(CheckError::Resolution(why)),
-                Err(_) => uncut.push(Uncut { part, why: Whole::Open }),
+                Err(_) => uncut.push(part),
             }
         }
         Ok((workpieces, uncut))
@@ -395,7 +376,12 @@ impl<'a> Route<'a> {
         let machine = &self.scene.machine;
         let all = examined.iter().map(|&(other, _)| other).chain(cutting.iter().copied());
         let of_others = all.filter(|&other| self.others[other].turning.is_none() || self.others[other].is_flat);
-        let count = of_others.map(|other| self.others[other].chain.pieces(machine, &first, &last, self.pad_mm)).max();
+        let pieces = |other: usize| {
+            let Other { chain, is_flat, .. } = &self.others[other];
+            let off = |piece: &Piece| if *is_flat { chain.unturned(piece).1 } else { piece.sag_mm };
+            chain.pieces(machine, &first, &last, self.pad_mm, off)
+        };
+        let count = of_others.map(pieces).max();
         let count = count.unwrap_or(1);
         for index in 0..count {
             let piece = |chain: &Chain| chain.piece(machine, &first, &last, index, count);
@@ -405,7 +391,7 @@ impl<'a> Route<'a> {
                 }
                 Other { chain, body, .. } => {
                     let piece = piece(chain);
-                    body.sweep(&piece.stock_from_part, &piece.travel, piece.pad_mm + chord_mm)
+                    body.sweep([&piece.first, &piece.last], piece.sag_mm + chord_mm)
                 }
             };
             let sweep = |other: usize| match &self.others[other].turning {

@@ -68,10 +68,10 @@ impl Turning {
         Self { mesh: Arc::clone(mesh), spindle, to_base, tool, beside_mm, is_across }
     }
 
-    /// The part on a straight piece of its way in [`Self::to_base`], however it is turned.
+    /// The part on a piece of its way in [`Self::to_base`], however it is turned.
     pub fn sweep(&self, piece: &Piece, chord_mm: f64) -> Sweep {
         self.sweep_of_section(piece, chord_mm).unwrap_or_else(|| {
-            let Piece { stock_from_part: start, travel, pad_mm, .. } = piece;
+            let (start, (travel, pad_mm)) = (piece.first, self.to_base.unturned(piece));
             let tool = TurningTool::new(&self.mesh, start.rotation, start.translation.y + 0.5 * travel.y);
             let pad_mm = pad_mm + chord_mm + 0.5 * travel.y.abs();
             tool.sweep(&self.spindle, [start.translation.x, start.translation.z], [travel.x, travel.z], pad_mm)
@@ -80,10 +80,10 @@ impl Turning {
 
     /// The same; `None` where the part is turned, or beside the plane, otherwise than at first.
     pub fn sweep_of_section(&self, piece: &Piece, chord_mm: f64) -> Option<Sweep> {
-        let Piece { stock_from_part: start, travel, pad_mm, .. } = piece;
+        let (start, (travel, _)) = (piece.first, self.to_base.unturned(piece));
         let y = start.translation.y;
         let is_in_plane = [y, y + travel.y].iter().all(|y| (y - self.beside_mm).abs() <= SAME_MM);
-        let is_same = is_in_plane && *pad_mm == 0.0 && self.tool.is_turned_by(&start.rotation);
+        let is_same = is_in_plane && piece.turn == 0.0 && self.tool.is_turned_by(&start.rotation);
         let place = [start.translation.x, start.translation.z];
         is_same.then(|| self.tool.sweep(&self.spindle, place, [travel.x, travel.z], chord_mm + SAME_MM))
     }

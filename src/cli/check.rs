@@ -12,7 +12,7 @@ use super::progress::Bar;
 use super::style::{self, Tone};
 use super::subject::{SET_UP_EXAMPLES, Subject};
 use super::{CLEAR, FAILED, note, say};
-use crate::check::{self, Cutting, Event, Extent, Kind, Outcome, OverTravel, Settings, Whole};
+use crate::check::{self, Cutting, Event, Extent, Kind, Outcome, OverTravel, Settings};
 use crate::machine::OutOfLimits;
 use crate::measure::timer;
 use crate::record::file::write_text;
@@ -71,7 +71,7 @@ pub struct Options {
 #[derive(Args)]
 struct StockOptions {
     /// Depth to which contact with what is left of the workpiece is not told from touching, mm; `none` keeps the workpiece whole, and may miss a rapid through
-    /// it [default: 0.1, or a ten-thousandth of its longest side where that is more]
+    /// it [default: 0.1, or a ten-thousandth of its longest side where that is more; five times that on lathes with driven tools]
     #[arg(long, value_name = "MM", value_parser = cutting)]
     stock_resolution: Option<Cutting>,
     /// Write what may be left of the workpiece at the end (outer bound) as STL, in the workpiece's own frame
@@ -389,18 +389,13 @@ fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
             "not examined: {n} pairs of the machine's structure with one joint between them (`bvbench scene pairs`)"
         )),
     };
-    let uncut = |uncut: &check::Uncut| {
-        let name = &scene.parts[uncut.part].name;
-        let rapids = match uncut.why {
-            Whole::Open => {
-                "what comes after the first cut is unresolved (`bvbench scene info` says where the mesh is open)"
-            }
-            Whole::Turned => "a rapid that begins inside it is taken for a retreat",
-        };
-        format!("not examined: what is cut away from `{name}`, since {}; {rapids}", uncut.why)
+    let uncut = |&part: &usize| {
+        let name = &scene.parts[part].name;
+        format!(
+            "not examined: what is cut away from `{name}`, since its mesh is not watertight; what comes after the first cut is unresolved (`bvbench scene info` says where the mesh is open)"
+        )
     };
-    let is_asked = outcome.stays_whole && outcome.uncut.is_empty();
-    let whole = is_asked.then(|| {
+    let whole = outcome.stays_whole.then(|| {
         "not examined: what is cut away (`--stock-resolution none`); a rapid that begins inside the workpiece is taken for a retreat".to_owned()
     });
     let cutter = |&part: &usize| {

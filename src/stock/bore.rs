@@ -4,7 +4,7 @@
 //! Along an edge the distance is convex in z, so beyond its chord there is material. How far a point is in the hollow is least at an end of a straight way, as ρ is
 //! convex along it.
 
-use super::convex::HalfPlane;
+use super::convex::{HalfPlane, rho};
 use super::round::SAME_HEIGHT_MM;
 use crate::geometry::{Point, Vector};
 
@@ -98,14 +98,14 @@ impl Bore {
         let inside = corners(&|i| slabs[i].empty);
         let outside = corners(&|i| filled[i]);
         let filled_together: Vec<HalfPlane> = outside.iter().filter_map(|pair| line(pair)).collect();
-        // A line that is beyond all others.
-        let is_beyond = |plane: &&HalfPlane| outside.as_flattened().iter().all(|&[r, z]| plane.depth(r, z) >= -1e-9);
+        let mirrored: Vec<[f64; 2]> = outside.as_flattened().iter().map(|&[r, z]| [-r, z]).collect();
+        let hull: Vec<[f64; 2]> = envelope(&mirrored).into_iter().map(|[r, z]| [-r, z]).collect();
         let most = filled.iter().flatten().fold(0.0, |most: f64, &r| most.max(r));
         let least = outer.iter().flatten().fold(f64::INFINITY, |least: f64, &r| least.min(r));
         Some(Self {
             empty: envelope(inside.as_flattened()).windows(2).filter_map(line).collect(),
             empty_together: inside.iter().filter_map(|pair| line(pair)).collect(),
-            filled: filled_together.iter().filter(is_beyond).copied().collect(),
+            filled: hull.windows(2).filter_map(line).collect(),
             filled_together,
             middle_mm: f64::midpoint(most, least),
         })
@@ -113,14 +113,16 @@ impl Bore {
 
     /// How far a point is in the hollow at least, wherever it is on the way from `p` to `q`, mm; negative where it may be outside.
     pub fn hollow(&self, p: &Vector, q: &Vector) -> f64 {
-        let of = |plane: &HalfPlane| plane.depth_of(p).min(plane.depth_of(q));
+        let ends = [p, q].map(|end| (rho(end), end.z));
+        let of = |plane: &HalfPlane| ends.map(|(rho, z)| plane.depth(rho, z)).into_iter().fold(f64::INFINITY, f64::min);
         let together = self.empty_together.iter().map(of).fold(f64::INFINITY, f64::min);
         self.empty.iter().map(of).fold(together, f64::max)
     }
 
     /// How far a point is from what is filled for sure, mm; negative inside.
     pub fn short_of(&self, p: &Vector) -> f64 {
-        let of = |plane: &HalfPlane| plane.depth_of(p);
+        let rho = rho(p);
+        let of = |plane: &HalfPlane| plane.depth(rho, p.z);
         let together = self.filled_together.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
         self.filled.iter().map(of).fold(together, f64::min)
     }
@@ -130,10 +132,6 @@ impl HalfPlane {
     /// How deep (ρ, z) is in it, mm.
     fn depth(&self, rho: f64, z: f64) -> f64 {
         self.c - self.a * rho - self.b * z
-    }
-
-    fn depth_of(&self, p: &Vector) -> f64 {
-        self.depth(p.x.hypot(p.y), p.z)
     }
 }
 

@@ -8,7 +8,7 @@
 //!
 //! Of cutters that stand while the workpiece turns the same holds in (ρ, z).
 
-use super::convex::{Convex, Cube, Lowest};
+use super::convex::{Convex, Cube, rho};
 use super::sweep::{Form, Sweep, Way};
 use crate::geometry::{Point, Vector};
 
@@ -29,7 +29,7 @@ struct Ring {
 
 impl Ring {
     fn new(at: &Point, [across, along]: [f64; 2]) -> Self {
-        let rho = at.x.hypot(at.y);
+        let rho = rho(&at.coords);
         Self { rho, z: at.z, beside: [[-across.min(rho), across], [-along, along]] }
     }
 
@@ -57,17 +57,18 @@ impl Sweep {
     /// Tangents of the excess over a cube of the stock, of all pieces that reach into it.
     pub(super) fn tangents(&self, centre: &Point, half: f64) -> Tangents {
         let radius = half * 3f64.sqrt();
-        let of =
-            |found: &Lowest, normal: Vector| (found.least.deep < self.pad).then_some((found.value - self.pad, normal));
         match &self.way {
-            Way::Straight { form, body_from_stock, axes, travel } => {
-                let q = body_from_stock * centre;
+            Way::Chords { form, course } => {
+                let (q, travel) = course.at(centre);
+                let bent = course.bend() * radius;
                 let planes = match &**form {
                     Form::Round(round) => {
-                        let cube = Cube { half, radius, axes: *axes, inside: f64::NEG_INFINITY, outside: self.pad };
+                        let axes = course.axes();
+                        let cube = Cube { half, radius, axes, inside: f64::NEG_INFINITY, outside: self.pad + bent };
                         let in_stock = |normal: &Vector| Vector::from(axes.map(|axis| axis.dot(normal)));
-                        let all = round.lowest(&q.coords, travel, &cube);
-                        all.filter_map(|(_, found)| of(&found, in_stock(&found.normal))).collect()
+                        let all = round.lowest(&q, &travel, &cube);
+                        let reaching = all.filter(|(_, found)| found.least.deep - bent < self.pad);
+                        reaching.map(|(_, found)| (found.value - bent - self.pad, in_stock(&found.normal))).collect()
                     }
                     Form::Rigid(_) => vec![(self.depth(centre, half).deep, Vector::zeros())],
                 };
@@ -86,24 +87,24 @@ impl Sweep {
     pub(super) fn leaves(&self, centre: &Point, half: f64, tangents: &Tangents, than_mm: f64) -> f64 {
         let radius = half * 3f64.sqrt();
         match &self.way {
-            Way::Straight { form, body_from_stock, axes, travel } if !tangents.is_turned => {
+            Way::Chords { form, course } if !tangents.is_turned => {
                 let Form::Round(round) = &**form else { return f64::INFINITY };
-                let q = (body_from_stock * centre).coords;
-                let cube = Cube { half, radius, axes: *axes, inside: f64::NEG_INFINITY, outside: 0.0 };
+                let ((q, travel), axes) = (course.at(centre), course.axes());
+                let cube = Cube { half, radius, axes, inside: f64::NEG_INFINITY, outside: 0.0 };
                 // What a hollow piece leaves is not convex.
-                let solid = round.lowest(&q, travel, &cube).filter(|(piece, _)| piece.bore.is_none());
+                let solid = round.lowest(&q, &travel, &cube).filter(|(piece, _)| piece.bore.is_none());
                 let nearest = solid.min_by(|(_, a), (_, b)| a.least.high.total_cmp(&b.least.high));
                 let Some((piece, found)) = nearest.filter(|(_, found)| found.least.high.is_finite()) else {
                     return f64::INFINITY;
                 };
-                let (there, slack) = (q - travel * found.at, self.pad + piece.slack_mm);
+                let (there, slack) = (q - travel * found.at, self.pad + piece.slack_mm + course.bend() * radius);
                 // The greatest value is not below the centre's.
                 if tangents.below(&Vector::zeros(), found.least.high + self.pad) >= than_mm {
                     return f64::INFINITY;
                 }
                 let excess = |offset: &Vector| {
                     let p = there + axes[0] * offset.x + axes[1] * offset.y + axes[2] * offset.z;
-                    piece.convex.excess(p.x.hypot(p.y), p.z) + slack
+                    piece.convex.excess(rho(&p), p.z) + slack
                 };
                 greatest(corners(half), tangents, excess)
             }

@@ -11,7 +11,7 @@
 //!
 //! Of a workpiece that turns under tools that stand, the cells are squares of its half section, (ρ, z), in a quadtree ([`Stock::turned`]).
 //!
-//! Reading order: this file (the stock), `sweep` (what moves), [`motion`] (straight pieces of an axis move), `convex`, `round`, `bore`, `turned`, `skin` (shapes),
+//! Reading order: this file (the stock), `sweep` (what moves), `course` (how), [`motion`] (pieces of an axis move), `convex`, `round`, `bore`, `turned`, `skin` (shapes),
 //! `blank` (the uncut workpiece), `cover` (what a cut leaves), `tile` (the tree of cells), [`export`] (as a mesh), [`target`] (compared with the part that is wanted).
 
 mod blank;
@@ -20,6 +20,7 @@ mod bore;
 mod round;
 mod turned;
 mod skin;
+mod course;
 mod sweep;
 mod cover;
 mod tile;

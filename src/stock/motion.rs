@@ -1,8 +1,8 @@
-//! From a straight piece of the path in axis space to straight ways of parts through the stock.
+//! From a straight piece of the path in axis space to ways of parts through the stock, on which every point of the stock goes straight as the part sees it.
 //!
-//! Slides alone move a part straight, without turning. Where a joint between part and stock turns, the piece is divided until a straight way without turning,
-//! in the middle's orientation, is near enough. The distance is bounded: with Ω the sum of the turns in a piece and S the way of the part's centre, every
-//! point is turned by at most Ω / 2 against the middle, and the centre, whose acceleration is at most 2 Ω S, is within Ω S / 4 of its chord.
+//! Slides alone do that. Where a joint between part and stock turns, the piece is divided until chords are near enough. The distance is bounded: with Ω the sum of
+//! the turns in a piece and S the way of a point, its acceleration is at most 2 Ω S, and it is within Ω S / 4 of its chord. S is at most that of the part's centre
+//! and Ω times the distance from it. Only points that the part can meet matter: they are as near to its centre as its ball and their own way allow.
 
 use crate::geometry::{Isometry, Point, Vector};
 use crate::machine::{Machine, Motion};
@@ -21,7 +21,7 @@ pub struct Mount {
     pub radius_mm: f64,
 }
 
-/// A straight way of a part through the stock, without turning.
+/// A part of an axis move, and the frames of a part in the stock's at its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
     /// Parts of the axis move, 0 to 1.
@@ -29,11 +29,15 @@ pub struct Piece {
     /// Its end.
     pub to: f64,
     /// The part's frame in the stock's at first, mm.
-    pub stock_from_part: Isometry,
-    /// How it goes, stock frame, mm.
-    pub travel: Vector,
-    /// How far any point of the part may be from where this says, mm.
-    pub pad_mm: f64,
+    pub first: Isometry,
+    /// And at last.
+    pub last: Isometry,
+    /// Sum of the turns, radians.
+    pub turn: f64,
+    /// Longest way of the part's centre, mm.
+    pub way_mm: f64,
+    /// How far from its chord, in the part's frame, a point of the stock may be that the part meets, mm.
+    pub sag_mm: f64,
 }
 
 /// The joints between two mounts.
@@ -69,22 +73,29 @@ impl Chain {
         joints.filter(|joint| joint.turns()).map(|joint| joint.value(change).abs()).sum()
     }
 
-    /// Into how many pieces a move must be cut for pads of at most `pad_mm`; as few as that takes, or the most there may be.
+    /// Into how many pieces a move must be cut for what `off` says of each to be at most `pad_mm`; as few as that takes, or the most there may be.
     #[must_use]
-    pub fn pieces(&self, machine: &Machine, from: &Position, to: &Position, pad_mm: f64) -> usize {
+    pub fn pieces(
+        &self,
+        machine: &Machine,
+        from: &Position,
+        to: &Position,
+        pad_mm: f64,
+        off: impl Fn(&Piece) -> f64,
+    ) -> usize {
         let turn = self.turn(machine, &change(from, to));
         if turn == 0.0 {
             return 1;
         }
         let mut pieces = (turn / MOST_TURN).ceil() as usize;
         while pieces < MOST_PIECES {
-            let pads = (0..pieces).map(|piece| self.piece(machine, from, to, piece, pieces).pad_mm);
+            let pads = (0..pieces).map(|piece| off(&self.piece(machine, from, to, piece, pieces)));
             let worst = pads.fold(0.0, f64::max);
             if worst <= pad_mm {
                 return pieces;
             }
-            // The pad falls at least as fast as the number of pieces grows.
-            let wanted = (pieces as f64 * (worst / pad_mm).min(8.0)).ceil() as usize;
+            // What a piece is off falls at least as its length does, the sag as its square.
+            let wanted = (pieces as f64 * (worst / pad_mm).sqrt().clamp(1.05, 8.0)).ceil() as usize;
             pieces = wanted.clamp(pieces + 1, MOST_PIECES);
         }
         MOST_PIECES
@@ -100,18 +111,19 @@ impl Chain {
         let step = change(&first, &last);
         let turn = self.turn(machine, &step);
         let (start, finish) = (self.stock_from_part(machine, &first), self.stock_from_part(machine, &last));
-        let centre = self.part.centre;
-        let travel = finish * centre - start * centre;
-        if turn == 0.0 {
-            return Piece { from: begin, to: end, stock_from_part: start, travel, pad_mm: 0.0 };
-        }
-        let middle = self.stock_from_part(machine, &at(f64::midpoint(begin, end)));
-        // As the middle turns, with the centre where it is at first.
-        let shift = (start * centre).coords - middle.rotation * centre.coords;
-        let stock_from_part = Isometry::from_parts(shift.into(), middle.rotation);
-        let way = self.way(machine, &first, &step) / (1.0 - turn.min(0.5));
-        let pad_mm = 0.5 * turn * self.part.radius_mm + 0.25 * turn * way;
-        Piece { from: begin, to: end, stock_from_part, travel, pad_mm }
+        let way_mm = self.way(machine, &first, &step) / (1.0 - turn.min(0.5));
+        // Points that meet the part at some time are within its ball then; a fifth is for their own way and sag.
+        let near = 1.2 * (self.part.radius_mm + way_mm);
+        let sag_mm = 0.25 * turn * (way_mm + turn * near);
+        Piece { from: begin, to: end, first: start, last: finish, turn, way_mm, sag_mm }
+    }
+
+    /// A piece as a way without turning, in the orientation at first: its travel in the stock's frame, and how far any point of the part may be from where that
+    /// says, mm.
+    #[must_use]
+    pub fn unturned(&self, piece: &Piece) -> (Vector, f64) {
+        let travel = piece.last * self.part.centre - piece.first * self.part.centre;
+        (travel, piece.turn * self.part.radius_mm + 0.25 * piece.turn * piece.way_mm)
     }
 
     /// The part's frame in the stock's at a position.
@@ -174,11 +186,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_point_is_farther_from_the_straight_way_than_the_pad(
+        fn no_point_is_farther_from_its_chord_than_the_sag(
             start in prop::array::uniform4(-1.0..1.0f64),
             step in prop::array::uniform4(-1.0..1.0f64),
             offset in prop::array::uniform3(-1.0..1.0f64),
             at in 0.0..1.0f64,
+            met in 0.0..1.0f64,
         ) {
             let machine = machine();
             let mount = |link: &str, radius_mm| Mount {
@@ -195,16 +208,23 @@ mod tests {
             let from = position(1.0, start);
             let by = position(0.3, step);
             let to = Position(std::array::from_fn(|i| from.0[i] + by.0[i]));
-            let count = chain.pieces(&machine, &from, &to, 0.05);
+            let count = chain.pieces(&machine, &from, &to, 0.05, |piece| piece.sag_mm);
             let point = Point::new(0.0, 5.0, -30.0) + Vector::from(offset);
             for index in 0..count {
                 let piece = chain.piece(&machine, &from, &to, index, count);
-                prop_assert!(piece.pad_mm <= 0.05);
-                let part = piece.from + at * (piece.to - piece.from);
-                let there = Position(std::array::from_fn(|i| from.0[i] + part * by.0[i]));
-                let said = piece.stock_from_part * point + piece.travel * at;
-                let is = chain.stock_from_part(&machine, &there) * point;
-                prop_assert!((said - is).norm() <= piece.pad_mm + 1e-9, "{} > {}", (said - is).norm(), piece.pad_mm);
+                prop_assert!(piece.sag_mm <= 0.05);
+                let pose = |at: f64| {
+                    let part = piece.from + at * (piece.to - piece.from);
+                    chain.stock_from_part(&machine, &Position(std::array::from_fn(|i| from.0[i] + part * by.0[i])))
+                };
+                // What the part's point meets at some time.
+                let in_stock = pose(met) * point;
+                let (one, other) = (piece.first.inverse() * in_stock, piece.last.inverse() * in_stock);
+                let off = (one + (other - one) * at - pose(at).inverse() * in_stock).norm();
+                prop_assert!(off <= piece.sag_mm + 1e-9, "{off} > {}", piece.sag_mm);
+                let (travel, pad) = chain.unturned(&piece);
+                let off = (piece.first * point + travel * at - pose(at) * point).norm();
+                prop_assert!(off <= pad + 1e-9, "{off} > {pad}");
             }
         }
     }

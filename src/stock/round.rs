@@ -2,11 +2,11 @@
 //!
 //! A spindle turns the mesh, so what it sweeps at a height is all within the mesh's largest radius there, where the mesh holds the axis. Between two heights at which vertices
 //! lie, the distance from the axis is a convex function along each edge: chords bound the radius from outside, tangents from inside. A
-//! point deeper in a piece than the greatest difference of the two is in the swept body. Where the mesh does not hold the axis the piece has a bore ([`super::bore`]). Of an open
-//! mesh the outer body is a cylinder, and nothing is swept for sure.
+//! point deeper in a piece than the greatest difference of the two is in the swept body. Where the mesh does not hold the axis the piece has a bore ([`super::bore`]). Shells of a
+//! mesh that overlap, such as inserts in their holder, are bodies of their own. Of an open mesh the outer body is a cylinder, and nothing is swept for sure.
 
 use super::bore::{Bore, BoreSlab};
-use super::convex::{Convex, Cube, HalfPlane, Least, Lowest};
+use super::convex::{Convex, Cube, HalfPlane, Least, Lowest, rho};
 use crate::geometry::{Isometry, Mesh, Point, Vector};
 use crate::interference::Revolved;
 use crate::truth::Solid;
@@ -69,15 +69,8 @@ impl Round {
         if !solid.is_watertight() {
             return Self::around_open(&places, tool_from_mesh);
         }
-        let mut slabs = slabs(&places, mesh.faces());
-        let part_from_body = tool_from_mesh.inverse();
-        for slab in &mut slabs {
-            if !slab.holds_axis(&|p| solid.holds(&(part_from_body * p))) {
-                slab.bore = Some(BoreSlab::new(slab.z, &places, mesh.faces()));
-            }
-        }
-        fill_grooves(&mut slabs, groove_mm);
-        let pieces = pieces(&slabs);
+        let shells = shells(mesh).into_iter().map(|shell| Shell::new(&shell, &tool_from_mesh, groove_mm)).collect();
+        let pieces: Vec<Piece> = uncovered(shells).into_iter().flat_map(|shell| shell.pieces).collect();
         let known = pieces.iter().map(|piece| piece.slack_mm).filter(|slack| slack.is_finite());
         Self {
             slack_mm: known.fold(0.0, f64::max),
@@ -163,13 +156,17 @@ impl Piece {
         };
         // Where the convex piece is deepest the bore may be.
         let mut found = self.convex.lowest(q, travel, &Cube { inside: f64::NEG_INFINITY, ..*cube });
+        if found.least.deep >= cube.outside {
+            found.least.high = f64::INFINITY;
+            return found;
+        }
         let hollow = bore.hollow(q, &(q - travel));
         found.least.low = found.least.low.max(hollow);
         found.least.deep = found.least.deep.max(hollow - cube.radius);
         let middle = [bore.middle_mm, f64::midpoint(self.span[0], self.span[1])];
         let highs = places(q, travel, found.at, middle).map(|at| {
             let p = q - travel * at;
-            self.convex.excess(p.x.hypot(p.y), p.z).max(bore.short_of(&p))
+            self.convex.excess(rho(&p), p.z).max(bore.short_of(&p))
         });
         found.least.high = highs.fold(f64::INFINITY, f64::min) + self.slack_mm;
         found
@@ -182,6 +179,75 @@ fn places(q: &Vector, travel: &Vector, at: f64, [radius, z]: [f64; 2]) -> impl I
     let root = (b * b - a * (q.xy().norm_squared() - radius * radius)).max(0.0).sqrt();
     let all = [0.0, 1.0, at, (b - root) / a, (b + root) / a, (q.z - z) / travel.z];
     all.into_iter().filter(|at| (0.0..=1.0).contains(at))
+}
+
+/// Most shells of a mesh that are taken one by one.
+const MOST_SHELLS: usize = 64;
+
+/// The closed surfaces of a watertight mesh that do not share vertices; the mesh itself where one of them is the wall of a hollow.
+fn shells(mesh: &Arc<Mesh>) -> Vec<Arc<Mesh>> {
+    let whole = || vec![Arc::clone(mesh)];
+    let (numbers, count) = mesh.components();
+    if !(2..=MOST_SHELLS).contains(&count) {
+        return whole();
+    }
+    let mut faces = vec![Vec::new(); count];
+    for (face, number) in mesh.faces().iter().zip(numbers) {
+        faces[number as usize].push(*face);
+    }
+    let shell = |faces| Mesh::new(mesh.vertices().to_vec(), faces).ok().map(Mesh::without_unused_vertices);
+    let shells: Option<Vec<Mesh>> = faces.into_iter().map(shell).collect();
+    match shells {
+        Some(shells) if shells.iter().all(|shell| shell.signed_volume() > 0.0) => {
+            shells.into_iter().map(Arc::new).collect()
+        }
+        _ => whole(),
+    }
+}
+
+/// A closed surface that turns.
+struct Shell {
+    slabs: Vec<Slab>,
+    pieces: Vec<Piece>,
+}
+
+impl Shell {
+    fn new(mesh: &Arc<Mesh>, body_from_part: &Isometry, groove_mm: f64) -> Self {
+        let places: Vec<Point> = mesh.vertices().iter().map(|vertex| body_from_part * vertex).collect();
+        let solid = Solid::new(Arc::clone(mesh));
+        let part_from_body = body_from_part.inverse();
+        let mut slabs = slabs(&places, mesh.faces());
+        for slab in &mut slabs {
+            if !slab.holds_axis(&|p| solid.holds(&(part_from_body * p))) {
+                slab.bore = Some(BoreSlab::new(slab.z, &places, mesh.faces()));
+            }
+        }
+        fill_grooves(&mut slabs, groove_mm);
+        Self { pieces: pieces(&slabs), slabs }
+    }
+
+    /// Whether all that it sweeps is in what `other` sweeps for sure.
+    fn is_within(&self, other: &Self) -> bool {
+        let solid = || other.pieces.iter().filter(|piece| piece.bore.is_none());
+        self.slabs.iter().all(|Slab { z, outer, .. }| {
+            let holds = |piece: &Piece, rho: f64, z: f64| piece.convex.excess(rho, z) + piece.slack_mm <= 0.0;
+            solid().any(|piece| (0..2).all(|k| holds(piece, outer[k], z[k]) && holds(piece, 0.0, z[k])))
+        })
+    }
+}
+
+/// Without those that are within another.
+fn uncovered(mut shells: Vec<Shell>) -> Vec<Shell> {
+    let mut at = 0;
+    while at < shells.len() {
+        let is_within = (0..shells.len()).any(|other| other != at && shells[at].is_within(&shells[other]));
+        if is_within {
+            shells.remove(at);
+        } else {
+            at += 1;
+        }
+    }
+    shells
 }
 
 fn slabs(places: &[Point], faces: &[[u32; 3]]) -> Vec<Slab> {
@@ -431,6 +497,29 @@ mod tests {
     }
 
     #[test]
+    fn inserts_in_the_end_of_a_cutter_hide_nothing_of_it() {
+        let cutter = revolve(&[[0.0, 1.0], [3.0, 1.0], [3.5, 0.0], [6.0, 0.0], [6.0, 30.0], [0.0, 30.0]]);
+        let ball = revolve(&[[0.0, -0.9], [0.9, 0.0], [0.0, 0.9]]);
+        let with_balls_at = |x: f64, z: f64| {
+            let (mut vertices, mut faces) = (cutter.vertices().to_vec(), cutter.faces().to_vec());
+            for x in [x, -x] {
+                let first = vertices.len() as u32;
+                vertices.extend(ball.vertices().iter().map(|v| v + Vector::new(x, 0.0, z)));
+                faces.extend(ball.faces().iter().map(|face| face.map(|corner| corner + first)));
+            }
+            Round::new(&Arc::new(Mesh::new(vertices, faces).unwrap()), 0.0)
+        };
+        let (alone, within) = (Round::new(&cutter, 0.0), with_balls_at(2.0, 8.0));
+        assert_eq!(within.pieces.len(), alone.pieces.len());
+        assert!((short_of(&within, 5.0, 0.5) - short_of(&alone, 5.0, 0.5)).abs() < 1e-9);
+        // In the ring around the dish, and reaching out of it: both bodies are there.
+        let seated = with_balls_at(5.5, 2.0);
+        assert!(short_of(&seated, 5.0, 0.5) <= short_of(&alone, 5.0, 0.5) + 1e-9, "{}", short_of(&seated, 5.0, 0.5));
+        assert!(excess(&seated, 6.3, 2.0) < 0.0 && short_of(&seated, 6.3, 2.0) < 0.0);
+        assert!(excess(&seated, 6.3, 3.5) > 0.2 && excess(&seated, 1.0, 0.2) > 0.2);
+    }
+
+    #[test]
     fn under_the_dish_of_an_end_mill_nothing_is_cut() {
         let mill = Round::new(
             &revolve(&[[0.0, 0.7], [2.0, 0.4], [4.0, 0.0], [5.2, 0.0], [6.0, 0.8], [6.0, 30.0], [0.0, 30.0]]),
@@ -438,6 +527,22 @@ mod tests {
         );
         assert!(excess(&mill, 0.1, 0.05) > 0.1 && short_of(&mill, 0.1, 0.05) > 0.1);
         assert!(short_of(&mill, 4.6, 0.3) < -0.1 && short_of(&mill, 0.1, 0.9) < -0.1);
+        // Beside a dish with a rounded edge and a rounded floor the ring is known to be full.
+        let rounded = [
+            [0.0, 3.0],
+            [1.0, 3.0],
+            [1.4, 2.8],
+            [1.6, 2.4],
+            [2.4, 0.6],
+            [2.6, 0.2],
+            [3.0, 0.0],
+            [6.0, 0.0],
+            [6.0, 30.0],
+            [0.0, 30.0],
+        ];
+        let rounded = Round::new(&revolve(&rounded), 0.0);
+        assert!(short_of(&rounded, 4.5, 1.2) < -1.0, "{}", short_of(&rounded, 4.5, 1.2));
+        assert!(excess(&rounded, 0.1, 1.2) > 1.0 && short_of(&rounded, 1.5, 2.0) > 0.1);
         // No film where the ring meets the solid part.
         assert!(short_of(&mill, 5.0, 0.7) < -0.3, "{}", short_of(&mill, 5.0, 0.7));
     }

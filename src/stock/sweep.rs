@@ -1,6 +1,7 @@
-//! A part that moves straight through the stock, and how deep a point of the stock comes into it.
+//! A part that moves through the stock, and how deep a point of the stock comes into it.
 
 use super::convex::{Cube, Least};
+use super::course::Course;
 use super::round::Round;
 use super::skin::Skin;
 use super::turned::{Shift, Turned};
@@ -81,22 +82,24 @@ impl Body {
         if let Form::Round(round) = &*self.form { round.filled } else { 1.0 }
     }
 
-    /// The part on a straight way without turning: from `stock_from_part` by `travel`, stock frame, mm. Every point of the part is within `pad_mm` of where it is
-    /// said to be.
+    /// The part from one pose to another, as frames of its mesh in the stock's, mm. Every point of the stock that it meets is within `pad_mm` of where it would be if
+    /// it went straight in the part's frame.
     #[must_use]
-    pub fn sweep(&self, stock_from_part: &Isometry, travel: &Vector, pad_mm: f64) -> Sweep {
+    pub fn sweep(&self, [first, last]: [&Isometry; 2], pad_mm: f64) -> Sweep {
         let body_from_part = match &*self.form {
             Form::Round(round) => round.body_from_part,
             Form::Rigid(_) => Isometry::identity(),
         };
-        let body_from_stock = body_from_part * stock_from_part.inverse();
-        let axes = [Vector::x(), Vector::y(), Vector::z()].map(|axis| body_from_stock * axis);
-        let (low, high) = self.form.bounds(&body_from_stock.inverse());
+        let body_from_stock = [first, last].map(|pose| body_from_part * pose.inverse());
+        let [(low, high), (end_low, end_high)] = body_from_stock.map(|pose| self.form.bounds(&pose.inverse()));
         let beyond = Vector::repeat(pad_mm + ROUNDING_MM);
-        let (low, high) = (low.inf(&(low + travel)) - beyond, high.sup(&(high + travel)) + beyond);
-        let travel_in_body = body_from_stock * travel;
-        let way = Way::Straight { form: Arc::clone(&self.form), body_from_stock, axes, travel: travel_in_body };
-        Sweep { way, way_mm: travel.norm(), pad: pad_mm + ROUNDING_MM, low, high }
+        let (low, high) = (low.inf(&end_low) - beyond, high.sup(&end_high) + beyond);
+        let (centre, radius_mm) = self.ball();
+        let turn = first.rotation.angle_to(&last.rotation);
+        let way_mm = (last * centre - first * centre).norm() + turn * radius_mm;
+        let course = Course::new(&body_from_stock[0], &body_from_stock[1]);
+        let way = Way::Chords { form: Arc::clone(&self.form), course };
+        Sweep { way, way_mm, pad: pad_mm + ROUNDING_MM, low, high }
     }
 }
 
@@ -171,11 +174,11 @@ impl TurningTool {
     }
 }
 
-/// A part on a straight piece of its way.
+/// A part on a piece of its way.
 #[derive(Clone, Debug)]
 pub struct Sweep {
     pub(super) way: Way,
-    /// Its length, mm.
+    /// How far a point of the part goes at most, mm.
     pub(super) way_mm: f64,
     pub(super) pad: f64,
     /// Box around all of it, stock frame, mm.
@@ -185,11 +188,9 @@ pub struct Sweep {
 
 #[derive(Clone, Debug)]
 pub(super) enum Way {
-    Straight {
+    Chords {
         form: Arc<Form>,
-        body_from_stock: Isometry,
-        axes: [Vector; 3],
-        travel: Vector,
+        course: Course,
     },
     Turned {
         section: Arc<Turned>,
@@ -214,16 +215,7 @@ impl Sweep {
     /// The part of the way from one part to another, 0 to 1. Its box stays that of the whole.
     pub(super) fn part(&self, from: f64, to: f64) -> Self {
         let way = match &self.way {
-            Way::Straight { form, body_from_stock, axes, travel } => Way::Straight {
-                form: Arc::clone(form),
-                // The stock goes by -travel as the body sees it.
-                body_from_stock: Isometry::from_parts(
-                    (body_from_stock.translation.vector - travel * from).into(),
-                    body_from_stock.rotation,
-                ),
-                axes: *axes,
-                travel: travel * (to - from),
-            },
+            Way::Chords { form, course } => Way::Chords { form: Arc::clone(form), course: course.part(from, to) },
             Way::Turned { section, shift, axis_from_stock, ring } => Way::Turned {
                 section: Arc::clone(section),
                 shift: shift.part(from, to),
@@ -237,11 +229,15 @@ impl Sweep {
     /// The part of the way on which the same body is where it is on the way of `cut`, up to rounding, 0 to 1; `None` where there is none of it.
     pub(super) fn retraced(&self, cut: &Self) -> Option<[f64; 2]> {
         let (start, way, first, along) = match (&self.way, &cut.way) {
-            (
-                Way::Straight { form, body_from_stock, travel, .. },
-                Way::Straight { form: other, body_from_stock: there, travel: along, .. },
-            ) if Arc::ptr_eq(form, other) && body_from_stock.rotation.angle_to(&there.rotation) < 1e-9 => {
-                (body_from_stock.translation.vector, -travel, there.translation.vector, -along)
+            (Way::Chords { form, course }, Way::Chords { form: other, course: there }) if Arc::ptr_eq(form, other) => {
+                if course.turns() || there.turns() {
+                    return course.is_that_of(there, RETRACED_MM).then_some([0.0, 1.0]);
+                }
+                if !course.is_turned_as(there) {
+                    return None;
+                }
+                let ((start, way), (first, along)) = (course.of_origin(), there.of_origin());
+                (start, way, first, along)
             }
             (Way::Turned { section, shift, .. }, Way::Turned { section: other, shift: there, .. })
                 if Arc::ptr_eq(section, other) =>
@@ -272,7 +268,7 @@ impl Sweep {
     /// How deep material can be in a body that retraces the way of `cut`, mm.
     pub(super) fn retraced_mm(&self, cut: &Self) -> f64 {
         let slack = match &self.way {
-            Way::Straight { form, .. } => match &**form {
+            Way::Chords { form, .. } => match &**form {
                 // The cutter is what it was there.
                 Form::Round(_) => 0.0,
                 Form::Rigid(_) => f64::INFINITY,
@@ -285,7 +281,7 @@ impl Sweep {
     /// Whether no point is in the part for sure, its mesh being open.
     pub(super) fn is_vague(&self) -> bool {
         match &self.way {
-            Way::Straight { form, .. } => matches!(&**form, Form::Round(round) if round.is_vague()),
+            Way::Chords { form, .. } => matches!(&**form, Form::Round(round) if round.is_vague()),
             Way::Turned { section, .. } => section.is_empty(),
         }
     }
@@ -293,7 +289,7 @@ impl Sweep {
     /// How deep a point must be in the part's body to be in the part for sure, mm, where that is known.
     pub(super) fn slack_mm(&self) -> f64 {
         match &self.way {
-            Way::Straight { form, .. } => form.slack_mm(),
+            Way::Chords { form, .. } => form.slack_mm(),
             Way::Turned { .. } => 0.0,
         }
     }
@@ -316,16 +312,20 @@ impl Sweep {
     fn least(&self, centre: &Point, half: f64, is_deepest: bool) -> Least {
         let radius = half * 3f64.sqrt();
         match &self.way {
-            Way::Straight { form, body_from_stock, axes, travel } => match &**form {
-                Form::Round(round) => {
-                    let q = (body_from_stock * centre).coords;
-                    let sure = -(radius + self.pad);
-                    let inside = if is_deepest { f64::NEG_INFINITY } else { sure };
-                    let cube = Cube { half, radius, axes: *axes, inside, outside: self.pad };
-                    self.padded(round.least(&q, travel, &cube))
+            Way::Chords { form, course } => {
+                let (q, travel) = course.at(centre);
+                let bent = course.bend() * radius;
+                match &**form {
+                    Form::Round(round) => {
+                        let sure = -(radius + self.pad);
+                        let inside = if is_deepest { f64::NEG_INFINITY } else { sure };
+                        let cube = Cube { half, radius, axes: course.axes(), inside, outside: self.pad + bent };
+                        let found = round.least(&q, &travel, &cube);
+                        self.padded(Least { deep: found.deep - bent, ..found })
+                    }
+                    Form::Rigid(skin) => self.padded(self.least_of_skin(skin, &q.into(), &travel, radius)),
                 }
-                Form::Rigid(skin) => self.padded(self.least_of_skin(skin, &(body_from_stock * centre), travel, radius)),
-            },
+            }
             Way::Turned { section, shift, axis_from_stock, ring } => {
                 let at = axis_from_stock * centre;
                 self.padded(section.least(at.x.hypot(at.y), at.z, shift, ring.map(|part| part * half)))

@@ -197,17 +197,47 @@ impl Interpreter<'_> {
             return Ok(());
         }
         program[hole.normal] = height;
-        let machine = self.offsets.to_machine(&program);
-        let mut target: Values9 = self.position;
+        let target = self.at_height(hole, &program);
+        match feed {
+            Some(values) => self.feed_to(target, values),
+            None => self.rapid_to(target),
+        }
+    }
+
+    /// Where the machine is when only the height in `program` differs from where it is now.
+    fn at_height(&self, hole: &Hole, program: &Values9) -> Values9 {
+        let machine = self.offsets.to_machine(program);
+        let mut target = self.position;
         target[hole.normal] = machine[hole.normal];
         let mixed = self.offsets.mixed_axes();
         if hole.normal < mixed {
             target[..mixed].copy_from_slice(&machine[..mixed]);
         }
-        match feed {
-            Some(values) => self.feed_to(target, values),
-            None => self.rapid_to(target),
+        target
+    }
+
+    /// Feeds a tap to a height. Outside the XY plane LinuxCNC takes the three coordinates for those of other axes, goes there, and carries on as if it had gone
+    /// along the hole. Its own tests (`tests/interp/g84`, 2.9) expect that.
+    fn tap_to(&mut self, hole: &Hole, height: f64, values: &Values) -> Result<(), Fault> {
+        let plane = self.modes.plane;
+        if plane == Plane::Xy || self.setup.dialect != Dialect::LinuxCnc {
+            return self.along(hole, height, Some(values));
         }
+        self.note(
+            "outside G17 LinuxCNC taps along other axes than the hole's: it takes the depth for another axis's word"
+                .to_owned(),
+        );
+        let mut program = self.offsets.to_program(&self.position);
+        program[hole.normal] = height;
+        let believed = self.at_height(hole, &program);
+        let [first, second, normal] = plane.axes().map(|axis| program[axis as usize]);
+        let taken = if plane == Plane::Yz { [normal, first, second] } else { [second, normal, first] };
+        for (axis, value) in plane.axes().into_iter().zip(taken) {
+            program[axis as usize] = value;
+        }
+        self.feed_to(self.offsets.to_machine(&program), values)?;
+        self.position = believed;
+        Ok(())
     }
 
     /// G87, from above the hole at its retract height.
@@ -243,16 +273,18 @@ impl Interpreter<'_> {
             return self.bore_from_behind(hole, values);
         }
         self.peck(hole, values)?;
-        self.along(hole, hole.bottom, Some(values))?;
         let spindle = self.modes.spindle;
         let taps = matches!(hole.code, 740 | 840);
         if taps {
+            self.tap_to(hole, hole.bottom, values)?;
             // A tap turns backwards to come out, and does so before it dwells.
             self.modes.spindle = match spindle {
                 Spindle::Clockwise => Spindle::Counterclockwise,
                 Spindle::Counterclockwise => Spindle::Clockwise,
                 Spindle::Still => Spindle::Still,
             };
+        } else {
+            self.along(hole, hole.bottom, Some(values))?;
         }
         let like_fanuc = self.setup.dialect.is_fanuc_like();
         let always = matches!(hole.code, 820 | 860 | 880 | 890) && !like_fanuc;
@@ -265,7 +297,8 @@ impl Interpreter<'_> {
         }
         match hole.code {
             // Out at feed all the way, as LinuxCNC does; Fanuc's controls feed to R.
-            740 | 840 | 890 if !like_fanuc => self.along(hole, hole.clear, Some(values))?,
+            740 | 840 if !like_fanuc => self.tap_to(hole, hole.clear, values)?,
+            890 if !like_fanuc => self.along(hole, hole.clear, Some(values))?,
             740 | 840 | 850 | 890 => self.along(hole, hole.retract, Some(values))?,
             _ => {}
         }

@@ -74,6 +74,25 @@ fn a_tap_leaves_at_feed_to_where_the_cycle_ends() {
 }
 
 #[test]
+fn taps_outside_the_xy_plane_go_where_linuxcnc_goes() {
+    let ends = |source: &str| {
+        let program = run(source);
+        assert!(program.notes.iter().any(|note| note.text.contains("outside G17")), "{source}");
+        program
+            .moves
+            .iter()
+            .map(|step| [Axis::X, Axis::Y, Axis::Z].map(|axis| step.end[axis]))
+            .skip(3)
+            .collect::<Vec<_>>()
+    };
+    // LinuxCNC's tests/interp/g84/g18/g98 and g19: above the hole as written, then the depth as another axis's; what follows begins from the hole.
+    let zx = "G18 M3 S1 G0 X0 Y2 Z0\nG98 G84 X5 Z7 Y-1 R1 F50\nG0 X9\nM2";
+    assert_eq!(ends(zx), [[-1.0, 7.0, 5.0], [2.0, 7.0, 5.0], [9.0, 2.0, 7.0]]);
+    let yz = "G19 M3 S1 G0 X2 Y0 Z0\nG98 G84 Y5 Z7 X-1 R1 F50\nG0 Y9\nM2";
+    assert_eq!(ends(yz), [[7.0, -1.0, 5.0], [7.0, 2.0, 5.0], [2.0, 9.0, 7.0]]);
+}
+
+#[test]
 fn the_safety_line_cancels_cycles_and_lets_its_motion_be() {
     for line in ["G00 G17 G21 G40 G49 G80 G90", "G80 G17 G21 G40 G49 G0 G90", "G80 G80 G0"] {
         let program = run(&format!("G81 X1 Z-1 R1 F50\n{line}\nX7\nM2"));

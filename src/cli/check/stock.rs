@@ -151,7 +151,7 @@ pub fn as_json(scene: &Scene, outcome: &Outcome, left: &[Left]) -> Value {
     });
     json!({
         "stays_whole": outcome.stays_whole, "open_cutters": outcome.open_cutters.iter().map(|&part| name(part)).collect::<Vec<_>>(), "touches": touches.collect::<Vec<_>>(), "workpieces": workpieces.collect::<Vec<_>>(),
-        "uncut": outcome.uncut.iter().map(|uncut| json!({ "part": name(uncut.part), "why": uncut.why.to_string() })).collect::<Vec<_>>(),
+        "uncut": outcome.uncut.iter().map(|&part| json!({ "part": name(part), "why": "its mesh is not watertight" })).collect::<Vec<_>>(),
     })
 }
 
