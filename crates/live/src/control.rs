@@ -342,11 +342,14 @@ impl Machine {
 
 impl Server {
     fn start(config: &Config, options: &Options, listener: TcpListener, address: SocketAddr) -> Result<Self> {
-        let manager = simple_node_manager(
-            NamespaceMetadata { namespace_uri: NAMESPACE.to_owned(), ..Default::default() },
-            "control",
-        );
-        let builder = builder(config, options, address)?.with_node_manager(manager);
+        let manager_of = |uri: &str, name: &str| {
+            simple_node_manager(NamespaceMetadata { namespace_uri: uri.to_owned(), ..Default::default() }, name)
+        };
+        let mut builder = builder(config, options, address)?.with_node_manager(manager_of(NAMESPACE, "control"));
+        // A server shows the namespaces of its managers alone: one without nodes for each that browse names are in.
+        for uri in config.namespaces.values().filter(|uri| *uri != NAMESPACE) {
+            builder = builder.with_node_manager(manager_of(uri, "names"));
+        }
         let (server, handle) = builder.build().map_err(|error| anyhow!("the server cannot start: {error}"))?;
         let manager = handle.node_managers().get_of_type::<SimpleNodeManager>().context("no node manager")?;
         let nodes = add_nodes(config, &handle, &manager)?;
