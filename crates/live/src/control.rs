@@ -514,11 +514,17 @@ impl Adder<'_> {
         };
         let (id, _, name) = self.place(method)?;
         let display = name.name.to_string();
-        let builder =
-            MethodBuilder::new(&id, name, display).executable(true).user_executable(true).component_of(object);
-        if !builder.insert(&mut *self.manager.address_space().write()) {
+        self.count += 1;
+        let (mut space, arguments) = (self.manager.address_space().write(), NodeId::new(self.index, self.count));
+        let builder = MethodBuilder::new(&id, name, display)
+            .executable(true)
+            .user_executable(true)
+            .component_of(object)
+            .input_args(&mut *space, &arguments, &[("Hold", DataTypeId::Boolean).into()]);
+        if !builder.insert(&mut *space) {
             return Err(anyhow!("node {method} is there twice"));
         }
+        drop(space);
         let held = Arc::new(AtomicBool::new(true));
         let own = Arc::clone(&held);
         self.manager.inner().add_method_callback(id, move |arguments| match arguments {
