@@ -9,16 +9,17 @@ use crate::judge::Verdict;
 use crate::monitor::TICKS_PER_S;
 use crate::opc;
 use crate::play::{Place, Plan, Player};
+use crate::trace::{Cycle, Trace};
 use anyhow::{Context as _, Result, anyhow};
 use bvbench::scene::{ProgramRun, Scene};
-use opcua::nodes::{ObjectBuilder, VariableBuilder};
+use opcua::nodes::{MethodBuilder, ObjectBuilder, VariableBuilder};
 use opcua::server::address_space::AddressSpace;
 use opcua::server::diagnostics::NamespaceMetadata;
 use opcua::server::node_manager::memory::{SimpleNodeManager, simple_node_manager};
 use opcua::server::{ANONYMOUS_USER_TOKEN_ID, ServerBuilder, ServerHandle, ServerUserToken};
 use opcua::types::{
-    AttributeId, DataEncoding, DataTypeId, DataValue, DateTime, NodeId, NumericRange, ObjectId, StatusCode,
-    TimestampsToReturn, Variant,
+    AttributeId, DataEncoding, DataTypeId, DataValue, DateTime, NodeId, NumericRange, ObjectId, QualifiedName,
+    StatusCode, TimestampsToReturn, Variant,
 };
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
@@ -28,6 +29,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::watch;
@@ -62,6 +64,8 @@ pub struct Options {
     pub patience_s: f64,
     /// Folder of certificates, instead of that of the configuration.
     pub pki: Option<PathBuf>,
+    /// Where a row per cycle goes, CSV; `None` for none.
+    pub trace: Option<PathBuf>,
 }
 
 impl Default for Options {
@@ -77,6 +81,7 @@ impl Default for Options {
             repeat: false,
             patience_s: 0.0,
             pki: None,
+            trace: None,
         }
     }
 }
@@ -92,6 +97,8 @@ pub struct Status {
     pub is_over: bool,
     /// Whether it may move.
     pub permitted: bool,
+    /// Whether the hold is given.
+    pub held: bool,
     /// Times that a machine that moved was held.
     pub holds: u32,
     /// The program's own clock, s.
@@ -102,9 +109,17 @@ pub struct Status {
 struct Nodes {
     axes: Vec<(Axis, f64, NodeId)>,
     verdict: NodeId,
-    hold: NodeId,
+    hold: HoldNode,
     line: Option<NodeId>,
     tool: Option<NodeId>,
+}
+
+/// Where the hold stands.
+enum HoldNode {
+    /// In a node that is written.
+    Node(NodeId),
+    /// In what the method was last called with.
+    Method(Arc<AtomicBool>),
 }
 
 /// A running server.
@@ -143,6 +158,8 @@ pub async fn control(
     let dynamics = config.dynamics(&scene.machine)?;
     let plan = Plan::new(scene, run, &dynamics, config.cycle_s)?;
     let mut machine = Machine::new(Player::new(plan, dynamics, config.cycle_s), config, options.clone());
+    let create = |path: &PathBuf| Trace::create(path).with_context(|| format!("cannot create {}", path.display()));
+    machine.trace = options.trace.as_ref().map(create).transpose()?;
     let address = listener.local_addr()?;
     let mut listener = Some(listener);
     loop {
@@ -156,7 +173,7 @@ pub async fn control(
         if is_done {
             return Ok(());
         }
-        machine.alone(&status, &stop).await;
+        machine.alone(&status, &stop).await?;
     }
 }
 
@@ -176,7 +193,9 @@ struct Machine {
     /// Whether the patience for a newer verdict is used up.
     impatient: bool,
     moved: bool,
+    held: bool,
     holds: u32,
+    trace: Option<Trace>,
 }
 
 impl Machine {
@@ -192,7 +211,9 @@ impl Machine {
             verdict: (0, 0.0),
             impatient: false,
             moved: false,
+            held: true,
             holds: 0,
+            trace: None,
         }
     }
 
@@ -217,7 +238,7 @@ impl Machine {
                 permitted = self.permitted(server);
             }
             self.impatient = self.waits();
-            self.cycle(permitted, status);
+            self.cycle(permitted, status)?;
             self.show(server)?;
             if self.player.is_over() {
                 if !self.options.repeat {
@@ -233,15 +254,16 @@ impl Machine {
     }
 
     /// Goes on without a server, held, for as long as it is down.
-    async fn alone(&mut self, status: &watch::Sender<Option<Status>>, stop: &CancellationToken) {
+    async fn alone(&mut self, status: &watch::Sender<Option<Status>>, stop: &CancellationToken) -> Result<()> {
         let mut tick = self.tick();
         let mut left_s = self.options.down_s;
         while left_s > 0.0 && !stop.is_cancelled() {
             tick.tick().await;
             let permitted = self.is_fresh();
-            self.cycle(permitted, status);
+            self.cycle(permitted, status)?;
             left_s -= self.cycle_s;
         }
+        Ok(())
     }
 
     fn tick(&self) -> tokio::time::Interval {
@@ -255,26 +277,30 @@ impl Machine {
         tick
     }
 
-    fn cycle(&mut self, permitted: bool, status: &watch::Sender<Option<Status>>) {
+    fn cycle(&mut self, permitted: bool, status: &watch::Sender<Option<Status>>) -> Result<()> {
         self.ticks += (self.cycle_s * TICKS_PER_S).round() as i64;
         self.player.cycle(permitted);
         self.holds += u32::from(self.moved && !permitted);
         self.moved = permitted;
         let (place, stands, is_over) = (self.player.place(), self.player.stands(), self.player.is_over());
-        let (holds, time_s) = (self.holds, self.player.time_s());
-        status.send_replace(Some(Status { place, stands, is_over, permitted, holds, time_s }));
+        let (held, holds, time_s) = (self.held, self.holds, self.player.time_s());
+        status.send_replace(Some(Status { place, stands, is_over, permitted, held, holds, time_s }));
+        let Some(trace) = &mut self.trace else { return Ok(()) };
+        let [source_ns, verdict_ns] = [self.ticks, self.verdict.0].map(opc::unix_ns);
+        let cycle = Cycle { source_ns, verdict_ns, permitted, time_s, reach_s: self.player.reach_s(self.deadline_s) };
+        trace.write(&cycle).context("the trace cannot be written")
     }
 
     /// Whether the machine may move in the next cycle. Verdicts about older samples than the newest are ignored.
     fn permitted(&mut self, server: &Server) -> bool {
-        let holds = server.read(&server.nodes.hold).and_then(|(value, _)| opc::number(&value));
+        self.held = server.is_held();
         if let Some((value, ticks)) = server.read(&server.nodes.verdict)
             && ticks > self.verdict.0
         {
             self.verdict = (ticks, opc::number(&value).unwrap_or_default());
             self.impatient = false;
         }
-        holds == Some(0.0) && self.is_fresh()
+        !self.held && self.is_fresh()
     }
 
     /// Whether the newest verdict would be too old after three more cycles, and patience is left.
@@ -316,11 +342,14 @@ impl Machine {
 
 impl Server {
     fn start(config: &Config, options: &Options, listener: TcpListener, address: SocketAddr) -> Result<Self> {
-        let manager = simple_node_manager(
-            NamespaceMetadata { namespace_uri: NAMESPACE.to_owned(), ..Default::default() },
-            "control",
-        );
-        let builder = builder(config, options, address)?.with_node_manager(manager);
+        let manager_of = |uri: &str, name: &str| {
+            simple_node_manager(NamespaceMetadata { namespace_uri: uri.to_owned(), ..Default::default() }, name)
+        };
+        let mut builder = builder(config, options, address)?.with_node_manager(manager_of(NAMESPACE, "control"));
+        // A server shows the namespaces of its managers alone: one without nodes for each that browse names are in.
+        for uri in config.namespaces.values().filter(|uri| *uri != NAMESPACE) {
+            builder = builder.with_node_manager(manager_of(uri, "names"));
+        }
         let (server, handle) = builder.build().map_err(|error| anyhow!("the server cannot start: {error}"))?;
         let manager = handle.node_managers().get_of_type::<SimpleNodeManager>().context("no node manager")?;
         let nodes = add_nodes(config, &handle, &manager)?;
@@ -332,6 +361,13 @@ impl Server {
         self.handle.cancel();
         if tokio::time::timeout(Duration::from_secs(2), self.task).await.is_err() {
             // Its connections end with the runtime.
+        }
+    }
+
+    fn is_held(&self) -> bool {
+        match &self.nodes.hold {
+            HoldNode::Node(id) => self.read(id).and_then(|(value, _)| opc::number(&value)) != Some(0.0),
+            HoldNode::Method(held) => held.load(Ordering::SeqCst),
         }
     }
 
@@ -415,10 +451,10 @@ fn add_nodes(config: &Config, handle: &ServerHandle, manager: &SimpleNodeManager
     }
     let nodes = &config.nodes;
     let verdict = adder.add(&nodes.verdict, Variant::Int32(0), DataTypeId::Int32, true)?;
-    let Hold::Node(hold) = &nodes.hold else {
-        return Err(anyhow!("a simulated control takes its hold by a node: set `nodes.hold`"));
+    let hold = match &nodes.hold {
+        Hold::Node(hold) => HoldNode::Node(adder.add(hold, Variant::Boolean(true), DataTypeId::Boolean, true)?),
+        Hold::Method { object, method } => HoldNode::Method(adder.add_method(object, method)?),
     };
-    let hold = adder.add(hold, Variant::Boolean(true), DataTypeId::Boolean, true)?;
     if let Some(heartbeat) = &nodes.heartbeat {
         adder.add(heartbeat, Variant::UInt32(0), DataTypeId::UInt32, true)?;
     }
@@ -441,29 +477,68 @@ struct Adder<'a> {
 }
 
 impl Adder<'_> {
-    fn add(&mut self, node: &Node, value: Variant, kind: DataTypeId, writable: bool) -> Result<NodeId> {
+    /// Id, folder and browse name of a node that is to be added.
+    fn place(&mut self, node: &Node) -> Result<(NodeId, NodeId, QualifiedName)> {
         let objects: NodeId = ObjectId::ObjectsFolder.into();
-        let (id, parent, name, namespace) = match node {
+        match node {
             Node::Id(text) => {
                 let id = NodeId::from_str(text).map_err(|_| anyhow!("`{text}` is not a node id"))?;
                 if id.namespace != self.index {
                     let index = self.index;
                     return Err(anyhow!("node `{text}`: the nodes of a simulated control are in ns={index}"));
                 }
-                (id, objects, text.clone(), self.index)
+                Ok((id, objects, QualifiedName::new(self.index, text.clone())))
             }
             Node::Path(steps) => {
-                let mut parent = objects;
                 let (last, folders) = steps.split_last().context("an empty path")?;
-                for step in folders {
-                    parent = self.folder(&parent, step)?;
-                }
-                let namespace = self.namespace(&last.0)?;
+                let parent = folders.iter().try_fold(objects, |parent, step| self.folder(&parent, step))?;
                 self.count += 1;
-                (NodeId::new(self.index, self.count), parent, last.1.clone(), namespace)
+                let name = QualifiedName::new(self.namespace(&last.0)?, last.1.clone());
+                Ok((NodeId::new(self.index, self.count), parent, name))
+            }
+        }
+    }
+
+    /// Adds a method that takes the hold as its argument.
+    fn add_method(&mut self, object: &Node, method: &Node) -> Result<Arc<AtomicBool>> {
+        let objects: NodeId = ObjectId::ObjectsFolder.into();
+        let object = match object {
+            Node::Path(steps) => steps.iter().try_fold(objects, |parent, step| self.folder(&parent, step))?,
+            Node::Id(_) => {
+                let (id, parent, name) = self.place(object)?;
+                let display = name.name.to_string();
+                let builder = ObjectBuilder::new(&id, name, display).organized_by(parent);
+                builder.insert(&mut *self.manager.address_space().write());
+                id
             }
         };
-        let name = opcua::types::QualifiedName::new(namespace, name);
+        let (id, _, name) = self.place(method)?;
+        let display = name.name.to_string();
+        self.count += 1;
+        let (mut space, arguments) = (self.manager.address_space().write(), NodeId::new(self.index, self.count));
+        let builder = MethodBuilder::new(&id, name, display)
+            .executable(true)
+            .user_executable(true)
+            .component_of(object)
+            .input_args(&mut *space, &arguments, &[("Hold", DataTypeId::Boolean).into()]);
+        if !builder.insert(&mut *space) {
+            return Err(anyhow!("node {method} is there twice"));
+        }
+        drop(space);
+        let held = Arc::new(AtomicBool::new(true));
+        let own = Arc::clone(&held);
+        self.manager.inner().add_method_callback(id, move |arguments| match arguments {
+            [Variant::Boolean(hold)] => {
+                own.store(*hold, Ordering::SeqCst);
+                Ok(Vec::new())
+            }
+            _ => Err(StatusCode::BadInvalidArgument),
+        });
+        Ok(held)
+    }
+
+    fn add(&mut self, node: &Node, value: Variant, kind: DataTypeId, writable: bool) -> Result<NodeId> {
+        let (id, parent, name) = self.place(node)?;
         let display = name.name.to_string();
         let builder = VariableBuilder::new(&id, name, display).data_type(kind).value(value).organized_by(parent);
         let builder = if writable { builder.writable() } else { builder };
@@ -479,7 +554,7 @@ impl Adder<'_> {
         let namespace = self.namespace(alias)?;
         let mut space = self.manager.address_space().write();
         if AddressSpace::find(&space, &id).is_none() {
-            let name = opcua::types::QualifiedName::new(namespace, name.clone());
+            let name = QualifiedName::new(namespace, name.clone());
             let display = name.name.to_string();
             ObjectBuilder::new(&id, name, display).organized_by(parent.clone()).insert(&mut *space);
         }

@@ -1,7 +1,7 @@
 //! The deadline as a measured quantity: how long from a sample to its verdict.
 //!
-//! `judge` times the judge alone over a program's samples, warm (as in a watch) and cold (caches evicted, and what the last sample said
-//! forgotten, before each of a few hundred samples). `network` runs the simulated control and the watch over the loopback address, and takes
+//! `judge` times the judge alone over stretches of a program, warm (as in a watch) and cold (caches evicted, and what the last sample said
+//! forgotten, before each of a few hundred samples), until the samples or the time of the row are used up. `network` runs the simulated control and the watch over the loopback address, and takes
 //! the time from the sample's entry in the server to the control's confirmation of the verdict, by the machine's one clock.
 
 use crate::config::Config;
@@ -9,6 +9,7 @@ use crate::control;
 use crate::judge::{Judge, State};
 use crate::monitor::Monitor;
 use crate::play::Plan;
+use crate::scratch::Scratch;
 use crate::watch;
 use anyhow::{Context as _, Result};
 use bvbench::measure::timer;
@@ -22,7 +23,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::runtime::Runtime;
 use tokio_util::sync::CancellationToken;
 
@@ -30,6 +31,10 @@ use tokio_util::sync::CancellationToken;
 pub const CYCLES_MS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Buffer that is read to evict caches, and by each thread of the load, bytes: larger than the caches of most processors.
 const BUFFER_BYTES: usize = 64 << 20;
+/// Stretches of the program in which consecutive samples are judged.
+const STRETCHES: usize = 20;
+/// Order in which they are: every `STRIDE`th, so that a row whose time is used up has samples from the whole program. No divisor of `STRETCHES`.
+const STRIDE: usize = 7;
 /// Bytes of a cache line.
 const LINE: usize = 64;
 
@@ -73,6 +78,8 @@ pub struct Budget {
     pub samples: usize,
     /// Samples of the judge alone, cold.
     pub cold: usize,
+    /// Time for a row of the judge alone, s; the sample that is under way is finished.
+    pub judge_s: f64,
     /// How long control and watch run together, s.
     pub network_s: f64,
 }
@@ -109,9 +116,10 @@ pub fn measure(
                     told(&row);
                     rows.push(row);
                 };
-                let states = states(scene, run, &config, budget.samples)?;
-                add(conditions.judge(&states, None)?);
-                add(conditions.judge(&states, Some(budget.cold))?);
+                let stretches = stretches(scene, run, &config, budget.samples)?;
+                add(conditions.judge(&stretches, budget.judge_s, false)?);
+                let stretches = self::stretches(scene, run, &config, budget.cold)?;
+                add(conditions.judge(&stretches, budget.judge_s, true)?);
                 if budget.network_s > 0.0 {
                     add(conditions.network(run, budget.network_s)?);
                 }
@@ -121,40 +129,57 @@ pub fn measure(
     Ok(rows)
 }
 
-/// The samples of a program that nobody holds.
-fn states(scene: &Scene, run: &ProgramRun, config: &Config, most: usize) -> Result<Vec<State>> {
+/// Samples of a program that nobody holds: about `most`, in stretches from its beginning to its end, in the order in which they are judged.
+fn stretches(scene: &Scene, run: &ProgramRun, config: &Config, most: usize) -> Result<Vec<Vec<State>>> {
     let plan = Plan::new(scene, run, &config.dynamics(&scene.machine)?, config.cycle_s)?;
-    let count = ((plan.duration_s() / config.cycle_s) as usize).min(most);
+    let count = (plan.duration_s() / config.cycle_s) as usize;
     let state = |cycle: usize| {
         let [before, now] = [cycle, cycle + 1].map(|cycle| plan.at(cycle as f64 * config.cycle_s));
         let speed = |i: usize| (now.position.0[i] - before.position.0[i]) / config.cycle_s;
         let velocity = Position(std::array::from_fn(speed));
         State { position: now.position, velocity, interval_s: config.cycle_s, spread_s: 0.0, tool: now.tool }
     };
-    Ok((0..count).map(state).collect())
+    let length = (most.min(count) / STRETCHES).max(1);
+    let stretch = |index: usize| {
+        let begin = (index * STRIDE % STRETCHES) * count / STRETCHES;
+        // One more, which only warms up.
+        (begin..=begin + length).map(state).collect()
+    };
+    Ok((0..STRETCHES).map(stretch).collect())
 }
 
 impl Conditions<'_> {
-    /// The judge alone; cold for a number of samples, spread over the program.
-    fn judge(&self, states: &[State], cold: Option<usize>) -> Result<LatencyRow> {
+    /// The judge alone, for as long as `most_s` allows.
+    fn judge(&self, stretches: &[Vec<State>], most_s: f64, is_cold: bool) -> Result<LatencyRow> {
         let mut judge = Judge::new(self.scene, self.variant, self.config.rule(&self.scene.machine)?)?;
         let evictor = Evictor::new();
-        let step = cold.map_or(1, |count| (states.len() / count.max(1)).max(1));
-        let mut times = Vec::with_capacity(states.len() / step + 1);
-        for state in states.iter().step_by(step) {
-            if cold.is_some() {
-                evictor.evict();
-                judge.forget();
+        let (begin, mut times) = (Instant::now(), Vec::new());
+        // Each stretch has its share of the time; what a quick one leaves is for the others.
+        for (index, stretch) in stretches.iter().enumerate() {
+            let until_s = most_s * (index + 1) as f64 / stretches.len() as f64;
+            if begin.elapsed().as_secs_f64() >= most_s {
+                break;
             }
-            times.push(timer::time(|| judge.judge(state)).0);
+            let mut states = stretch.iter();
+            states.next().map(|first| judge.judge(first));
+            for state in states {
+                if is_cold {
+                    evictor.evict();
+                    judge.forget();
+                }
+                times.push(timer::time(|| judge.judge(state)).0);
+                if begin.elapsed().as_secs_f64() >= until_s {
+                    break;
+                }
+            }
         }
-        Ok(self.row("judge", if cold.is_some() { "cold" } else { "warm" }, times, 0))
+        Ok(self.row("judge", if is_cold { "cold" } else { "warm" }, times, 0))
     }
 
     /// Control and watch over the loopback address.
     fn network(&self, run: &ProgramRun, seconds: f64) -> Result<LatencyRow> {
-        let folder = scratch_folder()?;
-        let log = folder.join("log.csv");
+        let folder = Scratch::new()?;
+        let log = folder.path().join("log.csv");
         let own = Runtime::new()?;
         let listener = own.block_on(async { control::listen(SocketAddr::from(([127, 0, 0, 1], 0))) })?;
         let config = Config { endpoint: format!("opc.tcp://{}/", listener.local_addr()?), ..self.config.clone() };
@@ -185,17 +210,13 @@ impl Conditions<'_> {
         });
         let summary = result?;
         let times = times(&log)?;
-        std::fs::remove_dir_all(&folder).ok();
         Ok(self.row("network", "warm", times, summary.superseded))
     }
 
     fn row(&self, way: &str, cache: &str, mut times: Vec<u64>, superseded: u64) -> LatencyRow {
         times.sort_unstable();
         let deadline_ns = (self.config.deadline_s * 1e9) as u64;
-        let at = |share: f64| {
-            let rank = (share * times.len() as f64).ceil() as usize;
-            times.get(rank.clamp(1, times.len().max(1)) - 1).copied().unwrap_or(0)
-        };
+        let at = |share: f64| percentile(&times, share);
         LatencyRow {
             way: way.to_owned(),
             scene: self.scene.name.clone(),
@@ -215,6 +236,12 @@ impl Conditions<'_> {
     }
 }
 
+/// The time that a share of the sorted times does not exceed; 0 of none.
+pub(crate) fn percentile(sorted: &[u64], share: f64) -> u64 {
+    let rank = (share * sorted.len() as f64).ceil() as usize;
+    sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(0)
+}
+
 /// From a sample's entry in the server to the confirmed verdict, ns.
 fn times(log: &Path) -> Result<Vec<u64>> {
     #[derive(Deserialize)]
@@ -231,13 +258,6 @@ fn times(log: &Path) -> Result<Vec<u64>> {
         }
     }
     Ok(times)
-}
-
-/// A folder of this process for logs.
-fn scratch_folder() -> Result<std::path::PathBuf> {
-    let folder = std::env::temp_dir().join(format!("bvbench-live-{}", std::process::id()));
-    std::fs::create_dir_all(&folder)?;
-    Ok(folder)
 }
 
 /// A buffer larger than the caches.

@@ -2,17 +2,23 @@
 //!
 //! Reading order: [`judge`] (the rule: may the machine go on?), [`config`] (the TOML), [`play`] (a program with
 //! accelerations), [`monitor`] (from readings to permission), `opc` (what client and server share), [`control`] (the simulated control),
-//! [`log`], [`watch`] (the client), [`latency`] and [`figure`] (how long a verdict takes), [`panel`] (the operator's page).
+//! [`log`], [`watch`] (the client), [`latency`] and [`figure`] (how long a verdict takes), [`soak`] with [`trace`], [`planted`] and [`relay`]
+//! (long runs, planted collisions, kills, a bad network), [`panel`] (the operator's page).
 
 pub mod judge;
 pub mod config;
 pub mod play;
+pub mod trace;
 pub mod monitor;
 mod opc;
+mod scratch;
 pub mod control;
 pub mod log;
 pub mod watch;
 pub mod latency;
+pub mod planted;
+pub mod relay;
+pub mod soak;
 pub mod figure;
 pub mod panel;
 #[cfg(test)]

@@ -4,11 +4,14 @@ use anyhow::{Context as _, Result, anyhow, bail};
 use bvbench::record::file::write_bytes;
 use bvbench::registry::{Registry, Variant};
 use bvbench::scene::{Overrides, ProgramRun, Scene};
-use bvbench_live::config::Config;
+use bvbench_live::config::{Config, Mode};
 use bvbench_live::figure::Figure;
 use bvbench_live::judge::Judge;
 use bvbench_live::latency::{self, Budget, LatencyRow};
 use bvbench_live::monitor::Monitor;
+use bvbench_live::planted::Exact;
+use bvbench_live::relay::Network;
+use bvbench_live::soak::{self, Soak};
 use bvbench_live::{control, panel, watch};
 use clap::{Args, Parser, Subcommand};
 use std::io::Write as _;
@@ -47,6 +50,8 @@ enum Verb {
     Control(ControlOptions),
     /// Measure how long from a sample to its verdict
     Latency(LatencyOptions),
+    /// Run control and watch for long, plant collisions, kill either side, delay and lose
+    Soak(SoakOptions),
 }
 
 const WATCH_EXAMPLES: &str = "\
@@ -118,6 +123,9 @@ struct ControlOptions {
     /// Folder of certificates, instead of that of the configuration
     #[arg(long)]
     pki: Option<PathBuf>,
+    /// Trace, CSV: a row per cycle
+    #[arg(long)]
+    trace: Option<PathBuf>,
 }
 
 const LATENCY_EXAMPLES: &str = "\
@@ -144,9 +152,51 @@ struct LatencyOptions {
     /// Samples of the judge alone with cold caches
     #[arg(long, default_value_t = 200)]
     cold: usize,
+    /// Seconds per row of the judge alone, after which it has fewer samples
+    #[arg(long, default_value_t = 4.0, value_parser = patience)]
+    judge_s: f64,
     /// Seconds per row over the network; 0 to leave it out
     #[arg(long, default_value_t = 3.0)]
     network_s: f64,
+}
+
+const SOAK_EXAMPLES: &str = "\
+Examples:
+  bvbench-live soak live.toml part.ngc --out D --minutes 30 --planted 20
+  bvbench-live soak live.toml part.ngc --out D --kills 20
+  bvbench-live soak live.toml part.ngc --out D --minutes 0.5 --delay-ms 2 --loss 0.01";
+
+#[derive(Args)]
+#[command(after_help = SOAK_EXAMPLES)]
+struct SoakOptions {
+    /// Configuration, TOML, without security
+    config: PathBuf,
+    /// Program, G-code; without it, that of the scene
+    program: Option<PathBuf>,
+    /// Folder for soak.csv and planted.csv; rows about the same are replaced
+    #[arg(long)]
+    out: PathBuf,
+    /// Variant, by id; without it, the fastest
+    #[arg(long)]
+    variant: Option<String>,
+    /// Minutes that the program is played, to and fro
+    #[arg(long, default_value_t = 0.0, value_parser = minutes)]
+    minutes: f64,
+    /// Collisions to plant
+    #[arg(long, default_value_t = 0)]
+    planted: u32,
+    /// Kills of the watch, and as many of the control, each before a planted collision
+    #[arg(long, default_value_t = 0)]
+    kills: u32,
+    /// Delay of the network each way, ms
+    #[arg(long, default_value_t = 0.0, value_parser = delay)]
+    delay_ms: f64,
+    /// Share of what is sent that is lost and sent again after 0.2 s, 0 to 1
+    #[arg(long, default_value_t = 0.0, value_parser = share)]
+    loss: f64,
+    /// Seed of collisions, kills and losses
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
 }
 
 /// The five volumes of the paper.
@@ -158,8 +208,20 @@ fn share(text: &str) -> Result<f64, String> {
 }
 
 fn patience(text: &str) -> Result<f64, String> {
+    between(text, 3600.0, "s")
+}
+
+fn minutes(text: &str) -> Result<f64, String> {
+    between(text, 24.0 * 60.0, "minutes")
+}
+
+fn delay(text: &str) -> Result<f64, String> {
+    between(text, 10_000.0, "ms")
+}
+
+fn between(text: &str, most: f64, unit: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
-    if (0.0..=3600.0).contains(&value) { Ok(value) } else { Err(format!("{value} s are not between 0 and 3600")) }
+    if (0.0..=most).contains(&value) { Ok(value) } else { Err(format!("{value} {unit} are not between 0 and {most}")) }
 }
 
 fn main() -> ExitCode {
@@ -167,6 +229,7 @@ fn main() -> ExitCode {
         Verb::Watch(options) => watch_verb(options),
         Verb::Control(options) => control_verb(options),
         Verb::Latency(options) => latency_verb(&options),
+        Verb::Soak(options) => soak_verb(options),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -289,6 +352,7 @@ fn control_verb(options: ControlOptions) -> Result<()> {
         repeat: options.repeat,
         patience_s: options.patience,
         pki: options.pki,
+        trace: options.trace,
     };
     let address = config.endpoint.trim_start_matches("opc.tcp://").split('/').next().unwrap_or_default().to_owned();
     tokio::runtime::Runtime::new()?.block_on(async {
@@ -322,16 +386,18 @@ fn latency_verb(options: &LatencyOptions) -> Result<()> {
     } else {
         options.variants.iter().map(|id| variant(&registry, Some(id))).collect::<Result<_>>()?
     };
-    let budget = Budget { samples: options.samples, cold: options.cold, network_s: options.network_s };
+    let budget =
+        Budget { samples: options.samples, cold: options.cold, judge_s: options.judge_s, network_s: options.network_s };
     let mut told = |row: &LatencyRow| {
         let ms = |ns: u64| ns as f64 / 1e6;
         say(&format!(
-            "{:<8} {:<14} {} ms {} {}: p50 {:.3} ms, p99 {:.3} ms, p99.9 {:.3} ms, max {:.3} ms, late {}",
+            "{:<8} {:<14} {} ms {} {}: {} samples, p50 {:.3} ms, p99 {:.3} ms, p99.9 {:.3} ms, max {:.3} ms, late {}",
             row.way,
             row.variant,
             row.cycle_ns / 1_000_000,
             row.load,
             row.cache,
+            row.samples,
             ms(row.p50_ns),
             ms(row.p99_ns),
             ms(row.p999_ns),
@@ -346,4 +412,28 @@ fn latency_verb(options: &LatencyOptions) -> Result<()> {
     let figure = bvbench::plot::canvas::svg(&Figure(&rows)).map_err(|error| anyhow!(error))?;
     write_bytes(&options.out.join("latency.svg"), figure.as_bytes())?;
     Ok(())
+}
+
+fn soak_verb(options: SoakOptions) -> Result<()> {
+    let (config, scene) = load(&options.config)?;
+    if config.security.mode != Mode::None {
+        bail!("{}: a soak has no certificates: leave [security] out", options.config.display());
+    }
+    let run = program(&scene, options.program.as_deref())?;
+    let registry = Registry::standard();
+    let chosen = variant(&registry, options.variant.as_deref())?;
+    let judge = Judge::new(&scene, chosen, config.rule(&scene.machine)?)?;
+    let exact = Exact::new(&scene, judge.pairs());
+    let delay = Duration::from_secs_f64(options.delay_ms / 1e3);
+    let settings = soak::Settings {
+        out: options.out,
+        variant: chosen.info.id.to_owned(),
+        program_s: options.minutes * 60.0,
+        planted: options.planted,
+        kills: options.kills,
+        network: Network { delay, loss: options.loss, seed: options.seed },
+        seed: options.seed,
+    };
+    let program = options.program.as_deref();
+    Soak { scene: &scene, config: &config, run: &run, program, settings: &settings }.run(&exact, &mut |line| say(line))
 }

@@ -11,6 +11,7 @@ use crate::judge::Dynamics;
 use bvbench::check::Path;
 use bvbench::scene::{ProgramRun, Scene, TipFault};
 use rs274::Position;
+use std::sync::Arc;
 
 const TANGENTIAL: f64 = 0.4;
 const CORNER: f64 = 0.15;
@@ -114,6 +115,16 @@ impl Plan {
         }
     }
 
+    /// Largest speed of each axis between two times of the program's own clock, mm/s and radians/s.
+    #[must_use]
+    pub fn fastest(&self, from_s: f64, to_s: f64) -> [f64; 9] {
+        let first = self.segments.partition_point(|segment| segment.begin + segment.duration() < from_s);
+        let within = self.segments[first..].iter().take_while(|segment| segment.begin <= to_s);
+        within.fold([0.0; 9], |fastest, segment| {
+            std::array::from_fn(|i| f64::max(fastest[i], (segment.direction[i] * segment.speeds[1]).abs()))
+        })
+    }
+
     /// Time in which an override may rise from 0 to 1, s.
     fn resume_s(&self, dynamics: &Dynamics) -> f64 {
         let slowest = |segment: &Segment| {
@@ -202,7 +213,7 @@ fn time(segments: &mut [Segment]) {
 /// Plays a plan in cycles, with an override that a hold takes to zero.
 #[derive(Clone, Debug)]
 pub struct Player {
-    plan: Plan,
+    plan: Arc<Plan>,
     dynamics: Dynamics,
     cycle_s: f64,
     resume_s: f64,
@@ -221,7 +232,7 @@ impl Player {
     #[must_use]
     pub fn new(plan: Plan, dynamics: Dynamics, cycle_s: f64) -> Self {
         let resume_s = plan.resume_s(&dynamics);
-        Self { plan, dynamics, cycle_s, resume_s, time_s: 0.0, direction: 1.0, ratio: 0.0, fall: None }
+        Self { plan: Arc::new(plan), dynamics, cycle_s, resume_s, time_s: 0.0, direction: 1.0, ratio: 0.0, fall: None }
     }
 
     /// A cycle passes; the program goes on, or brakes.
@@ -239,6 +250,17 @@ impl Player {
         let falling_s = (self.ratio / fall).min(self.cycle_s);
         self.time_s += self.direction * falling_s * (self.ratio - 0.5 * fall * falling_s);
         self.ratio = (self.ratio - fall * self.cycle_s).max(0.0);
+    }
+
+    /// The program's own clock when the machine stands, if it goes on for `deadline_s` and is then held.
+    #[must_use]
+    pub fn reach_s(&self, deadline_s: f64) -> f64 {
+        let mut ahead = self.clone();
+        (0..(deadline_s / self.cycle_s).ceil() as u32).for_each(|_| ahead.cycle(true));
+        while !ahead.stands() {
+            ahead.cycle(false);
+        }
+        ahead.time_s
     }
 
     /// Turns round: at its end the program goes back the way it came, and at its beginning forth again.

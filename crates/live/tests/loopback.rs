@@ -19,6 +19,7 @@ use opcua::types::{
 };
 use rs274::{Axis, Position};
 use std::fs;
+use std::io::Write as _;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -55,10 +56,13 @@ impl Place {
     }
 
     fn config(&self, address: SocketAddr, first: &str, more: &str) -> Config {
-        let text = format!(
+        Config::parse(&self.path("live.toml"), &Self::text(address, first, more)).unwrap()
+    }
+
+    fn text(address: SocketAddr, first: &str, more: &str) -> String {
+        format!(
             "{first}\nscene = \"mill-vise\"\nendpoint = \"opc.tcp://{address}/\"\npreset = \"sinumerik\"\ndeadline_ms = 40\nstale_ms = 60000\ntool = 1\n{AXES}\n[nodes]\nline = \"ns=2;s=/Channel/ProgramInfo/actLineNumber\"\n{more}"
-        );
-        Config::parse(&self.path("live.toml"), &text).unwrap()
+        )
     }
 
     fn program(&self, scene: &Scene, text: &str) -> ProgramRun {
@@ -363,4 +367,98 @@ fn write_everywhere(address: SocketAddr, pki: &Path) -> Vec<StatusCode> {
         session.disconnect().await.ok();
         statuses
     })
+}
+
+/// The log is on a small disk: when it is full the machine is held, and with room again it goes on.
+#[test]
+#[ignore = "needs a small disk at BVBENCH_SMALL_DISK; `scripts/live test` mounts one"]
+fn a_full_disk_holds_and_room_releases() {
+    let disk = PathBuf::from(std::env::var_os("BVBENCH_SMALL_DISK").unwrap());
+    let (scene, place, socket) = (scene(), Place::new(), listen());
+    let config = place.config(socket.1, "", "");
+    let run = place.program(&scene, CLEAR);
+    let log = disk.join("log.csv");
+    let mut control = Control::start(&scene, run, config.clone(), Options { repeat: true, ..patient() }, socket);
+    let mut watch = Watch::start(&scene, config, Some(log.clone()), None);
+    control.wait(|status| status.permitted && !status.stands);
+    let ballast = disk.join("ballast");
+    fill(&ballast);
+    let held = watch.wait(|report| report.row.fault == "log");
+    assert!(held.row.holds && held.row.message.contains("No space left"), "{:?}", held.row);
+    control.wait(|status| !status.permitted && status.stands);
+    fs::remove_file(&ballast).unwrap();
+    watch.wait(|report| !report.row.holds);
+    control.wait(|status| status.permitted && !status.stands);
+    watch.end();
+    // The row that the full disk cut short is a line of its own, and those behind it are whole.
+    let log = fs::read_to_string(log).unwrap();
+    let fields = log.lines().next().unwrap().split(',').count();
+    assert!(log.lines().last().unwrap().split(',').count() >= fields, "{log}");
+}
+
+/// Writes until the disk is full.
+fn fill(ballast: &Path) {
+    let mut file = fs::File::create(ballast).unwrap();
+    for block in [4096, 512, 1] {
+        while file.write_all(&vec![1; block]).is_ok() {}
+    }
+}
+
+#[test]
+fn a_user_logs_in_by_certificate_and_messages_are_signed_alone() {
+    let (scene, place, socket) = (scene(), Place::new(), listen());
+    let (client, server) = (pki(&place, "client", &[]), pki(&place, "server", &[]));
+    let (user, stranger) = (pki(&place, "user", &[]), pki(&place, "stranger", &[]));
+    certificate(&client, "urn:bvbench:watch");
+    certificate(&server, "urn:bvbench:control");
+    certificate(&user, "urn:bvbench:user");
+    certificate(&stranger, "urn:bvbench:stranger");
+    pki(&place, "client", &[&server]);
+    pki(&place, "server", &[&client]);
+    let signed = |user: &str| {
+        let user = format!("user_certificate = \"{user}/own/cert.der\"\nuser_key = \"{user}/private/private.pem\"\n");
+        format!("[security]\npolicy = \"Basic256Sha256\"\nmode = \"Sign\"\n{user}")
+    };
+    let config = place.config(socket.1, "", &signed("user"));
+    let run = place.program(&scene, CLEAR);
+    let options = Options { pki: Some(server), repeat: true, ..patient() };
+    let mut control = Control::start(&scene, run, config.clone(), options, socket);
+
+    let other = place.config(control.address, "", &signed("stranger"));
+    let mut refused = Watch::start(&scene, other, None, Some(client.clone()));
+    refused.wait(|report| report.row.fault == "lost");
+    assert_eq!(refused.end().connections, 0);
+
+    let mut watch = Watch::start(&scene, config, None, Some(client));
+    watch.wait(|report| !report.row.holds);
+    control.wait(|status| status.permitted && !status.stands);
+}
+
+#[test]
+fn nodes_are_found_by_path_and_a_hold_is_given_by_method() {
+    let (scene, place, socket) = (scene(), Place::new(), listen());
+    let text = Place::text(socket.1, "", "").replace("preset = \"sinumerik\"\n", "preset = \"cnc\"\n");
+    let nodes = "[nodes]\nverdict = \"/own:Watch/own:Verdict\"\nheartbeat = \"/own:Watch/own:Heartbeat\"\nhold_object = \"/own:Watch\"\nhold_method = \"/own:Watch/own:Hold\"\nline = \"/own:Program/own:Line\"\n[namespaces]\nown = \"urn:test:own\"\n";
+    let (text, _) = text.split_once("[nodes]").unwrap();
+    let config = Config::parse(&place.path("live.toml"), &format!("{text}{nodes}")).unwrap();
+    let run = place.program(&scene, COLLIDES);
+    let mut control = Control::start(&scene, run, config.clone(), patient(), socket);
+    let mut watch = Watch::start(&scene, config, None, None);
+    control.wait(|status| status.permitted && !status.stands);
+    let report = watch.wait(|report| report.row.fault == "contact");
+    assert!(report.row.line > 0, "the line comes by its path: {:?}", report.row);
+    let stands = control.wait(|status| status.stands && !status.permitted && status.held);
+    assert!(clearance_mm(&scene, &stands.place.position) > 0.0);
+}
+
+#[test]
+fn a_node_that_the_control_lacks_holds_and_is_named() {
+    let (scene, place, socket) = (scene(), Place::new(), listen());
+    let config = place.config(socket.1, "", "");
+    let run = place.program(&scene, CLEAR);
+    let control = Control::start(&scene, run, config.clone(), Options { repeat: true, ..patient() }, socket);
+    let wrong = place.config(control.address, "", "heartbeat = \"ns=2;s=nobody\"\n");
+    let mut watch = Watch::start(&scene, wrong, None, None);
+    let report = watch.wait(|report| report.row.fault == "node");
+    assert!(report.row.holds && report.row.message.contains("ns=2;s=nobody"), "{:?}", report.row);
 }
