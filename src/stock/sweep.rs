@@ -229,13 +229,10 @@ impl Sweep {
     /// The part of the way on which the same body is where it is on the way of `cut`, up to rounding, 0 to 1; `None` where there is none of it.
     pub(super) fn retraced(&self, cut: &Self) -> Option<[f64; 2]> {
         let (start, way, first, along) = match (&self.way, &cut.way) {
-            (Way::Chords { form, course }, Way::Chords { form: other, course: there }) if Arc::ptr_eq(form, other) => {
-                if course.turns() || there.turns() {
-                    return course.is_that_of(there, RETRACED_MM).then_some([0.0, 1.0]);
-                }
-                if !course.is_turned_as(there) {
-                    return None;
-                }
+            // Where a part turns it is never exactly where it was.
+            (Way::Chords { form, course }, Way::Chords { form: other, course: there })
+                if Arc::ptr_eq(form, other) && !course.turns() && !there.turns() && course.is_turned_as(there) =>
+            {
                 let ((start, way), (first, along)) = (course.of_origin(), there.of_origin());
                 (start, way, first, along)
             }
