@@ -111,10 +111,13 @@ impl Chain {
         let step = change(&first, &last);
         let turn = self.turn(machine, &step);
         let (start, finish) = (self.stock_from_part(machine, &first), self.stock_from_part(machine, &last));
-        let way_mm = self.way(machine, &first, &step) / (1.0 - turn.min(0.5));
-        // Points that meet the part at some time are within its ball then; a fifth is for their own way and sag.
-        let near = 1.2 * (self.part.radius_mm + way_mm);
-        let sag_mm = 0.25 * turn * (way_mm + turn * near);
+        // Levers grow by the way itself. A piece that turns by half a radian or more has no bound.
+        let is_bounded = turn < 0.5;
+        let way_mm = if is_bounded { self.way(machine, &first, &step) / (1.0 - turn) } else { f64::INFINITY };
+        // A point that meets the part at some time is in its ball then, and else nearer than its own way and sag more.
+        let grown = 1.0 + 0.25 * turn;
+        let near = (self.part.radius_mm + grown * way_mm) / (1.0 - turn * grown);
+        let sag_mm = if is_bounded { 0.25 * turn * (way_mm + turn * near) } else { f64::INFINITY };
         Piece { from: begin, to: end, first: start, last: finish, turn, way_mm, sag_mm }
     }
 
@@ -182,6 +185,24 @@ mod tests {
             link("c", Some("y"), [0.0, 20.0, 5.0], turn(Axis::C, Vector::z())),
         ])
         .unwrap()
+    }
+
+    #[test]
+    fn a_piece_that_turns_too_far_has_no_bound() {
+        let machine = machine();
+        let mount = |link: &str| Mount {
+            link: machine.link(link),
+            link_from_mesh: Isometry::identity(),
+            centre: Point::origin(),
+            radius_mm: 1.0,
+        };
+        let chain = Chain::new(&machine, mount("b"), mount("c"));
+        let sag_mm = |turn: f64| {
+            let mut to = Position::default();
+            to[Axis::C] = turn;
+            chain.piece(&machine, &Position::default(), &to, 0, 1).sag_mm
+        };
+        assert!(sag_mm(0.49).is_finite() && sag_mm(0.5).is_infinite() && sag_mm(3.0).is_infinite());
     }
 
     proptest! {
