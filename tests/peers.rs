@@ -57,6 +57,10 @@ fn engines_are_compared_and_those_that_fail_are_named() {
     let own = ratios.iter().find(|row| cell(row, "engine") == "obb-area" && cell(row, "stratum") == "all").unwrap();
     assert_eq!(["ratio", "low", "high"].map(|column| cell(own, column)), ["1.0"; 3]);
 
+    // Our own program goes by its name: where it lies says nothing on another machine.
+    let setting = std::fs::read_to_string(folder.path("out/peers-first.json")).unwrap();
+    assert!(setting.contains("\"bvbench\"") && !setting.contains(env!("CARGO_BIN_EXE_bvbench")), "{setting}");
+
     // Another mode is added to what is there.
     let arguments =
         "peers run --scene scene --out out --poses 64 --rounds 1 --quiet --variant obb-area --mode distance";

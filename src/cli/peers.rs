@@ -319,6 +319,12 @@ fn verified(verdicts: &[Verdict]) -> Table {
 /// Writes what was asked of whom, by what program on what machine, beside the rows.
 fn write_setting(options: &CompareOptions, engines: &[Engine]) -> Result<()> {
     let asked = &options.poses;
+    // This program by its name: where it lies says nothing elsewhere.
+    let own = own_file()?;
+    let named = |engine: &Engine| {
+        let command = engine.command.iter().map(|word| if *word == own { "bvbench".to_owned() } else { word.clone() });
+        Engine { command: command.collect(), ..engine.clone() }
+    };
     let setting = serde_json::json!({
         "program": environment::program(),
         "machine": environment::machine(),
@@ -327,7 +333,7 @@ fn write_setting(options: &CompareOptions, engines: &[Engine]) -> Result<()> {
         "rounds": options.rounds,
         "seed": asked.seed,
         "processes": options.processes,
-        "engines": engines,
+        "engines": engines.iter().map(named).collect::<Vec<_>>(),
     });
     let text = serde_json::to_string_pretty(&setting)? + "\n";
     Ok(write_text(&asked.out.join(format!("peers-{}.json", asked.mode)), &text)?)
@@ -340,10 +346,14 @@ enum Unnamed {
     StayOut,
 }
 
+fn own_file() -> Result<String> {
+    let own = std::env::current_exe().context("this program's own file cannot be found")?;
+    Ok(own.to_str().context("this program's path is not UTF-8")?.to_owned())
+}
+
 /// The engines of files, the runners, then our variants.
 fn engines(options: &EngineOptions, unnamed: Unnamed, registry: &Registry) -> Result<Vec<Engine>> {
-    let own = std::env::current_exe().context("this program's own file cannot be found")?;
-    let own = own.to_str().context("this program's path is not UTF-8")?;
+    let own = own_file()?;
     let mut engines = Vec::new();
     for file in &options.files {
         engines.extend(engine::read(file)?);
@@ -367,7 +377,7 @@ fn engines(options: &EngineOptions, unnamed: Unnamed, registry: &Registry) -> Re
         ids => ids.to_vec(),
     };
     for name in asked {
-        let command = own_command(own, &name, registry)?;
+        let command = own_command(&own, &name, registry)?;
         let version = env!("CARGO_PKG_VERSION").to_owned();
         engines.push(Engine { name, version, build: "this program".to_owned(), command });
     }
