@@ -91,13 +91,13 @@ impl Default for Options {
 pub struct Status {
     /// Place in the program.
     pub place: Place,
-    /// Whether all axes stand.
+    /// Whether no axis moves.
     pub stands: bool,
     /// Whether the program is over.
     pub is_over: bool,
     /// Whether it may move.
     pub permitted: bool,
-    /// Whether the hold is given.
+    /// Whether the hold is set.
     pub held: bool,
     /// Times that a machine that moved was held.
     pub holds: u32,

@@ -20,7 +20,7 @@ const PIECES: usize = 4096;
 /// Longest piece, bytes: the payload of a segment on Ethernet.
 const PIECE: usize = 1448;
 
-/// What the network does.
+/// Delay and loss between the two sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Network {
     /// Delay of every piece, each way.
@@ -32,7 +32,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// Whether it does anything.
+    /// Whether there is any delay or loss.
     #[must_use]
     pub fn is_bad(&self) -> bool {
         self.loss > 0.0 || !self.delay.is_zero()

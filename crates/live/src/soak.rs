@@ -114,7 +114,7 @@ pub struct PlantedRow {
     pub back_ns: u64,
 }
 
-/// What a soak does.
+/// Amounts and conditions of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Folder for `soak.csv` and `planted.csv`.
@@ -189,7 +189,7 @@ pub struct Soak<'a> {
     pub run: &'a ProgramRun,
     /// Its file; `None` for the scene's own.
     pub program: Option<&'a Path>,
-    /// What is done.
+    /// How much, and under which conditions.
     pub settings: &'a Settings,
 }
 
@@ -220,7 +220,7 @@ impl Stage {
         Side::start(&arguments, &self.path(&format!("watch-{life}.txt")))
     }
 
-    /// What a process said last.
+    /// The last line that a process printed.
     fn words(&self, name: &str) -> String {
         let words = fs::read_to_string(self.path(name)).unwrap_or_default();
         words.lines().last().unwrap_or("nothing").to_owned()

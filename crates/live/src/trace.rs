@@ -12,7 +12,7 @@ pub struct Cycle {
     pub source_ns: i64,
     /// Source time of the sample that the newest verdict is about; 0 before the first.
     pub verdict_ns: i64,
-    /// Whether the machine moved on.
+    /// Whether the machine was allowed to move in this cycle.
     pub permitted: bool,
     /// The program's own clock, s.
     pub time_s: f64,
