@@ -58,7 +58,7 @@ fn engines_are_compared_and_those_that_fail_are_named() {
     assert_eq!(["ratio", "low", "high"].map(|column| cell(own, column)), ["1.0"; 3]);
 
     // Our own program goes by its name: where it lies says nothing on another machine.
-    let setting = std::fs::read_to_string(folder.path("out/peers-first.json")).unwrap();
+    let setting = fs::read_to_string(folder.path("out/peers-first.json")).unwrap();
     assert!(setting.contains("\"bvbench\"") && !setting.contains(env!("CARGO_BIN_EXE_bvbench")), "{setting}");
 
     // Another mode is added to what is there.
