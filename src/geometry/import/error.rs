@@ -78,10 +78,12 @@ pub enum ImportError {
         most: f64,
     },
     /// Neither the name nor the content of the file identifies its format.
-    #[error("{}: not an STL, OBJ, OFF, PLY, GLB or 3MF file", path.display())]
+    #[error("{}: not an STL, OBJ, OFF, PLY, GLB or 3MF file{hint}", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
+        /// What it seems to be, and what converts that; empty where nobody knows.
+        hint: &'static str,
     },
     /// The format needs a build feature that this build does not have.
     #[error("{}: {format} is read by a build with `--features {feature}`; this one was built without", path.display())]

@@ -225,6 +225,22 @@ pub fn parse_scaled(path: &Path, content: &[u8], unit_mm: f64) -> Result<Importe
     parse_in(path, content, Some(unit_mm), 0.0)
 }
 
+/// What a file that is not read seems to be, by its beginning or its extension, and what converts that. The tutorial has the commands.
+fn converter(path: &Path, content: &[u8]) -> &'static str {
+    const GMSH: &str = "; STEP, IGES and BREP become STL by `gmsh part.step -2 -clcurv 60 -format stl -bin -o part.stl` (pip install gmsh)";
+    const ASSIMP: &str =
+        "; Collada, FBX and X3D become STL by `assimp export part.dae part.stl` (apt install assimp-utils)";
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let holds = |words: &[u8]| content[..content.len().min(1024)].windows(words.len()).any(|window| window == words);
+    match extension.as_str() {
+        _ if holds(b"ISO-10303-21") => GMSH,
+        _ if holds(b"<COLLADA") => ASSIMP,
+        "step" | "stp" | "iges" | "igs" | "brep" => GMSH,
+        "dae" | "fbx" | "x3d" => ASSIMP,
+        _ => "",
+    }
+}
+
 fn parse_in(path: &Path, content: &[u8], unit_mm: Option<f64>, weld_mm: f64) -> Result<Imported, ImportError> {
     if weld_mm != 0.0 && !(WELD_MM.0..=WELD_MM.1).contains(&weld_mm) {
         return Err(ImportError::Tolerance { path: path.into(), weld_mm, least: WELD_MM.0, most: WELD_MM.1 });
@@ -232,7 +248,7 @@ fn parse_in(path: &Path, content: &[u8], unit_mm: Option<f64>, weld_mm: f64) -> 
     check_size(path, content.len() as u64)?;
     let content = &*plain(content);
     let Some(format) = format_of(path, content) else {
-        return Err(ImportError::UnknownFormat { path: path.into() });
+        return Err(ImportError::UnknownFormat { path: path.into(), hint: converter(path, content) });
     };
     let raw = match format {
         Format::BinaryStl => stl::read_binary(path, content),

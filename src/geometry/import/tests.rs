@@ -246,7 +246,16 @@ fn errors_say_file_place_and_cause() {
     assert!(message("a.off", b"OFF BINARY\n").contains("binary OFF"));
     assert!(message("a.obj", b"").contains("no triangle"));
     assert!(message("a.stl", b"").contains("0 bytes"));
-    assert!(message("a.step", b"ISO-10303-21;").contains("not an STL, OBJ, OFF, PLY, GLB or 3MF file"));
+    assert!(message("a.step", b"ISO-10303-21;").contains("not an STL, OBJ, OFF, PLY, GLB or 3MF file; STEP"));
+    for (name, content, tool) in [
+        ("a", &b"ISO-10303-21;"[..], "gmsh"),
+        ("a.IGS", b"", "gmsh"),
+        ("a.dae", b"x", "assimp"),
+        ("a.xml", b"<COLLADA>", "assimp"),
+    ] {
+        assert!(message(name, content).contains(&format!("become STL by `{tool} ")), "{name}");
+    }
+    assert!(message("a.txt", b"x").ends_with("3MF file"));
     let missing = load(Path::new("no such folder/a.stl"), None).expect_err("there is no such file");
     assert!(missing.to_string().starts_with("no such folder/a.stl: "));
 }
