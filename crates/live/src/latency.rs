@@ -9,7 +9,6 @@ use crate::control;
 use crate::judge::{Judge, State};
 use crate::monitor::Monitor;
 use crate::play::Plan;
-use crate::scratch::Scratch;
 use crate::watch;
 use anyhow::{Context as _, Result};
 use bvbench::measure::timer;
@@ -24,6 +23,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
+use tempfile::TempDir;
 use tokio::runtime::Runtime;
 use tokio_util::sync::CancellationToken;
 
@@ -178,7 +178,7 @@ impl Conditions<'_> {
 
     /// Control and watch over the loopback address.
     fn network(&self, run: &ProgramRun, seconds: f64) -> Result<LatencyRow> {
-        let folder = Scratch::new()?;
+        let folder = TempDir::new()?;
         let log = folder.path().join("log.csv");
         let own = Runtime::new()?;
         let listener = own.block_on(async { control::listen(SocketAddr::from(([127, 0, 0, 1], 0))) })?;

@@ -11,7 +11,6 @@ pub mod play;
 pub mod trace;
 pub mod monitor;
 mod opc;
-mod scratch;
 pub mod control;
 pub mod log;
 pub mod watch;

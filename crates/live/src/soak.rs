@@ -10,7 +10,6 @@ use crate::latency::percentile;
 use crate::planted::Exact;
 use crate::play::Plan;
 use crate::relay::{self, Network};
-use crate::scratch::Scratch;
 use crate::trace::Cycle;
 use anyhow::{Context as _, Result, anyhow, bail};
 use bvbench::record::file::write_bytes;
@@ -26,6 +25,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use tempfile::TempDir;
 use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
 
@@ -195,7 +195,7 @@ pub struct Soak<'a> {
 
 /// Files and processes of one run.
 struct Stage {
-    folder: Scratch,
+    folder: TempDir,
     /// Keeps the relay alive.
     _relay: Option<Runtime>,
 }
@@ -269,7 +269,7 @@ impl Soak<'_> {
 
     /// Files for control and watch, and the relay between them.
     fn stage(&self, latched: bool) -> Result<Stage> {
-        let folder = Scratch::new()?;
+        let folder = TempDir::new()?;
         let port = std::net::TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
         let control = SocketAddr::from(([127, 0, 0, 1], port));
         // The same port on another address of the computer: a client keeps the port that the server names.
