@@ -7,7 +7,7 @@ use assert_cmd::Command;
 use bvbench::check::{Cutting, Kind, Outcome, Path as ToolPath, Settings, check};
 use bvbench::measure::Silent;
 use bvbench::registry::{Registry, Variant};
-use bvbench::scene::{Pair, ProgramRun, Scene};
+use bvbench::scene::{Clearances, Pair, ProgramRun, Scene};
 use bvbench::truth::PairOracle;
 use std::path::Path;
 use std::sync::Arc;
@@ -69,7 +69,7 @@ fn shipped_scenes_have_their_planted_collisions_and_no_others() {
 /// but for the tolerance.
 #[test]
 fn contact_along_the_path_is_that_of_the_exact_truth() {
-    let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
+    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
     for name in Scene::SHIPPED {
         let scene = Scene::find(name).unwrap();
         let path = ToolPath::new(&scene, scene.program.as_ref().unwrap()).unwrap();
@@ -105,7 +105,7 @@ fn a_gouge_and_a_holder_are_found_on_their_lines_and_nothing_on_the_clean_progra
     let flawed = scene.program.as_ref().unwrap();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench-scenes/freeform-5axis");
     let clean = flawed.with_program(&folder.join("clean.ngc")).unwrap();
-    let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
+    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
     for variant in
         registry.variants().iter().filter(|v| v.info.safe && (v.is_reference || v.is_fastest || v.is_for_tools))
     {
@@ -141,7 +141,7 @@ fn every_safe_variant_tells_the_same() {
     let registry = Registry::standard();
     let scene = Scene::find(Scene::SHIPPED[0]).unwrap();
     let run = scene.program.as_ref().unwrap();
-    let settings = Settings { zones_mm: vec![2.0], ..Settings::standard() };
+    let settings = Settings { clearances: Some(Clearances::everywhere(&[2.0])), ..Settings::standard() };
     let told = |variant: &Variant| {
         let outcome = check(&scene, run, variant, &registry, &settings, &Silent).unwrap();
         outcome.events.iter().map(|e| (e.first.line, e.last.line, sorted(e.pair), e.kind.name())).collect::<Vec<_>>()
@@ -209,7 +209,7 @@ fn told(program: &str) -> Vec<(&'static str, u32)> {
 
 fn told_by(text: &str, program: &str) -> Vec<(&'static str, u32)> {
     let (_folder, scene) = scene_of(text, program);
-    let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
+    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
     run_own(&scene, &settings).events.iter().map(|event| (event.kind.name(), event.first.line)).collect()
 }
 
@@ -231,7 +231,7 @@ fn a_rapid_into_the_workpiece_is_told_though_a_cut_on_the_same_line_came_just_be
     std::fs::write(folder.0.path().join("cut.ngc"), sub).unwrap();
     std::fs::write(folder.0.path().join("own.ngc"), "G0 Z5\nO<cut> call\nM2\n").unwrap();
     let scene = Scene::load(folder.0.path()).unwrap();
-    let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
+    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
     let told: Vec<_> = run_own(&scene, &settings).events.iter().map(|e| (e.kind.name(), e.first.line)).collect();
     assert_eq!(told, [("rapid-into-workpiece", 2)]);
 }
@@ -331,7 +331,7 @@ fn a_thin_wall_between_two_samples_is_not_jumped_over() {
     let mut coarse: ProgramRun = own.clone();
     coarse.sampling.step_mm = 500.0; // both samples of line 2 are far beside the clamp, which is 20 mm wide
     // The clamp's top is at 20; the cutter's lower end is at 10.
-    let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
+    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
     let outcome =
         check(&scene, &coarse, standard(&Registry::standard()), &Registry::standard(), &settings, &Silent).unwrap();
     assert_eq!(outcome.events.iter().map(|event| event.first.line).collect::<Vec<_>>(), [2]);
@@ -358,7 +358,8 @@ fn an_axis_at_the_limit_of_its_feed_holds_up_the_program() {
     // 40 mm of Z and 55 mm of X to the clamp at 100 mm/s: 0.95 s; with X at 50 mm/s at most 0.4 + 1.1 s.
     let time_s = |text: &str| {
         let (_folder, scene) = scene_of(text, "G1 Z10 F6000\nG1 X140\nM2");
-        let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+        let outcome =
+            run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
         assert_eq!(outcome.events.len(), 1);
         outcome.events[0].first.time_s
     };
@@ -397,7 +398,7 @@ file = "own.ngc"
 
 fn outcome_of(text: &str, program: &str) -> Outcome {
     let (_folder, scene) = scene_of(text, program);
-    run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() })
+    run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() })
 }
 
 #[test]
@@ -482,7 +483,7 @@ fn told_of_open(shape: &str, stl: &str, program: &str) -> (Vec<(&'static str, u3
     std::fs::write(folder.path().join("scene.toml"), MILL.replace(shape, "mesh = \"open.stl\"")).unwrap();
     std::fs::write(folder.path().join("own.ngc"), program).unwrap();
     let scene = Scene::load(folder.path()).unwrap();
-    let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+    let outcome = run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
     let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
     let told = outcome.events.iter().map(|event| (event.kind.name(), event.first.line)).collect();
     (told, String::from_utf8(output.stdout).unwrap(), output.status.code())
@@ -529,7 +530,7 @@ fn a_stock_that_takes_too_much_work_is_unresolved() {
     // A turn of the helix is cut; then a rapid through the uncut block.
     let (_folder, scene) = mill("M3 S1000 G0 X-60\nG0 Z-2\nG3 I10 Z-4 F500\nG1 X-30\nG0 X40\nG0 Z50\nM2");
     let told = |stock_budget: u64| {
-        let settings = Settings { zones_mm: Vec::new(), stock_budget, ..Settings::standard() };
+        let settings = Settings { clearances: Some(Clearances::everywhere(&[])), stock_budget, ..Settings::standard() };
         let outcome = run_own(&scene, &settings);
         let events: Vec<_> = outcome.events.iter().map(|e| (e.kind, e.first.line)).collect();
         (events, outcome.remaining[0].given_up, outcome.is_clear())
@@ -549,7 +550,10 @@ fn a_finer_resolution_decides_what_a_coarse_one_leaves_open() {
     let (_folder, scene) = mill(program);
     let told = |resolution_mm: f64| {
         let cutting = Cutting::At(resolution_mm);
-        let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), cutting, ..Settings::standard() });
+        let outcome = run_own(
+            &scene,
+            &Settings { clearances: Some(Clearances::everywhere(&[])), cutting, ..Settings::standard() },
+        );
         (outcome.events.iter().map(|e| (e.kind, e.first.line)).collect::<Vec<_>>(), outcome.touches.len())
     };
     assert_eq!(told(0.02).0, [(Kind::RapidIntoWorkpiece, 6)]);
@@ -625,7 +629,8 @@ fn a_part_wholly_inside_another_collides() {
     // The cutter, 30 mm long, fits into the clamp, which reaches from -20 to 20 and is 20 mm wide.
     let (_folder, scene) = mill("G0 X140\nG0 Z-15\nG1 X70 F1000\nG4 P1\nG1 X140\nM2");
     for zones_mm in [vec![], vec![14.0, 0.5]] {
-        let outcome = run_own(&scene, &Settings { zones_mm, ..Settings::standard() });
+        let outcome =
+            run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&zones_mm)), ..Settings::standard() });
         let contacts: Vec<_> = outcome.events.iter().filter(|event| event.kind.is_collision()).collect();
         assert_eq!(contacts.len(), 1, "{contacts:?}");
         let event = contacts[0];
@@ -641,7 +646,7 @@ fn a_part_wholly_inside_another_collides() {
     // Inside from the first place on, and never through a surface.
     let (_folder, scene) =
         mill_from("start = { x_mm = 70, z_mm = -15 }", "pairs = [[\"clamp\", \"cutter\"]]", "G1 X69 F1000\nM2");
-    let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+    let outcome = run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
     assert_eq!(outcome.events.len(), 1);
     assert!(outcome.events[0].inside && outcome.events[0].to_the_end && outcome.events[0].first.line == 0);
 }
@@ -652,13 +657,14 @@ fn contact_before_the_first_move_is_told_whether_or_not_the_scene_names_the_pair
     let start = "start = { x_mm = 70, z_mm = 0 }";
     for pairs in ["", "pairs = [[\"clamp\", \"cutter\"]]"] {
         let (_folder, scene) = mill_from(start, pairs, program);
-        let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+        let outcome =
+            run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
         let with_clamp = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
         assert_eq!(with_clamp.map(|event| event.first.line).collect::<Vec<_>>(), [0, 3], "{pairs}");
     }
     // Cutter in the workpiece before the first move, a feed: nobody knows how it came there.
     let (_folder, scene) = mill_from("start = { z_mm = -5 }", "", "M3 S1000 G1 X20 F100\nG0 Z50\nM2");
-    let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+    let outcome = run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
     let found: Vec<_> = outcome.events.iter().map(|event| (event.kind, event.first.line)).collect();
     assert_eq!(found, [(Kind::Collision, 0)]);
     // A holder wholly inside a block.
@@ -695,7 +701,7 @@ fn an_axis_beyond_its_limits_hides_no_collision() {
     // Z goes to 260 of 200 on line 4, X to 300 and -300 of 200; the clamp is hit on lines 1 and 6.
     let program = "M3 S1000 G0 X70 Z0\nG0 Z50\nG0 X0\nZ260\nX300 Z50\nG1 X70 Z0 F1000\nX-300\nM2";
     let (folder, scene) = mill(program);
-    let outcome = run_own(&scene, &Settings { zones_mm: Vec::new(), ..Settings::standard() });
+    let outcome = run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
     let over: Vec<_> = outcome.over_travel.iter().map(|over| (over.line, over.cause.axis, over.cause.value)).collect();
     assert_eq!(over, [(4, 'Z', 260.0), (5, 'X', 300.0), (7, 'X', -300.0)]);
     assert_eq!(outcome.events.iter().map(|event| event.first.line).collect::<Vec<_>>(), [1, 6]);
@@ -720,7 +726,7 @@ fn a_zone_entered_and_left_between_two_samples_is_told() {
     let (_folder, scene) = mill("G0 Z21.5\nG0 X140\nM2");
     let mut coarse: ProgramRun = scene.program.clone().unwrap();
     coarse.sampling.step_mm = 500.0;
-    let settings = Settings { zones_mm: vec![30.0, 2.0], ..Settings::standard() };
+    let settings = Settings { clearances: Some(Clearances::everywhere(&[30.0, 2.0])), ..Settings::standard() };
     let outcome =
         check(&scene, &coarse, standard(&Registry::standard()), &Registry::standard(), &settings, &Silent).unwrap();
     let clamp = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
@@ -734,7 +740,7 @@ fn a_zone_left_and_entered_again_within_two_samples_is_two_events() {
     let (_folder, scene) = mill("G0 X45\nG0 Z10\nG0 Z40\nG0 Z10\nG0 Z40\nM2");
     let mut coarse: ProgramRun = scene.program.clone().unwrap();
     coarse.sampling.step_mm = 500.0;
-    let settings = Settings { zones_mm: vec![14.0], ..Settings::standard() };
+    let settings = Settings { clearances: Some(Clearances::everywhere(&[14.0])), ..Settings::standard() };
     let outcome =
         check(&scene, &coarse, standard(&Registry::standard()), &Registry::standard(), &settings, &Silent).unwrap();
     let near = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
@@ -770,6 +776,51 @@ fn formats_and_exit_codes() {
     assert!(csv.lines().next().unwrap().contains(",inside,to_the_end,"), "{csv}");
     // One thread or two: the same bytes.
     assert_eq!(run(&["--csv", "--threads", "1"]), run(&["--csv", "--threads", "2"]));
+}
+
+#[test]
+fn clearances_hold_for_pairs_and_roles() {
+    // The cutter passes 6 mm over the clamp, which is a part of the machine.
+    let program = "G0 Z26\nG0 X70\nG0 X0\nM2";
+    let zones = |text: &str, asked: &[&str]| {
+        let (folder, _scene) = scene_of(text, program);
+        let mut command = bvbench();
+        command.args(["check", "--json", "--quiet"]).arg(folder.path());
+        let output = command.args(asked.iter().flat_map(|asked| ["--clearance", asked])).output().unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(output.status.code(), Some(0));
+        let zones: Vec<f64> =
+            json["events"].as_array().unwrap().iter().map(|event| event["zone_mm"].as_f64().unwrap()).collect();
+        zones
+    };
+    assert_eq!(zones(MILL, &[]), [14.0, 8.0]);
+    assert_eq!(zones(MILL, &["5"]), [0.0; 0]);
+    assert_eq!(zones(MILL, &["5", "clamp:cutter=7"]), [7.0]);
+    assert_eq!(zones(MILL, &["machine=9", "machine=20", "20"]), [20.0, 9.0]);
+    assert_eq!(zones(MILL, &["holder=9"]), [14.0, 8.0]);
+    assert_eq!(zones(MILL, &["cutter=0"]), [0.0; 0]);
+    let own = MILL.replacen("[check]\n", "[check]\nclearance = [\"0\", \"cutter:machine=7\"]\n", 1);
+    assert_eq!(zones(&own, &[]), [7.0]);
+    assert_eq!(zones(&own, &["5"]), [0.0; 0]);
+}
+
+#[test]
+fn a_clearance_of_nothing_is_refused_with_its_place() {
+    let (folder, _scene) = scene_of(MILL, "G0 Z20\nM2");
+    let refused = |asked: &[&str]| {
+        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).args(asked).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{asked:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    for (asked, part) in [("holdr=5", "no part and no role `holdr`"), ("-1", "from 0"), ("clamp=x", "`x` is no number")]
+    {
+        let told = refused(&[&format!("--clearance={asked}")]);
+        assert!(told.contains(part) && told.contains("--clearance"), "{told}");
+    }
+    let text = MILL.replacen("[check]\n", "[check]\nclearance = [\"5\", \"clamb=2\"]\n", 1);
+    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
+    let told = refused(&[]);
+    assert!(told.contains("scene.toml:29") && told.contains("`clamb`") && told.contains("clamp"), "{told}");
 }
 
 #[test]

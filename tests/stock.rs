@@ -10,7 +10,7 @@
 use bvbench::check::{Cutting, Kind, Outcome, Settings, check};
 use bvbench::measure::Silent;
 use bvbench::registry::Registry;
-use bvbench::scene::{Overrides, Scene};
+use bvbench::scene::{Clearances, Overrides, Scene};
 use bvbench::stock::Material;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -242,7 +242,11 @@ impl Trial {
 
     fn run(&self) -> Outcome {
         let scene = self.machine.scene(self.cutter, &self.start, &program(&self.lines));
-        let settings = Settings { zones_mm: Vec::new(), cutting: Cutting::At(RESOLUTION_MM), ..Settings::standard() };
+        let settings = Settings {
+            clearances: Some(Clearances::everywhere(&[])),
+            cutting: Cutting::At(RESOLUTION_MM),
+            ..Settings::standard()
+        };
         let registry = Registry::standard();
         check(&scene, scene.program.as_ref().unwrap(), registry.fastest().unwrap(), &registry, &settings, &Silent)
             .unwrap()
@@ -391,7 +395,7 @@ fn lathe(ways: &[(bool, [f64; 2])]) -> Scene {
 #[test]
 fn the_bounds_of_what_turns_hold_what_dense_sampling_leaves() {
     let registry = Registry::standard();
-    let settings = Settings { zones_mm: Vec::new(), ..Settings::standard() };
+    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
     let (mut solid, mut gone, mut unknown, mut crashes, mut clear) = (0, 0, 0, 0, 0);
     for seed in 0..4 * programs() {
         let mut rng = Pcg64::seed_from_u64(seed);

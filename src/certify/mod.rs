@@ -18,7 +18,7 @@ use crate::measure::Progress;
 use crate::method::Model;
 use crate::registry::Variant;
 use crate::scene::pairs::{self, Dropped, Reach};
-use crate::scene::{Pair, Part, ProgramRun, Scene, TipFault};
+use crate::scene::{Clearances, Pair, Part, ProgramRun, Scene, TipFault};
 use crate::tree::{Policy, SplitRule};
 use crate::truth::Solid;
 use hull::{Token, Tree};
@@ -122,7 +122,7 @@ pub fn certify(
     progress: &dyn Progress,
 ) -> Result<Certificate, TipFault> {
     let track = Track::new(&scene.machine, run.tip.as_ref(), motion::steps(scene, run)?);
-    let decisions = pairs::decide(scene, &Reach::of_limits(scene), f64::INFINITY);
+    let decisions = pairs::decide(scene, &Reach::of_limits(scene), &Clearances::everywhere(&[f64::INFINITY]));
     let (mut examined, mut not) = (Vec::new(), Vec::new());
     for decision in &decisions {
         match skipped(scene, decision.dropped.as_ref(), decision.pair) {

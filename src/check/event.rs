@@ -14,7 +14,7 @@
 use super::motion::Path;
 use super::scan::{Nearness, Stretch};
 use super::stock::StockContact;
-use super::{PARTED_MM, Settings};
+use super::{Distances, PARTED_MM, Settings};
 use crate::scene::{Pair, Scene};
 use rs274::{Move, MoveKind, Position};
 
@@ -111,8 +111,8 @@ pub(super) struct EventWriter<'a> {
     pub scene: &'a Scene,
     pub path: &'a Path<'a>,
     pub pairs: &'a [Pair],
-    /// Clearances at which nearness changes, narrowest first, mm.
-    pub borders: &'a [f64],
+    /// The distances at which something is told of each pair.
+    pub distances: &'a [Distances],
     /// Whether a pair's contact is told by the stock.
     pub is_stock: &'a (dyn Fn(Pair) -> bool + Sync),
     /// Whether a rapid that begins within a pair's workpiece is taken for a retreat.
@@ -123,8 +123,7 @@ impl EventWriter<'_> {
     /// All events, by the time at which they begin; `scanned` holds per chunk of the path and per pair its stretches.
     pub fn events(&self, scanned: &[Vec<Vec<Stretch>>], stock: &[StockContact], settings: &Settings) -> Vec<Event> {
         let mut found: Vec<(f64, Event)> = Vec::new();
-        let (parted, _) = self.border(PARTED_MM);
-        for (index, &pair) in self.pairs.iter().enumerate() {
+        for (index, (&pair, distances)) in self.pairs.iter().zip(self.distances).enumerate() {
             let of_chunks = scanned.iter().filter_map(|chunk| chunk.get(index));
             let is_stock = (self.is_stock)(pair);
             // Within the uncut workpiece nobody knows how near the rest of it is.
@@ -132,10 +131,14 @@ impl EventWriter<'_> {
             let stretches: Vec<Stretch> = of_chunks.flatten().filter(counts).copied().collect();
             let of_pair = OfPair { scene: self.scene, path: self.path, pair, stays_whole: (self.stays_whole)(pair) };
             let touching = settings.touching_mm(self.scene).filter(|_| self.scene.is_cutting(pair));
-            found.extend(of_pair.collisions(&stretches, parted, touching.map(|mm| self.border(mm).0)));
+            found.extend(of_pair.collisions(
+                &stretches,
+                distances.nearness_below(PARTED_MM),
+                touching.map(|mm| distances.nearness_below(mm)),
+            ));
             if !self.scene.is_cutting(pair) {
-                for (nearness, zone_mm) in settings.zones_mm.iter().map(|&zone| self.border(zone)) {
-                    let runs = runs(&stretches, nearness);
+                for &zone_mm in &distances.zones_mm {
+                    let runs = runs(&stretches, distances.nearness_below(zone_mm));
                     found.extend(runs.iter().map(|run| (run.from, of_pair.event(Kind::Near { zone_mm }, run))));
                 }
             }
@@ -155,10 +158,12 @@ impl EventWriter<'_> {
             Stretch { nearness: 0, from, to, least_mm: -depth.low, least_at: from, inside: false, goes_on: false };
         Event { depth_mm: Some([depth.low, depth.high]), ..of_pair.event(kind, &run) }
     }
+}
 
+impl Distances {
     /// The nearness just below a border.
-    fn border(&self, mm: f64) -> (Nearness, f64) {
-        (1 + self.borders.iter().take_while(|&&border| border < mm).count(), mm)
+    fn nearness_below(&self, mm: f64) -> Nearness {
+        1 + self.borders_mm.iter().take_while(|&&border| border < mm).count()
     }
 }
 

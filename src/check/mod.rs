@@ -31,7 +31,7 @@ use crate::method::Model;
 use crate::method::octree_obb::{self, ToolSide};
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{self, Decision};
-use crate::scene::{Pair, ProgramRun, Role, Scene, TipFault};
+use crate::scene::{Clearances, Pair, ProgramRun, Role, Scene, TipFault};
 use crate::stock::StockError;
 use crate::truth::Solid;
 use rayon::prelude::*;
@@ -46,8 +46,8 @@ use thiserror::Error;
 /// What is asked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Clearances that are told when a pair comes nearer, mm, widest first; empty for none.
-    pub zones_mm: Vec<f64>,
+    /// How near pairs may come before it is told; `None` for what the scene says.
+    pub clearances: Option<Clearances>,
     /// Travel below which contact is not looked for between two free poses, and to which beginnings and ends are found, mm.
     pub tolerance_mm: f64,
     /// Whether nothing behind the first collision is of interest.
@@ -73,11 +73,11 @@ pub enum Cutting {
 }
 
 impl Settings {
-    /// The paper's zones, and hundredths of a millimetre.
+    /// The scene's clearances, and hundredths of a millimetre.
     #[must_use]
     pub fn standard() -> Self {
         Self {
-            zones_mm: vec![14.0, 8.0, 2.0],
+            clearances: None,
             tolerance_mm: 0.01,
             stop_at_first: false,
             cutting: Cutting::Standard,
@@ -86,14 +86,19 @@ impl Settings {
         }
     }
 
-    /// Clearances at which something changes, narrowest first, mm: the zones, [`PARTED_MM`], and where a cutter touches a finished workpiece.
-    fn borders_mm(&self, scene: &Scene) -> Vec<f64> {
-        let mut borders = self.zones_mm.clone();
-        borders.push(PARTED_MM);
-        borders.extend(self.touching_mm(scene));
-        borders.sort_by(f64::total_cmp);
-        borders.dedup();
-        borders
+    fn clearances<'a>(&'a self, scene: &'a Scene) -> &'a Clearances {
+        self.clearances.as_ref().unwrap_or(&scene.clearances)
+    }
+
+    /// The distances at which something is told of a pair.
+    fn distances(&self, scene: &Scene, pair: Pair) -> Distances {
+        let zones_mm = self.clearances(scene).of(&scene.parts, pair);
+        let mut borders_mm = zones_mm.clone();
+        borders_mm.push(PARTED_MM);
+        borders_mm.extend(self.touching_mm(scene));
+        borders_mm.sort_by(f64::total_cmp);
+        borders_mm.dedup();
+        Distances { zones_mm, borders_mm }
     }
 
     /// How much farther a cutter may go where it is in a finished workpiece by the tolerance, mm; `None` where that is a gouge already.
@@ -101,6 +106,14 @@ impl Settings {
     fn touching_mm(&self, scene: &Scene) -> Option<f64> {
         scene.gouge_mm.map(|allowed| allowed - self.tolerance_mm).filter(|&spare| spare > 0.0)
     }
+}
+
+/// The distances at which something is told of a pair.
+struct Distances {
+    /// Clearances, widest first, mm.
+    zones_mm: Vec<f64>,
+    /// Where nearness changes, narrowest first, mm: the clearances, [`PARTED_MM`], and where a cutter touches a finished workpiece.
+    borders_mm: Vec<f64>,
 }
 
 /// How far apart two parts must have been for a new contact to be another event on the same line, mm.
@@ -220,9 +233,8 @@ pub fn check(
         return Err(CheckError::NoMoves(run.file.clone()));
     }
     refuse_missing_axes(scene, run)?;
-    let widest = settings.zones_mm.iter().copied().fold(0.0, f64::max);
     let reach = path.reach();
-    let decisions = pairs::decide(scene, &reach, widest);
+    let decisions = pairs::decide(scene, &reach, settings.clearances(scene));
     let pairs: Vec<Pair> = decisions.iter().filter(|d| d.dropped.is_none()).map(|d| d.pair).collect();
     if pairs.is_empty() && decisions.iter().filter_map(|d| d.dropped.as_ref()).all(pairs::Dropped::is_for_ever) {
         return Err(CheckError::NoPairs(scene.name.clone()));
@@ -235,7 +247,7 @@ pub fn check(
     progress.begin("building trees", 1);
     let for_the_rest = registry.fastest().unwrap_or(variant);
     let (trees_ns, bodies) = timer::time(|| Bodies::new(scene, [variant, for_the_rest], &pairs));
-    let borders = settings.borders_mm(scene);
+    let distances: Vec<Distances> = pairs.iter().map(|&pair| settings.distances(scene, pair)).collect();
     let chunks: Vec<usize> = (0..path.samples().len()).step_by(CHUNK).collect();
     progress.begin("checking", chunks.len() as u64);
     let (stop, queries) = (AtomicBool::new(false), AtomicU64::new(0));
@@ -247,8 +259,9 @@ pub fn check(
         let poses: Vec<_> = (first..=last).map(|at| scene.machine.forward(&path.position(at))).collect();
         let scans: Vec<Vec<scan::Stretch>> = pairs
             .iter()
-            .map(|&pair| {
-                let mut scan = scan::Scan::new(scene, &path, &bodies, pair, &borders, settings.tolerance_mm);
+            .zip(&distances)
+            .map(|(&pair, Distances { borders_mm, .. })| {
+                let mut scan = scan::Scan::new(scene, &path, &bodies, pair, borders_mm, settings.tolerance_mm);
                 let stretches = scan.run(first, last, &poses);
                 queries.fetch_add(scan.queries, Ordering::Relaxed);
                 stretches
@@ -262,12 +275,11 @@ pub fn check(
     let is_stock = |pair: Pair| of_stock.contains(&pair);
     let stays_whole =
         |pair: Pair| settings.cutting == Cutting::Never && scene.is_cutting(pair) && scene.gouge_mm.is_none();
-    let borders = &borders;
     let writer = event::EventWriter {
         scene,
         path: &path,
         pairs: &pairs,
-        borders,
+        distances: &distances,
         is_stock: &is_stock,
         stays_whole: &stays_whole,
     };

@@ -4,7 +4,7 @@ use super::scan::{Scan, Stretch};
 use super::{Bodies, Gouge, Kind, Outcome, Path, Settings, check, is_tool_and_workpiece};
 use crate::measure::Silent;
 use crate::registry::Registry;
-use crate::scene::{Overrides, Pair, Role, Scene};
+use crate::scene::{Clearances, Overrides, Pair, Role, Scene};
 use rs274::{Axis, MoveKind, Position, Sample};
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ fn checked(scene: &Scene, settings: &Settings) -> Outcome {
 }
 
 fn with_zones(zones_mm: &[f64]) -> Settings {
-    Settings { zones_mm: zones_mm.to_vec(), ..Settings::standard() }
+    Settings { clearances: Some(Clearances::everywhere(zones_mm)), ..Settings::standard() }
 }
 
 #[test]
@@ -207,10 +207,10 @@ fn only_nearness_is_no_collision() {
     assert!(kinds.iter().all(Kind::is_collision) && !Kind::Near { zone_mm: 2.0 }.is_collision());
     let mut settings = with_zones(&[14.0, 8.0]);
     let mut scene = scene(CUBES, "G0 Z25\nM2");
-    assert_eq!(settings.borders_mm(&scene), [1.0, 8.0, 14.0]);
+    assert_eq!(settings.distances(&scene, Pair { a: 0, b: 1 }).borders_mm, [1.0, 8.0, 14.0]);
     // A cutter that may go 0.25 mm deep touches where it may go 0.24 deeper; where it may go less than the tolerance, that is a gouge.
     scene.gouge_mm = Some(0.25);
-    assert_eq!(settings.borders_mm(&scene), [0.24, 1.0, 8.0, 14.0]);
+    assert_eq!(settings.distances(&scene, Pair { a: 0, b: 1 }).borders_mm, [0.24, 1.0, 8.0, 14.0]);
     settings.tolerance_mm = 0.25;
     assert_eq!(settings.touching_mm(&scene), None);
 }

@@ -18,7 +18,7 @@ use crate::measure::timer;
 use crate::record::file::write_text;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{Decision, Dropped};
-use crate::scene::{ProgramRun, Scene};
+use crate::scene::{Clearance, Clearances, ProgramRun, Scene};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
@@ -29,7 +29,7 @@ use stock::Left;
 
 #[derive(Args)]
 #[command(
-    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance 1 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --target finished.stl   gouges and rests against the wanted part\n  bvbench check path/to/machine part.ngc --certify part.cert\n\nA cutter that feeds into the workpiece takes material away. A cutter at rapid rate or with a standing spindle, a shank, a holder and all else collide with what is left; whatever else touches collides. With --certify a block is clear only if it is proved free.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
+    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance holder:fixture=10 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --target finished.stl   gouges and rests against the wanted part\n  bvbench check path/to/machine part.ngc --certify part.cert\n\nA cutter that feeds into the workpiece takes material away. A cutter at rapid rate or with a standing spindle, a shank, a holder and all else collide with what is left; whatever else touches collides. With --certify a block is clear only if it is proved free.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
 )]
 pub struct Options {
     #[command(flatten)]
@@ -37,9 +37,8 @@ pub struct Options {
     /// Variant whose trees are used (see `list`) [default: the fastest safe one; with --certify the search's own]
     #[arg(long, value_name = "ID")]
     method: Option<String>,
-    /// Tell when parts come nearer than this, mm; repeatable; 0 for not at all [default: 14, 8 and 2]
-    #[arg(long = "clearance", value_name = "MM")]
-    clearances: Vec<f64>,
+    #[command(flatten)]
+    clearance: ClearanceOptions,
     /// Greatest travel between samples of the path, mm [default: the scene's]
     #[arg(long, value_name = "MM")]
     step: Option<f64>,
@@ -65,6 +64,27 @@ pub struct Options {
     /// Print no progress
     #[arg(long, short)]
     quiet: bool,
+}
+
+/// How near parts may come.
+#[derive(Args)]
+pub(super) struct ClearanceOptions {
+    /// Tell when parts come nearer than this, mm; 0 for not at all; repeatable. For some pairs alone: NAME=MM or NAME:NAME=MM, each NAME a part or a role (machine,
+    /// workpiece, cutter, shank, holder, fixture); the closest description of a pair holds [default: the scene's, else 14, 8 and 2]
+    #[arg(long = "clearance", value_name = "[NAME[:NAME]=]MM")]
+    clearances: Vec<Clearance>,
+}
+
+impl ClearanceOptions {
+    /// The clearances asked for; `None` for those of the scene.
+    pub(super) fn read(&self, scene: &Scene) -> Result<Option<Clearances>> {
+        if self.clearances.is_empty() {
+            return Ok(None);
+        }
+        let clearances = Clearances::new(self.clearances.clone());
+        clearances.check_names(&scene.parts).map_err(|message| anyhow!("--clearance: {message}"))?;
+        Ok(Some(clearances))
+    }
 }
 
 /// The workpiece while it is cut.
@@ -231,10 +251,11 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
 fn examine<'a>(options: &Options, registry: &'a Registry) -> Result<Checked<'a>> {
     super::options::use_threads(options.threads)?;
     let variant = method(options.method.as_deref(), registry)?;
-    let settings = settings(options)?;
+    let mut settings = settings(options)?;
     let target = options.stock.target()?;
     let (load_ns, loaded) = timer::time(|| options.subject.load());
     let (scene, run) = loaded?;
+    settings.clearances = options.clearance.read(&scene)?;
     let mut run = run.with_context(|| format!("scene `{}` has no program of its own; name one", scene.name))?;
     if let Some(step) = options.step {
         if !(step > 0.0 && step.is_finite()) {
@@ -270,7 +291,7 @@ pub(super) fn method<'a>(asked: Option<&str>, registry: &'a Registry) -> Result<
 }
 
 fn settings(options: &Options) -> Result<Settings> {
-    let mut settings = Settings {
+    let settings = Settings {
         stop_at_first: options.first,
         tolerance_mm: options.tolerance,
         cutting: options.stock.stock_resolution.unwrap_or_default(),
@@ -279,14 +300,6 @@ fn settings(options: &Options) -> Result<Settings> {
     };
     if !(options.tolerance > 0.0 && options.tolerance.is_finite()) {
         bail!("--tolerance is {}; it must be a finite number above 0", options.tolerance);
-    }
-    if let Some(bad) = options.clearances.iter().find(|zone| !(zone.is_finite() && **zone >= 0.0)) {
-        bail!("--clearance is {bad}; it must be a finite number of at least 0");
-    }
-    if !options.clearances.is_empty() {
-        settings.zones_mm = options.clearances.iter().copied().filter(|&zone| zone > 0.0).collect();
-        settings.zones_mm.sort_by(|a, b| b.total_cmp(a));
-        settings.zones_mm.dedup();
     }
     Ok(settings)
 }

@@ -3,6 +3,7 @@
 mod inverse;
 mod new;
 
+use super::check::ClearanceOptions;
 use super::subject::Subject;
 use super::{CLEAR, note, picture, say, surfaces};
 use crate::check;
@@ -61,9 +62,8 @@ struct PairOptions {
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
-    /// Drop pairs that never come nearer than this, mm
-    #[arg(long, value_name = "MM", default_value_t = 14.0)]
-    clearance: f64,
+    #[command(flatten)]
+    clearance: ClearanceOptions,
 }
 
 #[derive(Args)]
@@ -209,7 +209,8 @@ fn show_pairs(options: &PairOptions) -> Result<()> {
     let scene = &scene;
     let path = run.as_ref().map(|run| check::Path::new(scene, run)).transpose()?;
     let reach = path.map_or_else(|| Reach::of_limits(scene), |path| path.reach());
-    let decisions = pairs::decide(scene, &reach, options.clearance);
+    let asked = options.clearance.read(scene)?;
+    let decisions = pairs::decide(scene, &reach, asked.as_ref().unwrap_or(&scene.clearances));
     if options.json {
         let pair = |decision: &pairs::Decision| {
             let reason = decision.dropped.as_ref().map(ToString::to_string);

@@ -53,6 +53,8 @@ pub struct CheckFile {
     pub allow: Vec<Spanned<[String; 2]>>,
     /// Permitted depth of the cutter in the workpiece, mm; giving it states that the workpiece is the finished part.
     pub gouge_mm: Option<Spanned<f64>>,
+    /// How near pairs may come before it is told, as `--clearance` takes it.
+    pub clearance: Vec<Spanned<String>>,
     /// Path of rapid moves.
     pub rapid: RapidFile,
     /// Rapid rate of X, Y, Z, U, V, W, mm/min.

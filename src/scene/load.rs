@@ -6,7 +6,10 @@ use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, R
 use super::folder::Folder;
 use super::numbers;
 use super::program::{self, Nonsense, ProgramRun, positive};
-use super::{Approach, Expected, MeshFile, Overrides, Pair, Part, Rates, Recording, Role, Scene, recording};
+use super::{
+    Approach, Clearance, Clearances, Expected, MeshFile, Overrides, Pair, Part, Rates, Recording, Role, Scene,
+    recording,
+};
 use crate::geometry::shapes::Tessellation;
 use crate::geometry::{self, Mesh, Point, Vector, import};
 use crate::machine::file::Form;
@@ -129,6 +132,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     let rates = read_rates(&scene.check).map_err(|wrong| document.meaning(wrong))?;
     let gouge_mm = positive("gouge_mm", scene.check.gouge_mm.as_ref());
     let gouge_mm = gouge_mm.map_err(|wrong| document.meaning(wrong))?;
+    let clearances = read_clearances(&document, &parts, &scene.check.clearance)?;
     let approaches = read_approaches(&document, &machine, &parts, &scene.approaches)?;
     let name = folder.name().to_owned();
     let (inputs, mesh_files) = folder.into_records();
@@ -144,6 +148,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         ignored,
         allowed,
         gouge_mm,
+        clearances,
         rates,
         expected,
         program,
@@ -494,6 +499,17 @@ fn find_pair(document: &Document, parts: &[Part], names: &Spanned<[String; 2]>) 
         return Err(SceneError::Meaning { place: place(), message });
     }
     Ok(pair)
+}
+
+/// The clearances of `check`; the standard ones where the scene gives none.
+fn read_clearances(document: &Document, parts: &[Part], texts: &[Spanned<String>]) -> Result<Clearances, SceneError> {
+    let read = |text: &Spanned<String>| {
+        let wrong = |message: String| document.meaning((text.span(), format!("clearance: {message}")));
+        let clearance: Clearance = text.get_ref().parse().map_err(wrong)?;
+        Clearances::new(vec![clearance.clone()]).check_names(parts).map_err(wrong)?;
+        Ok(clearance)
+    };
+    Ok(Clearances::new(texts.iter().map(read).collect::<Result<_, SceneError>>()?))
 }
 
 /// Every two parts that can move relative to each other, by a joint between their links or by recorded poses. Parts of different tools are

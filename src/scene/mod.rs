@@ -14,6 +14,7 @@ mod program;
 mod load;
 mod numbers;
 mod assembly;
+mod clearances;
 pub mod extents;
 pub mod set_up;
 mod stock_spec;
@@ -23,6 +24,7 @@ mod urdf;
 pub mod pairs;
 
 pub use assembly::{Assembly, ToolEntry};
+pub use clearances::{Clearance, Clearances};
 pub use error::{Place, SceneError};
 pub use program::{ProgramRun, TipCause, TipFault};
 pub use recording::Recording;
@@ -197,6 +199,8 @@ pub struct Scene {
     pub allowed: Vec<Pair>,
     /// Permitted depth of the cutter in the workpiece, mm; the workpiece is then the finished part. `None` when the workpiece is uncut.
     pub gouge_mm: Option<f64>,
+    /// How near pairs may come before `check` tells of it.
+    pub clearances: Clearances,
     /// Rapid rates and feed limits of the machine.
     pub rates: Rates,
     /// Collisions that the program is known to have.

@@ -3,7 +3,7 @@
 //! Xu and Zhang (2011) choose the pairs by hand, from the machine's structure, the head's range and the tool's size. Here the joint tree
 //! and the range of the axes decide.
 
-use super::{Pair, Part, Role, Scene};
+use super::{Clearances, Pair, Part, Role, Scene};
 use crate::geometry::{Mesh, Point};
 use crate::machine::travel::Ball;
 use crate::machine::{Joint, Machine};
@@ -107,7 +107,7 @@ pub enum Dropped {
         /// The joint's axis.
         axis: char,
     },
-    /// Over the whole range, the parts stay farther apart than the distance asked for.
+    /// Over the whole range, the parts stay farther apart than their widest clearance.
     OutOfReach {
         /// Lower bound of their distance, mm.
         apart_mm: f64,
@@ -165,13 +165,17 @@ pub struct Decision {
     pub dropped: Option<Dropped>,
 }
 
-/// Decides on every pair of parts, in order. `reach` gives the ranges of the axes; pairs that stay farther apart than `beyond_mm` are
+/// Decides on every pair of parts, in order. `reach` gives the ranges of the axes; pairs that stay farther apart than their widest clearance are
 /// dropped. Pairs that the scene names are kept unless they are ignored, allowed, out of reach, or belong to a tool that is never mounted.
 #[must_use]
-pub fn decide(scene: &Scene, reach: &Reach, beyond_mm: f64) -> Vec<Decision> {
+pub fn decide(scene: &Scene, reach: &Reach, clearances: &Clearances) -> Vec<Decision> {
     let balls: Vec<Ball> = scene.parts.iter().map(ball).collect();
     let pairs = (0..scene.parts.len()).flat_map(|a| (a + 1..scene.parts.len()).map(move |b| Pair { a, b }));
-    pairs.map(|pair| Decision { pair, dropped: why_dropped(scene, &balls, reach, beyond_mm, pair) }).collect()
+    let decide = |pair: Pair| {
+        let beyond_mm = clearances.widest_mm(&scene.parts, pair);
+        Decision { pair, dropped: why_dropped(scene, &balls, reach, beyond_mm, pair) }
+    };
+    pairs.map(decide).collect()
 }
 
 fn why_dropped(scene: &Scene, balls: &[Ball], reach: &Reach, beyond_mm: f64, pair: Pair) -> Option<Dropped> {

@@ -184,6 +184,7 @@ impl NewScene {
         text += "\n[check]\n\
                  # ignore = [[\"hose\", \"column\"]]      # pairs that are never examined\n\
                  # allow = [[\"vise\", \"table\"]]        # pairs that touch because they are built so\n\
+                 # clearance = [\"5\", \"holder:fixture=10\"] # told when pairs come nearer, mm: all, and by part or role\n\
                  # rapid_mm_min = 15000                 # rapid rates; rapid_rates = { Z = 10000 } for single axes\n\
                  # rapid = \"dog-leg\"                    # every axis at its own rate, not along a straight line\n";
         text

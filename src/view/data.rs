@@ -3,7 +3,6 @@
 use super::motion::Motion;
 use super::pack::{Lattice, Packed};
 use super::tool_path::ToolPath;
-use crate::check::Settings;
 use crate::geometry::{Isometry, Mesh};
 use crate::machine::joint::Motion as JointMotion;
 use crate::picture::Up;
@@ -78,7 +77,6 @@ struct ProgramData {
     file: String,
     lines: Vec<String>,
     duration_s: f64,
-    zones_mm: Vec<f64>,
     first_tool: u32,
     /// Axes with a value in `values`, by number (X, Y, Z, A, B, C, U, V, W).
     axes: Vec<usize>,
@@ -221,7 +219,7 @@ impl ViewData {
         }
     }
 
-    pub(super) fn set_program(&mut self, scene: &Scene, run: &ProgramRun, motion: &Motion, settings: &Settings) {
+    pub(super) fn set_program(&mut self, scene: &Scene, run: &ProgramRun, motion: &Motion) {
         self.path = ToolPath::of(scene, run);
         let moves = &run.program.moves;
         let drives = |axis: &Axis| {
@@ -235,7 +233,6 @@ impl ViewData {
             file: run.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
             lines: run.program.blocks.iter().map(|block| block.trim_end().to_owned()).collect(),
             duration_s: motion.times_s.last().copied().unwrap_or(0.0),
-            zones_mm: settings.zones_mm.clone(),
             first_tool: run.setup.tool,
             axes: axes.iter().map(|&axis| axis as usize).collect(),
             keys: motion.places.len(),

@@ -93,7 +93,7 @@ pub fn gather(
         let path = Path::new(scene, run)?;
         let outcome = examine(scene, run, choice, progress)?;
         let motion = Motion::new(&path, run, &outcome.events);
-        data.set_program(scene, run, &motion, &choice.settings);
+        data.set_program(scene, run, &motion);
         let models = Models::new(scene, &outcome, choice.method);
         progress.begin("finding the nearest pair", path.samples().len() as u64);
         data.distances = distances::along(scene, &path, &motion, &outcome, &models, progress);

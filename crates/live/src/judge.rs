@@ -30,7 +30,7 @@ use bvbench::machine::{OutOfLimits, Poses};
 use bvbench::method::Model;
 use bvbench::registry::Variant;
 use bvbench::scene::pairs::{self, Reach};
-use bvbench::scene::{Pair, Scene};
+use bvbench::scene::{Clearances, Pair, Scene};
 use bvbench::tree::distance::Proximity;
 use bvbench::truth::Solid;
 use rs274::{Axis, Position};
@@ -195,7 +195,7 @@ impl<'a> Judge<'a> {
         if variant.is_for_tools {
             return Err(JudgeError::ForToolsOnly(variant.info.id));
         }
-        let decisions = pairs::decide(scene, &Reach::of_limits(scene), rule.near_mm);
+        let decisions = pairs::decide(scene, &Reach::of_limits(scene), &Clearances::everywhere(&[rule.near_mm]));
         let kept = decisions.iter().filter(|d| d.dropped.is_none()).map(|d| d.pair);
         let pairs: Vec<Pair> = kept.filter(|&pair| !scene.is_cutting(pair)).collect();
         if pairs.is_empty() {

@@ -7,7 +7,7 @@
  * @typedef {{ name: string, role: string, tool: number | null, link: number | null, at: number[], examined: boolean, low: Vec3,
  *   step: Vec3, vertices: string, faces: string, wide: boolean }} PartData
  * @typedef {{ line: string, kind: string, feed: string, tool: string, rpm: string, last_key: string }} Moves
- * @typedef {{ file: string, lines: string[], duration_s: number, zones_mm: number[], first_tool: number, axes: number[], keys: number,
+ * @typedef {{ file: string, lines: string[], duration_s: number, first_tool: number, axes: number[], keys: number,
  *   durations: string, values: string, moves: Moves }} Program
  * @typedef {{ tool: number | null, link: number | null, at: Vec3 }} Tip
  * @typedef {{ key: number, pairs: number, a: string, b: string, at: Vec3 | null, lines: string }} Contact
