@@ -318,6 +318,15 @@ mod tests {
     }
 
     #[test]
+    fn a_coherence_is_read_from_its_name() {
+        for coherence in Coherence::ALL {
+            assert_eq!(coherence.to_string().parse(), Ok(coherence));
+        }
+        assert_eq!("witness".parse(), Ok(Coherence::Witness));
+        assert!("".parse::<Coherence>().is_err());
+    }
+
+    #[test]
     fn a_step_is_known_from_the_centre_and_the_turn() {
         let (_, b) = trees();
         let place = |x, angle| Place::new(&b, &Isometry::new([x, 0.0, 0.0].into(), [0.0, 0.0, angle].into()));

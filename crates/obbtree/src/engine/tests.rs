@@ -54,6 +54,15 @@ fn are_exact<V: WideVolume>() {
 }
 
 #[test]
+fn the_instruction_set_in_use_stays_the_one_in_use() {
+    let used = Simd::in_use();
+    for simd in Simd::available() {
+        assert_eq!(simd.choose(), simd == used);
+        assert_eq!(Simd::in_use(), used);
+    }
+}
+
+#[test]
 fn verdicts_and_lists_are_the_exact_truth_on_every_instruction_set_and_counts_agree() {
     are_exact::<Oriented>();
     are_exact::<Aligned>();
