@@ -7,9 +7,9 @@ from pathlib import Path
 
 
 def rows_of(folder):
-    """The rows of a study by (metric, variant), of all programs together."""
+    """The rows of a study by (metric, variant, baseline), of all programs together."""
     with (folder / "ratios.csv").open() as file:
-        return {(row["metric"], row["variant"]): row for row in csv.DictReader(file) if row["stratum"] == "all"}
+        return {(row["metric"], row["variant"], row["baseline"]): row for row in csv.DictReader(file) if row["stratum"] == "all"}
 
 
 def shown(row):
@@ -32,7 +32,8 @@ def main():
         folder = out / f"{scene}-{study}"
         try:
             rows = rows_of(folder)
-            null, planted = rows["program-time", "null-duplicate"], rows["program-time", "obb-area-slow"]
+            null = rows["program-time", "null-duplicate", "obb-area"]
+            planted = rows["program-time", "obb-area-slow", "obb-area-asked"]
         except (OSError, KeyError) as error:
             print(f"scripts/power: {folder} holds no study: {error!r}", file=sys.stderr)
             return 2
