@@ -116,6 +116,8 @@ test("the answer, the figure and the ranking are on the first screen", () =>
         const box = await tab.locator(part).boundingBox();
         assert.ok(box && box.y + box.height <= 900, `${part} ends at ${box && box.y + box.height} px`);
       }
+      const [table, room] = [await tab.locator("#ranking table").boundingBox(), await tab.locator("#ranks").boundingBox()];
+      assert.ok(table && room && table.x + table.width <= room.x + room.width + 1, "the ranking is cut off on the right");
       const questions = await tab.locator("#answer h3").allTextContents();
       assert.ok(questions.length >= 2 && questions.every((question) => question.endsWith("?")), questions.join(" "));
     },
