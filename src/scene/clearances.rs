@@ -24,7 +24,7 @@ impl FromStr for Clearance {
             ));
         }
         let mm: f64 = mm.trim().parse().map_err(|_| format!("`{}` is no number of mm", mm.trim()))?;
-        if !(mm >= 0.0 && mm <= Self::LARGEST_MM) {
+        if !(0.0..=Self::LARGEST_MM).contains(&mm) {
             return Err(format!("{mm} is no clearance; it must be a number from 0 to {:e} mm", Self::LARGEST_MM));
         }
         Ok(Self { of, mm })
