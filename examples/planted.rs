@@ -1,6 +1,6 @@
 //! A variant with a planted slow-down: the area-weighted box that asks again at 3 of 100 poses, and beside it the same that asks again at none. A protocol
-//! that cannot tell the two apart cannot tell anything of that size; `scripts/power` asks. (The area-weighted box itself is no fair original: the detour of every
-//! call through this file makes short programs some 6 % slower.)
+//! that cannot tell the two apart cannot tell anything of that size; `scripts/power` asks.
+//! The area-weighted box of the registry is no fair original, since the detour of every call through this file has a price of its own.
 //!
 //! ```sh
 //! cargo run --release --example planted -- stage measure --scene lathe-tailstock --variant obb-area --variant obb-area-asked --variant obb-area-slow --out results/planted

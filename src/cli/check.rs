@@ -8,6 +8,7 @@ mod junit;
 mod sarif;
 mod stock;
 
+use super::options::ClearanceOptions;
 use super::progress::Bar;
 use super::style::{self, Tone};
 use super::subject::{SET_UP_EXAMPLES, Subject};
@@ -18,7 +19,7 @@ use crate::measure::timer;
 use crate::record::file::write_text;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{Decision, Dropped};
-use crate::scene::{Clearance, Clearances, ProgramRun, Scene};
+use crate::scene::{ProgramRun, Scene};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
@@ -64,27 +65,6 @@ pub struct Options {
     /// Print no progress
     #[arg(long, short)]
     quiet: bool,
-}
-
-/// How near parts may come.
-#[derive(Args)]
-pub(super) struct ClearanceOptions {
-    /// Tell when parts come nearer than this, mm; 0 for not at all; repeatable. For some pairs alone: NAME=MM or NAME:NAME=MM, each NAME a part or a role (machine,
-    /// workpiece, cutter, shank, holder, fixture); the closest description of a pair holds [default: the scene's, else 14, 8 and 2]
-    #[arg(long = "clearance", value_name = "[NAME[:NAME]=]MM")]
-    clearances: Vec<Clearance>,
-}
-
-impl ClearanceOptions {
-    /// The clearances asked for; `None` for those of the scene.
-    pub(super) fn read(&self, scene: &Scene) -> Result<Option<Clearances>> {
-        if self.clearances.is_empty() {
-            return Ok(None);
-        }
-        let clearances = Clearances::new(self.clearances.clone());
-        clearances.check_names(&scene.parts).map_err(|message| anyhow!("--clearance: {message}"))?;
-        Ok(Some(clearances))
-    }
 }
 
 /// The workpiece while it is cut.

@@ -5,14 +5,37 @@ use crate::measure::shard::Shard;
 use crate::measure::{Plan, Profile, Run, Selection};
 use crate::record::Manifest;
 use crate::registry::Registry;
+use crate::scene::{Clearance, Clearances, Scene};
 use crate::tree::Policy;
 use crate::truth::TruthCache;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
 /// Seed unless another is given: the year of the paper.
 pub const DEFAULT_SEED: u64 = 2011;
+
+/// How near parts may come.
+#[derive(Args)]
+pub struct ClearanceOptions {
+    /// Tell when parts come nearer than this, mm; 0 for not at all; repeatable. For some pairs alone: NAME=MM or NAME:NAME=MM, each NAME a part or a role (machine,
+    /// workpiece, cutter, shank, holder, fixture); the closest description of a pair holds [default: the scene's, else 14, 8 and 2]
+    #[arg(long = "clearance", value_name = "[NAME[:NAME]=]MM")]
+    clearances: Vec<Clearance>,
+}
+
+impl ClearanceOptions {
+    /// The clearances asked for; `None` for those of the scene.
+    pub fn read(&self, scene: &Scene) -> Result<Option<Clearances>> {
+        if self.clearances.is_empty() {
+            return Ok(None);
+        }
+        for clearance in &self.clearances {
+            clearance.check_names(&scene.parts).map_err(|message| anyhow!("--clearance: {message}"))?;
+        }
+        Ok(Some(Clearances::new(self.clearances.clone())))
+    }
+}
 
 /// What to measure, and where to put it.
 #[derive(Args, Clone)]

@@ -3,7 +3,7 @@
 mod inverse;
 mod new;
 
-use super::check::ClearanceOptions;
+use super::options::ClearanceOptions;
 use super::subject::Subject;
 use super::{CLEAR, note, picture, say, surfaces};
 use crate::check;

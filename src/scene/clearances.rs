@@ -34,7 +34,19 @@ impl FromStr for Clearance {
 impl Clearance {
     const LARGEST_MM: f64 = rs274::interpret::FARTHEST;
 
-    /// How closely it describes a pair, the names it gives and how many of them are names of parts; `None` when it is about others.
+    /// Refuses a name that neither a part nor a role has, and says which there are.
+    ///
+    /// # Errors
+    /// The message.
+    pub fn check_names(&self, parts: &[Part]) -> Result<(), String> {
+        let (parts, roles) = (parts.iter().map(|part| part.name.as_str()), Role::ALL.iter().map(|role| role.name()));
+        let is_unknown = |name: &&String| !parts.clone().chain(roles.clone()).any(|known| known == name.as_str());
+        let Some(name) = self.of.iter().find(is_unknown) else { return Ok(()) };
+        let [parts, roles] = [parts.collect::<Vec<_>>(), roles.collect()].map(|names| names.join(", "));
+        Err(format!("there is no part and no role `{name}`; parts: {parts}; roles: {roles}"))
+    }
+
+    /// How closely it describes a pair: how many names it gives, and how many of them are names of parts; `None` when it is about others.
     fn fit(&self, pair: [&Part; 2]) -> Option<(usize, usize)> {
         let fit = |pair: [&Part; 2]| {
             let mut by_name = 0;
@@ -75,25 +87,6 @@ impl Clearances {
         Self(mm.iter().map(|&mm| Clearance { of: Vec::new(), mm }).collect())
     }
 
-    /// Refuses a name that neither a part nor a role has, and says which there are.
-    ///
-    /// # Errors
-    /// The message.
-    pub fn check_names(&self, parts: &[Part]) -> Result<(), String> {
-        let is_known = |name: &&String| {
-            parts.iter().any(|part| part.name == **name) || Role::ALL.iter().any(|role| role.name() == *name)
-        };
-        let Some(name) = self.0.iter().flat_map(|clearance| &clearance.of).find(|name| !is_known(name)) else {
-            return Ok(());
-        };
-        let list = |names: Vec<&str>| names.join(", ");
-        Err(format!(
-            "there is no part and no role `{name}`; parts: {}; roles: {}",
-            list(parts.iter().map(|part| part.name.as_str()).collect()),
-            list(Role::ALL.map(Role::name).to_vec())
-        ))
-    }
-
     /// The clearances of a pair, widest first, mm; empty for none.
     #[must_use]
     pub fn of(&self, parts: &[Part], pair: Pair) -> Vec<f64> {
@@ -125,26 +118,27 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
 
-    /// Widest clearances of pairs of the scene `mill-vise` by what is asked.
-    fn widest(asked: &[&str], names: [&str; 2]) -> Vec<f64> {
+    /// Clearances of a pair of the scene `mill-vise` by what is asked.
+    fn zones(asked: &[&str], names: [&str; 2]) -> Vec<f64> {
         let scene = Scene::find("mill-vise").unwrap();
         let part = |name| scene.parts.iter().position(|part| part.name == name).unwrap();
-        let clearances = Clearances::new(asked.iter().map(|text| text.parse().unwrap()).collect());
-        clearances.check_names(&scene.parts).unwrap();
+        let clearances: Vec<Clearance> = asked.iter().map(|text| text.parse().unwrap()).collect();
+        clearances.iter().for_each(|clearance| clearance.check_names(&scene.parts).unwrap());
+        let clearances = Clearances::new(clearances);
         clearances.of(&scene.parts, Pair { a: part(names[0]), b: part(names[1]) })
     }
 
     #[test]
     fn the_closest_description_of_a_pair_holds() {
         let all = ["3", "holder=5", "holder:fixture=4", "holder=6"];
-        assert_eq!(widest(&[], ["holder", "vise"]), Clearances::STANDARD_MM);
-        assert_eq!(widest(&["holder=5"], ["end-mill", "vise"]), Clearances::STANDARD_MM);
-        assert_eq!(widest(&all, ["end-mill", "vise"]), [3.0]);
-        assert_eq!(widest(&all, ["vise", "holder"]), [4.0]);
-        assert_eq!(widest(&all, ["holder", "workpiece"]), [6.0, 5.0]);
-        assert_eq!(widest(&["fixture=9", "vise=1"], ["vise", "end-mill"]), [1.0]);
-        assert_eq!(widest(&["holder=0"], ["vise", "holder"]), [0.0; 0]);
-        assert_eq!(widest(&["0"], ["vise", "holder"]), [0.0; 0]);
+        assert_eq!(zones(&[], ["holder", "vise"]), Clearances::STANDARD_MM);
+        assert_eq!(zones(&["holder=5"], ["end-mill", "vise"]), Clearances::STANDARD_MM);
+        assert_eq!(zones(&all, ["end-mill", "vise"]), [3.0]);
+        assert_eq!(zones(&all, ["vise", "holder"]), [4.0]);
+        assert_eq!(zones(&all, ["holder", "workpiece"]), [6.0, 5.0]);
+        assert_eq!(zones(&["fixture=9", "vise=1"], ["vise", "end-mill"]), [1.0]);
+        assert_eq!(zones(&["holder=0"], ["vise", "holder"]), [0.0; 0]);
+        assert_eq!(zones(&["0"], ["vise", "holder"]), [0.0; 0]);
     }
 
     #[test]
@@ -153,7 +147,7 @@ mod tests {
             assert!(text.parse::<Clearance>().is_err(), "{text}");
         }
         let scene = Scene::find("mill-vise").unwrap();
-        let wrong = Clearances::new(vec!["holdr:vise=5".parse().unwrap()]).check_names(&scene.parts).unwrap_err();
+        let wrong = "holdr:vise=5".parse::<Clearance>().unwrap().check_names(&scene.parts).unwrap_err();
         assert!(wrong.contains("`holdr`") && wrong.contains("vise") && wrong.contains("fixture"), "{wrong}");
     }
 }

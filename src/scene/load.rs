@@ -506,7 +506,7 @@ fn read_clearances(document: &Document, parts: &[Part], texts: &[Spanned<String>
     let read = |text: &Spanned<String>| {
         let wrong = |message: String| document.meaning((text.span(), format!("clearance: {message}")));
         let clearance: Clearance = text.get_ref().parse().map_err(wrong)?;
-        Clearances::new(vec![clearance.clone()]).check_names(parts).map_err(wrong)?;
+        clearance.check_names(parts).map_err(wrong)?;
         Ok(clearance)
     };
     Ok(Clearances::new(texts.iter().map(read).collect::<Result<_, SceneError>>()?))

@@ -189,7 +189,7 @@ impl Mesh {
     }
 }
 
-/// Whether all numbers are certain to have the same sign.
+/// Whether all numbers surely have one sign.
 fn are_alike(numbers: &[I]) -> bool {
     numbers.iter().all(|x| x.lo > 0.0) || numbers.iter().all(|x| x.hi < 0.0)
 }

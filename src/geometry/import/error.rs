@@ -82,7 +82,7 @@ pub enum ImportError {
     UnknownFormat {
         /// The file.
         path: PathBuf,
-        /// What it seems to be, and what converts that; empty where nobody knows.
+        /// The format it seems to be in, and the command that converts it; empty if neither is known.
         hint: &'static str,
     },
     /// The format needs a build feature that this build does not have.

@@ -124,14 +124,14 @@ fn planted(index: usize, thick_mm: f64, random: &mut Pcg64Mcg) -> Motion {
     Motion { start, way: Vector::z() * (end - above), turn }
 }
 
-/// What is known of a motion.
+/// The exact truth about a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Truth {
     /// The surfaces share no point before the first of these times, and share one at the second; `None` where they never do.
     contact: Option<[f64; 2]>,
     /// Least distance at the times that were looked at, mm.
     least_mm: f64,
-    /// Whether either answer is right.
+    /// Whether it comes so near to touching that contact and no contact both count as right.
     is_grazing: bool,
 }
 
