@@ -3,6 +3,7 @@
 import argparse
 import os
 import shlex
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -19,10 +20,11 @@ COUNTED = [
 
 
 def arguments():
-    parser = argparse.ArgumentParser(prog="scripts/across-scenes", usage="scripts/across-scenes [--out DIR] [--safe] [--tables] [SCENE]...", add_help=False)
+    parser = argparse.ArgumentParser(prog="scripts/across-scenes", usage="scripts/across-scenes [--out DIR] [--safe] [--limit MINUTES] [--tables] [SCENE]...", add_help=False)
     parser.add_argument("--home", type=Path, required=True)
     parser.add_argument("--out", type=Path)
     parser.add_argument("--safe", action="store_true")
+    parser.add_argument("--limit", type=float, default=20.0)
     parser.add_argument("--tables", action="store_true")
     parser.add_argument("scenes", nargs="*")
     options = parser.parse_args()
@@ -40,12 +42,20 @@ def program(home):
     return ["cargo", "run", "--release", "--all-features", "--quiet", "--manifest-path", str(home / "Cargo.toml"), "--"]
 
 
-def run(command):
-    """Runs one stage; true when it succeeded. Exit code 1 is a miss by a safe variant, which the tables show."""
-    done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    if done.returncode not in (0, 1):
-        print(f"{shlex.join(command)}: {(done.stderr.strip() or 'failed').splitlines()[-1]}", file=sys.stderr)
-    return done.returncode in (0, 1)
+def run(command, minutes):
+    """Runs one stage; true when it succeeded in time. Exit code 1 is a miss by a safe variant, which the tables show."""
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    try:
+        why = process.communicate(timeout=60 * minutes)[1].strip().splitlines()
+    except subprocess.TimeoutExpired:
+        why = [f"stopped after {minutes:g} minutes"]
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+    if process.returncode not in (0, 1):
+        print(f"{shlex.join(command)}: {(why or ['failed'])[-1]}", file=sys.stderr)
+    return process.returncode in (0, 1)
 
 
 def main():
@@ -61,7 +71,7 @@ def main():
                 continue
             print(f"{stage} {name}", file=sys.stderr, flush=True)
             request = ["--scene", scene, "--profile", "smoke", "--quiet", "--out", str(base / name), "--cache", str(options.out / "truth")]
-            if not run([*program(options.home), "stage", stage, *request, *variants]):
+            if not run([*program(options.home), "stage", stage, *request, *variants], options.limit):
                 failed.append(name)
     folders = [base / Path(scene).name for scene in options.scenes if (base / Path(scene).name / "verification.csv").is_file()]
     misses = [miss for folder in folders for miss in tables.safe_misses(folder)]
