@@ -110,7 +110,9 @@ def draw(ratios, hosts, path):
     shown = ratios[(ratios["metric"] == "program-time") & (ratios["stratum"] == "all")]
     scenes = sorted(shown["scene"].astype(str).unique())
     shown = shown.assign(pair=[f"{v} {p} / {b} {q}" for v, p, b, q in shown[RATIO_KEY[4:]].itertuples(index=False)])
-    cases = sorted(shown["pair"].unique())
+    cases = sorted(shown["pair"].unique(), reverse=True)
+    # As far as the ratios go: an interval over few hosts may go much farther.
+    limits = shown["ratio"].astype(float).min() / 1.5, shown["ratio"].astype(float).max() * 1.5
     figure, axes = plt.subplots(1, len(scenes), sharey=True, squeeze=False, figsize=(5 * len(scenes), 1.5 + 0.3 * len(cases)), layout="constrained")
     for axis, scene in zip(axes[0], scenes, strict=True):
         for place, host in enumerate([*hosts, "across"]):
@@ -121,7 +123,7 @@ def draw(ratios, hosts, path):
             axis.errorbar(ratio, heights, xerr=errors, fmt="s" if host == "across" else "o", markersize=4, capsize=2, label=host)
         axis.axvline(1, color="grey", linewidth=1)
         axis.set_xscale("log")
-        axis.set_xlim(0.02, 50)
+        axis.set_xlim(*limits)
         axis.set_title(scene)
         axis.set_xlabel("program time over the baseline's")
     axes[0][0].set_yticks(range(len(cases)), cases)
