@@ -155,6 +155,64 @@ file = "own.ngc"
     assert!(checked(&signed(&claimed.replace(" unresolved", " free"))).is_err());
 }
 
+#[test]
+fn a_rapid_through_the_workpiece_is_not_free_and_a_feed_is() {
+    let scene = r#"
+title = "A block that is cut"
+[[machine.links]]
+name = "slide"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[machine.links]]
+name = "head"
+parent = "slide"
+joint = { axis = "Z", direction = [0, 0, 1] }
+[[parts]]
+name = "block"
+role = "workpiece"
+shape = { kind = "rounded-box", size_mm = [100, 40, 20], fillet_mm = 0 }
+[[parts]]
+name = "mill"
+role = "cutter"
+link = "head"
+at = { xyz_mm = [0, 0, 60] }
+shape = { kind = "rounded-box", size_mm = [8, 8, 80], fillet_mm = 0 }
+[[parts]]
+name = "chuck"
+role = "holder"
+link = "head"
+at = { xyz_mm = [0, 0, 120] }
+shape = { kind = "rounded-box", size_mm = [30, 30, 40], fillet_mm = 0 }
+[program]
+file = "own.ngc"
+start = { z_mm = 20 }
+"#;
+    // Above it, into it, a dwell, along, out again; then across a corner of it at rapid rate, and a hundredth of a mm above it.
+    let program = "G0 X-20\nG1 Z-15 F500\nG4 P1\nG1 X20\nG0 Z20\nG0 X70\nG0 Z-10\nG0 X-70\nG0 Z-9.99\nG0 X70\nM2";
+    let certificate = certified(&load(scene, program));
+    let found: Vec<&str> = certificate.blocks.values().map(|verdict| verdict.name()).collect();
+    // The mill's end is 20 mm above its zero point, the block's top at Z10: at Z-10 one slides over the other.
+    let wanted = ["free", "free", "free", "free", "free", "stock", "free", "free", "stock", "free", "free"];
+    assert_eq!(found, wanted, "{:?}", certificate.doubts);
+    let report = accepted(&certificate, "a rapid");
+    assert!(
+        report.notes.contains(&"at rapids alone, against the whole workpiece: block:mill".to_owned()),
+        "{:?}",
+        report.notes
+    );
+    // In the block at the start: no feed has brought it there.
+    let within = certified(&load(&scene.replace("z_mm = 20", "z_mm = -15"), "G1 X20 F500\nM2"));
+    assert_eq!(within.blocks.values().copied().collect::<Vec<_>>(), [Verdict::Stock, Verdict::Free]);
+    accepted(&within, "the start");
+    // Who claims that the rapid is meant to cut is not believed.
+    let claim = |line: &str| {
+        line.strip_prefix("open ").map_or(line.to_owned(), |rest| format!("meant {}", rest.split(' ').next().unwrap()))
+            + "\n"
+    };
+    let claimed: String = certificate.text.lines().map(claim).collect();
+    let refusal = checked(&signed(&claimed.replace(" stock", " free"))).unwrap_err();
+    assert!(refusal.why.contains("contact is not meant there"), "{refusal:?}");
+}
+
 /// The certificate with a hash of its content as it is now.
 fn signed(text: &str) -> String {
     let body: String =

@@ -24,7 +24,7 @@ use crate::truth::Solid;
 use hull::{Token, Tree};
 use motion::{PairMotion, Track};
 use rayon::prelude::*;
-use search::{Entry, Finding, Search};
+use search::{Asked, Entry, Finding, Search};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -33,6 +33,8 @@ use std::sync::Arc;
 pub enum Verdict {
     /// Every pair that is examined is free: proved.
     Free,
+    /// The same but for the cutter, which at a rapid is not proved to stay off the whole workpiece; it may be in what was cut away.
+    Stock,
     /// Some pair is neither proved free nor proved in contact.
     Unresolved,
     /// Some pair is in contact: proved.
@@ -45,13 +47,14 @@ impl Verdict {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Free => "free",
+            Self::Stock => "stock",
             Self::Unresolved => "unresolved",
             Self::Collision => "collision",
         }
     }
 }
 
-/// A stretch of a move on which a pair is not proved free.
+/// A stretch of a move on which a pair is not proved free, or a rapid on which the cutter is not proved to stay off the whole workpiece.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Doubt {
     /// Line of the program; 0 before the first move.
@@ -62,7 +65,7 @@ pub struct Doubt {
     pub within: [f64; 2],
     /// For a collision the travel between these fractions, mm; for an unresolved stretch the clearance at which the search stopped, mm.
     pub size_mm: f64,
-    /// [`Verdict::Unresolved`] or [`Verdict::Collision`].
+    /// Any but [`Verdict::Free`].
     pub verdict: Verdict,
 }
 
@@ -94,17 +97,15 @@ impl Certificate {
 }
 
 /// Why a pair is not examined, as the certificate says it.
-fn skipped(scene: &Scene, dropped: Option<&Dropped>, pair: Pair) -> Option<&'static str> {
+fn skipped(dropped: &Dropped) -> Option<&'static str> {
     match dropped {
-        Some(Dropped::Rigid) => Some("rigid"),
-        Some(Dropped::Neighbours { .. }) => Some("neighbours"),
-        Some(Dropped::DifferentTools { .. }) => Some("tools"),
-        Some(Dropped::Ignored) => Some("ignored"),
-        Some(Dropped::Allowed) => Some("allowed"),
+        Dropped::Rigid => Some("rigid"),
+        Dropped::Neighbours { .. } => Some("neighbours"),
+        Dropped::DifferentTools { .. } => Some("tools"),
+        Dropped::Ignored => Some("ignored"),
+        Dropped::Allowed => Some("allowed"),
         // Where the program goes is what is to be proved.
-        Some(Dropped::OutOfReach { .. } | Dropped::NeverMounted { .. }) | None => {
-            scene.is_cutting(pair).then_some("meant")
-        }
+        Dropped::OutOfReach { .. } | Dropped::NeverMounted { .. } => None,
     }
 }
 
@@ -125,7 +126,7 @@ pub fn certify(
     let decisions = pairs::decide(scene, &Reach::of_limits(scene), &Clearances::everywhere(&[f64::INFINITY]));
     let (mut examined, mut not) = (Vec::new(), Vec::new());
     for decision in &decisions {
-        match skipped(scene, decision.dropped.as_ref(), decision.pair) {
+        match decision.dropped.as_ref().and_then(skipped) {
             Some(why) => not.push((decision.pair, why)),
             None => examined.push(work_first(scene, run, decision.pair)),
         }
@@ -150,7 +151,7 @@ pub fn certify(
             both.map(|part| &trees[part]),
             both.map(|part| models[part].as_deref()),
             both.map(|part| &solids[part]),
-            both.map(|part| scene.parts[part].tool),
+            Asked { tools: both.map(|part| scene.parts[part].tool), is_cutting: scene.is_cutting(pair) },
         );
         search.run();
         progress.advance(1);
@@ -181,12 +182,13 @@ fn conclude(
     for (pair, entries) in found {
         for entry in entries {
             let (end, size_mm, verdict) = match &entry.finding {
-                Finding::Away => continue,
+                Finding::Away | Finding::Meant => continue,
                 Finding::Free { front, .. } => {
                     intervals += 1;
                     planes += front.iter().flatten().filter(|token| matches!(token, Token::Plane { .. })).count();
                     continue;
                 }
+                Finding::Open { apart_mm } if scene.is_cutting(*pair) => (entry.to, *apart_mm, Verdict::Stock),
                 Finding::Open { apart_mm } => (entry.to, *apart_mm, Verdict::Unresolved),
                 Finding::Hit { place, way_mm, .. } => (*place, *way_mm, Verdict::Collision),
             };

@@ -17,6 +17,8 @@ pub(super) enum Course {
     Point,
     /// Straight in the axes, or in the coordinates of the tool's tip.
     Line,
+    /// The same at rapid rate: no move to cut in.
+    Rapid,
     /// About a centre in the plane of two axes; the radius and all other axes change in proportion to the angle.
     Arc { plane: [Axis; 2], centre: [f64; 2], sweep: f64 },
 }
@@ -54,7 +56,8 @@ pub(super) fn steps(scene: &Scene, run: &ProgramRun) -> Result<Vec<Step>, TipFau
         rest = behind;
         let course = match step.kind {
             MoveKind::Dwell { .. } | MoveKind::ToolChange { .. } => Course::Point,
-            MoveKind::Rapid | MoveKind::Feed => Course::Line,
+            MoveKind::Rapid => Course::Rapid,
+            MoveKind::Feed => Course::Line,
             MoveKind::Arc { plane, centre, sweep } => {
                 let [first, second, _] = plane.axes();
                 Course::Arc { plane: [first, second], centre, sweep }

@@ -6,6 +6,7 @@ use crate::geometry::{Isometry, Vector};
 use crate::method::Model;
 use crate::truth::Solid;
 use std::cell::Cell;
+use std::mem::discriminant;
 
 /// Travel within an interval below which it is not halved any more, mm.
 const RESOLUTION_MM: f64 = 1e-4;
@@ -42,6 +43,16 @@ pub(super) enum Finding {
     Open { apart_mm: f64 },
     /// One of the two is not in the spindle.
     Away,
+    /// The cutter feeds into the workpiece: contact is what the program is for.
+    Meant,
+}
+
+/// On which steps a pair may not meet.
+pub(super) struct Asked {
+    /// The tools that the parts belong to.
+    pub tools: [Option<u32>; 2],
+    /// A cutter and the workpiece, which may not meet at rapids alone.
+    pub is_cutting: bool,
 }
 
 /// A pair and what its search keeps in mind.
@@ -53,8 +64,7 @@ pub(super) struct Search<'a> {
     /// What is asked for contact at the middle of an interval before planes are sought.
     pub models: [Option<&'a dyn Model>; 2],
     pub solids: [&'a Solid; 2],
-    /// The tools that the parts belong to.
-    pub tools: [Option<u32>; 2],
+    pub asked: Asked,
     pub entries: Vec<Entry>,
     front: Vec<Token>,
     hint: Vector,
@@ -76,7 +86,7 @@ impl<'a> Search<'a> {
         trees: [&'a Tree; 2],
         models: [Option<&'a dyn Model>; 2],
         solids: [&'a Solid; 2],
-        tools: [Option<u32>; 2],
+        asked: Asked,
     ) -> Self {
         Self {
             track,
@@ -85,7 +95,7 @@ impl<'a> Search<'a> {
             trees,
             models,
             solids,
-            tools,
+            asked,
             entries: Vec::new(),
             front: Vec::new(),
             hint: Vector::x(),
@@ -107,10 +117,12 @@ impl<'a> Search<'a> {
             let step = at as usize;
             if at.fract() == 0.0 {
                 (self.open_on_step, self.given_up[0]) = (0, 0);
-                let there = (step..count).find(|&step| self.is_mounted(step)).unwrap_or(count);
-                if there > step {
-                    self.push(at, there as f64, Finding::Away);
-                    at = there as f64;
+                if let Some(finding) = self.left_out(step) {
+                    let is_other =
+                        |&next: &usize| self.left_out(next).as_ref().map(discriminant) != Some(discriminant(&finding));
+                    let end = (step..count).find(is_other).unwrap_or(count);
+                    self.push(at, end as f64, finding);
+                    at = end as f64;
                     continue;
                 }
             }
@@ -118,7 +130,7 @@ impl<'a> Search<'a> {
             let is_enough = is_enough || self.tried >= MOST_TRIED_IN_ALL;
             if is_enough || self.entries.len() > MOST_INTERVALS {
                 // An interval that begins within a step ends with it.
-                let gone = (step..count).find(|&step| !self.is_mounted(step)).unwrap_or(count);
+                let gone = (step..count).find(|&step| self.left_out(step).is_some()).unwrap_or(count);
                 let gone = if at.fract() == 0.0 { gone } else { step + 1 };
                 self.push(at, gone as f64, Finding::Open { apart_mm: self.apart_mm });
                 at = gone as f64;
@@ -133,9 +145,19 @@ impl<'a> Search<'a> {
         self.open_what_is_inside();
     }
 
-    fn is_mounted(&self, step: usize) -> bool {
-        let tool = self.track.steps[step].tool;
-        self.tools.iter().all(|own| own.is_none_or(|own| own == tool))
+    /// Why nothing is to be proved on a step.
+    fn left_out(&self, index: usize) -> Option<Finding> {
+        let step = &self.track.steps[index];
+        if self.asked.tools.iter().any(|own| own.is_some_and(|own| own != step.tool)) {
+            return Some(Finding::Away);
+        }
+        let is_feed = match step.course {
+            Course::Line | Course::Arc { .. } => true,
+            Course::Rapid => false,
+            // A dwell stands where the tool was brought; at the start and after a change of tools nothing has brought it.
+            Course::Point => index > 0 && self.track.steps[index - 1].tool == step.tool,
+        };
+        (self.asked.is_cutting && is_feed).then_some(Finding::Meant)
     }
 
     /// Decides on an interval that begins at `at` and has at most 2^level steps; returns its end.
@@ -143,8 +165,8 @@ impl<'a> Search<'a> {
         let count = self.track.steps.len() as f64;
         loop {
             let to = at + 2f64.powi(*level);
-            let is_there = || (at as usize..to as usize).all(|step| self.is_mounted(step));
-            if *level > 0 && (to > count || !is_there()) {
+            let is_asked = || (at as usize..to as usize).all(|step| self.left_out(step).is_none());
+            if *level > 0 && (to > count || !is_asked()) {
                 *level -= 1;
                 continue;
             }
@@ -214,6 +236,8 @@ impl<'a> Search<'a> {
     fn give_up(&mut self, at: f64, to: f64) -> f64 {
         let step = at.floor();
         let places = match self.track.steps[step as usize].course {
+            // Whoever touches the whole workpiece need not touch what is left of it.
+            _ if self.asked.is_cutting => Vec::new(),
             Course::Point => vec![step + 1.0],
             _ => vec![at, f64::midpoint(at, to), to],
         };
@@ -231,8 +255,8 @@ impl<'a> Search<'a> {
             return step + 1.0;
         }
         self.open_on_step += 1;
-        self.open_in_all += 1;
-        let is_enough = self.open_on_step >= MOST_OPEN || self.given_up[0] >= MOST_GIVEN_UP[0];
+        self.open_in_all += u32::from(!self.asked.is_cutting);
+        let is_enough = self.asked.is_cutting || self.open_on_step >= MOST_OPEN || self.given_up[0] >= MOST_GIVEN_UP[0];
         let end = if is_enough { step + 1.0 } else { to };
         let mut apart_mm = self.apart_mm;
         if from < at

@@ -35,7 +35,7 @@ pub(super) fn write(proof: &Proof<'_>) -> String {
 impl Proof<'_> {
     fn head(&self, text: &mut String) -> std::fmt::Result {
         let Self { scene, run, .. } = self;
-        writeln!(text, "bvbench-certificate 1")?;
+        writeln!(text, "bvbench-certificate 2")?;
         writeln!(text, "made bvbench {} interpreter rs274 {}", env!("CARGO_PKG_VERSION"), rs274::VERSION)?;
         writeln!(text, "scene {}", name(&scene.name))?;
         for (file, hash) in &scene.inputs {
@@ -95,6 +95,7 @@ impl Proof<'_> {
             let course = match step.course {
                 Course::Point => "point",
                 Course::Line => "line",
+                Course::Rapid => "rapid",
                 Course::Arc { .. } => "arc",
             };
             write!(text, "move {} {} {course}", step.line, step.tool)?;
@@ -120,10 +121,12 @@ impl Proof<'_> {
             writeln!(text, "pair {} {why}", pair_names(pair))?;
         }
         for (pair, entries) in self.found {
-            writeln!(text, "pair {} examined", pair_names(pair))?;
+            let how = if self.scene.is_cutting(*pair) { "cutting" } else { "examined" };
+            writeln!(text, "pair {} {how}", pair_names(pair))?;
             for Entry { to, finding, .. } in entries {
                 match finding {
                     Finding::Away => writeln!(text, "away {to}")?,
+                    Finding::Meant => writeln!(text, "meant {to}")?,
                     Finding::Open { apart_mm } => writeln!(text, "open {to} {apart_mm}")?,
                     Finding::Hit { place, way_mm, piercing } => {
                         let side = if piercing.edge_of_a { "a" } else { "b" };

@@ -30,7 +30,7 @@ use stock::Left;
 
 #[derive(Args)]
 #[command(
-    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance holder:fixture=10 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --target finished.stl   gouges and rests against the wanted part\n  bvbench check path/to/machine part.ngc --certify part.cert\n\nA cutter that feeds into the workpiece takes material away. A cutter at rapid rate or with a standing spindle, a shank, a holder and all else collide with what is left; whatever else touches collides. With --certify a block is clear only if it is proved free.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
+    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance holder:fixture=10 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --target finished.stl   gouges and rests against the wanted part\n  bvbench check path/to/machine part.ngc --certify part.cert\n\nA cutter that feeds into the workpiece takes material away. A cutter at rapid rate or with a standing spindle, a shank, a holder and all else collide with what is left; whatever else touches collides. With --certify a block is clear only if it is proved free; a rapid of the cutter over the workpiece, if it is free of what is left of it.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
 )]
 pub struct Options {
     #[command(flatten)]
@@ -172,8 +172,9 @@ struct Checked<'a> {
 impl Checked<'_> {
     /// Whether the program may run.
     fn is_clear(&self) -> bool {
+        let is_cut = !self.outcome.stays_whole && self.outcome.uncut.is_empty();
         self.outcome.is_clear()
-            && self.certificate.as_ref().is_none_or(certify::Written::is_free)
+            && self.certificate.as_ref().is_none_or(|written| written.is_free(is_cut))
             && self.left.iter().all(|left| left.comparison.is_none_or(|c| c.gouge.volume_mm3 == 0.0))
     }
 }

@@ -29,7 +29,7 @@ pub struct Refusal {
 /// The result of an accepted certificate: what it proves of each block, and what it leaves out.
 #[derive(Debug, Default)]
 pub struct Report {
-    /// Verdict of each line of the program: `free`, `collision` or `unresolved`.
+    /// Verdict of each line of the program, of [`VERDICTS`].
     pub blocks: BTreeMap<u32, &'static str>,
     /// Pairs that are examined.
     pub examined: usize,
@@ -63,6 +63,8 @@ pub struct Stated {
 /// The pair whose lines are read.
 struct Current {
     parts: [usize; 2],
+    /// Whether it is a cutter and the workpiece, which may not meet at rapids alone.
+    is_cutting: bool,
     /// The place at which its last interval ended.
     at: f64,
     front: Vec<Token>,
@@ -104,6 +106,9 @@ pub fn check(text: impl BufRead, scene: Option<&Path>, program: Option<&Path>) -
 
 const LONGEST_LINE: u64 = 1 << 22;
 
+/// Verdicts on a block, the worst one last. `stock`: free but for the cutter, which a rapid may bring into the whole workpiece.
+pub const VERDICTS: [&str; 4] = ["free", "stock", "unresolved", "collision"];
+
 #[derive(Default)]
 struct Checker {
     files: (Option<std::path::PathBuf>, Option<std::path::PathBuf>),
@@ -111,7 +116,7 @@ struct Checker {
     hasher: blake3::Hasher,
     current: Option<Current>,
     pairs: BTreeSet<[usize; 2]>,
-    /// The worst verdict of each step: 0 all pairs are free, 1 a pair is unresolved, 2 a pair is in contact.
+    /// The worst verdict of each step, by its place in [`VERDICTS`].
     verdicts: Vec<u8>,
     blocks: BTreeMap<u32, u8>,
     phase: usize,
@@ -124,7 +129,7 @@ const PHASES: [&[&str]; 6] = [
     &["made", "scene", "input", "program", "link", "tip"],
     &["part", "v", "f"],
     &["move"],
-    &["pair", "free", "hit", "open", "away"],
+    &["pair", "free", "hit", "open", "away", "meant"],
     &["block", "end"],
 ];
 
@@ -144,7 +149,7 @@ impl Checker {
             self.enter()?;
         }
         match keyword {
-            "bvbench-certificate" if words.word()? == "1" => {}
+            "bvbench-certificate" if words.word()? == "2" => {}
             "bvbench-certificate" => return Err("another version of the format".to_owned()),
             "made" | "scene" => words.skip(),
             "v" | "f" => {
@@ -153,10 +158,10 @@ impl Checker {
             }
             "input" | "program" | "link" | "tip" | "part" | "move" => self.stated.line(keyword, &mut words)?,
             "pair" => self.pair(&mut words)?,
-            "free" | "hit" | "open" | "away" => self.interval(keyword, &mut words)?,
+            "free" | "hit" | "open" | "away" | "meant" => self.interval(keyword, &mut words)?,
             "block" => {
                 let (line, verdict) = (words.whole()?, words.word()?);
-                let found = self.blocks.remove(&line).map(|worst| ["free", "unresolved", "collision"][worst as usize]);
+                let found = self.blocks.remove(&line).map(|worst| VERDICTS[worst as usize]);
                 let found = found.filter(|&found| found == verdict);
                 self.report.blocks.insert(line, found.ok_or("not what the intervals say")?);
             }
@@ -221,20 +226,24 @@ impl Checker {
         let joints = self.stated.machine.between([a.link, b.link]).map(|chain| chain.len()).iter().sum::<usize>();
         let are = |role: &str, other: &str| a.role == role && b.role == other || a.role == other && b.role == role;
         let why = words.word()?;
+        let is_cutting = why == "cutting" && are("cutter", "workpiece");
+        if is_cutting {
+            self.report.notes.push(format!("at rapids alone, against the whole workpiece: {}:{}", a.name, b.name));
+        }
+        if is_cutting || why == "examined" {
+            self.report.examined += 1;
+            let (front, stretch) = (Vec::new(), None);
+            self.current = Some(Current { parts, is_cutting, at: 0.0, front, rooted: false, stretch });
+            return Ok(());
+        }
         let holds = match why {
-            "examined" => {
-                self.report.examined += 1;
-                self.current = Some(Current { parts, at: 0.0, front: Vec::new(), rooted: false, stretch: None });
-                return Ok(());
-            }
             "rigid" => joints == 0,
             "neighbours" => joints == 1 && are("machine", "machine"),
             "tools" => a.tool.is_some() && b.tool.is_some() && a.tool != b.tool,
-            "meant" => are("cutter", "workpiece"),
             "ignored" | "allowed" => true,
             _ => false,
         };
-        if matches!(why, "neighbours" | "meant" | "ignored" | "allowed") {
+        if matches!(why, "neighbours" | "ignored" | "allowed") {
             self.stated.skipped.push([a.name.clone(), b.name.clone(), why.to_owned()]);
             self.report.notes.push(format!("not examined: {}:{}, {why}", a.name, b.name));
         }
@@ -282,10 +291,15 @@ impl Checker {
                 return Err("both parts are there".to_owned());
             }
             "away" => {}
+            "meant" if !(current.is_cutting && steps.clone().all(|step| machine.cuts(step))) => {
+                return Err("contact is not meant there".to_owned());
+            }
+            "meant" => {}
             "open" => {
                 words.number()?;
-                verdict = 1;
+                verdict = if current.is_cutting { 1 } else { 2 };
             }
+            "hit" if current.is_cutting => return Err("what is left of the workpiece is not known".to_owned()),
             "hit" => {
                 let (place, way) = (words.number()?, words.number()?);
                 if !(place >= from && place <= to && to == step + 1.0 && is_there(&machine.steps[steps.start])) {
@@ -298,7 +312,7 @@ impl Checker {
                 let found =
                     machine.sweep_on(steps.start, [place - step; 2], pair).ok_or("the place cannot be found")?;
                 mesh::pierces([&pair[0].mesh, &pair[1].mesh], &found.a_from_b, words)?;
-                verdict = 2;
+                verdict = 3;
             }
             _ => {
                 let found = machine.sweep([from, to], pair).ok_or("the way cannot be bounded")?;

@@ -37,6 +37,7 @@ pub struct Step {
     pub line: u32,
     pub tool: u32,
     pub is_point: bool,
+    pub is_rapid: bool,
     /// Plane, centre and sweep.
     pub arc: Option<([usize; 2], [f64; 2], f64)>,
     pub from: [f64; 9],
@@ -135,6 +136,12 @@ impl Machine {
         }
         self.boxes = (0..self.steps.len()).map(range).collect();
         Ok(())
+    }
+
+    /// Whether the cutter may be in the workpiece: on a feed, or where a feed has brought it.
+    pub fn cuts(&self, step: usize) -> bool {
+        let Step { is_point, is_rapid, tool, .. } = self.steps[step];
+        !is_rapid && (!is_point || step > 0 && self.steps[step - 1].tool == tool)
     }
 
     /// The link, then its parent, and so on to the world.

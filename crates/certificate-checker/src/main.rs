@@ -56,7 +56,7 @@ fn main() -> ExitCode {
     match certificate_checker::check(text, scene.as_deref(), program.as_deref()) {
         Ok(report) => {
             report.notes.iter().for_each(|note| println!("{note}"));
-            for verdict in ["collision", "unresolved"] {
+            for verdict in certificate_checker::VERDICTS.into_iter().skip(1).rev() {
                 let lines = report.blocks.iter().filter(|(_, found)| **found == verdict);
                 let lines: Vec<String> = lines.map(|(line, _)| line.to_string()).collect();
                 if !lines.is_empty() {

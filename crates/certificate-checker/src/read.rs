@@ -165,11 +165,11 @@ impl Stated {
                 _ => to[axis(key)?] = number(value)?,
             }
         }
-        if !matches!((course, arc), ("point" | "line", None) | ("arc", Some(_))) {
+        if !matches!((course, arc), ("point" | "line" | "rapid", None) | ("arc", Some(_))) {
             return Err("no such course".to_owned());
         }
-        let is_point = course == "point";
-        self.machine.steps.push(Step { line, tool, is_point, arc, from, to, tip });
+        let (is_point, is_rapid) = (course == "point", course == "rapid");
+        self.machine.steps.push(Step { line, tool, is_point, is_rapid, arc, from, to, tip });
         Ok(())
     }
 }

@@ -35,23 +35,24 @@ impl Written {
         Ok(Self { certificate, variant: variant.map(|variant| variant.info.id), search_s: super::seconds(ns) })
     }
 
-    /// Whether every block is proved free.
-    pub(super) fn is_free(&self) -> bool {
-        self.certificate.count(Verdict::Free) == self.certificate.blocks.len()
+    /// Whether every block is proved free; where the check cuts the workpiece, that decides on rapids within it.
+    pub(super) fn is_free(&self, is_cut: bool) -> bool {
+        let most = if is_cut { Verdict::Stock } else { Verdict::Free };
+        self.certificate.blocks.values().all(|&verdict| verdict <= most)
     }
 
     /// What a terminal shows.
     pub(super) fn print(&self, scene: &Scene, file: &Path) {
         let Self { certificate, search_s, .. } = self;
-        for doubt in certificate.doubts.iter().take(TOLD) {
+        let doubts: Vec<&Doubt> = certificate.doubts.iter().filter(|doubt| doubt.verdict != Verdict::Stock).collect();
+        for doubt in doubts.iter().take(TOLD) {
             say(line(scene, doubt));
         }
-        if certificate.doubts.len() > TOLD {
-            note(format!("and {} more; --json has them all", certificate.doubts.len() - TOLD));
+        if doubts.len() > TOLD {
+            note(format!("and {} more; --json has them all", doubts.len() - TOLD));
         }
         for (pair, why) in &certificate.skipped {
-            if matches!(*why, "meant" | "ignored" | "allowed") {
-                let why = if *why == "meant" { "contact is meant (cutter and workpiece)" } else { why };
+            if matches!(*why, "ignored" | "allowed") {
                 say(format!("not certified: {}, {why}", scene.pair_name(*pair)));
             }
         }
@@ -59,10 +60,16 @@ impl Written {
         if neighbours > 0 {
             say(format!("not certified: {neighbours} pairs of the machine's structure with one joint between them"));
         }
-        let [free, collision, unresolved] =
-            [Verdict::Free, Verdict::Collision, Verdict::Unresolved].map(|verdict| certificate.count(verdict));
+        let [free, stock, collision, unresolved] =
+            [Verdict::Free, Verdict::Stock, Verdict::Collision, Verdict::Unresolved]
+                .map(|verdict| certificate.count(verdict));
+        if stock > 0 {
+            say(format!(
+                "not certified: {stock} rapids of the cutter near or in the workpiece, against what is left of it"
+            ));
+        }
         say(format!(
-            "{}: of {} blocks {free} are free (proved), {collision} collide (proved), {unresolved} are unresolved, for {} pairs; {search_s:.2} s, {} bytes",
+            "{}: of {} blocks {free} are free (proved), {stock} of all but the workpiece, {collision} collide (proved), {unresolved} are unresolved, for {} pairs; {search_s:.2} s, {} bytes",
             file.display(),
             certificate.blocks.len(),
             certificate.examined,
@@ -79,7 +86,7 @@ impl Written {
             })
         };
         json!({
-            "method": variant, "blocks": certificate.blocks.len(), "free": certificate.count(Verdict::Free), "collision": certificate.count(Verdict::Collision),
+            "method": variant, "blocks": certificate.blocks.len(), "free": certificate.count(Verdict::Free), "stock": certificate.count(Verdict::Stock), "collision": certificate.count(Verdict::Collision),
             "unresolved": certificate.count(Verdict::Unresolved), "pairs": certificate.examined, "intervals": certificate.intervals,
             "planes": certificate.planes, "bytes": certificate.text.len(), "search_s": search_s,
             "doubts": certificate.doubts.iter().map(doubt).collect::<Vec<_>>(),

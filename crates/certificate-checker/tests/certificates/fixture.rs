@@ -65,7 +65,7 @@ pub fn with_word(line: &str, at: usize, word: &str) -> String {
 
 /// A file of these lines behind the first, with its hash.
 pub fn written(body: &str) -> String {
-    signed(&format!("bvbench-certificate 1\n{body}").lines().map(str::to_owned).collect::<Vec<_>>())
+    signed(&format!("bvbench-certificate 2\n{body}").lines().map(str::to_owned).collect::<Vec<_>>())
 }
 
 /// Faces of a box; its vertex `i` is high in X, Y and Z where the bits 4, 2 and 1 of `i` are set. Two faces each at -X, +X, -Y, +Y, -Z, +Z.

@@ -103,7 +103,7 @@ fn the_worst_interval_is_the_verdict_of_a_block() {
         let steps = ["free 1 0.000001 p 0 0 16777216 16777216", verdicts[0], verdicts[1], verdicts[2]].join("\n");
         let text = cubes(&format!("pair a b examined\n{steps}\nblock 0 free\nblock 3 {three}\nblock 4 {four}"));
         let body =
-            text.replace("move 4 1 point", "move 3 1 point\nmove 4 1 point").replace("bvbench-certificate 1\n", "");
+            text.replace("move 4 1 point", "move 3 1 point\nmove 4 1 point").replace("bvbench-certificate 2\n", "");
         checked(&written(&body)).map_err(|refusal| refusal.why)
     };
     let (two, three, four) = ("free 2 10.000001 =", "free 3 0.000001 =", "free 4 0.000001 =");
@@ -124,7 +124,7 @@ fn what_comes_out_of_order_is_refused() {
         ("made late", "`made` does not belong here"),
         ("link t - 1 0 0 0 0 0 0", "`link` does not belong here"),
         ("v 0 0 0", "`v` does not belong here"),
-        ("bvbench-certificate 1", "`bvbench-certificate` does not belong here"),
+        ("bvbench-certificate 2", "`bvbench-certificate` does not belong here"),
         ("free 3 0 =", "`free` does not belong here"),
         ("Free 3 0 =", "no such keyword"),
         ("", "a word is missing"),
@@ -132,14 +132,14 @@ fn what_comes_out_of_order_is_refused() {
         let text = good.replace("block 3", &format!("{line}\nblock 3"));
         refused(&text, last(&text, "block 3") - 1, why);
     }
-    refused(&good.replace("certificate 1", "certificate 2"), 1, "another version of the format");
-    refused(&good.replace("certificate 1", "certificate 1 or so"), 1, "`or` is too much");
+    refused(&good.replace("certificate 2", "certificate 1"), 1, "another version of the format");
+    refused(&good.replace("certificate 2", "certificate 2 or so"), 1, "`or` is too much");
     refused("made up\n", 1, "`made` does not belong here");
     refused("", 1, "the certificate ends without `end`");
     // A phase that is passed over.
-    refused("bvbench-certificate 1\nmove 0 1 point\n", 2, "`move` does not belong here");
-    refused("bvbench-certificate 1\nmade up\nmove 0 1 point\n", 3, "`move` does not belong here");
-    refused("bvbench-certificate 1\nlink a - 1 0 0 0 0 0 0\nv 0 0 0\n", 3, "no part");
+    refused("bvbench-certificate 2\nmove 0 1 point\n", 2, "`move` does not belong here");
+    refused("bvbench-certificate 2\nmade up\nmove 0 1 point\n", 3, "`move` does not belong here");
+    refused("bvbench-certificate 2\nlink a - 1 0 0 0 0 0 0\nv 0 0 0\n", 3, "no part");
     let text = good.replace("move 0", "free 0").replace("move 3", "free 3").replace("move 4", "free 4");
     refused(
         &text,
@@ -149,17 +149,17 @@ fn what_comes_out_of_order_is_refused() {
     let text = cubes("open 3 0");
     refused_at(&text, "open", "no pair");
     // Not UTF-8, and a line that never ends.
-    let bytes = [b"bvbench-certificate 1\nmade \xff\n".as_slice(), good.as_bytes()].concat();
+    let bytes = [b"bvbench-certificate 2\nmade \xff\n".as_slice(), good.as_bytes()].concat();
     assert_refusal(&certificate_checker::check(&bytes[..], None, None).unwrap_err(), 2, "not a line of text");
-    let long = format!("bvbench-certificate 1\nmade {}\n", "x".repeat(1 << 22));
+    let long = format!("bvbench-certificate 2\nmade {}\n", "x".repeat(1 << 22));
     refused(&long, 2, "not a line of text");
-    let long = format!("bvbench-certificate 1\nmade {}\n", "x".repeat((1 << 22) - 6));
+    let long = format!("bvbench-certificate 2\nmade {}\n", "x".repeat((1 << 22) - 6));
     refused(&long, 3, "the certificate ends without `end`");
 }
 
 #[test]
 fn statements_that_make_no_sense_are_refused() {
-    let head = |line: &str| format!("bvbench-certificate 1\nlink a - {PLAIN}\n{line}\n");
+    let head = |line: &str| format!("bvbench-certificate 2\nlink a - {PLAIN}\n{line}\n");
     for (line, why) in [
         ("link a - 1 0 0 0 0 0 0", "link `a` was there before"),
         ("link b c 1 0 0 0 0 0 0", "no link `c`"),
@@ -191,7 +191,7 @@ fn statements_that_make_no_sense_are_refused() {
         refused(&head(line), 4, "the certificate ends without `end`");
     }
     let part = cube(&format!("a - fixture - {PLAIN}"), [0.0; 3], 1.0);
-    let begin = |rest: &str| format!("bvbench-certificate 1\nmade up\n{part}{rest}");
+    let begin = |rest: &str| format!("bvbench-certificate 2\nmade up\n{part}{rest}");
     refused(&begin(&part), 24, "part `a` was there before");
     let empty = format!("part b - fixture - {PLAIN}\nv 0 0 0\nmove 0 1 point\n");
     refused(&begin(&empty), 26, "b: a mesh without a face");
@@ -281,11 +281,11 @@ fn contact_is_an_edge_through_a_triangle() {
     // The other way round the needle's edge is one of the first part.
     let text = needle("pair b a examined\nopen 1 0\nhit 2 1.75 6.000001 a 0 0 0\nopen 3 0")
         .replace("block 0 free", "block 0 unresolved");
-    let body = text.replace("bvbench-certificate 1\n", "");
+    let body = text.replace("bvbench-certificate 2\n", "");
     accepted(&written(&body));
     refused_at(&written(&body.replace("a 0 0 0", "b 0 0 0")), "hit", "the edge does not pierce the triangle");
     // Contact may be at the very beginning of a step.
-    accepted(&needle("pair a b examined\nfree 1 0.000001 p 0 0 16777216 0\nfree 1.25 1.000001 =\nhit 2 2 6.000001 b 0 0 0\nhit 3 2 0.000001 b 0 0 0").replace("block 2 unresolved", "block 2 collision").replace("bvbench-certificate 1\n", "").split_once("\nend").map(|(body, _)| written(body)).unwrap());
+    accepted(&needle("pair a b examined\nfree 1 0.000001 p 0 0 16777216 0\nfree 1.25 1.000001 =\nhit 2 2 6.000001 b 0 0 0\nhit 3 2 0.000001 b 0 0 0").replace("block 2 unresolved", "block 2 collision").replace("bvbench-certificate 2\n", "").split_once("\nend").map(|(body, _)| written(body)).unwrap());
 }
 
 #[test]
@@ -293,7 +293,7 @@ fn an_edge_beside_the_triangle_pierces_nothing() {
     // Beyond each side of the triangle, by the same steps down.
     let hit = needle("pair a b examined\nopen 1 0\nhit 2 1.75 6.000001 b 0 0 0\nopen 3 0")
         .replace("block 0 free", "block 0 unresolved");
-    let body = hit.replace("bvbench-certificate 1\n", "");
+    let body = hit.replace("bvbench-certificate 2\n", "");
     accepted(&written(&body));
     for at in ["-7 0 0", "0 -7 0", "20 20 0"] {
         let moved =
@@ -448,4 +448,60 @@ fn one_plane_at_some_time_shows_that_neither_is_inside() {
     accepted(&nested(&a, &b, &front, "free 2 2.000001 =\nblock 0 free\nblock 1 free"));
     accepted(&nested(&a, &b, &front, "free 2 2.000001 p 16777216 0 0 335544320\nblock 0 free\nblock 1 free"));
     accepted(&nested(&a, &b, "p 16777216 0 0 335544320", "free 2 2.000001 =\nblock 0 free\nblock 1 free"));
+}
+
+/// The same two as workpiece and cutter: the cutter feeds into the workpiece, stands, and goes back at rapid rate.
+fn cutting(moves: &str, intervals: &str, verdicts: [&str; 4]) -> String {
+    let link = "link s - 1 0 0 0 0 0 0 slide Z 0 0 1\n";
+    let [a, b] = [
+        cube(&format!("a - workpiece - {PLAIN}"), [0.0; 3], 1.0),
+        cube(&format!("b s cutter - {PLAIN}"), [0.0, 0.0, 10.0], 1.0),
+    ];
+    let blocks = verdicts.iter().enumerate().map(|(line, verdict)| format!("\nblock {line} {verdict}"));
+    let blocks: String = blocks.collect();
+    written(&format!("{link}{a}{b}move 0 1 point\n{moves}pair a b {intervals}{blocks}"))
+}
+
+#[test]
+fn a_cutter_may_be_in_the_workpiece_where_it_feeds() {
+    let moves = "move 1 1 line Z=-10\nmove 2 1 point\nmove 3 1 rapid Z=0\n";
+    let free = "free 1 0.000001 p 0 0 16777216 16777216";
+    let left = ["free", "free", "free", "stock"];
+    let report = accepted(&cutting(moves, &format!("cutting\n{free}\nmeant 3\nopen 4 0"), left));
+    assert_eq!((report.examined, report.intervals, report.blocks[&3]), (1, 1, "stock"));
+    assert!(report.notes.contains(&"at rapids alone, against the whole workpiece: a:b".to_owned()));
+    // In pieces of steps as well, and an arc is a feed.
+    accepted(&cutting(moves, &format!("cutting\n{free}\nmeant 1.5\nmeant 2\nmeant 3\nopen 3.5 0\nopen 4 0"), left));
+    let arc = moves.replace("line Z=-10", "arc X=2 Z=-10 arc=X,Z,1,-5,3.2");
+    let text = cutting(&arc, &format!("cutting\n{free}\nmeant 3\nopen 4 0"), left);
+    assert!(!matches!(checked(&text), Err(refusal) if refusal.why.contains("meant")));
+    // Not at a rapid, nor at the start.
+    let all = ["free"; 4];
+    refused_at(&cutting(moves, &format!("cutting\n{free}\nmeant 4"), all), "meant", "contact is not meant there");
+    refused_at(
+        &cutting(moves, &format!("cutting\n{free}\nmeant 3\nmeant 3.5\nopen 4 0"), left),
+        "meant 3.5",
+        "not meant",
+    );
+    refused_at(&cutting(moves, "cutting\nmeant 3\nopen 4 0", left), "meant", "contact is not meant there");
+    // A change of tools brings a tool to where it was not before.
+    let changed = moves.replace("move 2 1", "move 2 2");
+    refused_at(&cutting(&changed, &format!("cutting\n{free}\nmeant 3\nopen 4 0"), left), "meant", "not meant");
+    let change = ["free", "free", "stock", "stock"];
+    accepted(&cutting(&changed, &format!("cutting\n{free}\nmeant 2\nopen 3 0\nopen 4 0"), change));
+    // What is open is neither free nor unresolved.
+    for verdict in ["free", "unresolved", "collision"] {
+        let text = cutting(moves, &format!("cutting\n{free}\nmeant 3\nopen 4 0"), ["free", "free", "free", verdict]);
+        refused_at(&text, "block 3", "not what the intervals say");
+    }
+    // To touch the whole workpiece is not to touch what is left of it.
+    let hit = format!("cutting\n{free}\nmeant 3\nhit 4 3.5 10 b 0 0 0");
+    refused_at(&cutting(moves, &hit, left), "hit", "what is left of the workpiece is not known");
+    // An examined pair has no such contact, and no other two parts are cutter and workpiece.
+    refused_at(&cutting(moves, &format!("examined\n{free}\nmeant 3\nopen 4 0"), left), "meant", "not meant");
+    refused_at(
+        &cubes("pair a b cutting\nfree 3 10.000001 p 0 0 16777216 16777216\n"),
+        "pair",
+        "the pair is not `cutting`",
+    );
 }
