@@ -220,8 +220,9 @@ fn signed(text: &str) -> String {
     format!("{body}end {}\n", blake3::hash(body.as_bytes()).to_hex())
 }
 
-/// A machine with slides and turns in some order, two or three parts, and a program of straight moves and arcs.
-fn random_scene(random: &mut Pcg64, moves: usize) -> Scene {
+/// A machine with slides and turns in some order, two parts, and a program of straight moves and arcs. As cutter and workpiece they go at
+/// rapid rate in half of the straight moves.
+fn random_scene(random: &mut Pcg64, moves: usize, are_cutting: bool) -> Scene {
     let mut text = "title = \"random\"\n".to_owned();
     let axes = ["X", "Y", "Z", "A", "B", "C"];
     let mut on_table: Vec<bool> = axes.iter().map(|_| random.random::<f64>() < 0.4).collect();
@@ -262,7 +263,7 @@ fn random_scene(random: &mut Pcg64, moves: usize) -> Scene {
     for (name, side) in [("tool", 0), ("work", 1)] {
         let link = last[side].map_or(String::new(), |link| format!("link = \"{link}\"\n"));
         let shape = shapes[random.random_range(0..shapes.len())];
-        let role = if side == 0 { "holder" } else { "fixture" };
+        let role = [["holder", "fixture"], ["cutter", "workpiece"]][usize::from(are_cutting)][side];
         writeln!(
             text,
             "[[parts]]\nname = \"{name}\"\nrole = \"{role}\"\n{link}tessellation = {{ density = 0.2 }}\nshape = {shape}"
@@ -277,7 +278,7 @@ fn random_scene(random: &mut Pcg64, moves: usize) -> Scene {
             writeln!(program, "G2 I{:.4} J0", random.random_range(2.0..20.0)).unwrap();
             continue;
         }
-        program += "G1";
+        program += if are_cutting && random.random() { "G0" } else { "G1" };
         for (i, axis) in axes.iter().enumerate() {
             let far = if i < 3 { 35.0 } else { 60.0 };
             if i == 0 || random.random::<f64>() < 0.5 {
@@ -292,14 +293,14 @@ fn random_scene(random: &mut Pcg64, moves: usize) -> Scene {
 /// Poses that each move is sampled at.
 const DENSE: usize = 64;
 
-#[test]
-fn no_free_move_touches_anything_when_it_is_sampled_densely() {
+/// How often each verdict was given to random moves, of which no free one touches anything.
+fn sampled(are_cutting: bool) -> (usize, BTreeMap<&'static str, usize>) {
     let wanted = std::env::var("BVBENCH_CERTIFY_SEGMENTS").ok().and_then(|text| text.parse().ok()).unwrap_or(300);
     let (mut done, mut seed, mut verdicts) = (0, 0, BTreeMap::new());
     while done < wanted {
         seed += 1;
         let moves = 40.min(wanted - done);
-        let scene = random_scene(&mut Pcg64::seed_from_u64(seed), moves);
+        let scene = random_scene(&mut Pcg64::seed_from_u64(seed), moves, are_cutting);
         let certificate = certified(&scene);
         accepted(&certificate, &format!("seed {seed}"));
         for verdict in certificate.blocks.values() {
@@ -309,7 +310,19 @@ fn no_free_move_touches_anything_when_it_is_sampled_densely() {
         done += moves;
     }
     println!("{done} moves of {seed} machines: {verdicts:?}");
+    (done, verdicts)
+}
+
+#[test]
+fn no_free_move_touches_anything_when_it_is_sampled_densely() {
+    let (done, verdicts) = sampled(false);
     assert!(verdicts["free"] > done / 20 && verdicts["collision"] > done / 20, "{verdicts:?}");
+}
+
+#[test]
+fn no_free_rapid_brings_a_cutter_into_the_workpiece() {
+    let (done, verdicts) = sampled(true);
+    assert!(verdicts["free"] > done / 20 && verdicts["stock"] > done / 20 && verdicts.len() == 2, "{verdicts:?}");
 }
 
 /// Exact verdicts at many poses of each move: none in contact where the move is free, and none before a proved first contact.
@@ -322,8 +335,10 @@ fn compare_with_samples(scene: &Scene, certificate: &Certificate, seed: u64) {
     let mut from = (run.start, 0.0, usize::MAX);
     for sample in &samples {
         let begin = if sample.move_index == from.2 { from.1 } else { 0.0 };
+        let kind = run.program.moves[sample.move_index].kind;
         // Between samples of an arc the chord leaves it by 0.0001 mm: there only the ends are on the path.
-        let is_arc = matches!(run.program.moves[sample.move_index].kind, rs274::MoveKind::Arc { .. });
+        let is_arc = matches!(kind, rs274::MoveKind::Arc { .. });
+        let is_meant = scene.is_cutting(pair) && kind != rs274::MoveKind::Rapid;
         let count = if is_arc { 1 } else { DENSE };
         for i in 1..=count {
             let part = i as f64 / count as f64;
@@ -332,7 +347,7 @@ fn compare_with_samples(scene: &Scene, certificate: &Certificate, seed: u64) {
             let place = begin + part * (sample.fraction - begin);
             let doubts = certificate.doubts.iter().filter(|doubt| doubt.line == sample.line);
             let is_open = doubts.clone().any(|doubt| place >= doubt.within[0] - 1e-9);
-            if is_open {
+            if is_open || is_meant {
                 continue;
             }
             let verdict = oracle.judge(&scene.a_from_b(pair, &scene.machine.forward(&position)));
@@ -349,7 +364,7 @@ fn compare_with_samples(scene: &Scene, certificate: &Certificate, seed: u64) {
 #[test]
 fn certificates_by_the_trees_of_variants_prove_the_same() {
     for seed in 1..=3 {
-        let scene = random_scene(&mut Pcg64::seed_from_u64(seed), 12);
+        let scene = random_scene(&mut Pcg64::seed_from_u64(seed), 12, false);
         let own = certified(&scene);
         let mut orders = BTreeSet::new();
         for id in ["sphere-ritter", "aabb", "obb-area", "obb-wide", "uniform-grid"] {
@@ -519,7 +534,7 @@ fn tamper(lines: &mut Vec<String>, random: &mut Pcg64) -> (&'static str, bool) {
 fn a_certificate_that_was_tampered_with_is_refused() {
     let wanted: usize = std::env::var("BVBENCH_CERTIFY_TAMPERED").ok().and_then(|text| text.parse().ok()).unwrap_or(60);
     let scenes: Vec<Certificate> =
-        (1..=4).map(|seed| certified(&random_scene(&mut Pcg64::seed_from_u64(seed), 12))).collect();
+        (1..=4).map(|seed| certified(&random_scene(&mut Pcg64::seed_from_u64(seed), 12, false))).collect();
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for seed in 0..wanted {
         let mut random = Pcg64::seed_from_u64(seed as u64);
