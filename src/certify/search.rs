@@ -51,7 +51,7 @@ pub(super) enum Finding {
 pub(super) struct Asked {
     /// The tools that the parts belong to.
     pub tools: [Option<u32>; 2],
-    /// A cutter and the workpiece, which may not meet at rapids alone.
+    /// A cutter and the workpiece: contact is meant while it feeds.
     pub is_cutting: bool,
 }
 

@@ -63,7 +63,7 @@ pub struct Stated {
 /// The pair whose lines are read.
 struct Current {
     parts: [usize; 2],
-    /// Whether it is a cutter and the workpiece, which may not meet at rapids alone.
+    /// Whether it is a cutter and the workpiece: contact is meant while it feeds.
     is_cutting: bool,
     /// The place at which its last interval ended.
     at: f64,
@@ -106,7 +106,7 @@ pub fn check(text: impl BufRead, scene: Option<&Path>, program: Option<&Path>) -
 
 const LONGEST_LINE: u64 = 1 << 22;
 
-/// Verdicts on a block, the worst one last. `stock`: free but for the cutter, which a rapid may bring into the whole workpiece.
+/// Verdicts on a block, the worst one last. `stock`: free, but a rapid may bring the cutter into the whole workpiece.
 pub const VERDICTS: [&str; 4] = ["free", "stock", "unresolved", "collision"];
 
 #[derive(Default)]

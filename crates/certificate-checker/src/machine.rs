@@ -138,7 +138,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Whether the cutter may be in the workpiece: on a feed, or where a feed has brought it.
+    /// Whether the cutter may be in the workpiece: it feeds, or it stands where the move before ended.
     pub fn cuts(&self, step: usize) -> bool {
         let Step { is_point, is_rapid, tool, .. } = self.steps[step];
         !is_rapid && (!is_point || step > 0 && self.steps[step - 1].tool == tool)
