@@ -145,6 +145,11 @@ impl NoisyCells {
         self.0.get(&(scene.to_owned(), workload.to_owned(), stratum.to_owned())).copied()
     }
 
+    /// Workload, and stratum or program, of each cell.
+    pub fn names(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.0.keys().map(|(_, workload, stratum)| (workload.as_str(), stratum.as_str()))
+    }
+
     /// One line for each scene that has noisy cells.
     #[must_use]
     pub fn complaints(&self) -> Vec<String> {

@@ -2,7 +2,7 @@
 
 use super::style::{self, Tone};
 use crate::plot::marks::wrap;
-use crate::report::{Contents, RankedRow, answer, ranked_rows, sentence_rows};
+use crate::report::{Contents, RankedRow, answer, noise_in_short, ranked_rows, sentence_rows};
 use comfy_table::Table;
 
 /// Columns that everything here fits.
@@ -100,15 +100,9 @@ fn verdicts(contents: &Contents) -> String {
 }
 
 fn noise(contents: &Contents) -> String {
-    if contents.noise.is_empty() {
-        return String::new();
-    }
-    let scenes = contents.noise.iter().map(|note| note.split(": ").next().unwrap_or(note));
-    let what = format!(
-        "Noisy: {}. Verdicts on speed there are undecided; counts and misses are not affected. report.md has the cells.",
-        scenes.collect::<Vec<_>>().join("; ")
-    );
-    wrap(&what, COLUMNS).join("\n")
+    noise_in_short(contents)
+        .map(|text| wrap(&format!("{text} report.md has the cells."), COLUMNS).join("\n"))
+        .unwrap_or_default()
 }
 
 /// A table's lines without the blanks at their ends.
@@ -121,6 +115,7 @@ mod tests {
     use super::*;
     use crate::analysis::analyze;
     use crate::analysis::claims::ClaimSet;
+    use crate::record::NULL_VARIANT;
     use crate::record::synthetic::{Plan, Run};
 
     /// The text of a made-up run after a change of its contents.
@@ -161,11 +156,10 @@ mod tests {
                 .filter(|row| row.scene == "lathe-toolpost")
                 .for_each(|row| long.clone_into(&mut row.scene));
             long.clone_into(&mut contents.manifest.scenes[0].name);
-            contents.noise.push(format!(
-                "{long}: the null duplicate takes another time than its original in program-time all 1.1"
-            ));
+            let nulls = contents.ratios.iter_mut().filter(|row| row.variant == NULL_VARIANT);
+            nulls.for_each(|row| row.ratio = 1.5);
         });
-        assert!(text.contains("MEAN") && text.contains("Noisy: a-scene-with"), "{text}");
+        assert!(text.contains("MEAN") && text.contains("Noisy: "), "{text}");
         assert!(widest(&text) <= COLUMNS, "{} columns:\n{text}", widest(&text));
     }
 }

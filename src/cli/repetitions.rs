@@ -22,7 +22,7 @@ pub struct Repetitions {
     /// Timed blocks of each launch [default: by profile: 3, 3, 8]
     #[arg(long, value_name = "N")]
     blocks: Option<u32>,
-    /// Poses of each program that are asked with cold caches too [default: by profile: 4, 16, 64]
+    /// Poses of each program that are asked with cold caches too [default: by profile: 4, 4, 64]
     #[arg(long, value_name = "N")]
     cold_poses: Option<usize>,
     /// Take launches and blocks from the variance components of an analysed run

@@ -2,7 +2,8 @@
 //!
 //! In every block every chunk is visited in a fresh random order, and for a chunk every case runs in a fresh random order, back to back, each
 //! after one whole untimed pass over the same poses, the same for fast and slow cases: it brings the parts of its trees they need into the
-//! caches and teaches the branch predictor. Without it a short sample mostly measures what ran before it. The first block finds how often a
+//! caches and teaches the branch predictor. Without it a short sample mostly measures what ran before it. A sample of half a second needs none:
+//! see [`SELF_WARMING_NS`]. The first block finds how often a
 //! short chunk must be repeated, and is dropped. Where a chunk takes a case longer than `LONG_SAMPLE_NS`, one timed block of each launch can be
 //! enough for it: such a sample averages the machine's noise itself. No case is left out of a launch.
 //!
@@ -15,6 +16,8 @@ use rand_pcg::Pcg64Mcg;
 
 /// Poses run in the block that is dropped to see whether a chunk takes a case long.
 const PROBED_POSES: usize = 2;
+/// If they do not show it, so many times more are run, until it is the whole chunk.
+const PROBED_AGAIN: usize = 8;
 
 /// A chunk that takes a case longer than this, ns, is long: 50 times the shortest sample. A single sample of a millisecond in each launch left the
 /// null duplicate of program times some percent from its original; one of 5 ms holds the ticks of the system's clock in their proportion.
@@ -22,6 +25,10 @@ const LONG_SAMPLE_NS: u64 = 50 * timer::SHORTEST_SAMPLE_NS;
 
 /// Most time of all readings of a case and a chunk in a block, ns; a chunk that is to be read several times is long when one reading takes longer.
 const READING_NS: u64 = 9 * LONG_SAMPLE_NS;
+
+/// What takes longer than this, ns, is not run untimed first. What its first queries find cold costs them less than 0.1 ms each until the trees
+/// are in the caches (`singles.csv`, cold less warm): far less than 1 % of so long a sample.
+const SELF_WARMING_NS: u64 = 10 * READING_NS;
 
 /// Cases that run chunks of poses, both by number.
 pub trait Work {
@@ -84,20 +91,27 @@ struct Repetition {
     readings: u32,
     /// Whether one timed block is enough.
     once: bool,
+    /// Whether each sample follows an untimed pass.
+    warms_up: bool,
 }
 
 impl Repetition {
-    const SINGLE: Self = Self { passes: 1, readings: 1, once: false };
+    const SINGLE: Self = Self { passes: 1, readings: 1, once: false, warms_up: true };
     const LONG: Self = Self { once: true, ..Self::SINGLE };
+
+    /// Of what takes `ns`, which is long.
+    const fn of_long(ns: u64) -> Self {
+        Self { warms_up: ns <= SELF_WARMING_NS, ..Self::LONG }
+    }
 
     /// Of what takes `ns` where `readings` are asked for: short work is repeated, and a block spends no more than [`READING_NS`] on the
     /// readings of what takes longer.
     fn of(ns: u64, readings: u32, extent: Extent) -> Self {
         if extent.long_once && ns > long_ns(readings) {
-            return Self::LONG;
+            return Self::of_long(ns);
         }
         let fitting = u32::try_from(READING_NS / ns.max(1)).unwrap_or(u32::MAX);
-        Self { passes: timer::passes_for(ns), readings: fitting.clamp(1, readings), once: false }
+        Self { passes: timer::passes_for(ns), readings: fitting.clamp(1, readings), ..Self::SINGLE }
     }
 }
 
@@ -177,7 +191,7 @@ fn visit(
     if is_enough {
         return None;
     }
-    if extent.warms_up {
+    if extent.warms_up && repetition.warms_up {
         work.run(case, chunk, poses, 1);
     }
     let passes = repetition.passes;
@@ -185,15 +199,17 @@ fn visit(
     Some((passes, ns))
 }
 
-/// Runs a chunk to see how it is to be repeated. What its first poses show to be long is not run whole.
+/// Runs a chunk to see how it is to be repeated. What its first poses show to be long is not run whole; programs begin with quick ones.
 fn probe(work: &mut impl Work, (case, chunk, poses): (usize, usize, usize), extent: Extent) -> Repetition {
     let readings = work.readings(chunk);
-    if extent.long_once {
-        let probed = poses.min(PROBED_POSES);
+    let mut probed = PROBED_POSES;
+    while extent.long_once && probed < poses {
         let (ns, ()) = timer::time(|| work.run(case, chunk, probed, 1));
-        if ns * poses as u64 / probed as u64 > 2 * long_ns(readings) {
-            return Repetition::LONG;
+        let whole_ns = ns * poses as u64 / probed as u64;
+        if whole_ns > 2 * long_ns(readings) {
+            return Repetition::of_long(whole_ns);
         }
+        probed *= PROBED_AGAIN;
     }
     let (ns, ()) = timer::time(|| work.run(case, chunk, poses, 1));
     Repetition::of(ns, readings, extent)
@@ -281,6 +297,14 @@ mod tests {
         assert_eq!(runs.iter().filter(|run| (run.0, run.1) == (3, 1)).map(|run| run.2).collect::<Vec<_>>(), [3, 3]);
         let (every, _) = timed(Duration::from_millis(12), Extent { long_once: false, ..EXTENT });
         assert_eq!(every.iter().filter(|s| s.case == 2).count(), 6);
+    }
+
+    #[test]
+    fn what_takes_half_a_second_warms_itself() {
+        // By its first two poses the first chunk takes 480 ms, the second 180 ms.
+        let (_, runs) = timed(Duration::from_millis(120), EXTENT);
+        let poses = |chunk| runs.iter().filter(|run| (run.0, run.1) == (2, chunk)).map(|run| run.2).collect::<Vec<_>>();
+        assert_eq!((poses(0), poses(1)), (vec![2, 8], vec![2, 3, 3]));
     }
 
     #[test]

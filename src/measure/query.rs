@@ -12,10 +12,6 @@ use crate::record::{NULL_VARIANT, TimingRow};
 use crate::scene::{Pair, Scene};
 use std::collections::BTreeMap;
 
-/// Most readings of a whole program in a block. Programs are few and take some milliseconds: of one reading in each of 20 blocks the null
-/// duplicate was up to 2.4 % from its original.
-const PROGRAM_READINGS: u32 = 15;
-
 /// A case with its trees over the parts of a scene.
 pub struct TimedCase {
     /// The case.
@@ -94,7 +90,7 @@ impl Work for Queries<'_> {
     }
 
     fn readings(&self, chunk: usize) -> u32 {
-        if self.chunks[chunk].is_program { PROGRAM_READINGS } else { 1 }
+        if self.chunks[chunk].is_program { self.plan.budget.program_readings } else { 1 }
     }
 
     fn run(&mut self, case: usize, chunk: usize, poses: usize, passes: u32) {

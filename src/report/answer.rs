@@ -155,7 +155,7 @@ fn ratio(row: &RatioRow) -> String {
 }
 
 /// Joins names as `a`, `a and b`, or `a, b and c`.
-fn listed<S: AsRef<str>>(names: &[S]) -> String {
+pub fn listed<S: AsRef<str>>(names: &[S]) -> String {
     match names {
         [] => String::new(),
         [only] => only.as_ref().to_owned(),

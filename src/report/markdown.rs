@@ -39,9 +39,8 @@ fn opening(contents: &Contents) -> String {
         text += &format!("**{}** {}\n\n", statement.question, statement.answer);
     }
     text += &format!("## What this is\n\n{}\n\n", super::lead(claims, &manifest.request.profile));
-    if !noise.is_empty() {
-        text += "> **noisy**: something disturbed the timings. Verdicts on speed are to be read with caution; counts and misses \
-                 are not affected.\n>\n";
+    if let Some(short) = super::noise_in_short(contents) {
+        text += &format!("> {short}\n>\n");
         text.extend(noise.iter().map(|note| format!("> - {note}\n")));
         text.push('\n');
     }

@@ -6,6 +6,7 @@
 mod answer;
 mod audit;
 mod markdown;
+mod noise;
 mod page;
 mod peers;
 mod programs;
@@ -16,6 +17,7 @@ mod variance;
 
 pub use answer::{Statement, answer};
 pub use audit::{AUDIT_FILE, write_audit};
+pub use noise::in_short as noise_in_short;
 pub use page::{Inset, PAGE_FILE, write_page};
 pub use terminal::{RankedRow, SentenceRow, ranked_rows, sentence_rows};
 

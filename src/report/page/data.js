@@ -23,6 +23,7 @@
  * @property {Reading[]} readings
  * @property {Ranked[]} ranking
  * @property {string[]} noise
+ * @property {string | null} noise_in_short
  * @property {number[]} standing lines of `claims.csv` that stand for a claim as a whole
  * @property {{title: string, svg: string}[]} figures
  * @property {Record<string, Packed>} tables

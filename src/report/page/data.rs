@@ -39,6 +39,8 @@ pub(super) struct PageData<'a> {
     looks: BTreeMap<String, LookEntry>,
     ranking: &'a [Ranked],
     noise: &'a [String],
+    /// The notes in a sentence or two.
+    noise_in_short: Option<String>,
     /// Lines of `claims.csv` that represent a claim as a whole.
     standing: Vec<u64>,
     figures: Vec<FigureEntry<'a>>,
@@ -141,6 +143,7 @@ impl<'a> PageData<'a> {
             readings: contents.claims.readings.iter().map(reading).collect(),
             ranking: &contents.ranking,
             noise: &contents.noise,
+            noise_in_short: crate::report::noise_in_short(contents),
             standing,
             figures: contents.gallery.figures.iter().map(figure).collect(),
             tables: shelf.tables,

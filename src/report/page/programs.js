@@ -9,7 +9,7 @@ function drawAnswer() {
   if (data.noise.length === 0) return;
   part("noise").hidden = false;
   part("noise").append(
-    el("summary", {}, el("b", {}, "Noisy run: "), "speed is undecided in the scenes and cells named here; counts and misses are not affected"),
+    el("summary", {}, data.noise_in_short ?? ""),
     el("ul", {}, ...data.noise.map((note) => el("li", {}, note))),
   );
 }
