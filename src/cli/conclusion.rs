@@ -2,7 +2,7 @@
 
 use super::style::{self, Tone};
 use crate::plot::marks::wrap;
-use crate::report::{Contents, RankedRow, answer, noise_in_short, ranked_rows, sentence_rows};
+use crate::report::{Contents, PREVIEW, RankedRow, answer, is_preview, noise_in_short, ranked_rows, sentence_rows};
 use comfy_table::Table;
 
 /// Columns that everything here fits.
@@ -20,7 +20,7 @@ const TONES: [(&str, Tone); 4] =
 
 /// The conclusion of an analysed run.
 pub fn text(contents: &Contents, coloured: bool) -> String {
-    let sections = [answers(contents), ranking(contents), verdicts(contents), noise(contents)];
+    let sections = [answers(contents), ranking(contents), verdicts(contents), noise(contents), preview(contents)];
     let text = sections.into_iter().filter(|section| !section.is_empty()).collect::<Vec<_>>().join("\n\n");
     style::painted(&text, &TONES, coloured)
 }
@@ -105,6 +105,10 @@ fn noise(contents: &Contents) -> String {
         .unwrap_or_default()
 }
 
+fn preview(contents: &Contents) -> String {
+    if is_preview(&contents.manifest) { wrap(&PREVIEW.replace('`', ""), COLUMNS).join("\n") } else { String::new() }
+}
+
 /// A table's lines without the blanks at their ends.
 fn lines(table: &Table) -> String {
     table.trim_fmt()
@@ -144,6 +148,12 @@ mod tests {
         assert!(ranking < verdicts && text[ranking..verdicts].contains("lathe-toolpost"), "{text}");
         assert!(text[verdicts..].contains("faster"), "{text}");
         assert!(widest(&text) <= COLUMNS, "{text}");
+    }
+
+    #[test]
+    fn a_run_of_one_binary_is_called_a_preview() {
+        assert!(conclusion(|_| ()).contains("This run is a preview"));
+        assert!(!conclusion(|contents| contents.manifest.request.binaries = 5).contains("preview"));
     }
 
     #[test]

@@ -98,7 +98,7 @@ impl Profile {
                 launches: 3,
                 binaries: 1,
                 cold_poses: 4,
-                build_blocks: 3,
+                build_blocks: 4,
                 frames: 4,
                 cross_check_pairs: 1_000_000,
             },

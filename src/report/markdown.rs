@@ -38,7 +38,7 @@ fn opening(contents: &Contents) -> String {
     for statement in answer(contents) {
         text += &format!("**{}** {}\n\n", statement.question, statement.answer);
     }
-    text += &format!("## What this is\n\n{}\n\n", super::lead(claims, &manifest.request.profile));
+    text += &format!("## What this is\n\n{}\n\n", super::lead(claims, manifest));
     if let Some(short) = super::noise_in_short(contents) {
         text += &format!("> {short}\n>\n");
         text.extend(noise.iter().map(|note| format!("> - {note}\n")));

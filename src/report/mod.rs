@@ -114,8 +114,23 @@ impl Contents {
     }
 }
 
+/// Why the times of a run over a single binary are not the last word.
+pub const PREVIEW: &str = "This run is a preview: all its launches are of one binary, and what another order of the same functions would change is in no \
+     interval of a time. Profile `full` over the binaries of `scripts/binaries` makes the run that counts.";
+
+/// Whether a run is a preview.
+#[must_use]
+pub const fn is_preview(manifest: &Manifest) -> bool {
+    manifest.request.binaries < 2
+}
+
 /// One paragraph on the subject of the run.
-fn lead(claims: &ClaimSet, profile: &str) -> String {
+fn lead(claims: &ClaimSet, manifest: &Manifest) -> String {
+    let preview = if is_preview(manifest) { format!(" {PREVIEW}") } else { String::new() };
+    format!("{}{preview}", subject(claims, &manifest.request.profile))
+}
+
+fn subject(claims: &ClaimSet, profile: &str) -> String {
     if claims.is_empty() {
         return format!(
             "This run (profile `{profile}`) times bounding volumes side by side on the parts and poses of this scene, and compares every \

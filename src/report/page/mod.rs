@@ -84,7 +84,7 @@ fn render(contents: &Contents, json: &str, insets: &[Inset]) -> String {
         "title" => escaped(&format!("Bounding volumes on trial: {}", contents.claims.source)),
         "heading" if has_claims => "Bounding volumes on trial".to_owned(),
         "heading" => escaped(&contents.claims.source),
-        "lead" => escaped(&super::lead(&contents.claims, profile).replace('`', "")),
+        "lead" => escaped(&super::lead(&contents.claims, &contents.manifest).replace('`', "")),
         "verdicts-link" if has_claims => "<a href=\"#verdicts\">Sentences</a>".to_owned(),
         "verdicts" if has_claims => VERDICTS.to_owned(),
         "profile" => escaped(profile),
