@@ -2,8 +2,7 @@
 
 use super::lanes::{FOUR, Row, WideRow};
 use super::volume::U;
-use crate::engine::geometry::{Isometry, Vector, grid};
-use nalgebra::Matrix3;
+use crate::engine::geometry::{Isometry, grid};
 
 /// Rounding in `f64` of a moved point or box, relative to the distances involved: 2⁻⁴⁴, five hundred times 2⁻⁵³; the
 /// products and sums of a motion and its inverse are fewer than a hundred.
@@ -25,23 +24,23 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// By a rotation, as a matrix and as a quaternion (x, y, z, w), and a translation, mm.
-    fn new(rotation: &Matrix3<f64>, quaternion: [f64; 4], translation: &Vector) -> Self {
-        let row = |v: Vector| [v.x, v.y, v.z, 0.0];
-        let columns = [0, 1, 2].map(|j| row(rotation.column(j).into_owned()));
+    /// By a rotation, as the columns of its matrix and as a quaternion (x, y, z, w), and a translation, mm.
+    #[inline]
+    fn new(columns: &[[f64; 3]; 3], quaternion: [f64; 4], translation: [f64; 3]) -> Self {
+        let row = |[x, y, z]: [f64; 3]| [x, y, z, 0.0];
         let [x, y, z, w] = quaternion.map(|x| x as f32);
         Self {
-            rotation: columns,
-            translation: row(*translation),
+            rotation: columns.map(row),
+            translation: row(translation),
             product: [[w, z, -y, -x], [-z, w, x, -y], [y, -x, w, -z], [x, y, z, w]],
-            axes: columns.map(|column| column.map(|x| x as f32)),
+            axes: columns.map(|[x, y, z]| [x as f32, y as f32, z as f32, 0.0]),
         }
     }
 
     /// By a rotation alone.
     #[cfg(test)]
     pub(super) fn of(rotation: nalgebra::UnitQuaternion<f64>) -> Self {
-        Self::new(&rotation.to_rotation_matrix().into_inner(), rotation.coords.into(), &Vector::zeros())
+        Self::new(&rotation.to_rotation_matrix().into_inner().into(), rotation.coords.into(), [0.0; 3])
     }
 
     /// Which way boxes are turned, as quaternions (x, y, z, w), whose rotations are given as in [`super::turn`]. How exact that is, [`super::boxes`]
@@ -83,19 +82,19 @@ impl Pose {
     /// `reach` is the sum of both meshes' largest distances from their origins, mm.
     ///
     /// The truth moves a corner of `b` by the matrix of the unit quaternion ([`crate::engine::geometry::rigid`]), adds, rounds and snaps it to the grid, which
-    /// moves it by up to [`grid::SNAP_RADIUS_MM`]. The matrix R here is that of the quaternion as it is, orthogonal up to a defect max|RᵀR - I|, measured
+    /// moves it by up to [`grid::SNAP_RADIUS_MM`]. The matrix R here is that of the quaternion as it is, orthogonal up to a defect |RᵀR - I|, measured
     /// here. It moves corners by less than a defect of their distance elsewhere; seen from `b`, by Rᵀ, points of `a` are misplaced in proportion to
     /// it as well.
     pub fn new(a_from_b: &Isometry, reach: f64) -> Self {
-        let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
-        let translation = a_from_b.translation.vector;
-        let back = rotation.transpose();
-        let [x, y, z, w]: [f64; 4] = a_from_b.rotation.coords.into();
-        let defect = (back * rotation - Matrix3::identity()).amax();
-        let slack = Self::slack(&translation, reach, defect);
+        // Arrays of their own: copies of parts of a matrix wait for its stores.
+        let [x, y, z]: [[f64; 3]; 3] = a_from_b.rotation.to_rotation_matrix().into_inner().into();
+        let back = [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]];
+        let way: [f64; 3] = a_from_b.translation.vector.into();
+        let [i, j, k, w]: [f64; 4] = a_from_b.rotation.coords.into();
+        let slack = Self::slack(way, reach, defect([x, y, z]));
         Self {
-            b_from_a: Motion::new(&back, [-x, -y, -z, w], &-(back * translation)),
-            a_from_b: Motion::new(&rotation, [x, y, z, w], &translation),
+            b_from_a: Motion::new(&back, [-i, -j, -k, w], [-dot(x, way), -dot(y, way), -dot(z, way)]),
+            a_from_b: Motion::new(&[x, y, z], [i, j, k, w], way),
             slack: slack as f32 * (1.0 + 4.0 * U),
         }
     }
@@ -104,17 +103,31 @@ impl Pose {
     #[inline]
     pub fn ball_slack(a_from_b: &Isometry, reach: f64) -> f64 {
         let defect = (a_from_b.rotation.coords.norm_squared() - 1.0).abs();
-        Self::slack(&a_from_b.translation.vector, reach, 4.0 * defect)
+        Self::slack(a_from_b.translation.vector.into(), reach, 4.0 * defect)
     }
 
-    fn slack(translation: &Vector, reach: f64, defect: f64) -> f64 {
-        grid::SNAP_RADIUS_MM + (DEFECT_FACTOR * defect + MOTION_PAD) * (reach + translation.abs().sum())
+    #[inline]
+    fn slack([x, y, z]: [f64; 3], reach: f64, defect: f64) -> f64 {
+        grid::SNAP_RADIUS_MM + (DEFECT_FACTOR * defect + MOTION_PAD) * (reach + (x.abs() + y.abs() + z.abs()))
     }
+}
+
+/// How far a matrix is from orthogonal: the sum of |RᵀR - I| on and above the diagonal, which is no less than the largest of its entries.
+#[inline]
+fn defect([x, y, z]: [[f64; 3]; 3]) -> f64 {
+    let along = (dot(x, x) - 1.0).abs() + (dot(y, y) - 1.0).abs() + (dot(z, z) - 1.0).abs();
+    along + (dot(x, y).abs() + dot(y, z).abs() + dot(z, x).abs())
+}
+
+#[inline]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::geometry::Vector;
     use nalgebra::UnitQuaternion;
 
     /// A quaternion of length 1 + e makes R a rotation times (1 + e)², so RᵀR - I is about 4e: with e = 1e-7 a point 1000 mm off is 2e · 1000 = 2e-4 mm
