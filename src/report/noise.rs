@@ -4,7 +4,7 @@ use super::Contents;
 use super::answer::listed;
 use crate::analysis::ALL;
 use crate::analysis::ratios::NoisyCells;
-use crate::record::PROGRAM_TIME;
+use crate::record::{PROGRAM_TIME, PROGRAM_TIME_COLD};
 use std::collections::BTreeMap;
 
 /// Nothing where all is quiet. Workloads as a whole are named; cells of a stratum or a single program are counted.
@@ -46,7 +46,11 @@ fn counted(n: usize, what: &str) -> String {
 }
 
 fn spoken(workload: &str) -> &str {
-    if workload == PROGRAM_TIME { "whole programs" } else { workload }
+    match workload {
+        PROGRAM_TIME => "whole programs",
+        PROGRAM_TIME_COLD => "programs with cold caches",
+        sampled => sampled,
+    }
 }
 
 #[cfg(test)]
