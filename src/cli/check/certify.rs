@@ -64,8 +64,9 @@ impl Written {
             [Verdict::Free, Verdict::Stock, Verdict::Collision, Verdict::Unresolved]
                 .map(|verdict| certificate.count(verdict));
         if stock > 0 {
+            let blocks = if stock == 1 { "block" } else { "blocks" };
             say(format!(
-                "not certified: {stock} rapids of the cutter near or in the workpiece, against what is left of it"
+                "not certified: the cutter against what is left of the workpiece, in {stock} {blocks} with a rapid near or in it"
             ));
         }
         say(format!(
