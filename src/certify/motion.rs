@@ -184,7 +184,7 @@ impl<'a> Track<'a> {
     fn follow_tip(&self, tip: &Region, length: f64) -> Option<Region> {
         let control = self.control?;
         let is_linear = |axis: Axis| self.machine.joints_of(axis).all(|joint| !joint.turns());
-        if !LINEAR.into_iter().all(is_linear) || SECOND.into_iter().any(|axis| tip.half(axis) != 0.0) {
+        if !LINEAR.into_iter().chain(SECOND).all(is_linear) || SECOND.into_iter().any(|axis| tip.half(axis) != 0.0) {
             return None;
         }
         let point = control.gauge + control.direction.into_inner() * length;

@@ -1,5 +1,5 @@
 //! Intervals of `f64` with outward rounding. An operation of IEEE 754 is off by half a unit in the last place at most, so the next number below or above holds the
-//! exact result. No function of a mathematical library is trusted: sine and cosine are Taylor's series with their remainder.
+//! exact result. What is exactly zero stays so: most entries of a machine's rotations are. No function of a mathematical library is trusted: sine and cosine are Taylor's series with their remainder.
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::{Add, Mul, Neg, Sub};
@@ -27,9 +27,10 @@ impl I {
         Self { lo: x, hi: x }
     }
 
-    /// From `lo` to `hi`, which rounded operations gave.
+    /// From `lo` to `hi`, which rounded operations gave. A bound of zero may have underflowed; processors are slow with numbers as small as its neighbours.
     fn outward(lo: f64, hi: f64) -> Self {
-        Self { lo: lo.next_down(), hi: hi.next_up() }
+        const TINY: f64 = 1e-290;
+        Self { lo: if lo == 0.0 { -TINY } else { lo.next_down() }, hi: if hi == 0.0 { TINY } else { hi.next_up() } }
     }
 
     /// All numbers of both.
@@ -54,13 +55,15 @@ impl I {
     #[must_use]
     pub fn squared(self) -> Self {
         let least = self.lo.max(-self.hi).max(0.0);
-        Self { lo: (least * least).next_down().max(0.0), hi: (self.most() * self.most()).next_up() }
+        let whole = Self::outward(least * least, self.most() * self.most());
+        if self == ZERO { ZERO } else { Self { lo: whole.lo.max(0.0), ..whole } }
     }
 
     /// The square root of what is not negative.
     #[must_use]
     pub fn sqrt(self) -> Self {
-        Self { lo: self.lo.max(0.0).sqrt().next_down().max(0.0), hi: self.hi.max(0.0).sqrt().next_up() }
+        let whole = Self::outward(self.lo.max(0.0).sqrt(), self.hi.max(0.0).sqrt());
+        if self == ZERO { ZERO } else { Self { lo: whole.lo.max(0.0), ..whole } }
     }
 
     /// The quotient; everything where the divisor may be zero.
@@ -72,6 +75,11 @@ impl I {
         self * Self::outward((1.0 / divisor.hi).min(1.0 / divisor.lo), (1.0 / divisor.hi).max(1.0 / divisor.lo))
     }
 
+    /// The quotient by a number above 0.
+    fn per(self, divisor: f64) -> Self {
+        Self::outward(self.lo / divisor, self.hi / divisor)
+    }
+
     /// Sine and cosine of an angle in radians. Both change by no more than the angle does.
     #[must_use]
     pub fn sin_cos(self) -> [Self; 2] {
@@ -79,17 +87,15 @@ impl I {
         let spread = (self - Self::of(middle)).both_ways();
         let quarters = (middle / QUARTER.lo).round();
         let x = Self::of(middle) - QUARTER * Self::of(quarters);
-        // x is 0.8 at most: the 24th term is below 0.8^24 / 24! < 1e-25.
         let square = x.squared();
-        let (mut sine, mut cosine, mut term) = (ZERO, ZERO, ONE);
-        for n in 0..12_u32 {
-            let sign = if n % 2 == 0 { ONE } else { -ONE };
-            cosine = cosine + sign * term;
-            sine = sine + sign * term * x.over(Self::of(f64::from(2 * n + 1)));
-            term = term * square.over(Self::of(f64::from((2 * n + 1) * (2 * n + 2))));
-        }
-        let rest = Self { lo: -1e-25, hi: 1e-25 };
-        let (s, c) = (sine + rest + spread, cosine + rest + spread);
+        // 1 - x²/(n (n + 1)) (1 - x²/((n + 2) (n + 3)) (1 - ...)), the last n being 20 or 19.
+        let series = |n: u32| {
+            let term = |rest, n: u32| ONE - square.per(f64::from(n * (n + 1))) * rest;
+            (n..21).step_by(2).rev().fold(ONE, term)
+        };
+        // x is 0.8 at most: the first terms left out, of x^22 and x^23, are below 0.8^22 / 22! < 1e-23.
+        let rest = Self { lo: -1e-23, hi: 1e-23 };
+        let (s, c) = (x * series(2) + rest + spread, series(1) + rest + spread);
         match quarters.rem_euclid(4.0) as u8 {
             0 => [s, c],
             1 => [c, -s],
@@ -102,14 +108,18 @@ impl I {
 impl Add for I {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        Self::outward(self.lo + other.lo, self.hi + other.hi)
+        match (self == ZERO, other == ZERO) {
+            (true, _) => other,
+            (_, true) => self,
+            _ => Self::outward(self.lo + other.lo, self.hi + other.hi),
+        }
     }
 }
 
 impl Sub for I {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
-        Self::outward(self.lo - other.hi, self.hi - other.lo)
+        self + -other
     }
 }
 
@@ -124,10 +134,16 @@ impl Mul for I {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let p = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
-        if p.iter().any(|x| x.is_nan()) {
+        // Not a number: zero times what is infinite is among them.
+        if (p[0] + p[1] + p[2] + p[3]).is_nan() {
             return Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
         }
-        Self::outward(p[0].min(p[1]).min(p[2].min(p[3])), p[0].max(p[1]).max(p[2].max(p[3])))
+        if self == ZERO || other == ZERO {
+            return ZERO;
+        }
+        let least = |a, b| if a < b { a } else { b };
+        let most = |a, b| if a > b { a } else { b };
+        Self::outward(least(least(p[0], p[1]), least(p[2], p[3])), most(most(p[0], p[1]), most(p[2], p[3])))
     }
 }
 
@@ -201,9 +217,9 @@ impl Pose {
     #[must_use]
     pub fn about(u: &V, angle: I) -> Self {
         let [s, c] = angle.sin_cos();
-        let skew = [[ZERO, -u[2], u[1]], [u[2], ZERO, -u[0]], [-u[1], u[0], ZERO]];
-        let entry = |i: usize, j: usize| (if i == j { c } else { ZERO }) + s * skew[i][j] + (ONE - c) * u[i] * u[j];
-        Self { r: [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j))), t: [ZERO; 3] }
+        let (along, around) = (times(u, ONE - c), times(u, s));
+        let skew = [[c, -around[2], around[1]], [around[2], c, -around[0]], [-around[1], around[0], c]];
+        Self { r: [0, 1, 2].map(|i| [0, 1, 2].map(|j| skew[i][j] + along[i] * u[j])), t: [ZERO; 3] }
     }
 
     /// A direction turned.

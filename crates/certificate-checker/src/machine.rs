@@ -53,8 +53,16 @@ struct Region {
     wide: [I; 9],
     ball: I,
     group: Vec<usize>,
-    /// The tip in the frame of the workpiece's link: its place at the middle, its way, and the radius of a ball around both.
-    tip: Option<(V, V, I)>,
+    tip: Option<TipWay>,
+}
+
+/// The tip in the frame of the workpiece's link: its place at the middle, its way, and the radius of a ball around both; where the links are at the middle.
+#[derive(Clone)]
+struct TipWay {
+    place: V,
+    way: V,
+    round: I,
+    poses: Poses,
 }
 
 /// All motions of `b` in the frame of `a`: a pose, plus each way times a number of its own from -1 to 1, plus an ellipsoid, plus a ball.
@@ -73,6 +81,8 @@ pub struct Machine {
     pub steps: Vec<Step>,
     /// Lowest and highest positions of the axes on each step.
     boxes: Vec<Option<[[f64; 2]; 9]>>,
+    /// With all axes at 0: the link of the workpiece from that of the tool, and the ways of the latter in the former for each mm of an axis.
+    zero: Option<(Pose, [V; 9])>,
 }
 
 /// Greatest distance between the end of a step and the beginning of the next one: rounding of arcs and of the tip.
@@ -83,6 +93,7 @@ const JUMP_RAD: f64 = 1e-10;
 type Ball = (Option<usize>, V, I);
 
 /// World from each link.
+#[derive(Clone)]
 struct Poses(Vec<Pose>);
 
 impl Poses {
@@ -120,6 +131,10 @@ impl Region {
 impl Machine {
     /// Finds the range of every step, and refuses a path that jumps.
     pub fn finish(&mut self) -> Result<(), String> {
+        self.zero = self.tip.as_ref().map(|tip| {
+            let poses = self.poses(&[ZERO; 9]);
+            (poses.of(tip.work).inverse().after(&poses.of(tip.tool)), self.slides([tip.work, tip.tool], &poses))
+        });
         let range = |step| {
             let region = self.within(step, [0.0, 1.0])?;
             let side = |axis: usize| region.mid[axis] + region.half(axis).both_ways();
@@ -181,6 +196,19 @@ impl Machine {
         poses
     }
 
+    /// Where every link is after slides along X, Y and Z from 0.
+    fn slid(&self, Poses(mut poses): Poses, axes: &[I; 9]) -> Poses {
+        let mut shifts = vec![[ZERO; 3]; poses.len()];
+        for (index, Link { parent, joint, .. }) in self.links.iter().enumerate() {
+            shifts[index] = parent.map_or([ZERO; 3], |parent| shifts[parent]);
+            if let Some(Joint { axis: axis @ 0..3, direction, .. }) = joint {
+                shifts[index] = plus(&shifts[index], &times(&poses[index].turn(direction), axes[*axis]));
+            }
+            poses[index].t = plus(&poses[index].t, &shifts[index]);
+        }
+        Poses(poses)
+    }
+
     /// Where the axes may be between two fractions of a step.
     fn within(&self, index: usize, [from, to]: [f64; 2]) -> Option<Region> {
         let step = &self.steps[index];
@@ -213,33 +241,31 @@ impl Machine {
     /// The positions of the axes that follow from the positions of the tip.
     fn follow_tip(&self, tip: &Region, length: f64) -> Option<Region> {
         let Tip { tool, work, gauge, direction } = self.tip.as_ref()?;
-        let slides_only = |axis: usize| {
-            self.links
-                .iter()
-                .filter_map(|link| link.joint.as_ref())
-                .all(|joint| joint.axis != axis || joint.turns.is_none())
+        let (work_from_tool, at_zero) = self.zero.as_ref()?;
+        let turns = |axis: usize| {
+            let mut joints = self.links.iter().filter_map(|link| link.joint.as_ref());
+            joints.any(|joint| joint.axis == axis && joint.turns.is_some())
         };
-        if !(0..3).all(slides_only) || (6..9).any(|axis| tip.half(axis).hi > 1e-12) {
+        // The second axes stand, so that the first three reach the tip, and where the rotary ones are at 0 all others slide.
+        if (0..3).chain(6..9).any(turns) || (6..9).any(|axis| tip.half(axis).hi > 1e-12) {
             return None;
         }
         let point = plus(gauge, &times(direction, I::of(length)));
         let links = [*work, *tool];
-        let tip_at = |poses: &Poses| poses.of(*work).inverse().point(&poses.of(*tool).point(&point));
         let mut zero = tip.mid;
         zero[3..6].fill(ZERO);
         zero[2] = zero[2] + I::of(length);
-        let zero = self.poses(&zero);
-        let (wanted, at_zero) = (tip_at(&zero), self.slides(links, &zero));
+        let wanted = (0..9).fold(work_from_tool.point(&point), |sum, i| plus(&sum, &times(&at_zero[i], zero[i])));
         let by = |m: &[V; 9], x: &V| plus(&plus(&times(&m[0], x[0]), &times(&m[1], x[1])), &times(&m[2], x[2]));
         let seg = [tip.seg[0], tip.seg[1], tip.seg[2]];
-        let stretch = (ONE + defect(&at_zero)).sqrt();
-        let (way, ball) = (by(&at_zero, &seg), stretch * tip.ball);
+        let stretch = (ONE + defect(at_zero)).sqrt();
+        let (way, ball) = (by(at_zero, &seg), stretch * tip.ball);
 
         let mut mid = tip.mid;
         mid[..3].fill(ZERO);
         let base = self.poses(&mid);
         let slides = self.slides(links, &base);
-        let rest = minus(&wanted, &tip_at(&base));
+        let rest = minus(&wanted, &base.of(*work).inverse().point(&base.of(*tool).point(&point)));
         // Cramer's rule.
         let [x, y, z] = [&slides[0], &slides[1], &slides[2]];
         let volume = dot(x, &cross(y, z));
@@ -250,7 +276,7 @@ impl Machine {
         }
         let mut region = Region { mid, group: vec![0, 1, 2], ball: ZERO, ..tip.clone() };
         region.seg[..3].fill(ZERO);
-        let poses = self.poses(&mid);
+        let poses = self.slid(base, &mid);
         let [of_work, of_tool] = self.between(links);
         let chain: Vec<usize> = of_tool.into_iter().chain(of_work.into_iter().rev()).collect();
         // The slides are at rest in this region.
@@ -261,7 +287,7 @@ impl Machine {
             return None;
         }
         region.ball = (stretch * norm(&seg) + ball + turned).over(I::of(least.lo));
-        region.tip = Some((wanted, way, ball));
+        region.tip = Some(TipWay { place: wanted, way, round: ball, poses });
         Some(region)
     }
 
@@ -330,13 +356,13 @@ impl Machine {
 
     fn swept(&self, region: &Region, [a, b]: [&Part; 2]) -> Sweep {
         let links = [a.link, b.link];
-        let poses = self.poses(&region.mid);
+        let poses = region.tip.as_ref().map_or_else(|| self.poses(&region.mid), |tip| tip.poses.clone());
         let [world_from_a, world_from_b] = links.map(|link| poses.of(link));
         let a_from_b = world_from_a.after(&a.pose).inverse().after(&world_from_b.after(&b.pose));
         let ball = |part: &Part| (part.link, part.pose.point(&part.mesh.ball.0), part.mesh.ball.1);
         let chains = self.between(links);
         let known = region.tip.as_ref().zip(self.tip.as_ref()).filter(|(_, tip)| links == [tip.work, tip.tool]);
-        if let Some(((place, way, round), _)) = known {
+        if let Some((TipWay { place, way, round, .. }, _)) = known {
             // The tip's way is known, and the tool turns about it.
             let (_, centre, radius) = ball(b);
             let seen = world_from_a.inverse().point(&world_from_b.point(&centre));

@@ -57,8 +57,11 @@ fn products_and_quotients_of_intervals_hold_those_of_their_numbers() {
             let (least, most) =
                 (products.iter().copied().fold(f64::MAX, f64::min), products.iter().copied().fold(f64::MIN, f64::max));
             let found = *a * *b;
+            let is_zero = *a == ZERO || *b == ZERO;
             assert!(
-                found.lo < least && found.hi > most && near(found.lo, least) && near(found.hi, most),
+                if is_zero { found == ZERO } else { found.lo < least && found.hi > most }
+                    && near(found.lo, least)
+                    && near(found.hi, most),
                 "{a:?} {b:?}"
             );
             let found = a.over(*b);
@@ -71,7 +74,9 @@ fn products_and_quotients_of_intervals_hold_those_of_their_numbers() {
                     quotients.iter().copied().fold(f64::MIN, f64::max),
                 );
                 assert!(
-                    found.lo < least && found.hi > most && near(found.lo, least) && near(found.hi, most),
+                    if *a == ZERO { found == ZERO } else { found.lo < least && found.hi > most }
+                        && near(found.lo, least)
+                        && near(found.hi, most),
                     "{a:?} / {b:?}"
                 );
             }
@@ -83,7 +88,8 @@ fn products_and_quotients_of_intervals_hold_those_of_their_numbers() {
         assert_eq!(-*a, I { lo: -a.hi, hi: -a.lo });
         let square = a.squared();
         let least = if a.lo <= 0.0 && a.hi >= 0.0 { 0.0 } else { (a.lo * a.lo).min(a.hi * a.hi) };
-        assert!(square.lo <= least && square.lo >= 0.0 && near(square.lo, least) && square.hi > a.most() * a.most());
+        assert!(square.lo <= least && square.lo >= 0.0 && near(square.lo, least));
+        assert!(if *a == ZERO { square == ZERO } else { square.hi > a.most() * a.most() });
         assert!(near(square.hi, a.most() * a.most()), "{a:?}: {square:?}");
     }
     let everything = I { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
@@ -101,7 +107,22 @@ fn square_roots_hold_the_exact_one() {
     }
     assert_eq!(I { lo: -1.0, hi: 4.0 }.sqrt(), I { lo: 0.0, hi: 2.0_f64.next_up() });
     let nothing = I { lo: -2.0, hi: -1.0 }.sqrt();
-    assert!(nothing.lo == 0.0 && nothing.hi < 1e-300);
+    assert!(nothing.lo == 0.0 && nothing.hi < 1e-200);
+}
+
+/// What is exact stays so, and what underflows is widened to numbers that are no burden to a processor.
+#[test]
+fn zero_is_exact_and_underflow_is_not() {
+    let (x, tiny) = (I { lo: -2.0, hi: 3.0 }, I::of(1e-200));
+    for exact in [x + ZERO, ZERO + x, x - ZERO, -(ZERO - x)] {
+        assert_eq!(exact, x);
+    }
+    for zero in [x * ZERO, ZERO * x, ZERO.squared(), ZERO.sqrt(), ZERO.over(I::of(7.0)), ZERO + ZERO] {
+        assert_eq!(zero, ZERO);
+    }
+    for found in [tiny * tiny, tiny * -tiny, -tiny * tiny, tiny.squared(), tiny - tiny, I::of(0.0) * x + tiny * tiny] {
+        assert!(found.lo <= 0.0 && found.hi > f64::MIN_POSITIVE && found.most() < 1e-280, "{found:?}");
+    }
 }
 
 /// The square of a bound from 1 to 2^27 in units of 2^-52, rounded down.

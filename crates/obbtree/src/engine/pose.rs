@@ -82,9 +82,8 @@ impl Pose {
     /// `reach` is the sum of both meshes' largest distances from their origins, mm.
     ///
     /// The truth moves a corner of `b` by the matrix of the unit quaternion ([`crate::engine::geometry::rigid`]), adds, rounds and snaps it to the grid, which
-    /// moves it by up to [`grid::SNAP_RADIUS_MM`]. The matrix R here is that of the quaternion as it is, orthogonal up to a defect |RᵀR - I|, measured
-    /// here. It moves corners by less than a defect of their distance elsewhere; seen from `b`, by Rᵀ, points of `a` are misplaced in proportion to
-    /// it as well.
+    /// moves it by up to [`grid::SNAP_RADIUS_MM`]. The matrix R here is that of the quaternion as it is, orthogonal up to its [`defect`]. It moves
+    /// corners by less than a defect of their distance elsewhere; seen from `b`, by Rᵀ, points of `a` are misplaced in proportion to it as well.
     pub fn new(a_from_b: &Isometry, reach: f64) -> Self {
         // Arrays of their own: copies of parts of a matrix wait for its stores.
         let [x, y, z]: [[f64; 3]; 3] = a_from_b.rotation.to_rotation_matrix().into_inner().into();
