@@ -65,7 +65,7 @@ pub trait Model: Any + Send + Sync {
     fn all_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (Vec<(u32, u32)>, Counts);
 
     /// The distance between the meshes, mm, if it is below `below_mm`; otherwise infinity. 0 when they touch. `proximity` keeps the state
-    /// of this pair's last query.
+    /// of this pair's last query; with [`Proximity::keeping`] a method may tell a lower bound instead.
     fn distance_mm(&self, other: &dyn Model, a_from_b: &Isometry, below_mm: f64, proximity: &mut Proximity) -> f64;
 
     /// The time of first contact along a motion of `other`, which reaches `reach_mm` from its origin; `None` without contact. Methods without a search of their own advance by

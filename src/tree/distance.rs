@@ -18,8 +18,8 @@ fn rounded_down(x: f64) -> f32 {
     if f64::from(nearest) > x { nearest.next_down() } else { nearest }
 }
 
-/// The distance between the meshes, mm, if it is below `below_mm`; otherwise infinity. 0 when triangles touch. For volumes that are not
-/// safe, the answer may be too large.
+/// The distance between the meshes, mm, if it is below `below_mm`; otherwise infinity. 0 when triangles touch. With [`Proximity::keeping`], a
+/// lower bound of it. For volumes that are not safe, the answer may be too large.
 pub fn distance_mm<S: Shape>(
     a: &Tree<S>,
     b: &Tree<S>,
@@ -29,8 +29,9 @@ pub fn distance_mm<S: Shape>(
 ) -> f64 {
     let pose = S::pose(a_from_b);
     let placement = Placement::new(a_from_b);
+    let kept = proximity.kept();
     let Proximity { queue, nearest, .. } = proximity;
-    // Infinite where it is for sure not below what is known.
+    // What is told of it; infinite where it is for sure not below what is known.
     let between = |i: usize, moved: &Triangle, least: f64| {
         let still = &a.triangles[i];
         if triangle_distance::exceeds(still, moved, least * least) {
@@ -38,7 +39,7 @@ pub fn distance_mm<S: Shape>(
         } else if certified::touch(still, moved) {
             0.0
         } else {
-            triangle_distance::squared(still, moved).sqrt()
+            kept * triangle_distance::squared(still, moved).sqrt()
         }
     };
     let gap = |(i, j): (u32, u32)| a.nodes[i as usize].volume.gap_mm(&b.nodes[j as usize].volume, &pose);
@@ -104,6 +105,8 @@ mod tests {
             let expected = query::distance(&Pose::IDENTITY, &parry_a, &pose.into(), &parry_b).unwrap().distance;
             assert!((found - expected).abs() < 1e-6, "step {step}: {found}, parry {expected}");
             assert_eq!(found, fresh, "step {step}");
+            let bound = distance_mm(&a, &b, &pose, f64::INFINITY, &mut Proximity::keeping(0.75));
+            assert!((0.75 * found..=found).contains(&bound), "step {step}: {bound} of {found}");
             let cut_off = distance_mm(&a, &b, &pose, 5.0, &mut proximity);
             assert_eq!(cut_off, if found < 5.0 { found } else { f64::INFINITY }, "step {step}");
             touching += u32::from(found == 0.0);

@@ -42,6 +42,8 @@ use thiserror::Error;
 const OUTLOOK_MM: f64 = 60.0;
 /// How much more than needed must be left of an old distance for no query, mm: a pair that is nearer is told by its own distance.
 const LEFT_MM: f64 = 30.0;
+/// Share of a distance that is found at least: all that is needed is a lower bound, and the distance itself takes many times as long.
+const KEPT: f64 = 0.8;
 /// Most halvings of the look-ahead. Behind them the width of a piece is `b`, which halving does not narrow.
 const HALVINGS: u32 = 6;
 
@@ -210,7 +212,7 @@ impl<'a> Judge<'a> {
         parts.sort_unstable();
         parts.dedup();
         let bodies = parts.into_iter().map(prepare).collect();
-        let watched = |pair| Watched { pair, proximity: Proximity::default(), last: None };
+        let watched = |pair| Watched { pair, proximity: Proximity::keeping(KEPT), last: None };
         Ok(Self { scene, rule, bodies, pairs: pairs.into_iter().map(watched).collect() })
     }
 
@@ -227,7 +229,7 @@ impl<'a> Judge<'a> {
     /// Forgets what earlier samples said, as after a start.
     pub fn forget(&mut self) {
         for watched in &mut self.pairs {
-            (watched.proximity, watched.last) = (Proximity::default(), None);
+            (watched.proximity, watched.last) = (Proximity::keeping(KEPT), None);
         }
     }
 
@@ -336,7 +338,7 @@ impl<'a> Look<'a> {
     }
 
     /// A lower bound of a pair's distance at a pose, mm: what is left of the last distance that was found, where that is plenty, or else
-    /// the distance itself. 0 in contact, and for one part inside the other.
+    /// most of the distance. 0 in contact, and for one part inside the other.
     fn distance(&mut self, watched: &mut Watched, [a, b]: [&Body; 2], at: usize, enough: f64) -> f64 {
         let (_, there, poses) = &self.poses[at];
         if let Some((from, from_poses, distance)) = &watched.last {

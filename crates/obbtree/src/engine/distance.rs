@@ -14,7 +14,8 @@ use super::volume::WideVolume;
 use crate::engine::geometry::{Isometry, certified, triangle_distance};
 use std::ops::ControlFlow;
 
-/// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 when triangles touch.
+/// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 when triangles touch. With [`Proximity::keeping`], a
+/// lower bound of it.
 pub fn distance_mm<V: WideVolume>(
     a: &WideTree<V>,
     b: &WideTree<V>,
@@ -39,7 +40,7 @@ pub fn distance_mm<V: WideVolume>(
 struct Search<'a, V: WideVolume> {
     posed: Posed<'a, V>,
     proximity: &'a mut Proximity,
-    /// The least distance so far, mm.
+    /// What would be told of the least distance so far, mm.
     least: f64,
     /// Pairs of triangles that wait to be measured.
     batch: Batch,
@@ -180,7 +181,7 @@ impl<V: WideVolume> Search<'_, V> {
             (self.least, self.proximity.nearest) = (0.0, Some((i, j)));
             return ControlFlow::Break(Touching);
         }
-        let distance = triangle_distance::squared(&still, &moved).sqrt();
+        let distance = self.proximity.kept() * triangle_distance::squared(&still, &moved).sqrt();
         if distance < self.least {
             (self.least, self.proximity.nearest) = (distance, Some((i, j)));
         }
@@ -214,6 +215,31 @@ mod tests {
             }
         }
         least
+    }
+
+    #[test]
+    fn a_share_of_the_distance_is_a_lower_bound_fresh_or_warm() {
+        let cases = Cases::new();
+        let trees: Vec<WideTree<Oriented>> =
+            cases.subjects.iter().map(|subject| WideTree::build(&subject.mesh)).collect();
+        let (mut warm, mut last, mut less) = (Proximity::keeping(0.75), (0, 0), 0);
+        for case in cases.cases.iter().step_by(11) {
+            let (a, b, pose) = (&trees[case.a], &trees[case.b], &case.a_from_b);
+            if last != (case.a, case.b) {
+                (warm, last) = (Proximity::keeping(0.75), (case.a, case.b));
+            }
+            let expected = of_all_pairs(a, b, pose);
+            for simd in Simd::available() {
+                for proximity in [&mut Proximity::keeping(0.75), &mut warm] {
+                    let found = distance_mm(a, b, pose, simd, f64::INFINITY, proximity);
+                    assert!((0.75 * expected..=expected).contains(&found), "{found} {expected}, {}", simd.name());
+                    less += u32::from(found < expected);
+                    let below = distance_mm(a, b, pose, simd, 5.0, proximity);
+                    assert!(if below < 5.0 { (0.75 * expected..=expected).contains(&below) } else { expected >= 5.0 });
+                }
+            }
+        }
+        assert!(less > 5, "{less}");
     }
 
     #[test]

@@ -8,14 +8,37 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Memory that distance queries reuse, and the pair of triangles that was nearest last, which on a path is often nearest again.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Proximity {
     /// Pairs that wait to be opened.
     pub queue: Queue,
     /// Places of the nearest triangles in the order of the two trees.
     pub nearest: Option<(u32, u32)>,
+    /// Share of a distance that is told. What is not nearer than that is left out, so that no distance is below what is told.
+    kept: f64,
     /// What waits in a wide tree's search, instead of the queue.
     pub(super) buckets: Buckets,
+}
+
+impl Default for Proximity {
+    fn default() -> Self {
+        Self::keeping(1.0)
+    }
+}
+
+impl Proximity {
+    /// For distances of which this share, above 0 and up to 1, is told at least: lower bounds, sooner.
+    #[must_use]
+    pub fn keeping(kept: f64) -> Self {
+        Self { queue: Queue::default(), nearest: None, kept, buckets: Buckets::default() }
+    }
+
+    /// That share.
+    #[inline]
+    #[must_use]
+    pub const fn kept(&self) -> f64 {
+        self.kept
+    }
 }
 
 /// Pairs that wait to be opened, the nearest first; of those as near the one that came last, which is the smallest.
