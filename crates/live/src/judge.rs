@@ -42,7 +42,7 @@ use thiserror::Error;
 const OUTLOOK_MM: f64 = 60.0;
 /// How much more than needed must be left of an old distance for no query, mm: a pair that is nearer is told by its own distance.
 const LEFT_MM: f64 = 30.0;
-/// Share of a distance that is found at least: all that is needed is a lower bound, and the distance itself takes many times as long.
+/// Share of a distance that is found at first: mostly a lower bound is all that is needed, and the distance itself takes many times as long.
 const KEPT: f64 = 0.8;
 /// Most halvings of the look-ahead. Behind them the width of a piece is `b`, which halving does not narrow.
 const HALVINGS: u32 = 6;
@@ -171,7 +171,8 @@ struct Body {
 /// A pair that is watched, and what its last query said.
 struct Watched {
     pair: Pair,
-    proximity: Proximity,
+    /// What searches for a share of the distance reuse, and those for the distance.
+    proximity: [Proximity; 2],
     /// Where the last query was, and the distance there.
     last: Option<(Position, Poses, f64)>,
 }
@@ -212,7 +213,7 @@ impl<'a> Judge<'a> {
         parts.sort_unstable();
         parts.dedup();
         let bodies = parts.into_iter().map(prepare).collect();
-        let watched = |pair| Watched { pair, proximity: Proximity::keeping(KEPT), last: None };
+        let watched = |pair| Watched { pair, proximity: fresh(), last: None };
         Ok(Self { scene, rule, bodies, pairs: pairs.into_iter().map(watched).collect() })
     }
 
@@ -229,7 +230,7 @@ impl<'a> Judge<'a> {
     /// Forgets what earlier samples said, as after a start.
     pub fn forget(&mut self) {
         for watched in &mut self.pairs {
-            (watched.proximity, watched.last) = (Proximity::keeping(KEPT), None);
+            (watched.proximity, watched.last) = (fresh(), None);
         }
     }
 
@@ -326,8 +327,7 @@ impl<'a> Look<'a> {
         let within = Position(std::array::from_fn(|i| 0.5 * self.state.velocity.0[i].abs() * (to - from) + width[i]));
         let [a, b] = [watched.pair.a, watched.pair.b].map(|part| &bodies[&part]);
         let bound = self.scene.machine.travel_bound_mm(&a.ball, &b.ball, &self.poses[at].2, &within);
-        let enough = bound + self.near_mm;
-        let distance = self.distance(watched, [a, b], at, enough);
+        let distance = self.distance(watched, [a, b], at, bound);
         let clearance = distance - bound;
         if clearance >= self.near_mm || distance <= 0.0 || halvings == 0 || to <= from {
             return clearance;
@@ -338,9 +338,10 @@ impl<'a> Look<'a> {
     }
 
     /// A lower bound of a pair's distance at a pose, mm: what is left of the last distance that was found, where that is plenty, or else
-    /// most of the distance. 0 in contact, and for one part inside the other.
-    fn distance(&mut self, watched: &mut Watched, [a, b]: [&Body; 2], at: usize, enough: f64) -> f64 {
+    /// most of the distance, or all of it where only that exceeds the motion `bound`. 0 in contact, and for one part inside the other.
+    fn distance(&mut self, watched: &mut Watched, [a, b]: [&Body; 2], at: usize, bound: f64) -> f64 {
         let (_, there, poses) = &self.poses[at];
+        let enough = bound + self.near_mm;
         if let Some((from, from_poses, distance)) = &watched.last {
             let change = Position(std::array::from_fn(|i| there.0[i] - from.0[i]));
             let left = distance - self.scene.machine.travel_bound_mm(&a.ball, &b.ball, from_poses, &change);
@@ -351,12 +352,20 @@ impl<'a> Look<'a> {
         self.queries += 1;
         let beyond = enough + OUTLOOK_MM;
         let a_from_b = self.scene.a_from_b(watched.pair, poses);
-        let distance = a.model.distance_mm(b.model.as_ref(), &a_from_b, beyond, &mut watched.proximity).min(beyond);
+        let ask = |proximity| a.model.distance_mm(b.model.as_ref(), &a_from_b, beyond, proximity).min(beyond);
+        let [share, whole] = &mut watched.proximity;
+        let most = ask(share);
+        let distance = if most <= bound && most > KEPT * bound { ask(whole) } else { most };
         let inside = distance > 0.0 && Solid::one_in_the_other(&a.solid, &b.solid, &a_from_b);
         let distance = if inside { 0.0 } else { distance };
         watched.last = Some((*there, poses.clone(), distance));
         distance
     }
+}
+
+/// Nothing to reuse yet.
+fn fresh() -> [Proximity; 2] {
+    [Proximity::keeping(KEPT), Proximity::default()]
 }
 
 /// `H`: how far ahead a sample is judged, s.
