@@ -27,7 +27,8 @@ impl I {
         Self { lo: x, hi: x }
     }
 
-    /// From `lo` to `hi`, which rounded operations gave. A bound of zero may have underflowed; processors are slow with numbers as small as its neighbours.
+    /// From `lo` to `hi`, which rounded operations gave. A bound of zero may have underflowed. It is moved by 1e-290, because
+    /// processors are slow with the numbers next to zero.
     fn outward(lo: f64, hi: f64) -> Self {
         const TINY: f64 = 1e-290;
         Self { lo: if lo == 0.0 { -TINY } else { lo.next_down() }, hi: if hi == 0.0 { TINY } else { hi.next_up() } }

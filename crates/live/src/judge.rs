@@ -171,7 +171,7 @@ struct Body {
 /// A pair that is watched, and what its last query said.
 struct Watched {
     pair: Pair,
-    /// What searches for a share of the distance reuse, and those for the distance.
+    /// State of the last search for a share of the distance, and of the last one for the distance itself.
     proximity: [Proximity; 2],
     /// Where the last query was, and the distance there.
     last: Option<(Position, Poses, f64)>,

@@ -368,11 +368,12 @@ fn what_the_slides_cannot_follow_has_no_bound() {
     let case = Case { moves: u, ..case };
     case.goes(1.0, 2.0, 3.0);
     case.goes_anywhere(2.0, 3.0);
-    // X turns something; or there is no such control, or no third slide.
+    // X or U turns something; or there is no such control, or no third slide.
     let turned = format!("{links}\nlink d - 1 0 0 0 0 0 0 turn X 0 0 1 0 0 0");
+    let turned_by_u = turned.replace("turn X", "turn U");
     let untold = links.replace("\ntip z c 0 0 5 0 0 -2", "");
     let flat = links.replace("slide Z 0 0 1", "slide X 0 0 1");
-    for links in [&turned, &untold, &flat] {
+    for links in [&turned, &turned_by_u, &untold, &flat] {
         Case { links, ..case }.goes_anywhere(1.0, 2.0);
     }
 }

@@ -40,7 +40,7 @@ pub fn distance_mm<V: WideVolume>(
 struct Search<'a, V: WideVolume> {
     posed: Posed<'a, V>,
     proximity: &'a mut Proximity,
-    /// What would be told of the least distance so far, mm.
+    /// The least distance so far, times the share that is told, mm.
     least: f64,
     /// Pairs of triangles that wait to be measured.
     batch: Batch,

@@ -14,7 +14,7 @@ pub struct Proximity {
     pub queue: Queue,
     /// Places of the nearest triangles in the order of the two trees.
     pub nearest: Option<(u32, u32)>,
-    /// Share of a distance that is told. What is not nearer than that is left out, so that no distance is below what is told.
+    /// The answer is the distance times this. Pairs that are not nearer than the answer are left out, so that it is a lower bound.
     kept: f64,
     /// What waits in a wide tree's search, instead of the queue.
     pub(super) buckets: Buckets,
@@ -27,7 +27,7 @@ impl Default for Proximity {
 }
 
 impl Proximity {
-    /// For distances of which this share, above 0 and up to 1, is told at least: lower bounds, sooner.
+    /// For answers that are lower bounds: at least this share of the distance, above 0 and up to 1. A smaller share is found sooner.
     #[must_use]
     pub fn keeping(kept: f64) -> Self {
         Self { queue: Queue::default(), nearest: None, kept, buckets: Buckets::default() }
