@@ -157,16 +157,20 @@ impl Drawing for Forest {
             line.look.mark(&names, (22, middle(i) - TEXT_LIFT_PX))?;
             label(&names, &line.label, TEXT_PX, (42, middle(i)), HPos::Left)?;
         }
-        let bars = self.lines.iter().flat_map(|line| line.bars.iter().flatten()).filter(|bar| bar.ratio <= self.most);
-        let (low, high) = Scale::Log.range(bars.flat_map(|bar| [bar.low, bar.high, 0.9, 1.1]));
         for (s, panel) in panels.split_evenly((1, self.panels.len())).iter().enumerate() {
-            self.panel(panel, s, (low, high), &middle)?;
+            self.panel(panel, s, self.range(), &middle)?;
         }
         Ok(())
     }
 }
 
 impl Forest {
+    /// The ends of the axis, around every mark that is on it; a single launch has ratios without intervals.
+    fn range(&self) -> (f64, f64) {
+        let bars = self.lines.iter().flat_map(|line| line.bars.iter().flatten()).filter(|bar| bar.ratio <= self.most);
+        Scale::Log.range(bars.flat_map(|bar| [bar.ratio, bar.low, bar.high, 0.9, 1.1]))
+    }
+
     fn panel<DB: DrawingBackend>(
         &self,
         area: &Area<DB>,
@@ -212,13 +216,29 @@ impl Forest {
                 label(area, &format!("{:.0}×", bar.ratio), TEXT_PX, (edge - 26, y), HPos::Right)?;
                 continue;
             }
-            let (from, to) = (x(bar.low), x(bar.high));
-            area.draw(&PathElement::new(vec![(from, y), (to, y)], stroke))?;
-            for end in [from, to] {
-                area.draw(&PathElement::new(vec![(end, y - 9), (end, y + 9)], stroke))?;
+            if bar.low.is_finite() && bar.high.is_finite() {
+                let (from, to) = (x(bar.low), x(bar.high));
+                area.draw(&PathElement::new(vec![(from, y), (to, y)], stroke))?;
+                for end in [from, to] {
+                    area.draw(&PathElement::new(vec![(end, y - 9), (end, y + 9)], stroke))?;
+                }
             }
             line.look.mark(area, (x(bar.ratio), y))?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ratios_without_intervals_are_on_the_axis() {
+        let bar = |ratio| Some(Bar { ratio, low: f64::NAN, high: f64::NAN });
+        let line = Line { label: String::new(), look: Look::nth(0), bars: vec![bar(0.05), bar(3.0), bar(500.0)] };
+        let (low, high) = Forest { panels: Vec::new(), lines: vec![line], most: RATIO_MAX }.range();
+        let at = |ratio| Scale::Log.coordinate(ratio);
+        assert!(low < at(0.05) && at(3.0) < high && high < at(500.0), "{low} {high}");
     }
 }
