@@ -37,3 +37,20 @@ impl BoxTest for Refit {
         (0..3).any(|i| t[i].abs() > a[i] + q[(i, 0)] * b[0] + q[(i, 1)] * b[1] + q[(i, 2)] * b[2])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Isometry;
+    use crate::volume::Shape;
+
+    #[test]
+    fn boxes_that_just_touch_are_not_separated() {
+        let pose = AlignedBox::<Refit>::pose(&Isometry::identity());
+        let (a, b) = (Vector::new(1.0, 2.0, 3.0), Vector::new(4.0, 5.0, 6.0));
+        let q = &pose.widened;
+        let reach = a[0] + q[(0, 0)] * b[0] + q[(0, 1)] * b[1] + q[(0, 2)] * b[2];
+        assert!(!Refit::separated(&Vector::new(reach, 0.0, 0.0), &pose, &a, &b));
+        assert!(Refit::separated(&Vector::new(-reach.next_up(), 0.0, 0.0), &pose, &a, &b));
+    }
+}

@@ -125,3 +125,69 @@ impl Around {
         self.lengths.product()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{box_area, box_outline};
+
+    const HALF: [f64; 3] = [3.0, 2.0, 1.0];
+
+    fn within(point: &Point, slack_mm: f64) -> bool {
+        (0..3).all(|i| point[i].abs() <= HALF[i] + slack_mm)
+    }
+
+    /// What a true box says of itself.
+    fn true_box() -> Said<'static> {
+        let (frame, half) = (Matrix3::identity(), Vector::from(HALF));
+        Said {
+            frame,
+            centre: Point::origin(),
+            ends: box_outline(&Point::origin(), &frame, &half).into_iter().flatten().collect(),
+            size: 1.0,
+            volume: 48.0,
+            surface_area: box_area(&half),
+            from_itself_mm: 0.0,
+            contains: &within,
+        }
+    }
+
+    fn of(said: &Said<'_>) -> Option<&'static str> {
+        said.in_space().or_else(|| said.sizes()).or_else(|| said.slack(&Point::from(HALF)))
+    }
+
+    #[test]
+    fn a_true_box_is_consistent() {
+        assert_eq!(of(&true_box()), None);
+    }
+
+    #[test]
+    fn each_false_figure_is_named() {
+        let true_ends = || true_box().ends;
+        let cases = [
+            (Said { frame: Matrix3::identity() * 1.01, ..true_box() }, "split_axes"),
+            (Said { centre: Point::new(3.1, 0.0, 0.0), ..true_box() }, "centre"),
+            (Said { ends: Vec::new(), ..true_box() }, "outline: there is none"),
+            (Said { ends: true_ends().iter().map(|end| end * 1.01).collect(), ..true_box() }, "outline: it leaves"),
+            (Said { ends: true_ends().iter().map(|end| end * 0.9).collect(), ..true_box() }, "outline: it ends within"),
+            (Said { from_itself_mm: 1e-9, ..true_box() }, "gap_mm"),
+            (Said { size: 0.0, ..true_box() }, "volume, surface_area, size"),
+            (Said { volume: f64::NAN, ..true_box() }, "volume, surface_area, size"),
+            (Said { surface_area: 63.0, ..true_box() }, "surface_area: it is too little"),
+            (Said { surface_area: 90.0, ..true_box() }, "surface_area: it is more"),
+            (Said { volume: 43.0, ..true_box() }, "volume: it is not that"),
+            (Said { volume: 53.0, ..true_box() }, "volume: it is not that"),
+        ];
+        for (said, what) in &cases {
+            assert!(of(said).is_some_and(|found| found.starts_with(what)), "{what}: {:?}", of(said));
+        }
+    }
+
+    #[test]
+    fn a_slack_that_is_too_small_or_too_large_is_named() {
+        let too_small = Said { contains: &|point, slack_mm| within(point, slack_mm * 0.5), ..true_box() };
+        assert!(too_small.slack(&Point::from(HALF)).is_some_and(|what| what.contains("nearer")));
+        let too_large = Said { contains: &|point, slack_mm| within(point, slack_mm * 3.0), ..true_box() };
+        assert!(too_large.slack(&Point::from(HALF)).is_some_and(|what| what.contains("farther")));
+    }
+}

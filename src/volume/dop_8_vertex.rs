@@ -188,8 +188,17 @@ impl Solid for Dop8Vertex {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::volume::dop_8::Dop8;
     use obbtree::cases::Draw;
     use obbtree::cases::meshes;
+
+    #[test]
+    fn its_figures_are_those_of_its_slabs() {
+        let triangles = meshes::cuboid(2.0, 3.0, 4.0).triangles();
+        let (fitted, slabs) = (Dop8Vertex::fit(&triangles), Dop8::fit(&triangles));
+        assert_eq!(fitted.surface_area().to_bits(), slabs.surface_area().to_bits());
+        assert_eq!(fitted.volume().to_bits(), slabs.volume().to_bits());
+    }
 
     #[test]
     fn an_octahedron_has_six_corners() {

@@ -215,6 +215,23 @@ mod tests {
         // 4·10·6·2 + π·1²·(20 + 12) + 4/3 π.
         let volume = 480.0 + PI * 32.0 + 4.0 / 3.0 * PI;
         assert!((fitted.volume() - volume).abs() < 1e-3, "{}", fitted.volume());
+        // 8·10·6 + 4π·(10 + 6)·1 + 4π·1².
+        let area = 480.0 + PI * 64.0 + PI * 4.0;
+        assert!((fitted.surface_area() - area).abs() < 1e-3, "{}", fitted.surface_area());
+    }
+
+    #[test]
+    fn a_corner_moves_out_until_its_sphere_reaches_the_point() {
+        for (sign_x, sign_y) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+            // On the diagonal through a corner of the square of side 4 around (6, 6); 5 beyond that corner, with spheres of radius 2.
+            let corner = Vector::new(6.0 + sign_x * 2.0, 6.0 + sign_y * 2.0, 0.0);
+            let point = corner + Vector::new(sign_x, sign_y, 0.0) * (5.0 * FRAC_1_SQRT_2);
+            let [x, y] = grown_at_corners(&[point], [[4.0, 8.0]; 2], 0.0, 2.0);
+            let moved = Vector::new(x[usize::from(sign_x > 0.0)], y[usize::from(sign_y > 0.0)], 0.0);
+            assert!(((point - moved).norm() - 2.0).abs() < 1e-12, "{x:?} {y:?}");
+            assert!((moved - corner).norm() > 2.99 && (x[1] - x[0] - y[1] + y[0]).abs() < 1e-12);
+            assert_eq!(x[usize::from(sign_x < 0.0)], 6.0 - sign_x * 2.0, "the other side stays");
+        }
     }
 
     #[test]
