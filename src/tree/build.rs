@@ -230,6 +230,30 @@ mod tests {
     }
 
     #[test]
+    fn outside_a_pool_a_tree_is_built_by_the_thread_that_asked() {
+        let triangles = meshes::torus(12.0, 4.0, 200, 100).triangles();
+        assert!(triangles.len() > 2 * SHARED_FROM);
+        let (own, others) = (std::thread::current().id(), std::sync::atomic::AtomicUsize::new(0));
+        let fit = |triangles: &[Triangle]| {
+            if std::thread::current().id() != own {
+                others.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            }
+            SphereRitter::fit(triangles)
+        };
+        let tree = Tree::build(&fit, &triangles, Policy::own(SplitRule::Median));
+        assert_eq!(tree.check_structure(), Ok(()));
+        assert_eq!(others.into_inner(), 0);
+    }
+
+    #[test]
+    fn a_tree_holds_its_nodes_triangles_and_face_numbers() {
+        let triangles = meshes::cuboid(1.0, 2.0, 3.0).triangles();
+        let tree = Tree::build(&Aabb::fit, &triangles, Policy::own(SplitRule::Median));
+        let node = size_of_val(&tree.nodes()[0]);
+        assert_eq!(tree.bytes(), 23 * node + 12 * (size_of::<Triangle>() + 4));
+    }
+
+    #[test]
     fn shared_axes_give_every_volume_the_same_topology() {
         let triangles = meshes::stepped_tool(8, 4).triangles();
         let policy = Policy::shared(SplitRule::AreaMean);

@@ -244,6 +244,31 @@ mod tests {
     }
 
     #[test]
+    fn the_surface_area_heuristic_takes_the_cheaper_of_given_and_mesh_axes() {
+        let turn = nalgebra::Rotation3::from_axis_angle(&Vector::z_axis(), std::f64::consts::FRAC_PI_4);
+        let diagonal = xyz().map(|axis| turn * axis);
+        let divided = |is_turned: bool, axes: &[Unit<Vector>; 3]| {
+            let place = |n: u32| Point::new(f64::from(n % 2) * 10.0, f64::from(n / 2) * 10.0, 0.0);
+            let corner = |p: Point| if is_turned { turn * p } else { p };
+            let item = |face: u32| {
+                let p = place(face);
+                let corners = [p, p + Vector::x(), p + Vector::y()].map(corner);
+                Item { triangle: Triangle::new(corners[0], corners[1], corners[2]), face }
+            };
+            let mut items: Vec<Item> = (0..12).map(item).collect();
+            let left = divide(&mut items, SplitRule::Sah16, axes);
+            let mut sides = [faces(&items[..left]), faces(&items[left..])];
+            sides.sort();
+            sides
+        };
+        // Two columns of six triangles, 10 mm apart: two thin boxes along the columns, wide ones along the diagonals.
+        let halves = [0, 1].map(|column| (0..12).filter(|face| face % 2 == column).collect::<Vec<u32>>());
+        assert_eq!(divided(false, &xyz()), halves);
+        assert_eq!(divided(false, &diagonal), halves, "the mesh's axes are cheaper");
+        assert_eq!(divided(true, &diagonal), halves, "the given axes are cheaper");
+    }
+
+    #[test]
     fn triangles_without_area_are_divided_by_their_corners() {
         let mut items = items(&[(0.0, 0.0), (1.0, 0.0), (10.0, 0.0)]);
         assert_eq!(divide(&mut items, SplitRule::AreaMean, &xyz()), 2); // 11/3

@@ -256,6 +256,7 @@ mod tests {
     use crate::volume::aabb::Aabb;
     use crate::volume::obb_vertex::ObbVertex;
     use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
+    use crate::volume::sphere_ritter::SphereRitter;
     use obbtree::cases::meshes;
 
     fn near(left: f64, right: f64) -> bool {
@@ -322,6 +323,23 @@ mod tests {
         assert!((root.overhang_mm - literal.drift_mm).abs() < 2.0, "{} {}", root.overhang_mm, literal.drift_mm);
         assert!(root.outside_corners_pct > 0.0 && root.outside_corners_pct < root.outside_area_pct);
         assert!(tight.levels.iter().all(|level| level.outside_corners_pct == 0.0 && level.overhang_mm == 0.0));
+    }
+
+    /// Each pair of siblings counts once.
+    #[test]
+    fn the_overlap_of_siblings_is_that_of_each_pair() {
+        let tree = Tree::build(&SphereRitter::fit, &meshes::soup(60).triangles(), Policy::own(SplitRule::Median));
+        let nodes = tree.any_nodes();
+        let report = tree.report();
+        for level in 1..=3 {
+            let parents = nodes.iter().filter(|node| node.depth + 1 == level);
+            let overlap_of = |(left, right): (u32, u32)| {
+                spread::overlap_mm3(nodes[left as usize].volume, nodes[right as usize].volume)
+            };
+            let overlap: f64 = parents.filter_map(|node| node.children).map(overlap_of).sum();
+            let reported = report.levels[level as usize].sibling_overlap_mm3.unwrap();
+            assert!(overlap > 0.0 && (reported - overlap).abs() <= 1e-9 * overlap, "{level}: {reported} {overlap}");
+        }
     }
 
     #[test]
