@@ -487,6 +487,8 @@ fn a_cutter_may_be_in_the_workpiece_where_it_feeds() {
     // A change of tools brings a tool to where it was not before.
     let changed = moves.replace("move 2 1", "move 2 2");
     refused_at(&cutting(&changed, &format!("cutting\n{free}\nmeant 3\nopen 4 0"), left), "meant", "not meant");
+    let kept = changed.replace("move 3 1", "move 3 2");
+    refused_at(&cutting(&kept, &format!("cutting\n{free}\nmeant 3\nopen 4 0"), left), "meant", "not meant");
     let change = ["free", "free", "stock", "stock"];
     accepted(&cutting(&changed, &format!("cutting\n{free}\nmeant 2\nopen 3 0\nopen 4 0"), change));
     // What is open is neither free nor unresolved.
