@@ -111,8 +111,9 @@ fn proposal(contents: &Contents) -> Option<Statement> {
         (groups, k, n) => format!("In {k} of {n} scenes: {}.", list(groups)),
     };
     let values = rows.iter().map(|row| format!("{} on {}", ratio(row), row.scene)).collect::<Vec<_>>();
+    let what = if rows.iter().any(|row| row.low.is_finite()) { " (95 % intervals)" } else { "" };
     let mut answer =
-        format!("{verdict} {} relative to the {baseline}: {} (95 % intervals).", of_what(contents), values.join(", "));
+        format!("{verdict} {} relative to the {baseline}: {}{what}.", of_what(contents), values.join(", "));
     let noisy: Vec<&str> = rows.iter().filter(|row| row.noisy == 1).map(|row| row.scene.as_str()).collect();
     if !noisy.is_empty() {
         answer += &format!(" The timings of {} were too noisy to decide on speed.", listed(&noisy));

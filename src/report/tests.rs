@@ -67,6 +67,16 @@ fn the_terminal_has_one_line_per_sentence() {
     assert!((ratio - 0.8).abs() < 0.01 && faster.misses == "0 / 0" && faster.scene.contains('+'), "{faster:?}");
 }
 
+#[test]
+fn a_run_of_one_launch_speaks_of_no_intervals() {
+    let answer = |launches: u32| {
+        let (_folder, text) = report_of(&Run::generate(&Plan { launches, ..Plan::default() }));
+        text.lines().find(|line| line.contains("relative to the plain OBB")).unwrap().to_owned()
+    };
+    assert!(!answer(1).contains("interval"), "{}", answer(1));
+    assert!(answer(3).ends_with("(95 % intervals)."), "{}", answer(3));
+}
+
 /// The report begins with the answer, the figure with its ratios, and the ranking.
 #[test]
 fn the_report_opens_with_the_answer() {
