@@ -507,6 +507,12 @@ fn what_open_meshes_cut_is_unresolved_and_never_clear() {
         assert!(told.is_empty() && code == Some(0), "{name}: {told:?}\n{shown}");
         assert!(shown.contains("not examined: what"), "{name}: {shown}");
     }
+    // A clamp without top and bottom, beside which the cutter goes down.
+    let clamp = "shape = { kind = \"rounded-box\", size_mm = [20, 20, 40], fillet_mm = 1 }";
+    let frame = walls(&[[-10.0, -10.0], [10.0, -10.0], [10.0, 10.0], [-10.0, 10.0]], [-20.0, 20.0]);
+    let (told, shown, code) = told_of_open(clamp, &frame, "G0 X90\nG0 Z0\nG0 Z50\nM2");
+    assert!(told.is_empty() && code == Some(0), "{told:?}\n{shown}");
+    assert!(shown.contains("not examined: what lies wholly inside `clamp`"), "{shown}");
 }
 
 #[test]
@@ -694,6 +700,12 @@ fn a_feed_into_the_workpiece_while_the_spindle_stands_still_is_told() {
     assert_eq!(told("M3 S1000 G0 Z5\nG1 Z-2 F100\nX20\nM5\nX30\nG0 Z50\nM2"), [(stopped, 5)]);
     assert_eq!(told("M3 G0 Z5\nG1 Z-2 F100\nG0 Z50\nM2"), [(stopped, 2)]); // M3 without S
     assert_eq!(told("M4 S1 G0 Z5\nG1 Z-2 F100\nG0 Z50\nM2"), []);
+    // The same where the workpiece stays whole; the program is within it all the way from line 2.
+    let (_folder, scene) = mill("G0 Z5\nG1 Z-2 F100\nX20\nG0 Z50\nM2");
+    let clearances = Some(Clearances::everywhere(&[]));
+    let outcome = run_own(&scene, &Settings { clearances, cutting: Cutting::Never, ..Settings::standard() });
+    let told: Vec<_> = outcome.events.iter().map(|event| (event.kind.name(), event.first.line)).collect();
+    assert_eq!(told, [(stopped, 2), (stopped, 3)]);
 }
 
 #[test]
