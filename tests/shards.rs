@@ -119,3 +119,53 @@ fn a_finished_shard_is_not_made_again_and_its_folder_is_its_own() {
     assert!(refused(&[]).contains("the shard"));
     assert!(refused(&["--shard", "3/2"]).contains("is no shard"));
 }
+
+/// A study in four shards and whole; `place` is its folder within the one that is named.
+fn study_in_shards(folder: &Folder, plan: &[&str], place: &str, tables: &[&str]) {
+    let study = |more: &[&str]| {
+        let output = folder.run(&[&["study"], plan, &["--quiet"], more].concat());
+        assert!(output.status.success(), "{more:?}: {}", String::from_utf8_lossy(&output.stderr));
+    };
+    let name = plan[0];
+    let [whole, merged] = ["whole", "merged"].map(|kind| format!("{name}-{kind}"));
+    study(&["--out", &whole]);
+    let shards: Vec<String> = (1..=4).map(|number| format!("{name}-{number}")).collect();
+    for (number, shard) in (1..).zip(&shards) {
+        study(&["--shard", &format!("{number}/4"), "--out", shard]);
+        assert!(!folder.path(shard).join(place).join("counts.csv").exists(), "a shard joins nothing");
+    }
+    let shards: Vec<String> = shards.iter().map(|shard| format!("{shard}/{place}")).collect();
+    let shards: Vec<&str> = shards.iter().map(String::as_str).collect();
+    let out = format!("{merged}/{place}");
+    let refused = folder.refused(&[&["stage", "merge"], &shards[1..], &["--out", &out]].concat());
+    assert!(refused.contains("these are lacking: 1"), "{refused}");
+    let output = folder.run(&[&["stage", "merge"], &shards[..], &["--out", &out]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    study(&["--out", &merged]);
+    for table in tables {
+        let read = |of: &str| fs::read_to_string(folder.path(of).join(place).join(format!("{table}.csv"))).unwrap();
+        assert_eq!(read(&merged), read(&whole), "{name}: {table}");
+    }
+    // Times are whole too: in a shard each, and in what is merged as many as there were.
+    let inside = |path: &Path| fs::read_dir(path).into_iter().flatten().map(|entry| entry.unwrap().path());
+    let times =
+        |of: &str| inside(&folder.path(of).join("units/times")).map(|scene| inside(&scene).count()).sum::<usize>();
+    let of_shards: usize = shards.iter().map(|shard| times(shard)).sum();
+    assert_eq!((of_shards, times(&out)), (times(&format!("{whole}/{place}")), of_shards));
+    // Half a shard is refused.
+    let manifest = folder.path(shards[3]).join("manifest.json");
+    let mut value: serde_json::Value = serde_json::from_str(&fs::read_to_string(&manifest).unwrap()).unwrap();
+    value["rows"] = serde_json::json!({});
+    fs::write(&manifest, value.to_string()).unwrap();
+    let refused = folder.refused(&[&["stage", "merge"], &shards[..], &["--out", "half"]].concat());
+    assert!(refused.contains("unfinished"), "{refused}");
+}
+
+#[test]
+fn merged_shards_of_a_study_are_the_study_byte_for_byte() {
+    let folder = Folder::with_scene();
+    let audit = ["audit", "--profile", "smoke", "--scene", "scene", "--orientation", "vertex", "--leaf", "1"];
+    study_in_shards(&folder, &audit, "", &["cases", "factors", "poses", "counts", "exits", "trees"]);
+    let sweep = ["sweep", "leaf", "--profile", "smoke", "--variant", "obb-area", "--counts-only"];
+    study_in_shards(&folder, &sweep, "leaf", &["cases", "factors", "counts"]);
+}

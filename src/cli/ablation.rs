@@ -1,11 +1,12 @@
 //! `ablation`: what the parts of the octree method save.
 
 use super::progress::Bar;
-use super::{CLEAR, FAILED, check, say};
+use super::{CLEAR, FAILED, check, merge, say};
 use crate::analysis::ablation::{Ablation, Counted, Form, PARTS, Timed, analyze_ablation};
 use crate::analysis::claims::ClaimSet;
 use crate::measure::Profile;
 use crate::measure::ablation::{Asked, ablation};
+use crate::measure::shard::Shard;
 use crate::record::ClaimRow;
 use crate::registry::Registry;
 use anyhow::Result;
@@ -15,7 +16,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench study ablation                     parts and sweeps over four free-form surfaces, to a million samples\n  bvbench study ablation --profile smoke     the parts alone, fewer poses\n  bvbench study ablation --against ID        compared with the trees of another variant\n\nAn interrupted experiment goes on with the surface where it stopped when the same command is given again.\nExit code 1 when a safe form misses a contact of the meshes."
+    after_help = "Examples:\n  bvbench study ablation                     parts and sweeps over four free-form surfaces, to a million samples\n  bvbench study ablation --profile smoke     the parts alone, fewer poses\n  bvbench study ablation --against ID        compared with the trees of another variant\n  bvbench study ablation --shard 3/7 --out shards/3\n                                             a seventh of it; `bvbench stage merge shards/* --out DIR`, then this without --shard\n\nAn interrupted experiment goes on with the surface where it stopped when the same command is given again.\nExit code 1 when a safe form misses a contact of the meshes."
 )]
 pub struct Options {
     /// How much: smoke, quick or full
@@ -36,6 +37,9 @@ pub struct Options {
     /// Time nothing
     #[arg(long)]
     counts_only: bool,
+    /// Carry out this shard of it, I/N, and keep its units in DIR, for `stage merge`
+    #[arg(long, value_name = "I/N", requires = "out")]
+    shard: Option<Shard>,
     /// Replace an experiment of another request that is in the folder
     #[arg(long)]
     fresh: bool,
@@ -51,9 +55,13 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let claims = options.claims.as_deref().map_or_else(|| Ok(ClaimSet::standard()), ClaimSet::read)?;
     let against = check::method(options.against.as_deref(), registry)?;
     let bar = Bar::new(options.quiet);
-    let asked = Asked { profile: options.profile, against, seed: options.seed };
+    let asked = Asked { profile: options.profile, against, seed: options.seed, shard: options.shard };
     ablation(&asked, &options.out, options.fresh, !options.counts_only, &bar)?;
     bar.finish();
+    if let Some(shard) = options.shard {
+        say(merge::next_step(shard, &options.out));
+        return Ok(CLEAR);
+    }
     let Ablation { rows, kinds, times } = Ablation::read(&options.out)?;
     let verdicts = analyze_ablation(&options.out, &claims, options.seed)?;
     let gallery = crate::plot::draw_ablation(&options.out)?;

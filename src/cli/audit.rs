@@ -2,11 +2,12 @@
 
 use super::options::{DEFAULT_SEED, OutputOptions, use_threads};
 use super::progress::Bar;
-use super::{CLEAR, say};
+use super::{CLEAR, merge, say};
 use crate::analysis::ALL;
 use crate::analysis::audit::{AuditOutcome, SAFE, analyze_audit};
 use crate::measure::Profile;
 use crate::measure::audit::Audit;
+use crate::measure::shard::Shard;
 use crate::registry::Registry;
 use crate::truth::TruthCache;
 use anyhow::{Context, Result};
@@ -17,7 +18,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench study audit --profile smoke              every cell, a chunk of poses per stratum\n  bvbench study audit --counts-only                operations and containment only: the same on every machine\n  bvbench study audit --scene trunnion-impeller --out results/audit-impeller\n  bvbench study audit --orientation vertex --orientation area\n                                             without the search for the smallest box, which takes longest\n\nAn interrupted audit goes on where it stopped when the same command is given again."
+    after_help = "Examples:\n  bvbench study audit --profile smoke              every cell, a chunk of poses per stratum\n  bvbench study audit --counts-only                operations and containment only: the same on every machine\n  bvbench study audit --scene trunnion-impeller --out results/audit-impeller\n  bvbench study audit --orientation vertex --orientation area\n                                             without the search for the smallest box, which takes longest\n  bvbench study audit --shard 3/7 --out shards/3   a seventh of it; `bvbench stage merge shards/* --out DIR`, then this without --shard\n\nAn interrupted audit goes on where it stopped when the same command is given again."
 )]
 pub struct Options {
     /// How much: smoke (minutes), quick (half an hour), full (a day)
@@ -38,6 +39,9 @@ pub struct Options {
     /// Time nothing
     #[arg(long)]
     counts_only: bool,
+    /// Carry out this shard of it, I/N, and keep its units in DIR, for `stage merge`
+    #[arg(long, value_name = "I/N", requires = "out")]
+    shard: Option<Shard>,
     /// Seed of all randomness
     #[arg(long, default_value_t = DEFAULT_SEED)]
     seed: u64,
@@ -57,7 +61,8 @@ pub struct Options {
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     use_threads(options.threads)?;
     let folder = options.out.clone().unwrap_or_else(|| format!("results/audit-{}", options.profile).into());
-    let plan = Audit::plan(options.profile, options.scenes.clone(), options.seed, registry)?;
+    let mut plan = Audit::plan(options.profile, options.scenes.clone(), options.seed, registry)?;
+    plan.shard = options.shard;
     let cache =
         TruthCache::at(&options.cache).context("exact answers cannot be kept; name another folder with --cache")?;
     let mut audit =
@@ -65,6 +70,10 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let bar = Bar::new(options.output.quiet);
     audit.run(!options.counts_only, &bar)?;
     bar.finish();
+    if let Some(shard) = options.shard {
+        say(merge::next_step(shard, &folder));
+        return Ok(CLEAR);
+    }
     let outcome = analyze_audit(&folder)?;
     let gallery = crate::plot::draw_audit(&folder)?;
     let report = crate::report::write_audit(&folder)?;

@@ -1,7 +1,8 @@
-//! `merge`: the shards of a run put together.
+//! `merge`: the shards of a run or a study put together.
 
 use super::{CLEAR, FAILED, say, verify};
-use crate::measure::shard::{Shard, merge};
+use crate::measure::run::Run;
+use crate::measure::shard::{Merged, Shard, merge};
 use crate::record::manifest::Stage;
 use crate::registry::Registry;
 use anyhow::Result;
@@ -11,19 +12,19 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench repro --shard 1/2 --out shards/1 && bvbench repro --shard 2/2 --out shards/2\n  bvbench stage merge shards/1 shards/2 --out results/quick\n  bvbench repro --out results/quick      analysis, figures and report of the merged run\n\nDeterministic tables have the bytes of a run without shards. Shards of another plan, version or protocol are refused. So are shards that are unfinished, changed, lacking or named twice, and launches timed on processors of two kinds."
+    after_help = "Examples:\n  bvbench repro --shard 1/2 --out shards/1 && bvbench repro --shard 2/2 --out shards/2\n  bvbench stage merge shards/1 shards/2 --out results/quick\n  bvbench repro --out results/quick      analysis, figures and report of the merged run\n\n  bvbench study audit --shard 1/2 --out shards/1 && bvbench study audit --shard 2/2 --out shards/2\n  bvbench stage merge shards/1 shards/2 --out results/audit-quick\n  bvbench study audit                    tables, analysis and figures of the merged audit\n\nDeterministic tables have the bytes of a run without shards. Shards of another plan, version or protocol are refused. So are shards that are unfinished, changed, lacking or named twice, and launches timed on processors of two kinds."
 )]
 pub struct Options {
     /// Folders of all shards
     #[arg(value_name = "SHARD", required = true)]
     shards: Vec<PathBuf>,
-    /// Folder of the run
+    /// Folder of the run or study
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Write raw rows compressed, as .csv.gz [default: with profile full]
+    /// Write a run's raw rows compressed, as .csv.gz [default: with profile full]
     #[arg(long)]
     gzip: bool,
-    /// Replace a run of another request that is in the folder
+    /// Replace what another request left in the folder
     #[arg(long)]
     fresh: bool,
     /// Print the manifest as JSON
@@ -32,7 +33,24 @@ pub struct Options {
 }
 
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
-    let run = merge(&options.shards, registry, &options.out, (options.fresh, options.gzip))?;
+    match merge(&options.shards, registry, &options.out, (options.fresh, options.gzip))? {
+        Merged::Run(run) => tell_run(&run, options),
+        Merged::Study(folder) if options.json => {
+            say(serde_json::to_string_pretty(&json!({ "manifest": folder.manifest }))?);
+            Ok(CLEAR)
+        }
+        Merged::Study(folder) => {
+            say(format!(
+                "Merged {} shards: {}. The study's command with this --out and without --shard joins and analyses them.",
+                options.shards.len(),
+                folder.path().display()
+            ));
+            Ok(CLEAR)
+        }
+    }
+}
+
+fn tell_run(run: &Run, options: &Options) -> Result<u8> {
     if options.json {
         say(serde_json::to_string_pretty(&json!({ "manifest": run.manifest() }))?);
     } else {

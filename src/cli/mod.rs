@@ -151,7 +151,7 @@ enum Stage {
     Report(report::Options),
     /// Compare two runs: what changed beyond noise
     Compare(compare::Options),
-    /// Merge the shards of a run
+    /// Merge the shards of a run or a study
     Merge(merge::Options),
 }
 

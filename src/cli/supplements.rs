@@ -74,7 +74,7 @@ fn ablation_in(
     progress: &dyn Progress,
 ) -> Result<()> {
     let against = registry.fastest().context("no safe variant is registered")?;
-    ablation(&ablation::Asked { profile: Profile::Smoke, against, seed }, folder, true, true, progress)?;
+    ablation(&ablation::Asked { profile: Profile::Smoke, against, seed, shard: None }, folder, true, true, progress)?;
     analyze_ablation(folder, claims, seed)?;
     crate::plot::draw_ablation(folder)?;
     Ok(())
@@ -102,7 +102,7 @@ fn freeform_in(
 }
 
 fn sweep_in(folder: &Path, name: &str, seed: u64, registry: &Registry, progress: &dyn Progress) -> Result<()> {
-    let asked = Asked { profile: Profile::Smoke, variants: Vec::new(), seed, density: None };
+    let asked = Asked { profile: Profile::Smoke, variants: Vec::new(), seed, density: None, shard: None };
     let sweep = Sweep::find(name)?;
     SweepRun::open(sweep, &asked, registry, folder, true)?.run(false, progress)?;
     analyze_sweep(folder)?;

@@ -2,10 +2,11 @@
 
 use super::options::{DEFAULT_SEED, OutputOptions, use_threads};
 use super::progress::Bar;
-use super::{CLEAR, say};
+use super::{CLEAR, merge, say};
 use crate::analysis::growth::COSTS;
 use crate::analysis::sweep::analyze_sweep;
 use crate::measure::Profile;
+use crate::measure::shard::Shard;
 use crate::measure::sweep::{Asked, SWEEPS, Sweep, SweepRun};
 use crate::record::{SweepGrowthRow, has_rows, read_rows};
 use crate::registry::Registry;
@@ -17,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench study sweep                              the names of the sweeps\n  bvbench study sweep rotation --profile smoke     how much the choice of the model's frame matters\n  bvbench study sweep grading --variant ID --variant ID --counts-only\n  bvbench study sweep size --density 10 --variant ID --variant ID\n                                             how builds and queries grow, to a million triangles\n  bvbench study sweep all --profile quick\n\nAn interrupted sweep goes on where it stopped when the same command is given again."
+    after_help = "Examples:\n  bvbench study sweep                              the names of the sweeps\n  bvbench study sweep rotation --profile smoke     how much the choice of the model's frame matters\n  bvbench study sweep grading --variant ID --variant ID --counts-only\n  bvbench study sweep size --density 10 --variant ID --variant ID\n                                             how builds and queries grow, to a million triangles\n  bvbench study sweep all --profile quick\n  bvbench study sweep size --shard 3/7 --out shards/3\n                                             a seventh of it; `bvbench stage merge shards/*/size --out DIR/size`, then this with --out DIR\n                                             and without --shard\n\nAn interrupted sweep goes on where it stopped when the same command is given again."
 )]
 pub struct Options {
     /// Which sweep, or `all`; without a name they are listed
@@ -37,6 +38,9 @@ pub struct Options {
     /// Time nothing
     #[arg(long)]
     counts_only: bool,
+    /// Carry out this shard of it, I/N, and keep its units in DIR, for `stage merge`
+    #[arg(long, value_name = "I/N", requires = "out")]
+    shard: Option<Shard>,
     /// Seed of all randomness
     #[arg(long, default_value_t = DEFAULT_SEED)]
     seed: u64,
@@ -62,7 +66,9 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     for sweep in sweeps {
         let folder = out.join(sweep.name);
         let figures = carry_out(sweep, options, registry, &folder)?;
-        if !options.output.json {
+        if let Some(shard) = options.shard {
+            say(merge::next_step(shard, &folder));
+        } else if !options.output.json {
             say(format!("{:9} {}", sweep.name, folder.join("sweep_summary.csv").display()));
             figures.iter().for_each(|figure| say(format!("          {}", figure.display())));
             if has_rows::<SweepGrowthRow>(&folder) {
@@ -72,7 +78,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         let figures: Vec<_> = figures.iter().map(|figure| figure.to_string_lossy()).collect();
         done.push(json!({ "sweep": sweep.name, "out": folder.to_string_lossy(), "figures": figures }));
     }
-    if options.output.json {
+    if options.output.json && options.shard.is_none() {
         say(serde_json::to_string_pretty(&done)?);
     }
     Ok(CLEAR)
@@ -85,10 +91,14 @@ fn carry_out(sweep: Sweep, options: &Options, registry: &Registry, folder: &Path
         variants: options.variants.clone(),
         seed: options.seed,
         density: options.density,
+        shard: options.shard,
     };
     let mut run = SweepRun::open(sweep, &asked, registry, folder, options.fresh)?;
     run.run(!options.counts_only, &bar)?;
     bar.finish();
+    if options.shard.is_some() {
+        return Ok(Vec::new());
+    }
     analyze_sweep(folder)?;
     let gallery = crate::plot::draw_sweep(folder, sweep.about, sweep.axis)?;
     Ok(gallery.figures.iter().map(|figure| folder.join(&figure.png)).collect())

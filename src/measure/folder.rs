@@ -183,7 +183,7 @@ impl Folder {
     /// The folder of a unit, or of several: `names` from the outermost in.
     #[must_use]
     pub fn unit(&self, names: &[&str]) -> PathBuf {
-        names.iter().fold(self.path.join(UNITS), |path, name| path.join(name))
+        units(&self.path, names)
     }
 
     /// Joins what all `units` hold of each table into one file, and notes its hash.
@@ -225,7 +225,7 @@ impl Folder {
     /// # Errors
     /// When a file cannot be copied, or is there already.
     pub fn take_units(&self, other: &Path, names: &[&str]) -> Result<(), RecordError> {
-        let of_other = names.iter().fold(other.join(UNITS), |path, name| path.join(name));
+        let of_other = units(other, names);
         if of_other.exists() { copy_below(&of_other, &self.unit(names)) } else { Ok(()) }
     }
 
@@ -280,6 +280,11 @@ impl Folder {
         let _ = fs::remove_dir(self.path.join(UNITS));
         Ok(())
     }
+}
+
+/// A unit, or several, in the study's folder `study`: `names` from the outermost in.
+pub(super) fn units(study: &Path, names: &[&str]) -> PathBuf {
+    names.iter().fold(study.join(UNITS), |path, name| path.join(name))
 }
 
 /// The manifest of a study that begins now on this machine.

@@ -5,7 +5,7 @@ use super::folder;
 use super::profile::{Budget, Profile};
 use super::shard::Shard;
 use crate::method::Kind;
-use crate::record::manifest::{BinaryEntry, Request, SceneEntry, ShardEntry, VariantEntry};
+use crate::record::manifest::{BinaryEntry, Request, SceneEntry, VariantEntry};
 use crate::record::rows::CaseKey;
 use crate::record::{ALL_VARIANTS, CaseRow, Manifest, NULL_VARIANT};
 use crate::registry::{Registry, Variant};
@@ -235,8 +235,7 @@ impl Plan {
             binaries: self.binary_entries(),
             ..folder::begun(self.request(), self.variant_entries())
         };
-        let entry = |Shard { number, of }| ShardEntry { number, of, plan: whole.plan_hash() };
-        Manifest { shard: self.shard.map(entry), ..whole }
+        Shard::manifest(self.shard, whole)
     }
 
     /// The binaries of the plan, or the one that is running.

@@ -1,15 +1,18 @@
 //! Shards: a plan carried out in parts, on several machines, and put together again.
 //!
-//! A shard is a share of each kind of unit of a run: verdicts of cases, counts of scenes, whole launches. It works in a folder of its own, keeps its
-//! units, and seals them with their hashes when a stage is finished. [`merge`] gathers the units of all shards in the folder of a run and joins them as
-//! the run itself would, so that deterministic tables have the same bytes.
+//! A shard is a share of each kind of unit: in a run verdicts of cases, counts of scenes, whole launches; in a study that varies factors the counts and the times
+//! of its cells. It works in a folder of its own, keeps its units, and seals them with their hashes when they are all there. [`merge`] gathers the
+//! units of all shards in one folder. A run joins them at once; a study joins them when its command is given again there, and lacks nothing. Either
+//! way, deterministic tables have the bytes of what was never parted.
 
-use super::folder::difference;
+use super::folder::{self, Folder, difference};
 use super::plan::{Plan, PlanError};
 use super::run::{MeasureError, Run};
+use super::study;
 use crate::record::manifest::{PROTOCOL, ShardEntry, Stage};
 use crate::record::{FolderLock, Manifest, RecordError};
 use crate::registry::Registry;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -32,6 +35,19 @@ impl Shard {
     #[must_use]
     pub const fn has(self, place: usize, places: usize) -> bool {
         place < places && place * self.of as usize / places == self.number as usize - 1
+    }
+
+    /// The manifest of what `whole` plans, or of a shard of it.
+    #[must_use]
+    pub fn manifest(shard: Option<Self>, whole: Manifest) -> Manifest {
+        let entry = |Self { number, of }| ShardEntry { number, of, plan: whole.plan_hash() };
+        Manifest { shard: shard.map(entry), ..whole }
+    }
+}
+
+impl From<&ShardEntry> for Shard {
+    fn from(entry: &ShardEntry) -> Self {
+        Self { number: entry.number, of: entry.of }
     }
 }
 
@@ -153,9 +169,25 @@ impl Part {
     fn plan(&self) -> Manifest {
         Manifest { shard: None, finished: Vec::new(), ..self.manifest.clone() }
     }
+
+    fn has_units(&self, kinds: &[&str]) -> bool {
+        kinds.iter().any(|kind| folder::units(&self.path, &[kind]).exists())
+    }
+
+    fn is_timed(&self) -> bool {
+        self.manifest.clock.is_some() || self.has_units(&[study::TIMED])
+    }
 }
 
-/// Merges shards into the run of their plan in `out`; `gzip` compresses its raw rows whatever the profile says.
+/// What shards were put together to.
+pub enum Merged {
+    /// A run, whose tables are joined.
+    Run(Run),
+    /// The folder of a study, whose command joins its tables.
+    Study(Folder),
+}
+
+/// Merges shards into the run or study of their plan in `out`; `gzip` compresses a run's raw rows whatever the profile says.
 ///
 /// # Errors
 /// When a shard is of another plan, version or protocol, is unfinished, changed, lacking or named twice, when launches were timed on machines of two
@@ -165,13 +197,16 @@ pub fn merge(
     registry: &Registry,
     out: &Path,
     (fresh, gzip): (bool, bool),
-) -> Result<Run, MergeError> {
+) -> Result<Merged, MergeError> {
     let mut parts = shards.iter().map(|path| Part::read(path)).collect::<Result<Vec<Part>, _>>()?;
     check_plans(&parts)?;
     parts.sort_by_key(|part| part.entry.number);
     check_numbers(&parts)?;
-    let stages = finished_stages(&parts)?;
     check_machines(&parts)?;
+    if parts.iter().any(|part| part.has_units(&study::UNITS)) {
+        return merge_study(&parts, out, fresh).map(Merged::Study);
+    }
+    let stages = finished_stages(&parts)?;
     // The first launch is in the first shard.
     let whole = parts[0].plan();
     let mut plan = Plan::of_request(whole.request.clone(), registry)?;
@@ -188,7 +223,24 @@ pub fn merge(
         }
         run.end(stage)?;
     }
-    Ok(run)
+    Ok(Merged::Run(run))
+}
+
+/// Gathers the units of a study's shards.
+fn merge_study(parts: &[Part], out: &Path, fresh: bool) -> Result<Folder, MergeError> {
+    // A shard seals its units when it has them all; one of many shards may have none.
+    if let Some(part) = parts.iter().find(|part| part.has_units(&study::UNITS) && part.manifest.rows.is_empty()) {
+        return Err(MergeError::Unfinished(part.path.clone()));
+    }
+    let whole = Manifest { rows: BTreeMap::new(), ..parts[0].plan() };
+    let mut folder = Folder::open(out, whole.clone(), fresh)?;
+    folder.manifest = whole;
+    for kind in study::UNITS {
+        folder.drop_units(&[kind])?;
+        parts.iter().try_for_each(|part| folder.take_units(&part.path, &[kind]))?;
+    }
+    folder.save()?;
+    Ok(folder)
 }
 
 /// All are of one plan, and of this program's version.
@@ -240,7 +292,7 @@ fn finished_stages(parts: &[Part]) -> Result<Vec<Stage>, MergeError> {
 
 /// All launches were timed on machines of one kind.
 fn check_machines(parts: &[Part]) -> Result<(), MergeError> {
-    let timed: Vec<&Part> = parts.iter().filter(|part| part.manifest.clock.is_some()).collect();
+    let timed: Vec<&Part> = parts.iter().filter(|part| part.is_timed()).collect();
     let Some(first) = timed.first() else { return Ok(()) };
     match timed.iter().find(|part| !part.manifest.machine.is_alike(&first.manifest.machine)) {
         Some(other) => Err(MergeError::AnotherMachine {

@@ -5,6 +5,7 @@
 
 use super::blocks::{self, Extent, Participation, Sample, Work};
 use super::folder::{Folder, RawTable, write_unit};
+use super::shard::Shard;
 use super::{MeasureError, Progress, Silent, timer};
 use crate::geometry::Isometry;
 use crate::method::Model;
@@ -111,14 +112,61 @@ impl Rows {
     }
 }
 
-/// The units of a scene.
-struct Units {
-    description: PathBuf,
-    counts: Vec<PathBuf>,
-    times: Vec<PathBuf>,
+/// The folders of the units of a study: descriptions of scenes, counts, times.
+pub const UNITS: [&str; 3] = [DESCRIPTIONS, COUNTED, TIMED];
+const DESCRIPTIONS: &str = "scenes";
+const COUNTED: &str = "counts";
+/// The last of them.
+pub const TIMED: &str = "times";
+
+/// A unit, which may be another shard's.
+struct Unit {
+    path: PathBuf,
+    is_own: bool,
 }
 
-/// Carries out a study, or the units it lacks, and joins its raw rows; without `timed`, only the deterministic ones.
+impl Unit {
+    fn is_lacking(&self) -> bool {
+        self.is_own && !self.path.exists()
+    }
+}
+
+/// The units of a scene.
+struct Units {
+    description: Unit,
+    counts: Vec<Unit>,
+    times: Vec<Unit>,
+}
+
+/// The units of every scene. A scene is described in the shard that has its first unit of counts.
+fn units<S: Study>(study: &S, folder: &Folder, timed: bool) -> Vec<Units> {
+    let unit = |names: &[&str]| Unit { path: folder.unit(names), is_own: true };
+    let of_scene = |(number, scene): (usize, &String)| {
+        let named = |kind: &str, names: Vec<String>| names.iter().map(|name| unit(&[kind, scene, name])).collect();
+        Units {
+            description: unit(&[DESCRIPTIONS, scene]),
+            counts: named(COUNTED, study.counted(number)),
+            times: if timed { named(TIMED, study.timed(number)) } else { Vec::new() },
+        }
+    };
+    let mut scenes: Vec<Units> = study.scenes().iter().enumerate().map(of_scene).collect();
+    if let Some(shard) = folder.manifest.shard.as_ref().map(Shard::from) {
+        choose(shard, scenes.iter_mut().flat_map(|units| &mut units.counts).collect());
+        choose(shard, scenes.iter_mut().flat_map(|units| &mut units.times).collect());
+        for units in &mut scenes {
+            units.description.is_own = units.counts.first().is_some_and(|first| first.is_own);
+        }
+    }
+    scenes
+}
+
+fn choose(shard: Shard, units: Vec<&mut Unit>) {
+    let places = units.len();
+    units.into_iter().enumerate().for_each(|(place, unit)| unit.is_own = shard.has(place, places));
+}
+
+/// Carries out a study, or the units it lacks, and joins its raw rows; without `timed`, only the deterministic ones. A shard carries out its
+/// share of the units and seals them.
 ///
 /// # Errors
 /// When a scene cannot be prepared or a file cannot be written.
@@ -128,32 +176,32 @@ pub fn carry_out<S: Study>(
     timed: bool,
     progress: &dyn Progress,
 ) -> Result<(), S::Error> {
-    let (mut counts, mut descriptions, mut times) = (Vec::new(), Vec::new(), Vec::new());
-    for (number, scene) in study.scenes().iter().enumerate() {
-        let units = |kind: &str, names: Vec<String>| -> Vec<PathBuf> {
-            names.iter().map(|name| folder.unit(&[kind, scene, name])).collect()
-        };
-        let units = Units {
-            description: folder.unit(&["scenes", scene]),
-            counts: units("counts", study.counted(number)),
-            times: if timed { units("times", study.timed(number)) } else { Vec::new() },
-        };
-        carry_out_scene(study, number, scene, &units, progress)?;
-        descriptions.push(units.description);
-        counts.extend(units.counts);
-        times.extend(units.times);
+    let scenes = units(study, folder, timed);
+    for ((number, scene), units) in study.scenes().iter().enumerate().zip(&scenes) {
+        carry_out_scene(study, number, scene, units, progress)?;
     }
-    counts.extend(descriptions);
-    Ok(join(folder, &counts, &times, timed)?)
+    let sealed = if folder.manifest.shard.is_some() { seal(folder) } else { join(folder, scenes, timed) };
+    sealed.map_err(MeasureError::from)?;
+    if timed {
+        folder.finish(Stage::Measure).map_err(MeasureError::from)?;
+    }
+    Ok(folder.save().map_err(MeasureError::from)?)
 }
 
-fn join(folder: &mut Folder, counts: &[PathBuf], times: &[PathBuf], timed: bool) -> Result<(), MeasureError> {
-    folder.join(&COUNTS, counts)?;
-    if timed {
-        folder.join(&TIMES, times)?;
-        folder.finish(Stage::Measure)?;
+fn seal(folder: &mut Folder) -> Result<(), RecordError> {
+    UNITS.iter().try_for_each(|kind| folder.seal_units(&[kind]))
+}
+
+fn join(folder: &mut Folder, scenes: Vec<Units>, timed: bool) -> Result<(), RecordError> {
+    let (mut counts, mut descriptions, mut times) = (Vec::new(), Vec::new(), Vec::new());
+    for units in scenes {
+        descriptions.push(units.description.path);
+        counts.extend(units.counts.into_iter().map(|unit| unit.path));
+        times.extend(units.times.into_iter().map(|unit| unit.path));
     }
-    Ok(folder.save()?)
+    counts.extend(descriptions);
+    folder.join(&COUNTS, &counts)?;
+    if timed { folder.join(&TIMES, &times) } else { Ok(()) }
 }
 
 fn carry_out_scene<S: Study>(
@@ -163,25 +211,25 @@ fn carry_out_scene<S: Study>(
     units: &Units,
     progress: &dyn Progress,
 ) -> Result<(), S::Error> {
-    let lacking = |units: &[PathBuf]| (0..units.len()).filter(|&unit| !units[unit].exists()).collect::<Vec<usize>>();
+    let lacking = |units: &[Unit]| (0..units.len()).filter(|&unit| units[unit].is_lacking()).collect::<Vec<usize>>();
     let (uncounted, untimed) = (lacking(&units.counts), lacking(&units.times));
-    if uncounted.is_empty() && untimed.is_empty() && units.description.exists() {
+    if uncounted.is_empty() && untimed.is_empty() && !units.description.is_lacking() {
         return Ok(());
     }
     let write = |unit: &Path, rows: &Rows| write_unit(unit, |folder| rows.write(folder)).map_err(MeasureError::from);
     let place = study.prepare(number, progress)?;
-    if !units.description.exists() {
-        write(&units.description, &study.describe(&place))?;
+    if units.description.is_lacking() {
+        write(&units.description.path, &study.describe(&place))?;
     }
     progress.begin(&format!("{scene}: counting"), uncounted.len() as u64);
     uncounted.par_iter().try_for_each(|&unit| {
         let rows = study.count(&place, unit);
         progress.advance(1);
-        write(&units.counts[unit], &rows)
+        write(&units.counts[unit].path, &rows)
     })?;
     progress.begin(&format!("{scene}: timing"), untimed.len() as u64);
     for unit in untimed {
-        write(&units.times[unit], &study.time(&place, unit))?;
+        write(&units.times[unit].path, &study.time(&place, unit))?;
         progress.advance(1);
     }
     Ok(())

@@ -11,6 +11,7 @@ mod trial;
 use super::blocks::{self, Extent, Participation, Work};
 use super::folder::{self, Folder};
 use super::plan::Case;
+use super::shard::Shard;
 use super::study::{self, Rows, Study, timing_row};
 use super::{MeasureError, Profile, Progress, Silent};
 use crate::geometry::shapes::{Freeform, ShapeError};
@@ -67,6 +68,8 @@ pub struct Asked<'a> {
     pub against: &'a Variant,
     /// Seed of the order in which forms are timed.
     pub seed: u64,
+    /// The shard that is carried out; all of the ablation when absent.
+    pub shard: Option<Shard>,
 }
 
 /// One form of the method.
@@ -178,7 +181,7 @@ struct Design<'a> {
 }
 
 /// Runs the ablation and writes its raw records into `folder`; without `timed`, only the deterministic ones. An interrupted ablation
-/// continues with the missing forms, and a finished one is run again; `fresh` replaces an ablation of another request. Counts do not depend
+/// continues with the missing forms, and a finished one is run again, a finished shard is not; `fresh` replaces an ablation of another request. Counts do not depend
 /// on the machine.
 ///
 /// # Errors
@@ -201,8 +204,10 @@ fn carry_out(
     progress: &dyn Progress,
 ) -> Result<(), AblationError> {
     let entries = vec![Case::of(design.asked.against).entry()];
-    let mut folder = Folder::open(folder, folder::begun(request(design.asked, &design.budget), entries), fresh)?;
-    if timed && folder.has_finished(Stage::Measure) {
+    let whole = folder::begun(request(design.asked, &design.budget), entries);
+    let shard = design.asked.shard;
+    let mut folder = Folder::open(folder, Shard::manifest(shard, whole), fresh)?;
+    if timed && shard.is_none() && folder.has_finished(Stage::Measure) {
         folder.begin_again(Stage::Measure, &study::raw_files(), "").map_err(MeasureError::from)?;
     }
     study::carry_out(design, &mut folder, timed, progress)
@@ -319,7 +324,7 @@ mod tests {
     fn safe_forms_miss_nothing_and_the_hierarchy_saves_tests() {
         let budget = AblationBudget { rows: 2, step_mm: 1.5, rounds: 1, sweeps: false };
         let registry = Registry::standard();
-        let asked = Asked { profile: Profile::Smoke, against: registry.reference().unwrap(), seed: 1 };
+        let asked = Asked { profile: Profile::Smoke, against: registry.reference().unwrap(), seed: 1, shard: None };
         let folder = tempfile::tempdir().unwrap();
         let design = Design::new(&asked, budget).unwrap();
         carry_out(&design, folder.path(), false, true, &Silent).unwrap();

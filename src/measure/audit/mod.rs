@@ -17,11 +17,12 @@ use super::judged::{self, JudgedPair, JudgedPose, Strata};
 use super::measured::pose_rows;
 use super::plan::{Plan, PlanError, Selection};
 use super::shape::tree_row;
+use super::shard::Shard;
 use super::study::{self, Batch, Job, Rows, Study, Subject};
 use super::{MeasureError, Profile, Progress, Silent};
 use crate::method::Model;
 use crate::record::rows::CaseKey;
-use crate::record::{CaseRow, ExitRow, NULL_VARIANT, Stratum};
+use crate::record::{CaseRow, ExitRow, Manifest, NULL_VARIANT, Stratum};
 use crate::registry::Registry;
 use crate::scene::Scene;
 use crate::truth::TruthCache;
@@ -109,9 +110,9 @@ impl Audit {
         fresh: bool,
     ) -> Result<Self, MeasureError> {
         let cells = cells(orientations, leaves)?;
-        let mut manifest = plan.manifest();
-        manifest.request.policies = cells.iter().map(Cell::name).collect();
-        let folder = Folder::open(folder, manifest, fresh)?;
+        let mut whole = Manifest { shard: None, ..plan.manifest() };
+        whole.request.policies = cells.iter().map(Cell::name).collect();
+        let folder = Folder::open(folder, Shard::manifest(plan.shard, whole), fresh)?;
         let amount = amount(plan.selection.profile);
         Ok(Self { folder, design: Design { plan, cells, amount, cache: None } })
     }

@@ -13,6 +13,7 @@ mod step;
 
 use super::folder::{self, Folder};
 use super::plan::{Case, PlanError, choose};
+use super::shard::Shard;
 use super::study::{self, Batch, Job, Rows, Study, Subject};
 use super::{MeasureError, Profile, Progress};
 use crate::geometry::Isometry;
@@ -141,6 +142,8 @@ pub struct Asked {
     pub seed: u64,
     /// Highest tessellation density in the sweep of mesh size; when absent, that of the profile.
     pub density: Option<f64>,
+    /// The shard that is carried out; all of the sweep when absent.
+    pub shard: Option<Shard>,
 }
 
 /// Why a sweep cannot be carried out.
@@ -249,7 +252,8 @@ impl SweepRun {
         let cases = sweep.cases(asked, registry)?;
         let mut amount = amount(asked.profile);
         amount.density = asked.density.unwrap_or(amount.density);
-        let folder = Folder::open(folder, manifest(&sweep, &cases, asked, amount), fresh)?;
+        let whole = manifest(&sweep, &cases, asked, amount);
+        let folder = Folder::open(folder, Shard::manifest(asked.shard, whole), fresh)?;
         Ok(Self { folder, design: Design { sweep, cases, amount, seed: asked.seed } })
     }
 
