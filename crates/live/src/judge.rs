@@ -38,10 +38,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// How much farther than needed a distance is looked for, mm: what a longer distance is worth in later samples without a query.
-const OUTLOOK_MM: f64 = 60.0;
-/// How much more than needed must be left of an old distance for no query, mm: a pair that is nearer is told by its own distance.
-const LEFT_MM: f64 = 30.0;
+/// How much farther than needed a distance is looked for, mm: a longer one spares later samples a query, and takes longer to find.
+const OUTLOOK_MM: f64 = 10.0;
 /// Share of a distance that is found at first: mostly a lower bound is all that is needed, and the distance itself takes many times as long.
 const KEPT: f64 = 0.8;
 /// Most halvings of the look-ahead. Behind them the width of a piece is `b`, which halving does not narrow.
@@ -121,9 +119,9 @@ impl Verdict {
 pub struct Answer {
     /// The verdict.
     pub verdict: Verdict,
-    /// Clearance guaranteed over the look-ahead, mm; 0 when contact cannot be excluded.
+    /// Clearance guaranteed over the look-ahead, mm, at most the near distance; 0 when contact cannot be excluded.
     pub clearance_mm: f64,
-    /// The pair with that clearance; `None` when nothing was in sight or nothing is known.
+    /// The pair with that clearance; `None` when nothing is near or nothing is known.
     pub pair: Option<Pair>,
     /// Length of the look-ahead, s.
     pub horizon_s: f64,
@@ -241,8 +239,7 @@ impl<'a> Judge<'a> {
             return Answer { verdict, clearance_mm: 0.0, pair: None, horizon_s: 0.0, queries: 0, cause };
         }
         let mut look = Look::new(self.scene, &self.rule, state);
-        let beyond = self.rule.near_mm + OUTLOOK_MM;
-        let (mut least, mut nearest) = (beyond, None);
+        let (mut least, mut nearest) = (self.rule.near_mm, None);
         for watched in &mut self.pairs {
             if !self.scene.is_mounted(watched.pair, state.tool) {
                 continue;
@@ -252,10 +249,10 @@ impl<'a> Judge<'a> {
                 (least, nearest) = (clearance, Some(watched.pair));
             }
         }
-        let verdict = match least {
-            least if least <= 0.0 => Verdict::Collision,
-            least if least < self.rule.near_mm => Verdict::Near,
-            _ => Verdict::Clear,
+        let verdict = match nearest {
+            None => Verdict::Clear,
+            Some(_) if least > 0.0 => Verdict::Near,
+            Some(_) => Verdict::Collision,
         };
         let (horizon_s, queries) = (look.horizon_s, look.queries);
         Answer { verdict, clearance_mm: least.max(0.0), pair: nearest, horizon_s, queries, cause: None }
@@ -337,7 +334,7 @@ impl<'a> Look<'a> {
         if first <= 0.0 { first } else { first.min(self.over(watched, bodies, middle, to, halvings - 1)) }
     }
 
-    /// A lower bound of a pair's distance at a pose, mm: what is left of the last distance that was found, where that is plenty, or else
+    /// A lower bound of a pair's distance at a pose, mm: what is left of the last distance that was found, where that is enough, or else
     /// most of the distance, or all of it where only that exceeds the motion `bound`. 0 in contact, and for one part inside the other.
     fn distance(&mut self, watched: &mut Watched, [a, b]: [&Body; 2], at: usize, bound: f64) -> f64 {
         let (_, there, poses) = &self.poses[at];
@@ -345,7 +342,7 @@ impl<'a> Look<'a> {
         if let Some((from, from_poses, distance)) = &watched.last {
             let change = Position(std::array::from_fn(|i| there.0[i] - from.0[i]));
             let left = distance - self.scene.machine.travel_bound_mm(&a.ball, &b.ball, from_poses, &change);
-            if left >= enough + LEFT_MM {
+            if left >= enough {
                 return left;
             }
         }

@@ -23,9 +23,9 @@ pub struct Row {
     pub written_ns: i64,
     /// `clear`, `near`, `collision` or `unknown`.
     pub verdict: &'static str,
-    /// Clearance guaranteed over the look-ahead, mm.
+    /// Clearance guaranteed over the look-ahead, mm, at most the near distance.
     pub clearance_mm: f64,
-    /// The pair with that clearance, as `a:b`; empty when none was in sight.
+    /// The pair with that clearance, as `a:b`; empty when none was near.
     pub pair: String,
     /// Length of the look-ahead, ns.
     pub horizon_ns: u64,

@@ -173,7 +173,7 @@ struct SoakOptions {
     config: PathBuf,
     /// Program, G-code; without it, that of the scene
     program: Option<PathBuf>,
-    /// Folder for soak.csv and planted.csv; rows about the same are replaced
+    /// Folder for soak.csv and planted.csv, where rows about the same are replaced, and claims.csv
     #[arg(long)]
     out: PathBuf,
     /// Variant, by id; without it, the fastest
@@ -307,7 +307,7 @@ fn watch_verb(options: WatchOptions) -> Result<()> {
         if let Some(port) = options.panel {
             let listener = TcpListener::bind(("127.0.0.1", port)).await.context("the panel's port")?;
             say(&format!("panel at http://{}/", listener.local_addr()?));
-            tokio::spawn(panel::serve(listener, Arc::clone(&scene), newest));
+            tokio::spawn(panel::serve(listener, Arc::clone(&scene), config.near_mm, newest));
         }
         let settings = watch::Settings { log: options.log, pki: options.pki, reports, stop };
         watch::run(&scene, monitor, &config, settings).await.map_err(|error| anyhow!(error))

@@ -108,9 +108,9 @@ pub struct Outcome {
     pub position: Position,
     /// The verdict.
     pub verdict: Verdict,
-    /// Clearance guaranteed over the look-ahead, mm.
+    /// Clearance guaranteed over the look-ahead, mm, at most the near distance.
     pub clearance_mm: f64,
-    /// The pair with that clearance.
+    /// The pair with that clearance; `None` when nothing is near.
     pub pair: Option<Pair>,
     /// Length of the look-ahead, s.
     pub horizon_s: f64,

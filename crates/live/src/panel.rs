@@ -21,8 +21,8 @@ const PACE: Duration = Duration::from_millis(50);
 const BROWSERS: usize = 16;
 
 /// Serves the panel until the reports end.
-pub async fn serve(listener: TcpListener, scene: Arc<Scene>, reports: watch::Receiver<Option<Report>>) {
-    let page = Arc::new(PAGE.replace("\"SCENE\"", &boxes(&scene).replace("</", "<\\/")));
+pub async fn serve(listener: TcpListener, scene: Arc<Scene>, near_mm: f64, reports: watch::Receiver<Option<Report>>) {
+    let page = Arc::new(PAGE.replace("\"SCENE\"", &shown(&scene, near_mm).replace("</", "<\\/")));
     let places = Arc::new(tokio::sync::Semaphore::new(BROWSERS));
     while let Ok((stream, _)) = listener.accept().await {
         let Ok(place) = Arc::clone(&places).try_acquire_owned() else { continue };
@@ -121,8 +121,8 @@ fn event(scene: &Scene, report: &Report) -> String {
     .to_string()
 }
 
-/// The parts as their boxes, JSON.
-fn boxes(scene: &Scene) -> String {
+/// The parts as their boxes, and the clearance of a full bar, JSON.
+fn shown(scene: &Scene, near_mm: f64) -> String {
     let part = |part: &bvbench::scene::Part| {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for vertex in part.mesh.vertices() {
@@ -133,5 +133,6 @@ fn boxes(scene: &Scene) -> String {
         let is_tool = matches!(part.role, Role::Cutter | Role::Shank | Role::Holder);
         json!({ "name": part.name, "low": low, "high": high, "tool": is_tool, "work": part.role == Role::Workpiece })
     };
-    json!({ "name": scene.name, "parts": scene.parts.iter().map(part).collect::<Vec<_>>() }).to_string()
+    json!({ "name": scene.name, "near_mm": near_mm, "parts": scene.parts.iter().map(part).collect::<Vec<_>>() })
+        .to_string()
 }

@@ -45,6 +45,23 @@ fn the_look_ahead_is_the_formula() {
 }
 
 #[test]
+fn an_old_distance_spares_queries_as_long_as_enough_is_left_of_it() {
+    let scene = testing::mill();
+    let mut judge = judge(&scene);
+    // From 80 mm before the block towards it, 0.4 mm per sample, until it is near.
+    let answers: Vec<Answer> = (0..300)
+        .map(|i| judge.judge(&state(-30.0 + 0.4 * f64::from(i), 100.0)))
+        .take_while(|a| a.verdict == Verdict::Clear)
+        .collect();
+    let queries: u32 = answers.iter().map(|answer| answer.queries).sum();
+    assert!(answers.len() > 100 && (4..30).contains(&queries), "{queries} queries for {} samples", answers.len());
+    assert!(answers.iter().all(|answer| answer.clearance_mm == 2.0 && answer.pair.is_none()));
+    // Nothing is left of it after a jump.
+    assert_eq!(judge.judge(&state(-150.0, 0.0)).verdict, Verdict::Clear);
+    assert_eq!(judge.judge(&state(70.0, 0.0)).verdict, Verdict::Collision);
+}
+
+#[test]
 fn moving_away_is_clear_where_moving_towards_is_not() {
     let scene = testing::mill();
     let mut judge = judge(&scene);
