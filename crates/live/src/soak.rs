@@ -5,6 +5,7 @@
 //!
 //! A verdict is wrong when it permits motion, and the machine that is held a deadline after its sample touches before it stands.
 
+use crate::claim;
 use crate::config::Config;
 use crate::latency::percentile;
 use crate::planted::Exact;
@@ -12,7 +13,7 @@ use crate::play::Plan;
 use crate::relay::{self, Network};
 use crate::trace::Cycle;
 use anyhow::{Context as _, Result, anyhow, bail};
-use bvbench::record::file::write_bytes;
+use bvbench::record::file::{write_bytes, write_rows};
 use bvbench::scene::{ProgramRun, Scene};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
@@ -117,7 +118,7 @@ pub struct PlantedRow {
 /// Amounts and conditions of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Folder for `soak.csv` and `planted.csv`.
+    /// Folder for `soak.csv`, `planted.csv` and the `claims.csv` that follows from the first.
     pub out: PathBuf,
     /// The variant.
     pub variant: String,
@@ -251,7 +252,8 @@ impl Soak<'_> {
                 (&other.scene, &other.variant, other.cycle_ns, other.delay_ns, other.loss)
                     == (&row.scene, &row.variant, row.cycle_ns, row.delay_ns, row.loss)
             };
-            replace(&settings.out.join("soak.csv"), same, &row)?;
+            let rows = replace(&settings.out.join("soak.csv"), same, &row)?;
+            write_rows(&settings.out, &claim::judge(&rows))?;
         }
         let kills = |kill| (0..settings.kills).map(move |number| (number, Some(kill)));
         let planted = (0..settings.planted).map(|number| (number, None));
@@ -550,14 +552,15 @@ fn rows<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
     rows.with_context(|| format!("{} is not what was written", path.display()))
 }
 
-/// Puts a row in the place of those that are about the same.
-fn replace<T: DeserializeOwned + Serialize>(path: &Path, same: impl Fn(&T) -> bool, row: &T) -> Result<()> {
+/// Puts a row in the place of those that are about the same; all rows of the table.
+fn replace<T: Clone + DeserializeOwned + Serialize>(path: &Path, same: impl Fn(&T) -> bool, row: &T) -> Result<Vec<T>> {
     let mut all: Vec<T> = if path.exists() { rows(path)? } else { Vec::new() };
     all.retain(|other| !same(other));
+    all.push(row.clone());
     let mut writer = csv::Writer::from_writer(Vec::new());
-    all.iter().chain([row]).try_for_each(|row| writer.serialize(row))?;
+    all.iter().try_for_each(|row| writer.serialize(row))?;
     write_bytes(path, &writer.into_inner().map_err(|error| anyhow!("{error}"))?)?;
-    Ok(())
+    Ok(all)
 }
 
 fn now_ns() -> i64 {
