@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 use assert_cmd::Command;
-use bvbench::check::{Cutting, Kind, Outcome, Path as ToolPath, Settings, check};
+use bvbench::check::{Cutting, Event, Kind, Outcome, Path as ToolPath, Settings, check};
 use bvbench::measure::Silent;
 use bvbench::registry::{Registry, Variant};
 use bvbench::scene::{Clearances, Pair, ProgramRun, Scene};
@@ -219,6 +219,8 @@ fn feeding_into_the_workpiece_is_cutting_and_a_rapid_is_not() {
     assert_eq!(told("G0 Z5\nG0 Z-2\nG0 Z50\nM2"), [("rapid-into-workpiece", 2)]);
     // Along a finished slot at rapid rate: the retreat belongs to the cut. But a new way in at rapid rate does not.
     assert_eq!(told("M3 S1000 G0 Z5\nG1 Z-2 F100\nG0 Z5\nG0 X20\nG0 Z-2\nG0 Z50\nM2"), [("rapid-into-workpiece", 5)]);
+    // What is in contact stays so while the machine waits.
+    assert_eq!(told("G0 Z5\nG0 Z-2\nG4 P1\nG0 Z50\nM2"), [("rapid-into-workpiece", 2)]);
     // The clamp is never to be touched.
     assert_eq!(told("G0 Z5\nG1 X70 F100\nG0 Z50\nM2"), [("collision", 2)]);
 }
@@ -704,8 +706,9 @@ fn a_feed_into_the_workpiece_while_the_spindle_stands_still_is_told() {
     let (_folder, scene) = mill("G0 Z5\nG1 Z-2 F100\nX20\nG0 Z50\nM2");
     let clearances = Some(Clearances::everywhere(&[]));
     let outcome = run_own(&scene, &Settings { clearances, cutting: Cutting::Never, ..Settings::standard() });
-    let told: Vec<_> = outcome.events.iter().map(|event| (event.kind.name(), event.first.line)).collect();
-    assert_eq!(told, [(stopped, 2), (stopped, 3)]);
+    let lines = |event: &Event| [event.first.line, event.nearest.line, event.last.line];
+    let told: Vec<_> = outcome.events.iter().map(|event| (event.kind.name(), lines(event))).collect();
+    assert_eq!(told, [(stopped, [2; 3]), (stopped, [3; 3])]);
 }
 
 #[test]
