@@ -2,7 +2,8 @@
 
 use super::{CLEAR, FAILED, say, verify};
 use crate::measure::run::Run;
-use crate::measure::shard::{Merged, Shard, merge};
+use crate::measure::shard::{Shard, merge};
+use crate::record::Manifest;
 use crate::record::manifest::Stage;
 use crate::registry::Registry;
 use anyhow::Result;
@@ -33,21 +34,19 @@ pub struct Options {
 }
 
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
-    match merge(&options.shards, registry, &options.out, (options.fresh, options.gzip))? {
-        Merged::Run(run) => tell_run(&run, options),
-        Merged::Study(folder) if options.json => {
-            say(serde_json::to_string_pretty(&json!({ "manifest": folder.manifest }))?);
-            Ok(CLEAR)
-        }
-        Merged::Study(folder) => {
-            say(format!(
-                "Merged {} shards: {}. The study's command with this --out and without --shard joins and analyses them.",
-                options.shards.len(),
-                folder.path().display()
-            ));
-            Ok(CLEAR)
-        }
+    if let Some(run) = merge(&options.shards, registry, &options.out, (options.fresh, options.gzip))? {
+        return tell_run(&run, options);
     }
+    if options.json {
+        say(serde_json::to_string_pretty(&json!({ "manifest": Manifest::read(&options.out)? }))?);
+    } else {
+        say(format!(
+            "Merged {} shards: {}. The study's command with this --out and without --shard joins and analyses them.",
+            options.shards.len(),
+            options.out.display()
+        ));
+    }
+    Ok(CLEAR)
 }
 
 fn tell_run(run: &Run, options: &Options) -> Result<u8> {

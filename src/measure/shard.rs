@@ -179,15 +179,8 @@ impl Part {
     }
 }
 
-/// What shards were put together to.
-pub enum Merged {
-    /// A run, whose tables are joined.
-    Run(Run),
-    /// The folder of a study, whose command joins its tables.
-    Study(Folder),
-}
-
-/// Merges shards into the run or study of their plan in `out`; `gzip` compresses a run's raw rows whatever the profile says.
+/// Merges shards into the run or study of their plan in `out`; `gzip` compresses a run's raw rows whatever the profile says. `None` for a study: its
+/// command joins its tables.
 ///
 /// # Errors
 /// When a shard is of another plan, version or protocol, is unfinished, changed, lacking or named twice, when launches were timed on machines of two
@@ -197,14 +190,14 @@ pub fn merge(
     registry: &Registry,
     out: &Path,
     (fresh, gzip): (bool, bool),
-) -> Result<Merged, MergeError> {
+) -> Result<Option<Run>, MergeError> {
     let mut parts = shards.iter().map(|path| Part::read(path)).collect::<Result<Vec<Part>, _>>()?;
     check_plans(&parts)?;
     parts.sort_by_key(|part| part.entry.number);
     check_numbers(&parts)?;
     check_machines(&parts)?;
     if parts.iter().any(|part| part.has_units(&study::UNITS)) {
-        return merge_study(&parts, out, fresh).map(Merged::Study);
+        return merge_study(&parts, out, fresh).map(|()| None);
     }
     let stages = finished_stages(&parts)?;
     // The first launch is in the first shard.
@@ -223,11 +216,11 @@ pub fn merge(
         }
         run.end(stage)?;
     }
-    Ok(Merged::Run(run))
+    Ok(Some(run))
 }
 
 /// Gathers the units of a study's shards.
-fn merge_study(parts: &[Part], out: &Path, fresh: bool) -> Result<Folder, MergeError> {
+fn merge_study(parts: &[Part], out: &Path, fresh: bool) -> Result<(), MergeError> {
     // A shard seals its units when it has them all; one of many shards may have none.
     if let Some(part) = parts.iter().find(|part| part.has_units(&study::UNITS) && part.manifest.rows.is_empty()) {
         return Err(MergeError::Unfinished(part.path.clone()));
@@ -239,8 +232,7 @@ fn merge_study(parts: &[Part], out: &Path, fresh: bool) -> Result<Folder, MergeE
         folder.drop_units(&[kind])?;
         parts.iter().try_for_each(|part| folder.take_units(&part.path, &[kind]))?;
     }
-    folder.save()?;
-    Ok(folder)
+    Ok(folder.save()?)
 }
 
 /// All are of one plan, and of this program's version.
