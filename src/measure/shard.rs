@@ -2,8 +2,8 @@
 //!
 //! A shard is a share of each kind of unit: in a run verdicts of cases, counts of scenes, whole launches; in a study that varies factors the counts and the times
 //! of its cells. It works in a folder of its own, keeps its units, and seals them with their hashes when they are all there. [`merge`] gathers the
-//! units of all shards in one folder. A run joins them at once; a study joins them when its command is given again there, and lacks nothing. Either
-//! way, deterministic tables have the bytes of what was never parted.
+//! units of all shards in one folder, with the hashes checked. It joins those of a run at once; those of a study are joined by the study's command.
+//! Deterministic tables then have the bytes of a run or study without shards.
 
 use super::folder::{self, Folder, difference};
 use super::plan::{Plan, PlanError};
@@ -196,7 +196,7 @@ pub fn merge(
     parts.sort_by_key(|part| part.entry.number);
     check_numbers(&parts)?;
     check_machines(&parts)?;
-    if parts.iter().any(|part| part.has_units(&study::UNITS)) {
+    if parts.iter().any(|part| part.has_units(&study::KINDS)) {
         return merge_study(&parts, out, fresh).map(|()| None);
     }
     let stages = finished_stages(&parts)?;
@@ -222,13 +222,13 @@ pub fn merge(
 /// Gathers the units of a study's shards.
 fn merge_study(parts: &[Part], out: &Path, fresh: bool) -> Result<(), MergeError> {
     // A shard seals its units when it has them all; one of many shards may have none.
-    if let Some(part) = parts.iter().find(|part| part.has_units(&study::UNITS) && part.manifest.rows.is_empty()) {
+    if let Some(part) = parts.iter().find(|part| part.has_units(&study::KINDS) && part.manifest.rows.is_empty()) {
         return Err(MergeError::Unfinished(part.path.clone()));
     }
     let whole = Manifest { rows: BTreeMap::new(), ..parts[0].plan() };
     let mut folder = Folder::open(out, whole.clone(), fresh)?;
     folder.manifest = whole;
-    for kind in study::UNITS {
+    for kind in study::KINDS {
         folder.drop_units(&[kind])?;
         parts.iter().try_for_each(|part| folder.take_units(&part.path, &[kind]))?;
     }

@@ -112,11 +112,11 @@ impl Rows {
     }
 }
 
-/// The folders of the units of a study: descriptions of scenes, counts, times.
-pub const UNITS: [&str; 3] = [DESCRIPTIONS, COUNTED, TIMED];
+/// Kinds of units, each with a folder of its own.
+pub const KINDS: [&str; 3] = [DESCRIPTIONS, COUNTED, TIMED];
 const DESCRIPTIONS: &str = "scenes";
 const COUNTED: &str = "counts";
-/// The last of them.
+/// The kind that depends on the machine.
 pub const TIMED: &str = "times";
 
 /// A unit, which may be another shard's.
@@ -160,6 +160,7 @@ fn units<S: Study>(study: &S, folder: &Folder, timed: bool) -> Vec<Units> {
     scenes
 }
 
+/// Marks the shard's share of the units of a kind.
 fn choose(shard: Shard, units: Vec<&mut Unit>) {
     let places = units.len();
     units.into_iter().enumerate().for_each(|(place, unit)| unit.is_own = shard.has(place, places));
@@ -180,16 +181,17 @@ pub fn carry_out<S: Study>(
     for ((number, scene), units) in study.scenes().iter().enumerate().zip(&scenes) {
         carry_out_scene(study, number, scene, units, progress)?;
     }
-    let sealed = if folder.manifest.shard.is_some() { seal(folder) } else { join(folder, scenes, timed) };
-    sealed.map_err(MeasureError::from)?;
-    if timed {
-        folder.finish(Stage::Measure).map_err(MeasureError::from)?;
-    }
-    Ok(folder.save().map_err(MeasureError::from)?)
+    Ok(conclude(folder, scenes, timed).map_err(MeasureError::from)?)
 }
 
-fn seal(folder: &mut Folder) -> Result<(), RecordError> {
-    UNITS.iter().try_for_each(|kind| folder.seal_units(&[kind]))
+/// Joins the tables; a shard seals its units instead.
+fn conclude(folder: &mut Folder, scenes: Vec<Units>, timed: bool) -> Result<(), RecordError> {
+    if folder.manifest.shard.is_some() {
+        KINDS.iter().try_for_each(|kind| folder.seal_units(&[kind]))?;
+    } else {
+        join(folder, scenes, timed)?;
+    }
+    if timed { folder.finish(Stage::Measure) } else { folder.save() }
 }
 
 fn join(folder: &mut Folder, scenes: Vec<Units>, timed: bool) -> Result<(), RecordError> {

@@ -3,7 +3,7 @@
 //! Reading order: [`judge`] (the rule: may the machine go on?), [`config`] (the TOML), [`play`] (a program with
 //! accelerations), [`monitor`] (from readings to permission), `opc` (what client and server share), [`control`] (the simulated control),
 //! [`log`], [`watch`] (the client), [`latency`] and [`figure`] (how long a verdict takes), [`soak`] with [`trace`], [`planted`] and [`relay`]
-//! (long runs, planted collisions, kills, a bad network), [`claim`] (what long runs say of the paper's sentence), [`panel`] (the operator's page).
+//! (long runs, planted collisions, kills, a bad network), [`claim`] (does real time hold?), [`panel`] (the operator's page).
 
 pub mod judge;
 pub mod config;
