@@ -39,7 +39,7 @@ pub struct Options {
     /// Time nothing
     #[arg(long)]
     counts_only: bool,
-    /// Carry out this shard of it, I/N, and keep its units in DIR, for `stage merge`
+    /// Carry out one shard, number I of N; its units stay in DIR for `stage merge`
     #[arg(long, value_name = "I/N", requires = "out")]
     shard: Option<Shard>,
     /// Seed of all randomness
