@@ -53,7 +53,8 @@ class Pair:
         def array(name: str, optional: bool = False) -> NDArray[np.generic] | None:
             path = folder / f"{name}.npy"
             try:
-                return np.load(path, allow_pickle=False)
+                values: NDArray[np.generic] = np.load(path, allow_pickle=False)
+                return values
             except FileNotFoundError as error:
                 if optional:
                     return None
