@@ -22,7 +22,7 @@ use crate::record::{
 };
 use crate::scene::{Pair, Scene};
 use crate::truth::PairOracle;
-use crate::workload::{self, PairPoses, PosedPair, Source, Workload};
+use crate::workload::{self, PairPoses, PosedPair};
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -169,13 +169,11 @@ impl AgreementRun {
         progress.begin(&format!("seed {seed}"), (scenes.len() * self.asked.poses) as u64);
         let mut found = Agreement::default();
         for prepared in scenes {
+            let generate = if seed == self.asked.first_seed { workload::generate } else { workload::generate_drawn };
             let workloads =
-                workload::generate(prepared.scene, self.asked.poses, seed).map_err(super::judged::JudgeError::from)?;
-            let is_new = |workload: &&Workload| {
-                seed == self.asked.first_seed || !matches!(workload.source, Source::Program | Source::Recorded)
-            };
-            let pairs: usize = workloads.iter().filter(is_new).map(|workload| workload.pairs.len()).sum();
-            for workload in workloads.iter().filter(is_new) {
+                generate(prepared.scene, self.asked.poses, seed).map_err(super::judged::JudgeError::from)?;
+            let pairs: usize = workloads.iter().map(|workload| workload.pairs.len()).sum();
+            for workload in &workloads {
                 for posed in &workload.pairs {
                     let exhaustive = self.asked.exhaustive / pairs.max(1);
                     self.ask((seed, &workload.name), prepared, posed, exhaustive, &mut found);

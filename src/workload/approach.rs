@@ -1,8 +1,9 @@
 //! Approaches: `b` moves along a line of the scene and stops at given offsets from first contact.
 //!
-//! When more poses are requested than the scene's approaches have, the lines are varied at random: shifted sideways and tilted.
+//! When more poses are requested than the scene's approaches have, the lines are varied at random: shifted sideways and tilted. When these
+//! become many, each has more poses instead, at random depths and distances.
 
-use super::ray::{Contact, Ray};
+use super::ray::{Contact, POSES_PER_ROUND, Ray};
 use super::{Budget, PosedPair, WorkloadError};
 use crate::geometry::{Isometry, Vector};
 use crate::scene::{Approach, Scene};
@@ -19,6 +20,10 @@ const TILT: f64 = 0.268;
 /// Number of attempts to draw a varied line that touches, before it is given up.
 const ATTEMPTS: usize = 16;
 
+/// Up to about this number of lines, a line stops at the offsets of its approach only: finding first contact on a line costs as much as
+/// judging hundreds of poses.
+const MOST_LINES: usize = 2048;
+
 /// All approaches of one pair that the scene defines, then varied ones up to about `budget.poses` poses. Each line is a cluster.
 ///
 /// # Errors
@@ -31,8 +36,12 @@ pub fn poses(
 ) -> Result<Vec<PosedPair>, WorkloadError> {
     let lines: Vec<Line> = approaches.iter().map(|approach| Line::of(scene, approach)).collect();
     let per_round: usize = approaches.iter().map(|approach| approach.offsets_mm.len()).sum();
-    let rounds = budget.poses.div_ceil(per_round.max(1)).max(1);
-    let rays: Vec<Option<Ray>> = (0..rounds * lines.len())
+    let most = (MOST_LINES / lines.len()).max(1);
+    let more_of_round = lines.len() * POSES_PER_ROUND;
+    let more = budget.poses.div_ceil(most).saturating_sub(per_round).div_ceil(more_of_round);
+    let rounds = budget.poses.div_ceil(per_round + more * more_of_round).max(1);
+    let count = rounds * lines.len();
+    let rays: Vec<Option<Ray>> = (0..count)
         .into_par_iter()
         .map(|index| {
             let line = &lines[index % lines.len()];
@@ -43,14 +52,12 @@ pub fn poses(
         let approach = approaches[missed];
         return Err(WorkloadError::NoContact { approach: approach.name.clone(), pair: scene.pair_name(approach.pair) });
     }
-    let mut poses = Vec::with_capacity(rounds * per_round);
+    let mut poses = Vec::with_capacity(rounds * (per_round + more * more_of_round));
     for (index, ray) in rays.iter().enumerate() {
         let Some(ray) = ray else { continue };
-        for &offset in &approaches[index % approaches.len()].offsets_mm {
-            let depth_mm = -offset;
-            let a_from_b = ray.at_depth(depth_mm);
-            poses.push(PosedPair { a_from_b, cluster: index as u32, line: None, depth_mm: Some(depth_mm) });
-        }
+        let offsets = &approaches[index % approaches.len()].offsets_mm;
+        poses.extend(offsets.iter().map(|offset| ray.posed(index, -offset)));
+        poses.extend(ray.rounds(index, more, &mut budget.draw(count + index)));
     }
     Ok(poses)
 }

@@ -42,6 +42,11 @@ impl Source {
             Self::Recorded => "recorded",
         }
     }
+
+    /// Whether the poses are drawn at random, so that another seed gives other ones.
+    const fn is_drawn(self) -> bool {
+        matches!(self, Self::Approach | Self::Random)
+    }
 }
 
 /// One relative pose of a pair.
@@ -154,6 +159,28 @@ impl Budget<'_> {
 /// # Errors
 /// [`WorkloadError`]: the program leaves the machine's limits, an approach passes without contact, or nothing poses the pairs.
 pub fn generate(scene: &Scene, poses: usize, seed: u64) -> Result<Vec<Workload>, WorkloadError> {
+    let workloads = generate_of(scene, poses, seed, |_| true)?;
+    if workloads.is_empty() {
+        return Err(WorkloadError::Nothing { scene: scene.name.clone() });
+    }
+    Ok(workloads)
+}
+
+/// Those of [`generate`] that another seed would change; none when program or recording alone pose the pairs.
+///
+/// # Errors
+/// [`WorkloadError`]: an approach passes without contact.
+pub fn generate_drawn(scene: &Scene, poses: usize, seed: u64) -> Result<Vec<Workload>, WorkloadError> {
+    generate_of(scene, poses, seed, Source::is_drawn)
+}
+
+/// The workloads of the sources that are wanted; those of the others have their share all the same.
+fn generate_of(
+    scene: &Scene,
+    poses: usize,
+    seed: u64,
+    is_wanted: impl Fn(Source) -> bool,
+) -> Result<Vec<Workload>, WorkloadError> {
     let mut workloads = Vec::new();
     let others = [
         (Source::Program, usize::from(scene.program.is_some())),
@@ -168,9 +195,9 @@ pub fn generate(scene: &Scene, poses: usize, seed: u64) -> Result<Vec<Workload>,
         let of = |&pair: &Pair| PairPoses { pair, poses: recorded::poses(recording, pair, count) };
         let workload = named(Source::Recorded, scene.pairs.iter().map(of).collect());
         left = left.saturating_sub(workload.len());
-        workloads.push(workload);
+        workloads.extend(is_wanted(Source::Recorded).then_some(workload));
     }
-    for (source, share) in others.into_iter().filter(|(_, share)| *share > 0) {
+    for (source, share) in others.into_iter().filter(|(source, share)| *share > 0 && is_wanted(*source)) {
         let budget = left * share / shares;
         workloads.push(named(
             source,
@@ -180,9 +207,6 @@ pub fn generate(scene: &Scene, poses: usize, seed: u64) -> Result<Vec<Workload>,
                 Source::Random | Source::Recorded => at_random(scene, budget, seed),
             },
         ));
-    }
-    if workloads.is_empty() {
-        return Err(WorkloadError::Nothing { scene: scene.name.clone() });
     }
     Ok(workloads)
 }

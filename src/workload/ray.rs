@@ -1,9 +1,23 @@
 //! Lines along which part `b` approaches part `a`, and first contact on them.
 
+use super::PosedPair;
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector, triangle};
 use crate::truth::PairOracle;
 use nalgebra::{Translation3, Unit, UnitQuaternion};
 use obbtree::cases::Draw;
+
+/// Depths of a round: travel past first contact, mm, log-uniform in each interval, with one interval per depth band of the specification.
+/// The first interval starts at twice the grazing limit, so that rounding makes none of its poses grazing. The deepest band is open-ended;
+/// its interval ends at about the thickness of small tools.
+const DEPTHS_MM: [(f64, f64); 6] = [(2e-6, 1e-3), (1e-3, 0.01), (0.01, 0.1), (0.1, 1.0), (1.0, 5.0), (5.0, 15.0)];
+
+/// Like [`DEPTHS_MM`], before first contact: two intervals each for near miss, medium and far, so that a round has as many free as
+/// colliding poses.
+const DISTANCES_MM: [(f64, f64); 6] =
+    [(1e-4, 1.0), (1e-4, 1.0), (1.0, 10.0), (1.0, 10.0), (10.0, 100.0), (10.0, 100.0)];
+
+/// Poses of a round: one in each interval.
+pub const POSES_PER_ROUND: usize = DEPTHS_MM.len() + DISTANCES_MM.len();
 
 /// The data of a part for casting rays: its size, and its surface for drawing points.
 pub struct Target {
@@ -76,6 +90,20 @@ impl Ray {
     /// The pose at a travel past first contact, mm; negative before it.
     pub fn at_depth(&self, depth_mm: f64) -> Isometry {
         moved(&self.first_contact, &self.direction, depth_mm)
+    }
+
+    /// The same pose as one of a cluster.
+    pub fn posed(&self, cluster: usize, depth_mm: f64) -> PosedPair {
+        PosedPair { a_from_b: self.at_depth(depth_mm), cluster: cluster as u32, line: None, depth_mm: Some(depth_mm) }
+    }
+
+    /// Poses at random depths and distances, in whole rounds.
+    pub fn rounds(&self, cluster: usize, count: usize, draw: &mut Draw) -> Vec<PosedPair> {
+        let depths = DEPTHS_MM.map(|(low, high)| (1.0, low, high));
+        let distances = DISTANCES_MM.map(|(low, high)| (-1.0, low, high));
+        let round = || depths.into_iter().chain(distances);
+        let intervals = (0..count).flat_map(|_| round());
+        intervals.map(|(sign, low, high)| self.posed(cluster, sign * draw.log_uniform(low, high))).collect()
     }
 }
 

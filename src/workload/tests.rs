@@ -81,13 +81,15 @@ fn blocks_are_closed() {
 
 #[test]
 fn shares_add_up_to_about_the_budget() {
-    let workloads = generate(&slide(), 4000, 1).unwrap();
-    let counts: Vec<(&str, usize)> = workloads.iter().map(|w| (w.name.as_str(), w.len())).collect();
-    for ((name, count), (expected, wanted)) in
-        counts.iter().zip([("program", 1000), ("approach", 1000), ("random", 2000)])
-    {
-        assert_eq!(*name, expected);
-        assert!((*count as f64 / f64::from(wanted) - 1.0).abs() < 0.05, "{name}: {count}");
+    // With the greater budget, lines of approach have more poses than the scene's offsets.
+    for poses in [4000, 200_000] {
+        let workloads = generate(&slide(), poses, 1).unwrap();
+        let counts: Vec<(&str, usize)> = workloads.iter().map(|w| (w.name.as_str(), w.len())).collect();
+        for ((name, count), (expected, parts)) in counts.iter().zip([("program", 1), ("approach", 1), ("random", 2)]) {
+            assert_eq!(*name, expected);
+            let wanted = (poses * parts / 4) as f64;
+            assert!((*count as f64 / wanted - 1.0).abs() < 0.05, "{name}: {count}");
+        }
     }
 }
 
