@@ -11,7 +11,7 @@ from record import REFERENCE, SCENES, Fault, Record
 
 STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem;color:#1a1a1a;background:#fff}
 table{border-collapse:collapse;width:100%}th,td{padding:.3rem .6rem;text-align:right;border-bottom:1px solid #ddd}th:nth-child(-n+2),td:nth-child(-n+2){text-align:left}
-.wrong{color:#b00020}@media(prefers-color-scheme:dark){body{color:#e6e6e6;background:#161616}th,td{border-color:#444}.wrong{color:#ff8a80}}"""
+.wrong{color:#b00020}a{color:inherit}@media(prefers-color-scheme:dark){body{color:#e6e6e6;background:#161616}th,td{border-color:#444}.wrong{color:#ff8a80}}"""
 
 
 def arguments():
@@ -40,20 +40,33 @@ def ranking(entries):
     return sorted(table, key=lambda row: (row["missed"] > 0, -row["mean"], row["engine"]))
 
 
+def figure(ratio):
+    """A ratio with two decimals, or with two digits that are not zero."""
+    return f"{ratio:.2f}" if ratio >= 0.1 else f"{ratio:.2g}"
+
+
 def cell(entry):
-    interval = f" <small>[{entry['low']:.2f}, {entry['high']:.2f}]</small>" if entry["low"] is not None else ""
-    return f"{entry['ratio']:.2f}{interval}"
+    interval = f" <small>[{figure(entry['low'])}, {figure(entry['high'])}]</small>" if entry["low"] is not None else ""
+    return f"{figure(entry['ratio'])}{interval}"
+
+
+def described(submission):
+    """A method as it was submitted: name and version, its source, licence and the sentence about it."""
+    name, source = escape(f"{submission['name']} {submission['version']}"), submission["source"]
+    if source.startswith(("https://", "http://")):
+        name = f'<a href="{escape(source)}">{name}</a>'
+    return f"{name} <small>({escape(submission['licence'])})<br>{escape(submission['method'])}</small>"
 
 
 def section(cpu, entries):
     head = "".join(f"<th>{escape(scene)}</th>" for scene in SCENES)
     lines = [f"<h2>{escape(cpu)}</h2><table><thead><tr><th>method</th><th>record</th>{head}<th>mean</th><th>missed</th><th>invented</th></tr></thead><tbody>"]
     for row in ranking(entries):
-        checked = next(iter(row["scenes"].values()))["checked"]
+        submission = next(iter(row["scenes"].values()))["submission"]
         scenes = "".join(f"<td>{cell(row['scenes'][scene])}</td>" for scene in SCENES)
         wrong = "".join(f"<td{' class=wrong' if row[name] else ''}>{row[name]}</td>" for name in ("missed", "invented"))
-        record = f"{escape(row['folder'])}{' (submission, checked)' if checked else ''}"
-        lines.append(f"<tr><td>{escape(row['engine'])}</td><td>{record}</td>{scenes}<td>{row['mean']:.2f}</td>{wrong}</tr>")
+        record = f"{escape(row['folder'])}{' (submission, checked)' if submission else ''}"
+        lines.append(f"<tr><td>{described(submission) if submission else escape(row['engine'])}</td><td>{record}</td>{scenes}<td>{figure(row['mean'])}</td>{wrong}</tr>")
     return "\n".join([*lines, "</tbody></table>"])
 
 

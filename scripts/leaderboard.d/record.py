@@ -64,7 +64,7 @@ class Record:
             if row := told.get((engine, scene)):
                 interval = {name: number(row, name, f"{self.folder}/peer-ratios.csv, {engine} on {scene}") for name in interval}
             yield {
-                "engine": engine, "scene": scene, "cpu": self.cpu(), "folder": self.folder.name, "checked": asked is not None, **interval,
+                "engine": engine, "scene": scene, "cpu": self.cpu(), "folder": self.folder.name, "submission": self.submission, **interval,
                 "missed": int(peer["false_negatives"]), "invented": int(peer["false_positives"]), "poses": int(peer["poses"]),
             }  # fmt: skip
 

@@ -1,0 +1,87 @@
+"""`scripts/leaderboard` takes a submission whose record is whole, and refuses each way of changing one. Needs a program to make the record: BVBENCH."""
+
+import csv
+import os
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SCENES = ["lathe-toolpost", "lathe-tailstock"]
+SUBMISSION = """engine = "obb-wide"
+name = "Wide <b>"
+version = "1"
+source = "https://example.org/wide"
+licence = "MIT"
+method = "Oriented boxes, eight to a node."
+"""
+
+pytestmark = pytest.mark.skipif("BVBENCH" not in os.environ, reason="BVBENCH names no program")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("made") / "mine"
+    scenes = [word for scene in SCENES for word in ("--scene", scene)]
+    amount = ["--mode", "first", "--poses", "2048", "--rounds", "1"]
+    engines = ["--variant", "obb-wide", "--variant", "obb-area", "--against", "obb-area"]
+    subprocess.run([os.environ["BVBENCH"], "peers", "run", *scenes, *amount, *engines, "--out", folder, "--quiet"], cwd=ROOT, check=True)
+    (folder / "submission.toml").write_text(SUBMISSION, encoding="utf-8")
+    return folder
+
+
+def leaderboard(*words: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([ROOT / "scripts" / "leaderboard", *words], capture_output=True, text=True, check=False)
+
+
+def test_a_whole_record_passes_and_is_told_by_its_name(made: Path, tmp_path: Path) -> None:
+    assert leaderboard("--check", made).returncode == 0
+    page = tmp_path / "page.html"
+    assert leaderboard("--out", page, made).returncode == 0
+    text = page.read_text(encoding="utf-8")
+    assert '<a href="https://example.org/wide">Wide &lt;b&gt; 1</a>' in text
+    assert "Oriented boxes, eight to a node." in text
+
+
+def without_licence(folder: Path) -> None:
+    path = folder / "submission.toml"
+    path.write_text(path.read_text(encoding="utf-8").replace('"MIT"', '""'), encoding="utf-8")
+
+
+def changed(keep: Callable[[dict[str, str]], bool] = lambda row: True, **values: str) -> Callable[[Path], None]:
+    """Leaves only some rows of the answers, and sets columns of the first one of the engine."""
+
+    def change(folder: Path) -> None:
+        path = folder / "peer-answers.csv"
+        with open(path, newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.DictReader(file) if keep(row)]
+        next(row for row in rows if row["engine"] == "obb-wide" and row["grazing"] == "0" and row["touching"] == "1").update(values)
+        with open(path, "w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, rows[0].keys())
+            writer.writeheader()
+            writer.writerows(rows)
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (without_licence, "`licence` is missing or empty"),
+        (lambda folder: (folder / "submission.toml").unlink(), "submission.toml is missing"),
+        (changed(touching="0"), "does not tell the 1 missed"),
+        (changed(exact="0"), "the truth of a pose of lathe-toolpost differs"),
+        (changed(lambda row: int(row["pose"]) < 300 or row["scene"] != "lathe-tailstock"), "1024 at least are needed"),
+        (changed(lambda row: row["engine"] != "obb-area"), "answered different poses"),
+    ],
+)
+def test_a_changed_record_is_refused(made: Path, tmp_path: Path, change: Callable[[Path], None], fault: str) -> None:
+    folder = tmp_path / "mine"
+    shutil.copytree(made, folder)
+    change(folder)
+    refused = leaderboard("--check", folder)
+    assert refused.returncode == 1
+    assert fault in refused.stderr
