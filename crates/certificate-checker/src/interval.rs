@@ -29,7 +29,7 @@ impl I {
 
     /// From `lo` to `hi`, which rounded operations gave. A bound of zero may have underflowed. It is moved by 1e-290, because
     /// processors are slow with the numbers next to zero.
-    fn outward(lo: f64, hi: f64) -> Self {
+    pub(crate) fn outward(lo: f64, hi: f64) -> Self {
         const TINY: f64 = 1e-290;
         Self { lo: if lo == 0.0 { -TINY } else { lo.next_down() }, hi: if hi == 0.0 { TINY } else { hi.next_up() } }
     }

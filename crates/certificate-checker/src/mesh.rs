@@ -2,7 +2,7 @@
 
 use crate::interval::{I, Pose, V, cross, dot, minus};
 use crate::read::Words;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 /// Steps of the grid in a mm.
 const STEPS: i64 = 1 << 26;
@@ -81,10 +81,12 @@ impl Mesh {
         }
         self.boxes = vec![Bounds::default(); 2 * self.faces.len().next_power_of_two()];
         let [low, high] = self.enclose(self.root());
-        let centre = mm(&std::array::from_fn(|i| (low[i] + high[i]) / 2));
-        let from_centre = |p: &[i64; 3]| crate::interval::norm(&minus(&mm(p), &centre)).hi;
-        let radius = self.vertices.iter().map(from_centre).fold(0.0, f64::max);
-        self.ball = (centre, I::of(radius));
+        let middle = std::array::from_fn(|i| (low[i] + high[i]) / 2);
+        let centre = mm(&middle);
+        let squared = |p: &[i64; 3]| (0..3).map(|i| i128::from(p[i] - middle[i]).pow(2)).sum::<i128>();
+        let farthest = self.vertices.iter().map(squared).max().unwrap_or(0) as f64;
+        let radius = I::outward(farthest, farthest).sqrt();
+        self.ball = (centre, I::of((radius * I::of(1.0 / STEPS as f64)).hi));
         self.is_watertight = self.has_inside();
         self.components = self.components();
         Ok(())
@@ -145,11 +147,11 @@ impl Mesh {
 
     /// Whether every edge joins two faces that agree about the outside: only then is there an inside.
     fn has_inside(&self) -> bool {
-        let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
-        for face in &self.faces {
-            (0..3).for_each(|k| *edges.entry([face[k], face[(k + 1) % 3]]).or_default() += 1);
-        }
-        edges.iter().all(|(&[u, v], &count)| count == 1 && edges.get(&[v, u]) == Some(&1))
+        let mut edges: Vec<[u32; 2]> = self.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+        let mut reversed: Vec<[u32; 2]> = edges.iter().map(|&[u, v]| [v, u]).collect();
+        edges.sort_unstable();
+        reversed.sort_unstable();
+        edges == reversed && edges.windows(2).all(|two| two[0] != two[1])
     }
 
     fn components(&self) -> Vec<[i64; 3]> {
