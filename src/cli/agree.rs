@@ -6,6 +6,7 @@ use super::{CLEAR, FAILED, say};
 use crate::measure::agreement::{Agreement, AgreementRun, Asked, MOST_CASES, replay};
 use crate::measure::shard::Shard;
 use crate::measure::{Plan, Profile, Selection};
+use crate::method::wide::{ALIGNED, ORIENTED};
 use crate::record::{DisagreementRow, Kind, RoundRow, read_rows};
 use crate::registry::{Registry, Variant};
 use crate::scene::Scene;
@@ -16,7 +17,7 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// Exact engines of different volumes that are quick enough to be asked by the million.
-const DEFAULT_VARIANTS: [&str; 2] = ["obb-wide", "aabb-wide"];
+const DEFAULT_VARIANTS: [&str; 2] = [ORIENTED.id, ALIGNED.id];
 
 #[derive(Args)]
 #[command(
@@ -26,7 +27,7 @@ pub struct Options {
     /// Scene by name or by path; repeatable [default: all that are shipped]
     #[arg(long = "scene", value_name = "NAME|PATH")]
     scenes: Vec<String>,
-    /// Exact variant by id (see `list`); repeatable [default: obb-wide and aabb-wide, which share little but the test of triangles]
+    /// Exact variant by id (see `list`); repeatable [default: the eight-wide trees of oriented boxes and of boxes along the axes, which share little but the test of triangles]
     #[arg(long = "variant", value_name = "ID")]
     variants: Vec<String>,
     /// Posed pairs of each scene in a round, about
