@@ -90,6 +90,8 @@ fn shares_add_up_to_about_the_budget() {
             let wanted = (poses * parts / 4) as f64;
             assert!((*count as f64 / wanted - 1.0).abs() < 0.05, "{name}: {count}");
         }
+        let lines: BTreeSet<u32> = workloads[1].pairs[0].poses.iter().map(|pose| pose.cluster).collect();
+        assert!(lines.len() <= 2048, "{} lines", lines.len());
     }
 }
 
