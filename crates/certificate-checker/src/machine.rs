@@ -45,6 +45,12 @@ pub struct Step {
     pub tip: Option<f64>,
 }
 
+impl Step {
+    fn begin(&self) -> &[f64; 9] {
+        if self.is_point { &self.to } else { &self.from }
+    }
+}
+
 /// All positions that the axes may have: `mid`, plus `seg` times one number from -1 to 1, plus up to `wide` for each axis, plus a ball over the axes of `group`.
 #[derive(Clone)]
 struct Region {
@@ -140,13 +146,18 @@ impl Machine {
             let side = |axis: usize| region.mid[axis] + region.half(axis).both_ways();
             Some([0, 1, 2, 3, 4, 5, 6, 7, 8].map(|axis| [side(axis).lo, side(axis).hi]))
         };
+        // Straight steps of the same tip that meet in the same numbers meet in the same place.
+        let is_joined = |step: usize| {
+            let [one, next] = [&self.steps[step - 1], &self.steps[step]];
+            one.to == *next.begin() && one.tip == next.tip && one.arc.is_none() && next.arc.is_none()
+        };
         let jumps = |step: usize| {
             let [end, begin] =
                 [self.within(step - 1, [1.0; 2])?, self.within(step, [0.0; 2])?].map(|region| region.mid);
             let is_far = |i: usize| (end[i] - begin[i]).most() > if (3..6).contains(&i) { JUMP_RAD } else { JUMP_MM };
             (0..9).any(is_far).then_some(step)
         };
-        if let Some(step) = (1..self.steps.len()).find_map(jumps) {
+        if let Some(step) = (1..self.steps.len()).filter(|&step| !is_joined(step)).find_map(jumps) {
             return Err(format!("the path jumps at move {step}, of line {}", self.steps[step].line));
         }
         self.boxes = (0..self.steps.len()).map(range).collect();
@@ -214,7 +225,7 @@ impl Machine {
         let step = &self.steps[index];
         let half = |x: I| I { lo: 0.5 * x.lo, hi: 0.5 * x.hi };
         let (middle, part) = (half(I::of(from) + I::of(to)), half(I::of(to) - I::of(from)));
-        let begin = if step.is_point { &step.to } else { &step.from };
+        let begin = step.begin();
         let change: [I; 9] = std::array::from_fn(|i| I::of(step.to[i]) - I::of(begin[i]));
         let mid = std::array::from_fn(|i| I::of(begin[i]) + change[i] * middle);
         let seg = change.map(|change| change * part);
