@@ -51,7 +51,7 @@ def cell(entry):
 
 
 def described(submission):
-    """A method as it was submitted: name and version, its source, licence and the sentence about it."""
+    """Cell of a submitted method: name and version, linked to the source; licence and description."""
     name, source = escape(f"{submission['name']} {submission['version']}"), submission["source"]
     if source.startswith(("https://", "http://")):
         name = f'<a href="{escape(source)}">{name}</a>'

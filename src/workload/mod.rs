@@ -43,7 +43,7 @@ impl Source {
         }
     }
 
-    /// Whether the poses are drawn at random, so that another seed gives other ones.
+    /// Whether the seed decides the poses.
     const fn is_drawn(self) -> bool {
         matches!(self, Self::Approach | Self::Random)
     }
