@@ -146,10 +146,10 @@ impl Machine {
             let side = |axis: usize| region.mid[axis] + region.half(axis).both_ways();
             Some([0, 1, 2, 3, 4, 5, 6, 7, 8].map(|axis| [side(axis).lo, side(axis).hi]))
         };
-        // No arc, the same tip and the same numbers: both steps have the same place there.
+        // No arc before, the same tip and the same numbers: both steps have the same place there.
         let is_joined = |step: usize| {
             let [one, next] = [&self.steps[step - 1], &self.steps[step]];
-            one.to == *next.begin() && one.tip == next.tip && one.arc.is_none() && next.arc.is_none()
+            one.to == *next.begin() && one.tip == next.tip && one.arc.is_none()
         };
         let jumps = |step: usize| {
             let [end, begin] =

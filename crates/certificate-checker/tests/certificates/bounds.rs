@@ -285,6 +285,15 @@ fn a_jump_is_refused() {
         assert!(!jump(axis, 0.9 * most, 10.0) && jump(axis, 1.1 * most, 10.0), "{axis}");
         assert!(!jump(axis, -0.9 * most, 10.0) && jump(axis, -1.1 * most, 10.0), "{axis}");
     }
+    // A point elsewhere, and a tip that is followed from a move on while the table is turned.
+    let tip = table(SLIDES);
+    for (links, move_1) in [(SLIDES, "point X=11"), (&tip, "line X=11 tip=2")] {
+        let a = cube("a - fixture - 1 0 0 0 0 0 0", [0.0; 3], 1.0);
+        let turned = if links == SLIDES { "" } else { " C=0.5" };
+        let text = format!("{links}\n{a}move 0 1 point X=10{turned}\nmove 1 1 {move_1}\npair a b rigid\n");
+        let refusal = check(written(&text).as_bytes(), None, None).unwrap_err();
+        assert!(refusal.why.contains("the path jumps at move 1, of line 1"), "{}", refusal.why);
+    }
     // An arc of no radius has no place.
     let moves = "move 0 1 point\nmove 1 1 arc X=5 arc=X,Y,0,0,1";
     Case { links: SLIDES, a: ["-", PLAIN], b: ["z", PLAIN], centre: [40.0; 3], moves }.goes_anywhere(1.0, 2.0);
