@@ -491,7 +491,10 @@ impl<'a> Interpreter<'a> {
                 let Some(tool) = tool else {
                     return Err(self.fault_at(values, Group::ToolChange, Cause::Missing("Q, the tool's number,")));
                 };
-                self.tool = tool.unsigned_abs();
+                if tool.unsigned_abs() != self.tool {
+                    self.tool = tool.unsigned_abs();
+                    self.emit(MoveKind::ToolChange { tool: self.tool }, None)?;
+                }
             }
             None => {}
         }
@@ -508,6 +511,8 @@ impl<'a> Interpreter<'a> {
             };
         }
         if values.code(Group::Orient).is_some() {
+            // It stands where R says.
+            self.modes.spindle = Spindle::Still;
             values.take('r');
             values.take_whole('p', 0..=2, "P", "0, 1 or 2")?;
             values.take('q');

@@ -53,6 +53,6 @@ pub use error::{Cause, GcodeError};
 pub use interpret::{Program, interpret};
 pub use kinematics::{Kinematics, TipKinematics};
 pub use parameter_file::read_parameter_file;
-pub use path::{RapidPath, Sample, Sampling, TooManySamples, sample};
+pub use path::{MAX_SAMPLES, RapidPath, Sample, Sampling, TooManySamples, sample};
 pub use setup::{Limits, Setup, Tool, UserCode, WorkOffset};
 pub use tool_table::read_tool_table;

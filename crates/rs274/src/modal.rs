@@ -260,6 +260,11 @@ impl Values {
         self.codes[group as usize].as_ref()
     }
 
+    /// Every code of the block.
+    pub fn codes(&self) -> impl Iterator<Item = &Code> {
+        self.codes.iter().flatten()
+    }
+
     /// The number of [`Self::code`].
     pub fn number(&self, group: Group) -> Option<i32> {
         self.code(group).map(|code| code.number)

@@ -4,7 +4,7 @@ use super::arc::{CENTRE_TOLERANCE_INCH, CENTRE_TOLERANCE_MM, Circle, from_centre
 use super::canonical::{Axis, MoveKind, Plane};
 use super::compensation::Compensation;
 use super::cycle::{Sticky, is_cycle};
-use super::dialect::own;
+use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
 use super::feed::{NO_TRAVEL_MM, Travel, travel, travel_squared};
 use super::interpret::Interpreter;
@@ -184,7 +184,12 @@ impl Interpreter<'_> {
         }
         let absolute = values.number(Group::Absolute).is_some();
         self.refuse_compensated(values, Group::Absolute, "G53 while cutter compensation is on")?;
-        if absolute && !matches!(self.modes.motion, Some(0 | 10)) {
+        // Fanuc's G53 goes at rapid rate whatever the mode, and does not count under G91.
+        let is_rapid_always = self.setup.dialect == Dialect::Fanuc;
+        if absolute && is_rapid_always && self.modes.incremental {
+            return Err(self.fault_at(values, Group::Absolute, Cause::NotAllowed("G53 under G91, which ignores it,")));
+        }
+        if absolute && !is_rapid_always && !matches!(self.modes.motion, Some(0 | 10)) {
             return Err(self.fault_at(values, Group::Absolute, Cause::NotAllowed("G53 needs G0 or G1")));
         }
         // A full circle in an arc's mode needs no more than its centre.
@@ -195,7 +200,7 @@ impl Interpreter<'_> {
         if axes_taken || !moves {
             return Ok(());
         }
-        match self.modes.motion {
+        match self.modes.motion.map(|code| if absolute && is_rapid_always { 0 } else { code }) {
             Some(code @ (0 | 10)) => {
                 if !values.has_axis() && !turns {
                     return Ok(());

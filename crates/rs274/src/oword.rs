@@ -170,6 +170,8 @@ pub(super) struct Control {
     repeats: Vec<(usize, f64)>,
     /// The modes that M70 kept, for each level of calls that has kept some.
     kept: BTreeMap<usize, Modes>,
+    /// Whether M99 has started the main program again.
+    has_begun_again: bool,
 }
 
 impl Control {
@@ -377,7 +379,7 @@ impl Interpreter<'_> {
         if code.number == 99 {
             let to = if like_fanuc { values.take('p') } else { None };
             let depth = self.control.depth();
-            let Some(back) = self.leave_subroutine() else { return Ok(Next::End) };
+            let Some(back) = self.leave_subroutine() else { return self.end_main(table, to, values, at) };
             // A body that runs again does not go elsewhere; from the caller's line P is looked for.
             let again = self.control.depth() == depth;
             return Ok(Next::Line(match to {
@@ -419,9 +421,22 @@ impl Interpreter<'_> {
         line.map(Next::Line).map_err(fault)
     }
 
+    /// M99 in the main program: on with line N`to`, else with the first line. What moves for ever is followed twice, the second time from where the
+    /// first one ends.
+    fn end_main(&mut self, table: &FlowTable, to: Option<f64>, values: &Values, at: usize) -> Result<Next, Fault> {
+        if let Some(number) = to {
+            return self.line_of(table, number, at).map(Next::Line).map_err(|cause| values.fault('p', cause));
+        }
+        self.note("M99 starts the program again; it is followed twice".to_owned());
+        Ok(if std::mem::replace(&mut self.control.has_begun_again, true) { Next::End } else { Next::Line(0) })
+    }
+
     /// G65: a subprogram with the block's words as its arguments.
     pub(super) fn call_macro(&mut self, table: &FlowTable, values: &Values, at: usize) -> Result<Next, Fault> {
         let Some(code) = values.code(Group::Subprogram) else { return Ok(Next::Line(at + 1)) };
+        if let Some(other) = values.codes().find(|other| other.column != code.column) {
+            return Err(other.fault(Cause::NotAllowed("another code beside G65")));
+        }
         let number = values.take('p').ok_or_else(|| code.fault(Cause::Missing("P, the macro's number,")))?;
         let label = whole(number).filter(|&number| number >= 0);
         let label = label.ok_or_else(|| values.fault('p', Cause::Range("P", "a macro's number")))?;

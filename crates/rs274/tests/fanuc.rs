@@ -95,6 +95,32 @@ fn what_never_ends_ends_at_the_limit() {
 }
 
 #[test]
+fn m99_goes_on_with_a_line_or_from_the_start() {
+    assert_eq!(xs("X1.\nM99P7\nX9.\nN7X2.\nM30"), [1.0, 2.0]);
+    assert!(refused("M99P7\nM30", &fanuc()).contains("there is no line with this number N"));
+    // What comes after the last line is the first one, from another place.
+    assert_eq!(xs("G91X1.\nX1.\nM99\nX9."), [1.0, 2.0, 3.0, 4.0]);
+    let program = interpret("X1.\nM99", Path::new("main.nc"), &fanuc()).unwrap();
+    assert_eq!(
+        program.notes.iter().map(|note| note.text.as_str()).collect::<Vec<_>>(),
+        ["M99 starts the program again; it is followed twice"]
+    );
+    let setup = Setup { limits: Limits { blocks: 1000, ..Limits::default() }, ..fanuc() };
+    assert!(refused("N1M99P1", &setup).contains("more than 1000 blocks executed"));
+}
+
+#[test]
+fn g53_of_fanuc_goes_at_rapid_rate() {
+    let kinds = |source: &str, setup: &Setup| -> Vec<MoveKind> {
+        interpret(source, Path::new("main.nc"), setup).unwrap().moves.iter().map(|step| step.kind).collect()
+    };
+    let source = "G1X1.F100\nG53X5.\nX6.\nM30";
+    assert_eq!(kinds(source, &fanuc()), [MoveKind::Feed, MoveKind::Rapid, MoveKind::Feed]);
+    assert_eq!(kinds(source, &haas()), [MoveKind::Feed; 3]);
+    assert!(refused("G91G53X5.\nM30", &fanuc()).contains("G53 under G91"));
+}
+
+#[test]
 fn variables_may_be_vacant() {
     // Nothing has set #1: X has no word, and it equals #0 but not 0.
     assert_ends("G0X5.\nG0X#1Y3.\nM30", &fanuc(), &[[5.0, 0.0, 0.0], [5.0, 3.0, 0.0]]);
@@ -112,6 +138,10 @@ fn subprograms_are_called_by_number_with_repeats_and_arguments() {
     assert_eq!(xs("G65P9010A1.X7.\nX#24\nM30\nO9010\nG0X#1\nX#24\nM99"), [1.0, 7.0]);
     // A vacant argument, and a return to a line of the caller.
     assert_eq!(xs("G65P9010A1.\nX5.\nN7X6.\nM30\nO9010\nIF[#2EQ#0]GOTO5\nX9.\nN5M99P7"), [6.0]);
+    // A code beside G65 would be lost.
+    for source in ["G90G65P9010Z1.\nM30\nO9010\nM99", "G65P9010M30.\nM30\nO9010\nM99"] {
+        assert!(refused(source, &fanuc()).contains("another code beside G65"), "{source}");
+    }
     // Haas calls lines of the same program.
     let local = "G91\nM97P100L2\nM30\nN100G0X1.\nM99";
     assert_ends(local, &haas(), &[[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);

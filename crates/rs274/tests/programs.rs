@@ -266,11 +266,20 @@ fn feeds_per_revolution_follow_the_spindle() {
 #[test]
 fn tool_offsets_are_set_from_where_the_tool_is() {
     // G10 L10: with the offset 10 - 5 the place at 10 reads 5; L11 counts from G59.3, 3 higher, and not from G92.
-    assert_ends("T1 M61 Q1\nG0 Z10\nG10 L10 P1 Z5\nG43\nG0 Z1\nM2", &[[0.0, 0.0, 10.0], [0.0, 0.0, 6.0]]);
+    assert_ends("T1 M61 Q1\nG0 Z10\nG10 L10 P1 Z5\nG43\nG0 Z1\nM2", &[[0.0; 3], [0.0, 0.0, 10.0], [0.0, 0.0, 6.0]]);
     assert_ends(
         "M61 Q1\nG10 L2 P9 Z3\nG0 Z10\nG92 Z7\nG10 L11 P1 Z5\nG43 G92.1\nG0 Z1\nM2",
-        &[[0.0, 0.0, 10.0], [0.0, 0.0, 3.0]],
+        &[[0.0; 3], [0.0, 0.0, 10.0], [0.0, 0.0, 3.0]],
     );
+    // Another tool is in the spindle from there on.
+    let kinds: Vec<MoveKind> = run("M61 Q1\nM61 Q1\nG0 Z10\nM61 Q0\nM2").moves.iter().map(|step| step.kind).collect();
+    assert_eq!(kinds, [MoveKind::ToolChange { tool: 1 }, MoveKind::Rapid, MoveKind::ToolChange { tool: 0 }]);
+}
+
+#[test]
+fn an_oriented_spindle_stands() {
+    let speeds: Vec<f64> = run("M3 S1000 G1 X1 F100\nM19\nX2\nM2").moves.iter().map(|step| step.spindle_rpm).collect();
+    assert_eq!(speeds, [1000.0, 0.0]);
 }
 
 #[test]
