@@ -6,7 +6,10 @@ use super::file::{ControllerFile, PositionFile, ProgramFile, ToolFile, UserCodeF
 use crate::machine::Machine;
 use crate::machine::tip::{TipControl, TipError};
 use rs274::file::LARGEST_PROGRAM;
-use rs274::{Axis, Position, RapidPath, Sample, Sampling, Setup, TooManySamples, UserCode, WorkOffset};
+use rs274::{
+    Axis, MAX_SAMPLES, Move, MoveKind, Position, RapidPath, Sample, Sampling, Setup, TooManySamples, UserCode,
+    WorkOffset,
+};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -145,6 +148,53 @@ pub enum TipCause {
     Machine(#[from] TipError),
 }
 
+/// A place on the way of a tool's tip.
+struct Followed {
+    /// As the program says it.
+    programmed: Position,
+    /// Where the axes are then.
+    axes: Position,
+    /// How much of the move is done.
+    fraction: f64,
+}
+
+/// Most halvings of the way between two samples of a tip's path.
+const HALVINGS: u32 = 12;
+
+/// Gives the places between two at which the way has to be divided, so that the axes stay within `chord_mm` of the straight way from one to
+/// the next: asked at its quarters.
+fn bend(
+    [from, to]: [&Followed; 2],
+    axes: &impl Fn(&Position) -> Result<Position, TipFault>,
+    chord_mm: f64,
+    halvings: u32,
+    give: &mut impl FnMut(Followed),
+) -> Result<(), TipFault> {
+    let turns = Axis::ALL.into_iter().any(|axis| axis.is_rotary() && from.programmed[axis] != to.programmed[axis]);
+    if !turns || halvings == 0 {
+        return Ok(());
+    }
+    let between = |from: &Position, to: &Position, part: f64| {
+        Position(std::array::from_fn(|i| from.0[i] + part * (to.0[i] - from.0[i])))
+    };
+    let mut is_straight = true;
+    for part in [0.25, 0.5, 0.75] {
+        let (found, chord) =
+            (axes(&between(&from.programmed, &to.programmed, part))?, between(&from.axes, &to.axes, part));
+        let off = [Axis::X, Axis::Y, Axis::Z].map(|axis| (found[axis] - chord[axis]).powi(2));
+        is_straight &= off.iter().sum::<f64>().sqrt() <= chord_mm;
+    }
+    if is_straight {
+        return Ok(());
+    }
+    let programmed = between(&from.programmed, &to.programmed, 0.5);
+    let middle = Followed { axes: axes(&programmed)?, programmed, fraction: 0.5 * (from.fraction + to.fraction) };
+    bend([from, &middle], axes, chord_mm, halvings - 1, give)?;
+    let (axes_there, fraction) = (middle.axes, middle.fraction);
+    give(Followed { programmed, axes: axes_there, fraction });
+    bend([&middle, to], axes, chord_mm, halvings - 1, give)
+}
+
 impl ProgramRun {
     /// Another program under the same controller, machine position and sampling.
     ///
@@ -161,33 +211,58 @@ impl ProgramRun {
     /// # Errors
     /// The line on which the path has too many samples, or the first line on which the axes cannot follow the tool's tip.
     pub fn samples(&self, machine: &Machine, sampling: &Sampling, rapids: &RapidPath) -> Result<Vec<Sample>, TipFault> {
-        let mut samples = rs274::sample(&self.program, &self.start, sampling, rapids).map_err(|cause| TipFault {
-            file: self.file.clone(),
-            line: cause.line,
-            cause: cause.into(),
-        })?;
-        self.follow_tip(machine, &mut samples)?;
-        Ok(samples)
+        // Where the tip goes along an arc, the arc takes one half of the tolerance and the axes that follow the other.
+        let is_bent = |step: &Move| step.tip_mm.is_some() && matches!(step.kind, MoveKind::Arc { .. });
+        let halves = if self.program.moves.iter().any(is_bent) { 0.5 } else { 1.0 };
+        let sampling = Sampling { chord_mm: halves * sampling.chord_mm, ..*sampling };
+        let samples = rs274::sample(&self.program, &self.start, &sampling, rapids);
+        let samples = samples.map_err(|cause| self.tip_fault(cause.line, cause.into()))?;
+        self.follow_tip(machine, samples, sampling.chord_mm)
     }
 
-    /// Converts samples of the tip's path to axis positions, by moving the linear axes. Other samples are unchanged.
-    fn follow_tip(&self, machine: &Machine, samples: &mut [Sample]) -> Result<(), TipFault> {
+    fn tip_fault(&self, line: u32, cause: TipCause) -> TipFault {
+        TipFault { file: self.file.clone(), line, cause }
+    }
+
+    /// Converts samples of the tip's path to axis positions, by moving the linear axes, with more samples where these would leave the way
+    /// between two by more than `chord_mm`. Other samples are unchanged.
+    fn follow_tip(&self, machine: &Machine, samples: Vec<Sample>, chord_mm: f64) -> Result<Vec<Sample>, TipFault> {
+        let mut followed: Vec<Sample> = Vec::with_capacity(samples.len());
+        let mut before: Option<Sample> = None;
         for sample in samples {
-            let Some(length) = self.program.moves[sample.move_index].tip_mm else { continue };
-            let fault = |cause| TipFault { file: self.file.clone(), line: sample.line, cause };
-            let tip = self.tip.as_ref().ok_or_else(|| fault(TipCause::NoLinks))?;
-            sample.position =
-                tip.axes(machine, &sample.position, length).map_err(|error| fault(TipCause::Machine(error)))?;
+            let Some(length) = self.program.moves[sample.move_index].tip_mm else {
+                followed.push(sample);
+                before = None;
+                continue;
+            };
+            let control = self.tip.as_ref().ok_or_else(|| self.tip_fault(sample.line, TipCause::NoLinks))?;
+            let axes = |programmed: &Position| {
+                let found = control.axes(machine, programmed, length);
+                found.map_err(|error| self.tip_fault(sample.line, TipCause::Machine(error)))
+            };
+            let to = Followed { programmed: sample.position, axes: axes(&sample.position)?, fraction: sample.fraction };
+            if let (Some(before), Some(last)) = (before, followed.last()) {
+                let fraction = if before.move_index == sample.move_index { before.fraction } else { 0.0 };
+                let from = Followed { programmed: before.position, axes: last.position, fraction };
+                bend([&from, &to], &axes, chord_mm, HALVINGS, &mut |between| {
+                    followed.push(Sample { position: between.axes, fraction: between.fraction, ..sample });
+                })?;
+            }
+            followed.push(Sample { position: to.axes, ..sample });
+            if followed.len() > MAX_SAMPLES {
+                return Err(self.tip_fault(sample.line, TooManySamples { line: sample.line }.into()));
+            }
+            before = Some(sample);
         }
-        Ok(())
+        Ok(followed)
     }
 
     /// The tool in the spindle during each move, 0 for none; the move of a tool change has the new tool.
     #[must_use]
     pub fn tools(&self) -> Vec<u32> {
         let mut tool = self.setup.tool;
-        let during = |step: &rs274::Move| {
-            if let rs274::MoveKind::ToolChange { tool: new } = step.kind {
+        let during = |step: &Move| {
+            if let MoveKind::ToolChange { tool: new } = step.kind {
                 tool = new;
             }
             tool
