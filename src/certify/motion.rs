@@ -184,7 +184,9 @@ impl<'a> Track<'a> {
     fn follow_tip(&self, tip: &Region, length: f64) -> Option<Region> {
         let control = self.control?;
         let is_linear = |axis: Axis| self.machine.joints_of(axis).all(|joint| !joint.turns());
-        if !LINEAR.into_iter().chain(SECOND).all(is_linear) || SECOND.into_iter().any(|axis| tip.half(axis) != 0.0) {
+        let is_still = |axis: Axis| tip.half(axis) == 0.0;
+        let turns_in_arc = tip.group.iter().any(|axis| axis.is_rotary());
+        if !LINEAR.into_iter().chain(SECOND).all(is_linear) || !SECOND.into_iter().all(is_still) || turns_in_arc {
             return None;
         }
         let point = control.gauge + control.direction.into_inner() * length;
@@ -193,6 +195,11 @@ impl<'a> Track<'a> {
             a: Ball { link: control.work_link, centre: Point::origin(), radius: 0.0 },
             b: Ball { link: control.tool_link, centre: point, radius: 0.0 },
         };
+        // Each of the three directions is that of one slide, and turns with it.
+        let slides_along = |axis| pair.joints().filter(|joint| joint.axis == axis).count();
+        if LINEAR.into_iter().any(|axis| slides_along(axis) > 1) {
+            return None;
+        }
         // The tip's way over the workpiece is that of the axes at rotary zero.
         let mut at_zero = tip.mid;
         ROTARY.into_iter().for_each(|axis| at_zero[axis] = 0.0);

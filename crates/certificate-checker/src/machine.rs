@@ -2,6 +2,7 @@
 
 use crate::Part;
 use crate::interval::{I, ONE, Pose, V, ZERO, cross, dot, minus, norm, plus, times};
+use crate::read::ROTARY;
 
 /// A joint; directions are of length 1.
 #[derive(Clone, Debug)]
@@ -91,7 +92,8 @@ pub struct Machine {
     zero: Option<(Pose, [V; 9])>,
 }
 
-/// Greatest distance between the end of a step and the beginning of the next one: rounding of arcs and of the tip.
+/// Greatest distance between the end of a step and the beginning of the next one: rounding of arcs and of the tip. Where an axis of mm turns joints,
+/// the smaller one, which is then of a degree.
 const JUMP_MM: f64 = 1e-7;
 const JUMP_RAD: f64 = 1e-10;
 
@@ -154,7 +156,7 @@ impl Machine {
         let jumps = |step: usize| {
             let [end, begin] =
                 [self.within(step - 1, [1.0; 2])?, self.within(step, [0.0; 2])?].map(|region| region.mid);
-            let is_far = |i: usize| (end[i] - begin[i]).most() > if (3..6).contains(&i) { JUMP_RAD } else { JUMP_MM };
+            let is_far = |i: usize| (end[i] - begin[i]).most() > if self.turns(i) { JUMP_RAD } else { JUMP_MM };
             (0..9).any(is_far).then_some(step)
         };
         if let Some(step) = (1..self.steps.len()).filter(|&step| !is_joined(step)).find_map(jumps) {
@@ -184,6 +186,16 @@ impl Machine {
         let shared = self.shared(links);
         let is_moved = |link: &usize| self.links[*link].joint.is_some();
         links.map(|link| self.up(link).take_while(|&link| Some(link) != shared).filter(is_moved).collect())
+    }
+
+    /// Whether an axis turns joints, not only slides.
+    fn turns(&self, axis: usize) -> bool {
+        ROTARY.contains(&axis)
+            || self
+                .links
+                .iter()
+                .filter_map(|link| link.joint.as_ref())
+                .any(|joint| joint.axis == axis && joint.turns.is_some())
     }
 
     /// Where every link is in the world.
@@ -253,12 +265,9 @@ impl Machine {
     fn follow_tip(&self, tip: &Region, length: f64) -> Option<Region> {
         let Tip { tool, work, gauge, direction } = self.tip.as_ref()?;
         let (work_from_tool, at_zero) = self.zero.as_ref()?;
-        let turns = |axis: usize| {
-            let mut joints = self.links.iter().filter_map(|link| link.joint.as_ref());
-            joints.any(|joint| joint.axis == axis && joint.turns.is_some())
-        };
-        // The second axes stand, so that the first three reach the tip, and where the rotary ones are at 0 all others slide.
-        if (0..3).chain(6..9).any(turns) || (6..9).any(|axis| tip.half(axis).hi > 1e-12) {
+        // The second axes stand, so that the first three reach the tip, and where the rotary ones are at 0 all others slide. No arc turns a rotary one.
+        let is_ruled_out = |axis: usize| self.turns(axis) || axis > 5 && tip.half(axis).hi > 1e-12;
+        if (0..3).chain(6..9).any(is_ruled_out) || tip.group.iter().any(|axis| ROTARY.contains(axis)) {
             return None;
         }
         let point = plus(gauge, &times(direction, I::of(length)));
@@ -290,6 +299,16 @@ impl Machine {
         let poses = self.slid(base, &mid);
         let [of_work, of_tool] = self.between(links);
         let chain: Vec<usize> = of_tool.into_iter().chain(of_work.into_iter().rev()).collect();
+        // Each of the three directions is that of one slide, and turns with it.
+        let slides_along = |axis| {
+            chain
+                .iter()
+                .filter(|&&link| self.links[link].joint.as_ref().is_some_and(|joint| joint.axis == axis))
+                .count()
+        };
+        if (0..3).any(|axis| slides_along(axis) > 1) {
+            return None;
+        }
         // The slides are at rest in this region.
         let turned = self.turned(&chain, &(*tool, point, ZERO), &region, &poses);
         let off = defect(&slides);

@@ -27,6 +27,10 @@ fn main() -> ExitCode {
                 println!("{HELP}");
                 return ExitCode::SUCCESS;
             }
+            name if name.starts_with('-') && name != "-" || certificate.is_some() => {
+                eprintln!("`{argument}` is not understood\n\n{HELP}");
+                return ExitCode::from(2);
+            }
             _ => {
                 certificate = Some(argument);
                 continue;

@@ -79,6 +79,7 @@ impl Mesh {
         if self.faces.is_empty() {
             return Err("a mesh without a face".to_owned());
         }
+        self.weld()?;
         self.boxes = vec![Bounds::default(); 2 * self.faces.len().next_power_of_two()];
         let [low, high] = self.enclose(self.root());
         let middle = std::array::from_fn(|i| (low[i] + high[i]) / 2);
@@ -90,6 +91,25 @@ impl Mesh {
         self.is_watertight = self.has_inside();
         self.components = self.components();
         Ok(())
+    }
+
+    /// Makes vertices in one place one, so that neither they nor a face that is there twice can hide that the mesh has an inside.
+    fn weld(&mut self) -> Result<(), String> {
+        let mut places = std::mem::take(&mut self.vertices);
+        let mut order: Vec<usize> = (0..places.len()).collect();
+        order.sort_unstable_by_key(|&v| places[v]);
+        let mut number = vec![0; places.len()];
+        for two in order.windows(2) {
+            number[two[1]] = number[two[0]] + u32::from(places[two[0]] != places[two[1]]);
+        }
+        places.sort_unstable();
+        places.dedup();
+        self.vertices = places;
+        self.faces.iter_mut().flatten().for_each(|v| *v = number[*v as usize]);
+        let mut faces = self.faces.clone();
+        faces.iter_mut().for_each(|face| face.sort_unstable());
+        faces.sort_unstable();
+        if faces.windows(2).any(|two| two[0] == two[1]) { Err("a face is there twice".to_owned()) } else { Ok(()) }
     }
 
     fn root(&self) -> Node {
@@ -239,7 +259,8 @@ pub fn front(a: &Mesh, b: &Mesh, words: &mut Words<'_>) -> Result<Vec<Token>, St
             "p" => {
                 let (normal, offset): ([i32; 3], i64) =
                     ([words.whole()?, words.whole()?, words.whole()?], words.whole()?);
-                if offset.unsigned_abs() > 1 << 52
+                if normal == [0; 3]
+                    || offset.unsigned_abs() > 1 << 52
                     || !a.is_behind(x, normal.map(i64::from), i128::from(offset) * i128::from(STEPS))
                 {
                     return Err(format!("the first part is not behind the plane {normal:?} {offset}"));
@@ -257,7 +278,11 @@ pub fn pierces([a, b]: [&Mesh; 2], a_from_b: &Pose, words: &mut Words<'_>) -> Re
     let (side, of, edge, face) =
         (words.word()?, words.whole::<usize>()?, words.whole::<usize>()?, words.whole::<usize>()?);
     let moved = |face: usize| Some(b.triangle(face)?.each_ref().map(|p| a_from_b.point(p)));
-    let found = if side == "a" { a.triangle(of).zip(moved(face)) } else { moved(of).zip(a.triangle(face)) };
+    let found = match side {
+        "a" => a.triangle(of).zip(moved(face)),
+        "b" => moved(of).zip(a.triangle(face)),
+        _ => None,
+    };
     let (edges, [u, v, w]) = found.filter(|_| edge < 3).ok_or("no such triangle or edge")?;
     let (p, q) = (edges[edge], edges[(edge + 1) % 3]);
     let volume = |a: &V, b: &V, c: &V, d: &V| dot(&cross(&minus(b, a), &minus(c, a)), &minus(d, a));

@@ -9,6 +9,8 @@ use std::str::{FromStr, SplitAsciiWhitespace};
 
 /// The letters of the axes.
 pub const AXES: &str = "XYZABCUVW";
+/// A, B and C: radians.
+pub const ROTARY: std::ops::Range<usize> = 3..6;
 /// π/180 = 0.0174532925199432957..., between two neighbouring numbers.
 pub const DEGREE: I = I { lo: 0.017_453_292_519_943_295, hi: 0.017_453_292_519_943_3 };
 /// Largest number, mm or radians.
@@ -47,7 +49,7 @@ impl<'a> Words<'a> {
         let mut name = parts.next().unwrap_or_default().to_owned();
         for part in parts {
             let (code, rest) = part.split_once(';').ok_or("an escape without an end")?;
-            let c = u32::from_str_radix(code, 16).ok().and_then(char::from_u32);
+            let c = u32::from_str_radix(code, 16).ok().and_then(char::from_u32).filter(|c| !c.is_control());
             name.push(c.ok_or("an escape of no character")?);
             name.push_str(rest);
         }
@@ -115,10 +117,14 @@ impl Stated {
                 }
                 let (parent, pose) = (self.link_or_world(words)?, words.pose()?);
                 let joint = if words.is_next("slide") {
-                    Some(Joint { axis: axis(words.word()?)?, direction: words.direction()?, turns: None, gain: ONE })
+                    let axis = axis(words.word()?)?;
+                    if ROTARY.contains(&axis) {
+                        return Err("A, B and C turn".to_owned());
+                    }
+                    Some(Joint { axis, direction: words.direction()?, turns: None, gain: ONE })
                 } else if words.is_next("turn") {
                     let axis = axis(words.word()?)?;
-                    let gain = if (3..6).contains(&axis) { ONE } else { DEGREE };
+                    let gain = if ROTARY.contains(&axis) { ONE } else { DEGREE };
                     let (direction, point) = (words.direction()?, words.numbers::<3>()?.map(I::of));
                     Some(Joint { axis, turns: Some(point), direction, gain })
                 } else {

@@ -1,11 +1,11 @@
 //! What the certificate states, compared with the files of the scene, read anew.
 
-use crate::Stated;
 use crate::interval::{I, Pose, V, ZERO, norm};
 use crate::mesh::{canonical, on_grid};
 use crate::read::{DEGREE, axis};
-use std::collections::BTreeSet;
-use std::path::Path;
+use crate::{Part, Stated};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Component, Path, PathBuf};
 use toml::{Table, Value};
 
 /// Rounding differences that are allowed in an entry of a rotation, and in a length, mm.
@@ -32,7 +32,7 @@ pub fn compare(stated: &Stated, scene: Option<&Path>, program: Option<&Path>, no
         None => notes.push(format!("by the certificate's word: that its program is `{}`", stated.program.0)),
     }
     match scene {
-        Some(folder) => Files { stated, folder }.compare(notes),
+        Some(folder) => Files::read(stated, folder)?.compare(notes),
         None => {
             notes.push("by the certificate's word: links, joints, parts and meshes (no --scene)".to_owned());
             Ok(())
@@ -40,36 +40,59 @@ pub fn compare(stated: &Stated, scene: Option<&Path>, program: Option<&Path>, no
     }
 }
 
+fn canonical_path(file: &Path) -> Checked<PathBuf> {
+    file.canonicalize().map_err(|error| format!("{}: {error}", file.display()))
+}
+
 fn bytes(file: &Path) -> Checked<Vec<u8>> {
     std::fs::read(file).map_err(|error| format!("{}: {error}", file.display()))
 }
 
-/// The files of a scene, and what is said of them.
+/// The files of a scene, each read once and with the hash of the certificate, and what is said of them.
 struct Files<'a> {
     stated: &'a Stated,
-    folder: &'a Path,
+    folder: PathBuf,
+    contents: BTreeMap<PathBuf, Vec<u8>>,
 }
 
-impl Files<'_> {
+impl<'a> Files<'a> {
+    fn read(stated: &'a Stated, folder: &Path) -> Checked<Self> {
+        let folder = canonical_path(folder)?;
+        let mut contents = BTreeMap::new();
+        for (file, hash) in &stated.inputs {
+            if !Path::new(file).components().all(|part| matches!(part, Component::Normal(_))) {
+                return Err(format!("`{file}` leads out of the scenes' folder"));
+            }
+            let path = canonical_path(&folder.parent().unwrap_or(&folder).join(file))?;
+            let bytes = bytes(&path)?;
+            if blake3::hash(&bytes).to_hex().as_str() != hash {
+                return Err(format!("{} is not the file of the certificate", path.display()));
+            }
+            contents.insert(path, bytes);
+        }
+        Ok(Self { stated, folder, contents })
+    }
+
+    fn bytes(&self, file: &str) -> Checked<&[u8]> {
+        let content = self.contents.get(&canonical_path(&self.folder.join(file))?);
+        content.map(Vec::as_slice).ok_or_else(|| format!("{file} is not among the files of the certificate"))
+    }
+
     fn table(&self, file: &str) -> Checked<Table> {
-        let text = String::from_utf8(bytes(&self.folder.join(file))?).map_err(|_| format!("{file} is not text"))?;
+        let text = std::str::from_utf8(self.bytes(file)?).map_err(|_| format!("{file} is not text"))?;
         text.parse().map_err(|error| format!("{file}: {error}"))
     }
 
     fn compare(&self, notes: &mut Vec<String>) -> Checked {
-        let folder = self.folder.canonicalize().map_err(|error| error.to_string())?;
-        for (file, hash) in &self.stated.inputs {
-            let path = folder.parent().unwrap_or(&folder).join(file);
-            if blake3::hash(&bytes(&path)?).to_hex().as_str() != hash {
-                return Err(format!("{} is not the file of the certificate", path.display()));
-            }
-        }
         let scene = self.table("scene.toml")?;
         let mut machine = scene.get("machine").and_then(Value::as_table).cloned().unwrap_or_default();
         if machine.contains_key("urdf") {
             return Err("a machine in URDF is not compared; leave --scene out".to_owned());
         }
+        // Meshes of a machine's own file are found from its folder.
+        let (own, mut base) = (machine.clone(), PathBuf::new());
         if let Some(file) = machine.get("file").and_then(Value::as_str) {
+            base = Path::new(file).parent().map_or(base, Path::to_owned);
             machine = self.table(file)?;
         }
         let links = array(&machine, "links");
@@ -77,9 +100,15 @@ impl Files<'_> {
             return Err("the machine has another number of links".to_owned());
         }
         links.iter().try_for_each(|link| self.link(link))?;
-        let parts: Vec<&Value> = array(&machine, "parts").iter().chain(array(&scene, "parts")).collect();
-        let named: BTreeSet<&str> = parts.iter().map(|part| text(part, "name")).collect();
-        parts.iter().try_for_each(|part| self.part(part, notes))?;
+        let mut parts: Vec<(&Value, &Path)> =
+            parts_of(&machine, &base).chain(parts_of(&scene, Path::new(""))).collect();
+        if own != machine {
+            parts.extend(parts_of(&own, Path::new("")));
+        }
+        let named: BTreeSet<&str> = parts.iter().map(|(part, _)| text(part, "name")).collect();
+        parts.iter().try_for_each(|(part, base)| self.part(part, base, notes))?;
+        let program = scene.get("program").and_then(Value::as_table).cloned().unwrap_or_default();
+        array(&program, "tools").iter().try_for_each(|tool| self.tool(tool, notes))?;
         let made = self.stated.parts.iter().filter(|part| !named.contains(part.name.as_str()));
         notes.extend(
             made.map(|part| format!("by the certificate's word: part `{}`, which no [[parts]] describes", part.name)),
@@ -99,7 +128,7 @@ impl Files<'_> {
                 return Err(format!("the scene does not say that {a}:{b} is {why}"));
             }
         }
-        self.tip(scene.get("program").and_then(|program| program.get("tool_centre_point")))
+        self.tip(program.get("tool_centre_point"))
     }
 
     fn link(&self, file: &Value) -> Checked {
@@ -126,7 +155,25 @@ impl Files<'_> {
         if is_same { Ok(()) } else { differs("joint") }
     }
 
-    fn part(&self, file: &Value, notes: &mut Vec<String>) -> Checked {
+    /// A tool with measures has parts.
+    fn tool(&self, file: &Value, notes: &mut Vec<String>) -> Checked {
+        let number = file.get("number").and_then(Value::as_integer);
+        let has_holder = file.get("holder").and_then(Value::as_array).is_some_and(|steps| !steps.is_empty());
+        for role in ["cutter", "shank", "holder"].into_iter().filter(|_| file.get("flute_mm").is_some()) {
+            let name = format!("tool-{}-{role}", number.unwrap_or_default());
+            let is_it = |part: &Part| part.name == name && part.role == role && part.tool.map(i64::from) == number;
+            match self.stated.parts.iter().any(is_it) {
+                false if role == "cutter" || role == "holder" && has_holder => {
+                    return Err(format!("part `{name}` is missing"));
+                }
+                false if role == "shank" => notes.push(format!("by the certificate's word: that there is no `{name}`")),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn part(&self, file: &Value, base: &Path, notes: &mut Vec<String>) -> Checked {
         let name = text(file, "name");
         let part =
             self.stated.parts.iter().find(|part| part.name == name).ok_or(format!("part `{name}` is missing"))?;
@@ -138,6 +185,8 @@ impl Files<'_> {
             return Err(format!("part `{name}`: the file has another link, role, tool or place"));
         }
         let mesh = text(file, "mesh");
+        let path = base.join(mesh).to_string_lossy().into_owned();
+        let content = if mesh.is_empty() { &[] } else { self.bytes(&path)? };
         if !mesh.to_lowercase().ends_with(".stl") || file.get("weld_mm").is_some() {
             notes.push(format!("by the certificate's word: the triangles of `{name}`"));
             return Ok(());
@@ -148,7 +197,7 @@ impl Files<'_> {
             "inch" => 25.4,
             _ => 1.0,
         };
-        let read = stl(&bytes(&self.folder.join(mesh))?, unit).ok_or(format!("{mesh} is not an STL file"))?;
+        let read = stl(content, unit).ok_or(format!("{mesh} is not an STL file"))?;
         let is_area = |[a, b, c]: &[[i64; 3]; 3]| a != b && b != c && c != a;
         let sorted = |triangle: &[[i64; 3]; 3]| {
             let mut all = *triangle;
@@ -182,6 +231,10 @@ impl Files<'_> {
 
 fn array<'a>(table: &'a Table, key: &str) -> &'a [Value] {
     table.get(key).and_then(Value::as_array).map_or(&[], Vec::as_slice)
+}
+
+fn parts_of<'a>(table: &'a Table, base: &'a Path) -> impl Iterator<Item = (&'a Value, &'a Path)> {
+    array(table, "parts").iter().map(move |part| (part, base))
 }
 
 fn text<'a>(file: &'a Value, key: &str) -> &'a str {

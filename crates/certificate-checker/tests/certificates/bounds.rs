@@ -268,22 +268,26 @@ fn whole_steps_stay_in_a_box() {
 
 #[test]
 fn a_jump_is_refused() {
-    let jump = |first: &str, x: f64, y: f64| {
+    let jump = |links: &str, first: &str, x: f64, y: f64| {
         let moves = format!(
             "move 0 1 point {first}=10\nmove 1 1 arc {first}={x} B={y} Y={y} arc={first},{},0,0,{FRAC_PI_2}",
             if first == "A" { "B" } else { "Y" }
         );
         let text = written(&format!(
-            "{SLIDES}\n{}{}{moves}\nmove 2 1 line X=3\npair a b rigid\n",
+            "{links}\n{}{}{moves}\nmove 2 1 line X=3\npair a b rigid\n",
             cube("a - fixture - 1 0 0 0 0 0 0", [0.0; 3], 1.0),
             cube("b - fixture - 1 0 0 0 0 0 0", [9.0; 3], 1.0)
         ));
         let refusal = check(text.as_bytes(), None, None).unwrap_err();
         refusal.why.contains("the path jumps at move 2, of line 2")
     };
-    for (axis, most) in [("X", 1e-7), ("A", 1e-10)] {
-        assert!(!jump(axis, 0.9 * most, 10.0) && jump(axis, 1.1 * most, 10.0), "{axis}");
-        assert!(!jump(axis, -0.9 * most, 10.0) && jump(axis, -1.1 * most, 10.0), "{axis}");
+    // Less where an axis of mm turns something.
+    let turned = format!("{SLIDES}\nlink t - 1 0 0 0 0 0 0 turn X 0 0 1 0 0 0");
+    for (links, axis, most) in [(SLIDES, "X", 1e-7), (SLIDES, "A", 1e-10), (&turned, "X", 1e-10)] {
+        for sign in [1.0, -1.0] {
+            assert!(!jump(links, axis, 0.9 * sign * most, 10.0), "{links}, {axis}");
+            assert!(jump(links, axis, 1.1 * sign * most, 10.0), "{links}, {axis}");
+        }
     }
     // A point elsewhere, and a tip that is followed from a move on while the table is turned.
     let tip = table(SLIDES);
@@ -382,7 +386,16 @@ fn what_the_slides_cannot_follow_has_no_bound() {
     let turned_by_u = turned.replace("turn X", "turn U");
     let untold = links.replace("\ntip z c 0 0 5 0 0 -2", "");
     let flat = links.replace("slide Z 0 0 1", "slide X 0 0 1");
-    for links in [&turned, &turned_by_u, &untold, &flat] {
+    // Two slides in one direction are longer together than one.
+    let double = links.replace("link z y", "link w y 1 0 0 0 0 0 0 slide Y 0 1 0\nlink z w");
+    for links in [&turned, &turned_by_u, &untold, &flat, &double] {
         Case { links, ..case }.goes_anywhere(1.0, 2.0);
+    }
+    // An arc that turns the table.
+    let arc = |axes: &str| format!("move 0 1 point A=0.5 tip=70\nmove 1 1 arc arc={axes},0,0,{} tip=70", 2.0 * PI);
+    for (axes, is_bounded) in [("A,C", false), ("Z,A", false), ("X,Y", true)] {
+        let moves = arc(axes).replace("A=0.5", if is_bounded { "X=0.5" } else { "A=0.5" });
+        let case = Case { moves: &moves, ..case };
+        if is_bounded { case.goes(1.0, 2.0, PI * 0.5) } else { case.goes_anywhere(1.0, 2.0) }
     }
 }

@@ -61,6 +61,11 @@ fn bad_usage_ends_with_two() {
     assert!(code == 2 && error.contains("Usage"), "{error}");
     let (_, error, code) = run(&["-", "--scene"], "");
     assert!(code == 2 && error.starts_with("--scene needs a value"), "{error}");
+    // A mistyped option is no certificate, and there is but one.
+    for more in [["--scne", "folder"], ["one.cert", "two.cert"]] {
+        let (_, error, code) = run(&[more[0], more[1], "-"], "");
+        assert!(code == 2 && error.contains("is not understood"), "{error}");
+    }
     let (_, error, code) = run(&["no-such-file.cert"], "");
     assert!(code == 2 && error.starts_with("no-such-file.cert: "), "{error}");
 }

@@ -85,6 +85,78 @@ fn every_file_is_compared_by_its_hash() {
 }
 
 #[test]
+fn files_that_the_certificate_does_not_name_are_not_read() {
+    let copy = Copy::of("mill", "unnamed");
+    let without = |file: &str| {
+        let mut copy = Copy { folder: copy.folder.clone(), lines: copy.lines.clone() };
+        copy.lines.retain(|line| !line.starts_with(&format!("input mill/{file} ")));
+        copy.check().map(|_| ()).map_err(|refusal| refusal.why)
+    };
+    for file in ["scene.toml", "base.stl"] {
+        assert_eq!(without(file), Err(format!("{file} is not among the files of the certificate")));
+    }
+    let name = |file: &str| {
+        let lines: Vec<String> =
+            copy.lines.iter().map(|line| line.replace("input mill/scene.toml ", &format!("input {file} "))).collect();
+        check(signed(&lines).as_bytes(), Some(&copy.folder), None).map(|_| ()).map_err(|refusal| refusal.why)
+    };
+    for file in ["/dev/zero", "../mill/scene.toml"] {
+        assert_eq!(name(file), Err(format!("`{file}` leads out of the scenes' folder")));
+    }
+    // Meshes of a machine's own file are in its folder.
+    let copy = Copy::of("five-axis", "own");
+    let folder = copy.folder.join("lathe");
+    std::fs::create_dir_all(&folder).unwrap();
+    for file in ["machine.toml", "cradle.stl"] {
+        copy.write(&format!("lathe/{file}"), copy.read(file));
+    }
+    std::fs::remove_file(copy.folder.join("cradle.stl")).unwrap();
+    let mut moved = Copy { folder: copy.folder.clone(), lines: copy.lines.clone() };
+    moved.lines.iter_mut().for_each(|line| {
+        *line = line
+            .replace("five-axis/machine.toml", "five-axis/lathe/machine.toml")
+            .replace("five-axis/cradle.stl", "five-axis/lathe/cradle.stl")
+    });
+    let scene = "file = \"lathe/machine.toml\"";
+    moved.accepts("scene.toml", "file = \"machine.toml\"", scene);
+    // Beside a file the scene may have parts of the machine of its own.
+    let more = format!("{scene}\nparts = [{{ name = \"door\", mesh = \"door.stl\" }}]");
+    moved.refuses("scene.toml", "file = \"machine.toml\"", &more, "part `door` is missing");
+}
+
+#[test]
+fn tools_with_measures_have_parts() {
+    let copy = Copy::of("five-axis", "tools");
+    let own = "tools = [{ number = 1, offset = { z_mm = 70 } }]";
+    let tool = |more: &str| format!("tools = [{{ number = 1, offset = {{ z_mm = 70 }}{more} }}]");
+    copy.accepts("scene.toml", own, &tool(", diameter_mm = 6"));
+    copy.refuses("scene.toml", own, &tool(", diameter_mm = 6, flute_mm = 20"), "part `tool-1-cutter` is missing");
+    let cutter = cube("tool-1-cutter head cutter 1 1 0 0 0 0 0 0", [0.0; 3], 1.0);
+    let with = |parts: &[String], tool: &str| {
+        let mut copy = Copy { folder: copy.folder.clone(), lines: copy.lines.clone() };
+        let at = find(&copy.lines, "move");
+        copy.lines.splice(at..at, parts.iter().flat_map(|part| part.lines().map(str::to_owned)).collect::<Vec<_>>());
+        let at = find(&copy.lines, "block");
+        let names = ["blank", "holder", "cradle"];
+        copy.lines.splice(
+            at..at,
+            (0..parts.len()).flat_map(|_| names.map(|name| format!("pair tool-1-cutter {name} ignored"))),
+        );
+        copy.with("scene.toml", own, tool).map(|report| report.notes).map_err(|refusal| refusal.why)
+    };
+    // It is there as a part; then it is the pairs that the scene does not leave out.
+    let why = with(&[cutter.clone()], &tool(", diameter_mm = 6, flute_mm = 20")).unwrap_err();
+    assert!(why.starts_with("the scene does not say that tool-1-cutter:"), "{why}");
+    let holder = ", diameter_mm = 6, flute_mm = 20, holder = [{ diameter_mm = 30, length_mm = 50 }]";
+    assert_eq!(with(&[cutter.clone()], &tool(holder)).unwrap_err(), "part `tool-1-holder` is missing");
+    let other = cutter.replace("head cutter 1", "head shank 1");
+    assert_eq!(
+        with(&[other], &tool(", diameter_mm = 6, flute_mm = 20")).unwrap_err(),
+        "part `tool-1-cutter` is missing"
+    );
+}
+
+#[test]
 fn every_key_of_a_link_counts() {
     let copy = Copy::of("mill", "links");
     let other = |name: &str, what: &str| format!("link `{name}`: the file has another {what}");
@@ -152,10 +224,14 @@ fn every_key_of_a_part_counts() {
     assert!(told(&usual, "vise") && !told(&usual, "base") && !told(&usual, "saddle"), "{usual:?}");
     let notes = copy.accepts(file, "mesh = \"base.stl\"", "mesh = \"base.stl\"\nweld_mm = 0.001");
     assert!(told(&notes, "base"), "{notes:?}");
-    copy.write("base.obj", "");
-    assert!(told(&copy.accepts(file, "mesh = \"base.stl\"", "mesh = \"base.obj\""), "base"));
     copy.refuses(file, "mesh = \"base.stl\"", "mesh = \"none.STL\"", "none.STL");
-    copy.write("BASE.STL", copy.read("base.stl"));
+    let mut copy = copy;
+    let input = find(&copy.lines, "input mill/base.stl");
+    for (other, content) in [("base.obj", Vec::new()), ("BASE.STL", copy.read("base.stl"))] {
+        copy.write(other, content);
+        copy.lines.insert(input + 1, copy.lines[input].replace("base.stl", other));
+    }
+    assert!(told(&copy.accepts(file, "mesh = \"base.stl\"", "mesh = \"base.obj\""), "base"));
     assert!(!told(&copy.accepts(file, "mesh = \"base.stl\"", "mesh = \"BASE.STL\""), "base"));
     for unit in ["\"mm\"", "\"m\"", "\"inch\""] {
         copy.refuses(file, "unit = \"cm\"", &format!("unit = {unit}"), "saddle.stl has other triangles");
@@ -310,9 +386,14 @@ fn the_control_of_the_tip_is_compared() {
 fn at_rest(test: &str, stated: &str, scene: &str, files: &[(&str, Vec<u8>)]) -> Result<Report, Refusal> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("scene.toml"), scene).unwrap();
-    files.iter().for_each(|(name, content)| std::fs::write(folder.join(name), content).unwrap());
-    let text = written(&format!("made by hand\n{stated}move 0 1 point\npair a b rigid\nblock 0 free"));
+    let mut inputs = String::new();
+    for (name, content) in
+        files.iter().map(|(name, content)| (*name, content.as_slice())).chain([("scene.toml", scene.as_bytes())])
+    {
+        std::fs::write(folder.join(name), content).unwrap();
+        inputs += &format!("input {test}/{name} {}\n", blake3::hash(content).to_hex());
+    }
+    let text = written(&format!("made by hand\n{inputs}{stated}move 0 1 point\npair a b rigid\nblock 0 free"));
     check(text.as_bytes(), Some(&folder), None)
 }
 
