@@ -48,6 +48,7 @@ const RAPID: &str = "rapid-into-workpiece";
 const STOPPED: &str = "stopped-spindle-into-workpiece";
 const CHANGE: &str = "tool-change-into-workpiece";
 const TRAVEL: &str = "over-travel";
+const UNRESOLVED: &str = "unresolved";
 
 const fn crash(machine: &'static str, fault: &'static str, program: &'static str, told: &'static [Told]) -> Crash {
     Crash { machine, fault, change: None, program, told }
@@ -112,6 +113,18 @@ const CRASHES: &[Crash] = &[
         "spindle never started",
         "S3000 G43 H1 G0 Z5\nG1 Z-2 F100\nG0 Z50\nM2",
         &[(2, STOPPED, "block:end-mill")],
+    ),
+    crash(
+        "mill",
+        "spindle oriented (M19) and not started again",
+        "M3 S3000 G43 H1 G0 Z5\nM19\nG1 Z-2 F100\nG0 Z50\nM2",
+        &[(3, STOPPED, "block:end-mill")],
+    ),
+    crash(
+        "mill",
+        "M61 says that the long drill is in the spindle",
+        "M61 Q2\nM3 S3000 G43 G0 Z20\nG0 Y42\nG0 Z-25\nM2",
+        &[(4, COLLISION, "rear-jaw:drill")],
     ),
     crash(
         "mill",
@@ -343,6 +356,26 @@ const CRASHES: &[Crash] = &[
         "M3 S800 G0 X50 Z5\nG0 Z215\nG0 X200\nM2",
         &[(2, COLLISION, "tailstock:turret")],
     ),
+    Crash {
+        machine: "fork",
+        fault: "the ram rises while the head swings through the upright",
+        change: Some((
+            "[program]\nfile = \"program.ngc\"\nstart = { z_mm = 400 }",
+            "[[parts]]\nname = \"ceiling\"\nrole = \"fixture\"\nat = { xyz_mm = [-300, 0, 729.6] }\nshape = { kind = \"rounded-box\", size_mm = [400, 400, 20] }\n[program]\nfile = \"program.ngc\"\nstart = { x_mm = -300, z_mm = 150 }\nstep_deg = 10",
+        )),
+        program: "G43.4 H1\nG1 B-5 F3000\nG1 Z20\nG1 B5\nG1 Z-30\nG1 B0\nM2",
+        told: &[(4, COLLISION, "ram:ceiling")],
+    },
+    Crash {
+        machine: "lathe",
+        fault: "insert between two jaws of the chuck as drawn, which turns",
+        change: Some((
+            "link = \"spindle\"\nrole = \"fixture\"",
+            "link = \"spindle\"\nrole = \"fixture\"\nat = { rpy_deg = [0, 0, 60] }",
+        )),
+        program: "M3 S800 G0 X56 Z5\nG1 Z-100 F200\nG1 Z-163\nG0 X100\nG0 Z5\nM2",
+        told: &[(3, UNRESOLVED, "chuck:insert")],
+    },
     crash(
         "lathe",
         "parting off with the spindle stopped",

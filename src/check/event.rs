@@ -31,8 +31,8 @@ pub enum Kind {
     StoppedSpindleIntoWorkpiece,
     /// The cutter goes deeper into the finished workpiece than it may.
     Gouge,
-    /// A part may come into what is left of the workpiece, deeper than the resolution of the stock, or the workpiece is cut and its mesh is open;
-    /// whether it does is not known.
+    /// A part may come into what is left of the workpiece, deeper than the resolution of the stock, or the workpiece is cut and its mesh is open, or a
+    /// part that a spindle turns may touch something; whether it does is not known.
     Unresolved,
     /// Two parts are nearer than this, mm.
     Near {
@@ -165,6 +165,23 @@ impl Distances {
     fn nearness_below(&self, mm: f64) -> Nearness {
         1 + self.borders_mm.iter().take_while(|&&border| border < mm).count()
     }
+}
+
+/// Adds contact of what a spindle turns, of which it is not known whether it happens, where the parts as drawn do not collide.
+pub(super) fn add_turned(events: &mut Vec<Event>, turned: Vec<Event>) {
+    let is_told = |events: &[Event], contact: &Event| {
+        let is_same = |event: &&Event| event.kind.is_collision() && event.pair == contact.pair;
+        let meets = |event: &Event| event.first.place <= contact.last.place && contact.first.place <= event.last.place;
+        events.iter().filter(is_same).any(meets)
+    };
+    for contact in turned.into_iter().filter(|event| event.kind.is_collision()) {
+        if !is_told(events, &contact) {
+            events.push(Event { kind: Kind::Unresolved, ..contact });
+        }
+    }
+    events.sort_by(|a, b| {
+        a.first.place.total_cmp(&b.first.place).then_with(|| width(&b.kind).total_cmp(&width(&a.kind)))
+    });
 }
 
 fn width(kind: &Kind) -> f64 {

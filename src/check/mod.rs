@@ -1,7 +1,7 @@
 //! `check`: runs a program on a machine and says what collides, where, when, and what comes near.
 //!
 //! Reading order: this file (what is asked and answered), [`motion`] (positions and times along the program), `scan` (one
-//! pair along the path), `event` (from stretches of the path to events), `stock` (what is cut), `turning` (on lathes).
+//! pair along the path), `event` (from stretches of the path to events), `stock` (what is cut), `turning` (on lathes), `spun` (what a spindle turns).
 //!
 //! Method. The path is sampled as the scene says, straight in axis space between samples. At a sample the distance of a pair is
 //! found on the trees of the chosen variant, and where it is not 0, whether one part lies inside the other; as long as the pair cannot have travelled that far
@@ -13,6 +13,7 @@
 mod event;
 pub mod motion;
 mod scan;
+mod spun;
 mod turning;
 mod stock;
 #[cfg(test)]
@@ -35,11 +36,12 @@ use crate::scene::{Clearances, Pair, ProgramRun, Role, Scene, TipFault};
 use crate::stock::StockError;
 use crate::truth::Solid;
 use rayon::prelude::*;
-use rs274::Axis;
+use rs274::{Axis, MoveKind};
+use spun::Spun;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use stock::{Met, StockContact, Workpiece};
 use thiserror::Error;
 
@@ -163,6 +165,8 @@ pub struct Outcome {
     pub open_parts: Vec<usize>,
     /// Tools that are in the spindle at some time and have no part, in a scene whose tools have parts: nobody knows what these touch.
     pub tools_without_parts: Vec<u32>,
+    /// Parts that a spindle turns, that are not round and are examined as drawn, because the axis about which they turn is not known, or moves.
+    pub as_drawn: Vec<usize>,
     /// Parts that stay within the resolution of what is left of a workpiece, so that nobody knows whether they touch it; once for each pair.
     pub touches: Vec<Touch>,
     /// What is left of each workpiece that is cut.
@@ -244,34 +248,15 @@ pub fn check(
     let is_stock = |pair: Pair| workpieces.iter().any(|workpiece| workpiece.has(pair));
     let pairs: Vec<Pair> = pairs.into_iter().filter(|&pair| !(scene.is_cutting(pair) && is_stock(pair))).collect();
     let of_stock: Vec<Pair> = pairs.iter().copied().filter(|&pair| is_stock(pair)).collect();
+    let spun = Spun::of(scene, run, &path);
+    let turned = turned_pairs(&spun, &reach, settings, &is_stock);
     progress.begin("building trees", 1);
     let for_the_rest = registry.fastest().unwrap_or(variant);
-    let (trees_ns, bodies) = timer::time(|| Bodies::new(scene, [variant, for_the_rest], &pairs));
+    let (trees_ns, [bodies, turned_bodies]) = timer::time(|| {
+        let bodies = |scene: &Scene, pairs: &[Pair]| Bodies::new(scene, [variant, for_the_rest], pairs);
+        [bodies(scene, &pairs), bodies(&spun.scene, &turned)]
+    });
     let distances: Vec<Distances> = pairs.iter().map(|&pair| settings.distances(scene, pair)).collect();
-    let chunks: Vec<usize> = (0..path.samples().len()).step_by(CHUNK).collect();
-    progress.begin("checking", chunks.len() as u64);
-    let (stop, queries) = (AtomicBool::new(false), AtomicU64::new(0));
-    let scan_chunk = |&first: &usize| {
-        if settings.stop_at_first && stop.load(Ordering::Relaxed) {
-            return Vec::new();
-        }
-        let last = (first + CHUNK).min(path.samples().len());
-        let poses: Vec<_> = (first..=last).map(|at| scene.machine.forward(&path.position(at))).collect();
-        let scans: Vec<Vec<scan::Stretch>> = pairs
-            .iter()
-            .zip(&distances)
-            .map(|(&pair, Distances { borders_mm, .. })| {
-                let mut scan = scan::Scan::new(scene, &path, &bodies, pair, borders_mm, settings.tolerance_mm);
-                let stretches = scan.run(first, last, &poses);
-                queries.fetch_add(scan.queries, Ordering::Relaxed);
-                stretches
-            })
-            .collect();
-        progress.advance(1);
-        scans
-    };
-    // In order and in groups, so that a search for the first collision ends soon after it, whatever the number of threads.
-    let mut scanned: Vec<Vec<Vec<scan::Stretch>>> = Vec::with_capacity(chunks.len());
     let is_stock = |pair: Pair| of_stock.contains(&pair);
     let stays_whole =
         |pair: Pair| settings.cutting == Cutting::Never && scene.is_cutting(pair) && scene.gouge_mm.is_none();
@@ -283,15 +268,9 @@ pub fn check(
         is_stock: &is_stock,
         stays_whole: &stays_whole,
     };
-    for group in chunks.chunks(GROUP) {
-        scanned.extend(group.par_iter().map(scan_chunk).collect::<Vec<_>>());
-        if settings.stop_at_first
-            && writer.events(&scanned, &[], settings).iter().any(|event| event.kind.is_collision())
-        {
-            stop.store(true, Ordering::Relaxed);
-            break;
-        }
-    }
+    progress.begin("checking", path.samples().len().div_ceil(CHUNK) as u64);
+    let queries = AtomicU64::new(0);
+    let scanned = scan_all(&writer, &bodies, settings, &queries, progress);
     let end = (scanned.len() * CHUNK).min(path.samples().len());
     progress.begin("cutting", workpieces.len() as u64);
     let met: Vec<Met> = workpieces
@@ -305,6 +284,13 @@ pub fn check(
         .collect();
     let contacts: Vec<StockContact> = met.iter().flat_map(|met| met.contacts.iter().copied()).collect();
     let mut events = writer.events(&scanned, &contacts, settings);
+    if !turned.is_empty() {
+        let distances: Vec<Distances> = turned.iter().map(|&pair| settings.distances(&spun.scene, pair)).collect();
+        let writer = event::EventWriter { scene: &spun.scene, pairs: &turned, distances: &distances, ..writer };
+        progress.begin("checking what turns", path.samples().len().div_ceil(CHUNK) as u64);
+        let scanned = scan_all(&writer, &turned_bodies, settings, &queries, progress);
+        event::add_turned(&mut events, writer.events(&scanned, &[], settings));
+    }
     let mut over_travel = over_travel(scene, run, &path);
     if settings.stop_at_first
         && let Some(first) = events.iter().position(|event| event.kind.is_collision())
@@ -318,7 +304,8 @@ pub fn check(
         decisions,
         over_travel,
         open_parts: bodies.open_parts(),
-        tools_without_parts: tools_without_parts(scene, &reach),
+        as_drawn: spun.as_drawn,
+        tools_without_parts: tools_without_parts(scene, run, &reach),
         touches: met.into_iter().flat_map(|met| met.touches).collect(),
         remaining: workpieces.into_iter().map(Workpiece::remaining).collect(),
         stays_whole: pairs.iter().any(|&pair| stays_whole(pair)),
@@ -329,6 +316,52 @@ pub fn check(
         duration_s: path.duration_s(),
         trees_ns,
     })
+}
+
+/// The pairs in which a part turns and the other does not turn with it; the stock tells its own.
+fn turned_pairs(spun: &Spun, reach: &pairs::Reach, settings: &Settings, is_stock: &dyn Fn(Pair) -> bool) -> Vec<Pair> {
+    if !spun.is_turned.contains(&true) {
+        return Vec::new();
+    }
+    let decisions = pairs::decide(&spun.scene, reach, settings.clearances(&spun.scene));
+    let examined = decisions.into_iter().filter(|decision| decision.dropped.is_none()).map(|decision| decision.pair);
+    let is_one = |pair: &Pair| spun.is_turned[pair.a] != spun.is_turned[pair.b];
+    examined.filter(|&pair| is_one(&pair) && !spun.scene.is_cutting(pair) && !is_stock(pair)).collect()
+}
+
+/// Scans every pair of a writer along the path: for each chunk of it and each pair its stretches. In order and in groups, so that a search for the first
+/// collision ends soon after it, whatever the number of threads.
+fn scan_all(
+    writer: &event::EventWriter<'_>,
+    bodies: &Bodies,
+    settings: &Settings,
+    queries: &AtomicU64,
+    progress: &dyn Progress,
+) -> Vec<Vec<Vec<scan::Stretch>>> {
+    let event::EventWriter { scene, path, pairs, distances, .. } = *writer;
+    let scan_chunk = |&first: &usize| {
+        let last = (first + CHUNK).min(path.samples().len());
+        let poses: Vec<_> = (first..=last).map(|at| scene.machine.forward(&path.position(at))).collect();
+        let scan_pair = |(&pair, Distances { borders_mm, .. }): (&Pair, &Distances)| {
+            let mut scan = scan::Scan::new(scene, path, bodies, pair, borders_mm, settings.tolerance_mm);
+            let stretches = scan.run(first, last, &poses);
+            queries.fetch_add(scan.queries, Ordering::Relaxed);
+            stretches
+        };
+        let scans: Vec<Vec<scan::Stretch>> = pairs.iter().zip(distances).map(scan_pair).collect();
+        progress.advance(1);
+        scans
+    };
+    let chunks: Vec<usize> = (0..path.samples().len()).step_by(CHUNK).collect();
+    let mut scanned: Vec<Vec<Vec<scan::Stretch>>> = Vec::with_capacity(chunks.len());
+    for group in chunks.chunks(GROUP) {
+        scanned.extend(group.par_iter().map(scan_chunk).collect::<Vec<_>>());
+        let found = || writer.events(&scanned, &[], settings);
+        if settings.stop_at_first && found().iter().any(|event| event.kind.is_collision()) {
+            break;
+        }
+    }
+    scanned
 }
 
 /// The stretches of one of the pairs, in the order of the path.
@@ -369,7 +402,10 @@ fn refuse_missing_axes(scene: &Scene, run: &ProgramRun) -> Result<(), CheckError
     for step in &run.program.moves {
         // X, Y and Z of a tip under control are not axes.
         let is_axis = |axis: &&Axis| step.tip_mm.is_none() || **axis as usize > Axis::Z as usize;
-        let moved = |axis: &&Axis| (step.end[**axis] - run.start[**axis]).abs() > STILL;
+        let moved = |axis: &&Axis| {
+            let is_of_arc = matches!(step.kind, MoveKind::Arc { plane, sweep, .. } if sweep != 0.0 && plane.axes()[..2].contains(axis));
+            is_of_arc || (step.end[**axis] - run.start[**axis]).abs() > STILL
+        };
         if let Some(&axis) = missing.iter().filter(is_axis).find(moved) {
             let (value, unit) =
                 if axis.is_rotary() { (step.end[axis].to_degrees(), "degrees") } else { (step.end[axis], "mm") };
@@ -383,10 +419,13 @@ fn refuse_missing_axes(scene: &Scene, run: &ProgramRun) -> Result<(), CheckError
 /// By how much rounding may move an axis that stays where it is, mm or radians.
 const STILL: f64 = 1e-9;
 
-fn tools_without_parts(scene: &Scene, reach: &pairs::Reach) -> Vec<u32> {
+/// Tools in use without a part, in a scene whose tools have some; tool 0, no tool, where the program feeds with none.
+fn tools_without_parts(scene: &Scene, run: &ProgramRun, reach: &pairs::Reach) -> Vec<u32> {
     let has_part = |tool: u32| scene.parts.iter().any(|part| part.tool == Some(tool));
+    let feeds = |step: &rs274::Move| matches!(step.kind, MoveKind::Feed | MoveKind::Arc { .. });
+    let feeds_without = || run.program.moves.iter().zip(run.tools()).any(|(step, tool)| tool == 0 && feeds(step));
     let used = reach.tools.iter().flatten().map(|(&tool, _)| tool);
-    used.filter(|&tool| scene.changes_tools() && tool != 0 && !has_part(tool)).collect()
+    used.filter(|&tool| scene.changes_tools() && !has_part(tool) && (tool != 0 || feeds_without())).collect()
 }
 
 /// Chunks that are scanned before it is looked whether there is a collision among them.

@@ -492,7 +492,7 @@ impl<'a> Ledger<'a> {
             }
         }
         // A whole place belongs to the move that leads to it.
-        if from > 0.0 && from.fract() == 0.0 && from < to {
+        if from.fract() == 0.0 && from < to {
             from = from.next_up();
         }
         self.last[other] = Some(self.met.contacts.len());

@@ -1,10 +1,13 @@
-use super::event::runs;
+use super::event::{EventWriter, runs};
 use super::motion::axes_s;
 use super::scan::{Scan, Stretch};
-use super::{Bodies, Gouge, Kind, Outcome, Path, Settings, check, is_tool_and_workpiece};
+use super::turning::{Turning, WorkAxis};
+use super::{Bodies, Cutting, Event, Gouge, Kind, Outcome, Path, Settings, check, is_tool_and_workpiece};
+use crate::geometry::Point;
 use crate::measure::Silent;
 use crate::registry::Registry;
 use crate::scene::{Clearances, Overrides, Pair, Role, Scene};
+use crate::stock::{Body, Step, Stock};
 use rs274::{Axis, MoveKind, Position, Sample};
 use std::collections::BTreeMap;
 
@@ -83,18 +86,23 @@ fn contact_is_found_where_it_begins_and_ends() {
         assert!((extent.position[Axis::Z] - 20.0).abs() < 0.02, "{extent:?}");
     }
     assert!(outcome.collides() && !event.to_the_end && !event.inside);
+    // All of the contact has distance 0; the first place counts.
+    assert_eq!(event.nearest, event.first);
     // 0.05 s aside, 0.85 s down, 0.45 s up.
     assert!((outcome.duration_s - 1.35).abs() < 1e-9);
 }
 
 #[test]
 fn the_search_ends_with_the_first_collision_when_asked() {
-    let scene = scene(CUBES, "G0 Z15\nG0 Z60\nG0 Z15\nG0 Z60\nM2");
-    let lines = |stop_at_first| {
-        let outcome = checked(&scene, &Settings { stop_at_first, ..with_zones(&[]) });
+    let near = scene(CUBES, "G0 Z15\nG0 Z60\nG0 Z15\nG0 Z60\nM2");
+    // More samples than are scanned before it is looked whether there is a collision among them.
+    let far = scene(CUBES, "G0 Z15\nG0 Z60\nG0 X8200\nG0 X0\nG0 Z15\nM2");
+    let lines = |scene: &Scene, stop_at_first| {
+        let outcome = checked(scene, &Settings { stop_at_first, ..with_zones(&[]) });
         outcome.events.iter().map(|event| event.first.line).collect::<Vec<_>>()
     };
-    assert_eq!((lines(false), lines(true)), (vec![1, 3], vec![1]));
+    assert_eq!((lines(&near, false), lines(&near, true)), (vec![1, 3], vec![1]));
+    assert_eq!((lines(&far, false), lines(&far, true)), (vec![1, 5], vec![1]));
 }
 
 #[test]
@@ -119,6 +127,12 @@ fn the_next_place_is_not_nearer_than_the_widest_zone() {
     // Half way between two places 10 mm from the other part the way left is half of d1 + d2 - travel: 10 mm of 20 gives 5.
     assert!(!scan.may_come_nearer(&near, &near, 17.9) && scan.may_come_nearer(&near, &near, 18.0 + 0.11));
     assert!(!scan.may_come_nearer(&here, &here, 92.0) && scan.may_come_nearer(&here, &here, 92.2));
+    // 0.5 mm apart: half of 0.5 + 0.5 - travel.
+    let mut position = Position::default();
+    position[Axis::Z] = 20.5;
+    let close = scan.measure(75.0, &scene.machine.forward(&position));
+    assert_eq!(close.nearness, 1);
+    assert!(!scan.may_come_nearer(&close, &close, 0.9) && scan.may_come_nearer(&close, &close, 1.1));
 }
 
 #[test]
@@ -164,6 +178,7 @@ fn times_and_fractions_along_a_program() {
     }
     assert!(matches!(path.step(50.5).kind, MoveKind::Dwell { .. }) && path.step(51.5).kind == MoveKind::Feed);
     assert_eq!((path.block(3), path.block(0), path.block(99)), ("G1 X20 F600", "", ""));
+    assert_eq!(path.chord_mm(), 0.01);
 }
 
 #[test]
@@ -189,6 +204,9 @@ fn stretches_that_join_are_one_run() {
     assert_eq!(of(0), [(2.0, 3.0, 0.0)]);
     let whole = runs(&stretches, 2);
     assert!(whole[0].inside && !whole[1].inside && whole[0].least_at == 3.0);
+    // Of equal distances the first counts.
+    let level = [stretch(1, 0.0, 1.0, 3.0, false), stretch(2, 1.0, 2.0, 3.0, true)];
+    assert_eq!(runs(&level, 2)[0].least_at, 1.0);
     assert!(stretches[1].is_in(&whole[0]) && !stretches[5].is_in(&whole[0]) && !whole[0].is_in(&stretches[1]));
 }
 
@@ -230,4 +248,269 @@ fn tools_and_workpieces_are_told_by_their_roles() {
             assert_eq!(Gouge::of(&scene, pair).is_some(), gouges, "{one:?} {other:?}");
         }
     }
+}
+
+/// A bar of 20 mm radius from 25 to 45 mm along a spindle at (3, 4, 100), and an insert of 4 x 2 x 4 mm. X is slanted; at X 12 the insert is from 11.77
+/// to 15.77 mm beside the axis.
+const LATHE: &str = r#"
+title = "A bar that turns"
+[[machine.links]]
+name = "carriage"
+joint = { axis = "Z", direction = [0, 0, 1] }
+[[machine.links]]
+name = "slide"
+parent = "carriage"
+joint = { axis = "X", direction = [1, 0, 0.2] }
+[[machine.links]]
+name = "cross"
+parent = "slide"
+joint = { axis = "Y", direction = [0, 1, 0] }
+[[machine.links]]
+name = "spindle"
+at = { xyz_mm = [3, 4, 100], rpy_deg = [0, 0, 30] }
+joint = { axis = "C", direction = [0, 0, 1] }
+[[machine.links]]
+name = "chuck"
+parent = "spindle"
+at = { xyz_mm = [0, 0, 20] }
+[[parts]]
+name = "bar"
+link = "chuck"
+role = "workpiece"
+at = { xyz_mm = [0, 0, 5] }
+shape = { kind = "cylinder", radius_mm = 20, height_mm = 20 }
+[[parts]]
+name = "insert"
+link = "cross"
+role = "cutter"
+at = { xyz_mm = [5, 4, 130] }
+shape = { kind = "rounded-box", size_mm = [4, 2, 4] }
+[program]
+file = "own.ngc"
+controller = "lathe"
+start = { x_mm = 24 }
+"#;
+
+#[test]
+fn the_axis_of_what_turns_is_found_wherever_it_lies() {
+    let axis_of = |text: &str| {
+        let scene = scene(text, "G0 X50\nM2");
+        let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
+        WorkAxis::of(&scene, &path, 0)
+    };
+    let is_at = |axis: &WorkAxis, point: [f64; 3], z: f64| {
+        (axis.axis_from_stock * Point::from(point) - Point::new(0.0, 0.0, z)).norm() < 1e-3
+    };
+    // The axis' frame stands at the spindle's point, 20 and 5 mm behind the bar.
+    let axis = axis_of(LATHE).unwrap();
+    assert!(is_at(&axis, [0.0; 3], 25.0) && is_at(&axis, [0.0, 0.0, 20.0], 45.0));
+    // Without a joint it is that of the bar, here 7 mm beside x of its mesh.
+    let bar = "at = { xyz_mm = [0, 0, 5] }\nshape = { kind = \"cylinder\", radius_mm = 20, height_mm = 20 }";
+    let own = |shape: &str| {
+        let part = format!("at = {{ xyz_mm = [0, 0, 5], rpy_deg = [0, -90, 0] }}\nshape = {shape}");
+        axis_of(&LATHE.replacen("link = \"chuck\"\n", "", 1).replacen(bar, &part, 1))
+    };
+    let lying = r#"{ kind = "compound", parts = [{ shape = { kind = "cylinder", radius_mm = 20, height_mm = 30 }, at = { xyz_mm = [0, 7, 0], rpy_deg = [0, 90, 0] } }] }"#;
+    let axis = own(lying).unwrap();
+    assert!(is_at(&axis, [0.0, 7.0, 0.0], -15.0) && is_at(&axis, [30.0, 7.0, 0.0], 15.0));
+    // What is not round, and the workpiece of a mill, have none.
+    assert!(own("{ kind = \"rounded-box\", size_mm = [40, 40, 20] }").is_none());
+    assert!(axis_of(&LATHE.replacen("controller = \"lathe\"\n", "", 1)).is_none());
+}
+
+#[test]
+fn a_tool_beside_the_axis_is_as_deep_as_its_section_up_to_what_is_not_known() {
+    let turning_of = |scene: &Scene| {
+        let path = Path::new(scene, scene.program.as_ref().unwrap()).unwrap();
+        let axis = WorkAxis::of(scene, &path, 0).unwrap();
+        let body = Body::turning(&scene.parts[1].mesh, 0.0);
+        (Turning::new(scene, &path, &axis, true, 1, &body), axis)
+    };
+    let piece = |scene: &Scene, turning: &Turning, y: [f64; 2], z: [f64; 2]| {
+        let [from, to] = [0, 1].map(|k| Position([12.0, y[k], z[k], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
+        turning.to_base.piece(&scene.machine, &from, &to, 0, 1)
+    };
+    let plain = scene(LATHE, "G0 X50\nM2");
+    let (turning, axis) = turning_of(&plain);
+    let depth = |y: [f64; 2], z: [f64; 2], chord_mm: f64| {
+        let mut stock = Stock::turned(&plain.parts[0].mesh, axis.axis_from_stock, 0.1).unwrap();
+        let examined = vec![turning.sweep(&piece(&plain, &turning, y, z), chord_mm)];
+        let depth = stock.run(&[Step { examined, cutting: Vec::new() }], 0.01)[0].depth;
+        (depth.low, depth.high)
+    };
+    // The middle of the section is 2 mm deep. Beside the plane half the way across is not known, nor is a chord's distance.
+    for (y, z, pad) in [([0.0, 0.0], [0.0, 1.0], 0.3), ([0.5, 0.9], [0.0, 0.0], 0.5)] {
+        let (low, high) = depth(y, z, 0.3);
+        assert!((1.75 - pad..=2.0 - pad + 1e-5).contains(&low), "{y:?}: {low}");
+        assert!((2.0 + pad - 1e-5..=2.25 + pad).contains(&high), "{y:?}: {high}");
+    }
+    // In the middle of this way the insert is beside the plane: nothing is certain.
+    let (low, high) = depth([0.9, 1.3], [0.0, 0.0], 0.0);
+    assert!(low == 0.0 && high > 0.1, "{low} {high}");
+    // Only where the tool is beside the axis as at first it is its section.
+    let has_section =
+        |scene: &Scene, turning: &Turning, y, z| turning.sweep_of_section(&piece(scene, turning, y, z), 0.0).is_some();
+    assert!(has_section(&plain, &turning, [0.0, 0.0], [0.0, 1.0]));
+    assert!(!has_section(&plain, &turning, [0.0, 0.4], [0.0, 0.0]));
+    let aside = scene(&LATHE.replacen("x_mm = 24", "x_mm = 24, y_mm = 0.5", 1), "G0 X50\nM2");
+    let (turning, _) = turning_of(&aside);
+    assert!(has_section(&aside, &turning, [0.5, 0.5], [0.0, 1.0]));
+    assert!(!has_section(&aside, &turning, [0.0, 0.0], [0.0, 1.0]));
+}
+
+#[test]
+fn only_under_standing_tools_and_where_no_solid_is_wanted_the_stock_is_a_half_section() {
+    let stock_of = |text: &str, cutting: Cutting, is_solid: bool| {
+        let outcome = checked(&scene(text, "G0 X50\nM2"), &Settings { cutting, is_solid, ..Settings::standard() });
+        let stock = &outcome.remaining[0].stock;
+        // Tiles of the half section, 20 x 20 mm, are smaller than those of the bar, 40 mm wide.
+        (stock.resolution_mm(), stock.tile_mm() < 4.0)
+    };
+    let standing = "at = { xyz_mm = [5, 4, 130] }\nshape = { kind = \"rounded-box\", size_mm = [4, 2, 4] }";
+    let driven = "at = { xyz_mm = [5, 4, 130], rpy_deg = [0, 90, 0] }\nshape = { kind = \"cylinder\", radius_mm = 3, height_mm = 10 }";
+    let driven = LATHE.replacen(standing, driven, 1);
+    for (cutting, is_solid, stands, turns) in [
+        (Cutting::Standard, false, (0.1, true), (0.5, false)),
+        (Cutting::Standard, true, (0.1, false), (0.1, false)),
+        (Cutting::At(0.2), false, (0.2, true), (0.2, false)),
+    ] {
+        let found = (stock_of(LATHE, cutting, is_solid), stock_of(&driven, cutting, is_solid));
+        assert_eq!(found, (stands, turns), "{cutting:?} {is_solid}");
+    }
+}
+
+/// What is told of the two cubes where they are as near as this.
+fn told(scene: &Scene, zones_mm: &[f64], stretches: &[Stretch]) -> Vec<Event> {
+    let path = Path::new(scene, scene.program.as_ref().unwrap()).unwrap();
+    let (pairs, settings) = ([Pair { a: 0, b: 1 }], with_zones(zones_mm));
+    let distances = [settings.distances(scene, pairs[0])];
+    let (is_stock, stays_whole) = (|_: Pair| false, |_: Pair| false);
+    let writer = EventWriter {
+        scene,
+        path: &path,
+        pairs: &pairs,
+        distances: &distances,
+        is_stock: &is_stock,
+        stays_whole: &stays_whole,
+    };
+    writer.events(&[vec![stretches.to_vec()]], &[], &settings)
+}
+
+fn part(nearness: usize, [from, to]: [f64; 2], least_mm: f64) -> Stretch {
+    Stretch { nearness, from, to, least_mm, least_at: to, inside: false, goes_on: true }
+}
+
+#[test]
+fn contacts_on_a_line_that_hardly_part_are_one() {
+    // The one border is 1 mm, so that places 10 to 18 are one episode.
+    let scene = scene(CUBES, "G0 Z25\nM2");
+    let mut parts = [
+        part(0, [10.0, 12.0], 0.5),
+        part(1, [12.0, 14.0], 0.7),
+        part(0, [14.0, 16.0], 0.2),
+        part(1, [16.0, 17.0], 0.7),
+        part(0, [17.0, 18.0], 0.2),
+        part(0, [20.0, 22.0], 0.0),
+    ];
+    (parts[2].inside, parts[5].goes_on) = (true, false);
+    let told = told(&scene, &[], &parts);
+    let told: Vec<_> =
+        told.iter().map(|e| (e.first.place, e.last.place, e.least_mm, e.nearest.place, e.inside)).collect();
+    assert_eq!(told, [(10.0, 18.0, 0.2, 16.0, true), (20.0, 22.0, 0.0, 22.0, false)]);
+}
+
+#[test]
+fn what_begins_together_is_told_from_the_widest_zone_to_contact() {
+    let scene = scene(CUBES, "G0 Z25\nM2");
+    let told = told(&scene, &[14.0, 8.0], &[part(0, [0.0, 5.0], 0.0)]);
+    let kinds: Vec<_> = told.iter().map(|event| event.kind).collect();
+    assert_eq!(kinds, [Kind::Near { zone_mm: 14.0 }, Kind::Near { zone_mm: 8.0 }, Kind::Collision]);
+    assert!(told.iter().all(|event| !event.first.rapid && event.last.rapid));
+}
+
+#[test]
+fn contact_of_a_cutter_hangs_on_where_it_begins() {
+    let told = |gouge_mm, program: &str, stretches: &[Stretch]| {
+        let mut scene = scene(CUBES, program);
+        (scene.parts[0].role, scene.parts[1].role) = (Role::Workpiece, Role::Cutter);
+        scene.gouge_mm = gouge_mm;
+        told(&scene, &[], stretches).iter().map(|event| (event.kind, event.first.line)).collect::<Vec<_>>()
+    };
+    assert_eq!(told(None, "G0 Z25\nM2", &[part(0, [0.0, 5.0], 0.0)]), [(Kind::Collision, 0)]);
+    // What touches a finished part where the machine stands at first has not come there. Borders of 0.24 and 1 mm.
+    assert_eq!(told(Some(0.25), "G0 Z25\nM2", &[part(1, [0.0, 5.0], 0.1)]), []);
+    // A rapid goes deep from where a feed move touched, which it may. `G1 Z80` is places 1 to 20.
+    let deeper = [part(1, [10.0, 22.0], 0.1), part(0, [22.0, 25.0], -0.1)];
+    assert_eq!(told(Some(0.25), "G1 Z80 F6000\nG0 Z25\nM2", &deeper), [(Kind::RapidIntoWorkpiece, 2)]);
+}
+
+#[test]
+fn only_a_rapid_outside_may_come_to_touch_a_finished_part_between_samples() {
+    // Up to place 20 a feed move.
+    let mut scene = scene(CUBES, "G1 Z80 F6000\nG0 Z25\nM2");
+    (scene.parts[0].role, scene.parts[1].role) = (Role::Workpiece, Role::Cutter);
+    scene.gouge_mm = Some(0.1);
+    let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
+    let (pair, registry) = (Pair { a: 0, b: 1 }, Registry::standard());
+    let variant = registry.fastest().unwrap();
+    let bodies = Bodies::new(&scene, [variant, variant], &[pair]);
+    let mut scan = Scan::new(&scene, &path, &bodies, pair, &[0.09, 1.0], 0.01);
+    let mut measure = |place: f64, z: f64| {
+        let mut position = Position::default();
+        position[Axis::Z] = z;
+        scan.measure(place, &scene.machine.forward(&position))
+    };
+    // 5 mm above it a cutter may go 5.1 mm farther: of 10.2 - travel half is left; within it nothing more is looked for.
+    let (feed, rapid, within) = (measure(10.0, 25.0), measure(30.0, 25.0), measure(30.0, 19.95));
+    assert!(!scan.may_come_nearer(&rapid, &rapid, 10.0) && scan.may_come_nearer(&rapid, &rapid, 10.2));
+    assert!(!scan.may_come_nearer(&rapid, &feed, 10.2) && !scan.may_come_nearer(&within, &within, 100.0));
+}
+
+#[test]
+fn each_line_that_asks_for_a_place_beyond_a_limit_is_told_where_it_is_first_beyond() {
+    let axis = "axis = \"Z\", direction = [0, 0, 1]";
+    let text = CUBES.replacen(axis, &format!("{axis}, max_mm = 200"), 1);
+    // Lines of 110, 195, 45, 190 and 10 samples, 1 mm and 10 ms each.
+    let scene = scene(&text, "G0 Z210\nG0 Z15\nG0 Z60\nG0 Z250\nG0 Z260\nM2");
+    let told = |stop_at_first| {
+        let over = checked(&scene, &Settings { stop_at_first, ..with_zones(&[]) }).over_travel;
+        assert!(over.iter().all(|over| (over.time_s - over.place as f64 / 100.0).abs() < 1e-9));
+        over.iter().map(|over| (over.place, over.line, over.cause.value)).collect::<Vec<_>>()
+    };
+    assert_eq!(told(false), [(101, 1, 210.0), (491, 4, 250.0), (541, 5, 260.0)]);
+    // The cubes collide on line 2.
+    assert_eq!(told(true), [(101, 1, 210.0)]);
+}
+
+#[test]
+fn a_program_that_moves_an_axis_without_a_joint_is_refused() {
+    let refused = |text: &str, program: &str, message: &str| {
+        let (scene, registry) = (scene(text, program), Registry::standard());
+        let (run, variant) = (scene.program.as_ref().unwrap(), registry.fastest().unwrap());
+        let error = check(&scene, run, variant, &registry, &Settings::standard(), &Silent).unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
+    };
+    refused(CUBES, "G0 Z50\nG0 Y5\nM2", ":2: the program moves axis Y to 5 mm");
+    // An arc moves both axes of its plane, wherever it ends.
+    for arc in ["G2 X20 I10 F500", "G2 I10 F500"] {
+        refused(CUBES, &format!("G0 Z50\n{arc}\nM2"), ":2: the program moves axis Y to 0 mm");
+    }
+    // Under control of the tool's tip C is an axis, though X, Y and Z are not.
+    let tip = CUBES
+        .replacen("name = \"cross\"\n", "name = \"side\"\njoint = { axis = \"Y\", direction = [0, 1, 0] }\n[[machine.links]]\nname = \"cross\"\nparent = \"side\"\n", 1)
+        .replacen("[program]\n", "[program]\ntools = [{ number = 1, offset = { z_mm = 10 } }]\ntool_centre_point = { tool_link = \"head\" }\n", 1);
+    refused(&tip, "G43.4 H1\nG1 X5 C90 F1000\nM2", ":2: the program moves axis C to 90 degrees");
+    // What stays where it is at first is not moved.
+    let aside = CUBES.replacen("start = { z_mm", "start = { y_mm = 5, z_mm", 1);
+    assert!(checked(&scene(&aside, "G0 Z50\nM2"), &with_zones(&[])).events.is_empty());
+}
+
+#[test]
+fn a_tolerance_below_rounding_ends_the_search_all_the_same() {
+    let scene = scene(CUBES, "G0 X5\nG0 Z15\nG0 Z60\nM2");
+    let outcome = checked(&scene, &Settings { tolerance_mm: 1e-300, ..with_zones(&[]) });
+    let [event] = &outcome.events[..] else { panic!("{:?}", outcome.events) };
+    assert!([&event.first, &event.last].iter().all(|extent| (extent.position[Axis::Z] - 20.0).abs() < 1e-3));
+    // Four borders of at most 40 halvings, and some 20 whole places.
+    assert!(outcome.queries <= 240, "{}", outcome.queries);
 }

@@ -363,7 +363,18 @@ fn found(collisions: usize, outcome: &Outcome) -> String {
 
 /// What the answer says nothing about, a line each.
 fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
-    let tool = |tool: &u32| format!("not examined: tool {tool}, which has no part in the scene");
+    let tool = |tool: &u32| {
+        match tool {
+        0 => "not examined: the tool with which the program feeds, for none is in the spindle; `tool` in [program] of scene.toml says which is there at first".to_owned(),
+        tool => format!("not examined: tool {tool}, which has no part in the scene"),
+    }
+    };
+    let as_drawn = |&part: &usize| {
+        let name = &scene.parts[part].name;
+        format!(
+            "not examined: what `{name}` passes as it turns; it is not round, and stands as drawn (docs/check.md, What turns)"
+        )
+    };
     let open = |&part: &usize| {
         let name = &scene.parts[part].name;
         format!(
@@ -410,7 +421,8 @@ fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
         .chain(outcome.uncut.iter().map(uncut))
         .chain(whole)
         .chain(outcome.remaining.iter().filter_map(given_up))
-        .chain(outcome.open_cutters.iter().map(cutter));
+        .chain(outcome.open_cutters.iter().map(cutter))
+        .chain(outcome.as_drawn.iter().map(as_drawn));
     let pairs = outcome.decisions.iter().filter_map(dropped).chain(neighbours);
     tools.chain(outcome.open_parts.iter().map(open)).chain(pairs).collect()
 }
@@ -552,6 +564,7 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         "over_travel": outcome.over_travel.iter().map(over_travel_json).collect::<Vec<_>>(),
         "tools_without_parts": outcome.tools_without_parts, "mesh_warnings": scene.mesh_warnings(),
         "open_parts": outcome.open_parts.iter().map(|&part| name(part)).collect::<Vec<_>>(),
+        "parts_as_drawn": outcome.as_drawn.iter().map(|&part| name(part)).collect::<Vec<_>>(),
         "pairs_not_examined": outcome.decisions.iter().filter_map(|decision| {
             let why = decision.dropped.as_ref()?.to_string();
             Some(json!({ "pair": [name(decision.pair.a), name(decision.pair.b)], "why": why }))

@@ -59,9 +59,9 @@ pub const RULES: [Rule; 8] = [
     Rule {
         id: "unresolved",
         name: "UnresolvedContact",
-        what: "A part may come into what is left of the workpiece, deeper than the resolution of the stock.",
+        what: "A part may come into what is left of the workpiece, deeper than the resolution of the stock, or may touch another as its spindle turns it.",
         help: "Whether it does is not known: the message says how deep at most. `--stock-resolution` with a smaller length may decide it; open meshes of \
-            workpiece or cutter have to be closed; else look at the move.",
+            workpiece or cutter have to be closed; else look at the move. What a spindle turns is taken for rings around its axis.",
         is_note: false,
     },
     Rule {

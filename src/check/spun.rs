@@ -1,0 +1,322 @@
+//! What a spindle turns: it is at every angle, whatever the drawing shows.
+//!
+//! A part that is not round about its spindle's axis is examined twice: as drawn, and as rings that hold all that it passes when it turns. Where only the
+//! rings touch something, the two may collide. On lathes the nearest joint that turns the workpiece is the spindle, and turns all that is fixed to it. On mills
+//! it is the axis of the tool, where the scene says where that is, and turns cutter, shank and holder.
+
+use super::motion::Path;
+use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector};
+use crate::interference::{ROUND, Revolved};
+use crate::machine::{Joint, Motion};
+use crate::scene::{Part, ProgramRun, Role, Scene};
+use nalgebra::UnitQuaternion;
+use rs274::{Plane, Position};
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// Most rings of a part.
+const RINGS: usize = 96;
+/// Sides of a ring.
+const SIDES: usize = 64;
+/// A part is round where there is something this near to its greatest radius, of that, in every sector.
+const NEARLY: f64 = 0.96;
+const SECTORS: usize = 12;
+/// Nearer than this, mm, is the same.
+const SAME_MM: f64 = 1e-6;
+
+/// Parts that a spindle turns, and that are not round.
+pub(super) struct Spun {
+    /// The scene with rings in the place of these parts.
+    pub scene: Scene,
+    /// Whether a part is rings there.
+    pub is_turned: Vec<bool>,
+    /// Parts that are examined as drawn alone, because the axis about which they turn is not known, or moves.
+    pub as_drawn: Vec<usize>,
+}
+
+/// How a part turns.
+enum Turns {
+    /// Takes the part's frame to one whose z is the axis.
+    About(Isometry),
+    /// Somehow.
+    Somehow,
+}
+
+impl Spun {
+    /// Of a program in which a spindle turns; else nothing turns.
+    pub fn of(scene: &Scene, run: &ProgramRun, path: &Path<'_>) -> Self {
+        let mut spun = Self { scene: scene.clone(), is_turned: vec![false; scene.parts.len()], as_drawn: Vec::new() };
+        if run.program.moves.iter().all(|step| step.spindle_rpm == 0.0) {
+            return spun;
+        }
+        let is_lathe = path.first_plane() == Plane::Zx;
+        for (number, part) in scene.parts.iter().enumerate() {
+            match if is_lathe { on_lathe(scene, part) } else { on_mill(run, part) } {
+                Some(Turns::About(axis_from_part)) => {
+                    let Some(slabs) = slabs(&part.mesh, &axis_from_part) else { continue };
+                    match rings(&slabs, &axis_from_part) {
+                        Some(mesh) => {
+                            spun.scene.parts[number].mesh = Arc::new(mesh);
+                            spun.is_turned[number] = true;
+                        }
+                        None => spun.as_drawn.push(number),
+                    }
+                }
+                Some(Turns::Somehow) => spun.as_drawn.push(number),
+                None => {}
+            }
+        }
+        spun
+    }
+}
+
+/// All that hangs on the nearest joint that turns a workpiece.
+fn on_lathe(scene: &Scene, part: &Part) -> Option<Turns> {
+    let machine = &scene.machine;
+    let joint_of = |link: usize| machine.links()[link].joint.as_ref();
+    let is_spindle = |&link: &usize| joint_of(link).is_some_and(Joint::turns);
+    let workpieces = scene.parts.iter().filter(|part| part.role == Role::Workpiece);
+    let spindles: Vec<usize> = workpieces.filter_map(|part| machine.rigid_body(part.link).filter(is_spindle)).collect();
+    let spindle =
+        std::iter::successors(part.link, |&link| machine.parent(link)).find(|link| spindles.contains(link))?;
+    if machine.rigid_body(part.link) != Some(spindle) {
+        return Some(Turns::Somehow);
+    }
+    let Some(Motion::Rotary { direction, point }) = joint_of(spindle).map(|joint| joint.motion) else { return None };
+    let zero = machine.forward(&Position::default());
+    let spindle_from_part = zero.world_from(Some(spindle)).inv_mul(&zero.world_from(part.link)) * part.link_from_part;
+    Some(Turns::About(upright(&point, &direction) * spindle_from_part))
+}
+
+/// A tool's parts about its axis.
+fn on_mill(run: &ProgramRun, part: &Part) -> Option<Turns> {
+    let is_tool = matches!(part.role, Role::Cutter | Role::Shank | Role::Holder);
+    match run.tip.as_ref().filter(|tip| tip.tool_link == part.link) {
+        _ if !is_tool => None,
+        Some(tip) => Some(Turns::About(upright(&tip.gauge, &tip.direction) * part.link_from_part)),
+        None if part.role != Role::Cutter || Revolved::around(&part.mesh).filled >= ROUND => None,
+        None => Some(Turns::Somehow),
+    }
+}
+
+/// Takes a line to z.
+fn upright(point: &Point, direction: &Vector) -> Isometry {
+    let turn = UnitQuaternion::rotation_between(direction, &Vector::z())
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), PI));
+    Isometry::from_parts((turn * -point.coords).into(), turn)
+}
+
+/// What of a mesh is between two heights.
+#[derive(Clone, Copy)]
+struct Slab {
+    low: f64,
+    high: f64,
+    /// Least and greatest distance from the axis.
+    radii: [f64; 2],
+    /// Whether what is nearest to the axis faces it: then the axis is outside the mesh there.
+    is_hollow: bool,
+    /// Sectors in which something is nearly as far from the axis as anything.
+    sectors: [bool; SECTORS],
+}
+
+/// The mesh between heights; `None` where it is round.
+fn slabs(mesh: &Mesh, axis_from_part: &Isometry) -> Option<Vec<Slab>> {
+    let places: Vec<Point> = mesh.vertices().iter().map(|vertex| axis_from_part * vertex).collect();
+    let mut slabs: Vec<Slab> = heights(&places).windows(2).map(|ends| Slab::between(ends[0], ends[1])).collect();
+    let mut pieces = Vec::new();
+    for face in mesh.faces() {
+        let corners = face.map(|corner| places[corner as usize]);
+        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+        let [low, high] = [f64::min, f64::max].map(|of| of(of(corners[0].z, corners[1].z), corners[2].z));
+        let meets = |slab: &Slab| slab.low < high && low < slab.high;
+        for (index, slab) in slabs.iter_mut().enumerate().filter(|(_, slab)| meets(slab)) {
+            // Without what lies in its border: that is of the slab which it closes.
+            let piece = clipped(&corners, slab.low + SAME_MM, slab.high - SAME_MM);
+            slab.take_in(&piece, &normal);
+            pieces.push((index, piece));
+        }
+    }
+    for (index, piece) in pieces {
+        let slab = &mut slabs[index];
+        for p in piece.iter().filter(|p| p.x.hypot(p.y) >= NEARLY * slab.radii[1]) {
+            let turn = (p.y.atan2(p.x) / TAU).rem_euclid(1.0);
+            slab.sectors[((turn * SECTORS as f64) as usize).min(SECTORS - 1)] = true;
+        }
+    }
+    slabs.retain(|slab| slab.radii[0] <= slab.radii[1]);
+    let is_round = slabs.iter().all(|slab| slab.sectors.iter().all(|&is_there| is_there));
+    (!is_round).then_some(slabs)
+}
+
+/// The heights of vertices, or where they are many, as many at equal distances; lowest first.
+fn heights(places: &[Point]) -> Vec<f64> {
+    let mut all: Vec<f64> = places.iter().map(|place| place.z).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup_by(|next, kept| *next - *kept <= 3.0 * SAME_MM);
+    let (Some(&low), Some(&high)) = (all.first(), all.last()) else { return all };
+    let step = (high - low) / RINGS as f64;
+    if all.len() > RINGS { (0..=RINGS).map(|k| low + step * k as f64).collect() } else { all }
+}
+
+/// What of a triangle is between two heights: the corners of a polygon.
+fn clipped(corners: &[Point; 3], low: f64, high: f64) -> Vec<Point> {
+    let mut polygon = corners.to_vec();
+    for (border, sign) in [(low, 1.0), (high, -1.0)] {
+        let above = |p: &Point| sign * (p.z - border);
+        let mut kept = Vec::with_capacity(polygon.len() + 1);
+        for (p, q) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
+            let (from, to) = (above(p), above(q));
+            if from >= 0.0 {
+                kept.push(*p);
+            }
+            if from * to < 0.0 {
+                kept.push(p + (q - p) * (from / (from - to)));
+            }
+        }
+        polygon = kept;
+    }
+    polygon
+}
+
+impl Slab {
+    const fn between(low: f64, high: f64) -> Self {
+        Self { low, high, radii: [f64::INFINITY, 0.0], is_hollow: false, sectors: [false; SECTORS] }
+    }
+
+    fn take_in(&mut self, piece: &[Point], normal: &Vector) {
+        let Some(nearest) = nearest_to_axis(piece) else { return };
+        let distance = nearest.x.hypot(nearest.y);
+        if distance < self.radii[0] + SAME_MM {
+            let faces_it = nearest.coords.x * normal.x + nearest.coords.y * normal.y < 0.0;
+            let is_tie = distance > self.radii[0] - SAME_MM;
+            self.is_hollow = faces_it && (self.is_hollow || !is_tie);
+            self.radii[0] = self.radii[0].min(distance);
+        }
+        self.radii[1] = piece.iter().map(|p| p.x.hypot(p.y)).fold(self.radii[1], f64::max);
+    }
+}
+
+/// The point of a polygon that is nearest to z, up to its height; `None` of a polygon without corners.
+fn nearest_to_axis(polygon: &[Point]) -> Option<Point> {
+    let edges = || polygon.iter().zip(polygon.iter().cycle().skip(1));
+    let side = |(p, q): (&Point, &Point)| p.x * q.y - p.y * q.x;
+    let is_around = edges().all(|edge| side(edge) > 0.0) || edges().all(|edge| side(edge) < 0.0);
+    let of_edge = |(p, q): (&Point, &Point)| {
+        let (dx, dy) = (q.x - p.x, q.y - p.y);
+        let squared = dx * dx + dy * dy;
+        let part = if squared > 0.0 { (-(p.x * dx + p.y * dy) / squared).clamp(0.0, 1.0) } else { 0.0 };
+        p + (q - p) * part
+    };
+    let first = polygon.first()?;
+    if is_around {
+        return Some(Point::new(0.0, 0.0, first.z));
+    }
+    edges().map(of_edge).min_by(|a, b| a.x.hypot(a.y).total_cmp(&b.x.hypot(b.y)))
+}
+
+/// A ring around each slab, as one mesh in the part's frame; `None` where it is larger than a mesh may be.
+fn rings(slabs: &[Slab], axis_from_part: &Isometry) -> Option<Mesh> {
+    let mut rings: Vec<[f64; 4]> = Vec::new();
+    for slab in slabs {
+        let inner = if slab.is_hollow { slab.radii[0] } else { 0.0 };
+        match rings.last_mut() {
+            Some([.., high, r, s]) if *high == slab.low && *r == inner && *s == slab.radii[1] => *high = slab.high,
+            _ => rings.push([slab.low, slab.high, inner, slab.radii[1]]),
+        }
+    }
+    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+    let part_from_axis = axis_from_part.inverse();
+    for [low, high, inner, outer] in rings {
+        let first = vertices.len() as u32;
+        // Its sides are outside the greatest distance, and its hole within the least.
+        let outer = outer / (PI / SIDES as f64).cos() + SAME_MM;
+        // Rings reach into each other: each has an inside of its own.
+        let (low, high) = (low - SAME_MM, high + SAME_MM);
+        for (radius, z) in [(outer, low), (outer, high), (inner, high), (inner, low)] {
+            for side in 0..SIDES {
+                let (sin, cos) = (TAU * side as f64 / SIDES as f64).sin_cos();
+                vertices.push(part_from_axis * Point::new(radius * cos, radius * sin, z));
+            }
+        }
+        let at = |loop_: usize, side: usize| first + (loop_ % 4 * SIDES + side % SIDES) as u32;
+        for (loop_, side) in (0..4).flat_map(|loop_| (0..SIDES).map(move |side| (loop_, side))) {
+            let [a, b, c, d] = [at(loop_, side), at(loop_, side + 1), at(loop_ + 1, side + 1), at(loop_ + 1, side)];
+            faces.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    let corners = |[a, b, c]: [u32; 3]| [a, b, c].map(|corner| vertices[corner as usize]);
+    let triangles = faces.into_iter().map(|face| Triangle { corners: corners(face) });
+    // Where a ring has no hole, sides of no length fall away.
+    let is_area =
+        |t: &Triangle| t.corners[0] != t.corners[1] && t.corners[1] != t.corners[2] && t.corners[2] != t.corners[0];
+    Mesh::from_triangles(&triangles.filter(is_area).collect::<Vec<_>>()).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::shapes::{Shape, Tessellation};
+
+    fn mesh(toml: &str) -> Mesh {
+        let shape: Shape = toml::from_str(toml).unwrap();
+        shape.mesh(&Tessellation::default()).unwrap()
+    }
+
+    /// A chuck of radius 100 with three jaws, from 31 to 81 mm.
+    fn chuck() -> Mesh {
+        mesh(
+            r#"kind = "compound"
+[[parts]]
+shape = { kind = "cylinder", radius_mm = 100, height_mm = 80 }
+at = { xyz_mm = [0, 0, -80] }
+[[parts]]
+shape = { kind = "rounded-box", size_mm = [50, 30, 40] }
+at = { xyz_mm = [56, 0, 20] }
+repeat = { kind = "around", count = 3 }"#,
+        )
+    }
+
+    #[test]
+    fn what_turns_fills_its_rings() {
+        let turned = Isometry::from_parts(
+            Vector::new(7.0, -3.0, 20.0).into(),
+            UnitQuaternion::from_euler_angles(0.3, 1.0, -2.0),
+        );
+        let own = chuck();
+        let moved = obbtree::cases::meshes::moved(&own, 1.0, &turned);
+        let slabs = slabs(&moved, &turned.inverse()).unwrap();
+        let found = rings(&slabs, &turned.inverse()).unwrap();
+        let solid = crate::truth::Solid::new(Arc::new(found.clone()));
+        assert!(solid.is_watertight());
+        // The jaws' corners are at (81, 15) and (31, 0): between those radii there is metal at every angle.
+        let radii = |p: &Point| {
+            let p = turned.inverse() * p;
+            (p.x.hypot(p.y), p.z)
+        };
+        let jaws: Vec<f64> = found.vertices().iter().map(radii).filter(|(_, z)| *z > 1.0).map(|(r, _)| r).collect();
+        let greatest = 81_f64.hypot(15.0);
+        assert!(
+            jaws.iter().all(|r| (r - 31.0).abs() < 1e-3 || (r - greatest / (PI / 64.0).cos()).abs() < 1e-3),
+            "{jaws:?}"
+        );
+        for vertex in moved.vertices() {
+            let (r, z) = radii(vertex);
+            let is_in = |slab: &Slab| {
+                let inner = if slab.is_hollow { slab.radii[0] } else { 0.0 };
+                (slab.low - 1e-5..=slab.high + 1e-5).contains(&z) && (inner - 1e-5..=slab.radii[1] + 1e-5).contains(&r)
+            };
+            assert!(slabs.iter().any(is_in), "{r} {z}");
+        }
+        let around: f64 = PI * (100_f64.powi(2) * 80.0 + (greatest.powi(2) - 31_f64.powi(2)) * 40.0);
+        assert!((found.signed_volume() / around - 1.0).abs() < 0.01, "{}", found.signed_volume() / around);
+    }
+
+    #[test]
+    fn round_parts_stay_as_they_are() {
+        let round = r#"kind = "revolve"
+profile_mm = [[5, 0], [20, 0], [20, 30], [12, 50], [5, 50]]"#;
+        assert!(slabs(&mesh(round), &Isometry::identity()).is_none());
+        // Beside the axis the same is not round.
+        assert!(slabs(&mesh(round), &Isometry::translation(1.0, 0.0, 0.0)).is_some());
+    }
+}

@@ -1,0 +1,489 @@
+//! `check` as a command: what it prints and writes, its options and exit codes.
+
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+#[path = "support/mill.rs"]
+mod mill;
+
+use assert_cmd::Command;
+use bvbench::check::Settings;
+use bvbench::scene::{Clearances, Scene};
+use mill::*;
+use std::path::Path;
+
+/// Both shipped programs are what `path` writes, byte for byte.
+#[test]
+fn the_programs_over_the_free_form_part_are_those_that_path_writes() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench-scenes/freeform-5axis");
+    for (file, flaws) in [("clean.ngc", &[][..]), ("program.ngc", &["--gouge", "0.05@0.3", "--lean", "66@0.53"])] {
+        let path = ["program", "path", "freeform-5axis", "--rows", "8", "--step", "1.2", "--lead", "5", "--tilt", "3"];
+        let output = bvbench().args(path).args(flaws).output().unwrap();
+        assert!(output.status.success());
+        assert_eq!(
+            String::from_utf8(output.stdout).unwrap(),
+            std::fs::read_to_string(folder.join(file)).unwrap(),
+            "{file}"
+        );
+    }
+}
+
+#[test]
+fn allowed_contact_is_no_collision() {
+    let program = "G0 Z5\nG1 X70 F100\nG0 Z50\nM2";
+    let text = format!("{MILL}allow = [[\"cutter\", \"clamp\"]]\n");
+    assert_eq!((told(program).len(), told_by(&text, program).len()), (1, 0));
+    let (folder, _scene) = scene_of(&text, program);
+    let output = bvbench().args(["scene", "pairs"]).arg(folder.path()).output().unwrap();
+    let shown = String::from_utf8(output.stdout).unwrap();
+    assert!(shown.lines().any(|line| line.contains("clamp:cutter") && line.contains("may touch")), "{shown}");
+}
+
+/// The walls of a prism around z, without its ends.
+fn walls(outline: &[[f64; 2]], [low, high]: [f64; 2]) -> String {
+    let mut text = String::from("solid walls\n");
+    for (k, p) in outline.iter().enumerate() {
+        let q = outline[(k + 1) % outline.len()];
+        for corners in [[(*p, low), (q, low), (q, high)], [(*p, low), (q, high), (*p, high)]] {
+            text += "facet normal 0 0 0\nouter loop\n";
+            corners.iter().for_each(|([x, y], z)| text += &format!("vertex {x} {y} {z}\n"));
+            text += "endloop\nendfacet\n";
+        }
+    }
+    text + "endsolid walls\n"
+}
+
+/// What `check` tells of a mill one of whose shapes is an open mesh: text, and code of exit.
+fn told_of_open(shape: &str, stl: &str, program: &str) -> (Vec<(&'static str, u32)>, String, Option<i32>) {
+    assert_eq!(MILL.matches(shape).count(), 1, "{shape}");
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("open.stl"), stl).unwrap();
+    std::fs::write(folder.path().join("scene.toml"), MILL.replace(shape, "mesh = \"open.stl\"")).unwrap();
+    std::fs::write(folder.path().join("own.ngc"), program).unwrap();
+    let scene = Scene::load(folder.path()).unwrap();
+    let outcome = run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    let told = outcome.events.iter().map(|event| (event.kind.name(), event.first.line)).collect();
+    (told, String::from_utf8(output.stdout).unwrap(), output.status.code())
+}
+
+#[test]
+fn what_open_meshes_cut_is_unresolved_and_never_clear() {
+    let around: Vec<[f64; 2]> =
+        (0..24).map(|k| f64::from(k) * std::f64::consts::TAU / 24.0).map(|a| [5.0 * a.cos(), 5.0 * a.sin()]).collect();
+    let cutter = "shape = { kind = \"cylinder\", radius_mm = 5, height_mm = 30 }";
+    let block = "shape = { kind = \"rounded-box\", size_mm = [100, 100, 20], fillet_mm = 1 }";
+    let tube = walls(&around, [0.0, 30.0]);
+    let square = walls(&[[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [-50.0, 50.0]], [-10.0, 10.0]);
+    let through = "M3 S1000 G0 X-60\nG0 Z-10\nG1 X-30 F500\nG0 X40\nG0 Z50\nM2";
+    let beside = "M3 S1000 G0 X-60\nG0 Z-10\nG0 X-70\nG0 Z50\nM2";
+    for (shape, stl, name, line) in [(cutter, &tube, "cutter", 4), (block, &square, "block", 3)] {
+        let (told, shown, code) = told_of_open(shape, stl, through);
+        assert!(told.contains(&("unresolved", line)) && code == Some(1), "{name}: {told:?}\n{shown}");
+        assert!(shown.contains("UNRESOLVED") && shown.contains("not watertight"), "{name}: {shown}");
+        let (told, shown, code) = told_of_open(shape, stl, beside);
+        assert!(told.is_empty() && code == Some(0), "{name}: {told:?}\n{shown}");
+        let what = if name == "cutter" { "what `cutter` cuts" } else { "what is cut away from `block`" };
+        assert!(shown.contains(&format!("not examined: {what}")), "{name}: {shown}");
+    }
+    // A clamp without top and bottom, beside which the cutter goes down.
+    let clamp = "shape = { kind = \"rounded-box\", size_mm = [20, 20, 40], fillet_mm = 1 }";
+    let frame = walls(&[[-10.0, -10.0], [10.0, -10.0], [10.0, 10.0], [-10.0, 10.0]], [-20.0, 20.0]);
+    let (told, shown, code) = told_of_open(clamp, &frame, "G0 X90\nG0 Z0\nG0 Z50\nM2");
+    assert!(told.is_empty() && code == Some(0), "{told:?}\n{shown}");
+    assert!(shown.contains("not examined: what lies wholly inside `clamp`"), "{shown}");
+    // An open shank is asked of the uncut block, which it meets at Z -10.
+    let ring: Vec<[f64; 2]> = around.iter().map(|p| p.map(|x| 1.2 * x)).collect();
+    let shank = "shape = { kind = \"cylinder\", radius_mm = 6, height_mm = 20 }";
+    let text = mill_with_tools().replacen(shank, "mesh = \"open.stl\"", 1);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("open.stl"), walls(&ring, [0.0, 20.0])).unwrap();
+    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
+    std::fs::write(folder.path().join("own.ngc"), "G0 Z5\nT3 M6\nM3 S1000 G1 Z-11 F100\nG0 Z50\nM2").unwrap();
+    let scene = Scene::load(folder.path()).unwrap();
+    let outcome = run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
+    let told: Vec<_> = outcome.events.iter().map(|event| (event.kind.name(), event.first.line)).collect();
+    assert_eq!(told, [("collision", 3)]);
+}
+
+#[test]
+fn a_workpiece_that_stays_whole_is_named() {
+    let (folder, _scene) = mill("M3 S1000 G0 X-60\nG0 Z-10\nG1 X-30 F500\nG0 X40\nG0 Z50\nM2");
+    let run = |arguments: &[&str]| {
+        let output = bvbench().args(["check", "--quiet"]).args(arguments).arg(folder.path()).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    };
+    let (code, shown) = run(&["--stock-resolution", "none"]);
+    assert!(
+        code == Some(0) && shown.contains("nothing collides, but rapids through the workpiece are not examined"),
+        "{shown}"
+    );
+    let (code, shown) = run(&[]);
+    assert!(code == Some(1) && shown.contains("`block` is cut: contact is told from a depth of 0.1 mm on"), "{shown}");
+}
+
+#[test]
+fn what_is_left_is_written_and_compared_with_the_wanted_part() {
+    let (folder, _scene) = mill("M3 S1000 G0 X-60\nG0 Z-5\nG1 X40 F500\nG0 Z50\nM2");
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let run = |arguments: &[&str]| {
+        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).args(arguments).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    let left = path("left.stl");
+    let (code, text, error) = run(&["--stock-resolution", "0.5", "--stock-out", &left]);
+    assert_eq!(code, Some(0), "{text}{error}");
+    assert!(text.contains("all that may be left of `block`"), "{text}");
+    let mesh = bvbench::geometry::import::load(Path::new(&left), None).unwrap().mesh;
+    assert!(mesh.edge_report().is_watertight());
+    // A block of 100 x 100 x 20 with edges of 1 mm less a slot of 10 x 5, 90 long and half round at its end.
+    let volume = 200_000.0 - 50.0 * 90.0 - 5.0 * 0.5 * std::f64::consts::PI * 25.0;
+    assert!(mesh.signed_volume() > volume - 400.0 && mesh.signed_volume() < volume * 1.04, "{}", mesh.signed_volume());
+    // What is left, as the part that is wanted: no gouge, no rest. The uncut block as the wanted part: a gouge 5 mm deep.
+    let json = |arguments: &[&str]| {
+        let (code, text, error) = run(&[&["--json", "--stock-resolution", "0.5"], arguments].concat());
+        (code, serde_json::from_str::<serde_json::Value>(&text).unwrap_or_else(|_| panic!("{error}")))
+    };
+    let export =
+        bvbench().args(["scene", "export"]).arg(folder.path()).args(["--out", &path("parts")]).output().unwrap();
+    assert!(export.status.success());
+    let (code, uncut) = json(&["--target", &left]);
+    let target = &uncut["stock"]["workpieces"][0]["target"];
+    assert_eq!((code, &target["gouge"]["volume_mm3"]), (Some(0), &0.0.into()), "{target}");
+    // The exported block is where the machine has it at first: 10 mm under the frame of its mesh.
+    let block = bvbench::geometry::import::load(Path::new(&path("parts/block.stl")), None).unwrap().mesh;
+    let raised = block.triangles().into_iter().map(|t| t.map(|p| p + nalgebra::Vector3::new(0.0, 0.0, 10.0)));
+    let raised: Vec<_> = raised.collect();
+    let text = raised.iter().map(|t| {
+        let vertices = t.corners.map(|p| format!("vertex {} {} {}\n", p.x, p.y, p.z)).concat();
+        format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+    });
+    std::fs::write(path("block.stl"), format!("solid block\n{}endsolid block\n", text.collect::<String>())).unwrap();
+    let (code, gouged) = json(&["--target", &path("block.stl")]);
+    let gouge = &gouged["stock"]["workpieces"][0]["target"]["gouge"];
+    let (depth, volume) = (gouge["greatest_mm"].as_f64().unwrap(), gouge["volume_mm3"].as_f64().unwrap());
+    assert!(code == Some(1) && gouged["clear"] == false, "{gouged}");
+    assert!((4.0..=5.01).contains(&depth) && (3000.0..=4800.0).contains(&volume), "{gouge}");
+    let (code, _, error) = run(&["--target", &path("no.stl")]);
+    assert!(code == Some(2) && error.contains("--target"), "{error}");
+    let (code, _, error) = run(&["--stock-resolution", "0"]);
+    assert!(code == Some(2) && error.contains("--stock-resolution"), "{error}");
+}
+
+#[test]
+fn an_answer_that_is_not_decided_to_the_last_tenth_says_so() {
+    let (folder, _scene) = mill("G0 X-60\nG0 Z5\nG0 X0\nG0 Z0\nG0 Z50\nM2");
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    let shown = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    assert!(shown.contains("nothing collides, but for what may touch the stock by at most 0.0"), "{shown}");
+    assert!(shown.contains("not decided: whether block:cutter touch in"), "{shown}");
+    let arguments = ["check", "--quiet", "--json"];
+    let output = bvbench().args(arguments).arg(folder.path()).output().unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let touch = &json["stock"]["touches"][0];
+    assert!(touch["at_most_mm"].as_f64().unwrap() <= 0.1 && touch["line"] == 4, "{json}");
+}
+
+#[test]
+fn an_axis_beyond_its_limits_hides_no_collision() {
+    // Z goes to 260 of 200 on line 4, X to 300 and -300 of 200; the clamp is hit on lines 1 and 6.
+    let program = "M3 S1000 G0 X70 Z0\nG0 Z50\nG0 X0\nZ260\nX300 Z50\nG1 X70 Z0 F1000\nX-300\nM2";
+    let (folder, scene) = mill(program);
+    let outcome = run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
+    let over: Vec<_> = outcome.over_travel.iter().map(|over| (over.line, over.cause.axis, over.cause.value)).collect();
+    assert_eq!(over, [(4, 'Z', 260.0), (5, 'X', 300.0), (7, 'X', -300.0)]);
+    assert_eq!(outcome.events.iter().map(|event| event.first.line).collect::<Vec<_>>(), [1, 6]);
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    let shown = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        shown.contains("OVER-TRAVEL") && shown.contains("axis Z at 260 mm is outside its limits -50 to 200 mm"),
+        "{shown}"
+    );
+    // Over-travel alone is not clear either.
+    let (folder, _) = mill("G0 Z260\nM2");
+    let output = bvbench().args(["check", "--quiet", "--json"]).arg(folder.path()).output().unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((output.status.code(), &json["clear"], &json["collides"]), (Some(1), &false.into(), &false.into()));
+    assert_eq!(json["over_travel"][0]["line"], 1);
+}
+
+fn bvbench() -> Command {
+    Command::cargo_bin("bvbench").unwrap()
+}
+
+#[test]
+fn formats_and_exit_codes() {
+    let clear = mill("G0 Z20\nM2").0;
+    bvbench().args(["check", "--quiet"]).arg(clear.path()).assert().code(0);
+    let (folder, _) = mill("G0 Z5\nG0 Z-2\nG0 Z50\nG0 X70\nG0 Z0\nM2");
+    let run = |arguments: &[&str]| {
+        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).args(arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let json: serde_json::Value = serde_json::from_str(&run(&["--json"])).unwrap();
+    assert_eq!(json["collides"], true);
+    assert_eq!(json["events"].as_array().unwrap().iter().filter(|e| e["kind"] != "near").count(), 2);
+    let first: serde_json::Value = serde_json::from_str(&run(&["--json", "--first", "--clearance", "0"])).unwrap();
+    assert_eq!(first["events"].as_array().unwrap().len(), 1);
+    assert_eq!(first["events"][0]["block"], "G0 Z-2");
+    let csv = run(&["--csv", "--clearance", "0"]);
+    assert_eq!(csv.lines().count(), 3);
+    assert!(csv.starts_with("kind,zone_mm,a,b,first_line"), "{csv}");
+    let shown = run(&[]);
+    let is_path = |line: &str| line.contains("own.ngc");
+    assert!(shown.lines().all(|line| is_path(line) || line.chars().count() <= 100), "{shown}");
+    assert!(csv.lines().next().unwrap().contains(",inside,to_the_end,"), "{csv}");
+    // One thread or two: the same bytes.
+    assert_eq!(run(&["--csv", "--threads", "1"]), run(&["--csv", "--threads", "2"]));
+}
+
+#[test]
+fn clearances_hold_for_pairs_and_roles() {
+    // The cutter passes 6 mm over the clamp, which is a part of the machine.
+    let program = "G0 Z26\nG0 X70\nG0 X0\nM2";
+    let zones = |text: &str, asked: &[&str]| {
+        let (folder, _scene) = scene_of(text, program);
+        let mut command = bvbench();
+        command.args(["check", "--json", "--quiet"]).arg(folder.path());
+        let output = command.args(asked.iter().flat_map(|asked| ["--clearance", asked])).output().unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(output.status.code(), Some(0));
+        let zones: Vec<f64> =
+            json["events"].as_array().unwrap().iter().map(|event| event["zone_mm"].as_f64().unwrap()).collect();
+        zones
+    };
+    assert_eq!(zones(MILL, &[]), [14.0, 8.0]);
+    assert_eq!(zones(MILL, &["5"]), [0.0; 0]);
+    assert_eq!(zones(MILL, &["5", "clamp:cutter=7"]), [7.0]);
+    assert_eq!(zones(MILL, &["machine=9", "machine=20", "20"]), [20.0, 9.0]);
+    assert_eq!(zones(MILL, &["holder=9"]), [14.0, 8.0]);
+    assert_eq!(zones(MILL, &["cutter=0"]), [0.0; 0]);
+    let own = MILL.replacen("[check]\n", "[check]\nclearance = [\"0\", \"cutter:machine=7\"]\n", 1);
+    assert_eq!(zones(&own, &[]), [7.0]);
+    assert_eq!(zones(&own, &["5"]), [0.0; 0]);
+}
+
+#[test]
+fn a_clearance_of_nothing_is_refused_with_its_place() {
+    let (folder, _scene) = scene_of(MILL, "G0 Z20\nM2");
+    let refused = |asked: &[&str]| {
+        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).args(asked).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{asked:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    for (asked, part) in [("holdr=5", "no part and no role `holdr`"), ("-1", "from 0"), ("clamp=x", "`x` is no number")]
+    {
+        let told = refused(&[&format!("--clearance={asked}")]);
+        assert!(told.contains(part) && told.contains("--clearance"), "{told}");
+    }
+    let text = MILL.replacen("[check]\n", "[check]\nclearance = [\"5\", \"clamb=2\"]\n", 1);
+    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
+    let told = refused(&[]);
+    assert!(told.contains("scene.toml:29") && told.contains("`clamb`") && told.contains("clamp"), "{told}");
+}
+
+#[test]
+fn a_machine_changes_tools_where_it_says() {
+    // Tool 2 is 20 mm longer: changed at Z 10 it is in the block. The machine goes up to Z 150 first, Z before X, and comes back on line 3.
+    let program = "G0 X70 Z25\nG0 X-60\nT2 M6\nG0 X0 Z30\nM2";
+    let text = mill_with_tools();
+    let changes = text.replacen("[program]\n", "[program]\ntool_change = { Z = 150, X = -150 }\n", 1);
+    assert_eq!(told_by(&text, "G0 Z10\nT2 M6\nG0 Z50\nM2"), [("tool-change-into-workpiece", 2)]);
+    assert_eq!(told_by(&changes, "G0 Z10\nT2 M6\nG0 Z50\nM2"), []);
+    let (_folder, scene) = scene_of(&changes, program);
+    let moves: Vec<_> =
+        scene.program.as_ref().unwrap().program.moves.iter().map(|m| (m.line, m.kind.name(), m.end)).collect();
+    let at = |x: f64, z: f64| rs274::Position([x, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let wanted = [
+        (1, "rapid", at(70.0, 25.0)),
+        (2, "rapid", at(-60.0, 25.0)),
+        (3, "rapid", at(-60.0, 150.0)),
+        (3, "rapid", at(-150.0, 150.0)),
+        (3, "tool", at(-150.0, 150.0)),
+        (4, "rapid", at(0.0, 30.0)),
+    ];
+    assert_eq!(moves, wanted);
+    let (folder, _scene) = scene_of(&text, program);
+    std::fs::write(
+        folder.path().join("scene.toml"),
+        text.replacen("[program]\n", "[program]\ntool_change = { Q = 1 }\n", 1),
+    )
+    .unwrap();
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    assert!(String::from_utf8(output.stderr).unwrap().contains("tool_change: `Q` is not an axis"));
+}
+
+#[test]
+fn another_program_runs_though_the_scenes_own_is_missing_and_offsets_and_tools_come_from_the_command_line() {
+    let (folder, _) = mill("G0 Z20\nM2");
+    let other = folder.path().join("other.ngc");
+    std::fs::write(&other, "G0 X0 Z-25\nM2").unwrap();
+    std::fs::remove_file(folder.path().join("own.ngc")).unwrap();
+    let run =
+        |arguments: &[&str]| bvbench().args(["check", "--quiet"]).arg(folder.path()).args(arguments).output().unwrap();
+    let program = other.to_str().unwrap();
+    assert_eq!(run(&[program]).status.code(), Some(1));
+    assert_eq!(run(&[]).status.code(), Some(2));
+    // 50 mm higher all is clear; so it is with a tool of 50 mm.
+    assert_eq!(run(&[program, "--offset", "G54=0,0,50"]).status.code(), Some(0));
+    std::fs::write(&other, "G43 H7 G0 X0 Z-25\nM2").unwrap();
+    let unknown = run(&[program]);
+    let error = String::from_utf8(unknown.stderr).unwrap();
+    assert!(unknown.status.code() == Some(2) && error.contains("--tool-table"), "{error}");
+    let table = folder.path().join("mill.tbl");
+    std::fs::write(&table, "T7 P7 Z50 D10\n").unwrap();
+    assert_eq!(run(&[program, "--tool-table", table.to_str().unwrap()]).status.code(), Some(0));
+    for (offset, message) in [
+        ("G54", "must be like"),
+        ("G60=1,2,3", "is not one of"),
+        ("G54=1,2", "2 numbers"),
+        ("G54=1,2,inf", "not finite"),
+    ] {
+        let output = run(&[program, "--offset", offset]);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && error.contains(message), "{offset}: {error}");
+    }
+}
+
+#[test]
+fn near_misses_are_one_line_for_each_pair() {
+    // Three times 1 mm over the clamp, within all three zones; then into it.
+    let (folder, _) = mill("G0 Z21\nG0 X70\nG0 X0\nG0 X70\nG0 X140\nG0 Z15\nG0 X70\nM2");
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    let shown = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<&str> = shown.lines().filter(|line| line.trim_start().starts_with("clamp:cutter")).collect();
+    assert!(shown.contains("NEAR MISSES") && lines.len() == 2, "{shown}");
+    assert!(lines[1].contains("1.000") && lines[1].split_whitespace().nth(1) == Some("2"), "{shown}");
+}
+
+#[test]
+fn lines_with_a_slash_are_skipped_when_asked() {
+    let (folder, _) = mill("G0 Z20\n/G0 Z-2\nM2");
+    let other = folder.path().join("other.ngc");
+    std::fs::write(&other, "/G0 Z-2\nG0 Z20\nM2").unwrap();
+    for (program, block_delete, code) in
+        [(None, false, 1), (None, true, 0), (Some(&other), false, 1), (Some(&other), true, 0)]
+    {
+        let mut command = bvbench();
+        command.args(["check", "--quiet"]).arg(folder.path()).args(program);
+        if block_delete {
+            command.arg("--block-delete");
+        }
+        command.assert().code(code);
+    }
+}
+
+#[test]
+fn a_tool_without_parts_is_named_beside_the_csv() {
+    let (folder, _) = scene_of(&mill_with_tools(), "T8 M6\nG0 Z40\nM2");
+    let output = bvbench().args(["check", "--quiet", "--csv"]).arg(folder.path()).output().unwrap();
+    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 1);
+    assert!(String::from_utf8(output.stderr).unwrap().contains("not examined: tool 8"));
+}
+
+#[test]
+fn bad_input_ends_with_2_and_names_the_place() {
+    let (folder, _) = mill("G0 Z20\nM2");
+    let bad = folder.path().join("bad.ngc");
+    let refused = |program: &str, message: &str| {
+        std::fs::write(&bad, program).unwrap();
+        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).arg(&bad).output().unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains(message), "{error}");
+    };
+    refused(
+        "G0 X1\nG77\nM2",
+        "bad.ngc:2:1: code is not supported; if it moves nothing, ignore it (`--ignore G77`): `G77`",
+    );
+    refused("M2", "no moves");
+    refused("G0 X1\nA90\nM2", "bad.ngc:2: the program moves axis A to 90 degrees, and no joint of the machine");
+    refused("G0 X1\nG0 Z40 U-10\nM2", "bad.ngc:2: the program moves axis U to -10 mm");
+    let missing = Path::new("no/such.ngc");
+    bvbench().args(["check", "--quiet"]).arg(folder.path()).arg(missing).assert().code(2);
+    bvbench().args(["check", "--quiet", "no-such-scene"]).assert().code(2);
+    bvbench().args(["check", "--quiet"]).arg(folder.path()).args(["--method", "nothing"]).assert().code(2);
+    bvbench().args(["check", "--quiet"]).arg(folder.path()).args(["--step", "0"]).assert().code(2);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_whose_name_is_not_unicode_is_checked() {
+    use std::os::unix::ffi::OsStrExt;
+    let (folder, _) = mill("G0 Z20\nM2");
+    let program = folder.path().join(std::ffi::OsStr::from_bytes(b"caf\xe9.ngc"));
+    std::fs::write(&program, "G0 Z20\nM2").unwrap();
+    let output = bvbench().args(["check", "--quiet", "--json"]).arg(folder.path()).arg(&program).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(json["program"].as_str().unwrap().ends_with("caf\u{fffd}.ngc"), "{json}");
+}
+
+#[test]
+fn a_machine_whose_parts_are_all_neighbours_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let head = MILL.find("[[parts]]\nname = \"clamp\"").unwrap();
+    let (first, rest) = MILL.split_at(head);
+    let table = "name = \"table\"\njoint = { axis = \"X\", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 }";
+    let cutter = &rest[rest.find("[[parts]]\nname = \"cutter\"").unwrap()..];
+    let text = format!("{}{cutter}", first.replacen(table, "name = \"table\"", 1));
+    let text = text.replace("role = \"workpiece\"", "").replace("role = \"cutter\"", "");
+    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
+    std::fs::write(folder.path().join("own.ngc"), "G0 Z1\nM2").unwrap();
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && error.contains("no two parts that could collide"), "{error}");
+}
+
+#[test]
+fn scene_tells_what_it_holds_and_writes_its_meshes() {
+    let (folder, _) = mill("G0 Z20\nG0 X50\nM2");
+    let text = |arguments: &[&str]| {
+        let output =
+            bvbench().arg("scene").arg(arguments[0]).arg(folder.path()).args(&arguments[1..]).output().unwrap();
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let info: serde_json::Value = serde_json::from_str(&text(&["info", "--json"])).unwrap();
+    assert_eq!(info["parts"].as_array().unwrap().len(), 3);
+    assert_eq!(info["links"][0]["joint"]["max"], 200.0);
+    let pairs: serde_json::Value = serde_json::from_str(&text(&["pairs", "--json"])).unwrap();
+    let kept = pairs.as_array().unwrap().iter().filter(|pair| pair["kept"] == true).count();
+    assert_eq!((pairs.as_array().unwrap().len(), kept), (3, 2)); // block and clamp are rigid
+    assert!(text(&["pairs"]).contains("no joint between them"));
+    let out = folder.path().join("meshes");
+    text(&["export", "--out", out.to_str().unwrap()]);
+    let stl = stl_io::read_stl(&mut std::fs::File::open(out.join("clamp.stl")).unwrap()).unwrap();
+    let x: Vec<f32> = stl.vertices.iter().map(|v| v[0]).collect();
+    assert!((x.iter().copied().fold(f32::INFINITY, f32::min) - 60.0).abs() < 1e-3);
+    assert!((x.iter().copied().fold(f32::NEG_INFINITY, f32::max) - 80.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_tool_vector_has_two_solutions() {
+    let inverse = |arguments: &[&str]| {
+        let output = bvbench().args(["scene", "inverse", "trunnion-impeller"]).args(arguments).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    // tan A = 3 / 4, towards x, which C turns to y and y is where A tilts: C 90 or -90.
+    let (code, text, _) = inverse(&["--direction", "0.6,0,0.8", "--from", "A-5,C-60", "--json"]);
+    assert_eq!(code, Some(0));
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let axes = |name: &str| ["A", "C"].map(|axis| found[name]["position"][axis].as_f64().unwrap());
+    assert_eq!((axes("chosen"), axes("other")), ([-36.869_898, -90.0], [36.869_898, 90.0]));
+    assert!(found["other"]["forbidden"].as_str().unwrap().contains("axis A at 36.8"), "{text}");
+    let (code, text, _) = inverse(&["--direction=0,0,1", "--from", "C12", "--tip", "10,0,60"]);
+    assert_eq!(code, Some(0));
+    assert!(text.contains("C does not matter") && !text.contains("other"), "{text}");
+    for (arguments, message) in [
+        (["--direction", "0,0,-1"].as_slice(), "both ways to tilt the tool leave the limits"),
+        (&["--direction", "0,0,0"], "the direction has no length"),
+        (&["--direction", "0,1"], "there must be three numbers"),
+        (&["--direction", "0,1,1", "--from", "Q1"], "does not begin with one of X Y Z"),
+    ] {
+        let (code, _, error) = inverse(arguments);
+        assert!(code == Some(2) && error.contains(message), "{code:?} {error}");
+    }
+}
