@@ -54,7 +54,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Forest> {
         title: format!("Time of the programs against {name}"),
         caption: format!(
             "Time of the scene's programs over that of {name} (default policy), or without programs the query time in the first workload; left \
-             of 1 is faster. Whiskers are 95 % intervals over launches; the grey band is [0.95, 1.05], within which two methods are called \
+             of 1 is faster. Whiskers are 95 % intervals over binaries, or over the launches of a single one; the grey band is [0.95, 1.05], within which two methods are called \
              the same. Lines with a policy (split rule, split axes, leaf size) are trees other than the variant's default. The \
              null line is a second copy of one method against its original: it must lie on 1, or the run was noisy. Unsafe \
              variants are shown, never ranked. Ratios above {RATIO_MAX} are written at the edge."

@@ -23,7 +23,8 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
         caption: "The paper's figure 6 measured again. Left: the plain and the area-weighted oriented box, both tight, each \
                   with its own split. Right: all five volumes, on a logarithmic axis. Above: the sum of the query times of the scene's programs, each \
                   from its start to its first collision, or to its end. Below: the paired ratio to the plain box, which decides whether two \
-                  methods differ; below 1 is faster. Whiskers are 95 % intervals over launches."
+                  methods differ; below 1 is faster. Whiskers are 95 % intervals over binaries, or over the launches of a \
+                  single one."
             .to_owned(),
         drawing: Grouped::of(panels, 2, NO_SUMMARY),
     }

@@ -78,7 +78,7 @@ fn program_time(contents: &Contents) -> String {
         ]);
     }
     text + &table.finish().replace("the first is", &format!("the {subject} is"))
-        + "Sum of the query times of each program, from its start to its first collision or to its end. Intervals are over launches.\n\n"
+        + "Sum of the query times of each program, from its start to its first collision or to its end. Intervals are over binaries, or over the launches of a single one.\n\n"
 }
 
 fn picture(figure: &crate::plot::Figure) -> String {

@@ -206,7 +206,7 @@ impl std::fmt::Display for Node {
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
     /// SINUMERIK Operate's OPC UA server: machine axes of channel 1 by number, in the order of the axes in the file; the verdict in R
-    /// parameters 900 to 902, which a synchronous action or the PLC watches. Siemens, "SINUMERIK Integrate Access MyMachine /OPC UA, Configuration Manual", 12/2017, section 5.3.
+    /// parameters 900 and 901, which a synchronous action or the PLC watches. Siemens, "SINUMERIK Integrate Access MyMachine /OPC UA, Configuration Manual", 12/2017, section 5.3.
     Sinumerik,
     /// A server of OPC 40502 (CNC Systems 1.0): `CncAxisList/<axis>/PosDirect/ActPos`, sections 6.1, 6.2 and 6.8. The specification has
     /// no node to write: verdict and hold must be named.

@@ -149,7 +149,7 @@ pub enum Ignorance {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum JudgeError {
     /// The variant misses contacts.
-    #[error("variant `{0}` misses contacts; choose a safe one (`bvbench list variants`)")]
+    #[error("variant `{0}` misses contacts; choose a safe one: `bvbench list` names them")]
     Unsafe(&'static str),
     /// The variant answers for tools and workpieces only.
     #[error("variant `{0}` is made for tools and workpieces alone; choose another")]

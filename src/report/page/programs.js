@@ -31,7 +31,7 @@ function drawPrograms() {
   const place = el("div", { class: "place" });
   head.append(
     el("h2", {}, "Time of whole programs"),
-    el("p", { class: "about" }, "Each program runs to its first collision, or to its end. Bars at the marks are 95 % intervals over launches."),
+    el("p", { class: "about" }, "Each program runs to its first collision, or to its end. Bars at the marks are 95 % intervals over binaries, or over the launches of a single one."),
     place,
   );
   const legend = el(
