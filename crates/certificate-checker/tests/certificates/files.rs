@@ -115,7 +115,7 @@ fn files_that_the_certificate_does_not_name_are_not_read() {
     moved.lines.iter_mut().for_each(|line| {
         *line = line
             .replace("five-axis/machine.toml", "five-axis/lathe/machine.toml")
-            .replace("five-axis/cradle.stl", "five-axis/lathe/cradle.stl")
+            .replace("five-axis/cradle.stl", "five-axis/lathe/cradle.stl");
     });
     let scene = "file = \"lathe/machine.toml\"";
     moved.accepts("scene.toml", "file = \"machine.toml\"", scene);
@@ -145,10 +145,10 @@ fn tools_with_measures_have_parts() {
         copy.with("scene.toml", own, tool).map(|report| report.notes).map_err(|refusal| refusal.why)
     };
     // It is there as a part; then it is the pairs that the scene does not leave out.
-    let why = with(&[cutter.clone()], &tool(", diameter_mm = 6, flute_mm = 20")).unwrap_err();
+    let why = with(std::slice::from_ref(&cutter), &tool(", diameter_mm = 6, flute_mm = 20")).unwrap_err();
     assert!(why.starts_with("the scene does not say that tool-1-cutter:"), "{why}");
     let holder = ", diameter_mm = 6, flute_mm = 20, holder = [{ diameter_mm = 30, length_mm = 50 }]";
-    assert_eq!(with(&[cutter.clone()], &tool(holder)).unwrap_err(), "part `tool-1-holder` is missing");
+    assert_eq!(with(std::slice::from_ref(&cutter), &tool(holder)).unwrap_err(), "part `tool-1-holder` is missing");
     let other = cutter.replace("head cutter 1", "head shank 1");
     assert_eq!(
         with(&[other], &tool(", diameter_mm = 6, flute_mm = 20")).unwrap_err(),
