@@ -180,6 +180,16 @@ role = "fixture"
 at = {{ xyz_mm = [50, 15, 0] }}
 shape = {{ kind = "rounded-box", size_mm = [20, 20, 20] }}
 [[parts]]
+name = "post"
+role = "fixture"
+at = {{ xyz_mm = [115, 45, 0] }}
+shape = {{ kind = "rounded-box", size_mm = [10, 10, 10] }}
+[[parts]]
+name = "ram"
+link = "head"
+at = {{ xyz_mm = [0, 40, 0] }}
+shape = {{ kind = "rounded-box", size_mm = [10, 10, 10] }}
+[[parts]]
 name = "fly"
 role = "cutter"
 link = "head"
@@ -206,7 +216,7 @@ fn a_cutter_that_is_not_round_is_at_every_angle() {
     assert!(outcome_of(&fly_cutter(tip), "G1 X100 F500\nM2").is_clear());
     // Where its axis is not known, that is told.
     let found = outcome_of(&fly_cutter(""), turning);
-    assert_eq!((found.is_clear(), found.as_drawn), (true, vec![1]));
+    assert_eq!((found.is_clear(), found.as_drawn), (true, vec![3]));
 }
 
 #[test]
