@@ -219,6 +219,56 @@ fn a_cutter_that_is_not_round_is_at_every_angle() {
     assert_eq!((found.is_clear(), found.as_drawn), (true, vec![3]));
 }
 
+/// A jaw that a drive moves on the spindle turns with the chuck, within whose rings it is.
+#[test]
+fn what_turns_together_does_not_meet_by_turning() {
+    let text = r#"
+title = "A chuck with a driven jaw"
+[[machine.links]]
+name = "spindle"
+joint = { axis = "C", direction = [0, 0, 1] }
+[[machine.links]]
+name = "drive"
+parent = "spindle"
+joint = { axis = "U", direction = [1, 0, 0] }
+[[machine.links]]
+name = "carriage"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[parts]]
+name = "bar"
+role = "workpiece"
+link = "spindle"
+shape = { kind = "cylinder", radius_mm = 10, height_mm = 50 }
+[[parts]]
+name = "chuck"
+role = "fixture"
+link = "spindle"
+at = { xyz_mm = [0, 0, -20] }
+shape = { kind = "rounded-box", size_mm = [100, 20, 20] }
+[[parts]]
+name = "jaw"
+role = "fixture"
+link = "drive"
+at = { xyz_mm = [0, 30, -20] }
+shape = { kind = "rounded-box", size_mm = [10, 10, 10] }
+[[parts]]
+name = "insert"
+role = "cutter"
+link = "carriage"
+at = { xyz_mm = [120, 0, -20] }
+shape = { kind = "rounded-box", size_mm = [10, 4, 10] }
+[program]
+file = "own.ngc"
+controller = "lathe"
+"#;
+    let found = outcome_of(text, "M3 S100 G1 X-100 F200\nM2");
+    assert!(found.is_clear(), "{:?}", found.events);
+    assert_eq!(found.as_drawn, [2]);
+    // X counts as a diameter: 20 mm nearer the insert meets the chuck's end, as drawn or not.
+    let found = outcome_of(text, "M3 S100 G1 X-150 F200\nM2");
+    assert!(!found.is_clear());
+}
+
 #[test]
 fn feeding_with_an_empty_spindle_is_told() {
     let text = MILL.replace("role = \"cutter\"\n", "role = \"cutter\"\ntool = 1\n");

@@ -320,13 +320,12 @@ pub fn check(
 
 /// The pairs in which a part turns and the other does not turn with it; the stock tells its own.
 fn turned_pairs(spun: &Spun, reach: &pairs::Reach, settings: &Settings, is_stock: &dyn Fn(Pair) -> bool) -> Vec<Pair> {
-    if !spun.is_turned.contains(&true) {
+    if !spun.turns_any() {
         return Vec::new();
     }
     let decisions = pairs::decide(&spun.scene, reach, settings.clearances(&spun.scene));
     let examined = decisions.into_iter().filter(|decision| decision.dropped.is_none()).map(|decision| decision.pair);
-    let is_one = |pair: &Pair| spun.is_turned[pair.a] != spun.is_turned[pair.b];
-    examined.filter(|&pair| is_one(&pair) && !spun.scene.is_cutting(pair) && !is_stock(pair)).collect()
+    examined.filter(|&pair| spun.turns(pair) && !spun.scene.is_cutting(pair) && !is_stock(pair)).collect()
 }
 
 /// Scans every pair of a writer along the path: for each chunk of it and each pair its stretches. In order and in groups, so that a search for the first

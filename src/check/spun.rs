@@ -1,4 +1,4 @@
-//! What a spindle turns: it is at every angle, whatever the drawing shows.
+//! Parts that a spindle turns: in time they stand at every angle, not only at the one that is drawn.
 //!
 //! A part that is not round about its spindle's axis is examined twice: as drawn, and as rings that hold all that it passes when it turns. Where only the
 //! rings touch something, the two may collide. On lathes the nearest joint that turns the workpiece is the spindle, and turns all that is fixed to it. On mills
@@ -8,7 +8,7 @@ use super::motion::Path;
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector};
 use crate::interference::{ROUND, Revolved};
 use crate::machine::{Joint, Motion};
-use crate::scene::{Part, ProgramRun, Role, Scene};
+use crate::scene::{Pair, Part, ProgramRun, Role, Scene};
 use nalgebra::UnitQuaternion;
 use rs274::{Plane, Position};
 use std::f64::consts::{PI, TAU};
@@ -28,31 +28,39 @@ const SAME_MM: f64 = 1e-6;
 pub(super) struct Spun {
     /// The scene with rings in the place of these parts.
     pub scene: Scene,
-    /// Whether a part is rings there.
-    pub is_turned: Vec<bool>,
+    /// Which parts have rings there.
+    is_turned: Vec<bool>,
+    /// The link of the spindle that turns each part.
+    spindles: Vec<Option<Option<usize>>>,
     /// Parts that are examined as drawn alone, because the axis about which they turn is not known, or moves.
     pub as_drawn: Vec<usize>,
 }
 
 /// How a part turns.
 enum Turns {
-    /// Takes the part's frame to one whose z is the axis.
+    /// About the z axis of the frame to which this takes the part's frame.
     About(Isometry),
-    /// Somehow.
+    /// About an axis that is not known, or moves.
     Somehow,
 }
 
 impl Spun {
-    /// Of a program in which a spindle turns; else nothing turns.
+    /// Finds what turns in a program. Nothing does where it starts no spindle.
     pub fn of(scene: &Scene, run: &ProgramRun, path: &Path<'_>) -> Self {
-        let mut spun = Self { scene: scene.clone(), is_turned: vec![false; scene.parts.len()], as_drawn: Vec::new() };
+        let count = scene.parts.len();
+        let (is_turned, spindles) = (vec![false; count], vec![None; count]);
+        let mut spun = Self { scene: scene.clone(), is_turned, spindles, as_drawn: Vec::new() };
         if run.program.moves.iter().all(|step| step.spindle_rpm == 0.0) {
             return spun;
         }
         let is_lathe = path.first_plane() == Plane::Zx;
         for (number, part) in scene.parts.iter().enumerate() {
-            match if is_lathe { on_lathe(scene, part) } else { on_mill(run, part) } {
-                Some(Turns::About(axis_from_part)) => {
+            let Some((spindle, turns)) = (if is_lathe { on_lathe(scene, part) } else { on_mill(run, part) }) else {
+                continue;
+            };
+            spun.spindles[number] = Some(spindle);
+            match turns {
+                Turns::About(axis_from_part) => {
                     let Some(slabs) = slabs(&part.mesh, &axis_from_part) else { continue };
                     match rings(&slabs, &axis_from_part) {
                         Some(mesh) => {
@@ -62,16 +70,25 @@ impl Spun {
                         None => spun.as_drawn.push(number),
                     }
                 }
-                Some(Turns::Somehow) => spun.as_drawn.push(number),
-                None => {}
+                Turns::Somehow => spun.as_drawn.push(number),
             }
         }
         spun
     }
+
+    /// Whether any part has rings.
+    pub fn turns_any(&self) -> bool {
+        self.is_turned.contains(&true)
+    }
+
+    /// Whether a part with rings turns against the other part of a pair, and not with it.
+    pub fn turns(&self, pair: Pair) -> bool {
+        (self.is_turned[pair.a] || self.is_turned[pair.b]) && self.spindles[pair.a] != self.spindles[pair.b]
+    }
 }
 
-/// All that hangs on the nearest joint that turns a workpiece.
-fn on_lathe(scene: &Scene, part: &Part) -> Option<Turns> {
+/// The spindle is the nearest joint that turns a workpiece; it turns all that hangs on it.
+fn on_lathe(scene: &Scene, part: &Part) -> Option<(Option<usize>, Turns)> {
     let machine = &scene.machine;
     let joint_of = |link: usize| machine.links()[link].joint.as_ref();
     let is_spindle = |&link: &usize| joint_of(link).is_some_and(Joint::turns);
@@ -80,23 +97,24 @@ fn on_lathe(scene: &Scene, part: &Part) -> Option<Turns> {
     let spindle =
         std::iter::successors(part.link, |&link| machine.parent(link)).find(|link| spindles.contains(link))?;
     if machine.rigid_body(part.link) != Some(spindle) {
-        return Some(Turns::Somehow);
+        return Some((Some(spindle), Turns::Somehow));
     }
     let Some(Motion::Rotary { direction, point }) = joint_of(spindle).map(|joint| joint.motion) else { return None };
     let zero = machine.forward(&Position::default());
     let spindle_from_part = zero.world_from(Some(spindle)).inv_mul(&zero.world_from(part.link)) * part.link_from_part;
-    Some(Turns::About(upright(&point, &direction) * spindle_from_part))
+    Some((Some(spindle), Turns::About(upright(&point, &direction) * spindle_from_part)))
 }
 
 /// A tool's parts about its axis.
-fn on_mill(run: &ProgramRun, part: &Part) -> Option<Turns> {
+fn on_mill(run: &ProgramRun, part: &Part) -> Option<(Option<usize>, Turns)> {
     let is_tool = matches!(part.role, Role::Cutter | Role::Shank | Role::Holder);
-    match run.tip.as_ref().filter(|tip| tip.tool_link == part.link) {
+    let turns = match run.tip.as_ref().filter(|tip| tip.tool_link == part.link) {
         _ if !is_tool => None,
         Some(tip) => Some(Turns::About(upright(&tip.gauge, &tip.direction) * part.link_from_part)),
         None if part.role != Role::Cutter || Revolved::around(&part.mesh).filled >= ROUND => None,
         None => Some(Turns::Somehow),
-    }
+    };
+    Some((part.link, turns?))
 }
 
 /// Takes a line to z.
@@ -106,14 +124,14 @@ fn upright(point: &Point, direction: &Vector) -> Isometry {
     Isometry::from_parts((turn * -point.coords).into(), turn)
 }
 
-/// What of a mesh is between two heights.
+/// The slice of a mesh between two heights.
 #[derive(Clone, Copy)]
 struct Slab {
     low: f64,
     high: f64,
     /// Least and greatest distance from the axis.
     radii: [f64; 2],
-    /// Whether what is nearest to the axis faces it: then the axis is outside the mesh there.
+    /// Whether the axis is outside the mesh there: the nearest triangle faces it.
     is_hollow: bool,
     /// Sectors in which something is nearly as far from the axis as anything.
     sectors: [bool; SECTORS],
@@ -158,7 +176,7 @@ fn heights(places: &[Point]) -> Vec<f64> {
     if all.len() > RINGS { (0..=RINGS).map(|k| low + step * k as f64).collect() } else { all }
 }
 
-/// What of a triangle is between two heights: the corners of a polygon.
+/// The part of a triangle between two heights, as the corners of a polygon.
 fn clipped(corners: &[Point; 3], low: f64, high: f64) -> Vec<Point> {
     let mut polygon = corners.to_vec();
     for (border, sign) in [(low, 1.0), (high, -1.0)] {

@@ -149,6 +149,7 @@ pub enum TipCause {
 }
 
 /// A place on the way of a tool's tip.
+#[derive(Clone, Copy)]
 struct Followed {
     /// As the program says it.
     programmed: Position,
@@ -190,8 +191,7 @@ fn bend(
     let programmed = between(&from.programmed, &to.programmed, 0.5);
     let middle = Followed { axes: axes(&programmed)?, programmed, fraction: 0.5 * (from.fraction + to.fraction) };
     bend([from, &middle], axes, chord_mm, halvings - 1, give)?;
-    let (axes_there, fraction) = (middle.axes, middle.fraction);
-    give(Followed { programmed, axes: axes_there, fraction });
+    give(middle);
     bend([&middle, to], axes, chord_mm, halvings - 1, give)
 }
 

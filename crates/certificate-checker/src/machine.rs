@@ -188,7 +188,7 @@ impl Machine {
         links.map(|link| self.up(link).take_while(|&link| Some(link) != shared).filter(is_moved).collect())
     }
 
-    /// Whether an axis turns joints, not only slides.
+    /// Whether a position of this axis is an angle for any joint.
     fn turns(&self, axis: usize) -> bool {
         ROTARY.contains(&axis)
             || self

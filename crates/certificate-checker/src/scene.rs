@@ -48,7 +48,7 @@ fn bytes(file: &Path) -> Checked<Vec<u8>> {
     std::fs::read(file).map_err(|error| format!("{}: {error}", file.display()))
 }
 
-/// The files of a scene, each read once and with the hash of the certificate, and what is said of them.
+/// A scene's files, as they were read to compare their hashes, and the statements of the certificate.
 struct Files<'a> {
     stated: &'a Stated,
     folder: PathBuf,

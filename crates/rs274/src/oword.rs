@@ -170,7 +170,7 @@ pub(super) struct Control {
     repeats: Vec<(usize, f64)>,
     /// The modes that M70 kept, for each level of calls that has kept some.
     kept: BTreeMap<usize, Modes>,
-    /// Whether M99 has started the main program again.
+    /// Whether the main program runs for the second time, because of M99.
     has_begun_again: bool,
 }
 
