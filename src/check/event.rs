@@ -151,7 +151,7 @@ impl EventWriter<'_> {
 
     /// Contact with what is left of a workpiece.
     fn of_stock(&self, contact: &StockContact) -> Event {
-        let StockContact { pair, kind, from, to, depth } = *contact;
+        let StockContact { pair, kind, from, to, depth, .. } = *contact;
         let of_pair = OfPair { scene: self.scene, path: self.path, pair, stays_whole: false };
         let kind = if depth.low > 0.0 { kind } else { Kind::Unresolved };
         let run =

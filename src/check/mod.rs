@@ -171,7 +171,7 @@ pub struct Outcome {
     pub touches: Vec<Touch>,
     /// What is left of each workpiece that is cut.
     pub remaining: Vec<Remaining>,
-    /// Workpieces that cannot be cut, their meshes being open.
+    /// Workpieces that cannot be cut: their meshes are open, or on a lathe nobody knows about which axis they turn.
     pub uncut: Vec<usize>,
     /// Whether a workpiece stays whole, and rapids that begin inside it are taken for retreats.
     pub stays_whole: bool,
@@ -243,13 +243,16 @@ pub fn check(
     if pairs.is_empty() && decisions.iter().filter_map(|d| d.dropped.as_ref()).all(pairs::Dropped::is_for_ever) {
         return Err(CheckError::NoPairs(scene.name.clone()));
     }
-    let (mut workpieces, uncut) = Workpiece::all(scene, &path, &decisions, settings)?;
+    let spun = Spun::of(scene, run, &path);
+    let (cutting, turned): (Vec<Pair>, Vec<Pair>) =
+        turned_pairs(&spun, &reach, settings).into_iter().partition(|&pair| scene.is_cutting(pair));
+    let of_stock: Vec<Pair> =
+        pairs.iter().copied().chain(cutting.into_iter().filter(|pair| !pairs.contains(pair))).collect();
+    let (mut workpieces, uncut) = Workpiece::all(scene, &path, &of_stock, (&spun, &turned), settings)?;
     // A cutter is held against the stock alone; whatever else touches the uncut workpiece, is held against what is left of it.
     let is_stock = |pair: Pair| workpieces.iter().any(|workpiece| workpiece.has(pair));
     let pairs: Vec<Pair> = pairs.into_iter().filter(|&pair| !(scene.is_cutting(pair) && is_stock(pair))).collect();
-    let of_stock: Vec<Pair> = pairs.iter().copied().filter(|&pair| is_stock(pair)).collect();
-    let spun = Spun::of(scene, run, &path);
-    let turned = turned_pairs(&spun, &reach, settings, &is_stock);
+    let of_stock: Vec<Pair> = pairs.iter().chain(&turned).copied().filter(|&pair| is_stock(pair)).collect();
     progress.begin("building trees", 1);
     let for_the_rest = registry.fastest().unwrap_or(variant);
     let (trees_ns, [bodies, turned_bodies]) = timer::time(|| {
@@ -272,25 +275,31 @@ pub fn check(
     let queries = AtomicU64::new(0);
     let scanned = scan_all(&writer, &bodies, settings, &queries, progress);
     let end = (scanned.len() * CHUNK).min(path.samples().len());
+    let turned_distances: Vec<Distances> = turned.iter().map(|&pair| settings.distances(&spun.scene, pair)).collect();
+    let turned_writer =
+        event::EventWriter { scene: &spun.scene, pairs: &turned, distances: &turned_distances, ..writer };
+    let mut turned_scanned = Vec::new();
+    if !turned.is_empty() {
+        progress.begin("checking what turns", path.samples().len().div_ceil(CHUNK) as u64);
+        turned_scanned = scan_all(&turned_writer, &turned_bodies, settings, &queries, progress);
+    }
     progress.begin("cutting", workpieces.len() as u64);
     let met: Vec<Met> = workpieces
         .iter_mut()
         .map(|workpiece| {
-            let stretches = |pair: Pair| of_pair(&scanned, pairs.iter().position(|&other| other == pair));
+            let stretches = |pair: Pair, is_turned: bool| {
+                let (pairs, scanned) = if is_turned { (&turned, &turned_scanned) } else { (&pairs, &scanned) };
+                of_pair(scanned, pairs.iter().position(|&other| other == pair))
+            };
             let met = workpiece.run(end, settings.tolerance_mm, settings.stock_budget, &stretches);
             progress.advance(1);
             met
         })
         .collect();
-    let contacts: Vec<StockContact> = met.iter().flat_map(|met| met.contacts.iter().copied()).collect();
+    let (of_turned, contacts): (Vec<StockContact>, Vec<StockContact>) =
+        met.iter().flat_map(|met| met.contacts.iter().copied()).partition(|contact| contact.is_turned);
     let mut events = writer.events(&scanned, &contacts, settings);
-    if !turned.is_empty() {
-        let distances: Vec<Distances> = turned.iter().map(|&pair| settings.distances(&spun.scene, pair)).collect();
-        let writer = event::EventWriter { scene: &spun.scene, pairs: &turned, distances: &distances, ..writer };
-        progress.begin("checking what turns", path.samples().len().div_ceil(CHUNK) as u64);
-        let scanned = scan_all(&writer, &turned_bodies, settings, &queries, progress);
-        event::add_turned(&mut events, writer.events(&scanned, &[], settings));
-    }
+    event::add_turned(&mut events, turned_writer.events(&turned_scanned, &of_turned, settings));
     let mut over_travel = over_travel(scene, run, &path);
     if settings.stop_at_first
         && let Some(first) = events.iter().position(|event| event.kind.is_collision())
@@ -318,14 +327,14 @@ pub fn check(
     })
 }
 
-/// The pairs in which a part turns and the other does not turn with it; the stock tells its own.
-fn turned_pairs(spun: &Spun, reach: &pairs::Reach, settings: &Settings, is_stock: &dyn Fn(Pair) -> bool) -> Vec<Pair> {
+/// The pairs in which a part turns and the other does not turn with it, that come near at some angle.
+fn turned_pairs(spun: &Spun, reach: &pairs::Reach, settings: &Settings) -> Vec<Pair> {
     if !spun.turns_any() {
         return Vec::new();
     }
     let decisions = pairs::decide(&spun.scene, reach, settings.clearances(&spun.scene));
     let examined = decisions.into_iter().filter(|decision| decision.dropped.is_none()).map(|decision| decision.pair);
-    examined.filter(|&pair| spun.turns(pair) && !spun.scene.is_cutting(pair) && !is_stock(pair)).collect()
+    examined.filter(|&pair| spun.turns(pair)).collect()
 }
 
 /// Scans every pair of a writer along the path: for each chunk of it and each pair its stretches. In order and in groups, so that a search for the first

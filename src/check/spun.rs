@@ -6,6 +6,7 @@
 
 use super::motion::Path;
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector};
+use crate::interference::revolved::{clipped, nearest_to_axis};
 use crate::interference::{ROUND, Revolved};
 use crate::machine::{Joint, Motion};
 use crate::scene::{Pair, Part, ProgramRun, Role, Scene};
@@ -18,9 +19,11 @@ use std::sync::Arc;
 const RINGS: usize = 96;
 /// Sides of a ring.
 const SIDES: usize = 64;
-/// A part is round where there is something this near to its greatest radius, of that, in every sector.
-const NEARLY: f64 = 0.96;
-const SECTORS: usize = 12;
+/// A part is round where there is something this near to its greatest radius, of that, all around: 20 sides and more are.
+const NEARLY: f64 = 0.99;
+/// Sectors in which that is looked for, and most of them side by side that may be without: teeth and slots that leave more are not round.
+const SECTORS: usize = 360;
+const MOST_EMPTY: usize = 10;
 /// Nearer than this, mm, is the same.
 const SAME_MM: f64 = 1e-6;
 
@@ -32,6 +35,8 @@ pub(super) struct Spun {
     is_turned: Vec<bool>,
     /// The link of the spindle that turns each part.
     spindles: Vec<Option<Option<usize>>>,
+    /// Takes the frame of each part of a tool to one whose z is the axis about which it turns.
+    axes: Vec<Option<Isometry>>,
     /// Parts that are examined as drawn alone, because the axis about which they turn is not known, or moves.
     pub as_drawn: Vec<usize>,
 }
@@ -48,19 +53,21 @@ impl Spun {
     /// Finds what turns in a program. Nothing does where it starts no spindle.
     pub fn of(scene: &Scene, run: &ProgramRun, path: &Path<'_>) -> Self {
         let count = scene.parts.len();
-        let (is_turned, spindles) = (vec![false; count], vec![None; count]);
-        let mut spun = Self { scene: scene.clone(), is_turned, spindles, as_drawn: Vec::new() };
+        let (is_turned, spindles, axes) = (vec![false; count], vec![None; count], vec![None; count]);
+        let mut spun = Self { scene: scene.clone(), is_turned, spindles, axes, as_drawn: Vec::new() };
         if run.program.moves.iter().all(|step| step.spindle_rpm == 0.0) {
             return spun;
         }
         let is_lathe = path.first_plane() == Plane::Zx;
         for (number, part) in scene.parts.iter().enumerate() {
-            let Some((spindle, turns)) = (if is_lathe { on_lathe(scene, part) } else { on_mill(run, part) }) else {
+            let Some((spindle, turns)) = (if is_lathe { on_lathe(scene, part) } else { on_mill(scene, run, part) })
+            else {
                 continue;
             };
             spun.spindles[number] = Some(spindle);
             match turns {
                 Turns::About(axis_from_part) => {
+                    spun.axes[number] = Some(axis_from_part).filter(|_| !is_lathe);
                     let Some(slabs) = slabs(&part.mesh, &axis_from_part) else { continue };
                     match rings(&slabs, &axis_from_part) {
                         Some(mesh) => {
@@ -79,6 +86,11 @@ impl Spun {
     /// Whether any part has rings.
     pub fn turns_any(&self) -> bool {
         self.is_turned.contains(&true)
+    }
+
+    /// Takes the frame of a part of a tool to one whose z is the axis about which it turns, where that is known.
+    pub fn axis_of(&self, part: usize) -> Option<Isometry> {
+        self.axes[part]
     }
 
     /// Whether a part with rings turns against the other part of a pair, and not with it.
@@ -106,15 +118,20 @@ fn on_lathe(scene: &Scene, part: &Part) -> Option<(Option<usize>, Turns)> {
 }
 
 /// A tool's parts about its axis.
-fn on_mill(run: &ProgramRun, part: &Part) -> Option<(Option<usize>, Turns)> {
+fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<(Option<usize>, Turns)> {
+    let body = |link: Option<usize>| scene.machine.rigid_body(link);
     let is_tool = matches!(part.role, Role::Cutter | Role::Shank | Role::Holder);
-    let turns = match run.tip.as_ref().filter(|tip| tip.tool_link == part.link) {
+    let turns = match run.tip.as_ref().filter(|tip| body(tip.tool_link) == body(part.link)) {
         _ if !is_tool => None,
-        Some(tip) => Some(Turns::About(upright(&tip.gauge, &tip.direction) * part.link_from_part)),
-        None if part.role != Role::Cutter || Revolved::around(&part.mesh).filled >= ROUND => None,
+        Some(tip) => {
+            let zero = scene.machine.forward(&Position::default());
+            let tool_from_link = zero.world_from(tip.tool_link).inv_mul(&zero.world_from(part.link));
+            Some(Turns::About(upright(&tip.gauge, &tip.direction) * tool_from_link * part.link_from_part))
+        }
+        None if Revolved::around(&part.mesh).filled >= ROUND => None,
         None => Some(Turns::Somehow),
     };
-    Some((part.link, turns?))
+    Some((body(part.link), turns?))
 }
 
 /// Takes a line to z.
@@ -155,15 +172,10 @@ fn slabs(mesh: &Mesh, axis_from_part: &Isometry) -> Option<Vec<Slab>> {
         }
     }
     for (index, piece) in pieces {
-        let slab = &mut slabs[index];
-        for p in piece.iter().filter(|p| p.x.hypot(p.y) >= NEARLY * slab.radii[1]) {
-            let turn = (p.y.atan2(p.x) / TAU).rem_euclid(1.0);
-            slab.sectors[((turn * SECTORS as f64) as usize).min(SECTORS - 1)] = true;
-        }
+        slabs[index].fill_sectors(&piece);
     }
     slabs.retain(|slab| slab.radii[0] <= slab.radii[1]);
-    let is_round = slabs.iter().all(|slab| slab.sectors.iter().all(|&is_there| is_there));
-    (!is_round).then_some(slabs)
+    (!slabs.iter().all(Slab::is_round)).then_some(slabs)
 }
 
 /// The heights of vertices, or where they are many, as many at equal distances; lowest first.
@@ -174,26 +186,6 @@ fn heights(places: &[Point]) -> Vec<f64> {
     let (Some(&low), Some(&high)) = (all.first(), all.last()) else { return all };
     let step = (high - low) / RINGS as f64;
     if all.len() > RINGS { (0..=RINGS).map(|k| low + step * k as f64).collect() } else { all }
-}
-
-/// The part of a triangle between two heights, as the corners of a polygon.
-fn clipped(corners: &[Point; 3], low: f64, high: f64) -> Vec<Point> {
-    let mut polygon = corners.to_vec();
-    for (border, sign) in [(low, 1.0), (high, -1.0)] {
-        let above = |p: &Point| sign * (p.z - border);
-        let mut kept = Vec::with_capacity(polygon.len() + 1);
-        for (p, q) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
-            let (from, to) = (above(p), above(q));
-            if from >= 0.0 {
-                kept.push(*p);
-            }
-            if from * to < 0.0 {
-                kept.push(p + (q - p) * (from / (from - to)));
-            }
-        }
-        polygon = kept;
-    }
-    polygon
 }
 
 impl Slab {
@@ -212,24 +204,32 @@ impl Slab {
         }
         self.radii[1] = piece.iter().map(|p| p.x.hypot(p.y)).fold(self.radii[1], f64::max);
     }
-}
 
-/// The point of a polygon that is nearest to z, up to its height; `None` of a polygon without corners.
-fn nearest_to_axis(polygon: &[Point]) -> Option<Point> {
-    let edges = || polygon.iter().zip(polygon.iter().cycle().skip(1));
-    let side = |(p, q): (&Point, &Point)| p.x * q.y - p.y * q.x;
-    let is_around = edges().all(|edge| side(edge) > 0.0) || edges().all(|edge| side(edge) < 0.0);
-    let of_edge = |(p, q): (&Point, &Point)| {
-        let (dx, dy) = (q.x - p.x, q.y - p.y);
-        let squared = dx * dx + dy * dy;
-        let part = if squared > 0.0 { (-(p.x * dx + p.y * dy) / squared).clamp(0.0, 1.0) } else { 0.0 };
-        p + (q - p) * part
-    };
-    let first = polygon.first()?;
-    if is_around {
-        return Some(Point::new(0.0, 0.0, first.z));
+    /// Marks the sectors in which edges of a polygon are nearly as far from the axis as anything.
+    fn fill_sectors(&mut self, piece: &[Point]) {
+        let far = NEARLY * self.radii[1];
+        for (p, q) in piece.iter().zip(piece.iter().cycle().skip(1)) {
+            // Steps of less than a sector as long as the edge is that far out.
+            let steps =
+                ((q - p).xy().norm() / far.max(SAME_MM) * SECTORS as f64 / PI).ceil().clamp(1.0, 4096.0) as usize;
+            for step in 0..=steps {
+                let at = p + (q - p) * (step as f64 / steps as f64);
+                if at.x.hypot(at.y) >= far {
+                    let turn = (at.y.atan2(at.x) / TAU).rem_euclid(1.0);
+                    self.sectors[((turn * SECTORS as f64) as usize).min(SECTORS - 1)] = true;
+                }
+            }
+        }
     }
-    edges().map(of_edge).min_by(|a, b| a.x.hypot(a.y).total_cmp(&b.x.hypot(b.y)))
+
+    /// Whether no wide run of sectors is empty.
+    fn is_round(&self) -> bool {
+        let mut empty = 0;
+        self.sectors.iter().cycle().take(SECTORS + MOST_EMPTY + 1).all(|&is_there| {
+            empty = if is_there { 0 } else { empty + 1 };
+            empty <= MOST_EMPTY
+        })
+    }
 }
 
 /// A ring around each slab, as one mesh in the part's frame; `None` where it is larger than a mesh may be.
@@ -327,6 +327,29 @@ repeat = { kind = "around", count = 3 }"#,
         }
         let around: f64 = PI * (100_f64.powi(2) * 80.0 + (greatest.powi(2) - 31_f64.powi(2)) * 40.0);
         assert!((found.signed_volume() / around - 1.0).abs() < 0.01, "{}", found.signed_volume() / around);
+    }
+
+    #[test]
+    fn teeth_and_few_sides_are_not_round() {
+        let is_round = |toml: &str| slabs(&mesh(toml), &Isometry::identity()).is_none();
+        let prism = |sides: usize| {
+            let corner = |k: usize| {
+                let (sin, cos) = (TAU * k as f64 / sides as f64).sin_cos();
+                format!("[{}, {}]", 20.0 * cos, 20.0 * sin)
+            };
+            let corners: Vec<String> = (0..sides).map(corner).collect();
+            format!("kind = \"extrude\"\nheight_mm = 10\noutline_mm = [{}]", corners.join(", "))
+        };
+        for (sides, expected) in [(6, false), (12, false), (18, false), (20, true), (48, true)] {
+            assert_eq!(is_round(&prism(sides)), expected, "{sides}");
+        }
+        let toothed = |count: usize| {
+            let body =
+                "kind = \"compound\"\n[[parts]]\nshape = { kind = \"cylinder\", radius_mm = 20, height_mm = 10 }";
+            let tooth = "shape = { kind = \"rounded-box\", size_mm = [4, 1, 8] }\nat = { xyz_mm = [20, 0, 5] }";
+            format!("{body}\n[[parts]]\n{tooth}\nrepeat = {{ kind = \"around\", count = {count} }}")
+        };
+        assert!(!is_round(&toothed(6)) && !is_round(&toothed(12)) && is_round(&toothed(60)));
     }
 
     #[test]

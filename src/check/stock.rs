@@ -6,15 +6,16 @@
 use super::event::{Kind, runs};
 use super::motion::Path;
 use super::scan::Stretch;
+use super::spun::Spun;
 use super::turning::{Turning, WorkAxis};
 use super::{CheckError, Cutting, Settings};
-use crate::geometry::Point;
+use crate::geometry::{Mesh, Point};
 use crate::machine::Machine;
-use crate::scene::pairs::Decision;
 use crate::scene::{Pair, Part, Role, Scene};
 use crate::stock::motion::{Chain, Mount, Piece};
-use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, standard_resolution_mm};
-use rs274::{MoveKind, Position};
+use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep, standard_resolution_mm};
+use rs274::{MoveKind, Plane, Position};
+use std::sync::Arc;
 
 /// Steps that are gathered before the stock takes them.
 const BATCH: usize = 1024;
@@ -29,6 +30,8 @@ const PAD: f64 = 0.05;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct StockContact {
     pub pair: Pair,
+    /// Whether the part, or the workpiece, is taken as what the spindle turns it through.
+    pub is_turned: bool,
     /// What it is, if it is certain.
     pub kind: Kind,
     /// Places on the path.
@@ -77,10 +80,10 @@ struct Other {
     body: Body,
     chain: Chain,
     role: Role,
+    /// Whether the part, or the workpiece, is taken as what the spindle turns it through.
+    is_turned: bool,
     /// Of what stands while the workpiece turns.
     turning: Option<Turning>,
-    /// Whether the stock is a half section, beside which the part stands.
-    is_flat: bool,
 }
 
 /// What a step was: where on the path, and what contact in it is.
@@ -99,11 +102,13 @@ pub(super) struct Met {
 }
 
 impl<'a> Workpiece<'a> {
-    /// The workpieces of a scene that are cut, and those that cannot be, their meshes being open. None where the workpiece is the finished part.
+    /// The workpieces of a scene that are cut, and those that cannot be: their meshes are open, or nobody knows about which axis they turn. None where the
+    /// workpiece is the finished part. `turned` are the pairs that are examined at every angle of the spindle.
     pub fn all(
         scene: &'a Scene,
         path: &'a Path<'a>,
-        decisions: &[Decision],
+        pairs: &[Pair],
+        (spun, turned): (&Spun, &[Pair]),
         Settings { cutting, is_solid, .. }: &Settings,
     ) -> Result<(Vec<Self>, Vec<usize>), CheckError> {
         let (cutting, is_solid) = (*cutting, *is_solid);
@@ -117,10 +122,9 @@ impl<'a> Workpiece<'a> {
                 let other = pair.other(part);
                 scene.parts[other].role == Role::Cutter || scene.parts[other].mesh.edge_report().is_watertight()
             };
-            let is_kept =
-                |decision: &&Decision| decision.dropped.is_none() && [decision.pair.a, decision.pair.b].contains(&part);
-            let pairs = decisions.iter().filter(is_kept).map(|decision| decision.pair);
-            let pairs: Vec<Pair> = pairs.filter(|&pair| is_known(pair)).collect();
+            let of_workpiece = |pair: &Pair| [pair.a, pair.b].contains(&part) && is_known(*pair);
+            let [pairs, turned] =
+                [pairs, turned].map(|pairs| pairs.iter().copied().filter(of_workpiece).collect::<Vec<_>>());
             if !pairs.iter().any(|&pair| scene.is_cutting(pair)) {
                 continue;
             }
@@ -129,15 +133,21 @@ impl<'a> Workpiece<'a> {
                 _ => standard_resolution_mm(&scene.parts[part].mesh),
             };
             let axis = WorkAxis::of(scene, path, part);
-            let flat = axis.as_ref().map(|axis| Self::flat(scene, path, axis, part, &pairs, resolution_mm));
+            if axis.is_none() && path.first_plane() == Plane::Zx {
+                uncut.push(part);
+                continue;
+            }
+            let examined =
+                Examined { scene, path, axis: axis.as_ref(), spun, workpiece: part, pairs: &pairs, turned: &turned };
+            let flat = axis.as_ref().map(|axis| examined.flat(axis, resolution_mm));
             let workpiece = match flat {
                 Some(Ok(Some(workpiece))) if !is_solid => Ok(workpiece),
                 Some(Err(StockError::Resolution(mm))) => Err(StockError::Resolution(mm)),
                 // A half section is not enough: a cutter turns as well, or the workpiece is not round.
                 Some(_) if cutting == Cutting::Standard && !is_solid => {
-                    Self::solid(scene, path, axis.as_ref(), part, &pairs, COARSER_ON_LATHES * resolution_mm)
+                    examined.solid(COARSER_ON_LATHES * resolution_mm)
                 }
-                _ => Self::solid(scene, path, axis.as_ref(), part, &pairs, resolution_mm),
+                _ => examined.solid(resolution_mm),
             };
             match workpiece {
                 Ok(workpiece) => workpieces.push(workpiece),
@@ -146,34 +156,6 @@ impl<'a> Workpiece<'a> {
             }
         }
         Ok((workpieces, uncut))
-    }
-
-    /// As an octree.
-    fn solid(
-        scene: &'a Scene,
-        path: &'a Path<'a>,
-        axis: Option<&WorkAxis>,
-        part: usize,
-        pairs: &[Pair],
-        resolution_mm: f64,
-    ) -> Result<Self, StockError> {
-        let stock = Stock::new(&scene.parts[part].mesh, resolution_mm)?;
-        let others = pairs.iter().map(|&pair| Other::new(scene, path, axis, part, pair)).collect();
-        Ok(Self { scene, path, part, stock, others, given_up: None })
-    }
-
-    /// As a half section; `None` where a cutter turns.
-    fn flat(
-        scene: &'a Scene,
-        path: &'a Path<'a>,
-        axis: &WorkAxis,
-        part: usize,
-        pairs: &[Pair],
-        resolution_mm: f64,
-    ) -> Result<Option<Self>, StockError> {
-        let stock = Stock::turned(&scene.parts[part].mesh, axis.axis_from_stock, resolution_mm)?;
-        let others = pairs.iter().map(|&pair| Other::beside(scene, path, axis, part, pair)).collect::<Option<_>>();
-        Ok(others.map(|others| Self { scene, path, part, stock, others, given_up: None }))
     }
 
     /// Cutters whose meshes are open.
@@ -189,12 +171,21 @@ impl<'a> Workpiece<'a> {
     }
 
     /// Runs the program up to place `end`, or until `budget` cells were held against what moves; `stretches` says where each pair that was scanned touches the
-    /// uncut workpiece.
-    pub fn run(&mut self, end: usize, tolerance_mm: f64, budget: u64, stretches: &dyn Fn(Pair) -> Vec<Stretch>) -> Met {
+    /// uncut workpiece, as drawn or as what a spindle turns.
+    pub fn run(
+        &mut self,
+        end: usize,
+        tolerance_mm: f64,
+        budget: u64,
+        stretches: &dyn Fn(Pair, bool) -> Vec<Stretch>,
+    ) -> Met {
         let touching: Vec<Vec<Stretch>> = self
             .others
             .iter()
-            .map(|other| if other.role == Role::Cutter { Vec::new() } else { runs(&stretches(other.pair), 0) })
+            .map(|other| match other.role {
+                Role::Cutter => Vec::new(),
+                _ => runs(&stretches(other.pair, other.is_turned), 0),
+            })
             .collect();
         let Self { scene, path, stock, others, given_up, .. } = self;
         let route = Route { scene, path, others, touching: &touching, pad_mm: PAD * stock.resolution_mm() };
@@ -225,34 +216,114 @@ impl<'a> Workpiece<'a> {
     }
 }
 
-impl Other {
+/// A workpiece, and the pairs in which something may come into it.
+struct Examined<'a, 'b> {
+    scene: &'a Scene,
+    path: &'a Path<'a>,
+    axis: Option<&'b WorkAxis>,
+    spun: &'b Spun,
+    workpiece: usize,
+    /// As drawn.
+    pairs: &'b [Pair],
+    /// At every angle of the spindle.
+    turned: &'b [Pair],
+}
+
+impl<'a> Examined<'a, '_> {
+    /// The workpiece as an octree.
+    fn solid(&self, resolution_mm: f64) -> Result<Workpiece<'a>, StockError> {
+        let stock = Stock::new(&self.mesh(), resolution_mm)?;
+        let others = self.pairs.iter().map(|&pair| self.as_drawn(pair));
+        let turned = self.turned.iter().map(|&pair| self.as_turned(pair));
+        Ok(self.with(stock, others.chain(turned).collect()))
+    }
+
+    /// The workpiece as a half section; `None` where a cutter turns.
+    fn flat(&self, axis: &WorkAxis, resolution_mm: f64) -> Result<Option<Workpiece<'a>>, StockError> {
+        let stock = Stock::turned(&self.mesh(), axis.axis_from_stock, resolution_mm)?;
+        let others = self.pairs.iter().map(|&pair| self.beside(axis, pair, false));
+        let turned = self.turned.iter().map(|&pair| self.beside(axis, pair, true));
+        Ok(others.chain(turned).collect::<Option<_>>().map(|others| self.with(stock, others)))
+    }
+
+    fn mesh(&self) -> Arc<Mesh> {
+        Arc::clone(&self.scene.parts[self.workpiece].mesh)
+    }
+
+    fn with(&self, stock: Stock, others: Vec<Other>) -> Workpiece<'a> {
+        let Self { scene, path, workpiece: part, .. } = *self;
+        Workpiece { scene, path, part, stock, others, given_up: None }
+    }
+
     /// A part against the workpiece as it is.
-    fn new(scene: &Scene, path: &Path<'_>, axis: Option<&WorkAxis>, workpiece: usize, pair: Pair) -> Self {
-        let part = pair.other(workpiece);
-        let Part { ref mesh, role, groove_mm, .. } = scene.parts[part];
-        let body = if role == Role::Cutter { Body::turning(mesh, groove_mm) } else { Body::standing(mesh) };
-        let Part { link, link_from_part, .. } = scene.parts[workpiece];
+    fn as_drawn(&self, pair: Pair) -> Other {
+        let part = pair.other(self.workpiece);
+        let Part { ref mesh, role, groove_mm, .. } = self.scene.parts[part];
+        let body = match (role, self.spun.axis_of(part)) {
+            (Role::Cutter, Some(axis_from_part)) => Body::turning_about(mesh, axis_from_part, groove_mm),
+            (Role::Cutter, None) => Body::turning(mesh, groove_mm),
+            _ => Body::standing(mesh),
+        };
+        let axis = self.axis.filter(|_| role == Role::Cutter);
+        let turning = axis.and_then(|axis| {
+            let turning = Turning::new(self.scene, self.path, axis, false, part, &body);
+            (!turning.is_driven(self.scene, self.path, axis, part, &body)).then_some(turning)
+        });
+        Other { turning, ..self.standing(pair, body) }
+    }
+
+    /// A part that the spindle turns, or any part beside a workpiece that it turns, at every angle.
+    fn as_turned(&self, pair: Pair) -> Other {
+        let part = pair.other(self.workpiece);
+        let mesh = &self.scene.parts[part].mesh;
+        let body = match self.spun.axis_of(part) {
+            Some(axis_from_part) => Body::turning_about(mesh, axis_from_part, 0.0),
+            None => Body::standing(mesh),
+        };
+        let turning = self.axis.map(|axis| Turning::new(self.scene, self.path, axis, false, part, &body));
+        Other { turning, is_turned: true, ..self.standing(pair, body) }
+    }
+
+    fn standing(&self, pair: Pair, body: Body) -> Other {
+        let part = pair.other(self.workpiece);
+        let Part { link, link_from_part, .. } = self.scene.parts[self.workpiece];
         let own = Mount { link, link_from_mesh: link_from_part, centre: Point::origin(), radius_mm: 0.0 };
-        let chain = Chain::new(&scene.machine, mount(scene, part, &body), own);
-        let axis = axis.filter(|_| role == Role::Cutter);
-        let turning = axis.map(|axis| Turning::new(scene, path, axis, false, part, &body));
-        Self { pair, body, chain, role, turning: turning.filter(|turning| !turning.is_across), is_flat: false }
+        let chain = Chain::new(&self.scene.machine, mount(self.scene, part, &body), own);
+        let role = self.scene.parts[part].role;
+        Other { pair, body, chain, role, is_turned: false, turning: None }
     }
 
     /// A part beside the workpiece, which turns; `None` where it is the cutter that turns.
-    fn beside(scene: &Scene, path: &Path<'_>, axis: &WorkAxis, workpiece: usize, pair: Pair) -> Option<Self> {
-        let part = pair.other(workpiece);
+    fn beside(&self, axis: &WorkAxis, pair: Pair, is_turned: bool) -> Option<Other> {
+        let Self { scene, path, .. } = *self;
+        let part = pair.other(self.workpiece);
         let Part { ref mesh, role, .. } = scene.parts[part];
         let body = Body::turning(mesh, 0.0);
         let turning = Turning::new(scene, path, axis, true, part, &body);
-        let is_driven = role == Role::Cutter && turning.is_across;
+        let is_driven = role == Role::Cutter && turning.is_driven(scene, path, axis, part, &body);
         let chain = turning.to_base.clone();
-        (!is_driven).then_some(Self { pair, body, chain, role, turning: Some(turning), is_flat: true })
+        (!is_driven).then_some(Other { pair, body, chain, role, is_turned, turning: Some(turning) })
     }
+}
 
+impl Other {
     /// Sum of the turns that matter while axes change, radians.
     fn turn(&self, machine: &Machine, change: &Position) -> f64 {
-        self.turning.as_ref().map_or(&self.chain, |turning| &turning.to_base).turn(machine, change)
+        self.way().turn(machine, change)
+    }
+
+    /// The joints that move it against the stock, or against the workpiece's axis.
+    fn way(&self) -> &Chain {
+        self.turning.as_ref().map_or(&self.chain, |turning| &turning.to_base)
+    }
+
+    /// Whether depth in it tells little: it is never deeper in the stock than what is told as a touch.
+    fn is_thin(&self, resolution_mm: f64) -> bool {
+        self.deepest_mm() <= resolution_mm
+    }
+
+    fn deepest_mm(&self) -> f64 {
+        self.turning.as_ref().map_or_else(|| self.body.deepest_mm(), Turning::deepest_mm)
     }
 }
 
@@ -375,33 +446,24 @@ impl<'a> Route<'a> {
         }
         let machine = &self.scene.machine;
         let all = examined.iter().map(|&(other, _)| other).chain(cutting.iter().copied());
-        let of_others = all.filter(|&other| self.others[other].turning.is_none() || self.others[other].is_flat);
         let pieces = |other: usize| {
-            let Other { chain, is_flat, .. } = &self.others[other];
-            let off = |piece: &Piece| if *is_flat { chain.unturned(piece).1 } else { piece.sag_mm };
-            chain.pieces(machine, &first, &last, self.pad_mm, off)
+            let (other, way) = (&self.others[other], self.others[other].way());
+            let off = |piece: &Piece| if other.turning.is_some() { way.unturned(piece).1 } else { piece.sag_mm };
+            way.pieces(machine, &first, &last, self.pad_mm, off)
         };
-        let count = of_others.map(pieces).max();
-        let count = count.unwrap_or(1);
+        let count = all.map(pieces).max().unwrap_or(1);
         for index in 0..count {
-            let piece = |chain: &Chain| chain.piece(machine, &first, &last, index, count);
-            let whole = |other: usize| match &self.others[other] {
-                Other { turning: Some(turning), is_flat: true, .. } => {
-                    turning.sweep(&piece(&turning.to_base), chord_mm)
+            let sweep = |other: usize, of_turning: fn(&Turning, &Piece, f64) -> Sweep| {
+                let Other { turning, body, .. } = &self.others[other];
+                let piece = self.others[other].way().piece(machine, &first, &last, index, count);
+                match turning {
+                    Some(turning) => of_turning(turning, &piece, chord_mm),
+                    None => body.sweep([&piece.first, &piece.last], piece.sag_mm + chord_mm),
                 }
-                Other { chain, body, .. } => {
-                    let piece = piece(chain);
-                    body.sweep([&piece.first, &piece.last], piece.sag_mm + chord_mm)
-                }
-            };
-            let sweep = |other: usize| match &self.others[other].turning {
-                Some(turning) => turning.sweep_of_section(&piece(&turning.to_base), chord_mm),
-                None => Some(whole(other)),
             };
             let step = Step {
-                // A tool that is turned otherwise than its section cuts nothing for sure, and is held against the stock as it is.
-                examined: examined.iter().map(|&(other, _)| sweep(other).unwrap_or_else(|| whole(other))).collect(),
-                cutting: cutting.iter().filter_map(|&other| sweep(other)).collect(),
+                examined: examined.iter().map(|&(other, _)| sweep(other, Turning::sweep)).collect(),
+                cutting: cutting.iter().map(|&other| sweep(other, Turning::cut)).collect(),
             };
             let place = |index: usize| from + (to - from) * (index as f64 / count as f64);
             batch.steps.push(step);
@@ -445,7 +507,14 @@ impl<'a> Ledger<'a> {
             }
             let told = &batch.told[contact.step];
             let (other, kind) = told.examined[contact.part];
-            if contact.depth.high <= self.resolution_mm || contact.to <= 0.0 {
+            let is_touch = contact.depth.high <= self.resolution_mm || contact.to <= 0.0;
+            if is_touch && self.others[other].is_thin(self.resolution_mm) && !matches!(kind, Kind::Unresolved) {
+                // However far it is in, it would be told as a touch.
+                let all = Contact { from: 0.0, to: 1.0, depth: Depth { low: 0.0, ..contact.depth }, ..*contact };
+                if contact.depth.high > 0.5 * self.others[other].deepest_mm() {
+                    self.contact(other, Kind::Unresolved, told, &all);
+                }
+            } else if is_touch {
                 self.touch(other, told, contact.depth.high);
             } else {
                 self.contact(other, kind, told, contact);
@@ -468,7 +537,10 @@ impl<'a> Ledger<'a> {
     fn give_up(&mut self, scene: &Scene, from: f64, to: f64) {
         let depth = Depth { low: 0.0, high: f64::INFINITY };
         let cutters = self.others.iter().map(|other| other.pair).filter(|&pair| scene.is_cutting(pair));
-        let contact = |pair| StockContact { pair, kind: Kind::Unresolved, from: from.next_up(), to, depth };
+        let contact = |pair| {
+            let (kind, from) = (Kind::Unresolved, from.next_up());
+            StockContact { pair, is_turned: false, kind, from, to, depth }
+        };
         self.met.contacts.extend(cutters.map(contact));
     }
 
@@ -496,11 +568,14 @@ impl<'a> Ledger<'a> {
             from = from.next_up();
         }
         self.last[other] = Some(self.met.contacts.len());
-        let pair = self.others[other].pair;
-        self.met.contacts.push(StockContact { pair, kind, from, to, depth: contact.depth });
+        let Other { pair, is_turned, .. } = self.others[other];
+        self.met.contacts.push(StockContact { pair, is_turned, kind, from, to, depth: contact.depth });
     }
 
     fn touch(&mut self, other: usize, told: &Told, at_most_mm: f64) {
+        if self.others[other].is_turned {
+            return;
+        }
         let sample = self.path.sample_at(told.to);
         let (line, step) = (if told.to <= 0.0 { 0 } else { sample.line }, sample.move_index);
         let Some((index, last)) = &mut self.touch[other] else {

@@ -1,3 +1,5 @@
+mod turning;
+
 use super::event::{EventWriter, runs};
 use super::motion::axes_s;
 use super::scan::{Scan, Stretch};
@@ -7,7 +9,7 @@ use crate::geometry::Point;
 use crate::measure::Silent;
 use crate::registry::Registry;
 use crate::scene::{Clearances, Overrides, Pair, Role, Scene};
-use crate::stock::{Body, Step, Stock};
+use crate::stock::{Body, Material, Step, Stock};
 use rs274::{Axis, MoveKind, Position, Sample};
 use std::collections::BTreeMap;
 
@@ -347,21 +349,16 @@ fn a_tool_beside_the_axis_is_as_deep_as_its_section_up_to_what_is_not_known() {
     // In the middle of this way the insert is beside the plane: nothing is certain.
     let (low, high) = depth([0.9, 1.3], [0.0, 0.0], 0.0);
     assert!(low == 0.0 && high > 0.1, "{low} {high}");
-    // Only where the tool is beside the axis as at first it is its section.
-    let has_section =
-        |scene: &Scene, turning: &Turning, y, z| turning.sweep_of_section(&piece(scene, turning, y, z), 0.0).is_some();
-    assert!(has_section(&plain, &turning, [0.0, 0.0], [0.0, 1.0]));
-    assert!(!has_section(&plain, &turning, [0.0, 0.4], [0.0, 0.0]));
-    let aside = scene(&LATHE.replacen("x_mm = 24", "x_mm = 24, y_mm = 0.5", 1), "G0 X50\nM2");
-    let (turning, _) = turning_of(&aside);
-    assert!(has_section(&aside, &turning, [0.5, 0.5], [0.0, 1.0]));
-    assert!(!has_section(&aside, &turning, [0.0, 0.0], [0.0, 1.0]));
+    // What it takes away is known wherever it stays beside the axis, and not where it goes across.
+    let is_known = |y: [f64; 2], z: [f64; 2]| !turning.cut(&piece(&plain, &turning, y, z), 0.0).is_vague();
+    assert!(is_known([0.0, 0.0], [0.0, 1.0]) && is_known([0.5, 0.5], [0.0, 1.0]));
+    assert!(!is_known([0.0, 0.4], [0.0, 0.0]));
 }
 
 #[test]
 fn only_under_standing_tools_and_where_no_solid_is_wanted_the_stock_is_a_half_section() {
     let stock_of = |text: &str, cutting: Cutting, is_solid: bool| {
-        let outcome = checked(&scene(text, "G0 X50\nM2"), &Settings { cutting, is_solid, ..Settings::standard() });
+        let outcome = checked(&scene(text, "G1 X50 F100\nM2"), &Settings { cutting, is_solid, ..Settings::standard() });
         let stock = &outcome.remaining[0].stock;
         // Tiles of the half section, 20 x 20 mm, are smaller than those of the bar, 40 mm wide.
         (stock.resolution_mm(), stock.tile_mm() < 4.0)

@@ -1,23 +1,29 @@
 //! Cutters on lathes: the workpiece turns, so its axis and the tool's place beside it say what is cut.
 //!
 //! On a machine with a lathe's controller a cutter is held against the stock as its section through the workpiece's axis: the nearest joint that turns the
-//! workpiece, or the axis of a round workpiece that no joint turns. A round cutter that lies across that axis is driven, and cuts as on a mill; a round insert
-//! is taken for one, which takes away less than it does.
+//! workpiece, or the axis of a round workpiece that no joint turns. A cutter is driven, and cuts as on a mill, where that axis turns it as the program says between two of its
+//! feeds, and where it is round and ever feeds otherwise than on that axis. A round insert is taken for one, which takes away less than it does.
 
 use super::motion::Path;
 use super::stock::mount;
-use crate::geometry::{Isometry, Mesh, Vector};
+use crate::geometry::{Isometry, Mesh, Point, Vector};
 use crate::interference::{ROUND, Revolved};
 use crate::machine::{Joint, Motion};
 use crate::scene::{Part, Scene};
 use crate::stock::motion::{Chain, Mount, Piece};
 use crate::stock::{Body, Spindle, Sweep, TurningTool};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
-use rs274::{Axis, Plane, Position};
+use rs274::{Axis, MoveKind, Plane, Position};
+use std::cell::RefCell;
 use std::sync::Arc;
 
-/// A round cutter is across the axis when the cosine of the angle between the two is less than this.
+/// A round cutter is on the axis when the cosine of the angle between the two is at least this, and it is this near, mm.
 const ALONG: f64 = 0.999;
+const ON_AXIS_MM: f64 = 0.05;
+/// Turns of the workpiece that are none, radians.
+const STILL: f64 = 1e-9;
+/// Sections of a part turned or moved across the plane in different ways that are kept.
+const MOST_SECTIONS: usize = 64;
 /// How far a tool's frame may be off the one its section was made in, mm.
 const SAME_MM: f64 = 1e-6;
 
@@ -27,17 +33,22 @@ pub(super) struct Turning {
     spindle: Spindle,
     /// From the part to what carries the workpiece's axis: the axis is that chain's stock.
     pub to_base: Chain,
+    /// The section as the part is at first, and as it is turned, and away from the plane, later.
+    sections: RefCell<Vec<Section>>,
+}
+
+/// A part's section, and the distance of the part's frame from its plane, mm.
+struct Section {
     tool: TurningTool,
-    /// Distance of the part's frame from the plane of the section, mm.
     beside_mm: f64,
-    /// Whether the part is round and lies across the axis.
-    pub is_across: bool,
 }
 
 /// The axis of a workpiece that turns.
 pub(super) struct WorkAxis {
     /// What carries it.
     pub base: Option<usize>,
+    /// The axis of the machine that turns it.
+    turned_by: Option<Axis>,
     /// Its frame in that of what carries it; z is the axis.
     pub base_from_axis: Isometry,
     /// Takes the workpiece's frame to that of the axis.
@@ -60,32 +71,73 @@ impl Turning {
             let half_turn = UnitQuaternion::from_axis_angle(&Vector::z_axis(), std::f64::consts::PI);
             (to_base, at_first) = to(axis.base_from_axis * half_turn);
         }
-        let is_across = body.axis().is_some_and(|direction| (at_first * direction).z.abs() < ALONG);
         let beside_mm = at_first.translation.y;
-        let tool = TurningTool::new(mesh, at_first.rotation, beside_mm);
+        let first = Section { tool: TurningTool::new(mesh, at_first.rotation, beside_mm), beside_mm };
         let axis_from_stock = if is_flat { Isometry::identity() } else { axis.axis_from_stock };
         let spindle = Spindle { axis_from_stock, is_flat };
-        Self { mesh: Arc::clone(mesh), spindle, to_base, tool, beside_mm, is_across }
+        Self { mesh: Arc::clone(mesh), spindle, to_base, sections: RefCell::new(vec![first]) }
     }
 
-    /// The part on a piece of its way in [`Self::to_base`], however it is turned.
+    /// Whether part number `part`, a cutter, turns itself and not the workpiece.
+    pub fn is_driven(&self, scene: &Scene, path: &Path<'_>, axis: &WorkAxis, part: usize, body: &Body) -> bool {
+        let is_feed = |at: &usize| matches!(path.step(*at as f64).kind, MoveKind::Feed | MoveKind::Arc { .. });
+        let is_mounted = |at: &usize| scene.parts[part].tool.is_none_or(|tool| tool == path.tool(*at));
+        let feeds = || (1..=path.samples().len()).filter(is_feed).filter(is_mounted);
+        let turned_to = |at: usize| axis.turned_by.map_or(0.0, |axis| path.position(at)[axis]);
+        let is_turned = feeds().next().is_some_and(|first| {
+            let wanted = turned_to(first);
+            feeds().any(|at| (turned_to(at) - wanted).abs() > STILL || (turned_to(at - 1) - wanted).abs() > STILL)
+        });
+        let is_off_axis = |(point, direction): (Point, Vector)| {
+            feeds().any(|at| {
+                let base_from_part = self.to_base.stock_from_part(&scene.machine, &path.position(at));
+                let place = base_from_part * point;
+                (base_from_part * direction).z.abs() < ALONG || place.x.hypot(place.y) > ON_AXIS_MM
+            })
+        };
+        is_turned || body.axis().is_some_and(is_off_axis)
+    }
+
+    /// All that the part may pass on a piece of its way in [`Self::to_base`], however it is turned.
     pub fn sweep(&self, piece: &Piece, chord_mm: f64) -> Sweep {
-        self.sweep_of_section(piece, chord_mm).unwrap_or_else(|| {
-            let (start, (travel, pad_mm)) = (piece.first, self.to_base.unturned(piece));
-            let tool = TurningTool::new(&self.mesh, start.rotation, start.translation.y + 0.5 * travel.y);
-            let pad_mm = pad_mm + chord_mm + 0.5 * travel.y.abs();
-            tool.sweep(&self.spindle, [start.translation.x, start.translation.z], [travel.x, travel.z], pad_mm)
-        })
+        self.sweep_of_section(piece, chord_mm).unwrap_or_else(|| self.sweep_as(piece, chord_mm, TurningTool::clone))
     }
 
-    /// The same; `None` where the part is turned, or beside the plane, otherwise than at first.
-    pub fn sweep_of_section(&self, piece: &Piece, chord_mm: f64) -> Option<Sweep> {
+    /// What the part takes away on the piece: nothing for sure while it turns, or goes across the plane of its section.
+    pub fn cut(&self, piece: &Piece, chord_mm: f64) -> Sweep {
+        self.sweep_of_section(piece, chord_mm).unwrap_or_else(|| self.sweep_as(piece, chord_mm, TurningTool::vague))
+    }
+
+    fn sweep_as(&self, piece: &Piece, chord_mm: f64, of: impl Fn(&TurningTool) -> TurningTool) -> Sweep {
+        let (start, (travel, pad_mm)) = (piece.first, self.to_base.unturned(piece));
+        let tool = TurningTool::new(&self.mesh, start.rotation, start.translation.y + 0.5 * travel.y);
+        let pad_mm = pad_mm + chord_mm + 0.5 * travel.y.abs();
+        of(&tool).sweep(&self.spindle, [start.translation.x, start.translation.z], [travel.x, travel.z], pad_mm)
+    }
+
+    /// The part's section on the piece; `None` where it turns, or goes across the plane.
+    fn sweep_of_section(&self, piece: &Piece, chord_mm: f64) -> Option<Sweep> {
         let (start, (travel, _)) = (piece.first, self.to_base.unturned(piece));
-        let y = start.translation.y;
-        let is_in_plane = [y, y + travel.y].iter().all(|y| (y - self.beside_mm).abs() <= SAME_MM);
-        let is_same = is_in_plane && piece.turn == 0.0 && self.tool.is_turned_by(&start.rotation);
+        if piece.turn > 0.0 || travel.y.abs() > SAME_MM {
+            return None;
+        }
+        let beside_mm = start.translation.y;
+        let mut sections = self.sections.borrow_mut();
+        let is_same = |section: &Section| {
+            (section.beside_mm - beside_mm).abs() <= SAME_MM && section.tool.is_turned_by(&start.rotation)
+        };
+        let known = sections.iter().position(is_same).unwrap_or_else(|| {
+            sections.truncate(MOST_SECTIONS);
+            sections.push(Section { tool: TurningTool::new(&self.mesh, start.rotation, beside_mm), beside_mm });
+            sections.len() - 1
+        });
         let place = [start.translation.x, start.translation.z];
-        is_same.then(|| self.tool.sweep(&self.spindle, place, [travel.x, travel.z], chord_mm + SAME_MM))
+        Some(sections[known].tool.sweep(&self.spindle, place, [travel.x, travel.z], chord_mm + 2.0 * SAME_MM))
+    }
+
+    /// How deep a point of the part's section can be in it at most, mm.
+    pub fn deepest_mm(&self) -> f64 {
+        self.sections.borrow()[0].tool.deepest_mm()
     }
 }
 
@@ -100,6 +152,7 @@ impl WorkAxis {
         let joint_of = |link: usize| machine.links()[link].joint.as_ref();
         let nearest = machine.rigid_body(link).filter(|&link| joint_of(link).is_some_and(Joint::turns));
         let zero = machine.forward(&Position::default());
+        let turned_by = nearest.and_then(joint_of).map(|joint| joint.axis);
         let (base, base_from_stock, point, direction) = match nearest {
             Some(spindle) => {
                 let Some(Motion::Rotary { direction, point }) = joint_of(spindle).map(|joint| joint.motion) else {
@@ -115,8 +168,7 @@ impl WorkAxis {
             None => {
                 let round = Revolved::around(mesh);
                 let base_from_body = link_from_part * round.tool_from_mesh.inverse();
-                let (point, direction) =
-                    (base_from_body * crate::geometry::Point::origin(), base_from_body * Vector::z());
+                let (point, direction) = (base_from_body * Point::origin(), base_from_body * Vector::z());
                 (round.filled >= ROUND).then_some((link, link_from_part, point, direction))?
             }
         };
@@ -131,6 +183,6 @@ impl WorkAxis {
         let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, direction.cross(&x), direction]));
         let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
         let base_from_axis = Isometry::from_parts(point.coords.into(), rotation);
-        Some(Self { base, base_from_axis, axis_from_stock: base_from_axis.inverse() * base_from_stock })
+        Some(Self { base, turned_by, base_from_axis, axis_from_stock: base_from_axis.inverse() * base_from_stock })
     }
 }

@@ -396,8 +396,9 @@ fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     };
     let uncut = |&part: &usize| {
         let name = &scene.parts[part].name;
+        let why = stock::why_uncut(&scene.parts[part]);
         format!(
-            "not examined: what is cut away from `{name}`, since its mesh is not watertight; what comes after the first cut is unresolved (`bvbench scene info` says where the mesh is open)"
+            "not examined: what is cut away from `{name}`, since {why}; what comes after the first cut is unresolved"
         )
     };
     let whole = outcome.stays_whole.then(|| {

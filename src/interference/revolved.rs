@@ -39,7 +39,12 @@ impl Revolved {
     /// Finds the axis of a mesh and the body around it.
     #[must_use]
     pub fn around(mesh: &Mesh) -> Self {
-        let tool_from_mesh = upright(mesh);
+        Self::about(mesh, upright(mesh))
+    }
+
+    /// The body around a mesh whose axis is z of the frame to which `tool_from_mesh` leads.
+    #[must_use]
+    pub fn about(mesh: &Mesh, tool_from_mesh: Isometry) -> Self {
         let places: Vec<P2> = mesh
             .vertices()
             .iter()
@@ -148,6 +153,44 @@ fn add(points: &mut Vec<P2>, point: P2) {
         }
     }
     points.push(point);
+}
+
+/// The part of a triangle between two heights, as the corners of a polygon.
+pub(crate) fn clipped(corners: &[Point; 3], low: f64, high: f64) -> Vec<Point> {
+    let mut polygon = corners.to_vec();
+    for (border, sign) in [(low, 1.0), (high, -1.0)] {
+        let above = |p: &Point| sign * (p.z - border);
+        let mut kept = Vec::with_capacity(polygon.len() + 1);
+        for (p, q) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
+            let (from, to) = (above(p), above(q));
+            if from >= 0.0 {
+                kept.push(*p);
+            }
+            if from * to < 0.0 {
+                kept.push(p + (q - p) * (from / (from - to)));
+            }
+        }
+        polygon = kept;
+    }
+    polygon
+}
+
+/// The point of a polygon that is nearest to z, up to its height; `None` of a polygon without corners.
+pub(crate) fn nearest_to_axis(polygon: &[Point]) -> Option<Point> {
+    let edges = || polygon.iter().zip(polygon.iter().cycle().skip(1));
+    let side = |(p, q): (&Point, &Point)| p.x * q.y - p.y * q.x;
+    let is_around = edges().all(|edge| side(edge) > 0.0) || edges().all(|edge| side(edge) < 0.0);
+    let of_edge = |(p, q): (&Point, &Point)| {
+        let (dx, dy) = (q.x - p.x, q.y - p.y);
+        let squared = dx * dx + dy * dy;
+        let part = if squared > 0.0 { (-(p.x * dx + p.y * dy) / squared).clamp(0.0, 1.0) } else { 0.0 };
+        p + (q - p) * part
+    };
+    let first = polygon.first()?;
+    if is_around {
+        return Some(Point::new(0.0, 0.0, first.z));
+    }
+    edges().map(of_edge).min_by(|a, b| a.x.hypot(a.y).total_cmp(&b.x.hypot(b.y)))
 }
 
 /// Heights at which a profile may have a corner, ascending, mm.

@@ -1,19 +1,21 @@
 //! What is hollow of a body of revolution around its axis: the dish of an end mill, the bore of an annular cutter.
 //!
-//! Two bounds again, as lines of (ρ, z). Of every face the plane's distance from the axis is linear in z, so nothing is nearer to the axis than the least of them.
+//! Two bounds again, as lines of (ρ, z). Of every face the plane's distance from the axis is linear in z, and its own distance is that at least; another bound is the
+//! least distance of what is of it between the two heights. Nothing is nearer to the axis than the least of them.
 //! Along an edge the distance is convex in z, so beyond its chord there is material. How far a point is in the hollow is least at an end of a straight way, as ρ is
 //! convex along it.
 
 use super::convex::{HalfPlane, rho};
 use super::round::SAME_HEIGHT_MM;
 use crate::geometry::{Point, Vector};
+use crate::interference::revolved::{clipped, nearest_to_axis};
 
 /// The hollow between two heights: radii at both, mm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BoreSlab {
     z: [f64; 2],
-    /// Nothing is nearer to the axis.
-    empty: [f64; 2],
+    /// Nothing of the surface is nearer to the axis.
+    pub empty: [f64; 2],
     /// From here on outwards the body is there for sure; `None` where nobody knows.
     filled: Option<[f64; 2]>,
 }
@@ -47,7 +49,9 @@ impl BoreSlab {
         });
         let (mut empty, mut filled) = ([f64::INFINITY; 2], None);
         for corners in spanning {
-            let of_face = plane_distance(&corners, z);
+            let of_plane = plane_distance(&corners, z);
+            let nearest = nearest_to_axis(&clipped(&corners, low, high)).map_or(0.0, |p| p.x.hypot(p.y));
+            let of_face = if 2.0 * nearest > of_plane[0] + of_plane[1] { [nearest; 2] } else { of_plane };
             empty = [0, 1].map(|k| f64::min(empty[k], of_face[k]));
             for side in 0..3 {
                 let of_edge = chord(&corners[side], &corners[(side + 1) % 3], z);

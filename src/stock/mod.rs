@@ -280,6 +280,8 @@ pub fn standard_resolution_mm(mesh: &Mesh) -> f64 {
 
 /// Depth below which nothing is told, mm: what rounding and the chords of a mesh make of a surface that was just cut.
 const TOUCH_MM: f64 = 1e-4;
+/// Part of a way that is not halved any more, however small the tolerance.
+const FINEST: f64 = 1e-9;
 /// Part of a cell by which the grid is off the workpiece's box.
 const OFF_GRID: f64 = 0.31;
 
@@ -363,6 +365,8 @@ impl TileRun<'_> {
     fn advance(&mut self, open: &mut [Meeting<'_>], cutting: &[&Sweep], from: f64, to: f64) {
         let mut is_open = false;
         let mut longest: f64 = 0.0;
+        let tolerance_mm = self.tolerance_mm;
+        let is_short = |way_mm: f64| (to - from) * way_mm <= tolerance_mm || to - from <= FINEST;
         for meeting in open.iter_mut().filter(|meeting| meeting.from.is_none()) {
             let depth = self.depth(&meeting.sweep.part(from, to));
             if depth.high <= self.resolution_mm {
@@ -371,14 +375,13 @@ impl TileRun<'_> {
             }
             is_open = true;
             longest = longest.max(meeting.sweep.way_mm);
-            if (to - from) * meeting.sweep.way_mm <= self.tolerance_mm {
+            if is_short(meeting.sweep.way_mm) {
                 meeting.from = Some(from.max(f64::MIN_POSITIVE));
                 // The rest of the way against the stock as it is now is an upper bound.
                 meeting.depth.high = self.depth(&meeting.sweep.part(from, 1.0)).high;
             }
         }
-        let is_short = (to - from) * longest <= self.tolerance_mm;
-        if !is_open || is_short {
+        if !is_open || is_short(longest) {
             self.cut(cutting, from, to);
             for meeting in open.iter_mut().filter(|meeting| meeting.from == Some(from.max(f64::MIN_POSITIVE))) {
                 let left = self.depth(&meeting.sweep.part(from, to));
@@ -413,7 +416,7 @@ impl TileRun<'_> {
 
     /// Where on its way a part first and last may be deeper than the resolution, found by halving to the tolerance.
     fn ends(&mut self, sweep: &Sweep) -> [f64; 2] {
-        let step = if sweep.way_mm > 0.0 { self.tolerance_mm / sweep.way_mm } else { 1.0 };
+        let step = if sweep.way_mm > 0.0 { (self.tolerance_mm / sweep.way_mm).max(FINEST) } else { 1.0 };
         let (mut from, mut to) = (0.0, 1.0);
         // It is deep somewhere before `to`, and nowhere before `from`.
         while to - from > step {

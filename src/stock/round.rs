@@ -61,15 +61,30 @@ struct Slab {
 }
 
 impl Round {
-    /// The body around a mesh. Grooves of the outline that are at most `groove_mm` wide, along the axis, are filled.
+    /// The body around a mesh that turns about its own axis. Grooves of the outline that are at most `groove_mm` wide, along the axis, are filled.
     pub fn new(mesh: &Arc<Mesh>, groove_mm: f64) -> Self {
-        let Revolved { tool_from_mesh, filled, profile, .. } = Revolved::around(mesh);
+        Self::of(mesh, Revolved::around(mesh), groove_mm, false)
+    }
+
+    /// The body around a mesh that turns about z of the frame to which `body_from_part` leads.
+    pub fn about(mesh: &Arc<Mesh>, body_from_part: Isometry, groove_mm: f64) -> Self {
+        Self::of(mesh, Revolved::about(mesh, body_from_part), groove_mm, false)
+    }
+
+    /// The body around a mesh that does not turn.
+    pub fn standing(mesh: &Arc<Mesh>) -> Self {
+        Self::of(mesh, Revolved::around(mesh), 0.0, true)
+    }
+
+    fn of(mesh: &Arc<Mesh>, revolved: Revolved, groove_mm: f64, stands: bool) -> Self {
+        let Revolved { tool_from_mesh, filled, profile, .. } = revolved;
         let places: Vec<Point> = mesh.vertices().iter().map(|vertex| tool_from_mesh * vertex).collect();
         let solid = Solid::new(Arc::clone(mesh));
         if !solid.is_watertight() {
             return Self::around_open(&places, tool_from_mesh);
         }
-        let shells = shells(mesh).into_iter().map(|shell| Shell::new(&shell, &tool_from_mesh, groove_mm)).collect();
+        let shells =
+            shells(mesh).into_iter().map(|shell| Shell::new(&shell, &tool_from_mesh, groove_mm, stands)).collect();
         let pieces: Vec<Piece> = uncovered(shells).into_iter().flat_map(|shell| shell.pieces).collect();
         let known = pieces.iter().map(|piece| piece.slack_mm).filter(|slack| slack.is_finite());
         Self {
@@ -212,7 +227,7 @@ struct Shell {
 }
 
 impl Shell {
-    fn new(mesh: &Arc<Mesh>, body_from_part: &Isometry, groove_mm: f64) -> Self {
+    fn new(mesh: &Arc<Mesh>, body_from_part: &Isometry, groove_mm: f64, stands: bool) -> Self {
         let places: Vec<Point> = mesh.vertices().iter().map(|vertex| body_from_part * vertex).collect();
         let solid = Solid::new(Arc::clone(mesh));
         let part_from_body = body_from_part.inverse();
@@ -220,6 +235,9 @@ impl Shell {
         for slab in &mut slabs {
             if !slab.holds_axis(&|p| solid.holds(&(part_from_body * p))) {
                 slab.bore = Some(BoreSlab::new(slab.z, &places, mesh.faces()));
+            } else if stands {
+                // What stands is only there up to its nearest face, not up to its farthest edge.
+                slab.inner = BoreSlab::new(slab.z, &places, mesh.faces()).empty;
             }
         }
         fill_grooves(&mut slabs, groove_mm);

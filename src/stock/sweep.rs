@@ -14,8 +14,12 @@ use std::sync::Arc;
 pub const ROUNDING_MM: f64 = 1e-6;
 /// How far a body may be from where it was to be in the same place, mm.
 const RETRACED_MM: f64 = 1e-6;
+/// Part of the radius by which the faces of what stands may be nearer to its axis than its edges, for it to count as a body of revolution.
+const FACETED: f64 = 0.02;
 /// Travel to which the place is found where a mesh that does not turn is deepest, mm.
 const SKIN_STEP_MM: f64 = 0.02;
+/// Part of a depth in such a mesh to which it is found.
+const SKIN_PART: f64 = 0.05;
 
 /// A part as the stock meets it.
 #[derive(Clone, Debug)]
@@ -30,18 +34,24 @@ pub(super) enum Form {
 }
 
 impl Body {
-    /// A part that its spindle turns: the body of revolution around it. Grooves of its outline that are at most `groove_mm` wide, along the axis, count as
-    /// filled.
+    /// A part that its spindle turns about its own axis: the body of revolution around it. Grooves of its outline that are at most `groove_mm` wide, along
+    /// the axis, count as filled.
     #[must_use]
     pub fn turning(mesh: &Arc<Mesh>, groove_mm: f64) -> Self {
         Self { form: Arc::new(Form::Round(Round::new(mesh, groove_mm))) }
     }
 
+    /// The same about z of the frame to which `axis_from_part` leads.
+    #[must_use]
+    pub fn turning_about(mesh: &Arc<Mesh>, axis_from_part: Isometry, groove_mm: f64) -> Self {
+        Self { form: Arc::new(Form::Round(Round::about(mesh, axis_from_part, groove_mm))) }
+    }
+
     /// A part that does not turn, or the body of revolution around it where the two are nearly one.
     #[must_use]
     pub fn standing(mesh: &Arc<Mesh>) -> Self {
-        let round = Round::new(mesh, 0.0);
-        let is_round = round.filled >= ROUND && round.is_solid();
+        let round = Round::standing(mesh);
+        let is_round = round.filled >= ROUND && round.is_solid() && round.slack_mm <= FACETED * round.radius_mm;
         let form = if is_round { Form::Round(round) } else { Form::Rigid(Skin::new(mesh)) };
         Self { form: Arc::new(form) }
     }
@@ -61,11 +71,14 @@ impl Body {
         }
     }
 
-    /// Its axis in the part's frame, where the mesh is round about it.
+    /// A point of its axis and the axis's direction, in the part's frame, where the mesh is round about it.
     #[must_use]
-    pub fn axis(&self) -> Option<Vector> {
+    pub fn axis(&self) -> Option<(Point, Vector)> {
         match &*self.form {
-            Form::Round(round) if round.filled >= ROUND => Some(round.body_from_part.inverse() * Vector::z()),
+            Form::Round(round) if round.filled >= ROUND => {
+                let part_from_body = round.body_from_part.inverse();
+                Some((part_from_body * Point::origin(), part_from_body * Vector::z()))
+            }
             _ => None,
         }
     }
@@ -74,6 +87,18 @@ impl Body {
     #[must_use]
     pub fn is_round(&self) -> bool {
         matches!(&*self.form, Form::Round(_))
+    }
+
+    /// How deep a point can be in it at most, mm.
+    #[must_use]
+    pub fn deepest_mm(&self) -> f64 {
+        match &*self.form {
+            Form::Round(Round { radius_mm, span_mm: [low, high], .. }) => radius_mm.min(0.5 * (high - low)),
+            Form::Rigid(skin) => {
+                let (low, high) = skin.bounds();
+                0.5 * (high - low).min()
+            }
+        }
     }
 
     /// Part of the body of revolution that the mesh fills, 0 to 1; 1 of a part that does not turn.
@@ -153,6 +178,18 @@ impl TurningTool {
     pub fn new(mesh: &Mesh, rotation: UnitQuaternion<f64>, beside_mm: f64) -> Self {
         let axis_from_part = Isometry::from_parts(Vector::new(0.0, beside_mm, 0.0).into(), rotation);
         Self { section: Arc::new(Turned::new(mesh, &axis_from_part)), rotation }
+    }
+
+    /// The same of which nothing is known but that it is within its outline: it takes nothing away for sure.
+    #[must_use]
+    pub fn vague(&self) -> Self {
+        Self { section: Arc::new(self.section.vague()), rotation: self.rotation }
+    }
+
+    /// How deep a point of the section can be in it at most, mm.
+    #[must_use]
+    pub fn deepest_mm(&self) -> f64 {
+        self.section.deepest_mm()
     }
 
     /// Whether the mesh is turned as another place wants it.
@@ -275,8 +312,13 @@ impl Sweep {
         RETRACED_MM + self.pad + cut.pad + slack
     }
 
+    /// Whether it is of a mesh that does not turn, and is no body of revolution.
+    pub(super) fn is_of_mesh(&self) -> bool {
+        matches!(&self.way, Way::Chords { form, .. } if matches!(&**form, Form::Rigid(_)))
+    }
+
     /// Whether no point is in the part for sure, its mesh being open.
-    pub(super) fn is_vague(&self) -> bool {
+    pub(crate) fn is_vague(&self) -> bool {
         match &self.way {
             Way::Chords { form, .. } => matches!(&**form, Form::Round(round) if round.is_vague()),
             Way::Turned { section, .. } => section.is_empty(),
@@ -320,7 +362,7 @@ impl Sweep {
                         let found = round.least(&q, &travel, &cube);
                         self.padded(Least { deep: found.deep - bent, ..found })
                     }
-                    Form::Rigid(skin) => self.padded(self.least_of_skin(skin, &q.into(), &travel, radius)),
+                    Form::Rigid(skin) => self.padded(self.least_of_skin(skin, &q.into(), &travel, radius, is_deepest)),
                 }
             }
             Way::Turned { section, shift, axis_from_stock, ring } => {
@@ -334,28 +376,35 @@ impl Sweep {
         Least { low: found.low - self.pad, high: found.high + self.pad, deep: found.deep - self.pad }
     }
 
-    /// The distance changes by no more than the point moves: the piece of the way that may be deepest is halved until the question is decided.
-    fn least_of_skin(&self, skin: &Skin, start: &Point, travel: &Vector, radius: f64) -> Least {
+    /// The distance changes by no more than the point moves, so that its values at both ends of a piece of the way bound it between them. The piece that may be
+    /// deepest is divided, where it would be, until the question is decided (Shubert 1972).
+    fn least_of_skin(&self, skin: &Skin, start: &Point, travel: &Vector, radius: f64, is_deepest: bool) -> Least {
         let way = travel.norm();
-        let beyond = 0.5 * way + radius + self.pad + 1.0;
-        let measured = |from: f64, to: f64| {
-            let at = start - travel * f64::midpoint(from, to);
-            let distance = skin.signed_distance_mm(&at, beyond);
-            (distance - 0.5 * (to - from) * way, distance, from, to)
+        let beyond = way + radius + self.pad + 1.0;
+        // What is farther away is so all along the way.
+        let distance = |at: f64| skin.signed_distance_mm(&(start - travel * at), beyond).min(beyond);
+        let piece = |[from, to]: [f64; 2], ends: [f64; 2]| {
+            let low = 0.5 * (ends[0] + ends[1] - (to - from) * way);
+            (low.min(ends[0]).min(ends[1]), [from, to], ends)
         };
-        let first = measured(0.0, 1.0);
-        let (mut high, mut open) = (first.1, vec![first]);
+        let first = distance(0.0);
+        let ends = [first, if way > 0.0 { distance(1.0) } else { first }];
+        let (mut high, mut open) = (ends[0].min(ends[1]), vec![piece([0.0, 1.0], ends)]);
         loop {
             let least = (0..open.len()).min_by(|&a, &b| open[a].0.total_cmp(&open[b].0)).unwrap_or(0);
-            let (low, _, from, to) = open[least];
-            let decided = high <= -(radius + self.pad) || low - radius >= self.pad;
-            if decided || (to - from) * way <= SKIN_STEP_MM {
+            let (low, [from, to], ends) = open[least];
+            let is_inside = if is_deepest { high - low <= SKIN_PART * -high } else { high <= -(radius + self.pad) };
+            if is_inside || low - radius >= self.pad || (to - from) * way <= SKIN_STEP_MM {
                 return Least { low, high, deep: low - radius };
             }
-            let middle = f64::midpoint(from, to);
-            open[least] = measured(from, middle);
-            open.push(measured(middle, to));
-            high = high.min(open[least].1).min(open[open.len() - 1].1);
+            // Where the bounds from both ends meet, but not next to an end.
+            let meet = f64::midpoint(from, to) + 0.5 * (ends[0] - ends[1]) / way;
+            let inset = 0.1 * (to - from);
+            let at = meet.clamp(from + inset, to - inset);
+            let middle = distance(at);
+            open[least] = piece([from, at], [ends[0], middle]);
+            open.push(piece([at, to], [middle, ends[1]]));
+            high = high.min(middle);
         }
     }
 }

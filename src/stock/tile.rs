@@ -64,6 +64,14 @@ impl Search<'_> {
 const MOST_TRACED: usize = 512;
 /// Part of a depth to which its bounds need not be nearer to one another.
 const CLOSE_PART: f64 = 0.05;
+/// Cells that a question of depth in a mesh asks before a certain depth of half the greatest one is enough: faces that are as deep everywhere have no deepest
+/// cell, and each cell costs a search of the mesh.
+const LONG: u64 = 1_000;
+/// Cells that it asks before what is not decided counts as contact.
+const TOO_LONG: u64 = 10_000;
+/// Cells of a tile that all such questions ask before `LONG` and `TOO_LONG` are [`SHORT`].
+const PATIENCE: u64 = 20_000;
+const SHORT: u64 = 200;
 
 /// What is known of the material at a point or in a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,6 +102,12 @@ pub(super) struct Tile {
     sweeps: Vec<Sweep>,
     /// Cells that were held against something.
     questions: u64,
+    /// What that was when the present question of depth began.
+    begun: u64,
+    /// Cells that it may ask until half the depth is enough, and at most.
+    limits: [u64; 2],
+    /// Cells that were held against meshes that do not turn, to find a depth.
+    of_meshes: u64,
 }
 
 /// What runs through a cell.
@@ -157,6 +171,9 @@ impl Tile {
             free_lists: Vec::new(),
             sweeps: Vec::new(),
             questions: 0,
+            begun: 0,
+            limits: [u64::MAX; 2],
+            of_meshes: 0,
         };
         let cube = tile.cube();
         tile.root = if triangles.is_empty() {
@@ -351,6 +368,12 @@ impl Tile {
     /// How deep the material comes into what moves. Depths up to `search.within_mm` are bounded from above alone.
     pub fn contact(&mut self, search: &Search<'_>) -> Depth {
         let (mut depth, cube) = (Depth::default(), self.cube());
+        self.begun = self.questions;
+        self.limits = match search.sweep.is_of_mesh() {
+            true if self.of_meshes > PATIENCE => [SHORT; 2],
+            true => [LONG, TOO_LONG],
+            false => [u64::MAX; 2],
+        };
         if !self.is_gone() {
             let found = search.sweep.depth(&cube.centre, cube.half);
             // Of a part that may be anywhere in its body no depth is certain: whether it may be in contact is all that can be known.
@@ -363,12 +386,16 @@ impl Tile {
             // Where pieces of a body overlap, what is known of all of it may be deeper than any one of them says.
             depth.high = depth.high.max(depth.low);
         }
+        if search.sweep.is_of_mesh() {
+            self.of_meshes += self.questions - self.begun;
+        }
         depth
     }
 
     fn contact_cell(&mut self, cell: Cell, cube: &Cube, found: Least, search: &Search<'_>, depth: &mut Depth) -> Cell {
         let Least { low, high, deep } = found;
         let (mut at_most, within) = (-deep, search.within_mm);
+        let asked = self.questions - self.begun;
         let close = within + search.sweep.slack_mm();
         let is_nothing_new = |at_most: f64, depth: &Depth| {
             at_most <= 0.0 || (at_most <= depth.high && (at_most <= within || at_most <= depth.low + close))
@@ -382,7 +409,9 @@ impl Tile {
                 return cell;
             }
         }
-        if at_most <= within || cell == MIXED {
+        let [long, too_long] = self.limits;
+        let is_enough = asked > long && at_most <= 2.0 * depth.low || asked > too_long;
+        if at_most <= within || cell == MIXED || is_enough {
             depth.high = depth.high.max(at_most);
             return cell;
         }

@@ -9,6 +9,7 @@
 //! is. Where x(p) < 0 the same holds of (-ρ, z) and the other sign of a, and ρ - |x| is at most |y|.
 
 use super::convex::{Convex, HalfPlane, Least};
+use crate::geometry::hull::Hull;
 use crate::geometry::{Isometry, Mesh, Point, Vector};
 use std::sync::Arc;
 
@@ -22,7 +23,10 @@ pub(super) struct Turned {
     section: Vec<Convex>,
     /// The hull of the cutter's outline.
     hull: Option<Convex>,
-    vertices: Vec<Point>,
+    /// Half the lesser extent of the outline, mm.
+    deepest: f64,
+    /// Corners of the cutter's hull: what widens a plane is convex in the point, so that all others widen it less.
+    corners: Vec<Point>,
     /// Largest distance from the plane, mm.
     beside: f64,
 }
@@ -46,7 +50,27 @@ impl Turned {
         let beside = vertices.iter().map(|v| v.y.abs()).fold(0.0, f64::max);
         // What an open mesh fills nobody knows.
         let section = if mesh.edge_report().is_watertight() { pieces(&segments) } else { Vec::new() };
-        Self { section, hull, vertices, beside }
+        let extent = |of: fn(&Point) -> f64| {
+            let (low, high) =
+                vertices.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            high - low
+        };
+        let deepest = 0.5 * extent(|v| v.x).min(extent(|v| v.z));
+        let corners = match Hull::of(vertices.iter()) {
+            Some(Hull::Solid(solid)) => solid.vertices,
+            _ => vertices,
+        };
+        Self { section, hull, deepest, corners, beside }
+    }
+
+    /// The same without a section.
+    pub fn vague(&self) -> Self {
+        Self { section: Vec::new(), ..self.clone() }
+    }
+
+    /// How deep a point can be in the section at most, mm.
+    pub const fn deepest_mm(&self) -> f64 {
+        self.deepest
     }
 
     /// Whether the plane of the axis misses the cutter, or its mesh is open.
@@ -62,12 +86,12 @@ impl Turned {
 
     /// The hull with all points of the cutter in it, when it is moved by `x` or more: beside the plane ρ exceeds x the more, the nearer the axis is.
     fn widened(&self, hull: &Convex, x: f64) -> Convex {
-        let crosses = self.vertices.iter().any(|v| v.x + x < 0.0);
+        let crosses = self.corners.iter().any(|v| v.x + x < 0.0);
         let widened = |plane: &HalfPlane| {
             let HalfPlane { a, b, c } = *plane;
             let beyond = |side: f64| {
                 let of = |v: &Point| a * (side * (v.x + x).hypot(v.y) - x) + b * v.z - c;
-                self.vertices.iter().map(of).fold(0.0, f64::max)
+                self.corners.iter().map(of).fold(0.0, f64::max)
             };
             let by = match (a >= 0.0, crosses) {
                 (true, _) => beyond(1.0),

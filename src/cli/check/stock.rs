@@ -4,7 +4,7 @@ use super::super::note;
 use super::StockOptions;
 use crate::check::{Event, Outcome, Touch};
 use crate::geometry::{Mesh, import};
-use crate::scene::Scene;
+use crate::scene::{Part, Scene};
 use crate::stock::export::Volume;
 use crate::stock::target::{Comparison, Deviation};
 use anyhow::{Context, Result, bail};
@@ -129,6 +129,15 @@ impl Left {
     }
 }
 
+/// Why nothing is taken away from a workpiece.
+pub fn why_uncut(part: &Part) -> &'static str {
+    if part.mesh.edge_report().is_watertight() {
+        "nobody knows about which axis it turns"
+    } else {
+        "its mesh is not watertight (`bvbench scene info` says where)"
+    }
+}
+
 /// The stock as data.
 pub fn as_json(scene: &Scene, outcome: &Outcome, left: &[Left]) -> Value {
     let name = |part: usize| &scene.parts[part].name;
@@ -151,7 +160,7 @@ pub fn as_json(scene: &Scene, outcome: &Outcome, left: &[Left]) -> Value {
     });
     json!({
         "stays_whole": outcome.stays_whole, "open_cutters": outcome.open_cutters.iter().map(|&part| name(part)).collect::<Vec<_>>(), "touches": touches.collect::<Vec<_>>(), "workpieces": workpieces.collect::<Vec<_>>(),
-        "uncut": outcome.uncut.iter().map(|&part| json!({ "part": name(part), "why": "its mesh is not watertight" })).collect::<Vec<_>>(),
+        "uncut": outcome.uncut.iter().map(|&part| json!({ "part": name(part), "why": why_uncut(&scene.parts[part]) })).collect::<Vec<_>>(),
     })
 }
 
