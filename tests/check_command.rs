@@ -206,6 +206,45 @@ fn an_axis_beyond_its_limits_hides_no_collision() {
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((output.status.code(), &json["clear"], &json["collides"]), (Some(1), &false.into(), &false.into()));
     assert_eq!(json["over_travel"][0]["line"], 1);
+    let output = bvbench().args(["check", "--quiet", "--csv"]).arg(folder.path()).output().unwrap();
+    let csv = String::from_utf8(output.stdout).unwrap();
+    assert!(csv.lines().nth(1).unwrap().starts_with("over-travel,,Z,,1,"), "{csv}");
+}
+
+#[test]
+fn what_is_written_never_replaces_what_is_read() {
+    let (folder, _) = mill("G0 Z20\nM2");
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("other.ngc"), "G0 Z10\nM2\n").unwrap();
+    std::fs::write(path("shop.toml"), "").unwrap();
+    std::fs::write(path("blank.stl"), "").unwrap();
+    std::fs::create_dir(path("folder.png")).unwrap();
+    let before = |name: &str| std::fs::read(path(name)).ok();
+    let scene = folder.path().to_str().unwrap().to_owned();
+    for (verb, option, name) in [
+        (&["check", "--quiet"][..], "--stock-out", "blank.stl"),
+        (&["check", "--quiet"], "--sarif", "shop.toml"),
+        (&["check", "--quiet"], "--junit", "scene.toml"),
+        (&["view", "--quiet"], "--out", "other.ngc"),
+        (&["scene", "picture"], "--out", "scene.toml"),
+        (&["scene", "picture"], "--out", "folder.png"),
+    ] {
+        let content = before(name);
+        let output = bvbench().args(verb).arg(&scene).args([option]).arg(path(name)).output().unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            output.status.code() == Some(2) && error.contains(option) && error.contains(name),
+            "{option} {name}: {error}"
+        );
+        assert_eq!(before(name), content, "{option} {name}");
+    }
+    let output = bvbench().args(["check", "--quiet", &scene, "--stock-out", "left.obj"]).output().unwrap();
+    assert!(output.status.code() == Some(2) && String::from_utf8(output.stderr).unwrap().contains(".stl"));
+    // Reports of an earlier run are replaced.
+    for _ in 0..2 {
+        let output = bvbench().args(["check", "--quiet", &scene, "--sarif"]).arg(path("own.sarif")).output().unwrap();
+        assert_eq!(output.status.code(), Some(0));
+    }
 }
 
 fn bvbench() -> Command {
@@ -379,7 +418,7 @@ fn lines_with_a_slash_are_skipped_when_asked() {
 fn a_tool_without_parts_is_named_beside_the_csv() {
     let (folder, _) = scene_of(&mill_with_tools(), "T8 M6\nG0 Z40\nM2");
     let output = bvbench().args(["check", "--quiet", "--csv"]).arg(folder.path()).output().unwrap();
-    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 1);
+    assert_eq!((output.status.code(), String::from_utf8(output.stdout).unwrap().lines().count()), (Some(1), 1));
     assert!(String::from_utf8(output.stderr).unwrap().contains("not examined: tool 8"));
 }
 

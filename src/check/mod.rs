@@ -194,10 +194,10 @@ impl Outcome {
         self.events.iter().any(|event| event.kind.is_collision())
     }
 
-    /// Whether the program may run: nothing collides, and no axis leaves its limits.
+    /// Whether the program may run: nothing collides, no axis leaves its limits, and every tool in use has a part.
     #[must_use]
     pub fn is_clear(&self) -> bool {
-        !self.collides() && self.over_travel.is_empty()
+        !self.collides() && self.over_travel.is_empty() && self.tools_without_parts.is_empty()
     }
 }
 

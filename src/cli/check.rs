@@ -30,7 +30,7 @@ use stock::Left;
 
 #[derive(Args)]
 #[command(
-    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance holder:fixture=10 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --target finished.stl   gouges and rests against the wanted part\n  bvbench check path/to/machine part.ngc --certify part.cert\n\nA cutter that feeds into the workpiece takes material away. A cutter at rapid rate or with a standing spindle, a shank, a holder and all else collide with what is left; whatever else touches collides. With --certify a block is clear only if it is proved free; a rapid of the cutter over the workpiece, if it is free of what is left of it.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, or an axis leaves its limits, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
+    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance holder:fixture=10 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --target finished.stl   gouges and rests against the wanted part\n  bvbench check path/to/machine part.ngc --certify part.cert\n\nA cutter that feeds into the workpiece takes material away. A cutter at rapid rate or with a standing spindle, a shank, a holder and all else collide with what is left; whatever else touches collides. With --certify a block is clear only if it is proved free; a rapid of the cutter over the workpiece, if it is free of what is left of it.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, an axis leaves its limits, or a tool in use has no part, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
 )]
 pub struct Options {
     #[command(flatten)]
@@ -105,18 +105,24 @@ struct Reports {
 }
 
 impl Reports {
-    /// Refuses files that are no place for a report: the program itself, devices, folders.
-    fn refuse_bad_files(&self, program: Option<&Path>) -> Result<()> {
-        let files = [("--sarif", &self.sarif), ("--junit", &self.junit), ("--certify", &self.certify)];
-        for (option, file) in files {
-            let Some(file) = file.as_deref().filter(|file| file.exists()) else { continue };
-            if !file.is_file() {
-                bail!("{option} {}: a report goes into a file of its own, and this is none", file.display());
-            }
-            let is_program = program.is_some_and(|program| program.canonicalize().ok() == file.canonicalize().ok());
-            if is_program || file.file_name().is_some_and(|name| name == "scene.toml") {
-                bail!("{option} {}: the report would replace what is checked; name another file", file.display());
-            }
+    /// Refuses files that are no place for what is written: what is read, devices, folders.
+    fn refuse_bad_files(&self, subject: &Subject, stock: &StockOptions) -> Result<()> {
+        let files = [
+            ("--sarif", &self.sarif),
+            ("--junit", &self.junit),
+            ("--certify", &self.certify),
+            ("--stock-out", &stock.stock_out),
+            ("--target", &stock.target),
+        ];
+        for (option, file) in &files[..4] {
+            file.as_deref().map(|file| subject.refuse_output(option, file)).transpose()?;
+        }
+        if let Some(file) = stock
+            .stock_out
+            .as_ref()
+            .filter(|file| file.extension().is_none_or(|kind| !kind.eq_ignore_ascii_case("stl")))
+        {
+            bail!("--stock-out {}: it writes STL; name a file that ends with .stl", file.display());
         }
         for (i, (option, file)) in files.iter().enumerate() {
             let same = files[..i].iter().find(|(_, other)| file.is_some() && other == file);
@@ -200,7 +206,7 @@ fn seconds(ns: u64) -> f64 {
 }
 
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
-    options.reports.refuse_bad_files(options.subject.program.as_deref())?;
+    options.reports.refuse_bad_files(&options.subject, &options.stock)?;
     let checked = match examine(options, registry) {
         Ok(checked) => checked,
         Err(error) => {
@@ -288,7 +294,7 @@ fn settings(options: &Options) -> Result<Settings> {
 fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, times: &Times) {
     let (collisions, near): (Vec<&Event>, Vec<&Event>) =
         outcome.events.iter().partition(|event| event.kind.is_collision());
-    if !outcome.is_clear() {
+    if !(collisions.is_empty() && outcome.over_travel.is_empty()) {
         say(painted(&table(scene, &collisions, &outcome.over_travel).trim_fmt()));
         for event in &collisions {
             say(format!(
@@ -346,6 +352,9 @@ fn found(collisions: usize, outcome: &Outcome) -> String {
         n => format!("{n} times an axis beyond its limits"),
     };
     match (collisions, over_travel) {
+        (0, 0) if !outcome.tools_without_parts.is_empty() => {
+            "nothing collides that has a part, and a tool has none (see below)".to_owned()
+        }
         (0, 0) if deepest > 0.0 => {
             format!("nothing collides, but for what may touch the stock by at most {deepest:.3} mm (see below)")
         }
@@ -361,14 +370,16 @@ fn found(collisions: usize, outcome: &Outcome) -> String {
     }
 }
 
-/// What the answer says nothing about, a line each.
-fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
-    let tool = |tool: &u32| {
-        match tool {
+/// Says of a tool in use that it has no part.
+fn tool_without_part(tool: &u32) -> String {
+    match tool {
         0 => "not examined: the tool with which the program feeds, for none is in the spindle; `tool` in [program] of scene.toml says which is there at first".to_owned(),
         tool => format!("not examined: tool {tool}, which has no part in the scene"),
     }
-    };
+}
+
+/// What the answer says nothing about, a line each.
+fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     let as_drawn = |&part: &usize| {
         let name = &scene.parts[part].name;
         format!(
@@ -410,7 +421,7 @@ fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
             "not examined: what `{name}` cuts, whose mesh is not watertight; nothing is taken away for sure, and rapids where it has cut are unresolved"
         )
     };
-    let tools = outcome.tools_without_parts.iter().map(tool);
+    let tools = outcome.tools_without_parts.iter().map(tool_without_part);
     let given_up = |remaining: &check::Remaining| {
         let (name, line) = (&scene.parts[remaining.part].name, remaining.given_up?);
         Some(format!(
@@ -619,6 +630,22 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
         let value = |&axis: &Axis| if axis.is_rotary() { position[axis].to_degrees() } else { position[axis] };
         row.extend(Axis::ALL.iter().map(|axis| value(axis).to_string()));
         row.push(event.block.clone());
+        writer.write_record(&row)?;
+    }
+    for over in &outcome.over_travel {
+        let (letter, line, time) = (over.cause.axis.to_string(), over.line.to_string(), over.time_s.to_string());
+        let mut row = vec![String::new(); header.len()];
+        for (column, value) in [
+            ("kind", "over-travel"),
+            ("a", &letter),
+            ("first_line", &line),
+            ("first_time_s", &time),
+            ("block", &over.block),
+        ] {
+            if let Some(at) = header.iter().position(|name| name == column) {
+                row[at] = value.to_owned();
+            }
+        }
         writer.write_record(&row)?;
     }
     Ok(String::from_utf8(writer.into_inner()?)?)

@@ -1,6 +1,7 @@
 //! `scene picture`: a scene drawn as PNG.
 
 use super::say;
+use super::subject::refuse_output;
 use crate::check;
 use crate::picture::{self, Up, View};
 use crate::plot::canvas;
@@ -81,6 +82,7 @@ pub fn run(scene: &Scene, options: &Options) -> Result<()> {
     };
     let image = picture::take(scene, &scene.machine.forward(&position), &view)?;
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
+    refuse_output("--out", &out, &options.scene, &[])?;
     canvas::write_pixels(&image.rgb, (image.width, image.height), &out).map_err(|problem| anyhow!(problem))?;
     say(format!("{} ({} x {} pixels)", out.display(), image.width, image.height));
     Ok(())

@@ -4,10 +4,10 @@ use super::gcode::{Reading, print_notes, tool_table};
 use super::note;
 use crate::scene::set_up::SetUp;
 use crate::scene::{Overrides, ProgramRun, Scene, SceneError, StockSpec, ToolEntry};
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, bail};
 use clap::Args;
 use rs274::{Axis, Position};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Examples for the help of every verb that takes a [`Subject`].
 pub const SET_UP_EXAMPLES: &str = "\
@@ -88,6 +88,17 @@ impl Job {
 }
 
 impl Subject {
+    /// Refuses a file that is no place for what an option writes ([`refuse_output`]).
+    ///
+    /// # Errors
+    /// When it is such a file.
+    pub fn refuse_output(&self, option: &str, file: &Path) -> Result<()> {
+        let stock = self.job.stock.as_deref().map(|text| text.split(['@', ':']).next().unwrap_or(text));
+        let inputs =
+            [self.program.as_deref(), self.tool_table.as_deref(), self.job.library.as_deref(), stock.map(Path::new)];
+        refuse_output(option, file, &self.scene, &inputs.into_iter().flatten().collect::<Vec<_>>())
+    }
+
     /// The scene, and the program asked for; else the scene's own, if it has one.
     pub fn load(&self) -> Result<(Scene, Option<ProgramRun>)> {
         let mut job = self.job.set_up()?;
@@ -126,6 +137,28 @@ impl Subject {
         scene.mesh_warnings().iter().for_each(|warning| note(format!("warning: {warning}")));
         Ok((scene, run))
     }
+}
+
+/// Kinds of files that a command may replace in a scene's folder: what it writes, and nobody draws or programs.
+const WRITTEN: [&str; 6] = ["sarif", "json", "xml", "cert", "html", "png"];
+
+/// Refuses a file that is no place for what an option writes: devices and folders, and what is read.
+///
+/// # Errors
+/// When it is such a file.
+pub fn refuse_output(option: &str, file: &Path, scene: &str, inputs: &[&Path]) -> Result<()> {
+    let Ok(place) = file.canonicalize() else { return Ok(()) };
+    let name = file.display();
+    if !place.is_file() {
+        bail!("{option} {name}: what it writes goes into a file of its own, and this is none");
+    }
+    let is_it = |input: &&Path| input.canonicalize().is_ok_and(|input| input == place);
+    let kind = place.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let is_of_scene = || Path::new(scene).canonicalize().is_ok_and(|folder| place.starts_with(folder));
+    if inputs.iter().any(is_it) || !WRITTEN.contains(&&*kind) && is_of_scene() {
+        bail!("{option} {name}: this would replace what is read; name another file");
+    }
+    Ok(())
 }
 
 /// A tool that was asked for and never is in the spindle.

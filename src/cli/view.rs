@@ -69,6 +69,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     bar.finish();
     let page = view::page(&data?);
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.html", scene.name)));
+    options.subject.refuse_output("--out", &out)?;
     std::fs::write(&out, &page).with_context(|| format!("cannot write {}", out.display()))?;
     say(format!("{} ({:.1} MB)", out.display(), page.len() as f64 * 1e-6));
     if options.open {

@@ -109,8 +109,8 @@ fn an_insert_turns_about_the_spindle_and_not_about_itself() {
     let cut = found(&text(-35.0, 20.0), "M3 S1000\nG1 Z-25 F100\nG0 Z0\nM2");
     assert!(cut.is_clear(), "{:?}", cut.events);
     let mut stock = cut.remaining[0].stock.clone();
-    assert_eq!(stock.material_at(&Point::new(-36.0, 1.0, 8.0)), Material::Gone);
-    assert_eq!(stock.material_at(&Point::new(-27.0, 1.0, 8.0)), Material::Solid);
+    assert_eq!(stock.material_at(&Point::new(-1.0, 1.0, 8.0)), Material::Gone);
+    assert_eq!(stock.material_at(&Point::new(8.0, 1.0, 8.0)), Material::Solid);
 }
 
 #[test]

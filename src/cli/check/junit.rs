@@ -2,7 +2,7 @@
 //! axes; attributes are those that all readers of the format allow.
 
 use super::findings::{Finding, findings};
-use super::{Checked, not_examined};
+use super::{Checked, not_examined, tool_without_part};
 use anyhow::Result;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event as Xml};
@@ -52,9 +52,12 @@ pub fn report(checked: &Checked<'_>) -> Result<String> {
         })
         .collect();
     cases.push(case("limits of the axes", &found.iter().filter(|finding| finding.pair.is_none()).collect::<Vec<_>>()));
+    // What a tool without a part meets nobody knows: that is no clear answer.
+    let tools: Vec<String> = outcome.tools_without_parts.iter().map(tool_without_part).collect();
     for text in not_examined(scene, outcome) {
         let what = text.strip_prefix("not examined: ").unwrap_or(&text);
-        let failed = Some(("skipped", String::new(), "not examined".to_owned(), String::new()));
+        let kind = if tools.contains(&text) { "failure" } else { "skipped" };
+        let failed = Some((kind, String::new(), "not examined".to_owned(), String::new()));
         cases.push(Case { name: format!("{program}: {what}"), failed, output: String::new() });
     }
     let properties = [

@@ -54,14 +54,8 @@ pub fn touch(scene: &Scene, touch: &Touch) -> String {
 }
 
 impl StockOptions {
-    /// Reads the wanted part, and refuses files that are no place for a mesh.
+    /// Reads the wanted part.
     pub fn target(&self) -> Result<Option<Arc<Mesh>>> {
-        if let Some(file) = self.stock_out.as_deref().filter(|file| file.exists() && !file.is_file()) {
-            bail!("--stock-out {}: the mesh goes into a file of its own, and this is none", file.display());
-        }
-        if self.stock_out.is_some() && self.stock_out == self.target {
-            bail!("--stock-out and --target name the same file");
-        }
         let Some(file) = &self.target else { return Ok(None) };
         let imported = import::load(file, None).with_context(|| format!("--target {}", file.display()))?;
         Ok(Some(Arc::new(imported.mesh)))
@@ -114,10 +108,16 @@ impl Left {
         lines.extend(self.volume.map(|Volume { low, high }| format!("left of `{name}`: {low:.0} to {high:.0} mm³")));
         if let Some(Comparison { gouge, rest, missing }) = &self.comparison {
             let told = |what: &str, Deviation { greatest_mm, volume_mm3 }: &Deviation| {
-                format!("{what}: {greatest_mm:.3} mm, {volume_mm3:.1} mm³")
+                format!("{what}: {greatest_mm:.3} mm deep, at least {volume_mm3:.1} mm³")
             };
-            lines.push(told("GOUGE, the wanted part is cut", gouge));
-            lines.push(told("rest, stock beyond the wanted part", rest));
+            let none = |what: &str| format!("{what}: none deeper than {} mm", self.resolution_mm);
+            let of = |what: &str, name: &str, found: &Deviation| match found.volume_mm3 > 0.0 || found.greatest_mm > 0.0
+            {
+                true => told(what, found),
+                false => none(name),
+            };
+            lines.push(of("GOUGE, the wanted part is cut", "gouge", gouge));
+            lines.push(of("rest, stock beyond the wanted part", "rest", rest));
             if missing.volume_mm3 > 0.0 {
                 lines.push(told("the wanted part is larger than the uncut workpiece", missing));
             }
