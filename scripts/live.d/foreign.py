@@ -18,7 +18,7 @@ from cryptography.x509.oid import ExtendedKeyUsageOID
 
 HERE = Path(__file__).resolve().parent
 AXIS = "ns=2;s=/Channel/MachineAxis/actToolBasePos[u1,{}]"
-VERDICT, HOLD = "ns=2;s=/Channel/Parameter/R[u1,900]", "ns=2;s=/Channel/Parameter/R[u1,901]"
+VERDICT, HOLD, HEARTBEAT = (f"ns=2;s=/Channel/Parameter/R[u1,{i}]" for i in (900, 901, 902))
 CLEAR = 1
 CYCLE_S, DEADLINE_S, PATIENCE_S = 0.02, 0.15, 60.0
 ACCELERATION = 50.0  # mm/s²
@@ -76,7 +76,8 @@ class Mill:
         self.axes = [await add(AXIS.format(i), 0.0, ua.VariantType.Double) for i in (1, 2, 3)]
         self.verdict = await add(VERDICT, 0, ua.VariantType.Int32)
         self.hold = await add(HOLD, True, ua.VariantType.Boolean)
-        for node in (self.verdict, self.hold):
+        self.heartbeat = await add(HEARTBEAT, 0, ua.VariantType.Int32)
+        for node in (self.verdict, self.hold, self.heartbeat):
             await node.set_writable()
         await self.server.start()
 

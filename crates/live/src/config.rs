@@ -8,6 +8,7 @@ use rs274::Axis;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fs;
+use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 use toml::Spanned;
@@ -32,6 +33,8 @@ pub struct Config {
     pub deadline_s: f64,
     /// Age beyond which the last sample is stale, s.
     pub stale_s: f64,
+    /// Largest error of a source time, s.
+    pub source_jitter_s: f64,
     /// Guaranteed clearance below which the verdict is near, mm.
     pub near_mm: f64,
     /// The axes, by letter.
@@ -205,8 +208,9 @@ impl std::fmt::Display for Node {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
-    /// SINUMERIK Operate's OPC UA server: machine axes of channel 1 by number, in the order of the axes in the file; the verdict in R
-    /// parameters 900 and 901, which a synchronous action or the PLC watches. Siemens, "SINUMERIK Integrate Access MyMachine /OPC UA, Configuration Manual", 12/2017, section 5.3.
+    /// SINUMERIK Operate's OPC UA server: machine axes of channel 1, numbered from 1 in the order X Y Z A B C U V W of those that the file
+    /// has; verdict and hold in R parameters 900 and 901, which a synchronous action or the PLC watches. These see no source times, so
+    /// `nodes.heartbeat` must be given. Siemens, "SINUMERIK Integrate Access MyMachine /OPC UA, Configuration Manual", 12/2017, section 5.3.
     Sinumerik,
     /// A server of OPC 40502 (CNC Systems 1.0): `CncAxisList/<axis>/PosDirect/ActPos`, sections 6.1, 6.2 and 6.8. The specification has
     /// no node to write: verdict and hold must be named.
@@ -326,6 +330,7 @@ struct File {
     cycle_ms: Option<Spanned<f64>>,
     deadline_ms: Option<Spanned<f64>>,
     stale_ms: Option<Spanned<f64>>,
+    source_jitter_ms: Option<Spanned<f64>>,
     near_mm: Option<Spanned<f64>>,
     axes: BTreeMap<String, Spanned<AxisFile>>,
     #[serde(default)]
@@ -374,7 +379,14 @@ struct SecurityFile {
     pki: Option<PathBuf>,
     #[serde(default)]
     create_certificate: bool,
+    #[serde(default)]
+    insecure: bool,
 }
+
+/// Range of times, ms: a tenth of a millisecond to an hour.
+const TIMES_MS: [f64; 2] = [0.1, 3.6e6];
+/// Range of lengths, angles and accelerations, in their own units.
+const SIZES: [f64; 2] = [1e-9, 1e9];
 
 /// Policies of async-opcua that are not broken.
 const POLICIES: [&str; 4] = ["None", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss"];
@@ -394,21 +406,33 @@ impl Reader<'_> {
             let cause = format!("`{}` is no endpoint; write opc.tcp://host:port/", file.endpoint.get_ref());
             return Err((file.endpoint.span().start, cause));
         }
-        let ms = |value: &Option<Spanned<f64>>, name: &str, default: f64| {
-            Ok::<_, Fault>(positive(value.as_ref(), name)?.unwrap_or(default) / 1e3)
+        let seconds = |value: &Option<Spanned<f64>>, name: &str, default: f64| {
+            Ok::<_, Fault>(within(value.as_ref(), name, TIMES_MS)?.unwrap_or(default) / 1e3)
         };
-        let cycle_s = ms(&file.cycle_ms, "cycle_ms", 4.0)?;
-        let deadline_s = ms(&file.deadline_ms, "deadline_ms", 20.0)?;
+        let cycle_s = seconds(&file.cycle_ms, "cycle_ms", 4.0)?;
+        let deadline_s = seconds(&file.deadline_ms, "deadline_ms", 20.0)?;
+        if deadline_s < cycle_s {
+            let at = file.deadline_ms.as_ref().or(file.cycle_ms.as_ref()).map_or(0, |value| value.span().start);
+            let cause =
+                format!("deadline_ms is {}, which is shorter than a cycle of {} ms", deadline_s * 1e3, cycle_s * 1e3);
+            return Err((at, cause));
+        }
+        // Half a cycle at most: between two samples some time has passed for certain.
+        let most = 0.49e3 * cycle_s;
+        let source_jitter_s =
+            within(file.source_jitter_ms.as_ref(), "source_jitter_ms", [0.0, most])?.unwrap_or(0.0) / 1e3;
+        self.check_security(&file)?;
         let mut namespaces = file.namespaces;
         namespaces.entry("cnc".into()).or_insert_with(|| CNC_NAMESPACE.into());
-        let config = Config {
+        Ok(Config {
             file: self.path.to_owned(),
             scene: self.scene(file.scene),
             variant: file.variant,
             endpoint: file.endpoint.into_inner(),
             cycle_s,
             deadline_s,
-            stale_s: ms(&file.stale_ms, "stale_ms", 200.0)?,
+            stale_s: seconds(&file.stale_ms, "stale_ms", 200.0)?,
+            source_jitter_s,
             near_mm: positive(file.near_mm.as_ref(), "near_mm")?.unwrap_or(2.0),
             axes: self.axes(&file.axes, file.preset)?,
             nodes: nodes(&file.nodes, file.preset)?,
@@ -417,11 +441,22 @@ impl Reader<'_> {
             tool: file.tool,
             security: self.security(file.security)?,
             namespaces,
-        };
-        if let Some(deadline) = file.deadline_ms.as_ref().filter(|_| deadline_s < cycle_s) {
-            return Err((deadline.span().start, "deadline_ms is shorter than a cycle".to_owned()));
+        })
+    }
+
+    /// Refuses what anybody on the network could read or forge, unless the file says that it may be so.
+    fn check_security(&self, file: &File) -> Result<(), Fault> {
+        let security = file.security.as_ref().map(Spanned::get_ref);
+        let is_open = security.is_none_or(|security| security.mode == Mode::None);
+        if is_open && !security.is_some_and(|security| security.insecure) && !is_loopback(file.endpoint.get_ref()) {
+            let cause = format!(
+                "`{}` is another computer, and without `[security]` anybody between can forge positions and verdicts: give policy and \
+                 mode, or `insecure = true` where the network is trusted",
+                file.endpoint.get_ref()
+            );
+            return Err((file.endpoint.span().start, cause));
         }
-        Ok(config)
+        Ok(())
     }
 
     /// A scene's path is relative to the file; a name that is no path there stays a name.
@@ -497,6 +532,9 @@ impl Reader<'_> {
         if (policy == "None") != (file.mode == Mode::None) {
             return Err(wrong("policy and mode are both None, or neither is".to_owned()));
         }
+        if file.mode == Mode::None && file.password_file.is_some() {
+            return Err(wrong("a password needs a mode other than None: it would be sent as it is".to_owned()));
+        }
         let user = match (file.user, file.password_file, file.user_certificate, file.user_key) {
             (None, None, None, None) => User::Anonymous,
             (Some(name), Some(secret), None, None) => {
@@ -518,11 +556,27 @@ impl Reader<'_> {
     }
 }
 
+/// Whether an endpoint is on this computer, by its name alone.
+fn is_loopback(endpoint: &str) -> bool {
+    let rest = endpoint.trim_start_matches("opc.tcp://");
+    let authority = rest.split('/').next().unwrap_or_default();
+    let host = match authority.strip_prefix('[') {
+        Some(rest) => rest.split(']').next().unwrap_or_default(),
+        None => authority.split(':').next().unwrap_or_default(),
+    };
+    host == "localhost" || host.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
+}
+
+/// A number above 0 with which one can calculate.
 fn positive(value: Option<&Spanned<f64>>, name: &str) -> Result<Option<f64>, Fault> {
+    within(value, name, SIZES)
+}
+
+fn within(value: Option<&Spanned<f64>>, name: &str, [least, most]: [f64; 2]) -> Result<Option<f64>, Fault> {
     let Some(spanned) = value else { return Ok(None) };
     match *spanned.get_ref() {
-        value if value > 0.0 && value.is_finite() => Ok(Some(value)),
-        value => Err((spanned.span().start, format!("{name} is {value}; it must be a finite number above 0"))),
+        value if (least..=most).contains(&value) => Ok(Some(value)),
+        value => Err((spanned.span().start, format!("{name} is {value}; it must be between {least} and {most}"))),
     }
 }
 
@@ -552,7 +606,13 @@ fn nodes(file: &NodesFile, preset: Option<Preset>) -> Result<Nodes, Fault> {
         _ => return Err((0, "give `nodes.hold`, or `nodes.hold_object` with `nodes.hold_method`".to_owned())),
     };
     let [heartbeat, line, tool] = [&file.heartbeat, &file.line, &file.tool].map(|text| node(text.as_ref()));
-    Ok(Nodes { verdict, hold, heartbeat: heartbeat?, line: line?, tool: tool? })
+    let heartbeat = heartbeat?;
+    if preset == Some(Preset::Sinumerik) && heartbeat.is_none() {
+        let cause = "`nodes.heartbeat` is missing: an R parameter has no source time, so that without a heartbeat and a timer that \
+                     watches it nothing stops the machine when no verdict comes";
+        return Err((0, cause.to_owned()));
+    }
+    Ok(Nodes { verdict, hold, heartbeat, line: line?, tool: tool? })
 }
 
 #[cfg(test)]
@@ -563,6 +623,7 @@ mod tests {
 scene = "mill-vise"
 endpoint = "opc.tcp://127.0.0.1:4840/"
 preset = "sinumerik"
+nodes.heartbeat = "ns=2;s=beat"
 [axes]
 Z = { acceleration = 2000, deceleration = 1500 }
 X = { acceleration = 2000, unit = "inch" }
@@ -584,6 +645,8 @@ C = { acceleration = 90, node = "ns=3;s=c" }
         assert_eq!(config.axes[&'Z'].deceleration, 1500.0);
         assert!((config.axes[&'C'].acceleration - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
         assert_eq!(config.release, Release::Latched);
+        let unwatched = parse(&TEXT.replace("nodes.heartbeat", "nodes.line")).unwrap_err();
+        assert!(unwatched.cause.contains("`nodes.heartbeat` is missing"), "{unwatched}");
         let cnc = parse(&TEXT.replace("sinumerik", "cnc")).unwrap_err();
         assert!(cnc.cause.contains("nodes.verdict"), "{cnc}");
     }
@@ -595,17 +658,41 @@ C = { acceleration = 90, node = "ns=3;s=c" }
             (
                 "acceleration = 90",
                 "acceleration = -1",
-                "live.toml:8: acceleration is -1; it must be a finite number above 0",
+                "live.toml:9: acceleration is -1; it must be between 0.000000001 and 1000000000",
             ),
-            ("unit = \"inch\"", "unit = \"deg\"", "live.toml:7: axis X: `deg` is not one of mm, um, m, inch"),
+            ("unit = \"inch\"", "unit = \"deg\"", "live.toml:8: axis X: `deg` is not one of mm, um, m, inch"),
             (
                 "ns=3;s=c",
                 "c",
-                "live.toml:8: `c` is neither a node id (`ns=2;s=name`) nor a path (`/alias:Name/alias:Name`)",
+                "live.toml:9: `c` is neither a node id (`ns=2;s=name`) nor a path (`/alias:Name/alias:Name`)",
             ),
-            ("preset = \"sinumerik\"", "tool = 1", "live.toml:7: axis X: without a preset it needs a `node`"),
-            ("C = ", "Q = ", "live.toml:8: `Q` is not an axis; the axes are X Y Z A B C U V W"),
-            ("preset =", "deadline_ms = 1\npreset =", "live.toml:4: deadline_ms is shorter than a cycle"),
+            ("preset = \"sinumerik\"", "tool = 1", "live.toml:8: axis X: without a preset it needs a `node`"),
+            ("C = ", "Q = ", "live.toml:9: `Q` is not an axis; the axes are X Y Z A B C U V W"),
+            (
+                "preset =",
+                "deadline_ms = 1\npreset =",
+                "live.toml:4: deadline_ms is 1, which is shorter than a cycle of 4 ms",
+            ),
+            (
+                "preset =",
+                "cycle_ms = 50\npreset =",
+                "live.toml:4: deadline_ms is 20, which is shorter than a cycle of 50 ms",
+            ),
+            (
+                "preset =",
+                "stale_ms = 1e25\npreset =",
+                "live.toml:4: stale_ms is 10000000000000000000000000; it must be between 0.1 and 3600000",
+            ),
+            (
+                "preset =",
+                "cycle_ms = 1e-7\npreset =",
+                "live.toml:4: cycle_ms is 0.0000001; it must be between 0.1 and 3600000",
+            ),
+            (
+                "preset =",
+                "source_jitter_ms = 2\npreset =",
+                "live.toml:4: source_jitter_ms is 2; it must be between 0 and 1.96",
+            ),
         ] {
             assert_eq!(parse(&TEXT.replace(from, to)).unwrap_err().to_string(), expected);
         }
@@ -619,9 +706,25 @@ C = { acceleration = 90, node = "ns=3;s=c" }
             ("policy = \"Basic128Rsa15\"", "policy `Basic128Rsa15` is not one of"),
             ("mode = \"Sign\"", "policy and mode are both None, or neither is"),
             ("policy = \"Basic256Sha256\"\nmode = \"Sign\"\nuser = \"a\"", "give user with password_file"),
+            ("user = \"a\"\npassword_file = \"b\"", "a password needs a mode other than None"),
         ] {
             let error = parse(&format!("{TEXT}\n[security]\n{table}\n")).unwrap_err();
             assert!(error.cause.contains(expected), "{error}");
+        }
+    }
+
+    #[test]
+    fn another_computer_needs_security_or_a_word_that_it_does_not() {
+        let at = |host: &str, security: &str| parse(&format!("{}\n{security}", TEXT.replace("127.0.0.1", host)));
+        for host in ["localhost", "127.0.0.2", "[::1]"] {
+            assert!(at(host, "").is_ok(), "{host}");
+        }
+        for host in ["10.0.0.5", "0.0.0.0", "mill", "localhost.example.org", "[fe80::1]"] {
+            let refused = at(host, "").unwrap_err();
+            assert!(refused.line == 3 && refused.cause.contains("is another computer"), "{refused}");
+            assert!(at(host, "[security]\n").is_err(), "{host}");
+            assert!(at(host, "[security]\ninsecure = true\n").is_ok(), "{host}");
+            assert!(at(host, "[security]\npolicy = \"Basic256Sha256\"\nmode = \"Sign\"\n").is_ok(), "{host}");
         }
     }
 

@@ -399,8 +399,9 @@ mod tests {
 
     fn config(more: &str) -> Config {
         let text = format!(
-            "scene = \"x\"\nendpoint = \"opc.tcp://x\"\npreset = \"sinumerik\"\n{more}\n[axes]\nX = {{ acceleration = 1000 }}\nY = {{ acceleration = 1000 }}\nZ = {{ acceleration = 1000 }}\n"
+            "scene = \"x\"\nendpoint = \"opc.tcp://127.0.0.1\"\npreset = \"sinumerik\"\naxes.X.acceleration = 1000\naxes.Y.acceleration = 1000\naxes.Z.acceleration = 1000\n{more}\n"
         );
+        let text = if text.contains("[nodes]") { text } else { format!("{text}nodes.heartbeat = \"ns=2;s=beat\"\n") };
         Config::parse(Path::new("live.toml"), &text).unwrap()
     }
 

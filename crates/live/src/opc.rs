@@ -41,7 +41,7 @@ pub(crate) fn date(ticks: i64) -> DateTime {
     DateTime::from(ticks)
 }
 
-/// Nanoseconds since the epoch of Unix.
+/// Nanoseconds since the epoch of Unix; the nearest that can be told of a time outside 1678 to 2262.
 pub(crate) const fn unix_ns(ticks: i64) -> i64 {
     if ticks == 0 { 0 } else { (ticks - UNIX_EPOCH_TICKS) * 100 }
 }
@@ -81,6 +81,8 @@ mod tests {
         let ticks = DateTime::ymd_hms(1970, 1, 1, 0, 0, 1).ticks();
         assert_eq!(unix_ns(ticks), 1_000_000_000);
         assert_eq!(date(ticks).ticks(), ticks);
+        assert_eq!(unix_ns(DateTime::ymd_hms(2300, 1, 1, 0, 0, 0).ticks()), i64::MAX);
+        assert_eq!(unix_ns(i64::MIN), i64::MIN);
     }
 
     #[test]

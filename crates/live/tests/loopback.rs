@@ -60,8 +60,10 @@ impl Place {
     }
 
     fn text(address: SocketAddr, first: &str, more: &str) -> String {
+        let beat =
+            if more.contains("heartbeat") { "" } else { "heartbeat = \"ns=2;s=/Channel/Parameter/R[u1,902]\"\n" };
         format!(
-            "{first}\nscene = \"mill-vise\"\nendpoint = \"opc.tcp://{address}/\"\npreset = \"sinumerik\"\ndeadline_ms = 40\nstale_ms = 60000\ntool = 1\n{AXES}\n[nodes]\nline = \"ns=2;s=/Channel/ProgramInfo/actLineNumber\"\n{more}"
+            "{first}\nscene = \"mill-vise\"\nendpoint = \"opc.tcp://{address}/\"\npreset = \"sinumerik\"\ndeadline_ms = 40\nstale_ms = 60000\ntool = 1\n{AXES}\n[nodes]\nline = \"ns=2;s=/Channel/ProgramInfo/actLineNumber\"\n{beat}{more}"
         )
     }
 
