@@ -4,6 +4,7 @@
 
 use crate::judge::{Dynamics, Rule};
 use bvbench::machine::Machine;
+use bvbench::scene::Scene;
 use rs274::Axis;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -43,8 +44,8 @@ pub struct Config {
     pub nodes: Nodes,
     /// When a hold that contact called for is released.
     pub release: Release,
-    /// Tool in the spindle when no node says it.
-    pub tool: u32,
+    /// Tool in the spindle when no node says it; `None` when the file does not say it either.
+    pub tool: Option<u32>,
     /// How the connection is secured.
     pub security: Security,
     /// Namespaces by the alias that paths use.
@@ -298,13 +299,21 @@ impl Config {
         Ok(dynamics)
     }
 
-    /// The rule by which a machine is judged.
+    /// The rule by which the machine of a scene is judged.
     ///
     /// # Errors
-    /// As [`Config::dynamics`].
-    pub fn rule(&self, machine: &Machine) -> Result<Rule, ConfigError> {
-        let dynamics = self.dynamics(machine)?;
-        Ok(Rule { dynamics, deadline_s: self.deadline_s, near_mm: self.near_mm })
+    /// As [`Config::dynamics`], and when nothing says which of the scene's tools is in the spindle.
+    pub fn rule(&self, scene: &Scene) -> Result<Rule, ConfigError> {
+        if scene.changes_tools() && self.tool.is_none() && self.nodes.tool.is_none() {
+            let cause = format!(
+                "scene `{}` has parts of tools, and nothing says which tool is in the spindle: give `nodes.tool` or `tool`",
+                self.scene
+            );
+            return Err(ConfigError { file: self.file.clone(), line: 0, cause });
+        }
+        let dynamics = self.dynamics(&scene.machine)?;
+        // The deadline counts from a source time, and the sample may be older than that.
+        Ok(Rule { dynamics, deadline_s: self.deadline_s + self.source_jitter_s, near_mm: self.near_mm })
     }
 }
 
@@ -336,8 +345,7 @@ struct File {
     #[serde(default)]
     nodes: NodesFile,
     release_after_s: Option<Spanned<f64>>,
-    #[serde(default)]
-    tool: u32,
+    tool: Option<u32>,
     security: Option<Spanned<SecurityFile>>,
     #[serde(default)]
     namespaces: BTreeMap<String, String>,
@@ -618,6 +626,7 @@ fn nodes(file: &NodesFile, preset: Option<Preset>) -> Result<Nodes, Fault> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing;
 
     const TEXT: &str = r#"
 scene = "mill-vise"
@@ -698,6 +707,18 @@ C = { acceleration = 90, node = "ns=3;s=c" }
         }
         let unknown = parse(&format!("speed = 1\n{TEXT}")).unwrap_err();
         assert_eq!(unknown.line, 1, "{unknown}");
+    }
+
+    #[test]
+    fn a_scene_with_parts_of_tools_needs_a_tool() {
+        let axis = |letter| format!("{letter} = {{ acceleration = 2000 }}\n");
+        let head = TEXT.split("[axes]").next().unwrap();
+        let text = |tool: &str| format!("{tool}{head}[axes]\n{}{}{}", axis('X'), axis('Y'), axis('Z'));
+        let rule = |tool: &str, scene: &Scene| parse(&text(tool)).unwrap().rule(scene);
+        let refused = rule("", &testing::tools()).unwrap_err();
+        assert!(refused.cause.contains("give `nodes.tool` or `tool`"), "{refused}");
+        assert!(rule("tool = 0\n", &testing::tools()).is_ok() && rule("", &testing::mill()).is_ok());
+        assert!(rule("nodes.tool = \"ns=2;s=tool\"\n", &testing::tools()).is_ok());
     }
 
     #[test]

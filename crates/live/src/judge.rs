@@ -6,15 +6,17 @@
 //!
 //! - `A_i` be the largest acceleration of the axis, averaged over a cycle of the control, and `a_i` the deceleration of a hold;
 //! - `D` the deadline: from the source time of the sample, a hold takes effect within `D`;
-//! - `σ` the spread of the source times of the axes in one sample, and `ε_i` the resolution of the position.
+//! - `σ` the spread of the source times of the axes in one sample, and `ε_i` the resolution of the position;
+//! - `e_i` the error of `v_i`, 0 where source times are exact. With errors of up to `j`, the way of `v_i h` may have taken `h - 2j`, so
+//!   `e_i = |v_i| 2j / (h - 2j)`; then `D + j`, `h + 2j` and `σ + 2j` stand for `D`, `h` and `σ` below.
 //!
 //! The control changes its velocity in steps of a cycle, so the velocity at `τ` after the sample differs from `v_i` by at most
-//! `A_i (τ + 2h)`. No axis is faster than `s_i = |v_i| + A_i (D + 2h)` when the hold takes effect. The hold is an override that falls linearly to zero
+//! `e_i + A_i (τ + 2h)`. No axis is faster than `s_i = |v_i| + e_i + A_i (D + 2h)` when the hold takes effect. The hold is an override that falls linearly to zero
 //! within `T = max_i s_i / a_i`: the machine stays on the path of the program, and passes through what the program would have done in
 //! another `T / 2`. So every place that the machine can reach before it stands is one that the program reaches within
 //!
 //! ```text
-//! H = D + T / 2,      q_i(τ) = q_i + v_i τ ± b_i(τ),      b_i(τ) = ε_i + |v_i| σ + A_i (τ² / 2 + 2hτ),      0 ≤ τ ≤ H.
+//! H = D + T / 2,      q_i(τ) = q_i + v_i τ ± b_i(τ),      b_i(τ) = ε_i + (|v_i| + e_i) σ + e_i τ + A_i (τ² / 2 + 2hτ),      0 ≤ τ ≤ H.
 //! ```
 //!
 //! The interval `[0, H]` is halved until each piece is judged. At the middle of a piece, axis `i` stays within
@@ -33,6 +35,7 @@ use bvbench::scene::pairs::{self, Reach};
 use bvbench::scene::{Clearances, Pair, Scene};
 use bvbench::tree::distance::Proximity;
 use bvbench::truth::Solid;
+use rs274::interpret::FARTHEST;
 use rs274::{Axis, Position};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -74,7 +77,9 @@ pub struct State {
     pub position: Position,
     /// Velocities over the last interval, mm/s and radians/s.
     pub velocity: Position,
-    /// Length of that interval, s.
+    /// Errors of the velocities, mm/s and radians/s.
+    pub velocity_error: Position,
+    /// Length of that interval at most, s.
     pub interval_s: f64,
     /// Spread of the source times of the axes, s.
     pub spread_s: f64,
@@ -137,6 +142,9 @@ pub enum Ignorance {
     /// A position or velocity is not a number.
     #[error("axis {0}: the position or velocity is not a finite number")]
     NotFinite(char),
+    /// A position is beyond what any machine has.
+    #[error("axis {0}: the position is beyond {FARTHEST} mm or radians")]
+    TooFar(char),
     /// An axis is beyond its limits.
     #[error(transparent)]
     OutOfLimits(#[from] OutOfLimits),
@@ -263,6 +271,9 @@ impl<'a> Judge<'a> {
         if let Some(axis) = Axis::ALL.into_iter().find(|axis| !is_finite(axis)) {
             return Some(Ignorance::NotFinite(axis.letter()));
         }
+        if let Some(axis) = Axis::ALL.into_iter().find(|&axis| state.position[axis].abs() > FARTHEST) {
+            return Some(Ignorance::TooFar(axis.letter()));
+        }
         if let Err(cause) = self.scene.machine.check_limits(&state.position) {
             return Some(cause.into());
         }
@@ -294,9 +305,12 @@ impl<'a> Look<'a> {
 
     /// How far each axis may be from its straight course after `time_s`.
     fn width(&self, time_s: f64) -> [f64; 9] {
-        let State { velocity, interval_s, spread_s, .. } = self.state;
+        let State { velocity, velocity_error, interval_s, spread_s, .. } = self.state;
         let late = 0.5 * time_s * time_s + 2.0 * interval_s * time_s;
-        std::array::from_fn(|i| self.resolution[i] + velocity.0[i].abs() * spread_s + self.acceleration[i] * late)
+        std::array::from_fn(|i| {
+            let (speed, error) = (velocity.0[i].abs(), velocity_error.0[i]);
+            self.resolution[i] + (speed + error) * spread_s + error * time_s + self.acceleration[i] * late
+        })
     }
 
     /// Index of the poses after `time_s` on the straight course.
@@ -325,7 +339,8 @@ impl<'a> Look<'a> {
         let [a, b] = [watched.pair.a, watched.pair.b].map(|part| &bodies[&part]);
         let bound = self.scene.machine.travel_bound_mm(&a.ball, &b.ball, &self.poses[at].2, &within);
         let distance = self.distance(watched, [a, b], at, bound);
-        let clearance = distance - bound;
+        // Infinity less infinity: nothing is guaranteed.
+        let clearance = Some(distance - bound).filter(|clearance| !clearance.is_nan()).unwrap_or(f64::NEG_INFINITY);
         if clearance >= self.near_mm || distance <= 0.0 || halvings == 0 || to <= from {
             return clearance;
         }
@@ -349,7 +364,11 @@ impl<'a> Look<'a> {
         self.queries += 1;
         let beyond = enough + OUTLOOK_MM;
         let a_from_b = self.scene.a_from_b(watched.pair, poses);
-        let ask = |proximity| a.model.distance_mm(b.model.as_ref(), &a_from_b, beyond, proximity).min(beyond);
+        // `min` would take the other number for one that is none.
+        let ask = |proximity| match a.model.distance_mm(b.model.as_ref(), &a_from_b, beyond, proximity) {
+            distance if distance.is_nan() => 0.0,
+            distance => distance.min(beyond),
+        };
         let [share, whole] = &mut watched.proximity;
         let most = ask(share);
         let distance = if most <= bound && most > KEPT * bound { ask(whole) } else { most };
@@ -370,7 +389,8 @@ fn horizon_s(scene: &Scene, rule: &Rule, state: &State) -> f64 {
     let Rule { dynamics, deadline_s, .. } = rule;
     let brake = |axis: Axis| {
         let i = axis as usize;
-        let fastest = state.velocity[axis].abs() + dynamics.acceleration[i] * (deadline_s + 2.0 * state.interval_s);
+        let speed = state.velocity[axis].abs() + state.velocity_error[axis];
+        let fastest = speed + dynamics.acceleration[i] * (deadline_s + 2.0 * state.interval_s);
         fastest / dynamics.deceleration[i]
     };
     let moved = Axis::ALL.into_iter().filter(|&axis| scene.machine.joints_of(axis).next().is_some());

@@ -137,7 +137,14 @@ fn stretches(scene: &Scene, run: &ProgramRun, config: &Config, most: usize) -> R
         let [before, now] = [cycle, cycle + 1].map(|cycle| plan.at(cycle as f64 * config.cycle_s));
         let speed = |i: usize| (now.position.0[i] - before.position.0[i]) / config.cycle_s;
         let velocity = Position(std::array::from_fn(speed));
-        State { position: now.position, velocity, interval_s: config.cycle_s, spread_s: 0.0, tool: now.tool }
+        State {
+            position: now.position,
+            velocity,
+            velocity_error: Position::default(),
+            interval_s: config.cycle_s,
+            spread_s: 0.0,
+            tool: now.tool,
+        }
     };
     let length = (most.min(count) / STRETCHES).max(1);
     let stretch = |index: usize| {
@@ -151,7 +158,7 @@ fn stretches(scene: &Scene, run: &ProgramRun, config: &Config, most: usize) -> R
 impl Conditions<'_> {
     /// The judge alone, for as long as `most_s` allows.
     fn judge(&self, stretches: &[Vec<State>], most_s: f64, is_cold: bool) -> Result<LatencyRow> {
-        let mut judge = Judge::new(self.scene, self.variant, self.config.rule(&self.scene.machine)?)?;
+        let mut judge = Judge::new(self.scene, self.variant, self.config.rule(self.scene)?)?;
         let evictor = Evictor::new();
         let (begin, mut times) = (Instant::now(), Vec::new());
         // Each stretch has its share of the time; what a quick one leaves is for the others.
@@ -192,7 +199,7 @@ impl Conditions<'_> {
                     control::control(self.scene, run, &config, &options, listener, status, stop.clone()).await
                 })
             });
-            let judge = Judge::new(self.scene, self.variant, config.rule(&self.scene.machine)?)?;
+            let judge = Judge::new(self.scene, self.variant, config.rule(self.scene)?)?;
             let monitor = Monitor::new(self.scene, judge, &config);
             let (reports, _) = tokio::sync::watch::channel(None);
             let settings = watch::Settings { log: Some(log.clone()), pki: None, reports, stop: stop.clone() };

@@ -289,7 +289,7 @@ fn watch_verb(options: WatchOptions) -> Result<()> {
     let (config, scene) = load(&options.config)?;
     let registry = Registry::standard();
     let chosen = variant(&registry, config.variant.as_deref())?;
-    let judge = Judge::new(&scene, chosen, config.rule(&scene.machine)?)?;
+    let judge = Judge::new(&scene, chosen, config.rule(&scene)?)?;
     say(&format!("scene {}, variant {}: {} pairs watched", scene.name, chosen.info.id, judge.pairs().count()));
     for part in judge.open_parts() {
         say(&format!(
@@ -422,7 +422,7 @@ fn soak_verb(options: SoakOptions) -> Result<()> {
     let run = program(&scene, options.program.as_deref())?;
     let registry = Registry::standard();
     let chosen = variant(&registry, options.variant.as_deref())?;
-    let judge = Judge::new(&scene, chosen, config.rule(&scene.machine)?)?;
+    let judge = Judge::new(&scene, chosen, config.rule(&scene)?)?;
     let exact = Exact::new(&scene, judge.pairs());
     let delay = Duration::from_secs_f64(options.delay_ms / 1e3);
     let settings = soak::Settings {

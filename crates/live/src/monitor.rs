@@ -124,6 +124,8 @@ pub struct Outcome {
     pub line: u32,
     /// Older samples that came with this one and were not judged.
     pub superseded: u32,
+    /// How much longer the sample was on its way than the quickest one of the connection, s.
+    pub delay_s: f64,
 }
 
 /// The last two values of an axis.
@@ -140,13 +142,20 @@ pub struct Monitor<'a> {
     judge: Judge<'a>,
     stale_s: f64,
     deadline_s: f64,
+    source_jitter_s: f64,
     release: Release,
     axes: Vec<(Axis, Track)>,
-    tool: u32,
+    /// Tool in the spindle, or why it is not known.
+    tool: Result<u32, Fault>,
+    /// What is known of the tool before a node says it.
+    first_tool: Result<u32, Fault>,
     line: u32,
     /// Newest source time and when it was received, ticks and s.
     newest: Option<(i64, f64)>,
     delays: VecDeque<f64>,
+    /// Least delay since the start, s, and by how much the last one was longer.
+    least_delay_s: f64,
+    delay_s: f64,
     /// Whether a hold for contact waits for its release, and since when the look-ahead has been clear, s.
     latched: bool,
     clear_since: Option<f64>,
@@ -158,17 +167,25 @@ impl<'a> Monitor<'a> {
     #[must_use]
     pub fn new(scene: &'a Scene, judge: Judge<'a>, config: &Config) -> Self {
         let axes = Axis::ALL.into_iter().filter(|axis| config.axes.contains_key(&axis.letter()));
+        let first_tool = match &config.nodes.tool {
+            Some(_) => Err(Fault::Status(Slot::Tool, "no value yet".to_owned())),
+            None => Ok(config.tool.unwrap_or(0)),
+        };
         Self {
             scene,
             judge,
             stale_s: config.stale_s,
             deadline_s: config.deadline_s,
+            source_jitter_s: config.source_jitter_s,
             release: config.release,
             axes: axes.map(|axis| (axis, Track::default())).collect(),
-            tool: config.tool,
+            tool: first_tool.clone(),
+            first_tool,
             line: 0,
             newest: None,
             delays: VecDeque::new(),
+            least_delay_s: f64::INFINITY,
+            delay_s: 0.0,
             latched: false,
             clear_since: None,
             outside: None,
@@ -185,12 +202,19 @@ impl<'a> Monitor<'a> {
         self.outside = None;
     }
 
-    /// Forgets all samples, as after a lost connection: the next one has no velocity.
+    /// Forgets all that a connection said: the next sample has no velocity, and the tool is unknown until its node says it again.
     pub fn restart(&mut self) {
+        self.tool = self.first_tool.clone();
+        self.forget_samples();
+    }
+
+    /// Forgets all samples. The tool stays: a server need not send a value again that did not change.
+    fn forget_samples(&mut self) {
         for (_, track) in &mut self.axes {
             *track = Track::default();
         }
         (self.newest, self.clear_since) = (None, None);
+        (self.least_delay_s, self.delay_s) = (f64::INFINITY, 0.0);
         self.delays.clear();
         self.judge.forget();
     }
@@ -207,6 +231,12 @@ impl<'a> Monitor<'a> {
         self.held(fault, 0)
     }
 
+    /// Source time of the newest values, ticks: that of the oldest among the axes; 0 when one has none.
+    #[must_use]
+    pub fn source_ticks(&self) -> i64 {
+        self.axes.iter().map(|(_, track)| track.last.map_or(0, |(ticks, _)| ticks)).min().unwrap_or(0)
+    }
+
     /// Takes readings that came together at `received_s`, and judges the newest sample among them. `None` when no axis is among them.
     pub fn take(&mut self, readings: &[Reading], received_s: f64) -> Option<Outcome> {
         let mut jump = None;
@@ -214,10 +244,7 @@ impl<'a> Monitor<'a> {
         for reading in readings {
             match reading.slot {
                 Slot::Line => self.line = whole(reading).unwrap_or(0),
-                Slot::Tool => match whole(reading) {
-                    Some(tool) => self.tool = tool,
-                    None => return Some(self.held(status(reading), 0)),
-                },
+                Slot::Tool => self.tool = whole(reading).ok_or_else(|| status(reading)),
                 Slot::Axis(axis) => {
                     jump = self.note(axis, reading).or(jump);
                     times.push(reading.source_ticks);
@@ -225,7 +252,8 @@ impl<'a> Monitor<'a> {
             }
         }
         if times.is_empty() {
-            return None;
+            // A tool that is no longer known holds at once, and not with the next sample.
+            return self.tool.clone().err().map(|fault| self.without_sample(fault));
         }
         times.sort_unstable();
         times.dedup();
@@ -234,7 +262,7 @@ impl<'a> Monitor<'a> {
             Ok(state) => state,
             Err(fault) => {
                 if matches!(fault, Fault::Clock(_)) {
-                    self.restart();
+                    self.forget_samples();
                 }
                 self.clear_since = None;
                 return Some(self.held(fault, superseded));
@@ -257,7 +285,7 @@ impl<'a> Monitor<'a> {
         track.bad = None;
         match track.last {
             Some((ticks, _)) if reading.source_ticks < ticks => {
-                Some(Fault::Clock(seconds(reading.source_ticks - ticks)))
+                Some(Fault::Clock(seconds(reading.source_ticks.saturating_sub(ticks))))
             }
             Some((ticks, _)) if reading.source_ticks == ticks => None,
             last => {
@@ -270,7 +298,9 @@ impl<'a> Monitor<'a> {
     /// The sample that the newest values form.
     fn state(&mut self, received_s: f64) -> Result<State, Fault> {
         let mut position = Position::default();
-        let mut velocity = Position::default();
+        let (mut velocity, mut velocity_error) = (Position::default(), Position::default());
+        let jitter_s = 2.0 * self.source_jitter_s;
+        let is_usable = |over_s: f64| over_s > jitter_s && over_s <= self.stale_s;
         let (mut oldest, mut newest) = (i64::MAX, i64::MIN);
         let (mut slowest, mut interval_s) = ('X', 0.0_f64);
         let mut has_velocity = true;
@@ -285,34 +315,39 @@ impl<'a> Monitor<'a> {
             }
             newest = newest.max(ticks);
             match track.before {
-                Some((before, from)) if seconds(ticks - before) <= self.stale_s => {
-                    let over_s = seconds(ticks - before);
+                Some((before, from)) if is_usable(seconds(ticks.saturating_sub(before))) => {
+                    let over_s = seconds(ticks.saturating_sub(before));
                     velocity[*axis] = (value - from) / over_s;
-                    interval_s = interval_s.max(over_s);
+                    // The way may have taken less time by the errors of both source times.
+                    velocity_error[*axis] = velocity[*axis].abs() * jitter_s / (over_s - jitter_s);
+                    interval_s = interval_s.max(over_s + jitter_s);
                 }
                 _ => has_velocity = false,
             }
         }
         self.check_clock(newest, received_s)?;
-        let spread_s = seconds(newest - oldest);
+        let spread_s = seconds(newest.saturating_sub(oldest));
         if spread_s > self.deadline_s {
             return Err(Fault::Spread(slowest, spread_s));
         }
         if !has_velocity {
             return Err(Fault::NoVelocity);
         }
-        Ok(State { position, velocity, interval_s, spread_s, tool: self.tool })
+        let (spread_s, tool) = (spread_s + jitter_s, self.tool.clone()?);
+        Ok(State { position, velocity, velocity_error, interval_s, spread_s, tool })
     }
 
     /// Compares the control's clock with the time that passed here.
     fn check_clock(&mut self, ticks: i64, received_s: f64) -> Result<(), Fault> {
         if let Some((before, at)) = self.newest.replace((ticks, received_s)) {
-            let ahead = seconds(ticks - before) - (received_s - at);
+            let ahead = seconds(ticks.saturating_sub(before)) - (received_s - at);
             if ahead > self.stale_s {
                 return Err(Fault::Clock(ahead));
             }
         }
         let delay = received_s - seconds(ticks);
+        self.least_delay_s = self.least_delay_s.min(delay);
+        self.delay_s = delay - self.least_delay_s;
         let least = self.delays.iter().copied().fold(delay, f64::min);
         self.delays.push_back(delay);
         if self.delays.len() > DELAYS {
@@ -353,9 +388,8 @@ impl<'a> Monitor<'a> {
         for (axis, track) in &self.axes {
             position[*axis] = track.last.map_or(0.0, |(_, value)| value);
         }
-        let oldest = self.axes.iter().map(|(_, track)| track.last.map_or(0, |(ticks, _)| ticks)).min().unwrap_or(0);
         Outcome {
-            source_ticks: oldest,
+            source_ticks: self.source_ticks(),
             position,
             verdict: Verdict::Unknown,
             clearance_mm: 0.0,
@@ -366,6 +400,7 @@ impl<'a> Monitor<'a> {
             fault: None,
             line: self.line,
             superseded: 0,
+            delay_s: self.delay_s,
         }
     }
 }
@@ -377,7 +412,7 @@ fn seconds(ticks: i64) -> f64 {
 /// A number of a tool or a line.
 fn whole(reading: &Reading) -> Option<u32> {
     let value = *reading.value.as_ref().ok()?;
-    (value >= 0.0 && value <= f64::from(u32::MAX)).then_some(value as u32)
+    (value >= 0.0 && value <= f64::from(u32::MAX) && value.fract() == 0.0).then_some(value as u32)
 }
 
 fn status(reading: &Reading) -> Fault {
@@ -414,7 +449,7 @@ mod tests {
     impl<'a> Bench<'a> {
         fn new(scene: &'a Scene, more: &str) -> Self {
             let config = config(more);
-            let rule = config.rule(&scene.machine).unwrap();
+            let rule = config.rule(scene).unwrap();
             let judge = Judge::new(scene, Registry::standard().fastest().unwrap(), rule).unwrap();
             Self { monitor: Monitor::new(scene, judge, &config), ticks: 10 * CYCLE, received_s: 0.0 }
         }
@@ -510,11 +545,93 @@ mod tests {
         assert_eq!(bench.fault(0.0), "none");
 
         // Silence, and a fault from outside.
-        assert_eq!(bench.monitor.silence(0.3).fault.unwrap().to_string(), "no sample for 0.300 s");
+        assert_eq!(bench.monitor.without_sample(Fault::Stale(0.3)).fault.unwrap().to_string(), "no sample for 0.300 s");
         bench.monitor.fail(Fault::Log("disk full".into()));
         assert_eq!(bench.fault(0.0), "log");
         bench.monitor.recover();
         assert_eq!(bench.fault(0.0), "none");
+    }
+
+    #[test]
+    fn errors_of_source_times_widen_the_look_ahead() {
+        let scene = testing::mill();
+        let horizon_s = |more: &str| {
+            let mut bench = Bench::new(&scene, more);
+            bench.sample(0.0);
+            bench.sample(0.4).horizon_s
+        };
+        // v = 0.4 mm / 4 ms = 100 mm/s; s = v + 1000 · (0.02 + 2 · 0.004) = 128 mm/s; H = 0.02 + 0.064 s.
+        assert!((horizon_s("") - 0.084).abs() < 1e-9);
+        // With j = 1 ms v is wrong by up to v · 2 / (4 - 2) = 100 mm/s, h at most 6 ms and D 21 ms: s = 200 + 33 mm/s.
+        assert!((horizon_s("source_jitter_ms = 1") - (0.021 + 0.1165)).abs() < 1e-9);
+        // An interval that may be none has no velocity.
+        let mut bench = Bench::new(&scene, "source_jitter_ms = 1");
+        bench.sample(0.0);
+        bench.ticks -= CYCLE / 2;
+        assert_eq!((bench.fault(0.4), bench.fault(0.4)), ("no-velocity", "none"));
+    }
+
+    #[test]
+    fn a_delay_that_grows_slowly_is_seen() {
+        let scene = testing::mill();
+        let mut bench = Bench::new(&scene, "");
+        (0..3).for_each(|_| drop(bench.sample(0.0)));
+        assert_eq!(bench.sample(0.0).delay_s, 0.0);
+        // Each sample comes 0.1 ms later than the one before: none of them is late among the last hundred.
+        for count in 1..=1000 {
+            bench.received_s += 1e-4;
+            let outcome = bench.sample(0.0);
+            assert!(!outcome.holds, "{outcome:?}");
+            assert!((outcome.delay_s - 1e-4 * f64::from(count)).abs() < 1e-6, "{outcome:?}");
+        }
+    }
+
+    const TOOL: &str = "[nodes]\nheartbeat = \"ns=2;s=beat\"\ntool = \"ns=2;s=tool\"";
+
+    fn tool(value: Result<f64, String>) -> Reading {
+        Reading { slot: Slot::Tool, value, source_ticks: 0 }
+    }
+
+    #[test]
+    fn an_unknown_tool_holds_until_it_is_known() {
+        let scene = testing::tools();
+        let mut bench = Bench::new(&scene, TOOL);
+        // No tool yet: it is not taken for tool 0, which has no parts.
+        assert_eq!((bench.fault(0.0), bench.fault(0.0)), ("no-velocity", "status"));
+        assert!(bench.monitor.take(&[tool(Ok(1.0))], bench.received_s).is_none());
+        assert_eq!(bench.fault(0.0), "none");
+        // A bad value holds at once, and goes on holding: the tool before it is not judged.
+        for value in [Err("BadNotReadable".to_owned()), Ok(1.5), Ok(-1.0)] {
+            let alone = bench.monitor.take(&[tool(value)], bench.received_s).unwrap();
+            assert_eq!((alone.holds, alone.fault.unwrap().name()), (true, "status"));
+            assert_eq!((bench.fault(0.0), bench.fault(0.0)), ("status", "status"));
+            bench.monitor.take(&[tool(Ok(1.0))], bench.received_s);
+            assert_eq!(bench.fault(0.0), "none");
+        }
+        // A bad value does not hide the axes behind it, which have a velocity when the tool is back.
+        bench.pass();
+        let readings = [vec![tool(Err("BadNotReadable".into()))], bench.readings(0.1)].concat();
+        let held = bench.monitor.take(&readings, bench.received_s).unwrap();
+        assert_eq!((held.position[Axis::X], held.source_ticks), (0.1, bench.ticks));
+        bench.pass();
+        let readings = [vec![tool(Ok(1.0))], bench.readings(0.2)].concat();
+        assert!(!bench.monitor.take(&readings, bench.received_s).unwrap().holds);
+        // A jump of the clock leaves the tool as it is; a new connection says it anew.
+        bench.ticks -= 5 * CYCLE;
+        assert_eq!((bench.fault(0.0), bench.fault(0.0), bench.fault(0.0)), ("clock", "no-velocity", "none"));
+        bench.monitor.restart();
+        assert_eq!((bench.fault(0.0), bench.fault(0.0)), ("no-velocity", "status"));
+    }
+
+    #[test]
+    fn the_tool_that_is_known_is_the_one_that_is_judged() {
+        let scene = testing::tools();
+        let mut bench = Bench::new(&scene, TOOL);
+        for (number, expected) in [(2.0, "none"), (1.0, "contact"), (3.0, "unknown")] {
+            bench.monitor.take(&[tool(Ok(number))], bench.received_s);
+            bench.sample(49.0);
+            assert_eq!(bench.fault(49.0), expected, "tool {number}");
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::io::Write;
 
 /// A block of 20 mm sides on a table, and a holder of 20 mm sides above it that moves in X, Y and Z; at zero the holder stands 50 mm to the
 /// left of the block, at the same height.
-const SCENE: &str = r#"
+pub(crate) const SCENE: &str = r#"
 title = "block"
 description = "A holder and a block."
 provenance = "Made for a test."
@@ -40,7 +40,26 @@ file = "program.ngc"
 
 /// The scene.
 pub(crate) fn mill() -> Scene {
-    let files = [("scene.toml", SCENE), ("program.ngc", "G21 G90 G94\nG1 X1 F100\n")];
+    scene(SCENE)
+}
+
+/// The same, where the holder belongs to tool 1, and a smaller one far above it to tool 2.
+pub(crate) fn tools() -> Scene {
+    const SMALL: &str = r#"
+[[parts]]
+name = "small"
+role = "holder"
+link = "z"
+tool = 2
+at = { xyz_mm = [0, 0, 100] }
+shape = { kind = "rounded-box", size_mm = [5, 5, 5], fillet_mm = 1 }
+[program]"#;
+    scene(&SCENE.replace("link = \"z\"", "link = \"z\"\ntool = 1").replace("\n[program]", SMALL))
+}
+
+/// A scene of a text.
+pub(crate) fn scene(text: &str) -> Scene {
+    let files = [("scene.toml", text), ("program.ngc", "G21 G90 G94\nG1 X1 F100\n")];
     let files: BTreeMap<String, Vec<u8>> = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec())).into();
     Scene::from_memory("mill", files, &Overrides::default()).unwrap()
 }

@@ -143,7 +143,7 @@ impl Watch {
         let (scene, token) = (Arc::clone(scene), stop.clone());
         let thread = thread::spawn(move || {
             let registry = Registry::standard();
-            let rule = config.rule(&scene.machine).unwrap();
+            let rule = config.rule(&scene).unwrap();
             let judge = Judge::new(&scene, registry.fastest().unwrap(), rule).unwrap();
             let monitor = Monitor::new(&scene, judge, &config);
             let settings = Settings { log, pki, reports: sender, stop: token };

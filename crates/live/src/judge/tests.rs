@@ -17,7 +17,14 @@ fn state(x: f64, velocity: f64) -> State {
         position[Axis::X] = value;
         position
     };
-    State { position: at(x), velocity: at(velocity), interval_s: CYCLE_S, spread_s: 0.0, tool: 0 }
+    State {
+        position: at(x),
+        velocity: at(velocity),
+        velocity_error: Position::default(),
+        interval_s: CYCLE_S,
+        spread_s: 0.0,
+        tool: 0,
+    }
 }
 
 fn judge(scene: &Scene) -> Judge<'_> {
@@ -93,6 +100,37 @@ fn ignorance_is_never_clear() {
 }
 
 #[test]
+fn what_cannot_be_calculated_is_never_clear() {
+    let scene = testing::mill();
+    let mut judge = judge(&scene);
+    // The way and its bound are infinite, and what is left between them is not a number.
+    for velocity in [1e200, 1e308, f64::MAX] {
+        let answer = judge.judge(&state(0.0, velocity));
+        assert!(!answer.verdict.permits(), "{velocity}: {answer:?}");
+    }
+    // A joint without limits may say any number.
+    let text = testing::SCENE.replace(", min_mm = -200, max_mm = 200", "");
+    let scene = testing::scene(&text);
+    let mut judge = self::judge(&scene);
+    for x in [1.1e9, -1e200, f64::MAX] {
+        let answer = judge.judge(&state(x, 0.0));
+        assert_eq!((answer.verdict, answer.cause), (Verdict::Unknown, Some(Ignorance::TooFar('X'))));
+    }
+    assert_eq!(judge.judge(&state(-1e8, 0.0)).verdict, Verdict::Clear);
+}
+
+#[test]
+fn an_error_of_the_velocity_widens_the_way() {
+    let scene = testing::mill();
+    let mut judge = judge(&scene);
+    let sure = State { position: state(30.0, 0.0).position, ..state(30.0, 50.0) };
+    assert_eq!(judge.judge(&sure).verdict, Verdict::Clear);
+    let mut unsure = sure;
+    unsure.velocity_error[Axis::X] = 200.0;
+    assert_eq!(judge.judge(&unsure).verdict, Verdict::Collision);
+}
+
+#[test]
 fn variants_that_miss_are_refused() {
     let scene = testing::mill();
     let registry = Registry::standard();
@@ -112,7 +150,7 @@ fn play(scene: &Scene, program: &str, variant: &Variant) -> Option<Position> {
         let position = player.place().position;
         let velocity = Position(std::array::from_fn(|i| (position.0[i] - last.0[i]) / CYCLE_S));
         last = position;
-        let state = State { position, velocity, interval_s: CYCLE_S, spread_s: 0.0, tool: 0 };
+        let state = State { position, velocity, ..state(0.0, 0.0) };
         if held_since.is_none() && !judge.judge(&state).verdict.permits() {
             held_since = Some(cycle);
         }
