@@ -2,7 +2,7 @@
 //!
 //! Reading order: [`judge`] (the rule: may the machine go on?), [`config`] (the TOML), [`play`] (a program with
 //! accelerations), [`monitor`] (from readings to permission), `opc` (what client and server share), [`control`] (the simulated control),
-//! [`log`], [`watch`] (the client), [`latency`] and [`figure`] (how long a verdict takes), [`soak`] with [`trace`], [`planted`] and [`relay`]
+//! [`log`], `outputs` (what is written), [`watch`] (the client), [`latency`] and [`figure`] (how long a verdict takes), [`soak`] with [`trace`], [`planted`] and [`relay`]
 //! (long runs, planted collisions, kills, a bad network), [`claim`] (does real time hold?), [`panel`] (the operator's page).
 
 pub mod judge;
@@ -13,6 +13,7 @@ pub mod monitor;
 mod opc;
 pub mod control;
 pub mod log;
+mod outputs;
 pub mod watch;
 pub mod latency;
 pub mod planted;

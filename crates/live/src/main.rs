@@ -56,7 +56,7 @@ enum Verb {
 
 const WATCH_EXAMPLES: &str = "\
 Examples:
-  bvbench-live watch live.toml                     until Ctrl-C
+  bvbench-live watch live.toml                     until Ctrl-C or SIGTERM, which hold the machine
   bvbench-live watch live.toml --log watch.csv     a row per sample
   bvbench-live watch live.toml --panel 8080        panel at http://127.0.0.1:8080/";
 
@@ -268,7 +268,21 @@ fn variant<'a>(registry: &'a Registry, id: Option<&str>) -> Result<&'a Variant> 
     }
 }
 
-/// Cancels at Ctrl-C, or after some seconds.
+/// Waits until somebody wants the process to end: Ctrl-C, or SIGTERM, with which services are ended.
+async fn asked_to_end() -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
+        tokio::select! {
+            done = tokio::signal::ctrl_c() => done,
+            _ = terminate.recv() => Ok(()),
+        }
+    }
+    #[cfg(not(unix))]
+    tokio::signal::ctrl_c().await
+}
+
+/// Cancels when asked to end, or after some seconds.
 fn end(stop: CancellationToken, seconds: Option<f64>) {
     tokio::spawn(async move {
         let wait = async {
@@ -278,7 +292,7 @@ fn end(stop: CancellationToken, seconds: Option<f64>) {
             }
         };
         tokio::select! {
-            _ = tokio::signal::ctrl_c() => {}
+            _ = asked_to_end() => {}
             () = wait => {}
         }
         stop.cancel();
@@ -312,7 +326,7 @@ fn watch_verb(options: WatchOptions) -> Result<()> {
         let settings = watch::Settings { log: options.log, pki: options.pki, reports, stop };
         watch::run(&scene, monitor, &config, settings).await.map_err(|error| anyhow!(error))
     })?;
-    let watch::Summary { judged, superseded, late, holds, connections, .. } = summary;
+    let watch::Summary { judged, superseded, late, holds, connections } = summary;
     say(&format!(
         "{judged} samples judged, {superseded} superseded, {late} late; {holds} holds, {connections} connections"
     ));

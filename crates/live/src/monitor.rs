@@ -219,12 +219,6 @@ impl<'a> Monitor<'a> {
         self.judge.forget();
     }
 
-    /// What follows from nothing having come for `age_s`.
-    pub fn silence(&mut self, age_s: f64) -> Outcome {
-        self.clear_since = None;
-        self.held(Fault::Stale(age_s), 0)
-    }
-
     /// What follows from a fault that leaves nothing to judge.
     pub fn without_sample(&mut self, fault: Fault) -> Outcome {
         self.clear_since = None;

@@ -5,6 +5,7 @@ use opcua::client::IdentityToken;
 use opcua::crypto::SecurityPolicy;
 use opcua::types::{DateTime, MessageSecurityMode, Variant};
 use std::str::FromStr;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Ticks of the epoch of Unix, in which `DateTime` of OPC UA counts from 1601.
 const UNIX_EPOCH_TICKS: i64 = 116_444_736_000_000_000;
@@ -43,7 +44,13 @@ pub(crate) fn date(ticks: i64) -> DateTime {
 
 /// Nanoseconds since the epoch of Unix; the nearest that can be told of a time outside 1678 to 2262.
 pub(crate) const fn unix_ns(ticks: i64) -> i64 {
-    if ticks == 0 { 0 } else { (ticks - UNIX_EPOCH_TICKS) * 100 }
+    if ticks == 0 { 0 } else { ticks.saturating_sub(UNIX_EPOCH_TICKS).saturating_mul(100) }
+}
+
+/// The clock of this computer, ns since the epoch of Unix.
+pub(crate) fn now_ns() -> i64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
 }
 
 /// A number in the type of another value of the same node; `None` where that is no number.

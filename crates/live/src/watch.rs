@@ -1,32 +1,35 @@
 //! The watch: an OPC UA client that judges every sample of a control and writes the verdict back.
 //!
 //! One verdict is on its way at a time, so that no older one overtakes a newer one; samples that come meanwhile are judged by the newest of
-//! them. After a lost connection everything is made anew: node ids, subscription, velocities.
+//! them. After a lost connection everything is made anew: node ids, subscription, velocities. However a connection ends, the last thing that is
+//! written is a hold.
 
 use crate::config::{Config, Hold, Mode, Node};
 use crate::judge::Verdict;
 use crate::log::{Log, Row};
 use crate::monitor::{Fault, Monitor, Outcome, Reading, Slot};
-use crate::opc;
+use crate::opc::{self, now_ns};
+use crate::outputs::{Output, Outputs, Target, Way};
 use bvbench::scene::Scene;
 use opcua::client::{Client, ClientBuilder, MonitoredItemMap, OnSubscriptionNotificationCore, Session};
 use opcua::types::{
-    AttributeId, BrowsePath, DataChangeFilter, DataChangeNotification, DataChangeTrigger, DataValue, ExtensionObject,
-    MonitoredItemCreateRequest, MonitoringMode, MonitoringParameters, NodeId, NotificationMessage, NumericRange,
+    AttributeId, BrowsePath, BrowsePathResult, DataChangeFilter, DataChangeNotification, DataChangeTrigger, DataValue,
+    ExtensionObject, MonitoredItemCreateRequest, MonitoringMode, MonitoringParameters, NodeId, NotificationMessage,
     ObjectId, QualifiedName, ReadValueId, ReferenceTypeId, RelativePath, RelativePathElement, StatusChangeNotification,
-    StatusCode, TimestampsToReturn, Variant, WriteValue,
+    StatusCode, TimestampsToReturn,
 };
 use rs274::Axis;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 use tokio::sync::{mpsc, watch};
 use tokio_util::sync::CancellationToken;
 
 /// Application URI of the watch.
 const APPLICATION: &str = "urn:bvbench:watch";
-/// Batches of values that wait for the judge before new ones are dropped.
+/// Batches of values that may wait for the judge. With more the connection is given up.
 const BATCHES: usize = 256;
 /// Values of a node that the server keeps between two publications.
 const QUEUE: u32 = 64;
@@ -34,6 +37,8 @@ const QUEUE: u32 = 64;
 const RETRY: Duration = Duration::from_millis(500);
 /// Time that a connection may take.
 const CONNECT: Duration = Duration::from_secs(10);
+/// Time that the last hold may take before a connection is closed.
+const FAREWELL: Duration = Duration::from_millis(200);
 
 /// What a watch has seen.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -48,8 +53,6 @@ pub struct Summary {
     pub holds: u64,
     /// Times that a connection was made.
     pub connections: u64,
-    /// The last outcome.
-    pub last: Option<Outcome>,
 }
 
 /// What a watch reports as it goes.
@@ -81,7 +84,7 @@ pub async fn run(scene: &Scene, monitor: Monitor<'_>, config: &Config, settings:
     let log = Log::create(settings.log.as_deref())
         .map_err(|error| format!("cannot create {}: {error}", settings.log.clone().unwrap_or_default().display()))?;
     let mut client = client(config, &settings)?;
-    let mut watch = Watch { scene, config, monitor, log, summary: Summary::default(), settings, held: None };
+    let mut watch = Watch { scene, config, monitor, log, summary: Summary::default(), settings, held: None, beat: 0 };
     let stop = watch.settings.stop.clone();
     while !stop.is_cancelled() {
         let connected = tokio::select! {
@@ -92,7 +95,7 @@ pub async fn run(scene: &Scene, monitor: Monitor<'_>, config: &Config, settings:
             Ok(mut link) => {
                 watch.summary.connections += 1;
                 let fault = watch.serve(&mut link, &stop).await;
-                link.close().await;
+                link.close(&watch.monitor).await;
                 fault
             }
             Err(fault) => Some(fault),
@@ -123,6 +126,7 @@ fn client(config: &Config, settings: &Settings) -> Result<Client, String> {
         .trust_server_certs(!secure)
         .verify_server_certs(secure)
         .session_retry_limit(0)
+        .recreate_subscriptions(false)
         .min_publish_interval(Duration::from_millis(1))
         .request_timeout(Duration::from_secs_f64(config.stale_s.max(1.0)))
         .client()
@@ -140,6 +144,17 @@ struct Feed {
     /// What each monitored item is of, and the factor to mm or radians, by client handle less one.
     slots: Vec<(Slot, f64)>,
     batches: mpsc::Sender<Batch>,
+    /// Set when a batch found no room.
+    overflowed: Arc<AtomicBool>,
+}
+
+impl Feed {
+    /// Hands a batch over. One that finds no room is gone, and what it said of the tool or an axis with it.
+    fn send(&self, batch: Batch) {
+        if matches!(self.batches.try_send(batch), Err(mpsc::error::TrySendError::Full(_))) {
+            self.overflowed.store(true, Ordering::SeqCst);
+        }
+    }
 }
 
 impl OnSubscriptionNotificationCore for Feed {
@@ -159,13 +174,12 @@ impl OnSubscriptionNotificationCore for Feed {
                     readings.push(Reading { slot, value: value(&item.value, factor), source_ticks: ticks });
                 }
             } else if let Some(change) = data.inner_as::<StatusChangeNotification>() {
-                self.batches.try_send(Batch::Closed(change.status)).ok();
+                self.send(Batch::Closed(change.status));
             }
         }
         if !readings.is_empty() {
-            // A watch that is behind by so many batches is late anyway, and holds for that.
             let published_ns = opc::unix_ns(published);
-            self.batches.try_send(Batch::Values { readings, published_ns, received, received_ns }).ok();
+            self.send(Batch::Values { readings, published_ns, received, received_ns });
         }
     }
 }
@@ -182,20 +196,57 @@ fn value(value: &DataValue, factor: f64) -> Result<f64, String> {
     number.map(|number| number * factor).ok_or_else(|| "not a number".into())
 }
 
+/// The task that drives a session. It ends with its owner: left alone it would keep the session open.
+struct Driver(tokio::task::JoinHandle<StatusCode>);
+
+impl Driver {
+    /// Waits for the end of the session, and tells how it ended.
+    async fn ended(&mut self) -> StatusCode {
+        (&mut self.0).await.unwrap_or(StatusCode::BadUnexpectedError)
+    }
+}
+
+impl Drop for Driver {
+    fn drop(&mut self) {
+        self.0.abort();
+    }
+}
+
 /// A connection to a control.
 struct Link {
     session: Arc<Session>,
-    task: tokio::task::JoinHandle<StatusCode>,
+    driver: Driver,
     batches: mpsc::Receiver<Batch>,
-    verdict: (NodeId, Variant),
-    heartbeat: Option<(NodeId, Variant)>,
-    hold: Way,
+    overflowed: Arc<AtomicBool>,
+    outputs: Outputs,
 }
 
-/// How a hold is given.
-enum Way {
-    Node(NodeId, Variant),
-    Method(NodeId, NodeId),
+/// What a watch waits for.
+enum Event {
+    /// The watch is stopped.
+    Stop,
+    /// The session ended.
+    Ended(StatusCode),
+    /// Values came, or the end of the subscription; `None` when no more can come.
+    Batch(Option<Batch>),
+    /// Nothing came in time.
+    Silence,
+}
+
+/// The next event. Of several at the same time the first in this order: what has come is judged before silence is told.
+async fn next_event(
+    stop: &CancellationToken,
+    driver: &mut Driver,
+    batches: &mut mpsc::Receiver<Batch>,
+    silent_at: Instant,
+) -> Event {
+    tokio::select! {
+        biased;
+        () = stop.cancelled() => Event::Stop,
+        status = driver.ended() => Event::Ended(status),
+        batch = batches.recv() => Event::Batch(batch),
+        () = tokio::time::sleep_until(silent_at.into()) => Event::Silence,
+    }
 }
 
 impl Link {
@@ -208,95 +259,71 @@ impl Link {
             .connect_to_matching_endpoint(endpoint, identity)
             .await
             .map_err(|error| lost(format!("{}: {error}", config.endpoint)))?;
-        let task = events.spawn();
-        let opened = Self::subscribe(session.clone(), config, task).await;
-        if opened.is_err() {
+        // The library would connect again by itself, and send values to a watch that does not know that some are missing.
+        session.disable_reconnects();
+        let mut driver = Driver(events.spawn());
+        let subscribed = subscribe(&session, config, &mut driver).await;
+        if subscribed.is_err() {
             // A session that the control refused has nobody to take leave of.
-            tokio::time::timeout(Duration::from_millis(200), session.disconnect()).await.ok();
+            tokio::time::timeout(FAREWELL, session.disconnect()).await.ok();
         }
-        opened
+        let (batches, overflowed, outputs) = subscribed?;
+        Ok(Self { session, driver, batches, overflowed, outputs })
     }
 
-    async fn subscribe(
-        session: Arc<Session>,
-        config: &Config,
-        mut task: tokio::task::JoinHandle<StatusCode>,
-    ) -> Result<Self, Fault> {
-        tokio::select! {
-            ended = &mut task => {
-                let status = ended.unwrap_or(StatusCode::BadUnexpectedError);
-                return Err(Fault::Lost(format!("{} refused the session: {status}", config.endpoint)));
-            }
-            _ = session.wait_for_connection() => {}
-        }
-        let (sender, batches) = mpsc::channel(BATCHES);
-        let (items, slots) = items(&session, config).await?;
-        let nodes = &config.nodes;
-        let verdict = writable(&session, config, &nodes.verdict).await?;
-        let heartbeat = match &nodes.heartbeat {
-            Some(node) => Some(writable(&session, config, node).await?),
-            None => None,
+    /// Holds the machine and takes leave.
+    async fn close(self, monitor: &Monitor<'_>) {
+        // Without a heartbeat: nothing vouches for what comes after.
+        let hold = Output {
+            hold: true,
+            hold_changes: true,
+            verdict: Verdict::Unknown,
+            source_ticks: monitor.source_ticks(),
+            beat: None,
         };
-        let hold = match &nodes.hold {
-            Hold::Node(node) => {
-                let (id, template) = writable(&session, config, node).await?;
-                Way::Node(id, template)
-            }
-            Hold::Method { object, method } => {
-                Way::Method(resolve(&session, config, object).await?, resolve(&session, config, method).await?)
-            }
-        };
-        let lost = |error: opcua::types::Error| Fault::Lost(error.to_string());
-        let feed = Feed { slots, batches: sender };
-        // More often than the control moves, a server that is slow to publish falls behind.
-        let cycle = Duration::from_secs_f64(config.cycle_s);
-        let id = session.create_subscription(cycle, 30_000, 10_000, 0, 0, true, feed).await.map_err(lost)?;
-        let created = session.create_monitored_items(id, TimestampsToReturn::Both, items).await.map_err(lost)?;
-        if let Some(refused) = created.iter().find(|item| !item.result.status_code.is_good()) {
-            let (node, status) = (&refused.item_to_monitor.node_id, refused.result.status_code);
-            return Err(Fault::Node(format!("node {node} cannot be subscribed to: {status}")));
-        }
-        Ok(Self { session, task, batches, verdict, heartbeat, hold })
-    }
-
-    async fn close(self) {
+        tokio::time::timeout(FAREWELL, self.outputs.write(&self.session, &hold)).await.ok();
         tokio::time::timeout(Duration::from_secs(1), self.session.disconnect()).await.ok();
-        self.task.abort();
-    }
-
-    /// Writes a verdict, and a hold where it is to change.
-    async fn write(&self, verdict: Verdict, count: u32, source_ticks: i64, hold: Option<bool>) -> Result<(), Fault> {
-        // A hold is given before a verdict that says why, and released after one that permits.
-        let mut writes = Vec::new();
-        let stamp = (source_ticks != 0).then(|| opc::date(source_ticks));
-        let typed = |(id, template): &(NodeId, Variant), number: u32| {
-            let value = opc::like(template, number);
-            let value = DataValue { value, source_timestamp: stamp, ..DataValue::null() };
-            write_value(id.clone(), value)
-        };
-        if let (Way::Node(id, template), Some(hold)) = (&self.hold, hold) {
-            let value = DataValue { value: opc::like(template, hold.into()), ..DataValue::null() };
-            writes.push(write_value(id.clone(), value));
-        }
-        writes.push(typed(&self.verdict, verdict as u32));
-        writes.extend(self.heartbeat.as_ref().map(|heartbeat| typed(heartbeat, count & 0x7f)));
-        let results = self.session.write(&writes).await.map_err(|error| Fault::Lost(error.to_string()))?;
-        if let Some((write, status)) = writes.iter().zip(&results).find(|(_, status)| !status.is_good()) {
-            return Err(Fault::Node(format!("node {} cannot be written: {status}", write.node_id)));
-        }
-        if let (Way::Method(object, method), Some(hold)) = (&self.hold, hold) {
-            let call = (object.clone(), method.clone(), Some(vec![Variant::Boolean(hold)]));
-            let result = self.session.call_one(call).await.map_err(|error| Fault::Lost(error.to_string()))?;
-            if !result.status_code.is_good() {
-                return Err(Fault::Node(format!("method {method} cannot be called: {}", result.status_code)));
-            }
-        }
-        Ok(())
     }
 }
 
-fn write_value(node_id: NodeId, value: DataValue) -> WriteValue {
-    WriteValue { node_id, attribute_id: AttributeId::Value as u32, index_range: NumericRange::None, value }
+/// Finds the nodes of a configuration and subscribes to those that are read.
+async fn subscribe(
+    session: &Session,
+    config: &Config,
+    driver: &mut Driver,
+) -> Result<(mpsc::Receiver<Batch>, Arc<AtomicBool>, Outputs), Fault> {
+    tokio::select! {
+        status = driver.ended() => {
+            return Err(Fault::Lost(format!("{} refused the session: {status}", config.endpoint)));
+        }
+        _ = session.wait_for_connection() => {}
+    }
+    let (sender, batches) = mpsc::channel(BATCHES);
+    let (items, slots) = items(session, config).await?;
+    let nodes = &config.nodes;
+    let verdict = writable(session, config, &nodes.verdict).await?;
+    let heartbeat = match &nodes.heartbeat {
+        Some(node) => Some(writable(session, config, node).await?),
+        None => None,
+    };
+    let hold = match &nodes.hold {
+        Hold::Node(node) => Way::Node(writable(session, config, node).await?),
+        Hold::Method { object, method } => {
+            Way::Method(resolve(session, config, object).await?, resolve(session, config, method).await?)
+        }
+    };
+    let lost = |error: opcua::types::Error| Fault::Lost(error.to_string());
+    let overflowed = Arc::new(AtomicBool::new(false));
+    let feed = Feed { slots, batches: sender, overflowed: Arc::clone(&overflowed) };
+    // More often than the control moves, a server that is slow to publish falls behind.
+    let cycle = Duration::from_secs_f64(config.cycle_s);
+    let id = session.create_subscription(cycle, 30_000, 10_000, 0, 0, true, feed).await.map_err(lost)?;
+    let created = session.create_monitored_items(id, TimestampsToReturn::Both, items).await.map_err(lost)?;
+    if let Some(refused) = created.iter().find(|item| !item.result.status_code.is_good()) {
+        let (node, status) = (&refused.item_to_monitor.node_id, refused.result.status_code);
+        return Err(Fault::Node(format!("node {node} cannot be subscribed to: {status}")));
+    }
+    Ok((batches, overflowed, Outputs::new(verdict, heartbeat, hold)))
 }
 
 /// What is subscribed to.
@@ -361,12 +388,22 @@ async fn resolve(session: &Session, config: &Config, node: &Node) -> Result<Node
     };
     let found = session.translate_browse_paths_to_node_ids(&[path]).await;
     let found = found.map_err(|error| Fault::Lost(error.to_string()))?;
-    let target = found.into_iter().next().and_then(|result| result.targets?.into_iter().next());
-    target.map(|target| target.target_id.node_id).ok_or_else(|| Fault::Node(format!("the control has no node {node}")))
+    target(node, found.into_iter().next().unwrap_or_default())
+}
+
+/// The one node that a path leads to. A target with a rest of the path left lies on another server.
+fn target(node: &Node, found: BrowsePathResult) -> Result<NodeId, Fault> {
+    let mut targets = found.targets.unwrap_or_default();
+    targets.retain(|target| target.remaining_path_index == u32::MAX);
+    match &targets[..] {
+        [target] => Ok(target.target_id.node_id.clone()),
+        [] => Err(Fault::Node(format!("the control has no node {node}"))),
+        several => Err(Fault::Node(format!("node {node} names {} nodes of the control", several.len()))),
+    }
 }
 
 /// A node that takes numbers, and a value of its type.
-async fn writable(session: &Session, config: &Config, node: &Node) -> Result<(NodeId, Variant), Fault> {
+async fn writable(session: &Session, config: &Config, node: &Node) -> Result<Target, Fault> {
     let node_id = resolve(session, config, node).await?;
     let read = ReadValueId { node_id: node_id.clone(), attribute_id: AttributeId::Value as u32, ..Default::default() };
     let values = session.read(&[read], TimestampsToReturn::Neither, 0.0).await;
@@ -388,6 +425,8 @@ struct Watch<'a> {
     settings: Settings,
     /// What the hold was last set to; `None` when nobody knows.
     held: Option<bool>,
+    /// The heartbeat.
+    beat: u32,
 }
 
 impl Watch<'_> {
@@ -397,24 +436,26 @@ impl Watch<'_> {
         let begin = Instant::now();
         let mut last = begin;
         loop {
-            let batch = tokio::select! {
-                () = stop.cancelled() => return None,
-                batch = link.batches.recv() => batch,
-                ended = &mut link.task => {
-                    let status = ended.unwrap_or(StatusCode::BadUnexpectedError);
-                    return Some(Fault::Lost(format!("the connection was closed: {status}")));
-                }
-                () = tokio::time::sleep_until((last + stale).into()) => {
-                    let outcome = self.monitor.silence(last.elapsed().as_secs_f64());
+            let batch = match next_event(stop, &mut link.driver, &mut link.batches, last + stale).await {
+                Event::Stop => return None,
+                Event::Ended(status) => return Some(Fault::Lost(format!("the connection was closed: {status}"))),
+                Event::Batch(Some(batch)) => batch,
+                Event::Batch(None) => return Some(Fault::Lost("the connection was closed".into())),
+                Event::Silence => {
+                    let outcome = self.monitor.without_sample(Fault::Stale(last.elapsed().as_secs_f64()));
                     last = Instant::now();
                     let times = (0, now_ns());
-                    if let Err(fault) = self.answer(link, outcome, times, Instant::now()).await { return Some(fault); }
+                    if let Err(fault) = self.answer(link, outcome, times, Instant::now()).await {
+                        return Some(fault);
+                    }
                     continue;
                 }
             };
-            let Some(batch) = batch else { return Some(Fault::Lost("the connection was closed".into())) };
             let mut batches = vec![batch];
             batches.extend(std::iter::from_fn(|| link.batches.try_recv().ok()));
+            if link.overflowed.load(Ordering::SeqCst) {
+                return Some(Fault::Lost(format!("more than {BATCHES} notifications waited for the judge")));
+            }
             let (mut readings, mut times, mut received) = (Vec::new(), (0, 0), Instant::now());
             for batch in batches {
                 match batch {
@@ -442,15 +483,23 @@ impl Watch<'_> {
         received: Instant,
     ) -> Result<(), Fault> {
         let judged_ns = now_ns();
-        let hold = (self.held != Some(outcome.holds)).then_some(outcome.holds);
         let verdict = match outcome.verdict {
             verdict if outcome.holds && verdict.permits() => Verdict::Unknown,
             verdict => verdict,
         };
         self.summary.judged += 1;
         self.summary.superseded += u64::from(outcome.superseded);
-        let count = self.summary.judged as u32;
-        let written = link.write(verdict, count, outcome.source_ticks, hold).await;
+        // A heartbeat that does not change lets the control's timer run out: it vouches for no sample that is older than the deadline.
+        let age_s = outcome.delay_s + received.elapsed().as_secs_f64();
+        self.beat = self.beat.wrapping_add(u32::from(age_s <= self.config.deadline_s));
+        let output = Output {
+            hold: outcome.holds,
+            hold_changes: self.held != Some(outcome.holds),
+            verdict,
+            source_ticks: outcome.source_ticks,
+            beat: Some(self.beat),
+        };
+        let written = link.outputs.write(&link.session, &output).await;
         self.summary.holds += u64::from(self.held == Some(false) && outcome.holds);
         self.held = written.is_ok().then_some(outcome.holds);
         self.summary.late += u64::from(received.elapsed().as_secs_f64() > self.config.deadline_s);
@@ -465,12 +514,90 @@ impl Watch<'_> {
             Ok(()) => self.monitor.recover(),
             Err(error) => self.monitor.fail(Fault::Log(error.to_string())),
         }
-        self.summary.last = Some(outcome.clone());
         self.settings.reports.send_replace(Some(Report { row, outcome }));
     }
 }
 
-fn now_ns() -> i64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use opcua::types::BrowsePathTarget;
+
+    fn values() -> Batch {
+        Batch::Values { readings: Vec::new(), published_ns: 0, received: Instant::now(), received_ns: 0 }
+    }
+
+    #[test]
+    fn a_batch_that_finds_no_room_is_told() {
+        let (batches, _receiver) = mpsc::channel(1);
+        let feed = Feed { slots: Vec::new(), batches, overflowed: Arc::default() };
+        feed.send(values());
+        assert!(!feed.overflowed.load(Ordering::SeqCst));
+        feed.send(values());
+        assert!(feed.overflowed.load(Ordering::SeqCst));
+    }
+
+    #[tokio::test]
+    async fn what_has_come_is_judged_before_silence_is_told() {
+        let (sender, mut batches) = mpsc::channel(BATCHES);
+        let (stop, mut driver) = (CancellationToken::new(), Driver(tokio::spawn(std::future::pending())));
+        // The judge was at work for longer than silence may last.
+        let past = Instant::now();
+        for _ in 0..BATCHES {
+            sender.try_send(values()).ok().unwrap();
+        }
+        for _ in 0..BATCHES {
+            assert!(matches!(next_event(&stop, &mut driver, &mut batches, past).await, Event::Batch(Some(_))));
+        }
+        assert!(matches!(next_event(&stop, &mut driver, &mut batches, past).await, Event::Silence));
+    }
+
+    #[tokio::test]
+    async fn a_session_ends_with_its_owner() {
+        let (alive, ended) = tokio::sync::oneshot::channel::<()>();
+        let driver = Driver(tokio::spawn(async move {
+            let _alive = alive;
+            std::future::pending().await
+        }));
+        // As when the time to connect is over.
+        drop(driver);
+        let ended = tokio::time::timeout(Duration::from_secs(60), ended).await;
+        assert!(ended.is_ok_and(|ended| ended.is_err()), "the task goes on");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn nobody_else_reads_a_private_key_that_is_made() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let axes = "axes.X.acceleration = 1\n[security]\ncreate_certificate = true\n";
+        let nodes = "preset = \"sinumerik\"\nnodes.heartbeat = \"ns=2;s=beat\"\n";
+        let text = format!("scene = \"x\"\nendpoint = \"opc.tcp://127.0.0.1/\"\n{nodes}{axes}");
+        let config = Config::parse(&folder.path().join("live.toml"), &text).unwrap();
+        let settings =
+            Settings { log: None, pki: None, reports: watch::channel(None).0, stop: CancellationToken::new() };
+        client(&config, &settings).unwrap();
+        let mode = |name: &str| std::fs::metadata(config.security.pki.join(name)).unwrap().permissions().mode() & 0o777;
+        assert_eq!([mode("private"), mode("private/private.pem")], [0o700, 0o600]);
+    }
+
+    #[test]
+    fn a_path_leads_to_one_node_of_this_server() {
+        let node = Node::parse("/cnc:X").unwrap();
+        let at = |id: u32, remaining_path_index| BrowsePathTarget {
+            target_id: NodeId::new(2, id).into(),
+            remaining_path_index,
+        };
+        let found = |targets: Vec<BrowsePathTarget>| {
+            target(&node, BrowsePathResult { targets: Some(targets), ..BrowsePathResult::default() })
+        };
+        assert_eq!(found(vec![at(1, 0), at(2, u32::MAX)]).unwrap(), NodeId::new(2, 2));
+        for (targets, expected) in [
+            (vec![], "the control has no node /cnc:X"),
+            (vec![at(1, 0)], "the control has no node /cnc:X"),
+            (vec![at(1, u32::MAX), at(2, u32::MAX)], "node /cnc:X names 2 nodes of the control"),
+        ] {
+            assert_eq!(found(targets).unwrap_err().to_string(), expected);
+        }
+    }
 }

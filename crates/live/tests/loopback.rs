@@ -464,3 +464,90 @@ fn a_node_that_the_control_lacks_holds_and_is_named() {
     let report = watch.wait(|report| report.row.fault == "node");
     assert!(report.row.holds && report.row.message.contains("ns=2;s=nobody"), "{:?}", report.row);
 }
+
+/// A way to a control that can be cut.
+struct Cable {
+    address: SocketAddr,
+    runtime: Runtime,
+    cut: tokio::sync::watch::Sender<()>,
+}
+
+impl Cable {
+    fn new(control: SocketAddr) -> Self {
+        let runtime = Runtime::new().unwrap();
+        // The same port on another address of the computer: a client keeps the port that the server names.
+        let near = SocketAddr::from(([127, 0, 0, 2], control.port()));
+        let listener = runtime.block_on(TcpListener::bind(near)).unwrap();
+        let (cut, is_cut) = tokio::sync::watch::channel(());
+        runtime.spawn(async move {
+            while let Ok((mut client, _)) = listener.accept().await {
+                let mut is_cut = is_cut.clone();
+                is_cut.mark_unchanged();
+                tokio::spawn(async move {
+                    let mut server = tokio::net::TcpStream::connect(control).await.unwrap();
+                    tokio::select! {
+                        _ = tokio::io::copy_bidirectional(&mut client, &mut server) => {}
+                        _ = is_cut.changed() => {}
+                    }
+                });
+            }
+        });
+        Self { address: near, runtime, cut }
+    }
+}
+
+/// The next connection is there at once. A library that takes it by itself goes on with values from before and behind a gap.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_connection_that_is_cut_is_told_even_when_there_is_another_at_once() {
+    let (scene, place, socket) = (scene(), Place::new(), listen());
+    let config = place.config(socket.1, "", "");
+    let run = place.program(&scene, CLEAR);
+    let control = Control::start(&scene, run, config, Options { repeat: true, ..patient() }, socket);
+    let cable = Cable::new(control.address);
+    let log = place.path("log.csv");
+    let mut watch = Watch::start(&scene, place.config(cable.address, "", ""), Some(log.clone()), None);
+    watch.wait(|report| !report.row.holds);
+    cable.cut.send_replace(());
+    watch.wait(|report| report.row.fault == "lost");
+    watch.wait(|report| !report.row.holds);
+    assert!(watch.end().connections >= 2);
+    cable.runtime.shutdown_background();
+}
+
+#[test]
+fn a_watch_that_is_stopped_holds() {
+    let (scene, place, socket) = (scene(), Place::new(), listen());
+    let config = place.config(socket.1, "", "");
+    let run = place.program(&scene, CLEAR);
+    // A deadline that never comes: the hold alone stops the machine.
+    let patient_config = Config { deadline_s: 1e6, ..config.clone() };
+    let mut control =
+        Control::start(&scene, run, patient_config, Options { repeat: true, ..Options::default() }, socket);
+    let mut watch = Watch::start(&scene, config, None, None);
+    watch.wait(|report| !report.row.holds);
+    control.wait(|status| status.permitted && !status.held);
+    watch.end();
+    control.wait(|status| status.held && status.stands);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_watch_that_is_terminated_holds_and_ends_well() {
+    let (scene, place, socket) = (scene(), Place::new(), listen());
+    let config = place.config(socket.1, "", "");
+    let run = place.program(&scene, CLEAR);
+    let slow = Config { deadline_s: 1e6, ..config };
+    let file = place.path("watch.toml");
+    fs::write(&file, Place::text(socket.1, "", "")).unwrap();
+    let mut control = Control::start(&scene, run, slow, Options { repeat: true, ..Options::default() }, socket);
+    let mut watch = std::process::Command::new(env!("CARGO_BIN_EXE_bvbench-live"))
+        .args(["watch".as_ref(), file.as_os_str()])
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    control.wait(|status| status.permitted && !status.held);
+    let sent = std::process::Command::new("kill").args(["-TERM", &watch.id().to_string()]).status().unwrap();
+    assert!(sent.success() && watch.wait().unwrap().success());
+    control.wait(|status| status.held && status.stands);
+}
