@@ -350,7 +350,14 @@ impl Server {
         for uri in config.namespaces.values().filter(|uri| *uri != NAMESPACE) {
             builder = builder.with_node_manager(manager_of(uri, "names"));
         }
+        let pki = options.pki.as_ref().unwrap_or(&config.security.pki);
+        let keep_private = || {
+            let kept = if config.security.creates_certificate { opc::keep_private(pki) } else { Ok(()) };
+            kept.with_context(|| format!("cannot protect the private key in {}", pki.display()))
+        };
+        keep_private()?;
         let (server, handle) = builder.build().map_err(|error| anyhow!("the server cannot start: {error}"))?;
+        keep_private()?;
         let manager = handle.node_managers().get_of_type::<SimpleNodeManager>().context("no node manager")?;
         let nodes = add_nodes(config, &handle, &manager)?;
         let task = tokio::spawn(server.run_with(listener));

@@ -4,6 +4,7 @@ use crate::config::{Mode, Security, User};
 use opcua::client::IdentityToken;
 use opcua::crypto::SecurityPolicy;
 use opcua::types::{DateTime, MessageSecurityMode, Variant};
+use std::path::Path;
 use std::str::FromStr;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -35,6 +36,29 @@ pub(crate) fn identity(security: &Security) -> Result<IdentityToken, String> {
         User::Certificate { certificate, key } => IdentityToken::new_x509_path(certificate, key)
             .map_err(|error| format!("cannot read {} or {}: {error}", certificate.display(), key.display())),
     }
+}
+
+/// Lets nobody else read the private key in a folder of certificates, before and after the library makes one: it makes it as the process
+/// makes any file.
+///
+/// # Errors
+/// When a permission cannot be set.
+#[cfg(unix)]
+pub(crate) fn keep_private(pki: &Path) -> std::io::Result<()> {
+    use std::fs;
+    use std::os::unix::fs::{DirBuilderExt as _, PermissionsExt as _};
+    let folder = pki.join("private");
+    let key = folder.join("private.pem");
+    if key.exists() {
+        return fs::set_permissions(key, fs::Permissions::from_mode(0o600));
+    }
+    if folder.exists() { Ok(()) } else { fs::DirBuilder::new().recursive(true).mode(0o700).create(folder) }
+}
+
+/// Files have no mode here.
+#[cfg(not(unix))]
+pub(crate) fn keep_private(_pki: &Path) -> std::io::Result<()> {
+    Ok(())
 }
 
 /// A time of OPC UA from ticks.

@@ -117,11 +117,16 @@ fn client(config: &Config, settings: &Settings) -> Result<Client, String> {
     let security = &config.security;
     let pki = settings.pki.clone().unwrap_or_else(|| security.pki.clone());
     let secure = security.mode != Mode::None;
-    ClientBuilder::new()
+    let keep_private = || {
+        let kept = if security.creates_certificate { opc::keep_private(&pki) } else { Ok(()) };
+        kept.map_err(|error| format!("cannot protect the private key in {}: {error}", pki.display()))
+    };
+    keep_private()?;
+    let client = ClientBuilder::new()
         .application_name("bvbench watch")
         .application_uri(APPLICATION)
         .product_uri(APPLICATION)
-        .pki_dir(pki)
+        .pki_dir(pki.clone())
         .create_sample_keypair(security.creates_certificate)
         .trust_server_certs(!secure)
         .verify_server_certs(secure)
@@ -130,7 +135,9 @@ fn client(config: &Config, settings: &Settings) -> Result<Client, String> {
         .min_publish_interval(Duration::from_millis(1))
         .request_timeout(Duration::from_secs_f64(config.stale_s.max(1.0)))
         .client()
-        .map_err(|errors| format!("the client cannot be set up: {}", errors.join("; ")))
+        .map_err(|errors| format!("the client cannot be set up: {}", errors.join("; ")))?;
+    keep_private()?;
+    Ok(client)
 }
 
 /// Values that came together, or the end of a subscription.
