@@ -49,7 +49,7 @@ pub struct Options {
     pub late: f64,
     /// How late, cycles.
     pub late_cycles: u32,
-    /// Largest error of a position that is shown, mm and degrees.
+    /// Largest error of a position that is shown, in the unit of its node.
     pub jitter: f64,
     /// Seed of the three.
     pub seed: u64,
@@ -253,13 +253,13 @@ impl Machine {
         }
     }
 
-    /// Goes on without a server, held, for as long as it is down.
+    /// Goes on without a server for as long as it is down, by what it last heard.
     async fn alone(&mut self, status: &watch::Sender<Option<Status>>, stop: &CancellationToken) -> Result<()> {
         let mut tick = self.tick();
         let mut left_s = self.options.down_s;
         while left_s > 0.0 && !stop.is_cancelled() {
             tick.tick().await;
-            let permitted = self.is_fresh();
+            let permitted = self.may_move();
             self.cycle(permitted, status)?;
             left_s -= self.cycle_s;
         }
@@ -300,6 +300,11 @@ impl Machine {
             self.verdict = (ticks, opc::number(&value).unwrap_or_default());
             self.impatient = false;
         }
+        self.may_move()
+    }
+
+    /// Whether the machine may move by what it last heard.
+    fn may_move(&self) -> bool {
         !self.held && self.is_fresh()
     }
 
@@ -572,5 +577,29 @@ impl Adder<'_> {
         let uri = self.config.namespaces.get(alias);
         let uri = uri.with_context(|| format!("`{alias}` is not in [namespaces]"))?;
         Ok(self.handle.type_tree().write().namespaces_mut().add_namespace(uri))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+    use std::path::Path;
+
+    #[tokio::test]
+    async fn a_hold_holds_while_the_server_is_down() {
+        let scene = testing::mill();
+        let text = "scene = \"x\"\nendpoint = \"opc.tcp://127.0.0.1/\"\npreset = \"sinumerik\"\nnodes.heartbeat = \"ns=2;s=beat\"\naxes.X.acceleration = 1000\naxes.Y.acceleration = 1000\naxes.Z.acceleration = 1000\n";
+        let config = Config::parse(Path::new("live.toml"), text).unwrap();
+        let dynamics = config.dynamics(&scene.machine).unwrap();
+        let plan = Plan::new(&scene, &testing::run(&scene, "G1 X40 F6000\n"), &dynamics, config.cycle_s).unwrap();
+        for (held, moves) in [(false, true), (true, false)] {
+            let player = Player::new(plan.clone(), dynamics, config.cycle_s);
+            let mut machine = Machine::new(player, &config, Options { down_s: 0.02, ..Options::default() });
+            // The newest verdict permits motion for some more cycles.
+            (machine.held, machine.verdict) = (held, (machine.ticks, f64::from(Verdict::Clear as u8)));
+            machine.alone(&watch::channel(None).0, &CancellationToken::new()).await.unwrap();
+            assert_eq!(machine.player.time_s() > 0.0, moves, "held: {held}");
+        }
     }
 }
