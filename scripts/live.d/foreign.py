@@ -116,6 +116,7 @@ class Mill:
 async def foreign_server(program: str, folder: Path) -> None:
     """Our watch on their server."""
     port, log = free_port(), folder / "asyncua-server.csv"
+    log.unlink(missing_ok=True)  # a watch writes behind what is there
     mill = Mill()
     await mill.open(port)
     watch = await start(program, "watch", configuration(folder, "asyncua-server.toml", port, line=False), "--log", log)

@@ -1,11 +1,11 @@
-//! The log of a watch: a CSV row per sample, and per fault without one. Times are nanoseconds since the epoch of Unix.
+//! The log of a watch: a CSV row per sample, and per fault without one. A watch that is started again writes behind what is there. Times are nanoseconds since the epoch of Unix.
 
 use crate::monitor::{Fault, Outcome};
 use crate::opc;
 use bvbench::scene::Scene;
 use serde::Serialize;
 use std::fs::{File, OpenOptions};
-use std::io::Write;
+use std::io::{ErrorKind, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 
 /// A row of the log.
@@ -73,15 +73,29 @@ pub struct Log {
 }
 
 impl Log {
-    /// Opens a log anew; without a path rows go nowhere.
+    /// Opens a log behind the rows that it has; without a path rows go nowhere.
     ///
     /// # Errors
-    /// When the file cannot be created.
-    pub fn create(path: Option<&Path>) -> std::io::Result<Self> {
-        let open = |path| OpenOptions::new().create(true).write(true).truncate(true).open(path);
-        let mut log = Self { file: path.map(open).transpose()?, torn: false };
-        log.write_all(&encode(None).map_err(std::io::Error::other)?).ok();
-        Ok(log)
+    /// When the file cannot be opened, or is not the log of a watch.
+    pub fn open(path: Option<&Path>) -> std::io::Result<Self> {
+        let Some(path) = path else { return Ok(Self { file: None, torn: false }) };
+        let header = encode(None).map_err(std::io::Error::other)?;
+        let mut file = OpenOptions::new().create(true).read(true).append(true).open(path)?;
+        let length = file.metadata()?.len();
+        if length == 0 {
+            let mut log = Self { file: Some(file), torn: false };
+            log.write_all(&header).ok();
+            return Ok(log);
+        }
+        let mut first = Vec::new();
+        (&mut file).take(header.len() as u64).read_to_end(&mut first)?;
+        if first != header {
+            return Err(std::io::Error::new(ErrorKind::InvalidData, "it has other columns: name another file"));
+        }
+        let mut last = [0];
+        file.seek(SeekFrom::Start(length - 1))?;
+        file.read_exact(&mut last)?;
+        Ok(Self { file: Some(file), torn: last != *b"\n" })
     }
 
     /// Writes a row at once.
@@ -119,7 +133,7 @@ mod tests {
     fn a_log_is_a_header_and_a_row_per_sample() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log.csv");
-        let mut log = Log::create(Some(&path)).unwrap();
+        let mut log = Log::open(Some(&path)).unwrap();
         log.write(&Row { line: 7, message: "a, \"b\"".into(), ..Row::default() }).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         let lines: Vec<&str> = text.lines().collect();
@@ -128,9 +142,29 @@ mod tests {
     }
 
     #[test]
+    fn a_log_that_is_opened_again_keeps_its_rows() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.csv");
+        for line in [1, 2] {
+            Log::open(Some(&path)).unwrap().write(&Row { line, ..Row::default() }).unwrap();
+        }
+        // A kill may cut the last row short.
+        let mut text = std::fs::read_to_string(&path).unwrap();
+        text.truncate(text.len() - 1);
+        std::fs::write(&path, &text).unwrap();
+        Log::open(Some(&path)).unwrap().write(&Row { line: 3, ..Row::default() }).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let ends: Vec<&str> = text.lines().map(|line| &line[line.len() - 4..]).collect();
+        assert_eq!(ends, ["eded", ",1,0", ",2,0", ",3,0"]);
+        std::fs::write(&path, "time,verdict\n").unwrap();
+        assert_eq!(Log::open(Some(&path)).err().unwrap().kind(), ErrorKind::InvalidData);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "time,verdict\n");
+    }
+
+    #[test]
     #[cfg(target_os = "linux")]
     fn a_full_disk_is_an_error_of_the_row() {
-        let mut log = Log::create(Some(Path::new("/dev/full"))).unwrap();
+        let mut log = Log::open(Some(Path::new("/dev/full"))).unwrap();
         let error = log.write(&Row::default()).unwrap_err();
         assert_eq!(error.raw_os_error(), Some(28), "no space left on device");
         assert!(log.torn);

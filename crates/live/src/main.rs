@@ -65,7 +65,7 @@ Examples:
 struct WatchOptions {
     /// Configuration, TOML
     config: PathBuf,
-    /// Log, CSV: a row per sample and per fault; a log that cannot be written holds the machine
+    /// Log, CSV: a row per sample and per fault, behind those of earlier runs; a log that cannot be written holds the machine
     #[arg(long)]
     log: Option<PathBuf>,
     /// Port of the panel on the loopback address

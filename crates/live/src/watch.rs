@@ -79,10 +79,10 @@ pub struct Settings {
 /// Watches until it is stopped.
 ///
 /// # Errors
-/// When the log cannot be created, or the client cannot be set up.
+/// When the log cannot be opened, or the client cannot be set up.
 pub async fn run(scene: &Scene, monitor: Monitor<'_>, config: &Config, settings: Settings) -> Result<Summary, String> {
-    let log = Log::create(settings.log.as_deref())
-        .map_err(|error| format!("cannot create {}: {error}", settings.log.clone().unwrap_or_default().display()))?;
+    let log = Log::open(settings.log.as_deref())
+        .map_err(|error| format!("cannot open {}: {error}", settings.log.clone().unwrap_or_default().display()))?;
     let mut client = client(config, &settings)?;
     let mut watch = Watch { scene, config, monitor, log, summary: Summary::default(), settings, held: None, beat: 0 };
     let stop = watch.settings.stop.clone();
