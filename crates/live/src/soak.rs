@@ -8,6 +8,7 @@
 use crate::claim;
 use crate::config::Config;
 use crate::latency::percentile;
+use crate::opc::now_ns;
 use crate::planted::Exact;
 use crate::play::Plan;
 use crate::relay::{self, Network};
@@ -25,7 +26,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
@@ -99,7 +100,8 @@ pub struct PlantedRow {
     pub collision: u32,
     /// When the program touches, by its own clock.
     pub contact_ns: u64,
-    /// How it ended: `held` for contact, `stopped` before it by a deadline, or `touched`.
+    /// How it ended: `held` for contact, `stopped` before it by a deadline, `touched`, or `unfinished` when the machine had not stood for half
+    /// a second when the time was over.
     pub end: String,
     /// Time of the program that was left to contact when the hold took effect.
     pub left_ns: u64,
@@ -373,8 +375,8 @@ impl Soak<'_> {
         let plan = Plan::new(self.scene, &run, &dynamics, self.config.cycle_s)?;
         let contact_s = exact.first_contact_s(&plan).context("the planted program does not touch")?;
         let kill = kill.map(|side| (side, Duration::from_secs_f64(random.random::<f64>() * contact_s)));
-        let killed = play(&stage, &program, kill)?;
-        let collision = Collision { contact_s, killed };
+        let Played { killed, stands } = play(&stage, &program, kill)?;
+        let collision = Collision { contact_s, killed, stands };
         let tail = collision.judge(&stage)?;
         let network = &self.settings.network;
         Ok(PlantedRow {
@@ -397,13 +399,20 @@ impl Soak<'_> {
     }
 }
 
-/// Plays a collision until the machine stands, and kills a side when it has moved for some time; returns the time of the kill.
-fn play(stage: &Stage, program: &Path, kill: Option<(Kill, Duration)>) -> Result<Option<Killed>> {
+/// What happened while a collision was played.
+struct Played {
+    killed: Option<Killed>,
+    /// Whether the machine stood at the end.
+    stands: bool,
+}
+
+/// Plays a collision until the machine stands, and kills a side when it has moved for some time.
+fn play(stage: &Stage, program: &Path, kill: Option<(Kill, Duration)>) -> Result<Played> {
     let (mut lives, begin) = ([0, 0], Instant::now());
     let mut control = stage.control(Some(program), 0, false)?;
     let mut watch = stage.watch(0)?;
     let (mut moves_since, mut killed) = (None, None);
-    let (mut place, mut changed) = (0.0, Instant::now());
+    let (mut place, mut changed, mut stands) = (0.0, Instant::now(), false);
     while begin.elapsed() < LONGEST {
         // A kill at its moment, and not at the next look.
         let due = kill.zip(moves_since).map(|((side, after), since): (_, Instant)| (side, since + after));
@@ -435,15 +444,15 @@ fn play(stage: &Stage, program: &Path, kill: Option<(Kill, Duration)>) -> Result
             (place, changed) = (last.time_s, Instant::now());
             moves_since.get_or_insert(changed);
         }
-        let stands = changed.elapsed() >= STANDS[0] && !last.permitted && moves_since.is_some();
+        stands = changed.elapsed() >= STANDS[0] && !last.permitted;
         let is_held =
             fs::read_to_string(stage.path(&format!("log-{}.csv", lives[0]))).is_ok_and(|log| log.contains(",contact,"));
         let is_back = kill.is_none() || killed.is_some_and(|(_, at)| at.elapsed() >= STANDS[1]);
-        if control.is_over() || stands && is_held && is_back {
+        if control.is_over() || stands && moves_since.is_some() && is_held && is_back {
             break;
         }
     }
-    Ok(killed.map(|(at, _)| at))
+    Ok(Played { killed: killed.map(|(at, _)| at), stands })
 }
 
 /// When a side was killed.
@@ -459,6 +468,7 @@ struct Killed {
 struct Collision {
     contact_s: f64,
     killed: Option<Killed>,
+    stands: bool,
 }
 
 /// How a collision ended.
@@ -495,19 +505,23 @@ impl Collision {
         let moved_ns = self.killed.map_or(0, |killed| moved_ns(&trace, killed.source_ns));
         let back_ns = self.killed.map_or(0, |killed| back_ns(&log, killed.at_ns));
         Ok(Tail {
-            end: if touched {
-                "touched"
-            } else if held {
-                "held"
-            } else {
-                "stopped"
-            },
+            end: end(touched, held, self.stands),
             held_s,
             stands_s: own.last().map_or(0.0, |cycle| cycle.time_s),
             wrong: log.iter().filter(is_wrong).count() as u64,
             moved_ns,
             back_ns,
         })
+    }
+}
+
+/// Name of an end.
+const fn end(touched: bool, held: bool, stands: bool) -> &'static str {
+    match (touched, stands, held) {
+        (true, ..) => "touched",
+        (_, false, _) => "unfinished",
+        (_, _, true) => "held",
+        _ => "stopped",
     }
 }
 
@@ -563,7 +577,15 @@ fn replace<T: Clone + DeserializeOwned + Serialize>(path: &Path, same: impl Fn(&
     Ok(all)
 }
 
-fn now_ns() -> i64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_machine_that_moves_when_the_time_is_over_was_not_stopped() {
+        assert_eq!(end(false, false, false), "unfinished");
+        assert_eq!(end(false, true, false), "unfinished");
+        assert_eq!((end(false, true, true), end(false, false, true)), ("held", "stopped"));
+        assert_eq!(end(true, true, false), "touched");
+    }
 }
