@@ -2,7 +2,7 @@
 //!
 //! Reading order: [`Config`] (what is read), [`Node`] (how a node is named), the presets, `File` (the TOML form), the errors.
 
-use crate::judge::{Dynamics, Rule};
+use crate::judge::{Dynamics, Rule, is_driven};
 use bvbench::machine::Machine;
 use bvbench::scene::Scene;
 use rs274::Axis;
@@ -279,7 +279,7 @@ impl Config {
         let mut dynamics = Dynamics { acceleration: [0.0; 9], deceleration: [f64::INFINITY; 9], resolution: [0.0; 9] };
         for axis in Axis::ALL {
             let (i, letter) = (axis as usize, axis.letter());
-            match (self.axes.get(&letter), machine.joints_of(axis).next().is_some()) {
+            match (self.axes.get(&letter), is_driven(machine, axis)) {
                 (Some(own), true) => {
                     dynamics.acceleration[i] = own.acceleration;
                     dynamics.deceleration[i] = own.deceleration;

@@ -27,6 +27,7 @@
 //! A control with a hold of constant path deceleration keeps the promise when half that deceleration is stated: its hold takes no longer
 //! than `T / 2` from the same speed, and is never ahead of the program.
 
+use bvbench::machine::Machine;
 use bvbench::machine::travel::Ball;
 use bvbench::machine::{OutOfLimits, Poses};
 use bvbench::method::Model;
@@ -379,6 +380,11 @@ impl<'a> Look<'a> {
     }
 }
 
+/// Whether an axis moves a joint of a machine.
+pub(crate) fn is_driven(machine: &Machine, axis: Axis) -> bool {
+    machine.joints_of(axis).next().is_some()
+}
+
 /// Nothing to reuse yet.
 fn fresh() -> [Proximity; 2] {
     [Proximity::keeping(KEPT), Proximity::default()]
@@ -393,7 +399,7 @@ fn horizon_s(scene: &Scene, rule: &Rule, state: &State) -> f64 {
         let fastest = speed + dynamics.acceleration[i] * (deadline_s + 2.0 * state.interval_s);
         fastest / dynamics.deceleration[i]
     };
-    let moved = Axis::ALL.into_iter().filter(|&axis| scene.machine.joints_of(axis).next().is_some());
+    let moved = Axis::ALL.into_iter().filter(|&axis| is_driven(&scene.machine, axis));
     deadline_s + 0.5 * moved.map(brake).fold(0.0, f64::max)
 }
 

@@ -3,6 +3,7 @@
 //! It answers two paths: `/` (the page, with the boxes of the parts in it) and `/events` (the newest report, at most twenty a second). Requests for another
 //! host than the loopback address are refused, so that no page from elsewhere can read it.
 
+use crate::judge::is_driven;
 use crate::watch::Report;
 use bvbench::scene::{Role, Scene};
 use serde_json::json;
@@ -105,7 +106,7 @@ fn event(scene: &Scene, report: &Report) -> String {
         let pose = scene.world_from_part(part, &poses).to_homogeneous();
         (0..3).flat_map(|row| (0..4).map(move |column| (row, column))).map(|at| pose[at]).collect::<Vec<f64>>()
     };
-    let axes = rs274::Axis::ALL.into_iter().filter(|&axis| scene.machine.joints_of(axis).next().is_some());
+    let axes = rs274::Axis::ALL.into_iter().filter(|&axis| is_driven(&scene.machine, axis));
     let axes: Vec<_> = axes
         .map(|axis| {
             let value = report.outcome.position[axis];

@@ -1,5 +1,6 @@
 //! Programs that collide, and the exact oracle that says when.
 
+use crate::judge::is_driven;
 use crate::play::{Place, Plan};
 use bvbench::machine::travel::Ball;
 use bvbench::scene::{Pair, Scene, pairs};
@@ -104,7 +105,7 @@ impl<'a> Exact<'a> {
     fn straight(&self, Place { position: to, tool, .. }: &Place, feed: f64) -> String {
         let change = if *tool > 0 { format!("T{tool} M6\n") } else { String::new() };
         let mut text = format!("G21 G90 G94\n{change}G1 G53");
-        for axis in Axis::ALL.into_iter().filter(|&axis| self.scene.machine.joints_of(axis).next().is_some()) {
+        for axis in Axis::ALL.into_iter().filter(|&axis| is_driven(&self.scene.machine, axis)) {
             let value = if axis.is_rotary() { to[axis].to_degrees() } else { to[axis] };
             write!(text, " {}{value:.4}", axis.letter()).ok();
         }

@@ -5,12 +5,12 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 use bvbench::registry::Registry;
-use bvbench::scene::{Overrides, Pair, ProgramRun, Scene};
-use bvbench::truth::PairOracle;
+use bvbench::scene::{Overrides, ProgramRun, Scene};
 use bvbench_live::config::Config;
 use bvbench_live::control::{self, Options, Status};
 use bvbench_live::judge::Judge;
 use bvbench_live::monitor::Monitor;
+use bvbench_live::planted::Exact;
 use bvbench_live::watch::{self, Report, Settings, Summary};
 use opcua::client::{ClientBuilder, IdentityToken};
 use opcua::crypto::{CertificateStore, SecurityPolicy};
@@ -187,13 +187,8 @@ fn scene() -> Arc<Scene> {
 
 /// The least distance of all pairs that are watched, by the exact oracle, mm.
 fn clearance_mm(scene: &Scene, at: &Position) -> f64 {
-    let poses = scene.machine.forward(at);
-    let clearance = |&pair: &Pair| {
-        let [a, b] = [pair.a, pair.b].map(|part| Arc::clone(&scene.parts[part].mesh));
-        PairOracle::new(a, b).clearance_mm(&scene.a_from_b(pair, &poses), 1000.0)
-    };
-    let pairs = scene.pairs.iter().filter(|&&pair| !scene.is_cutting(pair));
-    pairs.map(clearance).fold(f64::INFINITY, f64::min)
+    let pairs = scene.pairs.iter().copied().filter(|&pair| !scene.is_cutting(pair));
+    Exact::new(scene, pairs).clearance_mm(at, 1, 1000.0)
 }
 
 /// The tool above the vice goes down beside the workpiece until its nut would run into the jaw.
