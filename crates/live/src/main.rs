@@ -3,7 +3,7 @@
 use anyhow::{Context as _, Result, anyhow, bail};
 use bvbench::record::file::write_bytes;
 use bvbench::registry::{Registry, Variant};
-use bvbench::scene::{Overrides, ProgramRun, Scene};
+use bvbench::scene::{Overrides, Part, ProgramRun, Role, Scene};
 use bvbench_live::config::{Config, Mode};
 use bvbench_live::figure::Figure;
 use bvbench_live::judge::Judge;
@@ -310,6 +310,10 @@ fn watch_verb(options: WatchOptions) -> Result<()> {
             "warning: part {} is not watertight; what lies wholly inside it is not seen",
             scene.parts[part].name
         ));
+    }
+    let is_turned = |part: &Part| matches!(part.role, Role::Cutter | Role::Shank | Role::Holder);
+    if scene.parts.iter().any(is_turned) {
+        say("note: what a spindle turns is judged as drawn, and not at every angle");
     }
     let monitor = Monitor::new(&scene, judge, &config);
     let runtime = tokio::runtime::Runtime::new()?;
