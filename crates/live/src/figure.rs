@@ -9,10 +9,17 @@ const MARGINS: [i32; 4] = [96, 24, 56, 150];
 /// Cycle whose rows are drawn, ns.
 const CYCLE_NS: u64 = 4_000_000;
 /// Lowest and highest decade, ns.
-const DECADES: [i32; 2] = [3, 9];
+const DECADES: [i32; 2] = [3, 11];
+const LABELS: [&str; 9] = ["1 µs", "10 µs", "100 µs", "1 ms", "10 ms", "100 ms", "1 s", "10 s", "100 s"];
 const COLOURS: [RGBColor; 4] =
     [RGBColor(0, 114, 178), RGBColor(0, 158, 115), RGBColor(230, 159, 0), RGBColor(213, 94, 0)];
 const NAMES: [&str; 4] = ["p50", "p99", "p99.9", "max"];
+
+/// Where a time stands between the lowest decade (0) and the highest (1).
+fn share(ns: f64) -> f64 {
+    let share = (ns.max(1.0).log10() - f64::from(DECADES[0])) / f64::from(DECADES[1] - DECADES[0]);
+    share.clamp(0.0, 1.0)
+}
 
 /// Panels side by side: the judge alone and the network, idle and busy.
 #[derive(Clone, Copy, Debug)]
@@ -36,15 +43,11 @@ impl Drawing for Figure<'_> {
         let [left, right, top, bottom] = MARGINS;
         let width = (SIZE.0 as i32 - left - right) / panels.len() as i32;
         let (low, high) = (SIZE.1 as i32 - bottom, top);
-        let y = |ns: f64| {
-            let share = (ns.max(1.0).log10() - f64::from(DECADES[0])) / f64::from(DECADES[1] - DECADES[0]);
-            low - (share.clamp(0.0, 1.0) * f64::from(low - high)) as i32
-        };
+        let y = |ns: f64| low - (share(ns) * f64::from(low - high)) as i32;
         for decade in DECADES[0]..=DECADES[1] {
             let at = y(10f64.powi(decade));
             area.draw(&PathElement::new(vec![(left, at), (SIZE.0 as i32 - right, at)], RGBColor(220, 220, 220)))?;
-            let label = ["1 µs", "10 µs", "100 µs", "1 ms", "10 ms", "100 ms", "1 s"][(decade - DECADES[0]) as usize];
-            area.draw(&Text::new(label, (8, at - 10), text(TEXT_PX - 3)))?;
+            area.draw(&Text::new(LABELS[(decade - DECADES[0]) as usize], (8, at - 10), text(TEXT_PX - 3)))?;
         }
         for (index, (way, load)) in panels.into_iter().enumerate() {
             let begin = left + width * index as i32;
@@ -68,5 +71,17 @@ impl Drawing for Figure<'_> {
             area.draw(&Text::new(name, (x + 12, SIZE.1 as i32 - 28), text(TEXT_PX - 3)))?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_stand_apart() {
+        let [one, thirteen, hundred] = [1e9, 13e9, 1e11].map(share);
+        assert!(0.7 < one && one < thirteen && thirteen < hundred && hundred == 1.0, "{one} {thirteen} {hundred}");
+        assert_eq!(LABELS.len() as i32, DECADES[1] - DECADES[0] + 1);
     }
 }

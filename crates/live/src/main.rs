@@ -50,6 +50,8 @@ enum Verb {
     Control(ControlOptions),
     /// Measure how long from a sample to its verdict
     Latency(LatencyOptions),
+    /// Draw the figure of a latency.csv again, without measuring
+    Redraw(RedrawOptions),
     /// Run control and watch for long, plant collisions, kill either side, delay and lose
     Soak(SoakOptions),
 }
@@ -160,6 +162,13 @@ struct LatencyOptions {
     network_s: f64,
 }
 
+#[derive(Args)]
+struct RedrawOptions {
+    /// Folder of latency.csv, for latency.svg
+    #[arg(long)]
+    out: PathBuf,
+}
+
 const SOAK_EXAMPLES: &str = "\
 Examples:
   bvbench-live soak live.toml part.ngc --out D --minutes 30 --planted 20
@@ -229,6 +238,7 @@ fn main() -> ExitCode {
         Verb::Watch(options) => watch_verb(options),
         Verb::Control(options) => control_verb(options),
         Verb::Latency(options) => latency_verb(&options),
+        Verb::Redraw(options) => redraw_verb(&options),
         Verb::Soak(options) => soak_verb(options),
     };
     match done {
@@ -427,8 +437,19 @@ fn latency_verb(options: &LatencyOptions) -> Result<()> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     rows.iter().try_for_each(|row| writer.serialize(row))?;
     write_bytes(&options.out.join("latency.csv"), &writer.into_inner().map_err(|error| anyhow!("{error}"))?)?;
-    let figure = bvbench::plot::canvas::svg(&Figure(&rows)).map_err(|error| anyhow!(error))?;
-    write_bytes(&options.out.join("latency.svg"), figure.as_bytes())?;
+    draw(&options.out, &rows)
+}
+
+fn redraw_verb(options: &RedrawOptions) -> Result<()> {
+    let path = options.out.join("latency.csv");
+    let read = || csv::Reader::from_path(&path)?.deserialize().collect::<Result<Vec<LatencyRow>, csv::Error>>();
+    let rows = read().with_context(|| format!("cannot read {}: `bvbench-live latency` measures it", path.display()))?;
+    draw(&options.out, &rows)
+}
+
+fn draw(out: &Path, rows: &[LatencyRow]) -> Result<()> {
+    let figure = bvbench::plot::canvas::svg(&Figure(rows)).map_err(|error| anyhow!(error))?;
+    write_bytes(&out.join("latency.svg"), figure.as_bytes())?;
     Ok(())
 }
 
