@@ -442,7 +442,8 @@ fn nodes_are_found_by_path_and_a_hold_is_given_by_method() {
     let mut control = Control::start(&scene, run, config.clone(), patient(), socket);
     let mut watch = Watch::start(&scene, config, None, None);
     control.wait(|status| status.permitted && !status.stands);
-    let report = watch.wait(|report| report.row.fault == "contact");
+    // The contact lasts for a moment, which a busy computer may miss; the latch stays.
+    let report = watch.wait(|report| matches!(report.row.fault, "contact" | "latched"));
     assert!(report.row.line > 0, "the line comes by its path: {:?}", report.row);
     let stands = control.wait(|status| status.stands && !status.permitted && status.held);
     assert!(clearance_mm(&scene, &stands.place.position) > 0.0);
