@@ -217,6 +217,8 @@ impl<'a> Interpreter<'a> {
                 Ok(Next::End) => return errors,
                 Err(fault) => {
                     self.in_contour = false;
+                    // Where the shifted path has come to is no longer known.
+                    self.compensation = Compensation::Off;
                     let gives_up = matches!(fault.cause, Cause::Limit { .. } | Cause::Alarm(_));
                     if errors.is_empty() || (fault.cause.stands_alone() && wrong.insert(self.at)) {
                         wrong.insert(self.at);

@@ -1,0 +1,72 @@
+//! Where controls differ from what one might expect: each case failed once. Expectations are worked out by hand beside the programs.
+
+use rs274::{Axis, Dialect, MoveKind, Position, Program, Setup, Tool, interpret};
+use std::path::Path;
+
+fn linuxcnc() -> Setup {
+    Setup { tools: [(1, Tool::with_length(50.0, 6.0)), (2, Tool::with_length(30.0, 10.0))].into(), ..Setup::default() }
+}
+
+fn fanuc() -> Setup {
+    Setup { dialect: Dialect::Fanuc, ..linuxcnc() }
+}
+
+fn haas() -> Setup {
+    Setup { dialect: Dialect::Haas, ..linuxcnc() }
+}
+
+fn lathe() -> Setup {
+    let tool = |x, z, nose, orientation| Tool {
+        offset: Position([x, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        diameter_mm: nose,
+        orientation,
+    };
+    let tools = [(1, tool(1.0, 2.0, 0.8, 3)), (12, tool(0.0, 5.0, 1.6, 2))].into();
+    Setup { dialect: Dialect::Fanuc, tools, ..Setup::lathe() }
+}
+
+fn run(source: &str, setup: &Setup) -> Program {
+    interpret(source, Path::new("part.nc"), setup).unwrap_or_else(|error| panic!("{source}: {error}"))
+}
+
+/// What is told of a program that is wrong.
+fn refused(source: &str, setup: &Setup) -> String {
+    interpret(source, Path::new("bad.nc"), setup).map(|program| ends(&program)).expect_err(source).to_string()
+}
+
+fn assert_refused(source: &str, setup: &Setup, place: &str, text: &str) {
+    let told = refused(source, setup);
+    assert!(told.starts_with(&format!("bad.nc:{place}: ")) && told.contains(text), "{source}: {told}");
+}
+
+/// X, Y, Z of every end, mm.
+fn ends(program: &Program) -> Vec<[f64; 3]> {
+    program.moves.iter().map(|step| [Axis::X, Axis::Y, Axis::Z].map(|axis| step.end[axis])).collect()
+}
+
+fn assert_ends(source: &str, setup: &Setup, expected: &[[f64; 3]]) {
+    let found = ends(&run(source, setup));
+    let near = |f: &[f64; 3], e: &[f64; 3]| f.iter().zip(e).all(|(x, y)| (x - y).abs() < 1e-9);
+    let same = found.len() == expected.len() && found.iter().zip(expected).all(|(f, e)| near(f, e));
+    assert!(same, "{source}: {found:?}, expected {expected:?}");
+}
+
+fn assert_end(source: &str, setup: &Setup, expected: [f64; 3]) {
+    let found = *ends(&run(source, setup)).last().expect("the program moves");
+    assert!(
+        found.iter().zip(expected).all(|(x, y)| (x - y).abs() < 1e-9),
+        "{source}: {found:?}, expected {expected:?}"
+    );
+}
+
+fn notes(source: &str, setup: &Setup) -> String {
+    run(source, setup).notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn a_move_that_fails_under_cutter_compensation_is_no_corner() {
+    // The arc ends too far out; the line behind it must not look for what it was to join.
+    let source = "G41.1 D2 G1 X10 F100\nG3 X10 Y3000000000 J1500000000\nG1 X10 Y0\nM2";
+    let told = refused(source, &linuxcnc());
+    assert!(told.starts_with("bad.nc:2:1: an axis farther than 1e9 from zero"), "{told}");
+}
