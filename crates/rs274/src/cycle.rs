@@ -1,9 +1,12 @@
 //! Canned cycles: G73, G74 and G81 to G89, in any plane (LinuxCNC, "Canned Cycles").
 //!
-//! A cycle drills along the plane's normal. It rises to R if it starts below, goes above the hole at that height, comes down
-//! to R, does what its code says, and ends at R (G99) or at the higher of R and where the first of consecutive cycles started (G98). In G91 R counts
-//! from there, the bottom from R, and L repeats it a step further each time. R, the bottom, P and Q hold for the
-//! next block of the same cycle.
+//! A cycle drills along the plane's normal. It goes above the hole, comes to R, does what its code says, and ends at R (G99) or where the first
+//! of consecutive cycles started (G98). In G91 R counts from there, the bottom from R, and L repeats it a step further each time. R, the
+//! bottom, P and Q hold for the next block of the same cycle.
+//!
+//! How it goes above the hole depends on the control. Fanuc's and Haas's go at the height where they are. LinuxCNC rises to R first if the
+//! first of consecutive cycles started below R. From above R it goes at its height; else it goes straight to the height where the cycle ends,
+//! which is never below R (`interp_cycles.cc`, `CYCLE_MACRO`).
 //!
 //! G87 bores from behind: it goes down beside the hole, by the words of the plane's two axes among I, J and K, then into its middle, feeds
 //! up to the third of those words and back, and leaves as it came (NISTIR 6556, section 3.5.16.7). At the pause of G88 an operator draws the tool
@@ -18,6 +21,9 @@ use super::offsets::Values9;
 
 /// How far above the last depth a pecking cycle stops its rapid return, mm: LinuxCNC's 0.254.
 const PECK_CLEARANCE_MM: f64 = 0.254;
+
+/// Heights that differ by less are one.
+const ROUNDING_MM: f64 = 1e-9;
 
 /// Most holes of one block, and most pecks of one hole.
 const MAX_REPEATS: i32 = 100_000;
@@ -89,12 +95,14 @@ impl Interpreter<'_> {
         if retract < bottom {
             return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed("R below the bottom of the hole")));
         }
+        let like_fanuc = self.setup.dialect.is_fanuc_like();
+        let highest = if like_fanuc { initial } else { initial.max(retract) };
         let hole = Hole {
             code,
             normal: normal as usize,
             bottom,
             retract,
-            clear: if self.modes.retract_to_r { retract } else { initial.max(retract) },
+            clear: if self.modes.retract_to_r { retract } else { highest },
             dwell_s: sticky.dwell_s,
             peck: sticky.peck,
             beside: sticky.beside,
@@ -102,22 +110,43 @@ impl Interpreter<'_> {
         };
         let places = [first, second].map(|axis| (axis as usize, self.take_axis(values, axis)));
         let repeats = self.repeats(values)?;
-        if start < retract {
-            self.along(&hole, retract, None)?;
+        let mut height = start;
+        if like_fanuc {
+            self.note_low_start(repeats, start, initial, retract);
+        } else {
+            if initial < retract {
+                self.along(&hole, retract, None)?;
+            }
+            if start - retract <= ROUNDING_MM {
+                height = hole.clear;
+            }
         }
         for _ in 0..repeats {
-            self.above_hole(values, &places)?;
+            self.above_hole(values, &places, (hole.normal, height))?;
             self.along(&hole, retract, None)?;
             self.drill(&hole, values)?;
+            height = hole.clear;
         }
         Ok(())
     }
 
-    /// How many holes the block drills: L; on Fanuc's controls K or L, of which 0 only sets the cycle up.
+    /// Notes a cycle of Fanuc's controls that begins or ends below R.
+    fn note_low_start(&mut self, repeats: i32, start: f64, initial: f64, retract: f64) {
+        let ends_low = !self.modes.retract_to_r && initial < retract;
+        if repeats > 0 && (start < retract || ends_low) {
+            self.note(
+                "a cycle begins below its R: the tool goes to the hole at that height, and with G98 comes back to it"
+                    .to_owned(),
+            );
+        }
+    }
+
+    /// How many holes the block drills: L, on Fanuc's controls K, too. On Fanuc's and Haas's 0 only sets the cycle up. Haas's K is a depth.
     fn repeats(&self, values: &Values) -> Result<i32, Fault> {
         const RANGE: &str = "a whole number up to 100000, at least 1, or 0 in the dialects fanuc and haas";
         let like_fanuc = self.setup.dialect.is_fanuc_like();
-        let letter = if like_fanuc && !values.has('l') && self.modes.motion != Some(870) { 'k' } else { 'l' };
+        let counts_by_k = self.setup.dialect == Dialect::Fanuc && self.modes.motion != Some(870);
+        let letter = if counts_by_k && !values.has('l') { 'k' } else { 'l' };
         let least = i32::from(!like_fanuc);
         Ok(values.take_whole(letter, least..=MAX_REPEATS, "the number of holes", RANGE)?.unwrap_or(1))
     }
@@ -174,10 +203,16 @@ impl Interpreter<'_> {
         Ok(())
     }
 
-    /// Rapid to above the next hole.
-    fn above_hole(&mut self, values: &Values, places: &[(usize, Option<f64>); 2]) -> Result<(), Fault> {
+    /// Rapid to above the next hole, at a height along the normal.
+    fn above_hole(
+        &mut self,
+        values: &Values,
+        places: &[(usize, Option<f64>); 2],
+        (normal, height): (usize, f64),
+    ) -> Result<(), Fault> {
         let from = self.offsets.to_program(&self.position);
         let mut program = from;
+        program[normal] = height;
         for &(axis, word) in places {
             if let Some(value) = word {
                 program[axis] = if self.modes.incremental { program[axis] + value } else { value };

@@ -70,3 +70,86 @@ fn a_move_that_fails_under_cutter_compensation_is_no_corner() {
     let told = refused(source, &linuxcnc());
     assert!(told.starts_with("bad.nc:2:1: an axis farther than 1e9 from zero"), "{told}");
 }
+
+#[test]
+fn fanucs_cycles_go_to_the_hole_at_the_height_where_they_are() {
+    for setup in [fanuc(), haas()] {
+        // From Z 1 below R 2: over at 1, up to 2, down. With G99 the next begins at 2; with G98 it comes back to 1.
+        assert_ends(
+            "G0Z1.\nG99G81X5.Z-1.R2.F50\nX7.\nM30",
+            &setup,
+            &[
+                [0.0, 0.0, 1.0],
+                [5.0, 0.0, 1.0],
+                [5.0, 0.0, 2.0],
+                [5.0, 0.0, -1.0],
+                [5.0, 0.0, 2.0],
+                [7.0, 0.0, 2.0],
+                [7.0, 0.0, -1.0],
+                [7.0, 0.0, 2.0],
+            ],
+        );
+        let below = "G0Z1.\nG98G81X5.Z-1.R2.F50\nM30";
+        assert_end(below, &setup, [5.0, 0.0, 1.0]);
+        assert!(notes(below, &setup).contains("line 2: a cycle begins below its R"));
+        assert_eq!(notes("G0Z5.\nG98G81X5.Z-1.R2.F50\nM30", &setup), "");
+        // Behind G99 the next hole is reached at R, whatever R is there.
+        assert_ends(
+            "G0Z10.\nG99G81X1.Z-1.R1.F50\nX2.R4.\nM30",
+            &setup,
+            &[
+                [0.0, 0.0, 10.0],
+                [1.0, 0.0, 10.0],
+                [1.0, 0.0, 1.0],
+                [1.0, 0.0, -1.0],
+                [1.0, 0.0, 1.0],
+                [2.0, 0.0, 1.0],
+                [2.0, 0.0, 4.0],
+                [2.0, 0.0, -1.0],
+                [2.0, 0.0, 4.0],
+            ],
+        );
+    }
+}
+
+#[test]
+fn linuxcncs_cycles_go_to_the_hole_where_the_cycle_ends() {
+    // From R under G99 to G98: straight to the first height above the second hole, and down.
+    assert_ends(
+        "G0 Z10\nG99 G81 X1 Z-1 R2 F50\nG98 X5\nM2",
+        &linuxcnc(),
+        &[
+            [0.0, 0.0, 10.0],
+            [1.0, 0.0, 10.0],
+            [1.0, 0.0, 2.0],
+            [1.0, 0.0, -1.0],
+            [1.0, 0.0, 2.0],
+            [5.0, 0.0, 10.0],
+            [5.0, 0.0, 2.0],
+            [5.0, 0.0, -1.0],
+            [5.0, 0.0, 10.0],
+        ],
+    );
+    // Below a new R, but the first height was above it: straight there.
+    assert_ends(
+        "G0 Z10\nG99 G81 X1 Z-1 R1 F50\nX2 R4\nM2",
+        &linuxcnc(),
+        &[
+            [0.0, 0.0, 10.0],
+            [1.0, 0.0, 10.0],
+            [1.0, 0.0, 1.0],
+            [1.0, 0.0, -1.0],
+            [1.0, 0.0, 1.0],
+            [2.0, 0.0, 4.0],
+            [2.0, 0.0, -1.0],
+            [2.0, 0.0, 4.0],
+        ],
+    );
+}
+
+#[test]
+fn haass_k_counts_no_holes() {
+    assert_refused("G0Z5.\nG83X1.Z-1.R1.Q1.K3F100\nM30", &haas(), "2:17", "no code of this block uses this word");
+    assert_eq!(run("G0Z5.\nG81G91X1.Z-2.R-4.L2F100\nM30", &haas()).moves.len(), 9);
+    assert_eq!(run("G0Z5.\nG81G91X1.Z-2.R-4.K2F100\nM30", &fanuc()).moves.len(), 9);
+}
