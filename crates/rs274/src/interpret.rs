@@ -3,7 +3,7 @@
 //! Order of execution inside a block as LinuxCNC documents it (G-code overview, "Order of Execution"). Cited facts:
 //! Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, NISTIR 6556; LinuxCNC's G-code reference.
 
-use super::block::{Block, Target};
+use super::block::{Block, Keyword, Target};
 use super::canonical::{Axis, Move, MoveKind, Plane};
 use super::compensation::Compensation;
 use super::contour::follows_contour;
@@ -247,6 +247,7 @@ impl<'a> Interpreter<'a> {
             self.line = at as u32 + 1;
         }
         let block = block.as_ref().map_err(Clone::clone)?;
+        self.refuse_open_subprogram(source, block, at)?;
         if block.reads_parameters {
             self.refresh_parameters();
         }
@@ -258,6 +259,17 @@ impl<'a> Interpreter<'a> {
             Some(next) => Ok(Next::Line(next)),
             None => self.execute(block, blocks, table, at),
         }
+    }
+
+    /// A fault where a subprogram ends without M99: at its file's end, and in Fanuc's programs at the next O.
+    fn refuse_open_subprogram(&self, source: &Source, block: &Block, at: usize) -> Result<(), Fault> {
+        let next = block.flow.as_ref().filter(|flow| flow.keyword == Keyword::Label && !self.control.began_at(at));
+        let next = next.filter(|_| self.setup.dialect.is_fanuc_like());
+        if self.control.depth() == 0 || !(next.is_some() || source.is_end(at)) {
+            return Ok(());
+        }
+        let (column, text) = next.map_or((1, ""), |flow| (flow.column, flow.text.as_str()));
+        Err(Fault::new(column, text, Cause::Flow("the subprogram before it is not ended by M99")))
     }
 
     /// Notes what the reader should know, once, with how often it is so.

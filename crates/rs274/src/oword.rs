@@ -179,6 +179,11 @@ impl Control {
     pub fn depth(&self) -> usize {
         self.calls.len()
     }
+
+    /// Whether the subroutine that runs began at a line, which may be its label with words beside it.
+    pub fn began_at(&self, at: usize) -> bool {
+        self.calls.last().is_some_and(|call| call.start == at)
+    }
 }
 
 impl Interpreter<'_> {

@@ -159,6 +159,11 @@ impl Source {
         self.own
     }
 
+    /// Whether a file ends at this index, behind its last line.
+    pub fn is_end(&self, at: usize) -> bool {
+        at + 1 == self.blocks.len() || self.files.iter().any(|(_, first)| *first == at + 1)
+    }
+
     /// Whether a line is the program's own.
     pub fn is_own(&self, at: usize) -> bool {
         at < self.own

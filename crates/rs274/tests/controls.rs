@@ -148,6 +148,22 @@ fn linuxcncs_cycles_go_to_the_hole_where_the_cycle_ends() {
 }
 
 #[test]
+fn a_subprogram_must_end() {
+    // In the program: the body would run on into the next one.
+    assert_refused("M98P1\nM30\nO1\nG0X1.\nO2\nG0X2.\nM99", &fanuc(), "5:1", "not ended by M99: `O2`");
+    assert_refused("M98P1\nG0X9.\nM30\nO1\nG0X1.", &fanuc(), "6:1", "not ended by M99");
+    assert_refused("M98 P1\nG0 X9\nM2\nO1\nG0 X1", &linuxcnc(), "6:1", "not ended by M99");
+    // In a file of its own: everything would end with it.
+    let folder = tempfile::tempdir().unwrap();
+    let main = folder.path().join("main.nc");
+    std::fs::write(folder.path().join("O1000.nc"), "%\nO1000\nG0X4.\n%\n").unwrap();
+    let told = interpret("M98P1000\nX5.\nM30", &main, &fanuc()).unwrap_err();
+    assert!(told.file.ends_with("O1000.nc") && told.to_string().contains("not ended by M99"), "{told}");
+    // M30 ends a program wherever it stands.
+    assert_ends("M98P1\nG0X9.\nM30\nO1\nG0X1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0]]);
+}
+
+#[test]
 fn haass_k_counts_no_holes() {
     assert_refused("G0Z5.\nG83X1.Z-1.R1.Q1.K3F100\nM30", &haas(), "2:17", "no code of this block uses this word");
     assert_eq!(run("G0Z5.\nG81G91X1.Z-2.R-4.L2F100\nM30", &haas()).moves.len(), 9);
