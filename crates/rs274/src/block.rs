@@ -123,6 +123,16 @@ pub(super) struct Block {
 }
 
 impl Block {
+    /// Whether there is nothing in it to execute.
+    pub fn is_empty(&self) -> bool {
+        self.flow.is_none() && !self.has_more()
+    }
+
+    /// Whether it says more than its O-word.
+    pub fn has_more(&self) -> bool {
+        !self.words.is_empty() || !self.assignments.is_empty() || self.condition.is_some() || self.jump.is_some()
+    }
+
     /// Reads a line.
     pub fn parse(line: &str, dialect: Dialect) -> Result<Self, Fault> {
         let mut cursor = Cursor::new(line, dialect)?;

@@ -9,6 +9,7 @@ use super::error::{Cause, Fault};
 use super::file::{self, LARGEST_PROGRAM};
 use std::collections::BTreeSet;
 use std::io::ErrorKind;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Most lines of a program with its subroutine files: some 2 GB of memory.
@@ -53,17 +54,19 @@ impl Source {
     /// # Errors
     /// The file to blame and its line, when a subroutine's file cannot be read or makes too many lines.
     pub fn of(text: &[String], file: &Path, parse: Parse, like_fanuc: bool) -> Result<Self, (PathBuf, u32, Cause)> {
-        let lines = program_text(text);
-        let mut source = Self { blocks: Vec::new(), files: vec![(file.to_owned(), 0)], own: lines.len(), like_fanuc };
-        source.add(lines, parse);
+        let range = program_lines(text, parse, like_fanuc).map_err(|(line, cause)| (file.to_owned(), line, cause))?;
+        let mut source = Self { blocks: Vec::new(), files: vec![(file.to_owned(), 0)], own: range.end, like_fanuc };
+        source.add(text, range, parse);
         // The program ends here, whatever stands behind.
         source.blocks.push(parse("M2"));
         source.add_called_files(file.parent().unwrap_or(Path::new("")), parse)?;
         Ok(source)
     }
 
-    fn add(&mut self, lines: &[String], parse: Parse) {
-        self.blocks.extend(lines.iter().map(|line| parse(line)));
+    /// Adds the lines up to the range's end; those before it are empty.
+    fn add(&mut self, lines: &[String], range: Range<usize>, parse: Parse) {
+        self.blocks.extend((0..range.start).map(|_| Ok(Block::default())));
+        self.blocks.extend(lines[range].iter().map(|line| parse(line)));
     }
 
     fn add_called_files(&mut self, folder: &Path, parse: Parse) -> Result<(), (PathBuf, u32, Cause)> {
@@ -80,8 +83,12 @@ impl Source {
                     Ok(_) => return Err((path, 1, TOO_MANY_LINES)),
                     Err((line, cause)) => return Err((path, line, cause)),
                 };
+                let range = match program_lines(&lines, parse, self.like_fanuc) {
+                    Ok(range) => range,
+                    Err((line, cause)) => return Err((path, line, cause)),
+                };
                 self.files.push((path, self.blocks.len()));
-                self.add(program_text(&lines), parse);
+                self.add(&lines, range, parse);
                 // A file ends where it ends, not in the next.
                 self.blocks.push(parse("M2"));
             }
@@ -170,10 +177,31 @@ impl Source {
     }
 }
 
-/// The lines up to the program's end as its `%` signs mark it: the second one when the text starts with one, else the
-/// first.
-fn program_text(lines: &[String]) -> &[String] {
-    let first = lines.iter().position(|line| !line.trim().is_empty()).unwrap_or(0);
-    let end = lines.iter().skip(first + 1).position(|line| line.trim() == "%").map(|i| first + 1 + i);
-    &lines[..end.unwrap_or(lines.len())]
+/// The lines of the program, from 0, as its `%` signs mark them: up to the second when the text starts with one, else up to the first. In a text of
+/// Fanuc's that starts with other lines, as a tape does, the program stands behind the first when something stands there.
+///
+/// # Errors
+/// When words stand on both sides of a `%` and nothing tells which the control reads.
+fn program_lines(lines: &[String], parse: Parse, like_fanuc: bool) -> Result<Range<usize>, (u32, Cause)> {
+    let sign_from = |from: usize| lines.iter().skip(from).position(|line| line.trim() == "%").map(|i| from + i);
+    let first_line = lines.iter().position(|line| !line.trim().is_empty()).unwrap_or(0);
+    let Some(first) = sign_from(0) else { return Ok(0..lines.len()) };
+    let second = sign_from(first + 1).unwrap_or(lines.len());
+    if first == first_line {
+        return Ok(0..second);
+    }
+    let says_something = |line: &String| parse(line).map_or(true, |block| !block.is_empty());
+    if !lines[first + 1..second].iter().any(says_something) {
+        return Ok(0..first);
+    }
+    let has_code =
+        |line: &String| parse(line).is_ok_and(|block| block.words.iter().any(|word| matches!(word.letter, 'g' | 'm')));
+    let why = if !like_fanuc {
+        "words stand behind this `%`, which ends the program"
+    } else if lines[..first].iter().any(has_code) {
+        "codes stand on both sides of this `%`: the control may read either"
+    } else {
+        return Ok(first + 1..second);
+    };
+    Err((first as u32 + 1, Cause::Flow(why)))
 }

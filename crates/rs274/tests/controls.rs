@@ -164,6 +164,16 @@ fn a_subprogram_must_end() {
 }
 
 #[test]
+fn a_program_stands_between_its_percent_signs() {
+    assert_ends("PART 12-B, CUSTOMER X\n%\nO1\nG0X1.\nM30\n%", &fanuc(), &[[1.0, 0.0, 0.0]]);
+    assert_eq!(run("(PART)\n%\nO1\nG0X1.\nM30\n%", &fanuc()).moves[0].line, 4);
+    assert_ends("G0X1.\nM30\n%\n(END)\n", &fanuc(), &[[1.0, 0.0, 0.0]]);
+    assert_refused("G0X1.\nM30\n%\nG0X2.\nM30\n%", &fanuc(), "3:1", "codes stand on both sides");
+    assert_refused("G0 X1\n%\nG0 X2\nM2", &linuxcnc(), "2:1", "which ends the program");
+    assert_ends("%\nG0 X1\n%\nG0 X2\n", &linuxcnc(), &[[1.0, 0.0, 0.0]]);
+}
+
+#[test]
 fn haass_k_counts_no_holes() {
     assert_refused("G0Z5.\nG83X1.Z-1.R1.Q1.K3F100\nM30", &haas(), "2:17", "no code of this block uses this word");
     assert_eq!(run("G0Z5.\nG81G91X1.Z-2.R-4.L2F100\nM30", &haas()).moves.len(), 9);
