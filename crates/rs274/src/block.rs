@@ -322,8 +322,9 @@ fn flow(cursor: &mut Cursor) -> Result<Flow, Fault> {
     };
     let keyword_column = cursor.column();
     // Where O only names a program, words may follow it.
-    let name =
-        if cursor.dialect.is_fanuc_like() && !cursor.looks_at_keyword() { String::new() } else { cursor.letters() };
+    let is_macro_word = ["if[", "while[", "wh[", "goto", "do"].iter().any(|word| cursor.looks_at_word(word));
+    let only_names = cursor.dialect.is_fanuc_like() && (is_macro_word || !cursor.looks_at_keyword());
+    let name = if only_names { String::new() } else { cursor.letters() };
     let keyword = match KEYWORDS.iter().find(|entry| entry.0 == name) {
         Some(entry) => entry.1,
         None if name.is_empty() => Keyword::Label,

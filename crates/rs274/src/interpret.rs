@@ -252,7 +252,7 @@ impl<'a> Interpreter<'a> {
             self.refresh_parameters();
         }
         match &block.flow {
-            Some(flow) if block.words.is_empty() => return self.obey_flow(table, blocks, flow, at).map(Next::Line),
+            Some(flow) if !block.has_more() => return self.obey_flow(table, blocks, flow, at).map(Next::Line),
             _ => {}
         }
         match self.obey_macro_word(block, table, at)? {

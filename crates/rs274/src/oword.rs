@@ -34,7 +34,7 @@ struct Links {
 pub(super) struct FlowTable {
     links: Vec<Links>,
     subroutines: BTreeMap<String, usize>,
-    /// Labels with words beside them.
+    /// Labels with words, assignments or jumps beside them.
     starts_with_words: BTreeSet<usize>,
     /// Of Fanuc's macro language.
     pub jumps: Jumps,
@@ -68,7 +68,7 @@ impl FlowTable {
                 && let Label::Fixed(label) = &flow.label
             {
                 table.link(&mut open, line, label, flow.keyword).map_err(|cause| (line, flow_fault(flow, cause)))?;
-                if block.as_ref().is_ok_and(|block| !block.words.is_empty()) {
+                if block.as_ref().is_ok_and(Block::has_more) {
                     table.starts_with_words.insert(line);
                 }
             }

@@ -174,6 +174,13 @@ fn a_program_stands_between_its_percent_signs() {
 }
 
 #[test]
+fn what_stands_beside_a_programs_number_is_obeyed() {
+    assert_ends("O1000 #1=5.\nG0X#1\nM30", &fanuc(), &[[5.0, 0.0, 0.0]]);
+    assert_ends("#1=1\nO1 IF[#1EQ1]GOTO5\nG0X9.\nN5X1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0]]);
+    assert_ends("M98P7\nM30\nO7 #2=3.\nG0X#2\nM99", &fanuc(), &[[3.0, 0.0, 0.0]]);
+}
+
+#[test]
 fn haass_k_counts_no_holes() {
     assert_refused("G0Z5.\nG83X1.Z-1.R1.Q1.K3F100\nM30", &haas(), "2:17", "no code of this block uses this word");
     assert_eq!(run("G0Z5.\nG81G91X1.Z-2.R-4.L2F100\nM30", &haas()).moves.len(), 9);
