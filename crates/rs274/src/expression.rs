@@ -149,8 +149,18 @@ impl Expression {
         }
     }
 
+    /// Whether there is a ROUND in it.
+    pub fn rounds(&self) -> bool {
+        self.steps.iter().any(|(step, _)| *step == Step::Function(Function::Round))
+    }
+
     /// What it comes to. The result is finite, or vacant (not a number) where it is a vacant variable of a dialect that has such.
     pub fn evaluate(&self, parameters: &Parameters) -> Result<f64, Fault> {
+        self.evaluate_to(parameters, 1.0)
+    }
+
+    /// The same where ROUND rounds to `1 / per_unit`.
+    pub fn evaluate_to(&self, parameters: &Parameters, per_unit: f64) -> Result<f64, Fault> {
         let mut stack: Vec<f64> = Vec::new();
         for (step, column) in &self.steps {
             let fault = |text: &str, cause| Fault::new(*column, text, cause);
@@ -175,6 +185,7 @@ impl Expression {
                         Binary::Power.apply(first, second).map_err(|why| fault("pow", Cause::Domain(why)))?
                     }
                 }
+                Step::Function(Function::Round) => (or_zero(pop(&mut stack)) * per_unit).round() / per_unit,
                 Step::Function(function) => function
                     .apply(or_zero(pop(&mut stack)))
                     .map_err(|why| fault(function.name(), Cause::Domain(why)))?,

@@ -289,7 +289,7 @@ impl<'a> Interpreter<'a> {
         table: &FlowTable,
         at: usize,
     ) -> Result<Next, Fault> {
-        let values = Values::of(block, &self.parameters, self.setup)?;
+        let values = Values::of(block, &self.parameters, self.setup, self.modes.inches)?;
         values.notes().for_each(|note| self.note(note.to_owned()));
         self.assign(block)?;
         if values.number(Group::Subprogram) == Some(own::MACRO_CALL) {

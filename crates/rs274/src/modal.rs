@@ -4,7 +4,7 @@
 
 use super::block::Block;
 use super::canonical::Plane;
-use super::dialect::{CodeName, Meaning, fanuc_g, fanuc_m};
+use super::dialect::{CodeName, Meaning, fanuc_g, fanuc_m, own};
 use super::error::{Cause, Fault};
 use super::parameters::Parameters;
 use super::setup::Setup;
@@ -165,8 +165,8 @@ pub(super) struct Values {
     codes: [Option<Code>; GROUPS],
     /// What the reader should know of the block.
     notes: Vec<String>,
-    /// Whether words other than axes may be left over: a skipped code's.
-    lenient: bool,
+    /// Words that may be left over, by slot: a skipped code's.
+    spare: u32,
 }
 
 /// The letters, `@`, `^`, `$`, and `,R` and `,C`, whose letters are `R` and `C`.
@@ -184,19 +184,28 @@ fn slot(letter: char) -> usize {
 }
 
 impl Values {
-    /// Evaluates all words.
-    pub fn of(block: &Block, parameters: &Parameters, setup: &Setup) -> Result<Self, Fault> {
+    /// Evaluates all words; `inches` says whether G20 holds before the block.
+    pub fn of(block: &Block, parameters: &Parameters, setup: &Setup, inches: bool) -> Result<Self, Fault> {
+        let unit_codes = block.words.iter().filter(|word| word.letter == 'g').filter_map(|word| word.value.literal());
+        let inches = unit_codes.fold(inches, |inches, code| code == 20.0 || (inches && code != 21.0));
         let mut values = Self {
             letters: [const { None }; SLOTS],
             used: Cell::new(0),
             codes: Default::default(),
             notes: block.notes.iter().map(|&note| note.to_owned()).collect(),
-            lenient: false,
+            spare: 0,
         };
         let mut skips_words = false;
+        let mut owner: Option<CodeName> = None;
+        let mut rounded = None;
         for word in &block.words {
-            let number = word.value.evaluate(parameters)?;
             let fault = |cause| Fault::new(word.column, word.text.clone(), cause);
+            let number = if setup.dialect.is_fanuc_like() && word.value.rounds() {
+                rounded = rounded.or(Some(word));
+                word.value.evaluate_to(parameters, increments_per_unit(word.letter, inches))?
+            } else {
+                word.value.evaluate(parameters)?
+            };
             if !matches!(word.letter, 'g' | 'm') {
                 if number.is_nan() {
                     // A vacant variable: as if the word were not there.
@@ -219,17 +228,19 @@ impl Values {
             if let Some(name) = ignored(word.letter, number, setup) {
                 values.notes.push(format!("{name} is ignored, as asked"));
                 skips_words |= word.letter == 'g';
-                values.lenient = true;
+                values.spare |= !slots(AXES);
                 continue;
             }
             let (group, number) = match meaning(word.letter, number, setup) {
                 Meaning::Code(group, number) => (group, number),
                 Meaning::Nothing => continue,
                 Meaning::Noted => {
-                    let name = whole(number * 10.0)
-                        .map_or_else(|| word.text.clone(), |tenths| CodeName::new(word.letter, tenths).to_string());
+                    let name = CodeName::new(word.letter, whole(number * 10.0).unwrap_or_default());
                     values.notes.push(format!("{name} is taken to move no axis"));
-                    values.lenient = true;
+                    values.spare |= slots(words_of_noted(name));
+                    if owns_axis_words(name) {
+                        owner = Some(name);
+                    }
                     continue;
                 }
                 Meaning::Common | Meaning::Unknown => return Err(fault(unsupported(word.letter, number))),
@@ -244,8 +255,15 @@ impl Values {
             }
             *entry = Some(Code { number, column: word.column, text: word.text.clone() });
         }
-        if skips_words && values.code(Group::Motion).is_none() {
-            values.letters = [const { None }; SLOTS];
+        if skips_words {
+            values.drop_ignored_words()?;
+        }
+        if let Some(owner) = owner.filter(|_| values.has_axis()) {
+            values.drop_axis_words(owner)?;
+        }
+        if let Some(word) = rounded.filter(|_| values.number(Group::Subprogram) == Some(own::MACRO_CALL)) {
+            let why = "ROUND in an argument of a macro, whose increment depends on the control";
+            return Err(Fault::new(word.column, word.text.clone(), Cause::NotAllowed(why)));
         }
         // G53 is of the group of G4 and G10, but may stand beside a motion, which is not.
         if let (Some(first), Some(second)) = (values.code(Group::NonModal), values.code(Group::Absolute)) {
@@ -253,6 +271,40 @@ impl Values {
             return Err(second.fault(Cause::ModalConflict(first.text.clone())));
         }
         Ok(values)
+    }
+
+    /// Drops the words of an ignored G code, if no other code is there to use them.
+    fn drop_ignored_words(&mut self) -> Result<(), Fault> {
+        if self.codes().next().is_none() {
+            self.letters = [const { None }; SLOTS];
+            return Ok(());
+        }
+        let uses_axes = [Group::Motion, Group::NonModal, Group::Absolute, Group::Turn, Group::Scale, Group::Mirror]
+            .into_iter()
+            .chain([Group::ToolLength, Group::Subprogram])
+            .any(|group| self.code(group).is_some());
+        let why = "axis words beside an ignored code and without one that moves axes: nothing tells whose they are";
+        match self.first_axis_word() {
+            Some(word) if !uses_axes => Err(Fault::new(word.column, word.text.clone(), Cause::NotAllowed(why))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Drops the axis words of a code that moves no axis: no others may want them.
+    fn drop_axis_words(&mut self, owner: CodeName) -> Result<(), Fault> {
+        if let Some(code) = self.codes().min_by_key(|code| code.column) {
+            let why = "another code beside axis words of G5, G5.1 or G22, which move nothing";
+            return Err(code.fault(Cause::NotAllowed(why)));
+        }
+        for letter in AXES.chars().chain("ijk".chars()) {
+            self.letters[slot(letter)] = None;
+        }
+        self.notes.push(format!("axis words beside {owner} are taken to move no axis"));
+        Ok(())
+    }
+
+    fn first_axis_word(&self) -> Option<&Value> {
+        AXES.chars().filter_map(|letter| self.letters[slot(letter)].as_ref()).min_by_key(|word| word.column)
     }
 
     /// The code of a group, if the block has one.
@@ -334,8 +386,8 @@ impl Values {
 
     /// An error if some word has been used by nothing.
     pub fn check_all_used(&self) -> Result<(), Fault> {
-        let counts = |at: usize| !self.lenient || AXES.chars().any(|letter| slot(letter) == at);
-        let unused = self.letters.iter().enumerate().filter(|(at, _)| self.used.get() >> at & 1 == 0 && counts(*at));
+        let needless = self.used.get() | self.spare;
+        let unused = self.letters.iter().enumerate().filter(|(at, _)| needless >> at & 1 == 0);
         match unused.filter_map(|(_, value)| value.as_ref()).min_by_key(|value| value.column) {
             None => Ok(()),
             Some(value) => Err(Fault::new(value.column, value.text.clone(), Cause::UnusedWord)),
@@ -370,6 +422,49 @@ impl Values {
 
 /// Letters of words that say where the axes go.
 const AXES: &str = "xyzabcuvw@^";
+
+fn lacks_point_note(letter: char) -> String {
+    format!(
+        "{} has no decimal point and is read as if it had one behind its last digit; a control that counts in least increments \
+         reads a thousandth or less",
+        letter.to_ascii_uppercase()
+    )
+}
+
+/// How many least increments of Fanuc's and Haas's controls are in a word's unit.
+fn increments_per_unit(letter: char, inches: bool) -> f64 {
+    match letter {
+        'a' | 'b' | 'c' => 1e3,
+        'x'..='z' | 'u'..='w' | 'i'..='k' | 'q' | 'r' | 'R' | 'C' | 'e' | 'f' => {
+            if inches {
+                1e4
+            } else {
+                1e3
+            }
+        }
+        _ => 1.0,
+    }
+}
+
+/// The slots of letters, a bit each.
+fn slots(letters: &str) -> u32 {
+    letters.chars().fold(0, |slots, letter| slots | 1 << slot(letter))
+}
+
+/// Letters of the words that a code which moves no axis may have, axes apart.
+fn words_of_noted(name: CodeName) -> &'static str {
+    match name.to_string().as_str() {
+        "G5" | "G5.1" => "pqrl",
+        "G187" => "pej",
+        "G22" => "ijkp",
+        _ => "pqe",
+    }
+}
+
+/// Whether axis words in the block of a code that moves no axis are its own.
+fn owns_axis_words(name: CodeName) -> bool {
+    matches!(name.to_string().as_str(), "G5" | "G5.1" | "G22")
+}
 
 fn unsupported(letter: char, number: f64) -> Cause {
     match whole(number * 10.0) {

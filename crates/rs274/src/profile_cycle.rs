@@ -171,7 +171,7 @@ impl Interpreter<'_> {
                 continue;
             }
             next += 1;
-            let values = Values::of(block, &self.parameters, self.setup)?;
+            let values = Values::of(block, &self.parameters, self.setup, self.modes.inches)?;
             self.assign(block)?;
             if let Some(code) = values.code(Group::Motion) {
                 if !matches!(code.number, 0 | 10 | 20 | 30) {

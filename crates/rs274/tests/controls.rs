@@ -181,8 +181,45 @@ fn what_stands_beside_a_programs_number_is_obeyed() {
 }
 
 #[test]
+fn axis_words_of_codes_that_move_nothing_are_no_move() {
+    for block in ["G5.1Q2X0Y0Z0", "G5P10000X0Y0", "G22X5.Y5.Z5.I0J0K0"] {
+        let source = format!("G0X1.Y2.\n{block}\nM30");
+        assert_ends(&source, &fanuc(), &[[1.0, 2.0, 0.0]]);
+        assert!(notes(&source, &fanuc()).contains("are taken to move no axis"), "{source}");
+    }
+    assert_refused("G5.1Q1G0X5.\nM30", &fanuc(), "1:7", "another code beside axis words");
+    // The words of others are not swallowed with those of a noted code.
+    assert_refused("G0X1.\nL2Z5.M88\nM30", &fanuc(), "2:1", "no code of this block uses this word");
+    assert_ends("G0X1.\nM31P1\nG187P1E0.1\nG103P1\nM30", &haas(), &[[1.0, 0.0, 0.0]]);
+}
+
+#[test]
+fn ignoring_a_code_leaves_the_words_of_the_others() {
+    let ignoring = |name: &str, setup: Setup| Setup { ignored: [name.parse().unwrap()].into(), ..setup };
+    // Z alone goes home, not all axes.
+    let setup = ignoring("G64", linuxcnc());
+    assert_ends("G0 X1 Z5\nG64 G91 G28 Z0\nM2", &setup, &[[1.0, 0.0, 5.0], [1.0, 0.0, 5.0], [1.0, 0.0, 0.0]]);
+    assert_ends("G0 X1\nG64 G53 G0 X2\nM2", &setup, &[[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
+    let program = run("T1 G64 M6\nM2", &setup);
+    assert_eq!(program.moves[0].kind, MoveKind::ToolChange { tool: 1 });
+    // Nothing tells whether X is of G10 or of G0 before.
+    let setup = ignoring("G10", linuxcnc());
+    assert_refused("G0 X1\nG10 L2 P1 X5 M8\nM2", &setup, "2:11", "nothing tells whose they are");
+}
+
+#[test]
 fn haass_k_counts_no_holes() {
     assert_refused("G0Z5.\nG83X1.Z-1.R1.Q1.K3F100\nM30", &haas(), "2:17", "no code of this block uses this word");
     assert_eq!(run("G0Z5.\nG81G91X1.Z-2.R-4.L2F100\nM30", &haas()).moves.len(), 9);
     assert_eq!(run("G0Z5.\nG81G91X1.Z-2.R-4.K2F100\nM30", &fanuc()).moves.len(), 9);
+}
+
+#[test]
+fn round_in_a_word_rounds_to_the_least_increment() {
+    assert_end("#1=1.2346\nG0X[ROUND[#1]]\nM30", &fanuc(), [1.235, 0.0, 0.0]);
+    assert_end("#1=1.23456\nG20G0X[ROUND[#1]]\nM30", &haas(), [1.2346 * 25.4, 0.0, 0.0]);
+    // An assignment rounds to a whole number, and so does LinuxCNC anywhere.
+    assert_end("#1=ROUND[1.2346]\nG0X#1\nM30", &fanuc(), [1.0, 0.0, 0.0]);
+    assert_end("G0 X[ROUND[1.2346]]\nM2", &linuxcnc(), [1.0, 0.0, 0.0]);
+    assert_refused("G65P1A[ROUND[1.5]]\nM30\nO1\nM99", &fanuc(), "1:6", "ROUND in an argument");
 }
