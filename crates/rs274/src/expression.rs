@@ -3,6 +3,9 @@
 //! Operators and precedence as LinuxCNC documents them (G-code overview, "Expressions"): `**`; `* / MOD`; `+ -`;
 //! `EQ NE GT GE LT LE`; `AND OR XOR`; equal ones from left to right. Angles are in degrees. `EQ` and `NE` compare within
 //! [`EQUALITY_TOLERANCE`].
+//!
+//! On Fanuc's and Haas's controls `AND`, `OR` and `XOR` are of bits; `AND` binds as `*`, `OR` and `XOR` bind as `+`; `MOD` has the dividend's sign; and
+//! `ROUND` in the value of a word rounds to the least increment of the word's address.
 
 use super::error::{Cause, Fault};
 use super::lex::Cursor;
@@ -71,6 +74,12 @@ enum Binary {
     And,
     Or,
     Xor,
+    /// Of bits.
+    BitAnd,
+    BitOr,
+    BitXor,
+    /// With the dividend's sign.
+    Remainder,
 }
 
 const FUNCTIONS: [(&str, Function); 13] = [
@@ -107,6 +116,10 @@ const OPERATORS: [(&str, Binary, u8); 15] = [
     ("or", Binary::Or, 1),
     ("xor", Binary::Xor, 1),
 ];
+
+/// What Fanuc's and Haas's controls have instead of LinuxCNC's operators of the same name.
+const FANUC_OPERATORS: [(&str, Binary, u8); 4] =
+    [("mod", Binary::Remainder, 4), ("and", Binary::BitAnd, 4), ("or", Binary::BitOr, 3), ("xor", Binary::BitXor, 3)];
 
 /// A compiled value: its steps with the column each stands at.
 #[derive(Clone, Debug, PartialEq)]
@@ -246,7 +259,15 @@ impl Function {
 
 impl Binary {
     fn name(self) -> &'static str {
-        OPERATORS.iter().find(|entry| entry.1 == self).map_or("", |entry| entry.0)
+        OPERATORS.iter().chain(&FANUC_OPERATORS).find(|entry| entry.1 == self).map_or("", |entry| entry.0)
+    }
+
+    const fn compares(self) -> bool {
+        matches!(self, Self::Equal | Self::NotEqual | Self::Greater | Self::GreaterEqual | Self::Less | Self::LessEqual)
+    }
+
+    const fn is_of_bits(self) -> bool {
+        matches!(self, Self::BitAnd | Self::BitOr | Self::BitXor)
     }
 
     fn apply(self, a: f64, b: f64) -> Result<f64, &'static str> {
@@ -273,8 +294,22 @@ impl Binary {
             Self::And => f64::from(a != 0.0 && b != 0.0),
             Self::Or => f64::from(a != 0.0 || b != 0.0),
             Self::Xor => f64::from((a != 0.0) != (b != 0.0)),
+            Self::Remainder => {
+                let (a, b) = (whole(a)?, whole(b)?);
+                (a.checked_rem(b).ok_or("modulo by zero")?) as f64
+            }
+            Self::BitAnd => (whole(a)? & whole(b)?) as f64,
+            Self::BitOr => (whole(a)? | whole(b)?) as f64,
+            Self::BitXor => (whole(a)? ^ whole(b)?) as f64,
         })
     }
+}
+
+/// An operand of Fanuc's `AND`, `OR`, `XOR` and `MOD`. What these make of fractions depends on the control.
+fn whole(x: f64) -> Result<i64, &'static str> {
+    let rounded = x.round();
+    let is_whole = (x - rounded).abs() < EQUALITY_TOLERANCE && rounded.abs() <= f64::from(u32::MAX);
+    is_whole.then_some(rounded as i64).ok_or("AND, OR, XOR and MOD of a number that is not whole")
 }
 
 type Steps = Vec<(Step, u32)>;
@@ -405,15 +440,24 @@ fn bracketed(cursor: &mut Cursor, steps: &mut Steps, depth: usize) -> Result<(),
 fn operators(cursor: &mut Cursor, steps: &mut Steps, depth: usize, in_brackets: bool) -> Result<(), Fault> {
     check_depth(cursor, depth)?;
     let mut waiting: Vec<(Binary, u8, u32)> = Vec::new();
+    let like_fanuc = cursor.dialect.is_fanuc_like();
+    let (mut compares, mut has_bits) = (false, false);
     loop {
         value(cursor, steps, depth + 1)?;
         let column = cursor.column();
         if in_brackets && matches!(cursor.peek(), Some(']' | ',')) {
             break;
         }
-        let Some(&(_, operator, strength)) = OPERATORS.iter().find(|entry| cursor.accept_word(entry.0)) else {
+        let own: &[_] = if like_fanuc { &FANUC_OPERATORS } else { &[] };
+        let Some(&(name, operator, strength)) = own.iter().chain(&OPERATORS).find(|entry| cursor.accept_word(entry.0))
+        else {
             break;
         };
+        (compares, has_bits) = (compares || operator.compares(), has_bits || operator.is_of_bits());
+        if compares && has_bits {
+            let why = "a comparison beside AND, OR or XOR without brackets of its own";
+            return Err(Fault::new(column, name, Cause::NotAllowed(why)));
+        }
         while let Some((stronger, _, at)) = waiting.pop_if(|top| top.1 >= strength) {
             steps.push((Step::Binary(stronger), at));
         }

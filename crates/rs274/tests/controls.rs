@@ -215,6 +215,21 @@ fn haass_k_counts_no_holes() {
 }
 
 #[test]
+fn and_or_xor_of_fanucs_macros_are_of_bits() {
+    let x = |value: &str| run(&format!("#1=6\n#2=3\nG0X[{value}]\nM30"), &fanuc()).moves[0].end[Axis::X];
+    assert_eq!([x("#1AND#2"), x("#1OR#2"), x("#1XOR#2")], [2.0, 7.0, 5.0]);
+    // AND binds as *, OR as +: 1 + (6 AND 3), and from left to right (1 + 6) OR 8.
+    assert_eq!([x("1+#1AND#2"), x("1+#1OR8"), x("8OR#1*2")], [3.0, 15.0, 12.0]);
+    assert_eq!([x("-7MOD3"), x("7MOD-3")], [-1.0, 1.0]);
+    // Conditions, each in its brackets.
+    assert_ends("#1=1\nIF[[#1EQ1]AND[#2EQ#0]]GOTO5\nG0X9.\nN5G0X1.\nM30", &haas(), &[[1.0, 0.0, 0.0]]);
+    assert_refused("IF[#1EQ1AND#2EQ2]GOTO5\nN5M30", &haas(), "1:9", "without brackets of its own");
+    assert_refused("#1=1.5AND1\nM30", &fanuc(), "1:7", "not whole");
+    // LinuxCNC's are of truth, and MOD is never below zero.
+    assert_end("G0 X[6 AND 3] Y[-7 MOD 3]\nM2", &linuxcnc(), [1.0, 2.0, 0.0]);
+}
+
+#[test]
 fn round_in_a_word_rounds_to_the_least_increment() {
     assert_end("#1=1.2346\nG0X[ROUND[#1]]\nM30", &fanuc(), [1.235, 0.0, 0.0]);
     assert_end("#1=1.23456\nG20G0X[ROUND[#1]]\nM30", &haas(), [1.2346 * 25.4, 0.0, 0.0]);
