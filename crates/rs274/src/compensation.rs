@@ -209,8 +209,8 @@ impl Interpreter<'_> {
         Ok(())
     }
 
-    /// Diameter, mm, and orientation of the tool: the one of D, or the one in the spindle; D and L themselves for G41.1 and
-    /// G42.1.
+    /// Diameter, mm, and orientation: of the tool of D, or of the one in the spindle; on Fanuc's mills of the offset of D, on its lathes of the
+    /// offset of T; D and L themselves for G41.1 and G42.1.
     fn compensated_tool(&self, values: &Values, code: i32) -> Result<(f64, u8), Fault> {
         let at_code = |cause| self.fault_at(values, Group::CutterCompensation, cause);
         if matches!(code, 411 | 421) {
@@ -219,13 +219,23 @@ impl Interpreter<'_> {
             let orientation = values.take_whole('l', 0..=9, "L", "an orientation from 0 to 9")?.unwrap_or(0);
             return Ok((diameter, orientation as u8));
         }
-        let range = "a whole number from 0 to 99999";
-        let named = values.take_whole('d', 0..=99_999, "D", range)?.map(i32::unsigned_abs).filter(|&tool| tool != 0);
-        let number = named.unwrap_or(self.tool);
+        let has_numbers = self.has_offset_numbers();
+        let number = if has_numbers {
+            self.numbers.radius.ok_or_else(|| at_code(Cause::Missing("D, the number of the radius offset,")))?
+        } else if let Some(offset) = self.numbers.radius {
+            offset
+        } else {
+            let range = "a whole number from 0 to 99999";
+            let named = values.take_whole('d', 0..=99_999, "D", range)?.map(i32::unsigned_abs);
+            named.filter(|&tool| tool != 0).unwrap_or(self.tool)
+        };
+        if number == 0 && self.setup.dialect.is_fanuc_like() {
+            return Ok((0.0, 0));
+        }
         match self.tools.get(&number) {
             Some(tool) => Ok((tool.diameter_mm, tool.orientation)),
             None if number == 0 => Ok((0.0, 0)),
-            None if named.is_some() => Err(values.fault('d', Cause::UnknownTool)),
+            None if values.has('d') => Err(values.fault('d', Cause::UnknownTool)),
             None => Err(at_code(Cause::UnknownTool)),
         }
     }

@@ -130,6 +130,7 @@ impl Interpreter<'_> {
 
     /// Sets what is added to the axes.
     fn change_tool_offset(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
+        self.numbers.adds_length = matches!(code.number, 430 | 440);
         match code.number {
             490 => self.offsets.tool = [0.0; 9],
             431 => {
@@ -150,15 +151,23 @@ impl Interpreter<'_> {
         Ok(())
     }
 
-    /// What G43 and its relatives add for the tool of H, or for the one in the spindle.
+    /// What G43 and its relatives add: on Fanuc's mills for the number of H, which holds and of which 0 is none; else for the tool of H,
+    /// or for the one in the spindle, which LinuxCNC calls H0, too.
     fn tool_offset(&self, values: &Values, code: &Code) -> Result<Values9, Fault> {
-        let range = "a whole number from 0 to 99999";
-        let named = values.take_whole('h', 0..=99_999, "H", range)?.map(i32::unsigned_abs);
-        let number = named.unwrap_or(self.tool);
+        let number = if self.has_offset_numbers() {
+            self.numbers.length.ok_or_else(|| code.fault(Cause::Missing("H, the number of the tool length offset,")))?
+        } else {
+            let range = "a whole number from 0 to 99999";
+            let named = values.take_whole('h', 0..=99_999, "H", range)?.map(i32::unsigned_abs);
+            named.filter(|&number| number != 0).unwrap_or(self.tool)
+        };
+        if number == 0 && self.has_offset_numbers() {
+            return Ok([0.0; 9]);
+        }
         match self.tools.get(&number) {
             Some(tool) => Ok(from_canonical(&tool.offset)),
             None if number == 0 => Ok([0.0; 9]),
-            None if named.is_some() => Err(values.fault('h', Cause::UnknownTool)),
+            None if values.has('h') => Err(values.fault('h', Cause::UnknownTool)),
             None => Err(code.fault(Cause::UnknownTool)),
         }
     }

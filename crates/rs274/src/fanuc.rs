@@ -23,7 +23,46 @@ pub(super) const fn origin_of(system: usize) -> usize {
     }
 }
 
+/// Numbers of offsets that hold until others are given.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct OffsetNumbers {
+    /// H of mills, and whether G43 or G44 is in force.
+    pub length: Option<u32>,
+    pub adds_length: bool,
+    /// D of mills; of lathes the offset of T.
+    pub radius: Option<u32>,
+}
+
 impl Interpreter<'_> {
+    /// Whether H and D are numbers of offsets that hold: on Fanuc's and Haas's mills.
+    pub(super) fn has_offset_numbers(&self) -> bool {
+        self.setup.dialect.is_fanuc_like() && !self.setup.is_fanuc_lathe()
+    }
+
+    /// Takes H and D of a mill's block.
+    pub(super) fn keep_offset_numbers(&mut self, values: &Values) -> Result<(), Fault> {
+        if !self.has_offset_numbers() {
+            return Ok(());
+        }
+        let range = "a whole number from 0 to 99999";
+        if let Some(number) = values.take_whole('h', 0..=99_999, "H", range)?.map(i32::unsigned_abs) {
+            let changes = self.numbers.length != Some(number) && values.code(Group::ToolLength).is_none();
+            if changes && (self.numbers.adds_length || self.tip_mm.is_some()) {
+                let why = "another H while a tool length offset is in force; G43 H changes it";
+                return Err(values.fault('h', Cause::NotAllowed(why)));
+            }
+            self.numbers.length = Some(number);
+        }
+        if let Some(number) = values.take_whole('d', 0..=99_999, "D", range)?.map(i32::unsigned_abs) {
+            let changes = self.numbers.radius != Some(number) && values.number(Group::CutterCompensation) != Some(400);
+            if changes && self.compensation.on().is_some() {
+                return Err(values.fault('d', Cause::NotAllowed("another D while cutter compensation is on")));
+            }
+            self.numbers.radius = Some(number);
+        }
+        Ok(())
+    }
+
     /// The seconds of a dwell: P in milliseconds, or with a decimal point in seconds.
     pub(super) fn take_dwell(&self, values: &Values, letter: char) -> Option<f64> {
         let counts = letter == 'p' && self.setup.dialect.is_fanuc_like() && !values.has_point('p');
@@ -48,6 +87,7 @@ impl Interpreter<'_> {
                 self.emit(MoveKind::ToolChange { tool }, None)?;
             }
         }
+        self.numbers.radius = Some(offset);
         self.offsets.tool = match self.tools.get(&offset) {
             Some(entry) if offset != 0 => from_canonical(&entry.offset),
             None if offset != 0 => return Err(values.fault('t', Cause::UnknownTool)),

@@ -11,6 +11,7 @@ use super::corner::{Corner, OPEN_CORNER};
 use super::cycle::Sticky;
 use super::dialect::{Dialect, Note, own};
 use super::error::{Cause, Fault, GcodeError, MOST_ERRORS};
+use super::fanuc::{OffsetNumbers, origin_of};
 use super::foreign;
 use super::lathe::LatheMemory;
 use super::modal::{FeedMode, Group, Modes, Spindle, Values};
@@ -110,6 +111,10 @@ pub(super) struct Interpreter<'a> {
     pub tools: std::collections::BTreeMap<u32, super::setup::Tool>,
     pub tool: u32,
     pub selected_tool: u32,
+    /// Numbers of offsets that hold on Fanuc's controls.
+    pub numbers: OffsetNumbers,
+    /// By how much tool offsets have changed since each axis was last sent somewhere, on Fanuc's controls.
+    pub offset_change: Values9,
     /// A tool that T has selected and no M6 has changed to.
     pub waiting_tool: Option<u32>,
     pub control: Control,
@@ -188,6 +193,8 @@ impl<'a> Interpreter<'a> {
             tools: setup.tools.clone(),
             tool: setup.tool,
             selected_tool: setup.tool,
+            numbers: OffsetNumbers::default(),
+            offset_change: [0.0; 9],
             waiting_tool: None,
             control: Control::default(),
             moves: Vec::new(),

@@ -208,10 +208,42 @@ fn ignoring_a_code_leaves_the_words_of_the_others() {
 }
 
 #[test]
+fn numbers_of_offsets_hold_on_fanucs_mills() {
+    // H holds, H0 adds nothing, and the tool in the spindle does not matter.
+    assert_end("T2M6\nG43H1G0Z1.\nG49\nG43Z1.\nM30", &fanuc(), [0.0, 0.0, 51.0]);
+    assert_end("T2M6\nG43H0G0Z1.\nM30", &haas(), [0.0, 0.0, 1.0]);
+    assert_end("H1\nG43G0Z1.\nM30", &haas(), [0.0, 0.0, 51.0]);
+    assert_refused("T2M6\nG43G0Z1.\nM30", &fanuc(), "2:1", "H, the number of the tool length offset, is missing");
+    assert_refused("G43H1G0Z1.\nZ2.H2\nM30", &fanuc(), "2:4", "G43 H changes it");
+    // D too: at D2 the tool's centre is 5 to the left, at D0 on the path.
+    assert_end("G0Y-10.\nG41D2G1X0Y0F100\nY10.\nM30", &fanuc(), [-5.0, 10.0, 0.0]);
+    assert_end("T2M6\nG0Y-10.\nG41D0G1X0Y0F100\nY10.\nM30", &fanuc(), [0.0, 10.0, 0.0]);
+    assert_end("D2\nT1M6\nG0Y-10.\nG41G1X0Y0F100\nY10.\nM30", &haas(), [-5.0, 10.0, 0.0]);
+    assert_refused("T2M6\nG41G1X10.F100\nM30", &haas(), "2:1", "D, the number of the radius offset, is missing");
+}
+
+#[test]
+fn linuxcncs_h0_is_the_tool_in_the_spindle() {
+    assert_end("T2 M6\nG43 H0\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 31.0]);
+    let with_zero =
+        Setup { tools: [(0, Tool::with_length(7.0, 0.0)), (2, Tool::with_length(30.0, 0.0))].into(), ..linuxcnc() };
+    assert_end("T2 M6\nG43 H0\nG0 Z1\nM2", &with_zero, [0.0, 0.0, 31.0]);
+}
+
+#[test]
 fn haass_k_counts_no_holes() {
     assert_refused("G0Z5.\nG83X1.Z-1.R1.Q1.K3F100\nM30", &haas(), "2:17", "no code of this block uses this word");
     assert_eq!(run("G0Z5.\nG81G91X1.Z-2.R-4.L2F100\nM30", &haas()).moves.len(), 9);
     assert_eq!(run("G0Z5.\nG81G91X1.Z-2.R-4.K2F100\nM30", &fanuc()).moves.len(), 9);
+}
+
+#[test]
+fn the_nose_of_a_lathe_tool_is_that_of_its_offset() {
+    // Along -Z with G42 the nose's centre is one radius outside. Offset 12: radius 0.8, the point moves are about one radius inside and one to
+    // the left of the centre. Offset 1: radius 0.4, the point one radius outside and one to the left.
+    let source = "T0112\nG0X40.Z-5.\nG42G1X20.Z-5.F1.S1M3\nZ-10.\nM30";
+    assert_end(source, &lathe(), [10.0, 0.0, -5.0 - 0.8]);
+    assert_end(&source.replace("T0112", "T0101"), &lathe(), [11.0 + 0.8, 0.0, -8.0 - 0.4]);
 }
 
 #[test]
