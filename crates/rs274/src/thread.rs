@@ -73,9 +73,11 @@ impl Interpreter<'_> {
         }
         let needed = |letter, what| self.take_length(values, letter).ok_or_else(|| fault(Cause::Missing(what)));
         let pitch = needed('p', "P, the pitch,")?;
-        let peak = needed('i', "I, the offset of the thread's peak,")?;
-        let first_cut = needed('j', "J, the first depth of cut,")?;
-        let height = needed('k', "K, the depth of the thread,")?;
+        // In G7 they are diameters, as X is.
+        let part = if self.modes.diameter { 0.5 } else { 1.0 };
+        let peak = part * needed('i', "I, the offset of the thread's peak,")?;
+        let first_cut = part * needed('j', "J, the first depth of cut,")?;
+        let height = part * needed('k', "K, the depth of the thread,")?;
         for (letter, value) in [('p', pitch), ('j', first_cut), ('k', height)] {
             if value <= 0.0 {
                 return Err(values.fault(letter, Cause::Range("P, J and K", "above 0")));

@@ -231,6 +231,21 @@ fn linuxcncs_h0_is_the_tool_in_the_spindle() {
 }
 
 #[test]
+fn words_of_g76_are_diameters_in_g7() {
+    let cut = |mode: &str| {
+        let source = format!("G18 G8 G97 S100 M3\nG0 X20 Z5\n{mode} G76 P1.5 Z-10 I-2 J0.6 K1.8\nM2");
+        let moves = run(&source, &linuxcnc()).moves;
+        moves.iter().filter(|step| step.kind == MoveKind::Feed).map(|step| step.end[Axis::X]).collect::<Vec<_>>()
+    };
+    let near = |found: &[f64], expected: [f64; 3]| {
+        assert!(found.len() == 3 && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?}");
+    };
+    // The peak 1 below the drive line, passes of 0.3 to 0.9; in G8 twice that.
+    near(&cut("G7"), [18.7, 18.4, 18.1]);
+    near(&cut("G8"), [17.4, 16.8, 16.2]);
+}
+
+#[test]
 fn haass_k_counts_no_holes() {
     assert_refused("G0Z5.\nG83X1.Z-1.R1.Q1.K3F100\nM30", &haas(), "2:17", "no code of this block uses this word");
     assert_eq!(run("G0Z5.\nG81G91X1.Z-2.R-4.L2F100\nM30", &haas()).moves.len(), 9);
