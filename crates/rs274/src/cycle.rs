@@ -82,6 +82,11 @@ impl Interpreter<'_> {
         }
         // On Fanuc's lathes drills go along Z whatever the plane.
         let lathe = self.setup.is_fanuc_lathe();
+        let goes_along_x = matches!(code, 870 | 880) || (code == 890 && self.setup.dialect == Dialect::Fanuc);
+        if lathe && goes_along_x {
+            let why = "G87, G88 and Fanuc's G89 on lathes, which go along X";
+            return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed(why)));
+        }
         let [first, second, normal] = if lathe { Plane::Xy.axes() } else { self.modes.plane.axes() };
         let start = self.offsets.to_program(&self.position)[normal as usize];
         let initial = self.sticky.initial.unwrap_or(start);

@@ -253,6 +253,14 @@ fn haass_k_counts_no_holes() {
 }
 
 #[test]
+fn cycles_of_lathes_that_drill_along_x_are_refused() {
+    for code in ["G87", "G88", "G89"] {
+        let source = format!("M3S100G0X50.Z0\n{code}X40.R-2.P500F0.1\nM30");
+        assert_refused(&source, &lathe(), "2:1", "which go along X");
+    }
+}
+
+#[test]
 fn the_nose_of_a_lathe_tool_is_that_of_its_offset() {
     // Along -Z with G42 the nose's centre is one radius outside. Offset 12: radius 0.8, the point moves are about one radius inside and one to
     // the left of the centre. Offset 1: radius 0.4, the point one radius outside and one to the left.
