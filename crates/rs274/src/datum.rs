@@ -88,7 +88,7 @@ impl Interpreter<'_> {
             || matches!(values.number(Group::Turn), Some(code) if code != 690)
             || matches!(values.number(Group::Scale), Some(510))
             || values.code(Group::Mirror).is_some()
-            || matches!(values.number(Group::ToolLength), Some(431))
+            || matches!(values.number(Group::ToolLength), Some(431 | 432))
     }
 
     /// G43, G43.1, G43.2, G43.4, G43.5, G44, G49.
@@ -133,10 +133,17 @@ impl Interpreter<'_> {
         self.numbers.adds_length = matches!(code.number, 430 | 440);
         match code.number {
             490 => self.offsets.tool = [0.0; 9],
-            431 => {
+            432 if values.has('h') && values.has_axis() => {
+                return Err(code.fault(Cause::NotAllowed("both H and axis words with G43.2")));
+            }
+            432 if !values.has('h') && !values.has_axis() => {
+                return Err(code.fault(Cause::Missing("H or an axis word")));
+            }
+            number if number == 431 || (number == 432 && !values.has('h')) => {
                 for axis in Axis::ALL {
                     if let Some(value) = self.take_axis(values, axis) {
-                        self.offsets.tool[axis as usize] = value;
+                        let old = &mut self.offsets.tool[axis as usize];
+                        *old = value + if number == 432 { *old } else { 0.0 };
                     }
                 }
             }

@@ -270,6 +270,15 @@ fn the_nose_of_a_lathe_tool_is_that_of_its_offset() {
 }
 
 #[test]
+fn g43_2_adds_axis_words() {
+    assert_end("G43 H1\nG43.2 Z3 X2\nG0 X0 Z0\nM2", &linuxcnc(), [2.0, 0.0, 53.0]);
+    assert_end("G43 H1\nG43.2 H2\nG0 Z0\nM2", &linuxcnc(), [0.0, 0.0, 80.0]);
+    assert_refused("G43.2\nM2", &linuxcnc(), "1:1", "H or an axis word is missing");
+    assert_refused("G43.2 H1 Z5\nM2", &linuxcnc(), "1:1", "both H and axis words");
+    assert_end("G43.1 Z3\nG0 Z0\nM2", &linuxcnc(), [0.0, 0.0, 3.0]);
+}
+
+#[test]
 fn and_or_xor_of_fanucs_macros_are_of_bits() {
     let x = |value: &str| run(&format!("#1=6\n#2=3\nG0X[{value}]\nM30"), &fanuc()).moves[0].end[Axis::X];
     assert_eq!([x("#1AND#2"), x("#1OR#2"), x("#1XOR#2")], [2.0, 7.0, 5.0]);
