@@ -121,7 +121,7 @@ impl Interpreter<'_> {
         values.take_whole('p', 1..=MORE_SYSTEMS, "P", "a coordinate system from 1 to 298")
     }
 
-    /// G10: L2 sets origins, L20 those of G54.1, L10 a tool's length and L12 its radius.
+    /// G10: L2 sets origins, L20 those of G54.1, L10 a tool's length and L12 its radius; in G91 they add.
     pub(super) fn set_fanuc_data(&mut self, values: &Values) -> Result<(), Fault> {
         let at_code = |cause| self.fault_at(values, Group::NonModal, cause);
         let kind =
@@ -157,10 +157,11 @@ impl Interpreter<'_> {
                 if kind % 2 == 1 && value != 0.0 {
                     return Err(values.fault('r', Cause::NotAllowed("a wear offset other than 0")));
                 }
+                let part = if self.modes.incremental { 1.0 } else { 0.0 };
                 let tool = self.tools.entry(number.unsigned_abs()).or_default();
                 match kind {
-                    10 => tool.offset[Axis::Z] = value,
-                    12 => tool.diameter_mm = 2.0 * value,
+                    10 => tool.offset[Axis::Z] = part * tool.offset[Axis::Z] + value,
+                    12 => tool.diameter_mm = part * tool.diameter_mm + 2.0 * value,
                     _ => {}
                 }
                 Ok(())

@@ -279,6 +279,13 @@ fn g43_2_adds_axis_words() {
 }
 
 #[test]
+fn in_g91_offsets_set_by_g10_add() {
+    assert_end("G10L10P5R20.\nG91G10L10P5R0.5\nG90G43H5G0Z1.\nM30", &fanuc(), [0.0, 0.0, 21.5]);
+    let source = "G10L12P5R4.\nG91G10L12P5R1.\nG90G0Y-10.\nG41D5G1X0Y0F100\nY10.\nM30";
+    assert_end(source, &haas(), [-5.0, 10.0, 0.0]);
+}
+
+#[test]
 fn and_or_xor_of_fanucs_macros_are_of_bits() {
     let x = |value: &str| run(&format!("#1=6\n#2=3\nG0X[{value}]\nM30"), &fanuc()).moves[0].end[Axis::X];
     assert_eq!([x("#1AND#2"), x("#1OR#2"), x("#1XOR#2")], [2.0, 7.0, 5.0]);
