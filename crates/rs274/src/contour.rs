@@ -129,7 +129,9 @@ impl Interpreter<'_> {
         self.in_contour = true;
         for index in first..=last {
             self.at = index;
-            self.line = line.wrapping_add_signed(index as i32 - at as i32);
+            if index < table.own {
+                self.line = index as u32 + 1;
+            }
             self.steps += 1;
             let block = lines[index].as_ref().map_err(Clone::clone)?;
             let plain = block.flow.is_none() && block.jump.is_none() && block.condition.is_none();

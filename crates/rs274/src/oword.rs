@@ -33,6 +33,8 @@ struct Links {
 #[derive(Debug)]
 pub(super) struct FlowTable {
     links: Vec<Links>,
+    /// How many lines are the program's own.
+    pub own: usize,
     subroutines: BTreeMap<String, usize>,
     /// Labels with words, assignments or jumps beside them.
     starts_with_words: BTreeSet<usize>,
@@ -58,6 +60,7 @@ impl FlowTable {
         let jumps = Jumps::of(lines, own)?;
         let mut table = Self {
             links: vec![Links::default(); lines.len()],
+            own,
             subroutines: BTreeMap::new(),
             starts_with_words: BTreeSet::new(),
             jumps,

@@ -309,3 +309,14 @@ fn round_in_a_word_rounds_to_the_least_increment() {
     assert_end("G0 X[ROUND[1.2346]]\nM2", &linuxcnc(), [1.0, 0.0, 0.0]);
     assert_refused("G65P1A[ROUND[1.5]]\nM30\nO1\nM99", &fanuc(), "1:6", "ROUND in an argument");
 }
+
+#[test]
+fn contours_in_files_are_told_by_the_line_that_calls() {
+    let folder = tempfile::tempdir().unwrap();
+    let main = folder.path().join("main.nc");
+    let sub = "O1000\nG71U2.R1.\nG71P10Q20U0W0F0.2\nN10G0X10.\nN20G1Z-10.F0.1\nM99\n";
+    std::fs::write(folder.path().join("O1000.nc"), sub).unwrap();
+    let program = interpret("S100M3G0X20.Z2.\n\nM98P1000\nM30", &main, &lathe()).unwrap();
+    let lines: Vec<u32> = program.moves[1..].iter().map(|step| step.line).collect();
+    assert!(lines.len() > 4 && lines.iter().all(|&line| line == 3), "{lines:?}");
+}
