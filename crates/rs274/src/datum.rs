@@ -1,7 +1,8 @@
 //! Codes that say where zero is: G54 to G59.3, G10, G52, G92, G43, G49; and G28, G30, which use stored places.
 //!
 //! The parameters that hold them have LinuxCNC's numbers: 5061 (probe), 5161 (G28), 5181 (G30), 5210 (G92), 5220 (system),
-//! 5221 + 20 n (origin of system n, rotation at 5230 + 20 n). Values there are mm and degrees.
+//! 5221 + 20 n (origin of system n, rotation at 5230 + 20 n). Values there are mm and degrees, but for the probe's, which are in the program's
+//! units; programs for Fanuc's controls read and write origins in theirs.
 
 use super::canonical::{Axis, Plane, Position};
 use super::dialect::own;
@@ -62,6 +63,20 @@ impl Interpreter<'_> {
         }
     }
 
+    /// The program's units in a mm or a degree, by axis; for X, where that is a diameter, two of them if it `doubles`.
+    fn program_units(&self, doubles: bool) -> Values9 {
+        Axis::ALL.map(|axis| match axis {
+            axis if axis.is_rotary() => 1.0,
+            Axis::X if doubles && self.modes.diameter => 2.0 / self.modes.unit_mm(),
+            _ => self.modes.unit_mm().recip(),
+        })
+    }
+
+    /// Tells the parameters the program's units.
+    pub(super) fn note_units(&mut self) {
+        self.parameters.units = self.program_units(true);
+    }
+
     pub(super) fn load(&self, base: usize) -> Values9 {
         std::array::from_fn(|i| self.parameters.at(base + i))
     }
@@ -78,7 +93,8 @@ impl Interpreter<'_> {
     /// Notes where a probe ended and that it met nothing.
     pub(super) fn note_probe(&mut self) {
         let place = self.offsets.to_program(&self.position);
-        self.store(PROBED, &place);
+        let units = self.program_units(self.setup.dialect.is_fanuc_like());
+        self.store(PROBED, &std::array::from_fn(|i| place[i] * units[i]));
         self.parameters.put(PROBED + 9, 0.0);
     }
 

@@ -203,6 +203,7 @@ impl<'a> Interpreter<'a> {
             line: 0,
         };
         interpreter.load_datums();
+        interpreter.note_units();
         interpreter
     }
 
@@ -425,9 +426,23 @@ impl<'a> Interpreter<'a> {
         for (assignment, index, value) in found {
             let outcome = match (&assignment.target, index) {
                 (Target::Named(name), _) => self.parameters.assign_named(name, value),
-                (Target::Numbered(_), index) => self.parameters.assign_numbered(index.unwrap_or_default(), value),
+                (Target::Numbered(_), index) => self.assign_numbered(index.unwrap_or_default(), value),
             };
             outcome.map_err(|cause| Fault::new(assignment.column, assignment.text.clone(), cause))?;
+        }
+        Ok(())
+    }
+
+    /// `#number = value`. On Fanuc's controls the origin in force takes effect at once.
+    fn assign_numbered(&mut self, number: f64, value: f64) -> Result<(), Cause> {
+        let from = origin_of(self.modes.system) as f64;
+        let moves_zero = self.setup.dialect.is_fanuc_like() && (from..from + 9.0).contains(&number.round());
+        if moves_zero && self.compensation.on().is_some() {
+            return Err(Cause::NotAllowed("another origin of the system in force while cutter compensation is on"));
+        }
+        self.parameters.assign_numbered(number, value)?;
+        if moves_zero {
+            self.select_system(self.modes.system);
         }
         Ok(())
     }

@@ -31,6 +31,7 @@ impl Interpreter<'_> {
         if let Some(diameter) = values.number(Group::Diameter) {
             self.modes.diameter = diameter == 70;
         }
+        self.note_units();
         self.keep_offset_numbers(values)?;
         self.set_compensation(values)?;
         self.refuse_compensated(values, Group::ToolLength, "another tool offset while cutter compensation is on")?;

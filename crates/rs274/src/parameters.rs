@@ -97,6 +97,10 @@ pub(super) struct Parameters {
     has_vacant: bool,
     globals: BTreeMap<String, f64>,
     frames: Vec<Frame>,
+    /// Haas's have more common variables.
+    is_haas: bool,
+    /// The program's units in a mm or a degree, by axis: those of Fanuc's origins. The interpreter keeps them up to date.
+    pub units: [f64; 9],
     /// Values of [`SYSTEM_NAMES`]: the interpreter keeps them up to date.
     pub system: [f64; SYSTEM_NAMES.len()],
 }
@@ -114,9 +118,11 @@ impl Parameters {
     pub fn new(defaults: &BTreeMap<String, f64>, dialect: Dialect) -> Self {
         let has_vacant = dialect.is_fanuc_like();
         let mut parameters = Self {
-            numbered: if has_vacant { variables() } else { vec![0.0; MAX_PARAMETER + 1] },
+            numbered: if has_vacant { variables(dialect) } else { vec![0.0; MAX_PARAMETER + 1] },
             locals: if has_vacant { LOCAL_VARIABLES } else { LOCAL_PARAMETERS },
             has_vacant,
+            is_haas: dialect == Dialect::Haas,
+            units: [1.0; 9],
             globals: BTreeMap::new(),
             frames: vec![Frame::default()],
             system: [0.0; SYSTEM_NAMES.len()],
@@ -135,7 +141,9 @@ impl Parameters {
         if self.has_vacant && number == 0.0 {
             return Some(VACANT);
         }
-        self.index(number).map(|index| self.numbered[index]).filter(|value| *value != UNKNOWN)
+        let index = self.index(number)?;
+        let scale = if self.has_vacant { origin_axis(index).map_or(1.0, |axis| self.units[axis]) } else { 1.0 };
+        Some(self.numbered[index]).filter(|value| *value != UNKNOWN).map(|value| value * scale)
     }
 
     /// The value of parameter `index`, which exists.
@@ -163,10 +171,22 @@ impl Parameters {
         if matches!(index, 5400..=5428) && !self.has_vacant {
             return Err(Cause::ReadOnlyParameter);
         }
-        if self.has_vacant && index == ALARM {
-            return Err(Cause::Alarm(format!("{value}")));
+        if !self.has_vacant {
+            self.numbered[index] = value;
+            return Ok(());
         }
-        self.numbered[index] = value;
+        match index {
+            ALARM => return Err(Cause::Alarm(format!("{value}"))),
+            4001..=4130 | 5001..=5108 => return Err(Cause::ReadOnlyParameter),
+            _ => {}
+        }
+        if let Some(axis) = origin_axis(index) {
+            self.numbered[index] = if value.is_nan() { 0.0 } else { value / self.units[axis] };
+        } else if is_common(index, self.is_haas) || matches!(index, 3001..=3004 | 3006 | 3030) {
+            self.numbered[index] = value;
+        } else {
+            return Err(Cause::NotAllowed("writing a system variable other than origins of work coordinates"));
+        }
         Ok(())
     }
 
@@ -231,11 +251,27 @@ impl Parameters {
 /// `#3000 = number`: the program stops with this alarm.
 const ALARM: usize = 3000;
 
+/// The axis of a variable that holds a part of an origin: G54 to G59, and G54.1 P1 to P298.
+fn origin_axis(index: usize) -> Option<usize> {
+    let from = match index {
+        5221..=5340 => 5221,
+        7001..=7960 => 7001,
+        14_001..=19_000 => 14_001,
+        _ => return None,
+    };
+    Some((index - from) % 20).filter(|&axis| axis < 9)
+}
+
+/// Whether a variable of Fanuc's and Haas's controls is the program's own.
+fn is_common(index: usize, is_haas: bool) -> bool {
+    matches!(index, 1..=33 | 100..=999) || (is_haas && matches!(index, 10_000..=10_999))
+}
+
 /// Fanuc's variables before a program: local and common ones vacant; clocks, messages and modes of execution, external offset and all that
 /// holds places and offsets zero; other system variables unknown.
-fn variables() -> Vec<f64> {
+fn variables(dialect: Dialect) -> Vec<f64> {
     let value = |index| match index {
-        1..=33 | 100..=999 => VACANT,
+        _ if is_common(index, dialect == Dialect::Haas) => VACANT,
         ALARM..=3012 | 5001..=5610 | 7001..=7960 | 14_001..=MAX_VARIABLE => 0.0,
         _ => UNKNOWN,
     };

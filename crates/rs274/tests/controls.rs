@@ -311,6 +311,31 @@ fn round_in_a_word_rounds_to_the_least_increment() {
 }
 
 #[test]
+fn system_variables_take_effect_or_are_errors() {
+    // The origin in force, in the program's units.
+    assert_ends("G54G0X1.\n#5221=10.\nX1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0], [11.0, 0.0, 0.0]]);
+    assert_end("G20\n#5221=1.\nG0X1.\nM30", &haas(), [50.8, 0.0, 0.0]);
+    assert_end("G20G10L2P1X1.\nG0X#5221\nM30", &haas(), [50.8, 0.0, 0.0]);
+    assert_end("#7001=10.\nG54.1P1G0X1.\n#7001=20.\nX2.\nM30", &fanuc(), [22.0, 0.0, 0.0]);
+    for source in ["#5203=1.", "#2001=5.", "#11001=5.", "#4003=91", "#5001=0", "#3005=0", "#5230=45."] {
+        let told = refused(&format!("{source}\nM30"), &fanuc());
+        assert!(told.starts_with("bad.nc:1:1: "), "{source}: {told}");
+    }
+    assert_refused("G41D1G1X20.F100\n#5221=10.\nM30", &fanuc(), "2:1", "while cutter compensation is on");
+    // Common variables hold what they are given.
+    assert_end("#100=1.\n#500=2.\n#33=3.\nG0X#100Y#500Z#33\nM30", &fanuc(), [1.0, 2.0, 3.0]);
+    assert_end("#10100=4.\nG0X#10100\nM30", &haas(), [4.0, 0.0, 0.0]);
+}
+
+#[test]
+fn a_probed_place_is_in_the_programs_units() {
+    assert_ends("G20 F10\nG38.2 X2\nG0 X0\nX#5061\nM2", &linuxcnc(), &[[50.8, 0.0, 0.0], [0.0; 3], [50.8, 0.0, 0.0]]);
+    assert_ends("G20F10.\nG31X2.\nG0X0\nX#5061\nM30", &haas(), &[[50.8, 0.0, 0.0], [0.0; 3], [50.8, 0.0, 0.0]]);
+    let source = "G98F10.\nG31X40.\nG0X0\nX#5061\nM30";
+    assert_ends(source, &lathe(), &[[20.0, 0.0, 0.0], [0.0; 3], [20.0, 0.0, 0.0]]);
+}
+
+#[test]
 fn contours_in_files_are_told_by_the_line_that_calls() {
     let folder = tempfile::tempdir().unwrap();
     let main = folder.path().join("main.nc");
