@@ -127,6 +127,12 @@ impl FlowTable {
         Ok(())
     }
 
+    /// Where a subroutine begins: on Fanuc's controls words may stand beside the program's number.
+    fn start_of(&self, label: &str) -> Result<usize, Cause> {
+        let &line = self.subroutines.get(label).ok_or(Cause::UnknownSubroutine)?;
+        Ok(if self.starts_with_words.contains(&line) { line } else { line + 1 })
+    }
+
     /// The lines between `sub` and `endsub` of a label.
     pub fn body(&self, label: &str) -> Option<std::ops::Range<usize>> {
         let &line = self.subroutines.get(label)?;
@@ -307,21 +313,19 @@ impl Interpreter<'_> {
         };
         let arguments: Result<Vec<f64>, Fault> =
             flow.arguments.iter().map(|argument| argument.evaluate(&self.parameters)).collect();
-        self.parameters.enter(&arguments?);
-        self.enter_subroutine(table, &label, at, 1).map_err(|cause| flow_fault(flow, cause))
+        let arguments = arguments?;
+        let start = table.start_of(&label).map_err(|cause| flow_fault(flow, cause))?;
+        self.enter_lines(start, at, 1, Some(&arguments)).map_err(|cause| flow_fault(flow, cause))
     }
 
-    fn enter_subroutine(&mut self, table: &FlowTable, label: &str, at: usize, times: i32) -> Result<usize, Cause> {
-        let &line = table.subroutines.get(label).ok_or(Cause::UnknownSubroutine)?;
-        // On Fanuc's controls words may stand beside the program's number.
-        let start = if table.starts_with_words.contains(&line) { line } else { line + 1 };
-        self.enter_lines(start, at, times)
-    }
-
-    /// Calls the lines from `start` on, from the line `at`.
-    fn enter_lines(&mut self, start: usize, at: usize, times: i32) -> Result<usize, Cause> {
+    /// Calls the lines from `start` on, from the line `at`, with arguments or with the caller's parameters.
+    fn enter_lines(&mut self, start: usize, at: usize, times: i32, arguments: Option<&[f64]>) -> Result<usize, Cause> {
         if self.control.calls.len() >= MAX_CALL_DEPTH {
             return Err(Cause::Limit { limit: MAX_CALL_DEPTH, what: "subroutine calls inside one another" });
+        }
+        match arguments {
+            Some(arguments) => self.parameters.enter(arguments),
+            None => self.parameters.enter_plain(),
         }
         let repeats = self.control.repeats.len();
         self.control.calls.push(Call { back: at + 1, start, again: times - 1, repeats, restore: None });
@@ -419,14 +423,12 @@ impl Interpreter<'_> {
         let fault = |cause| values.fault('p', cause);
         let line = if code.number == own::LOCAL_CALL {
             // The line of the number itself is executed.
-            let start = self.line_of(table, f64::from(label), at).map_err(fault)?;
-            self.parameters.enter_plain();
-            self.enter_lines(start, at, times)
+            self.line_of(table, f64::from(label), at)
         } else {
-            self.parameters.enter_plain();
-            self.enter_subroutine(table, &label.to_string(), at, times)
+            table.start_of(&label.to_string())
         };
-        line.map(Next::Line).map_err(fault)
+        let start = line.map_err(fault)?;
+        self.enter_lines(start, at, times, None).map(Next::Line).map_err(fault)
     }
 
     /// M99 in the main program: on with line N`to`, else with the first line. What moves for ever is followed twice, the second time from where the
@@ -455,8 +457,8 @@ impl Interpreter<'_> {
                 arguments[variable.1 - 1] = value;
             }
         }
-        self.parameters.enter(&arguments);
-        let line = self.enter_subroutine(table, &label.to_string(), at, times);
+        let line =
+            table.start_of(&label.to_string()).and_then(|start| self.enter_lines(start, at, times, Some(&arguments)));
         line.map(Next::Line).map_err(|cause| values.fault('p', cause))
     }
 }

@@ -286,6 +286,14 @@ fn in_g91_offsets_set_by_g10_add() {
 }
 
 #[test]
+fn a_call_that_fails_leaves_nothing_behind() {
+    // Ten million failing calls in a loop ate the memory; the depth of calls shows that none is open.
+    let limits = rs274::Limits { blocks: 5000, ..rs274::Limits::default() };
+    let setup = Setup { limits, ..fanuc() };
+    assert_refused("N1G65P9\nGOTO1", &setup, "1:6", "subroutine is not defined");
+}
+
+#[test]
 fn and_or_xor_of_fanucs_macros_are_of_bits() {
     let x = |value: &str| run(&format!("#1=6\n#2=3\nG0X[{value}]\nM30"), &fanuc()).moves[0].end[Axis::X];
     assert_eq!([x("#1AND#2"), x("#1OR#2"), x("#1XOR#2")], [2.0, 7.0, 5.0]);
