@@ -303,7 +303,7 @@ impl<'a> Interpreter<'a> {
         if values.number(Group::Subprogram) == Some(own::MACRO_CALL) {
             return self.call_macro(table, &values, at);
         }
-        self.keep_or_restore_modes(&values);
+        self.keep_or_restore_modes(&values)?;
         self.set_feed_and_speed(&values)?;
         self.change_tool(&values)?;
         self.obey_spindle_and_coolant(&values)?;

@@ -10,6 +10,7 @@ use super::error::{Cause, Fault};
 use super::interpret::{Interpreter, Next};
 use super::macro_flow::Jumps;
 use super::modal::{Group, Modes, Values, whole};
+use super::offsets::from_canonical;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Deepest nesting of subroutine calls.
@@ -167,8 +168,21 @@ struct Call {
     again: i32,
     /// Running `repeat` loops of the callers.
     repeats: usize,
-    /// The caller's modes, which M73 has asked to be restored.
-    restore: Option<Modes>,
+    /// What M73 has asked to be restored.
+    restore: Option<Kept>,
+}
+
+/// What M70 and M73 keep.
+#[derive(Clone, Debug)]
+struct Kept {
+    modes: Modes,
+    /// Whether a tool offset was in force (G43), and G92.
+    has_tool_offset: bool,
+    is_shifted: bool,
+    /// Under tool-centre-point control, the tool's length, mm.
+    tip_mm: Option<f64>,
+    /// Cutter compensation's code.
+    compensation: Option<i32>,
 }
 
 /// Where control is.
@@ -178,7 +192,7 @@ pub(super) struct Control {
     /// Running `repeat` loops: line and how often their body still runs.
     repeats: Vec<(usize, f64)>,
     /// The modes that M70 kept, for each level of calls that has kept some.
-    kept: BTreeMap<usize, Modes>,
+    kept: BTreeMap<usize, Kept>,
     /// Whether the main program runs for the second time, because of M99.
     has_begun_again: bool,
 }
@@ -219,7 +233,7 @@ impl Interpreter<'_> {
                 } else {
                     self.parameters.set_returned(None);
                 }
-                self.leave_subroutine().unwrap_or(at + 1)
+                self.leave_subroutine().map_err(|cause| flow_fault(flow, cause))?.unwrap_or(at + 1)
             }
             Keyword::If => return self.choose_branch(table, lines, at),
             // Reached from above: the branch before has run.
@@ -333,55 +347,90 @@ impl Interpreter<'_> {
     }
 
     /// Where to go on behind the present subroutine; `None` in the main program.
-    fn leave_subroutine(&mut self) -> Option<usize> {
-        let call = self.control.calls.last_mut()?;
+    fn leave_subroutine(&mut self) -> Result<Option<usize>, Cause> {
+        let Some(call) = self.control.calls.last_mut() else { return Ok(None) };
         self.control.repeats.truncate(call.repeats);
         if call.again > 0 {
             call.again -= 1;
-            return Some(call.start);
+            return Ok(Some(call.start));
         }
         let back = call.back;
-        if let Some(modes) = self.control.calls.pop().and_then(|call| call.restore) {
-            self.restore_modes(&modes);
-        }
+        let kept = self.control.calls.pop().and_then(|call| call.restore);
         self.parameters.leave();
-        Some(back)
+        if let Some(kept) = kept {
+            self.restore(&kept)?;
+        }
+        Ok(Some(back))
     }
 
     /// M70 keeps the modes, M71 forgets them, M72 restores them; M73 restores them when the subroutine returns.
-    pub(super) fn keep_or_restore_modes(&mut self, values: &Values) {
+    pub(super) fn keep_or_restore_modes(&mut self, values: &Values) -> Result<(), Fault> {
         let level = self.control.depth();
-        match values.number(Group::State) {
-            Some(70) => {
-                self.control.kept.insert(level, self.modes.clone());
+        let Some(code) = values.code(Group::State) else { return Ok(()) };
+        match code.number {
+            70 => {
+                let kept = self.kept();
+                self.control.kept.insert(level, kept);
             }
-            Some(71) => {
+            71 => {
                 self.control.kept.remove(&level);
             }
-            Some(72) => {
-                if let Some(modes) = self.control.kept.get(&level).cloned() {
-                    self.restore_modes(&modes);
+            72 => {
+                if let Some(kept) = self.control.kept.get(&level).cloned() {
+                    self.restore(&kept).map_err(|cause| code.fault(cause))?;
                 }
             }
-            Some(73) => {
-                let modes = self.modes.clone();
+            _ => {
+                let kept = self.kept();
                 if let Some(call) = self.control.calls.last_mut() {
-                    call.restore = Some(modes);
+                    call.restore = Some(kept);
                 }
             }
-            _ => {}
+        }
+        Ok(())
+    }
+
+    fn kept(&self) -> Kept {
+        Kept {
+            modes: self.modes.clone(),
+            has_tool_offset: self.offsets.tool != [0.0; 9],
+            is_shifted: self.offsets.shift != [0.0; 9],
+            tip_mm: self.tip_mm,
+            compensation: self.compensation.on().map(|offset| offset.code),
         }
     }
 
-    /// Restores kept modes; the motion code is not one of them (LinuxCNC, "M70"), nor are plane and system while cutter
-    /// compensation hangs on them.
-    fn restore_modes(&mut self, modes: &Modes) {
-        let mut modes = modes.clone();
-        if self.compensation.on().is_some() {
+    /// Restores what was kept; the motion code is not a part of it (LinuxCNC, "M70"). A tool offset that was cancelled since becomes that of
+    /// the tool in the spindle: LinuxCNC executes `G43` (`interp_convert.cc`, `gen_settings`).
+    fn restore(&mut self, kept: &Kept) -> Result<(), Cause> {
+        let now = self.kept();
+        for (differs, why) in [
+            (now.compensation != kept.compensation, "kept modes come back where cutter compensation is another"),
+            (now.is_shifted != kept.is_shifted, "kept modes come back where G92 is another"),
+            (now.tip_mm != kept.tip_mm, "kept modes come back where tool-centre-point control is another"),
+        ] {
+            if differs {
+                return Err(Cause::NotAllowed(why));
+            }
+        }
+        if now.has_tool_offset != kept.has_tool_offset {
+            if now.compensation.is_some() {
+                return Err(Cause::NotAllowed("another tool offset while cutter compensation is on"));
+            }
+            self.offsets.tool = match self.tools.get(&self.tool) {
+                Some(tool) if kept.has_tool_offset => from_canonical(&tool.offset),
+                None if kept.has_tool_offset && self.tool != 0 => return Err(Cause::UnknownTool),
+                _ => [0.0; 9],
+            };
+        }
+        let mut modes = kept.modes.clone();
+        if now.compensation.is_some() {
             (modes.plane, modes.system) = (self.modes.plane, self.modes.system);
         }
         self.modes = Modes { motion: self.modes.motion, spindle: self.modes.spindle, ..modes };
         self.select_system(self.modes.system);
+        self.note_units();
+        Ok(())
     }
 
     /// M97, M98 and M99 at the end of a block at index `at`.
@@ -391,7 +440,8 @@ impl Interpreter<'_> {
         if code.number == 99 {
             let to = if like_fanuc { values.take('p') } else { None };
             let depth = self.control.depth();
-            let Some(back) = self.leave_subroutine() else { return self.end_main(table, to, values, at) };
+            let back = self.leave_subroutine().map_err(|cause| code.fault(cause))?;
+            let Some(back) = back else { return self.end_main(table, to, values, at) };
             // A body that runs again does not go elsewhere; from the caller's line P is looked for.
             let again = self.control.depth() == depth;
             return Ok(Next::Line(match to {

@@ -286,6 +286,18 @@ fn in_g91_offsets_set_by_g10_add() {
 }
 
 #[test]
+fn kept_modes_bring_the_tool_offset_back() {
+    // LinuxCNC executes G43 and G49 where they differ; G43 is then that of the tool in the spindle.
+    assert_end("T2 M6\nG43 H1\nM70\nG49\nG0 Z0\nM72\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 31.0]);
+    assert_end("M70\nG43 H1\nG0 Z0\nM72\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 1.0]);
+    assert_end("o<in> sub\nM73\nG43 H1\no<in> endsub\no<in> call\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 1.0]);
+    // Of two lengths the later stays.
+    assert_end("G43 H1\nM70\nG43 H2\nM72\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 31.0]);
+    assert_refused("M70\nG41.1 D2 G1 X10 F100\nM72\nM2", &linuxcnc(), "3:1", "where cutter compensation is another");
+    assert_refused("M70\nG92 X5\nM72\nM2", &linuxcnc(), "3:1", "where G92 is another");
+}
+
+#[test]
 fn a_call_that_fails_leaves_nothing_behind() {
     // Ten million failing calls in a loop ate the memory; the depth of calls shows that none is open.
     let limits = rs274::Limits { blocks: 5000, ..rs274::Limits::default() };
