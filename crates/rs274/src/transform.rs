@@ -22,11 +22,14 @@ pub(super) struct Transforms {
 impl Transforms {
     /// All of them in one.
     fn affine(&self) -> Option<Affine> {
+        let parts = [self.mirror(), self.scale.clone(), self.turn.clone()];
+        parts.into_iter().flatten().reduce(|first, then| then.after(&first))
+    }
+
+    fn mirror(&self) -> Option<Affine> {
         let about = self.mirrors.map(|mirror| mirror.unwrap_or(0.0));
         let flips = self.mirrors.map(|mirror| if mirror.is_some() { -1.0 } else { 1.0 });
-        let mirror = self.mirrors.iter().any(Option::is_some).then(|| Affine::scale(flips, about)).flatten();
-        let parts = [mirror, self.scale.clone(), self.turn.clone()];
-        parts.into_iter().flatten().reduce(|first, then| then.after(&first))
+        self.mirrors.iter().any(Option::is_some).then(|| Affine::scale(flips, about)).flatten()
     }
 }
 
@@ -73,17 +76,30 @@ impl Interpreter<'_> {
         Ok(())
     }
 
-    /// G68: by R degrees about the point of the plane's two axis words, or about where the tool is.
+    /// G68: by R degrees about the point of the plane's two axis words, which G51 scales, or about where the tool is.
     fn turn_coordinates(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
         if ['i', 'j', 'k'].iter().any(|&letter| values.has(letter)) {
             return Err(code.fault(Cause::NotAllowed("a turn in space; G68.2 tilts a plane")));
         }
         let degrees = values.take('r').ok_or_else(|| code.fault(Cause::Missing("R, the angle,")))?;
         let [first, second, normal] = self.modes.plane.axes();
+        let mut here = self.offsets.to_program(&self.position);
+        let mut named = here;
+        let words = [first, second].map(|axis| (axis as usize, self.take_axis(values, axis)));
+        for (axis, word) in words {
+            named[axis] = word.unwrap_or(named[axis]);
+        }
+        // A turn is about a point of the scaled coordinates. Those of the tool are mirrored, too.
+        let Transforms { scale, .. } = &self.transforms;
+        for part in [self.transforms.mirror().as_ref(), scale.as_ref()].into_iter().flatten() {
+            part.apply(&mut here);
+        }
+        if let Some(scale) = scale {
+            scale.apply(&mut named);
+        }
         let mut centre = [0.0; 3];
-        let here = self.offsets.to_program(&self.position);
-        for axis in [first, second] {
-            centre[axis as usize] = self.take_axis(values, axis).unwrap_or(here[axis as usize]);
+        for (axis, word) in words {
+            centre[axis] = if word.is_some() { named[axis] } else { here[axis] };
         }
         self.transforms.turn = Some(Affine::rotation(normal as usize, degrees, centre));
         self.transform(code)

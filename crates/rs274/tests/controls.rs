@@ -331,6 +331,14 @@ fn round_in_a_word_rounds_to_the_least_increment() {
 }
 
 #[test]
+fn g51_scales_the_centre_of_g68() {
+    // The centre (1, 0) is at (2, 0); the point (3, 0) at (6, 0), turned to (2, 4).
+    assert_end("G51X0Y0Z0P2000\nG68X1.Y0R90.\nG0X3.Y0\nM30", &fanuc(), [2.0, 4.0, 0.0]);
+    // About the tool, which stays where it is.
+    assert_end("G51X0Y0Z0P2000\nG0X3.Y1.\nG68R90.\nX3.Y1.\nM30", &fanuc(), [6.0, 2.0, 0.0]);
+}
+
+#[test]
 fn system_variables_take_effect_or_are_errors() {
     // The origin in force, in the program's units.
     assert_ends("G54G0X1.\n#5221=10.\nX1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0], [11.0, 0.0, 0.0]]);
