@@ -109,7 +109,8 @@ impl Interpreter<'_> {
             retract,
             clear: if self.modes.retract_to_r { retract } else { highest },
             dwell_s: sticky.dwell_s,
-            peck: sticky.peck,
+            // G51 does not scale pecks.
+            peck: sticky.peck / self.transforms.factor(normal as usize),
             beside: sticky.beside,
             middle: if incremental { bottom + sticky.middle } else { sticky.middle },
         };

@@ -282,6 +282,10 @@ impl Interpreter<'_> {
         let turns =
             values.take_whole('p', 1..=MAX_TURNS, "P", "a whole number of turns from 1 to 100000")?.unwrap_or(1);
         let Some(similar) = self.offsets.similar(plane) else {
+            if self.transforms.is_uneven() {
+                let why = "an arc in a plane of axes that G51 scales differently: Fanuc's controls trace no ellipse";
+                return Err(values.motion_fault(Cause::NotAllowed(why)));
+            }
             return self.bent_arc(values, &target, clockwise, turns);
         };
         let circle = self.circle(values, &self.position, &target, clockwise, turns, Some(similar))?;

@@ -16,10 +16,22 @@ pub(super) struct Transforms {
     /// Where the mirror of each axis stands.
     mirrors: [Option<f64>; 3],
     scale: Option<Affine>,
+    /// The factors of `scale`, sizes alone.
+    factors: Option<[f64; 3]>,
     turn: Option<Affine>,
 }
 
 impl Transforms {
+    /// Whether X, Y and Z are scaled differently.
+    pub fn is_uneven(&self) -> bool {
+        self.factors.is_some_and(|[x, y, z]| x != y || y != z)
+    }
+
+    /// By how much lengths along X, Y or Z grow.
+    pub fn factor(&self, axis: usize) -> f64 {
+        self.factors.and_then(|factors| factors.get(axis).copied()).unwrap_or(1.0)
+    }
+
     /// All of them in one.
     fn affine(&self) -> Option<Affine> {
         let parts = [self.mirror(), self.scale.clone(), self.turn.clone()];
@@ -108,7 +120,7 @@ impl Interpreter<'_> {
     /// G51: by P, or by I, J and K along X, Y and Z, about the point of the axis words; G50 ends it.
     fn scale(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
         if code.number == 500 {
-            self.transforms.scale = None;
+            (self.transforms.scale, self.transforms.factors) = (None, None);
             return self.transform(code);
         }
         let here = self.offsets.to_program(&self.position);
@@ -119,13 +131,15 @@ impl Interpreter<'_> {
             values.take(letter).map(|value| if counts { value / 1000.0 } else { value })
         };
         let whole = factor('p');
-        let factors = match (whole, ['i', 'j', 'k'].map(factor)) {
+        // Haas's scale has one factor.
+        let has_three = self.setup.dialect == super::dialect::Dialect::Fanuc;
+        let factors = match (whole, if has_three { ['i', 'j', 'k'].map(factor) } else { [None; 3] }) {
             (Some(whole), [None, None, None]) => [whole; 3],
             (None, [None, None, None]) => return Err(code.fault(Cause::Missing("P, or I, J and K, the scale,"))),
             (_, factors) => factors.map(|factor| factor.unwrap_or(1.0)),
         };
         let scale = Affine::scale(factors, about).ok_or_else(|| code.fault(Cause::Range("a scale", "other than 0")))?;
-        self.transforms.scale = Some(scale);
+        (self.transforms.scale, self.transforms.factors) = (Some(scale), Some(factors.map(f64::abs)));
         self.transform(code)
     }
 

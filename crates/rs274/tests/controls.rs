@@ -339,6 +339,23 @@ fn g51_scales_the_centre_of_g68() {
 }
 
 #[test]
+fn no_ellipses_and_unscaled_pecks() {
+    let arc = "G51X0Y0Z0I2.J1.K1.\nG0X10.Y0\nG3X0Y10.I-10.F100\nM30";
+    assert_refused(arc, &fanuc(), "3:1", "trace no ellipse");
+    // In the plane both axes are scaled alike.
+    assert_eq!(run("G51X0Y0Z0I2.J2.K1.\nG0X10.Y0\nG3X0Y10.I-10.F100\nM30", &fanuc()).moves.len(), 2);
+    // Scaled by 2: R at 2, the bottom at -10; pecks of 3 end at -1, -4 and -7.
+    let source = "G51X0Y0Z0P2.\nG0Z10.\nG83X0Y0Z-5.R1.Q3.F100\nM30";
+    let depths: Vec<f64> = run(source, &haas())
+        .moves
+        .iter()
+        .filter(|step| step.kind == MoveKind::Feed)
+        .map(|step| step.end[Axis::Z])
+        .collect();
+    assert_eq!(depths, [-1.0, -4.0, -7.0, -10.0]);
+}
+
+#[test]
 fn system_variables_take_effect_or_are_errors() {
     // The origin in force, in the program's units.
     assert_ends("G54G0X1.\n#5221=10.\nX1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0], [11.0, 0.0, 0.0]]);
