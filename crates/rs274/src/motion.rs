@@ -202,6 +202,15 @@ impl Interpreter<'_> {
         if axes_taken || !moves {
             return Ok(());
         }
+        if self.modes.polar
+            && self.modes.incremental
+            && self.setup.dialect.is_fanuc_like()
+            && values.has('x')
+            && !absolute
+        {
+            let why = "a polar radius in G91, whose pole is where the tool is";
+            return Err(values.fault('x', Cause::NotAllowed(why)));
+        }
         match self.modes.motion.map(|code| if absolute && is_rapid_always { 0 } else { code }) {
             Some(code @ (0 | 10)) => {
                 if !values.has_axis() && !turns {

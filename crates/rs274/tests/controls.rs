@@ -356,6 +356,12 @@ fn no_ellipses_and_unscaled_pecks() {
 }
 
 #[test]
+fn a_polar_radius_in_g91_has_another_pole() {
+    assert_refused("G16\nG0X10.Y0\nG91X5.\nM30", &fanuc(), "3:4", "whose pole is where the tool is");
+    assert_end("G16\nG0X10.Y0\nG91Y90.\nM30", &fanuc(), [0.0, 10.0, 0.0]);
+}
+
+#[test]
 fn system_variables_take_effect_or_are_errors() {
     // The origin in force, in the program's units.
     assert_ends("G54G0X1.\n#5221=10.\nX1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0], [11.0, 0.0, 0.0]]);
