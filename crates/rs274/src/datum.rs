@@ -10,7 +10,7 @@ use super::error::{Cause, Fault};
 use super::fanuc::origin_of;
 use super::interpret::Interpreter;
 use super::modal::{Code, Group, Values};
-use super::offsets::{Values9, from_canonical, turn};
+use super::offsets::{Offsets, Values9, from_canonical, turn};
 use super::setup::UserCode;
 
 const PROBED: usize = 5061;
@@ -287,19 +287,27 @@ impl Interpreter<'_> {
         })
     }
 
-    /// G52 and the G92 family: they share one shift, as in LinuxCNC.
+    /// G52 and the G92 family. On LinuxCNC they share one shift; on Fanuc's and Haas's controls G52 sets another, which G92 cancels for the axes that it
+    /// names.
     fn shift(&mut self, values: &Values, code: i32) -> Result<(), Fault> {
         match code {
             520 | 920 => {
                 if !values.has_axis() {
                     return Err(self.fault_at(values, Group::NonModal, Cause::Missing("an axis word")));
                 }
+                let like_fanuc = self.setup.dialect.is_fanuc_like();
                 let program = self.offsets.to_program(&self.position);
                 for axis in Axis::ALL {
                     let i = axis as usize;
-                    if let Some(value) = self.take_axis(values, axis) {
-                        let shift = self.offsets.shift[i];
-                        self.offsets.shift[i] = if code == 520 { value } else { program[i] + shift - value };
+                    let Some(value) = self.take_axis(values, axis) else { continue };
+                    let Offsets { shift, local_zero, .. } = &mut self.offsets;
+                    if code == 520 && like_fanuc {
+                        local_zero[i] = value;
+                    } else if code == 520 {
+                        shift[i] = value;
+                    } else {
+                        shift[i] += program[i] + local_zero[i] - value;
+                        local_zero[i] = 0.0;
                     }
                 }
                 let shift = self.offsets.shift;

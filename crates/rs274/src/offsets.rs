@@ -20,8 +20,10 @@ pub(super) struct Offsets {
     pub origin: Values9,
     /// Turn of the work coordinate system about Z, degrees.
     pub rotation: f64,
-    /// G92 or G52.
+    /// G92, on LinuxCNC G52, too.
     pub shift: Values9,
+    /// G52 of Fanuc's and Haas's controls.
+    pub local_zero: Values9,
     /// G43 and relatives.
     pub tool: Values9,
     /// Turned, scaled, mirrored or tilted coordinates of the program.
@@ -38,13 +40,17 @@ pub(super) struct Similar {
 }
 
 impl Offsets {
+    fn shifts(&self) -> Values9 {
+        std::array::from_fn(|i| self.shift[i] + self.local_zero[i])
+    }
+
     /// Axis positions of a point in program coordinates.
     pub fn to_machine(&self, program: &Values9) -> Values9 {
         let mut shifted = *program;
         if let Some(local) = &self.local {
             local.apply(&mut shifted);
         }
-        for (value, shift) in shifted.iter_mut().zip(&self.shift) {
+        for (value, shift) in shifted.iter_mut().zip(self.shifts()) {
             *value += shift;
         }
         turn(&mut shifted, self.rotation);
@@ -55,7 +61,7 @@ impl Offsets {
     pub fn to_program(&self, machine: &Values9) -> Values9 {
         let mut shifted: Values9 = std::array::from_fn(|i| machine[i] - self.origin[i] - self.tool[i]);
         turn(&mut shifted, -self.rotation);
-        for (value, shift) in shifted.iter_mut().zip(&self.shift) {
+        for (value, shift) in shifted.iter_mut().zip(self.shifts()) {
             *value -= shift;
         }
         if let Some(local) = &self.local {

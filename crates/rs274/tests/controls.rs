@@ -362,6 +362,16 @@ fn a_polar_radius_in_g91_has_another_pole() {
 }
 
 #[test]
+fn g52_and_g92_shift_apart_on_fanucs_controls() {
+    // G92 makes (0, 0) X5, so that zero is at -5; G52 shifts by 2 more, and its end leaves G92 alone.
+    let source = "G92X5.\nG52X2.\nG0X0\nG52X0\nX0\nM30";
+    assert_ends(source, &fanuc(), &[[-3.0, 0.0, 0.0], [-5.0, 0.0, 0.0]]);
+    // G92 cancels G52 for the axes that it names.
+    assert_ends("G52X2.Y3.\nG92X5.\nG0X0Y0\nM30", &haas(), &[[-5.0, 3.0, 0.0]]);
+    assert_ends("G92 X5\nG52 X2\nG0 X0\nM2", &linuxcnc(), &[[2.0, 0.0, 0.0]]);
+}
+
+#[test]
 fn system_variables_take_effect_or_are_errors() {
     // The origin in force, in the program's units.
     assert_ends("G54G0X1.\n#5221=10.\nX1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0], [11.0, 0.0, 0.0]]);
