@@ -154,12 +154,14 @@ impl Interpreter<'_> {
         last: usize,
     ) -> Result<Vec<Piece>, Fault> {
         let (position, modes, sticky, before) = (self.position, self.modes.clone(), self.sticky, self.moves.len());
+        let offset_change = self.offset_change;
         self.ignores_compensation = true;
         let outcome = self.run_contour(lines, table, first, last);
         self.ignores_compensation = false;
         self.in_contour = false;
         let moves = self.moves.split_off(before.min(self.moves.len()));
         self.corner = None;
+        self.offset_change = offset_change;
         (self.position, self.modes, self.sticky, self.compensation) = (position, modes, sticky, Compensation::Off);
         outcome?;
         let piece = |step: super::canonical::Move| {

@@ -88,6 +88,12 @@ impl Interpreter<'_> {
             return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed(why)));
         }
         let [first, second, normal] = if lathe { Plane::Xy.axes() } else { self.modes.plane.axes() };
+        let axes = [first, second, normal].map(|axis| axis as usize);
+        if self.modes.incremental && axes.iter().any(|&axis| self.offset_change[axis] != 0.0) {
+            let why = "a cycle in G91 right behind another tool offset";
+            return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed(why)));
+        }
+        axes.iter().for_each(|&axis| self.offset_change[axis] = 0.0);
         let start = self.offsets.to_program(&self.position)[normal as usize];
         let initial = self.sticky.initial.unwrap_or(start);
         self.read_cycle_words(values, code, normal)?;

@@ -109,6 +109,24 @@ impl Interpreter<'_> {
 
     /// G43, G43.1, G43.2, G43.4, G43.5, G44, G49.
     pub(super) fn set_tool_offset(&mut self, values: &Values) -> Result<(), Fault> {
+        let (before, was_at_tip) = (self.offsets.tool, self.tip_mm.is_some());
+        self.obey_tool_length(values)?;
+        if !was_at_tip && self.tip_mm.is_none() {
+            self.note_offset_change(&before);
+        }
+        Ok(())
+    }
+
+    /// On Fanuc's controls a step of an axis (G91, U, W) ends further by what its tool offset has changed.
+    pub(super) fn note_offset_change(&mut self, before: &Values9) {
+        if self.setup.dialect.is_fanuc_like() {
+            for ((change, old), new) in self.offset_change.iter_mut().zip(before).zip(self.offsets.tool) {
+                *change += new - old;
+            }
+        }
+    }
+
+    fn obey_tool_length(&mut self, values: &Values) -> Result<(), Fault> {
         let Some(code) = values.code(Group::ToolLength) else { return Ok(()) };
         // The length in force, named again, changes nothing.
         if code.number == 430 && self.tip_mm.is_some_and(|length| self.is_length(length, values, code)) {
@@ -255,11 +273,17 @@ impl Interpreter<'_> {
             let step = self.step_letter(axis).is_some_and(|letter| values.has(letter));
             step || (values.has(axis.letter().to_ascii_lowercase()) && !self.is_step_axis(axis))
         });
+        let goes = |i: usize| named[i] || !values.has_axis();
+        let change = std::mem::take(&mut self.offset_change);
         if values.has_axis() {
+            if (self.modes.incremental || self.setup.is_fanuc_lathe()) && (0..9).any(|i| named[i] && change[i] != 0.0) {
+                let note = "G28 or G30 in G91 behind another tool offset: a control may first move by the change of the offset";
+                self.note(note.to_owned());
+            }
             let between = self.target(values);
             self.rapid_to(between)?;
         }
-        let goes = |i: usize| named[i] || !values.has_axis();
+        self.offset_change = std::array::from_fn(|i| if goes(i) { 0.0 } else { change[i] });
         self.with_axes(values, Group::NonModal, |interpreter| {
             let start = interpreter.position;
             interpreter.rapid_to(std::array::from_fn(|i| if goes(i) { home[i] } else { start[i] }))
@@ -274,6 +298,7 @@ impl Interpreter<'_> {
         }
         let retreats = if self.setup.plane == Plane::Zx { Axis::X } else { Axis::Z } as usize;
         let place = from_canonical(&Position(named.map(Option::unwrap_or_default)));
+        self.offset_change = [0.0; 9];
         self.with_axes(values, Group::ToolChange, |interpreter| {
             for is_retreat in [true, false] {
                 let start = interpreter.position;

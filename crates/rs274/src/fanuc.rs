@@ -88,11 +88,13 @@ impl Interpreter<'_> {
             }
         }
         self.numbers.radius = Some(offset);
+        let before = self.offsets.tool;
         self.offsets.tool = match self.tools.get(&offset) {
             Some(entry) if offset != 0 => from_canonical(&entry.offset),
             None if offset != 0 => return Err(values.fault('t', Cause::UnknownTool)),
             _ => [0.0; 9],
         };
+        self.note_offset_change(&before);
         Ok(())
     }
 

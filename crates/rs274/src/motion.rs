@@ -104,18 +104,22 @@ impl Interpreter<'_> {
     }
 
     /// Where the axis words lead, as axis positions. Axes without a word stay exactly where they are.
-    pub(super) fn target(&self, values: &Values) -> Values9 {
+    pub(super) fn target(&mut self, values: &Values) -> Values9 {
         let mut program = self.offsets.to_program(&self.position);
         let mut named = [false; 9];
+        // What a step adds beside itself.
+        let mut change = [0.0; 9];
         for axis in Axis::ALL {
             if let Some(value) = self.take_axis(values, axis) {
                 let i = axis as usize;
                 program[i] = if self.modes.incremental { program[i] + value } else { value };
+                change[i] = if self.modes.incremental { self.offset_change[i] } else { 0.0 };
                 named[i] = true;
             }
             if let Some(step) = self.take_step(values, axis) {
                 let i = axis as usize;
                 program[i] += step;
+                change[i] = self.offset_change[i];
                 named[i] = true;
             }
         }
@@ -127,7 +131,11 @@ impl Interpreter<'_> {
         let machine = self.offsets.to_machine(&program);
         let mixed = self.offsets.mixed_axes();
         let turned = named[..mixed].contains(&true);
-        std::array::from_fn(|i| if named[i] || (turned && i < mixed) { machine[i] } else { self.position[i] })
+        for (change, _) in self.offset_change.iter_mut().zip(named).filter(|(_, named)| *named) {
+            *change = 0.0;
+        }
+        let position = self.position;
+        std::array::from_fn(|i| if named[i] || (turned && i < mixed) { machine[i] + change[i] } else { position[i] })
     }
 
     /// X and Y of `@radius ^angle` about the program's origin; a word that is missing, or in G91 is added to, is what the point
@@ -153,8 +161,12 @@ impl Interpreter<'_> {
     }
 
     /// Where axis words in machine coordinates lead: G53.
-    fn absolute_target(&self, values: &Values) -> Values9 {
-        std::array::from_fn(|i| self.take_axis(values, Axis::ALL[i]).unwrap_or(self.position[i]))
+    fn absolute_target(&mut self, values: &Values) -> Values9 {
+        let words = Axis::ALL.map(|axis| self.take_axis(values, axis));
+        for (change, _) in self.offset_change.iter_mut().zip(words).filter(|(_, word)| word.is_some()) {
+            *change = 0.0;
+        }
+        std::array::from_fn(|i| words[i].unwrap_or(self.position[i]))
     }
 
     pub(super) fn obey_motion(&mut self, values: &Values) -> Result<(), Fault> {

@@ -7,7 +7,7 @@ use super::canonical::Plane;
 use super::error::{Cause, Fault};
 use super::feed::travel;
 use super::interpret::Interpreter;
-use super::modal::{Group, Values};
+use super::modal::Values;
 use super::offsets::Values9;
 
 /// Greatest distance of a spline from the chords that stand for it, mm.
@@ -20,7 +20,7 @@ type Point = [f64; 2];
 
 impl Interpreter<'_> {
     pub(super) fn spline(&mut self, values: &Values, code: i32) -> Result<(), Fault> {
-        let fault = |cause| self.fault_at(values, Group::Motion, cause);
+        let fault = |cause| values.motion_fault(cause);
         if self.compensation.on().is_some() {
             return Err(fault(Cause::NotAllowed("a spline while cutter compensation is on")));
         }

@@ -397,6 +397,30 @@ fn a_probed_place_is_in_the_programs_units() {
 }
 
 #[test]
+fn a_step_behind_another_tool_offset_ends_by_the_change_further() {
+    // From Z 100 by -10 and by the 50 of H1; the next step is one of 10.
+    assert_ends(
+        "G0Z100.\nG91G43Z-10.H1\nZ-10.\nG90Z0\nM30",
+        &fanuc(),
+        &[[0.0, 0.0, 100.0], [0.0, 0.0, 140.0], [0.0, 0.0, 130.0], [0.0, 0.0, 50.0]],
+    );
+    assert_ends("G43H1G0Z0\nG49\nG91X1.\nZ1.\nM30", &fanuc(), &[[0.0, 0.0, 50.0], [1.0, 0.0, 50.0], [1.0, 0.0, 1.0]]);
+    // An absolute move has all of it.
+    assert_end("G43H1\nG0Z10.\nG91Z1.\nM30", &haas(), [0.0, 0.0, 61.0]);
+    // Diameters: 20 and the 1 of offset 1, then a step of 4 from there.
+    assert_ends(
+        "G0X20.\nT0101\nU4.\nU4.\nM30",
+        &lathe(),
+        &[[10.0, 0.0, 0.0], [10.0, 0.0, 0.0], [13.0, 0.0, 0.0], [15.0, 0.0, 0.0]],
+    );
+    assert_refused("G0Z20.\nG91G43H1\nG81Z-5.R-10.F100\nM30", &fanuc(), "3:1", "right behind another tool offset");
+    // By way of where Z is, home, with a note; and the change is forgotten.
+    let source = "G43H1G0Z0\nG49\nG91G28Z0\nZ-1.\nM30";
+    assert_ends(source, &fanuc(), &[[0.0, 0.0, 50.0], [0.0, 0.0, 50.0], [0.0; 3], [0.0, 0.0, -1.0]]);
+    assert!(notes(source, &fanuc()).contains("behind another tool offset"));
+}
+
+#[test]
 fn contours_in_files_are_told_by_the_line_that_calls() {
     let folder = tempfile::tempdir().unwrap();
     let main = folder.path().join("main.nc");
