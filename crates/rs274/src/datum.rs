@@ -5,7 +5,7 @@
 //! units; programs for Fanuc's controls read and write origins in theirs.
 
 use super::canonical::{Axis, Plane, Position};
-use super::dialect::own;
+use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
 use super::fanuc::origin_of;
 use super::interpret::Interpreter;
@@ -266,7 +266,8 @@ impl Interpreter<'_> {
         }
     }
 
-    /// G28 and G30: by way of the point the axis words name; only the named axes go home, all if none is named.
+    /// G28 and G30: by way of the point the axis words name; only the named axes go home, all if none is named. Haas's G28 then cancels tool
+    /// length offsets.
     fn go_home(&mut self, values: &Values, base: usize) -> Result<(), Fault> {
         let home = self.load(base);
         let named = Axis::ALL.map(|axis| {
@@ -284,10 +285,20 @@ impl Interpreter<'_> {
             self.rapid_to(between)?;
         }
         self.offset_change = std::array::from_fn(|i| if goes(i) { 0.0 } else { change[i] });
+        let cancels_length = self.setup.dialect == Dialect::Haas && base == HOME;
+        if cancels_length && self.tip_mm.is_some() {
+            let why = "G28 under tool-centre-point control or in a tilted plane, whose tool length it cancels";
+            return Err(self.fault_at(values, Group::NonModal, Cause::NotAllowed(why)));
+        }
         self.with_axes(values, Group::NonModal, |interpreter| {
             let start = interpreter.position;
             interpreter.rapid_to(std::array::from_fn(|i| if goes(i) { home[i] } else { start[i] }))
-        })
+        })?;
+        if cancels_length {
+            self.offsets.tool = [0.0; 9];
+            self.numbers.adds_length = false;
+        }
+        Ok(())
     }
 
     /// M6: to where the machine changes tools, Z first, on lathes X.

@@ -231,6 +231,14 @@ fn linuxcncs_h0_is_the_tool_in_the_spindle() {
 }
 
 #[test]
+fn haass_g28_cancels_the_tool_length() {
+    let source = "G43H1G0Z100.\nG91G28Z0\nG90\nG0Z20.\nM30";
+    assert_end(source, &haas(), [0.0, 0.0, 20.0]);
+    assert_end(source, &fanuc(), [0.0, 0.0, 70.0]);
+    assert_end("G43H1G0Z100.\nG91G30Z0\nG90\nG0Z20.\nM30", &haas(), [0.0, 0.0, 70.0]);
+}
+
+#[test]
 fn words_of_g76_are_diameters_in_g7() {
     let cut = |mode: &str| {
         let source = format!("G18 G8 G97 S100 M3\nG0 X20 Z5\n{mode} G76 P1.5 Z-10 I-2 J0.6 K1.8\nM2");
