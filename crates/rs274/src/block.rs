@@ -14,7 +14,7 @@ pub(super) struct Word {
     pub value: Expression,
     pub column: u32,
     pub text: String,
-    /// Whether it is a length in digits without a decimal point, in a dialect where that may mean another length.
+    /// Whether it is a number in digits without a decimal point.
     pub lacks_point: bool,
 }
 
@@ -259,7 +259,9 @@ fn corner_word(cursor: &mut Cursor) -> Result<Word, Fault> {
         _ => return Err(Fault::new(column, cursor.text_from(column), Cause::Expected("R or C behind `,`"))),
     };
     let value = Expression::value(cursor)?;
-    Ok(Word { letter, value, column, text: cursor.text_from(column), lacks_point: false })
+    let text = cursor.text_from(column);
+    let lacks_point = value.is_literal() && !text.contains('.');
+    Ok(Word { letter, value, column, text, lacks_point })
 }
 
 /// Control flow of Fanuc's macro language, which would else be words with unknown functions for values. `IF` needs its bracket:
@@ -292,8 +294,7 @@ fn word(cursor: &mut Cursor, letter: char) -> Result<Word, Fault> {
     }
     let value = Expression::value(cursor)?;
     let text = cursor.text_from(column);
-    let is_length = matches!(letter, 'x' | 'y' | 'z' | 'u' | 'v' | 'w' | 'i' | 'j' | 'r');
-    let lacks_point = cursor.dialect.is_fanuc_like() && is_length && value.is_literal() && !text.contains('.');
+    let lacks_point = value.is_literal() && !text.contains('.');
     Ok(Word { letter, value, column, text, lacks_point })
 }
 

@@ -163,6 +163,11 @@ impl Interpreter<'_> {
         Ok(values.take_whole(letter, least..=MAX_REPEATS, "the number of holes", RANGE)?.unwrap_or(1))
     }
 
+    /// Q. Digits without a decimal point count least increments on Fanuc's controls; what a variable holds is a length.
+    fn take_peck(&self, values: &Values) -> Option<f64> {
+        if values.lacks_point('q') { self.take_count(values, 'q') } else { self.take_length(values, 'q') }
+    }
+
     /// Takes R, the bottom, P and Q from the block, or from the block before when that was the same cycle.
     fn read_cycle_words(&mut self, values: &Values, code: i32, normal: Axis) -> Result<(), Fault> {
         let fault = |cause| self.fault_at(values, Group::Motion, cause);
@@ -183,7 +188,7 @@ impl Interpreter<'_> {
             // Without Q Fanuc's controls drill in one go.
             let held = before.map(|s| s.peck).or(like_fanuc.then_some(0.0));
             let given = values.has('q');
-            let peck = needed(self.take_length(values, 'q'), held, "Q, the depth of a peck,")?;
+            let peck = needed(self.take_peck(values), held, "Q, the depth of a peck,")?;
             if peck <= 0.0 && (given || !like_fanuc) {
                 return Err(values.fault('q', Cause::Range("Q", "above 0")));
             }

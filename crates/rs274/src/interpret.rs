@@ -313,15 +313,18 @@ impl<'a> Interpreter<'a> {
         self.obey_datum_codes(&values)?;
         if let Some(code) = values.code(Group::Motion).filter(|code| follows_contour(code.number)) {
             let next = self.contour_cycle(lines, table, &values, code, at)?;
+            values.late_notes().for_each(|note| self.note(note));
             values.check_all_used()?;
             return Ok(Next::Line(next));
         }
         if let Some(code) = values.code(Group::Motion).filter(|code| is_profile_cycle(code.number)) {
             self.profile_cycle(lines, table, &values, code)?;
+            values.late_notes().for_each(|note| self.note(note));
             values.check_all_used()?;
             return Ok(Next::Line(at + 1));
         }
         self.obey_motion(&values)?;
+        values.late_notes().for_each(|note| self.note(note));
         let next = match values.number(Group::Stop) {
             Some(2 | 30) => {
                 self.refuse_open_corner(&values)?;

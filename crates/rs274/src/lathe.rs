@@ -37,9 +37,11 @@ pub(super) struct LatheMemory {
 impl Interpreter<'_> {
     /// A length that Fanuc's controls count in thousandths of a millimetre, or tenths of that of an inch, where it has no decimal point.
     pub(super) fn take_count(&self, values: &Values, letter: char) -> Option<f64> {
-        let counts = self.setup.dialect == Dialect::Fanuc && !values.has_point(letter);
+        if self.setup.dialect != Dialect::Fanuc || values.has_point(letter) {
+            return self.take_length(values, letter);
+        }
         let least = if self.modes.inches { 1e-4 } else { 1e-3 };
-        self.take_length(values, letter).map(|length| if counts { length * least } else { length })
+        values.take(letter).map(|count| count * least * self.modes.unit_mm())
     }
 
     /// A block of one of the cycles.

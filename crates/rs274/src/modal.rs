@@ -153,6 +153,8 @@ impl Code {
 #[derive(Clone, Debug, PartialEq)]
 struct Value {
     number: f64,
+    /// Whether it is written in digits without a decimal point, in a dialect where that may mean another length.
+    lacks_point: bool,
     column: u32,
     text: String,
 }
@@ -163,6 +165,8 @@ pub(super) struct Values {
     letters: [Option<Value>; SLOTS],
     used: Cell<u32>,
     codes: [Option<Code>; GROUPS],
+    /// Words taken as lengths, by slot.
+    lengths: Cell<u32>,
     /// What the reader should know of the block.
     notes: Vec<String>,
     /// Words that may be left over, by slot: a skipped code's.
@@ -191,6 +195,7 @@ impl Values {
         let mut values = Self {
             letters: [const { None }; SLOTS],
             used: Cell::new(0),
+            lengths: Cell::new(0),
             codes: Default::default(),
             notes: block.notes.iter().map(|&note| note.to_owned()).collect(),
             spare: 0,
@@ -215,14 +220,11 @@ impl Values {
                 if entry.is_some() {
                     return Err(fault(Cause::DuplicateWord));
                 }
-                if word.lacks_point && number != 0.0 {
-                    values.notes.push(format!(
-                        "{} has no decimal point and is read as if it had one behind its last digit; a control that counts in least increments \
-                         reads a thousandth or less",
-                        word.letter.to_ascii_uppercase()
-                    ));
+                let lacks_point = setup.dialect.is_fanuc_like() && word.lacks_point && number != 0.0;
+                if lacks_point && "xyzabcuvwijr".contains(word.letter) {
+                    values.notes.push(lacks_point_note(word.letter));
                 }
-                *entry = Some(Value { number, column: word.column, text: word.text.clone() });
+                *entry = Some(Value { number, lacks_point, column: word.column, text: word.text.clone() });
                 continue;
             }
             if let Some(name) = ignored(word.letter, number, setup) {
@@ -402,6 +404,22 @@ impl Values {
     /// What the reader should know of the block.
     pub fn notes(&self) -> impl Iterator<Item = &str> {
         self.notes.iter().map(String::as_str)
+    }
+
+    /// Notes that a word is a length.
+    pub fn note_length(&self, letter: char) {
+        self.lengths.set(self.lengths.get() | 1 << slot(letter));
+    }
+
+    /// What the reader should know of words that have turned out to be lengths.
+    pub fn late_notes(&self) -> impl Iterator<Item = String> {
+        let is_late = |letter: &char| self.lengths.get() >> slot(*letter) & 1 == 1 && self.lacks_point(*letter);
+        "kqhRC".chars().filter(is_late).map(lacks_point_note)
+    }
+
+    /// Whether a word is written in digits without a decimal point.
+    pub fn lacks_point(&self, letter: char) -> bool {
+        self.letters[slot(letter)].as_ref().is_some_and(|value| value.lacks_point)
     }
 
     /// Whether a word is there and is written with a decimal point.

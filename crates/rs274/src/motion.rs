@@ -90,7 +90,9 @@ impl Interpreter<'_> {
 
     /// The step of an axis in mm or degrees, if the block has one.
     fn take_step(&self, values: &Values, axis: Axis) -> Option<f64> {
-        let value = values.take(self.step_letter(axis)?)?;
+        let letter = self.step_letter(axis)?;
+        values.note_length(letter);
+        let value = values.take(letter)?;
         Some(match axis {
             Axis::C => value,
             Axis::X if self.modes.diameter => value * self.modes.unit_mm() / 2.0,
@@ -100,6 +102,7 @@ impl Interpreter<'_> {
 
     /// A length word in mm.
     pub(super) fn take_length(&self, values: &Values, letter: char) -> Option<f64> {
+        values.note_length(letter);
         values.take(letter).map(|value| value * self.modes.unit_mm())
     }
 

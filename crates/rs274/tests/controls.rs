@@ -438,3 +438,21 @@ fn contours_in_files_are_told_by_the_line_that_calls() {
     let lines: Vec<u32> = program.moves[1..].iter().map(|step| step.line).collect();
     assert!(lines.len() > 4 && lines.iter().all(|&line| line == 3), "{lines:?}");
 }
+
+#[test]
+fn words_without_a_decimal_point_are_told_or_counted() {
+    let told = |source: &str| notes(&format!("G0X0Y0Z5.\n{source}\nM30"), &fanuc());
+    for (source, letter) in
+        [("A90", 'A'), ("G2X10.K5I5.F100G18", 'K'), ("G1X10.,R2F100\nY10.", 'R'), ("G1X10.,C2F100\nY10.", 'C')]
+    {
+        assert!(told(source).contains(&format!("line 2: {letter} has no decimal point")), "{source}: {}", told(source));
+    }
+    assert_eq!(told("G81X1.Z-1.R1.F100K2\nG5.1Q1"), "line 3: G5.1 is taken to move no axis");
+    // Fanuc counts pecks in thousandths; a variable and Haas's do not.
+    let pecks =
+        |source: &str, setup: &Setup| run(source, setup).moves.iter().filter(|m| m.kind == MoveKind::Feed).count();
+    assert_eq!(pecks("G0Z5.\nG83X1.Z-8.R1.Q3000F100\nM30", &fanuc()), 3);
+    assert_eq!(pecks("G0Z5.\n#1=3.\nG83X1.Z-8.R1.Q#1F100\nM30", &fanuc()), 3);
+    assert_eq!(pecks("G0Z5.\nG83X1.Z-8.R1.Q3F100\nM30", &haas()), 3);
+    assert!(notes("G0Z5.\nG83X1.Z-8.R1.Q3F100\nM30", &haas()).contains("line 2: Q has no decimal point"));
+}
