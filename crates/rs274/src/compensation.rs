@@ -3,7 +3,8 @@
 //! Each line or arc of the programmed path is shifted sideways as it comes; how it joins the one before depends on the corner
 //! between them (LinuxCNC, "Cutter Compensation"; details as in its version 2.9):
 //!
-//! - An outside corner gets an arc about the programmed corner; in a rapid move a straight line to that arc's end.
+//! - An outside corner gets an arc about the programmed corner; in a rapid move a straight line to that arc's end. On Fanuc's controls it gets
+//!   straight lines: both shifted curves go straight on until they meet, or at a corner of more than a right angle for a radius each.
 //! - At an inside corner the element before ends, and the new one begins, where the two shifted curves meet.
 //! - A corner of no more than [`SMOOTH_CORNER`] is none.
 //!
@@ -14,12 +15,13 @@
 
 use super::arc::Circle;
 use super::canonical::{MoveKind, Plane};
+use super::dialect::Dialect;
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{Group, Values};
 use super::offset_curve::{Curve, Point, ROUNDING_MM, leading_in, minus, norm, plus_scaled, turn};
 use super::offsets::Values9;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 #[cfg(test)]
 mod tests;
@@ -27,6 +29,9 @@ mod tests;
 /// Corners that turn by no more than this, radians, are passed as if there were none: LinuxCNC's `TOLERANCE_CONCAVE_CORNER`. The path
 /// then comes nearer to an inside corner than the radius by at most radius x (1 - cos 0.05), an eighth of a percent of it.
 pub const SMOOTH_CORNER: f64 = 0.05;
+
+/// Corners that turn by no more than this beyond a right angle, radians, are right angles.
+const SHARP_CORNER: f64 = 1e-9;
 
 const GOUGE: Cause = Cause::Compensation("the tool does not fit into this inside corner without gouging");
 const SHORT_LEAD_IN: Cause = Cause::Compensation("the move that leads in is shorter than the tool's radius");
@@ -53,6 +58,8 @@ pub(super) struct Offset {
     left: f64,
     /// From the tool's centre to the point that moves are about: not zero for lathe tools.
     control: Point,
+    /// Whether it goes round outside corners in straight lines.
+    is_mitred: bool,
     /// Where the tool's centre is.
     at: Point,
     /// The last element; `None` before the move that leads in.
@@ -71,8 +78,8 @@ struct Element {
 struct Joint {
     /// What is left of the element before.
     before: Option<Curve>,
-    /// The arc round an outside corner.
-    round: Option<Curve>,
+    /// What leads round an outside corner.
+    round: [Option<Curve>; 3],
     /// What is left of the new element.
     curve: Curve,
 }
@@ -112,7 +119,7 @@ impl Offset {
             Curve::Line { to, direction, .. } => Curve::Line { from: self.at, to, direction },
             Curve::Arc { .. } => curve,
         };
-        let plain = Joint { before: None, round: None, curve: plain };
+        let plain = Joint { before: None, round: [None; 3], curve: plain };
         let Some(Element { curve: last, .. }) = self.last else { return Ok(plain) };
         if self.left == 0.0 {
             return Ok(plain);
@@ -132,12 +139,36 @@ impl Offset {
         };
         if is_inside {
             let (before, curve) = last.cut_where_they_meet(&curve).ok_or(GOUGE)?;
-            return Ok(Joint { before: Some(before), round: None, curve });
+            return Ok(Joint { before: Some(before), round: [None; 3], curve });
         }
         // Back on itself the path goes round its end, whichever side the turn seems to be to.
         let angle = if inwards < 0.0 { turned.abs() } else { TAU - turned.abs() };
+        if self.is_mitred {
+            return Ok(self.mitre(&last, curve, angle));
+        }
         let round = Curve::Arc { centre: corner, from: self.at, to: curve.from(), sweep: angle.copysign(-self.left) };
-        Ok(Joint { before: None, round: Some(round), curve })
+        Ok(Joint { before: None, round: [Some(round), None, None], curve })
+    }
+
+    /// An outside corner that turns by `angle` in straight lines: one corner up to a right angle, then two, and what is left of an arc's
+    /// tangent.
+    fn mitre(&self, last: &Curve, curve: Curve, angle: f64) -> Joint {
+        let radius = self.left.abs();
+        let is_sharp = angle > FRAC_PI_2 + SHARP_CORNER;
+        let beyond = if is_sharp { radius } else { radius * (angle / 2.0).tan() };
+        let start = curve.direction_at_start();
+        let first = plus_scaled(self.at, beyond, last.direction_at_end());
+        let second = plus_scaled(curve.from(), -beyond, start);
+        let line = |from: Point, to: Point| {
+            let length = norm(minus(to, from));
+            (length > ROUNDING_MM).then(|| Curve::Line { from, to, direction: minus(to, from).map(|x| x / length) })
+        };
+        let (rest, curve) = match curve {
+            Curve::Line { to, direction, .. } => (None, Curve::Line { from: second, to, direction }),
+            Curve::Arc { from, .. } => (line(second, from), curve),
+        };
+        let between = if is_sharp { line(first, second) } else { None };
+        Joint { before: None, round: [line(self.at, first), between, rest], curve }
     }
 }
 
@@ -205,7 +236,9 @@ impl Interpreter<'_> {
         let mut tool = self.position;
         self.compensation.place(&mut tool);
         let at = minus(in_plane(&tool, plane), control);
-        self.compensation = Compensation::On(Offset { code: code.number, plane, left, control, at, last: None });
+        let is_mitred = self.setup.dialect == Dialect::Fanuc;
+        let offset = Offset { code: code.number, plane, left, control, is_mitred, at, last: None };
+        self.compensation = Compensation::On(offset);
         Ok(())
     }
 
@@ -296,7 +329,7 @@ impl Interpreter<'_> {
         let shifted = Curve::Arc { centre: circle.centre, from, to, sweep: circle.sweep }.shifted(offset.left);
         let joint = if leads_in {
             let curve = leading_in(offset.at, &shifted, turns).ok_or_else(|| fault(NO_LEAD_IN))?;
-            Joint { before: None, round: None, curve }
+            Joint { before: None, round: [None; 3], curve }
         } else {
             offset.join(from, shifted).map_err(fault)?
         };
@@ -318,10 +351,14 @@ impl Interpreter<'_> {
                 self.moves[index].kind = offset.arc_move(&before);
             }
         }
-        if let Some(round) = joint.round {
+        for round in joint.round.into_iter().flatten() {
+            let Compensation::On(offset) = &mut self.compensation else { return Ok(()) };
             offset.at = round.to();
             let kind = if kind == MoveKind::Rapid { kind } else { offset.arc_move(&round) };
             self.emit(kind, feed)?;
+            if self.setup.dialect == Dialect::Haas {
+                self.note("outside corners are rounded; where a control goes straight on there, the tool's centre goes up to 0.42 radii farther".to_owned());
+            }
         }
         if let Compensation::On(offset) = &mut self.compensation {
             offset.at = joint.curve.to();

@@ -456,3 +456,32 @@ fn words_without_a_decimal_point_are_told_or_counted() {
     assert_eq!(pecks("G0Z5.\nG83X1.Z-8.R1.Q3F100\nM30", &haas()), 3);
     assert!(notes("G0Z5.\nG83X1.Z-8.R1.Q3F100\nM30", &haas()).contains("line 2: Q has no decimal point"));
 }
+
+#[test]
+fn fanucs_outside_corners_are_straight() {
+    // D2: the centre is 5 to the right. Along +Y to (0, 10), to the left along -X: the corner at (5, 15) is met straight on.
+    let start = "G0X-10.Y-10.\nG42D2G1X0Y0F100\nY10.\n";
+    let corner = |next: &str, setup: &Setup| ends(&run(&format!("{start}{next}\nM30"), setup)).split_off(4);
+    let near = |found: Vec<[f64; 3]>, expected: &[[f64; 2]]| {
+        let same = found.iter().zip(expected).all(|(f, e)| (f[0] - e[0]).hypot(f[1] - e[1]) < 1e-9);
+        assert!(found.len() == expected.len() && same, "{found:?}, expected {expected:?}");
+    };
+    near(corner("X-20.", &fanuc()), &[[5.0, 15.0], [-20.0, 15.0]]);
+    assert!(
+        run(&format!("{start}X-20.\nM30"), &fanuc())
+            .moves
+            .iter()
+            .all(|step| matches!(step.kind, MoveKind::Feed | MoveKind::Rapid))
+    );
+    // By 135 degrees, back to (-10, 0): 5 on, 5 before, and from there on. The shifted line is 5 to the right of it: up and left.
+    let s = 5.0 * 0.5_f64.sqrt();
+    near(corner("X-10.Y0", &fanuc()), &[[5.0, 15.0], [0.0, 10.0 + 2.0 * s], [-10.0 - s, s]]);
+    // Into an arc, from the corner along its tangent.
+    near(corner("G3X-10.Y0R10.", &fanuc()), &[[5.0, 15.0], [0.0, 15.0], [-15.0, 0.0]]);
+    // Haas's are rounded, with a note.
+    assert_eq!(corner("X-20.", &haas()).len(), 2);
+    assert!(notes(&format!("{start}X-20.\nM30"), &haas()).contains("0.42 radii farther"));
+    assert!(
+        run(&format!("{start}X-20.\nM30"), &haas()).moves.iter().any(|step| matches!(step.kind, MoveKind::Arc { .. }))
+    );
+}
