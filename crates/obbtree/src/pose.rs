@@ -47,8 +47,7 @@ pub(crate) fn checked(pose: &Isometry3<f64>) -> Result<Isometry3<f64>, PoseError
     if !rotation.iter().chain(translation).all(|x| x.is_finite()) {
         return Err(PoseError::NotFinite);
     }
-    let squared = rotation.norm_squared();
-    if squared == 0.0 || !squared.is_finite() {
+    if rotation.amax() == 0.0 {
         return Err(PoseError::NoRotation);
     }
     Ok(rigid::rigid(pose))
@@ -123,6 +122,8 @@ mod tests {
         };
         assert_eq!(checked(&unturned(0.0)), Err(PoseError::NoRotation));
         assert_eq!(checked(&unturned(f64::NAN)), Err(PoseError::NotFinite));
-        assert_eq!(checked(&unturned(3.0)), Ok(Isometry3::identity()));
+        for w in [3.0, 1.7e-162, 1e-170, 5e-324, 1e200, f64::MAX] {
+            assert_eq!(checked(&unturned(w)), Ok(Isometry3::identity()), "{w}");
+        }
     }
 }

@@ -5,24 +5,40 @@
 
 use super::Isometry;
 use nalgebra::{Matrix3, UnitQuaternion};
+use std::ops::RangeInclusive;
 
 /// Permitted deviation from 1 of the squared length of a unit quaternion: 2⁻⁴⁶. Products of dozens of unit quaternions stay below it; the
 /// relative widening of the trees' volumes is 64 times as large.
 pub const UNIT_TOLERANCE: f64 = 1.0 / 70_368_744_177_664.0;
 
+/// Squared lengths from which a root loses no digit. Beyond them the squares of the components may underflow or overflow.
+const PLAIN_SQUARES: RangeInclusive<f64> = 1e-200..=1e200;
+
+/// Whether the quaternion's length is 1 within [`UNIT_TOLERANCE`].
+#[inline]
+#[must_use]
+pub fn is_unit(a_from_b: &Isometry) -> bool {
+    (a_from_b.rotation.coords.norm_squared() - 1.0).abs() <= UNIT_TOLERANCE
+}
+
 /// The pose with its quaternion scaled to length 1. A quaternion whose length is 1 within [`UNIT_TOLERANCE`] is returned unchanged. A
-/// quaternion whose length is zero or not finite is returned unchanged too, and means no motion.
+/// quaternion that is zero or has a component that is not finite is returned unchanged too, and is no motion.
 #[inline]
 #[must_use]
 pub fn rigid(a_from_b: &Isometry) -> Isometry {
-    let quaternion = a_from_b.rotation.quaternion();
-    let squared = quaternion.norm_squared();
-    let off = (squared - 1.0).abs() > UNIT_TOLERANCE && squared > 0.0 && squared.is_finite();
-    if off {
-        Isometry::from_parts(a_from_b.translation, UnitQuaternion::from_quaternion(*quaternion))
-    } else {
-        *a_from_b
+    if is_unit(a_from_b) { *a_from_b } else { rescaled(a_from_b) }
+}
+
+#[cold]
+fn rescaled(a_from_b: &Isometry) -> Isometry {
+    let mut quaternion = *a_from_b.rotation.quaternion();
+    if quaternion.coords.amax() == 0.0 || !quaternion.coords.iter().all(|x| x.is_finite()) {
+        return *a_from_b;
     }
+    if !PLAIN_SQUARES.contains(&quaternion.norm_squared()) {
+        quaternion /= quaternion.coords.amax();
+    }
+    Isometry::from_parts(a_from_b.translation, UnitQuaternion::from_quaternion(quaternion))
 }
 
 /// The inverse of [`rigid`]. The plain inverse of a pose whose quaternion has length 1 + e has an error of 2e of the translation.
@@ -65,6 +81,21 @@ mod tests {
                 assert!(back.translation.vector.amax() < 1e-12 && back.rotation.angle() < 1e-12, "{factor}");
             }
         }
+    }
+
+    /// Squares of such components underflow or overflow, or lose digits.
+    #[test]
+    fn a_quaternion_of_any_length_becomes_one() {
+        let pose = Isometry::rotation(Vector::new(0.4, -1.3, 2.2));
+        for factor in [1.7e-162, 1e-170, 1e-300, 1e-101, 1e101, 1e155, 1e200, 1e307] {
+            let found = rigid(&scaled(&pose, factor));
+            assert!(is_unit(&found) && !is_unit(&scaled(&pose, factor)), "{factor}");
+            assert!((rotation(&scaled(&pose, factor)) - rotation(&pose)).amax() < 1e-15 * 4.0, "{factor}");
+        }
+        let least = UnitQuaternion::new_unchecked(Quaternion::new(0.0, 5e-324, 0.0, -5e-324));
+        let found = rigid(&Isometry::from_parts(pose.translation, least));
+        let expected = nalgebra::Vector4::new(0.5_f64.sqrt(), 0.0, -0.5_f64.sqrt(), 0.0);
+        assert!((found.rotation.coords - expected).amax() < 1e-15, "{found}");
     }
 
     #[test]
