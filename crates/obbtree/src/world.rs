@@ -6,11 +6,14 @@
 use crate::collider::Collider;
 use crate::mesh::power_of_two;
 use nalgebra::{Isometry3, Point3, Vector3};
+use std::ops::RangeInclusive;
 
 /// What rounding may do to a corner: of a pose, relative to the coordinates involved.
 const ROUNDING: f64 = power_of_two(-44);
 /// The same of the engine's grid, as an exponent of two relative to its unit: more than three times half the diagonal of a cell.
 const GRID: i32 = -24;
+/// Squared lengths whose root is right: above them squares overflow, and below them small components are lost.
+const PLAIN_SQUARES: RangeInclusive<f64> = 1e-250..=f64::MAX;
 
 /// A posed collider.
 #[derive(Clone, Debug)]
@@ -52,8 +55,16 @@ impl Bounds {
 
     /// No point of one is nearer to a point of the other.
     pub fn gap(&self, other: &Self) -> f64 {
-        (self.low - other.high).sup(&(other.low - self.high)).sup(&Vector3::zeros()).norm()
+        let way = (self.low - other.high).sup(&(other.low - self.high)).sup(&Vector3::zeros());
+        let squared = way.norm_squared();
+        if PLAIN_SQUARES.contains(&squared) { squared.sqrt() } else { scaled_norm(&way) }
     }
+}
+
+/// The length of a vector whose squares may overflow or underflow.
+fn scaled_norm(way: &Vector3<f64>) -> f64 {
+    let largest = way.amax();
+    if largest > 0.0 { (way / largest).norm() * largest } else { 0.0 }
 }
 
 /// The pairs of numbers `i < j` whose bounds are no more than `reach` apart, in order.

@@ -130,6 +130,23 @@ fn a_manager_answers_as_every_pair_of_objects_does() {
     assert!(near_of_all[0] < near_of_all[1] && near_of_all[1] < all / 2, "{near_of_all:?} of {all}");
 }
 
+/// Squares of such gaps are infinite, or zero.
+#[test]
+fn objects_of_any_size_are_as_near_as_they_are() {
+    for unit in [1e150, 1.0, 1e-145] {
+        let cube = collider(&meshes::cuboid(2.0, 2.0, 2.0), unit);
+        let mut manager = Manager::new();
+        for (name, x) in [("a", 0.0), ("b", 1e5), ("c", 2e4)] {
+            manager.insert(name, cube.clone(), Isometry3::translation(x * unit, 0.0, 0.0)).unwrap();
+        }
+        assert_eq!(manager.near_pairs(1.9e4 * unit), Vec::<[&str; 2]>::new(), "{unit}");
+        assert_eq!(manager.near_pairs(2.1e4 * unit), [["a", "c"]], "{unit}");
+        let nearest = manager.nearest().unwrap().unwrap();
+        assert_eq!(nearest.names, ["a", "c"], "{unit}");
+        assert!((nearest.nearest.distance / (19_998.0 * unit) - 1.0).abs() < 1e-9, "{unit}: {nearest:?}");
+    }
+}
+
 #[test]
 fn two_managers_answer_as_every_pair_of_objects_does() {
     let mut touching = 0;
