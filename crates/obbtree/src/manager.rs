@@ -217,7 +217,8 @@ impl Manager {
     /// [`PoseError::TooFar`] when a pair is too far apart for a distance.
     pub fn nearest(&self) -> Result<Option<NearestObjects<'_>>, PoseError> {
         let items = self.items();
-        nearest(|reach| self.pairs(&items, reach), &items, &items)
+        let least = world::least_gap(&items, |i, j| !self.is_ignored(items[i].name, items[j].name));
+        nearest(|reach| self.pairs(&items, reach), least, &items, &items)
     }
 
     /// The object that is nearest to a given one, whose name comes first; pairs that are ignored do not count. `None` where there is no other.
@@ -229,12 +230,14 @@ impl Manager {
         if own.is_empty() {
             return Err(ManagerError::NoSuchObject(name.to_owned()));
         }
+        let wanted = |j: usize| !self.is_ignored(name, others[j].name);
         let pairs = |reach| {
             let mut pairs = world::near_between(&own, &others, reach);
-            pairs.retain(|&(_, j)| !self.is_ignored(name, others[j].name));
+            pairs.retain(|&(_, j)| wanted(j));
             pairs
         };
-        nearest(pairs, &own, &others).map_err(|error| ManagerError::Pose { name: name.to_owned(), error })
+        let least = world::least_gap_between(&own, &others, |_, j| wanted(j));
+        nearest(pairs, least, &own, &others).map_err(|error| ManagerError::Pose { name: name.to_owned(), error })
     }
 
     /// Whether any object touches one of another manager, which has the same world. Nothing is ignored.
@@ -274,7 +277,8 @@ impl Manager {
     /// [`PoseError::TooFar`] when a pair is too far apart for a distance.
     pub fn nearest_with<'a>(&'a self, other: &'a Self) -> Result<Option<NearestObjects<'a>>, PoseError> {
         let (ours, theirs) = (self.items(), other.items());
-        nearest(|reach| world::near_between(&ours, &theirs, reach), &ours, &theirs)
+        let least = world::least_gap_between(&ours, &theirs, |_, _| true);
+        nearest(|reach| world::near_between(&ours, &theirs, reach), least, &ours, &theirs)
     }
 
     /// [`Manager::collides`] at many places of some objects, on as many threads as there are. Each row of `poses` has a pose for each of `names`; other
@@ -366,23 +370,28 @@ fn contacts<'a>(a: &Item<'a>, b: &Item<'a>, limit: usize) -> Option<ObjectContac
     (!contacts.is_empty()).then_some(ObjectContacts { names: [a.name, b.name], contacts })
 }
 
-/// The nearest of the pairs that `pairs` gives for a reach: those whose bounds are no farther apart.
+/// The nearest of the pairs that `pairs` gives for a reach: those whose bounds are no farther apart. `least` is the least gap of their bounds, `None`
+/// where there is no pair.
+///
+/// The reach grows by steps from there to the least distance that is known: few pairs wait at a time, and none is measured twice.
 fn nearest<'a>(
     pairs: impl Fn(f64) -> Vec<(usize, usize)>,
+    least: Option<f64>,
     ours: &[Item<'a>],
     theirs: &[Item<'a>],
 ) -> Result<Option<NearestObjects<'a>>, PoseError> {
+    let Some(mut reach) = least else { return Ok(None) };
+    let first_step = median_size(ours, theirs) / 16.0;
     let mut best: Option<NearestObjects<'a>> = None;
-    let Some(reach) = first_reach(&pairs, ours) else { return Ok(None) };
-    // The distance of the pairs found first is how far others are looked for.
-    for is_last in [false, true] {
-        let reach = if is_last { best.as_ref().map_or(reach, |best| best.nearest.distance) } else { reach };
+    let mut measured = f64::NEG_INFINITY;
+    loop {
         let gap = |(i, j): (usize, usize)| ours[i].bounds.gap(&theirs[j].bounds);
-        let mut found: Vec<(f64, (usize, usize))> = pairs(reach).into_iter().map(|pair| (gap(pair), pair)).collect();
+        let found = pairs(reach).into_iter().map(|pair| (gap(pair), pair));
+        let mut found: Vec<(f64, (usize, usize))> = found.filter(|(gap, _)| *gap > measured).collect();
         found.sort_by(|x, y| x.0.total_cmp(&y.0));
         for (gap, (i, j)) in found {
             let below = best.as_ref().map_or(f64::INFINITY, |best| best.nearest.distance);
-            if best.is_some() && gap >= below {
+            if gap >= below {
                 break;
             }
             let (a, b) = (&ours[i], &theirs[j]);
@@ -392,15 +401,21 @@ fn nearest<'a>(
                 best = Some(NearestObjects { names: [a.name, b.name], nearest });
             }
         }
+        let known = best.as_ref().map_or(f64::INFINITY, |best| best.nearest.distance);
+        if reach >= known {
+            return Ok(best);
+        }
+        measured = reach;
+        let next = (2.0 * reach).max(first_step);
+        reach = if next > reach { next.min(known) } else { known };
     }
-    Ok(best)
 }
 
-/// A reach that gives some pair; `None` where none does.
-fn first_reach(pairs: &impl Fn(f64) -> Vec<(usize, usize)>, items: &[Item]) -> Option<f64> {
-    let size = items.iter().map(|item| item.bounds.size()).fold(0.0, f64::max);
-    let reaches = [0.0, 0.0625, 1.0, 16.0, 256.0].map(|factor| factor * size).into_iter().chain([f64::INFINITY]);
-    reaches.into_iter().find(|&reach| !pairs(reach).is_empty())
+/// The median of the longest edges of the bounds.
+fn median_size(ours: &[Item], theirs: &[Item]) -> f64 {
+    let mut sizes: Vec<f64> = ours.iter().chain(theirs).map(|item| item.bounds.size()).collect();
+    let middle = sizes.len() / 2;
+    *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[cfg(test)]

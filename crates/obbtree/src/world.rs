@@ -69,33 +69,82 @@ fn scaled_norm(way: &Vector3<f64>) -> f64 {
 
 /// The pairs of numbers `i < j` whose bounds are no more than `reach` apart, in order.
 pub(crate) fn near(items: &[Item], reach: f64) -> Vec<(usize, usize)> {
-    let all: Vec<usize> = (0..items.len()).collect();
-    sweep(&all, |i| &items[i].bounds, reach, |_, _| true)
+    let mut pairs = Vec::new();
+    sweep_within(items, reach, |pair, _| {
+        pairs.push(pair);
+        reach
+    });
+    pairs.sort_unstable();
+    pairs
 }
 
 /// The same of pairs (number in `ours`, number in `theirs`).
 pub(crate) fn near_between(ours: &[Item], theirs: &[Item], reach: f64) -> Vec<(usize, usize)> {
-    let all: Vec<usize> = (0..ours.len() + theirs.len()).collect();
-    let bounds = |i: usize| if i < ours.len() { &ours[i].bounds } else { &theirs[i - ours.len()].bounds };
-    let pairs = sweep(&all, bounds, reach, |i, j| (i < ours.len()) != (j < ours.len()));
-    pairs.into_iter().map(|(i, j)| (i, j - ours.len())).collect()
-}
-
-fn sweep<'a>(
-    all: &[usize],
-    bounds: impl Fn(usize) -> &'a Bounds,
-    reach: f64,
-    wanted: impl Fn(usize, usize) -> bool,
-) -> Vec<(usize, usize)> {
-    let mut order = all.to_vec();
-    order.sort_by(|&i, &j| bounds(i).low.x.total_cmp(&bounds(j).low.x));
-    let (mut open, mut pairs) = (Vec::<usize>::new(), Vec::new());
-    for next in order {
-        open.retain(|&i| bounds(i).high.x + reach >= bounds(next).low.x);
-        let meets = |&&i: &&usize| wanted(i.min(next), i.max(next)) && bounds(i).gap(bounds(next)) <= reach;
-        pairs.extend(open.iter().filter(meets).map(|&i| (i.min(next), i.max(next))));
-        open.push(next);
-    }
+    let mut pairs = Vec::new();
+    sweep_between(ours, theirs, reach, |pair, _| {
+        pairs.push(pair);
+        reach
+    });
     pairs.sort_unstable();
     pairs
+}
+
+/// The least gap between the bounds of two items whose pair is `wanted`, without a list of pairs; `None` where there is no such pair.
+pub(crate) fn least_gap(items: &[Item], wanted: impl Fn(usize, usize) -> bool) -> Option<f64> {
+    let mut least = None;
+    sweep_within(items, f64::INFINITY, |(i, j), gap| lessen(&mut least, gap, wanted(i, j)));
+    least
+}
+
+/// The same of pairs (number in `ours`, number in `theirs`).
+pub(crate) fn least_gap_between(ours: &[Item], theirs: &[Item], wanted: impl Fn(usize, usize) -> bool) -> Option<f64> {
+    let mut least = None;
+    sweep_between(ours, theirs, f64::INFINITY, |(i, j), gap| lessen(&mut least, gap, wanted(i, j)));
+    least
+}
+
+/// Takes a gap that is no larger than the least so far, if it is wanted. The least then.
+fn lessen(least: &mut Option<f64>, gap: f64, is_wanted: bool) -> f64 {
+    if is_wanted {
+        *least = Some(gap);
+    }
+    least.unwrap_or(f64::INFINITY)
+}
+
+fn sweep_within(items: &[Item], reach: f64, meet: impl FnMut((usize, usize), f64) -> f64) {
+    sweep(items.len(), |i| &items[i].bounds, |_, _| true, reach, meet);
+}
+
+fn sweep_between(ours: &[Item], theirs: &[Item], reach: f64, mut meet: impl FnMut((usize, usize), f64) -> f64) {
+    let bounds = |i: usize| if i < ours.len() { &ours[i].bounds } else { &theirs[i - ours.len()].bounds };
+    let wanted = |i: usize, j: usize| i < ours.len() && ours.len() <= j;
+    sweep(ours.len() + theirs.len(), bounds, wanted, reach, |(i, j), gap| meet((i, j - ours.len()), gap));
+}
+
+/// Calls `meet` with each wanted pair of numbers `i < j` whose bounds are no more than `reach` apart, and with their gap; it returns the reach from there on,
+/// which is no larger.
+fn sweep<'a>(
+    count: usize,
+    bounds: impl Fn(usize) -> &'a Bounds,
+    wanted: impl Fn(usize, usize) -> bool,
+    mut reach: f64,
+    mut meet: impl FnMut((usize, usize), f64) -> f64,
+) {
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by(|&i, &j| bounds(i).low.x.total_cmp(&bounds(j).low.x));
+    let mut open = Vec::<usize>::new();
+    for next in order {
+        // The difference that is part of the gap, so that rounding drops no pair that is in reach.
+        open.retain(|&i| bounds(next).low.x - bounds(i).high.x <= reach);
+        for &i in &open {
+            let pair = (i.min(next), i.max(next));
+            if wanted(pair.0, pair.1) {
+                let gap = bounds(i).gap(bounds(next));
+                if gap <= reach {
+                    reach = meet(pair, gap);
+                }
+            }
+        }
+        open.push(next);
+    }
 }

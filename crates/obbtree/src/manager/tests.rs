@@ -147,6 +147,29 @@ fn objects_of_any_size_are_as_near_as_they_are() {
     }
 }
 
+/// A ring around many small objects, whose box overlaps theirs all: neither its size nor its distance makes pairs of them wait.
+#[test]
+fn the_nearest_of_many_is_found_without_a_list_of_all_pairs() {
+    let [ring, cube] = [meshes::torus(600.0, 10.0, 24, 8), meshes::cuboid(2.0, 2.0, 2.0)].map(|mesh| collider(&mesh, 1.0));
+    let mut manager = Manager::new();
+    manager.insert("ring", ring, Isometry3::identity()).unwrap();
+    for i in 0..400 {
+        let at = [i % 20, i / 20].map(|k| 30.0 * f64::from(k) - 285.0);
+        manager.insert(format!("{i}"), cube.clone(), Isometry3::translation(at[0], at[1], 0.0)).unwrap();
+    }
+    manager.set_pose("137", Isometry3::translation(215.5, -105.0, 0.0)).unwrap();
+    let (expected, items) = (manager.nearest().unwrap().unwrap(), manager.items());
+    let (distance, longest) = (expected.nearest.distance, std::cell::Cell::new(0));
+    let counted = |reach| {
+        let pairs = manager.pairs(&items, reach);
+        longest.set(longest.get().max(pairs.len()));
+        pairs
+    };
+    let least = world::least_gap(&items, |_, _| true);
+    assert_eq!(nearest(counted, least, &items, &items).unwrap(), Some(expected));
+    assert!(distance < 28.0 && longest.get() < 5 * items.len(), "{distance} {}", longest.get());
+}
+
 #[test]
 fn two_managers_answer_as_every_pair_of_objects_does() {
     let mut touching = 0;
