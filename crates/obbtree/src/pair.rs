@@ -111,10 +111,17 @@ impl Pair {
         let Some(seen) = self.seen(a_from_b)? else {
             return Err(PoseError::TooFar { limit: power_of_two(FARTHEST) * unit });
         };
-        let found = distance_mm(&self.a, &self.b, &seen, Simd::in_use(), below / unit, proximity);
+        // A limit above 0 stays above it: what touches is below any such limit.
+        let below_mm = if below > 0.0 { (below / unit).max(f64::MIN_POSITIVE) } else { 0.0 };
+        let found = distance_mm(&self.a, &self.b, &seen, Simd::in_use(), below_mm, proximity);
         let Some(places) = proximity.nearest.filter(|_| found.is_finite()) else { return Ok(None) };
+        // 0 is said of contact alone.
+        let distance = if found > 0.0 { (found * unit).max(f64::MIN_POSITIVE) } else { 0.0 };
+        if distance >= below {
+            return Ok(None);
+        }
         let moved = Placement::new(&seen).triangle(&self.b.triangle(places.1));
         let points = witness::nearest(&self.a.triangle(places.0), &moved).map(|p| self.shown(&p));
-        Ok(Some(Nearest { distance: found * unit, points, faces: self.faces(places) }))
+        Ok(Some(Nearest { distance, points, faces: self.faces(places) }))
     }
 }

@@ -190,6 +190,30 @@ fn meshes_of_very_different_size_meet_exactly() {
     assert!(small.bytes() > 2 * (36 * 12 + 24 * 8), "both trees count: {}", small.bytes());
 }
 
+/// The face and the point of the engine's test: apart, by less than rounding leaves.
+#[test]
+fn a_distance_is_zero_where_meshes_touch_and_only_there_in_any_unit() {
+    let (step, k) = (power_of_two(-26), power_of_two(36));
+    let face = [[0.0; 3], [2048.0, 0.0, 0.0], [0.0, (2.0 * k + 1.0) * step, (2.0 * k + 3.0) * step]];
+    for unit in [-496, -8, 0, 480].map(power_of_two) {
+        let mesh = |corners: [[f64; 3]; 3]| {
+            Collider::new(Mesh::new(corners.map(|corner| corner.map(|x| x * unit)), [[0, 1, 2]]).unwrap())
+        };
+        let (a, b) = (mesh(face), mesh([[512.0, k * step, (k + 1.0) * step]; 3]));
+        let still = Isometry3::identity();
+        assert_eq!(a.collides(&b, &still), Ok(false), "{unit}");
+        let nearest = a.distance(&b, &still).unwrap();
+        assert!(nearest.distance >= f64::MIN_POSITIVE, "{unit}: {nearest:?}");
+        for limit in [5e-324, f64::MIN_POSITIVE, nearest.distance] {
+            assert_eq!(a.distance_below(&b, &still, limit), Ok(None), "{unit} {limit}");
+            assert_eq!(a.distance_below(&a, &still, limit).unwrap().map(|found| found.distance), Some(0.0), "{limit}");
+        }
+        for limit in [0.0, -1.0, f64::NAN] {
+            assert_eq!(a.distance_below(&a, &still, limit), Ok(None), "{limit}");
+        }
+    }
+}
+
 #[test]
 fn bad_poses_are_refused() {
     let cube = collider(&meshes::cuboid(2.0, 2.0, 2.0));

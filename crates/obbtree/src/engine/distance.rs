@@ -14,7 +14,7 @@ use super::volume::WideVolume;
 use crate::engine::geometry::{Isometry, certified, triangle_distance};
 use std::ops::ControlFlow;
 
-/// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 when triangles touch. With [`Proximity::keeping`], a
+/// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 where triangles touch, and only there. With [`Proximity::keeping`], a
 /// lower bound of it.
 pub fn distance_mm<V: WideVolume>(
     a: &WideTree<V>,
@@ -181,7 +181,9 @@ impl<V: WideVolume> Search<'_, V> {
             (self.least, self.proximity.nearest) = (0.0, Some((i, j)));
             return ControlFlow::Break(Touching);
         }
-        let distance = self.proximity.kept() * triangle_distance::squared(&still, &moved).sqrt();
+        // Apart, though rounding may have left nothing of the distance: 0 is said of contact alone.
+        let measured = triangle_distance::squared(&still, &moved).sqrt();
+        let distance = (self.proximity.kept() * measured).max(f64::MIN_POSITIVE);
         if distance < self.least {
             (self.least, self.proximity.nearest) = (distance, Some((i, j)));
         }
@@ -198,6 +200,7 @@ mod tests {
     use super::super::traverse::{Scratch, contact_keeping, first};
     use super::*;
     use crate::cases::Cases;
+    use crate::engine::geometry::{GridMesh, Point, Triangle};
 
     /// The least over all pairs of triangles, by the same measure.
     fn of_all_pairs<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> f64 {
@@ -215,6 +218,30 @@ mod tests {
             }
         }
         least
+    }
+
+    /// A point beside a face, both on the grid, and so near to its plane that rounding leaves nothing of the height.
+    #[test]
+    fn what_does_not_touch_is_not_at_distance_zero() {
+        let (step, k) = (2f64.powi(-26), 2f64.powi(36));
+        let triangle = |corners: [[f64; 3]; 3]| Triangle { corners: corners.map(Point::from) };
+        let face = [[0.0; 3], [2048.0, 0.0, 0.0], [0.0, (2.0 * k + 1.0) * step, (2.0 * k + 3.0) * step]];
+        let (face, point) = (triangle(face), triangle([[512.0, k * step, (k + 1.0) * step]; 3]));
+        assert!(!certified::touch(&face, &point) && triangle_distance::squared(&face, &point) == 0.0);
+        let touching = triangle([[600.0, 0.0, -1.0], [600.0, 0.0, 1.0], [601.0, 0.0, 1.0]]);
+        let tree = |triangles: &[Triangle]| WideTree::<Oriented>::build(&GridMesh::from_triangles(triangles).unwrap());
+        let (a, b) = (tree(&[face]), tree(&[point]));
+        let (both, still) = (tree(&[point, touching]), Isometry::identity());
+        for simd in Simd::available() {
+            for proximity in [&mut Proximity::default(), &mut Proximity::keeping(0.75)] {
+                for _ in 0..2 {
+                    let found = distance_mm(&a, &b, &still, simd, f64::INFINITY, proximity);
+                    assert!(found > 0.0 && found < 1e-300, "{found}, {}", simd.name());
+                }
+                proximity.nearest = None;
+                assert_eq!(distance_mm(&a, &both, &still, simd, f64::INFINITY, proximity), 0.0, "{}", simd.name());
+            }
+        }
     }
 
     #[test]
