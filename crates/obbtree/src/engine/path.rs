@@ -24,7 +24,7 @@ use super::traverse::{self, Scratch};
 use super::triangles;
 use super::volume::WideVolume;
 use crate::engine::geometry::grid::Placement;
-use crate::engine::geometry::{Isometry, Point};
+use crate::engine::geometry::{Isometry, Point, rigid};
 use nalgebra::Vector4;
 use std::fmt;
 use std::str::FromStr;
@@ -181,6 +181,9 @@ impl Memory {
         simd: Simd,
         coherence: Coherence,
     ) -> bool {
+        // What is kept of a pose is right for quaternions of length 1.
+        let unit = (!rigid::is_unit(a_from_b)).then(|| rigid::rigid(a_from_b));
+        let a_from_b = unit.as_ref().unwrap_or(a_from_b);
         if coherence == Coherence::None {
             return traverse::first(a, b, a_from_b, simd, &mut self.scratch);
         }
@@ -399,6 +402,40 @@ mod tests {
         assert!(ask(&mut memory, 12.0) && memory.witness.is_some());
         memory.forget();
         assert!(memory.witness.is_none() && !ask(&mut memory, 25.0));
+    }
+
+    /// By a quaternion of another length a path has the verdicts of the unit one, and costs as much: volumes are not widened for it.
+    #[test]
+    fn a_quaternion_may_have_any_length() {
+        let (a, b) = trees();
+        let stretched = |pose: &Isometry, length: f64| {
+            let quaternion = *pose.rotation.quaternion() * length;
+            Isometry::from_parts(pose.translation, nalgebra::UnitQuaternion::new_unchecked(quaternion))
+        };
+        let mut scratch = Scratch::default();
+        for coherence in Coherence::ALL {
+            let mut memories = [(); 4].map(|()| Memory { dearest: WORTH_VISITS, ..Memory::default() });
+            let (mut touching, mut searched) = (0, 0);
+            for step in 0..600_u32 {
+                let angle = 0.01 * f64::from(step);
+                let pose = Isometry::new([19.0, 1.0, -3.0].into(), [0.4 * angle, angle, 0.0].into());
+                let expected = traverse::first(&a, &b, &pose, Simd::in_use(), &mut scratch);
+                let counts = memories[0].counted(&a, &b, &pose, Simd::in_use(), coherence);
+                touching += u32::from(expected);
+                for (memory, length) in memories[1..].iter_mut().zip([1e-3, 1.0 + 1e-6, 1e90]) {
+                    let pose = stretched(&pose, length);
+                    assert_eq!(traverse::first(&a, &b, &pose, Simd::in_use(), &mut scratch), expected, "{length}");
+                    let found = memory.counted(&a, &b, &pose, Simd::in_use(), coherence);
+                    assert_eq!(memory.first(&a, &b, &pose, Simd::in_use(), coherence), expected, "{length}");
+                    if coherence == Coherence::None && counts.volume_tests > 1 {
+                        assert_eq!(found, counts, "step {step}, {length}");
+                        searched += 1;
+                    }
+                }
+            }
+            assert!((50..550).contains(&touching), "{touching}");
+            assert!(coherence != Coherence::None || searched > 300, "{searched}");
+        }
     }
 
     proptest! {

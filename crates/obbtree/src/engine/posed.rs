@@ -5,8 +5,8 @@ use super::node::{Contents, WIDTH, WideTree};
 use super::pose::Pose;
 use super::visit::Visit;
 use super::volume::WideVolume;
-use crate::engine::geometry::Isometry;
 use crate::engine::geometry::grid::Placement;
+use crate::engine::geometry::{Isometry, rigid};
 use std::hint::select_unpredictable;
 
 /// The trees, and the constants of the pose.
@@ -78,7 +78,10 @@ impl Below {
 }
 
 impl<'a, V: WideVolume> Posed<'a, V> {
+    /// The quaternion may have any length: volumes are moved as the leaves are.
     pub fn new(a: &'a WideTree<V>, b: &'a WideTree<V>, a_from_b: &Isometry) -> Self {
+        let unit = (!rigid::is_unit(a_from_b)).then(|| rigid::rigid(a_from_b));
+        let a_from_b = unit.as_ref().unwrap_or(a_from_b);
         let (placement, pose) = (Placement::new(a_from_b), Pose::new(a_from_b, a.reach + b.reach));
         Self { a, b, placement, pose }
     }
