@@ -57,11 +57,15 @@ impl Buckets {
     pub fn spread(&mut self, below_mm: f64) {
         self.filled = 0;
         self.per_mm = Self::scale(below_mm);
-        for entry in std::mem::take(&mut self.entries) {
-            if f64::from(entry.bound_mm) < below_mm {
-                self.push(entry.bound_mm, entry.what);
+        let mut kept = 0;
+        for i in 0..self.entries.len() {
+            let Entry { bound_mm, what, .. } = self.entries[i];
+            if f64::from(bound_mm) < below_mm {
+                self.entries[kept] = Entry { bound_mm, what, next: self.link(bound_mm, kept as u32) };
+                kept += 1;
             }
         }
+        self.entries.truncate(kept);
     }
 
     fn scale(below_mm: f64) -> f32 {
@@ -72,12 +76,19 @@ impl Buckets {
     /// Adds what is at least `bound_mm` away.
     #[inline(always)]
     pub fn push(&mut self, bound_mm: f32, what: Waiting) {
+        let next = self.link(bound_mm, self.entries.len() as u32);
+        self.entries.push(Entry { bound_mm, what, next });
+    }
+
+    /// Puts the entry with a number first in its bucket. The number of the next there.
+    #[inline(always)]
+    fn link(&mut self, bound_mm: f32, number: u32) -> u32 {
         // What is not a number goes to the first.
         let bucket = ((bound_mm * self.per_mm) as usize).min(BUCKETS - 1);
         let next = if self.filled >> bucket & 1 == 0 { NONE } else { self.first[bucket] };
-        self.first[bucket] = self.entries.len() as u32;
+        self.first[bucket] = number;
         self.filled |= 1 << bucket;
-        self.entries.push(Entry { bound_mm, what, next });
+        next
     }
 
     /// What may be nearer than `least_mm`, one of the nearest, and whether its bound is above 0.
@@ -130,7 +141,9 @@ mod tests {
         let mut buckets = Buckets::default();
         buckets.clear(f64::INFINITY);
         pushed(&mut buckets, &[3.0, 1.0, 2.0, 8.0]);
+        let memory = (buckets.entries.as_ptr(), buckets.entries.capacity());
         buckets.spread(4.0);
+        assert_eq!((buckets.entries.as_ptr(), buckets.entries.capacity()), memory, "the memory is kept");
         assert_eq!(order(&mut buckets, 4.0), [1, 2, 0]);
         buckets.clear(4.0);
         pushed(&mut buckets, &[f32::NAN, -0.0]);
