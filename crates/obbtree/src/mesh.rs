@@ -1,5 +1,6 @@
 //! Triangle meshes as users have them: in any unit, of any size.
 
+use crate::engine::geometry::mesh::check;
 use crate::engine::geometry::{MeshError, weld};
 use nalgebra::Point3;
 
@@ -40,24 +41,8 @@ impl Mesh {
     ) -> Result<Self, MeshError> {
         let vertices: Vec<Point3<f64>> = vertices.into_iter().map(Into::into).collect();
         let faces: Vec<[u32; 3]> = faces.into_iter().collect();
-        if faces.is_empty() {
-            return Err(MeshError::Empty);
-        }
         few_enough(faces.len())?;
-        for (vertex, &p) in vertices.iter().enumerate() {
-            let [x, y, z] = p.into();
-            if !(x.is_finite() && y.is_finite() && z.is_finite()) {
-                return Err(MeshError::NotFinite { vertex, x, y, z });
-            }
-            if p.coords.amax() > Self::MAX_COORDINATE {
-                return Err(MeshError::OutOfRange { vertex, x, y, z, limit: Self::MAX_COORDINATE });
-            }
-        }
-        for (face, corners) in faces.iter().enumerate() {
-            if let Some(&vertex) = corners.iter().find(|&&v| v as usize >= vertices.len()) {
-                return Err(MeshError::NoSuchVertex { face, vertex, vertices: vertices.len() });
-            }
-        }
+        check(&vertices, &faces, Self::MAX_COORDINATE)?;
         Ok(Self { vertices, faces })
     }
 

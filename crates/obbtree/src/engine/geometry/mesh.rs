@@ -89,24 +89,8 @@ impl GridMesh {
     /// [`MeshError`] when there is no face, a coordinate is not finite or beyond ±4096 mm, or a face names a missing
     /// vertex.
     pub fn new(mut vertices: Vec<Point>, faces: Vec<[u32; 3]>) -> Result<Self, MeshError> {
-        if faces.is_empty() {
-            return Err(MeshError::Empty);
-        }
-        for (vertex, p) in vertices.iter_mut().enumerate() {
-            let (x, y, z) = (p.x, p.y, p.z);
-            if !(x.is_finite() && y.is_finite() && z.is_finite()) {
-                return Err(MeshError::NotFinite { vertex, x, y, z });
-            }
-            if p.coords.amax() > grid::LIMIT_MM {
-                return Err(MeshError::OutOfRange { vertex, x, y, z, limit: grid::LIMIT_MM });
-            }
-            *p = grid::snap(p);
-        }
-        for (face, corners) in faces.iter().enumerate() {
-            if let Some(&vertex) = corners.iter().find(|&&v| v as usize >= vertices.len()) {
-                return Err(MeshError::NoSuchVertex { face, vertex, vertices: vertices.len() });
-            }
-        }
+        check(&vertices, &faces, grid::LIMIT_MM)?;
+        vertices.iter_mut().for_each(|p| *p = grid::snap(p));
         Ok(Self { vertices, faces })
     }
 
@@ -167,6 +151,28 @@ impl GridMesh {
     pub fn triangles(&self) -> Vec<Triangle> {
         self.faces.iter().map(|&face| self.triangle(face)).collect()
     }
+}
+
+/// Whether vertices and faces make a mesh whose coordinates reach to `limit`.
+pub(crate) fn check(vertices: &[Point], faces: &[[u32; 3]], limit: f64) -> Result<(), MeshError> {
+    if faces.is_empty() {
+        return Err(MeshError::Empty);
+    }
+    for (vertex, p) in vertices.iter().enumerate() {
+        let (x, y, z) = (p.x, p.y, p.z);
+        if !(x.is_finite() && y.is_finite() && z.is_finite()) {
+            return Err(MeshError::NotFinite { vertex, x, y, z });
+        }
+        if p.coords.amax() > limit {
+            return Err(MeshError::OutOfRange { vertex, x, y, z, limit });
+        }
+    }
+    for (face, corners) in faces.iter().enumerate() {
+        if let Some(&vertex) = corners.iter().find(|&&v| v as usize >= vertices.len()) {
+            return Err(MeshError::NoSuchVertex { face, vertex, vertices: vertices.len() });
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
