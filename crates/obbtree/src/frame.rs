@@ -11,7 +11,7 @@ use nalgebra::Point3;
 const REACH: i32 = 12;
 /// Exponents are multiples of this.
 const STEP: i32 = 8;
-/// The least exponent, for meshes that are a point or smaller than any length.
+/// The least exponent, with which a coordinate of 2⁻⁵⁰⁰ is 16, for meshes that are a point or were moved to an origin near by.
 const LEAST: i32 = -504;
 /// How many times its own half-width a mesh must be from its origin to be moved.
 const FAR: f64 = 16.0;

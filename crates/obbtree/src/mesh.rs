@@ -6,8 +6,8 @@ use nalgebra::Point3;
 
 /// Vertices and faces, in the mesh's own frame and in any unit of length.
 ///
-/// Coordinates are finite, at most [`Mesh::MAX_COORDINATE`] in magnitude, and there is at least one face. The mesh may be open, may have
-/// holes, degenerate and duplicate faces: it is a surface, with nothing inside.
+/// Coordinates are finite, at most [`Mesh::MAX_COORDINATE`] in magnitude, and there is at least one face, with a coordinate of at least
+/// [`Mesh::MIN_COORDINATE`] unless all are 0. The mesh may be open, may have holes, degenerate and duplicate faces: it is a surface, with nothing inside.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     vertices: Vec<Point3<f64>>,
@@ -17,6 +17,10 @@ pub struct Mesh {
 impl Mesh {
     /// Largest magnitude of a coordinate: 2⁵⁰⁰, about 3·10¹⁵⁰.
     pub const MAX_COORDINATE: f64 = power_of_two(500);
+
+    /// The largest coordinate has at least this magnitude, unless all are 0: 2⁻⁵⁰⁰, about 3·10⁻¹⁵¹. The grid of smaller meshes would be coarser than their
+    /// coordinates.
+    pub const MIN_COORDINATE: f64 = power_of_two(-500);
 
     /// Largest number of faces: 2²⁸ - 1.
     pub const MAX_FACES: usize = (1 << 28) - 1;
@@ -33,8 +37,8 @@ impl Mesh {
     /// ```
     ///
     /// # Errors
-    /// [`MeshError`] when there is no face or more than [`Mesh::MAX_FACES`], a coordinate is not finite or beyond [`Mesh::MAX_COORDINATE`], or a face
-    /// names a missing vertex.
+    /// [`MeshError`] when there is no face or more than [`Mesh::MAX_FACES`], a coordinate is not finite or beyond [`Mesh::MAX_COORDINATE`], a face
+    /// names a missing vertex, or the largest coordinate of the faces is below [`Mesh::MIN_COORDINATE`] and not 0.
     pub fn new(
         vertices: impl IntoIterator<Item = impl Into<Point3<f64>>>,
         faces: impl IntoIterator<Item = [u32; 3]>,
@@ -43,7 +47,12 @@ impl Mesh {
         let faces: Vec<[u32; 3]> = faces.into_iter().collect();
         few_enough(faces.len())?;
         check(&vertices, &faces, Self::MAX_COORDINATE)?;
-        Ok(Self { vertices, faces })
+        let mesh = Self { vertices, faces };
+        let largest = mesh.bounds().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+        if largest > 0.0 && largest < Self::MIN_COORDINATE {
+            return Err(MeshError::TooSmall { largest, limit: Self::MIN_COORDINATE });
+        }
+        Ok(mesh)
     }
 
     /// A mesh from loose triangles. Corners with equal coordinates become one vertex.
@@ -109,6 +118,8 @@ pub(crate) const fn power_of_two(exponent: i32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Collider;
+    use nalgebra::Isometry3;
 
     #[test]
     fn bad_input_is_refused_and_the_limit_is_named() {
@@ -126,6 +137,22 @@ mod tests {
             Mesh::new([[0.0; 3]], [[0, 0, 0], [0, 7, 0]]),
             Err(MeshError::NoSuchVertex { face: 1, vertex: 7, vertices: 1 })
         );
+    }
+
+    /// What is refused would be rounded to nothing, and touch what it does not.
+    #[test]
+    fn a_mesh_smaller_than_the_grid_is_refused_unless_it_is_a_point_at_the_origin() {
+        let cornered = |x: f64| Mesh::new([[0.0; 3], [-x, 0.0, 0.0], [0.0, 0.5 * x, 0.0], [1.0; 3]], [[0, 1, 2]]);
+        let least = Mesh::MIN_COORDINATE;
+        for x in [least.next_down(), 1e-160, 5e-324] {
+            let error = cornered(x).unwrap_err();
+            assert_eq!(error, MeshError::TooSmall { largest: x, limit: least });
+            assert!(error.to_string().contains("3.05") && error.to_string().contains("e-151"), "{error}");
+        }
+        assert!(cornered(0.0).is_ok());
+        let collider = Collider::new(cornered(least).unwrap());
+        let apart = |x: f64| collider.collides(&collider, &Isometry3::translation(x * least, 0.0, 0.0));
+        assert_eq!((apart(1.0), apart(1.0 + 1e-8)), (Ok(true), Ok(false)));
     }
 
     #[test]

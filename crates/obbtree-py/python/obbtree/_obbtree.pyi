@@ -19,7 +19,8 @@ class _HasMesh(Protocol):
 class Mesh:
     """Vertices, of shape (n, 3), and faces, integers of shape (m, 3). A surface: open, degenerate and duplicate faces are allowed.
 
-    Raises ValueError when there is no face, a coordinate is not finite or beyond 2**500, or a face names a missing vertex.
+    Raises ValueError when there is no face, a coordinate is not finite or beyond 2**500, a face names a missing vertex, or the largest coordinate is below
+    2**-500 and not 0.
     """
 
     def __new__(cls, vertices: ArrayLike, faces: ArrayLike) -> Self: ...

@@ -33,6 +33,13 @@ pub enum MeshError {
         /// Largest magnitude of a coordinate.
         limit: f64,
     },
+    /// The faces have no coordinate that is large enough, and not all are 0.
+    TooSmall {
+        /// Largest magnitude of a coordinate.
+        largest: f64,
+        /// What it has to be at least.
+        limit: f64,
+    },
     /// There are more faces than can be numbered.
     TooManyFaces {
         /// How many there are.
@@ -61,6 +68,10 @@ impl fmt::Display for MeshError {
             Self::OutOfRange { vertex, x, y, z, limit } => write!(
                 f,
                 "vertex {vertex} at ({x}, {y}, {z}) is farther than {limit:?} from the origin on one axis; is the unit right?"
+            ),
+            Self::TooSmall { largest, limit } => write!(
+                f,
+                "no coordinate of the faces is beyond {largest:?} in magnitude; {limit:?} is needed at least: take a smaller unit"
             ),
             Self::TooManyFaces { faces, limit } => {
                 write!(f, "the mesh has {faces} faces; at most {limit} can be numbered: divide it into several")
