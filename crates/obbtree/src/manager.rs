@@ -6,7 +6,7 @@ use crate::engine::geometry::rigid;
 use crate::mesh::power_of_two;
 use crate::pair::Pair;
 use crate::pose::{self, PoseError};
-use crate::world::{self, Item};
+use crate::world::{self, Bounds, Item};
 use nalgebra::Isometry3;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -318,6 +318,7 @@ impl Manager {
                 checked(name, pose)?;
             }
         }
+        self.make_trees(&items, &places, poses);
         let verdict = |row: &R| {
             let mut moved = items.clone();
             for (&place, pose) in places.iter().zip(row.as_ref()) {
@@ -332,6 +333,26 @@ impl Manager {
     /// The objects, in the order of their names.
     fn items(&self) -> Vec<Item<'_>> {
         self.objects.iter().map(|(name, object)| Item::new(name, &object.collider, object.world_from_object)).collect()
+    }
+
+    /// Makes the trees that pairs of different size may ask for at some row of poses: threads that missed one at a time would each make it.
+    fn make_trees<R: AsRef<[Isometry3<f64>]>>(&self, items: &[Item], places: &[usize], poses: &[R]) {
+        let exponent = |item: &Item| item.collider.frame().exponent;
+        if poses.is_empty() || items.iter().all(|item| exponent(item) == exponent(&items[0])) {
+            return;
+        }
+        // Each object with a box around it that holds at all rows.
+        let mut swept = items.to_vec();
+        for (k, &place) in places.iter().enumerate() {
+            let collider = items[place].collider;
+            let bounds = poses.iter().map(|row| Bounds::new(collider, &rigid::rigid(&row.as_ref()[k])));
+            swept[place].bounds = bounds.reduce(Bounds::joined).expect("there is a row");
+        }
+        for (i, j) in self.pairs(&swept, 0.0) {
+            if exponent(&items[i]) != exponent(&items[j]) {
+                Pair::new(items[i].collider, items[j].collider);
+            }
+        }
     }
 
     fn any_touch(&self, items: &[Item]) -> bool {

@@ -48,6 +48,11 @@ impl Bounds {
         Self { low: middle - half, high: middle + half }
     }
 
+    /// The smallest that contains both.
+    pub fn joined(self, other: Self) -> Self {
+        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
+    }
+
     /// Its longest edge.
     pub fn size(&self) -> f64 {
         (self.high - self.low).amax()

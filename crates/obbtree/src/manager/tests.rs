@@ -215,6 +215,28 @@ fn rows_of_poses_answer_as_moved_managers_do() {
     assert_eq!(manager.collides_each(&[], &[[]; 2]), Ok(vec![manager.collides(); 2]));
 }
 
+/// A small object that passes a large one needs a tree of its unit; one that stays far away needs none.
+#[test]
+fn trees_for_rows_of_poses_are_made_before_the_rows_are_asked() {
+    let cube = meshes::cuboid(8.0, 5.0, 6.0);
+    let [large, near, far] = [100.0, 1.0, 1.0].map(|factor| collider(&cube, factor));
+    assert_ne!(large.frame().exponent, near.frame().exponent);
+    let mut manager = Manager::new();
+    for (name, collider, x) in [("a", &far, 1e4), ("b", &large, 0.0), ("c", &near, 1e5)] {
+        manager.insert(name, collider.clone(), Isometry3::translation(x, 0.0, 0.0)).unwrap();
+    }
+    let (items, before) = (manager.items(), [&far, &near].map(Collider::bytes));
+    let rows = [800.0, -800.0].map(|y| [Isometry3::translation(0.0, y, 0.0)]);
+    manager.make_trees(&items, &[2], &rows[..0]);
+    manager.make_trees(&items, &[2], &rows[..1]);
+    assert_eq!([&far, &near].map(Collider::bytes), before);
+    manager.make_trees(&items, &[2], &rows);
+    let made = [&far, &near].map(Collider::bytes);
+    assert!(made[0] == before[0] && made[1] > before[1], "{before:?} {made:?}");
+    manager.ignore("b", "c");
+    assert_eq!(manager.collides_each(&["c"], &rows), Ok(vec![false; 2]));
+}
+
 #[test]
 fn objects_come_and_go() {
     let cube = collider(&meshes::cuboid(2.0, 2.0, 2.0), 1.0);
