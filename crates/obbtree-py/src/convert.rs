@@ -85,28 +85,34 @@ pub fn pose(data: Option<&Bound<'_, PyAny>>) -> PyResult<Isometry3<f64>> {
 /// An array of shape (n, 4, 4).
 pub fn poses(data: &Bound<'_, PyAny>) -> PyResult<Vec<Isometry3<f64>>> {
     match numbers(data)? {
-        (shape, numbers) if shape.len() == 3 && shape[1..] == [4, 4] => matrices(&numbers),
+        (shape, numbers) if shape.len() == 3 && shape[1..] == [4, 4] => {
+            let pose = |(index, numbers): (usize, &[f64; 16])| {
+                pose_from_matrix(rows(numbers)).map_err(|error| value_error(BatchError { index, error }))
+            };
+            numbers.as_chunks::<16>().0.iter().enumerate().map(pose).collect()
+        }
         (shape, _) => Err(value_error(format!("the poses have shape {shape:?}; (n, 4, 4) is expected"))),
     }
 }
 
-/// An array of shape (n, k, 4, 4), row by row.
-pub fn pose_rows(data: &Bound<'_, PyAny>, k: usize) -> PyResult<Vec<Vec<Isometry3<f64>>>> {
+/// An array of shape (n, k, 4, 4), row by row, with a pose for each of k names.
+pub fn pose_rows(data: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Vec<Vec<Isometry3<f64>>>> {
+    let k = names.len();
     match numbers(data)? {
         (shape, numbers) if shape.len() == 4 && shape[1..] == [k, 4, 4] => {
-            let poses = matrices(&numbers)?;
-            let row = |row| poses[row * k..(row + 1) * k].to_vec();
-            Ok((0..shape[0]).map(row).collect())
+            let matrices = numbers.as_chunks::<16>().0;
+            let pose = |row: usize, name: &String, matrix: &[f64; 16]| {
+                let in_row = |error| manager_error(ManagerError::PoseInRow { row, name: name.clone(), error });
+                pose_from_matrix(rows(matrix)).map_err(in_row)
+            };
+            let of_row = |row: usize| {
+                let matrices = &matrices[row * k..(row + 1) * k];
+                names.iter().zip(matrices).map(|(name, matrix)| pose(row, name, matrix)).collect()
+            };
+            (0..shape[0]).map(of_row).collect()
         }
         (shape, _) => Err(value_error(format!("the poses have shape {shape:?}; (n, {k}, 4, 4) is expected"))),
     }
-}
-
-fn matrices(numbers: &[f64]) -> PyResult<Vec<Isometry3<f64>>> {
-    let pose = |(index, numbers): (usize, &[f64; 16])| {
-        pose_from_matrix(rows(numbers)).map_err(|error| value_error(BatchError { index, error }))
-    };
-    numbers.as_chunks::<16>().0.iter().enumerate().map(pose).collect()
 }
 
 /// A pose as a 4 × 4 matrix, row by row.

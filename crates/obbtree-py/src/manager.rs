@@ -169,7 +169,7 @@ impl Manager {
         names: Vec<String>,
         poses: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
-        let rows = pose_rows(poses, names.len())?;
+        let rows = pose_rows(poses, &names)?;
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let verdicts = self.ask(py, |manager| manager.collides_each(&names, &rows)).map_err(manager_error)?;
         Ok(PyArray1::from_vec(py, verdicts))

@@ -67,6 +67,13 @@ def test_rows_of_poses_answer_as_moved_managers_do():
     assert verdicts.dtype == bool
     with pytest.raises(ValueError, match=r"\(n, 1, 4, 4\)"):
         manager.collides_each(names[:1], poses)
+    for number, message in [(np.nan, "not finite"), (2.0, "not a rotation"), (1e305, "too far")]:
+        bad = poses.copy()
+        bad[7, 1, 0, 0 if number == 2.0 else 3] = number
+        with pytest.raises(ValueError, match=rf"row 7, object `object 0`: .*{message}"):
+            manager.collides_each(names, bad)
+    with pytest.raises(ValueError, match="`object 4` is named twice"):
+        manager.collides_each(["object 4", "object 4"], poses)
 
 
 def test_objects_come_and_go():

@@ -75,6 +75,17 @@ pub enum ManagerError {
         /// What is wrong with its pose.
         error: PoseError,
     },
+    /// A pose of a row of an array of poses cannot be used.
+    PoseInRow {
+        /// The number of the row.
+        row: usize,
+        /// The name of the object.
+        name: String,
+        /// What is wrong with its pose.
+        error: PoseError,
+    },
+    /// A name is given twice: an object has one pose in a row.
+    NamedTwice(String),
     /// A row of an array of poses does not have as many poses as there are names.
     WrongLength {
         /// The number of the row.
@@ -91,6 +102,8 @@ impl fmt::Display for ManagerError {
         match self {
             Self::NoSuchObject(name) => write!(f, "no object `{name}` in the manager"),
             Self::Pose { name, error } => write!(f, "object `{name}`: {error}"),
+            Self::PoseInRow { row, name, error } => write!(f, "row {row}, object `{name}`: {error}"),
+            Self::NamedTwice(name) => write!(f, "object `{name}` is named twice: a row has one pose for each object"),
             Self::WrongLength { row, poses, names } => write!(f, "row {row} has {poses} poses for {names} objects"),
         }
     }
@@ -116,7 +129,7 @@ impl Manager {
         world_from_object: Isometry3<f64>,
     ) -> Result<(), ManagerError> {
         let name = name.into();
-        let world_from_object = checked(&name, &world_from_object)?;
+        let world_from_object = checked(&world_from_object).map_err(|error| of_object(&name, error))?;
         self.objects.insert(name, Object { collider, world_from_object });
         Ok(())
     }
@@ -136,7 +149,7 @@ impl Manager {
     /// [`ManagerError::NoSuchObject`], or [`ManagerError::Pose`] as [`Manager::insert`].
     pub fn set_pose(&mut self, name: &str, world_from_object: Isometry3<f64>) -> Result<(), ManagerError> {
         let object = self.objects.get_mut(name).ok_or_else(|| ManagerError::NoSuchObject(name.to_owned()))?;
-        object.world_from_object = checked(name, &world_from_object)?;
+        object.world_from_object = checked(&world_from_object).map_err(|error| of_object(name, error))?;
         Ok(())
     }
 
@@ -237,7 +250,7 @@ impl Manager {
             pairs
         };
         let least = world::least_gap_between(&own, &others, |_, j| wanted(j));
-        nearest(pairs, least, &own, &others).map_err(|error| ManagerError::Pose { name: name.to_owned(), error })
+        nearest(pairs, least, &own, &others).map_err(|error| of_object(name, error))
     }
 
     /// Whether any object touches one of another manager, which has the same world. Nothing is ignored.
@@ -298,7 +311,8 @@ impl Manager {
     /// ```
     ///
     /// # Errors
-    /// [`ManagerError::NoSuchObject`], [`ManagerError::WrongLength`], or [`ManagerError::Pose`] for the first pose that cannot be used.
+    /// [`ManagerError::NoSuchObject`], [`ManagerError::NamedTwice`], [`ManagerError::WrongLength`], or [`ManagerError::PoseInRow`] for the first pose that
+    /// [`Manager::insert`] would refuse.
     pub fn collides_each<R: AsRef<[Isometry3<f64>]> + Sync>(
         &self,
         names: &[&str],
@@ -310,12 +324,16 @@ impl Manager {
             .iter()
             .map(|name| place(name).map_err(|_| ManagerError::NoSuchObject((*name).to_owned())))
             .collect::<Result<_, _>>()?;
+        let mut named = BTreeSet::new();
+        if let Some(twice) = names.iter().find(|name| !named.insert(**name)) {
+            return Err(ManagerError::NamedTwice((*twice).to_owned()));
+        }
         for (row, poses) in poses.iter().map(AsRef::as_ref).enumerate() {
             if poses.len() != names.len() {
                 return Err(ManagerError::WrongLength { row, poses: poses.len(), names: names.len() });
             }
             for (name, pose) in names.iter().zip(poses) {
-                checked(name, pose)?;
+                checked(pose).map_err(|error| ManagerError::PoseInRow { row, name: (*name).to_owned(), error })?;
             }
         }
         self.make_trees(&items, &places, poses);
@@ -368,12 +386,14 @@ impl Manager {
 }
 
 /// A pose that is finite, rigid, and not so far away that the way between two of them is not finite.
-fn checked(name: &str, pose: &Isometry3<f64>) -> Result<Isometry3<f64>, ManagerError> {
+fn checked(pose: &Isometry3<f64>) -> Result<Isometry3<f64>, PoseError> {
     const LIMIT: f64 = power_of_two(1000);
-    let near = |pose: Isometry3<f64>| {
-        if pose.translation.vector.amax() <= LIMIT { Ok(pose) } else { Err(PoseError::TooFar { limit: LIMIT }) }
-    };
-    pose::checked(pose).and_then(near).map_err(|error| ManagerError::Pose { name: name.to_owned(), error })
+    let pose = pose::checked(pose)?;
+    if pose.translation.vector.amax() <= LIMIT { Ok(pose) } else { Err(PoseError::TooFar { limit: LIMIT }) }
+}
+
+fn of_object(name: &str, error: PoseError) -> ManagerError {
+    ManagerError::Pose { name: name.to_owned(), error }
 }
 
 /// The pair's frame is that of the first.

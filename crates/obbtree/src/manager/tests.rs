@@ -150,7 +150,8 @@ fn objects_of_any_size_are_as_near_as_they_are() {
 /// A ring around many small objects, whose box overlaps theirs all: neither its size nor its distance makes pairs of them wait.
 #[test]
 fn the_nearest_of_many_is_found_without_a_list_of_all_pairs() {
-    let [ring, cube] = [meshes::torus(600.0, 10.0, 24, 8), meshes::cuboid(2.0, 2.0, 2.0)].map(|mesh| collider(&mesh, 1.0));
+    let [ring, cube] =
+        [meshes::torus(600.0, 10.0, 24, 8), meshes::cuboid(2.0, 2.0, 2.0)].map(|mesh| collider(&mesh, 1.0));
     let mut manager = Manager::new();
     manager.insert("ring", ring, Isometry3::identity()).unwrap();
     for i in 0..400 {
@@ -211,7 +212,11 @@ fn rows_of_poses_answer_as_moved_managers_do() {
     let mut rows = rows;
     rows[5][1].translation.x = f64::NAN;
     let error = manager.collides_each(&names, &rows).unwrap_err();
-    assert_eq!(error.to_string(), "object `object 4`: the pose has a number that is not finite");
+    assert_eq!(error.to_string(), "row 5, object `object 4`: the pose has a number that is not finite");
+    let twice =
+        manager.collides_each(&["object 2", "object 4", "object 2"], &[[Isometry3::identity(); 3]]).unwrap_err();
+    assert_eq!(twice, ManagerError::NamedTwice("object 2".to_owned()));
+    assert!(twice.to_string().contains("`object 2` is named twice"), "{twice}");
     assert_eq!(manager.collides_each(&[], &[[]; 2]), Ok(vec![manager.collides(); 2]));
 }
 
