@@ -121,7 +121,7 @@ impl Manager {
     /// Adds an object at a pose, which takes its coordinates to those of the world. An object of the same name is replaced.
     ///
     /// # Errors
-    /// [`ManagerError::Pose`] when the pose is not finite or has no rotation.
+    /// [`ManagerError::Pose`] when the pose is not finite, has no rotation, or has a translation beyond 2¹⁰⁰⁰, about 10³⁰¹, on an axis.
     pub fn insert(
         &mut self,
         name: impl Into<String>,

@@ -55,7 +55,8 @@ pub(crate) fn checked(pose: &Isometry3<f64>) -> Result<Isometry3<f64>, PoseError
 
 /// The pose of a 4 × 4 matrix, row by row, which takes column vectors of one frame to another.
 ///
-/// The rotation may be off by what single precision rounds; the nearest quaternion is taken.
+/// The rotation R may be off by what single precision rounds: no entry of RᵀR - I is above 10⁻⁴. The quaternion is read off the entries and scaled to
+/// length 1; it is not that of the nearest rotation, and may differ from it by as much as R is off.
 ///
 /// ```
 /// let lifted = obbtree::pose_from_matrix([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 5.0], [0.0, 0.0, 0.0, 1.0]])?;

@@ -3,7 +3,7 @@
 //! The tests are written once, over `Lanes` and `DoubleLanes`, and do the same IEEE operations in the same order. AVX-512 and AVX2 fuse
 //! products of `f32` with the sums they go into, which has one rounding less; plain code rounds both, since a fused operation would be a call
 //! there. So the first two have the same bits, and with them the same counts; plain code may open another node now and then. Verdicts are the
-//! exact truth on all, and so are trees, which are built of `f64` alone.
+//! exact truth on all. Trees are the same on all: what builds them fuses nothing, in `f32` or `f64`.
 
 #![expect(unsafe_code, reason = "vector instructions; here alone")]
 

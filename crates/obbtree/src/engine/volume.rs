@@ -1,7 +1,7 @@
 //! The trait of volumes that have lanes, of which trees are made.
 //!
 //! To add one, write a file beside `oriented`, `aligned` and `ball` with a type that implements [`WideVolume`] and name it in a `mod` line of
-//! the crate's root. Building, traversal, distance, coherence and checks come with the tree.
+//! the engine's `mod.rs`. Building, traversal, distance, coherence and checks come with the tree.
 //!
 //! What a volume promises. In real numbers it contains the triangles it was fitted to. Where a gap that its relation computes is more than
 //! u(`PER_DISTANCE`·D + `PER_REACH`·(A + B)), the contents are apart, with u = 2⁻²⁴, D = |s| + |c| the distances of both centres from the node's origin, A

@@ -1,5 +1,5 @@
 //! Distance between two disjoint triangles: the least over the 15 pairs of features, 9 edge-edge and 6 corner-face (Ericson 2005, sections
-//! 5.1.9 and 5.1.10). Not exact, but accurate to 1e-12 of the largest distance between two corners, also for needles.
+//! 5.1.9 and 5.1.10). Not exact, but right within [`ACCURACY`] of the largest distance between two corners, also for needles.
 //!
 //! Two differences of products lose digits on needles: the normal of a triangle with nearly parallel edges, and the determinant of two
 //! nearly parallel edges. When the sine of the angle is below 1e-4 (`NEARLY_PARALLEL`), both are computed in another way; above it, at most
