@@ -113,7 +113,7 @@ fn clamped<D: DoubleLanes>(x: D) -> D {
 }
 
 #[inline(always)]
-fn minus<D: DoubleLanes>(x: &Vectors<D>, y: &Vectors<D>) -> Vectors<D> {
+pub(super) fn minus<D: DoubleLanes>(x: &Vectors<D>, y: &Vectors<D>) -> Vectors<D> {
     [x[0] - y[0], x[1] - y[1], x[2] - y[2]]
 }
 

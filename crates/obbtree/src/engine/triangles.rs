@@ -7,7 +7,7 @@
 //! The corners of `b` are moved and snapped by the very operations of [`crate::engine::geometry::grid::Placement`], so that all methods see the same triangles.
 
 use super::lanes::{DOUBLES, DoubleLanes, three};
-use super::measure;
+use super::measure::{self, minus};
 use super::node::WideTree;
 use super::volume::WideVolume;
 use crate::engine::geometry::certified;
@@ -209,11 +209,6 @@ fn stored<D: DoubleLanes>(corners: &[[D; 3]; 3]) -> [[[f64; DOUBLES]; 3]; 3] {
 #[inline(always)]
 fn loaded<D: DoubleLanes>(from: &[[[f64; DOUBLES]; 3]; 3]) -> [[D; 3]; 3] {
     three!(corner => three!(k => D::load(&from[corner][k])))
-}
-
-#[inline(always)]
-fn minus<D: DoubleLanes>(x: &[D; 3], y: &[D; 3]) -> [D; 3] {
-    [x[0] - y[0], x[1] - y[1], x[2] - y[2]]
 }
 
 /// Whether two triangles, by their places, touch; exactly.

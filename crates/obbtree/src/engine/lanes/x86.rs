@@ -39,37 +39,29 @@ pub(super) unsafe fn on_avx2<W: Work>(work: W) -> W::Output {
     work.run::<Avx2>()
 }
 
-struct Avx512;
-impl Machine for Avx512 {
-    type Single = Single16;
-    type Double = Double4;
+/// A machine with these lanes; all else is the same on both.
+macro_rules! machine {
+    ($machine:ident, $single:ident) => {
+        struct $machine;
+        impl Machine for $machine {
+            type Single = $single;
+            type Double = Double4;
 
-    #[inline(always)]
-    fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
-        join(into, other);
-    }
+            #[inline(always)]
+            fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
+                join(into, other);
+            }
 
-    #[inline(always)]
-    fn least_of(numbers: &[f32; WIDTH], places: u8) -> f32 {
-        least_of(numbers, places)
-    }
+            #[inline(always)]
+            fn least_of(numbers: &[f32; WIDTH], places: u8) -> f32 {
+                least_of(numbers, places)
+            }
+        }
+    };
 }
 
-struct Avx2;
-impl Machine for Avx2 {
-    type Single = Single8;
-    type Double = Double4;
-
-    #[inline(always)]
-    fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
-        join(into, other);
-    }
-
-    #[inline(always)]
-    fn least_of(numbers: &[f32; WIDTH], places: u8) -> f32 {
-        least_of(numbers, places)
-    }
-}
+machine!(Avx512, Single16);
+machine!(Avx2, Single8);
 
 #[inline(always)]
 fn join(into: &mut [f32; WIDTH], other: &[f32; WIDTH]) {
