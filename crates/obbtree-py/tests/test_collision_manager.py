@@ -93,3 +93,18 @@ def test_names_are_any_that_can_be_hashed_and_objects_are_replaced():
         manager.min_distance_internal()
     with pytest.raises(ValueError, match=r"\(4,4\)"):
         manager.add_object("bad", box, np.eye(3))
+
+
+def test_what_cannot_be_changed_stays_as_it_was():
+    manager, box, probe = obbtree.CollisionManager(), trimesh.creation.box(), trimesh.creation.box(extents=[0.1, 0.1, 0.1])
+    before = manager.add_object("box", box)
+    far = np.diag([2.0, 2.0, 2.0, 1.0])
+    far[0, 3] = 1e305
+    for change in (manager.add_object, lambda name, _, transform: manager.set_transform(name, transform)):
+        for bad in (at(np.nan), at(1e305), far):
+            with pytest.raises(ValueError):
+                change("box", box, bad)
+            assert manager._objs == {"box": before} and list(manager._numbered.values()) == [before]
+            assert manager.min_distance_single(probe, at(2.05)) == pytest.approx(1.5)
+            hit, data = manager.in_collision_single(probe, at(0.5), return_data=True)
+            assert hit and data[0].depth == pytest.approx(0.05)

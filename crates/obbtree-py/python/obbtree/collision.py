@@ -88,11 +88,12 @@ class CollisionManager:
         """Adds an object, or replaces the one of that name. `mesh` has vertices, faces and is_convex."""
         matrix = _matrix(transform)
         item = CollisionObject(name, mesh, self._shape(mesh, matrix), matrix)
+        key = str(self._count)
+        self._manager.insert(key, item.collider, _pose(matrix))
+        self._count += 1
+        # Only now: where the new one cannot be had, the one before stays.
         if name in self._objs:
             self.remove_object(name)
-        key = str(self._count)
-        self._count += 1
-        self._manager.insert(key, item.collider, _pose(matrix))
         self._objs[name] = self._numbered[key] = item
         self._key_of[name] = key
         return item
@@ -111,8 +112,9 @@ class CollisionManager:
         if _is_rigid(matrix) and _is_rigid(item.transform):
             self._manager.set_pose(key, matrix)
         else:
-            item.collider, item.convex = self._shape(item.mesh, matrix)
-            self._manager.insert(key, item.collider, _pose(matrix))
+            collider, convex = self._shape(item.mesh, matrix)
+            self._manager.insert(key, collider, _pose(matrix))
+            item.collider, item.convex = collider, convex
         item.transform = matrix
 
     def in_collision_single(
