@@ -77,6 +77,22 @@ def test_transforms_may_scale():
     assert manager.min_distance_single(probe, at(0, 0, 3)) == pytest.approx(1.5)
 
 
+def test_a_mirrored_mesh_is_as_one_that_was_mirrored_before():
+    torus, mirror = trimesh.creation.torus(2.0, 0.5), np.diag([1.0, 1.0, -1.0, 1.0])
+    before = trimesh.Trimesh(torus.vertices @ mirror[:3, :3], torus.faces[:, ::-1], process=False)
+    plate = trimesh.Trimesh([[9, -9, 0.2], [9, 9, 0.2], [-9, 9, 0.2], [-9, -9, 0.2]], [[0, 1, 2], [0, 2, 3]], process=False)
+    found = []
+    for mesh, transform in ((torus, mirror), (before, None)):
+        manager = obbtree.CollisionManager()
+        manager.add_object("torus", mesh, transform)
+        manager.add_object("plate", plate)
+        found.append(manager.in_collision_internal(return_data=True)[1])
+    assert len(found[0]) > 100
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(one.normal, other.normal, atol=1e-12)
+        assert one.depth == pytest.approx(other.depth, abs=1e-12) and one.index("torus") == other.index("torus")
+
+
 def test_names_are_any_that_can_be_hashed_and_objects_are_replaced():
     manager, box = obbtree.CollisionManager(), trimesh.creation.box()
     manager.add_object(7, box)

@@ -180,7 +180,11 @@ class CollisionManager:
         key = hashlib.blake2b(b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).digest()
         if key in self._kept:
             return self._kept[key]
-        shape = Mesh(vertices if linear is None else vertices @ linear.T, faces)
+        if linear is not None:
+            vertices = vertices @ linear.T
+            # A mirrored face turns the other way round.
+            faces = faces[:, ::-1] if np.linalg.det(linear) < 0.0 else faces
+        shape = Mesh(vertices, faces)
         convex = None
         if mesh.is_convex:
             try:
