@@ -221,8 +221,9 @@ impl Path {
 #[pymethods]
 impl Path {
     #[new]
-    fn new(a: &Collider, b: &Collider) -> Self {
-        Self(Mutex::new(obbtree::Path::new(&a.0, &b.0)))
+    fn new(py: Python<'_>, a: &Collider, b: &Collider) -> Self {
+        // It may have to make a tree.
+        Self(Mutex::new(py.detach(|| obbtree::Path::new(&a.0, &b.0))))
     }
 
     fn collides(&self, py: Python<'_>, pose: &Bound<'_, PyAny>) -> PyResult<bool> {

@@ -143,19 +143,18 @@ def test_bad_values_raise():
     assert [part.shape for part in a.distance_each(a, np.zeros((0, 4, 4)))] == [(0,), (0, 2, 3), (0, 2)]
 
 
-def test_a_query_lets_other_threads_run():
-    a = obbtree.Collider(sphere(1, 200))
-    poses = np.array([at(0.001 * i, 0.002, 0.003) for i in range(3000)])
+def ticks_during(work):
+    """How often this thread runs while another one works."""
     done, ticks = threading.Event(), 0
 
-    def ask():
-        a.distance_each(a, poses)
+    def run():
+        work()
         done.set()
 
     interval = sys.getswitchinterval()
     sys.setswitchinterval(10.0)  # Who does not let go keeps the lock.
     try:
-        thread = threading.Thread(target=ask)
+        thread = threading.Thread(target=run)
         thread.start()
         while not done.is_set():
             ticks += 1
@@ -163,4 +162,17 @@ def test_a_query_lets_other_threads_run():
         thread.join()
     finally:
         sys.setswitchinterval(interval)
-    assert ticks > 5, ticks
+    return ticks
+
+
+def test_a_query_lets_other_threads_run():
+    a = obbtree.Collider(sphere(1, 200))
+    poses = np.array([at(0.001 * i, 0.002, 0.003) for i in range(3000)])
+    assert ticks_during(lambda: a.distance_each(a, poses)) > 5
+
+
+def test_a_path_that_makes_a_tree_lets_other_threads_run():
+    fine, large = obbtree.Collider(sphere(1, 400)), obbtree.Collider(cuboid(1e4, 1e4, 1e4))
+    bytes_before = fine.bytes
+    assert ticks_during(lambda: obbtree.Path(fine, large)) > 5
+    assert fine.bytes > bytes_before
