@@ -21,9 +21,10 @@ pub fn manager_error(error: ManagerError) -> PyErr {
     }
 }
 
-/// The number of the pose and what is wrong with it.
-pub fn batch_error(error: BatchError) -> PyErr {
-    value_error(error)
+/// How many answers are wanted at most: all where there is no limit.
+pub fn limit(limit: Option<i64>) -> PyResult<usize> {
+    let Some(limit) = limit else { return Ok(usize::MAX) };
+    usize::try_from(limit).map_err(|_| value_error(format!("the limit is {limit}; it cannot be negative")))
 }
 
 /// Anything like an array, as numbers of type `f64` with their shape.

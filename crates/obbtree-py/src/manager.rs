@@ -1,6 +1,6 @@
 //! Managers of named objects.
 
-use crate::convert::{manager_error, matrix, pose, pose_rows, value_error};
+use crate::convert::{self, manager_error, matrix, pose, pose_rows, value_error};
 use crate::pair::{Collider, Contacts, Nearest};
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyKeyError;
@@ -117,8 +117,9 @@ impl Manager {
     }
 
     #[pyo3(signature = (limit = None))]
-    fn contacts(&self, py: Python<'_>, limit: Option<usize>) -> Vec<(Names, Contacts)> {
-        self.ask(py, |manager| contacts_of(manager.contacts(limit.unwrap_or(usize::MAX))))
+    fn contacts(&self, py: Python<'_>, limit: Option<i64>) -> PyResult<Vec<(Names, Contacts)>> {
+        let limit = convert::limit(limit)?;
+        Ok(self.ask(py, |manager| contacts_of(manager.contacts(limit))))
     }
 
     #[pyo3(signature = (reach = 0.0))]
@@ -146,9 +147,9 @@ impl Manager {
     }
 
     #[pyo3(signature = (other, limit = None))]
-    fn contacts_with(&self, py: Python<'_>, other: &Self, limit: Option<usize>) -> Vec<(Names, Contacts)> {
-        let other = other.copy(py);
-        self.ask(py, |manager| contacts_of(manager.contacts_with(&other, limit.unwrap_or(usize::MAX))))
+    fn contacts_with(&self, py: Python<'_>, other: &Self, limit: Option<i64>) -> PyResult<Vec<(Names, Contacts)>> {
+        let (limit, other) = (convert::limit(limit)?, other.copy(py));
+        Ok(self.ask(py, |manager| contacts_of(manager.contacts_with(&other, limit))))
     }
 
     #[pyo3(signature = (other, reach = 0.0))]

@@ -1,6 +1,6 @@
 //! Meshes, colliders and paths.
 
-use crate::convert::{batch_error, coordinates, faces, points, pose, poses, value_error};
+use crate::convert::{self, coordinates, faces, points, pose, poses, value_error};
 use numpy::{PyArray1, PyArray2, PyArray3};
 use obbtree::nalgebra::Point3;
 use pyo3::prelude::*;
@@ -83,9 +83,9 @@ impl Collider {
         py: Python<'_>,
         other: &Self,
         pose: Option<&Bound<'_, PyAny>>,
-        limit: Option<usize>,
+        limit: Option<i64>,
     ) -> PyResult<Contacts> {
-        let (pose, limit) = (self::pose(pose)?, limit.unwrap_or(usize::MAX));
+        let (pose, limit) = (self::pose(pose)?, convert::limit(limit)?);
         py.detach(|| self.0.contacts(&other.0, &pose, limit)).map(Contacts).map_err(value_error)
     }
 
@@ -114,7 +114,7 @@ impl Collider {
         poses: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let poses = self::poses(poses)?;
-        let verdicts = py.detach(|| self.0.collides_each(&other.0, &poses)).map_err(batch_error)?;
+        let verdicts = py.detach(|| self.0.collides_each(&other.0, &poses)).map_err(value_error)?;
         Ok(PyArray1::from_vec(py, verdicts))
     }
 
@@ -126,7 +126,7 @@ impl Collider {
         poses: &Bound<'py, PyAny>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray3<f64>>, Bound<'py, PyArray2<u32>>)> {
         let poses = self::poses(poses)?;
-        let found = py.detach(|| self.0.distance_each(&other.0, &poses)).map_err(batch_error)?;
+        let found = py.detach(|| self.0.distance_each(&other.0, &poses)).map_err(value_error)?;
         if found.is_empty() {
             let none = PyArray1::zeros(py, 0, false);
             return Ok((none, PyArray3::zeros(py, [0, 2, 3], false), PyArray2::zeros(py, [0, 2], false)));

@@ -137,6 +137,12 @@ def test_bad_values_raise():
             a.distance(a, pose)
     with pytest.raises(ValueError, match=r"\(n, 4, 4\)"):
         a.collides_each(a, np.eye(4))
+    with pytest.raises(ValueError, match="limit is -1"):
+        a.contacts(a, limit=-1)
+    manager = obbtree.Manager()
+    for contacts in (lambda: manager.contacts(limit=-3), lambda: manager.contacts_with(manager, limit=-3)):
+        with pytest.raises(ValueError, match="limit is -3"):
+            contacts()
     with pytest.raises(ValueError, match="pose 1"):
         a.collides_each(a, [np.eye(4), np.diag([1, 1, -1, 1])])
     assert a.collides_each(a, np.zeros((0, 4, 4))).shape == (0,)
