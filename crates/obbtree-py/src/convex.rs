@@ -220,9 +220,20 @@ impl Convex {
         collider: &Collider,
         pose: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<bool> {
+        Ok(self.corner_inside(py, collider, pose)?.is_some())
+    }
+
+    #[pyo3(signature = (collider, pose = None))]
+    fn corner_inside(
+        &self,
+        py: Python<'_>,
+        collider: &Collider,
+        pose: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Option<(u32, u32)>> {
         let (pose, mesh) = (self::pose(pose)?, collider.0.mesh());
-        let corners = mesh.faces().as_flattened();
-        Ok(py.detach(|| corners.iter().any(|&vertex| self.0.contains(&(pose * mesh.vertices()[vertex as usize])))))
+        let is_inside = |&vertex: &u32| self.0.contains(&(pose * mesh.vertices()[vertex as usize]));
+        let find = || mesh.faces().as_flattened().iter().zip(0..).find(|(vertex, _)| is_inside(vertex));
+        Ok(py.detach(find).map(|(&vertex, corner)| (corner / 3, vertex)))
     }
 }
 

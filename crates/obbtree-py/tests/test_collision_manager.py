@@ -45,6 +45,16 @@ def test_what_is_inside_a_convex_solid_collides_with_it():
         hit, names, data = manager.in_collision_single(inner, at(1), return_names=True, return_data=True)
         assert hit and names == {"outer"} and data[0].names == {"outer", "__external"}
         assert not manager.in_collision_single(inner, at(20))
+    # A point of the contact is in both: a corner of what is inside, whichever comes first.
+    parts = [("box", box, at(30)), ("torus", torus, at(31))]
+    for order in (parts, parts[::-1]):
+        manager = obbtree.CollisionManager()
+        for part in order:
+            manager.add_object(*part)
+        hit, data = manager.in_collision_internal(return_data=True)
+        assert hit and len(data) == 1
+        corners = torus.triangles[data[0].index("torus")] + [31, 0, 0]
+        assert np.abs(corners - data[0].point).max(axis=1).min() < 1e-12
     # A surface holds nothing.
     manager = obbtree.CollisionManager()
     manager.add_object("outer", trimesh.creation.torus(10.0, 4.0))

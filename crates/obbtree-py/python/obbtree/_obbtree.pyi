@@ -154,3 +154,5 @@ class Convex:
         """How deep the solids penetrate; None where they are apart."""
     def contains_corner_of(self, collider: Collider, pose: ArrayLike | None = None) -> bool:
         """Whether any corner of a mesh is inside or on the solid."""
+    def corner_inside(self, collider: Collider, pose: ArrayLike | None = None) -> tuple[int, int] | None:
+        """The first corner of a mesh that is inside or on the solid, as a face that has it and its vertex."""

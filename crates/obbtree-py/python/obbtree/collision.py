@@ -210,15 +210,16 @@ class CollisionManager:
             return touching
         near = self._manager.near_pairs() if inside else self._manager.near_pairs_with(other._manager)
         known = set(touching)
-        return touching + [pair for pair in near if pair not in known and self._holds(pair, other)]
+        return touching + [pair for pair in near if pair not in known and self._held(pair, other) is not None]
 
-    def _holds(self, pair: tuple[str, str], other: CollisionManager) -> bool:
-        """Whether one of two objects that do not touch is inside the other, a convex solid."""
+    def _held(self, pair: tuple[str, str], other: CollisionManager) -> tuple[CollisionObject, int, int] | None:
+        """Of two objects that do not touch the one that is inside the other, a convex solid; and a face and a vertex of it that are."""
         a, b = self._numbered[pair[0]], other._numbered[pair[1]]
-        return any(
-            outer.convex is not None and outer.convex.contains_corner_of(inner.collider, _relative(outer, inner))
-            for outer, inner in ((a, b), (b, a))
-        )
+        for outer, inner in ((a, b), (b, a)):
+            corner = None if outer.convex is None else outer.convex.corner_inside(inner.collider, _relative(outer, inner))
+            if corner is not None:
+                return inner, *corner
+        return None
 
     def _overlap(self, pair: tuple[str, str], other: CollisionManager) -> Penetration | None:
         """How deep two objects are in each other; None if they are apart or not both convex."""
@@ -251,10 +252,13 @@ class CollisionManager:
                 normals, depths = _depths(a, b, touching.faces)
                 rows = zip(touching.faces.tolist(), touching.points, normals, depths.tolist())
                 data.extend(ContactData(names, (i, j), point, normal, depth) for (i, j), point, normal, depth in rows)
-            else:
-                # One is inside the other, a convex solid, and nothing touches.
-                corner = _moved(_pose(b.transform), b.collider.mesh.vertices[b.collider.mesh.faces[0, 0]])
-                data.append(ContactData(names, (0, 0), corner, np.zeros(3), 0.0))
+                continue
+            held = self._held(pair, other)
+            if held is not None:
+                # Nothing touches: the outer one has no face to name.
+                inner, face, vertex = held
+                corner = _moved(_pose(inner.transform), inner.collider.mesh.vertices[vertex])
+                data.append(ContactData(names, (0, face) if inner is b else (face, 0), corner, np.zeros(3), 0.0))
         return data
 
     def _nearest(self, other: CollisionManager, only: str | None = None) -> tuple[tuple[str, str], DistanceData]:
