@@ -43,6 +43,8 @@ struct Edge {
     along: Vector3<f64>,
     /// The normals of the faces on both sides.
     normals: [Vector3<f64>; 2],
+    /// The second of them times the first, across.
+    turn: Vector3<f64>,
     face: u32,
 }
 
@@ -96,6 +98,7 @@ impl Solid {
             from: pose * edge.from,
             along: pose * edge.along,
             normals: edge.normals.map(|normal| pose * normal),
+            turn: pose * edge.turn,
             ..*edge
         };
         Self {
@@ -222,8 +225,9 @@ fn edges(mesh: &obbtree::Mesh, across: &[[usize; 3]], facets: &[Facet]) -> Resul
                 let (from, to) = of;
                 return Err(format!("no face with an area is beside the edge of vertices {from} and {to}"));
             };
-            if f.normal.cross(&g.normal).norm_squared() > PARALLEL {
-                edges.push(Edge { from, along, normals: [f.normal, g.normal], face: f.face });
+            let turn = g.normal.cross(&f.normal);
+            if turn.norm_squared() > PARALLEL {
+                edges.push(Edge { from, along, normals: [f.normal, g.normal], turn, face: f.face });
             }
         }
     }
@@ -303,11 +307,13 @@ fn keep(least: &mut Option<Depth>, found: Depth) {
 
 /// Whether the arcs between the normals of both edges cross, one of them mirrored: whether the edges make a face of the Minkowski difference.
 fn arcs_cross(e: &Edge, f: &Edge) -> bool {
-    let [a, b] = &e.normals;
-    let [c, d] = f.normals.map(|normal| -normal);
-    let (of_e, of_f) = (b.cross(a), d.cross(&c));
-    let (c_side, d_side, a_side, b_side) = (c.dot(&of_e), d.dot(&of_e), a.dot(&of_f), b.dot(&of_f));
-    c_side * d_side < 0.0 && a_side * b_side < 0.0 && c_side * b_side > 0.0
+    // The sides of the plane of one arc that the ends of the other are on: most pairs are left out by the first two.
+    let [c_side, d_side] = f.normals.map(|normal| -normal.dot(&e.turn));
+    if c_side * d_side >= 0.0 {
+        return false;
+    }
+    let [a_side, b_side] = e.normals.map(|normal| normal.dot(&f.turn));
+    a_side * b_side < 0.0 && c_side * b_side > 0.0
 }
 
 /// A convex mesh as a solid.
