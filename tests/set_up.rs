@@ -299,6 +299,41 @@ fn every_template_makes_a_scene_that_loads() {
 }
 
 #[test]
+fn a_new_scene_in_a_folder_with_its_sources_keeps_them() {
+    let folder = folder();
+    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
+    let table = std::fs::read(folder.path("parts/table.stl")).unwrap();
+    let program = "G0 X1\nM2\n";
+    folder.write("shop/own.ngc", program);
+    std::fs::create_dir_all(folder.path("shop/meshes")).unwrap();
+    std::fs::write(folder.path("shop/meshes/table.stl"), &table).unwrap();
+    let new = |folder: &Folder, part: &str, program: &[&str]| {
+        let new = ["scene", "new", "shop", "--machine", "mill", "--part", part, "parts/spindle.stl:machine:Z"];
+        let all = [&new[..], program].concat();
+        let output = folder.run(&all);
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    // Other content under a name that the scene needs: nothing is written.
+    folder.write("shop/jog.ngc", "G0 Y1\nM2\n");
+    let (code, told) = new(&folder, "shop/meshes/table.stl:machine:base", &[]);
+    assert!(code == Some(2) && told.contains("jog.ngc: the file is there already"), "{told}");
+    folder.write("job.ngc", program);
+    let (code, told) = new(&folder, "parts/table.stl:machine:base", &["--program", "job.ngc"]);
+    assert_eq!(code, Some(0), "the same content is no loss: {told}");
+    std::fs::remove_file(folder.path("shop/scene.toml")).unwrap();
+    std::fs::copy(folder.path("parts/jaw.stl"), folder.path("table.stl")).unwrap();
+    let (code, told) = new(&folder, "table.stl:machine:base", &["--program", "shop/own.ngc"]);
+    assert!(code == Some(2) && told.contains("table.stl: the file is there already"), "{told}");
+    assert!(!folder.path("shop/scene.toml").exists());
+    // The sources themselves are in the folder: they stay as they are.
+    let (code, told) = new(&folder, "shop/meshes/table.stl:machine:base", &["--program", "shop/own.ngc"]);
+    assert_eq!(code, Some(0), "{told}");
+    assert_eq!(std::fs::read_to_string(folder.path("shop/own.ngc")).unwrap(), program);
+    assert_eq!(std::fs::read(folder.path("shop/meshes/table.stl")).unwrap(), table);
+    assert_eq!(std::fs::read_to_string(folder.path("shop/jog.ngc")).unwrap(), "G0 Y1\nM2\n");
+}
+
+#[test]
 fn new_scenes_refuse_what_makes_no_sense() {
     let folder = folder();
     folder.write("a.stl", "solid a\nendsolid a\n");

@@ -73,6 +73,9 @@ pub fn run(options: &Options) -> Result<u8> {
         Some(path) => path.file_name().ok_or_else(|| anyhow!("--program {}: no file", path.display()))?,
         None => "jog.ngc".as_ref(),
     };
+    if program == "scene.toml" || program == MESHES {
+        bail!("--program: the new folder needs the name `{}` itself; rename the program", program.to_string_lossy());
+    }
     let scene = NewScene {
         title: options.title.clone().unwrap_or_else(|| name_of(&options.folder)),
         gauge_mm: numbers("--gauge", &options.gauge)?,
@@ -88,21 +91,53 @@ pub fn run(options: &Options) -> Result<u8> {
     Ok(CLEAR)
 }
 
-/// Writes the folder: meshes, program, scene file last, so that a folder that was begun and not finished is none.
+/// Writes the folder: meshes, program, scene file last, so that a folder that was begun and not finished is none. Nothing is written where a
+/// file of other content would be lost.
 fn write(options: &Options, scene: &NewScene, parts: &[(PathBuf, NewPart)]) -> Result<()> {
     let folder = &options.folder;
+    let program = folder.join(&scene.program);
+    let sources = parts.iter().map(|(from, part)| (from, folder.join(&part.file)));
+    let sources = sources.chain(options.program.iter().map(|from| (from, program.clone())));
+    let mut copies = Vec::new();
+    for (from, to) in sources {
+        if is_new(from, &to)? {
+            copies.push((from, to));
+        }
+    }
+    let jog = scene.jog();
+    if options.program.is_none() && program.exists() && fs::read(&program).ok().as_deref() != Some(jog.as_bytes()) {
+        return Err(exists(&program));
+    }
     let meshes = folder.join(MESHES);
     fs::create_dir_all(&meshes).with_context(|| format!("cannot create {}", meshes.display()))?;
-    for (from, part) in parts {
-        fs::copy(from, folder.join(&part.file)).with_context(|| format!("cannot copy {}", from.display()))?;
+    for (from, to) in copies {
+        fs::copy(from, to).with_context(|| format!("cannot copy {}", from.display()))?;
     }
-    let program = folder.join(&scene.program);
-    match &options.program {
-        Some(from) => fs::copy(from, &program).map(drop).with_context(|| format!("cannot copy {}", from.display()))?,
-        None => fs::write(&program, scene.jog()).with_context(|| format!("cannot write {}", program.display()))?,
+    if options.program.is_none() {
+        fs::write(&program, jog).with_context(|| format!("cannot write {}", program.display()))?;
     }
     let file = folder.join("scene.toml");
     fs::write(&file, scene.toml()).with_context(|| format!("cannot write {}", file.display()))
+}
+
+/// Whether a file must be copied: false when `to` is the same file, or has the same content.
+///
+/// # Errors
+/// When `to` is a file of other content, or either cannot be read.
+fn is_new(from: &Path, to: &Path) -> Result<bool> {
+    if !to.exists() {
+        return Ok(true);
+    }
+    let full = |path: &Path| path.canonicalize().with_context(|| format!("cannot read {}", path.display()));
+    let content = |path: &Path| fs::read(path).with_context(|| format!("cannot read {}", path.display()));
+    if full(from)? == full(to)? || content(from)? == content(to)? {
+        return Ok(false);
+    }
+    Err(exists(to))
+}
+
+fn exists(path: &Path) -> anyhow::Error {
+    anyhow!("{}: the file is there already, with other content; move it away, or name another folder", path.display())
 }
 
 /// Loads what was written, and says what it holds.
