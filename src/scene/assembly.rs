@@ -16,7 +16,7 @@ use rs274::{Axis, Position, Tool};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Tessellation of tools: the chords of their circles deviate by at most 0.0023 mm.
+/// Tessellation of tools: the chords of their circles deviate by at most 0.0027 mm.
 const TESSELLATION: Tessellation = Tessellation { grading: 1.0, density: 3.0 };
 /// Lengths that differ by less than this count as equal, mm.
 const SAME_MM: f64 = 1e-6;

@@ -161,6 +161,19 @@ mod tests {
         assert_eq!(sizing.straight(1.0), 1);
     }
 
+    /// The figure that the documents name for tools and stock, at density 3.
+    #[test]
+    fn circles_of_tools_leave_out_little() {
+        let sizing = Sizing::new(&Tessellation { grading: 1.0, density: 3.0 }, 1.0);
+        let left_out = |radius: f64| {
+            let of_sides = |sides: usize| radius * (1.0 - (0.5 * TAU / sides as f64).cos());
+            of_sides(sizing.circle(radius)).max(of_sides(4 * sizing.arc(radius, TAU / 4.0)))
+        };
+        let largest = (0..20_000).map(|i| left_out(0.01 * 1.000_605_f64.powi(i))).fold(0.0, f64::max);
+        assert!((0.0026..0.0027).contains(&largest), "{largest}");
+        assert!(left_out(2250.0) < 0.0027 && left_out(2400.0) > 0.0027);
+    }
+
     #[test]
     fn grading_moves_segments_from_planes_to_details_and_spares_the_neutral_radius() {
         let even = Sizing::new(&Tessellation::default(), 1.0);
