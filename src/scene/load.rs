@@ -5,6 +5,7 @@ use super::error::{Place, SceneError};
 use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, RapidFile, SceneFile, TipFile};
 use super::folder::Folder;
 use super::numbers;
+use super::parts::{admit, push_part};
 use super::program::{self, Nonsense, ProgramRun, positive};
 use super::{
     Approach, Clearance, Clearances, Expected, MeshFile, Overrides, Pair, Part, Rates, Recording, Role, Scene,
@@ -33,10 +34,6 @@ pub const SCENE_FILE: &str = "scene.toml";
 /// Rapid rates when the scene defines none: those of an ordinary machine tool.
 const RAPID_MM_MIN: f64 = 15_000.0;
 const RAPID_DEG_MIN: f64 = 7_200.0;
-
-/// Largest number of triangles of all parts together, sixteen times the largest scene that was tried. It stops a mistake in a file before
-/// memory runs out.
-const MOST_TRIANGLES: usize = 1 << 24;
 
 /// A text, and its name in messages.
 pub(super) struct Document {
@@ -251,12 +248,7 @@ fn add_parts(
     for file in files {
         let name = file.name.get_ref();
         let place = || document.place(&file.name.span());
-        if let Some(message) = unfit_name(name) {
-            return Err(SceneError::Meaning { place: place(), message });
-        }
-        if parts.iter().any(|part| part.name == *name) {
-            return Err(SceneError::Duplicate { place: place(), what: "parts", name: name.clone() });
-        }
+        admit(parts, name).map_err(|why| why.at(place()))?;
         let link = file.link.as_ref().map(|link| find_link(document, machine, link)).transpose()?;
         let link_from_part = file.at.isometry();
         if !machine::tree::is_usable(&link_from_part) {
@@ -278,32 +270,13 @@ fn add_parts(
             return Err(SceneError::Meaning { place: place(), message });
         }
         let mesh = part_mesh(folder, document, file, overrides)?;
-        let triangles = parts.iter().map(|part| part.mesh.faces().len()).sum::<usize>() + mesh.faces().len();
-        if triangles > MOST_TRIANGLES {
-            let message = format!(
-                "with part `{name}` the scene has {triangles} triangles, and at most {MOST_TRIANGLES} are taken"
-            );
-            return Err(SceneError::Meaning { place: place(), message });
-        }
         let mesh = Arc::new(mesh);
         let shape = file.shape.clone().map(Arc::new);
         let (name, role, tool) = (name.clone(), file.role, file.tool);
-        parts.push(Part { name, mesh, link, link_from_part, shape, role, tool, groove_mm });
+        let part = Part { name, mesh, link, link_from_part, shape, role, tool, groove_mm };
+        push_part(parts, part).map_err(|why| why.at(place()))?;
     }
     Ok(())
-}
-
-/// Why a name is not permitted; `None` when it is. Names are written to terminals and to CSV files, in which a
-/// spreadsheet takes some first characters for the start of a formula.
-pub(super) fn unfit_name(name: &str) -> Option<String> {
-    let is_formula = name.starts_with(['=', '+', '-', '@', '\t', '\r']);
-    let wrong = match name {
-        "" => "is empty",
-        _ if is_formula => "begins like a spreadsheet's formula",
-        _ if name.chars().any(char::is_control) => "has a control character",
-        _ => return None,
-    };
-    Some(format!("the name `{}` {wrong}", name.escape_debug()))
 }
 
 /// The mesh of a part, from its shape or its file.
@@ -389,11 +362,9 @@ fn read_program(
         let wrong = |message| meaning((spanned.span(), format!("tool {}: {message}", entry.number)));
         let tip = tip.as_ref().ok_or_else(|| wrong(NO_SPINDLE.to_owned()))?;
         let mounted = assembly::mount(&entry, assembly, machine, tip).map_err(wrong)?;
-        if let Some(twin) = mounted.parts.iter().find(|new| parts.iter().any(|part| part.name == new.name)) {
-            let place = document.place(&spanned.span());
-            return Err(SceneError::Duplicate { place, what: "parts", name: twin.name.clone() });
+        for part in mounted.parts {
+            push_part(parts, part).map_err(|why| why.at(document.place(&spanned.span())))?;
         }
-        parts.extend(mounted.parts);
         setup.tools.insert(entry.number, mounted.tool);
     }
     let path = file.file.get_ref();

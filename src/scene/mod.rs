@@ -1,6 +1,6 @@
 //! Scenes: parts with meshes on a machine, the pairs of parts that are examined, and the motion.
 //!
-//! Reading order: this file (the model), [`file`] (the TOML form), `load` (from TOML to model), `urdf` (machines of ROS), [`recording`]
+//! Reading order: this file (the model), [`file`] (the TOML form), `load` (from TOML to model), `parts` (which are taken), `urdf` (machines of ROS), [`recording`]
 //! (poses as CSV), `assembly` (rotating tools by their dimensions), `stock_spec` and [`set_up`] (tools and stock without editing the file),
 //! [`extents`] (sizes, and warnings about units), [`template`] (files for new machines), `folder` and `shipped` (sources of files),
 //! [`pairs`] (which parts can collide), [`error`].
@@ -12,6 +12,7 @@ mod file;
 pub mod recording;
 mod program;
 mod load;
+mod parts;
 mod numbers;
 mod assembly;
 mod clearances;

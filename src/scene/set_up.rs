@@ -4,8 +4,9 @@ use super::assembly::{self, ToolEntry};
 use super::error::SceneError;
 use super::file::LibraryFile;
 use super::load::{Document, NO_SPINDLE, movable_pairs};
+use super::parts::push_part;
+use super::stock_spec::StockSpec;
 pub use super::stock_spec::numbers;
-use super::stock_spec::{PART_NAME, StockSpec};
 use super::{Pair, ProgramRun, Role, Scene};
 use crate::geometry::{Isometry, Point, Vector};
 use crate::machine::tip::TipControl;
@@ -153,10 +154,9 @@ impl Scene {
         let is_of_tool = |role: Role| matches!(role, Role::Cutter | Role::Shank | Role::Holder);
         let gone = self
             .retain_parts(|part| part.tool != Some(entry.number) && !(part.tool.is_none() && is_of_tool(part.role)));
-        if let Some(twin) = mounted.parts.iter().find(|part| self.part(&part.name).is_some()) {
-            return Err(format!("the scene has a part named `{}` already", twin.name));
+        for part in mounted.parts {
+            push_part(&mut self.parts, part).map_err(|why| why.to_string())?;
         }
-        self.parts.extend(mounted.parts);
         run.setup.tools.insert(entry.number, mounted.tool);
         let mut notes = mounted.notes;
         if !gone.is_empty() {
@@ -170,10 +170,7 @@ impl Scene {
         let (link, link_from_work) = self.work_frame(run)?;
         let (part, place) = stock.part(link, &link_from_work)?;
         let gone = self.retain_parts(|part| part.role != Role::Workpiece);
-        if self.part(PART_NAME).is_some() {
-            return Err(format!("the scene has a part named `{PART_NAME}` already"));
-        }
-        self.parts.push(part);
+        push_part(&mut self.parts, part).map_err(|why| why.to_string())?;
         let mut notes = vec![format!("the stock is at {place}")];
         if !gone.is_empty() {
             notes.push(format!("the stock replaces `{}` of the scene", gone.join("`, `")));

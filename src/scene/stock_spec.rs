@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// The name of the part that represents the stock.
-pub const PART_NAME: &str = "stock";
+const PART_NAME: &str = "stock";
 /// Largest mesh file, bytes: the limit for all files of a scene.
 const LARGEST_FILE: u64 = 1 << 30;
 /// Tessellation of round stock: its chords deviate by at most 0.0027 mm up to a diameter of 4.5 m.

@@ -4,7 +4,8 @@ use super::error::{Place, SceneError};
 use super::file::MachineFile;
 use super::folder::Folder;
 use super::load::Document;
-use super::{Part, Role};
+use super::parts::{admit, push_part};
+use super::{MeshFile, Part, Role};
 use crate::geometry::shapes::Tessellation;
 use crate::geometry::{Mesh, import};
 use crate::machine::Machine;
@@ -30,23 +31,25 @@ pub fn read(
     for body in bodies {
         let place = || place_of(&robot, machine.links().get(body.link).map(|link| link.name.as_str()));
         let failed = |cause| SceneError::Mesh { place: place(), part: body.name.clone(), cause };
-        if parts.iter().any(|part| part.name == body.name) {
-            return Err(SceneError::Duplicate { place: place(), what: "parts", name: body.name.clone() });
-        }
+        admit(&parts, &body.name).map_err(|why| why.at(place()))?;
+        let shape = if let Solid::Shape(shape) = &body.solid { Some(Arc::new(shape.clone())) } else { None };
         let mesh = match &body.solid {
             Solid::Shape(shape) => shape.mesh(tessellation).map_err(|error| failed(error.into()))?,
-            Solid::Mesh { file, unit_mm } => read_mesh(folder, &robot.base, file, *unit_mm).map_err(failed)?,
+            Solid::Mesh { file, unit_mm } => {
+                read_mesh(folder, &robot.base, &body.name, file, *unit_mm).map_err(failed)?
+            }
         };
-        parts.push(Part {
+        let part = Part {
             name: body.name.clone(),
             mesh: Arc::new(mesh),
             link: Some(body.link),
             link_from_part: body.link_from_body,
-            shape: None,
+            shape,
             role: Role::Machine,
             tool: None,
             groove_mm: 0.0,
-        });
+        };
+        push_part(&mut parts, part).map_err(|why| why.at(place()))?;
     }
     Ok((machine, parts))
 }
@@ -60,14 +63,23 @@ fn place_of(robot: &Document, name: Option<&str>) -> Place {
     robot.place(&(byte..byte))
 }
 
-fn read_mesh(folder: &mut Folder, base: &str, file: &str, unit_mm: f64) -> Result<Mesh, Box<dyn Error + Send + Sync>> {
+/// The mesh of a part; its import report goes to the folder's records.
+fn read_mesh(
+    folder: &mut Folder,
+    base: &str,
+    part: &str,
+    file: &str,
+    unit_mm: f64,
+) -> Result<Mesh, Box<dyn Error + Send + Sync>> {
     let candidates = candidates(base, file);
     let Some(path) = candidates.iter().find(|path| folder.has(path)) else {
         let tried: Vec<String> = candidates.iter().map(|path| folder.path(path).display().to_string()).collect();
         return Err(format!("there is no mesh `{file}`; tried {}", tried.join(", ")).into());
     };
     let bytes = folder.bytes(path)?;
-    Ok(import::parse_scaled(&folder.path(path), &bytes, unit_mm)?.mesh)
+    let import::Imported { mesh, report } = import::parse_scaled(&folder.path(path), &bytes, unit_mm)?;
+    folder.meshes.push(MeshFile { part: part.to_owned(), file: path.clone(), report });
+    Ok(mesh)
 }
 
 /// Candidate paths of a mesh. `package://name/rest` may be in a folder `name` beside or above the file, or in a folder around the file that

@@ -1,4 +1,5 @@
-use super::super::{Pair, Role, Scene, SceneError};
+use super::super::pairs::{Dropped, Reach, decide};
+use super::super::{Clearances, Pair, Role, Scene, SceneError};
 use crate::geometry::Point;
 use rs274::{Axis, Position};
 use std::path::Path;
@@ -304,6 +305,15 @@ fn a_folder_without_a_scene_file_is_told_from_one_that_is_not_there() {
     }
 }
 
+#[test]
+fn a_scene_has_a_limited_number_of_parts() {
+    let part =
+        |i: usize| format!("[[parts]]\nname = \"p{i}\"\nshape = {{ kind = \"rounded-box\", size_mm = [1, 1, 1] }}\n");
+    let parts: String = (2..4097).map(part).collect();
+    let text = error_of(&[("scene.toml", &format!("{SLIDE}{parts}"))]).1;
+    assert!(text.contains("with part `p4096` the scene has more than 4096 parts"), "{text}");
+}
+
 const WITH_URDF: &str = "title = \"\"\n[machine]\nurdf = \"r.urdf\"\naxes = { slide = \"Z\" }\n\
                          [[parts]]\nname = \"tip\"\nlink = \"carriage\"\nmesh = \"t.stl\"\n";
 
@@ -348,6 +358,18 @@ mod urdf {
         assert_eq!((reach(0), reach(1), reach(2)), (500.0, 2.0, 1.0));
         let inputs: Vec<&str> = loaded.inputs.keys().map(|key| key.split_once('/').unwrap().1).collect();
         assert_eq!(inputs, ["r.urdf", "scene.toml", "t.stl"]);
+    }
+
+    #[test]
+    fn parts_of_a_urdf_file_are_checked_and_reported_like_others() {
+        let loaded = load(&[("scene.toml", WITH_URDF), ("r.urdf", ROBOT)]).unwrap();
+        let reports: Vec<(&str, &str)> =
+            loaded.mesh_files.iter().map(|mesh| (mesh.part.as_str(), mesh.file.as_str())).collect();
+        assert_eq!(reports, [("carriage", "t.stl"), ("tip", "t.stl")]);
+        assert!(loaded.parts[0].shape.is_some() && loaded.parts[1].shape.is_none());
+        let robot = ROBOT.replace("\"bed\"", "\"=bed\"");
+        let text = error_of(&[("scene.toml", WITH_URDF), ("r.urdf", &robot)]).1;
+        assert_eq!(text, "r.urdf:2:15: the name `=bed` begins like a spreadsheet's formula");
     }
 
     #[test]
