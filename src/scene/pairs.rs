@@ -102,7 +102,7 @@ impl Reach {
 pub enum Dropped {
     /// No joint lies between the parts.
     Rigid,
-    /// Two parts of the machine's structure with one joint between them: the joint's bearings touch by construction.
+    /// Two parts of the machine's structure, of no tool, with one joint between them: the joint's bearings touch by construction.
     Neighbours {
         /// The joint's axis.
         axis: char,
@@ -205,12 +205,13 @@ fn why_dropped(scene: &Scene, balls: &[Ball], reach: &Reach, beyond_mm: f64, pai
     if let Some(apart_mm) = least_distance(scene, balls, pair, range).filter(|&apart| apart > beyond_mm) {
         return Some(Dropped::OutOfReach { apart_mm });
     }
-    let is_structure = [pair.a, pair.b].iter().all(|&part| scene.parts[part].role == Role::Machine);
+    let is_structure = |part: &Part| part.role == Role::Machine && part.tool.is_none();
+    let is_structure = [pair.a, pair.b].iter().all(|&part| is_structure(&scene.parts[part]));
     (is_structure && !scene.names(pair)).then(|| neighbours(scene, bodies)).flatten()
 }
 
-/// The axis between two adjacent bodies of the machine. Only the structure has bearings, so parts that cut, hold or are cut have no
-/// neighbours.
+/// The axis between two adjacent bodies of the machine. Only the structure has bearings, so parts that cut, hold, are cut or belong to a tool
+/// have no neighbours.
 fn neighbours(scene: &Scene, bodies: [Option<usize>; 2]) -> Option<Dropped> {
     let stands_on = |above: Option<usize>, below: Option<usize>| {
         let above = above?;

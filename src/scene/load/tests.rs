@@ -314,6 +314,16 @@ fn a_scene_has_a_limited_number_of_parts() {
     assert!(text.contains("with part `p4096` the scene has more than 4096 parts"), "{text}");
 }
 
+#[test]
+fn a_part_of_a_tool_is_no_neighbour_of_the_structure() {
+    let free = SLIDE.replacen("pairs = [[\"block\", \"tool\"]]\n", "", 1);
+    for (keys, dropped) in [("", Some(Dropped::Neighbours { axis: 'X' })), ("tool = 7\n", None)] {
+        let scene = load(&[("scene.toml", &free.replacen("link =", &format!("{keys}link ="), 1))]).unwrap();
+        let decisions = decide(&scene, &Reach::of_limits(&scene), &Clearances::everywhere(&[]));
+        assert_eq!((decisions.len(), &decisions[0].dropped), (1, &dropped), "{keys}");
+    }
+}
+
 const WITH_URDF: &str = "title = \"\"\n[machine]\nurdf = \"r.urdf\"\naxes = { slide = \"Z\" }\n\
                          [[parts]]\nname = \"tip\"\nlink = \"carriage\"\nmesh = \"t.stl\"\n";
 
