@@ -30,12 +30,74 @@ pub struct TipControl {
     pub work_link: Option<usize>,
 }
 
+/// Largest distance of the tip from the requested position at the solution, mm. A nanometre is far above rounding, and far below any
+/// controller's resolution.
+const MISSED_MM: f64 = 1e-6;
+
 /// X, Y and Z cannot bring the tip to the requested position.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
-#[error("with the rotary axes where they are, X, Y and Z cannot move the tool's tip in every direction")]
-pub struct TipError;
+pub enum TipError {
+    /// The three axes move the tip in one plane, or along one line.
+    #[error("with the rotary axes where they are, X, Y and Z cannot move the tool's tip in every direction")]
+    Singular,
+    /// The tip is not where the three linear equations say: an axis among X, Y and Z does not slide, or positions are too large for
+    /// their arithmetic.
+    #[error("X, Y and Z cannot bring the tool's tip to its place: at the solution it is {mm:e} mm off")]
+    Missed {
+        /// Distance from the requested position, mm.
+        mm: f64,
+    },
+}
+
+/// A letter of a linear axis turns a joint between tool and workpiece, which tool-centre-point control does not know as a rotary axis.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error(
+    "axis {axis} turns link `{link}` between tool and workpiece; under tool-centre-point control X Y Z U V W must slide there, and A B C turn"
+)]
+pub struct TurningLetter {
+    /// The letter.
+    pub axis: char,
+    /// The link that it turns.
+    pub link: String,
+}
 
 impl TipControl {
+    /// Checks that all joints between tool and workpiece that turn have a letter of a rotary axis.
+    ///
+    /// # Errors
+    /// [`TurningLetter`] for the first joint, from the tool to the workpiece, that does not.
+    pub fn check(&self, machine: &Machine) -> Result<(), TurningLetter> {
+        let chain = |link: Option<usize>| std::iter::successors(link, |&link| machine.parent(link));
+        let up_to_shared = |from: Option<usize>, to: Option<usize>| {
+            chain(from).take_while(move |&link| chain(to).all(|other| other != link))
+        };
+        for link in up_to_shared(self.tool_link, self.work_link).chain(up_to_shared(self.work_link, self.tool_link)) {
+            let link = &machine.links()[link];
+            if let Some(joint) = link.joint.as_ref().filter(|joint| joint.turns() && !joint.axis.is_rotary()) {
+                return Err(TurningLetter { axis: joint.axis.letter(), link: link.name.clone() });
+            }
+        }
+        Ok(())
+    }
+
+    /// Directions in which X, Y and Z move the tip over the workpiece at a position, mm per mm, in the frame of the workpiece's link. Where
+    /// one of the three axes is missing, its direction completes a right-handed frame; where more are missing, theirs are zero.
+    #[must_use]
+    pub fn directions(&self, machine: &Machine, position: &Position) -> [Vector; 3] {
+        let at = self.tip(machine, position, 0.0);
+        let mut columns = LINEAR.map(|axis| {
+            let mut moved = *position;
+            moved[axis] += UNIT_MM;
+            (self.tip(machine, &moved, 0.0) - at) / UNIT_MM
+        });
+        for i in 0..3 {
+            if columns[i] == Vector::zeros() {
+                columns[i] = columns[(i + 1) % 3].cross(&columns[(i + 2) % 3]);
+            }
+        }
+        columns
+    }
+
     /// The tip of a tool of `length_mm` in the frame of the workpiece's link, mm.
     #[must_use]
     pub fn tip(&self, machine: &Machine, position: &Position, length_mm: f64) -> Point {
@@ -107,11 +169,14 @@ impl TipControl {
         });
         let matrix = Matrix3::from_columns(&columns);
         if matrix.singular_values().min() < SINGULAR {
-            return Err(TipError);
+            return Err(TipError::Singular);
         }
-        let solution = matrix.lu().solve(&(wanted - base)).ok_or(TipError)?;
+        let solution = matrix.lu().solve(&(wanted - base)).ok_or(TipError::Singular)?;
         LINEAR.iter().zip(solution.iter()).for_each(|(&axis, &value)| position[axis] = value);
-        Ok(position)
+        match (self.tip(machine, &position, length_mm) - wanted).norm() {
+            mm if mm <= MISSED_MM => Ok(position),
+            mm => Err(TipError::Missed { mm }),
+        }
     }
 }
 
@@ -383,6 +448,40 @@ mod tests {
         let machine = Machine::new(vec![link("z", None, [0.0; 3], slide(Axis::Z, Vector::z()))]).unwrap();
         let control =
             TipControl { tool_link: Some(0), gauge: Point::origin(), direction: -Vector::z_axis(), work_link: None };
-        assert_eq!(control.axes(&machine, &Position::default(), 10.0), Err(TipError));
+        assert_eq!(control.axes(&machine, &Position::default(), 10.0), Err(TipError::Singular));
+    }
+
+    #[test]
+    fn a_linear_letter_that_turns_is_refused_between_tool_and_workpiece_alone() {
+        // The head-table machine with its head tilted by `letter`, and a door that turns beside it.
+        let tilted = |letter: Axis, work: Option<usize>| {
+            let (machine, control) = head_table();
+            let mut links = machine.links().to_vec();
+            links[4].joint = Some(turn(letter, Vector::y(), [0.0, 0.0, 30.0]));
+            links.push(link("door", Some("z"), [0.0; 3], turn(Axis::V, Vector::x(), [0.0; 3])));
+            TipControl { work_link: work, ..control }.check(&Machine::new(links).unwrap())
+        };
+        assert_eq!(tilted(Axis::B, Some(1)), Ok(()));
+        let refused = TurningLetter { axis: 'U', link: "b".to_owned() };
+        assert_eq!(tilted(Axis::U, Some(1)), Err(refused.clone()));
+        assert_eq!(tilted(Axis::U, None), Err(refused));
+        // On the tilted link itself, tool and workpiece turn together.
+        assert_eq!(tilted(Axis::U, Some(4)), Ok(()));
+    }
+
+    #[test]
+    fn a_tip_that_misses_its_place_is_an_error() {
+        // X turns a table: from where its three unit moves take the tip, the linear equations say where it is not.
+        let machine = Machine::new(vec![
+            link("x", None, [0.0; 3], turn(Axis::X, Vector::z(), [200.0, 0.0, 0.0])),
+            link("y", None, [0.0; 3], slide(Axis::Y, Vector::new(0.6, 0.8, 0.0))),
+            link("z", Some("y"), [0.0; 3], slide(Axis::Z, Vector::z())),
+        ])
+        .unwrap();
+        let control =
+            TipControl { tool_link: Some(2), gauge: Point::origin(), direction: -Vector::z_axis(), work_link: Some(0) };
+        let mut programmed = Position::default();
+        (programmed[Axis::X], programmed[Axis::Y]) = (30.0, 5.0);
+        assert!(matches!(control.axes(&machine, &programmed, 10.0), Err(TipError::Missed { .. })));
     }
 }

@@ -387,12 +387,12 @@ fn read_tip(document: &Document, machine: &Machine, file: &Spanned<TipFile>) -> 
     if !gauge_mm.iter().all(|x| x.is_finite()) {
         return refuse("gauge_mm is not finite");
     }
-    Ok(TipControl {
-        tool_link: find(tool_link)?,
-        gauge: Point::from(*gauge_mm),
-        direction,
-        work_link: find(work_link)?,
-    })
+    let gauge = Point::from(*gauge_mm);
+    let tip = TipControl { tool_link: find(tool_link)?, gauge, direction, work_link: find(work_link)? };
+    match tip.check(machine) {
+        Ok(()) => Ok(tip),
+        Err(why) => refuse(&format!("tool_centre_point: {why}")),
+    }
 }
 
 fn read_recording(

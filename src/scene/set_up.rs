@@ -121,6 +121,7 @@ impl Scene {
             return Err("--table needs --spindle LINK@X,Y,Z, as the scene does not say where tools are held".to_owned());
         }
         if let Some(table) = &job.table {
+        tip.check(&self.machine).map_err(|why| format!("--spindle and --table: {why}"))?;
             tip.work_link = link("--table", table)?;
         }
         run.setup.kinematics = Some(tip.kinematics(&self.machine));

@@ -324,6 +324,17 @@ fn a_part_of_a_tool_is_no_neighbour_of_the_structure() {
     }
 }
 
+#[test]
+fn tool_centre_point_refuses_linear_letters_that_turn() {
+    let scene = "title = \"\"\n[[machine.links]]\nname = \"tilt\"\njoint = { axis = \"U\", turns = true, direction = [1, 0, 0] }\n\
+                 [[parts]]\nname = \"a\"\nlink = \"tilt\"\nmesh = \"t.stl\"\n[[parts]]\nname = \"b\"\nmesh = \"t.stl\"\n\
+                 [program]\nfile = \"p.ngc\"\ntool_centre_point = { tool_link = \"tilt\" }\n";
+    let text = error_of(&[("scene.toml", scene), ("p.ngc", "M2\n")]).1;
+    assert!(text.starts_with("scene.toml:14:21: tool_centre_point: axis U turns link `tilt`"), "{text}");
+    let named = scene.replacen("\"U\", turns = true", "\"A\"", 1);
+    assert!(load(&[("scene.toml", &named), ("p.ngc", "M2\n")]).is_ok());
+}
+
 const WITH_URDF: &str = "title = \"\"\n[machine]\nurdf = \"r.urdf\"\naxes = { slide = \"Z\" }\n\
                          [[parts]]\nname = \"tip\"\nlink = \"carriage\"\nmesh = \"t.stl\"\n";
 
