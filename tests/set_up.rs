@@ -127,6 +127,21 @@ fn the_length_of_a_tool_is_its_offset_and_a_measured_table_goes_before_it() {
     );
     assert_eq!((code, events(&found).len()), (Some(0), 0), "{told}");
     assert!(!told.contains("mm long"), "{told}");
+    // The table goes before what a library says, and tools of the scene are told of by the table, too.
+    let tool = "diameter_mm = 10, flute_mm = 15, stickout_mm = 40, offset = { z_mm = 80 }";
+    folder.write("shop.toml", &format!("tools = [{{ number = 1, {tool} }}]\n"));
+    let (_, told, _) = check(&folder, &["mill", "part.ngc", "--tools", "shop.toml", "--tool-table", "tool.tbl"]);
+    assert!(told.contains("its offset says 95.000 mm") && told.contains("tool 1 has no holder"), "{told}");
+    let (_, told, _) = check(&folder, &["mill", "part.ngc", "--tools", "shop.toml"]);
+    assert!(told.contains("its offset says 80.000 mm"), "{told}");
+    let scene = format!("{MILL}\n[program]\nfile = \"part.ngc\"\ntools = [{{ number = 1, {tool} }}]\n{HELD}");
+    folder.write("mill/scene.toml", &scene);
+    let (_, told, _) = check(&folder, &["mill", "part.ngc"]);
+    assert!(told.contains("its offset says 80.000 mm") && told.contains("tool 1 has no holder"), "{told}");
+    let (_, told, _) = check(&folder, &["mill", "part.ngc", "--tool-table", "tool.tbl"]);
+    assert!(told.contains("tool 1 is 40.000 mm long") && told.contains("its offset says 95.000 mm"), "{told}");
+    let told = String::from_utf8(folder.run(&["scene", "info", "mill"]).stderr).unwrap();
+    assert!(told.contains("tool 1 has no holder"), "{told}");
 }
 
 #[test]
@@ -277,28 +292,6 @@ fn a_new_scene_loads_shows_its_extents_and_checks() {
 }
 
 #[test]
-fn every_template_makes_a_scene_that_loads() {
-    let folder = folder();
-    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
-    for kind in ["mill", "router", "horizontal", "rotary", "trunnion", "head-table", "fork", "lathe", "w A b X Z t"] {
-        let name = format!("new-{}", kind.replace(' ', ""));
-        let output = folder.run(&[
-            "scene",
-            "new",
-            &name,
-            "--machine",
-            kind,
-            "--part",
-            "parts/spindle.stl:holder",
-            "parts/table.stl:fixture",
-        ]);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.success(), "{kind}: {told}");
-        assert_eq!(folder.run(&["check", &name, "--quiet"]).status.code(), Some(0), "{kind}");
-    }
-}
-
-#[test]
 fn a_new_scene_in_a_folder_with_its_sources_keeps_them() {
     let folder = folder();
     assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
@@ -331,6 +324,28 @@ fn a_new_scene_in_a_folder_with_its_sources_keeps_them() {
     assert_eq!(std::fs::read_to_string(folder.path("shop/own.ngc")).unwrap(), program);
     assert_eq!(std::fs::read(folder.path("shop/meshes/table.stl")).unwrap(), table);
     assert_eq!(std::fs::read_to_string(folder.path("shop/jog.ngc")).unwrap(), "G0 Y1\nM2\n");
+}
+
+#[test]
+fn every_template_makes_a_scene_that_loads() {
+    let folder = folder();
+    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
+    for kind in ["mill", "router", "horizontal", "rotary", "trunnion", "head-table", "fork", "lathe", "w A b X Z t"] {
+        let name = format!("new-{}", kind.replace(' ', ""));
+        let output = folder.run(&[
+            "scene",
+            "new",
+            &name,
+            "--machine",
+            kind,
+            "--part",
+            "parts/spindle.stl:holder",
+            "parts/table.stl:fixture",
+        ]);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{kind}: {told}");
+        assert_eq!(folder.run(&["check", &name, "--quiet"]).status.code(), Some(0), "{kind}");
+    }
 }
 
 #[test]

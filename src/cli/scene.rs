@@ -179,6 +179,9 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
         note(format!("warning: {warning}"));
     }
     if let Some(run) = &scene.program {
+        for told in scene.tool_notes(&run.setup.tools) {
+            note(format!("note: {told}"));
+        }
         let (lines, moves) = (run.program.blocks.len(), run.program.moves.len());
         say(format!("\nprogram {}: {lines} lines, {moves} moves", run.file.display()));
     }

@@ -123,6 +123,9 @@ impl Subject {
                 note(format!("note: {told}"));
             }
         }
+        for told in scene.tool_notes(&setup.setup.tools) {
+            note(format!("note: {told}"));
+        }
         let run = match &self.program {
             Some(program) => Some(setup.with_program(program).map_err(with_hint)?),
             None if is_changed && scene.program.is_some() => Some(setup.again().map_err(with_hint)?),

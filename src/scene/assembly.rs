@@ -5,14 +5,16 @@
 //! holder, and the holder, step by step, to the spindle's gauge line.
 
 use super::file::{HolderStepFile, PositionFile, ToolFile};
+use super::set_up::SKEW;
 use super::{Part, Role};
 use crate::geometry::shapes::outline::{OutlineCorner, OutlinePoint};
 use crate::geometry::shapes::{Revolve, Shape, Tessellation};
 use crate::geometry::{Isometry, Vector};
 use crate::machine::Machine;
 use crate::machine::tip::TipControl;
-use nalgebra::{Translation3, UnitQuaternion};
+use nalgebra::{Matrix3, Translation3, UnitQuaternion};
 use rs274::{Axis, Position, Tool};
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -261,11 +263,68 @@ impl Assembly {
     }
 }
 
-/// A tool mounted in the spindle of a machine: its parts, its entry in the table, and warnings for the reader.
+/// A tool mounted in the spindle of a machine: its parts, its entry in the table, and what is to be told of it.
 pub(super) struct Mounted {
     pub parts: Vec<Part>,
     pub tool: Tool,
-    pub notes: Vec<String>,
+    pub drawn: DrawnTool,
+}
+
+/// The lengths of a tool that was drawn by its dimensions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnTool {
+    /// Its number.
+    pub number: u32,
+    /// Length from the gauge line to the tip, mm.
+    pub length_mm: f64,
+    /// Offsets of X, Y and Z for a length of 1 mm; `None` when these axes are not at right angles.
+    up: Option<Vector>,
+    /// Stick-out of a tool without a holder, mm.
+    bare_mm: Option<f64>,
+}
+
+impl DrawnTool {
+    /// Warnings for the reader: an offset in the table that differs from the drawn length, and a missing holder.
+    #[must_use]
+    pub fn notes(&self, table: &BTreeMap<u32, Tool>) -> Vec<String> {
+        let Self { number, length_mm, up, bare_mm } = self;
+        let tabled = up.zip(table.get(number)).map(|(up, tool)| along(&up, tool));
+        let differs = tabled.filter(|tabled| (tabled - length_mm).abs() > TOLD_MM).map(|tabled| {
+            format!("tool {number} is {length_mm:.3} mm long from the gauge line to its tip, and its offset says {tabled:.3} mm")
+        });
+        let bare = bare_mm.map(|stickout| {
+            format!("tool {number} has no holder: nothing is known of what is above its {stickout} mm")
+        });
+        differs.into_iter().chain(bare).collect()
+    }
+}
+
+/// Length of a tool by its offsets of X, Y and Z, mm.
+fn along(up: &Vector, tool: &Tool) -> f64 {
+    up.dot(&Vector::new(tool.offset[Axis::X], tool.offset[Axis::Y], tool.offset[Axis::Z]))
+}
+
+/// Offsets of X, Y and Z, as G43 adds them, for a tool of 1 mm: the direction up the tool by the directions in which the axes move the tip
+/// over the workpiece.
+///
+/// # Errors
+/// When these directions are not at right angles.
+fn up_by_axes(machine: &Machine, tip: &TipControl) -> Result<Vector, String> {
+    let zero = Position::default();
+    let poses = machine.forward(&zero);
+    let work_from_world = poses.world_from(tip.work_link).rotation.inverse();
+    let mut columns = tip.directions(machine, &zero);
+    // Where two axes are missing, nothing but the world's says where they would go.
+    for (axis, column) in columns.iter_mut().enumerate().filter(|(_, column)| **column == Vector::zeros()) {
+        *column = work_from_world * Vector::ith(axis, 1.0);
+    }
+    let axes = Matrix3::from_columns(&columns);
+    if (axes.transpose() * axes - Matrix3::identity()).amax() > SKEW {
+        let why = "X, Y and Z do not move the tool over the workpiece at right angles, so its length gives no offset: give both `offset` and `stickout_mm`";
+        return Err(why.to_owned());
+    }
+    let up = poses.world_from(tip.tool_link).rotation * -tip.direction.into_inner();
+    Ok(axes.transpose() * (work_from_world * up))
 }
 
 /// Mounts a tool in the spindle. A tool without a given offset gets its length along its axis as the offset.
@@ -279,34 +338,23 @@ pub(super) fn mount(
     tip: &TipControl,
 ) -> Result<Mounted, String> {
     let number = entry.number;
-    // From the tip up the tool, in the axes' coordinates: as G43 adds it.
-    let world_from_link = machine.forward(&Position::default()).world_from(tip.tool_link);
-    let up = world_from_link.rotation * -tip.direction.into_inner();
-    let tabled = entry.has_offset.then(|| {
-        up.dot(&Vector::new(entry.tool.offset[Axis::X], entry.tool.offset[Axis::Y], entry.tool.offset[Axis::Z]))
-    });
+    let up = up_by_axes(machine, tip);
+    let needs_up = !entry.has_offset || assembly.stickout_mm.is_none();
+    let up = if needs_up { Some(up?) } else { up.ok() };
+    let tabled = up.filter(|_| entry.has_offset).map(|up| along(&up, &entry.tool));
     let stickout = assembly.stickout_mm(tabled)?;
-    let length = stickout + assembly.holder_mm();
-    let mut notes = Vec::new();
+    let length_mm = stickout + assembly.holder_mm();
     let mut tool = entry.tool;
-    match tabled {
-        Some(tabled) if (tabled - length).abs() > TOLD_MM => notes.push(format!(
-            "tool {number} is {length:.3} mm long from the gauge line to its tip, and its offset says {tabled:.3} mm"
-        )),
-        Some(_) => {}
-        None => {
-            for (axis, part) in [Axis::X, Axis::Y, Axis::Z].into_iter().zip(up.iter()) {
-                let value = part * length;
-                tool.offset[axis] = if value.abs() < SAME_MM { 0.0 } else { value };
-            }
+    if let (false, Some(up)) = (entry.has_offset, up) {
+        for (axis, part) in [Axis::X, Axis::Y, Axis::Z].into_iter().zip(up.iter()) {
+            let value = part * length_mm;
+            tool.offset[axis] = if value.abs() < SAME_MM { 0.0 } else { value };
         }
     }
-    if assembly.holder.is_empty() {
-        notes.push(format!("tool {number} has no holder: nothing is known of what is above its {stickout} mm"));
-    }
+    let drawn = DrawnTool { number, length_mm, up, bare_mm: assembly.holder.is_empty().then_some(stickout) };
     let turn = UnitQuaternion::rotation_between(&Vector::z(), &-tip.direction.into_inner())
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), PI));
-    let point = tip.gauge + tip.direction.into_inner() * length;
+    let point = tip.gauge + tip.direction.into_inner() * length_mm;
     let link_from_part = Isometry::from_parts(Translation3::from(point.coords), turn);
     let parts = assembly.solids(stickout).into_iter().map(|(role, shape)| {
         let mesh = shape.mesh(&TESSELLATION).map_err(|error| format!("the {}: {error}", role.name()))?;
@@ -321,5 +369,5 @@ pub(super) fn mount(
             groove_mm: 0.0,
         })
     });
-    Ok(Mounted { parts: parts.collect::<Result<_, String>>()?, tool, notes })
+    Ok(Mounted { parts: parts.collect::<Result<_, String>>()?, tool, drawn })
 }

@@ -8,15 +8,15 @@ use super::numbers;
 use super::parts::{admit, push_part};
 use super::program::{self, Nonsense, ProgramRun, positive};
 use super::{
-    Approach, Clearance, Clearances, Expected, MeshFile, Overrides, Pair, Part, Rates, Recording, Role, Scene,
-    recording,
+    Approach, Clearance, Clearances, DrawnTool, Expected, MeshFile, Overrides, Pair, Part, Rates, Recording, Role,
+    Scene, recording,
 };
 use crate::geometry::shapes::Tessellation;
 use crate::geometry::{self, Mesh, Point, Vector, import};
 use crate::machine::file::Form;
 use crate::machine::tip::TipControl;
 use crate::machine::{self, Machine};
-use rs274::{Axis, Position, RapidPath};
+use rs274::{Axis, Position, RapidPath, Setup};
 use serde::de::DeserializeOwned;
 use std::error::Error;
 use std::ops::Range;
@@ -90,11 +90,16 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     if parts.is_empty() {
         return Err(SceneError::NoParts { file: document.path });
     }
-    let program = scene
-        .program
-        .as_ref()
-        .map(|file| read_program(&mut folder, &document, &machine, &mut parts, file, overrides))
-        .transpose()?;
+    let mut drawn_tools = Vec::new();
+    let program = match &scene.program {
+        Some(file) => {
+            let tip = file.tool_centre_point.as_ref().map(|tip| read_tip(&document, &machine, tip)).transpose()?;
+            let mut setup = read_setup(&document, &machine, file, tip.as_ref())?;
+            drawn_tools = mount_tools(&document, &machine, &mut parts, file, tip.as_ref(), &mut setup)?;
+            Some(read_program(&mut folder, &document, file, &setup, tip, overrides)?)
+        }
+        None => None,
+    };
     let files = scene.program.iter().filter(|_| !overrides.skips_program).flat_map(|file| &file.more);
     let more = files.zip(program.iter().cycle()).map(|(path, first)| {
         let source = folder.text(path)?;
@@ -154,6 +159,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         random,
         recording,
         inputs,
+        drawn_tools,
         mesh_files,
     })
 }
@@ -341,35 +347,58 @@ fn read_rates(file: &CheckFile) -> Result<Rates, Nonsense> {
     Ok(rates)
 }
 
-fn read_program(
-    folder: &mut Folder,
+/// The controller's initial state.
+fn read_setup(
+    document: &Document,
+    machine: &Machine,
+    file: &ProgramFile,
+    tip: Option<&TipControl>,
+) -> Result<Setup, SceneError> {
+    let mut setup = program::setup(file).map_err(|wrong| document.meaning(wrong))?;
+    // Where the machine stands without `start`, the program that needs it is to blame.
+    let start = || document.place(&file.start.as_ref().map_or_else(|| file.file.span(), Spanned::span));
+    machine.check_limits(&setup.start).map_err(|cause| SceneError::OutOfLimits { place: start(), cause })?;
+    setup.kinematics = tip.map(|tip| tip.kinematics(machine));
+    Ok(setup)
+}
+
+/// Adds the parts of the tools that have dimensions, and their lengths to the table.
+fn mount_tools(
     document: &Document,
     machine: &Machine,
     parts: &mut Vec<Part>,
     file: &ProgramFile,
-    overrides: &Overrides,
-) -> Result<ProgramRun, SceneError> {
+    tip: Option<&TipControl>,
+    setup: &mut Setup,
+) -> Result<Vec<DrawnTool>, SceneError> {
     let meaning = |wrong| document.meaning(wrong);
-    let mut setup = program::setup(file).map_err(meaning)?;
-    let sampling = program::sampling(file).map_err(meaning)?;
-    // Where the machine stands without `start`, the program that needs it is to blame.
-    let start = || document.place(&file.start.as_ref().map_or_else(|| file.file.span(), Spanned::span));
-    machine.check_limits(&setup.start).map_err(|cause| SceneError::OutOfLimits { place: start(), cause })?;
-    let tip = file.tool_centre_point.as_ref().map(|tip| read_tip(document, machine, tip)).transpose()?;
-    setup.kinematics = tip.as_ref().map(|tip| tip.kinematics(machine));
+    let mut drawn = Vec::new();
     for (spanned, entry) in file.tools.iter().zip(program::tools(&file.tools).map_err(meaning)?) {
         let Some(assembly) = &entry.assembly else { continue };
         let wrong = |message| meaning((spanned.span(), format!("tool {}: {message}", entry.number)));
-        let tip = tip.as_ref().ok_or_else(|| wrong(NO_SPINDLE.to_owned()))?;
+        let tip = tip.ok_or_else(|| wrong(NO_SPINDLE.to_owned()))?;
         let mounted = assembly::mount(&entry, assembly, machine, tip).map_err(wrong)?;
         for part in mounted.parts {
             push_part(parts, part).map_err(|why| why.at(document.place(&spanned.span())))?;
         }
         setup.tools.insert(entry.number, mounted.tool);
+        drawn.push(mounted.drawn);
     }
+    Ok(drawn)
+}
+
+fn read_program(
+    folder: &mut Folder,
+    document: &Document,
+    file: &ProgramFile,
+    setup: &Setup,
+    tip: Option<TipControl>,
+    overrides: &Overrides,
+) -> Result<ProgramRun, SceneError> {
+    let sampling = program::sampling(file).map_err(|wrong| document.meaning(wrong))?;
     let path = file.file.get_ref();
     let source = if overrides.skips_program { String::new() } else { folder.text(path)? };
-    program::run(&source, folder.path(path), &setup, tip, sampling)
+    program::run(&source, folder.path(path), setup, tip, sampling)
 }
 
 fn read_tip(document: &Document, machine: &Machine, file: &Spanned<TipFile>) -> Result<TipControl, SceneError> {

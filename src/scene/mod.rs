@@ -24,7 +24,7 @@ pub mod template;
 mod urdf;
 pub mod pairs;
 
-pub use assembly::{Assembly, ToolEntry};
+pub use assembly::{Assembly, DrawnTool, ToolEntry};
 pub use clearances::{Clearance, Clearances};
 pub use error::{Place, SceneError};
 pub use program::{ProgramRun, TipCause, TipFault};
@@ -37,7 +37,7 @@ use crate::geometry::{Isometry, Mesh, Vector};
 use crate::machine::{Machine, Poses};
 use folder::Folder;
 use nalgebra::Unit;
-use rs274::{Position, RapidPath};
+use rs274::{Position, RapidPath, Tool};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -216,6 +216,8 @@ pub struct Scene {
     pub random: Vec<Pair>,
     /// Recorded poses.
     pub recording: Option<Recording>,
+    /// The tools drawn by their dimensions.
+    pub drawn_tools: Vec<DrawnTool>,
     /// Import reports of the mesh files, by part.
     pub mesh_files: Vec<MeshFile>,
     /// Content hash of every input of the scene, by path or name.
@@ -301,6 +303,12 @@ impl Scene {
             return load::load(Folder::shipped(name_or_path), load::SCENE_FILE, overrides);
         }
         Err(missing(name_or_path))
+    }
+
+    /// Warnings about the drawn tools under a tool table, one line each: an offset that differs from the drawn length, a missing holder.
+    #[must_use]
+    pub fn tool_notes(&self, table: &BTreeMap<u32, Tool>) -> Vec<String> {
+        self.drawn_tools.iter().flat_map(|drawn| drawn.notes(table)).collect()
     }
 
     /// The name of a pair in files, as `a:b`.

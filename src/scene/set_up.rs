@@ -11,15 +11,13 @@ use super::{Pair, ProgramRun, Role, Scene};
 use crate::geometry::{Isometry, Point, Vector};
 use crate::machine::tip::TipControl;
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
+use rs274::Tool;
 use rs274::file::LARGEST_PROGRAM;
-use rs274::{Axis, Tool};
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Permitted deviation of the axes' directions from a right-handed frame.
-const SKEW: f64 = 1e-6;
-/// Travel by which the direction of an axis is determined, mm.
-const PROBE_MM: f64 = 100.0;
+pub(super) const SKEW: f64 = 1e-6;
 
 /// Additions that a job makes to a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,7 +26,7 @@ pub struct SetUp {
     pub spindle: Option<String>,
     /// The link that carries the workpiece.
     pub table: Option<String>,
-    /// A measured tool table; its offsets take precedence over the drawn lengths of tools.
+    /// A measured tool table; its offsets take precedence over those of tools and over their drawn lengths.
     pub measured: BTreeMap<u32, Tool>,
     /// Tools; they replace the scene's tools of the same number.
     pub tools: Vec<ToolEntry>,
@@ -67,7 +65,7 @@ impl ToolEntry {
 
 impl Scene {
     /// Adds the job to the scene and to the controller's state; the program must be interpreted again afterwards. Returns warnings for the
-    /// reader.
+    /// reader; those about the tools themselves are [`Scene::tool_notes`].
     ///
     /// # Errors
     /// A message that names the option or the tool.
@@ -121,9 +119,9 @@ impl Scene {
             return Err("--table needs --spindle LINK@X,Y,Z, as the scene does not say where tools are held".to_owned());
         }
         if let Some(table) = &job.table {
-        tip.check(&self.machine).map_err(|why| format!("--spindle and --table: {why}"))?;
             tip.work_link = link("--table", table)?;
         }
+        tip.check(&self.machine).map_err(|why| format!("--spindle and --table: {why}"))?;
         run.setup.kinematics = Some(tip.kinematics(&self.machine));
         run.tip = Some(tip);
         Ok(())
@@ -142,7 +140,7 @@ impl Scene {
         measured: &BTreeMap<u32, Tool>,
     ) -> Result<Vec<String>, String> {
         let mut entry = entry.clone();
-        if let (false, Some(tool)) = (entry.has_offset, measured.get(&entry.number)) {
+        if let Some(tool) = measured.get(&entry.number) {
             entry.tool.offset = tool.offset;
             entry.has_offset = true;
         }
@@ -159,11 +157,10 @@ impl Scene {
             push_part(&mut self.parts, part).map_err(|why| why.to_string())?;
         }
         run.setup.tools.insert(entry.number, mounted.tool);
-        let mut notes = mounted.notes;
-        if !gone.is_empty() {
-            notes.push(format!("tool {} replaces `{}` of the scene", entry.number, gone.join("`, `")));
-        }
-        Ok(notes)
+        self.drawn_tools.retain(|drawn| drawn.number != entry.number);
+        self.drawn_tools.push(mounted.drawn);
+        let replaces = || format!("tool {} replaces `{}` of the scene", entry.number, gone.join("`, `"));
+        Ok(if gone.is_empty() { Vec::new() } else { vec![replaces()] })
     }
 
     /// Replaces the workpiece by stock.
@@ -190,18 +187,8 @@ impl Scene {
         )?;
         let origin = run.setup.work_offsets[0].origin;
         let at = tip.tip(&self.machine, &origin, 0.0);
-        let mut columns = [Axis::X, Axis::Y, Axis::Z].map(|axis| {
-            let mut moved = origin;
-            moved[axis] += PROBE_MM;
-            (tip.tip(&self.machine, &moved, 0.0) - at) / PROBE_MM
-        });
         // A lathe has no Y; the other two say where it would go.
-        for i in 0..3 {
-            if columns[i] == Vector::zeros() {
-                columns[i] = columns[(i + 1) % 3].cross(&columns[(i + 2) % 3]);
-            }
-        }
-        let matrix = Matrix3::from_columns(&columns);
+        let matrix = Matrix3::from_columns(&tip.directions(&self.machine, &origin));
         if (matrix.transpose() * matrix - Matrix3::identity()).amax() > SKEW || matrix.determinant() < 0.0 {
             let why = "X, Y and Z do not move the tool over the workpiece along three directions of a right-handed frame; make the stock a part of scene.toml";
             return Err(why.to_owned());

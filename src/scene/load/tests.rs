@@ -324,6 +324,63 @@ fn a_part_of_a_tool_is_no_neighbour_of_the_structure() {
     }
 }
 
+/// A machine of three slides with a block in the world, whose spindle holds tool 1.
+fn holding(axes: [(char, [f64; 3]); 3], direction: [f64; 3], tool: &str) -> Result<Scene, SceneError> {
+    let mut text = "title = \"\"\n".to_owned();
+    let mut parent = String::new();
+    for (letter, along) in axes.iter().filter(|(_, along)| *along != [0.0; 3]) {
+        text += &format!(
+            "[[machine.links]]\nname = \"{letter}\"\n{parent}joint = {{ axis = \"{letter}\", direction = {along:?} }}\n"
+        );
+        parent = format!("parent = \"{letter}\"\n");
+    }
+    let last = parent.trim_start_matches("parent = ").trim_end();
+    text += &format!(
+        "[[parts]]\nname = \"block\"\nat = {{ xyz_mm = [500, 500, 500] }}\nmesh = \"t.stl\"\n\
+         [program]\nfile = \"p.ngc\"\ntool_centre_point = {{ tool_link = {last}, direction = {direction:?} }}\n\
+         tools = [{{ number = 1, diameter_mm = 10, flute_mm = 20, holder = [{{ diameter_mm = 30, length_mm = 60 }}], {tool} }}]\n"
+    );
+    load(&[("scene.toml", &text), ("p.ngc", "M2\n")])
+}
+
+#[test]
+fn the_length_of_a_tool_goes_to_the_axes_that_lie_along_it() {
+    let offsets = |axes, direction, tool: &str| {
+        let offset = holding(axes, direction, tool).unwrap().program.unwrap().setup.tools[&1].offset;
+        [Axis::X, Axis::Y, Axis::Z].map(|axis| (offset[axis] * 1e6).round() / 1e6)
+    };
+    let upright = [('X', [1.0, 0.0, 0.0]), ('Y', [0.0, 1.0, 0.0]), ('Z', [0.0, 0.0, 1.0])];
+    assert_eq!(offsets(upright, [0.0, 0.0, -1.0], "stickout_mm = 40"), [0.0, 0.0, 100.0]);
+    // A lathe without Y, drawn with +X towards -x: the tool points along +x.
+    let lathe = [('X', [-1.0, 0.0, 0.0]), ('Y', [0.0; 3]), ('Z', [0.0, 0.0, 1.0])];
+    assert_eq!(offsets(lathe, [1.0, 0.0, 0.0], "stickout_mm = 40"), [100.0, 0.0, 0.0]);
+    // A horizontal spindle along y, which the machine calls Z.
+    let horizontal = [('X', [-1.0, 0.0, 0.0]), ('Y', [0.0, 0.0, 1.0]), ('Z', [0.0, 1.0, 0.0])];
+    assert_eq!(offsets(horizontal, [0.0, -1.0, 0.0], "stickout_mm = 40"), [0.0, 0.0, 100.0]);
+    // A given offset is read as that length: 110 less the holder's 60.
+    let scene = holding(horizontal, [0.0, -1.0, 0.0], "offset = { z_mm = 110 }").unwrap();
+    assert_eq!(scene.drawn_tools[0].length_mm, 110.0);
+    let cutter = scene.part("tool-1-cutter").unwrap();
+    assert_eq!(scene.parts[cutter].link_from_part.translation.y, -110.0);
+    // Where the axes are askew, a length is no offset.
+    let askew = [('X', [1.0, 0.0, 0.0]), ('Y', [0.6, 0.8, 0.0]), ('Z', [0.0, 0.0, 1.0])];
+    let error = holding(askew, [0.0, 0.0, -1.0], "stickout_mm = 40").unwrap_err().to_string();
+    assert!(error.contains("scene.toml:") && error.contains("give both `offset` and `stickout_mm`"), "{error}");
+    assert_eq!(offsets(askew, [0.0, 0.0, -1.0], "stickout_mm = 40, offset = { z_mm = 99 }"), [0.0, 0.0, 99.0]);
+}
+
+#[test]
+fn what_there_is_to_tell_of_a_tool_is_told_by_the_table_in_force() {
+    let upright = [('X', [1.0, 0.0, 0.0]), ('Y', [0.0, 1.0, 0.0]), ('Z', [0.0, 0.0, 1.0])];
+    let scene = holding(upright, [0.0, 0.0, -1.0], "stickout_mm = 40, offset = { z_mm = 95 }").unwrap();
+    let mut table = scene.program.as_ref().unwrap().setup.tools.clone();
+    let differs = "tool 1 is 100.000 mm long from the gauge line to its tip, and its offset says 95.000 mm";
+    assert_eq!(scene.tool_notes(&table), [differs]);
+    table.get_mut(&1).unwrap().offset[Axis::Z] = 100.25;
+    assert!(scene.tool_notes(&table).is_empty());
+    assert!(scene.tool_notes(&std::collections::BTreeMap::new()).is_empty());
+}
+
 #[test]
 fn tool_centre_point_refuses_linear_letters_that_turn() {
     let scene = "title = \"\"\n[[machine.links]]\nname = \"tilt\"\njoint = { axis = \"U\", turns = true, direction = [1, 0, 0] }\n\
