@@ -12,6 +12,8 @@ use crate::geometry::shapes::round::{Capsule, Cylinder, Sphere};
 use crate::geometry::shapes::{RoundedBox, Shape};
 use crate::geometry::{Isometry, Point, Vector};
 use nalgebra::{Translation3, UnitQuaternion};
+use quick_xml::Reader;
+use quick_xml::events::Event;
 use rs274::Axis;
 use std::collections::BTreeMap;
 use thiserror::Error;
@@ -195,9 +197,7 @@ pub fn read(text: &str, letters: &BTreeMap<String, char>, form: Form) -> Result<
     if text.contains("<xacro:") {
         return Err(UrdfError::Xacro);
     }
-    if is_nested_too_deep(text) {
-        return Err(UrdfError::Nested);
-    }
+    check_nesting(text)?;
     let robot = urdf_rs::read_from_string(text).map_err(|error| UrdfError::Syntax(error.to_string()))?;
     let axes = axes(&robot, letters)?;
     let parents = parents(&robot)?;
@@ -220,25 +220,24 @@ pub fn read(text: &str, letters: &BTreeMap<String, char>, form: Form) -> Result<
     Ok((machine, bodies))
 }
 
-/// Whether elements are nested too deeply, by counting opening and closing tags. Comments do not count as tags.
-fn is_nested_too_deep(text: &str) -> bool {
-    let (mut depth, mut rest) = (0usize, text);
-    while let Some(start) = rest.find('<') {
-        rest = &rest[start..];
-        let end = if rest.starts_with("<!--") { rest.find("-->") } else { rest.find('>') };
-        let Some(end) = end else { return false };
-        let tag = &rest[..end];
-        if tag.starts_with("</") {
-            depth = depth.saturating_sub(1);
-        } else if !tag.starts_with("<!") && !tag.starts_with("<?") && !tag.ends_with('/') {
-            depth += 1;
+/// Refuses elements that are nested too deeply, by pulling one event after the other, which needs no stack.
+fn check_nesting(text: &str) -> Result<(), UrdfError> {
+    let mut xml = Reader::from_str(text);
+    // A tag that closes another element than it names is told by the parser that reads the robot.
+    xml.config_mut().check_end_names = false;
+    xml.config_mut().allow_unmatched_ends = true;
+    let mut depth = 0_usize;
+    loop {
+        match xml.read_event().map_err(|error| UrdfError::Syntax(error.to_string()))? {
+            Event::Start(_) => depth += 1,
+            Event::End(_) => depth = depth.saturating_sub(1),
+            Event::Eof => return Ok(()),
+            _ => {}
         }
         if depth > MOST_NESTED {
-            return true;
+            return Err(UrdfError::Nested);
         }
-        rest = &rest[end..];
     }
-    false
 }
 
 /// The axis of every moving joint, by the joint's name.

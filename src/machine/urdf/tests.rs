@@ -141,6 +141,11 @@ fn what_cannot_be_taken_is_told() {
 fn bottomless_files_end_in_an_error() {
     let deep = format!("<robot name=\"a\">{}", "<link>".repeat(100_000));
     assert!(matches!(read(&deep, &BTreeMap::new(), Form::Visual).unwrap_err(), UrdfError::Nested));
+    // Neither character data nor a quoted value closes an element.
+    for once in ["<a><![CDATA[></a>]]>", "<a b=\"/>\">", "<a b='</a>'>", "<a><!-- > </a> -->"] {
+        let deep = format!("<robot name=\"a\">{}", once.repeat(100_000));
+        assert!(matches!(read(&deep, &BTreeMap::new(), Form::Visual).unwrap_err(), UrdfError::Nested), "{once}");
+    }
     for text in ["", "<", "<robot", "<robot/>", "\u{0}", "<robot name='a'><link/></robot>"] {
         // An empty robot is a machine without links; whatever else is here is not.
         assert!(text == "<robot/>" || read(text, &BTreeMap::new(), Form::Visual).is_err(), "{text}");
