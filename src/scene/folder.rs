@@ -10,7 +10,7 @@ use std::path::{Component, Path, PathBuf};
 pub struct Folder {
     source: Source,
     name: String,
-    /// Hash of each file: its path as `scene/file`, with `..` resolved, to the BLAKE3 hash of its bytes.
+    /// Hash of each file: its path as `scene/file`, with `..` resolved as far as the folder's parent, to the BLAKE3 hash of its bytes.
     inputs: BTreeMap<String, String>,
     /// Import reports of the mesh files.
     pub meshes: Vec<MeshFile>,
@@ -107,16 +107,21 @@ impl Folder {
 /// Largest file of a scene, bytes: a binary STL of 20 million triangles.
 const LARGEST_FILE: u64 = 1 << 30;
 
-/// `folder/relative` with `/` between the parts and `..` resolved.
+/// `folder/relative` with `/` between the parts and `..` resolved. `..` beyond the folder's parent stays, and an absolute path stays what it is,
+/// so that two files never have one key.
 fn normalised(folder: &str, relative: &str) -> String {
-    let mut parts = vec![folder.to_owned()];
-    for component in Path::new(relative).components() {
+    let path = Path::new(relative);
+    // An absolute path begins with an empty part.
+    let mut parts = vec![if path.has_root() { String::new() } else { folder.to_owned() }];
+    for component in path.components() {
         match component {
-            Component::ParentDir => {
-                parts.pop();
-            }
+            // The root is its own parent.
+            Component::ParentDir if parts.last().is_some_and(String::is_empty) => {}
+            Component::ParentDir if parts.last().is_none_or(|last| last == "..") => parts.push("..".to_owned()),
+            Component::ParentDir => drop(parts.pop()),
             Component::Normal(part) => parts.push(part.to_string_lossy().into_owned()),
-            Component::CurDir | Component::RootDir | Component::Prefix(_) => {}
+            Component::Prefix(prefix) => parts.push(prefix.as_os_str().to_string_lossy().into_owned()),
+            Component::CurDir | Component::RootDir => {}
         }
     }
     parts.join("/")
@@ -130,7 +135,16 @@ mod tests {
     fn keys_do_not_depend_on_where_the_folder_is() {
         assert_eq!(normalised("lathe", "./scene.toml"), "lathe/scene.toml");
         assert_eq!(normalised("a", "../lathe/machine.toml"), "lathe/machine.toml");
-        assert_eq!(normalised("a", "../../machine.toml"), "machine.toml");
+        assert_eq!(normalised("a", "b/../c/./d.stl"), "a/c/d.stl");
+    }
+
+    #[test]
+    fn files_in_different_folders_have_different_keys() {
+        assert_eq!(normalised("a", "../machine.toml"), "machine.toml");
+        assert_eq!(normalised("a", "../../machine.toml"), "../machine.toml");
+        assert_eq!(normalised("a", "../../../b/machine.toml"), "../../b/machine.toml");
+        assert_eq!(normalised("a", "/b/machine.toml"), "/b/machine.toml");
+        assert_eq!(normalised("a", "/../b/machine.toml"), "/b/machine.toml");
     }
 
     #[test]
