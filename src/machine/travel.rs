@@ -21,8 +21,9 @@ pub struct Ball {
 }
 
 impl Machine {
-    /// Upper bound, mm, on the path length of any point of either ball, seen from the other's link, while every axis moves at a constant
-    /// rate by `change` (mm and radians), starting from the poses `poses`.
+    /// Upper bound, mm, on the sum of the path lengths of any two points, one of each ball, seen from the nearest link that carries both, while
+    /// every axis moves at a constant rate by `change` (mm and radians), starting from the poses `poses`. The distance of the two points
+    /// changes by no more. Seen from the other ball's link, a point may travel farther: that link may turn.
     #[must_use]
     pub fn travel_bound_mm(&self, a: &Ball, b: &Ball, poses: &Poses, change: &Position) -> f64 {
         let shared = self.nearest_shared(a.link, b.link);
