@@ -80,6 +80,25 @@ pub(super) fn representatives(mesh: &Mesh) -> Vec<Point> {
     found.into_iter().flatten().collect()
 }
 
+/// Closed components of a mesh that face inwards and have a vertex outside all closed components that face outwards. They bound no cavity: what
+/// they enclose outside counts as inside all the same, and what they enclose inside another component as outside.
+#[must_use]
+pub fn stray_cavities(mesh: &Mesh) -> usize {
+    let (component_of, components) = mesh.components();
+    let mut triangles = vec![Vec::new(); components];
+    for (triangle, &component) in mesh.triangles().into_iter().zip(&component_of) {
+        triangles[component as usize].push(triangle);
+    }
+    let closed = triangles.into_iter().filter_map(|triangles| Mesh::from_triangles(&triangles).ok());
+    let closed = closed.filter(|component| component.edge_report().is_watertight());
+    let (inward, outward): (Vec<Mesh>, Vec<Mesh>) = closed.partition(|component| component.signed_volume() < 0.0);
+    let outward: Vec<Triangle> = outward.iter().flat_map(Mesh::triangles).collect();
+    let Ok(outward) = Mesh::from_triangles(&outward) else { return inward.len() };
+    let outward = Solid::new(Arc::new(outward));
+    let is_stray = |cavity: &&Mesh| !cavity.vertices().iter().all(|vertex| outward.holds(vertex));
+    inward.iter().filter(is_stray).count()
+}
+
 impl PairOracle {
     /// Whether a component of either mesh lies inside the other mesh; the surfaces must not touch.
     pub(super) fn contained(&self, posed: &Posed) -> bool {
@@ -182,6 +201,23 @@ mod tests {
             .map(|t| Triangle::new(t.corners[0], t.corners[2], t.corners[1]))
             .collect();
         assert!(!contained(&both(&large, &facing_in, 0.0), &ball, [0.5, 0.0, 0.0]));
+    }
+
+    #[test]
+    fn inward_components_are_strays_outside_outward_ones() {
+        let turned = |size: f64| -> Vec<Triangle> {
+            let block = solids::block(size, size, size).triangles();
+            block.iter().map(|t| Triangle::new(t.corners[0], t.corners[2], t.corners[1])).collect()
+        };
+        let large = solids::block(8.0, 8.0, 8.0);
+        assert_eq!(stray_cavities(&large), 0);
+        assert_eq!(stray_cavities(&both(&large, &turned(6.0), 0.0)), 0);
+        assert_eq!(stray_cavities(&both(&large, &turned(6.0), 20.0)), 1);
+        assert_eq!(stray_cavities(&both(&large, &turned(6.0), 3.0)), 1, "partly inside");
+        // A second body about the stray one makes it a cavity.
+        let second = both(&large, &large.triangles(), 20.0);
+        assert_eq!(stray_cavities(&both(&second, &turned(6.0), 20.0)), 0);
+        assert_eq!(stray_cavities(&Mesh::from_triangles(&turned(6.0)).unwrap()), 1);
     }
 
     #[test]

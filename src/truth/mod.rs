@@ -27,7 +27,7 @@ mod solids;
 
 pub use cache::{CacheError, TruthCache, TruthKey};
 pub use clearance::Sought;
-pub use contain::Solid;
+pub use contain::{Solid, stray_cavities};
 pub use judge::{Judgement, Verdict, judge_all};
 pub use path::path_depths;
 
