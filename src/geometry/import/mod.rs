@@ -21,6 +21,7 @@ mod obj;
 mod off;
 mod placement;
 mod ply;
+mod polygon;
 mod stl;
 #[cfg(feature = "3mf")]
 mod three_mf;
@@ -139,7 +140,7 @@ pub struct ImportReport {
     pub unit_mm: f64,
     /// Largest distance at which vertices were merged, mm; 0 when only vertices on the same point of the grid were.
     pub weld_mm: f64,
-    /// Triangles in the file; a polygon counts as the triangles of its fan.
+    /// Triangles in the file; a polygon counts as the triangles that it is divided into.
     pub triangles_read: usize,
     /// Triangles dropped because an earlier one has the same corners.
     pub duplicate: usize,
@@ -186,6 +187,9 @@ struct Raw {
 
 /// Length of the unit of a GLB file, mm.
 const METRE: f64 = Unit::M.in_mm();
+
+/// Most triangles of a file, and most vertices that its triangles share. 2^24 of each take 0.6 GiB.
+const MOST: usize = 1 << 24;
 
 /// Largest file that is read, bytes. Text has at least 20 bytes per triangle, so vertex indices of any smaller file fit 32 bits.
 const LARGEST_FILE: u64 = 1 << 30;

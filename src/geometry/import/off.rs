@@ -3,11 +3,11 @@
 //! This reader is the project's own, because `off-rs`, the crate on the registry, keeps coordinates in single precision and accepts no
 //! header but a bare `OFF` line. The format consists of numbers on lines: a header (`OFF`, preceded by `ST`, `C`, `N` when vertices have
 //! more than a position, which is ignored), three counts, the vertices, and the faces, each beginning with its number of corners. Polygons
-//! are divided into fans from their first corner, which is correct for convex polygons.
+//! are divided into triangles ([`super::polygon`]). Lines after the announced faces are refused.
 
 use super::super::Point;
-use super::Raw;
 use super::error::{ImportError, Place, quote};
+use super::{MOST, Raw};
 use std::path::Path;
 
 /// Whether the content begins as an OFF file does.
@@ -86,6 +86,9 @@ pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
         if !p.iter().all(|x| x.is_finite()) {
             return Err(reader.wrong(format!("{} is not finite", quote(line))));
         }
+        if raw.vertices.len() >= MOST {
+            return Err(reader.wrong(format!("the file has more than {MOST} vertices")));
+        }
         raw.vertices.push(Point::new(p[0], p[1], p[2]));
     }
     for i in 0..counts[1] {
@@ -99,8 +102,12 @@ pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
         if let Some(vertex) = face.iter().find(|&&v| v >= counts[0]) {
             return Err(reader.wrong(format!("there is no vertex {vertex}, only {}", counts[0])));
         }
-        // Points and lines, faces of one and two corners, have no triangle.
-        raw.faces.extend((2..face.len()).map(|k| [face[0], face[k - 1], face[k]]));
+        raw.add_polygon(face).map_err(|why| reader.wrong(why))?;
+    }
+    if let Some((number, line)) = reader.lines.next() {
+        reader.line = number;
+        let counts = format!("{} vertices and {} faces", counts[0], counts[1]);
+        return Err(reader.wrong(format!("the header announces {counts}, and the file goes on with {}", quote(line))));
     }
     Ok(raw)
 }

@@ -1,12 +1,8 @@
 //! Placement of the objects of a file: affine maps, and the mesh that grows as objects are placed.
 
 use super::super::{Point, Vector};
-use super::Raw;
+use super::{MOST, Raw};
 use nalgebra::Matrix3;
-
-/// Most triangles, and most vertices, of all placed objects together. A few bytes can place one object any number of times, so the size of
-/// the file is no bound. 2^24 vertices and triangles take 0.6 GiB.
-const MOST: usize = 1 << 24;
 
 /// An affine map from the coordinates of an object to those of its parent, both in the file's unit.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +22,7 @@ impl Placement {
     }
 }
 
-/// Adds a placed mesh. A mirroring placement reverses the winding, which is then reversed again, as both glTF and 3MF require. Face indices
+/// Adds a placed mesh. A few bytes can place one object any number of times, so the size of the file is no bound. A mirroring placement reverses the winding, which is then reversed again, as both glTF and 3MF require. Face indices
 /// must be valid.
 pub(super) fn add(raw: &mut Raw, vertices: &[Point], faces: &[[u32; 3]], at: &Placement) -> Result<(), String> {
     let (all_vertices, all_faces) = (raw.vertices.len() + vertices.len(), raw.faces.len() + faces.len());

@@ -1,13 +1,13 @@
 //! PLY, text and binary of either byte order, through the `ply-rs-bw` crate (Turk, The PLY Polygon File Format, 1994).
 //!
 //! The elements `vertex` (scalars `x`, `y`, `z`) and `face` (list `vertex_indices` or `vertex_index`) form the mesh; other elements and
-//! properties are skipped. Polygons are divided into fans from their first corner, which is correct for convex polygons. Deviation: an
-//! element whose announced count cannot fit into the rest of the file is refused before it is read, because the crate would allocate or
-//! loop for that count. Triangle strips are refused.
+//! properties are skipped. Polygons are divided into triangles ([`super::polygon`]). Deviations: an element whose announced count cannot fit
+//! into the rest of the file, or is beyond the limit of a mesh, is refused before it is read, because the crate would allocate or loop for
+//! that count. Triangle strips, and anything but white space after the last element, are refused.
 
 use super::super::Point;
-use super::Raw;
 use super::error::{ImportError, Place, quote};
+use super::{MOST, Raw};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult};
 use ply_rs_bw::ply::{PropertyType, ScalarType};
@@ -65,28 +65,47 @@ impl PropertyAccess for Vertex {
     }
 }
 
-/// The corners of a face, as the file numbers them.
+/// The corners of a face as the file has them; a list of bytes may be long, and is not made eight times as long.
 #[derive(Debug)]
-struct Face(Vec<i64>);
+struct Face(Option<Property>);
+
+impl Face {
+    /// Corners that are vertices.
+    fn corners(&self, vertices: usize) -> Result<Vec<u32>, String> {
+        let known = |vertex: i64| {
+            let vertex_number = u32::try_from(vertex).ok().filter(|&number| (number as usize) < vertices);
+            vertex_number.ok_or_else(|| format!("there is no vertex {vertex}, only {vertices}"))
+        };
+        match &self.0 {
+            Some(Property::ListChar(list)) => list.iter().map(|&x| known(x.into())).collect(),
+            Some(Property::ListUChar(list)) => list.iter().map(|&x| known(x.into())).collect(),
+            Some(Property::ListShort(list)) => list.iter().map(|&x| known(x.into())).collect(),
+            Some(Property::ListUShort(list)) => list.iter().map(|&x| known(x.into())).collect(),
+            Some(Property::ListInt(list)) => list.iter().map(|&x| known(x.into())).collect(),
+            Some(Property::ListUInt(list)) => list.iter().map(|&x| known(x.into())).collect(),
+            _ => Ok(Vec::new()),
+        }
+    }
+}
 
 impl PropertyAccess for Face {
     fn new() -> Self {
-        Self(Vec::new())
+        Self(None)
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
         if !is_corner_list(name) {
             return PropertyAccessResult::Ignored;
         }
-        self.0 = match property {
-            Property::ListChar(list) => list.into_iter().map(i64::from).collect(),
-            Property::ListUChar(list) => list.into_iter().map(i64::from).collect(),
-            Property::ListShort(list) => list.into_iter().map(i64::from).collect(),
-            Property::ListUShort(list) => list.into_iter().map(i64::from).collect(),
-            Property::ListInt(list) => list.into_iter().map(i64::from).collect(),
-            Property::ListUInt(list) => list.into_iter().map(i64::from).collect(),
+        match property {
+            Property::ListChar(_)
+            | Property::ListUChar(_)
+            | Property::ListShort(_)
+            | Property::ListUShort(_)
+            | Property::ListInt(_)
+            | Property::ListUInt(_) => self.0 = Some(property),
             _ => return PropertyAccessResult::UnsupportedType,
-        };
+        }
         PropertyAccessResult::Set
     }
 }
@@ -140,17 +159,27 @@ impl File<'_> {
         }
     }
 
+    /// What has not been read.
+    fn rest(&self) -> &[u8] {
+        self.content.get(self.reader.get_ref().position() as usize..).unwrap_or_default()
+    }
+
     /// All items of an element.
     fn items<E: PropertyAccess>(&mut self, element: &ElementDef, header: &Header) -> Result<Vec<E>, ImportError> {
         let text = header.encoding == Encoding::Ascii;
         // A line has at least its end; binary items have their scalars and the lengths of their lists.
         let least = if text { 1 } else { element.properties.values().map(|p| least_bytes(&p.data_type)).sum() };
-        let rest = (self.content.len() as u64).saturating_sub(self.reader.get_ref().position()) as usize;
+        let rest = self.rest().len();
         if element.count.checked_mul(least).is_none_or(|bytes| bytes > rest) || (least == 0 && element.count > 0) {
             let message = format!(
                 "the header announces {} of `{}`, at least {least} bytes each, but {rest} bytes are left",
                 element.count, element.name
             );
+            return Err(self.wrong(self.place(text, None), message));
+        }
+        if size_of::<E>() > 0 && element.count > MOST {
+            let message =
+                format!("the header announces {} of `{}`; at most {MOST} are read", element.count, element.name);
             return Err(self.wrong(self.place(text, None), message));
         }
         let items = Parser::<E>::new().read_payload_for_element(&mut self.reader, element, header);
@@ -186,15 +215,14 @@ pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
             _ => drop(file.items::<Skipped>(element, &header)?),
         }
     }
+    if !file.rest().trim_ascii().is_empty() {
+        let message = "the file goes on after what its header announces".to_owned();
+        return Err(file.wrong(file.place(header.encoding == Encoding::Ascii, None), message));
+    }
     let count = raw.vertices.len();
-    for (index, Face(corners)) in faces.iter().enumerate() {
-        let valid = |&v: &i64| usize::try_from(v).is_ok_and(|v| v < count);
-        if let Some(vertex) = corners.iter().find(|v| !valid(v)) {
-            let message = format!("there is no vertex {vertex}, only {count}");
-            return Err(file.wrong(Place::Object(format!("face {index}")), message));
-        }
-        // Points and lines, faces of one and two corners, have no triangle.
-        raw.faces.extend((2..corners.len()).map(|k| [corners[0], corners[k - 1], corners[k]].map(|v| v as u32)));
+    for (index, face) in faces.into_iter().enumerate() {
+        let added = face.corners(count).and_then(|corners| raw.add_polygon(&corners));
+        added.map_err(|why| file.wrong(Place::Object(format!("face {index}")), why))?;
     }
     Ok(raw)
 }

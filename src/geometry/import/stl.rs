@@ -5,9 +5,9 @@
 //! be in upper case. Normals are ignored, because the winding gives the same direction and is more often right.
 
 use super::super::{Mesh, Point};
-use super::Raw;
 use super::error::{ImportError, Place};
 use super::lines::Lines;
+use super::{MOST, Raw};
 use std::cell::Cell;
 use std::io::{Cursor, Write};
 use std::path::Path;
@@ -15,6 +15,8 @@ use std::path::Path;
 /// Bytes before the first triangle; below, the bytes of one triangle.
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
+/// Characters of a line of text that are looked at; no line of the format is nearly as long.
+const LONGEST_LINE: usize = 1 << 12;
 
 /// Number of triangles in the header of a binary file, and the bytes that they take with the header.
 fn declared(content: &[u8]) -> Option<(u64, u64)> {
@@ -55,20 +57,15 @@ pub(super) fn read_text(path: &Path, content: &[u8]) -> Result<Raw, ImportError>
     let last = text.lines().filter_map(first_word).next_back();
     // The lines that begin and end solids are blanked, so that all facets are in one, which has no end when the last
     // has none. Normals, which some exporters write as NaN, become zero. Line numbers stay.
-    let neutral = |line: &str| match first_word(line).as_deref() {
+    let neutral = |number: usize, line: &str| match first_word(line).as_deref() {
+        _ if number == 1 => "solid ".to_owned(),
         Some("solid" | "endsolid") => String::new(),
         Some("facet") => "facet normal 0 0 0".to_owned(),
-        _ => line.to_ascii_lowercase(),
+        _ => line.trim().chars().take(LONGEST_LINE).collect::<String>().to_ascii_lowercase(),
     };
-    let mut lines: Vec<String> = text.lines().map(neutral).collect();
-    if let Some(first) = lines.first_mut() {
-        *first = "solid ".to_owned();
-    }
-    if last.as_deref() == Some("endsolid") {
-        lines.push("endsolid".to_owned());
-    }
     let number = Cell::new(0);
-    let mut reader = Lines::new(lines, &number);
+    let end = (last.as_deref() == Some("endsolid")).then_some("endsolid");
+    let mut reader = Lines::new(&text, neutral, end, &number);
     let stl = stl_io::create_stl_reader(&mut reader);
     collect(path, stl, |_| Place::Line(number.get()))
 }
@@ -85,6 +82,9 @@ fn collect(
     let wrong = |index, message| ImportError::Content { path: path.into(), place: place(index), message };
     let mut raw = Raw::default();
     for (index, triangle) in reader.map_err(|error| wrong(0, error.to_string()))?.enumerate() {
+        if index >= MOST {
+            return Err(wrong(index, format!("the file has more than {MOST} triangles")));
+        }
         let triangle = triangle.map_err(|error| wrong(index, error.to_string()))?;
         for vertex in &triangle.vertices {
             if vertex.0.iter().any(|x| !x.is_finite()) {

@@ -187,6 +187,75 @@ fn duplicates_and_collapsed_triangles_go_and_needles_stay() {
     assert_eq!(report.welded_vertices, 1);
 }
 
+/// Vertices and polygons in the three formats that have polygons.
+fn polygons(vertices: &[[f64; 3]], faces: &[&[usize]]) -> [(&'static str, String); 3] {
+    let lines = |lead: &str| -> String { vertices.iter().map(|[x, y, z]| format!("{lead}{x} {y} {z}\n")).collect() };
+    let list = |face: &[usize], from: usize| face.iter().map(|v| format!(" {}", v + from)).collect::<String>();
+    let counted: String = faces.iter().map(|face| format!("{}{}\n", face.len(), list(face, 0))).collect();
+    let numbered: String = faces.iter().map(|face| format!("f{}\n", list(face, 1))).collect();
+    let (count, all) = (vertices.len(), faces.len());
+    let header = format!(
+        "ply\nformat ascii 1.0\nelement vertex {count}\nproperty double x\nproperty double y\nproperty double z\nelement face {all}\nproperty list uchar int vertex_indices\nend_header\n"
+    );
+    [
+        ("a.obj", format!("{}{numbered}", lines("v "))),
+        ("a.off", format!("OFF\n{count} {all} 0\n{}{counted}", lines(""))),
+        ("a.ply", format!("{header}{}{counted}", lines(""))),
+    ]
+}
+
+#[test]
+fn concave_polygons_are_covered_once_and_crossed_ones_refused() {
+    // A bar of 1 mm whose section is an L of 5 mm² with a girth of 12 mm, from the end of one leg on.
+    let outline = [[3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0], [0.0, 0.0], [3.0, 0.0]];
+    let vertices: Vec<[f64; 3]> = [0.0, 1.0].iter().flat_map(|&z| outline.map(|[x, y]| [x, y, z])).collect();
+    let sides: Vec<[usize; 4]> = (0..6).map(|i| [i, (i + 1) % 6, 6 + (i + 1) % 6, 6 + i]).collect();
+    let mut faces: Vec<&[usize]> = sides.iter().map(|side| &side[..]).collect();
+    let ends = [[5, 4, 3, 2, 1, 0], [6, 7, 8, 9, 10, 11]];
+    faces.extend(ends.iter().map(|end| &end[..]));
+    for (name, text) in polygons(&vertices, &faces) {
+        let Imported { mesh, report } = read(name, text.as_bytes()).unwrap_or_else(|error| panic!("{error}"));
+        let surface = mesh.surface_report();
+        assert!(surface.edges.is_watertight() && report.triangles_read == 20, "{name}: {surface:?}");
+        assert!(
+            (surface.volume_mm3 - 5.0).abs() < 1e-6 && (surface.area_mm2 - 22.0).abs() < 1e-6,
+            "{name}: {surface:?}"
+        );
+    }
+    let crossed = [[0.0; 3], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let places = ["a.obj: line 6: ", "a.off: line 8: ", "a.ply: face 1: "];
+    for ((name, text), place) in polygons(&crossed, &[&[0, 2, 1], &[0, 1, 2, 3]]).into_iter().zip(places) {
+        let error = message(name, text.as_bytes());
+        assert!(error.starts_with(&format!("{place}the sides of this polygon of 4 corners cross")), "{error}");
+    }
+}
+
+#[test]
+fn what_the_header_does_not_announce_is_refused() {
+    let error = message("a.off", format!("{OFF}# more\n\n3 0 1 2\n").as_bytes());
+    assert_eq!(
+        error,
+        "a.off: line 14: the header announces 4 vertices and 4 faces, and the file goes on with `3 0 1 2`"
+    );
+    let text = format!("{}\n\n3 0 1 2\n", objects::PLY.trim_end());
+    assert!(message("a.ply", text.as_bytes()).contains("goes on after what its header announces"));
+    for little in [true, false] {
+        let binary = objects::binary_ply(little);
+        assert!(read("a.ply", &[&binary[..], b"\n"].concat()).is_ok(), "white space");
+        let error = message("a.ply", &[&binary[..], &[3]].concat());
+        assert!(error.contains(&format!("byte {}: the file goes on", binary.len())), "{error}");
+    }
+}
+
+#[test]
+fn more_than_a_mesh_may_hold_is_refused_before_it_is_read() {
+    // Empty lists of corners, one byte each.
+    let mut file = b"ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nelement face 16777217\nproperty list uchar int vertex_indices\nend_header\n".to_vec();
+    file.resize(file.len() + MOST + 1, 0);
+    let error = message("a.ply", &file);
+    assert!(error.contains("the header announces 16777217 of `face`; at most 16777216 are read"), "{error}");
+}
+
 #[test]
 fn an_inside_out_mesh_is_reported() {
     let turned = OFF.replace("3 0 2 1", "3 0 1 2").replace("3 0 1 3", "3 0 3 1").replace("3 0 3 2", "3 0 2 3");
