@@ -38,7 +38,7 @@ use crate::truth::Solid;
 use rayon::prelude::*;
 use rs274::{Axis, MoveKind};
 use spun::Spun;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -238,7 +238,7 @@ pub fn check(
     }
     refuse_missing_axes(scene, run)?;
     let reach = path.reach();
-    let decisions = pairs::decide(scene, &reach, settings.clearances(scene));
+    let mut decisions = pairs::decide(scene, &reach, settings.clearances(scene));
     let pairs: Vec<Pair> = decisions.iter().filter(|d| d.dropped.is_none()).map(|d| d.pair).collect();
     if pairs.is_empty() && decisions.iter().filter_map(|d| d.dropped.as_ref()).all(pairs::Dropped::is_for_ever) {
         return Err(CheckError::NoPairs(scene.name.clone()));
@@ -252,7 +252,15 @@ pub fn check(
     // A cutter is held against the stock alone; whatever else touches the uncut workpiece, is held against what is left of it.
     let is_stock = |pair: Pair| workpieces.iter().any(|workpiece| workpiece.has(pair));
     let pairs: Vec<Pair> = pairs.into_iter().filter(|&pair| !(scene.is_cutting(pair) && is_stock(pair))).collect();
-    let of_stock: Vec<Pair> = pairs.iter().chain(&turned).copied().filter(|&pair| is_stock(pair)).collect();
+    let of_stock: Vec<Pair> = pairs.iter().copied().filter(|&pair| is_stock(pair)).collect();
+    let spun = Spun::of(scene, run, &path);
+    let turned = turned_pairs(&spun, &reach, settings, &is_stock);
+    // Out of reach as drawn, a pair may be within reach of the rings: it is examined then.
+    let is_turned: BTreeSet<Pair> = turned.iter().copied().collect();
+    decisions
+        .iter_mut()
+        .filter(|decision| is_turned.contains(&decision.pair))
+        .for_each(|decision| decision.dropped = None);
     progress.begin("building trees", 1);
     let for_the_rest = registry.fastest().unwrap_or(variant);
     let (trees_ns, [bodies, turned_bodies]) = timer::time(|| {

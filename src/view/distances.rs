@@ -82,7 +82,7 @@ impl Nearest<'_> {
                 continue;
             }
             let below = least.map_or(FARTHEST_MM, |(mm, _)| mm);
-            let [a, b] = self.models.of(pair);
+            let Some([a, b]) = self.models.of(pair) else { continue };
             let state = self.states.entry(number).or_default();
             let mm = a.distance_mm(b, &self.scene.a_from_b(pair, &poses), below, state);
             if mm < below {

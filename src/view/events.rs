@@ -56,9 +56,9 @@ fn touching(scene: &Scene, path: &Path, motion: &Motion, event: &Event, models: 
     let contact = |place: f64| {
         let poses = scene.machine.forward(&path.position_at(place));
         let a_from_b = scene.a_from_b(event.pair, &poses);
-        at_pose(scene, event.pair, models.of(event.pair), &a_from_b, motion.key_at(place))
+        Some(at_pose(scene, event.pair, models.of(event.pair)?, &a_from_b, motion.key_at(place)))
     };
-    (0..poses).map(|pose| contact(place(pose))).collect()
+    (0..poses).filter_map(|pose| contact(place(pose))).collect()
 }
 
 fn at_pose(scene: &Scene, pair: Pair, [a, b]: [&dyn Model; 2], a_from_b: &Isometry, key: f64) -> Contact {

@@ -117,9 +117,10 @@ impl Models {
         Self(parts.into_par_iter().map(prepare).collect::<Vec<_>>().into_iter().collect())
     }
 
-    /// Those of a pair that is examined.
-    fn of(&self, pair: Pair) -> [&dyn Model; 2] {
-        [pair.a, pair.b].map(|part| self.0[&part].as_ref())
+    /// Those of a pair; `None` when it is not examined.
+    fn of(&self, pair: Pair) -> Option<[&dyn Model; 2]> {
+        let model = |part: usize| self.0.get(&part).map(AsRef::as_ref);
+        Some([model(pair.a)?, model(pair.b)?])
     }
 }
 
