@@ -61,7 +61,7 @@ fn the_page_says_when_and_where_the_hammer_meets_the_anvil() {
     assert!(output.status.success(), "{output:?}");
     let page = std::fs::read_to_string(folder.path("blow.html")).unwrap();
     let data = data(&page);
-    assert_eq!((&data["format"], &data["title"]), (&"bvbench-view/1".into(), &"hammer & anvil".into()));
+    assert_eq!((&data["format"], &data["title"]), (&"bvbench-view/2".into(), &"hammer & anvil".into()));
     let program = &data["program"];
     // 20 mm at 15 000 mm/min, then 30 mm at 600 mm/min.
     assert!((program["duration_s"].as_f64().unwrap() - 3.08).abs() < 1e-9);
@@ -93,6 +93,58 @@ fn the_page_says_when_and_where_the_hammer_meets_the_anvil() {
     }
     assert_eq!(data["variants"].as_array().unwrap().len(), 2);
     assert_eq!(data["variants"][0]["trees"][0]["levels"].as_array().unwrap().len(), 2);
+}
+
+/// A bit that turns 20 mm from the spindle's axis, and a pin on the other side of the axis, out of reach of the bit as drawn.
+const TURNED: &str = r#"
+title = "a bit and a pin"
+[[machine.links]]
+name = "head"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[parts]]
+name = "pin"
+role = "fixture"
+at = { xyz_mm = [0, -20, 0] }
+shape = { kind = "rounded-box", size_mm = [4, 4, 4] }
+[[parts]]
+name = "bit"
+role = "cutter"
+tool = 70000
+link = "head"
+at = { xyz_mm = [0, 20, 0] }
+shape = { kind = "rounded-box", size_mm = [4, 4, 10] }
+[program]
+file = "turn.ngc"
+tool = 70000
+tool_centre_point = { tool_link = "head" }
+"#;
+
+#[test]
+fn a_pair_within_reach_only_as_it_turns_is_examined_and_shown() {
+    let folder = Folder::with(&[("scene.toml", TURNED), ("turn.ngc", "M3 S1000\nG1 X5 F100\nM2\n")]);
+    let output = folder.run(&["check", ".", "--json", "--quiet", "--junit", "found.xml"]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        (&found["events"][0]["kind"], &found["pairs_not_examined"]),
+        (&"unresolved".into(), &Value::Array(vec![]))
+    );
+    let junit = std::fs::read_to_string(folder.path("found.xml")).unwrap();
+    assert!(junit.contains("failures=\"1\"") && junit.contains("pin:bit"), "{junit}");
+    let output = folder.run(&["view", ".", "--out", "turn.html", "--quiet"]);
+    assert!(output.status.success(), "{output:?}");
+    let data = data(&std::fs::read_to_string(folder.path("turn.html")).unwrap());
+    assert_eq!(data["events"][0]["kind"], "unresolved");
+    // Numbers of tools and of pairs have 32 bits.
+    let u32s = |packed: &Value| -> Vec<u32> {
+        let bytes = BASE64_STANDARD.decode(packed.as_str().unwrap()).unwrap();
+        bytes.as_chunks::<4>().0.iter().map(|&bytes| u32::from_le_bytes(bytes)).collect()
+    };
+    let tools = u32s(&data["program"]["moves"]["tool"]);
+    assert!(!tools.is_empty() && tools.iter().all(|&tool| tool == 70_000), "{tools:?}");
+    let nearest = u32s(&data["distances"]["nearest"]);
+    assert_eq!(nearest.len(), f32s(&data["distances"]["keys"]).len());
+    assert!(nearest.iter().all(|&pair| pair == 0 || pair == u32::MAX), "{nearest:?}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What a page gets: the wire format `bvbench-view/1`, JSON with arrays as base64 (docs/view.md).
+//! What a page gets: the wire format `bvbench-view/2`, JSON with arrays as base64 (docs/view.md).
 
 use super::motion::Motion;
 use super::pack::{Lattice, Packed};
@@ -96,6 +96,7 @@ struct Moves {
     kind: Packed,
     /// mm/min; 0 for none.
     feed: Packed,
+    /// 32 bits.
     tool: Packed,
     rpm: Packed,
     last_key: Packed,
@@ -139,7 +140,7 @@ pub(super) struct Distances {
     pub farthest_mm: f64,
     pub keys: Packed,
     pub mm: Packed,
-    /// Number in `pairs`; 65535 for none.
+    /// Number in `pairs`, of 32 bits; 4294967295 for none.
     pub nearest: Packed,
 }
 
@@ -200,7 +201,7 @@ impl ViewData {
         let examined =
             |part: usize| scene.names_pairs && scene.pairs.iter().any(|pair| pair.a == part || pair.b == part);
         Self {
-            format: "bvbench-view/1",
+            format: "bvbench-view/2",
             name: scene.name.clone(),
             title: scene.title.clone(),
             description: scene.description.clone(),
@@ -228,7 +229,6 @@ impl ViewData {
         let axes: Vec<Axis> = Axis::ALL.into_iter().filter(drives).collect();
         let values = motion.positions.iter().flat_map(|position| axes.iter().map(|&axis| position[axis]));
         let durations = std::iter::once(0.0).chain(motion.times_s.windows(2).map(|pair| pair[1] - pair[0]));
-        let tool = |tool: u32| u16::try_from(tool).unwrap_or(u16::MAX);
         self.program = Some(ProgramData {
             file: run.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
             lines: run.program.blocks.iter().map(|block| block.trim_end().to_owned()).collect(),
@@ -242,7 +242,7 @@ impl ViewData {
                 line: Packed::u32(moves.iter().map(|step| step.line)),
                 kind: Packed::u8(moves.iter().map(|step| kind(&step.kind))),
                 feed: Packed::f32(moves.iter().map(|step| step.feed_mm_min.unwrap_or(0.0))),
-                tool: Packed::u16(run.tools().into_iter().map(tool)),
+                tool: Packed::u32(run.tools()),
                 rpm: Packed::f32(moves.iter().map(|step| step.spindle_rpm)),
                 last_key: Packed::u32(motion.last_keys.iter().copied()),
             },

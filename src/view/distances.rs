@@ -53,7 +53,7 @@ pub(super) fn along(
         farthest_mm: FARTHEST_MM,
         keys: Packed::f32(places.iter().map(|&place| motion.key_at(place))),
         mm: Packed::f32(found.iter().map(|found| found.map_or(FARTHEST_MM, |(mm, _)| mm))),
-        nearest: Packed::u16(found.iter().map(|found| found.map_or(u16::MAX, |(_, pair)| pair as u16))),
+        nearest: Packed::u32(found.iter().map(|found| found.map_or(u32::MAX, |(_, pair)| pair as u32))),
     }
 }
 

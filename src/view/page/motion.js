@@ -22,7 +22,7 @@ class Motion {
     this.kinds = moves ? bytes(moves.kind) : new Uint8Array();
     this.feeds = moves ? f32(moves.feed) : new Float32Array();
     this.rpms = moves ? f32(moves.rpm) : new Float32Array();
-    this.tools = moves ? u16(moves.tool) : new Uint16Array();
+    this.tools = moves ? u32(moves.tool) : new Uint32Array();
     this.lastKeys = moves ? u32(moves.last_key) : new Uint32Array();
     this.runs = this.#runs();
     this.runEnds = this.runs.map((run) => run.last);

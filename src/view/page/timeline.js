@@ -10,7 +10,7 @@ class Nearness {
     this.farthest = distances.farthest_mm;
     this.keys = f32(distances.keys);
     this.mm = f32(distances.mm);
-    this.nearest = u16(distances.nearest);
+    this.nearest = u32(distances.nearest);
     this.events = events;
   }
 
@@ -31,7 +31,7 @@ class Nearness {
     const part = this.keys[next] > this.keys[before] ? clamp((place - this.keys[before]) / (this.keys[next] - this.keys[before]), 0, 1) : 1;
     const mm = this.mm[before] + part * (this.mm[next] - this.mm[before]);
     const pair = this.nearest[part < 0.5 ? before : next];
-    return pair === 65535 || mm >= this.farthest ? null : { mm, pair: this.pairs[pair] };
+    return pair === 0xffffffff || mm >= this.farthest ? null : { mm, pair: this.pairs[pair] };
   }
 }
 
