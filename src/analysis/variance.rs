@@ -4,9 +4,9 @@
 //!   Components, section 3.6), over the logarithm of the total, or of its ratio to the baseline in the same block. A negative component is
 //!   set to 0.
 //!
-//! - *Repetitions*: the number of blocks of a launch is the square root of the ratio of costs times the ratio of variances (Kalibera and
-//!   Jones 2013, ISMM, Rigorous Benchmarking in Reasonable Time). The numbers of binaries and launches are then the smallest that bring the
-//!   interval's half-width to [`HALF_WIDTH`].
+//! - *Repetitions*: the number of blocks of a launch is at most the square root of the ratio of costs times the ratio of variances (Kalibera
+//!   and Jones 2013, ISMM, Rigorous Benchmarking in Reasonable Time). The numbers of binaries and launches are the smallest that bring the
+//!   interval's half-width to [`HALF_WIDTH`] with so many blocks, and of the blocks no more are kept than that needs.
 
 use super::AnalysisError;
 use super::claims::ClaimSet;
@@ -57,10 +57,25 @@ pub fn components(
     Ok(rows)
 }
 
-/// The row that asks for the most repetitions, among those that rank the safe volumes under their default policies. `None` when the run has
-/// too few binaries, launches or blocks for components.
+/// How often the next run repeats: enough for every row that ranks a safe volume under its default policy, if enough is possible.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NextRun {
+    /// Binaries.
+    pub binaries: u32,
+    /// Launches of each binary.
+    pub launches: u32,
+    /// Blocks of each launch.
+    pub blocks: u32,
+    /// The row that needs the most binaries.
+    pub decisive: VarianceRow,
+    /// Rows whose interval more than [`MOST_BINARIES`] binaries would need: the plan is too small for them.
+    pub beyond: Vec<VarianceRow>,
+}
+
+/// The repetitions that all rows need that rank the safe volumes under their default policies: the largest number of each kind. `None` when
+/// the run has too few binaries, launches or blocks for components, or no row with which so many binaries suffice.
 #[must_use]
-pub fn decisive<'a>(rows: &'a [VarianceRow], manifest: &Manifest) -> Option<&'a VarianceRow> {
+pub fn next_run(rows: &[VarianceRow], manifest: &Manifest) -> Option<NextRun> {
     let workload = if rows.iter().any(|row| row.workload == PROGRAM_TIME) {
         PROGRAM_TIME
     } else {
@@ -73,8 +88,18 @@ pub fn decisive<'a>(rows: &'a [VarianceRow], manifest: &Manifest) -> Option<&'a 
         })
     };
     let asked = rows.iter().filter(|row| row.workload == workload && !row.baseline.is_empty()).filter(is_asked);
-    let amount = |row: &&VarianceRow| Some(row.planned_binaries? * row.planned_launches? * row.planned_blocks?);
-    asked.filter(|row| amount(row).is_some()).max_by_key(amount)
+    let plan = |row: &VarianceRow| Some([row.planned_binaries?, row.planned_launches?, row.planned_blocks?]);
+    let (planned, without): (Vec<&VarianceRow>, Vec<&VarianceRow>) = asked.partition(|row| plan(row).is_some());
+    let largest = planned.iter().filter_map(|row| plan(row)).reduce(|most, next| {
+        let mut most = most;
+        most.iter_mut().zip(next).for_each(|(most, next)| *most = (*most).max(next));
+        most
+    });
+    let [binaries, launches, blocks] = largest?;
+    let decisive = planned.into_iter().max_by_key(|row| plan(row))?.clone();
+    let has_components = |row: &&VarianceRow| row.binary_sd.and(row.launch_sd).and(row.block_sd).is_some();
+    let beyond = without.into_iter().filter(has_components).cloned().collect();
+    Some(NextRun { binaries, launches, blocks, decisive, beyond })
 }
 
 fn workload(chunk: &Chunk) -> &str {
@@ -222,14 +247,17 @@ impl Components {
     fn plan(&self, cost: &Cost) -> Option<(u32, u32, u32)> {
         let (binary, launch, block) = (self.binary?.powi(2), self.launch?.powi(2), self.block?.powi(2));
         let ideal = (cost.launch / cost.block * block / launch).sqrt().ceil();
-        // Without a spread between launches there is no reason for a second one; without any at all, for a second block.
-        let blocks = if block == 0.0 { 1 } else { ideal.clamp(1.0, f64::from(MOST_BLOCKS)) as u32 };
-        let half = |binaries: u32, launches: u32| {
+        // Without a spread between launches blocks are the cheapest repetition; without any at all, one is enough.
+        let most_blocks = if block == 0.0 { 1 } else { ideal.clamp(1.0, f64::from(MOST_BLOCKS)) as u32 };
+        let is_enough = |binaries: u32, launches: u32, blocks: u32| {
             let (b, l, k) = (f64::from(binaries), f64::from(launches), f64::from(blocks));
-            student_95(b - 1.0) * (binary / b + launch / (b * l) + block / (b * l * k)).sqrt()
+            let error = (binary / b + launch / (b * l) + block / (b * l * k)).sqrt();
+            student_95(b - 1.0) * error <= HALF_WIDTH.ln_1p()
         };
         let mut plans = (FEWEST_BINARIES..=MOST_BINARIES).flat_map(|b| (1..=MOST_LAUNCHES).map(move |l| (b, l)));
-        let (binaries, launches) = plans.find(|&(b, l)| half(b, l) <= HALF_WIDTH.ln_1p())?;
+        let (binaries, launches) = plans.find(|&(b, l)| is_enough(b, l, most_blocks))?;
+        // A launch component that was cut off at 0 asks for all the blocks there may be; what suffices is enough.
+        let blocks = (1..=most_blocks).find(|&blocks| is_enough(binaries, launches, blocks))?;
         Some((binaries, launches, blocks))
     }
 }
@@ -332,7 +360,8 @@ mod tests {
 
     /// With σ = 1 % between binaries alone, five suffice: 2.776 · 0.01/√5 = 1.24 % is below ln 1.025 = 2.47 %. With 3 %, nine are needed:
     /// for nine, 2.306 · 0.03/√9 = 2.31 %; for eight, 2.365 · 0.03/√8 = 2.51 %. A launch that costs nine times a block of equal spread gets
-    /// three blocks.
+    /// up to three blocks: with σ = 1.4 % each of launches and blocks, one launch of five binaries needs two: 2.776 · 1.4 % · √(1.5/5) = 2.13 %,
+    /// with one 2.46 %; with 1.5 %, 2.64 and 2.28 %. Without a spread between launches blocks of 3 % take 2.776 · 3 %/√(5k): three, not sixteen.
     #[test]
     fn repetitions_by_hand() {
         let cost = Cost { block: 1.0, launch: 9.0 };
@@ -342,8 +371,34 @@ mod tests {
         };
         assert_eq!(plan(0.01, 0.0, 0.0), Some((5, 1, 1)));
         assert_eq!(plan(0.03, 0.0, 0.0), Some((9, 1, 1)));
-        assert_eq!(plan(0.001, 0.001, 0.001), Some((5, 1, 3)));
+        assert_eq!(plan(0.001, 0.001, 0.001), Some((5, 1, 1)));
+        assert_eq!(plan(0.0, 0.015, 0.015), Some((5, 1, 2)));
+        assert_eq!(plan(0.0, 0.0, 0.03), Some((5, 1, 3)));
         assert_eq!(plan(0.5, 0.0, 0.0), None, "64 binaries are too few");
         assert_eq!(Components::default().plan(&cost), None);
+    }
+
+    /// Two rows need 5 × 1 × 16 and 9 × 2 × 1: 80 and 18 repetitions. Five binaries would be too few for the second. A row that 64 binaries do
+    /// not suffice for is named.
+    #[test]
+    fn the_next_run_is_enough_for_every_row() {
+        let manifest = crate::record::synthetic::Run::generate(&crate::record::synthetic::Plan::default()).manifest;
+        let volumes = manifest.variants.iter().filter(|v| v.safe && v.kind == Kind::Volume);
+        let ids: Vec<(String, String)> = volumes.map(|v| (v.id.clone(), v.policies[0].clone())).take(3).collect();
+        let row = |(id, policy): &(String, String), plan: Option<[u32; 3]>| {
+            let parts: Vec<&str> = policy.split('/').collect();
+            let (split, axes, leaf) = (parts[0].to_owned(), parts[1].to_owned(), parts[2].parse().unwrap());
+            let case = CaseKey { variant: id.clone(), split, split_axes: axes, leaf };
+            let logs = Logs { values: vec![vec![vec![0.0, 1.0]; 2]; 2], has_blocks: true };
+            let row = row(("a", PROGRAM_TIME), &case, Some(&case), &logs, &Cost { block: 1.0, launch: 1.0 });
+            let [binaries, launches, blocks] = plan.map_or([None; 3], |plan| plan.map(Some));
+            VarianceRow { planned_binaries: binaries, planned_launches: launches, planned_blocks: blocks, ..row }
+        };
+        let rows = [row(&ids[0], Some([5, 1, 16])), row(&ids[1], Some([9, 2, 1])), row(&ids[2], None)];
+        let next = next_run(&rows, &manifest).unwrap();
+        assert_eq!((next.binaries, next.launches, next.blocks), (9, 2, 16));
+        assert_eq!(next.decisive.variant, ids[1].0);
+        assert_eq!(next.beyond.iter().map(|row| &row.variant).collect::<Vec<_>>(), [&ids[2].0]);
+        assert_eq!(next_run(&rows[2..], &manifest), None);
     }
 }

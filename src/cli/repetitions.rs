@@ -1,5 +1,6 @@
 //! How often a run repeats: binaries, launches, blocks; and how its raw rows are written.
 
+use super::note;
 use crate::analysis::variance;
 use crate::measure::{Plan, binaries};
 use crate::record::{Manifest, VarianceRow, read_rows};
@@ -45,8 +46,8 @@ impl Repetitions {
         plan.binaries = binaries::gather(&self.binaries)?;
         let (mut launches, mut blocks) = (self.launches, self.blocks);
         if let Some(pilot) = &self.plan_from {
-            let row = planned(pilot)?;
-            let least = row.planned_binaries.unwrap_or(0);
+            let next = planned(pilot)?;
+            let (row, least) = (&next.decisive, next.binaries);
             let given = plan.binaries.len().max(1);
             ensure!(
                 given >= least as usize,
@@ -56,7 +57,17 @@ impl Repetitions {
                 row.scene,
                 100.0 * variance::HALF_WIDTH
             );
-            (launches, blocks) = (row.planned_launches, row.planned_blocks);
+            for row in &next.beyond {
+                note(format!(
+                    "{}: {} in {} needs more than {} binaries for an interval of ± {} %; its interval will be wider",
+                    pilot.display(),
+                    row.case().name(),
+                    row.scene,
+                    variance::MOST_BINARIES,
+                    100.0 * variance::HALF_WIDTH
+                ));
+            }
+            (launches, blocks) = (Some(next.launches), Some(next.blocks));
         }
         plan.budget.launches = launches.unwrap_or(plan.budget.launches);
         plan.budget.blocks = blocks.unwrap_or(plan.budget.blocks);
@@ -67,12 +78,12 @@ impl Repetitions {
     }
 }
 
-/// The row that decides how often the next run repeats.
-fn planned(pilot: &Path) -> Result<VarianceRow> {
+/// How often the next run repeats.
+fn planned(pilot: &Path) -> Result<variance::NextRun> {
     let manifest = Manifest::read(pilot)?;
     let rows: Vec<VarianceRow> = read_rows(pilot)
         .with_context(|| format!("{} is not analysed: run `bvbench stage analyze --out {0}` first", pilot.display()))?;
-    variance::decisive(&rows, &manifest).cloned().with_context(|| {
+    variance::next_run(&rows, &manifest).with_context(|| {
         format!(
             "{}: variance.csv plans nothing: a pilot needs two binaries, two launches of each and two blocks of each launch, and components with which {} binaries suffice",
             pilot.display(),

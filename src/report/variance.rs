@@ -45,21 +45,27 @@ pub(super) fn section(contents: &Contents) -> String {
         ]);
     }
     let VarianceRow { binaries, launches, blocks, baseline, .. } = first;
-    let advice = variance::decisive(&contents.variance, &contents.manifest).map_or_else(
+    let place = |row: &VarianceRow| format!("{} in {}", contents.label(&row.variant), row.scene);
+    let advice = variance::next_run(&contents.variance, &contents.manifest).map_or_else(
         || {
             "This run plans nothing: a pilot needs two binaries, two launches of each and two blocks of each launch (`scripts/binaries`, \
              `--binary`).\n\n"
                 .to_owned()
         },
-        |row| {
+        |next| {
+            let beyond: Vec<String> = next.beyond.iter().map(place).collect();
+            let beyond = if beyond.is_empty() {
+                String::new()
+            } else {
+                format!(" Not enough for {}: more than {} binaries.", beyond.join(", "), variance::MOST_BINARIES)
+            };
             format!(
-                "The next run needs {} binaries, {} launch(es) of each and {} block(s) of each launch: `--plan-from` this folder. {} in {} \
-                 decides.\n\n",
-                row.planned_binaries.unwrap_or(0),
-                row.planned_launches.unwrap_or(0),
-                row.planned_blocks.unwrap_or(0),
-                contents.label(&row.variant),
-                row.scene
+                "The next run needs {} binaries, {} launch(es) of each and {} block(s) of each launch, the most of each that a safe volume \
+                 under its default policy needs: `--plan-from` this folder. {} needs the most binaries.{beyond}\n\n",
+                next.binaries,
+                next.launches,
+                next.blocks,
+                place(&next.decisive),
             )
         },
     );
