@@ -7,7 +7,7 @@
 use super::MeasureError;
 use super::environment;
 use crate::record::file::{compressed, located};
-use crate::record::manifest::{PROTOCOL, Request, SCHEMA, Stage, VariantEntry};
+use crate::record::manifest::{PROTOCOL, Program, Request, SCHEMA, Stage, VariantEntry};
 use crate::record::{
     AnswerRow, AuditCellRow, AuditEffectRow, AuditShareRow, BuildRow, CaseRow, ClaimRow, CostChunkRow, CostRow,
     CountRow, DeadlineRow, ExitRow, FactorRow, FolderLock, LineRow, Manifest, MissRow, OutlineRow, PoseRow,
@@ -235,20 +235,48 @@ impl Folder {
         self.manifest.finished.contains(&stage)
     }
 
-    /// Begins a stage that is finished once more, from nothing: `raw` are the files it writes, `units` the folder of its units.
+    /// Begins a stage that is finished once more, from nothing: `raw` are the files that it and all later stages write, `units` the folders
+    /// of their units. Later stages are no longer finished. Their rows are removed when another program made them, so that no record mixes
+    /// two programs.
     ///
     /// # Errors
-    /// When a file cannot be written or removed.
-    pub fn begin_again(&mut self, stage: Stage, raw: &[&str], units: &str) -> Result<(), RecordError> {
-        self.manifest.finished.retain(|&finished| finished != stage);
+    /// When another program made the stages before it, or a file cannot be written or removed.
+    pub fn begin_again(&mut self, stage: Stage, raw: &[&str], units: &[&str]) -> Result<(), MeasureError> {
+        let is_own = self.is_of(&environment::program());
+        self.manifest.finished.retain(|&finished| finished < stage);
+        if !is_own && !self.manifest.finished.is_empty() {
+            return Err(another(&self.path, "the program of an earlier stage"));
+        }
         for file in raw {
             self.manifest.unseal(file);
         }
-        self.manifest.protocol = PROTOCOL.to_owned();
-        self.manifest.program = environment::program();
-        self.manifest.machine = environment::machine();
+        if self.manifest.finished.is_empty() {
+            self.manifest.protocol = PROTOCOL.to_owned();
+            self.manifest.program = environment::program();
+            self.manifest.machine = environment::machine();
+        }
         self.save()?;
-        remove(&self.unit(&[units]))
+        if !is_own {
+            raw.iter().try_for_each(|file| remove(&located(&self.path, file)))?;
+        }
+        Ok(units.iter().try_for_each(|units| remove(&self.unit(&[units])))?)
+    }
+
+    /// Begins a stage that is not finished, or goes on with it.
+    ///
+    /// # Errors
+    /// When another program made a stage that is finished.
+    pub fn begin(&self, stage: Stage) -> Result<(), MeasureError> {
+        let has_others = self.manifest.finished.iter().any(|&finished| finished != stage && finished <= Stage::Measure);
+        if has_others && !self.is_of(&environment::program()) {
+            return Err(another(&self.path, "the program of another stage"));
+        }
+        Ok(())
+    }
+
+    /// Whether `program`, with the protocol of this one, made what the folder holds.
+    fn is_of(&self, program: &Program) -> bool {
+        build_of(&self.manifest.program) == build_of(program) && self.manifest.protocol == PROTOCOL
     }
 
     /// Notes that a stage is finished.
@@ -364,10 +392,7 @@ fn copy_below(from: &Path, to: &Path) -> Result<(), RecordError> {
 
 /// What keeps one study from being continued as the other; the command line, the load and such do not.
 pub(super) fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
-    let program = |manifest: &Manifest| {
-        let program = &manifest.program;
-        (program.version.clone(), program.git_revision.clone(), program.rustc.clone(), program.flags.clone())
-    };
+    let program = |manifest: &Manifest| build_of(&manifest.program).map(str::to_owned);
     let hashes = |manifest: &Manifest| manifest.binaries.iter().map(|b| b.hash.clone()).collect::<Vec<_>>();
     let finished = old.finished.contains(&Stage::Measure);
     match () {
@@ -382,6 +407,11 @@ pub(super) fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str>
         () if !finished && hashes(old) != hashes(new) => Some("a binary"),
         () => None,
     }
+}
+
+/// What tells two builds of the program apart, without how it was called.
+fn build_of(program: &Program) -> [&str; 4] {
+    [&program.version, &program.git_revision, &program.rustc, &program.flags].map(String::as_str)
 }
 
 /// Removes a file or a folder with all that is in it; one that is not there is fine.
@@ -422,8 +452,55 @@ mod tests {
         again.manifest.check_rows(place.path()).unwrap();
         write_text(&place.path().join(TimingRow::FILE), "changed").unwrap();
         assert!(again.manifest.check_rows(place.path()).unwrap_err().to_string().contains(TimingRow::FILE));
-        again.begin_again(Stage::Measure, &[TimingRow::FILE], "counts").unwrap();
+        again.begin_again(Stage::Measure, &[TimingRow::FILE], &["counts"]).unwrap();
         assert!(!unit.exists() && !again.has_finished(Stage::Measure) && again.manifest.rows.is_empty());
+    }
+
+    /// A folder with finished stages, made by this program or by another one.
+    fn finished(place: &Path, stages: &[Stage], by_this_program: bool) -> Folder {
+        let mut manifest = Manifest { protocol: PROTOCOL.to_owned(), ..manifest(1) };
+        manifest.program = environment::program();
+        if !by_this_program {
+            manifest.program.git_revision = "another".to_owned();
+        }
+        let mut folder = Folder::open(place, manifest, true).unwrap();
+        stages.iter().for_each(|&stage| folder.finish(stage).unwrap());
+        folder
+    }
+
+    const STAGES: [Stage; 5] = [Stage::Verify, Stage::Measure, Stage::Analyze, Stage::Plot, Stage::Report];
+
+    /// A run that is made again is no finished run until all of it is: killed in its measurement, it goes on there.
+    #[test]
+    fn a_stage_that_is_made_again_drops_the_later_ones() {
+        let place = tempfile::tempdir().unwrap();
+        let mut folder = finished(place.path(), &STAGES, true);
+        folder.begin_again(Stage::Verify, &[], &[]).unwrap();
+        assert!(folder.manifest.finished.is_empty());
+        folder.finish(Stage::Verify).unwrap();
+        folder.finish(Stage::Measure).unwrap();
+        folder.begin_again(Stage::Measure, &[], &[]).unwrap();
+        assert_eq!(folder.manifest.finished, [Stage::Verify]);
+    }
+
+    /// Another program may make all of a finished run again, and leaves no rows of the old one; it may not make a part of it.
+    #[test]
+    fn no_record_mixes_two_programs() {
+        let place = tempfile::tempdir().unwrap();
+        let timings = place.path().join(TimingRow::FILE);
+        let mut folder = finished(place.path(), &STAGES, false);
+        write_text(&timings, "old").unwrap();
+        let refused = folder.begin_again(Stage::Measure, &[TimingRow::FILE], &[]).unwrap_err();
+        assert!(refused.to_string().contains("program of an earlier stage") && timings.exists(), "{refused}");
+        drop(folder);
+        let mut folder = finished(place.path(), &STAGES, false);
+        write_text(&timings, "old").unwrap();
+        folder.begin_again(Stage::Verify, &[TimingRow::FILE], &[]).unwrap();
+        assert!(!timings.exists() && folder.manifest.finished.is_empty());
+        assert_eq!(folder.manifest.program.git_revision, environment::program().git_revision);
+        let places = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+        assert!(finished(places[0].path(), &[Stage::Measure], false).begin(Stage::Verify).is_err());
+        assert!(finished(places[1].path(), &[Stage::Measure], true).begin(Stage::Verify).is_ok());
     }
 
     #[test]

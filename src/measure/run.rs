@@ -220,10 +220,13 @@ impl Run {
 
     /// Starts a stage: a finished one is made again from nothing, an interrupted one goes on.
     fn start(&mut self, stage: Stage) -> Result<(), MeasureError> {
-        if self.has_finished(stage) {
-            self.folder.begin_again(stage, &raw_files(stage), stage_folder(stage))?;
+        if !self.has_finished(stage) {
+            return self.folder.begin(stage);
         }
-        Ok(())
+        let stages: Vec<Stage> = [Stage::Verify, Stage::Measure].into_iter().filter(|&of| of >= stage).collect();
+        let raw: Vec<&str> = stages.iter().flat_map(|&stage| raw_files(stage)).collect();
+        let units: Vec<&str> = stages.iter().map(|&stage| stage_folder(stage)).collect();
+        self.folder.begin_again(stage, &raw, &units)
     }
 
     /// Notes that a stage is finished.

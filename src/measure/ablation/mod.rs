@@ -208,7 +208,7 @@ fn carry_out(
     let shard = design.asked.shard;
     let mut folder = Folder::open(folder, Shard::manifest(shard, whole), fresh)?;
     if timed && shard.is_none() && folder.has_finished(Stage::Measure) {
-        folder.begin_again(Stage::Measure, &study::raw_files(), "").map_err(MeasureError::from)?;
+        folder.begin_again(Stage::Measure, &study::raw_files(), &[""])?;
     }
     study::carry_out(design, &mut folder, timed, progress)
 }
