@@ -149,18 +149,23 @@ impl BusyMeter {
     /// A reading; `None` where the system does not tell.
     #[must_use]
     pub fn read() -> Option<Self> {
-        let cores = std::thread::available_parallelism().ok()?.get() as u64;
-        let stat = fs::read_to_string("/proc/stat").ok()?;
+        Self::of(&fs::read_to_string("/proc/stat").ok()?, &fs::read_to_string("/proc/self/stat").ok()?)
+    }
+
+    /// The reading in the texts of `/proc/stat` and `/proc/self/stat`.
+    fn of(stat: &str, own: &str) -> Option<Self> {
         let fields = stat.lines().next()?.strip_prefix("cpu ")?;
-        // user nice system idle iowait irq softirq steal (proc(5)); summed over all processors.
+        // user nice system idle iowait irq softirq steal (proc(5)); summed over all processors, those that this process may not use included.
         let ticks: Vec<u64> = fields.split_whitespace().take(8).map_while(|field| field.parse().ok()).collect();
         let &[user, nice, system, idle, iowait, irq, softirq, stolen] = ticks.as_slice() else { return None };
+        let is_processor =
+            |line: &&str| line.strip_prefix("cpu").is_some_and(|n| n.starts_with(|c: char| c.is_ascii_digit()));
+        let processors = stat.lines().filter(is_processor).count() as u64;
         let everything = user + nice + system + irq + softirq;
-        let own = fs::read_to_string("/proc/self/stat").ok()?;
         // The second field, the name in parentheses, may hold spaces; utime and stime are fields 14 and 15.
         let own: Vec<u64> =
             own.rsplit_once(')')?.1.split_whitespace().skip(11).take(2).map_while(|field| field.parse().ok()).collect();
-        let elapsed = (everything + idle + iowait + stolen) / cores;
+        let elapsed = (everything + idle + iowait + stolen).checked_div(processors)?;
         Some(Self { everything, own: own.iter().sum(), stolen, elapsed })
     }
 
@@ -217,6 +222,20 @@ mod tests {
         assert_eq!(committed.difference(&other), None);
         let unknown = |revision: &str| Identity { source: String::new(), revision: revision.into(), ..here.clone() };
         assert_eq!(unknown("a").difference(&unknown("b")).map(|d| d.0), Some("revision"));
+    }
+
+    /// Four processors for 100 ticks, one of them busy with something else: one core, also for a process that may use one of the four alone.
+    #[test]
+    fn processors_are_those_of_the_statistics() {
+        let stat = |busy: u64, idle: u64| {
+            let each = "cpu0 1 0 0 0 0 0 0 0 0 0\ncpu1 1 0 0 0 0 0 0 0 0 0\ncpu2 1 0 0 0 0 0 0 0 0 0\ncpu3 1 0 0 0 0 0 0 0 0 0";
+            format!("cpu  {busy} 0 0 {idle} 0 0 0 0 0 0\n{each}\nintr 5\n")
+        };
+        let own = |ticks: u64| format!("7 (a (b) c) S 1 1 1 0 -1 0 0 0 0 0 {ticks} 0 0 0");
+        let reading = |busy, idle, ticks| BusyMeter::of(&stat(busy, idle), &own(ticks)).unwrap();
+        let found = reading(1200, 1200, 100).since(&reading(1000, 1000, 0)).unwrap();
+        assert_eq!(found, Disturbance { others: 1.0, stolen: 0.0 });
+        assert!(BusyMeter::of("cpu  1 0 0 1 0 0 0 0 0 0\n", &own(0)).is_none(), "no line of a processor");
     }
 
     #[test]
