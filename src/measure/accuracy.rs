@@ -1,9 +1,9 @@
 //! Verification: every variant's verdict against the exact truth, over many poses, counted by depth band.
 //!
 //! A hundred thousand poses of a loose volume's query would take minutes, and most of that would go into poses where
-//! nothing can be missed. So the query of a safe volume answers a spread of poses only, and the witness argument of
+//! nothing can be missed. So the query of a safe volume answers a sample of poses only, and the witness argument of
 //! [`crate::tree::witness`] answers the others, with the same verdicts. Whatever promises nothing, or is no volume, answers everywhere by its
-//! own query; peers, of whose insides that argument says nothing, answer the spread alone. `asked` says how many were asked.
+//! own query; peers, of whose insides that argument says nothing, answer the sample alone. `asked` says how many were asked.
 
 use super::Progress;
 use super::folder::write_unit;
@@ -58,9 +58,18 @@ pub fn lines(scene: &Scene, judged: &[JudgedPair], asked_poses: usize) -> Vec<Li
     judged.iter().flat_map(|pair| lines_of(scene, pair, asked_poses)).collect()
 }
 
-/// Every how many poses of a pair all cases are asked.
-fn stride(pair: &JudgedPair, asked_poses: usize) -> usize {
-    pair.poses.len().div_ceil(asked_poses).max(1)
+/// The golden ratio less one, times 2^64.
+const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
+
+/// Whether all cases are asked at a pose, of so many poses of a pair. Poses repeat a pattern of offsets, and a constant stride that has a
+/// divisor in common with its length meets some offsets only. Multiples of the golden ratio are spread evenly over every residue class
+/// (Weyl 1916, Mathematische Annalen 77; Knuth, The Art of Computer Programming, volume 3, section 6.4).
+fn is_asked(index: usize, poses: usize, asked_poses: usize) -> bool {
+    if asked_poses >= poses {
+        return true;
+    }
+    let share = ((asked_poses as u128) << 64) / poses as u128;
+    u128::from((index as u64).wrapping_mul(GOLDEN)) < share
 }
 
 fn lines_of(scene: &Scene, pair: &JudgedPair, asked_poses: usize) -> Vec<LineRow> {
@@ -75,7 +84,7 @@ fn lines_of(scene: &Scene, pair: &JudgedPair, asked_poses: usize) -> Vec<LineRow
             sampled: 0,
         });
         row.contacts += 1;
-        row.sampled += u64::from(index.is_multiple_of(stride(pair, asked_poses)));
+        row.sampled += u64::from(is_asked(index, pair.poses.len(), asked_poses));
     }
     lines.into_values().collect()
 }
@@ -97,8 +106,7 @@ fn verify_case(
     let (mut rows, mut misses) = (Vec::new(), Vec::new());
     for pair in judged {
         let (a, b) = (models[&pair.pair.a].as_ref(), models[&pair.pair.b].as_ref());
-        let stride = stride(pair, asked_poses);
-        let asked = |index: usize| everywhere || index.is_multiple_of(stride);
+        let asked = |index: usize| everywhere || is_asked(index, pair.poses.len(), asked_poses);
         let answers = pair.poses.iter().enumerate();
         let answers = answers.map(|(index, pose)| Answered { pose, asked: asked(index), touching: false });
         let mut answers: Vec<Answered> = answers.filter(|answer| answer.asked || has_others).collect();
@@ -195,4 +203,27 @@ fn tally(case: &Case, scene: &Scene, pair: &JudgedPair, answers: &[Answered]) ->
 /// The rows that break a promise: a safe variant that misses a contact above grazing.
 pub fn broken_promises(rows: &[VerificationRow]) -> impl Iterator<Item = &VerificationRow> {
     rows.iter().filter(|row| row.safe == 1 && row.band.is_above_grazing() && row.missed > 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 250 000 poses in a pattern of 15 offsets, of which 2500 are asked: every offset has its share, about 167. Every hundredth pose meets
+    /// the offsets 0, 5 and 10 alone.
+    #[test]
+    fn every_offset_of_a_pattern_is_asked() {
+        for (poses, asked_poses) in [(250_000, 2500), (250_000, 2451), (40_000, 300)] {
+            for pattern in [7, 15, 64] {
+                let mut of_offset = vec![0_usize; pattern];
+                let asked = (0..poses).filter(|&index| is_asked(index, poses, asked_poses));
+                asked.for_each(|index| of_offset[index % pattern] += 1);
+                let (share, sum) = (asked_poses / pattern, of_offset.iter().sum::<usize>());
+                assert!(sum.abs_diff(asked_poses) <= 3, "{sum} of {asked_poses}");
+                let even = of_offset.iter().all(|&count| count.abs_diff(share) <= 3 + share / 10);
+                assert!(even, "{poses} {asked_poses} {pattern}: {of_offset:?}");
+            }
+        }
+        assert!((0..10).all(|index| is_asked(index, 10, 10)) && !(0..10).any(|index| is_asked(index, 10, 0)));
+    }
 }
