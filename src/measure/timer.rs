@@ -4,7 +4,8 @@ use crate::record::manifest::ClockEntry;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Shortest sample worth keeping, ns: a thousand times the resolution and cost of the clock (some tens of ns).
+/// Duration that short work is repeated to, ns: a thousand times the resolution and cost of the clock (some tens of ns). By the time of one
+/// pass in the block that is dropped; later passes are often faster, so that a third of the samples of a run last less.
 pub const SHORTEST_SAMPLE_NS: u64 = 100_000;
 
 /// Runs `work` and returns the wall time, ns, and its result, which the compiler must assume is used.
