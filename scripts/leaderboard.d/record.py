@@ -63,6 +63,8 @@ class Record:
             interval = {"ratio": number(reference, "mean_ns", place) / number(peer, "mean_ns", place), "low": None, "high": None}
             if row := told.get((engine, scene)):
                 interval = {name: number(row, name, f"{self.folder}/peer-ratios.csv, {engine} on {scene}") for name in interval}
+                # A single chunk has no interval.
+                interval = {name: None if value != value and name != "ratio" else value for name, value in interval.items()}
             yield {
                 "engine": engine, "scene": scene, "cpu": self.cpu(), "folder": self.folder.name, "submission": self.submission, **interval,
                 "missed": int(peer["false_negatives"]), "invented": int(peer["false_positives"]), "poses": int(peer["poses"]),

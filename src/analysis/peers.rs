@@ -3,10 +3,11 @@
 //! The time of a chunk is the median over its rounds, or the sum of the separate times of its poses if that is less. Each pose's time is a
 //! median and includes one reading of the clock. If the sum is less, something else interrupted the passes; long passes are interrupted
 //! most, which would make slow engines look slower. A mean time is the sum over chunks divided by the number of poses. A ratio is the ratio
-//! of mean times on the same chunks. Its interval is a bootstrap that draws whole chunks, stratum by stratum, because poses of a chunk
-//! depend on one another.
+//! of mean times on the same chunks. Its interval is that of [`super::totals`] with chunks as clusters, stratum by stratum, because poses of
+//! a chunk depend on one another. A single chunk has no interval.
 
-use super::stats::{Interval, bootstrap_ratio, quantile};
+use super::stats::{Interval, quantile};
+use super::totals::{Observation, Totals};
 use crate::record::peers::ALL_STRATA;
 use crate::record::{
     PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow, RecordError, Stratum, read_rows, write_rows,
@@ -170,13 +171,13 @@ pub fn ratios(
         let held_against = references.iter().find_map(|reference| Some((reference, of(reference)?)));
         let (Some(own), Some((reference, others))) = (of(&engine), held_against) else { continue };
         for stratum in strata() {
-            let groups = paired(own, others, stratum);
-            if groups.is_empty() {
-                continue;
-            }
+            let Some(totals) = Totals::of(paired(own, others, stratum)) else { continue };
             let name = stratum_name(stratum);
-            let Interval { value, low, high } =
-                bootstrap_ratio(&groups, seed, &format!("{} {} {name}", setting.0, setting.1));
+            let estimate = totals.estimate(seed, &format!("{} {} {name}", setting.0, setting.1));
+            let Interval { value, low, high } = match estimate.clusters {
+                0 | 1 => Interval { low: f64::NAN, high: f64::NAN, ..estimate.interval },
+                _ => estimate.interval,
+            };
             let tail = |engine: &String| p99.get(&(engine, &setting.0, &setting.1, &name)).copied().unwrap_or(f64::NAN);
             found.push(PeerRatioRow {
                 engine: engine.clone(),
@@ -194,14 +195,18 @@ pub fn ratios(
     found
 }
 
-/// The times of the chunks that both engines have, by stratum (or for one stratum alone): (the other engine's, this engine's), ns.
-fn paired(own: &Chunks, others: &Chunks, stratum: Option<Stratum>) -> Vec<Vec<(f64, f64)>> {
-    let of = |stratum: Stratum| {
-        let members = own.iter().filter(move |(_, chunk)| chunk.0 == stratum);
-        members.filter_map(|(key, chunk)| Some((others.get(key)?.2, chunk.2))).collect::<Vec<_>>()
+/// The times of the chunks that both engines have, or of those of one stratum: the other engine's over this engine's, ns.
+fn paired(own: &Chunks, others: &Chunks, stratum: Option<Stratum>) -> Vec<Observation> {
+    let asked = own.iter().filter(|(_, chunk)| stratum.is_none_or(|stratum| stratum == chunk.0));
+    let both = asked.filter_map(|(key, chunk)| Some((chunk.0, others.get(key)?.2, chunk.2)));
+    let observation = |(cluster, (stratum, numerator, denominator)): (u32, (Stratum, f64, f64))| Observation {
+        stratum: stratum as u32,
+        cluster,
+        launch: 0,
+        numerator,
+        denominator,
     };
-    let asked = Stratum::ALL.into_iter().filter(|other| stratum.is_none_or(|stratum| stratum == *other));
-    asked.map(of).filter(|group| !group.is_empty()).collect()
+    (0..).zip(both).map(observation).collect()
 }
 
 #[cfg(test)]
@@ -276,7 +281,8 @@ mod tests {
         assert_eq!((all.largest_error, rows[2].largest_error), (Some(2.0), None)); // |3 - 5|
     }
 
-    /// All strata: (80 + 40) / (20 + 4) = 5; colliding: 80 / 20 = 4; far: 40 / 4 = 10. One chunk per stratum gives no spread.
+    /// All strata: (80 + 40) / (20 + 4) = 5; colliding: 80 / 20 = 4; far: 40 / 4 = 10. A stratum of one chunk has no interval. The two strata
+    /// together are two chunks of one stratum, which resamples of one of them alone give the ends 4 and 10, widened.
     #[test]
     fn ratios_by_hand() {
         let found = ratios(&timings(), &[], &[], &["nobody".to_owned(), "slow".to_owned()], 1);
@@ -284,7 +290,11 @@ mod tests {
             let rows = found.iter().filter(move |row| row.engine == engine);
             rows.map(|row| (row.stratum.as_str(), row.ratio, row.low, row.high)).collect::<Vec<_>>()
         };
-        assert_eq!(of("fast"), [("all", 5.0, 5.0, 5.0), ("colliding", 4.0, 4.0, 4.0), ("far", 10.0, 10.0, 10.0)]);
+        let values: Vec<_> = of("fast").iter().map(|row| (row.0, row.1)).collect();
+        assert_eq!(values, [("all", 5.0), ("colliding", 4.0), ("far", 10.0)]);
+        let rows = of("fast");
+        assert!(rows[0].2 < 4.0 && rows[0].3 > 10.0, "{rows:?}");
+        assert!(rows[1..].iter().all(|row| row.2.is_nan() && row.3.is_nan()), "{rows:?}");
         assert!(of("slow").iter().all(|row| row.1 == 1.0));
         assert!(ratios(&timings(), &[], &[], &["nobody".to_owned()], 1).is_empty());
     }

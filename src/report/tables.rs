@@ -49,10 +49,11 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// A value with its interval, as far as they are given.
+/// A value with its interval, as far as they are given and are numbers.
 #[must_use]
 pub fn interval(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> String {
-    match (value, low, high) {
+    let known = |end: Option<f64>| end.filter(|end| end.is_finite());
+    match (value, known(low), known(high)) {
         (Some(value), Some(low), Some(high)) => format!("{} [{}, {}]", number(value), number(low), number(high)),
         (Some(value), ..) => number(value),
         _ => String::new(),
@@ -69,6 +70,7 @@ mod tests {
         assert_eq!(shown, ["0", "1234", "12.3", "0.800", "0.0123", "1.0e-5", "-"]);
         assert_eq!(interval(Some(0.8), Some(0.75), Some(0.85)), "0.800 [0.750, 0.850]");
         assert_eq!(interval(None, None, None), "");
+        assert_eq!(interval(Some(0.8), Some(f64::NAN), Some(f64::NAN)), "0.800");
     }
 
     #[test]
