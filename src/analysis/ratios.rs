@@ -52,11 +52,6 @@ impl Metric {
     }
 }
 
-/// Whether a workload is made of whole programs.
-fn is_of_programs(workload: &str) -> bool {
-    workload == PROGRAM_TIME || workload == PROGRAM_TIME_COLD
-}
-
 /// A ratio, with the workload and stratum that it describes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ratio {
@@ -66,6 +61,9 @@ pub struct Ratio {
     pub stratum: String,
     /// The ratio.
     pub estimate: Estimate,
+    /// Fewest resampled units that decide: two launches or binaries, because Student's quantile accounts for their number; else
+    /// [`CLUSTERS_MIN`].
+    pub fewest: usize,
 }
 
 impl Ratio {
@@ -75,21 +73,25 @@ impl Ratio {
         self.stratum == ALL || self.stratum == "-"
     }
 
-    /// Whether there are too few clusters for an interval. Ratios over launches or binaries need only two, because Student's quantile
-    /// accounts for their number.
+    /// Whether there are too few clusters for an interval.
     #[must_use]
     pub fn has_few_clusters(&self) -> bool {
-        let least = if is_of_programs(&self.workload) { 2 } else { CLUSTERS_MIN };
-        self.estimate.clusters < least as u64
+        self.estimate.clusters < self.fewest as u64
     }
 }
 
 /// The ratios of two cases in every workload and stratum; empty when no observations pair.
 #[must_use]
 pub fn compare(scene: &Scene, metric: Metric, above: &CaseKey, below: &CaseKey, seed: u64) -> Vec<Ratio> {
+    let is_over_launches = match metric {
+        Metric::ProgramTime | Metric::ProgramTimeCold => true,
+        Metric::Build => scene.has_built_in_launches(),
+        _ => false,
+    };
+    let fewest = if is_over_launches { 2 } else { CLUSTERS_MIN };
     let ratio = |workload: &str, stratum: &str, estimate: Option<Estimate>| {
         let estimate = estimate.filter(|estimate| estimate.interval.value.is_finite())?;
-        Some(Ratio { workload: workload.to_owned(), stratum: stratum.to_owned(), estimate })
+        Some(Ratio { workload: workload.to_owned(), stratum: stratum.to_owned(), estimate, fewest })
     };
     let in_cells = |of: &dyn Fn(Cell<'_>) -> Option<Estimate>| {
         let cells = scene.cells().into_iter();

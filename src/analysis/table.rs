@@ -407,13 +407,22 @@ impl Scene {
         Some(totals.estimate(seed, &format!("count {cell}")))
     }
 
-    /// The total construction time of one case divided by that of another, over the parts that both built. Blocks are resampled, because a
-    /// few parts are no sample; the numbers of blocks run on across launches. With several binaries, binaries are resampled instead.
+    /// The total construction time of one case divided by that of another, over the parts that both built. A few parts are no sample:
+    /// binaries are resampled, and blocks in a run of a single launch. Over several launches of one binary the interval is Student's, as
+    /// for programs, because blocks of one launch are not independent.
     #[must_use]
     pub fn build_ratio(&self, above: &CaseKey, below: &CaseKey, seed: u64) -> Option<Estimate> {
-        let pairs = merge(self.builds.get(above)?, self.builds.get(below)?, Sample::key);
+        let pairs: Vec<_> = merge(self.builds.get(above)?, self.builds.get(below)?, Sample::key).collect();
         let several = self.binaries.launches().len() > 1;
-        let totals = Totals::of(pairs.map(|(a, b)| Observation {
+        let mut by_launch: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
+        for (a, b) in &pairs {
+            let (n, d) = by_launch.entry(a.launch).or_default();
+            (*n, *d) = (*n + a.ns, *d + b.ns);
+        }
+        if !several && by_launch.len() > 1 {
+            return totals::over_launches(&by_launch.into_values().collect::<Vec<_>>());
+        }
+        let totals = Totals::of(pairs.into_iter().map(|(a, b)| Observation {
             stratum: 0,
             cluster: if several { self.binaries.of(a.launch) } else { a.block },
             launch: 0,
@@ -421,6 +430,13 @@ impl Scene {
             denominator: b.ns,
         }))?;
         Some(totals.estimate(seed, "build"))
+    }
+
+    /// Whether constructions were timed in several launches, so that their ratios are over launches or binaries.
+    #[must_use]
+    pub fn has_built_in_launches(&self) -> bool {
+        let mut launches = self.builds.values().flatten().map(|sample| sample.launch);
+        launches.next().is_some_and(|first| launches.any(|launch| launch != first))
     }
 
     /// The total time of a program, or of all programs, in each launch, ns: the median over the blocks of the launch. `None` when one of
