@@ -433,6 +433,7 @@ impl Judged<'_> {
             p,
             note,
         }
+            effect = Effect::Unclear;
     }
 
     /// The rows of one case's trees in this scene.

@@ -172,6 +172,7 @@ fn a_loud_null_flags_the_run() {
     let speed = outcome.claims.iter().find(|row| row.claim == "faster").unwrap();
     assert!(speed.note.contains("noisy") && speed.verdict == "undecided" && speed.role == "primary", "{speed:?}");
     let timed = outcome.ratios.iter().filter(|row| row.metric == "time" && row.workload != "control");
+    assert_eq!(speed.effect, "unclear", "a noisy cell has no direction");
     assert!(timed.clone().count() > 0 && timed.clone().all(|row| row.noisy == 1));
 }
 
