@@ -2,9 +2,10 @@
 
 use super::AnalysisError;
 use super::claims::ClaimSet;
-use super::judge::{Effect, Verdict, ratio_verdict};
-use super::stats::{Interval, bootstrap_mean, miss_rate};
+use super::judge::{CLUSTERS_MIN, Effect, Verdict, ratio_verdict};
+use super::stats::{Interval, wilson};
 use super::summary::ALL;
+use super::totals::over_launches;
 use crate::record::{
     BuildRow, ClaimRow, CountRow, FactorRow, Row, TimingRow, TreeRow, read_rows, read_rows_if_there, write_rows,
 };
@@ -299,9 +300,9 @@ impl FormRef {
 ///
 /// # Errors
 /// When a record is missing or malformed, or cannot be written.
-pub fn analyze_ablation(folder: &Path, set: &ClaimSet, seed: u64) -> Result<Vec<ClaimRow>, AnalysisError> {
+pub fn analyze_ablation(folder: &Path, set: &ClaimSet) -> Result<Vec<ClaimRow>, AnalysisError> {
     let Ablation { rows, kinds, times } = Ablation::read(folder)?;
-    let evidence = Evidence { rows, kinds, times, seed };
+    let evidence = Evidence { rows, kinds, times };
     let rows: Vec<ClaimRow> = set.thesis.iter().flat_map(|claim| evidence.judge(claim)).collect();
     write_rows(folder, &rows)?;
     Ok(rows)
@@ -311,7 +312,37 @@ struct Evidence {
     rows: Vec<Counted>,
     kinds: Vec<CountRow>,
     times: Vec<Timed>,
-    seed: u64,
+}
+
+/// Largest rate that counts as none missed, as in the paper's claims about misses.
+const RATE_MOST: f64 = 0.001;
+
+/// A ratio of two forms.
+struct Ratio {
+    /// A surface, or `all`.
+    surface: String,
+    /// Its value and interval; without one when too little was repeated.
+    interval: Interval,
+    /// What was repeated, when it is too little to decide.
+    few: Option<String>,
+}
+
+impl Ratio {
+    /// The mean of logarithms of ratios, with Student's interval over them.
+    fn of(surface: &str, logs: &[f64], what: &str) -> Self {
+        let mean = logs.iter().sum::<f64>() / logs.len() as f64;
+        let repeats: Vec<(f64, f64)> = logs.iter().map(|log| (log.exp(), 1.0)).collect();
+        let interval = over_launches(&repeats).map_or(Interval::exact(f64::NAN), |estimate| estimate.interval);
+        // Of ratios the geometric mean, not that of totals.
+        let shift = mean.exp() / interval.value;
+        let few = (logs.len() < CLUSTERS_MIN).then(|| format!("only {} {what}: too few for an interval", logs.len()));
+        Self { surface: surface.to_owned(), interval: interval.map(|end| end * shift), few }
+    }
+
+    /// A ratio of counts on one surface, which no repetition changes.
+    fn counted(surface: &str, value: f64) -> Self {
+        Self { surface: surface.to_owned(), interval: Interval::exact(value), few: None }
+    }
 }
 
 impl Evidence {
@@ -324,16 +355,24 @@ impl Evidence {
                     // Times are of all poses together.
                     let poses = if measure == Measure::Time { Poses::All } else { *poses };
                     let text = format!("{} {} / {}", measure.name(), subject.describe(), baseline.describe());
-                    let ratios = self.ratios([subject, baseline], measure, poses, claim.id.get_ref());
-                    ratios.into_iter().map(move |(surface, ratio)| ClaimRow {
-                        stratum: poses.name().to_owned(),
-                        verdict: ratio_verdict(ratio, *below).id().to_owned(),
-                        effect: Effect::of(ratio).id().to_owned(),
-                        measure: text.clone(),
-                        value: Some(ratio.value),
-                        low: Some(ratio.low),
-                        high: Some(ratio.high),
-                        ..empty(claim, &surface)
+                    let ratios = self.ratios([subject, baseline], measure, poses);
+                    ratios.into_iter().map(move |Ratio { surface, interval, few }| {
+                        let (verdict, effect) = match few {
+                            Some(_) => (Verdict::Undecided, Effect::Unclear),
+                            None => (ratio_verdict(interval, *below, false), Effect::of(interval)),
+                        };
+                        let end = |end: f64| end.is_finite().then_some(end);
+                        ClaimRow {
+                            stratum: poses.name().to_owned(),
+                            verdict: verdict.id().to_owned(),
+                            effect: effect.id().to_owned(),
+                            measure: text.clone(),
+                            value: Some(interval.value),
+                            low: end(interval.low),
+                            high: end(interval.high),
+                            note: few.unwrap_or_default(),
+                            ..empty(claim, &surface)
+                        }
                     })
                 })
                 .collect(),
@@ -350,9 +389,9 @@ impl Evidence {
         surfaces
     }
 
-    /// The ratio of two forms on each surface, and their geometric mean over surfaces with its interval (for times, over surfaces and
-    /// rounds). Counts of one surface have no interval. Surfaces on which either form has a count of zero are left out.
-    fn ratios(&self, forms: [&FormRef; 2], measure: Measure, poses: Poses, purpose: &str) -> Vec<(String, Interval)> {
+    /// The ratio of two forms on each surface, for times with its interval over rounds, and their geometric mean over surfaces with its
+    /// interval. Counts of one surface have no interval. Surfaces on which either form has a count of zero are left out.
+    fn ratios(&self, forms: [&FormRef; 2], measure: Measure, poses: Poses) -> Vec<Ratio> {
         let logs_of = |surface: &str| -> Vec<f64> {
             let ratios: Vec<f64> = if measure == Measure::Time {
                 let rounds = |form: &FormRef| {
@@ -382,13 +421,17 @@ impl Evidence {
         let surfaces = self.surfaces();
         let observed: Vec<(&str, Vec<f64>)> = surfaces.into_iter().map(|surface| (surface, logs_of(surface))).collect();
         let observed: Vec<_> = observed.into_iter().filter(|(_, logs)| !logs.is_empty()).collect();
-        let mean = |values: &[f64], purpose: &str| bootstrap_mean(values, self.seed, purpose).map(f64::exp);
-        let mut found: Vec<(String, Interval)> =
-            observed.iter().map(|(surface, logs)| ((*surface).to_owned(), mean(logs, purpose))).collect();
+        let of_surface = |(surface, logs): &(&str, Vec<f64>)| match measure {
+            Measure::Time => Ratio::of(surface, logs, "rounds"),
+            Measure::BoxTests | Measure::PointTests => Ratio::counted(surface, logs[0].exp()),
+        };
+        let mut found: Vec<Ratio> = observed.iter().map(of_surface).collect();
         if observed.len() > 1 {
             let means: Vec<f64> =
                 observed.iter().map(|(_, logs)| logs.iter().sum::<f64>() / logs.len() as f64).collect();
-            found.push((ALL.to_owned(), mean(&means, purpose)));
+            let few = found.iter().find_map(|ratio| ratio.few.clone());
+            let all = Ratio::of(ALL, &means, "surfaces");
+            found.push(Ratio { few: all.few.clone().or(few), ..all });
         }
         found
     }
@@ -400,11 +443,16 @@ impl Evidence {
             let sum = |part: fn(&CountRow) -> u64| of_kind().map(part).sum::<u64>();
             let (touching, missed) = (sum(|row| row.touching), sum(|row| row.missed));
             let found: u64 = of_kind().filter(|row| row.verdict == Some(1)).map(|row| row.poses).sum();
-            let (low, high) = miss_rate(missed, touching);
+            // None missed of m independent poses is at most 3/m; poses of one path are worth fewer.
+            let (low, high) = match (touching, missed) {
+                (1.., 0) => (0.0, (3.0 / touching as f64).min(1.0)),
+                _ => wilson(missed, touching),
+            };
             let verdict = match (touching, missed) {
                 (0, _) => Verdict::NotJudged,
-                (_, 0) => Verdict::Supported,
-                _ => Verdict::Refuted,
+                (_, 1..) => Verdict::Refuted,
+                _ if high > RATE_MOST => Verdict::Undecided,
+                _ => Verdict::Supported,
             };
             rows.push(ClaimRow {
                 stratum: kind.to_owned(),
@@ -467,7 +515,7 @@ mod tests {
                 row(surface, "leaves", 0, bf),
             ]
         });
-        let evidence = Evidence { rows: rows.collect(), kinds: Vec::new(), times: Vec::new(), seed: 1 };
+        let evidence = Evidence { rows: rows.collect(), kinds: Vec::new(), times: Vec::new() };
         let claim = ClaimSet::standard()
             .thesis
             .into_iter()
@@ -487,7 +535,50 @@ mod tests {
             coherence: false,
             safe: false,
         });
-        let free = evidence.ratios([&forms[0], &forms[1]], Measure::BoxTests, Poses::Free, "test");
-        assert!((free[0].1.value - 0.1).abs() < 1e-12 && (free[1].1.value - 0.2).abs() < 1e-12);
+        let free = evidence.ratios([&forms[0], &forms[1]], Measure::BoxTests, Poses::Free);
+        assert!((free[0].interval.value - 0.1).abs() < 1e-12 && (free[1].interval.value - 0.2).abs() < 1e-12);
+    }
+
+    /// A tenth of the time in each of four rounds is supported; in one round, or in three, nothing is.
+    #[test]
+    fn few_rounds_decide_nothing() {
+        let claim = ClaimSet::standard()
+            .thesis
+            .into_iter()
+            .find(|claim| claim.id.get_ref() == "octree-reduces-checks")
+            .unwrap();
+        let verdicts = |rounds: u32| {
+            let time = |search: &str, round: u32, ns: u64| {
+                let form = row("a", search, 0, 1).form;
+                Timed { surface: "a".to_owned(), form, round, poses: 1, ns, build_ns: 0 }
+            };
+            let times = (0..rounds).flat_map(|round| [time("octree", round, 100), time("leaves", round, 1000)]);
+            let rows = vec![row("a", "octree", 0, 1), row("a", "leaves", 0, 2)];
+            let evidence = Evidence { rows, kinds: Vec::new(), times: times.collect() };
+            let judged = evidence.judge(&claim);
+            let time = judged.into_iter().find(|row| row.measure.starts_with("time")).unwrap();
+            (time.verdict, time.effect, time.low.is_some())
+        };
+        let undecided = |has_interval| ("undecided".to_owned(), "unclear".to_owned(), has_interval);
+        assert_eq!(verdicts(1), undecided(false));
+        assert_eq!(verdicts(3), undecided(true));
+        assert_eq!(verdicts(4), ("supported".to_owned(), "less".to_owned(), true));
+    }
+
+    /// None of 5 poses missed is at most 60 %, and none of 3000 at most 0.1 %.
+    #[test]
+    fn few_contacts_show_no_absence() {
+        let claim =
+            ClaimSet::standard().thesis.into_iter().find(|claim| claim.id.get_ref() == "local-and-global").unwrap();
+        let verdict = |touching: u64, missed: u64| {
+            let counts = CountRow { touching, missed, ..CountRow::new("a", "local", 0, None) };
+            let evidence = Evidence { rows: Vec::new(), kinds: vec![counts], times: Vec::new() };
+            let row = evidence.judge(&claim).remove(0);
+            (row.verdict, row.high)
+        };
+        assert_eq!(verdict(5, 0), ("undecided".to_owned(), Some(0.6)));
+        assert_eq!(verdict(3000, 0), ("supported".to_owned(), Some(0.001)));
+        assert_eq!(verdict(3000, 1).0, "refuted");
+        assert_eq!(verdict(0, 0).0, "not-judged");
     }
 }

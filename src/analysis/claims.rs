@@ -134,6 +134,9 @@ pub struct Test {
     pub kind: TestKind,
     /// For ratios: the claim is supported when the whole interval is below this.
     pub below: Option<f64>,
+    /// With `below`: whether the sentence itself says how much, so that a smaller effect refutes it. Without, only a ratio of 1 or more does.
+    #[serde(default)]
+    pub names_margin: bool,
     /// Replaces `below`: the claim holds when the value, or the whole interval of a ratio, is at most this.
     pub at_most: Option<f64>,
     /// For ratios of queries: the only stratum that the claim covers.
@@ -189,12 +192,6 @@ pub enum TestKind {
 }
 
 impl TestKind {
-    /// Whether the test compares two cases by a ratio; other tests examine one case.
-    #[must_use]
-    pub const fn is_ratio(self) -> bool {
-        !self.is_presence() && !self.is_size()
-    }
-
     /// Whether the test asks whether an effect is present in one case.
     #[must_use]
     pub const fn is_presence(self) -> bool {
@@ -381,6 +378,9 @@ impl Test {
         if self.level.is_some() && self.kind != TestKind::Tightness {
             return Some("is not about the levels of trees: `level` has no meaning in it");
         }
+        if self.names_margin && self.below.is_none() {
+            return Some("has no `below`: `names_margin` has no meaning in it");
+        }
         if self.kind.is_presence() {
             return match (self.below, self.at_most) {
                 (None, None) if named && self.expect.is_some() && self.above.is_some() => None,
@@ -446,13 +446,14 @@ mod tests {
         assert!(at("readings = [\"R1\",", "readings = [\"R9\",").contains("no reading `R9`"));
         assert!(at("kind = \"time-ratio\"", "kind = \"time-rate\"").contains("time-rate"));
         assert!(at("id = \"R2\"", "id = \"R1\"").contains("twice"));
-        assert!(at("below = 0.75 }", "beneath = 0.75 }").contains("beneath"));
+        assert!(at("below = 0.75, ", "beneath = 0.75, ").contains("beneath"));
         assert!(at("policy = \"area-mean/own/1\" }", "policy = 5 }").contains("5"));
         assert!(ClaimSet::parse("", "c.toml").is_err());
         for (from, to, claim, word) in [
             ("at_most = 200 }", "below = 0.9 }", "few-operations", "at_most"),
             ("kind = \"tightness\", level = 0", "kind = \"balance\", level = 0", "dito-tight", "level"),
             ("at_most = 1.1", "at_most = 0.9", "dito-tight", "at least 1"),
+            ("at_most = 1.1", "at_most = 1.1, names_margin = true", "dito-tight", "names_margin"),
             ("kind = \"bytes-ratio\"", "kind = \"bytes-ratio\", stratum = \"far\"", "spatial-storage", "stratum"),
         ] {
             assert!(DEFAULT_TEXT.contains(from), "{from}");

@@ -51,7 +51,7 @@ pub struct Evidence<'a> {
 pub enum Verdict {
     /// The whole interval is beyond the claim's threshold.
     Supported,
-    /// The whole interval is on the other side of the threshold.
+    /// The whole interval is at or beyond 1 on the other side, or on the other side of a margin that the sentence names.
     Refuted,
     /// The evidence does not decide.
     Undecided,
@@ -285,10 +285,10 @@ fn measure(test: &Test, reading: &Reading) -> String {
 
 /// The verdict on a ratio that is claimed to lie below `below`.
 #[must_use]
-pub fn ratio_verdict(ratio: Interval, below: f64) -> Verdict {
+pub fn ratio_verdict(ratio: Interval, below: f64, names_margin: bool) -> Verdict {
     if ratio.high < below {
         Verdict::Supported
-    } else if ratio.low >= below {
+    } else if ratio.low >= refuted_from(below, names_margin) {
         Verdict::Refuted
     } else {
         Verdict::Undecided
@@ -296,6 +296,12 @@ pub fn ratio_verdict(ratio: Interval, below: f64) -> Verdict {
 }
 
 /// The threshold of the test. It applies to the ratio after [`oriented`].
+/// The ratio from which on a claim of a ratio below `below` is refuted.
+#[must_use]
+pub const fn refuted_from(below: f64, names_margin: bool) -> f64 {
+    if names_margin { below } else { 1.0 }
+}
+
 fn threshold(test: &Test) -> f64 {
     test.at_most.or(test.below).unwrap_or(SAME.0)
 }
@@ -312,11 +318,20 @@ fn decide(test: &Test, estimate: Estimate) -> Verdict {
         Some(most) if ratio.high <= most => Verdict::Supported,
         Some(most) if ratio.low > most => Verdict::Refuted,
         Some(_) => Verdict::Undecided,
-        None => ratio_verdict(ratio, threshold(test)),
+        None => ratio_verdict(ratio, threshold(test), test.names_margin),
     }
 }
 
 impl Judged<'_> {
+/// Probability of the data if the true ratio were at the bound that the verdict is about: the one that refutes, for a refutation.
+fn p_value(test: &Test, estimate: Estimate, verdict: Verdict) -> f64 {
+    let bound = match verdict {
+        Verdict::Refuted if test.at_most.is_none() => refuted_from(threshold(test), test.names_margin),
+        _ => threshold(test),
+    };
+    oriented(test, estimate).p_value(bound)
+}
+
     fn findings(&self, test: &Test) -> Vec<Finding> {
         let examined = if test.of == Some(Role::Subject) { &self.subject } else { &self.baseline };
         let above = test.above.unwrap_or(0.0);
@@ -402,7 +417,7 @@ impl Judged<'_> {
     fn ratio(&self, test: &Test, metric: Metric, ratio: &Ratio) -> Finding {
         let interval = ratio.estimate.interval;
         let (mut verdict, mut effect) = (decide(test, ratio.estimate), Effect::of(interval));
-        let mut p = Some(oriented(test, ratio.estimate).p_value(threshold(test)));
+        let mut p = Some(p_value(test, ratio.estimate, verdict));
         let mut note = Vec::new();
         let mut doubt = |why: String| {
             (verdict, p) = (Verdict::Undecided, Some(1.0));
@@ -510,7 +525,8 @@ impl Judged<'_> {
         let shift = logs.exp() / estimate.interval.value;
         estimate.interval = estimate.interval.map(|x| x * shift);
         let mut note = vec![format!("{} random frames", ratios.len())];
-        let (mut verdict, mut p) = (decide(test, estimate), oriented(test, estimate).p_value(threshold(test)));
+        let mut verdict = decide(test, estimate);
+        let mut p = p_value(test, estimate, verdict);
         if ratios.len() < CLUSTERS_MIN {
             (verdict, p) = (Verdict::Undecided, 1.0);
             note.push("too few for an interval".to_owned());

@@ -47,7 +47,8 @@ fn planted_effects_are_found() {
     // The primary row, then in two scenes programs and two workloads.
     assert_eq!(verdicts(&outcome, "faster", "R1"), ["supported"; 7]);
     assert_eq!(verdicts(&outcome, "considerably-faster", "R1"), ["refuted"; 7]);
-    assert_eq!(verdicts(&outcome, "faster", "R3"), ["refuted"; 6]);
+    // The same time: not less by our margin, and not more.
+    assert_eq!(verdicts(&outcome, "faster", "R3"), ["undecided"; 6]);
     let effects = |reading: &str| {
         let rows = outcome.claims.iter().filter(|row| row.claim == "faster" && row.reading == reading);
         rows.map(|row| row.effect.as_str()).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>()
@@ -171,8 +172,8 @@ fn a_loud_null_flags_the_run() {
     assert_eq!(outcome.noise.len(), SCENES.len(), "{:?}", outcome.noise);
     let speed = outcome.claims.iter().find(|row| row.claim == "faster").unwrap();
     assert!(speed.note.contains("noisy") && speed.verdict == "undecided" && speed.role == "primary", "{speed:?}");
-    let timed = outcome.ratios.iter().filter(|row| row.metric == "time" && row.workload != "control");
     assert_eq!(speed.effect, "unclear", "a noisy cell has no direction");
+    let timed = outcome.ratios.iter().filter(|row| row.metric == "time" && row.workload != "control");
     assert!(timed.clone().count() > 0 && timed.clone().all(|row| row.noisy == 1));
 }
 
@@ -402,13 +403,17 @@ fn program_times_are_totals() {
 #[test]
 fn verdicts_and_effects_at_their_thresholds() {
     let interval = |low, high| Interval { value: f64::midpoint(low, high), low, high };
-    let verdict = |low, high| ratio_verdict(interval(low, high), 0.95);
+    let verdict = |low, high| ratio_verdict(interval(low, high), 0.95, false);
     assert_eq!(verdict(0.90, 0.949), Verdict::Supported);
     assert_eq!(verdict(0.90, 0.95), Verdict::Undecided);
-    assert_eq!(verdict(0.95, 1.05), Verdict::Refuted);
+    // `Takes less time` is true of a ratio of 0.99, if by less than our margin.
+    assert_eq!(verdict(0.983, 0.997), Verdict::Undecided);
+    assert_eq!(verdict(0.95, 1.05), Verdict::Undecided);
+    assert_eq!(verdict(1.0, 1.05), Verdict::Refuted);
     assert_eq!(verdict(1.051, 1.06), Verdict::Refuted);
-    // An effect that is there, but wholly smaller than claimed, refutes the claim and is an effect all the same.
-    assert_eq!(ratio_verdict(interval(0.8, 0.9), 0.75), Verdict::Refuted);
+    // An effect that is there, but wholly smaller than a margin that the sentence names, refutes the claim and is an effect all the same.
+    assert_eq!(ratio_verdict(interval(0.8, 0.9), 0.75, true), Verdict::Refuted);
+    assert_eq!(ratio_verdict(interval(0.8, 0.9), 0.75, false), Verdict::Undecided);
     let effect = |low, high| Effect::of(interval(low, high));
     assert_eq!(effect(0.8, 0.9), Effect::Less);
     assert_eq!(effect(0.95, 1.05), Effect::Same);

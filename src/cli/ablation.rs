@@ -63,7 +63,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         return Ok(CLEAR);
     }
     let Ablation { rows, kinds, times } = Ablation::read(&options.out)?;
-    let verdicts = analyze_ablation(&options.out, &claims, options.seed)?;
+    let verdicts = analyze_ablation(&options.out, &claims)?;
     let gallery = crate::plot::draw_ablation(&options.out)?;
     if options.json {
         let value = serde_json::json!({ "rows": rows, "kinds": kinds, "times": times, "claims": verdicts });

@@ -75,7 +75,7 @@ fn ablation_in(
 ) -> Result<()> {
     let against = registry.fastest().context("no safe variant is registered")?;
     ablation(&ablation::Asked { profile: Profile::Smoke, against, seed, shard: None }, folder, true, true, progress)?;
-    analyze_ablation(folder, claims, seed)?;
+    analyze_ablation(folder, claims)?;
     crate::plot::draw_ablation(folder)?;
     Ok(())
 }
