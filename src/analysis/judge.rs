@@ -3,7 +3,7 @@
 
 use super::AnalysisError;
 use super::claims::{CaseRef, Claim, ClaimSet, Direction, Expectation, Frames, Reading, Role, Test, TestKind};
-use super::misses::Misses;
+use super::misses::{Misses, Tally};
 use super::ratios::{Cases, Metric, NoisyCells, Ratio, compare};
 use super::stats::Interval;
 use super::summary::ALL;
@@ -283,7 +283,8 @@ fn measure(test: &Test, reading: &Reading) -> String {
     }
 }
 
-/// The verdict on a ratio that is claimed to lie below `below`.
+/// The verdict on a ratio that is claimed to lie below `below`. A sentence that names a margin is refuted by a smaller effect; one that says
+/// only `less` is refuted by a ratio of 1 or more.
 #[must_use]
 pub fn ratio_verdict(ratio: Interval, below: f64, names_margin: bool) -> Verdict {
     if ratio.high < below {
@@ -295,13 +296,13 @@ pub fn ratio_verdict(ratio: Interval, below: f64, names_margin: bool) -> Verdict
     }
 }
 
-/// The threshold of the test. It applies to the ratio after [`oriented`].
 /// The ratio from which on a claim of a ratio below `below` is refuted.
 #[must_use]
 pub const fn refuted_from(below: f64, names_margin: bool) -> f64 {
     if names_margin { below } else { 1.0 }
 }
 
+/// The threshold of the test. It applies to the ratio after [`oriented`].
 fn threshold(test: &Test) -> f64 {
     test.at_most.or(test.below).unwrap_or(SAME.0)
 }
@@ -322,7 +323,6 @@ fn decide(test: &Test, estimate: Estimate) -> Verdict {
     }
 }
 
-impl Judged<'_> {
 /// Probability of the data if the true ratio were at the bound that the verdict is about: the one that refutes, for a refutation.
 fn p_value(test: &Test, estimate: Estimate, verdict: Verdict) -> f64 {
     let bound = match verdict {
@@ -332,6 +332,7 @@ fn p_value(test: &Test, estimate: Estimate, verdict: Verdict) -> f64 {
     oriented(test, estimate).p_value(bound)
 }
 
+impl Judged<'_> {
     fn findings(&self, test: &Test) -> Vec<Finding> {
         let examined = if test.of == Some(Role::Subject) { &self.subject } else { &self.baseline };
         let above = test.above.unwrap_or(0.0);
@@ -346,7 +347,8 @@ fn p_value(test: &Test, estimate: Estimate, verdict: Verdict) -> f64 {
             TestKind::BytesRatio => vec![self.bytes(test)],
             TestKind::AxisOperations => vec![self.axis_operations(examined, test)],
             TestKind::EdgeExits => vec![self.edge_exits(examined, test)],
-            TestKind::Misses | TestKind::Overhang | TestKind::Drift | TestKind::Gap => {
+            TestKind::Misses => self.misses_by_workload(test, examined, above, expected),
+            TestKind::Overhang | TestKind::Drift | TestKind::Gap => {
                 vec![self.presence(test, examined, above, expected)]
             }
         }
@@ -354,31 +356,31 @@ fn p_value(test: &Test, estimate: Estimate, verdict: Verdict) -> f64 {
 
     fn presence(&self, test: &Test, case: &CaseKey, above: f64, expected: Expectation) -> Finding {
         let found = |case: &CaseKey, expected| match test.kind {
-            TestKind::Misses => self.misses(case, above, expected),
             TestKind::Overhang => self.overhang(case, above, expected),
             TestKind::Drift => self.drift(case, above, expected),
             _ => self.gap(case, above, expected),
         };
         let mut finding = found(case, expected);
-        // A repair: the fault has to be there before it can be mended.
-        let repairs = expected == Expectation::Absent && test.of == Some(Role::Subject);
-        if repairs && finding.verdict != Verdict::NotJudged {
-            let fault = found(&self.baseline, Expectation::Present);
+        if repairs(test, expected) && finding.verdict != Verdict::NotJudged {
             let is_there = match test.kind {
-                TestKind::Drift => fault.value.is_some_and(|drift| drift.abs() > above),
-                TestKind::Misses => fault.value.is_some_and(|rate| rate > 0.0),
-                _ => fault.verdict != Verdict::Refuted,
+                TestKind::Drift => self.drifts_to_the_dense_side(&self.baseline, above),
+                _ => found(&self.baseline, Expectation::Present).verdict != Verdict::Refuted,
             };
             if !is_there {
-                finding.verdict = Verdict::NotApplicable;
-                finding.note.insert(0, format!("{} has no such fault here", self.baseline.variant));
+                self.has_nothing_to_repair(&mut finding);
             }
         }
         finding
     }
 
+    /// Turns a finding about a repair into one about nothing that could be repaired.
+    fn has_nothing_to_repair(&self, finding: &mut Finding) {
+        finding.verdict = Verdict::NotApplicable;
+        finding.note.insert(0, format!("{} has no such fault here", self.baseline.variant));
+    }
+
     fn missed(&self, case: &CaseKey) -> Option<u64> {
-        self.evidence.misses.of(self.scene_name, case).map(|tally| tally.missed())
+        self.evidence.misses.missed(self.scene_name, case)
     }
 
     /// Notes to show beside a time: which of the two cases is unsafe or was not verified.
@@ -431,6 +433,7 @@ fn p_value(test: &Test, estimate: Estimate, verdict: Verdict) -> f64 {
         if matches!(metric, Metric::ProgramTime | Metric::Time)
             && let Some(null) = self.evidence.noisy.get(self.scene_name, &ratio.workload, &ratio.stratum)
         {
+            effect = Effect::Unclear;
             doubt(format!("noisy: the null duplicate takes {null}"));
         }
         if !self.evidence.manifest.noise.is_empty() && metric != Metric::VolumeTests && metric != Metric::TriangleTests
@@ -448,7 +451,6 @@ fn p_value(test: &Test, estimate: Estimate, verdict: Verdict) -> f64 {
             p,
             note,
         }
-            effect = Effect::Unclear;
     }
 
     /// The rows of one case's trees in this scene.
@@ -539,10 +541,23 @@ fn p_value(test: &Test, estimate: Estimate, verdict: Verdict) -> f64 {
         }
     }
 
-    fn misses(&self, case: &CaseKey, above: f64, expected: Expectation) -> Finding {
-        let Some(tally) = self.evidence.misses.of(self.scene_name, case) else {
-            return Finding::not_measured("not verified in this run");
+    /// One finding for each workload: its lines hold other numbers of contacts than those of the others.
+    fn misses_by_workload(&self, test: &Test, case: &CaseKey, above: f64, expected: Expectation) -> Vec<Finding> {
+        let Some(workloads) = self.evidence.misses.of(self.scene_name, case) else {
+            return vec![Finding::not_measured("not verified in this run")];
         };
+        let each = workloads.iter().map(|(workload, tally)| {
+            let mut finding = Self::misses(workload, tally, above, expected);
+            let fault = self.evidence.misses.in_workload(self.scene_name, &self.baseline, workload);
+            if repairs(test, expected) && fault.missed() == 0 {
+                self.has_nothing_to_repair(&mut finding);
+            }
+            finding
+        });
+        each.collect()
+    }
+
+    fn misses(workload: &str, tally: &Tally, above: f64, expected: Expectation) -> Finding {
         let (contacts, missed) = (tally.contacts(), tally.missed());
         let (low, high) = tally.interval();
         let verdict = match expected {
@@ -560,11 +575,16 @@ fn p_value(test: &Test, estimate: Estimate, verdict: Verdict) -> f64 {
         let value = (contacts > 0).then(|| missed as f64 / contacts as f64);
         Finding {
             stratum: Stratum::Colliding.id().to_owned(),
-            workload: ALL.to_owned(),
+            workload: workload.to_owned(),
             interval: Some((low, high)),
             ..Finding::of_trees(verdict, value, note)
         }
     }
+}
+
+/// Whether the claim says that the subject repairs a fault of the baseline: the fault has to be there before it can be mended.
+fn repairs(test: &Test, expected: Expectation) -> bool {
+    expected == Expectation::Absent && test.of == Some(Role::Subject)
 }
 
 /// Joins the names of the given parts, each name once.

@@ -1,6 +1,6 @@
 //! Missed contacts of each case, by line: those of the case's own queries, and those after answers by witness are added.
 
-use super::stats::clustered_rate;
+use super::stats::{clustered_rate, equal_lines};
 use crate::record::rows::CaseKey;
 use crate::record::{CaseRow, Kind, LineRow, MissRow, RecordError, read_rows};
 use std::collections::BTreeMap;
@@ -36,10 +36,10 @@ impl Tally {
         clustered_rate(&self.lines)
     }
 
-    fn add(&mut self, other: &Self) {
-        self.lines.extend(&other.lines);
-        self.contacts_in_all += other.contacts_in_all;
-        self.missed_in_all += other.missed_in_all;
+    /// The number of equal lines that bound the rate as well as the lines do.
+    #[must_use]
+    pub fn equal_lines(&self) -> f64 {
+        equal_lines(&self.lines)
     }
 }
 
@@ -83,14 +83,17 @@ impl Misses {
         Ok(misses)
     }
 
-    /// The tally of a case in a scene, over all workloads; `None` when the case was not verified.
+    /// The tallies of a case in a scene by workload; `None` when the case was not verified. Rates are never summed over workloads, because
+    /// the lines of two workloads hold contacts of different numbers.
     #[must_use]
-    pub fn of(&self, scene: &str, case: &CaseKey) -> Option<Tally> {
-        let workloads = self.0.get(&(scene.to_owned(), case.clone()))?;
-        Some(workloads.values().fold(Tally::default(), |mut sum, tally| {
-            sum.add(tally);
-            sum
-        }))
+    pub fn of(&self, scene: &str, case: &CaseKey) -> Option<&BTreeMap<String, Tally>> {
+        self.0.get(&(scene.to_owned(), case.clone()))
+    }
+
+    /// How many contacts of all workloads of a scene the case's own query missed; `None` when the case was not verified.
+    #[must_use]
+    pub fn missed(&self, scene: &str, case: &CaseKey) -> Option<u64> {
+        Some(self.of(scene, case)?.values().map(Tally::missed).sum())
     }
 
     /// The tally of a case in a workload of a scene; empty when the case was not verified there.
@@ -103,11 +106,13 @@ impl Misses {
     /// Whether a variant missed a contact anywhere, under any policy.
     #[must_use]
     pub fn any_of(&self, variant: &str) -> bool {
-        self.iter().any(|(_, case, tally)| case.variant == variant && tally.missed_in_all > 0)
+        self.iter().any(|(_, case, _, tally)| case.variant == variant && tally.missed_in_all > 0)
     }
 
-    /// All tallies by scene and case, each summed over the workloads.
-    pub fn iter(&self) -> impl Iterator<Item = (&str, &CaseKey, Tally)> {
-        self.0.keys().filter_map(|(scene, case)| Some((scene.as_str(), case, self.of(scene, case)?)))
+    /// All tallies: scene, case, workload, tally.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &CaseKey, &str, &Tally)> {
+        self.0.iter().flat_map(|((scene, case), workloads)| {
+            workloads.iter().map(move |(workload, tally)| (scene.as_str(), case, workload.as_str(), tally))
+        })
     }
 }

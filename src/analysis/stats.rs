@@ -89,15 +89,6 @@ fn wilson_of(p: f64, n: f64) -> (f64, f64) {
     ((centre - half).max(0.0), (centre + half).min(1.0))
 }
 
-/// The 95 % interval of a miss rate: Wilson's, with an upper end of at most 3/n when nothing was missed.
-#[must_use]
-pub fn miss_rate(missed: u64, colliding: u64) -> (f64, f64) {
-    match (missed, colliding) {
-        (0, n) if n > 0 => (0.0, (3.0 / n as f64).min(1.0)),
-        _ => wilson(missed, colliding),
-    }
-}
-
 /// The `q` quantile (0 to 1) of sorted numbers, interpolated linearly (type 7); NaN without numbers.
 #[must_use]
 pub fn quantile(sorted: &[f64], q: f64) -> f64 {
@@ -166,23 +157,37 @@ pub fn student_tails(t: f64, freedom: f64) -> f64 {
 
 /// The 95 % interval of a rate over lines, each given as (missed, contacts). The variance of a ratio over clusters (Cochran 1977, section
 /// 3.12) gives the number of independent contacts that the observed ones are worth; the interval is Wilson's for that number (Korn and
-/// Graubard 1998, Survey Methodology 24). With none missed on m lines, the upper end is at most 3/m; without lines the interval is [0, 1].
+/// Graubard 1998, Survey Methodology 24). With none missed, the upper end is at most 3/m, where m is [`equal_lines`]; without lines the interval is
+/// [0, 1]. Lines that all miss the same share show no variance, and count as m contacts.
 #[must_use]
 pub fn clustered_rate(lines: &[(u64, u64)]) -> (f64, f64) {
-    let count = lines.iter().filter(|(_, contacts)| *contacts > 0).count();
     let (missed, contacts) = lines.iter().fold((0, 0), |(m, n), (x, y)| (m + x, n + y));
     if contacts == 0 {
         return (0.0, 1.0);
     }
+    let most = equal_lines(lines);
     if missed == 0 {
-        return (0.0, (3.0 / count as f64).min(1.0));
+        return (0.0, (3.0 / most).min(1.0));
     }
-    let (rate, lines_count) = (missed as f64 / contacts as f64, count as f64);
+    let rate = missed as f64 / contacts as f64;
+    let is_even = |(m, n): &(u64, u64)| u128::from(*m) * u128::from(contacts) == u128::from(missed) * u128::from(*n);
+    if lines.iter().all(is_even) {
+        return wilson_of(rate, most);
+    }
+    let count = lines.iter().filter(|(_, contacts)| *contacts > 0).count() as f64;
     let squares: f64 = lines.iter().map(|(m, n)| (*m as f64 - rate * *n as f64).powi(2)).sum();
-    let variance = squares * lines_count / (lines_count - 1.0) / (contacts as f64).powi(2);
+    let variance = squares * count / (count - 1.0) / (contacts as f64).powi(2);
     // Contacts of one line never say more than as many of different lines.
-    let independent = if count < 2 { 1.0 } else { (rate * (1.0 - rate) / variance).min(contacts as f64).max(1.0) };
-    wilson_of(rate, independent)
+    wilson_of(rate, (rate * (1.0 - rate) / variance).min(contacts as f64).max(1.0))
+}
+
+/// The number of lines of equal contacts that bound a rate as well as these do: (Σ contacts)² / Σ contacts² (Kish 1965, Survey Sampling,
+/// section 11.7). Of a line with most of the contacts little is known but that line. 0 without contacts.
+#[must_use]
+pub fn equal_lines(lines: &[(u64, u64)]) -> f64 {
+    let (sum, squares) =
+        lines.iter().map(|(_, n)| *n as f64).fold((0.0, 0.0), |(sum, squares), n| (sum + n, squares + n * n));
+    if squares > 0.0 { sum * sum / squares } else { 0.0 }
 }
 
 /// Factor on the deviations of resamples that corrects for few clusters, by their degrees of freedom. 1 for zero degrees of freedom,
@@ -340,25 +345,6 @@ pub fn bootstrap_mean(values: &[f64], seed: u64, purpose: &str) -> Interval {
     bootstrap(&[group], 1, seed, purpose).1
 }
 
-/// The ratio of two sums over paired observations, (numerator, denominator), with a percentile interval from [`RESAMPLES`] resamples of
-/// pairs within each group. No group may be empty.
-#[must_use]
-pub fn bootstrap_ratio(groups: &[Vec<(f64, f64)>], seed: u64, purpose: &str) -> Interval {
-    let mut generator = generator(seed, purpose);
-    let add = |sum: (f64, f64), pair: &(f64, f64)| (sum.0 + pair.0, sum.1 + pair.1);
-    let all = groups.iter().flatten().fold((0.0, 0.0), add);
-    let mut draw = |_| {
-        let mut sum = (0.0, 0.0);
-        for group in groups {
-            sum = (0..group.len()).fold(sum, |sum, _| add(sum, &group[below(&mut generator, group.len())]));
-        }
-        sum.0 / sum.1
-    };
-    let mut draws: Vec<f64> = (0..RESAMPLES).map(&mut draw).filter(|ratio| ratio.is_finite()).collect();
-    draws.sort_unstable_by(f64::total_cmp);
-    Interval { value: all.0 / all.1, low: quantile(&draws, 0.025), high: quantile(&draws, 0.975) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -386,9 +372,6 @@ mod tests {
         assert_eq!(wilson(10, 10).1, 1.0);
         // 0 of 10 by Wilson: z² / (n + z²) = 3.84146 / 13.84146.
         close(wilson(0, 10).1, 0.277_53, 1e-5);
-        assert_eq!(miss_rate(0, 3000), (0.0, 0.001));
-        assert_eq!(miss_rate(0, 2), (0.0, 1.0));
-        assert_eq!(miss_rate(1, 10), wilson(1, 10));
     }
 
     #[test]
@@ -461,8 +444,18 @@ mod tests {
         assert!(student_tails(100.0, 50.0) < 1e-6);
     }
 
-    /// Ten lines of ten contacts each, each missed completely or not at all, are ten observations, not a hundred. Lines that all miss the
-    /// same share count at least as their number of contacts.
+    /// 100 lines of one contact and one of 100: (200)² / (100 + 100²) = 3.96 equal lines, not 101. The upper end is 3/3.96, not 3/101.
+    #[test]
+    fn a_line_with_half_of_the_contacts_is_one_line() {
+        let lines = [vec![(0, 1); 100], vec![(0, 100)]].concat();
+        close(equal_lines(&lines), 40_000.0 / 10_100.0, 1e-12);
+        close(clustered_rate(&lines).1, 3.0 * 10_100.0 / 40_000.0, 1e-12);
+        assert_eq!(equal_lines(&[(0, 7), (0, 0), (0, 7)]), 2.0);
+        assert_eq!(equal_lines(&[]), 0.0);
+    }
+
+    /// Ten lines of ten contacts each, each missed completely or not at all, are ten observations, not a hundred. So are lines that all
+    /// miss the same share, and lines that are all missed: nothing shows that their contacts are independent.
     #[test]
     fn a_line_that_is_missed_as_a_whole_is_one_observation() {
         let lines: Vec<(u64, u64)> = (0..10).map(|line| if line < 3 { (10, 10) } else { (0, 10) }).collect();
@@ -472,7 +465,11 @@ mod tests {
         assert!((few.0 - low).abs() < 0.02 && (few.1 - high).abs() < 0.02, "{low} {high} {few:?}");
         assert!(high - low > 1.8 * (many.1 - many.0));
         let even: Vec<(u64, u64)> = vec![(3, 10); 10];
-        assert_eq!(clustered_rate(&even), wilson(30, 100));
+        assert_eq!(clustered_rate(&even), wilson(3, 10));
+        let (low, high) = clustered_rate(&[(10, 10); 10]);
+        close(low, wilson(10, 10).0, 1e-12);
+        close(high, 1.0, 1e-12);
+        assert_eq!(clustered_rate(&[(4, 8)]), wilson_of(0.5, 1.0));
         assert_eq!(clustered_rate(&vec![(0, 15); 3000]), (0.0, 0.001));
         assert_eq!(clustered_rate(&[]), (0.0, 1.0));
     }
@@ -536,19 +533,6 @@ mod tests {
         let (each, all) = bootstrap(&[small, large], 1, 1, "test");
         assert_eq!(each.iter().map(|i| i.value).collect::<Vec<_>>(), [1.0, 3.0]);
         assert_eq!(all, Interval::exact(2.0));
-    }
-
-    /// Numerators 0 to 99 over denominators of 1: the ratio is the mean, and its interval is the interval of the mean above. Pairs that are
-    /// all in the same proportion give an interval of zero width.
-    #[test]
-    fn the_ratio_of_sums_spreads_as_its_pairs_do() {
-        let ratio = bootstrap_ratio(&[(0..100).map(|i| (f64::from(i), 1.0)).collect()], 7, "test");
-        let error = (1e4_f64 / 12.0 / 100.0).sqrt();
-        close(ratio.value, 49.5, 1e-12);
-        close(ratio.low, 49.5 - Z_95 * error, 0.2 * error);
-        close(ratio.high, 49.5 + Z_95 * error, 0.2 * error);
-        let paired = [(1..40).map(|i| (2.0 * f64::from(i), f64::from(i))).collect(), vec![(1e6, 5e5)]];
-        assert_eq!(bootstrap_ratio(&paired, 7, "test"), Interval::exact(2.0));
     }
 
     #[test]

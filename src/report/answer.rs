@@ -12,6 +12,7 @@ use crate::analysis::{ALL, ranked_by};
 use crate::record::rows::CaseKey;
 use crate::record::{Kind, NULL_VARIANT, RatioRow};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// A question and its answer, as plain text of a few short sentences.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -190,8 +191,8 @@ fn misses(contents: &Contents) -> Statement {
     let mut sentences = Vec::new();
     if !rates.is_empty() {
         let scenes = contents.manifest.scenes.len();
-        let range = if scenes > 1 { format!(" (range over {scenes} scenes)") } else { String::new() };
-        sentences.push(capital(&format!("{} of the contacts{range}.", listed(&rates))));
+        let range = if scenes > 1 { format!(" (ranges over {scenes} scenes)") } else { String::new() };
+        sentences.push(format!("Of the contacts of each workload, {}{range}.", rates.join("; ")));
     } else if !unsafe_cases.is_empty() {
         sentences.push("They were asked about no contact in this run.".to_owned());
     }
@@ -203,7 +204,7 @@ fn misses(contents: &Contents) -> Statement {
 }
 
 /// The contacts that the safe variants missed, of which there must be none.
-fn safe_ones(contents: &Contents, safe: &[(&str, Vec<Tally>)]) -> String {
+fn safe_ones(contents: &Contents, safe: &[(&str, Tallies<'_>)]) -> String {
     let broken: Vec<String> = contents
         .manifest
         .variants
@@ -215,17 +216,25 @@ fn safe_ones(contents: &Contents, safe: &[(&str, Vec<Tally>)]) -> String {
         let verb = if broken.len() == 1 { "is" } else { "are" };
         return capital(&format!("{} {verb} called safe and missed a contact.", listed(&broken)));
     }
-    let asked = |of: &[Tally]| -> (u64, u64) {
-        of.iter().fold((0, 0), |(contacts, lines), t| (contacts + t.contacts(), lines + t.lines.len() as u64))
+    let asked = |of: &Tallies<'_>| of.values().flatten().map(|tally| tally.contacts()).sum::<u64>();
+    let fewest = match safe.iter().map(|(_, of)| asked(of)).min() {
+        None => return "The run has no safe variant.".to_owned(),
+        Some(0) => return "The safe variants were asked about no contact.".to_owned(),
+        Some(fewest) => fewest,
     };
-    match safe.iter().map(|(_, of)| asked(of)).min() {
-        None => "The run has no safe variant.".to_owned(),
-        Some((0, _)) => "The safe variants were asked about no contact.".to_owned(),
-        Some((contacts, lines)) => format!(
-            "The safe variants miss none of the {contacts} contacts or more that each was asked about (at most {} %).",
-            number(300.0 / lines as f64)
-        ),
+    // None missed on m equal lines is at most 3/m: the largest of any variant in any scene.
+    let mut bounds: BTreeMap<&str, f64> = BTreeMap::new();
+    for (workload, tally) in safe.iter().flat_map(|(_, of)| of).flat_map(|(name, of)| of.iter().map(move |t| (name, t)))
+    {
+        let bound = bounds.entry(workload).or_default();
+        *bound = bound.max((300.0 / tally.equal_lines()).min(100.0));
     }
+    let bounds: Vec<String> =
+        bounds.iter().map(|(workload, percent)| format!("{} % in `{workload}`", number(*percent))).collect();
+    format!(
+        "The safe variants miss none of the {fewest} contacts or more that each was asked about: at most {} (95 %, the scene and the variant with the fewest lines).",
+        listed(&bounds)
+    )
 }
 
 /// The cases whose misses the primary rows examine, each once.
@@ -243,31 +252,41 @@ fn printed(claims: &ClaimSet) -> Vec<CaseRef> {
     cases
 }
 
-/// The tallies of a case, one for each scene in which it was queried at a contact.
-fn tallies(contents: &Contents, case: &CaseRef) -> Vec<Tally> {
+/// Tallies by workload, one for each scene.
+type Tallies<'a> = BTreeMap<&'a str, Vec<&'a Tally>>;
+
+/// The tallies of a case by workload, one for each scene in which it was queried at a contact.
+fn tallies<'a>(contents: &'a Contents, case: &CaseRef) -> Tallies<'a> {
     let is_it = |key: &CaseKey| {
         let policy = key.policy();
         let wanted = case.policy.as_ref().map_or_else(|| is_default(contents, &key.variant, &policy), |p| *p == policy);
         key.variant == case.variant && wanted
     };
-    contents
-        .misses
-        .iter()
-        .filter(|(_, key, tally)| is_it(key) && tally.contacts() > 0)
-        .map(|(.., tally)| tally)
-        .collect()
+    let mut of_workloads = Tallies::new();
+    for (_, _, workload, tally) in
+        contents.misses.iter().filter(|(_, key, _, tally)| is_it(key) && tally.contacts() > 0)
+    {
+        of_workloads.entry(workload).or_default().push(tally);
+    }
+    of_workloads
 }
 
-/// The miss rates in words, such as `misses 10 to 29 %` or `misses none`; `None` when there were no queries.
-fn rates(of: &[Tally]) -> Option<String> {
-    let shares = of.iter().map(|tally| 100.0 * tally.missed() as f64 / tally.contacts() as f64);
+/// The miss rates in words, such as ``misses 10 to 29 % in `approach` and none of 412 in `program` ``; `None` when there were no queries.
+fn rates(of: &Tallies<'_>) -> Option<String> {
+    let each: Vec<String> =
+        of.iter().map(|(workload, tallies)| format!("{} in `{workload}`", range(tallies))).collect();
+    (!each.is_empty()).then(|| format!("misses {}", listed(&each)))
+}
+
+/// The miss rates of one workload over scenes: `10 to 29 %`, or `none of 412`.
+fn range(tallies: &[&Tally]) -> String {
+    let shares = tallies.iter().map(|tally| 100.0 * tally.missed() as f64 / tally.contacts() as f64);
     let (low, high) = shares.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), share| (l.min(share), h.max(share)));
     let short = |share: f64| if share >= 9.5 { format!("{share:.0}") } else { format!("{share:.1}") };
-    match (low, high) {
-        _ if of.is_empty() => None,
-        (_, 0.0) => Some("misses none".to_owned()),
-        (low, high) if short(low) == short(high) => Some(format!("misses {} %", short(low))),
-        (low, high) => Some(format!("misses {} to {} %", short(low), short(high))),
+    match (short(low), short(high)) {
+        _ if high == 0.0 => format!("none of {}", tallies.iter().map(|tally| tally.contacts()).sum::<u64>()),
+        (low, high) if low == high => format!("{low} %"),
+        (low, high) => format!("{low} to {high} %"),
     }
 }
 

@@ -5,9 +5,11 @@ use super::answer::{answer, is_default, paired};
 use super::programs;
 use super::sentences::{Group, blocks, sentences, verdicts_in_words, words};
 use super::tables::{Table, interval, number};
-use crate::analysis::claims::{CaseRef, ClaimSet};
+use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Direction, Expectation, TestKind};
+use crate::analysis::judge::{SAME, refuted_from};
 use crate::analysis::{ALL, ranked_by};
 use crate::record::{Kind, Manifest, NULL_VARIANT};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The whole report. Text from a scene or a claims file is escaped, so it cannot open an HTML element.
@@ -92,8 +94,9 @@ fn at_a_glance(contents: &Contents) -> String {
         return String::new();
     }
     let mut text = "## The paper, sentence by sentence\n\nThe first verdict answers the sentence; the other columns are the readings that its words \
-                    allow, exploratory. *supported*: the whole 95 % interval is beyond the claim's threshold; *refuted*: it is on the other side; \
-                    *undecided*: neither; *not-applicable*: nothing was broken that could be repaired.\n\n"
+                    allow, exploratory. *supported*: the whole 95 % interval is where the column `supported` says; *refuted*: it is where the column \
+                    `refuted` says, an effect the other way or none; *undecided*: neither, an effect smaller than the margin of 5 % included; \
+                    *not-applicable*: nothing was broken that could be repaired.\n\n"
         .to_owned();
     let link = |id: &str, sentence: &str| format!("[{sentence}](#{id})");
     for (readings, of) in blocks(contents, Group::Judged) {
@@ -103,15 +106,17 @@ fn at_a_glance(contents: &Contents) -> String {
         }));
         text.push('\n');
         let names = readings.iter().map(|reading| words(reading).0);
-        let headings: Vec<String> =
-            ["the paper says".to_owned(), "verdict".to_owned()].into_iter().chain(names).collect();
+        let fixed = ["the paper says", "supported", "refuted", "verdict"].map(str::to_owned);
+        let headings: Vec<String> = fixed.into_iter().chain(names).collect();
         let mut table = Table::new(&headings.iter().map(String::as_str).collect::<Vec<_>>());
         for sentence in of {
             let of_reading =
                 |id: &str| sentence.cells.iter().find(|(own, _)| *own == id).map_or(&[][..], |(_, rows)| rows);
             let verdict = sentence.primary.map_or_else(String::new, |row| format!("**{}**", row.verdict));
             let cells = readings.iter().map(|reading| verdicts_in_words(of_reading(reading.id.get_ref())));
-            table.row([link(sentence.claim.id(), &sentence.claim.sentence), verdict].into_iter().chain(cells));
+            let [supported, refuted] = thresholds(sentence.claim);
+            let sentence = link(sentence.claim.id(), &sentence.claim.sentence);
+            table.row([sentence, supported, refuted, verdict].into_iter().chain(cells));
         }
         text += &table.finish();
     }
@@ -176,7 +181,7 @@ fn what_was_run(contents: &Contents) -> String {
     )
 }
 
-/// The options that selected what was run, if they were not the defaults.
+/// The options that selected what was run, if they were not the defaults, and how often it repeated.
 fn chosen(manifest: &Manifest) -> String {
     let request = &manifest.request;
     // The request names all variants, whether they were chosen or not.
@@ -189,11 +194,13 @@ fn chosen(manifest: &Manifest) -> String {
     ];
     let each = options.into_iter().flat_map(|(option, names)| names.iter().map(move |name| (option, name)));
     let names: String = each.map(|(option, name)| format!(" --{option} {name}")).collect();
-    if request.binaries < 2 {
-        return names;
-    }
-    let launches = request.launches / request.binaries;
-    format!("{names} --binary target/binaries --launches {launches} --blocks {}", request.blocks)
+    let binaries = if request.binaries > 1 { " --binary target/binaries" } else { "" };
+    format!(
+        "{names}{binaries} --launches {} --blocks {} --cold-poses {}",
+        request.launches / request.binaries.max(1),
+        request.blocks,
+        request.cold_poses
+    )
 }
 
 fn ranking(contents: &Contents) -> String {
@@ -216,10 +223,10 @@ fn ranking(contents: &Contents) -> String {
             let wanted = rows.iter().find(|r| r.scene == *scene);
             wanted.map_or_else(|| "-".to_owned(), |r| interval(Some(r.ratio), Some(r.low), Some(r.high)))
         });
-        let tallies = contents.misses.iter().filter(|(_, case, _)| {
+        let tallies = contents.misses.iter().filter(|(_, case, ..)| {
             case.variant == entry.variant && is_default(contents, &case.variant, &case.policy())
         });
-        let missed = tallies.map(|(_, _, tally)| tally.missed_in_all).reduce(|sum, missed| sum + missed);
+        let missed = tallies.map(|(.., tally)| tally.missed_in_all).reduce(|sum, missed| sum + missed);
         let missed = missed.map_or_else(|| "not verified".to_owned(), |missed| missed.to_string());
         let cells =
             [if is_volume { place.to_string() } else { "-".to_owned() }, entry.label.clone(), number(entry.ratio)];
@@ -256,6 +263,7 @@ fn misses(contents: &Contents) -> String {
         "variant",
         "policy",
         "promise",
+        "workload",
         ">contacts asked",
         ">lines",
         ">missed",
@@ -263,7 +271,7 @@ fn misses(contents: &Contents) -> String {
         ">with answers by witness",
     ];
     let mut table = Table::new(&headings);
-    for (scene, case, tally) in contents.misses.iter() {
+    for (scene, case, workload, tally) in contents.misses.iter() {
         let safe =
             contents.manifest.variants.iter().find(|entry| entry.id == case.variant).is_some_and(|entry| entry.safe);
         let (low, high) = tally.interval();
@@ -277,6 +285,7 @@ fn misses(contents: &Contents) -> String {
             contents.label(&case.variant).to_owned(),
             case.policy(),
             (if safe { "safe" } else { "none" }).to_owned(),
+            workload.to_owned(),
             tally.contacts().to_string(),
             tally.lines.len().to_string(),
             tally.missed().to_string(),
@@ -286,11 +295,38 @@ fn misses(contents: &Contents) -> String {
     }
     format!(
         "## Contacts missed\n\nContacts by the exact test, grazing ones apart, at which the variant's own query was asked, and how many of them it \
-         missed. Rates with 95 % intervals by line (an approach, a ray, a stretch of a path): contacts of one line depend on one another; \
-         none missed on m lines is written as at most 3/m. The last column adds verdicts that follow from a contact that the truth \
-         names.\n\n{}",
+         missed, by workload: nothing is averaged over workloads. `program` holds the contacts on the scene's own tool paths, `approach` and \
+         `random` those of poses made for the test. Rates with 95 % intervals by line (an approach, a ray, a stretch of a path): contacts of one \
+         line depend on one another; none missed is written as at most 3/m, where m is the number of lines of equal contacts that say as much \
+         ((Σ contacts)² / Σ contacts²). The last column adds verdicts that follow from a contact that the truth names.{}\n\n{}",
+        unmissed_in_programs(contents),
         table.finish()
     )
+}
+
+/// A sentence when a variant that promises nothing misses contacts, but none on the way of a program.
+fn unmissed_in_programs(contents: &Contents) -> String {
+    let is_unsafe = |id: &str| contents.manifest.variants.iter().any(|v| v.id == id && !v.safe && v.kind.is_ours());
+    let mut sums: BTreeMap<&str, [u64; 3]> = BTreeMap::new();
+    for (_, case, workload, tally) in contents.misses.iter() {
+        if is_unsafe(&case.variant) && is_default(contents, &case.variant, &case.policy()) {
+            let [contacts, missed, elsewhere] = sums.entry(&case.variant).or_default();
+            if workload == "program" {
+                (*contacts, *missed) = (*contacts + tally.contacts(), *missed + tally.missed());
+            } else {
+                *elsewhere += tally.missed();
+            }
+        }
+    }
+    let spared =
+        sums.iter().filter(|(_, [contacts, missed, elsewhere])| *contacts > 0 && *missed == 0 && *elsewhere > 0);
+    let each: Vec<String> = spared
+        .map(|(id, [contacts, ..])| format!("the {} misses none of the {contacts} contacts", contents.label(id)))
+        .collect();
+    if each.is_empty() {
+        return String::new();
+    }
+    format!(" On the programs of these scenes {}: its misses are at other poses.", each.join(", and "))
 }
 
 fn figures(contents: &Contents) -> String {
@@ -320,6 +356,8 @@ fn details(contents: &Contents) -> String {
             text += &format!("Not judged: {reason}.\n\n");
             continue;
         }
+        let [supported, refuted] = thresholds(claim);
+        text += &format!("Supported: {supported}. Refuted: {refuted}.\n\n");
         let headings = [
             "role",
             "reading",
@@ -353,6 +391,41 @@ fn details(contents: &Contents) -> String {
         text += &table.finish();
     }
     text
+}
+
+/// Where a claim is supported and where it is refuted, of the value or of its whole interval; empty for a claim without a test.
+fn thresholds(claim: &Claim) -> [String; 2] {
+    let Some(test) = &claim.test else { return [String::new(), String::new()] };
+    let absent = test.expect == Some(Expectation::Absent);
+    let above = test.above.unwrap_or(0.0);
+    let presence = |there: String, not_there: String| if absent { [not_there, there] } else { [there, not_there] };
+    match test.kind {
+        TestKind::Misses => {
+            presence("a contact missed".to_owned(), format!("none missed, at most {} %", number(100.0 * above)))
+        }
+        TestKind::Overhang => presence(format!("> {above} % outside"), format!("≤ {above} % outside")),
+        TestKind::Drift => {
+            let there = format!("> {above} mm to the dense side");
+            if absent {
+                [format!("no {there}"), there]
+            } else {
+                [format!("{there}, none to the other"), "nowhere, or to the other side".to_owned()]
+            }
+        }
+        TestKind::Gap => presence("gap within 10 % of the overhang".to_owned(), "another gap, or none".to_owned()),
+        _ => match (test.at_most, test.below) {
+            (Some(most), _) => [format!("≤ {most}"), format!("> {most}")],
+            (None, below) => {
+                let below = below.unwrap_or(SAME.0);
+                let refuted = refuted_from(below, test.names_margin);
+                if test.direction == Direction::Greater {
+                    [format!("> {}", number(1.0 / below)), format!("≤ {}", number(1.0 / refuted))]
+                } else {
+                    [format!("< {below}"), format!("≥ {refuted}")]
+                }
+            }
+        },
+    }
 }
 
 fn times(contents: &Contents) -> String {
@@ -439,7 +512,8 @@ const LIMITATIONS: [(bool, &str); 5] = [
     ),
     (
         false,
-        "Intervals describe the poses of these scenes, resampled. They say nothing about other machines, tools or meshes.",
+        "Intervals describe the poses of these scenes and the layouts of the binaries, resampled; those of whole programs the binaries, or the \
+     launches of a single one. They say nothing about other machines, tools or meshes.",
     ),
     (
         false,

@@ -2,8 +2,9 @@
 
 use super::Contents;
 use crate::analysis::ALL;
-use crate::analysis::claims::{Claim, Reading};
+use crate::analysis::claims::{Claim, Reading, TestKind};
 use crate::record::{ClaimRow, PROGRAM_TIME};
+use std::collections::BTreeSet;
 
 /// The group of a sentence, which decides whether it is shown at once or folded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,7 +26,7 @@ pub struct Sentence<'a> {
     pub group: Group,
     /// The primary row, which answers the sentence.
     pub primary: Option<&'a ClaimRow>,
-    /// For each of its readings, the rows that represent it, one for each scene.
+    /// For each of its readings, the rows that represent it: one for each scene, or of misses one for each scene and workload.
     pub cells: Vec<(&'a str, Vec<&'a ClaimRow>)>,
 }
 
@@ -47,7 +48,9 @@ fn sentence<'a>(claim: &'a Claim, verdicts: &'a [ClaimRow]) -> Sentence<'a> {
     let cells = claim.readings.iter().map(|id| {
         let reading = id.get_ref().as_str();
         let rows = of_claim.iter().copied().filter(|row| row.role != "primary" && row.reading == reading);
-        (reading, whole(&rows.collect::<Vec<_>>(), primary))
+        let rows: Vec<&ClaimRow> = rows.collect();
+        let is_about_misses = claim.test.as_ref().is_some_and(|test| test.kind == TestKind::Misses);
+        (reading, if is_about_misses { rows } else { whole(&rows, primary) })
     });
     Sentence { claim, group, primary, cells: cells.collect() }
 }
@@ -103,20 +106,32 @@ pub fn words(reading: &Reading) -> (String, &str) {
     }
 }
 
-/// A cell in one line: `refuted`, or `supported (scene-a), undecided (scene-b)` when scenes differ; empty when the sentence is not judged
-/// in this reading.
+/// A cell in one line: `refuted`, or `supported (scene-a), undecided (scene-b)` when scenes differ; workloads take the place of scenes when
+/// there are several; empty when the sentence is not judged in this reading.
 #[must_use]
 pub fn verdicts_in_words(rows: &[&ClaimRow]) -> String {
-    let mut kinds: Vec<(&str, Vec<&str>)> = Vec::new();
+    let has_workloads = rows.iter().map(|row| &row.workload).collect::<BTreeSet<_>>().len() > 1;
+    let is_alike = |row: &ClaimRow| {
+        let mut same = rows.iter().filter(|other| other.workload == row.workload);
+        same.all(|other| other.verdict == row.verdict)
+    };
+    let place = |row: &ClaimRow| match (has_workloads, is_alike(row)) {
+        (false, _) => row.scene.clone(),
+        (true, true) => row.workload.clone(),
+        (true, false) => format!("{} {}", row.scene, row.workload),
+    };
+    let mut kinds: Vec<(&str, Vec<String>)> = Vec::new();
     for row in rows {
+        let place = place(row);
         match kinds.iter_mut().find(|(verdict, _)| *verdict == row.verdict) {
-            Some((_, scenes)) => scenes.push(&row.scene),
-            None => kinds.push((&row.verdict, vec![&row.scene])),
+            Some((_, places)) if places.contains(&place) => {}
+            Some((_, places)) => places.push(place),
+            None => kinds.push((&row.verdict, vec![place])),
         }
     }
     if let [(verdict, _)] = &kinds[..] {
         return (*verdict).to_owned();
     }
-    let each = kinds.iter().map(|(verdict, scenes)| format!("{verdict} ({})", scenes.join(", ")));
+    let each = kinds.iter().map(|(verdict, places)| format!("{verdict} ({})", places.join(", ")));
     each.collect::<Vec<_>>().join(", ")
 }

@@ -256,29 +256,36 @@ fn of_trees(scene: &str, before: &Side, after: &Side) -> Vec<TreeChange> {
 pub(super) fn of_misses(scene: &SceneMatch, before: &Side, after: &Side, comparison: &mut Comparison) {
     let request = |side: &Side| (side.manifest.request.seed, side.manifest.request.verify_poses);
     let same_poses = scene.differing_inputs.is_empty() && request(before) == request(after);
-    for (_, case, new) in after.misses.iter().filter(|(name, ..)| *name == scene.scene) {
-        let Some(old) = before.misses.of(&scene.scene, case) else { continue };
-        let is_safe = after.manifest.variants.iter().any(|variant| variant.id == case.variant && variant.safe);
-        let is_regression = if same_poses && old.contacts_in_all == new.contacts_in_all {
-            new.missed_in_all > old.missed_in_all
-        } else {
-            (is_safe && old.missed_in_all == 0 && new.missed_in_all > 0) || rate(&new).0 > rate(&old).1
+    let cases: BTreeSet<&CaseKey> =
+        after.misses.iter().filter(|(name, ..)| *name == scene.scene).map(|(_, case, ..)| case).collect();
+    for case in cases {
+        let (Some(old), Some(new)) = (before.misses.of(&scene.scene, case), after.misses.of(&scene.scene, case)) else {
+            continue;
         };
-        if old.missed_in_all != new.missed_in_all || is_regression {
+        let sum = |of: &BTreeMap<String, Tally>, count: fn(&Tally) -> u64| of.values().map(count).sum::<u64>();
+        let missed = (sum(old, |tally| tally.missed_in_all), sum(new, |tally| tally.missed_in_all));
+        let colliding = (sum(old, |tally| tally.contacts_in_all), sum(new, |tally| tally.contacts_in_all));
+        let is_safe = after.manifest.variants.iter().any(|variant| variant.id == case.variant && variant.safe);
+        // Rates are compared workload by workload.
+        let is_higher = |(workload, new): (&String, &Tally)| {
+            old.get(workload).is_some_and(|old| new.contacts() > 0 && new.interval().0 > old.interval().1)
+        };
+        let is_regression = if same_poses && colliding.0 == colliding.1 {
+            missed.1 > missed.0
+        } else {
+            (is_safe && missed.0 == 0 && missed.1 > 0) || new.iter().any(is_higher)
+        };
+        if missed.0 != missed.1 || is_regression {
             comparison.misses.push(MissChange {
                 scene: scene.scene.clone(),
                 variant: case.variant.clone(),
                 policy: case.policy(),
-                missed: (old.missed_in_all, new.missed_in_all),
-                colliding: (old.contacts_in_all, new.contacts_in_all),
+                missed,
+                colliding,
                 is_regression,
             });
         }
     }
-}
-
-fn rate(tally: &Tally) -> (f64, f64) {
-    tally.interval()
 }
 
 /// Compares verdicts on the same claim, reading, scene and stratum.

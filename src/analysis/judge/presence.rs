@@ -14,6 +14,16 @@ fn presence(present: bool, expected: Expectation) -> Verdict {
     if present == (expected == Expectation::Present) { Verdict::Supported } else { Verdict::Refuted }
 }
 
+/// The verdict on whether boxes are displaced toward the dense side, given whether one is displaced to the dense and one to the sparse side.
+fn drift_verdict(expected: Expectation, dense: bool, sparse: bool) -> Verdict {
+    match expected {
+        // Displaced nowhere, or somewhere toward the other side: not as the sentence says.
+        Expectation::Present => presence(dense && !sparse, expected),
+        // A box that is displaced toward the sparse side is not displaced toward dense triangles.
+        Expectation::Absent => presence(dense, expected),
+    }
+}
+
 impl Judged<'_> {
     pub(super) fn overhang(&self, case: &CaseKey, above_pct: f64, expected: Expectation) -> Finding {
         let Some(worst) = self
@@ -40,12 +50,7 @@ impl Judged<'_> {
         let displaced = || self.trees(case).filter(|row| row.drift_mm.abs() > above_mm);
         let dense = names(displaced().filter(|row| row.drift_mm > 0.0).map(|row| row.part.as_str()));
         let sparse = names(displaced().filter(|row| row.drift_mm < 0.0).map(|row| row.part.as_str()));
-        let verdict = match (expected, dense.is_empty(), sparse.is_empty()) {
-            // Displaced nowhere, or somewhere toward the other side: not as the sentence says.
-            (Expectation::Present, true, true) | (Expectation::Present, _, false) => Verdict::Refuted,
-            (Expectation::Present, false, true) | (Expectation::Absent, true, true) => Verdict::Supported,
-            (Expectation::Absent, ..) => Verdict::Refuted,
-        };
+        let verdict = drift_verdict(expected, !dense.is_empty(), !sparse.is_empty());
         let mut note = vec![format!("largest on {}", largest.part)];
         for (parts, side) in [(dense, "dense"), (sparse, "sparse")] {
             if !parts.is_empty() {
@@ -53,6 +58,11 @@ impl Judged<'_> {
             }
         }
         Finding::of_trees(verdict, Some(largest.drift_mm), note)
+    }
+
+    /// Whether a root box of the case is displaced toward the dense side of its part.
+    pub(super) fn drifts_to_the_dense_side(&self, case: &CaseKey, above_mm: f64) -> bool {
+        self.trees(case).any(|row| row.drift_mm > above_mm)
     }
 
     pub(super) fn gap(&self, case: &CaseKey, above_mm: f64, expected: Expectation) -> Finding {
@@ -136,6 +146,18 @@ mod tests {
         let corner = |i: usize| Vector3::new((i & 1) as f64 + shift, (i >> 1 & 1) as f64, (i >> 2) as f64);
         let edges = (0..8).flat_map(|i| (0..3).filter(move |bit| i >> bit & 1 == 0).map(move |bit| [i, i | 1 << bit]));
         edges.flatten().map(corner).collect()
+    }
+
+    /// `No longer displaced toward dense triangles` is refuted by a box that is displaced there, not by one that is displaced the other way.
+    #[test]
+    fn a_drift_to_the_sparse_side_refutes_a_drift_to_the_dense_one_only() {
+        use Expectation::{Absent, Present};
+        let verdicts = |expected| {
+            [(false, false), (true, false), (false, true), (true, true)]
+                .map(|(d, s)| drift_verdict(expected, d, s).id())
+        };
+        assert_eq!(verdicts(Present), ["refuted", "supported", "refuted", "refuted"]);
+        assert_eq!(verdicts(Absent), ["supported", "refuted", "supported", "refuted"]);
     }
 
     /// A unit box moved by 0.25 along x over contents that fill the unit cube: a quarter outside, a quarter empty.

@@ -4,7 +4,7 @@
 //! 24). It is refuted when it is refuted in one scene (the smallest p times the number of scenes). All primary rows that rest on samples
 //! are corrected together (Holm 1979, Scandinavian Journal of Statistics 6).
 
-use super::{ALL, Candidate, Claim, ClaimRow, PROGRAM_TIME, Test, TestKind, Verdict, not_judged};
+use super::{ALL, Candidate, Claim, ClaimRow, Expectation, PROGRAM_TIME, Test, TestKind, Verdict, not_judged};
 
 /// Role of the row that answers a sentence.
 pub const PRIMARY: &str = "primary";
@@ -29,8 +29,10 @@ impl Primary {
                 && workload.is_none_or(|workload| row.workload == workload)
                 && stratum.is_none_or(|stratum| row.stratum == stratum)
         };
-        let judged: Vec<&Candidate> =
+        let rows: Vec<&Candidate> =
             candidates.iter().filter(|c| is_asked(&c.row) && c.verdict != Verdict::NotJudged).collect();
+        let of_workloads = test.kind == TestKind::Misses;
+        let judged = if of_workloads { by_scene(&rows, test.expect) } else { rows.clone() };
         let Some(deciding) = deciding(&judged) else {
             let missing = candidates.iter().find(|c| c.row.reading == reading && c.verdict == Verdict::NotJudged);
             let note = missing.map_or_else(
@@ -43,13 +45,16 @@ impl Primary {
         let verdict = together(&judged);
         let p = deciding.p.map(|p| if verdict == Verdict::Refuted { p * judged.len() as f64 } else { p }.min(1.0));
         let mut notes = vec![deciding.row.note.clone()];
-        if judged.len() > 1 {
-            let each = judged.iter().map(|c| match c.row.value {
-                Some(value) => format!("{} {} ({value:.3})", c.row.scene, c.verdict.id()),
-                None => format!("{} {}", c.row.scene, c.verdict.id()),
+        let place = |row: &ClaimRow| {
+            if of_workloads { format!("{} {}", row.scene, row.workload) } else { row.scene.clone() }
+        };
+        if rows.len() > 1 {
+            let each = rows.iter().map(|c| match c.row.value {
+                Some(value) => format!("{} {} ({value:.3})", place(&c.row), c.verdict.id()),
+                None => format!("{} {}", place(&c.row), c.verdict.id()),
             });
             notes.insert(0, each.collect::<Vec<_>>().join(", "));
-            notes.insert(1, format!("numbers of {}", deciding.row.scene));
+            notes.insert(1, format!("numbers of {}", place(&deciding.row)));
         }
         notes.retain(|note| !note.is_empty());
         let scenes: Vec<&str> = judged.iter().map(|c| c.row.scene.as_str()).collect();
@@ -75,6 +80,30 @@ fn place(test: &Test) -> (Option<&str>, Option<&str>) {
         _ => "program",
     };
     (Some(test.workload.as_deref().unwrap_or(usual)), Some(stratum))
+}
+
+/// For each scene, the workload that decides about misses. Misses are present in a scene when they are present in one workload, and absent
+/// when they are absent in each. Of equal verdicts, the one with the largest rate; of equal rates, the first.
+fn by_scene<'a>(rows: &[&'a Candidate], expected: Option<Expectation>) -> Vec<&'a Candidate> {
+    use Verdict::{NotApplicable, NotJudged, Refuted, Supported, Undecided};
+    let order = match expected {
+        Some(Expectation::Absent) => [Refuted, Undecided, Supported, NotApplicable, NotJudged],
+        _ => [Supported, Undecided, Refuted, NotApplicable, NotJudged],
+    };
+    let place = |c: &Candidate| order.iter().position(|verdict| *verdict == c.verdict);
+    let rate = |c: &Candidate| c.row.value.unwrap_or(0.0);
+    let mut deciding: Vec<&Candidate> = Vec::new();
+    for &row in rows {
+        match deciding.iter_mut().find(|other| other.row.scene == row.row.scene) {
+            None => deciding.push(row),
+            Some(other) => {
+                if (place(row), -rate(row)) < (place(other), -rate(other)) {
+                    *other = row;
+                }
+            }
+        }
+    }
+    deciding
 }
 
 /// The verdict over several scenes.
@@ -136,6 +165,36 @@ mod tests {
         let mut rows = [0.03, 0.04].map(|p| primary(Verdict::Refuted, p));
         correct(rows.iter_mut());
         assert!(rows.iter().all(|row| row.row.verdict == "undecided" && row.row.note.contains("refuted before Holm")));
+    }
+
+    /// A miss in one workload is a miss; that none is missed has to be shown in every workload.
+    #[test]
+    fn misses_are_present_in_one_workload_and_absent_in_all() {
+        let candidate = |scene: &str, workload: &str, verdict: Verdict, value| {
+            let (scene, workload) = (scene.to_owned(), workload.to_owned());
+            let row = ClaimRow { scene, workload, value: Some(value), ..primary(verdict, 0.0).row };
+            Candidate { row, verdict, p: None }
+        };
+        let names = |rows: &[Candidate], expected| {
+            let of = by_scene(&rows.iter().collect::<Vec<_>>(), Some(expected));
+            of.iter().map(|c| (c.row.workload.clone(), c.verdict)).collect::<Vec<_>>()
+        };
+        let there = [
+            candidate("a", "approach", Verdict::Supported, 0.1),
+            candidate("a", "program", Verdict::Undecided, 0.0),
+            candidate("a", "random", Verdict::Supported, 0.3),
+            candidate("b", "program", Verdict::Undecided, 0.0),
+        ];
+        let expected = [("random".to_owned(), Verdict::Supported), ("program".to_owned(), Verdict::Undecided)];
+        assert_eq!(names(&there, Expectation::Present), expected);
+        let absent = [
+            candidate("a", "approach", Verdict::Supported, 0.0),
+            candidate("a", "program", Verdict::Undecided, 0.0),
+            candidate("b", "approach", Verdict::Refuted, 0.2),
+            candidate("b", "program", Verdict::NotApplicable, 0.0),
+        ];
+        let expected = [("program".to_owned(), Verdict::Undecided), ("approach".to_owned(), Verdict::Refuted)];
+        assert_eq!(names(&absent, Expectation::Absent), expected);
     }
 
     #[test]

@@ -121,9 +121,27 @@ fn misses_are_those_of_the_printed_boxes_and_of_the_safe_ones() {
     let (_folder, contents) = contents();
     let statement = &answer(&contents)[1];
     assert_eq!(statement.question, "What do the boxes as printed miss?");
-    assert!(statement.answer.starts_with("The plain OBB, centred on the mean misses "), "{}", statement.answer);
-    assert!(statement.answer.contains("the area-weighted OBB, centred on the mean misses "));
+    let expected = "Of the contacts of each workload, the plain OBB, centred on the mean misses ";
+    assert!(statement.answer.starts_with(expected), "{}", statement.answer);
+    assert!(statement.answer.contains("; the area-weighted OBB, centred on the mean misses "));
     assert!(statement.answer.contains("The safe variants miss none of the "), "{}", statement.answer);
+}
+
+/// Rates of two workloads are told apart, and the bound on a safe variant counts lines by what they hold: ten lines of one contact and one
+/// of ninety are 100² / (10 + 90²) = 1.23 lines, which bound nothing, whatever other workloads hold.
+#[test]
+fn rates_are_told_by_workload() {
+    let tally = |lines: &[(u64, u64)]| Tally { lines: lines.to_vec(), ..Tally::default() };
+    let (many, none, few) = (tally(&[(1, 10), (0, 10)]), tally(&[(0, 7); 3]), tally(&[(2, 10)]));
+    let of = Tallies::from([("approach", vec![&many, &few]), ("program", vec![&none])]);
+    assert_eq!(rates(&of).unwrap(), "misses 5.0 to 20 % in `approach` and none of 21 in `program`");
+    assert_eq!(rates(&Tallies::new()), None);
+    let (_folder, contents) = contents();
+    let (even, uneven) = (tally(&[(0, 1); 1000]), tally(&[vec![(0, 1); 10], vec![(0, 90)]].concat()));
+    let safe = [("box", Tallies::from([("approach", vec![&even]), ("random", vec![&uneven])]))];
+    let text = safe_ones(&contents, &safe);
+    assert!(text.contains("none of the 1100 contacts"), "{text}");
+    assert!(text.contains("at most 0.300 % in `approach` and 100 % in `random`"), "{text}");
 }
 
 /// A variant that is declared safe and missed a contact is named first.
