@@ -252,15 +252,11 @@ pub fn check(
     // A cutter is held against the stock alone; whatever else touches the uncut workpiece, is held against what is left of it.
     let is_stock = |pair: Pair| workpieces.iter().any(|workpiece| workpiece.has(pair));
     let pairs: Vec<Pair> = pairs.into_iter().filter(|&pair| !(scene.is_cutting(pair) && is_stock(pair))).collect();
-    let of_stock: Vec<Pair> = pairs.iter().copied().filter(|&pair| is_stock(pair)).collect();
-    let spun = Spun::of(scene, run, &path);
-    let turned = turned_pairs(&spun, &reach, settings, &is_stock);
-    // Out of reach as drawn, a pair may be within reach of the rings: it is examined then.
+    let of_stock: Vec<Pair> = pairs.iter().chain(&turned).copied().filter(|&pair| is_stock(pair)).collect();
+    // Out of reach as drawn, a pair may be within reach at another angle: it is examined then.
     let is_turned: BTreeSet<Pair> = turned.iter().copied().collect();
-    decisions
-        .iter_mut()
-        .filter(|decision| is_turned.contains(&decision.pair))
-        .for_each(|decision| decision.dropped = None);
+    let is_examined = |decision: &&mut Decision| is_turned.contains(&decision.pair) || is_stock(decision.pair);
+    decisions.iter_mut().filter(is_examined).for_each(|decision| decision.dropped = None);
     progress.begin("building trees", 1);
     let for_the_rest = registry.fastest().unwrap_or(variant);
     let (trees_ns, [bodies, turned_bodies]) = timer::time(|| {
