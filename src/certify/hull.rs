@@ -290,20 +290,8 @@ impl Parting<'_> {
     }
 }
 
-/// Two triangles of which an edge of one pierces the other: which, the triangle with the edge, the edge, and the pierced triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Piercing {
-    /// Whether the edge is of `a`.
-    pub edge_of_a: bool,
-    /// Places in the trees.
-    pub edge_face: u32,
-    /// From this corner to the next.
-    pub edge: u32,
-    pub face: u32,
-}
-
-/// An edge of one mesh that pierces a triangle of the other for sure when `b` is placed.
-pub(super) fn piercing(a: &Tree, b: &Tree, a_from_b: &Isometry) -> Option<Piercing> {
+/// Two triangles of which an edge of one surely pierces the other when `b` is placed, by their places in the trees.
+pub(super) fn piercing(a: &Tree, b: &Tree, a_from_b: &Isometry) -> Option<[u32; 2]> {
     let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
     let moved = |[low, high]: [Point; 2]| {
         let middle = a_from_b * nalgebra::center(&low, &high);
@@ -324,14 +312,10 @@ pub(super) fn piercing(a: &Tree, b: &Tree, a_from_b: &Isometry) -> Option<Pierci
         } else {
             let (i, j) = (x.low, y.low);
             let (still, turned) = (a.triangles[i as usize], b.triangles[j as usize].map(|p| a_from_b * p));
-            let of = |one: &[Point; 3], other: &[Point; 3]| {
-                (0..3).find(|&k| pierces(&one[k], &one[(k + 1) % 3], other)).map(|k| k as u32)
-            };
-            if let Some(edge) = of(&still, &turned) {
-                return Some(Piercing { edge_of_a: true, edge_face: i, edge, face: j });
-            }
-            if let Some(edge) = of(&turned, &still) {
-                return Some(Piercing { edge_of_a: false, edge_face: j, edge, face: i });
+            let edge_through =
+                |one: &[Point; 3], other: &[Point; 3]| (0..3).any(|k| pierces(&one[k], &one[(k + 1) % 3], other));
+            if edge_through(&still, &turned) || edge_through(&turned, &still) {
+                return Some([i, j]);
             }
         }
     }

@@ -203,7 +203,6 @@ fn conclude(
     }
     doubts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let doubts = doubts.into_iter().map(|(_, doubt)| doubt).collect();
-    let text =
-        text::write(&text::Proof { scene, run, steps: &track.steps, trees, skipped: &skipped, found, blocks: &blocks });
+    let text = text::write(&text::Proof { scene, run, steps: &track.steps, trees, skipped: &skipped, found });
     Certificate { text, blocks, doubts, skipped, examined: found.len(), intervals, planes }
 }

@@ -1,6 +1,6 @@
 //! One pair along the whole path: intervals over which planes part it, contact that is proved, and what stays open.
 
-use super::hull::{Parting, Piercing, Token, Tree, piercing};
+use super::hull::{Parting, Token, Tree, piercing};
 use super::motion::{Course, PairMotion, Region, Track};
 use crate::geometry::{Isometry, Vector};
 use crate::method::Model;
@@ -38,7 +38,7 @@ pub(super) enum Finding {
     /// Parted by planes, which are those of the interval before where there are none. `bound_mm` is the farthest that a point goes from its place at the middle.
     Free { bound_mm: f64, front: Option<Vec<Token>> },
     /// In contact for the first time at `place` at the latest, at most `way_mm` of travel behind `from`. What is behind that on the step is not looked at.
-    Hit { place: f64, way_mm: f64, piercing: Piercing },
+    Hit { place: f64, way_mm: f64, faces: [u32; 2] },
     /// Neither is proved. Holds the distance of the nearest triangles that were met, at the last interval tried, mm.
     Open { apart_mm: f64 },
     /// One of the two is not in the spindle.
@@ -245,13 +245,13 @@ impl<'a> Search<'a> {
         let begins =
             |entry: &&Entry| matches!(entry.finding, Finding::Open { .. }) && entry.from >= step && entry.to == at;
         let from = self.entries.last().filter(begins).map_or(at, |entry| entry.from);
-        if let Some((place, piercing)) = pierced {
+        if let Some((place, faces)) = pierced {
             if from < at {
                 self.entries.pop();
             }
             let way = self.track.region(from, place).map_or(f64::INFINITY, |region| self.bound_mm(&region));
             let way_mm = (2.0 * way * 1e6 + 1.0).ceil() / 1e6;
-            self.push(from, step + 1.0, Finding::Hit { place, way_mm, piercing });
+            self.push(from, step + 1.0, Finding::Hit { place, way_mm, faces });
             return step + 1.0;
         }
         self.open_on_step += 1;
@@ -273,7 +273,7 @@ impl<'a> Search<'a> {
     }
 
     /// Proof of contact at a place of a step.
-    fn piercing_at(&self, step: f64, place: f64) -> Option<Piercing> {
+    fn piercing_at(&self, step: f64, place: f64) -> Option<[u32; 2]> {
         let region = self.track.within(step as usize, place - step, place - step)?;
         let sweep = self.motion.sweep(&region, self.track.control, self.link_from_part);
         piercing(self.trees[0], self.trees[1], &sweep.a_from_b)

@@ -1,6 +1,5 @@
 //! The certificate as text, as `docs/certificate.md` describes it.
 
-use super::Verdict;
 use super::hull::{Token, Tree};
 use super::motion::{Course, Step};
 use super::search::{Entry, Finding};
@@ -9,7 +8,6 @@ use crate::geometry::{Isometry, Vector};
 use crate::machine::Motion;
 use crate::scene::{Pair, ProgramRun, Scene};
 use rs274::Axis;
-use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// What a certificate says.
@@ -20,7 +18,6 @@ pub(super) struct Proof<'a> {
     pub trees: &'a [Tree],
     pub skipped: &'a [(Pair, &'static str)],
     pub found: &'a [(Pair, Vec<Entry>)],
-    pub blocks: &'a BTreeMap<u32, Verdict>,
 }
 
 /// The whole file.
@@ -28,14 +25,14 @@ pub(super) fn write(proof: &Proof<'_>) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = proof.head(&mut text).and_then(|()| proof.parts(&mut text)).and_then(|()| proof.moves(&mut text));
-    let _ = proof.pairs(&mut text).and_then(|()| proof.end(&mut text));
+    let _ = proof.pairs(&mut text).and_then(|()| end(&mut text));
     text
 }
 
 impl Proof<'_> {
     fn head(&self, text: &mut String) -> std::fmt::Result {
         let Self { scene, run, .. } = self;
-        writeln!(text, "bvbench-certificate 2")?;
+        writeln!(text, "bvbench-certificate 3")?;
         writeln!(text, "made bvbench {} interpreter rs274 {}", env!("CARGO_PKG_VERSION"), rs274::VERSION)?;
         writeln!(text, "scene {}", name(&scene.name))?;
         for (file, hash) in &scene.inputs {
@@ -50,17 +47,17 @@ impl Proof<'_> {
         order.sort_by_key(depth);
         for link in order.into_iter().map(|link| &scene.machine.links()[link]) {
             let parent = link.parent.as_deref().map_or_else(|| "-".to_owned(), name);
-            write!(text, "link {} {parent} {}", name(&link.name), placed(&link.parent_from_link))?;
-            if let Some(joint) = &link.joint {
-                let letter = joint.axis.letter();
-                match &joint.motion {
-                    Motion::Prismatic { direction } => write!(text, " slide {letter} {}", three(direction))?,
-                    Motion::Rotary { direction, point } => {
-                        write!(text, " turn {letter} {} {}", three(direction), three(&point.coords))?;
-                    }
+            let own = format!("{} {parent} {}", name(&link.name), placed(&link.parent_from_link));
+            let joint = link.joint.as_ref().map(|joint| (joint.axis.letter(), &joint.motion));
+            match joint {
+                None => writeln!(text, "link {own}")?,
+                Some((letter, Motion::Prismatic { direction })) => {
+                    writeln!(text, "slide {own} {letter} {}", three(direction))?;
+                }
+                Some((letter, Motion::Rotary { direction, point })) => {
+                    writeln!(text, "turn {own} {letter} {} {}", three(direction), three(&point.coords))?;
                 }
             }
-            writeln!(text)?;
         }
         if let Some(tip) = &run.tip {
             let [tool, work] = [tip.tool_link, tip.work_link].map(|link| self.link(link));
@@ -94,20 +91,19 @@ impl Proof<'_> {
         for step in self.steps {
             let course = match step.course {
                 Course::Point => "point",
-                Course::Line => "line",
+                Course::Line | Course::Arc { .. } => "feed",
                 Course::Rapid => "rapid",
-                Course::Arc { .. } => "arc",
             };
-            write!(text, "move {} {} {course}", step.line, step.tool)?;
+            write!(text, "{course} {} {}", step.line, step.tool)?;
             for axis in Axis::ALL.into_iter().filter(|&axis| step.to[axis] != last[axis as usize]) {
-                write!(text, " {}={}", axis.letter(), step.to[axis])?;
+                write!(text, " {} {}", axis.letter(), step.to[axis])?;
             }
             if let Course::Arc { plane, centre, sweep } = step.course {
                 let [first, second] = plane.map(Axis::letter);
-                write!(text, " arc={first},{second},{},{},{sweep}", centre[0], centre[1])?;
+                write!(text, " arc {first} {second} {} {} {sweep}", centre[0], centre[1])?;
             }
             if let Some(length) = step.tip_mm {
-                write!(text, " tip={length}")?;
+                write!(text, " tip {length}")?;
             }
             writeln!(text)?;
             last = step.to.0;
@@ -125,15 +121,13 @@ impl Proof<'_> {
             writeln!(text, "pair {} {how}", pair_names(pair))?;
             for Entry { to, finding, .. } in entries {
                 match finding {
-                    Finding::Away => writeln!(text, "away {to}")?,
-                    Finding::Meant => writeln!(text, "meant {to}")?,
+                    // The checker sees itself on which steps nothing is to be proved.
+                    Finding::Away | Finding::Meant => {}
                     Finding::Open { apart_mm } => writeln!(text, "open {to} {apart_mm}")?,
-                    Finding::Hit { place, way_mm, piercing } => {
-                        let side = if piercing.edge_of_a { "a" } else { "b" };
-                        let (of, edge, face) = (piercing.edge_face, piercing.edge, piercing.face);
-                        writeln!(text, "hit {to} {place} {way_mm} {side} {of} {edge} {face}")?;
+                    Finding::Hit { place, way_mm, faces: [i, j] } => {
+                        writeln!(text, "hit {to} {place} {way_mm} {i} {j}")?;
                     }
-                    Finding::Free { bound_mm, front: None } => writeln!(text, "free {to} {bound_mm} =")?,
+                    Finding::Free { bound_mm, front: None } => writeln!(text, "same {to} {bound_mm}")?,
                     Finding::Free { bound_mm, front: Some(front) } => {
                         write!(text, "free {to} {bound_mm}")?;
                         for token in front {
@@ -150,22 +144,19 @@ impl Proof<'_> {
         }
         Ok(())
     }
-
-    fn end(&self, text: &mut String) -> std::fmt::Result {
-        for (line, verdict) in self.blocks {
-            writeln!(text, "block {line} {}", verdict.name())?;
-        }
-        let hash = blake3::hash(text.as_bytes()).to_hex();
-        writeln!(text, "end {hash}")
-    }
 }
 
-/// A name as one word: `%`, spaces and control characters by their numbers, and a name that would be the world's.
+fn end(text: &mut String) -> std::fmt::Result {
+    let hash = blake3::hash(text.as_bytes()).to_hex();
+    writeln!(text, "end {hash}")
+}
+
+/// A name as one word. The checker reads spaces and `%`; a link's name with a control character, or of the world, is of no link to it.
 fn name(name: &str) -> String {
     let mut word = String::new();
     for c in name.chars() {
-        if c == '%' || c.is_whitespace() || c.is_control() || name == "-" {
-            let _ = write!(word, "%{:X};", u32::from(c));
+        if c == '%' || c == ' ' || c.is_control() {
+            let _ = write!(word, "%{:02X}", u32::from(c));
         } else {
             word.push(c);
         }

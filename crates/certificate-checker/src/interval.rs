@@ -22,7 +22,6 @@ const QUARTER: I = I { lo: FRAC_PI_2, hi: FRAC_PI_2.next_up() };
 
 impl I {
     /// One number.
-    #[must_use]
     pub const fn of(x: f64) -> Self {
         Self { lo: x, hi: x }
     }
@@ -35,25 +34,21 @@ impl I {
     }
 
     /// All numbers of both.
-    #[must_use]
     pub const fn hull(self, other: Self) -> Self {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
     /// The greatest absolute value.
-    #[must_use]
     pub fn most(self) -> f64 {
         self.hi.max(-self.lo)
     }
 
     /// From minus the greatest absolute value to it.
-    #[must_use]
     pub fn both_ways(self) -> Self {
         Self { lo: -self.most(), hi: self.most() }
     }
 
     /// The square.
-    #[must_use]
     pub fn squared(self) -> Self {
         let least = self.lo.max(-self.hi).max(0.0);
         let whole = Self::outward(least * least, self.most() * self.most());
@@ -61,14 +56,12 @@ impl I {
     }
 
     /// The square root of what is not negative.
-    #[must_use]
     pub fn sqrt(self) -> Self {
         let whole = Self::outward(self.lo.max(0.0).sqrt(), self.hi.max(0.0).sqrt());
         if self == ZERO { ZERO } else { Self { lo: whole.lo.max(0.0), ..whole } }
     }
 
     /// The quotient; everything where the divisor may be zero.
-    #[must_use]
     pub fn over(self, divisor: Self) -> Self {
         if divisor.lo <= 0.0 && divisor.hi >= 0.0 {
             return Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
@@ -76,13 +69,7 @@ impl I {
         self * Self::outward((1.0 / divisor.hi).min(1.0 / divisor.lo), (1.0 / divisor.hi).max(1.0 / divisor.lo))
     }
 
-    /// The quotient by a number above 0.
-    fn per(self, divisor: f64) -> Self {
-        Self::outward(self.lo / divisor, self.hi / divisor)
-    }
-
     /// Sine and cosine of an angle in radians. Both change by no more than the angle does.
-    #[must_use]
     pub fn sin_cos(self) -> [Self; 2] {
         let middle = 0.5 * (self.lo + self.hi);
         let spread = (self - Self::of(middle)).both_ways();
@@ -91,7 +78,7 @@ impl I {
         let square = x.squared();
         // 1 - x²/(n (n + 1)) (1 - x²/((n + 2) (n + 3)) (1 - ...)), the last n being 20 or 19.
         let series = |n: u32| {
-            let term = |rest, n: u32| ONE - square.per(f64::from(n * (n + 1))) * rest;
+            let term = |rest, n: u32| ONE - square.over(Self::of(f64::from(n * (n + 1)))) * rest;
             (n..21).step_by(2).rev().fold(ONE, term)
         };
         // x is 0.8 at most: the first terms left out, of x^22 and x^23, are below 0.8^22 / 22! < 1e-23.
@@ -152,45 +139,39 @@ impl Mul for I {
 pub type V = [I; 3];
 
 /// The inner product.
-#[must_use]
 pub fn dot(a: &V, b: &V) -> I {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// The cross product.
-#[must_use]
 pub fn cross(a: &V, b: &V) -> V {
     [1, 2, 0].map(|i| a[i] * b[(i + 1) % 3] - a[(i + 1) % 3] * b[i])
 }
 
 /// The length.
-#[must_use]
 pub fn norm(a: &V) -> I {
     (a[0].squared() + a[1].squared() + a[2].squared()).sqrt()
 }
 
 /// The sum.
-#[must_use]
 pub fn plus(a: &V, b: &V) -> V {
     [0, 1, 2].map(|i| a[i] + b[i])
 }
 
 /// The difference.
-#[must_use]
 pub fn minus(a: &V, b: &V) -> V {
     [0, 1, 2].map(|i| a[i] - b[i])
 }
 
 /// The product with a number.
-#[must_use]
 pub fn times(a: &V, x: I) -> V {
     a.map(|a| a * x)
 }
 
-/// A rotation (rows) and a translation.
+/// A rotation and a translation.
 #[derive(Clone, Copy, Debug)]
 pub struct Pose {
-    /// Rotation.
+    /// Columns of the rotation.
     pub r: [V; 3],
     /// Translation, mm.
     pub t: V,
@@ -201,58 +182,49 @@ impl Pose {
     pub const IDENTITY: Self = Self { r: [[ONE, ZERO, ZERO], [ZERO, ONE, ZERO], [ZERO, ZERO, ONE]], t: [ZERO; 3] };
 
     /// By a quaternion (w, x, y, z) of any length but zero.
-    #[must_use]
     pub fn of([w, x, y, z]: [f64; 4], t: V) -> Self {
-        let [w, x, y, z] = [w, x, y, z].map(I::of);
-        let squared = w.squared() + x.squared() + y.squared() + z.squared();
-        let two = |a: I, b: I| (a + b) + (a + b);
-        let r = [
-            [w.squared() + x.squared() - y.squared() - z.squared(), two(x * y, -(w * z)), two(x * z, w * y)],
-            [two(x * y, w * z), w.squared() - x.squared() + y.squared() - z.squared(), two(y * z, -(w * x))],
-            [two(x * z, -(w * y)), two(y * z, w * x), w.squared() - x.squared() - y.squared() + z.squared()],
-        ];
-        Self { r: r.map(|row| row.map(|x| x.over(squared))), t }
+        let (w, v) = (I::of(w), [x, y, z].map(I::of));
+        let [along, across] = [w.squared(), v[0].squared() + v[1].squared() + v[2].squared()];
+        let by = ONE.over(along + across);
+        Self { t, ..Self::rodrigues(&v, (along - across) * by, (w + w) * by, by + by) }
     }
 
-    /// About a unit vector by an angle (Rodrigues).
-    #[must_use]
+    /// About a unit vector by an angle, radians.
     pub fn about(u: &V, angle: I) -> Self {
-        let [s, c] = angle.sin_cos();
-        let (along, around) = (times(u, ONE - c), times(u, s));
-        let skew = [[c, -around[2], around[1]], [around[2], c, -around[0]], [-around[1], around[0], c]];
-        Self { r: [0, 1, 2].map(|i| [0, 1, 2].map(|j| skew[i][j] + along[i] * u[j])), t: [ZERO; 3] }
+        let [sin, cos] = angle.sin_cos();
+        Self::rodrigues(u, cos, sin, ONE - cos)
+    }
+
+    /// x ↦ c x + s (u × x) + a u (u · x).
+    fn rodrigues(u: &V, c: I, s: I, a: I) -> Self {
+        let [x, y, z] = times(u, s);
+        let columns = [[c, z, -y], [-z, c, x], [y, -x, c]];
+        Self { r: [0, 1, 2].map(|j| plus(&columns[j], &times(u, a * u[j]))), t: [ZERO; 3] }
     }
 
     /// A direction turned.
-    #[must_use]
     pub fn turn(&self, v: &V) -> V {
-        self.r.map(|row| dot(&row, v))
+        plus(&plus(&times(&self.r[0], v[0]), &times(&self.r[1], v[1])), &times(&self.r[2], v[2]))
     }
 
     /// A direction turned back.
-    #[must_use]
     pub fn turn_back(&self, v: &V) -> V {
-        [0, 1, 2].map(|j| self.r[0][j] * v[0] + self.r[1][j] * v[1] + self.r[2][j] * v[2])
+        self.r.map(|column| dot(&column, v))
     }
 
     /// A point moved.
-    #[must_use]
     pub fn point(&self, p: &V) -> V {
         plus(&self.turn(p), &self.t)
     }
 
     /// First `other`, then this.
-    #[must_use]
     pub fn after(&self, other: &Self) -> Self {
-        let column = |j: usize| self.turn(&[other.r[0][j], other.r[1][j], other.r[2][j]]);
-        let columns = [column(0), column(1), column(2)];
-        Self { r: [0, 1, 2].map(|i| [0, 1, 2].map(|j| columns[j][i])), t: self.point(&other.t) }
+        Self { r: other.r.map(|column| self.turn(&column)), t: self.point(&other.t) }
     }
 
     /// The way back.
-    #[must_use]
     pub fn inverse(&self) -> Self {
-        let r = [0, 1, 2].map(|i| [0, 1, 2].map(|j| self.r[j][i]));
+        let r = [0, 1, 2].map(|i| self.r.map(|column| column[i]));
         Self { r, t: self.turn_back(&self.t).map(Neg::neg) }
     }
 }

@@ -1,9 +1,8 @@
 //! The command: reads a certificate and says whether it is accepted.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command prints")]
 
-use std::fs::File;
-use std::io::{BufRead, BufReader};
-use std::path::PathBuf;
+use certificate_checker::{MOST_WORK, VERDICTS, check};
+use std::path::Path;
 use std::process::ExitCode;
 
 const HELP: &str = "Checks a certificate of `bvbench check --certify`.
@@ -16,65 +15,55 @@ Usage: certificate-checker CERTIFICATE [--scene FOLDER] [--program FILE]
 
 Exit codes: 0 accepted, 1 refused, 2 bad usage.";
 
+fn bad_usage(what: &str) -> ExitCode {
+    eprintln!("{what}\n\n{HELP}");
+    ExitCode::from(2)
+}
+
 fn main() -> ExitCode {
-    let (mut certificate, mut scene, mut program) = (None, None, None);
+    let [mut certificate, mut scene, mut program] = [None, None, None];
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
-        let slot = match argument.as_str() {
-            "--scene" => &mut scene,
-            "--program" => &mut program,
+        match argument.as_str() {
             "--help" | "-h" => {
                 println!("{HELP}");
                 return ExitCode::SUCCESS;
             }
+            "--scene" | "--program" => {
+                let Some(value) = arguments.next() else { return bad_usage(&format!("{argument} needs a value")) };
+                *(if argument == "--scene" { &mut scene } else { &mut program }) = Some(value);
+            }
             name if name.starts_with('-') && name != "-" || certificate.is_some() => {
-                eprintln!("`{argument}` is not understood\n\n{HELP}");
-                return ExitCode::from(2);
+                return bad_usage(&format!("`{argument}` is not understood"));
             }
-            _ => {
-                certificate = Some(argument);
-                continue;
-            }
-        };
-        *slot = arguments.next().map(PathBuf::from);
-        if slot.is_none() {
-            eprintln!("{argument} needs a value\n\n{HELP}");
+            _ => certificate = Some(argument),
+        }
+    }
+    let Some(certificate) = certificate else { return bad_usage("no certificate is named") };
+    let is_input = certificate == "-";
+    let text = if is_input { std::io::read_to_string(std::io::stdin()) } else { std::fs::read_to_string(&certificate) };
+    let text = match text {
+        Ok(text) => text,
+        Err(error) => {
+            eprintln!("{certificate}: {error}");
             return ExitCode::from(2);
         }
-    }
-    let Some(certificate) = certificate else {
-        eprintln!("{HELP}");
-        return ExitCode::from(2);
     };
-    let text: Box<dyn BufRead> = if certificate == "-" {
-        Box::new(std::io::stdin().lock())
-    } else {
-        match File::open(&certificate) {
-            Ok(file) => Box::new(BufReader::new(file)),
-            Err(error) => {
-                eprintln!("{certificate}: {error}");
-                return ExitCode::from(2);
-            }
-        }
-    };
-    match certificate_checker::check(text, scene.as_deref(), program.as_deref()) {
-        Ok(report) => {
-            report.notes.iter().for_each(|note| println!("{note}"));
-            for verdict in certificate_checker::VERDICTS.into_iter().skip(1).rev() {
-                let lines = report.blocks.iter().filter(|(_, found)| **found == verdict);
-                let lines: Vec<String> = lines.map(|(line, _)| line.to_string()).collect();
-                if !lines.is_empty() {
-                    println!("{verdict}: {} blocks, lines {}", lines.len(), lines.join(" "));
-                }
-            }
-            let free = report.blocks.values().filter(|found| **found == "free").count();
-            let (all, pairs, intervals) = (report.blocks.len(), report.examined, report.intervals);
-            println!("accepted: {free} of {all} blocks are free, by {intervals} intervals of {pairs} pairs");
-            ExitCode::SUCCESS
-        }
+    let report = match check(&text, scene.as_deref().map(Path::new), program.as_deref().map(Path::new), MOST_WORK) {
+        Ok(report) => report,
         Err(refusal) => {
             println!("{certificate}:{}: refused: {}", refusal.line, refusal.why);
-            ExitCode::from(1)
+            return ExitCode::from(1);
         }
+    };
+    report.notes.iter().for_each(|note| println!("{note}"));
+    let lines = |verdict: &str| -> Vec<String> {
+        report.blocks.iter().filter(|block| *block.1 == verdict).map(|block| block.0.to_string()).collect()
+    };
+    for verdict in VERDICTS.into_iter().skip(1).rev().filter(|verdict| !lines(verdict).is_empty()) {
+        println!("{verdict}: {} blocks, lines {}", lines(verdict).len(), lines(verdict).join(" "));
     }
+    let (free, all, pairs, intervals) = (lines("free").len(), report.blocks.len(), report.examined, report.intervals);
+    println!("accepted: {free} of {all} blocks are free, by {intervals} intervals of {pairs} pairs");
+    ExitCode::SUCCESS
 }

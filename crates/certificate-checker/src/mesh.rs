@@ -1,28 +1,32 @@
-//! Meshes on the grid of 2⁻²⁶ mm, in whole numbers: hulls of ranges of triangles behind planes, piercing edges, and what is inside.
+//! Meshes on the grid of 2⁻²⁶ mm: hulls of ranges of triangles beside planes, piercing edges, and what is inside.
 
-use crate::interval::{I, Pose, V, cross, dot, minus};
+use crate::Work;
+use crate::interval::{I, Pose, V, ZERO, cross, dot, minus, norm, plus, times};
 use crate::read::Words;
 use std::collections::BTreeSet;
+use std::ops::Neg;
 
 /// Steps of the grid in a mm.
-const STEPS: i64 = 1 << 26;
-/// Largest coordinate, mm.
-const LIMIT: i64 = 4096 * STEPS;
+const STEPS: f64 = 67_108_864.0; // 2^26
+/// Largest coordinate: 4096 mm. Numbers of 38 bits are exact in mm.
+const LIMIT: u64 = 1 << 38;
 
-/// Lowest and highest corner.
-type Bounds = [[i64; 3]; 2];
+/// A point of the grid.
+type Point = [i64; 3];
 
 /// Vertices and faces, in the order of the tree: node 1 has all faces, the halves of node `i` are `2i` and `2i + 1`.
 #[derive(Debug, Default)]
 pub struct Mesh {
-    vertices: Vec<[i64; 3]>,
-    faces: Vec<[u32; 3]>,
-    boxes: Vec<Bounds>,
-    /// Centre and radius of a ball around all, mm.
-    pub ball: (V, I),
+    vertices: Vec<Point>,
+    faces: Vec<[usize; 3]>,
+    /// Boxes around nodes, mm.
+    boxes: Vec<V>,
+    /// A ball around all, mm.
+    pub centre: V,
+    pub radius: I,
     is_watertight: bool,
-    /// One vertex of each connected component.
-    components: Vec<[i64; 3]>,
+    /// One vertex of each connected component, mm.
+    components: Vec<V>,
 }
 
 /// A range of faces.
@@ -33,11 +37,10 @@ pub struct Node {
     high: usize,
 }
 
-/// A plane, and the node of the second mesh that lies beyond it.
-#[derive(Debug)]
-pub struct Token {
-    pub normal: [i32; 3],
-    pub offset: i64,
+/// A plane n·x = c, and the node of the second mesh that lies beyond it.
+pub struct Plane {
+    pub normal: V,
+    pub offset: I,
     pub b: Node,
 }
 
@@ -50,222 +53,176 @@ impl Node {
     }
 }
 
-fn mm(p: &[i64; 3]) -> V {
-    p.map(|x| I::of(x as f64 / STEPS as f64)) // at most 38 bits: exact
+fn mm(p: &Point) -> V {
+    p.map(|x| I::of(x as f64 / STEPS))
 }
 
-fn around<'a>(points: impl Iterator<Item = &'a [i64; 3]>) -> Bounds {
-    points.fold([[i64::MAX; 3], [i64::MIN; 3]], |[low, high], p| {
-        [std::array::from_fn(|i| low[i].min(p[i])), std::array::from_fn(|i| high[i].max(p[i]))]
-    })
+fn hull(a: &V, b: &V) -> V {
+    [0, 1, 2].map(|i| a[i].hull(b[i]))
 }
 
 impl Mesh {
     pub fn vertex(&mut self, words: &mut Words<'_>) -> Result<(), String> {
-        let p = [words.whole::<i64>()?, words.whole()?, words.whole()?];
+        let p: Point = [words.whole()?, words.whole()?, words.whole()?];
         self.vertices.push(p);
-        if p.iter().all(|x| (-LIMIT..=LIMIT).contains(x)) { Ok(()) } else { Err("a vertex out of range".to_owned()) }
+        if p.iter().all(|x| x.unsigned_abs() <= LIMIT) { Ok(()) } else { Err("a vertex out of range".to_owned()) }
     }
 
     pub fn face(&mut self, words: &mut Words<'_>) -> Result<(), String> {
-        let face = [words.whole::<u32>()?, words.whole()?, words.whole()?];
+        let face = [words.whole()?, words.whole()?, words.whole()?];
         self.faces.push(face);
-        let is_known = face.iter().all(|&v| (v as usize) < self.vertices.len());
-        if is_known { Ok(()) } else { Err("no such vertex".to_owned()) }
+        if face.iter().all(|&v| v < self.vertices.len()) { Ok(()) } else { Err("no such vertex".to_owned()) }
     }
 
-    /// Boxes around nodes, and a ball around all.
+    /// Boxes around nodes, a ball around all, and whether there is an inside.
     pub fn finish(&mut self) -> Result<(), String> {
         if self.faces.is_empty() {
             return Err("a mesh without a face".to_owned());
         }
-        self.weld()?;
-        self.boxes = vec![Bounds::default(); 2 * self.faces.len().next_power_of_two()];
-        let [low, high] = self.enclose(self.root());
-        let middle = std::array::from_fn(|i| (low[i] + high[i]) / 2);
-        let centre = mm(&middle);
-        let squared = |p: &[i64; 3]| (0..3).map(|i| i128::from(p[i] - middle[i]).pow(2)).sum::<i128>();
-        let farthest = self.vertices.iter().map(squared).max().unwrap_or(0) as f64;
-        let radius = I::outward(farthest, farthest).sqrt();
-        self.ball = (centre, I::of((radius * I::of(1.0 / STEPS as f64)).hi));
+        // Vertices in one place are one, so that neither they nor a face that is there twice can hide that the mesh has an inside.
+        let mut places = self.vertices.clone();
+        places.sort_unstable();
+        places.dedup();
+        for v in self.faces.iter_mut().flatten() {
+            *v = places.partition_point(|place| *place < self.vertices[*v]);
+        }
+        self.vertices = places;
+        let faces: BTreeSet<_> = self.faces.iter().copied().map(sorted).collect();
+        if faces.len() < self.faces.len() || faces.iter().any(|[a, b, c]| a == b || b == c) {
+            return Err("a face is there twice, or has a corner twice".to_owned());
+        }
+        self.boxes = vec![V::default(); 2 * self.faces.len().next_power_of_two()];
+        self.centre = self.enclose(self.root()).map(|x| I::of(0.5 * (x.lo + x.hi)));
+        let away = |p: &Point| norm(&minus(&mm(p), &self.centre)).hi;
+        self.radius = I::of(self.vertices.iter().map(away).fold(0.0, f64::max));
         self.is_watertight = self.has_inside();
         self.components = self.components();
         Ok(())
-    }
-
-    /// Makes vertices in one place one, so that neither they nor a face that is there twice can hide that the mesh has an inside.
-    fn weld(&mut self) -> Result<(), String> {
-        let mut places = std::mem::take(&mut self.vertices);
-        let mut order: Vec<usize> = (0..places.len()).collect();
-        order.sort_unstable_by_key(|&v| places[v]);
-        let mut number = vec![0; places.len()];
-        for two in order.windows(2) {
-            number[two[1]] = number[two[0]] + u32::from(places[two[0]] != places[two[1]]);
-        }
-        places.sort_unstable();
-        places.dedup();
-        self.vertices = places;
-        self.faces.iter_mut().flatten().for_each(|v| *v = number[*v as usize]);
-        let mut faces = self.faces.clone();
-        faces.iter_mut().for_each(|face| face.sort_unstable());
-        faces.sort_unstable();
-        if faces.windows(2).any(|two| two[0] == two[1]) { Err("a face is there twice".to_owned()) } else { Ok(()) }
     }
 
     fn root(&self) -> Node {
         Node { id: 1, low: 0, high: self.faces.len() }
     }
 
-    fn corners(&self, node: Node) -> impl Iterator<Item = &[i64; 3]> {
-        self.faces[node.low..node.high].iter().flatten().map(|&v| &self.vertices[v as usize])
-    }
-
+    /// The corners of a face, mm.
     pub fn triangle(&self, face: usize) -> Option<[V; 3]> {
-        self.faces.get(face).map(|face| face.map(|v| mm(&self.vertices[v as usize])))
+        self.faces.get(face).map(|face| face.map(|v| mm(&self.vertices[v])))
     }
 
     /// Triangles as triples of grid points, each from its least corner on; for comparison with a file.
-    pub fn triangles(&self) -> BTreeSet<[[i64; 3]; 3]> {
-        self.faces.iter().map(|face| canonical(face.map(|v| self.vertices[v as usize]))).collect()
+    pub fn triangles(&self) -> BTreeSet<[Point; 3]> {
+        self.faces.iter().map(|face| canonical(face.map(|v| self.vertices[v]))).collect()
     }
 
-    fn enclose(&mut self, node: Node) -> Bounds {
-        let found = match node.halves() {
-            None => around(self.corners(node)),
-            Some(halves) => {
-                let both = halves.map(|half| self.enclose(half));
-                around(both.iter().flatten())
-            }
+    fn enclose(&mut self, node: Node) -> V {
+        let found = match node.halves().map(|halves| halves.map(|half| self.enclose(half))) {
+            Some([a, b]) => hull(&a, &b),
+            None => self.triangle(node.low).map(|[a, b, c]| hull(&hull(&a, &b), &c)).unwrap_or_default(),
         };
         self.boxes[node.id] = found;
         found
     }
 
-    /// Whether all corners of a node are in a half space, which is asked about boxes first; a box of one point is that point.
-    fn is_within(&self, node: Node, half_space: &impl Fn(&Bounds) -> bool) -> bool {
-        half_space(&self.boxes[node.id])
-            || match node.halves() {
-                Some(halves) => halves.into_iter().all(|half| self.is_within(half, half_space)),
-                None => self.corners(node).all(|p| half_space(&[*p; 2])),
-            }
-    }
-
-    /// Whether n·x <= c for all corners x of a node, computed in whole numbers, without rounding.
-    fn is_behind(&self, node: Node, n: [i64; 3], c: i128) -> bool {
-        let farthest =
-            |[low, high]: &Bounds, i: usize| i128::from(n[i]) * i128::from(if n[i] > 0 { high[i] } else { low[i] });
-        self.is_within(node, &|bounds| (0..3).map(|i| farthest(bounds, i)).sum::<i128>() <= c)
-    }
-
-    /// Whether n·x >= c for all corners x of a node, mm.
-    pub fn is_beyond(&self, node: Node, n: &V, c: f64) -> bool {
-        self.is_within(node, &|bounds| {
-            let [low, high] = bounds.each_ref().map(mm);
-            dot(n, &[0, 1, 2].map(|i| low[i].hull(high[i]))).lo >= c
-        })
+    /// Whether n·x >= c for all corners x of a node, mm. Boxes are asked first.
+    pub fn is_beyond(&self, node: Node, n: &V, c: f64, work: &Work) -> bool {
+        let is_there = |p: &V| dot(n, p).lo >= c;
+        let are_there = |node: Node| match node.halves() {
+            Some(halves) => halves.into_iter().all(|half| self.is_beyond(half, n, c, work)),
+            None => self.triangle(node.low).is_some_and(|corners| corners.iter().all(is_there)),
+        };
+        work.take(1) && (is_there(&self.boxes[node.id]) || are_there(node))
     }
 
     /// Whether every edge joins two faces that agree about the outside: only then is there an inside.
     fn has_inside(&self) -> bool {
-        let mut edges: Vec<[u32; 2]> = self.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
-        let mut reversed: Vec<[u32; 2]> = edges.iter().map(|&[u, v]| [v, u]).collect();
+        let mut edges: Vec<_> = self.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+        let mut reversed: Vec<_> = edges.iter().map(|&[u, v]| [v, u]).collect();
         edges.sort_unstable();
         reversed.sort_unstable();
         edges == reversed && edges.windows(2).all(|two| two[0] != two[1])
     }
 
-    fn components(&self) -> Vec<[i64; 3]> {
+    fn components(&self) -> Vec<V> {
         let mut beside = vec![Vec::new(); self.vertices.len()];
         for face in &self.faces {
-            (0..3).for_each(|k| beside[face[k] as usize].push(face[(k + 1) % 3]));
+            (0..3).for_each(|k| beside[face[k]].push(face[(k + 1) % 3]));
         }
         let mut found = Vec::new();
         for &[first, ..] in &self.faces {
-            if !beside[first as usize].is_empty() {
-                found.push(self.vertices[first as usize]);
+            if !beside[first].is_empty() {
+                found.push(mm(&self.vertices[first]));
             }
             let mut open = vec![first];
             while let Some(v) = open.pop() {
-                open.append(&mut beside[v as usize]);
+                open.append(&mut beside[v]);
             }
         }
         found
     }
 
-    /// The number of times that a ray leaves the mesh, less the number of times that it enters it; `None` where it passes too near to an edge to decide.
-    fn leavings(&self, node: Node, start: &V, way: &V) -> Option<i32> {
-        let [low, high] = self.boxes[node.id].each_ref().map(mm);
-        // Along the ray x grows by as much as the parameter.
-        let along = low[0].hull(high[0]) - start[0];
-        let meets = |i: usize| {
-            let at = start[i] + way[i] * I { lo: along.lo.max(0.0), hi: along.hi };
-            at.lo <= high[i].hi && at.hi >= low[i].lo
-        };
-        if along.hi < 0.0 || !meets(1) || !meets(2) {
+    /// The number of times that an edge leaves a node's faces, less the number of times that it enters; `None` where it passes too near to an edge to decide.
+    fn leavings(&self, node: Node, edge: [&V; 2], work: &Work) -> Option<i32> {
+        let (bounds, reach) = (&self.boxes[node.id], hull(edge[0], edge[1]));
+        if !work.take(1) {
+            return None;
+        }
+        if (0..3).any(|i| reach[i].hi < bounds[i].lo || reach[i].lo > bounds[i].hi) {
             return Some(0);
         }
-        if let Some([one, other]) = node.halves() {
-            return Some(self.leavings(one, start, way)? + self.leavings(other, start, way)?);
+        match node.halves() {
+            Some([one, other]) => Some(self.leavings(one, edge, work)? + self.leavings(other, edge, work)?),
+            None => crossing(edge, &self.triangle(node.low)?),
         }
-        (node.low..node.high).map(|face| crossing(&self.triangle(face)?, start, way)).sum()
     }
 }
 
-/// Whether all numbers surely have one sign.
-fn are_alike(numbers: &[I]) -> bool {
-    numbers.iter().all(|x| x.lo > 0.0) || numbers.iter().all(|x| x.hi < 0.0)
+/// 1 or -1 where an edge surely passes through a triangle to one side or the other, 0 where it surely does not; `None` where neither is sure.
+fn crossing([p, q]: [&V; 2], [u, v, w]: &[V; 3]) -> Option<i32> {
+    let volume = |a: &V, b: &V, c: &V, d: &V| dot(&cross(&minus(b, a), &minus(c, a)), &minus(d, a));
+    let ends = [volume(u, v, w, p), -volume(u, v, w, q)];
+    let sides = [volume(p, q, u, v), volume(p, q, v, w), volume(p, q, w, u)];
+    let differ = |numbers: &[I]| numbers.iter().any(|x| x.lo > 0.0) && numbers.iter().any(|x| x.hi < 0.0);
+    if differ(&ends) || differ(&sides) {
+        return Some(0);
+    }
+    let is_sure = ends.iter().chain(&sides).all(|x| x.lo > 0.0 || x.hi < 0.0);
+    is_sure.then_some(if ends[0].lo > 0.0 { 1 } else { -1 })
 }
 
-/// 1 where a ray leaves the mesh through a triangle, -1 where it enters, 0 where it misses the triangle.
-fn crossing(triangle: &[V; 3], start: &V, way: &V) -> Option<i32> {
-    let [a, b, c] = triangle.each_ref().map(|p| minus(p, start));
-    let sides = [cross(&a, &b), cross(&b, &c), cross(&c, &a)].map(|side| dot(way, &side));
-    if sides.iter().any(|side| side.lo > 0.0) && sides.iter().any(|side| side.hi < 0.0) {
-        return Some(0);
-    }
-    if !are_alike(&sides) {
-        return None;
-    }
-    let normal = cross(&minus(&b, &a), &minus(&c, &a));
-    let (height, slope) = (dot(&normal, &a), dot(&normal, way));
-    let is_ahead = height.over(slope);
-    if is_ahead.hi < 0.0 {
-        return Some(0);
-    }
-    (is_ahead.lo > 0.0).then_some(if slope.lo > 0.0 { 1 } else { -1 })
+/// Whether an edge of one of two triangles surely passes through the other.
+pub fn touch(a: &[V; 3], b: &[V; 3]) -> bool {
+    let pierces = |one: &[V; 3], other| (0..3).any(|k| crossing([&one[k], &one[(k + 1) % 3]], other).unwrap_or(0) != 0);
+    pierces(a, b) || pierces(b, a)
 }
 
 /// Whether no part of `inner` lies inside `outer`, given that their surfaces do not meet.
-pub fn is_outside(inner: &Mesh, outer: &Mesh, outer_from_inner: &Pose) -> bool {
+pub fn is_outside(inner: &Mesh, outer: &Mesh, outer_from_inner: &Pose, work: &Work) -> bool {
     const WAYS: [[f64; 2]; 6] =
         [[0.0123, 0.0271], [-0.0317, 0.0071], [0.0557, -0.0413], [-0.071, -0.0887], [0.213, 0.151], [-0.317, 0.273]];
-    if !outer.is_watertight {
-        return true; // has no inside
-    }
-    inner
-        .components
-        .iter()
-        .map(|p| outer_from_inner.point(&mm(p)))
-        .all(|p| WAYS.iter().any(|[y, z]| outer.leavings(outer.root(), &p, &[1.0, *y, *z].map(I::of)) == Some(0)))
+    // A ray to 1 mm beyond the last face.
+    let is_left = |p: &V, [y, z]: [f64; 2]| {
+        let way = [1.0, y, z].map(I::of);
+        let end = plus(p, &times(&way, I::of(outer.boxes[1][0].hi + 1.0) - p[0]));
+        outer.leavings(outer.root(), [p, &end], work) == Some(0)
+    };
+    let mut points = inner.components.iter().map(|p| outer_from_inner.point(p));
+    !outer.is_watertight || points.all(|p| WAYS.into_iter().any(|way| is_left(&p, way)))
 }
 
 /// Reads planes and halvings; all of the first mesh must be behind its planes.
-pub fn front(a: &Mesh, b: &Mesh, words: &mut Words<'_>) -> Result<Vec<Token>, String> {
+pub fn front([a, b]: [&Mesh; 2], words: &mut Words<'_>, work: &Work) -> Result<Vec<Plane>, String> {
+    let halved = |node: Node| node.halves().ok_or("one triangle is not halved");
     let (mut planes, mut open) = (Vec::new(), vec![[a.root(), b.root()]]);
     while let Some([x, y]) = open.pop() {
         match words.word()? {
-            "a" => open.extend(x.halves().ok_or("one triangle is not halved")?.map(|half| [half, y]).into_iter().rev()),
-            "b" => open.extend(y.halves().ok_or("one triangle is not halved")?.map(|half| [x, half]).into_iter().rev()),
+            "a" => open.extend(halved(x)?.map(|half| [half, y]).into_iter().rev()),
+            "b" => open.extend(halved(y)?.map(|half| [x, half]).into_iter().rev()),
             "p" => {
-                let (normal, offset): ([i32; 3], i64) =
-                    ([words.whole()?, words.whole()?, words.whole()?], words.whole()?);
-                if normal == [0; 3]
-                    || offset.unsigned_abs() > 1 << 52
-                    || !a.is_behind(x, normal.map(i64::from), i128::from(offset) * i128::from(STEPS))
-                {
-                    return Err(format!("the first part is not behind the plane {normal:?} {offset}"));
+                let (normal, offset) = (words.vector()?, words.number()?);
+                if normal == [ZERO; 3] || !a.is_beyond(x, &normal.map(Neg::neg), -offset, work) {
+                    return Err(format!("the first part is not behind plane {}", planes.len() + 1));
                 }
-                planes.push(Token { normal, offset, b: y });
+                planes.push(Plane { normal, offset: I::of(offset), b: y });
             }
             other => return Err(format!("`{other}` is neither a plane nor a halving")),
         }
@@ -273,36 +230,20 @@ pub fn front(a: &Mesh, b: &Mesh, words: &mut Words<'_>) -> Result<Vec<Token>, St
     Ok(planes)
 }
 
-/// Reads an edge and a triangle; the edge must pierce it.
-pub fn pierces([a, b]: [&Mesh; 2], a_from_b: &Pose, words: &mut Words<'_>) -> Result<(), String> {
-    let (side, of, edge, face) =
-        (words.word()?, words.whole::<usize>()?, words.whole::<usize>()?, words.whole::<usize>()?);
-    let moved = |face: usize| Some(b.triangle(face)?.each_ref().map(|p| a_from_b.point(p)));
-    let found = match side {
-        "a" => a.triangle(of).zip(moved(face)),
-        "b" => moved(of).zip(a.triangle(face)),
-        _ => None,
-    };
-    let (edges, [u, v, w]) = found.filter(|_| edge < 3).ok_or("no such triangle or edge")?;
-    let (p, q) = (edges[edge], edges[(edge + 1) % 3]);
-    let volume = |a: &V, b: &V, c: &V, d: &V| dot(&cross(&minus(b, a), &minus(c, a)), &minus(d, a));
-    let (above, below) = (volume(&u, &v, &w, &p), volume(&u, &v, &w, &q));
-    let sides = [volume(&p, &q, &u, &v), volume(&p, &q, &v, &w), volume(&p, &q, &w, &u)];
-    if are_alike(&[above, -below]) && are_alike(&sides) {
-        Ok(())
-    } else {
-        Err("the edge does not pierce the triangle".to_owned())
-    }
+/// The corners of a triangle in order.
+pub fn sorted<T: Ord>(mut triangle: [T; 3]) -> [T; 3] {
+    triangle.sort_unstable();
+    triangle
 }
 
 /// The triangle from its least corner on.
-pub fn canonical(mut triangle: [[i64; 3]; 3]) -> [[i64; 3]; 3] {
+pub fn canonical(mut triangle: [Point; 3]) -> [Point; 3] {
     let least = (0..3).min_by_key(|&k| triangle[k]).unwrap_or(0);
     triangle.rotate_left(least);
     triangle
 }
 
 /// A point of a file, mm, on the grid.
-pub fn on_grid(p: [f64; 3]) -> [i64; 3] {
-    p.map(|x| (x * STEPS as f64).round_ties_even() as i64)
+pub fn on_grid(p: [f64; 3]) -> Point {
+    p.map(|x| (x * STEPS).round_ties_even() as i64)
 }

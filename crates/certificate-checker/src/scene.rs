@@ -1,9 +1,10 @@
 //! What the certificate states, compared with the files of the scene, read anew.
 
 use crate::interval::{I, Pose, V, ZERO, norm};
-use crate::mesh::{canonical, on_grid};
-use crate::read::{DEGREE, axis};
-use crate::{Part, Stated};
+use crate::machine::Link;
+use crate::mesh::{canonical, on_grid, sorted};
+use crate::read::{DEGREE, ROTARY, axis};
+use crate::{Checked, Part, Stated};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use toml::{Table, Value};
@@ -12,32 +13,23 @@ use toml::{Table, Value};
 const TURNED: f64 = 1e-12;
 const MOVED_MM: f64 = 1e-9;
 
-type Checked<T = ()> = Result<T, String>;
-
 /// Compares the certificate with the files, and notes what no file was compared with.
-pub fn compare(stated: &Stated, scene: Option<&Path>, program: Option<&Path>, notes: &mut Vec<String>) -> Checked {
-    notes.push(
-        "by the certificate's word: the moves of each line, which are what its interpreter made of the program"
-            .to_owned(),
-    );
-    match program {
-        Some(file) => {
-            let bytes = bytes(file)?;
-            let text = String::from_utf8_lossy(&bytes);
-            let lines = text.lines().collect::<Vec<_>>().join("\n");
-            if blake3::hash(lines.as_bytes()).to_hex().as_str() != stated.program.1 {
-                return Err(format!("{} is not the program of the certificate", file.display()));
-            }
+pub fn compare(stated: &Stated, [scene, program]: [Option<&Path>; 2], notes: &mut Vec<String>) -> Checked {
+    let mut trust = |what: &str| notes.push(format!("by the certificate's word: {what}"));
+    trust("the moves of each line, which are what its interpreter made of the program");
+    if let Some(file) = program {
+        let lines = String::from_utf8_lossy(&bytes(file)?).lines().collect::<Vec<_>>().join("\n");
+        if blake3::hash(lines.as_bytes()).to_hex().as_str() != stated.program.1 {
+            return Err(format!("{} is not the program of the certificate", file.display()));
         }
-        None => notes.push(format!("by the certificate's word: that its program is `{}`", stated.program.0)),
+    } else {
+        trust(&format!("that its program is `{}`", stated.program.0));
     }
-    match scene {
-        Some(folder) => Files::read(stated, folder)?.compare(notes),
-        None => {
-            notes.push("by the certificate's word: links, joints, parts and meshes (no --scene)".to_owned());
-            Ok(())
-        }
-    }
+    let Some(folder) = scene else {
+        trust("links, joints, parts and meshes (no --scene)");
+        return Ok(());
+    };
+    Files::read(stated, folder)?.compare(&mut trust)
 }
 
 fn canonical_path(file: &Path) -> Checked<PathBuf> {
@@ -68,60 +60,53 @@ impl<'a> Files<'a> {
             if blake3::hash(&bytes).to_hex().as_str() != hash {
                 return Err(format!("{} is not the file of the certificate", path.display()));
             }
-            contents.insert(path, bytes);
+            if contents.insert(path, bytes).is_some() {
+                return Err(format!("`{file}` is there twice"));
+            }
         }
         Ok(Self { stated, folder, contents })
     }
 
-    fn bytes(&self, file: &str) -> Checked<&[u8]> {
+    fn bytes(&self, file: &Path) -> Checked<&[u8]> {
         let content = self.contents.get(&canonical_path(&self.folder.join(file))?);
-        content.map(Vec::as_slice).ok_or_else(|| format!("{file} is not among the files of the certificate"))
+        content
+            .map(Vec::as_slice)
+            .ok_or_else(|| format!("{} is not among the files of the certificate", file.display()))
     }
 
     fn table(&self, file: &str) -> Checked<Table> {
-        let text = std::str::from_utf8(self.bytes(file)?).map_err(|_| format!("{file} is not text"))?;
+        let text = std::str::from_utf8(self.bytes(Path::new(file))?).map_err(|_| format!("{file} is not text"))?;
         text.parse().map_err(|error| format!("{file}: {error}"))
     }
 
-    fn compare(&self, notes: &mut Vec<String>) -> Checked {
+    fn compare(&self, trust: &mut impl FnMut(&str)) -> Checked {
         let scene = self.table("scene.toml")?;
-        let mut machine = scene.get("machine").and_then(Value::as_table).cloned().unwrap_or_default();
-        if machine.contains_key("urdf") {
+        let [own, program, check] = ["machine", "program", "check"].map(|key| table(&scene, key));
+        if own.contains_key("urdf") {
             return Err("a machine in URDF is not compared; leave --scene out".to_owned());
         }
         // Meshes of a machine's own file are found from its folder.
-        let (own, mut base) = (machine.clone(), PathBuf::new());
-        if let Some(file) = machine.get("file").and_then(Value::as_str) {
-            base = Path::new(file).parent().map_or(base, Path::to_owned);
-            machine = self.table(file)?;
-        }
-        let links = array(&machine, "links");
-        if links.len() != self.stated.machine.links.len() {
+        let file = own.get("file").and_then(Value::as_str);
+        let (machine, base) =
+            (file.map(|file| self.table(file)).transpose()?, Path::new(file.unwrap_or_default()).parent());
+        let links = array(machine.as_ref().unwrap_or(&own), "links");
+        if links.len() + 1 != self.stated.machine.links.len() {
             return Err("the machine has another number of links".to_owned());
         }
         links.iter().try_for_each(|link| self.link(link))?;
-        let mut parts: Vec<(&Value, &Path)> =
-            parts_of(&machine, &base).chain(parts_of(&scene, Path::new(""))).collect();
-        if own != machine {
-            parts.extend(parts_of(&own, Path::new("")));
+        let mut others: BTreeSet<&str> = self.stated.parts.iter().map(|part| part.name.as_str()).collect();
+        for (table, base) in [(Some(&scene), None), (Some(&own), None), (machine.as_ref(), base)] {
+            for part in table.map_or(&[][..], |table| array(table, "parts")) {
+                self.part(part, base.unwrap_or(Path::new("")), trust)?;
+                others.remove(text(part, "name"));
+            }
         }
-        let named: BTreeSet<&str> = parts.iter().map(|(part, _)| text(part, "name")).collect();
-        parts.iter().try_for_each(|(part, base)| self.part(part, base, notes))?;
-        let program = scene.get("program").and_then(Value::as_table).cloned().unwrap_or_default();
-        array(&program, "tools").iter().try_for_each(|tool| self.tool(tool, notes))?;
-        let made = self.stated.parts.iter().filter(|part| !named.contains(part.name.as_str()));
-        notes.extend(
-            made.map(|part| format!("by the certificate's word: part `{}`, which no [[parts]] describes", part.name)),
-        );
-        let check = scene.get("check").and_then(Value::as_table).cloned().unwrap_or_default();
+        others.iter().for_each(|name| trust(&format!("part `{name}`, which no [[parts]] describes")));
+        array(&program, "tools").iter().try_for_each(|tool| self.tool(tool, trust))?;
         for [a, b, why] in &self.stated.skipped {
-            let key = match why.as_str() {
-                "ignored" => "ignore",
-                "allowed" => "allow",
-                _ => continue,
-            };
+            let key = if why == "ignored" { "ignore" } else { "allow" };
             let is_pair = |pair: &Value| {
-                let names: Vec<&str> = pair.as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+                let names: Vec<_> = pair.as_array().into_iter().flatten().filter_map(Value::as_str).collect();
                 names == [a, b] || names == [b, a]
             };
             if !array(&check, key).iter().any(is_pair) {
@@ -131,32 +116,31 @@ impl<'a> Files<'a> {
         self.tip(program.get("tool_centre_point"))
     }
 
+    /// The link that a key names; without it, the world.
+    fn named(&self, file: &Value, key: &str) -> Checked<usize> {
+        self.stated.link(Some(text(file, key)).filter(|name| !name.is_empty()).unwrap_or("-"))
+    }
+
     fn link(&self, file: &Value) -> Checked {
-        let name = text(file, "name");
-        let link = &self.stated.machine.links[self.stated.link(name)?];
-        let parent = link.parent.map_or("", |parent| &self.stated.machine.links[parent].name);
-        let differs = |what: &str| Err(format!("link `{name}`: the file has another {what}"));
-        if parent != text(file, "parent") || !is_near(&link.pose, &placement(file)) {
-            return differs("parent or place");
+        let Link { name, parent, pose, joint } = &self.stated.machine.links[self.stated.link(text(file, "name"))?];
+        if *parent != self.named(file, "parent")? || !is_near(pose, &placement(file)) {
+            return Err(format!("link `{name}`: the file has another parent or place"));
         }
-        let (joint, found) = (file.get("joint"), &link.joint);
-        let (Some(joint), Some(found)) = (joint, found) else {
-            return if joint.is_none() && found.is_none() { Ok(()) } else { differs("joint") };
+        let is_same = match (file.get("joint"), joint) {
+            (Some(file), Some(joint)) => {
+                let axis = axis(&text(file, "axis").to_uppercase())?;
+                let turns = ROTARY.contains(&axis) || file.get("turns").and_then(Value::as_bool).unwrap_or(false);
+                [axis, usize::from(turns)] == [joint.axis, usize::from(joint.turns.is_some())]
+                    && near(&direction(file), &joint.direction, TURNED)
+                    && joint.turns.is_none_or(|point| near(&vector(file, "point_mm"), &point, MOVED_MM))
+            }
+            (file, joint) => file.is_none() && joint.is_none(),
         };
-        let axis = axis(&text(joint, "axis").to_uppercase())?;
-        let turns = (3..6).contains(&axis) || joint.get("turns").and_then(Value::as_bool).unwrap_or(false);
-        let direction = vector(joint, "direction");
-        let length = norm(&direction);
-        let direction = direction.map(|x| x.over(length));
-        let is_same = axis == found.axis
-            && turns == found.turns.is_some()
-            && near(&direction, &found.direction, TURNED)
-            && found.turns.is_none_or(|point| near(&vector(joint, "point_mm"), &point, MOVED_MM));
-        if is_same { Ok(()) } else { differs("joint") }
+        is_same.then_some(()).ok_or(format!("link `{name}`: the file has another joint"))
     }
 
     /// A tool with measures has parts.
-    fn tool(&self, file: &Value, notes: &mut Vec<String>) -> Checked {
+    fn tool(&self, file: &Value, trust: &mut impl FnMut(&str)) -> Checked {
         let number = file.get("number").and_then(Value::as_integer);
         let has_holder = file.get("holder").and_then(Value::as_array).is_some_and(|steps| !steps.is_empty());
         for role in ["cutter", "shank", "holder"].into_iter().filter(|_| file.get("flute_mm").is_some()) {
@@ -166,29 +150,25 @@ impl<'a> Files<'a> {
                 false if role == "cutter" || role == "holder" && has_holder => {
                     return Err(format!("part `{name}` is missing"));
                 }
-                false if role == "shank" => notes.push(format!("by the certificate's word: that there is no `{name}`")),
+                false if role == "shank" => trust(&format!("that there is no `{name}`")),
                 _ => {}
             }
         }
         Ok(())
     }
 
-    fn part(&self, file: &Value, base: &Path, notes: &mut Vec<String>) -> Checked {
-        let name = text(file, "name");
-        let part =
-            self.stated.parts.iter().find(|part| part.name == name).ok_or(format!("part `{name}` is missing"))?;
-        let link = part.link.map_or("", |link| &self.stated.machine.links[link].name);
-        let role = Some(text(file, "role")).filter(|role| !role.is_empty()).unwrap_or("machine");
-        let tool = file.get("tool").and_then(Value::as_integer);
-        let is_same = link == text(file, "link") && role == part.role && tool == part.tool.map(i64::from);
-        if !is_same || !is_near(&part.pose, &placement(file)) {
+    fn part(&self, file: &Value, base: &Path, trust: &mut impl FnMut(&str)) -> Checked {
+        let Part { name, link, role, tool, pose, mesh } = &self.stated.parts[self.stated.part(text(file, "name"))?];
+        let own_role = Some(text(file, "role")).filter(|role| !role.is_empty()).unwrap_or("machine");
+        let own_tool = file.get("tool").and_then(Value::as_integer);
+        let is_same = *link == self.named(file, "link")? && role == own_role && tool.map(i64::from) == own_tool;
+        if !is_same || !is_near(pose, &placement(file)) {
             return Err(format!("part `{name}`: the file has another link, role, tool or place"));
         }
-        let mesh = text(file, "mesh");
-        let path = base.join(mesh).to_string_lossy().into_owned();
-        let content = if mesh.is_empty() { &[] } else { self.bytes(&path)? };
-        if !mesh.to_lowercase().ends_with(".stl") || file.get("weld_mm").is_some() {
-            notes.push(format!("by the certificate's word: the triangles of `{name}`"));
+        let path = text(file, "mesh");
+        let content = if path.is_empty() { &[] } else { self.bytes(&base.join(path))? };
+        if !path.to_lowercase().ends_with(".stl") || file.get("weld_mm").is_some() {
+            trust(&format!("the triangles of `{name}`"));
             return Ok(());
         }
         let unit = match text(file, "unit") {
@@ -197,44 +177,38 @@ impl<'a> Files<'a> {
             "inch" => 25.4,
             _ => 1.0,
         };
-        let read = stl(content, unit).ok_or(format!("{mesh} is not an STL file"))?;
-        let is_area = |[a, b, c]: &[[i64; 3]; 3]| a != b && b != c && c != a;
-        let sorted = |triangle: &[[i64; 3]; 3]| {
-            let mut all = *triangle;
-            all.sort_unstable();
-            all
+        // Triangles without an area are dropped, and doubled ones behind the first, whichever way they wind.
+        let mut seen = BTreeSet::new();
+        let is_kept = |triangle: &[_; 3]| {
+            let [a, b, c] = sorted(*triangle);
+            a != b && b != c && seen.insert([a, b, c])
         };
-        // Doubled triangles are dropped, whichever way they wind.
-        let found: BTreeSet<_> = read.iter().filter(|t| is_area(t)).map(sorted).collect();
-        let own = part.mesh.triangles();
-        let wound: BTreeSet<_> = read.into_iter().map(canonical).collect();
-        let is_same = own.iter().map(sorted).collect::<BTreeSet<_>>() == found && own.iter().all(|t| wound.contains(t));
-        if is_same { Ok(()) } else { Err(format!("part `{name}`: {mesh} has other triangles")) }
+        let read = stl(content, unit).ok_or(format!("{path} is not an STL file"))?;
+        let found: BTreeSet<_> = read.into_iter().filter(is_kept).map(canonical).collect();
+        (mesh.triangles() == found).then_some(()).ok_or(format!("part `{name}`: {path} has other triangles"))
     }
 
     fn tip(&self, file: Option<&Value>) -> Checked {
-        let (Some(file), Some(tip)) = (file, &self.stated.machine.tip) else {
-            let is_same = file.is_none() && self.stated.machine.tip.is_none();
-            return if is_same { Ok(()) } else { Err("another tool_centre_point".to_owned()) };
+        let is_same = match (file, &self.stated.machine.tip) {
+            (Some(file), Some(tip)) => {
+                let down = [ZERO, ZERO, I::of(-1.0)];
+                let given = if file.get("direction").is_some() { direction(file) } else { down };
+                [self.named(file, "tool_link")?, self.named(file, "work_link")?] == [tip.tool, tip.work]
+                    && near(&vector(file, "gauge_mm"), &tip.gauge, MOVED_MM)
+                    && near(&given, &tip.direction, TURNED)
+            }
+            (file, tip) => file.is_none() && tip.is_none(),
         };
-        let name = |link: Option<usize>| link.map_or("world", |link| self.stated.machine.links[link].name.as_str());
-        let named = |key: &str| Some(text(file, key)).filter(|name| !name.is_empty()).unwrap_or("world");
-        let given = if file.get("direction").is_some() { vector(file, "direction") } else { [ZERO, ZERO, I::of(-1.0)] };
-        let length = norm(&given);
-        let is_same = name(tip.tool) == named("tool_link")
-            && name(tip.work) == named("work_link")
-            && near(&vector(file, "gauge_mm"), &tip.gauge, MOVED_MM)
-            && near(&given.map(|x| x.over(length)), &tip.direction, TURNED);
-        if is_same { Ok(()) } else { Err("another tool_centre_point".to_owned()) }
+        is_same.then_some(()).ok_or("another tool_centre_point".to_owned())
     }
 }
 
-fn array<'a>(table: &'a Table, key: &str) -> &'a [Value] {
-    table.get(key).and_then(Value::as_array).map_or(&[], Vec::as_slice)
+fn table(file: &Table, key: &str) -> Table {
+    file.get(key).and_then(Value::as_table).cloned().unwrap_or_default()
 }
 
-fn parts_of<'a>(table: &'a Table, base: &'a Path) -> impl Iterator<Item = (&'a Value, &'a Path)> {
-    array(table, "parts").iter().map(move |part| (part, base))
+fn array<'a>(file: &'a Table, key: &str) -> &'a [Value] {
+    file.get(key).and_then(Value::as_array).map_or(&[], Vec::as_slice)
 }
 
 fn text<'a>(file: &'a Value, key: &str) -> &'a str {
@@ -243,16 +217,22 @@ fn text<'a>(file: &'a Value, key: &str) -> &'a str {
 
 fn vector(file: &Value, key: &str) -> V {
     let number = |value: &Value| value.as_float().or(value.as_integer().map(|x| x as f64));
-    let numbers: Vec<f64> = file.get(key).and_then(Value::as_array).into_iter().flatten().filter_map(number).collect();
-    [0, 1, 2].map(|i| I::of(numbers.get(i).copied().unwrap_or(0.0)))
+    let numbers = file.get(key).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+    [0, 1, 2].map(|i| numbers.get(i).and_then(number).map_or(ZERO, I::of))
+}
+
+fn direction(file: &Value) -> V {
+    let direction = vector(file, "direction");
+    direction.map(|x| x.over(norm(&direction)))
 }
 
 /// `at`: turned about X, then Y, then Z, then moved.
 fn placement(file: &Value) -> Pose {
     let Some(at) = file.get("at") else { return Pose::IDENTITY };
     let [roll, pitch, yaw] = vector(at, "rpy_deg").map(|x| x * DEGREE);
-    let about = |i: usize, angle: I| Pose::about(&[0, 1, 2].map(|k| I::of(f64::from(u8::from(k == i)))), angle);
-    Pose { t: vector(at, "xyz_mm"), ..about(2, yaw).after(&about(1, pitch)).after(&about(0, roll)) }
+    let [x, y, z] = Pose::IDENTITY.r;
+    let turned = Pose::about(&z, yaw).after(&Pose::about(&y, pitch)).after(&Pose::about(&x, roll));
+    Pose { t: vector(at, "xyz_mm"), ..turned }
 }
 
 fn near(a: &V, b: &V, by: f64) -> bool {
@@ -265,21 +245,22 @@ fn is_near(a: &Pose, b: &Pose) -> bool {
 
 /// Triangles of an STL file, binary or text, on the grid.
 fn stl(bytes: &[u8], unit_mm: f64) -> Option<Vec<[[i64; 3]; 3]>> {
-    let count = bytes.get(80..84).map(|count| u32::from_le_bytes([count[0], count[1], count[2], count[3]]) as usize);
-    let numbers: Vec<f64> = if count.is_some_and(|count| bytes.len() == 84 + 50 * count) {
-        let float = |bytes: &[u8]| f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
-        bytes[84..].chunks_exact(50).flat_map(|triangle| triangle[12..48].chunks_exact(4).map(float)).collect()
+    let count = bytes.get(80..).and_then(<[u8]>::first_chunk).map(|count| u32::from_le_bytes(*count) as usize);
+    // In text as well, numbers of 32 bits.
+    let numbers: Vec<f32> = if count.is_some_and(|count| bytes.len() == 84 + 50 * count) {
+        let float = |bytes: &[u8; 4]| f32::from_le_bytes(*bytes);
+        bytes[84..].as_chunks::<50>().0.iter().flat_map(|face| face[12..48].as_chunks().0).map(float).collect()
     } else {
-        let text = std::str::from_utf8(bytes).ok()?;
-        let corners = text.lines().filter_map(|line| line.trim_start().strip_prefix("vertex"));
-        // As the format has it, numbers of 32 bits.
-        corners
-            .flat_map(|line| line.split_whitespace().map(|word| word.parse::<f32>().map_or(f64::NAN, f64::from)))
-            .collect()
+        let corners =
+            std::str::from_utf8(bytes).ok()?.lines().filter_map(|line| line.trim_start().strip_prefix("vertex"));
+        corners.flat_map(|line| line.split_whitespace().map(|word| word.parse().unwrap_or(f32::NAN))).collect()
     };
-    if numbers.is_empty() || !numbers.len().is_multiple_of(9) || !numbers.iter().all(|x| x.is_finite()) {
-        return None;
-    }
-    let corner = |p: &[f64]| on_grid([p[0] * unit_mm, p[1] * unit_mm, p[2] * unit_mm]);
-    Some(numbers.chunks_exact(9).map(|t| [corner(&t[..3]), corner(&t[3..6]), corner(&t[6..])]).collect())
+    let (triangles, rest) = numbers.as_chunks::<9>();
+    let is_whole = !triangles.is_empty() && rest.is_empty() && numbers.iter().all(|x| x.is_finite());
+    let corner = |p: &[f32; 3]| on_grid(p.map(|x| f64::from(x) * unit_mm));
+    let triangle = |t: &[f32; 9]| -> [[i64; 3]; 3] {
+        let corners = t.as_chunks().0;
+        [0, 1, 2].map(|k| corner(&corners[k]))
+    };
+    is_whole.then(|| triangles.iter().map(triangle).collect())
 }

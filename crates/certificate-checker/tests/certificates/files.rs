@@ -1,7 +1,7 @@
 //! The certificate against the scene's files: each of them is read, and each statement compared.
 
 use crate::fixture::{NAMES, assert_refusal, cube, find, folder, lines, signed, with_word, written};
-use certificate_checker::{Refusal, Report, check};
+use certificate_checker::{MOST_WORK, Refusal, Report, check};
 use std::path::{Path, PathBuf};
 
 /// A copy of a scene, with a certificate that has the hashes of its files as they are now.
@@ -36,7 +36,7 @@ impl Copy {
             let file = line.split(' ').nth(1).unwrap().split_once('/').unwrap().1.to_owned();
             *line = with_word(line, 2, &blake3::hash(&self.read(&file)).to_hex());
         }
-        check(signed(&lines).as_bytes(), Some(&self.folder), None)
+        check(&signed(&lines), Some(&self.folder), None, MOST_WORK)
     }
 
     /// The answer with one thing changed in a file of text.
@@ -54,7 +54,7 @@ impl Copy {
     #[track_caller]
     fn refuses(&self, file: &str, from: &str, to: &str, why: &str) {
         let refusal = self.with(file, from, to).map(|_| ()).unwrap_err();
-        assert_refusal(&refusal, find(&self.lines, "block") + 1, why);
+        assert_refusal(&refusal, find(&self.lines, "end") + 1, why);
     }
 
     /// Fails unless such a change is accepted; the notes.
@@ -69,17 +69,17 @@ fn every_file_is_compared_by_its_hash() {
     for name in NAMES {
         let copy = Copy::of(name, "hashes");
         let text = signed(&copy.lines);
-        let block = find(&copy.lines, "block") + 1;
+        let block = find(&copy.lines, "end") + 1;
         for line in copy.lines.iter().filter(|line| line.starts_with("input ")) {
             let file = line.split(' ').nth(1).unwrap().split_once('/').unwrap().1;
             let own = copy.read(file);
             copy.write(file, [&own[..], b"\n"].concat());
-            let refusal = check(text.as_bytes(), Some(&copy.folder), None).unwrap_err();
+            let refusal = check(&text, Some(&copy.folder), None, MOST_WORK).unwrap_err();
             assert_refusal(&refusal, block, &format!("{file} is not the file of the certificate"));
             copy.write(file, own);
         }
         copy.check().unwrap();
-        let refusal = check(text.as_bytes(), Some(&copy.folder.join("none")), None).unwrap_err();
+        let refusal = check(&text, Some(&copy.folder.join("none")), None, MOST_WORK).unwrap_err();
         assert_eq!(refusal.line, block);
     }
 }
@@ -98,7 +98,7 @@ fn files_that_the_certificate_does_not_name_are_not_read() {
     let name = |file: &str| {
         let lines: Vec<String> =
             copy.lines.iter().map(|line| line.replace("input mill/scene.toml ", &format!("input {file} "))).collect();
-        check(signed(&lines).as_bytes(), Some(&copy.folder), None).map(|_| ()).map_err(|refusal| refusal.why)
+        check(&signed(&lines), Some(&copy.folder), None, MOST_WORK).map(|_| ()).map_err(|refusal| refusal.why)
     };
     for file in ["/dev/zero", "../mill/scene.toml"] {
         assert_eq!(name(file), Err(format!("`{file}` leads out of the scenes' folder")));
@@ -134,9 +134,9 @@ fn tools_with_measures_have_parts() {
     let cutter = cube("tool-1-cutter head cutter 1 1 0 0 0 0 0 0", [0.0; 3], 1.0);
     let with = |parts: &[String], tool: &str| {
         let mut copy = Copy { folder: copy.folder.clone(), lines: copy.lines.clone() };
-        let at = find(&copy.lines, "move");
+        let at = find(&copy.lines, "point");
         copy.lines.splice(at..at, parts.iter().flat_map(|part| part.lines().map(str::to_owned)).collect::<Vec<_>>());
-        let at = find(&copy.lines, "block");
+        let at = find(&copy.lines, "end");
         let names = ["blank", "holder", "cradle"];
         copy.lines.splice(
             at..at,
@@ -186,7 +186,7 @@ fn every_key_of_a_link_counts() {
     copy.refuses(file, r#"name = "head""#, r#"name = "neck""#, "no link `neck`");
     copy.refuses(file, "links = [\n", "links = [\n{ name = \"more\" },\n", "the machine has another number of links");
     let mut copy = copy;
-    let head = find(&copy.lines, "link head");
+    let head = find(&copy.lines, "slide head");
     copy.lines[head] = with_word(&copy.lines[head], 1, "neck");
     copy.lines.iter_mut().for_each(|line| *line = line.replace(" head ", " neck "));
     assert!(copy.check().unwrap_err().why.contains("no link `head`"));
@@ -393,8 +393,8 @@ fn at_rest(test: &str, stated: &str, scene: &str, files: &[(&str, Vec<u8>)]) -> 
         std::fs::write(folder.join(name), content).unwrap();
         inputs += &format!("input {test}/{name} {}\n", blake3::hash(content).to_hex());
     }
-    let text = written(&format!("made by hand\n{inputs}{stated}move 0 1 point\npair a b rigid\nblock 0 free"));
-    check(text.as_bytes(), Some(&folder), None)
+    let text = written(&format!("made by hand\n{inputs}{stated}point 0 1\npair a b rigid"));
+    check(&text, Some(&folder), None, MOST_WORK)
 }
 
 #[test]
@@ -469,11 +469,11 @@ fn the_program_is_compared_by_its_lines() {
     let text = signed(&copy.lines);
     let is_same = |content: &str| {
         copy.write("program.ngc", content);
-        check(text.as_bytes(), None, Some(&program)).is_ok()
+        check(&text, None, Some(&program), MOST_WORK).is_ok()
     };
     assert!(is_same(&own) && is_same(&own.replace('\n', "\r\n")) && is_same(own.trim_end()));
     assert!(!is_same(&own.replace("X20", "X21")) && !is_same(&own.replacen('\n', " ", 1)) && !is_same(""));
-    let notes = |program| check(text.as_bytes(), None, program).unwrap().notes;
+    let notes = |program| check(&text, None, program, MOST_WORK).unwrap().notes;
     copy.write("program.ngc", &own);
     let told = |notes: &[String]| {
         notes.iter().any(|note| note == "by the certificate's word: that its program is `program.ngc`")

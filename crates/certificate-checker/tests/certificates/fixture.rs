@@ -1,6 +1,6 @@
 //! Certificates to read and to change.
 
-use certificate_checker::{Refusal, Report, check};
+use certificate_checker::{MOST_WORK, Refusal, Report, check};
 use std::path::{Path, PathBuf};
 
 /// The scenes with their certificates.
@@ -26,7 +26,7 @@ pub fn signed(lines: &[String]) -> String {
 
 /// Checks a text without any files.
 pub fn checked(text: &str) -> Result<Report, Refusal> {
-    check(text.as_bytes(), None, None)
+    check(text, None, None, MOST_WORK)
 }
 
 /// Fails unless the text is accepted.
@@ -65,7 +65,7 @@ pub fn with_word(line: &str, at: usize, word: &str) -> String {
 
 /// A file of these lines behind the first, with its hash.
 pub fn written(body: &str) -> String {
-    signed(&format!("bvbench-certificate 2\n{body}").lines().map(str::to_owned).collect::<Vec<_>>())
+    signed(&format!("bvbench-certificate 3\n{body}").lines().map(str::to_owned).collect::<Vec<_>>())
 }
 
 /// Faces of a box; its vertex `i` is high in X, Y and Z where the bits 4, 2 and 1 of `i` are set. Two faces each at -X, +X, -Y, +Y, -Z, +Z.

@@ -193,7 +193,7 @@ fn poses() {
     // 1 + 2i + 3j + 4k by hand: of its square, 30, these parts.
     let rows = [[-20.0, 4.0, 22.0], [20.0, -10.0, 20.0], [10.0, 28.0, 4.0]].map(|row| row.map(|x| x / 30.0));
     let pose = Pose::of([1.0, 2.0, 3.0, 4.0], vector([7.0, 8.0, 9.0]));
-    (0..3).for_each(|i| is_vector(&pose.r[i], rows[i]));
+    (0..3).for_each(|j| is_vector(&pose.r[j], [0, 1, 2].map(|i| rows[i][j])));
     let p = vector([3.0, -1.0, 2.0]);
     let turned = rows.map(|row| row[0] * 3.0 - row[1] + row[2] * 2.0);
     is_vector(&pose.turn(&p), turned);
