@@ -73,7 +73,7 @@ struct Current {
     stretch: Option<(Pose, bool)>,
 }
 
-/// Elementary steps that are left: a box or a triangle beside a plane or an edge; a link, a part or a move that is looked at.
+/// Elementary steps that are left: a box or a triangle beside a plane or an edge; a link, a part or a move that is looked at. To place a link is [`LINK`] of them.
 #[derive(Default)]
 struct Work(Cell<u64>);
 
@@ -87,6 +87,9 @@ impl Work {
 
 /// Clearance that is proved beyond the motion bound, mm. It covers rounding differences between files, certificate and machine.
 const MARGIN_MM: f64 = 1e-6;
+
+/// Elementary steps that it takes to place a link.
+const LINK: usize = 30;
 
 /// Most elementary steps; a certificate that asks for more is refused.
 pub const MOST_WORK: u64 = 2_000_000_000;
@@ -156,7 +159,7 @@ impl Checker {
     fn end(&mut self, (body, end): (&str, &str), files: [Option<&Path>; 2]) -> Checked {
         self.finish_pair()?;
         let count = self.stated.parts.len();
-        if self.pairs.len() != count * (count - 1) / 2 {
+        if self.pairs.len() != count * count.saturating_sub(1) / 2 {
             return Err("pairs of parts are missing".to_owned());
         }
         if end != format!("end {}\n", blake3::hash(body.as_bytes()).to_hex()) {
@@ -171,7 +174,7 @@ impl Checker {
         for part in parts {
             part.mesh.finish().map_err(|why| format!("{}: {why}", part.name))?;
         }
-        if machine.steps.is_empty() || !self.work.take(machine.steps.len() * machine.links.len()) {
+        if machine.steps.is_empty() || !self.work.take(LINK * machine.steps.len() * machine.links.len()) {
             return Err("there is no path".to_owned());
         }
         self.report.blocks = machine.steps.iter().map(|step| (step.line, "free")).collect();
@@ -199,19 +202,16 @@ impl Checker {
         if !holds {
             return Err(format!("the pair is not `{why}`"));
         }
-        if matches!(why, "examined" | "cutting") {
-            let (is_cutting, front) = (why == "cutting", Vec::new());
-            self.report.examined += 1;
-            self.current = Some(Current { parts, is_cutting, at: 0.0, front, stretch: None });
+        let (names, is_cutting) = (format!("{}:{}", a.name, b.name), why == "cutting");
+        if is_cutting {
+            self.report.notes.push(format!("at rapids alone, against the whole workpiece: {names}"));
         }
-        let names = format!("{}:{}", a.name, b.name);
-        match why {
-            "cutting" => self.report.notes.push(format!("at rapids alone, against the whole workpiece: {names}")),
-            "neighbours" | "ignored" | "allowed" => {
-                self.report.notes.push(format!("not examined: {names}, {why}"));
-                self.stated.skipped.extend((why != "neighbours").then(|| [&a.name, &b.name, why].map(str::to_owned)));
-            }
-            _ => {}
+        if is_cutting || why == "examined" {
+            self.report.examined += 1;
+            self.current = Some(Current { parts, is_cutting, at: 0.0, front: Vec::new(), stretch: None });
+        } else if !matches!(why, "rigid" | "tools") {
+            self.report.notes.push(format!("not examined: {names}, {why}"));
+            self.stated.skipped.push([a.name.clone(), b.name.clone(), why.to_owned()]);
         }
         Ok(())
     }
@@ -258,7 +258,7 @@ impl Checker {
             return Err("no such interval of the path".to_owned());
         }
         let steps = step as usize..to.ceil() as usize;
-        work.take(steps.len());
+        work.take(LINK * machine.links.len() + steps.len());
         let mut verdict = "free";
         match keyword {
             "open" => {
@@ -300,11 +300,10 @@ impl Checker {
             current.finish_stretch(parts, work)?;
         }
         current.at = to;
-        let worse = |known: &str| {
-            VERDICTS.iter().position(|one| *one == known) < VERDICTS.iter().position(|one| *one == verdict)
-        };
+        let rank = |verdict: &str| VERDICTS.iter().position(|one| *one == verdict);
         for Step { line, .. } in &machine.steps[steps] {
-            report.blocks.entry(*line).and_modify(|known| *known = if worse(known) { verdict } else { known });
+            let known = report.blocks.entry(*line).or_insert(verdict);
+            *known = if rank(known) < rank(verdict) { verdict } else { known };
         }
         Ok(())
     }

@@ -9,6 +9,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use toml::{Table, Value};
 
+/// What a key has that is not there.
+static NOTHING: Value = Value::Boolean(false);
+
 /// Rounding differences that are allowed in an entry of a rotation, and in a length, mm.
 const TURNED: f64 = 1e-12;
 const MOVED_MM: f64 = 1e-9;
@@ -74,42 +77,46 @@ impl<'a> Files<'a> {
             .ok_or_else(|| format!("{} is not among the files of the certificate", file.display()))
     }
 
-    fn table(&self, file: &str) -> Checked<Table> {
+    fn table(&self, file: &str) -> Checked<Value> {
         let text = std::str::from_utf8(self.bytes(Path::new(file))?).map_err(|_| format!("{file} is not text"))?;
-        text.parse().map_err(|error| format!("{file}: {error}"))
+        text.parse::<Table>().map(Value::Table).map_err(|error| format!("{file}: {error}"))
     }
 
     fn compare(&self, trust: &mut impl FnMut(&str)) -> Checked {
         let scene = self.table("scene.toml")?;
-        let [own, program, check] = ["machine", "program", "check"].map(|key| table(&scene, key));
-        if own.contains_key("urdf") {
+        let [own, program, check] = ["machine", "program", "check"].map(|key| value(&scene, key));
+        if own.get("urdf").is_some() {
             return Err("a machine in URDF is not compared; leave --scene out".to_owned());
         }
         // Meshes of a machine's own file are found from its folder.
-        let file = own.get("file").and_then(Value::as_str);
+        let file = text(own, "file");
         let (machine, base) =
-            (file.map(|file| self.table(file)).transpose()?, Path::new(file.unwrap_or_default()).parent());
-        let links = array(machine.as_ref().unwrap_or(&own), "links");
+            (if file.is_empty() { NOTHING.clone() } else { self.table(file)? }, Path::new(file).parent());
+        let links = array(if file.is_empty() { own } else { &machine }, "links");
         if links.len() + 1 != self.stated.machine.links.len() {
             return Err("the machine has another number of links".to_owned());
         }
         links.iter().try_for_each(|link| self.link(link))?;
         let mut others: BTreeSet<&str> = self.stated.parts.iter().map(|part| part.name.as_str()).collect();
-        for (table, base) in [(Some(&scene), None), (Some(&own), None), (machine.as_ref(), base)] {
-            for part in table.map_or(&[][..], |table| array(table, "parts")) {
+        for (file, base) in [(&scene, None), (own, None), (&machine, base)] {
+            for part in array(file, "parts") {
                 self.part(part, base.unwrap_or(Path::new("")), trust)?;
                 others.remove(text(part, "name"));
             }
         }
         others.iter().for_each(|name| trust(&format!("part `{name}`, which no [[parts]] describes")));
-        array(&program, "tools").iter().try_for_each(|tool| self.tool(tool, trust))?;
+        array(program, "tools").iter().try_for_each(|tool| self.tool(tool, trust))?;
         for [a, b, why] in &self.stated.skipped {
-            let key = if why == "ignored" { "ignore" } else { "allow" };
+            let key = match why.as_str() {
+                "ignored" => "ignore",
+                "allowed" => "allow",
+                _ => continue,
+            };
             let is_pair = |pair: &Value| {
                 let names: Vec<_> = pair.as_array().into_iter().flatten().filter_map(Value::as_str).collect();
                 names == [a, b] || names == [b, a]
             };
-            if !array(&check, key).iter().any(is_pair) {
+            if !array(check, key).iter().any(is_pair) {
                 return Err(format!("the scene does not say that {a}:{b} is {why}"));
             }
         }
@@ -142,7 +149,7 @@ impl<'a> Files<'a> {
     /// A tool with measures has parts.
     fn tool(&self, file: &Value, trust: &mut impl FnMut(&str)) -> Checked {
         let number = file.get("number").and_then(Value::as_integer);
-        let has_holder = file.get("holder").and_then(Value::as_array).is_some_and(|steps| !steps.is_empty());
+        let has_holder = !array(file, "holder").is_empty();
         for role in ["cutter", "shank", "holder"].into_iter().filter(|_| file.get("flute_mm").is_some()) {
             let name = format!("tool-{}-{role}", number.unwrap_or_default());
             let is_it = |part: &Part| part.name == name && part.role == role && part.tool.map(i64::from) == number;
@@ -203,22 +210,21 @@ impl<'a> Files<'a> {
     }
 }
 
-fn table(file: &Table, key: &str) -> Table {
-    file.get(key).and_then(Value::as_table).cloned().unwrap_or_default()
+fn value<'a>(file: &'a Value, key: &str) -> &'a Value {
+    file.get(key).unwrap_or(&NOTHING)
 }
 
-fn array<'a>(file: &'a Table, key: &str) -> &'a [Value] {
-    file.get(key).and_then(Value::as_array).map_or(&[], Vec::as_slice)
+fn array<'a>(file: &'a Value, key: &str) -> &'a [Value] {
+    value(file, key).as_array().map_or(&[], Vec::as_slice)
 }
 
 fn text<'a>(file: &'a Value, key: &str) -> &'a str {
-    file.get(key).and_then(Value::as_str).unwrap_or_default()
+    value(file, key).as_str().unwrap_or_default()
 }
 
 fn vector(file: &Value, key: &str) -> V {
     let number = |value: &Value| value.as_float().or(value.as_integer().map(|x| x as f64));
-    let numbers = file.get(key).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
-    [0, 1, 2].map(|i| numbers.get(i).and_then(number).map_or(ZERO, I::of))
+    [0, 1, 2].map(|i| array(file, key).get(i).and_then(number).map_or(ZERO, I::of))
 }
 
 fn direction(file: &Value) -> V {
@@ -228,7 +234,7 @@ fn direction(file: &Value) -> V {
 
 /// `at`: turned about X, then Y, then Z, then moved.
 fn placement(file: &Value) -> Pose {
-    let Some(at) = file.get("at") else { return Pose::IDENTITY };
+    let at = value(file, "at");
     let [roll, pitch, yaw] = vector(at, "rpy_deg").map(|x| x * DEGREE);
     let [x, y, z] = Pose::IDENTITY.r;
     let turned = Pose::about(&z, yaw).after(&Pose::about(&y, pitch)).after(&Pose::about(&x, roll));
@@ -255,12 +261,8 @@ fn stl(bytes: &[u8], unit_mm: f64) -> Option<Vec<[[i64; 3]; 3]>> {
             std::str::from_utf8(bytes).ok()?.lines().filter_map(|line| line.trim_start().strip_prefix("vertex"));
         corners.flat_map(|line| line.split_whitespace().map(|word| word.parse().unwrap_or(f32::NAN))).collect()
     };
-    let (triangles, rest) = numbers.as_chunks::<9>();
-    let is_whole = !triangles.is_empty() && rest.is_empty() && numbers.iter().all(|x| x.is_finite());
+    let is_whole = !numbers.is_empty() && numbers.len().is_multiple_of(9) && numbers.iter().all(|x| x.is_finite());
     let corner = |p: &[f32; 3]| on_grid(p.map(|x| f64::from(x) * unit_mm));
-    let triangle = |t: &[f32; 9]| -> [[i64; 3]; 3] {
-        let corners = t.as_chunks().0;
-        [0, 1, 2].map(|k| corner(&corners[k]))
-    };
-    is_whole.then(|| triangles.iter().map(triangle).collect())
+    let corners: Vec<_> = numbers.as_chunks().0.iter().map(corner).collect();
+    is_whole.then(|| corners.as_chunks().0.to_vec())
 }

@@ -27,7 +27,7 @@ fn refused_at(text: &str, words: &str, why: &str) {
 
 #[test]
 fn one_plane_for_the_whole_path() {
-    let report = accepted(&cubes(&format!("pair a b examined\nfree 3 10.000001 p 0 0 16777216 16777217")));
+    let report = accepted(&cubes("pair a b examined\nfree 3 10.000001 p 0 0 16777216 16777217"));
     assert_eq!((report.examined, report.intervals, report.blocks.len()), (1, 1, 3));
     assert!(report.blocks.values().all(|verdict| *verdict == "free"));
     assert!(report.notes.iter().all(|note| note.starts_with("by the certificate's word")) && report.notes.len() == 3);
@@ -36,14 +36,14 @@ fn one_plane_for_the_whole_path() {
         refused_at(&cubes(&format!("pair a b examined\nfree 3 10.000001 p 0 0 16777216 {z}")), "free", why);
     }
     // A plane without a direction has everything on both sides.
-    let nothing = cubes(&format!("pair a b examined\nfree 3 10.000001 p 0 0 0 0"));
+    let nothing = cubes("pair a b examined\nfree 3 10.000001 p 0 0 0 0");
     refused_at(&nothing, "free", "the first part is not behind plane 1");
     // All but the margin of 1e-6 mm, which is 17 steps.
     accepted(&cubes(&format!("pair a b examined\nfree 3 10.000001 p 0 0 16777216 {}", 150_994_944 - 18)));
     let near = cubes(&format!("pair a b examined\nfree 3 10.000001 p 0 0 16777216 {}", 150_994_944 - 16));
     refused_at(&near, "free", "does not part the two");
     // The other way round: all of `b` behind, the plane seen from above.
-    accepted(&cubes(&format!("pair b a examined\nfree 3 10.000001 p 0 0 -16777216 -150994943")));
+    accepted(&cubes("pair b a examined\nfree 3 10.000001 p 0 0 -16777216 -150994943"));
 }
 
 #[test]
