@@ -115,18 +115,15 @@ impl Region {
 impl Machine {
     /// Finds the range of every step, and refuses a path that jumps.
     pub fn finish(&mut self) -> Result<(), String> {
-        for (index, [one, next]) in self.steps.iter().zip(self.steps.iter().skip(1)).map(<[&Step; 2]>::from).enumerate()
-        {
+        for (index, (one, next)) in self.steps.iter().zip(self.steps.iter().skip(1)).enumerate() {
             // No arc before, the same tip and the same numbers: both steps have the same place there.
             if one.to == next.from && one.tip == next.tip && one.arc.is_none() {
                 continue;
             }
-            let is_far = |[end, begin]: [Region; 2]| {
-                let most = |axis| if self.turns(axis) { JUMP_RAD } else { JUMP_MM };
-                (0..9).any(|axis| (end.mid[axis] - begin.mid[axis]).most() > most(axis))
-            };
             let ends = self.within(one, [1.0; 2]).zip(self.within(next, [0.0; 2]));
-            if ends.map(<[Region; 2]>::from).is_some_and(is_far) {
+            let Some((end, begin)) = ends else { continue };
+            let most = |axis| if self.turns(axis) { JUMP_RAD } else { JUMP_MM };
+            if (0..9).any(|axis| (end.mid[axis] - begin.mid[axis]).most() > most(axis)) {
                 return Err(format!("the path jumps at move {}, of line {}", index + 1, next.line));
             }
         }

@@ -44,10 +44,7 @@ fn main() -> ExitCode {
     let text = if is_input { std::io::read_to_string(std::io::stdin()) } else { std::fs::read_to_string(&certificate) };
     let text = match text {
         Ok(text) => text,
-        Err(error) => {
-            eprintln!("{certificate}: {error}");
-            return ExitCode::from(2);
-        }
+        Err(error) => return bad_usage(&format!("{certificate}: {error}")),
     };
     let report = match check(&text, scene.as_deref().map(Path::new), program.as_deref().map(Path::new), MOST_WORK) {
         Ok(report) => report,

@@ -104,8 +104,8 @@ impl Stated {
                 if self.part(&name).is_ok() {
                     return Err(format!("part `{name}` was there before"));
                 }
-                let tool = words.0.clone().next().filter(|&word| word != "-");
-                let tool = if tool.is_some() { Some(words.whole()?) } else { words.word().map(|_| None)? };
+                let is_of_none = words.0.clone().next() == Some("-");
+                let tool = if is_of_none { words.word().map(|_| None)? } else { Some(words.whole()?) };
                 self.parts.push(Part { name, link, role, tool, pose: words.pose()?, mesh: Mesh::default() });
             }
             "v" => self.parts.last_mut().ok_or("no part")?.mesh.vertex(words)?,
