@@ -103,6 +103,11 @@ fn files_that_the_certificate_does_not_name_are_not_read() {
     for file in ["/dev/zero", "../mill/scene.toml"] {
         assert_eq!(name(file), Err(format!("`{file}` leads out of the scenes' folder")));
     }
+    // Each file is hashed once.
+    let mut twice = Copy { folder: copy.folder.clone(), lines: copy.lines.clone() };
+    let input = find(&twice.lines, "input mill/base.stl");
+    twice.lines.insert(input, twice.lines[input].replace("mill/base", "mill/./base"));
+    assert_eq!(twice.check().unwrap_err().why, "`mill/base.stl` is there twice");
     // Meshes of a machine's own file are in its folder.
     let copy = Copy::of("five-axis", "own");
     let folder = copy.folder.join("lathe");

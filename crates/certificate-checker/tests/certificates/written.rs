@@ -144,6 +144,9 @@ fn what_comes_out_of_order_is_refused() {
     refused_at(&written(""), "end", "there is no path");
     let text = cubes("open 3 0");
     refused_at(&text, "open", "no pair");
+    // Without parts nothing can meet.
+    let report = accepted(&written("point 0 1\npoint 2 1"));
+    assert_eq!((report.examined, report.blocks.into_values().collect::<Vec<_>>()), (0, vec!["free"; 2]));
 }
 
 #[test]
