@@ -41,6 +41,12 @@ class Finding:
 NOT_JUDGED = Finding("not-judged")
 
 
+def fewest(study, scene, metric):
+    """Fewest units that decide: two launches or binaries, else four clusters."""
+    over_launches = metric.startswith("program-time") or (metric == "build" and study.builds[study.builds.scene == scene].launch.nunique() > 1)
+    return 2 if over_launches else 4
+
+
 def effect_of(low, high):
     """less, same, more or unclear, whatever is claimed."""
     if 0.95 <= low and high <= 1.05:
@@ -49,8 +55,13 @@ def effect_of(low, high):
 
 
 def threshold(test):
-    """The bound that decides."""
+    """The bound that supports."""
     return test.get("at_most", test.get("below", 0.95))
+
+
+def refuted_from(test):
+    """The bound that refutes: of a sentence that names no margin, no effect at all."""
+    return threshold(test) if "at_most" in test or test.get("names_margin") else 1.0
 
 
 def decide(test, low, high):
@@ -59,13 +70,13 @@ def decide(test, low, high):
         low, high = 1 / high, 1 / low
     if "at_most" in test:
         return "supported" if high <= test["at_most"] else "refuted" if low > test["at_most"] else "undecided"
-    return "supported" if high < threshold(test) else "refuted" if low >= threshold(test) else "undecided"
+    return "supported" if high < threshold(test) else "refuted" if low >= refuted_from(test) else "undecided"
 
 
-def p_range(found, test, errors):
-    """p with what resampling leaves open: the error's own error, from the fourth moments, so many times."""
+def p_range(found, test, errors, verdict):
+    """p at the bound that the verdict is about, with what resampling leaves open: the error's own error, from the fourth moments, so many times."""
     value = 1 / found.value if test.get("direction") == "greater" else found.value
-    distance = math.log(value / threshold(test))
+    distance = math.log(value / (refuted_from(test) if verdict == "refuted" else threshold(test)))
     if found.freedom < 1:
         return 1.0, 1.0, 1.0
     if found.error == 0:
@@ -89,7 +100,9 @@ class Judge:
         kind = test["kind"]
         if kind in METRICS:
             return self.ratio(test, scene, subject, baseline)
-        if kind in ("misses", "overhang", "drift", "gap"):
+        if kind == "misses":
+            return self.misses(test, scene, subject, baseline)
+        if kind in ("overhang", "drift", "gap"):
             return [self.presence(test, scene, subject, baseline)]
         examined = subject if test.get("of") == "subject" else baseline
         return [{
@@ -106,13 +119,14 @@ class Judge:
             asked = stratum == test["stratum"] if "stratum" in test else stratum in (ALL, "-")
             if (where, above, below) != (scene, subject, baseline) or metric not in METRICS[test["kind"]] or not asked:
                 continue
-            few = row.clusters < (2 if metric == "program-time" else 4)
+            few = row.clusters < fewest(self.study, scene, metric)
             loud = metric in ("time", "program-time") and (scene, workload, stratum) in self.noisy
+            verdict = "undecided" if few or loud else decide(test, row.low, row.high)
             findings.append(Finding(
-                "undecided" if few or loud else decide(test, row.low, row.high),
-                "unclear" if few else effect_of(row.low, row.high),
+                verdict,
+                "unclear" if few or loud else effect_of(row.low, row.high),
                 row.ratio, row.low, row.high, workload, stratum,
-                (1.0, 1.0, 1.0) if few or loud else p_range(found, test, self.errors),
+                (1.0, 1.0, 1.0) if few or loud else p_range(found, test, self.errors, verdict),
             ))  # fmt: skip
         return findings or [NOT_JUDGED]
 
@@ -156,7 +170,7 @@ class Judge:
         found.value = value
         few = len(frames) < 4
         verdict = "undecided" if few else decide(test, *found.ends)
-        p = (1.0, 1.0, 1.0) if few else p_range(found, test, self.errors)
+        p = (1.0, 1.0, 1.0) if few else p_range(found, test, self.errors, verdict)
         return Finding(verdict, effect_of(*found.ends), value, *found.ends, p=p)
 
     def exits(self, test, scene, case, value):
@@ -177,24 +191,28 @@ class Judge:
             fault = found(test, scene, baseline, True)
             there = fault.verdict != "refuted"
             if test["kind"] == "drift":
-                there = abs(fault.value) > test["above"]
-            if test["kind"] == "misses":
-                there = fault.value > 0
+                there = (self.of_case("trees", scene, baseline).drift_mm > test["above"]).any()
             if not there:
                 finding = replace(finding, verdict="not-applicable")
         return finding
 
-    def misses(self, test, scene, case, expected):
-        tally = self.derivation.misses(scene, case)
-        if tally is None:
-            return NOT_JUDGED
-        contacts, missed, (low, high), _, _ = tally
-        if contacts == 0 or (missed == 0 and high > test["above"]):
-            verdict = "undecided"
-        else:
-            verdict = "supported" if (missed > 0) == expected else "refuted"
-        value = missed / contacts if contacts else math.nan
-        return Finding(verdict, value=value, low=low, high=high, workload=ALL, stratum="colliding")
+    def misses(self, test, scene, subject, baseline):
+        """One finding for each workload."""
+        case, expected = subject if test["of"] == "subject" else baseline, test["expect"] == "present"
+        workloads = sorted(w for s, c, w in self.derivation.tallies if (s, c) == (scene, case))
+        findings = []
+        for workload in workloads:
+            contacts, missed, (low, high), _, _ = self.derivation.misses(scene, case, workload)
+            if contacts == 0 or (missed == 0 and high > test["above"]):
+                verdict = "undecided"
+            else:
+                verdict = "supported" if (missed > 0) == expected else "refuted"
+            repairs = not expected and test["of"] == "subject"
+            if repairs and self.derivation.misses(scene, baseline, workload)[1] == 0:
+                verdict = "not-applicable"
+            value = missed / contacts if contacts else math.nan
+            findings.append(Finding(verdict, value=value, low=low, high=high, workload=workload, stratum="colliding"))
+        return findings or [NOT_JUDGED]
 
     def overhang(self, test, scene, case, expected):
         rows = self.of_case("tightness", scene, case)
@@ -212,7 +230,7 @@ class Judge:
         if expected:
             verdict = "supported" if len(displaced) and (displaced > 0).all() else "refuted"
         else:
-            verdict = "refuted" if len(displaced) else "supported"
+            verdict = "refuted" if (displaced > 0).any() else "supported"
         return Finding(verdict, value=drifts[abs(drifts).argmax()])
 
     def gap(self, test, scene, case, expected):
@@ -270,6 +288,8 @@ def primary_of(claim, findings, scenes):
     ]  # fmt: skip
     if not asked:
         return replace(NOT_JUDGED, reading=claim["primary"])
+    if test["kind"] == "misses":
+        asked = of_scenes(asked, test["expect"] == "present")
 
     def p(finding):
         return finding.p[1] if finding.p else 0.0
@@ -291,6 +311,18 @@ def primary_of(claim, findings, scenes):
         range_of = (min(f.p[0] for f in tied), deciding.p[1], max(f.p[2] for f in tied))
         corrected = tuple(min(1.0, times * value) for value in range_of)
     return replace(deciding, verdict=verdict, scene="+".join(f.scene for f in asked), p=corrected, tied=tuple(tied))
+
+
+def of_scenes(findings, expected):
+    """Of each scene the workload that decides: misses are there in one, or nowhere. Of equal verdicts the one with the largest rate."""
+    order = ["supported", "undecided", "refuted"] if expected else ["refuted", "undecided", "supported"]
+    order = [*order, "not-applicable"]
+    best = {}
+    for finding in findings:
+        rank = (order.index(finding.verdict), -np.nan_to_num(finding.value))
+        if finding.scene not in best or rank < best[finding.scene][0]:
+            best[finding.scene] = (rank, finding)
+    return [finding for _, finding in best.values()]
 
 
 def last_largest(values):

@@ -262,11 +262,14 @@ class Derivation:
         return ratio(*(study.column(table, scene, column)[of_cell] for column in names), first, second, self.draws, binaries)
 
     def build_ratio(self, scene, above, below):
-        """The ratio of two cases' construction times, of the parts that both built; blocks are drawn."""
+        """The ratio of two cases' construction times, of the parts that both built: over launches; of a single one blocks are drawn."""
         pair = [self.builds.get((scene, case)) for case in (above, below)]
         if any(rows is None for rows in pair):
             return None
         rows = pair[0].merge(pair[1], on=["part", "launch", "block"], suffixes=("", "_below"))
+        if not self.study.binaries[scene] and rows.launch.nunique() > 1:
+            sums = rows.groupby("launch")[["ns", "ns_below"]].sum()
+            return over_launches(sums.ns, sums.ns_below)
         times = (rows[[name]].to_numpy(float) for name in ("ns", "ns_below"))
         place = self.study.binary_of(scene)
         drawn = rows.launch.map(place) if place else rows.block

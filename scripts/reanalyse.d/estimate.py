@@ -81,8 +81,8 @@ def repeated(by_launch, binaries):
 
 
 class Draws:
-    """Resamples by shape: as many clusters in each stratum, as many launches; of several binaries one fewer than there are, with their
-    launches. Equal shapes share their draws."""
+    """Resamples by shape: as many clusters in each stratum; of launches, or of several binaries with their launches, one fewer than there
+    are. Equal shapes share their draws."""
 
     def __init__(self, seed):
         self.seed, self.known = seed, {}
@@ -91,13 +91,10 @@ class Draws:
         key = (tuple(shape), launches, tuple(map(tuple, binaries)))
         if key not in self.known:
             generator = np.random.default_rng([self.seed, launches, *shape])
-            if binaries:
-                drawn = generator.multinomial(len(binaries) - 1, [1 / len(binaries)] * len(binaries), size=OURS)
-                launch = np.zeros((OURS, launches))
-                for place, of_binary in enumerate(binaries):
-                    launch[:, of_binary] = drawn[:, [place]]
-            else:
-                launch = generator.multinomial(launches, [1 / launches] * launches, size=OURS).astype(float)
+            drawn = generator.multinomial(max(len(binaries) - 1, 1), [1 / len(binaries)] * len(binaries), size=OURS)
+            launch = np.zeros((OURS, launches))
+            for place, of_binary in enumerate(binaries):
+                launch[:, of_binary] = drawn[:, [place]]
             cluster = [generator.multinomial(size, [1 / size] * size, size=OURS) for size in shape]
             self.known[key] = (launch, np.concatenate(cluster, axis=1).astype(float))
         return self.known[key]
@@ -132,7 +129,11 @@ def ratio(drawn_in, cluster, above, below, draws, binaries=()):
     if draws is None or not math.isfinite(value):
         return found
     found.freedom, lengthening, variance = satterthwaite(mean[0] - value * mean[1], shape)
-    if binaries:
+    ran = np.flatnonzero(seen.any(axis=0)).tolist()
+    binaries = [launches_of for launches_of in ([launch for launch in of if launch in ran] for of in binaries) if launches_of]
+    # Launches of a single binary are what is repeated.
+    binaries = binaries if len(binaries) > 1 else [[launch] for launch in ran]
+    if len(binaries) > 1:
         variance /= mean[0].sum() ** 2
         logs = []
         for launches_of in binaries:
@@ -215,14 +216,14 @@ def rate_by_line(missed, contacts):
     lines, n = len(contacts), contacts.sum()
     if n == 0:
         return 0.0, 1.0
+    most = n**2 / (contacts**2).sum()  # lines of equal contacts that say as much
     if missed.sum() == 0:
-        return 0.0, min(1.0, 3 / lines)
+        return 0.0, min(1.0, 3 / most)
     rate = missed.sum() / n
-    if lines < 2:
-        return wilson(rate, 1.0)
+    if (missed * n == missed.sum() * contacts).all():
+        return wilson(rate, most)
     variance = ((missed - rate * contacts) ** 2).sum() * lines / (lines - 1) / n**2
-    worth = n if variance == 0 else min(max(rate * (1 - rate) / variance, 1.0), n)
-    return wilson(rate, worth)
+    return wilson(rate, min(max(rate * (1 - rate) / variance, 1.0), n))
 
 
 def type7(values, quantile):

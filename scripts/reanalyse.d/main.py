@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import estimate
-from claims import claim_rows, effect_of
+from claims import claim_rows, effect_of, fewest
 from derive import Derivation, costs, repay
 from estimate import Draws, distance, strictness
 from report import report_tables
@@ -138,7 +138,7 @@ def check(folder, intervals=True, readme=None):
         ratios[tuple(row[key] for key in keys)] = (found, there)
         differences.same(file, place, "clusters", there.clusters, row["clusters"])
         differences.interval(file, place, found, there.ratio, there.low, there.high)
-        few = there.clusters < (2 if there.metric.startswith("program-time") else 4)
+        few = there.clusters < fewest(study, there.scene, there.metric)
         differences.same(file, place, "effect", there.effect, "unclear" if few else effect_of(there.low, there.high))
         wanted = there.metric in TIMES and (there.scene, there.workload, there.stratum) in noisy
         differences.same(file, place, "noisy", there.noisy, int(wanted))

@@ -20,6 +20,11 @@ def number(value):
     return f"{mantissa}e{int(exponent)}"
 
 
+def with_interval(value, low, high):
+    """A value, with its interval where it has one."""
+    return f"{number(value)} [{number(low)}, {number(high)}]" if math.isfinite(low) and math.isfinite(high) else number(value)
+
+
 def ranking(derivation, study, ratios):
     """The rows of the two tables under "Ranking by speed"."""
     if not derivation.baselines:
@@ -41,9 +46,7 @@ def ranking(derivation, study, ratios):
         mean = math.exp(sum(map(math.log, values)) / len(values)) if values else 1.0
         tallies = [tally for tally in (derivation.misses(scene, case) for scene in study.scenes) if tally]
         missed = str(sum(tally[4][0] for tally in tallies)) if tallies else "not verified"
-        cells = [
-            f"{number(pair[0].value)} [{number(pair[1].low)}, {number(pair[1].high)}]" if pair else "-" for pair in found.values()
-        ]
+        cells = [with_interval(pair[0].value, pair[1].low, pair[1].high) if pair else "-" for pair in found.values()]
         entries.append((facts["kind"] != "volume", mean, [facts["label"], number(mean), *cells, missed]))
     entries.sort(key=lambda entry: entry[:2])
     volumes = [[str(place), *cells] for place, (other, _, cells) in enumerate(entries, 1) if not other]
@@ -58,19 +61,17 @@ def contacts_missed(derivation, study):
     rows = []
     for scene in sorted(study.scenes):
         for case in order:
-            tally = derivation.misses(scene, case)
-            if tally is None:
-                continue
-            asked, missed, (low, high), lines, (all_missed, all_contacts) = tally
-            rate = "-" if not asked else f"at most {number(high)}"
-            if missed:
-                rate = f"{number(missed / asked)} [{number(low)}, {number(high)}]"
-            facts = study.variants[cases.variant[case]]
-            promise = "safe" if facts["safe"] else "none"
-            rows.append([
-                scene, facts["label"], study.policy(case), promise, str(asked), str(lines), str(missed), rate,
-                f"{all_missed} of {all_contacts}",
-            ])  # fmt: skip
+            for workload in sorted(w for s, c, w in derivation.tallies if (s, c) == (scene, case)):
+                asked, missed, (low, high), lines, (all_missed, all_contacts) = derivation.misses(scene, case, workload)
+                rate = "-" if not asked else f"at most {number(high)}"
+                if missed:
+                    rate = f"{number(missed / asked)} [{number(low)}, {number(high)}]"
+                facts = study.variants[cases.variant[case]]
+                promise = "safe" if facts["safe"] else "none"
+                rows.append([
+                    scene, facts["label"], study.policy(case), promise, workload, str(asked), str(lines), str(missed), rate,
+                    f"{all_missed} of {all_contacts}",
+                ])  # fmt: skip
     return rows
 
 

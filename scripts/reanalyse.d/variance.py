@@ -77,16 +77,20 @@ def plan(variances, samples):
     if any(map(math.isnan, variances)):
         return (math.nan,) * 3
     if block == 0:
-        blocks = 1
+        most = 1
     elif launch == 0:
-        blocks = BLOCKS
+        most = BLOCKS
     else:
-        blocks = min(BLOCKS, max(1, math.ceil(math.sqrt(samples.launch / samples.block * block / launch))))
+        most = min(BLOCKS, max(1, math.ceil(math.sqrt(samples.launch / samples.block * block / launch))))
+
+    def is_enough(binaries, launches, blocks):
+        error = math.sqrt(binary / binaries + launch / (binaries * launches) + block / (binaries * launches * blocks))
+        return student(binaries - 1) * error <= HALF_WIDTH
+
     for binaries in BINARIES:
         for launches in LAUNCHES:
-            error = math.sqrt(binary / binaries + launch / (binaries * launches) + block / (binaries * launches * blocks))
-            if student(binaries - 1) * error <= HALF_WIDTH:
-                return binaries, launches, blocks
+            if is_enough(binaries, launches, most):
+                return binaries, launches, next(blocks for blocks in range(1, most + 1) if is_enough(binaries, launches, blocks))
     return (math.nan,) * 3
 
 

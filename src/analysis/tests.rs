@@ -47,8 +47,9 @@ fn planted_effects_are_found() {
     // The primary row, then in two scenes programs and two workloads.
     assert_eq!(verdicts(&outcome, "faster", "R1"), ["supported"; 7]);
     assert_eq!(verdicts(&outcome, "considerably-faster", "R1"), ["refuted"; 7]);
-    // The same time: not less by our margin, and not more.
-    assert_eq!(verdicts(&outcome, "faster", "R3"), ["undecided"; 6]);
+    // The same time: nowhere less by our margin. Where chance puts the whole interval above 1, refuted.
+    let same = verdicts(&outcome, "faster", "R3");
+    assert_eq!((same.len(), same.contains(&"supported"), same.contains(&"undecided")), (6, false, true));
     let effects = |reading: &str| {
         let rows = outcome.claims.iter().filter(|row| row.claim == "faster" && row.reading == reading);
         rows.map(|row| row.effect.as_str()).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>()

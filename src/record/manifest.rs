@@ -12,7 +12,7 @@ use std::path::Path;
 pub const SCHEMA: u32 = 2;
 
 /// Version of the protocol that decides what is measured and how it is judged: `docs/protocol.md`.
-pub const PROTOCOL: &str = "2.2";
+pub const PROTOCOL: &str = "2.3";
 
 /// What was run, with what, where.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -80,7 +80,7 @@ fn a_run_of_one_launch_speaks_of_no_intervals() {
 /// The report begins with the answer, the figure with its ratios, and the ranking.
 #[test]
 fn the_report_opens_with_the_answer() {
-    let (_folder, text) = report_of(&Run::generate(&Plan::default()));
+    let (folder, text) = report_of(&Run::generate(&Plan::default()));
     let headings: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("## ")).collect();
     let first =
         ["The answer", "What this is", "Time of whole programs", "Ranking by speed", "The paper, sentence by sentence"];
@@ -90,8 +90,19 @@ fn the_report_opens_with_the_answer() {
     assert_eq!(programs.matches("| faster |").count(), SCENES.len(), "{programs}");
     assert!(programs.contains("paper-figure-6.png") && programs.contains("2, 1 of them to a collision"), "{programs}");
     // Readings are columns, spelled out above their table.
-    assert!(text.contains("| the paper says | verdict | R1, conservative | R2, literal | R3, symmetric | control |"));
+    assert!(text.contains(
+        "| the paper says | supported | refuted | verdict | R1, conservative | R2, literal | R3, symmetric | control |"
+    ));
     assert!(text.contains("- **R2, literal**: the box is centred on the mean"));
+    // Every claim says where it is supported and where it is refuted; a named margin refutes by a smaller effect.
+    assert!(
+        text.contains("Supported: &lt; 0.95. Refuted: ≥ 1.\n")
+            && text.contains("Supported: &lt; 0.75. Refuted: ≥ 0.75.\n")
+    );
+    assert!(text.contains("Supported: a contact missed. Refuted: none missed, at most 0.100 %."));
+    let request = Manifest::read(folder.path()).unwrap().request;
+    let (launches, blocks, cold) = (request.launches / request.binaries, request.blocks, request.cold_poses);
+    assert!(text.contains(&format!(" --launches {launches} --blocks {blocks} --cold-poses {cold} --out DIR")));
 }
 
 #[test]

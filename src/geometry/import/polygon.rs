@@ -172,7 +172,7 @@ mod tests {
         }
         let star = |i: usize| {
             let angle = i as f64 * 0.001;
-            let radius = if i % 2 == 0 { 1.0 } else { 2.0 };
+            let radius = if i.is_multiple_of(2) { 1.0 } else { 2.0 };
             [radius * angle.cos(), radius * angle.sin()]
         };
         assert!(flat(&(0..6000).map(star).collect::<Vec<_>>()).unwrap_err().contains("at most 4096"));
