@@ -90,14 +90,13 @@ def test_transforms_may_scale():
 def test_a_mirrored_mesh_is_as_one_that_was_mirrored_before():
     torus, mirror = trimesh.creation.torus(2.0, 0.5), np.diag([1.0, 1.0, -1.0, 1.0])
     before = trimesh.Trimesh(torus.vertices @ mirror[:3, :3], torus.faces[:, ::-1], process=False)
-    plate = trimesh.Trimesh([[9, -9, 0.2], [9, 9, 0.2], [-9, 9, 0.2], [-9, -9, 0.2]], [[0, 1, 2], [0, 2, 3]], process=False)
     found = []
     for mesh, transform in ((torus, mirror), (before, None)):
         manager = obbtree.CollisionManager()
         manager.add_object("torus", mesh, transform)
-        manager.add_object("plate", plate)
+        manager.add_object("other", torus, at(4.5, 0.1, 0.2))
         found.append(manager.in_collision_internal(return_data=True)[1])
-    assert len(found[0]) > 100
+    assert len(found[0]) > 10
     for one, other in zip(*found, strict=True):
         np.testing.assert_allclose(one.normal, other.normal, atol=1e-12)
         assert one.depth == pytest.approx(other.depth, abs=1e-12) and one.index("torus") == other.index("torus")
