@@ -546,7 +546,7 @@ const GOOD: &[Good] = &[
     good(
         "lathe",
         "thread in one cycle, G76",
-        "M3 S300 G0 X64 Z5\nG76 P1.5 Z-30 I-2 J0.2 K0.92 R1 Q29.5 H1 E0 L0\nG0 X200\nM2",
+        "M3 S300 G0 X64 Z5\nG76 P1.5 Z-30 I-4 J0.4 K1.84 R1 Q29.5 H1 E0 L0\nG0 X200\nM2",
     ),
     good(
         "lathe",
