@@ -65,6 +65,8 @@ impl Options {
 }
 
 pub fn run(scene: &Scene, options: &Options) -> Result<()> {
+    let out = options.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
+    refuse_output("--out", &out, &options.scene, &[])?;
     let part = |name: &String| {
         scene.part(name).ok_or_else(|| {
             let known: Vec<_> = scene.parts.iter().map(|part| part.name.as_str()).collect();
@@ -81,8 +83,6 @@ pub fn run(scene: &Scene, options: &Options) -> Result<()> {
         width: options.width,
     };
     let image = picture::take(scene, &scene.machine.forward(&position), &view)?;
-    let out = options.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
-    refuse_output("--out", &out, &options.scene, &[])?;
     canvas::write_pixels(&image.rgb, (image.width, image.height), &out).map_err(|problem| anyhow!(problem))?;
     say(format!("{} ({} x {} pixels)", out.display(), image.width, image.height));
     Ok(())

@@ -56,6 +56,8 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         options.variants.iter().map(|id| check::method(Some(id), registry)).collect()
     };
     let (scene, program) = options.subject.load()?;
+    let out = options.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.html", scene.name)));
+    options.subject.refuse_output("--out", &out)?;
     let choice = Choice {
         method: check::method(options.method.as_deref(), registry)?,
         registry,
@@ -68,8 +70,6 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let data = view::gather(&scene, program.as_ref(), &choice, &bar);
     bar.finish();
     let page = view::page(&data?);
-    let out = options.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.html", scene.name)));
-    options.subject.refuse_output("--out", &out)?;
     std::fs::write(&out, &page).with_context(|| format!("cannot write {}", out.display()))?;
     say(format!("{} ({:.1} MB)", out.display(), page.len() as f64 * 1e-6));
     if options.open {

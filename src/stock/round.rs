@@ -8,7 +8,7 @@
 use super::bore::{Bore, BoreSlab};
 use super::convex::{Convex, Cube, HalfPlane, Least, Lowest, rho};
 use crate::geometry::{Isometry, Mesh, Point, Vector};
-use crate::interference::Revolved;
+use crate::interference::{ROUND, Revolved};
 use crate::truth::Solid;
 use std::sync::Arc;
 
@@ -71,9 +71,10 @@ impl Round {
         Self::of(mesh, Revolved::about(mesh, body_from_part), groove_mm, false)
     }
 
-    /// The body around a mesh that does not turn.
-    pub fn standing(mesh: &Arc<Mesh>) -> Self {
-        Self::of(mesh, Revolved::around(mesh), 0.0, true)
+    /// The body around a mesh that does not turn; `None` where the mesh is not round.
+    pub fn standing(mesh: &Arc<Mesh>) -> Option<Self> {
+        let revolved = Revolved::around(mesh);
+        (revolved.filled >= ROUND).then(|| Self::of(mesh, revolved, 0.0, true))
     }
 
     fn of(mesh: &Arc<Mesh>, revolved: Revolved, groove_mm: f64, stands: bool) -> Self {

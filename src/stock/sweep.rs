@@ -50,10 +50,9 @@ impl Body {
     /// A part that does not turn, or the body of revolution around it where the two are nearly one.
     #[must_use]
     pub fn standing(mesh: &Arc<Mesh>) -> Self {
-        let round = Round::standing(mesh);
-        let is_round = round.filled >= ROUND && round.is_solid() && round.slack_mm <= FACETED * round.radius_mm;
-        let form = if is_round { Form::Round(round) } else { Form::Rigid(Skin::new(mesh)) };
-        Self { form: Arc::new(form) }
+        let is_smooth = |round: &Round| round.is_solid() && round.slack_mm <= FACETED * round.radius_mm;
+        let round = Round::standing(mesh).filter(is_smooth).map(Form::Round);
+        Self { form: Arc::new(round.unwrap_or_else(|| Form::Rigid(Skin::new(mesh)))) }
     }
 
     /// Centre and radius of a ball around it, in the part's frame, mm.
