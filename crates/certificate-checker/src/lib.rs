@@ -134,7 +134,7 @@ pub fn check(text: &str, scene: Option<&Path>, program: Option<&Path>, most_work
 struct Checker {
     work: Work,
     stated: Stated,
-    /// Whether all is stated.
+    /// Whether the proof has begun: machine, parts and moves are complete.
     is_proof: bool,
     current: Option<Current>,
     pairs: BTreeSet<[usize; 2]>,

@@ -123,7 +123,7 @@ impl Mesh {
         found
     }
 
-    /// Whether n·x >= c for all corners x of a node, mm. Boxes are asked first.
+    /// Whether every corner x of a node has n·x >= c, mm. The node's box is asked first.
     pub fn is_beyond(&self, node: Node, n: &V, c: f64, work: &Work) -> bool {
         let is_there = |p: &V| dot(n, p).lo >= c;
         let are_there = |node: Node| match node.halves() {
@@ -189,7 +189,7 @@ fn crossing([p, q]: [&V; 2], [u, v, w]: &[V; 3]) -> Option<i32> {
     is_sure.then_some(if ends[0].lo > 0.0 { 1 } else { -1 })
 }
 
-/// Whether an edge of one of two triangles surely passes through the other.
+/// Whether, of two triangles, an edge of either passes through the other for sure.
 pub fn touch(a: &[V; 3], b: &[V; 3]) -> bool {
     let pierces = |one: &[V; 3], other| (0..3).any(|k| crossing([&one[k], &one[(k + 1) % 3]], other).unwrap_or(0) != 0);
     pierces(a, b) || pierces(b, a)

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use toml::{Table, Value};
 
-/// What a key has that is not there.
+/// The value of a missing key.
 static NOTHING: Value = Value::Boolean(false);
 
 /// Rounding differences that are allowed in an entry of a rotation, and in a length, mm.

@@ -564,7 +564,7 @@ impl Reader<'_> {
     }
 }
 
-/// Whether an endpoint is on this computer, by its name alone.
+/// Whether an endpoint's name says that it is on this computer. No name is looked up.
 fn is_loopback(endpoint: &str) -> bool {
     let rest = endpoint.trim_start_matches("opc.tcp://");
     let authority = rest.split('/').next().unwrap_or_default();

@@ -253,7 +253,7 @@ impl Machine {
         }
     }
 
-    /// Goes on without a server for as long as it is down, by what it last heard.
+    /// Runs while the server is down, by the last permission it received.
     async fn alone(&mut self, status: &watch::Sender<Option<Status>>, stop: &CancellationToken) -> Result<()> {
         let mut tick = self.tick();
         let mut left_s = self.options.down_s;
@@ -303,7 +303,7 @@ impl Machine {
         self.may_move()
     }
 
-    /// Whether the machine may move by what it last heard.
+    /// Whether the last permission it received lets the machine move.
     fn may_move(&self) -> bool {
         !self.held && self.is_fresh()
     }

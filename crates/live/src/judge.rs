@@ -380,7 +380,7 @@ impl<'a> Look<'a> {
     }
 }
 
-/// Whether an axis moves a joint of a machine.
+/// Whether the machine has a joint that follows this axis.
 pub(crate) fn is_driven(machine: &Machine, axis: Axis) -> bool {
     machine.joints_of(axis).next().is_some()
 }

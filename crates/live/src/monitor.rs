@@ -147,7 +147,7 @@ pub struct Monitor<'a> {
     axes: Vec<(Axis, Track)>,
     /// Tool in the spindle, or why it is not known.
     tool: Result<u32, Fault>,
-    /// What is known of the tool before a node says it.
+    /// The tool until a node reports one.
     first_tool: Result<u32, Fault>,
     line: u32,
     /// Newest source time and when it was received, ticks and s.

@@ -1,4 +1,4 @@
-//! What the watch writes to a control: hold, verdict and heartbeat.
+//! The values that the watch writes to a control: hold, verdict and heartbeat.
 //!
 //! The hold comes first in every write and before every verdict, and one that fails does not keep the others back.
 
