@@ -63,7 +63,7 @@ struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   bvbench repro                          reproduce the paper, in five minutes
-  bvbench repro --profile smoke          the same in half a minute, to see that it works
+  bvbench repro --profile smoke          the same in two minutes, to see that it works
   bvbench try my-scene                   which volume suits a machine of your own
   bvbench check SCENE part.ngc           what collides on this machine, at which line
   bvbench view SCENE part.ngc --open     the machine in motion, in the browser

@@ -55,7 +55,7 @@ pub struct RunOptions {
 /// How much of it to measure, with what, and where to put it.
 #[derive(Args, Clone)]
 pub struct Extent {
-    /// How much: smoke (half a minute), quick (five minutes), full (hours)
+    /// How much: smoke (two minutes), quick (five minutes), full (hours)
     #[arg(long, default_value = "quick", value_name = "PROFILE")]
     profile: Profile,
     /// Folder of the run [default: below results, by profile or scene]
