@@ -141,7 +141,7 @@ fn rates_are_told_by_workload() {
     let safe = [("box", Tallies::from([("approach", vec![&even]), ("random", vec![&uneven])]))];
     let text = safe_ones(&contents, &safe);
     assert!(text.contains("none of the 1100 contacts"), "{text}");
-    assert!(text.contains("at most 0.300 % in `approach` and 100 % in `random`"), "{text}");
+    assert!(text.contains("Rates of up to 0.300 % in `approach` and 100 % in `random`"), "{text}");
 }
 
 /// A variant that is declared safe and missed a contact is named first.
