@@ -1,9 +1,9 @@
 //! What the fuzz targets do with their bytes: one function per target, each a line in [`TARGETS`]. A target must survive
 //! any bytes; what it finds out about them is thrown away.
 //!
-//! `tests/fuzz_corpus.rs` of the package above includes this file and replays `corpus/` through it.
+//! `tests/fuzz.rs` of the package above includes this file and replays `corpus/` through it.
 
-mod engines;
+pub mod engines;
 mod gcode;
 mod mesh;
 mod record;

@@ -1,7 +1,7 @@
 //! Every engine and volume against a judge of their own: meshes and poses made from numbers, verdicts, lists of touching faces and distances, each
 //! held against all pairs of triangles, which [`integers`] decides.
 //!
-//! `tests/differential.rs` runs seeded cases, the fuzz target `engines` those that libFuzzer makes up.
+//! `tests/fuzz.rs` runs seeded cases, the fuzz target `engines` those that libFuzzer makes up.
 //!
 //! Reading order: [`choices`], [`meshes`], [`integers`], [`truth`], [`poses`], [`ask`].
 

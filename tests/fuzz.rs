@@ -1,23 +1,25 @@
-//! Every engine and volume against all pairs of triangles in integers, on seeded cases.
+//! Every engine and volume against all pairs of triangles in integers, on seeded cases; and the seeds of the fuzz targets, with whatever once
+//! made one of them fail.
 //!
 //! A wrong answer is told with its seed and number. To make that case again:
 //!
 //! ```text
-//! DIFFERENTIAL_SEED=1 DIFFERENTIAL_FIRST=4711 DIFFERENTIAL_CASES=1 cargo test --release --test differential -- --ignored --nocapture
+//! DIFFERENTIAL_SEED=1 DIFFERENTIAL_FIRST=4711 DIFFERENTIAL_CASES=1 cargo test --release --test fuzz -- --ignored --nocapture
 //! ```
 //!
 //! The same command with another number of cases is the long form; `DIFFERENTIAL_FIRST` continues where another run ended.
 
-#![allow(clippy::print_stdout, reason = "the long form tells how far it is")]
+#![allow(clippy::print_stdout, reason = "the long form tells how far it is, and the corpus which seed is at fault")]
 
-#[path = "../fuzz/src/engines/mod.rs"]
-mod engines;
+#[path = "../fuzz/src/lib.rs"]
+mod targets;
 
 use bvbench::registry::Registry;
-use engines::{Choices, Tally, check};
 use rayon::prelude::*;
 use std::ops::Range;
+use std::path::Path;
 use std::time::Instant;
+use targets::engines::{Choices, Tally, check};
 
 /// Variants of the registry that each case asks, besides all wide trees.
 const VARIANTS: usize = 2;
@@ -75,4 +77,23 @@ fn as_many_cases_as_asked() {
         );
     }
     assert!(wrong.is_empty(), "{}", told(&wrong));
+}
+
+#[test]
+fn every_target_survives_its_corpus() {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    for (target, _) in targets::TARGETS {
+        let folder = corpus.join(target);
+        let mut files: Vec<_> = std::fs::read_dir(&folder)
+            .unwrap_or_else(|error| panic!("{}: {error}", folder.display()))
+            .map(|entry| entry.expect("an entry of the corpus can be read").path())
+            .collect();
+        files.sort();
+        assert!(!files.is_empty(), "{} is empty", folder.display());
+        for file in files {
+            let bytes = std::fs::read(&file).expect("a seed can be read");
+            println!("{}", file.display());
+            targets::run(target, &bytes);
+        }
+    }
 }
