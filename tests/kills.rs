@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use support::Folder;
 
 /// Kills in the short form of the test.
-const KILLS: u32 = 8;
+const KILLS: u32 = 4;
 const SEED: u64 = 2011;
 
 /// A trial small enough to be repeated: two variants on one scene, with everything that `repro` does.
