@@ -40,6 +40,37 @@ def test_what_does_not_fit_is_named(tmp_path: Path) -> None:
         bvbench.Pair.load(tmp_path)
 
 
+def test_the_truth_of_a_pair_that_was_there_before_is_gone(tmp_path: Path) -> None:
+    box = trimesh.creation.box((1, 1, 1))
+    pair = bvbench.Pair.from_meshes(box, box, np.stack([np.eye(4), np.eye(4)]))
+    pair.exact, pair.grazing, pair.stratum, pair.truth = np.array([True, False]), np.zeros(2, bool), np.array([0, 3], np.uint8), np.array([0.0, 5.0])
+    pair.save(tmp_path)
+    assert bvbench.Pair.load(tmp_path).strata == ["colliding", "far"]
+    pair.truth = np.zeros(0)
+    pair.save(tmp_path)
+    assert bvbench.Pair.load(tmp_path).exact.tolist() == [True, False] and not (tmp_path / "truth.npy").exists()
+    bvbench.Pair.from_meshes(box, box, np.stack([np.eye(4), np.eye(4)])).save(tmp_path)
+    assert len(bvbench.Pair.load(tmp_path).exact) == 0
+    pair.grazing = np.zeros(3, bool)
+    with pytest.raises(ValueError, match="grazing has 3 entries for 2 poses"):
+        pair.save(tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
+def test_only_rigid_motions_are_poses() -> None:
+    bad = [np.eye(4) for _ in range(7)]
+    bad[0][0, 3], bad[1][0, 0], bad[2][1, 2] = np.nan, np.nan, np.inf
+    bad[3][3, 0], bad[4][3, 3] = 1, 2
+    bad[5][0, 0] = 1e200
+    bad[6] = np.zeros((4, 4))
+    for number, pose in enumerate(bad):
+        with pytest.raises(ValueError, match="pose 1 is not a rotation and a translation"):
+            bvbench.poses.check_poses([np.eye(4), pose])
+            pytest.fail(f"pose {number} passes")
+    assert (bvbench.poses.check_poses([np.eye(4)[:3]]) == np.eye(4)).all()
+    assert bvbench.poses.check_poses(np.zeros((0, 4, 4))).shape == (0, 4, 4)
+
+
 def test_recorded_poses_keep_their_bits(tmp_path: Path) -> None:
     frames = [{"tool": turned(0.1, (1 / 3, 2, 3))}, {"tool": turned(0.2, (4, 5, 6)), "vice": np.eye(4)}]
     bvbench.write_poses(tmp_path / "poses.csv", frames)
@@ -55,6 +86,25 @@ def test_quaternions_are_read(tmp_path: Path) -> None:
 
 
 def test_a_bad_row_is_named(tmp_path: Path) -> None:
-    (tmp_path / "poses.csv").write_text("part,qw,qx,qy,qz,tx,ty,tz\ntool,1,0,0,0,1,2,x\n", encoding="utf-8")
-    with pytest.raises(bvbench.RunError, match=r"poses.csv:2: could not convert"):
-        bvbench.read_poses(tmp_path / "poses.csv")
+    header = "part,qw,qx,qy,qz,tx,ty,tz\n"
+    for text, message in [
+        (f"{header}tool,1,0,0,0,1,2,x\n", "2: could not convert"),
+        (f"# a comment\n{header}# another\n\ntool,1,0,0,0,1,2,x\n", "5: could not convert"),
+        (f"{header}tool,2,0,0,0,1,2,3\n", "2: the quaternion's length is not 1"),
+        (f"{header}tool,0,0,0,0,1,2,3\n", "2: the quaternion's length is not 1"),
+        (f"{header}tool,nan,0,0,0,1,2,3\n", "2: the quaternion's length is not 1"),
+        (f"{header}tool,1,0,0,0,1,nan,3\n", "2: pose 0 is not"),
+        (f"{header}tool,1,0,0\n", "2: 3 numbers, not 7"),
+        ("# a comment\npart,x,y\n", "2: the columns must be"),
+        ("", "1: the columns must be"),
+        (header, "1: there is no pose"),
+    ]:
+        (tmp_path / "poses.csv").write_text(text, encoding="utf-8")
+        with pytest.raises(bvbench.RunError, match=f"poses.csv:{message}"):
+            bvbench.read_poses(tmp_path / "poses.csv")
+
+
+def test_spaces_and_blank_lines_mean_nothing(tmp_path: Path) -> None:
+    text = "frame , part,qw,qx,qy,qz,tx,ty,tz\n1,tool,1,0,0,0,1,2,3\n1 , vice,1,0,0,0,4,5,6\n\n# a comment\n2,tool,1,0,0,0,7,8,9\n\n"
+    (tmp_path / "poses.csv").write_text(text, encoding="utf-8")
+    assert [sorted(frame) for frame in bvbench.read_poses(tmp_path / "poses.csv")] == [["tool", "vice"], ["tool"]]

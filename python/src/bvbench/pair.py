@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+#: Arrays of the truth, which a pair may lack, and their types in files.
+_TRUTH = {"exact": "|u1", "grazing": "|u1", "stratum": "|u1", "truth": "<f8"}
 _STRATA = ("colliding", "near-miss", "medium", "far")
 
 
@@ -107,15 +109,22 @@ class Pair:
         return [_STRATA[index] for index in self.stratum]
 
     def save(self, folder: str | os.PathLike[str]) -> None:
-        """Writes the arrays that a runner of ``bvbench peers`` reads, and the truth where there is one."""
+        """Writes the arrays that a runner of ``bvbench peers`` reads, and the truth where there is one; that of a pair which was there before is removed.
+
+        Raises `ValueError`, before anything is written, when the truth has not an entry for each pose.
+        """
         folder = Path(folder)
+        truth = {name: getattr(self, name).astype(kind) for name, kind in _TRUTH.items() if len(getattr(self, name))}
+        for name, array in truth.items():
+            if len(array) != len(self.poses):
+                raise ValueError(f"{name} has {len(array)} entries for {len(self.poses)} poses")
         folder.mkdir(parents=True, exist_ok=True)
         arrays = {
             "a_vertices": self.a_vertices.astype("<f8"), "a_faces": self.a_faces.astype("<u4"),
             "b_vertices": self.b_vertices.astype("<f8"), "b_faces": self.b_faces.astype("<u4"),
             "poses": self.poses[:, :3].astype("<f8"), "chunks": self.chunks.astype("<u4"),
         }  # fmt: skip
-        if len(self.exact):
-            arrays |= {"exact": self.exact.astype("|u1"), "grazing": self.grazing.astype("|u1"), "stratum": self.stratum.astype("|u1"), "truth": self.truth.astype("<f8")}
-        for name, array in arrays.items():
+        for name in _TRUTH:
+            (folder / f"{name}.npy").unlink(missing_ok=True)
+        for name, array in (arrays | truth).items():
             np.save(folder / f"{name}.npy", np.ascontiguousarray(array), allow_pickle=False)

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 _MATRIX = [f"m{row}{column}" for row in range(3) for column in range(4)]
 _QUATERNION = ["qw", "qx", "qy", "qz", "tx", "ty", "tz"]
 
-#: How far R^T R may be from 1, per entry: what bvbench takes for a rotation.
+#: How far R^T R may be from 1, per entry, and the squared length of a quaternion: what bvbench takes for a rotation.
 ROTATION_TOLERANCE = 1e-4
 
 
 def check_poses(poses: ArrayLike) -> NDArray[np.float64]:
-    """(n, 4, 4) rigid motions from (n, 4, 4) or (n, 3, 4) ones. Raises `ValueError` for another shape and for what is no rotation."""
+    """(n, 4, 4) rigid motions from (n, 4, 4) or (n, 3, 4) ones. Raises `ValueError` for another shape and for what is no rigid motion."""
     given = np.asarray(poses, np.float64)
     if given.ndim != 3 or given.shape[1:] not in ((4, 4), (3, 4)):
         raise ValueError(f"poses have shape {given.shape}, not (n, 4, 4) or (n, 3, 4)")
@@ -30,8 +30,12 @@ def check_poses(poses: ArrayLike) -> NDArray[np.float64]:
     whole[:, :3] = given[:, :3]
     whole[:, 3, 3] = 1
     rotations = whole[:, :3, :3]
-    bad = np.abs(np.einsum("nij,nik->njk", rotations, rotations) - np.eye(3)).max(axis=(1, 2)) > ROTATION_TOLERANCE
-    bad |= np.linalg.det(rotations) < 0
+    bad = ~np.isfinite(given).all(axis=(1, 2))
+    # What is not finite or overflows is no rotation.
+    with np.errstate(all="ignore"):
+        bad |= ~(np.abs(np.einsum("nij,nik->njk", rotations, rotations) - np.eye(3)).max(axis=(1, 2)) <= ROTATION_TOLERANCE)
+        bad |= np.linalg.det(rotations) < 0
+        bad |= np.abs(given[:, 3:] - [0, 0, 0, 1]).max(axis=(1, 2), initial=0.0) > ROTATION_TOLERANCE
     if bad.any():
         raise ValueError(f"pose {int(bad.argmax())} is not a rotation and a translation")
     return whole
@@ -56,13 +60,15 @@ def read_poses(path: str | os.PathLike[str]) -> list[dict[str, NDArray[np.float6
     frames: list[dict[str, NDArray[np.float64]]] = []
     last: str | None = None
     with open(path, newline="", encoding="utf-8") as file:
-        reader = csv.reader(line for line in file if not line.startswith("#"))
-        header = [name.strip() for name in next(reader, [])]
+        # Comments are blank lines, so that the reader counts them.
+        reader = csv.reader("\n" if line.startswith("#") else line for line in file)
+        rows = ([field.strip() for field in row] for row in reader if row)
+        header = next(rows, [])
         has_frame = header[:1] == ["frame"]
         numbers = header[2:] if has_frame else header[1:]
         if header[has_frame : has_frame + 1] != ["part"] or numbers not in (_MATRIX, _QUATERNION):
-            raise RunError(f"{path}:1: the columns must be [frame,]part,{','.join(_QUATERNION)} or [frame,]part,{','.join(_MATRIX)}")
-        for row in reader:
+            raise RunError(f"{path}:{max(reader.line_num, 1)}: the columns must be [frame,]part,{','.join(_QUATERNION)} or [frame,]part,{','.join(_MATRIX)}")
+        for row in rows:
             try:
                 values = [float(value) for value in row[1 + has_frame :]]
                 pose = check_poses((_from_quaternion(values) if numbers == _QUATERNION else np.reshape(values, (3, 4)))[None])[0]
@@ -72,7 +78,9 @@ def read_poses(path: str | os.PathLike[str]) -> list[dict[str, NDArray[np.float6
             if not frames or frame is None or frame != last:
                 frames.append({})
             last = frame
-            frames[-1][row[int(has_frame)].strip()] = pose
+            frames[-1][row[int(has_frame)]] = pose
+    if not frames:
+        raise RunError(f"{path}:1: there is no pose in the file")
     return frames
 
 
@@ -80,7 +88,10 @@ def _from_quaternion(values: list[float]) -> NDArray[np.float64]:
     """The motion of a unit quaternion (w, x, y, z) and a translation."""
     if len(values) != 7:
         raise ValueError(f"{len(values)} numbers, not 7")
-    w, x, y, z = (value / np.linalg.norm(values[:4]) for value in values[:4])
+    squared = sum(value * value for value in values[:4])
+    if not abs(squared - 1) <= ROTATION_TOLERANCE:
+        raise ValueError("the quaternion's length is not 1")
+    w, x, y, z = (value / squared**0.5 for value in values[:4])
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), values[4]],
