@@ -1,5 +1,7 @@
 """What trimesh's own tests do not ask of the manager that stands in for its own."""
 
+import sys
+
 import numpy as np
 import pytest
 import trimesh
@@ -55,10 +57,35 @@ def test_what_is_inside_a_convex_solid_collides_with_it():
         assert hit and len(data) == 1
         corners = torus.triangles[data[0].index("torus")] + [31, 0, 0]
         assert np.abs(corners - data[0].point).max(axis=1).min() < 1e-12
+    # It is at distance 0, and two solids at their depth; what touches or is outside has the distance of surfaces.
+    manager = obbtree.CollisionManager()
+    manager.add_object("box", box)
+    assert manager.min_distance_single(trimesh.creation.box()) == pytest.approx(-5.0)
+    assert manager.min_distance_single(torus, at(20)) == pytest.approx(20 - 4.5 - 1.3)
+    assert manager.min_distance_single(torus, at(4.5)) == 0.0
+    distance, name, data = manager.min_distance_single(torus, at(1), return_name=True, return_data=True)
+    assert distance == data.distance == 0.0 and name == "box" and data.names == {"box", "__external"}
+    corners = torus.triangles[data.index("__external")] + [1, 0, 0]
+    assert np.abs(corners - data.point("box")).max(axis=1).min() < 1e-12
+    np.testing.assert_array_equal(data.point("box"), data.point("__external"))
+    for order in (parts, parts[::-1]):
+        manager = obbtree.CollisionManager()
+        for part in order:
+            manager.add_object(*part)
+        manager.add_object("far", torus, at(60))
+        assert manager.min_distance_internal(return_names=True) == (0.0, ("box", "torus"))
+        assert manager.min_distance_internal("torus", return_names=True) == (0.0, ("box", "torus"))
+        assert manager.min_distance_internal("far") == pytest.approx(60 - 30 - 4.5 - 1.3)
+        other = obbtree.CollisionManager()
+        other.add_object("inner", torus, at(29))
+        manager.remove_object("torus")
+        assert manager.min_distance_other(other, return_names=True) == (0.0, ("box", "inner"))
+        assert other.min_distance_other(manager) == 0.0
     # A surface holds nothing.
     manager = obbtree.CollisionManager()
     manager.add_object("outer", trimesh.creation.torus(10.0, 4.0))
     assert not manager.in_collision_single(trimesh.creation.box(), at(10))
+    assert manager.min_distance_single(trimesh.creation.box(), at(10)) > 0
 
 
 def test_contacts_of_surfaces_have_faces_points_normals_and_depths():
@@ -114,8 +141,10 @@ def test_names_are_any_that_can_be_hashed_and_objects_are_replaced():
     for call in (manager.remove_object, lambda name: manager.set_transform(name, at()), manager.min_distance_internal):
         with pytest.raises(ValueError, match="not in collision manager"):
             call(12)
-    with pytest.raises(ValueError, match="no pair"):
-        manager.min_distance_internal()
+    # As trimesh says where there is no pair.
+    assert manager.min_distance_internal(return_names=True, return_data=True) == (sys.float_info.max, None, None)
+    assert manager.min_distance_internal(7) == obbtree.CollisionManager().min_distance_single(box) == sys.float_info.max
+    assert manager.min_distance_other(obbtree.CollisionManager(), return_names=True) == (sys.float_info.max, None)
     with pytest.raises(ValueError, match=r"\(4,4\)"):
         manager.add_object("bad", box, np.eye(3))
 

@@ -1,12 +1,13 @@
 """A collision manager with the methods of trimesh.collision.CollisionManager, to stand in for it.
 
 As there, convex meshes are solids: what is inside one collides with it, and two that overlap have a depth, which min_distance_* give as a negative
-distance. All other meshes are surfaces; the distance of two that touch is 0. Names are hashable and can be sorted.
+distance. All other meshes are surfaces; the distance of two that touch is 0, and that of one inside a solid. Names are hashable and can be sorted.
 """
 
 from __future__ import annotations
 
 import hashlib
+import sys
 from collections.abc import Iterable
 from typing import Any
 
@@ -27,7 +28,7 @@ Names = tuple[Any, Any]
 
 
 class ContactData:
-    """Two faces that touch, or two convex solids that overlap."""
+    """Two faces that touch, two convex solids that overlap, or a surface inside one."""
 
     def __init__(self, names: Names, faces: tuple[int, int], point: Vector, normal: Vector, depth: float) -> None:
         self.names = set(names)
@@ -35,7 +36,7 @@ class ContactData:
         self.point = point
         """A point of the contact, of shape (3,), in the world."""
         self.normal = normal
-        """The direction, of shape (3,), in which the second object is to move to part them."""
+        """The direction, of shape (3,), in which the second object is to move to part them; zeros for a surface inside a solid."""
         self.depth = depth
         """How far."""
 
@@ -145,9 +146,9 @@ class CollisionManager:
         self, mesh: Any, transform: ArrayLike | None = None, return_name: bool = False, return_data: bool = False
     ) -> Any:
         """The distance of a mesh from the nearest object, that object's name, and the DistanceData."""
-        other = self._of_one(mesh, transform)
-        (i, j), data = self._nearest(other)
-        return _answer(data.distance, self._numbered[i].name, data, return_name, return_data)
+        found = self._nearest(self._of_one(mesh, transform))
+        name = None if found is None else self._numbered[found[0][0]].name
+        return _distance(found, name, return_name, return_data)
 
     def min_distance_internal(
         self, name: Any | None = None, return_names: bool = False, return_data: bool = False
@@ -155,17 +156,17 @@ class CollisionManager:
         """The distance of the nearest pair of objects, or of the object nearest to `name`; the names, sorted; the DistanceData."""
         if name is not None:
             self._known(name)
-        (i, j), data = self._nearest(self, None if name is None else self._key_of[name])
-        names = tuple(sorted((self._numbered[i].name, self._numbered[j].name)))
-        return _answer(data.distance, names, data, return_names, return_data)
+        found = self._nearest(self, None if name is None else self._key_of[name])
+        names = None if found is None else tuple(sorted(self._numbered[key].name for key in found[0]))
+        return _distance(found, names, return_names, return_data)
 
     def min_distance_other(
         self, other_manager: CollisionManager, return_names: bool = False, return_data: bool = False
     ) -> Any:
         """The distance of the nearest pair of objects of both managers; the names, ours first; the DistanceData."""
-        (i, j), data = self._nearest(other_manager)
-        names = (self._numbered[i].name, other_manager._numbered[j].name)
-        return _answer(data.distance, names, data, return_names, return_data)
+        found = self._nearest(other_manager)
+        names = None if found is None else (self._numbered[found[0][0]].name, other_manager._numbered[found[0][1]].name)
+        return _distance(found, names, return_names, return_data)
 
     def _known(self, name: Any) -> CollisionObject:
         if name not in self._objs:
@@ -212,13 +213,16 @@ class CollisionManager:
         known = set(touching)
         return touching + [pair for pair in near if pair not in known and self._held(pair, other) is not None]
 
-    def _held(self, pair: tuple[str, str], other: CollisionManager) -> tuple[CollisionObject, int, int] | None:
-        """Of two objects that do not touch the one that is inside the other, a convex solid; and a face and a vertex of it that are."""
+    def _held(self, pair: tuple[str, str], other: CollisionManager) -> tuple[tuple[int, int], Vector] | None:
+        """Of two objects that do not touch, one inside the other, a convex solid: a corner of what is inside, and a face of each."""
         a, b = self._numbered[pair[0]], other._numbered[pair[1]]
         for outer, inner in ((a, b), (b, a)):
-            corner = None if outer.convex is None else outer.convex.corner_inside(inner.collider, _relative(outer, inner))
-            if corner is not None:
-                return inner, *corner
+            found = None if outer.convex is None else outer.convex.corner_inside(inner.collider, _relative(outer, inner))
+            if found is not None:
+                face, vertex = found
+                # Nothing touches: the outer one has no face to name.
+                faces = (0, face) if inner is b else (face, 0)
+                return faces, _moved(_pose(inner.transform), inner.collider.mesh.vertices[vertex])
         return None
 
     def _overlap(self, pair: tuple[str, str], other: CollisionManager) -> Penetration | None:
@@ -255,14 +259,12 @@ class CollisionManager:
                 continue
             held = self._held(pair, other)
             if held is not None:
-                # Nothing touches: the outer one has no face to name.
-                inner, face, vertex = held
-                corner = _moved(_pose(inner.transform), inner.collider.mesh.vertices[vertex])
-                data.append(ContactData(names, (0, face) if inner is b else (face, 0), corner, np.zeros(3), 0.0))
+                faces, corner = held
+                data.append(ContactData(names, faces, corner, np.zeros(3), 0.0))
         return data
 
-    def _nearest(self, other: CollisionManager, only: str | None = None) -> tuple[tuple[str, str], DistanceData]:
-        """The nearest pair; of solids that overlap the deepest."""
+    def _nearest(self, other: CollisionManager, only: str | None = None) -> tuple[tuple[str, str], DistanceData] | None:
+        """The nearest pair; of solids that overlap the deepest. None where there is no pair."""
         inside = other is self
         near = self._manager.near_pairs() if inside else self._manager.near_pairs_with(other._manager)
         if only is not None:
@@ -282,15 +284,30 @@ class CollisionManager:
         else:
             found = self._manager.nearest() if inside else self._manager.nearest_with(other._manager)
         if found is None:
-            raise ValueError("there is no pair of objects to measure")
+            return None
+
+        def names(pair: tuple[str, str]) -> Names:
+            return self._numbered[pair[0]].name, other._numbered[pair[1]].name
+
         pair, nearest = found
-        names = (self._numbered[pair[0]].name, other._numbered[pair[1]].name)
-        return pair, DistanceData(names, nearest.distance, nearest.points, nearest.faces)
+        # Only what touches is at 0 so far.
+        for inner in near if nearest.distance > 0.0 else []:
+            held = self._held(inner, other)
+            if held is not None:
+                faces, corner = held
+                return inner, DistanceData(names(inner), 0.0, np.array([corner, corner]), faces)
+        return pair, DistanceData(names(pair), nearest.distance, nearest.points, nearest.faces)
 
 
 def _answer(first: Any, names: Any, data: Any, with_names: bool, with_data: bool) -> Any:
     answer = (first, *([names] if with_names else []), *([data] if with_data else []))
     return answer[0] if len(answer) == 1 else answer
+
+
+def _distance(found: tuple[tuple[str, str], DistanceData] | None, names: Any, with_names: bool, with_data: bool) -> Any:
+    """The answer about a nearest pair: as trimesh's, the largest number where there is no pair."""
+    distance, data = (sys.float_info.max, None) if found is None else (found[1].distance, found[1])
+    return _answer(distance, names, data, with_names, with_data)
 
 
 def _matrix(transform: ArrayLike | None) -> Vector:
