@@ -10,19 +10,17 @@ type Pair = (f64, [Point; 2]);
 /// The nearest points, of `a` and of `b`: the same point twice, up to rounding, where the triangles touch. Accurate to about 1e-12 of the largest
 /// coordinate.
 pub(crate) fn nearest(a: &Triangle, b: &Triangle) -> [Point; 2] {
+    for (edges_of, face) in [(a, b), (b, a)] {
+        if let Some(point) = edges(edges_of).iter().find_map(|edge| piercing(edge, face)) {
+            return [point; 2];
+        }
+    }
     let swap = |(squared, [p, q]): Pair| (squared, [q, p]);
     let mut best = corners_on(a, b);
     best = nearer(best, swap(corners_on(b, a)));
     for [p, q] in edges(a) {
         for [r, s] in edges(b) {
             best = nearer(best, segments(&[p, q], &[r, s]));
-        }
-    }
-    for (edges_of, face) in [(a, b), (b, a)] {
-        for edge in edges(edges_of) {
-            if let Some(point) = piercing(&edge, face) {
-                best = nearer(best, (0.0, [point; 2]));
-            }
         }
     }
     best.1
