@@ -77,7 +77,7 @@ struct WatchOptions {
     #[arg(long)]
     pki: Option<PathBuf>,
     /// Seconds after which the watch ends; without it, at Ctrl-C
-    #[arg(long = "for")]
+    #[arg(long = "for", value_parser = seconds)]
     seconds: Option<f64>,
 }
 
@@ -105,16 +105,16 @@ struct ControlOptions {
     #[arg(long, default_value_t = 5)]
     late_cycles: u32,
     /// Largest error of a position that is shown, in the unit of its node
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, value_parser = jitter)]
     jitter: f64,
     /// Seed of what is dropped, late and wrong
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Seconds of motion after which the server goes down and comes back; 0 for never
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, value_parser = seconds)]
     restart_every: f64,
     /// Seconds that it stays down
-    #[arg(long, default_value_t = 0.5)]
+    #[arg(long, default_value_t = 0.5, value_parser = seconds)]
     down: f64,
     /// Go back the way it came when the program is over, and forth again, until Ctrl-C
     #[arg(long)]
@@ -158,7 +158,7 @@ struct LatencyOptions {
     #[arg(long, default_value_t = 4.0, value_parser = patience)]
     judge_s: f64,
     /// Seconds per row over the network; 0 to leave it out
-    #[arg(long, default_value_t = 3.0)]
+    #[arg(long, default_value_t = 3.0, value_parser = patience)]
     network_s: f64,
 }
 
@@ -218,6 +218,15 @@ fn share(text: &str) -> Result<f64, String> {
 
 fn patience(text: &str) -> Result<f64, String> {
     between(text, 3600.0, "s")
+}
+
+/// Up to a year.
+fn seconds(text: &str) -> Result<f64, String> {
+    between(text, 365.0 * 86_400.0, "s")
+}
+
+fn jitter(text: &str) -> Result<f64, String> {
+    between(text, 1e6, "units of the node")
 }
 
 fn minutes(text: &str) -> Result<f64, String> {
@@ -296,8 +305,8 @@ async fn asked_to_end() -> std::io::Result<()> {
 fn end(stop: CancellationToken, seconds: Option<f64>) {
     tokio::spawn(async move {
         let wait = async {
-            match seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok()) {
-                Some(wait) => tokio::time::sleep(wait).await,
+            match seconds {
+                Some(seconds) => tokio::time::sleep(Duration::from_secs_f64(seconds)).await,
                 None => std::future::pending().await,
             }
         };
@@ -475,4 +484,34 @@ fn soak_verb(options: SoakOptions) -> Result<()> {
     };
     let program = options.program.as_deref();
     Soak { scene: &scene, config: &config, run: &run, program, settings: &settings }.run(&exact, &mut |line| say(line))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_and_sizes_are_finite_and_not_negative() {
+        for [verb, option] in [
+            ["watch", "--for"],
+            ["control", "--jitter"],
+            ["control", "--restart-every"],
+            ["control", "--down"],
+            ["control", "--patience"],
+            ["latency", "--network-s"],
+            ["latency", "--judge-s"],
+        ] {
+            let parse = |value: &str| {
+                let value = format!("{option}={value}");
+                let more: &[&str] = if verb == "latency" { &["--out", "D"] } else { &[] };
+                let words = [&["bvbench-live", verb, "live.toml", value.as_str()], more].concat();
+                Arguments::try_parse_from(words).map(drop)
+            };
+            assert!(parse("2").is_ok(), "{option}");
+            for value in ["nan", "inf", "1e300", "-1"] {
+                let refused = parse(value).unwrap_err().to_string();
+                assert!(refused.contains("are not between 0 and"), "{option} {value}: {refused}");
+            }
+        }
+    }
 }
