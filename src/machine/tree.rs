@@ -4,6 +4,7 @@ use super::joint::{Joint, OutOfLimits};
 use crate::geometry::Isometry;
 use rs274::{Axis, Position};
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 use thiserror::Error;
 
 /// Why links do not form a machine. Each variant names the faulty link by its index.
@@ -161,6 +162,13 @@ impl Machine {
         limits.reduce(|[low, high], [min, max]| [low.max(min), high.min(max)])
     }
 
+    /// The way of an axis, in its unit, after which all its joints are where they were: a full turn. `None` when a joint slides, or there is none.
+    #[must_use]
+    pub fn full_turn(&self, axis: Axis) -> Option<f64> {
+        let joint = self.joints_of(axis).next()?;
+        self.joints_of(axis).all(Joint::turns).then(|| TAU / joint.gain())
+    }
+
     /// The joints that an axis drives, in link order.
     pub fn joints_of(&self, axis: Axis) -> impl Iterator<Item = &Joint> {
         self.links.iter().filter_map(|link| link.joint.as_ref()).filter(move |joint| joint.axis == axis)
@@ -282,6 +290,24 @@ mod tests {
         let Poses(poses) = gripper.forward(&position);
         assert_eq!(poses[0].translation.y, 4.0);
         assert_eq!(poses[1].translation.y, -4.0);
+    }
+
+    #[test]
+    fn an_axis_has_a_full_turn_when_all_its_joints_turn() {
+        let turn = |axis| Joint::rotary(axis, Vector::z(), Point::origin(), Limits::NONE).ok();
+        let slide = |axis| Joint::prismatic(axis, Vector::x(), Limits::NONE).ok();
+        let machine = Machine::new(vec![
+            link("a", None, [0.0; 3], turn(Axis::A)),
+            link("b", None, [0.0; 3], turn(Axis::B)),
+            link("b2", None, [0.0; 3], slide(Axis::B)),
+            link("u", None, [0.0; 3], turn(Axis::U)),
+            link("x", None, [0.0; 3], slide(Axis::X)),
+        ])
+        .unwrap();
+        assert_eq!(machine.full_turn(Axis::A), Some(4.0 * FRAC_PI_2));
+        // An axis in mm turns a degree per mm.
+        assert!((machine.full_turn(Axis::U).unwrap() - 360.0).abs() < 1e-9);
+        assert_eq!([Axis::B, Axis::X, Axis::C].map(|axis| machine.full_turn(axis)), [None; 3]);
     }
 
     #[test]

@@ -5,11 +5,10 @@
 
 use super::{Clearances, Pair, Part, Role, Scene};
 use crate::geometry::{Mesh, Point};
+use crate::machine::Machine;
 use crate::machine::travel::Ball;
-use crate::machine::{Joint, Machine};
 use rs274::{Axis, Position};
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 use std::fmt;
 
 /// Range of each axis, mm and radians. Infinite for an axis without limits.
@@ -49,10 +48,9 @@ impl Range {
     /// The range with rotary axes reduced to one turn, which gives the same poses, because a joint that turns farther repeats itself.
     fn folded(mut self, machine: &Machine) -> Self {
         for axis in Axis::ALL {
-            let Some(joint) = machine.joints_of(axis).next() else { continue };
-            let turn = TAU / joint.gain();
-            let turns = machine.joints_of(axis).all(Joint::turns);
-            if turns && self.high[axis] - self.low[axis] > turn {
+            if let Some(turn) = machine.full_turn(axis)
+                && self.high[axis] - self.low[axis] > turn
+            {
                 let low = [self.low[axis], self.high[axis] - turn].into_iter().find(|x| x.is_finite());
                 self.low[axis] = low.unwrap_or(-0.5 * turn);
                 self.high[axis] = self.low[axis] + turn;
@@ -250,7 +248,8 @@ fn bounds(mesh: &Mesh) -> (Point, Point) {
 mod tests {
     use super::*;
     use crate::geometry::{Isometry, Point, Vector};
-    use crate::machine::{Limits, Link};
+    use crate::machine::{Joint, Limits, Link};
+    use std::f64::consts::TAU;
 
     fn link(name: &str, at: [f64; 3], joint: Joint) -> Link {
         Link {

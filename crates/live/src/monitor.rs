@@ -5,6 +5,7 @@
 
 use crate::config::{Config, Release};
 use crate::judge::{Answer, Ignorance, Judge, State, Verdict};
+use bvbench::machine::Machine;
 use bvbench::scene::{Pair, Scene};
 use rs274::{Axis, Position};
 use std::collections::VecDeque;
@@ -128,11 +129,15 @@ pub struct Outcome {
     pub delay_s: f64,
 }
 
+/// A value of an axis, and its source time, ticks.
+type Value = (i64, f64);
+
 /// The last two values of an axis.
 #[derive(Clone, Debug, Default)]
 struct Track {
-    last: Option<(i64, f64)>,
-    before: Option<(i64, f64)>,
+    last: Option<Value>,
+    /// Of an axis that turns without end: on the turn of the last, so that their difference is the way between them.
+    before: Option<Value>,
     bad: Option<String>,
 }
 
@@ -145,6 +150,8 @@ pub struct Monitor<'a> {
     source_jitter_s: f64,
     release: Release,
     axes: Vec<(Axis, Track)>,
+    /// A full turn of each axis that turns without end, in the unit of the axis.
+    full_turn: [Option<f64>; 9],
     /// Tool in the spindle, or why it is not known.
     tool: Result<u32, Fault>,
     /// The tool until a node reports one.
@@ -179,6 +186,7 @@ impl<'a> Monitor<'a> {
             source_jitter_s: config.source_jitter_s,
             release: config.release,
             axes: axes.map(|axis| (axis, Track::default())).collect(),
+            full_turn: Axis::ALL.map(|axis| endless_turn(&scene.machine, axis)),
             tool: first_tool.clone(),
             first_tool,
             line: 0,
@@ -283,7 +291,12 @@ impl<'a> Monitor<'a> {
             }
             Some((ticks, _)) if reading.source_ticks == ticks => None,
             last => {
-                (track.before, track.last) = (last, Some((reading.source_ticks, value)));
+                let now = (reading.source_ticks, value);
+                let before = match (last, self.full_turn[axis as usize]) {
+                    (Some(last), Some(turn)) => Some(on_the_turn(turn, track.before, last, now)),
+                    _ => last,
+                };
+                (track.before, track.last) = (before, Some(now));
                 None
             }
         }
@@ -397,6 +410,21 @@ impl<'a> Monitor<'a> {
             delay_s: self.delay_s,
         }
     }
+}
+
+/// A full turn of an axis that turns without end: a control may show such an axis modulo a turn.
+fn endless_turn(machine: &Machine, axis: Axis) -> Option<f64> {
+    let is_endless = machine.axis_limits(axis) == Some([f64::NEG_INFINITY, f64::INFINITY]);
+    machine.full_turn(axis).filter(|_| is_endless)
+}
+
+/// `last`, whole turns away from where it is: of the ways from there to `now`, the one nearest to the way at the velocity before. Without that, the
+/// shortest one.
+fn on_the_turn(turn: f64, before: Option<Value>, last: Value, now: Value) -> Value {
+    let over_s = |from: Value, to: Value| seconds(to.0.saturating_sub(from.0));
+    let velocity = before.map(|before| (last.1 - before.1) / over_s(before, last)).filter(|v| v.is_finite());
+    let expected = velocity.unwrap_or(0.0) * over_s(last, now);
+    (last.0, last.1 + turn * ((now.1 - last.1 - expected) / turn).round())
 }
 
 fn seconds(ticks: i64) -> f64 {
@@ -563,6 +591,59 @@ mod tests {
         bench.sample(0.0);
         bench.ticks -= CYCLE / 2;
         assert_eq!((bench.fault(0.4), bench.fault(0.4)), ("no-velocity", "none"));
+    }
+
+    /// A block on a table that turns by C, and the faults when C is shown at these angles, degrees, a cycle apart.
+    fn faults_of_turning(limits: &str, degrees: &[f64]) -> Vec<&'static str> {
+        let table = format!(
+            "[[machine.links]]\nname = \"c\"\njoint = {{ axis = \"C\", direction = [0, 0, 1]{limits} }}\n[[parts]]"
+        );
+        let text = testing::SCENE.replacen("[[parts]]", &table, 1);
+        let scene = testing::scene(&text.replace("role = \"fixture\"", "role = \"fixture\"\nlink = \"c\""));
+        let mut bench = Bench::new(&scene, "axes.C.acceleration = 9000");
+        let fault = |&angle: &f64| {
+            bench.pass();
+            let turned =
+                Reading { slot: Slot::Axis(Axis::C), value: Ok(angle.to_radians()), source_ticks: bench.ticks };
+            let readings = [bench.readings(0.0), vec![turned]].concat();
+            bench.monitor.take(&readings, bench.received_s).unwrap().fault.map_or("none", |fault| fault.name())
+        };
+        degrees.iter().map(fault).collect()
+    }
+
+    #[test]
+    fn an_axis_that_turns_without_end_may_be_shown_modulo_a_turn() {
+        let rest = |faults: Vec<&'static str>| faults[1..].to_vec();
+        for degrees in [
+            [359.92, 359.96, 0.0, 0.04],
+            [0.04, 0.0, 359.96, 359.92],
+            [179.92, 179.96, -180.0, -179.96],
+            [719.92, 719.96, 720.0, 720.04],
+        ] {
+            assert_eq!(rest(faults_of_turning("", &degrees)), ["none"; 3], "{degrees:?}");
+        }
+        // Where the joint has limits, what looks like a turn is one.
+        let limits = ", min_deg = -720, max_deg = 720";
+        assert_eq!(rest(faults_of_turning(limits, &[359.92, 359.96, 0.0])), ["none", "contact"]);
+        // A value that is no number is forgotten after two samples.
+        let faults = faults_of_turning("", &[0.0, 0.0, f64::NAN, 0.0, 0.0]);
+        assert_eq!(rest(faults), ["none", "unknown", "unknown", "none"]);
+    }
+
+    #[test]
+    fn of_the_ways_around_that_one_counts_that_differs_least_from_the_last() {
+        let way = |before: Option<f64>, last: f64, now: f64, cycles: i64| {
+            let from = on_the_turn(360.0, before.map(|angle| (0, angle)), (CYCLE, last), ((1 + cycles) * CYCLE, now));
+            now - from.1
+        };
+        // Without a velocity, the shorter way.
+        assert_eq!(
+            (way(None, 350.0, 20.0, 1), way(None, 20.0, 350.0, 1), way(None, 10.0, 50.0, 1)),
+            (30.0, -30.0, 40.0)
+        );
+        // At 8 degrees a cycle, 25 cycles without a sample are 200 degrees and not 160 the other way, however the axis is shown.
+        assert_eq!((way(Some(2.0), 10.0, 210.0, 25), way(Some(202.0), 210.0, 50.0, 25)), (200.0, 200.0));
+        assert_eq!(way(Some(8.0), 0.0, 160.0, 25), -200.0);
     }
 
     #[test]
