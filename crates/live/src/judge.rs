@@ -32,7 +32,7 @@ use bvbench::machine::travel::Ball;
 use bvbench::machine::{OutOfLimits, Poses};
 use bvbench::method::Model;
 use bvbench::registry::Variant;
-use bvbench::scene::pairs::{self, Reach};
+use bvbench::scene::pairs::{self, Range, Reach};
 use bvbench::scene::{Clearances, Pair, Scene};
 use bvbench::tree::distance::Proximity;
 use bvbench::truth::Solid;
@@ -46,6 +46,9 @@ use thiserror::Error;
 const OUTLOOK_MM: f64 = 10.0;
 /// Share of a distance that is found at first: mostly a lower bound is all that is needed, and the distance itself takes many times as long.
 const KEPT: f64 = 0.8;
+/// How far beyond its limits an axis may be shown, in resolutions: the position is wrong by up to one, the drive holds its axis within one, and the limit
+/// was taken from such a position.
+const LIMIT_RESOLUTIONS: f64 = 3.0;
 /// Most halvings of the look-ahead. Behind them the width of a piece is `b`, which halving does not narrow.
 const HALVINGS: u32 = 6;
 
@@ -188,6 +191,8 @@ struct Watched {
 pub struct Judge<'a> {
     scene: &'a Scene,
     rule: Rule,
+    /// Where the axes may be.
+    limits: Range,
     bodies: BTreeMap<usize, Body>,
     pairs: Vec<Watched>,
 }
@@ -205,7 +210,8 @@ impl<'a> Judge<'a> {
         if variant.is_for_tools {
             return Err(JudgeError::ForToolsOnly(variant.info.id));
         }
-        let decisions = pairs::decide(scene, &Reach::of_limits(scene), &Clearances::everywhere(&[rule.near_mm]));
+        let reach = reach(scene, &rule.dynamics);
+        let decisions = pairs::decide(scene, &reach, &Clearances::everywhere(&[rule.near_mm]));
         let kept = decisions.iter().filter(|d| d.dropped.is_none()).map(|d| d.pair);
         let pairs: Vec<Pair> = kept.filter(|&pair| !scene.is_cutting(pair)).collect();
         if pairs.is_empty() {
@@ -221,7 +227,7 @@ impl<'a> Judge<'a> {
         parts.dedup();
         let bodies = parts.into_iter().map(prepare).collect();
         let watched = |pair| Watched { pair, proximity: fresh(), last: None };
-        Ok(Self { scene, rule, bodies, pairs: pairs.into_iter().map(watched).collect() })
+        Ok(Self { scene, rule, limits: reach.axes, bodies, pairs: pairs.into_iter().map(watched).collect() })
     }
 
     /// The pairs that are watched.
@@ -275,7 +281,10 @@ impl<'a> Judge<'a> {
         if let Some(axis) = Axis::ALL.into_iter().find(|&axis| state.position[axis].abs() > FARTHEST) {
             return Some(Ignorance::TooFar(axis.letter()));
         }
-        if let Err(cause) = self.scene.machine.check_limits(&state.position) {
+        let Range { low, high } = &self.limits;
+        let is_beyond = |axis: &Axis| !(low[*axis]..=high[*axis]).contains(&state.position[*axis]);
+        let check = |axis| self.scene.machine.check_axis(axis, &state.position);
+        if let Err(cause) = Axis::ALL.into_iter().filter(is_beyond).try_for_each(check) {
             return Some(cause.into());
         }
         let has_part = self.scene.parts.iter().any(|part| part.tool == Some(state.tool));
@@ -383,6 +392,16 @@ impl<'a> Look<'a> {
 /// Whether the machine has a joint that follows this axis.
 pub(crate) fn is_driven(machine: &Machine, axis: Axis) -> bool {
     machine.joints_of(axis).next().is_some()
+}
+
+/// The machine's limits, widened by what a position that is shown may lie beyond them.
+fn reach(scene: &Scene, dynamics: &Dynamics) -> Reach {
+    let mut reach = Reach::of_limits(scene);
+    for (i, resolution) in dynamics.resolution.into_iter().enumerate() {
+        reach.axes.low.0[i] -= LIMIT_RESOLUTIONS * resolution;
+        reach.axes.high.0[i] += LIMIT_RESOLUTIONS * resolution;
+    }
+    reach
 }
 
 /// Nothing to reuse yet.

@@ -100,6 +100,35 @@ fn ignorance_is_never_clear() {
 }
 
 #[test]
+fn an_axis_may_be_shown_a_few_resolutions_beyond_its_limits() {
+    let scene = testing::mill();
+    let mut judge = judge(&scene);
+    // Resolution 0.001 mm.
+    for x in [-200.0, -200.0004, -200.0029, 200.0029] {
+        let answer = judge.judge(&state(x, 0.0));
+        assert_eq!((answer.verdict, answer.cause), (Verdict::Clear, None), "{x}");
+    }
+    for x in [-200.0031, 200.0031] {
+        assert!(matches!(judge.judge(&state(x, 0.0)).cause, Some(Ignorance::OutOfLimits(_))), "{x}");
+    }
+}
+
+#[test]
+fn parts_that_come_near_just_beyond_the_limits_are_watched() {
+    // At the limit of X the balls around block and holder are farther apart by `gap_mm` than is near.
+    let scene = |gap_mm: f64| {
+        let radius = |part: usize| pairs::ball(&testing::mill().parts[part]).radius;
+        let most = 70.0 - radius(0) - radius(1) - 2.0 - gap_mm;
+        let text = testing::SCENE.replace("-200, max_mm = 200", "0, max_mm = 0");
+        testing::scene(&text.replacen("max_mm = 0", &format!("max_mm = {most}"), 1))
+    };
+    // Each of three axes may be shown 0.003 mm beyond its limits.
+    let judge = |scene: &Scene| Judge::new(scene, Registry::standard().fastest().unwrap(), rule(1000.0)).map(drop);
+    assert!(judge(&scene(0.008)).is_ok());
+    assert!(matches!(judge(&scene(0.010)), Err(JudgeError::NoPairs(_))));
+}
+
+#[test]
 fn what_cannot_be_calculated_is_never_clear() {
     let scene = testing::mill();
     let mut judge = judge(&scene);
