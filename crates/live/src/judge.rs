@@ -7,8 +7,8 @@
 //! - `A_i` be the largest acceleration of the axis, averaged over a cycle of the control, and `a_i` the deceleration of a hold;
 //! - `D` the deadline: from the source time of the sample, a hold takes effect within `D`;
 //! - `σ` the spread of the source times of the axes in one sample, and `ε_i` the resolution of the position;
-//! - `e_i` the error of `v_i`, 0 where source times are exact. With errors of up to `j`, the way of `v_i h` may have taken `h - 2j`, so
-//!   `e_i = |v_i| 2j / (h - 2j)`; then `D + j`, `h + 2j` and `σ + 2j` stand for `D`, `h` and `σ` below.
+//! - `e_i` the error of `v_i`. Both positions are wrong by up to `ε_i`, and source times by up to `j`: the way of `v_i h ± 2ε_i` may have taken
+//!   `h - 2j`, so `e_i = (|v_i| 2j + 2ε_i) / (h - 2j)`; then `D + j`, `h + 2j` and `σ + 2j` stand for `D`, `h` and `σ` below.
 //!
 //! The control changes its velocity in steps of a cycle, so the velocity at `τ` after the sample differs from `v_i` by at most
 //! `e_i + A_i (τ + 2h)`. No axis is faster than `s_i = |v_i| + e_i + A_i (D + 2h)` when the hold takes effect. The hold is an override that falls linearly to zero
@@ -59,7 +59,7 @@ pub struct Dynamics {
     pub acceleration: [f64; 9],
     /// Deceleration of each axis in a hold.
     pub deceleration: [f64; 9],
-    /// Resolution of each position.
+    /// Resolution of each position: its largest error.
     pub resolution: [f64; 9],
 }
 
@@ -402,6 +402,13 @@ fn reach(scene: &Scene, dynamics: &Dynamics) -> Reach {
         reach.axes.high.0[i] += LIMIT_RESOLUTIONS * resolution;
     }
     reach
+}
+
+/// `e`: how wrong the velocity over an interval may be. Both positions are wrong by up to `resolution`, and the interval by up to `jitter_s`, which is
+/// less than it.
+#[must_use]
+pub(crate) fn velocity_error(velocity: f64, resolution: f64, interval_s: f64, jitter_s: f64) -> f64 {
+    (velocity.abs() * jitter_s + 2.0 * resolution) / (interval_s - jitter_s)
 }
 
 /// Nothing to reuse yet.

@@ -6,7 +6,7 @@
 
 use crate::config::Config;
 use crate::control;
-use crate::judge::{Judge, State};
+use crate::judge::{self, Judge, State};
 use crate::monitor::Monitor;
 use crate::play::Plan;
 use crate::watch;
@@ -131,16 +131,18 @@ pub fn measure(
 
 /// Samples of a program that nobody holds: about `most`, in stretches from its beginning to its end, in the order in which they are judged.
 fn stretches(scene: &Scene, run: &ProgramRun, config: &Config, most: usize) -> Result<Vec<Vec<State>>> {
-    let plan = Plan::new(scene, run, &config.dynamics(&scene.machine)?, config.cycle_s)?;
+    let dynamics = config.dynamics(&scene.machine)?;
+    let plan = Plan::new(scene, run, &dynamics, config.cycle_s)?;
     let count = (plan.duration_s() / config.cycle_s) as usize;
     let state = |cycle: usize| {
         let [before, now] = [cycle, cycle + 1].map(|cycle| plan.at(cycle as f64 * config.cycle_s));
         let speed = |i: usize| (now.position.0[i] - before.position.0[i]) / config.cycle_s;
         let velocity = Position(std::array::from_fn(speed));
+        let error = |i: usize| judge::velocity_error(velocity.0[i], dynamics.resolution[i], config.cycle_s, 0.0);
         State {
             position: now.position,
             velocity,
-            velocity_error: Position::default(),
+            velocity_error: Position(std::array::from_fn(error)),
             interval_s: config.cycle_s,
             spread_s: 0.0,
             tool: now.tool,

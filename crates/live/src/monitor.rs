@@ -4,7 +4,7 @@
 //! [`Fault`].
 
 use crate::config::{Config, Release};
-use crate::judge::{Answer, Ignorance, Judge, State, Verdict};
+use crate::judge::{self, Answer, Ignorance, Judge, State, Verdict};
 use bvbench::machine::Machine;
 use bvbench::scene::{Pair, Scene};
 use rs274::{Axis, Position};
@@ -150,6 +150,8 @@ pub struct Monitor<'a> {
     source_jitter_s: f64,
     release: Release,
     axes: Vec<(Axis, Track)>,
+    /// Largest error of each position, mm and radians.
+    resolution: [f64; 9],
     /// A full turn of each axis that turns without end, in the unit of the axis.
     full_turn: [Option<f64>; 9],
     /// Tool in the spindle, or why it is not known.
@@ -186,6 +188,7 @@ impl<'a> Monitor<'a> {
             source_jitter_s: config.source_jitter_s,
             release: config.release,
             axes: axes.map(|axis| (axis, Track::default())).collect(),
+            resolution: Axis::ALL.map(|axis| config.axes.get(&axis.letter()).map_or(0.0, |own| own.resolution)),
             full_turn: Axis::ALL.map(|axis| endless_turn(&scene.machine, axis)),
             tool: first_tool.clone(),
             first_tool,
@@ -325,8 +328,8 @@ impl<'a> Monitor<'a> {
                 Some((before, from)) if is_usable(seconds(ticks.saturating_sub(before))) => {
                     let over_s = seconds(ticks.saturating_sub(before));
                     velocity[*axis] = (value - from) / over_s;
-                    // The way may have taken less time by the errors of both source times.
-                    velocity_error[*axis] = velocity[*axis].abs() * jitter_s / (over_s - jitter_s);
+                    let resolution = self.resolution[*axis as usize];
+                    velocity_error[*axis] = judge::velocity_error(velocity[*axis], resolution, over_s, jitter_s);
                     interval_s = interval_s.max(over_s + jitter_s);
                 }
                 _ => has_velocity = false,
@@ -575,17 +578,19 @@ mod tests {
     }
 
     #[test]
-    fn errors_of_source_times_widen_the_look_ahead() {
+    fn errors_of_positions_and_source_times_widen_the_look_ahead() {
         let scene = testing::mill();
         let horizon_s = |more: &str| {
             let mut bench = Bench::new(&scene, more);
             bench.sample(0.0);
             bench.sample(0.4).horizon_s
         };
-        // v = 0.4 mm / 4 ms = 100 mm/s; s = v + 1000 · (0.02 + 2 · 0.004) = 128 mm/s; H = 0.02 + 0.064 s.
-        assert!((horizon_s("") - 0.084).abs() < 1e-9);
-        // With j = 1 ms v is wrong by up to v · 2 / (4 - 2) = 100 mm/s, h at most 6 ms and D 21 ms: s = 200 + 33 mm/s.
-        assert!((horizon_s("source_jitter_ms = 1") - (0.021 + 0.1165)).abs() < 1e-9);
+        // v = 0.4 mm / 4 ms = 100 mm/s, wrong by up to e = 2 · 0.001 mm / 4 ms = 0.5 mm/s; s = v + e + 1000 · (0.02 + 2 · 0.004) = 128.5 mm/s;
+        // H = D + s / 2000.
+        assert!((horizon_s("") - (0.02 + 0.06425)).abs() < 1e-9);
+        assert!((horizon_s("axes.X.resolution = 0.01") - (0.02 + 0.0665)).abs() < 1e-9);
+        // With j = 1 ms v is wrong by up to (v · 2 ms + 0.002 mm) / (4 - 2) ms = 101 mm/s, h at most 6 ms and D 21 ms: s = 201 + 33 mm/s.
+        assert!((horizon_s("source_jitter_ms = 1") - (0.021 + 0.117)).abs() < 1e-9);
         // An interval that may be none has no velocity.
         let mut bench = Bench::new(&scene, "source_jitter_ms = 1");
         bench.sample(0.0);
