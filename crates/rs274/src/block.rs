@@ -135,6 +135,14 @@ impl Block {
 
     /// Reads a line.
     pub fn parse(line: &str, dialect: Dialect) -> Result<Self, Fault> {
+        let block = Self::read(line, dialect)?;
+        if dialect.is_fanuc_like() && line.contains(';') {
+            refuse_second_block(line, dialect)?;
+        }
+        Ok(block)
+    }
+
+    fn read(line: &str, dialect: Dialect) -> Result<Self, Fault> {
         let mut cursor = Cursor::new(line, dialect)?;
         let like_fanuc = dialect.is_fanuc_like();
         let reads_parameters = line.contains('#');
@@ -192,6 +200,27 @@ impl Block {
             }
         }
     }
+}
+
+/// Fanuc's and Haas's controls end the block at `;`, where others begin a comment. A fault where words stand behind it.
+fn refuse_second_block(line: &str, dialect: Dialect) -> Result<(), Fault> {
+    let mut in_comment = false;
+    let ends_block = |character| {
+        in_comment = match character {
+            '(' => true,
+            ')' => false,
+            _ => in_comment,
+        };
+        character == ';' && !in_comment
+    };
+    let mut column = 1;
+    for (at, part) in line.split(ends_block).enumerate() {
+        if at > 0 && Block::read(part, dialect).is_ok_and(|block| !block.is_empty()) {
+            return Err(Fault::new(column, part.trim(), Cause::SecondBlock));
+        }
+        column += part.chars().count() as u32 + 1;
+    }
+    Ok(())
 }
 
 /// The number of N as an integer; `None` where it is none, as in N10.5.

@@ -115,6 +115,11 @@ pub enum Cause {
         "control flow of Fanuc's macro language is understood in the dialects fanuc and haas; here O-words are, as in `o1 if [#1 EQ 1]`"
     )]
     MacroWord,
+    /// Words behind `;` on a control that ends the block there.
+    #[error(
+        "these words stand behind `;`, where the control ends the block: give them a line of their own, or write a comment in ( )"
+    )]
+    SecondBlock,
     /// A program in a language that is not interpreted.
     #[error("{0}")]
     Foreign(String),
@@ -210,6 +215,7 @@ impl Cause {
                 | Self::UnclosedName
                 | Self::Expected(_)
                 | Self::MacroWord
+                | Self::SecondBlock
                 | Self::UnknownFunction
                 | Self::UnknownLetter
                 | Self::DuplicateWord

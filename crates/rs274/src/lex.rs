@@ -162,7 +162,7 @@ impl Cursor {
         word
     }
 
-    /// Skips comments: `(...)` and everything behind `;`.
+    /// Skips comments: `(...)` and everything behind `;`, which on Fanuc's and Haas's controls ends the block (`block`).
     pub fn skip_comments(&mut self) -> Result<(), Fault> {
         loop {
             match self.peek() {

@@ -485,3 +485,15 @@ fn fanucs_outside_corners_are_straight() {
         run(&format!("{start}X-20.\nM30"), &haas()).moves.iter().any(|step| matches!(step.kind, MoveKind::Arc { .. }))
     );
 }
+
+#[test]
+fn words_behind_a_semicolon_are_a_block_on_fanucs_controls() {
+    for setup in [fanuc(), haas()] {
+        assert_refused("G0X1.;G0Z-5.\nM30", &setup, "1:7", "stand behind `;`");
+        assert_refused("G0X1.;X;Y2.\nM30", &setup, "1:9", "`Y2.`");
+        assert_refused(";G0X1.\nM30", &setup, "1:2", "stand behind `;`");
+        let source = "O1;\nG0X1.;MOVE TO X\nX2.(A;G0Z-5.);\n;(NEXT)\n;TOOL 1 D=10\nM30;";
+        assert_ends(source, &setup, &[[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
+    }
+    assert_ends("G0 X1 ; G0 Z-5\nM2", &linuxcnc(), &[[1.0, 0.0, 0.0]]);
+}
