@@ -8,7 +8,8 @@
 //! - At an inside corner the element before ends, and the new one begins, where the two shifted curves meet.
 //! - A corner of no more than [`SMOOTH_CORNER`] is none.
 //!
-//! The first move leads from where the tool is to the shifted end; it must be at least a radius long. An arc that leads in goes
+//! The first move leads from where the tool is to the shifted end; it must be at least a radius long. On Fanuc's and Haas's controls, at an inside
+//! corner, it leads to beside the start of the next element, which stays whole. An arc that leads in goes
 //! through the tool's place and ends in the programmed direction. G40 changes nothing until the next move, which must be
 //! straight and leads to its programmed end. On lathes (G18) what is shifted is the centre of the nose, and the tool's
 //! orientation says where the point lies that moves are about.
@@ -58,8 +59,8 @@ pub(super) struct Offset {
     left: f64,
     /// From the tool's centre to the point that moves are about: not zero for lathe tools.
     control: Point,
-    /// Whether it goes round outside corners in straight lines.
-    is_mitred: bool,
+    /// Whose corners it goes round.
+    dialect: Dialect,
     /// Where the tool's centre is.
     at: Point,
     /// The last element; `None` before the move that leads in.
@@ -71,6 +72,7 @@ pub(super) struct Offset {
 struct Element {
     index: usize,
     curve: Curve,
+    leads_in: bool,
 }
 
 /// How an element joins the one before.
@@ -120,7 +122,7 @@ impl Offset {
             Curve::Arc { .. } => curve,
         };
         let plain = Joint { before: None, round: [None; 3], curve: plain };
-        let Some(Element { curve: last, .. }) = self.last else { return Ok(plain) };
+        let Some(Element { curve: last, leads_in, .. }) = self.last else { return Ok(plain) };
         if self.left == 0.0 {
             return Ok(plain);
         }
@@ -138,12 +140,19 @@ impl Offset {
             inwards > 0.0
         };
         if is_inside {
+            if let Curve::Line { from, direction, .. } = last
+                && leads_in
+                && self.dialect.is_fanuc_like()
+            {
+                let before = Curve::Line { from, to: curve.from(), direction };
+                return Ok(Joint { before: Some(before), round: [None; 3], curve });
+            }
             let (before, curve) = last.cut_where_they_meet(&curve).ok_or(GOUGE)?;
             return Ok(Joint { before: Some(before), round: [None; 3], curve });
         }
         // Back on itself the path goes round its end, whichever side the turn seems to be to.
         let angle = if inwards < 0.0 { turned.abs() } else { TAU - turned.abs() };
-        if self.is_mitred {
+        if self.dialect == Dialect::Fanuc {
             return Ok(self.mitre(&last, curve, angle));
         }
         let round = Curve::Arc { centre: corner, from: self.at, to: curve.from(), sweep: angle.copysign(-self.left) };
@@ -236,8 +245,7 @@ impl Interpreter<'_> {
         let mut tool = self.position;
         self.compensation.place(&mut tool);
         let at = minus(in_plane(&tool, plane), control);
-        let is_mitred = self.setup.dialect == Dialect::Fanuc;
-        let offset = Offset { code: code.number, plane, left, control, is_mitred, at, last: None };
+        let offset = Offset { code: code.number, plane, left, control, dialect: self.setup.dialect, at, last: None };
         self.compensation = Compensation::On(offset);
         Ok(())
     }
@@ -296,10 +304,13 @@ impl Interpreter<'_> {
         };
         let (from, to) = (offset.of_plane(&self.position), offset.of_plane(&target));
         let length = norm(minus(to, from));
-        if offset.last.is_none() && (length < offset.left.abs() - ROUNDING_MM || length <= ROUNDING_MM) {
+        let stays = length <= ROUNDING_MM;
+        // Fanuc's and Haas's controls wait for a move in the plane.
+        let waits = stays && offset.dialect.is_fanuc_like();
+        if offset.last.is_none() && !waits && (length < offset.left.abs() - ROUNDING_MM || stays) {
             return Err(values.motion_fault(SHORT_LEAD_IN));
         }
-        if length > ROUNDING_MM {
+        if !stays {
             let direction = minus(to, from).map(|x| x / length);
             let shifted = Curve::Line { from, to, direction }.shifted(offset.left);
             let joint = offset.join(from, shifted).map_err(|cause| values.motion_fault(cause))?;
@@ -362,7 +373,8 @@ impl Interpreter<'_> {
         }
         if let Compensation::On(offset) = &mut self.compensation {
             offset.at = joint.curve.to();
-            offset.last = Some(Element { index: self.moves.len(), curve: joint.curve });
+            let leads_in = offset.last.is_none();
+            offset.last = Some(Element { index: self.moves.len(), curve: joint.curve, leads_in });
         }
         Ok(())
     }

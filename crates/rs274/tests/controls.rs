@@ -497,3 +497,34 @@ fn words_behind_a_semicolon_are_a_block_on_fanucs_controls() {
     }
     assert_ends("G0 X1 ; G0 Z-5\nM2", &linuxcnc(), &[[1.0, 0.0, 0.0]]);
 }
+
+#[test]
+fn fanucs_lead_in_goes_to_the_start_of_the_next_element() {
+    let inside = "G0X-20.Y10.\nG1G41D2X0F100.\nY50.\nM30";
+    let at_z = |z: f64, y: f64| [-5.0, y, z];
+    for setup in [fanuc(), haas()] {
+        assert_ends(inside, &setup, &[[-20.0, 10.0, 0.0], at_z(0.0, 10.0), at_z(0.0, 50.0)]);
+        // What stands between goes there, too.
+        let down = inside.replace("Y50.", "Z-1.\nY50.");
+        let expected = [[-20.0, 10.0, 0.0], at_z(0.0, 10.0), at_z(-1.0, 10.0), at_z(-1.0, 50.0)];
+        assert_ends(&down, &setup, &expected);
+        // Behind the first element corners are cut to where the shifted curves meet.
+        assert_end("G0X-20.Y10.\nG1G41D2X0F100.\nY50.\nX-30.\nM30", &setup, [-30.0, 45.0, 0.0]);
+        // Into a pocket by an arc that is narrower than two tools.
+        let pocket = "G90G0X10.Y0\nG1G41D2Y-10.F100.\nG3X20.Y0R10.\nI-20.\nX10.Y10.R10.\nG1G40Y0\nM30";
+        let flat = [[10.0, 0.0], [10.0, -5.0], [15.0, 0.0], [15.0, 0.0], [10.0, 5.0], [10.0, 0.0]];
+        assert_ends(pocket, &setup, &flat.map(|[x, y]| [x, y, 0.0]));
+        let MoveKind::Arc { centre, sweep, .. } = run(pocket, &setup).moves[2].kind else { panic!("no arc") };
+        assert!((centre[0] - 10.0).hypot(centre[1]) < 1e-9 && (sweep - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
+    }
+    // LinuxCNC's ends where the shifted curves meet.
+    assert_ends(inside, &linuxcnc(), &[[-20.0, 10.0, 0.0], at_z(0.0, 15.0), at_z(0.0, 50.0)]);
+}
+
+#[test]
+fn fanucs_compensation_waits_for_a_move_in_the_plane() {
+    let expected = [[-20.0, 0.0, 0.0], [-20.0, 0.0, -5.0], [0.0, 5.0, -5.0], [20.0, 5.0, -5.0]];
+    for setup in [fanuc(), haas()] {
+        assert_ends("G0X-20.\nG41D2\nG1Z-5.F100.\nX0\nX20.\nM30", &setup, &expected);
+    }
+}
