@@ -326,11 +326,16 @@ impl Interpreter<'_> {
         }
         self.peck(hole, values)?;
         let spindle = self.modes.spindle;
+        let like_fanuc = self.setup.dialect.is_fanuc_like();
         let taps = matches!(hole.code, 740 | 840);
         if taps {
+            if spindle == Spindle::Still && like_fanuc {
+                // A rigid tap starts the spindle itself.
+                self.modes.spindle = if hole.code == 840 { Spindle::Clockwise } else { Spindle::Counterclockwise };
+            }
             self.tap_to(hole, hole.bottom, values)?;
             // A tap turns backwards to come out, and does so before it dwells.
-            self.modes.spindle = match spindle {
+            self.modes.spindle = match self.modes.spindle {
                 Spindle::Clockwise => Spindle::Counterclockwise,
                 Spindle::Counterclockwise => Spindle::Clockwise,
                 Spindle::Still => Spindle::Still,
@@ -338,7 +343,6 @@ impl Interpreter<'_> {
         } else {
             self.along(hole, hole.bottom, Some(values))?;
         }
-        let like_fanuc = self.setup.dialect.is_fanuc_like();
         let always = matches!(hole.code, 820 | 860 | 880 | 890) && !like_fanuc;
         if always || ((taps || like_fanuc) && hole.dwell_s > 0.0) {
             self.emit(MoveKind::Dwell { seconds: hole.dwell_s }, None)?;

@@ -528,3 +528,22 @@ fn fanucs_compensation_waits_for_a_move_in_the_plane() {
         assert_ends("G0X-20.\nG41D2\nG1Z-5.F100.\nX0\nX20.\nM30", &setup, &expected);
     }
 }
+
+#[test]
+fn a_rigid_tap_starts_the_spindle() {
+    let speeds = |source: &str, setup: &Setup| {
+        let source = format!("G0Z5.\n{source}X1.Z-1.R1.F100\nM30");
+        let moves = run(&source, setup).moves;
+        let fed = moves.iter().filter(|step| step.kind == MoveKind::Feed).map(|step| step.spindle_rpm);
+        let last = moves.last().map(|step| step.spindle_rpm);
+        fed.chain(last).collect::<Vec<_>>()
+    };
+    assert_eq!(speeds("S500\nG84", &haas()), [500.0, -500.0, 0.0]);
+    assert_eq!(speeds("M29S500\nG84", &fanuc()), [500.0, -500.0, 0.0]);
+    assert_eq!(speeds("S500\nG74", &fanuc()), [-500.0, 500.0, 0.0]);
+    assert_eq!(speeds("M4S500\nG84", &fanuc()), [-500.0, 500.0, -500.0]);
+    // Without a speed it stands still, as it does in other cycles.
+    assert!(speeds("G84", &fanuc()).iter().all(|rpm| *rpm == 0.0));
+    assert_eq!(speeds("S500\nG81", &fanuc()), [0.0; 2]);
+    assert!(speeds("S500\nG84", &linuxcnc()).iter().all(|rpm| *rpm == 0.0));
+}
