@@ -221,6 +221,10 @@ pub enum UserCodeFile {
     ToolCentrePointOn,
     /// Off.
     ToolCentrePointOff,
+    /// The spindle turns clockwise.
+    SpindleOn,
+    /// The spindle stands still.
+    SpindleOff,
     /// No effect on the axes.
     Ignore,
 }

@@ -82,6 +82,8 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
             match code.get_ref() {
                 UserCodeFile::ToolCentrePointOn => UserCode::TipOn,
                 UserCodeFile::ToolCentrePointOff => UserCode::TipOff,
+                UserCodeFile::SpindleOn => UserCode::SpindleOn,
+                UserCodeFile::SpindleOff => UserCode::SpindleOff,
                 UserCodeFile::Ignore => UserCode::Ignore,
             },
         );

@@ -9,7 +9,7 @@ use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
 use super::fanuc::origin_of;
 use super::interpret::Interpreter;
-use super::modal::{Code, Group, Values};
+use super::modal::{Code, Group, Spindle, Values};
 use super::offsets::{Offsets, Values9, from_canonical, turn};
 use super::setup::UserCode;
 
@@ -229,6 +229,14 @@ impl Interpreter<'_> {
         match self.setup.user_codes.get(&code.number.unsigned_abs()) {
             Some(UserCode::TipOn) if self.tip_mm.is_none() => self.enter_tip_control(code),
             Some(UserCode::TipOff) => self.leave_tip_control(code),
+            Some(UserCode::SpindleOn) => {
+                self.modes.spindle = Spindle::Clockwise;
+                Ok(())
+            }
+            Some(UserCode::SpindleOff) => {
+                self.modes.spindle = Spindle::Still;
+                Ok(())
+            }
             _ => Ok(()),
         }
     }

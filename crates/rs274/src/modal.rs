@@ -238,7 +238,7 @@ impl Values {
                 Meaning::Nothing => continue,
                 Meaning::Noted => {
                     let name = CodeName::new(word.letter, whole(number * 10.0).unwrap_or_default());
-                    values.notes.push(format!("{name} is taken to move no axis"));
+                    values.notes.push(noted(name));
                     values.spare |= slots(words_of_noted(name));
                     if owns_axis_words(name) {
                         owner = Some(name);
@@ -467,6 +467,19 @@ fn increments_per_unit(letter: char, inches: bool) -> f64 {
 /// The slots of letters, a bit each.
 fn slots(letters: &str) -> u32 {
     letters.chars().fold(0, |slots, letter| slots | 1 << slot(letter))
+}
+
+/// The note on a code that moves no axis. M13 and M14 start the spindle on many machines.
+fn noted(name: CodeName) -> String {
+    let more = match name.to_string().as_str() {
+        "M13" | "M14" => {
+            format!(
+                " and not to start the spindle; `user_codes = {{ {name} = \"spindle-on\" }}` in the scene says that it does"
+            )
+        }
+        _ => String::new(),
+    };
+    format!("{name} is taken to move no axis{more}")
 }
 
 /// Letters of the words that a code which moves no axis may have, axes apart.

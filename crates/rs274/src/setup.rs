@@ -41,6 +41,10 @@ pub enum UserCode {
     TipOn,
     /// Switches it off.
     TipOff,
+    /// Turns the spindle clockwise, as M3 does.
+    SpindleOn,
+    /// Stops the spindle.
+    SpindleOff,
     /// Nothing that moves an axis.
     Ignore,
 }

@@ -1,6 +1,6 @@
 //! Where controls differ from what one might expect: each case failed once. Expectations are worked out by hand beside the programs.
 
-use rs274::{Axis, Dialect, MoveKind, Position, Program, Setup, Tool, interpret};
+use rs274::{Axis, Dialect, MoveKind, Position, Program, Setup, Tool, UserCode, interpret};
 use std::path::Path;
 
 fn linuxcnc() -> Setup {
@@ -546,4 +546,18 @@ fn a_rigid_tap_starts_the_spindle() {
     assert!(speeds("G84", &fanuc()).iter().all(|rpm| *rpm == 0.0));
     assert_eq!(speeds("S500\nG81", &fanuc()), [0.0; 2]);
     assert!(speeds("S500\nG84", &linuxcnc()).iter().all(|rpm| *rpm == 0.0));
+}
+
+#[test]
+fn a_machines_own_codes_may_turn_the_spindle() {
+    let source = "S500M13\nG1X1.F100\nM15\nX2.\nM30";
+    let user_codes = [(13, UserCode::SpindleOn), (15, UserCode::SpindleOff)].into();
+    let speeds = |setup: &Setup| run(source, setup).moves.iter().map(|step| step.spindle_rpm).collect::<Vec<_>>();
+    assert_eq!(speeds(&Setup { user_codes, ..fanuc() }), [500.0, 0.0]);
+    assert_eq!(speeds(&fanuc()), [0.0, 0.0]);
+    let told = notes(source, &fanuc());
+    assert!(
+        told.contains("M13 is taken to move no axis and not to start the spindle; `user_codes = { M13 ="),
+        "{told}"
+    );
 }

@@ -171,6 +171,15 @@ fn wrong_values_are_told_at_their_own_place() {
 }
 
 #[test]
+fn a_machines_own_codes_turn_the_spindle() {
+    let codes = "[program]\nfile = \"p.ngc\"\nuser_codes = { M113 = \"spindle-on\", M115 = \"spindle-off\" }\n";
+    let scene = format!("{SLIDE}{codes}");
+    let loaded = load(&[("scene.toml", &scene), ("p.ngc", "S500 M113\nG0 X1\nM115\nX2\nM2\n")]).unwrap();
+    let moves = loaded.program.unwrap().program.moves;
+    assert_eq!(moves.iter().map(|step| step.spindle_rpm).collect::<Vec<_>>(), [500.0, 0.0]);
+}
+
+#[test]
 fn both_homes_are_where_the_scene_says() {
     let homes = "[program]\nfile = \"p.ngc\"\nhome = { x_mm = 40 }\nsecond_home = { x_mm = -30, z_mm = 5 }\n";
     let scene = format!("{SLIDE}{homes}");
