@@ -2,6 +2,7 @@
 
 use super::canonical::{Axis, MoveKind};
 use super::datum::{ORIGIN_STRIDE, ORIGINS, SYSTEMS};
+use super::dialect::Dialect;
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{FeedMode, Group, Values};
@@ -123,7 +124,7 @@ impl Interpreter<'_> {
         values.take_whole('p', 1..=MORE_SYSTEMS, "P", "a coordinate system from 1 to 298")
     }
 
-    /// G10: L2 sets origins, L20 those of G54.1, L10 a tool's length and L12 its radius; in G91 they add.
+    /// G10: L2 sets origins, L20 those of G54.1, L10 a tool's length and L12 its radius, on Haas's controls its diameter; in G91 they add.
     pub(super) fn set_fanuc_data(&mut self, values: &Values) -> Result<(), Fault> {
         let at_code = |cause| self.fault_at(values, Group::NonModal, cause);
         let kind =
@@ -159,11 +160,15 @@ impl Interpreter<'_> {
                 if kind % 2 == 1 && value != 0.0 {
                     return Err(values.fault('r', Cause::NotAllowed("a wear offset other than 0")));
                 }
+                let is_haas = self.setup.dialect == Dialect::Haas;
+                if kind == 12 && is_haas {
+                    self.note("G10 L12 is taken for a diameter; where Setting 40 is RADIUS it is a radius".to_owned());
+                }
                 let part = if self.modes.incremental { 1.0 } else { 0.0 };
                 let tool = self.tools.entry(number.unsigned_abs()).or_default();
                 match kind {
                     10 => tool.offset[Axis::Z] = part * tool.offset[Axis::Z] + value,
-                    12 => tool.diameter_mm = part * tool.diameter_mm + 2.0 * value,
+                    12 => tool.diameter_mm = part * tool.diameter_mm + if is_haas { value } else { 2.0 * value },
                     _ => {}
                 }
                 Ok(())

@@ -289,8 +289,11 @@ fn g43_2_adds_axis_words() {
 #[test]
 fn in_g91_offsets_set_by_g10_add() {
     assert_end("G10L10P5R20.\nG91G10L10P5R0.5\nG90G43H5G0Z1.\nM30", &fanuc(), [0.0, 0.0, 21.5]);
+    // L12 is a radius on Fanuc's controls and a diameter on Haas's.
     let source = "G10L12P5R4.\nG91G10L12P5R1.\nG90G0Y-10.\nG41D5G1X0Y0F100\nY10.\nM30";
-    assert_end(source, &haas(), [-5.0, 10.0, 0.0]);
+    assert_end(source, &fanuc(), [-5.0, 10.0, 0.0]);
+    assert_end(source, &haas(), [-2.5, 10.0, 0.0]);
+    assert!(notes(source, &haas()).contains("Setting 40"));
 }
 
 #[test]
