@@ -93,6 +93,7 @@ impl Interpreter<'_> {
             let why = "a cycle in G91 right behind another tool offset";
             return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed(why)));
         }
+        self.note_waiting_length();
         axes.iter().for_each(|&axis| self.offset_change[axis] = 0.0);
         let start = self.offsets.to_program(&self.position)[normal as usize];
         let initial = self.sticky.initial.unwrap_or(start);

@@ -8,6 +8,7 @@ use super::canonical::{Axis, Plane, Position};
 use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
 use super::fanuc::origin_of;
+use super::feed::NO_TRAVEL_MM;
 use super::interpret::Interpreter;
 use super::modal::{Code, Group, Spindle, Values};
 use super::offsets::{Offsets, Values9, from_canonical, turn};
@@ -123,6 +124,18 @@ impl Interpreter<'_> {
             for ((change, old), new) in self.offset_change.iter_mut().zip(before).zip(self.offsets.tool) {
                 *change += new - old;
             }
+        }
+    }
+
+    /// Notes a move of a mill's other axes while Z waits for another length. At home nothing is in the way.
+    pub(super) fn note_waiting_length(&mut self) {
+        let z = Axis::Z as usize;
+        let waits = self.has_offset_numbers() && self.offset_change[z] != 0.0;
+        if waits && (self.position[z] - self.parameters.at(HOME + z)).abs() > NO_TRAVEL_MM {
+            self.note(
+                "the tool length offset has changed and Z has not been sent anywhere since: a control may move Z by the change at once (Fanuc's parameter 5006#6)"
+                    .to_owned(),
+            );
         }
     }
 

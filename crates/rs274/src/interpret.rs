@@ -630,6 +630,9 @@ impl<'a> Interpreter<'a> {
             return Err(Fault::new(1, axis.letter(), Cause::Domain("an axis farther than 1e9 from zero")));
         }
         let end = to_canonical(&position);
+        if matches!(kind, MoveKind::Rapid | MoveKind::Feed | MoveKind::Arc { .. }) {
+            self.note_waiting_length();
+        }
         self.moves.push(Move {
             line: self.line,
             kind,

@@ -564,3 +564,22 @@ fn a_machines_own_codes_may_turn_the_spindle() {
         "{told}"
     );
 }
+
+#[test]
+fn a_length_that_waits_for_z_is_told() {
+    let high = Position([0.0, 0.0, 400.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let told = |source: &str, setup: Setup| {
+        let setup = Setup { start: high, home: high, ..setup };
+        notes(&format!("{source}\nM30"), &setup)
+    };
+    let wanted = "the tool length offset has changed and Z has not been sent anywhere since";
+    for source in ["G0G43H1Z20.\nG49\nX100.", "G0Z20.\nG43H1\nG81X1.Z-1.R1.F100."] {
+        assert!(told(source, fanuc()).contains(&format!("line 3: {wanted}")), "{source}");
+        assert!(told(source, haas()).contains(wanted), "{source}");
+        assert_eq!(told(source, linuxcnc()), "", "{source}");
+    }
+    // Z is sent, or stands at home, where nothing is in the way.
+    for source in ["G0G43H1Z20.\nG49\nZ50.\nX100.", "G43H1\nG0X1.\nZ20.", "G0G43H1Z20.\nG49\nM5"] {
+        assert_eq!(told(source, fanuc()), "", "{source}");
+    }
+}
