@@ -215,5 +215,18 @@ impl Interpreter<'_> {
             parameters.put(5021 + i, absolute[i]);
             parameters.put(5041 + i, relative[i]);
         }
+        let mut length = self.offsets.tool;
+        if let Some(of_tip) = self.tip_mm {
+            length[Axis::Z as usize] = of_tip;
+        }
+        for (i, offset) in length.into_iter().enumerate() {
+            parameters.put(5081 + i, offset * parameters.units[i]);
+        }
+        if self.setup.dialect == Dialect::Haas {
+            // Fanuc's external offset, which is zero, is Haas's G52.
+            for i in 0..9 {
+                parameters.put(5201 + i, self.offsets.local_zero[i] * parameters.units[i]);
+            }
+        }
     }
 }

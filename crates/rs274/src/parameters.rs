@@ -142,6 +142,9 @@ impl Parameters {
             return Some(VACANT);
         }
         let index = self.index(number)?;
+        if self.has_vacant && matches!(index, 5000..=5999) && !is_readable(index, self.is_haas) {
+            return None;
+        }
         let scale = if self.has_vacant { origin_axis(index).map_or(1.0, |axis| self.units[axis]) } else { 1.0 };
         Some(self.numbered[index]).filter(|value| *value != UNKNOWN).map(|value| value * scale)
     }
@@ -251,15 +254,22 @@ impl Parameters {
 /// `#3000 = number`: the program stops with this alarm.
 const ALARM: usize = 3000;
 
-/// The axis of a variable that holds a part of an origin: G54 to G59, and G54.1 P1 to P298.
+/// The axis of a variable that holds a part of an origin: G54 to G59, and G54.1 P1 to P48 and P49 to P298.
 fn origin_axis(index: usize) -> Option<usize> {
     let from = match index {
         5221..=5340 => 5221,
         7001..=7960 => 7001,
-        14_001..=19_000 => 14_001,
+        14_961..=19_960 => 14_961,
         _ => return None,
     };
     Some((index - from) % 20).filter(|&axis| axis < 9)
+}
+
+/// Which variables from 5000 to 5999 programs may read: positions, where a skip ended, tool offsets, the external offset (Haas's G52), origins, and
+/// Haas's timers of tools. Others there are the interpreter's own.
+fn is_readable(index: usize, is_haas: bool) -> bool {
+    let holds_place = matches!(index, 5001..=5049 | 5061..=5070 | 5081..=5089 | 5201..=5209);
+    holds_place || origin_axis(index).is_some() || (is_haas && matches!(index, 5401..=5600))
 }
 
 /// Whether a variable of Fanuc's and Haas's controls is the program's own.
@@ -272,7 +282,7 @@ fn is_common(index: usize, is_haas: bool) -> bool {
 fn variables(dialect: Dialect) -> Vec<f64> {
     let value = |index| match index {
         _ if is_common(index, dialect == Dialect::Haas) => VACANT,
-        ALARM..=3012 | 5001..=5610 | 7001..=7960 | 14_001..=MAX_VARIABLE => 0.0,
+        ALARM..=3012 | 5001..=5610 | 7001..=7960 | 14_961..=19_960 => 0.0,
         _ => UNKNOWN,
     };
     (0..=MAX_VARIABLE).map(value).collect()

@@ -583,3 +583,24 @@ fn a_length_that_waits_for_z_is_told() {
         assert_eq!(told(source, fanuc()), "", "{source}");
     }
 }
+
+#[test]
+fn system_variables_are_what_they_are_on_the_control() {
+    assert_end("G43H1\nG0X#5083\nM30", &fanuc(), [50.0, 0.0, 0.0]);
+    assert_end("G20G43H1\nG0X#5083\nM30", &haas(), [50.0, 0.0, 0.0]);
+    // Fanuc's external offset, which is none here, is Haas's G52.
+    assert_end("G52X2.\nG0X#5201\nM30", &fanuc(), [2.0, 0.0, 0.0]);
+    assert_end("G52X2.\nG0X#5201\nM30", &haas(), [4.0, 0.0, 0.0]);
+    assert_end("#14961=10.\nG54.1P49G0X1.\nM30", &fanuc(), [11.0, 0.0, 0.0]);
+    assert_end("G20\n#19941=1.\nG54.1P298G0X1.\nM30", &fanuc(), [50.8, 0.0, 0.0]);
+    // Haas's timers of tools, at zero, and Fanuc's nothing.
+    assert_end("IF[#5403GE3600]THEN#3000=15\nG0X[1.+#5600]\nM30", &haas(), [1.0, 0.0, 0.0]);
+    assert_refused("G0X#5403\nM30", &fanuc(), "1:4", "parameter does not exist");
+    for variable in [5101, 5161, 5181, 5210, 5211, 5220, 5230, 5341, 5400, 5610, 14_001, 19_999] {
+        let source = format!("G0X#{variable}\nM30");
+        assert_refused(&source, &fanuc(), "1:4", "parameter does not exist");
+        assert_refused(&source, &haas(), "1:4", "parameter does not exist");
+    }
+    // LinuxCNC's place of G28 is the program's to read.
+    assert_end("G28.1\nG0 X[#5161 + 1]\nM2", &linuxcnc(), [1.0, 0.0, 0.0]);
+}
