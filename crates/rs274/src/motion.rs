@@ -213,7 +213,8 @@ impl Interpreter<'_> {
         let has_vector = "ijk".chars().any(|letter| values.has(letter));
         let is_circle = matches!(self.modes.motion, Some(20 | 30)) && has_vector;
         let turns = self.has_tool_vectors && has_vector;
-        let moves = values.has_axis() || values.code(Group::Motion).is_some() || is_circle || turns;
+        let starts = values.number(Group::Motion).is_some_and(|code| code != CANCEL_CYCLE);
+        let moves = values.has_axis() || starts || is_circle || turns;
         if axes_taken || !moves {
             return Ok(());
         }

@@ -604,3 +604,11 @@ fn system_variables_are_what_they_are_on_the_control() {
     // LinuxCNC's place of G28 is the program's to read.
     assert_end("G28.1\nG0 X[#5161 + 1]\nM2", &linuxcnc(), [1.0, 0.0, 0.0]);
 }
+
+#[test]
+fn g80_behind_an_arc_moves_nothing() {
+    let source = "G2X10.I5.F100.\nG91G28Z0\nG17G40G80G90\nM30";
+    for setup in [fanuc(), haas()] {
+        assert_ends(source, &setup, &[[10.0, 0.0, 0.0]; 3]);
+    }
+}
