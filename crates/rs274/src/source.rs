@@ -121,12 +121,11 @@ impl Source {
     fn called_numbers(&self) -> impl Iterator<Item = String> {
         let blocks = self.blocks.iter().filter_map(|block| block.as_ref().ok()).filter(|_| self.like_fanuc);
         blocks.flat_map(|block| {
-            let literal = |letter: char| {
-                let mut words = block.words.iter().filter(move |word| word.letter == letter);
-                words.find_map(|word| word.value.literal())
+            let literals = |letter: char| {
+                block.words.iter().filter(move |word| word.letter == letter).filter_map(|word| word.value.literal())
             };
-            let calls = literal('m') == Some(98.0) || literal('g') == Some(65.0);
-            let number = literal('p').filter(|_| calls);
+            let calls = literals('m').any(|code| code == 98.0) || literals('g').any(|code| code == 65.0);
+            let number = literals('p').next().filter(|_| calls);
             // Both meanings of P31000.
             number.into_iter().flat_map(|number| [number, number % 10_000.0]).map(|number| format!("{number}"))
         })

@@ -612,3 +612,13 @@ fn g80_behind_an_arc_moves_nothing() {
         assert_ends(source, &setup, &[[10.0, 0.0, 0.0]; 3]);
     }
 }
+
+#[test]
+fn a_file_is_called_beside_another_m_code() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("O2000.nc"), "O2000\nG0X4.\nM99\n").unwrap();
+    std::fs::write(folder.path().join("O3000.nc"), "O3000\nG0X#24\nM99\n").unwrap();
+    let main = folder.path().join("main.nc");
+    let program = interpret("M8M98P2000\nG65P3000X5.\nM30", &main, &fanuc()).unwrap();
+    assert_eq!(ends(&program), [[4.0, 0.0, 0.0], [5.0, 0.0, 0.0]]);
+}
