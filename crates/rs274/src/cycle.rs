@@ -36,11 +36,34 @@ pub(super) struct Sticky {
     bottom: f64,
     retract: f64,
     dwell_s: f64,
-    peck: f64,
+    pecks: Pecks,
     beside: [f64; 2],
     middle: f64,
     /// Where the first of consecutive cycles started along the normal, program coordinates.
     initial: Option<f64>,
+}
+
+/// Depths of pecks, mm: the first, by how much each is less than the one before, and the least. None where the first is zero.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pecks {
+    first: f64,
+    less: f64,
+    least: f64,
+}
+
+impl Pecks {
+    /// How deep the first `count` of them go together.
+    fn depth(&self, count: f64) -> f64 {
+        let Self { first, less, least } = *self;
+        let shrinking = if less > 0.0 { ((first - least) / less).floor() + 1.0 } else { count };
+        let shrunk = count.min(shrinking);
+        shrunk * first - less * shrunk * (shrunk - 1.0) / 2.0 + (count - shrunk) * least
+    }
+
+    /// The same pecks in a program whose lengths are scaled.
+    fn unscaled(&self, factor: f64) -> Self {
+        Self { first: self.first / factor, less: self.less / factor, least: self.least / factor }
+    }
 }
 
 /// One hole, in program coordinates, mm.
@@ -54,7 +77,7 @@ struct Hole {
     /// Where the cycle ends.
     clear: f64,
     dwell_s: f64,
-    peck: f64,
+    pecks: Pecks,
     /// Of G87: from the hole's axis to where the tool goes in, along the plane's axes; and how far up it bores.
     beside: [f64; 2],
     middle: f64,
@@ -117,7 +140,7 @@ impl Interpreter<'_> {
             clear: if self.modes.retract_to_r { retract } else { highest },
             dwell_s: sticky.dwell_s,
             // G51 does not scale pecks.
-            peck: sticky.peck / self.transforms.factor(normal as usize),
+            pecks: sticky.pecks.unscaled(self.transforms.factor(normal as usize)),
             beside: sticky.beside,
             middle: if incremental { bottom + sticky.middle } else { sticky.middle },
         };
@@ -154,7 +177,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// How many holes the block drills: L, on Fanuc's controls K, too. On Fanuc's and Haas's 0 only sets the cycle up. Haas's K is a depth.
+    /// How many holes the block drills: L, on Fanuc's controls K, too. On Fanuc's and Haas's 0 only sets the cycle up. Haas's K is a peck.
     fn repeats(&self, values: &Values) -> Result<i32, Fault> {
         const RANGE: &str = "a whole number up to 100000, at least 1, or 0 in the dialects fanuc and haas";
         let like_fanuc = self.setup.dialect.is_fanuc_like();
@@ -164,9 +187,27 @@ impl Interpreter<'_> {
         Ok(values.take_whole(letter, least..=MAX_REPEATS, "the number of holes", RANGE)?.unwrap_or(1))
     }
 
-    /// Q. Digits without a decimal point count least increments on Fanuc's controls; what a variable holds is a length.
-    fn take_peck(&self, values: &Values) -> Option<f64> {
-        if values.lacks_point('q') { self.take_count(values, 'q') } else { self.take_length(values, 'q') }
+    /// Q, or Haas's I, J and K. Digits of Q without a decimal point count least increments on Fanuc's controls; what a variable holds is a length.
+    fn take_pecks(&self, values: &Values) -> Result<Option<Pecks>, Fault> {
+        if self.setup.dialect == Dialect::Haas && values.has('i') {
+            let [first, less, least] = ['i', 'j', 'k'].map(|letter| self.take_length(values, letter));
+            let missing = || self.fault_at(values, Group::Motion, Cause::Missing("J or K of I, J and K"));
+            let pecks = Pecks {
+                first: first.unwrap_or_default(),
+                less: less.ok_or_else(missing)?,
+                least: least.ok_or_else(missing)?,
+            };
+            if pecks.least <= 0.0 || pecks.less < 0.0 || pecks.first < pecks.least {
+                let range = "the first peck, by how much each is less, and the least, above 0 and at most the first";
+                return Err(values.fault('i', Cause::Range("I, J and K", range)));
+            }
+            return Ok(Some(pecks));
+        }
+        let peck = if values.lacks_point('q') { self.take_count(values, 'q') } else { self.take_length(values, 'q') };
+        match peck {
+            Some(peck) if peck <= 0.0 => Err(values.fault('q', Cause::Range("Q", "above 0"))),
+            peck => Ok(peck.map(|peck| Pecks { first: peck, less: 0.0, least: peck })),
+        }
     }
 
     /// Takes R, the bottom, P and Q from the block, or from the block before when that was the same cycle.
@@ -184,23 +225,21 @@ impl Interpreter<'_> {
         if dwells && !like_fanuc {
             dwell_s = Some(needed(dwell_s, None, "P, the dwell,")?);
         }
-        let pecks = matches!(code, 730 | 830);
-        let peck = if pecks {
+        let pecks = if matches!(code, 730 | 830) {
             // Without Q Fanuc's controls drill in one go.
-            let held = before.map(|s| s.peck).or(like_fanuc.then_some(0.0));
-            let given = values.has('q');
-            let peck = needed(self.take_peck(values), held, "Q, the depth of a peck,")?;
-            if peck <= 0.0 && (given || !like_fanuc) {
-                return Err(values.fault('q', Cause::Range("Q", "above 0")));
-            }
-            peck
+            let held = before.map(|s| s.pecks).or(like_fanuc.then(Pecks::default));
+            let pecks = self.take_pecks(values)?.or(held);
+            pecks.ok_or_else(|| fault(Cause::Missing("Q, the depth of a peck,")))?
         } else {
-            if code == own::FINE_BORE {
-                // The step aside, which touches nothing.
-                values.drop_word('q');
-            }
-            0.0
+            Pecks::default()
         };
+        match code {
+            // The step aside, which touches nothing.
+            own::FINE_BORE => values.drop_word('q'),
+            // How many times faster a tap comes out.
+            740 | 840 if self.setup.dialect == Dialect::Haas => values.drop_word('j'),
+            _ => {}
+        }
         if dwell_s.is_some_and(|seconds| seconds < 0.0) {
             return Err(values.fault('p', Cause::Range("P", "at least 0")));
         }
@@ -217,7 +256,7 @@ impl Interpreter<'_> {
             middle = needed(third, before.map(|s| s.middle), way)?;
         }
         let dwell_s = dwell_s.unwrap_or(0.0);
-        self.sticky = Sticky { code, bottom, retract, dwell_s, peck, beside, middle, initial: None };
+        self.sticky = Sticky { code, bottom, retract, dwell_s, pecks, beside, middle, initial: None };
         Ok(())
     }
 
@@ -369,11 +408,11 @@ impl Interpreter<'_> {
 
     /// The pecks above the bottom: G73 breaks the chip, G83 clears the hole.
     fn peck(&mut self, hole: &Hole, values: &Values) -> Result<(), Fault> {
-        if hole.peck <= 0.0 {
+        if hole.pecks.first <= 0.0 {
             return Ok(());
         }
         for peck in 1..=MAX_REPEATS {
-            let depth = hole.retract - f64::from(peck) * hole.peck;
+            let depth = hole.retract - hole.pecks.depth(f64::from(peck));
             if depth <= hole.bottom {
                 return Ok(());
             }

@@ -291,6 +291,9 @@ impl Interpreter<'_> {
     /// length offsets.
     fn go_home(&mut self, values: &Values, base: usize) -> Result<(), Fault> {
         let home = self.load(base);
+        if base == SECOND_HOME && self.setup.dialect.is_fanuc_like() {
+            values.take_whole('p', 2..=2, "P", "2: the third and the fourth reference point are not known")?;
+        }
         let named = Axis::ALL.map(|axis| {
             let step = self.step_letter(axis).is_some_and(|letter| values.has(letter));
             step || (values.has(axis.letter().to_ascii_lowercase()) && !self.is_step_axis(axis))

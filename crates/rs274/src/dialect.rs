@@ -180,7 +180,7 @@ pub(super) fn fanuc_g(tenths: i32, dialect: Dialect, lathe: bool) -> Meaning {
         842 | 843 => Code(Group::Motion, if tenths == 842 { 840 } else { 740 }),
         // Look-ahead, smoothing, exact stop, path modes, stored strokes, look-ahead off.
         50 | 51 | 80 | 1870 | 1030 | 220 | 230 | 640 => Noted,
-        90 | 110 | 610 | 620 | 630 | 641 => Nothing,
+        90 | 110 | 610 | 620 | 630 | 641 | 670 => Nothing,
         150 | 160 => Code(Group::Polar, tenths),
         310 => Code(Group::NonModal, own::SKIP),
         440 => Code(Group::ToolLength, 440),

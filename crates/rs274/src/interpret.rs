@@ -553,7 +553,12 @@ impl<'a> Interpreter<'a> {
             // It stands where R says.
             self.modes.spindle = Spindle::Still;
             values.take('r');
-            values.take_whole('p', 0..=2, "P", "0, 1 or 2")?;
+            if self.setup.dialect.is_fanuc_like() {
+                // An angle.
+                values.take('p');
+            } else {
+                values.take_whole('p', 0..=2, "P", "0, 1 or 2")?;
+            }
             values.take('q');
         }
         values.take_whole('$', 0..=0, "$", "0: there is one spindle")?;

@@ -622,3 +622,30 @@ fn a_file_is_called_beside_another_m_code() {
     let program = interpret("M8M98P2000\nG65P3000X5.\nM30", &main, &fanuc()).unwrap();
     assert_eq!(ends(&program), [[4.0, 0.0, 0.0], [5.0, 0.0, 0.0]]);
 }
+
+#[test]
+fn words_that_programs_commonly_have_are_taken() {
+    let second_home = Position([0.0, 0.0, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let fanuc = Setup { second_home, ..fanuc() };
+    assert_end("G0Z5.\nG91G30P2Z0.\nM30", &fanuc, [0.0, 0.0, 90.0]);
+    assert_refused("G91G30P3Z0.\nM30", &fanuc, "1:7", "the third and the fourth reference point are not known");
+    assert_end("M19P270\nG67G0X1.\nM30", &haas(), [1.0, 0.0, 0.0]);
+    assert_refused("M19 P270\nM2", &linuxcnc(), "1:5", "P must be 0, 1 or 2");
+    assert_end("S500\nG0Z5.\nG84X1.Z-1.R1.J2.F100.\nM30", &haas(), [1.0, 0.0, 5.0]);
+}
+
+#[test]
+fn haass_pecks_may_shrink() {
+    let depths = |source: &str| {
+        let source = format!("G0Z5.\n{source}\nM30");
+        let moves = run(&source, &haas()).moves;
+        moves.iter().filter(|step| step.kind == MoveKind::Feed).map(|step| step.end[Axis::Z]).collect::<Vec<_>>()
+    };
+    // 4, 3, 2, and what is left of 2; the same in the next hole.
+    let hole = [-4.0, -7.0, -9.0, -10.0];
+    assert_eq!(depths("G83X1.Z-10.R0.I4.J1.K2.F100.\nX2."), [hole, hole].concat());
+    assert_eq!(depths("G73X1.Z-10.R0.I4.J0.K2.F100."), [-4.0, -8.0, -10.0]);
+    assert_refused("G0Z5.\nG83X1.Z-10.R0.I4.K2.F100.\nM30", &haas(), "2:1", "J or K of I, J and K is missing");
+    assert_refused("G0Z5.\nG83X1.Z-10.R0.I1.J1.K2.F100.\nM30", &haas(), "2:15", "I, J and K must be");
+    assert_refused("G0Z5.\nG83X1.Z-10.R0.I4.J1.K2.Q1.F100.\nM30", &haas(), "2:24", "no code of this block");
+}
