@@ -255,7 +255,7 @@ impl<'a> Interpreter<'a> {
             self.line = at as u32 + 1;
         }
         let block = block.as_ref().map_err(Clone::clone)?;
-        self.refuse_open_subprogram(source, block, at)?;
+        self.refuse_open_program(source, block, at)?;
         if block.reads_parameters {
             self.refresh_parameters();
         }
@@ -269,15 +269,21 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// A fault where a subprogram ends without M99: at its file's end, and in Fanuc's programs at the next O.
-    fn refuse_open_subprogram(&self, source: &Source, block: &Block, at: usize) -> Result<(), Fault> {
+    /// A fault where a subprogram ends without M99: at its file's end, and in Fanuc's programs at the next O. There the main program must have ended, too.
+    fn refuse_open_program(&self, source: &Source, block: &Block, at: usize) -> Result<(), Fault> {
         let next = block.flow.as_ref().filter(|flow| flow.keyword == Keyword::Label && !self.control.began_at(at));
         let next = next.filter(|_| self.setup.dialect.is_fanuc_like());
-        if self.control.depth() == 0 || !(next.is_some() || source.is_end(at)) {
+        let (is_open, why) = if self.control.depth() > 0 {
+            (next.is_some() || source.is_end(at), "the subprogram before it is not ended by M99")
+        } else {
+            let is_open = next.is_some() && source.says_something_before(at);
+            (is_open, "the program before it is not ended by M30, M2 or M99")
+        };
+        if !is_open {
             return Ok(());
         }
         let (column, text) = next.map_or((1, ""), |flow| (flow.column, flow.text.as_str()));
-        Err(Fault::new(column, text, Cause::Flow("the subprogram before it is not ended by M99")))
+        Err(Fault::new(column, text, Cause::Flow(why)))
     }
 
     /// Notes what the reader should know, once, with how often it is so.

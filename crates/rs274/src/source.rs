@@ -170,6 +170,11 @@ impl Source {
         at + 1 == self.blocks.len() || self.files.iter().any(|(_, first)| *first == at + 1)
     }
 
+    /// Whether a line before this index is not empty.
+    pub fn says_something_before(&self, at: usize) -> bool {
+        self.blocks[..at].iter().any(|block| block.as_ref().map_or(true, |block| !block.is_empty()))
+    }
+
     /// Whether a line is the program's own.
     pub fn is_own(&self, at: usize) -> bool {
         at < self.own

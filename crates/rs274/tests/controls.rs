@@ -153,6 +153,9 @@ fn a_subprogram_must_end() {
     assert_refused("M98P1\nM30\nO1\nG0X1.\nO2\nG0X2.\nM99", &fanuc(), "5:1", "not ended by M99: `O2`");
     assert_refused("M98P1\nG0X9.\nM30\nO1\nG0X1.", &fanuc(), "6:1", "not ended by M99");
     assert_refused("M98 P1\nG0 X9\nM2\nO1\nG0 X1", &linuxcnc(), "6:1", "not ended by M99");
+    // The main program, too; but it may begin again.
+    assert_refused("O1\nG0X1.\nO2\nG0X2.\nM30", &fanuc(), "3:1", "not ended by M30, M2 or M99: `O2`");
+    assert_ends("(PART)\nO1\nG0X1.\nM99\nO2\nG0X9.\nM99", &haas(), &[[1.0, 0.0, 0.0]; 2]);
     // In a file of its own: everything would end with it.
     let folder = tempfile::tempdir().unwrap();
     let main = folder.path().join("main.nc");
@@ -176,7 +179,7 @@ fn a_program_stands_between_its_percent_signs() {
 #[test]
 fn what_stands_beside_a_programs_number_is_obeyed() {
     assert_ends("O1000 #1=5.\nG0X#1\nM30", &fanuc(), &[[5.0, 0.0, 0.0]]);
-    assert_ends("#1=1\nO1 IF[#1EQ1]GOTO5\nG0X9.\nN5X1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0]]);
+    assert_ends("O1 IF[#1EQ#0]GOTO5\nG0X9.\nN5X1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0]]);
     assert_ends("M98P7\nM30\nO7 #2=3.\nG0X#2\nM99", &fanuc(), &[[3.0, 0.0, 0.0]]);
 }
 

@@ -303,7 +303,7 @@ fn cycles_return_to_where_they_began_and_dwell_in_milliseconds() {
 
 #[test]
 fn what_moves_nothing_is_noted() {
-    let program = run("%\nO0001(PART)\n/1G0X1.\nG187P1E0.1\nG5.1Q1\nM31\nG64\nX2.M88\nDPRNT[X#1]\n:2\nM30\n%", &haas());
+    let program = run("%\n:1(PART)\n/1G0X1.\nG187P1E0.1\nG5.1Q1\nM31\nG64\nX2.M88\nDPRNT[X#1]\nM30\n%", &haas());
     assert_eq!(program.moves.len(), 2);
     let notes: Vec<String> = program.notes.iter().map(ToString::to_string).collect();
     assert_eq!(notes.len(), 5, "{notes:?}");
