@@ -156,6 +156,39 @@ file = "own.ngc"
 }
 
 #[test]
+fn a_circle_that_ends_beside_its_start_is_certified() {
+    let scene = r#"
+title = "A plate above another"
+[[machine.links]]
+name = "x"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[machine.links]]
+name = "y"
+parent = "x"
+joint = { axis = "Y", direction = [0, 1, 0] }
+[[parts]]
+name = "table"
+role = "fixture"
+shape = { kind = "extrude", height_mm = 10, outline_mm = [[-30, -30], [30, -30], [30, 30], [-30, 30]] }
+[[parts]]
+name = "plate"
+role = "holder"
+link = "y"
+at = { xyz_mm = [0, 0, 20] }
+shape = { kind = "extrude", height_mm = 10, outline_mm = [[-30, -30], [30, -30], [30, 30], [-30, 30]] }
+[program]
+file = "own.ngc"
+"#;
+    // 0.0001 mm of 942 mm, before the start and past it.
+    for end in ["10.0001", "9.9999"] {
+        let program = format!("G0 X-150 Y10\nG2 X-150 Y{end} I150 J0 F1000\nG0 X0 Y0\nM2");
+        let certificate = certified(&load(scene, &program));
+        assert!(certificate.blocks.values().all(|&verdict| verdict == Verdict::Free), "{:?}", certificate.blocks);
+        accepted(&certificate, end);
+    }
+}
+
+#[test]
 fn a_rapid_through_the_workpiece_is_not_free_and_a_feed_is() {
     let scene = r#"
 title = "A block that is cut"

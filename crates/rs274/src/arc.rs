@@ -23,7 +23,7 @@ pub const RADIUS_TOLERANCE_MM: f64 = 0.005;
 /// Between tolerance and a hundred tolerances: the part of the radius by which radii may differ.
 pub const RADIUS_TOLERANCE_RELATIVE: f64 = 1e-3;
 
-/// A sweep smaller than this, radians, is a full turn: start and end are the same point but for rounding
+/// A sweep smaller than this, radians, is one more turn: start and end are the same point but for rounding
 /// (LinuxCNC's `CIRCLE_FUZZ`).
 const FULL_TURN_TOLERANCE: f64 = 1e-6;
 
@@ -94,8 +94,8 @@ fn sweep(start: [f64; 2], end: [f64; 2], centre: [f64; 2], clockwise: bool, turn
     let to = (end[1] - centre[1]).atan2(end[0] - centre[0]);
     let direction = if clockwise { -1.0 } else { 1.0 };
     let mut angle = (direction * (to - from)).rem_euclid(TAU);
-    if !(FULL_TURN_TOLERANCE..=TAU - FULL_TURN_TOLERANCE).contains(&angle) {
-        angle = TAU;
+    if angle < FULL_TURN_TOLERANCE {
+        angle += TAU;
     }
     direction * (angle + f64::from(turns - 1) * TAU)
 }
@@ -195,9 +195,12 @@ mod tests {
             |end, clockwise, turns| from_centre([5.0, 2.0], end, [3.0, 2.0], clockwise, turns, 0.005).unwrap().sweep;
         assert_eq!(arc([5.0, 2.0], false, 1), TAU);
         assert_eq!(arc([5.0, 2.0], true, 2), -2.0 * TAU);
-        // Five ten-millionths of a radian past or before the start are rounding; five millionths are an arc.
+        // Five ten-millionths of a radian past the start are a full turn and as much; five millionths are an arc. The sweep leads to the end.
         let end = |angle: f64| [3.0 + 2.0 * angle.cos(), 2.0 + 2.0 * angle.sin()];
-        assert_eq!((arc(end(5e-7), false, 1), arc(end(-5e-7), false, 1)), (TAU, TAU));
+        for past in [5e-7, -5e-7] {
+            assert!((arc(end(past), false, 1) - TAU - past).abs() < 1e-12);
+            assert!((arc(end(past), true, 1) + TAU - past).abs() < 1e-12);
+        }
         assert!(
             (arc(end(5e-6), false, 1) - 5e-6).abs() < 1e-12 && (arc(end(-5e-6), false, 1) - (TAU - 5e-6)).abs() < 1e-9
         );
