@@ -106,10 +106,10 @@ impl Stock {
     /// # Errors
     /// [`StockError`] when the mesh is open or the resolution is no length.
     pub fn new(mesh: &Arc<Mesh>, resolution_mm: f64) -> Result<Self, StockError> {
-        let solid = Solid::new(Arc::clone(mesh));
-        if !solid.is_watertight() {
+        if !mesh.edge_report().is_watertight() {
             return Err(StockError::Open);
         }
+        let solid = Solid::new(Arc::clone(mesh));
         let triangles = mesh.triangles();
         let tiling = Tiling::new(triangle::bounds(&triangles).unwrap_or_default(), resolution_mm)?;
         let mut lists: Vec<Vec<u32>> = vec![Vec::new(); tiling.counts.iter().product()];

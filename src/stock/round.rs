@@ -80,8 +80,7 @@ impl Round {
     fn of(mesh: &Arc<Mesh>, revolved: Revolved, groove_mm: f64, stands: bool) -> Self {
         let Revolved { tool_from_mesh, filled, profile, .. } = revolved;
         let places: Vec<Point> = mesh.vertices().iter().map(|vertex| tool_from_mesh * vertex).collect();
-        let solid = Solid::new(Arc::clone(mesh));
-        if !solid.is_watertight() {
+        if !mesh.edge_report().is_watertight() {
             return Self::around_open(&places, tool_from_mesh);
         }
         let shells =

@@ -54,7 +54,7 @@ struct Side {
     tree: BoxTree,
     /// One vertex of each connected component, mm.
     representatives: Vec<Point>,
-    watertight: bool,
+    has_inside: bool,
 }
 
 impl Side {
@@ -62,7 +62,7 @@ impl Side {
         Self {
             tree: BoxTree::new(&mesh.triangles()),
             representatives: contain::representatives(&mesh),
-            watertight: mesh.edge_report().is_watertight(),
+            has_inside: mesh.has_inside(),
             mesh,
         }
     }
