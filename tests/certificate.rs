@@ -156,6 +156,61 @@ file = "own.ngc"
 }
 
 #[test]
+fn bodies_that_touch_have_an_inside() {
+    let scene = |blocks: &str| {
+        format!(
+            r#"
+title = "A holder inside one of two blocks"
+[[machine.links]]
+name = "head"
+joint = {{ axis = "Z", direction = [0, 0, 1] }}
+[[parts]]
+name = "blocks"
+role = "fixture"
+{blocks}
+[[parts]]
+name = "holder"
+role = "holder"
+link = "head"
+shape = {{ kind = "extrude", height_mm = 2, outline_mm = [[-2, -2], [2, -2], [0, 2]] }}
+[program]
+file = "own.ngc"
+start = {{ z_mm = 10 }}
+"#
+        )
+    };
+    let is_inside = |scene: &Scene, what: &str| {
+        let certificate = certified(scene);
+        let are = certificate.blocks.values().all(|&verdict| verdict == Verdict::Unresolved);
+        assert!(are, "{what}: {:?}", certificate.blocks);
+        accepted(&certificate, what);
+    };
+    let block = r#"{ kind = "extrude", height_mm = 20, outline_mm = [[-10, -10], [10, -10], [10, 10], [-10, 10]] }"#;
+    let program = "G0 Z12\nG0 Z9\nM2";
+    // On each other, and with one edge in common.
+    for at in ["0, 0, 20", "20, 0, 20"] {
+        let two = format!("[{{ shape = {block} }}, {{ shape = {block}, at = {{ xyz_mm = [{at}] }} }}]");
+        let drawn = load(&scene(&format!("shape = {{ kind = \"compound\", parts = {two} }}")), program);
+        is_inside(&drawn, at);
+        if at == "0, 0, 20" {
+            continue;
+        }
+        // From a file, where four triangles meet at the edge.
+        let facet = |t: bvbench::geometry::Triangle| {
+            let corners = t.corners.map(|p| format!("vertex {} {} {}\n", p.x, p.y, p.z)).concat();
+            format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
+        };
+        let facets: String = drawn.parts[0].mesh.triangles().into_iter().map(facet).collect();
+        let stl = format!("solid\n{facets}endsolid\n");
+        let files = [("scene.toml", scene("mesh = \"two.stl\"")), ("own.ngc", program.to_owned()), ("two.stl", stl)];
+        let files = files.map(|(name, text)| (name.to_owned(), text.into_bytes()));
+        let read = Scene::from_memory("planted", BTreeMap::from(files), &Overrides::default()).unwrap();
+        assert!(!read.parts[0].mesh.edge_report().is_watertight());
+        is_inside(&read, "from a file");
+    }
+}
+
+#[test]
 fn a_circle_that_ends_beside_its_start_is_certified() {
     let scene = r#"
 title = "A plate above another"

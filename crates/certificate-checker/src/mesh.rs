@@ -3,7 +3,7 @@
 use crate::Work;
 use crate::interval::{I, Pose, V, ZERO, cross, dot, minus, norm, plus, times};
 use crate::read::Words;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::ops::Neg;
 
 /// Steps of the grid in a mm.
@@ -14,17 +14,18 @@ const LIMIT: u64 = 1 << 38;
 /// A point of the grid.
 type Point = [i64; 3];
 
-/// Vertices and faces, in the order of the tree: node 1 has all faces, the halves of node `i` are `2i` and `2i + 1`.
+/// Faces, in the order of the tree: node 1 has all faces, the halves of node `i` are `2i` and `2i + 1`.
 #[derive(Debug, Default)]
 pub struct Mesh {
+    /// The vertices that lines of faces name. Faces have their own, so that vertices in one place are one.
     vertices: Vec<Point>,
-    faces: Vec<[usize; 3]>,
+    pub faces: Vec<[Point; 3]>,
     /// Boxes around nodes, mm.
     boxes: Vec<V>,
     /// A ball around all, mm.
     pub centre: V,
     pub radius: I,
-    is_watertight: bool,
+    has_inside: bool,
     /// One vertex of each connected component, mm.
     components: Vec<V>,
 }
@@ -69,9 +70,10 @@ impl Mesh {
     }
 
     pub fn face(&mut self, words: &mut Words<'_>) -> Result<(), String> {
-        let face = [words.whole()?, words.whole()?, words.whole()?];
-        self.faces.push(face);
-        if face.iter().all(|&v| v < self.vertices.len()) { Ok(()) } else { Err("no such vertex".to_owned()) }
+        let face: [usize; 3] = [words.whole()?, words.whole()?, words.whole()?];
+        let face = face.map(|v| self.vertices.get(v).copied());
+        self.faces.push(face.map(Option::unwrap_or_default));
+        if face.contains(&None) { Err("no such vertex".to_owned()) } else { Ok(()) }
     }
 
     /// Boxes around nodes, a ball around all, and whether there is an inside.
@@ -79,23 +81,11 @@ impl Mesh {
         if self.faces.is_empty() {
             return Err("a mesh without a face".to_owned());
         }
-        // Vertices in one place are one, so that neither they nor a face that is there twice can hide that the mesh has an inside.
-        let mut places = self.vertices.clone();
-        places.sort_unstable();
-        places.dedup();
-        for v in self.faces.iter_mut().flatten() {
-            *v = places.partition_point(|place| *place < self.vertices[*v]);
-        }
-        self.vertices = places;
-        let faces: BTreeSet<_> = self.faces.iter().copied().map(sorted).collect();
-        if faces.len() < self.faces.len() || faces.iter().any(|[a, b, c]| a == b || b == c) {
-            return Err("a face is there twice, or has a corner twice".to_owned());
-        }
         self.boxes = vec![V::default(); 2 * self.faces.len().next_power_of_two()];
         self.centre = self.enclose(self.root()).map(|x| I::of(0.5 * (x.lo + x.hi)));
         let away = |p: &Point| norm(&minus(&mm(p), &self.centre)).hi;
-        self.radius = I::of(self.vertices.iter().map(away).fold(0.0, f64::max));
-        self.is_watertight = self.has_inside();
+        self.radius = I::of(self.faces.iter().flatten().map(away).fold(0.0, f64::max));
+        self.has_inside = self.is_closed();
         self.components = self.components();
         Ok(())
     }
@@ -106,12 +96,7 @@ impl Mesh {
 
     /// The corners of a face, mm.
     pub fn triangle(&self, face: usize) -> Option<[V; 3]> {
-        self.faces.get(face).map(|face| face.map(|v| mm(&self.vertices[v])))
-    }
-
-    /// Triangles as triples of grid points, each from its least corner on; for comparison with a file.
-    pub fn triangles(&self) -> BTreeSet<[Point; 3]> {
-        self.faces.iter().map(|face| canonical(face.map(|v| self.vertices[v]))).collect()
+        self.faces.get(face).map(|face| face.map(|p| mm(&p)))
     }
 
     fn enclose(&mut self, node: Node) -> V {
@@ -133,28 +118,26 @@ impl Mesh {
         work.take(1) && (is_there(&self.boxes[node.id]) || are_there(node))
     }
 
-    /// Whether every edge joins two faces that agree about the outside: only then is there an inside.
-    fn has_inside(&self) -> bool {
+    /// Whether faces pass along every edge as often one way as the other. Only then does every ray from a point leave the mesh equally often, and there is an inside.
+    fn is_closed(&self) -> bool {
         let mut edges: Vec<_> = self.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
         let mut reversed: Vec<_> = edges.iter().map(|&[u, v]| [v, u]).collect();
         edges.sort_unstable();
         reversed.sort_unstable();
-        edges == reversed && edges.windows(2).all(|two| two[0] != two[1])
+        edges == reversed
     }
 
     fn components(&self) -> Vec<V> {
-        let mut beside = vec![Vec::new(); self.vertices.len()];
+        let mut beside = BTreeMap::<Point, Vec<Point>>::new();
         for face in &self.faces {
-            (0..3).for_each(|k| beside[face[k]].push(face[(k + 1) % 3]));
+            (0..3).for_each(|k| beside.entry(face[k]).or_default().push(face[(k + 1) % 3]));
         }
         let mut found = Vec::new();
-        for &[first, ..] in &self.faces {
-            if !beside[first].is_empty() {
-                found.push(mm(&self.vertices[first]));
-            }
+        while let Some((&first, _)) = beside.first_key_value() {
+            found.push(mm(&first));
             let mut open = vec![first];
-            while let Some(v) = open.pop() {
-                open.append(&mut beside[v]);
+            while let Some(p) = open.pop() {
+                open.append(&mut beside.remove(&p).unwrap_or_default());
             }
         }
         found
@@ -206,7 +189,7 @@ pub fn is_outside(inner: &Mesh, outer: &Mesh, outer_from_inner: &Pose, work: &Wo
         outer.leavings(outer.root(), [p, &end], work) == Some(0)
     };
     let mut points = inner.components.iter().map(|p| outer_from_inner.point(p));
-    !outer.is_watertight || points.all(|p| WAYS.into_iter().any(|way| is_left(&p, way)))
+    !outer.has_inside || points.all(|p| WAYS.into_iter().any(|way| is_left(&p, way)))
 }
 
 /// Reads planes and halvings; all of the first mesh must be behind its planes.
@@ -230,17 +213,14 @@ pub fn front([a, b]: [&Mesh; 2], words: &mut Words<'_>, work: &Work) -> Result<V
     Ok(planes)
 }
 
-/// The corners of a triangle in order.
-pub fn sorted<T: Ord>(mut triangle: [T; 3]) -> [T; 3] {
-    triangle.sort_unstable();
-    triangle
-}
-
-/// The triangle from its least corner on.
-pub fn canonical(mut triangle: [Point; 3]) -> [Point; 3] {
-    let least = (0..3).min_by_key(|&k| triangle[k]).unwrap_or(0);
-    triangle.rotate_left(least);
-    triangle
+/// Triangles in order, each from its least corner on.
+pub fn in_order(mut triangles: Vec<[Point; 3]>) -> Vec<[Point; 3]> {
+    for triangle in &mut triangles {
+        let least = (0..3).min_by_key(|&k| triangle[k]).unwrap_or(0);
+        triangle.rotate_left(least);
+    }
+    triangles.sort_unstable();
+    triangles
 }
 
 /// A point of a file, mm, on the grid.

@@ -2,7 +2,7 @@
 
 use crate::interval::{I, Pose, V, ZERO, norm};
 use crate::machine::Link;
-use crate::mesh::{canonical, on_grid, sorted};
+use crate::mesh::{in_order, on_grid};
 use crate::read::{DEGREE, ROTARY, axis};
 use crate::{Checked, Part, Stated};
 use std::collections::{BTreeMap, BTreeSet};
@@ -187,12 +187,14 @@ impl<'a> Files<'a> {
         // Triangles without an area are dropped, and doubled ones behind the first, whichever way they wind.
         let mut seen = BTreeSet::new();
         let is_kept = |triangle: &[_; 3]| {
-            let [a, b, c] = sorted(*triangle);
-            a != b && b != c && seen.insert([a, b, c])
+            let mut corners = *triangle;
+            corners.sort_unstable();
+            corners[0] != corners[1] && corners[1] != corners[2] && seen.insert(corners)
         };
         let read = stl(content, unit).ok_or(format!("{path} is not an STL file"))?;
-        let found: BTreeSet<_> = read.into_iter().filter(is_kept).map(canonical).collect();
-        (mesh.triangles() == found).then_some(()).ok_or(format!("part `{name}`: {path} has other triangles"))
+        let found = in_order(read.into_iter().filter(is_kept).collect());
+        let is_same = in_order(mesh.faces.clone()) == found;
+        is_same.then_some(()).ok_or(format!("part `{name}`: {path} has other triangles"))
     }
 
     fn tip(&self, file: Option<&Value>) -> Checked {

@@ -489,3 +489,28 @@ fn the_program_is_compared_by_its_lines() {
             && !copy.check().unwrap().notes.iter().any(|note| note.ends_with("(no --scene)"))
     );
 }
+    // A triangle that is stated twice, or turned over beside itself, could hide that there is an inside.
+    for more in ["f 0 2 1", "f 1 2 0"] {
+        let twice = stated(1.0).replacen("f 0 2 1\n", &format!("f 0 2 1\n{more}\n"), 1);
+        let refusal = at_rest("units", &twice, &scene(""), &[("a.stl", bytes.clone())]).unwrap_err();
+        assert!(refusal.why.contains("a.stl has other triangles"), "{}", refusal.why);
+    }
+}
+
+#[test]
+fn world_is_a_link_of_that_name_or_none() {
+    let cubes =
+        cube("a - fixture - 1 0 0 0 0 0 0", [0.0; 3], 1.0) + &cube("b - fixture - 1 0 0 0 0 0 0", [9.0; 3], 1.0);
+    let check = |link: &str, work: &str| {
+        let stated = format!("slide {link} - 1 0 0 0 0 0 0 Z 0 0 1\ntip {link} {work} 0 0 0 0 0 -1\n{cubes}");
+        let joint = "joint = { axis = \"Z\", direction = [0, 0, 1] }";
+        let tip = format!("tool_centre_point = {{ tool_link = \"{link}\", work_link = \"world\" }}");
+        let parts = ["a", "b"].map(|name| format!("[[parts]]\nname = \"{name}\"\nrole = \"fixture\"\n")).concat();
+        let scene = format!("[machine]\nlinks = [{{ name = \"{link}\", {joint} }}]\n[program]\n{tip}\n{parts}");
+        at_rest("world", &stated, &scene, &[]).map(|_| ()).map_err(|refusal| refusal.why)
+    };
+    assert_eq!(check("head", "-"), Ok(()));
+    assert_eq!(check("world", "world"), Ok(()));
+    for (link, work) in [("head", "head"), ("world", "-")] {
+        assert_eq!(check(link, work), Err("another tool_centre_point".to_owned()));
+    }

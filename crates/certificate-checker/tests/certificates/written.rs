@@ -328,11 +328,13 @@ fn a_part_inside_the_other_is_not_free() {
     planes.remove(0);
     accepted(&nested(&open, &b, &leaves(11, &mut planes.clone().into_iter()), end));
     accepted(&nested(&a.replacen("f 0 1 3\n", "f 1 0 3\n", 1), &b, &front, end));
-    // A face twice is refused, whichever way it winds; it would hide that there is an inside. Vertices in one place are one, so that faces with vertices of
-    // their own hide it no better.
-    for twice in ["f 0 1 3", "f 3 1 0", "f 0 1 0"] {
-        let double = corners([0.0; 3], 20.0) + &format!("{twice}\n{}", faces(0, false));
-        refused_at(&nested(&double, &b, &front, end), "pair", "a: a face is there twice");
+    // Whatever has no area hides no inside: a face with a corner twice, or two that are each other's reverse. Vertices in one place are one, so that faces with
+    // vertices of their own hide it no better.
+    let mut planes = from_inside([0.0; 3], 20.0);
+    planes.splice(0..0, [planes[0].clone(), planes[0].clone()]);
+    for flat in ["f 0 1 0\nf 0 1 1", "f 0 1 2\nf 2 1 0"] {
+        let more = corners([0.0; 3], 20.0) + &format!("{flat}\n{}", faces(0, false));
+        refused_at(&nested(&more, &b, &leaves(14, &mut planes.clone().into_iter()), end), "end", inside);
     }
     let corner: Vec<String> = corners([0.0; 3], 20.0).lines().map(|line| line.to_owned() + "\n").collect();
     let apart: String = FACES.iter().flatten().map(|&corner_of_face| corner[corner_of_face].as_str()).collect();
@@ -346,6 +348,23 @@ fn a_part_inside_the_other_is_not_free() {
     // With a cavity that is no cavity, it is.
     let solid = corners([0.0; 3], 30.0) + &corners([0.0; 3], 20.0) + &faces(8, false) + &faces(0, false);
     refused_at(&nested(&solid, &b, &leaves(24, &mut planes.into_iter()), end), "end", inside);
+}
+
+#[test]
+fn bodies_that_touch_have_an_inside() {
+    // Two cubes with one edge in common, four faces of which pass along it; or with one side, whose faces are there both ways.
+    let inside = "before this line one part may be inside the other";
+    let b = corners([1.0, 2.0, 3.0], 2.0) + &faces(0, false);
+    for centre in [[40.0, 40.0, 0.0], [40.0, 0.0, 0.0]] {
+        let a = corners([0.0; 3], 20.0) + &corners(centre, 20.0) + &faces(0, false) + &faces(8, false);
+        let mut planes = from_inside([0.0; 3], 20.0);
+        planes.extend(vec!["p -16777216 0 0 -335544319".to_owned(); 12]);
+        let front = leaves(24, &mut planes.into_iter());
+        refused_at(&nested(&a, &b, &front, "same 2 2.000001"), "end", inside);
+        let above = corners([1.0, 2.0, 30.0], 2.0) + &faces(0, false);
+        let front = leaves(24, &mut vec!["p 0 0 16777216 335544321".to_owned(); 24].into_iter());
+        accepted(&nested(&a, &above, &front, "same 2 2.000001"));
+    }
 }
 
 #[test]
