@@ -191,11 +191,12 @@ impl Checker {
         let joints = [[a, b], [b, a]].map(|[one, other]| self.stated.machine.chain(one.link, other.link).len());
         let are = |role: &str, other: &str| a.role == role && b.role == other || a.role == other && b.role == role;
         let why = words.word()?;
+        let is_structure = |part: &Part| part.role == "machine" && part.tool.is_none();
         let holds = match why {
             "examined" | "ignored" | "allowed" => true,
             "cutting" => are("cutter", "workpiece"),
             "rigid" => joints == [0, 0],
-            "neighbours" => joints[0] + joints[1] == 1 && are("machine", "machine"),
+            "neighbours" => joints[0] + joints[1] == 1 && is_structure(a) && is_structure(b),
             "tools" => a.tool.is_some() && b.tool.is_some() && a.tool != b.tool,
             _ => false,
         };

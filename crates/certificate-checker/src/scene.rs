@@ -116,8 +116,14 @@ impl<'a> Files<'a> {
                 let names: Vec<_> = pair.as_array().into_iter().flatten().filter_map(Value::as_str).collect();
                 names == [a, b] || names == [b, a]
             };
-            if !array(check, key).iter().any(is_pair) {
-                return Err(format!("the scene does not say that {a}:{b} is {why}"));
+            let (file, key) = match why.as_str() {
+                "ignored" => (check, "ignore"),
+                "allowed" => (check, "allow"),
+                _ => (&scene, "pairs"),
+            };
+            // The scene names what it leaves out; neighbours that it names are examined.
+            if array(file, key).iter().any(is_pair) == (why == "neighbours") {
+                return Err(format!("by the scene, {a}:{b} is not {why}"));
             }
         }
         self.tip(program.get("tool_centre_point"))

@@ -151,7 +151,7 @@ fn tools_with_measures_have_parts() {
     };
     // It is there as a part; then it is the pairs that the scene does not leave out.
     let why = with(std::slice::from_ref(&cutter), &tool(", diameter_mm = 6, flute_mm = 20")).unwrap_err();
-    assert!(why.starts_with("the scene does not say that tool-1-cutter:"), "{why}");
+    assert!(why.starts_with("by the scene, tool-1-cutter:"), "{why}");
     let holder = ", diameter_mm = 6, flute_mm = 20, holder = [{ diameter_mm = 30, length_mm = 50 }]";
     assert_eq!(with(std::slice::from_ref(&cutter), &tool(holder)).unwrap_err(), "part `tool-1-holder` is missing");
     let other = cutter.replace("head cutter 1", "head shank 1");
@@ -341,8 +341,7 @@ fn every_triangle_of_a_file_counts() {
 fn pairs_that_are_left_out_are_the_scenes_own() {
     let copy = Copy::of("mill", "pairs");
     let file = "scene.toml";
-    let (ignored, allowed) =
-        ("the scene does not say that base:stop is ignored", "the scene does not say that vise:stop is allowed");
+    let (ignored, allowed) = ("by the scene, base:stop is not ignored", "by the scene, vise:stop is not allowed");
     let [ignore, allow] = ["ignore = [[\"base\", \"stop\"]]", "allow = [[\"stop\", \"vise\"]]"];
     copy.refuses(file, ignore, "", ignored);
     copy.refuses(file, allow, "", allowed);
@@ -390,6 +389,13 @@ fn the_control_of_the_tip_is_compared() {
 /// A certificate of two cubes at rest, against a scene.
 fn at_rest(test: &str, stated: &str, scene: &str, files: &[(&str, Vec<u8>)]) -> Result<Report, Refusal> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    // Neighbours that the scene names are examined.
+    let title = "[machine]";
+    copy.accepts(file, title, "pairs = [[\"base\", \"vise\"]]\n[machine]");
+    for pair in ["\"base\", \"saddle\"", "\"saddle\", \"base\""] {
+        let named = format!("pairs = [[\"vise\", \"mill\"], [{pair}]]\n{title}");
+        copy.refuses(file, title, &named, "by the scene, base:saddle is not neighbours");
+    }
     std::fs::create_dir_all(&folder).unwrap();
     let mut inputs = String::new();
     for (name, content) in

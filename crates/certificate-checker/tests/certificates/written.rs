@@ -368,6 +368,24 @@ fn bodies_that_touch_have_an_inside() {
 }
 
 #[test]
+fn neighbours_are_of_the_structure() {
+    // The parts of a tool have no bearings, and other tools are not there together.
+    let text = |a: &str, b: &str, why: &str| {
+        let [a, b] =
+            [cube(&format!("a - {a} {PLAIN}"), [0.0; 3], 1.0), cube(&format!("b s {b} {PLAIN}"), [9.0; 3], 1.0)];
+        written(&format!("slide s - {PLAIN} Z 0 0 1\n{a}{b}point 0 1\npair a b {why}\n"))
+    };
+    accepted(&text("machine -", "machine -", "neighbours"));
+    for (a, b) in [("machine 1", "machine -"), ("machine -", "machine 1"), ("holder -", "machine -")] {
+        refused_at(&text(a, b, "neighbours"), "pair", "the pair is not `neighbours`");
+    }
+    accepted(&text("holder 1", "holder 2", "tools"));
+    for (a, b) in [("holder 1", "holder -"), ("holder -", "holder 1"), ("holder 1", "holder 1")] {
+        refused_at(&text(a, b, "tools"), "pair", "the pair is not `tools`");
+    }
+}
+
+#[test]
 fn every_component_counts() {
     let a = corners([0.0; 3], 20.0) + &faces(0, false);
     // Cubes of `b` inside, or above; a half of `b` each.
