@@ -644,7 +644,8 @@ fn shipped_programs_are_certified_and_their_scenes_compared() {
         accepted(&certificate, name);
         assert!(certificate.count(Verdict::Free) >= least_free, "{name}: {:?}", certificate.blocks);
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench-scenes").join(name);
-        let report = certificate_checker::check(&certificate.text, Some(&folder), None, MOST_WORK);
+        let program = Path::new(env!("CARGO_MANIFEST_DIR")).join(&scene.program.as_ref().unwrap().file);
+        let report = certificate_checker::check(&certificate.text, Some(&folder), Some(&program), MOST_WORK);
         let report = report.unwrap_or_else(|Refusal { line, why }| panic!("{name}:{line}: {why}"));
         assert!(report.work < MOST_WORK / 100, "{name}: {}", report.work);
         // Of another scene's folder it is no certificate.

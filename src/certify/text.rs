@@ -39,8 +39,7 @@ impl Proof<'_> {
             writeln!(text, "input {} {hash}", name(file))?;
         }
         let file = run.file.file_name().unwrap_or_default().to_string_lossy();
-        let hash = blake3::hash(run.program.blocks.join("\n").as_bytes()).to_hex();
-        writeln!(text, "program {} {hash}", name(&file))?;
+        writeln!(text, "program {} {}", name(&file), run.hash)?;
         // Parents first.
         let depth = |&link: &usize| std::iter::successors(Some(link), |&link| scene.machine.parent(link)).count();
         let mut order: Vec<usize> = (0..scene.machine.links().len()).collect();

@@ -98,6 +98,11 @@ impl Folder {
         Ok(rs274::file::decode(bytes))
     }
 
+    /// The hash of a file that was read; empty for one that was not.
+    pub fn hash(&self, relative: &str) -> String {
+        self.inputs.get(&normalised(&self.name, relative)).cloned().unwrap_or_default()
+    }
+
     /// The record of the files read: hashes by file, and import reports of mesh files.
     pub fn into_records(self) -> (BTreeMap<String, String>, Vec<MeshFile>) {
         (self.inputs, self.meshes)

@@ -103,7 +103,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     let files = scene.program.iter().filter(|_| !overrides.skips_program).flat_map(|file| &file.more);
     let more = files.zip(program.iter().cycle()).map(|(path, first)| {
         let source = folder.text(path)?;
-        program::run(&source, folder.path(path), &first.setup, first.tip.clone(), first.sampling)
+        program::run(&source, folder.path(path), folder.hash(path), &first.setup, first.tip.clone(), first.sampling)
     });
     let more_programs = more.collect::<Result<_, SceneError>>()?;
     let recording = match &scene.recorded {
@@ -398,7 +398,7 @@ fn read_program(
     let sampling = program::sampling(file).map_err(|wrong| document.meaning(wrong))?;
     let path = file.file.get_ref();
     let source = if overrides.skips_program { String::new() } else { folder.text(path)? };
-    program::run(&source, folder.path(path), setup, tip, sampling)
+    program::run(&source, folder.path(path), folder.hash(path), setup, tip, sampling)
 }
 
 fn read_tip(document: &Document, machine: &Machine, file: &Spanned<TipFile>) -> Result<TipControl, SceneError> {

@@ -20,6 +20,8 @@ use toml::Spanned;
 pub struct ProgramRun {
     /// Path of the file, for messages.
     pub file: PathBuf,
+    /// BLAKE3 of the file's bytes, as hexadecimal text.
+    pub hash: String,
     /// Its moves.
     pub program: rs274::Program,
     /// The controller's initial state, including the machine's position.
@@ -204,8 +206,9 @@ impl ProgramRun {
     /// When the program cannot be read or interpreted.
     pub fn with_program(&self, path: &Path) -> Result<Self, SceneError> {
         let missing = |cause| SceneError::Read { file: path.to_owned(), cause };
-        let source = rs274::file::text(path, LARGEST_PROGRAM).map_err(missing)?;
-        run(&source, path.to_owned(), &self.setup, self.tip.clone(), self.sampling)
+        let bytes = rs274::file::bytes(path, LARGEST_PROGRAM).map_err(missing)?;
+        let hash = blake3::hash(&bytes).to_hex().to_string();
+        run(&rs274::file::decode(bytes), path.to_owned(), hash, &self.setup, self.tip.clone(), self.sampling)
     }
 
     /// The program's path in axis positions.
@@ -289,7 +292,7 @@ impl ProgramRun {
     /// When the program cannot be interpreted.
     pub fn again(&self) -> Result<Self, SceneError> {
         let source = self.program.blocks.join("\n");
-        run(&source, self.file.clone(), &self.setup, self.tip.clone(), self.sampling)
+        run(&source, self.file.clone(), self.hash.clone(), &self.setup, self.tip.clone(), self.sampling)
     }
 
     /// A run without moves, with the controller of a mill that starts at zero, for a scene without a program.
@@ -298,20 +301,22 @@ impl ProgramRun {
         let program = rs274::Program { moves: Vec::new(), blocks: Vec::new(), notes: Vec::new() };
         let setup = Setup::default();
         let start = setup.start;
-        Self { file: PathBuf::new(), program, setup, tip: None, start, sampling: Sampling::default() }
+        let (file, hash) = (PathBuf::new(), String::new());
+        Self { file, hash, program, setup, tip: None, start, sampling: Sampling::default() }
     }
 }
 
-/// Interprets the program.
+/// Interprets the program of a file whose bytes have this hash.
 pub(super) fn run(
     source: &str,
     path: PathBuf,
+    hash: String,
     setup: &Setup,
     tip: Option<TipControl>,
     sampling: Sampling,
 ) -> Result<ProgramRun, SceneError> {
     let program = rs274::interpret(source, &path, setup)?;
-    Ok(ProgramRun { file: path, program, setup: setup.clone(), tip, start: setup.start, sampling })
+    Ok(ProgramRun { file: path, hash, program, setup: setup.clone(), tip, start: setup.start, sampling })
 }
 
 /// Returns the position if all of it is finite, and otherwise a message.

@@ -520,3 +520,39 @@ fn world_is_a_link_of_that_name_or_none() {
     for (link, work) in [("head", "head"), ("world", "-")] {
         assert_eq!(check(link, work), Err("another tool_centre_point".to_owned()));
     }
+}
+
+#[test]
+fn the_program_is_compared_by_its_bytes() {
+    let copy = Copy::of("mill", "program");
+    let program = copy.folder.join("program.ngc");
+    let own = String::from_utf8(copy.read("program.ngc")).unwrap();
+    let text = signed(&copy.lines);
+    let is_same = |content: &[u8]| {
+        copy.write("program.ngc", content);
+        check(&text, None, Some(&program), MOST_WORK).is_ok()
+    };
+    assert!(is_same(own.as_bytes()));
+    for other in [own.replace("X20", "X21"), own.replace('\n', "\r\n"), own.trim_end().to_owned(), String::new()] {
+        assert!(!is_same(other.as_bytes()), "{other}");
+    }
+    // In any encoding.
+    let utf16: Vec<u8> = std::iter::once(0xfeff).chain(own.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    for bytes in [utf16, own.replace('\n', "\r").into_bytes(), [&b"\xef\xbb\xbf(\xe4)"[..], own.as_bytes()].concat()] {
+        copy.write("program.ngc", &bytes);
+        let mut lines = copy.lines.clone();
+        let line = find(&lines, "program");
+        lines[line] = with_word(&lines[line], 2, &blake3::hash(&bytes).to_hex());
+        check(&signed(&lines), None, Some(&program), MOST_WORK).unwrap();
+    }
+    let notes = |program| check(&text, None, program, MOST_WORK).unwrap().notes;
+    copy.write("program.ngc", &own);
+    let told = |notes: &[String]| {
+        notes.iter().any(|note| note == "by the certificate's word: that its program is `program.ngc`")
+    };
+    assert!(told(&notes(None)) && !told(&notes(Some(&program))));
+    assert!(
+        notes(None).iter().any(|note| note.ends_with("(no --scene)"))
+            && !copy.check().unwrap().notes.iter().any(|note| note.ends_with("(no --scene)"))
+    );
+}
