@@ -7,10 +7,10 @@ use std::process::ExitCode;
 
 const HELP: &str = "Checks a certificate of `bvbench check --certify`.
 
-Usage: certificate-checker CERTIFICATE [--scene FOLDER] [--program FILE]
+Usage: certificate-checker CERTIFICATE [--scene SCENE] [--program FILE]
 
   CERTIFICATE       the file; - reads standard input
-  --scene FOLDER    compare machine, parts and meshes with the scene's own files
+  --scene SCENE     compare machine, parts and meshes with the scene's own files; its folder, or its .toml file
   --program FILE    compare the hash of the program
 
 Exit codes: 0 accepted, 1 refused, 2 bad usage.";

@@ -6,7 +6,7 @@ use crate::mesh::{in_order, on_grid};
 use crate::read::{DEGREE, ROTARY, axis};
 use crate::{Checked, Part, Stated};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// The value of a missing key.
@@ -15,6 +15,9 @@ static NOTHING: Value = Value::Boolean(false);
 /// Rounding differences that are allowed in an entry of a rotation, and in a length, mm.
 const TURNED: f64 = 1e-12;
 const MOVED_MM: f64 = 1e-9;
+
+/// Largest file of a scene, bytes.
+const LARGEST_FILE: u64 = 1 << 30;
 
 /// Compares the certificate with the files, and notes what no file was compared with.
 pub fn compare(stated: &Stated, [scene, program]: [Option<&Path>; 2], notes: &mut Vec<String>) -> Checked {
@@ -27,11 +30,11 @@ pub fn compare(stated: &Stated, [scene, program]: [Option<&Path>; 2], notes: &mu
     } else {
         trust(&format!("that its program is `{}`", stated.program.0));
     }
-    let Some(folder) = scene else {
+    let Some(scene) = scene else {
         trust("links, joints, parts and meshes (no --scene)");
         return Ok(());
     };
-    Files::read(stated, folder)?.compare(&mut trust)
+    Files::read(stated, scene)?.compare(&mut trust)
 }
 
 fn canonical_path(file: &Path) -> Checked<PathBuf> {
@@ -39,24 +42,29 @@ fn canonical_path(file: &Path) -> Checked<PathBuf> {
 }
 
 fn bytes(file: &Path) -> Checked<Vec<u8>> {
-    std::fs::read(file).map_err(|error| format!("{}: {error}", file.display()))
+    let is_plain = file.metadata().is_ok_and(|found| found.is_file() && found.len() <= LARGEST_FILE);
+    let content = if is_plain { std::fs::read(file).ok() } else { None };
+    content.ok_or_else(|| format!("{}: no file of up to {LARGEST_FILE} bytes can be read there", file.display()))
 }
 
 /// A scene's files, as they were read to compare their hashes, and the statements of the certificate.
 struct Files<'a> {
     stated: &'a Stated,
     folder: PathBuf,
+    /// Name of the scene's own file.
+    scene: String,
     contents: BTreeMap<PathBuf, Vec<u8>>,
 }
 
 impl<'a> Files<'a> {
-    fn read(stated: &'a Stated, folder: &Path) -> Checked<Self> {
-        let folder = canonical_path(folder)?;
+    /// A scene is named by its folder, or by its own file.
+    fn read(stated: &'a Stated, scene: &Path) -> Checked<Self> {
+        let named = Path::new(".").join(scene);
+        let own = if named.is_file() { named } else { named.join("scene.toml") };
+        let folder = canonical_path(own.parent().unwrap_or(&own))?;
+        let scene = own.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut contents = BTreeMap::new();
         for (file, hash) in &stated.inputs {
-            if !Path::new(file).components().all(|part| matches!(part, Component::Normal(_))) {
-                return Err(format!("`{file}` leads out of the scenes' folder"));
-            }
             let path = canonical_path(&folder.parent().unwrap_or(&folder).join(file))?;
             let bytes = bytes(&path)?;
             if blake3::hash(&bytes).to_hex().as_str() != hash {
@@ -66,7 +74,7 @@ impl<'a> Files<'a> {
                 return Err(format!("`{file}` is there twice"));
             }
         }
-        Ok(Self { stated, folder, contents })
+        Ok(Self { stated, folder, scene, contents })
     }
 
     fn bytes(&self, file: &Path) -> Checked<&[u8]> {
@@ -82,7 +90,7 @@ impl<'a> Files<'a> {
     }
 
     fn compare(&self, trust: &mut impl FnMut(&str)) -> Checked {
-        let scene = self.table("scene.toml")?;
+        let scene = self.table(&self.scene)?;
         let [own, program, check] = ["machine", "program", "check"].map(|key| value(&scene, key));
         if own.get("urdf").is_some() {
             return Err("a machine in URDF is not compared; leave --scene out".to_owned());
@@ -106,11 +114,6 @@ impl<'a> Files<'a> {
         others.iter().for_each(|name| trust(&format!("part `{name}`, which no [[parts]] describes")));
         array(program, "tools").iter().try_for_each(|tool| self.tool(tool, trust))?;
         for [a, b, why] in &self.stated.skipped {
-            let key = match why.as_str() {
-                "ignored" => "ignore",
-                "allowed" => "allow",
-                _ => continue,
-            };
             let is_pair = |pair: &Value| {
                 let names: Vec<_> = pair.as_array().into_iter().flatten().filter_map(Value::as_str).collect();
                 names == [a, b] || names == [b, a]
@@ -128,9 +131,10 @@ impl<'a> Files<'a> {
         self.tip(program.get("tool_centre_point"))
     }
 
-    /// The link that a key names; without it, the world.
+    /// The link that a key names; without it, the world, and by `world` where no link has that name.
     fn named(&self, file: &Value, key: &str) -> Checked<usize> {
-        self.stated.link(Some(text(file, key)).filter(|name| !name.is_empty()).unwrap_or("-"))
+        let is_world = |name: &str| name.is_empty() || name == "world" && self.stated.link(name).is_err();
+        self.stated.link(Some(text(file, key)).filter(|name| !is_world(name)).unwrap_or("-"))
     }
 
     fn link(&self, file: &Value) -> Checked {
@@ -183,12 +187,8 @@ impl<'a> Files<'a> {
             trust(&format!("the triangles of `{name}`"));
             return Ok(());
         }
-        let unit = match text(file, "unit") {
-            "cm" => 10.0,
-            "m" => 1000.0,
-            "inch" => 25.4,
-            _ => 1.0,
-        };
+        let units = [("cm", 10.0), ("m", 1000.0), ("inch", 25.4)];
+        let unit = units.into_iter().find(|unit| unit.0 == text(file, "unit")).map_or(1.0, |unit| unit.1);
         // Triangles without an area are dropped, and doubled ones behind the first, whichever way they wind.
         let mut seen = BTreeSet::new();
         let is_kept = |triangle: &[_; 3]| {
@@ -264,8 +264,8 @@ fn stl(bytes: &[u8], unit_mm: f64) -> Option<Vec<[[i64; 3]; 3]>> {
         let float = |bytes: &[u8; 4]| f32::from_le_bytes(*bytes);
         bytes[84..].as_chunks::<50>().0.iter().flat_map(|face| face[12..48].as_chunks().0).map(float).collect()
     } else {
-        let corners =
-            std::str::from_utf8(bytes).ok()?.lines().filter_map(|line| line.trim_start().strip_prefix("vertex"));
+        let text = String::from_utf8_lossy(bytes).to_ascii_lowercase();
+        let corners = text.split(['\n', '\r']).filter_map(|line| line.trim_start().strip_prefix("vertex"));
         corners.flat_map(|line| line.split_whitespace().map(|word| word.parse().unwrap_or(f32::NAN))).collect()
     };
     let is_whole = !numbers.is_empty() && numbers.len().is_multiple_of(9) && numbers.iter().all(|x| x.is_finite());

@@ -100,9 +100,16 @@ fn files_that_the_certificate_does_not_name_are_not_read() {
             copy.lines.iter().map(|line| line.replace("input mill/scene.toml ", &format!("input {file} "))).collect();
         check(&signed(&lines), Some(&copy.folder), None, MOST_WORK).map(|_| ()).map_err(|refusal| refusal.why)
     };
-    for file in ["/dev/zero", "../mill/scene.toml"] {
-        assert_eq!(name(file), Err(format!("`{file}` leads out of the scenes' folder")));
+    // Files beside the scenes' folder are read, devices and folders are not.
+    assert_eq!(name("../unnamed/mill/scene.toml"), Ok(()));
+    for file in ["/dev/zero", "../unnamed"] {
+        let why = name(file).unwrap_err();
+        assert!(why.ends_with(": no file of up to 1073741824 bytes can be read there"), "{why}");
     }
+    std::fs::File::create(copy.folder.join("large.stl")).unwrap().set_len((1 << 30) + 1).unwrap();
+    let why = name("mill/large.stl").unwrap_err();
+    assert!(why.contains("large.stl: no file of up to"), "{why}");
+    std::fs::remove_file(copy.folder.join("large.stl")).unwrap();
     // Each file is hashed once.
     let mut twice = Copy { folder: copy.folder.clone(), lines: copy.lines.clone() };
     let input = find(&twice.lines, "input mill/base.stl");
@@ -127,6 +134,25 @@ fn files_that_the_certificate_does_not_name_are_not_read() {
     // Beside a file the scene may have parts of the machine of its own.
     let more = format!("{scene}\nparts = [{{ name = \"door\", mesh = \"door.stl\" }}]");
     moved.refuses("scene.toml", "file = \"machine.toml\"", &more, "part `door` is missing");
+}
+
+#[test]
+fn a_scene_may_be_named_by_its_file() {
+    let copy = Copy::of("mill", "named");
+    let check = |text: &str, scene: &str| {
+        let scene = copy.folder.join(scene);
+        check(text, Some(&scene), None, MOST_WORK).map(|_| ()).map_err(|refusal| refusal.why)
+    };
+    let text = signed(&copy.lines);
+    assert_eq!([check(&text, ""), check(&text, "scene.toml")], [Ok(()), Ok(())]);
+    // It has any name; what is beside it is no scene then.
+    copy.write("other.toml", copy.read("scene.toml"));
+    let lines: Vec<String> =
+        copy.lines.iter().map(|line| line.replace("input mill/scene.toml", "input mill/other.toml")).collect();
+    assert_eq!(check(&signed(&lines), "other.toml"), Ok(()));
+    for (text, scene, other) in [(&text, "other.toml", "other.toml"), (&signed(&lines), "", "scene.toml")] {
+        assert_eq!(check(text, scene), Err(format!("{other} is not among the files of the certificate")));
+    }
 }
 
 #[test]
@@ -312,6 +338,12 @@ fn every_triangle_of_a_file_counts() {
     }
     copy.write(file, b"\xff\xfe");
     assert!(copy.check().unwrap_err().why.contains("base.stl is not an STL file"));
+    // Letters, ends of lines and the characters of a name as others write them.
+    let named = [&b"solid Geh\xe4use"[..], &own.as_bytes()[own.find('\n').unwrap()..]].concat();
+    for same in [own.to_uppercase().into_bytes(), own.replace('\n', "\r").into_bytes(), named] {
+        copy.write(file, same);
+        copy.check().unwrap();
+    }
     copy.write(file, own);
     // The binary one: its corners, and its length by its count.
     let own = copy.read("saddle.stl");
@@ -357,6 +389,13 @@ fn pairs_that_are_left_out_are_the_scenes_own() {
     copy.accepts(file, ignore, "ignore = [[\"mill\", \"part\"], [\"stop\", \"base\"]]");
     copy.accepts(file, allow, "allow = [[\"vise\", \"stop\"]]");
     copy.refuses(file, "[check]", "[checks]", ignored);
+    // Neighbours that the scene names are examined.
+    let title = "[machine]";
+    copy.accepts(file, title, "pairs = [[\"base\", \"vise\"]]\n[machine]");
+    for pair in ["\"base\", \"saddle\"", "\"saddle\", \"base\""] {
+        let named = format!("pairs = [[\"vise\", \"mill\"], [{pair}]]\n{title}");
+        copy.refuses(file, title, &named, "by the scene, base:saddle is not neighbours");
+    }
 }
 
 #[test]
@@ -389,13 +428,6 @@ fn the_control_of_the_tip_is_compared() {
 /// A certificate of two cubes at rest, against a scene.
 fn at_rest(test: &str, stated: &str, scene: &str, files: &[(&str, Vec<u8>)]) -> Result<Report, Refusal> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
-    // Neighbours that the scene names are examined.
-    let title = "[machine]";
-    copy.accepts(file, title, "pairs = [[\"base\", \"vise\"]]\n[machine]");
-    for pair in ["\"base\", \"saddle\"", "\"saddle\", \"base\""] {
-        let named = format!("pairs = [[\"vise\", \"mill\"], [{pair}]]\n{title}");
-        copy.refuses(file, title, &named, "by the scene, base:saddle is not neighbours");
-    }
     std::fs::create_dir_all(&folder).unwrap();
     let mut inputs = String::new();
     for (name, content) in
@@ -470,31 +502,6 @@ fn units_of_a_file_are_those_of_the_scene() {
             assert_eq!(is_same, units.contains(&(told, mm)), "{told}, {mm}");
         }
     }
-}
-
-#[test]
-fn the_program_is_compared_by_its_lines() {
-    let copy = Copy::of("mill", "program");
-    let program = copy.folder.join("program.ngc");
-    let own = String::from_utf8(copy.read("program.ngc")).unwrap();
-    let text = signed(&copy.lines);
-    let is_same = |content: &str| {
-        copy.write("program.ngc", content);
-        check(&text, None, Some(&program), MOST_WORK).is_ok()
-    };
-    assert!(is_same(&own) && is_same(&own.replace('\n', "\r\n")) && is_same(own.trim_end()));
-    assert!(!is_same(&own.replace("X20", "X21")) && !is_same(&own.replacen('\n', " ", 1)) && !is_same(""));
-    let notes = |program| check(&text, None, program, MOST_WORK).unwrap().notes;
-    copy.write("program.ngc", &own);
-    let told = |notes: &[String]| {
-        notes.iter().any(|note| note == "by the certificate's word: that its program is `program.ngc`")
-    };
-    assert!(told(&notes(None)) && !told(&notes(Some(&program))));
-    assert!(
-        notes(None).iter().any(|note| note.ends_with("(no --scene)"))
-            && !copy.check().unwrap().notes.iter().any(|note| note.ends_with("(no --scene)"))
-    );
-}
     // A triangle that is stated twice, or turned over beside itself, could hide that there is an inside.
     for more in ["f 0 2 1", "f 1 2 0"] {
         let twice = stated(1.0).replacen("f 0 2 1\n", &format!("f 0 2 1\n{more}\n"), 1);
