@@ -73,7 +73,8 @@ struct Current {
     stretch: Option<(Pose, bool)>,
 }
 
-/// Elementary steps that are left: a box or a triangle beside a plane or an edge; a link, a part or a move that is looked at. To place a link is [`LINK`] of them.
+/// Elementary steps that are left: a box or a triangle beside a plane or an edge; a link, a part or a move that is looked at. To place a link is [`LINK`] of them,
+/// to take up a plane two, and two more for each way of a motion.
 #[derive(Default)]
 struct Work(Cell<u64>);
 
@@ -317,6 +318,7 @@ impl Current {
             return Err("there is no front before".to_owned());
         }
         for (index, Plane { normal, offset, b: node }) in self.front.iter().enumerate() {
+            work.take(2 * (1 + found.ways.len() + found.ellipsoid.len()));
             let way = found.towards(normal) + (found.radius + I::of(MARGIN_MM)) * norm(normal);
             let least = *offset + way - dot(normal, &found.a_from_b.t);
             if !b.is_beyond(*node, &found.a_from_b.turn_back(normal), least.hi, work) {

@@ -69,8 +69,8 @@ struct TipWay {
 /// All motions of `b` in the frame of `a`: a pose, plus each way times a number of its own from -1 to 1, plus an ellipsoid, plus a ball.
 pub struct Sweep {
     pub a_from_b: Pose,
-    ways: Vec<V>,
-    ellipsoid: Vec<V>,
+    pub ways: Vec<V>,
+    pub ellipsoid: Vec<V>,
     pub radius: I,
 }
 

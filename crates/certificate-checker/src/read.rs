@@ -35,9 +35,10 @@ impl<'a> Words<'a> {
         Ok([self.number()?, self.number()?, self.number()?].map(I::of))
     }
 
-    /// A name with its spaces.
+    /// A name with its spaces. It has a limit because each line compares names.
     pub fn name(&mut self) -> Result<String, String> {
-        Ok(self.word()?.replace("%20", " ").replace("%25", "%"))
+        let name = Some(self.word()?).filter(|name| name.len() <= 1000).ok_or("a name of more than 1000 bytes")?;
+        Ok(name.replace("%20", " ").replace("%25", "%"))
     }
 
     pub fn end(&mut self) -> Result<(), String> {

@@ -31,6 +31,8 @@ fn one_plane_for_the_whole_path() {
     assert_eq!((report.examined, report.intervals, report.blocks.len()), (1, 1, 3));
     assert!(report.blocks.values().all(|verdict| *verdict == "free"));
     assert!(report.notes.iter().all(|note| note.starts_with("by the certificate's word")) && report.notes.len() == 3);
+    // What stands goes nowhere.
+    accepted(&cubes("pair a b examined\nfree 1 0 p 0 0 16777216 16777217\nopen 3 0"));
     // At the top of `a`, where rounding decides, and through the bottom of `b`.
     for (z, why) in [(16_777_216, "the first part is not behind"), (150_994_944, "does not part the two")] {
         refused_at(&cubes(&format!("pair a b examined\nfree 3 10.000001 p 0 0 16777216 {z}")), "free", why);
@@ -206,11 +208,15 @@ fn statements_that_make_no_sense_are_refused() {
 }
 
 #[test]
-fn names_may_have_any_character() {
+fn names_may_have_any_character_but_not_any_length() {
     let [a, b] =
         ["tool%20no%251", "\u{1f980}%2520%A"].map(|name| cube(&format!("{name} - fixture - {PLAIN}"), [0.0; 3], 1.0));
     let text = written(&format!("made\n{a}{b}point 0 1\npair tool%20no%251 \u{1f980}%2520%A ignored"));
     assert_eq!(accepted(&text).notes[0], "not examined: tool no%1:\u{1f980}%20%A, ignored");
+    for (length, why) in [(1000, "the certificate ends without"), (1001, "a name of more than 1000 bytes")] {
+        let text = format!("bvbench-certificate 3\nlink {} - {PLAIN}\n", "n".repeat(length));
+        refused(&text, if length > 1000 { 2 } else { 3 }, why);
+    }
 }
 
 #[test]
@@ -557,6 +563,33 @@ fn what_takes_too_many_steps_to_check_is_refused() {
     let work = accepted(&small).work;
     assert!(check(&small, None, None, work + 1).is_ok());
     assert_eq!(check(&small, None, None, work).unwrap_err().line, small.lines().count());
+}
+
+#[test]
+fn links_and_ways_are_counted() {
+    // A hundred links, which each of a hundred steps and each interval places.
+    let links: String = (0..100).map(|i| format!("link l{i} - {PLAIN}\n")).collect();
+    let steps = "point 0 1\n".repeat(100);
+    let work = accepted(&written(&format!("{links}{steps}"))).work;
+    assert!(work > 30 * 100 * 100, "{work}");
+    let cubes =
+        cube(&format!("a - fixture - {PLAIN}"), [0.0; 3], 1.0) + &cube(&format!("b s holder - {PLAIN}"), [9.0; 3], 1.0);
+    let parts = format!("{links}slide s - {PLAIN} X 1 0 0\n{cubes}{steps}pair a b examined\n");
+    let open: String = (1..=100).map(|to| format!("open {to} 0\n")).collect();
+    let [few, many] = ["open 100 0\n", &open].map(|open| accepted(&written(&format!("{parts}{open}"))).work);
+    assert!(many > few + 30 * 99 * 100, "{many}, {few}");
+    // A plane is taken up with each way of a motion: over whole steps each axis has one.
+    let axes = "rapid 0 1 X 1 Y 1 Z 1 U 1 V 1 W 1\nrapid 0 1 X 0 Y 0 Z 0 U 0 V 0 W 0\n";
+    let slides: String = ["- X", "X Y", "Y Z", "Z U", "U V", "V W"]
+        .map(|names| names.split_once(' ').unwrap())
+        .map(|(parent, axis)| format!("slide {axis} {parent} {PLAIN} {axis} 1 0 0\n"))
+        .concat();
+    let a = cube(&format!("a - fixture - {PLAIN}"), [0.0; 3], 1.0);
+    let b = cube(&format!("b W holder - {PLAIN}"), [0.0, 0.0, 9.0], 1.0);
+    let front = leaves(12, &mut vec!["p 0 0 16777216 16777217".to_owned(); 12].into_iter());
+    let text = |axes: &str| written(&format!("{slides}{a}{b}{axes}pair a b examined\nfree 2 100 {front}\n"));
+    let [moving, standing] = [axes, "point 0 1\npoint 0 1\n"].map(|axes| accepted(&text(axes)).work);
+    assert_eq!(moving, standing + 12 * 2 * 6);
 }
 
 #[test]
