@@ -5,6 +5,9 @@ use certificate_checker::{MOST_WORK, VERDICTS, check};
 use std::path::Path;
 use std::process::ExitCode;
 
+/// Most lines of a program that are named.
+const MOST_NAMED: usize = 40;
+
 const HELP: &str = "Checks a certificate of `bvbench check --certify`.
 
 Usage: certificate-checker CERTIFICATE [--scene SCENE] [--program FILE]
@@ -58,7 +61,9 @@ fn main() -> ExitCode {
         report.blocks.iter().filter(|block| *block.1 == verdict).map(|block| block.0.to_string()).collect()
     };
     for verdict in VERDICTS.into_iter().skip(1).rev().filter(|verdict| !lines(verdict).is_empty()) {
-        println!("{verdict}: {} blocks, lines {}", lines(verdict).len(), lines(verdict).join(" "));
+        let lines = lines(verdict);
+        let more = if lines.len() > MOST_NAMED { " ..." } else { "" };
+        println!("{verdict}: {} blocks, lines {}{more}", lines.len(), lines[..lines.len().min(MOST_NAMED)].join(" "));
     }
     let (free, all, pairs, intervals) = (lines("free").len(), report.blocks.len(), report.examined, report.intervals);
     println!("accepted: {free} of {all} blocks are free, by {intervals} intervals of {pairs} pairs");

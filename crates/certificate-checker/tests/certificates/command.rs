@@ -1,6 +1,6 @@
 //! The command: what it prints and how it ends.
 
-use crate::fixture::{folder, lines, signed, with_word};
+use crate::fixture::{cube, folder, lines, signed, with_word, written};
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -36,6 +36,19 @@ fn an_accepted_certificate_is_told_with_what_it_leaves_out() {
     assert_eq!(code, 0);
     assert!(out.ends_with("\naccepted: 8 of 8 blocks are free, by 30 intervals of 3 pairs\n"), "{out}");
     assert!(!out.contains("collision") && out.contains("its program is `program.ngc`"), "{out}");
+}
+
+#[test]
+fn the_first_40_lines_are_named() {
+    let cubes = cube("a - fixture - 1 0 0 0 0 0 0", [0.0; 3], 1.0) + &cube("b s holder - 1 0 0 0 0 0 0", [9.0; 3], 1.0);
+    let told = |count: usize| {
+        let steps: String = (1..=count).map(|line| format!("point {line} 1\n")).collect();
+        let text = format!("slide s - 1 0 0 0 0 0 0 X 1 0 0\n{cubes}{steps}pair a b examined\nopen {count} 0\n");
+        run(&["-"], &written(&text)).0
+    };
+    let named = (1..=40).map(|line| line.to_string()).collect::<Vec<_>>().join(" ");
+    assert!(told(40).contains(&format!("\nunresolved: 40 blocks, lines {named}\n")), "{}", told(40));
+    assert!(told(41).contains(&format!("\nunresolved: 41 blocks, lines {named} ...\n")), "{}", told(41));
 }
 
 #[test]
