@@ -50,14 +50,15 @@ impl I {
 
     /// The square.
     pub fn squared(self) -> Self {
-        let least = self.lo.max(-self.hi).max(0.0);
-        let whole = Self::outward(least * least, self.most() * self.most());
-        if self == ZERO { ZERO } else { Self { lo: whole.lo.max(0.0), ..whole } }
+        let product = self * self;
+        Self { lo: product.lo.max(0.0), ..product }
     }
 
     /// The square root of what is not negative.
     pub fn sqrt(self) -> Self {
-        let whole = Self::outward(self.lo.max(0.0).sqrt(), self.hi.max(0.0).sqrt());
+        // What is not a number stays so.
+        let root = |x: f64| if x < 0.0 { 0.0 } else { x.sqrt() };
+        let whole = Self::outward(root(self.lo), root(self.hi));
         if self == ZERO { ZERO } else { Self { lo: whole.lo.max(0.0), ..whole } }
     }
 

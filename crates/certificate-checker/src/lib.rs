@@ -191,8 +191,8 @@ impl Checker {
         let [a, b] = parts.map(|part| &self.stated.parts[part]);
         let joints = [[a, b], [b, a]].map(|[one, other]| self.stated.machine.chain(one.link, other.link).len());
         let are = |role: &str, other: &str| a.role == role && b.role == other || a.role == other && b.role == role;
-        let why = words.word()?;
         let is_structure = |part: &Part| part.role == "machine" && part.tool.is_none();
+        let why = words.word()?;
         let holds = match why {
             "examined" | "ignored" | "allowed" => true,
             "cutting" => are("cutter", "workpiece"),
@@ -273,7 +273,7 @@ impl Checker {
                     return Err("no contact can be there, or with what is left of the workpiece".to_owned());
                 }
                 let places = [[from - step, place - step], [place - step; 2]];
-                let [before, there] = places.map(|places| machine.sweep_on(steps.start, places, pair));
+                let [before, there] = places.map(|places| machine.sweep(steps.start, places, pair));
                 let (before, there) = before.zip(there).ok_or("the way cannot be bounded")?;
                 if 2.0 * before.bound().hi > way {
                     return Err(format!("the way is not within {way} mm"));
@@ -286,7 +286,8 @@ impl Checker {
                 verdict = "collision";
             }
             _ => {
-                let found = machine.sweep([from, to], pair).ok_or("the way cannot be bounded")?;
+                let found =
+                    machine.sweep(steps.start, [from - step, to - step], pair).ok_or("the way cannot be bounded")?;
                 let bound = words.number()?;
                 if found.bound().hi > bound {
                     return Err(format!("points may go farther than {bound} mm"));
@@ -302,10 +303,9 @@ impl Checker {
             current.finish_stretch(parts, work)?;
         }
         current.at = to;
-        let rank = |verdict: &str| VERDICTS.iter().position(|one| *one == verdict);
         for Step { line, .. } in &machine.steps[steps] {
             let known = report.blocks.entry(*line).or_insert(verdict);
-            *known = if rank(known) < rank(verdict) { verdict } else { known };
+            *known = VERDICTS.into_iter().rfind(|one| [*known, verdict].contains(one)).unwrap_or(verdict);
         }
         Ok(())
     }

@@ -279,22 +279,16 @@ impl Machine {
         [turned, angle]
     }
 
-    /// All relative motions of two parts between two places on the path; `None` where nothing bounds them.
-    pub fn sweep(&self, [from, to]: [f64; 2], pair: [&Part; 2]) -> Option<Sweep> {
-        let first = from.floor();
-        if to <= first + 1.0 {
-            return self.sweep_on(first as usize, [from - first, to - first], pair);
+    /// All relative motions of two parts between two fractions of a step, or over whole steps from it on; `None` where nothing bounds them.
+    pub fn sweep(&self, step: usize, [from, to]: [f64; 2], pair: [&Part; 2]) -> Option<Sweep> {
+        if to <= 1.0 {
+            return Some(self.swept(&self.within(&self.steps[step], [from, to])?, pair));
         }
-        let boxes = self.boxes[first as usize..to as usize].iter().copied();
+        let boxes = self.boxes[step..step + to as usize].iter().copied();
         let all = boxes.reduce(|all, one| all.zip(one).map(|(all, one)| from_fn(|i| all[i].hull(one[i]))))??;
         let mid = all.map(|range| I::of(0.5 * (range.lo + range.hi)));
         let wide = from_fn(|i| I::of((all[i] - mid[i]).most()));
-        Some(self.swept(&Region { mid, wide, poses: self.poses(&mid), ..Region::default() }, pair))
-    }
-
-    /// The same between two fractions of one step.
-    pub fn sweep_on(&self, step: usize, fractions: [f64; 2], pair: [&Part; 2]) -> Option<Sweep> {
-        Some(self.swept(&self.within(&self.steps[step], fractions)?, pair))
+        Some(self.swept(&Region { wide, poses: self.poses(&mid), ..Region::default() }, pair))
     }
 
     fn swept(&self, region: &Region, [a, b]: [&Part; 2]) -> Sweep {
@@ -328,9 +322,6 @@ impl Machine {
 
 /// Frobenius norm of MᵀM - 1 for the first three columns M: 0 where they are orthogonal and of length 1.
 fn defect(slides: &[V; 9]) -> I {
-    let entry = |k: usize| {
-        let (i, j) = (k / 3, k % 3);
-        (dot(&slides[i], &slides[j]) - if i == j { ONE } else { ZERO }).squared()
-    };
-    (0..9).fold(ZERO, |sum, k| sum + entry(k)).sqrt()
+    let entry = |k: usize| dot(&slides[k / 3], &slides[k % 3]) - Pose::IDENTITY.r[k / 3][k % 3];
+    (0..9).fold(ZERO, |sum, k| sum + entry(k).squared()).sqrt()
 }

@@ -389,7 +389,10 @@ fn what_the_slides_cannot_follow_has_no_bound() {
     let flat = links.replace("Z 0 0 1", "X 0 0 1");
     // Two slides in one direction are longer together than one.
     let double = links.replace("slide z y", "slide w y 1 0 0 0 0 0 0 Y 0 1 0\nslide z w");
-    for links in [&turned, &turned_by_u, &untold, &flat, &double] {
+    // So are two at 60 degrees to it, which are as long together.
+    let sides = [1.0, -1.0].map(|side| format!("Y {} 0.5 0", side * 0.75_f64.sqrt()));
+    let across = double.replacen("Y 0 1 0", &sides[0], 1).replacen("Y 0 1 0", &sides[1], 1);
+    for links in [&turned, &turned_by_u, &untold, &flat, &double, &across] {
         Case { links, ..case }.goes_anywhere(1.0, 2.0);
     }
     // An arc that turns the table.

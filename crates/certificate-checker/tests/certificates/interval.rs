@@ -108,6 +108,7 @@ fn square_roots_hold_the_exact_one() {
     assert_eq!(I { lo: -1.0, hi: 4.0 }.sqrt(), I { lo: 0.0, hi: 2.0_f64.next_up() });
     let nothing = I { lo: -2.0, hi: -1.0 }.sqrt();
     assert!(nothing.lo == 0.0 && nothing.hi < 1e-200);
+    assert!(I::of(f64::NAN).sqrt().hi.is_nan() && norm(&[I::of(f64::NAN), ONE, ZERO]).hi == f64::INFINITY);
 }
 
 /// What is exact stays so, and what underflows is widened to numbers that are no burden to a processor.
