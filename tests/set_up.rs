@@ -234,6 +234,44 @@ fn stock_lies_in_the_coordinates_of_the_program() {
 }
 
 #[test]
+fn stock_is_not_put_where_an_axis_does_not_move_the_tool_over_it() {
+    // Table and spindle alone: no part says what carries the work.
+    let parts: Vec<&str> = MILL.split("[[parts]]\n").collect();
+    let bare = ["table", "spindle"].map(|name| {
+        let part = parts.iter().find(|part| part.starts_with(&format!("name = \"{name}\"")));
+        format!("[[parts]]\n{}", part.unwrap())
+    });
+    let bare = format!("{}{}", parts[0], bare.concat());
+    let lacks = HELD.replace("work_link = \"table\"\n", "");
+    let program = "G21 G90 G94 G54\nT1 M6\nG43 H1\nG0 Z5\nG0 X80\nG0 Z-10\nG0 X-80\nM2\n";
+    let folder = Folder::with(&[
+        ("bare/scene.toml", bare.as_str()),
+        ("lacks/scene.toml", &format!("{bare}\n[program]\nfile = \"p.ngc\"{lacks}")),
+        ("lacks/p.ngc", "M2\n"),
+        ("part.ngc", program),
+    ]);
+    let job = ["--tool", "1=diameter:10,flute:15,stickout:20,holder:40x30", "--stock", "box:60,60,30"];
+    let spindle = ["--spindle", "head@0,0,200"];
+    let all = |scene: &'static str, more: &[&'static str]| [&[scene, "part.ngc"][..], &job[..], more].concat();
+    let refused =
+        |scene, more: &[&'static str]| folder.refused(&[&["check"][..], &all(scene, more)[..], &OFFSET].concat());
+    let message = refused("bare", &spindle);
+    assert!(message.contains("--spindle needs --table LINK"), "{message}");
+    for (scene, more) in
+        [("bare", &[spindle[0], spindle[1], "--table", "world"][..]), ("lacks", &[]), ("lacks", &["--table", "saddle"])]
+    {
+        let message = refused(scene, more);
+        assert!(message.contains("axis X does not move the tool over") && message.contains("--table"), "{message}");
+    }
+    for (scene, more) in [("bare", &[spindle[0], spindle[1], "--table", "table"][..]), ("lacks", &["--table", "table"])]
+    {
+        let (found, told, code) = check(&folder, &all(scene, more));
+        assert_eq!((code, events(&found)[0].1), (Some(1), 7), "{found}");
+        assert!(told.contains("in G54, on link `table`"), "{told}");
+    }
+}
+
+#[test]
 fn stock_turns_with_the_table_and_lies_along_a_lathes_spindle() {
     // A table turned by 90 degrees about C when G54 has C90: the stock's X is the machine's X all the same.
     let folder = Folder::with(&[

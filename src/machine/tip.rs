@@ -80,8 +80,9 @@ impl TipControl {
         Ok(())
     }
 
-    /// Directions in which X, Y and Z move the tip over the workpiece at a position, mm per mm, in the frame of the workpiece's link. Where
-    /// one of the three axes is missing, its direction completes a right-handed frame; where more are missing, theirs are zero.
+    /// Directions in which X, Y and Z move the tip over the workpiece at a position, mm per mm, in the frame of the workpiece's link. The
+    /// direction of an axis that the machine lacks, as a lathe lacks Y, completes a right-handed frame; it is zero where two are missing. It
+    /// is zero, too, for an axis that moves something else.
     #[must_use]
     pub fn directions(&self, machine: &Machine, position: &Position) -> [Vector; 3] {
         let at = self.tip(machine, position, 0.0);
@@ -91,11 +92,20 @@ impl TipControl {
             (self.tip(machine, &moved, 0.0) - at) / UNIT_MM
         });
         for i in 0..3 {
-            if columns[i] == Vector::zeros() {
+            if columns[i] == Vector::zeros() && machine.joints_of(LINEAR[i]).next().is_none() {
                 columns[i] = columns[(i + 1) % 3].cross(&columns[(i + 2) % 3]);
             }
         }
         columns
+    }
+
+    /// The first of X, Y and Z that the machine has and that moves neither the tool nor the workpiece against the other: the link of one of the
+    /// two is then another one.
+    #[must_use]
+    pub fn idle_axis(&self, machine: &Machine, position: &Position) -> Option<Axis> {
+        let directions = LINEAR.into_iter().zip(self.directions(machine, position));
+        let mut idle = directions.filter(|(_, direction)| *direction == Vector::zeros()).map(|(axis, _)| axis);
+        idle.find(|&axis| machine.joints_of(axis).next().is_some())
     }
 
     /// The tip of a tool of `length_mm` in the frame of the workpiece's link, mm.
@@ -449,6 +459,24 @@ mod tests {
         let control =
             TipControl { tool_link: Some(0), gauge: Point::origin(), direction: -Vector::z_axis(), work_link: None };
         assert_eq!(control.axes(&machine, &Position::default(), 10.0), Err(TipError::Singular));
+    }
+
+    #[test]
+    fn an_axis_of_a_table_that_is_not_named_is_idle() {
+        let zero = Position::default();
+        for (machine, control) in [table_table(), head_table(), head_head()] {
+            assert_eq!(control.idle_axis(&machine, &zero), None);
+        }
+        let (machine, control) = head_table();
+        let control = TipControl { work_link: None, ..control };
+        assert_eq!(control.idle_axis(&machine, &zero), Some(Axis::X));
+        assert_eq!(control.directions(&machine, &zero)[0], Vector::zeros());
+        // An axis that the machine lacks is not.
+        let links: Vec<_> = machine.links().iter().filter(|link| !["x", "c"].contains(&&*link.name)).cloned().collect();
+        let lathe = Machine::new(links).unwrap();
+        let control = TipControl { tool_link: Some(2), ..control };
+        assert_eq!(control.idle_axis(&lathe, &zero), None);
+        assert_eq!(control.directions(&lathe, &zero)[0], Vector::x());
     }
 
     #[test]

@@ -105,11 +105,12 @@ impl Scene {
                 link => Ok(link),
             }
         };
+        let work_link = self.link_of(Role::Workpiece).or_else(|| self.link_of(Role::Fixture));
         let mut tip = run.tip.clone().unwrap_or_else(|| TipControl {
             tool_link: None,
             gauge: Point::origin(),
             direction: -Vector::z_axis(),
-            work_link: self.link_of(Role::Workpiece).or_else(|| self.link_of(Role::Fixture)).unwrap_or_default(),
+            work_link: work_link.unwrap_or_default(),
         });
         if let Some(spindle) = &job.spindle {
             let (name, gauge) = spindle.split_once('@').unwrap_or((spindle, "0,0,0"));
@@ -120,11 +121,18 @@ impl Scene {
         }
         if let Some(table) = &job.table {
             tip.work_link = link("--table", table)?;
+        } else if run.tip.is_none() && work_link.is_none() {
+            let why = "--spindle needs --table LINK, as the scene has no workpiece or fixture that says what carries the work; `--table world` where it stands still";
+            return Err(why.to_owned());
         }
         tip.check(&self.machine).map_err(|why| format!("--spindle and --table: {why}"))?;
         run.setup.kinematics = Some(tip.kinematics(&self.machine));
         run.tip = Some(tip);
         Ok(())
+    }
+
+    fn link_name(&self, link: Option<usize>) -> String {
+        link.map_or_else(|| "the world".to_owned(), |link| format!("link `{}`", self.machine.links()[link].name))
     }
 
     /// The link of the first part with the role.
@@ -169,7 +177,7 @@ impl Scene {
         let (part, place) = stock.part(link, &link_from_work)?;
         let gone = self.retain_parts(|part| part.role != Role::Workpiece);
         push_part(&mut self.parts, part).map_err(|why| why.to_string())?;
-        let mut notes = vec![format!("the stock is at {place}")];
+        let mut notes = vec![format!("the stock is at {place}, on {}", self.link_name(link))];
         if !gone.is_empty() {
             notes.push(format!("the stock replaces `{}` of the scene", gone.join("`, `")));
         }
@@ -187,6 +195,13 @@ impl Scene {
         )?;
         let origin = run.setup.work_offsets[0].origin;
         let at = tip.tip(&self.machine, &origin, 0.0);
+        if let Some(axis) = tip.idle_axis(&self.machine, &origin) {
+            return Err(format!(
+                "axis {} does not move the tool over {}, which is said to carry the workpiece; name the link that does: --table LINK, or `work_link` of `[program.tool_centre_point]`",
+                axis.letter(),
+                self.link_name(tip.work_link)
+            ));
+        }
         // A lathe has no Y; the other two say where it would go.
         let matrix = Matrix3::from_columns(&tip.directions(&self.machine, &origin));
         if (matrix.transpose() * matrix - Matrix3::identity()).amax() > SKEW || matrix.determinant() < 0.0 {
