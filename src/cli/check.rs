@@ -74,10 +74,11 @@ struct StockOptions {
     /// it [default: 0.1, or a ten-thousandth of its longest side where that is more; five times that on lathes with driven tools]
     #[arg(long, value_name = "MM", value_parser = cutting)]
     stock_resolution: Option<Cutting>,
-    /// Write what may be left of the workpiece at the end (outer bound) as STL, in the workpiece's own frame
+    /// Write what may be left of the workpiece at the end (outer bound) as STL, in the frame of the workpiece's mesh: that of its file, or G54 for a box or
+    /// cylinder of --stock
     #[arg(long, value_name = "FILE.stl")]
     stock_out: Option<PathBuf>,
-    /// Compare what is left with the wanted part, a mesh file in mm in the workpiece's own frame: gouges and rests
+    /// Compare what is left with the wanted part, a mesh file in mm in the same frame as --stock-out: gouges and rests
     #[arg(long, value_name = "FILE")]
     target: Option<PathBuf>,
 }

@@ -57,7 +57,8 @@ struct Job {
     /// Take tools with their shapes from a TOML file with [[tools]], as in [program] of a scene
     #[arg(long = "tools", value_name = "FILE")]
     library: Option<PathBuf>,
-    /// Put stock in place of the workpiece, in coordinates of G54: box:X,Y,Z, cylinder:DIAMETER,LENGTH or a mesh FILE[:UNIT], each with @X,Y,Z
+    /// Put stock in place of the workpiece, in coordinates of G54: box:X,Y,Z, cylinder:DIAMETER,LENGTH or a mesh FILE[:UNIT]; @X,Y,Z behind it
+    /// says where the box's corner of least X, Y and Z is, the middle of the cylinder's lower end, or the file's origin
     #[arg(long, value_name = "STOCK")]
     stock: Option<String>,
     /// The link that holds tools, and the tip of a tool of no length in it [default: the scene's tool_centre_point]

@@ -4,7 +4,7 @@ use super::{Part, Role};
 use crate::geometry::import::{self, Unit};
 use crate::geometry::shapes::round::Cylinder;
 use crate::geometry::shapes::{RoundedBox, Shape, Tessellation};
-use crate::geometry::{Isometry, Mesh};
+use crate::geometry::{Isometry, Mesh, Vector};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -62,7 +62,8 @@ impl StockSpec {
         Ok(Self { form, at })
     }
 
-    /// The part on the link that carries the workpiece, and a description of its position.
+    /// The part on the link that carries the workpiece, and a description of its position. The frame of its mesh is that of G54, or that of
+    /// the file, so that a wanted part can be drawn in it.
     ///
     /// # Errors
     /// A message when the file cannot be read, or the dimensions make no solid.
@@ -73,7 +74,7 @@ impl StockSpec {
                 // The shape is about its middle; the usual place is the middle of the top at zero.
                 let corner = self.at.unwrap_or([-0.5 * size[0], -0.5 * size[1], -size[2]]);
                 let middle = std::array::from_fn(|i| corner[i] + 0.5 * size[i]);
-                (solid(&shape)?, Some(shape), middle)
+                (solid(&shape, middle)?, Some(shape), None)
             }
             Form::Cylinder { diameter, length } => {
                 let shape = Shape::Cylinder(Cylinder {
@@ -83,7 +84,7 @@ impl StockSpec {
                     fillet_mm: 0.0,
                     chamfer_mm: 0.0,
                 });
-                (solid(&shape)?, Some(shape), self.at.unwrap_or([0.0, 0.0, -length]))
+                (solid(&shape, self.at.unwrap_or([0.0, 0.0, -length]))?, Some(shape), None)
             }
             Form::File { path, unit } => {
                 let wrong = |why: &dyn std::fmt::Display| format!("{}: {why}", path.display());
@@ -91,9 +92,10 @@ impl StockSpec {
                     .map_err(|why| format!("{} (or give box:X,Y,Z or cylinder:DIAMETER,LENGTH)", wrong(&why)))?;
                 let options = import::Options { unit: *unit, weld_mm: 0.0 };
                 let imported = import::parse(path, &bytes, options).map_err(|why| wrong(&why))?;
-                (imported.mesh, None, self.at.unwrap_or_default())
+                (imported.mesh, None, self.at)
             }
         };
+        let at = at.unwrap_or_default();
         let link_from_part = link_from_work * Isometry::translation(at[0], at[1], at[2]);
         let range = |axis: usize| {
             let ends = mesh.vertices().iter().map(|v| v[axis] + at[axis]);
@@ -115,8 +117,11 @@ impl StockSpec {
     }
 }
 
-fn solid(shape: &Shape) -> Result<Mesh, String> {
-    shape.mesh(&TESSELLATION).map_err(|error| error.to_string())
+/// The mesh of a shape whose origin is at `at`, mm.
+fn solid(shape: &Shape, at: [f64; 3]) -> Result<Mesh, String> {
+    let (mut vertices, faces) = shape.mesh(&TESSELLATION).map_err(|error| error.to_string())?.into_parts();
+    vertices.iter_mut().for_each(|vertex| *vertex += Vector::from(at));
+    Mesh::new(vertices, faces).map_err(|error| error.to_string())
 }
 
 /// Parses N finite numbers, separated by commas.
@@ -129,5 +134,30 @@ pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     match <[f64; N]>::try_from(numbers) {
         Ok(numbers) if found == N && numbers.iter().all(|number| number.is_finite()) => Ok(numbers),
         _ => Err(format!("`{text}` must be {N} finite numbers with commas between them")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+
+    #[test]
+    fn the_frame_of_boxes_and_cylinders_is_that_of_g54() {
+        let link_from_work = Isometry::translation(7.0, 8.0, 9.0);
+        for (text, low, high) in [
+            ("box:100,60,30", [-50.0, -30.0, -30.0], [50.0, 30.0, 0.0]),
+            ("box:100,60,30@10,20,-40", [10.0, 20.0, -40.0], [110.0, 80.0, -10.0]),
+            ("cylinder:50,120", [-25.0, -25.0, -120.0], [25.0, 25.0, 0.0]),
+            ("cylinder:50,120@5,0,10", [-20.0, -25.0, 10.0], [30.0, 25.0, 130.0]),
+        ] {
+            let (part, _) = StockSpec::parse(text).unwrap().part(None, &link_from_work).unwrap();
+            assert_eq!(part.link_from_part, link_from_work, "{text}");
+            let vertices = part.mesh.vertices();
+            let ends = vertices.iter().fold((vertices[0], vertices[0]), |(l, h), v| (l.inf(v), h.sup(v)));
+            for (found, wanted) in [(ends.0, Point::from(low)), (ends.1, Point::from(high))] {
+                assert!((found - wanted).amax() < 0.01, "{text}: {found}");
+            }
+        }
     }
 }
