@@ -247,6 +247,54 @@ fn what_is_written_never_replaces_what_is_read() {
     }
 }
 
+#[test]
+fn what_a_scene_reads_elsewhere_is_not_replaced() {
+    let tetrahedron = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|face: [usize; 3]| {
+        let corner = |v: usize| ["0 0 0", "9 0 0", "0 9 0", "0 0 9"][v];
+        let vertices = face.map(|v| format!("vertex {}\n", corner(v))).concat();
+        format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+    });
+    let stl = format!("solid clamp\n{}endsolid clamp\n", tetrahedron.concat());
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::create_dir_all(path("scene/meshes")).unwrap();
+    std::fs::write(path("clamp.stl"), &stl).unwrap();
+    std::fs::write(path("scene/meshes/block.stl"), &stl).unwrap();
+    let clamp = "shape = { kind = \"rounded-box\", size_mm = [20, 20, 40], fillet_mm = 1 }";
+    let block = "shape = { kind = \"rounded-box\", size_mm = [100, 100, 20], fillet_mm = 1 }";
+    let text = MILL.replace(clamp, "mesh = \"../clamp.stl\"").replace(block, "mesh = \"meshes/block.stl\"");
+    std::fs::write(path("scene/scene.toml"), &text).unwrap();
+    std::fs::write(path("scene/own.ngc"), "G0 Z20\nM2").unwrap();
+    let run = |verb: &[&str], out: &str| {
+        let output = bvbench().args(verb).arg(path(out)).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let scene = path("scene").to_str().unwrap().to_owned();
+    for (verb, out) in [
+        (&["check", "--quiet", &scene, "--stock-out"][..], "clamp.stl"),
+        (&["check", "--quiet", &scene, "--sarif"], "clamp.stl"),
+        (&["view", "--quiet", &scene, "--out"], "clamp.stl"),
+        (&["scene", "picture", &scene, "--out"], "clamp.stl"),
+        (&["scene", "export", &scene, "--out"], "."),
+        (&["scene", "export", &scene, "--out"], "scene/meshes"),
+    ] {
+        let (code, error) = run(verb, out);
+        assert!(code == Some(2) && error.contains("would replace what is read"), "{verb:?}: {error}");
+        for file in ["clamp.stl", "scene/meshes/block.stl"] {
+            assert_eq!(std::fs::read_to_string(path(file)).unwrap(), stl, "{verb:?}");
+        }
+    }
+    assert!(!path("cutter.stl").exists() && !path("scene/meshes/cutter.stl").exists(), "nothing is written");
+    // Two parts, one file.
+    std::fs::write(
+        path("scene/scene.toml"),
+        text.replace("\"clamp\"", "\"a/b\"").replace("\"cutter\"\nl", "\"a-b\"\nl"),
+    )
+    .unwrap();
+    let (code, error) = run(&["scene", "export", &scene, "--out"], "out");
+    assert!(code == Some(2) && error.contains("parts `a/b` and `a-b` would both"), "{error}");
+}
+
 fn bvbench() -> Command {
     Command::cargo_bin("bvbench").unwrap()
 }

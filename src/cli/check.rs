@@ -14,6 +14,7 @@ use super::style::{self, Tone};
 use super::subject::{SET_UP_EXAMPLES, Subject};
 use super::{CLEAR, FAILED, note, say};
 use crate::check::{self, Cutting, Event, Extent, Kind, Outcome, OverTravel, Settings};
+use crate::geometry::Mesh;
 use crate::machine::OutOfLimits;
 use crate::measure::timer;
 use crate::record::file::write_text;
@@ -26,6 +27,7 @@ use comfy_table::Table;
 use rs274::Axis;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use stock::Left;
 
 #[derive(Args)]
@@ -106,8 +108,8 @@ struct Reports {
 }
 
 impl Reports {
-    /// Refuses files that are no place for what is written: what is read, devices, folders.
-    fn refuse_bad_files(&self, subject: &Subject, stock: &StockOptions) -> Result<()> {
+    /// Refuses files that are no place for what is written: what is read, devices, folders. `read` are the scene's files, where it is loaded.
+    fn refuse_bad_files(&self, subject: &Subject, stock: &StockOptions, read: &[PathBuf]) -> Result<()> {
         let files = [
             ("--sarif", &self.sarif),
             ("--junit", &self.junit),
@@ -116,7 +118,7 @@ impl Reports {
             ("--target", &stock.target),
         ];
         for (option, file) in &files[..4] {
-            file.as_deref().map(|file| subject.refuse_output(option, file)).transpose()?;
+            file.as_deref().map(|file| subject.refuse_output(option, file, read)).transpose()?;
         }
         if let Some(file) = stock
             .stock_out
@@ -207,14 +209,11 @@ fn seconds(ns: u64) -> f64 {
 }
 
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
-    options.reports.refuse_bad_files(&options.subject, &options.stock)?;
-    let checked = match examine(options, registry) {
-        Ok(checked) => checked,
-        Err(error) => {
-            options.reports.write_failure(&options.subject, &error)?;
-            return Err(error);
-        }
-    };
+    options.reports.refuse_bad_files(&options.subject, &options.stock, &[])?;
+    let failed = |error: anyhow::Error| options.reports.write_failure(&options.subject, &error).err().unwrap_or(error);
+    let prepared = Prepared::new(options, registry).map_err(failed)?;
+    options.reports.refuse_bad_files(&options.subject, &options.stock, &prepared.scene.files)?;
+    let checked = prepared.check(options, registry).map_err(failed)?;
     options.reports.write(&checked)?;
     let Checked { scene, run, variant, outcome, times, left, certificate } = &checked;
     if options.json {
@@ -236,35 +235,52 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     Ok(if checked.is_clear() { CLEAR } else { FAILED })
 }
 
-fn examine<'a>(options: &Options, registry: &'a Registry) -> Result<Checked<'a>> {
-    super::options::use_threads(options.threads)?;
-    let variant = method(options.method.as_deref(), registry)?;
-    let mut settings = settings(options)?;
-    let target = options.stock.target()?;
-    let (load_ns, loaded) = timer::time(|| options.subject.load());
-    let (scene, run) = loaded?;
-    settings.clearances = options.clearance.read(&scene)?;
-    let mut run = run.with_context(|| format!("scene `{}` has no program of its own; name one", scene.name))?;
-    if let Some(step) = options.step {
-        if !(step > 0.0 && step.is_finite()) {
-            bail!("--step is {step}; it must be a finite number above 0");
+/// A program that can be checked.
+struct Prepared<'a> {
+    scene: Scene,
+    run: ProgramRun,
+    variant: &'a Variant,
+    settings: Settings,
+    target: Option<Arc<Mesh>>,
+    load_ns: u64,
+}
+
+impl<'a> Prepared<'a> {
+    fn new(options: &Options, registry: &'a Registry) -> Result<Self> {
+        super::options::use_threads(options.threads)?;
+        let variant = method(options.method.as_deref(), registry)?;
+        let mut settings = settings(options)?;
+        let target = options.stock.target()?;
+        let (load_ns, loaded) = timer::time(|| options.subject.load());
+        let (scene, run) = loaded?;
+        settings.clearances = options.clearance.read(&scene)?;
+        let mut run = run.with_context(|| format!("scene `{}` has no program of its own; name one", scene.name))?;
+        if let Some(step) = options.step {
+            if !(step > 0.0 && step.is_finite()) {
+                bail!("--step is {step}; it must be a finite number above 0");
+            }
+            run.sampling.step_mm = step;
         }
-        run.sampling.step_mm = step;
+        if !variant.info.safe {
+            note(format!("warning: `{}` does not promise to find every contact", variant.info.id));
+        }
+        Ok(Self { scene, run, variant, settings, target, load_ns })
     }
-    if !variant.info.safe {
-        note(format!("warning: `{}` does not promise to find every contact", variant.info.id));
+
+    fn check(self, options: &Options, registry: &Registry) -> Result<Checked<'a>> {
+        let Self { scene, run, variant, settings, target, load_ns } = self;
+        let bar = Bar::new(options.quiet);
+        let (ns, outcome) = timer::time(|| check::check(&scene, &run, variant, registry, &settings, &bar));
+        let mut outcome = outcome?;
+        // Only a variant that is asked for: without one the search halves meshes in its own way.
+        let searched_by = options.method.as_ref().map(|_| variant);
+        let certify = |file: &PathBuf| certify::Written::new(file, &scene, &run, searched_by, &bar);
+        let certificate = options.reports.certify.as_ref().map(certify).transpose()?;
+        bar.finish();
+        let left = options.stock.left(&scene, &mut outcome, target.as_ref())?;
+        let times = Times { load_s: seconds(load_ns), trees_s: seconds(outcome.trees_ns), check_s: seconds(ns) };
+        Ok(Checked { scene, run, variant, outcome, left, certificate, times })
     }
-    let bar = Bar::new(options.quiet);
-    let (ns, outcome) = timer::time(|| check::check(&scene, &run, variant, registry, &settings, &bar));
-    let mut outcome = outcome?;
-    // Only a variant that is asked for: without one the search halves meshes in its own way.
-    let searched_by = options.method.as_ref().map(|_| variant);
-    let certify = |file: &PathBuf| certify::Written::new(file, &scene, &run, searched_by, &bar);
-    let certificate = options.reports.certify.as_ref().map(certify).transpose()?;
-    bar.finish();
-    let left = options.stock.left(&scene, &mut outcome, target.as_ref())?;
-    let times = Times { load_s: seconds(load_ns), trees_s: seconds(outcome.trees_ns), check_s: seconds(ns) };
-    Ok(Checked { scene, run, variant, outcome, left, certificate, times })
 }
 
 /// The variant asked for; else the fastest of the safe ones.

@@ -66,7 +66,7 @@ impl Options {
 
 pub fn run(scene: &Scene, options: &Options) -> Result<()> {
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
-    refuse_output("--out", &out, &options.scene, &[])?;
+    refuse_output("--out", &out, &options.scene, scene.files.iter().map(PathBuf::as_path))?;
     let part = |name: &String| {
         scene.part(name).ok_or_else(|| {
             let known: Vec<_> = scene.parts.iter().map(|part| part.name.as_str()).collect();

@@ -4,21 +4,21 @@ mod inverse;
 mod new;
 
 use super::options::ClearanceOptions;
-use super::subject::Subject;
+use super::subject::{Subject, refuse_output};
 use super::{CLEAR, note, picture, say, surfaces};
 use crate::check;
 use crate::machine::Joint;
-use crate::scene::Scene;
 use crate::scene::extents::Extents;
 use crate::scene::pairs::{self, Reach};
+use crate::scene::{Part, Scene};
 use crate::view::glb;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand, ValueEnum};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde_json::json;
 use std::fs::{self, File};
 use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
@@ -92,8 +92,8 @@ pub fn run(options: &Options) -> Result<u8> {
         What::Pairs(options) => show_pairs(options)?,
         What::Inverse(options) => inverse::run(options)?,
         What::Export(options) => match options.format {
-            Format::Stl => export_stl(&Scene::find(&options.scene)?, &options.out)?,
-            Format::Glb => export_glb(&Scene::find(&options.scene)?, &options.out)?,
+            Format::Stl => export_stl(options)?,
+            Format::Glb => export_glb(options)?,
         },
         What::Picture(options) => picture::run(&Scene::find(options.scene())?, options)?,
     }
@@ -236,9 +236,17 @@ fn show_pairs(options: &PairOptions) -> Result<()> {
     Ok(())
 }
 
-fn export_glb(scene: &Scene, out: &Path) -> Result<()> {
+/// Refuses to write over a file of the scene.
+fn refuse_files(options: &ExportOptions, scene: &Scene, files: &[PathBuf]) -> Result<()> {
+    let read = || scene.files.iter().map(PathBuf::as_path);
+    files.iter().try_for_each(|file| refuse_output("--out", file, &options.scene, read()))
+}
+
+fn export_glb(options: &ExportOptions) -> Result<()> {
+    let (scene, out) = (&Scene::find(&options.scene)?, &options.out);
     let is_file = out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("glb"));
     let file = if is_file { out.to_owned() } else { out.join(format!("{}.glb", scene.name)) };
+    refuse_files(options, scene, std::slice::from_ref(&file))?;
     if let Some(folder) = file.parent() {
         fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
     }
@@ -248,13 +256,22 @@ fn export_glb(scene: &Scene, out: &Path) -> Result<()> {
     Ok(())
 }
 
-fn export_stl(scene: &Scene, out: &Path) -> Result<()> {
+fn export_stl(options: &ExportOptions) -> Result<()> {
+    let (scene, out) = (&Scene::find(&options.scene)?, &options.out);
+    let file = |part: &Part| out.join(format!("{}.stl", part.name.replace(['/', '\\'], "-")));
+    let files: Vec<PathBuf> = scene.parts.iter().map(file).collect();
+    for (index, file) in files.iter().enumerate() {
+        if let Some(twin) = files[..index].iter().position(|other| other == file) {
+            let [one, other] = [twin, index].map(|part| &scene.parts[part].name);
+            bail!("parts `{one}` and `{other}` would both be written to {}; rename one", file.display());
+        }
+    }
+    refuse_files(options, scene, &files)?;
     fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
     let start = scene.program.as_ref().map(|run| run.start).unwrap_or_default();
     let poses = scene.machine.forward(&start);
-    for (index, part) in scene.parts.iter().enumerate() {
+    for (index, (part, file)) in scene.parts.iter().zip(&files).enumerate() {
         let world_from_part = scene.world_from_part(index, &poses);
-        let file = out.join(format!("{}.stl", part.name.replace(['/', '\\'], "-")));
         let triangles = part.mesh.triangles().into_iter().map(|triangle| {
             let placed = triangle.map(|corner| world_from_part * corner);
             let single = |x: [f64; 3]| stl_io::Vector::new(x.map(|x| x as f32));
@@ -266,7 +283,7 @@ fn export_stl(scene: &Scene, out: &Path) -> Result<()> {
         });
         let triangles: Vec<_> = triangles.collect();
         let written =
-            File::create(&file).and_then(|file| stl_io::write_stl(&mut BufWriter::new(file), triangles.iter()));
+            File::create(file).and_then(|file| stl_io::write_stl(&mut BufWriter::new(file), triangles.iter()));
         written.with_context(|| format!("cannot write {}", file.display()))?;
         say(format!("{} ({} triangles)", file.display(), triangles.len()));
     }

@@ -89,15 +89,16 @@ impl Job {
 }
 
 impl Subject {
-    /// Refuses a file that is no place for what an option writes ([`refuse_output`]).
+    /// Refuses a file that is no place for what an option writes ([`refuse_output`]); `read` are the scene's files, where it is loaded.
     ///
     /// # Errors
     /// When it is such a file.
-    pub fn refuse_output(&self, option: &str, file: &Path) -> Result<()> {
+    pub fn refuse_output(&self, option: &str, file: &Path, read: &[PathBuf]) -> Result<()> {
         let stock = self.job.stock.as_deref().map(|text| text.split(['@', ':']).next().unwrap_or(text));
         let inputs =
             [self.program.as_deref(), self.tool_table.as_deref(), self.job.library.as_deref(), stock.map(Path::new)];
-        refuse_output(option, file, &self.scene, &inputs.into_iter().flatten().collect::<Vec<_>>())
+        let inputs = inputs.into_iter().flatten().chain(read.iter().map(PathBuf::as_path));
+        refuse_output(option, file, &self.scene, inputs)
     }
 
     /// The scene, and the program asked for; else the scene's own, if it has one.
@@ -150,16 +151,21 @@ const WRITTEN: [&str; 6] = ["sarif", "json", "xml", "cert", "html", "png"];
 ///
 /// # Errors
 /// When it is such a file.
-pub fn refuse_output(option: &str, file: &Path, scene: &str, inputs: &[&Path]) -> Result<()> {
+pub fn refuse_output<'a>(
+    option: &str,
+    file: &Path,
+    scene: &str,
+    inputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<()> {
     let Ok(place) = file.canonicalize() else { return Ok(()) };
     let name = file.display();
     if !place.is_file() {
         bail!("{option} {name}: what it writes goes into a file of its own, and this is none");
     }
-    let is_it = |input: &&Path| input.canonicalize().is_ok_and(|input| input == place);
+    let is_it = |input: &Path| input.canonicalize().is_ok_and(|input| input == place);
     let kind = place.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let is_of_scene = || Path::new(scene).canonicalize().is_ok_and(|folder| place.starts_with(folder));
-    if inputs.iter().any(is_it) || !WRITTEN.contains(&&*kind) && is_of_scene() {
+    if inputs.into_iter().any(is_it) || !WRITTEN.contains(&&*kind) && is_of_scene() {
         bail!("{option} {name}: this would replace what is read; name another file");
     }
     Ok(())

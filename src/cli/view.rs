@@ -57,7 +57,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     };
     let (scene, program) = options.subject.load()?;
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.html", scene.name)));
-    options.subject.refuse_output("--out", &out)?;
+    options.subject.refuse_output("--out", &out, &scene.files)?;
     let choice = Choice {
         method: check::method(options.method.as_deref(), registry)?,
         registry,

@@ -12,6 +12,8 @@ pub struct Folder {
     name: String,
     /// Hash of each file: its path as `scene/file`, with `..` resolved as far as the folder's parent, to the BLAKE3 hash of its bytes.
     inputs: BTreeMap<String, String>,
+    /// Real path of each file that was read from disk.
+    files: Vec<PathBuf>,
     /// Import reports of the mesh files.
     pub meshes: Vec<MeshFile>,
 }
@@ -26,23 +28,18 @@ impl Folder {
     /// A folder on disk.
     pub fn on_disk(path: &Path) -> Self {
         let name = path.canonicalize().ok().and_then(|full| Some(full.file_name()?.to_string_lossy().into_owned()));
-        Self {
-            source: Source::Disk(path.to_owned()),
-            name: name.unwrap_or_else(|| "scene".to_owned()),
-            inputs: BTreeMap::new(),
-            meshes: Vec::new(),
-        }
+        Self { source: Source::Disk(path.to_owned()), ..Self::shipped(name.as_deref().unwrap_or("scene")) }
     }
 
     /// A folder compiled into the program.
     pub fn shipped(name: &str) -> Self {
-        Self { source: Source::Shipped, name: name.to_owned(), inputs: BTreeMap::new(), meshes: Vec::new() }
+        let (inputs, files, meshes) = (BTreeMap::new(), Vec::new(), Vec::new());
+        Self { source: Source::Shipped, name: name.to_owned(), inputs, files, meshes }
     }
 
     /// A folder in memory; files are given by their paths relative to the folder.
     pub fn in_memory(name: &str, files: BTreeMap<String, Vec<u8>>) -> Self {
-        let source = Source::Memory(files);
-        Self { source, name: name.to_owned(), inputs: BTreeMap::new(), meshes: Vec::new() }
+        Self { source: Source::Memory(files), ..Self::shipped(name) }
     }
 
     /// The folder's name.
@@ -84,6 +81,9 @@ impl Folder {
         };
         let bytes = bytes.map_err(|cause| SceneError::Read { file: self.path(relative), cause })?;
         self.inputs.insert(key, blake3::hash(&bytes).to_hex().to_string());
+        if let Source::Disk(folder) = &self.source {
+            self.files.extend(folder.join(relative).canonicalize());
+        }
         Ok(bytes)
     }
 
@@ -103,9 +103,9 @@ impl Folder {
         self.inputs.get(&normalised(&self.name, relative)).cloned().unwrap_or_default()
     }
 
-    /// The record of the files read: hashes by file, and import reports of mesh files.
-    pub fn into_records(self) -> (BTreeMap<String, String>, Vec<MeshFile>) {
-        (self.inputs, self.meshes)
+    /// The record of the files read: hashes by file, real paths, and import reports of mesh files.
+    pub fn into_records(self) -> (BTreeMap<String, String>, Vec<PathBuf>, Vec<MeshFile>) {
+        (self.inputs, self.files, self.meshes)
     }
 }
 

@@ -137,7 +137,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     let clearances = read_clearances(&document, &parts, &scene.check.clearance)?;
     let approaches = read_approaches(&document, &machine, &parts, &scene.approaches)?;
     let name = folder.name().to_owned();
-    let (inputs, mesh_files) = folder.into_records();
+    let (inputs, files, mesh_files) = folder.into_records();
     Ok(Scene {
         name,
         title: scene.title,
@@ -159,6 +159,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         random,
         recording,
         inputs,
+        files,
         drawn_tools,
         mesh_files,
     })

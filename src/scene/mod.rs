@@ -39,7 +39,7 @@ use folder::Folder;
 use nalgebra::Unit;
 use rs274::{Position, RapidPath, Tool};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A part: a mesh on a link of the machine.
@@ -222,6 +222,8 @@ pub struct Scene {
     pub mesh_files: Vec<MeshFile>,
     /// Content hash of every input of the scene, by path or name.
     pub inputs: BTreeMap<String, String>,
+    /// Real path of every file of the scene that was read from disk.
+    pub files: Vec<PathBuf>,
 }
 
 /// Changes that a caller may make to a scene while it is read.
