@@ -315,7 +315,7 @@ fn meshes_and_poses_are_tried_as_a_scene() {
     let tetrahedron = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
     folder.write("a piece.obj", tetrahedron);
     folder.write("tool.obj", tetrahedron);
-    let rows: String = (0..60).map(|i| format!("tool,1,0,0,0,{},0.5,0\n", 12.0 - 0.2 * f64::from(i))).collect();
+    let rows: String = (0..60).map(|i| format!("a piece,1,0,0,0,{},-0.5,0\n", 0.2 * f64::from(i) - 12.0)).collect();
     folder.write("poses.csv", &format!("part,qw,qx,qy,qz,tx,ty,tz\n{rows}"));
     let quick =
         ["--profile", "smoke", "--workload", "recorded", "--variant", "obb-area", "--out", "run", "--quiet", "--json"];
@@ -325,7 +325,22 @@ fn meshes_and_poses_are_tried_as_a_scene() {
     let case = &result["verification"]["cases"][0];
     // 60 poses under two policies; those nearer than 9 mm touch, less what the slant keeps apart.
     assert!(case["poses"] == 60 && case["colliding"].as_u64().unwrap() > 30 && case["missed"] == 0, "{case}");
-    assert!(read(&folder.path("run/report.html")).contains("a_piece against tool at the poses of poses"));
+    assert!(read(&folder.path("run/report.html")).contains("a piece against tool at the poses of poses"));
+    // Neither the copies in the scene's folder, nor other poses, replace what the run was made of.
+    let copies = ["a_piece.obj", "tool.obj", "poses.csv", "scene.toml"].map(|name| folder.path("run-scene").join(name));
+    let before = copies.clone().map(|file| read(&file));
+    folder.write("other.csv", "part,qw,qx,qy,qz,tx,ty,tz\ntool,1,0,0,0,0,0,0\n");
+    for files in [
+        &["run-scene/a_piece.obj", "run-scene/tool.obj", "run-scene/poses.csv"],
+        &["a piece.obj", "tool.obj", "other.csv"],
+    ] {
+        let message = folder.refused(&[&["try"][..], &files[..], &quick].concat());
+        assert!(message.contains("--fresh"), "{message}");
+        assert_eq!(copies.clone().map(|file| read(&file)), before);
+    }
+    folder.write("a_piece.obj", tetrahedron);
+    let twice = folder.refused(&["try", "a piece.obj", "a_piece.obj", "poses.csv", "--out", "twice"]);
+    assert!(twice.contains("a_piece.obj, too"), "{twice}");
     // What is lacking or wrong is named.
     assert!(folder.refused(&["try", "tool.obj"]).contains("one pose file (.csv), and 0 of the paths are"));
     assert!(folder.refused(&["try", "tool.obj", "poses.csv"]).contains("two meshes at least"));

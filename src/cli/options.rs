@@ -83,7 +83,7 @@ pub struct Extent {
     cache: Option<PathBuf>,
     /// Replace a run of another request that is in the folder
     #[arg(long)]
-    fresh: bool,
+    pub fresh: bool,
 }
 
 /// How results are shown.

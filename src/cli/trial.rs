@@ -5,12 +5,13 @@ use super::progress::Bar;
 use super::{CLEAR, FAILED, analyze, conclusion, launch, machines, say, style, verify};
 use crate::analysis::claims::ClaimSet;
 use crate::measure::{Progress, Run};
-use crate::record::manifest::Stage;
+use crate::record::manifest::{Manifest, Stage};
 use crate::registry::Registry;
 use crate::scene::Scene;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -29,11 +30,11 @@ pub struct Options {
 }
 
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
-    let names: Vec<String> = options.paths.iter().map(|path| stem(path)).collect();
+    let names: Vec<String> = options.paths.iter().map(|path| file_stem(path)).collect();
     let folder = options.extent.folder(&format!("try-{}", names.join("-")));
     let scene = match options.paths.as_slice() {
         [scene] if !is_mesh(scene) => scene.clone(),
-        files => scene_of(files, &folder)?,
+        files => scene_of(files, &folder, options.extent.fresh)?,
     };
     let title = Scene::find(&scene)?.title;
     let mut run = options.extent.open((&[scene], None), &folder, registry)?;
@@ -79,11 +80,15 @@ fn baseline(run: &Run) -> Result<&str> {
     null_of.or_else(first).context("none of the variants is safe, so there is none to compare the others with")
 }
 
-/// A file's or folder's name without its ending, in letters that any file system takes.
+/// A file's or folder's name without its ending.
 fn stem(path: &str) -> String {
     let absolute = fs::canonicalize(path).unwrap_or_else(|_| PathBuf::from(path));
-    let stem = absolute.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
-    stem.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
+    absolute.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// The same in letters that any file system takes.
+fn file_stem(path: &str) -> String {
+    stem(path).chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
 }
 
 /// Whether a file's name is that of a mesh or of poses, and not of a scene.
@@ -95,8 +100,9 @@ fn is_mesh(path: &str) -> bool {
 /// First line of a scene that was made here, which may be made again.
 const MADE: &str = "# Made by `bvbench try` from the files beside it.\n";
 
-/// Writes a folder with a scene of meshes and poses, beside that of the run, and returns its path.
-fn scene_of(files: &[String], run: &Path) -> Result<String> {
+/// Writes a folder with a scene of meshes and poses, beside that of the run, and returns its path. All files are read before one is written, as
+/// they may be those of the folder. A run of other files is not left without its scene, unless it begins afresh.
+fn scene_of(files: &[String], run: &Path, fresh: bool) -> Result<String> {
     let (poses, meshes): (Vec<&String>, Vec<&String>) =
         files.iter().partition(|file| Path::new(file).extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")));
     let [poses] = poses.as_slice() else {
@@ -111,22 +117,33 @@ fn scene_of(files: &[String], run: &Path) -> Result<String> {
         "{} is there and not from here; name another folder with --out",
         folder.display()
     );
-    fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
-    let copy = |from: &str, to: &str| {
-        fs::copy(from, folder.join(to)).with_context(|| format!("{from}: cannot be copied to {}", folder.display()))
-    };
+    let read = |file: &str| fs::read(file).with_context(|| format!("cannot read {file}"));
+    let mut content: BTreeMap<String, Vec<u8>> = BTreeMap::from([("poses.csv".to_owned(), read(poses)?)]);
     let quoted = |text: &str| toml::Value::from(text).to_string();
     let names = meshes.iter().map(|mesh| stem(mesh)).collect::<Vec<_>>();
     let title = format!("{} at the poses of {}", names.join(" against "), stem(poses));
     let mut text = format!("{MADE}title = {}\n", quoted(&title));
     for (mesh, name) in meshes.iter().zip(&names) {
         let ending = Path::new(mesh).extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
-        let file = format!("{name}{ending}");
-        copy(mesh, &file)?;
+        let file = format!("{}{ending}", file_stem(mesh));
+        ensure!(!content.contains_key(&file), "{mesh}: another of the files would be named {file}, too; rename one");
+        content.insert(file.clone(), read(mesh)?);
         text += &format!("\n[[parts]]\nname = {}\nmesh = {}\n", quoted(name), quoted(&file));
     }
-    copy(poses, "poses.csv")?;
     text += "\n[recorded]\nfile = \"poses.csv\"\n";
-    fs::write(&scene, text).with_context(|| format!("cannot write {}", scene.display()))?;
+    content.insert("scene.toml".to_owned(), text.into_bytes());
+    content.retain(|file, bytes| fs::read(folder.join(file)).ok().as_ref() != Some(&*bytes));
+    ensure!(
+        fresh || content.is_empty() || !run.join(Manifest::FILE).exists(),
+        "{} holds a run of other files; use --fresh to begin again, or name another folder with --out",
+        run.display()
+    );
+    fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    // The scene file last: it makes the folder a scene.
+    let (scene, others): (Vec<_>, Vec<_>) = content.iter().partition(|(file, _)| *file == "scene.toml");
+    for (file, bytes) in others.into_iter().chain(scene) {
+        let file = folder.join(file);
+        fs::write(&file, bytes).with_context(|| format!("cannot write {}", file.display()))?;
+    }
     Ok(folder.display().to_string())
 }
