@@ -387,6 +387,24 @@ fn every_template_makes_a_scene_that_loads() {
 }
 
 #[test]
+fn a_new_scene_of_a_vise_alone_takes_tool_and_stock() {
+    let folder = folder();
+    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
+    let new = ["scene", "new", "shop", "--machine", "mill", "--gauge", "0,0,200", "--part", "parts/jaw.stl:fixture"];
+    let output = folder.run(&new);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && told.contains("no two parts move against each other yet"), "{told}");
+    let job = ["--tool", "1=diameter:10,flute:15,stickout:20,holder:32x60", "--stock", "box:100,60,30"];
+    let (found, told, code) = check(&folder, &[&["shop", "part.ngc"][..], &job[..]].concat());
+    assert_eq!(code, Some(1), "{told}");
+    assert_eq!(events(&found)[0], ("collision".to_owned(), 7, "jaw:tool-1-holder".to_owned()), "{found}");
+    // By itself there is nothing to examine, and nothing to measure.
+    assert!(folder.refused(&["check", "shop", "--quiet"]).contains("no two parts that could collide"));
+    let message = folder.refused(&["stage", "verify", "--scene", "shop", "--out", "run"]);
+    assert!(message.contains("no pair of parts to measure"), "{message}");
+}
+
+#[test]
 fn new_scenes_refuse_what_makes_no_sense() {
     let folder = folder();
     folder.write("a.stl", "solid a\nendsolid a\n");

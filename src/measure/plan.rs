@@ -80,6 +80,12 @@ pub enum PlanError {
     /// A scene cannot be loaded.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// No two parts of a scene can move against each other, and it names no pair.
+    #[error("scene `{name}` has no pair of parts to measure")]
+    NoPairs {
+        /// The scene.
+        name: String,
+    },
     /// Two scenes have one name, so that their rows could not be told apart.
     #[error("two of the scenes are called `{name}`")]
     SameName {
@@ -161,6 +167,9 @@ impl Plan {
         };
         for name in asked {
             let scene = Scene::find(name)?;
+            if scene.pairs.is_empty() {
+                return Err(PlanError::NoPairs { name: scene.name });
+            }
             if scenes.iter().any(|other| other.name == scene.name) {
                 return Err(PlanError::SameName { name: scene.name });
             }

@@ -142,12 +142,6 @@ pub enum SceneError {
         /// The scene file.
         file: PathBuf,
     },
-    /// No two parts can move relative to each other.
-    #[error("{file}: no two parts of the scene can be examined as a pair", file = file.display())]
-    NoPairs {
-        /// The scene file.
-        file: PathBuf,
-    },
 }
 
 #[cfg(test)]

@@ -114,9 +114,6 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         Some(pairs) => pairs.iter().map(|pair| find_pair(&document, &parts, pair)).collect::<Result<_, _>>()?,
         None => movable_pairs(&machine, &parts, recording.is_some()),
     };
-    if pairs.is_empty() {
-        return Err(SceneError::NoPairs { file: document.path });
-    }
     let random = match &scene.random {
         Some(random) => random.iter().map(|pair| find_pair(&document, &parts, pair)).collect::<Result<_, _>>()?,
         None => pairs.clone(),

@@ -149,6 +149,11 @@ fn show(folder: &Path) -> Result<()> {
     for warning in scene.mesh_warnings() {
         note(format!("warning: {warning}"));
     }
+    if scene.pairs.is_empty() {
+        note(
+            "note: no two parts move against each other yet: add --tool or --stock to a check, or parts to scene.toml",
+        );
+    }
     say(format!(
         "\n{shown}/scene.toml is written. Next:\n  bvbench view {shown} --open        does each axis go the right way?\n  bvbench check {shown}              does anything touch that should not?\n  bvbench check {shown} part.ngc --offset G54=X,Y,Z --tool 1=diameter:10,flute:22,stickout:40,holder:32x60 --stock box:100,60,30"
     ));
