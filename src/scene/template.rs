@@ -150,8 +150,8 @@ pub struct NewScene {
     pub limits: BTreeMap<char, [f64; 2]>,
     /// The parts.
     pub parts: Vec<NewPart>,
-    /// The unit of all mesh files.
-    pub unit: Unit,
+    /// The unit of all mesh files; `None` for that of their formats.
+    pub unit: Option<Unit>,
     /// The program's file, relative to the scene's folder.
     pub program: String,
 }
@@ -223,10 +223,11 @@ impl NewScene {
             let _ = writeln!(text, "link = {}", quoted(&part.link));
         }
         let unit = match self.unit {
-            Unit::Mm => return,
-            Unit::Cm => "cm",
-            Unit::M => "m",
-            Unit::Inch => "inch",
+            None => return,
+            Some(Unit::Mm) => "mm",
+            Some(Unit::Cm) => "cm",
+            Some(Unit::M) => "m",
+            Some(Unit::Inch) => "inch",
         };
         let _ = writeln!(text, "unit = \"{unit}\"");
     }
@@ -336,7 +337,7 @@ mod tests {
             pivots_mm: BTreeMap::new(),
             limits,
             parts: Vec::new(),
-            unit: Unit::Mm,
+            unit: None,
             program: "jog.ngc".to_owned(),
         };
         let jog = scene.jog();
@@ -345,5 +346,24 @@ mod tests {
             "{jog}"
         );
         assert!(scene.toml().contains("start = { z_mm = 20.0 }"));
+    }
+
+    #[test]
+    fn a_unit_is_written_where_it_is_given() {
+        let part =
+            NewPart { name: "a".to_owned(), file: "a.glb".to_owned(), role: Role::Fixture, link: "X".to_owned() };
+        let scene = |unit| NewScene {
+            title: String::new(),
+            chain: Chain::find("mill").unwrap(),
+            gauge_mm: [0.0; 3],
+            pivots_mm: BTreeMap::new(),
+            limits: BTreeMap::new(),
+            parts: vec![part.clone()],
+            unit,
+            program: "jog.ngc".to_owned(),
+        };
+        // A GLB file is in metres unless the scene says otherwise.
+        assert!(scene(Some(Unit::Mm)).toml().contains("unit = \"mm\""));
+        assert!(!scene(None).toml().contains("unit ="));
     }
 }

@@ -38,9 +38,9 @@ pub struct Options {
     /// Limits of an axis, mm or degrees; repeatable [default: none]
     #[arg(long = "limits", value_name = "AXIS=MIN,MAX")]
     limits: Vec<String>,
-    /// Unit of the mesh files: mm, cm, m or inch
-    #[arg(long, value_name = "UNIT", default_value = "mm")]
-    unit: String,
+    /// Unit of the mesh files: mm, cm, m or inch [default: the format's: metres in GLB, its own in 3MF, else mm]
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<String>,
     /// The program to begin with, which is copied [default: one that moves each axis a little]
     #[arg(long, value_name = "FILE")]
     program: Option<PathBuf>,
@@ -59,7 +59,7 @@ pub fn run(options: &Options) -> Result<u8> {
     }
     let asks = options.ask || io::stdin().is_terminal();
     let mut questions = Questions { from: io::stdin().lock(), asks };
-    let unit = unit(&options.unit)?;
+    let unit = options.unit.as_deref().map(unit).transpose()?;
     let chain = questions.machine(options.machine.as_deref())?;
     let mut parts: Vec<(PathBuf, NewPart)> = Vec::new();
     for text in &options.parts {
