@@ -57,7 +57,10 @@ impl Revolved {
             PI / 3.0 * (pair[1].y - pair[0].y) * (r * r + r * s + s * s)
         };
         let volume_mm3 = outline.windows(2).map(slice).sum::<f64>();
-        let filled = if volume_mm3 > 0.0 { (mesh.signed_volume() / volume_mm3).clamp(0.0, 1.0) } else { 0.0 };
+        let volume = mesh.signed_volume();
+        // A mirrored part faces inwards, and fills as much.
+        let volume = if volume < 0.0 && mesh.edge_report().is_watertight() { -volume } else { volume };
+        let filled = if volume_mm3 > 0.0 { (volume / volume_mm3).clamp(0.0, 1.0) } else { 0.0 };
         Self { profile: Profile::of_lines(&outline), tool_from_mesh, volume_mm3, filled }
     }
 
@@ -288,6 +291,16 @@ mod tests {
             // 160 π below, 4 π / 3 (16 + 24 + 36) between, 216 π above.
             assert!((revolved.volume_mm3 / PI - (160.0 + 4.0 / 3.0 * 76.0 + 216.0)).abs() < 1e-3);
         }
+    }
+
+    #[test]
+    fn a_mirrored_part_is_as_round_and_an_open_one_that_faces_inwards_is_not() {
+        let (vertices, mut faces) = stepped().into_parts();
+        faces.iter_mut().for_each(|face| face.swap(0, 1));
+        let mirrored = Revolved::around(&Mesh::new(vertices.clone(), faces.clone()).unwrap());
+        assert!((mirrored.filled - Revolved::around(&stepped()).filled).abs() < 1e-12 && mirrored.filled >= ROUND);
+        faces.pop();
+        assert!(Revolved::around(&Mesh::new(vertices, faces).unwrap()).filled < ROUND);
     }
 
     #[test]

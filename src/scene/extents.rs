@@ -83,7 +83,7 @@ impl Scene {
             let report = mesh.surface_report();
             if report.is_inside_out() {
                 warnings.push(format!(
-                    "`{name}` is inside out: turn its triangles round, or what lies inside it is misjudged"
+                    "`{name}` is inside out: its volume is told as negative, and what it encloses counts as inside all the same"
                 ));
             } else if report.leaking > 0 {
                 warnings.push(format!("`{name}` is {report}: what lies wholly inside it is not found"));
