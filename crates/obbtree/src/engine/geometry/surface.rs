@@ -11,14 +11,15 @@ use std::fmt;
 pub struct EdgeReport {
     /// Edges used by exactly one triangle: the rims of holes.
     pub open: usize,
-    /// Edges used by more than two triangles.
+    /// Edges used by more than two triangles, more often one way than the other.
     pub non_manifold: usize,
     /// Edges used twice in the same direction: their two triangles have opposite orientations.
     pub flipped: usize,
 }
 
 impl EdgeReport {
-    /// Whether every edge joins exactly two triangles of consistent orientation.
+    /// Whether triangles run along every edge as often one way as the other. Then every ray from a point leaves the mesh equally often more
+    /// than it enters, and there is an inside. Bodies may share an edge.
     #[must_use]
     pub const fn is_watertight(&self) -> bool {
         self.open == 0 && self.non_manifold == 0 && self.flipped == 0
@@ -32,7 +33,7 @@ pub struct SurfaceReport {
     pub edges: EdgeReport,
     /// Number of connected components; faces that share vertices are connected.
     pub components: usize,
-    /// Components that are not watertight: some edge does not join exactly two triangles of consistent orientation.
+    /// Components that are not watertight: triangles run along some edge more often one way than the other.
     pub leaking: usize,
     /// Closed components with negative volume: cavities, or bodies with reversed winding.
     pub inward: usize,
@@ -163,7 +164,7 @@ impl GridMesh {
         let mut leaks = vec![false; components];
         for (vertex, upwards, downwards) in HalfEdges::new(self).edges() {
             count(&mut report.edges, upwards, downwards);
-            leaks[component_of_vertex[vertex] as usize] |= (upwards, downwards) != (1, 1);
+            leaks[component_of_vertex[vertex] as usize] |= upwards != downwards;
         }
         report.leaking = leaks.iter().filter(|leaks| **leaks).count();
         report.inward = volumes.iter().zip(&leaks).filter(|(volume, leaks)| **volume < 0.0 && !**leaks).count();
@@ -210,7 +211,7 @@ impl GridMesh {
 /// Adds an edge to a report, given how many triangles use it in each direction.
 fn count(report: &mut EdgeReport, upwards: usize, downwards: usize) {
     match (upwards, downwards) {
-        (1, 1) => {}
+        _ if upwards == downwards => {}
         (1, 0) | (0, 1) => report.open += 1,
         (2, 0) | (0, 2) => report.flipped += 1,
         _ => report.non_manifold += 1,
@@ -302,6 +303,21 @@ mod tests {
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
         let wings = GridMesh::new(corners.map(Point::from).to_vec(), vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]]).unwrap();
         assert_eq!(wings.edge_report(), EdgeReport { open: 6, non_manifold: 1, flipped: 0 });
+    }
+
+    #[test]
+    fn bodies_that_share_an_edge_are_closed() {
+        // The second tetrahedron is the first, turned by half a turn about their edge.
+        let (vertices, faces) = tetrahedron(0.0).into_parts();
+        let turned: Vec<Point> = vertices[2..].iter().map(|p| Point::new(p.x, -p.y, -p.z)).collect();
+        let second = faces.iter().map(|face| face.map(|v| if v < 2 { v } else { v + 2 }));
+        let both = faces.iter().copied().chain(second).collect();
+        let mesh = GridMesh::new([vertices, turned].concat(), both).unwrap();
+        let report = mesh.surface_report();
+        assert!(report.edges.is_watertight() && (report.components, report.leaking) == (1, 0), "{report:?}");
+        assert!((report.volume_mm3 - 2.0).abs() < 1e-12 && report.to_string() == "watertight", "{report:?}");
+        let open = GridMesh::new(mesh.vertices().to_vec(), mesh.faces()[1..].to_vec()).unwrap();
+        assert!(!open.edge_report().is_watertight() && open.surface_report().leaking == 1);
     }
 
     #[test]
