@@ -495,9 +495,9 @@ impl Bodies {
         Solid::one_in_the_other(&self.parts[&pair.a].solid, &self.parts[&pair.b].solid, a_from_b)
     }
 
-    /// Parts without an inside, in order.
+    /// Parts that are not watertight, in order.
     fn open_parts(&self) -> Vec<usize> {
-        self.parts.iter().filter(|(_, body)| !body.solid.has_inside()).map(|(&part, _)| part).collect()
+        self.parts.iter().filter(|(_, body)| !body.solid.is_watertight()).map(|(&part, _)| part).collect()
     }
 }
 

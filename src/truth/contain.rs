@@ -21,7 +21,7 @@ pub struct Solid {
     bounds: Bounds,
     /// One vertex of each connected component, mm.
     representatives: Vec<Point>,
-    /// The tree over the mesh; `None` when the mesh has no inside, and therefore contains nothing.
+    /// The tree over the mesh; `None` when the mesh is not watertight, and therefore contains nothing.
     inside: OnceLock<Option<BoxTree>>,
 }
 
@@ -51,8 +51,8 @@ impl Solid {
         })
     }
 
-    /// Whether a point, mm, in the mesh's frame, is inside the mesh. The point must lie on no triangle. Exact; a mesh without an
-    /// inside ([`Mesh::has_inside`]) contains nothing.
+    /// Whether a point, mm, in the mesh's frame, is inside the mesh. The point must lie on no triangle. Exact; a mesh that is not
+    /// watertight contains nothing.
     #[must_use]
     pub fn holds(&self, point: &Point) -> bool {
         self.bounds.contains(point)
@@ -61,12 +61,12 @@ impl Solid {
 
     /// Whether the mesh encloses a space; a mesh that does not contains nothing.
     #[must_use]
-    pub fn has_inside(&self) -> bool {
-        self.mesh.has_inside()
+    pub fn is_watertight(&self) -> bool {
+        self.mesh.edge_report().is_watertight()
     }
 
     fn tree(&self) -> Option<&BoxTree> {
-        self.inside.get_or_init(|| self.has_inside().then(|| BoxTree::new(&self.mesh.triangles()))).as_ref()
+        self.inside.get_or_init(|| self.is_watertight().then(|| BoxTree::new(&self.mesh.triangles()))).as_ref()
     }
 }
 
@@ -107,13 +107,13 @@ impl PairOracle {
         if !a.bounds().overlap(&moved) {
             return false;
         }
-        let a_in_b = b.has_inside
+        let a_in_b = b.watertight
             && a.representatives.iter().any(|point| {
                 moved.contains(point)
                     && is_inside(point, &b.tree, |bounds| posed.mover.bounds(bounds), |t| posed.placement.triangle(t))
             });
         a_in_b
-            || a.has_inside
+            || a.watertight
                 && b.representatives.iter().map(|point| posed.placement.point(point)).any(|point| {
                     a.bounds().contains(&point) && is_inside(&point, &a.tree, |bounds| *bounds, |triangle| *triangle)
                 })
@@ -264,7 +264,7 @@ mod tests {
         let large = solids::block(8.0, 8.0, 8.0);
         let shifted = large.triangles().into_iter().map(|t| t.map(|p| p + Vector::new(8.0, 8.0, 0.0)));
         let two = Mesh::from_triangles(&large.triangles().into_iter().chain(shifted).collect::<Vec<_>>()).unwrap();
-        assert!(!two.edge_report().is_watertight());
+        assert!(two.edge_report().is_watertight());
         let small = solids::block(2.0, 2.0, 2.0);
         assert!(contained(&two, &small, [0.0; 3]) && contained(&two, &small, [8.0, 8.0, 0.0]));
         assert!(!contained(&two, &small, [8.0, 0.0, 0.0]) && !contained(&two, &small, [0.0, 8.0, 0.0]));

@@ -19,8 +19,8 @@ pub struct Verdict {
     /// The first candidate pair of triangles that share a point, (face of `a`, face of `b`). Exact for the snapped vertices, and
     /// independent of any bounding volume.
     pub witness: Option<(u32, u32)>,
-    /// Whether the surfaces are disjoint and part of one solid lies wholly inside the other. Exact. A mesh without an inside
-    /// ([`Mesh::has_inside`](crate::geometry::Mesh::has_inside)) contains nothing.
+    /// Whether the surfaces are disjoint and part of one solid lies wholly inside the other. Exact. A mesh that is not watertight contains
+    /// nothing.
     pub contained: bool,
 }
 

@@ -54,7 +54,7 @@ struct Side {
     tree: BoxTree,
     /// One vertex of each connected component, mm.
     representatives: Vec<Point>,
-    has_inside: bool,
+    watertight: bool,
 }
 
 impl Side {
@@ -62,7 +62,7 @@ impl Side {
         Self {
             tree: BoxTree::new(&mesh.triangles()),
             representatives: contain::representatives(&mesh),
-            has_inside: mesh.has_inside(),
+            watertight: mesh.edge_report().is_watertight(),
             mesh,
         }
     }

@@ -140,13 +140,6 @@ impl GridMesh {
         report
     }
 
-    /// Whether triangles pass along every edge as often one way as the other. Only then does every ray from a point leave the mesh equally often,
-    /// less the times that it enters, and there is an inside. Watertight meshes have one; so have bodies with an edge in common.
-    #[must_use]
-    pub fn has_inside(&self) -> bool {
-        HalfEdges::new(self).edges().all(|(_, upwards, downwards)| upwards == downwards)
-    }
-
     /// The properties of the surface.
     #[must_use]
     pub fn surface_report(&self) -> SurfaceReport {
@@ -280,21 +273,6 @@ mod tests {
         let flipped = turned(&mesh, 0..1).surface_report();
         assert_eq!(flipped.edges, EdgeReport { flipped: 3, ..EdgeReport::default() });
         assert_eq!(flipped.to_string(), "not watertight: 3 edges between two that wind against each other");
-    }
-
-    #[test]
-    fn bodies_with_an_edge_in_common_have_an_inside() {
-        let mesh = tetrahedron(0.0);
-        assert!(mesh.has_inside());
-        // A second tetrahedron below the edge from the first vertex to the second.
-        let vertices = [mesh.vertices(), &[Point::new(0.0, -1.0, 0.0), Point::new(0.0, 0.0, -1.0)]].concat();
-        let faces = [mesh.faces(), &[[0, 4, 1], [0, 1, 5], [0, 5, 4], [1, 4, 5]]].concat();
-        let two = GridMesh::new(vertices, faces).unwrap();
-        assert_eq!(two.edge_report(), EdgeReport { non_manifold: 1, ..EdgeReport::default() });
-        assert!(two.has_inside());
-        for open in [turned(&two, 0..1), GridMesh::new(two.vertices().to_vec(), two.faces()[1..].to_vec()).unwrap()] {
-            assert!(!open.has_inside());
-        }
     }
 
     #[test]
