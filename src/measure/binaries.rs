@@ -7,7 +7,7 @@ use crate::record::manifest::BinaryEntry;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc;
+use std::sync::{OnceLock, mpsc};
 use std::time::Duration;
 use thiserror::Error;
 
@@ -82,10 +82,11 @@ pub const fn binary_of(launch: u32, binaries: u32) -> u32 {
     if binaries == 0 { 0 } else { launch % binaries }
 }
 
-/// The binary that is running.
+/// The binary that is running, as it was at the first call: its file may be built again since.
 #[must_use]
 pub fn running() -> Option<BinaryEntry> {
-    entry(&std::env::current_exe().ok()?).ok()
+    static RUNNING: OnceLock<Option<BinaryEntry>> = OnceLock::new();
+    RUNNING.get_or_init(|| entry(&std::env::current_exe().ok()?).ok()).clone()
 }
 
 /// The binaries that `paths` name, files in their order and of folders all whose names end in a seed, by seed; each of the same source as

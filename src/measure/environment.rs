@@ -1,21 +1,28 @@
 //! What the program is, what machine it runs on, and whether something else is running there.
 
-use super::sources;
+use super::{binaries, sources};
 use crate::record::manifest::{MachineFacts, Program};
 use obbtree::engine::Simd;
 use serde::{Deserialize, Serialize};
 use std::fs;
+use std::sync::OnceLock;
 
-/// What this program was built from and how it was called.
+/// What this program is and how it was called, as it was at the first call: a commit or a new build changes no program that runs.
 #[must_use]
 pub fn program() -> Program {
+    static PROGRAM: OnceLock<Program> = OnceLock::new();
+    PROGRAM.get_or_init(running_program).clone()
+}
+
+fn running_program() -> Program {
     let (revision, dirty) = revision();
     // Only the program's name, not the folder it lies in: the record is for others.
     let mut arguments = std::env::args();
     let name = arguments.next().unwrap_or_default();
     let name = std::path::Path::new(&name).file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let command = std::iter::once(name).chain(arguments).collect::<Vec<_>>().join(" ");
-    Program { git_revision: revision, git_dirty: dirty, command, ..built() }
+    let hash = binaries::running().map_or_else(String::new, |binary| binary.hash);
+    Program { hash, git_revision: revision, git_dirty: dirty, command, ..built() }
 }
 
 /// What a binary was built from, by its own account: two of equal identity differ in layout at most.
@@ -36,9 +43,8 @@ pub struct Identity {
 /// What this binary was built from.
 #[must_use]
 pub fn identity() -> Identity {
-    let Program { version, rustc, flags, .. } = built();
-    let (source, revision) = (env!("BVBENCH_FINGERPRINT").to_owned(), env!("BVBENCH_GIT_REVISION").to_owned());
-    Identity { version, source, revision, rustc, flags }
+    let Program { version, source, rustc, flags, .. } = built();
+    Identity { version, source, revision: env!("BVBENCH_GIT_REVISION").to_owned(), rustc, flags }
 }
 
 impl Identity {
@@ -61,6 +67,7 @@ impl Identity {
 fn built() -> Program {
     Program {
         version: env!("CARGO_PKG_VERSION").to_owned(),
+        source: env!("BVBENCH_FINGERPRINT").to_owned(),
         rustc: env!("BVBENCH_RUSTC").to_owned(),
         flags: format!(
             "target {}, opt-level {}, RUSTFLAGS `{}`",

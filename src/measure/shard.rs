@@ -201,10 +201,15 @@ pub fn merge(
     }
     let stages = finished_stages(&parts)?;
     // The first launch is in the first shard.
-    let whole = parts[0].plan();
+    let mut whole = parts[0].plan();
+    if parts.iter().any(|part| part.manifest.program.hash != whole.program.hash) {
+        whole.program.hash.clear();
+    }
     let mut plan = Plan::of_request(whole.request.clone(), registry)?;
     plan.gzip |= gzip;
-    let here = Manifest { binaries: whole.binaries.clone(), ..plan.manifest() };
+    // Shards may be of builds of other hosts, and so may what merges them.
+    let mut here = Manifest { binaries: whole.binaries.clone(), ..plan.manifest() };
+    here.program.hash.clone_from(&whole.program.hash);
     if let Some(difference) = difference(&whole, &here) {
         return Err(MeasureError::AnotherRun { folder: parts[0].path.clone(), difference }.into());
     }
@@ -225,7 +230,9 @@ fn merge_study(parts: &[Part], out: &Path, fresh: bool) -> Result<(), MergeError
     if let Some(part) = parts.iter().find(|part| part.has_units(&study::KINDS) && part.manifest.rows.is_empty()) {
         return Err(MergeError::Unfinished(part.path.clone()));
     }
-    let whole = Manifest { rows: BTreeMap::new(), ..parts[0].plan() };
+    let mut whole = Manifest { rows: BTreeMap::new(), ..parts[0].plan() };
+    // The study's command may be of the build of another host.
+    whole.program.hash.clear();
     let mut folder = Folder::open(out, whole.clone(), fresh)?;
     folder.manifest = whole;
     for kind in study::KINDS {

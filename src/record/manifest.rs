@@ -201,7 +201,13 @@ pub struct SceneEntry {
 pub struct Program {
     /// bvbench's version.
     pub version: String,
-    /// Git revision it was built from; empty when unknown.
+    /// Fingerprint of the source it was built from; empty when unknown, and in older manifests.
+    #[serde(default)]
+    pub source: String,
+    /// BLAKE3 hash of its executable; empty when unknown or when several took part, and in older manifests.
+    #[serde(default)]
+    pub hash: String,
+    /// Git revision of the source when the program began; empty when unknown.
     pub git_revision: String,
     /// Whether that checkout had changes; `None` when unknown.
     pub git_dirty: Option<bool>,
@@ -211,6 +217,22 @@ pub struct Program {
     pub flags: String,
     /// The command line.
     pub command: String,
+}
+
+impl Program {
+    /// Version, source, compiler and flags: what builds on several machines have in common. The revision counts only where the source is
+    /// unknown, because a commit changes no program.
+    fn built_from(&self) -> [&str; 4] {
+        let source = if self.source.is_empty() { &self.git_revision } else { &self.source };
+        [&self.version, source, &self.rustc, &self.flags].map(String::as_str)
+    }
+
+    /// Whether rows of both may stand in one record: they were built from the same, and are one executable where both executables are known.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        let is_one = self.hash == other.hash || self.hash.is_empty() || other.hash.is_empty();
+        is_one && self.built_from() == other.built_from()
+    }
 }
 
 /// The machine, as far as it can be known.
@@ -260,23 +282,13 @@ impl Manifest {
         serde_json::from_str(&text).map_err(json)
     }
 
-    /// BLAKE3 hash of everything that decides the rows of a plan: request, inputs, variants, versions, program and binaries.
+    /// BLAKE3 hash of everything that decides the rows of a plan: request, inputs, variants, versions, what the program was built from, and binaries.
     #[must_use]
     pub fn plan_hash(&self) -> String {
-        let Program { version, git_revision, rustc, flags, .. } = &self.program;
         let binaries: Vec<&str> = self.binaries.iter().map(|binary| binary.hash.as_str()).collect();
         let layout = (self.schema, &self.protocol);
-        let plan = serde_json::json!([
-            layout,
-            self.request,
-            self.inputs,
-            self.variants,
-            version,
-            git_revision,
-            rustc,
-            flags,
-            binaries
-        ]);
+        let plan =
+            serde_json::json!([layout, self.request, self.inputs, self.variants, self.program.built_from(), binaries]);
         blake3::hash(plan.to_string().as_bytes()).to_hex().to_string()
     }
 
