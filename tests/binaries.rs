@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use support::{BALL_AND_RING, Folder};
 
 /// Copies of this bvbench that differ in a byte behind their last section, which changes the hash and nothing else.
@@ -107,6 +108,46 @@ fn launches_take_the_binaries_in_turn() {
     let planned = measure("next", &["--plan-from", "pilot"]);
     let message = folder.refused(&planned.iter().map(String::as_str).collect::<Vec<_>>());
     assert!(message.contains("plans nothing") && message.contains("two binaries"), "{message}");
+}
+
+/// A record is of one executable: another one makes all of it again, and what is not made again is not told as its own.
+#[test]
+fn a_record_is_of_one_executable() {
+    let folder = Folder::with_scene();
+    let place = binaries(&folder, &[1, 2]);
+    let run = |binary: u64, verb: &str| {
+        let program = place.join(format!("bvbench-shuffled-{binary}"));
+        let plan = ["--profile", "smoke", "--scene", "scene", "--workload", "random", "--variant", "obb-vertex"];
+        let more = ["--variant", "aabb", "--policy", "median/shared/8", "--out", "run", "--quiet"];
+        let output =
+            Command::new(program).current_dir(folder.root()).args(["stage", verb]).args(plan).args(more).output();
+        let output = output.unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        if output.status.success() { Ok(()) } else { Err(said) }
+    };
+    let refused = |verb: &str| folder.refused(&["stage", verb, "--out", "run"]);
+    run(1, "verify").unwrap();
+    let message = refused("analyze");
+    assert!(message.contains("not finished") && message.contains("bvbench stage measure"), "{message}");
+    // Another executable does not go on with it.
+    assert!(run(2, "measure").unwrap_err().contains("the program"));
+    run(1, "measure").unwrap();
+    fs::write(folder.path("claims.toml"), CLAIMS).unwrap();
+    assert!(refused("report").contains("bvbench stage analyze"));
+    assert!(folder.run(&["stage", "analyze", "--out", "run", "--claims", "claims.toml"]).status.success());
+    // Nor does it make a part of it again.
+    assert!(run(2, "measure").unwrap_err().contains("the program of an earlier stage"));
+    assert!(folder.path("run/ratios.csv").exists());
+    // What it verifies again has no times, neither those of the first nor what was derived from them.
+    run(2, "verify").unwrap();
+    assert!(!folder.path("run/ratios.csv").exists() && !folder.path("run/timings.csv").exists());
+    for verb in ["analyze", "plot", "report"] {
+        assert!(refused(verb).contains("bvbench stage measure"), "{verb}");
+    }
+    assert!(folder.refused(&["stage", "compare", "run", "run"]).contains("bvbench stage measure"));
+    assert!(run(1, "measure").unwrap_err().contains("the program"));
+    run(2, "measure").unwrap();
+    assert!(folder.run(&["stage", "analyze", "--out", "run", "--claims", "claims.toml"]).status.success());
 }
 
 #[test]

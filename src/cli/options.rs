@@ -1,14 +1,16 @@
 //! Options that several verbs share.
 
 use super::repetitions::Repetitions;
+use crate::analysis::claims;
 use crate::measure::shard::Shard;
 use crate::measure::{Plan, Profile, Run, Selection};
 use crate::record::Manifest;
+use crate::record::manifest::Stage;
 use crate::registry::Registry;
 use crate::scene::{Clearance, Clearances, Scene};
 use crate::tree::Policy;
 use crate::truth::TruthCache;
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, ensure};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -109,22 +111,41 @@ pub struct FolderOptions {
 }
 
 impl FolderOptions {
-    /// The run's folder, its raw rows being those that the run wrote.
+    /// The folder of a run that is measured, its raw rows being those that the run wrote.
     ///
     /// # Errors
-    /// When it holds no run, or changed rows that are not accepted.
+    /// When it holds no such run, or changed rows that are not accepted.
     pub fn checked(&self) -> Result<&Path> {
         check_rows(&self.out, self.accept_changed_rows)?;
         Ok(&self.out)
     }
+
+    /// Like [`Self::checked`], of a run that is analysed too.
+    ///
+    /// # Errors
+    /// Those of [`Self::checked`], and when the run is not analysed.
+    pub fn analysed(&self) -> Result<&Path> {
+        let (folder, path) = (self.checked()?, self.out.display());
+        let is_there = folder.join(claims::FILE).exists();
+        ensure!(is_there, "{path} is not analysed: run `bvbench stage analyze --out {path}` first");
+        Ok(folder)
+    }
 }
 
-/// Checks that the raw rows of a run are those that it wrote, unless others are accepted.
+/// Checks that a run is verified and measured, and that its raw rows are those that it wrote, unless others are accepted.
 ///
 /// # Errors
-/// When the folder holds no run, or changed rows.
+/// When the folder holds no such run, or changed rows.
 pub fn check_rows(folder: &Path, accept: bool) -> Result<()> {
     let manifest = Manifest::read(folder)?;
+    let stages = [(Stage::Verify, "`bvbench stage verify`"), (Stage::Measure, "`bvbench stage measure`")];
+    let lacking = stages.into_iter().filter(|(stage, _)| !manifest.finished.contains(stage));
+    let lacking: Vec<&str> = lacking.map(|(_, command)| command).collect();
+    let (folder_name, commands) = (folder.display(), lacking.join(" and then "));
+    ensure!(
+        lacking.is_empty(),
+        "{folder_name} is not finished: complete it with {commands} and the run's own options first"
+    );
     if !accept {
         manifest.check_rows(folder)?;
     }
@@ -212,9 +233,9 @@ const MOST_ON_FEW_CORES: usize = 256;
 /// When there are none, or more than any machine can use.
 pub fn use_threads(threads: Option<usize>) -> Result<()> {
     let Some(threads) = threads else { return Ok(()) };
-    anyhow::ensure!(threads > 0, "--threads 0: at least one thread is needed");
+    ensure!(threads > 0, "--threads 0: at least one thread is needed");
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let most = (MOST_PER_CORE * cores).max(MOST_ON_FEW_CORES);
-    anyhow::ensure!(threads <= most, "--threads {threads}: at most {most} are started");
+    ensure!(threads <= most, "--threads {threads}: at most {most} are started");
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("threads cannot be started")
 }

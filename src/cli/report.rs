@@ -22,7 +22,7 @@ pub struct Options {
 }
 
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
-    let folder = options.folder.checked()?;
+    let folder = options.folder.analysed()?;
     say(crate::report::write(folder)?.display());
     let bar = Bar::new(options.quiet);
     let views =

@@ -22,8 +22,9 @@ use std::path::{Path, PathBuf};
 /// Folder of the units inside a study's folder.
 const UNITS: &str = "units";
 
-/// What a study leaves in its folder beside the manifest and the units; of older layouts too, so that `--fresh` leaves nothing behind.
-const FILES: [&str; 46] = [
+/// What a study leaves in its folder beside the manifest, the units and [`DERIVED`]; of older layouts too, so that `--fresh` leaves nothing
+/// behind.
+const FILES: [&str; 33] = [
     CaseRow::FILE,
     FactorRow::FILE,
     PoseRow::FILE,
@@ -39,15 +40,6 @@ const FILES: [&str; 46] = [
     BuildRow::FILE,
     TimingRow::FILE,
     SingleRow::FILE,
-    VarianceRow::FILE,
-    SummaryRow::FILE,
-    ProgramTimeRow::FILE,
-    RatioRow::FILE,
-    ClaimRow::FILE,
-    CostRow::FILE,
-    CostChunkRow::FILE,
-    DeadlineRow::FILE,
-    RepayRow::FILE,
     AuditCellRow::FILE,
     AuditEffectRow::FILE,
     AuditShareRow::FILE,
@@ -65,10 +57,23 @@ const FILES: [&str; 46] = [
     "ablation_kinds.csv",
     "ablation_times.csv",
     "queries.csv",
+    "audit.md",
+];
+
+/// What analysis, plots and report make of the raw rows of a run.
+const DERIVED: [&str; 13] = [
+    VarianceRow::FILE,
+    SummaryRow::FILE,
+    ProgramTimeRow::FILE,
+    RatioRow::FILE,
+    ClaimRow::FILE,
+    CostRow::FILE,
+    CostChunkRow::FILE,
+    DeadlineRow::FILE,
+    RepayRow::FILE,
     "claims.toml",
     "report.md",
     "report.html",
-    "audit.md",
     "plots",
 ];
 
@@ -146,7 +151,7 @@ impl Folder {
             None if !left.ours => new,
             Some(Ok((None, old))) => old,
             _ if fresh => {
-                FILES.iter().chain(&[UNITS]).try_for_each(|name| {
+                FILES.iter().chain(&DERIVED).chain(&[UNITS]).try_for_each(|name| {
                     remove(&path.join(name))?;
                     remove(&path.join(compressed(name)))
                 })?;
@@ -166,8 +171,11 @@ impl Folder {
     /// When the folder holds no study of what `new` says.
     pub fn join_parent(path: &Path, new: &Manifest) -> Result<Self, MeasureError> {
         let manifest = Manifest::read(path)?;
-        // The parent's binary, or its binaries, may be others than this one; what the parent does of the plan is its affair.
-        let new = Manifest { binaries: manifest.binaries.clone(), shard: manifest.shard.clone(), ..new.clone() };
+        // The parent's binary, or its binaries, may be others than this one, which `Run::check_binary` compares; what the parent does of the
+        // plan is its affair.
+        let program = Program { hash: manifest.program.hash.clone(), ..new.program.clone() };
+        let (binaries, shard) = (manifest.binaries.clone(), manifest.shard.clone());
+        let new = Manifest { binaries, shard, program, ..new.clone() };
         match difference(&manifest, &new) {
             None => Ok(Self { path: path.to_owned(), manifest, compresses: false, _lock: None }),
             Some(difference) => Err(another(path, difference)),
@@ -236,8 +244,8 @@ impl Folder {
     }
 
     /// Begins a stage that is finished once more, from nothing: `raw` are the files that it and all later stages write, `units` the folders
-    /// of their units. Later stages are no longer finished. Their rows are removed when another program made them, so that no record mixes
-    /// two programs.
+    /// of their units. Later stages are no longer finished, and what was derived from them is removed; so are their rows when another program
+    /// made them, so that no record mixes two programs.
     ///
     /// # Errors
     /// When another program made the stages before it, or a file cannot be written or removed.
@@ -256,6 +264,7 @@ impl Folder {
             self.manifest.machine = environment::machine();
         }
         self.save()?;
+        DERIVED.iter().try_for_each(|file| remove(&located(&self.path, file)))?;
         if !is_own {
             raw.iter().try_for_each(|file| remove(&located(&self.path, file)))?;
         }
@@ -276,7 +285,7 @@ impl Folder {
 
     /// Whether `program`, with the protocol of this one, made what the folder holds.
     fn is_of(&self, program: &Program) -> bool {
-        build_of(&self.manifest.program) == build_of(program) && self.manifest.protocol == PROTOCOL
+        self.manifest.program.is_same(program) && self.manifest.protocol == PROTOCOL
     }
 
     /// Notes that a stage is finished.
@@ -368,7 +377,7 @@ fn left_behind(path: &Path) -> Left {
     let entries = fs::read_dir(path).map(|entries| entries.flatten().map(|entry| entry.file_name()).collect());
     let mut entries: Vec<_> = entries.unwrap_or_default();
     entries.retain(|name| !begun.iter().any(|begun| name == begun.as_str()));
-    let is_ours = |name: &std::ffi::OsString| name == UNITS || FILES.iter().any(|ours| name == ours);
+    let is_ours = |name: &std::ffi::OsString| name == UNITS || FILES.iter().chain(&DERIVED).any(|ours| name == ours);
     let foreign = !entries.iter().any(|name| name == Manifest::FILE) && !entries.iter().all(is_ours);
     Left { foreign, ours: !entries.is_empty() }
 }
@@ -392,7 +401,6 @@ fn copy_below(from: &Path, to: &Path) -> Result<(), RecordError> {
 
 /// What keeps one study from being continued as the other; the command line, the load and such do not.
 pub(super) fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str> {
-    let program = |manifest: &Manifest| build_of(&manifest.program).map(str::to_owned);
     let hashes = |manifest: &Manifest| manifest.binaries.iter().map(|b| b.hash.clone()).collect::<Vec<_>>();
     let finished = old.finished.contains(&Stage::Measure);
     match () {
@@ -402,16 +410,11 @@ pub(super) fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str>
         () if old.variants != new.variants => Some("the list of variants"),
         () if old.shard != new.shard => Some("the shard, or its plan,"),
         // A finished study is not continued but made again, so another build of the program may do it.
-        () if !finished && program(old) != program(new) => Some("the program"),
+        () if !finished && !old.program.is_same(&new.program) => Some("the program"),
         () if !finished && old.protocol != new.protocol => Some("the protocol"),
         () if !finished && hashes(old) != hashes(new) => Some("a binary"),
         () => None,
     }
-}
-
-/// What tells two builds of the program apart, without how it was called.
-fn build_of(program: &Program) -> [&str; 4] {
-    [&program.version, &program.git_revision, &program.rustc, &program.flags].map(String::as_str)
 }
 
 /// Removes a file or a folder with all that is in it; one that is not there is fine.
@@ -461,7 +464,7 @@ mod tests {
         let mut manifest = Manifest { protocol: PROTOCOL.to_owned(), ..manifest(1) };
         manifest.program = environment::program();
         if !by_this_program {
-            manifest.program.git_revision = "another".to_owned();
+            manifest.program.hash = "another".to_owned();
         }
         let mut folder = Folder::open(place, manifest, true).unwrap();
         stages.iter().for_each(|&stage| folder.finish(stage).unwrap());
@@ -483,6 +486,45 @@ mod tests {
         assert_eq!(folder.manifest.finished, [Stage::Verify]);
     }
 
+    /// A commit makes no other program; another build does, and where executables are unknown another source.
+    #[test]
+    fn a_program_is_its_executable() {
+        let old = Manifest { program: environment::program(), ..manifest(1) };
+        assert!(!old.program.hash.is_empty() && !old.program.source.is_empty());
+        let with = |program: Program| Manifest { program, ..old.clone() };
+        let committed = with(Program { git_revision: "later".to_owned(), ..old.program.clone() });
+        assert_eq!((difference(&old, &committed), old.plan_hash()), (None, committed.plan_hash()));
+        let rebuilt = with(Program { hash: "another".to_owned(), ..old.program.clone() });
+        assert_eq!((difference(&old, &rebuilt), old.plan_hash()), (Some("the program"), rebuilt.plan_hash()));
+        // Shards of builds of several hosts: what they were built from decides.
+        let merged = with(Program { hash: String::new(), ..old.program.clone() });
+        assert_eq!(difference(&merged, &rebuilt), None);
+        let changed = with(Program { source: "another".to_owned(), ..merged.program.clone() });
+        assert_eq!(difference(&merged, &changed), Some("the program"));
+        // Where the source is unknown, as in older records, the revision tells.
+        let before = |revision: &str| Program {
+            source: String::new(),
+            git_revision: revision.to_owned(),
+            ..merged.program.clone()
+        };
+        assert_eq!(difference(&with(before("a")), &with(before("b"))), Some("the program"));
+    }
+
+    /// What was derived from a stage that is made again is gone at once, whoever makes it: a report beside no times would be of old ones.
+    #[test]
+    fn nothing_derived_outlives_its_rows() {
+        for by_this_program in [true, false] {
+            let place = tempfile::tempdir().unwrap();
+            let mut folder = finished(place.path(), &STAGES, by_this_program);
+            write_text(&place.path().join(RatioRow::FILE), "old").unwrap();
+            write_text(&place.path().join("plots/time-ratios.svg"), "old").unwrap();
+            write_text(&place.path().join(TimingRow::FILE), "old").unwrap();
+            folder.begin_again(Stage::Verify, &[TimingRow::FILE], &[]).unwrap();
+            assert!(!place.path().join(RatioRow::FILE).exists() && !place.path().join("plots").exists());
+            assert_eq!(place.path().join(TimingRow::FILE).exists(), by_this_program);
+        }
+    }
+
     /// Another program may make all of a finished run again, and leaves no rows of the old one; it may not make a part of it.
     #[test]
     fn no_record_mixes_two_programs() {
@@ -497,7 +539,7 @@ mod tests {
         write_text(&timings, "old").unwrap();
         folder.begin_again(Stage::Verify, &[TimingRow::FILE], &[]).unwrap();
         assert!(!timings.exists() && folder.manifest.finished.is_empty());
-        assert_eq!(folder.manifest.program.git_revision, environment::program().git_revision);
+        assert_eq!(folder.manifest.program, environment::program());
         let places = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
         assert!(finished(places[0].path(), &[Stage::Measure], false).begin(Stage::Verify).is_err());
         assert!(finished(places[1].path(), &[Stage::Measure], true).begin(Stage::Verify).is_ok());

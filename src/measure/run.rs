@@ -226,6 +226,7 @@ impl Run {
         let stages: Vec<Stage> = [Stage::Verify, Stage::Measure].into_iter().filter(|&of| of >= stage).collect();
         let raw: Vec<&str> = stages.iter().flat_map(|&stage| raw_files(stage)).collect();
         let units: Vec<&str> = stages.iter().map(|&stage| stage_folder(stage)).collect();
+        self.folder.manifest.binaries = self.plan.binary_entries();
         self.folder.begin_again(stage, &raw, &units)
     }
 
