@@ -502,8 +502,7 @@ fn times(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
         let micro = |ns: f64| format!("{:.3}", ns / 1e3);
         let ratio = ratios.iter().find(|ratio| ratio.engine == row.engine && ratio.stratum == ALL_STRATA);
         let (faster, interval, tail) = ratio.map_or_else(Default::default, |ratio| {
-            let interval = format!("{:.2} to {:.2}", ratio.low, ratio.high);
-            (format!("{:.2}", ratio.ratio), interval, format!("{:.2}", ratio.p99_ratio))
+            (format!("{:.2}", ratio.ratio), ends(ratio).unwrap_or_default(), format!("{:.2}", ratio.p99_ratio))
         });
         table.add_row([
             row.engine.clone(),
@@ -521,6 +520,11 @@ fn times(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
         ]);
     }
     table
+}
+
+/// The ends of a ratio's interval; `None` of a single chunk, which has none.
+fn ends(row: &PeerRatioRow) -> Option<String> {
+    (row.low.is_finite() && row.high.is_finite()).then(|| format!("{:.2} to {:.2}", row.low, row.high))
 }
 
 /// Poses per second on all cores, a row per engine.
@@ -547,10 +551,26 @@ fn by_stratum(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
     for row in rows {
         let cells = strata.map(|stratum| {
             let ratio = ratios.iter().find(|ratio| ratio.engine == row.engine && ratio.stratum == stratum);
-            ratio
-                .map_or_else(String::new, |ratio| format!("{:.2} ({:.2} to {:.2})", ratio.ratio, ratio.low, ratio.high))
+            ratio.map_or_else(String::new, |row| {
+                format!("{:.2}{}", row.ratio, ends(row).map_or_else(String::new, |ends| format!(" ({ends})")))
+            })
         });
         table.add_row(std::iter::once(row.engine.clone()).chain(cells));
     }
     table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ratio_without_an_interval_stands_alone() {
+        let [engine, reference, scene, stratum, mode] = ["a", "b", "c", "all", "first"].map(str::to_owned);
+        let mut row =
+            PeerRatioRow { engine, reference, scene, stratum, mode, ratio: 1.5, low: 1.25, high: 2.0, p99_ratio: 1.5 };
+        assert_eq!(ends(&row).as_deref(), Some("1.25 to 2.00"));
+        (row.low, row.high) = (f64::NAN, f64::NAN);
+        assert_eq!(ends(&row), None);
+    }
 }
