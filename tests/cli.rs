@@ -309,6 +309,16 @@ fn a_scene_of_ones_own_is_tried_without_the_paper() {
     assert!(folder.run(&["stage", "report", "--out", "results/try-scene", "--quiet"]).status.success());
 }
 
+/// Variants that promise nothing have none to be compared with, which is said before anything is measured.
+#[test]
+fn a_trial_of_unsafe_variants_alone_is_refused_at_once() {
+    let folder = Folder::with_scene();
+    let message =
+        folder.refused(&["try", "scene", "--profile", "smoke", "--variant", "obb-vertex-centroid", "--quiet"]);
+    assert!(message.contains("none of the variants is safe"), "{message}");
+    assert!(!folder.path("results/try-scene/units").exists(), "something was measured");
+}
+
 #[test]
 fn meshes_and_poses_are_tried_as_a_scene() {
     let folder = Folder::with_scene();

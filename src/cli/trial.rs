@@ -38,6 +38,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     };
     let title = Scene::find(&scene)?.title;
     let mut run = options.extent.open((&[scene], None), &folder, registry)?;
+    let claims = ClaimSet::none(&title, baseline(&run)?);
     let bar = Bar::new(options.output.quiet);
     let verification = if run.has_finished(Stage::Verify) { run.verification()? } else { run.verify(&bar)? };
     if !run.has_finished(Stage::Measure) {
@@ -45,7 +46,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     }
     run.manifest().check_rows(&folder)?;
     bar.begin("analysing", 1);
-    let outcome = crate::analysis::analyze(&folder, &ClaimSet::none(&title, baseline(&run)?))?;
+    let outcome = crate::analysis::analyze(&folder, &claims)?;
     run.finish(Stage::Analyze)?;
     bar.begin("drawing", 1);
     let gallery = crate::plot::draw_all(&folder)?;
