@@ -1,11 +1,11 @@
 //! Judges the claims of the thesis by an ablation of its method: by counts, which are the same on every machine, and by time.
 
-use super::AnalysisError;
 use super::claims::ClaimSet;
 use super::judge::{CLUSTERS_MIN, Effect, Verdict, ratio_verdict};
 use super::stats::{Interval, wilson};
 use super::summary::ALL;
 use super::totals::over_launches;
+use super::{AnalysisError, counted};
 use crate::record::{
     BuildRow, ClaimRow, CountRow, FactorRow, Row, TimingRow, TreeRow, read_rows, read_rows_if_there, write_rows,
 };
@@ -335,7 +335,8 @@ impl Ratio {
         let interval = over_launches(&repeats).map_or(Interval::exact(f64::NAN), |estimate| estimate.interval);
         // Of ratios the geometric mean, not that of totals.
         let shift = mean.exp() / interval.value;
-        let few = (logs.len() < CLUSTERS_MIN).then(|| format!("only {} {what}: too few for an interval", logs.len()));
+        let few = (logs.len() < CLUSTERS_MIN)
+            .then(|| format!("only {}: too few for an interval", counted(logs.len() as u64, what)));
         Self { surface: surface.to_owned(), interval: interval.map(|end| end * shift), few }
     }
 
@@ -557,6 +558,7 @@ mod tests {
             let evidence = Evidence { rows, kinds: Vec::new(), times: times.collect() };
             let judged = evidence.judge(&claim);
             let time = judged.into_iter().find(|row| row.measure.starts_with("time")).unwrap();
+            assert!(rounds > 1 || time.note.contains("only 1 round: too few"), "{}", time.note);
             (time.verdict, time.effect, time.low.is_some())
         };
         let undecided = |has_interval| ("undecided".to_owned(), "unclear".to_owned(), has_interval);

@@ -1,7 +1,6 @@
 //! Verdicts on the claims. Each claim is judged for each of its readings, in each scene and, if it is about queries, in each workload, by
 //! the thresholds of the claims file. One primary row, which the file declares, answers the sentence as a whole; see `primary`.
 
-use super::AnalysisError;
 use super::claims::{CaseRef, Claim, ClaimSet, Direction, Expectation, Frames, Reading, Role, Test, TestKind};
 use super::misses::{Misses, Tally};
 use super::ratios::{Cases, Metric, NoisyCells, Ratio, compare};
@@ -9,6 +8,7 @@ use super::stats::Interval;
 use super::summary::ALL;
 use super::table::Scene;
 use super::totals::{Estimate, over_launches};
+use super::{AnalysisError, counted};
 use crate::record::rows::CaseKey;
 use crate::record::{ClaimRow, ExitRow, Manifest, OutlineRow, PROGRAM_TIME, Stratum, TightnessRow, TreeRow};
 use std::collections::{BTreeMap, BTreeSet};
@@ -428,7 +428,7 @@ impl Judged<'_> {
         if ratio.has_few_clusters() {
             effect = Effect::Unclear;
             let unit = if metric == Metric::ProgramTime { "launches" } else { "clusters" };
-            doubt(format!("only {} {unit}: too few for an interval", ratio.estimate.clusters));
+            doubt(format!("only {}: too few for an interval", counted(ratio.estimate.clusters, unit)));
         }
         if matches!(metric, Metric::ProgramTime | Metric::Time)
             && let Some(null) = self.evidence.noisy.get(self.scene_name, &ratio.workload, &ratio.stratum)

@@ -238,5 +238,11 @@ pub fn ranking_by(
     ranking
 }
 
+/// A number of things, such as `1 launch` or `3 launches`, by the name of several.
+pub(crate) fn counted(n: u64, several: &str) -> String {
+    let one = several.strip_suffix("es").filter(|one| one.ends_with("ch")).or_else(|| several.strip_suffix('s'));
+    format!("{n} {}", if n == 1 { one.unwrap_or(several) } else { several })
+}
+
 #[cfg(test)]
 mod tests;

@@ -436,3 +436,10 @@ fn a_million_timings_are_analysed() {
     let outcome = analyze(folder.path(), &ClaimSet::standard()).unwrap();
     assert_eq!(verdicts(&outcome, "faster", "R1"), ["supported"; 7]);
 }
+
+#[test]
+fn one_is_not_several() {
+    let of = |n| [counted(n, "launches"), counted(n, "rounds"), counted(n, "surfaces")];
+    assert_eq!(of(1), ["1 launch", "1 round", "1 surface"]);
+    assert_eq!(of(3), ["3 launches", "3 rounds", "3 surfaces"]);
+}

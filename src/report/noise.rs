@@ -2,8 +2,8 @@
 
 use super::Contents;
 use super::answer::listed;
-use crate::analysis::ALL;
 use crate::analysis::ratios::NoisyCells;
+use crate::analysis::{ALL, counted};
 use crate::record::{PROGRAM_TIME, PROGRAM_TIME_COLD};
 use std::collections::BTreeMap;
 
@@ -22,10 +22,10 @@ pub fn in_short(contents: &Contents) -> Option<String> {
     }
     let mut noisy: Vec<String> = scenes_of
         .iter()
-        .map(|(workload, scenes)| format!("{} in {}", spoken(workload), counted(*scenes, "scene")))
+        .map(|(workload, scenes)| format!("{} in {}", spoken(workload), counted(*scenes as u64, "scenes")))
         .collect();
     if parts > 0 {
-        noisy.push(format!("{} of a stratum or a single program", counted(parts, "cell")));
+        noisy.push(format!("{} of a stratum or a single program", counted(parts as u64, "cells")));
     }
     let mut sentences = Vec::new();
     if !noisy.is_empty() {
@@ -36,13 +36,9 @@ pub fn in_short(contents: &Contents) -> Option<String> {
     }
     let disturbed = contents.manifest.noise.len();
     if disturbed > 0 {
-        sentences.push(format!("Something else used the machine during {}.", counted(disturbed, "timing")));
+        sentences.push(format!("Something else used the machine during {}.", counted(disturbed as u64, "timings")));
     }
     (!sentences.is_empty()).then(|| format!("{} Counts and misses are not affected.", sentences.join(" ")))
-}
-
-fn counted(n: usize, what: &str) -> String {
-    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
 }
 
 fn spoken(workload: &str) -> &str {
