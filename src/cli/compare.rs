@@ -122,11 +122,17 @@ fn times_table(rows: &[&TimeChange]) -> Table {
             row.policy.clone(),
             row.metric.clone(),
             row.stratum.clone(),
-            format!("{:.3} [{:.3}, {:.3}]", row.ratio, row.low, row.high),
+            with_interval(row),
             row.change.clone(),
         ]);
     }
     table
+}
+
+/// A ratio, with its interval if it has one.
+fn with_interval(row: &TimeChange) -> String {
+    let interval = if row.low.is_finite() { format!(" [{:.3}, {:.3}]", row.low, row.high) } else { String::new() };
+    format!("{:.3}{interval}", row.ratio)
 }
 
 fn counts_table(comparison: &Comparison, all: bool) -> Table {

@@ -572,6 +572,14 @@ pub struct RatioRow {
     pub noisy: u8,
 }
 
+impl RatioRow {
+    /// The ends of the interval; `None` without one, and of a single cluster, whose spread is unknown.
+    #[must_use]
+    pub fn interval(&self) -> Option<(f64, f64)> {
+        (self.clusters != 1 && self.low.is_finite() && self.high.is_finite()).then_some((self.low, self.high))
+    }
+}
+
 /// The verdict on one claim, for one reading, scene, workload and stratum. Derived.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClaimRow {

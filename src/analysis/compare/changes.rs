@@ -26,7 +26,7 @@ pub struct TimeChange {
     pub stratum: String,
     /// Geometric mean of the paired ratios; above 1, the later run takes longer.
     pub ratio: f64,
-    /// Lower end of the 95 % interval.
+    /// Lower end of the 95 % interval; no number of a single cluster, whose spread is unknown.
     pub low: f64,
     /// Upper end.
     pub high: f64,
@@ -148,6 +148,7 @@ fn of_times(scene: &SceneMatch, metric: &str, case: &CaseKey, strata: Option<Str
     let clusters = strata.groups.iter().map(Group::clusters);
     let row = |stratum: &str, interval: Interval, clusters: usize| {
         let Interval { value: ratio, low, high } = interval.map(f64::exp);
+        let (low, high) = if clusters < 2 { (f64::NAN, f64::NAN) } else { (low, high) };
         let change = match () {
             () if clusters < CLUSTERS_MIN => "undecided",
             () if low > scene.noise => "slower",

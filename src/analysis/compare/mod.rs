@@ -153,7 +153,7 @@ impl Side {
     fn noise(&self, scene: &str) -> f64 {
         let is_null = |row: &&RatioRow| row.variant == NULL_VARIANT && row.metric == "time" && row.stratum == ALL;
         let nulls = self.ratios.iter().filter(is_null).filter(|row| row.scene == scene);
-        let farthest = nulls.map(|row| row.high.max(1.0 / row.low)).filter(|end| end.is_finite()).reduce(f64::max);
+        let farthest = nulls.filter_map(RatioRow::interval).map(|(low, high)| high.max(1.0 / low)).reduce(f64::max);
         farthest.map_or(super::STEADY.1, |end| end.max(EQUAL.1))
     }
 }

@@ -49,6 +49,21 @@ fn two_runs_of_the_same_differ_by_noise_only() {
 }
 
 /// Another version of the program may number the chunks differently.
+/// A time of one cluster has no interval, and decides nothing.
+#[test]
+fn a_single_cluster_has_no_interval() {
+    let mut run = Run::generate(&Plan { chunks: 1, ..Plan::default() });
+    run.poses.retain(|row| row.workload == "approach");
+    let (chunks, poses): (BTreeSet<u32>, BTreeSet<u32>) = run.poses.iter().map(|row| (row.chunk, row.pose)).unzip();
+    run.timings.retain(|row| chunks.contains(&row.chunk));
+    run.answers.retain(|row| poses.contains(&row.pose));
+    let folder = TempDir::new().unwrap();
+    run.write(folder.path());
+    let comparison = compare_runs(folder.path(), folder.path()).unwrap();
+    let of_stratum = comparison.times.iter().find(|row| row.metric == "time" && row.stratum != ALL).unwrap();
+    assert!(of_stratum.low.is_nan() && of_stratum.high.is_nan() && of_stratum.change == "undecided", "{of_stratum:?}");
+}
+
 #[test]
 fn chunks_are_paired_by_what_they_hold() {
     let comparison = compared(&|run| {
