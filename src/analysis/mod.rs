@@ -179,39 +179,42 @@ pub fn noise(manifest: &Manifest, ratios: &[RatioRow]) -> Vec<String> {
     manifest.noise.iter().cloned().chain(ratios::NoisyCells::of(ratios).complaints()).collect()
 }
 
-/// The metric and the workload that the ranking uses: the time of whole programs, or, in a run without programs, the query time of the
-/// first workload.
+/// The workloads by which a scene may be ranked, the first that it is timed in: whole programs, then poses of one's own, then generated ones.
+const RANKING_WORKLOADS: [&str; 5] = [PROGRAM_TIME, "recorded", "program", "approach", "random"];
+
+/// The workload by which a scene is ranked, of those that it is timed in.
 #[must_use]
-pub fn ranked_by(ratios: &[RatioRow]) -> (String, String) {
-    if ratios.iter().any(|r| r.metric == PROGRAM_TIME) {
-        return (PROGRAM_TIME.to_owned(), PROGRAM_TIME.to_owned());
-    }
-    let is_sample = |r: &&RatioRow| r.metric == "time" && r.workload != record::CONTROL_WORKLOAD;
-    let first = ratios.iter().filter(is_sample).map(|r| r.workload.as_str()).min().unwrap_or("-");
-    ("time".to_owned(), first.to_owned())
+pub fn ranking_workload<'a>(workloads: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let place = |name: &str| RANKING_WORKLOADS.iter().position(|known| *known == name);
+    workloads.min_by_key(|name| (place(name).unwrap_or(RANKING_WORKLOADS.len()), *name))
 }
 
-/// Ranks the variants by speed (see [`ranked_by`]), each under its default policy. Safe volumes come first, then engines, peers and
-/// controls. Left out are unsafe variants, and variants declared safe that missed a contact: a method can look fast because it misses
-/// collisions.
+/// Whether a row is a ratio of query times, single or of whole programs.
+#[must_use]
+pub fn is_query_time(row: &RatioRow) -> bool {
+    row.metric == PROGRAM_TIME || (row.metric == "time" && row.workload != record::CONTROL_WORKLOAD)
+}
+
+/// The workload by which a scene is ranked: whole programs where it has them, otherwise the first workload of single queries. `None` where
+/// nothing was timed.
+#[must_use]
+pub fn ranked_by<'a>(ratios: &'a [RatioRow], scene: &str) -> Option<&'a str> {
+    let rows = ratios.iter().filter(|row| row.scene == scene && is_query_time(row));
+    ranking_workload(rows.map(|row| row.workload.as_str()))
+}
+
+/// Ranks the variants by speed, each scene by its own workload (see [`ranked_by`]), each variant under its default policy. Safe volumes come
+/// first, then engines, peers and controls. Left out are unsafe variants, and variants declared safe that missed a contact: a method can
+/// look fast because it misses collisions.
 #[must_use]
 pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims: &ClaimSet) -> Vec<Ranked> {
-    let (metric, workload) = ranked_by(ratios);
-    ranking_by(manifest, ratios, misses, claims, (&metric, &workload))
-}
-
-/// Like [`ranking`], with a given metric and workload.
-#[must_use]
-pub fn ranking_by(
-    manifest: &Manifest,
-    ratios: &[RatioRow],
-    misses: &Misses,
-    claims: &ClaimSet,
-    (metric, workload): (&str, &str),
-) -> Vec<Ranked> {
     let cases = ratios::Cases::new(manifest);
     let Some(baseline) = claims.comparison.baselines.first() else { return Vec::new() };
-    let wanted = |r: &&RatioRow| r.metric == metric && r.workload == workload && r.stratum == ALL;
+    let workloads: Vec<(&str, Option<&str>)> =
+        manifest.scenes.iter().map(|scene| (scene.name.as_str(), ranked_by(ratios, &scene.name))).collect();
+    let wanted = |r: &&RatioRow| {
+        r.stratum == ALL && is_query_time(r) && workloads.contains(&(r.scene.as_str(), Some(r.workload.as_str())))
+    };
     let mut ranking = Vec::new();
     for entry in &manifest.variants {
         if entry.id == NULL_VARIANT || (entry.kind.is_ours() && (!entry.safe || misses.any_of(&entry.id))) {

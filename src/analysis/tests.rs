@@ -437,6 +437,16 @@ fn a_million_timings_are_analysed() {
     assert_eq!(verdicts(&outcome, "faster", "R1"), ["supported"; 7]);
 }
 
+/// Poses of one's own rank a scene before generated ones, and whole programs before all.
+#[test]
+fn workloads_rank_in_their_order() {
+    let of = |names: &[&'static str]| ranking_workload(names.iter().copied());
+    assert_eq!(of(&["approach", "random", "recorded"]), Some("recorded"));
+    assert_eq!(of(&["random", "approach"]), Some("approach"));
+    assert_eq!(of(&["recorded", PROGRAM_TIME, "approach"]), Some(PROGRAM_TIME));
+    assert_eq!((of(&["z", "y"]), of(&["z", "random"]), of(&[])), (Some("y"), Some("random"), None));
+}
+
 #[test]
 fn one_is_not_several() {
     let of = |n| [counted(n, "launches"), counted(n, "rounds"), counted(n, "surfaces")];

@@ -8,13 +8,13 @@
 //!   and Jones 2013, ISMM, Rigorous Benchmarking in Reasonable Time). The numbers of binaries and launches are the smallest that bring the
 //!   interval's half-width to [`HALF_WIDTH`] with so many blocks, and of the blocks no more are kept than that needs.
 
-use super::AnalysisError;
 use super::claims::ClaimSet;
 use super::ratios::Cases;
 use super::stats::{quantile, student_95};
 use super::table::{Chunk, Scene};
+use super::{AnalysisError, ranking_workload};
 use crate::record::rows::CaseKey;
-use crate::record::{Kind, Manifest, PROGRAM_TIME, VarianceRow};
+use crate::record::{Kind, Manifest, VarianceRow};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Target half-width of the interval: half of the margin within which two times are called the same.
@@ -76,18 +76,13 @@ pub struct NextRun {
 /// the run has too few binaries, launches or blocks for components, or no row with which so many binaries suffice.
 #[must_use]
 pub fn next_run(rows: &[VarianceRow], manifest: &Manifest) -> Option<NextRun> {
-    let workload = if rows.iter().any(|row| row.workload == PROGRAM_TIME) {
-        PROGRAM_TIME
-    } else {
-        rows.iter().map(|row| row.workload.as_str()).min()?
-    };
     let is_asked = |row: &&VarianceRow| {
         let entry = manifest.variants.iter().find(|entry| entry.id == row.variant);
         entry.is_some_and(|entry| {
             entry.safe && entry.kind == Kind::Volume && entry.policies.first() == Some(&row.case().policy())
         })
     };
-    let asked = rows.iter().filter(|row| row.workload == workload && !row.baseline.is_empty()).filter(is_asked);
+    let asked = rows.iter().filter(|row| ranks(rows, row) && !row.baseline.is_empty()).filter(is_asked);
     let plan = |row: &VarianceRow| Some([row.planned_binaries?, row.planned_launches?, row.planned_blocks?]);
     let (planned, without): (Vec<&VarianceRow>, Vec<&VarianceRow>) = asked.partition(|row| plan(row).is_some());
     let largest = planned.iter().filter_map(|row| plan(row)).reduce(|most, next| {
@@ -100,6 +95,13 @@ pub fn next_run(rows: &[VarianceRow], manifest: &Manifest) -> Option<NextRun> {
     let has_components = |row: &&VarianceRow| row.binary_sd.and(row.launch_sd).and(row.block_sd).is_some();
     let beyond = without.into_iter().filter(has_components).cloned().collect();
     Some(NextRun { binaries, launches, blocks, decisive, beyond })
+}
+
+/// Whether a row is of the workload by which its scene is ranked.
+#[must_use]
+pub fn ranks(rows: &[VarianceRow], row: &VarianceRow) -> bool {
+    let of_scene = rows.iter().filter(|other| other.scene == row.scene).map(|other| other.workload.as_str());
+    ranking_workload(of_scene) == Some(row.workload.as_str())
 }
 
 fn workload(chunk: &Chunk) -> &str {
@@ -303,6 +305,7 @@ fn row(
 mod tests {
     use super::*;
     use crate::analysis::stats::generator;
+    use crate::record::PROGRAM_TIME;
     use rand::Rng;
 
     fn close(a: f64, b: f64, tolerance: f64) {

@@ -2,7 +2,9 @@
 
 use super::style::{self, Tone};
 use crate::plot::marks::wrap;
-use crate::report::{Contents, PREVIEW, RankedRow, answer, is_preview, noise_in_short, ranked_rows, sentence_rows};
+use crate::report::{
+    Contents, PREVIEW, RankedRow, answer, capital, is_preview, noise_in_short, quantity, ranked_rows, sentence_rows,
+};
 use comfy_table::Table;
 
 /// Columns that everything here fits.
@@ -39,9 +41,7 @@ fn ranking(contents: &Contents) -> String {
         return String::new();
     }
     let baseline = contents.claims.comparison.baselines.first().map_or("", |id| contents.label(id));
-    let (metric, workload) = crate::analysis::ranked_by(&contents.ratios);
-    let what =
-        if metric == workload { "Time of whole programs".to_owned() } else { format!("Query time in `{workload}`") };
+    let what = capital(&quantity(contents, "time of whole programs"));
     let scenes: Vec<&str> = contents.manifest.scenes.iter().map(|scene| scene.name.as_str()).collect();
     let few = scenes.len() <= SCENES && scenes.iter().map(|scene| scene.len() + 1).sum::<usize>() + NAME + 3 <= COLUMNS;
     let mut headings = vec![">", "SAFE VARIANT"];
@@ -58,8 +58,9 @@ fn ranking(contents: &Contents) -> String {
         table.add_row(cells);
     }
     let note = "Places are by the geometric mean over the scenes; - is no volume on the common tree.";
-    let note = wrap(note, COLUMNS).join("\n");
-    format!("{what} relative to the {baseline}:\n{}\n{note}", lines(&table))
+    let [what, note] =
+        [&format!("{what} relative to the {baseline}:"), note].map(|text| wrap(text, COLUMNS).join("\n"));
+    format!("{what}\n{}\n{note}", lines(&table))
 }
 
 /// Mean, least and most of a row's ratios.

@@ -5,7 +5,7 @@ use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX, text};
 use super::data::Data;
 use super::marks::{Look, TEXT_LIFT_PX, label};
 use super::ticks::{Axis, Scale};
-use crate::analysis::ALL;
+use crate::analysis::{ALL, is_query_time, ranked_by};
 use crate::record::NULL_VARIANT;
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
@@ -65,20 +65,21 @@ pub(super) fn sketch(data: &Data) -> Sketch<Forest> {
 
 impl Forest {
     fn of(data: &Data, baseline: &str) -> Result<Self, &'static str> {
-        let (metric, workload) = crate::analysis::ranked_by(&data.ratios);
         let mut lines: Vec<Line> = Vec::new();
         for (s, scene) in data.scenes.iter().enumerate() {
+            let Some(workload) = ranked_by(&data.ratios, scene) else { continue };
             let rows = data
                 .ratios
                 .iter()
-                .filter(|r| r.scene == *scene && r.metric == metric && r.workload == workload && r.stratum == ALL);
+                .filter(|r| r.scene == *scene && r.workload == workload && r.stratum == ALL && is_query_time(r));
             let wanted = rows.filter(|r| {
                 r.variant == NULL_VARIANT
                     || (r.baseline == baseline && data.cases.is_default(&r.baseline, &r.baseline_policy))
             });
             for row in wanted {
                 let (label, look) = describe(data, &row.variant, &row.policy);
-                let bar = Bar { ratio: row.ratio, low: row.low, high: row.high };
+                let (low, high) = row.interval().unwrap_or((f64::NAN, f64::NAN));
+                let bar = Bar { ratio: row.ratio, low, high };
                 if !lines.iter().any(|line| line.label == label) {
                     lines.push(Line { label: label.clone(), look, bars: vec![None; data.scenes.len()] });
                 }

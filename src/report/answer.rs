@@ -8,11 +8,11 @@ use super::Contents;
 use super::tables::{interval, number};
 use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Reading, Role, TestKind};
 use crate::analysis::misses::Tally;
-use crate::analysis::{ALL, ranked_by};
+use crate::analysis::{ALL, STEADY, is_query_time, ranked_by};
 use crate::record::rows::CaseKey;
-use crate::record::{Kind, NULL_VARIANT, RatioRow};
+use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RatioRow};
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A question and its answer, as plain text of a few short sentences.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -33,6 +33,11 @@ pub fn answer(contents: &Contents) -> Vec<Statement> {
 #[must_use]
 pub fn proposed(claims: &ClaimSet) -> Option<&Reading> {
     primary_of(claims, TestKind::TimeRatio).next().map(|(_, reading)| reading)
+}
+
+/// The workload that the first claim about speed names.
+fn proposed_workload(claims: &ClaimSet) -> Option<&str> {
+    primary_of(claims, TestKind::TimeRatio).next()?.0.test.as_ref()?.workload.as_deref()
 }
 
 /// The claims of a kind that have a primary reading, each with that reading.
@@ -83,7 +88,8 @@ pub(super) fn effect_in_words(row: &RatioRow) -> String {
 fn proposal(contents: &Contents) -> Option<Statement> {
     let reading = proposed(&contents.claims)?;
     let [subject, baseline] = [&reading.subject, &reading.baseline].map(|case| contents.label(&case.variant));
-    let rows = paired(contents, &reading.subject, &reading.baseline);
+    let workload = proposed_workload(&contents.claims);
+    let rows = paired_in(contents, &reading.subject, &reading.baseline, workload);
     let question = format!("Is the {subject} faster than the {baseline}?");
     if rows.is_empty() {
         let answer = "This run cannot say: it did not time both of them on the same poses.".to_owned();
@@ -112,9 +118,10 @@ fn proposal(contents: &Contents) -> Option<Statement> {
         (groups, k, n) => format!("In {k} of {n} scenes: {}.", list(groups)),
     };
     let values = rows.iter().map(|row| format!("{} on {}", ratio(row), row.scene)).collect::<Vec<_>>();
-    let what = if rows.iter().any(|row| row.low.is_finite()) { " (95 % intervals)" } else { "" };
-    let mut answer =
-        format!("{verdict} {} relative to the {baseline}: {}{what}.", of_what(contents), values.join(", "));
+    let what = if rows.iter().any(|row| row.interval().is_some()) { " (95 % intervals)" } else { "" };
+    let timed: Vec<(&str, &str)> = rows.iter().map(|row| (row.scene.as_str(), row.workload.as_str())).collect();
+    let quantity = capital(&quantity_of(&timed, "program time"));
+    let mut answer = format!("{verdict} {quantity} relative to the {baseline}: {}{what}.", values.join(", "));
     let noisy: Vec<&str> = rows.iter().filter(|row| row.noisy == 1).map(|row| row.scene.as_str()).collect();
     if !noisy.is_empty() {
         answer += &format!(" The timings of {} were too noisy to decide on speed.", listed(&noisy));
@@ -122,25 +129,64 @@ fn proposal(contents: &Contents) -> Option<Statement> {
     Some(Statement { question, answer })
 }
 
-/// The beginning of a sentence that names the metric of the ranking.
-fn of_what(contents: &Contents) -> String {
-    let (metric, workload) = ranked_by(&contents.ratios);
-    if metric == workload { "Program time".to_owned() } else { format!("Query time in `{workload}`") }
+/// The quantity by which the run's scenes are ranked: `programs` for the time of programs, or the query time in a workload, with the scenes
+/// where these differ.
+#[must_use]
+pub fn quantity(contents: &Contents, programs: &str) -> String {
+    let scenes = contents.manifest.scenes.iter().map(|scene| scene.name.as_str());
+    let timed: Vec<(&str, &str)> =
+        scenes.filter_map(|scene| Some((scene, ranked_by(&contents.ratios, scene)?))).collect();
+    quantity_of(&timed, programs)
 }
 
-/// The ratio of two cases in each scene, by the metric of the ranking.
+/// The quantity in scenes, each with its workload.
+fn quantity_of(timed: &[(&str, &str)], programs: &str) -> String {
+    let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
+    for &(scene, workload) in timed {
+        match groups.iter_mut().find(|(known, _)| *known == workload) {
+            Some((_, scenes)) => scenes.push(scene),
+            None => groups.push((workload, vec![scene])),
+        }
+    }
+    let named = |workload: &str| match workload {
+        PROGRAM_TIME => programs.to_owned(),
+        _ => format!("query time in `{workload}`"),
+    };
+    match &groups[..] {
+        [(workload, _)] => named(workload),
+        groups => {
+            let each = groups.iter().map(|(workload, scenes)| format!("{} on {}", named(workload), listed(scenes)));
+            listed(&each.collect::<Vec<_>>())
+        }
+    }
+}
+
+/// The ratio of two cases in each scene, by the workload of the ranking.
 pub(super) fn paired<'a>(contents: &'a Contents, subject: &CaseRef, baseline: &CaseRef) -> Vec<&'a RatioRow> {
-    let (metric, workload) = ranked_by(&contents.ratios);
+    paired_in(contents, subject, baseline, None)
+}
+
+/// The ratio of two cases in each scene, in a given workload or in that of the ranking.
+fn paired_in<'a>(
+    contents: &'a Contents,
+    subject: &CaseRef,
+    baseline: &CaseRef,
+    workload: Option<&str>,
+) -> Vec<&'a RatioRow> {
     let is = |case: &CaseRef, variant: &str, policy: &str| {
         case.variant == variant
             && case.policy.as_deref().map_or_else(|| is_default(contents, variant, policy), |wanted| wanted == policy)
     };
     let wanted = |row: &&RatioRow| {
-        (row.metric.as_str(), row.workload.as_str(), row.stratum.as_str()) == (&*metric, &*workload, ALL)
+        row.stratum == ALL
+            && is_query_time(row)
             && is(subject, &row.variant, &row.policy)
             && is(baseline, &row.baseline, &row.baseline_policy)
     };
-    let of = |scene: &str| contents.ratios.iter().filter(wanted).find(|row| row.scene == scene);
+    let of = |scene: &str| {
+        let workload = workload.or_else(|| ranked_by(&contents.ratios, scene))?;
+        contents.ratios.iter().filter(wanted).find(|row| row.scene == scene && row.workload == workload)
+    };
     contents.manifest.scenes.iter().filter_map(|scene| of(&scene.name)).collect()
 }
 
@@ -151,9 +197,9 @@ pub(super) fn is_default(contents: &Contents, variant: &str, policy: &str) -> bo
 }
 
 /// A ratio with its interval, if it has one.
-fn ratio(row: &RatioRow) -> String {
-    let end = |end: f64| end.is_finite().then_some(end);
-    interval(Some(row.ratio), end(row.low), end(row.high))
+pub(super) fn ratio(row: &RatioRow) -> String {
+    let (low, high) = row.interval().unzip();
+    interval(Some(row.ratio), low, high)
 }
 
 /// Joins names as `a`, `a and b`, or `a, b and c`.
@@ -193,18 +239,17 @@ fn misses(contents: &Contents) -> Statement {
         let scenes = contents.manifest.scenes.len();
         let range = if scenes > 1 { format!(" (ranges over {scenes} scenes)") } else { String::new() };
         sentences.push(format!("Of the contacts of each workload, {}{range}.", rates.join("; ")));
-    } else if !unsafe_cases.is_empty() {
+    } else if unsafe_cases.iter().any(|case| contents.manifest.variants.iter().any(|v| v.id == case.variant)) {
         sentences.push("They were asked about no contact in this run.".to_owned());
+    } else if !unsafe_cases.is_empty() {
+        sentences.push("This run does not have them.".to_owned());
     }
-    sentences.push(safe_ones(
-        contents,
-        &entries().filter(|v| v.safe).map(|v| (&*v.label, default(&v.id))).collect::<Vec<_>>(),
-    ));
+    sentences.push(safe_ones(contents, &entries().filter(|v| v.safe).map(|v| default(&v.id)).collect::<Vec<_>>()));
     Statement { question, answer: sentences.join(" ") }
 }
 
 /// The contacts that the safe variants missed, of which there must be none.
-fn safe_ones(contents: &Contents, safe: &[(&str, Tallies<'_>)]) -> String {
+fn safe_ones(contents: &Contents, safe: &[Tallies<'_>]) -> String {
     let broken: Vec<String> = contents
         .manifest
         .variants
@@ -216,23 +261,36 @@ fn safe_ones(contents: &Contents, safe: &[(&str, Tallies<'_>)]) -> String {
         let verb = if broken.len() == 1 { "is" } else { "are" };
         return capital(&format!("{} {verb} called safe and missed a contact.", listed(&broken)));
     }
-    let asked = |of: &Tallies<'_>| of.values().flatten().map(|tally| tally.contacts()).sum::<u64>();
-    let fewest = match safe.iter().map(|(_, of)| asked(of)).min() {
+    let asked = |of: &Tallies<'_>| of.values().flatten().map(|(_, tally)| tally.contacts()).sum::<u64>();
+    let fewest = match safe.iter().map(asked).min() {
         None => return "The run has no safe variant.".to_owned(),
         Some(0) => return "The safe variants were asked about no contact.".to_owned(),
         Some(fewest) => fewest,
     };
     // None missed on m equal lines is at most 3/m: the largest of any variant in any scene.
     let mut bounds: BTreeMap<&str, f64> = BTreeMap::new();
-    for (workload, tally) in safe.iter().flat_map(|(_, of)| of).flat_map(|(name, of)| of.iter().map(move |t| (name, t)))
-    {
-        let bound = bounds.entry(workload).or_default();
-        *bound = bound.max((300.0 / tally.equal_lines()).min(100.0));
+    let mut unshown: BTreeSet<(&str, &str)> = BTreeSet::new();
+    for (&workload, of) in safe.iter().flatten() {
+        for &(scene, tally) in of {
+            if tally.contacts() == 0 {
+                unshown.insert((workload, scene));
+            } else {
+                let bound = bounds.entry(workload).or_default();
+                *bound = bound.max((300.0 / tally.equal_lines()).min(100.0));
+            }
+        }
     }
     let bounds: Vec<String> =
         bounds.iter().map(|(workload, percent)| format!("{} % in `{workload}`", number(*percent))).collect();
+    let unshown: Vec<String> =
+        unshown.into_iter().map(|(workload, scene)| format!("in `{workload}` of {scene}")).collect();
+    let unshown = if unshown.is_empty() {
+        String::new()
+    } else {
+        format!(" Nothing is shown where there was no contact to ask about: {}.", listed(&unshown))
+    };
     format!(
-        "The safe variants miss none of the {fewest} contacts or more that each was asked about. Rates of up to {} could have shown none as well (95 %, by the scene with the fewest lines in contact).",
+        "The safe variants miss none of the {fewest} contacts or more that each was asked about. Rates of up to {} could have shown none as well (95 %, by the scene with the fewest lines in contact).{unshown}",
         listed(&bounds)
     )
 }
@@ -252,10 +310,10 @@ fn printed(claims: &ClaimSet) -> Vec<CaseRef> {
     cases
 }
 
-/// Tallies by workload, one for each scene.
-type Tallies<'a> = BTreeMap<&'a str, Vec<&'a Tally>>;
+/// Tallies by workload, one for each scene, with the scene.
+type Tallies<'a> = BTreeMap<&'a str, Vec<(&'a str, &'a Tally)>>;
 
-/// The tallies of a case by workload, one for each scene in which it was queried at a contact.
+/// The tallies of a case by workload, one for each scene in which it was verified.
 fn tallies<'a>(contents: &'a Contents, case: &CaseRef) -> Tallies<'a> {
     let is_it = |key: &CaseKey| {
         let policy = key.policy();
@@ -263,35 +321,36 @@ fn tallies<'a>(contents: &'a Contents, case: &CaseRef) -> Tallies<'a> {
         key.variant == case.variant && wanted
     };
     let mut of_workloads = Tallies::new();
-    for (_, _, workload, tally) in
-        contents.misses.iter().filter(|(_, key, _, tally)| is_it(key) && tally.contacts() > 0)
-    {
-        of_workloads.entry(workload).or_default().push(tally);
+    for (scene, _, workload, tally) in contents.misses.iter().filter(|(_, key, ..)| is_it(key)) {
+        of_workloads.entry(workload).or_default().push((scene, tally));
     }
     of_workloads
 }
 
-/// The miss rates in words, such as ``misses 10 to 29 % in `approach` and none of 412 in `program` ``; `None` when there were no queries.
+/// The miss rates in words, such as ``misses 10 to 29 % in `approach` and none of 412 in `program` ``; `None` when no query was at a contact.
 fn rates(of: &Tallies<'_>) -> Option<String> {
     let each: Vec<String> =
-        of.iter().map(|(workload, tallies)| format!("{} in `{workload}`", range(tallies))).collect();
+        of.iter().filter_map(|(workload, of)| Some(format!("{} in `{workload}`", range(of)?))).collect();
     (!each.is_empty()).then(|| format!("misses {}", listed(&each)))
 }
 
-/// The miss rates of one workload over scenes: `10 to 29 %`, or `none of 412`.
-fn range(tallies: &[&Tally]) -> String {
-    let shares = tallies.iter().map(|tally| 100.0 * tally.missed() as f64 / tally.contacts() as f64);
+/// The miss rates of one workload over scenes: `10 to 29 %`, or `none of 412`; `None` without a contact.
+fn range(of_scenes: &[(&str, &Tally)]) -> Option<String> {
+    let tallies = || of_scenes.iter().map(|(_, tally)| tally).filter(|tally| tally.contacts() > 0);
+    tallies().next()?;
+    let shares = tallies().map(|tally| 100.0 * tally.missed() as f64 / tally.contacts() as f64);
     let (low, high) = shares.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), share| (l.min(share), h.max(share)));
     let short = |share: f64| if share >= 9.5 { format!("{share:.0}") } else { format!("{share:.1}") };
-    match (short(low), short(high)) {
-        _ if high == 0.0 => format!("none of {}", tallies.iter().map(|tally| tally.contacts()).sum::<u64>()),
+    Some(match (short(low), short(high)) {
+        _ if high == 0.0 => format!("none of {}", tallies().map(|tally| tally.contacts()).sum::<u64>()),
         (low, high) if low == high => format!("{low} %"),
         (low, high) => format!("{low} to {high} %"),
-    }
+    })
 }
 
 /// The text with a capital first letter.
-fn capital(text: &str) -> String {
+#[must_use]
+pub fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().collect::<String>() + letters.as_str())
 }
@@ -300,8 +359,16 @@ fn capital(text: &str) -> String {
 struct Timed<'a> {
     label: &'a str,
     ratio: f64,
-    low: f64,
-    high: f64,
+    interval: Option<(f64, f64)>,
+}
+
+/// Scenes with the same fastest volumes.
+struct Group<'a> {
+    /// The fastest volume, and those that are not told apart from it.
+    leaders: Vec<&'a str>,
+    /// The workload by which the scenes are ranked.
+    workload: &'a str,
+    scenes: Vec<&'a str>,
 }
 
 /// The fastest safe volume in each scene, and how much longer the fastest volumes of other scenes take there.
@@ -320,21 +387,23 @@ fn fastest(contents: &Contents) -> Statement {
         let answer = "This run cannot say: it did not time two safe volumes on the same poses.".to_owned();
         return Statement { question, answer };
     }
-    let mut groups: Vec<(Vec<&str>, Vec<&str>)> = Vec::new();
+    let mut groups: Vec<Group<'_>> = Vec::new();
     for (scene, volumes) in &timed {
         let leaders = leaders(volumes, noise_of(contents, scene));
-        match groups.iter_mut().find(|(known, _)| *known == leaders) {
-            Some((_, scenes)) => scenes.push(scene),
-            None => groups.push((leaders, vec![scene])),
+        let workload = ranked_by(&contents.ratios, scene).unwrap_or_default();
+        match groups.iter_mut().find(|known| known.leaders == leaders && known.workload == workload) {
+            Some(known) => known.scenes.push(scene),
+            None => groups.push(Group { leaders, workload, scenes: vec![scene] }),
         }
     }
-    let each = groups.iter().map(|(leaders, scenes)| {
+    let each = groups.iter().map(|Group { leaders, workload, scenes }| {
         let names: Vec<String> = leaders.iter().map(|label| format!("the {label}")).collect();
         let names = match &names[..] {
             [only] => only.clone(),
             several => format!("{}, not told apart,", listed(several)),
         };
-        format!("{names} on {}", listed(scenes))
+        let by = if *workload == PROGRAM_TIME { String::new() } else { format!(", by query time in `{workload}`") };
+        format!("{names} on {}{by}", listed(scenes))
     });
     let mut answer = capital(&format!("{}.", each.collect::<Vec<_>>().join("; ")));
     answer += &contrast(&timed, &groups);
@@ -347,12 +416,11 @@ fn timed_on<'a>(contents: &'a Contents, baseline: &str, scene: &str) -> Vec<Time
     let volumes = contents.ranking.iter().filter(|entry| entry.kind == Kind::Volume);
     let timed = volumes.filter_map(|entry| {
         if entry.variant == *baseline {
-            return Some(Timed { label: &entry.label, ratio: 1.0, low: 1.0, high: 1.0 });
+            return Some(Timed { label: &entry.label, ratio: 1.0, interval: Some((1.0, 1.0)) });
         }
         let case = CaseRef { variant: entry.variant.clone(), policy: None };
         let row = paired(contents, &case, &reference).into_iter().find(|row| row.scene == scene)?;
-        let end = |end: f64| if end.is_finite() { end } else { row.ratio };
-        Some(Timed { label: &entry.label, ratio: row.ratio, low: end(row.low), high: end(row.high) })
+        Some(Timed { label: &entry.label, ratio: row.ratio, interval: row.interval() })
     });
     let mut timed: Vec<Timed> = timed.collect();
     timed.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
@@ -361,10 +429,11 @@ fn timed_on<'a>(contents: &'a Contents, baseline: &str, scene: &str) -> Vec<Time
 
 /// The factor within which a scene's timings cannot distinguish two methods: the deviation of the null duplicate when it is noisy.
 fn noise_of(contents: &Contents, scene: &str) -> f64 {
-    let (metric, workload) = ranked_by(&contents.ratios);
+    let workload = ranked_by(&contents.ratios, scene).unwrap_or_default();
     let is_null = |row: &&RatioRow| {
         (row.scene.as_str(), row.variant.as_str(), row.stratum.as_str()) == (scene, NULL_VARIANT, ALL)
-            && (row.metric.as_str(), row.workload.as_str()) == (&*metric, &*workload)
+            && row.workload == workload
+            && is_query_time(row)
             && row.noisy == 1
     };
     let strayed =
@@ -372,17 +441,24 @@ fn noise_of(contents: &Contents, scene: &str) -> f64 {
     strayed.filter(|factor| factor.is_finite()).fold(1.0, f64::max)
 }
 
-/// The fastest volume, and the volumes that intervals and noise do not distinguish from it.
+/// The fastest volume, and the volumes that intervals and noise do not distinguish from it; without an interval of both, those within the
+/// margin of `same`.
 fn leaders<'a>(volumes: &[Timed<'a>], noise: f64) -> Vec<&'a str> {
     let Some(first) = volumes.first() else { return Vec::new() };
-    let tied = |volume: &&Timed| volume.low <= first.high || volume.ratio <= first.ratio * noise;
+    let tied = |volume: &&Timed| {
+        let overlaps = match (first.interval, volume.interval) {
+            (Some((_, high)), Some((low, _))) => low <= high,
+            _ => volume.ratio <= first.ratio * STEADY.1,
+        };
+        overlaps || volume.ratio <= first.ratio * noise
+    };
     volumes.iter().filter(tied).map(|volume| volume.label).collect()
 }
 
 /// How much longer a volume that is fastest in one scene takes in another, as the largest such factor. Empty when one volume leads
 /// everywhere.
-fn contrast(timed: &[(&str, Vec<Timed>)], groups: &[(Vec<&str>, Vec<&str>)]) -> String {
-    let is_leader = |label: &str| groups.iter().any(|(leaders, _)| leaders[0] == label);
+fn contrast(timed: &[(&str, Vec<Timed>)], groups: &[Group<'_>]) -> String {
+    let is_leader = |label: &str| groups.iter().any(|group| group.leaders[0] == label);
     let worst = timed
         .iter()
         .flat_map(|(scene, volumes)| {

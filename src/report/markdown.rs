@@ -1,13 +1,13 @@
 //! The report as Markdown, section by section.
 
 use super::Contents;
-use super::answer::{answer, is_default, paired};
+use super::answer::{answer, is_default, paired, quantity, ratio};
 use super::programs;
 use super::sentences::{Group, blocks, sentences, verdicts_in_words, words};
 use super::tables::{Table, interval, number};
+use crate::analysis::ALL;
 use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Direction, Expectation, TestKind};
 use crate::analysis::judge::{SAME, refuted_from};
-use crate::analysis::{ALL, ranked_by};
 use crate::record::{Kind, Manifest, NULL_VARIANT};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -205,7 +205,6 @@ fn chosen(manifest: &Manifest) -> String {
 
 fn ranking(contents: &Contents) -> String {
     let Some(baseline) = contents.claims.comparison.baselines.first() else { return String::new() };
-    let (metric, workload) = ranked_by(&contents.ratios);
     let scenes: Vec<&str> = contents.manifest.scenes.iter().map(|scene| scene.name.as_str()).collect();
     let headings: Vec<String> = ["place", "variant", ">time ratio"]
         .map(str::to_owned)
@@ -221,7 +220,7 @@ fn ranking(contents: &Contents) -> String {
         let rows = paired(contents, &subject, &reference);
         let per_scene = scenes.iter().map(|scene| {
             let wanted = rows.iter().find(|r| r.scene == *scene);
-            wanted.map_or_else(|| "-".to_owned(), |r| interval(Some(r.ratio), Some(r.low), Some(r.high)))
+            wanted.map_or_else(|| "-".to_owned(), |row| ratio(row))
         });
         let tallies = contents.misses.iter().filter(|(_, case, ..)| {
             case.variant == entry.variant && is_default(contents, &case.variant, &case.policy())
@@ -246,11 +245,7 @@ fn ranking(contents: &Contents) -> String {
          out whatever their speed, because a method can look fast by missing collisions.\n\n{}\
          Not volumes on the common tree, and so not ranked: our engines, whose trees, vector arithmetic and threads are their own; controls; \
          methods by samples; other libraries' whole systems with trees and triangle tests of their own.\n\n{}",
-        if metric == workload {
-            "the time of whole programs".to_owned()
-        } else {
-            format!("query time in `{workload}`")
-        },
+        quantity(contents, "the time of whole programs"),
         contents.label(baseline),
         volumes.finish(),
         others.finish()

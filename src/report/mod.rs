@@ -15,7 +15,7 @@ mod tables;
 mod terminal;
 mod variance;
 
-pub use answer::{Statement, answer};
+pub use answer::{Statement, answer, capital, quantity};
 pub use audit::{AUDIT_FILE, write_audit};
 pub use noise::in_short as noise_in_short;
 pub use page::{Inset, PAGE_FILE, write_page};

@@ -1,20 +1,21 @@
 //! The report's section on repetition: the sources of the spread of program times, and how often the next run should repeat.
 
 use super::Contents;
+use super::answer::listed;
 use super::tables::{Table, interval, number};
-use crate::analysis::{ranked_by, variance};
+use crate::analysis::variance;
 use crate::record::{NULL_VARIANT, VarianceRow};
+use std::collections::BTreeSet;
 
 /// The section; empty for a run that was analysed before variance components existed.
 pub(super) fn section(contents: &Contents) -> String {
-    let (_, workload) = ranked_by(&contents.ratios);
     let is_default = |row: &&VarianceRow| {
         let entry = contents.manifest.variants.iter().find(|entry| entry.id == row.variant);
         let policy = row.case().policy();
         row.variant == NULL_VARIANT
             || entry.is_some_and(|entry| entry.policies.first().is_none_or(|first| *first == policy))
     };
-    let wanted = |row: &&VarianceRow| row.workload == workload && !row.baseline.is_empty();
+    let wanted = |row: &&VarianceRow| variance::ranks(&contents.variance, row) && !row.baseline.is_empty();
     let rows: Vec<&VarianceRow> = contents.variance.iter().filter(wanted).filter(is_default).collect();
     let Some(first) = rows.first() else { return String::new() };
     let headings = [
@@ -45,6 +46,9 @@ pub(super) fn section(contents: &Contents) -> String {
         ]);
     }
     let VarianceRow { binaries, launches, blocks, baseline, .. } = first;
+    let workloads: BTreeSet<String> = rows.iter().map(|row| format!("`{}`", row.workload)).collect();
+    let workloads: Vec<String> = workloads.into_iter().collect();
+    let of = format!("workload{} {}", if workloads.len() == 1 { "" } else { "s" }, listed(&workloads));
     let place = |row: &VarianceRow| format!("{} in {}", contents.label(&row.variant), row.scene);
     let advice = variance::next_run(&contents.variance, &contents.manifest).map_or_else(
         || {
@@ -70,7 +74,7 @@ pub(super) fn section(contents: &Contents) -> String {
         },
     );
     format!(
-        "## Variance components\n\nStandard deviations of the ratio to {baseline} in workload `{workload}`, by what was repeated: {binaries} \
+        "## Variance components\n\nStandard deviations of the ratio to {baseline} in {of}, by what was repeated: {binaries} \
          binary(ies) of shuffled layout, {launches} launch(es) of each, {blocks} block(s) of each launch. `-` where nothing was repeated. All \
          cases and workloads are in `variance.csv`.\n\n{}{advice}",
         table.finish()

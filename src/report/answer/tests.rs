@@ -1,7 +1,7 @@
 //! Made-up tables for each answer that a run can have.
 
 use super::*;
-use crate::analysis::analyze;
+use crate::analysis::{analyze, ranking};
 use crate::record::synthetic::{Plan, Run, SCENES};
 use crate::record::{PROGRAM_TIME, write_rows};
 use tempfile::TempDir;
@@ -116,6 +116,56 @@ fn a_ratio_without_an_interval_is_a_number() {
     assert!(text.starts_with("Undecided in all 2 scenes.") && text.contains("0.800 on lathe-toolpost,"), "{text}");
 }
 
+/// The spread of a single cluster is unknown: its interval of no width is not shown, and it leads by no more than the margin of `same`.
+#[test]
+fn a_single_cluster_has_no_interval() {
+    let (_folder, mut contents) = contents();
+    let [a, b] = SCENES;
+    for (scene, ratio) in [(a, 0.97), (b, 0.8)] {
+        set(&mut contents, scene, (ratio, ratio, ratio), "unclear", 0);
+    }
+    contents.ratios.iter_mut().for_each(|row| row.clusters = 1);
+    let text = first(&contents);
+    assert!(text.contains("0.970 on lathe-toolpost, 0.800 on lathe-tailstock.") && !text.contains('['), "{text}");
+    let text = &answer(&contents)[2].answer;
+    let expected =
+        format!("The area-weighted OBB and the plain OBB, not told apart, on {a}; the area-weighted OBB on {b}.");
+    assert_eq!(*text, expected);
+}
+
+/// A scene without programs is ranked by the first workload that it has, and says so.
+#[test]
+fn each_scene_is_ranked_by_its_own_workload() {
+    let (_folder, mut contents) = contents();
+    let [a, b] = SCENES;
+    contents.ratios.retain(|row| row.scene != b || row.metric != PROGRAM_TIME);
+    let sampled = contents.ratios.iter_mut().filter(|row| row.scene == b && row.workload == "program");
+    sampled.for_each(|row| row.workload = "recorded".to_owned());
+    contents.ranking = ranking(&contents.manifest, &contents.ratios, &contents.misses, &contents.claims);
+    assert!(contents.ranking.iter().all(|entry| entry.scenes == 2), "{:?}", contents.ranking);
+    let text = first(&contents);
+    assert!(text.starts_with("Yes, in all 2 scenes."), "{text}");
+    assert!(text.contains(&format!("Program time on {a} and query time in `recorded` on {b} relative to")), "{text}");
+    let text = &answer(&contents)[2].answer;
+    assert_eq!(
+        *text,
+        format!("The area-weighted OBB on {a}; the area-weighted OBB on {b}, by query time in `recorded`.")
+    );
+}
+
+/// The workload that the claim names decides on the proposal, whatever the scenes are ranked by.
+#[test]
+fn a_claim_names_the_workload_of_the_answer() {
+    let (_folder, mut contents) = contents();
+    let proposed = |claim: &&mut Claim| {
+        claim.primary.is_some() && claim.test.as_ref().is_some_and(|test| test.kind == TestKind::TimeRatio)
+    };
+    let claim = contents.claims.claims.iter_mut().find(proposed).unwrap();
+    claim.test.as_mut().unwrap().workload = Some("approach".to_owned());
+    assert!(first(&contents).contains("Query time in `approach` relative to"), "{}", first(&contents));
+    assert!(!answer(&contents)[2].answer.contains("approach"));
+}
+
 #[test]
 fn misses_are_those_of_the_printed_boxes_and_of_the_safe_ones() {
     let (_folder, contents) = contents();
@@ -133,15 +183,38 @@ fn misses_are_those_of_the_printed_boxes_and_of_the_safe_ones() {
 fn rates_are_told_by_workload() {
     let tally = |lines: &[(u64, u64)]| Tally { lines: lines.to_vec(), ..Tally::default() };
     let (many, none, few) = (tally(&[(1, 10), (0, 10)]), tally(&[(0, 7); 3]), tally(&[(2, 10)]));
-    let of = Tallies::from([("approach", vec![&many, &few]), ("program", vec![&none])]);
+    let empty = tally(&[]);
+    let of = Tallies::from([
+        ("approach", vec![("a", &many), ("b", &few), ("c", &empty)]),
+        ("program", vec![("a", &none)]),
+        ("random", vec![("a", &empty)]),
+    ]);
     assert_eq!(rates(&of).unwrap(), "misses 5.0 to 20 % in `approach` and none of 21 in `program`");
     assert_eq!(rates(&Tallies::new()), None);
     let (_folder, contents) = contents();
     let (even, uneven) = (tally(&[(0, 1); 1000]), tally(&[vec![(0, 1); 10], vec![(0, 90)]].concat()));
-    let safe = [("box", Tallies::from([("approach", vec![&even]), ("random", vec![&uneven])]))];
-    let text = safe_ones(&contents, &safe);
+    let safe = Tallies::from([("approach", vec![("a", &even)]), ("random", vec![("a", &uneven), ("b", &empty)])]);
+    let text = safe_ones(&contents, &[safe]);
     assert!(text.contains("none of the 1100 contacts"), "{text}");
     assert!(text.contains("Rates of up to 0.300 % in `approach` and 100 % in `random`"), "{text}");
+    assert!(text.ends_with("Nothing is shown where there was no contact to ask about: in `random` of b."), "{text}");
+}
+
+/// Boxes that the run does not have were asked about nothing, for another reason than that there was no contact.
+#[test]
+fn boxes_that_the_run_does_not_have_are_not_there() {
+    let (mut run, claims) = (Run::generate(&Plan::default()), ClaimSet::standard());
+    let printed = printed(&claims);
+    let is_there = |variant: &str| printed.iter().all(|case| case.variant != variant);
+    let of_case = |case: &str| is_there(case.split('@').next().unwrap());
+    run.manifest.variants.retain(|entry| is_there(&entry.id));
+    run.cases.retain(|row| is_there(&row.variant));
+    run.timings.retain(|row| of_case(&row.case));
+    run.answers.retain(|row| of_case(&row.case));
+    run.misses.retain(|row| of_case(&row.case));
+    let (_folder, contents) = of(&run, &claims);
+    let text = &answer(&contents)[1].answer;
+    assert!(text.starts_with("This run does not have them."), "{text}");
 }
 
 /// A variant that is declared safe and missed a contact is named first.
