@@ -205,7 +205,7 @@ start = {{ z_mm = 10 }}
         let files = [("scene.toml", scene("mesh = \"two.stl\"")), ("own.ngc", program.to_owned()), ("two.stl", stl)];
         let files = files.map(|(name, text)| (name.to_owned(), text.into_bytes()));
         let read = Scene::from_memory("planted", BTreeMap::from(files), &Overrides::default()).unwrap();
-        assert!(!read.parts[0].mesh.edge_report().is_watertight());
+        assert!(read.parts[0].mesh.edge_report().is_watertight());
         is_inside(&read, "from a file");
     }
 }

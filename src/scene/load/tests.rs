@@ -239,7 +239,6 @@ fn whatever_is_wrong_with_a_scene_file_is_said_with_its_place() {
             "mesh = \"none.stl\"",
             "scene.toml:7:8: part `tool`: none.stl: No such file",
         ),
-        ("pairs = [[\"block\", \"tool\"]]", "pairs = []", "scene.toml: no two parts"),
     ] {
         assert!(SLIDE.contains(from), "{from}");
         let text = error_of(&[("scene.toml", &SLIDE.replacen(from, to, 1))]).1;
