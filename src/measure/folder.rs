@@ -175,7 +175,7 @@ impl Folder {
         // plan is its affair.
         let program = Program { hash: manifest.program.hash.clone(), ..new.program.clone() };
         let (binaries, shard) = (manifest.binaries.clone(), manifest.shard.clone());
-        let new = Manifest { binaries, shard, program, ..new.clone() };
+        let new = Manifest { program, binaries, shard, ..new.clone() };
         match difference(&manifest, &new) {
             None => Ok(Self { path: path.to_owned(), manifest, compresses: false, _lock: None }),
             Some(difference) => Err(another(path, difference)),
