@@ -167,6 +167,10 @@ pub struct Outcome {
     pub tools_without_parts: Vec<u32>,
     /// Parts that a spindle turns, that are not round and are examined as drawn, because the axis about which they turn is not known, or moves.
     pub as_drawn: Vec<usize>,
+    /// Cutters that the tool's spindle may turn, or a drive about their own axis, and what holds them: what only one of the two would cut or meet is unresolved.
+    pub unsure: Vec<usize>,
+    /// Cutters that are taken as driven on a lathe, because they are round and feed beside the workpiece's axis.
+    pub driven: Vec<usize>,
     /// Parts that stay within the resolution of what is left of a workpiece, so that nobody knows whether they touch it; once for each pair.
     pub touches: Vec<Touch>,
     /// What is left of each workpiece that is cut.
@@ -312,12 +316,15 @@ pub fn check(
         over_travel.retain(|over| over.place as f64 <= events[first].first.place);
     }
     let open_cutters = workpieces.iter().flat_map(Workpiece::open_cutters).collect();
+    let driven: BTreeSet<usize> = workpieces.iter().flat_map(|workpiece| workpiece.driven.iter().copied()).collect();
     Ok(Outcome {
         events,
         decisions,
         over_travel,
         open_parts: bodies.open_parts(),
         as_drawn: spun.as_drawn,
+        unsure: spun.unsure,
+        driven: driven.into_iter().collect(),
         tools_without_parts: tools_without_parts(scene, run, &reach),
         touches: met.into_iter().flat_map(|met| met.touches).collect(),
         remaining: workpieces.into_iter().map(Workpiece::remaining).collect(),

@@ -1,15 +1,17 @@
 //! Parts that a spindle turns: in time they stand at every angle, not only at the one that is drawn.
 //!
 //! A part that is not round about its spindle's axis is examined twice: as drawn, and as rings that hold all that it passes when it turns. Where only the
-//! rings touch something, the two may collide. On lathes the nearest joint that turns the workpiece is the spindle, and turns all that is fixed to it. On mills
-//! it is the axis of the tool, where the scene says where that is, and turns cutter, shank and holder.
+//! rings touch something, the two may collide. On lathes the nearest joint that turns the workpiece is the spindle, and turns all that is fixed to it; without
+//! such a joint it is the axis of a round workpiece, and turns the balanced fixtures beside it. On mills it is the axis of the tool, where the scene says where that
+//! is, and turns cutter, shank and holder. `turns` of a part decides otherwise.
 
 use super::motion::Path;
+use super::turning::WorkAxis;
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector};
 use crate::interference::revolved::{clipped, nearest_to_axis};
 use crate::interference::{ROUND, Revolved};
 use crate::machine::{Joint, Motion};
-use crate::scene::{Pair, Part, ProgramRun, Role, Scene};
+use crate::scene::{Pair, Part, ProgramRun, Role, Scene, Turns};
 use nalgebra::UnitQuaternion;
 use rs274::{Plane, Position};
 use std::f64::consts::{PI, TAU};
@@ -24,6 +26,8 @@ const NEARLY: f64 = 0.99;
 /// Sectors in which that is looked for, and most of them side by side that may be without: teeth and slots that leave more are not round.
 const SECTORS: usize = 360;
 const MOST_EMPTY: usize = 10;
+/// What a spindle turns is balanced: the middle of its surface is this near to the axis, as a part of its greatest radius.
+const OFF_BALANCE: f64 = 0.05;
 /// Nearer than this, mm, is the same.
 const SAME_MM: f64 = 1e-6;
 
@@ -39,14 +43,31 @@ pub(super) struct Spun {
     axes: Vec<Option<Isometry>>,
     /// Parts that are examined as drawn alone, because the axis about which they turn is not known, or moves.
     pub as_drawn: Vec<usize>,
+    /// Cutters that the tool's spindle may turn, or a drive about their own axis, and what holds them.
+    pub unsure: Vec<usize>,
 }
 
-/// How a part turns.
-enum Turns {
-    /// About the z axis of the frame to which this takes the part's frame.
-    About(Isometry),
-    /// About an axis that is not known, or moves.
-    Somehow,
+/// What turns a part.
+struct TurnedBy {
+    /// The link of the spindle.
+    spindle: Option<usize>,
+    about: About,
+    /// Whether the part may turn about its own axis instead.
+    is_unsure: bool,
+}
+
+/// About which axis a part turns.
+enum About {
+    /// The z axis of the frame to which this takes the part's frame.
+    Axis(Isometry),
+    /// One that is not known, or moves.
+    Unknown,
+}
+
+impl TurnedBy {
+    const fn new(spindle: Option<usize>, about: About) -> Self {
+        Self { spindle, about, is_unsure: false }
+    }
 }
 
 impl Spun {
@@ -54,20 +75,28 @@ impl Spun {
     pub fn of(scene: &Scene, run: &ProgramRun, path: &Path<'_>) -> Self {
         let count = scene.parts.len();
         let (is_turned, spindles, axes) = (vec![false; count], vec![None; count], vec![None; count]);
-        let mut spun = Self { scene: scene.clone(), is_turned, spindles, axes, as_drawn: Vec::new() };
+        let (as_drawn, unsure) = (Vec::new(), Vec::new());
+        let mut spun = Self { scene: scene.clone(), is_turned, spindles, axes, as_drawn, unsure };
         if run.program.moves.iter().all(|step| step.spindle_rpm == 0.0) {
             return spun;
         }
-        let is_lathe = path.first_plane() == Plane::Zx;
+        let lathe = (path.first_plane() == Plane::Zx).then(|| WorkSpindles::of(scene, path));
         for (number, part) in scene.parts.iter().enumerate() {
-            let Some((spindle, turns)) = (if is_lathe { on_lathe(scene, part) } else { on_mill(scene, run, part) })
+            let turned = match &lathe {
+                Some(spindles) => spindles.turning(scene, number),
+                None => on_mill(scene, run, part),
+            };
+            let Some(TurnedBy { spindle, about, is_unsure }) = turned.filter(|_| part.turns != Some(Turns::Nothing))
             else {
                 continue;
             };
             spun.spindles[number] = Some(spindle);
-            match turns {
-                Turns::About(axis_from_part) => {
-                    spun.axes[number] = Some(axis_from_part).filter(|_| !is_lathe);
+            if is_unsure && part.tool.is_none_or(|tool| run.tools().contains(&tool)) {
+                spun.unsure.push(number);
+            }
+            match about {
+                About::Axis(axis_from_part) => {
+                    spun.axes[number] = Some(axis_from_part).filter(|_| lathe.is_none());
                     let Some(slabs) = slabs(&part.mesh, &axis_from_part) else { continue };
                     match rings(&slabs, &axis_from_part) {
                         Some(mesh) => {
@@ -77,9 +106,18 @@ impl Spun {
                         None => spun.as_drawn.push(number),
                     }
                 }
-                Turns::Somehow => spun.as_drawn.push(number),
+                About::Unknown => spun.as_drawn.push(number),
             }
         }
+        // What holds such a cutter turns with it, or stands.
+        let holds_unsure = |&number: &usize| {
+            let Part { role, tool, turns, .. } = scene.parts[number];
+            let is_of_tool = |&cutter: &usize| scene.parts[cutter].tool == tool;
+            let is_holder = matches!(role, Role::Shank | Role::Holder) && turns.is_none();
+            is_holder && spun.is_turned[number] && spun.unsure.iter().any(is_of_tool)
+        };
+        let holders: Vec<usize> = (0..count).filter(holds_unsure).collect();
+        spun.unsure.extend(holders);
         spun
     }
 
@@ -93,45 +131,174 @@ impl Spun {
         self.axes[part]
     }
 
+    /// Whether a part may turn about its own axis instead of that one.
+    pub fn is_unsure(&self, part: usize) -> bool {
+        self.unsure.contains(&part)
+    }
+
     /// Whether a part with rings turns against the other part of a pair, and not with it.
     pub fn turns(&self, pair: Pair) -> bool {
         (self.is_turned[pair.a] || self.is_turned[pair.b]) && self.spindles[pair.a] != self.spindles[pair.b]
     }
 }
 
-/// The spindle is the nearest joint that turns a workpiece; it turns all that hangs on it.
-fn on_lathe(scene: &Scene, part: &Part) -> Option<(Option<usize>, Turns)> {
-    let machine = &scene.machine;
-    let joint_of = |link: usize| machine.links()[link].joint.as_ref();
-    let is_spindle = |&link: &usize| joint_of(link).is_some_and(Joint::turns);
-    let workpieces = scene.parts.iter().filter(|part| part.role == Role::Workpiece);
-    let spindles: Vec<usize> = workpieces.filter_map(|part| machine.rigid_body(part.link).filter(is_spindle)).collect();
-    let spindle =
-        std::iter::successors(part.link, |&link| machine.parent(link)).find(|link| spindles.contains(link))?;
-    if machine.rigid_body(part.link) != Some(spindle) {
-        return Some((Some(spindle), Turns::Somehow));
-    }
-    let Some(Motion::Rotary { direction, point }) = joint_of(spindle).map(|joint| joint.motion) else { return None };
-    let zero = machine.forward(&Position::default());
-    let spindle_from_part = zero.world_from(Some(spindle)).inv_mul(&zero.world_from(part.link)) * part.link_from_part;
-    Some((Some(spindle), Turns::About(upright(&point, &direction) * spindle_from_part)))
+/// What turns the workpieces of a lathe.
+struct WorkSpindles {
+    /// The nearest joints that turn a workpiece; else those that turn a fixture, such as a chuck without a workpiece.
+    joints: Vec<usize>,
+    /// Axes of round workpieces that no joint turns.
+    axes: Vec<WorkAxis>,
+    /// Fixtures beside these workpieces that are balanced about their axes.
+    balanced: Vec<usize>,
 }
 
-/// A tool's parts about its axis.
-fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<(Option<usize>, Turns)> {
+impl WorkSpindles {
+    fn of(scene: &Scene, path: &Path<'_>) -> Self {
+        let machine = &scene.machine;
+        let of_role = |role: Role| (0..scene.parts.len()).filter(move |&part| scene.parts[part].role == role);
+        let joint_of = |part: usize| {
+            let joint = |link: usize| machine.links()[link].joint.as_ref();
+            machine.rigid_body(scene.parts[part].link).filter(|&link| joint(link).is_some_and(Joint::turns))
+        };
+        let mut joints: Vec<usize> = of_role(Role::Workpiece).filter_map(joint_of).collect();
+        if joints.is_empty() {
+            joints = of_role(Role::Fixture).filter_map(joint_of).collect();
+        }
+        let standing = of_role(Role::Workpiece).filter(|&part| joint_of(part).is_none());
+        let axes: Vec<WorkAxis> = standing.filter_map(|part| WorkAxis::of(scene, path, part)).collect();
+        let mut balanced = Vec::new();
+        for axis in &axes {
+            let beside = of_role(Role::Fixture).filter(|&part| is_beside(scene, axis, part));
+            let all: Vec<usize> = beside.filter(|&part| scene.parts[part].turns.is_none()).collect();
+            // The jaws of a chuck may be parts of their own.
+            if is_balanced(scene, axis, &all) {
+                balanced.extend(all);
+            } else {
+                balanced.extend(all.into_iter().filter(|&part| is_balanced(scene, axis, &[part])));
+            }
+        }
+        Self { joints, axes, balanced }
+    }
+
+    /// What turns a part; `None` where nothing does.
+    fn turning(&self, scene: &Scene, number: usize) -> Option<TurnedBy> {
+        let (machine, part) = (&scene.machine, &scene.parts[number]);
+        let body = machine.rigid_body(part.link);
+        let mut links = std::iter::successors(part.link, |&link| machine.parent(link));
+        if let Some(spindle) = links.find(|link| self.joints.contains(link)) {
+            if body != Some(spindle) {
+                return Some(TurnedBy::new(Some(spindle), About::Unknown));
+            }
+            let joint = machine.links()[spindle].joint.as_ref();
+            let Some(Motion::Rotary { direction, point }) = joint.map(|joint| joint.motion) else { return None };
+            let zero = machine.forward(&Position::default());
+            let spindle_from_part =
+                zero.world_from(Some(spindle)).inv_mul(&zero.world_from(part.link)) * part.link_from_part;
+            return Some(TurnedBy::new(Some(spindle), About::Axis(upright(&point, &direction) * spindle_from_part)));
+        }
+        let is_held = matches!(part.role, Role::Workpiece | Role::Fixture);
+        let is_said = part.turns == Some(Turns::Spindle) && !is_of_tool(part);
+        if !is_held && !is_said {
+            return None;
+        }
+        let unknown = TurnedBy::new(body, About::Unknown);
+        if let Some(axis) = self.axes.iter().find(|axis| is_beside(scene, axis, number)) {
+            let axis_from_part = axis_from_part(scene, axis, number);
+            if part.role == Role::Workpiece || is_said || self.balanced.contains(&number) {
+                return Some(TurnedBy::new(body, About::Axis(axis_from_part)));
+            }
+            // It may be a chuck, or a steady that stands.
+            return slabs(&part.mesh, &axis_from_part).map(|_| unknown);
+        }
+        let is_known = !self.joints.is_empty() || !self.axes.is_empty();
+        let is_round = || slabs(&part.mesh, &Revolved::around(&part.mesh).tool_from_mesh).is_none();
+        (is_said || !is_known && !is_round()).then_some(unknown)
+    }
+}
+
+/// Whether no joint is between a part and a workpiece's axis.
+fn is_beside(scene: &Scene, axis: &WorkAxis, part: usize) -> bool {
+    scene.machine.rigid_body(axis.base) == scene.machine.rigid_body(scene.parts[part].link)
+}
+
+/// Takes the frame of a part beside a workpiece's axis to that of the axis.
+fn axis_from_part(scene: &Scene, axis: &WorkAxis, part: usize) -> Isometry {
+    let zero = scene.machine.forward(&Position::default());
+    let Part { link, link_from_part, .. } = scene.parts[part];
+    axis.base_from_axis.inverse() * zero.world_from(axis.base).inv_mul(&zero.world_from(link)) * link_from_part
+}
+
+/// Whether parts are balanced together about an axis.
+fn is_balanced(scene: &Scene, axis: &WorkAxis, parts: &[usize]) -> bool {
+    let (mut area, mut moment, mut reach) = (0.0, Vector::zeros(), 0.0_f64);
+    for &part in parts {
+        let axis_from_part = axis_from_part(scene, axis, part);
+        for triangle in scene.parts[part].mesh.triangles() {
+            let corners = triangle.corners.map(|corner| (axis_from_part * corner).coords);
+            let of_triangle = triangle.double_area_normal().norm();
+            area += of_triangle;
+            moment += (corners[0] + corners[1] + corners[2]) * (of_triangle / 3.0);
+            reach = corners.iter().map(|corner| corner.x.hypot(corner.y)).fold(reach, f64::max);
+        }
+    }
+    moment.x.hypot(moment.y) <= OFF_BALANCE * reach * area
+}
+
+const fn is_of_tool(part: &Part) -> bool {
+    matches!(part.role, Role::Cutter | Role::Shank | Role::Holder)
+}
+
+/// A tool's parts about its axis, or their own.
+fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
     let body = |link: Option<usize>| scene.machine.rigid_body(link);
-    let is_tool = matches!(part.role, Role::Cutter | Role::Shank | Role::Holder);
-    let turns = match run.tip.as_ref().filter(|tip| body(tip.tool_link) == body(part.link)) {
-        _ if !is_tool => None,
-        Some(tip) => {
+    let spindle =
+        run.tip.as_ref().filter(|tip| is_of_tool(part) && body(tip.tool_link) == body(part.link)).map(|tip| {
             let zero = scene.machine.forward(&Position::default());
             let tool_from_link = zero.world_from(tip.tool_link).inv_mul(&zero.world_from(part.link));
-            Some(Turns::About(upright(&tip.gauge, &tip.direction) * tool_from_link * part.link_from_part))
+            upright(&tip.gauge, &tip.direction) * tool_from_link * part.link_from_part
+        });
+    let turned = |about| Some(TurnedBy::new(body(part.link), about));
+    match (part.turns, spindle) {
+        (Some(Turns::Nothing), _) => None,
+        (Some(Turns::Own), _) => turned(About::Axis(Revolved::around(&part.mesh).tool_from_mesh)),
+        (Some(Turns::Spindle), None) => turned(About::Unknown),
+        (None, None) if !is_of_tool(part) || Revolved::around(&part.mesh).filled >= ROUND => None,
+        (None, None) => turned(About::Unknown),
+        (turns, Some(axis)) => {
+            let is_unsure = turns.is_none() && part.role == Role::Cutter && may_turn_itself(&part.mesh, &axis);
+            Some(TurnedBy { is_unsure, ..TurnedBy::new(body(part.link), About::Axis(axis)) })
         }
-        None if Revolved::around(&part.mesh).filled >= ROUND => None,
-        None => Some(Turns::Somehow),
+    }
+}
+
+/// Whether a cutter beside the spindle's axis, or across it, may have a drive of its own: it is round about another axis, or longer than thick, as a fluted drill is.
+fn may_turn_itself(mesh: &Mesh, spindle_from_part: &Isometry) -> bool {
+    if Revolved::about(mesh, *spindle_from_part).filled >= ROUND {
+        return false;
+    }
+    let own = Revolved::around(mesh);
+    let ([low, high], radius) = (own.profile.span_mm(), own.profile.radius_mm());
+    let own_from_spindle = own.tool_from_mesh * spindle_from_part.inverse();
+    let (point, along) = (own_from_spindle * Point::origin(), own_from_spindle * Vector::z());
+    own.filled >= ROUND || high - low > 2.0 * radius && !passes(&point, &along, radius, [low, high])
+}
+
+/// Whether a line passes through a cylinder about z.
+fn passes(point: &Point, along: &Vector, radius: f64, [low, high]: [f64; 2]) -> bool {
+    // The part of the line between the ends of the cylinder.
+    let [from, to] = if along.z.abs() < 1e-9 {
+        if point.z < low || point.z > high {
+            return false;
+        }
+        [f64::NEG_INFINITY, f64::INFINITY]
+    } else {
+        let ends = [low, high].map(|z| (z - point.z) / along.z);
+        [ends[0].min(ends[1]), ends[0].max(ends[1])]
     };
-    Some((body(part.link), turns?))
+    let across = along.xy().norm_squared();
+    let nearest = if across > 0.0 { -point.coords.xy().dot(&along.xy()) / across } else { from.max(0.0).min(to) };
+    let at = point + along * nearest.clamp(from, to);
+    at.x.hypot(at.y) < radius
 }
 
 /// Takes a line to z.

@@ -11,7 +11,7 @@ use super::turning::{Turning, WorkAxis};
 use super::{CheckError, Cutting, Settings};
 use crate::geometry::{Mesh, Point};
 use crate::machine::Machine;
-use crate::scene::{Pair, Part, Role, Scene};
+use crate::scene::{Pair, Part, Role, Scene, Turns};
 use crate::stock::motion::{Chain, Mount, Piece};
 use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep, standard_resolution_mm};
 use rs274::{MoveKind, Plane, Position};
@@ -69,6 +69,8 @@ pub(super) struct Workpiece<'a> {
     scene: &'a Scene,
     path: &'a Path<'a>,
     pub part: usize,
+    /// Cutters that are taken as driven on a lathe; nothing in the scene says so.
+    pub driven: Vec<usize>,
     stock: Stock,
     others: Vec<Other>,
     given_up: Option<u32>,
@@ -78,19 +80,24 @@ pub(super) struct Workpiece<'a> {
 struct Other {
     pair: Pair,
     body: Body,
+    /// Of a cutter that the spindle or a drive of its own may turn: what both sweep for sure; `body` is then what the spindle may sweep. Where nothing is swept for
+    /// sure, what the drive may.
+    own: Option<Body>,
     chain: Chain,
     role: Role,
     /// Whether the part, or the workpiece, is taken as what the spindle turns it through.
     is_turned: bool,
     /// Of what stands while the workpiece turns.
     turning: Option<Turning>,
+    /// Whether it is a cutter that nothing turns, nor a workpiece: it takes nothing away.
+    stands: bool,
 }
 
 /// What a step was: where on the path, and what contact in it is.
 struct Told {
     from: f64,
     to: f64,
-    /// For each part that the step examines.
+    /// For each body that the step examines.
     examined: Vec<(usize, Kind)>,
 }
 
@@ -252,24 +259,37 @@ impl<'a> Examined<'a, '_> {
 
     fn with(&self, stock: Stock, others: Vec<Other>) -> Workpiece<'a> {
         let Self { scene, path, workpiece: part, .. } = *self;
-        Workpiece { scene, path, part, stock, others, given_up: None }
+        let driven = |other: &Other| {
+            let (number, is_standing) = (other.pair.other(part), other.turning.is_some());
+            let is_guess = self.axis.is_some() && other.role == Role::Cutter && scene.parts[number].turns.is_none();
+            (is_guess && !is_standing).then_some(number)
+        };
+        let driven = others.iter().filter_map(driven).collect();
+        Workpiece { scene, path, part, driven, stock, others, given_up: None }
     }
 
     /// A part against the workpiece as it is.
     fn as_drawn(&self, pair: Pair) -> Other {
         let part = pair.other(self.workpiece);
-        let Part { ref mesh, role, groove_mm, .. } = self.scene.parts[part];
+        let Part { ref mesh, role, groove_mm, turns, .. } = self.scene.parts[part];
+        let stands = role == Role::Cutter && turns == Some(Turns::Nothing) && self.axis.is_none();
         let body = match (role, self.spun.axis_of(part)) {
+            (Role::Cutter, _) if stands => Body::standing(mesh),
             (Role::Cutter, Some(axis_from_part)) => Body::turning_about(mesh, axis_from_part, groove_mm),
             (Role::Cutter, None) => Body::turning(mesh, groove_mm),
             _ => Body::standing(mesh),
         };
+        if role == Role::Cutter && self.spun.is_unsure(part) {
+            // Whichever of the two turns it, it is where it is drawn.
+            let own = Body::round_as_drawn(mesh).unwrap_or_else(|| Body::turning(mesh, groove_mm).vague());
+            return self.standing(pair, body.vague(), Some(own));
+        }
         let axis = self.axis.filter(|_| role == Role::Cutter);
         let turning = axis.and_then(|axis| {
             let turning = Turning::new(self.scene, self.path, axis, false, part, &body);
             (!turning.is_driven(self.scene, self.path, axis, part, &body)).then_some(turning)
         });
-        Other { turning, ..self.standing(pair, body) }
+        Other { turning, stands, ..self.standing(pair, body, None) }
     }
 
     /// A part that the spindle turns, or any part beside a workpiece that it turns, at every angle.
@@ -281,16 +301,21 @@ impl<'a> Examined<'a, '_> {
             None => Body::standing(mesh),
         };
         let turning = self.axis.map(|axis| Turning::new(self.scene, self.path, axis, false, part, &body));
-        Other { turning, is_turned: true, ..self.standing(pair, body) }
+        Other { turning, is_turned: true, ..self.standing(pair, body, None) }
     }
 
-    fn standing(&self, pair: Pair, body: Body) -> Other {
+    fn standing(&self, pair: Pair, body: Body, own: Option<Body>) -> Other {
         let part = pair.other(self.workpiece);
         let Part { link, link_from_part, .. } = self.scene.parts[self.workpiece];
-        let own = Mount { link, link_from_mesh: link_from_part, centre: Point::origin(), radius_mm: 0.0 };
-        let chain = Chain::new(&self.scene.machine, mount(self.scene, part, &body), own);
+        let workpiece = Mount { link, link_from_mesh: link_from_part, centre: Point::origin(), radius_mm: 0.0 };
+        let mut of_part = mount(self.scene, part, &body);
+        if let Some(own) = &own {
+            let Mount { centre, radius_mm, .. } = mount(self.scene, part, own);
+            of_part.radius_mm = of_part.radius_mm.max((centre - of_part.centre).norm() + radius_mm);
+        }
+        let chain = Chain::new(&self.scene.machine, of_part, workpiece);
         let role = self.scene.parts[part].role;
-        Other { pair, body, chain, role, is_turned: false, turning: None }
+        Other { pair, body, own, chain, role, is_turned: false, turning: None, stands: false }
     }
 
     /// A part beside the workpiece, which turns; `None` where it is the cutter that turns.
@@ -302,7 +327,8 @@ impl<'a> Examined<'a, '_> {
         let turning = Turning::new(scene, path, axis, true, part, &body);
         let is_driven = role == Role::Cutter && turning.is_driven(scene, path, axis, part, &body);
         let chain = turning.to_base.clone();
-        (!is_driven).then_some(Other { pair, body, chain, role, is_turned, turning: Some(turning) })
+        let turning = Some(turning);
+        (!is_driven).then_some(Other { pair, body, own: None, chain, role, is_turned, turning, stands: false })
     }
 }
 
@@ -320,6 +346,10 @@ impl Other {
     /// Whether depth in it tells little: it is never deeper in the stock than what is told as a touch.
     fn is_thin(&self, resolution_mm: f64) -> bool {
         self.deepest_mm() <= resolution_mm
+    }
+
+    fn bodies(&self) -> impl Iterator<Item = &Body> {
+        std::iter::once(&self.body).chain(&self.own)
     }
 
     fn deepest_mm(&self) -> f64 {
@@ -379,6 +409,7 @@ impl<'a> Route<'a> {
         for other in self.present(at) {
             match (self.others[other].role == Role::Cutter, cutter) {
                 (true, Some(kind)) => examined.push((other, kind)),
+                (true, None) if self.others[other].stands => examined.push((other, Kind::StoppedSpindleIntoWorkpiece)),
                 (true, None) => cutting.push(other),
                 (false, _) if self.may_touch(other, from, to) => examined.push((other, Kind::Collision)),
                 _ => {}
@@ -453,21 +484,24 @@ impl<'a> Route<'a> {
         };
         let count = all.map(pieces).max().unwrap_or(1);
         for index in 0..count {
-            let sweep = |other: usize, of_turning: fn(&Turning, &Piece, f64) -> Sweep| {
-                let Other { turning, body, .. } = &self.others[other];
+            let sweeps = |other: usize, of_turning: fn(&Turning, &Piece, f64) -> Sweep| {
+                let Other { turning, .. } = &self.others[other];
                 let piece = self.others[other].way().piece(machine, &first, &last, index, count);
-                match turning {
+                let of_body = |body: &Body| match turning {
                     Some(turning) => of_turning(turning, &piece, chord_mm),
                     None => body.sweep([&piece.first, &piece.last], piece.sag_mm + chord_mm),
-                }
+                };
+                self.others[other].bodies().map(of_body).collect::<Vec<_>>()
             };
             let step = Step {
-                examined: examined.iter().map(|&(other, _)| sweep(other, Turning::sweep)).collect(),
-                cutting: cutting.iter().map(|&other| sweep(other, Turning::cut)).collect(),
+                examined: examined.iter().flat_map(|&(other, _)| sweeps(other, Turning::sweep)).collect(),
+                cutting: cutting.iter().flat_map(|&other| sweeps(other, Turning::cut)).collect(),
             };
+            let of_bodies = |&(other, kind): &(usize, Kind)| self.others[other].bodies().map(move |_| (other, kind));
+            let examined = examined.iter().flat_map(of_bodies).collect();
             let place = |index: usize| from + (to - from) * (index as f64 / count as f64);
             batch.steps.push(step);
-            batch.told.push(Told { from: place(index), to: place(index + 1), examined: examined.to_vec() });
+            batch.told.push(Told { from: place(index), to: place(index + 1), examined });
         }
     }
 }
@@ -547,6 +581,10 @@ impl<'a> Ledger<'a> {
     fn contact(&mut self, other: usize, kind: Kind, told: &Told, contact: &Contact) {
         let place = |part: f64| told.from + part * (told.to - told.from);
         let (mut from, to) = (place(contact.from), place(contact.to));
+        // A whole place belongs to the move that leads to it.
+        if from.fract() == 0.0 && from < to {
+            from = from.next_up();
+        }
         let before = self.last[other].map(|index| &mut self.met.contacts[index]);
         if let Some(before) = before {
             let goes_on = before.to >= from - JOINED * (told.to - told.from).max(1.0);
@@ -558,14 +596,11 @@ impl<'a> Ledger<'a> {
                 kind => before.kind == kind,
             };
             if goes_on && same {
-                before.to = to;
+                // Two bodies of one part may be in contact at once.
+                (before.from, before.to) = (before.from.min(from), before.to.max(to));
                 before.depth = before.depth.max(contact.depth);
                 return;
             }
-        }
-        // A whole place belongs to the move that leads to it.
-        if from.fract() == 0.0 && from < to {
-            from = from.next_up();
         }
         self.last[other] = Some(self.met.contacts.len());
         let Other { pair, is_turned, .. } = self.others[other];

@@ -2,14 +2,15 @@
 //!
 //! On a machine with a lathe's controller a cutter is held against the stock as its section through the workpiece's axis: the nearest joint that turns the
 //! workpiece, or the axis of a round workpiece that no joint turns. A cutter is driven, and cuts as on a mill, where that axis turns it as the program says between two of its
-//! feeds, and where it is round and ever feeds otherwise than on that axis. A round insert is taken for one, which takes away less than it does.
+//! feeds, and where it is round and ever feeds otherwise than on that axis. A round insert is taken for one, which takes away less than it does, unless `turns` of the
+//! part says that it stands.
 
 use super::motion::Path;
 use super::stock::mount;
 use crate::geometry::{Isometry, Mesh, Point, Vector};
 use crate::interference::{ROUND, Revolved};
 use crate::machine::{Joint, Motion};
-use crate::scene::{Part, Scene};
+use crate::scene::{Part, Role, Scene, Turns};
 use crate::stock::motion::{Chain, Mount, Piece};
 use crate::stock::{Body, Spindle, Sweep, TurningTool};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
@@ -31,6 +32,7 @@ const SAME_MM: f64 = 1e-6;
 pub(super) struct Turning {
     mesh: Arc<Mesh>,
     spindle: Spindle,
+    cuts: bool,
     /// From the part to what carries the workpiece's axis: the axis is that chain's stock.
     pub to_base: Chain,
     /// The section as the part is at first, and as it is turned, and away from the plane, later.
@@ -72,10 +74,11 @@ impl Turning {
             (to_base, at_first) = to(axis.base_from_axis * half_turn);
         }
         let beside_mm = at_first.translation.y;
-        let first = Section { tool: TurningTool::new(mesh, at_first.rotation, beside_mm), beside_mm };
+        let cuts = scene.parts[part].role == Role::Cutter;
+        let first = Section { tool: TurningTool::new(mesh, at_first.rotation, beside_mm, cuts), beside_mm };
         let axis_from_stock = if is_flat { Isometry::identity() } else { axis.axis_from_stock };
         let spindle = Spindle { axis_from_stock, is_flat };
-        Self { mesh: Arc::clone(mesh), spindle, to_base, sections: RefCell::new(vec![first]) }
+        Self { mesh: Arc::clone(mesh), spindle, cuts, to_base, sections: RefCell::new(vec![first]) }
     }
 
     /// Whether part number `part`, a cutter, turns itself and not the workpiece.
@@ -95,7 +98,11 @@ impl Turning {
                 (base_from_part * direction).z.abs() < ALONG || place.x.hypot(place.y) > ON_AXIS_MM
             })
         };
-        is_turned || body.axis().is_some_and(is_off_axis)
+        match scene.parts[part].turns {
+            // On a lathe a tool's spindle is one that drives it.
+            Some(turns) => turns != Turns::Nothing,
+            None => is_turned || body.axis().is_some_and(is_off_axis),
+        }
     }
 
     /// All that the part may pass on a piece of its way in [`Self::to_base`], however it is turned.
@@ -110,7 +117,7 @@ impl Turning {
 
     fn sweep_as(&self, piece: &Piece, chord_mm: f64, of: impl Fn(&TurningTool) -> TurningTool) -> Sweep {
         let (start, (travel, pad_mm)) = (piece.first, self.to_base.unturned(piece));
-        let tool = TurningTool::new(&self.mesh, start.rotation, start.translation.y + 0.5 * travel.y);
+        let tool = TurningTool::new(&self.mesh, start.rotation, start.translation.y + 0.5 * travel.y, false);
         let pad_mm = pad_mm + chord_mm + 0.5 * travel.y.abs();
         of(&tool).sweep(&self.spindle, [start.translation.x, start.translation.z], [travel.x, travel.z], pad_mm)
     }
@@ -128,7 +135,8 @@ impl Turning {
         };
         let known = sections.iter().position(is_same).unwrap_or_else(|| {
             sections.truncate(MOST_SECTIONS);
-            sections.push(Section { tool: TurningTool::new(&self.mesh, start.rotation, beside_mm), beside_mm });
+            let tool = TurningTool::new(&self.mesh, start.rotation, beside_mm, self.cuts);
+            sections.push(Section { tool, beside_mm });
             sections.len() - 1
         });
         let place = [start.translation.x, start.translation.z];

@@ -400,7 +400,19 @@ fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     let as_drawn = |&part: &usize| {
         let name = &scene.parts[part].name;
         format!(
-            "not examined: what `{name}` passes as it turns; it is not round, and stands as drawn (docs/check.md, What turns)"
+            "not examined: what `{name}` passes as it turns; it is not round, and stands as drawn; `turns` of the part says what turns it (docs/check.md, What turns)"
+        )
+    };
+    let unsure = |&part: &usize| {
+        let name = &scene.parts[part].name;
+        format!(
+            "not examined: which axis `{name}` turns about, its own or the spindle's; what only one of them would cut or meet is unresolved (`turns` of the part says which)"
+        )
+    };
+    let driven = |&part: &usize| {
+        let name = &scene.parts[part].name;
+        format!(
+            "not examined: what `{name}` cuts if it stands while the workpiece turns; it is taken as driven (`turns = \"none\"` of the part says that it stands, `\"own\"` that it is driven)"
         )
     };
     let open = |&part: &usize| {
@@ -451,7 +463,9 @@ fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
         .chain(whole)
         .chain(outcome.remaining.iter().filter_map(given_up))
         .chain(outcome.open_cutters.iter().map(cutter))
-        .chain(outcome.as_drawn.iter().map(as_drawn));
+        .chain(outcome.as_drawn.iter().map(as_drawn))
+        .chain(outcome.unsure.iter().map(unsure))
+        .chain(outcome.driven.iter().map(driven));
     let pairs = outcome.decisions.iter().filter_map(dropped).chain(neighbours);
     tools.chain(outcome.open_parts.iter().map(open)).chain(pairs).collect()
 }
@@ -593,6 +607,7 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         "over_travel": outcome.over_travel.iter().map(over_travel_json).collect::<Vec<_>>(),
         "tools_without_parts": outcome.tools_without_parts, "mesh_warnings": scene.mesh_warnings(),
         "open_parts": outcome.open_parts.iter().map(|&part| name(part)).collect::<Vec<_>>(),
+        "parts_unsure": outcome.unsure.iter().map(|&part| name(part)).collect::<Vec<_>>(), "cutters_taken_as_driven": outcome.driven.iter().map(|&part| name(part)).collect::<Vec<_>>(),
         "parts_as_drawn": outcome.as_drawn.iter().map(|&part| name(part)).collect::<Vec<_>>(),
         "pairs_not_examined": outcome.decisions.iter().filter_map(|decision| {
             let why = decision.dropped.as_ref()?.to_string();

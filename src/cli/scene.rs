@@ -10,7 +10,7 @@ use crate::check;
 use crate::machine::Joint;
 use crate::scene::extents::Extents;
 use crate::scene::pairs::{self, Reach};
-use crate::scene::{Part, Scene};
+use crate::scene::{Part, Scene, Turns};
 use crate::view::glb;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand, ValueEnum};
@@ -129,7 +129,7 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
             let surface = part.mesh.surface_report();
             json!({
                 "name": part.name, "link": link_name(part.link), "role": part.role.name(), "tool": part.tool,
-                "triangles": part.mesh.faces().len(),
+                "turns": part.turns.map(Turns::name), "triangles": part.mesh.faces().len(),
                 "vertices": part.mesh.vertices().len(), "watertight": surface.leaking == 0,
                 "low_mm": low.coords.as_slice(), "high_mm": high.coords.as_slice(),
                 "surface": surfaces::json(scene, &part.name, &surface),
@@ -166,8 +166,9 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
     let mut parts = table(["PART", "ON", "ROLE", "TOOL", "TRIANGLES"]);
     for part in &scene.parts {
         let (tool, triangles) = (part.tool.map(|tool| tool.to_string()), part.mesh.faces().len().to_string());
-        let (link, role) = (link_name(part.link), part.role.name());
-        parts.add_row([&part.name, link, role, tool.as_deref().unwrap_or("-"), &triangles]);
+        let turns = part.turns.map(|turns| format!(", turns = {}", turns.name())).unwrap_or_default();
+        let (link, role) = (link_name(part.link), format!("{}{turns}", part.role.name()));
+        parts.add_row([&part.name, link, &role, tool.as_deref().unwrap_or("-"), &triangles]);
     }
     if let Some(column) = parts.column_mut(4) {
         column.set_cell_alignment(CellAlignment::Right);

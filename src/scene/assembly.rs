@@ -367,6 +367,7 @@ pub(super) fn mount(
             role,
             tool: Some(number),
             groove_mm: 0.0,
+            turns: None,
         })
     });
     Ok(Mounted { parts: parts.collect::<Result<_, String>>()?, tool, drawn })

@@ -1,6 +1,6 @@
 //! The TOML form of a scene. It is separate from the model, so that the spelling in files can stay when the model changes.
 
-use super::Role;
+use super::{Role, Turns};
 use crate::geometry::import::Unit;
 use crate::geometry::shapes::{Shape, Tessellation};
 use crate::machine::file::{Form, LinkFile, PlacementFile};
@@ -130,6 +130,8 @@ pub struct PartFile {
     /// Grooves of a cutter's outline up to this width, along its axis, leave no ridges, mm.
     #[serde(default)]
     pub groove_mm: f64,
+    /// What turns the part while a spindle runs.
+    pub turns: Option<Turns>,
     /// The part's frame in its link's frame.
     #[serde(default)]
     pub at: PlacementFile,

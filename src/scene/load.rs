@@ -9,7 +9,7 @@ use super::parts::{admit, push_part};
 use super::program::{self, Nonsense, ProgramRun, positive};
 use super::{
     Approach, Clearance, Clearances, DrawnTool, Expected, MeshFile, Overrides, Pair, Part, Rates, Recording, Role,
-    Scene, recording,
+    Scene, Turns, recording,
 };
 use crate::geometry::shapes::Tessellation;
 use crate::geometry::{self, Mesh, Point, Vector, import};
@@ -273,11 +273,22 @@ fn add_parts(
             let message = format!("groove_mm of part `{name}` is {groove_mm}; {why}");
             return Err(SceneError::Meaning { place: place(), message });
         }
+        let refused = match (file.role, file.turns) {
+            (Role::Workpiece, Some(_)) => Some("the spindle of a lathe turns every workpiece"),
+            (Role::Fixture | Role::Machine, Some(Turns::Own)) => {
+                Some("only a cutter, a shank or a holder may say that")
+            }
+            _ => None,
+        };
+        if let (Some(why), Some(turns)) = (refused, file.turns) {
+            let message = format!("turns of part `{name}` is \"{}\"; {why}", turns.name());
+            return Err(SceneError::Meaning { place: place(), message });
+        }
         let mesh = part_mesh(folder, document, file, overrides)?;
         let mesh = Arc::new(mesh);
         let shape = file.shape.clone().map(Arc::new);
-        let (name, role, tool) = (name.clone(), file.role, file.tool);
-        let part = Part { name, mesh, link, link_from_part, shape, role, tool, groove_mm };
+        let (name, role, tool, turns) = (name.clone(), file.role, file.tool, file.turns);
+        let part = Part { name, mesh, link, link_from_part, shape, role, tool, groove_mm, turns };
         push_part(parts, part).map_err(|why| why.at(place()))?;
     }
     Ok(())

@@ -61,6 +61,33 @@ pub struct Part {
     pub tool: Option<u32>,
     /// Grooves of a cutter's outline up to this width, along its axis, are staggered from tooth to tooth and leave no ridges, mm.
     pub groove_mm: f64,
+    /// What turns the part while a spindle runs; `None` where the scene does not say.
+    pub turns: Option<Turns>,
+}
+
+/// What turns a part while a spindle runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Turns {
+    /// A drive about the part's own axis: a drill of a bank, the cutter of an angle head, a driven tool.
+    Own,
+    /// The spindle: of a tool's part the one that holds the tool, of all others the one of a lathe.
+    Spindle,
+    /// Nothing.
+    #[serde(rename = "none")]
+    Nothing,
+}
+
+impl Turns {
+    /// Name in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Own => "own",
+            Self::Spindle => "spindle",
+            Self::Nothing => "none",
+        }
+    }
 }
 
 /// The import report of a part's mesh file.

@@ -112,6 +112,7 @@ impl StockSpec {
             role: Role::Workpiece,
             tool: None,
             groove_mm: 0.0,
+            turns: None,
         };
         Ok((part, place))
     }

@@ -48,6 +48,7 @@ pub fn read(
             role: Role::Machine,
             tool: None,
             groove_mm: 0.0,
+            turns: None,
         };
         push_part(&mut parts, part).map_err(|why| why.at(place()))?;
     }

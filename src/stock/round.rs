@@ -108,6 +108,12 @@ impl Round {
         Self { pieces: vec![piece], slack_mm: 0.0, body_from_part, filled: 0.0, radius_mm: radius, span_mm: span }
     }
 
+    /// The same of which no point is in the part for sure.
+    pub fn vague(&self) -> Self {
+        let vague = |piece: &Piece| Piece { slack_mm: f64::INFINITY, ..piece.clone() };
+        Self { pieces: self.pieces.iter().map(vague).collect(), ..self.clone() }
+    }
+
     /// Whether all of it is known to within a length.
     pub fn is_known(&self) -> bool {
         self.pieces.iter().all(|piece| piece.slack_mm.is_finite())

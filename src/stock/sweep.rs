@@ -55,6 +55,22 @@ impl Body {
         Self { form: Arc::new(round.unwrap_or_else(|| Form::Rigid(Skin::new(mesh)))) }
     }
 
+    /// A round mesh where it is, with the points of it that are in the mesh for sure however it is turned; `None` of all others.
+    #[must_use]
+    pub fn round_as_drawn(mesh: &Arc<Mesh>) -> Option<Self> {
+        let round = Round::standing(mesh).filter(Round::is_solid)?;
+        Some(Self { form: Arc::new(Form::Round(round)) })
+    }
+
+    /// The same body of revolution of which no point is in the part for sure: it takes nothing away, and what comes into it is not certain.
+    #[must_use]
+    pub fn vague(&self) -> Self {
+        match &*self.form {
+            Form::Round(round) => Self { form: Arc::new(Form::Round(round.vague())) },
+            Form::Rigid(_) => self.clone(),
+        }
+    }
+
     /// Centre and radius of a ball around it, in the part's frame, mm.
     #[must_use]
     pub fn ball(&self) -> (Point, f64) {
@@ -172,11 +188,12 @@ pub struct TurningTool {
 }
 
 impl TurningTool {
-    /// The section of a mesh whose frame is turned by `rotation` against the axis's; x of that frame leads from the axis to the tool.
+    /// The section of a mesh whose frame is turned by `rotation` against the axis's; x of that frame leads from the axis to the tool. Of what
+    /// `cuts`, more is known to be swept.
     #[must_use]
-    pub fn new(mesh: &Mesh, rotation: UnitQuaternion<f64>, beside_mm: f64) -> Self {
+    pub fn new(mesh: &Mesh, rotation: UnitQuaternion<f64>, beside_mm: f64, cuts: bool) -> Self {
         let axis_from_part = Isometry::from_parts(Vector::new(0.0, beside_mm, 0.0).into(), rotation);
-        Self { section: Arc::new(Turned::new(mesh, &axis_from_part)), rotation }
+        Self { section: Arc::new(Turned::new(mesh, &axis_from_part, cuts)), rotation }
     }
 
     /// The same of which nothing is known but that it is within its outline: it takes nothing away for sure.

@@ -1,12 +1,17 @@
 //! A cutter that stands while the workpiece turns: its section through the workpiece's axis, as convex pieces.
 //!
 //! The workpiece turns many times while the cutter feeds, so what the cutter takes away is a body of revolution about the workpiece's axis: all
-//! points whose distance ρ from the axis and place z along it are those of a point of the cutter. Two regions of (ρ, z) bound it. The section of the cutter
-//! with the plane of the axis is swept for sure. The hull of its outline, widened by what points beside the plane have a ρ greater than their x, holds all.
+//! points whose distance ρ from the axis and place z along it are those of a point of the cutter. Two regions of (ρ, z) bound it. Sections of the cutter
+//! are swept for sure: that with the plane of the axis, and of what cuts those at its ends beside the plane. The hull of its outline, widened by what points beside
+//! the plane have a ρ greater than their x, holds all.
+//!
+//! A section at the distance y from the plane passes ρ = √((x + X)² + y²), with X the place of the cutter. Seen from the cutter, at ρ - X, its x is a concave function
+//! of that, and grows with X: a tangent at the greatest X bounds it from above, and the greatest difference of the two, at the least X, from below.
 //!
 //! The widening, of each half plane a ρ + b z <= c of the hull. For a point p of a triangle ρ(p) is between |x(p)| and the mixture of the corners' ρ, as the norm is
 //! convex. Where x(p) >= 0 and a < 0, (x, z) in the half plane puts (ρ, z) into it; where a >= 0, p is beyond it by no more than some corner at (ρ, z)
-//! is. Where x(p) < 0 the same holds of (-ρ, z) and the other sign of a, and ρ - |x| is at most |y|.
+//! is. Where x(p) < 0 the same holds of (-ρ, z) and the other sign of a, and ρ - |x| is at most |y|. By how much a corner is beyond is a convex function of X: along a
+//! way in x the chord between both ends holds it.
 
 use super::convex::{Convex, HalfPlane, Least};
 use crate::geometry::hull::Hull;
@@ -15,12 +20,20 @@ use std::sync::Arc;
 
 /// Heights nearer than this are one, mm.
 const SAME_MM: f64 = 1e-7;
+/// How far sections at the ends of a cutter are inside it, mm: a face may lie in the plane of the axis.
+const INSIDE_MM: f64 = 1e-4;
+/// A section this near to the plane of the axis, mm, counts as one in it, narrowed by as much.
+const IN_PLANE_MM: f64 = 0.01;
+/// Least part of the outline that a section beside the plane must fill to be kept.
+const LEAST_PART: f64 = 0.1;
 
 /// A cutter's section, x away from the axis, in the frame of the axis.
 #[derive(Clone, Debug)]
 pub(super) struct Turned {
     /// Convex pieces of (x, z), mm; their union is the section. None where the plane of the axis misses the cutter.
     section: Vec<Convex>,
+    /// The same beside the plane, by their distances from it, mm, as outlines.
+    beside_it: Vec<(f64, Vec<Outline>)>,
     /// The hull of the cutter's outline.
     hull: Option<Convex>,
     /// Half the lesser extent of the outline, mm.
@@ -31,41 +44,75 @@ pub(super) struct Turned {
     beside: f64,
 }
 
+/// Corners of a convex outline, (x, z), counter-clockwise, mm.
+type Outline = Vec<[f64; 2]>;
+
 /// Where a section is at first and how it goes, in (x, z), mm.
 #[derive(Clone, Debug)]
 pub(super) struct Shift {
     pub start: [f64; 2],
     pub travel: [f64; 2],
     /// The hull, widened by what is beside the plane.
-    hull: Option<Arc<Convex>>,
+    hull: Option<Widened>,
+    /// What the sections beside the plane pass for sure.
+    beside_it: Arc<Vec<Convex>>,
+}
+
+/// A hull whose half planes move outwards along a way.
+#[derive(Clone, Debug)]
+struct Widened {
+    convex: Convex,
+    /// By how much `c` of each half plane grows from the beginning to the end, mm.
+    growth: Vec<f64>,
 }
 
 impl Turned {
-    /// The section of a mesh in the frame that `axis_from_part` leads to; its z is the axis, its x and z span the plane.
-    pub fn new(mesh: &Mesh, axis_from_part: &Isometry) -> Self {
+    /// The section of a mesh in the frame that `axis_from_part` leads to; its z is the axis, its x and z span the plane. What `cuts` has sections beside it.
+    pub fn new(mesh: &Mesh, axis_from_part: &Isometry, cuts: bool) -> Self {
         let vertices: Vec<Point> = mesh.vertices().iter().map(|vertex| axis_from_part * vertex).collect();
-        let segments: Vec<[[f64; 2]; 2]> =
-            mesh.faces().iter().filter_map(|face| cut(face.map(|corner| vertices[corner as usize]))).collect();
-        let hull = convex(&hull(vertices.iter().map(|v| [v.x, v.z]).collect()));
-        let beside = vertices.iter().map(|v| v.y.abs()).fold(0.0, f64::max);
-        // What an open mesh fills nobody knows.
-        let section = if mesh.edge_report().is_watertight() { pieces(&segments) } else { Vec::new() };
-        let extent = |of: fn(&Point) -> f64| {
-            let (low, high) =
-                vertices.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-            high - low
+        let range = |of: fn(&Point) -> f64| {
+            let values = vertices.iter().map(of);
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
         };
-        let deepest = 0.5 * extent(|v| v.x).min(extent(|v| v.z));
+        let [[left, right], [near, far], [low, high]] = [range(|v| v.x), range(|v| v.y), range(|v| v.z)];
+        let outline = hull(vertices.iter().map(|v| [v.x, v.z]).collect());
+        // Its box as well: where two slanted half planes are widened, they meet beyond it.
+        let of_box = [[1.0, 0.0, right], [-1.0, 0.0, -left], [0.0, 1.0, high], [0.0, -1.0, -low]];
+        let hull = convex(&outline).map(|Convex { mut planes }| {
+            planes.extend(of_box.map(|[a, b, c]| HalfPlane { a, b, c }));
+            Convex { planes }
+        });
+        let beside = near.abs().max(far.abs());
+        let section_at = |y: f64| {
+            let above = |corner: u32| vertices[corner as usize] - Vector::new(0.0, y, 0.0);
+            pieces(&mesh.faces().iter().filter_map(|face| cut(face.map(above))).collect::<Vec<_>>())
+        };
+        // What an open mesh fills nobody knows.
+        let is_known = mesh.edge_report().is_watertight();
+        let inset = INSIDE_MM.min(0.25 * (far - near));
+        let ends = [near + inset, far - inset];
+        let middle = 0.0_f64.clamp(ends[0], ends[1]);
+        let is_met = is_known && middle.abs() <= IN_PLANE_MM;
+        let narrowed = |plane: &mut HalfPlane| plane.c -= plane.a.abs() * middle.abs();
+        let mut section: Vec<Convex> =
+            if is_met { section_at(middle).iter().filter_map(|piece| convex(piece)).collect() } else { Vec::new() };
+        section.iter_mut().flat_map(|piece| &mut piece.planes).for_each(narrowed);
+        let least = if is_met { LEAST_PART * area(&outline) } else { 0.0 };
+        let is_other = |y: &f64| !is_met || (y - middle).abs() > IN_PLANE_MM;
+        let beside_it = ends.into_iter().filter(|_| is_known && cuts).filter(is_other).map(|y| (y, section_at(y)));
+        let is_large = |(_, pieces): &(f64, Vec<Outline>)| pieces.iter().map(|piece| area(piece)).sum::<f64>() >= least;
+        let beside_it = beside_it.filter(is_large).collect();
+        let deepest = 0.5 * (right - left).min(high - low);
         let corners = match Hull::of(vertices.iter()) {
             Some(Hull::Solid(solid)) => solid.vertices,
             _ => vertices,
         };
-        Self { section, hull, deepest, corners, beside }
+        Self { section, beside_it, hull, deepest, corners, beside }
     }
 
     /// The same without a section.
     pub fn vague(&self) -> Self {
-        Self { section: Vec::new(), ..self.clone() }
+        Self { section: Vec::new(), beside_it: Vec::new(), ..self.clone() }
     }
 
     /// How deep a point can be in the section at most, mm.
@@ -73,50 +120,64 @@ impl Turned {
         self.deepest
     }
 
-    /// Whether the plane of the axis misses the cutter, or its mesh is open.
+    /// Whether nothing is swept for sure: its mesh is open, or it does not cut and the plane of the axis misses it.
     pub const fn is_empty(&self) -> bool {
-        self.section.is_empty()
+        self.section.is_empty() && self.beside_it.is_empty()
     }
 
     /// A way from `start` to `start + travel`.
     pub fn shift(&self, start: [f64; 2], travel: [f64; 2]) -> Shift {
-        let hull = self.hull.as_ref().map(|hull| Arc::new(self.widened(hull, start[0].min(start[0] + travel[0]))));
-        Shift { start, travel, hull }
+        let ways = [start[0], start[0] + travel[0]];
+        let hull = self.hull.as_ref().map(|hull| self.widened(hull, ways));
+        let range = [ways[0].min(ways[1]), ways[0].max(ways[1])];
+        let passed = |(y, pieces): &(f64, Vec<Outline>)| {
+            pieces.iter().filter_map(|piece| passed(piece, *y, range)).collect::<Vec<_>>()
+        };
+        Shift { start, travel, hull, beside_it: Arc::new(self.beside_it.iter().flat_map(passed).collect()) }
     }
 
-    /// The hull with all points of the cutter in it, when it is moved by `x` or more: beside the plane ρ exceeds x the more, the nearer the axis is.
-    fn widened(&self, hull: &Convex, x: f64) -> Convex {
-        let crosses = self.corners.iter().any(|v| v.x + x < 0.0);
-        let widened = |plane: &HalfPlane| {
-            let HalfPlane { a, b, c } = *plane;
+    /// The hull with all points of the cutter in it, on the way from one `x` to another: beside the plane ρ exceeds x the more, the nearer the axis is.
+    fn widened(&self, hull: &Convex, ways: [f64; 2]) -> Widened {
+        let crosses = self.corners.iter().any(|v| v.x + ways[0].min(ways[1]) < 0.0);
+        let by = |HalfPlane { a, b, c }: &HalfPlane| {
             let beyond = |side: f64| {
-                let of = |v: &Point| a * (side * (v.x + x).hypot(v.y) - x) + b * v.z - c;
-                self.corners.iter().map(of).fold(0.0, f64::max)
+                ways.map(|x| {
+                    let of = |v: &Point| a * (side * (v.x + x).hypot(v.y) - x) + b * v.z - c;
+                    self.corners.iter().map(of).fold(0.0, f64::max)
+                })
             };
-            let by = match (a >= 0.0, crosses) {
+            match (*a >= 0.0, crosses) {
                 (true, _) => beyond(1.0),
-                (false, true) => beyond(-1.0).min(-a * self.beside),
-                (false, false) => 0.0,
-            };
-            HalfPlane { a, b, c: c + by }
+                (false, true) => Some(beyond(-1.0))
+                    .filter(|by| by.iter().all(|by| *by <= -a * self.beside))
+                    .unwrap_or([-a * self.beside; 2]),
+                (false, false) => [0.0; 2],
+            }
         };
-        Convex { planes: hull.planes.iter().map(widened).collect() }
+        let by: Vec<[f64; 2]> = hull.planes.iter().map(by).collect();
+        let at_first = hull.planes.iter().zip(&by).map(|(plane, by)| HalfPlane { c: plane.c + by[0], ..*plane });
+        Widened { convex: Convex { planes: at_first.collect() }, growth: by.iter().map(|by| by[1] - by[0]).collect() }
     }
 
     /// Linear functions of (ρ, 0, z) below the excess, one for each side of the axis: values at a point, and gradients.
     pub fn tangents(&self, rho: f64, z: f64, shift: &Shift) -> impl Iterator<Item = (f64, Vector)> {
-        let of = move |(hull, side): (&Convex, f64)| {
-            let OnLine { low, normal: [a, b], .. } = OnLine::least(hull, shift.seen(side * rho, z), shift.travel);
+        let of = move |(hull, side): (&Widened, f64)| {
+            let OnLine { low, normal: [a, b], .. } = hull.least(shift.seen(side * rho, z), shift.travel);
             (low, Vector::new(side * a, 0.0, b))
         };
-        shift.hull.iter().flat_map(|hull| [(&**hull, 1.0), (&**hull, -1.0)]).map(of)
+        shift.hull.iter().flat_map(|hull| [(hull, 1.0), (hull, -1.0)]).map(of)
     }
 
-    /// The piece of the section that comes nearest to a point (ρ, z), or holds it the deepest, and where on the way it does, 0 to 1.
-    pub fn nearest(&self, rho: f64, z: f64, shift: &Shift) -> Option<(&Convex, f64)> {
+    /// The piece of a section that comes nearest to a point (ρ, z), or holds it the deepest, and where on the way it does, 0 to 1.
+    pub fn nearest<'a>(&'a self, rho: f64, z: f64, shift: &'a Shift) -> Option<(&'a Convex, f64)> {
         let of = |piece| (piece, OnLine::least(piece, shift.seen(rho, z), shift.travel));
-        let nearest = self.section.iter().map(of).min_by(|(_, a), (_, b)| a.high.total_cmp(&b.high));
+        let nearest = self.sections(shift).map(of).min_by(|(_, a), (_, b)| a.high.total_cmp(&b.high));
         nearest.map(|(piece, found)| (piece, found.at))
+    }
+
+    /// What is swept for sure.
+    fn sections<'a>(&'a self, shift: &'a Shift) -> impl Iterator<Item = &'a Convex> {
+        self.section.iter().chain(&*shift.beside_it)
     }
 
     /// As [`Convex::lowest`], of a point (ρ, z) and all that are as near as `ring` says.
@@ -124,13 +185,13 @@ impl Turned {
         let of = |piece: &Convex, side: f64| OnLine::least(piece, shift.seen(side * rho, z), shift.travel);
         let mut found = Least { low: f64::INFINITY, high: f64::INFINITY, deep: f64::INFINITY };
         for (hull, side) in shift.hull.iter().flat_map(|hull| [(hull, 1.0), (hull, -1.0)]) {
-            let OnLine { low, normal: [a, b], .. } = of(hull, side);
+            let OnLine { low, normal: [a, b], .. } = hull.least(shift.seen(side * rho, z), shift.travel);
             let spread = a.abs() * across + b.abs() * along;
             (found.low, found.deep) = (found.low.min(low), found.deep.min(low - spread));
         }
         // What is outside is not asked whether it is inside.
         if found.deep < 0.0 {
-            let highs = self.section.iter().map(|piece| of(piece, 1.0).high.min(of(piece, -1.0).high));
+            let highs = self.sections(shift).map(|piece| of(piece, 1.0).high.min(of(piece, -1.0).high));
             found.high = highs.fold(f64::INFINITY, f64::min);
         }
         found
@@ -140,7 +201,9 @@ impl Turned {
 impl Shift {
     /// The part of the way from one part to another, 0 to 1.
     pub fn part(&self, from: f64, to: f64) -> Self {
-        Self { start: self.at(from), travel: self.travel.map(|d| d * (to - from)), hull: self.hull.clone() }
+        let (start, travel) = (self.at(from), self.travel.map(|d| d * (to - from)));
+        let hull = self.hull.as_ref().map(|hull| hull.part(from, to));
+        Self { start, travel, hull, beside_it: Arc::clone(&self.beside_it) }
     }
 
     /// Where the section is at a part of the way.
@@ -152,6 +215,42 @@ impl Shift {
     fn seen(&self, rho: f64, z: f64) -> [f64; 2] {
         [rho - self.start[0], z - self.start[1]]
     }
+}
+
+impl Widened {
+    /// Along a part of the way, 0 to 1.
+    fn part(&self, from: f64, to: f64) -> Self {
+        let planes = self.convex.planes.iter().zip(&self.growth);
+        let planes = planes.map(|(plane, growth)| HalfPlane { c: plane.c + growth * from, ..*plane }).collect();
+        Self { convex: Convex { planes }, growth: self.growth.iter().map(|growth| growth * (to - from)).collect() }
+    }
+
+    fn least(&self, q: [f64; 2], travel: [f64; 2]) -> OnLine {
+        OnLine::of(&self.convex.planes.iter().zip(self.growth.iter().copied()), q, travel)
+    }
+}
+
+/// What a section beside the plane passes for sure, y from it, its place X in a range: in (ρ - X, z).
+fn passed(outline: &Outline, y: f64, [least, most]: [f64; 2]) -> Option<Convex> {
+    let xs = outline.iter().map(|corner| corner[0]);
+    let [left, right] = xs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
+    // What is on the other side of the axis is left out.
+    let left = left.max(-least);
+    if left + SAME_MM >= right {
+        return None;
+    }
+    let (first, last) = ((left + least).hypot(y) - least, (right + most).hypot(y) - most);
+    let (exceeds, slope) = (first - left, (right + most).hypot(y) / (right + most));
+    let seen = |HalfPlane { a, b, c }: HalfPlane| {
+        if a <= 0.0 {
+            return HalfPlane { a, b, c: c + a * exceeds };
+        }
+        let length = (a * slope).hypot(b);
+        HalfPlane { a: a * slope / length, b: b / length, c: (c + a * (slope * last - right)) / length }
+    };
+    let mut planes: Vec<HalfPlane> = convex(outline)?.planes.into_iter().map(seen).collect();
+    planes.push(HalfPlane { a: -1.0, b: 0.0, c: -first });
+    Some(Convex { planes })
 }
 
 /// The least of the greatest of linear functions along a way: bounds that rounding alone parts.
@@ -176,14 +275,23 @@ struct Greatest {
 
 impl OnLine {
     fn least(piece: &Convex, q: [f64; 2], travel: [f64; 2]) -> Self {
+        Self::of(&piece.planes.iter().map(|plane| (plane, 0.0)), q, travel)
+    }
+
+    /// Of half planes and by how much `c` of each grows along the way.
+    fn of<'a>(
+        planes: &(impl ExactSizeIterator<Item = (&'a HalfPlane, f64)> + Clone),
+        q: [f64; 2],
+        travel: [f64; 2],
+    ) -> Self {
         let greatest = |at: f64| {
-            let of = |plane: &HalfPlane| {
-                let slope = -(plane.a * travel[0] + plane.b * travel[1]);
+            let of = |(plane, growth): (&HalfPlane, f64)| {
+                let slope = -(plane.a * travel[0] + plane.b * travel[1] + growth);
                 let value = plane.a * q[0] + plane.b * q[1] - plane.c + slope * at;
                 Greatest { at, value, slope, normal: [plane.a, plane.b] }
             };
             let nothing = Greatest { at, value: f64::INFINITY, slope: 0.0, normal: [0.0; 2] };
-            piece.planes.iter().map(of).reduce(|a, b| if b.value > a.value { b } else { a }).unwrap_or(nothing)
+            planes.clone().map(of).reduce(|a, b| if b.value > a.value { b } else { a }).unwrap_or(nothing)
         };
         let at_end = |Greatest { at, value, normal, .. }| Self { low: value, high: value, at, normal };
         let (mut before, mut behind) = (greatest(0.0), greatest(1.0));
@@ -194,7 +302,7 @@ impl OnLine {
             return at_end(behind);
         }
         // Each step drops one of finitely many lines.
-        let mut steps = 2 * piece.planes.len();
+        let mut steps = 2 * planes.len();
         loop {
             let meet = ((before.value - before.slope * before.at) - (behind.value - behind.slope * behind.at))
                 / (behind.slope - before.slope);
@@ -235,7 +343,7 @@ fn cut(corners: [Point; 3]) -> Option<[[f64; 2]; 2]> {
 }
 
 /// The inside of a closed outline, given by its segments in any order: as one convex piece where it is one, else as trapezoids.
-fn pieces(segments: &[[[f64; 2]; 2]]) -> Vec<Convex> {
+fn pieces(segments: &[[[f64; 2]; 2]]) -> Vec<Outline> {
     let mut heights: Vec<f64> = segments.iter().flatten().map(|end| end[1]).collect();
     heights.sort_by(f64::total_cmp);
     heights.dedup_by(|next, kept| *next - *kept <= SAME_MM);
@@ -263,9 +371,9 @@ fn pieces(segments: &[[[f64; 2]; 2]]) -> Vec<Convex> {
     let whole = hull(all);
     let area = trapezoids.iter().map(|trapezoid| area(trapezoid)).sum::<f64>();
     if self::area(&whole) <= area * (1.0 + 1e-9) {
-        return convex(&whole).into_iter().collect();
+        return vec![whole];
     }
-    trapezoids.iter().filter_map(|trapezoid| convex(&hull(trapezoid.to_vec()))).collect()
+    trapezoids.iter().map(|trapezoid| hull(trapezoid.to_vec())).collect()
 }
 
 fn area(outline: &[[f64; 2]]) -> f64 {
@@ -281,7 +389,7 @@ fn convex(outline: &[[f64; 2]]) -> Option<Convex> {
 }
 
 /// The convex hull, counter-clockwise (Andrew 1979).
-fn hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+fn hull(mut points: Vec<[f64; 2]>) -> Outline {
     points.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
     points.dedup();
     let turn = |p: &[f64; 2], q: &[f64; 2], r: &[f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
@@ -300,4 +408,51 @@ fn hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     };
     let (lower, upper) = (half(&mut points.iter()), half(&mut points.iter().rev()));
     [lower, upper].concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::shapes::{Shape, Tessellation};
+    use nalgebra::UnitQuaternion;
+    use proptest::prelude::*;
+
+    const HALF_MM: [f64; 3] = [4.0, 2.0, 3.0];
+
+    proptest! {
+        /// Of a box anywhere beside an axis, on any way in x: its points are in the hull, and what the sections hold is passed at that place.
+        #[test]
+        fn the_hull_holds_the_body_and_the_body_passes_what_sections_hold(
+            turns in prop::array::uniform3(-1.6..1.6f64),
+            is_upright in any::<bool>(),
+            beside in -4.0..4.0f64,
+            way in prop::array::uniform2(-8.0..30.0f64),
+            at in 0.0..1.0f64,
+            share in prop::array::uniform3(-1.0..1.0f64),
+            seen in prop::array::uniform2(0.0..1.0f64),
+        ) {
+            let shape: Shape = toml::from_str("kind = \"rounded-box\"\nsize_mm = [8, 4, 6]").unwrap();
+            let mesh = shape.mesh(&Tessellation::default()).unwrap();
+            let turn = if is_upright { UnitQuaternion::identity() } else { UnitQuaternion::from_euler_angles(turns[0], turns[1], turns[2]) };
+            let axis_from_part = Isometry::from_parts(Vector::new(0.0, beside, 0.0).into(), turn);
+            let turned = Turned::new(&mesh, &axis_from_part, true);
+            prop_assert!(!turned.is_empty());
+            let shift = turned.shift([way[0], 0.0], [way[1] - way[0], 0.0]).part(at, at);
+            let x = shift.start[0];
+            let point = axis_from_part * Point::from(Vector::from_fn(|k, _| share[k] * HALF_MM[k]));
+            let found = turned.least((point.x + x).hypot(point.y), point.z, &shift, [0.0; 2]);
+            prop_assert!(found.low <= 1e-9, "{found:?}");
+            let (rho, z) = ((x.abs() + 12.0) * seen[0], 12.0 * seen[1] - 6.0);
+            if turned.least(rho, z, &shift, [0.0; 2]).high <= 0.0 {
+                // How far the nearest point of the circle is from the box.
+                let outside = |k: u32| {
+                    let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 20_000.0).sin_cos();
+                    let at = axis_from_part.inverse() * Point::new(rho * cos - x, rho * sin, z);
+                    (0..3).map(|axis| at[axis].abs() - HALF_MM[axis]).fold(f64::NEG_INFINITY, f64::max)
+                };
+                let nearest = (0..20_000).map(outside).fold(f64::INFINITY, f64::min);
+                prop_assert!(nearest <= 0.02, "{nearest} at {rho} {z}");
+            }
+        }
+    }
 }

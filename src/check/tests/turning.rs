@@ -215,3 +215,178 @@ fn a_tolerance_below_rounding_ends_the_search_in_the_stock_too() {
         assert!(kinds(&told).iter().any(|(_, found)| *found == kind), "{:?}", told.events);
     }
 }
+
+/// A drill of a bank 40 mm beside the spindle's axis, of this shape, and a cutter in the spindle, over a block on a slide along Y.
+fn bank(drill: &str, turns: &str) -> String {
+    let bed = "[[machine.links]]\nname = \"bed\"\njoint = { axis = \"Y\", direction = [0, -1, 0] }\n";
+    [
+        HEAD,
+        bed,
+        &part("block", "bed", "workpiece", [0.0; 3], &cuboid([100.0, 100.0, 20.0])),
+        &part("drill", "head", "cutter", [40.0, 0.0, 30.0], drill),
+        &format!("tool = 1\n{turns}"),
+        &part("mill", "head", "cutter", [0.0, 0.0, 30.0], &cylinder(2.0, 40.0)),
+        "tool = 2\n",
+        TIP,
+    ]
+    .concat()
+}
+
+/// One hole at X 0, Y 0; then the cutter in the spindle comes down at a place.
+fn drilled_and_entered(place: &str) -> String {
+    format!("T1 M6\nM3 S1000\nG0 X-40\nG1 Z-35 F100\nG0 Z0\nT2 M6\nM3 S1000\nG0 {place}\nG0 Z-30\nG0 Z0\nM2")
+}
+
+#[test]
+fn a_drill_of_a_bank_cuts_its_hole_alone_for_sure() {
+    // At X-12 Y-28 the cutter is on the circle that the drill describes about the spindle's axis, if that turns it.
+    let (beside, in_the_hole) = (drilled_and_entered("X-12 Y-28"), drilled_and_entered("X0 Y0"));
+    let (drill, fluted) = (cylinder(4.0, 40.0), cuboid([6.0, 6.0, 40.0]));
+    for (shape, turns, expected, known) in [
+        (&drill, "", Some("unresolved"), true),
+        (&fluted, "", Some("unresolved"), false),
+        (&drill, "turns = \"own\"\n", Some("rapid-into-workpiece"), true),
+        (&fluted, "turns = \"own\"\n", Some("rapid-into-workpiece"), true),
+        (&drill, "turns = \"spindle\"\n", None, true),
+    ] {
+        let text = bank(shape, turns);
+        let told = found(&text, &beside);
+        assert_eq!(kinds(&told), expected.map(|kind| (9, kind)).into_iter().collect::<Vec<_>>(), "{shape} {turns}");
+        assert_eq!(told.unsure, if turns.is_empty() { vec![1] } else { vec![] });
+        let told = found(&text, &in_the_hole);
+        assert_eq!(told.is_clear(), known, "{shape} {turns}: {:?}", told.events);
+    }
+    // What nothing turns takes nothing away.
+    let told = found(&bank(&drill, "turns = \"none\"\n"), &beside);
+    assert_eq!(kinds(&told)[0], (4, "stopped-spindle-into-workpiece"));
+}
+
+#[test]
+fn the_cutter_of_an_angle_head_cuts_no_disc_for_sure() {
+    let text = bank(&cylinder(8.0, 60.0), "").replace("[40.0, 0.0, 30.0]", "[30.0, 0.0, 30.0], rpy_deg = [0, 90, 0]");
+    let slot = "T1 M6\nM3 S1000\nG0 X-145\nG0 Z-25\nG1 X-120 F100\nG1 X-145\n";
+    assert!(found(&text, &format!("{slot}G0 Z50\nM2")).is_clear());
+    let told = found(&text, &format!("{slot}G0 Y25\nG0 X-130\nM2"));
+    assert_eq!((kinds(&told), told.unsure), (vec![(8, "unresolved")], vec![1]));
+}
+
+/// A lathe without a joint for its spindle: a chuck that is 100 mm across and 20 mm wide, and an insert that comes between 38 and 42 mm from the axis beside it.
+fn without_spindle(chuck_at: [f64; 3], turns: &str) -> String {
+    let spindle = "[[machine.links]]\nname = \"spindle\"\njoint = { axis = \"C\", direction = [0, 0, 1] }\n";
+    assert!(LATHE.contains(spindle));
+    [
+        &LATHE.replace(spindle, ""),
+        &part("bar", "", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+        &part("chuck", "", "fixture", chuck_at, &cuboid([20.0, 100.0, 20.0])),
+        turns,
+        &part("insert", "slide", "cutter", [60.0, 0.0, -20.0], &cuboid([4.0, 2.0, 4.0])),
+    ]
+    .concat()
+}
+
+#[test]
+fn a_chuck_turns_where_no_joint_says_so() {
+    let (chuck, program) = ([0.0, 0.0, -20.0], "M3 S500\nG1 X-40 F200\nM2");
+    let told = found(&without_spindle(chuck, ""), program);
+    assert_eq!((kinds(&told), told.as_drawn), (vec![(2, "unresolved")], vec![]));
+    assert!(found(&without_spindle(chuck, ""), "G1 X-40 F200\nM2").is_clear());
+    let told = found(&without_spindle(chuck, "turns = \"none\"\n"), program);
+    assert_eq!((told.is_clear(), told.as_drawn), (true, vec![]));
+    // A steady is on one side: it is named, unless the scene says that it turns.
+    let steady = [0.0, 65.0, -20.0];
+    let told = found(&without_spindle(steady, ""), program);
+    assert_eq!((told.is_clear(), told.as_drawn), (true, vec![1]));
+    // Where it does, the insert is in its ring from the beginning.
+    let told = found(&without_spindle(steady, "turns = \"spindle\"\n"), program);
+    assert_eq!(kinds(&told), [(0, "unresolved")]);
+    // Jaws that are parts of their own are balanced together.
+    let jaw = |name: &str, y: f64| part(name, "", "fixture", [0.0, y, -20.0], &cuboid([20.0, 20.0, 20.0]));
+    let whole = part("chuck", "", "fixture", chuck, &cuboid([20.0, 100.0, 20.0]));
+    let jaws = without_spindle(chuck, "").replace(&whole, &(jaw("one", 40.0) + &jaw("two", -40.0)));
+    let told = found(&jaws, program);
+    assert!(!told.is_clear() && told.as_drawn.is_empty());
+}
+
+#[test]
+fn a_chuck_without_a_workpiece_turns_or_is_named() {
+    let (chuck, program) = ([0.0, 0.0, -20.0], "M3 S500\nG1 X-40 F200\nM2");
+    let bar = part("bar", "", "workpiece", [0.0; 3], &cylinder(20.0, 50.0));
+    let told = found(&without_spindle(chuck, "").replace(&bar, ""), program);
+    assert_eq!((told.is_clear(), told.as_drawn), (true, vec![0]));
+    let text = [
+        LATHE,
+        &part("chuck", "spindle", "fixture", chuck, &cuboid([20.0, 100.0, 20.0])),
+        &part("insert", "slide", "cutter", [60.0, 0.0, -20.0], &cuboid([4.0, 2.0, 4.0])),
+    ]
+    .concat();
+    assert_eq!(kinds(&found(&text, program)), [(2, "unresolved")]);
+}
+
+#[test]
+fn a_boring_insert_leaves_the_ring_that_it_has_cut() {
+    let tube = "{ kind = \"revolve\", profile_mm = [[10, 0], [30, 0], [30, 50], [10, 50]] }";
+    let text = [
+        LATHE,
+        &part("tube", "spindle", "workpiece", [0.0; 3], tube),
+        // Its corners are 12.09 mm from the axis.
+        &part("insert", "slide", "cutter", [10.0, 0.0, 60.0], &cuboid([4.0, 3.0, 4.0])),
+    ]
+    .concat();
+    for back in ["X-2", "X-12"] {
+        let told = found(&text, &format!("M3 S500\nG1 Z-40 F200\nG0 {back}\nG0 Z0\nM2"));
+        assert!(told.is_clear(), "{back}: {:?}", told.events);
+    }
+    let told = found(&text, "M3 S500\nG1 Z-40 F200\nG0 X-2\nG0 X1\nM2");
+    assert_eq!(kinds(&told), [(4, "rapid-into-workpiece")]);
+    let mut stock = found(&text, "M3 S500\nG1 Z-40 F200\nG0 X-2\nG0 Z0\nM2").remaining[0].stock.clone();
+    assert_eq!(stock.material_at(&Point::new(12.02, 0.0, 30.0)), Material::Gone);
+    assert_eq!(stock.material_at(&Point::new(12.25, 0.0, 30.0)), Material::Solid);
+}
+
+/// A bar of 40 mm and an insert whose outline lies in the plane of the axis, 4 mm thick.
+fn with_insert(at: [f64; 3], outline: &str) -> String {
+    let insert = format!("{{ kind = \"extrude\", height_mm = 4, outline_mm = {outline} }}");
+    let placed =
+        part("insert", "slide", "cutter", at, &insert).replace("] }\nshape", "], rpy_deg = [90, 0, 0] }\nshape");
+    [LATHE, &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)), &placed].concat()
+}
+
+#[test]
+fn a_slanted_insert_faces_past_the_centre() {
+    let text = with_insert([30.0, 2.0, 60.0], "[[0, 0], [11, 1], [12, 12], [1, 11]]");
+    let told = found(&text, "M3 S500\nG0 Z-11\nG1 X-61.6 F200\nG0 Z0\nG0 X0\nM2");
+    assert!(told.is_clear(), "{:?}", told.events);
+    assert_eq!(kinds(&found(&text, "M3 S500\nG0 Z-11\nG1 X-61.6 F200\nG0 Z-12\nM2")), [(4, "rapid-into-workpiece")]);
+}
+
+#[test]
+fn an_insert_cuts_wherever_its_rake_face_is() {
+    for y in [0.0, 0.001, -0.001, 0.5, 3.9] {
+        let text = with_insert([30.0, y, 60.0], "[[0, 0], [9, -5], [9, 5]]");
+        let told = found(&text, "M3 S500\nG0 X-22\nG1 Z-40 F200\nG0 X0\nG0 Z0\nG0 X-24\nG1 Z-40\nG0 X0\nG0 Z0\nM2");
+        assert!(told.is_clear(), "{y}: {:?}", told.events);
+        let told = found(&text, "M3 S500\nG0 X-22\nG1 Z-40 F200\nG0 X-25\nM2");
+        assert_eq!(kinds(&told), [(4, "rapid-into-workpiece")], "{y}");
+    }
+}
+
+#[test]
+fn a_button_insert_stands_where_the_scene_says_so() {
+    let text = |turns: &str| {
+        let insert = part("insert", "slide", "cutter", [36.0, 2.0, 66.0], &cylinder(6.0, 4.0));
+        [
+            LATHE,
+            &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+            &insert.replace("] }\nshape", "], rpy_deg = [90, 0, 0] }\nshape"),
+            turns,
+            &part("shank", "slide", "shank", [68.0, 0.0, 74.0], &cuboid([60.0, 20.0, 20.0])),
+        ]
+        .concat()
+    };
+    let program = "M3 S500\nG0 X-40\nG1 Z-40 F200\nG0 Z0\nM2";
+    let told = found(&text("turns = \"none\"\n"), program);
+    assert_eq!((told.is_clear(), told.driven.len()), (true, 0), "{:?}", told.events);
+    let told = found(&text(""), program);
+    assert_eq!((told.is_clear(), told.driven), (false, vec![1]));
+    assert!(found(&text("turns = \"own\"\n"), program).driven.is_empty());
+}

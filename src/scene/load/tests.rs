@@ -1,5 +1,5 @@
 use super::super::pairs::{Dropped, Reach, decide};
-use super::super::{Clearances, Pair, Role, Scene, SceneError};
+use super::super::{Clearances, Pair, Role, Scene, SceneError, Turns};
 use crate::geometry::Point;
 use rs274::{Axis, Position};
 use std::path::Path;
@@ -276,6 +276,32 @@ fn grooves_are_those_of_cutters_and_have_a_width() {
     }
     let text = error_of(&[("scene.toml", &with("holder", "1"))]).1;
     assert!(text.contains("only a part with `role = \"cutter\"`"), "{text}");
+}
+
+#[test]
+fn what_turns_a_part_is_a_key_of_what_may_turn() {
+    let with = |role: &str, turns: &str| {
+        let keys = format!("link = \"slide\"\nrole = \"{role}\"\n{turns}");
+        SLIDE.replacen("link = \"slide\"", &keys, 1)
+    };
+    for (role, turns, expected) in [
+        ("cutter", "turns = \"own\"", Turns::Own),
+        ("holder", "turns = \"spindle\"", Turns::Spindle),
+        ("fixture", "turns = \"none\"", Turns::Nothing),
+    ] {
+        let loaded = load(&[("scene.toml", &with(role, turns))]).unwrap();
+        assert!(loaded.parts.iter().any(|part| part.turns == Some(expected)), "{turns}");
+        assert!(turns.contains(expected.name()));
+    }
+    for (role, turns, why) in [
+        ("workpiece", "turns = \"none\"", "the spindle of a lathe turns every workpiece"),
+        ("fixture", "turns = \"own\"", "only a cutter, a shank or a holder may say that"),
+        ("cutter", "turns = \"itself\"", "unknown variant `itself`"),
+        ("cutter", "turn = \"own\"", "unknown field `turn`"),
+    ] {
+        let text = error_of(&[("scene.toml", &with(role, turns))]).1;
+        assert!(text.starts_with("scene.toml:") && text.contains(why), "{text}");
+    }
 }
 
 #[test]
