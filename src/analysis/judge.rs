@@ -447,7 +447,7 @@ impl Judged<'_> {
             verdict,
             effect: Some(effect),
             value: Some(interval.value),
-            interval: Some((interval.low, interval.high)),
+            interval: (ratio.estimate.clusters != 1).then_some((interval.low, interval.high)),
             p,
             note,
         }
