@@ -1,7 +1,9 @@
 //! Where controls differ from what one might expect: each case failed once. Expectations are worked out by hand beside the programs.
 
-use rs274::{Axis, Dialect, MoveKind, Position, Program, Setup, Tool, UserCode, interpret};
-use std::path::Path;
+mod support;
+
+use rs274::{Axis, Dialect, MoveKind, Position, Setup, Tool, UserCode, interpret};
+use support::{assert_ends, assert_near, ends, refused, run};
 
 fn linuxcnc() -> Setup {
     Setup { tools: [(1, Tool::with_length(50.0, 6.0)), (2, Tool::with_length(30.0, 10.0))].into(), ..Setup::default() }
@@ -25,38 +27,13 @@ fn lathe() -> Setup {
     Setup { dialect: Dialect::Fanuc, tools, ..Setup::lathe() }
 }
 
-fn run(source: &str, setup: &Setup) -> Program {
-    interpret(source, Path::new("part.nc"), setup).unwrap_or_else(|error| panic!("{source}: {error}"))
-}
-
-/// What is told of a program that is wrong.
-fn refused(source: &str, setup: &Setup) -> String {
-    interpret(source, Path::new("bad.nc"), setup).map(|program| ends(&program)).expect_err(source).to_string()
-}
-
 fn assert_refused(source: &str, setup: &Setup, place: &str, text: &str) {
     let told = refused(source, setup);
     assert!(told.starts_with(&format!("bad.nc:{place}: ")) && told.contains(text), "{source}: {told}");
 }
 
-/// X, Y, Z of every end, mm.
-fn ends(program: &Program) -> Vec<[f64; 3]> {
-    program.moves.iter().map(|step| [Axis::X, Axis::Y, Axis::Z].map(|axis| step.end[axis])).collect()
-}
-
-fn assert_ends(source: &str, setup: &Setup, expected: &[[f64; 3]]) {
-    let found = ends(&run(source, setup));
-    let near = |f: &[f64; 3], e: &[f64; 3]| f.iter().zip(e).all(|(x, y)| (x - y).abs() < 1e-9);
-    let same = found.len() == expected.len() && found.iter().zip(expected).all(|(f, e)| near(f, e));
-    assert!(same, "{source}: {found:?}, expected {expected:?}");
-}
-
 fn assert_end(source: &str, setup: &Setup, expected: [f64; 3]) {
-    let found = *ends(&run(source, setup)).last().expect("the program moves");
-    assert!(
-        found.iter().zip(expected).all(|(x, y)| (x - y).abs() < 1e-9),
-        "{source}: {found:?}, expected {expected:?}"
-    );
+    assert_near(*ends(&run(source, setup)).last().expect("the program moves"), expected, source);
 }
 
 fn notes(source: &str, setup: &Setup) -> String {

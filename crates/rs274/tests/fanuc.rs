@@ -1,8 +1,11 @@
 //! Programs for Fanuc's and Haas's controls. Expectations are worked out by hand beside the programs.
 
-use rs274::{Axis, Dialect, Limits, MoveKind, Position, Program, Setup, Tool, interpret};
+mod support;
+
+use rs274::{Axis, Dialect, Limits, MoveKind, Position, Setup, Tool, interpret};
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
+use support::{assert_ends, ends, refused, run};
 
 fn fanuc() -> Setup {
     Setup { dialect: Dialect::Fanuc, tools: [(1, Tool::with_length(50.0, 6.0))].into(), ..Setup::default() }
@@ -15,27 +18,6 @@ fn haas() -> Setup {
 fn lathe() -> Setup {
     let offset = |x, z| Tool { offset: Position([x, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), ..Tool::default() };
     Setup { dialect: Dialect::Fanuc, tools: [(1, offset(1.0, 2.0)), (12, offset(0.0, 5.0))].into(), ..Setup::lathe() }
-}
-
-fn run(source: &str, setup: &Setup) -> Program {
-    interpret(source, Path::new("O0001.nc"), setup).unwrap_or_else(|error| panic!("{source}: {error}"))
-}
-
-fn refused(source: &str, setup: &Setup) -> String {
-    interpret(source, Path::new("bad.nc"), setup).expect_err("the program is wrong").to_string()
-}
-
-/// X, Y, Z of every end, mm.
-fn ends(program: &Program) -> Vec<[f64; 3]> {
-    program.moves.iter().map(|m| [m.end[Axis::X], m.end[Axis::Y], m.end[Axis::Z]]).collect()
-}
-
-fn assert_ends(source: &str, setup: &Setup, expected: &[[f64; 3]]) {
-    let found = ends(&run(source, setup));
-    assert_eq!(found.len(), expected.len(), "{source}: {found:?}");
-    for (f, e) in found.iter().zip(expected) {
-        assert!(f.iter().zip(e).all(|(x, y)| (x - y).abs() < 1e-9), "{source}: {found:?}, expected {expected:?}");
-    }
 }
 
 fn xs(source: &str) -> Vec<f64> {

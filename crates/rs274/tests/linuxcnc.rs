@@ -1,29 +1,22 @@
 //! What LinuxCNC's own tests and its users' programs have shown: each case failed once. Expectations are worked out by hand.
 
-use rs274::{Axis, MoveKind, Plane, Program, Setup, Tool, interpret};
+mod support;
+
+use rs274::{Axis, MoveKind, Plane, Program, Setup, Tool};
 use std::f64::consts::TAU;
-use std::path::Path;
+use support::assert_near;
 
 fn run(source: &str) -> Program {
-    run_with(source, &Setup::default())
-}
-
-fn run_with(source: &str, setup: &Setup) -> Program {
-    interpret(source, Path::new("test.ngc"), setup).unwrap_or_else(|error| panic!("{source}: {error}"))
+    support::run(source, &Setup::default())
 }
 
 fn refused(source: &str) -> String {
-    interpret(source, Path::new("bad.ngc"), &Setup::default()).expect_err("the program is wrong").to_string()
+    support::refused(source, &Setup::default())
 }
 
 /// X, Y, Z of the end, mm.
 fn end(program: &Program) -> [f64; 3] {
-    let end = program.moves.last().expect("the program moves").end;
-    [end[Axis::X], end[Axis::Y], end[Axis::Z]]
-}
-
-fn assert_near(found: [f64; 3], expected: [f64; 3], what: &str) {
-    assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{what}: {found:?}, expected {expected:?}");
+    *support::ends(program).last().expect("the program moves")
 }
 
 #[test]
@@ -49,7 +42,7 @@ fn a_tool_measured_in_a_turned_system_keeps_its_offset_along_the_other_axis() {
     // Turned by 90 degrees the program's X is Y: at Y10 it reads X10, shall read X7, so the offset is 3 in Y; along the turned Y axis,
     // which is -X, the table's 3 stays.
     let source = "G10 L2 P1 R90\nG53 G0 X0 Y10\nG10 L10 P1 X7\nG43\nG0 X0 Y0\nM2";
-    assert_near(end(&run_with(source, &setup)), [3.0, 3.0, 0.0], source);
+    assert_near(end(&support::run(source, &setup)), [3.0, 3.0, 0.0], source);
 }
 
 #[test]

@@ -1,26 +1,20 @@
 //! The interpreter from outside: programs, the moves they mean, and the errors they deserve. All expectations are worked
 //! out by hand beside the program.
 
+mod support;
+
 use proptest::prelude::*;
 use rs274::{Axis, MoveKind, Plane, Program, RapidPath, Sampling, Setup, interpret, sample};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
+use support::ends;
 
 fn run(source: &str) -> Program {
-    interpret(source, Path::new("test.ngc"), &Setup::default()).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// X, Y, Z of every end, mm.
-fn ends(program: &Program) -> Vec<[f64; 3]> {
-    program.moves.iter().map(|m| [m.end[Axis::X], m.end[Axis::Y], m.end[Axis::Z]]).collect()
+    support::run(source, &Setup::default())
 }
 
 fn assert_ends(source: &str, expected: &[[f64; 3]]) {
-    let found = ends(&run(source));
-    assert_eq!(found.len(), expected.len(), "{source}: {found:?}");
-    for (f, e) in found.iter().zip(expected) {
-        assert!(f.iter().zip(e).all(|(x, y)| (x - y).abs() < 1e-9), "{source}: {found:?}, expected {expected:?}");
-    }
+    support::assert_ends(source, &Setup::default(), expected);
 }
 
 #[test]
