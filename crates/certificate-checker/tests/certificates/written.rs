@@ -385,6 +385,14 @@ fn neighbours_are_of_the_structure() {
     for (a, b) in [("machine 1", "machine -"), ("machine -", "machine 1"), ("holder -", "machine -")] {
         refused_at(&text(a, b, "neighbours"), "pair", "the pair is not `neighbours`");
     }
+    // One joint is between them: not none, nor two of one chain or of both.
+    for (parent, link_a, link_b) in [("s", "-", "-"), ("s", "-", "t"), ("-", "s", "t")] {
+        let slides = format!("slide s - {PLAIN} Z 0 0 1\nslide t {parent} {PLAIN} X 1 0 0\n");
+        let [a, b] = [("a", link_a, [0.0; 3]), ("b", link_b, [9.0; 3])]
+            .map(|(name, link, at)| cube(&format!("{name} {link} machine - {PLAIN}"), at, 1.0));
+        let text = written(&format!("{slides}{a}{b}point 0 1\npair a b neighbours\n"));
+        refused_at(&text, "pair", "the pair is not `neighbours`");
+    }
     accepted(&text("holder 1", "holder 2", "tools"));
     for (a, b) in [("holder 1", "holder -"), ("holder -", "holder 1"), ("holder 1", "holder 1")] {
         refused_at(&text(a, b, "tools"), "pair", "the pair is not `tools`");
