@@ -167,7 +167,7 @@ pub struct Outcome {
     pub tools_without_parts: Vec<u32>,
     /// Parts that a spindle turns, that are not round and are examined as drawn, because the axis about which they turn is not known, or moves.
     pub as_drawn: Vec<usize>,
-    /// Cutters that the tool's spindle may turn, or a drive about their own axis, and what holds them: what only one of the two would cut or meet is unresolved.
+    /// Cutters, and their holders, that either the tool's spindle or a drive of their own may turn. What only one of the two would cut or meet is unresolved.
     pub unsure: Vec<usize>,
     /// Cutters that are taken as driven on a lathe, because they are round and feed beside the workpiece's axis.
     pub driven: Vec<usize>,

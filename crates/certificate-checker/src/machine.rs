@@ -145,7 +145,7 @@ impl Machine {
         up(link).filter(|link| !others.contains(link) && self.links[*link].joint.is_some()).collect()
     }
 
-    /// Whether any joint turns by this axis.
+    /// Whether a rotary joint follows this axis.
     fn turns(&self, axis: usize) -> bool {
         let is_turned = |joint: &Joint| joint.axis == axis && joint.turns.is_some();
         ROTARY.contains(&axis) || self.links.iter().filter_map(|link| link.joint.as_ref()).any(is_turned)

@@ -40,12 +40,12 @@ impl Services for Arc<Session> {
     }
 }
 
-/// What is written at a time.
+/// The values that are written together.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Output {
     /// Whether the machine is held.
     pub hold: bool,
-    /// Whether the hold may differ from the last one.
+    /// Whether the hold may be another than the one written before.
     pub hold_changes: bool,
     /// The verdict.
     pub verdict: Verdict,
