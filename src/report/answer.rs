@@ -290,7 +290,7 @@ fn safe_ones(contents: &Contents, safe: &[Tallies<'_>]) -> String {
         format!(" Nothing is shown where there was no contact to ask about: {}.", listed(&unshown))
     };
     format!(
-        "The safe variants miss none of the {fewest} contacts or more that each was asked about. Rates of up to {} could have shown none as well (95 %, by the scene with the fewest lines in contact).{unshown}",
+        "The safe variants miss none of at least {fewest} contacts each: a rate of at most {} (95 %).{unshown}",
         listed(&bounds)
     )
 }

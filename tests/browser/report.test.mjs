@@ -119,6 +119,7 @@ test("the answer, the figure and the ranking are on the first screen", () =>
       const [table, room] = [await tab.locator("#ranking table").boundingBox(), await tab.locator("#ranks").boundingBox()];
       assert.ok(table && room && table.x + table.width <= room.x + room.width + 1, "the ranking is cut off on the right");
       const questions = await tab.locator("#answer h3").allTextContents();
+      assert.ok(!(await tab.locator("#answer").textContent())?.includes("`"), "code stands between backticks");
       assert.ok(questions.length >= 2 && questions.every((question) => question.endsWith("?")), questions.join(" "));
     },
     { viewport: { width: 1400, height: 900 } },

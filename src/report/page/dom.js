@@ -40,6 +40,11 @@ function fill(element, attributes, children) {
   return element;
 }
 
+/** A text, with what is between backticks as code. @param {string} text @returns {(Node | string)[]} */
+function prose(text) {
+  return text.split("`").map((words, i) => (i % 2 === 1 ? el("code", {}, words) : words));
+}
+
 /** An element of the document that must be there. @param {string} id @returns {HTMLElement} */
 function part(id) {
   const found = document.getElementById(id);

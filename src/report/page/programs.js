@@ -4,7 +4,7 @@
 /** The statements that answer the run's questions. */
 function drawAnswer() {
   part("answer").append(
-    ...data.answer.map(({ question, answer }) => el("div", { class: "statement" }, el("h3", {}, question), el("p", {}, answer))),
+    ...data.answer.map(({ question, answer }) => el("div", { class: "statement" }, el("h3", {}, question), el("p", {}, ...prose(answer)))),
   );
   if (data.noise.length === 0) return;
   part("noise").hidden = false;

@@ -13,7 +13,7 @@
  */
 
 /** Rows drawn at once: more are asked for by a button. */
-const FIRST_ROWS = 200;
+const FIRST_ROWS = 500;
 
 /**
  * @template T
