@@ -70,13 +70,11 @@ pub struct Variant {
 
 impl Variant {
     /// A variant with a tree over the shape of `V`, fitted as `V` does, and by default split by `split` along the axes of its volumes.
-    #[must_use]
     pub fn of<V: BoundingVolume>(split: SplitRule) -> Self {
         Self::tree(V::INFO, split, |mesh, policy| Box::new(Tree::build(&V::fit, &mesh.triangles(), policy)))
     }
 
     /// A variant with a wide tree of volumes of type `V`; its policy is fixed.
-    #[must_use]
     pub fn wide<V: WideVolume>(info: Info) -> Self {
         Self::without_tree(info, Kind::Engine, |mesh, _| Box::new(WideTree::<V>::build(mesh)))
     }
@@ -86,7 +84,6 @@ impl Variant {
     }
 
     /// A method that prepares its meshes in its own way; it has no policy unless one is set.
-    #[must_use]
     pub const fn without_tree(info: Info, kind: Kind, prepare: Prepare) -> Self {
         Self {
             info,
@@ -101,35 +98,30 @@ impl Variant {
     }
 
     /// The same variant, marked as the one whose duplicate shows the noise of comparisons.
-    #[must_use]
     pub const fn reference(mut self) -> Self {
         self.is_reference = true;
         self
     }
 
     /// The same variant, marked as the one that `check` uses by default.
-    #[must_use]
     pub const fn fastest(mut self) -> Self {
         self.is_fastest = true;
         self
     }
 
     /// The same variant, left out of runs that do not name it.
-    #[must_use]
     pub const fn on_request(mut self) -> Self {
         self.is_standard = false;
         self
     }
 
     /// The same variant, which `check` uses only for tools and workpieces.
-    #[must_use]
     pub const fn for_tools(mut self) -> Self {
         self.is_for_tools = true;
         self
     }
 
     /// Prepares a mesh; methods without a tree of this project ignore `policy`.
-    #[must_use]
     pub fn prepare(&self, mesh: &Mesh, policy: Option<Policy>) -> Box<dyn Model> {
         (self.prepare)(mesh, policy.or(self.policy).unwrap_or(Policy::own(SplitRule::Median)))
     }
@@ -143,7 +135,6 @@ pub struct Registry {
 
 impl Registry {
     /// The registry of all variants that bvbench ships.
-    #[must_use]
     pub fn standard() -> Self {
         use SplitRule::{AreaMean, Sah16, VertexMean};
         let variants = vec![
@@ -200,7 +191,6 @@ impl Registry {
     /// # Panics
     /// When a variant of that id is registered already, because an id names one method. Also when the id is a word that files and options
     /// reserve, or has characters other than letters, digits, `-` and `+`.
-    #[must_use]
     pub fn with(mut self, variant: Variant) -> Self {
         let id = variant.info.id;
         let is_plain = !id.is_empty() && id.chars().all(|c| c.is_ascii_alphanumeric() || "-+_".contains(c));
@@ -211,19 +201,16 @@ impl Registry {
     }
 
     /// All variants.
-    #[must_use]
     pub fn variants(&self) -> &[Variant] {
         &self.variants
     }
 
     /// The variant with which others are compared: the marked reference, or the first safe variant.
-    #[must_use]
     pub fn reference(&self) -> Option<&Variant> {
         self.safe(|variant| variant.is_reference)
     }
 
     /// The variant that is fastest: the marked one, or the first safe variant.
-    #[must_use]
     pub fn fastest(&self) -> Option<&Variant> {
         self.safe(|variant| variant.is_fastest)
     }
@@ -235,7 +222,6 @@ impl Registry {
     }
 
     /// Finds a variant by its id.
-    #[must_use]
     pub fn find(&self, id: &str) -> Option<&Variant> {
         self.variants.iter().find(|variant| variant.info.id == id)
     }

@@ -82,19 +82,16 @@ pub struct Ablation {
 
 impl Counted {
     /// The surface.
-    #[must_use]
     pub fn surface(&self) -> &str {
         &self.counts.scene
     }
 
     /// 1 when the form calls these poses interfering, otherwise 0.
-    #[must_use]
     pub fn hit(&self) -> u8 {
         self.counts.verdict.unwrap_or(0)
     }
 
     /// Separating-axis tests of both levels; for a variant, its volume tests.
-    #[must_use]
     pub fn box_tests(&self) -> u64 {
         self.counts.volume_tests + self.counts.second_level_tests
     }

@@ -193,19 +193,16 @@ pub enum TestKind {
 
 impl TestKind {
     /// Whether the test asks whether an effect is present in one case.
-    #[must_use]
     pub const fn is_presence(self) -> bool {
         matches!(self, Self::Misses | Self::Overhang | Self::Drift | Self::Gap)
     }
 
     /// Whether the test asks how large a quantity of one case is.
-    #[must_use]
     pub const fn is_size(self) -> bool {
         matches!(self, Self::AxisOperations | Self::EdgeExits)
     }
 
     /// Whether the test is about queries, which have a stratum.
-    #[must_use]
     pub const fn is_about_queries(self) -> bool {
         matches!(self, Self::TimeRatio | Self::VolumeTestRatio | Self::TriangleTestRatio)
     }
@@ -258,7 +255,6 @@ impl ClaimSet {
     ///
     /// # Panics
     /// Never in a build whose tests pass: they parse the committed file.
-    #[must_use]
     pub fn standard() -> Self {
         Self::parse(DEFAULT_TEXT, FILE).expect("the committed claims are well formed")
     }
@@ -267,7 +263,6 @@ impl ClaimSet {
     ///
     /// # Panics
     /// Never: the text is generated here and always parses.
-    #[must_use]
     pub fn none(source: &str, baseline: &str) -> Self {
         let quoted = |text: &str| toml::Value::from(text).to_string();
         let (source, baseline) = (quoted(source), quoted(baseline));
@@ -276,7 +271,6 @@ impl ClaimSet {
     }
 
     /// Whether the set holds no claims.
-    #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.claims.is_empty()
     }
@@ -342,13 +336,11 @@ impl ClaimSet {
     }
 
     /// Finds a reading by its id.
-    #[must_use]
     pub fn reading(&self, id: &str) -> Option<&Reading> {
         self.readings.iter().find(|reading| reading.id.get_ref() == id)
     }
 
     /// Finds a claim by its id.
-    #[must_use]
     pub fn claim(&self, id: &str) -> Option<&Claim> {
         self.claims.iter().find(|claim| claim.id() == id)
     }
@@ -356,7 +348,6 @@ impl ClaimSet {
 
 impl Claim {
     /// Short name.
-    #[must_use]
     pub fn id(&self) -> &str {
         self.id.get_ref()
     }

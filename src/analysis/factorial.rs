@@ -30,37 +30,31 @@ pub struct Decomposition {
 
 impl Design {
     /// A design with the given number of levels of each factor, at least one.
-    #[must_use]
     pub const fn new(levels: Vec<usize>) -> Self {
         Self { levels }
     }
 
     /// Number of cells.
-    #[must_use]
     pub fn cells(&self) -> usize {
         self.levels.iter().product()
     }
 
     /// Number of levels of a factor.
-    #[must_use]
     pub fn levels(&self, factor: usize) -> usize {
         self.levels[factor]
     }
 
     /// Index of the cell at the given level of each factor.
-    #[must_use]
     pub fn cell(&self, at: &[usize]) -> usize {
         at.iter().zip(&self.levels).fold(0, |cell, (level, levels)| cell * levels + level)
     }
 
     /// The level of a factor in a cell.
-    #[must_use]
     pub fn level(&self, cell: usize, factor: usize) -> usize {
         cell / self.levels[factor + 1..].iter().product::<usize>() % self.levels[factor]
     }
 
     /// All factors, then all pairs of factors.
-    #[must_use]
     pub fn terms(&self) -> Vec<Term> {
         let count = self.levels.len();
         let pairs = (0..count).flat_map(|f| (f + 1..count).map(move |g| Term { factors: vec![f, g] }));
@@ -68,7 +62,6 @@ impl Design {
     }
 
     /// Decomposes a response, given as one value per cell.
-    #[must_use]
     pub fn decompose(&self, response: &[f64]) -> Decomposition {
         let cells = self.cells() as f64;
         let mean = response.iter().sum::<f64>() / cells;

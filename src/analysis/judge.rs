@@ -66,7 +66,6 @@ impl Verdict {
     pub const ALL: [Self; 5] = [Self::Supported, Self::Refuted, Self::Undecided, Self::NotApplicable, Self::NotJudged];
 
     /// The name in files.
-    #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
             Self::Supported => "supported",
@@ -93,7 +92,6 @@ pub enum Effect {
 
 impl Effect {
     /// The effect that an interval shows.
-    #[must_use]
     pub fn of(interval: Interval) -> Self {
         match () {
             () if interval.is_within(SAME.0, SAME.1) => Self::Same,
@@ -104,7 +102,6 @@ impl Effect {
     }
 
     /// The name in files.
-    #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
             Self::Less => "less",
@@ -285,7 +282,6 @@ fn measure(test: &Test, reading: &Reading) -> String {
 
 /// The verdict on a ratio that is claimed to lie below `below`. A sentence that names a margin is refuted by a smaller effect; one that says
 /// only `less` is refuted by a ratio of 1 or more.
-#[must_use]
 pub fn ratio_verdict(ratio: Interval, below: f64, names_margin: bool) -> Verdict {
     if ratio.high < below {
         Verdict::Supported
@@ -297,7 +293,6 @@ pub fn ratio_verdict(ratio: Interval, below: f64, names_margin: bool) -> Verdict
 }
 
 /// The ratio from which on a claim of a ratio below `below` is refuted.
-#[must_use]
 pub const fn refuted_from(below: f64, names_margin: bool) -> f64 {
     if names_margin { below } else { 1.0 }
 }

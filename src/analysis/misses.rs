@@ -19,25 +19,21 @@ pub struct Tally {
 
 impl Tally {
     /// Contacts at which the case's own query was run.
-    #[must_use]
     pub fn contacts(&self) -> u64 {
         self.lines.iter().map(|(_, contacts)| contacts).sum()
     }
 
     /// Number of those contacts that the case's own query missed.
-    #[must_use]
     pub fn missed(&self) -> u64 {
         self.lines.iter().map(|(missed, _)| missed).sum()
     }
 
     /// The 95 % interval of the miss rate, with lines as clusters.
-    #[must_use]
     pub fn interval(&self) -> (f64, f64) {
         clustered_rate(&self.lines)
     }
 
     /// The number of equal lines that bound the rate as well as the lines do.
-    #[must_use]
     pub fn equal_lines(&self) -> f64 {
         equal_lines(&self.lines)
     }
@@ -85,26 +81,22 @@ impl Misses {
 
     /// The tallies of a case in a scene by workload; `None` when the case was not verified. Rates are never summed over workloads, because
     /// the lines of two workloads hold contacts of different numbers.
-    #[must_use]
     pub fn of(&self, scene: &str, case: &CaseKey) -> Option<&BTreeMap<String, Tally>> {
         self.0.get(&(scene.to_owned(), case.clone()))
     }
 
     /// How many contacts of all workloads of a scene the case's own query missed; `None` when the case was not verified.
-    #[must_use]
     pub fn missed(&self, scene: &str, case: &CaseKey) -> Option<u64> {
         Some(self.of(scene, case)?.values().map(Tally::missed).sum())
     }
 
     /// The tally of a case in a workload of a scene; empty when the case was not verified there.
-    #[must_use]
     pub fn in_workload(&self, scene: &str, case: &CaseKey, workload: &str) -> Tally {
         let workloads = self.0.get(&(scene.to_owned(), case.clone()));
         workloads.and_then(|workloads| workloads.get(workload)).cloned().unwrap_or_default()
     }
 
     /// Whether a variant missed a contact anywhere, under any policy.
-    #[must_use]
     pub fn any_of(&self, variant: &str) -> bool {
         self.iter().any(|(_, case, _, tally)| case.variant == variant && tally.missed_in_all > 0)
     }

@@ -174,7 +174,6 @@ pub fn analyze(folder: &Path, claims: &ClaimSet) -> Result<Outcome, AnalysisErro
 }
 
 /// What disturbed the timings: notes of the manifest, and every scene with cells in which the null duplicate is noisy.
-#[must_use]
 pub fn noise(manifest: &Manifest, ratios: &[RatioRow]) -> Vec<String> {
     manifest.noise.iter().cloned().chain(ratios::NoisyCells::of(ratios).complaints()).collect()
 }
@@ -183,21 +182,18 @@ pub fn noise(manifest: &Manifest, ratios: &[RatioRow]) -> Vec<String> {
 const RANKING_WORKLOADS: [&str; 5] = [PROGRAM_TIME, "recorded", "program", "approach", "random"];
 
 /// The workload by which a scene is ranked, of those that it is timed in.
-#[must_use]
 pub fn ranking_workload<'a>(workloads: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let place = |name: &str| RANKING_WORKLOADS.iter().position(|known| *known == name);
     workloads.min_by_key(|name| (place(name).unwrap_or(RANKING_WORKLOADS.len()), *name))
 }
 
 /// Whether a row is a ratio of query times, single or of whole programs.
-#[must_use]
 pub fn is_query_time(row: &RatioRow) -> bool {
     row.metric == PROGRAM_TIME || (row.metric == "time" && row.workload != record::CONTROL_WORKLOAD)
 }
 
 /// The workload by which a scene is ranked: whole programs where it has them, otherwise the first workload of single queries. `None` where
 /// nothing was timed.
-#[must_use]
 pub fn ranked_by<'a>(ratios: &'a [RatioRow], scene: &str) -> Option<&'a str> {
     let rows = ratios.iter().filter(|row| row.scene == scene && is_query_time(row));
     ranking_workload(rows.map(|row| row.workload.as_str()))
@@ -206,7 +202,6 @@ pub fn ranked_by<'a>(ratios: &'a [RatioRow], scene: &str) -> Option<&'a str> {
 /// Ranks the variants by speed, each scene by its own workload (see [`ranked_by`]), each variant under its default policy. Safe volumes come
 /// first, then engines, peers and controls. Left out are unsafe variants, and variants declared safe that missed a contact: a method can
 /// look fast because it misses collisions.
-#[must_use]
 pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims: &ClaimSet) -> Vec<Ranked> {
     let cases = ratios::Cases::new(manifest);
     let Some(baseline) = claims.comparison.baselines.first() else { return Vec::new() };

@@ -92,7 +92,6 @@ fn chunks_by_engine(timings: &[PeerTimingRow], answers: &[PeerAnswerRow]) -> BTr
 }
 
 /// One row per setting, engine and stratum that has poses.
-#[must_use]
 pub fn summary(builds: &[PeerBuildRow], timings: &[PeerTimingRow], answers: &[PeerAnswerRow]) -> Vec<PeerRow> {
     let chunks = chunks_by_engine(timings, answers);
     let mut rows = Vec::new();
@@ -154,7 +153,6 @@ fn construction<'a>(builds: impl Iterator<Item = &'a PeerBuildRow>) -> (u64, u64
 }
 
 /// Ratios of every engine to the first of `references` that took part, by setting; settings without a reference have none.
-#[must_use]
 pub fn ratios(
     timings: &[PeerTimingRow],
     answers: &[PeerAnswerRow],

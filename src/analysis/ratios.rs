@@ -34,7 +34,6 @@ impl Metric {
         [Self::ProgramTime, Self::ProgramTimeCold, Self::Time, Self::VolumeTests, Self::TriangleTests, Self::Build];
 
     /// The name in files.
-    #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
             Self::ProgramTime => PROGRAM_TIME,
@@ -68,20 +67,17 @@ pub struct Ratio {
 
 impl Ratio {
     /// Whether the ratio covers a whole workload, all programs or all parts.
-    #[must_use]
     pub fn is_whole(&self) -> bool {
         self.stratum == ALL || self.stratum == "-"
     }
 
     /// Whether there are too few clusters for an interval.
-    #[must_use]
     pub fn has_few_clusters(&self) -> bool {
         self.estimate.clusters < self.fewest as u64
     }
 }
 
 /// The ratios of two cases in every workload and stratum; empty when no observations pair.
-#[must_use]
 pub fn compare(scene: &Scene, metric: Metric, above: &CaseKey, below: &CaseKey, seed: u64) -> Vec<Ratio> {
     let is_over_launches = match metric {
         Metric::ProgramTime | Metric::ProgramTimeCold => true,
@@ -123,7 +119,6 @@ pub struct NoisyCells(BTreeMap<(String, String, String), Interval>);
 
 impl NoisyCells {
     /// The noisy cells of a run, from the rows of its null comparison.
-    #[must_use]
     pub fn of(rows: &[RatioRow]) -> Self {
         let is_quiet = |r: &RatioRow| {
             let equal = EQUAL.0 <= r.ratio && r.ratio <= EQUAL.1;
@@ -142,7 +137,6 @@ impl NoisyCells {
     }
 
     /// The null duplicate's ratio in a noisy cell; `None` in a quiet one.
-    #[must_use]
     pub fn get(&self, scene: &str, workload: &str, stratum: &str) -> Option<Interval> {
         self.0.get(&(scene.to_owned(), workload.to_owned(), stratum.to_owned())).copied()
     }
@@ -153,7 +147,6 @@ impl NoisyCells {
     }
 
     /// One line for each scene that has noisy cells.
-    #[must_use]
     pub fn complaints(&self) -> Vec<String> {
         let mut scenes: BTreeMap<&str, Vec<String>> = BTreeMap::new();
         for ((scene, workload, stratum), null) in &self.0 {
@@ -182,7 +175,6 @@ pub struct Cases {
 
 impl Cases {
     /// Finds cases by the default policies of a manifest.
-    #[must_use]
     pub fn new(manifest: &Manifest) -> Self {
         let default = |policies: &[String]| policies.first().cloned().unwrap_or_else(|| NO_POLICY.to_owned());
         let defaults = manifest.variants.iter().map(|v| (v.id.clone(), default(&v.policies))).collect();
@@ -207,13 +199,11 @@ impl Cases {
     }
 
     /// The case that `null` duplicates.
-    #[must_use]
     pub fn original(&self, null: &CaseKey) -> CaseKey {
         CaseKey { variant: self.null_of.clone(), ..null.clone() }
     }
 
     /// Whether `policy` is the default policy of the variant.
-    #[must_use]
     pub fn is_default(&self, variant: &str, policy: &str) -> bool {
         self.defaults.get(variant).is_some_and(|default| default == policy)
     }

@@ -46,32 +46,27 @@ impl std::fmt::Display for Interval {
 
 impl Interval {
     /// An estimate without spread, because it is counted, not sampled.
-    #[must_use]
     pub const fn exact(value: f64) -> Self {
         Self { value, low: value, high: value }
     }
 
     /// Applies an increasing function to the estimate and to both ends.
-    #[must_use]
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self { value: f(self.value), low: f(self.low), high: f(self.high) }
     }
 
     /// The interval of the reciprocal; all numbers must be positive.
-    #[must_use]
     pub fn reciprocal(self) -> Self {
         Self { value: 1.0 / self.value, low: 1.0 / self.high, high: 1.0 / self.low }
     }
 
     /// Whether the whole interval lies in `[low, high]`.
-    #[must_use]
     pub fn is_within(&self, low: f64, high: f64) -> bool {
         low <= self.low && self.high <= high
     }
 }
 
 /// Wilson's 95 % interval for a rate of `successes` in `trials`; [0, 1] without trials.
-#[must_use]
 pub fn wilson(successes: u64, trials: u64) -> (f64, f64) {
     if trials == 0 {
         return (0.0, 1.0);
@@ -90,7 +85,6 @@ fn wilson_of(p: f64, n: f64) -> (f64, f64) {
 }
 
 /// The `q` quantile (0 to 1) of sorted numbers, interpolated linearly (type 7); NaN without numbers.
-#[must_use]
 pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let place = q.clamp(0.0, 1.0) * last as f64;
@@ -101,7 +95,6 @@ pub fn quantile(sorted: &[f64], q: f64) -> f64 {
 
 /// The `q` quantile of weighted numbers, sorted by number: the smallest number at which the cumulated weight reaches `q` of the total; NaN
 /// without numbers.
-#[must_use]
 pub fn weighted_quantile(sorted: &[(f64, f64)], q: f64) -> f64 {
     let target = q * sorted.iter().map(|(_, weight)| weight).sum::<f64>();
     let mut cumulated = 0.0;
@@ -130,14 +123,12 @@ fn t_95(freedom: f64) -> f64 {
 }
 
 /// Student's 97.5 % quantile; at infinitely many degrees of freedom, the quantile of the normal distribution.
-#[must_use]
 pub fn student_95(freedom: f64) -> f64 {
     if freedom.is_finite() { t_95(freedom) } else { Z_95 }
 }
 
 /// Probability that Student's t, with at least 1 degree of freedom, is farther from 0 than `t`. With t = √ν tan θ its density is
 /// proportional to cos^(ν-1) θ.
-#[must_use]
 pub fn student_tails(t: f64, freedom: f64) -> f64 {
     /// Number of integration steps; must be even. The result is correct to five digits at all degrees of freedom that occur.
     const STEPS: usize = 2000;
@@ -159,7 +150,6 @@ pub fn student_tails(t: f64, freedom: f64) -> f64 {
 /// 3.12) gives the number of independent contacts that the observed ones are worth; the interval is Wilson's for that number (Korn and
 /// Graubard 1998, Survey Methodology 24). With none missed, the upper end is at most 3/m, where m is [`equal_lines`]; without lines the interval is
 /// [0, 1]. Lines that all miss the same share show no variance, and count as m contacts.
-#[must_use]
 pub fn clustered_rate(lines: &[(u64, u64)]) -> (f64, f64) {
     let (missed, contacts) = lines.iter().fold((0, 0), |(m, n), (x, y)| (m + x, n + y));
     if contacts == 0 {
@@ -183,7 +173,6 @@ pub fn clustered_rate(lines: &[(u64, u64)]) -> (f64, f64) {
 
 /// The number of lines of equal contacts that bound a rate as well as these do: (Σ contacts)² / Σ contacts² (Kish 1965, Survey Sampling,
 /// section 11.7). Of a line with most of the contacts little is known but that line. 0 without contacts.
-#[must_use]
 pub fn equal_lines(lines: &[(u64, u64)]) -> f64 {
     let (sum, squares) =
         lines.iter().map(|(_, n)| *n as f64).fold((0.0, 0.0), |(sum, squares), n| (sum + n, squares + n * n));
@@ -223,7 +212,6 @@ pub struct Group {
 
 impl Group {
     /// A group of empty cells.
-    #[must_use]
     pub fn new(launches: usize, clusters: usize) -> Self {
         Self { launches, cells: vec![(0.0, 0.0); launches * clusters] }
     }
@@ -236,19 +224,16 @@ impl Group {
     }
 
     /// Number of clusters.
-    #[must_use]
     pub fn clusters(&self) -> usize {
         self.cells.len().checked_div(self.launches).unwrap_or(0)
     }
 
     /// Number of observations.
-    #[must_use]
     pub fn observations(&self) -> u64 {
         self.cells.iter().map(|cell| cell.1).sum::<f64>() as u64
     }
 
     /// The mean of all observations; NaN without observations.
-    #[must_use]
     pub fn mean(&self) -> f64 {
         let (sum, count) = self.cells.iter().fold((0.0, 0.0), |(s, n), cell| (s + cell.0, n + cell.1));
         sum / count
@@ -277,7 +262,6 @@ impl Group {
 /// The mean of each group and the mean of the groups' means (every group weighted equally), with percentile intervals from [`RESAMPLES`]
 /// resamples of launches and clusters, expanded for few clusters. `purpose` names the use: the same purpose and shape give the same draws.
 /// All groups must have `launches` launches and at least one cluster.
-#[must_use]
 pub fn bootstrap(groups: &[Group], launches: usize, seed: u64, purpose: &str) -> (Vec<Interval>, Interval) {
     let (each, all) = resampled(groups, launches, seed, purpose);
     if groups.len() < 2 || groups.iter().all(|group| group.clusters() > 1) {
@@ -338,7 +322,6 @@ fn resampled(groups: &[Group], launches: usize, seed: u64, purpose: &str) -> (Ve
 }
 
 /// The mean of values, each a cluster of its own, with a percentile interval: [`bootstrap`] over one group in one launch.
-#[must_use]
 pub fn bootstrap_mean(values: &[f64], seed: u64, purpose: &str) -> Interval {
     let mut group = Group::new(1, values.len());
     values.iter().enumerate().for_each(|(i, value)| group.add(0, i, *value));

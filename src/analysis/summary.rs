@@ -22,13 +22,11 @@ pub struct Cell<'a> {
 
 impl Cell<'_> {
     /// Whether a chunk belongs to the cell.
-    #[must_use]
     pub fn has(&self, chunk: &Chunk) -> bool {
         chunk.workload == self.workload && self.stratum.is_none_or(|stratum| stratum == chunk.stratum)
     }
 
     /// Name of the cell's stratum in files.
-    #[must_use]
     pub fn stratum_name(&self) -> &'static str {
         self.stratum.map_or(ALL, Stratum::id)
     }
@@ -42,7 +40,6 @@ impl fmt::Display for Cell<'_> {
 
 impl Scene {
     /// The cells of the scene: each workload as a whole, then its strata from nearest to farthest.
-    #[must_use]
     pub fn cells(&self) -> Vec<Cell<'_>> {
         let mut cells = Vec::new();
         for workload in self.workloads() {
@@ -55,7 +52,6 @@ impl Scene {
 }
 
 /// The summary of every case of every scene.
-#[must_use]
 pub fn summarise(scenes: &BTreeMap<String, Scene>, misses: &Misses, seed: u64) -> Vec<SummaryRow> {
     let mut rows = Vec::new();
     for (name, scene) in scenes {

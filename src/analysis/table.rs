@@ -61,13 +61,11 @@ pub struct Chunk {
 
 impl Chunk {
     /// Whether the chunk is a whole program.
-    #[must_use]
     pub fn is_program(&self) -> bool {
         self.workload == PROGRAM_TIME
     }
 
     /// Whether the chunk is one of the single poses on which the exhaustive control ran.
-    #[must_use]
     pub fn is_control(&self) -> bool {
         self.workload == CONTROL_WORKLOAD
     }
@@ -136,7 +134,6 @@ pub enum Counter {
 
 impl Query {
     /// The count asked for.
-    #[must_use]
     pub const fn count(&self, counter: Counter) -> u64 {
         match counter {
             Counter::Volume => self.volume_tests,
@@ -344,7 +341,6 @@ impl Scene {
     }
 
     /// The workloads of the scene's chunks, each once, in order; whole programs are left out.
-    #[must_use]
     pub fn workloads(&self) -> BTreeSet<&str> {
         self.chunks.values().filter(|chunk| !chunk.is_program()).map(|chunk| chunk.workload.as_str()).collect()
     }
@@ -356,7 +352,6 @@ impl Scene {
     }
 
     /// The total query time of one case divided by that of another, over the chunks of a cell that both ran.
-    #[must_use]
     pub fn time_ratio(&self, above: &CaseKey, below: &CaseKey, cell: Cell<'_>, seed: u64) -> Option<Estimate> {
         let (above, below) = (chunk_times(self.timings.get(above)?), chunk_times(self.timings.get(below)?));
         let both = above.iter().filter_map(|(key, a)| Some((key, *a, *below.get(key)?)));
@@ -369,7 +364,6 @@ impl Scene {
     }
 
     /// The mean query time of a case in a cell, ns.
-    #[must_use]
     pub fn mean_time(&self, case: &CaseKey, cell: Cell<'_>, seed: u64) -> Option<Estimate> {
         let times = chunk_times(self.timings.get(case)?);
         let totals = Totals::of(times.into_iter().filter_map(|((launch, number), ns)| {
@@ -382,7 +376,6 @@ impl Scene {
 
     /// The total count of one case divided by that of another, over the poses of a cell at which both were queried. `None` for a case whose
     /// counts are all zero, because such a case does not count.
-    #[must_use]
     pub fn count_ratio(
         &self,
         above: &CaseKey,
@@ -410,7 +403,6 @@ impl Scene {
     /// The total construction time of one case divided by that of another, over the parts that both built. A few parts are no sample:
     /// binaries are resampled, and blocks in a run of a single launch. Over several launches of one binary the interval is Student's, as
     /// for programs, because blocks of one launch are not independent.
-    #[must_use]
     pub fn build_ratio(&self, above: &CaseKey, below: &CaseKey, seed: u64) -> Option<Estimate> {
         let pairs: Vec<_> = merge(self.builds.get(above)?, self.builds.get(below)?, Sample::key).collect();
         let several = self.binaries.launches().len() > 1;
@@ -433,7 +425,6 @@ impl Scene {
     }
 
     /// Whether constructions were timed in several launches, so that their ratios are over launches or binaries.
-    #[must_use]
     pub fn has_built_in_launches(&self) -> bool {
         let mut launches = self.builds.values().flatten().map(|sample| sample.launch);
         launches.next().is_some_and(|first| launches.any(|launch| launch != first))
@@ -441,7 +432,6 @@ impl Scene {
 
     /// The total time of a program, or of all programs, in each launch, ns: the median over the blocks of the launch. `None` when one of
     /// the programs was not timed.
-    #[must_use]
     pub fn program_totals(&self, case: &CaseKey, program: Option<&str>) -> Option<Vec<f64>> {
         let wanted: Vec<u32> =
             self.programs().filter(|(file, _)| program.is_none_or(|p| p == *file)).map(|(_, chunk)| chunk).collect();
@@ -458,7 +448,6 @@ impl Scene {
     }
 
     /// The total time of a program, or of all programs, for one case divided by that for another.
-    #[must_use]
     pub fn program_ratio(&self, above: &CaseKey, below: &CaseKey, program: Option<&str>) -> Option<Estimate> {
         let (above, below) = (self.program_totals(above, program)?, self.program_totals(below, program)?);
         let by_launch: Vec<(f64, f64)> = above.into_iter().zip(below).collect();
@@ -467,7 +456,6 @@ impl Scene {
 
     /// The total time of the cold queries of a program, or of all programs, for one case divided by that for another, over the poses at
     /// which both were queried in a launch.
-    #[must_use]
     pub fn cold_ratio(&self, above: &CaseKey, below: &CaseKey, program: Option<&str>) -> Option<Estimate> {
         let pairs = merge(self.singles.get(above)?, self.singles.get(below)?, Single::key);
         let is_wanted = |single: &Single| {
@@ -489,7 +477,6 @@ impl Scene {
     }
 
     /// Whether the chunks of the two runs hold the same poses, so that their queries can be paired.
-    #[must_use]
     pub fn has_poses_of(&self, other: &Self) -> bool {
         let held = |scene: &Self| scene.chunks.values().map(Chunk::held).collect::<BTreeSet<_>>();
         self.poses.keys().eq(other.poses.keys()) && held(self) == held(other)
@@ -498,7 +485,6 @@ impl Scene {
     /// Log ratios of a case's query times in this run to those in the run `before`, at the same poses, paired by launch and chunk. The time
     /// of a chunk is the median over blocks in either run. Chunks are matched by their content, because another version of the program may
     /// number them differently.
-    #[must_use]
     pub fn time_changes(&self, before: &Self, case: &CaseKey) -> Option<Strata> {
         let (after, earlier) = (chunk_times(self.timings.get(case)?), chunk_times(before.timings.get(case)?));
         let numbers: BTreeMap<Chunk, u32> =
@@ -513,7 +499,6 @@ impl Scene {
 
     /// Log ratios of a case's construction times in this run to those in the run `before`, paired by block and part. Blocks are resampled,
     /// as in [`Self::build_ratio`].
-    #[must_use]
     pub fn build_changes(&self, before: &Self, case: &CaseKey) -> Option<Strata> {
         if !self.parts.keys().eq(before.parts.keys()) {
             return None;

@@ -36,19 +36,16 @@ pub struct Estimate {
 
 impl Estimate {
     /// A ratio that is counted without sampling.
-    #[must_use]
     pub const fn exact(value: f64) -> Self {
         Self { interval: Interval::exact(value), error: 0.0, freedom: f64::INFINITY, clusters: 0 }
     }
 
     /// The estimate of the reciprocal.
-    #[must_use]
     pub fn reciprocal(self) -> Self {
         Self { interval: self.interval.reciprocal(), ..self }
     }
 
     /// Two-sided p-value: probability of a ratio at least as far from `threshold` if the true ratio were `threshold`.
-    #[must_use]
     pub fn p_value(&self, threshold: f64) -> f64 {
         let distance = (self.interval.value / threshold).ln();
         match self.freedom {
@@ -83,7 +80,6 @@ impl Binaries {
     }
 
     /// The launches of each binary that occurs, in the order of the binaries' numbers.
-    #[must_use]
     pub fn launches(&self) -> Vec<Vec<usize>> {
         let mut binaries: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for (launch, binary) in self.0.iter().enumerate() {
@@ -95,13 +91,11 @@ impl Binaries {
     }
 
     /// The binary that a launch ran; 0 for an unknown launch.
-    #[must_use]
     pub fn of(&self, launch: u32) -> u32 {
         self.0.get(launch as usize).copied().flatten().unwrap_or(0)
     }
 
     /// Adds up pairs of numbers by the highest repeated level: by binary, or by launch when there is a single binary.
-    #[must_use]
     pub fn repeated(&self, by_launch: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let binaries = self.launches();
         if binaries.len() < 2 {
@@ -136,7 +130,6 @@ pub struct Observation {
 
 impl Totals {
     /// Adds up observations; `None` without observations.
-    #[must_use]
     pub fn of(observations: impl IntoIterator<Item = Observation>) -> Option<Self> {
         let mut sorted: Vec<Observation> = observations.into_iter().collect();
         sorted.sort_by_key(|o| (o.stratum, o.cluster, o.launch));
@@ -165,7 +158,6 @@ impl Totals {
     }
 
     /// The same totals, with launches that ran several binaries.
-    #[must_use]
     pub fn of_binaries(mut self, binaries: &Binaries) -> Self {
         let seen: Vec<usize> = self.repeats.concat();
         let known = |launches: Vec<usize>| launches.into_iter().filter(|launch| seen.contains(launch)).collect();
@@ -178,13 +170,11 @@ impl Totals {
     }
 
     /// Number of clusters.
-    #[must_use]
     pub fn clusters(&self) -> usize {
         self.strata.iter().map(Vec::len).sum()
     }
 
     /// The ratio of the totals; every cluster counts with its mean over the launches in which it was observed.
-    #[must_use]
     pub fn ratio(&self) -> f64 {
         self.ratio_of(&vec![1.0; self.launches])
     }
@@ -264,7 +254,6 @@ impl Totals {
     }
 
     /// The ratio with its uncertainty. `purpose` names the use: the same purpose and shape give the same draws.
-    #[must_use]
     pub fn estimate(&self, seed: u64, purpose: &str) -> Estimate {
         let value = self.ratio();
         let clusters = self.clusters();
@@ -313,7 +302,6 @@ fn mean(cluster: &Cluster, weights: &[f64]) -> Option<(f64, f64)> {
 
 /// The ratio of the totals of launches, each (numerator, denominator), with Student's interval of the logarithm over launches. `None`
 /// without launches.
-#[must_use]
 pub fn over_launches(launches: &[(f64, f64)]) -> Option<Estimate> {
     let (n, d) = launches.iter().fold((0.0, 0.0), |(n, d), (x, y)| (n + x, d + y));
     let value = n / d;

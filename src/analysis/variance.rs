@@ -74,7 +74,6 @@ pub struct NextRun {
 
 /// The repetitions that all rows need that rank the safe volumes under their default policies: the largest number of each kind. `None` when
 /// the run has too few binaries, launches or blocks for components, or no row with which so many binaries suffice.
-#[must_use]
 pub fn next_run(rows: &[VarianceRow], manifest: &Manifest) -> Option<NextRun> {
     let is_asked = |row: &&VarianceRow| {
         let entry = manifest.variants.iter().find(|entry| entry.id == row.variant);
@@ -98,7 +97,6 @@ pub fn next_run(rows: &[VarianceRow], manifest: &Manifest) -> Option<NextRun> {
 }
 
 /// Whether a row is of the workload by which its scene is ranked.
-#[must_use]
 pub fn ranks(rows: &[VarianceRow], row: &VarianceRow) -> bool {
     let of_scene = rows.iter().filter(|other| other.scene == row.scene).map(|other| other.workload.as_str());
     ranking_workload(of_scene) == Some(row.workload.as_str())

@@ -43,7 +43,6 @@ pub enum Verdict {
 
 impl Verdict {
     /// Its name in files.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Free => "free",
@@ -90,7 +89,6 @@ pub struct Certificate {
 
 impl Certificate {
     /// How many blocks have a verdict.
-    #[must_use]
     pub fn count(&self, verdict: Verdict) -> usize {
         self.blocks.values().filter(|&&other| other == verdict).count()
     }

@@ -43,13 +43,11 @@ pub enum Kind {
 
 impl Kind {
     /// Whether it is more than nearness.
-    #[must_use]
     pub const fn is_collision(&self) -> bool {
         !matches!(self, Self::Near { .. })
     }
 
     /// Its name in listings.
-    #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Collision => "collision",

@@ -76,7 +76,6 @@ pub enum Cutting {
 
 impl Settings {
     /// The scene's clearances, and hundredths of a millimetre.
-    #[must_use]
     pub fn standard() -> Self {
         Self {
             clearances: None,
@@ -193,13 +192,11 @@ pub struct Outcome {
 
 impl Outcome {
     /// Whether anything collides.
-    #[must_use]
     pub fn collides(&self) -> bool {
         self.events.iter().any(|event| event.kind.is_collision())
     }
 
     /// Whether the program may run: nothing collides, no axis leaves its limits, and every tool in use has a part.
-    #[must_use]
     pub fn is_clear(&self) -> bool {
         !self.collides() && self.over_travel.is_empty() && self.tools_without_parts.is_empty()
     }

@@ -50,13 +50,11 @@ impl<'a> Path<'a> {
     }
 
     /// The samples.
-    #[must_use]
     pub fn samples(&self) -> &[Sample] {
         &self.samples
     }
 
     /// The range of every axis over the program, and over what of it each tool is in the spindle.
-    #[must_use]
     pub fn reach(&self) -> Reach {
         let mut axes = Range::at(self.position(0));
         let mut tools = BTreeMap::from([(self.tool(0), axes)]);
@@ -69,19 +67,16 @@ impl<'a> Path<'a> {
     }
 
     /// The tool in the spindle at a whole place and on the way to it.
-    #[must_use]
     pub fn tool(&self, at: usize) -> u32 {
         if at == 0 { self.run.setup.tool } else { self.tools[self.samples[at - 1].move_index] }
     }
 
     /// The position at a whole place.
-    #[must_use]
     pub fn position(&self, at: usize) -> Position {
         if at == 0 { self.run.start } else { self.samples[at - 1].position }
     }
 
     /// The position at any place.
-    #[must_use]
     pub fn position_at(&self, place: f64) -> Position {
         let (at, part) = (place.floor() as usize, place.fract());
         if part == 0.0 {
@@ -92,19 +87,16 @@ impl<'a> Path<'a> {
     }
 
     /// The sample that a place belongs to: the one it leads to.
-    #[must_use]
     pub fn sample_at(&self, place: f64) -> &Sample {
         &self.samples[(place.ceil() as usize).clamp(1, self.samples.len()) - 1]
     }
 
     /// The move that a place belongs to.
-    #[must_use]
     pub fn step(&self, place: f64) -> &Move {
         &self.run.program.moves[self.sample_at(place).move_index]
     }
 
     /// The time at a place, s from the program's start.
-    #[must_use]
     pub fn time_s(&self, place: f64) -> f64 {
         if place <= 0.0 {
             return 0.0;
@@ -115,7 +107,6 @@ impl<'a> Path<'a> {
     }
 
     /// How much of the move that a place belongs to is done there, 0 to 1.
-    #[must_use]
     pub fn fraction(&self, place: f64) -> f64 {
         if place <= 0.0 {
             return 0.0;
@@ -128,31 +119,26 @@ impl<'a> Path<'a> {
     }
 
     /// The plane before any G17, G18 or G19: that of Z and X on lathes.
-    #[must_use]
     pub const fn first_plane(&self) -> Plane {
         self.run.setup.plane
     }
 
     /// Line of the program at a place; 0 before its first move.
-    #[must_use]
     pub fn line_at(&self, place: f64) -> u32 {
         if place <= 0.0 { 0 } else { self.sample_at(place).line }
     }
 
     /// How far an arc, or the way of a tool's tip, may be from the chords between samples, mm.
-    #[must_use]
     pub const fn chord_mm(&self) -> f64 {
         self.run.sampling.chord_mm
     }
 
     /// How long the program takes, s.
-    #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.begins.last().copied().unwrap_or(0.0)
     }
 
     /// Text of a line of the program.
-    #[must_use]
     pub fn block(&self, line: u32) -> &str {
         let index = (line as usize).checked_sub(1);
         index.and_then(|index| self.run.program.blocks.get(index)).map_or("", |block| block.trim())

@@ -200,7 +200,6 @@ fn words() -> Vec<OsString> {
 }
 
 /// Runs the command line of this process over the variants of `registry`.
-#[must_use]
 #[expect(clippy::needless_pass_by_value, reason = "a `main` builds the registry and is done with it")]
 pub fn main_with(registry: Registry) -> ExitCode {
     let parsed = command().try_get_matches_from(words()).and_then(|found| Arguments::from_arg_matches(&found));

@@ -154,7 +154,6 @@ pub fn check_rows(folder: &Path, accept: bool) -> Result<()> {
 
 impl RunOptions {
     /// The folder of exact answers.
-    #[must_use]
     pub fn cache_folder(&self) -> PathBuf {
         self.extent.cache_folder(&self.folder())
     }
@@ -179,13 +178,11 @@ impl RunOptions {
 
 impl Extent {
     /// The run's folder, unless one is given that of this name below `results`.
-    #[must_use]
     pub fn folder(&self, name: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| Path::new("results").join(name))
     }
 
     /// The folder of exact answers of a run in `folder`.
-    #[must_use]
     pub fn cache_folder(&self, folder: &Path) -> PathBuf {
         self.cache.clone().unwrap_or_else(|| {
             let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());

@@ -16,7 +16,6 @@ pub struct Bar {
 
 impl Bar {
     /// A bar on a terminal; lines where standard error is none; neither when `quiet`.
-    #[must_use]
     pub fn new(quiet: bool) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let bar = ProgressBar::new(0);

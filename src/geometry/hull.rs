@@ -69,7 +69,6 @@ impl Hull {
     }
 
     /// Triangles that cover the hull's surface; a polygon is covered once, for both sides. None for points and segments.
-    #[must_use]
     pub fn triangles(&self) -> Vec<super::Triangle> {
         match self {
             Self::Point(_) | Self::Segment(_) => Vec::new(),
@@ -83,25 +82,21 @@ impl Hull {
 
 impl Solid {
     /// One face as a triangle.
-    #[must_use]
     pub fn triangle(&self, face: usize) -> super::Triangle {
         super::Triangle { corners: self.faces[face].map(|v| self.vertices[v as usize]) }
     }
 
     /// All faces as triangles.
-    #[must_use]
     pub fn triangles(&self) -> Vec<super::Triangle> {
         (0..self.faces.len()).map(|face| self.triangle(face)).collect()
     }
 
     /// The outward unit normal of each face.
-    #[must_use]
     pub fn normals(&self) -> Vec<Vector> {
         (0..self.faces.len()).map(|face| self.triangle(face).double_area_normal().normalize()).collect()
     }
 
     /// The edges between faces that are not coplanar, each once.
-    #[must_use]
     pub fn edges(&self) -> Vec<Edge> {
         let mut edges = Vec::new();
         for (face, (corners, neighbours)) in self.faces.iter().zip(&self.neighbours).enumerate() {

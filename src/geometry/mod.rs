@@ -15,7 +15,6 @@ pub use obbtree::engine::geometry::{
 
 /// The direction of a finite vector; `None` for zero. The vector is scaled first if the squares of its components would overflow or
 /// underflow.
-#[must_use]
 pub fn direction(vector: Vector) -> Option<Unit<Vector>> {
     const SQUARES: std::ops::Range<f64> = 1e-200..1e200;
     if !vector.iter().all(|x| x.is_finite()) {
@@ -27,7 +26,6 @@ pub fn direction(vector: Vector) -> Option<Unit<Vector>> {
 }
 
 /// A hash of the snapped vertices and the faces, as hexadecimal text; equal meshes have equal hashes on every machine.
-#[must_use]
 pub fn content_hash(mesh: &Mesh) -> String {
     let mut hasher = blake3::Hasher::new();
     for p in mesh.vertices() {

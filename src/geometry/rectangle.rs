@@ -17,7 +17,6 @@ pub struct Rectangle {
 
 /// The rectangle of least area around `points` (mm) with `margin` (mm) on each side, among the rectangles with a side along an edge of the
 /// convex hull. `None` when all points coincide.
-#[must_use]
 pub fn smallest(points: &[[f64; 2]], margin: f64) -> Option<Rectangle> {
     let corners = hull(points);
     let mut best: Option<Rectangle> = None;

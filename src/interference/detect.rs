@@ -24,7 +24,6 @@ pub enum Search {
 
 impl Search {
     /// Name of the search in files.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Points => "points",
@@ -78,7 +77,6 @@ pub struct Counts {
 
 impl Counts {
     /// Separating-axis tests of both levels.
-    #[must_use]
     pub const fn box_tests(&self) -> u64 {
         self.first_level + self.second_level
     }
@@ -146,7 +144,6 @@ impl<'a> Detector<'a> {
     ///
     /// # Panics
     /// When the tool has more than 32 bodies.
-    #[must_use]
     pub fn new(
         surface: &'a SurfaceOctree,
         tool: &'a BoxedTool,

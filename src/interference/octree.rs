@@ -36,7 +36,6 @@ pub struct Octant {
 
 impl Octant {
     /// The eighth with this number: bit i set on the upper side of axis i.
-    #[must_use]
     pub fn child(&self, number: u8) -> Self {
         let half = 0.5 * self.half;
         let side = |i: u8| if number >> i & 1 == 1 { half } else { -half };
@@ -48,7 +47,6 @@ impl Octant {
     }
 
     /// Whether the closed cubes share a point, with `slack_mm` as the tolerance for rounded centres.
-    #[must_use]
     pub fn touches(&self, other: &Self, slack_mm: f64) -> bool {
         (self.centre - other.centre).amax() <= self.half + other.half + slack_mm
     }
@@ -101,7 +99,6 @@ pub enum Colour {
 impl SurfaceOctree {
     /// Builds the octree. `is_inside` is called with the middle of each octant without samples. The surface may still cut an octant without
     /// samples when the octant is smaller than the covering radius.
-    #[must_use]
     pub fn new(samples: Samples, division: Division, is_inside: &dyn Fn(&Point) -> bool) -> Self {
         let Samples { points, faces, covering_mm, .. } = samples;
         let wider = |(low, high): (Point, Point), (p, _): (Point, Point)| (low.inf(&p), high.sup(&p));
@@ -162,7 +159,6 @@ impl SurfaceOctree {
     }
 
     /// The root.
-    #[must_use]
     pub const fn root(&self) -> Visit {
         Visit { node: 0, octant: self.root }
     }
@@ -176,32 +172,27 @@ impl SurfaceOctree {
     }
 
     /// Whether an octant is a leaf.
-    #[must_use]
     pub fn is_leaf(&self, visit: &Visit) -> bool {
         self.nodes[visit.node as usize].gray == 0
     }
 
     /// Indices of a leaf's points in [`SurfaceOctree::points`]; empty for a divided octant.
-    #[must_use]
     pub fn range(&self, visit: &Visit) -> std::ops::Range<usize> {
         let Node { first, count, gray, .. } = self.nodes[visit.node as usize];
         if gray == 0 { first as usize..(first + count) as usize } else { 0..0 }
     }
 
     /// All samples, mm, in the order of the leaves.
-    #[must_use]
     pub fn points(&self) -> &[Point] {
         &self.points
     }
 
     /// The triangle of each sample, in the same order.
-    #[must_use]
     pub fn faces(&self) -> &[u32] {
         &self.faces
     }
 
     /// All gray leaves in order.
-    #[must_use]
     pub fn leaves(&self) -> Vec<Visit> {
         let (mut leaves, mut stack) = (Vec::with_capacity(self.leaves as usize), vec![self.root()]);
         while let Some(visit) = stack.pop() {
@@ -216,7 +207,6 @@ impl SurfaceOctree {
     }
 
     /// The gray leaves that touch `leaf`, without `leaf` itself, ordered by the distance of their centres.
-    #[must_use]
     pub fn neighbours(&self, leaf: &Visit) -> Vec<Visit> {
         let slack = self.root.half * 1e-12;
         let (mut found, mut stack) = (Vec::new(), vec![self.root()]);
@@ -236,7 +226,6 @@ impl SurfaceOctree {
     }
 
     /// The colour of the smallest octant around a point; everything outside the root is white.
-    #[must_use]
     pub fn colour(&self, place: &Point) -> Colour {
         if (place - self.root.centre).amax() > self.root.half {
             return Colour::White;
@@ -260,19 +249,16 @@ impl SurfaceOctree {
     }
 
     /// Number of gray octants, including leaves.
-    #[must_use]
     pub const fn len(&self) -> usize {
         self.nodes.len()
     }
 
     /// Whether the octree holds no samples.
-    #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.points.is_empty()
     }
 
     /// Memory held, bytes.
-    #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice()) + size_of_val(self.points.as_slice()) + size_of_val(self.faces.as_slice())
     }

@@ -196,7 +196,6 @@ pub struct Stop {
 const MOST_TURN: f64 = 3.0 * std::f64::consts::PI / 180.0;
 
 /// The stop at a contact point with a flaw.
-#[must_use]
 pub fn flawed(contact: &Contact, flaw: Flaw) -> Stop {
     match flaw {
         Flaw::Gouge { depth_mm } => Stop { contact: *contact, sunk_mm: depth_mm },
@@ -210,7 +209,6 @@ pub fn flawed(contact: &Contact, flaw: Flaw) -> Stop {
 /// The programmed positions: every contact point, and additional ones where the axis would turn by more than 3° on the way to the next
 /// point. In that case the tool first turns about its current contact point. The position of a flaw is a fraction of the path, 0 for the
 /// first contact point and 1 for the last.
-#[must_use]
 pub fn stops(contacts: &[Contact], flaws: &[(f64, Flaw)]) -> Vec<Stop> {
     let mut planned: Vec<Stop> = contacts.iter().map(|&contact| Stop { contact, sunk_mm: 0.0 }).collect();
     for &(part, flaw) in flaws {
@@ -236,7 +234,6 @@ pub fn stops(contacts: &[Contact], flaws: &[(f64, Flaw)]) -> Vec<Stop> {
 
 impl Contact {
     /// The tool's frame in the surface's frame when its corner touches here, sunk by `depth_mm` against the normal (negative: lifted).
-    #[must_use]
     pub fn surface_from_tool(&self, corner: Corner, depth_mm: f64) -> Isometry {
         let (n, d) = (self.normal, self.axis.into_inner());
         let across = (n - d * d.dot(&n)).try_normalize(1e-9).unwrap_or_else(Vector::zeros);

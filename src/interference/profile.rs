@@ -88,7 +88,6 @@ pub struct Profile {
 
 impl Profile {
     /// A profile of straight lines through points (ρ, z), mm, closed to the axis at both ends. Segments of zero length are left out.
-    #[must_use]
     pub fn of_lines(points: &[P2]) -> Self {
         let mut path = Path::at(points.first().copied().unwrap_or_default());
         points.iter().skip(1).for_each(|&p| path.line(p));
@@ -172,7 +171,6 @@ impl Profile {
     }
 
     /// The same profile, moved up by `height_mm`.
-    #[must_use]
     pub fn raised(&self, height_mm: f64) -> Self {
         let up = |p: P2| P2::new(p.x, p.y + height_mm);
         let pieces = self.pieces.iter().map(|piece| Piece {
@@ -184,7 +182,6 @@ impl Profile {
     }
 
     /// Distance of a point (ρ, z) from the solid's surface, mm, negative inside.
-    #[must_use]
     pub fn signed_distance_mm(&self, p: &P2) -> f64 {
         let mut least = f64::INFINITY;
         let mut inside = false;
@@ -196,19 +193,16 @@ impl Profile {
     }
 
     /// The largest radius, mm.
-    #[must_use]
     pub const fn radius_mm(&self) -> f64 {
         self.radius
     }
 
     /// Lowest and highest z, mm.
-    #[must_use]
     pub const fn span_mm(&self) -> [f64; 2] {
         self.span
     }
 
     /// The largest radius between two heights, mm; 0 where there is nothing.
-    #[must_use]
     pub fn radius_between_mm(&self, low: f64, high: f64) -> f64 {
         let of_piece = |piece: &Piece| {
             let (bottom, top) = (piece.from.y.min(piece.to.y), piece.from.y.max(piece.to.y));
@@ -225,7 +219,6 @@ impl Profile {
     }
 
     /// Heights of the ends of the pieces, mm, ascending.
-    #[must_use]
     pub fn heights_mm(&self) -> Vec<f64> {
         let mut heights: Vec<f64> = self.pieces.iter().flat_map(|piece| [piece.from.y, piece.to.y]).collect();
         heights.sort_by(f64::total_cmp);

@@ -37,13 +37,11 @@ pub struct Revolved {
 
 impl Revolved {
     /// Finds the axis of a mesh and the body around it.
-    #[must_use]
     pub fn around(mesh: &Mesh) -> Self {
         Self::about(mesh, upright(mesh))
     }
 
     /// The body around a mesh whose axis is z of the frame to which `tool_from_mesh` leads.
-    #[must_use]
     pub fn about(mesh: &Mesh, tool_from_mesh: Isometry) -> Self {
         let places: Vec<P2> = mesh
             .vertices()
@@ -66,7 +64,6 @@ impl Revolved {
 
     /// Whether this mesh is the tool when paired with `other`: the round one; of two round ones, the smaller; of two that are not round,
     /// the one that fills more of its body.
-    #[must_use]
     pub fn is_tool_against(&self, other: &Self) -> bool {
         match (self.filled >= ROUND, other.filled >= ROUND) {
             (true, true) => self.volume_mm3 < other.volume_mm3,

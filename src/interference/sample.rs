@@ -24,7 +24,6 @@ impl Samples {
     /// Divides triangles until no edge is longer than `spacing_mm` (or the mesh's coordinates are too coarse to halve it), and takes all
     /// corners as samples. Thin triangles are divided into strips, others in two at the middle of the longest edge. Every edge is divided
     /// into halves, quarters and so on, so the two triangles at an edge have most samples on it in common.
-    #[must_use]
     pub fn of(mesh: &Mesh, spacing_mm: f64) -> Self {
         let mut samples = Self { points: Vec::new(), faces: Vec::new(), covering_mm: 0.0, spacing_mm: 0.0 };
         let mut seen = HashSet::new();

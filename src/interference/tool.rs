@@ -19,7 +19,6 @@ pub enum BodyKind {
 
 impl BodyKind {
     /// Name in files.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Cutter => "cutter",
@@ -29,7 +28,6 @@ impl BodyKind {
     }
 
     /// Whether the interference of this kind of body is local.
-    #[must_use]
     pub const fn is_local(self) -> bool {
         matches!(self, Self::Cutter)
     }
@@ -60,7 +58,6 @@ pub struct BoxedTool {
 
 impl BoxedTool {
     /// Finds the boxes.
-    #[must_use]
     pub fn new(tool: Tool, level: SecondLevel) -> Self {
         let boxes = tool.bodies.iter().map(|body| (body.first_level(), body.second_level(level))).collect();
         Self { tool, boxes }
@@ -91,7 +88,6 @@ impl SecondLevel {
     pub const ALL: [Self; 4] = [Self::None, Self::Profile4, Self::Axial4, Self::Quad4];
 
     /// Name in files.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -120,7 +116,6 @@ impl ToolBox {
     }
 
     /// The box widened on all sides; a negative amount has no effect.
-    #[must_use]
     pub fn widened(&self, by_mm: f64) -> Self {
         Self { half: self.half.add_scalar(by_mm.max(0.0)), ..*self }
     }
@@ -135,14 +130,12 @@ const CUTS: usize = 64;
 
 impl Body {
     /// The box of level 1.
-    #[must_use]
     pub fn first_level(&self) -> ToolBox {
         let [low, high] = self.profile.span_mm();
         ToolBox::around(self.profile.radius_mm(), low, high)
     }
 
     /// The boxes of level 2.
-    #[must_use]
     pub fn second_level(&self, level: SecondLevel) -> Vec<ToolBox> {
         let [low, high] = self.profile.span_mm();
         let slice = |(&from, &to): (&f64, &f64)| ToolBox::around(self.profile.radius_between_mm(from, to), from, to);

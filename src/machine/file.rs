@@ -50,7 +50,6 @@ pub struct PlacementFile {
 
 impl PlacementFile {
     /// The placement as a rigid motion. Not finite when its numbers are not.
-    #[must_use]
     pub fn isometry(&self) -> Isometry {
         let [roll, pitch, yaw] = self.rpy_deg.map(f64::to_radians);
         Isometry::from_parts(

@@ -126,7 +126,6 @@ impl Joint {
     }
 
     /// Motion of the joint per unit of its axis: 1, except for a rotary joint whose axis values are in mm, which has radians per mm.
-    #[must_use]
     pub const fn gain(&self) -> f64 {
         match self.motion {
             Motion::Rotary { .. } if !self.axis.is_rotary() => DEGREE_PER_MM,
@@ -135,19 +134,16 @@ impl Joint {
     }
 
     /// Whether the joint is rotary; otherwise it is prismatic.
-    #[must_use]
     pub const fn turns(&self) -> bool {
         matches!(self.motion, Motion::Rotary { .. })
     }
 
     /// The joint's value at an axis position, mm or radians; also the change of that value when axes change by `position`.
-    #[must_use]
     pub fn value(&self, position: &Position) -> f64 {
         position[self.axis] * self.gain()
     }
 
     /// The pose of the link at an axis position, relative to its pose at zero (link frame).
-    #[must_use]
     pub fn displacement(&self, position: &Position) -> Isometry {
         let value = self.value(position);
         match self.motion {

@@ -88,7 +88,6 @@ struct Turn {
 impl TipControl {
     /// The direction from the tool's tip up the tool, in a frame fixed to the workpiece that coincides with the world frame when all axes
     /// are at zero.
-    #[must_use]
     pub fn tool_vector(&self, machine: &Machine, position: &Position) -> Unit<Vector> {
         let (at_zero, poses) = (machine.forward(&Position::default()), machine.forward(position));
         let carried = at_zero.world_from(self.work_link).rotation * poses.world_from(self.work_link).rotation.inverse();

@@ -83,7 +83,6 @@ impl TipControl {
     /// Directions in which X, Y and Z move the tip over the workpiece at a position, mm per mm, in the frame of the workpiece's link. The
     /// direction of an axis that the machine lacks, as a lathe lacks Y, completes a right-handed frame; it is zero where two are missing. It
     /// is zero, too, for an axis that moves something else.
-    #[must_use]
     pub fn directions(&self, machine: &Machine, position: &Position) -> [Vector; 3] {
         let at = self.tip(machine, position, 0.0);
         let mut columns = LINEAR.map(|axis| {
@@ -101,7 +100,6 @@ impl TipControl {
 
     /// The first of X, Y and Z that the machine has and that moves neither the tool nor the workpiece against the other: the link of one of the
     /// two is then another one.
-    #[must_use]
     pub fn idle_axis(&self, machine: &Machine, position: &Position) -> Option<Axis> {
         let directions = LINEAR.into_iter().zip(self.directions(machine, position));
         let mut idle = directions.filter(|(_, direction)| *direction == Vector::zeros()).map(|(axis, _)| axis);
@@ -109,7 +107,6 @@ impl TipControl {
     }
 
     /// The tip of a tool of `length_mm` in the frame of the workpiece's link, mm.
-    #[must_use]
     pub fn tip(&self, machine: &Machine, position: &Position, length_mm: f64) -> Point {
         let poses = machine.forward(position);
         let tip = self.gauge + self.direction.into_inner() * length_mm;
@@ -156,7 +153,6 @@ impl TipControl {
     }
 
     /// The control of this machine in the form that the interpreter of programs uses.
-    #[must_use]
     pub fn kinematics(&self, machine: &Machine) -> Kinematics {
         Kinematics(Arc::new(ControlledMachine { machine: machine.clone(), control: self.clone() }))
     }

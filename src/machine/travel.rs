@@ -24,7 +24,6 @@ impl Machine {
     /// Upper bound, mm, on the sum of the path lengths of any two points, one of each ball, seen from the nearest link that carries both, while
     /// every axis moves at a constant rate by `change` (mm and radians), starting from the poses `poses`. The distance of the two points
     /// changes by no more. Seen from the other ball's link, a point may travel farther: that link may turn.
-    #[must_use]
     pub fn travel_bound_mm(&self, a: &Ball, b: &Ball, poses: &Poses, change: &Position) -> f64 {
         let shared = self.nearest_shared(a.link, b.link);
         self.travel_to(a, shared, poses, change) + self.travel_to(b, shared, poses, change)
@@ -32,7 +31,6 @@ impl Machine {
 
     /// Upper bound, mm, on the change of the distance between the balls' centres from that at `poses`, when every axis stays within
     /// `within` (mm and radians) of its position there. Infinite or not a number when `within` is infinite for an axis between them.
-    #[must_use]
     pub fn shift_bound_mm(&self, a: &Ball, b: &Ball, poses: &Poses, within: &Position) -> f64 {
         let shared = self.nearest_shared(a.link, b.link);
         self.shift_from(a, shared, poses, within) + self.shift_from(b, shared, poses, within)

@@ -48,7 +48,6 @@ pub enum MachineError {
 
 impl MachineError {
     /// Index of the faulty link.
-    #[must_use]
     pub const fn link(&self) -> usize {
         match self {
             Self::UnknownParent { link, .. }
@@ -117,32 +116,27 @@ impl Machine {
     }
 
     /// The links, in the order given.
-    #[must_use]
     pub fn links(&self) -> &[Link] {
         &self.links
     }
 
     /// Index of the link with a name.
-    #[must_use]
     pub fn link(&self, name: &str) -> Option<usize> {
         self.links.iter().position(|link| link.name == name)
     }
 
     /// Index of a link's parent; `None` for the world.
-    #[must_use]
     pub fn parent(&self, link: usize) -> Option<usize> {
         self.parents[link]
     }
 
     /// The link whose joint moves the given link: the nearest link with a joint on the path to the world, including the link itself; `None`
     /// when there is none. Links with the same result never move relative to each other.
-    #[must_use]
     pub fn rigid_body(&self, link: Option<usize>) -> Option<usize> {
         std::iter::successors(link, |&link| self.parents[link]).find(|&link| self.links[link].joint.is_some())
     }
 
     /// The poses of all links at an axis position. Limits are not checked; [`Machine::check_limits`] does that.
-    #[must_use]
     pub fn forward(&self, position: &Position) -> Poses {
         let mut poses = vec![Isometry::identity(); self.links.len()];
         for &link in &self.order {
@@ -156,14 +150,12 @@ impl Machine {
 
     /// The range that all joints of an axis permit, in the unit of the axis (mm or radians); infinite without a limit. `None` for an axis
     /// without a joint.
-    #[must_use]
     pub fn axis_limits(&self, axis: Axis) -> Option<[f64; 2]> {
         let limits = self.joints_of(axis).map(|joint| [joint.limits.min, joint.limits.max].map(|x| x / joint.gain()));
         limits.reduce(|[low, high], [min, max]| [low.max(min), high.min(max)])
     }
 
     /// The way of an axis, in its unit, after which all its joints are where they were: a full turn. `None` when a joint slides, or there is none.
-    #[must_use]
     pub fn full_turn(&self, axis: Axis) -> Option<f64> {
         let joint = self.joints_of(axis).next()?;
         self.joints_of(axis).all(Joint::turns).then(|| TAU / joint.gain())
@@ -193,14 +185,12 @@ impl Machine {
 
 impl Poses {
     /// `world_from_link` of a link; the identity for `None`.
-    #[must_use]
     pub fn world_from(&self, link: Option<usize>) -> Isometry {
         link.map_or_else(Isometry::identity, |link| self.0[link])
     }
 }
 
 /// Whether all seven numbers of a rigid motion are finite, and its translation is within the range of an axis.
-#[must_use]
 pub fn is_usable(motion: &Isometry) -> bool {
     let translation = motion.translation.vector;
     motion.rotation.coords.iter().all(|x| x.is_finite())

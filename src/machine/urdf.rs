@@ -138,7 +138,6 @@ pub enum UrdfError {
 
 impl UrdfError {
     /// The name that locates the error in the file.
-    #[must_use]
     pub fn name(&self) -> Option<&str> {
         match self {
             Self::Syntax(_) | Self::Xacro | Self::Nested | Self::UnknownJoint { .. } => None,

@@ -23,7 +23,6 @@ const BATCH: usize = 256;
 const TREE_STEPS: u64 = 1024;
 
 /// The cases that a verification asks. The control is not run: it tests every pair of triangles by the exact test.
-#[must_use]
 pub fn verified_cases(plan: &Plan) -> Vec<&Case> {
     plan.cases.iter().filter(|case| case.variant.kind != Kind::Control).collect()
 }
@@ -53,7 +52,6 @@ pub fn verify_cases(
 }
 
 /// Lines with contacts above grazing.
-#[must_use]
 pub fn lines(scene: &Scene, judged: &[JudgedPair], asked_poses: usize) -> Vec<LineRow> {
     judged.iter().flat_map(|pair| lines_of(scene, pair, asked_poses)).collect()
 }

@@ -77,13 +77,11 @@ pub enum BinaryError {
 }
 
 /// Number of the binary of a launch, of so many.
-#[must_use]
 pub const fn binary_of(launch: u32, binaries: u32) -> u32 {
     if binaries == 0 { 0 } else { launch % binaries }
 }
 
 /// The binary that is running, as it was at the first call: its file may be built again since.
-#[must_use]
 pub fn running() -> Option<BinaryEntry> {
     static RUNNING: OnceLock<Option<BinaryEntry>> = OnceLock::new();
     RUNNING.get_or_init(|| entry(&std::env::current_exe().ok()?).ok()).clone()

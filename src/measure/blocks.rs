@@ -126,7 +126,6 @@ const fn long_ns(readings: u32) -> u64 {
 type Reading = (u32, u64);
 
 /// How often chunks are visited: once in the block that is dropped, and for each of their readings in every block.
-#[must_use]
 pub fn visits(work: &impl Work, extent: Extent) -> u64 {
     let chunks = work.chunks().len();
     let readings: u64 = (0..chunks).map(|chunk| u64::from(work.readings(chunk))).sum();

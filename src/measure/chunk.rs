@@ -53,7 +53,6 @@ pub struct Chunk {
 /// Chooses about `budget` poses from what was judged: equal shares for the strata, then for the pairs that have poses of a stratum. Chunks
 /// hold at most [`SHORT`] poses, of whole lines as far as these fit, and no line has poses in two chunks: where lines run out there
 /// are fewer chunks.
-#[must_use]
 pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
     let mut chosen: Vec<(Stratum, usize, Vec<Vec<usize>>)> = Vec::new();
     let members = |stratum: Stratum| judged.iter().filter(|pair| is_member(pair, stratum)).count();
@@ -143,7 +142,6 @@ impl Supply {
 
 /// As [`select`], but windows of `length` consecutive poses, evenly spread over each pair and stratum, whatever lines they share: for
 /// an audit's cells and for other engines, which are asked about few and long chunks.
-#[must_use]
 pub fn select_windows(judged: &[JudgedPair], budget: usize, length: usize) -> Vec<Chunk> {
     let mut chunks = Vec::new();
     for stratum in Stratum::ALL {

@@ -8,7 +8,6 @@ use std::fs;
 use std::sync::OnceLock;
 
 /// What this program is and how it was called, as it was at the first call: a commit or a new build changes no program that runs.
-#[must_use]
 pub fn program() -> Program {
     static PROGRAM: OnceLock<Program> = OnceLock::new();
     PROGRAM.get_or_init(running_program).clone()
@@ -41,7 +40,6 @@ pub struct Identity {
 }
 
 /// What this binary was built from.
-#[must_use]
 pub fn identity() -> Identity {
     let Program { version, source, rustc, flags, .. } = built();
     Identity { version, source, revision: env!("BVBENCH_GIT_REVISION").to_owned(), rustc, flags }
@@ -49,7 +47,6 @@ pub fn identity() -> Identity {
 
 impl Identity {
     /// What differs from another one, with both values. Of known sources the fingerprint tells, else the revision.
-    #[must_use]
     pub fn difference(&self, other: &Self) -> Option<(&'static str, String, String)> {
         let pairs = [
             ("version", &self.version, &other.version),
@@ -80,7 +77,6 @@ fn built() -> Program {
 }
 
 /// The size of the machine's largest cache, bytes; 0 where the system does not tell.
-#[must_use]
 pub fn largest_cache_bytes() -> u64 {
     let sizes = (0..8).map(|index| format!("/sys/devices/system/cpu/cpu0/cache/index{index}/size"));
     sizes.filter_map(|file| kib(&fs::read_to_string(file).ok()?)).max().unwrap_or(0)
@@ -111,7 +107,6 @@ fn revision() -> (String, Option<bool>) {
 }
 
 /// The machine, as far as Linux's `/proc` or the standard library tells.
-#[must_use]
 pub fn machine() -> MachineFacts {
     let field = |file: &str, key: &str| {
         let text = fs::read_to_string(file).unwrap_or_default();
@@ -154,7 +149,6 @@ pub struct Disturbance {
 
 impl BusyMeter {
     /// A reading; `None` where the system does not tell.
-    #[must_use]
     pub fn read() -> Option<Self> {
         Self::of(&fs::read_to_string("/proc/stat").ok()?, &fs::read_to_string("/proc/self/stat").ok()?)
     }
@@ -177,7 +171,6 @@ impl BusyMeter {
     }
 
     /// What happened since an earlier reading; `None` when no time has passed.
-    #[must_use]
     pub fn since(&self, earlier: &Self) -> Option<Disturbance> {
         let elapsed = self.elapsed.checked_sub(earlier.elapsed).filter(|&ticks| ticks > 0)? as f64;
         let everything = self.everything.saturating_sub(earlier.everything);
@@ -197,7 +190,6 @@ impl Disturbance {
     const NOISY_STOLEN: f64 = 0.1;
 
     /// A sentence when it was too much.
-    #[must_use]
     pub fn complaint(&self) -> Option<String> {
         if self.others > Self::NOISY_OTHERS {
             return Some(format!("other processes kept {:.1} cores busy while timing", self.others));

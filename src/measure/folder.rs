@@ -99,13 +99,11 @@ pub struct RawTable {
 
 impl RawTable {
     /// The table of a row type.
-    #[must_use]
     pub const fn of<R: Row>() -> Self {
         Self { file: R::FILE, join: join::<R> }
     }
 
     /// The table of a row type that not every unit has; without any row there is no file. A row that several units have is written once.
-    #[must_use]
     pub const fn of_some<R: Row>() -> Self {
         Self { file: R::FILE, join: join_some::<R> }
     }
@@ -183,13 +181,11 @@ impl Folder {
     }
 
     /// Where it is.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
     /// The folder of a unit, or of several: `names` from the outermost in.
-    #[must_use]
     pub fn unit(&self, names: &[&str]) -> PathBuf {
         units(&self.path, names)
     }
@@ -238,7 +234,6 @@ impl Folder {
     }
 
     /// Whether a stage is finished.
-    #[must_use]
     pub fn has_finished(&self, stage: Stage) -> bool {
         self.manifest.finished.contains(&stage)
     }
@@ -325,7 +320,6 @@ pub(super) fn units(study: &Path, names: &[&str]) -> PathBuf {
 }
 
 /// The manifest of a study that begins now on this machine.
-#[must_use]
 pub fn begun(request: Request, variants: Vec<VariantEntry>) -> Manifest {
     Manifest {
         schema: SCHEMA,

@@ -82,7 +82,6 @@ pub enum JudgeError {
 
 impl JudgedPose {
     /// Whether the surfaces touch; exact.
-    #[must_use]
     pub const fn touches(&self) -> bool {
         self.witness.is_some()
     }
@@ -90,7 +89,6 @@ impl JudgedPose {
 
 impl JudgedPair {
     /// Indices of the poses of a stratum.
-    #[must_use]
     pub fn poses_in(&self, stratum: Stratum) -> Vec<usize> {
         let in_stratum = |(index, pose): (usize, &JudgedPose)| (pose.stratum == stratum).then_some(index);
         self.poses.iter().enumerate().filter_map(in_stratum).collect()

@@ -98,7 +98,6 @@ impl Measured {
     }
 
     /// `poses.csv` of the scene.
-    #[must_use]
     pub fn rows(&self, scene: &Scene) -> Vec<PoseRow> {
         let mut rows = pose_rows(scene, &self.judged, &self.chunks);
         for program in &self.programs {
@@ -113,7 +112,6 @@ impl Measured {
     }
 
     /// What is timed, chunk by chunk.
-    #[must_use]
     pub fn timed(&self) -> Vec<TimedChunk> {
         let of_chunk = |chunk: &Chunk| {
             let judged = &self.judged[chunk.pair];
@@ -140,7 +138,6 @@ impl Measured {
 }
 
 /// The rows of the poses of chunks, numbered in their order.
-#[must_use]
 pub fn pose_rows(scene: &Scene, judged: &[JudgedPair], chunks: &[Chunk]) -> Vec<PoseRow> {
     let mut rows = Vec::new();
     for chunk in chunks {
@@ -195,13 +192,11 @@ pub struct TimedChunk {
 
 impl TimedChunk {
     /// Number of poses.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.runs.iter().map(|(_, poses)| poses.len()).sum()
     }
 
     /// Whether there is no pose.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -99,19 +99,16 @@ pub enum PlanError {
 
 impl Case {
     /// A variant with its own policy.
-    #[must_use]
     pub fn of(variant: &Variant) -> Self {
         Self { variant: *variant, policy: variant.policy, id: variant.info.id.to_owned() }
     }
 
     /// The case as the manifest of a study with one policy for each variant holds it.
-    #[must_use]
     pub fn entry(&self) -> VariantEntry {
         entry(&self.variant, self.policy.into_iter())
     }
 
     /// The case as `cases.csv` holds it, under the only policy of its variant.
-    #[must_use]
     pub fn row(&self) -> CaseRow {
         let Variant { info, kind, .. } = &self.variant;
         let asked_everywhere = u8::from(self.is_asked_everywhere());
@@ -119,14 +116,12 @@ impl Case {
     }
 
     /// Split rule, axes and leaf size as records hold them.
-    #[must_use]
     pub fn policy_columns(&self) -> (String, String, u8) {
         let CaseKey { split, split_axes, leaf, .. } = self.key();
         (split, split_axes, leaf)
     }
 
     /// Variant and policy as records hold them.
-    #[must_use]
     pub fn key(&self) -> CaseKey {
         let without_tree = CaseKey::without_tree(&self.id);
         self.policy.map_or(without_tree.clone(), |Policy { split, axes, leaf }| CaseKey {
@@ -138,14 +133,12 @@ impl Case {
     }
 
     /// Name in `cases.csv`.
-    #[must_use]
     pub fn name(&self) -> String {
         self.key().name()
     }
 
     /// Whether a verification asks the case's own query at every pose. A safe volume is asked at a sample of them, and answers the others by the
     /// witness argument; a variant that promises nothing is asked, since its misses are what the verification is about.
-    #[must_use]
     pub fn is_asked_everywhere(&self) -> bool {
         let Variant { kind, info, .. } = &self.variant;
         kind.is_ours() && !(*kind == Kind::Volume && info.safe)
@@ -202,20 +195,17 @@ impl Plan {
     }
 
     /// Whether unit `place` of `places` of a kind is to be carried out.
-    #[must_use]
     pub fn has_unit(&self, place: usize, places: usize) -> bool {
         self.shard.is_none_or(|shard| shard.has(place, places))
     }
 
     /// The case that the null method duplicates: the reference variant's default, or the first volume's.
-    #[must_use]
     pub fn null_reference(&self) -> Option<&Case> {
         let volumes = || self.cases.iter().filter(|case| case.variant.kind.has_volumes() && case.variant.info.safe);
         volumes().find(|case| case.variant.is_reference).or_else(|| volumes().next())
     }
 
     /// The request as the manifest holds it.
-    #[must_use]
     pub fn request(&self) -> Request {
         Request {
             profile: self.selection.profile.to_string(),
@@ -235,7 +225,6 @@ impl Plan {
     }
 
     /// The manifest of a study of this plan that begins now.
-    #[must_use]
     pub fn manifest(&self) -> Manifest {
         let whole = Manifest {
             inputs: self.inputs(),
@@ -248,14 +237,12 @@ impl Plan {
     }
 
     /// The binaries of the plan, or the one that is running.
-    #[must_use]
     pub fn binary_entries(&self) -> Vec<BinaryEntry> {
         let given: Vec<BinaryEntry> = self.binaries.iter().map(|binary| binary.entry.clone()).collect();
         if given.is_empty() { binaries::running().into_iter().collect() } else { given }
     }
 
     /// The cases as `cases.csv` holds them, the null duplicate last.
-    #[must_use]
     pub fn case_rows(&self) -> Vec<CaseRow> {
         let row = |case: &Case| CaseRow { default: u8::from(self.is_default(case)), ..case.row() };
         let null = self.null_reference().map(|case| CaseRow {
@@ -267,21 +254,18 @@ impl Plan {
     }
 
     /// Whether a case has the first of its variant's policies.
-    #[must_use]
     pub fn is_default(&self, case: &Case) -> bool {
         let first = self.cases.iter().find(|other| other.variant.info.id == case.variant.info.id);
         first.is_some_and(|first| first.policy == case.policy)
     }
 
     /// The variants as the manifest holds them.
-    #[must_use]
     pub fn variant_entries(&self) -> Vec<VariantEntry> {
         let policies = |variant| cases_of(variant, &self.selection.policies).into_iter().filter_map(|case| case.policy);
         self.variants.iter().map(|variant| entry(variant, policies(variant))).collect()
     }
 
     /// The scenes as the manifest holds them.
-    #[must_use]
     pub fn scene_entries(&self) -> Vec<SceneEntry> {
         let entry = |scene: &Scene| SceneEntry {
             name: scene.name.clone(),
@@ -293,7 +277,6 @@ impl Plan {
     }
 
     /// Content hashes of everything the scenes were made from.
-    #[must_use]
     pub fn inputs(&self) -> BTreeMap<String, String> {
         self.scenes.iter().flat_map(|scene| scene.inputs.clone()).collect()
     }

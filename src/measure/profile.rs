@@ -48,7 +48,6 @@ pub struct Budget {
 
 impl Budget {
     /// The same amounts over so many binaries: each has the launches that the profile gives to one, and every launch times a construction.
-    #[must_use]
     pub const fn over(self, binaries: u32) -> Self {
         let launches = self.launches * binaries;
         let build_blocks = if binaries > 1 && launches > self.build_blocks { launches } else { self.build_blocks };
@@ -61,7 +60,6 @@ impl Profile {
     pub const ALL: [Self; 3] = [Self::Smoke, Self::Quick, Self::Full];
 
     /// The name on the command line and in the manifest.
-    #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
             Self::Smoke => "smoke",
@@ -71,7 +69,6 @@ impl Profile {
     }
 
     /// Its amounts.
-    #[must_use]
     pub const fn budget(self) -> Budget {
         match self {
             Self::Smoke => Budget {

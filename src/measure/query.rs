@@ -47,7 +47,6 @@ pub fn time_scene(
 }
 
 /// How often [`time_scene`] advances.
-#[must_use]
 pub fn visits(plan: &Plan, chunks: &[TimedChunk]) -> u64 {
     blocks::visits(&Queries { plan, cases: &[], chunks, verdicts: Vec::new() }, extent(plan))
 }
@@ -131,14 +130,12 @@ impl TimedCase {
     }
 
     /// The trees over both parts of a pair.
-    #[must_use]
     pub fn models_of(&self, pair: Pair) -> (&dyn Model, &dyn Model) {
         (self.models[&pair.a].as_ref(), self.models[&pair.b].as_ref())
     }
 }
 
 /// Every case of the plan and the null duplicate, with their trees; what is `built` already is not built again.
-#[must_use]
 pub fn timed_cases(plan: &Plan, scene: &Scene, built: Built) -> Vec<TimedCase> {
     let mut models: Vec<BTreeMap<usize, Box<dyn Model>>> = plan.cases.iter().map(|_| BTreeMap::new()).collect();
     for ((place, part), model) in built {

@@ -115,7 +115,6 @@ impl Verification {
     }
 
     /// Whether every promise is kept and the exact test can be trusted.
-    #[must_use]
     pub fn holds(&self) -> bool {
         self.broken_promises().next().is_none() && self.cross_check.disagreements == 0
     }
@@ -164,32 +163,27 @@ impl Run {
     }
 
     /// The same run with a place where exact answers are kept.
-    #[must_use]
     pub fn with_cache(mut self, cache: TruthCache) -> Self {
         self.cache = Some(cache);
         self
     }
 
     /// The run's folder.
-    #[must_use]
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }
 
     /// What is known of the run so far.
-    #[must_use]
     pub const fn manifest(&self) -> &Manifest {
         &self.folder.manifest
     }
 
     /// What is being carried out.
-    #[must_use]
     pub const fn plan(&self) -> &Plan {
         &self.plan
     }
 
     /// Whether a stage is finished.
-    #[must_use]
     pub fn has_finished(&self, stage: Stage) -> bool {
         self.folder.has_finished(stage)
     }

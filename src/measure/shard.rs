@@ -32,13 +32,11 @@ pub struct Shard {
 
 impl Shard {
     /// Whether unit `place` of `places` of a kind is in it. Neighbours are in the same shard as far as possible: they share a scene's truth.
-    #[must_use]
     pub const fn has(self, place: usize, places: usize) -> bool {
         place < places && place * self.of as usize / places == self.number as usize - 1
     }
 
     /// The manifest of what `whole` plans, or of a shard of it.
-    #[must_use]
     pub fn manifest(shard: Option<Self>, whole: Manifest) -> Manifest {
         let entry = |Self { number, of }| ShardEntry { number, of, plan: whole.plan_hash() };
         Manifest { shard: shard.map(entry), ..whole }

@@ -37,7 +37,6 @@ const LINE: usize = 8;
 const STREAM: u64 = 0x51;
 
 /// How caches are emptied on this machine.
-#[must_use]
 pub fn eviction() -> ColdEntry {
     let largest_cache_bytes = environment::largest_cache_bytes();
     let buffer_bytes = (TIMES_THE_CACHE * largest_cache_bytes).clamp(BUFFER_BYTES.0, BUFFER_BYTES.1);
@@ -61,7 +60,6 @@ impl Evictor {
 }
 
 /// Times single queries of a scene, warm and cold, in the first launches.
-#[must_use]
 pub fn time_scene(
     plan: &Plan,
     scene: &Scene,

@@ -91,7 +91,6 @@ const COUNTS: [RawTable; 6] = [
 const TIMES: [RawTable; 2] = [RawTable::of_some::<TimingRow>(), RawTable::of_some::<BuildRow>()];
 
 /// The files of raw rows that a study may write.
-#[must_use]
 pub fn raw_files() -> Vec<&'static str> {
     COUNTS.iter().chain(&TIMES).map(|table| table.file).collect()
 }
@@ -262,14 +261,12 @@ pub struct Subject {
 
 impl Subject {
     /// The models of the two parts of a batch.
-    #[must_use]
     pub fn pair(&self, batch: &Batch) -> [&dyn Model; 2] {
         batch.parts.map(|part| self.models[&part].as_ref())
     }
 }
 
 /// Asks a case about every pose of a batch.
-#[must_use]
 pub fn count(scene: &str, subject: &Subject, batch: &Batch) -> CountRow {
     let [a, b] = subject.pair(batch);
     let mut row = CountRow::new(scene, &subject.case.name(), batch.chunk, Some(batch.stratum));
@@ -317,7 +314,6 @@ impl Work for Queries<'_> {
 }
 
 /// Times every case on every batch.
-#[must_use]
 pub fn time(
     (scene, launch): (&str, u32),
     subjects: &[&Subject],
@@ -333,7 +329,6 @@ pub fn time(
 }
 
 /// The row of a sample; `names` are those of the cases.
-#[must_use]
 pub fn timing_row((scene, launch): (&str, u32), names: &[String], chunk: u32, sample: &Sample) -> TimingRow {
     TimingRow {
         scene: scene.to_owned(),
@@ -388,7 +383,6 @@ pub fn time_builds<M>(
 }
 
 /// The row of a construction over a part, given by its name and its triangles.
-#[must_use]
 pub fn build_row(
     (scene, launch): (&str, u32),
     case: CaseKey,

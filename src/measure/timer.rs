@@ -17,7 +17,6 @@ pub fn time<R>(work: impl FnOnce() -> R) -> (u64, R) {
 }
 
 /// Measures the clock: how long no work at all takes by it.
-#[must_use]
 pub fn clock() -> ClockEntry {
     const READINGS: usize = 100_001;
     let mut readings: Vec<u64> = (0..READINGS).map(|_| time(|| ()).0).collect();
@@ -28,7 +27,6 @@ pub fn clock() -> ClockEntry {
 }
 
 /// How often a piece of work that once took `ns` must be repeated to fill [`SHORTEST_SAMPLE_NS`].
-#[must_use]
 pub const fn passes_for(ns: u64) -> u32 {
     if ns >= SHORTEST_SAMPLE_NS {
         return 1;
@@ -43,13 +41,11 @@ pub struct Stopwatch(Instant);
 
 impl Stopwatch {
     /// Starts now.
-    #[must_use]
     pub fn start() -> Self {
         Self(Instant::now())
     }
 
     /// Seconds since the start.
-    #[must_use]
     pub fn seconds(&self) -> f64 {
         self.0.elapsed().as_secs_f64()
     }

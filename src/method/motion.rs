@@ -26,7 +26,6 @@ pub struct Motion {
 
 impl Motion {
     /// From one pose to another.
-    #[must_use]
     pub fn between(start: &Isometry, end: &Isometry) -> Self {
         let way = end.translation.vector - start.translation.vector;
         let turn = (end.rotation * start.rotation.inverse()).scaled_axis();
@@ -34,7 +33,6 @@ impl Motion {
     }
 
     /// The pose at a time.
-    #[must_use]
     pub fn at(&self, time: f64) -> Isometry {
         let turn = UnitQuaternion::from_scaled_axis(self.turn * time);
         let place = Translation3::from(self.start.translation.vector + self.way * time);
@@ -42,7 +40,6 @@ impl Motion {
     }
 
     /// How far at most a point goes that is up to `reach_mm` from the origin of `b`, mm per unit of time.
-    #[must_use]
     pub fn speed_mm(&self, reach_mm: f64) -> f64 {
         self.way.norm() + self.turn.norm() * reach_mm
     }
@@ -71,7 +68,6 @@ impl Motion {
 }
 
 /// How far a mesh reaches from its origin, mm.
-#[must_use]
 pub fn reach_mm(mesh: &Mesh) -> f64 {
     mesh.vertices().iter().map(|p| p.coords.norm()).fold(0.0, f64::max)
 }

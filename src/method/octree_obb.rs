@@ -38,7 +38,6 @@ const SAMPLES: f64 = (1 << 18) as f64;
 const LEAST_SPACING_MM: f64 = 0.25;
 
 /// A mesh as the surface: its samples in an octree.
-#[must_use]
 pub fn surface(mesh: &Mesh) -> SurfaceOctree {
     let area: f64 = mesh.triangles().iter().map(crate::geometry::Triangle::area).sum();
     let spacing = (area / SAMPLES).sqrt().max(LEAST_SPACING_MM);
@@ -55,7 +54,6 @@ pub struct ToolSide {
 
 impl ToolSide {
     /// Finds the body around a mesh.
-    #[must_use]
     pub fn new(mesh: &Mesh) -> Self {
         let revolved = Revolved::around(mesh);
         let bodies = vec![Body { kind: BodyKind::Holder, profile: revolved.profile.clone() }];
@@ -64,7 +62,6 @@ impl ToolSide {
 
     /// Distance of the nearest sample of `surface` from the tool, mm, negative inside the tool; `below_mm` when no sample is nearer than
     /// that.
-    #[must_use]
     pub fn signed_distance_mm(&self, surface: &SurfaceOctree, mesh_from_surface: &Isometry, below_mm: f64) -> f64 {
         let detector = Detector::new(surface, &self.boxes, CONTACT, false, Search::Octree);
         detector.least_mm(&(self.revolved.tool_from_mesh * mesh_from_surface), below_mm, &mut Counts::default())
@@ -84,7 +81,6 @@ pub struct OctreeObb {
 
 impl OctreeObb {
     /// Prepares a mesh.
-    #[must_use]
     pub fn new(mesh: &Mesh, is_safe: bool) -> Self {
         Self { surface: surface(mesh), tool: ToolSide::new(mesh), is_safe }
     }

@@ -30,7 +30,6 @@ impl ParryMesh {
     ///
     /// # Panics
     /// Never for a [`Mesh`], which is not empty and has valid indices.
-    #[must_use]
     pub fn new(mesh: &Mesh) -> Self {
         let vertices = mesh.vertices().iter().map(|p| p.coords.into()).collect();
         Self(TriMesh::new(vertices, mesh.faces().to_vec()).expect("a mesh has at least one face"))

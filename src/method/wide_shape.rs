@@ -46,7 +46,6 @@ struct Below {
 }
 
 /// The volumes of the first `levels` levels; a node comes before its descendants.
-#[must_use]
 pub fn drawn<V: WideVolume>(tree: &WideTree<V>, levels: u32) -> Vec<Drawn> {
     let (mut drawn, mut waiting) = (Vec::new(), vec![(WideTree::<V>::ROOT, 0)]);
     while let Some((slot, level)) = waiting.pop() {
@@ -63,7 +62,6 @@ pub fn drawn<V: WideVolume>(tree: &WideTree<V>, levels: u32) -> Vec<Drawn> {
 }
 
 /// Size and depth of the tree. Its volumes contain their contents, and it is not a binary tree.
-#[must_use]
 pub fn report<V: WideVolume>(tree: &WideTree<V>) -> TreeReport {
     let (below, plain) = (below(tree, WideTree::<V>::ROOT, 0), tree.plain(WideTree::<V>::ROOT));
     let root = Facts::of(&plain);

@@ -70,7 +70,6 @@ impl<D: Drawing> Drawing for Titled<'_, D> {
 }
 
 /// Black text of a size.
-#[must_use]
 pub fn text(px: u32) -> TextStyle<'static> {
     (FAMILY, px).into_font().color(&BLACK)
 }

@@ -89,20 +89,17 @@ impl Data {
     }
 
     /// The variant of that id.
-    #[must_use]
     pub fn variant(&self, id: &str) -> Option<&Entry> {
         self.variants.iter().find(|entry| entry.id == id)
     }
 
     /// The time of a program of a scene for a variant under its default policy.
-    #[must_use]
     pub fn program_time_of(&self, scene: &str, program: &str, variant: &str) -> Option<&ProgramTimeRow> {
         let mut rows = self.program_times.iter().filter(|row| row.scene == scene && row.program == program);
         rows.find(|row| row.variant == variant && self.is_default(&row.case()))
     }
 
     /// Each scene with each of its workloads that has a summary, in order; the control's poses are left out.
-    #[must_use]
     pub fn workloads(&self) -> Vec<(String, String)> {
         let of = |scene: &String| {
             let rows = self.summary.iter().filter(|row| row.scene == *scene && row.workload != CONTROL_WORKLOAD);
@@ -112,13 +109,11 @@ impl Data {
     }
 
     /// Whether a row's case is its variant under the default policy.
-    #[must_use]
     pub fn is_default(&self, case: &CaseKey) -> bool {
         self.cases.is_default(&case.variant, &case.policy())
     }
 
     /// The summary of a variant under its default policy in a workload.
-    #[must_use]
     pub fn summary_of(&self, scene: &str, workload: &str, stratum: &str, variant: &str) -> Option<&SummaryRow> {
         let of_scene = self.summary.iter().filter(|row| row.scene == scene && row.workload == workload);
         let mut rows = of_scene.filter(|row| row.stratum == stratum);
@@ -127,7 +122,6 @@ impl Data {
 }
 
 /// The variants of a manifest in the form that figures need, in its order.
-#[must_use]
 pub fn entries(manifest: &Manifest) -> Vec<Entry> {
     let variants = manifest.variants.iter().filter(|v| v.id != NULL_VARIANT).enumerate();
     let entry = |(i, v): (usize, &VariantEntry)| {

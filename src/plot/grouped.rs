@@ -20,7 +20,6 @@ pub struct Point {
 
 impl Point {
     /// A value without interval.
-    #[must_use]
     pub const fn bare(value: f64) -> Self {
         Self { value, low: value, high: value }
     }

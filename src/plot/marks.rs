@@ -67,20 +67,17 @@ pub struct Look {
 
 impl Look {
     /// The look of the `i`-th variant. Looks repeat after 42 variants, because 7 colours and 6 markers have no common divisor.
-    #[must_use]
     pub const fn nth(i: usize) -> Self {
         let (colour, dark) = PALETTE[i % PALETTE.len()];
         Self { colour, dark, shape: SHAPES[i % SHAPES.len()], is_hollow: false }
     }
 
     /// The colours on a light page and on a dark page, as `#rrggbb`.
-    #[must_use]
     pub fn css(self) -> [String; 2] {
         [self.colour, self.dark].map(|RGBColor(r, g, b)| format!("#{r:02x}{g:02x}{b:02x}"))
     }
 
     /// The marker's outline about the origin as an SVG path, px.
-    #[must_use]
     pub fn path(self) -> String {
         let corners = self.shape.corners();
         if corners.is_empty() {
@@ -92,13 +89,11 @@ impl Look {
     }
 
     /// Whether the marker is hollow.
-    #[must_use]
     pub const fn is_hollow(self) -> bool {
         self.is_hollow
     }
 
     /// The same look, hollow when the variant is not `safe` and may miss contacts.
-    #[must_use]
     pub const fn of_promise(self, safe: bool) -> Self {
         Self { is_hollow: !safe, ..self }
     }
@@ -164,7 +159,6 @@ const LEGEND_LINE_PX: i32 = 27;
 const LEGEND_CHARS: usize = 34;
 
 /// Breaks a label into lines that fit a legend.
-#[must_use]
 pub fn wrap(label: &str, chars: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in label.split_whitespace() {
@@ -180,7 +174,6 @@ pub fn wrap(label: &str, chars: usize) -> Vec<String> {
 }
 
 /// Height that a legend of these variants needs, px.
-#[must_use]
 pub fn legend_height(entries: &[Entry]) -> u32 {
     entries.iter().map(|e| wrap(&e.label, LEGEND_CHARS).len() as u32 * LEGEND_LINE_PX as u32 + 8).sum::<u32>() + 24
 }

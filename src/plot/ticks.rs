@@ -46,7 +46,6 @@ const TICKS_MAX: usize = 9;
 
 impl Scale {
     /// The coordinate of a value; -∞ for a value that is not positive on a logarithmic axis.
-    #[must_use]
     pub fn coordinate(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
@@ -56,7 +55,6 @@ impl Scale {
     }
 
     /// The value at a coordinate.
-    #[must_use]
     pub fn value(self, coordinate: f64) -> f64 {
         match self {
             Self::Linear => coordinate,
@@ -65,7 +63,6 @@ impl Scale {
     }
 
     /// Coordinates of the ends of an axis that contains all values with some margin; linear axes begin at 0.
-    #[must_use]
     pub fn range(self, values: impl Iterator<Item = f64>) -> (f64, f64) {
         let coordinates = values.map(|value| self.coordinate(value)).filter(|c| c.is_finite());
         let (low, high) = coordinates.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), c| (l.min(c), h.max(c)));
@@ -80,7 +77,6 @@ impl Scale {
     }
 
     /// Coordinates of the ticks between two coordinates.
-    #[must_use]
     pub fn ticks(self, low: f64, high: f64) -> Vec<f64> {
         match self {
             Self::Linear => {
@@ -111,7 +107,6 @@ impl Scale {
     }
 
     /// The text of a tick.
-    #[must_use]
     pub fn tick_label(self, coordinate: f64) -> String {
         number(self.value(coordinate))
     }
@@ -127,7 +122,6 @@ fn nice_step(least: f64) -> f64 {
 const LETTERS: [(f64, &str); 3] = [(1e9, "G"), (1e6, "M"), (1e3, "k")];
 
 /// A number without needless digits: 0.001, 0.8, 12, 5k, 2M; the page formats numbers in the same way.
-#[must_use]
 pub fn number(value: f64) -> String {
     let magnitude = value.abs();
     if magnitude != 0.0 && magnitude < 1e-4 {

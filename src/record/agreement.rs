@@ -39,7 +39,6 @@ pub struct AgreementRow {
 
 impl AgreementRow {
     /// What identifies a row.
-    #[must_use]
     pub fn key(&self) -> (&str, &str, &str, &str, Band) {
         (&self.scene, &self.workload, &self.pair, &self.case, self.band)
     }

@@ -140,13 +140,11 @@ pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {
 const GZIP: &str = ".gz";
 
 /// A table's name where it is compressed.
-#[must_use]
 pub fn compressed(file: &str) -> String {
     format!("{file}{GZIP}")
 }
 
 /// The place of a table in `folder`: plain, or compressed where only that is there.
-#[must_use]
 pub fn located(folder: &Path, file: &str) -> PathBuf {
     let (plain, packed) = (folder.join(file), folder.join(compressed(file)));
     if !plain.exists() && packed.exists() { packed } else { plain }
@@ -274,7 +272,6 @@ pub fn read_rows_if_there<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> 
 }
 
 /// Whether the row type's file is in `folder`, plain or compressed.
-#[must_use]
 pub fn has_rows<R: Row>(folder: &Path) -> bool {
     located(folder, R::FILE).exists()
 }

@@ -228,7 +228,6 @@ impl Program {
     }
 
     /// Whether rows of both may stand in one record: they were built from the same, and are one executable where both executables are known.
-    #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         let is_one = self.hash == other.hash || self.hash.is_empty() || other.hash.is_empty();
         is_one && self.built_from() == other.built_from()
@@ -255,7 +254,6 @@ pub struct MachineFacts {
 
 impl MachineFacts {
     /// Whether times of both machines may stand in one record: processor, instruction set and cores are the same.
-    #[must_use]
     pub fn is_alike(&self, other: &Self) -> bool {
         (&self.cpu, &self.simd, self.cores) == (&other.cpu, &other.simd, other.cores)
     }
@@ -283,7 +281,6 @@ impl Manifest {
     }
 
     /// BLAKE3 hash of everything that decides the rows of a plan: request, inputs, variants, versions, what the program was built from, and binaries.
-    #[must_use]
     pub fn plan_hash(&self) -> String {
         let binaries: Vec<&str> = self.binaries.iter().map(|binary| binary.hash.as_str()).collect();
         let layout = (self.schema, &self.protocol);

@@ -574,7 +574,6 @@ pub struct RatioRow {
 
 impl RatioRow {
     /// The ends of the interval; `None` without one, and of a single cluster, whose spread is unknown.
-    #[must_use]
     pub fn interval(&self) -> Option<(f64, f64)> {
         (self.clusters != 1 && self.low.is_finite() && self.high.is_finite()).then_some((self.low, self.high))
     }
@@ -620,7 +619,6 @@ pub struct ClaimRow {
 macro_rules! case_key {
     ($($row:ty),* $(,)?) => { $(impl $row {
         /// The method and tree policy of the row.
-        #[must_use]
         pub fn case(&self) -> CaseKey {
             CaseKey { variant: self.variant.clone(), split: self.split.clone(), split_axes: self.split_axes.clone(), leaf: self.leaf }
         }
@@ -642,7 +640,6 @@ case_key!(
 
 impl CaseRow {
     /// The row of a case that is the only one of its variant and is asked everywhere.
-    #[must_use]
     pub fn new(key: CaseKey, label: impl Into<String>, kind: Kind, safe: bool) -> Self {
         Self {
             case: key.name(),
@@ -662,7 +659,6 @@ impl CaseRow {
 
 impl TimingRow {
     /// Id of the variant of its case.
-    #[must_use]
     pub fn variant(&self) -> &str {
         self.case.split('@').next().unwrap_or(&self.case)
     }
@@ -670,20 +666,17 @@ impl TimingRow {
 
 impl CaseKey {
     /// A method without a tree of ours.
-    #[must_use]
     pub fn without_tree(variant: &str) -> Self {
         let none = || "none".to_owned();
         Self { variant: variant.to_owned(), split: none(), split_axes: none(), leaf: 0 }
     }
 
     /// Name in `cases.csv`: `variant@split/axes/leaf`, or the variant's id without a tree of ours.
-    #[must_use]
     pub fn name(&self) -> String {
         if self.split == "none" { self.variant.clone() } else { format!("{}@{}", self.variant, self.policy()) }
     }
 
     /// `split/axes/leaf`.
-    #[must_use]
     pub fn policy(&self) -> String {
         format!("{}/{}/{}", self.split, self.split_axes, self.leaf)
     }

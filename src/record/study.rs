@@ -60,13 +60,11 @@ pub struct CountRow {
 
 impl FactorRow {
     /// A factor of a case, the same in all scenes.
-    #[must_use]
     pub fn of_case(case: &str, factor: &str, level: String) -> Self {
         Self { scene: String::new(), case: case.to_owned(), factor: factor.to_owned(), level }
     }
 
     /// A factor of a scene, the same for all cases.
-    #[must_use]
     pub fn of_scene(scene: &str, factor: &str, level: String) -> Self {
         Self { scene: scene.to_owned(), ..Self::of_case("", factor, level) }
     }
@@ -74,7 +72,6 @@ impl FactorRow {
 
 impl CountRow {
     /// A row in which nothing is counted yet.
-    #[must_use]
     pub fn new(scene: &str, case: &str, chunk: u32, stratum: Option<Stratum>) -> Self {
         Self {
             scene: scene.to_owned(),

@@ -37,13 +37,11 @@ pub enum Kind {
 
 impl Kind {
     /// Whether it is a method of ours, whose promise to be safe is compared with the truth.
-    #[must_use]
     pub const fn is_ours(self) -> bool {
         self.has_volumes() || matches!(self, Self::Sampling)
     }
 
     /// Whether it is a hierarchy of volumes of ours, on the common tree or not.
-    #[must_use]
     pub const fn has_volumes(self) -> bool {
         matches!(self, Self::Volume | Self::Engine)
     }
@@ -71,7 +69,6 @@ impl Stratum {
     pub const BORDERS_MM: [f64; 2] = [1.0, 10.0];
 
     /// The stratum of a pose by the distance between the surfaces, mm (0 when they touch).
-    #[must_use]
     pub fn of(touching: bool, clearance_mm: f64) -> Self {
         match clearance_mm {
             _ if touching => Self::Colliding,
@@ -82,7 +79,6 @@ impl Stratum {
     }
 
     /// The name in files.
-    #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
             Self::Colliding => "colliding",
@@ -139,7 +135,6 @@ impl Band {
     pub const GRAZING_MM: f64 = 1e-6;
 
     /// The band of a colliding pose by its travel past first contact, mm.
-    #[must_use]
     pub fn of_depth(depth_mm: f64) -> Self {
         match depth_mm {
             d if d <= Self::GRAZING_MM => Self::Grazing,
@@ -153,7 +148,6 @@ impl Band {
     }
 
     /// The name in files: the interval of travel in mm, open below and closed above.
-    #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
             Self::Grazing => "grazing",
@@ -168,7 +162,6 @@ impl Band {
     }
 
     /// Whether a colliding pose of this band counts against a safe variant that misses it.
-    #[must_use]
     pub const fn is_above_grazing(self) -> bool {
         !matches!(self, Self::Grazing | Self::Clear)
     }

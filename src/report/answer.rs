@@ -24,13 +24,11 @@ pub struct Statement {
 }
 
 /// The statements of a run, the most important one first.
-#[must_use]
 pub fn answer(contents: &Contents) -> Vec<Statement> {
     [proposal(contents), Some(misses(contents)), Some(fastest(contents))].into_iter().flatten().collect()
 }
 
 /// The reading of the first claim about speed: the proposed case, and the case with which it is compared.
-#[must_use]
 pub fn proposed(claims: &ClaimSet) -> Option<&Reading> {
     primary_of(claims, TestKind::TimeRatio).next().map(|(_, reading)| reading)
 }
@@ -131,7 +129,6 @@ fn proposal(contents: &Contents) -> Option<Statement> {
 
 /// The quantity by which the run's scenes are ranked: `programs` for the time of programs, or the query time in a workload, with the scenes
 /// where these differ.
-#[must_use]
 pub fn quantity(contents: &Contents, programs: &str) -> String {
     let scenes = contents.manifest.scenes.iter().map(|scene| scene.name.as_str());
     let timed: Vec<(&str, &str)> =
@@ -349,7 +346,6 @@ fn range(of_scenes: &[(&str, &Tally)]) -> Option<String> {
 }
 
 /// The text with a capital first letter.
-#[must_use]
 pub fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().collect::<String>() + letters.as_str())

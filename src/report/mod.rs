@@ -108,7 +108,6 @@ impl Contents {
     }
 
     /// The label of a variant, or its id when the manifest does not list it.
-    #[must_use]
     pub fn label<'a>(&'a self, id: &'a str) -> &'a str {
         self.manifest.variants.iter().find(|entry| entry.id == id).map_or(id, |entry| &entry.label)
     }
@@ -119,7 +118,6 @@ pub const PREVIEW: &str = "This run is a preview: all its launches are of one bi
      interval of a time. Profile `full` over the binaries of `scripts/binaries` makes the run that counts.";
 
 /// Whether a run is a preview.
-#[must_use]
 pub const fn is_preview(manifest: &Manifest) -> bool {
     manifest.request.binaries < 2
 }

@@ -8,7 +8,6 @@ use crate::record::{PROGRAM_TIME, PROGRAM_TIME_COLD};
 use std::collections::BTreeMap;
 
 /// Nothing where all is quiet. Workloads as a whole are named; cells of a stratum or a single program are counted.
-#[must_use]
 pub fn in_short(contents: &Contents) -> Option<String> {
     let cells = NoisyCells::of(&contents.ratios);
     let mut scenes_of: BTreeMap<&str, usize> = BTreeMap::new();

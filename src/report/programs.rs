@@ -33,7 +33,6 @@ pub struct ProgramTotals {
 }
 
 /// The scenes on whose programs both cases were timed; empty for a run without programs or without a claim about speed.
-#[must_use]
 pub fn table(contents: &Contents) -> Vec<ProgramTotals> {
     let Some(reading) = proposed(&contents.claims) else { return Vec::new() };
     let rows = paired(contents, &reading.subject, &reading.baseline);

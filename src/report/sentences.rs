@@ -31,7 +31,6 @@ pub struct Sentence<'a> {
 }
 
 /// The sentences of a run in the order of the claims.
-#[must_use]
 pub fn sentences(contents: &Contents) -> Vec<Sentence<'_>> {
     contents.claims.claims.iter().map(|claim| sentence(claim, &contents.verdicts)).collect()
 }
@@ -77,7 +76,6 @@ fn whole<'a>(rows: &[&'a ClaimRow], primary: Option<&ClaimRow>) -> Vec<&'a Claim
 pub type Block<'a> = (Vec<&'a Reading>, Vec<Sentence<'a>>);
 
 /// The sentences of a group as tables.
-#[must_use]
 pub fn blocks(contents: &Contents, group: Group) -> Vec<Block<'_>> {
     let mut blocks: Vec<(Vec<&str>, Vec<Sentence<'_>>)> = Vec::new();
     for sentence in sentences(contents).into_iter().filter(|sentence| sentence.group == group) {
@@ -97,7 +95,6 @@ pub fn blocks(contents: &Contents, group: Group) -> Vec<Block<'_>> {
 }
 
 /// A reading in words: its name, and what it assumes.
-#[must_use]
 pub fn words(reading: &Reading) -> (String, &str) {
     match reading.title.split_once(": ") {
         Some((name, rest)) if name != reading.id.get_ref() => (format!("{}, {name}", reading.id.get_ref()), rest),
@@ -108,7 +105,6 @@ pub fn words(reading: &Reading) -> (String, &str) {
 
 /// A cell in one line: `refuted`, or `supported (scene-a), undecided (scene-b)` when scenes differ; workloads take the place of scenes when
 /// there are several; empty when the sentence is not judged in this reading.
-#[must_use]
 pub fn verdicts_in_words(rows: &[&ClaimRow]) -> String {
     let has_workloads = rows.iter().map(|row| &row.workload).collect::<BTreeSet<_>>().len() > 1;
     let is_alike = |row: &ClaimRow| {

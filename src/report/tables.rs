@@ -10,7 +10,6 @@ pub struct Table {
 
 impl Table {
     /// A table with these headings; columns whose heading begins with `>` are aligned right.
-    #[must_use]
     pub fn new(headings: &[&str]) -> Self {
         let mut table = Self { text: String::new() };
         table.row(headings.iter().map(|heading| heading.trim_start_matches('>')));
@@ -29,14 +28,12 @@ impl Table {
     }
 
     /// The finished table.
-    #[must_use]
     pub fn finish(self) -> String {
         self.text + "\n"
     }
 }
 
 /// A number with three significant digits, or more if its integer part has more; `-` when it is not a number.
-#[must_use]
 pub fn number(value: f64) -> String {
     match value.abs() {
         _ if !value.is_finite() => "-".to_owned(),
@@ -50,7 +47,6 @@ pub fn number(value: f64) -> String {
 }
 
 /// A value with its interval, as far as they are given and are numbers.
-#[must_use]
 pub fn interval(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> String {
     let known = |end: Option<f64>| end.filter(|end| end.is_finite());
     match (value, known(low), known(high)) {

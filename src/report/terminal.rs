@@ -23,7 +23,6 @@ pub struct SentenceRow {
 }
 
 /// The judged sentences of the run, by the row that answers each, and the number of sentences that are not judged.
-#[must_use]
 pub fn sentence_rows(contents: &Contents) -> (Vec<SentenceRow>, usize) {
     let all = sentences(contents);
     let judged = all.iter().filter(|sentence| sentence.group == Group::Judged).filter_map(|sentence| {
@@ -56,7 +55,6 @@ pub struct RankedRow {
 }
 
 /// The ranking with the ratio in each scene.
-#[must_use]
 pub fn ranked_rows(contents: &Contents) -> Vec<RankedRow> {
     let Some(baseline) = contents.claims.comparison.baselines.first() else { return Vec::new() };
     let row = |(place, entry): (usize, &crate::analysis::Ranked)| {

@@ -285,7 +285,6 @@ pub struct DrawnTool {
 
 impl DrawnTool {
     /// Warnings for the reader: an offset in the table that differs from the drawn length, and a missing holder.
-    #[must_use]
     pub fn notes(&self, table: &BTreeMap<u32, Tool>) -> Vec<String> {
         let Self { number, length_mm, up, bare_mm } = self;
         let tabled = up.zip(table.get(number)).map(|(up, tool)| along(&up, tool));

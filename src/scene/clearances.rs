@@ -73,7 +73,6 @@ impl Clearances {
     pub const STANDARD_MM: [f64; 3] = [14.0, 8.0, 2.0];
 
     /// These; and for pairs that none of them is about, the paper's zones.
-    #[must_use]
     pub fn new(mut clearances: Vec<Clearance>) -> Self {
         if clearances.iter().all(|clearance| !clearance.of.is_empty()) {
             clearances.extend(Self::everywhere(&Self::STANDARD_MM).0);
@@ -82,13 +81,11 @@ impl Clearances {
     }
 
     /// The same for all pairs, mm; none at all when there are no numbers.
-    #[must_use]
     pub fn everywhere(mm: &[f64]) -> Self {
         Self(mm.iter().map(|&mm| Clearance { of: Vec::new(), mm }).collect())
     }
 
     /// The clearances of a pair, widest first, mm; empty for none.
-    #[must_use]
     pub fn of(&self, parts: &[Part], pair: Pair) -> Vec<f64> {
         let pair = [&parts[pair.a], &parts[pair.b]];
         let closest = self.0.iter().filter_map(|clearance| clearance.fit(pair)).max();
@@ -101,7 +98,6 @@ impl Clearances {
     }
 
     /// The widest of a pair, mm; 0 for none.
-    #[must_use]
     pub fn widest_mm(&self, parts: &[Part], pair: Pair) -> f64 {
         self.of(parts, pair).first().copied().unwrap_or_default()
     }

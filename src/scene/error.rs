@@ -20,7 +20,6 @@ pub struct Place {
 
 impl Place {
     /// The line and column of a byte in a text.
-    #[must_use]
     pub fn of_byte(file: PathBuf, text: &str, byte: usize) -> Self {
         let before = text.get(..byte).unwrap_or(text);
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);

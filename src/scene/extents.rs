@@ -22,19 +22,16 @@ pub struct Extents {
 
 impl Extents {
     /// Lengths along X, Y and Z, mm.
-    #[must_use]
     pub fn size(&self) -> [f64; 3] {
         (self.high - self.low).into()
     }
 
     /// The diagonal, mm.
-    #[must_use]
     pub fn across_mm(&self) -> f64 {
         (self.high - self.low).norm()
     }
 
     /// The box around both boxes.
-    #[must_use]
     pub fn with(&self, other: &Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
@@ -42,7 +39,6 @@ impl Extents {
 
 impl Scene {
     /// The box around a part when the links are at `poses`.
-    #[must_use]
     pub fn extents(&self, part: usize, poses: &Poses) -> Extents {
         let world_from_part = self.world_from_part(part, poses);
         let mut corners = self.parts[part].mesh.vertices().iter().map(|vertex| world_from_part * vertex);
@@ -54,13 +50,11 @@ impl Scene {
     }
 
     /// The poses of the links before the first move of the program.
-    #[must_use]
     pub fn poses_at_start(&self) -> Poses {
         self.machine.forward(&self.program.as_ref().map(|run| run.start).unwrap_or_default())
     }
 
     /// Warnings about the meshes, one line each: units, holes, and surfaces that face inwards.
-    #[must_use]
     pub fn mesh_warnings(&self) -> Vec<String> {
         let poses = self.poses_at_start();
         let from_file: Vec<(usize, Extents)> = (0..self.parts.len())

@@ -80,7 +80,6 @@ pub enum Turns {
 
 impl Turns {
     /// Name in files.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Own => "own",
@@ -125,7 +124,6 @@ impl Role {
     pub const ALL: [Self; 6] = [Self::Machine, Self::Workpiece, Self::Cutter, Self::Shank, Self::Holder, Self::Fixture];
 
     /// Name of the role in files.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Machine => "machine",
@@ -169,13 +167,11 @@ pub struct Pair {
 
 impl Pair {
     /// Whether both pairs are the same two parts, in either order.
-    #[must_use]
     pub fn is(self, other: Self) -> bool {
         self == other || self == Self { a: other.b, b: other.a }
     }
 
     /// The part that is not `part`.
-    #[must_use]
     pub const fn other(self, part: usize) -> usize {
         if self.a == part { self.b } else { self.a }
     }
@@ -335,64 +331,54 @@ impl Scene {
     }
 
     /// Warnings about the drawn tools under a tool table, one line each: an offset that differs from the drawn length, a missing holder.
-    #[must_use]
     pub fn tool_notes(&self, table: &BTreeMap<u32, Tool>) -> Vec<String> {
         self.drawn_tools.iter().flat_map(|drawn| drawn.notes(table)).collect()
     }
 
     /// The name of a pair in files, as `a:b`.
-    #[must_use]
     pub fn pair_name(&self, pair: Pair) -> String {
         format!("{}:{}", self.parts[pair.a].name, self.parts[pair.b].name)
     }
 
     /// Whether the scene itself names a pair for examination.
-    #[must_use]
     pub fn names(&self, pair: Pair) -> bool {
         self.names_pairs && self.pairs.iter().any(|named| named.is(pair))
     }
 
     /// Whether a pair is a cutter and the workpiece, whose contact in a feed move is intended.
-    #[must_use]
     pub fn is_cutting(&self, pair: Pair) -> bool {
         let roles = [pair.a, pair.b].map(|part| self.parts[part].role);
         roles == [Role::Cutter, Role::Workpiece] || roles == [Role::Workpiece, Role::Cutter]
     }
 
     /// Index of the part with a name.
-    #[must_use]
     pub fn part(&self, name: &str) -> Option<usize> {
         self.parts.iter().position(|part| part.name == name)
     }
 
     /// Whether some part is mounted only while its tool is in the spindle.
-    #[must_use]
     pub fn changes_tools(&self) -> bool {
         self.parts.iter().any(|part| part.tool.is_some())
     }
 
     /// Whether both parts of a pair are mounted while `tool` is in the spindle.
-    #[must_use]
     pub fn is_mounted(&self, pair: Pair, tool: u32) -> bool {
         [pair.a, pair.b].iter().all(|&part| self.parts[part].tool.is_none_or(|own| own == tool))
     }
 
     /// The tool that must be in the spindle for a pair to be mounted; `None` when the pair is always mounted. For parts of different tools,
     /// which never form a pair, the tool of the first part.
-    #[must_use]
     pub fn tool_of(&self, pair: Pair) -> Option<u32> {
         self.parts[pair.a].tool.or(self.parts[pair.b].tool)
     }
 
     /// `world_from_part` when the links are at `poses`.
-    #[must_use]
     pub fn world_from_part(&self, part: usize, poses: &Poses) -> Isometry {
         let Part { link, link_from_part, .. } = &self.parts[part];
         poses.world_from(*link) * link_from_part
     }
 
     /// Part `b` of a pair in the frame of part `a` when the links are at `poses`.
-    #[must_use]
     pub fn a_from_b(&self, pair: Pair, poses: &Poses) -> Isometry {
         self.world_from_part(pair.a, poses).inv_mul(&self.world_from_part(pair.b, poses))
     }

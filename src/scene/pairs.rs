@@ -22,7 +22,6 @@ pub struct Range {
 
 impl Range {
     /// The range of a single position.
-    #[must_use]
     pub const fn at(position: Position) -> Self {
         Self { low: position, high: position }
     }
@@ -36,7 +35,6 @@ impl Range {
     }
 
     /// The range that the joints of a machine permit. An axis without a joint stays at zero.
-    #[must_use]
     pub fn of_limits(machine: &Machine) -> Self {
         let mut range = Self::at(Position::default());
         for axis in Axis::ALL {
@@ -84,7 +82,6 @@ pub struct Reach {
 
 impl Reach {
     /// The range of the machine's limits.
-    #[must_use]
     pub fn of_limits(scene: &Scene) -> Self {
         Self { axes: Range::of_limits(&scene.machine), tools: None }
     }
@@ -129,7 +126,6 @@ pub enum Dropped {
 impl Dropped {
     /// Whether the reason holds for every program, so the pair was not examined at all. A pair out of reach, in contrast, is known to be
     /// free for this program.
-    #[must_use]
     pub const fn is_for_ever(&self) -> bool {
         match self {
             Self::Rigid | Self::Neighbours { .. } | Self::DifferentTools { .. } | Self::Ignored => true,
@@ -165,7 +161,6 @@ pub struct Decision {
 
 /// Decides on every pair of parts, in order. `reach` gives the ranges of the axes; pairs that stay farther apart than their widest clearance are
 /// dropped. Pairs that the scene names are kept unless they are ignored, allowed, out of reach, or belong to a tool that is never mounted.
-#[must_use]
 pub fn decide(scene: &Scene, reach: &Reach, clearances: &Clearances) -> Vec<Decision> {
     let balls: Vec<Ball> = scene.parts.iter().map(ball).collect();
     let pairs = (0..scene.parts.len()).flat_map(|a| (a + 1..scene.parts.len()).map(move |b| Pair { a, b }));
@@ -231,7 +226,6 @@ fn least_distance(scene: &Scene, balls: &[Ball], pair: Pair, range: &Range) -> O
 }
 
 /// The ball around a part's bounding box.
-#[must_use]
 pub fn ball(part: &Part) -> Ball {
     let (low, high) = bounds(&part.mesh);
     let centre = part.link_from_part * nalgebra::center(&low, &high);

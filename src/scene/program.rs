@@ -263,7 +263,6 @@ impl ProgramRun {
     }
 
     /// The tool in the spindle during each move, 0 for none; the move of a tool change has the new tool.
-    #[must_use]
     pub fn tools(&self) -> Vec<u32> {
         let mut tool = self.setup.tool;
         let during = |step: &Move| {
@@ -296,7 +295,6 @@ impl ProgramRun {
     }
 
     /// A run without moves, with the controller of a mill that starts at zero, for a scene without a program.
-    #[must_use]
     pub fn of_mill() -> Self {
         let program = rs274::Program { moves: Vec::new(), blocks: Vec::new(), notes: Vec::new() };
         let setup = Setup::default();

@@ -36,7 +36,6 @@ pub struct SetUp {
 
 impl SetUp {
     /// Whether the job adds nothing.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self == &Self::default()
     }

@@ -95,13 +95,11 @@ impl Chain {
     }
 
     /// All axes, those of the workpiece first.
-    #[must_use]
     pub fn axes(&self) -> Vec<Axis> {
         self.work.iter().chain(&self.tool).copied().collect()
     }
 
     /// The default link for a part of a role: an axis letter, or `base`. `None` for machine parts.
-    #[must_use]
     pub fn link_of(&self, role: Role) -> Option<String> {
         let last = |axes: &[Axis]| axes.last().map_or_else(|| BASE.to_owned(), |axis| axis.letter().to_string());
         match role {
@@ -112,7 +110,6 @@ impl Chain {
     }
 
     /// The names of all links, `base` first.
-    #[must_use]
     pub fn links(&self) -> Vec<String> {
         let letters = self.axes().into_iter().map(|axis| axis.letter().to_string());
         std::iter::once(BASE.to_owned()).chain(letters).collect()
@@ -158,7 +155,6 @@ pub struct NewScene {
 
 impl NewScene {
     /// The scene file.
-    #[must_use]
     pub fn toml(&self) -> String {
         let mut text = format!(
             "# A machine for `bvbench check` and `bvbench view`; docs/format.md of bvbench describes every key. Lengths are mm, angles degrees.\n\
@@ -278,7 +274,6 @@ impl NewScene {
     }
 
     /// A program that moves each axis a little and back, to check the direction of each.
-    #[must_use]
     pub fn jog(&self) -> String {
         let mut text = String::from("(moves each axis up and back: does it go the right way?)\nG21 G90 G94 G53 G0");
         // Programs of lathes give diameters.

@@ -48,7 +48,6 @@ pub struct Scratch {
 
 impl Grid {
     /// The grid over `triangles` (mm, mesh frame; at least one).
-    #[must_use]
     pub fn build(triangles: Vec<Triangle>) -> Self {
         let (low, high, pad) = padded_bounds(&triangles);
         let extent = high - low;
@@ -110,13 +109,11 @@ impl Grid {
     }
 
     /// All triangles, mm, mesh frame, in the order of the mesh's faces.
-    #[must_use]
     pub fn triangles(&self) -> &[Triangle] {
         &self.triangles
     }
 
     /// Number of voxels, empty ones included.
-    #[must_use]
     pub const fn voxel_count(&self) -> usize {
         self.starts.len() - 1
     }
@@ -127,7 +124,6 @@ impl Grid {
     }
 
     /// Sum of the surface areas of the occupied voxels, divided by the surface area of the whole grid.
-    #[must_use]
     pub fn relative_area(&self) -> f64 {
         let e = self.high - self.low;
         let whole = 2.0 * (e.x * e.y + e.y * e.z + e.z * e.x);
@@ -135,7 +131,6 @@ impl Grid {
     }
 
     /// Memory the grid holds, bytes.
-    #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(self.triangles.as_slice())
             + size_of_val(self.starts.as_slice())
@@ -198,7 +193,6 @@ impl Grid {
 
     /// The distance between the meshes, mm, if it is below `below_mm`; otherwise infinity. 0 when they touch. Every pair of occupied voxels
     /// is compared with the least distance so far, because a grid has no order by distance.
-    #[must_use]
     pub fn distance_mm(&self, other: &Self, a_from_b: &Isometry, below_mm: f64) -> f64 {
         let (turn, placement) = (Turn::new(a_from_b), Placement::new(a_from_b));
         let half = |grid: &Self| Vector::repeat(grid.pitch / 2.0 + grid.pad);

@@ -52,7 +52,6 @@ pub struct Scratch {
 
 impl Octree {
     /// The octree over `triangles` (mm, mesh frame; at least one).
-    #[must_use]
     pub fn build(triangles: Vec<Triangle>) -> Self {
         let (low, high, pad) = padded_bounds(&triangles);
         let root = Octant {
@@ -123,19 +122,16 @@ impl Octree {
     }
 
     /// All triangles, mm, mesh frame, in the order of the mesh's faces.
-    #[must_use]
     pub fn triangles(&self) -> &[Triangle] {
         &self.triangles
     }
 
     /// Number of octants.
-    #[must_use]
     pub const fn octant_count(&self) -> usize {
         self.octants.len()
     }
 
     /// Number of leaves, depth of the deepest, and mean depth of a triangle's entry in a leaf.
-    #[must_use]
     pub fn leaves(&self) -> (usize, u32, f64) {
         let leaves = self.octants.iter().filter(|octant| octant.is_leaf);
         let weighted: f64 = leaves.zip(self.depths()).map(|(leaf, d)| f64::from(leaf.count) * f64::from(d)).sum();
@@ -143,13 +139,11 @@ impl Octree {
     }
 
     /// Sum of the surface areas of all octants, divided by that of the root.
-    #[must_use]
     pub fn relative_area(&self) -> f64 {
         self.octants.iter().map(|octant| (octant.half / self.octants[0].half).powi(2)).sum()
     }
 
     /// Memory the octree holds, bytes.
-    #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(self.octants.as_slice())
             + size_of_val(self.faces.as_slice())
@@ -218,7 +212,6 @@ impl Octree {
 
     /// The distance between the meshes, mm, if it is below `below_mm`; otherwise infinity. 0 when they touch. Uses branch and bound with
     /// the gap between two octants; the nearest pair is opened first.
-    #[must_use]
     pub fn distance_mm(&self, other: &Self, a_from_b: &Isometry, below_mm: f64) -> f64 {
         let (turn, placement) = (Turn::new(a_from_b), Placement::new(a_from_b));
         let gap = |i: u32, j: u32| {

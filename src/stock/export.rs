@@ -34,7 +34,6 @@ pub struct Volume {
 
 impl Stock {
     /// What is left, between two bounds.
-    #[must_use]
     pub fn volume(&mut self) -> Volume {
         let mut volume = Volume::default();
         self.visit(&|_, half| half > VOLUME_MM, &mut |_, half, material| {
@@ -50,7 +49,6 @@ impl Stock {
     }
 
     /// A watertight mesh around all that may be left, of the smallest cubes that make no more than two million triangles.
-    #[must_use]
     pub fn hull(&mut self) -> Hull {
         let (low, high) = self.bounds();
         let size = high - low;

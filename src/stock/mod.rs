@@ -150,19 +150,16 @@ impl Stock {
     }
 
     /// The resolution, mm.
-    #[must_use]
     pub const fn resolution_mm(&self) -> f64 {
         self.resolution_mm
     }
 
     /// Side of the finest cells, mm.
-    #[must_use]
     pub const fn cell_mm(&self) -> f64 {
         CELL * self.resolution_mm
     }
 
     /// Side of the tiles, mm: the coarsest cells.
-    #[must_use]
     pub fn tile_mm(&self) -> f64 {
         self.tiles.first().map_or(0.0, Tile::size_mm)
     }
@@ -182,13 +179,11 @@ impl Stock {
     }
 
     /// Cells that were held against something that moves so far: what time is spent on, the same on every machine.
-    #[must_use]
     pub fn questions(&self) -> u64 {
         self.tiles.iter().map(Tile::questions).sum()
     }
 
     /// Bytes of the cells.
-    #[must_use]
     pub fn bytes(&self) -> usize {
         self.tiles.iter().map(Tile::bytes).sum()
     }
@@ -272,7 +267,6 @@ impl Tiling {
 }
 
 /// The resolution where nobody says otherwise, mm: [`RESOLUTION_MM`], or [`RESOLUTION_PART`] of a workpiece's longest side where that is more.
-#[must_use]
 pub fn standard_resolution_mm(mesh: &Mesh) -> f64 {
     let (low, high) = triangle::bounds(&mesh.triangles()).unwrap_or_default();
     RESOLUTION_MM.max(RESOLUTION_PART * (high - low).amax())

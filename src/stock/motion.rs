@@ -55,7 +55,6 @@ const MOST_TURN: f64 = 0.1;
 
 impl Chain {
     /// The joints between a part and a stock.
-    #[must_use]
     pub fn new(machine: &Machine, part: Mount, stock: Mount) -> Self {
         let to_world =
             |mount: &Mount| -> Vec<usize> { std::iter::successors(mount.link, |&link| machine.parent(link)).collect() };
@@ -67,14 +66,12 @@ impl Chain {
     }
 
     /// Sum of the turns while axes change by `change`, radians.
-    #[must_use]
     pub fn turn(&self, machine: &Machine, change: &Position) -> f64 {
         let joints = self.links.iter().filter_map(|&link| machine.links()[link].joint.as_ref());
         joints.filter(|joint| joint.turns()).map(|joint| joint.value(change).abs()).sum()
     }
 
     /// Into how many pieces a move must be cut for what `off` says of each to be at most `pad_mm`; as few as that takes, or the most there may be.
-    #[must_use]
     pub fn pieces(
         &self,
         machine: &Machine,
@@ -102,7 +99,6 @@ impl Chain {
     }
 
     /// Piece `index` of `count`.
-    #[must_use]
     pub fn piece(&self, machine: &Machine, from: &Position, to: &Position, index: usize, count: usize) -> Piece {
         let part_of = |k: f64| k / count as f64;
         let (begin, end) = (part_of(index as f64), part_of(index as f64 + 1.0));
@@ -123,14 +119,12 @@ impl Chain {
 
     /// A piece as a way without turning, in the orientation at first: its travel in the stock's frame, and how far any point of the part may be from where that
     /// says, mm.
-    #[must_use]
     pub fn unturned(&self, piece: &Piece) -> (Vector, f64) {
         let travel = piece.last * self.part.centre - piece.first * self.part.centre;
         (travel, piece.turn * self.part.radius_mm + 0.25 * piece.turn * piece.way_mm)
     }
 
     /// The part's frame in the stock's at a position.
-    #[must_use]
     pub fn stock_from_part(&self, machine: &Machine, position: &Position) -> Isometry {
         let poses = machine.forward(position);
         let world_from = |mount: &Mount| poses.world_from(mount.link) * mount.link_from_mesh;

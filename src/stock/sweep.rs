@@ -36,19 +36,16 @@ pub(super) enum Form {
 impl Body {
     /// A part that its spindle turns about its own axis: the body of revolution around it. Grooves of its outline that are at most `groove_mm` wide, along
     /// the axis, count as filled.
-    #[must_use]
     pub fn turning(mesh: &Arc<Mesh>, groove_mm: f64) -> Self {
         Self { form: Arc::new(Form::Round(Round::new(mesh, groove_mm))) }
     }
 
     /// The same about z of the frame to which `axis_from_part` leads.
-    #[must_use]
     pub fn turning_about(mesh: &Arc<Mesh>, axis_from_part: Isometry, groove_mm: f64) -> Self {
         Self { form: Arc::new(Form::Round(Round::about(mesh, axis_from_part, groove_mm))) }
     }
 
     /// A part that does not turn, or the body of revolution around it where the two are nearly one.
-    #[must_use]
     pub fn standing(mesh: &Arc<Mesh>) -> Self {
         let is_smooth = |round: &Round| round.is_solid() && round.slack_mm <= FACETED * round.radius_mm;
         let round = Round::standing(mesh).filter(is_smooth).map(Form::Round);
@@ -56,14 +53,12 @@ impl Body {
     }
 
     /// A round mesh where it is, with the points of it that are in the mesh for sure however it is turned; `None` of all others.
-    #[must_use]
     pub fn round_as_drawn(mesh: &Arc<Mesh>) -> Option<Self> {
         let round = Round::standing(mesh).filter(Round::is_solid)?;
         Some(Self { form: Arc::new(Form::Round(round)) })
     }
 
     /// The same body of revolution of which no point is in the part for sure: it takes nothing away, and what comes into it is not certain.
-    #[must_use]
     pub fn vague(&self) -> Self {
         match &*self.form {
             Form::Round(round) => Self { form: Arc::new(Form::Round(round.vague())) },
@@ -72,7 +67,6 @@ impl Body {
     }
 
     /// Centre and radius of a ball around it, in the part's frame, mm.
-    #[must_use]
     pub fn ball(&self) -> (Point, f64) {
         match &*self.form {
             Form::Round(Round { radius_mm, span_mm: [low, high], body_from_part, .. }) => {
@@ -87,7 +81,6 @@ impl Body {
     }
 
     /// A point of its axis and the axis's direction, in the part's frame, where the mesh is round about it.
-    #[must_use]
     pub fn axis(&self) -> Option<(Point, Vector)> {
         match &*self.form {
             Form::Round(round) if round.filled >= ROUND => {
@@ -99,13 +92,11 @@ impl Body {
     }
 
     /// Whether it is a body of revolution.
-    #[must_use]
     pub fn is_round(&self) -> bool {
         matches!(&*self.form, Form::Round(_))
     }
 
     /// How deep a point can be in it at most, mm.
-    #[must_use]
     pub fn deepest_mm(&self) -> f64 {
         match &*self.form {
             Form::Round(Round { radius_mm, span_mm: [low, high], .. }) => radius_mm.min(0.5 * (high - low)),
@@ -117,14 +108,12 @@ impl Body {
     }
 
     /// Part of the body of revolution that the mesh fills, 0 to 1; 1 of a part that does not turn.
-    #[must_use]
     pub fn filled(&self) -> f64 {
         if let Form::Round(round) = &*self.form { round.filled } else { 1.0 }
     }
 
     /// The part from one pose to another, as frames of its mesh in the stock's, mm. Every point of the stock that it meets is within `pad_mm` of where it would be if
     /// it went straight in the part's frame.
-    #[must_use]
     pub fn sweep(&self, [first, last]: [&Isometry; 2], pad_mm: f64) -> Sweep {
         let body_from_part = match &*self.form {
             Form::Round(round) => round.body_from_part,
@@ -190,32 +179,27 @@ pub struct TurningTool {
 impl TurningTool {
     /// The section of a mesh whose frame is turned by `rotation` against the axis's; x of that frame leads from the axis to the tool. Of what
     /// `cuts`, more is known to be swept.
-    #[must_use]
     pub fn new(mesh: &Mesh, rotation: UnitQuaternion<f64>, beside_mm: f64, cuts: bool) -> Self {
         let axis_from_part = Isometry::from_parts(Vector::new(0.0, beside_mm, 0.0).into(), rotation);
         Self { section: Arc::new(Turned::new(mesh, &axis_from_part, cuts)), rotation }
     }
 
     /// The same of which nothing is known but that it is within its outline: it takes nothing away for sure.
-    #[must_use]
     pub fn vague(&self) -> Self {
         Self { section: Arc::new(self.section.vague()), rotation: self.rotation }
     }
 
     /// How deep a point of the section can be in it at most, mm.
-    #[must_use]
     pub fn deepest_mm(&self) -> f64 {
         self.section.deepest_mm()
     }
 
     /// Whether the mesh is turned as another place wants it.
-    #[must_use]
     pub fn is_turned_by(&self, rotation: &UnitQuaternion<f64>) -> bool {
         self.rotation.angle_to(rotation) < 1e-9
     }
 
     /// The way of the mesh's origin from `start` by `travel`, both (x, z) in the frame of the axis, mm.
-    #[must_use]
     pub fn sweep(&self, spindle: &Spindle, start: [f64; 2], travel: [f64; 2], pad_mm: f64) -> Sweep {
         let shift = self.section.shift(start, travel);
         let axis_from_stock = spindle.axis_from_stock;

@@ -38,7 +38,6 @@ pub struct Depth {
 
 impl Depth {
     /// Bounds of the larger of two.
-    #[must_use]
     pub fn max(self, other: Self) -> Self {
         Self { low: self.low.max(other.low), high: self.high.max(other.high) }
     }

@@ -19,7 +19,6 @@ impl<S: Shape> Tree<S> {
     ///
     /// # Panics
     /// When `triangles` is empty or has more than 2³¹ members; a [`crate::geometry::Mesh`] is never either.
-    #[must_use]
     pub fn build(fit: Fit<'_, S>, triangles: &[Triangle], policy: Policy) -> Self {
         assert!(!triangles.is_empty(), "a tree needs at least one triangle");
         assert!(triangles.len() < (1 << 31), "node numbers are 32 bits");

@@ -22,7 +22,6 @@ pub struct Drawn {
 
 impl<S: Shape> Tree<S> {
     /// The nodes of the first `levels` levels, in the order of [`Tree::nodes`].
-    #[must_use]
     pub fn drawn(&self, levels: u32) -> Vec<Drawn> {
         self.any_nodes().iter().filter(|node| node.depth < levels).map(Drawn::of).collect()
     }

@@ -38,14 +38,12 @@ pub struct Node<S> {
 impl<S> Node<S> {
     /// The left and right child's index, or `None` for a leaf.
     #[inline]
-    #[must_use]
     pub const fn children(&self) -> Option<(u32, u32)> {
         if self.children == 0 { None } else { Some((self.children, self.children + 1)) }
     }
 
     /// The node's range in [`Tree::triangles`].
     #[inline]
-    #[must_use]
     pub const fn range(&self) -> std::ops::Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
@@ -64,31 +62,26 @@ pub struct Tree<S> {
 
 impl<S> Tree<S> {
     /// All nodes, the root first.
-    #[must_use]
     pub fn nodes(&self) -> &[Node<S>] {
         &self.nodes
     }
 
     /// All triangles in tree order, mm, mesh frame.
-    #[must_use]
     pub fn triangles(&self) -> &[Triangle] {
         &self.triangles
     }
 
     /// The face number in the mesh of each triangle in tree order.
-    #[must_use]
     pub fn faces(&self) -> &[u32] {
         &self.faces
     }
 
     /// The triangles of one node.
-    #[must_use]
     pub fn triangles_of(&self, node: &Node<S>) -> &[Triangle] {
         &self.triangles[node.range()]
     }
 
     /// The same tree with each volume replaced by `volume`; `None` when that returns `None` for any of them.
-    #[must_use]
     pub fn with_volumes<W>(&self, volume: impl Fn(&S) -> Option<W>) -> Option<Tree<W>> {
         let node = |node: &Node<S>| {
             let Node { size, children, first, count, .. } = *node;
@@ -99,7 +92,6 @@ impl<S> Tree<S> {
     }
 
     /// Memory the tree holds, bytes.
-    #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice()) + size_of_val(self.triangles.as_slice()) + size_of_val(self.faces.as_slice())
     }

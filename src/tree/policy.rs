@@ -44,7 +44,6 @@ impl SplitRule {
     pub const ALL: [Self; 5] = [Self::VertexMean, Self::AreaMean, Self::Median, Self::Midpoint, Self::Sah16];
 
     /// The name in files and on the command line.
-    #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
             Self::VertexMean => "vertex-mean",
@@ -58,7 +57,6 @@ impl SplitRule {
 
 impl Axes {
     /// The name in files and on the command line.
-    #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
             Self::Own => "own",
@@ -72,13 +70,11 @@ impl Policy {
     pub const LEAF_RANGE: std::ops::RangeInclusive<u8> = 1..=8;
 
     /// The volume's own axes and single-triangle leaves.
-    #[must_use]
     pub const fn own(split: SplitRule) -> Self {
         Self { split, axes: Axes::Own, leaf: 1 }
     }
 
     /// The shared topology and single-triangle leaves.
-    #[must_use]
     pub const fn shared(split: SplitRule) -> Self {
         Self { split, axes: Axes::Shared, leaf: 1 }
     }

@@ -167,7 +167,6 @@ fn weighted_area((count, low, high): &(usize, Vector, Vector)) -> f64 {
 
 /// The axes of the area-weighted covariance, ordered by the extent of the triangles along them; [`super::policy::Axes::Shared`] splits
 /// along them.
-#[must_use]
 pub fn shared_axes(triangles: &[Triangle]) -> [Unit<Vector>; 3] {
     let frame = covariance::principal_frame(&covariance::area_weighted(triangles).1);
     let axis = |column: usize| {

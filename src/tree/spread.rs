@@ -20,7 +20,6 @@ pub struct Contents {
 
 impl Contents {
     /// The convex hull of points, mm, in any order; points may repeat.
-    #[must_use]
     pub fn of<'a>(points: impl Iterator<Item = &'a Point>) -> Self {
         match Hull::of(points) {
             None => Self { corners: Vec::new(), solid: None },
@@ -50,7 +49,6 @@ fn thick(corners: &[Point], faces: Vec<Triangle>) -> Option<(Vec<Triangle>, f64)
 
 /// The directed Hausdorff distance from a volume to the convex hull of its contents, mm: the distance from the hull to the farthest point
 /// of the volume's drawing. Exact for boxes and polytopes, because their farthest points are corners.
-#[must_use]
 pub fn hausdorff_mm(volume: &dyn Solid, hull: &[Triangle]) -> f64 {
     farthest_outside_mm(volume.outline().into_iter().flatten().collect(), hull)
 }
@@ -83,7 +81,6 @@ fn farthest_outside_mm(mut points: Vec<Point>, hull: &[Triangle]) -> f64 {
 }
 
 /// The volume of the intersection of two volumes, mm³, estimated from a fixed set of evenly spread points (Halton 1960).
-#[must_use]
 pub fn overlap_mm3(one: &dyn Solid, other: &dyn Solid) -> f64 {
     let bounds = |volume: &dyn Solid| {
         let points = volume.outline().into_iter().flatten().map(|point| (point, point));

@@ -26,7 +26,6 @@ pub struct TreeSummary {
 
 impl<S: Shape> Tree<S> {
     /// Measures the tree without its levels: [`TreeReport`] without levels and outline.
-    #[must_use]
     pub fn brief_report(&self) -> TreeReport {
         TreeReport::brief(&self.any_nodes())
     }

@@ -45,7 +45,6 @@ pub struct TreeReport {
 impl TreeReport {
     /// The report of a structure with inner nodes that do not have two children, or with nodes that are not fitted to their contents: no
     /// balance, no levels, no outline.
-    #[must_use]
     pub const fn not_binary() -> Self {
         Self {
             nodes: 0,
@@ -104,7 +103,6 @@ struct NodeFacts {
 
 impl<S: Shape> Tree<S> {
     /// Measures the tree.
-    #[must_use]
     pub fn report(&self) -> TreeReport {
         TreeReport::of(&self.any_nodes())
     }
@@ -221,7 +219,6 @@ fn sum(level: u32, facts: &[NodeFacts]) -> LevelReport {
 
 /// Volume of the convex hull of triangles in mm, mm³; `None` for contents that are flat, or nearly so, or that have fewer points than a
 /// tetrahedron.
-#[must_use]
 pub fn hull_volume(triangles: &[Triangle]) -> Option<f64> {
     Contents::of(triangle::corners(triangles)).solid.map(|(_, volume)| volume)
 }

@@ -16,7 +16,6 @@ pub struct Places(Vec<u32>);
 
 impl Places {
     /// The positions of the faces in `tree`.
-    #[must_use]
     pub fn of<S>(tree: &Tree<S>) -> Self {
         let mut places = vec![0; tree.faces.len()];
         for (&face, place) in tree.faces.iter().zip(0..) {
@@ -29,7 +28,6 @@ impl Places {
 /// Whether all pairs of volumes overlap on the chain that leads to the pair of faces `witness`, (face of `a`, face of `b`). If they do, and
 /// the two triangles touch, [`traverse::first`](super::traverse::first) answers that the meshes touch. If not, that query may still find
 /// another contact.
-#[must_use]
 pub fn reached<S: Shape>(
     a: (&Tree<S>, &Places),
     b: (&Tree<S>, &Places),

@@ -49,7 +49,6 @@ pub struct TruthKey {
 impl TruthKey {
     /// The key of the answers at these poses. `request` states, in the caller's words, what else the answers depend on: the cut-off of the
     /// clearance, the method for depths, the bounds of clusters.
-    #[must_use]
     pub fn new(oracle: &PairOracle, poses: &[Isometry], request: &str) -> Self {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&VERSION.to_le_bytes());
@@ -81,7 +80,6 @@ impl TruthCache {
     }
 
     /// The answers stored under the key, in the order of the poses; `None` when no valid file exists.
-    #[must_use]
     pub fn load(&self, key: &TruthKey) -> Option<Vec<Judgement>> {
         decode(&fs::read(self.path(key)).ok()?, key)
     }

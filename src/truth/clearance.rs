@@ -57,7 +57,6 @@ pub(super) type Nearest = Option<(usize, usize)>;
 impl PairOracle {
     /// Euclidean distance between the surfaces, mm: exactly 0 when they touch, and infinite when it exceeds `beyond_mm`, which may itself
     /// be infinite. For a solid inside the other, it is the distance between the surfaces.
-    #[must_use]
     pub fn clearance_mm(&self, a_from_b: &Isometry, beyond_mm: f64) -> f64 {
         if self.touches(a_from_b) {
             0.0

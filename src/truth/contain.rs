@@ -27,7 +27,6 @@ pub struct Solid {
 
 impl Solid {
     /// Prepares a mesh.
-    #[must_use]
     pub fn new(mesh: Arc<Mesh>) -> Self {
         let bounds = Bounds::around(mesh.vertices().iter().copied());
         Self { bounds, representatives: representatives(&mesh), inside: OnceLock::new(), mesh }
@@ -35,7 +34,6 @@ impl Solid {
 
     /// Whether a component of either solid lies inside the other when `b` is placed in the frame of `a`. Their surfaces must not touch
     /// there. Exact, like [`super::Verdict::contained`].
-    #[must_use]
     pub fn one_in_the_other(a: &Self, b: &Self, a_from_b: &Isometry) -> bool {
         let mover = Mover::new(a_from_b, &b.bounds);
         let moved = mover.bounds(&b.bounds);
@@ -53,14 +51,12 @@ impl Solid {
 
     /// Whether a point, mm, in the mesh's frame, is inside the mesh. The point must lie on no triangle. Exact; a mesh that is not
     /// watertight contains nothing.
-    #[must_use]
     pub fn holds(&self, point: &Point) -> bool {
         self.bounds.contains(point)
             && self.tree().is_some_and(|tree| is_inside(point, tree, |bounds| *bounds, |triangle| *triangle))
     }
 
     /// Whether the mesh encloses a space; a mesh that does not contains nothing.
-    #[must_use]
     pub fn is_watertight(&self) -> bool {
         self.mesh.edge_report().is_watertight()
     }
@@ -82,7 +78,6 @@ pub(super) fn representatives(mesh: &Mesh) -> Vec<Point> {
 
 /// Closed components of a mesh that face inwards and have a vertex outside all closed components that face outwards. They bound no cavity: what
 /// they enclose outside counts as inside all the same, and what they enclose inside another component as outside.
-#[must_use]
 pub fn stray_cavities(mesh: &Mesh) -> usize {
     let (component_of, components) = mesh.components();
     let mut triangles = vec![Vec::new(); components];

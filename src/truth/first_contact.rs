@@ -19,7 +19,6 @@ use robust::Coord;
 impl PairOracle {
     /// The least travel (mm, may be negative) along `direction_in_a`, measured from `a_from_b`, at which the surfaces touch when `b` comes
     /// from infinitely far behind; `None` when `b` passes without contact. A solid of `b` that would enter `a` stops at the surface.
-    #[must_use]
     pub fn first_contact_mm(&self, a_from_b: &Isometry, direction_in_a: &Unit<Vector>) -> Option<f64> {
         let frame = frame_along(direction_in_a);
         let rotation = frame * rigid::rotation(a_from_b);

@@ -26,7 +26,6 @@ pub struct Verdict {
 
 impl Verdict {
     /// Whether the surfaces share a point; exact, for the snapped vertices.
-    #[must_use]
     pub const fn touches(&self) -> bool {
         self.witness.is_some()
     }
@@ -108,7 +107,6 @@ impl Candidate<'_> {
 
 impl PairOracle {
     /// The verdict at one pose.
-    #[must_use]
     pub fn judge(&self, a_from_b: &Isometry) -> Verdict {
         let posed = self.posed(a_from_b);
         let witness = self.witness(&posed);
@@ -116,7 +114,6 @@ impl PairOracle {
     }
 
     /// Whether the surfaces share a point; exact, for the snapped vertices.
-    #[must_use]
     pub fn touches(&self, a_from_b: &Isometry) -> bool {
         self.witness(&self.posed(a_from_b)).is_some()
     }
@@ -130,7 +127,6 @@ impl PairOracle {
     }
 
     /// How many pairs of triangles share a point; exact, for the snapped vertices.
-    #[must_use]
     pub fn touching_pairs(&self, a_from_b: &Isometry) -> u64 {
         let mut pairs = 0;
         let _ = self.candidates(&self.posed(a_from_b), |pair| {

@@ -80,20 +80,17 @@ struct Posed {
 
 impl PairOracle {
     /// Prepares two meshes. Poses given to the oracle place `b` in the frame of `a`.
-    #[must_use]
     pub fn new(a: Arc<Mesh>, b: Arc<Mesh>) -> Self {
         let (a, b) = (Side::new(a), Side::new(b));
         Self { planes: a.tree.triangles.iter().map(Plane::of).collect(), a, b }
     }
 
     /// The mesh in whose frame poses are given.
-    #[must_use]
     pub fn mesh_a(&self) -> &Arc<Mesh> {
         &self.a.mesh
     }
 
     /// The mesh that poses move.
-    #[must_use]
     pub fn mesh_b(&self) -> &Arc<Mesh> {
         &self.b.mesh
     }

@@ -21,7 +21,6 @@ const OPPOSITE: f64 = 1e-9;
 /// contact changes more than once within that step, one of the changes is found. A path that starts in contact has no entry; one that ends
 /// in contact has no exit. A gap that lies wholly between two colliding poses is not detected. When the lists differ in length, the surplus
 /// is ignored.
-#[must_use]
 pub fn path_depths(oracle: &PairOracle, poses: &[Isometry], exact: &[bool]) -> Vec<Option<f64>> {
     let count = poses.len().min(exact.len());
     let (poses, exact) = (&poses[..count], &exact[..count]);

@@ -125,7 +125,6 @@ impl Models {
 }
 
 /// The axis that is up unless somebody says otherwise: y under a lathe's controller, whose bed lies along z; else z.
-#[must_use]
 pub fn upright(scene: &Scene) -> Up {
     match &scene.program {
         Some(run) if run.setup.plane == Plane::Zx => Up::Y,

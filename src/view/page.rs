@@ -22,7 +22,6 @@ const SCRIPTS: [&str; 12] = [
 ];
 
 /// A whole page that opens from disk without a network.
-#[must_use]
 pub fn page(data: &ViewData) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -36,7 +35,6 @@ pub fn page(data: &ViewData) -> String {
 }
 
 /// The viewer as a part of another page: a `div` with its style, data and scripts, as tall as its style says (`--bv-height`).
-#[must_use]
 pub fn fragment(data: &ViewData) -> String {
     viewer(data, "bv-view")
 }

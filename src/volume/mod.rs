@@ -129,13 +129,11 @@ pub trait Solid: Send + Sync {
 }
 
 /// The coordinate axes ordered by decreasing `extents`; equal extents keep the order x, y, z.
-#[must_use]
 pub fn coordinate_axes_by_extent(extents: &Vector) -> [Unit<Vector>; 3] {
     axes_by_extent(&Matrix3::identity(), extents)
 }
 
 /// Axes (columns) ordered by decreasing `extents` along them; equal extents keep their order.
-#[must_use]
 pub fn axes_by_extent(axes: &Matrix3<f64>, extents: &Vector) -> [Unit<Vector>; 3] {
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| extents[j].total_cmp(&extents[i]));
@@ -143,13 +141,11 @@ pub fn axes_by_extent(axes: &Matrix3<f64>, extents: &Vector) -> [Unit<Vector>; 3
 }
 
 /// The surface area of a box with the given half-lengths (mm), mm².
-#[must_use]
 pub fn box_area(half: &Vector) -> f64 {
     8.0 * (half.x * half.y + half.y * half.z + half.z * half.x)
 }
 
 /// The twelve edges of a box with the given centre (mm), axes (columns) and half-lengths (mm).
-#[must_use]
 pub fn box_outline(centre: &Point, axes: &Matrix3<f64>, half: &Vector) -> Vec<Segment> {
     let corner = |signs: [f64; 3]| centre + axes * Vector::from(signs).component_mul(half);
     let mut edges = Vec::with_capacity(12);

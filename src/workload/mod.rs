@@ -33,7 +33,6 @@ pub enum Source {
 
 impl Source {
     /// The name of the source, which is also the name of its workload.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Program => "program",
@@ -86,13 +85,11 @@ pub struct Workload {
 
 impl Workload {
     /// Number of posed pairs, over all pairs.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.pairs.iter().map(|pair| pair.poses.len()).sum()
     }
 
     /// Whether there is no pose.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -81,7 +81,6 @@ impl Ray {
     }
 
     /// The same line after the frames of both parts are rotated, `a`'s by `turn_a` and `b`'s by `turn_b`, while the parts stay in place.
-    #[must_use]
     pub fn in_frames(&self, turn_a: &UnitQuaternion<f64>, turn_b: &UnitQuaternion<f64>) -> Self {
         let first_contact = *turn_a * self.first_contact * turn_b.inverse();
         Self { first_contact, direction: turn_a * self.direction }

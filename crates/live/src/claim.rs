@@ -15,7 +15,6 @@ pub const LATE: f64 = 0.001;
 const FEWEST: u64 = 3000;
 
 /// A row for every run over a network that neither delays nor loses.
-#[must_use]
 pub fn judge(rows: &[SoakRow]) -> Vec<ClaimRow> {
     rows.iter().filter(|row| row.delay_ns == 0 && row.loss == 0.0).map(of_run).collect()
 }

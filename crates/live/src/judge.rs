@@ -106,7 +106,6 @@ pub enum Verdict {
 
 impl Verdict {
     /// Name in files.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Clear => "clear",
@@ -117,7 +116,6 @@ impl Verdict {
     }
 
     /// Whether the machine may go on.
-    #[must_use]
     pub const fn permits(self) -> bool {
         matches!(self, Self::Clear | Self::Near)
     }
@@ -406,7 +404,6 @@ fn reach(scene: &Scene, dynamics: &Dynamics) -> Reach {
 
 /// `e`: how wrong the velocity over an interval may be. Both positions are wrong by up to `resolution`, and the interval by up to `jitter_s`, which is
 /// less than it.
-#[must_use]
 pub(crate) fn velocity_error(velocity: f64, resolution: f64, interval_s: f64, jitter_s: f64) -> f64 {
     (velocity.abs() * jitter_s + 2.0 * resolution) / (interval_s - jitter_s)
 }

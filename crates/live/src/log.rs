@@ -45,7 +45,6 @@ pub struct Row {
 
 impl Row {
     /// A row without times.
-    #[must_use]
     pub fn new(scene: &Scene, outcome: &Outcome) -> Self {
         let fault = outcome.fault.as_ref();
         Self {

@@ -81,7 +81,6 @@ pub enum Fault {
 
 impl Fault {
     /// Name of the kind, in logs.
-    #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Contact(_) => "contact",
@@ -173,7 +172,6 @@ pub struct Monitor<'a> {
 
 impl<'a> Monitor<'a> {
     /// A monitor that has seen nothing and holds.
-    #[must_use]
     pub fn new(scene: &'a Scene, judge: Judge<'a>, config: &Config) -> Self {
         let axes = Axis::ALL.into_iter().filter(|axis| config.axes.contains_key(&axis.letter()));
         let first_tool = match &config.nodes.tool {
@@ -237,7 +235,6 @@ impl<'a> Monitor<'a> {
     }
 
     /// Source time of the newest values, ticks: that of the oldest among the axes; 0 when one has none.
-    #[must_use]
     pub fn source_ticks(&self) -> i64 {
         self.axes.iter().map(|(_, track)| track.last.map_or(0, |(ticks, _)| ticks)).min().unwrap_or(0)
     }

@@ -33,7 +33,6 @@ pub struct Exact<'a> {
 
 impl<'a> Exact<'a> {
     /// Prepares the oracle of each pair.
-    #[must_use]
     pub fn new(scene: &'a Scene, pairs: impl Iterator<Item = Pair>) -> Self {
         let prepare = |pair: Pair| {
             let parts = [pair.a, pair.b].map(|part| &scene.parts[part]);
@@ -44,7 +43,6 @@ impl<'a> Exact<'a> {
     }
 
     /// The least clearance, mm; infinite beyond `beyond_mm`.
-    #[must_use]
     pub fn clearance_mm(&self, at: &Position, tool: u32, beyond_mm: f64) -> f64 {
         let poses = self.scene.machine.forward(at);
         let mounted = self.pairs.iter().filter(|(pair, ..)| self.scene.is_mounted(*pair, tool));
@@ -56,7 +54,6 @@ impl<'a> Exact<'a> {
 
     /// When a program first touches, s of its own clock. The clearance of each pair is compared with the way that it can go meanwhile, so that
     /// no contact is skipped.
-    #[must_use]
     pub fn first_contact_s(&self, plan: &Plan) -> Option<f64> {
         let first = self.pairs.iter().filter_map(|pair| self.first_contact_of(pair, plan));
         first.min_by(f64::total_cmp)
@@ -87,7 +84,6 @@ impl<'a> Exact<'a> {
     }
 
     /// A program that goes straight from the start of another one to where parts touch, at a random place and feed. `None` when no place is found.
-    #[must_use]
     pub fn collision(&self, plan: &Plan, random: &mut Pcg64Mcg) -> Option<String> {
         (0..TRIES).find_map(|_| {
             let place = plan.at(random.random::<f64>() * plan.duration_s());

@@ -95,13 +95,11 @@ impl Plan {
     }
 
     /// Duration of the program without a hold, s.
-    #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.segments.last().map_or(0.0, |last| last.begin + last.duration())
     }
 
     /// Where the program is at a time of its own clock, s.
-    #[must_use]
     pub fn at(&self, time_s: f64) -> Place {
         let after = self.segments.partition_point(|segment| segment.begin <= time_s);
         let Some(segment) = after.checked_sub(1).and_then(|index| self.segments.get(index)) else { return self.start };
@@ -116,7 +114,6 @@ impl Plan {
     }
 
     /// Largest speed of each axis between two times of the program's own clock, mm/s and radians/s.
-    #[must_use]
     pub fn fastest(&self, from_s: f64, to_s: f64) -> [f64; 9] {
         let first = self.segments.partition_point(|segment| segment.begin + segment.duration() < from_s);
         let within = self.segments[first..].iter().take_while(|segment| segment.begin <= to_s);
@@ -229,7 +226,6 @@ pub struct Player {
 
 impl Player {
     /// A player that stands at the start of the program.
-    #[must_use]
     pub fn new(plan: Plan, dynamics: Dynamics, cycle_s: f64) -> Self {
         let resume_s = plan.resume_s(&dynamics);
         Self { plan: Arc::new(plan), dynamics, cycle_s, resume_s, time_s: 0.0, direction: 1.0, ratio: 0.0, fall: None }
@@ -253,7 +249,6 @@ impl Player {
     }
 
     /// The program's own clock when the machine stands, if it goes on for `deadline_s` and is then held.
-    #[must_use]
     pub fn reach_s(&self, deadline_s: f64) -> f64 {
         let mut ahead = self.clone();
         (0..(deadline_s / self.cycle_s).ceil() as u32).for_each(|_| ahead.cycle(true));
@@ -270,7 +265,6 @@ impl Player {
     }
 
     /// Where the machine is.
-    #[must_use]
     pub fn place(&self) -> Place {
         let mut place = self.plan.at(self.time_s);
         place.velocity = Position(place.velocity.0.map(|speed| speed * self.ratio * self.direction));
@@ -278,19 +272,16 @@ impl Player {
     }
 
     /// Whether the machine stands.
-    #[must_use]
     pub fn stands(&self) -> bool {
         self.ratio == 0.0 || self.is_over()
     }
 
     /// Whether the program is over, or back at its beginning.
-    #[must_use]
     pub fn is_over(&self) -> bool {
         if self.direction > 0.0 { self.time_s >= self.plan.duration_s() } else { self.time_s <= 0.0 }
     }
 
     /// The program's own clock, s.
-    #[must_use]
     pub const fn time_s(&self) -> f64 {
         self.time_s
     }

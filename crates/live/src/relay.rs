@@ -33,7 +33,6 @@ pub struct Network {
 
 impl Network {
     /// Whether there is any delay or loss.
-    #[must_use]
     pub fn is_bad(&self) -> bool {
         self.loss > 0.0 || !self.delay.is_zero()
     }

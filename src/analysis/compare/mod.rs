@@ -78,7 +78,6 @@ impl Gate {
     pub const ALL: [Self; 4] = [Self::Misses, Self::Counts, Self::Slower, Self::Uncompared];
 
     /// The name on the command line.
-    #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
             Self::Misses => "misses",
@@ -100,7 +99,6 @@ impl FromStr for Gate {
 
 impl Comparison {
     /// The gates at which the later run fails. Times are judged over all strata together, as the noise is.
-    #[must_use]
     pub fn failed(&self) -> Vec<Gate> {
         let is_whole = |row: &&TimeChange| [ALL, "-"].contains(&row.stratum.as_str());
         let fails = |gate: &Gate| match gate {

@@ -54,7 +54,6 @@ pub enum Unit {
 
 impl Unit {
     /// The unit of a name in files: `mm`, `cm`, `m` or `inch`.
-    #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         match name {
             "mm" => Some(Self::Mm),
@@ -66,7 +65,6 @@ impl Unit {
     }
 
     /// Length of one unit, mm.
-    #[must_use]
     pub const fn in_mm(self) -> f64 {
         match self {
             Self::Mm => 1.0,

@@ -74,7 +74,6 @@ impl Freeform {
     }
 
     /// The point of the top surface at (u, v) in [0, 1]², mm, and its upward unit normal. The net must have passed [`Freeform::check`].
-    #[must_use]
     pub fn at(&self, u: f64, v: f64) -> (Point, Vector) {
         let cell = |w: f64, n: usize| {
             let intervals = (n - 1) as f64;

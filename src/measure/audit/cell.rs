@@ -95,7 +95,6 @@ pub const LEAVES: [u8; 4] = [1, 2, 4, 8];
 
 impl Cell {
     /// All cells, in the order of the records.
-    #[must_use]
     pub fn all() -> Vec<Self> {
         let mut cells = Vec::new();
         for frame in ORIENTATIONS {
@@ -109,7 +108,6 @@ impl Cell {
     }
 
     /// The cell with which all others are compared in timing: the box and the split rule of the paper's better method.
-    #[must_use]
     pub const fn reference() -> Self {
         Self::new(AREA, MID_EXTENT, SplitRule::AreaMean, 1)
     }
@@ -119,13 +117,11 @@ impl Cell {
     }
 
     /// Name for folders and messages: `orientation-centre-split-leaf`.
-    #[must_use]
     pub fn name(&self) -> String {
         format!("{}-{}-{}-{}", self.orientation, self.centre, self.split, self.leaf)
     }
 
     /// The cell in the form of the records: the box is a variant, and the rest its policy.
-    #[must_use]
     pub fn key(&self) -> CaseKey {
         CaseKey {
             variant: format!("{}-{}", self.orientation, self.centre),
@@ -136,7 +132,6 @@ impl Cell {
     }
 
     /// The cell's row in `cases.csv`.
-    #[must_use]
     pub fn row(&self) -> CaseRow {
         let label = format!("{}, {}", self.orientation, self.centre);
         let default = u8::from(self.key() == Self::reference().key());
@@ -144,7 +139,6 @@ impl Cell {
     }
 
     /// The cell's levels of the four factors.
-    #[must_use]
     pub fn factors(&self) -> Vec<FactorRow> {
         let levels =
             [self.orientation.to_owned(), self.centre.to_owned(), self.split.to_string(), self.leaf.to_string()];
@@ -157,7 +151,6 @@ impl Cell {
 
     /// The tree over `triangles` (mm, mesh frame; at least one), split along the axes of its boxes. If `memory` is given, axes that take
     /// long to compute are taken from it.
-    #[must_use]
     pub fn tree(&self, triangles: &[Triangle], memory: Option<&Memory>) -> BoxTree {
         let Orientation { id, mean_and_axes, is_slow } = self.frame;
         let memory = memory.filter(|_| is_slow);

@@ -118,20 +118,17 @@ impl Audit {
     }
 
     /// The same audit with a cache of the ground truth.
-    #[must_use]
     pub fn with_cache(mut self, cache: TruthCache) -> Self {
         self.design.cache = Some(cache);
         self
     }
 
     /// The audit's folder.
-    #[must_use]
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }
 
     /// Number of cells.
-    #[must_use]
     pub const fn cells(&self) -> usize {
         self.design.cells.len()
     }

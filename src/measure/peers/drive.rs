@@ -140,7 +140,6 @@ fn over_processes<'a>(rows: impl Iterator<Item = &'a PeerAnswerRow>) -> Result<V
 }
 
 /// The folder of a pair's arrays.
-#[must_use]
 pub fn pair_folder(folder: &Path, scene: &str, pair: &str) -> PathBuf {
     folder.join(file_name(scene)).join(file_name(pair))
 }

@@ -73,7 +73,6 @@ impl Step {
     }
 
     /// In mm.
-    #[must_use]
     pub fn mm(self) -> f64 {
         f64::from(self.um) / 1000.0
     }
@@ -85,7 +84,6 @@ impl Mode {
         [Self::First, Self::Path(Step::SERVO), Self::All, Self::Distance, Self::Batch, Self::Motion];
 
     /// The name in the protocol. In files paths of other steps than a servo cycle's have them in their name.
-    #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
             Self::First => "first",
@@ -98,7 +96,6 @@ impl Mode {
     }
 
     /// Whether the answer is a number, and not only a verdict.
-    #[must_use]
     pub const fn has_values(self) -> bool {
         matches!(self, Self::All | Self::Distance | Self::Motion)
     }

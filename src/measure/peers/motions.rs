@@ -67,7 +67,6 @@ pub fn of_scene(scene: &Scene, judged: &[JudgedPair], count: usize, seed: u64) -
 }
 
 /// Blades that cross walls of the same thickness, or stop short of them; `count` for all thicknesses together.
-#[must_use]
 pub fn thin_walls(count: usize, seed: u64) -> Vec<PosedMeshes> {
     let of_thickness = |thick_mm: f64| {
         let (wall, blade) = (cuboid(60.0, 60.0, thick_mm), cuboid(22.0, 20.0, thick_mm));

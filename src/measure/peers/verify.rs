@@ -40,14 +40,12 @@ pub struct Wrong {
 
 impl Verdict {
     /// Whether no answer is wrong, and there is one.
-    #[must_use]
     pub const fn is_right(&self) -> bool {
         self.poses > 0 && self.missed == 0 && self.invented == 0 && self.wrong_values == 0
     }
 }
 
 /// A verdict on each engine that answered, in the order of `engines`. A distance may be off by `tolerance_mm`.
-#[must_use]
 pub fn verdicts(engines: &[&str], found: &Comparison, mode: Mode, tolerance_mm: f64) -> Vec<Verdict> {
     let of = |engine: &&str| {
         let mut answers = found.answers.iter().filter(|row| row.engine == *engine).peekable();

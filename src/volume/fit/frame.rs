@@ -82,13 +82,11 @@ fn surface(triangles: &[Triangle], mean: &Point, axes: &Matrix3<f64>) -> f64 {
 }
 
 /// The largest absolute coordinate of the contents, mm.
-#[must_use]
 pub fn reach_mm(triangles: &[Triangle]) -> f64 {
     triangle::corners(triangles).map(|corner| corner.coords.amax()).fold(0.0, f64::max)
 }
 
 /// A rotation whose first column is along `direction`; the identity for a direction of length zero.
-#[must_use]
 pub fn any_frame(direction: &Vector) -> Matrix3<f64> {
     let Some(along) = direction.try_normalize(0.0) else { return Matrix3::identity() };
     let helper = if along.x.abs() < 0.6 { Vector::x() } else { Vector::y() };

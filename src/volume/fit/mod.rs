@@ -17,14 +17,12 @@ use nalgebra::Matrix3;
 pub type Centring = fn(&Vector, &Vector) -> (Vector, Vector);
 
 /// The box around `triangles` (at least one, mm) along the axes of the rule `F`, centred by the rule `C`.
-#[must_use]
 pub fn oriented<F: FrameRule, C: CentreRule>(triangles: &[Triangle]) -> Obb {
     around(F::mean_and_axes(triangles), C::centre_and_half, triangles)
 }
 
 /// The box around `triangles` (at least one, mm) along `axes` (columns of a rotation); `centring` places its centre relative to `mean`
 /// (mm).
-#[must_use]
 pub fn around((mean, axes): (Point, Matrix3<f64>), centring: Centring, triangles: &[Triangle]) -> Obb {
     let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
     let mut reach: f64 = 0.0;

@@ -38,13 +38,11 @@ pub struct AlignedPose {
 
 impl<T> AlignedBox<T> {
     /// The box with this centre and these half-lengths, mm.
-    #[must_use]
     pub const fn new(centre: Point, half: Vector) -> Self {
         Self { centre, half, test: PhantomData }
     }
 
     /// The bounding box of `triangles`, with a margin for rounding errors.
-    #[must_use]
     pub fn around(triangles: &[Triangle]) -> Self {
         let (low, high) = triangle::bounds(triangles).unwrap_or((Point::origin(), Point::origin()));
         let pad = pad_mm(low.coords.amax().max(high.coords.amax()));

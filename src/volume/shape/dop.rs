@@ -58,7 +58,6 @@ pub struct DopPose<const K: usize> {
 
 impl<D: Directions<K>, const K: usize> Dop<D, K> {
     /// The slabs around `triangles`, with a margin for rounding errors.
-    #[must_use]
     pub fn around(triangles: &[Triangle]) -> Self {
         let (mut high, mut negated_low) = ([f64::NEG_INFINITY; K], [f64::NEG_INFINITY; K]);
         let mut reach: f64 = 0.0;

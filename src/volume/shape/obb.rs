@@ -29,7 +29,6 @@ pub struct ObbPose {
 
 impl ObbPose {
     /// The constants of a relative pose.
-    #[must_use]
     pub fn new(a_from_b: &Isometry) -> Self {
         let rotation = rigid::rotation(a_from_b);
         Self { rotation, translation: a_from_b.translation.vector }

@@ -15,7 +15,6 @@ pub struct Polytope {
 
 impl Polytope {
     /// The cube of half-length `half`, mm, about `centre`.
-    #[must_use]
     pub fn cube(centre: &Point, half: f64) -> Self {
         let mut cube = Self::default();
         for (axis, side) in [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, -1.0), (2, 1.0)] {
@@ -32,7 +31,6 @@ impl Polytope {
     }
 
     /// Keeps the part of the solid where `normal · x <= offset` for each of the half-spaces (`normal` of unit length, `offset` in mm).
-    #[must_use]
     pub fn clip(mut self, half_spaces: impl IntoIterator<Item = (Vector, f64)>) -> Self {
         let (mut kept, mut heights, mut rim) = (Self::default(), Vec::new(), Vec::new());
         for (normal, offset) in half_spaces {
@@ -91,13 +89,11 @@ impl Polytope {
     }
 
     /// Surface area, mm².
-    #[must_use]
     pub fn surface_area(&self) -> f64 {
         self.faces().map(|face| area_vector(face).norm()).sum()
     }
 
     /// Volume, mm³: pyramids from an inner point over the faces.
-    #[must_use]
     pub fn volume(&self) -> f64 {
         if self.corners.is_empty() {
             return 0.0;
@@ -107,7 +103,6 @@ impl Polytope {
     }
 
     /// The edges; each occurs once or twice.
-    #[must_use]
     pub fn edges(&self) -> Vec<Segment> {
         self.faces().flat_map(|face| (0..face.len()).map(|i| [face[i], face[(i + 1) % face.len()]])).collect()
     }

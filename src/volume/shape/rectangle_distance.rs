@@ -15,7 +15,6 @@ const PARALLEL: f64 = 1e-14;
 
 /// Squared distance between two rectangles, mm². The first is centred at the origin, along x and y, with half-lengths `a`; the second is
 /// centred at `t`, along the first two columns of the rotation `r`, with half-lengths `b`, all in mm. 0 when they touch.
-#[must_use]
 pub fn squared(t: &Vector, r: &Matrix3<f64>, a: [f64; 2], b: [f64; 2]) -> f64 {
     let from_b = |p: &Vector| r.tr_mul(&(p - t));
     let corners_of_b = corners(b).map(|c| t + r * c);
@@ -35,7 +34,6 @@ fn corners([x, y]: [f64; 2]) -> [Vector; 4] {
 }
 
 /// Square of the distance of a point from the rectangle about the origin, mm².
-#[must_use]
 pub fn point_squared(p: &Vector, half: [f64; 2]) -> f64 {
     let (x, y) = ((p.x.abs() - half[0]).max(0.0), (p.y.abs() - half[1]).max(0.0));
     x * x + y * y + p.z * p.z

@@ -15,14 +15,12 @@ const RELATIVE_PAD: f64 = 1.0 / 1_099_511_627_776.0;
 
 /// How far a volume must be widened, mm, to make up for rounding in its fit, for rounding in a test at any pose of the coordinate range,
 /// and for the snapping of moved vertices. `reach` is the largest absolute coordinate of its contents, mm.
-#[must_use]
 pub fn pad_mm(reach: f64) -> f64 {
     RELATIVE_PAD * (reach + grid::LIMIT_MM) + grid::SNAP_RADIUS_MM
 }
 
 /// |R| + ε, entry by entry.
 #[inline(always)]
-#[must_use]
 pub fn widened_abs(r: &Matrix3<f64>) -> Matrix3<f64> {
     r.map(|x| x.abs() + PARALLEL_EPSILON)
 }
@@ -31,7 +29,6 @@ pub fn widened_abs(r: &Matrix3<f64>) -> Matrix3<f64> {
 /// of the first, and `q` is [`widened_abs`] of `r`; `t` is the second centre in the frame of the first box, mm. Generic, so that the same
 /// test can be tried in single precision.
 #[inline(always)]
-#[must_use]
 pub fn separated_by_faces<T: RealField + Copy>(
     t: &Vector3<T>,
     r: &Matrix3<T>,
@@ -56,7 +53,6 @@ pub fn separated_by_faces<T: RealField + Copy>(
 /// Whether one of the fifteen axes separates two boxes: the six face normals and the nine cross products of edges. The arguments are those
 /// of [`separated_by_faces`].
 #[inline(always)]
-#[must_use]
 pub fn separated<T: RealField + Copy>(
     t: &Vector3<T>,
     r: &Matrix3<T>,
@@ -85,7 +81,6 @@ pub fn separated<T: RealField + Copy>(
 /// other box is replaced by its axis-aligned bounding box, and the distance of two boxes with parallel edges is computed. The larger of the
 /// two distances is returned.
 #[inline(always)]
-#[must_use]
 pub fn gap_mm(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: &Vector) -> f64 {
     let along_a = (t.abs() - a - q * b).sup(&Vector::zeros());
     let along_b = (r.tr_mul(t).abs() - b - q.tr_mul(a)).sup(&Vector::zeros());
@@ -94,7 +89,6 @@ pub fn gap_mm(t: &Vector, r: &Matrix3<f64>, q: &Matrix3<f64>, a: &Vector, b: &Ve
 
 /// Whether a point lies within `slack_mm` of a box with half-lengths `half`; `x` is the point relative to the centre, in the box's axes,
 /// mm.
-#[must_use]
 pub fn box_contains(x: &Vector, half: &Vector, slack_mm: f64) -> bool {
     (x.abs() - half).sup(&Vector::zeros()).norm_squared() <= slack_mm * slack_mm
 }

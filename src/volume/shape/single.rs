@@ -33,7 +33,6 @@ pub struct Single<S: Storable> {
 
 impl<S: Storable> Single<S> {
     /// Stores the volume in single precision.
-    #[must_use]
     pub fn new(volume: &S) -> Self {
         Self { stored: volume.store() }
     }

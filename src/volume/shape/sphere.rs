@@ -17,14 +17,12 @@ pub struct Sphere {
 }
 
 /// The distance of the farthest corner from `centre`, mm.
-#[must_use]
 pub fn farthest_mm(centre: &Point, triangles: &[Triangle]) -> f64 {
     triangle::corners(triangles).map(|corner| (corner - centre).norm()).fold(0.0, f64::max)
 }
 
 impl Sphere {
     /// The smallest sphere about `centre` (mm) that contains `triangles`, with a margin for rounding errors.
-    #[must_use]
     pub fn about(centre: Point, triangles: &[Triangle]) -> Self {
         let farthest = farthest_mm(&centre, triangles);
         Self { centre, radius: farthest + pad_mm(centre.coords.amax() + farthest) }

@@ -10,7 +10,6 @@ pub const AXES: usize = 15;
 /// Number of arithmetic operations of one test that ends at the axis `exit` (`None`: no axis separates the boxes). As usual in the
 /// literature, a sum, a product, an absolute value and a comparison count one each. Bringing both boxes into one frame beforehand is not
 /// counted; it takes 126 more (two products of 3 x 3 matrices, 45 each, and 36 for the centre).
-#[must_use]
 pub const fn operations(exit: Option<usize>) -> u64 {
     /// Operations for |R| + ε: 9 absolute values and 9 sums.
     const WIDENED: u64 = 18;
@@ -32,7 +31,6 @@ pub const fn operations(exit: Option<usize>) -> u64 {
 impl Obb {
     /// The first axis, in the order of the test, that separates this box and `other` at the pose. 0 to 2 are this box's normals, 3 to 5 the
     /// other's, and 6 + 3i + j is the cross product of this box's edge i and the other's edge j. `None` when no axis separates them.
-    #[must_use]
     pub fn exit_axis(&self, other: &Self, pose: &ObbPose) -> Option<usize> {
         let between = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
         let t = self.axes.tr_mul(&between);
