@@ -2,7 +2,7 @@
 
 use super::options::{DEFAULT_SEED, OutputOptions, use_threads};
 use super::progress::Bar;
-use super::{CLEAR, merge, say};
+use super::{CLEAR, merge, say, style};
 use crate::analysis::ALL;
 use crate::analysis::audit::{AuditOutcome, SAFE, analyze_audit};
 use crate::measure::Profile;
@@ -12,7 +12,7 @@ use crate::registry::Registry;
 use crate::truth::TruthCache;
 use anyhow::{Context, Result};
 use clap::Args;
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -107,9 +107,8 @@ fn table(outcome: &AuditOutcome) -> Table {
             terms.push(&row.term);
         }
     }
-    let mut table = Table::new();
-    let header = std::iter::once("TERM".to_owned()).chain(responses.iter().map(|r| r.to_uppercase()));
-    table.load_style(presets::NOTHING).set_header(header);
+    let header = std::iter::once("TERM".to_owned()).chain(responses.iter().map(|r| format!(">{}", r.to_uppercase())));
+    let mut table = style::plain(header);
     for term in terms {
         let share = |response: &&str| {
             let row = rows.iter().find(|row| row.term == term && row.response == *response);
@@ -117,6 +116,5 @@ fn table(outcome: &AuditOutcome) -> Table {
         };
         table.add_row(std::iter::once(term.to_owned()).chain(responses.iter().map(share)));
     }
-    table.column_iter_mut().skip(1).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
     table
 }

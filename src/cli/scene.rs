@@ -5,7 +5,7 @@ mod new;
 
 use super::options::ClearanceOptions;
 use super::subject::{Subject, refuse_output};
-use super::{CLEAR, note, picture, say, surfaces};
+use super::{CLEAR, note, picture, say, style, surfaces};
 use crate::check;
 use crate::machine::Joint;
 use crate::scene::extents::Extents;
@@ -14,7 +14,7 @@ use crate::scene::{Part, Scene, Turns};
 use crate::view::glb;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand, ValueEnum};
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use comfy_table::{ContentArrangement, Table};
 use serde_json::json;
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -100,9 +100,9 @@ pub fn run(options: &Options) -> Result<u8> {
     Ok(CLEAR)
 }
 
-pub(super) fn table<const N: usize>(header: [&str; N]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_header(header);
+pub(super) fn table<S: AsRef<str>>(header: impl IntoIterator<Item = S>) -> Table {
+    let mut table = style::plain(header);
+    table.set_content_arrangement(ContentArrangement::Dynamic);
     if table.width().is_none() {
         table.set_width(100);
     }
@@ -163,15 +163,12 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
         }
         say(format!("{}\n", links.trim_fmt()));
     }
-    let mut parts = table(["PART", "ON", "ROLE", "TOOL", "TRIANGLES"]);
+    let mut parts = table(["PART", "ON", "ROLE", "TOOL", ">TRIANGLES"]);
     for part in &scene.parts {
         let (tool, triangles) = (part.tool.map(|tool| tool.to_string()), part.mesh.faces().len().to_string());
         let turns = part.turns.map(|turns| format!(", turns = {}", turns.name())).unwrap_or_default();
         let (link, role) = (link_name(part.link), format!("{}{turns}", part.role.name()));
         parts.add_row([&part.name, link, &role, tool.as_deref().unwrap_or("-"), &triangles]);
-    }
-    if let Some(column) = parts.column_mut(4) {
-        column.set_cell_alignment(CellAlignment::Right);
     }
     say(format!("{}\n", parts.trim_fmt()));
     say(format!("{}\n", extents_table(scene).trim_fmt()));

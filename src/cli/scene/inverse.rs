@@ -129,11 +129,8 @@ fn value(position: &Position, axis: Axis) -> f64 {
 
 fn print(scene: &Scene, placed: &[Placed], linear: bool) {
     let axes = shown(scene, linear);
-    let mut rows = table([""]);
-    let mut header = vec![String::new()];
-    header.extend(axes.iter().map(|axis| axis.letter().to_string()));
-    header.extend(["TRAVEL".to_owned(), "NOTE".to_owned()]);
-    rows.set_header(header);
+    let header = [String::new()].into_iter().chain(axes.iter().map(|axis| axis.letter().to_string()));
+    let mut rows = table(header.chain(["TRAVEL", "NOTE"].map(str::to_owned)));
     for (name, Placed { solution, position, forbidden }) in ["chosen", "other"].iter().zip(placed) {
         let mut row = vec![(*name).to_owned()];
         row.extend(axes.iter().map(|&axis| value(position, axis).to_string()));
