@@ -7,6 +7,7 @@ use super::options::ClearanceOptions;
 use super::subject::{Subject, refuse_output};
 use super::{CLEAR, note, picture, say, style, surfaces};
 use crate::check;
+use crate::geometry::import;
 use crate::machine::Joint;
 use crate::scene::extents::Extents;
 use crate::scene::pairs::{self, Reach};
@@ -270,18 +271,11 @@ fn export_stl(options: &ExportOptions) -> Result<()> {
     let poses = scene.machine.forward(&start);
     for (index, (part, file)) in scene.parts.iter().zip(&files).enumerate() {
         let world_from_part = scene.world_from_part(index, &poses);
-        let triangles = part.mesh.triangles().into_iter().map(|triangle| {
-            let placed = triangle.map(|corner| world_from_part * corner);
-            let single = |x: [f64; 3]| stl_io::Vector::new(x.map(|x| x as f32));
-            let normal = placed.double_area_normal().try_normalize(0.0).unwrap_or_default();
-            stl_io::Triangle {
-                normal: single(normal.into()),
-                vertices: placed.corners.map(|corner| single(corner.coords.into())),
-            }
-        });
+        let triangles =
+            part.mesh.triangles().into_iter().map(|triangle| triangle.map(|corner| world_from_part * corner));
         let triangles: Vec<_> = triangles.collect();
         let written =
-            File::create(file).and_then(|file| stl_io::write_stl(&mut BufWriter::new(file), triangles.iter()));
+            File::create(file).and_then(|file| import::write_stl_triangles(&triangles, &mut BufWriter::new(file)));
         written.with_context(|| format!("cannot write {}", file.display()))?;
         say(format!("{} ({} triangles)", file.display(), triangles.len()));
     }
