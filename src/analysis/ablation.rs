@@ -469,22 +469,9 @@ impl Evidence {
 
 fn empty(claim: &ThesisClaim, surface: &str) -> ClaimRow {
     ClaimRow {
-        claim: claim.id.get_ref().clone(),
-        role: "exploratory".to_owned(),
-        reading: "-".to_owned(),
         scene: surface.to_owned(),
-        workload: "-".to_owned(),
-        stratum: "-".to_owned(),
-        verdict: Verdict::NotJudged.id().to_owned(),
-        effect: "-".to_owned(),
-        p_holm: None,
         measure: String::new(),
-        value: None,
-        low: None,
-        high: None,
-        missed: None,
-        baseline_missed: None,
-        note: String::new(),
+        ..ClaimRow::blank(claim.id.get_ref(), Verdict::NotJudged.id())
     }
 }
 
