@@ -406,11 +406,7 @@ impl Scene {
     pub fn build_ratio(&self, above: &CaseKey, below: &CaseKey, seed: u64) -> Option<Estimate> {
         let pairs: Vec<_> = merge(self.builds.get(above)?, self.builds.get(below)?, Sample::key).collect();
         let several = self.binaries.launches().len() > 1;
-        let mut by_launch: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
-        for (a, b) in &pairs {
-            let (n, d) = by_launch.entry(a.launch).or_default();
-            (*n, *d) = (*n + a.ns, *d + b.ns);
-        }
+        let by_launch = added_up(pairs.iter().map(|(a, b)| (a.launch, (a.ns, b.ns))));
         if !several && by_launch.len() > 1 {
             return totals::over_launches(&by_launch.into_values().collect::<Vec<_>>());
         }
@@ -462,16 +458,8 @@ impl Scene {
             let chunk = &self.chunks[&single.chunk];
             single.cache == Cache::Cold && program.is_none_or(|program| chunk.program == program)
         };
-        let mut by_launch: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
-        for (a, b) in pairs.filter(|(a, _)| is_wanted(a)) {
-            let (n, d) = by_launch.entry(a.launch).or_default();
-            (*n, *d) = (*n + a.ns, *d + b.ns);
-        }
-        let mut by_binary: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
-        for (launch, (n, d)) in &by_launch {
-            let (x, y) = by_binary.entry(self.binaries.of(*launch)).or_default();
-            (*x, *y) = (*x + n, *y + d);
-        }
+        let by_launch = added_up(pairs.filter(|(a, _)| is_wanted(a)).map(|(a, b)| (a.launch, (a.ns, b.ns))));
+        let by_binary = added_up(by_launch.iter().map(|(&launch, &sums)| (self.binaries.of(launch), sums)));
         let repeated = if by_binary.len() > 1 { by_binary } else { by_launch };
         totals::over_launches(&repeated.into_values().collect::<Vec<_>>())
     }
@@ -516,6 +504,16 @@ impl Scene {
         let of = |scene: &'a Self| scene.queries.get(case).map_or(&[][..], Vec::as_slice);
         merge(of(self), of(before), Query::key)
     }
+}
+
+/// Sums of the numerators and denominators of each key.
+fn added_up(parts: impl Iterator<Item = (u32, (f64, f64))>) -> BTreeMap<u32, (f64, f64)> {
+    let mut sums: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
+    for (key, (n, d)) in parts {
+        let sum = sums.entry(key).or_default();
+        *sum = (sum.0 + n, sum.1 + d);
+    }
+    sums
 }
 
 fn observation(chunk: &Chunk, launch: u32, (numerator, denominator): (f64, f64)) -> Observation {
