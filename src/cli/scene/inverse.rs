@@ -1,5 +1,6 @@
 //! `scene inverse`: where the axes must be for the tool to have a direction.
 
+use super::super::subject::tip_control;
 use super::{say, table};
 use crate::geometry::{self, Vector};
 use crate::machine::Joint;
@@ -58,12 +59,7 @@ fn word(text: &str) -> Result<(Axis, f64), String> {
 pub fn run(options: &Options) -> Result<()> {
     let scene = Scene::find(&options.scene)?;
     let program = scene.program.as_ref();
-    let tip = program.and_then(|run| run.tip.as_ref()).with_context(|| {
-        format!(
-            "scene `{}` has no `[program.tool_centre_point]`, which says what carries tool and workpiece",
-            scene.name
-        )
-    })?;
+    let tip = tip_control(&scene)?;
     let direction = geometry::direction(Vector::from(options.direction)).context("the direction has no length")?;
     let mut from = program.map(|run| run.start).unwrap_or_default();
     options.from.iter().for_each(|&(axis, value)| from[axis] = value);
