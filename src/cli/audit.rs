@@ -3,8 +3,8 @@
 use super::options::{DEFAULT_SEED, OutputOptions, use_threads};
 use super::progress::Bar;
 use super::{CLEAR, merge, say, style};
-use crate::analysis::ALL;
 use crate::analysis::audit::{AuditOutcome, SAFE, analyze_audit};
+use crate::analysis::{ALL, distinct};
 use crate::measure::Profile;
 use crate::measure::audit::Audit;
 use crate::measure::shard::Shard;
@@ -97,16 +97,8 @@ fn table(outcome: &AuditOutcome) -> Table {
     let together = outcome.shares.iter().any(|row| row.scene == ALL);
     let rows: Vec<_> =
         outcome.shares.iter().filter(|row| row.cells == SAFE && (!together || row.scene == ALL)).collect();
-    let mut responses: Vec<&str> = Vec::new();
-    let mut terms: Vec<&str> = Vec::new();
-    for row in &rows {
-        if !responses.contains(&&*row.response) {
-            responses.push(&row.response);
-        }
-        if !terms.contains(&&*row.term) {
-            terms.push(&row.term);
-        }
-    }
+    let responses = distinct(rows.iter().map(|row| row.response.as_str()));
+    let terms = distinct(rows.iter().map(|row| row.term.as_str()));
     let header = std::iter::once("TERM".to_owned()).chain(responses.iter().map(|r| format!(">{}", r.to_uppercase())));
     let mut table = style::plain(header);
     for term in terms {
