@@ -90,6 +90,26 @@ fn fanucs_cycles_go_to_the_hole_at_the_height_where_they_are() {
 }
 
 #[test]
+fn fanucs_cycles_hold_heights() {
+    // R 2 and the bottom at -5 stay where they are when G91 follows; a new depth counts from the R that holds.
+    let second = |source: &str, [x, y, retract]: [f64; 3], bottom: f64| {
+        for setup in [fanuc(), haas()] {
+            let found = ends(&run(source, &setup));
+            let expected = [[x, y, bottom], [x, y, retract]];
+            assert_eq!(found.len(), 8, "{source}: {found:?}");
+            found[6..].iter().zip(expected).for_each(|(found, expected)| assert_near(*found, expected, source));
+        }
+    };
+    let first = "G0Z12.\nG99G81X1.Z-5.R2.F50\n";
+    second(&format!("{first}G91Y10.\nM30"), [1.0, 10.0, 2.0], -5.0);
+    second(&format!("{first}G91Y10.Z-3.\nM30"), [1.0, 10.0, 2.0], -1.0);
+    // Steps become heights, too, and stay them in G90: R at 12 - 10, the bottom 7 below.
+    second("G0Z12.\nG91G99G81X1.Z-7.R-10.F50\nG90X9.\nM30", [9.0, 0.0, 2.0], -5.0);
+    // LinuxCNC reads the numbers again: R 2 above the 12, the bottom 5 below R.
+    assert_end("G0 Z12\nG99 G81 X1 Z-5 R2 F50\nG91 Y10\nM2", &linuxcnc(), [1.0, 10.0, 14.0]);
+}
+
+#[test]
 fn linuxcncs_cycles_go_to_the_hole_where_the_cycle_ends() {
     // From R under G99 to G98: straight to the first height above the second hole, and down.
     assert_ends(
