@@ -5,8 +5,8 @@
 //! bottom, P and Q hold for the next block of the same cycle: on Fanuc's and Haas's controls R and the bottom as heights, on LinuxCNC as
 //! numbers that each block reads again in its own mode.
 //!
-//! How it goes above the hole depends on the control. Fanuc's and Haas's go at the height where they are. LinuxCNC rises to R first if the
-//! first of consecutive cycles started below R. From above R it goes at its height; else it goes straight to the height where the cycle ends,
+//! How it goes above the hole depends on the control. Fanuc's and Haas's go at the height where they are. LinuxCNC goes to R first, up or down,
+//! if the first of consecutive cycles started below R. From above R it goes at its height; else it goes straight to the height where the cycle ends,
 //! which is never below R (`interp_cycles.cc`, `CYCLE_MACRO`).
 //!
 //! G87 bores from behind: it goes down beside the hole, by the words of the plane's two axes among I, J and K, then into its middle, feeds
@@ -120,7 +120,7 @@ impl Interpreter<'_> {
         }
         self.note_waiting_length();
         axes.iter().for_each(|&axis| self.offset_change[axis] = 0.0);
-        let start = self.offsets.to_program(&self.position)[normal as usize];
+        let mut start = self.offsets.to_program(&self.position)[normal as usize];
         let initial = self.sticky.initial.unwrap_or(start);
         self.read_cycle_words(values, code, normal, initial)?;
         let like_fanuc = self.setup.dialect.is_fanuc_like();
@@ -146,17 +146,14 @@ impl Interpreter<'_> {
         };
         let places = [first, second].map(|axis| (axis as usize, self.take_axis(values, axis)));
         let repeats = self.repeats(values)?;
-        let mut height = start;
         if like_fanuc {
             self.note_low_start(repeats, start, initial, retract);
-        } else {
-            if initial < retract {
-                self.along(&hole, retract, None)?;
-            }
-            if start - retract <= ROUNDING_MM {
-                height = hole.clear;
-            }
+        } else if initial < retract {
+            self.along(&hole, retract, None)?;
+            start = retract;
         }
+        let ends_there = !like_fanuc && start - retract <= ROUNDING_MM;
+        let mut height = if ends_there { hole.clear } else { start };
         for _ in 0..repeats {
             self.above_hole(values, &places, (hole.normal, height))?;
             self.along(&hole, retract, None)?;

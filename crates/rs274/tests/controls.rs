@@ -142,6 +142,22 @@ fn linuxcncs_cycles_go_to_the_hole_where_the_cycle_ends() {
             [2.0, 0.0, 4.0],
         ],
     );
+    // The first height was below both R: down to the lower one before the way over.
+    assert_ends(
+        "G0 Z1\nG99 G81 X1 Z-1 R20 F50\nX5 R5\nM2",
+        &linuxcnc(),
+        &[
+            [0.0, 0.0, 1.0],
+            [0.0, 0.0, 20.0],
+            [1.0, 0.0, 20.0],
+            [1.0, 0.0, -1.0],
+            [1.0, 0.0, 20.0],
+            [1.0, 0.0, 5.0],
+            [5.0, 0.0, 5.0],
+            [5.0, 0.0, -1.0],
+            [5.0, 0.0, 5.0],
+        ],
+    );
 }
 
 #[test]
