@@ -167,6 +167,16 @@ impl Expression {
         self.steps.iter().any(|(step, _)| *step == Step::Function(Function::Round))
     }
 
+    /// Whether anything in it is compared.
+    pub fn compares(&self) -> bool {
+        self.steps.iter().any(|(step, _)| matches!(step, Step::Binary(operator) if operator.compares()))
+    }
+
+    /// What it comes to as a number: a vacant variable is zero.
+    pub fn number(&self, parameters: &Parameters) -> Result<f64, Fault> {
+        self.evaluate(parameters).map(or_zero)
+    }
+
     /// What it comes to. The result is finite, or vacant (not a number) where it is a vacant variable of a dialect that has such.
     pub fn evaluate(&self, parameters: &Parameters) -> Result<f64, Fault> {
         self.evaluate_to(parameters, 1.0)

@@ -109,6 +109,17 @@ fn variables_may_be_vacant() {
     assert_eq!(xs("IF[#1EQ#0]GOTO1\nX9.\nN1X1.\nM30"), [1.0]);
     assert_eq!(xs("IF[#1EQ0]GOTO1\nX9.\nN1X1.\nM30"), [9.0, 1.0]);
     assert_eq!(xs("#1=#2+1\nX#1\nM30"), [1.0]);
+    // As a condition on its own it is zero, which is false; Fanuc's controls refuse it.
+    for source in
+        ["IF[#1]GOTO1\nG0X1.\nN1M30", "WHILE[#1]DO1\nG0X9.\nEND1\nG0X1.\nM30", "IF[-#1]THEN#2=9.\nG0X[1.+#2]\nM30"]
+    {
+        assert_ends(source, &haas(), &[[1.0, 0.0, 0.0]]);
+        assert!(
+            refused(source, &fanuc()).contains("bad.nc:1:1: not allowed: a condition that compares nothing"),
+            "{source}"
+        );
+    }
+    assert_ends("O1 REPEAT[#1]\nG0X9.\nO1 ENDREPEAT\nG0X1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0]]);
     assert!(refused("X#2001\nM30", &fanuc()).contains("parameter does not exist"));
 }
 
