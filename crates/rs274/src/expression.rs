@@ -193,10 +193,10 @@ impl Expression {
                     parameters.named(name).ok_or_else(|| fault(&format!("#<{name}>"), Cause::UnknownParameter))?
                 }
                 Step::Exists(name) => f64::from(parameters.named(name).is_some()),
-                Step::ExistsNumbered => f64::from(parameters.numbered(pop(&mut stack)).is_some()),
+                Step::ExistsNumbered => f64::from(parameters.numbered(pop(&mut stack)) != Err(Cause::UnknownParameter)),
                 Step::Parameter => {
                     let number = pop(&mut stack);
-                    parameters.numbered(number).ok_or_else(|| fault(&format!("#{number}"), Cause::UnknownParameter))?
+                    parameters.numbered(number).map_err(|cause| fault(&format!("#{number}"), cause))?
                 }
                 Step::Negate => -pop(&mut stack),
                 Step::Function(function @ (Function::Atan | Function::Raise)) => {

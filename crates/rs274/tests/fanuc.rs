@@ -124,6 +124,27 @@ fn variables_may_be_vacant() {
 }
 
 #[test]
+fn variables_that_the_control_keeps_must_be_set() {
+    for (setup, source, variable) in [
+        (fanuc(), "G1Z#510F100\nM30", "510"),
+        (fanuc(), "#1=#999+1\nM30", "999"),
+        (haas(), "G1Z#10500F100\nM30", "10500"),
+        (haas(), "G0X#100\nM30", "100"),
+    ] {
+        let told = refused(source, &setup);
+        assert!(told.starts_with("bad.nc:1:4: nothing has set this variable"), "{source}: {told}");
+        assert!(told.ends_with(&format!("(`--variable NUMBER=VALUE`): `#{variable}`")), "{source}: {told}");
+        let parameters = [(variable.to_owned(), -5.0)].into();
+        run(source, &Setup { parameters, ..setup });
+    }
+    let given = Setup { parameters: [("510".to_owned(), -5.0)].into(), ..fanuc() };
+    assert_ends("G0Z#510\nM30", &given, &[[0.0, 0.0, -5.0]]);
+    // Asking whether it is vacant reads it; what is made vacant is set. Fanuc's below #500 begin vacant.
+    assert!(refused("IF[#500EQ#0]GOTO1\nN1M30", &fanuc()).contains("nothing has set this variable"));
+    assert_ends("#500=#0\nG0X5.Z#500Y#100\nM30", &fanuc(), &[[5.0, 0.0, 0.0]]);
+}
+
+#[test]
 fn subprograms_are_called_by_number_with_repeats_and_arguments() {
     assert_eq!(xs("M98P1000\nM30\nO1000\nG91G0X1.\nM99"), [1.0]);
     assert_eq!(xs("G91\nM98P31000\nM30\nO1000\nG0X1.\nM99"), [1.0, 2.0, 3.0]);
