@@ -187,8 +187,8 @@ impl Interpreter<'_> {
         limits
     }
 
-    /// Brings the system variables up to date: where the tool is, and the modes.
-    pub(super) fn refresh_variables(&mut self, absolute: &Values9, relative: &Values9) {
+    /// Brings the system variables up to date: where the tool is (axis positions, and program coordinates in the program's units), and the modes.
+    pub(super) fn refresh_variables(&mut self, position: &Values9, relative: &Values9) {
         let modes = &self.modes;
         let plane = [17.0, 18.0, 19.0][modes.plane as usize];
         let feed_mode = match modes.feed_mode {
@@ -212,7 +212,7 @@ impl Interpreter<'_> {
         }
         for i in 0..6 {
             parameters.put(5001 + i, relative[i]);
-            parameters.put(5021 + i, absolute[i]);
+            parameters.put(5021 + i, position[i] * parameters.units[i]);
             parameters.put(5041 + i, relative[i]);
         }
         let mut length = self.offsets.tool;

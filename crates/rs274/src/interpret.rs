@@ -410,7 +410,7 @@ impl<'a> Interpreter<'a> {
         parameters.system[9..18].copy_from_slice(&absolute);
         parameters.system[18..18 + state.len()].copy_from_slice(&state);
         if self.setup.dialect.is_fanuc_like() {
-            self.refresh_variables(&absolute, &relative);
+            self.refresh_variables(&position, &relative);
             return;
         }
         let tool = self.tools.get(&self.tool).copied().unwrap_or_default();

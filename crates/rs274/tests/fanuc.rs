@@ -202,6 +202,18 @@ fn a_lathe_calls_tool_and_offset_in_one() {
 }
 
 #[test]
+fn a_machine_position_is_what_g53_takes() {
+    // On lathes a diameter.
+    for (setup, x) in [(lathe(), 50.0), (Setup { dialect: Dialect::Haas, ..lathe() }, 50.0), (fanuc(), 100.0)] {
+        let source = "G0X100.Z50.\n#1=#5021\nX0\nG0G53X#1\nM30";
+        assert_ends(source, &setup, &[[x, 0.0, 50.0], [0.0, 0.0, 50.0], [x, 0.0, 50.0]]);
+        let inches = format!("G20\n{}", source.replace("100.", "4."));
+        let x = x * 25.4 / 25.0;
+        assert_ends(&inches, &setup, &[[x, 0.0, 1270.0], [0.0, 0.0, 1270.0], [x, 0.0, 1270.0]]);
+    }
+}
+
+#[test]
 fn a_lathes_codes_are_those_of_system_a() {
     // G50 limits the speed, G99 feeds per revolution, G98 per minute, G96 keeps the surface speed.
     let program = run("G50S2000\nG96S200M3\nG0X100.Z0\nG99G1Z-10.F0.2\nX1.\nG98G1Z-20.F100.\nM30", &lathe());
