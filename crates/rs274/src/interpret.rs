@@ -221,7 +221,11 @@ impl<'a> Interpreter<'a> {
         let mut at = 0;
         while self.steps < self.setup.limits.blocks {
             self.steps += 1;
-            match self.step(source, &table, at) {
+            let next = self.step(source, &table, at);
+            if self.parameters.has_full_turn.take() {
+                self.note("ATAN of two arguments is taken to be from 0 to 360 degrees, and ASIN from 270 to 90; with Fanuc's parameter 6004#0 (NAT) at 1 this angle is 360 less".to_owned());
+            }
+            match next {
                 Ok(Next::Line(next)) => at = next,
                 Ok(Next::End) => return errors,
                 Err(fault) => {

@@ -5,6 +5,7 @@
 
 use super::dialect::Dialect;
 use super::error::Cause;
+use std::cell::Cell;
 use std::collections::BTreeMap;
 
 /// Highest numbered parameter (LinuxCNC: `RS274NGC_MAX_PARAMETERS` - 1).
@@ -104,6 +105,8 @@ pub(super) struct Parameters {
     is_haas: bool,
     /// The program's units in a mm or a degree, by axis: those of Fanuc's origins. The interpreter keeps them up to date.
     pub units: [f64; 9],
+    /// Whether Fanuc's ATAN or ASIN has given an angle that another setting of the control makes a turn less, since the interpreter asked.
+    pub has_full_turn: Cell<bool>,
     /// Values of [`SYSTEM_NAMES`]: the interpreter keeps them up to date.
     pub system: [f64; SYSTEM_NAMES.len()],
 }
@@ -126,6 +129,7 @@ impl Parameters {
             has_vacant,
             is_haas: dialect == Dialect::Haas,
             units: [1.0; 9],
+            has_full_turn: Cell::new(false),
             globals: BTreeMap::new(),
             frames: vec![Frame::default()],
             system: [0.0; SYSTEM_NAMES.len()],

@@ -348,6 +348,27 @@ fn and_or_xor_of_fanucs_macros_are_of_bits() {
 }
 
 #[test]
+fn fanucs_angles_are_not_below_zero() {
+    for (value, on_fanuc, on_haas) in [
+        ("ATAN[-1.]/[1.]", 315.0, -45.0),
+        ("ATAN[-1.,-1.]", 225.0, -135.0),
+        ("ASIN[-0.5]", 330.0, -30.0),
+        ("ATAN[1.]/[-1.]", 135.0, 135.0),
+        ("ATAN[-1.]", -45.0, -45.0),
+        ("ASIN[0.5]", 30.0, 30.0),
+        ("ACOS[-0.5]", 120.0, 120.0),
+    ] {
+        let source = format!("#1={value}\nG0X#1\nM30");
+        assert_end(&source, &fanuc(), [on_fanuc, 0.0, 0.0]);
+        assert_end(&source, &haas(), [on_haas, 0.0, 0.0]);
+        let told = notes(&source, &fanuc());
+        assert_eq!(told.starts_with("line 1: ATAN of two arguments"), on_fanuc != on_haas, "{value}: {told}");
+        assert_eq!(notes(&source, &haas()), "", "{value}");
+    }
+    assert_end("G0 X[ATAN[-1]/[1]] Y[ASIN[-0.5]]\nM2", &linuxcnc(), [-45.0, -30.0, 0.0]);
+}
+
+#[test]
 fn round_in_a_word_rounds_to_the_least_increment() {
     assert_end("#1=1.2346\nG0X[ROUND[#1]]\nM30", &fanuc(), [1.235, 0.0, 0.0]);
     assert_end("#1=1.23456\nG20G0X[ROUND[#1]]\nM30", &haas(), [1.2346 * 25.4, 0.0, 0.0]);
