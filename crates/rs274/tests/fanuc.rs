@@ -472,6 +472,33 @@ fn pecks_and_threads_of_a_lathe() {
             (0.0, 1.0, true)
         ]
     );
+    // R, the relief: nothing behind the first cut, then a step of 0.5 back towards the cut before.
+    let relieved = "S100M3G0X40.Z2.\nG74X30.Z-5.P2500R0.5F0.1\nM30";
+    let expected = [
+        (20.0, 2.0, true),
+        (20.0, -5.0, false),
+        (20.0, 2.0, true),
+        (17.5, 2.0, true),
+        (17.5, -5.0, false),
+        (18.0, -5.0, true),
+        (18.0, 2.0, true),
+        (15.0, 2.0, true),
+        (15.0, -5.0, false),
+        (15.5, -5.0, true),
+        (15.5, 2.0, true),
+        (20.0, 2.0, true),
+    ];
+    assert_eq!(turned(relieved)[1..], expected);
+    assert_eq!(
+        turned("S100M3G0X40.Z0\nG75X30.Z-3.P5000Q3000R0.5F0.1\nM30")[5..],
+        [(15.0, -3.0, false), (15.0, -2.5, true), (20.0, -2.5, true), (20.0, 0.0, true)]
+    );
+    assert_eq!(turned(&relieved.replace("R0.5", "R0")).len(), 11);
+    for words in ["Z-5.Q2000", "X30.Z-5."] {
+        let source = format!("S100M3G0X40.Z2.\nG74{words}R0.5F0.1\nM30");
+        assert!(refused(&source, &lathe()).contains("the relief at the bottom, of a single cut"), "{source}");
+        turned(&source.replace("R0.5", "R0"));
+    }
     // A thread 1 mm high with a first cut of 0.5: at 0.5, 0.707, 0.866, 1, and once more as P says.
     let cuts: Vec<f64> = turned("S100M3G0X30.Z5.\nG76P020060Q50R0\nG76X20.Z-20.P1000Q500F1.5\nM30")
         .into_iter()
