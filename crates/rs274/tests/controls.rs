@@ -630,6 +630,26 @@ fn system_variables_are_what_they_are_on_the_control() {
     assert_end("G52X2.\nG0X#5201\nM30", &haas(), [4.0, 0.0, 0.0]);
     assert_end("#14961=10.\nG54.1P49G0X1.\nM30", &fanuc(), [11.0, 0.0, 0.0]);
     assert_end("G20\n#19941=1.\nG54.1P298G0X1.\nM30", &fanuc(), [50.8, 0.0, 0.0]);
+    // Modes are the control's own numbers: the last of G0 to G3 and the cycle.
+    for setup in [fanuc(), haas()] {
+        let source = "G0Z5.\nG1X1.F100.\nG81X2.Z-1.R1.\n#1=#4001\n#2=#4009\nG80G0X#1Y#2\nM30";
+        assert_end(source, &setup, [1.0, 81.0, 5.0]);
+        assert_end("G0Z5.\nG76X2.Z-1.R1.Q0.3F100.\n#1=#4009\nG80\nG0X#1Y#4009\nM30", &setup, [76.0, 80.0, 5.0]);
+    }
+    // On lathes G90, G92 and G94 are of the group of G0, and feeds are of G98 and G99.
+    for (block, motion, feed_mode) in [
+        ("G90X40.Z-20.F0.2", 90.0, 99.0),
+        ("G92X40.Z-20.F1.5", 92.0, 99.0),
+        ("G94X10.Z-1.F0.2", 94.0, 99.0),
+        ("G32Z-10.F2.", 32.0, 99.0),
+        ("G98G1X40.F100.", 1.0, 98.0),
+        ("G98G83Z-9.R-3.F100.", 0.0, 98.0),
+    ] {
+        let source = format!("S100M3G0X50.Z2.\n{block}\n#1=#4001\n#2=#4005\nG80\nG0X#1Z#2\nM30");
+        assert_end(&source, &lathe(), [motion / 2.0, 0.0, feed_mode]);
+        assert_end(&source, &Setup { dialect: Dialect::Haas, ..lathe() }, [motion / 2.0, 0.0, feed_mode]);
+    }
+    assert_refused("G0X#4009\nM30", &lathe(), "1:4", "parameter does not exist");
     // Haas's timers of tools, at zero, and Fanuc's nothing.
     assert_end("IF[#5403GE3600]THEN#3000=15\nG0X[1.+#5600]\nM30", &haas(), [1.0, 0.0, 0.0]);
     assert_refused("G0X#5403\nM30", &fanuc(), "1:4", "parameter does not exist");
