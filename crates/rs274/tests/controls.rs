@@ -247,6 +247,15 @@ fn linuxcncs_h0_is_the_tool_in_the_spindle() {
 }
 
 #[test]
+fn axis_words_beside_g28_1_are_a_move() {
+    // From the stored place, in the mode that holds.
+    let expected = [[1.0, 0.0, 0.0], [5.0, 2.0, 0.0], [1.0, 0.0, 0.0]];
+    assert_ends("G0 X1\nG28.1 X5 Y2\nG28\nM2", &linuxcnc(), &expected);
+    assert_ends("G0 X1\nG1 G30.1 X5 Y2 F100\nG30\nM2", &linuxcnc(), &expected);
+    assert_refused("G28.1 X5\nM2", &linuxcnc(), "1:7", "no code of this block uses this word");
+}
+
+#[test]
 fn haass_g28_cancels_the_tool_length() {
     let source = "G43H1G0Z100.\nG91G28Z0\nG90\nG0Z20.\nM30";
     assert_end(source, &haas(), [0.0, 0.0, 20.0]);
