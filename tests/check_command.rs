@@ -463,6 +463,18 @@ fn lines_with_a_slash_are_skipped_when_asked() {
 }
 
 #[test]
+fn a_variable_is_set_before_the_program() {
+    let (folder, _) = mill("G0 Z20\nG0 Z#510\nM2");
+    for (options, code) in
+        [(&[][..], 2), (&["--variable", "510=20"], 0), (&["--variable", "510=-2"], 1), (&["--variable", "5221=20"], 2)]
+    {
+        let mut command = bvbench();
+        command.args(["check", "--quiet", "--dialect", "fanuc"]).arg(folder.path()).args(options);
+        command.assert().code(code);
+    }
+}
+
+#[test]
 fn a_tool_without_parts_is_named_beside_the_csv() {
     let (folder, _) = scene_of(&mill_with_tools(), "T8 M6\nG0 Z40\nM2");
     let output = bvbench().args(["check", "--quiet", "--csv"]).arg(folder.path()).output().unwrap();

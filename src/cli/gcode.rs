@@ -56,6 +56,18 @@ pub(super) struct Reading {
     /// Skip lines that begin with `/`
     #[arg(long)]
     block_delete: bool,
+    /// Set a variable before the program, as in 510=-58.4; repeatable
+    #[arg(long, value_name = "NUMBER=VALUE", value_parser = variable)]
+    variable: Vec<(u32, f64)>,
+}
+
+/// A variable of the program's own and its value.
+fn variable(text: &str) -> Result<(u32, f64), String> {
+    let wrong = || "it must be like 510=-58.4, with a variable from 31 to 4999 or from 10000 to 10999".to_owned();
+    let (number, value) = text.split_once('=').ok_or_else(wrong)?;
+    let number = number.trim().parse::<u32>().ok().filter(|&number| matches!(number, 31..=4999 | 10_000..=10_999));
+    let value = value.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+    number.zip(value).ok_or_else(wrong)
 }
 
 impl Reading {
@@ -64,7 +76,8 @@ impl Reading {
         setup.dialect = self.dialect.unwrap_or(setup.dialect);
         setup.block_delete |= self.block_delete;
         setup.ignored.extend(&self.ignore);
-        self.dialect.is_some() || self.block_delete || !self.ignore.is_empty()
+        setup.parameters.extend(self.variable.iter().map(|(number, value)| (number.to_string(), *value)));
+        self.dialect.is_some() || self.block_delete || !(self.ignore.is_empty() && self.variable.is_empty())
     }
 }
 
@@ -83,7 +96,6 @@ pub(super) fn tool_table(file: &Path, is_inch: bool) -> Result<BTreeMap<u32, Too
 
 pub fn run(options: &Options) -> Result<u8> {
     let mut setup = if options.lathe { Setup::lathe() } else { Setup::default() };
-    options.reading.apply(&mut setup);
     if let Some(file) = &options.tool_table {
         setup.tools = tool_table(file, options.tool_table_inch)?;
     }
@@ -92,6 +104,7 @@ pub fn run(options: &Options) -> Result<u8> {
         let unit_mm = if options.var_inch { INCH_MM } else { 1.0 };
         setup.parameters = read_parameter_file(&parameters, file, unit_mm)?;
     }
+    options.reading.apply(&mut setup);
     let file = &options.program;
     let program = text(file, LARGEST_PROGRAM).with_context(|| format!("cannot read {}", file.display()))?;
     let program = rs274::interpret(&program, file, &setup)?;

@@ -2,10 +2,11 @@
 //!
 //! A cycle drills along the plane's normal. It goes above the hole, comes to R, does what its code says, and ends at R (G99) or where the first
 //! of consecutive cycles started (G98). In G91 R counts from there, the bottom from R, and L repeats it a step further each time. R, the
-//! bottom, P and Q hold for the next block of the same cycle.
+//! bottom, P and Q hold for the next block of the same cycle: on Fanuc's and Haas's controls R and the bottom as heights, on LinuxCNC as
+//! numbers that each block reads again in its own mode.
 //!
-//! How it goes above the hole depends on the control. Fanuc's and Haas's go at the height where they are. LinuxCNC rises to R first if the
-//! first of consecutive cycles started below R. From above R it goes at its height; else it goes straight to the height where the cycle ends,
+//! How it goes above the hole depends on the control. Fanuc's and Haas's go at the height where they are. LinuxCNC goes to R first, up or down,
+//! if the first of consecutive cycles started below R. From above R it goes at its height; else it goes straight to the height where the cycle ends,
 //! which is never below R (`interp_cycles.cc`, `CYCLE_MACRO`).
 //!
 //! G87 bores from behind: it goes down beside the hole, by the words of the plane's two axes among I, J and K, then into its middle, feeds
@@ -28,7 +29,8 @@ const ROUNDING_MM: f64 = 1e-9;
 /// Most holes of one block, and most pecks of one hole.
 const MAX_REPEATS: i32 = 100_000;
 
-/// Words that hold for the next block of the same cycle: mm and seconds.
+/// Words that hold for the next block of the same cycle: mm and seconds. On Fanuc's controls `bottom`, `retract` and `middle` are heights
+/// in program coordinates.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sticky {
     /// The code they belong to, ten times its number.
@@ -118,19 +120,17 @@ impl Interpreter<'_> {
         }
         self.note_waiting_length();
         axes.iter().for_each(|&axis| self.offset_change[axis] = 0.0);
-        let start = self.offsets.to_program(&self.position)[normal as usize];
+        let mut start = self.offsets.to_program(&self.position)[normal as usize];
         let initial = self.sticky.initial.unwrap_or(start);
-        self.read_cycle_words(values, code, normal)?;
-        self.sticky.initial = Some(initial);
+        self.read_cycle_words(values, code, normal, initial)?;
+        let like_fanuc = self.setup.dialect.is_fanuc_like();
         let sticky = self.sticky;
-        let incremental = self.modes.incremental;
-        let steps_to_r = lathe && self.setup.dialect == Dialect::Fanuc;
-        let retract = if incremental || steps_to_r { initial + sticky.retract } else { sticky.retract };
-        let bottom = if incremental { retract + sticky.bottom } else { sticky.bottom };
+        let counts = self.modes.incremental && !like_fanuc;
+        let retract = if counts { initial + sticky.retract } else { sticky.retract };
+        let bottom = if counts { retract + sticky.bottom } else { sticky.bottom };
         if retract < bottom {
             return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed("R below the bottom of the hole")));
         }
-        let like_fanuc = self.setup.dialect.is_fanuc_like();
         let highest = if like_fanuc { initial } else { initial.max(retract) };
         let hole = Hole {
             code,
@@ -142,21 +142,18 @@ impl Interpreter<'_> {
             // G51 does not scale pecks.
             pecks: sticky.pecks.unscaled(self.transforms.factor(normal as usize)),
             beside: sticky.beside,
-            middle: if incremental { bottom + sticky.middle } else { sticky.middle },
+            middle: if counts { bottom + sticky.middle } else { sticky.middle },
         };
         let places = [first, second].map(|axis| (axis as usize, self.take_axis(values, axis)));
         let repeats = self.repeats(values)?;
-        let mut height = start;
         if like_fanuc {
             self.note_low_start(repeats, start, initial, retract);
-        } else {
-            if initial < retract {
-                self.along(&hole, retract, None)?;
-            }
-            if start - retract <= ROUNDING_MM {
-                height = hole.clear;
-            }
+        } else if initial < retract {
+            self.along(&hole, retract, None)?;
+            start = retract;
         }
+        let ends_there = !like_fanuc && start - retract <= ROUNDING_MM;
+        let mut height = if ends_there { hole.clear } else { start };
         for _ in 0..repeats {
             self.above_hole(values, &places, (hole.normal, height))?;
             self.along(&hole, retract, None)?;
@@ -210,15 +207,23 @@ impl Interpreter<'_> {
         }
     }
 
-    /// Takes R, the bottom, P and Q from the block, or from the block before when that was the same cycle.
-    fn read_cycle_words(&mut self, values: &Values, code: i32, normal: Axis) -> Result<(), Fault> {
+    /// Takes R, the bottom, P and Q from the block, or from the block before when that was the same cycle; the first of consecutive cycles
+    /// started at the height `initial`.
+    fn read_cycle_words(&mut self, values: &Values, code: i32, normal: Axis, initial: f64) -> Result<(), Fault> {
         let fault = |cause| self.fault_at(values, Group::Motion, cause);
         let before = (self.sticky.code == code).then_some(self.sticky);
         let needed =
             |given: Option<f64>, held: Option<f64>, what| given.or(held).ok_or_else(|| fault(Cause::Missing(what)));
-        let bottom = needed(self.take_axis(values, normal), before.map(|s| s.bottom), "the depth of the hole")?;
-        let retract = needed(self.take_length(values, 'r'), before.map(|s| s.retract), "R, the retract height,")?;
         let like_fanuc = self.setup.dialect.is_fanuc_like();
+        let counts = like_fanuc && self.modes.incremental;
+        let r_counts = counts || (self.setup.dialect == Dialect::Fanuc && self.setup.is_fanuc_lathe());
+        // The height of a word that counts from another height.
+        let above =
+            |from: f64, counts: bool, word: Option<f64>| word.map(|word| if counts { from + word } else { word });
+        let retract = above(initial, r_counts, self.take_length(values, 'r'));
+        let retract = needed(retract, before.map(|s| s.retract), "R, the retract height,")?;
+        let bottom = above(retract, counts, self.take_axis(values, normal));
+        let bottom = needed(bottom, before.map(|s| s.bottom), "the depth of the hole")?;
         let dwells = matches!(code, 820 | 860 | 880 | 890 | own::FINE_BORE);
         let may_dwell = dwells || matches!(code, 730 | 740 | 830 | 840) || like_fanuc;
         let mut dwell_s = if may_dwell { self.take_dwell(values, 'p') } else { None }.or(before.map(|s| s.dwell_s));
@@ -253,10 +258,10 @@ impl Interpreter<'_> {
             let held = |at: usize| before.map(|s| s.beside[at]);
             let way = "I, J and K, the way in and how far to bore,";
             beside = [needed(first, held(0), way)?, needed(second, held(1), way)?];
-            middle = needed(third, before.map(|s| s.middle), way)?;
+            middle = needed(above(bottom, counts, third), before.map(|s| s.middle), way)?;
         }
         let dwell_s = dwell_s.unwrap_or(0.0);
-        self.sticky = Sticky { code, bottom, retract, dwell_s, pecks, beside, middle, initial: None };
+        self.sticky = Sticky { code, bottom, retract, dwell_s, pecks, beside, middle, initial: Some(initial) };
         Ok(())
     }
 

@@ -141,6 +141,11 @@ pub enum Cause {
     /// A parameter that does not exist.
     #[error("parameter does not exist")]
     UnknownParameter,
+    /// A variable that the control keeps from one program to the next, and that nothing has set.
+    #[error(
+        "nothing has set this variable, which the control keeps from one program to the next: set it in the program, or give its value (`--variable NUMBER=VALUE`)"
+    )]
+    UnsetVariable,
     /// A parameter that programs may not set.
     #[error("parameter is read-only")]
     ReadOnlyParameter,

@@ -5,8 +5,11 @@
 //! [`EQUALITY_TOLERANCE`].
 //!
 //! On Fanuc's and Haas's controls `AND`, `OR` and `XOR` are of bits; `AND` binds as `*`, `OR` and `XOR` bind as `+`; `MOD` has the dividend's sign; and
-//! `ROUND` in the value of a word rounds to the least increment of the word's address.
+//! `ROUND` in the value of a word rounds to the least increment of the word's address. Fanuc's `ATAN` of two arguments is from 0 to 360 degrees
+//! and its `ASIN` from 270 to 90, which is what its parameter 6004#0 (NAT) says at 0 (operator's manual, "Custom Macro", "Arithmetic and Logic
+//! Operation").
 
+use super::dialect::Dialect;
 use super::error::{Cause, Fault};
 use super::lex::Cursor;
 use super::parameters::Parameters;
@@ -30,6 +33,8 @@ enum Step {
     ExistsNumbered,
     Negate,
     Function(Function),
+    /// Adds a turn to an angle below zero.
+    FullTurn,
     Binary(Binary),
 }
 
@@ -167,6 +172,16 @@ impl Expression {
         self.steps.iter().any(|(step, _)| *step == Step::Function(Function::Round))
     }
 
+    /// Whether anything in it is compared.
+    pub fn compares(&self) -> bool {
+        self.steps.iter().any(|(step, _)| matches!(step, Step::Binary(operator) if operator.compares()))
+    }
+
+    /// What it comes to as a number: a vacant variable is zero.
+    pub fn number(&self, parameters: &Parameters) -> Result<f64, Fault> {
+        self.evaluate(parameters).map(or_zero)
+    }
+
     /// What it comes to. The result is finite, or vacant (not a number) where it is a vacant variable of a dialect that has such.
     pub fn evaluate(&self, parameters: &Parameters) -> Result<f64, Fault> {
         self.evaluate_to(parameters, 1.0)
@@ -183,10 +198,10 @@ impl Expression {
                     parameters.named(name).ok_or_else(|| fault(&format!("#<{name}>"), Cause::UnknownParameter))?
                 }
                 Step::Exists(name) => f64::from(parameters.named(name).is_some()),
-                Step::ExistsNumbered => f64::from(parameters.numbered(pop(&mut stack)).is_some()),
+                Step::ExistsNumbered => f64::from(parameters.numbered(pop(&mut stack)) != Err(Cause::UnknownParameter)),
                 Step::Parameter => {
                     let number = pop(&mut stack);
-                    parameters.numbered(number).ok_or_else(|| fault(&format!("#{number}"), Cause::UnknownParameter))?
+                    parameters.numbered(number).map_err(|cause| fault(&format!("#{number}"), cause))?
                 }
                 Step::Negate => -pop(&mut stack),
                 Step::Function(function @ (Function::Atan | Function::Raise)) => {
@@ -202,6 +217,15 @@ impl Expression {
                 Step::Function(function) => function
                     .apply(or_zero(pop(&mut stack)))
                     .map_err(|why| fault(function.name(), Cause::Domain(why)))?,
+                Step::FullTurn => {
+                    let angle = pop(&mut stack);
+                    if angle < 0.0 {
+                        parameters.has_full_turn.set(true);
+                        angle + 360.0
+                    } else {
+                        angle
+                    }
+                }
                 Step::Binary(operator) => {
                     let right = pop(&mut stack);
                     operator.apply(pop(&mut stack), right).map_err(|why| fault(operator.name(), Cause::Domain(why)))?
@@ -393,6 +417,9 @@ fn function(cursor: &mut Cursor, steps: &mut Steps, depth: usize) -> Result<(), 
         bracketed(cursor, steps, depth + 1)?;
     }
     steps.push((Step::Function(function), column));
+    if function == Function::Asin && cursor.dialect == Dialect::Fanuc {
+        steps.push((Step::FullTurn, column));
+    }
     Ok(())
 }
 
@@ -414,6 +441,9 @@ fn arc_tangent(cursor: &mut Cursor, steps: &mut Steps, depth: usize, column: u32
         two
     };
     steps.push((Step::Function(if two { Function::Atan } else { Function::ArcTangent }), column));
+    if two && cursor.dialect == Dialect::Fanuc {
+        steps.push((Step::FullTurn, column));
+    }
     Ok(())
 }
 

@@ -1,11 +1,12 @@
 //! What Fanuc's and Haas's controls do otherwise: dwells, tool calls of lathes, more coordinate systems, G10, system variables.
 
 use super::canonical::{Axis, MoveKind};
+use super::cycle::is_cycle;
 use super::datum::{ORIGIN_STRIDE, ORIGINS, SYSTEMS};
-use super::dialect::Dialect;
+use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
-use super::modal::{FeedMode, Group, Values};
+use super::modal::{CANCEL_CYCLE, FeedMode, Group, Values};
 use super::offsets::{Values9, from_canonical};
 
 /// Origins of G54.1 P1 to P48, and of the further ones.
@@ -179,7 +180,7 @@ impl Interpreter<'_> {
 
     /// G50 S and G92 S: the greatest spindle speed under G96.
     pub(super) fn limit_speed(&mut self, values: &Values) -> bool {
-        let limits = matches!(values.number(Group::NonModal), Some(super::dialect::own::SPEED_LIMIT | 920));
+        let limits = matches!(values.number(Group::NonModal), Some(own::SPEED_LIMIT | 920));
         let limits = limits && self.setup.dialect.is_fanuc_like() && values.has('s') && !values.has_axis();
         if limits {
             self.modes.greatest_speed = values.take('s').filter(|&limit| limit != 0.0).map(f64::abs);
@@ -187,17 +188,34 @@ impl Interpreter<'_> {
         limits
     }
 
-    /// Brings the system variables up to date: where the tool is, and the modes.
-    pub(super) fn refresh_variables(&mut self, absolute: &Values9, relative: &Values9) {
+    /// Brings the system variables up to date: where the tool is (axis positions, and program coordinates in the program's units), and the modes.
+    pub(super) fn refresh_variables(&mut self, position: &Values9, relative: &Values9) {
         let modes = &self.modes;
         let plane = [17.0, 18.0, 19.0][modes.plane as usize];
-        let feed_mode = match modes.feed_mode {
-            FeedMode::InverseTime => 93.0,
-            FeedMode::PerMinute => 94.0,
-            FeedMode::PerRevolution => 95.0,
+        let is_lathe = self.setup.is_fanuc_lathe();
+        let feed_mode = match (modes.feed_mode, is_lathe) {
+            (FeedMode::InverseTime, _) => 93.0,
+            (FeedMode::PerMinute, false) => 94.0,
+            (FeedMode::PerRevolution, false) => 95.0,
+            (FeedMode::PerMinute, true) => 98.0,
+            (FeedMode::PerRevolution, true) => 99.0,
+        };
+        // Cycles are a group of their own beside G0 to G3, but for G90, G92 and G94 of lathes.
+        let motion = match modes.motion {
+            Some(330) if is_lathe => 320,
+            Some(330) => 330,
+            Some(own::TURN_CUT) => 900,
+            Some(own::THREAD_CUT) => 920,
+            Some(own::FACE_CUT) => 940,
+            _ => modes.plain_motion.unwrap_or(0),
+        };
+        let cycle = match modes.motion {
+            Some(own::FINE_BORE) => 760,
+            Some(code) if is_cycle(code) => code,
+            _ => CANCEL_CYCLE,
         };
         let modal = [
-            (4001, modes.motion.map_or(0.0, |motion| f64::from(motion) / 10.0)),
+            (4001, f64::from(motion) / 10.0),
             (4002, plane),
             (4003, if modes.incremental { 91.0 } else { 90.0 }),
             (4005, feed_mode),
@@ -210,9 +228,12 @@ impl Interpreter<'_> {
         for (index, value) in modal {
             parameters.put(index, value);
         }
+        if !is_lathe {
+            parameters.put(4009, f64::from(cycle) / 10.0);
+        }
         for i in 0..6 {
             parameters.put(5001 + i, relative[i]);
-            parameters.put(5021 + i, absolute[i]);
+            parameters.put(5021 + i, position[i] * parameters.units[i]);
             parameters.put(5041 + i, relative[i]);
         }
         let mut length = self.offsets.tool;

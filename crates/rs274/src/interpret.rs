@@ -31,7 +31,7 @@ pub const FARTHEST: f64 = 1e9;
 /// `#<_vmajor>` and `#<_vminor>`: of the LinuxCNC whose meanings are followed.
 const LANGUAGE_VERSION: [f64; 2] = [2.9, 0.0];
 
-/// Most lines that are looked at for errors of a program: many of them may be one error.
+/// Most lines that are found wrong before a program is given up: many of them may be one error, or one line of a loop.
 const MOST_FAULTS: usize = 1000;
 
 /// Most different notes on one program.
@@ -217,13 +217,19 @@ impl<'a> Interpreter<'a> {
         };
         let mut errors: Vec<(usize, Fault)> = Vec::new();
         let mut wrong = BTreeSet::new();
+        let mut faults = 0;
         let mut at = 0;
         while self.steps < self.setup.limits.blocks {
             self.steps += 1;
-            match self.step(source, &table, at) {
+            let next = self.step(source, &table, at);
+            if self.parameters.has_full_turn.take() {
+                self.note("ATAN of two arguments is taken to be from 0 to 360 degrees, and ASIN from 270 to 90; with Fanuc's parameter 6004#0 (NAT) at 1 this angle is 360 less".to_owned());
+            }
+            match next {
                 Ok(Next::Line(next)) => at = next,
                 Ok(Next::End) => return errors,
                 Err(fault) => {
+                    faults += 1;
                     self.in_contour = false;
                     // Where the shifted path has come to is no longer known.
                     self.compensation = Compensation::Off;
@@ -232,7 +238,7 @@ impl<'a> Interpreter<'a> {
                         wrong.insert(self.at);
                         errors.push((self.at, fault));
                     }
-                    if gives_up || errors.len() > MOST_FAULTS {
+                    if gives_up || faults > MOST_FAULTS {
                         return errors;
                     }
                     at += 1;
@@ -408,7 +414,7 @@ impl<'a> Interpreter<'a> {
         parameters.system[9..18].copy_from_slice(&absolute);
         parameters.system[18..18 + state.len()].copy_from_slice(&state);
         if self.setup.dialect.is_fanuc_like() {
-            self.refresh_variables(&absolute, &relative);
+            self.refresh_variables(&position, &relative);
             return;
         }
         let tool = self.tools.get(&self.tool).copied().unwrap_or_default();

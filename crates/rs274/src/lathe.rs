@@ -1,6 +1,9 @@
 //! Cycles of Fanuc's and Haas's lathes that need no contour: one cut along (G90), one thread (G92), one cut across (G94), pecks (G74,
 //! G75), and the threading cycle (G76). Infeed is straight: the angle of G76 moves nothing. The cycles with a contour are in `contour`.
 //!
+//! R of G74 and G75 is the relief at the bottom: from the second cut on the tool steps aside by it before it returns, back towards the cut before.
+//! The first cut has no free side and no relief. Of a single cut the sign of R gives the side, and controls differ: it is an error.
+//!
 //! Each ends where it began. G90, G92 and G94 hold for the blocks behind them, with the words that these do not give.
 
 use super::dialect::{Dialect, own};
@@ -116,7 +119,7 @@ impl Interpreter<'_> {
         let step_along =
             |count, length| self.take_count(values, count).or_else(|| self.take_length(values, length)).map(f64::abs);
         let (p, q) = (step_along('p', 'i'), step_along('q', 'k'));
-        values.drop_word('r');
+        let relief = self.take_length(values, 'r').unwrap_or(0.0).abs();
         let (along, across, peck, step) = if code == own::PECK_FACE { (Z, X, q, p) } else { (X, Z, p, q) };
         let stops = |from: f64, to: f64, step: Option<f64>| -> Result<Vec<f64>, Fault> {
             let steps =
@@ -132,9 +135,14 @@ impl Interpreter<'_> {
         if start[across] != target[across] {
             places.extend(stops(start[across], target[across], step)?);
         }
+        if relief > 0.0 && (places.len() == 1 || step.is_none()) {
+            let why = "R, the relief at the bottom, of a single cut or without the step from cut to cut: its sign gives the side, and controls differ";
+            return Err(values.fault('r', Cause::NotAllowed(why)));
+        }
+        let aside = relief.copysign(start[across] - target[across]);
         let depths = stops(start[along], target[along], peck)?;
         let back = self.lathe.peck_back.copysign(start[along] - target[along]);
-        for place in places {
+        for (cut, place) in places.into_iter().enumerate() {
             let mut at = start;
             at[across] = place;
             self.rapid_to(at)?;
@@ -145,6 +153,10 @@ impl Interpreter<'_> {
                     at[along] = depth + back;
                     self.rapid_to(at)?;
                 }
+            }
+            if cut > 0 && relief > 0.0 {
+                at[across] += aside;
+                self.rapid_to(at)?;
             }
             at[along] = start[along];
             self.rapid_to(at)?;

@@ -3,6 +3,7 @@
 //! GOTO goes to the next line with the number behind it, else to the first from the start of its program: from one O to the next.
 
 use super::block::{Block, Jump, Keyword};
+use super::dialect::Dialect;
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::whole;
@@ -75,7 +76,11 @@ impl Interpreter<'_> {
         at: usize,
     ) -> Result<Option<usize>, Fault> {
         let holds = match &block.condition {
-            Some(condition) => condition.evaluate(&self.parameters)? != 0.0,
+            Some(condition) if self.setup.dialect == Dialect::Fanuc && !condition.compares() => {
+                let why = "a condition that compares nothing, which Fanuc's controls refuse";
+                return Err(Fault::new(1, "", Cause::NotAllowed(why)));
+            }
+            Some(condition) => condition.number(&self.parameters)? != 0.0,
             None => true,
         };
         let partner = || table.jumps.partners.get(&at).copied().unwrap_or(at);

@@ -254,7 +254,7 @@ impl Interpreter<'_> {
             }
             Keyword::EndWhile => links.open,
             Keyword::Repeat => {
-                let times = flow.arguments[0].evaluate(&self.parameters)?.round();
+                let times = flow.arguments[0].number(&self.parameters)?.round();
                 if times < 1.0 {
                     links.end + 1
                 } else {
@@ -277,7 +277,7 @@ impl Interpreter<'_> {
     }
 
     fn condition(&self, flow: &Flow) -> Result<bool, Fault> {
-        Ok(flow.arguments[0].evaluate(&self.parameters)? != 0.0)
+        Ok(flow.arguments[0].number(&self.parameters)? != 0.0)
     }
 
     fn choose_branch(&mut self, table: &FlowTable, lines: &Lines, start: usize) -> Result<usize, Fault> {

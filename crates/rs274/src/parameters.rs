@@ -5,6 +5,7 @@
 
 use super::dialect::Dialect;
 use super::error::Cause;
+use std::cell::Cell;
 use std::collections::BTreeMap;
 
 /// Highest numbered parameter (LinuxCNC: `RS274NGC_MAX_PARAMETERS` - 1).
@@ -21,6 +22,9 @@ const MAX_VARIABLE: usize = 19_999;
 
 /// Value of a variable that holds none: Fanuc's `#0`.
 const VACANT: f64 = f64::NAN;
+
+/// Value of a variable that the control keeps from one program to the next, and that nothing has set: reading it is an error.
+const UNSET: f64 = f64::NEG_INFINITY;
 
 /// Value of a system variable that is not modelled: reading it is an error.
 const UNKNOWN: f64 = f64::INFINITY;
@@ -101,6 +105,8 @@ pub(super) struct Parameters {
     is_haas: bool,
     /// The program's units in a mm or a degree, by axis: those of Fanuc's origins. The interpreter keeps them up to date.
     pub units: [f64; 9],
+    /// Whether Fanuc's ATAN or ASIN has given an angle that another setting of the control makes a turn less, since the interpreter asked.
+    pub has_full_turn: Cell<bool>,
     /// Values of [`SYSTEM_NAMES`]: the interpreter keeps them up to date.
     pub system: [f64; SYSTEM_NAMES.len()],
 }
@@ -123,30 +129,38 @@ impl Parameters {
             has_vacant,
             is_haas: dialect == Dialect::Haas,
             units: [1.0; 9],
+            has_full_turn: Cell::new(false),
             globals: BTreeMap::new(),
             frames: vec![Frame::default()],
             system: [0.0; SYSTEM_NAMES.len()],
         };
         for (name, &value) in defaults {
             match name.parse::<usize>() {
-                Ok(index) if (1..=MAX_PARAMETER).contains(&index) => parameters.numbered[index] = value,
+                Ok(index) if (1..parameters.numbered.len()).contains(&index) => parameters.numbered[index] = value,
                 _ => parameters.insert(name.to_ascii_lowercase(), value),
             }
         }
         parameters
     }
 
-    /// The value of `#number`; `None` when there is no such parameter.
-    pub fn numbered(&self, number: f64) -> Option<f64> {
+    /// The value of `#number`, or why it has none.
+    pub fn numbered(&self, number: f64) -> Result<f64, Cause> {
         if self.has_vacant && number == 0.0 {
-            return Some(VACANT);
+            return Ok(VACANT);
         }
-        let index = self.index(number)?;
+        let index = self.index(number).ok_or(Cause::UnknownParameter)?;
         if self.has_vacant && matches!(index, 5000..=5999) && !is_readable(index, self.is_haas) {
-            return None;
+            return Err(Cause::UnknownParameter);
+        }
+        let value = self.numbered[index];
+        if value == UNKNOWN {
+            return Err(Cause::UnknownParameter);
+        }
+        if value == UNSET {
+            return Err(Cause::UnsetVariable);
         }
         let scale = if self.has_vacant { origin_axis(index).map_or(1.0, |axis| self.units[axis]) } else { 1.0 };
-        Some(self.numbered[index]).filter(|value| *value != UNKNOWN).map(|value| value * scale)
+        Ok(value * scale)
     }
 
     /// The value of parameter `index`, which exists.
@@ -277,11 +291,15 @@ fn is_common(index: usize, is_haas: bool) -> bool {
     matches!(index, 1..=33 | 100..=999) || (is_haas && matches!(index, 10_000..=10_999))
 }
 
-/// Fanuc's variables before a program: local and common ones vacant; clocks, messages and modes of execution, external offset and all that
-/// holds places and offsets zero; other system variables unknown.
+/// Fanuc's variables before a program: local and common ones vacant, but for those that the control keeps, Fanuc's from #500 and all of
+/// Haas's common ones; clocks, messages and modes of execution, external offset and all that holds places and offsets zero; other system
+/// variables unknown.
 fn variables(dialect: Dialect) -> Vec<f64> {
+    let is_haas = dialect == Dialect::Haas;
+    let first_kept = if is_haas { 100 } else { 500 };
     let value = |index| match index {
-        _ if is_common(index, dialect == Dialect::Haas) => VACANT,
+        _ if is_common(index, is_haas) && index >= first_kept => UNSET,
+        _ if is_common(index, is_haas) => VACANT,
         ALARM..=3012 | 5001..=5610 | 7001..=7960 | 14_961..=19_960 => 0.0,
         _ => UNKNOWN,
     };

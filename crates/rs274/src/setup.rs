@@ -94,7 +94,8 @@ pub struct Setup {
     pub user_codes: BTreeMap<u32, UserCode>,
     /// How far before the end of its move a probe (G38.2 to G38.5) stops, mm; nothing is there for it to touch.
     pub probe_stops_short_mm: f64,
-    /// Parameters set beforehand: by name without `#<>`, or by number in digits.
+    /// Parameters set beforehand: by name without `#<>`, or by number in digits. On Fanuc's and Haas's controls, also what programs before
+    /// have left in variables that the control keeps.
     pub parameters: BTreeMap<String, f64>,
     /// When to give up.
     pub limits: Limits,

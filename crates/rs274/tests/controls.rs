@@ -90,6 +90,26 @@ fn fanucs_cycles_go_to_the_hole_at_the_height_where_they_are() {
 }
 
 #[test]
+fn fanucs_cycles_hold_heights() {
+    // R 2 and the bottom at -5 stay where they are when G91 follows; a new depth counts from the R that holds.
+    let second = |source: &str, [x, y, retract]: [f64; 3], bottom: f64| {
+        for setup in [fanuc(), haas()] {
+            let found = ends(&run(source, &setup));
+            let expected = [[x, y, bottom], [x, y, retract]];
+            assert_eq!(found.len(), 8, "{source}: {found:?}");
+            found[6..].iter().zip(expected).for_each(|(found, expected)| assert_near(*found, expected, source));
+        }
+    };
+    let first = "G0Z12.\nG99G81X1.Z-5.R2.F50\n";
+    second(&format!("{first}G91Y10.\nM30"), [1.0, 10.0, 2.0], -5.0);
+    second(&format!("{first}G91Y10.Z-3.\nM30"), [1.0, 10.0, 2.0], -1.0);
+    // Steps become heights, too, and stay them in G90: R at 12 - 10, the bottom 7 below.
+    second("G0Z12.\nG91G99G81X1.Z-7.R-10.F50\nG90X9.\nM30", [9.0, 0.0, 2.0], -5.0);
+    // LinuxCNC reads the numbers again: R 2 above the 12, the bottom 5 below R.
+    assert_end("G0 Z12\nG99 G81 X1 Z-5 R2 F50\nG91 Y10\nM2", &linuxcnc(), [1.0, 10.0, 14.0]);
+}
+
+#[test]
 fn linuxcncs_cycles_go_to_the_hole_where_the_cycle_ends() {
     // From R under G99 to G98: straight to the first height above the second hole, and down.
     assert_ends(
@@ -120,6 +140,22 @@ fn linuxcncs_cycles_go_to_the_hole_where_the_cycle_ends() {
             [2.0, 0.0, 4.0],
             [2.0, 0.0, -1.0],
             [2.0, 0.0, 4.0],
+        ],
+    );
+    // The first height was below both R: down to the lower one before the way over.
+    assert_ends(
+        "G0 Z1\nG99 G81 X1 Z-1 R20 F50\nX5 R5\nM2",
+        &linuxcnc(),
+        &[
+            [0.0, 0.0, 1.0],
+            [0.0, 0.0, 20.0],
+            [1.0, 0.0, 20.0],
+            [1.0, 0.0, -1.0],
+            [1.0, 0.0, 20.0],
+            [1.0, 0.0, 5.0],
+            [5.0, 0.0, 5.0],
+            [5.0, 0.0, -1.0],
+            [5.0, 0.0, 5.0],
         ],
     );
 }
@@ -208,6 +244,15 @@ fn linuxcncs_h0_is_the_tool_in_the_spindle() {
     let with_zero =
         Setup { tools: [(0, Tool::with_length(7.0, 0.0)), (2, Tool::with_length(30.0, 0.0))].into(), ..linuxcnc() };
     assert_end("T2 M6\nG43 H0\nG0 Z1\nM2", &with_zero, [0.0, 0.0, 31.0]);
+}
+
+#[test]
+fn axis_words_beside_g28_1_are_a_move() {
+    // From the stored place, in the mode that holds.
+    let expected = [[1.0, 0.0, 0.0], [5.0, 2.0, 0.0], [1.0, 0.0, 0.0]];
+    assert_ends("G0 X1\nG28.1 X5 Y2\nG28\nM2", &linuxcnc(), &expected);
+    assert_ends("G0 X1\nG1 G30.1 X5 Y2 F100\nG30\nM2", &linuxcnc(), &expected);
+    assert_refused("G28.1 X5\nM2", &linuxcnc(), "1:7", "no code of this block uses this word");
 }
 
 #[test]
@@ -309,6 +354,27 @@ fn and_or_xor_of_fanucs_macros_are_of_bits() {
     assert_refused("#1=1.5AND1\nM30", &fanuc(), "1:7", "not whole");
     // LinuxCNC's are of truth, and MOD is never below zero.
     assert_end("G0 X[6 AND 3] Y[-7 MOD 3]\nM2", &linuxcnc(), [1.0, 2.0, 0.0]);
+}
+
+#[test]
+fn fanucs_angles_are_not_below_zero() {
+    for (value, on_fanuc, on_haas) in [
+        ("ATAN[-1.]/[1.]", 315.0, -45.0),
+        ("ATAN[-1.,-1.]", 225.0, -135.0),
+        ("ASIN[-0.5]", 330.0, -30.0),
+        ("ATAN[1.]/[-1.]", 135.0, 135.0),
+        ("ATAN[-1.]", -45.0, -45.0),
+        ("ASIN[0.5]", 30.0, 30.0),
+        ("ACOS[-0.5]", 120.0, 120.0),
+    ] {
+        let source = format!("#1={value}\nG0X#1\nM30");
+        assert_end(&source, &fanuc(), [on_fanuc, 0.0, 0.0]);
+        assert_end(&source, &haas(), [on_haas, 0.0, 0.0]);
+        let told = notes(&source, &fanuc());
+        assert_eq!(told.starts_with("line 1: ATAN of two arguments"), on_fanuc != on_haas, "{value}: {told}");
+        assert_eq!(notes(&source, &haas()), "", "{value}");
+    }
+    assert_end("G0 X[ATAN[-1]/[1]] Y[ASIN[-0.5]]\nM2", &linuxcnc(), [-45.0, -30.0, 0.0]);
 }
 
 #[test]
@@ -573,6 +639,26 @@ fn system_variables_are_what_they_are_on_the_control() {
     assert_end("G52X2.\nG0X#5201\nM30", &haas(), [4.0, 0.0, 0.0]);
     assert_end("#14961=10.\nG54.1P49G0X1.\nM30", &fanuc(), [11.0, 0.0, 0.0]);
     assert_end("G20\n#19941=1.\nG54.1P298G0X1.\nM30", &fanuc(), [50.8, 0.0, 0.0]);
+    // Modes are the control's own numbers: the last of G0 to G3 and the cycle.
+    for setup in [fanuc(), haas()] {
+        let source = "G0Z5.\nG1X1.F100.\nG81X2.Z-1.R1.\n#1=#4001\n#2=#4009\nG80G0X#1Y#2\nM30";
+        assert_end(source, &setup, [1.0, 81.0, 5.0]);
+        assert_end("G0Z5.\nG76X2.Z-1.R1.Q0.3F100.\n#1=#4009\nG80\nG0X#1Y#4009\nM30", &setup, [76.0, 80.0, 5.0]);
+    }
+    // On lathes G90, G92 and G94 are of the group of G0, and feeds are of G98 and G99.
+    for (block, motion, feed_mode) in [
+        ("G90X40.Z-20.F0.2", 90.0, 99.0),
+        ("G92X40.Z-20.F1.5", 92.0, 99.0),
+        ("G94X10.Z-1.F0.2", 94.0, 99.0),
+        ("G32Z-10.F2.", 32.0, 99.0),
+        ("G98G1X40.F100.", 1.0, 98.0),
+        ("G98G83Z-9.R-3.F100.", 0.0, 98.0),
+    ] {
+        let source = format!("S100M3G0X50.Z2.\n{block}\n#1=#4001\n#2=#4005\nG80\nG0X#1Z#2\nM30");
+        assert_end(&source, &lathe(), [motion / 2.0, 0.0, feed_mode]);
+        assert_end(&source, &Setup { dialect: Dialect::Haas, ..lathe() }, [motion / 2.0, 0.0, feed_mode]);
+    }
+    assert_refused("G0X#4009\nM30", &lathe(), "1:4", "parameter does not exist");
     // Haas's timers of tools, at zero, and Fanuc's nothing.
     assert_end("IF[#5403GE3600]THEN#3000=15\nG0X[1.+#5600]\nM30", &haas(), [1.0, 0.0, 0.0]);
     assert_refused("G0X#5403\nM30", &fanuc(), "1:4", "parameter does not exist");

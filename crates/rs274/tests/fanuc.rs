@@ -109,7 +109,39 @@ fn variables_may_be_vacant() {
     assert_eq!(xs("IF[#1EQ#0]GOTO1\nX9.\nN1X1.\nM30"), [1.0]);
     assert_eq!(xs("IF[#1EQ0]GOTO1\nX9.\nN1X1.\nM30"), [9.0, 1.0]);
     assert_eq!(xs("#1=#2+1\nX#1\nM30"), [1.0]);
+    // As a condition on its own it is zero, which is false; Fanuc's controls refuse it.
+    for source in
+        ["IF[#1]GOTO1\nG0X1.\nN1M30", "WHILE[#1]DO1\nG0X9.\nEND1\nG0X1.\nM30", "IF[-#1]THEN#2=9.\nG0X[1.+#2]\nM30"]
+    {
+        assert_ends(source, &haas(), &[[1.0, 0.0, 0.0]]);
+        assert!(
+            refused(source, &fanuc()).contains("bad.nc:1:1: not allowed: a condition that compares nothing"),
+            "{source}"
+        );
+    }
+    assert_ends("O1 REPEAT[#1]\nG0X9.\nO1 ENDREPEAT\nG0X1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0]]);
     assert!(refused("X#2001\nM30", &fanuc()).contains("parameter does not exist"));
+}
+
+#[test]
+fn variables_that_the_control_keeps_must_be_set() {
+    for (setup, source, variable) in [
+        (fanuc(), "G1Z#510F100\nM30", "510"),
+        (fanuc(), "#1=#999+1\nM30", "999"),
+        (haas(), "G1Z#10500F100\nM30", "10500"),
+        (haas(), "G0X#100\nM30", "100"),
+    ] {
+        let told = refused(source, &setup);
+        assert!(told.starts_with("bad.nc:1:4: nothing has set this variable"), "{source}: {told}");
+        assert!(told.ends_with(&format!("(`--variable NUMBER=VALUE`): `#{variable}`")), "{source}: {told}");
+        let parameters = [(variable.to_owned(), -5.0)].into();
+        run(source, &Setup { parameters, ..setup });
+    }
+    let given = Setup { parameters: [("510".to_owned(), -5.0)].into(), ..fanuc() };
+    assert_ends("G0Z#510\nM30", &given, &[[0.0, 0.0, -5.0]]);
+    // Asking whether it is vacant reads it; what is made vacant is set. Fanuc's below #500 begin vacant.
+    assert!(refused("IF[#500EQ#0]GOTO1\nN1M30", &fanuc()).contains("nothing has set this variable"));
+    assert_ends("#500=#0\nG0X5.Z#500Y#100\nM30", &fanuc(), &[[5.0, 0.0, 0.0]]);
 }
 
 #[test]
@@ -167,6 +199,18 @@ fn a_lathe_calls_tool_and_offset_in_one() {
     assert!(program.moves.iter().all(|step| step.kind == rapid));
     assert!(program.notes[0].to_string().contains("T202 selects a tool that no M6 changes to"), "{:?}", program.notes);
     assert!(run("T2 M6\nG0 X1\nM2", &Setup::default()).notes.is_empty());
+}
+
+#[test]
+fn a_machine_position_is_what_g53_takes() {
+    // On lathes a diameter.
+    for (setup, x) in [(lathe(), 50.0), (Setup { dialect: Dialect::Haas, ..lathe() }, 50.0), (fanuc(), 100.0)] {
+        let source = "G0X100.Z50.\n#1=#5021\nX0\nG0G53X#1\nM30";
+        assert_ends(source, &setup, &[[x, 0.0, 50.0], [0.0, 0.0, 50.0], [x, 0.0, 50.0]]);
+        let inches = format!("G20\n{}", source.replace("100.", "4."));
+        let x = x * 25.4 / 25.0;
+        assert_ends(&inches, &setup, &[[x, 0.0, 1270.0], [0.0, 0.0, 1270.0], [x, 0.0, 1270.0]]);
+    }
 }
 
 #[test]
@@ -428,6 +472,33 @@ fn pecks_and_threads_of_a_lathe() {
             (0.0, 1.0, true)
         ]
     );
+    // R, the relief: nothing behind the first cut, then a step of 0.5 back towards the cut before.
+    let relieved = "S100M3G0X40.Z2.\nG74X30.Z-5.P2500R0.5F0.1\nM30";
+    let expected = [
+        (20.0, 2.0, true),
+        (20.0, -5.0, false),
+        (20.0, 2.0, true),
+        (17.5, 2.0, true),
+        (17.5, -5.0, false),
+        (18.0, -5.0, true),
+        (18.0, 2.0, true),
+        (15.0, 2.0, true),
+        (15.0, -5.0, false),
+        (15.5, -5.0, true),
+        (15.5, 2.0, true),
+        (20.0, 2.0, true),
+    ];
+    assert_eq!(turned(relieved)[1..], expected);
+    assert_eq!(
+        turned("S100M3G0X40.Z0\nG75X30.Z-3.P5000Q3000R0.5F0.1\nM30")[5..],
+        [(15.0, -3.0, false), (15.0, -2.5, true), (20.0, -2.5, true), (20.0, 0.0, true)]
+    );
+    assert_eq!(turned(&relieved.replace("R0.5", "R0")).len(), 11);
+    for words in ["Z-5.Q2000", "X30.Z-5."] {
+        let source = format!("S100M3G0X40.Z2.\nG74{words}R0.5F0.1\nM30");
+        assert!(refused(&source, &lathe()).contains("the relief at the bottom, of a single cut"), "{source}");
+        turned(&source.replace("R0.5", "R0"));
+    }
     // A thread 1 mm high with a first cut of 0.5: at 0.5, 0.707, 0.866, 1, and once more as P says.
     let cuts: Vec<f64> = turned("S100M3G0X30.Z5.\nG76P020060Q50R0\nG76X20.Z-20.P1000Q500F1.5\nM30")
         .into_iter()
