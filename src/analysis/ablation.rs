@@ -2,7 +2,7 @@
 
 use super::claims::ClaimSet;
 use super::judge::{CLUSTERS_MIN, Effect, Verdict, ratio_verdict};
-use super::stats::{Interval, wilson};
+use super::stats::{Interval, mean, wilson};
 use super::summary::ALL;
 use super::totals::over_launches;
 use super::{AnalysisError, counted};
@@ -327,11 +327,10 @@ struct Ratio {
 impl Ratio {
     /// The mean of logarithms of ratios, with Student's interval over them.
     fn of(surface: &str, logs: &[f64], what: &str) -> Self {
-        let mean = logs.iter().sum::<f64>() / logs.len() as f64;
         let repeats: Vec<(f64, f64)> = logs.iter().map(|log| (log.exp(), 1.0)).collect();
         let interval = over_launches(&repeats).map_or(Interval::exact(f64::NAN), |estimate| estimate.interval);
         // Of ratios the geometric mean, not that of totals.
-        let shift = mean.exp() / interval.value;
+        let shift = mean(logs).exp() / interval.value;
         let few = (logs.len() < CLUSTERS_MIN)
             .then(|| format!("only {}: too few for an interval", counted(logs.len() as u64, what)));
         Self { surface: surface.to_owned(), interval: interval.map(|end| end * shift), few }

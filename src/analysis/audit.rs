@@ -9,7 +9,7 @@
 
 use super::AnalysisError;
 use super::factorial::{Decomposition, Design};
-use super::stats::{RESAMPLES, below, expansion, generator, quantile};
+use super::stats::{RESAMPLES, below, expansion, generator, median, quantile};
 use super::summary::ALL;
 use crate::record::audit::FACTORS;
 use crate::record::{
@@ -240,15 +240,11 @@ fn gather(levels: &Levels, file: &'static str, points: Vec<Point<'_>>) -> Result
         clusters.entry(key).or_insert_with(|| vec![Vec::new(); size])[cell].push(value);
     }
     let mut observations = Observations::new();
-    for ((scene, group, _), mut values) in clusters {
+    for ((scene, group, _), values) in clusters {
         if values.iter().any(Vec::is_empty) {
             return Err(AnalysisError::Cells { file, scene });
         }
-        let median = |values: &mut Vec<f64>| {
-            values.sort_unstable_by(f64::total_cmp);
-            quantile(values, 0.5)
-        };
-        let values = values.iter_mut().map(median).collect();
+        let values = values.into_iter().map(median).collect();
         observations.entry(scene).or_default().push(Cluster { group, values });
     }
     Ok(observations)

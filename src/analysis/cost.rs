@@ -5,7 +5,7 @@
 //! the counts from here. Costs are fitted to the timed chunks by least squares over relative errors, none of them below 0 (Lawson and
 //! Hanson 1974; here all seven sets of free costs are tried).
 
-use super::stats::{quantile, weighted_quantile};
+use super::stats::{mean, median, quantile, weighted_quantile};
 use super::summary::Cell;
 use super::table::{Query, Scene};
 use super::{AnalysisError, ranking_workload};
@@ -82,8 +82,7 @@ fn observe(scene: &Scene, case: &CaseKey) -> Vec<Observed> {
     let mut observed = Vec::new();
     for (chunk, members) in members {
         let (stratum, poses) = (scene.chunks[&chunk].stratum, scene.chunks[&chunk].poses);
-        let Some(ns) = times.get_mut(&chunk).filter(|_| members.len() == poses as usize) else { continue };
-        ns.sort_unstable_by(f64::total_cmp);
+        let Some(ns) = times.remove(&chunk).filter(|_| members.len() == poses as usize) else { continue };
         let mean = |count: &dyn Fn(&Query) -> u64| {
             members.iter().map(|query| count(query)).sum::<u64>() as f64 / f64::from(poses)
         };
@@ -92,7 +91,7 @@ fn observe(scene: &Scene, case: &CaseKey) -> Vec<Observed> {
             stratum,
             volume_tests: mean(&|query| query.volume_tests),
             triangle_tests: mean(&|query| query.triangle_tests),
-            ns: quantile(ns, 0.5),
+            ns: median(ns),
         });
     }
     observed
@@ -233,11 +232,7 @@ fn repay(name: &str, scene: &Scene, manifest: &Manifest) -> Vec<RepayRow> {
         .filter_map(|(case, builds)| {
             let mut parts: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
             builds.iter().for_each(|build| parts.entry(build.item).or_default().push(build.ns));
-            let median = |times: &mut Vec<f64>| {
-                times.sort_unstable_by(f64::total_cmp);
-                quantile(times, 0.5)
-            };
-            let build = parts.values_mut().map(median).sum::<f64>();
+            let build = parts.into_values().map(median).sum::<f64>();
             Some((case, build, mean_query(scene, case)?))
         })
         .collect();
@@ -261,7 +256,7 @@ fn mean_query(scene: &Scene, case: &CaseKey) -> Option<f64> {
     let queries: u32 = programs.map(|chunk| chunk.poses).sum();
     if queries > 0 {
         let totals = scene.program_totals(case, None)?;
-        return Some(totals.iter().sum::<f64>() / totals.len() as f64 / f64::from(queries));
+        return Some(mean(&totals) / f64::from(queries));
     }
     let workloads = scene.workloads().into_iter().filter(|workload| *workload != CONTROL_WORKLOAD);
     let cell = Cell { workload: ranking_workload(workloads)?, stratum: None };

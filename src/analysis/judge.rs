@@ -4,7 +4,7 @@
 use super::claims::{CaseRef, Claim, ClaimSet, Direction, Expectation, Frames, Reading, Role, Test, TestKind};
 use super::misses::{Misses, Tally};
 use super::ratios::{Cases, Metric, NoisyCells, Ratio, compare};
-use super::stats::Interval;
+use super::stats::{Interval, mean};
 use super::summary::ALL;
 use super::table::Scene;
 use super::totals::{Estimate, over_launches};
@@ -467,7 +467,7 @@ impl Judged<'_> {
         if logs.is_empty() {
             return Finding::not_measured("no trees of both cases in this run");
         }
-        let ratio = Estimate::exact((logs.iter().sum::<f64>() / logs.len() as f64).exp());
+        let ratio = Estimate::exact(mean(logs).exp());
         let (low, high) = logs.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
         let range = format!("{} {what}, from {:.3} to {:.3}", logs.len(), low.exp(), high.exp());
         let effect = Some(Effect::of(ratio.interval));
@@ -512,8 +512,7 @@ impl Judged<'_> {
 
     /// The verdict on the geometric mean over parts and levels, measured in frames drawn at random.
     fn over_frames(frames: &BTreeMap<u32, Vec<f64>>, test: &Test) -> Finding {
-        let mean = |logs: &Vec<f64>| (logs.iter().sum::<f64>() / logs.len() as f64).exp();
-        let ratios: Vec<f64> = frames.values().map(mean).collect();
+        let ratios: Vec<f64> = frames.values().map(|logs| mean(logs).exp()).collect();
         let logs = ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len() as f64;
         let Some(mut estimate) = over_launches(&ratios.iter().map(|ratio| (*ratio, 1.0)).collect::<Vec<_>>()) else {
             return Finding::not_measured("no trees of both cases over turned parts in this run");

@@ -228,7 +228,7 @@ pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims
         } else if logs.is_empty() {
             continue;
         } else {
-            ((logs.iter().sum::<f64>() / logs.len() as f64).exp(), logs.len())
+            (stats::mean(&logs).exp(), logs.len())
         };
         let (variant, label) = (entry.id.clone(), entry.label.clone());
         ranking.push(Ranked { variant, label, kind: entry.kind, ratio, scenes });

@@ -6,7 +6,7 @@
 //! of mean times on the same chunks. Its interval is that of [`super::totals`] with chunks as clusters, stratum by stratum, because poses of
 //! a chunk depend on one another. A single chunk has no interval.
 
-use super::stats::{Interval, quantile};
+use super::stats::{Interval, median, quantile};
 use super::totals::{Observation, Totals};
 use crate::record::peers::ALL_STRATA;
 use crate::record::{
@@ -52,11 +52,6 @@ fn strata() -> impl Iterator<Item = Option<Stratum>> {
 
 fn stratum_name(stratum: Option<Stratum>) -> String {
     stratum.map_or(ALL_STRATA, Stratum::id).to_owned()
-}
-
-fn median(mut numbers: Vec<f64>) -> f64 {
-    numbers.sort_unstable_by(f64::total_cmp);
-    quantile(&numbers, 0.5)
 }
 
 /// Settings and engines, in the order of their first appearance.

@@ -93,6 +93,17 @@ pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
 }
 
+/// The median of numbers in any order; NaN without numbers.
+pub fn median(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_unstable_by(f64::total_cmp);
+    quantile(&numbers, 0.5)
+}
+
+/// The arithmetic mean; NaN without numbers.
+pub fn mean(numbers: &[f64]) -> f64 {
+    numbers.iter().sum::<f64>() / numbers.len() as f64
+}
+
 /// The `q` quantile of weighted numbers, sorted by number: the smallest number at which the cumulated weight reaches `q` of the total; NaN
 /// without numbers.
 pub fn weighted_quantile(sorted: &[(f64, f64)], q: f64) -> f64 {

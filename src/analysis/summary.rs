@@ -127,9 +127,8 @@ fn weighted_times(scene: &Scene, samples: &[Sample]) -> Vec<(f64, f64)> {
     for ((_, chunk), ns) in chunk_times(samples) {
         of_chunk.entry(chunk).or_default().push(ns);
     }
-    let mean = |ns: &[f64]| ns.iter().sum::<f64>() / ns.len() as f64;
     let mut times: Vec<(f64, f64)> =
-        of_chunk.iter().map(|(chunk, ns)| (mean(ns), f64::from(scene.chunks[chunk].poses))).collect();
+        of_chunk.iter().map(|(chunk, ns)| (stats::mean(ns), f64::from(scene.chunks[chunk].poses))).collect();
     times.sort_by(|a, b| a.0.total_cmp(&b.0));
     times
 }
@@ -141,11 +140,7 @@ fn single_times(singles: &[Single], is_in: impl Fn(u32) -> bool) -> Vec<f64> {
     for single in singles.iter().filter(wanted) {
         of_pose.entry(single.pose).or_default().push(single.ns);
     }
-    let median = |mut ns: Vec<f64>| {
-        ns.sort_unstable_by(f64::total_cmp);
-        stats::quantile(&ns, 0.5)
-    };
-    let mut times: Vec<f64> = of_pose.into_values().map(median).collect();
+    let mut times: Vec<f64> = of_pose.into_values().map(stats::median).collect();
     times.sort_unstable_by(f64::total_cmp);
     times
 }

@@ -2,7 +2,7 @@
 
 use super::AnalysisError;
 use super::growth::analyze_growth;
-use super::stats::{bootstrap_mean, quantile};
+use super::stats::{bootstrap_mean, median};
 use crate::record::rows::CaseKey;
 use crate::record::{
     BuildRow, CaseRow, CountRow, FactorRow, Manifest, Row, Stratum, SweepSummaryRow, TimingRow, has_rows, read_rows,
@@ -141,9 +141,8 @@ impl Swept {
             blocks.entry((self.key(counted, &timing.case)?, timing.chunk)).or_default().push(ns);
         }
         let mut times: BTreeMap<Key, Vec<f64>> = BTreeMap::new();
-        for ((key, _), mut ns) in blocks {
-            ns.sort_unstable_by(f64::total_cmp);
-            times.entry(key).or_default().push(quantile(&ns, 0.5));
+        for ((key, _), ns) in blocks {
+            times.entry(key).or_default().push(median(ns));
         }
         Ok(times)
     }

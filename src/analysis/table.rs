@@ -2,7 +2,7 @@
 //! cases are paired by merging their sorted lists, so the order of rows in the files has no influence.
 
 use super::AnalysisError;
-use super::stats::{Group, quantile};
+use super::stats::{Group, median};
 use super::summary::Cell;
 use super::totals::{self, Binaries, Estimate, Observation, Totals};
 use crate::record::rows::CaseKey;
@@ -548,10 +548,6 @@ pub(super) fn chunk_times(samples: &[Sample]) -> BTreeMap<(u32, u32), f64> {
     for sample in samples {
         blocks.entry((sample.launch, sample.item)).or_default().push(sample.ns);
     }
-    let median = |mut ns: Vec<f64>| {
-        ns.sort_unstable_by(f64::total_cmp);
-        quantile(&ns, 0.5)
-    };
     blocks.into_iter().map(|(key, ns)| (key, median(ns))).collect()
 }
 

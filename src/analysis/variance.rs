@@ -10,7 +10,7 @@
 
 use super::claims::ClaimSet;
 use super::ratios::Cases;
-use super::stats::{quantile, student_95};
+use super::stats::{mean, median, student_95};
 use super::table::{Chunk, Scene};
 use super::{AnalysisError, ranking_workload};
 use crate::record::rows::CaseKey;
@@ -187,16 +187,12 @@ fn by_chunk(scene: &Scene, workload: &str, case: &CaseKey) -> Option<BTreeMap<(u
 }
 
 fn in_block(blocks: &Blocks, block: u32) -> f64 {
-    blocks.get(&block).copied().unwrap_or_else(|| {
-        let mut all: Vec<f64> = blocks.values().copied().collect();
-        all.sort_unstable_by(f64::total_cmp);
-        quantile(&all, 0.5)
-    })
+    blocks.get(&block).copied().unwrap_or_else(|| median(blocks.values().copied().collect()))
 }
 
 /// The mean, and the sum of squares about it.
 fn spread(values: &[f64]) -> (f64, f64) {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let mean = mean(values);
     (mean, values.iter().map(|value| (value - mean).powi(2)).sum())
 }
 

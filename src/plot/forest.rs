@@ -5,6 +5,7 @@ use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX, text};
 use super::data::Data;
 use super::marks::{Look, TEXT_LIFT_PX, label};
 use super::ticks::{Axis, Scale};
+use crate::analysis::stats::mean;
 use crate::analysis::words::{capital, quantity};
 use crate::analysis::{ALL, is_query_time, ranked_by};
 use crate::record::NULL_VARIANT;
@@ -98,11 +99,8 @@ impl Forest {
 
     /// Sorts the lines by ratio, fastest first.
     fn sorted(panels: Vec<String>, mut lines: Vec<Line>, most: f64) -> Self {
-        let mean = |line: &Line| {
-            let logs: Vec<f64> = line.bars.iter().flatten().map(|bar| bar.ratio.ln()).collect();
-            logs.iter().sum::<f64>() / logs.len() as f64
-        };
-        lines.sort_by(|a, b| mean(a).total_cmp(&mean(b)).then_with(|| a.label.cmp(&b.label)));
+        let centre = |line: &Line| mean(&line.bars.iter().flatten().map(|bar| bar.ratio.ln()).collect::<Vec<_>>());
+        lines.sort_by(|a, b| centre(a).total_cmp(&centre(b)).then_with(|| a.label.cmp(&b.label)));
         Self { panels, lines, most }
     }
 }

@@ -129,7 +129,7 @@ pub(super) fn of_scene(scene: &mut SceneMatch, before: &Side, after: &Side, comp
             }
             comparison.times.extend(of_times(scene, "build", case, new.build_changes(old, case), after));
         }
-        scene.drift = (!logs.is_empty()).then(|| (logs.iter().sum::<f64>() / logs.len() as f64).exp());
+        scene.drift = (!logs.is_empty()).then(|| stats::mean(&logs).exp());
     }
     comparison.trees.extend(of_trees(&scene.scene, before, after));
 }
