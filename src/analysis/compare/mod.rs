@@ -2,8 +2,9 @@
 //!
 //! A scene is compared when its inputs have the same content in both runs. If both runs also requested the same workload, they have the
 //! same poses. Times are then paired by launch and chunk, and counts query by query. Counts, trees and misses are deterministic, so any
-//! difference is a change. A time has changed when the whole interval of its paired ratio lies outside the range that the run's own null
-//! comparison calls equal. Launches of two runs share only their number, so the interval includes the spread of both runs.
+//! difference is a change. A time has changed when the whole interval of its ratio (see [`super::totals`]) lies outside the range that the run's
+//! own null comparison calls equal. Launches of two runs share only their number, so the interval includes the spread of both runs. A single
+//! launch decides nothing: what differs between launches is not known.
 
 mod changes;
 #[cfg(test)]
