@@ -481,6 +481,13 @@ impl Scene {
         [None].into_iter().chain(Stratum::ALL.map(Some)).filter_map(totals).collect()
     }
 
+    /// The total time of all programs for a case in this run over that in the run `before`, paired by launch.
+    pub fn program_change(&self, before: &Self, case: &CaseKey) -> Option<Estimate> {
+        let (after, earlier) = (self.program_totals(case, None)?, before.program_totals(case, None)?);
+        let by_launch = (0..).zip(after.into_iter().zip(earlier)).map(|(launch, (n, d))| (launch, n, d));
+        totals::over_launches(&self.binaries_with(before).added_up(by_launch))
+    }
+
     /// A case's total construction time in this run over that in the run `before`, over the parts. Samples are paired by launch and block; the
     /// interval is over launches or binaries, because blocks of one launch are not independent.
     pub fn build_change(&self, before: &Self, case: &CaseKey) -> Option<Estimate> {

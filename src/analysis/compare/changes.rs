@@ -8,7 +8,7 @@ use crate::analysis::stats::{self, Interval};
 use crate::analysis::table::Scene;
 use crate::analysis::totals::{Estimate, Totals};
 use crate::record::rows::CaseKey;
-use crate::record::{NULL_VARIANT, Stratum};
+use crate::record::{NULL_VARIANT, PROGRAM_TIME, Stratum};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +21,7 @@ pub struct TimeChange {
     pub variant: String,
     /// `split/axes/leaf`.
     pub policy: String,
-    /// `time` or `build`.
+    /// `time`, `program-time` or `build`.
     pub metric: String,
     /// Stratum, `all`, or `-` for `build`.
     pub stratum: String,
@@ -129,6 +129,7 @@ pub(super) fn of_scene(scene: &mut SceneMatch, before: &Side, after: &Side, comp
                 let times = of_times(scene, case, new.time_changes(old, case), after);
                 logs.extend(times.first().map(|all| all.ratio.ln()));
                 comparison.times.extend(times);
+                comparison.times.extend(of_launches((PROGRAM_TIME, ALL), new.program_change(old, case)));
                 comparison.counts.extend(of_counts(scene, case, old, new));
             }
             comparison.times.extend(of_launches(("build", "-"), new.build_change(old, case)));
@@ -170,10 +171,11 @@ fn time_change(
 ) -> TimeChange {
     let Interval { value: ratio, low, high } = found.interval;
     let (low, high) = if found.clusters < 2 { (f64::NAN, f64::NAN) } else { (low, high) };
+    let noise = scene.program_noise.filter(|_| metric == PROGRAM_TIME).unwrap_or(scene.noise);
     let change = match () {
         () if !decides => "undecided",
-        () if low > scene.noise => "slower",
-        () if high < 1.0 / scene.noise => "faster",
+        () if low > noise => "slower",
+        () if high < 1.0 / noise => "faster",
         () => "noise",
     };
     TimeChange {

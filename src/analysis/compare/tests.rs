@@ -6,7 +6,7 @@ use crate::analysis::claims::ClaimSet;
 use crate::analysis::stats::generator;
 use crate::analysis::table::{Chunk, Sample};
 use crate::record::synthetic::{PLANTED, Plan, Run, SCENES};
-use crate::record::{MissRow, Stratum};
+use crate::record::{MissRow, PoseRow, Stratum};
 use rand::Rng;
 use tempfile::TempDir;
 
@@ -43,10 +43,10 @@ fn two_runs_of_the_same_differ_by_noise_only() {
     assert!(comparison.scenes.iter().all(|scene| scene.same_poses && (scene.drift.unwrap() - 1.0).abs() < 0.01));
     let changed: Vec<_> = comparison.times.iter().filter(|row| row.change != "noise").collect();
     assert!(changed.is_empty(), "{changed:?}");
-    // Of each case the time of all strata and of each of four, and the construction.
+    // Of each case the time of all strata, of each of four and of the programs, and the construction.
     let cases: usize = PLANTED.iter().map(|planted| planted.policies.len().max(1)).sum();
-    // The control runs at far poses alone.
-    assert_eq!(comparison.times.len(), SCENES.len() * (cases * 6 - 3));
+    // The control runs at far poses alone, and no programs.
+    assert_eq!(comparison.times.len(), SCENES.len() * (cases * 7 - 4));
     assert!(comparison.counts.is_empty() && comparison.trees.is_empty() && comparison.misses.is_empty());
     assert!(comparison.failed().is_empty());
 }
@@ -94,6 +94,8 @@ fn planted_times_counts_and_trees_are_found_and_nothing_else() {
     assert_eq!(slower, 5);
     let time = case(&comparison, "time", "aabb")[0];
     assert!((time.ratio - 1.2).abs() < 0.01 && time.low < 1.2 && 1.2 < time.high, "{time:?}");
+    let programs = case(&comparison, "program-time", "aabb")[0];
+    assert!((programs.ratio - 1.2).abs() < 0.01 && programs.change == "slower", "{programs:?}");
     let build = case(&comparison, "build", "aabb")[0];
     assert!((build.ratio - 0.5).abs() < 0.01 && build.change == "faster", "{build:?}");
     let counts: Vec<_> = comparison.counts.iter().map(|row| (row.stratum == ALL, row.differing)).collect();
@@ -102,6 +104,26 @@ fn planted_times_counts_and_trees_are_found_and_nothing_else() {
     assert_eq!(comparison.trees.len(), 1);
     assert_eq!(comparison.failed(), [Gate::Counts, Gate::Slower]);
     assert!(comparison.trees[0].looseness.1 > comparison.trees[0].looseness.0);
+}
+
+/// Whole programs are compared apart from single queries, and by their own null duplicate: a change within its noise is none.
+#[test]
+fn slower_programs_are_found_where_queries_are_the_same() {
+    let cases: [(u64, u64, &[Gate]); 3] = [(200, 100, &[Gate::Slower]), (105, 100, &[Gate::Slower]), (105, 110, &[])];
+    for (percent, of_null, failed) in cases {
+        let comparison = compared(&|run| {
+            let is_program = |row: &&PoseRow| row.workload == PROGRAM_TIME;
+            let programs: BTreeSet<u32> = run.poses.iter().filter(is_program).map(|row| row.chunk).collect();
+            for row in run.timings.iter_mut().filter(|row| programs.contains(&row.chunk)) {
+                let of_case = if row.variant() == NULL_VARIANT { of_null } else { 100 };
+                row.ns = row.ns * percent * of_case / 10_000;
+            }
+        });
+        assert_eq!(comparison.failed(), failed, "{percent} {of_null}");
+        let changed = comparison.times.iter().filter(|row| row.change != "noise");
+        let metrics: BTreeSet<&str> = changed.map(|row| row.metric.as_str()).collect();
+        assert_eq!(metrics, failed.iter().map(|_| PROGRAM_TIME).collect::<BTreeSet<_>>());
+    }
 }
 
 /// A run of one scene and case in which launches alone differ, by 2 %: eight chunks of equal poses and a part, in blocks that agree.
@@ -157,6 +179,7 @@ fn equal_runs_are_seldom_called_slower_or_faster() {
                 differing_inputs: Vec::new(),
                 same_poses: true,
                 noise: EQUAL.1,
+                program_noise: None,
                 drift: None,
             };
             let mut comparison = Comparison::default();
