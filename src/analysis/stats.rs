@@ -184,9 +184,10 @@ pub fn equal_lines(lines: &[(u64, u64)]) -> f64 {
 }
 
 /// Factor on the deviations of resamples that corrects for few clusters, by their degrees of freedom: √(n/(n - 1)) for n clusters, because
-/// drawing them from themselves loses spread, times Student's t over the normal quantile.
+/// drawing them from themselves loses spread, times Student's t over the normal quantile. NaN without degrees of freedom, because a single
+/// cluster shows no spread.
 pub(super) fn expansion(freedom: f64) -> f64 {
-    if freedom > 0.0 { ((freedom + 1.0) / freedom).sqrt() * t_95(freedom) / Z_95 } else { 1.0 }
+    if freedom > 0.0 { ((freedom + 1.0) / freedom).sqrt() * t_95(freedom) / Z_95 } else { f64::NAN }
 }
 
 /// A random generator fixed by the run's seed and a purpose, so that its stream does not depend on other analyses.
@@ -201,8 +202,8 @@ pub(super) fn below(generator: &mut Pcg64, n: usize) -> usize {
     ((u64::from(generator.next_u32()) * n as u64) >> 32) as usize
 }
 
-/// The mean of values, each a cluster of its own, with a percentile interval from [`RESAMPLES`] resamples, expanded for few values. `purpose`
-/// names the use: the same purpose and number of values give the same draws.
+/// The mean of values, each a cluster of its own, with a percentile interval from [`RESAMPLES`] resamples, expanded for few values. A single
+/// value has no interval: its ends are NaN. `purpose` names the use: the same purpose and number of values give the same draws.
 pub fn bootstrap_mean(values: &[f64], seed: u64, purpose: &str) -> Interval {
     let value = mean(values);
     let mut generator = generator(seed, purpose);
@@ -272,6 +273,8 @@ mod tests {
         close(mean.low, 49.5 - Z_95 * error, 0.2 * error);
         close(mean.high, 49.5 + Z_95 * error, 0.2 * error);
         assert_eq!(bootstrap_mean(&[1.0; 3], 1, "test"), Interval::exact(1.0));
+        let single = bootstrap_mean(&[1.0], 1, "test");
+        assert!(single.value == 1.0 && single.low.is_nan() && single.high.is_nan(), "{single:?}");
     }
 
     /// Few values, as in a quick sweep. Over 400 samples with mean 0 the interval must miss 0 about twenty times; without expansion it misses 60
