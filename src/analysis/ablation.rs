@@ -5,7 +5,7 @@ use super::judge::{CLUSTERS_MIN, Effect, Verdict, ratio_verdict};
 use super::stats::{Interval, mean, wilson};
 use super::summary::ALL;
 use super::totals::over_launches;
-use super::{AnalysisError, counted};
+use super::{AnalysisError, counted, distinct};
 use crate::record::{
     BuildRow, ClaimRow, CountRow, FactorRow, Row, TimingRow, TreeRow, read_rows, read_rows_if_there, write_rows,
 };
@@ -298,17 +298,10 @@ impl FormRef {
 /// # Errors
 /// When a record is missing or malformed, or cannot be written.
 pub fn analyze_ablation(folder: &Path, set: &ClaimSet) -> Result<Vec<ClaimRow>, AnalysisError> {
-    let Ablation { rows, kinds, times } = Ablation::read(folder)?;
-    let evidence = Evidence { rows, kinds, times };
-    let rows: Vec<ClaimRow> = set.thesis.iter().flat_map(|claim| evidence.judge(claim)).collect();
+    let ablation = Ablation::read(folder)?;
+    let rows: Vec<ClaimRow> = set.thesis.iter().flat_map(|claim| ablation.judge(claim)).collect();
     write_rows(folder, &rows)?;
     Ok(rows)
-}
-
-struct Evidence {
-    rows: Vec<Counted>,
-    kinds: Vec<CountRow>,
-    times: Vec<Timed>,
 }
 
 /// Largest rate that counts as none missed, as in the paper's claims about misses.
@@ -342,7 +335,7 @@ impl Ratio {
     }
 }
 
-impl Evidence {
+impl Ablation {
     fn judge(&self, claim: &ThesisClaim) -> Vec<ClaimRow> {
         match &claim.test {
             ThesisTest::Found => self.found(claim),
@@ -377,13 +370,7 @@ impl Evidence {
     }
 
     fn surfaces(&self) -> Vec<&str> {
-        let mut surfaces: Vec<&str> = Vec::new();
-        for row in self.rows.iter().filter(|row| row.form.sweep == PARTS) {
-            if !surfaces.contains(&row.surface()) {
-                surfaces.push(row.surface());
-            }
-        }
-        surfaces
+        distinct(self.rows.iter().filter(|row| row.form.sweep == PARTS).map(Counted::surface))
     }
 
     /// The ratio of two forms on each surface, for times with its interval over rounds, and their geometric mean over surfaces with its
@@ -469,22 +456,9 @@ impl Evidence {
 
 fn empty(claim: &ThesisClaim, surface: &str) -> ClaimRow {
     ClaimRow {
-        claim: claim.id.get_ref().clone(),
-        role: "exploratory".to_owned(),
-        reading: "-".to_owned(),
         scene: surface.to_owned(),
-        workload: "-".to_owned(),
-        stratum: "-".to_owned(),
-        verdict: Verdict::NotJudged.id().to_owned(),
-        effect: "-".to_owned(),
-        p_holm: None,
         measure: String::new(),
-        value: None,
-        low: None,
-        high: None,
-        missed: None,
-        baseline_missed: None,
-        note: String::new(),
+        ..ClaimRow::blank(claim.id.get_ref(), Verdict::NotJudged.id())
     }
 }
 
@@ -512,7 +486,7 @@ mod tests {
                 row(surface, "leaves", 0, bf),
             ]
         });
-        let evidence = Evidence { rows: rows.collect(), kinds: Vec::new(), times: Vec::new() };
+        let evidence = Ablation { rows: rows.collect(), kinds: Vec::new(), times: Vec::new() };
         let claim = ClaimSet::standard()
             .thesis
             .into_iter()
@@ -551,7 +525,7 @@ mod tests {
             };
             let times = (0..rounds).flat_map(|round| [time("octree", round, 100), time("leaves", round, 1000)]);
             let rows = vec![row("a", "octree", 0, 1), row("a", "leaves", 0, 2)];
-            let evidence = Evidence { rows, kinds: Vec::new(), times: times.collect() };
+            let evidence = Ablation { rows, kinds: Vec::new(), times: times.collect() };
             let judged = evidence.judge(&claim);
             let time = judged.into_iter().find(|row| row.measure.starts_with("time")).unwrap();
             assert!(rounds > 1 || time.note.contains("only 1 round: too few"), "{}", time.note);
@@ -570,7 +544,7 @@ mod tests {
             ClaimSet::standard().thesis.into_iter().find(|claim| claim.id.get_ref() == "local-and-global").unwrap();
         let verdict = |touching: u64, missed: u64| {
             let counts = CountRow { touching, missed, ..CountRow::new("a", "local", 0, None) };
-            let evidence = Evidence { rows: Vec::new(), kinds: vec![counts], times: Vec::new() };
+            let evidence = Ablation { rows: Vec::new(), kinds: vec![counts], times: Vec::new() };
             let row = evidence.judge(&claim).remove(0);
             (row.verdict, row.high)
         };

@@ -8,10 +8,10 @@
 //! miss contacts. Effects are therefore computed three ways: over the safe cells alone, over all cells, and over the cells of each safe centre
 //! rule.
 
-use super::AnalysisError;
 use super::factorial::{Decomposition, Design};
 use super::stats::{RESAMPLES, below, expansion, generator, median, quantile};
 use super::summary::ALL;
+use super::{AnalysisError, distinct};
 use crate::record::audit::FACTORS;
 use crate::record::{
     AuditCellRow, AuditEffectRow, AuditShareRow, BuildRow, CountRow, FactorRow, Manifest, NULL_VARIANT, Row, Stratum,
@@ -100,15 +100,8 @@ pub fn analyze_audit(folder: &Path) -> Result<AuditOutcome, AnalysisError> {
 
 impl Levels {
     fn of(factors: &[FactorRow]) -> Self {
-        let of_factor = |name: &&str| {
-            let mut levels: Vec<String> = Vec::new();
-            for row in factors.iter().filter(|row| row.factor == *name) {
-                if !levels.contains(&row.level) {
-                    levels.push(row.level.clone());
-                }
-            }
-            levels
-        };
+        let of_factor =
+            |name: &&str| distinct(factors.iter().filter(|row| row.factor == *name).map(|row| row.level.clone()));
         Self(FACTORS.each_ref().map(of_factor))
     }
 

@@ -194,22 +194,8 @@ pub fn judge(evidence: &Evidence, set: &ClaimSet) -> Result<Vec<ClaimRow>, Analy
 
 fn not_judged(claim: &Claim) -> ClaimRow {
     ClaimRow {
-        claim: claim.id().to_owned(),
-        role: primary::EXPLORATORY.to_owned(),
-        reading: "-".to_owned(),
-        scene: "-".to_owned(),
-        workload: "-".to_owned(),
-        stratum: "-".to_owned(),
-        verdict: Verdict::NotJudged.id().to_owned(),
-        effect: "-".to_owned(),
-        measure: "-".to_owned(),
-        value: None,
-        low: None,
-        high: None,
-        p_holm: None,
-        missed: None,
-        baseline_missed: None,
         note: claim.not_judged.clone().unwrap_or_default(),
+        ..ClaimRow::blank(claim.id(), Verdict::NotJudged.id())
     }
 }
 

@@ -237,6 +237,17 @@ pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims
     ranking
 }
 
+/// Values, each once, in the order in which they first occur.
+pub(crate) fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+    let mut kept: Vec<T> = Vec::new();
+    for value in values {
+        if !kept.contains(&value) {
+            kept.push(value);
+        }
+    }
+    kept
+}
+
 /// A number of things, such as `1 launch` or `3 launches`, by the name of several.
 pub(crate) fn counted(n: u64, several: &str) -> String {
     let one = several.strip_suffix("es").filter(|one| one.ends_with("ch")).or_else(|| several.strip_suffix('s'));

@@ -303,16 +303,10 @@ impl Sweep {
 }
 
 impl PairMotion<'_> {
-    /// The nearest link that carries both; `None` is the world.
-    fn shared(&self) -> Option<usize> {
-        let chain = |link: Option<usize>| std::iter::successors(link, |&link| self.machine.parent(link));
-        chain(self.a.link).find(|&link| chain(self.b.link).any(|other| other == link))
-    }
-
     /// Links with joints from a part's own up to the shared one, which is left out.
     fn chain(&self, link: Option<usize>) -> impl Iterator<Item = usize> {
-        let base = self.shared();
-        let links = std::iter::successors(link, |&link| self.machine.parent(link));
+        let base = self.machine.nearest_shared(self.a.link, self.b.link);
+        let links = self.machine.chain(link);
         links.take_while(move |&link| Some(link) != base).filter(|&link| self.machine.links()[link].joint.is_some())
     }
 

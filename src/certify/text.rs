@@ -41,7 +41,7 @@ impl Proof<'_> {
         let file = run.file.file_name().unwrap_or_default().to_string_lossy();
         writeln!(text, "program {} {}", name(&file), run.hash)?;
         // Parents first.
-        let depth = |&link: &usize| std::iter::successors(Some(link), |&link| scene.machine.parent(link)).count();
+        let depth = |&link: &usize| scene.machine.chain(Some(link)).count();
         let mut order: Vec<usize> = (0..scene.machine.links().len()).collect();
         order.sort_by_key(depth);
         for link in order.into_iter().map(|link| &scene.machine.links()[link]) {

@@ -184,7 +184,7 @@ impl WorkSpindles {
     fn turning(&self, scene: &Scene, number: usize) -> Option<TurnedBy> {
         let (machine, part) = (&scene.machine, &scene.parts[number]);
         let body = machine.rigid_body(part.link);
-        let mut links = std::iter::successors(part.link, |&link| machine.parent(link));
+        let mut links = machine.chain(part.link);
         if let Some(spindle) = links.find(|link| self.joints.contains(link)) {
             if body != Some(spindle) {
                 return Some(TurnedBy::new(Some(spindle), About::Unknown));

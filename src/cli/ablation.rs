@@ -1,7 +1,7 @@
 //! `ablation`: what the parts of the octree method save.
 
 use super::progress::Bar;
-use super::{CLEAR, FAILED, check, merge, say};
+use super::{CLEAR, FAILED, check, merge, say, style};
 use crate::analysis::ablation::{Ablation, Counted, Form, PARTS, Timed, analyze_ablation};
 use crate::analysis::claims::ClaimSet;
 use crate::measure::Profile;
@@ -11,7 +11,7 @@ use crate::record::ClaimRow;
 use crate::registry::Registry;
 use anyhow::Result;
 use clap::Args;
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -82,15 +82,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
 
 /// The verdicts over all surfaces.
 fn verdict_table(verdicts: &[ClaimRow]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_header([
-        "CLAIM OF THE THESIS",
-        "POSES",
-        "MEASURE",
-        "RATIO",
-        "INTERVAL",
-        "VERDICT",
-    ]);
+    let mut table = style::plain(["CLAIM OF THE THESIS", "POSES", "MEASURE", "RATIO", "INTERVAL", "VERDICT"]);
     for row in verdicts.iter().filter(|row| row.scene == crate::analysis::ALL) {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"));
         table.add_row([
@@ -109,8 +101,7 @@ fn verdict_table(verdicts: &[ClaimRow]) -> Table {
 fn size_table(times: &[Timed]) -> Option<Table> {
     let sizes: Vec<&Timed> = times.iter().filter(|row| row.form.sweep == "size").collect();
     let first = sizes.first()?;
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_header(["SEARCH", "LEVEL 2", "COHERENCE", "SIZE", "BUILD s", "POSES/s"]);
+    let mut table = style::plain(["SEARCH", "LEVEL 2", "COHERENCE", "SIZE", "BUILD s", "POSES/s"]);
     for row in sizes.iter().filter(|row| row.round == first.round) {
         let same = |other: &&&Timed| {
             (&other.form.search, &other.form.second_level, other.form.coherence, other.form.points)
@@ -136,18 +127,17 @@ fn key(form: &Form) -> (&str, &str, u8, u8) {
 
 /// Of the parts: means per pose over all surfaces.
 fn table(rows: &[Counted], times: &[Timed]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_header([
+    let mut table = style::plain([
         "SEARCH",
         "LEVEL 2",
         "COHERENCE",
         "MODE",
-        "BOX TESTS hit",
-        "free",
-        "POINT TESTS hit",
-        "free",
-        "us A POSE",
-        "MISSED",
+        ">BOX TESTS hit",
+        ">free",
+        ">POINT TESTS hit",
+        ">free",
+        ">us A POSE",
+        ">MISSED",
     ]);
     let mut seen: Vec<(&str, &str, u8, u8)> = Vec::new();
     for row in rows.iter().filter(|row| row.form.sweep == PARTS) {
@@ -179,11 +169,6 @@ fn table(rows: &[Counted], times: &[Timed]) -> Table {
             format!("{:.2}", of_times().map(|time| time.ns).sum::<u64>() as f64 / 1e3 / poses.max(1) as f64),
             format!("{missed} of {touching}"),
         ]);
-    }
-    for column in 4..10 {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
     }
     table
 }

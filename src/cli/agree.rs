@@ -2,7 +2,7 @@
 
 use super::options::{DEFAULT_SEED, OutputOptions, use_threads};
 use super::progress::Bar;
-use super::{CLEAR, FAILED, say};
+use super::{CLEAR, FAILED, say, style};
 use crate::measure::agreement::{Agreement, AgreementRun, Asked, MOST_CASES, replay};
 use crate::measure::shard::Shard;
 use crate::measure::{Plan, Profile, Selection};
@@ -12,7 +12,7 @@ use crate::registry::{Registry, Variant};
 use crate::scene::Scene;
 use anyhow::{Result, anyhow, ensure};
 use clap::Args;
-use comfy_table::{Table, presets};
+use comfy_table::Table;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -132,16 +132,7 @@ fn told(total: &RoundRow) -> String {
 
 /// Sums over workloads, pairs and bands.
 fn table(agreement: &Agreement) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_header([
-        "SCENE",
-        "CASE",
-        "POSES",
-        "CONTACTS",
-        "MISSED",
-        "EXHAUSTIVE",
-        "FALSE+",
-    ]);
+    let mut table = style::plain(["SCENE", "CASE", "POSES", "CONTACTS", "MISSED", "EXHAUSTIVE", "FALSE+"]);
     let mut sums = std::collections::BTreeMap::new();
     for row in &agreement.rows {
         let sum: &mut [u64; 5] = sums.entry((&row.scene, &row.case)).or_default();

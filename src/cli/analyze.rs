@@ -1,9 +1,14 @@
 //! `analyze`: from raw records to verdicts.
 
 use super::options::FolderOptions;
-use super::{CLEAR, conclusion, say, style};
+use super::progress::Bar;
+use super::{CLEAR, conclusion, machines, say, style};
 use crate::analysis::claims::ClaimSet;
 use crate::analysis::{Outcome, analyze};
+use crate::measure::{Progress, Run};
+use crate::plot::Gallery;
+use crate::record::manifest::Stage;
+use crate::registry::Registry;
 use crate::report::Contents;
 use anyhow::Result;
 use clap::Args;
@@ -35,6 +40,28 @@ pub fn run(options: &Options) -> Result<u8> {
         say(conclusion::text(&Contents::read(folder)?, style::is_coloured()));
     }
     Ok(CLEAR)
+}
+
+/// Analyses, draws and reports a measured run: what `repro` and `try` end with. The last two are the files of the report and of the page.
+pub fn finish(
+    run: &mut Run,
+    claims: &ClaimSet,
+    registry: &Registry,
+    bar: &Bar,
+) -> Result<(Outcome, Gallery, PathBuf, PathBuf)> {
+    let folder = run.folder().to_owned();
+    bar.begin("analysing", 1);
+    let outcome = analyze(&folder, claims)?;
+    run.finish(Stage::Analyze)?;
+    bar.begin("drawing", 1);
+    let gallery = crate::plot::draw_all(&folder)?;
+    run.finish(Stage::Plot)?;
+    bar.begin("reporting", 1);
+    let report = crate::report::write(&folder)?;
+    let page = crate::report::write_page(&folder, &machines::insets(run.manifest(), registry, bar))?;
+    run.finish(Stage::Report)?;
+    bar.finish();
+    Ok((outcome, gallery, report, page))
 }
 
 /// Verdicts as data.

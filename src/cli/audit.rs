@@ -2,9 +2,9 @@
 
 use super::options::{DEFAULT_SEED, OutputOptions, use_threads};
 use super::progress::Bar;
-use super::{CLEAR, merge, say};
-use crate::analysis::ALL;
+use super::{CLEAR, merge, say, style};
 use crate::analysis::audit::{AuditOutcome, SAFE, analyze_audit};
+use crate::analysis::{ALL, distinct};
 use crate::measure::Profile;
 use crate::measure::audit::Audit;
 use crate::measure::shard::Shard;
@@ -12,7 +12,7 @@ use crate::registry::Registry;
 use crate::truth::TruthCache;
 use anyhow::{Context, Result};
 use clap::Args;
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -97,19 +97,10 @@ fn table(outcome: &AuditOutcome) -> Table {
     let together = outcome.shares.iter().any(|row| row.scene == ALL);
     let rows: Vec<_> =
         outcome.shares.iter().filter(|row| row.cells == SAFE && (!together || row.scene == ALL)).collect();
-    let mut responses: Vec<&str> = Vec::new();
-    let mut terms: Vec<&str> = Vec::new();
-    for row in &rows {
-        if !responses.contains(&&*row.response) {
-            responses.push(&row.response);
-        }
-        if !terms.contains(&&*row.term) {
-            terms.push(&row.term);
-        }
-    }
-    let mut table = Table::new();
-    let header = std::iter::once("TERM".to_owned()).chain(responses.iter().map(|r| r.to_uppercase()));
-    table.load_style(presets::NOTHING).set_header(header);
+    let responses = distinct(rows.iter().map(|row| row.response.as_str()));
+    let terms = distinct(rows.iter().map(|row| row.term.as_str()));
+    let header = std::iter::once("TERM".to_owned()).chain(responses.iter().map(|r| format!(">{}", r.to_uppercase())));
+    let mut table = style::plain(header);
     for term in terms {
         let share = |response: &&str| {
             let row = rows.iter().find(|row| row.term == term && row.response == *response);
@@ -117,6 +108,5 @@ fn table(outcome: &AuditOutcome) -> Table {
         };
         table.add_row(std::iter::once(term.to_owned()).chain(responses.iter().map(share)));
     }
-    table.column_iter_mut().skip(1).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
     table
 }

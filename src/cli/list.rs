@@ -1,10 +1,9 @@
 //! `list`: the variants.
 
-use super::{CLEAR, say};
+use super::{CLEAR, say, style};
 use crate::registry::{Registry, Variant};
 use anyhow::Result;
 use clap::Args;
-use comfy_table::{Table, presets};
 use serde_json::json;
 
 #[derive(Args)]
@@ -23,8 +22,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         say(serde_json::to_string_pretty(&entries)?);
         return Ok(CLEAR);
     }
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_header(["ID", "LABEL", "SAFE", "STANDARD", "POLICY", "REFERENCE"]);
+    let mut table = style::plain(["ID", "LABEL", "SAFE", "STANDARD", "POLICY", "REFERENCE"]);
     for variant in registry.variants() {
         let info = &variant.info;
         let row = [info.id, info.label, yes(info.safe), yes(variant.is_standard), &policy(variant), info.reference];

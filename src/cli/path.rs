@@ -1,5 +1,6 @@
 //! `path`: a tool path over the free-form part of a scene, as a program.
 
+use super::subject::tip_control;
 use super::{note, say};
 use crate::geometry::shapes::{Freeform, Shape};
 use crate::interference::path::{Corner, Flaw, PathPlan, Pattern, stops};
@@ -85,12 +86,7 @@ pub fn run(options: &Options) -> Result<()> {
     let scene = Scene::find(&options.scene)?;
     let (part, surface) = free_form(&scene, options.part.as_deref())?;
     let run = scene.program.as_ref().with_context(|| format!("scene `{}` has no [program]", scene.name))?;
-    let tip = run.tip.as_ref().with_context(|| {
-        format!(
-            "scene `{}` has no `[program.tool_centre_point]`, which says what carries tool and workpiece",
-            scene.name
-        )
-    })?;
+    let tip = tip_control(&scene)?;
     if part.link != tip.work_link {
         bail!("part `{}` is not on the link that carries the workpiece", part.name);
     }

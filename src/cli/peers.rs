@@ -2,7 +2,7 @@
 
 use super::options::use_threads;
 use super::progress::Bar;
-use super::{CLEAR, FAILED, note, say};
+use super::{CLEAR, FAILED, note, say, style};
 use crate::analysis::peers::summarise;
 use crate::measure::peers::drive::{self, Amounts, Comparison};
 use crate::measure::peers::engine::{self, Engine};
@@ -21,7 +21,7 @@ use crate::tree::Policy;
 use crate::truth::TruthCache;
 use anyhow::{Context, Result, ensure};
 use clap::{Args, Subcommand};
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use obbtree::engine::{Coherence, Simd};
 use std::path::{Path, PathBuf};
 
@@ -301,7 +301,7 @@ fn verify_all(options: &VerifyOptions, registry: &Registry) -> Result<u8> {
 
 /// A row per engine.
 fn verified(verdicts: &[Verdict]) -> Table {
-    let mut table = table(&["ENGINE", "POSES", "MISSED", "FALSE+", "WRONG VALUES", "LARGEST ERROR", "VERDICT"]);
+    let mut table = table(["POSES", "MISSED", "FALSE+", "WRONG VALUES", "LARGEST ERROR", "VERDICT"]);
     for verdict in verdicts {
         table.add_row([
             verdict.engine.clone(),
@@ -471,19 +471,16 @@ fn show(folder: &Path, against: &[String], seed: u64) -> Result<()> {
     Ok(())
 }
 
-fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_header(header);
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table
+/// A table of engines, whose names are aligned left and all else right.
+fn table<S: AsRef<str>>(header: impl IntoIterator<Item = S>) -> Table {
+    style::plain(
+        std::iter::once("ENGINE".to_owned()).chain(header.into_iter().map(|name| format!(">{}", name.as_ref()))),
+    )
 }
 
 /// A row per engine, the fastest first.
 fn times(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
-    let mut table = table(&[
-        "ENGINE",
+    let mut table = table([
         "MEAN us",
         "FASTER",
         "95 %",
@@ -529,7 +526,7 @@ fn ends(row: &PeerRatioRow) -> Option<String> {
 
 /// Poses per second on all cores, a row per engine.
 fn throughput(rows: &[&PeerRow]) -> Table {
-    let mut table = table(&["ENGINE", "POSES PER SECOND"]);
+    let mut table = table(["POSES PER SECOND"]);
     for row in rows {
         table.add_row([row.engine.clone(), format!("{:.0}", 1e9 / row.mean_ns)]);
     }
@@ -539,15 +536,7 @@ fn throughput(rows: &[&PeerRow]) -> Table {
 /// Times faster in each stratum.
 fn by_stratum(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
     let strata = Stratum::ALL.map(Stratum::id);
-    let mut table = table(
-        &["ENGINE".to_owned()]
-            .into_iter()
-            .chain(strata.map(str::to_uppercase))
-            .collect::<Vec<_>>()
-            .iter()
-            .map(String::as_str)
-            .collect::<Vec<_>>(),
-    );
+    let mut table = table(strata.map(str::to_uppercase));
     for row in rows {
         let cells = strata.map(|stratum| {
             let ratio = ratios.iter().find(|ratio| ratio.engine == row.engine && ratio.stratum == stratum);

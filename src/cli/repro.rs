@@ -2,9 +2,8 @@
 
 use super::options::RunOptions;
 use super::progress::Bar;
-use super::{CLEAR, FAILED, analyze, conclusion, launch, machines, merge, say, style, supplements, verify};
+use super::{CLEAR, FAILED, analyze, conclusion, launch, merge, say, style, supplements, verify};
 use crate::analysis::claims::ClaimSet;
-use crate::measure::Progress;
 use crate::record::manifest::Stage;
 use crate::registry::Registry;
 use anyhow::Result;
@@ -46,18 +45,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let folder = run.folder().to_owned();
     let octree =
         supplements::make(&folder, &run.manifest().request, &claims, &options.run.cache_folder(), registry, &bar)?;
-    bar.begin("analysing", 3);
-    let outcome = crate::analysis::analyze(&folder, &claims)?;
-    run.finish(Stage::Analyze)?;
-    bar.begin("drawing", 1);
-    let gallery = crate::plot::draw_all(&folder)?;
-    run.finish(Stage::Plot)?;
-    bar.begin("reporting", 1);
-    let report = crate::report::write(&folder)?;
-    let views = machines::insets(&crate::record::Manifest::read(&folder)?, registry, &bar);
-    let page = crate::report::write_page(&folder, &views)?;
-    run.finish(Stage::Report)?;
-    bar.finish();
+    let (outcome, gallery, report, page) = analyze::finish(&mut run, &claims, registry, &bar)?;
     if options.run.output.json {
         let result = json!({
             "out": folder.to_string_lossy(), "report": report.to_string_lossy(), "page": page.to_string_lossy(), "verification": verify::as_json(&verification),

@@ -5,8 +5,9 @@ mod new;
 
 use super::options::ClearanceOptions;
 use super::subject::{Subject, refuse_output};
-use super::{CLEAR, note, picture, say, surfaces};
+use super::{CLEAR, note, picture, say, style, surfaces};
 use crate::check;
+use crate::geometry::import;
 use crate::machine::Joint;
 use crate::scene::extents::Extents;
 use crate::scene::pairs::{self, Reach};
@@ -14,7 +15,7 @@ use crate::scene::{Part, Scene, Turns};
 use crate::view::glb;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand, ValueEnum};
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use comfy_table::{ContentArrangement, Table};
 use serde_json::json;
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -100,9 +101,9 @@ pub fn run(options: &Options) -> Result<u8> {
     Ok(CLEAR)
 }
 
-pub(super) fn table<const N: usize>(header: [&str; N]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_header(header);
+pub(super) fn table<S: AsRef<str>>(header: impl IntoIterator<Item = S>) -> Table {
+    let mut table = style::plain(header);
+    table.set_content_arrangement(ContentArrangement::Dynamic);
     if table.width().is_none() {
         table.set_width(100);
     }
@@ -163,15 +164,12 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
         }
         say(format!("{}\n", links.trim_fmt()));
     }
-    let mut parts = table(["PART", "ON", "ROLE", "TOOL", "TRIANGLES"]);
+    let mut parts = table(["PART", "ON", "ROLE", "TOOL", ">TRIANGLES"]);
     for part in &scene.parts {
         let (tool, triangles) = (part.tool.map(|tool| tool.to_string()), part.mesh.faces().len().to_string());
         let turns = part.turns.map(|turns| format!(", turns = {}", turns.name())).unwrap_or_default();
         let (link, role) = (link_name(part.link), format!("{}{turns}", part.role.name()));
         parts.add_row([&part.name, link, &role, tool.as_deref().unwrap_or("-"), &triangles]);
-    }
-    if let Some(column) = parts.column_mut(4) {
-        column.set_cell_alignment(CellAlignment::Right);
     }
     say(format!("{}\n", parts.trim_fmt()));
     say(format!("{}\n", extents_table(scene).trim_fmt()));
@@ -273,18 +271,11 @@ fn export_stl(options: &ExportOptions) -> Result<()> {
     let poses = scene.machine.forward(&start);
     for (index, (part, file)) in scene.parts.iter().zip(&files).enumerate() {
         let world_from_part = scene.world_from_part(index, &poses);
-        let triangles = part.mesh.triangles().into_iter().map(|triangle| {
-            let placed = triangle.map(|corner| world_from_part * corner);
-            let single = |x: [f64; 3]| stl_io::Vector::new(x.map(|x| x as f32));
-            let normal = placed.double_area_normal().try_normalize(0.0).unwrap_or_default();
-            stl_io::Triangle {
-                normal: single(normal.into()),
-                vertices: placed.corners.map(|corner| single(corner.coords.into())),
-            }
-        });
+        let triangles =
+            part.mesh.triangles().into_iter().map(|triangle| triangle.map(|corner| world_from_part * corner));
         let triangles: Vec<_> = triangles.collect();
         let written =
-            File::create(file).and_then(|file| stl_io::write_stl(&mut BufWriter::new(file), triangles.iter()));
+            File::create(file).and_then(|file| import::write_stl_triangles(&triangles, &mut BufWriter::new(file)));
         written.with_context(|| format!("cannot write {}", file.display()))?;
         say(format!("{} ({} triangles)", file.display(), triangles.len()));
     }

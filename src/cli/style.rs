@@ -63,8 +63,20 @@ fn paint_word(text: &str, word: &str, style: Style) -> String {
     painted + rest
 }
 
-/// An empty table with these headings that fits the terminal and [`WIDTH`] columns; headings that begin with `>` are of
-/// columns aligned right.
+/// An empty table with these headings, as wide as its cells; headings that begin with `>` are of columns aligned right.
+pub fn plain<S: AsRef<str>>(headings: impl IntoIterator<Item = S>) -> Table {
+    let headings: Vec<S> = headings.into_iter().collect();
+    let mut table = Table::new();
+    table
+        .load_style(presets::NOTHING)
+        .set_header(headings.iter().map(|heading| heading.as_ref().trim_start_matches('>')));
+    for (column, _) in table.column_iter_mut().zip(&headings).filter(|(_, heading)| heading.as_ref().starts_with('>')) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// An empty table with these headings, as of [`plain`], that fits the terminal and [`WIDTH`] columns.
 pub fn table(headings: &[&str]) -> Table {
     table_within(headings, usize::from(WIDTH))
 }
@@ -72,15 +84,9 @@ pub fn table(headings: &[&str]) -> Table {
 /// As [`table`], no wider than `columns`.
 pub fn table_within(headings: &[&str], columns: usize) -> Table {
     let most = u16::try_from(columns).unwrap_or(WIDTH);
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
-    table.set_header(headings.iter().map(|heading| heading.trim_start_matches('>')));
+    let mut table = plain(headings);
+    table.set_content_arrangement(ContentArrangement::Dynamic);
     table.set_width(table.width().map_or(most, |width| width.min(most)));
-    for (i, _) in headings.iter().enumerate().filter(|(_, heading)| heading.starts_with('>')) {
-        if let Some(column) = table.column_mut(i) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
     // A space between columns, so that rows of long values still fit.
     table.column_iter_mut().for_each(|column| {
         column.set_padding((0, 1));

@@ -2,9 +2,10 @@
 
 use super::gcode::{Reading, print_notes, tool_table};
 use super::note;
+use crate::machine::tip::TipControl;
 use crate::scene::set_up::SetUp;
 use crate::scene::{Overrides, ProgramRun, Scene, SceneError, StockSpec, ToolEntry};
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use rs274::{Axis, Position};
 use std::path::{Path, PathBuf};
@@ -177,6 +178,16 @@ fn unused(tool: &ToolEntry, run: &ProgramRun) -> Option<String> {
     let is_used = run.setup.tool == number || run.tools().contains(&number);
     (!is_used && tool.assembly.is_some())
         .then(|| format!("note: tool {number} is never in the spindle of this program"))
+}
+
+/// What carries tool and workpiece of a scene's program.
+pub fn tip_control(scene: &Scene) -> Result<&TipControl> {
+    scene.program.as_ref().and_then(|run| run.tip.as_ref()).with_context(|| {
+        format!(
+            "scene `{}` has no `[program.tool_centre_point]`, which says what carries tool and workpiece",
+            scene.name
+        )
+    })
 }
 
 /// X,Y,Z or X,Y,Z,A,B,C; mm and degrees.

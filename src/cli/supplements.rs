@@ -38,74 +38,68 @@ pub fn make(
     progress: &dyn Progress,
 ) -> Result<Verification> {
     let [audit, ablation, sweeps @ ..] = SUPPLEMENTS;
-    let scenes = request.scenes.iter().take(1).cloned().collect();
-    audit_in(&folder.join(audit), scenes, request.seed, cache, registry, progress)?;
-    ablation_in(&folder.join(ablation), claims, request.seed, registry, progress)?;
+    let supplements = Supplements { seed: request.seed, cache, registry, progress };
+    supplements.audit(&folder.join(audit), request.scenes.iter().take(1).cloned().collect())?;
+    supplements.ablation(&folder.join(ablation), claims)?;
     for name in sweeps {
-        sweep_in(&folder.join(name), name.trim_start_matches("sweep-"), request.seed, registry, progress)?;
+        supplements.sweep(&folder.join(name), name.trim_start_matches("sweep-"))?;
     }
-    freeform_in(&folder.join(FREEFORM), request.seed, cache, registry, progress)
+    supplements.freeform(&folder.join(FREEFORM))
 }
 
-fn audit_in(
-    folder: &Path,
-    scenes: Vec<String>,
+/// What all supplements share.
+struct Supplements<'a> {
     seed: u64,
-    cache: &Path,
-    registry: &Registry,
-    progress: &dyn Progress,
-) -> Result<()> {
-    let mut plan = Audit::plan(Profile::Smoke, scenes, seed, registry)?;
-    plan.scenes.truncate(1);
-    let orientations = ORIENTATIONS.map(str::to_owned);
-    let mut audit = Audit::open(plan, &orientations, &LEAVES, folder, true)?.with_cache(TruthCache::at(cache)?);
-    audit.run(false, progress)?;
-    analyze_audit(folder)?;
-    crate::plot::draw_audit(folder)?;
-    crate::report::write_audit(folder)?;
-    Ok(())
+    cache: &'a Path,
+    registry: &'a Registry,
+    progress: &'a dyn Progress,
 }
 
-fn ablation_in(
-    folder: &Path,
-    claims: &ClaimSet,
-    seed: u64,
-    registry: &Registry,
-    progress: &dyn Progress,
-) -> Result<()> {
-    let against = registry.fastest().context("no safe variant is registered")?;
-    ablation(&ablation::Asked { profile: Profile::Smoke, against, seed, shard: None }, folder, true, true, progress)?;
-    analyze_ablation(folder, claims)?;
-    crate::plot::draw_ablation(folder)?;
-    Ok(())
-}
+impl Supplements<'_> {
+    fn audit(&self, folder: &Path, scenes: Vec<String>) -> Result<()> {
+        let mut plan = Audit::plan(Profile::Smoke, scenes, self.seed, self.registry)?;
+        plan.scenes.truncate(1);
+        let orientations = ORIENTATIONS.map(str::to_owned);
+        let audit = Audit::open(plan, &orientations, &LEAVES, folder, true)?;
+        let mut audit = audit.with_cache(TruthCache::at(self.cache)?);
+        audit.run(false, self.progress)?;
+        analyze_audit(folder)?;
+        crate::plot::draw_audit(folder)?;
+        crate::report::write_audit(folder)?;
+        Ok(())
+    }
 
-/// Some thousand verdicts of the octree method, with and without the covering radius, and of the reference.
-fn freeform_in(
-    folder: &Path,
-    seed: u64,
-    cache: &Path,
-    registry: &Registry,
-    progress: &dyn Progress,
-) -> Result<Verification> {
-    let reference = registry.reference().context("no variant is the reference")?;
-    let selection = Selection {
-        profile: Profile::Smoke,
-        scenes: vec![FREEFORM.to_owned()],
-        variants: [octree_obb::INFO.id, octree_obb::SAMPLED.id, reference.info.id].map(str::to_owned).to_vec(),
-        workloads: Vec::new(),
-        policies: vec![reference.policy.context("the reference has no tree")?],
-        seed,
-    };
-    let mut run = open_run(Plan::new(selection, registry)?, folder, cache, true)?;
-    Ok(run.verify(progress)?)
-}
+    fn ablation(&self, folder: &Path, claims: &ClaimSet) -> Result<()> {
+        let against = self.registry.fastest().context("no safe variant is registered")?;
+        let asked = ablation::Asked { profile: Profile::Smoke, against, seed: self.seed, shard: None };
+        ablation(&asked, folder, true, true, self.progress)?;
+        analyze_ablation(folder, claims)?;
+        crate::plot::draw_ablation(folder)?;
+        Ok(())
+    }
 
-fn sweep_in(folder: &Path, name: &str, seed: u64, registry: &Registry, progress: &dyn Progress) -> Result<()> {
-    let asked = Asked { profile: Profile::Smoke, variants: Vec::new(), seed, density: None, shard: None };
-    let sweep = Sweep::find(name)?;
-    SweepRun::open(sweep, &asked, registry, folder, true)?.run(false, progress)?;
-    analyze_sweep(folder)?;
-    crate::plot::draw_sweep(folder, sweep.about, sweep.axis)?;
-    Ok(())
+    /// Some thousand verdicts of the octree method, with and without the covering radius, and of the reference.
+    fn freeform(&self, folder: &Path) -> Result<Verification> {
+        let reference = self.registry.reference().context("no variant is the reference")?;
+        let selection = Selection {
+            profile: Profile::Smoke,
+            scenes: vec![FREEFORM.to_owned()],
+            variants: [octree_obb::INFO.id, octree_obb::SAMPLED.id, reference.info.id].map(str::to_owned).to_vec(),
+            workloads: Vec::new(),
+            policies: vec![reference.policy.context("the reference has no tree")?],
+            seed: self.seed,
+        };
+        let mut run = open_run(Plan::new(selection, self.registry)?, folder, self.cache, true)?;
+        Ok(run.verify(self.progress)?)
+    }
+
+    fn sweep(&self, folder: &Path, name: &str) -> Result<()> {
+        let asked =
+            Asked { profile: Profile::Smoke, variants: Vec::new(), seed: self.seed, density: None, shard: None };
+        let sweep = Sweep::find(name)?;
+        SweepRun::open(sweep, &asked, self.registry, folder, true)?.run(false, self.progress)?;
+        analyze_sweep(folder)?;
+        crate::plot::draw_sweep(folder, sweep.about, sweep.axis)?;
+        Ok(())
+    }
 }

@@ -3,21 +3,15 @@
 use super::scene::table;
 use crate::geometry::surface::SurfaceReport;
 use crate::scene::{MeshFile, Scene};
-use comfy_table::CellAlignment;
 use serde_json::{Value, json};
 
 /// A table with a row per part, and a line per mesh file.
 pub fn text(scene: &Scene) -> String {
-    let mut rows = table(["PART", "VOLUME mm³", "AREA mm²", "SURFACE"]);
+    let mut rows = table(["PART", ">VOLUME mm³", ">AREA mm²", "SURFACE"]);
     for part in &scene.parts {
         let report = part.mesh.surface_report();
         let [volume, area] = [report.volume_mm3, report.area_mm2].map(|value| format!("{value:.1}"));
         rows.add_row([part.name.clone(), volume, area, report.to_string()]);
-    }
-    for column in [1, 2] {
-        if let Some(column) = rows.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
     }
     let mut text = rows.trim_fmt();
     if !scene.mesh_files.is_empty() {

@@ -2,7 +2,7 @@
 
 use super::options::{DEFAULT_SEED, OutputOptions, use_threads};
 use super::progress::Bar;
-use super::{CLEAR, merge, say};
+use super::{CLEAR, merge, say, style};
 use crate::analysis::growth::COSTS;
 use crate::analysis::sweep::analyze_sweep;
 use crate::measure::Profile;
@@ -12,7 +12,7 @@ use crate::record::{SweepGrowthRow, has_rows, read_rows};
 use crate::registry::Registry;
 use anyhow::Result;
 use clap::Args;
-use comfy_table::{Table, presets};
+use comfy_table::Table;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -106,9 +106,8 @@ fn carry_out(sweep: Sweep, options: &Options, registry: &Registry, folder: &Path
 
 /// What every variant's costs grow with.
 fn growth(rows: &[SweepGrowthRow]) -> Table {
-    let mut table = Table::new();
     let header = std::iter::once("GROWTH: COST ~ TRIANGLES^X".to_owned()).chain(COSTS.map(str::to_uppercase));
-    table.load_style(presets::NOTHING).set_header(header);
+    let mut table = style::plain(header);
     let mut variants: Vec<&str> = rows.iter().map(|row| &*row.variant).collect();
     variants.dedup();
     for variant in variants {
@@ -128,8 +127,7 @@ fn list(as_json: bool) -> Result<String> {
         let entries: Vec<_> = SWEEPS.iter().map(|s| json!({ "name": s.name, "about": s.about })).collect();
         return Ok(serde_json::to_string_pretty(&entries)?);
     }
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_header(["SWEEP", "WHAT IS VARIED"]);
+    let mut table = style::plain(["SWEEP", "WHAT IS VARIED"]);
     for sweep in SWEEPS {
         table.add_row([sweep.name, sweep.about]);
     }

@@ -2,9 +2,9 @@
 
 use super::options::{Extent, OutputOptions};
 use super::progress::Bar;
-use super::{CLEAR, FAILED, analyze, conclusion, launch, machines, say, style, verify};
+use super::{CLEAR, FAILED, analyze, conclusion, launch, say, style, verify};
 use crate::analysis::claims::ClaimSet;
-use crate::measure::{Progress, Run};
+use crate::measure::Run;
 use crate::record::manifest::{Manifest, Stage};
 use crate::registry::Registry;
 use crate::scene::Scene;
@@ -45,17 +45,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         launch::measure(&mut run, &options.extent.cache_folder(&folder), &bar)?;
     }
     run.manifest().check_rows(&folder)?;
-    bar.begin("analysing", 1);
-    let outcome = crate::analysis::analyze(&folder, &claims)?;
-    run.finish(Stage::Analyze)?;
-    bar.begin("drawing", 1);
-    let gallery = crate::plot::draw_all(&folder)?;
-    run.finish(Stage::Plot)?;
-    bar.begin("reporting", 1);
-    let report = crate::report::write(&folder)?;
-    let page = crate::report::write_page(&folder, &machines::insets(run.manifest(), registry, &bar))?;
-    run.finish(Stage::Report)?;
-    bar.finish();
+    let (outcome, gallery, report, page) = analyze::finish(&mut run, &claims, registry, &bar)?;
     if options.output.json {
         let result = json!({
             "out": folder.to_string_lossy(), "report": report.to_string_lossy(), "page": page.to_string_lossy(),

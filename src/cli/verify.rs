@@ -2,13 +2,13 @@
 
 use super::options::RunOptions;
 use super::progress::Bar;
-use super::{CLEAR, FAILED, merge, say};
+use super::{CLEAR, FAILED, merge, say, style};
 use crate::measure::Verification;
 use crate::record::VerificationRow;
 use crate::registry::Registry;
 use anyhow::Result;
 use clap::Args;
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use serde_json::json;
 use std::collections::BTreeMap;
 
@@ -66,27 +66,12 @@ fn sums(rows: &[VerificationRow]) -> BTreeMap<(String, String, String), Sums> {
 }
 
 pub fn table(verification: &Verification) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_header([
-        "SCENE",
-        "VARIANT",
-        "POLICY",
-        "SAFE",
-        "POSES",
-        "COLLIDING",
-        "MISSED",
-        "GRAZING",
-        "FALSE+",
-    ]);
+    let mut table =
+        style::plain(["SCENE", "VARIANT", "POLICY", "SAFE", ">POSES", ">COLLIDING", ">MISSED", ">GRAZING", ">FALSE+"]);
     for ((scene, variant, policy), sum) in sums(&verification.rows) {
         let safe = if sum.safe { "yes" } else { "no" };
         let counts = [sum.poses, sum.colliding, sum.missed, sum.missed_grazing, sum.false_positives];
         table.add_row([scene, variant, policy, safe.to_owned()].into_iter().chain(counts.map(|n| n.to_string())));
-    }
-    for column in 4..9 {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
     }
     table
 }

@@ -146,7 +146,7 @@ fn farthest(points: &[[f64; 3]], measure: impl Fn(&[f64; 3]) -> f64) -> Option<u
     best.1
 }
 
-/// The corners of the hull of coplanar points, in order, by A. M. Andrew's monotone chain (1979), in the coordinate plane in which `a`,
+/// The corners of the hull of coplanar points, in order, found in the coordinate plane in which `a`,
 /// `b`, `c` span the largest area. `points` are sorted by x, y, z.
 fn polygon(points: &[[f64; 3]], [a, b, c]: &[[f64; 3]; 3]) -> Vec<Point> {
     let spans = [0, 1, 2].map(|axis| turn(axis, a, b, c).abs());
@@ -154,11 +154,17 @@ fn polygon(points: &[[f64; 3]], [a, b, c]: &[[f64; 3]; 3]) -> Vec<Point> {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
     let mut sorted = points.to_vec();
     sorted.sort_by(|p, q| p[u].total_cmp(&q[u]).then(p[v].total_cmp(&q[v])));
-    let half = |points: &mut dyn Iterator<Item = &[f64; 3]>| {
-        let mut chain: Vec<[f64; 3]> = Vec::new();
+    around(&sorted, |q, r, p| turn(axis, q, r, p)).into_iter().map(Point::from).collect()
+}
+
+/// The corners of the hull of sorted points of a plane, counter-clockwise, by A. M. Andrew's monotone chain (1979). `turn` is positive where three points turn
+/// left.
+pub(super) fn around<P: Copy>(sorted: &[P], turn: impl Fn(&P, &P, &P) -> f64) -> Vec<P> {
+    let half = |points: &mut dyn Iterator<Item = &P>| {
+        let mut chain: Vec<P> = Vec::new();
         for p in points {
             while let [.., q, r] = chain.as_slice() {
-                if turn(axis, q, r, p) > 0.0 {
+                if turn(q, r, p) > 0.0 {
                     break;
                 }
                 chain.pop();
@@ -170,7 +176,7 @@ fn polygon(points: &[[f64; 3]], [a, b, c]: &[[f64; 3]; 3]) -> Vec<Point> {
     };
     let mut corners = half(&mut sorted.iter());
     corners.extend(half(&mut sorted.iter().rev()));
-    corners.into_iter().map(Point::from).collect()
+    corners
 }
 
 /// A face of the hull while it grows.

@@ -4,6 +4,7 @@
 //! edge of the convex hull. Deviation: the extents are computed anew for each edge, without rotating calipers, so a rounding error at one
 //! edge does not affect the next.
 
+use super::hull::around;
 use robust::{Coord, orient2d};
 
 /// A rectangle, given by the direction of one side and its area.
@@ -54,23 +55,7 @@ fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
         return sorted;
     }
     let coord = |p: &[f64; 2]| Coord { x: p[0], y: p[1] };
-    let half = |points: &mut dyn Iterator<Item = &[f64; 2]>| {
-        let mut chain: Vec<[f64; 2]> = Vec::new();
-        for p in points {
-            while let [.., q, r] = chain.as_slice() {
-                if orient2d(coord(q), coord(r), coord(p)) > 0.0 {
-                    break;
-                }
-                chain.pop();
-            }
-            chain.push(*p);
-        }
-        chain.pop();
-        chain
-    };
-    let mut corners = half(&mut sorted.iter());
-    corners.extend(half(&mut sorted.iter().rev()));
-    corners
+    around(&sorted, |q, r, p| orient2d(coord(q), coord(r), coord(p)))
 }
 
 #[cfg(test)]

@@ -250,33 +250,25 @@ impl<'a> Detector<'a> {
                 .iter()
                 .find(|leaf| self.leaf(posed, leaf, self.meeting(posed, leaf, all, counts), counts, take))
                 .copied(),
-            Search::Octree => self.descend(posed, all, counts, take),
-        }
-    }
-
-    fn descend(
-        &self,
-        posed: &Posed,
-        all: Bodies,
-        counts: &mut Counts,
-        take: &mut dyn FnMut(Hit) -> bool,
-    ) -> Option<Visit> {
-        let root = self.surface.root();
-        let mut stack = vec![(root, self.meeting(posed, &root, all, counts))];
-        while let Some((visit, bodies)) = stack.pop() {
-            if bodies == 0 {
-                continue;
-            }
-            if self.surface.is_leaf(&visit) {
-                if self.leaf(posed, &visit, bodies, counts, take) {
-                    return Some(visit);
+            Search::Octree => {
+                let root = self.surface.root();
+                let mut stack = vec![(root, self.meeting(posed, &root, all, counts))];
+                while let Some((visit, bodies)) = stack.pop() {
+                    if bodies == 0 {
+                        continue;
+                    }
+                    if self.surface.is_leaf(&visit) {
+                        if self.leaf(posed, &visit, bodies, counts, take) {
+                            return Some(visit);
+                        }
+                    } else {
+                        let children = self.surface.children(&visit);
+                        stack.extend(children.map(|child| (child, self.meeting(posed, &child, bodies, counts))));
+                    }
                 }
-            } else {
-                let children = self.surface.children(&visit);
-                stack.extend(children.map(|child| (child, self.meeting(posed, &child, bodies, counts))));
+                None
             }
         }
-        None
     }
 
     /// The bodies of `among` whose boxes the octant meets.

@@ -124,7 +124,6 @@ impl TipControl {
 
     /// The rotary joints between workpiece and tool, in this order.
     fn turns(&self, machine: &Machine) -> Result<[Turn; 2], OrientationError> {
-        let chain = |link: Option<usize>| std::iter::successors(link, |&link| machine.parent(link));
         let at_zero = machine.forward(&Position::default());
         let turn = |link: usize, sign: f64| {
             let joint = machine.links()[link].joint.as_ref()?;
@@ -132,15 +131,10 @@ impl TipControl {
             let direction = at_zero.world_from(Some(link)).rotation * direction.into_inner();
             Some(Turn { axis: joint.axis, gain: sign * joint.gain(), direction })
         };
-        let carries = |end: Option<usize>, link: usize| chain(end).any(|other| other == link);
-        let mut turns: Vec<Turn> = chain(self.work_link)
-            .filter(|&link| !carries(self.tool_link, link))
-            .filter_map(|link| turn(link, -1.0))
-            .collect();
-        let mut head: Vec<Turn> = chain(self.tool_link)
-            .filter(|&link| !carries(self.work_link, link))
-            .filter_map(|link| turn(link, 1.0))
-            .collect();
+        let work = machine.up_to_shared(self.work_link, self.tool_link);
+        let mut turns: Vec<Turn> = work.filter_map(|link| turn(link, -1.0)).collect();
+        let tool = machine.up_to_shared(self.tool_link, self.work_link);
+        let mut head: Vec<Turn> = tool.filter_map(|link| turn(link, 1.0)).collect();
         head.reverse();
         turns.append(&mut head);
         match turns[..] {

@@ -67,11 +67,8 @@ impl TipControl {
     /// # Errors
     /// [`TurningLetter`] for the first joint, from the tool to the workpiece, that does not.
     pub fn check(&self, machine: &Machine) -> Result<(), TurningLetter> {
-        let chain = |link: Option<usize>| std::iter::successors(link, |&link| machine.parent(link));
-        let up_to_shared = |from: Option<usize>, to: Option<usize>| {
-            chain(from).take_while(move |&link| chain(to).all(|other| other != link))
-        };
-        for link in up_to_shared(self.tool_link, self.work_link).chain(up_to_shared(self.work_link, self.tool_link)) {
+        let tool = machine.up_to_shared(self.tool_link, self.work_link);
+        for link in tool.chain(machine.up_to_shared(self.work_link, self.tool_link)) {
             let link = &machine.links()[link];
             if let Some(joint) = link.joint.as_ref().filter(|joint| joint.turns() && !joint.axis.is_rotary()) {
                 return Err(TurningLetter { axis: joint.axis.letter(), link: link.name.clone() });

@@ -41,50 +41,49 @@ impl Machine {
     /// ball keeps its length under that rotation.
     fn shift_from(&self, ball: &Ball, base: Option<usize>, poses: &Poses, within: &Position) -> f64 {
         let centre = poses.world_from(ball.link) * ball.centre;
-        let links = std::iter::successors(ball.link, |&link| self.parent(link)).take_while(|&link| Some(link) != base);
         let shift = |link: usize| {
-            let joint = self.links()[link].joint.as_ref()?;
-            let step = joint.value(within).abs();
-            Some(match joint.motion {
-                Motion::Prismatic { .. } => step,
-                Motion::Rotary { direction, point } => {
-                    let world_from_link = &poses.0[link];
-                    let from_axis: Vector = centre - world_from_link * point;
-                    let distance = (world_from_link * direction.into_inner()).cross(&from_axis).norm();
-                    2.0 * distance * (0.5 * step.min(std::f64::consts::PI)).sin()
-                }
-            })
+            let (step, distance) = self.lever(link, poses, &centre, within)?;
+            let chord = |distance: f64| 2.0 * distance * (0.5 * step.min(std::f64::consts::PI)).sin();
+            Some(distance.map_or(step, chord))
         };
-        links.filter_map(shift).sum()
+        self.chain(ball.link).take_while(|&link| Some(link) != base).filter_map(shift).sum()
+    }
+
+    /// Step of a link's joint when the axes move by `change`, mm or radians, and the distance of `point` from the axis of a rotary joint, mm. `point`
+    /// is in the world's frame. `None` for a link without a joint.
+    #[inline]
+    pub(crate) fn lever(
+        &self,
+        link: usize,
+        poses: &Poses,
+        point: &Point,
+        change: &Position,
+    ) -> Option<(f64, Option<f64>)> {
+        let joint = self.links()[link].joint.as_ref()?;
+        let distance = match joint.motion {
+            Motion::Prismatic { .. } => None,
+            Motion::Rotary { direction, point: on_axis } => {
+                let world_from_link = &poses.0[link];
+                let from_axis: Vector = point - world_from_link * on_axis;
+                Some((world_from_link * direction.into_inner()).cross(&from_axis).norm())
+            }
+        };
+        Some((joint.value(change).abs(), distance))
     }
 
     /// The nearest link that carries both links; `None` is the world.
-    fn nearest_shared(&self, a: Option<usize>, b: Option<usize>) -> Option<usize> {
-        let chain = |link: Option<usize>| std::iter::successors(link, |&link| self.parent(link));
-        chain(a).find(|&link| chain(b).any(|other| other == link))
+    pub(crate) fn nearest_shared(&self, a: Option<usize>, b: Option<usize>) -> Option<usize> {
+        self.chain(a).find(|&link| self.chain(b).any(|other| other == link))
     }
 
     /// Upper bound on the path length of the ball's points, seen from `base`, which carries the ball.
     fn travel_to(&self, ball: &Ball, base: Option<usize>, poses: &Poses, change: &Position) -> f64 {
         let centre = poses.world_from(ball.link) * ball.centre;
         let mut travel = 0.0;
-        let mut at = ball.link;
-        while at != base
-            && let Some(link) = at
-        {
-            if let Some(joint) = &self.links()[link].joint {
-                let step = joint.value(change).abs();
-                travel += match joint.motion {
-                    Motion::Prismatic { .. } => step,
-                    Motion::Rotary { direction, point } => {
-                        let world_from_link = &poses.0[link];
-                        let from_axis: Vector = centre - world_from_link * point;
-                        let reach = (world_from_link * direction.into_inner()).cross(&from_axis).norm();
-                        step * (reach + ball.radius + travel)
-                    }
-                };
+        for link in self.chain(ball.link).take_while(|&link| Some(link) != base) {
+            if let Some((step, reach)) = self.lever(link, poses, &centre, change) {
+                travel += reach.map_or(step, |reach| step * (reach + ball.radius + travel));
             }
-            at = self.parent(link);
         }
         travel
     }

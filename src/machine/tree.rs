@@ -130,10 +130,20 @@ impl Machine {
         self.parents[link]
     }
 
+    /// The links from the given one, which is the first, to the world.
+    pub fn chain(&self, link: Option<usize>) -> impl Iterator<Item = usize> {
+        std::iter::successors(link, move |&link| self.parent(link))
+    }
+
+    /// The links from `from` up to the first that carries `other` too, which is left out.
+    pub fn up_to_shared(&self, from: Option<usize>, other: Option<usize>) -> impl Iterator<Item = usize> {
+        self.chain(from).take_while(move |&link| self.chain(other).all(|carrier| carrier != link))
+    }
+
     /// The link whose joint moves the given link: the nearest link with a joint on the path to the world, including the link itself; `None`
     /// when there is none. Links with the same result never move relative to each other.
     pub fn rigid_body(&self, link: Option<usize>) -> Option<usize> {
-        std::iter::successors(link, |&link| self.parents[link]).find(|&link| self.links[link].joint.is_some())
+        self.chain(link).find(|&link| self.links[link].joint.is_some())
     }
 
     /// The poses of all links at an axis position. Limits are not checked; [`Machine::check_limits`] does that.

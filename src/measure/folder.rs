@@ -15,7 +15,7 @@ use crate::record::{
     TightnessRow, TimingRow, TreeRow, VarianceRow, VerificationRow, read_rows, read_rows_if_there, write_rows,
     write_rows_compressed,
 };
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -325,20 +325,10 @@ pub fn begun(request: Request, variants: Vec<VariantEntry>) -> Manifest {
         schema: SCHEMA,
         protocol: PROTOCOL.to_owned(),
         request,
-        inputs: BTreeMap::new(),
         variants,
-        scenes: Vec::new(),
         program: environment::program(),
-        binaries: Vec::new(),
         machine: environment::machine(),
-        clock: None,
-        cold: None,
-        null_of: String::new(),
-        cross_check: None,
-        finished: Vec::new(),
-        noise: Vec::new(),
-        rows: BTreeMap::new(),
-        shard: None,
+        ..Manifest::default()
     }
 }
 
@@ -425,6 +415,7 @@ mod tests {
     use super::*;
     use crate::record::synthetic::{Plan, Run};
     use crate::record::write_text;
+    use std::collections::BTreeMap;
 
     fn manifest(seed: u64) -> Manifest {
         let manifest = Run::generate(&Plan { seed, ..Plan::default() }).manifest;

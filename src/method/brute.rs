@@ -4,7 +4,6 @@ use super::{Model, same};
 use crate::geometry::grid::Placement;
 use crate::geometry::{Isometry, Triangle, certified, triangle_distance};
 use crate::tree::distance::Proximity;
-use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::Counts;
 use crate::volume::Info;
 
@@ -66,9 +65,5 @@ impl Model for AllPairs {
 
     fn bytes(&self) -> usize {
         size_of_val(self.0.as_slice())
-    }
-
-    fn tree_report(&self) -> Option<TreeReport> {
-        None
     }
 }

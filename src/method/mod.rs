@@ -78,7 +78,9 @@ pub trait Model: Any + Send + Sync {
     fn bytes(&self) -> usize;
 
     /// The report on the tree; `None` for methods without a tree of this project.
-    fn tree_report(&self) -> Option<crate::tree::tightness::TreeReport>;
+    fn tree_report(&self) -> Option<crate::tree::tightness::TreeReport> {
+        None
+    }
 
     /// Face numbers in the mesh by the order of the tree, of which each node holds a range; `None` for methods without a binary tree.
     fn order(&self) -> Option<&[u32]> {

@@ -12,7 +12,6 @@ use crate::interference::{
     Body, BodyKind, BoxedTool, Counts, Detector, Division, Revolved, Samples, Search, SecondLevel, SurfaceOctree, Tool,
 };
 use crate::tree::distance::Proximity;
-use crate::tree::tightness::TreeReport;
 use crate::tree::traverse;
 use crate::volume::Info;
 
@@ -127,10 +126,6 @@ impl Model for OctreeObb {
 
     fn bytes(&self) -> usize {
         self.surface.bytes()
-    }
-
-    fn tree_report(&self) -> Option<TreeReport> {
-        None
     }
 }
 

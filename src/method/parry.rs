@@ -7,7 +7,6 @@ use super::motion::Motion;
 use super::{Model, same};
 use crate::geometry::{Isometry, Mesh};
 use crate::tree::distance::Proximity;
-use crate::tree::tightness::TreeReport;
 use crate::tree::traverse::Counts;
 use crate::volume::Info;
 use parry3d_f64::math::Pose;
@@ -75,9 +74,5 @@ impl Model for ParryMesh {
 
     fn bytes(&self) -> usize {
         0
-    }
-
-    fn tree_report(&self) -> Option<TreeReport> {
-        None
     }
 }

@@ -6,6 +6,7 @@ use super::marks::Look;
 use super::ticks::{Scale, number};
 use super::{FOLDER, Gallery, PlotError, Sketch, add, write_index};
 use crate::analysis::ablation::{Ablation, Counted, PARTS, Timed};
+use crate::analysis::distinct;
 use crate::record::Kind;
 use std::path::Path;
 
@@ -41,16 +42,6 @@ fn label((search, level, coherence): Key) -> String {
 
 fn entry(label: String, number: usize) -> Entry {
     Entry { id: label.clone(), label, look: Look::nth(number), safe: true, kind: Kind::Sampling }
-}
-
-fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
-    let mut kept: Vec<T> = Vec::new();
-    for value in values {
-        if !kept.contains(&value) {
-            kept.push(value);
-        }
-    }
-    kept
 }
 
 /// Mean number of tests per pose, over colliding and free poses.
@@ -103,7 +94,7 @@ fn parts(rows: &[Counted], times: &[Timed]) -> Sketch<Grouped> {
     }
     let time = |wanted: Key, surface: &str| {
         let of_it = times.iter().filter(|row| time_key(row) == wanted && row.surface == surface);
-        spread(of_it.map(|row| row.ns as f64 / 1e3 / row.poses.max(1) as f64).collect())
+        Point::spread(of_it.map(|row| row.ns as f64 / 1e3 / row.poses.max(1) as f64).collect())
     };
     panels.push(panel("time of a pose, all poses".to_owned(), "µs", series(&time)));
     Sketch {
@@ -113,13 +104,6 @@ fn parts(rows: &[Counted], times: &[Timed]) -> Sketch<Grouped> {
             .to_owned(),
         drawing: Grouped::of(panels, 2, "counts.csv holds no rows of the parts"),
     }
-}
-
-/// The median, with the smallest and largest value as its interval.
-fn spread(mut values: Vec<f64>) -> Option<Point> {
-    values.sort_by(f64::total_cmp);
-    let (low, high) = (*values.first()?, *values.last()?);
-    Some(Point { value: values[values.len() / 2], low, high })
 }
 
 /// A function that reads a swept quantity from a row.
@@ -213,7 +197,7 @@ fn sizes(times: &[Timed]) -> Sketch<Grouped> {
         let series = keys.iter().enumerate().map(|(n, &wanted)| {
             let of_it = |spacing: f64| {
                 let values = rows.iter().filter(|row| time_key(row) == wanted && row.form.spacing_mm == spacing);
-                spread(values.map(|row| part(row)).collect())
+                Point::spread(values.map(|row| part(row)).collect())
             };
             Series { entry: entry(label(wanted), n), points: spacings.iter().map(|&spacing| of_it(spacing)).collect() }
         });

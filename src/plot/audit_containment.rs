@@ -4,7 +4,7 @@
 use super::Sketch;
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX};
 use super::marks::label;
-use crate::analysis::ALL;
+use crate::analysis::{ALL, distinct};
 use crate::record::AuditCellRow;
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
@@ -26,15 +26,8 @@ pub struct Containment {
 pub(super) fn sketch(cells: &[AuditCellRow]) -> Sketch<Containment> {
     let scenes_together = cells.iter().any(|row| row.scene == ALL);
     let rows: Vec<&AuditCellRow> = cells.iter().filter(|row| !scenes_together || row.scene == ALL).collect();
-    let (mut orientations, mut centres): (Vec<String>, Vec<String>) = (Vec::new(), Vec::new());
-    for row in &rows {
-        if !orientations.contains(&row.orientation) {
-            orientations.push(row.orientation.clone());
-        }
-        if !centres.contains(&row.centre) {
-            centres.push(row.centre.clone());
-        }
-    }
+    let orientations = distinct(rows.iter().map(|row| row.orientation.clone()));
+    let centres = distinct(rows.iter().map(|row| row.centre.clone()));
     let over = |value: &dyn Fn(&[&AuditCellRow]) -> f64| -> Vec<f64> {
         let of = |orientation: &String, centre: &String| {
             let members: Vec<&AuditCellRow> =

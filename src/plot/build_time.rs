@@ -1,7 +1,7 @@
 //! Time to build a tree.
 
 use super::Sketch;
-use super::data::Data;
+use super::data::{Data, Entry};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
 use crate::analysis::stats::quantile;
@@ -32,10 +32,7 @@ fn panel(data: &Data, scene: &str) -> Panel {
         let [low, value, high] = [0.05, 0.5, 0.95].map(|q| quantile(times, q));
         Point { value, low, high }
     };
-    let series = data.variants.iter().map(|entry| Series {
-        points: parts.keys().map(|part| times.get(&(entry.id.as_str(), *part)).map(point)).collect(),
-        entry: entry.clone(),
-    });
+    let points = |entry: &Entry| parts.keys().map(|part| times.get(&(&*entry.id, *part)).map(point)).collect();
     Panel {
         title: scene.to_owned(),
         measure: "build time, ms",
@@ -43,7 +40,7 @@ fn panel(data: &Data, scene: &str) -> Panel {
         scale: Scale::Log,
         form: Form::Markers,
         reference: None,
-        series: series.filter(|series| series.points.iter().any(Option::is_some)).collect(),
+        series: Series::of(&data.variants, points),
         categories: parts.iter().map(|(part, triangles)| format!("{part} ({triangles})")).collect(),
     }
 }

@@ -23,6 +23,13 @@ impl Point {
     pub const fn bare(value: f64) -> Self {
         Self { value, low: value, high: value }
     }
+
+    /// The median, the upper one of two, with the smallest and largest value as its interval; `None` without values.
+    pub fn spread(mut values: Vec<f64>) -> Option<Self> {
+        values.sort_unstable_by(f64::total_cmp);
+        let (low, high) = (*values.first()?, *values.last()?);
+        Some(Self { value: values[values.len() / 2], low, high })
+    }
 }
 
 /// The values of one variant, one for each category of the panel.
@@ -32,6 +39,17 @@ pub struct Series {
     pub entry: Entry,
     /// Its values.
     pub points: Vec<Option<Point>>,
+}
+
+impl Series {
+    /// The series of each variant that has any point.
+    pub fn of<'a>(
+        variants: impl IntoIterator<Item = &'a Entry>,
+        points: impl Fn(&Entry) -> Vec<Option<Point>>,
+    ) -> Vec<Self> {
+        let series = variants.into_iter().map(|entry| Self { points: points(entry), entry: entry.clone() });
+        series.filter(|series| series.points.iter().any(Option::is_some)).collect()
+    }
 }
 
 /// How values are drawn.

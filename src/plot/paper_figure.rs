@@ -2,7 +2,7 @@
 //! first figure, and below each the paired ratios to the plain box.
 
 use super::Sketch;
-use super::data::Data;
+use super::data::{Data, Entry};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
 use crate::analysis::ALL;
@@ -59,11 +59,8 @@ fn panel(
     (measure, form, scale): (&'static str, Form, Scale),
     point: impl Fn(&ProgramTimeRow) -> Option<Point>,
 ) -> Panel {
-    let series = variants.iter().filter_map(|id| {
-        let points = data.scenes.iter().map(|scene| point(data.program_time_of(scene, ALL, id)?)).collect();
-        Some(Series { entry: data.variant(id)?.clone(), points })
-    });
-    let series: Vec<Series> = series.filter(|series| series.points.iter().any(Option::is_some)).collect();
+    let points =
+        |entry: &Entry| data.scenes.iter().map(|scene| point(data.program_time_of(scene, ALL, &entry.id)?)).collect();
     Panel {
         title: title.to_owned(),
         measure,
@@ -72,6 +69,6 @@ fn panel(
         form,
         reference: (measure == RATIO).then_some(1.0),
         categories: data.scenes.clone(),
-        series,
+        series: Series::of(variants.iter().filter_map(|id| data.variant(id)), points),
     }
 }

@@ -1,7 +1,7 @@
 //! Query time by stratum, every variant.
 
 use super::Sketch;
-use super::data::Data;
+use super::data::{Data, Entry};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
 use crate::record::{Stratum, SummaryRow};
@@ -34,10 +34,9 @@ pub(super) fn by_stratum(
     measure: &'static str,
     point: impl Fn(&SummaryRow) -> Option<Point>,
 ) -> Panel {
-    let series = data.variants.iter().map(|entry| Series {
-        points: Stratum::ALL.map(|s| data.summary_of(scene, workload, s.id(), &entry.id).and_then(&point)).to_vec(),
-        entry: entry.clone(),
-    });
+    let points = |entry: &Entry| {
+        Stratum::ALL.map(|s| data.summary_of(scene, workload, s.id(), &entry.id).and_then(&point)).to_vec()
+    };
     Panel {
         title,
         measure,
@@ -46,6 +45,6 @@ pub(super) fn by_stratum(
         form: Form::Markers,
         reference: None,
         categories: Stratum::ALL.map(|s| s.id().to_owned()).to_vec(),
-        series: series.filter(|series| series.points.iter().any(Option::is_some)).collect(),
+        series: Series::of(&data.variants, points),
     }
 }

@@ -4,6 +4,7 @@ use super::data::{Entry, entries};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::{Scale, number};
 use super::{FOLDER, Gallery, PlotError, Sketch, add, write_index};
+use crate::analysis::distinct;
 use crate::analysis::growth::COSTS;
 use crate::record::{BuildRow, Manifest, Stratum, SweepGrowthRow, SweepSummaryRow, has_rows, read_rows};
 use std::collections::BTreeSet;
@@ -43,9 +44,7 @@ fn builds_panel(variants: &[Entry], rows: &[BuildRow], axis: &'static str) -> Pa
     let sizes: Vec<u64> = rows.iter().map(|row| row.triangles).collect::<BTreeSet<_>>().into_iter().collect();
     let point = |entry: &Entry, triangles: u64| {
         let of_it = rows.iter().filter(|row| row.variant == entry.id && row.triangles == triangles);
-        let mut ms: Vec<f64> = of_it.map(|row| row.ns as f64 / 1e6).collect();
-        ms.sort_unstable_by(f64::total_cmp);
-        Some(Point { value: *ms.get(ms.len() / 2)?, low: *ms.first()?, high: *ms.last()? })
+        Point::spread(of_it.map(|row| row.ns as f64 / 1e6).collect())
     };
     Panel {
         title: "construction of both trees".to_owned(),
@@ -82,12 +81,7 @@ fn each(variants: &[Entry], points: impl Fn(&Entry) -> Vec<Option<Point>>) -> Ve
 }
 
 fn sketch(variants: &[Entry], rows: &[SweepSummaryRow], about: &str, axis: &'static str) -> Sketch<Grouped> {
-    let mut values: Vec<f64> = Vec::new();
-    for row in rows {
-        if !values.contains(&row.x) {
-            values.push(row.x);
-        }
-    }
+    let values = distinct(rows.iter().map(|row| row.x));
     let strata: Vec<Stratum> =
         Stratum::ALL.into_iter().filter(|stratum| rows.iter().any(|row| row.stratum == *stratum)).collect();
     // A quantity that itself decides the stratum is one curve; else each stratum has its panel.

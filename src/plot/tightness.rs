@@ -1,7 +1,7 @@
 //! Figures of how tightly each level of the trees encloses its contents.
 
 use super::Sketch;
-use super::data::Data;
+use super::data::{Data, Entry};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
 
@@ -38,10 +38,6 @@ fn panel(data: &Data, scene: &str) -> Panel {
         let (volume, hull) = of_it.fold((0.0, 0.0), |(v, h), row| (v + row.hulled_volume_mm3, h + row.hull_mm3));
         (hull > 0.0).then(|| Point::bare(volume / hull))
     };
-    let series = data.variants.iter().map(|entry| Series {
-        points: (0..levels).map(|level| looseness(&entry.id, level)).collect(),
-        entry: entry.clone(),
-    });
     Panel {
         title: scene.to_owned(),
         measure: "volume / hull volume",
@@ -50,7 +46,7 @@ fn panel(data: &Data, scene: &str) -> Panel {
         form: Form::Lines,
         reference: None,
         categories: (0..levels).map(|level| level.to_string()).collect(),
-        series: series.filter(|series| series.points.iter().any(Option::is_some)).collect(),
+        series: Series::of(&data.variants, |entry| (0..levels).map(|level| looseness(&entry.id, level)).collect()),
     }
 }
 
@@ -100,10 +96,7 @@ fn by_frame(data: &Data, scene: &str, measure: usize) -> Panel {
         if measure == 1 { farthest.map(Point::bare) } else { (below > 0.0).then(|| Point::bare(above / below)) }
     };
     let has_frames = data.tightness.iter().any(|row| row.frame > 0);
-    let series = data.variants.iter().map(|entry| Series {
-        points: [true, false].map(|is_own| value(&entry.id, is_own)).to_vec(),
-        entry: entry.clone(),
-    });
+    let points = |entry: &Entry| [true, false].map(|is_own| value(&entry.id, is_own).filter(|_| has_frames)).to_vec();
     Panel {
         title: format!("{scene}, {}", MEASURES[measure].1),
         measure: MEASURES[measure].0,
@@ -112,6 +105,6 @@ fn by_frame(data: &Data, scene: &str, measure: usize) -> Panel {
         form: Form::Lines,
         reference: None,
         categories: vec!["own frame".to_owned(), "random".to_owned()],
-        series: series.filter(|series| has_frames && series.points.iter().any(Option::is_some)).collect(),
+        series: Series::of(&data.variants, points),
     }
 }

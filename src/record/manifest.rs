@@ -15,7 +15,7 @@ pub const SCHEMA: u32 = 2;
 pub const PROTOCOL: &str = "2.3";
 
 /// What was run, with what, where.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// [`SCHEMA`] of the writer.
     pub schema: u32,
@@ -86,7 +86,7 @@ pub enum Stage {
 }
 
 /// What decides the result, apart from the inputs: two runs of equal request and inputs have equal deterministic files.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Request {
     /// `smoke`, `quick` or `full`.
     pub profile: String,

@@ -580,7 +580,7 @@ impl RatioRow {
 }
 
 /// The verdict on one claim, for one reading, scene, workload and stratum. Derived.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ClaimRow {
     /// Claim id in `claims.toml`.
     pub claim: String,
@@ -614,6 +614,25 @@ pub struct ClaimRow {
     pub baseline_missed: Option<u64>,
     /// What a reader should know beside the verdict.
     pub note: String,
+}
+
+impl ClaimRow {
+    /// An exploratory row without reading, place, effect, measure or numbers.
+    pub fn blank(claim: &str, verdict: &str) -> Self {
+        let none = || "-".to_owned();
+        Self {
+            claim: claim.to_owned(),
+            role: "exploratory".to_owned(),
+            reading: none(),
+            scene: none(),
+            workload: none(),
+            stratum: none(),
+            verdict: verdict.to_owned(),
+            effect: none(),
+            measure: none(),
+            ..Self::default()
+        }
+    }
 }
 
 macro_rules! case_key {

@@ -26,7 +26,7 @@ pub struct FactorRow {
 }
 
 /// The answers of one case to one chunk of poses, summed. Deterministic.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CountRow {
     /// Scene name.
     pub scene: String,
@@ -73,22 +73,7 @@ impl FactorRow {
 impl CountRow {
     /// A row in which nothing is counted yet.
     pub fn new(scene: &str, case: &str, chunk: u32, stratum: Option<Stratum>) -> Self {
-        Self {
-            scene: scene.to_owned(),
-            case: case.to_owned(),
-            chunk,
-            stratum,
-            verdict: None,
-            poses: 0,
-            queries: 0,
-            volume_tests: 0,
-            triangle_tests: 0,
-            second_level_tests: 0,
-            recalled: 0,
-            touching: 0,
-            missed: 0,
-            delay_mm: 0.0,
-        }
+        Self { scene: scene.to_owned(), case: case.to_owned(), chunk, stratum, ..Self::default() }
     }
 
     /// Adds the counts of another row.

@@ -9,7 +9,7 @@ use super::tables::{interval, number};
 use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Reading, Role, TestKind};
 use crate::analysis::misses::Tally;
 use crate::analysis::words::{self, capital, listed, quantity_of};
-use crate::analysis::{ALL, STEADY, is_query_time, ranked_by};
+use crate::analysis::{ALL, STEADY, distinct, is_query_time, ranked_by};
 use crate::record::rows::CaseKey;
 use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RatioRow};
 use serde::Serialize;
@@ -259,17 +259,11 @@ fn safe_ones(contents: &Contents, safe: &[Tallies<'_>]) -> String {
 
 /// The cases whose misses the primary rows examine, each once.
 fn printed(claims: &ClaimSet) -> Vec<CaseRef> {
-    let mut cases: Vec<CaseRef> = Vec::new();
-    for (claim, reading) in primary_of(claims, TestKind::Misses) {
-        let case = match claim.test.as_ref().and_then(|test| test.of) {
-            Some(Role::Baseline) => &reading.baseline,
-            _ => &reading.subject,
-        };
-        if !cases.contains(case) {
-            cases.push(case.clone());
-        }
-    }
-    cases
+    let of_claim = |(claim, reading): (&Claim, &Reading)| match claim.test.as_ref().and_then(|test| test.of) {
+        Some(Role::Baseline) => reading.baseline.clone(),
+        _ => reading.subject.clone(),
+    };
+    distinct(primary_of(claims, TestKind::Misses).map(of_claim))
 }
 
 /// Tallies by workload, one for each scene, with the scene.

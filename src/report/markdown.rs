@@ -108,7 +108,7 @@ fn at_a_glance(contents: &Contents) -> String {
         let names = readings.iter().map(|reading| words(reading).0);
         let fixed = ["the paper says", "supported", "refuted", "verdict"].map(str::to_owned);
         let headings: Vec<String> = fixed.into_iter().chain(names).collect();
-        let mut table = Table::new(&headings.iter().map(String::as_str).collect::<Vec<_>>());
+        let mut table = Table::new(&headings);
         for sentence in of {
             let of_reading =
                 |id: &str| sentence.cells.iter().find(|(own, _)| *own == id).map_or(&[][..], |(_, rows)| rows);
@@ -212,7 +212,6 @@ fn ranking(contents: &Contents) -> String {
         .chain(scenes.iter().map(|scene| format!(">{scene}")))
         .chain([">missed".to_owned()])
         .collect();
-    let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
     let (mut volumes, mut others) = (Table::new(&headings), Table::new(&headings));
     for (place, entry) in (1..).zip(&contents.ranking) {
         let is_volume = entry.kind == Kind::Volume;

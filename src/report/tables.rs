@@ -10,10 +10,11 @@ pub struct Table {
 
 impl Table {
     /// A table with these headings; columns whose heading begins with `>` are aligned right.
-    pub fn new(headings: &[&str]) -> Self {
+    pub fn new<S: AsRef<str>>(headings: &[S]) -> Self {
+        let headings = || headings.iter().map(AsRef::as_ref);
         let mut table = Self { text: String::new() };
-        table.row(headings.iter().map(|heading| heading.trim_start_matches('>')));
-        table.row(headings.iter().map(|heading| if heading.starts_with('>') { "---:" } else { "---" }));
+        table.row(headings().map(|heading| heading.trim_start_matches('>')));
+        table.row(headings().map(|heading| if heading.starts_with('>') { "---:" } else { "---" }));
         table
     }
 

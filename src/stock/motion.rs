@@ -5,7 +5,7 @@
 //! and Ω times the distance from it. Only points that the part can meet matter: they are as near to its centre as its ball and their own way allow.
 
 use crate::geometry::{Isometry, Point, Vector};
-use crate::machine::{Machine, Motion};
+use crate::machine::Machine;
 use rs274::Position;
 
 /// Something fixed to a link.
@@ -56,12 +56,8 @@ const MOST_TURN: f64 = 0.1;
 impl Chain {
     /// The joints between a part and a stock.
     pub fn new(machine: &Machine, part: Mount, stock: Mount) -> Self {
-        let to_world =
-            |mount: &Mount| -> Vec<usize> { std::iter::successors(mount.link, |&link| machine.parent(link)).collect() };
-        let (one, other) = (to_world(&part), to_world(&stock));
-        let only = |a: &[usize], b: &[usize]| a.iter().filter(|link| !b.contains(link)).copied().collect::<Vec<_>>();
-        let links = [only(&one, &other), only(&other, &one)].concat();
-        let links = links.into_iter().filter(|&link| machine.links()[link].joint.is_some()).collect();
+        let links = machine.up_to_shared(part.link, stock.link).chain(machine.up_to_shared(stock.link, part.link));
+        let links = links.filter(|&link| machine.links()[link].joint.is_some()).collect();
         Self { links, part, stock }
     }
 
@@ -135,19 +131,8 @@ impl Chain {
     fn way(&self, machine: &Machine, position: &Position, change: &Position) -> f64 {
         let poses = machine.forward(position);
         let centre = poses.world_from(self.part.link) * self.part.link_from_mesh * self.part.centre;
-        let of = |&link: &usize| {
-            let joint = machine.links()[link].joint.as_ref()?;
-            let step = joint.value(change).abs();
-            Some(match joint.motion {
-                Motion::Prismatic { .. } => step,
-                Motion::Rotary { direction, point } => {
-                    let world_from_link = &poses.0[link];
-                    let from_axis: Vector = centre - world_from_link * point;
-                    step * (world_from_link * direction.into_inner()).cross(&from_axis).norm()
-                }
-            })
-        };
-        self.links.iter().filter_map(of).sum()
+        let levers = self.links.iter().filter_map(|&link| machine.lever(link, &poses, &centre, change));
+        levers.map(|(step, distance)| distance.map_or(step, |distance| step * distance)).sum()
     }
 }
 

@@ -29,12 +29,7 @@ impl Bounds {
     #[inline(always)]
     pub fn overlap(&self, other: &Self) -> bool {
         // `&` instead of `&&`: one branch, not six.
-        (self.low.x <= other.high.x)
-            & (other.low.x <= self.high.x)
-            & (self.low.y <= other.high.y)
-            & (other.low.y <= self.high.y)
-            & (self.low.z <= other.high.z)
-            & (other.low.z <= self.high.z)
+        self.overlap_in_xy(other) & (self.low.z <= other.high.z) & (other.low.z <= self.high.z)
     }
 
     /// Whether the projections of the boxes to the xy plane share a point. Exact.

@@ -1,6 +1,7 @@
 //! The document: data and scripts in one text that needs nothing else.
 
 use super::ViewData;
+use crate::report::escaped;
 
 /// The viewer's style, all of it below `.bv-view`.
 const STYLE: &str = include_str!("page/view.css");
@@ -48,11 +49,6 @@ fn viewer(data: &ViewData, class: &str) -> String {
         "<div class=\"{class}\">\n<style>\n{STYLE}</style>\n<script type=\"application/json\">{data}</script>\n\
          <script>\n(() => {{\n\"use strict\";\n{scripts}\nstart(document.currentScript);\n}})();\n</script>\n</div>\n"
     )
-}
-
-/// Text for HTML.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

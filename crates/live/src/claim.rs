@@ -28,16 +28,9 @@ fn of_run(row: &SoakRow) -> ClaimRow {
         _ => Verdict::Undecided,
     };
     let ms = |ns: u64| ns as f64 / 1e6;
-    let none = || "-".to_owned();
     ClaimRow {
-        claim: CLAIM.to_owned(),
-        role: "exploratory".to_owned(),
-        reading: none(),
         scene: row.scene.clone(),
         workload: "live".to_owned(),
-        stratum: none(),
-        verdict: verdict.id().to_owned(),
-        effect: none(),
         measure: format!(
             "share of verdicts by {} later than {} ms, cycle {} ms",
             row.variant,
@@ -45,11 +38,6 @@ fn of_run(row: &SoakRow) -> ClaimRow {
             ms(row.cycle_ns)
         ),
         value: share,
-        low: None,
-        high: None,
-        p_holm: None,
-        missed: None,
-        baseline_missed: None,
         note: format!(
             "{verdicts} verdicts about {} samples in {:.1} min, {} late, 99.9 % within {:.1} ms; a simulated control on the computer of the run",
             row.samples,
@@ -57,6 +45,7 @@ fn of_run(row: &SoakRow) -> ClaimRow {
             row.late,
             ms(row.p999_ns)
         ),
+        ..ClaimRow::blank(CLAIM, verdict.id())
     }
 }
 

@@ -356,10 +356,7 @@ impl Server {
             builder = builder.with_node_manager(manager_of(uri, "names"));
         }
         let pki = options.pki.as_ref().unwrap_or(&config.security.pki);
-        let keep_private = || {
-            let kept = if config.security.creates_certificate { opc::keep_private(pki) } else { Ok(()) };
-            kept.with_context(|| format!("cannot protect the private key in {}", pki.display()))
-        };
+        let keep_private = || opc::keep_private(&config.security, pki).map_err(anyhow::Error::msg);
         keep_private()?;
         let (server, handle) = builder.build().map_err(|error| anyhow!("the server cannot start: {error}"))?;
         keep_private()?;

@@ -77,7 +77,7 @@ struct WatchOptions {
     #[arg(long)]
     pki: Option<PathBuf>,
     /// Seconds after which the watch ends; without it, at Ctrl-C
-    #[arg(long = "for", value_parser = seconds)]
+    #[arg(long = "for", value_parser = between(YEAR_S, "s"))]
     seconds: Option<f64>,
 }
 
@@ -105,22 +105,22 @@ struct ControlOptions {
     #[arg(long, default_value_t = 5)]
     late_cycles: u32,
     /// Largest error of a position that is shown, in the unit of its node
-    #[arg(long, default_value_t = 0.0, value_parser = jitter)]
+    #[arg(long, default_value_t = 0.0, value_parser = between(1e6, "units of the node"))]
     jitter: f64,
     /// Seed of what is dropped, late and wrong
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Seconds of motion after which the server goes down and comes back; 0 for never
-    #[arg(long, default_value_t = 0.0, value_parser = seconds)]
+    #[arg(long, default_value_t = 0.0, value_parser = between(YEAR_S, "s"))]
     restart_every: f64,
     /// Seconds that it stays down
-    #[arg(long, default_value_t = 0.5, value_parser = seconds)]
+    #[arg(long, default_value_t = 0.5, value_parser = between(YEAR_S, "s"))]
     down: f64,
     /// Go back the way it came when the program is over, and forth again, until Ctrl-C
     #[arg(long)]
     repeat: bool,
     /// Seconds that the control's clock waits for a verdict that is nearly too old, for slow computers
-    #[arg(long, default_value_t = 0.0, value_parser = patience)]
+    #[arg(long, default_value_t = 0.0, value_parser = between(3600.0, "s"))]
     patience: f64,
     /// Folder of certificates, instead of that of the configuration
     #[arg(long)]
@@ -155,10 +155,10 @@ struct LatencyOptions {
     #[arg(long, default_value_t = 200)]
     cold: usize,
     /// Seconds per row of the judge alone, after which it has fewer samples
-    #[arg(long, default_value_t = 4.0, value_parser = patience)]
+    #[arg(long, default_value_t = 4.0, value_parser = between(3600.0, "s"))]
     judge_s: f64,
     /// Seconds per row over the network; 0 to leave it out
-    #[arg(long, default_value_t = 3.0, value_parser = patience)]
+    #[arg(long, default_value_t = 3.0, value_parser = between(3600.0, "s"))]
     network_s: f64,
 }
 
@@ -189,7 +189,7 @@ struct SoakOptions {
     #[arg(long)]
     variant: Option<String>,
     /// Minutes that the program is played, to and fro
-    #[arg(long, default_value_t = 0.0, value_parser = minutes)]
+    #[arg(long, default_value_t = 0.0, value_parser = between(24.0 * 60.0, "minutes"))]
     minutes: f64,
     /// Collisions to plant
     #[arg(long, default_value_t = 0)]
@@ -198,7 +198,7 @@ struct SoakOptions {
     #[arg(long, default_value_t = 0)]
     kills: u32,
     /// Delay of the network each way, ms
-    #[arg(long, default_value_t = 0.0, value_parser = delay)]
+    #[arg(long, default_value_t = 0.0, value_parser = between(10_000.0, "ms"))]
     delay_ms: f64,
     /// Share of what is sent that is lost and sent again after 0.2 s, 0 to 1
     #[arg(long, default_value_t = 0.0, value_parser = share)]
@@ -208,6 +208,9 @@ struct SoakOptions {
     seed: u64,
 }
 
+/// Longest time that may be asked for, s.
+const YEAR_S: f64 = 365.0 * 86_400.0;
+
 /// The five volumes of the paper.
 const PAPER: [&str; 5] = ["sphere-ritter", "aabb", "dop-8", "obb-vertex", "obb-area"];
 
@@ -216,30 +219,13 @@ fn share(text: &str) -> Result<f64, String> {
     if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(format!("{value} is not between 0 and 1")) }
 }
 
-fn patience(text: &str) -> Result<f64, String> {
-    between(text, 3600.0, "s")
-}
-
-/// Up to a year.
-fn seconds(text: &str) -> Result<f64, String> {
-    between(text, 365.0 * 86_400.0, "s")
-}
-
-fn jitter(text: &str) -> Result<f64, String> {
-    between(text, 1e6, "units of the node")
-}
-
-fn minutes(text: &str) -> Result<f64, String> {
-    between(text, 24.0 * 60.0, "minutes")
-}
-
-fn delay(text: &str) -> Result<f64, String> {
-    between(text, 10_000.0, "ms")
-}
-
-fn between(text: &str, most: f64, unit: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
-    if (0.0..=most).contains(&value) { Ok(value) } else { Err(format!("{value} {unit} are not between 0 and {most}")) }
+/// Reads a number from 0 to `most`, which is of a unit.
+fn between(most: f64, unit: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+    move |text| {
+        let value: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+        let is_within = (0.0..=most).contains(&value);
+        if is_within { Ok(value) } else { Err(format!("{value} {unit} are not between 0 and {most}")) }
+    }
 }
 
 fn main() -> ExitCode {

@@ -38,13 +38,18 @@ pub(crate) fn identity(security: &Security) -> Result<IdentityToken, String> {
     }
 }
 
-/// Lets nobody else read the private key in a folder of certificates, before and after the library makes one: it makes it as the process
-/// makes any file.
+/// Lets nobody else read the private key in a folder of certificates, before and after the library makes one, if it does: it makes it as the
+/// process makes any file.
 ///
 /// # Errors
 /// When a permission cannot be set.
+pub(crate) fn keep_private(security: &Security, pki: &Path) -> Result<(), String> {
+    let kept = if security.creates_certificate { keep_key_private(pki) } else { Ok(()) };
+    kept.map_err(|error| format!("cannot protect the private key in {}: {error}", pki.display()))
+}
+
 #[cfg(unix)]
-pub(crate) fn keep_private(pki: &Path) -> std::io::Result<()> {
+fn keep_key_private(pki: &Path) -> std::io::Result<()> {
     use std::fs;
     use std::os::unix::fs::{DirBuilderExt as _, PermissionsExt as _};
     let folder = pki.join("private");
@@ -57,7 +62,7 @@ pub(crate) fn keep_private(pki: &Path) -> std::io::Result<()> {
 
 /// Files have no mode here.
 #[cfg(not(unix))]
-pub(crate) fn keep_private(_pki: &Path) -> std::io::Result<()> {
+fn keep_key_private(_pki: &Path) -> std::io::Result<()> {
     Ok(())
 }
 

@@ -375,9 +375,7 @@ impl Soak<'_> {
         let plan = Plan::new(self.scene, &run, &dynamics, self.config.cycle_s)?;
         let contact_s = exact.first_contact_s(&plan).context("the planted program does not touch")?;
         let kill = kill.map(|side| (side, Duration::from_secs_f64(random.random::<f64>() * contact_s)));
-        let Played { killed, stands } = play(&stage, &program, kill)?;
-        let collision = Collision { contact_s, killed, stands };
-        let tail = collision.judge(&stage)?;
+        let tail = play(&stage, &program, kill)?.judge(&stage, contact_s)?;
         let network = &self.settings.network;
         Ok(PlantedRow {
             scene: self.scene.name.clone(),
@@ -464,13 +462,6 @@ struct Killed {
     at_ns: i64,
 }
 
-/// A collision that was played.
-struct Collision {
-    contact_s: f64,
-    killed: Option<Killed>,
-    stands: bool,
-}
-
 /// How a collision ended.
 struct Tail {
     end: &'static str,
@@ -481,8 +472,8 @@ struct Tail {
     back_ns: u64,
 }
 
-impl Collision {
-    fn judge(&self, stage: &Stage) -> Result<Tail> {
+impl Played {
+    fn judge(&self, stage: &Stage, contact_s: f64) -> Result<Tail> {
         let lives = |name: &'static str| (0..2).map(move |life| format!("{name}-{life}.csv"));
         let mut trace: Vec<Cycle> = Vec::new();
         let mut last_life = 0;
@@ -496,8 +487,8 @@ impl Collision {
         }
         let reach: HashMap<i64, f64> = trace.iter().map(|cycle| (cycle.source_ns, cycle.reach_s)).collect();
         let is_wrong =
-            |row: &&Judged| !row.holds && reach.get(&row.source_ns).is_some_and(|&reach_s| reach_s >= self.contact_s);
-        let touched = trace.iter().any(|cycle| cycle.time_s >= self.contact_s);
+            |row: &&Judged| !row.holds && reach.get(&row.source_ns).is_some_and(|&reach_s| reach_s >= contact_s);
+        let touched = trace.iter().any(|cycle| cycle.time_s >= contact_s);
         let held = log.iter().any(|row| row.fault == "contact");
         let own = &trace[last_life..];
         let last = own.iter().rposition(|cycle| cycle.permitted);

@@ -117,11 +117,7 @@ fn client(config: &Config, settings: &Settings) -> Result<Client, String> {
     let security = &config.security;
     let pki = settings.pki.clone().unwrap_or_else(|| security.pki.clone());
     let secure = security.mode != Mode::None;
-    let keep_private = || {
-        let kept = if security.creates_certificate { opc::keep_private(&pki) } else { Ok(()) };
-        kept.map_err(|error| format!("cannot protect the private key in {}: {error}", pki.display()))
-    };
-    keep_private()?;
+    opc::keep_private(security, &pki)?;
     let client = ClientBuilder::new()
         .application_name("bvbench watch")
         .application_uri(APPLICATION)
@@ -136,7 +132,7 @@ fn client(config: &Config, settings: &Settings) -> Result<Client, String> {
         .request_timeout(Duration::from_secs_f64(config.stale_s.max(1.0)))
         .client()
         .map_err(|errors| format!("the client cannot be set up: {}", errors.join("; ")))?;
-    keep_private()?;
+    opc::keep_private(security, &pki)?;
     Ok(client)
 }
 

@@ -8,7 +8,7 @@ use crate::analysis::stats::{self, Interval};
 use crate::analysis::table::Scene;
 use crate::analysis::totals::{Estimate, Totals};
 use crate::record::rows::CaseKey;
-use crate::record::{NULL_VARIANT, PROGRAM_TIME, Stratum};
+use crate::record::{ClaimRow, NULL_VARIANT, PROGRAM_TIME, Stratum};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -309,16 +309,9 @@ pub(super) fn of_misses(scene: &SceneMatch, before: &Side, after: &Side, compari
 
 /// Compares verdicts on the same claim, reading, scene and stratum.
 pub(super) fn of_verdicts(before: &Side, after: &Side, comparison: &mut Comparison) {
-    let key = |row: &crate::record::ClaimRow| {
-        (
-            row.claim.clone(),
-            row.role.clone(),
-            row.reading.clone(),
-            row.scene.clone(),
-            row.workload.clone(),
-            row.stratum.clone(),
-        )
-    };
+    fn key(row: &ClaimRow) -> [&str; 6] {
+        [&row.claim, &row.role, &row.reading, &row.scene, &row.workload, &row.stratum]
+    }
     let old: BTreeMap<_, &str> = before.claims.iter().map(|row| (key(row), row.verdict.as_str())).collect();
     for row in &after.claims {
         let Some(&verdict) = old.get(&key(row)) else { continue };

@@ -7,10 +7,8 @@
 
 use super::{ALL, Candidate, Claim, ClaimRow, Expectation, PROGRAM_TIME, Test, TestKind, Verdict, not_judged};
 
-/// Role of the row that answers a sentence.
+/// Role of the row that answers a sentence; all others are `exploratory`.
 pub const PRIMARY: &str = "primary";
-/// Role of every other row.
-pub const EXPLORATORY: &str = "exploratory";
 /// A primary row with a larger p, after the correction, is undecided.
 const LEVEL: f64 = 0.05;
 

@@ -165,12 +165,6 @@ pub fn as_json(scene: &Scene, outcome: &Outcome, left: &[Left]) -> Value {
 }
 
 fn write_stl(file: &Path, mesh: &Mesh) -> Result<()> {
-    let single = |x: [f64; 3]| stl_io::Vector::new(x.map(|x| x as f32));
-    let triangles = mesh.triangles().into_iter().map(|triangle| stl_io::Triangle {
-        normal: single(triangle.double_area_normal().try_normalize(0.0).unwrap_or_default().into()),
-        vertices: triangle.corners.map(|corner| single(corner.coords.into())),
-    });
-    let triangles: Vec<_> = triangles.collect();
-    let written = File::create(file).and_then(|file| stl_io::write_stl(&mut BufWriter::new(file), triangles.iter()));
+    let written = File::create(file).and_then(|file| import::write_stl(mesh, &mut BufWriter::new(file)));
     written.with_context(|| format!("cannot write {}", file.display()))
 }

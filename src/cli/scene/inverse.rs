@@ -1,5 +1,6 @@
 //! `scene inverse`: where the axes must be for the tool to have a direction.
 
+use super::super::subject::tip_control;
 use super::{say, table};
 use crate::geometry::{self, Vector};
 use crate::machine::Joint;
@@ -58,12 +59,7 @@ fn word(text: &str) -> Result<(Axis, f64), String> {
 pub fn run(options: &Options) -> Result<()> {
     let scene = Scene::find(&options.scene)?;
     let program = scene.program.as_ref();
-    let tip = program.and_then(|run| run.tip.as_ref()).with_context(|| {
-        format!(
-            "scene `{}` has no `[program.tool_centre_point]`, which says what carries tool and workpiece",
-            scene.name
-        )
-    })?;
+    let tip = tip_control(&scene)?;
     let direction = geometry::direction(Vector::from(options.direction)).context("the direction has no length")?;
     let mut from = program.map(|run| run.start).unwrap_or_default();
     options.from.iter().for_each(|&(axis, value)| from[axis] = value);
@@ -129,11 +125,8 @@ fn value(position: &Position, axis: Axis) -> f64 {
 
 fn print(scene: &Scene, placed: &[Placed], linear: bool) {
     let axes = shown(scene, linear);
-    let mut rows = table([""]);
-    let mut header = vec![String::new()];
-    header.extend(axes.iter().map(|axis| axis.letter().to_string()));
-    header.extend(["TRAVEL".to_owned(), "NOTE".to_owned()]);
-    rows.set_header(header);
+    let header = [String::new()].into_iter().chain(axes.iter().map(|axis| axis.letter().to_string()));
+    let mut rows = table(header.chain(["TRAVEL", "NOTE"].map(str::to_owned)));
     for (name, Placed { solution, position, forbidden }) in ["chosen", "other"].iter().zip(placed) {
         let mut row = vec![(*name).to_owned()];
         row.extend(axes.iter().map(|&axis| value(position, axis).to_string()));

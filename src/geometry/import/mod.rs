@@ -29,7 +29,7 @@ mod three_mf;
 mod tests;
 
 pub use error::{ImportError, Place};
-pub use stl::write as write_stl;
+pub use stl::{write as write_stl, write_triangles as write_stl_triangles};
 
 use super::{Mesh, Point};
 use serde::{Deserialize, Serialize};

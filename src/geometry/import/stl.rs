@@ -4,7 +4,7 @@
 //! begin binary files with `solid`. Text may hold several solids, which are merged into one mesh. A solid needs no name, and keywords may
 //! be in upper case. Normals are ignored, because the winding gives the same direction and is more often right.
 
-use super::super::{Mesh, Point};
+use super::super::{Mesh, Point, Triangle};
 use super::error::{ImportError, Place};
 use super::lines::Lines;
 use super::{MOST, Raw};
@@ -103,11 +103,19 @@ fn collect(
 /// # Errors
 /// Errors of the writer.
 pub fn write(mesh: &Mesh, to: &mut impl Write) -> std::io::Result<()> {
+    write_triangles(&mesh.triangles(), to)
+}
+
+/// Writes triangles, mm, as binary STL, in single precision.
+///
+/// # Errors
+/// Errors of the writer.
+pub fn write_triangles(triangles: &[Triangle], to: &mut impl Write) -> std::io::Result<()> {
     let single = |v: [f64; 3]| stl_io::Vector::new(v.map(|x| x as f32));
-    let triangle = |t: &super::super::Triangle| {
+    let triangle = |t: &Triangle| {
         let normal = t.double_area_normal().try_normalize(0.0).unwrap_or_default();
         stl_io::Triangle { normal: single(normal.into()), vertices: t.corners.map(|p| single(p.coords.into())) }
     };
-    let triangles: Vec<_> = mesh.triangles().iter().map(triangle).collect();
+    let triangles: Vec<_> = triangles.iter().map(triangle).collect();
     stl_io::write_stl(to, triangles.iter())
 }

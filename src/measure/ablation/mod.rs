@@ -278,17 +278,11 @@ fn request(asked: &Asked<'_>, budget: &AblationBudget) -> Request {
     Request {
         profile: asked.profile.to_string(),
         seed: asked.seed,
-        scenes: Vec::new(),
         variants: vec![asked.against.info.id.to_owned()],
-        policies: Vec::new(),
-        workloads: Vec::new(),
-        verify_poses: 0,
-        measure_poses: 0,
-        program_steps: 0,
         blocks: budget.rounds,
         launches: 1,
         binaries: 1,
-        cold_poses: 0,
+        ..Request::default()
     }
 }
 

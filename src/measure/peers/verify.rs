@@ -7,7 +7,7 @@ use crate::record::PeerAnswerRow;
 const MOST_TIME_OFF: f64 = 1e-3;
 
 /// How right an engine is on the poses of a scene. Grazing poses, where either answer is right, do not count.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
     /// The engine.
     pub engine: String,
@@ -66,15 +66,7 @@ fn verdict<'a>(
         Mode::Motion => MOST_TIME_OFF,
         _ => 0.0,
     };
-    let mut verdict = Verdict {
-        engine: engine.to_owned(),
-        poses: 0,
-        missed: 0,
-        invented: 0,
-        wrong_values: 0,
-        largest_error: None,
-        first_wrong: None,
-    };
+    let mut verdict = Verdict { engine: engine.to_owned(), ..Verdict::default() };
     for row in answers {
         verdict.poses += 1;
         let values = row.value.zip(row.true_value);

@@ -388,17 +388,13 @@ fn manifest(sweep: &Sweep, cases: &[Case], asked: &Asked, amount: Amount) -> Man
     let request = Request {
         profile: asked.profile.to_string(),
         seed: asked.seed,
-        scenes: Vec::new(),
         variants: cases.iter().map(|case| case.id.clone()).collect(),
-        policies: Vec::new(),
         workloads: vec![asked.density.map_or(sweep.name.to_owned(), |d| format!("{}, density to {d}", sweep.name))],
-        verify_poses: 0,
         measure_poses: amount.lines as u64,
-        program_steps: 0,
         blocks: amount.blocks,
         launches: 1,
         binaries: 1,
-        cold_poses: 0,
+        ..Request::default()
     };
     let is_about_arithmetics = sweep.quantity == Quantity::Precision;
     folder::begun(
