@@ -310,6 +310,8 @@ def primary_of(claim, findings, scenes):
         times = len(asked) if verdict == "refuted" else 1
         range_of = (min(f.p[0] for f in tied), deciding.p[1], max(f.p[2] for f in tied))
         corrected = tuple(min(1.0, times * value) for value in range_of)
+    if verdict != "refuted" and set(scenes) - {f.scene for f in asked}:
+        verdict, corrected = "undecided", corrected and (1.0, 1.0, 1.0)
     return replace(deciding, verdict=verdict, scene="+".join(f.scene for f in asked), p=corrected, tied=tuple(tied))
 
 

@@ -2,10 +2,11 @@
 //! bootstrap intervals.
 //!
 //! The response of a cell is the mean of its logarithms over the chunks of a stratum, then over strata, then over scenes, each weighted
-//! equally. An effect is therefore a factor on the geometric mean. A resample draws chunks within strata, and scenes when there are several
-//! (Owen 2007, as in [`super::stats`]). All cells share one draw, because all cells were measured at the same poses. Cells with unsafe
-//! boxes do less work because they miss contacts. Effects are therefore computed three ways: over the safe cells alone, over all cells, and
-//! over the cells of each safe centre rule.
+//! equally. An effect is therefore a factor on the geometric mean. A resample draws chunks within strata, and scenes when there are several.
+//! A stratum with a single chunk shows no spread: the strata of its scene are merged, as in [`super::totals`], and a single chunk has no
+//! interval. All cells share one draw, because all cells were measured at the same poses. Cells with unsafe boxes do less work because they
+//! miss contacts. Effects are therefore computed three ways: over the safe cells alone, over all cells, and over the cells of each safe centre
+//! rule.
 
 use super::factorial::{Decomposition, Design};
 use super::stats::{RESAMPLES, below, expansion, generator, median, quantile};
@@ -263,18 +264,41 @@ fn scene_sets(observations: &Observations) -> Vec<(String, Vec<&[Cluster]>)> {
     sets
 }
 
+/// The clusters of a scene by stratum, each with its weight in the mean response.
+type Strata<'a> = Vec<Vec<(f64, &'a Cluster)>>;
+
+/// The strata of each scene. Scenes weigh the same, and so do the groups of a scene and the clusters of a group. If a group has a single
+/// cluster, all groups of the scene are one stratum.
+fn strata<'a>(scenes: &[&'a [Cluster]]) -> Vec<Strata<'a>> {
+    let of_scene = |scene: &&'a [Cluster]| {
+        let mut groups: BTreeMap<&str, Vec<&'a Cluster>> = BTreeMap::new();
+        for cluster in *scene {
+            groups.entry(&cluster.group).or_default().push(cluster);
+        }
+        let count = scenes.len() * groups.len();
+        let weighted = |members: Vec<&'a Cluster>| {
+            let weight = 1.0 / (count * members.len()) as f64;
+            members.into_iter().map(|cluster| (weight, cluster)).collect::<Vec<_>>()
+        };
+        let strata: Strata<'a> = groups.into_values().map(weighted).collect();
+        if strata.iter().any(|clusters| clusters.len() < 2) { vec![strata.concat()] } else { strata }
+    };
+    scenes.iter().map(of_scene).collect()
+}
+
 /// The mean response of each cell: over clusters, then groups, then scenes. `draw` selects the items of a resample; its argument is the
 /// number of items.
-fn mean_response(scenes: &[&[Cluster]], cells: usize, mut draw: impl FnMut(usize) -> Vec<usize>) -> Vec<f64> {
+fn mean_response(scenes: &[Strata<'_>], cells: usize, mut draw: impl FnMut(usize) -> Vec<usize>) -> Vec<f64> {
+    let weight = |clusters: &[(f64, &Cluster)]| clusters.iter().map(|(weight, _)| weight).sum::<f64>();
     let mut mean = vec![0.0; cells];
-    for scene in draw(scenes.len()).into_iter().map(|scene| scenes[scene]) {
-        let groups: BTreeSet<&str> = scene.iter().map(|cluster| cluster.group.as_str()).collect();
-        for group in &groups {
-            let members: Vec<&Cluster> = scene.iter().filter(|cluster| cluster.group == **group).collect();
-            let weight = 1.0 / (scenes.len() * groups.len() * members.len()) as f64;
-            for cluster in draw(members.len()).into_iter().map(|member| members[member]) {
+    for scene in draw(scenes.len()) {
+        for stratum in &scenes[scene] {
+            let drawn: Vec<(f64, &Cluster)> = draw(stratum.len()).into_iter().map(|place| stratum[place]).collect();
+            // The clusters of merged groups weigh differently.
+            let scale = weight(stratum) / weight(&drawn);
+            for (weight, cluster) in drawn {
                 for (sum, value) in mean.iter_mut().zip(&cluster.values) {
-                    *sum += weight * value;
+                    *sum += weight * scale * value;
                 }
             }
         }
@@ -282,14 +306,12 @@ fn mean_response(scenes: &[&[Cluster]], cells: usize, mut draw: impl FnMut(usize
     mean
 }
 
-/// Degrees of freedom of the resampling: by scenes when there are several, otherwise by the chunks of each stratum.
-fn freedom(scenes: &[&[Cluster]]) -> f64 {
-    if scenes.len() > 1 {
-        return scenes.len() as f64 - 1.0;
+/// Degrees of freedom of the resampling: by scenes when there are several, otherwise by the clusters of each stratum.
+fn freedom(scenes: &[Strata<'_>]) -> f64 {
+    match scenes {
+        [strata] => strata.iter().map(|clusters| clusters.len() as f64 - 1.0).sum(),
+        scenes => scenes.len() as f64 - 1.0,
     }
-    let clusters = scenes.iter().map(|scene| scene.len()).sum::<usize>();
-    let groups = scenes.iter().flat_map(|scene| scene.iter()).map(|cluster| &cluster.group).collect::<BTreeSet<_>>();
-    (clusters - groups.len()) as f64
 }
 
 /// Adds the effects and shares of one response over some scenes.
@@ -301,20 +323,20 @@ fn tell(
     (name, scenes): &(String, Vec<&[Cluster]>),
     seed: u64,
 ) {
-    let design = levels.design();
+    let (design, scenes) = (levels.design(), strata(scenes));
     let flat = |d: Decomposition| d.effects.concat().into_iter().chain(d.shares).collect::<Vec<f64>>();
-    let found = flat(design.decompose(&mean_response(scenes, design.cells(), |n| (0..n).collect())));
+    let found = flat(design.decompose(&mean_response(&scenes, design.cells(), |n| (0..n).collect())));
     let mut generator = generator(seed, &format!("audit {cells} {response} {name}"));
     let mut draws = vec![Vec::with_capacity(RESAMPLES); found.len()];
     for _ in 0..RESAMPLES {
         let draw = |n: usize| (0..n).map(|_| below(&mut generator, n)).collect();
-        let resample = flat(design.decompose(&mean_response(scenes, design.cells(), draw)));
+        let resample = flat(design.decompose(&mean_response(&scenes, design.cells(), draw)));
         for (draws, value) in draws.iter_mut().zip(resample) {
             draws.push(value);
         }
     }
     draws.iter_mut().for_each(|draws| draws.sort_unstable_by(f64::total_cmp));
-    let expansion = expansion(freedom(scenes));
+    let expansion = expansion(freedom(&scenes));
     let mut numbers = found.iter().zip(&draws).map(|(&value, draws)| {
         let end = |q: f64| value + (quantile(draws, q) - value) * expansion;
         [value, end(0.025), end(0.975)]
@@ -330,7 +352,8 @@ fn tell(
         }
     }
     for term in terms.iter().map(|term| term_name(&term.factors)).chain([REST.to_owned()]) {
-        let Some([share, low, high]) = numbers.next().map(|[share, low, high]| [share, low.max(0.0), high.min(1.0)])
+        let Some([share, low, high]) =
+            numbers.next().map(|[share, low, high]| [share, low.clamp(0.0, 1.0), high.clamp(0.0, 1.0)])
         else {
             return;
         };
@@ -364,7 +387,7 @@ fn cell_rows(
         let means = observed.each_ref().map(|observations| {
             let scenes: Vec<&[Cluster]> =
                 observations.iter().filter(|(name, _)| of_scene(name)).map(|(_, c)| c.as_slice()).collect();
-            (!scenes.is_empty()).then(|| mean_response(&scenes, size, |n| (0..n).collect()))
+            (!scenes.is_empty()).then(|| mean_response(&strata(&scenes), size, |n| (0..n).collect()))
         });
         let mut facts = vec![(0, 0, 0.0, 0_u32, 0.0_f64); size];
         for row in raw.counts.iter().filter(|row| of_scene(&row.scene)) {

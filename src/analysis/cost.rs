@@ -5,9 +5,10 @@
 //! the counts from here. Costs are fitted to the timed chunks by least squares over relative errors, none of them below 0 (Lawson and
 //! Hanson 1974; here all seven sets of free costs are tried).
 
-use super::AnalysisError;
 use super::stats::{mean, median, quantile, weighted_quantile};
+use super::summary::Cell;
 use super::table::{Query, Scene};
+use super::{AnalysisError, ranking_workload};
 use crate::record::rows::CaseKey;
 use crate::record::{
     CONTROL_WORKLOAD, CostChunkRow, CostRow, DeadlineRow, Kind, Manifest, NULL_VARIANT, RepayRow, Stratum, write_rows,
@@ -249,7 +250,7 @@ fn repay(name: &str, scene: &Scene, manifest: &Manifest) -> Vec<RepayRow> {
     facts.iter().map(row).collect()
 }
 
-/// Mean time of a query in the scene's programs, ns; without programs, in its first workload.
+/// Mean time of a query in the scene's programs, ns; without programs, in the workload by which the scene is ranked.
 fn mean_query(scene: &Scene, case: &CaseKey) -> Option<f64> {
     let programs = scene.chunks.values().filter(|chunk| chunk.is_program());
     let queries: u32 = programs.map(|chunk| chunk.poses).sum();
@@ -257,7 +258,8 @@ fn mean_query(scene: &Scene, case: &CaseKey) -> Option<f64> {
         let totals = scene.program_totals(case, None)?;
         return Some(mean(&totals) / f64::from(queries));
     }
-    let cell = scene.cells().into_iter().find(|cell| cell.workload != CONTROL_WORKLOAD && cell.stratum.is_none())?;
+    let workloads = scene.workloads().into_iter().filter(|workload| *workload != CONTROL_WORKLOAD);
+    let cell = Cell { workload: ranking_workload(workloads)?, stratum: None };
     Some(scene.mean_time(case, cell, 0)?.interval.value)
 }
 

@@ -1,7 +1,7 @@
 //! How costs grow with the size of the meshes: the exponent of a power law over the sweep of mesh size.
 //!
 //! Every group of lines in a stratum gives one slope, by least squares over the logarithms; for builds, every block gives one. The exponent
-//! is the mean of the slopes, with a bootstrap interval over them.
+//! is the mean of the slopes, with a bootstrap interval over them; a single slope has none.
 
 use super::AnalysisError;
 use super::stats::bootstrap_mean;

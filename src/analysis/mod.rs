@@ -19,6 +19,7 @@ pub mod sweep;
 pub mod table;
 pub mod totals;
 pub mod variance;
+pub mod words;
 
 use self::misses::Misses;
 use crate::record::{

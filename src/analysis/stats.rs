@@ -3,16 +3,9 @@
 //! - Wilson's score interval (Wilson 1927, Journal of the American Statistical Association 22) for rates.
 //! - The rule of three for rates with no observed event: 0 of n is at most 3/n with 95 % confidence.
 //! - Sample quantiles of type 7 (Hyndman and Fan 1996, The American Statistician 50).
-//! - A percentile bootstrap of a mean over cells that are crossed by launch and cluster (Owen 2007, Annals of Applied Statistics 1, the
-//!   "pigeonhole" bootstrap). The clusters are the same poses in every launch, so a resample draws the clusters once for all its launches.
-//!   Drawing them anew inside each launch would treat the same poses as fresh evidence and make the interval too narrow.
-//! - Few clusters: the spread of resamples of n clusters is too small by the factor √((n - 1)/n), and is itself uncertain. Each resample's
-//!   deviation is therefore multiplied by √(n/(n - 1)), and the interval by Student's t over the normal quantile, as in the expanded
-//!   percentile interval (Hesterberg 2015, The American Statistician 69, section 4.3). Over several groups the degrees of freedom are the
-//!   number of clusters minus the number of groups, as is usual for stratified samples (Korn and Graubard 1999, Analysis of Health Surveys,
-//!   section 2.4).
-//! - A group with a single cluster shows no spread. If there is one, the mean of each group counts as one cluster of a single group, which
-//!   includes the differences between groups in the spread ("collapsed strata", Cochran 1977, Sampling Techniques, section 5A.12).
+//! - A percentile bootstrap of a mean. The spread of resamples of n values is too small by the factor √((n - 1)/n), and is itself uncertain.
+//!   Deviations are therefore multiplied by √(n/(n - 1)), and by Student's t over the normal quantile, as in the expanded percentile interval
+//!   (Hesterberg 2015, The American Statistician 69, section 4.3). Ratios of totals over clusters and launches are in [`super::totals`].
 
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
@@ -190,15 +183,11 @@ pub fn equal_lines(lines: &[(u64, u64)]) -> f64 {
     if squares > 0.0 { sum * sum / squares } else { 0.0 }
 }
 
-/// Factor on the deviations of resamples that corrects for few clusters, by their degrees of freedom. 1 for zero degrees of freedom,
-/// because then nothing was drawn.
+/// Factor on the deviations of resamples that corrects for few clusters, by their degrees of freedom: √(n/(n - 1)) for n clusters, because
+/// drawing them from themselves loses spread, times Student's t over the normal quantile. NaN without degrees of freedom, because a single
+/// cluster shows no spread.
 pub(super) fn expansion(freedom: f64) -> f64 {
-    if freedom > 0.0 { lengthening(freedom) * t_95(freedom) / Z_95 } else { 1.0 }
-}
-
-/// Factor that restores the spread lost by drawing n clusters from themselves: √(n/(n - 1)), for n - 1 degrees of freedom.
-fn lengthening(freedom: f64) -> f64 {
-    if freedom > 0.0 { ((freedom + 1.0) / freedom).sqrt() } else { 1.0 }
+    if freedom > 0.0 { ((freedom + 1.0) / freedom).sqrt() * t_95(freedom) / Z_95 } else { f64::NAN }
 }
 
 /// A random generator fixed by the run's seed and a purpose, so that its stream does not depend on other analyses.
@@ -213,130 +202,21 @@ pub(super) fn below(generator: &mut Pcg64, n: usize) -> usize {
     ((u64::from(generator.next_u32()) * n as u64) >> 32) as usize
 }
 
-/// The observations of one stratum, added up in cells: clusters by launches.
-#[derive(Clone, Debug, Default)]
-pub struct Group {
-    launches: usize,
-    /// Sum and number of observations, at index `cluster * launches + launch`.
-    cells: Vec<(f64, f64)>,
-}
-
-impl Group {
-    /// A group of empty cells.
-    pub fn new(launches: usize, clusters: usize) -> Self {
-        Self { launches, cells: vec![(0.0, 0.0); launches * clusters] }
-    }
-
-    /// Adds an observation.
-    pub fn add(&mut self, launch: usize, cluster: usize, value: f64) {
-        let cell = &mut self.cells[cluster * self.launches + launch];
-        cell.0 += value;
-        cell.1 += 1.0;
-    }
-
-    /// Number of clusters.
-    pub fn clusters(&self) -> usize {
-        self.cells.len().checked_div(self.launches).unwrap_or(0)
-    }
-
-    /// Number of observations.
-    pub fn observations(&self) -> u64 {
-        self.cells.iter().map(|cell| cell.1).sum::<f64>() as u64
-    }
-
-    /// The mean of all observations; NaN without observations.
-    pub fn mean(&self) -> f64 {
-        let (sum, count) = self.cells.iter().fold((0.0, 0.0), |(s, n), cell| (s + cell.0, n + cell.1));
-        sum / count
-    }
-
-    /// Degrees of freedom of the mean: the number of clusters minus one.
-    fn freedom(&self) -> f64 {
-        (self.clusters() as f64 - 1.0).max(0.0)
-    }
-
-    /// The mean of one resample, given how often each launch was drawn; NaN when only empty cells were drawn.
-    fn resample(&self, generator: &mut Pcg64, multiplicity: &[f64]) -> f64 {
-        let clusters = self.clusters();
-        let (mut sum, mut count) = (0.0, 0.0);
-        for _ in 0..clusters {
-            let first = below(generator, clusters) * self.launches;
-            for (cell, times) in self.cells[first..first + self.launches].iter().zip(multiplicity) {
-                sum += times * cell.0;
-                count += times * cell.1;
-            }
-        }
-        sum / count
-    }
-}
-
-/// The mean of each group and the mean of the groups' means (every group weighted equally), with percentile intervals from [`RESAMPLES`]
-/// resamples of launches and clusters, expanded for few clusters. `purpose` names the use: the same purpose and shape give the same draws.
-/// All groups must have `launches` launches and at least one cluster.
-pub fn bootstrap(groups: &[Group], launches: usize, seed: u64, purpose: &str) -> (Vec<Interval>, Interval) {
-    let (each, all) = resampled(groups, launches, seed, purpose);
-    if groups.len() < 2 || groups.iter().all(|group| group.clusters() > 1) {
-        return (each, all);
-    }
-    (each, resampled(&[collapsed(groups, launches)], launches, seed, purpose).1)
-}
-
-/// One group in which each of `groups` is a cluster, represented by its mean in each launch.
-fn collapsed(groups: &[Group], launches: usize) -> Group {
-    let mut one = Group::new(launches, groups.len());
-    for (cluster, group) in groups.iter().enumerate() {
-        for launch in 0..launches {
-            let cells = group.cells.iter().skip(launch).step_by(launches);
-            let (sum, count) = cells.fold((0.0, 0.0), |(sum, count), cell| (sum + cell.0, count + cell.1));
-            if count > 0.0 {
-                one.add(launch, cluster, sum / count);
-            }
-        }
-    }
-    one
-}
-
-/// The result of [`bootstrap`] when every group has at least two clusters.
-fn resampled(groups: &[Group], launches: usize, seed: u64, purpose: &str) -> (Vec<Interval>, Interval) {
-    let freedoms: Vec<f64> = groups.iter().map(Group::freedom).collect();
-    let means: Vec<f64> = groups.iter().map(Group::mean).collect();
-    let mut generator = generator(seed, purpose);
-    let mut draws: Vec<Vec<f64>> = vec![Vec::with_capacity(RESAMPLES); groups.len() + 1];
-    let mut multiplicity = vec![0.0; launches];
-    for _ in 0..RESAMPLES {
-        multiplicity.fill(0.0);
-        for _ in 0..launches {
-            multiplicity[below(&mut generator, launches)] += 1.0;
-        }
-        let mut total = 0.0;
-        for ((group, draws), (mean, freedom)) in groups.iter().zip(&mut draws).zip(means.iter().zip(&freedoms)) {
-            let mean = mean + (group.resample(&mut generator, &multiplicity) - mean) * lengthening(*freedom);
-            total += mean;
-            draws.push(mean);
-        }
-        draws[groups.len()].push(total / groups.len() as f64);
-    }
-    let interval = |value: f64, freedom: f64, draws: &mut Vec<f64>| {
-        draws.retain(|mean| mean.is_finite());
-        draws.sort_unstable_by(f64::total_cmp);
-        // A single cluster shows what differs between launches, and nothing else.
-        let wider = if freedom > 0.0 { t_95(freedom) / Z_95 } else { 1.0 };
-        let expanded = |end: f64| value + (end - value) * wider;
-        Interval { value, low: expanded(quantile(draws, 0.025)), high: expanded(quantile(draws, 0.975)) }
-    };
-    let all = means.iter().sum::<f64>() / groups.len() as f64;
-    let freedom = freedoms.iter().sum();
-    let all = interval(all, freedom, &mut draws[groups.len()]);
-    let each =
-        means.iter().zip(&freedoms).zip(&mut draws).map(|((mean, freedom), draws)| interval(*mean, *freedom, draws));
-    (each.collect(), all)
-}
-
-/// The mean of values, each a cluster of its own, with a percentile interval: [`bootstrap`] over one group in one launch.
+/// The mean of values, each a cluster of its own, with a percentile interval from [`RESAMPLES`] resamples, expanded for few values. A single
+/// value has no interval: its ends are NaN. `purpose` names the use: the same purpose and number of values give the same draws.
 pub fn bootstrap_mean(values: &[f64], seed: u64, purpose: &str) -> Interval {
-    let mut group = Group::new(1, values.len());
-    values.iter().enumerate().for_each(|(i, value)| group.add(0, i, *value));
-    bootstrap(&[group], 1, seed, purpose).1
+    let value = mean(values);
+    let mut generator = generator(seed, purpose);
+    let deviation = |_| {
+        // The draw of the only launch, which keeps the draws of committed intervals.
+        below(&mut generator, 1);
+        let drawn = values.iter().map(|_| values[below(&mut generator, values.len())]);
+        drawn.sum::<f64>() / values.len() as f64 - value
+    };
+    let mut deviations: Vec<f64> = (0..RESAMPLES).map(deviation).collect();
+    deviations.sort_unstable_by(f64::total_cmp);
+    let end = |q: f64| value + quantile(&deviations, q) * expansion(values.len() as f64 - 1.0);
+    Interval { value, low: end(0.025), high: end(0.975) }
 }
 
 #[cfg(test)]
@@ -380,48 +260,38 @@ mod tests {
         assert_eq!([0.25, 0.5, 0.51, 1.0].map(|q| weighted_quantile(&weighted, q)), [1.0, 2.0, 3.0, 3.0]);
     }
 
-    /// One launch, clusters 0, 1, ..., n-1: the mean's standard error under resampling is √((n² - 1) / 12 / n), and the
-    /// percentile interval is close to the normal one.
+    /// The numbers 0, 1, ..., n-1: the mean's standard error under resampling is √((n² - 1) / 12 / n), and the percentile interval is close to
+    /// the normal one.
     #[test]
     fn bootstrap_of_a_mean_has_the_textbook_width() {
-        let n = 100;
-        let mut group = Group::new(1, n);
-        (0..n).for_each(|i| group.add(0, i, i as f64));
-        let (each, all) = bootstrap(&[group], 1, 7, "test");
-        let error = ((n as f64).powi(2) / 12.0 / n as f64).sqrt();
-        close(all.value, 49.5, 1e-12);
+        let n = 100.0_f64;
+        let values: Vec<f64> = (0..100).map(f64::from).collect();
+        let mean = bootstrap_mean(&values, 7, "test");
+        let error = (n.powi(2) / 12.0 / n).sqrt();
+        close(mean.value, 49.5, 1e-12);
         // The ends are quantiles of 2000 draws: √(0.025 × 0.975 / 2000) / φ(1.96) = 0.06 standard errors uncertain; t at 99 is 1.984.
-        close(all.low, 49.5 - Z_95 * error, 0.2 * error);
-        close(all.high, 49.5 + Z_95 * error, 0.2 * error);
-        assert_eq!(each[0].value, all.value);
+        close(mean.low, 49.5 - Z_95 * error, 0.2 * error);
+        close(mean.high, 49.5 + Z_95 * error, 0.2 * error);
+        assert_eq!(bootstrap_mean(&[1.0; 3], 1, "test"), Interval::exact(1.0));
+        let single = bootstrap_mean(&[1.0], 1, "test");
+        assert!(single.value == 1.0 && single.low.is_nan() && single.high.is_nan(), "{single:?}");
     }
 
-    /// Strata of two and three chunks, as in a quick run, with unequal spreads. Over 400 samples with mean 0 the interval must miss 0 about
-    /// twenty times; unequal spreads add some ten. Without expansion it misses 60 to 90 times.
+    /// Few values, as in a quick sweep. Over 400 samples with mean 0 the interval must miss 0 about twenty times; without expansion it misses 60
+    /// to 90 times.
     #[test]
-    fn intervals_of_few_clusters_hold_what_they_promise() {
+    fn intervals_of_few_values_hold_what_they_promise() {
         let mut noise = generator(5, "noise");
         // Twelve uniform numbers less six: near enough to normal.
         let mut normal = || (0..12).map(|_| f64::from(noise.next_u32()) / 4_294_967_296.0).sum::<f64>() - 6.0;
-        let missed = |sizes: &[usize], normal: &mut dyn FnMut() -> f64| {
-            let misses = |sample: u64| {
-                let groups: Vec<Group> = sizes
-                    .iter()
-                    .zip(1..)
-                    .map(|(&clusters, scale)| {
-                        let mut group = Group::new(1, clusters);
-                        (0..clusters).for_each(|c| group.add(0, c, f64::from(scale) * normal()));
-                        group
-                    })
-                    .collect();
-                let (_, all) = bootstrap(&groups, 1, sample, "test");
-                usize::from(all.low > 0.0 || all.high < 0.0)
+        for count in [4, 5, 12] {
+            let mut misses = |sample: u64| {
+                let values: Vec<f64> = (0..count).map(|_| normal()).collect();
+                let mean = bootstrap_mean(&values, sample, "test");
+                usize::from(mean.low > 0.0 || mean.high < 0.0)
             };
-            (0..400).map(misses).sum::<usize>()
-        };
-        for sizes in [&[2, 3, 3, 3][..], &[5], &[1, 1, 1, 1], &[12, 12]] {
-            let missed = missed(sizes, &mut normal);
-            assert!((6..=44).contains(&missed), "{sizes:?}: {missed} of 400");
+            let missed = (0..400).map(&mut misses).sum::<usize>();
+            assert!((6..=44).contains(&missed), "{count} values: {missed} of 400");
         }
     }
 
@@ -478,57 +348,6 @@ mod tests {
         }
     }
 
-    /// A stratum of one cluster has no spread, so the means of the strata are used as clusters.
-    #[test]
-    fn groups_of_one_cluster_are_clusters_of_one_group() {
-        let groups = [1.0, 2.0, 3.0, 4.0].map(|value| {
-            let mut group = Group::new(1, 1);
-            group.add(0, 0, value);
-            group
-        });
-        let (each, all) = bootstrap(&groups, 1, 1, "test");
-        assert_eq!(each[0], Interval::exact(1.0));
-        assert_eq!(all.value, 2.5);
-        // t at 3 times the standard error √(5/3/4) is 2.05; the percentiles of four values are a little coarser.
-        close(all.high - 2.5, 2.05, 0.5);
-        close(2.5 - all.low, 2.05, 0.5);
-    }
-
-    /// More launches of the same clusters are no new evidence about other clusters, so the interval must not shrink. (Drawing the clusters
-    /// anew in each launch would halve it here.)
-    #[test]
-    fn launches_do_not_multiply_the_clusters() {
-        let width = |launches: usize| {
-            let mut group = Group::new(launches, 50);
-            (0..50).for_each(|c| (0..launches).for_each(|l| group.add(l, c, c as f64)));
-            let (_, all) = bootstrap(&[group], launches, 1, "test");
-            all.high - all.low
-        };
-        close(width(4) / width(1), 1.0, 0.1);
-    }
-
-    /// Differences between launches must widen the interval even when clusters agree.
-    #[test]
-    fn launches_are_resampled() {
-        let mut group = Group::new(2, 50);
-        (0..50).for_each(|c| (0..2).for_each(|l| group.add(l, c, l as f64)));
-        let (_, all) = bootstrap(&[group], 2, 1, "test");
-        // Student's t at 49 degrees is 1.0253 times the normal quantile; deviations of fifty clusters are lengthened by 1.0102.
-        assert_eq!(all.value, 0.5);
-        close(all.low, 0.5 - 0.5 * 1.0357, 1e-3);
-        close(all.high, 0.5 + 0.5 * 1.0357, 1e-3);
-    }
-
-    #[test]
-    fn groups_weigh_the_same_whatever_their_size() {
-        let (mut small, mut large) = (Group::new(1, 2), Group::new(1, 200));
-        (0..2).for_each(|c| small.add(0, c, 1.0));
-        (0..200).for_each(|c| large.add(0, c, 3.0));
-        let (each, all) = bootstrap(&[small, large], 1, 1, "test");
-        assert_eq!(each.iter().map(|i| i.value).collect::<Vec<_>>(), [1.0, 3.0]);
-        assert_eq!(all, Interval::exact(2.0));
-    }
-
     #[test]
     fn an_interval_that_is_not_known_is_not_printed_as_one() {
         assert_eq!(Interval { value: 1.0144, low: 0.99, high: 1.039 }.to_string(), "1.014 [0.990, 1.039]");
@@ -537,9 +356,8 @@ mod tests {
 
     #[test]
     fn the_draws_depend_on_seed_and_purpose_only() {
-        let mut group = Group::new(1, 30);
-        (0..30).for_each(|c| group.add(0, c, (c * c) as f64));
-        let run = |seed, purpose| bootstrap(&[group.clone()], 1, seed, purpose).1;
+        let values: Vec<f64> = (0..30).map(|i| f64::from(i * i)).collect();
+        let run = |seed, purpose| bootstrap_mean(&values, seed, purpose);
         assert_eq!(run(1, "a"), run(1, "a"));
         assert_ne!(run(1, "a"), run(2, "a"));
         assert_ne!(run(1, "a"), run(1, "b"));

@@ -1,8 +1,9 @@
-//! Analyses a sweep: the mean of every metric at every value of the swept quantity, with bootstrap intervals over the groups of lines.
+//! Analyses a sweep: the mean of every metric at every value of the swept quantity, with bootstrap intervals over the groups of lines. Rates of
+//! misses have the intervals of a run's, with groups of lines as lines.
 
 use super::AnalysisError;
 use super::growth::analyze_growth;
-use super::stats::{bootstrap_mean, median};
+use super::stats::{Interval, bootstrap_mean, clustered_rate, median};
 use crate::record::rows::CaseKey;
 use crate::record::{
     BuildRow, CaseRow, CountRow, FactorRow, Manifest, Row, Stratum, SweepSummaryRow, TimingRow, has_rows, read_rows,
@@ -23,6 +24,7 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
     let swept = Swept::read(folder)?;
     // For each metric and key the value of each group, which is a ratio of two sums.
     let mut values: BTreeMap<(usize, Key), Vec<f64>> = BTreeMap::new();
+    let mut contacts: BTreeMap<Key, Vec<(u64, u64)>> = BTreeMap::new();
     let mut order: Vec<Key> = Vec::new();
     for row in &swept.counts {
         let key = swept.key(row, &row.case)?;
@@ -34,7 +36,7 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
         add(0, row.volume_tests as f64 / queries);
         add(1, row.triangle_tests as f64 / queries);
         if row.touching > 0 {
-            add(3, row.missed as f64 / row.touching as f64);
+            contacts.entry(key.clone()).or_default().push((row.missed, row.touching));
         }
         let reported = row.touching - row.missed;
         if row.queries > row.poses && reported > 0 {
@@ -47,9 +49,11 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
     let mut found = Vec::new();
     for key in &order {
         for (metric, name) in METRICS.iter().enumerate() {
-            let Some(groups) = values.get(&(metric, key.clone())) else { continue };
-            let mean = bootstrap_mean(groups, seed, &format!("sweep {name}"));
-            let least = groups.iter().copied().fold(f64::INFINITY, f64::min);
+            let mean = match metric {
+                MISS_RATE => contacts.get(key).map(|groups| rate_of(groups)),
+                _ => values.get(&(metric, key.clone())).map(|groups| mean_of(groups, seed, name)),
+            };
+            let Some(Interval { value, low, high }) = mean else { continue };
             let (x, case, stratum) = key;
             found.push(SweepSummaryRow {
                 sweep: swept.sweep.clone(),
@@ -60,10 +64,9 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
                 leaf: case.leaf,
                 stratum: *stratum,
                 metric: (*name).to_owned(),
-                value: mean.value,
-                // What is counted and timed is positive; expanded to both sides alike, an interval may end below all that was seen.
-                low: mean.low.max(least),
-                high: mean.high,
+                value,
+                low,
+                high,
             });
         }
     }
@@ -76,6 +79,22 @@ pub fn analyze_sweep(folder: &Path) -> Result<Vec<SweepSummaryRow>, AnalysisErro
 
 /// The metrics, as records name them.
 pub const METRICS: [&str; 5] = ["volume-tests", "triangle-tests", "time", "miss-rate", "delay"];
+/// Place of the rate of missed contacts among the metrics.
+const MISS_RATE: usize = 3;
+
+/// The mean over groups. What is counted and timed is positive; expanded to both sides alike, an interval may end below all that was seen.
+fn mean_of(groups: &[f64], seed: u64, metric: &str) -> Interval {
+    let mean = bootstrap_mean(groups, seed, &format!("sweep {metric}"));
+    let least = groups.iter().copied().fold(f64::INFINITY, f64::min);
+    Interval { low: if mean.low < least { least } else { mean.low }, ..mean }
+}
+
+/// The rate of missed contacts over groups, each given as (missed, contacts).
+fn rate_of(groups: &[(u64, u64)]) -> Interval {
+    let (missed, contacts) = groups.iter().fold((0, 0), |(m, n), (x, y)| (m + x, n + y));
+    let (low, high) = clustered_rate(groups);
+    Interval { value: missed as f64 / contacts as f64, low, high }
+}
 
 /// The raw records of a sweep.
 pub(super) struct Swept {

@@ -2,7 +2,7 @@
 //! cases are paired by merging their sorted lists, so the order of rows in the files has no influence.
 
 use super::AnalysisError;
-use super::stats::{Group, median};
+use super::stats::median;
 use super::summary::Cell;
 use super::totals::{self, Binaries, Estimate, Observation, Totals};
 use crate::record::rows::CaseKey;
@@ -140,17 +140,6 @@ impl Query {
             Counter::Triangle => self.triangle_tests,
         }
     }
-}
-
-/// Observations grouped by stratum, without empty strata; the cells of a group are crossed by the scene's launches.
-#[derive(Debug)]
-pub struct Strata {
-    /// The strata from nearest to farthest; `None` for a single group of observations that are not queries.
-    pub names: Vec<Option<Stratum>>,
-    /// Their observations.
-    pub groups: Vec<Group>,
-    /// Launches of the groups.
-    pub launches: usize,
 }
 
 /// Reads poses, timings, answers and builds of a run's folder, by scene.
@@ -406,9 +395,9 @@ impl Scene {
     pub fn build_ratio(&self, above: &CaseKey, below: &CaseKey, seed: u64) -> Option<Estimate> {
         let pairs: Vec<_> = merge(self.builds.get(above)?, self.builds.get(below)?, Sample::key).collect();
         let several = self.binaries.launches().len() > 1;
-        let by_launch = added_up(pairs.iter().map(|(a, b)| (a.launch, (a.ns, b.ns))));
+        let by_launch = self.binaries.added_up(pairs.iter().map(|(a, b)| (a.launch, a.ns, b.ns)));
         if !several && by_launch.len() > 1 {
-            return totals::over_launches(&by_launch.into_values().collect::<Vec<_>>());
+            return totals::over_launches(&by_launch);
         }
         let totals = Totals::of(pairs.into_iter().map(|(a, b)| Observation {
             stratum: 0,
@@ -458,10 +447,8 @@ impl Scene {
             let chunk = &self.chunks[&single.chunk];
             single.cache == Cache::Cold && program.is_none_or(|program| chunk.program == program)
         };
-        let by_launch = added_up(pairs.filter(|(a, _)| is_wanted(a)).map(|(a, b)| (a.launch, (a.ns, b.ns))));
-        let by_binary = added_up(by_launch.iter().map(|(&launch, &sums)| (self.binaries.of(launch), sums)));
-        let repeated = if by_binary.len() > 1 { by_binary } else { by_launch };
-        totals::over_launches(&repeated.into_values().collect::<Vec<_>>())
+        let wanted = pairs.filter(|(a, _)| is_wanted(a)).map(|(a, b)| (a.launch, a.ns, b.ns));
+        totals::over_launches(&self.binaries.added_up(wanted))
     }
 
     /// Whether the chunks of the two runs hold the same poses, so that their queries can be paired.
@@ -470,29 +457,50 @@ impl Scene {
         self.poses.keys().eq(other.poses.keys()) && held(self) == held(other)
     }
 
-    /// Log ratios of a case's query times in this run to those in the run `before`, at the same poses, paired by launch and chunk. The time
-    /// of a chunk is the median over blocks in either run. Chunks are matched by their content, because another version of the program may
-    /// number them differently.
-    pub fn time_changes(&self, before: &Self, case: &CaseKey) -> Option<Strata> {
-        let (after, earlier) = (chunk_times(self.timings.get(case)?), chunk_times(before.timings.get(case)?));
+    /// A case's query time in this run over that in the run `before`, at the same poses: over all strata, then in each. Chunks are paired by
+    /// launch, and matched by their content, because another version of the program may number them differently. The time of a chunk is the
+    /// median over blocks in either run.
+    pub fn time_changes(&self, before: &Self, case: &CaseKey) -> Vec<(Option<Stratum>, Totals)> {
+        let (Some(after), Some(earlier)) = (self.timings.get(case), before.timings.get(case)) else {
+            return Vec::new();
+        };
+        let earlier = chunk_times(earlier);
         let numbers: BTreeMap<Chunk, u32> =
             before.chunks.iter().map(|(&number, chunk)| (chunk.held(), number)).collect();
-        let logs = after.into_iter().filter_map(|((launch, number), ns)| {
+        let pairs = chunk_times(after).into_iter().filter_map(|((launch, number), ns)| {
             let chunk = self.chunks.get(&number).filter(|chunk| !chunk.is_program())?;
             let old = earlier.get(&(launch, *numbers.get(&chunk.held())?))?;
-            Some((Some(chunk.stratum), launch, number, (ns / old).ln()))
+            let poses = f64::from(chunk.poses);
+            Some((chunk.stratum, observation(chunk, launch, (ns * poses, old * poses))))
         });
-        Strata::collect(logs, self.launches.min(before.launches))
+        let pairs: Vec<(Stratum, Observation)> = pairs.collect();
+        let totals = |wanted: Option<Stratum>| {
+            let of = pairs.iter().filter(|(stratum, _)| wanted.is_none_or(|wanted| wanted == *stratum));
+            Some((wanted, Totals::of(of.map(|(_, pair)| *pair))?.of_binaries(self.binaries_with(before))))
+        };
+        [None].into_iter().chain(Stratum::ALL.map(Some)).filter_map(totals).collect()
     }
 
-    /// Log ratios of a case's construction times in this run to those in the run `before`, paired by block and part. Blocks are resampled,
-    /// as in [`Self::build_ratio`].
-    pub fn build_changes(&self, before: &Self, case: &CaseKey) -> Option<Strata> {
+    /// The total time of all programs for a case in this run over that in the run `before`, paired by launch.
+    pub fn program_change(&self, before: &Self, case: &CaseKey) -> Option<Estimate> {
+        let (after, earlier) = (self.program_totals(case, None)?, before.program_totals(case, None)?);
+        let by_launch = (0..).zip(after.into_iter().zip(earlier)).map(|(launch, (n, d))| (launch, n, d));
+        totals::over_launches(&self.binaries_with(before).added_up(by_launch))
+    }
+
+    /// A case's total construction time in this run over that in the run `before`, over the parts. Samples are paired by launch and block; the
+    /// interval is over launches or binaries, because blocks of one launch are not independent.
+    pub fn build_change(&self, before: &Self, case: &CaseKey) -> Option<Estimate> {
         if !self.parts.keys().eq(before.parts.keys()) {
             return None;
         }
         let pairs = merge(self.builds.get(case)?, before.builds.get(case)?, Sample::key);
-        Strata::collect(pairs.map(|(a, b)| (None, 0, a.block, (a.ns / b.ns).ln())), 1)
+        totals::over_launches(&self.binaries_with(before).added_up(pairs.map(|(a, b)| (a.launch, a.ns, b.ns))))
+    }
+
+    /// The binaries of this run, or of the run `before` where this one has a single binary.
+    fn binaries_with<'a>(&'a self, before: &'a Self) -> &'a Binaries {
+        if self.binaries.launches().len() > 1 { &self.binaries } else { &before.binaries }
     }
 
     /// The queries of a case that both runs have: (this run's, the other run's).
@@ -504,16 +512,6 @@ impl Scene {
         let of = |scene: &'a Self| scene.queries.get(case).map_or(&[][..], Vec::as_slice);
         merge(of(self), of(before), Query::key)
     }
-}
-
-/// Sums of the numerators and denominators of each key.
-fn added_up(parts: impl Iterator<Item = (u32, (f64, f64))>) -> BTreeMap<u32, (f64, f64)> {
-    let mut sums: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
-    for (key, (n, d)) in parts {
-        let sum = sums.entry(key).or_default();
-        *sum = (sum.0 + n, sum.1 + d);
-    }
-    sums
 }
 
 fn observation(chunk: &Chunk, launch: u32, (numerator, denominator): (f64, f64)) -> Observation {
@@ -557,28 +555,4 @@ fn merge<'a, T, K: Ord>(a: &'a [T], b: &'a [T], key: impl Fn(&T) -> K) -> impl I
         rest = &rest[skip..];
         rest.first().filter(|right| key(right) == key(left)).map(|right| (left, right))
     })
-}
-
-impl Strata {
-    /// Groups (stratum, launch, cluster, value) into cells; `None` without values.
-    fn collect(values: impl Iterator<Item = (Option<Stratum>, u32, u32, f64)>, launches: usize) -> Option<Self> {
-        let mut by_stratum: BTreeMap<Option<Stratum>, Vec<(u32, u32, f64)>> = BTreeMap::new();
-        for (stratum, launch, cluster, value) in values.filter(|v| v.3.is_finite()) {
-            by_stratum.entry(stratum).or_default().push((launch, cluster, value));
-        }
-        let groups = by_stratum.values().map(|values| {
-            let mut clusters: Vec<u32> = values.iter().map(|v| v.1).collect();
-            clusters.sort_unstable();
-            clusters.dedup();
-            let mut group = Group::new(launches, clusters.len());
-            for &(launch, cluster, value) in values {
-                let place = clusters.binary_search(&cluster).expect("every cluster was listed");
-                group.add(launch as usize, place, value);
-            }
-            group
-        });
-        let groups: Vec<Group> = groups.collect();
-        let names: Vec<_> = by_stratum.into_keys().collect();
-        (!names.is_empty()).then_some(Self { names, groups, launches })
-    }
 }

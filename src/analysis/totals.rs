@@ -95,7 +95,21 @@ impl Binaries {
         self.0.get(launch as usize).copied().flatten().unwrap_or(0)
     }
 
-    /// Adds up pairs of numbers by the highest repeated level: by binary, or by launch when there is a single binary.
+    /// Adds up observations, each of a launch, by the highest repeated level: by binary, or by launch when there is a single binary.
+    pub fn added_up(&self, observations: impl Iterator<Item = (u32, f64, f64)>) -> Vec<(f64, f64)> {
+        let mut by_launch: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
+        let mut by_binary = by_launch.clone();
+        for (launch, numerator, denominator) in observations {
+            for (sums, key) in [(&mut by_launch, launch), (&mut by_binary, self.of(launch))] {
+                let (n, d) = sums.entry(key).or_default();
+                (*n, *d) = (*n + numerator, *d + denominator);
+            }
+        }
+        let repeated = if by_binary.len() > 1 { by_binary } else { by_launch };
+        repeated.into_values().collect()
+    }
+
+    /// The mean of pairs of numbers at the highest repeated level: of each binary, or of each launch when there is a single binary.
     pub fn repeated(&self, by_launch: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let binaries = self.launches();
         if binaries.len() < 2 {
@@ -172,6 +186,11 @@ impl Totals {
     /// Number of clusters.
     pub fn clusters(&self) -> usize {
         self.strata.iter().map(Vec::len).sum()
+    }
+
+    /// Number of repetitions: binaries, or launches of a single one.
+    pub fn repeats(&self) -> usize {
+        self.repeats.len()
     }
 
     /// The ratio of the totals; every cluster counts with its mean over the launches in which it was observed.
@@ -413,6 +432,19 @@ mod tests {
         }
     }
 
+    /// More launches of the same clusters are no new evidence about other clusters, so the interval must not shrink. (Drawing the clusters
+    /// anew in each launch would halve it here.)
+    #[test]
+    fn launches_do_not_multiply_the_clusters() {
+        let width = |launches: u32| {
+            let cells = (0..50).flat_map(|cluster| (0..launches).map(move |launch| (cluster, launch)));
+            let cells = cells.map(|(cluster, launch)| observation(0, cluster, launch, f64::from(cluster + 50), 1.0));
+            let interval = Totals::of(cells).unwrap().estimate(1, "test").interval;
+            interval.high - interval.low
+        };
+        close(width(4) / width(1), 1.0, 0.1);
+    }
+
     /// Five binaries of two launches with a common effect of 1 and a spread of 2 % between binaries, on 30 clusters that agree: the
     /// intervals of about 10 of 200 samples miss the effect. If launches are taken as independent, about 40
     /// intervals miss the effect.
@@ -450,6 +482,13 @@ mod tests {
         let launches = [(1.0, 10.0), (2.0, 20.0), (3.0, 30.0)];
         assert_eq!(binaries.repeated(&launches), [(2.0, 20.0), (2.0, 20.0)]);
         assert_eq!(Binaries::default().repeated(&launches), launches);
+        let observations = || (0..).zip(launches).map(|(launch, (n, d))| (launch, n, d));
+        assert_eq!(binaries.added_up(observations()), [(4.0, 40.0), (2.0, 20.0)]);
+        assert_eq!(
+            binaries.added_up(observations().step_by(2)),
+            [(1.0, 10.0), (3.0, 30.0)],
+            "one binary, two launches"
+        );
     }
 
     /// Variation that all pairs share cancels in the ratio, so the interval is a point.

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench stage compare results/before results/after\n  bvbench stage compare results/before results/after --all\n  bvbench stage compare results/before results/after --allow counts\n  bvbench stage compare results/before results/after --json | jq '.times[] | select(.change == \"slower\")'\n\nScenes are compared where their inputs have the same content in both runs. Times are paired pose by pose; one has changed when its whole 95 % interval lies outside what the runs' null comparisons call equal. Counts, trees and misses are exact.\nThe later run fails at a gate when a case misses more contacts (misses), when counts or trees differ (counts), when a case's queries or construction are slower over all strata (slower), and when a scene or case of the earlier run is not compared (uncompared). --allow opens a gate.\nExit codes: 0 no gate fails, 1 one does, 2 a run cannot be read."
+    after_help = "Examples:\n  bvbench stage compare results/before results/after\n  bvbench stage compare results/before results/after --all\n  bvbench stage compare results/before results/after --allow counts\n  bvbench stage compare results/before results/after --json | jq '.times[] | select(.change == \"slower\")'\n\nScenes are compared where their inputs have the same content in both runs. Times are paired by launch at the same poses; one has changed when its whole 95 % interval lies outside what the runs' null comparisons call equal, and a single launch leaves it undecided. Counts, trees and misses are exact.\nThe later run fails at a gate when a case misses more contacts (misses), when counts or trees differ (counts), when a case's queries over all strata, programs or construction are slower (slower), and when a scene or case of the earlier run is not compared (uncompared). --allow opens a gate.\nExit codes: 0 no gate fails, 1 one does, 2 a run cannot be read."
 )]
 pub struct Options {
     /// Folder of the earlier run
@@ -104,13 +104,15 @@ fn section(text: &mut String, title: &str, rows: usize, none: &str, table: impl 
 }
 
 fn scene_line(scene: &SceneMatch) -> String {
-    let SceneMatch { scene: name, differing_inputs, same_poses, noise, drift } = scene;
+    let SceneMatch { scene: name, differing_inputs, same_poses, noise, program_noise, drift } = scene;
     if !differing_inputs.is_empty() {
         return format!("{name}: not compared, for {} differ", differing_inputs.join(", "));
     }
-    let how = if *same_poses { "the same poses" } else { "other poses, so that only builds, trees and misses compare" };
-    let all_alike = drift.map_or_else(String::new, |ratio| format!("; all cases together {ratio:.3}"));
-    format!("{name}: the same inputs, {how}; noise is up to {noise:.3}{all_alike}")
+    let how = if *same_poses { " and poses" } else { ", other poses, so that only builds, trees and misses compare" };
+    let all_alike = drift.map_or_else(String::new, |ratio| format!("; all together {ratio:.3}"));
+    let of_programs = program_noise.filter(|_| *same_poses);
+    let of_programs = of_programs.map_or_else(String::new, |noise| format!(", of programs {noise:.3}"));
+    format!("{name}: same inputs{how}; noise up to {noise:.3}{of_programs}{all_alike}")
 }
 
 fn times_table(rows: &[&TimeChange]) -> Table {

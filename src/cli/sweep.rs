@@ -113,7 +113,9 @@ fn growth(rows: &[SweepGrowthRow]) -> Table {
     for variant in variants {
         let exponent = |cost: &str| {
             let row = rows.iter().find(|row| row.variant == variant && row.metric == cost);
-            row.map_or_else(String::new, |row| format!("{:.2} [{:.2}, {:.2}]", row.exponent, row.low, row.high))
+            row.map_or_else(String::new, |SweepGrowthRow { exponent, low, high, .. }| {
+                if low.is_finite() { format!("{exponent:.2} [{low:.2}, {high:.2}]") } else { format!("{exponent:.2}") }
+            })
         };
         table.add_row(std::iter::once(variant.to_owned()).chain(COSTS.map(exponent)));
     }

@@ -158,7 +158,9 @@ impl Response {
             let colour = if is_main { look_of(&row.term).colour } else { RGBColor(150, 150, 150) };
             label(area, &row.term.replace(':', " × "), SMALL_PX, (NAMES_PX, y), HPos::Right)?;
             area.draw(&Rectangle::new([(x(0.0), y - line / 3), (x(row.share), y + line / 3)], colour.filled()))?;
-            area.draw(&PathElement::new(vec![(x(row.low), y), (x(row.high), y)], BLACK.stroke_width(2)))?;
+            if row.low.is_finite() {
+                area.draw(&PathElement::new(vec![(x(row.low), y), (x(row.high), y)], BLACK.stroke_width(2)))?;
+            }
             let words = format!("{:.1} %", 100.0 * row.share);
             label(area, &words, SMALL_PX, (x(row.high.max(row.share)) + 10, y), HPos::Left)?;
         }
@@ -166,7 +168,7 @@ impl Response {
     }
 
     fn draw_effects<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
-        let values = self.effects.iter().flatten().flat_map(|row| [row.low, row.high, 0.9, 1.1]);
+        let values = self.effects.iter().flatten().flat_map(|row| [row.effect, row.low, row.high, 0.9, 1.1]);
         let (low, high) = Scale::Log.range(values);
         let (top, bottom) = (TOP_PX, ROW_PX - BOTTOM_PX);
         let y = |effect: f64| {
@@ -192,7 +194,9 @@ impl Response {
             let mut path = Vec::new();
             for (i, row) in levels.iter().enumerate() {
                 let middle = x + i as i32 * LEVEL_PX + LEVEL_PX / 2;
-                look.whisker(area, middle, y(row.low), y(row.high))?;
+                if row.low.is_finite() {
+                    look.whisker(area, middle, y(row.low), y(row.high))?;
+                }
                 look.mark(area, (middle, y(row.effect)))?;
                 path.push((middle, y(row.effect)));
                 for (line, words) in in_two_lines(&row.level).into_iter().enumerate() {

@@ -74,7 +74,11 @@ impl Boxes {
                 views.extend(part.views(scene));
             }
         }
-        if views.is_empty() { Err("outlines.csv holds no part with a box; measure first") } else { Ok(Self { views }) }
+        if views.is_empty() {
+            Err("outlines.csv holds no part with a box that the claims draw")
+        } else {
+            Ok(Self { views })
+        }
     }
 }
 

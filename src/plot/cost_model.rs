@@ -40,7 +40,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<CostModel> {
                   tests × cost, with costs fitted to the other scenes of the run (costs.csv holds those fitted to all). On the line, counts \
                   and three costs say all there is to say; the grey lines are a factor 1.25 off."
             .to_owned(),
-        drawing: if panels.is_empty() { Err("cost_chunks.csv holds no rows; run the analysis first") } else { Ok(CostModel { panels, entries }) },
+        drawing: if panels.is_empty() { Err(data.reason("cost_chunks.csv holds no rows: no volume was timed and counted on the same chunks")) } else { Ok(CostModel { panels, entries }) },
     }
 }
 

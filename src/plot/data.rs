@@ -13,9 +13,6 @@ use crate::record::{
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Reason given for a missing figure when the analysis has not run.
-pub const NO_SUMMARY: &str = "summary.csv holds no rows; run the analysis first";
-
 /// A variant in the form that figures need.
 #[derive(Clone, Debug)]
 pub struct Entry {
@@ -86,6 +83,11 @@ impl Data {
             cost_chunks: read_rows_if_there(folder)?,
             peer_ratios: read_rows_if_there(folder)?,
         })
+    }
+
+    /// Reason for a missing figure of derived rows: that the analysis has not run; where it has, `lacking`.
+    pub fn reason(&self, lacking: &'static str) -> &'static str {
+        if self.summary.is_empty() { "summary.csv holds no rows; run the analysis first" } else { lacking }
     }
 
     /// The variant of that id.

@@ -6,6 +6,7 @@ use super::data::Data;
 use super::marks::{Look, TEXT_LIFT_PX, label};
 use super::ticks::{Axis, Scale};
 use crate::analysis::stats::mean;
+use crate::analysis::words::{capital, quantity};
 use crate::analysis::{ALL, is_query_time, ranked_by};
 use crate::record::NULL_VARIANT;
 use plotters::prelude::*;
@@ -50,12 +51,13 @@ pub struct Forest {
 pub(super) fn sketch(data: &Data) -> Sketch<Forest> {
     let baseline = data.claims.comparison.baselines.first().map_or("", String::as_str);
     let name = data.variant(baseline).map_or(baseline, |entry| &entry.label);
+    let what = capital(&quantity(&data.ratios, data.scenes.iter().map(String::as_str), "time of the programs"));
     Sketch {
         name: "time-ratios",
-        title: format!("Time of the programs against {name}"),
+        title: format!("{what} against {name}"),
         caption: format!(
-            "Time of the scene's programs over that of {name} (default policy), or without programs the query time in the first workload; left \
-             of 1 is faster. Whiskers are 95 % intervals over binaries, or over the launches of a single one; the grey band is [0.95, 1.05], within which two methods are called \
+            "{what}, over that of {name} (default policy); left of 1 is faster. Whiskers are 95 % intervals over binaries, or over the \
+             launches of a single one, of query times over clusters of poses too; the grey band is [0.95, 1.05], within which two methods are called \
              the same. Lines with a policy (split rule, split axes, leaf size) are trees other than the variant's default. The \
              null line is a second copy of one method against its original: it must lie on 1, or the run was noisy. Unsafe \
              variants are shown, never ranked. Ratios above {RATIO_MAX} are written at the edge."
@@ -90,7 +92,7 @@ impl Forest {
             }
         }
         if lines.is_empty() {
-            return Err("ratios.csv holds no time ratios; run the analysis first");
+            return Err(data.reason("ratios.csv holds no ratio of times to the first baseline"));
         }
         Ok(Self::sorted(data.scenes.clone(), lines, RATIO_MAX))
     }

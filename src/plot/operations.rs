@@ -1,7 +1,7 @@
 //! Figure of the volume tests and triangle tests of a query; the counts are the same on every machine.
 
 use super::Sketch;
-use super::data::{Data, NO_SUMMARY};
+use super::data::Data;
 use super::grouped::{Grouped, Point};
 use super::query_time::by_stratum;
 
@@ -34,6 +34,6 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
                   a different time for each volume, so fewer tests are not yet less time. Methods that do not count, and means \
                   of 0, are absent."
             .to_owned(),
-        drawing: Grouped::of(panels.collect(), 2, NO_SUMMARY),
+        drawing: Grouped::of(panels.collect(), 2, data.reason("summary.csv holds no count above 0 of a default tree policy")),
     }
 }

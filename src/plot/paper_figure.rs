@@ -2,7 +2,7 @@
 //! first figure, and below each the paired ratios to the plain box.
 
 use super::Sketch;
-use super::data::{Data, Entry, NO_SUMMARY};
+use super::data::{Data, Entry};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
 use crate::analysis::ALL;
@@ -17,6 +17,11 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
         panel(data, pair, &format!("Paired ratio to {baseline}"), (RATIO, Form::Markers, Scale::Log), ratio),
         panel(data, five, &format!("Paired ratio to {baseline}"), (RATIO, Form::Markers, Scale::Log), ratio),
     ];
+    let lacking = if data.program_times.is_empty() {
+        "program_times.csv holds no rows: the run timed no whole programs"
+    } else {
+        "program_times.csv holds none of the volumes of the paper's figure"
+    };
     Sketch {
         name: super::PAPER_FIGURE,
         title: "Time of the programs in each scene".to_owned(),
@@ -26,7 +31,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
                   methods differ; below 1 is faster. Whiskers are 95 % intervals over binaries, or over the launches of a \
                   single one."
             .to_owned(),
-        drawing: Grouped::of(panels, 2, NO_SUMMARY),
+        drawing: Grouped::of(panels, 2, data.reason(lacking)),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Query time by stratum, every variant.
 
 use super::Sketch;
-use super::data::{Data, Entry, NO_SUMMARY};
+use super::data::{Data, Entry};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
 use crate::record::{Stratum, SummaryRow};
@@ -22,7 +22,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
                   Every variant under its default tree policy; whiskers are 95 % bootstrap intervals of the mean. Unsafe \
                   variants are drawn but are not to be compared by speed: some of their time is saved by missing contacts."
             .to_owned(),
-        drawing: Grouped::of(panels.collect(), 2, NO_SUMMARY),
+        drawing: Grouped::of(panels.collect(), 2, data.reason("summary.csv holds no query time of a default tree policy")),
     }
 }
 

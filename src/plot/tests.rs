@@ -2,11 +2,12 @@
 
 use super::*;
 use crate::analysis::{analyze, claims::ClaimSet};
-use crate::record::synthetic::{PLANTED, Plan, Planted, Run};
+use crate::record::synthetic::{PLANTED, Plan, Planted, Run, SCENES};
 use crate::record::{
-    BuildRow, Kind, OutlineRow, PeerRatioRow, Row, TightnessRow, VerificationRow, read_rows, write_rows,
+    BuildRow, Kind, OutlineRow, PROGRAM_TIME, PeerRatioRow, Row, TightnessRow, VerificationRow, read_rows, write_rows,
     write_rows_compressed,
 };
+use std::collections::BTreeSet;
 use std::fs;
 use tempfile::TempDir;
 
@@ -111,6 +112,38 @@ fn missing_records_skip_figures_and_say_why() {
     assert!(gallery.skipped.iter().all(|skipped| skipped.reason.contains(".csv")));
     fs::write(folder.path().join("ratios.csv"), "scene\n1\n").unwrap();
     assert!(draw_all(folder.path()).unwrap_err().to_string().contains("ratios.csv"));
+}
+
+/// A run of flat parts, of which some scenes have no programs: what is skipped says so, and the ratios name the quantity of each scene.
+#[test]
+fn reasons_and_titles_follow_the_data() {
+    let [a, b] = SCENES;
+    let mixed = format!("Query time in `program` on {a} and time of the programs on {b}");
+    let cases: [(&[&str], &str, bool); 3] =
+        [(&[], "Time of the programs", false), (&[a], &mixed, false), (&[a, b], "Query time in `program`", true)];
+    for (without, quantity, has_no_programs) in cases {
+        let mut run = Run::generate(&Plan::default());
+        run.poses.retain(|row| row.workload != PROGRAM_TIME || !without.contains(&row.scene.as_str()));
+        let chunks: BTreeSet<(&str, u32)> = run.poses.iter().map(|row| (row.scene.as_str(), row.chunk)).collect();
+        run.timings.retain(|row| chunks.contains(&(row.scene.as_str(), row.chunk)));
+        for row in &mut run.tightness {
+            (row.hull_mm3, row.hulled_volume_mm3) = (0.0, 0.0);
+            (row.hausdorff_mm, row.sibling_overlap_mm3) = (None, None);
+        }
+        let folder = TempDir::new().unwrap();
+        run.write(folder.path());
+        analyze(folder.path(), &ClaimSet::standard()).unwrap();
+        let gallery = draw_all(folder.path()).unwrap();
+        let skipped: Vec<(&str, &str)> =
+            gallery.skipped.iter().map(|skipped| (skipped.name.as_str(), skipped.reason.as_str())).collect();
+        let flat = "tightness.csv holds no contents with a convex hull: the parts are flat";
+        let programs = (PAPER_FIGURE, "program_times.csv holds no rows: the run timed no whole programs");
+        let expected = [programs, ("tightness-by-level", flat), ("tightness-by-frame", flat)];
+        assert_eq!(skipped, expected[usize::from(!has_no_programs)..]);
+        let figure = gallery.figures.iter().find(|figure| figure.name == "time-ratios").unwrap();
+        assert_eq!(figure.title, format!("{quantity} against plain OBB"));
+        assert!(figure.caption.starts_with(&format!("{quantity}, over that of plain OBB")), "{}", figure.caption);
+    }
 }
 
 #[test]

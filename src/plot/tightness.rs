@@ -8,6 +8,10 @@ use super::ticks::Scale;
 /// Deepest level that is drawn; deeper levels hold few nodes and little volume.
 const LEVELS_MAX: u32 = 16;
 
+/// Reasons for a missing figure.
+const NO_ROWS: &str = "tightness.csv holds no rows: no volume is measured";
+const FLAT: &str = "tightness.csv holds no contents with a convex hull: the parts are flat";
+
 pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
     let panels = data.scenes.iter().map(|scene| panel(data, scene)).collect();
     Sketch {
@@ -18,7 +22,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
                   whose contents are flat have no hull volume and are left out. An unsafe variant's volume can look tight \
                   because it does not hold its contents."
             .to_owned(),
-        drawing: Grouped::of(panels, 2, "tightness.csv holds no rows; measure first"),
+        drawing: Grouped::of(panels, 2, if data.tightness.is_empty() { NO_ROWS } else { FLAT }),
     }
 }
 
@@ -55,12 +59,17 @@ const MEASURES: [(&str, &str); 3] = [
 
 pub(super) fn frames(data: &Data) -> Sketch<Grouped> {
     let panels = data.scenes.iter().flat_map(|scene| (0..MEASURES.len()).map(|measure| by_frame(data, scene, measure)));
+    let reason = match () {
+        () if data.tightness.is_empty() => NO_ROWS,
+        () if data.tightness.iter().all(|row| row.frame == 0) => "tightness.csv holds no random frames",
+        () => FLAT,
+    };
     Sketch {
         name: "tightness-by-frame",
         title: "Tightness in the parts' own frames and in random ones".to_owned(),
         caption: "Over the upper levels of the trees of all parts, own frame against frames turned at random: the volumes over the volumes of the convex hulls of their contents; the largest distance from a volume to that hull; the share of the volumes that two siblings both claim. What changes with the frame depends on the modeller's choice of axes, not on the shape. Default tree policies."
             .to_owned(),
-        drawing: Grouped::of(panels.collect(), MEASURES.len(), "tightness.csv holds no random frames; measure first"),
+        drawing: Grouped::of(panels.collect(), MEASURES.len(), reason),
     }
 }
 

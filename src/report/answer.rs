@@ -8,6 +8,7 @@ use super::Contents;
 use super::tables::{interval, number};
 use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Reading, Role, TestKind};
 use crate::analysis::misses::Tally;
+use crate::analysis::words::{self, capital, listed, quantity_of};
 use crate::analysis::{ALL, STEADY, distinct, is_query_time, ranked_by};
 use crate::record::rows::CaseKey;
 use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RatioRow};
@@ -130,32 +131,7 @@ fn proposal(contents: &Contents) -> Option<Statement> {
 /// The quantity by which the run's scenes are ranked: `programs` for the time of programs, or the query time in a workload, with the scenes
 /// where these differ.
 pub fn quantity(contents: &Contents, programs: &str) -> String {
-    let scenes = contents.manifest.scenes.iter().map(|scene| scene.name.as_str());
-    let timed: Vec<(&str, &str)> =
-        scenes.filter_map(|scene| Some((scene, ranked_by(&contents.ratios, scene)?))).collect();
-    quantity_of(&timed, programs)
-}
-
-/// The quantity in scenes, each with its workload.
-fn quantity_of(timed: &[(&str, &str)], programs: &str) -> String {
-    let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
-    for &(scene, workload) in timed {
-        match groups.iter_mut().find(|(known, _)| *known == workload) {
-            Some((_, scenes)) => scenes.push(scene),
-            None => groups.push((workload, vec![scene])),
-        }
-    }
-    let named = |workload: &str| match workload {
-        PROGRAM_TIME => programs.to_owned(),
-        _ => format!("query time in `{workload}`"),
-    };
-    match &groups[..] {
-        [(workload, _)] => named(workload),
-        groups => {
-            let each = groups.iter().map(|(workload, scenes)| format!("{} on {}", named(workload), listed(scenes)));
-            listed(&each.collect::<Vec<_>>())
-        }
-    }
+    words::quantity(&contents.ratios, contents.manifest.scenes.iter().map(|scene| scene.name.as_str()), programs)
 }
 
 /// The ratio of two cases in each scene, by the workload of the ranking.
@@ -197,17 +173,6 @@ pub(super) fn is_default(contents: &Contents, variant: &str, policy: &str) -> bo
 pub(super) fn ratio(row: &RatioRow) -> String {
     let (low, high) = row.interval().unzip();
     interval(Some(row.ratio), low, high)
-}
-
-/// Joins names as `a`, `a and b`, or `a, b and c`.
-pub fn listed<S: AsRef<str>>(names: &[S]) -> String {
-    match names {
-        [] => String::new(),
-        [only] => only.as_ref().to_owned(),
-        [first @ .., last] => {
-            format!("{} and {}", first.iter().map(AsRef::as_ref).collect::<Vec<_>>().join(", "), last.as_ref())
-        }
-    }
 }
 
 /// The contacts that are missed: by the boxes that the claims call printed (otherwise by all unsafe volumes), and by the safe volumes.
@@ -337,12 +302,6 @@ fn range(of_scenes: &[(&str, &Tally)]) -> Option<String> {
         (low, high) if low == high => format!("{low} %"),
         (low, high) => format!("{low} to {high} %"),
     })
-}
-
-/// The text with a capital first letter.
-pub fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().collect::<String>() + letters.as_str())
 }
 
 /// A volume's ratio to the baseline in one scene.

@@ -72,7 +72,8 @@ fn share_table(shares: &[AuditShareRow]) -> String {
         for response in &responses {
             let cell = rows.iter().find(|row| row.term == term && row.response == *response);
             let words = cell.map_or_else(String::new, |row| {
-                format!("{:.1} [{:.1}, {:.1}]", 100.0 * row.share, 100.0 * row.low, 100.0 * row.high)
+                let [share, low, high] = [row.share, row.low, row.high].map(|share| 100.0 * share);
+                if low.is_finite() { format!("{share:.1} [{low:.1}, {high:.1}]") } else { format!("{share:.1}") }
             });
             let _ = write!(text, " {words} |");
         }
@@ -135,4 +136,19 @@ fn containment(cells: &[AuditCellRow]) -> String {
         let _ = writeln!(text, "| {} | {} | {outside:.2} | {farthest:.2} | {missed} of {touching} |", key.0, key.1);
     }
     text + "\nCorners count once for each node that holds them; contacts count once for each split rule and leaf size.\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_without_interval_stands_alone() {
+        let row = |term: &str, low: f64, high: f64| {
+            let (scene, cells, response) = ("mill".to_owned(), SAFE.to_owned(), RESPONSES[0].to_owned());
+            AuditShareRow { scene, cells, response, term: term.to_owned(), share: 0.125, low, high }
+        };
+        let text = share_table(&[row("split", 0.1, 0.2), row("leaf", f64::NAN, f64::NAN)]);
+        assert!(text.contains("| split | 12.5 [10.0, 20.0] |\n| leaf | 12.5 |\n"), "{text}");
+    }
 }

@@ -15,7 +15,8 @@ mod tables;
 mod terminal;
 mod variance;
 
-pub use answer::{Statement, answer, capital, quantity};
+pub use crate::analysis::words::capital;
+pub use answer::{Statement, answer, quantity};
 pub use audit::{AUDIT_FILE, write_audit};
 pub use noise::in_short as noise_in_short;
 pub(crate) use page::escaped;

@@ -1,8 +1,8 @@
 //! What was too noisy to judge, in a sentence or two for terminal, `report.md` and page; each of them names the cells elsewhere.
 
 use super::Contents;
-use super::answer::listed;
 use crate::analysis::ratios::NoisyCells;
+use crate::analysis::words::listed;
 use crate::analysis::{ALL, counted};
 use crate::record::{PROGRAM_TIME, PROGRAM_TIME_COLD};
 use std::collections::BTreeMap;

@@ -1,9 +1,9 @@
 //! The report's section on repetition: the sources of the spread of program times, and how often the next run should repeat.
 
 use super::Contents;
-use super::answer::listed;
 use super::tables::{Table, interval, number};
 use crate::analysis::variance;
+use crate::analysis::words::listed;
 use crate::record::{NULL_VARIANT, VarianceRow};
 use std::collections::BTreeSet;
 

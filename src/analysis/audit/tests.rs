@@ -102,6 +102,34 @@ fn planted_effects_are_found_and_what_was_not_planted_is_not() {
     assert!(near(effect("tight", "leaf", "1").effect, 2.0));
 }
 
+/// The colliding stratum has one chunk, in which the orientation counts twice: its effect differs among three chunks, and is no certainty.
+/// That chunk alone has no interval.
+#[test]
+fn a_stratum_of_one_chunk_is_no_certainty() {
+    for (chunks, has_interval) in [(3, true), (1, false)] {
+        let folder = TempDir::new().unwrap();
+        write(folder.path());
+        let mut rows: Vec<CountRow> = read_rows(folder.path()).unwrap();
+        rows.retain(|row| row.chunk < chunks);
+        let is_counted_twice = |row: &&mut CountRow| row.chunk == 0 && row.case.starts_with("level-");
+        rows.iter_mut().filter(is_counted_twice).for_each(|row| row.volume_tests *= 2);
+        write_rows(folder.path(), &rows).unwrap();
+        let outcome = analyze_audit(folder.path()).unwrap();
+        let is_it =
+            |scene: &str, cells: &str, response: &str| (scene, cells, response) == ("mill", SAFE, "volume-tests");
+        let mut effects = outcome.effects.iter().filter(|row| is_it(&row.scene, &row.cells, &row.response));
+        let effect = effects.find(|row| row.level == "level").unwrap();
+        let mut shares = outcome.shares.iter().filter(|row| is_it(&row.scene, &row.cells, &row.response));
+        let share = shares.find(|row| row.term == "orientation").unwrap();
+        // In the colliding chunk the levels are a factor 4 apart, in the others 2: the strata count the same.
+        assert!(near(effect.effect, if has_interval { 2.0_f64.powf(0.75) } else { 2.0 }), "{effect:?}");
+        for [value, low, high] in [[effect.effect, effect.low, effect.high], [share.share, share.low, share.high]] {
+            let is_within = low < value && value < high;
+            assert_eq!((is_within, low.is_nan(), high.is_nan()), (has_interval, !has_interval, !has_interval));
+        }
+    }
+}
+
 #[test]
 fn shares_are_those_of_the_squared_logarithms() {
     let folder = TempDir::new().unwrap();

@@ -4,10 +4,11 @@ use super::{Comparison, SceneMatch, Side, case_name};
 use crate::analysis::ALL;
 use crate::analysis::judge::CLUSTERS_MIN;
 use crate::analysis::misses::Tally;
-use crate::analysis::stats::{self, Group, Interval};
-use crate::analysis::table::{Scene, Strata};
+use crate::analysis::stats::{self, Interval};
+use crate::analysis::table::Scene;
+use crate::analysis::totals::{Estimate, Totals};
 use crate::record::rows::CaseKey;
-use crate::record::{ClaimRow, NULL_VARIANT, Stratum};
+use crate::record::{ClaimRow, NULL_VARIANT, PROGRAM_TIME, Stratum};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,17 +21,17 @@ pub struct TimeChange {
     pub variant: String,
     /// `split/axes/leaf`.
     pub policy: String,
-    /// `time` or `build`.
+    /// `time`, `program-time` or `build`.
     pub metric: String,
     /// Stratum, `all`, or `-` for `build`.
     pub stratum: String,
-    /// Geometric mean of the paired ratios; above 1, the later run takes longer.
+    /// Total time in the later run over that in the earlier one; above 1, the later run takes longer.
     pub ratio: f64,
-    /// Lower end of the 95 % interval; no number of a single cluster, whose spread is unknown.
+    /// Lower end of the 95 % interval; no number of a single cluster or launch, whose spread is unknown.
     pub low: f64,
     /// Upper end.
     pub high: f64,
-    /// `slower`, `faster`, `noise`, or `undecided` when there are too few clusters.
+    /// `slower`, `faster`, `noise`, or `undecided` when there are too few clusters or launches.
     pub change: String,
 }
 
@@ -121,13 +122,17 @@ pub(super) fn of_scene(scene: &mut SceneMatch, before: &Side, after: &Side, comp
         comparison.only_after.extend(news.difference(&olds).map(|case| case_name(&scene.scene, case)));
         let mut logs = Vec::new();
         for &case in olds.intersection(&news) {
+            let of_launches = |place, found: Option<Estimate>| {
+                found.map(|found| time_change(scene, case, place, found, found.clusters > 1))
+            };
             if scene.same_poses {
-                let times = of_times(scene, "time", case, new.time_changes(old, case), after);
+                let times = of_times(scene, case, new.time_changes(old, case), after);
                 logs.extend(times.first().map(|all| all.ratio.ln()));
                 comparison.times.extend(times);
+                comparison.times.extend(of_launches((PROGRAM_TIME, ALL), new.program_change(old, case)));
                 comparison.counts.extend(of_counts(scene, case, old, new));
             }
-            comparison.times.extend(of_times(scene, "build", case, new.build_changes(old, case), after));
+            comparison.times.extend(of_launches(("build", "-"), new.build_change(old, case)));
         }
         scene.drift = (!logs.is_empty()).then(|| stats::mean(&logs).exp());
     }
@@ -141,36 +146,49 @@ fn cases(scene: &Scene) -> BTreeSet<&CaseKey> {
 }
 
 /// The change over all strata first, then the change in each stratum.
-fn of_times(scene: &SceneMatch, metric: &str, case: &CaseKey, strata: Option<Strata>, after: &Side) -> Vec<TimeChange> {
-    let Some(strata) = strata else { return Vec::new() };
-    let (seed, purpose) = (after.manifest.request.seed, format!("compare {metric} {}", scene.scene));
-    let (each, all) = stats::bootstrap(&strata.groups, strata.launches, seed, &purpose);
-    let clusters = strata.groups.iter().map(Group::clusters);
-    let row = |stratum: &str, interval: Interval, clusters: usize| {
-        let Interval { value: ratio, low, high } = interval.map(f64::exp);
-        let (low, high) = if clusters < 2 { (f64::NAN, f64::NAN) } else { (low, high) };
-        let change = match () {
-            () if clusters < CLUSTERS_MIN => "undecided",
-            () if low > scene.noise => "slower",
-            () if high < 1.0 / scene.noise => "faster",
-            () => "noise",
-        };
-        TimeChange {
-            scene: scene.scene.clone(),
-            variant: case.variant.clone(),
-            policy: case.policy(),
-            metric: metric.to_owned(),
-            stratum: stratum.to_owned(),
-            ratio,
-            low,
-            high,
-            change: change.to_owned(),
-        }
+fn of_times(
+    scene: &SceneMatch,
+    case: &CaseKey,
+    strata: Vec<(Option<Stratum>, Totals)>,
+    after: &Side,
+) -> Vec<TimeChange> {
+    let (seed, purpose) = (after.manifest.request.seed, format!("compare time {}", scene.scene));
+    let row = |(stratum, totals): (Option<Stratum>, Totals)| {
+        let decides = totals.repeats() > 1 && totals.clusters() >= CLUSTERS_MIN;
+        let place = ("time", stratum.map_or(ALL, Stratum::id));
+        time_change(scene, case, place, totals.estimate(seed, &purpose), decides)
     };
-    let together = row(if metric == "build" { "-" } else { ALL }, all, clusters.clone().sum());
-    let each = strata.names.iter().zip(each).zip(clusters);
-    let each = each.filter_map(|((name, interval), clusters)| Some(row((*name)?.id(), interval, clusters)));
-    std::iter::once(together).chain(each).collect()
+    strata.into_iter().map(row).collect()
+}
+
+/// A ratio of times by metric and stratum, compared with the noise of the scene. What does not decide has too few clusters or launches.
+fn time_change(
+    scene: &SceneMatch,
+    case: &CaseKey,
+    (metric, stratum): (&str, &str),
+    found: Estimate,
+    decides: bool,
+) -> TimeChange {
+    let Interval { value: ratio, low, high } = found.interval;
+    let (low, high) = if found.clusters < 2 { (f64::NAN, f64::NAN) } else { (low, high) };
+    let noise = scene.program_noise.filter(|_| metric == PROGRAM_TIME).unwrap_or(scene.noise);
+    let change = match () {
+        () if !decides => "undecided",
+        () if low > noise => "slower",
+        () if high < 1.0 / noise => "faster",
+        () => "noise",
+    };
+    TimeChange {
+        scene: scene.scene.clone(),
+        variant: case.variant.clone(),
+        policy: case.policy(),
+        metric: metric.to_owned(),
+        stratum: stratum.to_owned(),
+        ratio,
+        low,
+        high,
+        change: change.to_owned(),
+    }
 }
 
 /// The sums over all strata and over each stratum, when the counts of any query differ.

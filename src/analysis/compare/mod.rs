@@ -2,8 +2,9 @@
 //!
 //! A scene is compared when its inputs have the same content in both runs. If both runs also requested the same workload, they have the
 //! same poses. Times are then paired by launch and chunk, and counts query by query. Counts, trees and misses are deterministic, so any
-//! difference is a change. A time has changed when the whole interval of its paired ratio lies outside the range that the run's own null
-//! comparison calls equal. Launches of two runs share only their number, so the interval includes the spread of both runs.
+//! difference is a change. A time has changed when the whole interval of its ratio (see [`super::totals`]) lies outside the range that the run's
+//! own null comparison calls equal. Launches of two runs share only their number, so the interval includes the spread of both runs. A single
+//! launch decides nothing: what differs between launches is not known.
 
 mod changes;
 #[cfg(test)]
@@ -15,7 +16,9 @@ use super::misses::Misses;
 use super::table::{self, Scene};
 use super::{ALL, AnalysisError, EQUAL};
 use crate::record::rows::CaseKey;
-use crate::record::{ClaimRow, Manifest, NULL_VARIANT, RatioRow, TightnessRow, TreeRow, read_rows, read_rows_if_there};
+use crate::record::{
+    ClaimRow, Manifest, NULL_VARIANT, PROGRAM_TIME, RatioRow, TightnessRow, TreeRow, read_rows, read_rows_if_there,
+};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -32,7 +35,7 @@ pub struct Comparison {
     pub only_before: Vec<String>,
     /// Cases of the later run only, as `scene: variant policy`.
     pub only_after: Vec<String>,
-    /// Query and build times of all cases that both runs timed on the same poses.
+    /// Times of queries, programs and constructions of all cases that both runs timed on the same poses.
     pub times: Vec<TimeChange>,
     /// Cases whose counts differ.
     pub counts: Vec<CountChange>,
@@ -55,6 +58,8 @@ pub struct SceneMatch {
     pub same_poses: bool,
     /// Noise by the null comparisons of both runs: a ratio of times within `[1 / noise, noise]` is no change.
     pub noise: f64,
+    /// The same of the times of whole programs; none without programs.
+    pub program_noise: Option<f64>,
     /// Geometric mean of the time ratios of all cases. It shows what affected all cases alike, such as another load of the machine.
     pub drift: Option<f64>,
 }
@@ -67,7 +72,7 @@ pub enum Gate {
     Misses,
     /// Operations of a query, or a tree, are others.
     Counts,
-    /// Queries or constructions of a case take longer, beyond noise.
+    /// Queries, programs or constructions of a case take longer, beyond noise.
     Slower,
     /// A scene of the earlier run is not compared, or a case is not there any more.
     Uncompared,
@@ -146,10 +151,10 @@ impl Side {
         inputs.filter(|(path, _)| is_in_folder(path, scene) || is_shared(path)).collect()
     }
 
-    /// Noise of a scene by its null comparison: the larger distance of its interval's ends from 1, as a ratio. It is at least the upper end
-    /// of [`EQUAL`]. A run without a null comparison gets the upper end of [`super::STEADY`].
-    fn noise(&self, scene: &str) -> f64 {
-        let is_null = |row: &&RatioRow| row.variant == NULL_VARIANT && row.metric == "time" && row.stratum == ALL;
+    /// Noise of a metric in a scene by its null comparison: the larger distance of its interval's ends from 1, as a ratio. It is at least the
+    /// upper end of [`EQUAL`]. A run without a null comparison gets the upper end of [`super::STEADY`].
+    fn noise(&self, scene: &str, metric: &str) -> f64 {
+        let is_null = |row: &&RatioRow| row.variant == NULL_VARIANT && row.metric == metric && row.stratum == ALL;
         let nulls = self.ratios.iter().filter(is_null).filter(|row| row.scene == scene);
         let farthest = nulls.filter_map(RatioRow::interval).map(|(low, high)| high.max(1.0 / low)).reduce(f64::max);
         farthest.map_or(super::STEADY.1, |end| end.max(EQUAL.1))
@@ -195,11 +200,14 @@ fn scene_match(name: &str, before: &Side, after: &Side) -> SceneMatch {
     let (a, b) = (&before.manifest.request, &after.manifest.request);
     let same_request = (a.seed, a.measure_poses, &a.workloads) == (b.seed, b.measure_poses, &b.workloads);
     let scenes = before.scenes.get(name).zip(after.scenes.get(name));
+    let noise = |metric: &str| before.noise(name, metric).max(after.noise(name, metric));
+    let has_programs = scenes.is_some_and(|(_, new)| new.programs().next().is_some());
     SceneMatch {
         scene: name.to_owned(),
         same_poses: differing.is_empty() && same_request && scenes.is_some_and(|(old, new)| old.has_poses_of(new)),
         differing_inputs: differing,
-        noise: before.noise(name).max(after.noise(name)),
+        noise: noise("time"),
+        program_noise: has_programs.then(|| noise(PROGRAM_TIME)),
         drift: None,
     }
 }

@@ -1,6 +1,10 @@
 //! Tests that planted costs are recovered.
 
 use super::*;
+use crate::analysis::table;
+use crate::record::PROGRAM_TIME;
+use crate::record::synthetic::{Plan, Run, SCENES};
+use tempfile::TempDir;
 
 fn observed(chunk: u32, volume_tests: f64, triangle_tests: f64, ns: f64) -> Observed {
     Observed { chunk, stratum: Stratum::Far, volume_tests, triangle_tests, ns }
@@ -58,4 +62,28 @@ fn deadlines_weigh_strata_equally() {
     let slower = deadline("mill", &case, &queries, [0.0, 1000.0, 0.0], 4.0).unwrap();
     assert!((slower.over_8_ms - 0.5).abs() < 1e-12);
     assert_eq!(deadline("mill", &case, &[], [1.0; 3], 1.0), None);
+}
+
+/// Without programs, the poses of one's own count before generated ones, as in the ranking; by name, `random` would come first.
+#[test]
+fn a_scene_without_programs_repays_by_the_workload_that_ranks_it() {
+    let mut run = Run::generate(&Plan::default());
+    run.poses.retain(|row| row.workload != PROGRAM_TIME);
+    let chunks: BTreeSet<(String, u32)> = run.poses.iter().map(|row| (row.scene.clone(), row.chunk)).collect();
+    run.timings.retain(|row| chunks.contains(&(row.scene.clone(), row.chunk)));
+    for row in &mut run.poses {
+        let renamed = match row.workload.as_str() {
+            "approach" => "random",
+            "program" => "recorded",
+            other => other,
+        };
+        row.workload = renamed.to_owned();
+    }
+    let folder = TempDir::new().unwrap();
+    run.write(folder.path());
+    let scene = &table::read(folder.path()).unwrap()[SCENES[0]];
+    let case = CaseKey { variant: "aabb".into(), split: "vertex-mean".into(), split_axes: "own".into(), leaf: 1 };
+    let mean = |workload| scene.mean_time(&case, Cell { workload, stratum: None }, 0).unwrap().interval.value;
+    assert!(mean("recorded") < 0.2 * mean("random"));
+    assert_eq!(mean_query(scene, &case), Some(mean("recorded")));
 }

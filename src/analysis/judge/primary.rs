@@ -2,7 +2,8 @@
 //!
 //! The claim is supported when it is supported in each scene (an intersection-union test: the largest p counts; Berger 1982, Technometrics
 //! 24). It is refuted when it is refuted in one scene (the smallest p times the number of scenes). All primary rows that rest on samples
-//! are corrected together (Holm 1979, Scandinavian Journal of Statistics 6).
+//! are corrected together (Holm 1979, Scandinavian Journal of Statistics 6). A scene without a verdict has p = 1, so that it leaves the claim
+//! undecided unless another scene refutes it.
 
 use super::{ALL, Candidate, Claim, ClaimRow, Expectation, PROGRAM_TIME, Test, TestKind, Verdict, not_judged};
 
@@ -18,7 +19,7 @@ pub(super) struct Primary {
 }
 
 impl Primary {
-    /// Makes the primary row from the rows of the claim's scenes.
+    /// Makes the primary row from the rows of the claim's scenes: those of `scenes`, or all when it is empty.
     pub(super) fn of(claim: &Claim, test: &Test, reading: &str, scenes: &[String], candidates: &[Candidate]) -> Self {
         let (workload, stratum) = place(test);
         let is_asked = |row: &ClaimRow| {
@@ -40,31 +41,43 @@ impl Primary {
             let row = ClaimRow { role: PRIMARY.into(), reading: reading.into(), note, ..not_judged(claim) };
             return Self { row, p: None };
         };
-        let verdict = together(&judged);
-        let p = deciding.p.map(|p| if verdict == Verdict::Refuted { p * judged.len() as f64 } else { p }.min(1.0));
-        let mut notes = vec![deciding.row.note.clone()];
-        let place = |row: &ClaimRow| {
-            if of_workloads { format!("{} {}", row.scene, row.workload) } else { row.scene.clone() }
+        let found: Vec<&str> = judged.iter().map(|c| c.row.scene.as_str()).collect();
+        let lacking: Vec<&str> = scenes.iter().map(String::as_str).filter(|scene| !found.contains(scene)).collect();
+        let (verdict, p) = match together(&judged) {
+            Verdict::Refuted => (Verdict::Refuted, deciding.p.map(|p| (p * judged.len() as f64).min(1.0))),
+            verdict if lacking.is_empty() => (verdict, deciding.p.map(|p| p.min(1.0))),
+            _ => (Verdict::Undecided, deciding.p.map(|_| 1.0)),
         };
-        if rows.len() > 1 {
-            let each = rows.iter().map(|c| match c.row.value {
-                Some(value) => format!("{} {} ({value:.3})", place(&c.row), c.verdict.id()),
-                None => format!("{} {}", place(&c.row), c.verdict.id()),
-            });
-            notes.insert(0, each.collect::<Vec<_>>().join(", "));
-            notes.insert(1, format!("numbers of {}", place(&deciding.row)));
-        }
-        notes.retain(|note| !note.is_empty());
-        let scenes: Vec<&str> = judged.iter().map(|c| c.row.scene.as_str()).collect();
         let row = ClaimRow {
             role: PRIMARY.to_owned(),
-            scene: scenes.join("+"),
+            scene: found.join("+"),
             verdict: verdict.id().to_owned(),
-            note: notes.join("; "),
+            note: note(&rows, deciding, &lacking, of_workloads),
             ..deciding.row.clone()
         };
         Self { row, p }
     }
+}
+
+/// The scenes that have no verdict, the verdict of each row, and the note of the deciding one.
+fn note(rows: &[&Candidate], deciding: &Candidate, lacking: &[&str], of_workloads: bool) -> String {
+    let place =
+        |row: &ClaimRow| if of_workloads { format!("{} {}", row.scene, row.workload) } else { row.scene.clone() };
+    let mut notes = Vec::new();
+    if !lacking.is_empty() {
+        notes.push(format!("this run has no verdict on {}", lacking.join(" and ")));
+    }
+    if rows.len() + lacking.len() > 1 {
+        let each = rows.iter().map(|c| match c.row.value {
+            Some(value) => format!("{} {} ({value:.3})", place(&c.row), c.verdict.id()),
+            None => format!("{} {}", place(&c.row), c.verdict.id()),
+        });
+        notes.push(each.collect::<Vec<_>>().join(", "));
+        notes.push(format!("numbers of {}", place(&deciding.row)));
+    }
+    notes.push(deciding.row.note.clone());
+    notes.retain(|note| !note.is_empty());
+    notes.join("; ")
 }
 
 /// Workload and stratum of a claim's primary row; `None` for a quantity that has none.
@@ -211,5 +224,38 @@ mod tests {
         assert_eq!(together(&[&idle, &idle]), Verdict::NotApplicable);
         assert_eq!(deciding(&[&yes, &open]).unwrap().p, Some(0.4));
         assert_eq!(deciding(&[&yes, &no]).unwrap().p, Some(0.001));
+    }
+
+    #[test]
+    fn one_scene_of_two_refutes_a_sentence_but_does_not_support_it() {
+        use Verdict::{NotApplicable, NotJudged, Refuted, Supported, Undecided};
+        let set = ClaimSet::standard();
+        let (claim, both) = (&set.claims[0], ["a", "b"].map(str::to_owned));
+        let test = claim.test.as_ref().unwrap();
+        let candidate = |&(scene, verdict, p): &(&str, Verdict, f64)| {
+            let (workload, stratum) = (PROGRAM_TIME.to_owned(), ALL.to_owned());
+            let row =
+                ClaimRow { reading: "R1".into(), scene: scene.into(), workload, stratum, ..primary(verdict, p).row };
+            Candidate { row, verdict, p: Some(p) }
+        };
+        let cases: [(&[String], &[(&str, Verdict, f64)], Verdict, f64); 7] = [
+            (&both, &[("a", Supported, 0.01), ("b", Supported, 0.02)], Supported, 0.02),
+            (&both, &[("a", Supported, 0.01)], Undecided, 1.0),
+            (&both, &[("a", Supported, 0.01), ("b", NotJudged, 0.0)], Undecided, 1.0),
+            (&both, &[("b", NotApplicable, 0.0)], Undecided, 1.0),
+            (&both, &[("a", Undecided, 0.3), ("other", Supported, 0.01)], Undecided, 1.0),
+            (&both, &[("a", Refuted, 0.01)], Refuted, 0.01),
+            (&[], &[("a", Supported, 0.01)], Supported, 0.01),
+        ];
+        for (scenes, rows, verdict, p) in cases {
+            let candidates: Vec<Candidate> = rows.iter().map(candidate).collect();
+            let found = Primary::of(claim, test, "R1", scenes, &candidates);
+            assert_eq!((found.row.verdict.as_str(), found.p), (verdict.id(), Some(p)), "{scenes:?} {rows:?}");
+            assert!(
+                verdict != Undecided || found.row.note.contains("this run has no verdict on"),
+                "{}",
+                found.row.note
+            );
+        }
     }
 }
