@@ -74,6 +74,8 @@ def changed(keep: Callable[[dict[str, str]], bool] = lambda row: True, **values:
         (lambda folder: (folder / "submission.toml").unlink(), "submission.toml is missing"),
         (changed(touching="0"), "does not tell the 1 missed"),
         (changed(exact="0"), "the truth of a pose of lathe-toolpost differs"),
+        (changed(grazing="1", touching="0"), "the truth of a pose of lathe-toolpost differs"),
+        (changed(touching=""), "`touching` is '', not 0 or 1"),
         (changed(lambda row: int(row["pose"]) < 300 or row["scene"] != "lathe-tailstock"), "1024 at least are needed"),
         (changed(lambda row: row["engine"] != "obb-area"), "answered different poses"),
     ],

@@ -8,6 +8,9 @@ from collections import defaultdict
 REFERENCE = "obb-area"
 SCENES = ["lathe-toolpost", "lathe-tailstock"]
 POSES = 1024
+# Columns of an answer that hold 0 or 1, and those that are about the pose and not about the engine.
+FLAGS = ["exact", "grazing", "touching"]
+TRUTH = ["exact", "grazing", "stratum", "chunk"]
 TEXTS = ["name", "version", "source", "licence", "method"]
 
 
@@ -92,7 +95,11 @@ class Record:
                 raise Fault(f"{folder}/peer-answers.csv: {len(mine)} poses of {scene}, {POSES} at least are needed")
             if mine.keys() != reference.keys():
                 raise Fault(f"{folder}/peer-answers.csv: {engine} and {REFERENCE} answered different poses of {scene}")
-            if any(mine[key]["exact"] != reference[key]["exact"] for key in mine):
+            for row in (*mine.values(), *reference.values()):
+                for name in FLAGS:
+                    if row[name] not in ("0", "1"):
+                        raise Fault(f"{folder}/peer-answers.csv, {row['engine']} on {scene}, pose {row['pose']}: `{name}` is {row[name]!r}, not 0 or 1")
+            if any(mine[key][name] != reference[key][name] for key in mine for name in TRUTH):
                 raise Fault(f"{folder}/peer-answers.csv: the truth of a pose of {scene} differs between two engines")
             self.recount(engine, scene, mine.values())
             self.recount(REFERENCE, scene, reference.values())
@@ -104,7 +111,7 @@ class Record:
     def recount(self, engine, scene, answers):
         """The wrong answers that `peers.csv` tells are those of the raw rows."""
         judged = [row for row in answers if row["grazing"] == "0"]
-        missed = sum(row["exact"] == "1" and row["touching"] == "0" for row in judged)
+        missed = sum(row["exact"] == "1" and row["touching"] != "1" for row in judged)
         invented = sum(row["exact"] == "0" and row["touching"] == "1" for row in judged)
         told = [row for row in self.peers if (row["engine"], row["scene"], row["stratum"]) == (engine, scene, "all")]
         if len(told) != 1 or (int(told[0]["false_negatives"]), int(told[0]["false_positives"])) != (missed, invented):
