@@ -46,6 +46,20 @@ def test_a_whole_record_passes_and_is_told_by_its_name(made: Path, tmp_path: Pat
     assert "Oriented boxes, eight to a node." in text
 
 
+def test_records_of_the_same_name_are_told_apart(made: Path, tmp_path: Path) -> None:
+    folders = [tmp_path / person / "mine" for person in ("alice", "bob")]
+    for folder in folders:
+        shutil.copytree(made, folder)
+        path = folder / "submission.toml"
+        path.write_text(path.read_text(encoding="utf-8").replace("Wide <b>", folder.parent.name.title()), encoding="utf-8")
+    page = tmp_path / "page.html"
+    # A record that is named twice counts once.
+    assert leaderboard("--out", page, made, *folders, *folders).returncode == 0
+    text = page.read_text(encoding="utf-8")
+    for name, record in (("Wide &lt;b&gt; 1", f"{made.parent.name}/mine"), ("Alice 1", "alice/mine"), ("Bob 1", "bob/mine")):
+        assert text.count(name) == text.count(f"<td>{record} (submission, checked)</td>") == 1
+
+
 def without_licence(folder: Path) -> None:
     path = folder / "submission.toml"
     path.write_text(path.read_text(encoding="utf-8").replace('"MIT"', '""'), encoding="utf-8")

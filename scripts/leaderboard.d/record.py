@@ -69,7 +69,7 @@ class Record:
                 # A single chunk has no interval.
                 interval = {name: None if value != value and name != "ratio" else value for name, value in interval.items()}
             yield {
-                "engine": engine, "scene": scene, "cpu": self.cpu(), "folder": self.folder.name, "submission": self.submission, **interval,
+                "engine": engine, "scene": scene, "cpu": self.cpu(), "folder": self.folder.resolve(), "submission": self.submission, **interval,
                 "missed": int(peer["false_negatives"]), "invented": int(peer["false_positives"]), "poses": int(peer["poses"]),
             }  # fmt: skip
 
