@@ -106,8 +106,10 @@ def main():
             record = Record(folder)
             if options.check or record.submission is not None:
                 record.check()
+            # All of a record or nothing.
+            entries += list(record.entries())
+            if record.submission is not None:
                 print(f"{folder}: {record.submission['name']} {record.submission['version']} passes")
-            entries.extend(record.entries())
         except Fault as fault:
             print(f"error: {fault}", file=sys.stderr)
             failed = True
