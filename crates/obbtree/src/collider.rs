@@ -121,7 +121,7 @@ impl Collider {
         Ok(found.expect("two meshes have a distance"))
     }
 
-    /// As [`Collider::distance`] where the distance is below `limit`; `None`, and sooner known, where it is not.
+    /// As [`Collider::distance`] where the distance is below `limit`; `None`, and sooner known, where it is not. No distance is below NaN.
     ///
     /// # Errors
     /// As [`Collider::distance`].

@@ -217,7 +217,8 @@ impl Manager {
         pairs.into_iter().filter_map(|(i, j)| contacts(&items[i], &items[j], limit)).collect()
     }
 
-    /// The pairs of objects, but those ignored, whose boxes along the axes of the world are at most `reach` apart: what is left to ask about in detail.
+    /// The pairs of objects, but those ignored, whose boxes along the axes of the world are at most `reach` apart: what is left to ask about in detail. None where
+    /// `reach` is NaN.
     #[must_use]
     pub fn near_pairs(&self, reach: f64) -> Vec<[&str; 2]> {
         let items = self.items();
