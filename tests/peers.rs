@@ -30,6 +30,17 @@ fn engines_are_compared_and_those_that_fail_are_named() {
                      --runner dead=false --runner missing=no-such-program --against obb-area";
     let mut arguments: Vec<&str> = arguments.split_whitespace().collect();
     arguments.extend(["--runner", "empty=sh empty.sh", "--runner", "rude=sh rude.sh"]);
+    // Right answers whose times are none: a chunk in 0 ns, a construction in 600 years, and poses that were never timed.
+    let times = [("frozen", "chunk*", "0"), ("eternal", "build", "18446744073709551615")];
+    for (name, command, number) in times {
+        let answer = format!("case $line in {command}) echo done {number};; *) echo done 5;; esac");
+        folder.write(&format!("{name}.sh"), &format!("echo ready; while read -r line; do {answer}; done\n"));
+    }
+    let own = format!("'{}' peers runner --variant obb-area \"$@\"\n", env!("CARGO_BIN_EXE_bvbench"));
+    let zeros = "size=$(wc -c < \"$3/ns.npy\"); head -c 128 \"$3/ns.npy\" > head.npy; head -c $((size - 128)) /dev/zero | cat head.npy - > \"$3/ns.npy\"\n";
+    folder.write("timeless.sh", &(own + zeros));
+    arguments.extend(["--runner", "frozen=sh frozen.sh", "--runner", "eternal=sh eternal.sh"]);
+    arguments.extend(["--runner", "timeless=sh timeless.sh"]);
     let output = folder.run(&arguments);
     let (said, noted) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
     assert_eq!(output.status.code(), Some(1), "{noted}");
@@ -38,6 +49,9 @@ fn engines_are_compared_and_those_that_fail_are_named() {
         ("missing", "no-such-program cannot be started"),
         ("empty", "verdicts.npy"),
         ("rude", "it said `what` to `build`"),
+        ("frozen", "it said `done 0` to `chunk "),
+        ("eternal", "it said `done 18446744073709551615` to `build`: a time is from 0 to 600000000000 ns"),
+        ("timeless", "ns.npy holds 0 ns for pose "),
     ] {
         let line = noted.lines().find(|line| line.starts_with(&format!("SKIPPED: {engine} on scene ring:ball")));
         assert!(line.is_some_and(|line| line.contains(reason)), "{engine}: {noted}");

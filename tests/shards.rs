@@ -78,8 +78,17 @@ fn seven_merged_shards_are_the_run_byte_for_byte() {
     };
     let protocol = text.replacen("\"protocol\": \"", "\"protocol\": \"9", 1);
     assert!(with(protocol).contains("protocol 9"));
-    assert!(with(text.replace("\"seed\": 2011", "\"seed\": 2012")).contains("the plan that its manifest tells"));
+    let edited = with(text.replace("\"seed\": 2011", "\"seed\": 2012"));
+    assert!(edited.contains("the manifest of copy-of-3 was changed"), "{edited}");
     assert!(with(text.replace("\"measure\"", "\"plot\"")).contains("unfinished"));
+    // Units without their hashes: all of them, or one.
+    let mut value: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let rows = value["rows"].as_object().unwrap().clone();
+    for left in [0, rows.len() - 1] {
+        value["rows"] = rows.clone().into_iter().take(left).collect::<serde_json::Map<_, _>>().into();
+        let refused = with(value.to_string());
+        assert!(refused.contains("copy-of-3 is unfinished"), "{left}: {refused}");
+    }
     fs::write(&manifest, &text).unwrap();
     let unit = folder.path("copy-of-3/units/verify/scenes/scene");
     let file = fs::read_dir(unit).unwrap().next().unwrap().unwrap().path().join("verification.csv");

@@ -38,6 +38,53 @@ def test_what_does_not_fit_is_named(tmp_path: Path) -> None:
     (tmp_path / "poses.npy").unlink()
     with pytest.raises(bvbench.RunError, match=r"poses.npy lacks"):
         bvbench.Pair.load(tmp_path)
+    (tmp_path / "poses.npy").write_bytes(b"")
+    with pytest.raises(bvbench.RunError, match=r"poses.npy: not an array"):
+        bvbench.Pair.load(tmp_path)
+
+
+def test_what_is_no_pair_is_refused_whichever_way_it_comes(tmp_path: Path) -> None:
+    box = trimesh.creation.box((1, 1, 1))
+    good = bvbench.Pair.from_meshes(box, box, np.stack([np.eye(4)] * 3))
+    good.exact, good.grazing, good.stratum, good.truth = np.ones(3, bool), np.zeros(3, bool), np.zeros(3, np.uint8), np.zeros(3)
+    good.save(tmp_path)
+    nowhere = np.stack([np.eye(4)[:3]] * 3)
+    scaled = 2 * nowhere
+    nowhere[1, 0, 3] = np.nan
+    for name, values, message in [
+        ("a_faces", np.array([[0, 1, -1]]), "-1 is not a whole number from 0 to 7"),
+        ("a_faces", np.array([[0, 1, 1.5]]), "1.5 is not"),
+        ("b_faces", np.array([[0, 1, 8]], np.uint32), "8 is not"),
+        ("b_faces", np.array([[0, 1, np.nan]]), "nan is not"),
+        ("b_faces", np.array([0, 1, 2]), r"int64 of shape \(3,\), not whole numbers of shape \(n, 3\)"),
+        ("a_vertices", np.full((8, 3), np.inf), "finite numbers of shape"),
+        ("a_vertices", np.zeros((8, 2)), "finite numbers of shape"),
+        ("chunks", np.array([[0, 4]], np.uint32), "4 is not a whole number from 0 to 3"),
+        ("chunks", np.array([[2, 2]], np.uint32), "a range without poses"),
+        ("chunks", np.array([0, 3], np.uint32), r"shape \(n, 2\)"),
+        ("poses", nowhere, "pose 1 is not a rotation"),
+        ("poses", scaled, "pose 0 is not a rotation"),
+        ("poses", np.zeros((3, 2, 4)), "poses have shape"),
+        ("stratum", np.array([0, 1, 4], np.uint8), "4 is not a whole number from 0 to 3"),
+        ("exact", np.array([0, 1, 2], np.uint8), "2 is not a whole number from 0 to 1"),
+        ("grazing", np.zeros((3, 1), np.uint8), r"shape \(n\)"),
+        ("truth", np.array([0, 1, np.nan]), "truth: numbers"),
+        ("truth", np.zeros(2), "2 entries for 3 poses"),
+    ]:
+        shown = {field: getattr(good, field) for field in good.__dataclass_fields__}
+        with pytest.raises(ValueError, match=message):
+            bvbench.Pair(**(shown | {name: values}))
+        folder = tmp_path / "bad"
+        good.save(folder)
+        np.save(folder / f"{name}.npy", values)
+        with pytest.raises(bvbench.RunError, match=message):
+            bvbench.Pair.load(folder)
+        other = bvbench.Pair(**shown)
+        setattr(other, name, values)
+        with pytest.raises(ValueError, match=message):
+            other.save(tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+    assert bvbench.Pair.load(tmp_path).exact.tolist() == [True] * 3
 
 
 def test_the_truth_of_a_pair_that_was_there_before_is_gone(tmp_path: Path) -> None:
@@ -95,6 +142,11 @@ def test_a_bad_row_is_named(tmp_path: Path) -> None:
         (f"{header}tool,nan,0,0,0,1,2,3\n", "2: the quaternion's length is not 1"),
         (f"{header}tool,1,0,0,0,1,nan,3\n", "2: pose 0 is not"),
         (f"{header}tool,1,0,0\n", "2: 3 numbers, not 7"),
+        (f"{header}tool,1,0,0,0,1_0,2,3\n", "2: could not convert"),
+        (f"{header}tool,1,0,0,0,１,2,3\n", "2: could not convert"),
+        (f"{header}tool,1,0,0,0,-1.1e9,2,3\n", "2: -1100000000.0 is beyond 1e[+]09 mm; is the unit right"),
+        (f"{header}tool,1,0,0,0,1,2,inf\n", "2: inf is beyond"),
+        (f"{header}{'tool' * 50_000},1,0,0,0,1,2,3\n", "2: field larger"),
         ("# a comment\npart,x,y\n", "2: the columns must be"),
         ("", "1: the columns must be"),
         (header, "1: there is no pose"),
@@ -102,6 +154,23 @@ def test_a_bad_row_is_named(tmp_path: Path) -> None:
         (tmp_path / "poses.csv").write_text(text, encoding="utf-8")
         with pytest.raises(bvbench.RunError, match=f"poses.csv:{message}"):
             bvbench.read_poses(tmp_path / "poses.csv")
+
+
+def test_every_encoding_and_line_end_that_bvbench_reads_is_read(tmp_path: Path) -> None:
+    path, text = tmp_path / "poses.csv", "part,qw,qx,qy,qz,tx,ty,tz\nü,1,0,0,0,1,2,1e9\n"
+    for content in (
+        text.encode("utf-8-sig"),
+        text.encode("utf-16"),
+        b"\xfe\xff" + text.encode("utf-16-be"),
+        text.replace("\n", "\r\n").encode(),
+        text.replace("\n", "\r").encode("utf-16"),
+    ):
+        path.write_bytes(content)
+        [frame] = bvbench.read_poses(path)
+        assert frame["ü"][:3, 3].tolist() == [1, 2, 1e9]
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(bvbench.RunError, match="poses.csv:2: 'utf-8' codec"):
+        bvbench.read_poses(path)
 
 
 def test_spaces_and_blank_lines_mean_nothing(tmp_path: Path) -> None:

@@ -1,9 +1,13 @@
 """The check of a data release: it passes what is right and finds what was changed."""
 
 import hashlib
+import io
+import json
 import os
+import random
 import subprocess
 import sys
+import tarfile
 from pathlib import Path
 
 import numpy as np
@@ -94,3 +98,43 @@ def test_a_release_of_the_committed_run_passes_and_has_the_same_bytes_twice(tmp_
     assert (tmp_path / "one.tar.gz").read_bytes() == (tmp_path / "two.tar.gz").read_bytes()
     done = subprocess.run([script, "--check", str(tmp_path / "one.tar.gz"), "--sample", "4"], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "3 pairs, 12 verdicts computed again, 0 differences"
+    # The scenes are those that the run read, whatever they are today.
+    with tarfile.open(tmp_path / "one.tar.gz") as archive:
+        archive.extractall(tmp_path, filter="data")
+    [top] = tmp_path.glob("*/run")
+    manifest = json.loads((top / "manifest.json").read_text(encoding="utf-8"))
+    for scene in manifest["scenes"]:
+        told = subprocess.run([os.environ["BVBENCH"], "scene", "info", top.parent / "scenes" / scene["name"], "--json"], capture_output=True, check=True)
+        assert json.loads(told.stdout)["inputs"].items() <= manifest["inputs"].items()
+
+
+@pytest.mark.skipif("BVBENCH" not in os.environ, reason="BVBENCH names no program")
+@pytest.mark.parametrize(
+    ("inputs", "fault"),
+    [
+        ({"lathe-toolpost/scene.toml": "00"}, "not the files that the run read: lathe-toolpost/scene.toml; pack the run in a clone that has its revision, 489fd31d"),
+        ({"lathe-toolpost/arm.stl": "00"}, "not bvbench's own, so not ours to release: lathe-toolpost/arm.stl"),
+        ({"lathe-toolpost/../../LICENSE-MIT": "00"}, "not bvbench's own"),
+        ({"lathe-toolpost/README.md": "00"}, "not the files that the run read: lathe-toolpost/README.md"),
+    ],
+)
+def test_scenes_that_the_run_did_not_read_are_not_packed(tmp_path: Path, inputs: dict[str, str], fault: str) -> None:
+    manifest = json.loads((SCRIPTS.parent / "results/reference/manifest.json").read_text(encoding="utf-8"))
+    manifest["inputs"] |= inputs
+    (tmp_path / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    refused = subprocess.run([str(SCRIPTS / "release-data"), "--out", str(tmp_path / "made.tar.gz"), str(tmp_path)], capture_output=True, text=True)
+    assert (refused.returncode, fault in refused.stderr) == (2, True), refused.stderr
+    assert not (tmp_path / "made.tar.gz").exists()
+
+
+def test_an_archive_that_is_cut_short_or_broken_is_no_input(tmp_path: Path) -> None:
+    path = tmp_path / "made.tar.gz"
+    with tarfile.open(path, "w:gz") as archive:
+        entry = tarfile.TarInfo("top/noise")
+        entry.size = 100_000
+        archive.addfile(entry, io.BytesIO(random.Random(1).randbytes(entry.size)))
+    whole = path.read_bytes()
+    for content in (whole[:50_000], whole[:1000] + bytes(1000) + whole[2000:], whole[:20] + b"\xff" * 40 + whole[60:], b"no archive", b""):
+        path.write_bytes(content)
+        done = subprocess.run([sys.executable, str(SCRIPTS / "release-data.d/main.py"), "--home", str(tmp_path), "--check", str(path)], capture_output=True, text=True)
+        assert (done.returncode, done.stderr.startswith(f"error: {path}")) == (2, True), done.stderr

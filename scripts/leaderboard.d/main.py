@@ -40,6 +40,19 @@ def ranking(entries):
     return sorted(table, key=lambda row: (row["missed"] > 0, -row["mean"], row["engine"]))
 
 
+def names(folders):
+    """The end of each folder's path, as much of it as tells it from the others."""
+
+    def end(folder, count):
+        return folder.parts[-count:]
+
+    def alone(folder, count):
+        return sum(end(other, count) == end(folder, count) for other in folders) == 1
+
+    counts = {folder: next(count for count in range(1, len(folder.parts) + 1) if alone(folder, count)) for folder in folders}
+    return {folder: Path(*end(folder, count)).as_posix() for folder, count in counts.items()}
+
+
 def figure(ratio):
     """A ratio with two decimals, or with two digits that are not zero."""
     return f"{ratio:.2f}" if ratio >= 0.1 else f"{ratio:.2g}"
@@ -58,14 +71,14 @@ def described(submission):
     return f"{name} <small>({escape(submission['licence'])})<br>{escape(submission['method'])}</small>"
 
 
-def section(cpu, entries):
+def section(cpu, entries, called):
     head = "".join(f"<th>{escape(scene)}</th>" for scene in SCENES)
     lines = [f"<h2>{escape(cpu)}</h2><table><thead><tr><th>method</th><th>record</th>{head}<th>mean</th><th>missed</th><th>invented</th></tr></thead><tbody>"]
     for row in ranking(entries):
         submission = next(iter(row["scenes"].values()))["submission"]
         scenes = "".join(f"<td>{cell(row['scenes'][scene])}</td>" for scene in SCENES)
         wrong = "".join(f"<td{' class=wrong' if row[name] else ''}>{row[name]}</td>" for name in ("missed", "invented"))
-        record = f"{escape(row['folder'])}{' (submission, checked)' if submission else ''}"
+        record = f"{escape(called[row['folder']])}{' (submission, checked)' if submission else ''}"
         lines.append(f"<tr><td>{described(submission) if submission else escape(row['engine'])}</td><td>{record}</td>{scenes}<td>{figure(row['mean'])}</td>{wrong}</tr>")
     return "\n".join([*lines, "</tbody></table>"])
 
@@ -74,7 +87,8 @@ def page(entries):
     machines = defaultdict(list)
     for entry in entries:
         machines[entry["cpu"]].append(entry)
-    sections = "\n".join(section(cpu, machines[cpu]) for cpu in sorted(machines))
+    called = names({entry["folder"] for entry in entries})
+    sections = "\n".join(section(cpu, machines[cpu], called) for cpu in sorted(machines))
     return f"""<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>bvbench leaderboard</title><style>{STYLE}</style></head><body>
 <h1>Does it collide?</h1>
 <p>How many times faster than <code>{REFERENCE}</code> a whole engine answers the same poses on the same machine, with 95 % intervals over chunks of poses where the record has the raw rows; the mean is geometric,
@@ -92,8 +106,10 @@ def main():
             record = Record(folder)
             if options.check or record.submission is not None:
                 record.check()
+            # All of a record or nothing.
+            entries += list(record.entries())
+            if record.submission is not None:
                 print(f"{folder}: {record.submission['name']} {record.submission['version']} passes")
-            entries.extend(record.entries())
         except Fault as fault:
             print(f"error: {fault}", file=sys.stderr)
             failed = True

@@ -6,11 +6,14 @@ import hashlib
 import io
 import json
 import os
+import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tarfile
 import tempfile
+import zlib
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -43,12 +46,42 @@ def program(home):
     return ["cargo", "run", "--release", "--quiet", "--manifest-path", str(home / "Cargo.toml"), "--"]
 
 
-def export(home, scene, seed, poses, folder):
-    """Meshes, poses and verdicts of a scene, by the program."""
-    command = [*program(home), "peers", "export", "--scene", scene, "--seed", str(seed), "--poses", str(poses), "--quiet", "--out", str(folder)]
+def ask(home, *words):
+    """What the program writes to standard output."""
+    command = [*program(home), *map(str, words)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise Refused(f"{shlex.join(command)}: {(done.stderr.strip() or 'failed').splitlines()[-1]}")
+    return done.stdout
+
+
+def source(home, revision, name):
+    """A file of the shipped scenes at a revision, or today's where the history does not have it; `None` where there is none."""
+    if shutil.which("git") and re.fullmatch("[0-9a-f]{40}", revision or ""):
+        shown = subprocess.run(["git", "-C", home, "show", f"{revision}:bench-scenes/{name}"], capture_output=True)
+        if shown.returncode == 0:
+            return shown.stdout
+    path = home / "bench-scenes" / name
+    return path.read_bytes() if path.resolve().is_relative_to(home.resolve() / "bench-scenes") and path.is_file() else None
+
+
+def write_scenes(home, manifest, scenes, folder):
+    """Writes the scene files that the run read, and holds them to the manifest's hashes."""
+    inputs, revision = manifest["inputs"], manifest["program"].get("git_revision")
+    found = {name: source(home, revision, name) for name in inputs.keys() | {f"{scene}/scene.toml" for scene in scenes}}
+    foreign = sorted(name for name, content in found.items() if content is None)
+    if foreign:
+        raise Refused(f"not bvbench's own, so not ours to release: {', '.join(foreign)}")
+    for name, content in found.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    hashes = {}
+    for scene in scenes:
+        hashes |= json.loads(ask(home, "scene", "info", folder / scene, "--json"))["inputs"]
+    changed = sorted(name for name in hashes.keys() | inputs.keys() if hashes.get(name) != inputs.get(name))
+    if changed:
+        raise Refused(f"not the files that the run read: {', '.join(changed)}; pack the run in a clone that has its revision, {revision or 'which it does not name'}")
 
 
 def gather(home, run, poses, scratch):
@@ -60,22 +93,22 @@ def gather(home, run, poses, scratch):
     scenes = [scene["name"] for scene in manifest.get("scenes", [])]
     if not scenes:
         raise Refused(f"{run} names no scenes: is it the folder of a run that was measured?")
-    foreign = [scene for scene in scenes if not (home / "bench-scenes" / scene / "scene.toml").is_file()]
-    if foreign:
-        raise Refused(f"not bvbench's own, so its meshes are not ours to release: {', '.join(foreign)}")
+    texts, exported = scratch / "texts", scratch / "exported"
+    write_scenes(home, manifest, scenes, texts)
     files = {f"run/{path.relative_to(run).as_posix()}": path for path in run.rglob("*") if path.is_file() and not LEFT_OUT & set(path.relative_to(run).parts)}
     counts = []
     for scene in scenes:
         print(f"exporting {scene}", file=sys.stderr, flush=True)
-        export(home, scene, manifest["request"]["seed"], poses, scratch)
-        for pair in sorted(path.parent for path in (scratch / scene).rglob("poses.npy")):
+        # Meshes, poses and verdicts.
+        ask(home, "peers", "export", "--scene", texts / scene, "--seed", manifest["request"]["seed"], "--poses", poses, "--quiet", "--out", exported)
+        for pair in sorted(path.parent for path in (exported / scene).rglob("poses.npy")):
             name = f"scenes/{scene}/{pair.name}"
             files |= {f"{name}/{path.name}": path for path in pair.glob("*.npy")}
             counts.append(name)
         about = home / "bench-scenes" / scene / "README.md"
         files |= {f"scenes/{scene}/README.md": about} if about.is_file() else {}
     # Scene files, programs and shared machines, as the manifest names them.
-    files |= {f"scenes/{name}": home / "bench-scenes" / name for name in manifest["inputs"]}
+    files |= {f"scenes/{name}": texts / name for name in manifest["inputs"]}
     files |= {name: home / name for name in ("LICENSE-MIT", "LICENSE-APACHE", "CITATION.cff")}
     files |= {"DICTIONARY.md": home / "results/README.md", "RUNNER.md": home / "docs/adding-a-peer.md", "check.py": HERE / "check.py"}
     readme = scratch / "README.md"
@@ -135,9 +168,9 @@ def release(options):
 def check(options):
     with tempfile.TemporaryDirectory() as scratch:
         try:
-            with tarfile.open(options.check) as archive:
+            with tarfile.open(options.check, "r:gz") as archive:
                 archive.extractall(scratch, filter="data")
-        except (OSError, tarfile.TarError) as error:
+        except (OSError, EOFError, zlib.error, tarfile.TarError) as error:
             raise Refused(f"{options.check}: {error}") from error
         sums = list(Path(scratch).glob("*/SHA256SUMS"))
         if len(sums) != 1:

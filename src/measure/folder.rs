@@ -221,7 +221,7 @@ impl Folder {
     /// When a file cannot be read.
     pub fn seal_units(&mut self, names: &[&str]) -> Result<(), RecordError> {
         let units = self.unit(names);
-        if units.exists() { self.manifest.seal_below(&self.path, &units) } else { Ok(()) }
+        self.manifest.seal_below(&self.path, &units)
     }
 
     /// Takes the units of another folder as its own.

@@ -523,7 +523,8 @@ fn raw_files(stage: Stage) -> Vec<&'static str> {
     tables.iter().flat_map(|tables| tables.iter().map(|table| table.file)).chain([CaseRow::FILE]).collect()
 }
 
-const fn stage_folder(stage: Stage) -> &'static str {
+/// The folder of a stage's units.
+pub(super) const fn stage_folder(stage: Stage) -> &'static str {
     match stage {
         Stage::Verify => "verify",
         Stage::Measure => "measure",

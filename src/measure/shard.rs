@@ -7,7 +7,7 @@
 
 use super::folder::{self, Folder, difference};
 use super::plan::{Plan, PlanError};
-use super::run::{MeasureError, Run};
+use super::run::{MeasureError, Run, stage_folder};
 use super::study;
 use crate::record::manifest::{PROTOCOL, ShardEntry, Stage};
 use crate::record::{FolderLock, Manifest, RecordError};
@@ -92,6 +92,9 @@ pub enum MergeError {
         /// What differs.
         difference: &'static str,
     },
+    /// A manifest is not that of the plan that its shard began with.
+    #[error("the manifest of {} was changed: it tells another plan than the shard began with; make the shard again with --fresh", .0.display())]
+    Edited(PathBuf),
     /// The shards were made by another version.
     #[error("{shard} is of {found}, this is {here}: merge with the program that made the shards", shard = shard.display())]
     AnotherVersion {
@@ -120,8 +123,8 @@ pub enum MergeError {
         /// Their numbers.
         lacking: String,
     },
-    /// A shard lacks a stage that another one has, or has none.
-    #[error("{} is unfinished: give its command again", .0.display())]
+    /// A shard lacks a stage that another one has, or has none, or has units whose hashes its manifest lacks.
+    #[error("{} is unfinished: give its command again, with --fresh if its manifest was changed", .0.display())]
     Unfinished(PathBuf),
     /// Launches of two kinds of machine.
     #[error(
@@ -198,6 +201,7 @@ pub fn merge(
         return merge_study(&parts, out, fresh).map(|()| None);
     }
     let stages = finished_stages(&parts)?;
+    check_sealed(&parts, &stages.iter().map(|&stage| stage_folder(stage)).collect::<Vec<_>>())?;
     // The first launch is in the first shard.
     let mut whole = parts[0].plan();
     if parts.iter().any(|part| part.manifest.program.hash != whole.program.hash) {
@@ -224,10 +228,7 @@ pub fn merge(
 
 /// Gathers the units of a study's shards.
 fn merge_study(parts: &[Part], out: &Path, fresh: bool) -> Result<(), MergeError> {
-    // A shard seals its units when it has them all; one of many shards may have none.
-    if let Some(part) = parts.iter().find(|part| part.has_units(&study::KINDS) && part.manifest.rows.is_empty()) {
-        return Err(MergeError::Unfinished(part.path.clone()));
-    }
+    check_sealed(parts, &study::KINDS)?;
     let mut whole = Manifest { rows: BTreeMap::new(), ..parts[0].plan() };
     // The study's command may be of the build of another host.
     whole.program.hash.clear();
@@ -256,8 +257,7 @@ fn check_plans(parts: &[Part]) -> Result<(), MergeError> {
         }
         // What was edited since the shard began does not go by the hash that was noted then.
         if part.plan().plan_hash() != part.entry.plan {
-            let (first, other) = (part.path.clone(), part.path.clone());
-            return Err(MergeError::AnotherPlan { first, other, difference: "the plan that its manifest tells" });
+            return Err(MergeError::Edited(part.path.clone()));
         }
     }
     Ok(())
@@ -285,6 +285,18 @@ fn finished_stages(parts: &[Part]) -> Result<Vec<Stage>, MergeError> {
         Some(part) => Err(MergeError::Unfinished(part.path.clone())),
         None => Ok(most),
     }
+}
+
+/// All units of these kinds are sealed: a shard does so when it has them all. One of many shards may have none.
+fn check_sealed(parts: &[Part], kinds: &[&str]) -> Result<(), MergeError> {
+    for part in parts {
+        for kind in kinds {
+            if !part.manifest.is_sealed_below(&part.path, &folder::units(&part.path, &[kind]))? {
+                return Err(MergeError::Unfinished(part.path.clone()));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// All launches were timed on machines of one kind.

@@ -294,18 +294,19 @@ impl Manifest {
     /// # Errors
     /// When one cannot be read.
     pub fn seal_below(&mut self, folder: &Path, below: &Path) -> Result<(), RecordError> {
-        let entries = fs::read_dir(below).map_err(RecordError::io("read", below))?;
-        for entry in entries {
-            let path = entry.map_err(RecordError::io("read", below))?.path();
-            if path.is_dir() {
-                self.seal_below(folder, &path)?;
-            } else {
-                let names = path.strip_prefix(folder).unwrap_or(&path).components();
-                let names: Vec<_> = names.map(|name| name.as_os_str().to_string_lossy()).collect();
-                self.rows.insert(names.join("/"), hash(&path)?);
-            }
+        for file in files_below(folder, below)? {
+            let hash = hash(&folder.join(&file))?;
+            self.rows.insert(file, hash);
         }
         Ok(())
+    }
+
+    /// Whether the hash of every file below a folder in the run's folder was noted.
+    ///
+    /// # Errors
+    /// When the folder cannot be read.
+    pub fn is_sealed_below(&self, folder: &Path, below: &Path) -> Result<bool, RecordError> {
+        Ok(files_below(folder, below)?.iter().all(|file| self.rows.contains_key(file)))
     }
 
     /// Notes the hashes of files of raw rows in the run's folder.
@@ -348,6 +349,25 @@ impl Manifest {
     pub fn write(&self, folder: &Path) -> Result<(), RecordError> {
         write_json(&folder.join(Self::FILE), self)
     }
+}
+
+/// Every file below a folder in the run's folder, by its path there; none where there is no such folder.
+fn files_below(folder: &Path, below: &Path) -> Result<Vec<String>, RecordError> {
+    let mut files = Vec::new();
+    if !below.exists() {
+        return Ok(files);
+    }
+    for entry in fs::read_dir(below).map_err(RecordError::io("read", below))? {
+        let path = entry.map_err(RecordError::io("read", below))?.path();
+        if path.is_dir() {
+            files.extend(files_below(folder, &path)?);
+        } else {
+            let names = path.strip_prefix(folder).unwrap_or(&path).components();
+            let names: Vec<_> = names.map(|name| name.as_os_str().to_string_lossy()).collect();
+            files.push(names.join("/"));
+        }
+    }
+    Ok(files)
 }
 
 fn hash(path: &Path) -> Result<String, RecordError> {

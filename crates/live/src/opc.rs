@@ -82,10 +82,10 @@ pub(crate) fn now_ns() -> i64 {
     i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
 }
 
-/// A number in the type of another value of the same node; `None` where that is no number.
+/// A number in the type of another value of the same node; `None` where that type does not hold it. A Boolean holds 0 and 1.
 pub(crate) fn like(template: &Variant, number: u32) -> Option<Variant> {
     Some(match template {
-        Variant::Boolean(_) => Variant::Boolean(number != 0),
+        Variant::Boolean(_) => (number <= 1).then_some(Variant::Boolean(number == 1))?,
         Variant::SByte(_) => Variant::SByte(i8::try_from(number).ok()?),
         Variant::Byte(_) => Variant::Byte(u8::try_from(number).ok()?),
         Variant::Int16(_) => Variant::Int16(i16::try_from(number).ok()?),

@@ -10,6 +10,13 @@ use opcua::types::{AttributeId, DataValue, DateTime, NodeId, NumericRange, Statu
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Largest number that tells a hold.
+pub(crate) const MOST_HOLD: u32 = 1;
+/// Largest number that tells a verdict.
+pub(crate) const MOST_VERDICT: u32 = Verdict::Collision as u32;
+/// Largest number of a heartbeat: seven bits fit into every type of a number.
+pub(crate) const MOST_BEAT: u32 = 0x7f;
+
 /// A node that takes numbers, and a value of its type.
 pub(crate) type Target = (NodeId, Variant);
 
@@ -126,8 +133,7 @@ impl Outputs {
             Way::Method(..) => None,
         };
         let verdict = value(&self.verdict, output.verdict as u32, stamp);
-        // Seven bits fit into every type of a number.
-        let beat = self.heartbeat.as_ref().zip(output.beat).map(|(node, beat)| value(node, beat & 0x7f, stamp));
+        let beat = self.heartbeat.as_ref().zip(output.beat).map(|(node, beat)| value(node, beat & MOST_BEAT, stamp));
         hold.into_iter().chain([verdict]).chain(beat).collect()
     }
 }
@@ -196,6 +202,22 @@ mod tests {
 
     fn method() -> Way {
         Way::Method(NodeId::new(2, 1), NodeId::new(2, 2))
+    }
+
+    #[test]
+    fn a_type_that_takes_the_largest_number_tells_all_numbers_apart() {
+        let numbers =
+            [Variant::SByte(0), Variant::Byte(0), Variant::Int16(0), Variant::Float(0.0), Variant::Double(0.0)];
+        for most in [MOST_HOLD, MOST_VERDICT, MOST_BEAT] {
+            let told = |template: &Variant, number: u32| opc::like(template, number).as_ref().and_then(opc::number);
+            for template in &numbers {
+                for number in 0..=most {
+                    assert_eq!(told(template, number), Some(f64::from(number)), "{template:?}");
+                }
+            }
+            let hold = (most == MOST_HOLD).then_some(1.0);
+            assert_eq!(told(&Variant::Boolean(false), most), hold, "a Boolean tells the hold alone");
+        }
     }
 
     #[tokio::test]

@@ -9,7 +9,7 @@ use crate::judge::Verdict;
 use crate::log::{Log, Row};
 use crate::monitor::{Fault, Monitor, Outcome, Reading, Slot};
 use crate::opc::{self, now_ns};
-use crate::outputs::{Output, Outputs, Target, Way};
+use crate::outputs::{MOST_BEAT, MOST_HOLD, MOST_VERDICT, Output, Outputs, Target, Way};
 use bvbench::scene::Scene;
 use opcua::client::{Client, ClientBuilder, MonitoredItemMap, OnSubscriptionNotificationCore, Session};
 use opcua::types::{
@@ -304,13 +304,13 @@ async fn subscribe(
     let (sender, batches) = mpsc::channel(BATCHES);
     let (items, slots) = items(session, config).await?;
     let nodes = &config.nodes;
-    let verdict = writable(session, config, &nodes.verdict).await?;
+    let verdict = writable(session, config, &nodes.verdict, MOST_VERDICT).await?;
     let heartbeat = match &nodes.heartbeat {
-        Some(node) => Some(writable(session, config, node).await?),
+        Some(node) => Some(writable(session, config, node, MOST_BEAT).await?),
         None => None,
     };
     let hold = match &nodes.hold {
-        Hold::Node(node) => Way::Node(writable(session, config, node).await?),
+        Hold::Node(node) => Way::Node(writable(session, config, node, MOST_HOLD).await?),
         Hold::Method { object, method } => {
             Way::Method(resolve(session, config, object).await?, resolve(session, config, method).await?)
         }
@@ -405,16 +405,20 @@ fn target(node: &Node, found: BrowsePathResult) -> Result<NodeId, Fault> {
     }
 }
 
-/// A node that takes numbers, and a value of its type.
-async fn writable(session: &Session, config: &Config, node: &Node) -> Result<Target, Fault> {
+/// A node of a type that tells the numbers 0 to `most` apart, and a value of that type.
+async fn writable(session: &Session, config: &Config, node: &Node, most: u32) -> Result<Target, Fault> {
     let node_id = resolve(session, config, node).await?;
     let read = ReadValueId { node_id: node_id.clone(), attribute_id: AttributeId::Value as u32, ..Default::default() };
     let values = session.read(&[read], TimestampsToReturn::Neither, 0.0).await;
     let value = values.map_err(|error| Fault::Lost(error.to_string()))?.into_iter().next().unwrap_or_default();
     let status = value.status();
-    match value.value.filter(|value| status.is_good() && opc::like(value, 0).is_some()) {
-        Some(template) => Ok((node_id, template)),
-        None => Err(Fault::Node(format!("node {node} cannot be read as a number: {status}"))),
+    match value.value.filter(|_| status.is_good()) {
+        Some(template) if opc::like(&template, most).is_some() => Ok((node_id, template)),
+        Some(other) => {
+            let cause = format!("node {node} holds {other:?}: give it a type of numbers from 0 to {most}");
+            Err(Fault::Node(cause))
+        }
+        None => Err(Fault::Node(format!("node {node} cannot be read: {status}"))),
     }
 }
 

@@ -450,15 +450,23 @@ fn nodes_are_found_by_path_and_a_hold_is_given_by_method() {
 }
 
 #[test]
-fn a_node_that_the_control_lacks_holds_and_is_named() {
+fn a_node_that_the_control_lacks_or_that_cannot_tell_verdicts_apart_holds_and_is_named() {
     let (scene, place, socket) = (scene(), Place::new(), listen());
     let config = place.config(socket.1, "", "");
     let run = place.program(&scene, CLEAR);
     let control = Control::start(&scene, run, config.clone(), Options { repeat: true, ..patient() }, socket);
-    let wrong = place.config(control.address, "", "heartbeat = \"ns=2;s=nobody\"\n");
-    let mut watch = Watch::start(&scene, wrong, None, None);
-    let report = watch.wait(|report| report.row.fault == "node");
-    assert!(report.row.holds && report.row.message.contains("ns=2;s=nobody"), "{:?}", report.row);
+    // The hold is a Boolean.
+    let hold = "ns=2;s=/Channel/Parameter/R[u1,901]";
+    for (node, id, expected) in [
+        ("heartbeat", "ns=2;s=nobody", "ns=2;s=nobody"),
+        ("heartbeat", hold, "R[u1,901] holds Boolean(true): give it a type of numbers from 0 to 127"),
+        ("verdict", hold, "R[u1,901] holds Boolean(true): give it a type of numbers from 0 to 3"),
+    ] {
+        let wrong = place.config(control.address, "", &format!("{node} = \"{id}\"\n"));
+        let mut watch = Watch::start(&scene, wrong, None, None);
+        let report = watch.wait(|report| report.row.fault == "node");
+        assert!(report.row.holds && report.row.message.contains(expected), "{:?}", report.row);
+    }
 }
 
 /// A way to a control that can be cut.

@@ -3,7 +3,7 @@
 use numpy::{PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
 use obbtree::nalgebra::{Isometry3, Point3};
 use obbtree::{BatchError, ManagerError, pose_from_matrix};
-use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyKeyError, PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::fmt::Display;
@@ -21,10 +21,21 @@ pub fn manager_error(error: ManagerError) -> PyErr {
     }
 }
 
-/// How many answers are wanted at most: all where there is no limit.
-pub fn limit(limit: Option<i64>) -> PyResult<usize> {
+/// How many answers are wanted at most: all where there is no limit, or more than can be counted.
+pub fn limit(limit: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
     let Some(limit) = limit else { return Ok(usize::MAX) };
-    usize::try_from(limit).map_err(|_| value_error(format!("the limit is {limit}; it cannot be negative")))
+    if limit.lt(0)? {
+        return Err(value_error(format!("the limit is {limit}; it cannot be negative")));
+    }
+    match limit.extract::<usize>() {
+        Err(error) if error.is_instance_of::<PyOverflowError>(limit.py()) => Ok(usize::MAX),
+        found => found,
+    }
+}
+
+/// A length that distances are compared with; it may be infinite.
+pub fn length(length: f64) -> PyResult<f64> {
+    if length.is_nan() { Err(value_error("the length is nan, not a number")) } else { Ok(length) }
 }
 
 /// Anything like an array, as numbers of type `f64` with their shape.

@@ -117,14 +117,15 @@ impl Manager {
     }
 
     #[pyo3(signature = (limit = None))]
-    fn contacts(&self, py: Python<'_>, limit: Option<i64>) -> PyResult<Vec<(Names, Contacts)>> {
+    fn contacts(&self, py: Python<'_>, limit: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<(Names, Contacts)>> {
         let limit = convert::limit(limit)?;
         Ok(self.ask(py, |manager| contacts_of(manager.contacts(limit))))
     }
 
     #[pyo3(signature = (reach = 0.0))]
-    fn near_pairs(&self, py: Python<'_>, reach: f64) -> Vec<Names> {
-        self.ask(py, |manager| manager.near_pairs(reach).into_iter().map(owned).collect())
+    fn near_pairs(&self, py: Python<'_>, reach: f64) -> PyResult<Vec<Names>> {
+        let reach = convert::length(reach)?;
+        Ok(self.ask(py, |manager| manager.near_pairs(reach).into_iter().map(owned).collect()))
     }
 
     fn nearest(&self, py: Python<'_>) -> PyResult<Option<(Names, Nearest)>> {
@@ -147,15 +148,20 @@ impl Manager {
     }
 
     #[pyo3(signature = (other, limit = None))]
-    fn contacts_with(&self, py: Python<'_>, other: &Self, limit: Option<i64>) -> PyResult<Vec<(Names, Contacts)>> {
+    fn contacts_with(
+        &self,
+        py: Python<'_>,
+        other: &Self,
+        limit: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<(Names, Contacts)>> {
         let (limit, other) = (convert::limit(limit)?, other.copy(py));
         Ok(self.ask(py, |manager| contacts_of(manager.contacts_with(&other, limit))))
     }
 
     #[pyo3(signature = (other, reach = 0.0))]
-    fn near_pairs_with(&self, py: Python<'_>, other: &Self, reach: f64) -> Vec<Names> {
-        let other = other.copy(py);
-        self.ask(py, |manager| manager.near_pairs_with(&other, reach).into_iter().map(owned).collect())
+    fn near_pairs_with(&self, py: Python<'_>, other: &Self, reach: f64) -> PyResult<Vec<Names>> {
+        let (reach, other) = (convert::length(reach)?, other.copy(py));
+        Ok(self.ask(py, |manager| manager.near_pairs_with(&other, reach).into_iter().map(owned).collect()))
     }
 
     fn nearest_with(&self, py: Python<'_>, other: &Self) -> PyResult<Option<(Names, Nearest)>> {

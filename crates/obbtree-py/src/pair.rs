@@ -83,7 +83,7 @@ impl Collider {
         py: Python<'_>,
         other: &Self,
         pose: Option<&Bound<'_, PyAny>>,
-        limit: Option<i64>,
+        limit: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Contacts> {
         let (pose, limit) = (self::pose(pose)?, convert::limit(limit)?);
         py.detach(|| self.0.contacts(&other.0, &pose, limit)).map(Contacts).map_err(value_error)
@@ -102,7 +102,7 @@ impl Collider {
         pose: Option<&Bound<'_, PyAny>>,
         limit: f64,
     ) -> PyResult<Option<Nearest>> {
-        let pose = self::pose(pose)?;
+        let (pose, limit) = (self::pose(pose)?, convert::length(limit)?);
         let found = py.detach(|| self.0.distance_below(&other.0, &pose, limit)).map_err(value_error)?;
         Ok(found.map(Nearest))
     }

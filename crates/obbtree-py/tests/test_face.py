@@ -131,7 +131,7 @@ def test_bad_values_raise():
         (np.eye(3), r"\(4, 4\)"),
         (np.eye(4) * 2, "not a rotation"),
         (np.full((4, 4), np.nan), "not finite"),
-        (at(1e300), "too far"),
+        (at(1e308), "too far"),
     ]:
         with pytest.raises(ValueError, match=message):
             a.distance(a, pose)
@@ -140,9 +140,18 @@ def test_bad_values_raise():
     with pytest.raises(ValueError, match="limit is -1"):
         a.contacts(a, limit=-1)
     manager = obbtree.Manager()
-    for contacts in (lambda: manager.contacts(limit=-3), lambda: manager.contacts_with(manager, limit=-3)):
+    for contacts in (lambda: manager.contacts(limit=-3), lambda: manager.contacts_with(manager, limit=-3), lambda: a.contacts(a, limit=-3 * 10**40)):
         with pytest.raises(ValueError, match="limit is -3"):
             contacts()
+    with pytest.raises(TypeError):
+        a.contacts(a, limit=1.5)
+    for limit in (2**63, 2**64, 10**40):
+        assert len(a.contacts(a, limit=limit)) == len(a.contacts(a)) > 0
+    nan = float("nan")
+    for ask in (lambda: a.distance_below(a, None, nan), lambda: manager.near_pairs(nan), lambda: manager.near_pairs_with(manager, nan)):
+        with pytest.raises(ValueError, match="length is nan"):
+            ask()
+    assert a.distance_below(a, None, float("inf")).distance == 0
     with pytest.raises(ValueError, match="pose 1"):
         a.collides_each(a, [np.eye(4), np.diag([1, 1, -1, 1])])
     assert a.collides_each(a, np.zeros((0, 4, 4))).shape == (0,)

@@ -30,8 +30,8 @@ struct Inner {
     /// Smallest and largest coordinates, asked for by every query of a manager.
     bounds: [Point3<f64>; 2],
     frame: Frame,
-    tree: Arc<Tree>,
-    /// Trees in larger units, by exponent, for pairs with larger meshes.
+    tree: Tree,
+    /// Trees in larger units, by exponent, for pairs with larger meshes and for distances far away.
     coarser: Mutex<Vec<(i32, Arc<Tree>)>>,
 }
 
@@ -63,7 +63,7 @@ impl Collider {
     pub fn new(mesh: Mesh) -> Self {
         let bounds = mesh.bounds();
         let frame = Frame::of(bounds);
-        let tree = Arc::new(tree_of(&mesh, &frame, frame.exponent));
+        let tree = tree_of(&mesh, &frame, frame.exponent);
         Self(Arc::new(Inner { mesh, bounds, frame, tree, coarser: Mutex::default() }))
     }
 
@@ -100,7 +100,8 @@ impl Collider {
     }
 
     /// The distance of the meshes and their nearest points, in the frame of this mesh. The distance is right within 4·10⁻¹¹ of how far apart the corners of
-    /// the two nearest faces are at most, by a count of roundings; in tests within 10⁻¹² of that.
+    /// the two nearest faces are at most, by a count of roundings; in tests within 10⁻¹² of that. For a translation far beyond the size of both meshes (2⁴⁸ times
+    /// and more) their vertices are rounded to 2⁻⁷⁸ of the translation, and each such scale has a tree of its own.
     ///
     /// ```
     /// use obbtree::{Collider, Mesh};
@@ -114,13 +115,13 @@ impl Collider {
     /// ```
     ///
     /// # Errors
-    /// [`PoseError`] when the pose is not finite, has no rotation, or is too far for a distance.
+    /// [`PoseError`] when the pose is not finite, has no rotation, or translates by more than 2¹⁰²² on an axis.
     pub fn distance(&self, other: &Self, a_from_b: &Isometry3<f64>) -> Result<Nearest, PoseError> {
         let found = Pair::new(self, other).distance_below(a_from_b, f64::INFINITY)?;
         Ok(found.expect("two meshes have a distance"))
     }
 
-    /// As [`Collider::distance`] where the distance is below `limit`; `None`, and sooner known, where it is not.
+    /// As [`Collider::distance`] where the distance is below `limit`; `None`, and sooner known, where it is not. No distance is below NaN.
     ///
     /// # Errors
     /// As [`Collider::distance`].
@@ -162,25 +163,30 @@ impl Collider {
         &self.0.frame
     }
 
-    /// The tree in units of 2 to the power of `exponent`, which is not below the mesh's own; built when it is first needed.
-    pub(crate) fn tree(&self, exponent: i32) -> Arc<Tree> {
-        let Inner { mesh, frame, tree, coarser, .. } = &*self.0;
+    /// The tree in the mesh's own unit.
+    pub(crate) fn tree(&self) -> &Tree {
+        &self.0.tree
+    }
+
+    /// The tree in units of 2 to the power of `exponent`, which is not below the mesh's own; built when it is first needed. `None` where it is the mesh's own.
+    pub(crate) fn coarser(&self, exponent: i32) -> Option<Arc<Tree>> {
+        let Inner { mesh, frame, coarser, .. } = &*self.0;
         if exponent == frame.exponent {
-            return tree.clone();
+            return None;
         }
         let kept = || coarser.lock().unwrap_or_else(PoisonError::into_inner);
         let find =
             |trees: &[(i32, Arc<Tree>)]| trees.iter().find(|(of, _)| *of == exponent).map(|(_, tree)| tree.clone());
         if let Some(found) = find(&kept()) {
-            return found;
+            return Some(found);
         }
         // The lock is free meanwhile: the build may run other queries on this thread.
         let built = Arc::new(tree_of(mesh, frame, exponent));
         let mut kept = kept();
-        find(&kept).unwrap_or_else(|| {
+        Some(find(&kept).unwrap_or_else(|| {
             kept.push((exponent, built.clone()));
             built
-        })
+        }))
     }
 
     /// Memory that the collider holds, bytes: the mesh and its trees.

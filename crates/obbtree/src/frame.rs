@@ -9,6 +9,8 @@ use nalgebra::Point3;
 
 /// The engine's coordinates reach to 2 to the power of this.
 const REACH: i32 = 12;
+/// Largest translation that the engine's single precision can square, as an exponent of two in its units.
+pub(crate) const FARTHEST: i32 = 60;
 /// Exponents are multiples of this.
 const STEP: i32 = 8;
 /// The least exponent, with which a coordinate of 2⁻⁵⁰⁰ is 16, for meshes that are a point or were moved to an origin near by.
@@ -29,14 +31,14 @@ impl Frame {
         let farthest = low.coords.amax().max(high.coords.amax());
         // Halved first: the difference may exceed the largest number.
         let half = (high.coords * 0.5 - low.coords * 0.5).amax();
-        let at_home = Self { origin: Point3::origin(), exponent: exponent_for(farthest) };
+        let at_home = Self { origin: Point3::origin(), exponent: exponent_for(farthest, REACH) };
         if half == 0.0 || farthest <= FAR * half {
             return at_home;
         }
         // Rounded to a multiple of the mesh's own size, so that nothing is lost when it is subtracted.
         let coarse = power_of_two(exponent_of(half).max(exponent_of(farthest) - 60));
         let origin = (low.coords * 0.5 + high.coords * 0.5).map(|x| (x / coarse).round() * coarse);
-        let exponent = exponent_for((low.coords - origin).amax().max((high.coords - origin).amax()));
+        let exponent = exponent_for((low.coords - origin).amax().max((high.coords - origin).amax()), REACH);
         if exponent < at_home.exponent { Self { origin: origin.into(), exponent } } else { at_home }
     }
 
@@ -51,10 +53,10 @@ fn exponent_of(x: f64) -> i32 {
     ((x.to_bits() >> 52) as i32 - 1023).max(-1022)
 }
 
-/// The least multiple of [`STEP`] with which a coordinate lies within the engine's reach.
-fn exponent_for(farthest: f64) -> i32 {
+/// The least multiple of [`STEP`] in units of which a number is at most 2 to the power of `reach`.
+pub(crate) fn exponent_for(farthest: f64, reach: i32) -> i32 {
     let floor = exponent_of(farthest);
-    let beyond = floor + i32::from(farthest > power_of_two(floor)) - REACH;
+    let beyond = floor + i32::from(farthest > power_of_two(floor)) - reach;
     (-(-beyond).div_euclid(STEP) * STEP).max(LEAST)
 }
 
@@ -76,11 +78,12 @@ mod tests {
         }
         for k in -490..=500 {
             let x = 1.37 * power_of_two(k - 1);
-            let seen = x * power_of_two(-exponent_for(x));
+            let seen = x * power_of_two(-exponent_for(x, REACH));
             assert!(seen > 16.0 && seen <= LIMIT_MM, "{k}: {seen}");
         }
-        assert_eq!([exponent_for(0.0), exponent_for(5e-324), exponent_for(1e-160)], [LEAST; 3]);
-        assert_eq!(exponent_for(Mesh::MAX_COORDINATE), 488);
+        assert_eq!([0.0, 5e-324, 1e-160].map(|x| exponent_for(x, REACH)), [LEAST; 3]);
+        assert_eq!(exponent_for(Mesh::MAX_COORDINATE, REACH), 488);
+        assert_eq!([60, 61, 1022].map(|k| exponent_for(power_of_two(k), FARTHEST)), [0, 8, 968]);
     }
 
     #[test]

@@ -217,7 +217,8 @@ impl Manager {
         pairs.into_iter().filter_map(|(i, j)| contacts(&items[i], &items[j], limit)).collect()
     }
 
-    /// The pairs of objects, but those ignored, whose boxes along the axes of the world are at most `reach` apart: what is left to ask about in detail.
+    /// The pairs of objects, but those ignored, whose boxes along the axes of the world are at most `reach` apart: what is left to ask about in detail. None where
+    /// `reach` is NaN.
     #[must_use]
     pub fn near_pairs(&self, reach: f64) -> Vec<[&str; 2]> {
         let items = self.items();
@@ -227,7 +228,7 @@ impl Manager {
     /// The nearest pair of objects, but those ignored; `None` where there is no pair.
     ///
     /// # Errors
-    /// [`PoseError::TooFar`] when a pair is too far apart for a distance.
+    /// As [`Collider::distance`]; no pose that a manager takes is too far.
     pub fn nearest(&self) -> Result<Option<NearestObjects<'_>>, PoseError> {
         let items = self.items();
         let least = world::least_gap(&items, |i, j| !self.is_ignored(items[i].name, items[j].name));
@@ -237,7 +238,7 @@ impl Manager {
     /// The object that is nearest to a given one, whose name comes first; pairs that are ignored do not count. `None` where there is no other.
     ///
     /// # Errors
-    /// [`ManagerError::NoSuchObject`], or [`ManagerError::Pose`] when a pair is too far apart for a distance.
+    /// [`ManagerError::NoSuchObject`], or [`ManagerError::Pose`] as [`Collider::distance`]; no pose that a manager takes is too far.
     pub fn nearest_to(&self, name: &str) -> Result<Option<NearestObjects<'_>>, ManagerError> {
         let (own, others): (Vec<Item>, Vec<Item>) = self.items().into_iter().partition(|item| item.name == name);
         if own.is_empty() {
@@ -287,7 +288,7 @@ impl Manager {
     /// The nearest pair (object, object of another manager); `None` where either is empty.
     ///
     /// # Errors
-    /// [`PoseError::TooFar`] when a pair is too far apart for a distance.
+    /// As [`Collider::distance`]; no pose that a manager takes is too far.
     pub fn nearest_with<'a>(&'a self, other: &'a Self) -> Result<Option<NearestObjects<'a>>, PoseError> {
         let (ours, theirs) = (self.items(), other.items());
         let least = world::least_gap_between(&ours, &theirs, |_, _| true);

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
+import io
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +22,8 @@ _QUATERNION = ["qw", "qx", "qy", "qz", "tx", "ty", "tz"]
 
 #: How far R^T R may be from 1, per entry, and the squared length of a quaternion: what bvbench takes for a rotation.
 ROTATION_TOLERANCE = 1e-4
+#: The farthest that bvbench moves anything, mm.
+FARTHEST = 1e9
 
 
 def check_poses(poses: ArrayLike) -> NDArray[np.float64]:
@@ -55,14 +60,35 @@ def write_poses(path: str | os.PathLike[str], frames: Iterable[Mapping[str, Arra
                 writer.writerow([number, part, *(repr(float(value)) for value in matrix[:3].ravel())])
 
 
+def _text(path: str | os.PathLike[str]) -> str:
+    """The text of a file as bvbench reads it: UTF-8, or UTF-16 with a byte-order mark, and lines that end in LF, CR LF or CR."""
+    content = Path(path).read_bytes()
+    is_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    try:
+        return content.decode("utf-16" if is_utf16 else "utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise RunError(f"{path}:{line}: {error}") from error
+
+
+def _number(text: str) -> float:
+    """A number as bvbench reads it; Python would take `1_0` for 10."""
+    if "_" in text or not text.isascii():
+        raise ValueError(f"could not convert string to float: {text!r}")
+    value = float(text)
+    if abs(value) > FARTHEST:
+        raise ValueError(f"{value} is beyond {FARTHEST:.0e} mm; is the unit right?")
+    return value
+
+
 def read_poses(path: str | os.PathLike[str]) -> list[dict[str, NDArray[np.float64]]]:
     """Reads the recorded poses of a scene, with matrices or quaternions: for each frame the parts that it names. Raises `RunError` with file and line."""
     frames: list[dict[str, NDArray[np.float64]]] = []
     last: str | None = None
-    with open(path, newline="", encoding="utf-8") as file:
-        # Comments are blank lines, so that the reader counts them.
-        reader = csv.reader("\n" if line.startswith("#") else line for line in file)
-        rows = ([field.strip() for field in row] for row in reader if row)
+    # Comments are blank lines, so that the reader counts them.
+    reader = csv.reader("\n" if line.startswith("#") else line for line in io.StringIO(_text(path), newline=None))
+    rows = ([field.strip() for field in row] for row in reader if row)
+    try:
         header = next(rows, [])
         has_frame = header[:1] == ["frame"]
         numbers = header[2:] if has_frame else header[1:]
@@ -70,7 +96,7 @@ def read_poses(path: str | os.PathLike[str]) -> list[dict[str, NDArray[np.float6
             raise RunError(f"{path}:{max(reader.line_num, 1)}: the columns must be [frame,]part,{','.join(_QUATERNION)} or [frame,]part,{','.join(_MATRIX)}")
         for row in rows:
             try:
-                values = [float(value) for value in row[1 + has_frame :]]
+                values = [_number(value) for value in row[1 + has_frame :]]
                 pose = check_poses((_from_quaternion(values) if numbers == _QUATERNION else np.reshape(values, (3, 4)))[None])[0]
             except ValueError as error:
                 raise RunError(f"{path}:{reader.line_num}: {error}") from error
@@ -79,6 +105,8 @@ def read_poses(path: str | os.PathLike[str]) -> list[dict[str, NDArray[np.float6
                 frames.append({})
             last = frame
             frames[-1][row[int(has_frame)]] = pose
+    except csv.Error as error:
+        raise RunError(f"{path}:{reader.line_num}: {error}") from error
     if not frames:
         raise RunError(f"{path}:1: there is no pose in the file")
     return frames

@@ -37,6 +37,8 @@ const MOST_BUILDS: usize = 100;
 
 /// How long the driver waits for an answer: no pass over a chunk and no construction should take longer.
 const PATIENCE: Duration = Duration::from_secs(600);
+/// The longest time that a runner may tell, ns.
+const LONGEST_NS: u64 = PATIENCE.as_secs() * 1_000_000_000;
 /// How long a runner may take to end once its input has ended.
 const PATIENCE_AT_END: Duration = Duration::from_secs(5);
 
@@ -228,7 +230,9 @@ impl Place<'_> {
                         continue;
                     }
                     let runner = &mut runners[r];
-                    let Some(ns) = runner.ask(&format!("chunk {} {}", chunk.start, chunk.end)) else { continue };
+                    let Some(ns) = runner.ask_time(&format!("chunk {} {}", chunk.start, chunk.end), 1) else {
+                        continue;
+                    };
                     if let Some(round) = round.checked_sub(1) {
                         found.timings.push(self.timing(runner, c, round, ns));
                     } else {
@@ -241,11 +245,11 @@ impl Place<'_> {
     }
 
     fn build(&self, runner: &mut Runner, round: u32, builds: &mut Vec<PeerBuildRow>) {
-        let Some(first) = runner.ask("build") else { return };
+        let Some(first) = runner.ask_time("build", 0) else { return };
         let Some(round) = round.checked_sub(1) else { return };
         let mut times: Vec<u64> = (first > BUILDS_NS).then_some(first).into_iter().collect();
         while times.iter().sum::<u64>() < BUILDS_NS && times.len() < MOST_BUILDS {
-            let Some(ns) = runner.ask("build") else { return };
+            let Some(ns) = runner.ask_time("build", 0) else { return };
             times.push(ns);
         }
         times.sort_unstable();
@@ -295,6 +299,7 @@ impl Place<'_> {
         if verdicts.len() != count || (mode.has_values() && values.len() != count) {
             return Err(format!("{} verdicts and {} values on {count} poses", verdicts.len(), values.len()));
         }
+        let single = self.single_times(&ns)?;
         for (chunk, poses) in self.posed.chunks.iter().enumerate() {
             answers.extend(poses.clone().map(|pose| {
                 let question = &self.posed.questions[pose];
@@ -312,11 +317,25 @@ impl Place<'_> {
                     // A time that is not there is infinite.
                     value: values.get(pose).copied().filter(|value| mode != Mode::Motion || value.is_finite()),
                     true_value: question.value,
-                    ns: median_after_first(ns.iter().skip(pose).step_by(count).copied()),
+                    ns: single[pose],
                 }
             }));
         }
         Ok(())
+    }
+
+    /// The time of each pose alone, ns: the median of its column in `ns.npy`. Without timed rounds there is none.
+    fn single_times(&self, ns: &[u64]) -> Result<Vec<u64>, String> {
+        let count = self.posed.questions.len();
+        let of_pose = |pose| median_after_first(ns.iter().skip(pose).step_by(count).copied());
+        let single: Vec<u64> = (0..count).map(of_pose).collect();
+        let is_wrong = |&pose: &usize| !(1..=LONGEST_NS).contains(&single[pose]);
+        match self.posed.chunks.iter().cloned().flatten().find(is_wrong) {
+            Some(pose) if self.amounts.rounds > 0 => {
+                Err(format!("ns.npy holds {} ns for pose {pose}: a time is from 1 to {LONGEST_NS} ns", single[pose]))
+            }
+            _ => Ok(single),
+        }
     }
 }
 
@@ -373,6 +392,17 @@ impl<'a> Runner<'a> {
             return None;
         }
         self.request(command).map_err(|reason| self.failure = Some(reason)).ok()
+    }
+
+    /// The time in the answer to a command, at least `least` ns; `None` as [`Runner::ask`].
+    fn ask_time(&mut self, command: &str, least: u64) -> Option<u64> {
+        let ns = self.ask(command)?;
+        if (least..=LONGEST_NS).contains(&ns) {
+            return Some(ns);
+        }
+        let range = format!("a time is from {least} to {LONGEST_NS} ns");
+        self.failure = Some(format!("it said `done {ns}` to `{command}`: {range}"));
+        None
     }
 
     fn request(&mut self, command: &str) -> Result<u64, String> {
