@@ -291,6 +291,18 @@ impl Attacks {
         let cycle =
             "[[machine.links]]\nname = \"a\"\nparent = \"b\"\n[[machine.links]]\nname = \"b\"\nparent = \"a\"\n";
         self.scene_of("cycle", &format!("title = \"t\"\n{cycle}"), "scene.toml:", &[2]);
+        // 1 000 parts in 100 000 frames, each of which moves one.
+        let parts: String = (0..1000).map(|i| format!("[[parts]]\nname = \"p{i}\"\nmesh = \"part.obj\"\n")).collect();
+        let poses = format!("part,qw,qx,qy,qz,tx,ty,tz\n{}", "p1,1,0,0,0,0,0,0\n".repeat(100_000));
+        self.write("many-poses/part.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        self.write("many-poses/poses.csv", poses.as_bytes());
+        let pairs = "pairs = [[\"p0\", \"p1\"]]\n";
+        self.scene_of(
+            "many-poses",
+            &format!("title = \"t\"\n{pairs}{parts}[recorded]\nfile = \"poses.csv\"\n"),
+            "",
+            &[0],
+        );
         let deep = format!("title = {}1{}", "[".repeat(100_000), "]".repeat(100_000));
         self.scene_of("deep", &deep, "scene.toml", &[2]);
     }
