@@ -4,6 +4,7 @@
 
 mod support;
 
+use bvbench::record::FolderLock;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -348,6 +349,22 @@ fn meshes_and_poses_are_tried_as_a_scene() {
         assert!(message.contains("--fresh"), "{message}");
         assert_eq!(copies.clone().map(|file| read(&file)), before);
     }
+    // Nor does what is refused with --fresh: a scene that is none, a variant that is none, a run at which another process works.
+    folder.write("nobody.csv", "part,qw,qx,qy,qz,tx,ty,tz\nnobody,1,0,0,0,0,0,0\n");
+    let manifest = read(&folder.path("run/manifest.json"));
+    let held = FolderLock::take(&folder.path("run")).unwrap();
+    for (poses, more, told) in [
+        ("other.csv", &["--variant", "none"][..], "no variant `none`"),
+        ("nobody.csv", &[], "no part named `nobody`; there are a piece, tool"),
+        ("other.csv", &[], "is in use by another bvbench"),
+    ] {
+        let message =
+            folder.refused(&[&["try", "a piece.obj", "tool.obj", poses, "--fresh"][..], more, &quick].concat());
+        assert!(message.contains(told), "{message}");
+        assert_eq!(copies.clone().map(|file| read(&file)), before, "{told}");
+        assert_eq!(read(&folder.path("run/manifest.json")), manifest, "{told}");
+    }
+    drop(held);
     folder.write("a_piece.obj", tetrahedron);
     let twice = folder.refused(&["try", "a piece.obj", "a_piece.obj", "poses.csv", "--out", "twice"]);
     assert!(twice.contains("a_piece.obj, too"), "{twice}");
