@@ -372,6 +372,15 @@ fn meshes_and_poses_are_tried_as_a_scene() {
     assert!(folder.refused(&["try", "tool.obj"]).contains("one pose file (.csv), and 0 of the paths are"));
     assert!(folder.refused(&["try", "tool.obj", "poses.csv"]).contains("two meshes at least"));
     assert!(folder.refused(&["try", "tool.obj", "none.stl", "poses.csv"]).contains("none.stl"));
+    // Links have the names by which they are given, not those of the file behind them.
+    #[cfg(unix)]
+    {
+        for link in ["left.obj", "right.obj"] {
+            std::os::unix::fs::symlink(folder.path("tool.obj"), folder.path(link)).unwrap();
+        }
+        let links = folder.refused(&["try", "left.obj", "right.obj", "nobody.csv", "--out", "links"]);
+        assert!(links.contains("there are left, right") && !folder.path("links-scene").exists(), "{links}");
+    }
     folder.write("other-scene/notes.txt", "somebody's own");
     let other = folder.refused(&["try", "a piece.obj", "tool.obj", "poses.csv", "--out", "other"]);
     assert!(other.contains("other-scene") && folder.path("other-scene/notes.txt").exists(), "{other}");

@@ -313,6 +313,9 @@ impl Attacks {
         assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
         let pipe = pipe.to_string_lossy().into_owned();
         let missing = self.folder.join("missing").to_string_lossy().into_owned();
+        let mesh = self.write("try.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        let poses = self.write("try.csv", b"part,qw,qx,qy,qz,tx,ty,tz\ntry,1,0,0,0,0,0,0\n");
+        let out = self.folder.join("try-run").to_string_lossy().into_owned();
         for (what, path) in
             [("zero", "/dev/zero"), ("pipe", &pipe), ("folder", "/"), ("missing", &missing), ("null", "/dev/null")]
         {
@@ -330,6 +333,7 @@ impl Attacks {
             self.add(format!("gcode-is-{what}"), &["program", "gcode", path], path, &[2]);
             self.add(format!("tools-are-{what}"), &["program", "gcode", path, "--tool-table", path], path, &[2]);
             self.add(format!("check-{what}"), &["check", "mill-vise", path], path, &[2]);
+            self.add(format!("try-{what}"), &["try", &mesh, path, &poses, "--out", &out], path, &[2]);
             self.add(
                 format!("claims-are-{what}"),
                 &["stage", "analyze", "--claims", path, "--out", "none"],

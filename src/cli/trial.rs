@@ -88,10 +88,11 @@ fn baseline(plan: &Plan) -> Result<&str> {
     null_of.or_else(first).context("none of the variants is safe, so there is none to compare the others with")
 }
 
-/// A file's or folder's name without its ending.
+/// A file's or folder's name without its ending; that of the folder meant where the path ends in `.` or `..`.
 fn stem(path: &str) -> String {
-    let absolute = fs::canonicalize(path).unwrap_or_else(|_| PathBuf::from(path));
-    absolute.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned())
+    let stem = |path: &Path| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let real = || stem(&fs::canonicalize(path).ok()?);
+    stem(Path::new(path)).or_else(real).unwrap_or_else(|| "scene".to_owned())
 }
 
 /// The same in letters that any file system takes.
@@ -107,6 +108,9 @@ fn is_mesh(path: &str) -> bool {
 
 /// First line of a scene that was made here, which may be made again.
 const MADE: &str = "# Made by `bvbench try` from the files beside it.\n";
+
+/// Largest mesh or pose file, bytes: the limit for all files of a scene.
+const LARGEST_FILE: u64 = 1 << 30;
 
 /// A scene of meshes and poses, to be written beside the folder of a run.
 struct MadeScene {
@@ -133,7 +137,8 @@ impl MadeScene {
             "{} is there and not from here; name another folder with --out",
             folder.display()
         );
-        let read = |file: &str| fs::read(file).with_context(|| format!("cannot read {file}"));
+        let bytes = |file: &str| rs274::file::bytes(Path::new(file), LARGEST_FILE);
+        let read = |file: &str| bytes(file).with_context(|| format!("cannot read {file}"));
         let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::from([("poses.csv".to_owned(), read(poses)?)]);
         let quoted = |text: &str| toml::Value::from(text).to_string();
         let names = meshes.iter().map(|mesh| stem(mesh)).collect::<Vec<_>>();
