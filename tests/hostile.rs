@@ -377,6 +377,20 @@ impl Attacks {
                 self.add(name.clone(), &["stage", "analyze", "--out", &run], &name, &[2]);
             }
         }
+        // A run with a timing of a launch that it has not.
+        let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("results/reference");
+        for launch in ["4294967295", "1000000"] {
+            let name = format!("launch-{launch}");
+            for file in ["manifest.json", "cases.csv", "poses.csv.gz"] {
+                self.write(&format!("{name}/{file}"), &fs::read(reference.join(file)).unwrap());
+            }
+            let row = format!("lathe-toolpost,aabb@vertex-mean/own/1,0,{launch},0,0,1,205475\n");
+            let timings = format!("scene,case,binary,launch,block,chunk,passes,ns\n{row}");
+            self.write(&format!("{name}/timings.csv"), timings.as_bytes());
+            let run = self.folder.join(&name).to_string_lossy().into_owned();
+            let analyze = ["stage", "analyze", "--accept-changed-rows", "--out", &run];
+            self.add(name, &analyze, "timings.csv:2: the run has fewer launches", &[2]);
+        }
         let far = "part,qw,qx,qy,qz,tx,ty,tz\ncube,1,0,0,0,1e12,0,0\n";
         self.write("recording-far/poses.csv", far.as_bytes());
         self.scene_of("recording-far", &scene, "poses.csv:2:2: 1000000000000 is beyond 1e9 mm", &[2]);
